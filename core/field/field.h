@@ -1,0 +1,84 @@
+// The radiance field of one rigid frame (head or torso): spatial hash grid -> ambient slice w = H(features, psi) ->
+// ambient grid -> density MLP -> colour MLP. Kwak & Ko, IEEE Access 2024, sections III-B, III-C; hash encoding after
+// Mueller et al. 2022.
+//
+//   e = G(x)                      (levels x features)
+//   w = tanh(H(e, psi))           (ambient_dimensions), fp32
+//   a = A(w)                      (ambient levels x features)
+//   sigma, g = D(e, a)            density through softplus or exp, geometry features
+//   c = sigmoid(C(g, d, l))       colour; d the view direction, l the per-frame latent code
+//
+// Arrays of samples are one array per component ("samples in lanes").
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace likeness {
+
+struct GridConfig {
+  int dimensions = 3;
+  int levels = 8;
+  int features = 4;           // per level; 4 floats: half a cache line for a bf16 pair of corners
+  int log2_entries = 16;      // per level, at most; dense where the level is smaller
+  int min_resolution = 16, max_resolution = 512;  // cells along an axis, growing geometrically
+
+  bool operator==(const GridConfig&) const = default;
+};
+
+struct FieldConfig {
+  GridConfig position;                          // over the field's unit cube
+  int condition_count = 0;                      // K: entries of psi; 0 = no ambient slice
+  bool ambient = true;                          // false with K > 0: psi is concatenated (NeRFace-like)
+  GridConfig ambient_grid{2, 8, 4, 14, 8, 64};  // its dimensions are those of w
+  int slice_width = 32;                         // hidden units of H
+  int density_width = 64;
+  int geometry_features = 15;
+  int colour_width = 64;
+  bool view_direction = true;                   // 2nd-order spherical harmonics of d
+  int latent_count = 0;                         // L: entries of the per-frame code l
+
+  bool operator==(const FieldConfig&) const = default;
+};
+
+struct Field {
+  FieldConfig config;
+  std::vector<float> parameters;  // all tables and weights; see parameter_layout()
+};
+
+// Where each part of the parameters lies, in order: name, offset, count, (rows, columns) for weights.
+struct ParameterBlock {
+  std::string name;
+  std::size_t offset = 0, count = 0;
+  int rows = 0, columns = 0;  // weights are row-major (outputs, inputs); 0 for tables and biases
+  bool table = false;         // hash table: sparse gradient
+};
+std::vector<ParameterBlock> parameter_layout(const FieldConfig& config);
+Field make_field(const FieldConfig& config, std::uint32_t seed);
+
+struct FieldInputs {
+  std::size_t count = 0;                                    // N
+  const float *x = nullptr, *y = nullptr, *z = nullptr;     // (N) in [0, 1] of the field's cube
+  const float *dx = nullptr, *dy = nullptr, *dz = nullptr;  // (N) unit view direction in the field's frame
+  const std::int32_t* view = nullptr;                       // (N) row of the two arrays below
+  const float* conditions = nullptr;                        // (views, K) psi
+  const float* latents = nullptr;                           // (views, L), or nullptr for zero codes
+};
+
+struct FieldOutputs {
+  std::vector<float> sigma;             // (N) density per unit of the field's cube side, >= 0
+  std::vector<float> red, green, blue;  // (N) in [0, 1], sRGB-encoded
+};
+
+// Gradients of a scalar loss with respect to the outputs, same shapes.
+struct FieldOutputGradients {
+  const float *sigma = nullptr, *red = nullptr, *green = nullptr, *blue = nullptr;  // (N)
+};
+
+// What forward keeps for backward, and scratch reused between steps. One per field being trained.
+struct FieldTape;
+
+}  // namespace likeness

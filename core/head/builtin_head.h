@@ -1,0 +1,11 @@
+// The built-in head: made by this code alone, so that everything works without a downloaded model.
+#pragma once
+
+#include "core/head/head_model.h"
+
+namespace likeness {
+
+// Deterministic; built once per call in well under a second.
+HeadModel make_builtin_head();
+
+}  // namespace likeness

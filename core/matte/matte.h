@@ -1,0 +1,39 @@
+// Who is person and who is background: a coarse mask before the cameras, then alpha mattes, the plate and the frozen
+// evaluation regions after the track.
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <stop_token>
+#include <vector>
+
+#include "core/base/progress.h"
+#include "core/base/result.h"
+#include "core/camera/align.h"
+#include "core/camera/camera.h"
+#include "core/capture/capture.h"
+#include "core/head/head_model.h"
+#include "core/image/image.h"
+#include "core/track/track.h"
+
+namespace likeness {
+
+// Landmark-free person mask for the cameras: head ellipse and the shoulders below it, dilated. Detects per frame.
+Result<PersonMask> coarse_person_mask(const std::filesystem::path& predictor = {});
+
+struct MatteOptions { int size = 256; };
+
+struct MatteResult {
+  bool has_plate = false;         // static camera: the background behind the person
+  double plate_coverage = 0;      // share of the plate's pixels seen unoccluded in some training frame
+  std::vector<std::string> warnings;
+};
+
+// Reads frames/NNNNNN.png of `folder`, writes masks/NNNNNN.png (alpha, 8 bit) and, for a static camera, plate.png,
+// all size x size in the crop; regions/NNNNNN.png for the held-out frames in source pixels (red person, green head
+// without neck, blue face), unless regions already exist. The plate uses training frames only.
+Result<MatteResult> matte_clip(const std::filesystem::path& folder, const Capture& capture, const CameraSet& cameras,
+                               const Track& track, const HeadModel& model, const MatteOptions& options,
+                               const Progress& progress, std::stop_token stop);
+
+}  // namespace likeness

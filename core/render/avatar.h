@@ -1,0 +1,63 @@
+// The avatar: everything needed to render a person, and nothing else. Stored in avatar.bin.
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/base/linalg.h"
+#include "core/base/result.h"
+#include "core/camera/camera.h"
+#include "core/field/field.h"
+#include "core/head/head_model.h"
+#include "core/image/image.h"
+
+namespace likeness {
+
+// psi = rows * ([expression (E), jaw (3), left eye (3), right eye (3)] - mean): the low-dimensional condition of the
+// ambient slice, learnt from the training track (principal components weighted by the vertex motion they cause).
+struct ConditionMap {
+  Eigen::VectorXf mean;  // (E + 9)
+  Eigen::MatrixXf rows;  // (K, E + 9)
+};
+Eigen::VectorXf condition(const ConditionMap& map, const Articulation& articulation);
+
+// Axis-aligned cube of a field in its own frame, m.
+struct FieldCube { Vec3f origin = Vec3f::Zero(); float side = 1; };
+
+// Which cells of a field's cube may hold density. One bit a cell, (z, y, x).
+struct OccupancyGrid {
+  int resolution = 0;              // cells along an axis
+  std::vector<std::uint8_t> bits;  // (resolution^3 / 8)
+  bool occupied(int x, int y, int z) const;
+};
+
+struct FieldPart { Field field; FieldCube cube; OccupancyGrid occupancy; };
+
+// What range of an action the capture showed.
+struct ActionRange { std::string name; float low = 0, high = 0; };
+
+struct Avatar {
+  FieldPart head;
+  std::optional<FieldPart> torso;
+  ConditionMap condition;
+  Eigen::VectorXf identity;                 // (I) of the head model
+  std::string head_model_name, head_model_hash, head_model_file;
+  Articulation neutral;                     // the person's calibrated neutral
+  std::vector<ActionRange> seen;            // per named action
+  Pose world_from_head = Pose::Identity();  // typical, for orbit and sliders
+  Pose world_from_torso = Pose::Identity();
+  Intrinsics intrinsics;                    // of the training pictures (crop, size x size)
+  Pose cam_from_world = Pose::Identity();   // typical
+  Image8 plate;                             // empty without a static camera
+  int size = 256;
+  std::uint64_t steps = 0, seed = 0;
+  double train_seconds = 0;
+};
+
+// avatar.bin: versioned, checksummed, whole or not at all.
+Result<void> write_avatar(const std::filesystem::path& path, const Avatar& avatar);
+Result<Avatar> read_avatar(const std::filesystem::path& path);
+
+}  // namespace likeness

@@ -1,0 +1,31 @@
+// Pictures of an avatar by ray marching through its occupied cells, at most 16 field samples a ray.
+#pragma once
+
+#include "core/camera/camera.h"
+#include "core/image/image.h"
+#include "core/render/avatar.h"
+
+namespace likeness {
+
+struct RenderState {
+  Pose world_from_head = Pose::Identity(), world_from_torso = Pose::Identity();  // m
+  Articulation articulation;
+};
+
+struct RenderOptions {
+  int max_samples = 16;           // per ray, head and torso together
+  float stop_transmittance = 1e-4f;
+};
+
+struct RenderedFrame {
+  Image rgba;                 // (h, w, 4) sRGB-encoded, premultiplied alpha
+  double samples_per_ray = 0; // mean over rays that met an occupied cell
+};
+
+RenderedFrame render_frame(const Avatar& avatar, const Camera& camera, const RenderState& state,
+                           const RenderOptions& options = {});
+
+// Over a plate of the same size, or over one colour when the plate is empty.
+Image composite(const Image& rgba, const Image8& plate, const Vec3f& colour = Vec3f::Constant(1));
+
+}  // namespace likeness

@@ -1,0 +1,58 @@
+// A triangle mesh that can be asked for ray hits, closest points and silhouettes. Embree behind it, in one place.
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "core/base/linalg.h"
+#include "core/camera/camera.h"
+#include "core/image/image.h"
+
+namespace likeness {
+
+struct RayHit {
+  float distance = 0;    // along the (not necessarily unit) direction
+  int triangle = -1;
+  Vec2f barycentric;     // weights of the triangle's vertices 1 and 2
+};
+
+struct ClosestPoint {
+  Vec3f position;
+  float distance = 0;    // m
+  int triangle = -1;
+  Vec3f barycentric;     // weights of the triangle's three vertices
+};
+
+class MeshScene {
+ public:
+  MeshScene(std::vector<Vec3f> vertices, std::vector<Triangle> triangles);
+  ~MeshScene();
+  MeshScene(MeshScene&&) noexcept;
+  MeshScene& operator=(MeshScene&&) noexcept;
+
+  std::optional<RayHit> intersect(const Vec3f& origin, const Vec3f& direction, float near = 0,
+                                  float far = 1e30f) const;
+  bool occluded(const Vec3f& origin, const Vec3f& direction, float near, float far) const;
+  // Nearest surface point no further than `radius`. Thread-safe, as the queries above.
+  std::optional<ClosestPoint> closest(const Vec3f& point, float radius = 1e30f) const;
+
+  const std::vector<Vec3f>& vertices() const;
+  const std::vector<Triangle>& triangles() const;
+  // New positions, same triangles: refits instead of rebuilding.
+  void move_vertices(std::span<const Vec3f> vertices);
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+// Triangle seen at each pixel centre, -1 where none: a z-buffer of the mesh under cam_from_mesh. (height, width)
+std::vector<int> rasterise_triangles(std::span<const Vec3f> vertices, std::span<const Triangle> triangles,
+                                     const Intrinsics& intrinsics, const Pose& cam_from_mesh);
+// 255 where the mesh is seen. One channel.
+Image8 silhouette(std::span<const Vec3f> vertices, std::span<const Triangle> triangles, const Intrinsics& intrinsics,
+                  const Pose& cam_from_mesh);
+
+}  // namespace likeness

@@ -1,0 +1,27 @@
+// The built-in demo capture: a rendered person in a textured room, filmed as a user should film (first the camera
+// moves and the head rests, then the camera rests and the head moves), with its ground truth. Embree traces it.
+#pragma once
+
+#include <filesystem>
+#include <stop_token>
+
+#include "core/base/progress.h"
+#include "core/base/result.h"
+
+namespace likeness {
+
+struct DemoOptions {
+  int width = 512, height = 512;
+  int frames = 240;
+  double frames_per_second = 25;
+  double moving_share = 0.35;  // of the frames, with the camera moving; 0 = static camera throughout
+  int samples_per_pixel = 4;
+  int seed = 0;
+};
+
+// Writes folder/demo.mp4, cameras_truth.json, track_truth.json (world_from_head and articulation in the built-in
+// head's coefficients) and masks_truth/NNNNNN.png.
+Result<void> write_demo_capture(const std::filesystem::path& folder, const DemoOptions& options,
+                                const Progress& progress, std::stop_token stop);
+
+}  // namespace likeness

@@ -1,0 +1,46 @@
+// Faces and their 68 landmarks in one picture: dlib's HOG detector, and its shape predictor run from many perturbed
+// boxes, of which the densest cluster is averaged (notes in docs/ARCHITECTURE.md). Pixels of the picture given.
+#pragma once
+
+#include <array>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "core/base/linalg.h"
+#include "core/base/result.h"
+#include "core/head/head_model.h"
+#include "core/image/image.h"
+
+namespace likeness {
+
+struct FaceBox {
+  double x = 0, y = 0, width = 0, height = 0;  // px
+  double score = 0;                            // of the detector, higher is surer
+};
+
+struct Landmarks {
+  std::array<Vec2d, kLandmarkCount> points;     // px
+  std::array<double, kLandmarkCount> spread{};  // px, rms over the cluster: honest doubt
+  double cluster_share = 0;                     // share of the perturbed runs that agree, 0..1
+};
+
+class FaceDetector {  // holds dlib's models; not thread-safe, cheap to make one per thread after the first
+ public:
+  // predictor: empty = the system's shape_predictor_68_face_landmarks.dat.
+  static Result<FaceDetector> load(const std::filesystem::path& predictor = {});
+  ~FaceDetector();
+  FaceDetector(FaceDetector&&) noexcept;
+  FaceDetector& operator=(FaceDetector&&) noexcept;
+
+  std::vector<FaceBox> detect(const Image8& rgb) const;  // best first; faces of at least about 60 px
+  Landmarks landmarks(const Image8& rgb, const FaceBox& box, std::uint32_t seed = 0) const;
+
+ private:
+  struct Impl;
+  explicit FaceDetector(std::shared_ptr<const Impl> impl);
+  std::shared_ptr<const Impl> impl_;
+};
+
+}  // namespace likeness

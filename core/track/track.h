@@ -1,0 +1,43 @@
+// The track: where the head and torso are, and what the face does, in every frame of a clip.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "core/base/linalg.h"
+#include "core/base/result.h"
+#include "core/head/head_model.h"
+
+namespace likeness {
+
+enum class FrameStatus { good, weak, lost };
+
+struct TrackedFrame {
+  int frame = 0;  // number in the source video
+  double time_s = 0;
+  FrameStatus status = FrameStatus::good;
+  std::string reason;  // why it is weak or lost; empty for good
+  Pose world_from_head = Pose::Identity();   // m
+  Articulation articulation;                 // neck stays zero: the torso has a frame of its own
+  Pose world_from_torso = Pose::Identity();  // m; the torso frame is the head frame of the reference frame
+  std::array<Vec2d, kLandmarkCount> landmarks{};  // px, uncropped source picture
+  double inner_error_px = 0;  // mean distance of the fitted to the detected landmarks 17..67
+};
+
+struct Track {
+  std::string head_model_name, head_model_hash;
+  std::string head_model_file;      // empty for the built-in head
+  Eigen::VectorXf identity;         // (I)
+  bool has_torso = true;            // enough torso in the picture to model
+  double metres_per_unit = 1;       // of the cameras' world; camera translations times this are metres
+  std::vector<TrackedFrame> frames;  // ascending frame
+};
+
+const TrackedFrame* find_tracked(const Track& track, int frame);
+
+// track.json: human-readable, versioned, with units.
+Result<void> write_track(const std::filesystem::path& path, const Track& track);
+Result<Track> read_track(const std::filesystem::path& path);
+
+}  // namespace likeness

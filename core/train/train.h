@@ -1,0 +1,55 @@
+// Training an avatar's fields on a tracked capture. Deterministic for one seed and thread count.
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <optional>
+#include <stop_token>
+#include <vector>
+
+#include "core/base/progress.h"
+#include "core/base/result.h"
+#include "core/camera/camera.h"
+#include "core/head/head_model.h"
+#include "core/image/image.h"
+#include "core/render/avatar.h"
+
+namespace likeness {
+
+// One training picture.
+struct TrainingView {
+  Camera camera;   // crop intrinsics at `size`; translation in metres
+  Pose world_from_head = Pose::Identity(), world_from_torso = Pose::Identity();
+  Articulation articulation;
+  Image8 rgb;      // (size, size, 3)
+  Image8 alpha;    // (size, size, 1) person's matte; empty = unknown
+  bool has_plate = true;  // the background of this view is the plate; otherwise its matte separates it
+};
+
+struct TrainingSet {
+  int size = 256;
+  std::vector<TrainingView> views;  // training frames only
+  Image8 plate;                     // empty without a static camera
+  HeadModel model;
+  Eigen::VectorXf identity;
+  bool has_torso = true;
+};
+
+struct TrainOptions {
+  double budget_s = 300;      // wall-clock of this stage; ignored when steps > 0
+  std::uint64_t steps = 0;    // exact number of steps (replay)
+  int rays_per_step = 8192;
+  std::uint64_t seed = 0;
+  bool use_ambient = true, use_latent = true, use_occupancy = true;  // ablation switches
+  double checkpoint_every_s = 30;
+};
+
+struct TrainStatus { std::uint64_t step = 0; double seconds = 0, loss = 0, train_psnr_db = 0, rays_per_s = 0; };
+
+// Continues from `checkpoint` when it exists and fits this set and these options; writes it at intervals and on stop.
+// checkpoint.bin holds parameters, optimiser moments, occupancy, random state, schedule and seconds spent.
+Result<Avatar> train_avatar(const TrainingSet& set, const TrainOptions& options,
+                            const std::filesystem::path& checkpoint, const Progress& progress,
+                            const std::function<void(const TrainStatus&)>& observe, std::stop_token stop);
+
+}  // namespace likeness

@@ -1,0 +1,51 @@
+// Frames of a video file through FFmpeg's libraries: rotation tag applied, true timestamps kept, RGB 8 bit.
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <stop_token>
+#include <string>
+
+#include "core/base/result.h"
+#include "core/image/image.h"
+
+namespace likeness {
+
+struct VideoInfo {
+  int width = 0, height = 0;     // px, after rotation
+  int rotation_deg = 0;          // of the tag that was applied
+  double frames_per_second = 0;  // average
+  int frame_count = 0;           // as the container declares or estimates; the decoder may find others
+  double duration_s = 0;
+  std::string codec;
+};
+
+struct VideoFrame {
+  int index = 0;      // in decoding order, from 0: the frame's number everywhere in a project
+  double time_s = 0;  // presentation time
+  Image8 rgb;
+};
+
+Result<VideoInfo> probe_video(const std::filesystem::path& path);
+
+// Sequential reader. next() gives nullopt at the true end; a file that breaks off early is an Error of code bad_input
+// naming the last good frame.
+class VideoReader {
+ public:
+  static Result<VideoReader> open(const std::filesystem::path& path);
+  ~VideoReader();
+  VideoReader(VideoReader&&) noexcept;
+  VideoReader& operator=(VideoReader&&) noexcept;
+
+  const VideoInfo& info() const;
+  Result<std::optional<VideoFrame>> next();
+
+ private:
+  struct Impl;
+  explicit VideoReader(std::unique_ptr<Impl> impl);
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace likeness
