@@ -1,4 +1,5 @@
-// LIKENESS_CHECK: for programmer mistakes only (wrong shapes at a public edge). Files and users get a Result instead.
+// LIKENESS_CHECK: for programmer mistakes only (wrong shapes at a public edge). Files and users get a Result
+// instead.
 #pragma once
 
 #include <cstdio>

@@ -1,5 +1,5 @@
-// NumPy .npz archives (zip of .npy, stored or deflated), read defensively: every size is checked against the file
-// before memory is taken. Only little-endian numeric arrays; Fortran order is converted to C order.
+// NumPy .npz archives (zip of .npy, stored or deflated), read defensively: every size is checked against the
+// file before memory is taken. Only little-endian numeric arrays; Fortran order is converted to C order.
 #pragma once
 
 #include <cstddef>
@@ -16,14 +16,14 @@ namespace likeness {
 
 struct NpyArray {
   std::vector<std::size_t> shape;
-  char kind = 'f';            // f float, i signed, u unsigned, b bool, as in NumPy's dtype codes; U = UTF-32 text
-  int item_bytes = 4;         // of one element
+  char kind = 'f';     // f float, i signed, u unsigned, b bool, as in NumPy's dtype codes; U = UTF-32 text
+  int item_bytes = 4;  // of one element
   std::vector<std::byte> data;  // C order, little-endian
 
   std::size_t count() const;
-  std::vector<float> as_float() const;           // from f2, f4, f8 and the integer kinds
-  std::vector<std::int32_t> as_int() const;      // from integer kinds; u4 4294967295 becomes -1
-  std::vector<std::string> as_strings() const;   // from kind U
+  std::vector<float> as_float() const;          // from f2, f4, f8 and the integer kinds
+  std::vector<std::int32_t> as_int() const;     // from integer kinds; u4 4294967295 becomes -1
+  std::vector<std::string> as_strings() const;  // from kind U
 };
 
 using NpzArchive = std::map<std::string, NpyArray>;

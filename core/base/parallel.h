@@ -24,8 +24,11 @@ class ThreadLimit {
 
 int current_thread_limit();
 
-// body(begin, end) over disjoint ranges that cover [0, count), none shorter than grain but the last.
-void parallel_ranges(std::size_t count, std::size_t grain, const std::function<void(std::size_t, std::size_t)>& body);
+// body(begin, end) over consecutive chunks of `grain` (the last may be shorter) that cover [0, count): the
+// chunks are the same whatever the number of threads, so sums kept per chunk and added in order repeat bit
+// for bit.
+void parallel_ranges(std::size_t count, std::size_t grain,
+                     const std::function<void(std::size_t, std::size_t)>& body);
 // body(i) for every i in [0, count).
 void parallel_for(std::size_t count, const std::function<void(std::size_t)>& body);
 

@@ -21,7 +21,8 @@ Progress::Progress(std::shared_ptr<Root> root, double from, double to, std::stri
 
 Progress Progress::stage(double from, double to, std::string label) const {
   const double span = to_ - from_;
-  return {root_, from_ + span * std::clamp(from, 0.0, 1.0), from_ + span * std::clamp(to, 0.0, 1.0), std::move(label)};
+  return {root_, from_ + span * std::clamp(from, 0.0, 1.0), from_ + span * std::clamp(to, 0.0, 1.0),
+          std::move(label)};
 }
 
 void Progress::report(double fraction, std::string_view text) const {

@@ -64,6 +64,8 @@ class [[nodiscard]] Result<void> {
 };
 
 // The outcome of work that was asked to stop.
-inline Error cancelled_error() { return {ErrorCode::cancelled, "Stopped on request.", "Run the same command again to continue.", ""}; }
+inline Error cancelled_error() {
+  return {ErrorCode::cancelled, "Stopped on request.", "Run the same command again to continue.", ""};
+}
 
 }  // namespace likeness
