@@ -1,0 +1,178 @@
+// project.json and the folder's names: see project.h.
+#include "core/project/project.h"
+
+#include <fcntl.h>
+#include <sys/file.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <utility>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "core/base/files.h"
+
+namespace likeness {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+
+namespace {
+
+constexpr int kVersion = 1;
+constexpr std::array<const char*, kStages.size()> kStageNames{"import", "align", "fit", "matte", "train"};
+constexpr std::array<const char*, 5> kStateNames{"to_do", "running", "done", "failed", "stopped"};
+
+json to_json(const ProjectOptions& options) {
+  return {{"video", options.video.string()},
+          {"head_model", options.head_model.string()},
+          {"landmark_model", options.landmark_model.string()},
+          {"size_px", options.size},
+          {"budget_s", options.budget_s},
+          {"steps", options.steps},
+          {"seed", options.seed},
+          {"use_ambient", options.use_ambient},
+          {"use_latent", options.use_latent},
+          {"use_occupancy", options.use_occupancy}};
+}
+
+ProjectOptions options_from_json(const json& j) {
+  ProjectOptions options;
+  options.video = j.at("video").get<std::string>();
+  options.head_model = j.at("head_model").get<std::string>();
+  options.landmark_model = j.at("landmark_model").get<std::string>();
+  options.size = j.at("size_px");
+  options.budget_s = j.at("budget_s");
+  options.steps = j.at("steps");
+  options.seed = j.at("seed");
+  options.use_ambient = j.at("use_ambient");
+  options.use_latent = j.at("use_latent");
+  options.use_occupancy = j.at("use_occupancy");
+  return options;
+}
+
+json to_json(const StageRecord& record) {
+  return {{"state", kStateNames[std::size_t(record.state)]},
+          {"input_hash", record.input_hash},
+          {"seconds", record.seconds},
+          {"message", record.message},
+          {"warnings", record.warnings}};
+}
+
+StageRecord record_from_json(const json& j) {
+  StageRecord record;
+  const std::string state = j.at("state");
+  for (std::size_t i = 0; i < kStateNames.size(); ++i) {
+    if (state == kStateNames[i]) record.state = StageState(i);
+  }
+  record.input_hash = j.at("input_hash");
+  record.seconds = j.at("seconds");
+  record.message = j.at("message");
+  record.warnings = j.at("warnings").get<std::vector<std::string>>();
+  return record;
+}
+
+fs::path project_file(const fs::path& folder) { return folder / "project.json"; }
+
+// The clip and models stay where they are; the project remembers them by absolute path, whatever folder a
+// later command starts from.
+fs::path remembered(const fs::path& path) {
+  return path.empty() ? path : fs::absolute(path).lexically_normal();
+}
+
+}  // namespace
+
+std::string_view stage_name(Stage stage) { return kStageNames[std::size_t(stage)]; }
+
+fs::path capture_path(const Project& project) { return project.folder / "capture.json"; }
+fs::path cameras_path(const Project& project) { return project.folder / "cameras.json"; }
+fs::path track_path(const Project& project) { return project.folder / "track.json"; }
+fs::path avatar_path(const Project& project) { return project.folder / "avatar.bin"; }
+fs::path checkpoint_path(const Project& project) { return project.folder / "checkpoint.bin"; }
+fs::path plate_path(const Project& project) { return project.folder / "plate.png"; }
+fs::path regions_path(const Project& project) { return project.folder / "regions"; }
+fs::path exports_path(const Project& project) { return project.folder / "exports"; }
+
+Result<Project> open_project(const fs::path& folder) {
+  const fs::path file = project_file(folder);
+  if (!fs::exists(file)) {
+    return Error{ErrorCode::not_found,
+                 fmt::format("{} is not a Likeness project: it has no project.json.", folder.string()),
+                 "Name a project folder, or make one with: likeness build VIDEO --project DIR",
+                 folder.string()};
+  }
+  const auto text = read_text(file);
+  if (!text) return text.error();
+  try {
+    const json j = json::parse(*text);
+    if (j.at("version").get<int>() > kVersion) {
+      return Error{ErrorCode::bad_input, fmt::format("{} was made by a newer Likeness.", file.string()),
+                   "Update Likeness, or build the project again into another folder.", file.string()};
+    }
+    Project project;
+    project.folder = folder;
+    project.options = options_from_json(j.at("options"));
+    for (const Stage stage : kStages) {
+      project.record(stage) = record_from_json(j.at("stages").at(std::string(stage_name(stage))));
+    }
+    return project;
+  } catch (const json::exception& e) {
+    return Error{ErrorCode::bad_input, fmt::format("{} cannot be read: {}.", file.string(), e.what()),
+                 "Delete this one file and run the build again: finished stages whose results still fit are "
+                 "redone only once.",
+                 file.string()};
+  }
+}
+
+Result<Project> open_or_create_project(const fs::path& folder, const ProjectOptions& options) {
+  Project project;
+  project.folder = folder;
+  if (fs::exists(project_file(folder))) {
+    auto opened = open_project(folder);
+    if (!opened) return opened.error();
+    project = std::move(*opened);
+  } else if (fs::exists(folder) && fs::is_directory(folder) && !fs::is_empty(folder)) {
+    return Error{ErrorCode::bad_input,
+                 fmt::format("The folder {} holds other files and no project.json.", folder.string()),
+                 "Name a new or empty folder for the project.", folder.string()};
+  }
+  if (const auto writable = make_writable_folder(folder); !writable) return writable.error();
+  project.options = options;
+  project.options.video = remembered(options.video);
+  project.options.head_model = remembered(options.head_model);
+  project.options.landmark_model = remembered(options.landmark_model);
+  if (const auto saved = save_project(project); !saved) return saved.error();
+  return project;
+}
+
+Result<void> save_project(const Project& project) {
+  json stages = json::object();
+  for (const Stage stage : kStages) stages[std::string(stage_name(stage))] = to_json(project.record(stage));
+  const json j{{"version", kVersion},
+               {"program", "Likeness"},
+               {"options", to_json(project.options)},
+               {"stages", stages}};
+  return write_text(project_file(project.folder), j.dump(2) + "\n");
+}
+
+Result<ProjectLock> ProjectLock::acquire(const Project& project) {
+  const fs::path path = project.folder / ".lock";
+  const int fd = ::open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644);
+  if (fd < 0) return file_error(path, "write", errno);
+  if (::flock(fd, LOCK_EX | LOCK_NB) != 0) {
+    ::close(fd);
+    return Error{ErrorCode::failed,
+                 fmt::format("Another Likeness is working on {}.", project.folder.string()),
+                 "Wait for it to finish, or stop it, then run this again.", project.folder.string()};
+  }
+  return ProjectLock(fd);
+}
+
+ProjectLock::~ProjectLock() {
+  if (fd_ >= 0) ::close(fd_);
+}
+
+ProjectLock::ProjectLock(ProjectLock&& other) noexcept : fd_(std::exchange(other.fd_, -1)) {}
+
+}  // namespace likeness

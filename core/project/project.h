@@ -1,0 +1,84 @@
+// A project folder: every stage's result, and what is stale.
+//
+//   NAME.likeness/   project.json  capture.json cameras.json track.json  frames/ masks/ regions/ plate.png
+//                    checkpoint.bin avatar.bin  exports/
+//
+// Only this library knows about the folder; the stages are free functions from files to files.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "core/base/result.h"
+
+namespace likeness {
+
+enum class Stage { import, align, fit, matte, train };
+inline constexpr std::array kStages{Stage::import, Stage::align, Stage::fit, Stage::matte, Stage::train};
+std::string_view stage_name(Stage stage);
+
+enum class StageState { to_do, running, done, failed, stopped };
+
+struct StageRecord {
+  StageState state = StageState::to_do;
+  std::string input_hash;  // of options and inputs; another one makes the result stale
+  double seconds = 0;      // spent on it, over all runs
+  std::string message;     // what was found, or why it failed
+  std::vector<std::string> warnings;
+};
+
+// What the user chose. Everything else has one default, kept by the stages themselves.
+struct ProjectOptions {
+  std::filesystem::path video;
+  std::filesystem::path head_model;      // empty = the built-in head
+  std::filesystem::path landmark_model;  // empty = the system's
+  int size = 256;                        // px
+  double budget_s = 300;                 // of training
+  std::uint64_t steps = 0;               // exact training steps instead of a budget
+  std::uint64_t seed = 0;
+  bool use_ambient = true, use_latent = true, use_occupancy = true;
+};
+
+struct Project {
+  std::filesystem::path folder;
+  ProjectOptions options;
+  std::array<StageRecord, kStages.size()> stages;
+
+  StageRecord& record(Stage stage) { return stages[std::size_t(stage)]; }
+  const StageRecord& record(Stage stage) const { return stages[std::size_t(stage)]; }
+};
+
+// Paths inside a project folder.
+std::filesystem::path capture_path(const Project& project);
+std::filesystem::path cameras_path(const Project& project);
+std::filesystem::path track_path(const Project& project);
+std::filesystem::path avatar_path(const Project& project);
+std::filesystem::path checkpoint_path(const Project& project);
+std::filesystem::path plate_path(const Project& project);
+std::filesystem::path regions_path(const Project& project);
+std::filesystem::path exports_path(const Project& project);
+
+Result<Project> open_project(const std::filesystem::path& folder);
+// Opens the project in `folder`, or makes one; `options` replace the stored ones either way.
+Result<Project> open_or_create_project(const std::filesystem::path& folder, const ProjectOptions& options);
+Result<void> save_project(const Project& project);
+
+// Held while a process works on a project: two at once would overwrite each other's results. Ends with the
+// process.
+class ProjectLock {
+ public:
+  static Result<ProjectLock> acquire(const Project& project);
+  ~ProjectLock();
+  ProjectLock(ProjectLock&&) noexcept;
+  ProjectLock& operator=(ProjectLock&&) = delete;
+
+ private:
+  explicit ProjectLock(int fd) : fd_(fd) {}
+  int fd_;
+};
+
+}  // namespace likeness

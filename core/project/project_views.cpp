@@ -1,0 +1,95 @@
+// Reading a project's pictures back for training: see project_views.h.
+#include "core/project/project_views.h"
+
+#include <fmt/format.h>
+
+#include "core/base/parallel.h"
+#include "core/image/files.h"
+#include "core/matte/matte.h"
+
+namespace likeness {
+
+namespace fs = std::filesystem;
+
+std::optional<Camera> picture_camera(const Capture& capture, const CameraSet& cameras, const Track& track,
+                                     int frame) {
+  const Camera* source = find_camera(cameras, frame);
+  if (source == nullptr) return std::nullopt;
+  Camera camera = *source;
+  camera.frame = frame;
+  camera.intrinsics =
+      crop_intrinsics(source->intrinsics, capture.crop.x, capture.crop.y, capture.crop.side, capture.size);
+  camera.cam_from_world.translation() *= track.metres_per_unit;
+  return camera;
+}
+
+namespace {
+
+Result<void> load_pictures(const Project& project, TrainingView& view) {
+  const std::string name = fmt::format("{:06}.png", view.camera.frame);
+  auto rgb = read_image(project.folder / "frames" / name);
+  if (!rgb) return rgb.error();
+  view.rgb = std::move(*rgb);
+  auto alpha = read_image(project.folder / "masks" / name);
+  if (!alpha) return alpha.error();
+  view.alpha = std::move(*alpha);
+  const int width = view.camera.intrinsics.width;
+  if (view.rgb.width != width || view.rgb.channels != 3 || view.alpha.width != width ||
+      view.alpha.channels != 1) {
+    return Error{ErrorCode::bad_input,
+                 fmt::format("Frame or mask {} does not have the project's size of {} px.", name, width),
+                 "Delete the project's frames folder and run the build again.", project.folder.string()};
+  }
+  return {};
+}
+
+}  // namespace
+
+Result<TrainingSet> load_training_set(const Project& project, const HeadModel& model) {
+  const auto capture = read_capture(capture_path(project));
+  if (!capture) return capture.error();
+  const auto cameras = read_cameras(cameras_path(project));
+  if (!cameras) return cameras.error();
+  const auto track = read_track(track_path(project));
+  if (!track) return track.error();
+  const auto plate_frames = read_plate_frames(project.folder);
+  if (!plate_frames) return plate_frames.error();
+
+  TrainingSet set;
+  set.size = capture->size;
+  set.model = model;
+  set.identity = track->identity;
+  set.has_torso = track->has_torso;
+  if (fs::exists(plate_path(project))) {
+    auto plate = read_image(plate_path(project));
+    if (!plate) return plate.error();
+    set.plate = std::move(*plate);
+  }
+  for (const CaptureFrame& frame : capture->frames) {
+    if (!frame.used) continue;
+    const TrackedFrame* tracked = find_tracked(*track, frame.frame);
+    const auto camera = picture_camera(*capture, *cameras, *track, frame.frame);
+    if (tracked == nullptr || tracked->status == FrameStatus::lost || !camera) continue;
+    TrainingView view;
+    view.camera = *camera;
+    view.world_from_head = tracked->world_from_head;
+    view.world_from_torso = tracked->world_from_torso;
+    view.articulation = tracked->articulation;
+    view.has_plate = !set.plate.empty() && (cameras->is_static || plate_frames->contains(frame.frame));
+    set.views.push_back(std::move(view));
+  }
+  if (set.views.size() < 20) {
+    return Error{ErrorCode::bad_input,
+                 fmt::format("Only {} frames are tracked well enough to train on.", set.views.size()),
+                 "Film again facing the camera in even light, or use a longer clip.",
+                 project.folder.string()};
+  }
+  std::vector<Result<void>> loaded(set.views.size());
+  parallel_for(set.views.size(), [&](std::size_t i) { loaded[i] = load_pictures(project, set.views[i]); });
+  for (const auto& outcome : loaded) {
+    if (!outcome) return outcome.error();
+  }
+  return set;
+}
+
+}  // namespace likeness

@@ -1,0 +1,23 @@
+// The tracked pictures of a project as the trainer and the evaluation want them.
+#pragma once
+
+#include <optional>
+
+#include "core/base/result.h"
+#include "core/camera/camera.h"
+#include "core/capture/capture.h"
+#include "core/project/project.h"
+#include "core/track/track.h"
+#include "core/train/train.h"
+
+namespace likeness {
+
+// Camera of a tracked frame for the project's pictures: crop intrinsics at `size`, translation in metres.
+// nullopt where the cameras lost the frame.
+std::optional<Camera> picture_camera(const Capture& capture, const CameraSet& cameras, const Track& track,
+                                     int frame);
+
+// Training views (used frames with a good or weak track), plate and person of a project.
+Result<TrainingSet> load_training_set(const Project& project, const HeadModel& model);
+
+}  // namespace likeness

@@ -1,0 +1,273 @@
+// The order of the stages and what makes each stale: see run_stages.h.
+#include "core/project/run_stages.h"
+
+#include <chrono>
+
+#include <fmt/format.h>
+
+#include "core/base/files.h"
+#include "core/base/hash.h"
+#include "core/camera/align.h"
+#include "core/capture/capture.h"
+#include "core/head/builtin_head.h"
+#include "core/head/load_head_model.h"
+#include "core/matte/matte.h"
+#include "core/project/project_views.h"
+#include "core/track/track_clip.h"
+
+namespace likeness {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+// Raised when a stage's method changes so that its old results should be made anew.
+constexpr std::array<int, kStages.size()> kStageVersion{1, 1, 1, 1, 1};
+
+std::string content_of(const fs::path& path) {
+  if (path.empty()) return "none";
+  const auto hash = hash_file(path);
+  return hash ? *hash : "absent";
+}
+
+// Everything the stage's result depends on, as one hash. Results of earlier stages count by content, so an
+// edited track.json is honoured.
+std::string input_hash(const Project& project, Stage stage) {
+  const ProjectOptions& o = project.options;
+  std::string inputs = fmt::format("{} {}\n", stage_name(stage), kStageVersion[std::size_t(stage)]);
+  switch (stage) {
+    case Stage::import:
+      inputs += fmt::format("{} {}", content_of(o.video), o.size);
+      break;
+    case Stage::align:
+      inputs += fmt::format("{} {}", content_of(o.video), o.seed);
+      break;
+    case Stage::fit:
+      inputs +=
+          fmt::format("{} {} {} {}", content_of(capture_path(project)), content_of(cameras_path(project)),
+                      content_of(o.head_model), content_of(o.landmark_model));
+      break;
+    case Stage::matte:
+      inputs +=
+          fmt::format("{} {} {} {}", content_of(capture_path(project)), content_of(cameras_path(project)),
+                      content_of(track_path(project)), content_of(o.head_model));
+      break;
+    case Stage::train:
+      inputs += fmt::format("{} {} {} {} {} {} {} {} {}", project.record(Stage::matte).input_hash,
+                            content_of(track_path(project)), content_of(plate_path(project)), o.budget_s,
+                            o.steps, o.seed, o.use_ambient, o.use_latent, o.use_occupancy);
+      break;
+  }
+  return hash_text(inputs);
+}
+
+bool results_exist(const Project& project, Stage stage) {
+  switch (stage) {
+    case Stage::import:
+      return fs::exists(capture_path(project)) && fs::exists(project.folder / "frames");
+    case Stage::align:
+      return fs::exists(cameras_path(project));
+    case Stage::fit:
+      return fs::exists(track_path(project));
+    case Stage::matte:
+      return fs::exists(project.folder / "masks");
+    case Stage::train:
+      return fs::exists(avatar_path(project));
+  }
+  return false;
+}
+
+struct StageContext {
+  Project& project;
+  StageRecord& record;
+  const Progress& progress;
+  const RunObserver& observer;
+  std::stop_token stop;
+};
+
+Result<void> run_import(const StageContext& context) {
+  ImportOptions options;
+  options.size = context.project.options.size;
+  const auto capture = import_clip(context.project.options.video, context.project.folder, options,
+                                   context.progress, context.stop);
+  if (!capture) return capture.error();
+  int used = 0, held_out = 0;
+  for (const CaptureFrame& frame : capture->frames) used += frame.used, held_out += frame.held_out;
+  context.record.message =
+      fmt::format("{} frames: {} train, {} held out, {} refused.", capture->frames.size(), used, held_out,
+                  int(capture->frames.size()) - used - held_out);
+  context.record.warnings = capture->warnings;
+  return write_capture(capture_path(context.project), *capture);
+}
+
+Result<void> run_align(const StageContext& context) {
+  const auto person = coarse_person_mask(context.project.options.landmark_model);
+  if (!person) return person.error();
+  AlignOptions options;
+  options.seed = int(context.project.options.seed);
+  const auto aligned = align_clip(context.project.options.video, *person, context.project.folder / "colmap",
+                                  options, context.progress, context.stop);
+  if (!aligned) return aligned.error();
+  context.record.message = aligned->evidence;
+  context.record.warnings = aligned->warnings;
+  return write_cameras(cameras_path(context.project), aligned->cameras);
+}
+
+Result<void> run_fit(const StageContext& context) {
+  const auto capture = read_capture(capture_path(context.project));
+  if (!capture) return capture.error();
+  const auto cameras = read_cameras(cameras_path(context.project));
+  if (!cameras) return cameras.error();
+  const auto model = project_head_model(context.project.options);
+  if (!model) return model.error();
+  TrackOptions options;
+  options.predictor = context.project.options.landmark_model;
+  const TrackRegion region{capture->crop.x, capture->crop.y, capture->crop.side, capture->crop.side};
+  auto track = track_clip(context.project.options.video, region, *cameras, held_out_frames(*capture), *model,
+                          options, context.progress, context.stop);
+  if (!track) return track.error();
+  track->head_model_file = context.project.options.head_model.string();
+  std::array<int, 3> count{};
+  double error_px = 0;
+  for (const TrackedFrame& frame : track->frames) {
+    ++count[std::size_t(frame.status)];
+    if (frame.status != FrameStatus::lost) error_px += frame.inner_error_px;
+  }
+  const int followed = count[0] + count[1];
+  context.record.message =
+      fmt::format("{} head; {} frames good, {} weak, {} lost; landmarks within {:.2f} px.", model->name,
+                  count[0], count[1], count[2], followed > 0 ? error_px / followed : 0.0);
+  return write_track(track_path(context.project), *track);
+}
+
+Result<void> run_matte(const StageContext& context) {
+  const auto capture = read_capture(capture_path(context.project));
+  if (!capture) return capture.error();
+  const auto cameras = read_cameras(cameras_path(context.project));
+  if (!cameras) return cameras.error();
+  const auto track = read_track(track_path(context.project));
+  if (!track) return track.error();
+  const auto model = project_head_model(context.project.options);
+  if (!model) return model.error();
+  MatteOptions options;
+  options.size = capture->size;
+  const auto matte = matte_clip(context.project.folder, *capture, *cameras, *track, *model, options,
+                                context.progress, context.stop);
+  if (!matte) return matte.error();
+  context.record.message =
+      matte->has_plate ? fmt::format("Background plate, {:.0f} % of it seen.", 100 * matte->plate_coverage)
+                       : "No background plate: the camera moves throughout.";
+  context.record.warnings = matte->warnings;
+  return {};
+}
+
+Result<void> run_train(const StageContext& context) {
+  const ProjectOptions& o = context.project.options;
+  const auto model = project_head_model(o);
+  if (!model) return model.error();
+  const auto set = load_training_set(context.project, *model);
+  if (!set) return set.error();
+  TrainOptions options;
+  options.budget_s = o.budget_s;
+  options.steps = o.steps;
+  options.seed = o.seed;
+  options.use_ambient = o.use_ambient;
+  options.use_latent = o.use_latent;
+  options.use_occupancy = o.use_occupancy;
+  auto avatar = train_avatar(*set, options, checkpoint_path(context.project), context.progress,
+                             context.observer.training, context.stop);
+  if (!avatar) return avatar.error();
+  avatar->head_model_file = o.head_model.string();
+  context.record.message = fmt::format("{} steps in {:.0f} s.", avatar->steps, avatar->train_seconds);
+  return write_avatar(avatar_path(context.project), *avatar);
+}
+
+Result<void> run_stage(Stage stage, const StageContext& context) {
+  switch (stage) {
+    case Stage::import:
+      return run_import(context);
+    case Stage::align:
+      return run_align(context);
+    case Stage::fit:
+      return run_fit(context);
+    case Stage::matte:
+      return run_matte(context);
+    case Stage::train:
+      return run_train(context);
+  }
+  return {};
+}
+
+// Seconds a stage is expected to take beside the others; only shares the progress bar out.
+double expected_seconds(const ProjectOptions& options, Stage stage) {
+  switch (stage) {
+    case Stage::import:
+      return 15;
+    case Stage::align:
+      return 30;
+    case Stage::fit:
+      return 120;
+    case Stage::matte:
+      return 40;
+    case Stage::train:
+      return options.steps > 0 ? 200 : options.budget_s;
+  }
+  return 1;
+}
+
+}  // namespace
+
+Result<HeadModel> project_head_model(const ProjectOptions& options) {
+  if (options.head_model.empty()) return make_builtin_head();
+  return load_head_model(options.head_model);
+}
+
+bool is_current(const Project& project, Stage stage) {
+  const StageRecord& record = project.record(stage);
+  return record.state == StageState::done && results_exist(project, stage) &&
+         record.input_hash == input_hash(project, stage);
+}
+
+Result<void> run_stages(Project& project, Stage last, const Progress& progress, const RunObserver& observer,
+                        std::stop_token stop) {
+  const auto lock = ProjectLock::acquire(project);
+  if (!lock) return lock.error();
+  double total = 0, before = 0;
+  for (const Stage stage : kStages) {
+    if (stage <= last) total += expected_seconds(project.options, stage);
+  }
+  for (const Stage stage : kStages) {
+    if (stage > last) break;
+    const double from = before / total, to = (before + expected_seconds(project.options, stage)) / total;
+    before += expected_seconds(project.options, stage);
+    StageRecord& record = project.record(stage);
+    if (is_current(project, stage)) {
+      progress.report(to);
+      continue;
+    }
+    const std::string inputs = input_hash(project, stage);
+    if (record.input_hash != inputs) record = StageRecord{.input_hash = inputs};
+    record.state = StageState::running;
+    if (const auto saved = save_project(project); !saved) return saved.error();
+    observer.stage_changed(stage, record);
+
+    const auto start = std::chrono::steady_clock::now();
+    const Progress part = progress.stage(from, to, std::string(stage_name(stage)));
+    const auto outcome = run_stage(stage, {project, record, part, observer, stop});
+    record.seconds += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    if (outcome) {
+      record.state = StageState::done;
+    } else {
+      record.state = outcome.error().code == ErrorCode::cancelled ? StageState::stopped : StageState::failed;
+      record.message = outcome.error().what;
+    }
+    observer.stage_changed(stage, record);
+    const auto saved = save_project(project);
+    if (!outcome) return outcome.error();
+    if (!saved) return saved.error();
+    progress.report(to);
+  }
+  return {};
+}
+
+}  // namespace likeness

@@ -1,0 +1,32 @@
+// Running a project: each stage whose inputs changed or whose result is absent, in order.
+#pragma once
+
+#include <functional>
+#include <stop_token>
+
+#include "core/base/progress.h"
+#include "core/base/result.h"
+#include "core/head/head_model.h"
+#include "core/project/project.h"
+#include "core/train/train.h"
+
+namespace likeness {
+
+// What a watcher of a run may want to see while it lasts. Called from the running thread.
+struct RunObserver {
+  std::function<void(Stage, const StageRecord&)> stage_changed = [](Stage, const StageRecord&) {};
+  std::function<void(const TrainStatus&)> training = [](const TrainStatus&) {};
+};
+
+// Whether the stage's result is there and made from what is there now.
+bool is_current(const Project& project, Stage stage);
+
+// Runs all stages up to and including `last` that are not current. A stop or a failure leaves finished stages
+// and the interrupted stage's checkpoint; calling again continues. Takes the project's lock.
+Result<void> run_stages(Project& project, Stage last, const Progress& progress, const RunObserver& observer,
+                        std::stop_token stop);
+
+// The head model a project uses.
+Result<HeadModel> project_head_model(const ProjectOptions& options);
+
+}  // namespace likeness
