@@ -1,0 +1,237 @@
+// Held-out evaluation: see evaluate.h.
+#include "core/study/evaluate.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <limits>
+
+#include <fmt/format.h>
+
+#include "core/base/files.h"
+#include "core/image/files.h"
+#include "core/image/metrics.h"
+#include "core/matte/matte.h"
+#include "core/project/project_views.h"
+#include "core/render/render.h"
+#include "core/track/landmarks.h"
+#include "core/video/encode.h"
+
+namespace likeness {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+
+struct Regions {
+  Image8 person, head, face;  // one channel at the picture's size, 255 inside
+};
+
+Image8 channel_mask(const Image8& rgb, int channel) {
+  Image8 mask(rgb.width, rgb.height, 1);
+  for (std::size_t i = 0; i < mask.data.size(); ++i) {
+    mask.data[i] = rgb.data[i * std::size_t(rgb.channels) + std::size_t(channel)] > 127 ? 255 : 0;
+  }
+  return mask;
+}
+
+Result<Regions> load_regions(const fs::path& folder, const Capture& capture, int frame) {
+  const auto picture = read_image(folder / fmt::format("{:06}.png", frame));
+  if (!picture) return picture.error();
+  if (picture->channels < 3 || picture->width != capture.width || picture->height != capture.height) {
+    return Error{
+        ErrorCode::bad_input,
+        fmt::format("The region picture of frame {} is {} x {} with {} channels; the source is {} x {}.",
+                    frame, picture->width, picture->height, picture->channels, capture.width, capture.height),
+        "Give RGB pictures in source pixels: red person, green head, blue face.", folder.string()};
+  }
+  const SquareCrop& c = capture.crop;
+  const Image8 cut = resize(crop(*picture, c.x, c.y, c.side, c.side), capture.size, capture.size);
+  return Regions{channel_mask(cut, 0), channel_mask(cut, 1), channel_mask(cut, 2)};
+}
+
+// Mean distance of inner landmarks found by dlib in both pictures, with the same box; NaN where there is no
+// face.
+double landmark_error(const FaceDetector& detector, const Image8& truth, const Image8& rendered) {
+  const int scale = truth.width < 512 ? 512 / truth.width : 1;  // the detector wants faces of 80 px and more
+  const Image8 a = resize(truth, truth.width * scale, truth.height * scale);
+  const Image8 b = resize(rendered, rendered.width * scale, rendered.height * scale);
+  const auto faces = detector.detect(a);
+  if (faces.empty()) return kNaN;
+  const Landmarks in_truth = detector.landmarks(a, faces.front()),
+                  in_render = detector.landmarks(b, faces.front());
+  double sum = 0;
+  for (int i = 17; i < kLandmarkCount; ++i)
+    sum += (in_truth.points[std::size_t(i)] - in_render.points[std::size_t(i)]).norm();
+  return sum / (kLandmarkCount - 17) / scale;
+}
+
+Image8 beside(const Image8& truth, const Image8& rendered) {
+  Image8 out(truth.width * 3, truth.height, 3);
+  for (int y = 0; y < truth.height; ++y) {
+    for (int x = 0; x < truth.width; ++x) {
+      for (int c = 0; c < 3; ++c) {
+        const int a = truth.at(x, y)[c], b = rendered.at(x, y)[c];
+        out.at(x, y)[c] = std::uint8_t(a);
+        out.at(truth.width + x, y)[c] = std::uint8_t(b);
+        out.at(2 * truth.width + x, y)[c] = std::uint8_t(std::min(255, 4 * std::abs(a - b)));
+      }
+    }
+  }
+  return out;
+}
+
+// Mean over the finite values of f(frame); NaN where there is none.
+template <class F>
+double mean_of(const std::vector<FrameScore>& frames, F f) {
+  double sum = 0;
+  int count = 0;
+  for (const FrameScore& frame : frames) {
+    const double value = f(frame);
+    if (!std::isfinite(value)) continue;
+    sum += value;
+    ++count;
+  }
+  return count > 0 ? sum / count : kNaN;
+}
+
+struct Inputs {
+  Capture capture;
+  CameraSet cameras;
+  Track track;
+  Avatar avatar;
+  std::set<int> plate_frames;
+};
+
+Result<Inputs> load_inputs(const Project& project) {
+  if (!fs::exists(avatar_path(project))) {
+    return Error{ErrorCode::not_found, fmt::format("{} holds no trained avatar.", project.folder.string()),
+                 "Run: likeness build VIDEO --project DIR", project.folder.string()};
+  }
+  auto capture = read_capture(capture_path(project));
+  if (!capture) return capture.error();
+  auto cameras = read_cameras(cameras_path(project));
+  if (!cameras) return cameras.error();
+  auto track = read_track(track_path(project));
+  if (!track) return track.error();
+  if (track->frames.empty()) {
+    return Error{ErrorCode::bad_input, "The track holds no frames.",
+                 "Delete track.json and run the build again.", track_path(project).string()};
+  }
+  auto avatar = read_avatar(avatar_path(project));
+  if (!avatar) return avatar.error();
+  auto plate_frames = read_plate_frames(project.folder);
+  if (!plate_frames) return plate_frames.error();
+  return Inputs{std::move(*capture), std::move(*cameras), std::move(*track), std::move(*avatar),
+                std::move(*plate_frames)};
+}
+
+}  // namespace
+
+Result<Evaluation> evaluate(const Project& project, const EvalOptions& options, const Progress& progress,
+                            std::stop_token stop) {
+  const auto inputs = load_inputs(project);
+  if (!inputs) return inputs.error();
+  const auto& [capture, cameras, track, avatar, plate_frames] = *inputs;
+  const auto detector = FaceDetector::load(project.options.landmark_model);
+  if (!detector) return detector.error();
+  const fs::path regions_folder = options.regions.empty() ? regions_path(project) : options.regions;
+  std::optional<VideoWriter> video;
+  if (!options.video.empty()) {
+    auto writer = VideoWriter::create(options.video, capture.size * 3, capture.size,
+                                      {.frames_per_second = capture.frames_per_second});
+    if (!writer) return writer.error();
+    video.emplace(std::move(*writer));
+  }
+
+  Evaluation result;
+  result.split = capture.split;
+  result.size = capture.size;
+  result.free_numbers_per_frame =
+      6 + int(track.frames.front().articulation.expression.size()) + 3 + 6 + (track.has_torso ? 6 : 0);
+  std::vector<double> ssims, gmsds;
+  bool background_known = true;
+  double render_s = 0, samples = 0;
+  const std::set<int> held_out = held_out_frames(capture);
+  for (const int frame : held_out) {
+    if (stop.stop_requested()) return cancelled_error();
+    progress.report(double(result.frames_test + result.frames_lost) / double(held_out.size()),
+                    fmt::format("frame {}", frame));
+    const TrackedFrame* tracked = find_tracked(track, frame);
+    const auto camera = picture_camera(capture, cameras, track, frame);
+    if (tracked == nullptr || tracked->status == FrameStatus::lost || !camera) {
+      ++result.frames_lost;
+      continue;
+    }
+    const auto truth = read_image(project.folder / frame_name(frame));
+    if (!truth) return truth.error();
+    const auto regions = load_regions(regions_folder, capture, frame);
+    if (!regions) return regions.error();
+
+    const auto start = std::chrono::steady_clock::now();
+    const RenderedFrame rendered = render_frame(
+        avatar, *camera, {tracked->world_from_head, tracked->world_from_torso, tracked->articulation});
+    render_s += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    samples += rendered.samples_per_ray;
+    const bool has_plate = !avatar.plate.empty() && (cameras.is_static || plate_frames.contains(frame));
+    background_known &= has_plate;
+    // Scored as exported: rounded to 8 bits.
+    const Image8 picture = to_bytes(composite(rendered.rgba, has_plate ? avatar.plate : Image8{}));
+    const Image a = to_float(*truth), b = to_float(picture);
+
+    FrameScore score;
+    score.frame = frame;
+    score.mse = mse(a, b);
+    score.person_mse = mse(a, b, regions->person);
+    score.head_mse = mse(a, b, regions->head);
+    score.face_mse = mse(a, b, regions->face);
+    score.landmark_error_px = landmark_error(*detector, *truth, picture);
+    ssims.push_back(ssim(a, b));
+    gmsds.push_back(gmsd(a, b));
+    result.frames.push_back(score);
+    ++result.frames_test;
+
+    const Image8 pair = beside(*truth, picture);
+    if (video) {
+      if (const auto added = video->add(pair); !added) return added.error();
+    }
+    if (!options.pictures.empty()) {
+      const auto written = write_image(options.pictures / fmt::format("{:06}.png", frame), pair);
+      if (!written) return written.error();
+    }
+  }
+  if (result.frames_test == 0) {
+    return Error{ErrorCode::failed, "None of the held-out frames has a track, so nothing can be measured.",
+                 "Film a longer clip in which the face stays in view to the end.", project.folder.string()};
+  }
+  if (video) {
+    if (const auto finished = video->finish(); !finished) return finished.error();
+  }
+
+  const auto mean = [](const std::vector<double>& values) {
+    double sum = 0;
+    for (const double v : values) sum += v;
+    return sum / double(values.size());
+  };
+  if (background_known) {
+    result.mse = mean_of(result.frames, [](const FrameScore& f) { return f.mse; });
+    result.psnr_db = mean_of(result.frames, [](const FrameScore& f) { return psnr_from_mse(f.mse); });
+    result.psnr_pooled_db = psnr_from_mse(*result.mse);
+    result.ssim = mean(ssims);
+    result.gmsd = mean(gmsds);
+  }
+  result.psnr_person_db =
+      mean_of(result.frames, [](const FrameScore& f) { return psnr_from_mse(f.person_mse); });
+  result.psnr_head_db = mean_of(result.frames, [](const FrameScore& f) { return psnr_from_mse(f.head_mse); });
+  result.psnr_face_db = mean_of(result.frames, [](const FrameScore& f) { return psnr_from_mse(f.face_mse); });
+  result.face_mse = mean_of(result.frames, [](const FrameScore& f) { return f.face_mse; });
+  result.landmark_error_px = mean_of(result.frames, [](const FrameScore& f) { return f.landmark_error_px; });
+  result.render_fps = result.frames_test / std::max(render_s, 1e-9);
+  result.samples_per_ray = samples / result.frames_test;
+  progress.report(1);
+  return result;
+}
+
+}  // namespace likeness
