@@ -8,7 +8,15 @@
 
 namespace likeness {
 
-Result<Image8> read_image(const std::filesystem::path& path);  // 1, 3 or 4 channels as stored, 16 bit reduced to 8
-Result<void> write_image(const std::filesystem::path& path, const Image8& image);  // format by extension
+struct ImageWriteOptions {
+  int png_level = 4;      // zlib's 0..9; more is smaller and slower
+  int jpeg_quality = 95;  // 1..100
+};
+
+// 1, 3 or 4 channels as stored, alpha straight, 16 bit reduced to 8. A picture that breaks off is refused.
+// An orientation tag is not applied: pixels are as they lie in the file, as COLMAP sees them.
+Result<Image8> read_image(const std::filesystem::path& path);
+Result<void> write_image(const std::filesystem::path& path, const Image8& image,
+                         const ImageWriteOptions& options = {});  // format by extension
 
 }  // namespace likeness

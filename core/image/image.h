@@ -21,13 +21,14 @@ struct BasicImage {
   const T* at(int x, int y) const { return data.data() + (std::size_t(y) * width + x) * channels; }
 };
 
-using Image = BasicImage<float>;          // sRGB-encoded (display-referred) in [0, 1]; RGB, RGBA or one channel
+using Image = BasicImage<float>;  // sRGB-encoded (display-referred) in [0, 1]; RGB, RGBA or one channel
 using Image8 = BasicImage<std::uint8_t>;  // the same in 0..255
 
 Image to_float(const Image8& image);
 Image8 to_bytes(const Image& image);  // rounds and clamps
 
-// The part of `image` inside the rectangle [x, x+width) x [y, y+height); outside the picture the border is repeated.
+// The part of `image` inside the rectangle [x, x+width) x [y, y+height); outside the picture the border is
+// repeated.
 Image8 crop(const Image8& image, int x, int y, int width, int height);
 // Area filtering when shrinking, bilinear when enlarging; done on the encoded values.
 Image8 resize(const Image8& image, int width, int height);

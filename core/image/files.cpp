@@ -1,0 +1,143 @@
+// Pictures in and out of files through OpenImageIO: see files.h.
+#include "core/image/files.h"
+
+#include <OpenImageIO/filesystem.h>
+#include <OpenImageIO/imageio.h>
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <exception>
+#include <string>
+
+#include "core/base/check.h"
+#include "core/base/files.h"
+
+namespace likeness {
+namespace {
+
+constexpr std::int64_t kLargestPicture = std::int64_t(1)
+                                         << 30;  // bytes decoded; a larger claim is a broken header
+
+Error unreadable(const std::filesystem::path& path, std::string what) {
+  return {ErrorCode::bad_input, std::move(what), "Copy or export the picture again, as PNG or JPEG.",
+          path.string()};
+}
+
+std::string first_line(const std::string& text) { return text.substr(0, text.find('\n')); }
+
+// libjpeg fills the rest of a cut-off picture with grey and only warns, so the end mark is looked for here.
+// Walks the segments of the main picture: lengths up to each scan, then scan data, in which FF is followed by
+// 00 or a restart mark. True when FF D9 is reached.
+bool jpeg_is_whole(std::span<const std::byte> bytes) {
+  const auto at = [&](std::size_t i) { return std::to_integer<unsigned>(bytes[i]); };
+  std::size_t i = 2;
+  while (i + 1 < bytes.size()) {
+    if (at(i) != 0xFF) {  // scan data
+      ++i;
+      continue;
+    }
+    const unsigned mark = at(i + 1);
+    if (mark == 0xD9) return true;
+    if (mark == 0xFF) {  // fill byte
+      ++i;
+    } else if (mark == 0x00 || mark == 0x01 || (mark >= 0xD0 && mark <= 0xD8)) {
+      i += 2;
+    } else {
+      if (i + 3 >= bytes.size()) return false;
+      i += 2 + std::max(2u, (at(i + 2) << 8) + at(i + 3));
+    }
+  }
+  return false;
+}
+
+bool is_jpeg(std::span<const std::byte> bytes) {
+  return bytes.size() > 2 && bytes[0] == std::byte(0xFF) && bytes[1] == std::byte(0xD8);
+}
+
+Image8 grey_alpha_to_rgba(const Image8& image) {
+  Image8 result(image.width, image.height, 4);
+  for (std::size_t i = 0; i < image.pixels(); ++i) {
+    std::fill_n(result.data.begin() + std::ptrdiff_t(4 * i), 3, image.data[2 * i]);
+    result.data[4 * i + 3] = image.data[2 * i + 1];
+  }
+  return result;
+}
+
+Result<Image8> decode(const std::filesystem::path& path) {
+  const std::string name = path.filename().string();
+  OIIO::ImageSpec config;
+  config.attribute("oiio:UnassociatedAlpha", 1);  // alpha stays straight, as it lies on disk
+  const auto input = OIIO::ImageInput::open(path.string(), &config);
+  if (!input) {
+    return unreadable(path, fmt::format("\"{}\" is not a picture that can be read: {}.", name,
+                                        first_line(OIIO::geterror())));
+  }
+  const OIIO::ImageSpec& spec = input->spec();
+  if (spec.width <= 0 || spec.height <= 0 || spec.nchannels < 1 || spec.nchannels > 4 || spec.depth > 1 ||
+      std::int64_t(spec.width) * spec.height * spec.nchannels > kLargestPicture) {
+    return unreadable(path, fmt::format("\"{}\" claims a size of {} x {} x {}, which is no ordinary picture.",
+                                        name, spec.width, spec.height, spec.nchannels));
+  }
+  Image8 image(spec.width, spec.height, spec.nchannels);
+  if (!input->read_image(0, 0, 0, spec.nchannels, OIIO::TypeDesc::UINT8, image.data.data())) {
+    return unreadable(path, fmt::format("\"{}\" ({} x {}) breaks off or is damaged: {}.", name, spec.width,
+                                        spec.height, first_line(input->geterror())));
+  }
+  return image.channels == 2 ? grey_alpha_to_rgba(image) : std::move(image);
+}
+
+}  // namespace
+
+Result<Image8> read_image(const std::filesystem::path& path) {
+  const std::string name = path.filename().string();
+  std::error_code ignored;
+  if (!std::filesystem::is_regular_file(path, ignored)) {
+    return Error{ErrorCode::not_found, fmt::format("There is no picture \"{}\".", path.string()),
+                 "Check the name and the folder.", path.string()};
+  }
+  const auto bytes = read_file(path);
+  if (!bytes) return bytes.error();
+  if (bytes->empty()) return unreadable(path, fmt::format("\"{}\" is empty (0 bytes).", name));
+  if (is_jpeg(*bytes) && !jpeg_is_whole(*bytes)) {
+    return unreadable(path, fmt::format("\"{}\" breaks off: the end of the JPEG data is missing.", name));
+  }
+  try {
+    return decode(path);
+  } catch (const std::exception& e) {
+    return unreadable(path, fmt::format("\"{}\" cannot be decoded: {}.", name, e.what()));
+  }
+}
+
+Result<void> write_image(const std::filesystem::path& path, const Image8& image,
+                         const ImageWriteOptions& options) {
+  LIKENESS_CHECK(!image.empty() && image.data.size() == image.pixels() * image.channels,
+                 "picture %d x %d x %d", image.width, image.height, image.channels);
+  const auto refused = [&](std::string_view reason) {
+    return Error{ErrorCode::bad_input,
+                 fmt::format("A picture cannot be written as \"{}\": {}.", path.filename().string(), reason),
+                 "Use a name that ends in .png or .jpg.", path.string()};
+  };
+  // Encoded in memory and written by write_file(), which alone knows about full disks and half-written files.
+  std::vector<unsigned char> encoded;
+  try {
+    const auto output = OIIO::ImageOutput::create(path.filename().string());
+    if (!output) return refused("the format is unknown");
+    if (!output->supports("ioproxy")) return refused("the format cannot be written safely");
+    OIIO::ImageSpec spec(image.width, image.height, image.channels, OIIO::TypeDesc::UINT8);
+    spec.attribute("oiio:UnassociatedAlpha", 1);
+    spec.attribute("png:compressionLevel", options.png_level);
+    spec.attribute("Compression", "jpeg:" + std::to_string(options.jpeg_quality));
+    OIIO::Filesystem::IOVecOutput memory(encoded);
+    OIIO::Filesystem::IOProxy* proxy = &memory;
+    spec.attribute("oiio:ioproxy", OIIO::TypeDesc::PTR, &proxy);
+    if (!output->open(path.string(), spec) ||
+        !output->write_image(OIIO::TypeDesc::UINT8, image.data.data()) || !output->close()) {
+      return refused(first_line(output->geterror()));
+    }
+  } catch (const std::exception& e) {
+    return refused(e.what());
+  }
+  return write_file(path, std::as_bytes(std::span(encoded)));
+}
+
+}  // namespace likeness

@@ -1,0 +1,125 @@
+// Claims about pictures in files: exact round trips, and refusal of everything that is not a whole picture.
+#include "core/image/files.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <cmath>
+#include <fstream>
+#include <random>
+
+#include "core/base/files.h"
+
+namespace likeness {
+namespace {
+
+using ::testing::HasSubstr;
+namespace fs = std::filesystem;
+
+class ImageFiles : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    folder_ = fs::temp_directory_path() / ("likeness_image_" + std::to_string(getpid()) + "_" +
+                                           ::testing::UnitTest::GetInstance()->current_test_info()->name());
+    fs::create_directories(folder_);
+  }
+  void TearDown() override { fs::remove_all(folder_); }
+  std::size_t files() const { return std::size_t(std::distance(fs::directory_iterator(folder_), {})); }
+
+  fs::path folder_;
+};
+
+Image8 noise(int width, int height, int channels) {
+  Image8 image(width, height, channels);
+  std::mt19937 random(7);
+  for (auto& v : image.data) v = std::uint8_t(random() & 255);
+  return image;
+}
+
+Image8 gradient(int width, int height) {
+  Image8 image(width, height, 3);
+  for (int y = 0; y < height; ++y) {
+    for (int x = 0; x < width; ++x) {
+      image.at(x, y)[0] = std::uint8_t(255 * x / width);
+      image.at(x, y)[1] = std::uint8_t(255 * y / height);
+      image.at(x, y)[2] = 128;
+    }
+  }
+  return image;
+}
+
+TEST_F(ImageFiles, PngGivesBackEveryByteForOneThreeAndFourChannels) {
+  for (const int channels : {1, 3, 4}) {
+    for (const int level : {1, 6}) {
+      const Image8 image =
+          noise(37, 21, channels);  // alpha 0 with colour among them: straight alpha must survive
+      const auto path = folder_ / "new folder" / "a.png";
+      const auto written = write_image(path, image, {.png_level = level});
+      ASSERT_TRUE(written) << written.error().what;
+      const auto read = read_image(path);
+      ASSERT_TRUE(read) << read.error().what;
+      EXPECT_EQ(read->channels, channels);
+      EXPECT_EQ(read->width, 37);
+      EXPECT_EQ(read->data, image.data);
+    }
+  }
+}
+
+TEST_F(ImageFiles, JpegComesBackClose) {
+  const Image8 image = gradient(64, 48);
+  ASSERT_TRUE(write_image(folder_ / "a.jpg", image));
+  const auto read = read_image(folder_ / "a.jpg");
+  ASSERT_TRUE(read) << read.error().what;
+  for (std::size_t i = 0; i < image.data.size(); ++i) ASSERT_NEAR(read->data[i], image.data[i], 8);
+}
+
+TEST_F(ImageFiles, LeavesNoTemporaryFile) {
+  ASSERT_TRUE(write_image(folder_ / "a.png", noise(8, 8, 3)));
+  EXPECT_EQ(files(), 1u);
+}
+
+TEST_F(ImageFiles, RefusesATruncatedPictureAtEveryLength) {
+  for (const std::string name : {"a.png", "a.jpg"}) {
+    ASSERT_TRUE(write_image(folder_ / name, name == "a.png" ? noise(40, 40, 3) : gradient(80, 80)));
+    const auto whole = read_file(folder_ / name);
+    ASSERT_TRUE(whole);
+    for (const double share : {0.02, 0.3, 0.7, 0.98}) {
+      const auto cut = std::span(*whole).first(std::size_t(double(whole->size()) * share));
+      ASSERT_TRUE(write_file(folder_ / ("cut_" + name), cut));
+      const auto read = read_image(folder_ / ("cut_" + name));
+      ASSERT_FALSE(read) << name << " cut to " << share;
+      EXPECT_EQ(read.error().code, ErrorCode::bad_input);
+      EXPECT_THAT(read.error().what, HasSubstr("cut_" + name));
+      EXPECT_FALSE(read.error().fix.empty());
+    }
+  }
+}
+
+TEST_F(ImageFiles, TellsMissingEmptyAndTextFilesApart) {
+  const auto missing = read_image(folder_ / "missing.png");
+  ASSERT_FALSE(missing);
+  EXPECT_EQ(missing.error().code, ErrorCode::not_found);
+
+  std::ofstream(folder_ / "empty.png").close();
+  const auto empty = read_image(folder_ / "empty.png");
+  ASSERT_FALSE(empty);
+  EXPECT_EQ(empty.error().code, ErrorCode::bad_input);
+  EXPECT_THAT(empty.error().what, HasSubstr("empty"));
+
+  std::ofstream(folder_ / "text.png") << "this is no picture, whatever its name says";
+  const auto text = read_image(folder_ / "text.png");
+  ASSERT_FALSE(text);
+  EXPECT_EQ(text.error().code, ErrorCode::bad_input);
+  EXPECT_THAT(text.error().what, HasSubstr("not a picture"));
+}
+
+TEST_F(ImageFiles, RefusesAnUnknownFormatAndWritesNothing) {
+  const auto written = write_image(folder_ / "a.nonsense", noise(8, 8, 3));
+  ASSERT_FALSE(written);
+  EXPECT_EQ(written.error().code, ErrorCode::bad_input);
+  EXPECT_EQ(files(), 0u);
+}
+
+}  // namespace
+}  // namespace likeness
