@@ -9,15 +9,16 @@ namespace likeness {
 
 // A person: the model with an identity baked in, so that posing costs only expression and skinning.
 struct HeadShape {
-  std::vector<Vec3f> vertices;                 // (V) template + identity, m
-  std::array<Vec3f, kJointCount> joints{};     // m
+  std::vector<Vec3f> vertices;              // (V) template + identity, m
+  std::array<Vec3f, kJointCount> joints{};  // m
 };
 
 // identity: (I) standard deviations; shorter is padded with zero.
 HeadShape shape_head(const HeadModel& model, const Eigen::VectorXf& identity);
 
 // (V) vertices in the head frame, m.
-std::vector<Vec3f> pose_head(const HeadModel& model, const HeadShape& shape, const Articulation& articulation);
+std::vector<Vec3f> pose_head(const HeadModel& model, const HeadShape& shape,
+                             const Articulation& articulation);
 
 // The 68 landmarks of posed vertices, m.
 std::array<Vec3f, kLandmarkCount> landmark_positions(const HeadModel& model, const std::vector<Vec3f>& posed);
