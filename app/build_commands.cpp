@@ -1,0 +1,186 @@
+// likeness build|import|align|fit|train: run a project's stages, all or up to one.
+#include <filesystem>
+#include <memory>
+
+#include <fmt/format.h>
+
+#include "app/commands.h"
+#include "app/terminal.h"
+#include "core/base/parallel.h"
+#include "core/camera/align.h"
+#include "core/capture/capture.h"
+#include "core/matte/matte.h"
+#include "core/project/run_stages.h"
+
+namespace likeness::app {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+struct BuildArguments {
+  CommonOptions common;
+  fs::path input, project, out;
+  ProjectOptions options;
+};
+
+nlohmann::json summary(const Project& project) {
+  nlohmann::json stages = nlohmann::json::object();
+  for (const Stage stage : kStages) {
+    const StageRecord& record = project.record(stage);
+    stages[std::string(stage_name(stage))] = {{"done", is_current(project, stage)},
+                                              {"seconds", record.seconds},
+                                              {"message", record.message},
+                                              {"warnings", record.warnings}};
+  }
+  return {{"project", project.folder.string()}, {"stages", stages}};
+}
+
+int run(Project& project, Stage last, const CommonOptions& common) {
+  const ThreadLimit limit(common.threads);
+  RunObserver observer;
+  std::vector<std::string> told;
+  if (!common.json) {
+    observer.stage_changed = [](Stage stage, const StageRecord& record) {
+      if (record.state != StageState::done) return;
+      fmt::print(stderr, "\r\033[K{:>7}  {} ({:.0f} s)\n", stage_name(stage), record.message, record.seconds);
+      for (const std::string& warning : record.warnings) fmt::print(stderr, "         note: {}\n", warning);
+    };
+  }
+  Result<void> outcome;
+  {
+    const ProgressLine line(common);
+    outcome = run_stages(project, last, line.progress(), observer, stop_on_signals());
+  }
+  if (!outcome) return report_failure(outcome.error());
+  if (common.json) {
+    print_json(summary(project));
+  } else if (last == Stage::train) {
+    fmt::print(stderr, "Done. Next: likeness render {} --out avatar.mp4 --camera orbit\n",
+               project.folder.string());
+  }
+  return kExitDone;
+}
+
+// A first build that fails on its clip leaves no folder behind: there is nothing in it to keep.
+int run_new(const BuildArguments& arguments, Stage last) {
+  const bool existed = fs::exists(arguments.project);
+  ProjectOptions options = arguments.options;
+  options.video = arguments.input;
+  options.seed = arguments.common.seed;
+  auto project = open_or_create_project(arguments.project, options);
+  if (!project) return report_failure(project.error());
+  const int code = run(*project, last, arguments.common);
+  if (code == kExitFailed && !existed && project->record(Stage::import).state == StageState::failed) {
+    std::error_code ignored;
+    fs::remove_all(arguments.project, ignored);
+  }
+  return code;
+}
+
+int run_existing(const BuildArguments& arguments, Stage last, bool new_budget, bool new_steps) {
+  auto opened = open_project(arguments.input);
+  if (!opened) return report_failure(opened.error());
+  ProjectOptions options = opened->options;
+  if (new_budget) options.budget_s = arguments.options.budget_s, options.steps = 0;
+  if (new_steps) options.steps = arguments.options.steps;
+  if (!arguments.options.head_model.empty()) options.head_model = arguments.options.head_model;
+  auto project = open_or_create_project(arguments.input, options);
+  if (!project) return report_failure(project.error());
+  return run(*project, last, arguments.common);
+}
+
+int run_align_photos(const BuildArguments& arguments) {
+  const ThreadLimit limit(arguments.common.threads);
+  AlignOptions options;
+  options.seed = int(arguments.common.seed);
+  const fs::path work = fs::path(arguments.out).concat(".colmap");
+  const auto start = std::chrono::steady_clock::now();
+  const ProgressLine line(arguments.common);
+  // Photographs may show a person or not: what the face detector finds is masked.
+  const auto person = coarse_person_mask(arguments.options.landmark_model);
+  if (!person) return report_failure(person.error());
+  const auto aligned =
+      align_photos(arguments.input, *person, work, options, line.progress(), stop_on_signals());
+  if (!aligned) return report_failure(aligned.error());
+  if (const auto written = write_cameras(arguments.out, aligned->cameras); !written)
+    return report_failure(written.error());
+  const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  if (arguments.common.json) {
+    print_json({{"frames", aligned->frames},
+                {"registered", aligned->registered},
+                {"static", aligned->cameras.is_static},
+                {"seconds", seconds},
+                {"reprojection_px", aligned->cameras.reprojection_px}});
+  } else {
+    fmt::print(stderr, "\r\033[K{}\n", aligned->evidence);
+  }
+  return kExitDone;
+}
+
+void add_training_options(CLI::App& verb, BuildArguments& a) {
+  verb.add_option("--budget", a.options.budget_s, "Seconds of training")->check(CLI::Range(1.0, 1e6));
+  verb.add_option("--steps", a.options.steps, "Exact training steps instead of a budget");
+}
+
+void add_capture_options(CLI::App& verb, BuildArguments& a) {
+  verb.add_option("video", a.input, "The clip")->required();
+  verb.add_option("--project", a.project, "The project folder, made if absent")->required();
+  verb.add_option("--size", a.options.size, "Side of the pictures, px")
+      ->check(CLI::IsMember({256, 512, 1024}));
+  verb.add_option("--head-model", a.options.head_model,
+                  "A head model file (.npz); default: the built-in head");
+  verb.add_option("--landmark-model", a.options.landmark_model,
+                  "A dlib 68-point shape predictor; default: the system's");
+}
+
+}  // namespace
+
+void add_build_commands(CLI::App& program, int& exit_code) {
+  auto a = std::make_shared<BuildArguments>();
+
+  CLI::App* build = program.add_subcommand("build", "All stages: from a clip to a trained avatar");
+  add_capture_options(*build, *a);
+  add_training_options(*build, *a);
+  build->add_flag("!--no-ambient", a->options.use_ambient, "Ablation: without the ambient slice");
+  build->add_flag("!--no-latent", a->options.use_latent, "Ablation: without the per-frame code");
+  build->add_flag("!--no-occupancy", a->options.use_occupancy, "Ablation: without the occupancy grid");
+  add_common_options(*build, a->common);
+  build->callback([a, &exit_code] { exit_code = run_new(*a, Stage::train); });
+
+  CLI::App* import = program.add_subcommand("import", "Decode a clip, choose frames, crop");
+  add_capture_options(*import, *a);
+  add_common_options(*import, a->common);
+  import->callback([a, &exit_code] { exit_code = run_new(*a, Stage::import);
+});
+
+CLI::App* align = program.add_subcommand("align", "Cameras of a project, or of a folder of photographs");
+align->add_option("input", a->input, "Project folder, or folder of photographs")->required();
+align->add_option("--out", a->out, "cameras.json to write, for photographs");
+add_common_options(*align, a->common);
+align->callback([a, &exit_code] {
+  if (fs::exists(a->input / "project.json")) {
+    exit_code = run_existing(*a, Stage::align, false, false);
+  } else if (a->out.empty()) {
+    throw CLI::RequiredError("--out, because " + a->input.string() + " is not a project folder,");
+  } else {
+    exit_code = run_align_photos(*a);
+  }
+});
+
+CLI::App* fit = program.add_subcommand("fit", "Track the head, cut out the person");
+fit->add_option("project", a->input, "Project folder")->required();
+fit->add_option("--head-model", a->options.head_model, "Use another head model from now on");
+add_common_options(*fit, a->common);
+fit->callback([a, &exit_code] { exit_code = run_existing(*a, Stage::matte, false, false); });
+
+CLI::App* train = program.add_subcommand("train", "Train the avatar, or continue");
+train->add_option("project", a->input, "Project folder")->required();
+add_training_options(*train, *a);
+add_common_options(*train, a->common);
+train->callback([a, train, &exit_code] {
+  exit_code = run_existing(*a, Stage::train, train->count("--budget") > 0, train->count("--steps") > 0);
+});
+}  // namespace likeness::app
+
+}  // namespace likeness::app

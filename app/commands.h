@@ -1,0 +1,15 @@
+// The verbs of the command line. Each function adds one verb to the parser; running it stores the exit code.
+#pragma once
+
+#include <CLI/CLI.hpp>
+
+namespace likeness::app {
+
+void add_build_commands(CLI::App& program, int& exit_code);  // build, import, align, fit, train
+void add_track_command(CLI::App& program, int& exit_code);
+void add_eval_command(CLI::App& program, int& exit_code);
+void add_render_command(CLI::App& program, int& exit_code);
+void add_demo_command(CLI::App& program, int& exit_code);
+void add_doctor_command(CLI::App& program, int& exit_code);
+
+}  // namespace likeness::app

@@ -1,0 +1,57 @@
+// likeness demo: write the built-in capture with its ground truth.
+#include <memory>
+
+#include <fmt/format.h>
+
+#include "app/commands.h"
+#include "app/terminal.h"
+#include "core/base/parallel.h"
+#include "core/synth/demo_capture.h"
+
+namespace likeness::app {
+
+namespace {
+
+struct DemoArguments {
+  CommonOptions common;
+  std::filesystem::path folder;
+  DemoOptions options;
+};
+
+int run(DemoArguments arguments) {
+  const ThreadLimit limit(arguments.common.threads);
+  arguments.options.seed = int(arguments.common.seed);
+  Result<void> outcome;
+  {
+    const ProgressLine line(arguments.common);
+    outcome = write_demo_capture(arguments.folder, arguments.options, line.progress(), stop_on_signals());
+  }
+  if (!outcome) return report_failure(outcome.error());
+  const std::string video = (arguments.folder / "demo.mp4").string();
+  if (arguments.common.json) {
+    print_json({{"video", video}, {"frames", arguments.options.frames}});
+  } else {
+    fmt::print(stderr, "Wrote {}. Next: likeness build {} --project demo.likeness\n", video, video);
+  }
+  return kExitDone;
+}
+
+}  // namespace
+
+void add_demo_command(CLI::App& program, int& exit_code) {
+  auto a = std::make_shared<DemoArguments>();
+  CLI::App* verb = program.add_subcommand("demo", "Write the built-in demo capture with its ground truth");
+  verb->add_option("folder", a->folder, "Where to write it")->required();
+  verb->add_option("--size", a->options.width, "Side of the square picture, px")->check(CLI::Range(96, 2048));
+  verb->add_option("--frames", a->options.frames, "Number of frames")->check(CLI::Range(8, 10000));
+  verb->add_option("--moving-share", a->options.moving_share, "Share of the frames in which the camera moves")
+      ->check(CLI::Range(0.0, 1.0));
+  verb->add_option("--samples", a->options.samples_per_pixel, "Rays a pixel")->check(CLI::Range(1, 64));
+  add_common_options(*verb, a->common);
+  verb->callback([a, &exit_code] {
+    a->options.height = a->options.width;
+    exit_code = run(*a);
+  });
+}
+
+}  // namespace likeness::app

@@ -1,0 +1,98 @@
+// likeness doctor: what is installed, what is missing, what to do.
+#include <unistd.h>
+
+#include <cstdlib>
+#include <filesystem>
+#include <memory>
+#include <sstream>
+#include <vector>
+
+#include <fmt/format.h>
+
+#include "app/commands.h"
+#include "app/terminal.h"
+#include "core/base/parallel.h"
+#include "core/track/landmarks.h"
+
+namespace likeness::app {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+struct Finding {
+  std::string part;
+  bool ok = false;
+  bool needed = true;  // a missing optional part is no failure
+  std::string found, remedy;
+};
+
+fs::path find_program(const std::string& name) {
+  const char* path = std::getenv("PATH");
+  std::stringstream folders(path != nullptr ? path : "");
+  for (std::string folder; std::getline(folders, folder, ':');) {
+    const fs::path candidate = fs::path(folder) / name;
+    if (::access(candidate.c_str(), X_OK) == 0) return candidate;
+  }
+  return {};
+}
+
+Finding check_landmarks() {
+  const auto detector = FaceDetector::load();
+  if (detector)
+    return {"face landmarks", true, true, "dlib's 68-point model (for research use: trained on iBUG 300-W)",
+            ""};
+  return {"face landmarks", false, true, detector.error().what, detector.error().fix};
+}
+
+Finding check_colmap() {
+  const fs::path program = find_program("colmap");
+  if (!program.empty()) return {"colmap", true, true, program.string(), ""};
+  return {"colmap", false, true, "not on the PATH; clips with a moving camera need it",
+          "Install the package colmap."};
+}
+
+Finding check_memory() {
+  const double gib = double(::sysconf(_SC_PHYS_PAGES)) * double(::sysconf(_SC_PAGE_SIZE)) / double(1 << 30);
+  return {"memory", gib >= 3.5, true, fmt::format("{:.1f} GiB", gib),
+          gib >= 3.5 ? "" : "Use --size 256 and close other programs."};
+}
+
+Finding check_display() {
+  const bool shown = std::getenv("DISPLAY") != nullptr || std::getenv("WAYLAND_DISPLAY") != nullptr;
+  return {"display", shown, false, shown ? "present" : "none; the command line needs none", ""};
+}
+
+int run(const CommonOptions& common) {
+  const std::vector<Finding> findings{
+      {"processor", true, true, fmt::format("{} threads", hardware_threads()), ""},
+      check_memory(),
+      check_landmarks(),
+      check_colmap(),
+      check_display(),
+      {"CUDA", false, false, "this build computes on the CPU", ""}};
+  bool healthy = true;
+  nlohmann::json list = nlohmann::json::array();
+  for (const Finding& f : findings) {
+    healthy &= f.ok || !f.needed;
+    list.push_back(
+        {{"part", f.part}, {"ok", f.ok}, {"needed", f.needed}, {"found", f.found}, {"remedy", f.remedy}});
+    if (!common.json) {
+      fmt::print("{:>8}  {:<15} {}\n", f.ok ? "ok" : f.needed ? "MISSING" : "-", f.part, f.found);
+      if (!f.remedy.empty()) fmt::print("{:>8}  {:<15} {}\n", "", "", f.remedy);
+    }
+  }
+  if (common.json) print_json({{"healthy", healthy}, {"findings", list}});
+  return healthy ? kExitDone : kExitFailed;
+}
+
+}  // namespace
+
+void add_doctor_command(CLI::App& program, int& exit_code) {
+  auto common = std::make_shared<CommonOptions>();
+  CLI::App* verb = program.add_subcommand("doctor", "What is installed, what is missing, what to do");
+  add_common_options(*verb, *common);
+  verb->callback([common, &exit_code] { exit_code = run(*common); });
+}
+
+}  // namespace likeness::app

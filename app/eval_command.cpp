@@ -1,0 +1,112 @@
+// likeness eval: held-out figures of a project.
+#include <cmath>
+#include <memory>
+
+#include <fmt/format.h>
+
+#include "app/commands.h"
+#include "app/terminal.h"
+#include "core/base/parallel.h"
+#include "core/render/avatar.h"
+#include "core/study/evaluate.h"
+
+namespace likeness::app {
+
+namespace {
+
+struct EvalArguments {
+  CommonOptions common;
+  std::filesystem::path project;
+  EvalOptions options;
+};
+
+nlohmann::json number(double value) {
+  return std::isfinite(value) ? nlohmann::json(value) : nlohmann::json(nullptr);
+}
+nlohmann::json number(const std::optional<double>& value) {
+  return value ? number(*value) : nlohmann::json(nullptr);
+}
+
+nlohmann::json to_json(const Evaluation& e, const Avatar& avatar) {
+  nlohmann::json frames = nlohmann::json::array();
+  for (const FrameScore& f : e.frames) {
+    frames.push_back({{"frame", f.frame},
+                      {"mse", number(f.mse)},
+                      {"person_mse", number(f.person_mse)},
+                      {"head_mse", number(f.head_mse)},
+                      {"face_mse", number(f.face_mse)},
+                      {"lmk_error_px", number(f.landmark_error_px)}});
+  }
+  return {{"psnr_db", number(e.psnr_db)},
+          {"psnr_person_db", number(e.psnr_person_db)},
+          {"psnr_head_db", number(e.psnr_head_db)},
+          {"psnr_face_db", number(e.psnr_face_db)},
+          {"psnr_pooled_db", number(e.psnr_pooled_db)},
+          {"psnr_refit_db", nullptr},
+          {"lmk_error_px", number(e.landmark_error_px)},
+          {"ssim", number(e.ssim)},
+          {"gmsd", number(e.gmsd)},
+          {"lpips", nullptr},
+          {"mse", number(e.mse)},
+          {"face_mse", number(e.face_mse)},
+          {"frames_test", e.frames_test},
+          {"frames_lost", e.frames_lost},
+          {"free_numbers_per_frame", e.free_numbers_per_frame},
+          {"split", e.split},
+          {"size", e.size},
+          {"steps", avatar.steps},
+          {"seed", avatar.seed},
+          {"backend", "cpu"},
+          {"head_model", avatar.head_model_name},
+          {"train_seconds", avatar.train_seconds},
+          {"render_fps", e.render_fps},
+          {"samples_per_ray", e.samples_per_ray},
+          {"frames", frames}};
+}
+
+std::string decibel(const std::optional<double>& value) {
+  return value ? fmt::format("{:.2f} dB", *value) : "not measured";
+}
+
+int run(const EvalArguments& arguments) {
+  const ThreadLimit limit(arguments.common.threads);
+  const auto project = open_project(arguments.project);
+  if (!project) return report_failure(project.error());
+  std::optional<Result<Evaluation>> outcome;
+  {
+    const ProgressLine line(arguments.common);
+    outcome = evaluate(*project, arguments.options, line.progress(), stop_on_signals());
+  }
+  if (!*outcome) return report_failure(outcome->error());
+  const Evaluation& e = **outcome;
+  const auto avatar = read_avatar(avatar_path(*project));
+  if (!avatar) return report_failure(avatar.error());
+  if (arguments.common.json) {
+    print_json(to_json(e, *avatar));
+    return kExitDone;
+  }
+  fmt::print("{} held-out frames ({} split), {} px\n", e.frames_test, e.split, e.size);
+  fmt::print("PSNR full {}  person {:.2f}  head {:.2f}  face {:.2f} dB\n", decibel(e.psnr_db),
+             e.psnr_person_db, e.psnr_head_db, e.psnr_face_db);
+  if (e.ssim) fmt::print("SSIM {:.4f}  GMSD {:.4f}\n", *e.ssim, *e.gmsd);
+  fmt::print("landmarks off by {:.2f} px  {:.1f} frames/s at {:.1f} samples a ray\n", e.landmark_error_px,
+             e.render_fps, e.samples_per_ray);
+  return kExitDone;
+}
+
+}  // namespace
+
+void add_eval_command(CLI::App& program, int& exit_code) {
+  auto a = std::make_shared<EvalArguments>();
+  CLI::App* verb = program.add_subcommand("eval", "Measure the avatar on frames it never saw");
+  verb->add_option("project", a->project, "Project folder")->required();
+  verb->add_option("--regions", a->options.regions,
+                   "Folder of region pictures (red person, green head, blue face)")
+      ->check(CLI::ExistingDirectory);
+  verb->add_option("--pictures", a->options.pictures, "Folder for PNGs: truth, avatar, difference");
+  verb->add_option("--video", a->options.video, "mp4 of the same");
+  add_common_options(*verb, a->common);
+  verb->callback([a, &exit_code] { exit_code = run(*a); });
+}
+
+}  // namespace likeness::app

@@ -1,0 +1,116 @@
+// Command-line plumbing: see terminal.h.
+#include "app/terminal.h"
+
+#include <fcntl.h>
+#include <signal.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cstdio>
+#include <thread>
+
+#include <fmt/format.h>
+
+namespace likeness::app {
+
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+int signal_pipe[2] = {-1, -1};
+
+extern "C" void on_signal(int number) {
+  // Async-signal-safe: hand over to the waiting thread; a second signal falls to the default action.
+  ::signal(number, SIG_DFL);
+  const char byte = 1;
+  [[maybe_unused]] const auto written = ::write(signal_pipe[1], &byte, 1);
+}
+
+std::string duration_text(double seconds) {
+  const int s = int(seconds + 0.5);
+  if (s < 90) return fmt::format("{} s", s);
+  if (s < 5400) return fmt::format("{} min", (s + 30) / 60);
+  return fmt::format("{} h {} min", s / 3600, s % 3600 / 60);
+}
+
+}  // namespace
+
+void add_common_options(CLI::App& verb, CommonOptions& options) {
+  verb.add_flag("--json", options.json, "Print the result as JSON on stdout");
+  verb.add_option("--threads", options.threads, "Threads to use (0: all)")->check(CLI::Range(0, 1024));
+  verb.add_option("--backend", options.backend, "Where to compute")->check(CLI::IsMember({"cpu"}));
+  verb.add_option("--seed", options.seed, "Seed of everything random");
+}
+
+int report_failure(const Error& error) {
+  fmt::print(stderr, "{}\n", error.what);
+  if (!error.fix.empty()) fmt::print(stderr, "{}\n", error.fix);
+  return error.code == ErrorCode::cancelled ? kExitStopped : kExitFailed;
+}
+
+void print_json(const nlohmann::json& value) { fmt::print("{}\n", value.dump(2)); }
+
+struct ProgressLine::State {
+  bool terminal = false;
+  Clock::time_point start = Clock::now(), drawn{};
+  double start_fraction = -1;
+  std::string stage;
+
+  void show(const ProgressReport& report) {
+    const auto now = Clock::now();
+    if (start_fraction < 0 || report.stage != stage) {
+      // The rate of one stage says nothing about another's.
+      start = now;
+      start_fraction = report.fraction;
+    }
+    if (!terminal) {
+      if (report.stage != stage && !report.stage.empty()) fmt::print(stderr, "{} ...\n", report.stage);
+      stage = report.stage;
+      return;
+    }
+    const bool same_stage = report.stage == stage;
+    stage = report.stage;
+    if (same_stage && now - drawn < std::chrono::milliseconds(100)) return;
+    drawn = now;
+    const double elapsed = std::chrono::duration<double>(now - start).count(),
+                 gained = report.fraction - start_fraction;
+    std::string left;
+    if (elapsed > 5 && gained > 0.005)
+      left = "  about " + duration_text(elapsed / gained * (1 - report.fraction)) + " left";
+    fmt::print(stderr, "\r\033[K{:3.0f} %  {}  {}{}", 100 * report.fraction, stage, report.text, left);
+    std::fflush(stderr);
+  }
+};
+
+ProgressLine::ProgressLine(const CommonOptions& options) : state_(std::make_shared<State>()) {
+  if (options.json) return;
+  state_->terminal = ::isatty(STDERR_FILENO) != 0;
+  progress_ = Progress([state = state_](const ProgressReport& report) { state->show(report); });
+}
+
+ProgressLine::~ProgressLine() {
+  if (state_->terminal) fmt::print(stderr, "\r\033[K");
+}
+
+std::stop_token stop_on_signals() {
+  static std::stop_source source;
+  static const bool installed = [] {
+    if (::pipe2(signal_pipe, O_CLOEXEC) != 0) return false;
+    std::thread([] {
+      char byte = 0;
+      while (::read(signal_pipe[0], &byte, 1) < 0 && errno == EINTR) {
+      }
+      source.request_stop();
+    }).detach();
+    struct sigaction action {};
+    action.sa_handler = on_signal;
+    ::sigaction(SIGINT, &action, nullptr);
+    ::sigaction(SIGTERM, &action, nullptr);
+    return true;
+  }();
+  (void)installed;
+  return source.get_token();
+}
+
+}  // namespace likeness::app

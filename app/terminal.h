@@ -1,0 +1,49 @@
+// What the command line shares between verbs: common options, a progress line, error printing, stopping by
+// signal.
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <stop_token>
+#include <string>
+
+#include <CLI/CLI.hpp>
+#include <nlohmann/json.hpp>
+
+#include "core/base/progress.h"
+#include "core/base/result.h"
+
+namespace likeness::app {
+
+inline constexpr int kExitDone = 0, kExitFailed = 1, kExitUsage = 2, kExitStopped = 130;
+
+struct CommonOptions {
+  bool json = false;  // machine-readable result on stdout, no progress line
+  int threads = 0;    // 0 = all
+  std::string backend = "cpu";
+  std::uint64_t seed = 0;
+};
+void add_common_options(CLI::App& verb, CommonOptions& options);
+
+// Prints what happened and the remedy to stderr; returns the exit code (130 for a stop, 1 otherwise).
+int report_failure(const Error& error);
+void print_json(const nlohmann::json& value);
+
+// A progress line on stderr when that is a terminal: stage, percent, time left once the rate has settled; one
+// line a stage otherwise. Nothing with --json.
+class ProgressLine {
+ public:
+  explicit ProgressLine(const CommonOptions& options);
+  ~ProgressLine();
+  const Progress& progress() const { return progress_; }
+
+ private:
+  struct State;
+  std::shared_ptr<State> state_;
+  Progress progress_;
+};
+
+// Requested by the first SIGINT or SIGTERM; a second one ends the process at once.
+std::stop_token stop_on_signals();
+
+}  // namespace likeness::app
