@@ -1,0 +1,73 @@
+# Sourced by packaging/run and packaging/test: installs what is missing, configures and builds.
+# Needs: $root, the checkout. Debian 12's package names; other systems get the list to install by hand.
+
+# package:why
+packages=(
+  "build-essential:the compiler"
+  "cmake:the build"
+  "ninja-build:the build"
+  "pkg-config:finding libraries"
+  "libeigen3-dev:small matrices"
+  "libtbb-dev:parallel loops"
+  "libfmt-dev:text formatting"
+  "nlohmann-json3-dev:project files"
+  "libcli11-dev:the command line"
+  "libxxhash-dev:content hashes"
+  "zlib1g-dev:head model archives"
+  "libsqlite3-dev:reading COLMAP's database"
+  "libopencv-dev:feature tracks and mattes"
+  "libopencv-contrib-dev:picture metrics"
+  "libopenimageio-dev:pictures in and out"
+  "openimageio-tools:needed by OpenImageIO's CMake files"
+  "libavcodec-dev:video"
+  "libavformat-dev:video"
+  "libavutil-dev:video"
+  "libswscale-dev:video"
+  "libceres-dev:fitting the head"
+  "libembree-dev:rays against meshes"
+  "libdlib-dev:finding faces"
+  "libdlib-data:the landmark model"
+  "libhwy-dev:SIMD kernels"
+  "colmap:cameras of moving clips"
+)
+test_packages=(
+  "libgtest-dev:the tests"
+  "libgmock-dev:the tests"
+  "ffmpeg:making odd video files for the tests"
+)
+
+say() { printf '%s\n' "$*"; }
+
+install_missing() {
+  local entry name missing=()
+  for entry in "$@"; do
+    name=${entry%%:*}
+    dpkg-query -W -f '${Status}' "$name" 2>/dev/null | grep -q 'install ok installed' || missing+=("$entry")
+  done
+  [ ${#missing[@]} -eq 0 ] && return 0
+  say "Likeness needs packages that are not installed:"
+  for entry in "${missing[@]}"; do say "  ${entry%%:*} (${entry#*:})"; done
+  if ! command -v apt-get >/dev/null; then
+    say "This system has no apt-get: please install their equivalents, then run this again."
+    return 1
+  fi
+  local sudo=()
+  if [ "$(id -u)" -ne 0 ]; then
+    sudo=(sudo)
+    say "Installing them with sudo; you may be asked for your password."
+  fi
+  "${sudo[@]}" apt-get update -qq
+  DEBIAN_FRONTEND=noninteractive "${sudo[@]}" apt-get install -y --no-install-recommends "${missing[@]%%:*}"
+}
+
+# configure_and_build PRESET [cmake options]: warm compilers' caches are used where there is one.
+configure_and_build() {
+  local preset=$1
+  shift
+  local launcher=()
+  if command -v ccache >/dev/null; then
+    launcher=(-DCMAKE_CXX_COMPILER_LAUNCHER=ccache)
+    export CCACHE_NOHASHDIR=1
+  fi
+  (cd "$root" && cmake --preset "$preset" "${launcher[@]}" "$@" && cmake --build --preset "$preset")
+}
