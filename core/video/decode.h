@@ -30,8 +30,8 @@ struct VideoFrame {
 
 Result<VideoInfo> probe_video(const std::filesystem::path& path);
 
-// Sequential reader. next() gives nullopt at the true end; a file that breaks off early is an Error of code bad_input
-// naming the last good frame.
+// Sequential reader. next() gives nullopt at the true end; a file that breaks off early is an Error of code
+// bad_input naming the last good frame.
 class VideoReader {
  public:
   static Result<VideoReader> open(const std::filesystem::path& path);

@@ -1,0 +1,354 @@
+// Demuxing and decoding through libavformat and libavcodec: see decode.h.
+#include "core/video/decode.h"
+
+extern "C" {
+#include <libavcodec/avcodec.h>
+#include <libavformat/avformat.h>
+#include <libavutil/display.h>
+#include <libavutil/log.h>
+}
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <mutex>
+#include <string_view>
+
+#include "core/base/files.h"
+#include "core/video/frame_to_rgb.h"
+#include "core/video/mp4_boxes.h"
+
+namespace likeness {
+namespace {
+
+constexpr std::string_view kCopyAgain =
+    "Copy it again from the phone and wait until the copy is complete; if the phone cannot play it to its "
+    "end either, "
+    "film again.";
+
+struct CloseFormat {
+  void operator()(AVFormatContext* c) const { avformat_close_input(&c); }
+};
+struct FreeCodec {
+  void operator()(AVCodecContext* c) const { avcodec_free_context(&c); }
+};
+struct FreePacket {
+  void operator()(AVPacket* p) const { av_packet_free(&p); }
+};
+struct FreeFrame {
+  void operator()(AVFrame* f) const { av_frame_free(&f); }
+};
+
+std::string av_text(int error) {
+  char buffer[AV_ERROR_MAX_STRING_SIZE] = {};
+  av_strerror(error, buffer, sizeof buffer);
+  return buffer;
+}
+
+void silence_ffmpeg() {
+  static std::once_flag once;
+  std::call_once(once, [] { av_log_set_level(AV_LOG_QUIET); });  // what matters comes back as an Error
+}
+
+Error bad_video(const std::filesystem::path& path, std::string what, std::string_view fix) {
+  return {ErrorCode::bad_input, std::move(what), std::string(fix), path.string()};
+}
+
+Result<void> check_is_file(const std::filesystem::path& path) {
+  std::error_code failure;
+  const auto status = std::filesystem::status(path, failure);
+  if (!std::filesystem::exists(status)) {
+    return Error{ErrorCode::not_found, fmt::format("There is no video \"{}\".", path.string()),
+                 "Check the name and the folder.", path.string()};
+  }
+  if (std::filesystem::is_directory(status)) {
+    return bad_video(path, fmt::format("\"{}\" is a folder, not a video.", path.string()),
+                     "Name the video file itself.");
+  }
+  if (std::filesystem::is_regular_file(status) && std::filesystem::file_size(path, failure) == 0) {
+    return bad_video(path, fmt::format("\"{}\" is empty (0 bytes).", path.filename().string()), kCopyAgain);
+  }
+  return {};
+}
+
+Error cannot_open(const std::filesystem::path& path, int error) {
+  const std::string name = path.filename().string();
+  if (error == AVERROR(EACCES) || error == AVERROR(EPERM) || error == AVERROR(EIO)) {
+    return file_error(path, "open", AVUNERROR(error));
+  }
+  const Mp4Boxes boxes = scan_mp4_boxes(path);
+  if (boxes.is_mp4 && (boxes.cut_off || !boxes.has_index)) {
+    return bad_video(
+        path,
+        fmt::format("\"{}\" breaks off before its index: the recording or the copy was not completed.", name),
+        kCopyAgain);
+  }
+  return bad_video(path, fmt::format("\"{}\" is not a video that can be read ({}).", name, av_text(error)),
+                   "Choose a video as a phone records it (.mp4 or .mov).");
+}
+
+Orientation orientation_of(const AVStream& stream) {
+#if LIBAVCODEC_VERSION_INT >= AV_VERSION_INT(60, 30, 100)
+  const AVPacketSideData* side = av_packet_side_data_get(
+      stream.codecpar->coded_side_data, stream.codecpar->nb_coded_side_data, AV_PKT_DATA_DISPLAYMATRIX);
+  const std::uint8_t* data = side ? side->data : nullptr;
+  const std::size_t size = side ? side->size : 0;
+#else
+  std::size_t size = 0;
+  const std::uint8_t* data = av_stream_get_side_data(&stream, AV_PKT_DATA_DISPLAYMATRIX, &size);
+#endif
+  if (!data || size < 9 * sizeof(int)) return {};
+  std::array<int, 9> matrix;
+  std::copy_n(reinterpret_cast<const std::int32_t*>(data), 9, matrix.begin());
+  return orientation_from_matrix(matrix);
+}
+
+double rate_of(AVFormatContext& format, AVStream& stream) {
+  const AVRational rate =
+      stream.avg_frame_rate.num > 0 ? stream.avg_frame_rate : av_guess_frame_rate(&format, &stream, nullptr);
+  return rate.num > 0 && rate.den > 0 ? av_q2d(rate) : 0;
+}
+
+}  // namespace
+
+struct VideoReader::Impl {
+  std::filesystem::path path;
+  std::unique_ptr<AVFormatContext, CloseFormat> format;
+  std::unique_ptr<AVCodecContext, FreeCodec> codec;
+  std::unique_ptr<AVPacket, FreePacket> packet{av_packet_alloc()};
+  std::unique_ptr<AVFrame, FreeFrame> frame{av_frame_alloc()};
+  AVStream* stream = nullptr;
+  FrameConverter converter;
+  Orientation orientation;
+  VideoInfo info;
+  bool cut_off = false;  // by its outermost boxes
+  bool draining = false, ended = false;
+  int read_error = 0;        // of the demuxer, when it stopped otherwise than at the end
+  std::int64_t packets = 0;  // of the video stream, whole
+  double end_s = 0;          // where the last packet ends, on the stream's clock
+  int next_index = 0;
+  double last_time_s = 0;
+  std::optional<Error> failure;  // repeated by every later next()
+
+  Result<void> open();
+  Result<void> open_decoder();
+  void fill_info();
+  Result<void> feed();
+  Result<std::optional<VideoFrame>> take();
+  Result<std::optional<VideoFrame>> finish();
+  Error broken_off() const;
+  Error damaged() const;
+  bool is_incomplete() const;
+};
+
+Result<void> VideoReader::Impl::open() {
+  silence_ffmpeg();
+  if (const auto checked = check_is_file(path); !checked) return checked;
+  AVFormatContext* raw = nullptr;
+  // The "file:" prefix keeps a name such as "a:b.mp4" from being taken for a protocol.
+  if (const int error = avformat_open_input(&raw, ("file:" + path.string()).c_str(), nullptr, nullptr);
+      error < 0) {
+    return cannot_open(path, error);
+  }
+  format.reset(raw);
+  if (const int error = avformat_find_stream_info(raw, nullptr); error < 0) return cannot_open(path, error);
+  const int best = av_find_best_stream(raw, AVMEDIA_TYPE_VIDEO, -1, -1, nullptr, 0);
+  if (best < 0 || raw->streams[best]->disposition & AV_DISPOSITION_ATTACHED_PIC) {
+    const bool sound = av_find_best_stream(raw, AVMEDIA_TYPE_AUDIO, -1, -1, nullptr, 0) >= 0;
+    return bad_video(
+        path,
+        fmt::format("\"{}\" holds {} no video.", path.filename().string(), sound ? "sound but" : "data but"),
+        "Choose the video itself; exporting only the sound drops the picture.");
+  }
+  stream = raw->streams[best];
+  if (avcodec_get_type(stream->codecpar->codec_id) != AVMEDIA_TYPE_VIDEO ||
+      stream->codecpar->codec_id == AV_CODEC_ID_ANSI || stream->codecpar->width <= 0 ||
+      stream->codecpar->height <= 0) {
+    return cannot_open(path, AVERROR_INVALIDDATA);
+  }
+  for (unsigned i = 0; i < raw->nb_streams; ++i) {
+    if (raw->streams[i] != stream) raw->streams[i]->discard = AVDISCARD_ALL;
+  }
+  cut_off = scan_mp4_boxes(path).cut_off;
+  fill_info();
+  return open_decoder();
+}
+
+Result<void> VideoReader::Impl::open_decoder() {
+  const AVCodec* decoder = avcodec_find_decoder(stream->codecpar->codec_id);
+  const auto refused = [&](std::string_view why) {
+    return Error{ErrorCode::missing_dependency,
+                 fmt::format("The video's format ({}) cannot be decoded here: {}.", info.codec, why),
+                 "Convert it to H.264, for instance: ffmpeg -i in.mov -c:v libx264 -crf 14 out.mp4",
+                 path.string()};
+  };
+  if (!decoder) return refused("this FFmpeg has no decoder for it");
+  codec.reset(avcodec_alloc_context3(decoder));
+  if (!codec || avcodec_parameters_to_context(codec.get(), stream->codecpar) < 0)
+    return refused("its header is damaged");
+  codec->thread_count = 0;  // all
+  codec->pkt_timebase = stream->time_base;
+  if (const int error = avcodec_open2(codec.get(), decoder, nullptr); error < 0)
+    return refused(av_text(error));
+  return {};
+}
+
+void VideoReader::Impl::fill_info() {
+  orientation = orientation_of(*stream);
+  int width = stream->codecpar->width, height = stream->codecpar->height;
+  const AVRational aspect = av_guess_sample_aspect_ratio(format.get(), stream, nullptr);
+  if (aspect.num > 0 && aspect.den > 0)
+    width = std::max(1, int(std::lround(width * av_q2d(aspect))));  // square pixels
+  info.width = orientation.transposed ? height : width;
+  info.height = orientation.transposed ? width : height;
+  info.rotation_deg = orientation.clockwise_deg;
+  info.frames_per_second = rate_of(*format, *stream);
+  info.codec = avcodec_get_name(stream->codecpar->codec_id);
+  if (stream->duration > 0) {
+    info.duration_s = double(stream->duration) * av_q2d(stream->time_base);
+  } else if (format->duration > 0) {
+    info.duration_s = double(format->duration) / AV_TIME_BASE;
+  }
+  info.frame_count = stream->nb_frames > 0 ? int(stream->nb_frames)
+                                           : int(std::lround(info.duration_s * info.frames_per_second));
+}
+
+// Sends packets until the decoder has taken one of the video stream, or tells it that none follow.
+Result<void> VideoReader::Impl::feed() {
+  while (true) {
+    const int error = av_read_frame(format.get(), packet.get());
+    if (error == AVERROR(EAGAIN)) continue;
+    if (error < 0) {
+      if (error != AVERROR_EOF) read_error = error;
+      draining = true;
+      avcodec_send_packet(codec.get(), nullptr);
+      return {};
+    }
+    if (packet->stream_index != stream->index) {
+      av_packet_unref(packet.get());
+      continue;
+    }
+    if (packet->flags & AV_PKT_FLAG_CORRUPT && cut_off) {  // the half packet at the cut
+      av_packet_unref(packet.get());
+      continue;
+    }
+    ++packets;
+    if (packet->pts != AV_NOPTS_VALUE) {
+      const std::int64_t start = stream->start_time == AV_NOPTS_VALUE ? 0 : stream->start_time;
+      end_s = std::max(end_s, double(packet->pts + packet->duration - start) * av_q2d(stream->time_base));
+    }
+    const int sent = avcodec_send_packet(codec.get(), packet.get());
+    av_packet_unref(packet.get());
+    if (sent < 0 && sent != AVERROR(EAGAIN)) return damaged();
+    return {};
+  }
+}
+
+Result<std::optional<VideoFrame>> VideoReader::Impl::take() {
+  if (frame->flags & AV_FRAME_FLAG_CORRUPT || frame->decode_error_flags != 0) {
+    if (cut_off || read_error != 0) return broken_off();
+    return damaged();
+  }
+  VideoFrame result;
+  const bool turned = orientation.transposed;
+  const Image8 coded =
+      converter.to_rgb(*frame, turned ? info.height : info.width, turned ? info.width : info.height);
+  if (coded.empty()) return damaged();
+  result.rgb = oriented(coded, orientation);
+  const double step = info.frames_per_second > 0 ? 1 / info.frames_per_second : 0.04;
+  if (frame->best_effort_timestamp != AV_NOPTS_VALUE) {
+    const std::int64_t start = stream->start_time == AV_NOPTS_VALUE ? 0 : stream->start_time;
+    result.time_s = double(frame->best_effort_timestamp - start) * av_q2d(stream->time_base);
+  } else {
+    result.time_s = next_index == 0 ? 0 : last_time_s + step;
+  }
+  av_frame_unref(frame.get());
+  last_time_s = result.time_s;
+  result.index = next_index++;
+  return std::optional<VideoFrame>(std::move(result));
+}
+
+// A cut-off MP4 may still hold every video packet (sound or tags were lost); then nothing is amiss. Other
+// containers are judged by their declared duration, with a second of grace for sound that outlasts the
+// picture.
+bool VideoReader::Impl::is_incomplete() const {
+  if (read_error != 0) return true;
+  if (cut_off) return packets < stream->nb_frames || stream->nb_frames <= 0;
+  const bool declared =
+      stream->nb_frames <= 0 && format->duration_estimation_method != AVFMT_DURATION_FROM_BITRATE;
+  const bool by_duration = std::string_view(format->iformat->name).find("matroska") != std::string_view::npos;
+  return declared && by_duration && info.duration_s > 0 &&
+         end_s < info.duration_s - std::max(1.0, 0.05 * info.duration_s);
+}
+
+Result<std::optional<VideoFrame>> VideoReader::Impl::finish() {
+  ended = true;
+  if (is_incomplete()) return broken_off();
+  if (next_index == 0) {
+    return bad_video(path,
+                     fmt::format("\"{}\" holds no frame that can be decoded.", path.filename().string()),
+                     kCopyAgain);
+  }
+  return std::optional<VideoFrame>();
+}
+
+Error VideoReader::Impl::broken_off() const {
+  const std::string total =
+      info.frame_count > next_index ? fmt::format(" of about {}", info.frame_count) : "";
+  return bad_video(path,
+                   next_index == 0
+                       ? fmt::format("The video breaks off before its first frame{} is complete.", total)
+                       : fmt::format("The video breaks off after frame {}{}.", next_index, total),
+                   kCopyAgain);
+}
+
+Error VideoReader::Impl::damaged() const {
+  const std::string total =
+      info.frame_count > next_index ? fmt::format(" of about {}", info.frame_count) : "";
+  return bad_video(path,
+                   fmt::format("The video is damaged after frame {}{}, {:.1f} s from its start.", next_index,
+                               total, last_time_s),
+                   "Copy it again from the phone; if the phone shows the same flaw, cut that part away and "
+                   "keep one side.");
+}
+
+Result<VideoReader> VideoReader::open(const std::filesystem::path& path) {
+  auto impl = std::make_unique<Impl>();
+  impl->path = path;
+  if (const auto opened = impl->open(); !opened) return opened.error();
+  return VideoReader(std::move(impl));
+}
+
+VideoReader::VideoReader(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
+VideoReader::~VideoReader() = default;
+VideoReader::VideoReader(VideoReader&&) noexcept = default;
+VideoReader& VideoReader::operator=(VideoReader&&) noexcept = default;
+
+const VideoInfo& VideoReader::info() const { return impl_->info; }
+
+Result<std::optional<VideoFrame>> VideoReader::next() {
+  Impl& reader = *impl_;
+  if (reader.failure) return *reader.failure;
+  if (reader.ended) return std::optional<VideoFrame>();
+  const auto step = [&]() -> Result<std::optional<VideoFrame>> {
+    while (true) {
+      const int error = avcodec_receive_frame(reader.codec.get(), reader.frame.get());
+      if (error == 0) return reader.take();
+      if (error == AVERROR_EOF) return reader.finish();
+      if (error != AVERROR(EAGAIN)) return reader.damaged();
+      if (const auto fed = reader.feed(); !fed) return fed.error();
+    }
+  };
+  auto result = step();
+  if (!result) reader.failure = result.error();
+  return result;
+}
+
+Result<VideoInfo> probe_video(const std::filesystem::path& path) {
+  auto reader = VideoReader::open(path);
+  if (!reader) return reader.error();
+  return reader->info();
+}
+
+}  // namespace likeness

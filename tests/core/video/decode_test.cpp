@@ -1,0 +1,245 @@
+// Claims about decoding: colours, times and orientation are true, and every bad file is named for what it is.
+#include "core/video/decode.h"
+
+#include <gmock/gmock.h>
+
+#include <cstdlib>
+#include <fstream>
+
+#include "core/base/files.h"
+#include "tests/core/video/video_test_clip.h"
+
+namespace likeness {
+namespace {
+
+using ::testing::HasSubstr;
+namespace fs = std::filesystem;
+
+class Decode : public InFolder {
+ protected:
+  fs::path cut(const fs::path& from, double share) const {
+    const auto whole = read_file(from);
+    EXPECT_TRUE(whole);
+    const fs::path to = from.parent_path() / from.stem().concat(".cut.mp4");
+    EXPECT_TRUE(write_file(to, std::span(*whole).first(std::size_t(double(whole->size()) * share))));
+    return to;
+  }
+  static Error error_of(const fs::path& path) {
+    auto reader = VideoReader::open(path);
+    if (!reader) return reader.error();
+    while (true) {
+      auto frame = reader->next();
+      if (!frame) return frame.error();
+      if (!*frame) return {ErrorCode::failed, "no error", "", ""};
+    }
+  }
+  static bool have_ffmpeg() { return std::system("ffmpeg -version > /dev/null 2>&1") == 0; }
+  int ffmpeg(const std::string& arguments) const {
+    return std::system(("cd '" + folder_.string() + "' && ffmpeg -y -loglevel error " + arguments).c_str());
+  }
+};
+
+void expect_near(const std::uint8_t* pixel, int r, int g, int b, int tolerance, const std::string& what) {
+  EXPECT_NEAR(pixel[0], r, tolerance) << what;
+  EXPECT_NEAR(pixel[1], g, tolerance) << what;
+  EXPECT_NEAR(pixel[2], b, tolerance) << what;
+}
+
+TEST_F(Decode, GivesBackColoursTimesAndNumbersOfWhatWasEncoded) {
+  write_clip(folder_ / "a.mp4", 128, 96, 60, 30);
+  auto reader = VideoReader::open(folder_ / "a.mp4");
+  ASSERT_TRUE(reader) << reader.error().what;
+  EXPECT_EQ(reader->info().width, 128);
+  EXPECT_EQ(reader->info().height, 96);
+  EXPECT_EQ(reader->info().frame_count, 60);
+  EXPECT_NEAR(reader->info().frames_per_second, 30, 1e-6);
+  EXPECT_NEAR(reader->info().duration_s, 2, 1e-3);
+  EXPECT_EQ(reader->info().codec, "h264");
+  for (int i = 0; i < 60; ++i) {
+    const auto frame = reader->next();
+    ASSERT_TRUE(frame) << frame.error().what;
+    ASSERT_TRUE(frame->has_value()) << i;
+    const VideoFrame& f = **frame;
+    EXPECT_EQ(f.index, i);
+    EXPECT_NEAR(f.time_s, i / 30.0, 1e-3);
+    const std::string what = std::string("frame ").append(std::to_string(i));
+    expect_near(f.rgb.at(30, 20), 200, 30, 40, 4, what);
+    expect_near(f.rgb.at(98, 20), 30, 180, 60, 4, what);
+    expect_near(f.rgb.at(30, 70), 20, 50, 210, 4, what);
+    const int level = 40 + 5 * (i % 40);
+    expect_near(f.rgb.at(98, 70), level, level, level, 3, what);
+  }
+  const auto end = reader->next();
+  ASSERT_TRUE(end);
+  EXPECT_FALSE(end->has_value());
+  EXPECT_FALSE(reader->next()->has_value());
+}
+
+TEST_F(Decode, AppliesTheRotationTag) {
+  if (!have_ffmpeg()) GTEST_SKIP() << "needs the ffmpeg program to tag a rotation";
+  write_clip(folder_ / "a.mp4", 128, 64, 10);
+  // What the ffmpeg program shows is the reference for the sense of the turn.
+  for (const int degrees : {90, 180, 270}) {
+    const std::string name = std::string("r").append(std::to_string(degrees));
+    ASSERT_EQ(
+        ffmpeg("-i a.mp4 -c copy -metadata:s:v:0 rotate=" + std::to_string(degrees) + " " + name + ".mp4"),
+        0);
+    ASSERT_EQ(ffmpeg("-i " + name + ".mp4 -frames:v 1 -pix_fmt rgb24 -f rawvideo " + name + ".rgb"), 0);
+    auto reader = VideoReader::open(folder_ / (name + ".mp4"));
+    ASSERT_TRUE(reader) << reader.error().what;
+    const bool turned = degrees != 180;
+    EXPECT_EQ(reader->info().width, turned ? 64 : 128);
+    EXPECT_EQ(reader->info().height, turned ? 128 : 64);
+    EXPECT_NE(reader->info().rotation_deg, 0);
+    const auto frame = reader->next();
+    ASSERT_TRUE(frame && *frame);
+    const auto reference = read_file(folder_ / (name + ".rgb"));
+    ASSERT_TRUE(reference);
+    ASSERT_EQ(reference->size(), (*frame)->rgb.data.size());
+    const int width = reader->info().width, height = reader->info().height;
+    for (const auto& [x, y] :
+         {std::pair{width / 4, height / 4}, {3 * width / 4, height / 4}, {width / 4, 3 * height / 4}}) {
+      const auto* r = reinterpret_cast<const std::uint8_t*>(reference->data()) + 3 * (y * width + x);
+      expect_near((*frame)->rgb.at(x, y), r[0], r[1], r[2], 6, name);
+    }
+  }
+}
+
+TEST_F(Decode, KeepsVariableFrameTimes) {
+  if (!have_ffmpeg()) GTEST_SKIP() << "needs the ffmpeg program to retime a clip";
+  write_clip(folder_ / "a.mp4", 64, 64, 20);
+  ASSERT_EQ(ffmpeg("-i a.mp4 -vf \"setpts='if(lt(N,10),N/25,0.4+(N-10)*0.12)/TB'\" -vsync vfr v.mp4"), 0);
+  auto reader = VideoReader::open(folder_ / "v.mp4");
+  ASSERT_TRUE(reader) << reader.error().what;
+  for (int i = 0; i < 20; ++i) {
+    const auto frame = reader->next();
+    ASSERT_TRUE(frame && *frame) << i;
+    EXPECT_NEAR((*frame)->time_s, i < 10 ? i / 25.0 : 0.4 + (i - 10) * 0.12, 2e-3) << i;
+  }
+}
+
+TEST_F(Decode, ReadsFullRangeTenBitAndMatroska) {
+  if (!have_ffmpeg()) GTEST_SKIP() << "needs the ffmpeg program to make other formats";
+  write_clip(folder_ / "a.mp4", 64, 64, 5);
+  const std::string cases[] = {
+      "-vf scale=out_range=full:out_color_matrix=bt709,format=yuv420p -color_range pc -colorspace bt709 "
+      "full.mp4",
+      "-vf scale=out_color_matrix=bt601:out_range=tv,format=yuv420p -color_range tv -colorspace smpte170m "
+      "sd.mp4",
+      "-vf format=yuv420p10le -colorspace bt709 ten.mkv"};
+  for (const auto& arguments : cases) {
+    ASSERT_EQ(ffmpeg("-i a.mp4 -crf 10 " + arguments), 0) << arguments;
+    auto reader = VideoReader::open(folder_ / arguments.substr(arguments.rfind(' ') + 1));
+    ASSERT_TRUE(reader) << reader.error().what;
+    const auto frame = reader->next();
+    ASSERT_TRUE(frame && *frame) << arguments;
+    expect_near((*frame)->rgb.at(16, 16), 200, 30, 40, 5, arguments);
+    expect_near((*frame)->rgb.at(48, 16), 30, 180, 60, 5, arguments);
+    expect_near((*frame)->rgb.at(16, 48), 20, 50, 210, 5, arguments);
+  }
+}
+
+TEST_F(Decode, ATruncatedFileNamesTheLastFrame) {
+  write_clip(folder_ / "a.mp4", 128, 96, 80);
+  for (const double share : {0.5, 0.9}) {
+    const Error error = error_of(cut(folder_ / "a.mp4", share));
+    EXPECT_EQ(error.code, ErrorCode::bad_input) << error.what;
+    EXPECT_THAT(error.what, HasSubstr("breaks off"));
+    EXPECT_THAT(error.what, HasSubstr("of about 80"));
+    EXPECT_THAT(error.fix, HasSubstr("Copy it again"));
+  }
+}
+
+TEST_F(Decode, ATruncatedFileWithItsIndexAtTheEndIsNamedIncomplete) {
+  if (!have_ffmpeg()) GTEST_SKIP() << "needs the ffmpeg program to put the index at the end";
+  write_clip(folder_ / "a.mp4", 64, 64, 30);
+  ASSERT_EQ(ffmpeg("-i a.mp4 -c copy -movflags -faststart b.mp4"), 0);
+  const Error error = error_of(cut(folder_ / "b.mp4", 0.8));
+  EXPECT_EQ(error.code, ErrorCode::bad_input);
+  EXPECT_THAT(error.what, HasSubstr("breaks off before its index"));
+}
+
+TEST_F(Decode, DamageInTheMiddleIsAnErrorThatSaysWhere) {
+  write_clip(folder_ / "a.mp4", 128, 96, 80);
+  auto bytes = read_file(folder_ / "a.mp4");
+  ASSERT_TRUE(bytes);
+  for (std::size_t i = bytes->size() / 2; i < bytes->size() * 3 / 4; ++i) (*bytes)[i] = std::byte(0x5A);
+  ASSERT_TRUE(write_file(folder_ / "damaged.mp4", *bytes));
+  const Error error = error_of(folder_ / "damaged.mp4");
+  EXPECT_EQ(error.code, ErrorCode::bad_input);
+  EXPECT_THAT(error.what, HasSubstr("damaged after frame"));
+  EXPECT_FALSE(error.fix.empty());
+}
+
+TEST_F(Decode, AnErrorIsRepeatedByLaterCalls) {
+  write_clip(folder_ / "a.mp4", 128, 96, 60);
+  auto reader = VideoReader::open(cut(folder_ / "a.mp4", 0.6));
+  ASSERT_TRUE(reader);
+  std::string first;
+  for (int i = 0; i < 100 && first.empty(); ++i) {
+    const auto frame = reader->next();
+    if (!frame) first = frame.error().what;
+  }
+  ASSERT_FALSE(first.empty());
+  const auto again = reader->next();
+  ASSERT_FALSE(again);
+  EXPECT_EQ(again.error().what, first);
+}
+
+TEST_F(Decode, TellsMissingEmptyTextFolderAndSoundOnlyApart) {
+  EXPECT_EQ(error_of(folder_ / "missing.mp4").code, ErrorCode::not_found);
+
+  std::ofstream(folder_ / "empty.mp4").close();
+  EXPECT_EQ(error_of(folder_ / "empty.mp4").code, ErrorCode::bad_input);
+  EXPECT_THAT(error_of(folder_ / "empty.mp4").what, HasSubstr("is empty"));
+
+  std::ofstream(folder_ / "text.mp4")
+      << "Dear diary,\n\nthis is not a video at all, whatever its name may say.\n";
+  EXPECT_EQ(error_of(folder_ / "text.mp4").code, ErrorCode::bad_input);
+  EXPECT_THAT(error_of(folder_ / "text.mp4").what, HasSubstr("not a video"));
+
+  fs::create_directory(folder_ / "folder.mp4");
+  EXPECT_EQ(error_of(folder_ / "folder.mp4").code, ErrorCode::bad_input);
+  EXPECT_THAT(error_of(folder_ / "folder.mp4").what, HasSubstr("folder"));
+
+  // A WAV file of silence, written by hand: 44 bytes of header, 8 kHz, 16 bit.
+  const auto word = [](std::uint32_t v) {
+    return std::string{char(v), char(v >> 8), char(v >> 16), char(v >> 24)};
+  };
+  const std::string format = word(0x00010001) + word(8000) + word(16000) + word(0x00100002);
+  std::ofstream(folder_ / "sound.mp4", std::ios::binary)
+      << "RIFF" << word(36 + 16000) << "WAVEfmt " << word(16) << format << "data" << word(16000)
+      << std::string(16000, '\0');
+  EXPECT_EQ(error_of(folder_ / "sound.mp4").code, ErrorCode::bad_input);
+  EXPECT_THAT(error_of(folder_ / "sound.mp4").what, HasSubstr("sound but no video"));
+}
+
+TEST_F(Decode, ProbeAgreesWithTheReader) {
+  write_clip(folder_ / "a.mp4", 64, 48, 10, 24);
+  const auto info = probe_video(folder_ / "a.mp4");
+  ASSERT_TRUE(info);
+  EXPECT_EQ(info->width, 64);
+  EXPECT_EQ(info->frame_count, 10);
+  EXPECT_FALSE(probe_video(folder_ / "missing.mp4"));
+}
+
+TEST(DecodeCapture, ReadsEveryFrameOfARealClipAtItsRate) {
+  const fs::path clip = fs::path(LIKENESS_SHARED) / "captures" / "wojtek.mp4";
+  if (!fs::exists(clip)) GTEST_SKIP() << clip << " is not here";
+  auto reader = VideoReader::open(clip);
+  ASSERT_TRUE(reader) << reader.error().what;
+  EXPECT_DOUBLE_EQ(reader->info().frames_per_second, 25);
+  int count = 0;
+  while (true) {
+    const auto frame = reader->next();
+    ASSERT_TRUE(frame) << frame.error().what;
+    if (!*frame) break;
+    ASSERT_EQ((*frame)->index, count);
+    ASSERT_NEAR((*frame)->time_s, count / 25.0, 1e-3);
+    ++count;
+  }
+  EXPECT_EQ(count, 400);
+}
+
+}  // namespace
+}  // namespace likeness
