@@ -1,4 +1,5 @@
-// A triangle mesh that can be asked for ray hits, closest points and silhouettes. Embree behind it, in one place.
+// A triangle mesh that can be asked for ray hits, closest points and silhouettes. Embree behind it, in one
+// place.
 #pragma once
 
 #include <memory>
@@ -13,16 +14,16 @@
 namespace likeness {
 
 struct RayHit {
-  float distance = 0;    // along the (not necessarily unit) direction
+  float distance = 0;  // along the (not necessarily unit) direction
   int triangle = -1;
-  Vec2f barycentric;     // weights of the triangle's vertices 1 and 2
+  Vec2f barycentric;  // weights of the triangle's vertices 1 and 2
 };
 
 struct ClosestPoint {
   Vec3f position;
-  float distance = 0;    // m
+  float distance = 0;  // m
   int triangle = -1;
-  Vec3f barycentric;     // weights of the triangle's three vertices
+  Vec3f barycentric;  // weights of the triangle's three vertices
 };
 
 class MeshScene {
@@ -48,11 +49,24 @@ class MeshScene {
   std::unique_ptr<Impl> impl_;
 };
 
-// Triangle seen at each pixel centre, -1 where none: a z-buffer of the mesh under cam_from_mesh. (height, width)
+// What is seen at every pixel centre: a z-buffer of the mesh under cam_from_mesh, both sides of a triangle
+// counting. Distortion is applied to the vertices (exact at them, straight between). Triangles reaching
+// behind the camera are clipped; those beyond the angle where the distortion folds back are left out.
+// Parallel; the result does not depend on the number of threads.
+struct Raster {
+  int width = 0, height = 0;
+  std::vector<int> triangle;       // (height, width) -1 where none
+  std::vector<float> depth;        // (height, width) z in the camera frame, mesh units; 0 where none
+  std::vector<Vec3f> barycentric;  // (height, width) weights of the triangle's vertices, perspective-correct
+};
+Raster rasterise(std::span<const Vec3f> vertices, std::span<const Triangle> triangles,
+                 const Intrinsics& intrinsics, const Pose& cam_from_mesh);
+
+// The triangles alone. (height, width), -1 where none.
 std::vector<int> rasterise_triangles(std::span<const Vec3f> vertices, std::span<const Triangle> triangles,
                                      const Intrinsics& intrinsics, const Pose& cam_from_mesh);
 // 255 where the mesh is seen. One channel.
-Image8 silhouette(std::span<const Vec3f> vertices, std::span<const Triangle> triangles, const Intrinsics& intrinsics,
-                  const Pose& cam_from_mesh);
+Image8 silhouette(std::span<const Vec3f> vertices, std::span<const Triangle> triangles,
+                  const Intrinsics& intrinsics, const Pose& cam_from_mesh);
 
 }  // namespace likeness
