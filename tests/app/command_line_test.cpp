@@ -1,0 +1,166 @@
+// Claims about the command line that need no clip: usage, doctor, and what bad input is told.
+#include <gtest/gtest.h>
+#include <stdlib.h>
+#include <sys/mount.h>
+#include <unistd.h>
+
+#include <algorithm>
+
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "core/image/image.h"
+#include "core/video/encode.h"
+#include "tests/app/run_program.h"
+
+namespace likeness::test {
+namespace {
+
+namespace fs = std::filesystem;
+
+class CommandLine : public testing::Test {
+ protected:
+  void SetUp() override {
+    std::string name = (fs::temp_directory_path() / "likeness_cli_XXXXXX").string();
+    ASSERT_NE(::mkdtemp(name.data()), nullptr);
+    folder_ = name;
+  }
+  void TearDown() override { fs::remove_all(folder_); }
+
+  // A clip of moving noise: a real video with nobody in it.
+  fs::path write_clip(const std::string& name, int frames) {
+    auto writer = VideoWriter::create(folder_ / name, 160, 120);
+    EXPECT_TRUE(writer.ok());
+    for (int f = 0; f < frames; ++f) {
+      Image8 picture(160, 120, 3);
+      unsigned state = 12345;
+      for (std::size_t i = 0; i < picture.data.size(); ++i) {
+        state = state * 1664525u + 1013904223u;
+        picture.data[(i + std::size_t(f) * 6) % picture.data.size()] = std::uint8_t(state >> 24);
+      }
+      EXPECT_TRUE(writer->add(picture).ok());
+    }
+    EXPECT_TRUE(writer->finish().ok());
+    return folder_ / name;
+  }
+
+  // The build must fail plainly: exit 1, a fact and a remedy on stderr, no project left behind.
+  void expect_refused(const fs::path& video, const std::string& word) {
+    const fs::path project = folder_ / "p.likeness";
+    const ProgramResult result = likeness({"build", video.string(), "--project", project.string(), "--json"});
+    EXPECT_EQ(result.exit_code, 1) << result.err;
+    EXPECT_NE(result.err.find(word), std::string::npos) << result.err;
+    EXPECT_GE(std::count(result.err.begin(), result.err.end(), '\n'), 2) << "no remedy: " << result.err;
+    EXPECT_FALSE(fs::exists(project)) << "something half-written was left";
+  }
+
+  fs::path folder_;
+};
+
+TEST_F(CommandLine, WrongUsageExitsWithTwo) {
+  EXPECT_EQ(likeness({}).exit_code, 2);
+  EXPECT_EQ(likeness({"bulid"}).exit_code, 2);
+  EXPECT_EQ(likeness({"build", "clip.mp4"}).exit_code, 2);
+  EXPECT_EQ(likeness({"build", "clip.mp4", "--project", "p", "--size", "300"}).exit_code, 2);
+}
+
+TEST_F(CommandLine, HelpAndVersionExitWithZero) {
+  EXPECT_EQ(likeness({"--help"}).exit_code, 0);
+  EXPECT_EQ(likeness({"build", "--help"}).exit_code, 0);
+  EXPECT_EQ(likeness({"--version"}).exit_code, 0);
+}
+
+TEST_F(CommandLine, DoctorReportsEveryPartAsJson) {
+  const ProgramResult result = likeness({"doctor", "--json"});
+  const auto report = nlohmann::json::parse(result.out);
+  EXPECT_GE(report.at("findings").size(), 5u);
+  EXPECT_EQ(result.exit_code, report.at("healthy").get<bool>() ? 0 : 1);
+}
+
+TEST_F(CommandLine, AMissingClipIsNamed) { expect_refused(folder_ / "absent.mp4", "absent.mp4"); }
+
+TEST_F(CommandLine, ATextFileNamedMp4IsRefused) {
+  std::ofstream(folder_ / "notes.mp4") << "This is not a film.\n";
+  expect_refused(folder_ / "notes.mp4", "notes.mp4");
+}
+
+TEST_F(CommandLine, AClipWithoutAFaceIsRefused) { expect_refused(write_clip("nobody.mp4", 60), "face"); }
+
+TEST_F(CommandLine, AClipOfFiveFramesIsRefused) { expect_refused(write_clip("short.mp4", 5), "5 frames"); }
+
+TEST_F(CommandLine, ATruncatedClipIsRefused) {
+  const fs::path whole = write_clip("whole.mp4", 60);
+  fs::resize_file(whole, fs::file_size(whole) / 2);
+  expect_refused(whole, "whole.mp4");
+}
+
+TEST_F(CommandLine, AFileWhereTheProjectShouldBeIsRefusedAndKept) {
+  const fs::path clip = write_clip("clip.mp4", 40);
+  std::ofstream(folder_ / "taken") << "keep me";
+  const ProgramResult result = likeness({"build", clip.string(), "--project", (folder_ / "taken").string()});
+  EXPECT_EQ(result.exit_code, 1);
+  EXPECT_EQ(fs::file_size(folder_ / "taken"), 7u);
+}
+
+TEST_F(CommandLine, AFolderOfOtherFilesIsNotTakenForAProject) {
+  const fs::path clip = write_clip("clip.mp4", 40);
+  fs::create_directories(folder_ / "photos");
+  std::ofstream(folder_ / "photos" / "a.txt") << "a";
+  const ProgramResult result = likeness({"build", clip.string(), "--project", (folder_ / "photos").string()});
+  EXPECT_EQ(result.exit_code, 1);
+  EXPECT_EQ(std::distance(fs::directory_iterator(folder_ / "photos"), fs::directory_iterator()), 1);
+}
+
+// A small file system of its own, filled or read-only. Needs the right to mount.
+class SmallDisk {
+ public:
+  explicit SmallDisk(const fs::path& at) : at_(at) {
+    fs::create_directories(at);
+    mounted_ = ::mount("tmpfs", at.c_str(), "tmpfs", 0, "size=64k") == 0;
+  }
+  ~SmallDisk() {
+    if (mounted_) ::umount(at_.c_str());
+  }
+  bool mounted() const { return mounted_; }
+  bool make_read_only() const {
+    return ::mount("tmpfs", at_.c_str(), "tmpfs", MS_REMOUNT | MS_RDONLY, nullptr) == 0;
+  }
+
+ private:
+  fs::path at_;
+  bool mounted_ = false;
+};
+
+TEST_F(CommandLine, AFullDiskIsNamedAndNothingIsLeft) {
+  const SmallDisk disk(folder_ / "disk");
+  if (!disk.mounted()) GTEST_SKIP() << "mounting a small disk is not permitted here";
+  std::ofstream(folder_ / "disk" / "filler") << std::string(60000, 'x');
+  const ProgramResult result =
+      likeness({"demo", (folder_ / "disk" / "demo").string(), "--frames", "8", "--size", "96"});
+  EXPECT_EQ(result.exit_code, 1) << result.err;
+  EXPECT_NE(result.err.find("disk space"), std::string::npos) << result.err;
+  EXPECT_FALSE(fs::exists(folder_ / "disk" / "demo" / "demo.mp4"));
+}
+
+TEST_F(CommandLine, AReadOnlyFolderIsNamed) {
+  const fs::path clip = write_clip("clip.mp4", 40);
+  const SmallDisk disk(folder_ / "disk");
+  if (!disk.mounted() || !disk.make_read_only())
+    GTEST_SKIP() << "mounting a small disk is not permitted here";
+  const ProgramResult result =
+      likeness({"build", clip.string(), "--project", (folder_ / "disk" / "p").string()});
+  EXPECT_EQ(result.exit_code, 1);
+  EXPECT_NE(result.err.find("write"), std::string::npos) << result.err;
+}
+
+TEST_F(CommandLine, VerbsOnAFolderThatIsNoProjectSayWhatToDo) {
+  for (const char* verb : {"fit", "train", "eval"}) {
+    const ProgramResult result = likeness({verb, folder_.string()});
+    EXPECT_EQ(result.exit_code, 1);
+    EXPECT_NE(result.err.find("likeness build"), std::string::npos) << result.err;
+  }
+  EXPECT_EQ(likeness({"render", folder_.string(), "--out", "x.mp4"}).exit_code, 1);
+}
+
+}  // namespace
+}  // namespace likeness::test

@@ -1,0 +1,169 @@
+// The whole path through the real command line on a small demo capture: film, build, measure, render, kill,
+// resume.
+#include <gtest/gtest.h>
+#include <signal.h>
+#include <stdlib.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <fstream>
+#include <thread>
+
+#include <nlohmann/json.hpp>
+
+#include "core/image/files.h"
+#include "core/video/decode.h"
+#include "tests/app/run_program.h"
+
+namespace likeness::test {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+
+// One demo capture and one finished project, shared by the tests below in their order.
+class EndToEnd : public testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    std::string name = (fs::temp_directory_path() / "likeness_e2e_XXXXXX").string();
+    ASSERT_NE(::mkdtemp(name.data()), nullptr);
+    folder_ = name;
+    const ProgramResult demo = likeness({"demo", (folder_ / "demo").string(), "--size", "320", "--frames",
+                                         "60", "--moving-share", "0", "--samples", "1"});
+    ASSERT_EQ(demo.exit_code, 0) << demo.err;
+    const ProgramResult built = build(folder_ / "p.likeness");
+    ASSERT_EQ(built.exit_code, 0) << built.err;
+    summary_ = json::parse(built.out);
+  }
+  static void TearDownTestSuite() { fs::remove_all(folder_); }
+
+  static std::vector<std::string> build_command(const fs::path& project) {
+    return {
+        "build", (folder_ / "demo" / "demo.mp4").string(), "--project", project.string(), "--steps", kSteps,
+        "--json"};
+  }
+  static ProgramResult build(const fs::path& project) { return likeness(build_command(project)); }
+
+  static json evaluate(const fs::path& project) {
+    const ProgramResult result = likeness({"eval", project.string(), "--json"});
+    EXPECT_EQ(result.exit_code, 0) << result.err;
+    return json::parse(result.out);
+  }
+
+  static constexpr const char* kSteps = "250";
+  static inline fs::path folder_;
+  static inline json summary_;
+};
+
+TEST_F(EndToEnd, EveryStageIsDoneAndSaysWhatItFound) {
+  for (const char* stage : {"import", "align", "fit", "matte", "train"}) {
+    EXPECT_TRUE(summary_.at("stages").at(stage).at("done").get<bool>()) << stage;
+    EXPECT_FALSE(summary_.at("stages").at(stage).at("message").get<std::string>().empty()) << stage;
+  }
+}
+
+TEST_F(EndToEnd, TheAvatarResemblesFramesItNeverSaw) {
+  const json report = evaluate(folder_ / "p.likeness");
+  EXPECT_EQ(report.at("frames_test"), 6);
+  EXPECT_EQ(report.at("split"), "tail");
+  // A person painted as one mean colour scores about 14 dB on the head.
+  EXPECT_GT(report.at("psnr_db").get<double>(), 22);
+  EXPECT_GT(report.at("psnr_head_db").get<double>(), 18);
+  EXPECT_LE(report.at("samples_per_ray").get<double>(), 16);
+}
+
+TEST_F(EndToEnd, ARepeatedBuildHasNothingToDo) {
+  const auto before = fs::last_write_time(folder_ / "p.likeness" / "avatar.bin");
+  ASSERT_EQ(build(folder_ / "p.likeness").exit_code, 0);
+  EXPECT_EQ(fs::last_write_time(folder_ / "p.likeness" / "avatar.bin"), before);
+}
+
+TEST_F(EndToEnd, AnOrbitIsAVideoOfItsLength) {
+  const fs::path out = folder_ / "orbit.mp4";
+  const ProgramResult result = likeness({"render", (folder_ / "p.likeness").string(), "--camera", "orbit",
+                                         "--frames", "8", "--out", out.string()});
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  auto reader = VideoReader::open(out);
+  ASSERT_TRUE(reader.ok()) << reader.error().what;
+  int frames = 0;
+  while (true) {
+    const auto frame = reader->next();
+    ASSERT_TRUE(frame.ok());
+    if (!*frame) break;
+    ++frames;
+  }
+  EXPECT_EQ(frames, 8);
+}
+
+double mean_difference(const Image8& a, const Image8& b, int y0, int y1) {
+  double sum = 0;
+  for (int y = y0; y < y1; ++y) {
+    for (int x = 0; x < a.width * a.channels; ++x) {
+      sum += std::abs(int(a.data[std::size_t(y) * a.width * a.channels + x]) -
+                      int(b.data[std::size_t(y) * b.width * b.channels + x]));
+    }
+  }
+  return sum / (double(y1 - y0) * a.width * a.channels);
+}
+
+TEST_F(EndToEnd, TurningTheHeadMovesNoShoulder) {
+  const std::string project = (folder_ / "p.likeness").string();
+  const fs::path straight = folder_ / "straight.png", turned = folder_ / "turned.png";
+  ASSERT_EQ(likeness({"render", project, "--out", straight.string()}).exit_code, 0);
+  ASSERT_EQ(likeness({"render", project, "--pose=25,0,0", "--out", turned.string()}).exit_code, 0);
+  const auto a = read_image(straight), b = read_image(turned);
+  ASSERT_TRUE(a.ok() && b.ok());
+  EXPECT_GT(mean_difference(*a, *b, a->height / 4, a->height * 5 / 8), 2);  // the face turned
+  EXPECT_LT(mean_difference(*a, *b, a->height * 15 / 16, a->height), 0.5);  // the shoulders stayed
+}
+
+TEST_F(EndToEnd, AnUnknownExpressionListsTheKnownOnes) {
+  const ProgramResult result = likeness({"render", (folder_ / "p.likeness").string(), "--expression",
+                                         "grin=1", "--out", (folder_ / "x.png").string()});
+  EXPECT_EQ(result.exit_code, 1);
+  EXPECT_NE((result.err).find("jawOpen"), std::string::npos) << result.err;
+  EXPECT_FALSE(fs::exists(folder_ / "x.png"));
+}
+
+// kill -9 in the stage that is running after `wait_for` has appeared, then the same command again.
+void kill_when(const fs::path& wait_for, pid_t child) {
+  const auto give_up = std::chrono::steady_clock::now() + std::chrono::minutes(3);
+  while (!fs::exists(wait_for) && std::chrono::steady_clock::now() < give_up) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(20));
+  }
+  ::kill(child, SIGKILL);
+}
+
+TEST_F(EndToEnd, AKilledBuildContinuesToTheSameQuality) {
+  const fs::path project = folder_ / "killed.likeness";
+  std::vector<std::string> command = build_command(project);
+  command.insert(command.begin(), likeness_path());
+  for (const char* landmark : {"capture.json", "track.json"}) {
+    const pid_t child = start_program(command, folder_);
+    kill_when(project / landmark, child);
+    EXPECT_NE(wait_program(child), 0) << "it ended before it could be killed";
+  }
+  const ProgramResult resumed = build(project);
+  ASSERT_EQ(resumed.exit_code, 0) << resumed.err;
+  const json uncut = evaluate(folder_ / "p.likeness"), cut = evaluate(project);
+  EXPECT_EQ(cut.at("steps"), uncut.at("steps"));
+  EXPECT_NEAR(cut.at("psnr_db").get<double>(), uncut.at("psnr_db").get<double>(), 0.3);
+  EXPECT_NEAR(cut.at("psnr_head_db").get<double>(), uncut.at("psnr_head_db").get<double>(), 0.5);
+}
+
+TEST_F(EndToEnd, AnInterruptIsAStopNotAFailure) {
+  const fs::path project = folder_ / "stopped.likeness";
+  std::vector<std::string> command = build_command(project);
+  command.insert(command.begin(), likeness_path());
+  const pid_t child = start_program(command, folder_);
+  const auto give_up = std::chrono::steady_clock::now() + std::chrono::minutes(1);
+  while (!fs::exists(project / "capture.json") && std::chrono::steady_clock::now() < give_up) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(20));
+  }
+  ::kill(child, SIGINT);
+  EXPECT_EQ(wait_program(child), 130);
+  EXPECT_TRUE(fs::exists(project / "capture.json"));
+}
+
+}  // namespace
+}  // namespace likeness::test
