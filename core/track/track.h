@@ -17,7 +17,7 @@ struct TrackedFrame {
   int frame = 0;  // number in the source video
   double time_s = 0;
   FrameStatus status = FrameStatus::good;
-  std::string reason;  // why it is weak or lost; empty for good
+  std::string reason;                        // why it is weak or lost; empty for good
   Pose world_from_head = Pose::Identity();   // m
   Articulation articulation;                 // neck stays zero: the torso has a frame of its own
   Pose world_from_torso = Pose::Identity();  // m; the torso frame is the head frame of the reference frame
@@ -27,10 +27,10 @@ struct TrackedFrame {
 
 struct Track {
   std::string head_model_name, head_model_hash;
-  std::string head_model_file;      // empty for the built-in head
-  Eigen::VectorXf identity;         // (I)
-  bool has_torso = true;            // enough torso in the picture to model
-  double metres_per_unit = 1;       // of the cameras' world; camera translations times this are metres
+  std::string head_model_file;       // empty for the built-in head
+  Eigen::VectorXf identity;          // (I)
+  bool has_torso = true;             // enough torso in the picture to model
+  double metres_per_unit = 1;        // of the cameras' world; camera translations times this are metres
   std::vector<TrackedFrame> frames;  // ascending frame
 };
 

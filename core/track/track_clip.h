@@ -1,5 +1,5 @@
-// The track of a clip: landmarks -> one identity and per-frame pose and expression -> dense rigid bundle adjustment ->
-// identity and expression refitted -> torso.
+// The track of a clip: landmarks -> one identity and per-frame pose and expression -> dense rigid bundle
+// adjustment -> identity and expression refitted -> torso.
 #pragma once
 
 #include <filesystem>
@@ -15,18 +15,20 @@
 namespace likeness {
 
 struct TrackOptions {
-  int working_size = 512;          // px, the longer side of the region tracked; raising it costs time quadratically
-  bool dense = true;               // point tracks and bundle adjustment after the landmark fit
-  std::filesystem::path predictor; // landmark model; empty = the system's
+  int working_size = 512;  // px, the longer side of the region tracked; raising it costs time quadratically
+  bool dense = true;       // point tracks and bundle adjustment after the landmark fit
+  std::filesystem::path predictor;  // landmark model; empty = the system's
 };
 
 // What of the source picture to track: a rectangle in source pixels.
-struct TrackRegion { int x = 0, y = 0, width = 0, height = 0; };
+struct TrackRegion {
+  int x = 0, y = 0, width = 0, height = 0;
+};
 
-// held_out: source frames whose pictures must not influence anything shared between frames (identity, neutral, track
-// points); they are tracked on their own picture against the frozen shared quantities.
-Result<Track> track_clip(const std::filesystem::path& video, const TrackRegion& region, const CameraSet& cameras,
-                         const std::set<int>& held_out, const HeadModel& model, const TrackOptions& options,
-                         const Progress& progress, std::stop_token stop);
+// held_out: source frames whose pictures must not influence anything shared between frames (identity,
+// neutral, track points); they are tracked on their own picture against the frozen shared quantities.
+Result<Track> track_clip(const std::filesystem::path& video, const TrackRegion& region,
+                         const CameraSet& cameras, const std::set<int>& held_out, const HeadModel& model,
+                         const TrackOptions& options, const Progress& progress, std::stop_token stop);
 
 }  // namespace likeness

@@ -1,0 +1,217 @@
+#include "core/track/clip_frames.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+
+#include "core/base/parallel.h"
+#include "core/video/decode.h"
+
+namespace likeness {
+namespace {
+
+constexpr std::size_t kBatch = 24;     // frames decoded before faces are sought, in parallel
+constexpr std::size_t kLookAhead = 4;  // frames a box may be smoothed with on the later side
+constexpr int kBridge = 12;            // frames without a detection over which a box is carried
+constexpr double kFaceSide = 960;      // px, longer side of the picture faces are sought in
+
+// A frame waiting for its landmarks.
+struct Pending {
+  Image8 rgb;                  // region, at most kFaceSide
+  std::vector<FaceBox> found;  // in its pixels
+};
+
+double overlap(const FaceBox& a, const FaceBox& b) {
+  const double w = std::min(a.x + a.width, b.x + b.width) - std::max(a.x, b.x);
+  const double h = std::min(a.y + a.height, b.y + b.height) - std::max(a.y, b.y);
+  if (w <= 0 || h <= 0) return 0;
+  return w * h / (a.width * a.height + b.width * b.height - w * h);
+}
+
+// The main person: near the box before the largest face, else the largest face that the detector is sure of.
+const FaceBox* main_face(const std::vector<FaceBox>& found, const FaceBox* before) {
+  const FaceBox* best = nullptr;
+  for (const FaceBox& b : found) {
+    if (before && overlap(b, *before) < 0.15) continue;
+    if (!best || b.width > best->width) best = &b;
+  }
+  return best;
+}
+
+double median(std::vector<double> values) {
+  std::nth_element(values.begin(), values.begin() + values.size() / 2, values.end());
+  return values[values.size() / 2];
+}
+
+class ClipReader {
+ public:
+  ClipReader(const FaceDetector& detector, ClipFrames& clip) : detector_(detector), clip_(clip) {}
+
+  void add(ClipFrame frame, Image8 face_picture) {
+    clip_.frames.push_back(std::move(frame));
+    pending_.push_back({std::move(face_picture), {}});
+    raw_.emplace_back();
+  }
+  std::size_t waiting() const { return clip_.frames.size() - sought_; }
+
+  // Seeks faces in the new frames; landmarks of those whose look-ahead is complete, or of all at the end.
+  void advance(bool last, std::stop_token stop) {
+    const std::size_t end = clip_.frames.size(), from = sought_;
+    parallel_for(end - from, [&](std::size_t k) {
+      if (stop.stop_requested()) return;
+      Pending& p = pending_[from + k - done_];
+      p.found = detector_.detect(p.rgb);
+    });
+    for (std::size_t i = from; i < end; ++i) choose(i);
+    sought_ = end;
+    const std::size_t ready = last ? end : end > kLookAhead ? end - kLookAhead : 0;
+    if (ready <= done_) return;
+    parallel_for(ready - done_, [&](std::size_t k) {
+      if (!stop.stop_requested()) find_landmarks(done_ + k);
+    });
+    pending_.erase(pending_.begin(), pending_.begin() + static_cast<std::ptrdiff_t>(ready - done_));
+    done_ = ready;
+  }
+
+ private:
+  void choose(std::size_t i) {
+    // A training frame knows only training frames; a held-out one all before it.
+    const bool held_out = clip_.frames[i].held_out;
+    const FaceBox* before = nullptr;
+    for (std::size_t j = i; j-- > 0 && i - j <= kBridge;)
+      if (raw_[j] && (held_out || !clip_.frames[j].held_out)) {
+        before = &*raw_[j];
+        break;
+      }
+    if (const FaceBox* face = main_face(pending_[i - done_].found, before)) {
+      raw_[i] = *face;
+      clip_.frames[i].detected = true;
+    }
+  }
+
+  // The median of the boxes around, then their mean: the detector jumps between pyramid levels.
+  std::optional<FaceBox> smooth_box(std::size_t i) const {
+    const bool held_out = clip_.frames[i].held_out;
+    std::vector<double> x, y, w;
+    const auto use = [&](std::size_t j) {
+      if (!raw_[j] || (held_out ? j > i : clip_.frames[j].held_out)) return;
+      x.push_back(raw_[j]->x + 0.5 * raw_[j]->width);
+      y.push_back(raw_[j]->y + 0.5 * raw_[j]->height);
+      w.push_back(std::log(raw_[j]->width));
+    };
+    for (std::size_t reach = 2; reach <= kBridge && x.empty(); reach += 2)
+      for (std::size_t j = i - std::min(i, reach);
+           j <= std::min(raw_.size() - 1, i + std::min(reach, kLookAhead)); ++j)
+        use(j);
+    if (x.empty()) return std::nullopt;
+    // The position follows the frame itself where it was seen; only the size is steadied strongly.
+    double cx = median(x), cy = median(y);
+    const double width = std::exp(median(w));
+    if (raw_[i]) {
+      const double dx = raw_[i]->x + 0.5 * raw_[i]->width - cx, dy = raw_[i]->y + 0.5 * raw_[i]->height - cy;
+      const double limit = 0.15 * width, d = std::hypot(dx, dy);
+      if (d < limit) cx += 0.5 * dx, cy += 0.5 * dy;
+    }
+    return FaceBox{cx - 0.5 * width, cy - 0.5 * width, width, width, raw_[i] ? raw_[i]->score : 0};
+  }
+
+  void find_landmarks(std::size_t i) {
+    ClipFrame& frame = clip_.frames[i];
+    const std::optional<FaceBox> box = smooth_box(i);
+    if (!box) return;
+    const Image8& rgb = pending_[i - done_].rgb;
+    Landmarks found = detector_.landmarks(rgb, *box, 0);
+    const double s = static_cast<double>(clip_.region.width) / rgb.width;
+    const Vec2d corner(clip_.region.x, clip_.region.y);
+    for (int k = 0; k < kLandmarkCount; ++k) {
+      found.points[k] = found.points[k] * s + corner;
+      found.spread[k] *= s;
+    }
+    frame.box = {box->x * s + corner.x(), box->y * s + corner.y(), box->width * s, box->height * s,
+                 box->score};
+    frame.landmarks = found;
+  }
+
+  const FaceDetector& detector_;
+  ClipFrames& clip_;
+  std::vector<std::optional<FaceBox>> raw_;  // every frame's own detection
+  std::vector<Pending> pending_;             // of frames done_ ..
+  std::size_t sought_ = 0, done_ = 0;
+};
+
+Image8 to_grey_image(const Image8& rgb) {
+  if (rgb.channels == 1) return rgb;
+  Image8 grey(rgb.width, rgb.height, 1);
+  const std::uint8_t* p = rgb.data.data();
+  for (std::uint8_t& g : grey.data) {
+    g = static_cast<std::uint8_t>((77 * p[0] + 150 * p[1] + 29 * p[2] + 128) >> 8);
+    p += rgb.channels;
+  }
+  return grey;
+}
+
+Image8 reduced_to(const Image8& image, double longer_side) {
+  const double s = longer_side / std::max(image.width, image.height);
+  const int w = std::max(1, static_cast<int>(std::lround(image.width * s))),
+            h = std::max(1, static_cast<int>(std::lround(image.height * s)));
+  return w == image.width && h == image.height ? image : resize(image, w, h);
+}
+
+}  // namespace
+
+Result<ClipFrames> read_clip_frames(const std::filesystem::path& video, const TrackRegion& region,
+                                    const std::set<int>& held_out, const TrackOptions& options,
+                                    const Progress& progress, std::stop_token stop) {
+  auto detector = FaceDetector::load(options.predictor);
+  if (!detector) return detector.error();
+  auto reader = VideoReader::open(video);
+  if (!reader) return reader.error();
+  const VideoInfo info = reader->info();
+  ClipFrames clip;
+  const int x0 = std::clamp(region.x, 0, info.width), y0 = std::clamp(region.y, 0, info.height);
+  clip.region = {x0, y0, std::min(region.width, info.width - x0), std::min(region.height, info.height - y0)};
+  if (region.width <= 0 || region.height <= 0) clip.region = {0, 0, info.width, info.height};
+  if (clip.region.width < 64 || clip.region.height < 64)
+    return Error{ErrorCode::bad_input,
+                 fmt::format("The region to track is {} x {} px in a picture of {} x {}.", clip.region.width,
+                             clip.region.height, info.width, info.height),
+                 "Choose a region of at least 64 px inside the picture.", video.string()};
+  clip.scale = static_cast<double>(options.working_size) / std::max(clip.region.width, clip.region.height);
+
+  ClipReader faces(*detector, clip);
+  while (true) {
+    auto next = reader->next();
+    if (!next) return next.error();
+    if (stop.stop_requested()) return cancelled_error();
+    const bool end = !next->has_value();
+    if (!end) {
+      const VideoFrame& source = **next;
+      const Image8 part =
+          source.rgb.width == clip.region.width && source.rgb.height == clip.region.height
+              ? source.rgb
+              : crop(source.rgb, clip.region.x, clip.region.y, clip.region.width, clip.region.height);
+      ClipFrame frame;
+      frame.frame = source.index;
+      frame.time_s = source.time_s;
+      frame.held_out = held_out.contains(source.index);
+      frame.grey = to_grey_image(reduced_to(part, options.working_size));
+      faces.add(std::move(frame),
+                std::max(part.width, part.height) > kFaceSide ? reduced_to(part, kFaceSide) : part);
+    }
+    if (end || faces.waiting() >= kBatch) {
+      faces.advance(end, stop);
+      progress.report(info.frame_count > 0 ? static_cast<double>(clip.frames.size()) / info.frame_count : 0.5,
+                      fmt::format("faces in {} frames", clip.frames.size()));
+    }
+    if (end) break;
+  }
+  if (stop.stop_requested()) return cancelled_error();
+  if (clip.frames.empty())
+    return Error{ErrorCode::bad_input, "The video holds no frame.", "Choose another video.", video.string()};
+  progress.report(1);
+  return clip;
+}
+
+}  // namespace likeness

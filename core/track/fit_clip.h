@@ -1,0 +1,54 @@
+// Fits one identity to the training frames of a clip, then pose, expression and jaw of every frame.
+//
+// Held-out frames influence nothing shared: they take no part in the identity, are no temporal neighbour of a
+// training frame, and are themselves only pulled towards the frame before them.
+#pragma once
+
+#include <stop_token>
+#include <vector>
+
+#include "core/base/progress.h"
+#include "core/base/result.h"
+#include "core/track/fit_frame.h"
+
+namespace likeness {
+
+struct FaceFrame {
+  int frame = 0;      // number in the source
+  bool seen = false;  // has landmarks
+  bool held_out = false;
+  FaceObservation observation;
+  FaceState state;  // guess in, fit out
+};
+
+struct ClipFitOptions {
+  int identity_frames = 100;  // at most this many, spread evenly; cost of the identity fit is linear in it
+  bool free_pose = true;      // false: poses are given (dense tracks know better)
+  double identity_weight =
+      6;  // prior per standard deviation at 100 frames, grows with the root of the frames
+  double expression_change = 4;  // first difference, per unit
+  double turn_change = 60;       // second difference, per rad
+  double shift_change = 150;     // second difference, per m
+  int sweeps = 3;                // passes over all frames with their neighbours' latest states
+};
+
+// Rigid start of every seen frame from its inner landmarks.
+void start_clip(const ReducedHead& head, const Eigen::VectorXd& identity, const ExpressionPrior& prior,
+                std::vector<FaceFrame>& frames);
+
+// Joint fit of the identity and the chosen frames' states (which are updated). Schur complement on the
+// frames.
+Result<Eigen::VectorXd> fit_identity(const ReducedHead& head, const ExpressionPrior& prior,
+                                     const ClipFitOptions& options, const Eigen::VectorXd& start,
+                                     std::vector<FaceFrame>& frames, const Progress& progress,
+                                     std::stop_token stop);
+
+// Every seen frame's state with the identity fixed.
+Result<void> fit_states(const ReducedHead& head, const Eigen::VectorXd& identity,
+                        const ExpressionPrior& prior, const ClipFitOptions& options,
+                        std::vector<FaceFrame>& frames, const Progress& progress, std::stop_token stop);
+
+// What the face shows at rest in the training frames: per shape the value a quarter of them stay below.
+Eigen::VectorXd resting_expression(const ReducedHead& head, const std::vector<FaceFrame>& frames);
+
+}  // namespace likeness

@@ -1,0 +1,179 @@
+// track.json: every number is written so that it reads back to the same bits.
+#include "core/track/track.h"
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+
+#include "core/base/files.h"
+
+namespace likeness {
+namespace {
+
+using nlohmann::json;
+constexpr int kVersion = 1;
+
+const char* status_name(FrameStatus status) {
+  switch (status) {
+    case FrameStatus::good:
+      return "good";
+    case FrameStatus::weak:
+      return "weak";
+    case FrameStatus::lost:
+      return "lost";
+  }
+  return "lost";
+}
+
+FrameStatus status_from(const std::string& name) {
+  if (name == "good") return FrameStatus::good;
+  if (name == "weak") return FrameStatus::weak;
+  if (name == "lost") return FrameStatus::lost;
+  throw std::runtime_error("unknown status '" + name + "'");
+}
+
+json pose_json(const Pose& pose) {
+  json values = json::array();
+  for (int r = 0; r < 3; ++r)
+    for (int c = 0; c < 4; ++c) values.push_back(pose.matrix()(r, c));
+  return values;
+}
+
+Pose pose_from(const json& values) {
+  if (!values.is_array() || values.size() != 12) throw std::runtime_error("a pose needs 12 numbers");
+  Pose pose = Pose::Identity();
+  for (int r = 0; r < 3; ++r)
+    for (int c = 0; c < 4; ++c) pose.matrix()(r, c) = values[r * 4 + c].get<double>();
+  const Mat3d turn = pose.linear();
+  if (!pose.matrix().allFinite() || (turn * turn.transpose() - Mat3d::Identity()).norm() > 1e-3 ||
+      turn.determinant() < 0)
+    throw std::runtime_error("a pose is not a rigid transform");
+  return pose;
+}
+
+template <class Vector>
+json vector_json(const Vector& v) {
+  json values = json::array();
+  for (Eigen::Index i = 0; i < v.size(); ++i) values.push_back(v[i]);
+  return values;
+}
+
+Eigen::VectorXf vector_from(const json& values) {
+  Eigen::VectorXf v(static_cast<Eigen::Index>(values.size()));
+  for (std::size_t i = 0; i < values.size(); ++i) v[static_cast<Eigen::Index>(i)] = values[i].get<float>();
+  return v;
+}
+
+Vec3f vec3_from(const json& values) {
+  if (!values.is_array() || values.size() != 3) throw std::runtime_error("a rotation needs 3 numbers");
+  return {values[0].get<float>(), values[1].get<float>(), values[2].get<float>()};
+}
+
+json frame_json(const TrackedFrame& f) {
+  json points = json::array();
+  for (const Vec2d& p : f.landmarks) points.push_back({p.x(), p.y()});
+  return {{"frame", f.frame},
+          {"time_s", f.time_s},
+          {"status", status_name(f.status)},
+          {"reason", f.reason},
+          {"world_from_head", pose_json(f.world_from_head)},
+          {"world_from_torso", pose_json(f.world_from_torso)},
+          {"expression", vector_json(f.articulation.expression)},
+          {"neck", vector_json(f.articulation.neck)},
+          {"jaw", vector_json(f.articulation.jaw)},
+          {"left_eye", vector_json(f.articulation.left_eye)},
+          {"right_eye", vector_json(f.articulation.right_eye)},
+          {"landmarks", std::move(points)},
+          {"inner_error_px", f.inner_error_px}};
+}
+
+TrackedFrame frame_from(const json& j) {
+  TrackedFrame f;
+  f.frame = j.at("frame").get<int>();
+  f.time_s = j.at("time_s").get<double>();
+  f.status = status_from(j.at("status").get<std::string>());
+  f.reason = j.at("reason").get<std::string>();
+  f.world_from_head = pose_from(j.at("world_from_head"));
+  f.world_from_torso = pose_from(j.at("world_from_torso"));
+  f.articulation.expression = vector_from(j.at("expression"));
+  f.articulation.neck = vec3_from(j.at("neck"));
+  f.articulation.jaw = vec3_from(j.at("jaw"));
+  f.articulation.left_eye = vec3_from(j.at("left_eye"));
+  f.articulation.right_eye = vec3_from(j.at("right_eye"));
+  const json& points = j.at("landmarks");
+  if (points.size() != kLandmarkCount) throw std::runtime_error("a frame needs 68 landmarks");
+  for (int i = 0; i < kLandmarkCount; ++i)
+    f.landmarks[i] = Vec2d(points[i].at(0).get<double>(), points[i].at(1).get<double>());
+  f.inner_error_px = j.at("inner_error_px").get<double>();
+  return f;
+}
+
+}  // namespace
+
+const TrackedFrame* find_tracked(const Track& track, int frame) {
+  const auto it = std::lower_bound(track.frames.begin(), track.frames.end(), frame,
+                                   [](const TrackedFrame& f, int number) { return f.frame < number; });
+  return it != track.frames.end() && it->frame == frame ? &*it : nullptr;
+}
+
+Result<void> write_track(const std::filesystem::path& path, const Track& track) {
+  const json head = {{"format", "likeness-track"},
+                     {"version", kVersion},
+                     {"units",
+                      "metres, radians, seconds; landmarks in pixels of the uncropped source picture; poses "
+                      "are row-major 3x4; rotations are rotation vectors"},
+                     {"head_model_name", track.head_model_name},
+                     {"head_model_hash", track.head_model_hash},
+                     {"head_model_file", track.head_model_file},
+                     {"identity", vector_json(track.identity)},
+                     {"has_torso", track.has_torso},
+                     {"metres_per_unit", track.metres_per_unit}};
+  // One line a frame: readable, and a difference between two tracks shows the frames that differ.
+  std::string text;
+  try {
+    text = head.dump(1);
+    text.erase(text.find_last_of('}'));
+    while (!text.empty() && (text.back() == '\n' || text.back() == ' ')) text.pop_back();
+    text += ",\n \"frames\": [";
+    for (std::size_t i = 0; i < track.frames.size(); ++i)
+      text += (i ? ",\n  " : "\n  ") + frame_json(track.frames[i]).dump();
+    text += "\n ]\n}\n";
+  } catch (const std::exception& e) {
+    return Error{ErrorCode::failed, "The track could not be written as text: " + std::string(e.what()),
+                 "Run the fit again.", path.string()};
+  }
+  return write_text(path, text);
+}
+
+Result<Track> read_track(const std::filesystem::path& path) {
+  auto text = read_text(path);
+  if (!text) return text.error();
+  try {
+    const json j = json::parse(*text);
+    if (j.value("format", "") != "likeness-track")
+      return Error{ErrorCode::bad_input, "This file is not a track.", "Run the fit again to write it anew.",
+                   path.string()};
+    if (j.at("version").get<int>() != kVersion)
+      return Error{ErrorCode::bad_input,
+                   "The track has version " + std::to_string(j.at("version").get<int>()) + "; version " +
+                       std::to_string(kVersion) + " is understood.",
+                   "Run the fit again with this version of Likeness.", path.string()};
+    Track track;
+    track.head_model_name = j.at("head_model_name").get<std::string>();
+    track.head_model_hash = j.at("head_model_hash").get<std::string>();
+    track.head_model_file = j.at("head_model_file").get<std::string>();
+    track.identity = vector_from(j.at("identity"));
+    track.has_torso = j.at("has_torso").get<bool>();
+    track.metres_per_unit = j.at("metres_per_unit").get<double>();
+    for (const json& f : j.at("frames")) {
+      track.frames.push_back(frame_from(f));
+      if (track.frames.size() > 1 && track.frames[track.frames.size() - 2].frame >= track.frames.back().frame)
+        throw std::runtime_error("the frames are not in ascending order");
+    }
+    return track;
+  } catch (const std::exception& e) {
+    return Error{ErrorCode::bad_input, "The track could not be read: " + std::string(e.what()),
+                 "Run the fit again to write it anew.", path.string()};
+  }
+}
+
+}  // namespace likeness
