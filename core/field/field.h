@@ -1,19 +1,22 @@
-// The radiance field of one rigid frame (head or torso): spatial hash grid -> ambient slice w = H(features, psi) ->
-// ambient grid -> density MLP -> colour MLP. Kwak & Ko, IEEE Access 2024, sections III-B, III-C; hash encoding after
-// Mueller et al. 2022.
+// The radiance field of one rigid frame (head or torso): spatial hash grid -> ambient slice w = H(features,
+// psi) -> ambient grid -> density MLP -> colour MLP. Kwak & Ko, IEEE Access 2024, sections III-B, III-C; hash
+// encoding after Mueller et al. 2022.
 //
 //   e = G(x)                      (levels x features)
 //   w = tanh(H(e, psi))           (ambient_dimensions), fp32
 //   a = A(w)                      (ambient levels x features)
-//   sigma, g = D(e, a)            density through softplus or exp, geometry features
+//   sigma, g = D(e, a)            density (exp up to e^9, then its tangent) and geometry features
 //   c = sigmoid(C(g, d, l))       colour; d the view direction, l the per-frame latent code
+//
+// The exponential gives a density of any scale the same relative learning rate; softplus, linear where it is
+// large, needs many steps to become a surface. The tangent beyond e^9 keeps value and gradient finite and
+// consistent.
 //
 // Arrays of samples are one array per component ("samples in lanes").
 #pragma once
 
 #include <cstddef>
 #include <cstdint>
-#include <span>
 #include <string>
 #include <vector>
 
@@ -22,8 +25,8 @@ namespace likeness {
 struct GridConfig {
   int dimensions = 3;
   int levels = 8;
-  int features = 4;           // per level; 4 floats: half a cache line for a bf16 pair of corners
-  int log2_entries = 16;      // per level, at most; dense where the level is smaller
+  int features = 4;       // per level: 1, 2, 4 or 8; 4 is the fast case (one 128-bit load a corner)
+  int log2_entries = 16;  // per level, at most; dense where the level is smaller
   int min_resolution = 16, max_resolution = 512;  // cells along an axis, growing geometrically
 
   bool operator==(const GridConfig&) const = default;
@@ -35,11 +38,12 @@ struct FieldConfig {
   bool ambient = true;                          // false with K > 0: psi is concatenated (NeRFace-like)
   GridConfig ambient_grid{2, 8, 4, 14, 8, 64};  // its dimensions are those of w
   int slice_width = 32;                         // hidden units of H
-  int density_width = 64;
+  int density_width = 64, density_layers = 2;   // hidden layers: 1 or 2
   int geometry_features = 15;
-  int colour_width = 64;
-  bool view_direction = true;                   // 2nd-order spherical harmonics of d
-  int latent_count = 0;                         // L: entries of the per-frame code l
+  int colour_width = 64, colour_layers = 2;  // hidden layers: 1 or 2
+  bool view_direction = true;                // 2nd-order spherical harmonics of d
+  int latent_count = 0;                      // L: entries of the per-frame code l
+  float initial_density = 0.1f;              // sigma of a fresh field, per cube side
 
   bool operator==(const FieldConfig&) const = default;
 };
@@ -56,14 +60,20 @@ struct ParameterBlock {
   int rows = 0, columns = 0;  // weights are row-major (outputs, inputs); 0 for tables and biases
   bool table = false;         // hash table: sparse gradient
 };
+// Tables come first, each starting at a multiple of kTableLine parameters (zeros fill the gaps), then the
+// networks.
 std::vector<ParameterBlock> parameter_layout(const FieldConfig& config);
+std::size_t parameter_count(const FieldConfig& config);
 Field make_field(const FieldConfig& config, std::uint32_t seed);
+
+// Sparse gradients and Adam move this many table parameters (64 bytes) at a time.
+inline constexpr std::size_t kTableLine = 16;
 
 struct FieldInputs {
   std::size_t count = 0;                                    // N
   const float *x = nullptr, *y = nullptr, *z = nullptr;     // (N) in [0, 1] of the field's cube
   const float *dx = nullptr, *dy = nullptr, *dz = nullptr;  // (N) unit view direction in the field's frame
-  const std::int32_t* view = nullptr;                       // (N) row of the two arrays below
+  const std::int32_t* view = nullptr;                       // (N) row of the two arrays below; nullptr: row 0
   const float* conditions = nullptr;                        // (views, K) psi
   const float* latents = nullptr;                           // (views, L), or nullptr for zero codes
 };
@@ -77,8 +87,5 @@ struct FieldOutputs {
 struct FieldOutputGradients {
   const float *sigma = nullptr, *red = nullptr, *green = nullptr, *blue = nullptr;  // (N)
 };
-
-// What forward keeps for backward, and scratch reused between steps. One per field being trained.
-struct FieldTape;
 
 }  // namespace likeness

@@ -1,0 +1,90 @@
+// Adam on a field: see adam.h.
+#include "core/field/adam.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/base/check.h"
+#include "core/base/parallel.h"
+#include "core/field/field_layout.h"
+
+namespace likeness {
+namespace {
+
+// Learning rate with both bias corrections folded in: sqrt(1 - beta2^t) / (1 - beta1^t). Epsilon is so added
+// to the uncorrected root of the second moment, as in section 2 of the paper.
+float corrected_rate(float rate, const AdamOptions& options, std::uint64_t step) {
+  const double t = double(step);
+  return float(rate * std::sqrt(1 - std::pow(double(options.beta2), t)) /
+               (1 - std::pow(double(options.beta1), t)));
+}
+
+// Plain loops over restrict pointers: compilers vectorise them, and memory is the limit.
+void step_range(float* __restrict values, float* __restrict gradients, float* __restrict first,
+                float* __restrict second, std::size_t count, float rate, float epsilon, float l2,
+                const AdamOptions& options) {
+  const float beta1 = options.beta1, beta2 = options.beta2;
+  for (std::size_t i = 0; i < count; ++i) {
+    const float g = gradients[i] + l2 * values[i];
+    first[i] = beta1 * first[i] + (1 - beta1) * g;
+    second[i] = beta2 * second[i] + (1 - beta2) * g * g;
+    values[i] -= rate * first[i] / (std::sqrt(second[i]) + epsilon);
+    gradients[i] = 0;
+  }
+}
+
+void step_tables(Field& field, FieldGradients& gradients, AdamState& state, const AdamOptions& options) {
+  // The correction is 1 to float precision long before this many steps.
+  constexpr std::uint32_t kSettled = 4096;
+  std::vector<float> rates(kSettled + 1);
+  for (std::uint32_t t = 1; t <= kSettled; ++t) rates[t] = corrected_rate(options.table_rate, options, t);
+  parallel_ranges(gradients.touched.size(), 4096, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t line = begin; line < end; ++line) {
+      if (!gradients.touched[line]) continue;
+      gradients.touched[line] = 0;
+      const std::uint32_t step = ++state.line_steps[line];
+      const std::size_t i = line * kTableLine;
+      step_range(&field.parameters[i], &gradients.parameters[i], &state.first[i], &state.second[i],
+                 kTableLine, rates[std::min(step, kSettled)], options.table_epsilon, 0.0f, options);
+    }
+  });
+}
+
+}  // namespace
+
+AdamState make_adam_state(const Field& field) {
+  const std::size_t count = field.parameters.size();
+  return {std::vector<float>(count, 0.0f), std::vector<float>(count, 0.0f),
+          std::vector<std::uint32_t>(make_layout(field.config).table_count / kTableLine, 0u), 0};
+}
+
+void adam_step(Field& field, FieldGradients& gradients, AdamState& state, const AdamOptions& options) {
+  const std::size_t count = field.parameters.size();
+  LIKENESS_CHECK(gradients.parameters.size() == count && state.first.size() == count &&
+                     state.second.size() == count && state.line_steps.size() == gradients.touched.size(),
+                 "%zu parameters, %zu gradients, %zu moments", count, gradients.parameters.size(),
+                 state.first.size());
+  ++state.step;
+  step_tables(field, gradients, state, options);
+  const float rate = corrected_rate(options.network_rate, options, state.step);
+  for (const ParameterBlock& block : parameter_layout(field.config)) {
+    if (block.table) continue;
+    const float l2 = block.rows > 0 ? options.network_l2 : 0.0f;  // weights, not biases
+    const std::size_t i = block.offset;
+    step_range(&field.parameters[i], &gradients.parameters[i], &state.first[i], &state.second[i], block.count,
+               rate, options.network_epsilon, l2, options);
+  }
+}
+
+void adam_step(std::vector<float>& values, std::vector<float>& gradients, ArrayAdamState& state, float rate,
+               const AdamOptions& options) {
+  LIKENESS_CHECK(values.size() == gradients.size(), "%zu values, %zu gradients", values.size(),
+                 gradients.size());
+  state.first.resize(values.size(), 0.0f);
+  state.second.resize(values.size(), 0.0f);
+  ++state.step;
+  step_range(values.data(), gradients.data(), state.first.data(), state.second.data(), values.size(),
+             corrected_rate(rate, options, state.step), options.network_epsilon, 0.0f, options);
+}
+
+}  // namespace likeness
