@@ -1,5 +1,5 @@
-// Cameras of a clip: one static camera where nothing outside the person moves, otherwise structure from motion by the
-// `colmap` program on person-masked frames.
+// Cameras of a clip: one static camera where nothing outside the person moves, otherwise structure from
+// motion by the `colmap` program on person-masked frames.
 #pragma once
 
 #include <filesystem>
@@ -15,15 +15,17 @@
 
 namespace likeness {
 
-// Where the person is, coarsely, in source pixels; the caller (core/matte) knows faces, this library does not.
-// Given a frame number and its picture: one channel, 255 = ignore.
+// Where the person is, coarsely, in source pixels; the caller (core/matte) knows faces, this library does
+// not. Given a frame number and its picture: one channel, 255 = ignore.
 using PersonMask = std::function<Image8(int frame, const Image8& rgb)>;
 
 struct AlignOptions {
   double static_motion_px_per_1000 = 1.5;  // median background motion, in px per 1000 px of picture width
   double focal_over_width = 2.0;           // assumed focal length of a static camera without metadata
   int keyframes = 80;                      // at most this many go through colmap
-  int colmap_width = 540;                  // px the keyframes are reduced to
+  int colmap_width = 540;                  // px the keyframes are reduced to; raising it costs quadratically
+  int colmap_features = 2000;              // per keyframe
+  std::string colmap = "colmap";           // the program: a name looked up in PATH, or a path
   int seed = 0;
 };
 
@@ -32,12 +34,13 @@ struct AlignResult {
   std::string evidence;  // why the camera was taken as static or moving, in words with numbers
   int frames = 0, registered = 0;
   std::vector<std::string> warnings;
+  std::vector<std::string> photos;  // align_photos: file name of photograph `frame` = 0, 1, ...
 };
 
 // work: folder for colmap's database and images; kept, so that an interrupted solve continues.
 Result<AlignResult> align_clip(const std::filesystem::path& video, const PersonMask& person,
-                               const std::filesystem::path& work, const AlignOptions& options, const Progress& progress,
-                               std::stop_token stop);
+                               const std::filesystem::path& work, const AlignOptions& options,
+                               const Progress& progress, std::stop_token stop);
 
 // The same for a folder of photographs with no masking beyond what `person` says.
 Result<AlignResult> align_photos(const std::filesystem::path& folder, const PersonMask& person,

@@ -1,5 +1,6 @@
-// Pinhole cameras with Brown-Conrady distortion. OpenCV axes: x right, y down, z forward. Pixel (0,0) is the centre
-// of the top-left pixel minus half a pixel: the picture covers [0, width] x [0, height], pixel centres at +0.5.
+// Pinhole cameras with Brown-Conrady distortion. OpenCV axes: x right, y down, z forward. Pixel (0,0) is the
+// centre of the top-left pixel minus half a pixel: the picture covers [0, width] x [0, height], pixel centres
+// at +0.5.
 #pragma once
 
 #include <filesystem>
@@ -12,9 +13,9 @@
 namespace likeness {
 
 struct Intrinsics {
-  int width = 0, height = 0;                 // px
-  double fx = 0, fy = 0, cx = 0, cy = 0;     // px
-  double k1 = 0, k2 = 0, p1 = 0, p2 = 0;     // radial and tangential distortion, OpenCV's order
+  int width = 0, height = 0;              // px
+  double fx = 0, fy = 0, cx = 0, cy = 0;  // px
+  double k1 = 0, k2 = 0, p1 = 0, p2 = 0;  // radial and tangential distortion, OpenCV's order
 };
 
 struct Camera {

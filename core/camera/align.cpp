@@ -1,0 +1,227 @@
+// Static or moving, then, for a moving camera: keyframes, structure from motion, the frames between, the
+// rests.
+#include "core/camera/align.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <map>
+#include <set>
+
+#include "core/base/hash.h"
+#include "core/camera/colmap.h"
+#include "core/camera/motion.h"
+#include "core/camera/resect.h"
+#include "core/camera/workplace.h"
+#include "core/video/decode.h"
+
+namespace likeness {
+namespace {
+
+namespace fs = std::filesystem;
+
+// Background motion, in 1/1000 of the width, below which a failed solve may be taken as a camera at rest.
+constexpr double kHardlyMoving = 20;
+constexpr int kRestSamples = 8;  // frames of a rest that are solved and averaged
+
+Intrinsics centred_intrinsics(int width, int height, double focal_over_width) {
+  Intrinsics k;
+  k.width = width;
+  k.height = height;
+  k.fx = k.fy = focal_over_width * width;
+  k.cx = width / 2.0;
+  k.cy = height / 2.0;
+  return k;
+}
+
+AlignResult static_result(const BackgroundMotion& motion, const AlignOptions& options, std::string evidence) {
+  AlignResult result;
+  result.cameras.is_static = true;
+  result.cameras.scale = CameraScale::metric;
+  result.cameras.cameras.push_back(
+      {-1, centred_intrinsics(motion.width, motion.height, options.focal_over_width), Pose::Identity()});
+  result.evidence = std::move(evidence);
+  result.frames = result.registered = int(motion.frames.size());
+  return result;
+}
+
+// Intrinsics of the reduced pictures, brought to the source's size.
+Intrinsics enlarge(const Intrinsics& small, int width, int height) {
+  Intrinsics k = small;
+  const double sx = double(width) / small.width, sy = double(height) / small.height;
+  k.width = width;
+  k.height = height;
+  k.fx *= sx, k.cx *= sx;
+  k.fy *= sy, k.cy *= sy;
+  return k;
+}
+
+std::string frame_picture_name(int frame) { return fmt::format("{:06}.png", frame); }
+
+// Writes the keyframes' pictures and masks for colmap.
+Result<void> write_keyframes(const fs::path& video, const PersonMask& person, const fs::path& work, int width,
+                             const std::vector<int>& keyframes, const Progress& progress,
+                             std::stop_token stop) {
+  auto reader = VideoReader::open(video);
+  if (!reader) return reader.error();
+  const std::set<int> wanted(keyframes.begin(), keyframes.end());
+  std::size_t written = 0;
+  while (written < wanted.size()) {
+    if (stop.stop_requested()) return cancelled_error();
+    auto next = reader->next();
+    if (!next) return next.error();
+    if (!next->has_value()) break;
+    const VideoFrame& frame = **next;
+    if (!wanted.count(frame.index)) continue;
+    const Image8 mask = person ? person(frame.index, frame.rgb) : Image8();
+    if (auto done = write_picture(work, frame_picture_name(frame.index), frame.rgb, mask, width); !done)
+      return done;
+    progress.report(double(++written) / double(wanted.size()), fmt::format("keyframe {}", frame.index));
+  }
+  return mark_pictures_ready(work);
+}
+
+Result<ColmapModel> solve_keyframes(const fs::path& video, const PersonMask& person, const fs::path& work,
+                                    const AlignOptions& options, const BackgroundMotion& motion,
+                                    const Progress& progress, std::stop_token stop) {
+  const auto keyframes = choose_keyframes(motion, options.keyframes);
+  const int width = std::min(options.colmap_width, motion.width);
+  const auto video_hash = hash_file(video);
+  if (!video_hash) return video_hash.error();
+  std::string inputs = fmt::format("{} {} {} {} {}", *video_hash, width, options.colmap_features,
+                                   options.seed, person ? "masked" : "unmasked");
+  for (int frame : keyframes) inputs += fmt::format(" {}", frame);
+  if (auto ready = prepare_work_folder(work, hash_text(inputs)); !ready) return ready.error();
+  if (!pictures_ready(work)) {
+    auto written =
+        write_keyframes(video, person, work, width, keyframes, progress.stage(0, 0.15, "keyframes"), stop);
+    if (!written) return written.error();
+  }
+  ColmapOptions colmap;
+  colmap.program = options.colmap;
+  colmap.features = options.colmap_features;
+  colmap.seed = options.seed;
+  return solve_colmap(work, colmap, progress.stage(0.15, 1, "structure from motion"), stop);
+}
+
+// The frames to solve by following points: all outside rests, a few of each rest.
+std::set<int> frames_between(const BackgroundMotion& motion, const std::set<int>& solved) {
+  std::set<int> wanted;
+  for (const auto& frame : motion.frames) wanted.insert(frame.frame);
+  for (const auto& rest : motion.rests) {
+    wanted.erase(wanted.lower_bound(rest.first), wanted.upper_bound(rest.last));
+    const int length = rest.last - rest.first;
+    for (int i = 0; i < kRestSamples; ++i)
+      wanted.insert(rest.first + length * (2 * i + 1) / (2 * kRestSamples));
+  }
+  for (int frame : solved) wanted.erase(frame);
+  return wanted;
+}
+
+// Every frame of a rest gets the mean of the poses found in it.
+void share_rest_poses(const BackgroundMotion& motion, std::map<int, Pose>& poses) {
+  for (const auto& rest : motion.rests) {
+    std::vector<Pose> found;
+    for (auto it = poses.lower_bound(rest.first); it != poses.end() && it->first <= rest.last; ++it)
+      found.push_back(it->second);
+    if (found.empty()) continue;
+    const Pose mean = mean_pose(found);
+    for (const auto& frame : motion.frames)
+      if (frame.frame >= rest.first && frame.frame <= rest.last) poses[frame.frame] = mean;
+  }
+}
+
+Result<AlignResult> moving_result(const fs::path& video, const ColmapModel& model,
+                                  const BackgroundMotion& motion, const Progress& progress,
+                                  std::stop_token stop) {
+  const auto keyframes = keyframes_of(model);
+  if (keyframes.size() < 3)
+    return Error{ErrorCode::failed, fmt::format("Only {} keyframes could be placed.", keyframes.size()),
+                 "Move the camera more slowly round the head, in front of a background with detail.",
+                 "camera"};
+  const Intrinsics small = model.cameras.begin()->second;
+  std::map<int, Pose> poses;
+  std::set<int> solved;
+  for (const auto& keyframe : keyframes) {
+    poses[keyframe.frame] = keyframe.cam_from_world;
+    solved.insert(keyframe.frame);
+  }
+  const auto between = resect_frames(video, keyframes, small, frames_between(motion, solved), progress, stop);
+  if (!between) return between.error();
+  for (const auto& camera : *between) poses[camera.frame] = camera.cam_from_world;
+  share_rest_poses(motion, poses);
+
+  AlignResult result;
+  result.cameras.is_static = false;
+  result.cameras.scale = CameraScale::arbitrary;
+  result.cameras.reprojection_px = mean_reprojection_px(model) * motion.width / small.width;
+  const Intrinsics full = enlarge(small, motion.width, motion.height);
+  for (const auto& [frame, pose] : poses) result.cameras.cameras.push_back({frame, full, pose});
+  result.frames = int(motion.frames.size());
+  result.registered = int(poses.size());
+  if (result.registered < result.frames)
+    result.warnings.push_back(fmt::format("The camera of {} of {} frames was not found; they are left out.",
+                                          result.frames - result.registered, result.frames));
+  return result;
+}
+
+std::string moving_evidence(const BackgroundMotion& motion) {
+  std::string text =
+      fmt::format("moving: the background moves by {:.1f} thousandths of the picture's width", motion.motion);
+  if (motion.rests.empty()) return text + " and never rests for a second.";
+  text += "; it rests in frames";
+  for (std::size_t i = 0; i < motion.rests.size(); ++i)
+    text += fmt::format("{} {}-{}", i ? "," : "", motion.rests[i].first, motion.rests[i].last);
+  return text + ".";
+}
+
+}  // namespace
+
+Result<AlignResult> align_clip(const fs::path& video, const PersonMask& person, const fs::path& work,
+                               const AlignOptions& options, const Progress& progress, std::stop_token stop) {
+  const auto motion = measure_background_motion(video, person, options.static_motion_px_per_1000 / 2,
+                                                progress.stage(0, 0.2, "background"), stop);
+  if (!motion) return motion.error();
+  if (motion->tracks < kLeastTracks) {
+    auto result =
+        static_result(*motion, options,
+                      fmt::format("static: the background has too little texture to tell ({:.1f} feature "
+                                  "tracks on average, {} needed), so the camera is taken to be at rest.",
+                                  motion->tracks, kLeastTracks));
+    progress.report(1);
+    return result;
+  }
+  if (motion->motion <= options.static_motion_px_per_1000) {
+    auto result =
+        static_result(*motion, options,
+                      fmt::format("static: the background moves by {:.2f} thousandths of the picture's width "
+                                  "over {} frames ({:.0f} feature tracks on average; limit {:.2f}).",
+                                  motion->motion, motion->frames.size(), motion->tracks,
+                                  options.static_motion_px_per_1000));
+    progress.report(1);
+    return result;
+  }
+  const auto model =
+      solve_keyframes(video, person, work, options, *motion, progress.stage(0.2, 0.7, "camera path"), stop);
+  if (!model) {
+    if (model.error().code != ErrorCode::failed || motion->motion > kHardlyMoving) return model.error();
+    auto result =
+        static_result(*motion, options,
+                      fmt::format("static: the background moves by only {:.2f} thousandths of the picture's "
+                                  "width, too little to solve for a path.",
+                                  motion->motion));
+    result.warnings.push_back(
+        "The camera moved a little and was taken to be at rest, so the background will be soft. " +
+        model.error().what + " Use a tripod for a sharper result.");
+    progress.report(1);
+    return result;
+  }
+  auto result = moving_result(video, *model, *motion, progress.stage(0.7, 1, "frames between"), stop);
+  if (result) {
+    result->evidence = moving_evidence(*motion);
+    progress.report(1);
+  }
+  return result;
+}
+
+}  // namespace likeness

@@ -1,0 +1,143 @@
+// Cameras of a folder of photographs: in file-name order first, as phones number them, every pair where that
+// fails.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cctype>
+
+#include "core/base/hash.h"
+#include "core/camera/align.h"
+#include "core/camera/colmap.h"
+#include "core/camera/workplace.h"
+#include "core/image/files.h"
+
+namespace likeness {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::size_t kLeastPhotos = 3, kMostForAllPairs = 150;
+
+Result<std::vector<fs::path>> list_photos(const fs::path& folder) {
+  std::vector<fs::path> photos;
+  std::error_code fault;
+  for (const auto& entry : fs::directory_iterator(folder, fault)) {
+    std::string extension = entry.path().extension().string();
+    std::transform(extension.begin(), extension.end(), extension.begin(),
+                   [](unsigned char c) { return std::tolower(c); });
+    for (const char* known : {".jpg", ".jpeg", ".png", ".tif", ".tiff", ".webp"})
+      if (extension == known) photos.push_back(entry.path());
+  }
+  if (fault)
+    return Error{ErrorCode::not_found, fmt::format("The folder cannot be read: {}.", fault.message()),
+                 "Give the folder that holds the photographs.", folder.string()};
+  if (photos.size() < kLeastPhotos)
+    return Error{ErrorCode::bad_input,
+                 fmt::format("{} photographs found; at least {} are needed.", photos.size(), kLeastPhotos),
+                 "Give a folder of JPEG or PNG photographs of one scene from different places.",
+                 folder.string()};
+  std::sort(photos.begin(), photos.end());
+  return photos;
+}
+
+std::string photo_picture_name(std::size_t index) { return fmt::format("{:06}.png", index); }
+
+struct PhotoSize {
+  int width = 0, height = 0;
+};
+
+// Decodes every photograph (colmap reads broken files without a word) and writes it reduced. All must be of
+// one size.
+Result<PhotoSize> write_photos(const std::vector<fs::path>& photos, const PersonMask& person,
+                               const fs::path& work, int width, const Progress& progress,
+                               std::stop_token stop) {
+  const bool ready = pictures_ready(work);
+  PhotoSize size;
+  for (std::size_t i = 0; i < photos.size(); ++i) {
+    if (stop.stop_requested()) return cancelled_error();
+    auto photo = read_image(photos[i]);
+    if (!photo) return photo.error();
+    if (i == 0) size = {photo->width, photo->height};
+    if (photo->width != size.width || photo->height != size.height)
+      return Error{ErrorCode::bad_input,
+                   fmt::format("This photograph has {} x {} px, the first one {} x {}.", photo->width,
+                               photo->height, size.width, size.height),
+                   "Give photographs of one camera in one orientation; move the others out of the folder.",
+                   photos[i].string()};
+    if (ready) break;
+    const Image8 mask = person ? person(int(i), *photo) : Image8();
+    auto written = write_picture(work, photo_picture_name(i), *photo, mask, std::min(width, size.width));
+    if (!written) return written.error();
+    progress.report(double(i + 1) / double(photos.size()), photos[i].filename().string());
+  }
+  if (!ready)
+    if (auto marked = mark_pictures_ready(work); !marked) return marked.error();
+  return size;
+}
+
+// What identifies the inputs: names, sizes and times of the files, not gigabytes of content.
+std::string inputs_of(const std::vector<fs::path>& photos, const AlignOptions& options, bool masked) {
+  std::string inputs =
+      fmt::format("{} {} {} {}", options.colmap_width, options.colmap_features, options.seed, masked);
+  for (const auto& photo : photos) {
+    std::error_code ignored;
+    inputs += fmt::format("\n{} {} {}", photo.string(), fs::file_size(photo, ignored),
+                          fs::last_write_time(photo, ignored).time_since_epoch().count());
+  }
+  return hash_text(inputs);
+}
+
+}  // namespace
+
+Result<AlignResult> align_photos(const fs::path& folder, const PersonMask& person, const fs::path& work,
+                                 const AlignOptions& options, const Progress& progress,
+                                 std::stop_token stop) {
+  const auto photos = list_photos(folder);
+  if (!photos) return photos.error();
+  if (auto ready = prepare_work_folder(work, inputs_of(*photos, options, bool(person))); !ready)
+    return ready.error();
+  const auto size =
+      write_photos(*photos, person, work, options.colmap_width, progress.stage(0, 0.1, "photographs"), stop);
+  if (!size) return size.error();
+
+  ColmapOptions colmap;
+  colmap.program = options.colmap;
+  colmap.features = options.colmap_features;
+  colmap.seed = options.seed;
+  auto model = solve_colmap(work, colmap, progress.stage(0.1, 0.6, "structure from motion"), stop);
+  if (!model && model.error().code != ErrorCode::failed) return model.error();
+  const bool poor = !model || model->images.size() < photos->size() * 4 / 5;
+  if (poor && photos->size() <= kMostForAllPairs) {
+    colmap.exhaustive = true;
+    auto again = solve_colmap(work, colmap, progress.stage(0.6, 1, "all pairs"), stop);
+    if (!again && (!model || again.error().code == ErrorCode::cancelled)) return again.error();
+    if (again && (!model || again->images.size() > model->images.size())) model = std::move(again);
+  }
+  if (!model) return model.error();
+  AlignResult result;
+  for (const auto& photo : *photos) result.photos.push_back(photo.filename().string());
+  result.cameras.is_static = false;
+  result.cameras.scale = CameraScale::arbitrary;
+  result.frames = int(photos->size());
+  result.registered = int(model->images.size());
+  for (const auto& image : model->images) {
+    const Intrinsics& small = model->cameras.at(image.camera);
+    const double sx = double(size->width) / small.width, sy = double(size->height) / small.height;
+    Camera camera{std::atoi(image.name.c_str()), small, image.cam_from_world};
+    camera.intrinsics.width = size->width;
+    camera.intrinsics.height = size->height;
+    camera.intrinsics.fx *= sx, camera.intrinsics.cx *= sx;
+    camera.intrinsics.fy *= sy, camera.intrinsics.cy *= sy;
+    result.cameras.cameras.push_back(camera);
+    result.cameras.reprojection_px = mean_reprojection_px(*model) * sx;
+  }
+  result.evidence = fmt::format("moving: {} photographs, {} placed, mean reprojection error {:.2f} px.",
+                                result.frames, result.registered, result.cameras.reprojection_px);
+  if (result.registered < result.frames)
+    result.warnings.push_back(fmt::format("{} of {} photographs could not be placed; they are left out.",
+                                          result.frames - result.registered, result.frames));
+  progress.report(1);
+  return result;
+}
+
+}  // namespace likeness

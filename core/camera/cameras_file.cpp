@@ -1,0 +1,112 @@
+// cameras.json: one line a camera, so that a person can read it and a diff shows what changed.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "core/base/files.h"
+#include "core/camera/camera.h"
+
+namespace likeness {
+namespace {
+
+constexpr int kVersion = 1;
+
+Error bad_cameras(const std::filesystem::path& path, std::string what) {
+  return {ErrorCode::bad_input, std::move(what),
+          "Run `likeness align` again to write the file anew, or restore it from a copy.", path.string()};
+}
+
+std::string camera_line(const Camera& camera) {
+  const Intrinsics& k = camera.intrinsics;
+  std::string line = fmt::format(
+      R"({{"frame":{},"width":{},"height":{},"fx":{:.17g},"fy":{:.17g},"cx":{:.17g},"cy":{:.17g},)"
+      R"("k1":{:.17g},"k2":{:.17g},"p1":{:.17g},"p2":{:.17g},"cam_from_world":[)",
+      camera.frame, k.width, k.height, k.fx, k.fy, k.cx, k.cy, k.k1, k.k2, k.p1, k.p2);
+  for (int row = 0; row < 3; ++row)
+    for (int column = 0; column < 4; ++column)
+      line += fmt::format("{}{:.17g}", row + column ? "," : "", camera.cam_from_world.matrix()(row, column));
+  return line + "]}";
+}
+
+// Reads one camera; returns what is wrong with it, or an empty string.
+std::string parse_camera(const nlohmann::json& entry, Camera& camera) {
+  Intrinsics& k = camera.intrinsics;
+  camera.frame = entry.at("frame").get<int>();
+  k.width = entry.at("width").get<int>();
+  k.height = entry.at("height").get<int>();
+  k.fx = entry.at("fx").get<double>();
+  k.fy = entry.at("fy").get<double>();
+  k.cx = entry.at("cx").get<double>();
+  k.cy = entry.at("cy").get<double>();
+  k.k1 = entry.value("k1", 0.0);
+  k.k2 = entry.value("k2", 0.0);
+  k.p1 = entry.value("p1", 0.0);
+  k.p2 = entry.value("p2", 0.0);
+  if (k.width <= 0 || k.height <= 0) return fmt::format("a picture of {} x {} px", k.width, k.height);
+  if (!(k.fx > 0) || !(k.fy > 0)) return fmt::format("a focal length of {} x {} px", k.fx, k.fy);
+  const auto& pose = entry.at("cam_from_world");
+  if (!pose.is_array() || pose.size() != 12) return "cam_from_world without 12 numbers (row-major 3x4)";
+  for (int i = 0; i < 12; ++i) camera.cam_from_world.matrix()(i / 4, i % 4) = pose[i].get<double>();
+  const Mat3d rotation = camera.cam_from_world.linear();
+  const double error = (rotation * rotation.transpose() - Mat3d::Identity()).cwiseAbs().maxCoeff();
+  if (!(error < 1e-4) || rotation.determinant() < 0)
+    return "a cam_from_world that is no rotation and translation";
+  return {};
+}
+
+}  // namespace
+
+Result<void> write_cameras(const std::filesystem::path& path, const CameraSet& set) {
+  std::string text = fmt::format(
+      "{{\n\"format\":\"likeness-cameras\",\"version\":{},\n"
+      "\"units\":{{\"length\":\"{}\",\"intrinsics\":\"px\",\"axes\":\"OpenCV: x right, y down, z "
+      "forward\"}},\n"
+      "\"static\":{},\"scale\":\"{}\",\"reprojection_px\":{:.17g},\n\"cameras\":[\n",
+      kVersion, set.scale == CameraScale::metric ? "m" : "arbitrary", set.is_static,
+      set.scale == CameraScale::metric ? "metric" : "arbitrary", set.reprojection_px);
+  for (std::size_t i = 0; i < set.cameras.size(); ++i)
+    text += camera_line(set.cameras[i]) + (i + 1 < set.cameras.size() ? ",\n" : "\n");
+  return write_text(path, text + "]}\n");
+}
+
+Result<CameraSet> read_cameras(const std::filesystem::path& path) {
+  auto text = read_text(path);
+  if (!text) return text.error();
+  CameraSet set;
+  try {
+    const auto json = nlohmann::json::parse(*text);
+    const int version = json.value("version", kVersion);
+    if (version > kVersion)
+      return Error{ErrorCode::bad_input,
+                   fmt::format("The file is of version {}; this program reads up to {}.", version, kVersion),
+                   "Install a newer Likeness, or run `likeness align` again with this one.", path.string()};
+    for (const auto& entry : json.at("cameras")) {
+      Camera camera;
+      const std::string fault = parse_camera(entry, camera);
+      if (!fault.empty())
+        return bad_cameras(path, fmt::format("Camera {} has {}.", set.cameras.size() + 1, fault));
+      set.cameras.push_back(camera);
+    }
+    set.is_static = json.value("static", set.cameras.size() == 1 && set.cameras.front().frame < 0);
+    set.scale = json.value("scale", "arbitrary") == std::string("metric") ? CameraScale::metric
+                                                                          : CameraScale::arbitrary;
+    set.reprojection_px = json.value("reprojection_px", 0.0);
+  } catch (const nlohmann::json::exception& fault) {
+    return bad_cameras(path, fmt::format("Not a cameras.json: {}.", fault.what()));
+  }
+  if (set.cameras.empty()) return bad_cameras(path, "The file holds no camera.");
+  if (set.is_static && set.cameras.size() != 1)
+    return bad_cameras(path,
+                       fmt::format("A static camera is one camera; the file holds {}.", set.cameras.size()));
+  std::sort(set.cameras.begin(), set.cameras.end(),
+            [](const Camera& a, const Camera& b) { return a.frame < b.frame; });
+  for (std::size_t i = 1; i < set.cameras.size(); ++i)
+    if (set.cameras[i].frame == set.cameras[i - 1].frame)
+      return bad_cameras(path, fmt::format("Frame {} has two cameras.", set.cameras[i].frame));
+  return set;
+}
+
+}  // namespace likeness

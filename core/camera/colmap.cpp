@@ -1,0 +1,297 @@
+// The sequence of colmap's commands, its progress lines, and what its database says about a failure.
+#include "core/camera/colmap.h"
+
+#include <fmt/format.h>
+#include <sqlite3.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <memory>
+#include <set>
+
+#include "core/base/files.h"
+#include "core/base/parallel.h"
+#include "core/camera/process.h"
+
+namespace likeness {
+namespace {
+
+namespace fs = std::filesystem;
+
+bool is_done(const fs::path& work, const char* step) {
+  std::error_code ignored;
+  return fs::exists(work / fmt::format("{}.done", step), ignored);
+}
+
+Result<void> mark_done(const fs::path& work, const char* step) {
+  return write_text(work / fmt::format("{}.done", step), "finished\n");
+}
+
+struct Statement {
+  sqlite3_stmt* handle = nullptr;
+  ~Statement() { sqlite3_finalize(handle); }
+};
+
+// How many rows of a table's column `rows` are at least `least`; -1 when the table cannot be read.
+int count_rows(sqlite3* database, const char* table, const char* column, int least) {
+  Statement statement;
+  const std::string query = fmt::format("SELECT COUNT(*) FROM {} WHERE {} >= {}", table, column, least);
+  if (sqlite3_prepare_v2(database, query.c_str(), -1, &statement.handle, nullptr) != SQLITE_OK) return -1;
+  return sqlite3_step(statement.handle) == SQLITE_ROW ? sqlite3_column_int(statement.handle, 0) : -1;
+}
+
+struct Database {
+  sqlite3* handle = nullptr;
+  ~Database() { sqlite3_close(handle); }
+};
+
+// Id of a camera that an interrupted extraction left; -1 when there is none. Without it colmap adds a second
+// one.
+int stored_camera(const fs::path& path) {
+  std::error_code ignored;
+  if (!fs::exists(path, ignored)) return -1;
+  Database database;
+  Statement statement;
+  if (sqlite3_open_v2(path.c_str(), &database.handle, SQLITE_OPEN_READWRITE, nullptr) != SQLITE_OK) return -1;
+  const char* query = "SELECT MIN(camera_id) FROM cameras";
+  if (sqlite3_prepare_v2(database.handle, query, -1, &statement.handle, nullptr) != SQLITE_OK) return -1;
+  if (sqlite3_step(statement.handle) != SQLITE_ROW) return -1;
+  return sqlite3_column_type(statement.handle, 0) == SQLITE_NULL ? -1
+                                                                 : sqlite3_column_int(statement.handle, 0);
+}
+
+// One command of colmap. `pattern`: scanf format with two numbers, done and total, of its progress line.
+struct Step {
+  std::vector<std::string> arguments;
+  const char* pattern = nullptr;
+  std::string what;
+};
+
+Result<ProcessEnd> run_step(const Step& step, int pictures, const Progress& progress, std::stop_token stop) {
+  int registered = 0;
+  progress.report(0, step.what);
+  const auto on_line = [&](std::string_view text) {
+    const std::string line(text);
+    int done = 0, total = 0;
+    if (step.pattern && std::sscanf(line.c_str(), step.pattern, &done, &total) == 2 && total > 0)
+      progress.report(std::min(1.0, double(done) / total),
+                      fmt::format("{}: {} of {}", step.what, done, total));
+    if (std::sscanf(line.c_str(), "Registering image #%d (%d)", &done, &registered) == 2)
+      progress.report(std::min(1.0, double(registered) / std::max(1, pictures)),
+                      fmt::format("{}: {} of {} pictures placed", step.what, registered, pictures));
+  };
+  auto end = run_process(step.arguments, on_line, stop);
+  if (!end && end.error().code == ErrorCode::missing_dependency)
+    return Error{
+        ErrorCode::missing_dependency,
+        "The camera moves in this clip, and the program `colmap`, which finds its path, is not installed.",
+        "Install it (Debian, Ubuntu: `apt install colmap`), or film with the camera on a tripod.",
+        step.arguments[0]};
+  if (end) progress.report(1, step.what);
+  return end;
+}
+
+Error step_failed(const Step& step, const ProcessEnd& end) {
+  std::string last = end.tail.size() > 300 ? end.tail.substr(end.tail.size() - 300) : end.tail;
+  std::replace(last.begin(), last.end(), '\n', ' ');
+  return {ErrorCode::failed,
+          fmt::format("`colmap {}` ended with code {}: {}", step.arguments[1], end.exit_code, last),
+          "Check free disk space and memory, then run the same command again; finished steps are kept.", ""};
+}
+
+Error no_texture(const ColmapCounts& counts) {
+  return {
+      ErrorCode::failed,
+      fmt::format("The background has too little texture: only {} of {} pictures show enough features.",
+                  counts.described, counts.pictures),
+      "Film in front of a background with detail (shelves, posters, plants), in good light and without blur.",
+      "camera"};
+}
+
+Error too_few_matches(const ColmapCounts& counts) {
+  return {ErrorCode::failed,
+          fmt::format("Too few pictures match: {} verified pairs among {} pictures.", counts.verified_pairs,
+                      counts.pictures),
+          "Move the camera more slowly and keep the background sharp and at rest.", "camera"};
+}
+
+Error hardly_moved(const ColmapCounts& counts) {
+  return {ErrorCode::failed,
+          fmt::format(
+              "The camera hardly moved, or only turned on the spot: {} pairs of pictures match, but none of "
+              "them shows enough parallax.",
+              counts.verified_pairs),
+          "Walk round the head in an arc of at least 30 degrees, or keep the camera entirely still.",
+          "camera"};
+}
+
+// The largest reconstruction under `sparse`, by its file of pictures.
+fs::path largest_model(const fs::path& sparse) {
+  fs::path best;
+  std::uintmax_t most = 0;
+  std::error_code ignored;
+  for (const auto& entry : fs::directory_iterator(sparse, ignored)) {
+    const auto size = fs::file_size(entry.path() / "images.bin", ignored);
+    if (!ignored && size > most) most = size, best = entry.path();
+  }
+  return best;
+}
+
+struct Commands {
+  fs::path work;
+  ColmapOptions options;
+  std::string threads, seed;
+
+  Step base(const char* command, std::string what) const {
+    return {{options.program, command, "--random_seed", seed}, nullptr, std::move(what)};
+  }
+  Step extract() const {
+    Step step = base("feature_extractor", "Looking for features");
+    step.pattern = "Processed file [%d/%d]";
+    const int camera = stored_camera(work / "database.db");
+    step.arguments.insert(step.arguments.end(),
+                          {"--database_path", work / "database.db", "--image_path", work / "images",
+                           "--ImageReader.mask_path", work / "masks", "--ImageReader.camera_model", "OPENCV",
+                           "--SiftExtraction.use_gpu", "0", "--SiftExtraction.num_threads", threads});
+    step.arguments.insert(step.arguments.end(),
+                          {"--SiftExtraction.max_num_features", std::to_string(options.features)});
+    if (camera >= 0)
+      step.arguments.insert(step.arguments.end(),
+                            {"--ImageReader.existing_camera_id", std::to_string(camera)});
+    else
+      step.arguments.insert(step.arguments.end(), {"--ImageReader.single_camera", "1"});
+    return step;
+  }
+  Step match() const {
+    Step step = base(options.exhaustive ? "exhaustive_matcher" : "sequential_matcher", "Matching pictures");
+    step.pattern = options.exhaustive ? "Matching block [%d/%d" : "Matching image [%d/%d]";
+    step.arguments.insert(step.arguments.end(),
+                          {"--database_path", work / "database.db", "--SiftMatching.use_gpu", "0",
+                           "--SiftMatching.num_threads", threads});
+    if (options.exhaustive)
+      step.arguments.insert(step.arguments.end(), {"--ExhaustiveMatching.block_size", "5"});
+    else
+      step.arguments.insert(step.arguments.end(),
+                            {"--SequentialMatching.overlap", std::to_string(options.overlap)});
+    return step;
+  }
+  Step map(bool little_motion) const {
+    Step step = base("mapper", "Placing pictures");
+    step.arguments.insert(step.arguments.end(),
+                          {"--database_path", work / "database.db", "--image_path", work / "images",
+                           "--output_path", work / "sparse", "--Mapper.num_threads", threads});
+    if (little_motion)
+      step.arguments.insert(step.arguments.end(),
+                            {"--Mapper.init_min_tri_angle", "2", "--Mapper.init_min_num_inliers", "50"});
+    return step;
+  }
+  Step refine(const fs::path& model) const {
+    Step step = base("bundle_adjuster", "Refining the lens");
+    step.arguments.insert(step.arguments.end(), {"--input_path", model, "--output_path", work / "refined",
+                                                 "--BundleAdjustment.refine_principal_point", "1"});
+    return step;
+  }
+};
+
+Result<void> describe_and_match(const Commands& commands, const Progress& progress, std::stop_token stop) {
+  const fs::path& work = commands.work;
+  if (!is_done(work, "features")) {
+    const Step step = commands.extract();
+    const auto end = run_step(step, 0, progress.stage(0, 0.5, "features"), stop);
+    if (!end) return end.error();
+    if (end->exit_code != 0) return step_failed(step, *end);
+    if (auto marked = mark_done(work, "features"); !marked) return marked;
+  }
+  const auto counts = count_database(work / "database.db");
+  if (!counts) return counts.error();
+  if (counts->described < std::max(3, counts->pictures / 3)) return no_texture(*counts);
+  const char* step_name = commands.options.exhaustive ? "all_matches" : "matches";
+  if (!is_done(work, step_name)) {
+    const Step step = commands.match();
+    const auto end = run_step(step, 0, progress.stage(0.5, 1, "matches"), stop);
+    if (!end) return end.error();
+    if (end->exit_code != 0) return step_failed(step, *end);
+    if (auto marked = mark_done(work, step_name); !marked) return marked;
+  }
+  return {};
+}
+
+Result<void> make_empty(const fs::path& folder) {
+  std::error_code fault;
+  fs::remove_all(folder, fault);
+  fs::create_directories(folder, fault);
+  if (fault) return file_error(folder, "create", fault.value());
+  return {};
+}
+
+// Sparse reconstruction; a second, more lenient try where the first finds no pair to start from.
+Result<void> map_pictures(const Commands& commands, const ColmapCounts& counts, const Progress& progress,
+                          std::stop_token stop) {
+  if (counts.verified_pairs < 2) return too_few_matches(counts);
+  for (const bool little_motion : {false, true}) {
+    if (auto made = make_empty(commands.work / "sparse"); !made) return made;
+    const Step step = commands.map(little_motion);
+    const auto end = run_step(step, counts.pictures, progress, stop);
+    if (!end) return end.error();
+    if (end->exit_code == 0 && !largest_model(commands.work / "sparse").empty()) return {};
+    if (end->tail.find("No images with matches found") != std::string::npos) return too_few_matches(counts);
+    const bool no_start = end->tail.find("failed to create sparse model") != std::string::npos ||
+                          end->tail.find("initial image pair") != std::string::npos;
+    if (!no_start) return step_failed(step, *end);
+  }
+  return hardly_moved(counts);
+}
+
+}  // namespace
+
+Result<ColmapCounts> count_database(const fs::path& path) {
+  const Error unreadable{ErrorCode::failed, "The feature database of the camera solve cannot be read.",
+                         "Delete the work folder of the cameras and run the same command again.",
+                         path.string()};
+  std::error_code ignored;
+  if (!fs::exists(path, ignored)) return unreadable;
+  Database database;
+  if (sqlite3_open_v2(path.c_str(), &database.handle, SQLITE_OPEN_READWRITE, nullptr) != SQLITE_OK)
+    return unreadable;
+  sqlite3_busy_timeout(database.handle, 2000);
+  ColmapCounts counts;
+  counts.pictures = count_rows(database.handle, "images", "image_id", 0);
+  counts.described = count_rows(database.handle, "keypoints", "rows", 51);
+  counts.verified_pairs = count_rows(database.handle, "two_view_geometries", "rows", 15);
+  if (counts.pictures < 0 || counts.described < 0 || counts.verified_pairs < 0) return unreadable;
+  return counts;
+}
+
+Result<ColmapModel> solve_colmap(const fs::path& work, const ColmapOptions& options, const Progress& progress,
+                                 std::stop_token stop) {
+  const int threads = options.threads > 0 ? options.threads : current_thread_limit();
+  const Commands commands{work, options, std::to_string(std::max(1, threads)), std::to_string(options.seed)};
+  if (auto ready = describe_and_match(commands, progress.stage(0, 0.75, "matching"), stop); !ready)
+    return ready.error();
+  const auto counts = count_database(work / "database.db");
+  if (!counts) return counts.error();
+  const char* step_name = options.exhaustive ? "all_model" : "model";
+  if (!is_done(work, step_name)) {
+    if (auto mapped = map_pictures(commands, *counts, progress.stage(0.75, 0.95, "mapping"), stop); !mapped)
+      return mapped.error();
+    if (auto made = make_empty(work / "refined"); !made) return made.error();
+    const Step step = commands.refine(largest_model(work / "sparse"));
+    const auto end = run_step(step, 0, progress.stage(0.95, 1, "lens"), stop);
+    if (!end) return end.error();
+    if (end->exit_code != 0) return step_failed(step, *end);
+    if (auto marked = mark_done(work, step_name); !marked) return marked.error();
+  }
+  progress.report(1);
+  auto refined = read_colmap_model(work / "refined");
+  // Where few pictures leave the principal point open, the adjustment may carry it away; then the centre is
+  // better.
+  if (refined && !refined->cameras.empty()) {
+    const Intrinsics& k = refined->cameras.begin()->second;
+    if (std::abs(k.cx - k.width / 2.0) > 0.08 * k.width || std::abs(k.cy - k.height / 2.0) > 0.08 * k.height)
+      return read_colmap_model(largest_model(work / "sparse"));
+  }
+  return refined;
+}
+
+}  // namespace likeness

@@ -1,0 +1,220 @@
+// Pyramidal Lucas-Kanade from an anchor frame (not from frame to frame: no drift), median displacement over
+// the tracks.
+#include "core/camera/motion.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <opencv2/imgproc.hpp>
+#include <opencv2/video/tracking.hpp>
+
+#include "core/video/decode.h"
+
+namespace likeness {
+namespace {
+
+constexpr int kWorkingWidth = 480;
+constexpr int kMaskEvery = 5;  // frames between two askings for the person
+constexpr int kPatience =
+    3;  // frames astray after which a rest has ended; fewer are a glitch (an arm, a flash)
+
+// Tracks features from an anchor frame and measures how far the background is from where it was there.
+class AnchorTracker {
+ public:
+  // Median displacement since the anchor, px; nullopt when too few tracks are left.
+  std::optional<double> displacement(const cv::Mat& grey, const cv::Mat& background) {
+    follow(grey, background);
+    if (anchor_points_.size() < std::size_t(kLeastTracks)) return std::nullopt;
+    std::vector<double> lengths;
+    for (std::size_t i = 0; i < anchor_points_.size(); ++i)
+      lengths.push_back(cv::norm(points_[i] - anchor_points_[i]));
+    std::nth_element(lengths.begin(), lengths.begin() + long(lengths.size() / 2), lengths.end());
+    return lengths[lengths.size() / 2];
+  }
+  void set_anchor(const cv::Mat& grey, const cv::Mat& background) {
+    anchor_ = grey.clone();
+    anchor_points_.clear();
+    cv::goodFeaturesToTrack(grey, anchor_points_, 200, 0.01, grey.cols / 48.0, background, 5);
+    // A corner of sheer noise is none: its smaller eigenvalue must stand out from a flat wall's.
+    cv::Mat strength;
+    cv::cornerMinEigenVal(grey, strength, 5);
+    std::erase_if(anchor_points_,
+                  [&](const cv::Point2f& p) { return strength.at<float>(cv::Point(p)) < 2e-4f; });
+    points_ = anchor_points_;
+    started_with_ = anchor_points_.size();
+  }
+  bool worn_out() const {
+    return points_.size() < started_with_ * 0.5 || points_.size() < std::size_t(kLeastTracks);
+  }
+  std::size_t tracks() const { return points_.size(); }
+
+ private:
+  void follow(const cv::Mat& grey, const cv::Mat& background) {
+    if (points_.empty()) return;
+    std::vector<cv::Point2f> next = points_, back = anchor_points_;
+    std::vector<unsigned char> found, returned;
+    std::vector<float> error;
+    const cv::TermCriteria until(cv::TermCriteria::COUNT | cv::TermCriteria::EPS, 20, 0.01);
+    cv::calcOpticalFlowPyrLK(anchor_, grey, anchor_points_, next, found, error, {15, 15}, 3, until,
+                             cv::OPTFLOW_USE_INITIAL_FLOW);
+    cv::calcOpticalFlowPyrLK(grey, anchor_, next, back, returned, error, {15, 15}, 3, until,
+                             cv::OPTFLOW_USE_INITIAL_FLOW);
+    std::vector<cv::Point2f> kept_anchor, kept;
+    const cv::Rect inside(0, 0, grey.cols, grey.rows);
+    for (std::size_t i = 0; i < next.size(); ++i) {
+      if (!found[i] || !returned[i] || cv::norm(back[i] - anchor_points_[i]) > 0.7) continue;
+      const cv::Point pixel(cvRound(next[i].x), cvRound(next[i].y));
+      if (!inside.contains(pixel) || !background.at<unsigned char>(pixel)) continue;
+      kept_anchor.push_back(anchor_points_[i]);
+      kept.push_back(next[i]);
+    }
+    anchor_points_ = std::move(kept_anchor);
+    points_ = std::move(kept);
+  }
+
+  cv::Mat anchor_;
+  std::vector<cv::Point2f> anchor_points_, points_;
+  std::size_t started_with_ = 0;
+};
+
+// Variance of the Laplacian over the background.
+double sharpness_of(const cv::Mat& grey, const cv::Mat& background) {
+  cv::Mat laplacian;
+  cv::Laplacian(grey, laplacian, CV_32F);
+  cv::Scalar mean, deviation;
+  cv::meanStdDev(laplacian, mean, deviation, background);
+  return deviation[0] * deviation[0];
+}
+
+// The path so far and the rests, frame by frame.
+class PathRecorder {
+ public:
+  PathRecorder(double rest_px, double per_px) : rest_px_(rest_px), per_px_(per_px) {}
+
+  void add(int frame, const cv::Mat& grey, const cv::Mat& background, BackgroundMotion& out) {
+    if (out.frames.empty()) begin(frame, grey, background);
+    const auto moved = tracker_.displacement(grey, background);
+    tracks_ += double(tracker_.tracks());
+    const double astray = carried_ + moved.value_or(last_astray_);
+    out.frames.push_back({frame, (base_ + astray) * per_px_, sharpness_of(grey, background)});
+    if (astray <= rest_px_) {
+      last_good_ = frame;
+      misses_ = 0;
+      // Worn out by occlusion or light: new features, same rest.
+      if (tracker_.worn_out()) {
+        carried_ = astray;
+        tracker_.set_anchor(grey, background);
+      }
+    } else if (++misses_ > kPatience || tracker_.worn_out()) {
+      base_ += astray;
+      close(out);
+      begin(frame, grey, background);
+    }
+    last_astray_ = moved.value_or(last_astray_);
+  }
+  void close(BackgroundMotion& out) const { out.rests.push_back({first_, last_good_}); }
+  double tracks() const { return tracks_; }
+
+ private:
+  void begin(int frame, const cv::Mat& grey, const cv::Mat& background) {
+    tracker_.set_anchor(grey, background);
+    first_ = last_good_ = frame;
+    carried_ = last_astray_ = 0;
+    misses_ = 0;
+  }
+
+  AnchorTracker tracker_;
+  double rest_px_, per_px_;
+  double base_ = 0, carried_ = 0, last_astray_ = 0, tracks_ = 0;
+  int first_ = 0, last_good_ = 0, misses_ = 0;
+};
+
+cv::Mat background_of(const std::function<Image8(int, const Image8&)>& person, const VideoFrame& frame,
+                      cv::Size size) {
+  cv::Mat background(size, CV_8U, cv::Scalar(255));
+  if (!person) return background;
+  Image8 mask = person(frame.index, frame.rgb);
+  if (mask.empty()) return background;
+  const cv::Mat full(mask.height, mask.width, CV_8U, mask.data.data());
+  cv::resize(full, background, size, 0, 0, cv::INTER_AREA);
+  return background == 0;
+}
+
+}  // namespace
+
+Result<BackgroundMotion> measure_background_motion(const std::filesystem::path& video,
+                                                   const std::function<Image8(int, const Image8&)>& person,
+                                                   double rest_px_per_1000, const Progress& progress,
+                                                   std::stop_token stop) {
+  auto reader = VideoReader::open(video);
+  if (!reader) return reader.error();
+  BackgroundMotion out;
+  out.width = reader->info().width;
+  out.height = reader->info().height;
+  const double scale = std::min(1.0, double(kWorkingWidth) / out.width);
+  const cv::Size size(std::max(16, int(std::lround(out.width * scale))),
+                      std::max(16, int(std::lround(out.height * scale))));
+  PathRecorder recorder(rest_px_per_1000 * size.width / 1000, 1000.0 / size.width);
+  cv::Mat background;
+  double last_time = 0;
+  try {
+    for (;;) {
+      if (stop.stop_requested()) return cancelled_error();
+      auto next = reader->next();
+      if (!next) return next.error();
+      if (!next->has_value()) break;
+      VideoFrame& frame = **next;
+      const cv::Mat rgb(frame.rgb.height, frame.rgb.width, CV_8UC3, frame.rgb.data.data());
+      cv::Mat grey, small;
+      cv::cvtColor(rgb, grey, cv::COLOR_RGB2GRAY);
+      cv::resize(grey, small, size, 0, 0, cv::INTER_AREA);
+      if (frame.index % kMaskEvery == 0 || background.empty())
+        background = background_of(person, frame, size);
+      recorder.add(frame.index, small, background, out);
+      last_time = frame.time_s;
+      if (frame.index % 10 == 0)
+        progress.report(double(frame.index) / std::max(1, reader->info().frame_count),
+                        fmt::format("frame {}", frame.index));
+    }
+  } catch (const cv::Exception& fault) {
+    return Error{ErrorCode::failed, fmt::format("The background could not be tracked: {}.", fault.what()),
+                 "Convert the video to H.264 (`ffmpeg -i VIDEO out.mp4`) and try again.", video.string()};
+  }
+  if (out.frames.empty())
+    return Error{ErrorCode::bad_input, "The video holds no frame.", "Choose another file.", video.string()};
+  recorder.close(out);
+  out.tracks = recorder.tracks() / double(out.frames.size());
+  const double rate = last_time > 0 ? double(out.frames.size() - 1) / last_time : 25;
+  std::erase_if(out.rests, [&](const RestStretch& s) { return s.last - s.first + 1 < std::max(8.0, rate); });
+  std::vector<double> path;
+  for (const auto& frame : out.frames) path.push_back(frame.path);
+  const std::size_t rank = std::min(path.size() - 1, std::size_t(0.95 * double(path.size())));
+  std::nth_element(path.begin(), path.begin() + long(rank), path.end());
+  out.motion = path[rank];
+  progress.report(1);
+  return out;
+}
+
+std::vector<int> choose_keyframes(const BackgroundMotion& motion, int count) {
+  std::vector<int> chosen;
+  if (motion.frames.empty() || count < 1) return chosen;
+  const double total = motion.frames.back().path;
+  // Steps below 1 % of the width bring no parallax, only cost.
+  const int slots = std::clamp(int(total / 10), std::min(2, count), count);
+  std::size_t begin = 0;
+  for (int slot = 0; slot < slots; ++slot) {
+    const double end_path = total * (slot + 1) / slots;
+    std::size_t end = begin;
+    while (end < motion.frames.size() && (motion.frames[end].path < end_path || slot + 1 == slots)) ++end;
+    if (end == begin) continue;  // the camera leapt over this slot
+    const auto sharper = [](const FrameMotion& a, const FrameMotion& b) { return a.sharpness < b.sharpness; };
+    const auto best =
+        std::max_element(motion.frames.begin() + long(begin), motion.frames.begin() + long(end), sharper);
+    chosen.push_back(best->frame);
+    begin = end;
+  }
+  return chosen;
+}
+
+}  // namespace likeness

@@ -1,0 +1,48 @@
+// How the background moves: feature tracks outside the person through a whole clip, from which follow whether
+// the camera moves, where it rests, and which frames show it from usefully different places.
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <stop_token>
+#include <vector>
+
+#include "core/base/progress.h"
+#include "core/base/result.h"
+#include "core/image/image.h"
+
+namespace likeness {
+
+// Frames first..last (numbers in the source) during which the camera did not move.
+struct RestStretch {
+  int first = 0, last = 0;
+};
+
+struct FrameMotion {
+  int frame = 0;
+  double path = 0;       // length of the background's way so far, in 1/1000 of the picture's width
+  double sharpness = 0;  // variance of the Laplacian outside the person
+};
+
+struct BackgroundMotion {
+  int width = 0, height = 0;  // px of the source
+  double motion = 0;          // 95th percentile of the path: 0 for a camera at rest, in 1/1000 of the width
+  double tracks = 0;          // feature tracks that carried the decision, mean over the frames
+  std::vector<FrameMotion> frames;  // every decoded frame
+  std::vector<RestStretch> rests;   // at least a second long each
+};
+
+// Fewer tracks than this say nothing about the camera.
+inline constexpr double kLeastTracks = 8;
+
+// person(frame, rgb): 255 = ignore; asked for every fifth frame, at the source's size. May be empty.
+// rest_px_per_1000: how far the background may stray, in 1/1000 of the width, for the camera to be at rest.
+Result<BackgroundMotion> measure_background_motion(const std::filesystem::path& video,
+                                                   const std::function<Image8(int, const Image8&)>& person,
+                                                   double rest_px_per_1000, const Progress& progress,
+                                                   std::stop_token stop);
+
+// At most `count` frames: evenly spaced along the background's path, each the sharpest of its neighbourhood.
+std::vector<int> choose_keyframes(const BackgroundMotion& motion, int count);
+
+}  // namespace likeness
