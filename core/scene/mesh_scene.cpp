@@ -8,6 +8,7 @@
 #endif
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 
@@ -36,13 +37,32 @@ RTCRay make_ray(const Vec3f& origin, const Vec3f& direction, float near, float f
   return ray;
 }
 
+// Weights at the nearest point of the nearest edge: for triangles without area, where the plane says nothing.
+Vec3f closest_on_edges(const Vec3f& p, const std::array<Vec3f, 3>& corners) {
+  Vec3f best = Vec3f::UnitX();
+  float least = std::numeric_limits<float>::infinity();
+  for (int k = 0; k < 3; ++k) {
+    const Vec3f &from = corners[k], edge = corners[(k + 1) % 3] - from;
+    const float squared = edge.squaredNorm();
+    const float t = squared > 0 ? std::clamp(edge.dot(p - from) / squared, 0.0f, 1.0f) : 0.0f;
+    const float distance = (from + t * edge - p).squaredNorm();
+    if (distance >= least) continue;
+    least = distance;
+    best = (1 - t) * Vec3f::Unit(k) + t * Vec3f::Unit((k + 1) % 3);
+  }
+  return best;
+}
+
 // Weights of the triangle's corners at its point nearest to p (Ericson, Real-Time Collision Detection, 5.1.5,
-// by the regions of the plane). A triangle without area falls to its edges.
+// by the regions of the plane).
 Vec3f closest_on_triangle(const Vec3f& p, const Vec3f& a, const Vec3f& b, const Vec3f& c) {
   const auto share = [](float part, float whole) {
     return whole > 0 ? std::clamp(part / whole, 0.0f, 1.0f) : 0.0f;
   };
   const Vec3f ab = b - a, ac = c - a, ap = p - a, bp = p - b, cp = p - c;
+  // Squared sine of the corner at a; under it, single precision no longer knows the plane.
+  if (ab.cross(ac).squaredNorm() <= 1e-8f * ab.squaredNorm() * ac.squaredNorm())
+    return closest_on_edges(p, {a, b, c});
   const float d1 = ab.dot(ap), d2 = ac.dot(ap);
   if (d1 <= 0 && d2 <= 0) return {1, 0, 0};
   const float d3 = ab.dot(bp), d4 = ac.dot(bp);
@@ -65,7 +85,7 @@ Vec3f closest_on_triangle(const Vec3f& p, const Vec3f& a, const Vec3f& b, const 
     return {0, 1 - t, t};
   }
   const float sum = va + vb + vc;
-  if (!(sum > 0)) return {1, 0, 0};
+  if (!(sum > 0)) return closest_on_edges(p, {a, b, c});
   return {va / sum, vb / sum, vc / sum};
 }
 
