@@ -62,8 +62,8 @@ struct LandmarkDerivatives {
   bool identity = false, expression = false, rotation = false;
 };
 
-// identity, expression: at most the model's count; missing ones are zero. About 20 us for 68 points and 150
-// coefficients with all derivatives.
+// identity, expression: at most the model's count; missing ones are zero. For 68 points and 150 coefficients
+// about 0.03 ms, with all derivatives 0.15 ms.
 LandmarkPositions landmark_positions(const LandmarkModel& model, const Eigen::VectorXd& identity,
                                      const Eigen::VectorXd& expression,
                                      const JointRotations<double>& rotations,

@@ -146,6 +146,9 @@ MeshScene::MeshScene(std::vector<Vec3f> vertices, std::vector<Triangle> triangle
   LIKENESS_CHECK(impl_->scene != nullptr, "Embree gave no scene");
   // Robust: no ray slips through the edge between two triangles.
   rtcSetSceneFlags(impl_->scene, RTCSceneFlags(RTC_SCENE_FLAG_ROBUST | RTC_SCENE_FLAG_DYNAMIC));
+  // Low quality means a tree per geometry, without which Embree rebuilds where it is asked to refit; the one
+  // geometry's own tree is still built by surface area.
+  rtcSetSceneBuildQuality(impl_->scene, RTC_BUILD_QUALITY_LOW);
   if (!impl_->triangles.empty()) {
     impl_->geometry = rtcNewGeometry(shared_device(), RTC_GEOMETRY_TYPE_TRIANGLE);
     rtcSetGeometryBuildQuality(impl_->geometry, RTC_BUILD_QUALITY_REFIT);

@@ -24,13 +24,25 @@ struct Corner {
   Vec3d weight;  // barycentric in the original triangle
 };
 
+// A corner in the picture; not valid behind the near plane or where the distortion folds back.
+struct PictureCorner {
+  Vec2d pixel;
+  double inverse_depth = 0;
+  bool valid = false;
+};
+
 // A triangle or a piece of a clipped one, in the picture.
 struct Piece {
   int triangle = -1;
   std::array<Vec2d, 3> pixel;
   std::array<double, 3> inverse_depth;
-  std::array<Vec3d, 3> weight;
   double inverse_area = 0;  // 1 / (twice the signed area), px^-2
+  int clipped = -1;         // index of its corners' weights; -1: the triangle's own corners
+};
+
+struct Pieces {
+  std::vector<Piece> list;
+  std::vector<std::array<Vec3d, 3>> clipped_weights;
 };
 
 // Beyond this radius x^2+y^2 (z = 1) the radial distortion is no longer monotone and would fold back into
@@ -64,50 +76,68 @@ int clip_near(const std::array<Corner, 3>& in, double near, std::array<Corner, 4
 
 double cross(const Vec2d& a, const Vec2d& b) { return a.x() * b.y() - a.y() * b.x(); }
 
-void append_piece(const Intrinsics& k, double radius_squared, int triangle, const Corner& a, const Corner& b,
-                  const Corner& c, std::vector<Piece>& pieces) {
-  Piece piece;
-  piece.triangle = triangle;
-  const std::array<const Corner*, 3> corners = {&a, &b, &c};
-  for (int i = 0; i < 3; ++i) {
-    const Vec3d& point = corners[i]->point;
-    if (point.head<2>().squaredNorm() > radius_squared * point.z() * point.z()) return;
-    piece.pixel[i] = project<double>(k, point);
-    piece.inverse_depth[i] = 1 / point.z();
-    piece.weight[i] = corners[i]->weight;
-    if (!piece.pixel[i].allFinite()) return;
-  }
-  const double area = cross(piece.pixel[1] - piece.pixel[0], piece.pixel[2] - piece.pixel[0]);
-  if (area == 0) return;
-  piece.inverse_area = 1 / area;
-  pieces.push_back(piece);
+PictureCorner to_picture(const Intrinsics& k, double near, double radius_squared, const Vec3d& point) {
+  PictureCorner corner;
+  // The comparison allows for the rounding of a corner clipped to the near plane.
+  if (!(point.z() >= near * (1 - 1e-9)) || !point.allFinite()) return corner;
+  if (point.head<2>().squaredNorm() > radius_squared * point.z() * point.z()) return corner;
+  corner.pixel = project<double>(k, point);
+  corner.inverse_depth = 1 / point.z();
+  corner.valid = corner.pixel.allFinite();
+  return corner;
 }
 
-std::vector<Piece> project_triangles(std::span<const Vec3f> vertices, std::span<const Triangle> triangles,
-                                     const Intrinsics& k, const Pose& cam_from_mesh) {
+bool append_piece(int triangle, const PictureCorner& a, const PictureCorner& b, const PictureCorner& c,
+                  Pieces& pieces) {
+  const double area = cross(b.pixel - a.pixel, c.pixel - a.pixel);
+  if (!a.valid || !b.valid || !c.valid || area == 0) return false;
+  pieces.list.push_back(
+      {triangle, {a.pixel, b.pixel, c.pixel}, {a.inverse_depth, b.inverse_depth, c.inverse_depth}, 1 / area});
+  return true;
+}
+
+Pieces project_triangles(std::span<const Vec3f> vertices, std::span<const Triangle> triangles,
+                         const Intrinsics& k, const Pose& cam_from_mesh) {
   std::vector<Vec3d> points(vertices.size());
   double farthest = 0;
   for (std::size_t v = 0; v < vertices.size(); ++v) {
     points[v] = cam_from_mesh * vertices[v].cast<double>();
-    farthest = std::max(farthest, points[v].z());
+    if (points[v].z() < std::numeric_limits<double>::infinity()) farthest = std::max(farthest, points[v].z());
   }
+  Pieces pieces;
+  if (!(farthest > 0)) return pieces;  // all behind the camera
   const double near = kNearOverFar * farthest, radius_squared = largest_radius_squared(k);
-  std::vector<Piece> pieces;
-  pieces.reserve(triangles.size());
+  std::vector<PictureCorner> corners(points.size());
+  for (std::size_t v = 0; v < points.size(); ++v) corners[v] = to_picture(k, near, radius_squared, points[v]);
+
+  pieces.list.reserve(triangles.size());
   for (std::size_t t = 0; t < triangles.size(); ++t) {
-    std::array<Corner, 3> corners;
-    bool finite = true;
+    const Triangle& triangle = triangles[t];
+    LIKENESS_CHECK(triangle.minCoeff() >= 0 && std::size_t(triangle.maxCoeff()) < points.size(),
+                   "triangle (%d, %d, %d) of %d vertices", triangle[0], triangle[1], triangle[2],
+                   int(points.size()));
+    std::array<Corner, 3> whole;
+    bool finite = true, clip = false;
     for (int i = 0; i < 3; ++i) {
-      LIKENESS_CHECK(triangles[t][i] >= 0 && std::size_t(triangles[t][i]) < points.size(), "vertex %d of %d",
-                     triangles[t][i], int(points.size()));
-      corners[i] = {points[triangles[t][i]], Vec3d::Unit(i)};
-      finite = finite && corners[i].point.allFinite();
+      whole[i] = {points[triangle[i]], Vec3d::Unit(i)};
+      finite = finite && whole[i].point.allFinite();
+      clip = clip || whole[i].point.z() < near;
     }
-    if (!finite || !(near > 0)) continue;
-    std::array<Corner, 4> clipped;
-    const int count = clip_near(corners, near, clipped);
-    for (int i = 2; i < count; ++i)
-      append_piece(k, radius_squared, int(t), clipped[0], clipped[i - 1], clipped[i], pieces);
+    if (!finite) continue;
+    if (!clip) {
+      append_piece(int(t), corners[triangle[0]], corners[triangle[1]], corners[triangle[2]], pieces);
+      continue;
+    }
+    std::array<Corner, 4> part;
+    const int count = clip_near(whole, near, part);
+    for (int i = 2; i < count; ++i) {
+      std::array<PictureCorner, 3> seen;
+      const std::array<const Corner*, 3> fan = {&part[0], &part[i - 1], &part[i]};
+      for (int c = 0; c < 3; ++c) seen[c] = to_picture(k, near, radius_squared, fan[c]->point);
+      if (!append_piece(int(t), seen[0], seen[1], seen[2], pieces)) continue;
+      pieces.list.back().clipped = int(pieces.clipped_weights.size());
+      pieces.clipped_weights.push_back({fan[0]->weight, fan[1]->weight, fan[2]->weight});
+    }
   }
   return pieces;
 }
@@ -147,12 +177,15 @@ void fill_piece(const Piece& piece, int index, RowRange rows, int width, std::ve
   }
 }
 
-Vec3f weights_at(const Piece& piece, const Vec2d& centre, double inverse_depth) {
+Vec3f weights_at(const Pieces& pieces, const Piece& piece, const Vec2d& centre, double inverse_depth) {
   const double w0 = cross(piece.pixel[1] - centre, piece.pixel[2] - centre) * piece.inverse_area;
   const double w1 = cross(piece.pixel[2] - centre, piece.pixel[0] - centre) * piece.inverse_area;
-  const std::array<double, 3> w = {w0, w1, 1 - w0 - w1};
-  Vec3d weight = Vec3d::Zero();
-  for (int i = 0; i < 3; ++i) weight += w[i] * piece.inverse_depth[i] * piece.weight[i];
+  Vec3d weight(w0 * piece.inverse_depth[0], w1 * piece.inverse_depth[1],
+               (1 - w0 - w1) * piece.inverse_depth[2]);
+  if (piece.clipped >= 0) {
+    const std::array<Vec3d, 3>& corners = pieces.clipped_weights[piece.clipped];
+    weight = (weight[0] * corners[0] + weight[1] * corners[1] + weight[2] * corners[2]).eval();
+  }
   return (weight / inverse_depth).cast<float>();
 }
 
@@ -162,13 +195,13 @@ Raster rasterise(std::span<const Vec3f> vertices, std::span<const Triangle> tria
                  const Intrinsics& intrinsics, const Pose& cam_from_mesh) {
   const int width = intrinsics.width, height = intrinsics.height;
   LIKENESS_CHECK(width >= 0 && height >= 0, "picture of %d x %d", width, height);
-  const std::vector<Piece> pieces = project_triangles(vertices, triangles, intrinsics, cam_from_mesh);
+  const Pieces pieces = project_triangles(vertices, triangles, intrinsics, cam_from_mesh);
 
   // -- Bands
   const int bands = (height + kBandRows - 1) / kBandRows;
   std::vector<std::vector<int>> band_pieces(static_cast<std::size_t>(bands));
-  for (int p = 0; p < int(pieces.size()); ++p) {
-    const RowRange rows = rows_of(pieces[p], height);
+  for (int p = 0; p < int(pieces.list.size()); ++p) {
+    const RowRange rows = rows_of(pieces.list[p], height);
     if (rows.first >= rows.end) continue;
     for (int band = rows.first / kBandRows; band <= (rows.end - 1) / kBandRows; ++band)
       band_pieces[band].push_back(p);
@@ -183,17 +216,17 @@ Raster rasterise(std::span<const Vec3f> vertices, std::span<const Triangle> tria
   parallel_for(std::size_t(bands), [&](std::size_t band) {
     const int top = int(band) * kBandRows, bottom = std::min(height, top + kBandRows);
     for (const int p : band_pieces[band]) {
-      const RowRange rows = rows_of(pieces[p], height);
-      fill_piece(pieces[p], p, {std::max(rows.first, top), std::min(rows.end, bottom)}, width, inverse_depth,
-                 seen);
+      const RowRange rows = rows_of(pieces.list[p], height);
+      fill_piece(pieces.list[p], p, {std::max(rows.first, top), std::min(rows.end, bottom)}, width,
+                 inverse_depth, seen);
     }
     for (std::size_t pixel = std::size_t(top) * width; pixel < std::size_t(bottom) * width; ++pixel) {
       if (seen[pixel] < 0) continue;
-      const Piece& piece = pieces[seen[pixel]];
+      const Piece& piece = pieces.list[seen[pixel]];
       const Vec2d centre(double(pixel % width) + 0.5, double(pixel / width) + 0.5);
       raster.triangle[pixel] = piece.triangle;
       raster.depth[pixel] = float(1 / inverse_depth[pixel]);
-      raster.barycentric[pixel] = weights_at(piece, centre, inverse_depth[pixel]);
+      raster.barycentric[pixel] = weights_at(pieces, piece, centre, inverse_depth[pixel]);
     }
   });
   return raster;
