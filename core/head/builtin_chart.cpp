@@ -17,7 +17,7 @@ struct RowNode {
 };
 // Where the rays of some rows start and how they tilt; a natural cubic spline fills in the others. Rays point
 // down over the lower face so that the underside of the nose and of the chin are seen from within.
-constexpr std::array<RowNode, 14> kNodes{{{0, 48, 10, 90, 90},
+constexpr std::array<RowNode, 11> kNodes{{{0, 48, 10, 90, 90},
                                           {9, 45, 10, 41, 44},
                                           {19, 42, 10, 9, 10},
                                           {37, 40, 10, -18, -14},
@@ -27,10 +27,10 @@ constexpr std::array<RowNode, 14> kNodes{{{0, 48, 10, 90, 90},
                                           {67, 6, 9, -52, -30},
                                           {71, -25, 5, -51, -27},
                                           {76, -85, -5, -38, -18},
-                                          {80, -135, -13, -16, -5},
-                                          {85, -180, -20, 8, 14},
-                                          {91, -225, -22, 22, 26},
-                                          {98, -290, -22, -6, -6}}};
+                                          {80, -135, -13, -16, -5}}};
+
+// Wanted distance between rows, mm, at a node's row number; rows crowd at the nose's underside and the lips.
+constexpr std::array<Vec2d::Scalar, 11> kSpacing{8, 5.5, 3.4, 2.8, 2.0, 2.8, 3.2, 4.0, 5.0, 6.5, 7.5};
 
 // Natural cubic spline through (x, y) at the whole numbers x.front() .. x.back().
 std::vector<double> spline_at_integers(const std::vector<double>& x, const std::vector<double>& y) {
@@ -70,25 +70,58 @@ double elevation(const Chart& chart, double row, double azimuth) {
 
 Chart make_chart() {
   Chart chart;
-  // Column widths grow smoothly from 1.4 degrees at the nose to 6.5 at the back.
+  // Column widths grow smoothly from the nose to the back.
   std::vector<double> edges{0};
   while (edges.back() < 180) {
     const double a = edges.back();
-    edges.push_back(a + 1.45 + 0.75 * smoothstep(14, 40, a) + 1.6 * smoothstep(45, 85, a) +
-                    2.4 * smoothstep(90, 140, a));
+    edges.push_back(a + 1.2 + 1.1 * smoothstep(9, 24, a) + 2.0 * smoothstep(45, 85, a) +
+                    4.2 * smoothstep(90, 140, a));
   }
   for (double edge : edges) chart.azimuth.push_back(edge * std::numbers::pi / edges.back());
   chart.azimuth.back() = std::numbers::pi;
 
-  std::vector<double> row, y, z, front, back;
-  for (const RowNode& node : kNodes) {
+  std::vector<double> row, y, z, front, back, spacing;
+  for (std::size_t i = 0; i < kNodes.size(); ++i) {
+    const RowNode& node = kNodes[i];
     row.push_back(node.row), y.push_back(node.origin_y), z.push_back(node.origin_z);
     front.push_back(node.front_deg * kDegree), back.push_back(node.back_deg * kDegree);
+    spacing.push_back(kSpacing[i]);
   }
-  chart.origin_y = spline_at_integers(row, y);
-  chart.origin_z = spline_at_integers(row, z);
-  chart.front_elevation = spline_at_integers(row, front);
-  chart.back_elevation = spline_at_integers(row, back);
+  Chart raw = chart;
+  raw.origin_y = spline_at_integers(row, y);
+  raw.origin_z = spline_at_integers(row, z);
+  raw.front_elevation = spline_at_integers(row, front);
+  raw.back_elevation = spline_at_integers(row, back);
+  const std::vector<double> wanted = spline_at_integers(row, spacing);
+
+  // Number of rows of the wanted spacing above each quarter of a raw row, measured on the front and the
+  // cheek.
+  constexpr int kFine = 4;
+  const double cheek = chart_of(raw, frontal_hit(48, 0)).x();
+  std::vector<double> above{0};
+  Vec3d last_front = skin_at(raw, {0, 0}), last_cheek = last_front;
+  for (int i = 1; i <= kFine * (raw.rows() - 1); ++i) {
+    const double at = double(i) / kFine;
+    const Vec3d on_front = skin_at(raw, {0, at}), on_cheek = skin_at(raw, {cheek, at});
+    const double length = 0.5 * ((on_front - last_front).norm() + (on_cheek - last_cheek).norm());
+    above.push_back(above.back() + length / sample(wanted, at));
+    last_front = on_front, last_cheek = on_cheek;
+  }
+  // Even out the staircase that the nose leaves in the spacing.
+  for (int pass = 0; pass < 60; ++pass)
+    for (std::size_t i = 1; i + 1 < above.size(); ++i)
+      above[i] = 0.5 * above[i] + 0.25 * (above[i - 1] + above[i + 1]);
+  const int rows = int(std::lround(above.back()));
+  std::size_t i = 0;
+  for (int r = 0; r <= rows; ++r) {
+    const double target = above.back() * r / rows;
+    while (i + 2 < above.size() && above[i + 1] < target) ++i;
+    const double at = (i + (target - above[i]) / (above[i + 1] - above[i])) / kFine;
+    chart.origin_y.push_back(sample(raw.origin_y, at));
+    chart.origin_z.push_back(sample(raw.origin_z, at));
+    chart.front_elevation.push_back(sample(raw.front_elevation, at));
+    chart.back_elevation.push_back(sample(raw.back_elevation, at));
+  }
   return chart;
 }
 
@@ -97,7 +130,7 @@ Vec3d skin_at(const Chart& chart, const Vec2d& at) {
   const double e = elevation(chart, at.y(), azimuth);
   const Vec3d origin(0, sample(chart.origin_y, at.y()), sample(chart.origin_z, at.y()));
   const Vec3d direction(std::sin(azimuth) * std::cos(e), std::sin(e), std::cos(azimuth) * std::cos(e));
-  return outermost_hit(origin, direction, at.y() > 76 ? 300 : 200);
+  return outermost_hit(origin, direction, 200);
 }
 
 Vec2d chart_of(const Chart& chart, const Vec3d& point) {

@@ -1,6 +1,7 @@
 // The facial actions of the built-in head, under their usual names. A mouth action is a sum of pushes, some
 // on the upper or the lower lip only; a lid action rebuilds the lid over the eyeball for another opening.
 #include <cmath>
+#include <numbers>
 
 #include "core/head/builtin_fields.h"
 #include "core/head/builtin_sculpt.h"
@@ -49,21 +50,21 @@ Field mouth_shift_field(const WholeHead& head, double shift) {
   return field;
 }
 
-// Closes the lips over an open jaw: what the opening would do to them, undone and shared between both lips.
+// Closes the lips over an open jaw: both are brought to where the opening's first third would have put them.
 Field mouth_close_field(const WholeHead& head) {
-  const double angle = 25 * 3.14159265358979 / 180;
-  const Eigen::AngleAxisd open(angle, Vec3d::UnitX());
+  const Mat3d open = Eigen::AngleAxisd(25 * std::numbers::pi / 180, Vec3d::UnitX()).toRotationMatrix();
   Field left(head.left_count, Vec3d::Zero());
   for (int i = 0; i < head.left_count; ++i) {
     const HalfVertex& v = head.vertices[i];
     if (v.tissue != Tissue::skin && v.tissue != Tissue::lip_inner) continue;
-    const Vec3d opened = open * (v.position - kJawJoint) + kJawJoint;
-    const Vec3d moved = opened - v.position;
+    const Vec3d& p = v.position;
+    const Vec3d opened = open * (p - kJawJoint) + kJawJoint - p;
     const double w = jaw_weight(v);
-    const Vec3d q = (v.position - Vec3d(0, -36, 112)).cwiseQuotient(Vec3d(30, 13, 28));
-    const double lips = std::exp(-q.squaredNorm() * q.squaredNorm());
-    // The lower lip comes up two thirds of the way, the upper lip down one third, before the jaw turns them.
-    left[i] = lips * (w * -0.70 * (open.inverse() * moved) + (1 - w) * 0.30 * moved);
+    const double away = std::hypot(std::max(std::abs(p.x()) - 22, 0.0), p.y() + 34.5);
+    const double near = smoothstep(24, 7, away) * smoothstep(84, 100, p.z());
+    // The shape comes before the jaw's blended rotation m, which then carries it.
+    const Mat3d m = (1 - w) * Mat3d::Identity() + w * open;
+    left[i] = near * (m.inverse() * ((0.36 - w) * opened));
   }
   return mirrored(head, left);
 }

@@ -42,7 +42,7 @@ WholeHead make_whole_head() {
 
 double jaw_weight(const HalfVertex& v) {
   const double depth = smoothstep(2.45, 3, v.lip);
-  const double corner = 0.5 * smoothstep(0.55, 1, v.along_lip);
+  const double corner = 0.5 * smoothstep(0.35, 1, v.along_lip);
   const Vec3d p(std::abs(v.position.x()), v.position.y(), v.position.z());
   switch (v.tissue) {
     case Tissue::lower_teeth:
@@ -64,7 +64,7 @@ double jaw_weight(const HalfVertex& v) {
   const double azimuth = std::atan2(p.x(), p.z() - 10) * 180 / std::numbers::pi;
   const double back = std::clamp((azimuth - 15) / 70, 0.0, 1.0);
   const double line = mix(-34.6, 6, back), band = mix(5, 30, smoothstep(-0.15, 1, back));
-  const double inside = 1 - smoothstep(0.55, 1, v.along_lip);
+  const double inside = 1 - smoothstep(0.35, 1, v.along_lip);
   const double shift = v.mouth_side == 0 ? 0 : -v.mouth_side * band * inside * smoothstep(0.3, 1, v.lip);
   const double below = smoothstep(-band, band, line - p.y() + shift);
   const double lower_border = -54 - 0.36 * (p.z() - 24);

@@ -35,7 +35,7 @@ Eigen::MatrixXf skinning_of(const WholeHead& head) {
       weights(i, v.part == HeadPart::left_eyeball ? kLeftEye : kRightEye) = 1;
       continue;
     }
-    const float turned = v.part == HeadPart::torso ? 0 : float(smoothstep(-168, -88, v.position.y()));
+    const float turned = v.part == HeadPart::torso ? 0 : float(smoothstep(-160, -84, v.position.y()));
     const float jaw = turned * float(jaw_weight(v));
     weights(i, kJaw) = jaw;
     weights(i, kNeck) = turned - jaw;

@@ -40,7 +40,7 @@ void close_row(HalfMesh& mesh, int row_start, int columns, const HalfVertex& pol
 }  // namespace
 
 HalfMesh make_eyeball() {
-  constexpr int kRings = 20, kAround = 28;
+  constexpr int kRings = 16, kAround = 24;
   HalfVertex v;
   v.part = HeadPart::left_eyeball;
   v.tissue = Tissue::eyeball;
@@ -65,9 +65,40 @@ HalfMesh make_eyeball() {
   return mesh;
 }
 
+Vec3d torso_at(const Vec3d& neck, const Vec3d& slope, double azimuth, double t) {
+  // Rings of the bust: half width, front and back extent, and heights at the front, the side and the back,
+  // mm.
+  struct Ring {
+    double width, front, back, y_front, y_side, y_back;
+  };
+  constexpr std::array<Ring, 4> kRings{{{96, 44, -84, -176, -172, -158},
+                                        {172, 74, -104, -206, -196, -196},
+                                        {206, 92, -108, -262, -262, -262},
+                                        {192, 96, -104, -345, -345, -345}}};
+  const double s = std::sin(azimuth), c = std::cos(azimuth), side = s * s;
+  const auto place = [&](const Ring& ring) {
+    const double power = 0.82;  // a little squarer than an ellipse
+    const double middle = 0.5 * (ring.front + ring.back), deep = 0.5 * (ring.front - ring.back);
+    const double end = c > 0 ? ring.y_front : ring.y_back;
+    return Vec3d(ring.width * std::pow(std::abs(s), power), mix(end, ring.y_side, side),
+                 middle + deep * std::copysign(std::pow(std::abs(c), power), c));
+  };
+  std::array<Vec3d, 7> knots;
+  knots[0] = neck - 4 * slope;
+  knots[1] = neck;
+  for (int i = 0; i < 4; ++i) knots[i + 2] = place(kRings[i]);
+  knots[6] = 2 * knots[5] - knots[4];
+  const double at = t * 4;
+  const int i = std::min(int(at), 3);
+  const double u = at - i, u2 = u * u, u3 = u2 * u;
+  const Vec3d &p0 = knots[i], &p1 = knots[i + 1], &p2 = knots[i + 2], &p3 = knots[i + 3];
+  return 0.5 *
+         (2 * p1 + (p2 - p0) * u + (2 * p0 - 5 * p1 + 4 * p2 - p3) * u2 + (3 * p1 - p0 - 3 * p2 + p3) * u3);
+}
+
 HalfMesh make_ear() {
   // The ear's own plane: up leans back, out goes backwards and away from the head.
-  const Vec3d root(69.5, 13, 13);
+  const Vec3d root(71, 13, 13);
   const Vec3d up = Vec3d(0.10, 0.97, -0.22).normalized();
   const Vec3d back = (Vec3d(0.50, 0, -0.87) - Vec3d(0.50, 0, -0.87).dot(up) * up).normalized();
   const Vec3d face = up.cross(back).normalized() * -1.0;  // the side the concha opens to
@@ -92,7 +123,7 @@ HalfMesh make_ear() {
                                          {0.93, -2.0},
                                          {0.75, -4.0},
                                          {0.5, -10}}};
-  constexpr int kAround = 40;
+  constexpr int kAround = 36;
   HalfVertex v;
   v.part = HeadPart::scalp_neck;
   v.tissue = Tissue::ear;
@@ -111,14 +142,14 @@ HalfMesh make_ear() {
       // The rim's relief fades towards the lobe; the front edge sinks into the head.
       const double lobe = smoothstep(-8, -20, q.y()), front = smoothstep(7, -1, q.x());
       double height = ring.height * (1 - 0.75 * lobe * (ring.height > -3 ? 1 : 0.8));
-      height = mix(height, ring.height > 0 ? -1.0 : height - 3.5, front);
+      height = mix(height, ring.height > 0 ? -2.5 : height - 3.5, front);
       v.position = root + q.x() * back + q.y() * up + height * face;
       v.uv = uv_in({0.86, 0.01}, 0.13, 0.5 + q.x() / 70 - 0.2, 0.5 + q.y() / 70);
       rows.back().push_back(v);
     }
   }
   HalfMesh mesh = make_sheet(rows, true);
-  v.position = root + middle.x() * back + middle.y() * up - 6.5 * face;
+  v.position = root + middle.x() * back + middle.y() * up - 5 * face;
   close_row(mesh, 0, kAround, v, false);
   v.position = root + middle.x() * back + middle.y() * up - 14 * face;
   close_row(mesh, (int(kRings.size()) - 1) * kAround, kAround, v, true);
@@ -129,7 +160,7 @@ HalfMesh make_teeth(bool upper) {
   // One half of the arch, from the midline: crown widths, mm. Lower front teeth are narrower.
   constexpr std::array<double, 7> kUpper{8.4, 6.6, 7.4, 6.8, 6.6, 9.6, 9.0};
   constexpr std::array<double, 7> kLower{5.4, 5.8, 6.6, 6.9, 7.0, 10.2, 9.6};
-  constexpr int kPerTooth = 7;
+  constexpr int kPerTooth = 5;
   const auto& widths = upper ? kUpper : kLower;
   const double front_z = upper ? 103.5 : 100.8, half_width = upper ? 28.5 : 26.6, depth = 40,
                sign = upper ? 1 : -1;
@@ -219,6 +250,7 @@ HalfMesh make_tongue() {
     }
   }
   HalfMesh mesh = make_sheet(rows, false);
+  for (Triangle& t : mesh.triangles) std::swap(t[1], t[2]);  // columns run the other way round
   const auto fan = [&](int row, Vec3d tip, bool last) {
     HalfVertex pole = rows[row][0];
     pole.position = tip;
@@ -226,7 +258,7 @@ HalfMesh make_tongue() {
     mesh.vertices.push_back(pole);
     for (int i = 0; i < kAround; ++i) {
       const int a = row * (kAround + 1) + i;
-      mesh.triangles.push_back(last ? Triangle(a, index, a + 1) : Triangle(a, a + 1, index));
+      mesh.triangles.push_back(last ? Triangle(a, a + 1, index) : Triangle(a, index, a + 1));
     }
   };
   fan(0, Vec3d(0, -44, 95.5), false);

@@ -36,7 +36,7 @@ struct EyeOpening {
 };
 Vec2d lid_margin(const EyeOpening& opening, double along, bool upper);  // along: 0 inner corner .. 1 outer
 inline constexpr EyeOpening kEyeOpen{};
-inline constexpr EyeOpening kEyeClosed{-3.35, 3.45};
+inline constexpr EyeOpening kEyeClosed{-3.35, 3.4};
 
 // Front-view curves of the lips, mm. along: 0 midline .. 1 corner.
 enum class LipCurve { upper_border, upper_seam, lower_seam, lower_border };
@@ -52,6 +52,10 @@ Skin make_skin();
 
 // Positions of the skin's eye rings for another opening: (rings, k), as Skin::eye_rings; ring 0 is unchanged.
 std::vector<std::vector<Vec3d>> eye_ring_positions(const Skin& skin, const EyeOpening& opening);
+
+// A point of the torso below a column of the neck: t from 0 (the neck's last row) to 1 (the bust's lower
+// edge). `slope` is the neck's direction there, per row.
+Vec3d torso_at(const Vec3d& neck, const Vec3d& slope, double azimuth, double t);
 
 HalfMesh make_eyeball();
 HalfMesh make_ear();

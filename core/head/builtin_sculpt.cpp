@@ -33,37 +33,38 @@ double carve(double a, double b, double fillet) { return -unite(-a, b, fillet); 
 // -------------------------------------------------------------------------------------------------------
 
 double cranium_and_jaw(const Vec3d& p) {
-  double d = ellipsoid(p, {0, 62, 4}, {76, 83, 91});                   // braincase
-  d = unite(d, ellipsoid(p, {0, 62, 44}, {61, 62, 62}), 24);           // forehead
-  d = unite(d, ellipsoid(p, {0, -4, 38}, {60, 80, 63}), 22);           // face
-  d = unite(d, taper(p, {10, 50, 96}, {31, 53.5, 93}, 8.5, 8.5), 14);  // brow ridge, inner
-  d = unite(d, taper(p, {31, 53.5, 93}, {53, 46, 75}, 8.5, 8), 14);    // brow ridge, outer
-  d = unite(d, ellipsoid(p, {46, 11, 68}, {20, 13, 19}), 16);          // cheekbone
-  d = unite(d, taper(p, {55, 13, 62}, {64, 16, 20}, 8, 7), 14);        // zygomatic arch
-  d = unite(d, taper(p, {57, 6, 14}, {50, -44, 24}, 11, 10), 16);      // ramus
-  d = unite(d, taper(p, {50, -44, 24}, {17, -64, 88}, 11, 14), 16);    // jaw body
-  d = unite(d, ellipsoid(p, {0, -66, 92}, {20, 16, 18.5}), 16);        // chin
-  d = unite(d, ellipsoid(p, {36, -24, 72}, {22, 30, 24}), 18);         // cheek
-  d = unite(d, ellipsoid(p, {0, -30, 84}, {33, 28, 28.5}), 14);        // muzzle
+  double d = ellipsoid(p, {0, 62, 4}, {78, 83, 91});                    // braincase
+  d = unite(d, ellipsoid(p, {0, 62, 44}, {61, 62, 62}), 24);            // forehead
+  d = unite(d, ellipsoid(p, {36, 38, 40}, {32, 44, 36}), 20);           // temple
+  d = unite(d, ellipsoid(p, {0, -4, 38}, {60, 78, 63}), 22);            // face
+  d = unite(d, taper(p, {9, 50, 96}, {30, 52.5, 93.5}, 7.5, 7.5), 18);  // brow ridge, inner
+  d = unite(d, taper(p, {30, 52.5, 93.5}, {51, 46, 76}, 7.5, 7), 18);   // brow ridge, outer
+  d = unite(d, taper(p, {52, 45, 75}, {53, 18, 70}, 6, 8), 20);         // outer rim of the orbit
+  d = unite(d, ellipsoid(p, {44, 10, 70}, {20, 14, 18}), 20);           // cheekbone
+  d = unite(d, taper(p, {54, 12, 60}, {64, 16, 18}, 9, 8), 26);         // zygomatic arch
+  d = unite(d, ellipsoid(p, {46, -16, 34}, {19, 42, 34}), 20);          // masseter and parotid
+  d = unite(d, taper(p, {49, -42, 24}, {20, -63, 84}, 10.5, 11), 22);   // jaw body
+  d = unite(d, ellipsoid(p, {0, -64.5, 92}, {18, 15, 17}), 18);         // chin
+  d = unite(d, ellipsoid(p, {34, -22, 73}, {22, 32, 24}), 20);          // cheek
+  d = unite(d, ellipsoid(p, {0, -31, 86.5}, {32, 28, 28}), 16);         // muzzle
   return d;
 }
 
 double nose(const Vec3d& p) {
-  double d = taper(p, {0, 40, 98}, {0, 10, 114}, 7.6, 9.5);          // bridge
-  d = unite(d, ellipsoid(p, {0, 1.5, 117.5}, {10.5, 9.5, 12}), 7);   // tip
-  d = unite(d, ellipsoid(p, {11.2, -3.8, 109}, {6.6, 7.4, 10}), 5);  // wing
-  d = unite(d, taper(p, {0, -6, 119}, {0, -9, 108}, 4.2, 4.5), 4);   // columella
-  d = unite(d, ellipsoid(p, {0, 14, 98}, {16, 24, 14}), 10);         // side walls
+  double d = taper(p, {0, 40, 97}, {0, 10, 114.5}, 7.4, 9.3);           // bridge
+  d = unite(d, ellipsoid(p, {0, 1.5, 118}, {10.2, 9.2, 12}), 7);        // tip
+  d = unite(d, ellipsoid(p, {11.3, -4.2, 108.5}, {6.4, 7.2, 9.6}), 4);  // wing
+  d = unite(d, taper(p, {0, -5.5, 119}, {0, -9, 109}, 4.4, 4.8), 5);    // columella
+  d = unite(d, ellipsoid(p, {0, 14, 98}, {16, 24, 14}), 10);            // side walls
   return d;
 }
 
-double neck_and_torso(const Vec3d& p) {
+double neck(const Vec3d& p) {
   const double lean = (p.y() + 90) * 0.10;  // the neck leans forward going up
-  double d = taper(Vec3d(p.x() * 0.96, p.y(), p.z() - lean), {0, -20, -14}, {0, -175, -14}, 50, 54);
-  d = unite(d, taper(p, {60, -8, -12}, {12, -160, 26}, 8, 8), 20);        // sternomastoid
-  d = unite(d, taper(p, {22, -110, -42}, {120, -196, -32}, 26, 30), 40);  // trapezius
-  d = unite(d, taper(p, {0, -235, -22}, {148, -232, -24}, 62, 50), 40);   // shoulders
-  d = unite(d, ellipsoid(p, {0, -300, -12}, {170, 150, 96}), 40);         // chest
+  double d = taper(Vec3d(p.x() * 0.97, p.y(), p.z() - lean), {0, -20, -14}, {0, -200, -14}, 48, 55);
+  d = unite(d, taper(p, {54, -8, -10}, {14, -160, 24}, 7, 7), 24);      // sternomastoid
+  d = unite(d, taper(p, {0, -96, 36}, {0, -150, 26}, 8, 8), 24);        // larynx
+  d = unite(d, taper(p, {20, -60, -42}, {34, -150, -44}, 18, 26), 30);  // trapezius
   return d;
 }
 
@@ -75,10 +76,10 @@ double sculpt_distance(const Vec3d& point) {
   d = carve(d, ellipsoid(p, {31, 35, 106}, {20, 11.5, 16}), 12);  // socket
   if (p.y() > -60 && p.z() > 60) {
     d = unite(d, nose(p), 9);
-    d = carve(d, ellipsoid(p, {6.6, -11, 113.5}, {3.2, 6, 5.2}), 3);  // nostril
+    d = carve(d, ellipsoid(p, {6.6, -11.5, 113}, {3.3, 5.5, 5.6}), 4);  // nostril
     d = unite(d, (p - kEyeCentre).norm() - (kEyeballRadius + kLidThickness), 5);
   }
-  if (p.y() < 20) d = unite(d, neck_and_torso(p), 26);
+  if (p.y() < 90) d = unite(d, neck(p), 26);
   return d;
 }
 

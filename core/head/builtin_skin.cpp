@@ -37,6 +37,7 @@ constexpr double kMouthCornerY = -35.0, kBorderCornerX = 25.6, kSeamCornerX = 23
 // Rings from the grid's rectangle to the lid margin, as fractions of the way; behind it follow four more and
 // a pole.
 constexpr std::array<double, 8> kLidSteps{0.18, 0.35, 0.5, 0.63, 0.75, 0.86, 0.94, 1.0};
+constexpr std::array<double, 8> kLidFold{0.2, 0.7, 1.1, 0.7, -0.75, -0.5, -0.1, 0};  // mm outwards
 constexpr int kLidOuterRings = int(kLidSteps.size()), kLidInnerRings = 5;
 
 // Rings from the rectangle to the vermilion border, then the rolled lip: share of the way from border to
@@ -45,25 +46,27 @@ constexpr std::array<double, 5> kMouthSteps{0.24, 0.47, 0.68, 0.85, 1.0};
 struct LipRing {
   double share, upper_mm, lower_mm;
 };
-constexpr std::array<LipRing, 7> kLipRings{{{0.14, 1.5, 1.0},
-                                            {0.33, 2.8, 2.6},
-                                            {0.55, 3.5, 3.7},
-                                            {0.76, 3.2, 3.6},
-                                            {0.91, 1.7, 2.1},
-                                            {0.98, -0.3, -0.2},
-                                            {1.0, -3.0, -3.0}}};
+constexpr std::array<LipRing, 7> kLipRings{{{0.14, 1.1, 0.8},
+                                            {0.33, 1.9, 1.9},
+                                            {0.55, 2.2, 2.7},
+                                            {0.76, 1.8, 2.5},
+                                            {0.91, 0.3, 1.0},
+                                            {0.98, -1.8, -1.5},
+                                            {1.0, -4.5, -4.5}}};
 // The cavity: half width and half height of the ring and its depth behind the seam's z (or, with absolute,
 // its z).
 struct CavityRing {
   double share, half_width, half_height, z;
   bool absolute;
 };
-constexpr std::array<CavityRing, 6> kCavityRings{{{0.12, 24, 2, -5.0, false},
-                                                  {0.55, 26, 9, -8.0, false},
-                                                  {1.0, 30, 16, -11.5, false},
+constexpr std::array<CavityRing, 6> kCavityRings{{{0.12, 24, 2, -4.0, false},
+                                                  {0.55, 26, 9, -6.0, false},
+                                                  {1.0, 30, 16, -9.5, false},
                                                   {1.0, 34, 18, 76, true},
                                                   {1.0, 29, 16, 54, true},
                                                   {1.0, 15, 9, 38, true}}};
+
+constexpr int kTorsoRows = 12;
 
 struct Rectangle {
   int left, right, top, bottom;  // columns and rows, on the boundary
@@ -104,7 +107,7 @@ std::vector<Eigen::Vector2i> mouth_boundary(const Rectangle& r) {
 // downwards and given most of the angle. No seam, so no vertex is doubled.
 Vec2d skin_uv(const Chart& chart, const Vec2d& at) {
   const double angle = std::numbers::pi * at.x() / (chart.columns() - 1);
-  const double radius = 0.49 * at.y() / (chart.rows() - 1);
+  const double radius = 0.49 * at.y() / (chart.rows() - 1 + kTorsoRows);
   return {0.5 + radius * std::sin(angle), 0.5 - radius * std::cos(angle)};
 }
 
@@ -137,8 +140,11 @@ std::vector<std::vector<Vec3d>> eye_points(const Chart& chart, const std::vector
     const double eased = 0.5 - 0.5 * std::cos(std::numbers::pi * even);
     const Vec2d margin = lid_margin(opening, mix(even, eased, 0.6), upper);
     const Vec2d inner = chart_of(chart, frontal_hit(margin.x(), margin.y()));
+    // The upper lid's fold, which unrolls as the lid comes down.
+    const double open = upper ? std::max(opening.upper, 0.0) / kEyeOpen.upper : 0;
+    const Vec3d fold = Vec3d(0, -0.25, 1) * (open * std::pow(std::max(0.0, 4 * even * (1 - even)), 0.7));
     for (int r = 0; r < kLidOuterRings; ++r)
-      rings[r][k] = skin_at(chart, boundary[k] + kLidSteps[r] * (inner - boundary[k]));
+      rings[r][k] = skin_at(chart, boundary[k] + kLidSteps[r] * (inner - boundary[k])) + fold * kLidFold[r];
     for (int r = 0; r < kLidInnerRings; ++r)
       rings[kLidOuterRings + r][k] = lid_lining(rings[kLidOuterRings - 1][k], r);
   }
@@ -172,7 +178,7 @@ std::vector<MouthPoint> mouth_spoke(const Chart& chart, const Vec2d& boundary, d
     const Vec2d xy = border + ring.share * (seam - border);
     Vec3d p = frontal_hit(xy.x(), xy.y());
     const double tuck = -1.2 * (1 - fullness) * ring.share;  // the corner is drawn in
-    p.z() += mix(0.5, 1, ring.share) * 0 + fullness * (upper ? ring.upper_mm : ring.lower_mm) + tuck;
+    p.z() += fullness * (upper ? ring.upper_mm : ring.lower_mm) + tuck;
     last = p;
     spoke.push_back({on_midline(p), chart_of(chart, frontal_hit(xy.x(), xy.y())), 1 + ring.share});
   }
@@ -194,8 +200,10 @@ std::vector<MouthPoint> mouth_spoke(const Chart& chart, const Vec2d& boundary, d
 Vec2d lid_margin(const EyeOpening& opening, double along, bool upper) {
   const Vec2d line = kInnerCanthus + along * (kOuterCanthus - kInnerCanthus);
   const double round = std::pow(std::max(0.0, 4 * along * (1 - along)), 0.72);
-  const double skew = upper ? 1 + 0.22 * (0.5 - along) : 1 + 0.25 * (along - 0.5);
-  return line + Vec2d(0, (upper ? opening.upper : -opening.lower) * round * skew);
+  const double height = upper ? opening.upper : -opening.lower;
+  // Highest towards the nose, lowest towards the temple; a closed upper lid lies along the lower one.
+  const double skew = height > 0 ? 1 + 0.22 * (0.5 - along) : 1 + 0.25 * (along - 0.5);
+  return line + Vec2d(0, height * round * skew);
 }
 
 Vec2d lip_point(LipCurve curve, double along) {
@@ -233,8 +241,7 @@ Skin make_skin() {
   const auto inside = [](const Rectangle& r, int i, int j, bool to_midline) {
     return j > r.top && j < r.bottom && i < r.right && (to_midline || i > r.left);
   };
-  const int torso_row = 85;
-  const int columns = chart.columns(), rows = chart.rows();
+  const int columns = chart.columns(), neck_rows = chart.rows(), rows = neck_rows + kTorsoRows;
 
   // -- Grid
   std::vector<int> grid(std::size_t(columns) * rows, -1);
@@ -247,11 +254,17 @@ Skin make_skin() {
         continue;
       }
       HalfVertex v;
-      v.position = skin_at(chart, Vec2d(i, j));
+      if (j < neck_rows) {
+        v.position = skin_at(chart, Vec2d(i, j));
+      } else {
+        const Vec3d neck = mesh.vertices[at(i, neck_rows - 1)].position;
+        const Vec3d slope = neck - mesh.vertices[at(i, neck_rows - 2)].position;
+        v.position = torso_at(neck, slope, chart.azimuth[i], double(j - neck_rows + 1) / kTorsoRows);
+      }
       v.midline = i == 0 || i == columns - 1 || j == 0;
       if (v.midline) v.position.x() = 0;
-      const bool face = v.position.y() < 95 && chart.azimuth[i] < 1.35 && j <= 68;
-      v.part = j >= torso_row ? HeadPart::torso : face ? HeadPart::face : HeadPart::scalp_neck;
+      const bool face = v.position.y() < 95 && chart.azimuth[i] < 1.35 && v.position.y() > -84;
+      v.part = j >= neck_rows ? HeadPart::torso : face ? HeadPart::face : HeadPart::scalp_neck;
       v.uv = skin_uv(chart, Vec2d(i, j));
       at(i, j) = int(mesh.vertices.size());
       mesh.vertices.push_back(v);
@@ -302,6 +315,13 @@ Skin make_skin() {
       add_quad(mesh, outer[k], inner[k], inner[next], outer[next]);
     }
   }
+
+  HalfVertex nerve = mesh.vertices[skin.eye_rings.back()[0]];
+  nerve.position = kEyeCentre - Vec3d(0, 0, kEyeballRadius + 1.2);
+  const int nerve_index = int(mesh.vertices.size());
+  mesh.vertices.push_back(nerve);
+  for (int k = 0; k < n; ++k)
+    mesh.triangles.emplace_back(skin.eye_rings.back()[k], nerve_index, skin.eye_rings.back()[(k + 1) % n]);
 
   // -- Mouth
   const auto mouth = mouth_boundary(lips);
