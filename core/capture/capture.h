@@ -13,16 +13,18 @@
 namespace likeness {
 
 struct CaptureFrame {
-  int frame = 0;         // number in the source video
+  int frame = 0;  // number in the source video
   double time_s = 0;
-  double sharpness = 0;  // variance of the Laplacian inside the face box
-  bool held_out = false; // never filtered
-  bool used = false;     // trains; false for held-out and refused frames
-  std::string refused;   // why it does not train; empty when it does or is held out
+  double sharpness = 0;   // variance of the Laplacian inside the face box
+  bool held_out = false;  // never filtered
+  bool used = false;      // trains; false for held-out and refused frames
+  std::string refused;    // why it does not train; empty when it does or is held out
 };
 
 // Square in source pixels, may reach beyond the picture (the border is repeated there).
-struct SquareCrop { int x = 0, y = 0, side = 0; };
+struct SquareCrop {
+  int x = 0, y = 0, side = 0;
+};
 
 struct Capture {
   std::filesystem::path video;
@@ -30,7 +32,7 @@ struct Capture {
   int width = 0, height = 0;  // px of the source, rotation applied
   double frames_per_second = 0;
   SquareCrop crop;
-  int size = 256;             // px of the pictures in frames/
+  int size = 256;  // px of the pictures in frames/
   std::string split = "tail";
   std::vector<std::string> warnings;
   std::vector<CaptureFrame> frames;  // every decoded frame, ascending
@@ -45,14 +47,15 @@ Result<Capture> read_capture(const std::filesystem::path& path);
 std::filesystem::path frame_name(int frame);
 
 struct ImportOptions {
-  int size = 256;                  // 256, 512 or 1024 px
-  int max_frames = 2000;           // training frames kept; more cost memory and time
-  double held_out_share = 0.1;     // the tail of the decoded frames
-  double blur_ratio = 0.5;         // a frame is refused below this share of its neighbours' median sharpness
+  int size = 256;               // 256, 512 or 1024 px
+  int max_frames = 2000;        // training frames kept; more cost memory and time
+  double held_out_share = 0.1;  // the tail of the decoded frames
+  double blur_ratio = 0.5;      // a frame is refused below this share of its neighbours' median sharpness
 };
 
-// Decodes the clip, finds the face, chooses frames and crop and writes frames/NNNNNN.png (training and held-out,
-// cropped, area-filtered to `size`) under `folder`. Refuses clips with no face, two people, or too few frames.
+// Decodes the clip, finds the face, chooses frames and crop and writes frames/NNNNNN.png (training and
+// held-out, cropped, area-filtered to `size`) under `folder`. Refuses clips with no face, two people, or too
+// few frames.
 Result<Capture> import_clip(const std::filesystem::path& video, const std::filesystem::path& folder,
                             const ImportOptions& options, const Progress& progress, std::stop_token stop);
 

@@ -1,0 +1,118 @@
+// capture.json: see capture.h.
+#include "core/capture/capture.h"
+
+#include <fmt/format.h>
+
+#include <nlohmann/json.hpp>
+
+#include "core/base/files.h"
+
+namespace likeness {
+namespace {
+
+using nlohmann::json;
+
+constexpr const char* kFormat = "likeness capture";
+constexpr int kVersion = 1;
+
+Error unreadable(const std::filesystem::path& path, std::string_view why) {
+  return {ErrorCode::bad_input, fmt::format("{} is not a capture that can be read: {}.", path.string(), why),
+          "Import the video again; the file is rewritten.", path.string()};
+}
+
+json to_json(const CaptureFrame& f) {
+  return {{"frame", f.frame},       {"time_s", f.time_s}, {"sharpness", f.sharpness},
+          {"held_out", f.held_out}, {"used", f.used},     {"refused", f.refused}};
+}
+
+CaptureFrame frame_from_json(const json& j) {
+  CaptureFrame f;
+  f.frame = j.at("frame").get<int>();
+  f.time_s = j.at("time_s").get<double>();
+  f.sharpness = j.at("sharpness").get<double>();
+  f.held_out = j.at("held_out").get<bool>();
+  f.used = j.at("used").get<bool>();
+  f.refused = j.at("refused").get<std::string>();
+  return f;
+}
+
+Capture capture_from_json(const json& j) {
+  Capture c;
+  c.video = j.at("video").get<std::string>();
+  c.video_hash = j.at("video_hash").get<std::string>();
+  c.width = j.at("width_px").get<int>();
+  c.height = j.at("height_px").get<int>();
+  c.frames_per_second = j.at("frames_per_second").get<double>();
+  const json& crop = j.at("crop");
+  c.crop = {crop.at("x_px").get<int>(), crop.at("y_px").get<int>(), crop.at("side_px").get<int>()};
+  c.size = j.at("size_px").get<int>();
+  c.split = j.at("split").get<std::string>();
+  c.warnings = j.at("warnings").get<std::vector<std::string>>();
+  for (const json& frame : j.at("frames")) c.frames.push_back(frame_from_json(frame));
+  return c;
+}
+
+// What later stages rely on without asking again; empty when all is well.
+std::string contradiction(const Capture& c) {
+  if (c.width <= 0 || c.height <= 0 || c.crop.side <= 0 || c.size <= 0) return "a size in it is not positive";
+  for (std::size_t i = 0; i < c.frames.size(); ++i) {
+    if (c.frames[i].frame < 0 || (i > 0 && c.frames[i].frame <= c.frames[i - 1].frame)) {
+      return "its frames are not in ascending order";
+    }
+    if (c.frames[i].held_out && c.frames[i].used) return "a frame is both held out and used";
+  }
+  return {};
+}
+
+}  // namespace
+
+std::set<int> held_out_frames(const Capture& capture) {
+  std::set<int> numbers;
+  for (const CaptureFrame& frame : capture.frames) {
+    if (frame.held_out) numbers.insert(frame.frame);
+  }
+  return numbers;
+}
+
+std::filesystem::path frame_name(int frame) {
+  return std::filesystem::path("frames") / fmt::format("{:06}.png", frame);
+}
+
+Result<void> write_capture(const std::filesystem::path& path, const Capture& capture) {
+  json frames = json::array();
+  for (const CaptureFrame& frame : capture.frames) frames.push_back(to_json(frame));
+  const json document = {
+      {"format", kFormat},
+      {"version", kVersion},
+      {"video", capture.video.string()},
+      {"video_hash", capture.video_hash},
+      {"width_px", capture.width},
+      {"height_px", capture.height},
+      {"frames_per_second", capture.frames_per_second},
+      {"crop", {{"x_px", capture.crop.x}, {"y_px", capture.crop.y}, {"side_px", capture.crop.side}}},
+      {"size_px", capture.size},
+      {"split", capture.split},
+      {"warnings", capture.warnings},
+      {"frames", frames}};
+  // A file name need not be valid UTF-8; the odd byte is replaced rather than refused.
+  return write_text(path, document.dump(1, ' ', false, json::error_handler_t::replace) + "\n");
+}
+
+Result<Capture> read_capture(const std::filesystem::path& path) {
+  const auto text = read_text(path);
+  if (!text) return text.error();
+  try {
+    const json document = json::parse(*text);
+    if (document.value("format", "") != kFormat) return unreadable(path, "it is some other kind of file");
+    if (const int version = document.at("version").get<int>(); version != kVersion) {
+      return unreadable(path, fmt::format("it has version {}, and this program knows {}", version, kVersion));
+    }
+    Capture capture = capture_from_json(document);
+    if (const std::string fault = contradiction(capture); !fault.empty()) return unreadable(path, fault);
+    return capture;
+  } catch (const std::exception& e) {
+    return unreadable(path, e.what());
+  }
+}
+
+}  // namespace likeness

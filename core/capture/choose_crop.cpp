@@ -1,0 +1,92 @@
+// Choice of the square crop: see choose_crop.h. Proportions are of the detector's box, which runs from the
+// brows to the chin.
+#include "core/capture/choose_crop.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/base/check.h"
+
+namespace likeness {
+namespace {
+
+constexpr double kAbove = 0.6, kBelow = 1.1, kBeside = 1.0;               // head and shoulders
+constexpr double kHeadAbove = 0.5, kHeadBelow = 0.2, kHeadBeside = 0.25;  // the head alone
+constexpr double kNearlyWhole = 0.9;  // of the picture's shorter side: from there the crop takes all of it
+
+struct Extent {
+  double left = 1e30, top = 1e30, right = -1e30, bottom = -1e30;
+  double width() const { return right - left; }
+  double height() const { return bottom - top; }
+};
+
+Extent extent_of(const std::vector<FaceBox>& faces, double beside, double above, double below) {
+  Extent e;
+  for (const FaceBox& f : faces) {
+    e.left = std::min(e.left, f.x - beside * f.width);
+    e.right = std::max(e.right, f.x + (1 + beside) * f.width);
+    e.top = std::min(e.top, f.y - above * f.height);
+    e.bottom = std::max(e.bottom, f.y + (1 + below) * f.height);
+  }
+  return e;
+}
+
+double median(std::vector<double> values) {
+  std::nth_element(values.begin(), values.begin() + std::ptrdiff_t(values.size() / 2), values.end());
+  return values[values.size() / 2];
+}
+
+// A box of half or double the usual size, or one that appears alone far from all others, is a mistake.
+std::vector<FaceBox> plausible(const std::vector<FaceBox>& faces) {
+  std::vector<double> widths;
+  for (const FaceBox& f : faces) widths.push_back(f.width);
+  const double usual = median(widths);
+  const auto near = [&](const FaceBox& a, const FaceBox& b) {
+    return std::hypot(a.x + a.width / 2 - b.x - b.width / 2, a.y + a.height / 2 - b.y - b.height / 2) <
+           1.2 * usual;
+  };
+  std::vector<FaceBox> kept;
+  for (const FaceBox& f : faces) {
+    const auto company =
+        std::count_if(faces.begin(), faces.end(), [&](const FaceBox& g) { return near(f, g); });
+    const bool alone =
+        faces.size() >= 10 && company < std::max<std::ptrdiff_t>(2, std::ptrdiff_t(faces.size() / 50));
+    if (f.width > 0.55 * usual && f.width < 1.8 * usual && !alone) kept.push_back(f);
+  }
+  return kept.empty() ? faces : kept;
+}
+
+// Start of an interval of length `side` that covers [begin, end], moved into [0, limit] as far as it can be.
+int place(double start, double side, int limit) {
+  const double last = limit - side;
+  return int(std::lround(last >= 0 ? std::clamp(start, 0.0, last) : last / 2));
+}
+
+}  // namespace
+
+CropChoice choose_crop(const std::vector<FaceBox>& all_faces, int width, int height) {
+  LIKENESS_CHECK(!all_faces.empty() && width > 0 && height > 0, "crop of %zu faces in %d x %d",
+                 all_faces.size(), width, height);
+  const std::vector<FaceBox> faces = plausible(all_faces);
+  const Extent bust = extent_of(faces, kBeside, kAbove, kBelow);
+  Extent head = extent_of(faces, kHeadBeside, kHeadAbove, kHeadBelow);
+  // What the camera did not see cannot ask for room.
+  head = {std::max(head.left, 0.0), std::max(head.top, 0.0), std::min(head.right, double(width)),
+          std::min(head.bottom, double(height))};
+  const double shorter = std::min(width, height);
+  double side = std::max(bust.width(), bust.height());
+  if (side >= kNearlyWhole * shorter) side = std::max({shorter, head.width(), head.height()});
+  side = std::ceil(side);
+
+  // Sideways the heads are centred. Downwards the top of the head counts, and what is lost is chest.
+  const double x = (bust.left + bust.right) / 2 - side / 2;
+  const double y = bust.height() <= side ? (bust.top + bust.bottom) / 2 - side / 2 : bust.top;
+  CropChoice choice;
+  choice.crop = {place(x, side, width), place(y, side, height), int(side)};
+  const auto cut =
+      std::count_if(faces.begin(), faces.end(), [](const FaceBox& f) { return f.y - 0.35 * f.height < 0; });
+  choice.head_cut_share = double(cut) / double(faces.size());
+  return choice;
+}
+
+}  // namespace likeness

@@ -1,0 +1,130 @@
+// First pass over a clip: see scan_clip.h.
+#include "core/capture/scan_clip.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace likeness {
+namespace {
+
+constexpr double kSamplePeriod = 0.2;     // s between two looks for faces
+constexpr double kComfortableFace = 140;  // px across; the detector needs about 80, more only costs time
+constexpr double kFirstLook = 640, kLastLook = 1920;  // px of the longer side
+constexpr double kComparableArea = 0.35;  // of the main face's, from which another counts as a second person
+constexpr double kSureScore = 0.4;        // of the detector; below it, chance patterns are common
+constexpr int kSharpnessSide = 160;       // px
+
+double area(const FaceBox& box) { return box.width * box.height; }
+
+std::vector<FaceBox> detect_at(const FaceDetector& detector, const Image8& rgb, double scale) {
+  const int width = std::max(1, int(std::lround(rgb.width * scale)));
+  const int height = std::max(1, int(std::lround(rgb.height * scale)));
+  std::vector<FaceBox> faces = width == rgb.width && height == rgb.height
+                                   ? detector.detect(rgb)
+                                   : detector.detect(resize(rgb, width, height));
+  const double sx = double(rgb.width) / width, sy = double(rgb.height) / height;
+  for (FaceBox& face : faces) face.x *= sx, face.width *= sx, face.y *= sy, face.height *= sy;
+  return faces;
+}
+
+// The largest of the sure faces; of several unsure ones the surest.
+FaceSample judge(int frame, const std::vector<FaceBox>& faces) {
+  FaceSample sample{frame, std::nullopt, false};
+  for (const FaceBox& face : faces) {
+    if (!sample.face) {
+      sample.face = face;
+      continue;
+    }
+    const bool surer = face.score >= kSureScore && sample.face->score < kSureScore;
+    const bool larger = face.score >= kSureScore && area(face) > area(*sample.face);
+    if (surer || larger) sample.face = face;
+  }
+  int comparable = 0;
+  for (const FaceBox& face : faces)
+    comparable += face.score >= kSureScore && area(face) > kComparableArea * area(*sample.face);
+  sample.second_face = comparable >= 2;
+  return sample;
+}
+
+// Looks at the scale at which the face was last of comfortable size; larger pictures are tried only when that
+// fails.
+class FaceFinder {
+ public:
+  explicit FaceFinder(const FaceDetector& detector) : detector_(detector) {}
+
+  FaceSample look(const VideoFrame& frame) {
+    const double longer = std::max(frame.rgb.width, frame.rgb.height);
+    if (scale_ == 0) scale_ = std::min(1.0, kFirstLook / longer);
+    for (double scale = scale_; scale * longer <= kLastLook; scale *= 2) {
+      const FaceSample sample = judge(frame.index, detect_at(detector_, frame.rgb, scale));
+      if (!sample.face) continue;
+      scale_ = std::clamp(kComfortableFace / sample.face->width, 160 / longer, kLastLook / longer);
+      return sample;
+    }
+    scale_ = std::min(1.0, kFirstLook / longer);
+    return {frame.index, std::nullopt, false};
+  }
+
+ private:
+  const FaceDetector& detector_;
+  double scale_ = 0;
+};
+
+}  // namespace
+
+double face_sharpness(const Image8& rgb, const FaceBox& face) {
+  const int x = int(std::lround(face.x)), y = int(std::lround(face.y));
+  const int width = std::max(8, int(std::lround(face.width))),
+            height = std::max(8, int(std::lround(face.height)));
+  const Image8 patch = resize(crop(rgb, x, y, width, height), kSharpnessSide, kSharpnessSide);
+  std::vector<float> luma(patch.pixels());
+  for (std::size_t i = 0; i < luma.size(); ++i) {
+    const std::uint8_t* p = patch.data.data() + i * patch.channels;
+    luma[i] = 0.299f * p[0] + 0.587f * p[1] + 0.114f * p[2];
+  }
+  double sum = 0, squares = 0;
+  for (int row = 1; row + 1 < kSharpnessSide; ++row) {
+    for (int column = 1; column + 1 < kSharpnessSide; ++column) {
+      const float* p = luma.data() + row * kSharpnessSide + column;
+      const double laplacian = p[-1] + p[1] + p[-kSharpnessSide] + p[kSharpnessSide] - 4 * p[0];
+      sum += laplacian, squares += laplacian * laplacian;
+    }
+  }
+  const double count = double(kSharpnessSide - 2) * (kSharpnessSide - 2), mean = sum / count;
+  return squares / count - mean * mean;
+}
+
+Result<ClipScan> scan_clip(const std::filesystem::path& video, const FaceDetector& detector,
+                           const Progress& progress, std::stop_token stop) {
+  auto reader = VideoReader::open(video);
+  if (!reader) return reader.error();
+  ClipScan scan;
+  scan.info = reader->info();
+  const int stride = std::max(1, int(std::lround(kSamplePeriod * scan.info.frames_per_second)));
+  FaceFinder finder(detector);
+  std::optional<FaceBox> face;  // the last one found; it moves little within the sampling period
+  while (true) {
+    if (stop.stop_requested()) return cancelled_error();
+    const auto frame = reader->next();
+    if (!frame) return frame.error();
+    if (!*frame) break;
+    const VideoFrame& current = **frame;
+    if (current.index % stride == 0) {
+      scan.samples.push_back(finder.look(current));
+      if (scan.samples.back().face) face = scan.samples.back().face;
+    }
+    CaptureFrame entry;
+    entry.frame = current.index;
+    entry.time_s = current.time_s;
+    entry.sharpness = face ? face_sharpness(current.rgb, *face) : 0;
+    scan.frames.push_back(std::move(entry));
+    progress.report(double(current.index + 1) / std::max(scan.info.frame_count, current.index + 1),
+                    fmt::format("Looking for the face: frame {} of {}", current.index + 1,
+                                std::max(scan.info.frame_count, current.index + 1)));
+  }
+  return scan;
+}
+
+}  // namespace likeness

@@ -1,0 +1,37 @@
+// First pass over a clip: where the face is, in sampled frames, and how sharp it is, in every frame.
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <stop_token>
+#include <vector>
+
+#include "core/base/progress.h"
+#include "core/base/result.h"
+#include "core/capture/capture.h"
+#include "core/track/landmarks.h"
+#include "core/video/decode.h"
+
+namespace likeness {
+
+struct FaceSample {
+  int frame = 0;
+  std::optional<FaceBox> face;  // of the main person, source px
+  bool second_face = false;     // another of comparable size is in view
+};
+
+struct ClipScan {
+  VideoInfo info;
+  std::vector<CaptureFrame>
+      frames;  // every decoded frame: number, time and sharpness (0 before the first face)
+  std::vector<FaceSample> samples;  // about five a second
+};
+
+Result<ClipScan> scan_clip(const std::filesystem::path& video, const FaceDetector& detector,
+                           const Progress& progress, std::stop_token stop);
+
+// Variance of the Laplacian of the face's luma, the box reduced or enlarged to a fixed size so that a face
+// further away is not called blurred. 8-bit units squared.
+double face_sharpness(const Image8& rgb, const FaceBox& face);
+
+}  // namespace likeness
