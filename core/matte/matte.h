@@ -1,5 +1,5 @@
-// Who is person and who is background: a coarse mask before the cameras, then alpha mattes, the plate and the frozen
-// evaluation regions after the track.
+// Who is person and who is background: a coarse mask before the cameras, then alpha mattes, the plate and the
+// frozen evaluation regions after the track.
 #pragma once
 
 #include <filesystem>
@@ -19,26 +19,40 @@
 
 namespace likeness {
 
-// Landmark-free person mask for the cameras: head ellipse and the shoulders below it, dilated. Detects per frame.
+// Landmark-free person mask for the cameras: head ellipse and the shoulders below it, dilated. Detects per
+// frame.
 Result<PersonMask> coarse_person_mask(const std::filesystem::path& predictor = {});
 
-struct MatteOptions { int size = 256; };
+struct MatteOptions {
+  int size = 256;
+};
 
 struct MatteResult {
   bool has_plate = false;         // static camera: the background behind the person
   double plate_coverage = 0;      // share of the plate's pixels seen unoccluded in some training frame
+  std::vector<int> plate_frames;  // frames whose background the plate is: all of a static camera, the longest
+                                  // rest of a camera that moves and then rests; ascending
   std::vector<std::string> warnings;
 };
 
-// Reads frames/NNNNNN.png of `folder`, writes masks/NNNNNN.png (alpha, 8 bit) and, for a static camera, plate.png,
-// all size x size in the crop; regions/NNNNNN.png for the held-out frames in source pixels (red person, green head
-// without neck, blue face), unless regions already exist. The plate uses training frames only.
-Result<MatteResult> matte_clip(const std::filesystem::path& folder, const Capture& capture, const CameraSet& cameras,
-                               const Track& track, const HeadModel& model, const MatteOptions& options,
-                               const Progress& progress, std::stop_token stop);
+// What plate.json beside plate.png says. A missing file means no plate.
+struct PlateInfo {
+  double coverage = 0;
+  std::vector<int> frames;
+};
+Result<void> write_plate_info(const std::filesystem::path& path, const PlateInfo& info);
+Result<PlateInfo> read_plate_info(const std::filesystem::path& path);
 
-// Source frames whose background is plate.png, from plate.json of a project folder; empty where there is no plate.
-// (A camera that moves and then rests has a plate for the resting stretch only.)
+// Reads frames/NNNNNN.png of `folder`, writes masks/NNNNNN.png (alpha, 8 bit) and, where the camera rests for
+// a second or longer, plate.png with plate.json, all size x size in the crop; regions/NNNNNN.png for the
+// held-out frames in source pixels (red person, green head without neck, blue face), unless regions already
+// exist. The plate uses training frames only.
+Result<MatteResult> matte_clip(const std::filesystem::path& folder, const Capture& capture,
+                               const CameraSet& cameras, const Track& track, const HeadModel& model,
+                               const MatteOptions& options, const Progress& progress, std::stop_token stop);
+
+// Source frames whose background is plate.png, from plate.json of a project folder; empty where there is no
+// plate. (A camera that moves and then rests has a plate for the resting stretch only.)
 Result<std::set<int>> read_plate_frames(const std::filesystem::path& folder);
 
 }  // namespace likeness

@@ -1,0 +1,431 @@
+// The matte stage: samples -> plate and colour statistics in three rounds -> alpha of every frame -> frozen
+// regions.
+#include "core/matte/matte.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <cstring>
+#include <map>
+#include <mutex>
+#include <opencv2/imgproc.hpp>
+
+#include "core/base/files.h"
+#include "core/base/parallel.h"
+#include "core/image/files.h"
+#include "core/matte/person_prior.h"
+#include "core/matte/plate.h"
+#include "core/matte/regions.h"
+#include "core/matte/segment.h"
+
+namespace likeness {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr int kCutSide =
+    256;  // px at which person and background are told apart; the edge is done at full size
+constexpr std::size_t kPlateSamples = 80, kOtherSamples = 32;
+constexpr int kRounds = 3;
+
+struct Stage {
+  fs::path folder;
+  const Capture& capture;
+  const CameraSet& cameras;
+  const Track& track;
+  PersonModel person;
+  int size = 256, cut_size = 256;
+  std::stop_token stop;
+};
+
+// One frame that gets a matte.
+struct Job {
+  int frame = 0;
+  bool trains = false, held_out = false, on_plate = false;
+  const TrackedFrame* tracked = nullptr;
+  const Camera* camera = nullptr;
+};
+
+struct Sample {
+  const Job* job = nullptr;
+  cv::Mat picture, small;  // size and cut_size, 8UC3
+  PersonPrior prior;       // cut_size
+  cv::Mat person;          // cut_size, empty before the first cut
+};
+
+struct Statistics {
+  Plate plate, small_plate;
+  ColourModel colours;
+  bool has_plate = false;
+};
+
+cv::Mat view(const Image8& image) {
+  return cv::Mat(image.height, image.width, image.channels == 3 ? CV_8UC3 : CV_8U,
+                 const_cast<std::uint8_t*>(image.data.data()));
+}
+
+cv::Mat reduced(const cv::Mat& picture, int size) {
+  cv::Mat small;
+  cv::resize(picture, small, {size, size}, 0, 0, cv::INTER_AREA);
+  return small;
+}
+
+Intrinsics crop_of(const Stage& stage, const Camera& camera, int size) {
+  const SquareCrop& crop = stage.capture.crop;
+  return crop_intrinsics(camera.intrinsics, crop.x, crop.y, crop.side, size);
+}
+
+Result<cv::Mat> read_frame(const Stage& stage, int frame) {
+  const auto image = read_image(stage.folder / frame_name(frame));
+  if (!image) return image.error();
+  if (image->channels != 3 || image->width != image->height)
+    return Error{ErrorCode::bad_input,
+                 fmt::format("A frame of {} x {} px with {} channels; a square RGB picture is expected.",
+                             image->width, image->height, image->channels),
+                 "Run `likeness import` again.", (stage.folder / frame_name(frame)).string()};
+  cv::Mat picture = view(*image).clone();
+  return picture.cols == stage.size ? picture : reduced(picture, stage.size);
+}
+
+// The tracked frame nearest in number: heads do not leap where the track is lost.
+const TrackedFrame* nearest_tracked(const Track& track, int frame) {
+  const TrackedFrame* best = nullptr;
+  for (const auto& candidate : track.frames)
+    if (candidate.status != FrameStatus::lost &&
+        (!best || std::abs(candidate.frame - frame) < std::abs(best->frame - frame)))
+      best = &candidate;
+  return best;
+}
+
+std::vector<Job> list_jobs(const Stage& stage) {
+  std::vector<Job> jobs;
+  for (const auto& frame : stage.capture.frames) {
+    if (!frame.used && !frame.held_out) continue;
+    Job job{frame.frame, frame.used && !frame.held_out, frame.held_out, stage.cameras.is_static, nullptr,
+            nullptr};
+    job.camera = find_camera(stage.cameras, frame.frame);
+    job.tracked = find_tracked(stage.track, frame.frame);
+    if (!job.tracked || job.tracked->status == FrameStatus::lost)
+      job.tracked = nearest_tracked(stage.track, frame.frame);
+    if (job.camera && job.tracked) jobs.push_back(job);
+  }
+  return jobs;
+}
+
+// Of a moving camera: the frames of the longest run that shares one pose bit for bit, if it lasts a second.
+void mark_rest(const Stage& stage, std::vector<Job>& jobs) {
+  if (stage.cameras.is_static) return;
+  const auto same = [](const Job& a, const Job& b) {
+    return a.camera->cam_from_world.matrix() == b.camera->cam_from_world.matrix();
+  };
+  std::size_t best_begin = 0, best_end = 0;
+  int length = 0;
+  for (std::size_t begin = 0; begin < jobs.size();) {
+    std::size_t end = begin + 1;
+    while (end < jobs.size() && same(jobs[begin], jobs[end])) ++end;
+    const int frames = jobs[end - 1].frame - jobs[begin].frame + 1;
+    if (frames > length) length = frames, best_begin = begin, best_end = end;
+    begin = end;
+  }
+  const auto trains = std::count_if(jobs.begin() + long(best_begin), jobs.begin() + long(best_end),
+                                    [](const Job& job) { return job.trains; });
+  if (length < std::max(8.0, stage.capture.frames_per_second) || trains < 5) return;
+  for (std::size_t i = best_begin; i < best_end; ++i) jobs[i].on_plate = true;
+}
+
+PersonPrior prior_of(const Stage& stage, const Job& job, int size) {
+  const Intrinsics picture = crop_of(stage, *job.camera, size);
+  const auto place =
+      place_person(stage.person, *job.tracked, *job.camera, picture, stage.track.metres_per_unit);
+  if (place) return person_prior(stage.person, *place, picture);
+  PersonPrior nothing;
+  nothing.certain = cv::Mat(size, size, CV_8U, cv::Scalar(0));
+  nothing.possible = cv::Mat(size, size, CV_8U, cv::Scalar(255));
+  nothing.location = cv::Mat(size, size, CV_32F, cv::Scalar(0));
+  return nothing;
+}
+
+// Evenly spread training frames, on the plate or off it.
+std::vector<const Job*> choose(const std::vector<Job>& jobs, bool on_plate, std::size_t count) {
+  std::vector<const Job*> all, chosen;
+  for (const auto& job : jobs)
+    if (job.trains && job.on_plate == on_plate) all.push_back(&job);
+  const std::size_t kept = std::min(count, all.size());
+  for (std::size_t i = 0; i < kept; ++i) chosen.push_back(all[i * all.size() / kept]);
+  return chosen;
+}
+
+Result<std::vector<Sample>> load_samples(const Stage& stage, const std::vector<Job>& jobs) {
+  // Memory: 80 pictures of 512 px are 63 MB; larger ones are taken in smaller number.
+  const std::size_t plate_count = stage.size > 512 ? kPlateSamples / 2 : kPlateSamples;
+  std::vector<const Job*> chosen = choose(jobs, true, plate_count);
+  for (const Job* job : choose(jobs, false, kOtherSamples)) chosen.push_back(job);
+  std::vector<Sample> samples(chosen.size());
+  for (std::size_t i = 0; i < chosen.size(); ++i) {
+    if (stage.stop.stop_requested()) return cancelled_error();
+    auto picture = read_frame(stage, chosen[i]->frame);
+    if (!picture) return picture.error();
+    samples[i].job = chosen[i];
+    samples[i].picture = *picture;
+    samples[i].small = reduced(*picture, stage.cut_size);
+    samples[i].prior = prior_of(stage, *chosen[i], stage.cut_size);
+  }
+  return samples;
+}
+
+// Where the person may be in a sample, generously, at the cut's size.
+cv::Mat occupied_of(const Sample& sample) {
+  if (sample.person.empty()) return sample.prior.possible;
+  cv::Mat grown;
+  const int radius = std::max(2, sample.person.cols / 64);
+  cv::dilate(sample.person, grown,
+             cv::getStructuringElement(cv::MORPH_ELLIPSE, {2 * radius + 1, 2 * radius + 1}));
+  return grown;
+}
+
+// Plate and colour statistics from the samples as they are cut now.
+Statistics learn(const Stage& stage, const std::vector<Sample>& samples) {
+  Statistics statistics;
+  std::vector<cv::Mat> pictures, small, occupied, small_occupied;
+  for (const auto& sample : samples) {
+    const cv::Mat taken = occupied_of(sample);
+    const cv::Mat background = taken == 0;
+    const cv::Mat person = sample.person.empty() ? sample.prior.certain : sample.person;
+    statistics.colours.add(sample.small, person, true);
+    statistics.colours.add(sample.small, background, false);
+    if (!sample.job->on_plate) continue;
+    cv::Mat enlarged;
+    cv::resize(taken, enlarged, {stage.size, stage.size}, 0, 0, cv::INTER_NEAREST);
+    pictures.push_back(sample.picture);
+    occupied.push_back(enlarged);
+    small.push_back(sample.small);
+    small_occupied.push_back(taken);
+  }
+  statistics.colours.finish();
+  statistics.has_plate = !pictures.empty();
+  if (statistics.has_plate) {
+    statistics.plate = estimate_plate(pictures, occupied);
+    statistics.small_plate =
+        stage.size == stage.cut_size ? statistics.plate : estimate_plate(small, small_occupied);
+  }
+  return statistics;
+}
+
+cv::Mat cut(const Job& job, const cv::Mat& small, const PersonPrior& prior, const Statistics& statistics) {
+  const bool plate = job.on_plate && statistics.has_plate;
+  return cut_person({&small, &prior, plate ? &statistics.small_plate : nullptr, &statistics.colours});
+}
+
+Result<Statistics> learn_in_rounds(const Stage& stage, const std::vector<Job>& jobs,
+                                   const Progress& progress) {
+  auto samples = load_samples(stage, jobs);
+  if (!samples) return samples.error();
+  Statistics statistics = learn(stage, *samples);
+  for (int round = 1; round < kRounds; ++round) {
+    parallel_for(samples->size(), [&](std::size_t i) {
+      Sample& sample = (*samples)[i];
+      if (!stage.stop.stop_requested())
+        sample.person = cut(*sample.job, sample.small, sample.prior, statistics);
+    });
+    if (stage.stop.stop_requested()) return cancelled_error();
+    statistics = learn(stage, *samples);
+    progress.report(double(round) / (kRounds - 1), fmt::format("background, round {}", round));
+  }
+  return statistics;
+}
+
+// Cuts of all jobs, each on its own picture. Kept small: one byte a pixel at the cut's size.
+Result<std::vector<cv::Mat>> cut_all(const Stage& stage, const std::vector<Job>& jobs,
+                                     const Statistics& statistics, const Progress& progress) {
+  std::vector<cv::Mat> cuts(jobs.size());
+  std::mutex mutex;
+  std::optional<Error> fault;
+  std::atomic<std::size_t> done = 0;
+  parallel_for(jobs.size(), [&](std::size_t i) {
+    if (stage.stop.stop_requested()) return;
+    const auto picture = read_frame(stage, jobs[i].frame);
+    if (!picture) {
+      const std::lock_guard lock(mutex);
+      if (!fault) fault = picture.error();
+      return;
+    }
+    const cv::Mat small = reduced(*picture, stage.cut_size);
+    cuts[i] = cut(jobs[i], small, prior_of(stage, jobs[i], stage.cut_size), statistics);
+    progress.report(double(++done) / double(jobs.size()), fmt::format("frame {}", jobs[i].frame));
+  });
+  if (stage.stop.stop_requested()) return cancelled_error();
+  if (fault) return *fault;
+  return cuts;
+}
+
+// Majority of a frame and its two neighbours, where these are the next frames of the video. A training frame
+// asks no held-out neighbour: nothing of a held-out picture may reach training.
+cv::Mat steady(const std::vector<Job>& jobs, const std::vector<cv::Mat>& cuts, std::size_t i) {
+  const auto usable = [&](std::size_t other) {
+    return std::abs(jobs[other].frame - jobs[i].frame) <= 2 && (jobs[i].held_out || !jobs[other].held_out);
+  };
+  if (i == 0 || i + 1 >= jobs.size() || !usable(i - 1) || !usable(i + 1)) return cuts[i];
+  // Only flicker is taken out: a pixel changes only where both neighbours disagree with it over a small area.
+  const cv::Mat agreed = (cuts[i - 1] & cuts[i + 1]) | (cuts[i] & (cuts[i - 1] | cuts[i + 1]));
+  return agreed;
+}
+
+Result<void> write_masks(const Stage& stage, const std::vector<Job>& jobs, const std::vector<cv::Mat>& cuts,
+                         const Statistics& statistics, const fs::path& folder, const Progress& progress) {
+  std::mutex mutex;
+  std::optional<Error> fault;
+  std::atomic<std::size_t> done = 0;
+  parallel_for(jobs.size(), [&](std::size_t i) {
+    if (stage.stop.stop_requested()) return;
+    const auto picture = read_frame(stage, jobs[i].frame);
+    Result<void> written = picture ? Result<void>() : Result<void>(picture.error());
+    if (picture) {
+      cv::Mat person = steady(jobs, cuts, i);
+      if (person.cols != stage.size) {
+        cv::resize(person, person, {stage.size, stage.size}, 0, 0, cv::INTER_LINEAR);
+        person = person > 127;
+      }
+      const Plate* plate = jobs[i].on_plate && statistics.has_plate ? &statistics.plate : nullptr;
+      const cv::Mat alpha = soften(*picture, person, plate, std::max(2, stage.size / 80));
+      Image8 out(stage.size, stage.size, 1);
+      std::memcpy(out.data.data(), alpha.data, out.data.size());
+      written = write_image(folder / frame_name(jobs[i].frame).filename(), out);
+    }
+    const std::lock_guard lock(mutex);
+    if (!written && !fault) fault = written.error();
+    progress.report(double(++done) / double(jobs.size()), fmt::format("frame {}", jobs[i].frame));
+  });
+  if (stage.stop.stop_requested()) return cancelled_error();
+  if (fault) return *fault;
+  return {};
+}
+
+// Puts a finished folder in place of an old one.
+Result<void> replace_folder(const fs::path& finished, const fs::path& target) {
+  std::error_code fault;
+  const fs::path old = target.string() + ".old";
+  fs::remove_all(old, fault);
+  if (fs::exists(target, fault)) fs::rename(target, old, fault);
+  if (fault) return file_error(target, "replace", fault.value());
+  fs::rename(finished, target, fault);
+  if (fault) return file_error(target, "write", fault.value());
+  fs::remove_all(old, fault);
+  return {};
+}
+
+Result<fs::path> fresh_folder(const fs::path& path) {
+  std::error_code fault;
+  fs::remove_all(path, fault);
+  if (auto made = make_writable_folder(path); !made) return made.error();
+  return path;
+}
+
+bool regions_complete(const Stage& stage) {
+  std::error_code ignored;
+  for (const auto& frame : stage.capture.frames)
+    if (frame.held_out && !fs::exists(stage.folder / "regions" / frame_name(frame.frame).filename(), ignored))
+      return false;
+  return true;
+}
+
+Result<void> write_regions(const Stage& stage, const std::vector<Job>& jobs, const fs::path& masks,
+                           const Progress& progress) {
+  const auto folder = fresh_folder(stage.folder / "regions.part");
+  if (!folder) return folder.error();
+  std::size_t done = 0;
+  for (const auto& job : jobs) {
+    if (stage.stop.stop_requested()) return cancelled_error();
+    if (!job.held_out) continue;
+    const auto alpha = read_image(masks / frame_name(job.frame).filename());
+    if (!alpha) return alpha.error();
+    const Intrinsics& source = job.camera->intrinsics;
+    const auto place =
+        place_person(stage.person, *job.tracked, *job.camera, source, stage.track.metres_per_unit);
+    if (!place) continue;
+    const Image8 regions = draw_regions(stage.capture, view(*alpha), stage.person, *place, source);
+    if (auto written = write_image(*folder / frame_name(job.frame).filename(), regions); !written)
+      return written;
+    progress.report(double(++done) / double(jobs.size()), fmt::format("regions of frame {}", job.frame));
+  }
+  return replace_folder(*folder, stage.folder / "regions");
+}
+
+Result<void> write_plate(const Stage& stage, const std::vector<Job>& jobs, const Statistics& statistics,
+                         MatteResult& result) {
+  std::error_code ignored;
+  const fs::path picture = stage.folder / "plate.png", info = stage.folder / "plate.json";
+  if (!statistics.has_plate) {
+    fs::remove(info, ignored);
+    fs::remove(picture, ignored);
+    return {};
+  }
+  result.has_plate = true;
+  result.plate_coverage = statistics.plate.coverage();
+  for (const auto& job : jobs)
+    if (job.on_plate) result.plate_frames.push_back(job.frame);
+  Image8 out(stage.size, stage.size, 3);
+  std::memcpy(out.data.data(), statistics.plate.colour.data, out.data.size());
+  if (auto written = write_image(picture, out); !written) return written;
+  return write_plate_info(info, {result.plate_coverage, result.plate_frames});
+}
+
+Result<MatteResult> run(const Stage& stage, const Progress& progress) {
+  std::vector<Job> jobs = list_jobs(stage);
+  const auto trains = std::count_if(jobs.begin(), jobs.end(), [](const Job& job) { return job.trains; });
+  if (trains == 0)
+    return Error{ErrorCode::failed, "No training frame has both a camera and a tracked head.",
+                 "Look at the warnings of the camera and track stages; film again where they say so.",
+                 "matte"};
+  mark_rest(stage, jobs);
+  const auto statistics = learn_in_rounds(stage, jobs, progress.stage(0, 0.25, "background"));
+  if (!statistics) return statistics.error();
+  const auto cuts = cut_all(stage, jobs, *statistics, progress.stage(0.25, 0.75, "mattes"));
+  if (!cuts) return cuts.error();
+  const auto masks = fresh_folder(stage.folder / "masks.part");
+  if (!masks) return masks.error();
+  if (auto written =
+          write_masks(stage, jobs, *cuts, *statistics, *masks, progress.stage(0.75, 0.95, "edges"));
+      !written)
+    return written.error();
+  if (!regions_complete(stage))
+    if (auto written = write_regions(stage, jobs, *masks, progress.stage(0.95, 1, "regions")); !written)
+      return written.error();
+  MatteResult result;
+  if (auto written = write_plate(stage, jobs, *statistics, result); !written) return written.error();
+  if (auto replaced = replace_folder(*masks, stage.folder / "masks"); !replaced) return replaced.error();
+  if (result.has_plate && result.plate_coverage < 0.3)
+    result.warnings.push_back(
+        fmt::format("Only {:.0f} % of the background is ever seen; the rest of the plate is filled in.",
+                    100 * result.plate_coverage));
+  progress.report(1);
+  return result;
+}
+
+}  // namespace
+
+Result<MatteResult> matte_clip(const fs::path& folder, const Capture& capture, const CameraSet& cameras,
+                               const Track& track, const HeadModel& model, const MatteOptions& options,
+                               const Progress& progress, std::stop_token stop) {
+  if (capture.crop.side <= 0 || options.size < 32)
+    return Error{ErrorCode::bad_input,
+                 fmt::format("A crop of {} px to {} px cannot be matted.", capture.crop.side, options.size),
+                 "Run `likeness import` again.", folder.string()};
+  try {
+    const Stage stage{folder,
+                      capture,
+                      cameras,
+                      track,
+                      make_person_model(model, track),
+                      options.size,
+                      std::min(options.size, kCutSide),
+                      stop};
+    return run(stage, progress);
+  } catch (const cv::Exception& fault) {
+    return Error{ErrorCode::failed, fmt::format("The mattes could not be made: {}.", fault.what()),
+                 "Free some memory and run the same command again.", folder.string()};
+  }
+}
+
+}  // namespace likeness

@@ -1,0 +1,55 @@
+// What the track says about where the person is in one picture: certain inside, possible region, likelihood
+// between.
+#pragma once
+
+#include <array>
+#include <opencv2/core.hpp>
+#include <optional>
+#include <vector>
+
+#include "core/camera/camera.h"
+#include "core/head/head_model.h"
+#include "core/head/pose_head.h"
+#include "core/image/image.h"
+#include "core/scene/head_regions.h"
+#include "core/track/track.h"
+
+namespace likeness {
+
+// The head model of the person, posed for every frame from here.
+struct PersonModel {
+  const HeadModel* model = nullptr;
+  HeadShape shape;
+  std::vector<Triangle> head, face;  // head without neck and torso; the face
+  Vec3d neck_base =
+      Vec3d::Zero();  // m, head frame of the reference: below the chin, between the jaw's corners
+};
+PersonModel make_person_model(const HeadModel& model, const Track& track);
+
+// The person in one picture of given intrinsics, in its pixels.
+struct PersonPlace {
+  std::vector<Vec3f> vertices;  // posed, head frame
+  Pose cam_from_head = Pose::Identity();
+  Vec2d up = Vec2d(0, -1);            // the head's up in the picture, unit
+  Vec2d neck = Vec2d::Zero();         // px, the neck's base
+  Vec2d jaw_corners = Vec2d::Zero();  // px, the middle between them: the neck line goes through it
+  double px_per_metre = 0;
+};
+// nullopt where the head is behind the camera or far outside the picture.
+std::optional<PersonPlace> place_person(const PersonModel& person, const TrackedFrame& tracked,
+                                        const Camera& camera, const Intrinsics& picture,
+                                        double metres_per_unit);
+
+struct PersonPrior {
+  cv::Mat certain;   // 8U, 255 = person: head silhouette, shrunken, and the middle of neck and torso
+  cv::Mat possible;  // 8U, 255 = may be person (generous: hair, wide shoulders)
+  cv::Mat
+      location;  // 32F, log-likelihood ratio of person over background from the place alone, about -1.5..1
+};
+PersonPrior person_prior(const PersonModel& person, const PersonPlace& place, const Intrinsics& picture);
+
+// 8U, 255 where the head (face) is seen.
+cv::Mat head_silhouette(const PersonModel& person, const PersonPlace& place, const Intrinsics& picture,
+                        bool face_only);
+
+}  // namespace likeness

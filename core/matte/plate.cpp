@@ -1,0 +1,109 @@
+// Per-pixel median and spread, then pull-push for what was never free.
+#include "core/matte/plate.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <opencv2/imgproc.hpp>
+
+#include "core/base/check.h"
+#include "core/base/parallel.h"
+
+namespace likeness {
+
+double Plate::coverage() const {
+  return known.empty() ? 0 : double(cv::countNonZero(known)) / double(known.total());
+}
+
+cv::Mat fill_holes(const cv::Mat& colour, const cv::Mat& known) {
+  // -- Pull: weighted averages down to one pixel.
+  std::vector<cv::Mat> values, weights;
+  cv::Mat value, weight, weight3;
+  colour.convertTo(value, CV_32FC3);
+  known.convertTo(weight, CV_32F, 1.0 / 255);
+  cv::merge(std::array<cv::Mat, 3>{weight, weight, weight}, weight3);
+  value = value.mul(weight3);
+  while (true) {
+    values.push_back(value);
+    weights.push_back(weight);
+    if (value.cols <= 1 && value.rows <= 1) break;
+    cv::Mat smaller, smaller_weight;
+    const cv::Size half(std::max(1, (value.cols + 1) / 2), std::max(1, (value.rows + 1) / 2));
+    cv::pyrDown(value, smaller, half);
+    cv::pyrDown(weight, smaller_weight, half);
+    value = smaller;
+    weight = smaller_weight;
+  }
+  // -- Push: each level completes the finer one where that knows too little.
+  cv::Mat filled(values.back().size(), CV_32FC3, cv::Scalar::all(128));
+  for (std::size_t level = values.size(); level-- > 0;) {
+    cv::Mat coarse;
+    cv::resize(filled, coarse, values[level].size(), 0, 0, cv::INTER_LINEAR);
+    for (int y = 0; y < coarse.rows; ++y)
+      for (int x = 0; x < coarse.cols; ++x) {
+        const float w = weights[level].at<float>(y, x);
+        if (w <= 1e-6f) continue;
+        const cv::Vec3f own = values[level].at<cv::Vec3f>(y, x) / w;
+        const float share = std::min(1.0f, 2 * w);
+        coarse.at<cv::Vec3f>(y, x) = own * share + coarse.at<cv::Vec3f>(y, x) * (1 - share);
+      }
+    filled = coarse;
+  }
+  cv::Mat result;
+  filled.convertTo(result, CV_8UC3);
+  colour.copyTo(result, known);
+  return result;
+}
+
+Plate estimate_plate(const std::vector<cv::Mat>& pictures, const std::vector<cv::Mat>& occupied) {
+  LIKENESS_CHECK(!pictures.empty() && pictures.size() == occupied.size(), "%zu pictures and %zu masks",
+                 pictures.size(), occupied.size());
+  const int width = pictures[0].cols, height = pictures[0].rows;
+  Plate plate;
+  plate.colour = cv::Mat(height, width, CV_8UC3, cv::Scalar::all(0));
+  plate.noise = cv::Mat(height, width, CV_32F, cv::Scalar(0));
+  plate.known = cv::Mat(height, width, CV_8U, cv::Scalar(0));
+  const std::size_t enough = std::min(pictures.size(), std::max<std::size_t>(2, pictures.size() / 20));
+  parallel_ranges(std::size_t(height), 8, [&](std::size_t begin, std::size_t end) {
+    std::array<std::vector<int>, 3> seen;
+    for (int y = int(begin); y < int(end); ++y)
+      for (int x = 0; x < width; ++x) {
+        for (auto& channel : seen) channel.clear();
+        for (std::size_t i = 0; i < pictures.size(); ++i) {
+          if (occupied[i].at<unsigned char>(y, x)) continue;
+          const auto& pixel = pictures[i].at<cv::Vec3b>(y, x);
+          for (int c = 0; c < 3; ++c) seen[std::size_t(c)].push_back(pixel[c]);
+        }
+        if (seen[0].size() < enough) continue;
+        float spread = 0;
+        for (int c = 0; c < 3; ++c) {
+          auto& values = seen[std::size_t(c)];
+          const auto middle = values.begin() + long(values.size() / 2);
+          std::nth_element(values.begin(), middle, values.end());
+          const int median = *middle;
+          plate.colour.at<cv::Vec3b>(y, x)[c] = (unsigned char)(median);
+          for (int& value : values) value = std::abs(value - median);
+          std::nth_element(values.begin(), middle, values.end());
+          spread = std::max(spread, 1.4826f * float(*middle));
+        }
+        plate.noise.at<float>(y, x) = spread;
+        plate.known.at<unsigned char>(y, x) = 255;
+      }
+  });
+  // A colour at an edge is doubtful by what half a pixel of sway would change.
+  cv::Mat grey, dx, dy;
+  cv::cvtColor(plate.colour, grey, cv::COLOR_RGB2GRAY);
+  cv::Sobel(grey, dx, CV_32F, 1, 0, 3, 1.0 / 8);
+  cv::Sobel(grey, dy, CV_32F, 0, 1, 3, 1.0 / 8);
+  cv::Mat gradient;
+  cv::magnitude(dx, dy, gradient);
+  plate.noise = cv::max(plate.noise, 2.0f) + 0.25f * gradient;
+  // The rim of the hole mixes in some of the person's soft edge.
+  cv::Mat inner;
+  cv::erode(plate.known, inner, cv::getStructuringElement(cv::MORPH_ELLIPSE, {3, 3}));
+  plate.known = inner;
+  plate.colour = fill_holes(plate.colour, plate.known);
+  return plate;
+}
+
+}  // namespace likeness

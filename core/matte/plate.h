@@ -1,0 +1,23 @@
+// The background plate: temporal median over the pixels that the person leaves free.
+#pragma once
+
+#include <opencv2/core.hpp>
+#include <vector>
+
+namespace likeness {
+
+struct Plate {
+  cv::Mat colour;  // 8UC3 RGB; holes filled smoothly from their border
+  cv::Mat
+      noise;  // 32F, per channel spread of the free pixels over time plus the doubt at edges, in 0..255 units
+  cv::Mat known;  // 8U, 255 = seen free in enough frames
+  double coverage() const;
+};
+
+// pictures: 8UC3 of one size; occupied: 8U, non-zero where the person is or may be. At least one picture.
+Plate estimate_plate(const std::vector<cv::Mat>& pictures, const std::vector<cv::Mat>& occupied);
+
+// Fills where `known` is zero with a smooth continuation (pull-push: averages of ever coarser levels).
+cv::Mat fill_holes(const cv::Mat& colour, const cv::Mat& known);
+
+}  // namespace likeness
