@@ -1,5 +1,6 @@
-// The built-in demo capture: a rendered person in a textured room, filmed as a user should film (first the camera
-// moves and the head rests, then the camera rests and the head moves), with its ground truth. Embree traces it.
+// The built-in demo capture: a rendered person in a textured room, filmed as a user should film (first the
+// camera moves and the head rests, then the camera rests and the head moves), with its ground truth. Embree
+// traces it.
 #pragma once
 
 #include <filesystem>
@@ -19,8 +20,8 @@ struct DemoOptions {
   int seed = 0;
 };
 
-// Writes folder/demo.mp4, cameras_truth.json, track_truth.json (world_from_head and articulation in the built-in
-// head's coefficients) and masks_truth/NNNNNN.png.
+// Writes folder/demo.mp4, cameras_truth.json, track_truth.json (world_from_head and articulation in the
+// built-in head's coefficients) and masks_truth/NNNNNN.png.
 Result<void> write_demo_capture(const std::filesystem::path& folder, const DemoOptions& options,
                                 const Progress& progress, std::stop_token stop);
 

@@ -1,0 +1,156 @@
+// Films the demo frame by frame into a folder of its own, which becomes visible only when everything is
+// there.
+#include "core/synth/demo_capture.h"
+
+#include <fmt/format.h>
+
+#include <system_error>
+
+#include "core/base/files.h"
+#include "core/camera/camera.h"
+#include "core/head/builtin_head.h"
+#include "core/image/files.h"
+#include "core/synth/demo_stage.h"
+#include "core/track/track.h"
+#include "core/video/encode.h"
+
+namespace likeness {
+namespace {
+
+namespace fs = std::filesystem;
+
+// Removes what it holds unless it was kept; also the target folder if that was made for this run alone.
+class Unfinished {
+ public:
+  explicit Unfinished(const fs::path& folder)
+      : folder_(folder), part_(folder / ".filming"), made_(!fs::exists(folder)) {}
+  ~Unfinished() {
+    std::error_code ignored;
+    fs::remove_all(part_, ignored);
+    if (made_ && !kept_) fs::remove(folder_, ignored);  // only when empty
+  }
+  const fs::path& part() const { return part_; }
+
+  Result<void> keep() {
+    for (const char* name : {"demo.mp4", "cameras_truth.json", "track_truth.json", "masks_truth"}) {
+      std::error_code error;
+      fs::remove_all(folder_ / name, error);
+      fs::rename(part_ / name, folder_ / name, error);
+      if (error) return file_error(folder_ / name, "put in place", error.value());
+    }
+    kept_ = true;
+    return {};
+  }
+
+ private:
+  fs::path folder_, part_;
+  bool made_, kept_ = false;
+};
+
+Error bad_option(std::string what, std::string fix) {
+  return {ErrorCode::bad_input, std::move(what), std::move(fix), "demo"};
+}
+
+Result<void> check_options(const DemoOptions& o) {
+  if (o.width < 32 || o.height < 32 || o.width > 4096 || o.height > 4096) {
+    return bad_option(fmt::format("A demo of {} x {} pixels cannot be made.", o.width, o.height),
+                      "Choose a size from 32 to 4096.");
+  }
+  if (o.frames < 1 || o.frames > 100000) {
+    return bad_option(fmt::format("A demo of {} frames cannot be made.", o.frames),
+                      "Choose 1 to 100000 frames.");
+  }
+  if (!(o.frames_per_second > 0 && o.frames_per_second <= 240)) {
+    return bad_option(fmt::format("{} frames a second cannot be filmed.", o.frames_per_second),
+                      "Choose up to 240 frames a second.");
+  }
+  if (o.samples_per_pixel < 1 || o.samples_per_pixel > 256) {
+    return bad_option(fmt::format("{} samples a pixel cannot be taken.", o.samples_per_pixel),
+                      "Choose 1 to 256 samples a pixel.");
+  }
+  return {};
+}
+
+// The truth of the whole clip. With a resting camera throughout, the world is the camera's frame.
+struct Truth {
+  CameraSet cameras;
+  Track track;
+};
+
+Truth truth_of(const DemoStage& stage, const DemoOptions& options) {
+  Truth truth;
+  truth.cameras.is_static = moving_frames(options) == 0;
+  truth.cameras.scale = CameraScale::metric;
+  truth.track.head_model_name = stage.model().name;
+  truth.track.head_model_hash = stage.model().hash;
+  truth.track.identity = demo_identity(stage.model(), options.seed);
+  for (int frame = 0; frame < options.frames; ++frame) {
+    const Shot shot = stage.shot(frame);
+    const Pose world = truth.cameras.is_static ? shot.camera.cam_from_world : Pose::Identity();
+    if (!truth.cameras.is_static) {
+      truth.cameras.cameras.push_back(shot.camera);
+    } else if (frame == 0) {
+      Camera camera{-1, shot.camera.intrinsics, Pose::Identity()};
+      truth.cameras.cameras.push_back(camera);
+    }
+    TrackedFrame tracked;
+    tracked.frame = frame;
+    tracked.time_s = frame / options.frames_per_second;
+    tracked.world_from_head = world * shot.world_from_head;
+    tracked.world_from_torso = world * shot.world_from_torso;
+    tracked.articulation = shot.articulation;
+    const auto points =
+        landmark_positions(stage.model(), pose_head(stage.model(), stage.shape(), shot.articulation));
+    const Pose cam_from_head = shot.camera.cam_from_world * shot.world_from_head;
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      tracked.landmarks[i] =
+          project<double>(shot.camera.intrinsics, Vec3d(cam_from_head * points[i].cast<double>()));
+    }
+    truth.track.frames.push_back(std::move(tracked));
+  }
+  return truth;
+}
+
+Result<void> film_all(DemoStage& stage, const fs::path& folder, const DemoOptions& options,
+                      const Progress& progress, std::stop_token stop) {
+  EncodeOptions encode;
+  encode.frames_per_second = options.frames_per_second;
+  encode.crf = 14;
+  auto video = VideoWriter::create(folder / "demo.mp4", options.width, options.height, encode);
+  if (!video) return video.error();
+  for (int frame = 0; frame < options.frames; ++frame) {
+    if (stop.stop_requested()) return cancelled_error();
+    const DemoFrame picture = stage.film(frame, stop);
+    if (!picture.complete) return cancelled_error();
+    if (auto added = video->add(picture.rgb); !added) return added;
+    const fs::path mask = folder / "masks_truth" / fmt::format("{:06d}.png", frame);
+    if (auto written = write_image(mask, picture.mask); !written) return written;
+    progress.report((frame + 1.0) / options.frames, fmt::format("frame {} of {}", frame + 1, options.frames));
+  }
+  return video->finish();
+}
+
+}  // namespace
+
+Result<void> write_demo_capture(const fs::path& folder, const DemoOptions& options, const Progress& progress,
+                                std::stop_token stop) {
+  if (auto checked = check_options(options); !checked) return checked;
+  if (stop.stop_requested()) return cancelled_error();
+  Unfinished unfinished(folder);
+  if (auto made = make_writable_folder(unfinished.part() / "masks_truth"); !made) return made;
+  progress.report(0, "Building the set");
+  DemoStage stage(make_builtin_head(), options);
+  const Progress filming = progress.stage(0.02, 0.99, "Filming");
+  if (auto filmed = film_all(stage, unfinished.part(), options, filming, stop); !filmed) return filmed;
+  const Truth truth = truth_of(stage, options);
+  if (auto written = write_cameras(unfinished.part() / "cameras_truth.json", truth.cameras); !written)
+    return written;
+  if (auto written = write_track(unfinished.part() / "track_truth.json", truth.track); !written)
+    return written;
+  if (stop.stop_requested()) return cancelled_error();
+  if (auto kept = unfinished.keep(); !kept) return kept;
+  progress.report(1, "Demo capture written");
+  return {};
+}
+
+}  // namespace likeness
