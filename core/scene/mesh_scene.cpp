@@ -1,7 +1,7 @@
 // Ray and closest-point queries through Embree 3 or 4; nothing outside this file knows which.
 #include "core/scene/mesh_scene.h"
 
-#if __has_include(<embree4/rtcore.h>)
+#if LIKENESS_EMBREE_MAJOR >= 4
 #include <embree4/rtcore.h>
 #else
 #include <embree3/rtcore.h>
@@ -134,7 +134,7 @@ struct MeshScene::Impl {
   }
 };
 
-MeshScene::MeshScene(std::vector<Vec3f> vertices, std::vector<Triangle> triangles)
+MeshScene::MeshScene(std::vector<Vec3f> vertices, std::vector<Triangle> triangles, MeshUse use)
     : impl_(std::make_unique<Impl>()) {
   impl_->vertices = std::move(vertices);
   impl_->triangles = std::move(triangles);
@@ -146,12 +146,13 @@ MeshScene::MeshScene(std::vector<Vec3f> vertices, std::vector<Triangle> triangle
   LIKENESS_CHECK(impl_->scene != nullptr, "Embree gave no scene");
   // Robust: no ray slips through the edge between two triangles.
   rtcSetSceneFlags(impl_->scene, RTCSceneFlags(RTC_SCENE_FLAG_ROBUST | RTC_SCENE_FLAG_DYNAMIC));
-  // Low quality means a tree per geometry, without which Embree rebuilds where it is asked to refit; the one
-  // geometry's own tree is still built by surface area.
-  rtcSetSceneBuildQuality(impl_->scene, RTC_BUILD_QUALITY_LOW);
+  // Low quality of the scene means a tree per geometry, without which Embree rebuilds where it is asked to
+  // refit; the one geometry's own tree is built by surface area all the same.
+  const bool refit = use == MeshUse::many_moves;
+  rtcSetSceneBuildQuality(impl_->scene, refit ? RTC_BUILD_QUALITY_LOW : RTC_BUILD_QUALITY_MEDIUM);
   if (!impl_->triangles.empty()) {
     impl_->geometry = rtcNewGeometry(shared_device(), RTC_GEOMETRY_TYPE_TRIANGLE);
-    rtcSetGeometryBuildQuality(impl_->geometry, RTC_BUILD_QUALITY_REFIT);
+    rtcSetGeometryBuildQuality(impl_->geometry, refit ? RTC_BUILD_QUALITY_REFIT : RTC_BUILD_QUALITY_MEDIUM);
     impl_->embree_vertices = static_cast<float*>(
         rtcSetNewGeometryBuffer(impl_->geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
                                 3 * sizeof(float), impl_->vertices.size()));

@@ -128,18 +128,21 @@ TEST(MeshScene, ClosestPointIsTheBestOfDenseSamplesOnEveryTriangle) {
 }
 
 TEST(MeshScene, MovedVerticesAnswerAsAFreshScene) {
-  MeshScene moved = sphere_scene();
-  const SphereMesh elsewhere = sphere_mesh(0.17f, {0.4f, 0.1f, -0.2f});
-  moved.move_vertices(elsewhere.vertices);
+  const SphereMesh start = sphere_mesh(kRadius, kCentre, 80),
+                   elsewhere = sphere_mesh(0.17f, {0.4f, 0.1f, -0.2f}, 80);
   const MeshScene fresh(elsewhere.vertices, elsewhere.triangles);
-  for (const Vec3f& point : random_points(300, 0.3f, 5)) {
-    const auto a = moved.closest(point), b = fresh.closest(point);
-    ASSERT_TRUE(a && b);
-    EXPECT_NEAR(a->distance, b->distance, 1e-6f);
-    const auto hit_a = moved.intersect(Vec3f::Zero(), point), hit_b = fresh.intersect(Vec3f::Zero(), point);
-    ASSERT_EQ(hit_a.has_value(), hit_b.has_value());
-    if (!hit_a) continue;
-    EXPECT_NEAR(hit_a->distance * point.norm(), hit_b->distance * point.norm(), 1e-5f);
+  for (const MeshUse use : {MeshUse::many_queries, MeshUse::many_moves}) {
+    MeshScene moved(start.vertices, start.triangles, use);
+    moved.move_vertices(elsewhere.vertices);
+    for (const Vec3f& point : random_points(300, 0.3f, 5)) {
+      const auto a = moved.closest(point), b = fresh.closest(point);
+      ASSERT_TRUE(a && b);
+      EXPECT_NEAR(a->distance, b->distance, 1e-6f);
+      const auto hit_a = moved.intersect(Vec3f::Zero(), point), hit_b = fresh.intersect(Vec3f::Zero(), point);
+      ASSERT_EQ(hit_a.has_value(), hit_b.has_value());
+      if (!hit_a) continue;
+      EXPECT_NEAR(hit_a->distance * point.norm(), hit_b->distance * point.norm(), 1e-5f);
+    }
   }
 }
 
