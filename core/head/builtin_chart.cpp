@@ -27,10 +27,10 @@ constexpr std::array<RowNode, 11> kNodes{{{0, 48, 10, 90, 90},
                                           {67, 6, 9, -52, -30},
                                           {71, -25, 5, -51, -27},
                                           {76, -85, -5, -38, -18},
-                                          {80, -135, -13, -16, -5}}};
+                                          {79, -112, -9, -27, -10}}};
 
 // Wanted distance between rows, mm, at a node's row number; rows crowd at the nose's underside and the lips.
-constexpr std::array<Vec2d::Scalar, 11> kSpacing{8, 5.5, 3.4, 2.8, 2.0, 2.8, 3.2, 4.0, 5.0, 6.5, 7.5};
+constexpr std::array<Vec2d::Scalar, 11> kSpacing{9, 6.5, 4.0, 3.2, 1.7, 3.2, 3.8, 4.6, 6.0, 7.5, 8.0};
 
 // Natural cubic spline through (x, y) at the whole numbers x.front() .. x.back().
 std::vector<double> spline_at_integers(const std::vector<double>& x, const std::vector<double>& y) {
@@ -74,7 +74,7 @@ Chart make_chart() {
   std::vector<double> edges{0};
   while (edges.back() < 180) {
     const double a = edges.back();
-    edges.push_back(a + 1.2 + 1.1 * smoothstep(9, 24, a) + 2.0 * smoothstep(45, 85, a) +
+    edges.push_back(a + 1.25 + 1.15 * smoothstep(9, 24, a) + 2.4 * smoothstep(40, 85, a) +
                     4.2 * smoothstep(90, 140, a));
   }
   for (double edge : edges) chart.azimuth.push_back(edge * std::numbers::pi / edges.back());

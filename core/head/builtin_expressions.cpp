@@ -60,7 +60,8 @@ Field mouth_close_field(const WholeHead& head) {
     const Vec3d& p = v.position;
     const Vec3d opened = open * (p - kJawJoint) + kJawJoint - p;
     const double w = jaw_weight(v);
-    const double away = std::hypot(std::max(std::abs(p.x()) - 22, 0.0), p.y() + 34.5);
+    const double away =
+        std::hypot(std::max(std::abs(p.x()) - 22, 0.0), (p.y() + 34.5) * (p.y() > -34.5 ? 1.6 : 1.0));
     const double near = smoothstep(24, 7, away) * smoothstep(84, 100, p.z());
     // The shape comes before the jaw's blended rotation m, which then carries it.
     const Mat3d m = (1 - w) * Mat3d::Identity() + w * open;
@@ -108,7 +109,7 @@ std::vector<NamedField> expression_fields(const WholeHead& head) {
   list.push_back({"jawRight", jaw_field(head, {-6, 0, 0})});
 
   // -- Mouth
-  const Vec3d corner(25, -35, 101);
+  const Vec3d corner(25.5, -35, 103);
   list.push_back({"mouthClose", mouth_close_field(head)});
   both_sides("mouthDimple", pushes({{{corner, {12, 12, 20}, {3, 0.6, -3.8}}}}));
   both_sides("mouthFrown", pushes({{{corner, {15, 14, 24}, {0.8, -6.5, -1}}},
@@ -130,8 +131,8 @@ std::vector<NamedField> expression_fields(const WholeHead& head) {
   list.push_back({"mouthShrugLower", pushes({{{{0, -50, 110}, {24, 18, 24}, {0, 4.2, 1.8}}, Lip::lower},
                                              {{{0, -30, 115}, {22, 9, 22}, {0, 3.2, 1.2}}, Lip::upper}})});
   list.push_back({"mouthShrugUpper", pushes({{{{0, -27, 116}, {20, 9, 20}, {0, 3.4, 1.6}}, Lip::upper}})});
-  both_sides("mouthSmile", pushes({{{corner, {19, 16, 28}, {6.5, 6.5, -5.0}}},
-                                   {{{38, 0, 84}, {20, 16, 26}, {1.6, 3.2, 2.2}}}}));
+  both_sides("mouthSmile", pushes({{{corner, {19, 16, 28}, {7.5, 8.0, -6.0}}},
+                                   {{{38, 0, 84}, {20, 16, 26}, {2.0, 4.0, 3.0}}}}));
   both_sides("mouthStretch", pushes({{{corner, {18, 13, 26}, {6.5, -2.2, -5.0}}}}));
   both_sides("mouthUpperUp", pushes({{{{11, -27, 114}, {13, 10, 20}, {0.3, 4.6, 0.3}}, Lip::upper}}));
   both_sides("noseSneer", pushes({{{{12, 4, 110}, {12, 14, 22}, {0.5, 3.4, 0.3}}},

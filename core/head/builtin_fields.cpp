@@ -63,7 +63,7 @@ double jaw_weight(const HalfVertex& v) {
   // Below a line from the corner of the mouth back to the condyle, over a band that widens backwards.
   const double azimuth = std::atan2(p.x(), p.z() - 10) * 180 / std::numbers::pi;
   const double back = std::clamp((azimuth - 15) / 70, 0.0, 1.0);
-  const double line = mix(-34.6, 6, back), band = mix(5, 30, smoothstep(-0.15, 1, back));
+  const double line = mix(-34.6, 6, back), band = 5.5 + 32 * (1 - std::exp(-4 * back));
   const double inside = 1 - smoothstep(0.35, 1, v.along_lip);
   const double shift = v.mouth_side == 0 ? 0 : -v.mouth_side * band * inside * smoothstep(0.3, 1, v.lip);
   const double below = smoothstep(-band, band, line - p.y() + shift);

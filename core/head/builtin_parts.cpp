@@ -71,10 +71,11 @@ Vec3d torso_at(const Vec3d& neck, const Vec3d& slope, double azimuth, double t) 
   struct Ring {
     double width, front, back, y_front, y_side, y_back;
   };
-  constexpr std::array<Ring, 4> kRings{{{96, 44, -84, -176, -172, -158},
-                                        {172, 74, -104, -206, -196, -196},
-                                        {206, 92, -108, -262, -262, -262},
-                                        {192, 96, -104, -345, -345, -345}}};
+  constexpr std::array<Ring, 5> kRings{{{66, 37, -84, -152, -142, -134},
+                                        {112, 49, -98, -171, -160, -154},
+                                        {178, 75, -108, -198, -188, -188},
+                                        {206, 94, -112, -254, -250, -252},
+                                        {192, 98, -106, -335, -335, -335}}};
   const double s = std::sin(azimuth), c = std::cos(azimuth), side = s * s;
   const auto place = [&](const Ring& ring) {
     const double power = 0.82;  // a little squarer than an ellipse
@@ -83,22 +84,30 @@ Vec3d torso_at(const Vec3d& neck, const Vec3d& slope, double azimuth, double t) 
     return Vec3d(ring.width * std::pow(std::abs(s), power), mix(end, ring.y_side, side),
                  middle + deep * std::copysign(std::pow(std::abs(c), power), c));
   };
-  std::array<Vec3d, 7> knots;
-  knots[0] = neck - 4 * slope;
-  knots[1] = neck;
-  for (int i = 0; i < 4; ++i) knots[i + 2] = place(kRings[i]);
-  knots[6] = 2 * knots[5] - knots[4];
-  const double at = t * 4;
-  const int i = std::min(int(at), 3);
-  const double u = at - i, u2 = u * u, u3 = u2 * u;
-  const Vec3d &p0 = knots[i], &p1 = knots[i + 1], &p2 = knots[i + 2], &p3 = knots[i + 3];
-  return 0.5 *
-         (2 * p1 + (p2 - p0) * u + (2 * p0 - 5 * p1 + 4 * p2 - p3) * u2 + (3 * p1 - p0 - 3 * p2 + p3) * u3);
+  // A cubic through the knots, with chord length as its parameter and the neck's direction at its start.
+  std::array<Vec3d, 6> knots{neck};
+  std::array<double, 6> along{0};
+  for (int i = 0; i < 5; ++i) {
+    knots[i + 1] = place(kRings[i]);
+    along[i + 1] = along[i] + (knots[i + 1] - knots[i]).norm();
+  }
+  const auto tangent = [&](int i) -> Vec3d {
+    if (i == 0) return slope.normalized();
+    if (i == 5) return (knots[5] - knots[4]) / (along[5] - along[4]);
+    return (knots[i + 1] - knots[i - 1]) / (along[i + 1] - along[i - 1]);
+  };
+  const double at = t * along[5];
+  int i = 0;
+  while (i < 4 && at > along[i + 1]) ++i;
+  const double h = along[i + 1] - along[i], u = std::clamp((at - along[i]) / h, 0.0, 1.0), u2 = u * u,
+               u3 = u2 * u;
+  return (2 * u3 - 3 * u2 + 1) * knots[i] + (u3 - 2 * u2 + u) * h * tangent(i) +
+         (3 * u2 - 2 * u3) * knots[i + 1] + (u3 - u2) * h * tangent(i + 1);
 }
 
 HalfMesh make_ear() {
   // The ear's own plane: up leans back, out goes backwards and away from the head.
-  const Vec3d root(71, 13, 13);
+  const Vec3d root(70.8, 13, 13);
   const Vec3d up = Vec3d(0.10, 0.97, -0.22).normalized();
   const Vec3d back = (Vec3d(0.50, 0, -0.87) - Vec3d(0.50, 0, -0.87).dot(up) * up).normalized();
   const Vec3d face = up.cross(back).normalized() * -1.0;  // the side the concha opens to
@@ -123,7 +132,7 @@ HalfMesh make_ear() {
                                          {0.93, -2.0},
                                          {0.75, -4.0},
                                          {0.5, -10}}};
-  constexpr int kAround = 36;
+  constexpr int kAround = 40;
   HalfVertex v;
   v.part = HeadPart::scalp_neck;
   v.tissue = Tissue::ear;
@@ -142,8 +151,14 @@ HalfMesh make_ear() {
       // The rim's relief fades towards the lobe; the front edge sinks into the head.
       const double lobe = smoothstep(-8, -20, q.y()), front = smoothstep(7, -1, q.x());
       double height = ring.height * (1 - 0.75 * lobe * (ring.height > -3 ? 1 : 0.8));
-      height = mix(height, ring.height > 0 ? -2.5 : height - 3.5, front);
+      height = mix(height, ring.height > 0 ? 0.2 : height - 1.5, front);
+      height += 3.0 * std::exp(-(q - Vec2d(2.5, -2)).squaredNorm() / 18) * (rows.size() <= 10);  // tragus
       v.position = root + q.x() * back + q.y() * up + height * face;
+      if (rows.size() <= 10) {  // the front of the ear lies on the head where it would dip into it
+        const double clear = sculpt_distance(v.position),
+                     wanted = 0.5 * (clear + 0.9 + std::hypot(clear - 0.9, 1.5));
+        v.position += (wanted - clear) * Vec3d(0.95, 0, 0.3);
+      }
       v.uv = uv_in({0.86, 0.01}, 0.13, 0.5 + q.x() / 70 - 0.2, 0.5 + q.y() / 70);
       rows.back().push_back(v);
     }
@@ -160,7 +175,7 @@ HalfMesh make_teeth(bool upper) {
   // One half of the arch, from the midline: crown widths, mm. Lower front teeth are narrower.
   constexpr std::array<double, 7> kUpper{8.4, 6.6, 7.4, 6.8, 6.6, 9.6, 9.0};
   constexpr std::array<double, 7> kLower{5.4, 5.8, 6.6, 6.9, 7.0, 10.2, 9.6};
-  constexpr int kPerTooth = 5;
+  constexpr int kPerTooth = 4;
   const auto& widths = upper ? kUpper : kLower;
   const double front_z = upper ? 103.5 : 100.8, half_width = upper ? 28.5 : 26.6, depth = 40,
                sign = upper ? 1 : -1;

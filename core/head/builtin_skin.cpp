@@ -31,7 +31,7 @@ double curve_at(const std::array<double, N>& x, const std::array<double, N>& y, 
          (t3 - t2) * h * slope(i + 1);
 }
 
-const Vec2d kInnerCanthus(17.3, 33.2), kOuterCanthus(45.4, 35.2);  // front view, mm
+const Vec2d kInnerCanthus(17.9, 33.2), kOuterCanthus(45.4, 35.0);  // front view, mm
 constexpr double kMouthCornerY = -35.0, kBorderCornerX = 25.6, kSeamCornerX = 23.4;
 
 // Rings from the grid's rectangle to the lid margin, as fractions of the way; behind it follow four more and
@@ -66,7 +66,7 @@ constexpr std::array<CavityRing, 6> kCavityRings{{{0.12, 24, 2, -4.0, false},
                                                   {1.0, 29, 16, 54, true},
                                                   {1.0, 15, 9, 38, true}}};
 
-constexpr int kTorsoRows = 12;
+constexpr int kTorsoRows = 14;
 
 struct Rectangle {
   int left, right, top, bottom;  // columns and rows, on the boundary
@@ -123,7 +123,7 @@ Vec3d lid_lining(const Vec3d& margin, int ring) {
   constexpr std::array<double, 5> kTurn{0.0, 0.18, 0.55, 0.8,
                                         1.0};  // share of the way from the margin to the back
   constexpr std::array<double, 5> kGap{0.35, 0.4, 0.9, 1.2, 1.2};  // mm off the eyeball
-  const double far = std::max(distance - 1.6 - 4.0 * ring, 0.0);   // corners lie off the eyeball
+  const double far = std::max(distance - 1.3 - 2.0 * ring, 0.0);   // corners lie off the eyeball
   const double radius = std::max(kEyeballRadius + kGap[ring], far);
   const double turned = mix(angle, 0.97 * std::numbers::pi, kTurn[ring]);
   return kEyeCentre + radius * Vec3d(std::sin(turned) * std::cos(around), std::sin(turned) * std::sin(around),
