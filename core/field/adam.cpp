@@ -6,6 +6,7 @@
 
 #include "core/base/check.h"
 #include "core/base/parallel.h"
+#include "core/field/field_kernels.h"
 #include "core/field/field_layout.h"
 
 namespace likeness {
@@ -19,33 +20,33 @@ float corrected_rate(float rate, const AdamOptions& options, std::uint64_t step)
                (1 - std::pow(double(options.beta1), t)));
 }
 
-// Plain loops over restrict pointers: compilers vectorise them, and memory is the limit.
-void step_range(float* __restrict values, float* __restrict gradients, float* __restrict first,
-                float* __restrict second, std::size_t count, float rate, float epsilon, float l2,
-                const AdamOptions& options) {
-  const float beta1 = options.beta1, beta2 = options.beta2;
-  for (std::size_t i = 0; i < count; ++i) {
-    const float g = gradients[i] + l2 * values[i];
-    first[i] = beta1 * first[i] + (1 - beta1) * g;
-    second[i] = beta2 * second[i] + (1 - beta2) * g * g;
-    values[i] -= rate * first[i] / (std::sqrt(second[i]) + epsilon);
-    gradients[i] = 0;
-  }
-}
-
 void step_tables(Field& field, FieldGradients& gradients, AdamState& state, const AdamOptions& options) {
   // The correction is 1 to float precision long before this many steps.
   constexpr std::uint32_t kSettled = 4096;
   std::vector<float> rates(kSettled + 1);
-  for (std::uint32_t t = 1; t <= kSettled; ++t) rates[t] = corrected_rate(options.table_rate, options, t);
+  double power1 = 1, power2 = 1;
+  for (float& rate : rates) {
+    rate = power1 < 1 ? float(options.table_rate * std::sqrt(1 - power2) / (1 - power1)) : 0.0f;
+    power1 *= options.beta1, power2 *= options.beta2;
+  }
   parallel_ranges(gradients.touched.size(), 4096, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t line = begin; line < end; ++line) {
-      if (!gradients.touched[line]) continue;
-      gradients.touched[line] = 0;
-      const std::uint32_t step = ++state.line_steps[line];
+    const auto age = [&](std::size_t line) { return std::min(state.line_steps[line], kSettled); };
+    for (std::size_t line = begin; line < end;) {
+      if (!gradients.touched[line]) {
+        ++line;
+        continue;
+      }
+      // Neighbours of the same age share one update.
+      std::size_t stop = line;
+      for (; stop < end && gradients.touched[stop] && (stop == line || age(stop) + 1 == age(line)); ++stop) {
+        gradients.touched[stop] = 0;
+        ++state.line_steps[stop];
+      }
       const std::size_t i = line * kTableLine;
-      step_range(&field.parameters[i], &gradients.parameters[i], &state.first[i], &state.second[i],
-                 kTableLine, rates[std::min(step, kSettled)], options.table_epsilon, 0.0f, options);
+      adam_update(&field.parameters[i], &gradients.parameters[i], &state.first[i], &state.second[i],
+                  (stop - line) * kTableLine,
+                  {rates[age(line)], options.beta1, options.beta2, options.table_epsilon, 0});
+      line = stop;
     }
   });
 }
@@ -71,8 +72,8 @@ void adam_step(Field& field, FieldGradients& gradients, AdamState& state, const 
     if (block.table) continue;
     const float l2 = block.rows > 0 ? options.network_l2 : 0.0f;  // weights, not biases
     const std::size_t i = block.offset;
-    step_range(&field.parameters[i], &gradients.parameters[i], &state.first[i], &state.second[i], block.count,
-               rate, options.network_epsilon, l2, options);
+    adam_update(&field.parameters[i], &gradients.parameters[i], &state.first[i], &state.second[i],
+                block.count, {rate, options.beta1, options.beta2, options.network_epsilon, l2});
   }
 }
 
@@ -83,8 +84,9 @@ void adam_step(std::vector<float>& values, std::vector<float>& gradients, ArrayA
   state.first.resize(values.size(), 0.0f);
   state.second.resize(values.size(), 0.0f);
   ++state.step;
-  step_range(values.data(), gradients.data(), state.first.data(), state.second.data(), values.size(),
-             corrected_rate(rate, options, state.step), options.network_epsilon, 0.0f, options);
+  adam_update(
+      values.data(), gradients.data(), state.first.data(), state.second.data(), values.size(),
+      {corrected_rate(rate, options, state.step), options.beta1, options.beta2, options.network_epsilon, 0});
 }
 
 }  // namespace likeness

@@ -71,6 +71,18 @@ void encode(const std::vector<GridLevel>& levels, const GridConfig& grid, const 
   }
 }
 
+template <class Real>
+Real border_distance(const std::vector<GridLevel>& levels, int dimensions, const Real* point) {
+  Real nearest = 1;
+  for (const GridLevel& level : levels) {
+    for (int a = 0; a < dimensions; ++a) {
+      const Real p = point[a] * Real(level.resolution);
+      nearest = std::min(nearest, std::abs(p - std::round(p)));
+    }
+  }
+  return nearest;
+}
+
 // Adds to the tables' gradient and to the gradient of the point.
 template <class Real>
 void encode_backward(const std::vector<GridLevel>& levels, const GridConfig& grid, const Real* parameters,
@@ -98,8 +110,8 @@ template <class Real>
 using Activations = std::vector<std::vector<Real>>;
 
 template <class Real>
-void network_forward(const std::vector<DenseLayer>& layers, const Real* parameters,
-                     Activations<Real>& values) {
+void network_forward(const std::vector<DenseLayer>& layers, const Real* parameters, Activations<Real>& values,
+                     Real& margin) {
   values.resize(layers.size() + 1);
   for (std::size_t l = 0; l < layers.size(); ++l) {
     const DenseLayer& layer = layers[l];
@@ -109,6 +121,7 @@ void network_forward(const std::vector<DenseLayer>& layers, const Real* paramete
       for (int i = 0; i < layer.inputs; ++i) {
         sum += parameters[layer.weights + std::size_t(o) * layer.inputs + i] * values[l][i];
       }
+      if (l + 1 < layers.size()) margin = std::min(margin, std::abs(sum));
       values[l + 1][o] = l + 1 < layers.size() ? std::max(sum, Real(0)) : sum;
     }
   }
@@ -166,6 +179,7 @@ struct Sample {
   Real point[3];
   std::vector<Real> w, w01;  // slice in (-1, 1) and the same in (0, 1)
   Activations<Real> slice{1}, density{1}, colour{1};
+  Real margin = 0;  // see reference_margin()
   Real sigma = 0, sigma_slope = 0, rgb[3] = {0, 0, 0};
 };
 
@@ -189,11 +203,12 @@ struct Evaluator {
     s.point[0] = samples.x[n], s.point[1] = samples.y[n], s.point[2] = samples.z[n];
     std::vector<Real> e(layout.position_features);
     encode(layout.position, config.position, parameters, s.point, e.data());
+    s.margin = border_distance(layout.position, 3, s.point);
     std::vector<Real> input = e;
     if (layout.has_ambient()) {
       s.slice[0] = e;
       s.slice[0].insert(s.slice[0].end(), condition(n), condition(n) + config.condition_count);
-      network_forward(layout.slice, parameters, s.slice);
+      network_forward(layout.slice, parameters, s.slice, s.margin);
       s.w.assign(layout.ambient_dimensions, Real(0)), s.w01.assign(layout.ambient_dimensions, Real(0));
       for (int a = 0; a < layout.ambient_dimensions; ++a) {
         s.w[a] = std::tanh(s.slice.back()[a]);
@@ -202,11 +217,12 @@ struct Evaluator {
       input.insert(input.end(), layout.ambient_features, Real(0));
       encode(layout.ambient, config.ambient_grid, parameters, s.w01.data(),
              input.data() + layout.position_features);
+      s.margin = std::min(s.margin, border_distance(layout.ambient, layout.ambient_dimensions, s.w01.data()));
     } else if (layout.concat_count > 0) {
       input.insert(input.end(), condition(n), condition(n) + config.condition_count);
     }
     s.density[0] = input;
-    network_forward(layout.density, parameters, s.density);
+    network_forward(layout.density, parameters, s.density, s.margin);
     const Density<Real> density = density_of(s.density.back()[0]);
     s.sigma = density.sigma, s.sigma_slope = density.slope;
     forward_colour(n, s);
@@ -225,7 +241,7 @@ struct Evaluator {
                           ? Real(0)
                           : samples.latents[std::size_t(samples.view[n]) * config.latent_count + l]);
     }
-    network_forward(layout.colour, parameters, s.colour);
+    network_forward(layout.colour, parameters, s.colour, s.margin);
     for (int c = 0; c < 3; ++c) s.rgb[c] = 1 / (1 + std::exp(-s.colour.back()[c]));
   }
 
@@ -316,6 +332,19 @@ std::vector<Real> reference_slice(const FieldConfig& config, std::span<const Rea
 }
 
 template <class Real>
+std::vector<Real> reference_margin(const FieldConfig& config, std::span<const Real> parameters,
+                                   const ReferenceSamples<Real>& samples) {
+  const Evaluator<Real> evaluator(config, parameters, samples);
+  std::vector<Real> margin;
+  Sample<Real> s;
+  for (std::size_t n = 0; n < samples.x.size(); ++n) {
+    evaluator.forward(n, s);
+    margin.push_back(s.margin);
+  }
+  return margin;
+}
+
+template <class Real>
 ReferenceSamples<Real> reference_samples(const FieldConfig& config, const FieldInputs& inputs,
                                          std::size_t views) {
   const std::size_t n = inputs.count;
@@ -343,6 +372,8 @@ ReferenceSamples<Real> reference_samples(const FieldConfig& config, const FieldI
                                                        const ReferenceOutputs<Real>&);            \
   template std::vector<Real> reference_slice(const FieldConfig&, std::span<const Real>,           \
                                              const ReferenceSamples<Real>&);                      \
+  template std::vector<Real> reference_margin(const FieldConfig&, std::span<const Real>,          \
+                                              const ReferenceSamples<Real>&);                     \
   template ReferenceSamples<Real> reference_samples(const FieldConfig&, const FieldInputs&, std::size_t);
 LIKENESS_INSTANTIATE(float)
 LIKENESS_INSTANTIATE(double)

@@ -47,6 +47,13 @@ template <class Real>
 std::vector<Real> reference_slice(const FieldConfig& config, std::span<const Real> parameters,
                                   const ReferenceSamples<Real>& samples);
 
+// How far each sample (N) is from the nearest point where the field has no derivative: the smallest |sum|
+// that meets a ReLU, and the smallest distance to a cell border, in cells. Gradients of samples whose margin
+// is within rounding depend on the order of additions, so comparisons leave them out.
+template <class Real>
+std::vector<Real> reference_margin(const FieldConfig& config, std::span<const Real> parameters,
+                                   const ReferenceSamples<Real>& samples);
+
 // Copies a batch; null directions become (0, 0, 1). `views`: rows of conditions and latents to copy.
 template <class Real>
 ReferenceSamples<Real> reference_samples(const FieldConfig& config, const FieldInputs& inputs,

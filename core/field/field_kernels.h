@@ -1,0 +1,117 @@
+// The field's fast kernels (field_simd.cpp), each over a range of samples; evaluate.cpp shares ranges among
+// threads. Internal to core/field.
+//
+// Samples are worked on in tiles of kTile. An array "(tiles, rows, kTile)" holds, per tile, one row of kTile
+// samples per component, so that SIMD lanes are samples and memory is read in order. The last tile of a batch
+// is padded with copies of the last sample, whose gradients are zero.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <new>
+#include <vector>
+
+#include "core/field/adam.h"
+#include "core/field/evaluate.h"
+#include "core/field/field_layout.h"
+
+namespace likeness {
+
+inline constexpr std::size_t kTile = 64;
+inline constexpr std::size_t tiles_of(std::size_t count) { return (count + kTile - 1) / kTile; }
+
+// Floats on a 64-byte boundary, uninitialised; keeps its memory when asked for less.
+class AlignedFloats {
+ public:
+  float* reserve(std::size_t count) {
+    if (count > capacity_) {
+      data_.reset();
+      data_.reset(static_cast<float*>(::operator new (count * sizeof(float), std::align_val_t{64})));
+      capacity_ = count;
+    }
+    return data_.get();
+  }
+  float* data() const { return data_.get(); }
+
+ private:
+  struct Free {
+    void operator()(float* p) const { ::operator delete (p, std::align_val_t{64}); }
+  };
+  std::unique_ptr<float, Free> data_;
+  std::size_t capacity_ = 0;
+};
+
+// Gradients of the networks of one chunk of samples. Rows of weights are padded to whole vectors, and a bias
+// is spread over the lanes, so that a tile is added without horizontal sums.
+struct PartialLayer {
+  std::size_t weights = 0, biases = 0;  // offsets; weights (outputs, stride), biases (outputs, kPartialLanes)
+  std::size_t stride = 0;               // inputs rounded up
+};
+inline constexpr std::size_t kPartialLanes = 16;
+struct PartialLayout {
+  std::vector<PartialLayer> slice, density, colour;
+  std::size_t count = 0;
+};
+PartialLayout make_partial_layout(const FieldLayout& layout);
+
+// What every kernel needs of the field and the batch.
+struct KernelContext {
+  const FieldConfig& config;
+  const FieldLayout& layout;
+  const float* parameters;
+  const FieldInputs& inputs;
+
+  std::size_t density_inputs() const {
+    return std::size_t(layout.position_features + layout.ambient_features + layout.concat_count);
+  }
+  // Rows of gradients of codes that backward_tiles writes: latents, then conditions if wanted.
+  std::size_t code_rows(bool want_conditions) const {
+    return std::size_t(config.latent_count + (want_conditions ? config.condition_count : 0));
+  }
+};
+
+// Floats of scratch a thread needs for the tiles of one field, forward and backward.
+std::size_t scratch_floats(const FieldConfig& config, const FieldLayout& layout);
+
+// Samples [begin, end), begin a multiple of kTile. `features` and `slice` point at the tile of `begin`.
+struct ForwardRange {
+  std::size_t begin = 0, end = 0;
+  float* features = nullptr;  // (tiles, density inputs, kTile): e, then a or psi
+  float* slice = nullptr;     // (tiles, ambient dimensions, kTile): (w + 1) / 2
+  float* scratch = nullptr;
+  float *sigma = nullptr, *red = nullptr, *green = nullptr,
+        *blue = nullptr;  // (N) of the batch; red null: density only
+};
+void forward_tiles(const KernelContext& context, const ForwardRange& range);
+
+struct BackwardRange {
+  std::size_t begin = 0, end = 0;
+  float* features = nullptr;  // in: as forward left them; out: gradients of e (complete) and a or psi
+  const float* slice = nullptr;
+  float* scratch = nullptr;
+  FieldOutputGradients gradients;
+  bool want_conditions = false;
+  float* codes = nullptr;    // (tiles, code rows, kTile)
+  float* partial = nullptr;  // added to
+  const PartialLayout* partial_layout = nullptr;
+};
+void backward_tiles(const KernelContext& context, const BackwardRange& range);
+
+// Adds the gradients of one level's table over the whole batch; marks its touched lines. Levels are
+// independent. `features`: (tiles, density inputs, kTile) gradients from backward_tiles.
+void scatter_level(const KernelContext& context, bool ambient, int level, const float* features,
+                   const float* slice, float* gradients, std::uint8_t* touched);
+
+// Gradient of positions [begin, end) from the gradients of e.
+void position_gradients(const KernelContext& context, std::size_t begin, std::size_t end,
+                        const float* features, float* x, float* y, float* z);
+
+// One Adam update of `count` values with the corrected learning rate; clears the gradients.
+struct AdamStep {
+  float rate = 0, beta1 = 0, beta2 = 0, epsilon = 0, l2 = 0;
+};
+void adam_update(float* values, float* gradients, float* first, float* second, std::size_t count,
+                 const AdamStep& step);
+
+}  // namespace likeness

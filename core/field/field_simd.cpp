@@ -1,0 +1,457 @@
+// The field's kernels over ranges of samples, compiled for several instruction sets and chosen at run time:
+// see field_kernels.h. Symbols as in field.h.
+#include "core/field/field_kernels.h"
+
+#include <algorithm>
+#include <cstring>
+
+// AVX2 and AVX-512 beside the baseline (SSSE3, NEON); the sets in between gain nothing here and cost build
+// time.
+#define HWY_DISABLED_TARGETS (HWY_SSE4 | HWY_AVX3_DL)
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "core/field/field_simd.cpp"
+#include "hwy/foreach_target.h"
+// After foreach_target.h, which includes this file again once per target:
+#include "core/field/grid_simd-inl.h"
+#include "core/field/network_simd-inl.h"
+#include "hwy/contrib/math/math-inl.h"
+#include "hwy/highway.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace likeness {
+namespace HWY_NAMESPACE {
+
+// Tile buffers carved from a thread's scratch. Rows of kTile samples.
+struct TileBuffers {
+  CellTile* cells;
+  float* point;            // (3): copies of a padded tile's points
+  float* slice_in;         // (E + K): e, psi
+  float* slice_hidden[1];  // (slice width)
+  float* slice_out;        // (3)
+  float* density_hidden[2];
+  float* block;  // (1 + G + directions + L): density's output, whose tail is the colour network's input
+  float* colour_hidden[2];
+  float* rgb;             // (3)
+  float* block_gradient;  // as block
+  float* below[2];        // (widest hidden layer)
+  float* w_gradient;      // (3)
+  float* turned;          // (kTile, widest stride)
+  std::size_t size;       // of all, floats
+};
+
+std::size_t block_rows(const FieldConfig& config, const FieldLayout& layout) {
+  return std::size_t(1 + config.geometry_features + layout.direction_features + config.latent_count);
+}
+
+// Without scratch, only `size` is of use.
+TileBuffers carve(const FieldConfig& config, const FieldLayout& layout, float* scratch) {
+  TileBuffers b;
+  b.size = 0;
+  const auto rows = [&](std::size_t count) {
+    float* start = scratch ? scratch + b.size : nullptr;
+    b.size += count * kTile;
+    return start;
+  };
+  const std::size_t widest =
+      std::size_t(std::max({config.slice_width, config.density_width, config.colour_width}));
+  const std::size_t inputs = std::size_t(std::max(layout.position_features + config.condition_count,
+                                                  layout.position_features + layout.ambient_features));
+  const std::size_t block = block_rows(config, layout);
+  b.cells = reinterpret_cast<CellTile*>(rows(sizeof(CellTile) / sizeof(float) / kTile));
+  b.point = rows(3);
+  b.slice_in = rows(std::size_t(layout.position_features + config.condition_count));
+  b.slice_hidden[0] = rows(std::size_t(config.slice_width));
+  b.slice_out = rows(3);
+  for (float*& hidden : b.density_hidden) hidden = rows(std::size_t(config.density_width));
+  b.block = rows(block);
+  for (float*& hidden : b.colour_hidden) hidden = rows(std::size_t(config.colour_width));
+  b.rgb = rows(3);
+  b.block_gradient = rows(block);
+  for (float*& below : b.below) below = rows(widest);
+  b.w_gradient = rows(3);
+  b.turned = rows(std::max({widest, inputs, block}) + kPartialLanes);
+  return b;
+}
+
+// A row of a tile: `count` values from `from`, the last repeated as padding.
+void copy_padded(const float* from, std::size_t count, float* row) {
+  std::memcpy(row, from, count * sizeof(float));
+  std::fill(row + count, row + kTile, from[count - 1]);
+}
+
+// Rows of the batch's points for a tile; of a whole tile in place, of a padded one in `copy`.
+void point_rows(const FieldInputs& inputs, std::size_t begin, std::size_t count, float* copy,
+                const float* (&point)[3]) {
+  const float* axes[3] = {inputs.x, inputs.y, inputs.z};
+  for (int a = 0; a < 3; ++a) {
+    point[a] = axes[a] + begin;
+    if (count == kTile) continue;
+    copy_padded(point[a], count, copy + a * kTile);
+    point[a] = copy + a * kTile;
+  }
+}
+
+// rows (width, kTile) = table[view[s]][k]; zeros without a table.
+void code_rows(const FieldInputs& inputs, const float* table, std::size_t width, std::size_t begin,
+               std::size_t count, float* rows) {
+  for (std::size_t s = 0; s < kTile; ++s) {
+    const std::size_t n = begin + std::min(s, count - 1);
+    const float* code = table ? table + (inputs.view ? std::size_t(inputs.view[n]) : 0) * width : nullptr;
+    for (std::size_t k = 0; k < width; ++k) rows[k * kTile + s] = code ? code[k] : 0.0f;
+  }
+}
+
+void direction_rows(const FieldInputs& inputs, std::size_t begin, std::size_t count, float* copy,
+                    float* rows) {
+  const Df d;
+  if (inputs.dx) {
+    copy_padded(inputs.dx + begin, count, copy);
+    copy_padded(inputs.dy + begin, count, copy + kTile);
+    copy_padded(inputs.dz + begin, count, copy + 2 * kTile);
+  } else {
+    std::fill(copy, copy + 2 * kTile, 0.0f);
+    std::fill(copy + 2 * kTile, copy + 3 * kTile, 1.0f);
+  }
+  const auto k = [&](double value) HWY_ATTR { return hn::Set(d, float(value)); };
+  for (std::size_t s = 0; s < kTile; s += kLanes) {
+    const Vf x = hn::Load(d, copy + s), y = hn::Load(d, copy + kTile + s),
+             z = hn::Load(d, copy + 2 * kTile + s);
+    const Vf values[kDirectionFeatures] = {
+        k(kHarmonic0),
+        hn::Mul(k(kHarmonic1), y),
+        hn::Mul(k(kHarmonic1), z),
+        hn::Mul(k(kHarmonic1), x),
+        hn::Mul(hn::Mul(k(kHarmonic2), x), y),
+        hn::Mul(hn::Mul(k(kHarmonic2), y), z),
+        hn::Mul(k(kHarmonic2z), hn::Sub(hn::Mul(k(3), hn::Mul(z, z)), k(1))),
+        hn::Mul(hn::Mul(k(kHarmonic2), x), z),
+        hn::Mul(k(kHarmonic2xy), hn::Sub(hn::Mul(x, x), hn::Mul(y, y)))};
+    for (int f = 0; f < kDirectionFeatures; ++f) hn::Store(values[f], d, rows + f * kTile + s);
+  }
+}
+
+// Slope and value of the density; see field_layout.h.
+HWY_INLINE Vf density_slope(Vf raw) {
+  const Df d;
+  return hn::Exp(d, hn::Min(raw, hn::Set(d, kDensityKnee)));
+}
+HWY_INLINE Vf density_of(Vf raw) {
+  const Df d;
+  const Vf beyond = hn::Max(hn::Sub(raw, hn::Set(d, kDensityKnee)), hn::Zero(d));
+  const Vf slope = density_slope(raw);
+  return hn::MulAdd(slope, beyond, slope);
+}
+HWY_INLINE Vf sigmoid(Vf raw) {
+  const Df d;
+  const Vf one = hn::Set(d, 1.0f);
+  return hn::Div(one, hn::Add(one, hn::Exp(d, hn::Min(hn::Neg(raw), hn::Set(d, 80.0f)))));
+}
+
+void store_outputs(const float* row, std::size_t count, float* out) {
+  std::memcpy(out, row, count * sizeof(float));
+}
+
+// Hidden layer of H into b.slice_hidden and its output into b.slice_out.
+void slice_network(const KernelContext& c, const TileBuffers& b, std::size_t begin, std::size_t count,
+                   const float* features) {
+  const std::size_t e = std::size_t(c.layout.position_features);
+  std::memcpy(b.slice_in, features, e * kTile * sizeof(float));
+  code_rows(c.inputs, c.inputs.conditions, std::size_t(c.config.condition_count), begin, count,
+            b.slice_in + e * kTile);
+  network_forward(c.parameters, c.layout.slice, b.slice_in, b.slice_hidden,
+                  std::size_t(c.layout.ambient_dimensions), b.slice_out);
+}
+
+// w and the ambient features, or psi, behind e in `features`; (w + 1) / 2 into `slice`.
+void complete_features(const KernelContext& c, const TileBuffers& b, std::size_t begin, std::size_t count,
+                       float* features, float* slice) {
+  const Df d;
+  const std::size_t e = std::size_t(c.layout.position_features);
+  if (!c.layout.has_ambient()) {
+    code_rows(c.inputs, c.inputs.conditions, std::size_t(c.layout.concat_count), begin, count,
+              features + e * kTile);
+    return;
+  }
+  slice_network(c, b, begin, count, features);
+  const Vf half = hn::Set(d, 0.5f);
+  const std::size_t dimensions = std::size_t(c.layout.ambient_dimensions);
+  for (std::size_t s = 0; s < dimensions * kTile; s += kLanes) {
+    hn::Store(hn::MulAdd(half, hn::Tanh(d, hn::Load(d, b.slice_out + s)), half), d, slice + s);
+  }
+  const float* point[3] = {slice, slice + kTile, slice + 2 * kTile};
+  float* rows = features + e * kTile;
+  for (const GridLevel& level : c.layout.ambient) {
+    encode_tile(level, c.config.ambient_grid, c.parameters, point, *b.cells, rows);
+    rows += std::size_t(c.config.ambient_grid.features) * kTile;
+  }
+}
+
+// Density and colour networks: b.block, b.rgb (before the sigmoid) and the hidden rows.
+void output_networks(const KernelContext& c, const TileBuffers& b, std::size_t begin, std::size_t count,
+                     const float* features, bool colour) {
+  const std::size_t geometry = std::size_t(c.config.geometry_features);
+  network_forward(c.parameters, c.layout.density, features, b.density_hidden, colour ? 1 + geometry : 1,
+                  b.block);
+  if (!colour) return;
+  float* rows = b.block + (1 + geometry) * kTile;
+  if (c.layout.direction_features > 0) {
+    direction_rows(c.inputs, begin, count, b.point, rows);
+    rows += std::size_t(c.layout.direction_features) * kTile;
+  }
+  code_rows(c.inputs, c.inputs.latents, std::size_t(c.config.latent_count), begin, count, rows);
+  network_forward(c.parameters, c.layout.colour, b.block + kTile, b.colour_hidden, 3, b.rgb);
+}
+
+void encode_positions(const KernelContext& c, const ForwardRange& r, const TileBuffers& b) {
+  const std::size_t rows = c.density_inputs(), width = std::size_t(c.config.position.features);
+  for (std::size_t l = 0; l < c.layout.position.size(); ++l) {  // outermost: one table at a time stays in L2
+    float* features = r.features + l * width * kTile;
+    for (std::size_t begin = r.begin; begin < r.end; begin += kTile, features += rows * kTile) {
+      const float* point[3];
+      point_rows(c.inputs, begin, std::min(kTile, r.end - begin), b.point, point);
+      encode_tile(c.layout.position[l], c.config.position, c.parameters, point, *b.cells, features);
+    }
+  }
+}
+
+void ForwardTiles(const KernelContext& c, const ForwardRange& r) {
+  const Df d;
+  const TileBuffers b = carve(c.config, c.layout, r.scratch);
+  encode_positions(c, r, b);
+  float* features = r.features;
+  float* slice = r.slice;
+  for (std::size_t begin = r.begin; begin < r.end; begin += kTile) {
+    const std::size_t count = std::min(kTile, r.end - begin);
+    complete_features(c, b, begin, count, features, slice);
+    output_networks(c, b, begin, count, features, r.red != nullptr);
+    for (std::size_t s = 0; s < kTile; s += kLanes) {
+      hn::Store(density_of(hn::Load(d, b.block + s)), d, b.block_gradient + s);
+    }
+    store_outputs(b.block_gradient, count, r.sigma + begin);
+    if (r.red) {
+      for (std::size_t s = 0; s < 3 * kTile; s += kLanes) {
+        hn::Store(sigmoid(hn::Load(d, b.rgb + s)), d, b.rgb + s);
+      }
+      store_outputs(b.rgb, count, r.red + begin);
+      store_outputs(b.rgb + kTile, count, r.green + begin);
+      store_outputs(b.rgb + 2 * kTile, count, r.blue + begin);
+    }
+    features += c.density_inputs() * kTile;
+    slice += std::size_t(c.layout.ambient_dimensions) * kTile;
+  }
+}
+
+// Gradients of the linear outputs: b.rgb in place, and row 0 of b.block_gradient for the density.
+void output_gradients(const BackwardRange& r, const TileBuffers& b, std::size_t begin, std::size_t count) {
+  const Df d;
+  const float* from[4] = {r.gradients.sigma, r.gradients.red, r.gradients.green, r.gradients.blue};
+  alignas(64) float given[4][kTile] = {};
+  for (int k = 0; k < 4; ++k) std::memcpy(given[k], from[k] + begin, count * sizeof(float));
+  for (std::size_t s = 0; s < kTile; s += kLanes) {
+    hn::Store(hn::Mul(hn::Load(d, given[0] + s), density_slope(hn::Load(d, b.block + s))), d,
+              b.block_gradient + s);
+    for (std::size_t k = 0; k < 3; ++k) {
+      const Vf value = sigmoid(hn::Load(d, b.rgb + k * kTile + s));
+      const Vf slope = hn::Mul(value, hn::Sub(hn::Set(d, 1.0f), value));
+      hn::Store(hn::Mul(hn::Load(d, given[k + 1] + s), slope), d, b.rgb + k * kTile + s);
+    }
+  }
+}
+
+// From the gradients of a (in `features`) through w to H: adds to the gradients of e in `features`.
+void slice_backward(const KernelContext& c, const BackwardRange& r, const TileBuffers& b, float* features,
+                    const float* slice, float* condition_rows) {
+  const Df d;
+  const std::size_t dimensions = std::size_t(c.layout.ambient_dimensions);
+  const std::size_t e = std::size_t(c.layout.position_features);
+  std::fill(b.w_gradient, b.w_gradient + 3 * kTile, 0.0f);
+  const float* point[3] = {slice, slice + kTile, slice + 2 * kTile};
+  const float* rows = features + e * kTile;
+  for (const GridLevel& level : c.layout.ambient) {
+    encode_tile_slope(level, c.config.ambient_grid, c.parameters, point, *b.cells, rows, b.w_gradient);
+    rows += std::size_t(c.config.ambient_grid.features) * kTile;
+  }
+  const Vf one = hn::Set(d, 1.0f), half = hn::Set(d, 0.5f), two = hn::Set(d, 2.0f);
+  for (std::size_t s = 0; s < dimensions * kTile; s += kLanes) {
+    const Vf w = hn::MulSub(two, hn::Load(d, slice + s), one);
+    const Vf slope = hn::Mul(half, hn::NegMulAdd(w, w, one));
+    hn::Store(hn::Mul(hn::Load(d, b.w_gradient + s), slope), d, b.w_gradient + s);
+  }
+  const float* g = network_backward(c.parameters, c.layout.slice, b.slice_in, b.slice_hidden, b.w_gradient,
+                                    b.below, r.partial_layout->slice, r.partial, b.turned);
+  input_gradient<Finish::kAdd>(c.parameters, c.layout.slice[0], g, 0, e, features);
+  if (condition_rows) {
+    input_gradient<Finish::kLinear>(c.parameters, c.layout.slice[0], g, e,
+                                    std::size_t(c.config.condition_count), condition_rows);
+  }
+}
+
+void backward_tile(const KernelContext& c, const BackwardRange& r, const TileBuffers& b, std::size_t begin,
+                   float* features, const float* slice, float* codes) {
+  const std::size_t count = std::min(kTile, r.end - begin);
+  const std::size_t geometry = std::size_t(c.config.geometry_features);
+  const std::size_t latents = std::size_t(c.config.latent_count);
+  // -- What forward knew, computed again: cheaper than keeping a kilobyte a sample.
+  if (c.layout.has_ambient()) slice_network(c, b, begin, count, features);
+  output_networks(c, b, begin, count, features, true);
+  output_gradients(r, b, begin, count);
+  // -- Colour
+  const float* g = network_backward(c.parameters, c.layout.colour, b.block + kTile, b.colour_hidden, b.rgb,
+                                    b.below, r.partial_layout->colour, r.partial, b.turned);
+  input_gradient<Finish::kLinear>(c.parameters, c.layout.colour[0], g, 0, geometry, b.block_gradient + kTile);
+  input_gradient<Finish::kLinear>(c.parameters, c.layout.colour[0], g,
+                                  geometry + std::size_t(c.layout.direction_features), latents, codes);
+  // -- Density
+  g = network_backward(c.parameters, c.layout.density, features, b.density_hidden, b.block_gradient, b.below,
+                       r.partial_layout->density, r.partial, b.turned);
+  input_gradient<Finish::kLinear>(c.parameters, c.layout.density[0], g, 0, c.density_inputs(), features);
+  // -- Slice
+  float* condition_rows = r.want_conditions ? codes + latents * kTile : nullptr;
+  if (c.layout.has_ambient()) {
+    slice_backward(c, r, b, features, slice, condition_rows);
+  } else if (condition_rows) {
+    std::memcpy(condition_rows, features + std::size_t(c.layout.position_features) * kTile,
+                std::size_t(c.layout.concat_count) * kTile * sizeof(float));
+  }
+}
+
+void BackwardTiles(const KernelContext& c, const BackwardRange& r) {
+  const TileBuffers b = carve(c.config, c.layout, r.scratch);
+  float* features = r.features;
+  const float* slice = r.slice;
+  float* codes = r.codes;
+  for (std::size_t begin = r.begin; begin < r.end; begin += kTile) {
+    backward_tile(c, r, b, begin, features, slice, codes);
+    features += c.density_inputs() * kTile;
+    slice += std::size_t(c.layout.ambient_dimensions) * kTile;
+    codes += c.code_rows(r.want_conditions) * kTile;
+  }
+}
+
+void ScatterLevel(const KernelContext& c, bool ambient, int index, const float* features, const float* slice,
+                  float* gradients, std::uint8_t* touched) {
+  const GridConfig& grid = ambient ? c.config.ambient_grid : c.config.position;
+  const GridLevel& level = (ambient ? c.layout.ambient : c.layout.position)[std::size_t(index)];
+  const std::size_t first = (ambient ? std::size_t(c.layout.position_features) : 0) +
+                            std::size_t(index) * std::size_t(grid.features);
+  const std::size_t dimensions = std::size_t(c.layout.ambient_dimensions);
+  alignas(64) CellTile cells;
+  alignas(64) float copy[3 * kTile];
+  const float* rows = features + first * kTile;
+  for (std::size_t begin = 0; begin < c.inputs.count; begin += kTile, rows += c.density_inputs() * kTile) {
+    const std::size_t count = std::min(kTile, c.inputs.count - begin);
+    const float* w = slice + begin * dimensions;
+    const float* point[3] = {w, w + kTile, w + 2 * kTile};
+    if (!ambient) point_rows(c.inputs, begin, count, copy, point);
+    encode_tile_backward(level, grid, point, cells, rows, count, gradients, touched);
+  }
+}
+
+void PositionGradients(const KernelContext& c, std::size_t first, std::size_t last, const float* features,
+                       float* x, float* y, float* z) {
+  alignas(64) CellTile cells;
+  alignas(64) float copy[3 * kTile], sum[3 * kTile];
+  const std::size_t width = std::size_t(c.config.position.features);
+  for (std::size_t begin = first; begin < last; begin += kTile) {
+    const std::size_t count = std::min(kTile, last - begin);
+    const float* point[3];
+    point_rows(c.inputs, begin, count, copy, point);
+    std::fill(sum, sum + 3 * kTile, 0.0f);
+    const float* rows = features + begin * c.density_inputs();
+    for (std::size_t l = 0; l < c.layout.position.size(); ++l, rows += width * kTile) {
+      encode_tile_slope(c.layout.position[l], c.config.position, c.parameters, point, cells, rows, sum);
+    }
+    store_outputs(sum, count, x + begin);
+    store_outputs(sum + kTile, count, y + begin);
+    store_outputs(sum + 2 * kTile, count, z + begin);
+  }
+}
+
+void AdamUpdate(float* values, float* gradients, float* first, float* second, std::size_t count,
+                const AdamStep& step) {
+  const Df d;
+  const Vf beta1 = hn::Set(d, step.beta1), beta2 = hn::Set(d, step.beta2), rate = hn::Set(d, step.rate);
+  const Vf rest1 = hn::Set(d, 1 - step.beta1), rest2 = hn::Set(d, 1 - step.beta2);
+  const Vf epsilon = hn::Set(d, step.epsilon), l2 = hn::Set(d, step.l2);
+  const auto update = [&](float* value, float* gradient, float* m, float* v) HWY_ATTR {
+    const Vf old = hn::LoadU(d, value);
+    const Vf g = hn::MulAdd(l2, old, hn::LoadU(d, gradient));
+    const Vf m1 = hn::MulAdd(beta1, hn::LoadU(d, m), hn::Mul(rest1, g));
+    const Vf v1 = hn::MulAdd(beta2, hn::LoadU(d, v), hn::Mul(hn::Mul(rest2, g), g));
+    hn::StoreU(m1, d, m);
+    hn::StoreU(v1, d, v);
+    hn::StoreU(hn::Sub(old, hn::Div(hn::Mul(rate, m1), hn::Add(hn::Sqrt(v1), epsilon))), d, value);
+    hn::StoreU(hn::Zero(d), d, gradient);
+  };
+  std::size_t i = 0;
+  for (; i + kLanes <= count; i += kLanes) update(values + i, gradients + i, first + i, second + i);
+  if (i == count) return;
+  // The rest through copies padded to a vector.
+  const std::size_t rest = count - i;
+  float* arrays[4] = {values + i, gradients + i, first + i, second + i};
+  alignas(64) float padded[4][kLanes] = {};
+  for (int k = 0; k < 4; ++k) std::memcpy(padded[k], arrays[k], rest * sizeof(float));
+  update(padded[0], padded[1], padded[2], padded[3]);
+  for (int k = 0; k < 4; ++k) std::memcpy(arrays[k], padded[k], rest * sizeof(float));
+}
+
+std::size_t ScratchFloats(const FieldConfig& config, const FieldLayout& layout) {
+  return carve(config, layout, nullptr).size;
+}
+
+}  // namespace HWY_NAMESPACE
+}  // namespace likeness
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace likeness {
+
+HWY_EXPORT(ForwardTiles);
+HWY_EXPORT(BackwardTiles);
+HWY_EXPORT(ScatterLevel);
+HWY_EXPORT(PositionGradients);
+HWY_EXPORT(AdamUpdate);
+HWY_EXPORT(ScratchFloats);
+
+void forward_tiles(const KernelContext& context, const ForwardRange& range) {
+  HWY_DYNAMIC_DISPATCH(ForwardTiles)(context, range);
+}
+void backward_tiles(const KernelContext& context, const BackwardRange& range) {
+  HWY_DYNAMIC_DISPATCH(BackwardTiles)(context, range);
+}
+void scatter_level(const KernelContext& context, bool ambient, int level, const float* features,
+                   const float* slice, float* gradients, std::uint8_t* touched) {
+  HWY_DYNAMIC_DISPATCH(ScatterLevel)(context, ambient, level, features, slice, gradients, touched);
+}
+void position_gradients(const KernelContext& context, std::size_t begin, std::size_t end,
+                        const float* features, float* x, float* y, float* z) {
+  HWY_DYNAMIC_DISPATCH(PositionGradients)(context, begin, end, features, x, y, z);
+}
+void adam_update(float* values, float* gradients, float* first, float* second, std::size_t count,
+                 const AdamStep& step) {
+  HWY_DYNAMIC_DISPATCH(AdamUpdate)(values, gradients, first, second, count, step);
+}
+std::size_t scratch_floats(const FieldConfig& config, const FieldLayout& layout) {
+  return HWY_DYNAMIC_DISPATCH(ScratchFloats)(config, layout);
+}
+
+PartialLayout make_partial_layout(const FieldLayout& layout) {
+  PartialLayout partial;
+  const auto add = [&](const std::vector<DenseLayer>& layers, std::vector<PartialLayer>& to) {
+    for (const DenseLayer& layer : layers) {
+      PartialLayer p;
+      p.stride = (std::size_t(layer.inputs) + kPartialLanes - 1) / kPartialLanes * kPartialLanes;
+      p.weights = partial.count;
+      p.biases = p.weights + p.stride * std::size_t(layer.outputs);
+      partial.count = p.biases + kPartialLanes * std::size_t(layer.outputs);
+      to.push_back(p);
+    }
+  };
+  add(layout.slice, partial.slice);
+  add(layout.density, partial.density);
+  add(layout.colour, partial.colour);
+  return partial;
+}
+
+}  // namespace likeness
+#endif  // HWY_ONCE

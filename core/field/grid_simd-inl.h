@@ -1,0 +1,223 @@
+// Multi-linear grid look-ups and their transposes over one tile of samples, for every SIMD target. Included
+// by field_simd.cpp once per target.
+//
+// Cells and weights are computed with samples in lanes. The look-ups then go sample by sample, since an entry
+// of four features is one 128-bit load, which no gather beats.
+#if defined(LIKENESS_GRID_SIMD_INL) == defined(HWY_TARGET_TOGGLE)
+#ifdef LIKENESS_GRID_SIMD_INL
+#undef LIKENESS_GRID_SIMD_INL
+#else
+#define LIKENESS_GRID_SIMD_INL
+#endif
+
+#include <cstddef>
+#include <cstdint>
+
+#include "core/field/field_kernels.h"
+#include "core/field/field_layout.h"
+#include "hwy/highway.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace likeness {
+namespace HWY_NAMESPACE {
+namespace hn = hwy::HWY_NAMESPACE;
+
+// Corners of the cells of a tile: first parameter of the entry within the level, and weight.
+struct CellTile {
+  alignas(64) std::uint32_t entry[8][kTile];
+  alignas(64) float weight[8][kTile];
+};
+
+// point: kDims rows in [0, 1], clamped. kAxis >= 0: `weight` becomes its derivative by that coordinate.
+template <int kDims, int kAxis>
+HWY_INLINE void cells_of(const GridLevel& level, int features, const float* const* point, CellTile& cells) {
+  const hn::CappedTag<float, 16> d;
+  const hn::RebindToSigned<decltype(d)> di;
+  const hn::RebindToUnsigned<decltype(d)> du;
+  using F = hn::Vec<decltype(d)>;
+  using U = hn::Vec<decltype(du)>;
+  const F zero = hn::Zero(d), one = hn::Set(d, 1.0f), scale = hn::Set(d, float(level.resolution));
+  const auto last = hn::Set(di, level.resolution - 1);
+  const U mask = hn::Set(du, level.mask), width = hn::Set(du, std::uint32_t(features));
+  for (std::size_t s = 0; s < kTile; s += hn::Lanes(d)) {
+    F weight[3][2];
+    U key[3][2];
+    for (int a = 0; a < kDims; ++a) {
+      const F x = hn::LoadU(d, point[a] + s);
+      const F p = hn::Mul(hn::Min(hn::Max(x, zero), one), scale);
+      const auto cell = hn::Min(hn::ConvertTo(di, p), last);
+      const F part = hn::Sub(p, hn::ConvertTo(d, cell));
+      if (a == kAxis) {
+        const F slope = hn::IfThenElseZero(hn::And(hn::Ge(x, zero), hn::Le(x, one)), scale);
+        weight[a][0] = hn::Neg(slope), weight[a][1] = slope;
+      } else {
+        weight[a][0] = hn::Sub(one, part), weight[a][1] = part;
+      }
+      const U factor = hn::Set(du, level.hashed ? kHashPrime[a] : level.stride[a]);
+      key[a][0] = hn::Mul(hn::BitCast(du, cell), factor);
+      key[a][1] = hn::Add(key[a][0], factor);
+    }
+#pragma GCC unroll 8
+    for (int c = 0; c < (1 << kDims); ++c) {
+      F w = weight[0][c & 1];
+      U e = key[0][c & 1];
+#pragma GCC unroll 2
+      for (int a = 1; a < kDims; ++a) {
+        w = hn::Mul(w, weight[a][(c >> a) & 1]);
+        e = level.hashed ? hn::Xor(e, key[a][(c >> a) & 1]) : hn::Add(e, key[a][(c >> a) & 1]);
+      }
+      if (level.hashed) e = hn::And(e, mask);
+      hn::Store(hn::Mul(e, width), du, &cells.entry[c][s]);
+      hn::Store(w, d, &cells.weight[c][s]);
+    }
+  }
+}
+
+// rows (features, kTile) = sum over corners of weight times entry.
+template <int kCorners>
+HWY_INLINE void gather_quads(const float* table, const CellTile& cells, int features, float* rows) {
+  const hn::FixedTag<float, 4> d;
+  for (int f = 0; f < features; f += 4, rows += 4 * kTile) {
+    for (std::size_t s = 0; s < kTile; s += 4) {
+      hn::Vec<decltype(d)> sum[4];
+#pragma GCC unroll 4
+      for (int k = 0; k < 4; ++k) {
+        sum[k] = hn::Mul(hn::Set(d, cells.weight[0][s + k]), hn::LoadU(d, table + cells.entry[0][s + k] + f));
+#pragma GCC unroll 7
+        for (int c = 1; c < kCorners; ++c) {
+          sum[k] = hn::MulAdd(hn::Set(d, cells.weight[c][s + k]),
+                              hn::LoadU(d, table + cells.entry[c][s + k] + f), sum[k]);
+        }
+      }
+      const auto ab = hn::InterleaveLower(d, sum[0], sum[1]), ce = hn::InterleaveLower(d, sum[2], sum[3]);
+      const auto AB = hn::InterleaveUpper(d, sum[0], sum[1]), CE = hn::InterleaveUpper(d, sum[2], sum[3]);
+      hn::Store(hn::ConcatLowerLower(d, ce, ab), d, rows + s);
+      hn::Store(hn::ConcatUpperUpper(d, ce, ab), d, rows + kTile + s);
+      hn::Store(hn::ConcatLowerLower(d, CE, AB), d, rows + 2 * kTile + s);
+      hn::Store(hn::ConcatUpperUpper(d, CE, AB), d, rows + 3 * kTile + s);
+    }
+  }
+}
+
+template <int kCorners>
+HWY_INLINE void gather_tile(const float* table, const CellTile& cells, int features, float* rows) {
+  if (features % 4 == 0) return gather_quads<kCorners>(table, cells, features, rows);
+  for (int f = 0; f < features; ++f) {
+    for (std::size_t s = 0; s < kTile; ++s) {
+      float sum = 0;
+      for (int c = 0; c < kCorners; ++c) sum += cells.weight[c][s] * table[cells.entry[c][s] + f];
+      rows[f * kTile + s] = sum;
+    }
+  }
+}
+
+// Adds weight times rows to the entries of the first `count` samples; marks their lines. Samples whose
+// gradient is zero touch nothing.
+template <int kCorners>
+HWY_INLINE void scatter_tile(float* table, std::uint8_t* touched, const CellTile& cells, int features,
+                             const float* rows, std::size_t count) {
+  const hn::CappedTag<float, 16> d;
+  alignas(64) float size[kTile];
+  for (std::size_t s = 0; s < kTile; s += hn::Lanes(d)) {
+    auto most = hn::Abs(hn::Load(d, rows + s));
+    for (int f = 1; f < features; ++f) most = hn::Max(most, hn::Abs(hn::Load(d, rows + f * kTile + s)));
+    hn::Store(most, d, size + s);
+  }
+  alignas(64) float entry[kTile][8];  // the gradient of each sample, features together
+  for (int f = 0; f < features; ++f) {
+    for (std::size_t s = 0; s < kTile; ++s) entry[s][f] = rows[f * kTile + s];
+  }
+  const hn::FixedTag<float, 4> d4;
+  for (std::size_t s = 0; s < count; ++s) {
+    if (size[s] == 0) continue;
+    for (int c = 0; c < kCorners; ++c) {
+      const std::uint32_t at = cells.entry[c][s];
+      touched[at / kTableLine] = 1;
+      if (features % 4 == 0) {
+        const auto w = hn::Set(d4, cells.weight[c][s]);
+        for (int f = 0; f < features; f += 4) {
+          hn::StoreU(hn::MulAdd(w, hn::Load(d4, &entry[s][f]), hn::LoadU(d4, table + at + f)), d4,
+                     table + at + f);
+        }
+      } else {
+        for (int f = 0; f < features; ++f) table[at + f] += cells.weight[c][s] * entry[s][f];
+      }
+    }
+  }
+}
+
+// -- The same with the number of dimensions known at run time.
+
+HWY_INLINE void encode_tile(const GridLevel& level, const GridConfig& grid, const float* parameters,
+                            const float* const* point, CellTile& cells, float* rows) {
+  const float* table = parameters + level.offset;
+  if (grid.dimensions == 3) {
+    cells_of<3, -1>(level, grid.features, point, cells);
+    gather_tile<8>(table, cells, grid.features, rows);
+  } else if (grid.dimensions == 2) {
+    cells_of<2, -1>(level, grid.features, point, cells);
+    gather_tile<4>(table, cells, grid.features, rows);
+  } else {
+    cells_of<1, -1>(level, grid.features, point, cells);
+    gather_tile<2>(table, cells, grid.features, rows);
+  }
+}
+
+HWY_INLINE void encode_tile_backward(const GridLevel& level, const GridConfig& grid,
+                                     const float* const* point, CellTile& cells, const float* rows,
+                                     std::size_t count, float* gradients, std::uint8_t* touched) {
+  float* table = gradients + level.offset;
+  touched += level.offset / kTableLine;
+  if (grid.dimensions == 3) {
+    cells_of<3, -1>(level, grid.features, point, cells);
+    scatter_tile<8>(table, touched, cells, grid.features, rows, count);
+  } else if (grid.dimensions == 2) {
+    cells_of<2, -1>(level, grid.features, point, cells);
+    scatter_tile<4>(table, touched, cells, grid.features, rows, count);
+  } else {
+    cells_of<1, -1>(level, grid.features, point, cells);
+    scatter_tile<2>(table, touched, cells, grid.features, rows, count);
+  }
+}
+
+template <int kDims, int kAxis>
+HWY_INLINE void add_point_gradient(const GridLevel& level, int features, const float* table,
+                                   const float* const* point, CellTile& cells, const float* gradients,
+                                   float* rows, float* sum) {
+  cells_of<kDims, kAxis>(level, features, point, cells);
+  gather_tile<(1 << kDims)>(table, cells, features, rows);
+  const hn::CappedTag<float, 16> d;
+  for (std::size_t s = 0; s < kTile; s += hn::Lanes(d)) {
+    auto total = hn::Load(d, sum + s);
+    for (int f = 0; f < features; ++f) {
+      total = hn::MulAdd(hn::Load(d, rows + f * kTile + s), hn::Load(d, gradients + f * kTile + s), total);
+    }
+    hn::Store(total, d, sum + s);
+  }
+}
+
+// sum (dimensions, kTile) += gradient of the point, from gradients (features, kTile) of this level's
+// features.
+HWY_INLINE void encode_tile_slope(const GridLevel& level, const GridConfig& grid, const float* parameters,
+                                  const float* const* point, CellTile& cells, const float* gradients,
+                                  float* sum) {
+  alignas(64) float rows[8 * kTile];
+  const float* table = parameters + level.offset;
+  const int n = grid.features;
+  if (grid.dimensions == 3) {
+    add_point_gradient<3, 0>(level, n, table, point, cells, gradients, rows, sum);
+    add_point_gradient<3, 1>(level, n, table, point, cells, gradients, rows, sum + kTile);
+    add_point_gradient<3, 2>(level, n, table, point, cells, gradients, rows, sum + 2 * kTile);
+  } else if (grid.dimensions == 2) {
+    add_point_gradient<2, 0>(level, n, table, point, cells, gradients, rows, sum);
+    add_point_gradient<2, 1>(level, n, table, point, cells, gradients, rows, sum + kTile);
+  } else {
+    add_point_gradient<1, 0>(level, n, table, point, cells, gradients, rows, sum);
+  }
+}
+
+}  // namespace HWY_NAMESPACE
+}  // namespace likeness
+HWY_AFTER_NAMESPACE();
+
+#endif
