@@ -15,42 +15,62 @@
 
 namespace likeness {
 
-// psi = rows * ([expression (E), jaw (3), left eye (3), right eye (3)] - mean): the low-dimensional condition of the
-// ambient slice, learnt from the training track (principal components weighted by the vertex motion they cause).
+// psi = rows * ([expression (E), jaw (3), left eye (3), right eye (3)] - mean): the low-dimensional condition
+// of the ambient slice, learnt from the training track (principal components weighted by the vertex motion
+// they cause).
 struct ConditionMap {
   Eigen::VectorXf mean;  // (E + 9)
   Eigen::MatrixXf rows;  // (K, E + 9)
 };
+Eigen::VectorXf articulation_vector(const Articulation& articulation);  // (E + 9), in the order above
 Eigen::VectorXf condition(const ConditionMap& map, const Articulation& articulation);
 
 // Axis-aligned cube of a field in its own frame, m.
-struct FieldCube { Vec3f origin = Vec3f::Zero(); float side = 1; };
+struct FieldCube {
+  Vec3f origin = Vec3f::Zero();
+  float side = 1;
+};
 
 // Which cells of a field's cube may hold density. One bit a cell, (z, y, x).
 struct OccupancyGrid {
   int resolution = 0;              // cells along an axis
   std::vector<std::uint8_t> bits;  // (resolution^3 / 8)
-  bool occupied(int x, int y, int z) const;
+
+  bool occupied(int x, int y, int z) const {  // indices in [0, resolution)
+    const std::size_t i = (std::size_t(z) * resolution + y) * resolution + x;
+    return bits[i >> 3] >> (i & 7) & 1;
+  }
 };
 
-struct FieldPart { Field field; FieldCube cube; OccupancyGrid occupancy; };
+OccupancyGrid make_occupancy(int resolution, bool filled);
+void set_occupied(OccupancyGrid& grid, int x, int y, int z, bool occupied);
+
+struct FieldPart {
+  Field field;
+  FieldCube cube;
+  OccupancyGrid occupancy;
+  OccupancyGrid core;  // cells deep inside the head, which end every ray that meets them; empty = none
+};
 
 // What range of an action the capture showed.
-struct ActionRange { std::string name; float low = 0, high = 0; };
+struct ActionRange {
+  std::string name;
+  float low = 0, high = 0;
+};
 
 struct Avatar {
   FieldPart head;
   std::optional<FieldPart> torso;
   ConditionMap condition;
-  Eigen::VectorXf identity;                 // (I) of the head model
+  Eigen::VectorXf identity;  // (I) of the head model
   std::string head_model_name, head_model_hash, head_model_file;
   Articulation neutral;                     // the person's calibrated neutral
   std::vector<ActionRange> seen;            // per named action
   Pose world_from_head = Pose::Identity();  // typical, for orbit and sliders
   Pose world_from_torso = Pose::Identity();
-  Intrinsics intrinsics;                    // of the training pictures (crop, size x size)
-  Pose cam_from_world = Pose::Identity();   // typical
-  Image8 plate;                             // empty without a static camera
+  Intrinsics intrinsics;                   // of the training pictures (crop, size x size)
+  Pose cam_from_world = Pose::Identity();  // typical
+  Image8 plate;                            // empty without a static camera
   int size = 256;
   std::uint64_t steps = 0, seed = 0;
   double train_seconds = 0;

@@ -13,17 +13,22 @@ struct RenderState {
 };
 
 struct RenderOptions {
-  int max_samples = 16;           // per ray, head and torso together
+  int max_samples = 16;  // per ray, head and torso together
   float stop_transmittance = 1e-4f;
+  float min_step = 0.0015f;  // m between samples of one ray, at least
 };
 
 struct RenderedFrame {
-  Image rgba;                 // (h, w, 4) sRGB-encoded, premultiplied alpha
-  double samples_per_ray = 0; // mean over rays that met an occupied cell
+  Image rgba;                  // (h, w, 4) sRGB-encoded, premultiplied alpha
+  double samples_per_ray = 0;  // evaluated, mean over rays that met an occupied cell
 };
 
 RenderedFrame render_frame(const Avatar& avatar, const Camera& camera, const RenderState& state,
                            const RenderOptions& options = {});
+
+// The avatar's typical camera and state: the pose of its capture, neutral face.
+Camera typical_camera(const Avatar& avatar);
+RenderState typical_state(const Avatar& avatar);
 
 // Over a plate of the same size, or over one colour when the plate is empty.
 Image composite(const Image& rgba, const Image8& plate, const Vec3f& colour = Vec3f::Constant(1));

@@ -1,0 +1,296 @@
+// avatar.bin: a JSON section with everything small, and binary sections for parameters, occupancy and plate.
+// Never a head model's bases: only its name, hash and the fitted person.
+#include <fmt/format.h>
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "core/render/avatar.h"
+#include "core/render/section_file.h"
+
+namespace likeness {
+namespace {
+
+using json = nlohmann::json;
+
+constexpr SectionFormat kFormat{
+    "LKNSAVTR", 1, "avatar", "Train the avatar again (likeness build), or restore the file from a backup."};
+constexpr int kLargestResolution = 512, kLargestWidth = 512;  // as core/field allows
+
+// -- To JSON
+
+json to_json(const GridConfig& g) {
+  return {g.dimensions, g.levels, g.features, g.log2_entries, g.min_resolution, g.max_resolution};
+}
+
+json to_json(const Pose& pose) {
+  json rows = json::array();
+  for (int r = 0; r < 3; ++r)
+    for (int c = 0; c < 4; ++c) rows.push_back(pose.matrix()(r, c));
+  return rows;
+}
+
+template <class Derived>
+json vector_to_json(const Eigen::MatrixBase<Derived>& v) {
+  json out = json::array();
+  for (Eigen::Index i = 0; i < v.size(); ++i) out.push_back(double(v[i]));
+  return out;
+}
+
+json to_json(const Articulation& a) {
+  return {{"expression", vector_to_json(a.expression)},
+          {"neck", vector_to_json(a.neck)},
+          {"jaw", vector_to_json(a.jaw)},
+          {"left_eye", vector_to_json(a.left_eye)},
+          {"right_eye", vector_to_json(a.right_eye)}};
+}
+
+json to_json(const Intrinsics& k) {
+  return {{"width", k.width}, {"height", k.height}, {"fx", k.fx}, {"fy", k.fy}, {"cx", k.cx},
+          {"cy", k.cy},       {"k1", k.k1},         {"k2", k.k2}, {"p1", k.p1}, {"p2", k.p2}};
+}
+
+json part_to_json(const FieldPart& part) {
+  const FieldConfig& c = part.field.config;
+  return {{"position", to_json(c.position)},
+          {"condition_count", c.condition_count},
+          {"ambient", c.ambient},
+          {"ambient_grid", to_json(c.ambient_grid)},
+          {"slice_width", c.slice_width},
+          {"density_width", c.density_width},
+          {"density_layers", c.density_layers},
+          {"colour_layers", c.colour_layers},
+          {"initial_density", c.initial_density},
+          {"geometry_features", c.geometry_features},
+          {"colour_width", c.colour_width},
+          {"view_direction", c.view_direction},
+          {"latent_count", c.latent_count},
+          {"cube_origin_m", vector_to_json(part.cube.origin)},
+          {"cube_side_m", part.cube.side},
+          {"occupancy_resolution", part.occupancy.resolution},
+          {"core_resolution", part.core.resolution}};
+}
+
+// -- From JSON; json exceptions are caught by read_avatar, which also catches Bad.
+
+struct Bad {
+  std::string detail;
+};
+
+double finite(const json& value, const char* name) {
+  const double v = value.get<double>();
+  if (!std::isfinite(v)) throw Bad{fmt::format("{} is not a finite number", name)};
+  return v;
+}
+
+int whole(const json& value, const char* name, int low, int high) {
+  const auto v = value.get<std::int64_t>();
+  if (v < low || v > high) throw Bad{fmt::format("{} is {}, outside {} to {}", name, v, low, high)};
+  return int(v);
+}
+
+GridConfig grid_from_json(const json& j) {
+  if (!j.is_array() || j.size() != 6) throw Bad{"a grid has not 6 numbers"};
+  GridConfig g;
+  g.dimensions = whole(j[0], "grid dimensions", 1, 3);
+  g.levels = whole(j[1], "grid levels", 1, 32);
+  g.features = whole(j[2], "grid features", 1, 8);
+  if ((g.features & (g.features - 1)) != 0) throw Bad{"the features of a grid are not 1, 2, 4 or 8"};
+  g.log2_entries = whole(j[3], "grid entries (log2)", 4, 24);
+  g.min_resolution = whole(j[4], "coarsest grid", 1, 16384);
+  g.max_resolution = whole(j[5], "finest grid", g.min_resolution, 16384);
+  return g;
+}
+
+Eigen::VectorXf vector_from_json(const json& j, const char* name) {
+  if (!j.is_array() || j.size() > 100000) throw Bad{fmt::format("{} is not a list of numbers", name)};
+  Eigen::VectorXf v(Eigen::Index(j.size()));
+  for (std::size_t i = 0; i < j.size(); ++i) v[Eigen::Index(i)] = float(finite(j[i], name));
+  return v;
+}
+
+Vec3f vec3_from_json(const json& j, const char* name) {
+  const Eigen::VectorXf v = vector_from_json(j, name);
+  if (v.size() != 3) throw Bad{fmt::format("{} has {} numbers, not 3", name, v.size())};
+  return v;
+}
+
+Pose pose_from_json(const json& j, const char* name) {
+  if (!j.is_array() || j.size() != 12) throw Bad{fmt::format("{} has not 12 numbers", name)};
+  Pose pose = Pose::Identity();
+  for (int i = 0; i < 12; ++i) pose.matrix()(i / 4, i % 4) = finite(j[i], name);
+  const Mat3d r = pose.linear();
+  if ((r * r.transpose() - Mat3d::Identity()).norm() > 1e-3 || r.determinant() < 0)
+    throw Bad{fmt::format("{} is not a rigid pose", name)};
+  return pose;
+}
+
+Articulation articulation_from_json(const json& j) {
+  Articulation a;
+  a.expression = vector_from_json(j.at("expression"), "expression");
+  a.neck = vec3_from_json(j.at("neck"), "neck");
+  a.jaw = vec3_from_json(j.at("jaw"), "jaw");
+  a.left_eye = vec3_from_json(j.at("left_eye"), "left eye");
+  a.right_eye = vec3_from_json(j.at("right_eye"), "right eye");
+  return a;
+}
+
+Intrinsics intrinsics_from_json(const json& j) {
+  Intrinsics k;
+  k.width = whole(j.at("width"), "picture width", 1, 1 << 14);
+  k.height = whole(j.at("height"), "picture height", 1, 1 << 14);
+  k.fx = finite(j.at("fx"), "fx"), k.fy = finite(j.at("fy"), "fy");
+  k.cx = finite(j.at("cx"), "cx"), k.cy = finite(j.at("cy"), "cy");
+  k.k1 = finite(j.at("k1"), "k1"), k.k2 = finite(j.at("k2"), "k2");
+  k.p1 = finite(j.at("p1"), "p1"), k.p2 = finite(j.at("p2"), "p2");
+  if (k.fx <= 0 || k.fy <= 0) throw Bad{"the focal length is not positive"};
+  return k;
+}
+
+OccupancyGrid occupancy_from(const Sections& sections, const std::string& name, int resolution) {
+  OccupancyGrid grid;
+  grid.resolution = resolution;
+  if (resolution == 0) return grid;
+  const std::size_t cells = std::size_t(resolution) * resolution * resolution;
+  if (!from_section(sections, name, (cells + 7) / 8, grid.bits))
+    throw Bad{"section '" + name + "' has a wrong size"};
+  return grid;
+}
+
+FieldPart part_from(const json& j, const Sections& sections, const std::string& name) {
+  FieldPart part;
+  FieldConfig& c = part.field.config;
+  c.position = grid_from_json(j.at("position"));
+  if (c.position.dimensions != 3) throw Bad{"the position grid has not 3 dimensions"};
+  c.condition_count = whole(j.at("condition_count"), "condition count", 0, 256);
+  c.ambient = j.at("ambient").get<bool>();
+  c.ambient_grid = grid_from_json(j.at("ambient_grid"));
+  c.slice_width = whole(j.at("slice_width"), "slice width", 1, kLargestWidth);
+  c.density_width = whole(j.at("density_width"), "density width", 1, kLargestWidth);
+  c.density_layers = whole(j.at("density_layers"), "density layers", 1, 2);
+  c.colour_layers = whole(j.at("colour_layers"), "colour layers", 1, 2);
+  c.initial_density = float(finite(j.at("initial_density"), "initial density"));
+  if (!(c.initial_density > 0)) throw Bad{"the initial density is not positive"};
+  c.geometry_features = whole(j.at("geometry_features"), "geometry features", 1, 255);
+  c.colour_width = whole(j.at("colour_width"), "colour width", 1, kLargestWidth);
+  c.view_direction = j.at("view_direction").get<bool>();
+  c.latent_count = whole(j.at("latent_count"), "code length", 0, 256);
+  part.cube.origin = vec3_from_json(j.at("cube_origin_m"), "cube origin");
+  part.cube.side = float(finite(j.at("cube_side_m"), "cube side"));
+  if (!(part.cube.side > 1e-4f) || part.cube.side > 100)
+    throw Bad{"the cube's side is not between 0.1 mm and 100 m"};
+  std::size_t expected = 0;
+  for (const ParameterBlock& block : parameter_layout(c))
+    expected = std::max(expected, block.offset + block.count);
+  if (!from_section(sections, name + ".params", expected, part.field.parameters))
+    throw Bad{"section '" + name + ".params' has a wrong size"};
+  for (const float v : part.field.parameters)
+    if (!std::isfinite(v)) throw Bad{"a parameter is not a finite number"};
+  part.occupancy =
+      occupancy_from(sections, name + ".occ",
+                     whole(j.at("occupancy_resolution"), "occupancy resolution", 0, kLargestResolution));
+  part.core = occupancy_from(sections, name + ".core",
+                             whole(j.at("core_resolution"), "core resolution", 0, kLargestResolution));
+  return part;
+}
+
+void add_part(Sections& sections, const FieldPart& part, const std::string& name) {
+  sections[name + ".params"] = to_section(part.field.parameters);
+  sections[name + ".occ"] = to_section(part.occupancy.bits);
+  sections[name + ".core"] = to_section(part.core.bits);
+}
+
+Avatar avatar_from(const Sections& sections) {
+  const auto meta = sections.find("meta");
+  if (meta == sections.end()) throw Bad{"section 'meta' is missing"};
+  const char* text = reinterpret_cast<const char*>(meta->second.data());
+  const json j = json::parse(text, text + meta->second.size());
+  Avatar a;
+  a.head = part_from(j.at("head"), sections, "head");
+  if (!j.at("torso").is_null()) a.torso = part_from(j.at("torso"), sections, "torso");
+  a.condition.mean = vector_from_json(j.at("condition_mean"), "condition mean");
+  const int k = a.head.field.config.condition_count;
+  const Eigen::VectorXf rows = vector_from_json(j.at("condition_rows"), "condition rows");
+  if (rows.size() != k * a.condition.mean.size()) throw Bad{"the condition map does not fit the field"};
+  a.condition.rows = Eigen::Map<const Eigen::Matrix<float, -1, -1, Eigen::RowMajor>>(rows.data(), k,
+                                                                                     a.condition.mean.size());
+  a.identity = vector_from_json(j.at("identity"), "identity");
+  a.head_model_name = j.at("head_model_name").get<std::string>();
+  a.head_model_hash = j.at("head_model_hash").get<std::string>();
+  a.head_model_file = j.at("head_model_file").get<std::string>();
+  a.neutral = articulation_from_json(j.at("neutral"));
+  if (k > 0 && a.neutral.expression.size() + 9 != a.condition.mean.size())
+    throw Bad{"the neutral expression does not fit the condition map"};
+  for (const json& range : j.at("seen"))
+    a.seen.push_back({range.at("name").get<std::string>(), float(finite(range.at("low"), "range")),
+                      float(finite(range.at("high"), "range"))});
+  a.world_from_head = pose_from_json(j.at("world_from_head"), "world_from_head");
+  a.world_from_torso = pose_from_json(j.at("world_from_torso"), "world_from_torso");
+  a.cam_from_world = pose_from_json(j.at("cam_from_world"), "cam_from_world");
+  a.intrinsics = intrinsics_from_json(j.at("intrinsics"));
+  a.size = whole(j.at("size"), "size", 1, 1 << 14);
+  a.steps = j.at("steps").get<std::uint64_t>();
+  a.seed = j.at("seed").get<std::uint64_t>();
+  a.train_seconds = finite(j.at("train_seconds"), "training time");
+  const int width = whole(j.at("plate_width"), "plate width", 0, 1 << 14);
+  const int height = whole(j.at("plate_height"), "plate height", 0, 1 << 14);
+  if (width > 0 && height > 0) {
+    a.plate.width = width, a.plate.height = height, a.plate.channels = 3;
+    if (!from_section(sections, "plate", std::size_t(width) * height * 3, a.plate.data))
+      throw Bad{"section 'plate' has a wrong size"};
+  }
+  return a;
+}
+
+}  // namespace
+
+Result<void> write_avatar(const std::filesystem::path& path, const Avatar& avatar) {
+  const Eigen::Matrix<float, -1, -1, Eigen::RowMajor> rows = avatar.condition.rows;
+  json j = {{"head", part_to_json(avatar.head)},
+            {"torso", avatar.torso ? part_to_json(*avatar.torso) : json()},
+            {"condition_mean", vector_to_json(avatar.condition.mean)},
+            {"condition_rows", vector_to_json(Eigen::Map<const Eigen::VectorXf>(rows.data(), rows.size()))},
+            {"identity", vector_to_json(avatar.identity)},
+            {"head_model_name", avatar.head_model_name},
+            {"head_model_hash", avatar.head_model_hash},
+            {"head_model_file", avatar.head_model_file},
+            {"neutral", to_json(avatar.neutral)},
+            {"seen", json::array()},
+            {"world_from_head", to_json(avatar.world_from_head)},
+            {"world_from_torso", to_json(avatar.world_from_torso)},
+            {"cam_from_world", to_json(avatar.cam_from_world)},
+            {"intrinsics", to_json(avatar.intrinsics)},
+            {"size", avatar.size},
+            {"steps", avatar.steps},
+            {"seed", avatar.seed},
+            {"train_seconds", avatar.train_seconds},
+            {"plate_width", avatar.plate.width},
+            {"plate_height", avatar.plate.height}};
+  for (const ActionRange& range : avatar.seen)
+    j["seen"].push_back({{"name", range.name}, {"low", range.low}, {"high", range.high}});
+  Sections sections;
+  // A non-UTF-8 file name must not make the avatar unwritable.
+  const std::string text = j.dump(-1, ' ', false, json::error_handler_t::replace);
+  sections["meta"] = to_section(std::span<const char>(text.data(), text.size()));
+  add_part(sections, avatar.head, "head");
+  if (avatar.torso) add_part(sections, *avatar.torso, "torso");
+  if (!avatar.plate.empty()) sections["plate"] = to_section(avatar.plate.data);
+  return write_sections(path, kFormat, sections);
+}
+
+Result<Avatar> read_avatar(const std::filesystem::path& path) {
+  auto sections = read_sections(path, kFormat);
+  if (!sections) return sections.error();
+  std::string detail;
+  try {
+    return avatar_from(*sections);
+  } catch (const Bad& bad) {
+    detail = bad.detail;
+  } catch (const json::exception& e) {
+    detail = e.what();
+  }
+  return Error{ErrorCode::bad_input, fmt::format("The avatar file cannot be used: {}.", detail),
+               std::string(kFormat.remedy), path.string()};
+}
+
+}  // namespace likeness

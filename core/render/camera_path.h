@@ -1,0 +1,35 @@
+// Where to look from and what to do: orbits about the head, head turns, and articulations from named actions.
+#pragma once
+
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "core/base/result.h"
+#include "core/render/render.h"
+
+namespace likeness {
+
+// The point of the head that stays put in an orbit: the middle of the head's occupied cells, in the head
+// frame, m.
+Vec3d head_centre(const Avatar& avatar);
+
+// The typical camera carried round the head by yaw (about the head's vertical axis, positive towards the
+// subject's left) and pitch (positive above), rad; the head's centre keeps its distance and its place in the
+// picture.
+Camera orbit_camera(const Avatar& avatar, const Pose& world_from_head, double yaw, double pitch = 0);
+
+// Head turned about its centre of rotation (the neck's top) by yaw, pitch, roll about its own y, x, z axes,
+// rad.
+Pose turned_head(const Pose& world_from_head, const Vec3d& pivot_in_head, double yaw, double pitch,
+                 double roll);
+
+// One sine period of yaw over `frames` pictures, starting and ending straight ahead; (frames).
+std::vector<double> orbit_yaws(int frames, double amplitude);
+
+// `neutral` plus the named actions at the given values (0 none, 1 full). Unknown names are an Error that
+// lists the known ones.
+Result<Articulation> articulate(const HeadModel& model, const Articulation& neutral,
+                                const std::vector<std::pair<std::string, float>>& actions);
+
+}  // namespace likeness

@@ -1,0 +1,106 @@
+// From a pixel to its field samples: rays in the fields' unit cubes, the walk through occupied cells, and at
+// most 16 samples a ray shared between the head and the torso.
+//
+// A ray is x(t) = origin + t direction in the unit cube of a field, with t in metres along the unit world
+// ray, so that one t means one point in both fields.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "core/base/linalg.h"
+#include "core/camera/camera.h"
+#include "core/render/avatar.h"
+
+namespace likeness {
+
+struct FieldRay {
+  Vec3f origin, direction;
+};
+
+// Camera coordinates (m) to the unit cube of a field: x = linear * p + offset.
+struct UnitFromCamera {
+  Eigen::Matrix3f linear;
+  Vec3f offset;
+  float side = 1;
+};
+UnitFromCamera unit_from_camera(const FieldCube& cube, const Pose& cam_from_world,
+                                const Pose& world_from_field);
+
+// direction_in_cam: unit length.
+FieldRay field_ray(const UnitFromCamera& map, const Vec3f& direction_in_cam);
+
+// Unit ray directions in the camera frame through the pixel centres, distortion undone. (height * width),
+// row-major.
+std::vector<Vec3f> pixel_directions(const Intrinsics& intrinsics);
+
+struct Interval {
+  float near = 0, far = 0;
+};  // m along the ray
+
+// Appends the ray's stretches through occupied cells, in depth order and merged, at most `far` away, and
+// returns the distance at which it enters a core cell (nothing is seen beyond), or `far`. An empty grid
+// counts as all occupied; an empty core as absent.
+float occupied_intervals(const FieldRay& ray, const OccupancyGrid& occupancy, const OccupancyGrid& core,
+                         float near, float far, std::vector<Interval>& intervals);
+
+struct RaySample {
+  float t = 0;    // m
+  float dt = 0;   // m of ray this sample stands for
+  int field = 0;  // 0 head, 1 torso
+};
+
+// Spreads samples evenly over the length of both lists (head first), at least min_step apart and at most
+// `samples.size()` of them, and sorts them by depth; returns how many. jitter 0: midpoints; otherwise a seed
+// that places each sample anywhere in its stratum.
+int place_samples(std::span<const Interval> head, std::span<const Interval> torso, float min_step,
+                  std::uint64_t jitter, std::span<RaySample> samples);
+
+// Samples of many rays, grouped by field for evaluation and by ray for compositing.
+struct FieldSamples {
+  std::vector<float> x, y, z, dx, dy, dz;  // (N) unit cube; unit view direction in the field's frame
+  std::vector<std::int32_t> view;          // (N) row of conditions and codes
+  std::size_t count() const { return x.size(); }
+  void resize(std::size_t count);
+  FieldInputs inputs(const float* conditions, const float* latents) const;
+};
+
+struct SampleBatch {
+  std::vector<std::uint32_t> begin;  // (R + 1) of ray r's samples in the three arrays below, in depth order
+  std::vector<float> dt;             // in units of the sample's cube side: optical depth = sigma * dt
+  std::vector<std::uint8_t> field;   // 0 head, 1 torso
+  std::vector<std::uint32_t> slot;   // index into fields[field]
+  std::array<FieldSamples, 2> fields;
+  std::vector<RaySample> placed;  // scratch, kept between batches
+};
+
+// One ray to be sampled. `fields[1]` is ignored where there is no torso.
+struct RayRequest {
+  std::array<FieldRay, 2> fields;
+  std::int32_t view = 0;
+  std::uint64_t jitter = 0;  // 0: midpoints
+};
+
+struct MarchVolumes {
+  struct Volume {
+    const OccupancyGrid* occupancy = nullptr;
+    const OccupancyGrid* core = nullptr;
+    float side = 1;
+  };
+  std::array<Volume, 2> fields;  // occupancy nullptr: field absent
+  int max_samples = 16;
+  float min_step = 0.0015f;      // m
+  float near = 0.05f, far = 20;  // m
+};
+MarchVolumes march_volumes(const FieldPart& head, const FieldPart* torso);
+
+// In parallel; the result does not depend on the threads.
+void sample_rays(std::span<const RayRequest> rays, const MarchVolumes& volumes, SampleBatch& batch);
+
+// True where the ray meets an occupied cell of either field.
+bool meets_volume(const RayRequest& ray, const MarchVolumes& volumes);
+
+}  // namespace likeness

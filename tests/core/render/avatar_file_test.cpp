@@ -1,0 +1,134 @@
+// Claims about avatar.bin: nothing is lost, and no damaged file is accepted or crashes the reader.
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <filesystem>
+#include <limits>
+#include <random>
+
+#include "core/base/files.h"
+#include "core/render/avatar.h"
+#include "core/render/section_file.h"
+#include "tests/core/render/tiny_avatar.h"
+
+namespace likeness {
+namespace {
+
+class AvatarFile : public testing::Test {
+ protected:
+  void SetUp() override {
+    folder_ = std::filesystem::temp_directory_path() /
+              ("likeness_avatar_" + std::to_string(getpid()) + "_" +
+               testing::UnitTest::GetInstance()->current_test_info()->name());
+    std::filesystem::create_directories(folder_);
+    path_ = folder_ / "avatar.bin";
+  }
+  void TearDown() override { std::filesystem::remove_all(folder_); }
+  std::filesystem::path folder_, path_;
+};
+
+TEST_F(AvatarFile, RoundTripKeepsEverything) {
+  const Avatar a = tiny_avatar();
+  ASSERT_TRUE(write_avatar(path_, a).ok());
+  const auto read = read_avatar(path_);
+  ASSERT_TRUE(read.ok()) << read.error().what;
+  const Avatar& b = *read;
+  EXPECT_EQ(a.head.field.parameters, b.head.field.parameters);
+  EXPECT_TRUE(a.head.field.config == b.head.field.config);
+  EXPECT_EQ(a.head.cube.origin, b.head.cube.origin);
+  EXPECT_EQ(a.head.cube.side, b.head.cube.side);
+  EXPECT_EQ(a.head.occupancy.bits, b.head.occupancy.bits);
+  ASSERT_TRUE(b.torso.has_value());
+  EXPECT_EQ(a.torso->field.parameters, b.torso->field.parameters);
+  EXPECT_EQ(a.torso->occupancy.bits, b.torso->occupancy.bits);
+  EXPECT_EQ(a.condition.mean, b.condition.mean);
+  EXPECT_EQ(a.condition.rows, b.condition.rows);
+  EXPECT_EQ(a.identity, b.identity);
+  EXPECT_EQ(a.head_model_hash, b.head_model_hash);
+  EXPECT_EQ(a.neutral.expression, b.neutral.expression);
+  ASSERT_EQ(b.seen.size(), 1u);
+  EXPECT_EQ(a.seen[0].high, b.seen[0].high);
+  EXPECT_EQ(a.world_from_head.matrix(), b.world_from_head.matrix());
+  EXPECT_EQ(a.intrinsics.k1, b.intrinsics.k1);
+  EXPECT_EQ(a.plate.data, b.plate.data);
+  EXPECT_EQ(a.steps, b.steps);
+  EXPECT_EQ(a.train_seconds, b.train_seconds);
+}
+
+TEST_F(AvatarFile, AnyCutIsRefusedWithARemedy) {
+  ASSERT_TRUE(write_avatar(path_, tiny_avatar()).ok());
+  const auto bytes = *read_file(path_);
+  for (const double share : {0.0, 0.00001, 0.001, 0.3, 0.9, 0.99999}) {
+    const auto length = std::size_t(share * double(bytes.size()));
+    ASSERT_TRUE(write_file(path_, std::span(bytes.data(), length)).ok());
+    const auto read = read_avatar(path_);
+    ASSERT_FALSE(read.ok()) << length;
+    EXPECT_FALSE(read.error().fix.empty());
+  }
+}
+
+TEST_F(AvatarFile, AnyFlippedByteIsRefused) {
+  ASSERT_TRUE(write_avatar(path_, tiny_avatar()).ok());
+  const auto whole = *read_file(path_);
+  std::mt19937 engine(1);
+  for (int i = 0; i < 40; ++i) {
+    auto bytes = whole;
+    const std::size_t at = engine() % bytes.size();
+    bytes[at] ^= std::byte(1 + engine() % 255);
+    ASSERT_TRUE(write_file(path_, bytes).ok());
+    EXPECT_FALSE(read_avatar(path_).ok()) << "byte " << at;
+  }
+}
+
+// A hostile writer can compute checksums: the contents themselves must be checked.
+TEST_F(AvatarFile, ContentsThatLieAboutTheirSizeAreRefused) {
+  const SectionFormat format{"LKNSAVTR", 1, "avatar", "fix"};
+  ASSERT_TRUE(write_avatar(path_, tiny_avatar()).ok());
+  const auto sections = read_sections(path_, format);
+  ASSERT_TRUE(sections.ok());
+  const std::string meta(reinterpret_cast<const char*>(sections->at("meta").data()),
+                         sections->at("meta").size());
+  const auto with_meta = [&](const std::string& from, const std::string& to) {
+    std::string text = meta;
+    const std::size_t at = text.find(from);
+    EXPECT_NE(at, std::string::npos) << from;
+    text.replace(at, from.size(), to);
+    Sections changed = *sections;
+    changed["meta"] = to_section(std::span<const char>(text.data(), text.size()));
+    EXPECT_TRUE(write_sections(path_, format, changed).ok());
+    const auto read = read_avatar(path_);
+    EXPECT_FALSE(read.ok()) << from << " -> " << to;
+    if (!read.ok()) EXPECT_FALSE(read.error().fix.empty());
+  };
+  with_meta("\"slice_width\":8", "\"slice_width\":9");
+  with_meta("\"slice_width\":8", "\"slice_width\":-8");
+  with_meta("\"slice_width\":8", "\"slice_width\":1000000000");
+  with_meta("\"occupancy_resolution\":8", "\"occupancy_resolution\":400");
+  with_meta("\"occupancy_resolution\":8", "\"occupancy_resolution\":2000000");
+  with_meta("\"plate_width\":24", "\"plate_width\":25");
+  with_meta("\"condition_count\":2", "\"condition_count\":3");
+  with_meta("\"position\":[3,3,4,8,4,16]", "\"position\":[3,3,3,8,4,16]");
+  with_meta("\"position\":[3,3,4,8,4,16]", "\"position\":[3,3,4,8,16,4]");
+  with_meta("\"position\":[3,3,4,8,4,16]", "\"position\":[3,3]");
+  with_meta("\"identity\":[", "\"identity\":[\"x\",");
+  with_meta("\"torso\":{", "\"torso\":{{");
+
+  Sections missing = *sections;
+  missing.erase("head.params");
+  ASSERT_TRUE(write_sections(path_, format, missing).ok());
+  EXPECT_FALSE(read_avatar(path_).ok());
+  Sections nan = *sections;
+  const float bad = std::numeric_limits<float>::quiet_NaN();
+  std::memcpy(nan["head.params"].data() + 40, &bad, 4);
+  ASSERT_TRUE(write_sections(path_, format, nan).ok());
+  EXPECT_FALSE(read_avatar(path_).ok());
+}
+
+TEST_F(AvatarFile, AMissingFileIsNotFound) {
+  const auto read = read_avatar(folder_ / "absent.bin");
+  ASSERT_FALSE(read.ok());
+  EXPECT_EQ(read.error().code, ErrorCode::not_found);
+}
+
+}  // namespace
+}  // namespace likeness

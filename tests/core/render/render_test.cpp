@@ -1,0 +1,98 @@
+// Claims about rendering.
+#include "core/render/render.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "core/field/evaluate.h"
+#include "core/render/composite.h"
+#include "core/render/rays.h"
+#include "tests/core/render/tiny_avatar.h"
+
+namespace likeness {
+namespace {
+
+TEST(RenderFrame, EqualsCompositingEveryPixelAlone) {
+  const Avatar a = tiny_avatar();
+  const Camera camera = typical_camera(a);
+  const RenderState state = typical_state(a);
+  RenderOptions options;
+  options.stop_transmittance = 0;
+  const RenderedFrame frame = render_frame(a, camera, state, options);
+  const Eigen::VectorXf psi = condition(a.condition, state.articulation);
+  const MarchVolumes volumes = march_volumes(a.head, &*a.torso);
+  int seen = 0;
+  for (int y = 1; y < 24; y += 4)
+    for (int x = 1; x < 24; x += 3) {
+      const Vec3f d = ray_direction(camera.intrinsics, Vec2d(x + 0.5, y + 0.5)).normalized().cast<float>();
+      RayRequest ray;
+      ray.fields[0] =
+          field_ray(unit_from_camera(a.head.cube, camera.cam_from_world, state.world_from_head), d);
+      ray.fields[1] =
+          field_ray(unit_from_camera(a.torso->cube, camera.cam_from_world, state.world_from_torso), d);
+      SampleBatch batch;
+      sample_rays(std::span(&ray, 1), volumes, batch);
+      std::array<FieldOutputs, 2> out;
+      evaluate_field(a.head.field, batch.fields[0].inputs(psi.data(), nullptr), out[0]);
+      evaluate_field(a.torso->field, batch.fields[1].inputs(nullptr, nullptr), out[1]);
+      std::vector<float> sigma, colour;
+      for (std::size_t i = 0; i < batch.dt.size(); ++i) {
+        const FieldOutputs& o = out[batch.field[i]];
+        const std::uint32_t at = batch.slot[i];
+        sigma.push_back(o.sigma[at]);
+        for (const float c : {o.red[at], o.green[at], o.blue[at]}) colour.push_back(c);
+      }
+      const auto expected = composite_ray(int(sigma.size()), sigma.data(), batch.dt.data(), colour.data());
+      const float* pixel = frame.rgba.at(x, y);
+      for (int c = 0; c < 3; ++c) EXPECT_NEAR(pixel[c], expected.colour[c], 1e-5) << x << ' ' << y;
+      EXPECT_NEAR(pixel[3], 1 - expected.transmittance, 1e-5);
+      seen += pixel[3] > 0.1f;
+    }
+  EXPECT_GT(seen, 10);
+}
+
+TEST(RenderFrame, StoppingEarlyChangesNoPixelVisibly) {
+  const Avatar a = tiny_avatar();
+  RenderOptions exact;
+  exact.stop_transmittance = 0;
+  const RenderedFrame fast = render_frame(a, typical_camera(a), typical_state(a));
+  const RenderedFrame full = render_frame(a, typical_camera(a), typical_state(a), exact);
+  for (std::size_t i = 0; i < full.rgba.data.size(); ++i)
+    EXPECT_NEAR(fast.rgba.data[i], full.rgba.data[i], 2e-4f);
+  EXPECT_LE(fast.samples_per_ray, full.samples_per_ray);
+  EXPECT_LE(full.samples_per_ray, 16.0);
+}
+
+TEST(RenderFrame, IsTransparentWhereNoCellIsSeen) {
+  Avatar a = tiny_avatar();
+  a.head.occupancy = make_occupancy(8, false);
+  a.torso.reset();
+  const RenderedFrame frame = render_frame(a, typical_camera(a), typical_state(a));
+  for (const float v : frame.rgba.data) EXPECT_EQ(v, 0.f);
+  EXPECT_EQ(frame.samples_per_ray, 0.0);
+}
+
+TEST(RenderFrame, TurningTheHeadMovesNoPixelOfTheTorsoAlone) {
+  Avatar a = tiny_avatar();
+  a.head.occupancy = make_occupancy(8, false);
+  RenderState turned = typical_state(a);
+  turned.world_from_head.rotate(Eigen::AngleAxisd(0.5, Vec3d::UnitY()));
+  const RenderedFrame before = render_frame(a, typical_camera(a), typical_state(a));
+  const RenderedFrame after = render_frame(a, typical_camera(a), turned);
+  EXPECT_EQ(before.rgba.data, after.rgba.data);
+}
+
+TEST(Composite, PutsThePictureOverPlateOrColour) {
+  Image rgba(2, 1, 4);
+  rgba.data = {0.25f, 0.5f, 0, 0.5f, 0, 0, 0, 0};
+  const Image white = composite(rgba, {});
+  EXPECT_FLOAT_EQ(white.data[0], 0.75f);
+  EXPECT_FLOAT_EQ(white.data[3], 1.f);
+  const Image over = composite(rgba, Image8(2, 1, 3, 51));
+  EXPECT_NEAR(over.data[0], 0.25f + 0.5f * 0.2f, 1e-6);
+  EXPECT_NEAR(over.data[4], 0.2f, 1e-6);
+}
+
+}  // namespace
+}  // namespace likeness
