@@ -18,13 +18,13 @@ constexpr int kSharpnessSide = 160;       // px
 
 double area(const FaceBox& box) { return box.width * box.height; }
 
-std::vector<FaceBox> detect_at(const FaceDetector& detector, const Image8& rgb, double scale) {
-  const int width = std::max(1, int(std::lround(rgb.width * scale)));
-  const int height = std::max(1, int(std::lround(rgb.height * scale)));
-  std::vector<FaceBox> faces = width == rgb.width && height == rgb.height
-                                   ? detector.detect(rgb)
-                                   : detector.detect(resize(rgb, width, height));
-  const double sx = double(rgb.width) / width, sy = double(rgb.height) / height;
+std::vector<FaceBox> detect_at(const FaceDetector& detector, const Image8& picture, double scale) {
+  const int width = std::max(1, int(std::lround(picture.width * scale)));
+  const int height = std::max(1, int(std::lround(picture.height * scale)));
+  std::vector<FaceBox> faces = width == picture.width && height == picture.height
+                                   ? detector.detect(picture)
+                                   : detector.detect(resize(picture, width, height));
+  const double sx = double(picture.width) / width, sy = double(picture.height) / height;
   for (FaceBox& face : faces) face.x *= sx, face.width *= sx, face.y *= sy, face.height *= sy;
   return faces;
 }
@@ -74,15 +74,15 @@ class FaceFinder {
 
 }  // namespace
 
-double face_sharpness(const Image8& rgb, const FaceBox& face) {
+double face_sharpness(const Image8& picture, const FaceBox& face) {
   const int x = int(std::lround(face.x)), y = int(std::lround(face.y));
   const int width = std::max(8, int(std::lround(face.width))),
             height = std::max(8, int(std::lround(face.height)));
-  const Image8 patch = resize(crop(rgb, x, y, width, height), kSharpnessSide, kSharpnessSide);
+  const Image8 patch = resize(crop(picture, x, y, width, height), kSharpnessSide, kSharpnessSide);
   std::vector<float> luma(patch.pixels());
   for (std::size_t i = 0; i < luma.size(); ++i) {
     const std::uint8_t* p = patch.data.data() + i * patch.channels;
-    luma[i] = 0.299f * p[0] + 0.587f * p[1] + 0.114f * p[2];
+    luma[i] = patch.channels >= 3 ? 0.299f * p[0] + 0.587f * p[1] + 0.114f * p[2] : float(p[0]);
   }
   double sum = 0, squares = 0;
   for (int row = 1; row + 1 < kSharpnessSide; ++row) {
@@ -98,7 +98,7 @@ double face_sharpness(const Image8& rgb, const FaceBox& face) {
 
 Result<ClipScan> scan_clip(const std::filesystem::path& video, const FaceDetector& detector,
                            const Progress& progress, std::stop_token stop) {
-  auto reader = VideoReader::open(video);
+  auto reader = VideoReader::open(video, VideoPixels::luma);
   if (!reader) return reader.error();
   ClipScan scan;
   scan.info = reader->info();

@@ -32,6 +32,6 @@ Result<ClipScan> scan_clip(const std::filesystem::path& video, const FaceDetecto
 
 // Variance of the Laplacian of the face's luma, the box reduced or enlarged to a fixed size so that a face
 // further away is not called blurred. 8-bit units squared.
-double face_sharpness(const Image8& rgb, const FaceBox& face);
+double face_sharpness(const Image8& picture, const FaceBox& face);
 
 }  // namespace likeness

@@ -119,6 +119,7 @@ struct VideoReader::Impl {
   std::unique_ptr<AVPacket, FreePacket> packet{av_packet_alloc()};
   std::unique_ptr<AVFrame, FreeFrame> frame{av_frame_alloc()};
   AVStream* stream = nullptr;
+  VideoPixels pixels = VideoPixels::rgb;
   FrameConverter converter;
   Orientation orientation;
   VideoInfo info;
@@ -252,8 +253,9 @@ Result<std::optional<VideoFrame>> VideoReader::Impl::take() {
   }
   VideoFrame result;
   const bool turned = orientation.transposed;
-  const Image8 coded =
-      converter.to_rgb(*frame, turned ? info.height : info.width, turned ? info.width : info.height);
+  const int width = turned ? info.height : info.width, height = turned ? info.width : info.height;
+  const Image8 coded = pixels == VideoPixels::luma ? converter.to_luma(*frame, width, height)
+                                                   : converter.to_rgb(*frame, width, height);
   if (coded.empty()) return damaged();
   result.rgb = oriented(coded, orientation);
   const double step = info.frames_per_second > 0 ? 1 / info.frames_per_second : 0.04;
@@ -313,9 +315,10 @@ Error VideoReader::Impl::damaged() const {
                    "keep one side.");
 }
 
-Result<VideoReader> VideoReader::open(const std::filesystem::path& path) {
+Result<VideoReader> VideoReader::open(const std::filesystem::path& path, VideoPixels pixels) {
   auto impl = std::make_unique<Impl>();
   impl->path = path;
+  impl->pixels = pixels;
   if (const auto opened = impl->open(); !opened) return opened.error();
   return VideoReader(std::move(impl));
 }

@@ -22,10 +22,14 @@ struct VideoInfo {
   std::string codec;
 };
 
+// What a reader turns frames into. Luma costs a fraction of RGB and is enough for finding and following
+// things.
+enum class VideoPixels { rgb, luma };
+
 struct VideoFrame {
   int index = 0;      // in decoding order, from 0: the frame's number everywhere in a project
   double time_s = 0;  // presentation time
-  Image8 rgb;
+  Image8 rgb;         // 3 channels; 1 from a reader of luma
 };
 
 Result<VideoInfo> probe_video(const std::filesystem::path& path);
@@ -34,7 +38,7 @@ Result<VideoInfo> probe_video(const std::filesystem::path& path);
 // bad_input naming the last good frame.
 class VideoReader {
  public:
-  static Result<VideoReader> open(const std::filesystem::path& path);
+  static Result<VideoReader> open(const std::filesystem::path& path, VideoPixels pixels = VideoPixels::rgb);
   ~VideoReader();
   VideoReader(VideoReader&&) noexcept;
   VideoReader& operator=(VideoReader&&) noexcept;

@@ -161,37 +161,49 @@ FrameConverter::~FrameConverter() = default;
 FrameConverter::FrameConverter(FrameConverter&&) noexcept = default;
 FrameConverter& FrameConverter::operator=(FrameConverter&&) noexcept = default;
 
-Image8 FrameConverter::to_rgb(const AVFrame& frame, int width, int height) {
+bool FrameConverter::convert(const AVFrame& frame, int width, int height, int format, int bytes_per_pixel) {
   bool full_range = frame.color_range == AVCOL_RANGE_JPEG;
-  const AVPixelFormat format = without_range(AVPixelFormat(frame.format), full_range);
-  const bool hlg = frame.color_trc == AVCOL_TRC_ARIB_STD_B67,
-             hdr = hlg || frame.color_trc == AVCOL_TRC_SMPTE2084;
+  const AVPixelFormat source_format = without_range(AVPixelFormat(frame.format), full_range);
   // Accurate rounding also turns off the shortcut that repeats chroma instead of interpolating it.
-  const int flags = SWS_BICUBIC | SWS_ACCURATE_RND | SWS_FULL_CHR_H_INT;
-  context_.reset(sws_getCachedContext(context_.release(), frame.width, frame.height, format, width, height,
-                                      hdr ? AV_PIX_FMT_RGB48 : AV_PIX_FMT_RGB24, flags, nullptr, nullptr,
-                                      nullptr));
-  if (!context_) return {};
+  const int flags = SWS_BILINEAR | SWS_ACCURATE_RND | SWS_FULL_CHR_H_INT;
+  context_.reset(sws_getCachedContext(context_.release(), frame.width, frame.height, source_format, width,
+                                      height, AVPixelFormat(format), flags, nullptr, nullptr, nullptr));
+  if (!context_) return false;
   const int one = 1 << 16;
   sws_setColorspaceDetails(context_.get(), sws_getCoefficients(matrix_of(frame)), full_range,
                            sws_getCoefficients(SWS_CS_DEFAULT), 1, 0, one, one);
   // swscale may write a few bytes past the end of a row: rows are given room.
-  const std::size_t row_bytes = std::size_t(width) * 3 * (hdr ? 2 : 1), stride = (row_bytes + 127) / 64 * 64;
-  std::vector<std::uint16_t> padded(stride / 2 * height + 64);
-  std::uint8_t* planes[1] = {reinterpret_cast<std::uint8_t*>(padded.data())};
-  const int strides[1] = {int(stride)};
-  if (sws_scale(context_.get(), frame.data, frame.linesize, 0, frame.height, planes, strides) <= 0) return {};
-  if (!hdr) {
-    Image8 image(width, height, 3);
-    for (int y = 0; y < height; ++y) std::copy_n(planes[0] + y * stride, row_bytes, image.at(0, y));
-    return image;
+  stride_bytes_ = (std::size_t(width) * bytes_per_pixel + 127) / 64 * 64;
+  pixels_.resize(stride_bytes_ / 2 * height + 64);
+  std::uint8_t* planes[1] = {reinterpret_cast<std::uint8_t*>(pixels_.data())};
+  const int strides[1] = {int(stride_bytes_)};
+  return sws_scale(context_.get(), frame.data, frame.linesize, 0, frame.height, planes, strides) > 0;
+}
+
+Image8 FrameConverter::to_luma(const AVFrame& frame, int width, int height) {
+  if (!convert(frame, width, height, AV_PIX_FMT_GRAY8, 1)) return {};
+  Image8 image(width, height, 1);
+  const auto* rows = reinterpret_cast<const std::uint8_t*>(pixels_.data());
+  for (int y = 0; y < height; ++y) std::copy_n(rows + y * stride_bytes_, width, image.at(0, y));
+  return image;
+}
+
+Image8 FrameConverter::to_rgb(const AVFrame& frame, int width, int height) {
+  const bool hlg = frame.color_trc == AVCOL_TRC_ARIB_STD_B67,
+             hdr = hlg || frame.color_trc == AVCOL_TRC_SMPTE2084;
+  if (!convert(frame, width, height, hdr ? AV_PIX_FMT_RGB48 : AV_PIX_FMT_RGB24, hdr ? 6 : 3)) return {};
+  const std::size_t row_values = std::size_t(width) * 3;
+  if (hdr) {
+    std::vector<std::uint16_t> signal(row_values * height);
+    for (int y = 0; y < height; ++y) {
+      std::copy_n(pixels_.data() + y * (stride_bytes_ / 2), row_values, signal.data() + y * row_values);
+    }
+    return hdr_to_srgb(signal, width, height, hlg);
   }
-  std::vector<std::uint16_t> signal(std::size_t(width) * height * 3);
-  for (int y = 0; y < height; ++y) {
-    std::copy_n(padded.data() + y * (stride / 2), std::size_t(width) * 3,
-                signal.data() + std::size_t(y) * width * 3);
-  }
-  return hdr_to_srgb(signal, width, height, hlg);
+  Image8 image(width, height, 3);
+  const auto* rows = reinterpret_cast<const std::uint8_t*>(pixels_.data());
+  for (int y = 0; y < height; ++y) std::copy_n(rows + y * stride_bytes_, row_values, image.at(0, y));
+  return image;
 }
 
 }  // namespace likeness

@@ -2,7 +2,9 @@
 #pragma once
 
 #include <array>
+#include <cstdint>
 #include <memory>
+#include <vector>
 
 #include "core/image/image.h"
 
@@ -34,8 +36,15 @@ class FrameConverter {
   // BT.601. HLG and PQ frames are mapped to display-referred sRGB. Empty on failure. Size of the result:
   // width x height.
   Image8 to_rgb(const AVFrame& frame, int width, int height);
+  // Full-range luma, one channel; high dynamic range is not mapped.
+  Image8 to_luma(const AVFrame& frame, int width, int height);
 
  private:
+  // Fills pixels_ with rows of stride_bytes_; false on failure.
+  bool convert(const AVFrame& frame, int width, int height, int format, int bytes_per_pixel);
+
+  std::vector<std::uint16_t> pixels_;  // of the last conversion; 16-bit words so that RGB48 is aligned
+  std::size_t stride_bytes_ = 0;
   struct Free {
     void operator()(SwsContext* context) const;
   };
