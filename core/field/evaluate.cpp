@@ -45,6 +45,25 @@ void check_inputs(const Field& field, const FieldLayout& layout, const FieldInpu
                  field.config.condition_count);
 }
 
+// Every gradient array has its place, and every row that a sample points at exists.
+void check_gradients(const Field& field, const FieldLayout& layout, const FieldInputs& inputs,
+                     const FieldGradients& gradients) {
+  LIKENESS_CHECK(gradients.parameters.size() == layout.parameter_count &&
+                     gradients.touched.size() == layout.table_count / kTableLine,
+                 "%zu gradients for %zu parameters", gradients.parameters.size(), layout.parameter_count);
+  if (inputs.count == 0) return;
+  std::int32_t first = 0, last = 0;
+  if (inputs.view) {
+    const auto [low, high] = std::minmax_element(inputs.view, inputs.view + inputs.count);
+    first = *low, last = *high;
+  }
+  const std::size_t rows = std::size_t(last) + 1;
+  LIKENESS_CHECK(first >= 0 && rows * std::size_t(field.config.latent_count) <= gradients.latents.size() &&
+                     rows * std::size_t(field.config.condition_count) <= gradients.conditions.size(),
+                 "views %d to %d, but gradients of %zu latents and %zu conditions", first, last,
+                 gradients.latents.size(), gradients.conditions.size());
+}
+
 // Large enough for the cache, small enough that every thread gets a share.
 std::size_t encode_chunk(std::size_t count) {
   const std::size_t share = count / (2 * std::size_t(std::max(1, current_thread_limit())));
@@ -195,8 +214,7 @@ void backward_field(const Field& field, const FieldInputs& inputs,
   check_inputs(field, layout, inputs);
   LIKENESS_CHECK(tape.count == inputs.count, "the tape holds %zu samples, the inputs %zu", tape.count,
                  inputs.count);
-  LIKENESS_CHECK(gradients.parameters.size() == layout.parameter_count, "%zu gradients for %zu parameters",
-                 gradients.parameters.size(), layout.parameter_count);
+  check_gradients(field, layout, inputs, gradients);
   tape.count = 0;
   if (gradients.want_positions) {
     for (std::vector<float>* array : {&gradients.x, &gradients.y, &gradients.z}) array->resize(inputs.count);

@@ -227,6 +227,14 @@ TEST(FieldEvaluateEdges, MissingDirectionsViewsAndLatentsMeanForwardRowZeroAndZe
   EXPECT_EQ(a.red, b.red);
 }
 
+TEST(FieldEvaluateEdgesDeathTest, AViewWithoutARowOfGradientsIsReportedNotWritten) {
+  const Field field = trained_like_field(small_configs()[0].config, 21);
+  Batch batch = random_batch(field.config, 64, 4, 22);
+  batch.view[17] = 3;
+  batch.views = 3;  // gradients are made for rows 0 to 2
+  EXPECT_DEATH(run(field, batch), "views 0 to 3");
+}
+
 TEST(FieldGradientsTouched, LinesWithAGradientAreMarkedAndNoOthers) {
   const Field field = trained_like_field(full_config(), 19);
   Batch batch = random_batch(field.config, 100, 2, 20);
