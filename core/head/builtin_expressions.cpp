@@ -97,8 +97,8 @@ std::vector<NamedField> expression_fields(const WholeHead& head) {
   // -- Lids
   both_sides("eyeBlink", lids(kEyeClosed.upper, kEyeClosed.lower));
   both_sides("eyeLookDown", lids(2.6, 5.6));
-  both_sides("eyeLookIn", pushes({{{{26, 36, 96}, {9, 8, 14}, {-0.8, 0, 0}}}}));
-  both_sides("eyeLookOut", pushes({{{{37, 36, 95}, {9, 8, 14}, {0.8, 0, 0}}}}));
+  both_sides("eyeLookIn", lid_field(head, {kEyeOpen.upper, kEyeOpen.lower, -0.6}));
+  both_sides("eyeLookOut", lid_field(head, {kEyeOpen.upper, kEyeOpen.lower, 0.6}));
   both_sides("eyeLookUp", lids(7.9, 3.7));
   both_sides("eyeSquint", sum(pushes({{{{33, 22, 90}, {18, 8, 20}, {0, 2.2, 0.6}}}}), lids(4.3, 1.6)));
   both_sides("eyeWide", lids(8.6, 5.3));

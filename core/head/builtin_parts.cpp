@@ -118,9 +118,9 @@ HalfMesh make_ear() {
   struct Ring {
     double share, height;  // of the outline's radius; mm along `face`
   };
-  constexpr std::array<Ring, 14> kRings{{{0.16, -6.5},
-                                         {0.32, -6},
-                                         {0.46, -3.8},
+  constexpr std::array<Ring, 15> kRings{{{0.16, -5.2},
+                                         {0.32, -5},
+                                         {0.46, -3.4},
                                          {0.57, -0.3},
                                          {0.66, 1.2},
                                          {0.75, 0.4},
@@ -130,8 +130,9 @@ HalfMesh make_ear() {
                                          {1.0, 2.0},
                                          {0.995, 0.0},
                                          {0.93, -2.0},
-                                         {0.75, -4.0},
-                                         {0.5, -10}}};
+                                         {0.78, -3.4},
+                                         {0.62, -6.5},
+                                         {0.5, -11}}};
   constexpr int kAround = 40;
   HalfVertex v;
   v.part = HeadPart::scalp_neck;

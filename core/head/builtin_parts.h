@@ -31,8 +31,9 @@ struct HalfMesh {
 
 // Front-view curves of the opening between the lids, mm. Zero offsets are the neutral, open eye.
 struct EyeOpening {
-  double upper = 6.4,
+  double upper = 5.9,
          lower = 4.7;  // height of the upper and lower lid margin over and under the corners' line
+  double lean = 0;     // > 0 moves the arcs' peaks towards the temple
 };
 Vec2d lid_margin(const EyeOpening& opening, double along, bool upper);  // along: 0 inner corner .. 1 outer
 inline constexpr EyeOpening kEyeOpen{};

@@ -37,7 +37,7 @@ constexpr double kMouthCornerY = -35.0, kBorderCornerX = 25.6, kSeamCornerX = 23
 // Rings from the grid's rectangle to the lid margin, as fractions of the way; behind it follow four more and
 // a pole.
 constexpr std::array<double, 8> kLidSteps{0.18, 0.35, 0.5, 0.63, 0.75, 0.86, 0.94, 1.0};
-constexpr std::array<double, 8> kLidFold{0.2, 0.7, 1.1, 0.7, -0.75, -0.5, -0.1, 0};  // mm outwards
+constexpr std::array<double, 8> kLidFold{0.2, 0.5, 0.8, 0.6, -0.5, -0.35, -0.1, 0};  // mm outwards
 constexpr int kLidOuterRings = int(kLidSteps.size()), kLidInnerRings = 5;
 
 // Rings from the rectangle to the vermilion border, then the rolled lip: share of the way from border to
@@ -120,8 +120,8 @@ Vec3d lid_lining(const Vec3d& margin, int ring) {
   const double distance = out.norm();
   const double angle = std::acos(std::clamp(out.z() / distance, -1.0, 1.0));  // from the gaze
   const double around = std::atan2(out.y(), out.x());
-  constexpr std::array<double, 5> kTurn{0.0, 0.18, 0.55, 0.8,
-                                        1.0};  // share of the way from the margin to the back
+  constexpr std::array<double, 5> kTurn{0.0, 0.18, 0.45, 0.66,
+                                        0.88};  // share of the way from the margin to the back
   constexpr std::array<double, 5> kGap{0.35, 0.4, 0.9, 1.2, 1.2};  // mm off the eyeball
   const double far = std::max(distance - 1.3 - 2.0 * ring, 0.0);   // corners lie off the eyeball
   const double radius = std::max(kEyeballRadius + kGap[ring], far);
@@ -202,14 +202,15 @@ Vec2d lid_margin(const EyeOpening& opening, double along, bool upper) {
   const double round = std::pow(std::max(0.0, 4 * along * (1 - along)), 0.72);
   const double height = upper ? opening.upper : -opening.lower;
   // Highest towards the nose, lowest towards the temple; a closed upper lid lies along the lower one.
-  const double skew = height > 0 ? 1 + 0.22 * (0.5 - along) : 1 + 0.25 * (along - 0.5);
+  const double skew =
+      height > 0 ? 1 + (opening.lean - 0.22) * (along - 0.5) : 1 + (opening.lean + 0.25) * (along - 0.5);
   return line + Vec2d(0, height * round * skew);
 }
 
 Vec2d lip_point(LipCurve curve, double along) {
   constexpr std::array<double, 7> kAt{0, 0.15, 0.3, 0.5, 0.7, 0.87, 1};
-  constexpr std::array<double, 7> kUpper{9.7, 10.3, 10.6, 9.1, 6.5, 3.1, 0};
-  constexpr std::array<double, 7> kLower{-9.2, -9.1, -8.7, -7.4, -5.3, -2.6, 0};
+  constexpr std::array<double, 7> kUpper{9.7, 10.3, 10.6, 9.3, 6.9, 3.7, 0};
+  constexpr std::array<double, 7> kLower{-9.2, -9.1, -8.8, -7.8, -5.9, -3.2, 0};
   constexpr std::array<double, 7> kSeam{1.0, 1.3, 1.6, 1.5, 1.0, 0.4, 0};
   const double reach = std::sin(0.5 * std::numbers::pi * along) * 0.35 + along * 0.65;
   const bool seam = curve == LipCurve::upper_seam || curve == LipCurve::lower_seam;
