@@ -5,6 +5,7 @@
 
 #include <algorithm>
 
+#include "core/head/builtin_head.h"
 #include "core/head/pose_head.h"
 #include "tests/core/head/ict_head.h"
 #include "tests/core/head/synthetic_head.h"
@@ -53,8 +54,7 @@ TEST(VertexNeighbours, AreMutual) {
     }
 }
 
-TEST(HeadRegions, OfTheIctHeadHoldWhatTheirNamesSay) {
-  LIKENESS_NEED_ICT_HEAD(model);
+void expect_sensible_regions(const HeadModel& model) {
   const HeadRegions regions = head_regions(model);
   const auto landmarks = landmark_positions(model, model.vertices);
   const auto highest = [&](const std::vector<std::uint8_t>& flags) {
@@ -80,13 +80,20 @@ TEST(HeadRegions, OfTheIctHeadHoldWhatTheirNamesSay) {
       ASSERT_TRUE(regions.head[t]) << "triangle " << t;
     }
     const float y = model.vertices[model.triangles[t][0]].y();
-    if (y < -0.12f) {
+    if (y < landmarks[8].y() - 0.045f) {
       ASSERT_FALSE(regions.head[t]) << "triangle " << t;
     }
   }
   // Brows, nose, eyes and mouth lie in the face; the jaw line is its border.
   for (int l = 17; l < kLandmarkCount; ++l)
     EXPECT_EQ(regions.face[model.landmark_triangle[l]], 1) << "landmark " << l;
+}
+
+TEST(HeadRegions, OfTheBuiltInHeadHoldWhatTheirNamesSay) { expect_sensible_regions(make_builtin_head()); }
+
+TEST(HeadRegions, OfTheIctHeadHoldWhatTheirNamesSay) {
+  LIKENESS_NEED_ICT_HEAD(model);
+  expect_sensible_regions(model);
 }
 
 TEST(HeadRegions, FaceWithoutPartsIsTheFaceWithThem) {
