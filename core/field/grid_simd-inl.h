@@ -73,6 +73,18 @@ HWY_INLINE void cells_of(const GridLevel& level, int features, const float* cons
   }
 }
 
+// The same four features of four neighbouring samples: rows to samples and back.
+template <class V4>
+HWY_INLINE void transpose_quad(V4 (&v)[4]) {
+  const hn::FixedTag<float, 4> d;
+  const V4 low01 = hn::InterleaveLower(d, v[0], v[1]), low23 = hn::InterleaveLower(d, v[2], v[3]);
+  const V4 high01 = hn::InterleaveUpper(d, v[0], v[1]), high23 = hn::InterleaveUpper(d, v[2], v[3]);
+  v[0] = hn::ConcatLowerLower(d, low23, low01);
+  v[1] = hn::ConcatUpperUpper(d, low23, low01);
+  v[2] = hn::ConcatLowerLower(d, high23, high01);
+  v[3] = hn::ConcatUpperUpper(d, high23, high01);
+}
+
 // rows (features, kTile) = sum over corners of weight times entry.
 template <int kCorners>
 HWY_INLINE void gather_quads(const float* table, const CellTile& cells, int features, float* rows) {
@@ -89,12 +101,8 @@ HWY_INLINE void gather_quads(const float* table, const CellTile& cells, int feat
                               hn::LoadU(d, table + cells.entry[c][s + k] + f), sum[k]);
         }
       }
-      const auto ab = hn::InterleaveLower(d, sum[0], sum[1]), ce = hn::InterleaveLower(d, sum[2], sum[3]);
-      const auto AB = hn::InterleaveUpper(d, sum[0], sum[1]), CE = hn::InterleaveUpper(d, sum[2], sum[3]);
-      hn::Store(hn::ConcatLowerLower(d, ce, ab), d, rows + s);
-      hn::Store(hn::ConcatUpperUpper(d, ce, ab), d, rows + kTile + s);
-      hn::Store(hn::ConcatLowerLower(d, CE, AB), d, rows + 2 * kTile + s);
-      hn::Store(hn::ConcatUpperUpper(d, CE, AB), d, rows + 3 * kTile + s);
+      transpose_quad(sum);
+      for (int k = 0; k < 4; ++k) hn::Store(sum[k], d, rows + k * kTile + s);
     }
   }
 }
@@ -111,37 +119,58 @@ HWY_INLINE void gather_tile(const float* table, const CellTile& cells, int featu
   }
 }
 
-// Adds weight times rows to the entries of the first `count` samples; marks their lines. Samples whose
-// gradient is zero touch nothing.
-template <int kCorners>
-HWY_INLINE void scatter_tile(float* table, std::uint8_t* touched, const CellTile& cells, int features,
-                             const float* rows, std::size_t count) {
+// size (kTile): largest absolute gradient of each sample.
+HWY_INLINE void gradient_sizes(const float* rows, int features, float* size) {
   const hn::CappedTag<float, 16> d;
-  alignas(64) float size[kTile];
   for (std::size_t s = 0; s < kTile; s += hn::Lanes(d)) {
     auto most = hn::Abs(hn::Load(d, rows + s));
     for (int f = 1; f < features; ++f) most = hn::Max(most, hn::Abs(hn::Load(d, rows + f * kTile + s)));
     hn::Store(most, d, size + s);
   }
-  alignas(64) float entry[kTile][8];  // the gradient of each sample, features together
-  for (int f = 0; f < features; ++f) {
-    for (std::size_t s = 0; s < kTile; ++s) entry[s][f] = rows[f * kTile + s];
+}
+
+template <int kCorners>
+HWY_INLINE void scatter_quads(float* table, std::uint8_t* touched, const CellTile& cells, const float* rows,
+                              const float* size, std::size_t count) {
+  const hn::FixedTag<float, 4> d;
+  for (std::size_t s = 0; s < count; s += 4) {
+    hn::Vec<decltype(d)> gradient[4];
+    for (int k = 0; k < 4; ++k) gradient[k] = hn::Load(d, rows + k * kTile + s);
+    transpose_quad(gradient);
+#pragma GCC unroll 4
+    for (std::size_t k = 0; k < 4; ++k) {
+      if (s + k >= count || size[s + k] == 0) continue;
+#pragma GCC unroll 8
+      for (int c = 0; c < kCorners; ++c) {
+        const std::uint32_t at = cells.entry[c][s + k];
+        touched[at / kTableLine] = 1;
+        float* entry = table + at;
+        hn::StoreU(hn::MulAdd(hn::Set(d, cells.weight[c][s + k]), gradient[k], hn::LoadU(d, entry)), d,
+                   entry);
+      }
+    }
   }
-  const hn::FixedTag<float, 4> d4;
+}
+
+// Adds weight times rows to the entries of the first `count` samples; marks their lines. Samples whose
+// gradient is zero touch nothing.
+template <int kCorners>
+HWY_INLINE void scatter_tile(float* table, std::uint8_t* touched, const CellTile& cells, int features,
+                             const float* rows, std::size_t count) {
+  alignas(64) float size[kTile];
+  gradient_sizes(rows, features, size);
+  if (features % 4 == 0) {
+    for (int f = 0; f < features; f += 4) {
+      scatter_quads<kCorners>(table + f, touched, cells, rows + f * kTile, size, count);
+    }
+    return;
+  }
   for (std::size_t s = 0; s < count; ++s) {
     if (size[s] == 0) continue;
     for (int c = 0; c < kCorners; ++c) {
       const std::uint32_t at = cells.entry[c][s];
       touched[at / kTableLine] = 1;
-      if (features % 4 == 0) {
-        const auto w = hn::Set(d4, cells.weight[c][s]);
-        for (int f = 0; f < features; f += 4) {
-          hn::StoreU(hn::MulAdd(w, hn::Load(d4, &entry[s][f]), hn::LoadU(d4, table + at + f)), d4,
-                     table + at + f);
-        }
-      } else {
-        for (int f = 0; f < features; ++f) table[at + f] += cells.weight[c][s] * entry[s][f];
-      }
+      for (int f = 0; f < features; ++f) table[at + f] += cells.weight[c][s] * rows[f * kTile + s];
     }
   }
 }
