@@ -10,6 +10,7 @@
 #include "app/commands.h"
 #include "app/terminal.h"
 #include "core/base/parallel.h"
+#include "core/head/pose_head.h"
 #include "core/image/files.h"
 #include "core/project/run_stages.h"
 #include "core/render/camera_path.h"
@@ -66,7 +67,7 @@ Result<Vec3f> parse_colour(const std::string& text) {
   if (text.size() == 7 && text.front() == '#') {
     const auto [end, failure] = std::from_chars(begin, begin + 6, value, 16);
     if (failure == std::errc{} && end == begin + 6) {
-      return Vec3f(float(value >> 16), float(value >> 8 & 255), float(value & 255)) / 255;
+      return Vec3f(Vec3f(float(value >> 16), float(value >> 8 & 255), float(value & 255)) / 255.0f);
     }
   }
   return Error{ErrorCode::bad_input, fmt::format("\"{}\" is not a background.", text),
