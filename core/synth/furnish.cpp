@@ -95,15 +95,15 @@ void plant(Builder& b, const Vec3f& pot, float height) {
     const Vec3f out(std::cos(angle), 0, std::sin(angle));
     const Vec3f side = Vec3f(-std::sin(angle), 0, std::cos(angle));
     Vec3f root = pot + Vec3f(0, 0.2f + b.random.between(0, 0.5f) * height, 0) + 0.06f * out;
-    const Vec3f green(b.random.between(0.05f, 0.14f), b.random.between(0.18f, 0.34f),
-                      b.random.between(0.03f, 0.09f));
+    const Vec3f green(b.random.between(0.03f, 0.08f), b.random.between(0.09f, 0.17f),
+                      b.random.between(0.02f, 0.05f));
     for (int piece = 0; piece < 3; ++piece) {  // bends outwards; both sides are seen
       const float bend = lean + 0.45f * float(piece);
       const Vec3f up = (std::cos(bend) * Vec3f::UnitY() + std::sin(bend) * out) * (length / 3);
       const float w = width * (piece == 1 ? 1.0f : 0.62f);
-      b.add(root - 0.5f * w * side, w * side, up, RoomPaint::leaf, green, Vec3f(0.35f, 0.5f, 0.2f));
+      b.add(root - 0.5f * w * side, w * side, up, RoomPaint::leaf, green, Vec3f(0.20f, 0.28f, 0.11f));
       b.add(root + 0.5f * w * side - 0.0005f * out, -w * side, up, RoomPaint::leaf, 0.8f * green,
-            Vec3f(0.3f, 0.45f, 0.2f));
+            Vec3f(0.17f, 0.25f, 0.10f));
       root += up;
     }
   }

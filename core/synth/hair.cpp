@@ -32,11 +32,11 @@ Proportions proportions_of(const std::array<Vec3f, kLandmarkCount>& l) {
 
 // Height of the hairline over the brows at an azimuth from the front (0) to the back (pi).
 float hairline_height(float azimuth) {
-  constexpr std::array<std::array<float, 2>, 11> line = {{{0.0f, 0.053f},
-                                                          {0.40f, 0.054f},
-                                                          {0.75f, 0.058f},
-                                                          {0.98f, 0.040f},
-                                                          {1.12f, 0.018f},
+  constexpr std::array<std::array<float, 2>, 11> line = {{{0.0f, 0.045f},
+                                                          {0.40f, 0.046f},
+                                                          {0.75f, 0.047f},
+                                                          {0.98f, 0.030f},
+                                                          {1.12f, 0.012f},
                                                           {1.24f, -0.022f},
                                                           {1.36f, -0.030f},
                                                           {1.46f, 0.012f},

@@ -186,7 +186,7 @@ void Person::Impl::gather(const Vec3f& lens, std::stop_token stop) {
   const Visible visible = [this](const Vec3f& from, const Vec3f& d, float distance) {
     return !body.occluded(from, d, 0.0004f, distance) && !hair_scene.occluded(from, d, 0.002f, distance);
   };
-  GatherOptions skin_light, plain;
+  GatherOptions skin_light, plain, mouth;
   skin_light.light_grid = 3;
   skin_light.sky_rays = 16;
   skin_light.wrap = Vec3f(0.32f, 0.17f, 0.12f);
@@ -195,6 +195,9 @@ void Person::Impl::gather(const Vec3f& lens, std::stop_token stop) {
   plain = skin_light;
   plain.wrap = Vec3f::Zero();
   plain.bounce = 0.12f;
+  mouth = plain;  // what the lips shade is lit through them and by its own wet walls
+  mouth.bounce = 0.55f;
+  mouth.wrap = Vec3f::Constant(0.3f);
   received.assign(posed.size(), Received());
   lit.assign(posed.size(), 0);
   std::vector<std::uint8_t> used(posed.size(), 0);
@@ -205,7 +208,11 @@ void Person::Impl::gather(const Vec3f& lens, std::stop_token stop) {
       const Vec3f to_lens = lens - posed[v];
       if (!used[v] || normals[v].dot(to_lens) < -0.3f * to_lens.norm()) continue;
       const HeadPart part = part_of_vertex(int(v));
-      received[v] = gather_light(rig, up, posed[v], normals[v], visible, is_skin(part) ? skin_light : plain,
+      const bool oral = part == HeadPart::teeth || part == HeadPart::gums_tongue;
+      received[v] = gather_light(rig, up, posed[v], normals[v], visible,
+                                 is_skin(part) ? skin_light
+                                 : oral        ? mouth
+                                               : plain,
                                  std::uint32_t(v) * 5);
       lit[v] = 1;
     }
@@ -271,10 +278,16 @@ Vec3f Person::Impl::shade_eye(const Surface& s, HeadPart part, const Vec3f& rest
   const float rim = fresnel(s.f0, normal.dot(to_eye));
   const Vec3f mirror = 2 * normal.dot(to_eye) * normal - to_eye;
   radiance += 0.7f * rim * light.sky_open * rig.glow(Vec3f(0, mirror.dot(up), 0));
-  const float key = std::clamp(1.4f * light.key_open, 0.0f, 1.0f),
-              fill = std::clamp(1.5f * light.sky_open, 0.0f, 1.0f);
-  radiance += key * glossy(rig.key, position, normal, to_eye, 0.16f, s.f0) +
-              fill * glossy(rig.fill, position, normal, to_eye, 0.16f, s.f0);
+  // Of a large soft light the wet eye shows only the bright core, or its iris would drown in the reflection.
+  const auto core = [](AreaLight light, float share) {
+    light.half_u *= share;
+    light.half_v *= share;
+    return light;
+  };
+  const float key = std::clamp(1.4f * light.key_open, 0.0f, 1.0f);
+  const float fill = std::clamp(1.5f * light.sky_open, 0.0f, 1.0f);
+  radiance += 2.2f * key * glossy(core(rig.key, 0.4f), position, normal, to_eye, 0.10f, s.f0);
+  radiance += fill * glossy(core(rig.fill, 0.4f), position, normal, to_eye, 0.10f, s.f0);
   return radiance;
 }
 

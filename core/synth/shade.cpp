@@ -70,11 +70,11 @@ Vec3f LightRig::glow(const Vec3f& d) const {
 LightRig make_light_rig() {
   LightRig rig;
   // World: the head at the origin looks along +z. The subject's left is +x.
-  rig.key = {Vec3f(1.05f, 0.80f, 1.35f), Vec3f(0.42f, 0, -0.34f), Vec3f(0.17f, 0.47f, 0.21f),
+  rig.key = {Vec3f(0.82f, 0.80f, 1.50f), Vec3f(0.46f, 0, -0.26f), Vec3f(0.17f, 0.47f, 0.21f),
              Vec3f(12.0f, 11.3f, 10.3f)};
-  rig.fill = {Vec3f(-1.5f, 0.35f, 1.1f), Vec3f(0.30f, 0, 0.42f), Vec3f(0, 0.5f, 0), Vec3f(1.5f, 1.7f, 2.0f)};
+  rig.fill = {Vec3f(-1.5f, 0.35f, 1.1f), Vec3f(0.30f, 0, 0.42f), Vec3f(0, 0.5f, 0), Vec3f(2.6f, 2.85f, 3.2f)};
   rig.rim = {Vec3f(-0.75f, 0.85f, -1.0f), Vec3f(0.25f, 0, -0.2f), Vec3f(0.1f, 0.25f, 0.15f),
-             Vec3f(9.0f, 9.5f, 10.5f)};
+             Vec3f(5.4f, 5.7f, 6.3f)};
   for (AreaLight* light : {&rig.key, &rig.fill, &rig.rim}) {
     if (light->half_u.cross(light->half_v).dot(light->centre) > 0) light->half_v = -light->half_v;
   }

@@ -101,19 +101,20 @@ float Skin::brow(const Vec3f& p) const {
   if ((p - middle).norm() > 0.045f * unit_ || p.z() < middle.z() - 0.05f) return 0;
   const OnCurve on = nearest_on(brows_[side], p);  // along: 0 at the temple
   const float t = on.along;
-  const float below = (0.0034f + 0.0034f * smoothstep(0.1f, 0.75f, t)) * unit_, above = 0.0017f * unit_;
+  const float below = (0.0026f + 0.0036f * smoothstep(0.1f, 0.8f, t)) * unit_, above = 0.0015f * unit_;
   const float ragged = 0.0012f * noise(p * 420.0f, seed_ + 61);
   const float across = on.above + ragged;
-  const float body = smoothstep(-below - 0.0016f, -below + 0.0014f, across) *
-                     (1 - smoothstep(above - 0.0008f, above + 0.0018f, across));
-  const float ends = smoothstep(0.0f, 0.10f, t) * (1 - smoothstep(0.965f, 1.0f, t));
+  const float body = smoothstep(-below - 0.0022f, -below + 0.0026f, across) *
+                     (1 - smoothstep(above - 0.0014f, above + 0.0024f, across));
+  const float ends =
+      smoothstep(0.0f, 0.22f, t) * (1 - smoothstep(0.86f, 1.0f, t + 0.05f * noise(p * 700.0f, seed_ + 64)));
   // Hairs: streaks that lean towards the temple, steeper near the nose.
   const float lean = 0.35f + 1.1f * t, sign = side == 0 ? 1.0f : -1.0f;
   const float u = p.x() * sign * std::cos(lean) - p.y() * std::sin(lean),
               v = p.x() * sign * std::sin(lean) + p.y() * std::cos(lean);
   const float streak =
-      noise(Vec3f(u * 900, v * 170, 0), seed_ + 62) + 0.5f * noise(Vec3f(u * 1700, v * 260, 3), seed_ + 63);
-  return body * ends * (0.82f + 0.3f * streak) * smoothstep(1.3f, 0.55f, std::abs(t - 0.5f));
+      noise(Vec3f(u * 1300, v * 190, 0), seed_ + 62) + 0.6f * noise(Vec3f(u * 2300, v * 300, 3), seed_ + 63);
+  return body * ends * (0.80f + 0.22f * streak) * smoothstep(1.3f, 0.55f, std::abs(t - 0.5f));
 }
 
 float Skin::lip(const Vec3f& p) const {
@@ -177,7 +178,7 @@ Surface Skin::face(const Vec3f& p) const {
   albedo = albedo.cwiseProduct(Vec3f(1.0f + 0.02f * blood, 1 - 0.17f * blood, 1 - 0.15f * blood));
   for (const Vec3f& eye : eyes_) {
     const float shade = bell(p, eye + Vec3f(0, -0.010f, 0.012f) * unit_, 0.019f * unit_);
-    albedo = albedo.cwiseProduct(Vec3f(1 - 0.16f * shade, 1 - 0.22f * shade, 1 - 0.16f * shade));
+    albedo = albedo.cwiseProduct(Vec3f(1 - 0.11f * shade, 1 - 0.15f * shade, 1 - 0.10f * shade));
   }
   // -- Freckles and a few moles
   const float freckled =
@@ -202,14 +203,14 @@ Surface Skin::face(const Vec3f& p) const {
   // -- Lips
   if (lips > 0) {
     const float lines = noise(Vec3f(m.x() * 900, m.y() * 160, m.z() * 160), seed_ + 31);
-    const Vec3f lip_colour = Vec3f(0.41f, 0.155f, 0.135f) * (1 + 0.10f * lines + 0.12f * blotch);
-    albedo = mix(albedo, lip_colour, 0.85f * lips);
+    const Vec3f lip_colour = Vec3f(0.37f, 0.125f, 0.112f) * (1 + 0.10f * lines + 0.12f * blotch);
+    albedo = mix(albedo, lip_colour, 0.92f * lips);
     s.roughness = mix(s.roughness, 0.33f, lips);
     s.slope += Vec3f(0.10f * lines * lips, 0, 0);
   }
   // -- Brows and lid margins
   const float hairs = std::clamp(brow(p), 0.0f, 1.0f), lashes = lash_line(p);
-  albedo = mix(albedo, Vec3f(0.045f, 0.026f, 0.016f), 0.9f * hairs);
+  albedo = mix(albedo, Vec3f(0.040f, 0.021f, 0.012f), 0.92f * hairs);
   albedo = mix(albedo, Vec3f(0.035f, 0.020f, 0.015f), 0.9f * lashes);
   s.roughness = mix(s.roughness, 0.6f, std::max(hairs, lashes));
   // -- Pores and fine relief
@@ -228,9 +229,9 @@ Surface Skin::eyeball(const Vec3f& p, const Vec3f& centre) const {
   Surface s;
   const Vec3f d = (p - centre).normalized();
   const float angle = std::acos(std::clamp(d.z(), -1.0f, 1.0f)), round = std::atan2(d.y(), d.x());
-  const float iris = std::asin(std::min(0.9f, 0.0059f * unit_ / eye_radius_)), pupil = 0.36f * iris;
+  const float iris = std::asin(std::min(0.9f, 0.0059f * unit_ / eye_radius_)), pupil = 0.42f * iris;
   const float veins = fractal_noise(Vec3f(d.x() * 26, d.y() * 40, d.z() * 8), 3, seed_ + 91);
-  Vec3f white(0.66f, 0.61f, 0.565f);
+  Vec3f white(0.60f, 0.56f, 0.525f);
   const float corner = smoothstep(0.55f, 1.0f, angle);
   white = white.cwiseProduct(Vec3f(1, 1 - 0.22f * corner, 1 - 0.22f * corner));
   white = white.cwiseProduct(
@@ -238,7 +239,7 @@ Surface Skin::eyeball(const Vec3f& p, const Vec3f& centre) const {
   const float streak = noise(Vec3f(std::cos(round) * 9, std::sin(round) * 9, angle * 5), seed_ + 92) +
                        0.6f * noise(Vec3f(std::cos(round) * 20, std::sin(round) * 20, angle * 9), seed_ + 93);
   const float t = (angle - pupil) / (iris - pupil);
-  Vec3f colour = mix(Vec3f(0.19f, 0.115f, 0.045f), Vec3f(0.075f, 0.125f, 0.125f),
+  Vec3f colour = mix(Vec3f(0.115f, 0.070f, 0.028f), Vec3f(0.040f, 0.072f, 0.078f),
                      smoothstep(0.15f, 0.6f, t + 0.12f * streak));
   colour *= 1 + 0.45f * streak;
   colour *= 1 - 0.75f * smoothstep(0.72f, 1.0f, t);  // limbus
@@ -260,7 +261,7 @@ Surface Skin::at(const Vec3f& p, HeadPart part) const {
       return eyeball(p, eyes_[1]);
     case HeadPart::teeth: {
       const float stain = noise(p * 300.0f, seed_ + 95);
-      s.albedo = Vec3f(0.66f, 0.60f, 0.50f) * (1 + 0.06f * stain);
+      s.albedo = Vec3f(0.78f, 0.72f, 0.61f) * (1 + 0.06f * stain);
       s.roughness = 0.22f;
       s.f0 = 0.045f;
       return s;
