@@ -83,7 +83,7 @@ FramePull temporal_pull(const std::vector<FaceFrame>& frames, std::size_t i, con
     pull.jaw_weight =
         2 * options.expression_change * std::sqrt(count);  // a full opening is about half a radian
   }
-  if (own.held_out || !options.free_pose) return pull;
+  if (own.held_out || own.pose_given) return pull;
   // -- Second differences of the pose: each says where this frame should be, seen from its present place.
   const Pose here = own.state.cam_from_head;
   const auto turn = [&](const FaceFrame* n) {
@@ -125,8 +125,11 @@ Result<Eigen::VectorXd> fit_identity(const ReducedHead& head, const ExpressionPr
   const std::size_t n = chosen.size();
   const int identities = head.identity_count(), unknowns = 7 + head.expression_count() + identities;
   const double weight = options.identity_weight * std::sqrt(static_cast<double>(n) / 100.0);
-  FrameFitOptions fit;
-  fit.free_pose = options.free_pose;
+  const auto fit = [&](std::size_t f) {
+    FrameFitOptions frame_options;
+    frame_options.free_pose = !frames[chosen[f]].pose_given;
+    return frame_options;
+  };
   Eigen::VectorXd identity = start;
   JointSystem joint;
   joint.frames.resize(n), joint.gain.resize(n), joint.offset.resize(n);
@@ -136,7 +139,8 @@ Result<Eigen::VectorXd> fit_identity(const ReducedHead& head, const ExpressionPr
     const ReducedPerson person = reduced_person(head, id);
     std::vector<double> costs(n);
     parallel_for(n, [&](std::size_t f) {
-      costs[f] = frame_cost(head, person, frames[chosen[f]].observation, lines[f], prior, {}, fit, states[f]);
+      costs[f] =
+          frame_cost(head, person, frames[chosen[f]].observation, lines[f], prior, {}, fit(f), states[f]);
     });
     double sum = 0.5 * weight * weight * id.squaredNorm();
     for (double c : costs) sum += c;
@@ -159,8 +163,8 @@ Result<Eigen::VectorXd> fit_identity(const ReducedHead& head, const ExpressionPr
       const ReducedPerson person = reduced_person(head, identity);
       parallel_for(n, [&](std::size_t f) {
         joint.frames[f].hessian.resize(unknowns, unknowns);
-        frame_system(head, person, frames[chosen[f]].observation, lines[f], prior, {}, fit, states[f], true,
-                     &joint.frames[f]);
+        frame_system(head, person, frames[chosen[f]].observation, lines[f], prior, {}, fit(f), states[f],
+                     true, &joint.frames[f]);
       });
       bool better = false;
       double gain = 0;
@@ -191,11 +195,11 @@ Result<void> fit_states(const ReducedHead& head, const Eigen::VectorXd& identity
                         const ExpressionPrior& prior, const ClipFitOptions& options,
                         std::vector<FaceFrame>& frames, const Progress& progress, std::stop_token stop) {
   const ReducedPerson person = reduced_person(head, identity);
-  FrameFitOptions fit;
-  fit.free_pose = options.free_pose;
   const auto fit_one = [&](std::size_t i, bool with_neighbours) {
     FaceFrame& f = frames[i];
     if (!f.seen || stop.stop_requested()) return;
+    FrameFitOptions fit;
+    fit.free_pose = !f.pose_given;
     const FramePull pull = with_neighbours ? temporal_pull(frames, i, options) : FramePull{};
     f.state = fit_frame(head, person, f.observation, prior, pull, fit, f.state);
   };

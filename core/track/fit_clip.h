@@ -17,13 +17,13 @@ struct FaceFrame {
   int frame = 0;      // number in the source
   bool seen = false;  // has landmarks
   bool held_out = false;
+  bool pose_given = false;  // the pose is held: dense tracks know better than landmarks
   FaceObservation observation;
   FaceState state;  // guess in, fit out
 };
 
 struct ClipFitOptions {
   int identity_frames = 100;  // at most this many, spread evenly; cost of the identity fit is linear in it
-  bool free_pose = true;      // false: poses are given (dense tracks know better)
   double identity_weight =
       6;  // prior per standard deviation at 100 frames, grows with the root of the frames
   double expression_change = 4;  // first difference, per unit

@@ -72,7 +72,15 @@ std::vector<FaceBox> perturbed_boxes(const FaceBox& box, std::uint32_t seed) {
   return boxes;
 }
 
-Landmarks consensus(const std::vector<Shape>& runs, double box_width) {
+// Distance of a run to the hint over points that no expression moves: nose and eye corners.
+double hint_distance(const Shape& run, const LandmarkHint& hint) {
+  static constexpr int kRigid[] = {27, 28, 29, 30, 31, 33, 35, 36, 39, 42, 45};
+  double sum = 0;
+  for (int i : kRigid) sum += (run[i] - hint.points[i]).squaredNorm();
+  return std::sqrt(sum / std::size(kRigid));
+}
+
+Landmarks consensus(const std::vector<Shape>& runs, double box_width, const LandmarkHint* hint) {
   const int n = static_cast<int>(runs.size());
   const double kernel = 0.02 * box_width;
   int centre = 0;
@@ -82,6 +90,10 @@ Landmarks consensus(const std::vector<Shape>& runs, double box_width) {
     for (int j = 0; j < n; ++j) {
       const double d = shape_distance(runs[i], runs[j]) / kernel;
       density += std::exp(-0.5 * d * d);
+    }
+    if (hint) {
+      const double d = hint_distance(runs[i], *hint) / hint->sigma;
+      density *= 1e-6 + std::exp(-0.5 * std::min(d * d, 60.0));
     }
     if (density > best) best = density, centre = i;
   }
@@ -193,7 +205,8 @@ std::vector<FaceBox> FaceDetector::detect(const Image8& rgb) const {
   return boxes;
 }
 
-Landmarks FaceDetector::landmarks(const Image8& rgb, const FaceBox& box, std::uint32_t seed) const {
+Landmarks FaceDetector::landmarks(const Image8& rgb, const FaceBox& box, std::uint32_t seed,
+                                  const LandmarkHint* hint) const {
   LIKENESS_CHECK(!rgb.empty() && box.width > 0 && box.height > 0, "picture %dx%d, box %gx%g", rgb.width,
                  rgb.height, box.width, box.height);
   // Only the surroundings of the face are converted; faces over 300 px are reduced, the predictor gains
@@ -221,7 +234,7 @@ Landmarks FaceDetector::landmarks(const Image8& rgb, const FaceBox& box, std::ui
       runs[r][p] = Vec2d((static_cast<double>(shape.part(p).x()) + 0.5) / sx + x0,
                          (static_cast<double>(shape.part(p).y()) + 0.5) / sy + y0);
   }
-  return consensus(runs, box.width);
+  return consensus(runs, box.width, hint);
 }
 
 }  // namespace likeness

@@ -27,6 +27,12 @@ struct Landmarks {
   double cluster_share = 0;                     // share of the perturbed runs that agree, 0..1
 };
 
+// Where a tracked head says the landmarks lie; decides between clusters, not where a point is.
+struct LandmarkHint {
+  std::array<Vec2d, kLandmarkCount> points;  // px
+  double sigma = 4;                          // px, of its rigid points (nose, eye corners)
+};
+
 class FaceDetector {  // holds dlib's models; not thread-safe, cheap to make one per thread after the first
  public:
   // predictor: empty = the system's shape_predictor_68_face_landmarks.dat.
@@ -36,7 +42,9 @@ class FaceDetector {  // holds dlib's models; not thread-safe, cheap to make one
   FaceDetector& operator=(FaceDetector&&) noexcept;
 
   std::vector<FaceBox> detect(const Image8& rgb) const;  // best first; faces of at least about 60 px
-  Landmarks landmarks(const Image8& rgb, const FaceBox& box, std::uint32_t seed = 0) const;
+  // rgb: one or three channels.
+  Landmarks landmarks(const Image8& rgb, const FaceBox& box, std::uint32_t seed = 0,
+                      const LandmarkHint* hint = nullptr) const;
 
  private:
   struct Impl;

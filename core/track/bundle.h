@@ -1,0 +1,69 @@
+// Rigid bundle adjustment of a head: one pose a key frame and one 3-D point a track, robust, around given
+// poses.
+//
+// Key frames bound the cost; every other frame's pose is then solved alone against the frozen points
+// (solve_pose).
+#pragma once
+
+#include <optional>
+#include <stop_token>
+#include <vector>
+
+#include "core/base/linalg.h"
+#include "core/base/progress.h"
+#include "core/base/result.h"
+
+namespace likeness {
+
+struct BundleObservation {
+  int frame = 0;  // index into the poses
+  Vec2d ray;      // x/z, y/z
+};
+
+struct BundleTrack {
+  Vec3d point = Vec3d::Zero();  // head frame, m; start in, result out
+  std::vector<BundleObservation> seen;
+  bool kept = true;  // false once dropped as not moving with the head
+};
+
+struct BundleFrame {
+  bool known = false;                     // has a prior pose
+  double focal_px = 1000;                 // rays times this are working px
+  Pose cam_from_head = Pose::Identity();  // prior in, result out
+};
+
+struct BundleOptions {
+  int key_frames = 150;  // at most; cost grows with its square
+  int rounds = 3;
+  double turn_prior = 20;    // per rad, robust: the landmark pose says no more than this
+  double shift_prior = 60;   // per m
+  double point_prior = 30;   // per m
+  double turn_smooth = 20;   // second difference between neighbouring frames, per rad
+  double shift_smooth = 50;  // per m
+};
+
+struct BundleSummary {
+  int tracks = 0, observations = 0;
+  double median_px = 0;  // residual of the kept observations
+};
+
+// `frames` must be ascending in time without gaps in the index; second differences run over known neighbours.
+Result<BundleSummary> bundle_adjust(std::vector<BundleFrame>& frames, std::vector<BundleTrack>& tracks,
+                                    const BundleOptions& options, const Progress& progress,
+                                    std::stop_token stop);
+
+struct PoseObservation {
+  Vec3d point;  // head frame
+  Vec2d ray;
+};
+struct SolvedPose {
+  Pose cam_from_head;
+  int inliers = 0;       // within 3 px
+  double median_px = 0;  // of the inliers
+};
+// Pose alone, Cauchy 0.5 px after a coarser start, with a weak pull to `prior`. nullopt with fewer than 8
+// inliers.
+std::optional<SolvedPose> solve_pose(const std::vector<PoseObservation>& seen, double focal_px,
+                                     const Pose& prior, const BundleOptions& options);
+
+}  // namespace likeness

@@ -1,0 +1,25 @@
+// The metre of a camera solve that knows none: the scale at which the metric head stands steadiest in the
+// world.
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "core/base/linalg.h"
+
+namespace likeness {
+
+struct HeadSighting {
+  Pose cam_from_world = Pose::Identity();  // translation in the solve's units
+  Pose cam_from_head = Pose::Identity();   // m
+};
+
+// Robust least squares on differences between frames a few to a few dozen apart: where the head itself moves,
+// those differences are outvoted. nullopt where the cameras hardly move, so that no scale is better than
+// another.
+std::optional<double> steady_metres_per_unit(const std::vector<HeadSighting>& sightings);
+
+// cam_from_world with its translation in metres.
+Pose metric_camera(const Pose& cam_from_world, double metres_per_unit);
+
+}  // namespace likeness

@@ -1,0 +1,195 @@
+#include "core/track/dense_head.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "core/base/parallel.h"
+#include "core/track/fit_frame.h"
+#include "core/track/point_tracks.h"
+
+namespace likeness {
+namespace {
+
+constexpr int kAnchors = 3;             // training frames a held-out frame is compared with
+constexpr std::size_t kLoneBatch = 64;  // frames whose pyramids are in memory at once
+
+Vec2d ray_of(const Intrinsics& k, const Vec2d& pixel) { return ray_direction(k, pixel).head<2>(); }
+
+double pose_distance(const Pose& a, const Pose& b) {
+  return vector_from_turn(a.linear() * b.linear().transpose()).norm() +
+         2.0 * (a.translation() - b.translation()).norm();
+}
+
+// The training frames nearest in pose, at least a few frames apart from each other.
+std::vector<int> anchors_of(const std::vector<DenseFrame>& frames, const std::vector<int>& training,
+                            int frame) {
+  std::vector<std::pair<double, int>> order;
+  for (int t : training)
+    if (frames[t].solved)
+      order.push_back({pose_distance(frames[t].cam_from_head, frames[frame].cam_from_head), t});
+  std::sort(order.begin(), order.end());
+  std::vector<int> chosen;
+  for (const auto& [distance, t] : order) {
+    if (std::any_of(chosen.begin(), chosen.end(), [&](int c) { return std::abs(c - t) < 5; })) continue;
+    chosen.push_back(t);
+    if (static_cast<int>(chosen.size()) == kAnchors) break;
+  }
+  return chosen;
+}
+
+struct FrozenPoint {
+  int track;
+  Vec2d pixel;  // in the anchor's picture
+};
+
+class FrameAlone {
+ public:
+  FrameAlone(const ClipFrames& clip, const std::vector<BundleTrack>& tracks, std::vector<DenseFrame>& frames,
+             const std::vector<std::vector<FrozenPoint>>& frozen)
+      : clip_(clip), tracks_(tracks), frames_(frames), frozen_(frozen) {}
+
+  void solve(int frame, const std::vector<int>& training) const {
+    DenseFrame& f = frames_[frame];
+    const BundleOptions options;
+    const TrackPicture picture(clip_.frames[frame].grey);
+    const Pose prior = f.cam_from_head;
+    const std::vector<int> anchors = anchors_of(frames_, training, frame);
+    for (int pass = 0; pass < 2; ++pass) {  // the second pass starts from a better guess of where points are
+      std::vector<PoseObservation> seen;
+      for (int anchor : anchors) observe(picture, frame, anchor, &seen);
+      const auto pose = solve_pose(seen, f.intrinsics.fx, f.cam_from_head, options);
+      if (!pose || pose->inliers < 12 || pose_distance(pose->cam_from_head, prior) > 0.5) continue;
+      f.cam_from_head = pose->cam_from_head;
+      f.solved = true;
+      f.points = pose->inliers;
+      f.median_px = pose->median_px;
+    }
+  }
+
+ private:
+  void observe(const TrackPicture& picture, int frame, int anchor, std::vector<PoseObservation>* seen) const {
+    const DenseFrame& f = frames_[frame];
+    const TrackPicture from(clip_.frames[anchor].grey);
+    std::vector<Vec2d> points, guesses;
+    std::vector<Vec3d> places;
+    for (const FrozenPoint& p : frozen_[anchor]) {
+      const Vec3d in_cam = f.cam_from_head * tracks_[p.track].point;
+      if (in_cam.z() < 0.05) continue;
+      points.push_back(p.pixel);
+      guesses.push_back(project<double>(f.intrinsics, in_cam));
+      places.push_back(tracks_[p.track].point);
+    }
+    const auto found = follow_points(from, picture, points, guesses, 0.5);
+    for (std::size_t i = 0; i < found.size(); ++i)
+      if (found[i]) seen->push_back({places[i], ray_of(f.intrinsics, *found[i])});
+  }
+
+  const ClipFrames& clip_;
+  const std::vector<BundleTrack>& tracks_;
+  std::vector<DenseFrame>& frames_;
+  const std::vector<std::vector<FrozenPoint>>& frozen_;
+};
+
+}  // namespace
+
+Intrinsics working_intrinsics(const Intrinsics& source, const ClipFrames& clip) {
+  Intrinsics k = source;
+  const Image8& grey = clip.frames.front().grey;
+  const double sx = static_cast<double>(grey.width) / clip.region.width,
+               sy = static_cast<double>(grey.height) / clip.region.height;
+  k.width = grey.width;
+  k.height = grey.height;
+  k.fx *= sx, k.fy *= sy;
+  k.cx = (k.cx - clip.region.x) * sx;
+  k.cy = (k.cy - clip.region.y) * sy;
+  return k;
+}
+
+Result<DenseSummary> track_dense_head(const ClipFrames& clip, const RigidHead& head,
+                                      std::vector<DenseFrame>& frames, const Progress& progress,
+                                      std::stop_token stop) {
+  DenseSummary summary;
+  std::vector<int> training;
+  std::vector<const Image8*> grey;
+  for (std::size_t i = 0; i < frames.size(); ++i) {
+    grey.push_back(&clip.frames[i].grey);
+    if (frames[i].known && !clip.frames[i].held_out) training.push_back(static_cast<int>(i));
+  }
+  // -- Tracks through the training frames.
+  const auto mask = [&](int i) { return corner_mask(head, frames[i].intrinsics, frames[i].cam_from_head); };
+  auto found = track_points(grey, training, mask, {}, progress.stage(0, 0.5, "points"), stop);
+  if (!found) return found.error();
+  std::vector<BundleTrack> tracks;
+  std::vector<std::vector<Vec2d>> pixels;
+  double length = 0;
+  for (const PointTrack& t : *found) {
+    // The middle of a track starts its point: there the landmark pose is as good as anywhere, the view least
+    // slanted.
+    const PointObservation& middle = t.seen[t.seen.size() / 2];
+    const DenseFrame& f = frames[middle.picture];
+    const auto place = point_on_head(head, f.cam_from_head, ray_of(f.intrinsics, middle.pixel));
+    if (!place) continue;
+    BundleTrack track;
+    track.point = *place;
+    for (const PointObservation& o : t.seen)
+      track.seen.push_back({o.picture, ray_of(frames[o.picture].intrinsics, o.pixel)});
+    tracks.push_back(std::move(track));
+    length += static_cast<double>(t.seen.size());
+  }
+  summary.found_tracks = static_cast<int>(tracks.size());
+  summary.mean_track_length = tracks.empty() ? 0 : length / static_cast<double>(tracks.size());
+  if (tracks.size() < 20) {
+    progress.report(1);
+    return summary;  // a smooth, blurred or tiny head: the landmark poses stand
+  }
+  // -- Bundle adjustment.
+  std::vector<BundleFrame> poses(frames.size());
+  for (int t : training) poses[t] = {true, frames[t].intrinsics.fx, frames[t].cam_from_head};
+  auto bundle = bundle_adjust(poses, tracks, {}, progress.stage(0.5, 0.85, "bundle"), stop);
+  if (!bundle) return bundle.error();
+  summary.bundle = *bundle;
+  std::vector<std::vector<FrozenPoint>> frozen(frames.size());
+  std::vector<std::vector<double>> residuals(frames.size());
+  for (std::size_t t = 0; t < tracks.size(); ++t) {
+    if (!tracks[t].kept) continue;
+    for (const BundleObservation& o : tracks[t].seen) {
+      const Vec3d ray(o.ray.x(), o.ray.y(), 1);
+      frozen[o.frame].push_back({static_cast<int>(t), project<double>(frames[o.frame].intrinsics, ray)});
+      const Vec3d p = poses[o.frame].cam_from_head * tracks[t].point;
+      residuals[o.frame].push_back((p.hnormalized() - o.ray).norm() * poses[o.frame].focal_px);
+    }
+  }
+  double turn = 0, shift = 0;
+  for (int t : training) {
+    const Pose &was = frames[t].cam_from_head, &is = poses[t].cam_from_head;
+    turn += vector_from_turn(is.linear() * was.linear().transpose()).squaredNorm();
+    shift += (is.translation() - was.translation()).squaredNorm();
+    auto& r = residuals[t];
+    frames[t].points = static_cast<int>(r.size());
+    if (r.size() < 12) continue;
+    std::nth_element(r.begin(), r.begin() + static_cast<std::ptrdiff_t>(r.size() / 2), r.end());
+    frames[t].median_px = r[r.size() / 2];
+    frames[t].cam_from_head = is;
+    frames[t].solved = true;
+  }
+  summary.turn_change_deg = std::sqrt(turn / static_cast<double>(training.size())) * 180 / std::numbers::pi;
+  summary.shift_change_m = std::sqrt(shift / static_cast<double>(training.size()));
+  // -- Held-out frames, each alone.
+  std::vector<int> alone;
+  for (std::size_t i = 0; i < frames.size(); ++i)
+    if (frames[i].known && clip.frames[i].held_out) alone.push_back(static_cast<int>(i));
+  const FrameAlone solver(clip, tracks, frames, frozen);
+  for (std::size_t k = 0; k < alone.size(); k += kLoneBatch) {
+    if (stop.stop_requested()) return cancelled_error();
+    progress.report(0.85 + 0.15 * static_cast<double>(k) / alone.size(), "tracking held-out frames alone");
+    parallel_for(std::min(kLoneBatch, alone.size() - k), [&](std::size_t j) {
+      if (!stop.stop_requested()) solver.solve(alone[k + j], training);
+    });
+  }
+  if (stop.stop_requested()) return cancelled_error();
+  progress.report(1);
+  return summary;
+}
+
+}  // namespace likeness

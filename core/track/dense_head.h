@@ -1,0 +1,40 @@
+// Dense rigid head tracking of a clip: point tracks and bundle adjustment on the training frames, then every
+// other frame alone against the frozen points, found by Lucas-Kanade from the training frames whose pose is
+// nearest.
+#pragma once
+
+#include <stop_token>
+#include <vector>
+
+#include "core/base/progress.h"
+#include "core/base/result.h"
+#include "core/track/bundle.h"
+#include "core/track/clip_frames.h"
+#include "core/track/rigid_head.h"
+
+namespace likeness {
+
+struct DenseFrame {
+  bool known = false;                     // has a landmark pose to start from
+  bool solved = false;                    // the dense pose replaced it
+  Intrinsics intrinsics;                  // of the working picture
+  Pose cam_from_head = Pose::Identity();  // in: landmark pose; out: dense pose where solved
+  int points = 0;                         // that agree with the pose
+  double median_px = 0;
+};
+
+struct DenseSummary {
+  BundleSummary bundle;
+  int found_tracks = 0;
+  double mean_track_length = 0;
+  double turn_change_deg = 0, shift_change_m = 0;  // rms of what the dense poses changed, training frames
+};
+
+Result<DenseSummary> track_dense_head(const ClipFrames& clip, const RigidHead& head,
+                                      std::vector<DenseFrame>& frames, const Progress& progress,
+                                      std::stop_token stop);
+
+// Intrinsics of the working picture of a region of the source.
+Intrinsics working_intrinsics(const Intrinsics& source, const ClipFrames& clip);
+
+}  // namespace likeness

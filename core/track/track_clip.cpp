@@ -1,0 +1,354 @@
+#include "core/track/track_clip.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+#include "core/base/parallel.h"
+#include "core/head/pose_head.h"
+#include "core/track/camera_scale.h"
+#include "core/track/clip_frames.h"
+#include "core/track/dense_head.h"
+#include "core/track/fit_clip.h"
+#include "core/track/gaze.h"
+#include "core/track/rigid_head.h"
+#include "core/track/torso.h"
+
+namespace likeness {
+namespace {
+
+constexpr int kIdentityDirections = 60;  // landmarks say nothing about the finer ones
+
+// Everything known of the clip while it is fitted; one entry a decoded frame in each array.
+struct Work {
+  ClipFrames clip;
+  std::vector<const Camera*> cameras;  // null: unknown
+  std::vector<Intrinsics> intrinsics;  // of the working pictures
+  std::vector<FaceFrame> faces;
+  std::vector<DenseFrame> dense;
+  std::vector<std::optional<Gaze>> gaze;
+  ReducedHead head;
+  ExpressionPrior prior;
+  Eigen::VectorXd identity;
+
+  Eigen::VectorXf full_identity(const HeadModel& model) const {
+    Eigen::VectorXf full = Eigen::VectorXf::Zero(model.identity_count());
+    full.head(identity.size()) = identity.cast<float>();
+    return full;
+  }
+};
+
+void observe(const Landmarks& landmarks, const Intrinsics& source, double scale, double focal_px,
+             FaceObservation* out) {
+  // The predictor's own noise grows with the face: 1 px for eyes 150 px apart, and never below its rounding.
+  const double eyes_px = (landmarks.points[36] - landmarks.points[45]).norm() * scale;
+  const double floor = std::clamp(eyes_px / 150.0, 0.4, 2.0);
+  out->focal_px = focal_px;
+  for (int k = 0; k < kLandmarkCount; ++k) {
+    out->rays[k] = ray_direction(source, landmarks.points[k]).head<2>();
+    out->sigma_px[k] = std::hypot(floor, landmarks.spread[k] * scale);
+  }
+}
+
+void prepare(const CameraSet& cameras, const HeadModel& model, Work& work) {
+  const std::size_t n = work.clip.frames.size();
+  work.head = reduce_head(model, kIdentityDirections);
+  work.prior = expression_prior(model);
+  work.identity = Eigen::VectorXd::Zero(work.head.identity_count());
+  work.faces.resize(n), work.intrinsics.resize(n), work.cameras.resize(n), work.dense.resize(n),
+      work.gaze.resize(n);
+  for (std::size_t i = 0; i < n; ++i) {
+    const ClipFrame& source = work.clip.frames[i];
+    work.cameras[i] = find_camera(cameras, source.frame);
+    FaceFrame& face = work.faces[i];
+    face.frame = source.frame;
+    face.held_out = source.held_out;
+    face.state.expression = Eigen::VectorXd::Zero(work.head.expression_count());
+    if (!work.cameras[i]) continue;
+    work.intrinsics[i] = working_intrinsics(work.cameras[i]->intrinsics, work.clip);
+    face.seen = source.landmarks.has_value();
+    if (face.seen)
+      observe(*source.landmarks, work.cameras[i]->intrinsics, work.clip.scale, work.intrinsics[i].fx,
+              &face.observation);
+  }
+}
+
+// Dense poses for the frames that have a landmark pose.
+Result<void> refine_poses(const HeadModel& model, Work& work, const Progress& progress,
+                          std::stop_token stop) {
+  for (std::size_t i = 0; i < work.faces.size(); ++i) {
+    work.dense[i].known = work.faces[i].seen;
+    work.dense[i].intrinsics = work.intrinsics[i];
+    work.dense[i].cam_from_head = work.faces[i].state.cam_from_head;
+  }
+  const RigidHead rigid = rigid_head(model, work.full_identity(model));
+  auto summary = track_dense_head(work.clip, rigid, work.dense, progress, stop);
+  if (!summary) return summary.error();
+  for (std::size_t i = 0; i < work.faces.size(); ++i)
+    if (work.dense[i].solved) {
+      work.faces[i].state.cam_from_head = work.dense[i].cam_from_head;
+      work.faces[i].pose_given = true;
+    }
+  return {};
+}
+
+// Landmarks again, started from where the dense pose says the face is: a bowed head shifts the detector's
+// box, and with it the mouth, by a whole lip.
+Result<void> find_landmarks_again(const TrackOptions& options, Work& work, const Progress& progress,
+                                  std::stop_token stop) {
+  auto detector = FaceDetector::load(options.predictor);
+  if (!detector) return detector.error();
+  const ReducedPerson person = reduced_person(work.head, work.identity);
+  const Eigen::VectorXd neutral = Eigen::VectorXd::Zero(work.head.expression_count());
+  const Vec2d corner(work.clip.region.x, work.clip.region.y);
+  constexpr std::size_t kBatch = 16;
+  for (std::size_t from = 0; from < work.faces.size(); from += kBatch) {
+    if (stop.stop_requested()) return cancelled_error();
+    progress.report(static_cast<double>(from) / work.faces.size(), "landmarks from the dense poses");
+    parallel_for(std::min(kBatch, work.faces.size() - from), [&](std::size_t k) {
+      const std::size_t i = from + k;
+      FaceFrame& face = work.faces[i];
+      if (!face.pose_given || stop.stop_requested()) return;
+      LandmarkHint hint;
+      Vec2d low = Vec2d::Constant(1e9), high = Vec2d::Constant(-1e9);
+      for (int p = 0; p < kLandmarkCount; ++p) {
+        const Vec3d in_cam = face.state.cam_from_head * reduced_point(work.head, person, p, neutral, 0);
+        hint.points[p] = project<double>(work.intrinsics[i], in_cam);
+        if (p < kJawLineCount) continue;
+        low = low.cwiseMin(hint.points[p]);
+        high = high.cwiseMax(hint.points[p]);
+      }
+      // dlib's boxes reach from above the brows to the chin, about 1.5 times as wide as brows and mouth.
+      const double side = 1.45 * std::max(high.x() - low.x(), 0.95 * (high.y() - low.y()));
+      const Vec2d centre = 0.5 * (low + high) + Vec2d(0, 0.02 * side);
+      hint.sigma = 0.02 * side;
+      const FaceBox box{centre.x() - 0.5 * side, centre.y() - 0.5 * side, side, side, 0};
+      Landmarks found = detector->landmarks(work.clip.frames[i].grey, box, 0, &hint);
+      for (int p = 0; p < kLandmarkCount; ++p) {
+        found.points[p] = found.points[p] / work.clip.scale + corner;
+        found.spread[p] /= work.clip.scale;
+      }
+      observe(found, work.cameras[i]->intrinsics, work.clip.scale, work.intrinsics[i].fx, &face.observation);
+      work.clip.frames[i].landmarks = found;
+    });
+  }
+  progress.report(1);
+  return {};
+}
+
+Result<void> fit_faces(Work& work, const Progress& progress, std::stop_token stop) {
+  auto identity = fit_identity(work.head, work.prior, {}, work.identity, work.faces,
+                               progress.stage(0, 0.5, "identity"), stop);
+  if (!identity) return identity.error();
+  work.identity = *identity;
+  return fit_states(work.head, work.identity, work.prior, {}, work.faces, progress.stage(0.5, 1, "frames"),
+                    stop);
+}
+
+void measure_eyes(const HeadModel& model, Work& work) {
+  const HeadShape person = shape_head(model, work.full_identity(model));
+  const EyeBalls eyes = eye_balls(model, person);
+  const Vec2d corner(work.clip.region.x, work.clip.region.y);
+  std::vector<std::optional<Gaze>> raw(work.faces.size());
+  parallel_for(work.faces.size(), [&](std::size_t i) {
+    if (!work.faces[i].seen) return;
+    std::array<Vec2d, kLandmarkCount> px;
+    for (int k = 0; k < kLandmarkCount; ++k)
+      px[k] = (work.clip.frames[i].landmarks->points[k] - corner) * work.clip.scale;
+    raw[i] = measure_gaze(work.clip.frames[i].grey, work.intrinsics[i], work.faces[i].state.cam_from_head,
+                          eyes, px);
+  });
+  // Through a blink the last gaze holds; single frames are steadied by their neighbours, held-out ones by
+  // none.
+  std::optional<Gaze> last, last_training;
+  for (std::size_t i = 0; i < raw.size(); ++i) {
+    const bool held_out = work.faces[i].held_out;
+    Gaze sum;
+    double weight = 0;
+    for (int k = held_out ? 0 : -1; k <= (held_out ? 0 : 1); ++k) {
+      const std::ptrdiff_t j = static_cast<std::ptrdiff_t>(i) + k;
+      if (j < 0 || j >= static_cast<std::ptrdiff_t>(raw.size()) || !raw[j] ||
+          (!held_out && work.faces[j].held_out))
+        continue;
+      const double w = k == 0 ? 2 : 1;
+      sum.yaw += w * raw[j]->yaw, sum.pitch += w * raw[j]->pitch, weight += w;
+    }
+    if (weight > 0)
+      work.gaze[i] = Gaze{sum.yaw / weight, sum.pitch / weight, 0};
+    else
+      work.gaze[i] = held_out ? last : last_training;
+    last = work.gaze[i];
+    if (!held_out) last_training = work.gaze[i];
+  }
+}
+
+double median_of(std::vector<double> values) {
+  if (values.empty()) return 0;
+  std::nth_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2),
+                   values.end());
+  return values[values.size() / 2];
+}
+
+// Good, weak or lost, with the reason in words.
+void judge(const Work& work, std::size_t i, double usual_error, TrackedFrame* out) {
+  const ClipFrame& source = work.clip.frames[i];
+  if (!work.cameras[i]) {
+    out->status = FrameStatus::lost;
+    out->reason = "the camera of this frame is unknown";
+  } else if (!work.faces[i].seen) {
+    out->status = FrameStatus::lost;
+    out->reason = "no face found";
+  } else if (const double error = out->inner_error_px * work.clip.scale;
+             error > std::max(8.0, 5 * usual_error)) {
+    out->status = FrameStatus::lost;
+    out->reason = fmt::format("the face model misses the landmarks by {:.1f} px", out->inner_error_px);
+  } else if (error > std::max(4.0, 2.5 * usual_error)) {
+    out->status = FrameStatus::weak;
+    out->reason = fmt::format("the face model misses the landmarks by {:.1f} px", out->inner_error_px);
+  } else if (source.landmarks->cluster_share < 0.4) {
+    out->status = FrameStatus::weak;
+    out->reason =
+        fmt::format("only {:.0f} % of the landmark runs agree", 100 * source.landmarks->cluster_share);
+  } else if (!source.detected && !work.dense[i].solved) {
+    out->status = FrameStatus::weak;
+    out->reason = "the face was carried over from neighbouring frames";
+  }
+}
+
+// Lost frames get the pose and face between their neighbours, so that players need no special case.
+void bridge_lost(std::vector<TrackedFrame>& frames) {
+  std::vector<int> known;
+  for (std::size_t i = 0; i < frames.size(); ++i)
+    if (frames[i].status != FrameStatus::lost) known.push_back(static_cast<int>(i));
+  for (std::size_t i = 0; i < frames.size(); ++i) {
+    if (frames[i].status != FrameStatus::lost || known.empty()) continue;
+    const auto after = std::lower_bound(known.begin(), known.end(), static_cast<int>(i));
+    const TrackedFrame& b = frames[after == known.end() ? known.back() : *after];
+    const TrackedFrame& a = frames[after == known.begin() ? known.front() : *(after - 1)];
+    const double t =
+        b.frame > a.frame ? static_cast<double>(frames[i].frame - a.frame) / (b.frame - a.frame) : 0.0;
+    const auto between = [&](const Pose& p, const Pose& q) {
+      Pose pose = Pose::Identity();
+      pose.linear() = Eigen::Quaterniond(p.linear())
+                          .slerp(t, Eigen::Quaterniond(q.linear()))
+                          .normalized()
+                          .toRotationMatrix();
+      pose.translation() = (1 - t) * p.translation() + t * q.translation();
+      return pose;
+    };
+    const float s = static_cast<float>(t);
+    frames[i].world_from_head = between(a.world_from_head, b.world_from_head);
+    frames[i].articulation.expression = (1 - s) * a.articulation.expression + s * b.articulation.expression;
+    frames[i].articulation.jaw = (1 - s) * a.articulation.jaw + s * b.articulation.jaw;
+    frames[i].articulation.left_eye = (1 - s) * a.articulation.left_eye + s * b.articulation.left_eye;
+    frames[i].articulation.right_eye = (1 - s) * a.articulation.right_eye + s * b.articulation.right_eye;
+  }
+}
+
+double find_scale(const CameraSet& cameras, const Work& work) {
+  if (cameras.is_static || cameras.scale == CameraScale::metric) return 1;
+  std::vector<HeadSighting> sightings;
+  for (std::size_t i = 0; i < work.faces.size(); ++i)
+    if (work.faces[i].seen && !work.faces[i].held_out)
+      sightings.push_back({work.cameras[i]->cam_from_world, work.faces[i].state.cam_from_head});
+  return steady_metres_per_unit(sightings).value_or(1.0);
+}
+
+std::vector<TrackedFrame> describe_frames(const Work& work, const HeadModel& model, double metres_per_unit) {
+  const ReducedPerson person = reduced_person(work.head, work.identity);
+  std::vector<TrackedFrame> frames(work.faces.size());
+  std::vector<double> errors;
+  for (std::size_t i = 0; i < frames.size(); ++i) {
+    TrackedFrame& out = frames[i];
+    const FaceFrame& face = work.faces[i];
+    out.frame = face.frame;
+    out.time_s = work.clip.frames[i].time_s;
+    out.articulation = neutral_articulation(model);
+    out.landmarks.fill(Vec2d::Zero());
+    if (!face.seen) continue;
+    out.landmarks = work.clip.frames[i].landmarks->points;
+    out.inner_error_px = inner_error(work.head, person, face.observation, face.state) / work.clip.scale;
+    errors.push_back(out.inner_error_px * work.clip.scale);
+    out.articulation.expression = face.state.expression.cast<float>();
+    out.articulation.jaw.x() = static_cast<float>(face.state.jaw);
+    if (work.gaze[i]) out.articulation.left_eye = out.articulation.right_eye = eye_rotation(*work.gaze[i]);
+    const Pose world_from_cam = metric_camera(work.cameras[i]->cam_from_world, metres_per_unit).inverse();
+    out.world_from_head = world_from_cam * face.state.cam_from_head;
+  }
+  const double usual = median_of(errors);
+  for (std::size_t i = 0; i < frames.size(); ++i) judge(work, i, usual, &frames[i]);
+  bridge_lost(frames);
+  return frames;
+}
+
+Result<void> add_torso(const Work& work, const HeadModel& model, Track& track, const Progress& progress,
+                       std::stop_token stop) {
+  std::vector<TorsoFrame> frames(track.frames.size());
+  for (std::size_t i = 0; i < frames.size(); ++i) {
+    frames[i].grey = &work.clip.frames[i].grey;
+    frames[i].held_out = work.clip.frames[i].held_out;
+    frames[i].usable = work.cameras[i] && track.frames[i].status != FrameStatus::lost;
+    frames[i].intrinsics = work.intrinsics[i];
+    if (work.cameras[i])
+      frames[i].cam_from_world = metric_camera(work.cameras[i]->cam_from_world, track.metres_per_unit);
+    frames[i].world_from_head = track.frames[i].world_from_head;
+  }
+  const auto landmarks = landmark_positions(model, shape_head(model, track.identity).vertices);
+  auto torso = track_torso(frames, landmarks[8].cast<double>(), progress, stop);
+  if (!torso) return torso.error();
+  track.has_torso = torso->has_torso;
+  for (std::size_t i = 0; i < frames.size(); ++i)
+    track.frames[i].world_from_torso = torso->world_from_torso[i];
+  return {};
+}
+
+}  // namespace
+
+Result<Track> track_clip(const std::filesystem::path& video, const TrackRegion& region,
+                         const CameraSet& cameras, const std::set<int>& held_out, const HeadModel& model,
+                         const TrackOptions& options, const Progress& progress, std::stop_token stop) {
+  if (cameras.cameras.empty())
+    return Error{ErrorCode::bad_input, "There is no camera for this clip.", "Run the camera alignment first.",
+                 "track"};
+  Work work;
+  auto clip = read_clip_frames(video, region, held_out, options, progress.stage(0, 0.4, "landmarks"), stop);
+  if (!clip) return clip.error();
+  work.clip = std::move(*clip);
+  prepare(cameras, model, work);
+  int seen = 0, training = 0;
+  for (const FaceFrame& f : work.faces) seen += f.seen, training += f.seen && !f.held_out;
+  if (training < 5)
+    return Error{
+        ErrorCode::no_face, fmt::format("A face was found in {} of {} frames.", seen, work.faces.size()),
+        "Film the face from nearer and in good light; it should be at least 80 px wide in the picture.",
+        video.string()};
+
+  start_clip(work.head, work.identity, work.prior, work.faces);
+  if (auto fitted = fit_faces(work, progress.stage(0.40, 0.45, "first fit"), stop); !fitted)
+    return fitted.error();
+  if (options.dense) {
+    if (auto dense = refine_poses(model, work, progress.stage(0.45, 0.75, "dense head"), stop); !dense)
+      return dense.error();
+    if (auto again = find_landmarks_again(options, work, progress.stage(0.75, 0.87, "landmarks again"), stop);
+        !again)
+      return again.error();
+    if (auto fitted = fit_faces(work, progress.stage(0.87, 0.92, "second fit"), stop); !fitted)
+      return fitted.error();
+  }
+  measure_eyes(model, work);
+
+  Track track;
+  track.head_model_name = model.name;
+  track.head_model_hash = model.hash;
+  track.identity = work.full_identity(model);
+  track.metres_per_unit = find_scale(cameras, work);
+  track.frames = describe_frames(work, model, track.metres_per_unit);
+  if (auto torso = add_torso(work, model, track, progress.stage(0.92, 1, "torso"), stop); !torso)
+    return torso.error();
+  progress.report(1, "tracked");
+  return track;
+}
+
+}  // namespace likeness
