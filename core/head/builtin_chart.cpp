@@ -30,7 +30,7 @@ constexpr std::array<RowNode, 11> kNodes{{{0, 48, 10, 90, 90},
                                           {79, -112, -9, -27, -10}}};
 
 // Wanted distance between rows, mm, at a node's row number; rows crowd at the nose's underside and the lips.
-constexpr std::array<Vec2d::Scalar, 11> kSpacing{9, 6.5, 4.0, 3.2, 1.7, 3.2, 3.8, 4.6, 6.0, 7.5, 8.0};
+constexpr std::array<Vec2d::Scalar, 11> kSpacing{11, 8, 4.6, 3.5, 1.8, 3.4, 4.0, 5.0, 6.5, 8.0, 8.5};
 
 // Natural cubic spline through (x, y) at the whole numbers x.front() .. x.back().
 std::vector<double> spline_at_integers(const std::vector<double>& x, const std::vector<double>& y) {
@@ -75,7 +75,7 @@ Chart make_chart() {
   while (edges.back() < 180) {
     const double a = edges.back();
     edges.push_back(a + 1.25 + 1.15 * smoothstep(9, 24, a) + 2.4 * smoothstep(40, 85, a) +
-                    4.2 * smoothstep(90, 140, a));
+                    4.6 * smoothstep(85, 125, a));
   }
   for (double edge : edges) chart.azimuth.push_back(edge * std::numbers::pi / edges.back());
   chart.azimuth.back() = std::numbers::pi;

@@ -50,9 +50,13 @@ Field mouth_shift_field(const WholeHead& head, double shift) {
   return field;
 }
 
-// Closes the lips over an open jaw: both are brought to where the opening's first third would have put them.
+// How far the jaw can be open with the lips still closed, rad: half of jawOpen.
+constexpr double kClosableOpening = 12.5 * std::numbers::pi / 180;
+
+// Closes the lips over a jaw open so far: both are brought to where the opening's first third would have put
+// them.
 Field mouth_close_field(const WholeHead& head) {
-  const Mat3d open = Eigen::AngleAxisd(25 * std::numbers::pi / 180, Vec3d::UnitX()).toRotationMatrix();
+  const Mat3d open = Eigen::AngleAxisd(kClosableOpening, Vec3d::UnitX()).toRotationMatrix();
   Field left(head.left_count, Vec3d::Zero());
   for (int i = 0; i < head.left_count; ++i) {
     const HalfVertex& v = head.vertices[i];
@@ -129,7 +133,7 @@ std::vector<NamedField> expression_fields(const WholeHead& head) {
   list.push_back({"mouthRollLower", pushes({{{{0, -40, 114}, {21, 6, 16}, {0, 2.6, -5.0}}, Lip::lower}})});
   list.push_back({"mouthRollUpper", pushes({{{{0, -28, 116}, {21, 6, 16}, {0, -2.0, -4.5}}, Lip::upper}})});
   list.push_back({"mouthShrugLower", pushes({{{{0, -50, 110}, {24, 18, 24}, {0, 4.2, 1.8}}, Lip::lower},
-                                             {{{0, -30, 115}, {22, 9, 22}, {0, 3.2, 1.2}}, Lip::upper}})});
+                                             {{{0, -30, 115}, {22, 9, 22}, {0, 2.4, 1.2}}, Lip::upper}})});
   list.push_back({"mouthShrugUpper", pushes({{{{0, -27, 116}, {20, 9, 20}, {0, 3.4, 1.6}}, Lip::upper}})});
   both_sides("mouthSmile", pushes({{{corner, {19, 16, 28}, {7.5, 8.0, -6.0}}},
                                    {{{38, 0, 84}, {20, 16, 26}, {2.0, 4.0, 3.0}}}}));

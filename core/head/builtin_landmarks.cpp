@@ -61,8 +61,8 @@ std::array<Vec3d, kLandmarkCount> landmark_targets(const WholeHead& head) {
   const auto pair = [&](int left, int right, const Vec3d& p) { at[left] = p, at[right] = flipped(p); };
 
   // -- Jaw line: (azimuth, height) from the chin to the ear
-  constexpr std::array<Vec2d::Scalar, 9> kAzimuth{0, 10, 22, 34.5, 48, 57.5, 63, 67.5, 70.5};
-  constexpr std::array<Vec2d::Scalar, 9> kHeight{-76, -74, -70, -62, -46, -25, -5, 15, 36};
+  constexpr std::array<Vec2d::Scalar, 9> kAzimuth{0, 11, 24.5, 37.5, 49.5, 57.5, 63, 67.5, 70.5};
+  constexpr std::array<Vec2d::Scalar, 9> kHeight{-76, -74, -69, -59.5, -43.5, -24, -5, 15, 36};
   for (int i = 0; i <= 8; ++i) pair(8 + i, 8 - i, skin_around(kAzimuth[i], kHeight[i]));
 
   // -- Brows, nose
@@ -71,7 +71,7 @@ std::array<Vec3d, kLandmarkCount> landmark_targets(const WholeHead& head) {
   constexpr double kRidge[4] = {37.4, 26.5, 15.5, 4};
   for (int i = 0; i < 4; ++i) at[27 + i] = frontal_hit(0, kRidge[i]);
   at[33] = frontal_hit(0, -12);
-  pair(34, 32, frontal_hit(6.2, -11.8));
+  pair(34, 32, frontal_hit(6.2, -12.8));
   pair(35, 31, frontal_hit(12.6, -10.8));
 
   // -- Lid margins; the ring runs from the inner corner over the upper lid
@@ -87,25 +87,23 @@ std::array<Vec3d, kLandmarkCount> landmark_targets(const WholeHead& head) {
   pair(47, 40, margin(0.34, false));
 
   // -- Lips: the ring runs from the midline above, round the left corner, to the midline below
-  const std::size_t border = ring_where(head, 1);
   const auto lip = [&](double along, bool upper, double ring_lip) {
     const auto& ring = head.skin.mouth_rings[ring_where(head, ring_lip)];
     const double half = 0.5 * (ring.size() - 1);
     return on_ring(head, ring, upper ? along * half : (2 - along) * half);
   };
-  (void)border;
   at[51] = lip(0, true, 1);
   at[57] = lip(0, false, 1);
-  at[62] = lip(0, true, 1.9);
-  at[66] = lip(0, false, 1.9);
+  at[62] = lip(0, true, 1.98);
+  at[66] = lip(0, false, 1.98);
   pair(52, 50, lip(0.25, true, 1));
   pair(53, 49, lip(0.58, true, 1));
   pair(54, 48, lip(1, true, 1));
   pair(55, 59, lip(0.62, false, 1));
   pair(56, 58, lip(0.33, false, 1));
-  pair(63, 61, lip(0.36, true, 1.9));
-  pair(64, 60, lip(1, true, 1.9));
-  pair(65, 67, lip(0.36, false, 1.9));
+  pair(63, 61, lip(0.36, true, 1.98));
+  pair(64, 60, lip(1, true, 1.98));
+  pair(65, 67, lip(0.36, false, 1.98));
   return at;
 }
 

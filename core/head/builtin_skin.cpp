@@ -50,9 +50,9 @@ constexpr std::array<LipRing, 7> kLipRings{{{0.14, 1.1, 0.8},
                                             {0.33, 1.9, 1.9},
                                             {0.55, 2.2, 2.7},
                                             {0.76, 1.8, 2.5},
-                                            {0.91, 0.3, 1.0},
-                                            {0.98, -1.8, -1.5},
-                                            {1.0, -4.5, -4.5}}};
+                                            {0.91, -0.3, 0.4},
+                                            {0.98, -2.6, -2.2},
+                                            {1.0, -5.0, -5.0}}};
 // The cavity: half width and half height of the ring and its depth behind the seam's z (or, with absolute,
 // its z).
 struct CavityRing {

@@ -214,7 +214,7 @@ TEST(BuiltinHead, LipsMeetAtRestAndPartWithTheJaw) {
   EXPECT_LT(gap(posed_with({})), 0.0025f);
   EXPECT_GT(gap(posed_with({{"jawOpen", 1}})), 0.025f);
   EXPECT_GT(gap(posed_with({{"jawOpen", 0.3f}})), 0.007f);
-  EXPECT_LT(gap(posed_with({{"jawOpen", 1}, {"mouthClose", 1}})), 0.006f);
+  EXPECT_LT(gap(posed_with({{"jawOpen", 0.5f}, {"mouthClose", 1}})), 0.003f);
 }
 
 TEST(BuiltinHead, BlinkClosesTheLidsOverTheEyeball) {
