@@ -57,8 +57,8 @@ int matrix_of(const AVFrame& frame) {
 }
 
 // -- High dynamic range: ITU-R BT.2100 signal to sRGB
-// Diffuse white (HLG signal 0.75, or 203 cd/m2 in PQ: ITU-R BT.2408) becomes 1 and what is brighter is
-// compressed.
+// Diffuse white (HLG signal 0.75, or 203 cd/m2 in PQ: ITU-R BT.2408) counts as 1; then what lies above the
+// knee is compressed, so that white itself is shown at 0.9 and highlights share the rest.
 
 double hlg_to_scene(double signal) {
   constexpr double a = 0.17883277, b = 0.28466892, c = 0.55991073;

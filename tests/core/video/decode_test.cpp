@@ -139,6 +139,41 @@ TEST_F(Decode, ReadsFullRangeTenBitAndMatroska) {
   }
 }
 
+TEST_F(Decode, BringsHighDynamicRangeToNaturalGreys) {
+  if (!have_ffmpeg()) GTEST_SKIP() << "needs the ffmpeg program to make an HLG clip";
+  // HLG signal 0.75 is diffuse white, near the top of what is left after highlights are compressed; half the
+  // signal is a middle grey. Neutral stays neutral.
+  const std::pair<std::string, int> cases[] = {{"0x000000", 0}, {"0x808080", 137}, {"0xBFBFBF", 243}};
+  for (const auto& [colour, expected] : cases) {
+    ASSERT_EQ(
+        ffmpeg(
+            "-f lavfi -i color=c=" + colour +
+            ":s=64x64:r=25:d=0.2 -vf scale=out_color_matrix=bt2020:out_range=tv,format=yuv420p10le -crf 5 "
+            "-color_range tv -color_trc arib-std-b67 -color_primaries bt2020 -colorspace bt2020nc hlg.mp4"),
+        0);
+    auto reader = VideoReader::open(folder_ / "hlg.mp4");
+    ASSERT_TRUE(reader) << reader.error().what;
+    const auto frame = reader->next();
+    ASSERT_TRUE(frame && *frame);
+    expect_near((*frame)->rgb.at(32, 32), expected, expected, expected, 4, colour);
+  }
+}
+
+TEST_F(Decode, ALumaReaderGivesTheLumaOfTheSameFrames) {
+  write_clip(folder_ / "a.mp4", 64, 64, 12);
+  auto reader = VideoReader::open(folder_ / "a.mp4", VideoPixels::luma);
+  ASSERT_TRUE(reader);
+  for (int i = 0; i < 12; ++i) {
+    const auto frame = reader->next();
+    ASSERT_TRUE(frame && *frame);
+    const Image8& luma = (*frame)->rgb;
+    ASSERT_EQ(luma.channels, 1);
+    EXPECT_NEAR(*luma.at(48, 48), 40 + 5 * i, 3);
+    EXPECT_NEAR(*luma.at(16, 16), 0.2126 * 200 + 0.7152 * 30 + 0.0722 * 40, 4);
+  }
+  EXPECT_FALSE(reader->next()->has_value());
+}
+
 TEST_F(Decode, ATruncatedFileNamesTheLastFrame) {
   write_clip(folder_ / "a.mp4", 128, 96, 80);
   for (const double share : {0.5, 0.9}) {

@@ -1,0 +1,245 @@
+// Claims about import: what it refuses and why, that nothing half-made stays, and that the pictures are the
+// crop.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cstring>
+#include <fstream>
+#include <optional>
+
+#include "core/base/files.h"
+#include "core/capture/capture.h"
+#include "core/image/files.h"
+#include "core/track/landmarks.h"
+#include "core/video/decode.h"
+#include "core/video/encode.h"
+
+namespace likeness {
+namespace {
+
+using ::testing::HasSubstr;
+namespace fs = std::filesystem;
+
+class ImportClip : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    folder_ = fs::temp_directory_path() /
+              std::string("likeness_import_")
+                  .append(std::to_string(getpid()))
+                  .append(::testing::UnitTest::GetInstance()->current_test_info()->name());
+    fs::create_directories(folder_);
+  }
+  void TearDown() override { fs::remove_all(folder_); }
+
+  Result<Capture> import(const fs::path& video, const ImportOptions& options = {.size = 128}) const {
+    return import_clip(video, folder_ / "project", options, Progress(), {});
+  }
+  // Everything in the project folder, hidden files included.
+  std::size_t entries() const {
+    const fs::path project = folder_ / "project";
+    return fs::exists(project) ? std::size_t(std::distance(fs::recursive_directory_iterator(project), {}))
+                               : 0;
+  }
+  void write_video(const fs::path& path, const std::vector<Image8>& frames) const {
+    auto writer = VideoWriter::create(path, frames[0].width, frames[0].height);
+    ASSERT_TRUE(writer) << writer.error().what;
+    for (const Image8& frame : frames) ASSERT_TRUE(writer->add(frame));
+    ASSERT_TRUE(writer->finish());
+  }
+  // A wall of coloured tiles, shifted from frame to frame; no face in it.
+  static std::vector<Image8> tiles(int count) {
+    std::vector<Image8> frames;
+    for (int i = 0; i < count; ++i) {
+      Image8 image(256, 192, 3);
+      for (int y = 0; y < 192; ++y) {
+        for (int x = 0; x < 256; ++x) {
+          const int tile = (x + 2 * i) / 24 + 3 * (y / 24);
+          for (int c = 0; c < 3; ++c) image.at(x, y)[c] = std::uint8_t(60 + (tile * (37 + 50 * c)) % 160);
+        }
+      }
+      frames.push_back(std::move(image));
+    }
+    return frames;
+  }
+
+  fs::path folder_;
+};
+
+// The first frames of a real clip, where there is one.
+class ImportFace : public ImportClip {
+ protected:
+  void SetUp() override {
+    ImportClip::SetUp();
+    const fs::path clip = fs::path(LIKENESS_SHARED) / "captures" / "wojtek.mp4";
+    if (!fs::exists(clip)) GTEST_SKIP() << clip << " is not here";
+    auto detector = FaceDetector::load();
+    ASSERT_TRUE(detector) << detector.error().what;
+    detector_.emplace(std::move(*detector));
+    auto reader = VideoReader::open(clip);
+    ASSERT_TRUE(reader);
+    while (frames_.size() < 50) {
+      auto frame = reader->next();
+      ASSERT_TRUE(frame && *frame);
+      frames_.push_back(std::move((*frame)->rgb));
+    }
+  }
+  std::optional<FaceDetector> detector_;  // held so that its 100 MB are read once for all imports of a test
+  std::vector<Image8> frames_;
+};
+
+TEST_F(ImportClip, RefusesAClipWithoutAFace) {
+  write_video(folder_ / "a.mp4", tiles(40));
+  const auto capture = import(folder_ / "a.mp4");
+  ASSERT_FALSE(capture);
+  EXPECT_EQ(capture.error().code, ErrorCode::no_face);
+  EXPECT_THAT(capture.error().what, HasSubstr("A face was found in 0 of 8 frames"));
+  EXPECT_FALSE(capture.error().fix.empty());
+  EXPECT_EQ(entries(), 0u);
+}
+
+TEST_F(ImportClip, RefusesTooFewFrames) {
+  write_video(folder_ / "a.mp4", tiles(12));
+  const auto capture = import(folder_ / "a.mp4");
+  ASSERT_FALSE(capture);
+  EXPECT_EQ(capture.error().code, ErrorCode::bad_input);
+  EXPECT_THAT(capture.error().what, HasSubstr("12 frames"));
+  EXPECT_EQ(entries(), 0u);
+}
+
+TEST_F(ImportClip, RefusesAMissingVideoAndATextFile) {
+  EXPECT_EQ(import(folder_ / "missing.mp4").error().code, ErrorCode::not_found);
+  std::ofstream(folder_ / "text.mp4") << "no video";
+  EXPECT_EQ(import(folder_ / "text.mp4").error().code, ErrorCode::bad_input);
+}
+
+TEST_F(ImportClip, SaysSoWhenTheFolderCannotBeMade) {
+  write_video(folder_ / "a.mp4", tiles(40));
+  std::ofstream(folder_ / "project") << "a file stands where the folder should be";
+  const auto capture = import(folder_ / "a.mp4");
+  ASSERT_FALSE(capture);
+  EXPECT_EQ(capture.error().code, ErrorCode::io);
+  EXPECT_THAT(capture.error().what, HasSubstr("project"));
+}
+
+TEST_F(ImportClip, StopsBeforeItStarts) {
+  write_video(folder_ / "a.mp4", tiles(40));
+  std::stop_source stop;
+  stop.request_stop();
+  const auto capture = import_clip(folder_ / "a.mp4", folder_ / "project", {}, Progress(), stop.get_token());
+  ASSERT_FALSE(capture);
+  EXPECT_EQ(capture.error().code, ErrorCode::cancelled);
+  EXPECT_EQ(entries(), 0u);
+}
+
+TEST_F(ImportFace, WritesTheCropOfUsedAndHeldOutFrames) {
+  write_video(folder_ / "a.mp4", frames_);
+  std::vector<double> fractions;
+  const auto capture =
+      import_clip(folder_ / "a.mp4", folder_ / "project", {.size = 128},
+                  Progress([&](const ProgressReport& r) { fractions.push_back(r.fraction); }), {});
+  ASSERT_TRUE(capture) << capture.error().what;
+  EXPECT_EQ(capture->frames.size(), 50u);
+  EXPECT_EQ(held_out_frames(*capture), (std::set<int>{45, 46, 47, 48, 49}));
+  EXPECT_EQ(capture->crop.side, 512);  // the head nearly fills this picture
+  EXPECT_EQ(capture->width, 512);
+  EXPECT_TRUE(std::is_sorted(fractions.begin(), fractions.end()));
+  EXPECT_EQ(fractions.back(), 1);
+
+  auto reader = VideoReader::open(folder_ / "a.mp4");
+  ASSERT_TRUE(reader);
+  std::size_t pictures = 0;
+  for (const CaptureFrame& f : capture->frames) {
+    const auto source = reader->next();
+    ASSERT_TRUE(source && *source);
+    const fs::path name = folder_ / "project" / frame_name(f.frame);
+    ASSERT_EQ(fs::exists(name), f.used || f.held_out) << f.frame;
+    if (!f.used && !f.held_out) continue;
+    ++pictures;
+    const auto picture = read_image(name);
+    ASSERT_TRUE(picture);
+    const SquareCrop& c = capture->crop;
+    EXPECT_EQ(picture->data, resize(crop((*source)->rgb, c.x, c.y, c.side, c.side), 128, 128).data)
+        << f.frame;
+  }
+  EXPECT_EQ(entries(), pictures + 1);  // and the folder frames/ itself: nothing temporary remains
+}
+
+TEST_F(ImportFace, RefusesFramesBlurredByHand) {
+  for (const int i : {11, 12, 30}) {
+    const Image8 small = resize(frames_[i], 64, 64);
+    frames_[i] = resize(small, 512, 512);
+  }
+  write_video(folder_ / "a.mp4", frames_);
+  const auto capture = import(folder_ / "a.mp4");
+  ASSERT_TRUE(capture) << capture.error().what;
+  for (const CaptureFrame& f : capture->frames) {
+    EXPECT_EQ(!f.refused.empty(), f.frame == 11 || f.frame == 12 || f.frame == 30)
+        << f.frame << ' ' << f.sharpness;
+  }
+}
+
+TEST_F(ImportFace, RefusesTwoPeople) {
+  for (Image8& frame : frames_) {
+    Image8 pair(1024, 512, 3);
+    for (int y = 0; y < 512; ++y) {
+      std::memcpy(pair.at(0, y), frame.at(0, y), 512 * 3);
+      std::memcpy(pair.at(512, y), frame.at(0, y), 512 * 3);
+    }
+    frame = std::move(pair);
+  }
+  write_video(folder_ / "a.mp4", frames_);
+  const auto capture = import(folder_ / "a.mp4");
+  ASSERT_FALSE(capture);
+  EXPECT_EQ(capture.error().code, ErrorCode::bad_input);
+  EXPECT_THAT(capture.error().what, HasSubstr("Two faces are in view in 10 of 10"));
+  EXPECT_THAT(capture.error().fix, HasSubstr("one person"));
+  EXPECT_EQ(entries(), 0u);
+}
+
+TEST_F(ImportFace, ATruncatedVideoLeavesAnEarlierImportAsItWas) {
+  write_video(folder_ / "a.mp4", frames_);
+  ASSERT_TRUE(import(folder_ / "a.mp4"));
+  const std::size_t before = entries();
+  const auto bytes = read_file(folder_ / "a.mp4");
+  ASSERT_TRUE(bytes);
+  ASSERT_TRUE(write_file(folder_ / "cut.mp4", std::span(*bytes).first(bytes->size() * 7 / 10)));
+  const auto capture = import(folder_ / "cut.mp4");
+  ASSERT_FALSE(capture);
+  EXPECT_EQ(capture.error().code, ErrorCode::bad_input);
+  EXPECT_THAT(capture.error().what, HasSubstr("breaks off after frame"));
+  EXPECT_EQ(entries(), before);
+}
+
+TEST_F(ImportFace, StoppedMidwayLeavesNothingAndARerunEqualsAnUncutOne) {
+  write_video(folder_ / "a.mp4", frames_);
+  for (const double moment : {0.3, 0.9}) {  // in the first and in the second pass
+    std::stop_source stop;
+    const Progress progress([&](const ProgressReport& r) {
+      if (r.fraction > moment) stop.request_stop();
+    });
+    const auto capture =
+        import_clip(folder_ / "a.mp4", folder_ / "project", {.size = 128}, progress, stop.get_token());
+    ASSERT_FALSE(capture);
+    EXPECT_EQ(capture.error().code, ErrorCode::cancelled);
+    EXPECT_EQ(entries(), 0u) << moment;
+  }
+  const auto rerun = import(folder_ / "a.mp4");
+  const auto uncut = import_clip(folder_ / "a.mp4", folder_ / "other", {.size = 128}, Progress(), {});
+  ASSERT_TRUE(rerun && uncut);
+  ASSERT_TRUE(write_capture(folder_ / "rerun.json", *rerun));
+  ASSERT_TRUE(write_capture(folder_ / "uncut.json", *uncut));
+  EXPECT_EQ(*read_text(folder_ / "rerun.json"), *read_text(folder_ / "uncut.json"));
+}
+
+TEST_F(ImportFace, WarnsWhenPicturesAreEnlarged) {
+  for (Image8& frame : frames_) frame = resize(frame, 400, 400);
+  write_video(folder_ / "a.mp4", frames_);
+  const auto capture = import(folder_ / "a.mp4", {.size = 512});
+  ASSERT_TRUE(capture) << capture.error().what;
+  EXPECT_THAT(capture->warnings, ::testing::Contains(HasSubstr("enlarged")));
+}
+
+}  // namespace
+}  // namespace likeness
