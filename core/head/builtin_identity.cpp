@@ -31,8 +31,8 @@ std::vector<Direction> directions() {
   };
   // -- The whole head
   add("size", true, [](const Vec3d& p) -> Vec3d { return 0.03 * (p - Vec3d(0, 30, 50)); });
-  add("width", true, [](const Vec3d& p) { return Vec3d(0.035 * p.x(), 0, 0); });
-  add("height", true, [](const Vec3d& p) { return Vec3d(0, 0.03 * (p.y() - 30), 0); });
+  add("width", true, [](const Vec3d& p) { return Vec3d(0.028 * p.x(), 0, 0); });
+  add("height", true, [](const Vec3d& p) { return Vec3d(0, 0.025 * (p.y() - 30), 0); });
   add("depth", true, [](const Vec3d& p) { return Vec3d(0, 0, 0.035 * (p.z() - 70)); });
   add("skull_back", false, [](const Vec3d& p) {
     return Vec3d(0, 0, -5 * smoothstep(50, -80, p.z()) * smoothstep(-70, 0, p.y()));
@@ -53,7 +53,7 @@ std::vector<Direction> directions() {
   });
   add("chin_length", false, [](const Vec3d& p) {
     return Vec3d(
-        0, -3.6 * smoothstep(-42, -74, p.y()) * smoothstep(-130, -85, p.y()) * smoothstep(20, 80, p.z()), 0);
+        0, -4.4 * smoothstep(-42, -74, p.y()) * smoothstep(-130, -85, p.y()) * smoothstep(20, 80, p.z()), 0);
   });
   add("chin_protrusion", false, bumps({{{0, -66, 104}, {30, 20, 34}, {0, 0, 3.6}}}));
   add("chin_width", false, bumps({{{20, -66, 98}, {16, 18, 24}, {2.8, 0, 0.5}}}));
@@ -121,7 +121,7 @@ std::vector<NamedField> identity_fields(const WholeHead& head) {
     }
     fields.push_back({direction.name, mirrored(head, left)});
   }
-  fields.push_back({"eye_opening", lid_field(head, {kEyeOpen.upper + 0.9, kEyeOpen.lower + 0.5})});
+  fields.push_back({"eye_opening", lid_field(head, {kEyeOpen.upper + 0.7, kEyeOpen.lower + 0.4})});
   Field ears(head.left_count, Vec3d::Zero());
   for (int i = 0; i < head.left_count; ++i)
     if (head.vertices[i].tissue == Tissue::ear) ears[i] = 0.09 * (head.vertices[i].position - ear_root);

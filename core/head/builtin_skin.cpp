@@ -177,7 +177,7 @@ std::vector<MouthPoint> mouth_spoke(const Chart& chart, const Vec2d& boundary, d
   for (const LipRing& ring : kLipRings) {
     const Vec2d xy = border + ring.share * (seam - border);
     Vec3d p = frontal_hit(xy.x(), xy.y());
-    const double tuck = -1.2 * (1 - fullness) * ring.share;  // the corner is drawn in
+    const double tuck = -2.0 * (1 - fullness) * ring.share;  // the corner is drawn in
     p.z() += fullness * (upper ? ring.upper_mm : ring.lower_mm) + tuck;
     last = p;
     spoke.push_back({on_midline(p), chart_of(chart, frontal_hit(xy.x(), xy.y())), 1 + ring.share});
