@@ -18,11 +18,11 @@ namespace likeness {
 
 // One training picture.
 struct TrainingView {
-  Camera camera;   // crop intrinsics at `size`; translation in metres
+  Camera camera;  // crop intrinsics at `size`; translation in metres
   Pose world_from_head = Pose::Identity(), world_from_torso = Pose::Identity();
   Articulation articulation;
-  Image8 rgb;      // (size, size, 3)
-  Image8 alpha;    // (size, size, 1) person's matte; empty = unknown
+  Image8 rgb;             // (size, size, 3)
+  Image8 alpha;           // (size, size, 1) person's matte; empty = unknown
   bool has_plate = true;  // the background of this view is the plate; otherwise its matte separates it
 };
 
@@ -36,18 +36,22 @@ struct TrainingSet {
 };
 
 struct TrainOptions {
-  double budget_s = 300;      // wall-clock of this stage; ignored when steps > 0
-  std::uint64_t steps = 0;    // exact number of steps (replay)
+  double budget_s = 300;    // wall-clock of this stage; ignored when steps > 0
+  std::uint64_t steps = 0;  // exact number of steps (replay)
   int rays_per_step = 8192;
   std::uint64_t seed = 0;
   bool use_ambient = true, use_latent = true, use_occupancy = true;  // ablation switches
   double checkpoint_every_s = 30;
 };
 
-struct TrainStatus { std::uint64_t step = 0; double seconds = 0, loss = 0, train_psnr_db = 0, rays_per_s = 0; };
+struct TrainStatus {
+  std::uint64_t step = 0;
+  double seconds = 0, loss = 0, train_psnr_db = 0, rays_per_s = 0;
+};
 
-// Continues from `checkpoint` when it exists and fits this set and these options; writes it at intervals and on stop.
-// checkpoint.bin holds parameters, optimiser moments, occupancy, random state, schedule and seconds spent.
+// Continues from `checkpoint` when it exists and fits this set and these options; writes it at intervals and
+// on stop. checkpoint.bin holds parameters, optimiser moments, occupancy, random state, schedule and seconds
+// spent.
 Result<Avatar> train_avatar(const TrainingSet& set, const TrainOptions& options,
                             const std::filesystem::path& checkpoint, const Progress& progress,
                             const std::function<void(const TrainStatus&)>& observe, std::stop_token stop);

@@ -1,0 +1,144 @@
+// Writing and reading checkpoints.
+#include "core/train/checkpoint.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "core/base/hash.h"
+#include "core/base/parallel.h"
+#include "core/render/section_file.h"
+
+namespace likeness {
+namespace {
+
+using json = nlohmann::json;
+
+constexpr SectionFormat kFormat{"LKNSCKPT", 1, "checkpoint",
+                                "Training starts anew; nothing needs to be done."};
+
+template <class T>
+void add_hash(std::string& text, const std::vector<T>& values) {
+  text += hash_bytes(std::as_bytes(std::span<const T>(values))) + "\n";
+}
+
+void add_pose(std::string& text, const Pose& pose) {
+  for (int i = 0; i < 12; ++i) text += fmt::format("{} ", pose.matrix()(i / 4, i % 4));
+  text += "\n";
+}
+
+std::string view_fingerprint(const TrainingView& view) {
+  const Intrinsics& k = view.camera.intrinsics;
+  std::string text = fmt::format("{} {} {} {} {} {} {} {} {} {} {} {}\n", view.camera.frame, k.width,
+                                 k.height, k.fx, k.fy, k.cx, k.cy, k.k1, k.k2, k.p1, k.p2, view.has_plate);
+  add_pose(text, view.camera.cam_from_world);
+  add_pose(text, view.world_from_head);
+  add_pose(text, view.world_from_torso);
+  for (const float v : articulation_vector(view.articulation)) text += fmt::format("{} ", v);
+  add_hash(text, view.rgb.data);
+  add_hash(text, view.alpha.data);
+  return hash_text(text);
+}
+
+void add_field(Sections& sections, const std::string& name, const TrainedField& field) {
+  sections[name + ".params"] = to_section(field.part.field.parameters);
+  sections[name + ".first"] = to_section(field.adam.first);
+  sections[name + ".second"] = to_section(field.adam.second);
+  sections[name + ".lines"] = to_section(field.adam.line_steps);
+  sections[name + ".learnt"] = to_section(field.learnt.density);
+  sections[name + ".occ"] = to_section(field.part.occupancy.bits);
+}
+
+bool read_field(const Sections& sections, const std::string& name, TrainedField& field) {
+  return from_section(sections, name + ".params", field.part.field.parameters.size(),
+                      field.part.field.parameters) &&
+         from_section(sections, name + ".first", field.adam.first.size(), field.adam.first) &&
+         from_section(sections, name + ".second", field.adam.second.size(), field.adam.second) &&
+         from_section(sections, name + ".lines", field.adam.line_steps.size(), field.adam.line_steps) &&
+         from_section(sections, name + ".learnt", field.learnt.density.size(), field.learnt.density) &&
+         from_section(sections, name + ".occ", field.part.occupancy.bits.size(), field.part.occupancy.bits);
+}
+
+Error unusable(const std::filesystem::path& path, const std::string& detail) {
+  return {ErrorCode::bad_input, fmt::format("The checkpoint cannot be continued: {}.", detail),
+          std::string(kFormat.remedy), path.string()};
+}
+
+}  // namespace
+
+std::string training_fingerprint(const TrainingSet& set, const TrainOptions& options) {
+  std::vector<std::string> views(set.views.size());
+  parallel_for(views.size(), [&](std::size_t v) { views[v] = view_fingerprint(set.views[v]); });
+  std::string text = fmt::format("{} {} {} {} {} {} {} {} {}\n", set.size, set.model.hash, set.has_torso,
+                                 set.views.size(), options.rays_per_step, options.seed, options.use_ambient,
+                                 options.use_latent, options.use_occupancy);
+  for (const std::string& view : views) text += view + "\n";
+  for (const float v : set.identity) text += fmt::format("{} ", v);
+  add_hash(text, set.plate.data);
+  return hash_text(text);
+}
+
+Result<void> write_checkpoint(const std::filesystem::path& path, const TrainingState& state,
+                              const std::string& fingerprint) {
+  Sections sections;
+  add_field(sections, "head", state.head);
+  if (state.torso) add_field(sections, "torso", *state.torso);
+  sections["codes"] = to_section(state.codes);
+  sections["codes.first"] = to_section(state.codes_adam.first);
+  sections["codes.second"] = to_section(state.codes_adam.second);
+  const json meta = {{"fingerprint", fingerprint},
+                     {"step", state.step},
+                     {"seconds", state.seconds},
+                     {"total_steps", state.schedule.total_steps},
+                     {"budget_s", state.schedule.budget_s},
+                     {"rate_scale", state.schedule.rate_scale},
+                     {"head_steps", state.head.adam.step},
+                     {"torso_steps", state.torso ? state.torso->adam.step : 0},
+                     {"codes_steps", state.codes_adam.step},
+                     {"codes_moments", state.codes_adam.first.size()}};
+  const std::string text = meta.dump();
+  sections["meta"] = to_section(std::span<const char>(text.data(), text.size()));
+  return write_sections(path, kFormat, sections);
+}
+
+Result<void> read_checkpoint(const std::filesystem::path& path, const std::string& fingerprint,
+                             TrainingState& state) {
+  auto sections = read_sections(path, kFormat);
+  if (!sections) return sections.error();
+  const auto meta = sections->find("meta");
+  if (meta == sections->end()) return unusable(path, "section 'meta' is missing");
+  TrainingState read;
+  try {
+    const char* text = reinterpret_cast<const char*>(meta->second.data());
+    const json j = json::parse(text, text + meta->second.size());
+    if (j.at("fingerprint").get<std::string>() != fingerprint)
+      return unusable(path, "it belongs to other pictures, another track or other options");
+    read = state;
+    read.step = j.at("step").get<std::uint64_t>();
+    read.seconds = j.at("seconds").get<double>();
+    read.schedule.total_steps = j.at("total_steps").get<std::uint64_t>();
+    read.schedule.budget_s = j.at("budget_s").get<double>();
+    read.schedule.rate_scale = j.at("rate_scale").get<double>();
+    read.head.adam.step = j.at("head_steps").get<std::uint64_t>();
+    if (read.torso) read.torso->adam.step = j.at("torso_steps").get<std::uint64_t>();
+    read.codes_adam.step = j.at("codes_steps").get<std::uint64_t>();
+    const auto moments = j.at("codes_moments").get<std::size_t>();
+    if (!from_section(*sections, "codes.first", moments, read.codes_adam.first) ||
+        !from_section(*sections, "codes.second", moments, read.codes_adam.second))
+      return unusable(path, "the moments of the codes have a wrong size");
+  } catch (const json::exception& e) {
+    return unusable(path, e.what());
+  }
+  if (!(read.seconds >= 0) || !std::isfinite(read.seconds)) return unusable(path, "its time is not a number");
+  if (!read_field(*sections, "head", read.head) ||
+      (read.torso && !read_field(*sections, "torso", *read.torso)) ||
+      !from_section(*sections, "codes", state.codes.size(), read.codes))
+    return unusable(path, "its parts have other sizes than this training's");
+  for (const float v : read.head.part.field.parameters)
+    if (!std::isfinite(v)) return unusable(path, "a parameter is not a finite number");
+  state = std::move(read);
+  return {};
+}
+
+}  // namespace likeness

@@ -1,0 +1,25 @@
+// Learning the low-dimensional condition psi of the ambient slice from the articulations of the training
+// track.
+#pragma once
+
+#include <span>
+
+#include "core/head/pose_head.h"
+#include "core/render/avatar.h"
+
+namespace likeness {
+
+struct ConditionOptions {
+  int components = 6;  // of expression and jaw; more overfit (measured: 16 whitened ones lose 1 dB)
+  bool gaze = true;    // two more: mean yaw and pitch of the eyes, where the track has them
+};
+
+// Principal components in the metric of the vertex motion that the articulation causes on the face, so that
+// coefficients which cancel on the mesh cancel in psi. Plain, not whitened: the first component has standard
+// deviation 0.5, the others keep their proportion. Components without motion are left out, so psi may be
+// empty.
+ConditionMap learn_condition_map(const HeadModel& model, const HeadShape& shape,
+                                 std::span<const Articulation> articulations,
+                                 const ConditionOptions& options = {});
+
+}  // namespace likeness

@@ -1,0 +1,72 @@
+// Learning which cells are occupied.
+#include "core/train/occupancy_refresh.h"
+
+#include <algorithm>
+
+#include "core/base/parallel.h"
+#include "core/field/evaluate.h"
+#include "core/train/random_stream.h"
+
+namespace likeness {
+namespace {
+
+constexpr float kDecay = 0.95f;     // per look
+constexpr float kThreshold = 2.0f;  // density per cube side; through one of 96 cells an opacity of 0.02
+constexpr float kInitial = 3.0f;    // occupied until some looks have found nothing
+
+}  // namespace
+
+OccupancyState make_occupancy_state(const Volume& volume) {
+  OccupancyState state;
+  const int n = volume.allowed.resolution;
+  for (int z = 0; z < n; ++z)
+    for (int y = 0; y < n; ++y)
+      for (int x = 0; x < n; ++x)
+        if (volume.allowed.occupied(x, y, z)) state.cells.push_back(std::uint32_t((z * n + y) * n + x));
+  state.density.assign(state.cells.size(), kInitial);
+  return state;
+}
+
+void refresh_occupancy(OccupancyState& state, int resolution, const Field& field, const float* conditions,
+                       std::size_t views, std::uint64_t seed, std::uint64_t step) {
+  const int n = resolution;
+  const std::size_t count = state.cells.size();
+  if (count == 0) return;
+  std::vector<float> x(count), y(count), z(count);
+  std::vector<std::int32_t> view(count);
+  parallel_ranges(count, 4096, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      RandomStream random(seed ^ 0xcccull, step, i);
+      const int cell = int(state.cells[i]);
+      x[i] = (float(cell % n) + random.uniform()) / float(n);
+      y[i] = (float(cell / n % n) + random.uniform()) / float(n);
+      z[i] = (float(cell / (n * n)) + random.uniform()) / float(n);
+      view[i] = std::int32_t(random.below(std::uint32_t(views)));
+    }
+  });
+  FieldInputs inputs;
+  inputs.count = count;
+  inputs.x = x.data(), inputs.y = y.data(), inputs.z = z.data();
+  inputs.view = view.data();
+  inputs.conditions = conditions;
+  std::vector<float> sigma;
+  evaluate_density(field, inputs, sigma);
+  for (std::size_t i = 0; i < count; ++i) state.density[i] = std::max(state.density[i] * kDecay, sigma[i]);
+}
+
+OccupancyGrid occupancy_bits(const OccupancyState& state, const Volume& volume) {
+  const int n = volume.allowed.resolution;
+  OccupancyGrid grid = volume.kept;
+  for (std::size_t i = 0; i < state.cells.size(); ++i) {
+    if (state.density[i] <= kThreshold) continue;
+    const int cell = int(state.cells[i]), cx = cell % n, cy = cell / n % n, cz = cell / (n * n);
+    for (int z = std::max(0, cz - 1); z <= std::min(n - 1, cz + 1); ++z)
+      for (int y = std::max(0, cy - 1); y <= std::min(n - 1, cy + 1); ++y)
+        for (int x = std::max(0, cx - 1); x <= std::min(n - 1, cx + 1); ++x)
+          set_occupied(grid, x, y, z, true);
+  }
+  for (std::size_t b = 0; b < grid.bits.size(); ++b) grid.bits[b] &= volume.allowed.bits[b];
+  return grid;
+}
+
+}  // namespace likeness

@@ -1,0 +1,26 @@
+// Which of the allowed cells hold density, learnt along with the field: a decaying maximum of the density
+// seen in a cell over random points and training expressions.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "core/render/avatar.h"
+#include "core/train/volumes.h"
+
+namespace likeness {
+
+struct OccupancyState {
+  std::vector<std::uint32_t> cells;  // the allowed cells, (z, y, x) index
+  std::vector<float> density;        // (cells) decaying maximum, per cube side; starts as occupied
+};
+OccupancyState make_occupancy_state(const Volume& volume);
+
+// Looks once into every allowed cell, at a random point under a random one of `views` rows of `conditions`.
+void refresh_occupancy(OccupancyState& state, int resolution, const Field& field, const float* conditions,
+                       std::size_t views, std::uint64_t seed, std::uint64_t step);
+
+// Cells over the threshold, their neighbours, and the cells that are always kept, within the allowed ones.
+OccupancyGrid occupancy_bits(const OccupancyState& state, const Volume& volume);
+
+}  // namespace likeness

@@ -1,0 +1,116 @@
+// Choosing rays.
+#include "core/train/ray_batch.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/base/parallel.h"
+#include "core/train/random_stream.h"
+
+namespace likeness {
+namespace {
+
+constexpr float kFaceShare = 0.25f, kPersonShare = 0.5f, kRandomBackgroundShare = 1.f / 6;
+constexpr int kTries = 8;
+
+struct Pixel {
+  int x, y;
+};
+
+Pixel draw_pixel(const RaySource::View& view, int width, int height, bool in_face, RandomStream& random) {
+  if (in_face && view.face_x1 > view.face_x0 && view.face_y1 > view.face_y0)
+    return {view.face_x0 + int(random.below(std::uint32_t(view.face_x1 - view.face_x0))),
+            view.face_y0 + int(random.below(std::uint32_t(view.face_y1 - view.face_y0)))};
+  return {int(random.below(std::uint32_t(width))), int(random.below(std::uint32_t(height)))};
+}
+
+Vec3f colour_at(const Image8& image, int x, int y) {
+  const std::uint8_t* p = image.at(x, y);
+  return Vec3f(float(p[0]), float(p[1]), float(p[2])) / 255.f;
+}
+
+}  // namespace
+
+RaySource make_ray_source(const TrainingSet& set, const HeadShape& shape, const FieldCube& head,
+                          const FieldCube* torso) {
+  RaySource source;
+  source.set = &set;
+  source.views.resize(set.views.size());
+  parallel_for(set.views.size(), [&](std::size_t v) {
+    const TrainingView& view = set.views[v];
+    RaySource::View& out = source.views[v];
+    out.maps[0] = unit_from_camera(head, view.camera.cam_from_world, view.world_from_head);
+    if (torso) out.maps[1] = unit_from_camera(*torso, view.camera.cam_from_world, view.world_from_torso);
+    // -- Box of the landmarks, a sixth larger on each side.
+    const auto landmarks = landmark_positions(set.model, pose_head(set.model, shape, view.articulation));
+    const Pose cam_from_head = view.camera.cam_from_world * view.world_from_head;
+    Vec2d low = Vec2d::Constant(1e9), high = -low;
+    for (const Vec3f& landmark : landmarks) {
+      const Vec3d p = cam_from_head * landmark.cast<double>();
+      if (p.z() < 1e-3) return;
+      const Vec2d pixel = project(view.camera.intrinsics, p);
+      low = low.cwiseMin(pixel), high = high.cwiseMax(pixel);
+    }
+    const Vec2d margin = (high - low) / 6;
+    const int width = view.rgb.width, height = view.rgb.height;
+    out.face_x0 = int(std::clamp(low.x() - margin.x(), 0.0, double(width)));
+    out.face_y0 = int(std::clamp(low.y() - margin.y(), 0.0, double(height)));
+    out.face_x1 = int(std::clamp(high.x() + margin.x(), 0.0, double(width)));
+    out.face_y1 = int(std::clamp(high.y() + margin.y(), 0.0, double(height)));
+  });
+  return source;
+}
+
+void choose_rays(const RaySource& source, const MarchVolumes& volumes, bool drop_codes, std::uint64_t seed,
+                 std::uint64_t step, int count, RayBatch& batch) {
+  const TrainingSet& set = *source.set;
+  const std::size_t views = source.views.size();
+  batch.requests.resize(std::size_t(count));
+  batch.target.resize(std::size_t(count)), batch.background.resize(std::size_t(count));
+  parallel_ranges(std::size_t(count), 256, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      RandomStream random(seed, step, i);
+      const auto v = std::min(views - 1, std::size_t((double(i) + random.uniform()) * double(views) / count));
+      const TrainingView& view = set.views[v];
+      const float kind = random.uniform();
+      const bool in_face = kind < kFaceShare;
+      const bool on_person = !in_face && kind < kFaceShare + kPersonShare && !view.alpha.empty();
+      RayRequest& request = batch.requests[i];
+      Pixel pixel{0, 0};
+      for (int attempt = 0; attempt < kTries; ++attempt) {
+        pixel = draw_pixel(source.views[v], view.rgb.width, view.rgb.height, in_face, random);
+        const bool last = attempt + 1 == kTries;
+        if (on_person && !last && view.alpha.at(pixel.x, pixel.y)[0] == 0) continue;
+        const Vec3f direction = ray_direction(view.camera.intrinsics, Vec2d(pixel.x + 0.5, pixel.y + 0.5))
+                                    .normalized()
+                                    .cast<float>();
+        for (int f = 0; f < 2; ++f)
+          if (volumes.fields[f].occupancy) request.fields[f] = field_ray(source.views[v].maps[f], direction);
+        if (meets_volume(request, volumes)) break;
+      }
+      const bool drop = drop_codes && random.uniform() < 0.5f;
+      request.view = std::int32_t(drop ? v + views : v);
+      request.jitter = random.bits() | 1;
+
+      // -- Over the plate, or with the matte over a random colour.
+      const Vec3f rgb = colour_at(view.rgb, pixel.x, pixel.y);
+      const bool plate = view.has_plate && !set.plate.empty();
+      const float alpha = view.alpha.empty() ? 1.f : float(view.alpha.at(pixel.x, pixel.y)[0]) / 255.f;
+      const Vec3f other(random.uniform(), random.uniform(), random.uniform());
+      const bool swap = random.uniform() < kRandomBackgroundShare && !view.alpha.empty();
+      if (plate && !swap) {
+        batch.target[i] = rgb;
+        batch.background[i] = colour_at(set.plate, pixel.x, pixel.y);
+      } else if (plate) {
+        const Vec3f behind = colour_at(set.plate, pixel.x, pixel.y);
+        batch.target[i] = (rgb + (1 - alpha) * (other - behind)).cwiseMax(0.f).cwiseMin(1.f);
+        batch.background[i] = other;
+      } else {
+        batch.target[i] = alpha * rgb + (1 - alpha) * other;
+        batch.background[i] = other;
+      }
+    }
+  });
+}
+
+}  // namespace likeness

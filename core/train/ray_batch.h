@@ -1,0 +1,36 @@
+// The rays of one training step: which views and pixels, what colour they should have, and over which
+// background.
+#pragma once
+
+#include <vector>
+
+#include "core/head/pose_head.h"
+#include "core/render/rays.h"
+#include "core/train/train.h"
+
+namespace likeness {
+
+struct RayBatch {
+  std::vector<RayRequest> requests;       // (R) view = row of conditions: v with its code, v + views without
+  std::vector<Vec3f> target, background;  // (R) sRGB-encoded
+};
+
+// What the choice of rays needs of the views, prepared once.
+struct RaySource {
+  const TrainingSet* set = nullptr;
+  struct View {
+    std::array<UnitFromCamera, 2> maps;
+    int face_x0 = 0, face_y0 = 0, face_x1 = 0, face_y1 = 0;  // px, half open; empty: whole picture
+  };
+  std::vector<View> views;
+};
+RaySource make_ray_source(const TrainingSet& set, const HeadShape& shape, const FieldCube& head,
+                          const FieldCube* torso);
+
+// Views in turn; a quarter of the rays in the face's box, half on the person, the rest anywhere, all but a
+// few where an occupied cell can be seen. A sixth of the rays with a matte get a random background, so that
+// the person does not borrow the plate's colour. Every number depends only on seed, step and the ray's index.
+void choose_rays(const RaySource& source, const MarchVolumes& volumes, bool drop_codes, std::uint64_t seed,
+                 std::uint64_t step, int count, RayBatch& batch);
+
+}  // namespace likeness

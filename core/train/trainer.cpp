@@ -1,0 +1,214 @@
+// Training an avatar: checks, volumes, steps until the budget is spent, checkpoints.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+
+#include "core/image/metrics.h"
+#include "core/train/capture_summary.h"
+#include "core/train/checkpoint.h"
+#include "core/train/condition_map.h"
+#include "core/train/train.h"
+#include "core/train/training_step.h"
+
+namespace likeness {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+constexpr std::uint64_t kSnapshotEvery = 500;
+constexpr int kRecoveries = 3;
+constexpr double kReportEvery = 0.25;  // s
+constexpr double kOverrun = 1.15;      // of the budget, before a run is ended short of its planned steps
+
+double seconds_since(Clock::time_point start) {
+  return std::chrono::duration<double>(Clock::now() - start).count();
+}
+
+Result<void> check_set(const TrainingSet& set, const TrainOptions& options) {
+  const auto bad = [](std::string what, std::string fix) {
+    return Error{ErrorCode::bad_input, std::move(what), std::move(fix), "training"};
+  };
+  if (set.views.empty())
+    return bad("There is no training picture.",
+               "Check the capture: at least one frame must be usable and tracked.");
+  if (options.rays_per_step < 1 || (options.steps == 0 && !(options.budget_s > 0)))
+    return bad(fmt::format("A budget of {} s and {} rays a step is no training.", options.budget_s,
+                           options.rays_per_step),
+               "Give a positive budget in seconds, e.g. --budget 300.");
+  for (std::size_t v = 0; v < set.views.size(); ++v) {
+    const TrainingView& view = set.views[v];
+    if (view.rgb.channels != 3 || view.rgb.empty() || view.rgb.width != view.camera.intrinsics.width ||
+        view.rgb.height != view.camera.intrinsics.height)
+      return bad(fmt::format("Picture {} is {}x{} with {} channels, its camera {}x{}.", v, view.rgb.width,
+                             view.rgb.height, view.rgb.channels, view.camera.intrinsics.width,
+                             view.camera.intrinsics.height),
+                 "Run the import again.");
+    const bool plate = view.has_plate && !set.plate.empty();
+    if (!view.alpha.empty() && (view.alpha.width != view.rgb.width || view.alpha.height != view.rgb.height))
+      return bad(fmt::format("The matte of picture {} is {}x{}, the picture {}x{}.", v, view.alpha.width,
+                             view.alpha.height, view.rgb.width, view.rgb.height),
+                 "Run the matting again.");
+    if (!plate && view.alpha.empty())
+      return bad(fmt::format("Picture {} has neither a background plate nor a matte.", v),
+                 "Run the matting again.");
+    if (plate &&
+        (set.plate.width != view.rgb.width || set.plate.height != view.rgb.height || set.plate.channels != 3))
+      return bad(fmt::format("The plate is {}x{}, picture {} {}x{}.", set.plate.width, set.plate.height, v,
+                             view.rgb.width, view.rgb.height),
+                 "Run the matting again.");
+    if (view.articulation.expression.size() != set.model.expression_count())
+      return bad(fmt::format("Picture {} has {} expression numbers, the head model {}.", v,
+                             view.articulation.expression.size(), set.model.expression_count()),
+                 "Fit the head again with this head model.");
+    if (!view.world_from_head.matrix().allFinite() || !view.world_from_torso.matrix().allFinite() ||
+        !articulation_vector(view.articulation).allFinite())
+      return bad(fmt::format("The track of picture {} is not finite.", v), "Fit the head again.");
+  }
+  return {};
+}
+
+Avatar make_avatar(const TrainingSet& set, const TrainOptions& options, const ConditionMap& map,
+                   const TrainingState& state) {
+  Avatar avatar;
+  avatar.head = state.head.part;
+  if (state.torso) avatar.torso = state.torso->part;
+  avatar.condition = map;
+  avatar.identity = set.identity;
+  avatar.head_model_name = set.model.name;
+  avatar.head_model_hash = set.model.hash;
+  avatar.neutral = typical_articulation(set);
+  avatar.seen = action_ranges(set);
+  const TrainingView& view = set.views[typical_view(set)];
+  avatar.world_from_head = view.world_from_head;
+  avatar.world_from_torso = view.world_from_torso;
+  avatar.intrinsics = view.camera.intrinsics;
+  avatar.cam_from_world = view.camera.cam_from_world;
+  avatar.plate = set.plate;
+  avatar.size = set.size;
+  avatar.steps = state.step;
+  avatar.seed = options.seed;
+  avatar.train_seconds = state.seconds;
+  return avatar;
+}
+
+// The run itself: clock, reports, checkpoints, recovery.
+struct Run {
+  const TrainOptions& options;
+  const std::filesystem::path& path;
+  const std::string& fingerprint;
+  const Progress& progress;
+  const std::function<void(const TrainStatus&)>& observe;
+
+  Clock::time_point start = Clock::now();
+  double earlier = 0;  // seconds of earlier runs
+  double last_report = 0, last_checkpoint = 0;
+  double mean_loss = 0, step_seconds = 0;
+
+  double elapsed() const { return earlier + seconds_since(start); }
+
+  bool finished(const TrainingState& state) const {
+    if (state.schedule.total_steps > 0 && state.step >= state.schedule.total_steps) return true;
+    return state.schedule.budget_s > 0 && elapsed() >= kOverrun * state.schedule.budget_s;
+  }
+
+  Result<void> save(TrainingState& state) {
+    state.seconds = elapsed();
+    last_checkpoint = state.seconds;
+    if (path.empty()) return {};
+    return write_checkpoint(path, state, fingerprint);
+  }
+
+  void report(const TrainingState& state) {
+    const double psnr = mean_loss > 0 ? psnr_from_mse(mean_loss) : 0;
+    const double share = state.schedule.total_steps > 0
+                             ? double(state.step) / double(state.schedule.total_steps)
+                             : elapsed() / std::max(1e-9, state.schedule.budget_s);
+    progress.report(share, fmt::format("step {}, training PSNR {:.1f} dB", state.step, psnr));
+    if (observe)
+      observe({state.step, elapsed(), mean_loss, psnr,
+               step_seconds > 0 ? options.rays_per_step / step_seconds : 0});
+    last_report = elapsed();
+  }
+};
+
+Error diverged(std::uint64_t step) {
+  return {ErrorCode::failed,
+          fmt::format("Training diverged at step {}: the loss is not a finite number.", step),
+          "Look at the track's overlay: a wrong fit is the usual cause. Otherwise try another --seed.",
+          "training"};
+}
+
+Result<void> run_steps(TrainingState& state, const RaySource& source, Run& run, std::stop_token stop) {
+  const StepOptions options{run.options.rays_per_step, run.options.seed, run.options.use_latent,
+                            run.options.use_occupancy};
+  TrainingState snapshot = state;
+  int recoveries = 0;
+  double before = run.elapsed();
+  while (!run.finished(state)) {
+    if (stop.stop_requested()) {
+      if (auto saved = run.save(state); !saved) return saved;
+      return cancelled_error();
+    }
+    const StepResult result = training_step(state, source, options);
+    if (!result.finite) {
+      if (++recoveries > kRecoveries) return diverged(state.step);
+      const double scale = 0.5 * state.schedule.rate_scale;
+      state = snapshot;
+      state.schedule.rate_scale = scale;
+      continue;
+    }
+    if (result.samples == 0)
+      return Error{ErrorCode::failed, "No training ray meets the head: the head lies outside the pictures.",
+                   "Look at the track's overlay; fit the head again.", "training"};
+    const double now = run.elapsed(), taken = now - before;
+    before = now;
+    run.step_seconds = run.step_seconds == 0 ? taken : 0.95 * run.step_seconds + 0.05 * taken;
+    run.mean_loss = run.mean_loss == 0 ? result.loss : 0.95 * run.mean_loss + 0.05 * result.loss;
+    settle(state.schedule, state.step, now, run.step_seconds);
+    if (now - run.last_report >= kReportEvery) run.report(state);
+    if (now - run.last_checkpoint >= run.options.checkpoint_every_s)
+      if (auto saved = run.save(state); !saved) return saved;
+    if (state.step % kSnapshotEvery == 0) snapshot = state;
+  }
+  run.report(state);
+  return run.save(state);
+}
+
+}  // namespace
+
+Result<Avatar> train_avatar(const TrainingSet& set, const TrainOptions& options,
+                            const std::filesystem::path& checkpoint, const Progress& progress,
+                            const std::function<void(const TrainStatus&)>& observe, std::stop_token stop) {
+  if (stop.stop_requested()) return cancelled_error();
+  if (auto checked = check_set(set, options); !checked) return checked.error();
+  const std::string fingerprint = checkpoint.empty() ? "" : training_fingerprint(set, options);
+  Run run{options, checkpoint, fingerprint, progress, observe};
+
+  const HeadShape shape = shape_head(set.model, set.identity);
+  std::vector<Articulation> articulations;
+  for (const TrainingView& view : set.views) articulations.push_back(view.articulation);
+  const ConditionMap map = learn_condition_map(set.model, shape, articulations);
+  const Volumes volumes = make_volumes(set, shape);
+  TrainingState state = make_training_state(set, options, map, volumes);
+
+  if (!checkpoint.empty()) {
+    TrainingState earlier = state;
+    const Result<void> read = read_checkpoint(checkpoint, fingerprint, earlier);
+    if (read &&
+        resume_schedule(earlier.schedule, earlier.step, earlier.seconds, options.steps, options.budget_s)) {
+      state = std::move(earlier);
+      run.earlier = run.last_checkpoint = state.seconds;
+      progress.report(0, fmt::format("continuing at step {}", state.step));
+    } else if (!read && read.error().code != ErrorCode::not_found) {
+      progress.report(0, "Training starts anew. " + read.error().what);
+    }
+  }
+  const RaySource source =
+      make_ray_source(set, shape, volumes.head.cube, volumes.torso ? &volumes.torso->cube : nullptr);
+  if (auto done = run_steps(state, source, run, stop); !done) return done.error();
+  return make_avatar(set, options, map, state);
+}
+
+}  // namespace likeness

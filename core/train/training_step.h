@@ -1,0 +1,64 @@
+// The state of a training run, and one step of it: rays -> samples -> fields -> compositing -> loss ->
+// gradients -> Adam.
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "core/field/adam.h"
+#include "core/field/evaluate.h"
+#include "core/render/rays.h"
+#include "core/train/occupancy_refresh.h"
+#include "core/train/ray_batch.h"
+#include "core/train/schedule.h"
+#include "core/train/volumes.h"
+
+namespace likeness {
+
+// One field in training. What must survive an interruption: field, adam, occupancy and learnt.
+struct TrainedField {
+  Volume volume;
+  FieldPart part;
+  AdamState adam;
+  OccupancyState learnt;
+  // Scratch.
+  std::shared_ptr<FieldTape> tape;
+  FieldGradients gradients;
+  FieldOutputs outputs;
+  std::vector<float> d_sigma, d_red, d_green, d_blue;
+};
+
+struct TrainingState {
+  TrainedField head;
+  std::optional<TrainedField> torso;
+  std::vector<float>
+      codes;  // (2 views, L): the views' latent codes, then as many zero rows for dropped codes
+  ArrayAdamState codes_adam;      // of the first half
+  std::vector<float> conditions;  // (2 views, K), the second half repeats the first
+  std::uint64_t step = 0;
+  double seconds = 0;  // spent in training so far, earlier runs included
+  Schedule schedule;
+  // Scratch.
+  RayBatch rays;
+  SampleBatch samples;
+};
+
+struct StepOptions {
+  int rays = 8192;
+  std::uint64_t seed = 0;
+  bool use_latent = true, use_occupancy = true;
+};
+
+struct StepResult {
+  double loss = 0;     // mean squared error over rays and channels
+  bool finite = true;  // loss and gradients' source; false: nothing was changed
+  std::size_t samples = 0;
+};
+
+TrainingState make_training_state(const TrainingSet& set, const TrainOptions& options,
+                                  const ConditionMap& map, const Volumes& volumes);
+
+StepResult training_step(TrainingState& state, const RaySource& source, const StepOptions& options);
+
+}  // namespace likeness

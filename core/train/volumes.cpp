@@ -1,0 +1,330 @@
+// Volumes from the head mesh, a body shape below it, and the mattes.
+#include "core/train/volumes.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/base/check.h"
+#include "core/base/parallel.h"
+#include "core/train/carve.h"
+
+namespace likeness {
+namespace {
+
+constexpr int kChin = 8, kRightEar = 0, kLeftEar = 16, kRightBrow = 19, kLeftBrow = 24, kNoseBase = 33;
+constexpr int kCarveViews = 64, kPoses = 12;
+constexpr float kNeckLength = 0.055f;  // m from the chin down to where the torso field takes over alone
+constexpr float kMouthMargin = 0.008f;
+constexpr float kWall = 0.010f;  // m: balls of this radius on the skin close it against the flood
+
+// Shares of the views that must see a cell inside the person: hair, skin envelope (parts of it show only in a
+// few expressions), torso.
+constexpr float kNeeded[] = {0.9f, 0.05f, 0.85f};
+enum CellClass : std::uint8_t { kHair = 0, kSkin = 1, kTorso = 2 };
+
+struct Ball {
+  Vec3f centre;
+  float radius;
+};  // m
+
+std::size_t cell_count(int n) { return std::size_t(n) * n * n; }
+
+// Sets every cell whose centre lies in a ball to `value`.
+void fill_balls(std::vector<std::uint8_t>& cells, int n, const FieldCube& cube,
+                const std::vector<Ball>& balls, std::uint8_t value) {
+  const float scale = float(n) / cube.side;
+  parallel_for(std::size_t(n), [&](std::size_t z) {
+    for (const Ball& ball : balls) {
+      const Vec3f c = (ball.centre - cube.origin) * scale - Vec3f::Constant(0.5f);
+      const float r = ball.radius * scale, dz = float(z) - c.z();
+      if (std::abs(dz) > r) continue;
+      const float ry = std::sqrt(r * r - dz * dz);
+      for (int y = std::max(0, int(std::ceil(c.y() - ry))); y <= std::min(n - 1, int(std::floor(c.y() + ry)));
+           ++y) {
+        const float dy = float(y) - c.y(), rx = std::sqrt(std::max(0.f, ry * ry - dy * dy));
+        const int x0 = std::max(0, int(std::ceil(c.x() - rx))),
+                  x1 = std::min(n - 1, int(std::floor(c.x() + rx)));
+        for (int x = x0; x <= x1; ++x) cells[(z * n + y) * n + x] = value;
+      }
+    }
+  });
+}
+
+bool is_skin(const HeadModel& model, std::size_t v) {
+  if (model.parts.empty()) return true;
+  const HeadPart part = model.parts[v];
+  return part == HeadPart::face || part == HeadPart::scalp_neck || part == HeadPart::unknown;
+}
+
+bool is_mouth(const HeadModel& model, std::size_t v) {
+  if (model.parts.empty()) return false;
+  const HeadPart part = model.parts[v];
+  return part == HeadPart::mouth_socket || part == HeadPart::gums_tongue || part == HeadPart::teeth;
+}
+
+// Marks of the neutral head that say where hair grows.
+struct Marks {
+  float base, chin, nose, brow, ear_z;
+};
+
+Marks head_marks(const HeadModel& model, const HeadShape& shape) {
+  const auto posed = pose_head(model, shape, neutral_articulation(model));
+  const auto landmarks = landmark_positions(model, posed);
+  Marks marks;
+  marks.chin = landmarks[kChin].y();
+  marks.nose = landmarks[kNoseBase].y();
+  marks.brow = 0.5f * (landmarks[kRightBrow].y() + landmarks[kLeftBrow].y());
+  marks.ear_z = 0.5f * (landmarks[kRightEar].z() + landmarks[kLeftEar].z());
+  float lowest = 1e9f;
+  for (std::size_t v = 0; v < posed.size(); ++v)
+    if (is_skin(model, v)) lowest = std::min(lowest, posed[v].y());
+  marks.base = std::max(marks.chin - kNeckLength, lowest + 0.005f);
+  return marks;
+}
+
+// 0 on face and neck, 1 on the scalp and behind the ears, fading out from the nose's height down to the chin.
+float hairiness(const Marks& marks, const Vec3f& p) {
+  const float above = std::clamp((p.y() - marks.brow - 0.015f) / 0.03f, 0.f, 1.f);
+  const float behind = std::clamp((marks.ear_z + 0.01f - p.z()) / 0.02f, 0.f, 1.f);
+  const float height = std::clamp((p.y() - marks.chin) / (marks.nose - marks.chin), 0.f, 1.f);
+  return std::max(above, behind) * height;
+}
+
+// Neutral, the widest jaw a slider can ask for, and poses of the training track.
+std::vector<Articulation> envelope_poses(const TrainingSet& set) {
+  std::vector<Articulation> poses{neutral_articulation(set.model)};
+  for (const NamedAction& action : set.model.actions)
+    if (action.name == "jawOpen") {
+      Articulation open = poses[0];
+      if (action.expression.size() == open.expression.size()) open.expression = action.expression;
+      open.jaw = action.jaw;
+      poses.push_back(open);
+    }
+  const std::size_t n = std::min<std::size_t>(set.views.size(), kPoses);
+  for (std::size_t i = 0; i < n; ++i) {
+    Articulation a = set.views[i * set.views.size() / n].articulation;
+    a.neck.setZero();
+    poses.push_back(std::move(a));
+  }
+  return poses;
+}
+
+struct HeadBalls {
+  std::vector<Ball> hair, skin, mouth, wall, near;
+};
+
+HeadBalls head_balls(const TrainingSet& set, const HeadShape& shape, const Marks& marks,
+                     const VolumeOptions& options) {
+  HeadBalls balls;
+  const std::vector<Articulation> poses = envelope_poses(set);
+  const bool has_mouth = std::any_of(set.model.parts.begin(), set.model.parts.end(), [](HeadPart part) {
+    return part == HeadPart::teeth || part == HeadPart::mouth_socket;
+  });
+  for (std::size_t i = 0; i < poses.size(); ++i) {
+    const std::vector<Vec3f> posed = pose_head(set.model, shape, poses[i]);
+    for (std::size_t v = 0; v < posed.size(); ++v) {
+      if (posed[v].y() < marks.base - 0.03f) continue;
+      if (is_mouth(set.model, v)) balls.mouth.push_back({posed[v], kMouthMargin});
+      if (!is_skin(set.model, v)) {
+        balls.near.push_back({posed[v], options.core_depth});
+        continue;
+      }
+      balls.near.push_back({posed[v], options.core_depth});
+      balls.skin.push_back({posed[v], options.skin_margin});
+      if (i > 0) continue;
+      balls.wall.push_back({posed[v], kWall});
+      const float hair = hairiness(marks, posed[v]);
+      if (hair > 0)
+        balls.hair.push_back(
+            {posed[v], options.skin_margin + hair * (options.hair_margin - options.skin_margin)});
+    }
+    if (i == 0)  // coarse meshes: their faces' centres close the gaps between vertices
+      for (const Triangle& t : set.model.triangles) {
+        if (!is_skin(set.model, std::size_t(t[0]))) continue;
+        const Vec3f centre =
+            (posed[std::size_t(t[0])] + posed[std::size_t(t[1])] + posed[std::size_t(t[2])]) / 3;
+        balls.wall.push_back({centre, kWall});
+        balls.near.push_back({centre, options.core_depth});
+        if (centre.y() > marks.base - 0.03f) balls.skin.push_back({centre, options.skin_margin});
+      }
+    if (!has_mouth && i < 2) {
+      const auto landmarks = landmark_positions(set.model, posed);
+      for (int k = 60; k < 68; ++k)
+        for (int back = 0; back < 3; ++back)
+          balls.mouth.push_back({landmarks[std::size_t(k)] - Vec3f(0, 0, 0.01f * float(back)), 0.012f});
+    }
+  }
+  return balls;
+}
+
+// Cells that air from outside the cube cannot reach through the wall. Below the base counts as wall.
+std::vector<std::uint8_t> enclosed_cells(const std::vector<std::uint8_t>& wall, int n) {
+  std::vector<std::uint8_t> reached = wall;
+  std::vector<std::uint32_t> stack;
+  const auto visit = [&](int x, int y, int z) {
+    if (x < 0 || y < 0 || z < 0 || x >= n || y >= n || z >= n) return;
+    const std::size_t i = (std::size_t(z) * n + y) * n + x;
+    if (reached[i]) return;
+    reached[i] = 1;
+    stack.push_back(std::uint32_t(i));
+  };
+  for (int a = 0; a < n; ++a)
+    for (int b = 0; b < n; ++b) {
+      visit(0, a, b), visit(n - 1, a, b);
+      visit(a, 0, b), visit(a, n - 1, b);
+      visit(a, b, 0), visit(a, b, n - 1);
+    }
+  while (!stack.empty()) {
+    const int i = int(stack.back());
+    stack.pop_back();
+    const int x = i % n, y = i / n % n, z = i / (n * n);
+    visit(x - 1, y, z), visit(x + 1, y, z);
+    visit(x, y - 1, z), visit(x, y + 1, z);
+    visit(x, y, z - 1), visit(x, y, z + 1);
+  }
+  for (auto& cell : reached) cell = !cell;
+  return reached;
+}
+
+OccupancyGrid to_grid(const std::vector<std::uint8_t>& cells, int n) {
+  OccupancyGrid grid = make_occupancy(n, false);
+  for (int z = 0; z < n; ++z)
+    for (int y = 0; y < n; ++y)
+      for (int x = 0; x < n; ++x)
+        if (cells[(std::size_t(z) * n + y) * n + x]) set_occupied(grid, x, y, z, true);
+  return grid;
+}
+
+FieldCube cube_around(const Vec3f& low, const Vec3f& high) {
+  FieldCube cube;
+  cube.side = (high - low).maxCoeff() + 0.01f;
+  cube.origin = 0.5f * (low + high) - Vec3f::Constant(0.5f * cube.side);
+  return cube;
+}
+
+Volume head_volume(const TrainingSet& set, const HeadShape& shape, const Marks& marks,
+                   const VolumeOptions& options) {
+  const int n = options.head_resolution;
+  const HeadBalls balls = head_balls(set, shape, marks, options);
+  Vec3f low = Vec3f::Constant(1e9f), high = -low;
+  for (const auto* list : {&balls.hair, &balls.skin})
+    for (const Ball& ball : *list) {
+      low = low.cwiseMin(ball.centre - Vec3f::Constant(ball.radius));
+      high = high.cwiseMax(ball.centre + Vec3f::Constant(ball.radius));
+    }
+  low.y() = marks.base;
+  Volume volume;
+  volume.cube = cube_around(low, high);
+
+  std::vector<std::uint8_t> hair(cell_count(n), 0), skin = hair, wall = hair, near = hair, mouth = hair;
+  fill_balls(hair, n, volume.cube, balls.hair, 1);
+  fill_balls(skin, n, volume.cube, balls.skin, 1);
+  fill_balls(near, n, volume.cube, balls.near, 1);
+  fill_balls(wall, n, volume.cube, balls.wall, 1);
+  fill_balls(mouth, n, volume.cube, balls.mouth, 1);
+  const auto below = [&](int y) {
+    return volume.cube.origin.y() + (float(y) + 0.5f) * volume.cube.side / float(n) < marks.base;
+  };
+  for (int z = 0; z < n; ++z)
+    for (int y = 0; y < n && below(y); ++y)
+      for (int x = 0; x < n; ++x) wall[(std::size_t(z) * n + y) * n + x] = 1;
+  const std::vector<std::uint8_t> enclosed = enclosed_cells(wall, n);
+
+  // Skin lies between the margin outside and core_depth inside; what is enclosed and deeper is core. The
+  // mouth's inside belongs to the head wherever the model has it.
+  std::vector<std::uint8_t> allowed(cell_count(n), 0), core = allowed, classes(cell_count(n), kHair);
+  for (int z = 0; z < n; ++z)
+    for (int y = 0; y < n; ++y)
+      for (int x = 0; x < n; ++x) {
+        const std::size_t i = (std::size_t(z) * n + y) * n + x;
+        if (below(y)) {
+          mouth[i] = 0;
+          continue;
+        }
+        core[i] = enclosed[i] && !near[i] && !mouth[i];
+        allowed[i] = (hair[i] || skin[i] || mouth[i] || enclosed[i]) && !core[i];
+        if (skin[i] || mouth[i] || enclosed[i]) classes[i] = kSkin;
+      }
+  volume.allowed = to_grid(allowed, n);
+  volume.kept = to_grid(mouth, n);
+  volume.core = to_grid(core, n);
+  if (options.carve)
+    carve(volume.allowed, volume.cube, carve_views(set, false, kCarveViews), classes, kNeeded);
+  return volume;
+}
+
+// Elliptic neck that widens into shoulders; generous, the mattes carve it. p in the torso frame.
+bool in_body(const Marks& marks, float axis_z, const Vec3f& p) {
+  constexpr float kNeckRadius = 0.095f, kShoulder = 0.32f, kDepth = 0.13f;
+  const float drop = std::clamp((marks.base + 0.02f - p.y()) / 0.08f, 0.f, 1.f);  // 0 neck, 1 chest
+  if (p.y() > marks.chin - 0.02f) return false;
+  const float half_x = kNeckRadius + drop * (kShoulder - kNeckRadius);
+  const float half_z = 0.085f + drop * (kDepth - 0.085f);
+  const float x = p.x() / half_x, z = (p.z() - axis_z) / half_z;
+  return x * x * x * x + z * z < 1;
+}
+
+std::optional<Volume> torso_volume(const TrainingSet& set, const HeadShape& shape, const Marks& marks,
+                                   const VolumeOptions& options) {
+  const std::vector<Vec3f> neutral = pose_head(set.model, shape, neutral_articulation(set.model));
+  double sum = 0;
+  int count = 0;
+  for (std::size_t v = 0; v < neutral.size(); ++v)
+    if (is_skin(set.model, v) && std::abs(neutral[v].y() - marks.base) < 0.02f)
+      sum += neutral[v].z(), ++count;
+  const float axis_z = count > 0 ? float(sum / count) : shape.joints[kNeck].z();
+
+  // -- How far down and to the sides the pictures reach at the torso's depth.
+  const Vec3d chest(0, marks.base - 0.08, axis_z);
+  Vec3f low(-0.05f, marks.base, axis_z), high(0.05f, marks.chin - 0.02f, axis_z);
+  const std::size_t views = std::min<std::size_t>(set.views.size(), 32);
+  for (std::size_t i = 0; i < views; ++i) {
+    const TrainingView& view = set.views[i * set.views.size() / views];
+    const Pose cam_from_torso = view.camera.cam_from_world * view.world_from_torso;
+    const double depth = (cam_from_torso * chest).z();
+    if (depth < 0.05) continue;
+    const Intrinsics& k = view.camera.intrinsics;
+    for (const double u : {0.0, 1.0}) {
+      const Vec3d corner =
+          cam_from_torso.inverse() * (ray_direction(k, Vec2d(u * k.width, k.height)) * depth);
+      low = low.cwiseMin(corner.cast<float>()), high.x() = std::max(high.x(), float(corner.x()));
+    }
+  }
+  low.x() = std::max(low.x(), -0.32f), high.x() = std::min(high.x(), 0.32f);
+  low.y() = std::max(low.y(), marks.base - 0.45f);
+  low.z() = axis_z - 0.13f, high.z() = axis_z + 0.13f;
+  if (low.y() > marks.base - 0.01f) return std::nullopt;
+
+  Volume volume;
+  volume.cube = cube_around(low, high);
+  const int n = options.torso_resolution;
+  volume.allowed = make_occupancy(n, false);
+  volume.kept = make_occupancy(n, false);
+  for (int z = 0; z < n; ++z)
+    for (int y = 0; y < n; ++y)
+      for (int x = 0; x < n; ++x) {
+        const Vec3f p = volume.cube.origin + (Vec3f(float(x), float(y), float(z)) + Vec3f::Constant(0.5f)) *
+                                                 (volume.cube.side / float(n));
+        if (in_body(marks, axis_z, p)) set_occupied(volume.allowed, x, y, z, true);
+      }
+  const std::vector<std::uint8_t> classes(cell_count(n), kTorso);
+  if (options.carve)
+    carve(volume.allowed, volume.cube, carve_views(set, true, kCarveViews), classes, kNeeded);
+  return volume;
+}
+
+}  // namespace
+
+float neck_base(const HeadModel& model, const HeadShape& shape) { return head_marks(model, shape).base; }
+
+Volumes make_volumes(const TrainingSet& set, const HeadShape& shape, const VolumeOptions& options) {
+  LIKENESS_CHECK(options.head_resolution % 4 == 0 && options.torso_resolution % 4 == 0,
+                 "resolutions %d and %d", options.head_resolution, options.torso_resolution);
+  const Marks marks = head_marks(set.model, shape);
+  Volumes volumes;
+  volumes.head = head_volume(set, shape, marks, options);
+  if (set.has_torso) volumes.torso = torso_volume(set, shape, marks, options);
+  return volumes;
+}
+
+}  // namespace likeness

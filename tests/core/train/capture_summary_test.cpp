@@ -1,0 +1,32 @@
+// Claims about what a training set says as a whole.
+#include "core/train/capture_summary.h"
+
+#include <gtest/gtest.h>
+
+#include "tests/core/train/ball_scene.h"
+
+namespace likeness {
+namespace {
+
+TEST(CaptureSummary, OneWildFrameChangesNeitherNeutralNorTypicalView) {
+  TrainingSet set = ball_set(31, 16);
+  const Articulation before = typical_articulation(set);
+  set.views[4].articulation.expression[0] = 50;
+  set.views[4].world_from_head.translate(Vec3d(3, 0, 0));
+  EXPECT_NEAR(typical_articulation(set).expression[0], before.expression[0], 0.2);
+  EXPECT_NE(typical_view(set), 4u);
+}
+
+TEST(CaptureSummary, RangesOfActionsAreThoseOfTheirCoefficients) {
+  TrainingSet set = ball_set(101, 16);
+  for (std::size_t v = 0; v < set.views.size(); ++v)
+    set.views[v].articulation.expression[0] = 0.008f * float(v);
+  const auto ranges = action_ranges(set);
+  ASSERT_EQ(ranges.size(), 1u);
+  EXPECT_EQ(ranges[0].name, "bulge");
+  EXPECT_NEAR(ranges[0].low, 0.016, 0.01);
+  EXPECT_NEAR(ranges[0].high, 0.784, 0.01);
+}
+
+}  // namespace
+}  // namespace likeness

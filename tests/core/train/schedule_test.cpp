@@ -1,0 +1,57 @@
+// Claims about the schedule: a budgeted run can be replayed by its number of steps.
+#include "core/train/schedule.h"
+
+#include <gtest/gtest.h>
+
+namespace likeness {
+namespace {
+
+TEST(LearningRate, RisesStaysAndFallsToItsEnd) {
+  const Schedule schedule{1000};
+  EXPECT_LT(learning_rate(0, schedule), 0.2);
+  EXPECT_DOUBLE_EQ(learning_rate(200, schedule), 1.0);
+  for (std::uint64_t s = 350; s < 1000; ++s)
+    EXPECT_GE(learning_rate(s, schedule), learning_rate(s + 1, schedule));
+  EXPECT_NEAR(learning_rate(1000, schedule), kFinalRate, 1e-12);
+}
+
+TEST(Settle, ARunByBudgetHasTheSameRatesAsItsReplayBySteps) {
+  Schedule budgeted;
+  budgeted.budget_s = 10;
+  std::vector<double> rates;
+  for (std::uint64_t step = 0; budgeted.total_steps == 0 || step < budgeted.total_steps; ++step) {
+    rates.push_back(learning_rate(step, budgeted));
+    settle(budgeted, step + 1, 0.05 * double(step + 1), 0.05);
+  }
+  EXPECT_NEAR(double(rates.size()), 200, 3);
+  const Schedule replay{rates.size()};
+  for (std::uint64_t step = 0; step < rates.size(); ++step)
+    EXPECT_EQ(rates[step], learning_rate(step, replay)) << step;
+}
+
+TEST(Settle, HoldsEvenWhenStepsBecomeSlower) {
+  Schedule budgeted;
+  budgeted.budget_s = 10;
+  settle(budgeted, 100, 2.9, 1.0);  // 100 quick steps, then one a second: 107 in all would be too few
+  EXPECT_LE(100, kFlatShare * double(budgeted.total_steps));
+}
+
+TEST(ResumeSchedule, RefusesToTurnARunIntoADifferentOne) {
+  Schedule done{100};
+  EXPECT_FALSE(resume_schedule(done, 100, 5, 150, 0));
+  Schedule same{100};
+  EXPECT_TRUE(resume_schedule(same, 60, 5, 100, 0));
+  Schedule early{100};
+  EXPECT_TRUE(resume_schedule(early, 20, 5, 150, 0));
+  EXPECT_EQ(early.total_steps, 150u);
+}
+
+TEST(ResumeSchedule, ALongerBudgetContinuesAFinishedRun) {
+  Schedule done;
+  done.total_steps = 100, done.budget_s = 10;
+  EXPECT_TRUE(resume_schedule(done, 100, 10, 0, 30));
+  EXPECT_NEAR(double(done.total_steps), 300, 1);
+}
+
+}  // namespace
+}  // namespace likeness
