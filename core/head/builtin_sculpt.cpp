@@ -29,24 +29,28 @@ double unite(double a, double b, double fillet) {
 }
 double carve(double a, double b, double fillet) { return -unite(-a, b, fillet); }
 
+// Masses beside the midline meet their mirror image there; a rounded |x| keeps the meeting smooth.
+Vec3d beside_midline(const Vec3d& p) { return {std::sqrt(p.x() * p.x() + 9), p.y(), p.z()}; }
+
 // -- Masses
 // -------------------------------------------------------------------------------------------------------
 
 double cranium_and_jaw(const Vec3d& p) {
-  double d = ellipsoid(p, {0, 62, 4}, {78, 83, 91});                      // braincase
-  d = unite(d, ellipsoid(p, {0, 62, 44}, {61, 62, 62}), 24);              // forehead
-  d = unite(d, ellipsoid(p, {35, 40, 45}, {33, 42, 36}), 20);             // temple
-  d = unite(d, ellipsoid(p, {0, -4, 38}, {60, 78, 63}), 22);              // face
-  d = unite(d, taper(p, {9, 51, 95.5}, {29, 54, 91.5}, 7.5, 7.5), 20);    // brow ridge, inner
-  d = unite(d, taper(p, {29, 54, 91.5}, {49, 46, 70}, 7.5, 6.5), 18);     // brow ridge, outer
-  d = unite(d, taper(p, {51.5, 44, 71}, {53, 18, 68}, 6, 8), 20);         // outer rim of the orbit
-  d = unite(d, ellipsoid(p, {44, 10, 70}, {20, 14, 18}), 20);             // cheekbone
-  d = unite(d, taper(p, {54, 12, 60}, {64, 16, 18}, 9, 8), 26);           // zygomatic arch
-  d = unite(d, ellipsoid(p, {45.5, -13, 34}, {18.5, 40, 34}), 20);        // masseter and parotid
-  d = unite(d, taper(p, {49, -40, 24}, {21, -62, 84}, 10, 10.5), 22);     // jaw body
-  d = unite(d, taper(p, {0, -64.5, 95}, {18, -63.5, 86}, 15, 12.5), 18);  // chin
-  d = unite(d, ellipsoid(p, {34, -22, 73}, {22, 32, 24}), 20);            // cheek
-  d = unite(d, ellipsoid(p, {0, -31, 88.5}, {27.5, 27, 28.5}), 16);       // muzzle
+  const Vec3d q = beside_midline(p);
+  double d = ellipsoid(p, {0, 62, 4}, {78, 83, 91});                    // braincase
+  d = unite(d, ellipsoid(p, {0, 62, 44}, {61, 62, 62}), 24);            // forehead
+  d = unite(d, ellipsoid(q, {35, 40, 45}, {33, 42, 36}), 20);           // temple
+  d = unite(d, ellipsoid(p, {0, -4, 38}, {60, 78, 63}), 22);            // face
+  d = unite(d, taper(q, {9, 51, 95.5}, {29, 54, 91.5}, 7.5, 7.5), 20);  // brow ridge, inner
+  d = unite(d, taper(q, {29, 54, 91.5}, {49, 46, 70}, 7.5, 6.5), 18);   // brow ridge, outer
+  d = unite(d, taper(q, {51.5, 44, 71}, {53, 18, 68}, 6, 8), 20);       // outer rim of the orbit
+  d = unite(d, ellipsoid(q, {44, 10, 70}, {20, 14, 18}), 20);           // cheekbone
+  d = unite(d, taper(q, {54, 12, 60}, {64, 16, 18}, 9, 8), 26);         // zygomatic arch
+  d = unite(d, ellipsoid(q, {45.5, -13, 34}, {18.5, 40, 34}), 20);      // masseter and parotid
+  d = unite(d, taper(q, {49, -40, 24}, {21, -62, 84}, 10, 10.5), 22);   // jaw body
+  d = unite(d, ellipsoid(p, {0, -64.5, 91.5}, {26, 15, 18.5}), 16);     // chin
+  d = unite(d, ellipsoid(q, {34, -22, 73}, {22, 32, 24}), 20);          // cheek
+  d = unite(d, ellipsoid(p, {0, -31, 88.5}, {27.5, 27, 28.5}), 16);     // muzzle
   return d;
 }
 
@@ -60,11 +64,12 @@ double nose(const Vec3d& p) {
 }
 
 double neck(const Vec3d& p) {
+  const Vec3d q = beside_midline(p);
   const double lean = (p.y() + 90) * 0.10;  // the neck leans forward going up
   double d = taper(Vec3d(p.x() * 0.97, p.y(), p.z() - lean), {0, -20, -14}, {0, -200, -14}, 48, 55);
-  d = unite(d, taper(p, {54, -8, -10}, {14, -160, 24}, 7, 7), 24);      // sternomastoid
+  d = unite(d, taper(q, {54, -8, -10}, {14, -160, 24}, 7, 7), 24);      // sternomastoid
   d = unite(d, taper(p, {0, -96, 36}, {0, -150, 26}, 8, 8), 24);        // larynx
-  d = unite(d, taper(p, {20, -60, -42}, {34, -150, -44}, 18, 26), 30);  // trapezius
+  d = unite(d, taper(q, {20, -60, -42}, {34, -150, -44}, 18, 26), 30);  // trapezius
   return d;
 }
 
