@@ -170,8 +170,10 @@ bool FrameConverter::convert(const AVFrame& frame, int width, int height, int fo
                                       height, AVPixelFormat(format), flags, nullptr, nullptr, nullptr));
   if (!context_) return false;
   const int one = 1 << 16;
-  sws_setColorspaceDetails(context_.get(), sws_getCoefficients(matrix_of(frame)), full_range,
-                           sws_getCoefficients(SWS_CS_DEFAULT), 1, 0, one, one);
+  // The same matrix on both sides: luma is then copied, not computed again from RGB. RGB has no use for the
+  // second.
+  const int* matrix = sws_getCoefficients(matrix_of(frame));
+  sws_setColorspaceDetails(context_.get(), matrix, full_range, matrix, 1, 0, one, one);
   // swscale may write a few bytes past the end of a row: rows are given room.
   stride_bytes_ = (std::size_t(width) * bytes_per_pixel + 127) / 64 * 64;
   pixels_.resize(stride_bytes_ / 2 * height + 64);
