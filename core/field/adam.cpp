@@ -8,6 +8,7 @@
 #include "core/base/parallel.h"
 #include "core/field/field_kernels.h"
 #include "core/field/field_layout.h"
+#include "core/field/huge_pages.h"
 
 namespace likeness {
 namespace {
@@ -55,7 +56,7 @@ void step_tables(Field& field, FieldGradients& gradients, AdamState& state, cons
 
 AdamState make_adam_state(const Field& field) {
   const std::size_t count = field.parameters.size();
-  return {std::vector<float>(count, 0.0f), std::vector<float>(count, 0.0f),
+  return {large_array(count), large_array(count),
           std::vector<std::uint32_t>(make_layout(field.config).table_count / kTableLine, 0u), 0};
 }
 

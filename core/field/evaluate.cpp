@@ -11,6 +11,7 @@
 #include "core/base/parallel.h"
 #include "core/field/field_kernels.h"
 #include "core/field/field_layout.h"
+#include "core/field/huge_pages.h"
 
 namespace likeness {
 
@@ -165,7 +166,7 @@ std::shared_ptr<FieldTape> make_tape() { return std::make_shared<FieldTape>(); }
 FieldGradients make_gradients(const Field& field, std::size_t views) {
   const FieldLayout layout = make_layout(field.config);
   FieldGradients gradients;
-  gradients.parameters.assign(layout.parameter_count, 0.0f);
+  gradients.parameters = large_array(layout.parameter_count);
   gradients.touched.assign(layout.table_count / kTableLine, 0);
   gradients.latents.assign(views * std::size_t(field.config.latent_count), 0.0f);
   gradients.conditions.assign(views * std::size_t(field.config.condition_count), 0.0f);

@@ -7,6 +7,7 @@
 
 #include "core/base/check.h"
 #include "core/field/field_layout.h"
+#include "core/field/huge_pages.h"
 
 namespace likeness {
 namespace {
@@ -154,7 +155,7 @@ std::size_t parameter_count(const FieldConfig& config) { return make_layout(conf
 
 Field make_field(const FieldConfig& config, std::uint32_t seed) {
   const FieldLayout layout = make_layout(config);
-  Field field{config, std::vector<float>(layout.parameter_count, 0.0f)};
+  Field field{config, large_array(layout.parameter_count)};
   Random random{std::mt19937(seed)};
   for (const ParameterBlock& block : parameter_layout(config)) {
     if (!block.table) continue;

@@ -15,6 +15,7 @@
 #include "core/field/adam.h"
 #include "core/field/evaluate.h"
 #include "core/field/field_layout.h"
+#include "core/field/huge_pages.h"
 
 namespace likeness {
 
@@ -28,6 +29,7 @@ class AlignedFloats {
     if (count > capacity_) {
       data_.reset();
       data_.reset(static_cast<float*>(::operator new (count * sizeof(float), std::align_val_t{64})));
+      advise_huge_pages(data_.get(), count * sizeof(float));
       capacity_ = count;
     }
     return data_.get();
