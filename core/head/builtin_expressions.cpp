@@ -88,6 +88,11 @@ std::vector<NamedField> expression_fields(const WholeHead& head) {
     list.push_back({name + "_R", one_side(head, symmetric, false)});
   };
   const auto pushes = [&](const std::vector<Push>& p) { return push_field(head, p); };
+  const auto leaning = [](double lean) {
+    EyeOpening opening = kEyeOpen;
+    opening.lean = lean;
+    return opening;
+  };
   const auto lids = [&](double upper, double lower) { return lid_field(head, {upper, lower}); };
 
   // -- Brows and cheeks
@@ -101,8 +106,8 @@ std::vector<NamedField> expression_fields(const WholeHead& head) {
   // -- Lids
   both_sides("eyeBlink", lids(kEyeClosed.upper, kEyeClosed.lower));
   both_sides("eyeLookDown", lids(2.6, 5.6));
-  both_sides("eyeLookIn", lid_field(head, {kEyeOpen.upper, kEyeOpen.lower, -0.6}));
-  both_sides("eyeLookOut", lid_field(head, {kEyeOpen.upper, kEyeOpen.lower, 0.6}));
+  both_sides("eyeLookIn", lid_field(head, leaning(-0.6)));
+  both_sides("eyeLookOut", lid_field(head, leaning(0.6)));
   both_sides("eyeLookUp", lids(7.9, 3.7));
   both_sides("eyeSquint", sum(pushes({{{{33, 22, 90}, {18, 8, 20}, {0, 2.2, 0.6}}}}), lids(4.3, 1.6)));
   both_sides("eyeWide", lids(8.6, 5.3));

@@ -1,5 +1,5 @@
-// What makes one built-in head differ from another: thirty directions with a meaning, each about one standard
-// deviation of adults.
+// What makes one built-in head differ from another: about forty directions with a meaning, each about one
+// standard deviation of adults.
 #include <cmath>
 #include <functional>
 
@@ -46,6 +46,10 @@ std::vector<Direction> directions() {
   add("face_flatness", true, [](const Vec3d& p) {
     return Vec3d(0, 0, 3.0 * (std::exp(-p.x() * p.x() / 1000) - 0.4) * smoothstep(20, 90, p.z()));
   });
+  add("face_pitch", true, [](const Vec3d& p) {
+    return Vec3d(0, 0, 2.6 * std::clamp((p.y() - 10) / 70, -1.3, 1.3) * smoothstep(20, 90, p.z()));
+  });
+  add("temple_width", false, bumps({{{66, 42, 40}, {26, 34, 40}, {2.4, 0, 0}}}));
   // -- Jaw, chin, cheeks
   add("jaw_width", false, [](const Vec3d& p) {
     const double low = smoothstep(0, -45, p.y()) * smoothstep(-120, -75, p.y()) * smoothstep(-30, 10, p.z());
@@ -77,9 +81,9 @@ std::vector<Direction> directions() {
   add("eye_distance", false, bumps({{{32, 35, 88}, {20, 18, 30}, {1.7, 0, -0.3}}}));
   add("eye_height", false, bumps({{{32, 35, 88}, {26, 17, 30}, {0, 1.7, 0}}}));
   add("eye_depth", false, bumps({{{31, 35, 90}, {22, 15, 26}, {0, 0, -2.0}}}));
-  add("eye_tilt", false,
-      bumps({{{47, 36, 84}, {11, 9, 18}, {0, 2.0, 0}}, {{16, 33, 94}, {6, 7, 14}, {0, -1.0, 0}}}));
   add("brow_height", false, bumps({{{30, 57, 94}, {28, 10, 26}, {0, 2.6, 0}}}));
+  add("brow_tilt", false,
+      bumps({{{48, 56, 88}, {15, 10, 26}, {0, 2.3, 0}}, {{14, 57, 104}, {13, 10, 22}, {0, -1.6, 0}}}));
   add("brow_ridge", false, bumps({{{24, 54, 98}, {26, 10, 20}, {0, 0, 2.2}}}));
   add("forehead_slope", false, bumps({{{0, 106, 80}, {60, 34, 50}, {0, 0, -4.2}}}));
   // -- Neck
@@ -121,7 +125,12 @@ std::vector<NamedField> identity_fields(const WholeHead& head) {
     }
     fields.push_back({direction.name, mirrored(head, left)});
   }
-  fields.push_back({"eye_opening", lid_field(head, {kEyeOpen.upper + 0.7, kEyeOpen.lower + 0.4})});
+  const auto lids = [&](const char* name, EyeOpening opening) {
+    fields.push_back({name, lid_field(head, opening)});
+  };
+  lids("eye_opening", {kEyeOpen.upper + 0.7, kEyeOpen.lower + 0.4});
+  lids("eye_tilt", {kEyeOpen.upper, kEyeOpen.lower, Vec2d(0, -0.5), Vec2d(0, 1.5)});
+  lids("eye_width", {kEyeOpen.upper, kEyeOpen.lower, Vec2d(-0.6, 0), Vec2d(1.0, 0)});
   Field ears(head.left_count, Vec3d::Zero());
   for (int i = 0; i < head.left_count; ++i)
     if (head.vertices[i].tissue == Tissue::ear) ears[i] = 0.09 * (head.vertices[i].position - ear_root);

@@ -72,7 +72,7 @@ std::array<Vec3d, kLandmarkCount> landmark_targets(const WholeHead& head) {
   for (int i = 0; i < 4; ++i) at[27 + i] = frontal_hit(0, kRidge[i]);
   at[33] = frontal_hit(0, -12);
   pair(34, 32, frontal_hit(6.2, -12.8));
-  pair(35, 31, frontal_hit(12.6, -10.8));
+  pair(35, 31, frontal_hit(13.2, -10.2));
 
   // -- Lid margins; the ring runs from the inner corner over the upper lid
   const auto margin = [&](double along, bool upper) {

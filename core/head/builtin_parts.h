@@ -33,11 +33,12 @@ struct HalfMesh {
 struct EyeOpening {
   double upper = 5.9,
          lower = 4.7;  // height of the upper and lower lid margin over and under the corners' line
-  double lean = 0;     // > 0 moves the arcs' peaks towards the temple
+  Vec2d inner = Vec2d::Zero(), outer = Vec2d::Zero();  // shifts of the corners
+  double lean = 0;                                     // > 0 moves the arcs' peaks towards the temple
 };
 Vec2d lid_margin(const EyeOpening& opening, double along, bool upper);  // along: 0 inner corner .. 1 outer
-inline constexpr EyeOpening kEyeOpen{};
-inline constexpr EyeOpening kEyeClosed{-3.35, 3.4};
+inline const EyeOpening kEyeOpen{};
+inline const EyeOpening kEyeClosed{-3.35, 3.4};
 
 // Front-view curves of the lips, mm. along: 0 midline .. 1 corner.
 enum class LipCurve { upper_border, upper_seam, lower_seam, lower_border };

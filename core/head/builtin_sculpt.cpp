@@ -59,6 +59,7 @@ double nose(const Vec3d& p) {
   d = unite(d, ellipsoid(p, {0, 1.5, 119.3}, {9.6, 9, 12}), 7);         // tip
   d = unite(d, ellipsoid(p, {11.6, -4.4, 108.5}, {6.3, 6.8, 9.4}), 4);  // wing
   d = unite(d, taper(p, {0, -4.5, 120}, {0, -8, 110}, 4.6, 5), 5);      // columella
+  d = unite(d, ellipsoid(p, {0, -11.5, 105}, {13, 4.5, 9.5}), 5);       // base
   d = unite(d, ellipsoid(p, {0, 11, 95}, {18.5, 24, 15}), 12);          // side walls
   return d;
 }
@@ -81,7 +82,7 @@ double sculpt_distance(const Vec3d& point) {
   d = carve(d, ellipsoid(p, {31, 34.5, 108}, {20, 11.5, 15.5}), 14);  // socket
   if (p.y() > -60 && p.z() > 60) {
     d = unite(d, nose(p), mix(4.5, 10, smoothstep(-9, 12, p.y())));
-    d = carve(d, ellipsoid(p, {6.5, -9.8, 114.2}, {3.0, 4.4, 4.6}), 3.5);  // nostril
+    d = carve(d, ellipsoid(p, {6.4, -8.6, 114.6}, {3.0, 4.0, 4.6}), 3.5);  // nostril
     d = unite(d, (p - kEyeCentre).norm() - (kEyeballRadius + kLidThickness), 5);
   }
   if (p.y() < 90) d = unite(d, neck(p), 20);

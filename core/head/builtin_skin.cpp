@@ -198,7 +198,8 @@ std::vector<MouthPoint> mouth_spoke(const Chart& chart, const Vec2d& boundary, d
 }  // namespace
 
 Vec2d lid_margin(const EyeOpening& opening, double along, bool upper) {
-  const Vec2d line = kInnerCanthus + along * (kOuterCanthus - kInnerCanthus);
+  const Vec2d inner = kInnerCanthus + opening.inner, outer = kOuterCanthus + opening.outer;
+  const Vec2d line = inner + along * (outer - inner);
   const double round = std::pow(std::max(0.0, 4 * along * (1 - along)), 0.72);
   const double height = upper ? opening.upper : -opening.lower;
   // Highest towards the nose, lowest towards the temple; a closed upper lid lies along the lower one.
