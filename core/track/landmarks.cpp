@@ -23,7 +23,7 @@ namespace {
 constexpr const char* kSystemPredictor = "/usr/share/dlib/shape_predictor_68_face_landmarks.dat";
 constexpr double kDetectionSide =
     1024;  // px; larger pictures are reduced first, faces of 80 px remain findable
-constexpr int kScales = 4, kShifts = 8, kRuns = kScales * kShifts;
+constexpr int kScales = 4;
 
 using Grey = dlib::array2d<unsigned char>;
 using Shape = std::array<Vec2d, kLandmarkCount>;
@@ -55,12 +55,12 @@ double shape_distance(const Shape& a, const Shape& b) {
 }
 
 // Start boxes on rings round a slightly raised centre: a smaller, raised box is what a bowed head needs.
-std::vector<FaceBox> perturbed_boxes(const FaceBox& box, std::uint32_t seed) {
+std::vector<FaceBox> perturbed_boxes(const FaceBox& box, std::uint32_t seed, int shifts) {
   static constexpr double kScale[kScales] = {0.84, 0.93, 1.02, 1.11};
   std::vector<FaceBox> boxes;
   for (int s = 0; s < kScales; ++s)
-    for (int k = 0; k < kShifts; ++k) {
-      const double turn = (k + 0.25 * s + 0.1 * (seed % 10)) / kShifts * 2 * std::numbers::pi;
+    for (int k = 0; k < shifts; ++k) {
+      const double turn = (k + 0.25 * s + 0.1 * (seed % 10)) / shifts * 2 * std::numbers::pi;
       const double radius = (k % 2 ? 0.035 : 0.075) * box.width;
       FaceBox start;
       start.width = box.width * kScale[s];
@@ -181,7 +181,7 @@ std::vector<FaceBox> FaceDetector::detect(const Image8& rgb) const {
   if (rgb.empty()) return {};
   // dlib's detector finds faces of 80 px and more. Small pictures are enlarged so that 60 px suffice.
   const double longer = std::max(rgb.width, rgb.height);
-  const double scale = longer > kDetectionSide ? kDetectionSide / longer : longer < 400 ? 1.5 : 1.0;
+  const double scale = longer > kDetectionSide ? kDetectionSide / longer : longer < 300 ? 1.5 : 1.0;
   std::vector<FaceBox> boxes;
   const auto detect_at = [&](double s) {
     const Grey grey = to_grey(rgb, std::max(1, static_cast<int>(std::lround(rgb.width * s))),
@@ -206,7 +206,7 @@ std::vector<FaceBox> FaceDetector::detect(const Image8& rgb) const {
 }
 
 Landmarks FaceDetector::landmarks(const Image8& rgb, const FaceBox& box, std::uint32_t seed,
-                                  const LandmarkHint* hint) const {
+                                  const LandmarkHint* hint, int shifts) const {
   LIKENESS_CHECK(!rgb.empty() && box.width > 0 && box.height > 0, "picture %dx%d, box %gx%g", rgb.width,
                  rgb.height, box.width, box.height);
   // Only the surroundings of the face are converted; faces over 300 px are reduced, the predictor gains
@@ -221,9 +221,9 @@ Landmarks FaceDetector::landmarks(const Image8& rgb, const FaceBox& box, std::ui
                             std::max(1, static_cast<int>(std::lround(h * scale))));
   const double sx = static_cast<double>(grey.nc()) / w, sy = static_cast<double>(grey.nr()) / h;
 
-  std::vector<Shape> runs(kRuns);
-  const std::vector<FaceBox> starts = perturbed_boxes(box, seed);
-  for (int r = 0; r < kRuns; ++r) {
+  const std::vector<FaceBox> starts = perturbed_boxes(box, seed, std::max(1, shifts));
+  std::vector<Shape> runs(starts.size());
+  for (std::size_t r = 0; r < starts.size(); ++r) {
     const FaceBox& b = starts[r];
     const auto px = [](double v) { return static_cast<long>(std::lround(v)); };
     const dlib::rectangle start(px((b.x - x0) * sx), px((b.y - y0) * sy), px((b.x + b.width - x0) * sx) - 1,

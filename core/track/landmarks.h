@@ -43,8 +43,10 @@ class FaceDetector {  // holds dlib's models; not thread-safe, cheap to make one
 
   std::vector<FaceBox> detect(const Image8& rgb) const;  // best first; faces of at least about 60 px
   // rgb: one or three channels.
+  // shifts: the predictor runs from 4 x shifts boxes, which is what the call costs; 4 are good, 8 a little
+  // better.
   Landmarks landmarks(const Image8& rgb, const FaceBox& box, std::uint32_t seed = 0,
-                      const LandmarkHint* hint = nullptr) const;
+                      const LandmarkHint* hint = nullptr, int shifts = 8) const;
 
  private:
   struct Impl;

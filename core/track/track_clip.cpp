@@ -125,7 +125,7 @@ Result<void> find_landmarks_again(const TrackOptions& options, Work& work, const
       const Vec2d centre = 0.5 * (low + high) + Vec2d(0, 0.02 * side);
       hint.sigma = 0.02 * side;
       const FaceBox box{centre.x() - 0.5 * side, centre.y() - 0.5 * side, side, side, 0};
-      Landmarks found = detector->landmarks(work.clip.frames[i].grey, box, 0, &hint);
+      Landmarks found = detector->landmarks(work.clip.frames[i].grey, box, 0, &hint, 6);
       for (int p = 0; p < kLandmarkCount; ++p) {
         found.points[p] = found.points[p] / work.clip.scale + corner;
         found.spread[p] /= work.clip.scale;

@@ -1,0 +1,135 @@
+// Claims about the rigid bundle adjustment, on synthetic tracks.
+#include "core/track/bundle.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+#include "core/track/fit_frame.h"
+
+namespace likeness {
+namespace {
+
+struct Scene {
+  std::vector<Pose> truth;
+  std::vector<BundleFrame> frames;
+  std::vector<BundleTrack> tracks;
+  std::vector<Vec3d> points;
+};
+
+// Points on a head-sized ellipsoid seen over turning frames; start poses off by degrees and millimetres, some
+// tracks stuck to the background, pixel noise on all.
+Scene make_scene(int frame_count, double noise_px) {
+  std::mt19937 random(11);
+  std::normal_distribution<double> normal;
+  Scene scene;
+  constexpr double kFocal = 1000;
+  const Mat3d facing = Vec3d(1, -1, -1).asDiagonal();
+  for (int i = 0; i < frame_count; ++i) {
+    Pose pose = Pose::Identity();
+    pose.linear() = facing * Eigen::AngleAxisd(0.5 * std::sin(i * 0.08), Vec3d::UnitY()).toRotationMatrix() *
+                    Eigen::AngleAxisd(0.2 * std::sin(i * 0.05), Vec3d::UnitX()).toRotationMatrix();
+    pose.translation() = Vec3d(0.02 * std::sin(i * 0.1), 0.01 * std::cos(i * 0.06), 0.7);
+    scene.truth.push_back(pose);
+    // The landmark fit's error changes slowly: what temporal smoothing cannot remove.
+    const Vec3d off(0.03 * std::sin(i * 0.11 + 1), 0.04 * std::sin(i * 0.07), 0.03 * std::sin(i * 0.09 + 2));
+    BundleFrame frame{true, kFocal, pose};
+    frame.cam_from_head.linear() = turn_from_vector(off) * pose.linear();
+    frame.cam_from_head.translation() +=
+        0.006 * Vec3d(std::sin(i * 0.13), std::sin(i * 0.17), 2 * std::sin(i * 0.1));
+    scene.frames.push_back(frame);
+  }
+  for (int t = 0; t < 120; ++t) {
+    const Vec3d direction =
+        Vec3d(normal(random), normal(random), std::abs(normal(random)) + 0.4).normalized();
+    const Vec3d point = direction.cwiseProduct(Vec3d(0.075, 0.11, 0.1));
+    const bool stuck = t % 12 == 0;
+    const int from = static_cast<int>(random() % static_cast<unsigned>(frame_count - 30));
+    const int to = std::min(frame_count, from + 30 + static_cast<int>(random() % 60));
+    BundleTrack track;
+    track.point = point + 0.006 * Vec3d(normal(random), normal(random), normal(random));
+    for (int i = from; i < to; ++i) {
+      const Pose& seen_at = stuck ? scene.truth[from] : scene.truth[i];
+      const Vec2d noise(normal(random), normal(random));
+      track.seen.push_back({i, (seen_at * point).hnormalized() + noise * noise_px / kFocal});
+    }
+    scene.points.push_back(point);
+    scene.tracks.push_back(track);
+  }
+  return scene;
+}
+
+// Largest rotation between the two sequences after their constant offset is taken out.
+double worst_turn(const std::vector<Pose>& truth, const std::vector<BundleFrame>& found) {
+  Vec3d mean = Vec3d::Zero();
+  std::vector<Vec3d> offs;
+  for (std::size_t i = 0; i < truth.size(); ++i) {
+    offs.push_back(vector_from_turn(truth[i].linear().transpose() * found[i].cam_from_head.linear()));
+    mean += offs.back() / static_cast<double>(truth.size());
+  }
+  double worst = 0;
+  for (const Vec3d& o : offs) worst = std::max(worst, (o - mean).norm());
+  return worst;
+}
+
+TEST(Bundle, RecoversAKnownRigidMotion) {
+  Scene scene = make_scene(90, 0.3);
+  const double before = worst_turn(scene.truth, scene.frames);
+  const auto summary = bundle_adjust(scene.frames, scene.tracks, {}, {}, {});
+  ASSERT_TRUE(summary.ok());
+  const double after = worst_turn(scene.truth, scene.frames);
+  EXPECT_GT(before, 0.03);
+  EXPECT_LT(after, 0.008) << "rad; before: " << before;
+  EXPECT_LT(summary->median_px, 0.5);
+}
+
+TEST(Bundle, DropsTracksThatDoNotMoveWithTheHead) {
+  Scene scene = make_scene(90, 0.3);
+  ASSERT_TRUE(bundle_adjust(scene.frames, scene.tracks, {}, {}, {}).ok());
+  int stuck_kept = 0, good_kept = 0;
+  for (std::size_t t = 0; t < scene.tracks.size(); ++t)
+    (t % 12 == 0 ? stuck_kept : good_kept) += scene.tracks[t].kept;
+  EXPECT_LE(stuck_kept, 2);
+  EXPECT_GE(good_kept, 105);
+}
+
+TEST(Bundle, FramesBetweenKeyFramesAreAsGood) {
+  Scene scene = make_scene(90, 0.3);
+  BundleOptions sparse;
+  sparse.key_frames = 30;
+  ASSERT_TRUE(bundle_adjust(scene.frames, scene.tracks, sparse, {}, {}).ok());
+  EXPECT_LT(worst_turn(scene.truth, scene.frames), 0.01);
+}
+
+TEST(Bundle, StopsWhenAsked) {
+  Scene scene = make_scene(40, 0.3);
+  std::stop_source source;
+  source.request_stop();
+  const auto summary = bundle_adjust(scene.frames, scene.tracks, {}, {}, source.get_token());
+  ASSERT_FALSE(summary.ok());
+  EXPECT_EQ(summary.error().code, ErrorCode::cancelled);
+}
+
+TEST(SolvePose, FindsThePoseAmongOutliers) {
+  const Scene scene = make_scene(40, 0.2);
+  std::mt19937 random(5);
+  std::uniform_real_distribution<double> uniform(-0.2, 0.2);
+  for (int frame : {0, 20, 39}) {
+    std::vector<PoseObservation> seen;
+    for (std::size_t k = 0; k < scene.points.size(); ++k) {
+      Vec2d ray = (scene.truth[frame] * scene.points[k]).hnormalized();
+      if (k % 5 == 0) ray += Vec2d(uniform(random), uniform(random));  // a fifth is wrong by up to 200 px
+      seen.push_back({scene.points[k], ray});
+    }
+    const auto pose = solve_pose(seen, 1000, scene.frames[frame].cam_from_head, {});
+    ASSERT_TRUE(pose.has_value());
+    const Mat3d off = pose->cam_from_head.linear() * scene.truth[frame].linear().transpose();
+    EXPECT_LT(vector_from_turn(off).norm(), 2e-3);
+    EXPECT_LT((pose->cam_from_head.translation() - scene.truth[frame].translation()).norm(), 2e-3);
+  }
+  EXPECT_FALSE(solve_pose({}, 1000, Pose::Identity(), {}).has_value());
+}
+
+}  // namespace
+}  // namespace likeness
