@@ -114,7 +114,7 @@ float Skin::brow(const Vec3f& p) const {
               v = p.x() * sign * std::sin(lean) + p.y() * std::cos(lean);
   const float streak =
       noise(Vec3f(u * 1300, v * 190, 0), seed_ + 62) + 0.6f * noise(Vec3f(u * 2300, v * 300, 3), seed_ + 63);
-  return body * ends * (0.80f + 0.22f * streak) * smoothstep(1.3f, 0.55f, std::abs(t - 0.5f));
+  return body * ends * (0.98f + 0.22f * streak) * smoothstep(1.3f, 0.55f, std::abs(t - 0.5f));
 }
 
 float Skin::lip(const Vec3f& p) const {
@@ -203,14 +203,14 @@ Surface Skin::face(const Vec3f& p) const {
   // -- Lips
   if (lips > 0) {
     const float lines = noise(Vec3f(m.x() * 900, m.y() * 160, m.z() * 160), seed_ + 31);
-    const Vec3f lip_colour = Vec3f(0.37f, 0.125f, 0.112f) * (1 + 0.10f * lines + 0.12f * blotch);
+    const Vec3f lip_colour = Vec3f(0.375f, 0.145f, 0.122f) * (1 + 0.10f * lines + 0.12f * blotch);
     albedo = mix(albedo, lip_colour, 0.92f * lips);
     s.roughness = mix(s.roughness, 0.33f, lips);
     s.slope += Vec3f(0.10f * lines * lips, 0, 0);
   }
   // -- Brows and lid margins
   const float hairs = std::clamp(brow(p), 0.0f, 1.0f), lashes = lash_line(p);
-  albedo = mix(albedo, Vec3f(0.040f, 0.021f, 0.012f), 0.92f * hairs);
+  albedo = mix(albedo, Vec3f(0.034f, 0.017f, 0.009f), 0.92f * hairs);
   albedo = mix(albedo, Vec3f(0.035f, 0.020f, 0.015f), 0.9f * lashes);
   s.roughness = mix(s.roughness, 0.6f, std::max(hairs, lashes));
   // -- Pores and fine relief

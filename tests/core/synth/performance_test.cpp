@@ -1,0 +1,129 @@
+// Claims about the demo's performance: who moves when, how far, and how smoothly.
+#include "core/synth/performance.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "core/head/builtin_head.h"
+
+namespace likeness {
+namespace {
+
+constexpr double kDegree = std::numbers::pi / 180;
+
+struct Rehearsal {
+  HeadModel model = make_builtin_head();
+  HeadShape shape = shape_head(model, Eigen::VectorXf::Zero(model.identity_count()));
+  DemoOptions options;
+  std::vector<Shot> shots;
+
+  explicit Rehearsal(int frames) {
+    options.frames = frames;
+    for (int i = 0; i < frames; ++i) shots.push_back(perform(model, shape, options, i));
+  }
+};
+
+const Rehearsal& rehearsal() {
+  static const Rehearsal instance(240);
+  return instance;
+}
+
+double angle_between(const Pose& a, const Pose& b) {
+  return Eigen::AngleAxisd(a.linear().transpose() * b.linear()).angle();
+}
+
+double yaw_of(const Mat3d& r) { return std::atan2(r(0, 2), r(2, 2)); }
+
+TEST(Perform, HeadRestsWhileTheCameraMovesAndTheCameraRestsWhileTheHeadMoves) {
+  const auto& shots = rehearsal().shots;
+  const int moving = moving_frames(rehearsal().options);
+  ASSERT_GT(moving, 60);
+  for (int i = 0; i < int(shots.size()); ++i) {
+    const Shot& s = shots[std::size_t(i)];
+    if (i < moving) {
+      EXPECT_TRUE(s.world_from_head.isApprox(Pose::Identity())) << i;
+    } else {
+      EXPECT_TRUE(s.camera.cam_from_world.isApprox(shots.back().camera.cam_from_world)) << i;
+    }
+  }
+}
+
+TEST(Perform, CameraAndHeadEachCoverThirtyDegreesToBothSides) {
+  double camera_low = 0, camera_high = 0, head_low = 0, head_high = 0, pitch_low = 0, pitch_high = 0;
+  for (const Shot& s : rehearsal().shots) {
+    const Vec3d lens = s.camera.cam_from_world.inverse().translation();
+    camera_low = std::min(camera_low, std::atan2(lens.x(), lens.z()));
+    camera_high = std::max(camera_high, std::atan2(lens.x(), lens.z()));
+    const double yaw = yaw_of(s.world_from_head.linear());
+    const double pitch = std::asin(-s.world_from_head.linear()(1, 2));
+    head_low = std::min(head_low, yaw);
+    head_high = std::max(head_high, yaw);
+    pitch_low = std::min(pitch_low, pitch);
+    pitch_high = std::max(pitch_high, pitch);
+  }
+  EXPECT_LT(camera_low, -27 * kDegree);
+  EXPECT_GT(camera_high, 27 * kDegree);
+  EXPECT_LT(head_low, -28 * kDegree);
+  EXPECT_GT(head_high, 28 * kDegree);
+  EXPECT_LT(pitch_low, -8 * kDegree);
+  EXPECT_GT(pitch_high, 8 * kDegree);
+}
+
+TEST(Perform, NothingJumpsFromFrameToFrame) {
+  const auto& shots = rehearsal().shots;
+  for (std::size_t i = 1; i < shots.size(); ++i) {
+    EXPECT_LT(angle_between(shots[i - 1].world_from_head, shots[i].world_from_head), 4 * kDegree) << i;
+    EXPECT_LT(angle_between(shots[i - 1].camera.cam_from_world, shots[i].camera.cam_from_world), 4 * kDegree)
+        << i;
+    const Vec3d step = shots[i].camera.cam_from_world.inverse().translation() -
+                       shots[i - 1].camera.cam_from_world.inverse().translation();
+    EXPECT_LT(step.norm(), 0.04) << i;
+  }
+}
+
+TEST(Perform, TorsoMovesOnlySlightly) {
+  for (const Shot& s : rehearsal().shots) {
+    EXPECT_LT(angle_between(s.world_from_torso, Pose::Identity()), 2 * kDegree);
+    EXPECT_LT((s.world_from_torso * Vec3d(0.15, -0.2, 0) - Vec3d(0.15, -0.2, 0)).norm(), 0.012);
+  }
+}
+
+TEST(Perform, EveryClipHoweverShortOpensTheMouthSmilesAndBlinks) {
+  for (const int frames : {48, 240}) {
+    const Rehearsal r(frames);
+    const auto strongest = [&](const std::string& name) {
+      const auto& names = r.model.expression_names;
+      const auto found = std::find(names.begin(), names.end(), name);
+      if (found == names.end()) return -1.0;
+      double most = 0;
+      for (const Shot& s : r.shots)
+        most = std::max(most, double(s.articulation.expression[found - names.begin()]));
+      return most;
+    };
+    double jaw = 0;
+    for (const Shot& s : r.shots) jaw = std::max(jaw, double(s.articulation.jaw.norm()));
+    EXPECT_GT(std::max(jaw / 0.2, strongest("jawOpen")), 0.5) << frames;
+    EXPECT_GT(strongest("mouthSmile_L"), 0.6) << frames;
+    EXPECT_GT(strongest("browInnerUp_L"), 0.5) << frames;
+    EXPECT_TRUE(frames < 100 || strongest("eyeBlink_L") > 0.8);
+  }
+}
+
+TEST(Perform, EyesMeetTheLensWhileTheHeadRests) {
+  const Rehearsal& r = rehearsal();
+  const Vec3d centre = r.shape.joints[kLeftEye].cast<double>();
+  for (int i = 0; i < moving_frames(r.options); ++i) {
+    const Shot& s = r.shots[std::size_t(i)];
+    const Vec3f v = s.articulation.left_eye;
+    const Vec3d gaze = Eigen::AngleAxisd(v.norm(), v.cast<double>().normalized()) * Vec3d::UnitZ();
+    const Vec3d lens = s.world_from_head.inverse() * s.camera.cam_from_world.inverse().translation();
+    // Further aside than 30 degrees the eyes do not follow.
+    EXPECT_LT(std::acos(std::min(1.0, gaze.dot((lens - centre).normalized()))), 8 * kDegree) << i;
+  }
+}
+
+}  // namespace
+}  // namespace likeness
