@@ -7,7 +7,6 @@ namespace likeness::builtin {
 namespace {
 
 // -- Distance primitives
-// ------------------------------------------------------------------------------------------
 
 double ellipsoid(const Vec3d& p, const Vec3d& centre, const Vec3d& radii) {
   const Vec3d q = (p - centre).cwiseQuotient(radii);
@@ -33,7 +32,6 @@ double carve(double a, double b, double fillet) { return -unite(-a, b, fillet); 
 Vec3d beside_midline(const Vec3d& p) { return {std::sqrt(p.x() * p.x() + 9), p.y(), p.z()}; }
 
 // -- Masses
-// -------------------------------------------------------------------------------------------------------
 
 double cranium_and_jaw(const Vec3d& p) {
   const Vec3d q = beside_midline(p);
@@ -59,7 +57,7 @@ double nose(const Vec3d& p) {
   d = unite(d, ellipsoid(p, {0, 1.5, 119.3}, {9.6, 9, 12}), 7);         // tip
   d = unite(d, ellipsoid(p, {11.6, -4.4, 108.5}, {6.3, 6.8, 9.4}), 4);  // wing
   d = unite(d, taper(p, {0, -4.5, 120}, {0, -8, 110}, 4.6, 5), 5);      // columella
-  d = unite(d, ellipsoid(p, {0, -11.5, 105}, {13, 4.5, 9.5}), 5);       // base
+  d = unite(d, ellipsoid(p, {0, -11.2, 104.5}, {11, 4.5, 9}), 7);       // base
   d = unite(d, ellipsoid(p, {0, 11, 95}, {18.5, 24, 15}), 12);          // side walls
   return d;
 }

@@ -5,7 +5,6 @@
 #include <cmath>
 #include <numbers>
 
-#include "core/base/check.h"
 #include "core/head/builtin_parts.h"
 #include "core/head/builtin_sculpt.h"
 
@@ -13,7 +12,6 @@ namespace likeness::builtin {
 namespace {
 
 // -- Curves
-// -------------------------------------------------------------------------------------------------------
 
 // Catmull-Rom through (x[i], y[i]) at non-uniform x, flat beyond the ends' slopes.
 template <std::size_t N>
@@ -112,7 +110,6 @@ Vec2d skin_uv(const Chart& chart, const Vec2d& at) {
 }
 
 // -- Eye rings
-// ----------------------------------------------------------------------------------------------------
 
 // Behind the margin the lid turns in to the eyeball and lines it round to the optic nerve.
 Vec3d lid_lining(const Vec3d& margin, int ring) {
@@ -152,7 +149,6 @@ std::vector<std::vector<Vec3d>> eye_points(const Chart& chart, const std::vector
 }
 
 // -- Mouth rings
-// --------------------------------------------------------------------------------------------------
 
 struct MouthPoint {
   Vec3d position;
@@ -193,6 +189,140 @@ std::vector<MouthPoint> mouth_spoke(const Chart& chart, const Vec2d& boundary, d
     spoke.push_back({on_midline(p), spoke.back().chart, 2 + (r + 1.0) / (kCavityRings.size() + 1)});
   }
   return spoke;
+}
+
+// -- Assembly
+
+struct Grid {
+  int columns, rows;
+  std::vector<int> index;  // (rows, columns) vertex, -1 inside the rectangles
+  int& at(int i, int j) { return index[std::size_t(j) * columns + i]; }
+  int at(int i, int j) const { return index[std::size_t(j) * columns + i]; }
+};
+
+// Quads between successive rings, and a fan from the last ring to `pole`.
+void join_rings(HalfMesh& mesh, const std::vector<std::vector<int>>& rings, const HalfVertex& pole,
+                bool closed) {
+  const int n = int(rings[0].size()), spans = closed ? n : n - 1;
+  for (std::size_t r = 0; r + 1 < rings.size(); ++r)
+    for (int k = 0; k < spans; ++k)
+      add_quad(mesh, rings[r][k], rings[r + 1][k], rings[r + 1][(k + 1) % n], rings[r][(k + 1) % n]);
+  const int pole_index = int(mesh.vertices.size());
+  mesh.vertices.push_back(pole);
+  for (int k = 0; k < spans; ++k)
+    mesh.triangles.emplace_back(rings.back()[k], pole_index, rings.back()[(k + 1) % n]);
+}
+
+Grid add_grid(Skin& skin, const Rectangle& eye, const Rectangle& lips) {
+  const Chart& chart = skin.chart;
+  HalfMesh& mesh = skin.mesh;
+  const auto inside = [](const Rectangle& r, int i, int j, bool to_midline) {
+    return j > r.top && j < r.bottom && i < r.right && (to_midline || i > r.left);
+  };
+  const int columns = chart.columns(), neck_rows = chart.rows(), rows = neck_rows + kTorsoRows;
+  Grid grid{columns, rows, std::vector<int>(std::size_t(columns) * rows, -1)};
+  for (int j = 0; j < rows; ++j) {
+    for (int i = 0; i < columns; ++i) {
+      if (inside(eye, i, j, false) || inside(lips, i, j, true)) continue;
+      if (j == 0 && i > 0) {
+        grid.at(i, j) = grid.at(0, 0);  // the crown is one vertex
+        continue;
+      }
+      HalfVertex v;
+      if (j < neck_rows) {
+        v.position = skin_at(chart, Vec2d(i, j));
+      } else {
+        const Vec3d neck = mesh.vertices[grid.at(i, neck_rows - 1)].position;
+        const Vec3d slope = neck - mesh.vertices[grid.at(i, neck_rows - 2)].position;
+        v.position = torso_at(neck, slope, chart.azimuth[i], double(j - neck_rows + 1) / kTorsoRows);
+      }
+      v.midline = i == 0 || i == columns - 1 || j == 0;
+      if (v.midline) v.position.x() = 0;
+      const bool face = v.position.y() < 95 && chart.azimuth[i] < 1.35 && v.position.y() > -84;
+      v.part = j >= neck_rows ? HeadPart::torso : face ? HeadPart::face : HeadPart::scalp_neck;
+      v.uv = skin_uv(chart, Vec2d(i, j));
+      grid.at(i, j) = int(mesh.vertices.size());
+      mesh.vertices.push_back(v);
+    }
+  }
+  for (int j = 0; j + 1 < rows; ++j) {
+    for (int i = 0; i + 1 < columns; ++i) {
+      const auto cell_in = [&](const Rectangle& r, bool to_midline) {
+        return j >= r.top && j < r.bottom && i < r.right && (to_midline || i >= r.left);
+      };
+      if (cell_in(eye, false) || cell_in(lips, true)) continue;
+      add_quad(mesh, grid.at(i, j), grid.at(i, j + 1), grid.at(i + 1, j + 1), grid.at(i + 1, j));
+    }
+  }
+  return grid;
+}
+
+void add_eye(Skin& skin, const Grid& grid, const Rectangle& eye) {
+  const Chart& chart = skin.chart;
+  HalfMesh& mesh = skin.mesh;
+  const auto boundary = eye_boundary(eye);
+  const int n = int(boundary.size());
+  std::vector<Vec2d> boundary_chart;
+  skin.eye_rings.emplace_back();
+  for (const auto& b : boundary) {
+    boundary_chart.emplace_back(b.cast<double>());
+    skin.eye_rings[0].push_back(grid.at(b.x(), b.y()));
+  }
+  const auto eye_rings = eye_points(chart, boundary_chart, kEyeOpen);
+  for (std::size_t r = 0; r < eye_rings.size(); ++r) {
+    skin.eye_rings.emplace_back();
+    const bool lining = int(r) >= kLidOuterRings;
+    for (int k = 0; k < n; ++k) {
+      HalfVertex v;
+      v.position = eye_rings[r][k];
+      v.part = lining && int(r) > kLidOuterRings ? HeadPart::left_eye_socket : HeadPart::face;
+      v.tissue = lining ? Tissue::lid_inner : Tissue::skin;
+      v.lid = lining ? 1 : kLidSteps[r];
+      const double deeper = lining ? 1 + 0.06 * (r - kLidOuterRings + 1) : kLidSteps[r];
+      const Vec2d centre = chart_of(chart, frontal_hit(31.4, 35));
+      const Vec2d margin = chart_of(chart, eye_rings[kLidOuterRings - 1][k]);
+      v.uv = skin_uv(chart, lining ? Vec2d(margin + 1.5 * (deeper - 1) * (centre - margin))
+                                   : Vec2d(boundary_chart[k] + kLidSteps[r] * (margin - boundary_chart[k])));
+      skin.eye_rings.back().push_back(int(mesh.vertices.size()));
+      mesh.vertices.push_back(v);
+    }
+  }
+  HalfVertex nerve = mesh.vertices[skin.eye_rings.back()[0]];
+  nerve.position = kEyeCentre - Vec3d(0, 0, kEyeballRadius + 1.2);
+  join_rings(mesh, skin.eye_rings, nerve, true);
+}
+
+void add_mouth(Skin& skin, const Grid& grid, const Rectangle& lips) {
+  const Chart& chart = skin.chart;
+  HalfMesh& mesh = skin.mesh;
+  const auto mouth = mouth_boundary(lips);
+  const int last = int(mouth.size()) - 1;
+  skin.mouth_rings.assign(1 + kMouthSteps.size() + kLipRings.size() + kCavityRings.size(), {});
+  for (int k = 0; k <= last; ++k) {
+    const bool upper = 2 * k <= last;
+    const double along = upper ? 2.0 * k / last : 2.0 * (last - k) / last;
+    skin.mouth_rings[0].push_back(grid.at(mouth[k].x(), mouth[k].y()));
+    const auto spoke = mouth_spoke(chart, mouth[k].cast<double>(), along, upper);
+    for (std::size_t r = 0; r < spoke.size(); ++r) {
+      HalfVertex v;
+      v.position = spoke[r].position;
+      v.lip = spoke[r].lip;
+      v.mouth_side = upper ? 1 : -1;
+      v.along_lip = along;
+      v.midline = k == 0 || k == last;
+      const bool cavity = r >= kMouthSteps.size() + kLipRings.size();
+      v.part = cavity ? HeadPart::mouth_socket : HeadPart::face;
+      v.tissue = cavity ? Tissue::lip_inner : Tissue::skin;
+      v.uv = skin_uv(chart, spoke[r].chart);
+      skin.mouth_rings[r + 1].push_back(int(mesh.vertices.size()));
+      mesh.vertices.push_back(v);
+    }
+  }
+  HalfVertex throat = mesh.vertices[skin.mouth_rings.back()[last / 2]];
+  throat.position = Vec3d(0, kMouthCornerY + 1, 30);
+  throat.midline = true;
+  throat.lip = 3;
+  join_rings(mesh, skin.mouth_rings, throat, false);
 }
 
 }  // namespace
@@ -236,132 +366,11 @@ std::vector<std::vector<Vec3d>> eye_ring_positions(const Skin& skin, const EyeOp
 Skin make_skin() {
   Skin skin;
   skin.chart = make_chart();
-  const Chart& chart = skin.chart;
-  HalfMesh& mesh = skin.mesh;
-  const Rectangle eye = rectangle_between(chart, {10.5, 21}, {54, 49});
-  const Rectangle lips = rectangle_between(chart, {0, -50.5}, {35, -19.5});
-  const auto inside = [](const Rectangle& r, int i, int j, bool to_midline) {
-    return j > r.top && j < r.bottom && i < r.right && (to_midline || i > r.left);
-  };
-  const int columns = chart.columns(), neck_rows = chart.rows(), rows = neck_rows + kTorsoRows;
-
-  // -- Grid
-  std::vector<int> grid(std::size_t(columns) * rows, -1);
-  const auto at = [&](int i, int j) -> int& { return grid[std::size_t(j) * columns + i]; };
-  for (int j = 0; j < rows; ++j) {
-    for (int i = 0; i < columns; ++i) {
-      if (inside(eye, i, j, false) || inside(lips, i, j, true)) continue;
-      if (j == 0 && i > 0) {
-        at(i, j) = at(0, 0);  // the crown is one vertex
-        continue;
-      }
-      HalfVertex v;
-      if (j < neck_rows) {
-        v.position = skin_at(chart, Vec2d(i, j));
-      } else {
-        const Vec3d neck = mesh.vertices[at(i, neck_rows - 1)].position;
-        const Vec3d slope = neck - mesh.vertices[at(i, neck_rows - 2)].position;
-        v.position = torso_at(neck, slope, chart.azimuth[i], double(j - neck_rows + 1) / kTorsoRows);
-      }
-      v.midline = i == 0 || i == columns - 1 || j == 0;
-      if (v.midline) v.position.x() = 0;
-      const bool face = v.position.y() < 95 && chart.azimuth[i] < 1.35 && v.position.y() > -84;
-      v.part = j >= neck_rows ? HeadPart::torso : face ? HeadPart::face : HeadPart::scalp_neck;
-      v.uv = skin_uv(chart, Vec2d(i, j));
-      at(i, j) = int(mesh.vertices.size());
-      mesh.vertices.push_back(v);
-    }
-  }
-  for (int j = 0; j + 1 < rows; ++j) {
-    for (int i = 0; i + 1 < columns; ++i) {
-      const auto cell_in = [&](const Rectangle& r, bool to_midline) {
-        return j >= r.top && j < r.bottom && i < r.right && (to_midline || i >= r.left);
-      };
-      if (cell_in(eye, false) || cell_in(lips, true)) continue;
-      add_quad(mesh, at(i, j), at(i, j + 1), at(i + 1, j + 1), at(i + 1, j));
-    }
-  }
-
-  // -- Eye
-  const auto boundary = eye_boundary(eye);
-  const int n = int(boundary.size());
-  std::vector<Vec2d> boundary_chart;
-  skin.eye_rings.emplace_back();
-  for (const auto& b : boundary) {
-    boundary_chart.emplace_back(b.cast<double>());
-    skin.eye_rings[0].push_back(at(b.x(), b.y()));
-  }
-  const auto eye_rings = eye_points(chart, boundary_chart, kEyeOpen);
-  for (std::size_t r = 0; r < eye_rings.size(); ++r) {
-    skin.eye_rings.emplace_back();
-    const bool lining = int(r) >= kLidOuterRings;
-    for (int k = 0; k < n; ++k) {
-      HalfVertex v;
-      v.position = eye_rings[r][k];
-      v.part = lining && int(r) > kLidOuterRings ? HeadPart::left_eye_socket : HeadPart::face;
-      v.tissue = lining ? Tissue::lid_inner : Tissue::skin;
-      v.lid = lining ? 1 : kLidSteps[r];
-      const double deeper = lining ? 1 + 0.06 * (r - kLidOuterRings + 1) : kLidSteps[r];
-      const Vec2d centre = chart_of(chart, frontal_hit(31.4, 35));
-      const Vec2d margin = chart_of(chart, eye_rings[kLidOuterRings - 1][k]);
-      v.uv = skin_uv(chart, lining ? Vec2d(margin + 1.5 * (deeper - 1) * (centre - margin))
-                                   : Vec2d(boundary_chart[k] + kLidSteps[r] * (margin - boundary_chart[k])));
-      skin.eye_rings.back().push_back(int(mesh.vertices.size()));
-      mesh.vertices.push_back(v);
-    }
-  }
-  for (std::size_t r = 0; r + 1 < skin.eye_rings.size(); ++r) {
-    const auto &outer = skin.eye_rings[r], &inner = skin.eye_rings[r + 1];
-    for (int k = 0; k < n; ++k) {
-      const int next = (k + 1) % n;
-      add_quad(mesh, outer[k], inner[k], inner[next], outer[next]);
-    }
-  }
-
-  HalfVertex nerve = mesh.vertices[skin.eye_rings.back()[0]];
-  nerve.position = kEyeCentre - Vec3d(0, 0, kEyeballRadius + 1.2);
-  const int nerve_index = int(mesh.vertices.size());
-  mesh.vertices.push_back(nerve);
-  for (int k = 0; k < n; ++k)
-    mesh.triangles.emplace_back(skin.eye_rings.back()[k], nerve_index, skin.eye_rings.back()[(k + 1) % n]);
-
-  // -- Mouth
-  const auto mouth = mouth_boundary(lips);
-  const int last = int(mouth.size()) - 1;
-  skin.mouth_rings.assign(1 + kMouthSteps.size() + kLipRings.size() + kCavityRings.size(), {});
-  Vec3d throat(0, kMouthCornerY + 1, 30);
-  for (int k = 0; k <= last; ++k) {
-    const bool upper = 2 * k <= last;
-    const double along = upper ? 2.0 * k / last : 2.0 * (last - k) / last;
-    skin.mouth_rings[0].push_back(at(mouth[k].x(), mouth[k].y()));
-    const auto spoke = mouth_spoke(chart, mouth[k].cast<double>(), along, upper);
-    for (std::size_t r = 0; r < spoke.size(); ++r) {
-      HalfVertex v;
-      v.position = spoke[r].position;
-      v.lip = spoke[r].lip;
-      v.mouth_side = upper ? 1 : -1;
-      v.along_lip = along;
-      v.midline = k == 0 || k == last;
-      const bool cavity = r >= kMouthSteps.size() + kLipRings.size();
-      v.part = cavity ? HeadPart::mouth_socket : HeadPart::face;
-      v.tissue = cavity ? Tissue::lip_inner : Tissue::skin;
-      v.uv = skin_uv(chart, spoke[r].chart);
-      skin.mouth_rings[r + 1].push_back(int(mesh.vertices.size()));
-      mesh.vertices.push_back(v);
-    }
-  }
-  for (std::size_t r = 0; r + 1 < skin.mouth_rings.size(); ++r) {
-    const auto &outer = skin.mouth_rings[r], &inner = skin.mouth_rings[r + 1];
-    for (int k = 0; k < last; ++k) add_quad(mesh, outer[k], inner[k], inner[k + 1], outer[k + 1]);
-  }
-  HalfVertex pole = mesh.vertices[skin.mouth_rings.back()[last / 2]];
-  pole.position = throat;
-  pole.midline = true;
-  pole.lip = 3;
-  mesh.vertices.push_back(pole);
-  const int pole_index = int(mesh.vertices.size()) - 1;
-  for (int k = 0; k < last; ++k)
-    mesh.triangles.emplace_back(skin.mouth_rings.back()[k], pole_index, skin.mouth_rings.back()[k + 1]);
+  const Rectangle eye = rectangle_between(skin.chart, {10.5, 21}, {54, 49});
+  const Rectangle lips = rectangle_between(skin.chart, {0, -50.5}, {35, -19.5});
+  const Grid grid = add_grid(skin, eye, lips);
+  add_eye(skin, grid, eye);
+  add_mouth(skin, grid, lips);
   return skin;
 }
 
