@@ -58,6 +58,7 @@ struct Sample {
 struct Statistics {
   Plate plate, small_plate;
   ColourModel colours;
+  cv::Mat still;  // cut_size, empty without a plate
   bool has_plate = false;
 };
 
@@ -141,7 +142,7 @@ PersonPrior prior_of(const Stage& stage, const Job& job, int size) {
       place_person(stage.person, *job.tracked, *job.camera, picture, stage.track.metres_per_unit);
   if (place) return person_prior(stage.person, *place, picture);
   PersonPrior nothing;
-  nothing.certain = cv::Mat(size, size, CV_8U, cv::Scalar(0));
+  nothing.certain = nothing.guarded = cv::Mat(size, size, CV_8U, cv::Scalar(0));
   nothing.possible = cv::Mat(size, size, CV_8U, cv::Scalar(255));
   nothing.location = cv::Mat(size, size, CV_32F, cv::Scalar(0));
   return nothing;
@@ -180,7 +181,7 @@ cv::Mat occupied_of(const Sample& sample) {
   if (sample.person.empty()) return sample.prior.possible;
   cv::Mat grown;
   const int radius = std::max(2, sample.person.cols / 64);
-  cv::dilate(sample.person, grown,
+  cv::dilate(sample.person | sample.prior.guarded, grown,
              cv::getStructuringElement(cv::MORPH_ELLIPSE, {2 * radius + 1, 2 * radius + 1}));
   return grown;
 }
@@ -207,6 +208,7 @@ Statistics learn(const Stage& stage, const std::vector<Sample>& samples) {
   statistics.has_plate = !pictures.empty();
   if (statistics.has_plate) {
     statistics.plate = estimate_plate(pictures, occupied);
+    statistics.still = still_texture(small);
     statistics.small_plate =
         stage.size == stage.cut_size ? statistics.plate : estimate_plate(small, small_occupied);
   }
@@ -215,7 +217,8 @@ Statistics learn(const Stage& stage, const std::vector<Sample>& samples) {
 
 cv::Mat cut(const Job& job, const cv::Mat& small, const PersonPrior& prior, const Statistics& statistics) {
   const bool plate = job.on_plate && statistics.has_plate;
-  return cut_person({&small, &prior, plate ? &statistics.small_plate : nullptr, &statistics.colours});
+  return cut_person({&small, &prior, plate ? &statistics.small_plate : nullptr, &statistics.colours,
+                     plate ? &statistics.still : nullptr});
 }
 
 Result<Statistics> learn_in_rounds(const Stage& stage, const std::vector<Job>& jobs,

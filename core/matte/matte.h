@@ -4,7 +4,6 @@
 
 #include <filesystem>
 #include <optional>
-#include <set>
 #include <stop_token>
 #include <vector>
 
@@ -50,9 +49,5 @@ Result<PlateInfo> read_plate_info(const std::filesystem::path& path);
 Result<MatteResult> matte_clip(const std::filesystem::path& folder, const Capture& capture,
                                const CameraSet& cameras, const Track& track, const HeadModel& model,
                                const MatteOptions& options, const Progress& progress, std::stop_token stop);
-
-// Source frames whose background is plate.png, from plate.json of a project folder; empty where there is no
-// plate. (A camera that moves and then rests has a plate for the resting stretch only.)
-Result<std::set<int>> read_plate_frames(const std::filesystem::path& folder);
 
 }  // namespace likeness

@@ -18,7 +18,8 @@ struct TorsoRow {
 constexpr TorsoRow kCertainTorso[] = {{0.07, 0.045}, {0.11, 0.075}, {0.6, 0.075}};
 constexpr TorsoRow kLikelyTorso[] = {{-0.05, 0.06}, {0.02, 0.07}, {0.06, 0.16}, {0.12, 0.21}, {0.6, 0.23}};
 constexpr TorsoRow kPossibleTorso[] = {{-0.06, 0.13}, {0.0, 0.24}, {0.05, 0.34}, {0.3, 0.46}, {0.6, 0.5}};
-constexpr double kHairMargin = 0.09;  // m around the bare head
+constexpr double kHairThickness = 0.03;  // m of hair that most heads have
+constexpr double kHairMargin = 0.09;     // m around the bare head
 
 cv::Point to_pixel(const Vec2d& p) { return {int(std::lround(p.x())), int(std::lround(p.y()))}; }
 
@@ -118,7 +119,9 @@ PersonPrior person_prior(const PersonModel& person, const PersonPlace& place, co
   cv::line(prior.certain, to_pixel(middle), to_pixel(place.neck + Vec2d(0, 0.1 * scale)), 255,
            std::max(1, int(0.07 * scale)));
 
-  cv::Mat likely = head.clone();
+  cv::Mat likely;
+  cv::dilate(head, prior.guarded, disc(kHairThickness * scale));
+  cv::dilate(head, likely, disc(0.7 * kHairThickness * scale));
   draw_torso(likely, place, kLikelyTorso);
   prior.possible = likely.clone();
   cv::dilate(prior.possible, prior.possible, disc(0.5 * kHairMargin * scale));

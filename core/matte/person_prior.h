@@ -43,8 +43,8 @@ std::optional<PersonPlace> place_person(const PersonModel& person, const Tracked
 struct PersonPrior {
   cv::Mat certain;   // 8U, 255 = person: head silhouette, shrunken, and the middle of neck and torso
   cv::Mat possible;  // 8U, 255 = may be person (generous: hair, wide shoulders)
-  cv::Mat
-      location;  // 32F, log-likelihood ratio of person over background from the place alone, about -1.5..1
+  cv::Mat guarded;   // 8U, 255 = the head with the usual hair: never background in the plate
+  cv::Mat location;  // 32F, log-likelihood ratio of person over background from the place, -1.5..1
 };
 PersonPrior person_prior(const PersonModel& person, const PersonPlace& place, const Intrinsics& picture);
 

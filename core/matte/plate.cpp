@@ -10,6 +10,13 @@
 #include "core/base/parallel.h"
 
 namespace likeness {
+namespace {
+
+void blend(cv::Vec3f& value, const cv::Vec3f& with, float share) {
+  value = with * share + value * (1 - share);
+}
+
+}  // namespace
 
 double Plate::coverage() const {
   return known.empty() ? 0 : double(cv::countNonZero(known)) / double(known.total());
@@ -34,19 +41,31 @@ cv::Mat fill_holes(const cv::Mat& colour, const cv::Mat& known) {
     value = smaller;
     weight = smaller_weight;
   }
-  // -- Push: each level completes the finer one where that knows too little.
+  // -- Push: each level completes the finer one where that knows too little, then evens out what it
+  // completed.
   cv::Mat filled(values.back().size(), CV_32FC3, cv::Scalar::all(128));
   for (std::size_t level = values.size(); level-- > 0;) {
     cv::Mat coarse;
     cv::resize(filled, coarse, values[level].size(), 0, 0, cv::INTER_LINEAR);
+    cv::Mat share(coarse.size(), CV_32F);
     for (int y = 0; y < coarse.rows; ++y)
       for (int x = 0; x < coarse.cols; ++x) {
         const float w = weights[level].at<float>(y, x);
-        if (w <= 1e-6f) continue;
-        const cv::Vec3f own = values[level].at<cv::Vec3f>(y, x) / w;
-        const float share = std::min(1.0f, 2 * w);
-        coarse.at<cv::Vec3f>(y, x) = own * share + coarse.at<cv::Vec3f>(y, x) * (1 - share);
+        // The coarsest level has nobody to ask.
+        share.at<float>(y, x) = level + 1 == values.size() && w > 0 ? 1.0f : std::min(1.0f, 2 * w);
+        if (w > 1e-6f)
+          blend(coarse.at<cv::Vec3f>(y, x), values[level].at<cv::Vec3f>(y, x) / w, share.at<float>(y, x));
       }
+    const cv::Mat anchor = coarse.clone();
+    for (int sweep = 0; sweep < 12; ++sweep) {
+      cv::Mat even;
+      cv::blur(coarse, even, {3, 3});
+      for (int y = 0; y < coarse.rows; ++y)
+        for (int x = 0; x < coarse.cols; ++x) {
+          blend(even.at<cv::Vec3f>(y, x), anchor.at<cv::Vec3f>(y, x), share.at<float>(y, x));
+        }
+      coarse = even;
+    }
     filled = coarse;
   }
   cv::Mat result;
@@ -104,6 +123,39 @@ Plate estimate_plate(const std::vector<cv::Mat>& pictures, const std::vector<cv:
   plate.known = inner;
   plate.colour = fill_holes(plate.colour, plate.known);
   return plate;
+}
+
+cv::Mat still_texture(const std::vector<cv::Mat>& pictures) {
+  // Spread over time against contrast in space, of the grey values.
+  cv::Mat sum, squares;
+  for (const auto& picture : pictures) {
+    cv::Mat grey, value;
+    cv::cvtColor(picture, grey, cv::COLOR_RGB2GRAY);
+    grey.convertTo(value, CV_32F);
+    if (sum.empty()) sum = cv::Mat(value.size(), CV_32F, cv::Scalar(0)), squares = sum.clone();
+    cv::accumulate(value, sum);
+    cv::accumulateSquare(value, squares);
+  }
+  const double count = double(pictures.size());
+  const cv::Mat mean = sum / count;
+  const cv::Mat variance = cv::max(squares / count - mean.mul(mean), 0.0);
+  cv::Mat dx, dy, local_contrast, local_variance;
+  cv::Sobel(mean, dx, CV_32F, 1, 0, 3, 1.0 / 8);
+  cv::Sobel(mean, dy, CV_32F, 0, 1, 3, 1.0 / 8);
+  const int window = std::max(5, mean.cols / 24 | 1);
+  const cv::Mat contrast = dx.mul(dx) + dy.mul(dy);
+  cv::boxFilter(contrast, local_contrast, -1, {window, window});
+  cv::boxFilter(variance, local_variance, -1, {window, window});
+  // A body that breathes moves its texture by about a pixel: variance as large as the contrast. The room's is
+  // noise.
+  cv::Mat still(mean.size(), CV_32F);
+  for (int y = 0; y < still.rows; ++y)
+    for (int x = 0; x < still.cols; ++x) {
+      const float spread = local_variance.at<float>(y, x), texture = local_contrast.at<float>(y, x);
+      still.at<float>(y, x) =
+          texture / (texture + 2) * std::clamp(1.5f - 4 * spread / (texture + 0.5f), 0.0f, 1.0f);
+    }
+  return still;
 }
 
 }  // namespace likeness

@@ -17,6 +17,9 @@ struct Plate {
 // pictures: 8UC3 of one size; occupied: 8U, non-zero where the person is or may be. At least one picture.
 Plate estimate_plate(const std::vector<cv::Mat>& pictures, const std::vector<cv::Mat>& occupied);
 
+// 32F, 0..1: how surely a pixel lies in texture that stays put through all pictures, person or not.
+cv::Mat still_texture(const std::vector<cv::Mat>& pictures);
+
 // Fills where `known` is zero with a smooth continuation (pull-push: averages of ever coarser levels).
 cv::Mat fill_holes(const cv::Mat& colour, const cv::Mat& known);
 

@@ -72,6 +72,8 @@ cv::Mat likelihoods(const SegmentInput& in) {
         value = 1.3f * difference + 0.4f * colour + 0.5f * place;
       } else if (in.prior->possible.at<unsigned char>(y, x)) {
         value = colour + place;
+        // Texture at rest away from the body is the room's, not an arm's.
+        if (in.still && place < 0) value -= 3.0f * in.still->at<float>(y, x);
       } else {
         // Without a plate nothing beyond the possible region is taken for person; with one, its holes out
         // there are the person's own doing.

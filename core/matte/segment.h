@@ -28,6 +28,7 @@ struct SegmentInput {
   const PersonPrior* prior = nullptr;
   const Plate* plate = nullptr;  // may be null
   const ColourModel* colours = nullptr;
+  const cv::Mat* still = nullptr;  // 32F, 0..1: texture that never moves; may be null
 };
 
 // 8U, 255 = person.

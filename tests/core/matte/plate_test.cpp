@@ -1,0 +1,104 @@
+// Claims about the background plate.
+#include "core/matte/plate.h"
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <cmath>
+#include <fstream>
+#include <random>
+
+#include "core/matte/matte.h"
+
+namespace likeness {
+namespace {
+
+cv::Mat wall() {
+  cv::Mat picture(48, 64, CV_8UC3);
+  for (int y = 0; y < 48; ++y)
+    for (int x = 0; x < 64; ++x)
+      picture.at<cv::Vec3b>(y, x) = {(unsigned char)(2 * x + 40), (unsigned char)(3 * y), 90};
+  return picture;
+}
+
+double largest_difference(const cv::Mat& a, const cv::Mat& b, const cv::Mat& where) {
+  double most = 0;
+  for (int y = 0; y < a.rows; ++y)
+    for (int x = 0; x < a.cols; ++x)
+      if (where.at<unsigned char>(y, x))
+        for (int c = 0; c < 3; ++c)
+          most = std::max(most, std::abs(double(a.at<cv::Vec3b>(y, x)[c]) - b.at<cv::Vec3b>(y, x)[c]));
+  return most;
+}
+
+TEST(Plate, IsTheWallBehindSomebodyWhoMovesAndItsCoverageIsWhatWasSeen) {
+  std::mt19937 random(5);
+  std::vector<cv::Mat> pictures, masks;
+  cv::Mat ever_free(48, 64, CV_8U, cv::Scalar(0));
+  for (int i = 0; i < 30; ++i) {
+    cv::Mat picture = wall(), mask(48, 64, CV_8U, cv::Scalar(0));
+    for (auto it = picture.begin<cv::Vec3b>(); it != picture.end<cv::Vec3b>(); ++it)
+      for (int c = 0; c < 3; ++c)
+        (*it)[c] = cv::saturate_cast<unsigned char>((*it)[c] + int(random() % 5) - 2);
+    const cv::Rect person(10 + i % 12, 12, 30, 36);
+    picture(person).setTo(cv::Scalar(200, 30, 30));
+    mask(person).setTo(255);
+    // Once in a while the mask misses the person: the median does not care.
+    if (i % 10 == 3) mask.setTo(0);
+    pictures.push_back(picture);
+    masks.push_back(mask);
+    ever_free.setTo(255, mask == 0);
+  }
+  const Plate plate = estimate_plate(pictures, masks);
+  cv::Mat beside(48, 64, CV_8U, cv::Scalar(0));
+  beside(cv::Rect(0, 0, 17, 48)).setTo(255);
+  beside(cv::Rect(46, 0, 18, 48)).setTo(255);
+  EXPECT_LE(largest_difference(plate.colour, wall(), beside & plate.known), 2);
+  EXPECT_GE(cv::countNonZero(plate.known & beside), cv::countNonZero(beside) * 9 / 10);
+}
+
+TEST(Plate, WhatIsNeverFreeIsFilledAndNotCountedAsCovered) {
+  const cv::Mat picture = wall();
+  cv::Mat mask(48, 64, CV_8U, cv::Scalar(0));
+  mask(cv::Rect(16, 12, 32, 36)).setTo(255);
+  const Plate plate = estimate_plate(std::vector<cv::Mat>(6, picture), std::vector<cv::Mat>(6, mask));
+  EXPECT_NEAR(plate.coverage(), 1 - 32.0 * 36 / (48 * 64), 0.06);
+  EXPECT_EQ(plate.known.at<unsigned char>(30, 30), 0);
+  // A linear wall is continued to within a fraction of its range.
+  EXPECT_LT(largest_difference(plate.colour, picture, mask), 45);
+}
+
+TEST(FillHoles, ContinuesAConstantExactlyAndTouchesNothingKnown) {
+  cv::Mat colour(40, 40, CV_8UC3, cv::Scalar(77, 123, 201)), known(40, 40, CV_8U, cv::Scalar(255));
+  known(cv::Rect(5, 8, 30, 32)).setTo(0);
+  colour.setTo(cv::Scalar(0, 255, 0), known == 0);
+  const cv::Mat filled = fill_holes(colour, known);
+  for (int y = 0; y < 40; ++y)
+    for (int x = 0; x < 40; ++x)
+      for (int c = 0; c < 3; ++c) EXPECT_NEAR(filled.at<cv::Vec3b>(y, x)[c], cv::Vec3b(77, 123, 201)[c], 1);
+}
+
+TEST(FillHoles, SurvivesAPictureThatIsAllHole) {
+  const cv::Mat filled =
+      fill_holes(cv::Mat(9, 7, CV_8UC3, cv::Scalar::all(0)), cv::Mat(9, 7, CV_8U, cv::Scalar(0)));
+  EXPECT_EQ(filled.size(), cv::Size(7, 9));
+}
+
+TEST(PlateInfo, SurvivesTheFileAndAMissingFileMeansNoPlate) {
+  const auto path =
+      std::filesystem::temp_directory_path() / ("likeness_plate_" + std::to_string(::getpid()) + ".json");
+  ASSERT_TRUE(write_plate_info(path, {1.0 / 3, {4, 5, 9}}).ok());
+  const auto read = read_plate_info(path);
+  ASSERT_TRUE(read.ok());
+  EXPECT_EQ(read->coverage, 1.0 / 3);
+  EXPECT_EQ(read->frames, (std::vector<int>{4, 5, 9}));
+  std::ofstream(path) << "{}";
+  EXPECT_FALSE(read_plate_info(path).ok());
+  std::filesystem::remove(path);
+  const auto none = read_plate_info(path);
+  ASSERT_TRUE(none.ok());
+  EXPECT_TRUE(none->frames.empty());
+}
+
+}  // namespace
+}  // namespace likeness
