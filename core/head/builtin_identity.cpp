@@ -125,12 +125,22 @@ std::vector<NamedField> identity_fields(const WholeHead& head) {
     }
     fields.push_back({direction.name, mirrored(head, left)});
   }
-  const auto lids = [&](const char* name, EyeOpening opening) {
-    fields.push_back({name, lid_field(head, opening)});
+  // The change of the lids per standard deviation, taken over two to either side: lids slide on a sphere, so
+  // that a one-sided step would cut it on the other side.
+  const auto lids = [&](const char* name, double upper, double lower, const Vec2d& inner,
+                        const Vec2d& outer) {
+    const auto opened = [&](double amount) {
+      return lid_field(head, {kEyeOpen.upper + amount * upper, kEyeOpen.lower + amount * lower,
+                              amount * inner, amount * outer});
+    };
+    Field field = opened(2);
+    const Field other = opened(-2);
+    for (std::size_t i = 0; i < field.size(); ++i) field[i] = 0.25 * (field[i] - other[i]);
+    fields.push_back({name, field});
   };
-  lids("eye_opening", {kEyeOpen.upper + 0.7, kEyeOpen.lower + 0.4});
-  lids("eye_tilt", {kEyeOpen.upper, kEyeOpen.lower, Vec2d(0, -0.5), Vec2d(0, 1.5)});
-  lids("eye_width", {kEyeOpen.upper, kEyeOpen.lower, Vec2d(-0.6, 0), Vec2d(1.0, 0)});
+  lids("eye_opening", 0.7, 0.4, Vec2d::Zero(), Vec2d::Zero());
+  lids("eye_tilt", 0, 0, Vec2d(0, -0.5), Vec2d(0, 1.5));
+  lids("eye_width", 0, 0, Vec2d(-0.5, 0), Vec2d(0.9, 0));
   Field ears(head.left_count, Vec3d::Zero());
   for (int i = 0; i < head.left_count; ++i)
     if (head.vertices[i].tissue == Tissue::ear) ears[i] = 0.09 * (head.vertices[i].position - ear_root);

@@ -232,7 +232,8 @@ HalfMesh make_teeth(bool upper) {
         if (v.midline) v.position.x() = 0;
         v.part = p.gum ? HeadPart::gums_tongue : HeadPart::teeth;
         v.tissue = upper ? Tissue::upper_teeth : Tissue::lower_teeth;
-        v.uv = uv_in({0.5, upper ? 0.002 : 0.998 - 0.004}, 0.004, s / total, double(j) / kProfile.size());
+        v.uv = uv_in(upper ? Vec2d(0.93, 0.15) : Vec2d(0.80, 0.935), 0.045, s / total,
+                     double(j) / kProfile.size());
         rows[j].push_back(v);
       }
     }
@@ -261,7 +262,7 @@ HalfMesh make_tongue() {
       v.position = centre + Vec3d(swell * 20 * std::sin(angle), swell * 7 * std::cos(angle) - groove, 0);
       v.midline = i == 0 || i == kAround;
       if (v.midline) v.position.x() = 0;
-      v.uv = uv_in({0.01 + 0.06, 0.93}, 0.06, angle / std::numbers::pi, t);
+      v.uv = uv_in({0.93, 0.80}, 0.045, angle / std::numbers::pi, t);
       rows.back().push_back(v);
     }
   }

@@ -272,6 +272,25 @@ TEST(BuiltinHead, LidsNeverCutTheEyeball) {
   }
 }
 
+TEST(BuiltinHead, LidsKeepToTheEyeballInEveryIdentity) {
+  const HeadModel& model = builtin();
+  for (int c = 0; c < model.identity_count(); ++c) {
+    for (const float amount : {-2.0f, 2.0f}) {
+      Eigen::VectorXf identity = Eigen::VectorXf::Zero(model.identity_count());
+      identity[c] = amount;
+      const HeadShape shape = shape_head(model, identity);
+      float nearest = 1, radius = 0;
+      for (int v = 0; v < model.vertex_count(); ++v) {
+        const float r = (shape.vertices[v] - shape.joints[kLeftEye]).norm();
+        if (model.parts[v] == HeadPart::left_eyeball) radius = std::max(radius, r);
+        if (model.parts[v] == HeadPart::face || model.parts[v] == HeadPart::left_eye_socket)
+          nearest = std::min(nearest, r);
+      }
+      EXPECT_GT(nearest, radius - 0.0001f) << "identity " << c << " at " << amount;
+    }
+  }
+}
+
 TEST(BuiltinHead, KnowsTheUsualActionsByName) {
   const HeadModel& model = builtin();
   EXPECT_EQ(model.name, "built-in");
@@ -317,6 +336,16 @@ TEST(BuiltinHead, LaysEveryVertexInTheTextureSquare) {
   for (const Vec2f& uv : model.uvs) {
     EXPECT_GE(uv.minCoeff(), 0);
     EXPECT_LE(uv.maxCoeff(), 1);
+  }
+  // Each separate piece has its own corner outside the skin's disc.
+  for (int v = 0; v < model.vertex_count(); ++v) {
+    const HeadPart part = model.parts[v];
+    const bool eyeball = part == HeadPart::left_eyeball || part == HeadPart::right_eyeball;
+    const bool separate = eyeball || part == HeadPart::teeth || part == HeadPart::gums_tongue;
+    if (separate) EXPECT_GT((model.uvs[v] - Vec2f(0.5f, 0.5f)).norm(), 0.49f) << v;
+    const Vec2f q(std::abs(model.uvs[v].x() - 0.5f) + 0.5f, model.uvs[v].y());
+    const bool in_eye_corner = q.x() > 0.86f && q.y() > 0.86f;
+    EXPECT_EQ(in_eye_corner, eyeball) << v;
   }
 }
 
