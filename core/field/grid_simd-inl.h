@@ -30,7 +30,7 @@ struct CellTile {
 
 // point: kDims rows in [0, 1], clamped. kAxis >= 0: `weight` becomes its derivative by that coordinate.
 template <int kDims, int kAxis>
-HWY_INLINE void cells_of(const GridLevel& level, int features, const float* const* point, CellTile& cells) {
+HWY_NOINLINE void cells_of(const GridLevel& level, int features, const float* const* point, CellTile& cells) {
   const hn::CappedTag<float, 16> d;
   const hn::RebindToSigned<decltype(d)> di;
   const hn::RebindToUnsigned<decltype(d)> du;
@@ -108,7 +108,7 @@ HWY_INLINE void gather_quads(const float* table, const CellTile& cells, int feat
 }
 
 template <int kCorners>
-HWY_INLINE void gather_tile(const float* table, const CellTile& cells, int features, float* rows) {
+HWY_NOINLINE void gather_tile(const float* table, const CellTile& cells, int features, float* rows) {
   if (features % 4 == 0) return gather_quads<kCorners>(table, cells, features, rows);
   for (int f = 0; f < features; ++f) {
     for (std::size_t s = 0; s < kTile; ++s) {
@@ -177,8 +177,8 @@ HWY_INLINE void scatter_tile(float* table, std::uint8_t* touched, const CellTile
 
 // -- The same with the number of dimensions known at run time.
 
-HWY_INLINE void encode_tile(const GridLevel& level, const GridConfig& grid, const float* parameters,
-                            const float* const* point, CellTile& cells, float* rows) {
+HWY_NOINLINE inline void encode_tile(const GridLevel& level, const GridConfig& grid, const float* parameters,
+                                     const float* const* point, CellTile& cells, float* rows) {
   const float* table = parameters + level.offset;
   if (grid.dimensions == 3) {
     cells_of<3, -1>(level, grid.features, point, cells);
@@ -192,9 +192,9 @@ HWY_INLINE void encode_tile(const GridLevel& level, const GridConfig& grid, cons
   }
 }
 
-HWY_INLINE void encode_tile_backward(const GridLevel& level, const GridConfig& grid,
-                                     const float* const* point, CellTile& cells, const float* rows,
-                                     std::size_t count, float* gradients, std::uint8_t* touched) {
+HWY_NOINLINE inline void encode_tile_backward(const GridLevel& level, const GridConfig& grid,
+                                              const float* const* point, CellTile& cells, const float* rows,
+                                              std::size_t count, float* gradients, std::uint8_t* touched) {
   float* table = gradients + level.offset;
   touched += level.offset / kTableLine;
   if (grid.dimensions == 3) {
@@ -227,9 +227,9 @@ HWY_INLINE void add_point_gradient(const GridLevel& level, int features, const f
 
 // sum (dimensions, kTile) += gradient of the point, from gradients (features, kTile) of this level's
 // features.
-HWY_INLINE void encode_tile_slope(const GridLevel& level, const GridConfig& grid, const float* parameters,
-                                  const float* const* point, CellTile& cells, const float* gradients,
-                                  float* sum) {
+HWY_NOINLINE inline void encode_tile_slope(const GridLevel& level, const GridConfig& grid,
+                                           const float* parameters, const float* const* point,
+                                           CellTile& cells, const float* gradients, float* sum) {
   alignas(64) float rows[8 * kTile];
   const float* table = parameters + level.offset;
   const int n = grid.features;

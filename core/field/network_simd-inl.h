@@ -80,8 +80,8 @@ HWY_INLINE void dense_block(const MatrixView& w, const float* bias, const float*
 
 // out (outputs, kTile) = finish(W in + bias); `bias` and, but for kMask, `mask` may be null.
 template <Finish kFinish>
-HWY_INLINE void dense(MatrixView w, const float* bias, const float* in, std::size_t inputs,
-                      std::size_t outputs, const float* mask, float* out) {
+HWY_NOINLINE void dense(MatrixView w, const float* bias, const float* in, std::size_t inputs,
+                        std::size_t outputs, const float* mask, float* out) {
   if (!mask) mask = out;
   const auto advance = [&](std::size_t rows) HWY_ATTR {
     w.first += rows * w.output_stride;
@@ -100,7 +100,8 @@ HWY_INLINE void dense(MatrixView w, const float* bias, const float* in, std::siz
 
 // rows (count, kTile) -> out (kTile, stride); columns from count to stride become zero. stride is a multiple
 // of 4.
-HWY_INLINE void transpose_tile(const float* rows, std::size_t count, std::size_t stride, float* out) {
+HWY_NOINLINE inline void transpose_tile(const float* rows, std::size_t count, std::size_t stride,
+                                        float* out) {
   const hn::FixedTag<float, 4> d;
   for (std::size_t r = 0; r < stride; r += 4) {
     const std::size_t have = r < count ? count - r : 0;
@@ -158,8 +159,8 @@ HWY_INLINE void weight_rows(const float* g, const float* x, std::size_t stride, 
 
 // Adds one tile's gradients of a layer: g (outputs, kTile), x (inputs, kTile). `turned`: scratch (kTile,
 // stride).
-HWY_INLINE void layer_gradients(const float* g, const float* x, const DenseLayer& layer,
-                                const PartialLayer& to, float* partial, float* turned) {
+HWY_NOINLINE inline void layer_gradients(const float* g, const float* x, const DenseLayer& layer,
+                                         const PartialLayer& to, float* partial, float* turned) {
   transpose_tile(x, std::size_t(layer.inputs), to.stride, turned);
   float* dw = partial + to.weights;
   std::size_t o = 0, outputs = std::size_t(layer.outputs);
@@ -177,8 +178,9 @@ HWY_INLINE void layer_gradients(const float* g, const float* x, const DenseLayer
 }
 
 // hidden[l] (width, kTile) receives the ReLU outputs, `out` the first `outputs` of the linear output layer's.
-HWY_INLINE void network_forward(const float* parameters, const std::vector<DenseLayer>& layers,
-                                const float* in, float* const* hidden, std::size_t outputs, float* out) {
+HWY_NOINLINE inline void network_forward(const float* parameters, const std::vector<DenseLayer>& layers,
+                                         const float* in, float* const* hidden, std::size_t outputs,
+                                         float* out) {
   for (std::size_t l = 0; l < layers.size(); ++l) {
     const DenseLayer& layer = layers[l];
     const MatrixView w{parameters + layer.weights, std::size_t(layer.inputs), 1};
@@ -194,10 +196,11 @@ HWY_INLINE void network_forward(const float* parameters, const std::vector<Dense
 
 // From g, the gradient of the output, adds all layers' gradients; returns the gradient of the first layer's
 // sums. `below`: two scratch tiles of hidden width.
-HWY_INLINE const float* network_backward(const float* parameters, const std::vector<DenseLayer>& layers,
-                                         const float* in, float* const* hidden, const float* g,
-                                         float* const* below, const std::vector<PartialLayer>& to,
-                                         float* partial, float* turned) {
+HWY_NOINLINE inline const float* network_backward(const float* parameters,
+                                                  const std::vector<DenseLayer>& layers, const float* in,
+                                                  float* const* hidden, const float* g, float* const* below,
+                                                  const std::vector<PartialLayer>& to, float* partial,
+                                                  float* turned) {
   for (std::size_t l = layers.size(); l-- > 0;) {
     const DenseLayer& layer = layers[l];
     layer_gradients(g, l == 0 ? in : hidden[l - 1], layer, to[l], partial, turned);
@@ -212,8 +215,8 @@ HWY_INLINE const float* network_backward(const float* parameters, const std::vec
 
 // Rows [first, first + count) of the gradient of a network's input, from network_backward's result.
 template <Finish kFinish>
-HWY_INLINE void input_gradient(const float* parameters, const DenseLayer& layer, const float* g,
-                               std::size_t first, std::size_t count, float* out) {
+inline void input_gradient(const float* parameters, const DenseLayer& layer, const float* g,
+                           std::size_t first, std::size_t count, float* out) {
   const MatrixView transposed{parameters + layer.weights + first, 1, std::size_t(layer.inputs)};
   dense<kFinish>(transposed, nullptr, g, layer.outputs, count, nullptr, out);
 }
