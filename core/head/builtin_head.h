@@ -5,7 +5,7 @@
 
 namespace likeness {
 
-// Deterministic; built once per call in well under a second.
+// Deterministic; built anew at every call, in about half a second: keep the result.
 HeadModel make_builtin_head();
 
 }  // namespace likeness
