@@ -156,7 +156,7 @@ void first_part(const Cast& cast, const Moment& m, std::uint32_t seed) {
   cast.both("cheekSquint", 0.6 * smile);
   cast.both("eyeSquint", 0.35 * smile);
   cast.both("mouthUpperUp", 0.3 * smile);
-  cast.act("jawOpen", 0.10 * smile + 0.62 * wide);
+  cast.act("jawOpen", 0.10 * smile + 0.46 * wide);
   talk(cast, swell(p, 0.28, 0.56), p * 13, seed + std::uint32_t(m.cycle));
   const double brows = swell(p, 0.52, 0.72);
   cast.both("browInnerUp", 0.8 * brows);
@@ -177,7 +177,7 @@ void second_part(const Cast& cast, const Moment& m, std::uint32_t seed) {
   cast.both("mouthLowerDown", 0.3 * grin);
   cast.both("cheekSquint", 0.7 * grin + 0.3 * smile);
   cast.both("eyeSquint", 0.45 * grin);
-  cast.act("jawOpen", 0.12 * grin + 0.5 * swell(p, 0.25, 0.34));
+  cast.act("jawOpen", 0.12 * grin + 0.42 * swell(p, 0.25, 0.34));
   cast.both("mouthFrown", 0.6 * frown);
   cast.both("browDown", 0.8 * frown + 0.4 * swell(p, 0.40, 0.5));
   const double brows = std::max(swell(p, 0.08, 0.2), swell(p, 0.72, 0.84));

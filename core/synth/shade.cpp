@@ -72,7 +72,7 @@ LightRig make_light_rig() {
   // World: the head at the origin looks along +z. The subject's left is +x.
   rig.key = {Vec3f(0.82f, 0.80f, 1.50f), Vec3f(0.46f, 0, -0.26f), Vec3f(0.17f, 0.47f, 0.21f),
              Vec3f(12.0f, 11.3f, 10.3f)};
-  rig.fill = {Vec3f(-1.5f, 0.35f, 1.1f), Vec3f(0.30f, 0, 0.42f), Vec3f(0, 0.5f, 0), Vec3f(2.6f, 2.85f, 3.2f)};
+  rig.fill = {Vec3f(-1.5f, 0.35f, 1.1f), Vec3f(0.30f, 0, 0.42f), Vec3f(0, 0.5f, 0), Vec3f(3.1f, 3.3f, 3.6f)};
   rig.rim = {Vec3f(-0.75f, 0.85f, -1.0f), Vec3f(0.25f, 0, -0.2f), Vec3f(0.1f, 0.25f, 0.15f),
              Vec3f(5.4f, 5.7f, 6.3f)};
   for (AreaLight* light : {&rig.key, &rig.fill, &rig.rim}) {
