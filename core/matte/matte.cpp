@@ -424,7 +424,11 @@ Result<MatteResult> matte_clip(const fs::path& folder, const Capture& capture, c
                       options.size,
                       std::min(options.size, kCutSide),
                       stop};
-    return run(stage, progress);
+    auto result = run(stage, progress);
+    std::error_code ignored;
+    for (const char* unfinished : {"masks.part", "regions.part"})
+      fs::remove_all(folder / unfinished, ignored);
+    return result;
   } catch (const cv::Exception& fault) {
     return Error{ErrorCode::failed, fmt::format("The mattes could not be made: {}.", fault.what()),
                  "Free some memory and run the same command again.", folder.string()};

@@ -283,6 +283,7 @@ TEST(MatteClip, StoppedMidwayLeavesTheOldMasksAsTheyWere) {
   EXPECT_EQ(result.error().code, ErrorCode::cancelled);
   EXPECT_EQ(bytes_of(scene.folder / "masks" / "000000.png"), "old");
   EXPECT_FALSE(fs::exists(scene.folder / "plate.png"));
+  EXPECT_FALSE(fs::exists(scene.folder / "masks.part"));
 }
 
 TEST(MatteClip, AMissingFrameIsAnErrorThatNamesTheFile) {
