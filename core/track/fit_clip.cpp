@@ -117,7 +117,7 @@ void start_clip(const ReducedHead& head, const Eigen::VectorXd& identity, const 
   });
 }
 
-Result<Eigen::VectorXd> fit_identity(const ReducedHead& head, const ExpressionPrior& prior,
+Result<Eigen::VectorXd> fit_identity(const ReducedHead& head, const ExpressionPrior& usual_prior,
                                      const ClipFitOptions& options, const Eigen::VectorXd& start,
                                      std::vector<FaceFrame>& frames, const Progress& progress,
                                      std::stop_token stop) {
@@ -130,6 +130,8 @@ Result<Eigen::VectorXd> fit_identity(const ReducedHead& head, const ExpressionPr
     frame_options.free_pose = !frames[chosen[f]].pose_given;
     return frame_options;
   };
+  ExpressionPrior prior = usual_prior;
+  prior.weight *= options.joint_expression;
   Eigen::VectorXd identity = start;
   JointSystem joint;
   joint.frames.resize(n), joint.gain.resize(n), joint.offset.resize(n);
@@ -223,20 +225,6 @@ Result<void> fit_states(const ReducedHead& head, const Eigen::VectorXd& identity
   if (stop.stop_requested()) return cancelled_error();
   progress.report(1);
   return {};
-}
-
-Eigen::VectorXd resting_expression(const ReducedHead& head, const std::vector<FaceFrame>& frames) {
-  Eigen::VectorXd rest = Eigen::VectorXd::Zero(head.expression_count());
-  std::vector<double> values;
-  for (int e = 0; e < rest.size(); ++e) {
-    values.clear();
-    for (const FaceFrame& f : frames)
-      if (f.seen && !f.held_out) values.push_back(f.state.expression[e]);
-    if (values.empty()) continue;
-    std::nth_element(values.begin(), values.begin() + values.size() / 4, values.end());
-    rest[e] = values[values.size() / 4];
-  }
-  return rest;
 }
 
 }  // namespace likeness

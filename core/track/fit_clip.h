@@ -26,6 +26,8 @@ struct ClipFitOptions {
   int identity_frames = 100;  // at most this many, spread evenly; cost of the identity fit is linear in it
   double identity_weight =
       6;  // prior per standard deviation at 100 frames, grows with the root of the frames
+  double joint_expression = 2.5;  // times the expression prior while the identity is fitted: what a face
+                                  // shows in every frame is its shape, no constant expression
   double expression_change = 4;  // first difference, per unit
   double turn_change = 60;       // second difference, per rad
   double shift_change = 150;     // second difference, per m
@@ -47,8 +49,5 @@ Result<Eigen::VectorXd> fit_identity(const ReducedHead& head, const ExpressionPr
 Result<void> fit_states(const ReducedHead& head, const Eigen::VectorXd& identity,
                         const ExpressionPrior& prior, const ClipFitOptions& options,
                         std::vector<FaceFrame>& frames, const Progress& progress, std::stop_token stop);
-
-// What the face shows at rest in the training frames: per shape the value a quarter of them stay below.
-Eigen::VectorXd resting_expression(const ReducedHead& head, const std::vector<FaceFrame>& frames);
 
 }  // namespace likeness

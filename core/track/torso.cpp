@@ -18,6 +18,7 @@ constexpr double kBend = 1.75;          // 1/m, shoulders lie this much behind
 constexpr double kHalfWidth = 0.24;     // m of body used each side
 constexpr double kNeckHalf = 0.085;     // m, the neck moves with the head and is left out
 constexpr double kBelowChin = 0.065;    // m, where shoulders may begin
+constexpr double kLowest = 0.36;        // m below the chin: further down are hands and desks
 constexpr double kNeckBelow = 0.12;     // m, where the neck ends
 constexpr double kHuber = 12;           // grey levels
 constexpr double kNoise = 4;            // grey levels
@@ -94,7 +95,8 @@ Template make_template(const TorsoFrame& f, const Vec3d& chin) {
         const Vec2d px((x + 0.5) / level.scale, (y + 0.5) / level.scale);
         const Vec3d ray = ray_direction(f.intrinsics, px);
         const double side = ray.x() * z0 - x0, down = ray.y() * z0 - chin_y;
-        if (std::abs(side) > kHalfWidth || down < (std::abs(side) < kNeckHalf ? kNeckBelow : kBelowChin))
+        if (std::abs(side) > kHalfWidth || down > kLowest ||
+            down < (std::abs(side) < kNeckHalf ? kNeckBelow : kBelowChin))
           continue;
         pixels.push_back({world_from_cam * (ray * (z0 + kBend * side * side)), level.at(x, y)});
       }

@@ -2,6 +2,7 @@
 #include "core/track/track.h"
 
 #include <algorithm>
+#include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "core/base/files.h"
@@ -127,6 +128,16 @@ Result<void> write_track(const std::filesystem::path& path, const Track& track) 
                      {"identity", vector_json(track.identity)},
                      {"has_torso", track.has_torso},
                      {"metres_per_unit", track.metres_per_unit}};
+  for (const TrackedFrame& f : track.frames) {
+    bool finite = f.world_from_head.matrix().allFinite() && f.world_from_torso.matrix().allFinite() &&
+                  f.articulation.expression.allFinite() && std::isfinite(f.inner_error_px) &&
+                  std::isfinite(f.time_s);
+    for (const Vec2d& p : f.landmarks) finite = finite && p.allFinite();
+    if (!finite)
+      return Error{ErrorCode::failed,
+                   "Frame " + std::to_string(f.frame) + " of the track holds no finite numbers.",
+                   "Run the fit again; if it fails again, leave this frame out.", path.string()};
+  }
   // One line a frame: readable, and a difference between two tracks shows the frames that differ.
   std::string text;
   try {

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <random>
 
@@ -45,8 +46,10 @@ Scene make_scene(int frame_count, double noise_px) {
         Vec3d(normal(random), normal(random), std::abs(normal(random)) + 0.4).normalized();
     const Vec3d point = direction.cwiseProduct(Vec3d(0.075, 0.11, 0.1));
     const bool stuck = t % 12 == 0;
-    const int from = static_cast<int>(random() % static_cast<unsigned>(frame_count - 30));
-    const int to = std::min(frame_count, from + 30 + static_cast<int>(random() % 60));
+    // Some run past either end, so that every frame sees enough of them.
+    const int start = static_cast<int>(random() % static_cast<unsigned>(frame_count + 30)) - 40;
+    const int from = std::max(0, start),
+              to = std::clamp(start + 50 + static_cast<int>(random() % 50), from + 12, frame_count);
     BundleTrack track;
     track.point = point + 0.006 * Vec3d(normal(random), normal(random), normal(random));
     for (int i = from; i < to; ++i) {
