@@ -43,7 +43,7 @@ bool same_view(const Camera& a, const Camera& b) {
 }
 
 float pixel_on_face(const DemoOptions& options) {
-  return float(0.62 / (1.5 * std::min(options.width, options.height)));
+  return float(0.57 / (1.35 * std::min(options.width, options.height)));
 }
 
 }  // namespace

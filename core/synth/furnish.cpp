@@ -140,6 +140,36 @@ void desk(Builder& b, float floor) {
         Vec3f::Ones(), Vec3f(0.2f, 0.2f, 0.2f), 0.2f);
 }
 
+// Paper lanterns on strings and a tower of boxes between the person and the walls: without things at many
+// depths the room is two planes, and structure from motion bends.
+void hang_lanterns(Builder& b, float ceiling) {
+  const RoomPaint paints[] = {RoomPaint::poster, RoomPaint::cloth, RoomPaint::poster, RoomPaint::landscape};
+  for (int i = 0; i < 18; ++i) {
+    const float share = (float(i) + 0.5f) / 18;
+    const float x = -1.25f + 2.6f * share + b.random.between(-0.05f, 0.05f);
+    const float z = -0.55f - 0.85f * hash_unit(std::uint32_t(i) * 3 + 1),
+                y = 0.02f + 0.55f * hash_unit(std::uint32_t(i) * 7 + 2);
+    const float size = b.random.between(0.09f, 0.15f), turn = b.random.between(-0.7f, 0.7f);
+    const RoomPaint paint = paints[b.random.below(4)];
+    const Vec3f colour = paint == RoomPaint::cloth ? Vec3f(kSpines[b.random.below(9)]) : Vec3f(Vec3f::Ones());
+    b.box({x - 0.5f * size, y, z - 0.5f * size}, {size, size * b.random.between(1.0f, 1.5f), size}, paint,
+          colour, paint, colour, Vec3f(0.75f, 0.70f, 0.60f), turn);
+    b.plain_box({x - 0.0015f, y + size, z - 0.0015f}, {0.003f, ceiling - y - size, 0.003f}, RoomPaint::plain,
+                Vec3f(0.2f, 0.18f, 0.15f));
+  }
+}
+
+void stack_boxes(Builder& b, float x, float z, float floor, float top) {
+  for (float y = floor; y < top;) {
+    const float height = b.random.between(0.14f, 0.26f), width = b.random.between(0.26f, 0.40f);
+    const RoomPaint paint = b.random.unit() < 0.6f ? RoomPaint::poster : RoomPaint::cloth;
+    const Vec3f colour = paint == RoomPaint::poster ? Vec3f(Vec3f::Ones()) : kSpines[b.random.below(9)];
+    b.box({x - 0.5f * width, y, z - 0.5f * width}, {width, height, width}, paint, colour, paint, colour,
+          Vec3f(0.7f, 0.62f, 0.5f), b.random.between(-0.4f, 0.4f));
+    y += height;
+  }
+}
+
 }  // namespace
 
 std::vector<RoomPatch> furnish_room(std::uint32_t seed) {
@@ -193,6 +223,10 @@ std::vector<RoomPatch> furnish_room(std::uint32_t seed) {
         RoomPaint::poster, Vec3f::Ones(), Vec3f(0.8f, 0.75f, 0.6f), 0.3f);
   b.box({0.95f, floor, -0.95f}, {0.62f, 0.98f, 0.16f}, RoomPaint::cloth, Vec3f(0.34f, 0.30f, 0.10f),
         RoomPaint::cloth, Vec3f(0.34f, 0.30f, 0.10f), Vec3f(0.55f, 0.48f, 0.30f), -0.35f);
+  hang_lanterns(b, ceiling);
+  stack_boxes(b, -0.98f, -0.72f, floor, -0.02f);
+  stack_boxes(b, 0.78f, -0.62f, floor, -0.12f);
+  stack_boxes(b, 1.5f, -0.75f, floor, 0.10f);
   return std::move(b.patches);
 }
 

@@ -71,10 +71,10 @@ Camera film(const DemoOptions& options, const Moment& moment, const Vec3d& face,
   Intrinsics& k = camera.intrinsics;
   k.width = options.width;
   k.height = options.height;
-  k.fx = k.fy = 1.5 * std::min(options.width, options.height);
+  k.fx = k.fy = 1.35 * std::min(options.width, options.height);
   k.cx = 0.5 * options.width;
   k.cy = 0.5 * options.height;
-  double yaw = 0, pitch = 0, distance = 0.66, roll = 0;
+  double yaw = 0, pitch = 0, distance = 0.62, roll = 0;
   Vec3d aim = face + Vec3d(0, -0.035, -0.03);
   if (moment.resting_head) {
     // From the subject's right round to the left and back to the front, rising and sinking, nearer and
@@ -83,7 +83,7 @@ Camera film(const DemoOptions& options, const Moment& moment, const Vec3d& face,
     const double sweep =
         u < 0.62 ? -std::cos(std::numbers::pi * u / 0.62) : std::cos(std::numbers::pi * (u - 0.62) / 0.76);
     yaw = 33 * kDegree * sweep * settle;
-    pitch = 9 * kDegree * std::sin(kTurn * (1.6 * u + 0.08)) * settle;
+    pitch = 11 * kDegree * std::sin(kTurn * (1.6 * u + 0.08)) * settle;
     distance += (0.06 * std::sin(kTurn * 1.15 * u + 0.5)) * settle;
     roll = 2.0 * kDegree * std::sin(kTurn * 1.3 * u) * settle;
     aim += Vec3d(0.012 * std::sin(kTurn * 1.7 * u), 0.01 * std::sin(kTurn * 2.1 * u + 1), 0) * settle;

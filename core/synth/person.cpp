@@ -318,6 +318,8 @@ Vec3f Person::Impl::shade_body(int triangle, const Vec3f& b, const Vec3f& to_eye
       const float hairy = smoothstep(-0.003f, 0.006f, inside_hairline(landmarks, rest_point)) *
                           (std::abs(rest_point.x()) > 0.078f ? 0.0f : 1.0f);
       s.albedo = mix(s.albedo, Vec3f(0.040f, 0.024f, 0.015f), 0.88f * hairy);
+      s.roughness = mix(s.roughness, 0.9f, hairy);
+      s.f0 = mix(s.f0, 0.004f, hairy);
     }
   }
   if (normal.dot(to_eye) < 0.03f) normal = (normal + (0.05f - normal.dot(to_eye)) * to_eye).normalized();

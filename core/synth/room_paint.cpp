@@ -24,7 +24,21 @@ Vec3f palette(std::uint32_t h) {
 Vec3f paint_plaster(const RoomPatch& p, const Vec3f& m) {
   const float broad = fractal_noise(m * 2.2f, 3, p.seed), fine = fractal_noise(m * 38.0f, 3, p.seed + 9);
   const float blots = smoothstep(0.22f, 0.5f, noise(m * 14.0f, p.seed + 21));
-  return p.colour * (1 + 0.10f * broad + 0.10f * fine - 0.10f * blots);
+  Vec3f c = p.colour * (1 + 0.10f * broad + 0.12f * fine - 0.10f * blots);
+  // Hand-stamped leaves, no two alike.
+  const float cell = 0.085f;
+  const int x = int(std::floor(m.x() / cell)), y = int(std::floor(m.y() / cell));
+  if (hash_unit(x, y, 1, p.seed) < 0.7f) {
+    const float dx = m.x() / cell - float(x) - 0.3f - 0.4f * hash_unit(x, y, 2, p.seed);
+    const float dy = m.y() / cell - float(y) - 0.3f - 0.4f * hash_unit(x, y, 3, p.seed);
+    const float angle = 6.2831853f * hash_unit(x, y, 4, p.seed),
+                size = 0.14f + 0.12f * hash_unit(x, y, 5, p.seed);
+    const float a = std::cos(angle) * dx + std::sin(angle) * dy,
+                b = -std::sin(angle) * dx + std::cos(angle) * dy;
+    const float leaf = a * a / (size * size) + b * b / (0.16f * size * size);
+    if (leaf < 1 && std::abs(b) > 0.008f) c *= hash_unit(x, y, 6, p.seed) < 0.5f ? 0.55f : 1.45f;
+  }
+  return c;
 }
 
 Vec3f paint_brick(const RoomPatch& p, const Vec3f& m) {
