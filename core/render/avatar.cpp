@@ -20,7 +20,8 @@ Eigen::VectorXf condition(const ConditionMap& map, const Articulation& articulat
   LIKENESS_CHECK(map.mean.size() == articulation.expression.size() + 9,
                  "condition of %ld entries for %ld expressions", long(map.mean.size()),
                  long(articulation.expression.size()));
-  return map.rows * (articulation_vector(articulation) - map.mean);
+  const Eigen::VectorXf psi = map.rows * (articulation_vector(articulation) - map.mean);
+  return psi.cwiseMax(map.low).cwiseMin(map.high);
 }
 
 OccupancyGrid make_occupancy(int resolution, bool filled) {

@@ -15,12 +15,14 @@
 
 namespace likeness {
 
-// psi = rows * ([expression (E), jaw (3), left eye (3), right eye (3)] - mean): the low-dimensional condition
-// of the ambient slice, learnt from the training track (principal components weighted by the vertex motion
-// they cause).
+// psi = clamp(rows * ([expression (E), jaw (3), left eye (3), right eye (3)] - mean), low, high): the
+// low-dimensional condition of the ambient slice, learnt from the training track (principal components
+// weighted by the vertex motion they cause). The bounds are what training saw: beyond them the field has
+// learnt nothing.
 struct ConditionMap {
-  Eigen::VectorXf mean;  // (E + 9)
-  Eigen::MatrixXf rows;  // (K, E + 9)
+  Eigen::VectorXf mean;       // (E + 9)
+  Eigen::MatrixXf rows;       // (K, E + 9)
+  Eigen::VectorXf low, high;  // (K)
 };
 Eigen::VectorXf articulation_vector(const Articulation& articulation);  // (E + 9), in the order above
 Eigen::VectorXf condition(const ConditionMap& map, const Articulation& articulation);

@@ -214,6 +214,10 @@ Avatar avatar_from(const Sections& sections) {
   if (rows.size() != k * a.condition.mean.size()) throw Bad{"the condition map does not fit the field"};
   a.condition.rows = Eigen::Map<const Eigen::Matrix<float, -1, -1, Eigen::RowMajor>>(rows.data(), k,
                                                                                      a.condition.mean.size());
+  a.condition.low = vector_from_json(j.at("condition_low"), "condition range");
+  a.condition.high = vector_from_json(j.at("condition_high"), "condition range");
+  if (a.condition.low.size() != k || a.condition.high.size() != k)
+    throw Bad{"the range of the condition does not fit the field"};
   a.identity = vector_from_json(j.at("identity"), "identity");
   a.head_model_name = j.at("head_model_name").get<std::string>();
   a.head_model_hash = j.at("head_model_hash").get<std::string>();
@@ -250,6 +254,8 @@ Result<void> write_avatar(const std::filesystem::path& path, const Avatar& avata
             {"torso", avatar.torso ? part_to_json(*avatar.torso) : json()},
             {"condition_mean", vector_to_json(avatar.condition.mean)},
             {"condition_rows", vector_to_json(Eigen::Map<const Eigen::VectorXf>(rows.data(), rows.size()))},
+            {"condition_low", vector_to_json(avatar.condition.low)},
+            {"condition_high", vector_to_json(avatar.condition.high)},
             {"identity", vector_to_json(avatar.identity)},
             {"head_model_name", avatar.head_model_name},
             {"head_model_hash", avatar.head_model_hash},

@@ -14,6 +14,7 @@ constexpr double kFirstDeviation = 0.5;
 constexpr double kSmallestMotion = 1e-5;  // m, rms over the face's vertices
 constexpr double kSmallestGaze = 0.01;    // rad
 constexpr double kGazeScale = 1.5;        // psi per rad
+constexpr float kBeyond = 0.1f;
 
 bool shows_expression(HeadPart part) {
   return part == HeadPart::face || part == HeadPart::teeth || part == HeadPart::gums_tongue ||
@@ -90,6 +91,14 @@ ConditionMap learn_condition_map(const HeadModel& model, const HeadShape& shape,
   map.rows.resize(Eigen::Index(rows.size()), n);
   for (std::size_t k = 0; k < rows.size(); ++k)
     map.rows.row(Eigen::Index(k)) = rows[k].cast<float>().transpose();
+  // -- Bounds: the extremes seen, and a tenth of their distance more.
+  const Eigen::MatrixXf psi = data.cast<float>() * map.rows.transpose();
+  map.low = map.high = Eigen::VectorXf::Zero(map.rows.rows());
+  if (psi.rows() > 0 && psi.cols() > 0) {
+    const Eigen::VectorXf least = psi.colwise().minCoeff(), most = psi.colwise().maxCoeff();
+    map.low = least - kBeyond * (most - least);
+    map.high = most + kBeyond * (most - least);
+  }
   return map;
 }
 

@@ -17,7 +17,7 @@ struct ConditionOptions {
 // Principal components in the metric of the vertex motion that the articulation causes on the face, so that
 // coefficients which cancel on the mesh cancel in psi. Plain, not whitened: the first component has standard
 // deviation 0.5, the others keep their proportion. Components without motion are left out, so psi may be
-// empty.
+// empty. Clamped to the range that the articulations span.
 ConditionMap learn_condition_map(const HeadModel& model, const HeadShape& shape,
                                  std::span<const Articulation> articulations,
                                  const ConditionOptions& options = {});

@@ -10,7 +10,7 @@
 namespace likeness {
 namespace {
 
-constexpr float kFaceShare = 0.25f, kPersonShare = 0.5f, kRandomBackgroundShare = 1.f / 6;
+constexpr float kFaceShare = 0.25f, kPersonShare = 0.5f, kRandomBackgroundShare = 1.f / 3;
 constexpr int kTries = 8;
 
 struct Pixel {

@@ -28,7 +28,7 @@ RaySource make_ray_source(const TrainingSet& set, const HeadShape& shape, const 
                           const FieldCube* torso);
 
 // Views in turn; a quarter of the rays in the face's box, half on the person, the rest anywhere, all but a
-// few where an occupied cell can be seen. A sixth of the rays with a matte get a random background, so that
+// few where an occupied cell can be seen. A third of the rays with a matte get a random background, so that
 // the person does not borrow the plate's colour. Every number depends only on seed, step and the ray's index.
 void choose_rays(const RaySource& source, const MarchVolumes& volumes, bool drop_codes, std::uint64_t seed,
                  std::uint64_t step, int count, RayBatch& batch);

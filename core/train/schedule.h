@@ -16,7 +16,7 @@ struct Schedule {
 };
 
 inline constexpr double kFlatShare = 0.35, kSettleShare = 0.28, kFinalRate = 0.02;
-inline constexpr std::uint64_t kWarmupSteps = 40;
+inline constexpr std::uint64_t kWarmupSteps = 10;
 
 // Factor on the learning rates at a step: linear warm-up, flat, then a half cosine down to kFinalRate.
 double learning_rate(std::uint64_t step, const Schedule& schedule);

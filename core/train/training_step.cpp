@@ -6,6 +6,7 @@
 
 #include "core/base/parallel.h"
 #include "core/render/composite.h"
+#include "core/train/random_stream.h"
 
 namespace likeness {
 namespace {
@@ -13,10 +14,13 @@ namespace {
 constexpr int kMaxSamples = 16, kCodeLength = 4;
 constexpr std::uint64_t kFirstRefresh = 128, kRefreshEvery = 16;
 constexpr float kTableRate = 1e-2f, kNetworkRate = 3e-3f, kCodeRate = 1e-3f;
-constexpr float kCodePenalty = 1e-4f;  // weight of the codes' mean square in the loss
+constexpr float kConditionBlur = 0.2f;  // largest shift of psi, in deviations of each component
+constexpr float kInitialDensity = 4;    // per cube side: a haze, so that the first gradients see every depth
+constexpr float kCodePenalty = 1e-4f;   // weight of the codes' mean square in the loss
 
 FieldConfig head_config(int conditions, const TrainOptions& options) {
   FieldConfig config;
+  config.initial_density = kInitialDensity;
   config.position = {3, 8, 4, 16, 16, 512};
   config.condition_count = conditions;
   config.ambient = options.use_ambient;
@@ -28,6 +32,7 @@ FieldConfig head_config(int conditions, const TrainOptions& options) {
 
 FieldConfig torso_config() {
   FieldConfig config;
+  config.initial_density = kInitialDensity;
   config.position = {3, 8, 4, 15, 16, 384};
   config.density_width = 32, config.density_layers = 1;
   config.colour_width = 32, config.colour_layers = 1;
@@ -121,6 +126,17 @@ void refresh(TrainedField& field, const TrainingState& state, std::size_t views,
   field.part.occupancy = occupancy_bits(field.learnt, field.volume);
 }
 
+// Rays without a code also see their expression a little off, so that the slice is smooth between the frames.
+void blur_conditions(TrainingState& state, std::size_t views, std::uint64_t seed) {
+  const std::size_t half = state.conditions.size() / 2, k = views == 0 ? 0 : half / views;
+  for (std::size_t v = 0; v < views && k > 0; ++v) {
+    RandomStream random(seed ^ 0x9517ull, state.step, v);
+    for (std::size_t i = v * k; i < (v + 1) * k; ++i)
+      state.conditions[half + i] =
+          state.conditions[i] + kConditionBlur * state.deviations[i % k] * (2 * random.uniform() - 1);
+  }
+}
+
 }  // namespace
 
 TrainingState make_training_state(const TrainingSet& set, const TrainOptions& options,
@@ -139,6 +155,10 @@ TrainingState make_training_state(const TrainingSet& set, const TrainOptions& op
     for (const std::size_t row : {v, v + views})
       std::copy(psi.begin(), psi.end(), state.conditions.begin() + std::ptrdiff_t(row * std::size_t(k)));
   }
+  state.deviations.assign(std::size_t(k), 0.f);
+  for (std::size_t i = 0; i < views * std::size_t(k); ++i)
+    state.deviations[i % std::size_t(k)] += state.conditions[i] * state.conditions[i] / float(views);
+  for (float& deviation : state.deviations) deviation = std::sqrt(deviation);
   state.schedule.total_steps = options.steps;
   state.schedule.budget_s = options.steps > 0 ? 0 : options.budget_s;
   return state;
@@ -149,6 +169,7 @@ StepResult training_step(TrainingState& state, const RaySource& source, const St
   std::array<TrainedField*, 2> fields = {&state.head, state.torso ? &*state.torso : nullptr};
 
   // -- Rays and their samples.
+  blur_conditions(state, views, options.seed);
   MarchVolumes volumes = march_volumes(state.head.part, state.torso ? &state.torso->part : nullptr);
   volumes.max_samples = kMaxSamples;
   choose_rays(source, volumes, options.use_latent, options.seed, state.step, options.rays, state.rays);

@@ -35,7 +35,8 @@ struct TrainingState {
   std::vector<float>
       codes;  // (2 views, L): the views' latent codes, then as many zero rows for dropped codes
   ArrayAdamState codes_adam;      // of the first half
-  std::vector<float> conditions;  // (2 views, K), the second half repeats the first
+  std::vector<float> conditions;  // (2 views, K), the second half repeats the first, blurred in each step
+  std::vector<float> deviations;  // (K) of psi over the views
   std::uint64_t step = 0;
   double seconds = 0;  // spent in training so far, earlier runs included
   Schedule schedule;

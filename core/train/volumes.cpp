@@ -13,9 +13,9 @@ namespace {
 
 constexpr int kChin = 8, kRightEar = 0, kLeftEar = 16, kRightBrow = 19, kLeftBrow = 24, kNoseBase = 33;
 constexpr int kCarveViews = 64, kPoses = 12;
-constexpr float kNeckLength = 0.055f;  // m from the chin down to where the torso field takes over alone
+constexpr float kNeckLength = 0.045f;  // m from the chin down to where the torso field takes over alone
 constexpr float kMouthMargin = 0.008f;
-constexpr float kWall = 0.010f;  // m: balls of this radius on the skin close it against the flood
+constexpr float kSpacing = 0.005f;  // m between points of the skin
 
 // Shares of the views that must see a cell inside the person: hair, skin envelope (parts of it show only in a
 // few expressions), torso.
@@ -90,6 +90,11 @@ float hairiness(const Marks& marks, const Vec3f& p) {
   return std::max(above, behind) * height;
 }
 
+// Busts flare out below the neck; what is there belongs to the torso.
+bool on_shoulder(const Marks& marks, const Vec3f& p) {
+  return p.y() < marks.chin - 0.02f && Vec3f(p.x(), 0, p.z() - marks.ear_z).norm() > 0.08f;
+}
+
 // Neutral, the widest jaw a slider can ask for, and poses of the training track.
 std::vector<Articulation> envelope_poses(const TrainingSet& set) {
   std::vector<Articulation> poses{neutral_articulation(set.model)};
@@ -109,6 +114,21 @@ std::vector<Articulation> envelope_poses(const TrainingSet& set) {
   return poses;
 }
 
+// Points all over the skin: scalps are often coarse meshes.
+std::vector<Vec3f> surface_points(const HeadModel& model, const std::vector<Vec3f>& posed) {
+  std::vector<Vec3f> points;
+  for (const Triangle& t : model.triangles) {
+    if (!is_skin(model, std::size_t(t[0]))) continue;
+    const Vec3f a = posed[std::size_t(t[0])], ab = posed[std::size_t(t[1])] - a,
+                ac = posed[std::size_t(t[2])] - a;
+    const float longest = std::max({ab.norm(), ac.norm(), (ab - ac).norm()});
+    const int n = std::clamp(int(std::ceil(longest / kSpacing)), 1, 64);
+    for (int i = 0; i <= n; ++i)
+      for (int j = 0; i + j <= n; ++j) points.push_back(a + (float(i) * ab + float(j) * ac) / float(n));
+  }
+  return points;
+}
+
 struct HeadBalls {
   std::vector<Ball> hair, skin, mouth, wall, near;
 };
@@ -123,7 +143,7 @@ HeadBalls head_balls(const TrainingSet& set, const HeadShape& shape, const Marks
   for (std::size_t i = 0; i < poses.size(); ++i) {
     const std::vector<Vec3f> posed = pose_head(set.model, shape, poses[i]);
     for (std::size_t v = 0; v < posed.size(); ++v) {
-      if (posed[v].y() < marks.base - 0.03f) continue;
+      if (posed[v].y() < marks.base - 0.03f || on_shoulder(marks, posed[v])) continue;
       if (is_mouth(set.model, v)) balls.mouth.push_back({posed[v], kMouthMargin});
       if (!is_skin(set.model, v)) {
         balls.near.push_back({posed[v], options.core_depth});
@@ -132,26 +152,22 @@ HeadBalls head_balls(const TrainingSet& set, const HeadShape& shape, const Marks
       balls.near.push_back({posed[v], options.core_depth});
       balls.skin.push_back({posed[v], options.skin_margin});
       if (i > 0) continue;
-      balls.wall.push_back({posed[v], kWall});
       const float hair = hairiness(marks, posed[v]);
       if (hair > 0)
         balls.hair.push_back(
             {posed[v], options.skin_margin + hair * (options.hair_margin - options.skin_margin)});
     }
-    if (i == 0)  // coarse meshes: their faces' centres close the gaps between vertices
-      for (const Triangle& t : set.model.triangles) {
-        if (!is_skin(set.model, std::size_t(t[0]))) continue;
-        const Vec3f centre =
-            (posed[std::size_t(t[0])] + posed[std::size_t(t[1])] + posed[std::size_t(t[2])]) / 3;
-        balls.wall.push_back({centre, kWall});
-        balls.near.push_back({centre, options.core_depth});
-        if (centre.y() > marks.base - 0.03f) balls.skin.push_back({centre, options.skin_margin});
-      }
     if (!has_mouth && i < 2) {
       const auto landmarks = landmark_positions(set.model, posed);
       for (int k = 60; k < 68; ++k)
         for (int back = 0; back < 3; ++back)
           balls.mouth.push_back({landmarks[std::size_t(k)] - Vec3f(0, 0, 0.01f * float(back)), 0.012f});
+    }
+    if (i > 0) continue;
+    for (const Vec3f& p : surface_points(set.model, posed)) {
+      // As thick as nothing deeper can be core anyway: open eyes, mouths and coarse scalps stay closed.
+      balls.wall.push_back({p, options.core_depth});
+      balls.near.push_back({p, options.core_depth});
     }
   }
   return balls;
@@ -225,8 +241,12 @@ Volume head_volume(const TrainingSet& set, const HeadShape& shape, const Marks& 
   const auto below = [&](int y) {
     return volume.cube.origin.y() + (float(y) + 0.5f) * volume.cube.side / float(n) < marks.base;
   };
+  // Busts are open below and often at the shoulders: the flood is kept above the chin.
+  const auto under_chin = [&](int y) {
+    return volume.cube.origin.y() + (float(y) + 0.5f) * volume.cube.side / float(n) < marks.chin;
+  };
   for (int z = 0; z < n; ++z)
-    for (int y = 0; y < n && below(y); ++y)
+    for (int y = 0; y < n && under_chin(y); ++y)
       for (int x = 0; x < n; ++x) wall[(std::size_t(z) * n + y) * n + x] = 1;
   const std::vector<std::uint8_t> enclosed = enclosed_cells(wall, n);
 
@@ -253,14 +273,13 @@ Volume head_volume(const TrainingSet& set, const HeadShape& shape, const Marks& 
   return volume;
 }
 
-// Elliptic neck that widens into shoulders; generous, the mattes carve it. p in the torso frame.
+// Flat elliptic cylinder below the chin; generous, since the reference head may lean against the shoulders:
+// the mattes carve it. p in the torso frame.
 bool in_body(const Marks& marks, float axis_z, const Vec3f& p) {
-  constexpr float kNeckRadius = 0.095f, kShoulder = 0.32f, kDepth = 0.13f;
-  const float drop = std::clamp((marks.base + 0.02f - p.y()) / 0.08f, 0.f, 1.f);  // 0 neck, 1 chest
+  constexpr float kHalfWidth = 0.34f, kNeckDepth = 0.085f, kChestDepth = 0.13f;
   if (p.y() > marks.chin - 0.02f) return false;
-  const float half_x = kNeckRadius + drop * (kShoulder - kNeckRadius);
-  const float half_z = 0.085f + drop * (kDepth - 0.085f);
-  const float x = p.x() / half_x, z = (p.z() - axis_z) / half_z;
+  const float drop = std::clamp((marks.base + 0.02f - p.y()) / 0.08f, 0.f, 1.f);  // 0 neck, 1 chest
+  const float x = p.x() / kHalfWidth, z = (p.z() - axis_z) / (kNeckDepth + drop * (kChestDepth - kNeckDepth));
   return x * x * x * x + z * z < 1;
 }
 

@@ -43,6 +43,8 @@ TEST_F(AvatarFile, RoundTripKeepsEverything) {
   EXPECT_EQ(a.torso->occupancy.bits, b.torso->occupancy.bits);
   EXPECT_EQ(a.condition.mean, b.condition.mean);
   EXPECT_EQ(a.condition.rows, b.condition.rows);
+  EXPECT_EQ(a.condition.low, b.condition.low);
+  EXPECT_EQ(a.condition.high, b.condition.high);
   EXPECT_EQ(a.identity, b.identity);
   EXPECT_EQ(a.head_model_hash, b.head_model_hash);
   EXPECT_EQ(a.neutral.expression, b.neutral.expression);
@@ -98,7 +100,9 @@ TEST_F(AvatarFile, ContentsThatLieAboutTheirSizeAreRefused) {
     EXPECT_TRUE(write_sections(path_, format, changed).ok());
     const auto read = read_avatar(path_);
     EXPECT_FALSE(read.ok()) << from << " -> " << to;
-    if (!read.ok()) EXPECT_FALSE(read.error().fix.empty());
+    if (!read.ok()) {
+      EXPECT_FALSE(read.error().fix.empty());
+    }
   };
   with_meta("\"slice_width\":8", "\"slice_width\":9");
   with_meta("\"slice_width\":8", "\"slice_width\":-8");

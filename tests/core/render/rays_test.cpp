@@ -80,7 +80,9 @@ TEST(PlaceSamples, AreSortedInsideTheirIntervalsAndCoverTheLength) {
     EXPECT_EQ(n, 16);
     float length = 0;
     for (int i = 0; i < n; ++i) {
-      if (i > 0) EXPECT_LE(samples[i - 1].t, samples[i].t);
+      if (i > 0) {
+        EXPECT_LE(samples[i - 1].t, samples[i].t);
+      }
       bool inside = false;
       for (const Interval& interval : samples[i].field == 0 ? head : torso)
         inside |= samples[i].t >= interval.near - 1e-5f && samples[i].t <= interval.far + 1e-5f;

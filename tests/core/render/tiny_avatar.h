@@ -30,6 +30,7 @@ inline Avatar tiny_avatar() {
   a.torso->occupancy = make_occupancy(8, true);
   a.condition.mean = Eigen::VectorXf::LinSpaced(11, -0.2f, 0.3f);
   a.condition.rows = Eigen::MatrixXf::Random(2, 11);
+  a.condition.low = Eigen::VectorXf::Constant(2, -2), a.condition.high = Eigen::VectorXf::Constant(2, 2);
   a.identity = Eigen::VectorXf::LinSpaced(4, -1, 1);
   a.head_model_name = "test head";
   a.head_model_hash = "0123";

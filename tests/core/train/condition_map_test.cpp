@@ -43,6 +43,18 @@ TEST(LearnConditionMap, FirstComponentHasDeviationOneHalfAndTheMeanIsZero) {
   EXPECT_NEAR(std::sqrt(squares / 200), 0.5, 1e-3);
 }
 
+TEST(LearnConditionMap, ClampsWhatTrainingNeverSaw) {
+  const HeadModel model = ball_head();
+  const auto list = random_articulations(1, 0.3f);
+  const auto map = learn_condition_map(model, shape_head(model, {}), list);
+  Articulation wild = list[0];
+  wild.expression *= 1000;
+  float most = 0;
+  for (const Articulation& a : list) most = std::max(most, std::abs(condition(map, a)[0]));
+  EXPECT_LT(std::abs(condition(map, wild)[0]), 1.5f * most);
+  EXPECT_GT(std::abs(condition(map, wild)[0]), 0.4f * most);
+}
+
 TEST(LearnConditionMap, AFaceThatNeverMovesHasNoCondition) {
   const HeadModel model = ball_head();
   const auto map = learn_condition_map(model, shape_head(model, {}), random_articulations(0, 0));

@@ -26,7 +26,9 @@ TEST(MakeVolumes, HeadHoldsNothingBelowTheNeckBase) {
   const Volumes volumes = make_volumes(set, shape);
   const float base = neck_base(set.model, shape);
   visit_cells(volumes.head, [&](int x, int y, int z, const Vec3f& p) {
-    if (volumes.head.allowed.occupied(x, y, z)) ASSERT_GE(p.y(), base);
+    if (volumes.head.allowed.occupied(x, y, z)) {
+      ASSERT_GE(p.y(), base);
+    }
   });
 }
 
@@ -40,7 +42,9 @@ TEST(MakeVolumes, TheSurfaceIsAllowedAndTheDeepInsideIsCore) {
     const float r = p.norm();
     if (p.y() > neck_base(set.model, shape) + 0.01f && std::abs(r - kBallRadius) < 0.005f)
       missing += !allowed;
-    if (inner) EXPECT_LT(r, kBallRadius - 0.012f);
+    if (inner) {
+      EXPECT_LT(r, kBallRadius - 0.012f);
+    }
     core += inner, both += allowed && inner;
   });
   EXPECT_EQ(missing, 0);
