@@ -53,7 +53,9 @@ TEST_F(Npz, FlippedBytesNeverCrash) {
     for (int k = 0; k < 3; ++k) damaged[random() % damaged.size()] = std::byte(random());
     ASSERT_TRUE(write_file(path_, damaged).ok());
     const auto archive = read_npz(path_);
-    if (!archive.ok()) EXPECT_FALSE(archive.error().fix.empty());
+    if (!archive.ok()) {
+      EXPECT_FALSE(archive.error().fix.empty());
+    }
   }
 }
 

@@ -342,7 +342,9 @@ TEST(BuiltinHead, LaysEveryVertexInTheTextureSquare) {
     const HeadPart part = model.parts[v];
     const bool eyeball = part == HeadPart::left_eyeball || part == HeadPart::right_eyeball;
     const bool separate = eyeball || part == HeadPart::teeth || part == HeadPart::gums_tongue;
-    if (separate) EXPECT_GT((model.uvs[v] - Vec2f(0.5f, 0.5f)).norm(), 0.49f) << v;
+    if (separate) {
+      EXPECT_GT((model.uvs[v] - Vec2f(0.5f, 0.5f)).norm(), 0.49f) << v;
+    }
     const Vec2f q(std::abs(model.uvs[v].x() - 0.5f) + 0.5f, model.uvs[v].y());
     const bool in_eye_corner = q.x() > 0.86f && q.y() > 0.86f;
     EXPECT_EQ(in_eye_corner, eyeball) << v;
