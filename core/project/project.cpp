@@ -91,6 +91,7 @@ fs::path track_path(const Project& project) { return project.folder / "track.jso
 fs::path avatar_path(const Project& project) { return project.folder / "avatar.bin"; }
 fs::path checkpoint_path(const Project& project) { return project.folder / "checkpoint.bin"; }
 fs::path plate_path(const Project& project) { return project.folder / "plate.png"; }
+fs::path plate_info_path(const Project& project) { return project.folder / "plate.json"; }
 fs::path regions_path(const Project& project) { return project.folder / "regions"; }
 fs::path exports_path(const Project& project) { return project.folder / "exports"; }
 

@@ -59,6 +59,7 @@ std::filesystem::path track_path(const Project& project);
 std::filesystem::path avatar_path(const Project& project);
 std::filesystem::path checkpoint_path(const Project& project);
 std::filesystem::path plate_path(const Project& project);
+std::filesystem::path plate_info_path(const Project& project);
 std::filesystem::path regions_path(const Project& project);
 std::filesystem::path exports_path(const Project& project);
 

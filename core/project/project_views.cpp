@@ -1,6 +1,8 @@
 // Reading a project's pictures back for training: see project_views.h.
 #include "core/project/project_views.h"
 
+#include <algorithm>
+
 #include <fmt/format.h>
 
 #include "core/base/parallel.h"
@@ -52,8 +54,8 @@ Result<TrainingSet> load_training_set(const Project& project, const HeadModel& m
   if (!cameras) return cameras.error();
   const auto track = read_track(track_path(project));
   if (!track) return track.error();
-  const auto plate_frames = read_plate_frames(project.folder);
-  if (!plate_frames) return plate_frames.error();
+  const auto plate_info = read_plate_info(plate_info_path(project));
+  if (!plate_info) return plate_info.error();
 
   TrainingSet set;
   set.size = capture->size;
@@ -75,7 +77,7 @@ Result<TrainingSet> load_training_set(const Project& project, const HeadModel& m
     view.world_from_head = tracked->world_from_head;
     view.world_from_torso = tracked->world_from_torso;
     view.articulation = tracked->articulation;
-    view.has_plate = !set.plate.empty() && (cameras->is_static || plate_frames->contains(frame.frame));
+    view.has_plate = !set.plate.empty() && std::ranges::binary_search(plate_info->frames, frame.frame);
     set.views.push_back(std::move(view));
   }
   if (set.views.size() < 20) {

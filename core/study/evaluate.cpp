@@ -102,7 +102,7 @@ struct Inputs {
   CameraSet cameras;
   Track track;
   Avatar avatar;
-  std::set<int> plate_frames;
+  PlateInfo plate_info;
 };
 
 Result<Inputs> load_inputs(const Project& project) {
@@ -122,10 +122,10 @@ Result<Inputs> load_inputs(const Project& project) {
   }
   auto avatar = read_avatar(avatar_path(project));
   if (!avatar) return avatar.error();
-  auto plate_frames = read_plate_frames(project.folder);
-  if (!plate_frames) return plate_frames.error();
+  auto plate_info = read_plate_info(plate_info_path(project));
+  if (!plate_info) return plate_info.error();
   return Inputs{std::move(*capture), std::move(*cameras), std::move(*track), std::move(*avatar),
-                std::move(*plate_frames)};
+                std::move(*plate_info)};
 }
 
 }  // namespace
@@ -134,7 +134,7 @@ Result<Evaluation> evaluate(const Project& project, const EvalOptions& options, 
                             std::stop_token stop) {
   const auto inputs = load_inputs(project);
   if (!inputs) return inputs.error();
-  const auto& [capture, cameras, track, avatar, plate_frames] = *inputs;
+  const auto& [capture, cameras, track, avatar, plate_info] = *inputs;
   const auto detector = FaceDetector::load(project.options.landmark_model);
   if (!detector) return detector.error();
   const fs::path regions_folder = options.regions.empty() ? regions_path(project) : options.regions;
@@ -175,7 +175,7 @@ Result<Evaluation> evaluate(const Project& project, const EvalOptions& options, 
         avatar, *camera, {tracked->world_from_head, tracked->world_from_torso, tracked->articulation});
     render_s += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
     samples += rendered.samples_per_ray;
-    const bool has_plate = !avatar.plate.empty() && (cameras.is_static || plate_frames.contains(frame));
+    const bool has_plate = !avatar.plate.empty() && std::ranges::binary_search(plate_info.frames, frame);
     background_known &= has_plate;
     // Scored as exported: rounded to 8 bits.
     const Image8 picture = to_bytes(composite(rendered.rgba, has_plate ? avatar.plate : Image8{}));
