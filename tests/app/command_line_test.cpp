@@ -91,7 +91,7 @@ TEST_F(CommandLine, AClipOfFiveFramesIsRefused) { expect_refused(write_clip("sho
 TEST_F(CommandLine, ATruncatedClipIsRefused) {
   const fs::path whole = write_clip("whole.mp4", 60);
   fs::resize_file(whole, fs::file_size(whole) / 2);
-  expect_refused(whole, "whole.mp4");
+  expect_refused(whole, "breaks off");
 }
 
 TEST_F(CommandLine, AFileWhereTheProjectShouldBeIsRefusedAndKept) {
