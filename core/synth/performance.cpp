@@ -82,7 +82,7 @@ Camera film(const DemoOptions& options, const Moment& moment, const Vec3d& face,
     const double u = moment.share, settle = 1 - ease((u - 0.86) / 0.14);
     const double sweep =
         u < 0.62 ? -std::cos(std::numbers::pi * u / 0.62) : std::cos(std::numbers::pi * (u - 0.62) / 0.76);
-    yaw = 33 * kDegree * sweep * settle;
+    yaw = 31 * kDegree * sweep * settle;
     pitch = 11 * kDegree * std::sin(kTurn * (1.6 * u + 0.08)) * settle;
     distance += (0.06 * std::sin(kTurn * 1.15 * u + 0.5)) * settle;
     roll = 2.0 * kDegree * std::sin(kTurn * 1.3 * u) * settle;
