@@ -11,8 +11,8 @@ namespace likeness {
 namespace {
 
 constexpr float kDecay = 0.95f;     // per look
-constexpr float kThreshold = 2.0f;  // density per cube side; through one of 96 cells an opacity of 0.02
-constexpr float kInitial = 3.0f;    // occupied until some looks have found nothing
+constexpr float kThreshold = 7.0f;  // density per cube side; through one of 96 cells an opacity of 0.07
+constexpr float kInitial = 10.0f;   // occupied until some looks have found nothing
 
 }  // namespace
 
