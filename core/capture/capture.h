@@ -51,6 +51,7 @@ struct ImportOptions {
   int max_frames = 2000;        // training frames kept; more cost memory and time
   double held_out_share = 0.1;  // the tail of the decoded frames
   double blur_ratio = 0.5;      // a frame is refused below this share of its neighbours' median sharpness
+  std::filesystem::path landmark_model;  // empty = the system's
 };
 
 // Decodes the clip, finds the face, chooses frames and crop and writes frames/NNNNNN.png (training and

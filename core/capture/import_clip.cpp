@@ -42,11 +42,11 @@ class FramesFolder {
   Result<void> commit() {
     std::error_code failure;
     const fs::path old = temporary_name(target_);
-    if (fs::exists(target_)) fs::rename(target_, old, failure);
+    if (fs::exists(target_, failure)) fs::rename(target_, old, failure);
     if (!failure) fs::rename(temporary_, target_, failure);
     if (failure) {
       std::error_code ignored;
-      if (!fs::exists(target_)) fs::rename(old, target_, ignored);
+      if (!fs::exists(target_, ignored)) fs::rename(old, target_, ignored);
       return file_error(target_, "replace", failure.value());
     }
     fs::remove_all(old, failure);
@@ -216,7 +216,7 @@ Result<Capture> import_clip(const fs::path& video, const fs::path& folder, const
   if (const auto probed = probe_video(video); !probed) return probed.error();
   if (const auto writable = make_writable_folder(folder); !writable) return writable.error();
   remove_abandoned_parts(folder);
-  auto detector = FaceDetector::load();
+  auto detector = FaceDetector::load(options.landmark_model);
   if (!detector) return detector.error();
 
   const auto scan = scan_clip(video, *detector, progress.stage(0, 0.6, "look"), stop);

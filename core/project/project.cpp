@@ -78,7 +78,9 @@ fs::path project_file(const fs::path& folder) { return folder / "project.json"; 
 // The clip and models stay where they are; the project remembers them by absolute path, whatever folder a
 // later command starts from.
 fs::path remembered(const fs::path& path) {
-  return path.empty() ? path : fs::absolute(path).lexically_normal();
+  std::error_code failure;
+  const fs::path absolute = path.empty() ? path : fs::absolute(path, failure).lexically_normal();
+  return failure ? path : absolute;
 }
 
 }  // namespace
@@ -93,11 +95,13 @@ fs::path checkpoint_path(const Project& project) { return project.folder / "chec
 fs::path plate_path(const Project& project) { return project.folder / "plate.png"; }
 fs::path plate_info_path(const Project& project) { return project.folder / "plate.json"; }
 fs::path regions_path(const Project& project) { return project.folder / "regions"; }
-fs::path exports_path(const Project& project) { return project.folder / "exports"; }
 
 Result<Project> open_project(const fs::path& folder) {
   const fs::path file = project_file(folder);
-  if (!fs::exists(file)) {
+  std::error_code failure;
+  const bool exists = fs::exists(file, failure);
+  if (failure) return file_error(file, "open", failure.value());
+  if (!exists) {
     return Error{ErrorCode::not_found,
                  fmt::format("{} is not a Likeness project: it has no project.json.", folder.string()),
                  "Name a project folder, or make one with: likeness build VIDEO --project DIR",
@@ -120,8 +124,7 @@ Result<Project> open_project(const fs::path& folder) {
     return project;
   } catch (const json::exception& e) {
     return Error{ErrorCode::bad_input, fmt::format("{} cannot be read: {}.", file.string(), e.what()),
-                 "Delete this one file and run the build again: finished stages whose results still fit are "
-                 "redone only once.",
+                 "Put a good copy of this file back, or build the clip again into another folder.",
                  file.string()};
   }
 }
@@ -129,16 +132,22 @@ Result<Project> open_project(const fs::path& folder) {
 Result<Project> open_or_create_project(const fs::path& folder, const ProjectOptions& options) {
   Project project;
   project.folder = folder;
-  if (fs::exists(project_file(folder))) {
+  std::error_code failure;
+  const bool exists = fs::exists(project_file(folder), failure);
+  if (failure) return file_error(folder, "open", failure.value());
+  if (exists) {
     auto opened = open_project(folder);
     if (!opened) return opened.error();
     project = std::move(*opened);
-  } else if (fs::exists(folder) && fs::is_directory(folder) && !fs::is_empty(folder)) {
+  } else if (fs::is_directory(folder, failure) && !fs::is_empty(folder, failure) && !failure) {
     return Error{ErrorCode::bad_input,
                  fmt::format("The folder {} holds other files and no project.json.", folder.string()),
                  "Name a new or empty folder for the project.", folder.string()};
   }
   if (const auto writable = make_writable_folder(folder); !writable) return writable.error();
+  // Another process that works on the project writes project.json too.
+  const auto lock = ProjectLock::acquire(project);
+  if (!lock) return lock.error();
   project.options = options;
   project.options.video = remembered(options.video);
   project.options.head_model = remembered(options.head_model);
@@ -154,7 +163,9 @@ Result<void> save_project(const Project& project) {
                {"program", "Likeness"},
                {"options", to_json(project.options)},
                {"stages", stages}};
-  return write_text(project_file(project.folder), j.dump(2) + "\n");
+  // A path need not be valid UTF-8; the odd byte is replaced rather than refused.
+  return write_text(project_file(project.folder),
+                    j.dump(2, ' ', false, json::error_handler_t::replace) + "\n");
 }
 
 Result<ProjectLock> ProjectLock::acquire(const Project& project) {

@@ -1,7 +1,7 @@
 // A project folder: every stage's result, and what is stale.
 //
 //   NAME.likeness/   project.json  capture.json cameras.json track.json  frames/ masks/ regions/ plate.png
-//                    checkpoint.bin avatar.bin  exports/
+//                    checkpoint.bin avatar.bin
 //
 // Only this library knows about the folder; the stages are free functions from files to files.
 #pragma once
@@ -61,7 +61,6 @@ std::filesystem::path checkpoint_path(const Project& project);
 std::filesystem::path plate_path(const Project& project);
 std::filesystem::path plate_info_path(const Project& project);
 std::filesystem::path regions_path(const Project& project);
-std::filesystem::path exports_path(const Project& project);
 
 Result<Project> open_project(const std::filesystem::path& folder);
 // Opens the project in `folder`, or makes one; `options` replace the stored ones either way.

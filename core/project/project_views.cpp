@@ -62,7 +62,7 @@ Result<TrainingSet> load_training_set(const Project& project, const HeadModel& m
   set.model = model;
   set.identity = track->identity;
   set.has_torso = track->has_torso;
-  if (fs::exists(plate_path(project))) {
+  if (std::error_code ignored; fs::exists(plate_path(project), ignored)) {
     auto plate = read_image(plate_path(project));
     if (!plate) return plate.error();
     set.plate = std::move(*plate);

@@ -61,18 +61,23 @@ std::string input_hash(const Project& project, Stage stage) {
   return hash_text(inputs);
 }
 
+bool is_there(const fs::path& path) {
+  std::error_code ignored;
+  return fs::exists(path, ignored);
+}
+
 bool results_exist(const Project& project, Stage stage) {
   switch (stage) {
     case Stage::import:
-      return fs::exists(capture_path(project)) && fs::exists(project.folder / "frames");
+      return is_there(capture_path(project)) && is_there(project.folder / "frames");
     case Stage::align:
-      return fs::exists(cameras_path(project));
+      return is_there(cameras_path(project));
     case Stage::fit:
-      return fs::exists(track_path(project));
+      return is_there(track_path(project));
     case Stage::matte:
-      return fs::exists(project.folder / "masks");
+      return is_there(project.folder / "masks");
     case Stage::train:
-      return fs::exists(avatar_path(project));
+      return is_there(avatar_path(project));
   }
   return false;
 }
@@ -85,9 +90,20 @@ struct StageContext {
   std::stop_token stop;
 };
 
+// The evaluation regions are frozen once per clip: those of another clip say nothing about this one.
+Result<void> drop_foreign_regions(const Project& project, const Capture& capture) {
+  const auto before = read_capture(capture_path(project));
+  if (before && before->video_hash == capture.video_hash) return {};
+  std::error_code failure;
+  fs::remove_all(regions_path(project), failure);
+  if (failure) return file_error(regions_path(project), "remove", failure.value());
+  return {};
+}
+
 Result<void> run_import(const StageContext& context) {
   ImportOptions options;
   options.size = context.project.options.size;
+  options.landmark_model = context.project.options.landmark_model;
   const auto capture = import_clip(context.project.options.video, context.project.folder, options,
                                    context.progress, context.stop);
   if (!capture) return capture.error();
@@ -97,6 +113,7 @@ Result<void> run_import(const StageContext& context) {
       fmt::format("{} frames: {} train, {} held out, {} refused.", capture->frames.size(), used, held_out,
                   int(capture->frames.size()) - used - held_out);
   context.record.warnings = capture->warnings;
+  if (const auto dropped = drop_foreign_regions(context.project, *capture); !dropped) return dropped.error();
   return write_capture(capture_path(context.project), *capture);
 }
 
@@ -215,6 +232,17 @@ double expected_seconds(const ProjectOptions& options, Stage stage) {
   return 1;
 }
 
+// Half-written files of a process that was killed; call with the project's lock held.
+void remove_abandoned_parts(const fs::path& folder) {
+  std::error_code ignored;
+  std::vector<fs::path> abandoned;
+  for (fs::directory_iterator it(folder, ignored), end; !ignored && it != end; it.increment(ignored)) {
+    const std::string name = it->path().filename().string();
+    if (name.starts_with(".") && name.find(".part") != std::string::npos) abandoned.push_back(it->path());
+  }
+  for (const fs::path& path : abandoned) fs::remove_all(path, ignored);
+}
+
 }  // namespace
 
 Result<HeadModel> project_head_model(const ProjectOptions& options) {
@@ -232,6 +260,7 @@ Result<void> run_stages(Project& project, Stage last, const Progress& progress, 
                         std::stop_token stop) {
   const auto lock = ProjectLock::acquire(project);
   if (!lock) return lock.error();
+  remove_abandoned_parts(project.folder);
   double total = 0, before = 0;
   for (const Stage stage : kStages) {
     if (stage <= last) total += expected_seconds(project.options, stage);

@@ -5,6 +5,7 @@
 #include <chrono>
 #include <cmath>
 #include <limits>
+#include <set>
 
 #include <fmt/format.h>
 
@@ -106,7 +107,7 @@ struct Inputs {
 };
 
 Result<Inputs> load_inputs(const Project& project) {
-  if (!fs::exists(avatar_path(project))) {
+  if (std::error_code ignored; !fs::exists(avatar_path(project), ignored)) {
     return Error{ErrorCode::not_found, fmt::format("{} holds no trained avatar.", project.folder.string()),
                  "Run: likeness build VIDEO --project DIR", project.folder.string()};
   }
@@ -122,6 +123,15 @@ Result<Inputs> load_inputs(const Project& project) {
   }
   auto avatar = read_avatar(avatar_path(project));
   if (!avatar) return avatar.error();
+  // A later import or fit leaves the old avatar in place until it is trained anew.
+  if (avatar->intrinsics.width != capture->size || avatar->head_model_hash != track->head_model_hash) {
+    return Error{
+        ErrorCode::bad_input,
+        fmt::format("The avatar was trained at {} px on the {} head; the project now holds {} px and "
+                    "the {} head.",
+                    avatar->intrinsics.width, avatar->head_model_name, capture->size, track->head_model_name),
+        fmt::format("Run: likeness train {}", project.folder.string()), project.folder.string()};
+  }
   auto plate_info = read_plate_info(plate_info_path(project));
   if (!plate_info) return plate_info.error();
   return Inputs{std::move(*capture), std::move(*cameras), std::move(*track), std::move(*avatar),
@@ -140,8 +150,9 @@ Result<Evaluation> evaluate(const Project& project, const EvalOptions& options, 
   const fs::path regions_folder = options.regions.empty() ? regions_path(project) : options.regions;
   std::optional<VideoWriter> video;
   if (!options.video.empty()) {
-    auto writer = VideoWriter::create(options.video, capture.size * 3, capture.size,
-                                      {.frames_per_second = capture.frames_per_second});
+    auto writer =
+        VideoWriter::create(options.video, capture.size * 3, capture.size,
+                            {.frames_per_second = std::clamp(capture.frames_per_second, 1.0, 240.0)});
     if (!writer) return writer.error();
     video.emplace(std::move(*writer));
   }
