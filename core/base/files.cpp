@@ -5,9 +5,11 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <atomic>
 #include <cerrno>
 #include <cstring>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -53,6 +55,16 @@ void sync_folder(const fs::path& folder) {
 
 fs::path folder_of(const fs::path& path) {
   return path.has_parent_path() ? path.parent_path() : fs::path(".");
+}
+
+Result<void> rename_into_place(const fs::path& temporary, const fs::path& path) {
+  if (::rename(temporary.c_str(), path.c_str()) != 0) {
+    const int error_number = errno;
+    ::unlink(temporary.c_str());
+    return file_error(path, "write", error_number);
+  }
+  sync_folder(folder_of(path));
+  return {};
 }
 
 }  // namespace
@@ -119,7 +131,7 @@ Result<void> write_file(const fs::path& path, std::span<const std::byte> bytes) 
     ::unlink(temporary.c_str());
     return file_error(path, "write", error_number);
   }
-  return commit_file(temporary, path);
+  return rename_into_place(temporary, path);
 }
 
 Result<void> write_text(const fs::path& path, std::string_view text) {
@@ -150,13 +162,14 @@ fs::path temporary_name(const fs::path& path) {
 }
 
 Result<void> commit_file(const fs::path& temporary, const fs::path& path) {
-  if (::rename(temporary.c_str(), path.c_str()) != 0) {
+  const FileDescriptor fd(::open(temporary.c_str(), O_RDONLY | O_CLOEXEC));
+  if (fd.get() < 0) return file_error(path, "write", errno);
+  if (::fsync(fd.get()) != 0) {
     const int error_number = errno;
     ::unlink(temporary.c_str());
     return file_error(path, "write", error_number);
   }
-  sync_folder(folder_of(path));
-  return {};
+  return rename_into_place(temporary, path);
 }
 
 }  // namespace likeness
