@@ -1,4 +1,5 @@
 // likeness build|import|align|fit|train: run a project's stages, all or up to one.
+#include <chrono>
 #include <filesystem>
 #include <memory>
 
@@ -39,7 +40,6 @@ nlohmann::json summary(const Project& project) {
 int run(Project& project, Stage last, const CommonOptions& common) {
   const ThreadLimit limit(common.threads);
   RunObserver observer;
-  std::vector<std::string> told;
   if (!common.json) {
     observer.stage_changed = [](Stage stage, const StageRecord& record) {
       if (record.state != StageState::done) return;
@@ -64,7 +64,8 @@ int run(Project& project, Stage last, const CommonOptions& common) {
 
 // A first build that fails on its clip leaves no folder behind: there is nothing in it to keep.
 int run_new(const BuildArguments& arguments, Stage last) {
-  const bool existed = fs::exists(arguments.project);
+  std::error_code unknown;
+  const bool existed = fs::exists(arguments.project, unknown) || unknown;
   ProjectOptions options = arguments.options;
   options.video = arguments.input;
   options.seed = arguments.common.seed;
@@ -78,13 +79,19 @@ int run_new(const BuildArguments& arguments, Stage last) {
   return code;
 }
 
-int run_existing(const BuildArguments& arguments, Stage last, bool new_budget, bool new_steps) {
+// Options named on the command line replace the project's, the others stay.
+int run_existing(const BuildArguments& arguments, Stage last, const CLI::App& verb) {
+  const auto given = [&](const char* name) {
+    const CLI::Option* option = verb.get_option_no_throw(name);
+    return option != nullptr && option->count() > 0;
+  };
   auto opened = open_project(arguments.input);
   if (!opened) return report_failure(opened.error());
   ProjectOptions options = opened->options;
-  if (new_budget) options.budget_s = arguments.options.budget_s, options.steps = 0;
-  if (new_steps) options.steps = arguments.options.steps;
-  if (!arguments.options.head_model.empty()) options.head_model = arguments.options.head_model;
+  if (given("--budget")) options.budget_s = arguments.options.budget_s, options.steps = 0;
+  if (given("--steps")) options.steps = arguments.options.steps;
+  if (given("--seed")) options.seed = arguments.common.seed;
+  if (given("--head-model")) options.head_model = arguments.options.head_model;
   auto project = open_or_create_project(arguments.input, options);
   if (!project) return report_failure(project.error());
   return run(*project, last, arguments.common);
@@ -148,39 +155,36 @@ void add_build_commands(CLI::App& program, int& exit_code) {
   add_common_options(*build, a->common);
   build->callback([a, &exit_code] { exit_code = run_new(*a, Stage::train); });
 
-  CLI::App* import = program.add_subcommand("import", "Decode a clip, choose frames, crop");
-  add_capture_options(*import, *a);
-  add_common_options(*import, a->common);
-  import->callback([a, &exit_code] { exit_code = run_new(*a, Stage::import);
-});
+  CLI::App* import_verb = program.add_subcommand("import", "Decode a clip, choose frames, crop");
+  add_capture_options(*import_verb, *a);
+  add_common_options(*import_verb, a->common);
+  import_verb->callback([a, &exit_code] { exit_code = run_new(*a, Stage::import); });
 
-CLI::App* align = program.add_subcommand("align", "Cameras of a project, or of a folder of photographs");
-align->add_option("input", a->input, "Project folder, or folder of photographs")->required();
-align->add_option("--out", a->out, "cameras.json to write, for photographs");
-add_common_options(*align, a->common);
-align->callback([a, &exit_code] {
-  if (fs::exists(a->input / "project.json")) {
-    exit_code = run_existing(*a, Stage::align, false, false);
-  } else if (a->out.empty()) {
-    throw CLI::RequiredError("--out, because " + a->input.string() + " is not a project folder,");
-  } else {
-    exit_code = run_align_photos(*a);
-  }
-});
+  CLI::App* align = program.add_subcommand("align", "Cameras of a project, or of a folder of photographs");
+  align->add_option("input", a->input, "Project folder, or folder of photographs")->required();
+  align->add_option("--out", a->out, "cameras.json to write, for photographs");
+  add_common_options(*align, a->common);
+  align->callback([a, align, &exit_code] {
+    if (std::error_code ignored; fs::exists(a->input / "project.json", ignored)) {
+      exit_code = run_existing(*a, Stage::align, *align);
+    } else if (a->out.empty()) {
+      throw CLI::RequiredError("--out, because " + a->input.string() + " is not a project folder,");
+    } else {
+      exit_code = run_align_photos(*a);
+    }
+  });
 
-CLI::App* fit = program.add_subcommand("fit", "Track the head, cut out the person");
-fit->add_option("project", a->input, "Project folder")->required();
-fit->add_option("--head-model", a->options.head_model, "Use another head model from now on");
-add_common_options(*fit, a->common);
-fit->callback([a, &exit_code] { exit_code = run_existing(*a, Stage::matte, false, false); });
+  CLI::App* fit = program.add_subcommand("fit", "Track the head, cut out the person");
+  fit->add_option("project", a->input, "Project folder")->required();
+  fit->add_option("--head-model", a->options.head_model, "Use another head model from now on");
+  add_common_options(*fit, a->common);
+  fit->callback([a, fit, &exit_code] { exit_code = run_existing(*a, Stage::matte, *fit); });
 
-CLI::App* train = program.add_subcommand("train", "Train the avatar, or continue");
-train->add_option("project", a->input, "Project folder")->required();
-add_training_options(*train, *a);
-add_common_options(*train, a->common);
-train->callback([a, train, &exit_code] {
-  exit_code = run_existing(*a, Stage::train, train->count("--budget") > 0, train->count("--steps") > 0);
-});
-}  // namespace likeness::app
+  CLI::App* train = program.add_subcommand("train", "Train the avatar, or continue");
+  train->add_option("project", a->input, "Project folder")->required();
+  add_training_options(*train, *a);
+  add_common_options(*train, a->common);
+  train->callback([a, train, &exit_code] { exit_code = run_existing(*a, Stage::train, *train); });
+}
 
 }  // namespace likeness::app

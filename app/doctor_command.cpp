@@ -2,9 +2,8 @@
 #include <unistd.h>
 
 #include <cstdlib>
-#include <filesystem>
 #include <memory>
-#include <sstream>
+#include <string>
 #include <vector>
 
 #include <fmt/format.h>
@@ -12,11 +11,10 @@
 #include "app/commands.h"
 #include "app/terminal.h"
 #include "core/base/parallel.h"
+#include "core/camera/process.h"
 #include "core/track/landmarks.h"
 
 namespace likeness::app {
-
-namespace fs = std::filesystem;
 
 namespace {
 
@@ -27,16 +25,6 @@ struct Finding {
   std::string found, remedy;
 };
 
-fs::path find_program(const std::string& name) {
-  const char* path = std::getenv("PATH");
-  std::stringstream folders(path != nullptr ? path : "");
-  for (std::string folder; std::getline(folders, folder, ':');) {
-    const fs::path candidate = fs::path(folder) / name;
-    if (::access(candidate.c_str(), X_OK) == 0) return candidate;
-  }
-  return {};
-}
-
 Finding check_landmarks() {
   const auto detector = FaceDetector::load();
   if (detector)
@@ -46,8 +34,8 @@ Finding check_landmarks() {
 }
 
 Finding check_colmap() {
-  const fs::path program = find_program("colmap");
-  if (!program.empty()) return {"colmap", true, true, program.string(), ""};
+  const auto program = find_program("colmap");
+  if (program) return {"colmap", true, true, program->string(), ""};
   return {"colmap", false, true, "not on the PATH; clips with a moving camera need it",
           "Install the package colmap."};
 }

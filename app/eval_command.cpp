@@ -86,6 +86,8 @@ int run(const EvalArguments& arguments) {
     return kExitDone;
   }
   fmt::print("{} held-out frames ({} split), {} px\n", e.frames_test, e.split, e.size);
+  if (e.frames_lost > 0)
+    fmt::print("{} more held-out frames have no track and are not measured\n", e.frames_lost);
   fmt::print("PSNR full {}  person {:.2f}  head {:.2f}  face {:.2f} dB\n", decibel(e.psnr_db),
              e.psnr_person_db, e.psnr_head_db, e.psnr_face_db);
   if (e.ssim) fmt::print("SSIM {:.4f}  GMSD {:.4f}\n", *e.ssim, *e.gmsd);

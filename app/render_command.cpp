@@ -1,6 +1,7 @@
 // likeness render: pictures of an avatar - orbit, poses, expression sweeps - as mp4, PNG sequence or still.
 #include <algorithm>
 #include <charconv>
+#include <cmath>
 #include <memory>
 #include <numbers>
 #include <optional>
@@ -15,6 +16,7 @@
 #include "core/project/run_stages.h"
 #include "core/render/camera_path.h"
 #include "core/render/render.h"
+#include "core/track/track.h"
 #include "core/video/encode.h"
 
 namespace likeness::app {
@@ -43,7 +45,8 @@ struct ActionSweep {
 std::optional<float> parse_number(std::string_view text) {
   float value = 0;
   const auto [end, failure] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (failure != std::errc{} || end != text.data() + text.size()) return std::nullopt;
+  if (failure != std::errc{} || end != text.data() + text.size() || !std::isfinite(value))
+    return std::nullopt;
   return value;
 }
 
@@ -80,7 +83,8 @@ struct Film {
   std::vector<RenderState> states;
 };
 
-Result<std::vector<Camera>> film_cameras(const RenderArguments& arguments, const Avatar& avatar, int frames) {
+Result<std::vector<Camera>> film_cameras(const RenderArguments& arguments, const Project& project,
+                                         const Avatar& avatar, int frames) {
   if (arguments.camera == "still" || arguments.camera == "orbit") {
     const double amplitude = arguments.camera == "orbit" ? arguments.orbit_deg * std::numbers::pi / 180 : 0;
     std::vector<Camera> cameras;
@@ -90,10 +94,24 @@ Result<std::vector<Camera>> film_cameras(const RenderArguments& arguments, const
   }
   auto set = read_cameras(arguments.camera);
   if (!set) return set.error();
+  const Intrinsics& first = set->cameras.front().intrinsics;
+  const bool one_size = std::ranges::all_of(set->cameras, [&](const Camera& camera) {
+    return camera.intrinsics.width == first.width && camera.intrinsics.height == first.height;
+  });
+  if (!one_size) {
+    return Error{ErrorCode::bad_input, "The cameras to follow differ in picture size.",
+                 "Give every camera of the file the same width and height.", arguments.camera};
+  }
+  if (set->scale == CameraScale::arbitrary) {  // the project's own solve: the track knows its metre
+    const auto track = read_track(track_path(project));
+    if (!track) return track.error();
+    for (Camera& camera : set->cameras) camera.cam_from_world.translation() *= track->metres_per_unit;
+  }
   return std::move(set->cameras);
 }
 
-Result<Film> make_film(const RenderArguments& arguments, const Avatar& avatar, const HeadModel& model) {
+Result<Film> make_film(const RenderArguments& arguments, const Project& project, const Avatar& avatar,
+                       const HeadModel& model) {
   std::vector<ActionSweep> sweeps;
   for (const std::string& text : arguments.expressions) {
     auto sweep = parse_action(text);
@@ -106,7 +124,7 @@ Result<Film> make_film(const RenderArguments& arguments, const Avatar& avatar, c
   const int wanted = arguments.frames > 0 ? arguments.frames : still ? 1 : 100;
 
   Film film;
-  auto cameras = film_cameras(arguments, avatar, wanted);
+  auto cameras = film_cameras(arguments, project, avatar, wanted);
   if (!cameras) return cameras.error();
   film.cameras = std::move(*cameras);
   std::array<double, 3> turn{};
@@ -165,7 +183,7 @@ Image8 straight_alpha(Image rgba) {
 Result<int> render_film(const RenderArguments& arguments, const Progress& progress, std::stop_token stop) {
   const auto project = open_project(arguments.project);
   if (!project) return project.error();
-  if (!fs::exists(avatar_path(*project))) {
+  if (std::error_code ignored; !fs::exists(avatar_path(*project), ignored)) {
     return Error{ErrorCode::not_found, fmt::format("{} holds no trained avatar.", arguments.project.string()),
                  "Run: likeness build VIDEO --project DIR", ""};
   }
@@ -179,7 +197,7 @@ Result<int> render_film(const RenderArguments& arguments, const Progress& progre
                              avatar->head_model_name, model->name),
                  "Build the project again, so that both agree.", arguments.project.string()};
   }
-  const auto film = make_film(arguments, *avatar, *model);
+  const auto film = make_film(arguments, *project, *avatar, *model);
   if (!film) return film.error();
   // The plate is what the resting camera saw: it holds for a still camera only.
   std::string background = arguments.background;
@@ -192,11 +210,19 @@ Result<int> render_film(const RenderArguments& arguments, const Progress& progre
     return Error{ErrorCode::bad_input, "This avatar has no background plate: its camera moved.",
                  "Choose a colour, e.g. --background #e6e6e6", ""};
   }
+  const Intrinsics& picture = film->cameras.front().intrinsics;
+  if (background == "plate" &&
+      (avatar->plate.width != picture.width || avatar->plate.height != picture.height)) {
+    return Error{ErrorCode::bad_input,
+                 fmt::format("The plate has {} x {} px, the pictures {} x {}.", avatar->plate.width,
+                             avatar->plate.height, picture.width, picture.height),
+                 "Choose a colour, e.g. --background #e6e6e6", ""};
+  }
   if (arguments.alpha && arguments.out.extension() == ".mp4") {
     return Error{ErrorCode::bad_input, "An mp4 holds no transparency.",
                  "With --alpha name a folder or a .png as --out.", ""};
   }
-  auto sink = FrameSink::open(arguments, film->cameras.front().intrinsics);
+  auto sink = FrameSink::open(arguments, picture);
   if (!sink) return sink.error();
   for (std::size_t i = 0; i < film->cameras.size(); ++i) {
     if (stop.stop_requested()) return cancelled_error();

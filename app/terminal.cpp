@@ -6,6 +6,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <chrono>
 #include <cstdio>
 #include <thread>
@@ -49,7 +50,10 @@ int report_failure(const Error& error) {
   return error.code == ErrorCode::cancelled ? kExitStopped : kExitFailed;
 }
 
-void print_json(const nlohmann::json& value) { fmt::print("{}\n", value.dump(2)); }
+void print_json(const nlohmann::json& value) {
+  // A path need not be valid UTF-8; the odd byte is replaced rather than refused.
+  fmt::print("{}\n", value.dump(2, ' ', false, nlohmann::json::error_handler_t::replace));
+}
 
 struct ProgressLine::State {
   bool terminal = false;
@@ -105,6 +109,7 @@ std::stop_token stop_on_signals() {
     }).detach();
     struct sigaction action {};
     action.sa_handler = on_signal;
+    action.sa_flags = SA_RESTART;
     ::sigaction(SIGINT, &action, nullptr);
     ::sigaction(SIGTERM, &action, nullptr);
     return true;
