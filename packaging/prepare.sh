@@ -16,7 +16,6 @@ packages=(
   "zlib1g-dev:head model archives"
   "libsqlite3-dev:reading COLMAP's database"
   "libopencv-dev:feature tracks and mattes"
-  "libopencv-contrib-dev:picture metrics"
   "libopenimageio-dev:pictures in and out"
   "openimageio-tools:needed by OpenImageIO's CMake files"
   "libavcodec-dev:video"
@@ -48,8 +47,9 @@ install_missing() {
   say "Likeness needs packages that are not installed:"
   for entry in "${missing[@]}"; do say "  ${entry%%:*} (${entry#*:})"; done
   if ! command -v apt-get >/dev/null; then
-    say "This system has no apt-get: please install their equivalents, then run this again."
-    return 1
+    say "This system has no apt-get: install their equivalents where they are absent."
+    say "Going on; CMake names what it does not find."
+    return 0
   fi
   local sudo=()
   if [ "$(id -u)" -ne 0 ]; then
@@ -57,7 +57,7 @@ install_missing() {
     say "Installing them with sudo; you may be asked for your password."
   fi
   "${sudo[@]}" apt-get update -qq
-  DEBIAN_FRONTEND=noninteractive "${sudo[@]}" apt-get install -y --no-install-recommends "${missing[@]%%:*}"
+  "${sudo[@]}" env DEBIAN_FRONTEND=noninteractive apt-get install -y --no-install-recommends "${missing[@]%%:*}"
 }
 
 # configure_and_build PRESET [cmake options]: warm compilers' caches are used where there is one.
