@@ -37,7 +37,8 @@ struct Buffered {
 
 // Follows a keyframe's points through frames in the order given; what passes the return check is added to
 // each.
-void follow_points(const SolvedKeyframe& keyframe, const cv::Mat& key_grey, std::vector<Buffered*> frames) {
+void follow_points(const SolvedKeyframe& keyframe, const cv::Mat& key_grey, std::vector<Buffered*> frames,
+                   const std::stop_token& stop) {
   std::vector<cv::Point2f> anchor, now;
   std::vector<cv::Point3f> points;
   const std::size_t stride = std::max<std::size_t>(1, keyframe.pixels.size() / kMostPoints);
@@ -50,7 +51,7 @@ void follow_points(const SolvedKeyframe& keyframe, const cv::Mat& key_grey, std:
   now = anchor;
   const cv::TermCriteria until(cv::TermCriteria::COUNT | cv::TermCriteria::EPS, 20, 0.01);
   for (Buffered* frame : frames) {
-    if (anchor.size() < 4) return;
+    if (anchor.size() < 4 || stop.stop_requested()) return;
     std::vector<cv::Point2f> next = now, back = anchor;
     std::vector<unsigned char> found, returned;
     std::vector<float> error;
@@ -100,19 +101,20 @@ std::optional<Pose> solve_pose(const Correspondences& seen, const Intrinsics& k,
   return pose;
 }
 
-// Everything between keyframe `before` and keyframe `after`; either may be missing.
+// Everything between keyframe `before` and keyframe `after`; either may be missing. Ends early on stop.
 void solve_interval(const SolvedKeyframe* before, const cv::Mat& before_grey, const SolvedKeyframe* after,
                     const cv::Mat& after_grey, std::vector<Buffered>& buffered, const Intrinsics& small,
-                    std::vector<Camera>& out) {
+                    std::vector<Camera>& out, const std::stop_token& stop) {
   std::vector<Buffered*> order;
   for (auto& frame : buffered) order.push_back(&frame);
-  if (before) follow_points(*before, before_grey, order);
+  if (before) follow_points(*before, before_grey, order, stop);
   if (after) {
     std::reverse(order.begin(), order.end());
-    follow_points(*after, after_grey, order);
+    follow_points(*after, after_grey, order, stop);
   }
   Pose guess = before ? before->cam_from_world : after ? after->cam_from_world : Pose::Identity();
   for (auto& frame : buffered) {
+    if (stop.stop_requested()) return;
     const auto pose = solve_pose(frame.seen, small, guess);
     if (!pose) continue;
     guess = *pose;
@@ -171,22 +173,23 @@ Result<std::vector<Camera>> resect_frames(const std::filesystem::path& video,
       if (keyframe == by_frame.end()) {
         buffered.push_back({frame.index, grey, {}});
         if (buffered.size() >= kMostBuffered && before)
-          solve_interval(before, before_grey, nullptr, {}, buffered, small, solved);
+          solve_interval(before, before_grey, nullptr, {}, buffered, small, solved, stop);
         else if (buffered.size() >= kMostBuffered)
           buffered.erase(buffered.begin());  // too long before the first keyframe to be reached from it
       } else {
-        solve_interval(before, before_grey, keyframe->second, grey, buffered, small, solved);
+        solve_interval(before, before_grey, keyframe->second, grey, buffered, small, solved, stop);
         before = keyframe->second;
         before_grey = grey;
       }
       progress.report(double(frame.index) / std::max(1, last), fmt::format("frame {}", frame.index));
     }
-    solve_interval(before, before_grey, nullptr, {}, buffered, small, solved);
+    solve_interval(before, before_grey, nullptr, {}, buffered, small, solved, stop);
   } catch (const cv::Exception& fault) {
     return Error{ErrorCode::failed,
                  fmt::format("The cameras between keyframes could not be found: {}.", fault.what()),
                  "Convert the video to H.264 (`ffmpeg -i VIDEO out.mp4`) and try again.", video.string()};
   }
+  if (stop.stop_requested()) return cancelled_error();
   progress.report(1);
   return solved;
 }

@@ -19,9 +19,10 @@ Result<void> prepare_work_folder(const fs::path& work, const std::string& inputs
   const fs::path inputs = work / "inputs.txt";
   const auto stored = fs::exists(inputs, fault) ? read_text(inputs) : Result<std::string>(std::string());
   if (!stored || *stored != inputs_hash + "\n") {
-    for (const char* name : {"images", "masks", "sparse", "refined", "database.db", "database.db-wal",
-                             "database.db-shm", "pictures.done", "features.done", "matches.done",
-                             "all_matches.done", "model.done", "all_model.done", "inputs.txt"}) {
+    for (const char* name :
+         {"images", "masks", "sparse", "refined", "all_sparse", "all_refined", "database.db",
+          "database.db-wal", "database.db-shm", "pictures.done", "features.done", "matches.done",
+          "all_matches.done", "model.done", "all_model.done", "inputs.txt"}) {
       fs::remove_all(work / name, fault);
       if (fault) return file_error(work / name, "remove", fault.value());
     }

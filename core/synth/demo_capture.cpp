@@ -22,8 +22,11 @@ namespace fs = std::filesystem;
 // Removes what it holds unless it was kept; also the target folder if that was made for this run alone.
 class Unfinished {
  public:
-  explicit Unfinished(const fs::path& folder)
-      : folder_(folder), part_(folder / ".filming"), made_(!fs::exists(folder)) {}
+  explicit Unfinished(const fs::path& folder) : folder_(folder), part_(folder / ".filming") {
+    std::error_code ignored;
+    made_ = !fs::exists(folder, ignored);
+    fs::remove_all(part_, ignored);  // what a killed run left would mix with this one's masks
+  }
   ~Unfinished() {
     std::error_code ignored;
     fs::remove_all(part_, ignored);
@@ -44,7 +47,7 @@ class Unfinished {
 
  private:
   fs::path folder_, part_;
-  bool made_, kept_ = false;
+  bool made_ = false, kept_ = false;
 };
 
 Error bad_option(std::string what, std::string fix) {

@@ -86,6 +86,18 @@ struct PointPrior {
   }
 };
 
+// Ends a solve between two iterations when asked to stop.
+class StopBetweenIterations : public ceres::IterationCallback {
+ public:
+  explicit StopBetweenIterations(std::stop_token stop) : stop_(std::move(stop)) {}
+  ceres::CallbackReturnType operator()(const ceres::IterationSummary&) override {
+    return stop_.stop_requested() ? ceres::SOLVER_ABORT : ceres::SOLVER_CONTINUE;
+  }
+
+ private:
+  std::stop_token stop_;
+};
+
 double residual_px(const BundleFrame& frame, const Vec3d& point, const Vec2d& ray) {
   const Vec3d p = frame.cam_from_head * point;
   if (p.z() < 1e-3) return 1e6;
@@ -111,7 +123,8 @@ void unwrap(PoseBlock& block, const PoseBlock& before) {
 
 void solve_round(std::vector<BundleFrame>& frames, const std::vector<BundleFrame>& priors,
                  std::vector<BundleTrack>& tracks, const std::vector<Vec3d>& starts,
-                 const std::vector<int>& keys, const BundleOptions& options, double loss_px) {
+                 const std::vector<int>& keys, const BundleOptions& options, double loss_px,
+                 const std::stop_token& stop) {
   std::vector<int> slot(frames.size(), -1);
   std::vector<PoseBlock> blocks(keys.size());
   for (std::size_t k = 0; k < keys.size(); ++k) {
@@ -160,6 +173,8 @@ void solve_round(std::vector<BundleFrame>& frames, const std::vector<BundleFrame
   solver.function_tolerance = 1e-4;
   solver.num_threads = 1;  // sums in one order: the same clip gives the same track
   solver.logging_type = ceres::SILENT;
+  StopBetweenIterations callback(stop);
+  solver.callbacks.push_back(&callback);
   ceres::Solver::Summary summary;
   ceres::Solve(solver, &problem, &summary);
   for (std::size_t k = 0; k < keys.size(); ++k) frames[keys[k]].cam_from_head = pose_from(blocks[k]);
@@ -218,7 +233,8 @@ Result<BundleSummary> bundle_adjust(std::vector<BundleFrame>& frames, std::vecto
     for (int round = 0; round < options.rounds; ++round) {
       if (stop.stop_requested()) return cancelled_error();
       progress.report(static_cast<double>(round) / options.rounds, "solving head poses and points together");
-      solve_round(frames, priors, tracks, starts, keys, options, round == 0 ? 0.7 : 0.5);
+      solve_round(frames, priors, tracks, starts, keys, options, round == 0 ? 0.7 : 0.5, stop);
+      if (stop.stop_requested()) return cancelled_error();
       solve_others(frames, tracks, keys, options);
       const bool first = round == 0;
       drop_outliers(frames, tracks, first ? 3 : 1.5, first ? 6 : 3, 8);

@@ -23,12 +23,12 @@ std::optional<double> steady_metres_per_unit(const std::vector<HeadSighting>& si
   for (std::size_t gap : {3, 7, 15, 31, 63})
     for (std::size_t i = 0; i + gap < a.size(); ++i) steps.push_back({a[i + gap] - a[i], b[i + gap] - b[i]});
   if (steps.empty()) return std::nullopt;
-  // Steps in which the camera moves most say most; the rest would only add the head's own motion.
+  // Steps in which the camera moves most say most; the rest would only add the head's own motion. A capture
+  // may rest for most of its length, so a step must also be no mere jitter beside the long ones.
   std::vector<double> lengths;
   for (const auto& s : steps) lengths.push_back(s.second.norm());
-  std::nth_element(lengths.begin(), lengths.begin() + static_cast<std::ptrdiff_t>(lengths.size() / 2),
-                   lengths.end());
-  const double least = lengths[lengths.size() / 2];
+  std::sort(lengths.begin(), lengths.end());
+  const double least = std::max(lengths[lengths.size() / 2], 0.05 * lengths[lengths.size() * 95 / 100]);
   std::erase_if(steps, [&](const auto& s) { return s.second.norm() < least || s.second.norm() <= 1e-12; });
   if (steps.empty()) return std::nullopt;
 
@@ -57,7 +57,11 @@ std::optional<double> steady_metres_per_unit(const std::vector<HeadSighting>& si
   std::vector<double> sorted = residuals;
   std::nth_element(sorted.begin(), sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2),
                    sorted.end());
-  if (scale <= 0 || scale * least < sorted[sorted.size() / 2]) return std::nullopt;
+  lengths.clear();
+  for (const auto& s : steps) lengths.push_back(s.second.norm());
+  std::nth_element(lengths.begin(), lengths.begin() + static_cast<std::ptrdiff_t>(lengths.size() / 2),
+                   lengths.end());
+  if (scale <= 0 || scale * lengths[lengths.size() / 2] < sorted[sorted.size() / 2]) return std::nullopt;
   return scale;
 }
 

@@ -183,9 +183,14 @@ Result<DenseSummary> track_dense_head(const ClipFrames& clip, const RigidHead& h
   for (std::size_t k = 0; k < alone.size(); k += kLoneBatch) {
     if (stop.stop_requested()) return cancelled_error();
     progress.report(0.85 + 0.15 * static_cast<double>(k) / alone.size(), "tracking held-out frames alone");
-    parallel_for(std::min(kLoneBatch, alone.size() - k), [&](std::size_t j) {
-      if (!stop.stop_requested()) solver.solve(alone[k + j], training);
-    });
+    try {
+      parallel_for(std::min(kLoneBatch, alone.size() - k), [&](std::size_t j) {
+        if (!stop.stop_requested()) solver.solve(alone[k + j], training);
+      });
+    } catch (const std::exception& e) {
+      return Error{ErrorCode::failed, "Tracking a held-out frame failed: " + std::string(e.what()),
+                   "Run the fit again; if it fails again, report this message.", "dense tracks"};
+    }
   }
   if (stop.stop_requested()) return cancelled_error();
   progress.report(1);

@@ -237,7 +237,7 @@ FaceState fit_frame(const ReducedHead& head, const ReducedPerson& person, const 
   for (int iteration = 0; iteration < options.max_iterations; ++iteration) {
     system.hessian.resize(unknowns, unknowns);
     frame_system(head, person, observation, line, prior, pull, options, state, false, &system);
-    bool better = false;
+    bool better = false, settled = false;
     for (int attempt = 0; attempt < 6 && !better; ++attempt) {
       Eigen::MatrixXd damped = system.hessian;
       damped.diagonal() *= 1 + damping;
@@ -251,12 +251,12 @@ FaceState fit_frame(const ReducedHead& head, const ReducedPerson& person, const 
         state = trial;
         cost = trial_cost;
         damping = std::max(1e-7, damping * 0.2);
-        if (gain < 1e-5 * cost + 1e-9) return state;
+        settled = gain < 1e-5 * cost + 1e-9;
       } else {
         damping *= 8;
       }
     }
-    if (!better) break;
+    if (!better || settled) break;
   }
   // Products of increments drift off the rotation group by rounding only, yet over many calls.
   state.cam_from_head.linear() =

@@ -33,7 +33,8 @@ struct LandmarkHint {
   double sigma = 4;                          // px, of its rigid points (nose, eye corners)
 };
 
-class FaceDetector {  // holds dlib's models; not thread-safe, cheap to make one per thread after the first
+// Holds dlib's models, which detectors of one file share. The const members may run on many threads at once.
+class FaceDetector {
  public:
   // predictor: empty = the system's shape_predictor_68_face_landmarks.dat.
   static Result<FaceDetector> load(const std::filesystem::path& predictor = {});

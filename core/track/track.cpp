@@ -130,7 +130,9 @@ Result<void> write_track(const std::filesystem::path& path, const Track& track) 
                      {"metres_per_unit", track.metres_per_unit}};
   for (const TrackedFrame& f : track.frames) {
     bool finite = f.world_from_head.matrix().allFinite() && f.world_from_torso.matrix().allFinite() &&
-                  f.articulation.expression.allFinite() && std::isfinite(f.inner_error_px) &&
+                  f.articulation.expression.allFinite() && f.articulation.neck.allFinite() &&
+                  f.articulation.jaw.allFinite() && f.articulation.left_eye.allFinite() &&
+                  f.articulation.right_eye.allFinite() && std::isfinite(f.inner_error_px) &&
                   std::isfinite(f.time_s);
     for (const Vec2d& p : f.landmarks) finite = finite && p.allFinite();
     if (!finite)

@@ -270,7 +270,7 @@ std::vector<TrackedFrame> describe_frames(const Work& work, const HeadModel& mod
     if (!face.seen) continue;
     out.landmarks = work.clip.frames[i].landmarks->points;
     out.inner_error_px = inner_error(work.head, person, face.observation, face.state) / work.clip.scale;
-    errors.push_back(out.inner_error_px * work.clip.scale);
+    if (!face.held_out) errors.push_back(out.inner_error_px * work.clip.scale);
     out.articulation.expression = face.state.expression.cast<float>();
     out.articulation.jaw.x() = static_cast<float>(face.state.jaw);
     if (work.gaze[i]) out.articulation.left_eye = out.articulation.right_eye = eye_rotation(*work.gaze[i]);
@@ -319,6 +319,15 @@ Result<Track> track_clip(const std::filesystem::path& video, const TrackRegion& 
   prepare(cameras, model, work);
   int seen = 0, training = 0;
   for (const FaceFrame& f : work.faces) seen += f.seen, training += f.seen && !f.held_out;
+  const auto placed = static_cast<std::size_t>(std::count_if(
+      work.cameras.begin(), work.cameras.end(), [](const Camera* camera) { return camera != nullptr; }));
+  if (training < 5 && 2 * placed < work.cameras.size())
+    return Error{
+        ErrorCode::bad_input,
+        fmt::format("The camera is known in only {} of {} frames.", placed, work.cameras.size()),
+        "Film again: move the camera more slowly, in front of a background with detail, or put it on "
+        "a tripod.",
+        video.string()};
   if (training < 5)
     return Error{
         ErrorCode::no_face, fmt::format("A face was found in {} of {} frames.", seen, work.faces.size()),

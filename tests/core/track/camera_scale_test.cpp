@@ -9,20 +9,21 @@
 namespace likeness {
 namespace {
 
-// A camera on an arc of `radius` metres round a head; the head itself moves only in the second half, as in a
-// capture of two parts. Camera positions are given in units of `metres_per_unit`.
-std::vector<HeadSighting> arc(double radius, double sweep, double metres_per_unit, double noise_m) {
+// A camera on an arc of `radius` metres round a head for `moving` of 240 frames; the head itself moves only
+// afterwards, as in a capture of two parts. Camera positions are given in units of `metres_per_unit`.
+std::vector<HeadSighting> arc(double radius, double sweep, double metres_per_unit, double noise_m,
+                              int moving = 120) {
   std::mt19937 random(3);
   std::normal_distribution<double> normal(0, noise_m);
   std::vector<HeadSighting> sightings;
   for (int i = 0; i < 240; ++i) {
-    const double angle = sweep * std::min(1.0, i / 120.0);
+    const double angle = sweep * std::min(1.0, i / static_cast<double>(moving));
     Pose world_from_cam = Pose::Identity();
     world_from_cam.linear() = Eigen::AngleAxisd(angle, Vec3d::UnitY()).toRotationMatrix();
     world_from_cam.translation() = Vec3d(0.2, 0.1, radius) - radius * world_from_cam.linear().col(2);
     Pose world_from_head = Pose::Identity();
     world_from_head.translation() = Vec3d(0.2, 0.1, radius);
-    if (i > 120) world_from_head.translation() += 0.04 * Vec3d(std::sin(i * 0.1), std::cos(i * 0.07), 0);
+    if (i > moving) world_from_head.translation() += 0.04 * Vec3d(std::sin(i * 0.1), std::cos(i * 0.07), 0);
     HeadSighting s;
     s.cam_from_head = world_from_cam.inverse() * world_from_head;
     s.cam_from_head.translation() += Vec3d(normal(random), normal(random), 3 * normal(random));
@@ -38,6 +39,14 @@ TEST(CameraScale, RecoversTheMetreOfAnyScale) {
     const auto found = steady_metres_per_unit(arc(0.6, 1.0, truth, 0.002));
     ASSERT_TRUE(found.has_value());
     EXPECT_NEAR(*found / truth, 1.0, 0.03);
+  }
+}
+
+TEST(CameraScale, RecoversTheMetreOfACaptureThatMostlyRests) {
+  for (int moving : {40, 60, 84}) {
+    const auto found = steady_metres_per_unit(arc(0.6, 1.0, 0.37, 0.002, moving));
+    ASSERT_TRUE(found.has_value()) << moving;
+    EXPECT_NEAR(*found / 0.37, 1.0, 0.05) << moving;
   }
 }
 
