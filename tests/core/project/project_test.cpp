@@ -1,0 +1,99 @@
+// Claims about the project file: what it remembers, what it refuses, and that two processes do not share it.
+#include "core/project/project.h"
+
+#include <gtest/gtest.h>
+#include <stdlib.h>
+
+#include <fstream>
+
+#include "core/base/files.h"
+
+namespace likeness {
+namespace {
+
+namespace fs = std::filesystem;
+
+class ProjectFolder : public testing::Test {
+ protected:
+  void SetUp() override {
+    std::string name = (fs::temp_directory_path() / "likeness_project_XXXXXX").string();
+    ASSERT_NE(::mkdtemp(name.data()), nullptr);
+    root_ = name;
+  }
+  void TearDown() override { fs::remove_all(root_); }
+
+  fs::path root_;
+};
+
+TEST_F(ProjectFolder, RemembersOptionsAndStages) {
+  ProjectOptions options;
+  options.video = root_ / "clip.mp4";
+  options.size = 512;
+  options.steps = 123;
+  options.seed = 7;
+  options.use_latent = false;
+  auto made = open_or_create_project(root_ / "p", options);
+  ASSERT_TRUE(made.ok()) << made.error().what;
+  made->record(Stage::fit) = {StageState::done, "0123", 4.5, "found", {"a warning"}};
+  ASSERT_TRUE(save_project(*made).ok());
+
+  const auto opened = open_project(root_ / "p");
+  ASSERT_TRUE(opened.ok()) << opened.error().what;
+  EXPECT_EQ(opened->options.video, options.video);
+  EXPECT_EQ(opened->options.size, 512);
+  EXPECT_EQ(opened->options.steps, 123u);
+  EXPECT_EQ(opened->options.seed, 7u);
+  EXPECT_FALSE(opened->options.use_latent);
+  EXPECT_TRUE(opened->options.use_ambient);
+  const StageRecord& record = opened->record(Stage::fit);
+  EXPECT_EQ(record.state, StageState::done);
+  EXPECT_EQ(record.input_hash, "0123");
+  EXPECT_EQ(record.seconds, 4.5);
+  EXPECT_EQ(record.warnings, std::vector<std::string>{"a warning"});
+  EXPECT_EQ(opened->record(Stage::train).state, StageState::to_do);
+}
+
+TEST_F(ProjectFolder, APathThatIsNoTextBreaksNothing) {
+  ProjectOptions options;
+  options.video = root_ / "clip\xff.mp4";
+  const auto made = open_or_create_project(root_ / "p", options);
+  ASSERT_TRUE(made.ok()) << made.error().what;
+  EXPECT_TRUE(open_project(root_ / "p").ok());
+}
+
+TEST_F(ProjectFolder, ADamagedOrNewerFileIsRefusedWithARemedy) {
+  for (const char* text : {"{", "[]", "{\"version\": 1}", "{\"version\": 1000}"}) {
+    ASSERT_TRUE(write_text(root_ / "p" / "project.json", text).ok());
+    const auto opened = open_project(root_ / "p");
+    ASSERT_FALSE(opened.ok()) << text;
+    EXPECT_EQ(opened.error().code, ErrorCode::bad_input) << text;
+    EXPECT_FALSE(opened.error().fix.empty()) << text;
+  }
+}
+
+TEST_F(ProjectFolder, AFolderOfOtherFilesIsLeftAlone) {
+  fs::create_directories(root_ / "photos");
+  std::ofstream(root_ / "photos" / "a.txt") << "a";
+  const auto made = open_or_create_project(root_ / "photos", {});
+  ASSERT_FALSE(made.ok());
+  EXPECT_EQ(std::distance(fs::directory_iterator(root_ / "photos"), fs::directory_iterator()), 1);
+}
+
+TEST_F(ProjectFolder, OptionsDoNotChangeWhileAnotherWorksOnIt) {
+  ProjectOptions options;
+  options.seed = 1;
+  const auto made = open_or_create_project(root_ / "p", options);
+  ASSERT_TRUE(made.ok()) << made.error().what;
+  const auto lock = ProjectLock::acquire(*made);
+  ASSERT_TRUE(lock.ok()) << lock.error().what;
+  options.seed = 2;
+  const auto second = open_or_create_project(root_ / "p", options);
+  ASSERT_FALSE(second.ok());
+  EXPECT_FALSE(second.error().fix.empty());
+  const auto opened = open_project(root_ / "p");
+  ASSERT_TRUE(opened.ok());
+  EXPECT_EQ(opened->options.seed, 1u);
+}
+
+}  // namespace
+}  // namespace likeness
