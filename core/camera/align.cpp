@@ -22,7 +22,8 @@ namespace fs = std::filesystem;
 
 // Background motion, in 1/1000 of the width, below which a failed solve may be taken as a camera at rest.
 constexpr double kHardlyMoving = 20;
-constexpr int kRestSamples = 8;  // frames of a rest that are solved and averaged
+constexpr std::size_t kMostForAllPairs = 35;  // keyframes; all pairs of more cost minutes
+constexpr int kRestSamples = 8;               // frames of a rest that are solved and averaged
 
 Intrinsics centred_intrinsics(int width, int height, double focal_over_width) {
   Intrinsics k;
@@ -83,12 +84,12 @@ Result<void> write_keyframes(const fs::path& video, const PersonMask& person, co
 
 Result<ColmapModel> solve_keyframes(const fs::path& video, const PersonMask& person, const fs::path& work,
                                     const AlignOptions& options, const BackgroundMotion& motion,
-                                    const Progress& progress, std::stop_token stop) {
-  const auto keyframes = choose_keyframes(motion, options.keyframes);
+                                    const std::vector<int>& keyframes, const Progress& progress,
+                                    std::stop_token stop) {
   const int width = std::min(options.colmap_width, motion.width);
   const auto video_hash = hash_file(video);
   if (!video_hash) return video_hash.error();
-  std::string inputs = fmt::format("{} {} {} {} {}", *video_hash, width, options.colmap_features,
+  std::string inputs = fmt::format("tight {} {} {} {} {}", *video_hash, width, options.colmap_features,
                                    options.seed, person ? "masked" : "unmasked");
   for (int frame : keyframes) inputs += fmt::format(" {}", frame);
   if (auto ready = prepare_work_folder(work, hash_text(inputs)); !ready) return ready.error();
@@ -101,7 +102,17 @@ Result<ColmapModel> solve_keyframes(const fs::path& video, const PersonMask& per
   colmap.program = options.colmap;
   colmap.features = options.colmap_features;
   colmap.seed = options.seed;
-  return solve_colmap(work, colmap, progress.stage(0.15, 1, "structure from motion"), stop);
+  auto model = solve_colmap(work, colmap, progress.stage(0.15, 0.8, "structure from motion"), stop);
+  if (!model && model.error().code != ErrorCode::failed) return model;
+  const auto placed = [](const Result<ColmapModel>& m) { return m ? m->images.size() : std::size_t(0); };
+  if (double(placed(model)) >= kEnoughPlaced * double(keyframes.size()) ||
+      keyframes.size() > kMostForAllPairs)
+    return model;
+  // A path that crosses itself is held together by pairs that are not neighbours.
+  colmap.exhaustive = true;
+  auto again = solve_colmap(work, colmap, progress.stage(0.8, 1, "all pairs"), stop);
+  if (!again && again.error().code == ErrorCode::cancelled) return again;
+  return placed(again) > placed(model) ? std::move(again) : std::move(model);
 }
 
 // The frames to solve by following points: all outside rests, a few of each rest.
@@ -131,7 +142,7 @@ void share_rest_poses(const BackgroundMotion& motion, std::map<int, Pose>& poses
   }
 }
 
-Result<AlignResult> moving_result(const fs::path& video, const ColmapModel& model,
+Result<AlignResult> moving_result(const fs::path& video, const ColmapModel& model, std::size_t chosen,
                                   const BackgroundMotion& motion, const Progress& progress,
                                   std::stop_token stop) {
   const auto keyframes = keyframes_of(model);
@@ -159,6 +170,12 @@ Result<AlignResult> moving_result(const fs::path& video, const ColmapModel& mode
   for (const auto& [frame, pose] : poses) result.cameras.cameras.push_back({frame, full, pose});
   result.frames = int(motion.frames.size());
   result.registered = int(poses.size());
+  if (double(keyframes.size()) < kEnoughPlaced * double(chosen))
+    result.warnings.push_back(
+        fmt::format("Only {} of {} keyframes fitted together. For a better path, film again: move slowly in "
+                    "one arc, keep "
+                    "a detailed background with things at several distances in view, and avoid blur.",
+                    keyframes.size(), chosen));
   if (result.registered < result.frames)
     result.warnings.push_back(fmt::format("The camera of {} of {} frames was not found; they are left out.",
                                           result.frames - result.registered, result.frames));
@@ -201,8 +218,9 @@ Result<AlignResult> align_clip(const fs::path& video, const PersonMask& person, 
     progress.report(1);
     return result;
   }
-  const auto model =
-      solve_keyframes(video, person, work, options, *motion, progress.stage(0.2, 0.7, "camera path"), stop);
+  const auto keyframes = choose_keyframes(*motion, options.keyframes);
+  const auto model = solve_keyframes(video, person, work, options, *motion, keyframes,
+                                     progress.stage(0.2, 0.7, "camera path"), stop);
   if (!model) {
     if (model.error().code != ErrorCode::failed || motion->motion > kHardlyMoving) return model.error();
     auto result =
@@ -216,7 +234,8 @@ Result<AlignResult> align_clip(const fs::path& video, const PersonMask& person, 
     progress.report(1);
     return result;
   }
-  auto result = moving_result(video, *model, *motion, progress.stage(0.7, 1, "frames between"), stop);
+  auto result =
+      moving_result(video, *model, keyframes.size(), *motion, progress.stage(0.7, 1, "frames between"), stop);
   if (result) {
     result->evidence = moving_evidence(*motion);
     progress.report(1);

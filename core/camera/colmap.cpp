@@ -6,9 +6,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <cstdio>
-#include <memory>
-#include <set>
+#include <fstream>
+#include <iterator>
 
 #include "core/base/files.h"
 #include "core/base/parallel.h"
@@ -126,22 +127,52 @@ Error hardly_moved(const ColmapCounts& counts) {
           "camera"};
 }
 
-// The largest reconstruction under `sparse`, by its file of pictures.
-fs::path largest_model(const fs::path& sparse) {
-  fs::path best;
-  std::uintmax_t most = 0;
+struct SparseModel {
+  fs::path folder;  // empty: none
+  std::uint64_t pictures = 0;
+};
+
+// The reconstruction with most placed pictures anywhere under `sparse`: the mapper writes several where the
+// pictures fall apart.
+SparseModel largest_model(const fs::path& sparse) {
+  SparseModel best;
   std::error_code ignored;
-  for (const auto& entry : fs::directory_iterator(sparse, ignored)) {
-    const auto size = fs::file_size(entry.path() / "images.bin", ignored);
-    if (!ignored && size > most) most = size, best = entry.path();
+  for (const auto& entry : fs::recursive_directory_iterator(sparse, ignored)) {
+    if (entry.path().filename() != "images.bin") continue;
+    std::uint64_t pictures = 0;
+    std::ifstream file(entry.path(), std::ios::binary);
+    unsigned char bytes[8] = {};
+    if (!file.read(reinterpret_cast<char*>(bytes), 8)) continue;
+    for (int i = 7; i >= 0; --i) pictures = pictures << 8 | bytes[i];
+    if (pictures > best.pictures) best = {entry.path().parent_path(), pictures};
   }
   return best;
 }
+
+// What the mapper is asked in turn: its defaults, then ever less parallax and fewer matches, for sweeps of
+// few degrees and pictures that are mostly person.
+struct MapperTry {
+  const char* folder;
+  std::vector<std::string> arguments;
+};
+const MapperTry kMapperTries[] = {
+    {"default", {}},
+    {"lenient",
+     {"--Mapper.init_min_tri_angle", "4", "--Mapper.init_min_num_inliers", "50",
+      "--Mapper.abs_pose_min_num_inliers", "20", "--Mapper.abs_pose_min_inlier_ratio", "0.15"}},
+    {"little_motion",
+     {"--Mapper.init_min_tri_angle", "2", "--Mapper.init_min_num_inliers", "40",
+      "--Mapper.init_max_forward_motion", "1", "--Mapper.abs_pose_min_num_inliers", "15",
+      "--Mapper.abs_pose_min_inlier_ratio", "0.15", "--Mapper.filter_min_tri_angle", "0.7"}}};
 
 struct Commands {
   fs::path work;
   ColmapOptions options;
   std::string threads, seed;
+
+  // The solve of all pairs has folders of its own: neither solve's results replace the other's.
+  fs::path sparse() const { return work / (options.exhaustive ? "all_sparse" : "sparse"); }
+  fs::path refined() const { return work / (options.exhaustive ? "all_refined" : "refined"); }
 
   Step base(const char* command, std::string what) const {
     return {{options.program, command, "--random_seed", seed}, nullptr, std::move(what)};
@@ -176,19 +207,17 @@ struct Commands {
                             {"--SequentialMatching.overlap", std::to_string(options.overlap)});
     return step;
   }
-  Step map(bool little_motion) const {
+  Step map(const MapperTry& how) const {
     Step step = base("mapper", "Placing pictures");
     step.arguments.insert(step.arguments.end(),
                           {"--database_path", work / "database.db", "--image_path", work / "images",
-                           "--output_path", work / "sparse", "--Mapper.num_threads", threads});
-    if (little_motion)
-      step.arguments.insert(step.arguments.end(),
-                            {"--Mapper.init_min_tri_angle", "2", "--Mapper.init_min_num_inliers", "50"});
+                           "--output_path", sparse() / how.folder, "--Mapper.num_threads", threads});
+    step.arguments.insert(step.arguments.end(), how.arguments.begin(), how.arguments.end());
     return step;
   }
   Step refine(const fs::path& model) const {
     Step step = base("bundle_adjuster", "Refining the lens");
-    step.arguments.insert(step.arguments.end(), {"--input_path", model, "--output_path", work / "refined",
+    step.arguments.insert(step.arguments.end(), {"--input_path", model, "--output_path", refined(),
                                                  "--BundleAdjustment.refine_principal_point", "1"});
     return step;
   }
@@ -225,22 +254,27 @@ Result<void> make_empty(const fs::path& folder) {
   return {};
 }
 
-// Sparse reconstruction; a second, more lenient try where the first finds no pair to start from.
+// Sparse reconstruction, until a try places enough of the pictures; otherwise the best of them counts.
 Result<void> map_pictures(const Commands& commands, const ColmapCounts& counts, const Progress& progress,
                           std::stop_token stop) {
   if (counts.verified_pairs < 2) return too_few_matches(counts);
-  for (const bool little_motion : {false, true}) {
-    if (auto made = make_empty(commands.work / "sparse"); !made) return made;
-    const Step step = commands.map(little_motion);
-    const auto end = run_step(step, counts.pictures, progress, stop);
+  if (auto made = make_empty(commands.sparse()); !made) return made;
+  const double share = 1.0 / double(std::size(kMapperTries));
+  for (std::size_t i = 0; i < std::size(kMapperTries); ++i) {
+    if (auto made = make_empty(commands.sparse() / kMapperTries[i].folder); !made) return made;
+    const Step step = commands.map(kMapperTries[i]);
+    const auto end = run_step(step, counts.pictures,
+                              progress.stage(share * double(i), share * double(i + 1), "try"), stop);
     if (!end) return end.error();
-    if (end->exit_code == 0 && !largest_model(commands.work / "sparse").empty()) return {};
+    const SparseModel best = largest_model(commands.sparse());
+    if (double(best.pictures) >= kEnoughPlaced * counts.described) return {};
     if (end->tail.find("No images with matches found") != std::string::npos) return too_few_matches(counts);
     const bool no_start = end->tail.find("failed to create sparse model") != std::string::npos ||
                           end->tail.find("initial image pair") != std::string::npos;
-    if (!no_start) return step_failed(step, *end);
+    if (end->exit_code != 0 && !no_start) return step_failed(step, *end);
   }
-  return hardly_moved(counts);
+  if (largest_model(commands.sparse()).pictures == 0) return hardly_moved(counts);
+  return {};
 }
 
 }  // namespace
@@ -275,21 +309,21 @@ Result<ColmapModel> solve_colmap(const fs::path& work, const ColmapOptions& opti
   if (!is_done(work, step_name)) {
     if (auto mapped = map_pictures(commands, *counts, progress.stage(0.75, 0.95, "mapping"), stop); !mapped)
       return mapped.error();
-    if (auto made = make_empty(work / "refined"); !made) return made.error();
-    const Step step = commands.refine(largest_model(work / "sparse"));
+    if (auto made = make_empty(commands.refined()); !made) return made.error();
+    const Step step = commands.refine(largest_model(commands.sparse()).folder);
     const auto end = run_step(step, 0, progress.stage(0.95, 1, "lens"), stop);
     if (!end) return end.error();
     if (end->exit_code != 0) return step_failed(step, *end);
     if (auto marked = mark_done(work, step_name); !marked) return marked.error();
   }
   progress.report(1);
-  auto refined = read_colmap_model(work / "refined");
+  auto refined = read_colmap_model(commands.refined());
   // Where few pictures leave the principal point open, the adjustment may carry it away; then the centre is
   // better.
   if (refined && !refined->cameras.empty()) {
     const Intrinsics& k = refined->cameras.begin()->second;
     if (std::abs(k.cx - k.width / 2.0) > 0.08 * k.width || std::abs(k.cy - k.height / 2.0) > 0.08 * k.height)
-      return read_colmap_model(largest_model(work / "sparse"));
+      return read_colmap_model(largest_model(commands.sparse()).folder);
   }
   return refined;
 }

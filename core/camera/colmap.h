@@ -11,10 +11,13 @@
 
 namespace likeness {
 
+// Share of the pictures that a solve must place to be taken without another try.
+inline constexpr double kEnoughPlaced = 0.6;
+
 struct ColmapOptions {
   std::string program = "colmap";
   int features = 2000;      // per picture; raising it costs matching time quadratically
-  int overlap = 6;          // sequential: pairs with +1..+(overlap-1) and +2^0..+2^(overlap-1)
+  int overlap = 7;          // sequential: pairs with +1..+(overlap-1) and +2^0..+2^(overlap-1)
   bool exhaustive = false;  // every pair instead
   int threads = 0;          // 0: the current limit
   int seed = 0;
@@ -28,9 +31,10 @@ struct ColmapCounts {
 };
 Result<ColmapCounts> count_database(const std::filesystem::path& database);
 
-// work/images/NAME and work/masks/NAME.png (0 = ignored) must be there; database, sparse/ and refined/ are
-// written beside them. A step whose marker file (work/NAME.done) exists is not repeated. The model is that of
-// the bundle adjustment with the principal point free, of the largest reconstruction.
+// work/images/NAME and work/masks/NAME.png (0 = ignored) must be there; database, sparse/ and refined/
+// (all_sparse/ and all_refined/ where every pair is matched) are written beside them. A step whose marker
+// file (work/NAME.done) exists is not repeated. The model is that of the bundle adjustment with the principal
+// point free, of the largest reconstruction.
 Result<ColmapModel> solve_colmap(const std::filesystem::path& work, const ColmapOptions& options,
                                  const Progress& progress, std::stop_token stop);
 

@@ -15,7 +15,8 @@ namespace likeness {
 namespace {
 
 constexpr int kWorkingWidth = 480;
-constexpr int kMaskEvery = 5;  // frames between two askings for the person
+constexpr double kTravelStep = 0.02, kLeap = 0.09;  // of the width
+constexpr int kMaskEvery = 5;                       // frames between two askings for the person
 constexpr int kPatience =
     3;  // frames astray after which a rest has ended; fewer are a glitch (an arm, a flash)
 
@@ -98,7 +99,7 @@ class PathRecorder {
     tracks_ += double(tracker_.tracks());
     const double astray = carried_ + moved.value_or(last_astray_);
     last_astray_ = moved.value_or(last_astray_);
-    out.frames.push_back({frame, (base_ + astray) * per_px_, sharpness_of(grey, background)});
+    out.frames.push_back({frame, (base_ + astray) * per_px_, 0, sharpness_of(grey, background)});
     if (astray <= rest_px_) {
       last_good_ = frame;
       misses_ = 0;
@@ -130,6 +131,40 @@ class PathRecorder {
   int first_ = 0, last_good_ = 0, misses_ = 0;
 };
 
+// How far the background has come, in px: steps of a set length, so that shaking about one place adds none.
+class TravelRecorder {
+ public:
+  explicit TravelRecorder(double step_px, double leap_px) : step_px_(step_px), leap_px_(leap_px) {}
+
+  double add(const cv::Mat& grey, const cv::Mat& background) {
+    if (!started_) return anchor(grey, background), 0;
+    const bool could_tell = tracker_.tracks() >= std::size_t(kLeastTracks);
+    const auto moved = tracker_.displacement(grey, background);
+    if (moved)
+      farthest_ = std::max(farthest_, *moved);
+    else if (could_tell)
+      farthest_ = std::max(farthest_, leap_px_);  // lost at once: a leap, or blur; it wants a keyframe
+    const double now = base_ + farthest_;
+    if (farthest_ >= step_px_ || tracker_.worn_out()) {
+      base_ = now;
+      anchor(grey, background);
+    }
+    return now;
+  }
+
+ private:
+  void anchor(const cv::Mat& grey, const cv::Mat& background) {
+    tracker_.set_anchor(grey, background);
+    farthest_ = 0;
+    started_ = true;
+  }
+
+  AnchorTracker tracker_;
+  double step_px_, leap_px_;
+  double base_ = 0, farthest_ = 0;
+  bool started_ = false;
+};
+
 cv::Mat background_of(const std::function<Image8(int, const Image8&)>& person, const VideoFrame& frame,
                       cv::Size size) {
   cv::Mat background(size, CV_8U, cv::Scalar(255));
@@ -156,6 +191,7 @@ Result<BackgroundMotion> measure_background_motion(const std::filesystem::path& 
   const cv::Size size(std::max(16, int(std::lround(out.width * scale))),
                       std::max(16, int(std::lround(out.height * scale))));
   PathRecorder recorder(rest_px_per_1000 * size.width / 1000, 1000.0 / size.width);
+  TravelRecorder travel(kTravelStep * size.width, kLeap * size.width);
   cv::Mat background;
   double last_time = 0;
   try {
@@ -172,6 +208,7 @@ Result<BackgroundMotion> measure_background_motion(const std::filesystem::path& 
       if (frame.index % kMaskEvery == 0 || background.empty())
         background = background_of(person, frame, size);
       recorder.add(frame.index, small, background, out);
+      out.frames.back().travel = travel.add(small, background) * 1000 / size.width;
       last_time = frame.time_s;
       if (frame.index % 10 == 0)
         progress.report(double(frame.index) / std::max(1, reader->info().frame_count),
@@ -199,14 +236,16 @@ Result<BackgroundMotion> measure_background_motion(const std::filesystem::path& 
 std::vector<int> choose_keyframes(const BackgroundMotion& motion, int count) {
   std::vector<int> chosen;
   if (motion.frames.empty() || count < 1) return chosen;
-  const double total = motion.frames.back().path;
-  // Steps below 1 % of the width bring no parallax, only cost.
-  const int slots = std::clamp(int(total / 10), std::min(2, count), count);
+  const double total = motion.frames.back().travel;
+  constexpr double kWide = 90, kNarrow = 35;  // 1/1000 of the width
+  constexpr double kUsual = 20;               // keyframes that a short sweep is cut into
+  const int slots =
+      std::clamp(int(std::max(total / kWide, std::min(kUsual, total / kNarrow))), std::min(3, count), count);
   std::size_t begin = 0;
   for (int slot = 0; slot < slots; ++slot) {
     const double end_path = total * (slot + 1) / slots;
     std::size_t end = begin;
-    while (end < motion.frames.size() && (motion.frames[end].path < end_path || slot + 1 == slots)) ++end;
+    while (end < motion.frames.size() && (motion.frames[end].travel < end_path || slot + 1 == slots)) ++end;
     if (end == begin) continue;  // the camera leapt over this slot
     const auto sharper = [](const FrameMotion& a, const FrameMotion& b) { return a.sharpness < b.sharpness; };
     const auto best =

@@ -1,5 +1,5 @@
-// The coarse person mask: from a face box alone, generous, since it only has to keep the person out of camera
-// solves.
+// The coarse person mask: from a face box alone, since it only has to keep the person out of camera solves;
+// no larger than that, or it takes the background away from them.
 #include <algorithm>
 #include <memory>
 #include <mutex>
@@ -21,22 +21,22 @@ struct CoarseState {
       last;  // of the last picture with a face: heads do not vanish when a detector misses them
 };
 
-// Head ellipse with hair, neck and shoulders widening down to the lower border.
+// Head ellipse with hair, neck, and shoulders that slope down to the lower border. The detector's box spans
+// about the brows to the chin and is as wide as the face; every part is some 10 % larger than an upright
+// adult's, no more: what lies close beside the head is the background with most parallax.
 void draw_person(cv::Mat& mask, const FaceBox& box) {
   const double cx = box.x + box.width / 2, w = box.width, h = box.height;
-  const int margin = int(std::lround(0.12 * w));
-  cv::ellipse(
-      mask,
-      {cv::Point2d(cx, box.y + 0.38 * h), cv::Size2d(2 * 0.8 * w + 2 * margin, 2 * 1.0 * h + 2 * margin), 0},
-      255, cv::FILLED);
-  const double bottom = mask.rows + 1;
+  cv::ellipse(mask, {cv::Point2d(cx, box.y + 0.36 * h), cv::Size2d(1.44 * w, 1.85 * h), 0}, 255, cv::FILLED);
+  const double bottom = std::max(mask.rows + 1.0, box.y + 2.4 * h);
   const auto at = [](double x, double y) { return cv::Point(int(std::lround(x)), int(std::lround(y))); };
-  const std::vector<cv::Point> body{at(cx - 0.75 * w, box.y + 0.75 * h),
-                                    at(cx + 0.75 * w, box.y + 0.75 * h),
-                                    at(cx + 2.1 * w, box.y + 1.6 * h),
-                                    at(cx + 2.6 * w, std::max(bottom, box.y + 2.4 * h)),
-                                    at(cx - 2.6 * w, std::max(bottom, box.y + 2.4 * h)),
-                                    at(cx - 2.1 * w, box.y + 1.6 * h)};
+  // Half widths down the body, in face widths, at heights in face heights below the box's upper edge.
+  const std::pair<double, double> outline[] = {{0.55, 0.8}, {0.6, 1.2}, {1.1, 1.5}, {1.75, 1.85}, {2.0, 2.3}};
+  std::vector<cv::Point> body;
+  for (const auto& [half, down] : outline) body.push_back(at(cx + half * w, box.y + down * h));
+  body.push_back(at(cx + 2.1 * w, bottom));
+  body.push_back(at(cx - 2.1 * w, bottom));
+  for (auto it = std::rbegin(outline); it != std::rend(outline); ++it)
+    body.push_back(at(cx - it->first * w, box.y + it->second * h));
   cv::fillPoly(mask, std::vector<std::vector<cv::Point>>{body}, 255);
 }
 

@@ -140,13 +140,14 @@ TEST(BackgroundMotion, WhatTheMaskCoversDoesNotCount) {
   EXPECT_GT(whole->motion, 20);
 }
 
-TEST(ChooseKeyframes, AreSpacedAlongThePathAndTakeTheSharpest) {
+TEST(ChooseKeyframes, AreSpacedAlongTheTravelAndTakeTheSharpest) {
   BackgroundMotion motion;
-  for (int i = 0; i < 200; ++i)
-    motion.frames.push_back({i, i < 100 ? 4.0 * i : 396.0, i % 5 == 0 ? 9.0 : 1.0});
-  const auto chosen = choose_keyframes(motion, 16);
-  EXPECT_LE(chosen.size(), 16u);
-  EXPECT_GE(chosen.size(), 14u);
+  for (int i = 0; i < 200; ++i) {
+    const double way = std::min(4.0 * i, 396.0);
+    motion.frames.push_back({i, way, way, i % 5 == 0 ? 9.0 : 1.0});
+  }
+  const auto chosen = choose_keyframes(motion, 80);
+  EXPECT_EQ(chosen.size(), 11u);  // 396 / 35
   int resting = 0;
   for (int frame : chosen) {
     EXPECT_EQ(frame % 5, 0) << frame;
@@ -154,6 +155,32 @@ TEST(ChooseKeyframes, AreSpacedAlongThePathAndTakeTheSharpest) {
   }
   EXPECT_LE(resting, 1);  // a rest adds nothing
   EXPECT_TRUE(std::is_sorted(chosen.begin(), chosen.end()));
+  EXPECT_LE(choose_keyframes(motion, 6).size(), 6u);
+}
+
+TEST(ChooseKeyframes, ALongSweepGetsWideStepsUpToTheCount) {
+  BackgroundMotion motion;
+  for (int i = 0; i < 600; ++i) motion.frames.push_back({i, 9.0 * i, 9.0 * i, 1.0});
+  const auto chosen = choose_keyframes(motion, 80);
+  ASSERT_EQ(chosen.size(), 59u);  // 5391 / 90
+  for (std::size_t i = 1; i < chosen.size(); ++i) EXPECT_NEAR(chosen[i] - chosen[i - 1], 10, 1) << i;
+  EXPECT_EQ(choose_keyframes(motion, 40).size(), 40u);
+}
+
+TEST(BackgroundMotion, AShakingHandTravelsNowhere) {
+  const Clip clip(60, [&](int frame) { return wall_window(20 + 2.0 * std::sin(1.3 * frame)); });
+  const auto motion = measure_background_motion(clip.video, {}, 0.75, {}, {});
+  ASSERT_TRUE(motion.ok()) << motion.error().what;
+  EXPECT_GT(motion->frames.back().path, 30);
+  EXPECT_LT(motion->frames.back().travel, 20);
+}
+
+TEST(BackgroundMotion, AFastPanTravelsItsWholeWay) {
+  const Clip clip(25, [&](int frame) { return wall_window(12.0 * frame); });
+  const auto motion = measure_background_motion(clip.video, {}, 0.75, {}, {});
+  ASSERT_TRUE(motion.ok()) << motion.error().what;
+  const double shift = 12.0 * 24 * 1000 / kWidth;
+  EXPECT_NEAR(motion->frames.back().travel, shift, 0.1 * shift);
 }
 
 TEST(BackgroundMotion, StopsWhenAsked) {
