@@ -127,6 +127,8 @@ int run_align_photos(const BuildArguments& arguments) {
 
 void add_training_options(CLI::App& verb, BuildArguments& a) {
   verb.add_option("--budget", a.options.budget_s, "Seconds of training")->check(CLI::Range(1.0, 1e6));
+  verb.add_option("--checkpoint-every", a.options.checkpoint_every_s, "Seconds between checkpoints")
+      ->check(CLI::Range(0.1, 3600.0));
   verb.add_option("--steps", a.options.steps, "Exact training steps instead of a budget");
 }
 

@@ -127,6 +127,11 @@ Result<Film> make_film(const RenderArguments& arguments, const Project& project,
   auto cameras = film_cameras(arguments, project, avatar, wanted);
   if (!cameras) return cameras.error();
   film.cameras = std::move(*cameras);
+  if (arguments.out.extension() == ".png" && film.cameras.size() > 1) {
+    return Error{ErrorCode::bad_input,
+                 fmt::format("{} frames do not fit into one picture.", film.cameras.size()),
+                 "Name an .mp4 or a folder as --out.", arguments.out.string()};
+  }
   std::array<double, 3> turn{};
   for (std::size_t i = 0; i < arguments.pose_deg.size(); ++i)
     turn[i] = arguments.pose_deg[i] * std::numbers::pi / 180;

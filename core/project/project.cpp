@@ -32,6 +32,7 @@ json to_json(const ProjectOptions& options) {
           {"budget_s", options.budget_s},
           {"steps", options.steps},
           {"seed", options.seed},
+          {"checkpoint_every_s", options.checkpoint_every_s},
           {"use_ambient", options.use_ambient},
           {"use_latent", options.use_latent},
           {"use_occupancy", options.use_occupancy}};
@@ -46,6 +47,7 @@ ProjectOptions options_from_json(const json& j) {
   options.budget_s = j.at("budget_s");
   options.steps = j.at("steps");
   options.seed = j.at("seed");
+  options.checkpoint_every_s = j.value("checkpoint_every_s", options.checkpoint_every_s);
   options.use_ambient = j.at("use_ambient");
   options.use_latent = j.at("use_latent");
   options.use_occupancy = j.at("use_occupancy");

@@ -40,6 +40,7 @@ struct ProjectOptions {
   double budget_s = 300;                 // of training
   std::uint64_t steps = 0;               // exact training steps instead of a budget
   std::uint64_t seed = 0;
+  double checkpoint_every_s = 30;  // what a killed training loses at most
   bool use_ambient = true, use_latent = true, use_occupancy = true;
 };
 

@@ -25,6 +25,18 @@ std::optional<Camera> picture_camera(const Capture& capture, const CameraSet& ca
   return camera;
 }
 
+Result<void> check_track_fits(const Track& track, const HeadModel& model) {
+  const bool fits = track.head_model_hash == model.hash && track.identity.size() == model.identity_count() &&
+                    std::ranges::all_of(track.frames, [&](const TrackedFrame& frame) {
+                      return frame.articulation.expression.size() == model.expression_count();
+                    });
+  if (fits) return {};
+  return Error{ErrorCode::bad_input,
+               fmt::format("The track was made with the {} head model and does not fit the {} one.",
+                           track.head_model_name, model.name),
+               "Run likeness fit, so that the track is made anew.", "track.json"};
+}
+
 namespace {
 
 Result<void> load_pictures(const Project& project, TrainingView& view) {
@@ -54,6 +66,7 @@ Result<TrainingSet> load_training_set(const Project& project, const HeadModel& m
   if (!cameras) return cameras.error();
   const auto track = read_track(track_path(project));
   if (!track) return track.error();
+  if (const auto fits = check_track_fits(*track, model); !fits) return fits.error();
   const auto plate_info = read_plate_info(plate_info_path(project));
   if (!plate_info) return plate_info.error();
 
@@ -66,6 +79,12 @@ Result<TrainingSet> load_training_set(const Project& project, const HeadModel& m
     auto plate = read_image(plate_path(project));
     if (!plate) return plate.error();
     set.plate = std::move(*plate);
+    // Projects from before this file treat the whole plate as seen.
+    if (const fs::path known = project.folder / "plate_known.png"; fs::exists(known)) {
+      auto seen = read_image(known);
+      if (!seen) return seen.error();
+      set.plate_known = std::move(*seen);
+    }
   }
   for (const CaptureFrame& frame : capture->frames) {
     if (!frame.used) continue;

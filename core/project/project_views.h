@@ -17,6 +17,10 @@ namespace likeness {
 std::optional<Camera> picture_camera(const Capture& capture, const CameraSet& cameras, const Track& track,
                                      int frame);
 
+// An edited or foreign track.json is told apart here, before its numbers meet a model they were not made
+// with.
+Result<void> check_track_fits(const Track& track, const HeadModel& model);
+
 // Training views (used frames with a good or weak track), plate and person of a project.
 Result<TrainingSet> load_training_set(const Project& project, const HeadModel& model);
 

@@ -30,6 +30,16 @@ std::string content_of(const fs::path& path) {
   return hash ? *hash : "absent";
 }
 
+// The clip's content. A clip that was moved or deleted after its import is known by what the import wrote
+// down, so that training goes on without it.
+std::string clip_content(const Project& project) {
+  std::error_code ignored;
+  if (!fs::exists(project.options.video, ignored)) {
+    if (const auto capture = read_capture(capture_path(project))) return capture->video_hash;
+  }
+  return content_of(project.options.video);
+}
+
 // Everything the stage's result depends on, as one hash. Results of earlier stages count by content, so an
 // edited track.json is honoured.
 std::string input_hash(const Project& project, Stage stage) {
@@ -37,10 +47,10 @@ std::string input_hash(const Project& project, Stage stage) {
   std::string inputs = fmt::format("{} {}\n", stage_name(stage), kStageVersion[std::size_t(stage)]);
   switch (stage) {
     case Stage::import:
-      inputs += fmt::format("{} {}", content_of(o.video), o.size);
+      inputs += fmt::format("{} {}", clip_content(project), o.size);
       break;
     case Stage::align:
-      inputs += fmt::format("{} {}", content_of(o.video), o.seed);
+      inputs += fmt::format("{} {}", clip_content(project), o.seed);
       break;
     case Stage::fit:
       inputs +=
@@ -144,6 +154,11 @@ Result<void> run_fit(const StageContext& context) {
                           options, context.progress, context.stop);
   if (!track) return track.error();
   track->head_model_file = context.project.options.head_model.string();
+  if (!track->metre_known) {
+    context.record.warnings.push_back(
+        "The camera moved too little to tell its distances in metres; for a better avatar walk a wider arc "
+        "round the head.");
+  }
   std::array<int, 3> count{};
   double error_px = 0;
   for (const TrackedFrame& frame : track->frames) {
@@ -166,6 +181,7 @@ Result<void> run_matte(const StageContext& context) {
   if (!track) return track.error();
   const auto model = project_head_model(context.project.options);
   if (!model) return model.error();
+  if (const auto fits = check_track_fits(*track, *model); !fits) return fits.error();
   MatteOptions options;
   options.size = capture->size;
   const auto matte = matte_clip(context.project.folder, *capture, *cameras, *track, *model, options,
@@ -188,6 +204,7 @@ Result<void> run_train(const StageContext& context) {
   options.budget_s = o.budget_s;
   options.steps = o.steps;
   options.seed = o.seed;
+  options.checkpoint_every_s = o.checkpoint_every_s;
   options.use_ambient = o.use_ambient;
   options.use_latent = o.use_latent;
   options.use_occupancy = o.use_occupancy;

@@ -127,7 +127,8 @@ Result<void> write_track(const std::filesystem::path& path, const Track& track) 
                      {"head_model_file", track.head_model_file},
                      {"identity", vector_json(track.identity)},
                      {"has_torso", track.has_torso},
-                     {"metres_per_unit", track.metres_per_unit}};
+                     {"metres_per_unit", track.metres_per_unit},
+                     {"metre_known", track.metre_known}};
   for (const TrackedFrame& f : track.frames) {
     bool finite = f.world_from_head.matrix().allFinite() && f.world_from_torso.matrix().allFinite() &&
                   f.articulation.expression.allFinite() && f.articulation.neck.allFinite() &&
@@ -177,6 +178,7 @@ Result<Track> read_track(const std::filesystem::path& path) {
     track.identity = vector_from(j.at("identity"));
     track.has_torso = j.at("has_torso").get<bool>();
     track.metres_per_unit = j.at("metres_per_unit").get<double>();
+    track.metre_known = j.value("metre_known", true);
     for (const json& f : j.at("frames")) {
       track.frames.push_back(frame_from(f));
       if (track.frames.size() > 1 && track.frames[track.frames.size() - 2].frame >= track.frames.back().frame)

@@ -31,6 +31,7 @@ struct Track {
   Eigen::VectorXf identity;          // (I)
   bool has_torso = true;             // enough torso in the picture to model
   double metres_per_unit = 1;        // of the cameras' world; camera translations times this are metres
+  bool metre_known = true;           // false: the camera moved too little to tell, metres_per_unit is 1
   std::vector<TrackedFrame> frames;  // ascending frame
 };
 

@@ -247,13 +247,13 @@ void bridge_lost(std::vector<TrackedFrame>& frames) {
   }
 }
 
-double find_scale(const CameraSet& cameras, const Work& work) {
+std::optional<double> find_scale(const CameraSet& cameras, const Work& work) {
   if (cameras.is_static || cameras.scale == CameraScale::metric) return 1;
   std::vector<HeadSighting> sightings;
   for (std::size_t i = 0; i < work.faces.size(); ++i)
     if (work.faces[i].seen && !work.faces[i].held_out)
       sightings.push_back({work.cameras[i]->cam_from_world, work.faces[i].state.cam_from_head});
-  return steady_metres_per_unit(sightings).value_or(1.0);
+  return steady_metres_per_unit(sightings);
 }
 
 std::vector<TrackedFrame> describe_frames(const Work& work, const HeadModel& model, double metres_per_unit) {
@@ -352,7 +352,9 @@ Result<Track> track_clip(const std::filesystem::path& video, const TrackRegion& 
   track.head_model_name = model.name;
   track.head_model_hash = model.hash;
   track.identity = work.full_identity(model);
-  track.metres_per_unit = find_scale(cameras, work);
+  const std::optional<double> scale = find_scale(cameras, work);
+  track.metre_known = scale.has_value();
+  track.metres_per_unit = scale.value_or(1.0);
   track.frames = describe_frames(work, model, track.metres_per_unit);
   if (auto torso = add_torso(work, model, track, progress.stage(0.92, 1, "torso"), stop); !torso)
     return torso.error();

@@ -138,7 +138,9 @@ TEST_F(EndToEnd, AKilledBuildContinuesToTheSameQuality) {
   const fs::path project = folder_ / "killed.likeness";
   std::vector<std::string> command = build_command(project);
   command.insert(command.begin(), likeness_path());
-  for (const char* landmark : {"capture.json", "track.json"}) {
+  for (const char* option : {"--checkpoint-every", "1"}) command.push_back(option);
+  // After the import, after the track, and in the middle of training.
+  for (const char* landmark : {"capture.json", "track.json", "checkpoint.bin"}) {
     const pid_t child = start_program(command, folder_);
     kill_when(project / landmark, child);
     EXPECT_NE(wait_program(child), 0) << "it ended before it could be killed";
