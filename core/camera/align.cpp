@@ -57,6 +57,12 @@ Intrinsics enlarge(const Intrinsics& small, int width, int height) {
   return k;
 }
 
+// Width at which colmap sees a picture. A small one is enlarged: its features are too fine for most scales of
+// the detector, and half as many again in each direction give three times as many.
+int solve_width(int width, int wanted) {
+  return width * 5 / 4 < wanted ? std::min(wanted, width * 3 / 2) : std::min(wanted, width);
+}
+
 std::string frame_picture_name(int frame) { return fmt::format("{:06}.png", frame); }
 
 // Writes the keyframes' pictures and masks for colmap.
@@ -86,7 +92,7 @@ Result<ColmapModel> solve_keyframes(const fs::path& video, const PersonMask& per
                                     const AlignOptions& options, const BackgroundMotion& motion,
                                     const std::vector<int>& keyframes, const Progress& progress,
                                     std::stop_token stop) {
-  const int width = std::min(options.colmap_width, motion.width);
+  const int width = solve_width(motion.width, options.colmap_width);
   const auto video_hash = hash_file(video);
   if (!video_hash) return video_hash.error();
   std::string inputs = fmt::format("tight {} {} {} {} {}", *video_hash, width, options.colmap_features,

@@ -168,7 +168,8 @@ Result<std::vector<Camera>> resect_frames(const std::filesystem::path& video,
       if (keyframe == by_frame.end() && !wanted.count(frame.index)) continue;
       const cv::Mat rgb(frame.rgb.height, frame.rgb.width, CV_8UC3, frame.rgb.data.data());
       cv::Mat reduced, grey;
-      cv::resize(rgb, reduced, {small.width, small.height}, 0, 0, cv::INTER_AREA);
+      cv::resize(rgb, reduced, {small.width, small.height}, 0, 0,
+                 small.width > rgb.cols ? cv::INTER_LINEAR : cv::INTER_AREA);
       cv::cvtColor(reduced, grey, cv::COLOR_RGB2GRAY);
       if (keyframe == by_frame.end()) {
         buffered.push_back({frame.index, grey, {}});
