@@ -15,6 +15,7 @@
 #include "core/base/files.h"
 #include "core/base/parallel.h"
 #include "core/image/files.h"
+#include "core/matte/person_hull.h"
 #include "core/matte/person_prior.h"
 #include "core/matte/plate.h"
 #include "core/matte/regions.h"
@@ -28,7 +29,7 @@ namespace fs = std::filesystem;
 constexpr int kCutSide =
     256;  // px at which person and background are told apart; the edge is done at full size
 constexpr std::size_t kPlateSamples = 80, kOtherSamples = 32;
-constexpr int kRounds = 3;
+constexpr int kRounds = 4;
 
 struct Stage {
   fs::path folder;
@@ -57,8 +58,9 @@ struct Sample {
 
 struct Statistics {
   Plate plate, small_plate;
-  ColourModel colours;
-  cv::Mat still;  // cut_size, empty without a plate
+  ColourModel upper, lower;  // colours above and below the neck's base
+  PersonHull hull;           // empty before the first cut
+  cv::Mat still;             // cut_size, empty without a plate
   bool has_plate = false;
 };
 
@@ -136,13 +138,20 @@ void mark_rest(const Stage& stage, std::vector<Job>& jobs) {
   for (std::size_t i = best_begin; i < best_end; ++i) jobs[i].on_plate = true;
 }
 
-PersonPrior prior_of(const Stage& stage, const Job& job, int size) {
+std::optional<PersonPlace> place_of(const Stage& stage, const Job& job, const Intrinsics& picture) {
+  return place_person(stage.person, *job.tracked, *job.camera, picture, stage.track.metres_per_unit);
+}
+
+// `hull` may be empty.
+PersonPrior prior_of(const Stage& stage, const Job& job, int size, const PersonHull& hull) {
   const Intrinsics picture = crop_of(stage, *job.camera, size);
-  const auto place =
-      place_person(stage.person, *job.tracked, *job.camera, picture, stage.track.metres_per_unit);
-  if (place) return person_prior(stage.person, *place, picture);
+  if (const auto place = place_of(stage, job, picture)) {
+    PersonPrior prior = person_prior(stage.person, *place, picture);
+    sharpen_prior(prior, hull, *place, picture);
+    return prior;
+  }
   PersonPrior nothing;
-  nothing.certain = nothing.guarded = cv::Mat(size, size, CV_8U, cv::Scalar(0));
+  nothing.certain = nothing.likely = nothing.below = cv::Mat(size, size, CV_8U, cv::Scalar(0));
   nothing.possible = cv::Mat(size, size, CV_8U, cv::Scalar(255));
   nothing.location = cv::Mat(size, size, CV_32F, cv::Scalar(0));
   return nothing;
@@ -171,7 +180,7 @@ Result<std::vector<Sample>> load_samples(const Stage& stage, const std::vector<J
     samples[i].job = chosen[i];
     samples[i].picture = *picture;
     samples[i].small = reduced(*picture, stage.cut_size);
-    samples[i].prior = prior_of(stage, *chosen[i], stage.cut_size);
+    samples[i].prior = prior_of(stage, *chosen[i], stage.cut_size, {});
   }
   return samples;
 }
@@ -180,22 +189,39 @@ Result<std::vector<Sample>> load_samples(const Stage& stage, const std::vector<J
 cv::Mat occupied_of(const Sample& sample) {
   if (sample.person.empty()) return sample.prior.possible;
   cv::Mat grown;
-  const int radius = std::max(2, sample.person.cols / 64);
-  cv::dilate(sample.person | sample.prior.guarded, grown,
+  const int radius = std::max(2, sample.person.cols / 100);
+  cv::dilate(sample.person | sample.prior.certain, grown,
              cv::getStructuringElement(cv::MORPH_ELLIPSE, {2 * radius + 1, 2 * radius + 1}));
   return grown;
 }
 
-// Plate and colour statistics from the samples as they are cut now.
+PersonHull hull_of(const Stage& stage, const std::vector<Sample>& samples) {
+  std::vector<MattedView> views;
+  for (const auto& sample : samples) {
+    if (sample.person.empty() || sample.job->tracked->status != FrameStatus::good) continue;
+    const Intrinsics picture = crop_of(stage, *sample.job->camera, stage.cut_size);
+    if (const auto place = place_of(stage, *sample.job, picture))
+      views.push_back({*place, picture, sample.person});
+  }
+  return carve_person(stage.person, views);
+}
+
+// Plate, hull and colour statistics from the samples as they are cut now.
 Statistics learn(const Stage& stage, const std::vector<Sample>& samples) {
   Statistics statistics;
   std::vector<cv::Mat> pictures, small, occupied, small_occupied;
   for (const auto& sample : samples) {
     const cv::Mat taken = occupied_of(sample);
     const cv::Mat background = taken == 0;
-    const cv::Mat person = sample.person.empty() ? sample.prior.certain : sample.person;
-    statistics.colours.add(sample.small, person, true);
-    statistics.colours.add(sample.small, background, false);
+    // What only the cut calls person may be furniture that is never freed: it does not teach colours.
+    const cv::Mat person = sample.person.empty()
+                               ? sample.prior.certain
+                               : sample.person & (sample.prior.likely | sample.prior.certain);
+    const cv::Mat above = sample.prior.below == 0;
+    statistics.upper.add(sample.small, person & above, true);
+    statistics.lower.add(sample.small, person & sample.prior.below, true);
+    statistics.upper.add(sample.small, background & above, false);
+    statistics.lower.add(sample.small, background, false);  // too little is free beside the shoulders alone
     if (!sample.job->on_plate) continue;
     cv::Mat enlarged;
     cv::resize(taken, enlarged, {stage.size, stage.size}, 0, 0, cv::INTER_NEAREST);
@@ -204,7 +230,9 @@ Statistics learn(const Stage& stage, const std::vector<Sample>& samples) {
     small.push_back(sample.small);
     small_occupied.push_back(taken);
   }
-  statistics.colours.finish();
+  statistics.upper.finish();
+  statistics.lower.finish();
+  statistics.hull = hull_of(stage, samples);
   statistics.has_plate = !pictures.empty();
   if (statistics.has_plate) {
     statistics.plate = estimate_plate(pictures, occupied);
@@ -217,8 +245,8 @@ Statistics learn(const Stage& stage, const std::vector<Sample>& samples) {
 
 cv::Mat cut(const Job& job, const cv::Mat& small, const PersonPrior& prior, const Statistics& statistics) {
   const bool plate = job.on_plate && statistics.has_plate;
-  return cut_person({&small, &prior, plate ? &statistics.small_plate : nullptr, &statistics.colours,
-                     plate ? &statistics.still : nullptr});
+  return cut_person({&small, &prior, plate ? &statistics.small_plate : nullptr, &statistics.upper,
+                     &statistics.lower, plate ? &statistics.still : nullptr});
 }
 
 Result<Statistics> learn_in_rounds(const Stage& stage, const std::vector<Job>& jobs,
@@ -229,8 +257,9 @@ Result<Statistics> learn_in_rounds(const Stage& stage, const std::vector<Job>& j
   for (int round = 1; round < kRounds; ++round) {
     parallel_for(samples->size(), [&](std::size_t i) {
       Sample& sample = (*samples)[i];
-      if (!stage.stop.stop_requested())
-        sample.person = cut(*sample.job, sample.small, sample.prior, statistics);
+      if (stage.stop.stop_requested()) return;
+      if (round > 1) sample.prior = prior_of(stage, *sample.job, stage.cut_size, statistics.hull);
+      sample.person = cut(*sample.job, sample.small, sample.prior, statistics);
     });
     if (stage.stop.stop_requested()) return cancelled_error();
     statistics = learn(stage, *samples);
@@ -255,7 +284,7 @@ Result<std::vector<cv::Mat>> cut_all(const Stage& stage, const std::vector<Job>&
       return;
     }
     const cv::Mat small = reduced(*picture, stage.cut_size);
-    cuts[i] = cut(jobs[i], small, prior_of(stage, jobs[i], stage.cut_size), statistics);
+    cuts[i] = cut(jobs[i], small, prior_of(stage, jobs[i], stage.cut_size, statistics.hull), statistics);
     progress.report(double(++done) / double(jobs.size()), fmt::format("frame {}", jobs[i].frame));
   });
   if (stage.stop.stop_requested()) return cancelled_error();
@@ -358,10 +387,12 @@ Result<void> write_regions(const Stage& stage, const std::vector<Job>& jobs, con
 Result<void> write_plate(const Stage& stage, const std::vector<Job>& jobs, const Statistics& statistics,
                          MatteResult& result) {
   std::error_code ignored;
-  const fs::path picture = stage.folder / "plate.png", info = stage.folder / "plate.json";
+  const fs::path picture = stage.folder / "plate.png", info = stage.folder / "plate.json",
+                 seen = stage.folder / "plate_known.png";
   if (!statistics.has_plate) {
     fs::remove(info, ignored);
     fs::remove(picture, ignored);
+    fs::remove(seen, ignored);
     return {};
   }
   result.has_plate = true;
@@ -371,6 +402,9 @@ Result<void> write_plate(const Stage& stage, const std::vector<Job>& jobs, const
   Image8 out(stage.size, stage.size, 3);
   std::memcpy(out.data.data(), statistics.plate.colour.data, out.data.size());
   if (auto written = write_image(picture, out); !written) return written;
+  Image8 known(stage.size, stage.size, 1);
+  std::memcpy(known.data.data(), statistics.plate.known.data, known.data.size());
+  if (auto written = write_image(seen, known); !written) return written;
   return write_plate_info(info, {result.plate_coverage, result.plate_frames});
 }
 

@@ -17,9 +17,11 @@ struct TorsoRow {
 };
 constexpr TorsoRow kCertainTorso[] = {{0.07, 0.045}, {0.11, 0.075}, {0.6, 0.075}};
 constexpr TorsoRow kLikelyTorso[] = {{-0.05, 0.06}, {0.02, 0.07}, {0.06, 0.16}, {0.12, 0.21}, {0.6, 0.23}};
-constexpr TorsoRow kPossibleTorso[] = {{-0.06, 0.13}, {0.0, 0.24}, {0.05, 0.34}, {0.3, 0.46}, {0.6, 0.5}};
+constexpr TorsoRow kPossibleTorso[] = {{-0.06, 0.1}, {0.0, 0.17}, {0.05, 0.26},
+                                       {0.12, 0.3},  {0.3, 0.36}, {0.6, 0.42}};
 constexpr double kHairThickness = 0.03;  // m of hair that most heads have
-constexpr double kHairMargin = 0.09;     // m around the bare head
+constexpr double kHairMargin = 0.08;     // m around the bare head
+constexpr double kSideMargin = 0.008;    // m beside face and neck that the bare head's outline may be off by
 
 cv::Point to_pixel(const Vec2d& p) { return {int(std::lround(p.x())), int(std::lround(p.y()))}; }
 
@@ -65,6 +67,12 @@ PersonModel make_person_model(const HeadModel& model, const Track& track) {
   person.head = region_triangles(model, regions.head);
   person.face = region_triangles(model, regions.face);
   const auto posed = pose_head(model, person.shape, neutral_articulation(model));
+  person.head_low = Vec3d::Constant(1e9), person.head_high = -person.head_low;
+  for (const Triangle& triangle : person.head)
+    for (const auto corner : triangle) {
+      const Vec3d at = posed[std::size_t(corner)].cast<double>();
+      person.head_low = person.head_low.cwiseMin(at), person.head_high = person.head_high.cwiseMax(at);
+    }
   const auto landmarks = landmark_positions(model, posed);
   person.neck_base = Vec3d(0, landmarks[8].y(), 0.5 * (landmarks[2].z() + landmarks[14].z()));
   return person;
@@ -82,16 +90,18 @@ std::optional<PersonPlace> place_person(const PersonModel& person, const Tracked
   place.vertices = pose_head(*person.model, person.shape, tracked.articulation);
   const auto landmarks = landmark_positions(*person.model, place.vertices);
   place.jaw_corners = mean_pixel(landmarks, {3, 4, 12, 13}, place.cam_from_head, picture);
-  const Vec2d brow = mean_pixel(landmarks, {21, 22, 0, 16}, place.cam_from_head, picture);
+  place.brow = mean_pixel(landmarks, {21, 22, 0, 16}, place.cam_from_head, picture);
   const Vec3d up_in_cam = place.cam_from_head.linear() * Vec3d(0, 1, 0);
   place.up = up_in_cam.head<2>().norm() > 0.2 ? Vec2d(up_in_cam.head<2>().normalized()) : Vec2d(0, -1);
   const double side = std::max(picture.width, picture.height);
-  if ((brow - Vec2d(picture.width / 2.0, picture.height / 2.0)).norm() > 1.5 * side) return std::nullopt;
+  if ((place.brow - Vec2d(picture.width / 2.0, picture.height / 2.0)).norm() > 1.5 * side)
+    return std::nullopt;
   // The neck's base hangs on the torso's frame; where that is nowhere near, on the head's.
   const Vec3d on_head = place.cam_from_head * person.neck_base;
-  const Vec3d on_torso = cam_from_world * tracked.world_from_torso * person.neck_base;
-  const bool torso_known = (on_torso - on_head).norm() < 0.2;
-  place.neck = project<double>(picture, torso_known ? on_torso : on_head);
+  place.cam_from_torso = cam_from_world * tracked.world_from_torso;
+  const Vec3d on_torso = place.cam_from_torso * person.neck_base;
+  place.torso_known = (on_torso - on_head).norm() < 0.2;
+  place.neck = project<double>(picture, place.torso_known ? on_torso : on_head);
   return place;
 }
 
@@ -119,18 +129,28 @@ PersonPrior person_prior(const PersonModel& person, const PersonPlace& place, co
   cv::line(prior.certain, to_pixel(middle), to_pixel(place.neck + Vec2d(0, 0.1 * scale)), 255,
            std::max(1, int(0.07 * scale)));
 
-  cv::Mat likely;
-  cv::dilate(head, prior.guarded, disc(kHairThickness * scale));
-  cv::dilate(head, likely, disc(0.7 * kHairThickness * scale));
-  draw_torso(likely, place, kLikelyTorso);
-  prior.possible = likely.clone();
+  cv::dilate(head, prior.likely, disc(0.7 * kHairThickness * scale));
+  cv::Mat close;
+  cv::dilate(head, close, disc(kSideMargin * scale));
+  for (int y = 0; y < picture.height; ++y)
+    for (int x = 0; x < picture.width; ++x)
+      if ((Vec2d(x + 0.5, y + 0.5) - place.brow).dot(place.up) < 0)
+        prior.likely.at<unsigned char>(y, x) = close.at<unsigned char>(y, x);
+  draw_torso(prior.likely, place, kLikelyTorso);
+  prior.below = cv::Mat(picture.height, picture.width, CV_8U, cv::Scalar(0));
+  for (int y = 0; y < picture.height; ++y)
+    for (int x = 0; x < picture.width; ++x)
+      if ((Vec2d(x + 0.5, y + 0.5) - place.neck).dot(place.up) < -0.01 * scale &&
+          !head.at<unsigned char>(y, x))
+        prior.below.at<unsigned char>(y, x) = 255;
+  prior.possible = prior.likely.clone();
   cv::dilate(prior.possible, prior.possible, disc(0.5 * kHairMargin * scale));
   cv::dilate(head, head, disc(kHairMargin * scale));
   prior.possible |= head;
   draw_torso(prior.possible, place, kPossibleTorso);
 
   cv::Mat distance;
-  cv::distanceTransform(255 - likely, distance, cv::DIST_L2, 3);
+  cv::distanceTransform(255 - prior.likely, distance, cv::DIST_L2, 3);
   const float slope = float(2.2 / (kHairMargin * scale));
   prior.location = 0.8f - distance * slope;
   prior.location = cv::max(prior.location, -1.5f);

@@ -23,17 +23,20 @@ struct PersonModel {
   std::vector<Triangle> head, face;  // head without neck and torso; the face
   Vec3d neck_base =
       Vec3d::Zero();  // m, head frame of the reference: below the chin, between the jaw's corners
+  Vec3d head_low = Vec3d::Zero(), head_high = Vec3d::Zero();  // m, head frame: box of the bare head at rest
 };
 PersonModel make_person_model(const HeadModel& model, const Track& track);
 
 // The person in one picture of given intrinsics, in its pixels.
 struct PersonPlace {
   std::vector<Vec3f> vertices;  // posed, head frame
-  Pose cam_from_head = Pose::Identity();
+  Pose cam_from_head = Pose::Identity(), cam_from_torso = Pose::Identity();
   Vec2d up = Vec2d(0, -1);            // the head's up in the picture, unit
   Vec2d neck = Vec2d::Zero();         // px, the neck's base
   Vec2d jaw_corners = Vec2d::Zero();  // px, the middle between them: the neck line goes through it
+  Vec2d brow = Vec2d::Zero();         // px, between the brows and the ears' tops: hair is mostly above it
   double px_per_metre = 0;
+  bool torso_known = false;  // cam_from_torso is near the head; otherwise the neck hangs on the head
 };
 // nullopt where the head is behind the camera or far outside the picture.
 std::optional<PersonPlace> place_person(const PersonModel& person, const TrackedFrame& tracked,
@@ -43,7 +46,8 @@ std::optional<PersonPlace> place_person(const PersonModel& person, const Tracked
 struct PersonPrior {
   cv::Mat certain;   // 8U, 255 = person: head silhouette, shrunken, and the middle of neck and torso
   cv::Mat possible;  // 8U, 255 = may be person (generous: hair, wide shoulders)
-  cv::Mat guarded;   // 8U, 255 = the head with the usual hair: never background in the plate
+  cv::Mat likely;    // 8U, 255 = head with thin hair, neck and a torso of usual width
+  cv::Mat below;     // 8U, 255 = below the neck's base: clothes rather than skin and hair
   cv::Mat location;  // 32F, log-likelihood ratio of person over background from the place, -1.5..1
 };
 PersonPrior person_prior(const PersonModel& person, const PersonPlace& place, const Intrinsics& picture);

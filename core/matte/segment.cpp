@@ -64,8 +64,9 @@ cv::Mat likelihoods(const SegmentInput& in) {
         continue;
       }
       const auto& pixel = picture.at<cv::Vec3b>(y, x);
-      const float colour = in.colours ? in.colours->ratio(pixel) : 0,
-                  place = in.prior->location.at<float>(y, x);
+      const bool below = in.lower_colours && in.prior->below.at<unsigned char>(y, x);
+      const ColourModel* colours = below ? in.lower_colours : in.colours;
+      const float colour = colours ? colours->ratio(pixel) : 0, place = in.prior->location.at<float>(y, x);
       if (in.plate && in.plate->known.at<unsigned char>(y, x)) {
         const float difference =
             plate_ratio(pixel, in.plate->colour.at<cv::Vec3b>(y, x), in.plate->noise.at<float>(y, x));

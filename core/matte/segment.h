@@ -26,9 +26,10 @@ class ColourModel {
 struct SegmentInput {
   const cv::Mat* picture = nullptr;  // 8UC3 RGB
   const PersonPrior* prior = nullptr;
-  const Plate* plate = nullptr;  // may be null
-  const ColourModel* colours = nullptr;
-  const cv::Mat* still = nullptr;  // 32F, 0..1: texture that never moves; may be null
+  const Plate* plate = nullptr;                // may be null
+  const ColourModel* colours = nullptr;        // of head and neck
+  const ColourModel* lower_colours = nullptr;  // of what is below the neck's base; null = as above it
+  const cv::Mat* still = nullptr;              // 32F, 0..1: texture that never moves; may be null
 };
 
 // 8U, 255 = person.

@@ -76,6 +76,7 @@ std::string training_fingerprint(const TrainingSet& set, const TrainOptions& opt
   for (const std::string& view : views) text += view + "\n";
   for (const float v : set.identity) text += fmt::format("{} ", v);
   add_hash(text, set.plate.data);
+  add_hash(text, set.plate_known.data);
   return hash_text(text);
 }
 

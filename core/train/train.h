@@ -30,6 +30,7 @@ struct TrainingSet {
   int size = 256;
   std::vector<TrainingView> views;  // training frames only
   Image8 plate;                     // empty without a static camera
+  Image8 plate_known;               // (size, size, 1) 255 = the plate was seen there; empty = everywhere
   HeadModel model;
   Eigen::VectorXf identity;
   bool has_torso = true;

@@ -58,6 +58,10 @@ Result<void> check_set(const TrainingSet& set, const TrainOptions& options) {
       return bad(fmt::format("The plate is {}x{}, picture {} {}x{}.", set.plate.width, set.plate.height, v,
                              view.rgb.width, view.rgb.height),
                  "Run the matting again.");
+    if (plate && !set.plate_known.empty() &&
+        (set.plate_known.width != set.plate.width || set.plate_known.height != set.plate.height ||
+         set.plate_known.channels != 1))
+      return bad("The mask of the plate's seen pixels is not of the plate's size.", "Run the matting again.");
     if (view.articulation.expression.size() != set.model.expression_count())
       return bad(fmt::format("Picture {} has {} expression numbers, the head model {}.", v,
                              view.articulation.expression.size(), set.model.expression_count()),
