@@ -19,9 +19,10 @@ constexpr TorsoRow kCertainTorso[] = {{0.07, 0.045}, {0.11, 0.075}, {0.6, 0.075}
 constexpr TorsoRow kLikelyTorso[] = {{-0.05, 0.06}, {0.02, 0.07}, {0.06, 0.16}, {0.12, 0.21}, {0.6, 0.23}};
 constexpr TorsoRow kPossibleTorso[] = {{-0.06, 0.1}, {0.0, 0.17}, {0.05, 0.26},
                                        {0.12, 0.3},  {0.3, 0.36}, {0.6, 0.42}};
-constexpr double kHairThickness = 0.03;  // m of hair that most heads have
-constexpr double kHairMargin = 0.08;     // m around the bare head
-constexpr double kSideMargin = 0.008;    // m beside face and neck that the bare head's outline may be off by
+constexpr double kHairThickness = 0.03;   // m of hair that most heads have
+constexpr double kHairMargin = 0.08;      // m around the bare head
+constexpr double kShoulderMargin = 0.05;  // m beyond a torso of usual width
+constexpr double kSideMargin = 0.008;     // m beside face and neck that the bare head's outline may be off by
 
 cv::Point to_pixel(const Vec2d& p) { return {int(std::lround(p.x())), int(std::lround(p.y()))}; }
 
@@ -153,6 +154,14 @@ PersonPrior person_prior(const PersonModel& person, const PersonPlace& place, co
   cv::distanceTransform(255 - prior.likely, distance, cv::DIST_L2, 3);
   const float slope = float(2.2 / (kHairMargin * scale));
   prior.location = 0.8f - distance * slope;
+  // Shoulders vary more than heads: there the place says less, and less far out.
+  for (int y = 0; y < picture.height; ++y)
+    for (int x = 0; x < picture.width; ++x)
+      if (prior.below.at<unsigned char>(y, x) && !prior.certain.at<unsigned char>(y, x)) {
+        const float away = distance.at<float>(y, x);
+        prior.location.at<float>(y, x) = 0.2f - 2 * slope * away;
+        if (away > kShoulderMargin * scale) prior.possible.at<unsigned char>(y, x) = 0;
+      }
   prior.location = cv::max(prior.location, -1.5f);
   return prior;
 }
