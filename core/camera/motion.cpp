@@ -16,6 +16,7 @@ namespace {
 
 constexpr int kWorkingWidth = 480;
 constexpr double kTravelStep = 0.02, kLeap = 0.09;  // of the width
+constexpr double kPersonMargin = 0.14;              // of the side of a square with the mask's area
 constexpr int kMaskEvery = 5;                       // frames between two askings for the person
 constexpr int kPatience =
     3;  // frames astray after which a rest has ended; fewer are a glitch (an arm, a flash)
@@ -173,6 +174,11 @@ cv::Mat background_of(const std::function<Image8(int, const Image8&)>& person, c
   if (mask.empty()) return background;
   const cv::Mat full(mask.height, mask.width, CV_8U, mask.data.data());
   cv::resize(full, background, size, 0, 0, cv::INTER_AREA);
+  // A head that turns or nods leaves a coarse mask for a while, and a few features on hair are enough to make
+  // a plain wall move: here, unlike in the solve, a margin costs nothing.
+  const int margin = int(kPersonMargin * std::sqrt(double(cv::countNonZero(background))));
+  cv::dilate(background, background,
+             cv::getStructuringElement(cv::MORPH_RECT, {2 * margin + 1, 2 * margin + 1}));
   return background == 0;
 }
 

@@ -30,11 +30,11 @@ void draw_person(cv::Mat& mask, const FaceBox& box) {
   const double bottom = std::max(mask.rows + 1.0, box.y + 2.4 * h);
   const auto at = [](double x, double y) { return cv::Point(int(std::lround(x)), int(std::lround(y))); };
   // Half widths down the body, in face widths, at heights in face heights below the box's upper edge.
-  const std::pair<double, double> outline[] = {{0.55, 0.8}, {0.6, 1.2}, {1.1, 1.5}, {1.75, 1.85}, {2.0, 2.3}};
+  const std::pair<double, double> outline[] = {{0.55, 0.8}, {0.7, 1.2}, {1.8, 1.6}, {2.4, 2.1}};
   std::vector<cv::Point> body;
   for (const auto& [half, down] : outline) body.push_back(at(cx + half * w, box.y + down * h));
-  body.push_back(at(cx + 2.1 * w, bottom));
-  body.push_back(at(cx - 2.1 * w, bottom));
+  body.push_back(at(cx + 2.5 * w, bottom));
+  body.push_back(at(cx - 2.5 * w, bottom));
   for (auto it = std::rbegin(outline); it != std::rend(outline); ++it)
     body.push_back(at(cx - it->first * w, box.y + it->second * h));
   cv::fillPoly(mask, std::vector<std::vector<cv::Point>>{body}, 255);
