@@ -168,6 +168,13 @@ TEST(MatteClip, StaticCameraGivesAlphaAndPlateCloseToTheTruth) {
 
   const auto plate = read_image(scene.folder / "plate.png");
   ASSERT_TRUE(plate.ok());
+  const auto known = read_image(scene.folder / "plate_known.png");
+  ASSERT_TRUE(known.ok());
+  EXPECT_EQ(known->channels, 1);
+  // Where the person never leaves is flagged, and the rest adds up to the coverage.
+  EXPECT_EQ(*known->at(kSize / 2, kSize - 6), 0);
+  EXPECT_NEAR(double(std::count(known->data.begin(), known->data.end(), 255)) / (kSize * kSize),
+              result->plate_coverage, 1e-9);
   double sum = 0;
   int seen = 0, free_pixels = 0;
   for (int y = 0; y < kSize; ++y)
