@@ -120,7 +120,7 @@ Vec3d lid_lining(const Vec3d& margin, int ring) {
   constexpr std::array<double, 5> kTurn{0.0, 0.18, 0.45, 0.66,
                                         0.88};  // share of the way from the margin to the back
   constexpr std::array<double, 5> kGap{0.45, 0.55, 1.0, 1.2, 1.2};  // mm off the eyeball
-  const double far = std::max(distance - 1.3 - 2.0 * ring, 0.0);   // corners lie off the eyeball
+  const double far = std::max(distance - 1.3 - 2.0 * ring, 0.0);    // corners lie off the eyeball
   const double radius = std::max(kEyeballRadius + kGap[ring], far);
   const double turned = mix(angle, 0.97 * std::numbers::pi, kTurn[ring]);
   return kEyeCentre + radius * Vec3d(std::sin(turned) * std::cos(around), std::sin(turned) * std::sin(around),

@@ -28,10 +28,10 @@ struct ClipFitOptions {
       6;  // prior per standard deviation at 100 frames, grows with the root of the frames
   double joint_expression = 2.5;  // times the expression prior while the identity is fitted: what a face
                                   // shows in every frame is its shape, no constant expression
-  double expression_change = 4;  // first difference, per unit
-  double turn_change = 60;       // second difference, per rad
-  double shift_change = 150;     // second difference, per m
-  int sweeps = 3;                // passes over all frames with their neighbours' latest states
+  double expression_change = 4;   // first difference, per unit
+  double turn_change = 60;        // second difference, per rad
+  double shift_change = 150;      // second difference, per m
+  int sweeps = 3;                 // passes over all frames with their neighbours' latest states
 };
 
 // Rigid start of every seen frame from its inner landmarks.
