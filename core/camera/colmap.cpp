@@ -319,10 +319,12 @@ Result<ColmapModel> solve_colmap(const fs::path& work, const ColmapOptions& opti
   progress.report(1);
   auto refined = read_colmap_model(commands.refined());
   // Where few pictures leave the principal point open, the adjustment may carry it away; then the centre is
-  // better.
+  // better. The phone measured so far had it 1.4 % of the width off the centre.
+  constexpr double kPlausible = 0.03;
   if (refined && !refined->cameras.empty()) {
     const Intrinsics& k = refined->cameras.begin()->second;
-    if (std::abs(k.cx - k.width / 2.0) > 0.08 * k.width || std::abs(k.cy - k.height / 2.0) > 0.08 * k.height)
+    if (std::abs(k.cx - k.width / 2.0) > kPlausible * k.width ||
+        std::abs(k.cy - k.height / 2.0) > kPlausible * k.height)
       return read_colmap_model(largest_model(commands.sparse()).folder);
   }
   return refined;

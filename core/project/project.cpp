@@ -95,6 +95,7 @@ fs::path track_path(const Project& project) { return project.folder / "track.jso
 fs::path avatar_path(const Project& project) { return project.folder / "avatar.bin"; }
 fs::path checkpoint_path(const Project& project) { return project.folder / "checkpoint.bin"; }
 fs::path plate_path(const Project& project) { return project.folder / "plate.png"; }
+fs::path plate_known_path(const Project& project) { return project.folder / "plate_known.png"; }
 fs::path plate_info_path(const Project& project) { return project.folder / "plate.json"; }
 fs::path regions_path(const Project& project) { return project.folder / "regions"; }
 

@@ -60,6 +60,7 @@ std::filesystem::path track_path(const Project& project);
 std::filesystem::path avatar_path(const Project& project);
 std::filesystem::path checkpoint_path(const Project& project);
 std::filesystem::path plate_path(const Project& project);
+std::filesystem::path plate_known_path(const Project& project);  // absent: the whole plate was seen
 std::filesystem::path plate_info_path(const Project& project);
 std::filesystem::path regions_path(const Project& project);
 

@@ -80,7 +80,7 @@ Result<TrainingSet> load_training_set(const Project& project, const HeadModel& m
     if (!plate) return plate.error();
     set.plate = std::move(*plate);
     // Projects from before this file treat the whole plate as seen.
-    if (const fs::path known = project.folder / "plate_known.png"; fs::exists(known)) {
+    if (const fs::path known = plate_known_path(project); fs::exists(known)) {
       auto seen = read_image(known);
       if (!seen) return seen.error();
       set.plate_known = std::move(*seen);

@@ -63,9 +63,10 @@ std::string input_hash(const Project& project, Stage stage) {
                       content_of(track_path(project)), content_of(o.head_model));
       break;
     case Stage::train:
-      inputs += fmt::format("{} {} {} {} {} {} {} {} {}", project.record(Stage::matte).input_hash,
-                            content_of(track_path(project)), content_of(plate_path(project)), o.budget_s,
-                            o.steps, o.seed, o.use_ambient, o.use_latent, o.use_occupancy);
+      inputs += fmt::format("{} {} {} {} {} {} {} {} {} {}", project.record(Stage::matte).input_hash,
+                            content_of(track_path(project)), content_of(plate_path(project)),
+                            content_of(plate_known_path(project)), o.budget_s, o.steps, o.seed, o.use_ambient,
+                            o.use_latent, o.use_occupancy);
       break;
   }
   return hash_text(inputs);
