@@ -335,6 +335,13 @@ Result<void> write_masks(const Stage& stage, const std::vector<Job>& jobs, const
 }
 
 // Puts a finished folder in place of an old one.
+// A run killed between the two renames below leaves the former folder under its other name: put it back.
+void restore_folder(const fs::path& target) {
+  std::error_code ignored;
+  const fs::path old = target.string() + ".old";
+  if (!fs::exists(target, ignored) && fs::exists(old, ignored)) fs::rename(old, target, ignored);
+}
+
 Result<void> replace_folder(const fs::path& finished, const fs::path& target) {
   std::error_code fault;
   const fs::path old = target.string() + ".old";
@@ -342,7 +349,10 @@ Result<void> replace_folder(const fs::path& finished, const fs::path& target) {
   if (fs::exists(target, fault)) fs::rename(target, old, fault);
   if (fault) return file_error(target, "replace", fault.value());
   fs::rename(finished, target, fault);
-  if (fault) return file_error(target, "write", fault.value());
+  if (fault) {
+    restore_folder(target);
+    return file_error(target, "write", fault.value());
+  }
   fs::remove_all(old, fault);
   return {};
 }
@@ -370,6 +380,14 @@ Result<void> write_regions(const Stage& stage, const std::vector<Job>& jobs, con
   for (const auto& job : jobs) {
     if (stage.stop.stop_requested()) return cancelled_error();
     if (!job.held_out) continue;
+    // Frozen once drawn: two tracks of one capture are scored on the same pixels.
+    const fs::path name = frame_name(job.frame).filename();
+    std::error_code fault;
+    if (fs::exists(stage.folder / "regions" / name, fault)) {
+      fs::copy_file(stage.folder / "regions" / name, *folder / name, fault);
+      if (fault) return file_error(*folder / name, "write", fault.value());
+      continue;
+    }
     const auto alpha = read_image(masks / frame_name(job.frame).filename());
     if (!alpha) return alpha.error();
     const Intrinsics& source = job.camera->intrinsics;
@@ -426,6 +444,7 @@ Result<MatteResult> run(const Stage& stage, const Progress& progress) {
           write_masks(stage, jobs, *cuts, *statistics, *masks, progress.stage(0.75, 0.95, "edges"));
       !written)
     return written.error();
+  restore_folder(stage.folder / "regions");
   if (!regions_complete(stage))
     if (auto written = write_regions(stage, jobs, *masks, progress.stage(0.95, 1, "regions")); !written)
       return written.error();
