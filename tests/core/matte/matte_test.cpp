@@ -272,7 +272,10 @@ TEST(MatteClip, RegionsAreOfHeldOutFramesNestAndStayFrozen) {
   const auto marker = scene.folder / "regions" / frame_name(kHeldFrom + 1).filename();
   ASSERT_TRUE(write_image(marker, Image8(kSize, kSize, 3, 1)).ok());
   const auto altered = bytes_of(marker);
+  // One frame without regions must not make the others be drawn anew.
+  fs::remove(scene.folder / "regions" / frame_name(kHeldFrom + 2).filename());
   ASSERT_TRUE(scene.matte().ok());
+  EXPECT_TRUE(fs::exists(scene.folder / "regions" / frame_name(kHeldFrom + 2).filename()));
   EXPECT_EQ(bytes_of(scene.folder / "regions" / frame_name(kHeldFrom).filename()), before);
   EXPECT_EQ(bytes_of(marker), altered);
 }
