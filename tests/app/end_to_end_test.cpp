@@ -125,6 +125,19 @@ TEST_F(EndToEnd, AnUnknownExpressionListsTheKnownOnes) {
   EXPECT_FALSE(fs::exists(folder_ / "x.png"));
 }
 
+TEST_F(EndToEnd, TwoPeopleInViewAreRefused) {
+  const fs::path clip = folder_ / "two.mp4", project = folder_ / "two.likeness";
+  const ProgramResult stacked =
+      run_program({"ffmpeg", "-v", "error", "-i", (folder_ / "demo" / "demo.mp4").string(), "-filter_complex",
+                   "[0:v]split[a][b];[a][b]hstack", clip.string()});
+  if (stacked.exit_code == 127) GTEST_SKIP() << "the ffmpeg program is not installed";
+  ASSERT_EQ(stacked.exit_code, 0) << stacked.err;
+  const ProgramResult result = likeness({"build", clip.string(), "--project", project.string()});
+  EXPECT_EQ(result.exit_code, 1);
+  EXPECT_NE(result.err.find("Two faces are in view"), std::string::npos) << result.err;
+  EXPECT_FALSE(fs::exists(project));
+}
+
 // kill -9 in the stage that is running after `wait_for` has appeared, then the same command again.
 void kill_when(const fs::path& wait_for, pid_t child) {
   const auto give_up = std::chrono::steady_clock::now() + std::chrono::minutes(3);
