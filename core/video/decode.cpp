@@ -17,6 +17,7 @@ extern "C" {
 
 #include "core/base/files.h"
 #include "core/video/frame_to_rgb.h"
+#include "core/video/libav.h"
 #include "core/video/mp4_boxes.h"
 
 namespace likeness {
@@ -30,21 +31,6 @@ constexpr std::string_view kCopyAgain =
 struct CloseFormat {
   void operator()(AVFormatContext* c) const { avformat_close_input(&c); }
 };
-struct FreeCodec {
-  void operator()(AVCodecContext* c) const { avcodec_free_context(&c); }
-};
-struct FreePacket {
-  void operator()(AVPacket* p) const { av_packet_free(&p); }
-};
-struct FreeFrame {
-  void operator()(AVFrame* f) const { av_frame_free(&f); }
-};
-
-std::string av_text(int error) {
-  char buffer[AV_ERROR_MAX_STRING_SIZE] = {};
-  av_strerror(error, buffer, sizeof buffer);
-  return buffer;
-}
 
 void silence_ffmpeg() {
   static std::once_flag once;

@@ -17,6 +17,7 @@ extern "C" {
 
 #include "core/base/check.h"
 #include "core/base/files.h"
+#include "core/video/libav.h"
 
 namespace likeness {
 namespace {
@@ -27,24 +28,9 @@ struct FreeFormat {
     avformat_free_context(c);
   }
 };
-struct FreeCodec {
-  void operator()(AVCodecContext* c) const { avcodec_free_context(&c); }
-};
-struct FreePacket {
-  void operator()(AVPacket* p) const { av_packet_free(&p); }
-};
-struct FreeFrame {
-  void operator()(AVFrame* f) const { av_frame_free(&f); }
-};
 struct FreeScaler {
   void operator()(SwsContext* c) const { sws_freeContext(c); }
 };
-
-std::string av_text(int error) {
-  char buffer[AV_ERROR_MAX_STRING_SIZE] = {};
-  av_strerror(error, buffer, sizeof buffer);
-  return buffer;
-}
 
 bool is_mp4_name(const std::filesystem::path& path) {
   std::string extension = path.extension().string();

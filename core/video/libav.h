@@ -1,0 +1,30 @@
+// FFmpeg's objects held by unique_ptr, and its error texts: shared by decoding and encoding.
+#pragma once
+
+extern "C" {
+#include <libavcodec/avcodec.h>
+#include <libavutil/error.h>
+#include <libavutil/frame.h>
+}
+
+#include <string>
+
+namespace likeness {
+
+struct FreeCodec {
+  void operator()(AVCodecContext* c) const { avcodec_free_context(&c); }
+};
+struct FreePacket {
+  void operator()(AVPacket* p) const { av_packet_free(&p); }
+};
+struct FreeFrame {
+  void operator()(AVFrame* f) const { av_frame_free(&f); }
+};
+
+inline std::string av_text(int error) {
+  char buffer[AV_ERROR_MAX_STRING_SIZE] = {};
+  av_strerror(error, buffer, sizeof buffer);
+  return buffer;
+}
+
+}  // namespace likeness
