@@ -7,6 +7,7 @@
 #include "app/commands.h"
 #include "app/terminal.h"
 #include "core/base/parallel.h"
+#include "core/project/run_stages.h"
 #include "core/render/avatar.h"
 #include "core/study/evaluate.h"
 
@@ -27,7 +28,7 @@ nlohmann::json number(const std::optional<double>& value) {
   return value ? number(*value) : nlohmann::json(nullptr);
 }
 
-nlohmann::json to_json(const Evaluation& e, const Avatar& avatar) {
+nlohmann::json to_json(const Evaluation& e, const Avatar& avatar, bool up_to_date) {
   nlohmann::json frames = nlohmann::json::array();
   for (const FrameScore& f : e.frames) {
     frames.push_back({{"frame", f.frame},
@@ -56,6 +57,7 @@ nlohmann::json to_json(const Evaluation& e, const Avatar& avatar) {
           {"size", e.size},
           {"steps", avatar.steps},
           {"seed", avatar.seed},
+          {"up_to_date", up_to_date},
           {"backend", "cpu"},
           {"head_model", avatar.head_model_name},
           {"train_seconds", avatar.train_seconds},
@@ -81,8 +83,17 @@ int run(const EvalArguments& arguments) {
   const Evaluation& e = **outcome;
   const auto avatar = read_avatar(avatar_path(*project));
   if (!avatar) return report_failure(avatar.error());
+  // Scores of an avatar whose inputs have changed since its training are still its scores, but not the
+  // project's.
+  const bool up_to_date = is_current(*project, Stage::train);
+  if (!up_to_date) {
+    fmt::print(stderr,
+               "note: the clip, the track or the options changed after this avatar was trained; "
+               "likeness train {} brings it up to date.\n",
+               project->folder.string());
+  }
   if (arguments.common.json) {
-    print_json(to_json(e, *avatar));
+    print_json(to_json(e, *avatar, up_to_date));
     return kExitDone;
   }
   fmt::print("{} held-out frames ({} split), {} px\n", e.frames_test, e.split, e.size);
