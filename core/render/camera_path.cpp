@@ -59,9 +59,7 @@ Result<Articulation> articulate(const HeadModel& model, const Articulation& neut
                                 const std::vector<std::pair<std::string, float>>& actions) {
   Articulation out = neutral;
   for (const auto& [name, value] : actions) {
-    const NamedAction* found = nullptr;
-    for (const NamedAction& action : model.actions)
-      if (action.name == name) found = &action;
+    const NamedAction* found = find_action(model, name);
     if (!found) {
       std::string known;
       for (const NamedAction& action : model.actions) known += (known.empty() ? "" : ", ") + action.name;
@@ -69,8 +67,7 @@ Result<Articulation> articulate(const HeadModel& model, const Articulation& neut
                    known.empty() ? "Use a head model with named actions." : "Choose one of: " + known + ".",
                    model.name};
     }
-    if (found->expression.size() == out.expression.size()) out.expression += value * found->expression;
-    out.jaw += value * found->jaw;
+    add_action(out, *found, value);
   }
   return out;
 }

@@ -71,5 +71,18 @@ TEST(Articulate, AddsNamedActionsAndRefusesUnknownOnes) {
   EXPECT_NE(unknown.error().fix.find("jawOpen"), std::string::npos);
 }
 
+TEST(Articulate, AnActionOfTheEyesTurnsTheEyeballs) {
+  HeadModel model;
+  NamedAction look{"eyeLookUp_L", Eigen::VectorXf::Zero(1)};
+  look.left_eye = Vec3f(-0.4f, 0, 0);
+  model.actions = {look};
+  Articulation neutral;
+  neutral.expression = Eigen::VectorXf::Zero(1);
+  const auto half = articulate(model, neutral, {{"eyeLookUp_L", 0.5f}});
+  ASSERT_TRUE(half.ok());
+  EXPECT_FLOAT_EQ(half->left_eye.x(), -0.2f);
+  EXPECT_EQ(half->right_eye, Vec3f::Zero());
+}
+
 }  // namespace
 }  // namespace likeness
