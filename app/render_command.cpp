@@ -135,7 +135,7 @@ Result<Film> make_film(const RenderArguments& arguments, const Project& project,
   std::array<double, 3> turn{};
   for (std::size_t i = 0; i < arguments.pose_deg.size(); ++i)
     turn[i] = arguments.pose_deg[i] * std::numbers::pi / 180;
-  const HeadShape shape = shape_head(model, avatar.identity);
+  const HeadShape shape = shape_head(model, avatar.person);
   const Vec3d pivot = shape.joints[kNeck].cast<double>();
   const Pose head = turned_head(avatar.world_from_head, pivot, turn[0], turn[1], turn[2]);
   for (std::size_t i = 0; i < film.cameras.size(); ++i) {

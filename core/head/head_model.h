@@ -40,6 +40,12 @@ struct NamedAction {
   Vec3f left_eye = Vec3f::Zero(), right_eye = Vec3f::Zero();  // of the eyeballs, rad (eyeLook*)
 };
 
+// Who somebody is, in a head model's terms.
+struct PersonShape {
+  Eigen::VectorXf identity;    // (I) standard deviations
+  std::vector<Vec3f> offsets;  // (V) personal shape beyond the identity, head frame at rest, m; or empty
+};
+
 struct HeadModel {
   std::string name;                  // shown to the user: "built-in", "ICT-FaceKit", "FLAME 2020", ...
   std::string hash;                  // of the content: two models with one hash pose alike

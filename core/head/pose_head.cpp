@@ -77,6 +77,16 @@ HeadShape shape_head(const HeadModel& model, const Eigen::VectorXf& identity) {
   return shape;
 }
 
+HeadShape shape_head(const HeadModel& model, const PersonShape& person) {
+  HeadShape shape = shape_head(model, person.identity);
+  if (person.offsets.empty()) return shape;
+  LIKENESS_CHECK(person.offsets.size() == shape.vertices.size(), "%d offsets for %d vertices",
+                 int(person.offsets.size()), int(shape.vertices.size()));
+  for (std::size_t v = 0; v < shape.vertices.size(); ++v) shape.vertices[v] += person.offsets[v];
+  shape.joints = regress_joints(model, shape.vertices);
+  return shape;
+}
+
 std::vector<Vec3f> pose_head(const HeadModel& model, const HeadShape& shape,
                              const Articulation& articulation) {
   LIKENESS_CHECK(int(shape.vertices.size()) == model.vertex_count(), "shape has %d vertices, the model %d",

@@ -7,7 +7,7 @@
 
 namespace likeness {
 
-// A person: the model with an identity baked in, so that posing costs only expression and skinning.
+// The model with a person baked in, so that posing costs only expression and skinning.
 struct HeadShape {
   std::vector<Vec3f> vertices;              // (V) template + identity, m
   std::array<Vec3f, kJointCount> joints{};  // m
@@ -15,6 +15,8 @@ struct HeadShape {
 
 // identity: (I) standard deviations; shorter is padded with zero.
 HeadShape shape_head(const HeadModel& model, const Eigen::VectorXf& identity);
+// With the personal shape; offsets that are not the model's are a caller's mistake.
+HeadShape shape_head(const HeadModel& model, const PersonShape& person);
 
 // (V) vertices in the head frame, m.
 std::vector<Vec3f> pose_head(const HeadModel& model, const HeadShape& shape,

@@ -63,7 +63,7 @@ Vec2d mean_pixel(const std::array<Vec3f, kLandmarkCount>& landmarks, std::initia
 PersonModel make_person_model(const HeadModel& model, const Track& track) {
   PersonModel person;
   person.model = &model;
-  person.shape = shape_head(model, track.identity);
+  person.shape = shape_head(model, track.person);
   const HeadRegions regions = head_regions(model);
   person.head = region_triangles(model, regions.head);
   person.face = region_triangles(model, regions.face);

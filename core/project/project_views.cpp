@@ -26,10 +26,12 @@ std::optional<Camera> picture_camera(const Capture& capture, const CameraSet& ca
 }
 
 Result<void> check_track_fits(const Track& track, const HeadModel& model) {
-  const bool fits = track.head_model_hash == model.hash && track.identity.size() == model.identity_count() &&
-                    std::ranges::all_of(track.frames, [&](const TrackedFrame& frame) {
-                      return frame.articulation.expression.size() == model.expression_count();
-                    });
+  const bool fits =
+      track.head_model_hash == model.hash && track.person.identity.size() == model.identity_count() &&
+      (track.person.offsets.empty() || int(track.person.offsets.size()) == model.vertex_count()) &&
+      std::ranges::all_of(track.frames, [&](const TrackedFrame& frame) {
+        return frame.articulation.expression.size() == model.expression_count();
+      });
   if (fits) return {};
   return Error{ErrorCode::bad_input,
                fmt::format("The track was made with the {} head model and does not fit the {} one.",
@@ -73,7 +75,7 @@ Result<TrainingSet> load_training_set(const Project& project, const HeadModel& m
   TrainingSet set;
   set.size = capture->size;
   set.model = model;
-  set.identity = track->identity;
+  set.person = track->person;
   set.has_torso = track->has_torso;
   if (std::error_code ignored; fs::exists(plate_path(project), ignored)) {
     auto plate = read_image(plate_path(project));

@@ -64,7 +64,7 @@ struct Avatar {
   FieldPart head;
   std::optional<FieldPart> torso;
   ConditionMap condition;
-  Eigen::VectorXf identity;  // (I) of the head model
+  PersonShape person;
   std::string head_model_name, head_model_hash, head_model_file;
   Articulation neutral;                     // the person's calibrated neutral
   std::vector<ActionRange> seen;            // per named action

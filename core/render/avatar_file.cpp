@@ -2,6 +2,7 @@
 // Never a head model's bases: only its name, hash and the fitted person.
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
 
@@ -14,7 +15,7 @@ namespace {
 using json = nlohmann::json;
 
 constexpr SectionFormat kFormat{
-    "LKNSAVTR", 1, "avatar", "Train the avatar again (likeness build), or restore the file from a backup."};
+    "LKNSAVTR", 2, "avatar", "Train the avatar again (likeness build), or restore the file from a backup."};
 constexpr int kLargestResolution = 512, kLargestWidth = 512;  // as core/field allows
 
 // -- To JSON
@@ -218,7 +219,15 @@ Avatar avatar_from(const Sections& sections) {
   a.condition.high = vector_from_json(j.at("condition_high"), "condition range");
   if (a.condition.low.size() != k || a.condition.high.size() != k)
     throw Bad{"the range of the condition does not fit the field"};
-  a.identity = vector_from_json(j.at("identity"), "identity");
+  a.person.identity = vector_from_json(j.at("identity"), "identity");
+  const int offsets = whole(j.at("offsets"), "personal shape", 0, 1 << 24);
+  std::vector<float> flat;
+  if (offsets > 0 && !from_section(sections, "offsets", 3 * std::size_t(offsets), flat))
+    throw Bad{"section 'offsets' has a wrong size"};
+  if (!std::ranges::all_of(flat, [](float v) { return std::isfinite(v); }))
+    throw Bad{"the personal shape is not finite"};
+  for (int v = 0; v < offsets; ++v)
+    a.person.offsets.emplace_back(flat[3 * v], flat[3 * v + 1], flat[3 * v + 2]);
   a.head_model_name = j.at("head_model_name").get<std::string>();
   a.head_model_hash = j.at("head_model_hash").get<std::string>();
   a.head_model_file = j.at("head_model_file").get<std::string>();
@@ -256,7 +265,8 @@ Result<void> write_avatar(const std::filesystem::path& path, const Avatar& avata
             {"condition_rows", vector_to_json(Eigen::Map<const Eigen::VectorXf>(rows.data(), rows.size()))},
             {"condition_low", vector_to_json(avatar.condition.low)},
             {"condition_high", vector_to_json(avatar.condition.high)},
-            {"identity", vector_to_json(avatar.identity)},
+            {"identity", vector_to_json(avatar.person.identity)},
+            {"offsets", avatar.person.offsets.size()},
             {"head_model_name", avatar.head_model_name},
             {"head_model_hash", avatar.head_model_hash},
             {"head_model_file", avatar.head_model_file},
@@ -280,6 +290,9 @@ Result<void> write_avatar(const std::filesystem::path& path, const Avatar& avata
   sections["meta"] = to_section(std::span<const char>(text.data(), text.size()));
   add_part(sections, avatar.head, "head");
   if (avatar.torso) add_part(sections, *avatar.torso, "torso");
+  std::vector<float> offsets;
+  for (const Vec3f& v : avatar.person.offsets) offsets.insert(offsets.end(), {v.x(), v.y(), v.z()});
+  if (!offsets.empty()) sections["offsets"] = to_section(offsets);
   if (!avatar.plate.empty()) sections["plate"] = to_section(avatar.plate.data);
   return write_sections(path, kFormat, sections);
 }

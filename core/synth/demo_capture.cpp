@@ -86,7 +86,8 @@ Truth truth_of(const DemoStage& stage, const DemoOptions& options) {
   truth.cameras.scale = CameraScale::metric;
   truth.track.head_model_name = stage.model().name;
   truth.track.head_model_hash = stage.model().hash;
-  truth.track.identity = demo_identity(stage.model(), options.seed);
+  truth.track.neutral = neutral_articulation(stage.model());
+  truth.track.person.identity = demo_identity(stage.model(), options.seed);
   for (int frame = 0; frame < options.frames; ++frame) {
     const Shot shot = stage.shot(frame);
     const Pose world = truth.cameras.is_static ? shot.camera.cam_from_world : Pose::Identity();

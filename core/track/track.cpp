@@ -11,7 +11,7 @@ namespace likeness {
 namespace {
 
 using nlohmann::json;
-constexpr int kVersion = 1;
+constexpr int kVersion = 2;
 
 const char* status_name(FrameStatus status) {
   switch (status) {
@@ -69,22 +69,59 @@ Vec3f vec3_from(const json& values) {
   return {values[0].get<float>(), values[1].get<float>(), values[2].get<float>()};
 }
 
+json articulation_json(const Articulation& a) {
+  return {{"expression", vector_json(a.expression)},
+          {"neck", vector_json(a.neck)},
+          {"jaw", vector_json(a.jaw)},
+          {"left_eye", vector_json(a.left_eye)},
+          {"right_eye", vector_json(a.right_eye)}};
+}
+
+Articulation articulation_from(const json& j) {
+  Articulation a;
+  a.expression = vector_from(j.at("expression"));
+  a.neck = vec3_from(j.at("neck"));
+  a.jaw = vec3_from(j.at("jaw"));
+  a.left_eye = vec3_from(j.at("left_eye"));
+  a.right_eye = vec3_from(j.at("right_eye"));
+  return a;
+}
+
+bool is_finite(const Articulation& a) {
+  return a.expression.allFinite() && a.neck.allFinite() && a.jaw.allFinite() && a.left_eye.allFinite() &&
+         a.right_eye.allFinite();
+}
+
+// Offsets as one flat list, (3V).
+json offsets_json(const std::vector<Vec3f>& offsets) {
+  json values = json::array();
+  for (const Vec3f& v : offsets)
+    for (int k = 0; k < 3; ++k) values.push_back(v[k]);
+  return values;
+}
+
+std::vector<Vec3f> offsets_from(const json& values) {
+  if (!values.is_array() || values.size() % 3 != 0)
+    throw std::runtime_error("the personal shape needs 3 numbers a vertex");
+  std::vector<Vec3f> offsets(values.size() / 3);
+  for (std::size_t i = 0; i < values.size(); ++i)
+    offsets[i / 3][Eigen::Index(i % 3)] = values[i].get<float>();
+  return offsets;
+}
+
 json frame_json(const TrackedFrame& f) {
   json points = json::array();
   for (const Vec2d& p : f.landmarks) points.push_back({p.x(), p.y()});
-  return {{"frame", f.frame},
-          {"time_s", f.time_s},
-          {"status", status_name(f.status)},
-          {"reason", f.reason},
-          {"world_from_head", pose_json(f.world_from_head)},
-          {"world_from_torso", pose_json(f.world_from_torso)},
-          {"expression", vector_json(f.articulation.expression)},
-          {"neck", vector_json(f.articulation.neck)},
-          {"jaw", vector_json(f.articulation.jaw)},
-          {"left_eye", vector_json(f.articulation.left_eye)},
-          {"right_eye", vector_json(f.articulation.right_eye)},
-          {"landmarks", std::move(points)},
-          {"inner_error_px", f.inner_error_px}};
+  json frame = articulation_json(f.articulation);
+  frame.update({{"frame", f.frame},
+                {"time_s", f.time_s},
+                {"status", status_name(f.status)},
+                {"reason", f.reason},
+                {"world_from_head", pose_json(f.world_from_head)},
+                {"world_from_torso", pose_json(f.world_from_torso)},
+                {"landmarks", std::move(points)},
+                {"inner_error_px", f.inner_error_px}});
+  return frame;
 }
 
 TrackedFrame frame_from(const json& j) {
@@ -95,11 +132,7 @@ TrackedFrame frame_from(const json& j) {
   f.reason = j.at("reason").get<std::string>();
   f.world_from_head = pose_from(j.at("world_from_head"));
   f.world_from_torso = pose_from(j.at("world_from_torso"));
-  f.articulation.expression = vector_from(j.at("expression"));
-  f.articulation.neck = vec3_from(j.at("neck"));
-  f.articulation.jaw = vec3_from(j.at("jaw"));
-  f.articulation.left_eye = vec3_from(j.at("left_eye"));
-  f.articulation.right_eye = vec3_from(j.at("right_eye"));
+  f.articulation = articulation_from(j);
   const json& points = j.at("landmarks");
   if (points.size() != kLandmarkCount) throw std::runtime_error("a frame needs 68 landmarks");
   for (int i = 0; i < kLandmarkCount; ++i)
@@ -125,16 +158,14 @@ Result<void> write_track(const std::filesystem::path& path, const Track& track) 
                      {"head_model_name", track.head_model_name},
                      {"head_model_hash", track.head_model_hash},
                      {"head_model_file", track.head_model_file},
-                     {"identity", vector_json(track.identity)},
+                     {"identity", vector_json(track.person.identity)},
+                     {"neutral", articulation_json(track.neutral)},
                      {"has_torso", track.has_torso},
                      {"metres_per_unit", track.metres_per_unit},
                      {"metre_known", track.metre_known}};
   for (const TrackedFrame& f : track.frames) {
     bool finite = f.world_from_head.matrix().allFinite() && f.world_from_torso.matrix().allFinite() &&
-                  f.articulation.expression.allFinite() && f.articulation.neck.allFinite() &&
-                  f.articulation.jaw.allFinite() && f.articulation.left_eye.allFinite() &&
-                  f.articulation.right_eye.allFinite() && std::isfinite(f.inner_error_px) &&
-                  std::isfinite(f.time_s);
+                  is_finite(f.articulation) && std::isfinite(f.inner_error_px) && std::isfinite(f.time_s);
     for (const Vec2d& p : f.landmarks) finite = finite && p.allFinite();
     if (!finite)
       return Error{ErrorCode::failed,
@@ -147,6 +178,7 @@ Result<void> write_track(const std::filesystem::path& path, const Track& track) 
     text = head.dump(1);
     text.erase(text.find_last_of('}'));
     while (!text.empty() && (text.back() == '\n' || text.back() == ' ')) text.pop_back();
+    text += ",\n \"offsets\": " + offsets_json(track.person.offsets).dump();
     text += ",\n \"frames\": [";
     for (std::size_t i = 0; i < track.frames.size(); ++i)
       text += (i ? ",\n  " : "\n  ") + frame_json(track.frames[i]).dump();
@@ -175,7 +207,9 @@ Result<Track> read_track(const std::filesystem::path& path) {
     track.head_model_name = j.at("head_model_name").get<std::string>();
     track.head_model_hash = j.at("head_model_hash").get<std::string>();
     track.head_model_file = j.at("head_model_file").get<std::string>();
-    track.identity = vector_from(j.at("identity"));
+    track.person.identity = vector_from(j.at("identity"));
+    track.person.offsets = offsets_from(j.at("offsets"));
+    track.neutral = articulation_from(j.at("neutral"));
     track.has_torso = j.at("has_torso").get<bool>();
     track.metres_per_unit = j.at("metres_per_unit").get<double>();
     track.metre_known = j.value("metre_known", true);

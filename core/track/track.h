@@ -27,8 +27,9 @@ struct TrackedFrame {
 
 struct Track {
   std::string head_model_name, head_model_hash;
-  std::string head_model_file;       // empty for the built-in head
-  Eigen::VectorXf identity;          // (I)
+  std::string head_model_file;  // empty for the built-in head
+  PersonShape person;
+  Articulation neutral;              // the person's resting face, from training frames
   bool has_torso = true;             // enough torso in the picture to model
   double metres_per_unit = 1;        // of the cameras' world; camera translations times this are metres
   bool metre_known = true;           // false: the camera moved too little to tell, metres_per_unit is 1

@@ -295,7 +295,7 @@ Result<void> add_torso(const Work& work, const HeadModel& model, Track& track, c
       frames[i].cam_from_world = metric_camera(work.cameras[i]->cam_from_world, track.metres_per_unit);
     frames[i].world_from_head = track.frames[i].world_from_head;
   }
-  const auto landmarks = landmark_positions(model, shape_head(model, track.identity).vertices);
+  const auto landmarks = landmark_positions(model, shape_head(model, track.person).vertices);
   auto torso = track_torso(frames, landmarks[8].cast<double>(), progress, stop);
   if (!torso) return torso.error();
   track.has_torso = torso->has_torso;
@@ -351,7 +351,8 @@ Result<Track> track_clip(const std::filesystem::path& video, const TrackRegion& 
   Track track;
   track.head_model_name = model.name;
   track.head_model_hash = model.hash;
-  track.identity = work.full_identity(model);
+  track.person.identity = work.full_identity(model);
+  track.neutral = neutral_articulation(model);
   const std::optional<double> scale = find_scale(cameras, work);
   track.metre_known = scale.has_value();
   track.metres_per_unit = scale.value_or(1.0);

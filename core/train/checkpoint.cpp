@@ -74,7 +74,8 @@ std::string training_fingerprint(const TrainingSet& set, const TrainOptions& opt
                                  set.views.size(), options.rays_per_step, options.seed, options.use_ambient,
                                  options.use_latent, options.use_occupancy);
   for (const std::string& view : views) text += view + "\n";
-  for (const float v : set.identity) text += fmt::format("{} ", v);
+  for (const float v : set.person.identity) text += fmt::format("{} ", v);
+  for (const Vec3f& v : set.person.offsets) text += fmt::format("{} {} {} ", v.x(), v.y(), v.z());
   add_hash(text, set.plate.data);
   add_hash(text, set.plate_known.data);
   return hash_text(text);

@@ -32,7 +32,7 @@ struct TrainingSet {
   Image8 plate;                     // empty without a static camera
   Image8 plate_known;               // (size, size, 1) 255 = the plate was seen there; empty = everywhere
   HeadModel model;
-  Eigen::VectorXf identity;
+  PersonShape person;
   bool has_torso = true;
 };
 

@@ -79,7 +79,7 @@ Avatar make_avatar(const TrainingSet& set, const TrainOptions& options, const Co
   avatar.head = state.head.part;
   if (state.torso) avatar.torso = state.torso->part;
   avatar.condition = map;
-  avatar.identity = set.identity;
+  avatar.person = set.person;
   avatar.head_model_name = set.model.name;
   avatar.head_model_hash = set.model.hash;
   avatar.neutral = typical_articulation(set);
@@ -190,7 +190,7 @@ Result<Avatar> train_avatar(const TrainingSet& set, const TrainOptions& options,
   const std::string fingerprint = checkpoint.empty() ? "" : training_fingerprint(set, options);
   Run run{options, checkpoint, fingerprint, progress, observe};
 
-  const HeadShape shape = shape_head(set.model, set.identity);
+  const HeadShape shape = shape_head(set.model, set.person);
   std::vector<Articulation> articulations;
   for (const TrainingView& view : set.views) articulations.push_back(view.articulation);
   const ConditionMap map = learn_condition_map(set.model, shape, articulations);

@@ -61,7 +61,7 @@ TEST(NamedActions, JawOpenBecomesTheJawRotationThatMakesItsShape) {
   const float angle = 0.3f;
   Articulation open = neutral_articulation(model);
   open.jaw = {angle, 0, 0};
-  const std::vector<Vec3f> posed = pose_head(model, shape_head(model, {}), open);
+  const std::vector<Vec3f> posed = pose_head(model, shape_head(model, PersonShape{}), open);
   for (int v = 0; v < model.vertex_count(); ++v)
     model.expression_basis.col(0).segment<3>(3 * v) = posed[v] - model.vertices[v];
   const JawMatch match = match_jaw_rotation(model, 0);

@@ -105,7 +105,7 @@ TEST(PoseHead, VerticesOfOneJointMoveRigidlyAboutIt) {
   for (int v = 0; v < model.vertex_count(); ++v)
     model.skinning_weights.row(v) =
         Eigen::RowVectorXf::Unit(kJointCount, model.vertices[v].y() > 0 ? kNeck : kRoot);
-  const HeadShape shape = shape_head(model, {});
+  const HeadShape shape = shape_head(model, PersonShape{});
   Articulation articulation = neutral_articulation(model);
   articulation.neck = {0.2f, -0.5f, 0.1f};
   const Eigen::AngleAxisf turn(articulation.neck.norm(), articulation.neck.normalized());
@@ -124,7 +124,7 @@ TEST(PoseHead, JawAndEyesFollowTheNeck) {
   // With all weight on the jaw, turning only the neck must still turn everything about the neck.
   for (int v = 0; v < model.vertex_count(); ++v)
     model.skinning_weights.row(v) = Eigen::RowVectorXf::Unit(kJointCount, kJaw);
-  const HeadShape shape = shape_head(model, {});
+  const HeadShape shape = shape_head(model, PersonShape{});
   Articulation articulation = neutral_articulation(model);
   articulation.neck = {0, 0.6f, 0};
   const Eigen::AngleAxisf turn(0.6f, Vec3f::UnitY());
@@ -136,7 +136,8 @@ TEST(PoseHead, JawAndEyesFollowTheNeck) {
 
 TEST(LandmarkPositions, AreTheBarycentricPointsOfTheirTriangles) {
   const HeadModel model = synthetic_head();
-  const std::vector<Vec3f> posed = pose_head(model, shape_head(model, {}), random_articulation(model, 2));
+  const std::vector<Vec3f> posed =
+      pose_head(model, shape_head(model, PersonShape{}), random_articulation(model, 2));
   const auto landmarks = landmark_positions(model, posed);
   for (int l = 0; l < kLandmarkCount; ++l) {
     Eigen::Matrix3f corners;
@@ -156,7 +157,7 @@ TEST(VertexNormals, PointOutwardOnAConvexSurface) {
 
 TEST(IctHead, JawRotationOfTheJawOpenActionIsTheJawOpenShape) {
   LIKENESS_NEED_ICT_HEAD(model);
-  const HeadShape shape = shape_head(model, {});
+  const HeadShape shape = shape_head(model, PersonShape{});
   Articulation by_joint = neutral_articulation(model), by_shape = by_joint;
   const NamedAction* open = find_action(model, "jawOpen");
   ASSERT_NE(open, nullptr);
@@ -176,7 +177,7 @@ TEST(IctHead, JawRotationOfTheJawOpenActionIsTheJawOpenShape) {
 
 TEST(IctHead, EyeballsTurnInPlace) {
   LIKENESS_NEED_ICT_HEAD(model);
-  const HeadShape shape = shape_head(model, {});
+  const HeadShape shape = shape_head(model, PersonShape{});
   Articulation articulation = neutral_articulation(model);
   articulation.left_eye = {0, 0.4f, 0};
   const std::vector<Vec3f> posed = pose_head(model, shape, articulation);

@@ -52,7 +52,7 @@ struct Scene {
     capture.crop = {0, 0, kSize};
     capture.size = kSize;
     capture.frames_per_second = 10;
-    track.identity = Eigen::VectorXf::Zero(head_model().identity_count());
+    track.person.identity = Eigen::VectorXf::Zero(head_model().identity_count());
     cameras.is_static = moves == Moves::never;
     Intrinsics k;
     k.width = k.height = kSize;

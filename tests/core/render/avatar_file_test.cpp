@@ -45,7 +45,8 @@ TEST_F(AvatarFile, RoundTripKeepsEverything) {
   EXPECT_EQ(a.condition.rows, b.condition.rows);
   EXPECT_EQ(a.condition.low, b.condition.low);
   EXPECT_EQ(a.condition.high, b.condition.high);
-  EXPECT_EQ(a.identity, b.identity);
+  EXPECT_EQ(a.person.identity, b.person.identity);
+  EXPECT_EQ(a.person.offsets, b.person.offsets);
   EXPECT_EQ(a.head_model_hash, b.head_model_hash);
   EXPECT_EQ(a.neutral.expression, b.neutral.expression);
   ASSERT_EQ(b.seen.size(), 1u);

@@ -31,7 +31,8 @@ inline Avatar tiny_avatar() {
   a.condition.mean = Eigen::VectorXf::LinSpaced(11, -0.2f, 0.3f);
   a.condition.rows = Eigen::MatrixXf::Random(2, 11);
   a.condition.low = Eigen::VectorXf::Constant(2, -2), a.condition.high = Eigen::VectorXf::Constant(2, 2);
-  a.identity = Eigen::VectorXf::LinSpaced(4, -1, 1);
+  a.person.identity = Eigen::VectorXf::LinSpaced(4, -1, 1);
+  a.person.offsets = {{0.001f, -0.002f, 1e-7f}, {0, 0.5f, -0.25f}};
   a.head_model_name = "test head";
   a.head_model_hash = "0123";
   a.neutral.expression = Eigen::VectorXf::LinSpaced(2, 0, 0.1f);

@@ -43,7 +43,7 @@ void expect_truth_agrees(const fs::path& folder, const DemoOptions& options, boo
   ASSERT_EQ(track->frames.size(), std::size_t(options.frames));
   const HeadModel model = make_builtin_head();
   EXPECT_EQ(track->head_model_hash, model.hash);
-  const HeadShape shape = shape_head(model, track->identity);
+  const HeadShape shape = shape_head(model, track->person);
   for (const TrackedFrame& f : track->frames) {
     const Camera* camera = find_camera(*cameras, f.frame);
     ASSERT_NE(camera, nullptr);

@@ -18,7 +18,10 @@ Track random_track() {
   track.head_model_name = "a \"quoted\" näme";
   track.head_model_hash = "0123abcd";
   track.head_model_file = "/some/where/head.npz";
-  track.identity = Eigen::VectorXf::NullaryExpr(7, [&] { return static_cast<float>(normal(random)); });
+  track.person.identity = Eigen::VectorXf::NullaryExpr(7, [&] { return static_cast<float>(normal(random)); });
+  track.person.offsets = {{0.001f, -0.002f, 1e-7f}, {0, 0.5f, -0.25f}};
+  track.neutral.expression = Eigen::VectorXf::LinSpaced(3, 0, 0.3f);
+  track.neutral.jaw = {0.02f, 0, 0};
   track.has_torso = false;
   track.metres_per_unit = 1.0 / 3.0;
   for (int i = 0; i < 3; ++i) {
@@ -59,7 +62,10 @@ TEST(TrackFile, ReadsBackTheSameBits) {
   EXPECT_EQ(back->has_torso, track.has_torso);
   EXPECT_EQ(std::bit_cast<std::uint64_t>(back->metres_per_unit),
             std::bit_cast<std::uint64_t>(track.metres_per_unit));
-  EXPECT_EQ(back->identity, track.identity);
+  EXPECT_EQ(back->person.identity, track.person.identity);
+  EXPECT_EQ(back->person.offsets, track.person.offsets);
+  EXPECT_EQ(back->neutral.expression, track.neutral.expression);
+  EXPECT_EQ(back->neutral.jaw, track.neutral.jaw);
   ASSERT_EQ(back->frames.size(), track.frames.size());
   for (std::size_t i = 0; i < track.frames.size(); ++i) {
     const TrackedFrame &a = track.frames[i], &b = back->frames[i];

@@ -131,7 +131,7 @@ inline TrainingSet ball_set(int views, int size, bool with_plate = true) {
   TrainingSet set;
   set.size = size;
   set.model = ball_head();
-  set.identity = Eigen::VectorXf::Zero(1);
+  set.person.identity = Eigen::VectorXf::Zero(1);
   set.has_torso = false;
   const Image8 plate = gradient_plate(size);
   for (int v = 0; v < views; ++v) {

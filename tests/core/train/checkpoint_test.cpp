@@ -14,7 +14,7 @@ namespace likeness {
 namespace {
 
 TrainingState ball_state(const TrainingSet& set) {
-  const HeadShape shape = shape_head(set.model, set.identity);
+  const HeadShape shape = shape_head(set.model, set.person);
   std::vector<Articulation> articulations;
   for (const TrainingView& view : set.views) articulations.push_back(view.articulation);
   return make_training_state(set, {}, learn_condition_map(set.model, shape, articulations),

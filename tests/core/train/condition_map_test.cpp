@@ -23,7 +23,7 @@ std::vector<Articulation> random_articulations(float first, float second) {
 
 TEST(LearnConditionMap, OrdersByTheMotionThatIsSeenNotByTheCoefficients) {
   const HeadModel model = ball_head();
-  const HeadShape shape = shape_head(model, {});
+  const HeadShape shape = shape_head(model, PersonShape{});
   // "top" varies twice as much as "bulge" but moves a twentieth as far.
   const auto map = learn_condition_map(model, shape, random_articulations(1, 2));
   ASSERT_GE(map.rows.rows(), 1);
@@ -33,7 +33,7 @@ TEST(LearnConditionMap, OrdersByTheMotionThatIsSeenNotByTheCoefficients) {
 TEST(LearnConditionMap, FirstComponentHasDeviationOneHalfAndTheMeanIsZero) {
   const HeadModel model = ball_head();
   const auto list = random_articulations(0.7f, 0.1f);
-  const auto map = learn_condition_map(model, shape_head(model, {}), list);
+  const auto map = learn_condition_map(model, shape_head(model, PersonShape{}), list);
   double sum = 0, squares = 0;
   for (const Articulation& a : list) {
     const double psi = condition(map, a)[0];
@@ -46,7 +46,7 @@ TEST(LearnConditionMap, FirstComponentHasDeviationOneHalfAndTheMeanIsZero) {
 TEST(LearnConditionMap, ClampsWhatTrainingNeverSaw) {
   const HeadModel model = ball_head();
   const auto list = random_articulations(1, 0.3f);
-  const auto map = learn_condition_map(model, shape_head(model, {}), list);
+  const auto map = learn_condition_map(model, shape_head(model, PersonShape{}), list);
   Articulation wild = list[0];
   wild.expression *= 1000;
   float most = 0;
@@ -57,17 +57,17 @@ TEST(LearnConditionMap, ClampsWhatTrainingNeverSaw) {
 
 TEST(LearnConditionMap, AFaceThatNeverMovesHasNoCondition) {
   const HeadModel model = ball_head();
-  const auto map = learn_condition_map(model, shape_head(model, {}), random_articulations(0, 0));
+  const auto map = learn_condition_map(model, shape_head(model, PersonShape{}), random_articulations(0, 0));
   EXPECT_EQ(map.rows.rows(), 0);
 }
 
 TEST(LearnConditionMap, GazeIsAddedOnlyWhereItVaries) {
   const HeadModel model = ball_head();
   auto list = random_articulations(1, 0);
-  const auto still = learn_condition_map(model, shape_head(model, {}), list);
+  const auto still = learn_condition_map(model, shape_head(model, PersonShape{}), list);
   for (std::size_t i = 0; i < list.size(); ++i)
     list[i].left_eye.y() = list[i].right_eye.y() = i % 2 ? 0.2f : -0.2f;
-  const auto moving = learn_condition_map(model, shape_head(model, {}), list);
+  const auto moving = learn_condition_map(model, shape_head(model, PersonShape{}), list);
   EXPECT_EQ(moving.rows.rows(), still.rows.rows() + 1);
   EXPECT_GT(condition(moving, list[1])[moving.rows.rows() - 1],
             condition(moving, list[0])[moving.rows.rows() - 1]);

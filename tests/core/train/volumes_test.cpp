@@ -22,7 +22,7 @@ void visit_cells(const Volume& volume, const Visit& visit) {
 
 TEST(MakeVolumes, HeadHoldsNothingBelowTheNeckBase) {
   const TrainingSet set = ball_set(6, 32);
-  const HeadShape shape = shape_head(set.model, set.identity);
+  const HeadShape shape = shape_head(set.model, set.person);
   const Volumes volumes = make_volumes(set, shape);
   const float base = neck_base(set.model, shape);
   visit_cells(volumes.head, [&](int x, int y, int z, const Vec3f& p) {
@@ -34,7 +34,7 @@ TEST(MakeVolumes, HeadHoldsNothingBelowTheNeckBase) {
 
 TEST(MakeVolumes, TheSurfaceIsAllowedAndTheDeepInsideIsCore) {
   const TrainingSet set = ball_set(6, 32);
-  const HeadShape shape = shape_head(set.model, set.identity);
+  const HeadShape shape = shape_head(set.model, set.person);
   const Volumes volumes = make_volumes(set, shape);
   int missing = 0, core = 0, both = 0;
   visit_cells(volumes.head, [&](int x, int y, int z, const Vec3f& p) {
@@ -54,7 +54,7 @@ TEST(MakeVolumes, TheSurfaceIsAllowedAndTheDeepInsideIsCore) {
 
 TEST(MakeVolumes, CarvingTakesAwayTheAirBesideTheHeadButNotTheHead) {
   const TrainingSet set = ball_set(24, 64);
-  const HeadShape shape = shape_head(set.model, set.identity);
+  const HeadShape shape = shape_head(set.model, set.person);
   VolumeOptions uncarved;
   uncarved.carve = false;
   const Volumes carved = make_volumes(set, shape), full = make_volumes(set, shape, uncarved);
@@ -74,7 +74,7 @@ TEST(MakeVolumes, TorsoLiesBelowTheChin) {
   TrainingSet set = ball_set(6, 32);
   set.has_torso = true;
   for (TrainingView& view : set.views) view.alpha = {};  // the ball has no body: nothing to carve with
-  const HeadShape shape = shape_head(set.model, set.identity);
+  const HeadShape shape = shape_head(set.model, set.person);
   const Volumes volumes = make_volumes(set, shape);
   ASSERT_TRUE(volumes.torso.has_value());
   int cells = 0;
