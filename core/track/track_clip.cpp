@@ -12,6 +12,7 @@
 #include "core/track/clip_frames.h"
 #include "core/track/dense_head.h"
 #include "core/track/fit_clip.h"
+#include "core/track/frame_verdict.h"
 #include "core/track/gaze.h"
 #include "core/track/rigid_head.h"
 #include "core/track/torso.h"
@@ -191,60 +192,18 @@ double median_of(std::vector<double> values) {
   return values[values.size() / 2];
 }
 
-// Good, weak or lost, with the reason in words.
-void judge(const Work& work, std::size_t i, double usual_error, TrackedFrame* out) {
+// What the verdict on a frame rests on.
+FrameEvidence evidence_of(const Work& work, std::size_t i, const TrackedFrame& tracked) {
   const ClipFrame& source = work.clip.frames[i];
-  if (!work.cameras[i]) {
-    out->status = FrameStatus::lost;
-    out->reason = "the camera of this frame is unknown";
-  } else if (!work.faces[i].seen) {
-    out->status = FrameStatus::lost;
-    out->reason = "no face found";
-  } else if (const double error = out->inner_error_px * work.clip.scale;
-             error > std::max(8.0, 5 * usual_error)) {
-    out->status = FrameStatus::lost;
-    out->reason = fmt::format("the face model misses the landmarks by {:.1f} px", out->inner_error_px);
-  } else if (error > std::max(4.0, 2.5 * usual_error)) {
-    out->status = FrameStatus::weak;
-    out->reason = fmt::format("the face model misses the landmarks by {:.1f} px", out->inner_error_px);
-  } else if (source.landmarks->cluster_share < 0.4) {
-    out->status = FrameStatus::weak;
-    out->reason =
-        fmt::format("only {:.0f} % of the landmark runs agree", 100 * source.landmarks->cluster_share);
-  } else if (!source.detected && !work.dense[i].solved) {
-    out->status = FrameStatus::weak;
-    out->reason = "the face was carried over from neighbouring frames";
-  }
-}
-
-// Lost frames get the pose and face between their neighbours, so that players need no special case.
-void bridge_lost(std::vector<TrackedFrame>& frames) {
-  std::vector<int> known;
-  for (std::size_t i = 0; i < frames.size(); ++i)
-    if (frames[i].status != FrameStatus::lost) known.push_back(static_cast<int>(i));
-  for (std::size_t i = 0; i < frames.size(); ++i) {
-    if (frames[i].status != FrameStatus::lost || known.empty()) continue;
-    const auto after = std::lower_bound(known.begin(), known.end(), static_cast<int>(i));
-    const TrackedFrame& b = frames[after == known.end() ? known.back() : *after];
-    const TrackedFrame& a = frames[after == known.begin() ? known.front() : *(after - 1)];
-    const double t =
-        b.frame > a.frame ? static_cast<double>(frames[i].frame - a.frame) / (b.frame - a.frame) : 0.0;
-    const auto between = [&](const Pose& p, const Pose& q) {
-      Pose pose = Pose::Identity();
-      pose.linear() = Eigen::Quaterniond(p.linear())
-                          .slerp(t, Eigen::Quaterniond(q.linear()))
-                          .normalized()
-                          .toRotationMatrix();
-      pose.translation() = (1 - t) * p.translation() + t * q.translation();
-      return pose;
-    };
-    const float s = static_cast<float>(t);
-    frames[i].world_from_head = between(a.world_from_head, b.world_from_head);
-    frames[i].articulation.expression = (1 - s) * a.articulation.expression + s * b.articulation.expression;
-    frames[i].articulation.jaw = (1 - s) * a.articulation.jaw + s * b.articulation.jaw;
-    frames[i].articulation.left_eye = (1 - s) * a.articulation.left_eye + s * b.articulation.left_eye;
-    frames[i].articulation.right_eye = (1 - s) * a.articulation.right_eye + s * b.articulation.right_eye;
-  }
+  FrameEvidence e;
+  e.camera_known = work.cameras[i] != nullptr;
+  e.seen = work.faces[i].seen;
+  e.detected = source.detected;
+  e.dense_solved = work.dense[i].solved;
+  e.source_px = 1 / work.clip.scale;
+  e.inner_error_px = tracked.inner_error_px * work.clip.scale;
+  if (source.landmarks) e.cluster_share = source.landmarks->cluster_share;
+  return e;
 }
 
 std::optional<double> find_scale(const CameraSet& cameras, const Work& work) {
@@ -278,7 +237,11 @@ std::vector<TrackedFrame> describe_frames(const Work& work, const HeadModel& mod
     out.world_from_head = world_from_cam * face.state.cam_from_head;
   }
   const double usual = median_of(errors);
-  for (std::size_t i = 0; i < frames.size(); ++i) judge(work, i, usual, &frames[i]);
+  for (std::size_t i = 0; i < frames.size(); ++i) {
+    const FrameVerdict verdict = judge_frame(evidence_of(work, i, frames[i]), usual);
+    frames[i].status = verdict.status;
+    frames[i].reason = verdict.reason;
+  }
   bridge_lost(frames);
   return frames;
 }

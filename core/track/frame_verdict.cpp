@@ -1,0 +1,57 @@
+#include "core/track/frame_verdict.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+namespace likeness {
+namespace {
+
+Pose pose_between(const Pose& a, const Pose& b, double t) {
+  Pose pose = Pose::Identity();
+  pose.linear() =
+      Eigen::Quaterniond(a.linear()).slerp(t, Eigen::Quaterniond(b.linear())).normalized().toRotationMatrix();
+  pose.translation() = (1 - t) * a.translation() + t * b.translation();
+  return pose;
+}
+
+}  // namespace
+
+FrameVerdict judge_frame(const FrameEvidence& e, double usual_error_px) {
+  if (!e.camera_known) return {FrameStatus::lost, "the camera of this frame is unknown"};
+  if (!e.seen) return {FrameStatus::lost, "no face found"};
+  const auto misses = [&] {
+    return fmt::format("the face model misses the landmarks by {:.1f} px", e.inner_error_px * e.source_px);
+  };
+  if (e.inner_error_px > std::max(8.0, 5 * usual_error_px)) return {FrameStatus::lost, misses()};
+  if (e.inner_error_px > std::max(4.0, 2.5 * usual_error_px)) return {FrameStatus::weak, misses()};
+  if (e.cluster_share < 0.4)
+    return {FrameStatus::weak,
+            fmt::format("only {:.0f} % of the landmark runs agree", 100 * e.cluster_share)};
+  if (!e.detected && !e.dense_solved)
+    return {FrameStatus::weak, "the face was carried over from neighbouring frames"};
+  return {};
+}
+
+void bridge_lost(std::vector<TrackedFrame>& frames) {
+  std::vector<int> known;
+  for (std::size_t i = 0; i < frames.size(); ++i)
+    if (frames[i].status != FrameStatus::lost) known.push_back(static_cast<int>(i));
+  if (known.empty()) return;
+  for (std::size_t i = 0; i < frames.size(); ++i) {
+    TrackedFrame& f = frames[i];
+    if (f.status != FrameStatus::lost) continue;
+    const auto after = std::lower_bound(known.begin(), known.end(), static_cast<int>(i));
+    const TrackedFrame& b = frames[after == known.end() ? known.back() : *after];
+    const TrackedFrame& a = frames[after == known.begin() ? known.front() : *(after - 1)];
+    const double t = b.frame > a.frame ? static_cast<double>(f.frame - a.frame) / (b.frame - a.frame) : 0.0;
+    const float s = static_cast<float>(t);
+    f.world_from_head = pose_between(a.world_from_head, b.world_from_head, t);
+    f.articulation.expression = (1 - s) * a.articulation.expression + s * b.articulation.expression;
+    f.articulation.jaw = (1 - s) * a.articulation.jaw + s * b.articulation.jaw;
+    f.articulation.left_eye = (1 - s) * a.articulation.left_eye + s * b.articulation.left_eye;
+    f.articulation.right_eye = (1 - s) * a.articulation.right_eye + s * b.articulation.right_eye;
+  }
+}
+
+}  // namespace likeness

@@ -1,0 +1,32 @@
+// Whether a tracked frame can be believed: good, weak or lost, with the reason in words.
+#pragma once
+
+#include <vector>
+
+#include "core/track/track.h"
+
+namespace likeness {
+
+// What is known of one frame when its verdict falls. Lengths in working px.
+struct FrameEvidence {
+  bool camera_known = false;
+  bool seen = false;          // it has landmarks
+  bool detected = false;      // the detector itself found the face in this frame
+  bool dense_solved = false;  // the dense tracks agree on a pose
+  double source_px = 1;       // source px per working px: reasons speak of the source picture
+  double inner_error_px = 0;  // of the fitted head model to the landmarks 17..67
+  double cluster_share = 1;   // share of the landmark runs that agree, 0..1
+};
+
+struct FrameVerdict {
+  FrameStatus status = FrameStatus::good;
+  std::string reason;  // empty for good
+};
+
+// usual_error_px: the clip's median inner error, training frames only.
+FrameVerdict judge_frame(const FrameEvidence& evidence, double usual_error_px);
+
+// Lost frames get the pose and face between their neighbours, so that players need no special case.
+void bridge_lost(std::vector<TrackedFrame>& frames);
+
+}  // namespace likeness
