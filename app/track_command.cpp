@@ -4,10 +4,10 @@
 
 #include <fmt/format.h>
 
+#include "app/clip_camera.h"
 #include "app/commands.h"
 #include "app/terminal.h"
 #include "core/base/parallel.h"
-#include "core/camera/align.h"
 #include "core/project/run_stages.h"
 #include "core/track/track_clip.h"
 #include "core/video/decode.h"
@@ -23,14 +23,6 @@ struct TrackArguments {
   fs::path video, out;
   ProjectOptions models;  // head and landmark model only
 };
-
-// One camera for the whole clip: what the head does is wanted, not where the camera is.
-CameraSet assumed_camera(const VideoInfo& info) {
-  const double focal = AlignOptions{}.focal_over_width * std::max(info.width, info.height);
-  CameraSet set;
-  set.cameras = {Camera{-1, {info.width, info.height, focal, focal, info.width / 2.0, info.height / 2.0}}};
-  return set;
-}
 
 int run(const TrackArguments& arguments) {
   const ThreadLimit limit(arguments.common.threads);

@@ -108,7 +108,7 @@ Intrinsics working_intrinsics(const Intrinsics& source, const ClipFrames& clip) 
 
 Result<DenseSummary> track_dense_head(const ClipFrames& clip, const RigidHead& head,
                                       std::vector<DenseFrame>& frames, const Progress& progress,
-                                      std::stop_token stop) {
+                                      std::stop_token stop, WithheldPoints* withheld) {
   DenseSummary summary;
   std::vector<int> training;
   std::vector<const Image8*> grey;
@@ -123,6 +123,7 @@ Result<DenseSummary> track_dense_head(const ClipFrames& clip, const RigidHead& h
   std::vector<BundleTrack> tracks;
   std::vector<std::vector<Vec2d>> pixels;
   double length = 0;
+  std::size_t index = 0;
   for (const PointTrack& t : *found) {
     // The middle of a track starts its point: there the landmark pose is as good as anywhere, the view least
     // slanted.
@@ -130,6 +131,14 @@ Result<DenseSummary> track_dense_head(const ClipFrames& clip, const RigidHead& h
     const DenseFrame& f = frames[middle.picture];
     const auto place = point_on_head(head, f.cam_from_head, ray_of(f.intrinsics, middle.pixel));
     if (!place) continue;
+    if (withheld && is_withheld(index++, withheld->share)) {
+      withheld->tracks.push_back({*place, {}});
+      for (const PointObservation& o : t.seen) {
+        const Intrinsics& k = frames[o.picture].intrinsics;
+        withheld->tracks.back().seen.push_back({clip.frames[o.picture].frame, ray_of(k, o.pixel), k.fx});
+      }
+      continue;
+    }
     BundleTrack track;
     track.point = *place;
     for (const PointObservation& o : t.seen)

@@ -11,6 +11,7 @@
 #include "core/track/bundle.h"
 #include "core/track/clip_frames.h"
 #include "core/track/rigid_head.h"
+#include "core/track/withheld_points.h"
 
 namespace likeness {
 
@@ -30,9 +31,10 @@ struct DenseSummary {
   double turn_change_deg = 0, shift_change_m = 0;  // rms of what the dense poses changed, training frames
 };
 
+// withheld: null, or where a share of the point tracks goes instead of into the adjustment.
 Result<DenseSummary> track_dense_head(const ClipFrames& clip, const RigidHead& head,
                                       std::vector<DenseFrame>& frames, const Progress& progress,
-                                      std::stop_token stop);
+                                      std::stop_token stop, WithheldPoints* withheld = nullptr);
 
 // Intrinsics of the working picture of a region of the source.
 Intrinsics working_intrinsics(const Intrinsics& source, const ClipFrames& clip);

@@ -1,0 +1,17 @@
+// A camera at rest: see clip_camera.h.
+#include "app/clip_camera.h"
+
+#include <algorithm>
+
+#include "core/camera/align.h"
+
+namespace likeness::app {
+
+CameraSet assumed_camera(const VideoInfo& info) {
+  const double focal = AlignOptions{}.focal_over_width * std::max(info.width, info.height);
+  CameraSet set;
+  set.cameras = {Camera{-1, {info.width, info.height, focal, focal, info.width / 2.0, info.height / 2.0}}};
+  return set;
+}
+
+}  // namespace likeness::app

@@ -1,0 +1,13 @@
+// The camera of a clip that has no solve of its own.
+#pragma once
+
+#include "core/camera/camera.h"
+#include "core/video/decode.h"
+
+namespace likeness::app {
+
+// One camera at rest for the whole clip, with a usual focal length: for when it matters what the head does,
+// not where the camera is.
+CameraSet assumed_camera(const VideoInfo& info);
+
+}  // namespace likeness::app

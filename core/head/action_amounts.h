@@ -1,0 +1,34 @@
+// How much of each named action a face shows: the way back from a model's own coefficients to actions, which
+// is what two head models have in common.
+//
+// Solved in the motion of the surface (m), not in coefficients, whose sizes mean nothing: expression x and
+// jaw rotation j move the vertices by D [x; j], D = [expression basis | derivative by the jaw at rest]; the
+// amounts minimise |D (A a - [x; j])|^2 + a little ridge, A = the actions' coefficients. Linear.
+#pragma once
+
+#include <string_view>
+#include <vector>
+
+#include "core/head/head_model.h"
+
+namespace likeness {
+
+struct ActionBasis {
+  Eigen::MatrixXf amounts_from_face;  // (A, E + 3)
+  std::vector<NamedAction> actions;   // (A) the model's
+};
+ActionBasis action_basis(const HeadModel& model);  // costs about 0.1 s: keep it
+
+// (A) 1 = full; from expression and jaw alone. The eyeballs do not count: trackers measure gaze by itself.
+Eigen::VectorXf face_amounts(const ActionBasis& basis, const Articulation& articulation);
+
+// (A) as above, but actions that turn an eyeball (eyeLook*) are judged by how far it is turned, >= 0.
+Eigen::VectorXf action_amounts(const ActionBasis& basis, const Articulation& articulation);
+
+// -1 where the basis knows no such action.
+int action_index(const ActionBasis& basis, std::string_view name);
+
+// Squared size of a change of the face on the surface, m^2 summed over vertices: d^T G d for d = [x; j].
+Eigen::MatrixXf face_metric(const HeadModel& model);  // (E + 3, E + 3)
+
+}  // namespace likeness

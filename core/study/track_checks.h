@@ -1,0 +1,49 @@
+// What can be said of a track where nobody knows the truth: does it predict measurements it has not seen, and
+// does it hold still where the head does?
+#pragma once
+
+#include <filesystem>
+#include <stop_token>
+
+#include "core/base/progress.h"
+#include "core/base/result.h"
+#include "core/camera/camera.h"
+#include "core/head/head_model.h"
+#include "core/track/track.h"
+#include "core/track/track_clip.h"
+
+namespace likeness {
+
+// px of a picture of the tracked region with a longer side of `working_size`, as the tracker sees it.
+struct FreshLandmarks {
+  int frames = 0;
+  double mean_px = 0;  // landmarks 17..67 found anew against the fitted model's, mean over points and frames
+};
+
+struct Stillness {
+  int frames = 0;        // middle frames of three that all rest
+  double jitter_px = 0;  // RMS second difference of the projected nose tip
+};
+
+// The fitted model's landmarks in px of the working picture, one entry a frame of the track.
+struct ProjectedLandmarks {
+  bool known = false;  // camera known and frame not lost
+  std::array<Vec2d, kLandmarkCount> points;
+  double pitch = 0;  // of the face against the camera's axis, rad
+};
+std::vector<ProjectedLandmarks> project_track(const Track& track, const HeadModel& model,
+                                              const CameraSet& cameras, const TrackRegion& region,
+                                              int working_size);
+
+// The head rests in a frame when the nose tip's path, averaged over 9 frames, moves less than 0.3 px a frame
+// there: the averaging keeps a trembling track from hiding its own still stretches.
+Stillness measure_stillness(const std::vector<ProjectedLandmarks>& projected);
+
+// A detection of its own in up to 200 frames with less than 20 degrees of pitch (below a bowed head the
+// detector itself is the larger error): other seeds and shaken boxes than the tracker's, no hint.
+Result<FreshLandmarks> find_fresh_landmarks(const std::filesystem::path& video, const Track& track,
+                                            const std::vector<ProjectedLandmarks>& projected,
+                                            const TrackRegion& region, const TrackOptions& options,
+                                            const Progress& progress, std::stop_token stop);
+
+}  // namespace likeness
