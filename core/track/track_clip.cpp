@@ -14,7 +14,7 @@
 #include "core/track/fit_clip.h"
 #include "core/track/frame_verdict.h"
 #include "core/track/gaze.h"
-#include "core/track/neutral.h"
+#include "core/track/photometric.h"
 #include "core/track/rigid_head.h"
 #include "core/track/torso.h"
 
@@ -78,15 +78,15 @@ void prepare(const CameraSet& cameras, const HeadModel& model, Work& work) {
 }
 
 // Dense poses for the frames that have a landmark pose.
-Result<void> refine_poses(const HeadModel& model, const TrackOptions& options, Work& work,
-                          const Progress& progress, std::stop_token stop) {
+Result<void> refine_poses(const HeadModel& model, Work& work, const Progress& progress,
+                          std::stop_token stop) {
   for (std::size_t i = 0; i < work.faces.size(); ++i) {
     work.dense[i].known = work.faces[i].seen;
     work.dense[i].intrinsics = work.intrinsics[i];
     work.dense[i].cam_from_head = work.faces[i].state.cam_from_head;
   }
   const RigidHead rigid = rigid_head(model, work.full_identity(model));
-  auto summary = track_dense_head(work.clip, rigid, work.dense, progress, stop, options.withheld.get());
+  auto summary = track_dense_head(work.clip, rigid, work.dense, progress, stop);
   if (!summary) return summary.error();
   for (std::size_t i = 0; i < work.faces.size(); ++i)
     if (work.dense[i].solved) {
@@ -147,6 +147,22 @@ Result<void> fit_faces(Work& work, const Progress& progress, std::stop_token sto
   work.identity = *identity;
   return fit_states(work.head, work.identity, work.prior, {}, work.faces, progress.stage(0.5, 1, "frames"),
                     stop);
+}
+
+// Pose, jaw and expression by the pictures themselves, where the dense poses hold the head.
+Result<void> refine_on_pictures(const HeadModel& model, Work& work, const Progress& progress,
+                                std::stop_token stop) {
+  std::vector<PhotometricFrame> pictures(work.faces.size());
+  for (std::size_t i = 0; i < pictures.size(); ++i) {
+    if (!work.cameras[i]) continue;
+    pictures[i] = {&work.clip.frames[i].grey, work.intrinsics[i],
+                   work.cameras[i]->cam_from_world.linear().transpose()};
+  }
+  auto refined = refine_photometric(model, shape_head(model, work.full_identity(model)), work.head,
+                                    reduced_person(work.head, work.identity), work.prior, pictures, {},
+                                    work.faces, progress, stop);
+  if (!refined) return refined.error();
+  return {};
 }
 
 void measure_eyes(const HeadModel& model, Work& work) {
@@ -302,27 +318,29 @@ Result<Track> track_clip(const std::filesystem::path& video, const TrackRegion& 
   if (auto fitted = fit_faces(work, progress.stage(0.40, 0.45, "first fit"), stop); !fitted)
     return fitted.error();
   if (options.dense) {
-    if (auto dense = refine_poses(model, options, work, progress.stage(0.45, 0.75, "dense head"), stop);
-        !dense)
+    if (auto dense = refine_poses(model, work, progress.stage(0.45, 0.75, "dense head"), stop); !dense)
       return dense.error();
     if (auto again = find_landmarks_again(options, work, progress.stage(0.75, 0.87, "landmarks again"), stop);
         !again)
       return again.error();
-    if (auto fitted = fit_faces(work, progress.stage(0.87, 0.92, "second fit"), stop); !fitted)
+    if (auto fitted = fit_faces(work, progress.stage(0.87, 0.9, "second fit"), stop); !fitted)
       return fitted.error();
+    if (options.photometric)
+      if (auto done = refine_on_pictures(model, work, progress.stage(0.9, 0.96, "pictures"), stop); !done)
+        return done.error();
   }
-  measure_eyes(model, work);
+  if (options.gaze) measure_eyes(model, work);
 
   Track track;
   track.head_model_name = model.name;
   track.head_model_hash = model.hash;
   track.person.identity = work.full_identity(model);
+  track.neutral = neutral_articulation(model);
   const std::optional<double> scale = find_scale(cameras, work);
   track.metre_known = scale.has_value();
   track.metres_per_unit = scale.value_or(1.0);
   track.frames = describe_frames(work, model, track.metres_per_unit);
-  track.neutral = calibrate_neutral(model, track.frames, held_out);
-  if (auto torso = add_torso(work, model, track, progress.stage(0.92, 1, "torso"), stop); !torso)
+  if (auto torso = add_torso(work, model, track, progress.stage(0.96, 1, "torso"), stop); !torso)
     return torso.error();
   progress.report(1, "tracked");
   return track;
