@@ -43,7 +43,9 @@ nlohmann::json to_json(const Evaluation& e, const Avatar& avatar, bool up_to_dat
           {"psnr_head_db", number(e.psnr_head_db)},
           {"psnr_face_db", number(e.psnr_face_db)},
           {"psnr_pooled_db", number(e.psnr_pooled_db)},
-          {"psnr_refit_db", nullptr},
+          {"psnr_refit_db", e.refit ? number(e.refit->psnr_db) : nlohmann::json(nullptr)},
+          {"psnr_refit_head_db", e.refit ? number(e.refit->psnr_head_db) : nlohmann::json(nullptr)},
+          {"psnr_refit_face_db", e.refit ? number(e.refit->psnr_face_db) : nlohmann::json(nullptr)},
           {"lmk_error_px", number(e.landmark_error_px)},
           {"ssim", number(e.ssim)},
           {"gmsd", number(e.gmsd)},
@@ -101,6 +103,12 @@ int run(const EvalArguments& arguments) {
     fmt::print("{} more held-out frames have no track and are not measured\n", e.frames_lost);
   fmt::print("PSNR full {}  person {:.2f}  head {:.2f}  face {:.2f} dB\n", decibel(e.psnr_db),
              e.psnr_person_db, e.psnr_head_db, e.psnr_face_db);
+  if (e.refit)
+    fmt::print(
+        "with {} numbers a frame fitted to the frozen field (an oracle): full {}  head {:.2f}  face {:.2f} "
+        "dB\n",
+        e.refit->free_numbers_per_frame, decibel(e.refit->psnr_db), e.refit->psnr_head_db,
+        e.refit->psnr_face_db);
   if (e.ssim) fmt::print("SSIM {:.4f}  GMSD {:.4f}\n", *e.ssim, *e.gmsd);
   fmt::print("landmarks off by {:.2f} px  {:.1f} frames/s at {:.1f} samples a ray\n", e.landmark_error_px,
              e.render_fps, e.samples_per_ray);
@@ -118,6 +126,9 @@ void add_eval_command(CLI::App& program, int& exit_code) {
       ->check(CLI::ExistingDirectory);
   verb->add_option("--pictures", a->options.pictures, "Folder for PNGs: truth, avatar, difference");
   verb->add_option("--video", a->options.video, "mp4 of the same");
+  verb->add_flag(
+      "--refit", a->options.refit,
+      "Also fit pose and expression of every frame to the frozen field, to see what tracking hides");
   add_common_options(*verb, a->common);
   verb->callback([a, &exit_code] { exit_code = run(*a); });
 }

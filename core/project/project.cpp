@@ -34,6 +34,7 @@ json to_json(const ProjectOptions& options) {
           {"seed", options.seed},
           {"checkpoint_every_s", options.checkpoint_every_s},
           {"use_ambient", options.use_ambient},
+          {"use_warp", options.use_warp},
           {"use_latent", options.use_latent},
           {"use_occupancy", options.use_occupancy}};
 }
@@ -49,6 +50,7 @@ ProjectOptions options_from_json(const json& j) {
   options.seed = j.at("seed");
   options.checkpoint_every_s = j.value("checkpoint_every_s", options.checkpoint_every_s);
   options.use_ambient = j.at("use_ambient");
+  options.use_warp = j.value("use_warp", true);
   options.use_latent = j.at("use_latent");
   options.use_occupancy = j.at("use_occupancy");
   return options;

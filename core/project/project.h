@@ -41,7 +41,7 @@ struct ProjectOptions {
   std::uint64_t steps = 0;               // exact training steps instead of a budget
   std::uint64_t seed = 0;
   double checkpoint_every_s = 30;  // what a killed training loses at most
-  bool use_ambient = true, use_latent = true, use_occupancy = true;
+  bool use_ambient = true, use_latent = true, use_occupancy = true, use_warp = true;
 };
 
 struct Project {

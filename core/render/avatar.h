@@ -1,6 +1,7 @@
 // The avatar: everything needed to render a person, and nothing else. Stored in avatar.bin.
 #pragma once
 
+#include <array>
 #include <filesystem>
 #include <optional>
 #include <string>
@@ -54,10 +55,13 @@ struct FieldPart {
   OccupancyGrid core;  // cells deep inside the head, which end every ray that meets them; empty = none
 };
 
-// What range of an action the capture showed.
+// What the capture showed of an action, 1 = full, in its training frames.
 struct ActionRange {
   std::string name;
-  float low = 0, high = 0;
+  float low = 0, high = 0;  // 2nd and 98th percentile
+  float coverage = 0;       // share of the frames that show more than a fifth of it
+  std::array<float, 8>
+      histogram{};  // shares of the frames by eighths of 0..1, the outermost open to their side
 };
 
 struct Avatar {
@@ -66,7 +70,8 @@ struct Avatar {
   ConditionMap condition;
   PersonShape person;
   std::string head_model_name, head_model_hash, head_model_file;
-  Articulation neutral;                     // the person's calibrated neutral
+  Articulation neutral;                     // the person's calibrated neutral; the canonical face
+  float warp_cell = 0;                      // m between nodes of the warp lattice; 0: the field is not warped
   std::vector<ActionRange> seen;            // per named action
   Pose world_from_head = Pose::Identity();  // typical, for orbit and sliders
   Pose world_from_torso = Pose::Identity();

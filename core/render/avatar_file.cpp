@@ -15,7 +15,7 @@ namespace {
 using json = nlohmann::json;
 
 constexpr SectionFormat kFormat{
-    "LKNSAVTR", 2, "avatar", "Train the avatar again (likeness build), or restore the file from a backup."};
+    "LKNSAVTR", 3, "avatar", "Train the avatar again (likeness build), or restore the file from a backup."};
 constexpr int kLargestResolution = 512, kLargestWidth = 512;  // as core/field allows
 
 // -- To JSON
@@ -148,6 +148,26 @@ Intrinsics intrinsics_from_json(const json& j) {
   return k;
 }
 
+json to_json(const ActionRange& range) {
+  return {{"name", range.name},
+          {"low", range.low},
+          {"high", range.high},
+          {"coverage", range.coverage},
+          {"histogram", range.histogram}};
+}
+
+ActionRange range_from_json(const json& j) {
+  ActionRange range{j.at("name").get<std::string>(),
+                    float(finite(j.at("low"), "range")),
+                    float(finite(j.at("high"), "range")),
+                    float(finite(j.at("coverage"), "coverage")),
+                    {}};
+  const Eigen::VectorXf shares = vector_from_json(j.at("histogram"), "histogram");
+  if (shares.size() != Eigen::Index(range.histogram.size())) throw Bad{"a histogram has not 8 numbers"};
+  std::ranges::copy(shares, range.histogram.begin());
+  return range;
+}
+
 OccupancyGrid occupancy_from(const Sections& sections, const std::string& name, int resolution) {
   OccupancyGrid grid;
   grid.resolution = resolution;
@@ -232,11 +252,12 @@ Avatar avatar_from(const Sections& sections) {
   a.head_model_hash = j.at("head_model_hash").get<std::string>();
   a.head_model_file = j.at("head_model_file").get<std::string>();
   a.neutral = articulation_from_json(j.at("neutral"));
+  a.warp_cell = float(finite(j.at("warp_cell"), "warp lattice"));
+  if (a.warp_cell != 0 && !(a.warp_cell > 0.001f && a.warp_cell < 0.1f))
+    throw Bad{"the warp lattice's cells are impossible"};
   if (k > 0 && a.neutral.expression.size() + 9 != a.condition.mean.size())
     throw Bad{"the neutral expression does not fit the condition map"};
-  for (const json& range : j.at("seen"))
-    a.seen.push_back({range.at("name").get<std::string>(), float(finite(range.at("low"), "range")),
-                      float(finite(range.at("high"), "range"))});
+  for (const json& range : j.at("seen")) a.seen.push_back(range_from_json(range));
   a.world_from_head = pose_from_json(j.at("world_from_head"), "world_from_head");
   a.world_from_torso = pose_from_json(j.at("world_from_torso"), "world_from_torso");
   a.cam_from_world = pose_from_json(j.at("cam_from_world"), "cam_from_world");
@@ -271,6 +292,7 @@ Result<void> write_avatar(const std::filesystem::path& path, const Avatar& avata
             {"head_model_hash", avatar.head_model_hash},
             {"head_model_file", avatar.head_model_file},
             {"neutral", to_json(avatar.neutral)},
+            {"warp_cell", avatar.warp_cell},
             {"seen", json::array()},
             {"world_from_head", to_json(avatar.world_from_head)},
             {"world_from_torso", to_json(avatar.world_from_torso)},
@@ -282,8 +304,7 @@ Result<void> write_avatar(const std::filesystem::path& path, const Avatar& avata
             {"train_seconds", avatar.train_seconds},
             {"plate_width", avatar.plate.width},
             {"plate_height", avatar.plate.height}};
-  for (const ActionRange& range : avatar.seen)
-    j["seen"].push_back({{"name", range.name}, {"low", range.low}, {"high", range.high}});
+  for (const ActionRange& range : avatar.seen) j["seen"].push_back(to_json(range));
   Sections sections;
   // A non-UTF-8 file name must not make the avatar unwritable.
   const std::string text = j.dump(-1, ' ', false, json::error_handler_t::replace);

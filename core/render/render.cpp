@@ -1,5 +1,5 @@
-// Rendering in bands of rows, large enough for the field's full speed. Each band evaluates its rays' samples
-// front to back in rounds, so that rays which have become opaque cost nothing more.
+// Rendering in bands of pixels, large enough for the field's full speed. Each band evaluates its rays'
+// samples front to back in rounds, so that rays which have become opaque cost nothing more.
 #include "core/render/render.h"
 
 #include <algorithm>
@@ -8,12 +8,13 @@
 #include "core/base/check.h"
 #include "core/base/parallel.h"
 #include "core/field/evaluate.h"
+#include "core/render/pose_avatar.h"
 #include "core/render/rays.h"
 
 namespace likeness {
 namespace {
 
-constexpr int kBandRays = 32768;
+constexpr std::size_t kBandRays = 32768;
 constexpr int kRoundSamples = 6;  // of each ray per round: most opaque rays end in the first or second
 
 struct RayState {
@@ -28,6 +29,7 @@ struct Scene {
   std::array<UnitFromCamera, 2> maps;
   std::vector<Vec3f> directions;
   Eigen::VectorXf psi;
+  std::span<const WarpLattice> warp;  // one or none
 };
 
 const Field& field_of(const Scene& scene, int f) {
@@ -84,9 +86,9 @@ struct BandCount {
   std::size_t rays = 0, samples = 0;
 };
 
-BandCount render_rows(const Scene& scene, int first_row, int last_row, Image& rgba) {
-  const int width = rgba.width;
-  const std::size_t first = std::size_t(first_row) * width, count = std::size_t(last_row - first_row) * width;
+// Pixels first..last of the scene's list into out, 4 numbers each.
+BandCount render_band(const Scene& scene, std::size_t first, std::size_t last, float* out) {
+  const std::size_t count = last - first;
   std::vector<RayRequest> requests(count);
   for (std::size_t i = 0; i < count; ++i)
     for (int f = 0; f < 2; ++f)
@@ -94,6 +96,7 @@ BandCount render_rows(const Scene& scene, int first_row, int last_row, Image& rg
         requests[i].fields[f] = field_ray(scene.maps[f], scene.directions[first + i]);
   SampleBatch batch;
   sample_rays(requests, scene.volumes, batch);
+  warp_samples(scene.warp, scene.avatar.head.cube, batch.fields[0]);
   std::vector<RayState> rays(count);
   BandCount band;
   for (std::uint32_t round = 0;; ++round) {
@@ -103,39 +106,64 @@ BandCount render_rows(const Scene& scene, int first_row, int last_row, Image& rg
   }
   for (std::size_t i = 0; i < count; ++i) {
     if (batch.begin[i + 1] > batch.begin[i]) ++band.rays;
-    float* pixel = rgba.data.data() + (first + i) * 4;
-    for (int c = 0; c < 3; ++c) pixel[c] = rays[i].colour[c];
-    pixel[3] = 1 - rays[i].transmittance;
+    for (int c = 0; c < 3; ++c) out[4 * i + std::size_t(c)] = rays[i].colour[c];
+    out[4 * i + 3] = 1 - rays[i].transmittance;
   }
   return band;
+}
+
+Scene make_scene(const Avatar& avatar, const Camera& camera, const RenderState& state,
+                 const RenderOptions& options) {
+  LIKENESS_CHECK(options.max_samples > 0, "max_samples %d", options.max_samples);
+  LIKENESS_CHECK(avatar.warp_cell == 0 || !state.warp.empty(),
+                 "an avatar with a warp needs pose_avatar's state (cell %g m)", double(avatar.warp_cell));
+  Scene scene{avatar, options, march_volumes(avatar.head, avatar.torso ? &*avatar.torso : nullptr), {}, {},
+              {},     {}};
+  scene.volumes.max_samples = options.max_samples;
+  scene.volumes.min_step = options.min_step;
+  scene.maps[0] = unit_from_camera(avatar.head.cube, camera.cam_from_world, state.world_from_head);
+  if (avatar.torso)
+    scene.maps[1] = unit_from_camera(avatar.torso->cube, camera.cam_from_world, state.world_from_torso);
+  scene.psi = condition(avatar.condition, state.articulation);
+  if (!state.warp.empty()) scene.warp = {&state.warp, 1};
+  return scene;
+}
+
+BandCount render_all(const Scene& scene, float* out) {
+  BandCount all;
+  for (std::size_t first = 0; first < scene.directions.size(); first += kBandRays) {
+    const std::size_t last = std::min(first + kBandRays, scene.directions.size());
+    const BandCount band = render_band(scene, first, last, out + 4 * first);
+    all.rays += band.rays, all.samples += band.samples;
+  }
+  return all;
 }
 
 }  // namespace
 
 RenderedFrame render_frame(const Avatar& avatar, const Camera& camera, const RenderState& state,
                            const RenderOptions& options) {
-  LIKENESS_CHECK(options.max_samples > 0, "max_samples %d", options.max_samples);
-  Scene scene{avatar, options, march_volumes(avatar.head, avatar.torso ? &*avatar.torso : nullptr),
-              {},     {},      {}};
-  scene.volumes.max_samples = options.max_samples;
-  scene.volumes.min_step = options.min_step;
-  scene.maps[0] = unit_from_camera(avatar.head.cube, camera.cam_from_world, state.world_from_head);
-  if (avatar.torso)
-    scene.maps[1] = unit_from_camera(avatar.torso->cube, camera.cam_from_world, state.world_from_torso);
+  Scene scene = make_scene(avatar, camera, state, options);
   scene.directions = pixel_directions(camera.intrinsics);
-  scene.psi = condition(avatar.condition, state.articulation);
-
   RenderedFrame frame;
-  const int width = camera.intrinsics.width, height = camera.intrinsics.height;
-  frame.rgba = Image(width, height, 4);
-  std::size_t rays = 0, samples = 0;
-  const int band_rows = std::max(1, kBandRays / std::max(1, width));
-  for (int first = 0; first < height; first += band_rows) {
-    const BandCount band = render_rows(scene, first, std::min(first + band_rows, height), frame.rgba);
-    rays += band.rays, samples += band.samples;
-  }
-  frame.samples_per_ray = rays > 0 ? double(samples) / double(rays) : 0;
+  frame.rgba = Image(camera.intrinsics.width, camera.intrinsics.height, 4);
+  const BandCount count = render_all(scene, frame.rgba.data.data());
+  frame.samples_per_ray = count.rays > 0 ? double(count.samples) / double(count.rays) : 0;
   return frame;
+}
+
+std::vector<float> render_pixels(const Avatar& avatar, const Camera& camera, const RenderState& state,
+                                 std::span<const std::uint32_t> pixels, const RenderOptions& options) {
+  Scene scene = make_scene(avatar, camera, state, options);
+  const auto width = std::uint32_t(camera.intrinsics.width);
+  for (const std::uint32_t pixel : pixels)
+    scene.directions.push_back(
+        ray_direction(camera.intrinsics, Vec2d(pixel % width + 0.5, pixel / width + 0.5))
+            .normalized()
+            .cast<float>());
+  std::vector<float> rgba(4 * pixels.size());
+  render_all(scene, rgba.data());
+  return rgba;
 }
 
 Camera typical_camera(const Avatar& avatar) { return {-1, avatar.intrinsics, avatar.cam_from_world}; }

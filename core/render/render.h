@@ -1,15 +1,21 @@
 // Pictures of an avatar by ray marching through its occupied cells, at most 16 field samples a ray.
 #pragma once
 
+#include <cstdint>
+#include <span>
+#include <vector>
+
 #include "core/camera/camera.h"
 #include "core/image/image.h"
 #include "core/render/avatar.h"
+#include "core/scene/warp_lattice.h"
 
 namespace likeness {
 
 struct RenderState {
   Pose world_from_head = Pose::Identity(), world_from_torso = Pose::Identity();  // m
   Articulation articulation;
+  WarpLattice warp;  // of an avatar that warps (core/render/pose_avatar.h); otherwise empty
 };
 
 struct RenderOptions {
@@ -25,6 +31,10 @@ struct RenderedFrame {
 
 RenderedFrame render_frame(const Avatar& avatar, const Camera& camera, const RenderState& state,
                            const RenderOptions& options = {});
+
+// Some pixels only: premultiplied colour and alpha, (N, 4). pixels: row-major indices.
+std::vector<float> render_pixels(const Avatar& avatar, const Camera& camera, const RenderState& state,
+                                 std::span<const std::uint32_t> pixels, const RenderOptions& options = {});
 
 // The avatar's typical camera and state: the pose of its capture, neutral face.
 Camera typical_camera(const Avatar& avatar);

@@ -14,7 +14,9 @@
 #include "core/image/metrics.h"
 #include "core/matte/matte.h"
 #include "core/project/project_views.h"
-#include "core/render/render.h"
+#include "core/project/run_stages.h"
+#include "core/render/pose_avatar.h"
+#include "core/study/refit.h"
 #include "core/track/landmarks.h"
 #include "core/video/encode.h"
 
@@ -98,6 +100,16 @@ double mean_of(const std::vector<FrameScore>& frames, F f) {
   return count > 0 ? sum / count : kNaN;
 }
 
+FrameScore score_picture(const Image& truth, const Image& rendered, const Regions& regions, int frame) {
+  FrameScore score;
+  score.frame = frame;
+  score.mse = mse(truth, rendered);
+  score.person_mse = mse(truth, rendered, regions.person);
+  score.head_mse = mse(truth, rendered, regions.head);
+  score.face_mse = mse(truth, rendered, regions.face);
+  return score;
+}
+
 struct Inputs {
   Capture capture;
   CameraSet cameras;
@@ -145,6 +157,10 @@ Result<Evaluation> evaluate(const Project& project, const EvalOptions& options, 
   const auto inputs = load_inputs(project);
   if (!inputs) return inputs.error();
   const auto& [capture, cameras, track, avatar, plate_info] = *inputs;
+  const auto model = project_head_model(project.options);
+  if (!model) return model.error();
+  if (auto fits = check_track_fits(track, *model); !fits) return fits.error();
+  const AvatarRig rig = make_rig(avatar, *model);
   const auto detector = FaceDetector::load(project.options.landmark_model);
   if (!detector) return detector.error();
   const fs::path regions_folder = options.regions.empty() ? regions_path(project) : options.regions;
@@ -163,7 +179,9 @@ Result<Evaluation> evaluate(const Project& project, const EvalOptions& options, 
   result.free_numbers_per_frame =
       6 + int(track.frames.front().articulation.expression.size()) + 3 + 6 + (track.has_torso ? 6 : 0);
   std::vector<double> ssims, gmsds;
+  std::vector<FrameScore> refitted;
   bool background_known = true;
+  int refit_numbers = 0;
   double render_s = 0, samples = 0;
   const std::set<int> held_out = held_out_frames(capture);
   for (const int frame : held_out) {
@@ -183,26 +201,33 @@ Result<Evaluation> evaluate(const Project& project, const EvalOptions& options, 
 
     const auto start = std::chrono::steady_clock::now();
     const RenderedFrame rendered = render_frame(
-        avatar, *camera, {tracked->world_from_head, tracked->world_from_torso, tracked->articulation});
+        avatar, *camera,
+        pose_avatar(rig, tracked->world_from_head, tracked->world_from_torso, tracked->articulation));
     render_s += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
     samples += rendered.samples_per_ray;
     const bool has_plate = !avatar.plate.empty() && std::ranges::binary_search(plate_info.frames, frame);
     background_known &= has_plate;
+    const Image8 plate = has_plate ? avatar.plate : Image8{};
     // Scored as exported: rounded to 8 bits.
-    const Image8 picture = to_bytes(composite(rendered.rgba, has_plate ? avatar.plate : Image8{}));
+    const Image8 picture = to_bytes(composite(rendered.rgba, plate));
     const Image a = to_float(*truth), b = to_float(picture);
 
-    FrameScore score;
-    score.frame = frame;
-    score.mse = mse(a, b);
-    score.person_mse = mse(a, b, regions->person);
-    score.head_mse = mse(a, b, regions->head);
-    score.face_mse = mse(a, b, regions->face);
+    FrameScore score = score_picture(a, b, *regions, frame);
     score.landmark_error_px = landmark_error(*detector, *truth, picture);
     ssims.push_back(ssim(a, b));
     gmsds.push_back(gmsd(a, b));
     result.frames.push_back(score);
     ++result.frames_test;
+    if (options.refit) {
+      const Refit fitted =
+          refit_frame(avatar, rig, *camera, a, plate, regions->head, tracked->world_from_head,
+                      tracked->world_from_torso, tracked->articulation);
+      const RenderedFrame again = render_frame(
+          avatar, *camera,
+          pose_avatar(rig, fitted.world_from_head, tracked->world_from_torso, fitted.articulation));
+      refitted.push_back(score_picture(a, to_float(to_bytes(composite(again.rgba, plate))), *regions, frame));
+      refit_numbers = fitted.free_numbers;
+    }
 
     const Image8 pair = beside(*truth, picture);
     if (video) {
@@ -237,6 +262,14 @@ Result<Evaluation> evaluate(const Project& project, const EvalOptions& options, 
       mean_of(result.frames, [](const FrameScore& f) { return psnr_from_mse(f.person_mse); });
   result.psnr_head_db = mean_of(result.frames, [](const FrameScore& f) { return psnr_from_mse(f.head_mse); });
   result.psnr_face_db = mean_of(result.frames, [](const FrameScore& f) { return psnr_from_mse(f.face_mse); });
+  if (options.refit) {
+    Evaluation::RefitScores& refit = result.refit.emplace();
+    if (background_known)
+      refit.psnr_db = mean_of(refitted, [](const FrameScore& f) { return psnr_from_mse(f.mse); });
+    refit.psnr_head_db = mean_of(refitted, [](const FrameScore& f) { return psnr_from_mse(f.head_mse); });
+    refit.psnr_face_db = mean_of(refitted, [](const FrameScore& f) { return psnr_from_mse(f.face_mse); });
+    refit.free_numbers_per_frame = refit_numbers;
+  }
   result.face_mse = mean_of(result.frames, [](const FrameScore& f) { return f.face_mse; });
   result.landmark_error_px = mean_of(result.frames, [](const FrameScore& f) { return f.landmark_error_px; });
   result.render_fps = result.frames_test / std::max(render_s, 1e-9);

@@ -23,6 +23,7 @@ struct EvalOptions {
   // Where held-out frames go as PNG (truth | avatar | difference x 4), and as mp4; empty = not written.
   std::filesystem::path pictures;
   std::filesystem::path video;
+  bool refit = false;  // also fit every frame's pose and expression to the frozen field; about 3 s a frame
 };
 
 struct FrameScore {
@@ -41,6 +42,13 @@ struct Evaluation {
   int size = 0;
   int free_numbers_per_frame = 0;  // of the track of one held-out frame
   double render_fps = 0, samples_per_ray = 0;
+  // The oracle of core/study/refit.h, under its own name: never a result of the avatar as tracked.
+  struct RefitScores {
+    std::optional<double> psnr_db;  // as psnr_db above
+    double psnr_head_db = 0, psnr_face_db = 0;
+    int free_numbers_per_frame = 0;  // that were fitted to the field
+  };
+  std::optional<RefitScores> refit;
   std::string split;
   std::vector<FrameScore> frames;
 };

@@ -1,9 +1,11 @@
-// Medians, medoid and percentiles over the views of a training set.
+// Rest, medoid and percentiles over the views of a training set.
 #include "core/train/capture_summary.h"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
+#include <cmath>
 #include <limits>
+
+#include "core/head/action_amounts.h"
 
 namespace likeness {
 namespace {
@@ -20,6 +22,7 @@ float quantile(std::vector<float> values, double share) {
 }  // namespace
 
 Articulation typical_articulation(const TrainingSet& set) {
+  if (set.neutral.expression.size() == set.model.expression_count()) return set.neutral;
   Articulation typical = neutral_articulation(set.model);
   const Eigen::Index e = typical.expression.size();
   std::vector<float> values(set.views.size());
@@ -59,31 +62,24 @@ std::size_t typical_view(const TrainingSet& set) {
 }
 
 std::vector<ActionRange> action_ranges(const TrainingSet& set) {
-  const Eigen::Index e = set.model.expression_count(), actions = Eigen::Index(set.model.actions.size());
-  if (actions == 0) return {};
-  // The jaw counts by the motion it causes: one radian moves the chin by about 0.1 m, an expression by about
-  // 0.01 m.
-  constexpr float kJawWeight = 10;
-  Eigen::MatrixXf basis = Eigen::MatrixXf::Zero(e + 3, actions);
-  for (Eigen::Index a = 0; a < actions; ++a) {
-    const NamedAction& action = set.model.actions[std::size_t(a)];
-    if (action.expression.size() == e) basis.col(a).head(e) = action.expression;
-    basis.col(a).tail<3>() = kJawWeight * action.jaw;
-  }
-  const Eigen::MatrixXf normal =
-      basis.transpose() * basis + 1e-3f * Eigen::MatrixXf::Identity(actions, actions);
-  const Eigen::LDLT<Eigen::MatrixXf> solver(normal);
-  std::vector<std::vector<float>> values(std::size_t(actions), std::vector<float>(set.views.size()));
-  for (std::size_t v = 0; v < set.views.size(); ++v) {
-    Eigen::VectorXf x(e + 3);
-    x << set.views[v].articulation.expression, kJawWeight * set.views[v].articulation.jaw;
-    const Eigen::VectorXf amount = solver.solve(basis.transpose() * x);
-    for (Eigen::Index a = 0; a < actions; ++a) values[std::size_t(a)][v] = amount[a];
+  constexpr float kShown = 0.2f;
+  const ActionBasis basis = action_basis(set.model);
+  std::vector<std::vector<float>> values(basis.actions.size());
+  for (const TrainingView& view : set.views) {
+    const Eigen::VectorXf amounts = action_amounts(basis, view.articulation);
+    for (std::size_t a = 0; a < values.size(); ++a) values[a].push_back(amounts[Eigen::Index(a)]);
   }
   std::vector<ActionRange> ranges;
-  for (Eigen::Index a = 0; a < actions; ++a)
-    ranges.push_back({set.model.actions[std::size_t(a)].name, quantile(values[std::size_t(a)], 0.02),
-                      quantile(values[std::size_t(a)], 0.98)});
+  for (std::size_t a = 0; a < values.size(); ++a) {
+    ActionRange range{basis.actions[a].name, quantile(values[a], 0.02), quantile(values[a], 0.98)};
+    const int bins = int(range.histogram.size());
+    const float share = 1 / float(std::max<std::size_t>(1, values[a].size()));
+    for (const float value : values[a]) {
+      range.coverage += value > kShown ? share : 0;
+      range.histogram[std::size_t(std::clamp(int(std::floor(value * float(bins))), 0, bins - 1))] += share;
+    }
+    ranges.push_back(std::move(range));
+  }
   return ranges;
 }
 

@@ -5,6 +5,7 @@
 
 #include "core/base/parallel.h"
 #include "core/field/evaluate.h"
+#include "core/render/pose_avatar.h"
 #include "core/train/random_stream.h"
 
 namespace likeness {
@@ -27,30 +28,27 @@ OccupancyState make_occupancy_state(const Volume& volume) {
   return state;
 }
 
-void refresh_occupancy(OccupancyState& state, int resolution, const Field& field, const float* conditions,
-                       std::size_t views, std::uint64_t seed, std::uint64_t step) {
-  const int n = resolution;
+void refresh_occupancy(OccupancyState& state, const FieldPart& part, const float* conditions,
+                       std::size_t views, std::span<const WarpLattice> warps, std::uint64_t seed,
+                       std::uint64_t step) {
+  const int n = part.occupancy.resolution;
   const std::size_t count = state.cells.size();
   if (count == 0) return;
-  std::vector<float> x(count), y(count), z(count);
-  std::vector<std::int32_t> view(count);
+  FieldSamples samples;
+  samples.resize(count);
   parallel_ranges(count, 4096, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       RandomStream random(seed ^ 0xcccull, step, i);
       const int cell = int(state.cells[i]);
-      x[i] = (float(cell % n) + random.uniform()) / float(n);
-      y[i] = (float(cell / n % n) + random.uniform()) / float(n);
-      z[i] = (float(cell / (n * n)) + random.uniform()) / float(n);
-      view[i] = std::int32_t(random.below(std::uint32_t(views)));
+      samples.x[i] = (float(cell % n) + random.uniform()) / float(n);
+      samples.y[i] = (float(cell / n % n) + random.uniform()) / float(n);
+      samples.z[i] = (float(cell / (n * n)) + random.uniform()) / float(n);
+      samples.view[i] = std::int32_t(random.below(std::uint32_t(views)));
     }
   });
-  FieldInputs inputs;
-  inputs.count = count;
-  inputs.x = x.data(), inputs.y = y.data(), inputs.z = z.data();
-  inputs.view = view.data();
-  inputs.conditions = conditions;
+  warp_samples(warps, part.cube, samples);
   std::vector<float> sigma;
-  evaluate_density(field, inputs, sigma);
+  evaluate_density(part.field, samples.inputs(conditions, nullptr), sigma);
   for (std::size_t i = 0; i < count; ++i) state.density[i] = std::max(state.density[i] * kDecay, sigma[i]);
 }
 

@@ -3,9 +3,11 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "core/render/avatar.h"
+#include "core/scene/warp_lattice.h"
 #include "core/train/volumes.h"
 
 namespace likeness {
@@ -16,9 +18,11 @@ struct OccupancyState {
 };
 OccupancyState make_occupancy_state(const Volume& volume);
 
-// Looks once into every allowed cell, at a random point under a random one of `views` rows of `conditions`.
-void refresh_occupancy(OccupancyState& state, int resolution, const Field& field, const float* conditions,
-                       std::size_t views, std::uint64_t seed, std::uint64_t step);
+// Looks once into every allowed cell, at a random point under a random one of `views` rows of `conditions`,
+// moved to canonical by that view's lattice where there are any.
+void refresh_occupancy(OccupancyState& state, const FieldPart& part, const float* conditions,
+                       std::size_t views, std::span<const WarpLattice> warps, std::uint64_t seed,
+                       std::uint64_t step);
 
 // Cells over the threshold, their neighbours, and the cells that are always kept, within the allowed ones.
 OccupancyGrid occupancy_bits(const OccupancyState& state, const Volume& volume);

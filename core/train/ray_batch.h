@@ -6,6 +6,7 @@
 
 #include "core/head/pose_head.h"
 #include "core/render/rays.h"
+#include "core/scene/warp_lattice.h"
 #include "core/train/train.h"
 
 namespace likeness {
@@ -23,9 +24,11 @@ struct RaySource {
     int face_x0 = 0, face_y0 = 0, face_x1 = 0, face_y1 = 0;  // px, half open; empty: whole picture
   };
   std::vector<View> views;
+  std::vector<WarpLattice> warps;  // one a view, or none: the head field is not warped
 };
+// warp: of the canonical face; null: none.
 RaySource make_ray_source(const TrainingSet& set, const HeadShape& shape, const FieldCube& head,
-                          const FieldCube* torso);
+                          const FieldCube* torso, const WarpFrame* warp = nullptr);
 
 // Views in turn; a quarter of the rays in the face's box, half on the person, the rest anywhere, all but a
 // few where an occupied cell can be seen. A third of the rays with a matte get a random background, so that

@@ -33,6 +33,7 @@ struct TrainingSet {
   Image8 plate_known;               // (size, size, 1) 255 = the plate was seen there; empty = everywhere
   HeadModel model;
   PersonShape person;
+  Articulation neutral;  // the person's resting face; no expression at all = not known
   bool has_torso = true;
 };
 
@@ -41,7 +42,7 @@ struct TrainOptions {
   std::uint64_t steps = 0;  // exact number of steps (replay)
   int rays_per_step = 8192;
   std::uint64_t seed = 0;
-  bool use_ambient = true, use_latent = true, use_occupancy = true;  // ablation switches
+  bool use_ambient = true, use_latent = true, use_occupancy = true, use_warp = true;  // ablation switches
   double checkpoint_every_s = 30;
 };
 

@@ -74,7 +74,7 @@ Result<void> check_set(const TrainingSet& set, const TrainOptions& options) {
 }
 
 Avatar make_avatar(const TrainingSet& set, const TrainOptions& options, const ConditionMap& map,
-                   const TrainingState& state) {
+                   float warp_cell, const TrainingState& state) {
   Avatar avatar;
   avatar.head = state.head.part;
   if (state.torso) avatar.torso = state.torso->part;
@@ -84,6 +84,7 @@ Avatar make_avatar(const TrainingSet& set, const TrainOptions& options, const Co
   avatar.head_model_hash = set.model.hash;
   avatar.neutral = typical_articulation(set);
   avatar.seen = action_ranges(set);
+  avatar.warp_cell = warp_cell;
   const TrainingView& view = set.views[typical_view(set)];
   avatar.world_from_head = view.world_from_head;
   avatar.world_from_torso = view.world_from_torso;
@@ -209,10 +210,12 @@ Result<Avatar> train_avatar(const TrainingSet& set, const TrainOptions& options,
       progress.report(0, "Training starts anew. " + read.error().what);
     }
   }
+  const WarpFrame warp =
+      options.use_warp ? make_warp_frame(set.model, shape, typical_articulation(set)) : WarpFrame{};
   const RaySource source =
-      make_ray_source(set, shape, volumes.head.cube, volumes.torso ? &volumes.torso->cube : nullptr);
+      make_ray_source(set, shape, volumes.head.cube, volumes.torso ? &volumes.torso->cube : nullptr, &warp);
   if (auto done = run_steps(state, source, run, stop); !done) return done.error();
-  return make_avatar(set, options, map, state);
+  return make_avatar(set, options, map, source.warps.empty() ? 0.f : warp.cell, state);
 }
 
 }  // namespace likeness

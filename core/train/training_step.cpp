@@ -6,6 +6,7 @@
 
 #include "core/base/parallel.h"
 #include "core/render/composite.h"
+#include "core/render/pose_avatar.h"
 #include "core/train/random_stream.h"
 
 namespace likeness {
@@ -120,9 +121,9 @@ void update_codes(TrainingState& state, FieldGradients& gradients, std::size_t v
   std::fill(gradients.latents.begin(), gradients.latents.end(), 0.f);
 }
 
-void refresh(TrainedField& field, const TrainingState& state, std::size_t views, std::uint64_t seed) {
-  refresh_occupancy(field.learnt, field.volume.allowed.resolution, field.part.field, state.conditions.data(),
-                    views, seed, state.step);
+void refresh(TrainedField& field, const TrainingState& state, std::size_t views,
+             std::span<const WarpLattice> warps, std::uint64_t seed) {
+  refresh_occupancy(field.learnt, field.part, state.conditions.data(), views, warps, seed, state.step);
   field.part.occupancy = occupancy_bits(field.learnt, field.volume);
 }
 
@@ -174,6 +175,7 @@ StepResult training_step(TrainingState& state, const RaySource& source, const St
   volumes.max_samples = kMaxSamples;
   choose_rays(source, volumes, options.use_latent, options.seed, state.step, options.rays, state.rays);
   sample_rays(state.rays.requests, volumes, state.samples);
+  warp_samples(source.warps, state.head.part.cube, state.samples.fields[0]);
 
   // -- Forward.
   const float* codes = state.codes.empty() ? nullptr : state.codes.data();
@@ -220,7 +222,11 @@ StepResult training_step(TrainingState& state, const RaySource& source, const St
   // -- Occupancy.
   if (options.use_occupancy && state.step >= kFirstRefresh && state.step % kRefreshEvery == 0)
     for (TrainedField* field : fields)
-      if (field) refresh(*field, state, views, options.seed);
+      if (field)
+        refresh(*field, state, views,
+                field == &state.head ? std::span<const WarpLattice>(source.warps)
+                                     : std::span<const WarpLattice>(),
+                options.seed);
   return result;
 }
 

@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <numeric>
+
 #include "tests/core/train/ball_scene.h"
 
 namespace likeness {
@@ -26,6 +28,24 @@ TEST(CaptureSummary, RangesOfActionsAreThoseOfTheirCoefficients) {
   EXPECT_EQ(ranges[0].name, "bulge");
   EXPECT_NEAR(ranges[0].low, 0.016, 0.01);
   EXPECT_NEAR(ranges[0].high, 0.784, 0.01);
+}
+
+TEST(CaptureSummary, CoverageIsTheShareOfFramesBeyondAFifth) {
+  TrainingSet set = ball_set(101, 16);
+  for (std::size_t v = 0; v < set.views.size(); ++v)
+    set.views[v].articulation.expression[0] = v < 25 ? 0.9f : 0.05f;
+  const ActionRange range = action_ranges(set).at(0);
+  EXPECT_NEAR(range.coverage, 25 / 101.0, 1e-3);
+  EXPECT_NEAR(range.histogram.front(), 76 / 101.0, 1e-3);
+  EXPECT_NEAR(range.histogram.back(), 25 / 101.0, 1e-3);
+  EXPECT_NEAR(std::accumulate(range.histogram.begin(), range.histogram.end(), 0.0f), 1, 1e-4);
+}
+
+TEST(CaptureSummary, ACalibratedNeutralIsTheNeutral) {
+  TrainingSet set = ball_set(31, 16);
+  set.neutral = neutral_articulation(set.model);
+  set.neutral.expression.setConstant(0.37f);
+  EXPECT_EQ(typical_articulation(set).expression, set.neutral.expression);
 }
 
 }  // namespace

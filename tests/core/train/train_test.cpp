@@ -9,7 +9,7 @@
 
 #include "core/base/files.h"
 #include "core/image/metrics.h"
-#include "core/render/render.h"
+#include "core/render/pose_avatar.h"
 #include "tests/core/train/ball_scene.h"
 
 namespace likeness {
@@ -41,10 +41,15 @@ class TrainAvatar : public testing::Test {
   std::filesystem::path folder_, checkpoint_;
 };
 
+RenderedFrame render_view(const Avatar& avatar, const HeadModel& model, const TrainingView& view) {
+  return render_frame(
+      avatar, view.camera,
+      pose_avatar(make_rig(avatar, model), view.world_from_head, view.world_from_torso, view.articulation));
+}
+
 double held_out_psnr(const Avatar& avatar, const TrainingSet& set, double time) {
   const TrainingView truth = ball_view(gradient_plate(set.size), set.size, time);
-  const RenderedFrame frame =
-      render_frame(avatar, truth.camera, {truth.world_from_head, truth.world_from_torso, truth.articulation});
+  const RenderedFrame frame = render_view(avatar, set.model, truth);
   return psnr_from_mse(mse(composite(frame.rgba, gradient_plate(set.size)), to_float(truth.rgb)));
 }
 
@@ -63,8 +68,7 @@ TEST_F(TrainAvatar, SeparatesThePersonByTheMatteWhereThereIsNoPlate) {
   ASSERT_TRUE(avatar.ok()) << avatar.error().what;
   EXPECT_TRUE(avatar->plate.empty());
   const TrainingView& view = set.views[7];
-  const RenderedFrame frame =
-      render_frame(*avatar, view.camera, {view.world_from_head, view.world_from_torso, view.articulation});
+  const RenderedFrame frame = render_view(*avatar, set.model, view);
   double error = 0;
   for (std::size_t i = 0; i < frame.rgba.pixels(); ++i)
     error += std::abs(frame.rgba.data[4 * i + 3] - float(view.alpha.data[i]) / 255.f);

@@ -1,0 +1,104 @@
+// The deformation field on a lattice, on the built-in head.
+#include "core/scene/warp_lattice.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "core/head/builtin_head.h"
+#include "core/head/named_actions.h"
+
+namespace likeness {
+namespace {
+
+class WarpLatticeTest : public ::testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    model_ = new HeadModel(make_builtin_head());
+    shape_ = new HeadShape(shape_head(*model_, PersonShape{}));
+  }
+  static void TearDownTestSuite() { delete model_, delete shape_; }
+
+  static std::vector<Vec3f> posed(const std::string& name, float amount) {
+    Articulation a = neutral_articulation(*model_);
+    for (const NamedAction& action : model_->actions)
+      if (action.name == name) {
+        a.expression = amount * action.expression;
+        a.jaw = amount * action.jaw;
+      }
+    return pose_head(*model_, *shape_, a);
+  }
+  static WarpFrame frame() { return make_warp_frame(*model_, *shape_, neutral_articulation(*model_)); }
+
+  static HeadModel* model_;
+  static HeadShape* shape_;
+};
+HeadModel* WarpLatticeTest::model_ = nullptr;
+HeadShape* WarpLatticeTest::shape_ = nullptr;
+
+TEST_F(WarpLatticeTest, TheRestingFaceIsNotMoved) {
+  const WarpFrame f = frame();
+  const WarpLattice lattice = make_warp_lattice(f, posed("jawOpen", 0));
+  for (const Vec3f& v : shape_->vertices) EXPECT_LT(displacement_at(lattice, v).norm(), 1e-5f);
+}
+
+TEST_F(WarpLatticeTest, SkinGoesBackToItsRestingPlace) {
+  const WarpFrame f = frame();
+  for (const std::string name : {"jawOpen", "mouthSmile_L", "mouthPucker", "browInnerUp_L"}) {
+    const std::vector<Vec3f> now = posed(name, 1);
+    const WarpLattice lattice = make_warp_lattice(f, now);
+    std::vector<float> before, after;
+    for (std::size_t k = 0; k < f.vertices.size(); ++k) {
+      const auto v = std::size_t(f.vertices[k]);
+      if (model_->parts[v] != HeadPart::face || (now[v] - f.rest[k]).norm() < 0.001f) continue;
+      before.push_back((now[v] - f.rest[k]).norm());
+      after.push_back((now[v] + displacement_at(lattice, now[v]) - f.rest[k]).norm());
+    }
+    ASSERT_GT(before.size(), 50u) << name;
+    const auto median = [](std::vector<float> x) {
+      std::nth_element(x.begin(), x.begin() + std::ptrdiff_t(x.size() / 2), x.end());
+      return x[x.size() / 2];
+    };
+    EXPECT_LT(median(after), 0.15f * median(before)) << name;
+  }
+}
+
+TEST_F(WarpLatticeTest, FadesToNothingAwayFromTheFace) {
+  const WarpFrame f = frame();
+  const WarpLattice lattice = make_warp_lattice(f, posed("jawOpen", 1));
+  const Vec3f chin = shape_->vertices[std::size_t(f.vertices.front())];
+  EXPECT_EQ(displacement_at(lattice, chin + Vec3f(0, 0, 1)), Vec3f::Zero());
+  // On the way out from the lower lip the field shrinks.
+  const auto landmarks = landmark_positions(*model_, posed("jawOpen", 1));
+  const Vec3f lip = landmarks[57];
+  const float at = displacement_at(lattice, lip).norm();
+  EXPECT_GT(at, 0.01f);
+  EXPECT_LT(displacement_at(lattice, lip + Vec3f(0, 0, 0.03f)).norm(), 0.5f * at);
+  EXPECT_LT(displacement_at(lattice, lip + Vec3f(0, 0, 0.045f)).norm(), 0.1f * at);
+}
+
+TEST_F(WarpLatticeTest, IsContinuous) {
+  const WarpFrame f = frame();
+  const WarpLattice lattice = make_warp_lattice(f, posed("jawOpen", 0.5f));
+  const Vec3f from = landmark_positions(*model_, posed("jawOpen", 0.5f))[66] + Vec3f(0, 0.02f, -0.02f);
+  for (int i = 0; i < 400; ++i) {
+    const Vec3f p = from + Vec3f(0, -0.0001f * float(i), 0.0001f * float(i));
+    const float step =
+        (displacement_at(lattice, p + Vec3f(0, 1e-5f, 0)) - displacement_at(lattice, p)).norm();
+    EXPECT_LT(step, 1e-4f);
+  }
+}
+
+TEST_F(WarpLatticeTest, AModelThatDoesNotMoveHasNoLattice) {
+  HeadModel still = *model_;
+  still.expression_basis.setZero();
+  still.skinning_weights.col(kRoot) += still.skinning_weights.col(kJaw);
+  still.skinning_weights.col(kJaw).setZero();
+  still.pose_basis.resize(0, 0);
+  const WarpFrame f = make_warp_frame(still, *shape_, neutral_articulation(still));
+  EXPECT_TRUE(f.vertices.empty());
+  EXPECT_TRUE(make_warp_lattice(f, shape_->vertices).empty());
+}
+
+}  // namespace
+}  // namespace likeness
