@@ -15,6 +15,7 @@
 #include "core/track/frame_verdict.h"
 #include "core/track/gaze.h"
 #include "core/track/photometric.h"
+#include "core/track/neutral.h"
 #include "core/track/rigid_head.h"
 #include "core/track/torso.h"
 
@@ -78,15 +79,15 @@ void prepare(const CameraSet& cameras, const HeadModel& model, Work& work) {
 }
 
 // Dense poses for the frames that have a landmark pose.
-Result<void> refine_poses(const HeadModel& model, Work& work, const Progress& progress,
-                          std::stop_token stop) {
+Result<void> refine_poses(const HeadModel& model, const TrackOptions& options, Work& work,
+                          const Progress& progress, std::stop_token stop) {
   for (std::size_t i = 0; i < work.faces.size(); ++i) {
     work.dense[i].known = work.faces[i].seen;
     work.dense[i].intrinsics = work.intrinsics[i];
     work.dense[i].cam_from_head = work.faces[i].state.cam_from_head;
   }
   const RigidHead rigid = rigid_head(model, work.full_identity(model));
-  auto summary = track_dense_head(work.clip, rigid, work.dense, progress, stop);
+  auto summary = track_dense_head(work.clip, rigid, work.dense, progress, stop, options.withheld.get());
   if (!summary) return summary.error();
   for (std::size_t i = 0; i < work.faces.size(); ++i)
     if (work.dense[i].solved) {
@@ -318,7 +319,8 @@ Result<Track> track_clip(const std::filesystem::path& video, const TrackRegion& 
   if (auto fitted = fit_faces(work, progress.stage(0.40, 0.45, "first fit"), stop); !fitted)
     return fitted.error();
   if (options.dense) {
-    if (auto dense = refine_poses(model, work, progress.stage(0.45, 0.75, "dense head"), stop); !dense)
+    if (auto dense = refine_poses(model, options, work, progress.stage(0.45, 0.75, "dense head"), stop);
+        !dense)
       return dense.error();
     if (auto again = find_landmarks_again(options, work, progress.stage(0.75, 0.87, "landmarks again"), stop);
         !again)
@@ -335,11 +337,11 @@ Result<Track> track_clip(const std::filesystem::path& video, const TrackRegion& 
   track.head_model_name = model.name;
   track.head_model_hash = model.hash;
   track.person.identity = work.full_identity(model);
-  track.neutral = neutral_articulation(model);
   const std::optional<double> scale = find_scale(cameras, work);
   track.metre_known = scale.has_value();
   track.metres_per_unit = scale.value_or(1.0);
   track.frames = describe_frames(work, model, track.metres_per_unit);
+  track.neutral = calibrate_neutral(model, track.frames, held_out);
   if (auto torso = add_torso(work, model, track, progress.stage(0.96, 1, "torso"), stop); !torso)
     return torso.error();
   progress.report(1, "tracked");

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <filesystem>
+#include <memory>
 #include <set>
 #include <stop_token>
 
@@ -11,6 +12,7 @@
 #include "core/camera/camera.h"
 #include "core/head/head_model.h"
 #include "core/track/track.h"
+#include "core/track/withheld_points.h"
 
 namespace likeness {
 
@@ -19,7 +21,8 @@ struct TrackOptions {
   bool photometric = false;  // pose, jaw and expression refined on the pictures, after the dense fit
   bool gaze = true;          // measure where the eyes look; off: straight ahead
   bool dense = true;       // point tracks and bundle adjustment after the landmark fit
-  std::filesystem::path predictor;  // landmark model; empty = the system's
+  std::filesystem::path predictor;           // landmark model; empty = the system's
+  std::shared_ptr<WithheldPoints> withheld;  // for studies: takes point tracks away from the dense step
 };
 
 // What of the source picture to track: a rectangle in source pixels.
