@@ -9,7 +9,8 @@ void add_build_commands(CLI::App& program, int& exit_code);  // build, import, a
 void add_track_command(CLI::App& program, int& exit_code);
 void add_eval_command(CLI::App& program, int& exit_code);
 void add_render_command(CLI::App& program, int& exit_code);
-void add_study_command(CLI::App& program, int& exit_code);  // study track
+void add_drive_command(CLI::App& program, int& exit_code);
+void add_study_command(CLI::App& program, int& exit_code);  // study track, study drive
 void add_demo_command(CLI::App& program, int& exit_code);
 void add_doctor_command(CLI::App& program, int& exit_code);
 

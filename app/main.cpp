@@ -19,6 +19,7 @@ int main(int argc, char** argv) {
   add_track_command(program, exit_code);
   add_eval_command(program, exit_code);
   add_render_command(program, exit_code);
+  add_drive_command(program, exit_code);
   add_study_command(program, exit_code);
   add_demo_command(program, exit_code);
   add_doctor_command(program, exit_code);

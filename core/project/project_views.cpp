@@ -76,6 +76,7 @@ Result<TrainingSet> load_training_set(const Project& project, const HeadModel& m
   set.size = capture->size;
   set.model = model;
   set.person = track->person;
+  set.neutral = track->neutral;
   set.has_torso = track->has_torso;
   if (std::error_code ignored; fs::exists(plate_path(project), ignored)) {
     auto plate = read_image(plate_path(project));

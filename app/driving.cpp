@@ -1,0 +1,115 @@
+// The driver's track and its mapping: see driving.h.
+#include "app/driving.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <system_error>
+
+#include "app/clip_camera.h"
+#include "core/capture/choose_crop.h"
+#include "core/capture/scan_clip.h"
+#include "core/project/project_views.h"
+#include "core/project/run_stages.h"
+#include "core/study/drive_study.h"
+#include "core/track/track_clip.h"
+#include "core/video/decode.h"
+
+namespace likeness::app {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+constexpr int kWholePicture = 640;  // px; larger pictures are cut to head and shoulders, as an import does
+
+Result<TrackRegion> face_region(const fs::path& video, const VideoInfo& info, const fs::path& landmark_model,
+                                const Progress& progress, std::stop_token stop) {
+  const TrackRegion whole{0, 0, info.width, info.height};
+  if (std::max(info.width, info.height) <= kWholePicture) return whole;
+  const auto detector = FaceDetector::load(landmark_model);
+  if (!detector) return detector.error();
+  const auto scan = scan_clip(video, *detector, progress, stop);
+  if (!scan) return scan.error();
+  std::vector<FaceBox> faces;
+  for (const FaceSample& sample : scan->samples)
+    if (sample.face) faces.push_back(*sample.face);
+  if (faces.empty()) {
+    return Error{ErrorCode::no_face, fmt::format("No face was found in {}.", video.filename().string()),
+                 "Use a driving clip in which the face is near and well lit.", video.string()};
+  }
+  const SquareCrop crop = choose_crop(faces, info.width, info.height).crop;
+  return TrackRegion{crop.x, crop.y, crop.side, crop.side};
+}
+
+bool is_there(const fs::path& path) {
+  std::error_code ignored;
+  return !path.empty() && fs::exists(path, ignored);
+}
+
+Result<Track> driver_track(const DriveRequest& request, const HeadModel& model, const Progress& progress,
+                           std::stop_token stop) {
+  if (is_there(request.track)) {
+    auto track = read_track(request.track);
+    if (!track) return track.error();
+    if (const auto fits = check_track_fits(*track, model); !fits) {
+      return Error{ErrorCode::bad_input, fits.error().what,
+                   "Name the track's own head model with --head-model, or leave out --track.",
+                   request.track.string()};
+    }
+    return track;
+  }
+  const auto info = probe_video(request.video);
+  if (!info) return info.error();
+  const auto region = face_region(request.video, *info, request.landmark_model,
+                                  progress.stage(0, 0.15, "looking for the face"), stop);
+  if (!region) return region.error();
+  TrackOptions options;
+  options.predictor = request.landmark_model;
+  auto track = track_clip(request.video, *region, assumed_camera(*info), {}, model, options,
+                          progress.stage(0.15, 1, "tracking the driver"), stop);
+  if (!track) return track.error();
+  track->head_model_file = request.head_model.string();
+  if (!request.track.empty()) {
+    if (const auto written = write_track(request.track, *track); !written) return written.error();
+  }
+  return track;
+}
+
+}  // namespace
+
+Result<DrivenClip> drive_clip(const OpenedAvatar& opened, const DriveRequest& request,
+                              const Progress& progress, std::stop_token stop) {
+  const auto info = probe_video(request.video);
+  if (!info) return info.error();
+  HeadModel other;
+  if (!request.head_model.empty()) {
+    auto model = project_head_model(ProjectOptions{.head_model = request.head_model});
+    if (!model) return model.error();
+    other = std::move(*model);
+  }
+  const HeadModel& model = request.head_model.empty() ? opened.model : other;
+  auto track = driver_track(request, model, progress, stop);
+  if (!track) return track.error();
+  const auto driver = puppet_from_track(*track, model);
+  if (!driver) return driver.error();
+  const Puppet avatar = avatar_puppet(opened.avatar, opened.model);
+  auto frames = drive(*track, *driver, avatar, request.options);
+  if (!frames) return frames.error();
+  DrivenClip clip{std::move(*track), std::move(*frames), {}, 25};
+  const std::vector<float> gains = drive_gains(*driver, avatar, request.options);
+  for (std::size_t a = 0; a < gains.size(); ++a)
+    if (gains[a] != 1) clip.gains.emplace_back(opened.model.actions[a].name, gains[a]);
+  if (info->frames_per_second > 0) clip.frames_per_second = std::clamp(info->frames_per_second, 1.0, 240.0);
+  return clip;
+}
+
+std::vector<FilmPose> film_poses(const DrivenClip& clip) {
+  std::vector<FilmPose> poses;
+  for (const DrivenFrame& frame : clip.frames)
+    poses.push_back({frame.world_from_head, frame.world_from_torso, frame.articulation});
+  return poses;
+}
+
+}  // namespace likeness::app

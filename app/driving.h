@@ -1,0 +1,38 @@
+// A clip of somebody's performance made into a film of an avatar.
+#pragma once
+
+#include <filesystem>
+#include <stop_token>
+#include <vector>
+
+#include "app/film.h"
+#include "core/base/progress.h"
+#include "core/base/result.h"
+#include "core/track/drive.h"
+#include "core/track/track.h"
+
+namespace likeness::app {
+
+struct DriveRequest {
+  std::filesystem::path video;
+  std::filesystem::path track;       // of the clip: read if it is there, otherwise written; empty = neither
+  std::filesystem::path head_model;  // the driver's; empty = the one the avatar was made with
+  std::filesystem::path landmark_model;  // empty = the system's
+  DriveOptions options;
+};
+
+struct DrivenClip {
+  Track track;
+  std::vector<DrivenFrame> frames;
+  std::vector<std::pair<std::string, float>> gains;  // calibrated and asked for, those that are not 1
+  double frames_per_second = 25;
+};
+
+// Tracks the clip and carries its performance over. Pictures of varying length (phones) become as many frames
+// of the mean length.
+Result<DrivenClip> drive_clip(const OpenedAvatar& opened, const DriveRequest& request,
+                              const Progress& progress, std::stop_token stop);
+
+std::vector<FilmPose> film_poses(const DrivenClip& clip);
+
+}  // namespace likeness::app
