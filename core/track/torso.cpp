@@ -1,186 +1,25 @@
-// Notation: motion M = (w, t) turns the torso about a pivot at the neck's base and shifts it, in world axes;
-// world_from_torso = M * world_from_head(reference). Template pixels lie on Z(x) = Z0 + bend (x - x0)^2 in
-// the reference camera, the shape of a chest seen from the front. Robust Gauss-Newton, coarse to fine.
+// Rigid alignment of all frames to one picture, then twice: the median of the aligned training pictures
+// becomes the template, pixels that the torso's motion does not explain lose their say, and the training
+// frames are aligned anew with a free grid of displacements. Components of those grids are the modes; every
+// frame is then aligned once more with the motion and the modes' coefficients alone.
 #include "core/track/torso.h"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <optional>
 
+#include "core/base/parallel.h"
 #include "core/track/fit_frame.h"
+#include "core/track/torso_align.h"
+#include "core/track/torso_modes.h"
+#include "core/track/torso_picture.h"
 
 namespace likeness {
 namespace {
 
-constexpr double kChestForward = 0.04;  // m, chest before the head's origin
-constexpr double kBend = 1.75;          // 1/m, shoulders lie this much behind
-constexpr double kHalfWidth = 0.24;     // m of body used each side
-constexpr double kNeckHalf = 0.085;     // m, the neck moves with the head and is left out
-constexpr double kBelowChin = 0.065;    // m, where shoulders may begin
-constexpr double kLowest = 0.36;        // m below the chin: further down are hands and desks
-constexpr double kNeckBelow = 0.12;     // m, where the neck ends
-constexpr double kHuber = 12;           // grey levels
-constexpr double kNoise = 4;            // grey levels
-
-using Vec6 = Eigen::Matrix<double, 6, 1>;
-
-// A float picture of one pyramid level.
-struct Level {
-  int width = 0, height = 0;
-  double scale = 1;  // of the working picture
-  std::vector<float> data;
-
-  float at(int x, int y) const { return data[static_cast<std::size_t>(y) * width + x]; }
-  // Value and slope at a place in this level's pixels (centres at +0.5); false outside.
-  bool sample(double px, double py, float* value, Vec2d* slope) const {
-    const double x = px - 0.5, y = py - 0.5;
-    if (!(x >= 1 && y >= 1 && x < width - 2 && y < height - 2)) return false;
-    const int ix = static_cast<int>(x), iy = static_cast<int>(y);
-    const double u = x - ix, v = y - iy;
-    const double a = at(ix, iy), b = at(ix + 1, iy), c = at(ix, iy + 1), d = at(ix + 1, iy + 1);
-    *value = static_cast<float>((1 - v) * ((1 - u) * a + u * b) + v * ((1 - u) * c + u * d));
-    if (slope) *slope = {(1 - v) * (b - a) + v * (d - c), (1 - u) * (c - a) + u * (d - b)};
-    return true;
-  }
-};
-
-Level reduced(const Level& from) {
-  Level to{from.width / 2, from.height / 2, from.scale / 2, {}};
-  to.data.resize(static_cast<std::size_t>(to.width) * to.height);
-  for (int y = 0; y < to.height; ++y)
-    for (int x = 0; x < to.width; ++x)
-      to.data[static_cast<std::size_t>(y) * to.width + x] =
-          0.25f * (from.at(2 * x, 2 * y) + from.at(2 * x + 1, 2 * y) + from.at(2 * x, 2 * y + 1) +
-                   from.at(2 * x + 1, 2 * y + 1));
-  return to;
-}
-
-// Halves of the picture: 1/2, 1/4, 1/8. The finest holds enough for a hundredth of a pixel over so many
-// pixels.
-std::vector<Level> pyramid(const Image8& grey) {
-  Level full{grey.width, grey.height, 1, std::vector<float>(grey.data.begin(), grey.data.end())};
-  std::vector<Level> levels;
-  for (int k = 0; k < 3; ++k) {
-    full = reduced(full);
-    levels.push_back(full);
-  }
-  return levels;
-}
-
-struct TemplatePixel {
-  Vec3d world;  // on the torso in the reference frame
-  float value;
-};
-
-struct Template {
-  std::vector<std::vector<TemplatePixel>> levels;
-  Vec3d pivot = Vec3d::Zero();  // world
-  double picture_share = 0;     // of the picture that the torso covers
-};
-
-Template make_template(const TorsoFrame& f, const Vec3d& chin) {
-  Template made;
-  const Pose cam_from_head = f.cam_from_world * f.world_from_head,
-             world_from_cam = f.cam_from_world.inverse();
-  const Vec3d chin_cam = cam_from_head * chin;
-  const double z0 = cam_from_head.translation().z() - kChestForward;
-  const double x0 = cam_from_head.translation().x() / cam_from_head.translation().z() * z0;
-  const double chin_y = chin_cam.y() / chin_cam.z() * z0;
-  made.pivot = world_from_cam * Vec3d(x0, chin_y + kBelowChin, z0);
-  for (const Level& level : pyramid(*f.grey)) {
-    std::vector<TemplatePixel> pixels;
-    for (int y = 2; y < level.height - 2; ++y)
-      for (int x = 2; x < level.width - 2; ++x) {
-        const Vec2d px((x + 0.5) / level.scale, (y + 0.5) / level.scale);
-        const Vec3d ray = ray_direction(f.intrinsics, px);
-        const double side = ray.x() * z0 - x0, down = ray.y() * z0 - chin_y;
-        if (std::abs(side) > kHalfWidth || down > kLowest ||
-            down < (std::abs(side) < kNeckHalf ? kNeckBelow : kBelowChin))
-          continue;
-        pixels.push_back({world_from_cam * (ray * (z0 + kBend * side * side)), level.at(x, y)});
-      }
-    if (made.levels.empty())
-      made.picture_share =
-          static_cast<double>(pixels.size()) / (static_cast<double>(level.width) * level.height);
-    made.levels.push_back(std::move(pixels));
-  }
-  return made;
-}
-
-struct Motion {
-  Vec3d turn = Vec3d::Zero(), shift = Vec3d::Zero();  // rad about the pivot, m; world axes
-  double gain_offset = 0;                             // grey levels
-};
-
-Pose pose_of(const Motion& m, const Vec3d& pivot) {
-  Pose pose = Pose::Identity();
-  pose.linear() = turn_from_vector(m.turn);
-  pose.translation() = pivot + m.shift - pose.linear() * pivot;
-  return pose;
-}
-
-// Prior weights in the camera's axes: turning in the picture and shifting in it are seen well, the rest
-// hardly.
-struct PriorWeights {
-  Vec3d turn{40, 40, 8};  // per rad, about x, y, z of the camera
-  Vec3d shift{5, 5, 30};  // per m
-};
-
-double align_level(const std::vector<TemplatePixel>& pixels, const Level& level, const TorsoFrame& f,
-                   const Vec3d& pivot, int iterations, Motion* motion) {
-  const Mat3d to_cam = f.cam_from_world.linear();
-  const PriorWeights prior;
-  // Neighbouring pixels agree, so that many pixels are no many observations.
-  const double trust = std::min(1.0, 600.0 / std::max<std::size_t>(1, pixels.size()));
-  double mean_difference = 0;
-  for (int iteration = 0; iteration < iterations; ++iteration) {
-    Eigen::Matrix<double, 7, 7> hessian = Eigen::Matrix<double, 7, 7>::Zero();
-    Eigen::Matrix<double, 7, 1> gradient = Eigen::Matrix<double, 7, 1>::Zero();
-    const Pose move = pose_of(*motion, pivot);
-    double sum = 0;
-    int count = 0;
-    for (const TemplatePixel& t : pixels) {
-      const Vec3d world = move * t.world, p = f.cam_from_world * world;
-      if (p.z() < 0.05) continue;
-      const Vec2d px = project<double>(f.intrinsics, p) * level.scale;
-      float value;
-      Vec2d slope;
-      if (!level.sample(px.x(), px.y(), &value, &slope)) continue;
-      const double r = value + motion->gain_offset - t.value;
-      sum += std::abs(r);
-      ++count;
-      const double weight = trust / (kNoise * kNoise) * (std::abs(r) <= kHuber ? 1.0 : kHuber / std::abs(r));
-      const double fz = f.intrinsics.fx * level.scale / p.z();
-      const Vec3d by_cam(slope.x() * fz, slope.y() * fz,
-                         -(slope.x() * p.x() + slope.y() * p.y()) * fz / p.z());
-      const Vec3d by_world = to_cam.transpose() * by_cam;
-      Eigen::Matrix<double, 7, 1> row;
-      row.head<3>() = (world - pivot - motion->shift).cross(by_world);
-      row.segment<3>(3) = by_world;
-      row[6] = 1;
-      hessian.selfadjointView<Eigen::Lower>().rankUpdate(row, weight);
-      gradient += weight * r * row;
-    }
-    if (count < 50) return 1e9;
-    mean_difference = sum / count;
-    hessian.triangularView<Eigen::StrictlyUpper>() = hessian.transpose();
-    const Mat3d turn_prior = to_cam.transpose() * prior.turn.cwiseAbs2().asDiagonal() * to_cam;
-    const Mat3d shift_prior = to_cam.transpose() * prior.shift.cwiseAbs2().asDiagonal() * to_cam;
-    hessian.topLeftCorner<3, 3>() += turn_prior;
-    hessian.block<3, 3>(3, 3) += shift_prior;
-    gradient.head<3>() += turn_prior * motion->turn;
-    gradient.segment<3>(3) += shift_prior * motion->shift;
-    hessian(6, 6) += 1e-6;
-    const Eigen::Matrix<double, 7, 1> step = -hessian.ldlt().solve(gradient);
-    if (!step.allFinite()) return 1e9;
-    motion->turn = vector_from_turn(turn_from_vector(step.head<3>()) * turn_from_vector(motion->turn));
-    motion->shift += step.segment<3>(3);
-    motion->gain_offset += step[6];
-    if (step.head<3>().norm() < 2e-5 && step.segment<3>(3).norm() < 1e-5) break;
-  }
-  return mean_difference;
-}
+constexpr double kCell = 0.042;     // m between nodes
+constexpr double kUnexplained = 8;  // grey levels: a pixel of this spread after alignment counts half
+constexpr std::size_t kLeastViews = 8;
 
 // The training frame whose head looks at the camera most and stands nearest to the usual place.
 int reference_frame(const std::vector<TorsoFrame>& frames) {
@@ -208,68 +47,232 @@ int reference_frame(const std::vector<TorsoFrame>& frames) {
   return best;
 }
 
+struct Work {
+  const std::vector<TorsoFrame>* frames;
+  Pose reference;  // world_from_torso
+  TorsoTemplate body;
+  TorsoGrid grid;
+  std::vector<std::vector<GreyLevel>> pictures;   // (frames); empty but for those in use
+  std::vector<std::optional<TorsoState>> states;  // (frames)
+  std::vector<std::size_t> learning;              // indices of frames
+
+  TorsoView view(std::size_t frame, std::size_t level) const {
+    return {&pictures[frame][level], &(*frames)[frame], reference};
+  }
+  double align(std::size_t frame, std::size_t level, TorsoFreedom freedom, const TorsoModes* modes,
+               int iterations, TorsoState* state) const {
+    return align_torso(body.levels[level], view(frame, level), body.pivot, grid, modes, freedom, iterations,
+                       state);
+  }
+};
+
+TorsoGrid grid_over(const std::vector<TorsoPixel>& pixels) {
+  Vec2d low = Vec2d::Constant(1e9), high = -low;
+  for (const TorsoPixel& t : pixels)
+    low = low.cwiseMin(t.place.head<2>()), high = high.cwiseMax(t.place.head<2>());
+  TorsoGrid grid;
+  grid.cell = float(kCell);
+  grid.origin = low.cast<float>();
+  grid.columns = std::max(2, int(std::ceil((high.x() - low.x()) / kCell)) + 1);
+  grid.rows = std::max(2, int(std::ceil((high.y() - low.y()) / kCell)) + 1);
+  return grid;
+}
+
+bool believable(const TorsoMotion& m, double difference) {
+  return difference < 1e8 && m.shift.norm() < 0.5 && std::abs(m.angle) < 0.7;
+}
+
+// A frame starts where the last one was: a training frame at the last training frame.
+template <typename Align>
+Result<void> follow(Work& work, const Progress& progress, std::stop_token stop, const Align& align) {
+  std::optional<TorsoState> last, last_training;
+  const auto& frames = *work.frames;
+  for (std::size_t i = 0; i < frames.size(); ++i) {
+    if (stop.stop_requested()) return cancelled_error();
+    if (i % 8 == 0) progress.report(double(i) / double(frames.size()), "following the torso");
+    if (!frames[i].usable) continue;
+    TorsoState state =
+        work.states[i] ? *work.states[i] : (frames[i].held_out ? last : last_training).value_or(TorsoState{});
+    work.states[i].reset();
+    const bool keep = !work.pictures[i].empty();
+    if (!keep) work.pictures[i] = grey_pyramid(*frames[i].grey);
+    const double difference = align(i, &state);
+    if (!keep) work.pictures[i].clear();
+    // A motion that no body makes in a picture that still shows the head: keep the last good one.
+    if (!believable(state.motion, difference)) continue;
+    work.states[i] = last = state;
+    if (!frames[i].held_out) last_training = state;
+  }
+  return {};
+}
+
+// Values of the learning frames at one template pixel where they show it, unmoved or as aligned.
+void values_at(const Work& work, const std::vector<Pose>& poses, std::size_t level, const TorsoPixel& t,
+               bool moved, std::vector<float>* values) {
+  values->clear();
+  for (std::size_t k = 0; k < work.learning.size(); ++k) {
+    const std::size_t i = work.learning[k];
+    const TorsoState& state = *work.states[i];
+    const Vec3d posed = moved ? displaced(work.grid, state.displacement, t.place) : t.place;
+    Vec2d px;
+    float value;
+    if (seen_at(work.view(i, level), moved ? poses[k] : Pose::Identity(), posed, &px) &&
+        work.pictures[i][level].sample(px.x(), px.y(), &value, nullptr))
+      values->push_back(value + float(moved ? state.motion.brightness : 0));
+  }
+}
+
+// Median and mean absolute deviation from it; sorts.
+std::pair<float, float> agree(std::vector<float>& values) {
+  const auto middle = values.begin() + std::ptrdiff_t(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  const float median = *middle;
+  float spread = 0;
+  for (const float v : values) spread += std::abs(v - median);
+  return {median, spread / float(values.size())};
+}
+
+// The median of the aligned training pictures. Pixels that still differ count less; those that agree better
+// unmoved are background and count nothing.
+void renew_template(Work& work) {
+  std::vector<Pose> poses;
+  for (const std::size_t i : work.learning)
+    poses.push_back(motion_pose(work.states[i]->motion, work.body.pivot));
+  for (std::size_t level = 0; level < work.body.levels.size(); ++level) {
+    auto& pixels = work.body.levels[level];
+    parallel_for(pixels.size(), [&](std::size_t p) {
+      std::vector<float> values;
+      TorsoPixel& t = pixels[p];
+      values_at(work, poses, level, t, false, &values);
+      const float still = values.size() < kLeastViews ? 1e9f : agree(values).second;
+      values_at(work, poses, level, t, true, &values);
+      t.weight = 0;
+      if (values.size() < std::max(kLeastViews, work.learning.size() / 4)) return;
+      const auto [median, spread] = agree(values);
+      t.value = median;
+      if (spread > 1.15f * still + 1) return;
+      t.weight = float(1 / (1 + std::pow(spread / kUnexplained, 2)));
+    });
+  }
+}
+
+Result<TorsoModes> learn(Work& work, const Progress& progress, std::stop_token stop) {
+  for (int round = 0; round < 2; ++round) {
+    renew_template(work);
+    if (stop.stop_requested()) return cancelled_error();
+    parallel_for(work.learning.size(), [&](std::size_t k) {
+      if (stop.stop_requested()) return;
+      TorsoState& state = *work.states[work.learning[k]];
+      TorsoState tried = state;
+      double difference = 0;
+      for (const std::size_t level : {1, 0})
+        difference = work.align(work.learning[k], level, TorsoFreedom::nodes, nullptr, 5, &tried);
+      if (believable(tried.motion, difference)) state = tried;
+    });
+    if (stop.stop_requested()) return cancelled_error();
+    progress.report(0.5 * (round + 1), "learning how the torso deforms");
+  }
+  renew_template(work);
+  std::vector<std::vector<float>> displacements;
+  for (const std::size_t i : work.learning)
+    if (!work.states[i]->displacement.empty()) displacements.push_back(work.states[i]->displacement);
+  const auto reference = std::find_if(work.learning.begin(), work.learning.end(),
+                                      [&](std::size_t i) { return !work.states[i]->displacement.empty(); });
+  if (reference == work.learning.end()) return TorsoModes{};
+  return learn_torso_modes(work.grid, displacements,
+                           picture_metric(work.body.levels[0], work.view(*reference, 0), work.grid),
+                           work.body.pivot);
+}
+
+void choose_learning(Work& work, int count) {
+  std::vector<std::size_t> training;
+  for (std::size_t i = 0; i < work.states.size(); ++i)
+    if (work.states[i] && !(*work.frames)[i].held_out) training.push_back(i);
+  const std::size_t kept = std::min(training.size(), std::size_t(std::max(0, count)));
+  for (std::size_t k = 0; k < kept; ++k) work.learning.push_back(training[k * training.size() / kept]);
+}
+
+// Frames of which nothing could be said rest where the torso was seen last.
+void describe(const Work& work, TorsoTrack* track) {
+  const auto& frames = *work.frames;
+  const TorsoState* last = nullptr;
+  const TorsoState* last_training = nullptr;
+  for (std::size_t i = 0; i < frames.size(); ++i) {
+    const TorsoState* state = work.states[i] ? &*work.states[i] : (frames[i].held_out ? last : last_training);
+    if (work.states[i]) {
+      last = state;
+      if (!frames[i].held_out) last_training = state;
+    }
+    if (!state) continue;
+    track->world_from_torso[i] = work.reference * motion_pose(state->motion, work.body.pivot);
+    if (!track->modes.empty()) track->shapes[i] = state->shape;
+  }
+}
+
 }  // namespace
 
 Result<TorsoTrack> track_torso(const std::vector<TorsoFrame>& frames, const Vec3d& chin,
-                               const Progress& progress, std::stop_token stop) {
+                               const Progress& progress, std::stop_token stop, const TorsoOptions& options) {
   TorsoTrack track;
   track.world_from_torso.assign(frames.size(), Pose::Identity());
+  track.shapes.assign(frames.size(), TorsoShape{});
   track.reference = reference_frame(frames);
   if (track.reference < 0) return track;
-  const TorsoFrame& reference = frames[track.reference];
+  const TorsoFrame& reference = frames[std::size_t(track.reference)];
   track.world_from_torso.assign(frames.size(), reference.world_from_head);
-  const Template body = make_template(reference, chin);
-  track.has_torso = body.picture_share > 0.02;
+  Work work{&frames, reference.world_from_head, make_torso_template(reference, chin), {}, {}, {}, {}};
+  track.has_torso = work.body.picture_share > 0.02;
   if (!track.has_torso) return track;
+  work.pictures.resize(frames.size()), work.states.resize(frames.size());
+  work.grid = grid_over(work.body.levels[1]);
 
-  std::vector<std::optional<Motion>> motions(frames.size());
-  std::optional<Motion> last_training, last;
-  double before = 0, after = 0;
-  int counted = 0;
-  for (std::size_t i = 0; i < frames.size(); ++i) {
-    if (stop.stop_requested()) return cancelled_error();
-    if (i % 8 == 0) progress.report(static_cast<double>(i) / frames.size(), "following the torso");
-    const TorsoFrame& f = frames[i];
-    if (!f.usable) continue;
-    const std::vector<Level> levels = pyramid(*f.grey);
-    Motion motion = (f.held_out ? last : last_training).value_or(Motion{});
-    Motion still;
-    const double unmoved = align_level(body.levels[1], levels[1], f, body.pivot, 1, &still);
+  // -- Rigid, to the reference picture.
+  const auto rigid = [&](std::size_t i, TorsoState* state) {
     double difference = 0;
-    for (int level = 2; level >= 0; --level)
-      difference =
-          align_level(body.levels[level], levels[level], f, body.pivot, level == 0 ? 6 : 10, &motion);
-    // A motion that no body makes in a picture that still shows the head: keep the last good one.
-    if (difference > 1e8 || motion.shift.norm() > 0.5 || motion.turn.norm() > 0.7) continue;
-    motions[i] = motion;
-    last = motion;
-    if (!f.held_out) last_training = motion;
-    before += unmoved, after += difference, ++counted;
+    for (const std::size_t level : {2, 1, 0})
+      difference = work.align(i, level, TorsoFreedom::rigid, nullptr, level == 0 ? 5 : 10, state);
+    return difference;
+  };
+  if (auto followed = follow(work, progress.stage(0, 0.25, ""), stop, rigid); !followed)
+    return followed.error();
+  choose_learning(work, options.learning_frames);
+  if (work.learning.empty()) return track;
+  parallel_for(work.learning.size(), [&](std::size_t k) {
+    work.pictures[work.learning[k]] = grey_pyramid(*frames[work.learning[k]].grey);
+  });
+  if (options.deform) {
+    auto modes = learn(work, progress.stage(0.25, 0.7, ""), stop);
+    if (!modes) return modes.error();
+    track.modes = std::move(*modes);
+  } else {
+    renew_template(work);
   }
-  if (counted > 0) track.residual_before = before / counted, track.residual_after = after / counted;
 
-  // -- Slight smoothing; training frames among themselves, held-out frames stay their own.
-  static constexpr double kKernel[5] = {1, 3, 4, 3, 1};
-  for (std::size_t i = 0; i < frames.size(); ++i) {
-    Motion smooth;
-    double weight = 0;
-    for (int k = -2; k <= 2; ++k) {
-      const std::ptrdiff_t j = static_cast<std::ptrdiff_t>(i) + k;
-      if (j < 0 || j >= static_cast<std::ptrdiff_t>(frames.size()) || !motions[j]) continue;
-      if (frames[i].held_out ? k != 0 : frames[j].held_out) continue;
-      smooth.turn += kKernel[k + 2] * motions[j]->turn;
-      smooth.shift += kKernel[k + 2] * motions[j]->shift;
-      weight += kKernel[k + 2];
-    }
-    if (weight == 0) {  // nothing near: the torso stays where it was seen last
-      for (std::size_t j = i; j-- > 0 && weight == 0;)
-        if (motions[j] && (frames[i].held_out || !frames[j].held_out)) smooth = *motions[j], weight = 1;
-      if (weight == 0) continue;
-    }
-    smooth.turn /= weight;
-    smooth.shift /= weight;
-    track.world_from_torso[i] = pose_of(smooth, body.pivot) * reference.world_from_head;
+  // -- Every frame against what is now frozen.
+  double before = 0, moved = 0, after = 0;
+  int counted = 0;
+  const auto all = [&](std::size_t i, TorsoState* state) {
+    state->displacement.clear();
+    TorsoState still;
+    const double unmoved = work.align(i, 0, TorsoFreedom::rigid, nullptr, 1, &still);
+    double difference = 0;
+    for (const std::size_t level : {1, 0})
+      difference = work.align(i, level, TorsoFreedom::rigid, nullptr, 6, state);
+    const double only_rigid = difference;
+    if (!track.modes.empty())
+      for (const std::size_t level : {1, 0})
+        difference = work.align(i, level, TorsoFreedom::modes, &track.modes, 8, state);
+    if (difference < 1e8 && unmoved < 1e8)
+      before += unmoved, moved += only_rigid, after += difference, ++counted;
+    return difference;
+  };
+  if (auto followed = follow(work, progress.stage(0.7, 1, ""), stop, all); !followed) return followed.error();
+  if (counted > 0) {
+    track.residual_before = before / counted;
+    track.residual_rigid = moved / counted;
+    track.residual_after = after / counted;
   }
+  describe(work, &track);
   progress.report(1);
   return track;
 }

@@ -1,5 +1,6 @@
-// Where the torso is: direct alignment of the picture below the chin to a reference frame, as a small rigid
-// motion of a body-shaped surface at the neck's depth.
+// Where the torso is and how it deforms: direct alignment of the picture below the chin to a template that
+// the training frames agree on. Six numbers a frame: turn and shift in the plane, and three coefficients of
+// deformation modes learnt from training frames (core/scene/torso_warp.h).
 #pragma once
 
 #include <stop_token>
@@ -9,6 +10,7 @@
 #include "core/base/result.h"
 #include "core/camera/camera.h"
 #include "core/image/image.h"
+#include "core/scene/torso_warp.h"
 
 namespace likeness {
 
@@ -19,18 +21,29 @@ struct TorsoFrame {
   Intrinsics intrinsics;                   // of the working picture
   Pose cam_from_world = Pose::Identity();  // metric
   Pose world_from_head = Pose::Identity();
+  std::vector<Vec2d> head_outline;  // convex, px of the working picture: hides the torso; empty = unknown
+};
+
+struct TorsoOptions {
+  int learning_frames = 120;  // training frames that template and modes come from; cost grows with them
+  bool deform = true;         // false: a rigid torso
 };
 
 struct TorsoTrack {
   bool has_torso = false;
   int reference = -1;                  // index of the frame whose head frame is the torso frame
   std::vector<Pose> world_from_torso;  // one a frame
-  double residual_before = 0,
-         residual_after = 0;  // mean grey-level difference to the reference, unmoved and moved
+  TorsoModes modes;                    // from training frames; empty: rigid
+  std::vector<TorsoShape> shapes;      // one a frame; zero where there are no modes
+  double residual_before = 0,          // mean grey-level difference to the template: unmoved,
+      residual_rigid = 0,              // best rigid motion,
+      residual_after = 0;              // as tracked; over all frames that were tracked
 };
 
-// chin: of the person, head frame, m.
+// chin: of the person, head frame, m. Template, weights and modes come from training frames alone; a held-out
+// frame finds its six numbers on its own picture.
 Result<TorsoTrack> track_torso(const std::vector<TorsoFrame>& frames, const Vec3d& chin,
-                               const Progress& progress, std::stop_token stop);
+                               const Progress& progress, std::stop_token stop,
+                               const TorsoOptions& options = {});
 
 }  // namespace likeness

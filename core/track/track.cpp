@@ -109,6 +109,28 @@ std::vector<Vec3f> offsets_from(const json& values) {
   return offsets;
 }
 
+json torso_modes_json(const TorsoModes& m) {
+  if (m.empty()) return nullptr;
+  return {{"origin_m", {m.grid.origin.x(), m.grid.origin.y()}},
+          {"cell_m", m.grid.cell},
+          {"columns", m.grid.columns},
+          {"rows", m.grid.rows},
+          {"mean_m", m.mean},
+          {"modes_m", m.modes}};
+}
+
+TorsoModes torso_modes_from(const json& j) {
+  TorsoModes m;
+  if (j.is_null()) return m;
+  m.grid.origin = {j.at("origin_m").at(0).get<float>(), j.at("origin_m").at(1).get<float>()};
+  m.grid.cell = j.at("cell_m").get<float>();
+  m.grid.columns = j.at("columns").get<int>(), m.grid.rows = j.at("rows").get<int>();
+  m.mean = j.at("mean_m").get<std::vector<float>>();
+  m.modes = j.at("modes_m").get<decltype(m.modes)>();
+  if (!is_consistent(m)) throw std::runtime_error("the torso's modes do not fit their grid");
+  return m;
+}
+
 json frame_json(const TrackedFrame& f) {
   json points = json::array();
   for (const Vec2d& p : f.landmarks) points.push_back({p.x(), p.y()});
@@ -119,7 +141,9 @@ json frame_json(const TrackedFrame& f) {
                 {"reason", f.reason},
                 {"world_from_head", pose_json(f.world_from_head)},
                 {"world_from_torso", pose_json(f.world_from_torso)},
+                {"torso_shape", f.torso_shape},
                 {"landmarks", std::move(points)},
+                {"landmark_spread", f.landmark_spread},
                 {"inner_error_px", f.inner_error_px}});
   return frame;
 }
@@ -132,11 +156,14 @@ TrackedFrame frame_from(const json& j) {
   f.reason = j.at("reason").get<std::string>();
   f.world_from_head = pose_from(j.at("world_from_head"));
   f.world_from_torso = pose_from(j.at("world_from_torso"));
+  if (j.contains("torso_shape")) f.torso_shape = j.at("torso_shape").get<TorsoShape>();
   f.articulation = articulation_from(j);
   const json& points = j.at("landmarks");
   if (points.size() != kLandmarkCount) throw std::runtime_error("a frame needs 68 landmarks");
   for (int i = 0; i < kLandmarkCount; ++i)
     f.landmarks[i] = Vec2d(points[i].at(0).get<double>(), points[i].at(1).get<double>());
+  if (j.contains("landmark_spread"))
+    f.landmark_spread = j.at("landmark_spread").get<decltype(f.landmark_spread)>();
   f.inner_error_px = j.at("inner_error_px").get<double>();
   return f;
 }
@@ -161,11 +188,14 @@ Result<void> write_track(const std::filesystem::path& path, const Track& track) 
                      {"identity", vector_json(track.person.identity)},
                      {"neutral", articulation_json(track.neutral)},
                      {"has_torso", track.has_torso},
+                     {"torso_modes", torso_modes_json(track.torso_modes)},
                      {"metres_per_unit", track.metres_per_unit},
                      {"metre_known", track.metre_known}};
   for (const TrackedFrame& f : track.frames) {
     bool finite = f.world_from_head.matrix().allFinite() && f.world_from_torso.matrix().allFinite() &&
                   is_finite(f.articulation) && std::isfinite(f.inner_error_px) && std::isfinite(f.time_s);
+    for (float s : f.torso_shape) finite = finite && std::isfinite(s);
+    for (double d : f.landmark_spread) finite = finite && std::isfinite(d);
     for (const Vec2d& p : f.landmarks) finite = finite && p.allFinite();
     if (!finite)
       return Error{ErrorCode::failed,
@@ -211,6 +241,7 @@ Result<Track> read_track(const std::filesystem::path& path) {
     track.person.offsets = offsets_from(j.at("offsets"));
     track.neutral = articulation_from(j.at("neutral"));
     track.has_torso = j.at("has_torso").get<bool>();
+    if (j.contains("torso_modes")) track.torso_modes = torso_modes_from(j.at("torso_modes"));
     track.metres_per_unit = j.at("metres_per_unit").get<double>();
     track.metre_known = j.value("metre_known", true);
     for (const json& f : j.at("frames")) {

@@ -8,6 +8,7 @@
 #include "core/base/linalg.h"
 #include "core/base/result.h"
 #include "core/head/head_model.h"
+#include "core/scene/torso_warp.h"
 
 namespace likeness {
 
@@ -21,7 +22,9 @@ struct TrackedFrame {
   Pose world_from_head = Pose::Identity();   // m
   Articulation articulation;                 // neck stays zero: the torso has a frame of its own
   Pose world_from_torso = Pose::Identity();  // m; the torso frame is the head frame of the reference frame
+  TorsoShape torso_shape{};  // of the track's torso modes
   std::array<Vec2d, kLandmarkCount> landmarks{};  // px, uncropped source picture
+  std::array<double, kLandmarkCount> landmark_spread{};  // px, rms of the runs that agree: their doubt
   double inner_error_px = 0;  // mean distance of the fitted to the detected landmarks 17..67
 };
 
@@ -31,6 +34,7 @@ struct Track {
   PersonShape person;
   Articulation neutral;              // the person's resting face, from training frames
   bool has_torso = true;             // enough torso in the picture to model
+  TorsoModes torso_modes;            // how this torso deforms, from training frames; empty: rigid
   double metres_per_unit = 1;        // of the cameras' world; camera translations times this are metres
   bool metre_known = true;           // false: the camera moved too little to tell, metres_per_unit is 1
   std::vector<TrackedFrame> frames;  // ascending frame

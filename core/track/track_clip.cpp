@@ -18,6 +18,7 @@
 #include "core/track/neutral.h"
 #include "core/track/rigid_head.h"
 #include "core/track/torso.h"
+#include "core/track/torso_picture.h"
 
 namespace likeness {
 namespace {
@@ -266,6 +267,8 @@ std::vector<TrackedFrame> describe_frames(const Work& work, const HeadModel& mod
 
 Result<void> add_torso(const Work& work, const HeadModel& model, Track& track, const Progress& progress,
                        std::stop_token stop) {
+  const HeadShape person = shape_head(model, track.person);
+  const Vec3d chin = landmark_positions(model, person.vertices)[8].cast<double>();
   std::vector<TorsoFrame> frames(track.frames.size());
   for (std::size_t i = 0; i < frames.size(); ++i) {
     frames[i].grey = &work.clip.frames[i].grey;
@@ -275,13 +278,18 @@ Result<void> add_torso(const Work& work, const HeadModel& model, Track& track, c
     if (work.cameras[i])
       frames[i].cam_from_world = metric_camera(work.cameras[i]->cam_from_world, track.metres_per_unit);
     frames[i].world_from_head = track.frames[i].world_from_head;
+    if (frames[i].usable)
+      frames[i].head_outline = head_outline(
+          person.vertices, chin, frames[i].cam_from_world * frames[i].world_from_head, frames[i].intrinsics);
   }
-  const auto landmarks = landmark_positions(model, shape_head(model, track.person).vertices);
-  auto torso = track_torso(frames, landmarks[8].cast<double>(), progress, stop);
+  auto torso = track_torso(frames, chin, progress, stop);
   if (!torso) return torso.error();
   track.has_torso = torso->has_torso;
-  for (std::size_t i = 0; i < frames.size(); ++i)
+  track.torso_modes = std::move(torso->modes);
+  for (std::size_t i = 0; i < frames.size(); ++i) {
     track.frames[i].world_from_torso = torso->world_from_torso[i];
+    track.frames[i].torso_shape = torso->shapes[i];
+  }
   return {};
 }
 
