@@ -138,7 +138,7 @@ void add_capture_options(CLI::App& verb, BuildArguments& a) {
   verb.add_option("--size", a.options.size, "Side of the pictures, px")
       ->check(CLI::IsMember({256, 512, 1024}));
   verb.add_option("--head-model", a.options.head_model,
-                  "A head model file (.npz); default: the built-in head");
+                  "A head model: FLAME's .pkl, ICT-FaceKit's folder, or a .npz; default: the built-in head");
   verb.add_option("--landmark-model", a.options.landmark_model,
                   "A dlib 68-point shape predictor; default: the system's");
 }

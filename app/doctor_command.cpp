@@ -57,6 +57,8 @@ int run(const CommonOptions& common) {
       check_memory(),
       check_landmarks(),
       check_colmap(),
+      {"head models", true, false,
+       "the built-in one; --head-model takes FLAME's .pkl, ICT-FaceKit's folder or a .npz", ""},
       check_display(),
       {"CUDA", false, false, "this build computes on the CPU", ""}};
   bool healthy = true;

@@ -73,7 +73,7 @@ void add_track_command(CLI::App& program, int& exit_code) {
   verb->add_option("video", a->video, "The clip")->required();
   verb->add_option("--out", a->out, "track.json to write")->required();
   verb->add_option("--head-model", a->models.head_model,
-                   "A head model file (.npz); default: the built-in head");
+                   "A head model: FLAME's .pkl, ICT-FaceKit's folder, or a .npz; default: the built-in head");
   verb->add_option("--landmark-model", a->models.landmark_model,
                    "A dlib 68-point shape predictor; default: the system's");
   add_common_options(*verb, a->common);

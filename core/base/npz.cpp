@@ -33,6 +33,10 @@ T little_endian(Bytes bytes, std::size_t offset) {
   return value;
 }
 
+// What a file may unpack to, over all its entries: arrays compress a few times, bombs a thousand times.
+constexpr std::size_t kUnpackFree = std::size_t(16) << 20, kUnpackTimes = 64;
+constexpr std::size_t kMaxRank = 32;  // NumPy's own limit
+
 struct ZipEntry {
   std::string name;
   std::uint16_t method = 0;  // 0 stored, 8 deflated
@@ -100,7 +104,9 @@ Result<std::vector<ZipEntry>> read_directory(Bytes file, const std::string& wher
   return entries;
 }
 
-Result<std::vector<std::byte>> unpack(Bytes file, const ZipEntry& entry, const std::string& where) {
+// `budget`: bytes that may still be unpacked; reduced by what was.
+Result<std::vector<std::byte>> unpack(Bytes file, const ZipEntry& entry, const std::string& where,
+                                      std::size_t& budget) {
   const Error damaged =
       bad_npz(where, fmt::format("The entry {} is damaged at byte {}.", entry.name, entry.header));
   if (entry.header > file.size() || file.size() - entry.header < 30 ||
@@ -111,6 +117,10 @@ Result<std::vector<std::byte>> unpack(Bytes file, const ZipEntry& entry, const s
                             little_endian<std::uint16_t>(file, entry.header + 26) +
                             little_endian<std::uint16_t>(file, entry.header + 28);
   if (begin > file.size() || entry.compressed > file.size() - begin) return damaged;
+  if (entry.size > budget)
+    return bad_npz(where, fmt::format("The entry {} unpacks to {} bytes, too many for a file of {}.",
+                                      entry.name, entry.size, file.size()));
+  budget -= std::size_t(entry.size);
   const Bytes packed = file.subspan(begin, entry.compressed);
   if (entry.method == 0) {
     if (entry.size != entry.compressed) return damaged;
@@ -118,12 +128,15 @@ Result<std::vector<std::byte>> unpack(Bytes file, const ZipEntry& entry, const s
   }
   // Deflate cannot expand more than about 1032 times: a larger claim is a lie, not a reason to take memory.
   if (entry.method != 8 || entry.size / 1040 > entry.compressed + 64) return damaged;
-  std::vector<std::byte> plain(entry.size);
+  // Memory is taken as data appears: what is promised and never comes costs nothing.
+  std::vector<std::byte> plain(std::size_t(std::min<std::uint64_t>(entry.size, 4 * entry.compressed + 4096)));
   z_stream stream{};
   if (inflateInit2(&stream, -MAX_WBITS) != Z_OK) return damaged;
   std::size_t in = 0, out = 0;
   int status = Z_OK;
   while (status == Z_OK) {
+    if (out == plain.size())
+      plain.resize(std::size_t(std::min<std::uint64_t>(entry.size, 4 * plain.size() + 64)));
     constexpr std::size_t kPiece = std::numeric_limits<uInt>::max() / 2;
     stream.next_in = reinterpret_cast<Bytef*>(const_cast<std::byte*>(packed.data() + in));
     stream.avail_in = uInt(std::min(packed.size() - in, kPiece));
@@ -136,7 +149,8 @@ Result<std::vector<std::byte>> unpack(Bytes file, const ZipEntry& entry, const s
     if (status == Z_OK && in_before == stream.avail_in && out_before == stream.avail_out) break;
   }
   inflateEnd(&stream);
-  if (status != Z_STREAM_END || out != plain.size()) return damaged;
+  if (status != Z_STREAM_END || out != entry.size) return damaged;
+  plain.resize(out);
   return plain;
 }
 
@@ -161,6 +175,7 @@ std::optional<std::vector<std::size_t>> parse_shape(std::string_view text) {
       digits = true;
     } else if (c == ',' || c == ')') {
       if (digits) shape.push_back(number);
+      if (shape.size() > kMaxRank) return std::nullopt;
       number = 0;
       digits = false;
       if (c == ')') return shape;
@@ -169,22 +184,6 @@ std::optional<std::vector<std::size_t>> parse_shape(std::string_view text) {
     }
   }
   return std::nullopt;
-}
-
-std::vector<std::byte> to_c_order(const NpyArray& array, Bytes fortran) {
-  std::vector<std::byte> data(fortran.size());
-  const std::size_t rank = array.shape.size(), item = std::size_t(array.item_bytes);
-  std::vector<std::size_t> index(rank, 0);
-  for (std::size_t c = 0; c < array.count(); ++c) {
-    std::size_t offset = 0, stride = 1;
-    for (std::size_t axis = 0; axis < rank; ++axis) {
-      offset += index[axis] * stride;
-      stride *= array.shape[axis];
-    }
-    std::memcpy(data.data() + c * item, fortran.data() + offset * item, item);
-    for (std::size_t axis = rank; axis-- > 0 && ++index[axis] == array.shape[axis];) index[axis] = 0;
-  }
-  return data;
 }
 
 template <class To, class From>
@@ -259,6 +258,23 @@ std::vector<std::byte> npy_bytes(const NpyArray& array) {
 
 }  // namespace
 
+std::vector<std::byte> c_order(const NpyArray& array, Bytes fortran) {
+  if (array.shape.size() < 2) return {fortran.begin(), fortran.end()};
+  std::vector<std::byte> data(fortran.size());
+  const std::size_t rank = array.shape.size(), item = std::size_t(array.item_bytes);
+  std::vector<std::size_t> index(rank, 0);
+  for (std::size_t c = 0; c < array.count(); ++c) {
+    std::size_t offset = 0, stride = 1;
+    for (std::size_t axis = 0; axis < rank; ++axis) {
+      offset += index[axis] * stride;
+      stride *= array.shape[axis];
+    }
+    std::memcpy(data.data() + c * item, fortran.data() + offset * item, item);
+    for (std::size_t axis = rank; axis-- > 0 && ++index[axis] == array.shape[axis];) index[axis] = 0;
+  }
+  return data;
+}
+
 std::size_t NpyArray::count() const {
   return std::accumulate(shape.begin(), shape.end(), std::size_t(1), std::multiplies<>());
 }
@@ -298,13 +314,19 @@ Result<NpyArray> parse_npy(Bytes bytes, const std::string& name) {
 
   const std::string_view descr = header_value(header, "descr");
   const auto shape = parse_shape(header_value(header, "shape"));
-  if (descr.size() < 5 || !shape || (descr[1] != '<' && descr[1] != '|')) {
+  if (descr.size() < 4 || !shape || (descr[1] != '<' && descr[1] != '|')) {
     return bad_npz(
         name, fmt::format("{} has an array header Likeness does not read: {}", name, header.substr(0, 80)));
   }
   NpyArray array;
   array.shape = *shape;
   array.kind = descr[2];
+  if (array.kind == 'O') {
+    array.item_bytes = 8;
+    const Bytes pickle = bytes.subspan(header_begin + header_size);
+    array.data.assign(pickle.begin(), pickle.end());
+    return array;
+  }
   array.item_bytes = 0;
   for (const char c : descr.substr(3)) {
     if (c < '0' || c > '9' || array.item_bytes > 100000) break;
@@ -315,7 +337,8 @@ Result<NpyArray> parse_npy(Bytes bytes, const std::string& name) {
       (array.kind == 'f' && (array.item_bytes == 2 || array.item_bytes == 4 || array.item_bytes == 8)) ||
       ((array.kind == 'i' || array.kind == 'u') &&
        (array.item_bytes == 1 || array.item_bytes == 2 || array.item_bytes == 4 || array.item_bytes == 8)) ||
-      (array.kind == 'b' && array.item_bytes == 1) || (array.kind == 'U' && array.item_bytes > 0);
+      (array.kind == 'b' && array.item_bytes == 1) ||
+      ((array.kind == 'U' || array.kind == 'S') && array.item_bytes > 0);
   if (!known)
     return bad_npz(name, fmt::format("{} holds elements of a kind Likeness does not read: {}", name,
                                      descr.substr(0, 12)));
@@ -333,24 +356,28 @@ Result<NpyArray> parse_npy(Bytes bytes, const std::string& name) {
   }
   const bool fortran = header_value(header, "fortran_order").starts_with("True");
   const Bytes data = body.first(expected);
-  array.data = fortran && array.shape.size() > 1 ? to_c_order(array, data)
-                                                 : std::vector<std::byte>(data.begin(), data.end());
+  array.data = fortran ? c_order(array, data) : std::vector<std::byte>(data.begin(), data.end());
   return array;
 }
 
 Result<NpzArchive> read_npz(const std::filesystem::path& path) {
   const auto file = read_file(path);
   if (!file) return file.error();
-  const auto entries = read_directory(*file, path.string());
+  return parse_npz(*file, path.string());
+}
+
+Result<NpzArchive> parse_npz(Bytes file, const std::string& where) {
+  const auto entries = read_directory(file, where);
   if (!entries) return entries.error();
+  std::size_t budget = std::max(kUnpackFree, kUnpackTimes * file.size());
   NpzArchive archive;
   for (const ZipEntry& entry : *entries) {
     if (!entry.name.ends_with(".npy")) continue;
-    const auto plain = unpack(*file, entry, path.string());
+    const auto plain = unpack(file, entry, where, budget);
     if (!plain) return plain.error();
     const std::string key = entry.name.substr(0, entry.name.size() - 4);
     auto array = parse_npy(*plain, key);
-    if (!array) return Error{array.error().code, array.error().what, array.error().fix, path.string()};
+    if (!array) return Error{array.error().code, array.error().what, array.error().fix, where};
     archive.emplace(key, std::move(*array));
   }
   return archive;

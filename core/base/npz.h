@@ -1,5 +1,6 @@
 // NumPy .npz archives (zip of .npy, stored or deflated), read defensively: every size is checked against the
-// file before memory is taken. Only little-endian numeric arrays; Fortran order is converted to C order.
+// file before memory is taken, and no file unpacks to more than 64 times its size (or 16 MiB). Little-endian
+// arrays; Fortran order is converted to C order. Arrays of Python objects keep their pickle unread.
 #pragma once
 
 #include <cstddef>
@@ -16,9 +17,10 @@ namespace likeness {
 
 struct NpyArray {
   std::vector<std::size_t> shape;
-  char kind = 'f';     // f float, i signed, u unsigned, b bool, as in NumPy's dtype codes; U = UTF-32 text
+  char kind = 'f';     // f float, i signed, u unsigned, b bool, as in NumPy's dtype codes; U = UTF-32 text,
+                       // S = bytes, O = Python objects
   int item_bytes = 4;  // of one element
-  std::vector<std::byte> data;  // C order, little-endian
+  std::vector<std::byte> data;  // C order, little-endian; of kind O: the pickle of the whole array
 
   std::size_t count() const;
   std::vector<float> as_float() const;          // from f2, f4, f8 and the integer kinds
@@ -29,8 +31,12 @@ struct NpyArray {
 using NpzArchive = std::map<std::string, NpyArray>;
 
 Result<NpzArchive> read_npz(const std::filesystem::path& path);
+Result<NpzArchive> parse_npz(std::span<const std::byte> file, const std::string& where);
 Result<NpyArray> parse_npy(std::span<const std::byte> bytes, const std::string& name);
 Result<void> write_npz(const std::filesystem::path& path, const NpzArchive& archive);
+
+// `fortran`, the bytes of an array of this shape in Fortran order, put into C order.
+std::vector<std::byte> c_order(const NpyArray& array, std::span<const std::byte> fortran);
 
 NpyArray npy_from_floats(std::vector<std::size_t> shape, std::span<const float> values);
 NpyArray npy_from_ints(std::vector<std::size_t> shape, std::span<const std::int32_t> values);

@@ -45,6 +45,8 @@ std::string content_hash(const HeadModel& model) {
   append_hash(list, "landmark triangles", model.landmark_triangle.data(), model.landmark_triangle.size());
   append_hash(list, "landmark weights", model.landmark_barycentric.data(), model.landmark_barycentric.size());
   append_hash(list, "parts", model.parts.data(), model.parts.size());
+  if (model.dynamic_contour)
+    append_hash(list, "contour", model.dynamic_contour->rows.data(), model.dynamic_contour->rows.size());
   for (const std::string& name : model.expression_names) list += "name " + name + '\n';
   return hash_text(list);
 }

@@ -5,11 +5,13 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "core/base/linalg.h"
+#include "core/head/dynamic_contour.h"
 
 namespace likeness {
 
@@ -38,6 +40,7 @@ struct NamedAction {
   Eigen::VectorXf expression;                                 // (E) coefficients at full action
   Vec3f jaw = Vec3f::Zero();                                  // rotation vector, rad, at full action
   Vec3f left_eye = Vec3f::Zero(), right_eye = Vec3f::Zero();  // of the eyeballs, rad (eyeLook*)
+  float residual = 0;  // share of the motion that the model cannot make, 0..1; 0 where it is the model's own
 };
 
 // Who somebody is, in a head model's terms.
@@ -64,6 +67,7 @@ struct HeadModel {
   std::vector<NamedAction> actions;
   Eigen::VectorXf expression_min, expression_max;  // (E) the range in which an expression is meant, e.g. 0..1
   std::vector<Vec2f> uvs;                          // (V) texture coordinates, or empty
+  std::optional<DynamicContour> dynamic_contour;   // of models whose jaw line is known per yaw (FLAME)
 
   int vertex_count() const { return int(vertices.size()); }
   int identity_count() const { return int(identity_basis.cols()); }

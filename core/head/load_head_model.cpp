@@ -1,25 +1,36 @@
-// Reads a head model from a .npz in the FLAME key schema, trusting nothing in it: every shape, index, sum and
-// value is checked, and what is wrong is told with the key and both sizes.
+// Reads head models in the FLAME key schema, trusting nothing in them: every shape, index, sum and value is
+// checked, and what is wrong is told with the key and both sizes.
 #include "core/head/load_head_model.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <optional>
 #include <sstream>
 
 #include "core/base/files.h"
+#include "core/base/hash.h"
 #include "core/base/npz.h"
+#include "core/head/builtin_head.h"
+#include "core/head/flame.h"
+#include "core/head/flame_landmarks.h"
+#include "core/head/ict_folder.h"
 #include "core/head/named_actions.h"
+#include "core/head/transfer_actions.h"
 
 namespace likeness {
 namespace {
 
 constexpr const char* kFix =
-    "Choose a .npz in the FLAME key schema (v_template, shapedirs, posedirs, J_regressor, weights, "
-    "kintree_table, f, "
-    "lmk_faces_idx, lmk_bary_coords), or leave the head model out to use the built-in one.";
+    "Choose FLAME's .pkl, a folder of ICT-FaceKit's .obj files, or a .npz in the FLAME key schema "
+    "(v_template, "
+    "shapedirs, posedirs, J_regressor, weights, kintree_table, f, lmk_faces_idx, lmk_bary_coords), or leave "
+    "the head model out to use the built-in one.";
+
+constexpr int kFlameVertices = 5023;
+constexpr int kFewestForActions = 500;  // vertices; on a coarser face no action can be recognised
 
 using Shape = std::vector<std::size_t>;
 using RowMajor = Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
@@ -34,6 +45,9 @@ class Reader {
 
   bool has(const std::string& key) const { return archive_.contains(key); }
   const std::optional<Error>& error() const { return error_; }
+  void fail(Error error) {
+    if (!error_) error_ = std::move(error);
+  }
   void fail(std::string what) {
     if (!error_) error_ = Error{ErrorCode::bad_input, std::move(what), kFix, file_};
   }
@@ -54,8 +68,10 @@ class Reader {
       fail(fmt::format("{} is missing.", key));
       return nullptr;
     }
-    if (found->second.kind == 'U') {
-      fail(fmt::format("{} holds text where numbers are expected.", key));
+    const char kind = found->second.kind;
+    if (kind != 'f' && kind != 'i' && kind != 'u' && kind != 'b') {
+      fail(fmt::format("{} holds {} where numbers are expected.", key,
+                       kind == 'O' ? "Python objects" : "text"));
       return nullptr;
     }
     return &found->second;
@@ -170,6 +186,12 @@ BasisCounts read_counts(Reader& reader, std::size_t total) {
 void read_geometry(Reader& reader, HeadModel& model) {
   const NpyArray* points = reader.any_array("v_template");
   if (!points) return;
+  const NpyArray* weights = reader.has("weights") ? reader.any_array("weights") : nullptr;
+  const auto count_along = [](const NpyArray* array, std::size_t axis) {
+    return array && array->shape.size() > axis ? array->shape[axis] : 0;
+  };
+  if (const char* name = flame_relative(count_along(points, 0), count_along(weights, 1)))
+    return reader.fail(fmt::format("The file is {}, not a head model.", name));
   if (points->shape.size() != 2 || points->shape[1] != 3 || points->shape[0] < 3)
     return reader.fail(
         fmt::format("v_template has shape {} where (V, 3) is expected.", shape_text(points->shape)));
@@ -243,7 +265,17 @@ void read_skeleton(Reader& reader, HeadModel& model) {
   }
 }
 
-void read_landmarks(Reader& reader, HeadModel& model) {
+void read_landmarks(Reader& reader, const std::filesystem::path& path, HeadModel& model) {
+  // Archives made from FLAME's files have none of these keys: FLAME keeps its landmarks in files of their
+  // own.
+  if (!reader.has("lmk_faces_idx") && !reader.has("lmk_bary_coords") &&
+      model.vertex_count() == kFlameVertices) {
+    const auto landmarks = read_flame_landmarks(path);
+    if (!landmarks) return reader.fail(landmarks.error());
+    const auto attached = attach_landmarks(*landmarks, path.string(), model);
+    if (!attached) reader.fail(attached.error());
+    return;
+  }
   const std::size_t count = kLandmarkCount;
   const std::vector<std::int32_t> faces =
       reader.indices("lmk_faces_idx", {count}, model.triangles.size(), "triangle");
@@ -258,7 +290,14 @@ void read_landmarks(Reader& reader, HeadModel& model) {
 
 void read_parts(Reader& reader, HeadModel& model) {
   model.parts.assign(model.vertices.size(), HeadPart::unknown);
-  if (!reader.has("part_id")) return;
+  if (!reader.has("part_id")) {
+    // What hangs on an eye's joint is that eyeball: the one part that FLAME's files tell.
+    for (int v = 0; v < model.vertex_count(); ++v)
+      for (const auto& [joint, part] :
+           {std::pair{kLeftEye, HeadPart::left_eyeball}, std::pair{kRightEye, HeadPart::right_eyeball}})
+        if (model.skinning_weights(v, joint) > 0.9f) model.parts[std::size_t(v)] = part;
+    return;
+  }
   const std::vector<std::int32_t> ids =
       reader.indices("part_id", {model.vertices.size()}, std::size_t(HeadPart::unknown) + 1, "part");
   for (std::size_t v = 0; v < ids.size(); ++v)
@@ -307,32 +346,74 @@ void read_names(Reader& reader, const NpzArchive& archive, const std::filesystem
   model.expression_max = Eigen::VectorXf::Constant(size, named ? 1.0f : 3.0f);
 }
 
-std::string model_name(const NpzArchive& archive, const std::filesystem::path& path) {
+std::string model_name(const NpzArchive& archive, const std::filesystem::path& path, int vertices) {
   const auto found = archive.find("name");
   if (found != archive.end() && found->second.kind == 'U' && found->second.count() == 1)
     return found->second.as_strings().front();
   if (archive.contains("ict_vertex")) return "ICT-FaceKit";
-  return path.stem().string();
+  return vertices == kFlameVertices ? flame_name(path) : path.stem().string();
+}
+
+bool starts_like(const std::vector<std::byte>& bytes, std::string_view start) {
+  return bytes.size() >= start.size() && std::memcmp(bytes.data(), start.data(), start.size()) == 0;
 }
 
 }  // namespace
 
-Result<HeadModel> load_head_model(const std::filesystem::path& path) {
-  const Result<NpzArchive> archive = read_npz(path);
-  if (!archive) return archive.error();
-  Reader reader(*archive, path.string());
+Result<HeadModel> head_model_from_archive(const NpzArchive& archive, const std::filesystem::path& where) {
+  Reader reader(archive, where.string());
   HeadModel model;
-  model.name = model_name(*archive, path);
   read_geometry(reader, model);
   if (!reader.error()) read_bases(reader, model);
   if (!reader.error()) read_skeleton(reader, model);
-  if (!reader.error()) read_landmarks(reader, model);
+  if (!reader.error()) read_landmarks(reader, where, model);
   if (!reader.error()) read_parts(reader, model);
-  if (!reader.error()) read_names(reader, *archive, path, model);
+  if (!reader.error()) read_names(reader, archive, where, model);
   if (reader.error()) return *reader.error();
+  model.name = model_name(archive, where, model.vertex_count());
   model.actions = make_named_actions(model);
+  if (model.expression_names.empty() && model.vertex_count() >= kFewestForActions)
+    model.actions = transfer_actions(make_builtin_head(), model);
   model.hash = content_hash(model);
   return model;
+}
+
+Result<HeadModel> load_head_model(const std::filesystem::path& path) {
+  std::error_code ignored;
+  if (std::filesystem::is_directory(path, ignored)) return load_ict_folder(path);
+  const auto bytes = read_file(path);
+  if (!bytes) return bytes.error();
+  Result<NpzArchive> archive = NpzArchive();
+  if (starts_like(*bytes, "PK")) {
+    archive = parse_npz(*bytes, path.string());
+    if (!archive) return archive.error();
+    if (const auto unpacked = unpack_objects(*archive, path.string()); !unpacked) return unpacked.error();
+  } else if (path.extension() == ".pkl" || starts_like(*bytes, "\x80")) {
+    archive = read_flame_pickle(*bytes, path.string());
+    if (!archive) return archive.error();
+  } else {
+    return Error{ErrorCode::bad_input, "The file is neither a .npz nor a .pkl head model.", kFix,
+                 path.string()};
+  }
+  return head_model_from_archive(*archive, path);
+}
+
+Result<std::string> head_model_files_hash(const std::filesystem::path& path) {
+  std::error_code ignored;
+  std::vector<std::filesystem::path> files;
+  if (std::filesystem::is_directory(path, ignored)) {
+    files = ict_folder_files(path);
+  } else {
+    files = {path};
+    for (const std::filesystem::path& file : landmark_files_beside(path)) files.push_back(file);
+  }
+  std::string list;
+  for (const std::filesystem::path& file : files) {
+    const auto hash = hash_file(file);
+    if (!hash) return hash.error();
+    list += file.filename().string() + ' ' + *hash + '\n';
+  }
+  return files.size() == 1 ? hash_file(path) : Result<std::string>(hash_text(list));
 }
 
 }  // namespace likeness

@@ -30,6 +30,13 @@ std::string content_of(const fs::path& path) {
   return hash ? *hash : "absent";
 }
 
+// A head model may be a folder, or a file that is read together with others beside it.
+std::string head_model_content(const ProjectOptions& options) {
+  if (options.head_model.empty()) return "none";
+  const auto hash = head_model_files_hash(options.head_model);
+  return hash ? *hash : "absent";
+}
+
 // The clip's content. A clip that was moved or deleted after its import is known by what the import wrote
 // down, so that training goes on without it.
 std::string clip_content(const Project& project) {
@@ -55,12 +62,12 @@ std::string input_hash(const Project& project, Stage stage) {
     case Stage::fit:
       inputs +=
           fmt::format("{} {} {} {}", content_of(capture_path(project)), content_of(cameras_path(project)),
-                      content_of(o.head_model), content_of(o.landmark_model));
+                      head_model_content(o), content_of(o.landmark_model));
       break;
     case Stage::matte:
       inputs +=
           fmt::format("{} {} {} {}", content_of(capture_path(project)), content_of(cameras_path(project)),
-                      content_of(track_path(project)), content_of(o.head_model));
+                      content_of(track_path(project)), head_model_content(o));
       break;
     case Stage::train:
       inputs += fmt::format("{} {} {} {} {} {} {} {} {} {}", project.record(Stage::matte).input_hash,

@@ -1,0 +1,190 @@
+// Damaged files of a project: track.json, cameras.json (camera paths are the same format), capture.json,
+// project.json, plate.json, avatar.bin, checkpoint.bin, and COLMAP's binary models.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cstring>
+
+#include "core/base/files.h"
+#include "core/base/hash.h"
+#include "core/camera/camera.h"
+#include "core/camera/colmap_model.h"
+#include "core/capture/capture.h"
+#include "core/matte/matte.h"
+#include "core/project/project.h"
+#include "core/render/avatar.h"
+#include "core/track/track.h"
+#include "core/train/checkpoint.h"
+#include "tests/core/render/tiny_avatar.h"
+#include "tests/fuzz/fuzz.h"
+
+namespace likeness {
+namespace {
+
+// A target that reads one file by path; the seed is what `write` wrote to it.
+template <class Write, class Read>
+void fuzz_file(const std::string& name, const std::string& file, Write write, Read read,
+               std::function<void(std::string&)> repair = {}) {
+  const ScratchFolder scratch;
+  ASSERT_TRUE(write(scratch.path() / file));
+  FuzzTarget target;
+  target.name = name;
+  target.seeds = {scratch.get(file)};
+  target.repair = std::move(repair);
+  target.read = [&](std::span<const std::byte> bytes) { return bool(read(scratch.put(file, bytes))); };
+  fuzz(target);
+}
+
+// Section files end with the hash of what is before it.
+void repair_checksum(std::string& text) {
+  if (text.size() < 32) return;
+  const std::size_t end = text.size() - 32;
+  const std::string hash = hash_bytes(std::as_bytes(std::span(text.data(), end)));
+  std::copy(hash.begin(), hash.end(), text.begin() + std::ptrdiff_t(end));
+}
+
+Camera some_camera(int frame) {
+  Camera camera;
+  camera.frame = frame;
+  camera.intrinsics = {640, 480, 600, 601, 320, 240, 0.01, 0.02, 0.001, 0.002};
+  camera.cam_from_world.translate(Vec3d(0.1, 0.2, 0.3 + frame));
+  return camera;
+}
+
+TEST(Fuzz, Track) {
+  Track track;
+  track.head_model_name = "a", track.head_model_hash = "b";
+  track.person.identity = Eigen::VectorXf::LinSpaced(3, -1, 1);
+  track.person.offsets = {{0.001f, 0, 0}};
+  track.neutral.expression = Eigen::VectorXf::Zero(2);
+  for (int i = 0; i < 2; ++i) {
+    TrackedFrame frame;
+    frame.frame = i;
+    frame.articulation.expression = Eigen::VectorXf::Constant(2, 0.5f);
+    for (Vec2d& p : frame.landmarks) p = {1.5, 2.5};
+    track.frames.push_back(frame);
+  }
+  fuzz_file(
+      "track.json", "track.json", [&](const auto& path) { return write_track(path, track).ok(); },
+      [](const auto& path) { return read_track(path).ok(); });
+}
+
+TEST(Fuzz, Cameras) {
+  CameraSet set;
+  set.is_static = false;
+  set.scale = CameraScale::arbitrary;
+  for (int i = 0; i < 3; ++i) set.cameras.push_back(some_camera(i));
+  fuzz_file(
+      "cameras.json", "cameras.json", [&](const auto& path) { return write_cameras(path, set).ok(); },
+      [](const auto& path) { return read_cameras(path).ok(); });
+}
+
+TEST(Fuzz, Capture) {
+  Capture capture;
+  capture.video = "clip.mp4", capture.video_hash = "0123";
+  capture.width = 640, capture.height = 480, capture.frames_per_second = 30;
+  capture.crop = {10, 20, 400};
+  capture.warnings = {"dark"};
+  for (int i = 0; i < 4; ++i)
+    capture.frames.push_back({i, i / 30.0, 100, i == 3, i < 2, i == 2 ? "blurred" : ""});
+  fuzz_file(
+      "capture.json", "capture.json", [&](const auto& path) { return write_capture(path, capture).ok(); },
+      [](const auto& path) { return read_capture(path).ok(); });
+}
+
+TEST(Fuzz, Project) {
+  Project project;
+  project.options.video = "/clip.mp4";
+  project.record(Stage::fit).warnings = {"one"};
+  fuzz_file(
+      "project.json", "project.json",
+      [&](const auto& path) {
+        project.folder = path.parent_path();
+        return save_project(project).ok();
+      },
+      [](const auto& path) { return open_project(path.parent_path()).ok(); });
+}
+
+TEST(Fuzz, Plate) {
+  PlateInfo info;
+  info.coverage = 0.5, info.frames = {1, 2, 30};
+  fuzz_file(
+      "plate.json", "plate.json", [&](const auto& path) { return write_plate_info(path, info).ok(); },
+      [](const auto& path) { return read_plate_info(path).ok(); });
+}
+
+TEST(Fuzz, Avatar) {
+  fuzz_file(
+      "avatar.bin", "avatar.bin", [](const auto& path) { return write_avatar(path, tiny_avatar()).ok(); },
+      [](const auto& path) { return read_avatar(path).ok(); }, repair_checksum);
+}
+
+TEST(Fuzz, Checkpoint) {
+  const Avatar avatar = tiny_avatar();
+  TrainingState state;
+  const auto fill = [](TrainedField& field, const FieldPart& part) {
+    field.part = part;
+    field.adam = make_adam_state(part.field);
+    field.learnt.density.assign(64, 0.5f);
+  };
+  fill(state.head, avatar.head);
+  fill(state.torso.emplace(), *avatar.torso);
+  state.codes.assign(8, 0.1f);
+  state.codes_adam.first.assign(4, 0.1f), state.codes_adam.second.assign(4, 0.1f);
+  fuzz_file(
+      "checkpoint.bin", "checkpoint.bin",
+      [&](const auto& path) { return write_checkpoint(path, state, "print").ok(); },
+      [&](const auto& path) {
+        TrainingState copy = state;
+        return read_checkpoint(path, "print", copy).ok();
+      },
+      repair_checksum);
+}
+
+// The three files of a COLMAP model, joined by a line that no file holds; each input damages any of them.
+TEST(Fuzz, ColmapModel) {
+  const auto put = [](std::string& text, auto value) {
+    text.append(reinterpret_cast<const char*>(&value), sizeof value);
+  };
+  std::string cameras, images, points;
+  put(cameras, std::uint64_t(1)), put(cameras, std::int32_t(1)), put(cameras, std::int32_t(4));
+  put(cameras, std::uint64_t(540)), put(cameras, std::uint64_t(960));
+  for (const double p : {700.0, 701.0, 270.0, 480.0, 0.05, -0.01, 0.001, -0.002}) put(cameras, p);
+  put(images, std::uint64_t(1)), put(images, std::uint32_t(7));
+  for (const double p : {1.0, 0.0, 0.0, 0.0, 1.0, 2.0, 3.0}) put(images, p);
+  put(images, std::uint32_t(1));
+  images.append("000001.png", 11);
+  put(images, std::uint64_t(2));
+  for (int i = 0; i < 2; ++i)
+    put(images, 10.5 + i), put(images, 20.5), put(images, std::int64_t(i == 0 ? 42 : -1));
+  put(points, std::uint64_t(1)), put(points, std::uint64_t(42));
+  for (const double p : {0.1, 0.2, 2.0}) put(points, p);
+  points.append(3, '\t');
+  put(points, 0.4), put(points, std::uint64_t(2));
+  for (const std::uint32_t v : {7u, 0u, 3u, 0u}) put(points, v);
+  const std::string seam = "\n<seam>\n";
+  const ScratchFolder scratch;
+  FuzzTarget target;
+  target.name = "COLMAP model";
+  target.seeds = {cameras + seam + images + seam + points};
+  target.read = [&](std::span<const std::byte> bytes) {
+    const std::string text = text_of(bytes);
+    const std::size_t first = std::min(text.find(seam), text.size());
+    const std::size_t second =
+        first < text.size() ? std::min(text.find(seam, first + 1), text.size()) : text.size();
+    const auto part = [&](std::size_t begin, std::size_t end) {
+      begin = std::min(begin, end);
+      return bytes.subspan(begin, end - begin);
+    };
+    scratch.put("cameras.bin", part(0, first));
+    scratch.put("images.bin", part(std::min(first + seam.size(), second), second));
+    scratch.put("points3D.bin", part(std::min(second + seam.size(), text.size()), text.size()));
+    const auto model = read_colmap_model(scratch.path());
+    if (model) static_cast<void>(mean_reprojection_px(*model));
+    return model.ok();
+  };
+  fuzz(target);
+}
+
+}  // namespace
+}  // namespace likeness
