@@ -1,5 +1,5 @@
-// Where the eyes look, from the dark iris in the eye's opening. One direction for both eyes: vergence is
-// below what this can see.
+// Where the eyes look: the circle of the iris on the eyeball that best fits the picture's edge between iris
+// and white. A single picture decides; nothing is shared between frames.
 #pragma once
 
 #include <array>
@@ -18,9 +18,17 @@ struct EyeBalls {
 };
 EyeBalls eye_balls(const HeadModel& model, const HeadShape& person);
 
-struct Gaze {
+// One eye's own answer. Iris radius: 5.9 mm of a 12 mm eyeball, the same share in every adult.
+struct EyeGaze {
   double yaw = 0, pitch = 0;  // rad in the head frame: to the subject's left, upwards
-  double openness = 0;        // height over width of the eyes' openings in the picture
+  double confidence = 0;      // 0 nothing seen .. 1 a clear edge all round
+};
+
+// One direction for both eyes: vergence is below what this can see.
+struct Gaze {
+  double yaw = 0, pitch = 0;     // rad, of the eyes together, by their confidence
+  double openness = 0;           // height over width of the eyes' openings in the picture
+  std::array<EyeGaze, 2> eye{};  // subject's right, left; confidence 0 where an eye says nothing
 };
 
 // grey: working picture; landmarks: its pixels. nullopt where the eyes are (nearly) closed or too small to
