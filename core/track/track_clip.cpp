@@ -247,6 +247,7 @@ std::vector<TrackedFrame> describe_frames(const Work& work, const HeadModel& mod
     out.landmarks.fill(Vec2d::Zero());
     if (!face.seen) continue;
     out.landmarks = work.clip.frames[i].landmarks->points;
+    out.landmark_spread = work.clip.frames[i].landmarks->spread;
     out.inner_error_px = inner_error(work.head, person, face.observation, face.state) / work.clip.scale;
     if (!face.held_out) errors.push_back(out.inner_error_px * work.clip.scale);
     out.articulation.expression = face.state.expression.cast<float>();
