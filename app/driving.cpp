@@ -85,7 +85,9 @@ Result<DrivenClip> drive_clip(const OpenedAvatar& opened, const DriveRequest& re
   if (!info) return info.error();
   HeadModel other;
   if (!request.head_model.empty()) {
-    auto model = project_head_model(ProjectOptions{.head_model = request.head_model});
+    ProjectOptions models;
+    models.head_model = request.head_model;
+    auto model = project_head_model(models);
     if (!model) return model.error();
     other = std::move(*model);
   }

@@ -7,10 +7,13 @@
 
 #include "app/clip_camera.h"
 #include "app/commands.h"
+#include "app/driving.h"
+#include "app/film.h"
 #include "app/terminal.h"
 #include "core/base/parallel.h"
 #include "core/capture/capture.h"
 #include "core/project/run_stages.h"
+#include "core/study/drive_study.h"
 #include "core/study/track_study.h"
 #include "core/video/decode.h"
 
@@ -224,12 +227,97 @@ void add_track_study(CLI::App& study, int& exit_code) {
   verb->callback([a, &exit_code] { exit_code = run(*a); });
 }
 
+// -- Driving
+
+struct DriveStudyArguments {
+  CommonOptions common;
+  std::vector<fs::path> demo;  // the avatar's project, the driver's demo
+  fs::path track, head_model, landmark_model;
+};
+
+Result<DriveScore> study_drive(const DriveStudyArguments& a, const Progress& progress, std::stop_token stop) {
+  const auto opened = open_avatar(a.demo[0]);
+  if (!opened) return opened.error();
+  const auto truth = read_track_truth(a.demo[1]);
+  if (!truth) return truth.error();
+  DriveRequest request;
+  request.video = a.demo[1] / "demo.mp4";
+  request.track = a.track;
+  request.head_model = a.head_model;
+  request.landmark_model = a.landmark_model;
+  request.options.clamp = false;  // what is held back is the capture's doing, not the transfer's
+  const auto clip = drive_clip(*opened, request, progress, stop);
+  if (!clip) return clip.error();
+  HeadModel other;
+  if (!a.head_model.empty()) {
+    ProjectOptions models;
+    models.head_model = a.head_model;
+    auto model = project_head_model(models);
+    if (!model) return model.error();
+    other = std::move(*model);
+  }
+  return score_drive(opened->avatar, opened->model, clip->track, a.head_model.empty() ? opened->model : other,
+                     *truth, request.options);
+}
+
+int run(const DriveStudyArguments& a) {
+  const ThreadLimit limit(a.common.threads);
+  std::optional<Result<DriveScore>> score;
+  {
+    const ProgressLine line(a.common);
+    score = study_drive(a, line.progress(), stop_on_signals());
+  }
+  if (!*score) return report_failure(score->error());
+  const DriveScore& s = **score;
+  if (a.common.json) {
+    nlohmann::json actions = nlohmann::json::array();
+    for (const DrivenAction& action : s.actions)
+      actions.push_back({{"name", action.name},
+                         {"correlation",
+                          action.correlation ? nlohmann::json(*action.correlation) : nlohmann::json(nullptr)},
+                         {"gain", action.gain},
+                         {"jitter_ratio", action.jitter_ratio}});
+    print_json({{"frames", s.frames},
+                {"bridged", s.bridged},
+                {"mean_correlation", s.mean_correlation},
+                {"neutral_psnr_db", s.neutral_psnr_db},
+                {"neutral_difference", s.neutral_difference},
+                {"actions", actions}});
+    return kExitDone;
+  }
+  fmt::print("{:<16} {:>11} {:>6} {:>7}\n", "action", "correlation", "gain", "jitter");
+  for (const DrivenAction& action : s.actions)
+    fmt::print("{:<16} {:>11} {:>6.2f} {:>7.2f}\n", action.name,
+               action.correlation ? fmt::format("{:.3f}", *action.correlation) : "-", action.gain,
+               action.jitter_ratio);
+  fmt::print(
+      "mean correlation {:.3f} over {} frames ({} bridged); at rest {:.1f} dB, at most {} levels apart\n",
+      s.mean_correlation, s.frames, s.bridged, s.neutral_psnr_db, s.neutral_difference);
+  return kExitDone;
+}
+
+void add_drive_study(CLI::App& study, int& exit_code) {
+  auto a = std::make_shared<DriveStudyArguments>();
+  CLI::App* verb = study.add_subcommand("drive", "One person's avatar driven by another's known performance");
+  verb->add_option("--demo", a->demo, "The avatar's project, then the driver's folder of `likeness demo`")
+      ->expected(2)
+      ->required();
+  verb->add_option("--track", a->track, "track.json of the driver's demo: read if it exists, else written");
+  verb->add_option("--head-model", a->head_model,
+                   "Head model to track the driver with (.npz); default: the avatar's");
+  verb->add_option("--landmark-model", a->landmark_model,
+                   "A dlib 68-point shape predictor; default: the system's");
+  add_common_options(*verb, a->common);
+  verb->callback([a, &exit_code] { exit_code = run(*a); });
+}
+
 }  // namespace
 
 void add_study_command(CLI::App& program, int& exit_code) {
   CLI::App* study = program.add_subcommand("study", "Measurements that take a while and end in a table");
   study->require_subcommand(1);
   add_track_study(*study, exit_code);
+  add_drive_study(*study, exit_code);
 }
 
 }  // namespace likeness::app

@@ -10,7 +10,8 @@
 namespace likeness {
 namespace {
 
-constexpr float kRidge = 1e-5f;    // of each action's own squared motion
+constexpr double kRidge = 1e-6;    // of each action's own squared motion
+constexpr double kTie = 1e-3;      // of the mean shape's squared motion, per unit of coefficient
 constexpr float kJawStep = 0.05f;  // rad
 
 // (3V, 3) motion per radian of the jaw at rest.
@@ -59,7 +60,12 @@ ActionBasis action_basis(const HeadModel& model) {
     if (action.expression.size() == e) coefficients.col(a).head(e) = action.expression.cast<double>();
     coefficients.col(a).tail<3>() = action.jaw.cast<double>();
   }
-  const Eigen::MatrixXd metric = face_metric(model).cast<double>();
+  Eigen::MatrixXd metric = face_metric(model).cast<double>();
+  // Two shapes that undo each other (the mouth to the left and to the right) are told apart by their names.
+  if (e > 0) {
+    const double mean = metric.diagonal().head(e).mean();
+    metric.diagonal().head(e).array() += kTie * mean;
+  }
   Eigen::MatrixXd normal = coefficients.transpose() * metric * coefficients;
   const double largest = normal.diagonal().maxCoeff();
   // An action that moves no vertex (eyeballs only) gets the amount zero.

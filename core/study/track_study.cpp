@@ -22,6 +22,7 @@ struct StepSwitch {
 constexpr StepSwitch kSwitches[] = {
     {"landmarks", [](TrackOptions&, bool) {}},
     {"dense", [](TrackOptions& options, bool on) { options.dense = on; }},
+    {"photometric", [](TrackOptions& options, bool on) { options.photometric = on; }},
 };
 
 struct TimedTrack {

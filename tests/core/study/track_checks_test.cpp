@@ -1,0 +1,84 @@
+// Claims about judging a track without its truth.
+#include "core/study/track_checks.h"
+
+#include <gtest/gtest.h>
+
+#include <random>
+
+#include "core/track/withheld_points.h"
+#include "tests/core/study/acted_track.h"
+
+namespace likeness {
+namespace {
+
+std::vector<ProjectedLandmarks> nose_path(int frames, double noise_px, double speed_px) {
+  std::mt19937 random(3);
+  std::normal_distribution<double> normal(0, noise_px > 0 ? noise_px : 1);
+  std::vector<ProjectedLandmarks> path(static_cast<std::size_t>(frames));
+  for (int i = 0; i < frames; ++i) {
+    ProjectedLandmarks& p = path[std::size_t(i)];
+    p.known = true;
+    p.points.fill(Vec2d::Zero());
+    p.points[30] = Vec2d(100 + speed_px * i, 100);
+    if (noise_px > 0) p.points[30] += Vec2d(normal(random), normal(random));
+  }
+  return path;
+}
+
+TEST(TrackChecks, JitterIsTheSecondDifferenceOfWhatTrembles) {
+  EXPECT_LT(measure_stillness(nose_path(200, 0, 0)).jitter_px, 1e-12);
+  const Stillness trembling = measure_stillness(nose_path(400, 0.1, 0));
+  EXPECT_GT(trembling.frames, 300);
+  EXPECT_NEAR(trembling.jitter_px, 0.1 * std::sqrt(2 * 6.0), 0.05);  // (1, -2, 1) in two dimensions
+}
+
+TEST(TrackChecks, AMovingHeadIsNotStill) { EXPECT_EQ(measure_stillness(nose_path(100, 0, 0.5)).frames, 0); }
+
+// Points on the head seen in every frame, with a little noise.
+WithheldPoints seen_points(const TrackTruth& truth, double noise_px) {
+  std::mt19937 random(5);
+  std::uniform_real_distribution<double> place(-0.06, 0.06);
+  std::normal_distribution<double> normal;
+  WithheldPoints points;
+  for (int k = 0; k < 40; ++k) {
+    const Vec3d at(place(random), place(random), 0.08 + 0.3 * place(random));
+    WithheldTrack track{at + Vec3d::Constant(0.003), {}};
+    for (const TrackedFrame& frame : truth.track.frames) {
+      const Vec3d p = frame.world_from_head * at;
+      track.seen.push_back(
+          {frame.frame, p.hnormalized() + Vec2d(normal(random), normal(random)) * noise_px / 700, 700});
+    }
+    points.tracks.push_back(track);
+  }
+  return points;
+}
+
+TEST(TrackChecks, WithheldPointsAgreeWithTheTruthAndNotWithAWrongPose) {
+  const TrackTruth truth = acted_truth(40);
+  const WithheldPoints points = seen_points(truth, 0.1);
+  const WithheldScore right = score_withheld(points, truth.track, truth.cameras);
+  EXPECT_EQ(right.on_head, 40);
+  EXPECT_LT(right.median_px, 0.2);
+  Track wrong = truth.track;
+  for (std::size_t i = 0; i < wrong.frames.size(); ++i)
+    wrong.frames[i].world_from_head.translation().x() += i % 4 < 2 ? 0.001 : 0.0;  // 1.2 px
+  EXPECT_GT(score_withheld(points, wrong, truth.cameras).median_px, 2 * right.median_px);
+}
+
+TEST(TrackChecks, PointsThatDoNotMoveWithTheHeadDoNotCount) {
+  const TrackTruth truth = acted_truth(40);
+  WithheldPoints points = seen_points(truth, 0.1);
+  for (WithheldObservation& o : points.tracks.front().seen) o.ray = Vec2d(0.1, 0.1);  // on the wall
+  const WithheldScore score = score_withheld(points, truth.track, truth.cameras);
+  EXPECT_EQ(score.tracks, 40);
+  EXPECT_EQ(score.on_head, 39);
+}
+
+TEST(TrackChecks, AboutTheAskedShareIsWithheld) {
+  int count = 0;
+  for (std::size_t i = 0; i < 4000; ++i) count += is_withheld(i, 0.15);
+  EXPECT_NEAR(count, 600, 80);
+}
+
+}  // namespace
+}  // namespace likeness
