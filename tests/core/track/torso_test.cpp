@@ -16,14 +16,18 @@ constexpr double kDepth = 0.66;  // m, where track_torso expects a chest whose h
 
 Intrinsics view() { return {256, 256, 400, 400, 128, 128}; }
 
-// The board turned by `roll` in the picture about (0, 0.1) and moved by (dx, dy) metres.
-Image8 board(double dx, double dy, double roll) {
+// How one side of the board sinks when it deforms, m per unit of `sag`.
+double sunk(double x) { return 0.006 / (1 + std::exp(-40 * (x - 0.03))); }
+
+// The board turned by `roll` in the picture about (0, 0.1), moved by (dx, dy) metres and deformed.
+Image8 board(double dx, double dy, double roll, double sag = 0) {
   const Intrinsics k = view();
   Image8 image(k.width, k.height, 1);
   for (int y = 0; y < k.height; ++y)
     for (int x = 0; x < k.width; ++x) {
       const double bx = (x + 0.5 - k.cx) / k.fx * kDepth - dx,
-                   by = (y + 0.5 - k.cy) / k.fy * kDepth - dy - 0.1;
+                   by = (y + 0.5 - k.cy) / k.fy * kDepth - dy - 0.1 -
+                        sag * sunk((x + 0.5 - k.cx) / k.fx * kDepth);
       const double u = std::cos(roll) * bx + std::sin(roll) * by,
                    v = -std::sin(roll) * bx + std::cos(roll) * by;
       const double value = 128 + 50 * std::sin(70 * u + 1) * std::cos(60 * v) + 40 * std::sin(35 * (u + v));
@@ -37,9 +41,9 @@ struct Clip {
   std::vector<TorsoFrame> frames;
 };
 
-Clip make_clip(const std::vector<Vec3d>& motions) {  // dx, dy, roll
+Clip show(std::vector<Image8> images) {
   Clip clip;
-  for (const Vec3d& m : motions) clip.images.push_back(board(m.x(), m.y(), m.z()));
+  clip.images = std::move(images);
   for (const Image8& image : clip.images) {
     TorsoFrame f;
     f.grey = &image;
@@ -48,6 +52,23 @@ Clip make_clip(const std::vector<Vec3d>& motions) {  // dx, dy, roll
     f.world_from_head = facing_pose(0, 0, {0, -0.1, 0.7});
     clip.frames.push_back(f);
   }
+  return clip;
+}
+
+Clip make_clip(const std::vector<Vec3d>& motions) {  // dx, dy, roll
+  std::vector<Image8> images;
+  for (const Vec3d& m : motions) images.push_back(board(m.x(), m.y(), m.z()));
+  return show(std::move(images));
+}
+
+// 30 training frames and 6 held out, which shift and sag in ways of their own.
+double shift_of(int i) { return 0.004 * std::sin(0.7 * i); }
+double sag_of(int i) { return std::sin(0.45 * i + 1); }
+Clip sagging_clip() {
+  std::vector<Image8> images;
+  for (int i = 0; i < 36; ++i) images.push_back(board(shift_of(i), 0, 0, sag_of(i)));
+  Clip clip = show(std::move(images));
+  for (std::size_t i = 30; i < 36; ++i) clip.frames[i].held_out = true;
   return clip;
 }
 
@@ -88,6 +109,68 @@ TEST(Torso, RestsWhereThePictureShowsNone) {
   ASSERT_TRUE(track.ok());
   EXPECT_FALSE(track->has_torso);
   EXPECT_EQ(track->world_from_torso.size(), 2u);
+}
+
+// Where a point of the canonical torso is in a frame, world.
+Vec3d posed_place(const TorsoTrack& track, std::size_t frame, const Vec3d& canonical) {
+  const auto d = posed_displacement(track.modes, track.shapes[frame]);
+  const GridPlace at = place_in(track.modes.grid, float(canonical.x()), float(canonical.y()));
+  Vec3d p = canonical;
+  for (std::size_t k = 0; k < 4; ++k)
+    for (int c = 0; c < 2; ++c)
+      p[c] += double(at.weight[k]) * d[2 * std::size_t(at.node[k]) + std::size_t(c)];
+  return track.world_from_torso[frame] * p;
+}
+
+TEST(Torso, FollowsADeformationThatTrainingFramesShow) {
+  const Clip clip = sagging_clip();
+  const auto track = track_torso(clip.frames, kChin, {}, {});
+  ASSERT_TRUE(track.ok());
+  ASSERT_FALSE(track->modes.empty());
+  EXPECT_LT(track->residual_after, 0.5 * track->residual_rigid);
+  for (const double x : {-0.12, 0.12}) {
+    const Vec3d canonical = clip.frames[0].world_from_head.inverse() * Vec3d(x, 0.1, kDepth);
+    for (const int i : {7, 16, 31, 34}) {
+      const Vec3d moved = posed_place(*track, std::size_t(i), canonical) - posed_place(*track, 2, canonical);
+      EXPECT_NEAR(moved.x(), shift_of(i) - shift_of(2), 0.0012) << "frame " << i << " at " << x;
+      EXPECT_NEAR(moved.y(), (sag_of(i) - sag_of(2)) * sunk(x), 0.0012) << "frame " << i << " at " << x;
+    }
+  }
+}
+
+TEST(Torso, HeldOutPicturesChangeNothingThatIsShared) {
+  const Clip clip = sagging_clip();
+  const auto track = track_torso(clip.frames, kChin, {}, {});
+  Clip other = sagging_clip();
+  for (std::size_t i = 30; i < 36; ++i) other.images[i] = board(-0.01, 0.01, 0.05, -1);
+  const auto changed = track_torso(other.frames, kChin, {}, {});
+  ASSERT_TRUE(track.ok() && changed.ok());
+  EXPECT_EQ(track->modes.mean, changed->modes.mean);
+  EXPECT_EQ(track->modes.modes, changed->modes.modes);
+  for (std::size_t i = 0; i < 30; ++i) {
+    EXPECT_EQ(track->world_from_torso[i].matrix(), changed->world_from_torso[i].matrix());
+    EXPECT_EQ(track->shapes[i], changed->shapes[i]);
+  }
+  EXPECT_NE(track->world_from_torso[33].matrix(), changed->world_from_torso[33].matrix());
+}
+
+TEST(Torso, TheSamePicturesGiveTheSameBits) {
+  const Clip clip = sagging_clip();
+  const auto once = track_torso(clip.frames, kChin, {}, {}), twice = track_torso(clip.frames, kChin, {}, {});
+  ASSERT_TRUE(once.ok() && twice.ok());
+  for (std::size_t i = 0; i < clip.frames.size(); ++i) {
+    EXPECT_EQ(once->world_from_torso[i].matrix(), twice->world_from_torso[i].matrix());
+    EXPECT_EQ(once->shapes[i], twice->shapes[i]);
+  }
+}
+
+TEST(Torso, StopsWhenAsked) {
+  const Clip clip = sagging_clip();
+  std::stop_source stop;
+  stop.request_stop();
+  const auto track = track_torso(clip.frames, kChin, {}, stop.get_token());
+  ASSERT_FALSE(track.ok());
+  EXPECT_EQ(track.error().code, ErrorCode::cancelled);
 }
 
 }  // namespace
