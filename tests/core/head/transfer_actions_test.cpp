@@ -29,7 +29,8 @@ HeadModel nameless(const HeadModel& model) {
   mixed.expression_basis = model.expression_basis * rotation;
   mixed.expression_names.clear();
   mixed.actions.clear();
-  mixed.parts.assign(model.parts.size(), HeadPart::unknown);
+  for (HeadPart& part : mixed.parts)
+    if (part != HeadPart::left_eyeball && part != HeadPart::right_eyeball) part = HeadPart::unknown;
   mixed.expression_min = Eigen::VectorXf::Constant(count, -3), mixed.expression_max = -mixed.expression_min;
   return mixed;
 }
