@@ -1,4 +1,4 @@
-// likeness demo: write the built-in capture with its ground truth.
+// likeness demo: write the built-in capture with its ground truth, or list who can play in it.
 #include <memory>
 
 #include <fmt/format.h>
@@ -6,6 +6,7 @@
 #include "app/commands.h"
 #include "app/terminal.h"
 #include "core/base/parallel.h"
+#include "core/synth/cast.h"
 #include "core/synth/demo_capture.h"
 
 namespace likeness::app {
@@ -16,9 +17,27 @@ struct DemoArguments {
   CommonOptions common;
   std::filesystem::path folder;
   DemoOptions options;
+  bool list = false;
 };
 
+int list_cast(bool json) {
+  const auto& people = demo_people();
+  const auto& lights = demo_lights();
+  if (json) {
+    nlohmann::json cast = {{"people", nlohmann::json::array()}, {"lights", lights}};
+    for (const DemoPerson& p : people)
+      cast["people"].push_back({{"name", p.name}, {"description", p.description}});
+    print_json(cast);
+    return kExitDone;
+  }
+  for (std::size_t i = 0; i < people.size(); ++i)
+    fmt::print("--person {}  {}: {}\n", i, people[i].name, people[i].description);
+  for (std::size_t i = 0; i < lights.size(); ++i) fmt::print("--light {}   {}\n", i, lights[i]);
+  return kExitDone;
+}
+
 int run(DemoArguments arguments) {
+  if (arguments.list) return list_cast(arguments.common.json);
   const ThreadLimit limit(arguments.common.threads);
   arguments.options.seed = int(arguments.common.seed);
   Result<void> outcome;
@@ -41,14 +60,18 @@ int run(DemoArguments arguments) {
 void add_demo_command(CLI::App& program, int& exit_code) {
   auto a = std::make_shared<DemoArguments>();
   CLI::App* verb = program.add_subcommand("demo", "Write the built-in demo capture with its ground truth");
-  verb->add_option("folder", a->folder, "Where to write it")->required();
+  CLI::Option* folder = verb->add_option("folder", a->folder, "Where to write it");
+  CLI::Option* list = verb->add_flag("--list", a->list, "Name the people and lights, write nothing");
+  verb->add_option("--person", a->options.person, "Who plays; see --list")->check(CLI::Range(0, 5));
+  verb->add_option("--light", a->options.light, "In which light; see --list")->check(CLI::Range(0, 2));
   verb->add_option("--size", a->options.width, "Side of the square picture, px")->check(CLI::Range(96, 2048));
   verb->add_option("--frames", a->options.frames, "Number of frames")->check(CLI::Range(8, 10000));
   verb->add_option("--moving-share", a->options.moving_share, "Share of the frames in which the camera moves")
       ->check(CLI::Range(0.0, 1.0));
   verb->add_option("--samples", a->options.samples_per_pixel, "Rays a pixel")->check(CLI::Range(1, 64));
   add_common_options(*verb, a->common);
-  verb->callback([a, &exit_code] {
+  verb->callback([a, folder, list, &exit_code] {
+    if (list->count() == 0 && folder->count() == 0) throw CLI::RequiredError("folder");
     a->options.height = a->options.width;
     exit_code = run(*a);
   });

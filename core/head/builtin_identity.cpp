@@ -4,6 +4,7 @@
 #include <functional>
 
 #include "core/head/builtin_fields.h"
+#include "core/head/builtin_head.h"
 #include "core/head/builtin_sculpt.h"
 
 namespace likeness::builtin {
@@ -149,3 +150,14 @@ std::vector<NamedField> identity_fields(const WholeHead& head) {
 }
 
 }  // namespace likeness::builtin
+
+namespace likeness {
+
+std::vector<std::string> builtin_identity_names() {
+  std::vector<std::string> names;
+  for (const builtin::Direction& direction : builtin::directions()) names.push_back(direction.name);
+  for (const char* name : {"eye_opening", "eye_tilt", "eye_width", "ear_size"}) names.push_back(name);
+  return names;
+}
+
+}  // namespace likeness

@@ -10,6 +10,7 @@
 #include "core/camera/camera.h"
 #include "core/head/builtin_head.h"
 #include "core/image/files.h"
+#include "core/synth/cast.h"
 #include "core/synth/demo_stage.h"
 #include "core/track/track.h"
 #include "core/video/encode.h"
@@ -71,6 +72,15 @@ Result<void> check_options(const DemoOptions& o) {
     return bad_option(fmt::format("{} samples a pixel cannot be taken.", o.samples_per_pixel),
                       "Choose 1 to 256 samples a pixel.");
   }
+  const int people = int(demo_people().size()), lights = int(demo_lights().size());
+  if (o.person < 0 || o.person >= people) {
+    return bad_option(fmt::format("There is no demo person {}.", o.person),
+                      fmt::format("Choose 0 to {}; `likeness demo --list` names them.", people - 1));
+  }
+  if (o.light < 0 || o.light >= lights) {
+    return bad_option(fmt::format("There is no demo light {}.", o.light),
+                      fmt::format("Choose 0 to {}; `likeness demo --list` names them.", lights - 1));
+  }
   return {};
 }
 
@@ -87,7 +97,7 @@ Truth truth_of(const DemoStage& stage, const DemoOptions& options) {
   truth.track.head_model_name = stage.model().name;
   truth.track.head_model_hash = stage.model().hash;
   truth.track.neutral = neutral_articulation(stage.model());
-  truth.track.person.identity = demo_identity(stage.model(), options.seed);
+  truth.track.person = stage.person_shape();
   for (int frame = 0; frame < options.frames; ++frame) {
     const Shot shot = stage.shot(frame);
     const Pose world = truth.cameras.is_static ? shot.camera.cam_from_world : Pose::Identity();
@@ -103,8 +113,7 @@ Truth truth_of(const DemoStage& stage, const DemoOptions& options) {
     tracked.world_from_head = world * shot.world_from_head;
     tracked.world_from_torso = world * shot.world_from_torso;
     tracked.articulation = shot.articulation;
-    const auto points =
-        landmark_positions(stage.model(), pose_head(stage.model(), stage.shape(), shot.articulation));
+    const auto points = landmark_positions(stage.model(), stage.posed(shot));
     const Pose cam_from_head = shot.camera.cam_from_world * shot.world_from_head;
     for (std::size_t i = 0; i < points.size(); ++i) {
       tracked.landmarks[i] =

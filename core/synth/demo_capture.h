@@ -17,11 +17,16 @@ struct DemoOptions {
   double frames_per_second = 25;
   double moving_share = 0.35;  // of the frames, with the camera moving; 0 = static camera throughout
   int samples_per_pixel = 4;
+  int person = 0;  // 0..5, see core/synth/cast.h
+  int light = 0;   // 0..2: soft window, ceiling light, lamp in the evening
   int seed = 0;
 };
 
-// Writes folder/demo.mp4, cameras_truth.json, track_truth.json (world_from_head and articulation in the
-// built-in head's coefficients) and masks_truth/NNNNNN.png.
+// Writes folder/demo.mp4, cameras_truth.json, track_truth.json and masks_truth/NNNNNN.png.
+// track_truth.json is in the built-in head's terms: poses, the coefficients of the named actions performed,
+// and the person, whose identity and offsets give the true neutral surface. What a person plays beyond the
+// head's expressions (core/synth/personal_shape.h: a crooked smile, folds, one raised brow) is in the picture
+// and in `landmarks`, the true places in the picture, but in no coefficient.
 Result<void> write_demo_capture(const std::filesystem::path& folder, const DemoOptions& options,
                                 const Progress& progress, std::stop_token stop);
 

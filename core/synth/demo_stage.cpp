@@ -50,8 +50,10 @@ float pixel_on_face(const DemoOptions& options) {
 
 struct DemoStage::Impl {
   HeadModel model;
-  HeadShape shape;
   DemoOptions options;
+  PersonShape person_shape;
+  HeadShape shape;
+  PersonalPlay play;
   LightRig rig;
   Room room;
   Person person;
@@ -60,24 +62,18 @@ struct DemoStage::Impl {
 
   Impl(HeadModel m, const DemoOptions& o)
       : model(std::move(m)),
-        shape(shape_head(model, demo_identity(model, o.seed))),
         options(o),
-        rig(make_light_rig()),
-        room(furnish_room(std::uint32_t(o.seed)), rig),
-        person(model, shape, rig, {pixel_on_face(o), hash_u32(std::uint32_t(o.seed) + 1)}) {}
+        person_shape(make_personal_shape(model, demo_person(o.person), o.person, o.seed)),
+        shape(shape_head(model, person_shape)),
+        play(model, shape, demo_person(o.person)),
+        rig(make_light_rig(o.light)),
+        room(furnish_room(std::uint32_t(o.seed + 61 * o.person)), rig),
+        person(model, shape, play, rig,
+               {pixel_on_face(o), hash_u32(std::uint32_t(o.seed) + 1 + 19 * std::uint32_t(o.person)),
+                demo_person(o.person)}) {}
 
   bool rest_on(const Camera& camera, std::stop_token stop);
 };
-
-Eigen::VectorXf demo_identity(const HeadModel& model, int seed) {
-  Eigen::VectorXf identity = Eigen::VectorXf::Zero(model.identity_count());
-  RandomStream random{hash_u32(std::uint32_t(seed) + 2024)};
-  for (int i = 0; i < std::min<int>(20, int(identity.size())); ++i) {
-    const float normal = (random.unit() + random.unit() + random.unit() + random.unit() - 2) * 1.7f;
-    identity[i] = 0.6f * normal;
-  }
-  return identity;
-}
 
 // Makes the plate of a camera; false when stopped.
 bool DemoStage::Impl::rest_on(const Camera& camera, std::stop_token stop) {
@@ -104,6 +100,9 @@ DemoStage::DemoStage(HeadModel model, const DemoOptions& options)
 DemoStage::~DemoStage() = default;
 const HeadModel& DemoStage::model() const { return impl_->model; }
 const HeadShape& DemoStage::shape() const { return impl_->shape; }
+const PersonShape& DemoStage::person_shape() const { return impl_->person_shape; }
+const PersonalPlay& DemoStage::play() const { return impl_->play; }
+std::vector<Vec3f> DemoStage::posed(const Shot& shot) const { return impl_->play.pose(shot.articulation); }
 Shot DemoStage::shot(int frame) const { return perform(impl_->model, impl_->shape, impl_->options, frame); }
 
 DemoFrame DemoStage::film(int frame, std::stop_token stop) {

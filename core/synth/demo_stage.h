@@ -8,6 +8,7 @@
 #include "core/image/image.h"
 #include "core/synth/demo_capture.h"
 #include "core/synth/performance.h"
+#include "core/synth/personal_shape.h"
 
 namespace likeness {
 
@@ -17,17 +18,17 @@ struct DemoFrame {
   bool complete = true;  // false when stopped on the way
 };
 
-// Who plays: seed 0 is the person of the documentation, other seeds are others.
-Eigen::VectorXf demo_identity(const HeadModel& model, int seed);
-
 class DemoStage {
  public:
   DemoStage(HeadModel model, const DemoOptions& options);
   ~DemoStage();
 
   const HeadModel& model() const;
-  const HeadShape& shape() const;
+  const PersonShape& person_shape() const;
+  const HeadShape& shape() const;  // of the person
+  const PersonalPlay& play() const;
   Shot shot(int frame) const;
+  std::vector<Vec3f> posed(const Shot& shot) const;  // (V) the true vertices in the head frame, m
   // Not thread-safe; parallel inside. Frames of a resting camera share the picture of the room.
   DemoFrame film(int frame, std::stop_token stop);
 

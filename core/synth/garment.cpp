@@ -90,7 +90,7 @@ Garment make_garment(const std::vector<Vec3f>& skin, const std::array<Vec3f, kLa
   return garment;
 }
 
-Surface knitted(const Vec2f& cloth, float detail_m, std::uint32_t seed) {
+Surface knitted(const Vec2f& cloth, const ClothLook& look, float detail_m, std::uint32_t seed) {
   Surface s;
   s.roughness = 0.85f;
   s.f0 = 0.02f;
@@ -99,17 +99,15 @@ Surface knitted(const Vec2f& cloth, float detail_m, std::uint32_t seed) {
   const float column = cloth.x() / width, row = cloth.y() / height;
   const int c = int(std::floor(column)), r = int(std::floor(row));
   const float u = column - float(c) - 0.5f;
-  const Vec3f ground(0.060f, 0.105f, 0.185f), cream(0.62f, 0.55f, 0.43f), rust(0.42f, 0.12f, 0.05f),
-      moss(0.13f, 0.20f, 0.09f);
+  const Vec3f& ground = look.ground;
   Vec3f colour = ground;
-  if (!collar) {
+  if (!collar && look.patterned) {
     // Bands of a Fair-Isle kind: a few stitch-wide motifs, mirrored, one colour a band.
     const int band = r / 9, line = r % 9, period = 6 + 2 * int(hash_u32(std::uint32_t(band) + seed) % 4);
     const int mirrored = std::abs((c % period + period) % period - period / 2);
     const bool motif = line > 0 && line < 8 && (hash_cell(mirrored, std::abs(line - 4), band, seed) & 1u);
-    const Vec3f inks[3] = {cream, rust, moss};
-    if (band % 3 != 2 && motif) colour = inks[hash_u32(std::uint32_t(band) * 7 + seed) % 3];
-    if (band % 3 == 2) colour = (hash_cell(c, r, 5, seed) % 11 == 0) ? cream : ground;
+    if (band % 3 != 2 && motif) colour = look.inks[hash_u32(std::uint32_t(band) * 7 + seed) % 3];
+    if (band % 3 == 2) colour = (hash_cell(c, r, 5, seed) % 11 == 0) ? look.inks[0] : ground;
   }
   const float wool = 1 + 0.16f * noise(Vec3f(cloth.x() * 900, cloth.y() * 900, 0), seed) +
                      0.14f * noise(Vec3f(cloth.x() * 60, cloth.y() * 60, 2), seed + 1);

@@ -6,6 +6,7 @@
 
 #include "core/base/linalg.h"
 #include "core/head/head_model.h"
+#include "core/synth/cast.h"
 #include "core/synth/skin.h"
 
 namespace likeness {
@@ -20,6 +21,6 @@ struct Garment {
 Garment make_garment(const std::vector<Vec3f>& skin, const std::array<Vec3f, kLandmarkCount>& landmarks);
 
 // cloth: interpolated coordinates; detail_m: stitches finer than this are left out.
-Surface knitted(const Vec2f& cloth, float detail_m, std::uint32_t seed);
+Surface knitted(const Vec2f& cloth, const ClothLook& look, float detail_m, std::uint32_t seed);
 
 }  // namespace likeness

@@ -1,5 +1,6 @@
 // Curves of the demo's performance. Each part of the clip is a cycle, played faster in short clips and
-// repeated in long ones, so that every clip shows every expression; blinks keep their natural speed.
+// repeated in long ones, so that every clip shows every expression; blinks keep their natural speed. The last
+// tenth is a cycle of its own with everything once more, so that what is held out there is played there.
 #include "core/synth/performance.h"
 
 #include <algorithm>
@@ -13,7 +14,8 @@ namespace likeness {
 namespace {
 
 constexpr double kDegree = std::numbers::pi / 180, kTurn = 2 * std::numbers::pi;
-constexpr double kFirstCycleSeconds = 3.6, kSecondCycleSeconds = 6.4;
+constexpr double kFirstCycleSeconds = 3.6, kSecondCycleSeconds = 6.4, kFinaleSeconds = 3.2;
+constexpr double kFinaleShare = 0.10;  // of the clip
 
 struct Moment {
   bool resting_head = true;  // the first part of the clip
@@ -21,6 +23,7 @@ struct Moment {
   double phase = 0;          // within the cycle, [0, 1)
   int cycle = 0;
   double time_s = 0;
+  double finale = -1;  // how far into the closing cycle, [0, 1); < 0 before
 };
 
 Moment moment_of(const DemoOptions& options, int frame) {
@@ -37,6 +40,12 @@ Moment moment_of(const DemoOptions& options, int frame) {
   moment.cycle = int(position);
   moment.phase = position - moment.cycle;
   moment.time_s = frame / options.frames_per_second;
+  const int closing = std::max(1, int(std::lround(kFinaleShare * options.frames)));
+  if (!moment.resting_head && frame >= options.frames - closing) {
+    const int repeats = std::max(1, int(std::lround(closing / options.frames_per_second / kFinaleSeconds)));
+    const double at = double(frame - (options.frames - closing)) / closing * repeats;
+    moment.finale = at - std::floor(at);
+  }
   return moment;
 }
 
@@ -177,7 +186,8 @@ void second_part(const Cast& cast, const Moment& m, std::uint32_t seed) {
   cast.both("mouthLowerDown", 0.3 * grin);
   cast.both("cheekSquint", 0.7 * grin + 0.3 * smile);
   cast.both("eyeSquint", 0.45 * grin);
-  cast.act("jawOpen", 0.12 * grin + 0.42 * swell(p, 0.25, 0.34));
+  cast.act("jawOpen", 0.12 * grin + 0.62 * swell(p, 0.22, 0.34));
+  cast.act("mouthPucker", 0.75 * swell(p, 0.42, 0.55));
   cast.both("mouthFrown", 0.6 * frown);
   cast.both("browDown", 0.8 * frown + 0.4 * swell(p, 0.40, 0.5));
   const double brows = std::max(swell(p, 0.08, 0.2), swell(p, 0.72, 0.84));
@@ -185,6 +195,19 @@ void second_part(const Cast& cast, const Moment& m, std::uint32_t seed) {
   cast.both("browOuterUp", 0.6 * brows, 0.3);
   cast.act("jawLeft", 0.25 * swell(p, 0.44, 0.54));
   cast.both("noseSneer", 0.4 * swell(p, 0.9, 1.0));
+}
+
+// Smile with raised brows, blink, the jaw wide open, pursed lips: what a held-out tenth must show.
+void finale(const Cast& cast, double p, std::uint32_t seed) {
+  const double smile = swell(p, 0.0, 0.40), brows = swell(p, 0.06, 0.46), pout = swell(p, 0.62, 0.98);
+  talk(cast, 0.7 * swell(p, 0.40, 0.72), p * 11, seed + 63);
+  cast.both("mouthSmile", 0.9 * smile);
+  cast.both("cheekSquint", 0.5 * smile);
+  cast.both("browInnerUp", 0.8 * brows);
+  cast.both("browOuterUp", 0.6 * brows);
+  cast.act("jawOpen", 0.12 * smile + 0.6 * swell(p, 0.34, 0.66));
+  cast.act("mouthPucker", 0.8 * pout);
+  cast.both("eyeBlink", swell(p, 0.44, 0.68));
 }
 
 // Eyeballs towards a target in the head frame; lids follow up and down.
@@ -207,6 +230,13 @@ void gaze(const Cast& cast, const HeadShape& shape, const Vec3d& target, double 
   cast.both(mean_pitch > 0 ? "eyeLookUp" : "eyeLookDown", 0.9 * std::abs(mean_pitch) / (25 * kDegree));
 }
 
+// Falls from 1 to 0 over the last 0.2 s before the closing cycle.
+double before_finale(const DemoOptions& options, int frame) {
+  const int closing = std::max(1, int(std::lround(kFinaleShare * options.frames)));
+  const double left = (options.frames - closing - frame) / options.frames_per_second;
+  return ease(left / 0.24);
+}
+
 }  // namespace
 
 int moving_frames(const DemoOptions& options) {
@@ -215,7 +245,8 @@ int moving_frames(const DemoOptions& options) {
 
 Shot perform(const HeadModel& model, const HeadShape& shape, const DemoOptions& options, int frame) {
   const Moment m = moment_of(options, frame);
-  const std::uint32_t seed = hash_u32(std::uint32_t(options.seed) + 77);
+  const std::uint32_t seed =
+      hash_u32(std::uint32_t(options.seed) + 77 + 1000 * std::uint32_t(options.person));
   Shot shot;
   shot.articulation = neutral_articulation(model);
   const Vec3d eyes = (0.5f * (shape.joints[kLeftEye] + shape.joints[kRightEye])).cast<double>();
@@ -243,10 +274,15 @@ Shot perform(const HeadModel& model, const HeadShape& shape, const DemoOptions& 
   const Cast cast{model, shot.articulation};
   if (m.resting_head) {
     first_part(cast, m, seed);
+  } else if (m.finale >= 0) {
+    finale(cast, m.finale, seed);
   } else {
+    const double rest = before_finale(options, frame);  // the face comes to rest before the closing cycle
     second_part(cast, m, seed);
+    shot.articulation.expression *= float(rest);
+    shot.articulation.jaw *= float(rest);
   }
-  blink(cast, m.time_s, seed);
+  if (m.finale < 0) blink(cast, m.time_s, seed);
 
   // -- Gaze: at the camera, with glances aside in the second part
   const Vec3d lens = shot.camera.cam_from_world.inverse().translation();

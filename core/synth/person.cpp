@@ -1,5 +1,6 @@
-// Everything happens in the head frame: the hair is still there, so its tree is built once; lights and rays
-// are moved into it. The neck is blended between the head's pose and the torso's by height.
+// Everything happens in the head frame: short hair is still there, so its tree is built once; lights and rays
+// are moved into it. The neck, and hair as long, are blended between the head's pose and the torso's by
+// height; a beard goes with the skin it grows on.
 #include "core/synth/person.h"
 
 #include <algorithm>
@@ -9,6 +10,7 @@
 #include "core/base/parallel.h"
 #include "core/scene/mesh_scene.h"
 #include "core/synth/garment.h"
+#include "core/synth/glasses.h"
 #include "core/synth/hair.h"
 #include "core/synth/noise.h"
 #include "core/synth/skin.h"
@@ -39,20 +41,26 @@ float head_share(const Vec3f& p, const Vec3f& chin) {
 struct Person::Impl {
   const HeadModel& model;
   const HeadShape& shape;
+  const PersonalPlay& play;
   LightRig world_rig, rig;
   PersonOptions options;
   std::array<Vec3f, kLandmarkCount> landmarks;
   Skin skin;
   Garment garment;
-  HairMesh hair;
-  std::vector<Triangle> triangles;  // head model's, then the garment's
-  std::vector<HeadPart> parts;      // per triangle of the head
-  std::size_t head_triangles = 0;
+  std::vector<Triangle> scalp_triangles;  // what hair grows on
+  HairMesh hair, beard;
+  Glasses glasses;
+  std::vector<Triangle> triangles;                      // head model's, then the garment's, then the glasses'
+  std::vector<HeadPart> parts;                          // per triangle of the head
+  std::size_t head_triangles = 0, frame_triangles = 0;  // where the garment's and the glasses' begin
   int head_vertices = 0;
-  std::vector<Vec3f> rest;                   // head vertices, then garment's
-  std::vector<float> shares;                 // head_share per head vertex
-  std::vector<std::vector<int>> neighbours;  // of skin vertices
+  std::vector<Vec3f> rest;                     // head vertices, then garment's
+  std::vector<float> shares;                   // head_share per head vertex
+  std::vector<std::vector<int>> neighbours;    // of skin vertices
+  std::vector<float> hair_shares;              // head_share per vertex of long hair
+  std::vector<Eigen::Isometry3f> rest_anchor;  // per vertex triangle of the scalp that holds beard
   MeshScene body, hair_scene;
+  std::optional<MeshScene> beard_scene, lens_scene;
 
   // Of the current pose:
   std::vector<Vec3f> posed, normals;
@@ -62,18 +70,52 @@ struct Person::Impl {
   Vec3f up = Vec3f::UnitY();
   std::array<Eigen::Matrix3f, 2> eye_turn;
 
-  Impl(const HeadModel& m, const HeadShape& s, const LightRig& r, const PersonOptions& o)
+  Impl(const HeadModel& m, const HeadShape& s, const PersonalPlay& y, const LightRig& r,
+       const PersonOptions& o)
       : model(m),
         shape(s),
+        play(y),
         world_rig(r),
         rig(r),
         options(o),
         landmarks(landmark_positions(m, s.vertices)),
-        skin(landmarks, {s.joints[kLeftEye], s.joints[kRightEye]}, eye_radius(m, s), o.pixel_m, o.seed),
+        skin(landmarks, {s.joints[kLeftEye], s.joints[kRightEye]}, eye_radius(m, s), o.look.skin, o.pixel_m,
+             o.seed),
         garment(make_garment(skin_vertices(m, s), landmarks)),
-        hair(comb(m, s, landmarks, o)),
+        scalp_triangles(scalp_of(m)),
+        hair(grow_hair(scalp(), hair_options(o))),
+        beard(shave(o)),
+        glasses(make_glasses(scalp(), {s.joints[kLeftEye], s.joints[kRightEye]}, o.look.glasses)),
         body(make_body()),
-        hair_scene(hair.vertices, hair.triangles) {}
+        hair_scene(hair.vertices, hair.triangles,
+                   is_long_hair(o) ? MeshUse::many_moves : MeshUse::many_queries) {
+    if (is_long_hair(o)) {
+      for (const Vec3f& p : hair.vertices) hair_shares.push_back(head_share(p, landmarks[8]));
+    }
+    if (!beard.triangles.empty()) {
+      beard_scene.emplace(beard.vertices, beard.triangles, MeshUse::many_moves);
+      rest_anchor.resize(scalp_triangles.size());
+      for (std::size_t t = 0; t < rest_anchor.size(); ++t) rest_anchor[t] = frame_of(int(t), shape.vertices);
+    }
+    if (!glasses.lens_triangles.empty()) lens_scene.emplace(glasses.lens_vertices, glasses.lens_triangles);
+  }
+
+  static bool is_long_hair(const PersonOptions& o) {
+    return o.look.hair.cut == HairCut::shoulder_long || o.look.hair.cut == HairCut::bob;
+  }
+  Scalp scalp() const { return {shape.vertices, scalp_triangles, landmarks}; }
+  // The frame of a triangle of the scalp: its middle and three axes.
+  Eigen::Isometry3f frame_of(int triangle, const std::vector<Vec3f>& at) const {
+    const Triangle& t = scalp_triangles[std::size_t(triangle)];
+    const Vec3f &a = at[std::size_t(t[0])], &b = at[std::size_t(t[1])], &c = at[std::size_t(t[2])];
+    const Vec3f n = (b - a).cross(c - a).normalized(), x = (b - a).normalized();
+    Eigen::Isometry3f frame = Eigen::Isometry3f::Identity();
+    frame.linear().col(0) = x;
+    frame.linear().col(1) = n.cross(x);
+    frame.linear().col(2) = n;
+    frame.translation() = (a + b + c) / 3;
+    return frame;
+  }
 
   static float eye_radius(const HeadModel& m, const HeadShape& s) {
     double sum = 0;
@@ -92,23 +134,43 @@ struct Person::Impl {
     }
     return result;
   }
-  static HairMesh comb(const HeadModel& m, const HeadShape& s, const std::array<Vec3f, kLandmarkCount>& l,
-                       const PersonOptions& o) {
+  static std::vector<Triangle> scalp_of(const HeadModel& m) {
     std::vector<Triangle> skull;
     for (const Triangle& t : m.triangles) {
       if (is_skin(m.parts[std::size_t(t[0])]) && m.parts[std::size_t(t[0])] != HeadPart::torso)
         skull.push_back(t);
     }
+    return skull;
+  }
+  static HairOptions hair_options(const PersonOptions& o) {
     HairOptions h;
+    h.look = o.look.hair;
     h.seed = o.seed;
     h.width_m = std::clamp(0.8f * o.pixel_m, 0.0006f, 0.0018f);
     h.strands_per_lock = std::clamp(int(22 * 0.0008f / h.width_m), 9, 24);
-    return grow_hair(s.vertices, skull, l, h);
+    if (is_long_hair(o)) h.locks = 1700;
+    return h;
+  }
+  HairMesh shave(const PersonOptions& o) const {
+    if (o.look.hair.beard <= 0) return {};
+    HairOptions h = hair_options(o);
+    h.locks = 2200;
+    h.width_m *= 0.6f;
+    h.strands_per_lock = std::max(7, 2 * h.strands_per_lock / 3);
+    return grow_beard(
+        scalp(), [this](const Vec3f& p) { return beard_share(p); }, h);
+  }
+  // How thickly the beard grows: not on the lips.
+  // The throat below the jaw is shaved.
+  float beard_share(const Vec3f& p) const {
+    const float jaw = landmarks[8].y() - 0.006f + 0.42f * std::max(0.0f, landmarks[8].z() - p.z() - 0.010f);
+    return skin.stubble(p) * (1 - skin.lip(p)) * smoothstep(jaw - 0.030f, jaw - 0.006f, p.y());
   }
   std::vector<Vec3f> all_vertices() {
     rest = shape.vertices;
     head_vertices = int(rest.size());
     rest.insert(rest.end(), garment.vertices.begin(), garment.vertices.end());
+    rest.insert(rest.end(), glasses.frame_vertices.begin(), glasses.frame_vertices.end());
     shares.resize(std::size_t(head_vertices));
     for (std::size_t v = 0; v < shares.size(); ++v) shares[v] = head_share(rest[v], landmarks[8]);
     return rest;
@@ -134,6 +196,9 @@ struct Person::Impl {
     }
     head_triangles = triangles.size();
     for (const Triangle& t : garment.triangles) triangles.push_back(t + Triangle::Constant(head_vertices));
+    frame_triangles = triangles.size();
+    const int first = head_vertices + int(garment.vertices.size());
+    for (const Triangle& t : glasses.frame_triangles) triangles.push_back(t + Triangle::Constant(first));
     return triangles;
   }
 
@@ -147,6 +212,9 @@ struct Person::Impl {
   }
 
   void place(const Shot& shot);
+  void place_hair(const Eigen::Quaternionf& turn, const Vec3f& pivot, const Vec3f& shift);
+  HairPoint hair_point(const HairMesh& mesh, const RayHit& hit, const Vec3f& position,
+                       const Vec3f& colour) const;
   void gather(const Vec3f& lens, std::stop_token stop);
   void scatter();
   Vec3f shade_body(int triangle, const Vec3f& bary, const Vec3f& to_eye) const;
@@ -159,7 +227,7 @@ void Person::Impl::place(const Shot& shot) {
   head_from_world = shot.world_from_head.inverse();
   up = (head_from_world.linear() * Vec3d::UnitY()).cast<float>();
   rig = transform_rig(world_rig, head_from_world);
-  posed = pose_head(model, shape, shot.articulation);
+  posed = play.pose(shot.articulation);
   LIKENESS_CHECK(int(posed.size()) == head_vertices, "%zu posed vertices for %d", posed.size(),
                  head_vertices);
   const Vec3f pivot = shape.joints[kNeck];
@@ -171,7 +239,9 @@ void Person::Impl::place(const Shot& shot) {
     if (follow <= 0) continue;
     posed[v] = pivot + none.slerp(follow, turn) * (posed[v] - pivot) + follow * shift;
   }
+  place_hair(turn, pivot, shift);
   for (const Vec3f& p : garment.vertices) posed.push_back(torso * p);
+  posed.insert(posed.end(), glasses.frame_vertices.begin(), glasses.frame_vertices.end());
   normals = vertex_normals(posed, triangles);
   body.move_vertices(posed);
   const auto turned = [](const Vec3f& r) {
@@ -180,6 +250,29 @@ void Person::Impl::place(const Shot& shot) {
                          : Eigen::AngleAxisf(angle, r / angle).toRotationMatrix();
   };
   eye_turn = {turned(shot.articulation.left_eye), turned(shot.articulation.right_eye)};
+}
+
+// Long hair hangs between head and torso; a beard moves with its skin.
+void Person::Impl::place_hair(const Eigen::Quaternionf& turn, const Vec3f& pivot, const Vec3f& shift) {
+  const Eigen::Quaternionf none = Eigen::Quaternionf::Identity();
+  if (!hair_shares.empty()) {
+    std::vector<Vec3f> moved = hair.vertices;
+    parallel_ranges(moved.size(), 4096, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t v = begin; v < end; ++v) {
+        const float follow = 1 - hair_shares[v];
+        if (follow > 0) moved[v] = pivot + none.slerp(follow, turn) * (moved[v] - pivot) + follow * shift;
+      }
+    });
+    hair_scene.move_vertices(moved);
+  }
+  if (!beard_scene) return;
+  std::vector<Eigen::Isometry3f> moves(rest_anchor.size());
+  for (std::size_t t = 0; t < moves.size(); ++t)
+    moves[t] = frame_of(int(t), posed) * rest_anchor[t].inverse();
+  std::vector<Vec3f> moved(beard.vertices.size());
+  for (std::size_t v = 0; v < moved.size(); ++v)
+    moved[v] = moves[std::size_t(beard.anchor[v])] * beard.vertices[v];
+  beard_scene->move_vertices(moved);
 }
 
 void Person::Impl::gather(const Vec3f& lens, std::stop_token stop) {
@@ -191,7 +284,10 @@ void Person::Impl::gather(const Vec3f& lens, std::stop_token stop) {
   skin_light.sky_rays = 16;
   skin_light.wrap = Vec3f(0.32f, 0.17f, 0.12f);
   skin_light.bounce = 0.30f;
-  skin_light.bounce_colour = Vec3f(0.55f, 0.25f, 0.18f);
+  const Vec3f& complexion = options.look.skin.complexion;
+  skin_light.bounce_colour = complexion.cwiseProduct(Vec3f(0.97f, 0.75f, 0.77f));
+  skin_light.wrap *=
+      std::clamp(0.35f + 1.15f * complexion.x(), 0.0f, 1.0f);  // dark skin lets less light through
   plain = skin_light;
   plain.wrap = Vec3f::Zero();
   plain.bounce = 0.12f;
@@ -297,9 +393,14 @@ Vec3f Person::Impl::shade_body(int triangle, const Vec3f& b, const Vec3f& to_eye
   Vec3f normal = blend(normals, t, b).normalized();
   const Received light = received_at(t, b);
   Surface s;
-  const bool cloth = std::size_t(triangle) >= head_triangles;
-  const HeadPart part = cloth ? HeadPart::torso : parts[std::size_t(triangle)];
-  if (cloth) {
+  const bool frame = std::size_t(triangle) >= frame_triangles;
+  const bool cloth = !frame && std::size_t(triangle) >= head_triangles;
+  const HeadPart part = cloth || frame ? HeadPart::torso : parts[std::size_t(triangle)];
+  if (frame) {
+    s.albedo = options.look.glasses.colour;
+    s.roughness = 0.28f;
+    s.f0 = 0.07f;
+  } else if (cloth) {
     // Around the back the coordinate wraps; take the triangle's own continuous one.
     Vec2f at = Vec2f::Zero();
     const Vec2f first = garment.cloth[std::size_t(t[0] - head_vertices)];
@@ -310,14 +411,17 @@ Vec3f Person::Impl::shade_body(int triangle, const Vec3f& b, const Vec3f& to_eye
       if (first.x() - c.x() > 0.5f * turn) c.x() += turn;
       at += b[k] * c;
     }
-    s = knitted(at, options.pixel_m, options.seed);
+    s = knitted(at, options.look.cloth, options.pixel_m, options.seed);
   } else {
     s = skin.at(rest_point, part);
     if (is_eyeball(part)) return shade_eye(s, part, rest_point, position, light, to_eye);
     if (is_skin(part)) {
-      const float hairy = smoothstep(-0.003f, 0.006f, inside_hairline(landmarks, rest_point)) *
+      const HairLook& look = options.look.hair;
+      const float hairy = smoothstep(-0.003f, 0.006f, inside_hairline(landmarks, look.cut, rest_point)) *
                           (std::abs(rest_point.x()) > 0.078f ? 0.0f : 1.0f);
-      s.albedo = mix(s.albedo, Vec3f(0.040f, 0.024f, 0.015f), 0.88f * hairy);
+      s.albedo = mix(s.albedo, Vec3f(0.35f * look.colour), 0.88f * hairy);
+      if (look.beard > 0 && part == HeadPart::face)
+        s.albedo = mix(s.albedo, Vec3f(0.6f * look.beard_colour), 0.72f * beard_share(rest_point));
       s.roughness = mix(s.roughness, 0.9f, hairy);
       s.f0 = mix(s.f0, 0.004f, hairy);
     }
@@ -338,9 +442,24 @@ Vec3f Person::Impl::shade_body(int triangle, const Vec3f& b, const Vec3f& to_eye
   return radiance;
 }
 
-Person::Person(const HeadModel& model, const HeadShape& shape, const LightRig& rig,
+HairPoint Person::Impl::hair_point(const HairMesh& mesh, const RayHit& hit, const Vec3f& position,
+                                   const Vec3f& colour) const {
+  const Triangle& t = mesh.triangles[std::size_t(hit.triangle)];
+  const Vec3f b(1 - hit.barycentric.sum(), hit.barycentric.x(), hit.barycentric.y());
+  HairPoint point;
+  point.position = position;
+  point.tangent = blend(mesh.tangents, t, b).normalized();
+  point.outward = blend(mesh.outward, t, b).normalized();
+  point.colour =
+      mix(Vec3f(colour * blend(mesh.tone, t, b)), Vec3f(0.50f, 0.48f, 0.45f), blend(mesh.white, t, b));
+  point.depth_light = blend(mesh.depth_light, t, b);
+  point.open = blend(mesh.open, t, b);
+  return point;
+}
+
+Person::Person(const HeadModel& model, const HeadShape& shape, const PersonalPlay& play, const LightRig& rig,
                const PersonOptions& options)
-    : impl_(std::make_unique<Impl>(model, shape, rig, options)) {}
+    : impl_(std::make_unique<Impl>(model, shape, play, rig, options)) {}
 Person::~Person() = default;
 Person::Person(Person&&) noexcept = default;
 Person& Person::operator=(Person&&) noexcept = default;
@@ -358,22 +477,28 @@ std::optional<Vec3f> Person::look(const Vec3f& origin, const Vec3f& direction) c
   const Eigen::Isometry3f m = me.head_from_world.cast<float>();
   const Vec3f from = m * origin, d = (m.linear() * direction).normalized();
   const auto body = me.body.intersect(from, d, 0.02f);
-  const auto hair = me.hair_scene.intersect(from, d, 0.02f, body ? body->distance : 1e30f);
-  if (hair) {
-    const Triangle& t = me.hair.triangles[std::size_t(hair->triangle)];
-    const Vec3f b(1 - hair->barycentric.sum(), hair->barycentric.x(), hair->barycentric.y());
-    HairPoint point;
-    point.position = from + hair->distance * d;
-    point.tangent = blend(me.hair.tangents, t, b).normalized();
-    point.outward = blend(me.hair.outward, t, b).normalized();
-    point.tone = blend(me.hair.tone, t, b);
-    point.depth_light = blend(me.hair.depth_light, t, b);
-    point.open = blend(me.hair.open, t, b);
-    return shade_hair(me.rig, me.up, point, -d);
+  float nearest = body ? body->distance : 1e30f;
+  const auto hair = me.hair_scene.intersect(from, d, 0.02f, nearest);
+  if (hair) nearest = hair->distance;
+  std::optional<RayHit> beard;
+  if (me.beard_scene) beard = me.beard_scene->intersect(from, d, 0.02f, nearest);
+  if (!body && !hair && !beard) return std::nullopt;
+  Vec3f seen;
+  const HairLook& look = me.options.look.hair;
+  if (beard) {
+    nearest = beard->distance;
+    const HairPoint point = me.hair_point(me.beard, *beard, from + nearest * d, look.beard_colour);
+    seen = shade_hair(me.rig, me.up, point, -d);
+  } else if (hair) {
+    seen = shade_hair(me.rig, me.up, me.hair_point(me.hair, *hair, from + nearest * d, look.colour), -d);
+  } else {
+    const Vec3f b(1 - body->barycentric.sum(), body->barycentric.x(), body->barycentric.y());
+    seen = me.shade_body(body->triangle, b, -d);
   }
-  if (!body) return std::nullopt;
-  const Vec3f b(1 - body->barycentric.sum(), body->barycentric.x(), body->barycentric.y());
-  return me.shade_body(body->triangle, b, -d);
+  if (!me.lens_scene) return seen;
+  const auto lens = me.lens_scene->intersect(from, d, 0.02f, nearest);
+  if (lens) seen = 0.93f * seen + shade_lens(me.glasses, me.rig, me.up, from + lens->distance * d, -d);
+  return seen;
 }
 
 }  // namespace likeness

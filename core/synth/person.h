@@ -1,4 +1,5 @@
-// The demo person ready to be filmed: head model, hair and jumper, posed and lit per frame, traced per ray.
+// The demo person ready to be filmed: head model, hair, beard, glasses and jumper, posed and lit per frame,
+// traced per ray.
 #pragma once
 
 #include <memory>
@@ -7,7 +8,9 @@
 
 #include "core/head/head_model.h"
 #include "core/head/pose_head.h"
+#include "core/synth/cast.h"
 #include "core/synth/performance.h"
+#include "core/synth/personal_shape.h"
 #include "core/synth/shade.h"
 
 namespace likeness {
@@ -16,12 +19,14 @@ struct PersonOptions {
   float pixel_m =
       0.0009f;  // size of a pixel on the face: finer detail is left out, hair gets at least that wide
   std::uint32_t seed = 0;
+  DemoPerson look;
 };
 
 class Person {
  public:
-  // The model and the shape must outlive the person. rig: in the world frame.
-  Person(const HeadModel& model, const HeadShape& shape, const LightRig& rig, const PersonOptions& options);
+  // Model, shape and play must outlive the person. rig: in the world frame.
+  Person(const HeadModel& model, const HeadShape& shape, const PersonalPlay& play, const LightRig& rig,
+         const PersonOptions& options);
   ~Person();
   Person(Person&&) noexcept;
   Person& operator=(Person&&) noexcept;

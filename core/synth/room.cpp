@@ -45,12 +45,14 @@ struct Room::Impl {
   std::vector<RoomPatch> patches;
   MeshScene scene;
   std::vector<LightGrid> grids;
+  Vec3f outdoors = Vec3f::Ones();
 
   explicit Impl(std::vector<RoomPatch> p) : patches(std::move(p)), scene(scene_of(patches)) {}
 };
 
 Room::Room(std::vector<RoomPatch> patches, const LightRig& rig)
     : impl_(std::make_unique<Impl>(std::move(patches))) {
+  impl_->outdoors = rig.outdoors;
   impl_->grids.resize(impl_->patches.size());
   const Visible visible = [this](const Vec3f& from, const Vec3f& direction, float distance) {
     return !impl_->scene.occluded(from, direction, 1e-4f, distance);
@@ -94,7 +96,7 @@ Vec3f Room::look(const Vec3f& origin, const Vec3f& direction) const {
   const float s = hit->triangle % 2 == 0 ? b1 + b2 : b1, t = hit->triangle % 2 == 0 ? b2 : b1 + b2;
   const RoomPatch& patch = impl_->patches[index];
   const Vec3f albedo = paint_patch(patch, s, t).cwiseMax(0.0f);
-  if (patch.glow > 0) return patch.glow * albedo;
+  if (patch.glow > 0) return patch.glow * albedo.cwiseProduct(impl_->outdoors);
   return albedo.cwiseProduct(impl_->grids[index].at(s, t));
 }
 

@@ -67,7 +67,43 @@ Vec3f LightRig::glow(const Vec3f& d) const {
                 : mix(walls, floor, smoothstep(0.0f, 0.7f, -up));
 }
 
-LightRig make_light_rig() {
+namespace {
+
+LightRig ceiling_light() {
+  LightRig rig;
+  rig.key = {Vec3f(-0.10f, 1.25f, 0.80f), Vec3f(0.40f, 0, 0), Vec3f(0, 0.10f, 0.40f),
+             Vec3f(11.2f, 11.9f, 12.2f)};
+  rig.fill = {Vec3f(0.5f, -0.45f, 1.3f), Vec3f(0.6f, 0, 0.1f), Vec3f(0, 0.2f, -0.5f),
+              Vec3f(1.0f, 0.98f, 0.92f)};
+  rig.rim = {Vec3f(0.3f, 1.2f, -0.8f), Vec3f(0.3f, 0, 0), Vec3f(0, 0.1f, 0.3f), Vec3f(3.4f, 3.6f, 3.7f)};
+  rig.ceiling = Vec3f(0.58f, 0.61f, 0.62f);
+  rig.walls = Vec3f(0.40f, 0.41f, 0.41f);
+  rig.floor = Vec3f(0.20f, 0.19f, 0.18f);
+  rig.outdoors = Vec3f(0.75f, 0.80f, 0.88f);
+  return rig;
+}
+
+LightRig evening_lamp() {
+  LightRig rig;
+  rig.key = {Vec3f(-0.92f, 0.10f, 0.95f), Vec3f(0.12f, 0, 0.12f), Vec3f(0, 0.16f, 0),
+             Vec3f(58.0f, 41.0f, 25.0f)};
+  rig.fill = {Vec3f(1.3f, 0.3f, 1.2f), Vec3f(0.35f, 0, -0.35f), Vec3f(0, 0.5f, 0),
+              Vec3f(0.62f, 0.70f, 0.95f)};
+  rig.rim = {Vec3f(0.9f, 0.5f, -1.0f), Vec3f(0.2f, 0, 0.2f), Vec3f(0, 0.2f, 0), Vec3f(2.6f, 2.0f, 1.3f)};
+  rig.ceiling = Vec3f(0.16f, 0.125f, 0.095f);
+  rig.walls = Vec3f(0.135f, 0.108f, 0.085f);
+  rig.floor = Vec3f(0.060f, 0.046f, 0.034f);
+  rig.outdoors = Vec3f(0.05f, 0.07f, 0.12f);
+  return rig;
+}
+
+void face_the_head(LightRig& rig) {
+  for (AreaLight* light : {&rig.key, &rig.fill, &rig.rim}) {
+    if (light->half_u.cross(light->half_v).dot(light->centre) > 0) light->half_v = -light->half_v;
+  }
+}
+
+LightRig window_light() {
   LightRig rig;
   // World: the head at the origin looks along +z. The subject's left is +x.
   rig.key = {Vec3f(0.82f, 0.80f, 1.50f), Vec3f(0.46f, 0, -0.26f), Vec3f(0.17f, 0.47f, 0.21f),
@@ -75,12 +111,17 @@ LightRig make_light_rig() {
   rig.fill = {Vec3f(-1.5f, 0.35f, 1.1f), Vec3f(0.30f, 0, 0.42f), Vec3f(0, 0.5f, 0), Vec3f(3.1f, 3.3f, 3.6f)};
   rig.rim = {Vec3f(-0.75f, 0.85f, -1.0f), Vec3f(0.25f, 0, -0.2f), Vec3f(0.1f, 0.25f, 0.15f),
              Vec3f(5.4f, 5.7f, 6.3f)};
-  for (AreaLight* light : {&rig.key, &rig.fill, &rig.rim}) {
-    if (light->half_u.cross(light->half_v).dot(light->centre) > 0) light->half_v = -light->half_v;
-  }
   rig.ceiling = Vec3f(0.50f, 0.485f, 0.47f);
   rig.walls = Vec3f(0.30f, 0.285f, 0.27f);
   rig.floor = Vec3f(0.12f, 0.095f, 0.08f);
+  return rig;
+}
+
+}  // namespace
+
+LightRig make_light_rig(int light) {
+  LightRig rig = light == 1 ? ceiling_light() : light == 2 ? evening_lamp() : window_light();
+  face_the_head(rig);
   return rig;
 }
 

@@ -14,15 +14,18 @@ struct AreaLight {               // a rectangle that shines to the side of cross
   Vec3f radiance;
 };
 
-// The film light of the demo: a large soft key, a weak fill, a rim from behind, and the room's own glow.
+// The light of the demo: a key, a weak fill, a rim from behind, and the room's own glow.
 struct LightRig {
   AreaLight key, fill, rim;
-  Vec3f ceiling, walls, floor;  // glow by direction
+  Vec3f ceiling, walls, floor;     // glow by direction
+  Vec3f outdoors = Vec3f::Ones();  // what the room's window shows, times this
 
   Vec3f glow(const Vec3f& direction) const;  // unit direction
 };
 
-LightRig make_light_rig();  // in the world frame
+// 0: a large soft window from the side. 1: the ceiling light of a room, cooler and from above. 2: a warm lamp
+// in the evening, hard and from below the eyes' height, the rest nearly dark. In the world frame.
+LightRig make_light_rig(int light = 0);
 LightRig transform_rig(const LightRig& rig,
                        const Pose& to_from_rig);  // into another frame; `up` turns with it
 

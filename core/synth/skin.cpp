@@ -83,8 +83,13 @@ std::vector<Vec3f> pick(const std::array<Vec3f, kLandmarkCount>& l, std::initial
 }  // namespace
 
 Skin::Skin(const std::array<Vec3f, kLandmarkCount>& landmarks, const std::array<Vec3f, 2>& eyes,
-           float eye_radius, float detail_m, std::uint32_t seed)
-    : landmarks_(landmarks), eyes_(eyes), eye_radius_(eye_radius), detail_(detail_m), seed_(seed) {
+           float eye_radius, const SkinLook& look, float detail_m, std::uint32_t seed)
+    : landmarks_(landmarks),
+      eyes_(eyes),
+      look_(look),
+      eye_radius_(eye_radius),
+      detail_(detail_m),
+      seed_(seed) {
   unit_ = (eyes[0] - eyes[1]).norm() / 0.062f;
   brows_[0] = curve_through(pick(landmarks, {17, 18, 19, 20, 21}), false, 4);
   brows_[1] = curve_through(pick(landmarks, {26, 25, 24, 23, 22}), false, 4);
@@ -101,7 +106,8 @@ float Skin::brow(const Vec3f& p) const {
   if ((p - middle).norm() > 0.045f * unit_ || p.z() < middle.z() - 0.05f) return 0;
   const OnCurve on = nearest_on(brows_[side], p);  // along: 0 at the temple
   const float t = on.along;
-  const float below = (0.0026f + 0.0036f * smoothstep(0.1f, 0.8f, t)) * unit_, above = 0.0015f * unit_;
+  const float below = (0.0026f + 0.0036f * smoothstep(0.1f, 0.8f, t)) * unit_ * look_.brow_width,
+              above = 0.0015f * unit_;
   const float ragged = 0.0012f * noise(p * 420.0f, seed_ + 61);
   const float across = on.above + ragged;
   const float body = smoothstep(-below - 0.0022f, -below + 0.0026f, across) *
@@ -160,11 +166,46 @@ float Skin::stubble(const Vec3f& p) const {
          smoothstep(-0.01f, 0.03f, p.z());
 }
 
+// Depth of the lines of age at a point, about [0, 1]: across the forehead, at the temples beside the eyes,
+// under them, and beside the mouth.
+float Skin::lines(const Vec3f& p) const {
+  const float wave = 0.0022f * noise(p * 55.0f, seed_ + 101);
+  const float brow = 0.5f * (landmarks_[19].y() + landmarks_[24].y()), height = p.y() - brow + wave;
+  const auto crease = [](float x, float width) { return std::exp(-x * x / (width * width)); };
+  const auto ridge = [&](float x, float period, float width) {
+    return crease(period * (x / period - std::round(x / period)), width);
+  };
+  float depth = smoothstep(0.010f, 0.016f, height) * (1 - smoothstep(0.036f, 0.052f, height)) *
+                (1 - smoothstep(0.030f, 0.048f, std::abs(p.x()))) * ridge(height, 0.0088f, 0.0011f) *
+                smoothstep(0.04f, 0.06f, p.z());
+  const float sign = p.x() < 0 ? -1.0f : 1.0f;
+  const Vec3f outer = landmarks_[p.x() < 0 ? 36 : 45], inner = landmarks_[p.x() < 0 ? 39 : 42];
+  const Vec2f d = (p - outer).head<2>();
+  const float aside = sign * d.x(), fan = std::atan2(d.y() + 0.6f * wave, std::max(1e-4f, aside));
+  depth += 0.8f * smoothstep(0.005f, 0.010f, aside) * (1 - smoothstep(0.018f, 0.030f, aside)) *
+           (1 - smoothstep(0.5f, 0.8f, std::abs(fan))) * ridge(fan * 0.016f, 0.0046f, 0.0009f) *
+           smoothstep(0.03f, 0.045f, p.z());
+  const Vec2f lid = (p - 0.5f * (outer + inner)).head<2>();
+  const float bag = std::hypot(0.62f * lid.x(), lid.y()) - 0.0165f * unit_;
+  if (lid.y() < -0.004f && p.z() > 0.05f)
+    depth += 0.7f * crease(bag + 0.5f * wave, 0.0014f) * (1 - smoothstep(0.016f, 0.024f, std::abs(lid.x())));
+  const Vec3f corner = landmarks_[p.x() < 0 ? 48 : 54], wing = landmarks_[p.x() < 0 ? 31 : 35];
+  const float t = (wing.y() + 0.003f - p.y()) / std::max(0.01f, wing.y() - corner.y() + 0.012f);
+  if (t > -0.1f && t < 1.2f && p.z() > 0.05f) {
+    const float x =
+        sign * p.x() - (sign * wing.x() + 0.006f +
+                        (sign * corner.x() + 0.010f - sign * wing.x() - 0.006f) * t + 0.012f * t * (1 - t));
+    depth += 1.0f * crease(x + 0.5f * wave, 0.0017f) * smoothstep(-0.1f, 0.15f, t) *
+             (1 - smoothstep(0.8f, 1.2f, t));
+  }
+  return std::min(depth, 1.2f);
+}
+
 Surface Skin::face(const Vec3f& p) const {
   Surface s;
   const Vec3f m = p / unit_;
   // -- Complexion
-  Vec3f albedo(0.565f, 0.335f, 0.235f);
+  Vec3f albedo = look_.complexion;
   const float broad = fractal_noise(m * 32.0f, 3, seed_), blotch = fractal_noise(m * 130.0f, 3, seed_ + 5);
   albedo *= 1 + 0.07f * broad;
   // -- Blood: cheeks, nose, ears, chin; less around the eyes
@@ -175,6 +216,7 @@ Surface Skin::face(const Vec3f& p) const {
                 0.35f * bell(p, landmarks_[8], 0.022f * unit_);
   blood += 0.9f * smoothstep(0.073f * unit_, 0.082f * unit_, std::abs(p.x()));
   blood += 0.35f * blotch + 0.2f * broad;
+  blood *= look_.blood;
   albedo = albedo.cwiseProduct(Vec3f(1.0f + 0.02f * blood, 1 - 0.17f * blood, 1 - 0.15f * blood));
   for (const Vec3f& eye : eyes_) {
     const float shade = bell(p, eye + Vec3f(0, -0.010f, 0.012f) * unit_, 0.019f * unit_);
@@ -184,34 +226,39 @@ Surface Skin::face(const Vec3f& p) const {
   const float freckled =
       std::clamp(0.25f + bell(p, cheek_r, 0.045f) + bell(p, cheek_l, 0.045f) + bell(p, landmarks_[29], 0.04f),
                  0.0f, 1.0f);
-  const float freckle = freckled * std::max(0.55f * spots(m, 0.0062f, 0.45f, seed_ + 11),
-                                            0.5f * spots(m + Vec3f(3, 1, 2), 0.0044f, 0.35f, seed_ + 12));
+  const float freckle = std::min(1.0f, look_.freckles) *
+                        std::min(1.0f, freckled * std::max(1.0f, look_.freckles)) *
+                        std::max(0.55f * spots(m, 0.0062f, 0.45f, seed_ + 11),
+                                 0.5f * spots(m + Vec3f(3, 1, 2), 0.0044f, 0.35f, seed_ + 12));
   const float mole = 0.85f * spots(m, 0.0085f, 0.02f, seed_ + 13) * (freckle > 0 ? 1.0f : 0.8f);
   albedo = albedo.cwiseProduct(mix(Vec3f(1, 1, 1), Vec3f(0.62f, 0.47f, 0.40f), std::max(freckle, mole)));
   albedo *= 1 + 0.05f * blotch;
   s.roughness = 0.44f - 0.06f * bell(p, landmarks_[29], 0.03f) -
                 0.05f * bell(p, landmarks_[27] + Vec3f(0, 0.04f, 0), 0.03f);
-  s.f0 = 0.028f;
+  s.f0 = 0.028f + 0.006f * look_.gloss;
+  s.roughness -= 0.06f * look_.gloss;
   // -- Stubble
   const float beard = stubble(p);
   const float lips = lip(p);
   if (beard > 0) {
     const float dots = 0.5f + 0.5f * noise(m * 620.0f, seed_ + 21);
-    const float dark = beard * (1 - lips) * (0.12f + 0.26f * dots);
-    albedo = mix(albedo, Vec3f(0.085f, 0.068f, 0.060f), dark);
+    const float dark = look_.stubble * beard * (1 - lips) * (0.12f + 0.26f * dots);
+    albedo = mix(albedo, Vec3f(albedo.cwiseMin(Vec3f(0.085f, 0.068f, 0.060f))), dark);
   }
   // -- Lips
   if (lips > 0) {
     const float lines = noise(Vec3f(m.x() * 900, m.y() * 160, m.z() * 160), seed_ + 31);
-    const Vec3f lip_colour = Vec3f(0.375f, 0.145f, 0.122f) * (1 + 0.10f * lines + 0.12f * blotch);
+    const Vec3f lip_colour = look_.lips * (1 + 0.10f * lines + 0.12f * blotch);
     albedo = mix(albedo, lip_colour, 0.92f * lips);
     s.roughness = mix(s.roughness, 0.33f, lips);
     s.slope += Vec3f(0.10f * lines * lips, 0, 0);
   }
   // -- Brows and lid margins
   const float hairs = std::clamp(brow(p), 0.0f, 1.0f), lashes = lash_line(p);
-  albedo = mix(albedo, Vec3f(0.034f, 0.017f, 0.009f), 0.92f * hairs);
-  albedo = mix(albedo, Vec3f(0.035f, 0.020f, 0.015f), 0.9f * lashes);
+  albedo = mix(albedo, look_.brows, 0.92f * hairs);
+  const Vec3f lash_colour = mix(Vec3f(0.035f, 0.020f, 0.015f), Vec3f(0.012f, 0.008f, 0.007f),
+                                std::clamp(look_.lash - 1, 0.0f, 1.0f));
+  albedo = mix(albedo, lash_colour, std::min(1.0f, 0.9f * look_.lash * lashes));
   s.roughness = mix(s.roughness, 0.6f, std::max(hairs, lashes));
   // -- Pores and fine relief
   const float pore_size = std::max(0.0009f, 1.3f * detail_), wave = 1 / pore_size;
@@ -220,6 +267,17 @@ Surface Skin::face(const Vec3f& p) const {
                     noise((m + Vec3f(0, step, 0)) * wave, seed_ + 41) - pores,
                     noise((m + Vec3f(0, 0, step)) * wave, seed_ + 41) - pores);
   s.slope += 0.16f * slope;
+  // -- Lines of age
+  if (look_.wrinkles > 0) {
+    const float depth = lines(p);
+    if (depth > 0.01f) {
+      constexpr float e = 0.0004f;
+      const Vec3f fall(lines(p + Vec3f(e, 0, 0)) - depth, lines(p + Vec3f(0, e, 0)) - depth, 0);
+      s.slope -= look_.wrinkles * 0.0009f / e * fall;
+      albedo = albedo.cwiseProduct(
+          mix(Vec3f(1, 1, 1), Vec3f(0.70f, 0.58f, 0.55f), 0.75f * look_.wrinkles * std::min(1.0f, depth)));
+    }
+  }
   albedo *= 1 + 0.07f * pores;
   s.albedo = albedo.cwiseMax(0.01f);
   return s;
@@ -239,8 +297,7 @@ Surface Skin::eyeball(const Vec3f& p, const Vec3f& centre) const {
   const float streak = noise(Vec3f(std::cos(round) * 9, std::sin(round) * 9, angle * 5), seed_ + 92) +
                        0.6f * noise(Vec3f(std::cos(round) * 20, std::sin(round) * 20, angle * 9), seed_ + 93);
   const float t = (angle - pupil) / (iris - pupil);
-  Vec3f colour = mix(Vec3f(0.115f, 0.070f, 0.028f), Vec3f(0.040f, 0.072f, 0.078f),
-                     smoothstep(0.15f, 0.6f, t + 0.12f * streak));
+  Vec3f colour = mix(look_.iris_inner, look_.iris_outer, smoothstep(0.15f, 0.6f, t + 0.12f * streak));
   colour *= 1 + 0.45f * streak;
   colour *= 1 - 0.75f * smoothstep(0.72f, 1.0f, t);  // limbus
   const Vec3f inner =

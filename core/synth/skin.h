@@ -8,6 +8,7 @@
 
 #include "core/base/linalg.h"
 #include "core/head/head_model.h"
+#include "core/synth/cast.h"
 
 namespace likeness {
 
@@ -20,10 +21,15 @@ struct Surface {
 
 class Skin {
  public:
-  // rest: (V) the neutral head; landmarks of it; eyes: centres of the left and the right eyeball. detail_m:
-  // relief and pores finer than this are left out (the size of a pixel on the face).
+  // landmarks of the neutral head; eyes: centres of the left and the right eyeball. detail_m: relief and
+  // pores finer than this are left out (the size of a pixel on the face).
   Skin(const std::array<Vec3f, kLandmarkCount>& landmarks, const std::array<Vec3f, 2>& eyes, float eye_radius,
-       float detail_m, std::uint32_t seed);
+       const SkinLook& look, float detail_m, std::uint32_t seed);
+
+  // Where a beard grows, 0..1.
+  float stubble(const Vec3f& point) const;
+  // On the lips, 0..1.
+  float lip(const Vec3f& point) const;
 
   // `point` on the rest head; for an eyeball also turn it back by the eye's rotation before asking (rest
   // vertices interpolated over the triangle do that by themselves).
@@ -33,12 +39,12 @@ class Skin {
   Surface face(const Vec3f& point) const;
   Surface eyeball(const Vec3f& point, const Vec3f& centre) const;
   float brow(const Vec3f& point) const;
-  float lip(const Vec3f& point) const;
   float lash_line(const Vec3f& point) const;
-  float stubble(const Vec3f& point) const;
+  float lines(const Vec3f& point) const;
 
   std::array<Vec3f, kLandmarkCount> landmarks_;
   std::array<Vec3f, 2> eyes_;
+  SkinLook look_;
   float eye_radius_, detail_, unit_;  // unit: distance of the eye centres over the usual 62 mm
   std::uint32_t seed_;
   std::array<std::vector<Vec3f>, 2> brows_, upper_lids_, lower_lids_;  // polylines, subject's right first

@@ -11,6 +11,7 @@
 #include "core/head/builtin_head.h"
 #include "core/head/pose_head.h"
 #include "core/image/files.h"
+#include "core/synth/demo_stage.h"
 #include "core/track/track.h"
 
 namespace likeness {
@@ -32,7 +33,8 @@ DemoOptions tiny() {
   return options;
 }
 
-// Landmarks of the track, projected anew from the two truth files alone.
+// Landmarks of the track, projected anew from the two truth files alone: exact where nothing moves beyond the
+// model's expressions (bridge of the nose, lids), elsewhere off by what the person plays beyond them.
 void expect_truth_agrees(const fs::path& folder, const DemoOptions& options, bool is_static) {
   const auto cameras = read_cameras(folder / "cameras_truth.json");
   const auto track = read_track(folder / "track_truth.json");
@@ -52,7 +54,9 @@ void expect_truth_agrees(const fs::path& folder, const DemoOptions& options, boo
     for (std::size_t i = 0; i < points.size(); ++i) {
       const Vec3d in_cam = camera->cam_from_world * f.world_from_head * points[i].cast<double>();
       ASSERT_GT(in_cam.z(), 0.3);
-      EXPECT_LT((project<double>(camera->intrinsics, in_cam) - f.landmarks[i]).norm(), 0.05);
+      const double off = (project<double>(camera->intrinsics, in_cam) - f.landmarks[i]).norm();
+      const bool firm = (i >= 27 && i <= 30) || (i >= 36 && i <= 47);
+      EXPECT_LT(off, firm ? 0.05 : 0.008 * camera->intrinsics.fx / in_cam.z()) << i;
     }
     char name[32];
     std::snprintf(name, sizeof name, "%06d.png", f.frame);
@@ -73,6 +77,22 @@ TEST(WriteDemoCapture, WritesVideoCamerasTrackAndMasksThatAgree) {
   EXPECT_GT(fs::file_size(scratch.path / "demo.mp4"), 1000u);
   EXPECT_FALSE(fs::exists(scratch.path / ".filming"));
   expect_truth_agrees(scratch.path, tiny(), false);
+}
+
+// The file alone gives the true neutral surface.
+TEST(WriteDemoCapture, TruthOfTheTrackIsTheTrueSurface) {
+  const ScratchFolder scratch;
+  DemoOptions options = tiny();
+  options.frames = 2;
+  options.person = 4;
+  options.light = 2;
+  ASSERT_TRUE(write_demo_capture(scratch.path, options, Progress(), {}).ok());
+  const auto track = read_track(scratch.path / "track_truth.json");
+  ASSERT_TRUE(track.ok()) << track.error().what;
+  const DemoStage stage(make_builtin_head(), options);
+  const HeadShape told = shape_head(stage.model(), track->person);
+  for (std::size_t v = 0; v < told.vertices.size(); ++v)
+    ASSERT_LT((told.vertices[v] - stage.shape().vertices[v]).norm(), 2e-6f) << v;
 }
 
 TEST(WriteDemoCapture, RestingCameraMakesTheCameraTheWorld) {
@@ -111,7 +131,8 @@ TEST(WriteDemoCapture, RefusesImpossibleOptionsWithARemedy) {
   const ScratchFolder scratch;
   for (const auto spoil :
        {+[](DemoOptions& o) { o.width = 4; }, +[](DemoOptions& o) { o.frames = 0; },
-        +[](DemoOptions& o) { o.frames_per_second = 0; }, +[](DemoOptions& o) { o.samples_per_pixel = 0; }}) {
+        +[](DemoOptions& o) { o.frames_per_second = 0; }, +[](DemoOptions& o) { o.samples_per_pixel = 0; },
+        +[](DemoOptions& o) { o.person = 6; }, +[](DemoOptions& o) { o.light = -1; }}) {
     DemoOptions options = tiny();
     spoil(options);
     const auto written = write_demo_capture(scratch.path, options, Progress(), {});

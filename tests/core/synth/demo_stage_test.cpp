@@ -82,7 +82,7 @@ TEST(DemoStage, TrueEyesProjectOntoPupilsDarkerThanTheWhitesAndTheSkin) {
       const Vec3d centre = stage.shape().joints[joint].cast<double>();
       const Vec3f& turn = joint == kLeftEye ? shot.articulation.left_eye : shot.articulation.right_eye;
       const Vec3d pupil = centre + rotation(turn) * Vec3d(0, 0, 0.0121);
-      const auto posed = pose_head(stage.model(), stage.shape(), shot.articulation);
+      const auto posed = stage.posed(shot);
       const auto landmarks = landmark_positions(stage.model(), posed);
       const Vec3d cheek = landmarks[joint == kLeftEye ? 46 : 41].cast<double>() - Vec3d(0, 0.022, 0);
       EXPECT_LT(luma(picture.rgb, pixel_of(shot, pupil), 1),
@@ -98,7 +98,7 @@ TEST(DemoStage, MaskIsTheSilhouetteOfTheTrueHeadWhereNoHairHangs) {
   for (const int frame : {5, 45, 130, 205}) {
     const Shot shot = stage.shot(frame);
     const DemoFrame picture = stage.film(frame, {});
-    const auto posed = pose_head(stage.model(), stage.shape(), shot.articulation);
+    const auto posed = stage.posed(shot);
     const auto landmarks = landmark_positions(stage.model(), posed);
     const Image8 truth = silhouette(posed, stage.model().triangles, shot.camera.intrinsics,
                                     shot.camera.cam_from_world * shot.world_from_head);
@@ -130,8 +130,7 @@ TEST(DemoStage, DetectorFindsTheFaceAndItsLandmarksNearTheTrueOnes) {
     const auto boxes = detector->detect(picture.rgb);
     ASSERT_EQ(boxes.size(), 1u) << frame;
     const Landmarks found = detector->landmarks(picture.rgb, boxes[0]);
-    const auto truth =
-        landmark_positions(stage.model(), pose_head(stage.model(), stage.shape(), shot.articulation));
+    const auto truth = landmark_positions(stage.model(), stage.posed(shot));
     double distance = 0;
     for (std::size_t i = 17; i < 68; ++i) {
       distance += (pixel_of(shot, truth[i].cast<double>()) - found.points[i]).norm() / 51;
@@ -143,6 +142,38 @@ TEST(DemoStage, DetectorFindsTheFaceAndItsLandmarksNearTheTrueOnes) {
     mean += distance / eyes / 3;
   }
   EXPECT_LT(mean, 0.06);
+}
+
+// Of a patch on the cheek. Skin, light and what is worn all differ.
+TEST(DemoStage, PeopleRunFromDarkToLightAndLightsDifferInColour) {
+  const HeadModel model = make_builtin_head();
+  const auto cheek = [&](int person, int light) {
+    DemoOptions options = small(96, 1);
+    options.person = person;
+    options.light = light;
+    DemoStage stage(model, options);
+    const Shot shot = stage.shot(2);
+    const DemoFrame picture = stage.film(2, {});
+    EXPECT_EQ(picture.rgb.width, 96);
+    const auto l = landmark_positions(model, stage.posed(shot));
+    Vec3d sum = Vec3d::Zero();
+    for (const int side : {41, 46}) {
+      const Vec2d at = pixel_of(shot, l[std::size_t(side)].cast<double>() - Vec3d(0, 0.020, 0));
+      for (int dy = -1; dy <= 1; ++dy)
+        for (int dx = -1; dx <= 1; ++dx) {
+          const std::uint8_t* p = picture.rgb.at(int(at.x()) + dx, int(at.y()) + dy);
+          sum += Vec3d(p[0], p[1], p[2]) / 18;
+        }
+    }
+    return sum;
+  };
+  const double dark = cheek(1, 0).mean(), brown = cheek(5, 0).mean(), pale = cheek(2, 0).mean();
+  EXPECT_GT(dark, 25);
+  EXPECT_GT(brown, 1.2 * dark);
+  EXPECT_GT(pale, 1.2 * brown);
+  const Vec3d window = cheek(3, 0), ceiling = cheek(3, 1), lamp = cheek(3, 2);
+  EXPECT_GT(lamp[0] / lamp[2], 1.15 * window[0] / window[2]);
+  EXPECT_LT(ceiling[0] / ceiling[2], window[0] / window[2]);
 }
 
 TEST(DemoStage, RoomHoldsStillBehindAMovingHead) {

@@ -112,6 +112,43 @@ TEST(Perform, EveryClipHoweverShortOpensTheMouthSmilesAndBlinks) {
   }
 }
 
+// What is learnt and what is held out (the last tenth) both contain it, whoever plays.
+TEST(Perform, EveryPersonPlaysEverythingBeforeAndWithinTheLastTenth) {
+  const Rehearsal& base = rehearsal();
+  const HeadModel& model = base.model;
+  for (int person = 0; person < 6; ++person) {
+    DemoOptions options;
+    options.frames = 240;
+    options.person = person;
+    for (const bool last : {false, true}) {
+      const int begin = last ? 216 : moving_frames(options), end = last ? 240 : 216;
+      const auto range = [&](const auto& value) {
+        double low = 1e9, high = -1e9;
+        for (int i = begin; i < end; ++i) {
+          const double x = value(perform(model, base.shape, options, i));
+          low = std::min(low, x), high = std::max(high, x);
+        }
+        return high - low;
+      };
+      const auto strength = [&](const char* name) {
+        const auto& names = model.expression_names;
+        const auto index = std::find(names.begin(), names.end(), name) - names.begin();
+        return range([&](const Shot& s) { return double(s.articulation.expression[index]); });
+      };
+      for (const char* name :
+           {"mouthSmile_L", "mouthSmile_R", "mouthPucker", "browInnerUp_L", "browInnerUp_R"})
+        EXPECT_GT(strength(name), 0.6) << name << ' ' << person << last;
+      EXPECT_GT(strength("eyeBlink_L"), 0.8) << person << last;
+      EXPECT_GT(range([](const Shot& s) { return double(s.articulation.jaw.x()); }), 0.2) << person << last;
+      EXPECT_GT(range([](const Shot& s) { return yaw_of(s.world_from_head.linear()); }), 12 * kDegree)
+          << person << last;
+      EXPECT_GT(range([](const Shot& s) { return std::asin(-s.world_from_head.linear()(1, 2)); }),
+                6 * kDegree)
+          << person << last;
+    }
+  }
+}
+
 TEST(Perform, EyesMeetTheLensWhileTheHeadRests) {
   const Rehearsal& r = rehearsal();
   const Vec3d centre = r.shape.joints[kLeftEye].cast<double>();
