@@ -154,6 +154,8 @@ void add_build_commands(CLI::App& program, int& exit_code) {
   build->add_flag("!--no-ambient", a->options.use_ambient, "Ablation: without the ambient slice");
   build->add_flag("!--no-latent", a->options.use_latent, "Ablation: without the per-frame code");
   build->add_flag("!--no-warp", a->options.use_warp, "Ablation: without the head model's deformation");
+  build->add_flag("--refine-track", a->options.refine_track,
+                  "Correct the training frames' poses and faces through the field while it learns");
   build->add_flag("!--no-occupancy", a->options.use_occupancy, "Ablation: without the occupancy grid");
   add_common_options(*build, a->common);
   build->callback([a, &exit_code] { exit_code = run_new(*a, Stage::train); });

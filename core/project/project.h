@@ -42,6 +42,7 @@ struct ProjectOptions {
   std::uint64_t seed = 0;
   double checkpoint_every_s = 30;  // what a killed training loses at most
   bool use_ambient = true, use_latent = true, use_occupancy = true, use_warp = true;
+  bool refine_track = false;  // correct the training frames through the field
 };
 
 struct Project {

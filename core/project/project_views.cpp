@@ -78,6 +78,7 @@ Result<TrainingSet> load_training_set(const Project& project, const HeadModel& m
   set.person = track->person;
   set.neutral = track->neutral;
   set.has_torso = track->has_torso;
+  set.torso_modes = track->torso_modes;
   if (std::error_code ignored; fs::exists(plate_path(project), ignored)) {
     auto plate = read_image(plate_path(project));
     if (!plate) return plate.error();
@@ -98,6 +99,7 @@ Result<TrainingSet> load_training_set(const Project& project, const HeadModel& m
     view.camera = *camera;
     view.world_from_head = tracked->world_from_head;
     view.world_from_torso = tracked->world_from_torso;
+    view.torso_shape = tracked->torso_shape;
     view.articulation = tracked->articulation;
     view.has_plate = !set.plate.empty() && std::ranges::binary_search(plate_info->frames, frame.frame);
     set.views.push_back(std::move(view));

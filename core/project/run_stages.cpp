@@ -70,10 +70,10 @@ std::string input_hash(const Project& project, Stage stage) {
                       content_of(track_path(project)), head_model_content(o));
       break;
     case Stage::train:
-      inputs += fmt::format("{} {} {} {} {} {} {} {} {} {}", project.record(Stage::matte).input_hash,
+      inputs += fmt::format("{} {} {} {} {} {} {} {} {} {} {} {}", project.record(Stage::matte).input_hash,
                             content_of(track_path(project)), content_of(plate_path(project)),
                             content_of(plate_known_path(project)), o.budget_s, o.steps, o.seed, o.use_ambient,
-                            o.use_latent, o.use_occupancy);
+                            o.use_latent, o.use_occupancy, o.use_warp, o.refine_track);
       break;
   }
   return hash_text(inputs);
@@ -214,6 +214,8 @@ Result<void> run_train(const StageContext& context) {
   options.seed = o.seed;
   options.checkpoint_every_s = o.checkpoint_every_s;
   options.use_ambient = o.use_ambient;
+  options.use_warp = o.use_warp;
+  options.refine_track = o.refine_track;
   options.use_latent = o.use_latent;
   options.use_occupancy = o.use_occupancy;
   auto avatar = train_avatar(*set, options, checkpoint_path(context.project), context.progress,

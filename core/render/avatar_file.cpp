@@ -221,6 +221,18 @@ void add_part(Sections& sections, const FieldPart& part, const std::string& name
   sections[name + ".core"] = to_section(part.core.bits);
 }
 
+TorsoModes torso_modes_from_json(const json& j) {
+  TorsoModes m;
+  const json& grid = j.at("torso_grid");
+  m.grid.origin = {grid.at(0).get<float>(), grid.at(1).get<float>()};
+  m.grid.cell = grid.at(2).get<float>();
+  m.grid.columns = grid.at(3).get<int>(), m.grid.rows = grid.at(4).get<int>();
+  m.mean = j.at("torso_mean").get<std::vector<float>>();
+  m.modes = j.at("torso_modes").get<decltype(m.modes)>();
+  if (!is_consistent(m)) throw Bad{"the torso's modes do not fit their grid"};
+  return m;
+}
+
 Avatar avatar_from(const Sections& sections) {
   const auto meta = sections.find("meta");
   if (meta == sections.end()) throw Bad{"section 'meta' is missing"};
@@ -260,6 +272,7 @@ Avatar avatar_from(const Sections& sections) {
   for (const json& range : j.at("seen")) a.seen.push_back(range_from_json(range));
   a.world_from_head = pose_from_json(j.at("world_from_head"), "world_from_head");
   a.world_from_torso = pose_from_json(j.at("world_from_torso"), "world_from_torso");
+  a.torso_modes = torso_modes_from_json(j);
   a.cam_from_world = pose_from_json(j.at("cam_from_world"), "cam_from_world");
   a.intrinsics = intrinsics_from_json(j.at("intrinsics"));
   a.size = whole(j.at("size"), "size", 1, 1 << 14);
@@ -296,6 +309,11 @@ Result<void> write_avatar(const std::filesystem::path& path, const Avatar& avata
             {"seen", json::array()},
             {"world_from_head", to_json(avatar.world_from_head)},
             {"world_from_torso", to_json(avatar.world_from_torso)},
+            {"torso_grid",
+             {avatar.torso_modes.grid.origin.x(), avatar.torso_modes.grid.origin.y(),
+              avatar.torso_modes.grid.cell, avatar.torso_modes.grid.columns, avatar.torso_modes.grid.rows}},
+            {"torso_mean", avatar.torso_modes.mean},
+            {"torso_modes", avatar.torso_modes.modes},
             {"cam_from_world", to_json(avatar.cam_from_world)},
             {"intrinsics", to_json(avatar.intrinsics)},
             {"size", avatar.size},

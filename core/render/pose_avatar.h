@@ -16,17 +16,26 @@ struct AvatarRig {
   HeadShape shape;
   WarpFrame warp;      // of the person's neutral face
   bool warps = false;  // the field was trained in the canonical face
+  TorsoModes torso;    // empty: a rigid torso
 };
 
 // model: the one the avatar was made with.
 AvatarRig make_rig(const Avatar& avatar, const HeadModel& model);
 
-// Poses in m. About 10 ms where the avatar warps.
-RenderState pose_avatar(const AvatarRig& rig, const Pose& world_from_head, const Pose& world_from_torso,
-                        const Articulation& articulation);
+// Where an avatar is and what it does.
+struct AvatarPose {
+  Pose world_from_head = Pose::Identity(), world_from_torso = Pose::Identity();  // m
+  Articulation articulation;
+  TorsoShape torso_shape{};
+};
+
+// About 10 ms where the avatar warps.
+RenderState pose_avatar(const AvatarRig& rig, const AvatarPose& pose);
 
 // Moves samples of the head field to canonical, by the lattice of their view (row modulo the number of
 // lattices). No lattices: nothing to do. In parallel.
 void warp_samples(std::span<const WarpLattice> lattices, const FieldCube& cube, FieldSamples& samples);
+// The same of the torso field's samples.
+void warp_samples(std::span<const TorsoField> fields, const FieldCube& cube, FieldSamples& samples);
 
 }  // namespace likeness

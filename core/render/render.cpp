@@ -30,6 +30,7 @@ struct Scene {
   std::vector<Vec3f> directions;
   Eigen::VectorXf psi;
   std::span<const WarpLattice> warp;  // one or none
+  std::span<const TorsoField> torso;  // one or none
 };
 
 const Field& field_of(const Scene& scene, int f) {
@@ -97,6 +98,7 @@ BandCount render_band(const Scene& scene, std::size_t first, std::size_t last, f
   SampleBatch batch;
   sample_rays(requests, scene.volumes, batch);
   warp_samples(scene.warp, scene.avatar.head.cube, batch.fields[0]);
+  if (scene.avatar.torso) warp_samples(scene.torso, scene.avatar.torso->cube, batch.fields[1]);
   std::vector<RayState> rays(count);
   BandCount band;
   for (std::uint32_t round = 0;; ++round) {
@@ -126,6 +128,7 @@ Scene make_scene(const Avatar& avatar, const Camera& camera, const RenderState& 
     scene.maps[1] = unit_from_camera(avatar.torso->cube, camera.cam_from_world, state.world_from_torso);
   scene.psi = condition(avatar.condition, state.articulation);
   if (!state.warp.empty()) scene.warp = {&state.warp, 1};
+  if (!state.torso.empty()) scene.torso = {&state.torso, 1};
   return scene;
 }
 

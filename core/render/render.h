@@ -16,6 +16,7 @@ struct RenderState {
   Pose world_from_head = Pose::Identity(), world_from_torso = Pose::Identity();  // m
   Articulation articulation;
   WarpLattice warp;  // of an avatar that warps (core/render/pose_avatar.h); otherwise empty
+  TorsoField torso;  // empty: a rigid torso
 };
 
 struct RenderOptions {

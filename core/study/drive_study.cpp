@@ -39,7 +39,7 @@ Result<void> compare_rest(const Avatar& avatar, const HeadModel& avatar_model, c
   const AvatarRig rig = make_rig(avatar, avatar_model);
   const auto picture = [&](const Pose& head, const Pose& torso, const Articulation& articulation) {
     const RenderedFrame rendered =
-        render_frame(avatar, typical_camera(avatar), pose_avatar(rig, head, torso, articulation));
+        render_frame(avatar, typical_camera(avatar), pose_avatar(rig, {head, torso, articulation, {}}));
     return to_bytes(composite(rendered.rgba, Image8{}));
   };
   const DrivenFrame& d = driven->front();

@@ -16,8 +16,8 @@
 #include "core/project/project_views.h"
 #include "core/project/run_stages.h"
 #include "core/render/pose_avatar.h"
-#include "core/study/refit.h"
 #include "core/track/landmarks.h"
+#include "core/train/field_fit.h"
 #include "core/video/encode.h"
 
 namespace likeness {
@@ -200,9 +200,9 @@ Result<Evaluation> evaluate(const Project& project, const EvalOptions& options, 
     if (!regions) return regions.error();
 
     const auto start = std::chrono::steady_clock::now();
-    const RenderedFrame rendered = render_frame(
-        avatar, *camera,
-        pose_avatar(rig, tracked->world_from_head, tracked->world_from_torso, tracked->articulation));
+    const AvatarPose pose{tracked->world_from_head, tracked->world_from_torso, tracked->articulation,
+                          tracked->torso_shape};
+    const RenderedFrame rendered = render_frame(avatar, *camera, pose_avatar(rig, pose));
     render_s += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
     samples += rendered.samples_per_ray;
     const bool has_plate = !avatar.plate.empty() && std::ranges::binary_search(plate_info.frames, frame);
@@ -219,14 +219,12 @@ Result<Evaluation> evaluate(const Project& project, const EvalOptions& options, 
     result.frames.push_back(score);
     ++result.frames_test;
     if (options.refit) {
-      const Refit fitted =
-          refit_frame(avatar, rig, *camera, a, plate, regions->head, tracked->world_from_head,
-                      tracked->world_from_torso, tracked->articulation);
-      const RenderedFrame again = render_frame(
-          avatar, *camera,
-          pose_avatar(rig, fitted.world_from_head, tracked->world_from_torso, fitted.articulation));
+      const FieldFit fit =
+          fit_to_field(avatar, rig, *camera, {&*truth, &plate, &regions->head}, pose, {}, {});
+      const RenderedFrame again =
+          render_frame(avatar, *camera, pose_avatar(rig, changed_pose(pose, avatar.condition, fit.change)));
       refitted.push_back(score_picture(a, to_float(to_bytes(composite(again.rgba, plate))), *regions, frame));
-      refit_numbers = fitted.free_numbers;
+      refit_numbers = int(fit.change.size());
     }
 
     const Image8 pair = beside(*truth, picture);

@@ -42,7 +42,7 @@ struct Evaluation {
   int size = 0;
   int free_numbers_per_frame = 0;  // of the track of one held-out frame
   double render_fps = 0, samples_per_ray = 0;
-  // The oracle of core/study/refit.h, under its own name: never a result of the avatar as tracked.
+  // The oracle of core/train/field_fit.h, under its own name: never a result of the avatar as tracked.
   struct RefitScores {
     std::optional<double> psnr_db;  // as psnr_db above
     double psnr_head_db = 0, psnr_face_db = 0;

@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
 
@@ -15,7 +16,7 @@ namespace {
 
 using json = nlohmann::json;
 
-constexpr SectionFormat kFormat{"LKNSCKPT", 1, "checkpoint",
+constexpr SectionFormat kFormat{"LKNSCKPT", 2, "checkpoint",
                                 "Training starts anew; nothing needs to be done."};
 
 template <class T>
@@ -36,6 +37,7 @@ std::string view_fingerprint(const TrainingView& view) {
   add_pose(text, view.world_from_head);
   add_pose(text, view.world_from_torso);
   for (const float v : articulation_vector(view.articulation)) text += fmt::format("{} ", v);
+  for (const float v : view.torso_shape) text += fmt::format("{} ", v);
   add_hash(text, view.rgb.data);
   add_hash(text, view.alpha.data);
   return hash_text(text);
@@ -60,6 +62,21 @@ bool read_field(const Sections& sections, const std::string& name, TrainedField&
          from_section(sections, name + ".occ", field.part.occupancy.bits.size(), field.part.occupancy.bits);
 }
 
+bool read_corrections(const Sections& sections, std::size_t views, TrainingState& state) {
+  state.corrections.clear();
+  if (views == 0) return true;
+  const auto found = sections.find("corrections");
+  if (found == sections.end() || views > found->second.size()) return false;
+  const std::size_t count = found->second.size() / sizeof(double);
+  std::vector<double> flat;
+  if (count % views != 0 || !from_section(sections, "corrections", count, flat)) return false;
+  if (!std::ranges::all_of(flat, [](double v) { return std::isfinite(v); })) return false;
+  const auto n = Eigen::Index(count / views);
+  for (std::size_t v = 0; v < views; ++v)
+    state.corrections.emplace_back(Eigen::Map<const Eigen::VectorXd>(flat.data() + std::ptrdiff_t(v) * n, n));
+  return true;
+}
+
 Error unusable(const std::filesystem::path& path, const std::string& detail) {
   return {ErrorCode::bad_input, fmt::format("The checkpoint cannot be continued: {}.", detail),
           std::string(kFormat.remedy), path.string()};
@@ -70,12 +87,19 @@ Error unusable(const std::filesystem::path& path, const std::string& detail) {
 std::string training_fingerprint(const TrainingSet& set, const TrainOptions& options) {
   std::vector<std::string> views(set.views.size());
   parallel_for(views.size(), [&](std::size_t v) { views[v] = view_fingerprint(set.views[v]); });
-  std::string text = fmt::format("{} {} {} {} {} {} {} {} {} {}\n", set.size, set.model.hash, set.has_torso,
-                                 set.views.size(), options.rays_per_step, options.seed, options.use_ambient,
-                                 options.use_latent, options.use_occupancy, options.use_warp);
+  std::string text =
+      fmt::format("{} {} {} {} {} {} {} {} {} {} {}\n", set.size, set.model.hash, set.has_torso,
+                  set.views.size(), options.rays_per_step, options.seed, options.use_ambient,
+                  options.use_latent, options.use_occupancy, options.use_warp, options.refine_track);
   for (const std::string& view : views) text += view + "\n";
   for (const float v : set.person.identity) text += fmt::format("{} ", v);
   for (const Vec3f& v : set.person.offsets) text += fmt::format("{} {} {} ", v.x(), v.y(), v.z());
+  const TorsoGrid& grid = set.torso_modes.grid;
+  text +=
+      fmt::format("{} {} {} {} {} ", grid.origin.x(), grid.origin.y(), grid.cell, grid.columns, grid.rows);
+  for (const float v : set.torso_modes.mean) text += fmt::format("{} ", v);
+  for (const auto& mode : set.torso_modes.modes)
+    for (const float v : mode) text += fmt::format("{} ", v);
   add_hash(text, set.plate.data);
   add_hash(text, set.plate_known.data);
   return hash_text(text);
@@ -87,6 +111,10 @@ Result<void> write_checkpoint(const std::filesystem::path& path, const TrainingS
   add_field(sections, "head", state.head);
   if (state.torso) add_field(sections, "torso", *state.torso);
   sections["codes"] = to_section(state.codes);
+  std::vector<double> corrections;
+  for (const Eigen::VectorXd& change : state.corrections)
+    corrections.insert(corrections.end(), change.begin(), change.end());
+  sections["corrections"] = to_section(corrections);
   sections["codes.first"] = to_section(state.codes_adam.first);
   sections["codes.second"] = to_section(state.codes_adam.second);
   const json meta = {{"fingerprint", fingerprint},
@@ -94,6 +122,8 @@ Result<void> write_checkpoint(const std::filesystem::path& path, const TrainingS
                      {"seconds", state.seconds},
                      {"total_steps", state.schedule.total_steps},
                      {"budget_s", state.schedule.budget_s},
+                     {"refinements", state.refinements},
+                     {"corrected_views", state.corrections.size()},
                      {"rate_scale", state.schedule.rate_scale},
                      {"head_steps", state.head.adam.step},
                      {"torso_steps", state.torso ? state.torso->adam.step : 0},
@@ -125,6 +155,9 @@ Result<void> read_checkpoint(const std::filesystem::path& path, const std::strin
     read.head.adam.step = j.at("head_steps").get<std::uint64_t>();
     if (read.torso) read.torso->adam.step = j.at("torso_steps").get<std::uint64_t>();
     read.codes_adam.step = j.at("codes_steps").get<std::uint64_t>();
+    read.refinements = j.at("refinements").get<int>();
+    if (!read_corrections(*sections, j.at("corrected_views").get<std::size_t>(), read))
+      return unusable(path, "the corrections of the track have a wrong size");
     const auto moments = j.at("codes_moments").get<std::size_t>();
     if (!from_section(*sections, "codes.first", moments, read.codes_adam.first) ||
         !from_section(*sections, "codes.second", moments, read.codes_adam.second))

@@ -5,7 +5,6 @@
 
 #include "core/base/parallel.h"
 #include "core/field/evaluate.h"
-#include "core/render/pose_avatar.h"
 #include "core/train/random_stream.h"
 
 namespace likeness {
@@ -29,8 +28,8 @@ OccupancyState make_occupancy_state(const Volume& volume) {
 }
 
 void refresh_occupancy(OccupancyState& state, const FieldPart& part, const float* conditions,
-                       std::size_t views, std::span<const WarpLattice> warps, std::uint64_t seed,
-                       std::uint64_t step) {
+                       std::size_t views, const std::function<void(FieldSamples&)>& to_canonical,
+                       std::uint64_t seed, std::uint64_t step) {
   const int n = part.occupancy.resolution;
   const std::size_t count = state.cells.size();
   if (count == 0) return;
@@ -46,7 +45,7 @@ void refresh_occupancy(OccupancyState& state, const FieldPart& part, const float
       samples.view[i] = std::int32_t(random.below(std::uint32_t(views)));
     }
   });
-  warp_samples(warps, part.cube, samples);
+  to_canonical(samples);
   std::vector<float> sigma;
   evaluate_density(part.field, samples.inputs(conditions, nullptr), sigma);
   for (std::size_t i = 0; i < count; ++i) state.density[i] = std::max(state.density[i] * kDecay, sigma[i]);

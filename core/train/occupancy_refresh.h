@@ -3,11 +3,11 @@
 #pragma once
 
 #include <cstdint>
-#include <span>
+#include <functional>
 #include <vector>
 
 #include "core/render/avatar.h"
-#include "core/scene/warp_lattice.h"
+#include "core/render/rays.h"
 #include "core/train/volumes.h"
 
 namespace likeness {
@@ -18,11 +18,11 @@ struct OccupancyState {
 };
 OccupancyState make_occupancy_state(const Volume& volume);
 
-// Looks once into every allowed cell, at a random point under a random one of `views` rows of `conditions`,
-// moved to canonical by that view's lattice where there are any.
+// Looks once into every allowed cell, at a random point under a random one of `views` rows of `conditions`;
+// to_canonical moves the samples to where the field knows them.
 void refresh_occupancy(OccupancyState& state, const FieldPart& part, const float* conditions,
-                       std::size_t views, std::span<const WarpLattice> warps, std::uint64_t seed,
-                       std::uint64_t step);
+                       std::size_t views, const std::function<void(FieldSamples&)>& to_canonical,
+                       std::uint64_t seed, std::uint64_t step);
 
 // Cells over the threshold, their neighbours, and the cells that are always kept, within the allowed ones.
 OccupancyGrid occupancy_bits(const OccupancyState& state, const Volume& volume);

@@ -31,22 +31,25 @@ Vec3f colour_at(const Image8& image, int x, int y) {
 
 }  // namespace
 
-RaySource make_ray_source(const TrainingSet& set, const HeadShape& shape, const FieldCube& head,
-                          const FieldCube* torso, const WarpFrame* warp) {
+RaySource make_ray_source(const TrainingSet& set, std::span<const AvatarPose> poses, const HeadShape& shape,
+                          const FieldCube& head, const FieldCube* torso, const WarpFrame* warp) {
   RaySource source;
   source.set = &set;
   source.views.resize(set.views.size());
   if (warp && !warp->vertices.empty()) source.warps.resize(set.views.size());
+  if (torso && !set.torso_modes.empty()) source.torsos.resize(set.views.size());
   parallel_for(set.views.size(), [&](std::size_t v) {
     const TrainingView& view = set.views[v];
     RaySource::View& out = source.views[v];
-    out.maps[0] = unit_from_camera(head, view.camera.cam_from_world, view.world_from_head);
-    if (torso) out.maps[1] = unit_from_camera(*torso, view.camera.cam_from_world, view.world_from_torso);
+    const AvatarPose& pose = poses[v];
+    out.maps[0] = unit_from_camera(head, view.camera.cam_from_world, pose.world_from_head);
+    if (torso) out.maps[1] = unit_from_camera(*torso, view.camera.cam_from_world, pose.world_from_torso);
     // -- Box of the landmarks, a sixth larger on each side.
-    const std::vector<Vec3f> posed = pose_head(set.model, shape, view.articulation);
+    const std::vector<Vec3f> posed = pose_head(set.model, shape, pose.articulation);
+    if (!source.torsos.empty()) source.torsos[v] = torso_field(set.torso_modes, pose.torso_shape);
     if (!source.warps.empty()) source.warps[v] = make_warp_lattice(*warp, posed);
     const auto landmarks = landmark_positions(set.model, posed);
-    const Pose cam_from_head = view.camera.cam_from_world * view.world_from_head;
+    const Pose cam_from_head = view.camera.cam_from_world * pose.world_from_head;
     Vec2d low = Vec2d::Constant(1e9), high = -low;
     for (const Vec3f& landmark : landmarks) {
       const Vec3d p = cam_from_head * landmark.cast<double>();

@@ -2,9 +2,11 @@
 // background.
 #pragma once
 
+#include <span>
 #include <vector>
 
 #include "core/head/pose_head.h"
+#include "core/render/pose_avatar.h"
 #include "core/render/rays.h"
 #include "core/scene/warp_lattice.h"
 #include "core/train/train.h"
@@ -25,10 +27,11 @@ struct RaySource {
   };
   std::vector<View> views;
   std::vector<WarpLattice> warps;  // one a view, or none: the head field is not warped
+  std::vector<TorsoField> torsos;  // one a view, or none: a rigid torso
 };
-// warp: of the canonical face; null: none.
-RaySource make_ray_source(const TrainingSet& set, const HeadShape& shape, const FieldCube& head,
-                          const FieldCube* torso, const WarpFrame* warp = nullptr);
+// poses: of the views, as tracked or corrected. warp: of the canonical face; null: none.
+RaySource make_ray_source(const TrainingSet& set, std::span<const AvatarPose> poses, const HeadShape& shape,
+                          const FieldCube& head, const FieldCube* torso, const WarpFrame* warp = nullptr);
 
 // Views in turn; a quarter of the rays in the face's box, half on the person, the rest anywhere, all but a
 // few where an occupied cell can be seen. A third of the rays with a matte get a random background, so that

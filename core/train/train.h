@@ -21,6 +21,7 @@ struct TrainingView {
   Camera camera;  // crop intrinsics at `size`; translation in metres
   Pose world_from_head = Pose::Identity(), world_from_torso = Pose::Identity();
   Articulation articulation;
+  TorsoShape torso_shape{};
   Image8 rgb;             // (size, size, 3)
   Image8 alpha;           // (size, size, 1) person's matte; empty = unknown
   bool has_plate = true;  // the background of this view is the plate; otherwise its matte separates it
@@ -33,7 +34,8 @@ struct TrainingSet {
   Image8 plate_known;               // (size, size, 1) 255 = the plate was seen there; empty = everywhere
   HeadModel model;
   PersonShape person;
-  Articulation neutral;  // the person's resting face; no expression at all = not known
+  TorsoModes torso_modes;  // empty: a rigid torso
+  Articulation neutral;    // the person's resting face; no expression at all = not known
   bool has_torso = true;
 };
 
@@ -43,6 +45,7 @@ struct TrainOptions {
   int rays_per_step = 8192;
   std::uint64_t seed = 0;
   bool use_ambient = true, use_latent = true, use_occupancy = true, use_warp = true;  // ablation switches
+  bool refine_track = false;  // correct the training frames' tracks through the field (refine_track.h)
   double checkpoint_every_s = 30;
 };
 

@@ -9,6 +9,7 @@
 #include "core/train/capture_summary.h"
 #include "core/train/checkpoint.h"
 #include "core/train/condition_map.h"
+#include "core/train/refine_track.h"
 #include "core/train/train.h"
 #include "core/train/training_step.h"
 
@@ -19,8 +20,9 @@ using Clock = std::chrono::steady_clock;
 
 constexpr std::uint64_t kSnapshotEvery = 500;
 constexpr int kRecoveries = 3;
-constexpr double kReportEvery = 0.25;  // s
-constexpr double kOverrun = 1.15;      // of the budget, before a run is ended short of its planned steps
+constexpr double kReportEvery = 0.25;                 // s
+constexpr double kRefineShares[] = {0.4, 0.55, 0.7};  // of the steps, when the track is refined
+constexpr double kOverrun = 1.15;  // of the budget, before a run is ended short of its planned steps
 
 double seconds_since(Clock::time_point start) {
   return std::chrono::duration<double>(Clock::now() - start).count();
@@ -80,6 +82,7 @@ Avatar make_avatar(const TrainingSet& set, const TrainOptions& options, const Co
   if (state.torso) avatar.torso = state.torso->part;
   avatar.condition = map;
   avatar.person = set.person;
+  avatar.torso_modes = set.torso_modes;
   avatar.head_model_name = set.model.name;
   avatar.head_model_hash = set.model.hash;
   avatar.neutral = typical_articulation(set);
@@ -96,6 +99,36 @@ Avatar make_avatar(const TrainingSet& set, const TrainOptions& options, const Co
   avatar.seed = options.seed;
   avatar.train_seconds = state.seconds;
   return avatar;
+}
+
+// What the views look like to the field: fixed but for the corrections of their tracks.
+struct Scene {
+  const TrainingSet& set;
+  const HeadShape& shape;
+  const ConditionMap& map;
+  const Volumes& volumes;
+  const WarpFrame& warp;
+  RaySource rays;
+
+  // Rays and conditions of the views as corrected so far.
+  void place_views(TrainingState& state) {
+    const std::vector<AvatarPose> poses = corrected_poses(set, map, state.corrections);
+    rays = make_ray_source(set, poses, shape, volumes.head.cube,
+                           volumes.torso ? &volumes.torso->cube : nullptr, &warp);
+    set_conditions(state, map, poses);
+  }
+  float warp_cell() const { return rays.warps.empty() ? 0.f : warp.cell; }
+};
+
+bool fits(const std::vector<Eigen::VectorXd>& corrections, const TrainingSet& set, const ConditionMap& map) {
+  return corrections.empty() ||
+         (corrections.size() == set.views.size() && corrections.front().size() >= kPoseChange &&
+          corrections.front().size() <= kPoseChange + map.rows.rows());
+}
+
+bool refinement_due(const TrainingState& state) {
+  return state.refinements < int(std::size(kRefineShares)) && state.schedule.total_steps > 0 &&
+         double(state.step) >= kRefineShares[state.refinements] * double(state.schedule.total_steps);
 }
 
 // The run itself: clock, reports, checkpoints, recovery.
@@ -125,12 +158,14 @@ struct Run {
     return write_checkpoint(path, state, fingerprint);
   }
 
+  double share(const TrainingState& state) const {
+    return state.schedule.total_steps > 0 ? double(state.step) / double(state.schedule.total_steps)
+                                          : elapsed() / std::max(1e-9, state.schedule.budget_s);
+  }
+
   void report(const TrainingState& state) {
     const double psnr = mean_loss > 0 ? psnr_from_mse(mean_loss) : 0;
-    const double share = state.schedule.total_steps > 0
-                             ? double(state.step) / double(state.schedule.total_steps)
-                             : elapsed() / std::max(1e-9, state.schedule.budget_s);
-    progress.report(share, fmt::format("step {}, training PSNR {:.1f} dB", state.step, psnr));
+    progress.report(share(state), fmt::format("step {}, training PSNR {:.1f} dB", state.step, psnr));
     if (observe)
       observe({state.step, elapsed(), mean_loss, psnr,
                step_seconds > 0 ? options.rays_per_step / step_seconds : 0});
@@ -145,7 +180,20 @@ Error diverged(std::uint64_t step) {
           "training"};
 }
 
-Result<void> run_steps(TrainingState& state, const RaySource& source, Run& run, std::stop_token stop) {
+// One refinement of the track; its views are then placed anew.
+void refine(TrainingState& state, Scene& scene, Run& run, std::stop_token stop) {
+  run.progress.report(run.share(state), "correcting the track through the field");
+  const Avatar avatar = make_avatar(scene.set, run.options, scene.map, scene.warp_cell(), state);
+  const AvatarRig rig = make_rig(avatar, scene.set.model);
+  RefineOptions options;
+  options.seed = run.options.seed + std::uint64_t(state.refinements) * scene.set.views.size();
+  state.corrections = refine_track(scene.set, avatar, rig, state.corrections, options, stop);
+  if (stop.stop_requested()) return;
+  ++state.refinements;
+  scene.place_views(state);
+}
+
+Result<void> run_steps(TrainingState& state, Scene& scene, Run& run, std::stop_token stop) {
   const StepOptions options{run.options.rays_per_step, run.options.seed, run.options.use_latent,
                             run.options.use_occupancy};
   TrainingState snapshot = state;
@@ -156,12 +204,18 @@ Result<void> run_steps(TrainingState& state, const RaySource& source, Run& run, 
       if (auto saved = run.save(state); !saved) return saved;
       return cancelled_error();
     }
-    const StepResult result = training_step(state, source, options);
+    if (run.options.refine_track && refinement_due(state)) {
+      refine(state, scene, run, stop);
+      before = run.elapsed();
+      continue;
+    }
+    const StepResult result = training_step(state, scene.rays, options);
     if (!result.finite) {
       if (++recoveries > kRecoveries) return diverged(state.step);
       const double scale = 0.5 * state.schedule.rate_scale;
       state = snapshot;
       state.schedule.rate_scale = scale;
+      if (run.options.refine_track) scene.place_views(state);
       continue;
     }
     if (result.samples == 0)
@@ -196,12 +250,15 @@ Result<Avatar> train_avatar(const TrainingSet& set, const TrainOptions& options,
   for (const TrainingView& view : set.views) articulations.push_back(view.articulation);
   const ConditionMap map = learn_condition_map(set.model, shape, articulations);
   const Volumes volumes = make_volumes(set, shape);
+  const WarpFrame warp =
+      options.use_warp ? make_warp_frame(set.model, shape, typical_articulation(set)) : WarpFrame{};
   TrainingState state = make_training_state(set, options, map, volumes);
+  Scene scene{set, shape, map, volumes, warp, {}};
 
   if (!checkpoint.empty()) {
     TrainingState earlier = state;
     const Result<void> read = read_checkpoint(checkpoint, fingerprint, earlier);
-    if (read &&
+    if (read && fits(earlier.corrections, set, map) &&
         resume_schedule(earlier.schedule, earlier.step, earlier.seconds, options.steps, options.budget_s)) {
       state = std::move(earlier);
       run.earlier = run.last_checkpoint = state.seconds;
@@ -210,12 +267,9 @@ Result<Avatar> train_avatar(const TrainingSet& set, const TrainOptions& options,
       progress.report(0, "Training starts anew. " + read.error().what);
     }
   }
-  const WarpFrame warp =
-      options.use_warp ? make_warp_frame(set.model, shape, typical_articulation(set)) : WarpFrame{};
-  const RaySource source =
-      make_ray_source(set, shape, volumes.head.cube, volumes.torso ? &volumes.torso->cube : nullptr, &warp);
-  if (auto done = run_steps(state, source, run, stop); !done) return done.error();
-  return make_avatar(set, options, map, source.warps.empty() ? 0.f : warp.cell, state);
+  scene.place_views(state);
+  if (auto done = run_steps(state, scene, run, stop); !done) return done.error();
+  return make_avatar(set, options, map, scene.warp_cell(), state);
 }
 
 }  // namespace likeness

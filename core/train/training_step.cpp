@@ -8,6 +8,7 @@
 #include "core/render/composite.h"
 #include "core/render/pose_avatar.h"
 #include "core/train/random_stream.h"
+#include "core/train/refine_track.h"
 
 namespace likeness {
 namespace {
@@ -121,9 +122,13 @@ void update_codes(TrainingState& state, FieldGradients& gradients, std::size_t v
   std::fill(gradients.latents.begin(), gradients.latents.end(), 0.f);
 }
 
+template <class Warp>
 void refresh(TrainedField& field, const TrainingState& state, std::size_t views,
-             std::span<const WarpLattice> warps, std::uint64_t seed) {
-  refresh_occupancy(field.learnt, field.part, state.conditions.data(), views, warps, seed, state.step);
+             const std::vector<Warp>& warps, std::uint64_t seed) {
+  refresh_occupancy(
+      field.learnt, field.part, state.conditions.data(), views,
+      [&](FieldSamples& samples) { warp_samples(std::span<const Warp>(warps), field.part.cube, samples); },
+      seed, state.step);
   field.part.occupancy = occupancy_bits(field.learnt, field.volume);
 }
 
@@ -150,19 +155,24 @@ TrainingState make_training_state(const TrainingSet& set, const TrainOptions& op
   if (volumes.torso) state.torso = make_trained_field(torso_config(), *volumes.torso, seed + 1, views);
   const std::size_t length = std::size_t(state.head.part.field.config.latent_count);
   state.codes.assign(2 * views * length, 0.f);
-  state.conditions.resize(2 * views * std::size_t(k));
-  for (std::size_t v = 0; v < views; ++v) {
-    const Eigen::VectorXf psi = condition(map, set.views[v].articulation);
-    for (const std::size_t row : {v, v + views})
-      std::copy(psi.begin(), psi.end(), state.conditions.begin() + std::ptrdiff_t(row * std::size_t(k)));
-  }
-  state.deviations.assign(std::size_t(k), 0.f);
-  for (std::size_t i = 0; i < views * std::size_t(k); ++i)
-    state.deviations[i % std::size_t(k)] += state.conditions[i] * state.conditions[i] / float(views);
-  for (float& deviation : state.deviations) deviation = std::sqrt(deviation);
+  set_conditions(state, map, corrected_poses(set, map, {}));
   state.schedule.total_steps = options.steps;
   state.schedule.budget_s = options.steps > 0 ? 0 : options.budget_s;
   return state;
+}
+
+void set_conditions(TrainingState& state, const ConditionMap& map, std::span<const AvatarPose> poses) {
+  const std::size_t views = poses.size(), k = std::size_t(map.rows.rows());
+  state.conditions.resize(2 * views * k);
+  for (std::size_t v = 0; v < views; ++v) {
+    const Eigen::VectorXf psi = condition(map, poses[v].articulation);
+    for (const std::size_t row : {v, v + views})
+      std::copy(psi.begin(), psi.end(), state.conditions.begin() + std::ptrdiff_t(row * k));
+  }
+  state.deviations.assign(k, 0.f);
+  for (std::size_t i = 0; i < views * k; ++i)
+    state.deviations[i % k] += state.conditions[i] * state.conditions[i] / float(views);
+  for (float& deviation : state.deviations) deviation = std::sqrt(deviation);
 }
 
 StepResult training_step(TrainingState& state, const RaySource& source, const StepOptions& options) {
@@ -176,6 +186,7 @@ StepResult training_step(TrainingState& state, const RaySource& source, const St
   choose_rays(source, volumes, options.use_latent, options.seed, state.step, options.rays, state.rays);
   sample_rays(state.rays.requests, volumes, state.samples);
   warp_samples(source.warps, state.head.part.cube, state.samples.fields[0]);
+  if (state.torso) warp_samples(source.torsos, state.torso->part.cube, state.samples.fields[1]);
 
   // -- Forward.
   const float* codes = state.codes.empty() ? nullptr : state.codes.data();
@@ -220,13 +231,10 @@ StepResult training_step(TrainingState& state, const RaySource& source, const St
   ++state.step;
 
   // -- Occupancy.
-  if (options.use_occupancy && state.step >= kFirstRefresh && state.step % kRefreshEvery == 0)
-    for (TrainedField* field : fields)
-      if (field)
-        refresh(*field, state, views,
-                field == &state.head ? std::span<const WarpLattice>(source.warps)
-                                     : std::span<const WarpLattice>(),
-                options.seed);
+  if (options.use_occupancy && state.step >= kFirstRefresh && state.step % kRefreshEvery == 0) {
+    refresh(state.head, state, views, source.warps, options.seed);
+    if (state.torso) refresh(*state.torso, state, views, source.torsos, options.seed);
+  }
   return result;
 }
 

@@ -37,6 +37,8 @@ struct TrainingState {
   ArrayAdamState codes_adam;      // of the first half
   std::vector<float> conditions;  // (2 views, K), the second half repeats the first, blurred in each step
   std::vector<float> deviations;  // (K) of psi over the views
+  std::vector<Eigen::VectorXd> corrections;  // of the views' tracks; empty: none
+  int refinements = 0;                       // that have been made
   std::uint64_t step = 0;
   double seconds = 0;  // spent in training so far, earlier runs included
   Schedule schedule;
@@ -59,6 +61,9 @@ struct StepResult {
 
 TrainingState make_training_state(const TrainingSet& set, const TrainOptions& options,
                                   const ConditionMap& map, const Volumes& volumes);
+
+// The conditions of the views in these poses, and their spread.
+void set_conditions(TrainingState& state, const ConditionMap& map, std::span<const AvatarPose> poses);
 
 StepResult training_step(TrainingState& state, const RaySource& source, const StepOptions& options);
 

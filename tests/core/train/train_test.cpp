@@ -42,9 +42,9 @@ class TrainAvatar : public testing::Test {
 };
 
 RenderedFrame render_view(const Avatar& avatar, const HeadModel& model, const TrainingView& view) {
-  return render_frame(
-      avatar, view.camera,
-      pose_avatar(make_rig(avatar, model), view.world_from_head, view.world_from_torso, view.articulation));
+  return render_frame(avatar, view.camera,
+                      pose_avatar(make_rig(avatar, model), {view.world_from_head, view.world_from_torso,
+                                                            view.articulation, view.torso_shape}));
 }
 
 double held_out_psnr(const Avatar& avatar, const TrainingSet& set, double time) {

@@ -1,0 +1,79 @@
+// Correcting the training frames' tracks through the field.
+#include "core/train/refine_track.h"
+
+#include <algorithm>
+
+#include "core/base/parallel.h"
+
+namespace likeness {
+namespace {
+
+AvatarPose tracked_pose(const TrainingView& view) {
+  return {view.world_from_head, view.world_from_torso, view.articulation, view.torso_shape};
+}
+
+// The head in the picture: the box of its posed landmarks, half as large again, within the matte.
+Image8 head_region(const TrainingView& view, const AvatarRig& rig) {
+  const auto landmarks = landmark_positions(*rig.model, pose_head(*rig.model, rig.shape, view.articulation));
+  const Pose cam_from_head = view.camera.cam_from_world * view.world_from_head;
+  Vec2d low = Vec2d::Constant(1e9), high = -low;
+  Image8 region(view.rgb.width, view.rgb.height, 1);
+  for (const Vec3f& landmark : landmarks) {
+    const Vec3d p = cam_from_head * landmark.cast<double>();
+    if (p.z() < 1e-3) return region;
+    const Vec2d pixel = project(view.camera.intrinsics, p);
+    low = low.cwiseMin(pixel), high = high.cwiseMax(pixel);
+  }
+  const Vec2d size = high - low;
+  low.x() -= 0.2 * size.x(), high.x() += 0.2 * size.x(), low.y() -= 0.6 * size.y();
+  for (int y = std::max(0, int(low.y())); y < std::min(region.height, int(high.y())); ++y)
+    for (int x = std::max(0, int(low.x())); x < std::min(region.width, int(high.x())); ++x)
+      if (view.alpha.empty() || view.alpha.at(x, y)[0] > 127) *region.at(x, y) = 255;
+  return region;
+}
+
+Eigen::VectorXd bounds(const RefineOptions& options, Eigen::Index count) {
+  Eigen::VectorXd most = Eigen::VectorXd::Constant(count, options.largest_component);
+  most.head<3>().setConstant(options.largest_turn);
+  most.segment<3>(3).setConstant(options.largest_shift);
+  return most;
+}
+
+}  // namespace
+
+std::vector<AvatarPose> corrected_poses(const TrainingSet& set, const ConditionMap& map,
+                                        const std::vector<Eigen::VectorXd>& corrections) {
+  std::vector<AvatarPose> poses;
+  for (std::size_t v = 0; v < set.views.size(); ++v)
+    poses.push_back(changed_pose(tracked_pose(set.views[v]), map,
+                                 corrections.empty() ? Eigen::VectorXd() : corrections[v]));
+  return poses;
+}
+
+std::vector<Eigen::VectorXd> refine_track(const TrainingSet& set, const Avatar& avatar, const AvatarRig& rig,
+                                          const std::vector<Eigen::VectorXd>& corrections,
+                                          const RefineOptions& options, std::stop_token stop) {
+  std::vector<Eigen::VectorXd> refined(set.views.size());
+  parallel_for(set.views.size(), [&](std::size_t v) {
+    if (stop.stop_requested()) return;
+    const TrainingView& view = set.views[v];
+    const Image8 region = head_region(view, rig), none;
+    const bool plate = view.has_plate && !set.plate.empty();
+    const FieldFitOptions fit{options.pixels, 1, options.components, options.seed + v};
+    refined[v] =
+        fit_to_field(avatar, rig, view.camera, {&view.rgb, plate ? &set.plate : &none, &region},
+                     tracked_pose(view), corrections.empty() ? Eigen::VectorXd() : corrections[v], fit)
+            .change;
+  });
+  if (stop.stop_requested() || refined.empty()) return corrections;
+  const Eigen::VectorXd most = bounds(options, refined.front().size());
+  Eigen::VectorXd mean = Eigen::VectorXd::Zero(most.size());
+  for (Eigen::VectorXd& change : refined) {
+    change = change.cwiseMin(most).cwiseMax(-most);
+    mean += change / double(refined.size());
+  }
+  for (Eigen::VectorXd& change : refined) change -= mean;
+  return refined;
+}
+
+}  // namespace likeness

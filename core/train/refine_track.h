@@ -1,0 +1,31 @@
+// Training frames' tracks corrected by what the field has learnt so far: each frame's pose, and a little of
+// its expression, moves to where the frozen field explains the picture best. Corrections are held towards the
+// track, bounded, and have zero mean over the frames, so that the head does not drift as a whole.
+#pragma once
+
+#include <stop_token>
+#include <vector>
+
+#include "core/train/field_fit.h"
+#include "core/train/train.h"
+
+namespace likeness {
+
+struct RefineOptions {
+  int pixels = 1024;  // of each frame
+  int components = 6;
+  double largest_turn = 0.02, largest_shift = 0.004, largest_component = 0.3;  // rad, m, psi
+  std::uint64_t seed = 0;
+};
+
+// Poses of the set's views with their corrections; none where `corrections` is empty.
+std::vector<AvatarPose> corrected_poses(const TrainingSet& set, const ConditionMap& map,
+                                        const std::vector<Eigen::VectorXd>& corrections);
+
+// One Gauss-Newton step of every view from its earlier correction; about 0.3 s a view on one core. On a stop
+// the corrections stay as they were.
+std::vector<Eigen::VectorXd> refine_track(const TrainingSet& set, const Avatar& avatar, const AvatarRig& rig,
+                                          const std::vector<Eigen::VectorXd>& corrections,
+                                          const RefineOptions& options, std::stop_token stop);
+
+}  // namespace likeness
