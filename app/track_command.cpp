@@ -1,6 +1,7 @@
 // likeness track: the head in every frame of a clip, without a project.
 #include <chrono>
 #include <memory>
+#include <optional>
 
 #include <fmt/format.h>
 
@@ -8,7 +9,10 @@
 #include "app/commands.h"
 #include "app/terminal.h"
 #include "core/base/parallel.h"
+#include "core/image/files.h"
 #include "core/project/run_stages.h"
+#include "core/track/error_strip.h"
+#include "core/track/overlay.h"
 #include "core/track/track_clip.h"
 #include "core/video/decode.h"
 
@@ -20,9 +24,57 @@ namespace {
 
 struct TrackArguments {
   CommonOptions common;
-  fs::path video, out;
+  fs::path video, out, overlay, strip;
   ProjectOptions models;  // head and landmark model only
 };
+
+// What the clip's track comes to.
+struct Tally {
+  int frames = 0, good = 0, weak = 0, lost = 0;
+  double inner_error_px = 0;
+};
+
+Tally tally(const Track& track) {
+  Tally t;
+  for (const TrackedFrame& frame : track.frames) {
+    ++t.frames;
+    if (frame.status == FrameStatus::lost) {
+      ++t.lost;
+      continue;
+    }
+    ++(frame.status == FrameStatus::good ? t.good : t.weak);
+    t.inner_error_px += frame.inner_error_px;
+  }
+  if (t.good + t.weak > 0) t.inner_error_px /= t.good + t.weak;
+  return t;
+}
+
+// Every stage's seconds, wall and processor, and what the landmark and fit stages come to a frame.
+nlohmann::json seconds_json(const std::vector<StageSeconds>& seconds, int frames) {
+  nlohmann::json stages = nlohmann::json::object();
+  double landmark_fit = 0;
+  for (const StageSeconds& s : seconds) {
+    stages[s.stage] = {{"wall", s.wall_s}, {"cpu", s.cpu_s}};
+    if (s.stage.starts_with("landmarks") || s.stage.starts_with("fit")) landmark_fit += s.cpu_s;
+  }
+  return {{"stages", stages}, {"landmark_fit_cpu_per_frame", frames > 0 ? landmark_fit / frames : 0.0}};
+}
+
+// The pictures first and the track last: whoever finds a track.json finds everything that was asked for.
+Result<void> write_results(const TrackArguments& arguments, const VideoInfo& info, const CameraSet& cameras,
+                           const HeadModel& model, const Track& track, const Progress& progress) {
+  if (!arguments.overlay.empty()) {
+    OverlayOptions options;
+    if (info.frames_per_second > 1) options.frames_per_second = info.frames_per_second;
+    if (auto drawn = write_overlay(arguments.video, track, model, cameras, arguments.overlay, options,
+                                   progress, stop_on_signals());
+        !drawn)
+      return drawn.error();
+  }
+  if (!arguments.strip.empty())
+    if (auto drawn = write_image(arguments.strip, error_strip(track)); !drawn) return drawn.error();
+  return write_track(arguments.out, track);
+}
 
 int run(const TrackArguments& arguments) {
   const ThreadLimit limit(arguments.common.threads);
@@ -32,37 +84,46 @@ int run(const TrackArguments& arguments) {
   if (!model) return report_failure(model.error());
   TrackOptions options;
   options.predictor = arguments.models.landmark_model;
+  options.seconds = std::make_shared<std::vector<StageSeconds>>();
+  const CameraSet cameras = assumed_camera(*info);
   const auto start = std::chrono::steady_clock::now();
+  double seconds = 0;
   std::optional<Result<Track>> track;
+  Result<void> written;
   {
     const ProgressLine line(arguments.common);
-    track = track_clip(arguments.video, {0, 0, info->width, info->height}, assumed_camera(*info), {}, *model,
-                       options, line.progress(), stop_on_signals());
+    const double share = arguments.overlay.empty() ? 1.0 : 0.85;
+    track = track_clip(arguments.video, {0, 0, info->width, info->height}, cameras, {}, *model, options,
+                       line.progress().stage(0, share, "track"), stop_on_signals());
+    seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    if (*track)
+      written = write_results(arguments, *info, cameras, *model, **track,
+                              line.progress().stage(share, 1, "overlay"));
   }
   if (!*track) return report_failure(track->error());
-  const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-  if (const auto written = write_track(arguments.out, **track); !written)
-    return report_failure(written.error());
-  int count[3] = {};
-  double error_px = 0;
-  for (const TrackedFrame& frame : (*track)->frames) {
-    ++count[int(frame.status)];
-    if (frame.status != FrameStatus::lost) error_px += frame.inner_error_px;
-  }
-  const int frames = int((*track)->frames.size()), followed = count[0] + count[1];
-  error_px = followed > 0 ? error_px / followed : 0;
+  if (!written) return report_failure(written.error());
+  const Tally t = tally(**track);
   if (arguments.common.json) {
-    print_json({{"frames", frames},
-                {"good", count[0]},
-                {"weak", count[1]},
-                {"lost", count[2]},
-                {"inner_error_px", error_px},
-                {"frames_per_second", frames / seconds}});
+    print_json({{"frames", t.frames},
+                {"good", t.good},
+                {"weak", t.weak},
+                {"lost", t.lost},
+                {"inner_error_px", t.inner_error_px},
+                {"frames_per_second", t.frames / seconds},
+                {"seconds", seconds_json(*options.seconds, t.frames)}});
   } else {
-    fmt::print(stderr, "{} frames: {} good, {} weak, {} lost; landmarks within {:.2f} px.\n", frames,
-               count[0], count[1], count[2], error_px);
+    fmt::print(stderr, "{} frames: {} good, {} weak, {} lost; landmarks within {:.2f} px.\n", t.frames,
+               t.good, t.weak, t.lost, t.inner_error_px);
   }
   return kExitDone;
+}
+
+CLI::Validator ending_check(std::string ending) {
+  return CLI::Validator(
+      [ending](const std::string& name) {
+        return fs::path(name).extension() == ending ? std::string() : "the name must end in " + ending;
+      },
+      "NAME" + ending);
 }
 
 }  // namespace
@@ -72,6 +133,11 @@ void add_track_command(CLI::App& program, int& exit_code) {
   CLI::App* verb = program.add_subcommand("track", "Track the head in a clip");
   verb->add_option("video", a->video, "The clip")->required();
   verb->add_option("--out", a->out, "track.json to write")->required();
+  verb->add_option("--overlay", a->overlay,
+                   "A film (.mp4) of the clip with head model, landmarks, gaze and verdict drawn over it")
+      ->check(ending_check(".mp4"));
+  verb->add_option("--strip", a->strip, "A picture (.png) of every frame's error, spread and verdict")
+      ->check(ending_check(".png"));
   verb->add_option("--head-model", a->models.head_model,
                    "A head model: FLAME's .pkl, ICT-FaceKit's folder, or a .npz; default: the built-in head");
   verb->add_option("--landmark-model", a->models.landmark_model,

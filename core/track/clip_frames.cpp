@@ -7,15 +7,20 @@
 #include <cmath>
 
 #include "core/base/parallel.h"
+#include "core/track/face_look.h"
 #include "core/video/decode.h"
 
 namespace likeness {
 namespace {
 
-constexpr std::size_t kBatch = 24;     // frames decoded before faces are sought, in parallel
-constexpr std::size_t kLookAhead = 4;  // frames a box may be smoothed with on the later side
-constexpr int kBridge = 12;            // frames without a detection over which a box is carried
-constexpr int kShifts = 4;        // runs of the predictor; the second pass, after the dense poses, takes more
+constexpr std::size_t kBatch = 24;        // frames decoded before faces are sought, in parallel
+constexpr std::size_t kLookAhead = 4;     // frames a box may be smoothed with on the later side
+constexpr int kBridge = 12;               // frames without a detection over which a box is carried
+constexpr LandmarkEffort kEffort{8, 16};  // the second pass, after the dense poses, may take more
+constexpr LandmarkEffort kGlance{4, 4};   // enough to know a person again
+constexpr std::size_t kScanEvery = 8;     // frames; in between, one face is sought near its last place only
+constexpr double kSamePerson = 0.6;       // correlation of looks above which a face that jumped is the same
+constexpr double kCrowd = 0.35, kRival = 0.8;  // of the largest face's, the main person's width
 constexpr double kWindow = 3.0;   // boxes' width round the last one that is searched before the whole picture
 constexpr int kWindowSide = 320;  // px it is reduced to: the face is then 107 px wide
 constexpr double kFaceSide = 960;  // px, longer side of the picture faces are sought in
@@ -31,16 +36,6 @@ double overlap(const FaceBox& a, const FaceBox& b) {
   const double h = std::min(a.y + a.height, b.y + b.height) - std::max(a.y, b.y);
   if (w <= 0 || h <= 0) return 0;
   return w * h / (a.width * a.height + b.width * b.height - w * h);
-}
-
-// The main person: near the box before the largest face, else the largest face that the detector is sure of.
-const FaceBox* main_face(const std::vector<FaceBox>& found, const FaceBox* before) {
-  const FaceBox* best = nullptr;
-  for (const FaceBox& b : found) {
-    if (before && overlap(b, *before) < 0.15) continue;
-    if (!best || b.width > best->width) best = &b;
-  }
-  return best;
 }
 
 double median(std::vector<double> values) {
@@ -62,11 +57,21 @@ class ClipReader {
   // Seeks faces in the new frames; landmarks of those whose look-ahead is complete, or of all at the end.
   void advance(bool last, std::stop_token stop) {
     const std::size_t end = clip_.frames.size(), from = sought_;
-    parallel_for(end - from, [&](std::size_t k) {
+    // Whole pictures first: they tell whether there are several people, who then are all sought everywhere.
+    const auto seek = [&](std::size_t k) {
       if (stop.stop_requested()) return;
       Pending& p = pending_[from + k - done_];
-      if (k % 8 != 0) p.found = seek_near(p.rgb, last_seen(from, clip_.frames[from + k].held_out));
+      ClipFrame& frame = clip_.frames[from + k];
+      if (k % kScanEvery != 0 && !crowd_[frame.held_out])
+        p.found = seek_near(p.rgb, last_seen(from, frame.held_out));
+      frame.scanned = p.found.empty();
       if (p.found.empty()) p.found = detector_.detect(p.rgb);
+    };
+    const std::size_t scans = (end - from + kScanEvery - 1) / kScanEvery;
+    parallel_for(scans, [&](std::size_t s) { seek(s * kScanEvery); });
+    note_crowd(from, end);
+    parallel_for(end - from, [&](std::size_t k) {
+      if (k % kScanEvery != 0) seek(k);
     });
     for (std::size_t i = from; i < end; ++i) choose(i);
     sought_ = end;
@@ -101,12 +106,72 @@ class ClipReader {
     return found;
   }
 
-  void choose(std::size_t i) {
-    const FaceBox* before = last_seen(i, clip_.frames[i].held_out);
-    if (const FaceBox* face = main_face(pending_[i - done_].found, before)) {
-      raw_[i] = *face;
-      clip_.frames[i].detected = true;
+  // Several faces in the scanned pictures. Training frames ask training frames only.
+  void note_crowd(std::size_t from, std::size_t end) {
+    if (end == from) return;
+    bool crowd[2] = {};
+    for (std::size_t i = from; i < end; i += kScanEvery) {
+      const std::vector<FaceBox>& found = pending_[i - done_].found;
+      double largest = 0;
+      for (const FaceBox& b : found) largest = std::max(largest, b.width);
+      const auto people = std::count_if(found.begin(), found.end(),
+                                        [&](const FaceBox& b) { return b.width > kCrowd * largest; });
+      crowd[1] |= people > 1;
+      if (!clip_.frames[i].held_out) crowd[0] |= people > 1;
     }
+    crowd_[0] = crowd[0], crowd_[1] = crowd[1];
+  }
+
+  FaceLook look_at(const Image8& rgb, const FaceBox& box) const {
+    return face_look(rgb, detector_.landmarks(rgb, box, 0, nullptr, kGlance).points);
+  }
+
+  // How much a face is the main person's: known looks first, then its place before, then size and the middle.
+  double claim(const Image8& rgb, const FaceBox& face, const FaceBox* before, double largest) const {
+    double score = 0.5 * face.width / largest;
+    if (before) {
+      score += 0.5 * overlap(face, *before);
+    } else {
+      const double dx = face.x + 0.5 * face.width - 0.5 * rgb.width,
+                   dy = face.y + 0.5 * face.height - 0.5 * rgb.height;
+      score -= 0.5 * std::hypot(dx, dy) / std::hypot(0.5 * rgb.width, 0.5 * rgb.height);
+    }
+    if (!main_.values.empty()) score += 3 * alike(main_, look_at(rgb, face));
+    return score;
+  }
+
+  void choose(std::size_t i) {
+    ClipFrame& frame = clip_.frames[i];
+    const Pending& pending = pending_[i - done_];
+    const std::vector<FaceBox>& found = pending.found;
+    if (found.empty()) return;
+    const FaceBox* before = last_seen(i, frame.held_out);
+    const FaceBox* face = &found.front();
+    if (found.size() == 1) {
+      if (before && overlap(*face, *before) < 0.15 && alike(main_, look_at(pending.rgb, *face)) < kSamePerson)
+        return;  // somebody else, or a false hit: the person is carried over for a while
+    } else {
+      double largest = 0, best = -1e9;
+      for (const FaceBox& b : found) largest = std::max(largest, b.width);
+      for (const FaceBox& b : found)
+        if (const double score = claim(pending.rgb, b, before, largest); score > best)
+          best = score, face = &b;
+    }
+    raw_[i] = *face;
+    frame.detected = true;
+    for (const FaceBox& b : found) frame.rival |= &b != face && b.width > kRival * face->width;
+    if (frame.held_out || (i % kScanEvery != 0 && found.size() == 1)) return;
+    // The person's looks, a slow mean: lighting and pose change.
+    const FaceLook look = look_at(pending.rgb, *face);
+    if (look.values.empty()) return;
+    if (main_.values.empty()) main_ = look;
+    double norm = 0;
+    for (std::size_t k = 0; k < look.values.size(); ++k) {
+      main_.values[k] = 0.9F * main_.values[k] + 0.1F * look.values[k];
+      norm += static_cast<double>(main_.values[k]) * main_.values[k];
+    }
+    if (norm > 0)
+      for (float& v : main_.values) v /= static_cast<float>(std::sqrt(norm));
   }
 
   // The median of the boxes around, then their mean: the detector jumps between pyramid levels.
@@ -140,7 +205,7 @@ class ClipReader {
     const std::optional<FaceBox> box = smooth_box(i);
     if (!box) return;
     const Image8& rgb = pending_[i - done_].rgb;
-    Landmarks found = detector_.landmarks(rgb, *box, 0, nullptr, kShifts);
+    Landmarks found = detector_.landmarks(rgb, *box, 0, nullptr, kEffort);
     const double s = static_cast<double>(clip_.region.width) / rgb.width;
     const Vec2d corner(clip_.region.x, clip_.region.y);
     for (int k = 0; k < kLandmarkCount; ++k) {
@@ -157,6 +222,8 @@ class ClipReader {
   std::vector<std::optional<FaceBox>> raw_;  // every frame's own detection
   std::vector<Pending> pending_;             // of frames done_ ..
   std::size_t sought_ = 0, done_ = 0;
+  FaceLook main_;       // the main person's, from training frames
+  bool crowd_[2] = {};  // several people: known to training frames, to held-out ones
 };
 
 Image8 to_grey_image(const Image8& rgb) {

@@ -22,6 +22,8 @@ struct ClipFrame {
   bool held_out = false;
   Image8 grey;                         // (h, w, 1) of the region, longer side = working size
   bool detected = false;               // the detector itself saw the face, no neighbour helped
+  bool scanned = false;                // the whole picture was searched, not only the face's surroundings
+  bool rival = false;                  // another face of nearly the main person's size was found
   FaceBox box;                         // smoothed over time, source px; width 0 where there is none
   std::optional<Landmarks> landmarks;  // source px
 };

@@ -7,6 +7,9 @@
 namespace likeness {
 namespace {
 
+constexpr double kWideSpread = 0.06;   // of the eyes' distance: an eye's opening is about a tenth
+constexpr double kStrangeLook = 0.55;  // below, something covers the face or the points lie beside it
+
 Pose pose_between(const Pose& a, const Pose& b, double t) {
   Pose pose = Pose::Identity();
   pose.linear() =
@@ -28,6 +31,16 @@ FrameVerdict judge_frame(const FrameEvidence& e, double usual_error_px) {
   if (e.cluster_share < 0.4)
     return {FrameStatus::weak,
             fmt::format("only {:.0f} % of the landmark runs agree", 100 * e.cluster_share)};
+  if (e.spread > kWideSpread)
+    return {FrameStatus::weak,
+            fmt::format("the landmarks are unsure: {:.0f} % of the eyes' distance", 100 * e.spread)};
+  if (e.look < kStrangeLook)
+    return {FrameStatus::weak, "the face looks unlike the rest of the clip: covered, blurred or turned away"};
+  if (e.votes >= 12 && e.disagreement_px > std::max(4.0, 3 * usual_error_px))
+    return {FrameStatus::weak, fmt::format("the landmarks jump {:.1f} px against the picture's own motion",
+                                           e.disagreement_px * e.source_px)};
+  if (e.carried)
+    return {FrameStatus::weak, "the face was not found here; its landmarks are followed from near frames"};
   if (!e.detected && !e.dense_solved)
     return {FrameStatus::weak, "the face was carried over from neighbouring frames"};
   return {};

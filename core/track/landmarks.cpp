@@ -1,8 +1,9 @@
 // dlib's frontal HOG detector and its 68-point shape predictor, steadied by a consensus of perturbed starts.
 //
 // One run of the predictor depends on its start box and jitters by several pixels from frame to frame; a bad
-// start snaps the jaw to a collar. So it is run from 4 scales x 8 shifts of the box; the runs that agree best
-// form a cluster, and each point is that cluster's trimmed mean, with the cluster's rms as its stated doubt.
+// start snaps the jaw to a collar. So it is run from 4 scales x up to 8 shifts of the box; the runs that
+// agree best form a cluster, and each point is that cluster's trimmed mean, with the cluster's rms as its
+// stated doubt. Where the first few runs agree already, the others would only repeat them.
 #include "core/track/landmarks.h"
 
 #include <dlib/array2d.h>
@@ -23,7 +24,10 @@ namespace {
 constexpr const char* kSystemPredictor = "/usr/share/dlib/shape_predictor_68_face_landmarks.dat";
 constexpr double kDetectionSide =
     1024;  // px; larger pictures are reduced first, faces of 80 px remain findable
-constexpr int kScales = 4;
+constexpr int kScales = 4, kShifts = 8;
+constexpr double kCalmShare = 0.7, kCalmSpread = 0.012;  // of the runs, of the box's width: enough agreement
+
+constexpr int kFirstInner = 17;  // landmarks before it are the jaw line
 
 using Grey = dlib::array2d<unsigned char>;
 using Shape = std::array<Vec2d, kLandmarkCount>;
@@ -55,12 +59,15 @@ double shape_distance(const Shape& a, const Shape& b) {
 }
 
 // Start boxes on rings round a slightly raised centre: a smaller, raised box is what a bowed head needs.
-std::vector<FaceBox> perturbed_boxes(const FaceBox& box, std::uint32_t seed, int shifts) {
+// Every kScales boxes in a row hold all scales, and few of them already lie on different sides.
+std::vector<FaceBox> perturbed_boxes(const FaceBox& box, std::uint32_t seed) {
   static constexpr double kScale[kScales] = {0.84, 0.93, 1.02, 1.11};
+  static constexpr int kOrder[kShifts] = {0, 5, 2, 7, 4, 1, 6, 3};
   std::vector<FaceBox> boxes;
-  for (int s = 0; s < kScales; ++s)
-    for (int k = 0; k < shifts; ++k) {
-      const double turn = (k + 0.25 * s + 0.1 * (seed % 10)) / shifts * 2 * std::numbers::pi;
+  for (int k : kOrder)
+    for (int s = 0; s < kScales; ++s) {
+      const double turn = (k + 0.25 * s + 0.1 * (seed % 10)) / kShifts * 2 * std::numbers::pi +
+                          (s % 2 ? std::numbers::pi : 0);
       const double radius = (k % 2 ? 0.035 : 0.075) * box.width;
       FaceBox start;
       start.width = box.width * kScale[s];
@@ -102,6 +109,7 @@ Landmarks consensus(const std::vector<Shape>& runs, double box_width, const Land
     if (shape_distance(runs[centre], runs[i]) <= 2 * kernel) members.push_back(i);
 
   Landmarks result;
+  result.runs = n;
   result.cluster_share = static_cast<double>(members.size()) / n;
   std::vector<std::pair<double, int>> by_distance(members.size());
   for (int p = 0; p < kLandmarkCount; ++p) {
@@ -127,7 +135,18 @@ Landmarks consensus(const std::vector<Shape>& runs, double box_width, const Land
   return result;
 }
 
+bool is_calm(const Landmarks& found, double box_width, const LandmarkHint* hint) {
+  if (found.cluster_share < kCalmShare || inner_spread(found) > kCalmSpread * box_width) return false;
+  return !hint || hint_distance(found.points, *hint) <= 2 * hint->sigma;
+}
+
 }  // namespace
+
+double inner_spread(const Landmarks& landmarks) {
+  double sum = 0;
+  for (int i = kFirstInner; i < kLandmarkCount; ++i) sum += landmarks.spread[i];
+  return sum / (kLandmarkCount - kFirstInner);
+}
 
 struct FaceDetector::Impl {
   dlib::frontal_face_detector detector = dlib::get_frontal_face_detector();
@@ -206,7 +225,7 @@ std::vector<FaceBox> FaceDetector::detect(const Image8& rgb) const {
 }
 
 Landmarks FaceDetector::landmarks(const Image8& rgb, const FaceBox& box, std::uint32_t seed,
-                                  const LandmarkHint* hint, int shifts) const {
+                                  const LandmarkHint* hint, const LandmarkEffort& effort) const {
   LIKENESS_CHECK(!rgb.empty() && box.width > 0 && box.height > 0, "picture %dx%d, box %gx%g", rgb.width,
                  rgb.height, box.width, box.height);
   // Only the surroundings of the face are converted; faces over 300 px are reduced, the predictor gains
@@ -221,19 +240,28 @@ Landmarks FaceDetector::landmarks(const Image8& rgb, const FaceBox& box, std::ui
                             std::max(1, static_cast<int>(std::lround(h * scale))));
   const double sx = static_cast<double>(grey.nc()) / w, sy = static_cast<double>(grey.nr()) / h;
 
-  const std::vector<FaceBox> starts = perturbed_boxes(box, seed, std::max(1, shifts));
-  std::vector<Shape> runs(starts.size());
-  for (std::size_t r = 0; r < starts.size(); ++r) {
-    const FaceBox& b = starts[r];
+  const std::vector<FaceBox> starts = perturbed_boxes(box, seed);
+  const auto whole_rings = [&](int runs) {
+    return std::clamp((runs + kScales - 1) / kScales * kScales, kScales, static_cast<int>(starts.size()));
+  };
+  const int most = whole_rings(effort.most), first = std::min(most, whole_rings(effort.first));
+  std::vector<Shape> runs;
+  const auto run_from = [&](const FaceBox& b) {
     const auto px = [](double v) { return static_cast<long>(std::lround(v)); };
     const dlib::rectangle start(px((b.x - x0) * sx), px((b.y - y0) * sy), px((b.x + b.width - x0) * sx) - 1,
                                 px((b.y + b.height - y0) * sy) - 1);
     const dlib::full_object_detection shape = impl_->predictor(grey, start);
     // dlib counts from pixel centres; our pixel (0,0) covers [0,1] x [0,1].
+    Shape points;
     for (int p = 0; p < kLandmarkCount; ++p)
-      runs[r][p] = Vec2d((static_cast<double>(shape.part(p).x()) + 0.5) / sx + x0,
-                         (static_cast<double>(shape.part(p).y()) + 0.5) / sy + y0);
-  }
+      points[p] = Vec2d((static_cast<double>(shape.part(p).x()) + 0.5) / sx + x0,
+                        (static_cast<double>(shape.part(p).y()) + 0.5) / sy + y0);
+    runs.push_back(points);
+  };
+  while (static_cast<int>(runs.size()) < first) run_from(starts[runs.size()]);
+  Landmarks found = consensus(runs, box.width, hint);
+  if (first == most || is_calm(found, box.width, hint)) return found;
+  while (static_cast<int>(runs.size()) < most) run_from(starts[runs.size()]);
   return consensus(runs, box.width, hint);
 }
 

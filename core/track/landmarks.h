@@ -25,7 +25,17 @@ struct Landmarks {
   std::array<Vec2d, kLandmarkCount> points;     // px
   std::array<double, kLandmarkCount> spread{};  // px, rms over the cluster: honest doubt
   double cluster_share = 0;                     // share of the perturbed runs that agree, 0..1
+  int runs = 0;                                 // of the predictor that were made
 };
+
+// How many perturbed boxes the predictor runs from; each costs about a millisecond. The first runs suffice
+// where they agree with each other and with the hint; else the rest are made too.
+struct LandmarkEffort {
+  int first = 32, most = 32;  // rounded up to whole rings of 4 scales
+};
+
+// Mean spread of the inner points (17..67), px.
+double inner_spread(const Landmarks& landmarks);
 
 // Where a tracked head says the landmarks lie; decides between clusters, not where a point is.
 struct LandmarkHint {
@@ -44,10 +54,8 @@ class FaceDetector {
 
   std::vector<FaceBox> detect(const Image8& rgb) const;  // best first; faces of at least about 60 px
   // rgb: one or three channels.
-  // shifts: the predictor runs from 4 x shifts boxes, which is what the call costs; 4 are good, 8 a little
-  // better.
   Landmarks landmarks(const Image8& rgb, const FaceBox& box, std::uint32_t seed = 0,
-                      const LandmarkHint* hint = nullptr, int shifts = 8) const;
+                      const LandmarkHint* hint = nullptr, const LandmarkEffort& effort = {}) const;
 
  private:
   struct Impl;

@@ -144,6 +144,7 @@ json frame_json(const TrackedFrame& f) {
                 {"torso_shape", f.torso_shape},
                 {"landmarks", std::move(points)},
                 {"landmark_spread", f.landmark_spread},
+                {"look", f.look},
                 {"inner_error_px", f.inner_error_px}});
   return frame;
 }
@@ -162,6 +163,7 @@ TrackedFrame frame_from(const json& j) {
   if (points.size() != kLandmarkCount) throw std::runtime_error("a frame needs 68 landmarks");
   for (int i = 0; i < kLandmarkCount; ++i)
     f.landmarks[i] = Vec2d(points[i].at(0).get<double>(), points[i].at(1).get<double>());
+  f.look = j.value("look", 1.0);
   if (j.contains("landmark_spread"))
     f.landmark_spread = j.at("landmark_spread").get<decltype(f.landmark_spread)>();
   f.inner_error_px = j.at("inner_error_px").get<double>();
@@ -193,7 +195,8 @@ Result<void> write_track(const std::filesystem::path& path, const Track& track) 
                      {"metre_known", track.metre_known}};
   for (const TrackedFrame& f : track.frames) {
     bool finite = f.world_from_head.matrix().allFinite() && f.world_from_torso.matrix().allFinite() &&
-                  is_finite(f.articulation) && std::isfinite(f.inner_error_px) && std::isfinite(f.time_s);
+                  is_finite(f.articulation) && std::isfinite(f.inner_error_px) && std::isfinite(f.look) &&
+                  std::isfinite(f.time_s);
     for (float s : f.torso_shape) finite = finite && std::isfinite(s);
     for (double d : f.landmark_spread) finite = finite && std::isfinite(d);
     for (const Vec2d& p : f.landmarks) finite = finite && p.allFinite();

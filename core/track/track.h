@@ -25,6 +25,7 @@ struct TrackedFrame {
   TorsoShape torso_shape{};  // of the track's torso modes
   std::array<Vec2d, kLandmarkCount> landmarks{};  // px, uncropped source picture
   std::array<double, kLandmarkCount> landmark_spread{};  // px, rms of the runs that agree: their doubt
+  double look = 1;            // correlation of the face's picture with the person's other frames
   double inner_error_px = 0;  // mean distance of the fitted to the detected landmarks 17..67
 };
 

@@ -11,9 +11,11 @@
 #include "core/track/camera_scale.h"
 #include "core/track/clip_frames.h"
 #include "core/track/dense_head.h"
+#include "core/track/face_look.h"
 #include "core/track/fit_clip.h"
 #include "core/track/frame_verdict.h"
 #include "core/track/gaze.h"
+#include "core/track/optical_support.h"
 #include "core/track/photometric.h"
 #include "core/track/neutral.h"
 #include "core/track/rigid_head.h"
@@ -33,6 +35,8 @@ struct Work {
   std::vector<FaceFrame> faces;
   std::vector<DenseFrame> dense;
   std::vector<std::optional<Gaze>> gaze;
+  std::vector<OpticalVerdict> optical;  // empty before the landmarks were followed
+  std::vector<double> look;             // agreement with the person's other frames; empty before it is known
   ReducedHead head;
   ExpressionPrior prior;
   Eigen::VectorXd identity;
@@ -129,7 +133,7 @@ Result<void> find_landmarks_again(const TrackOptions& options, Work& work, const
       const Vec2d centre = 0.5 * (low + high) + Vec2d(0, 0.02 * side);
       hint.sigma = 0.02 * side;
       const FaceBox box{centre.x() - 0.5 * side, centre.y() - 0.5 * side, side, side, 0};
-      Landmarks found = detector->landmarks(work.clip.frames[i].grey, box, 0, &hint, 6);
+      Landmarks found = detector->landmarks(work.clip.frames[i].grey, box, 0, &hint, {8, 32});
       for (int p = 0; p < kLandmarkCount; ++p) {
         found.points[p] = found.points[p] / work.clip.scale + corner;
         found.spread[p] /= work.clip.scale;
@@ -139,6 +143,32 @@ Result<void> find_landmarks_again(const TrackOptions& options, Work& work, const
     });
   }
   progress.report(1);
+  return {};
+}
+
+// Neighbouring frames vote on the landmarks, and every face is compared with what it looks like elsewhere.
+Result<void> cross_check(Work& work, const Progress& progress, std::stop_token stop) {
+  auto optical = support_landmarks(work.clip, {}, progress, stop);
+  if (!optical) return optical.error();
+  work.optical = std::move(*optical);
+  const std::size_t n = work.faces.size();
+  const Vec2d corner(work.clip.region.x, work.clip.region.y);
+  std::vector<FaceLook> looks(n);
+  parallel_for(n, [&](std::size_t i) {
+    const ClipFrame& source = work.clip.frames[i];
+    if (!work.faces[i].seen || !work.cameras[i]) return;
+    std::array<Vec2d, kLandmarkCount> px;
+    for (int k = 0; k < kLandmarkCount; ++k) px[k] = (source.landmarks->points[k] - corner) * work.clip.scale;
+    looks[i] = face_look(source.grey, px);
+    observe(*source.landmarks, work.cameras[i]->intrinsics, work.clip.scale, work.intrinsics[i].fx,
+            &work.faces[i].observation);
+  });
+  std::vector<int> training, references;
+  for (std::size_t i = 0; i < n; ++i)
+    if (!looks[i].values.empty() && !work.faces[i].held_out) training.push_back(static_cast<int>(i));
+  const std::size_t step = std::max<std::size_t>(1, training.size() / 48);
+  for (std::size_t k = 0; k < training.size(); k += step) references.push_back(training[k]);
+  work.look = agreement_of_looks(looks, references);
   return {};
 }
 
@@ -221,8 +251,29 @@ FrameEvidence evidence_of(const Work& work, std::size_t i, const TrackedFrame& t
   e.dense_solved = work.dense[i].solved;
   e.source_px = 1 / work.clip.scale;
   e.inner_error_px = tracked.inner_error_px * work.clip.scale;
-  if (source.landmarks) e.cluster_share = source.landmarks->cluster_share;
+  if (source.landmarks) {
+    e.cluster_share = source.landmarks->cluster_share;
+    e.spread = inner_spread(*source.landmarks) /
+               std::max(1.0, (source.landmarks->points[36] - source.landmarks->points[45]).norm());
+  }
+  if (!work.optical.empty()) {
+    e.votes = work.optical[i].votes;
+    e.disagreement_px = work.optical[i].disagreement_px * work.clip.scale;
+    e.carried = work.optical[i].carried;
+  }
+  if (!work.look.empty()) e.look = work.look[i];
   return e;
+}
+
+// Two people of one size: whichever is followed, it may be the wrong one.
+Result<void> check_alone(const ClipFrames& clip, const std::filesystem::path& video) {
+  int scanned = 0, rivals = 0;
+  for (const ClipFrame& f : clip.frames) scanned += f.scanned, rivals += f.scanned && f.rival;
+  if (2 * rivals <= scanned) return {};
+  return Error{ErrorCode::bad_input,
+               fmt::format("Two faces of nearly the same size are in view in {} of {} pictures searched.",
+                           rivals, scanned),
+               "Film one person alone, or crop the video to the person who is meant.", video.string()};
 }
 
 std::optional<double> find_scale(const CameraSet& cameras, const Work& work) {
@@ -247,6 +298,7 @@ std::vector<TrackedFrame> describe_frames(const Work& work, const HeadModel& mod
     out.landmarks.fill(Vec2d::Zero());
     if (!face.seen) continue;
     out.landmarks = work.clip.frames[i].landmarks->points;
+    if (!work.look.empty()) out.look = work.look[i];
     out.landmark_spread = work.clip.frames[i].landmarks->spread;
     out.inner_error_px = inner_error(work.head, person, face.observation, face.state) / work.clip.scale;
     if (!face.held_out) errors.push_back(out.inner_error_px * work.clip.scale);
@@ -302,11 +354,13 @@ Result<Track> track_clip(const std::filesystem::path& video, const TrackRegion& 
   if (cameras.cameras.empty())
     return Error{ErrorCode::bad_input, "There is no camera for this clip.", "Run the camera alignment first.",
                  "track"};
+  StageClock clock(options.seconds.get());
   Work work;
   auto clip = read_clip_frames(video, region, held_out, options, progress.stage(0, 0.4, "landmarks"), stop);
   if (!clip) return clip.error();
   work.clip = std::move(*clip);
   prepare(cameras, model, work);
+  clock.lap("landmarks");
   int seen = 0, training = 0;
   for (const FaceFrame& f : work.faces) seen += f.seen, training += f.seen && !f.held_out;
   const auto placed = static_cast<std::size_t>(std::count_if(
@@ -324,23 +378,33 @@ Result<Track> track_clip(const std::filesystem::path& video, const TrackRegion& 
         "Film the face from nearer and in good light; it should be at least 80 px wide in the picture.",
         video.string()};
 
+  if (auto alone = check_alone(work.clip, video); !alone) return alone.error();
   start_clip(work.head, work.identity, work.prior, work.faces);
   if (auto fitted = fit_faces(work, progress.stage(0.40, 0.45, "first fit"), stop); !fitted)
     return fitted.error();
+  clock.lap("fit");
   if (options.dense) {
     if (auto dense = refine_poses(model, options, work, progress.stage(0.45, 0.75, "dense head"), stop);
         !dense)
       return dense.error();
-    if (auto again = find_landmarks_again(options, work, progress.stage(0.75, 0.87, "landmarks again"), stop);
+    clock.lap("dense head");
+    if (auto again = find_landmarks_again(options, work, progress.stage(0.75, 0.85, "landmarks again"), stop);
         !again)
       return again.error();
+    clock.lap("landmarks again");
+    if (auto checked = cross_check(work, progress.stage(0.85, 0.87, "landmarks followed"), stop); !checked)
+      return checked.error();
+    clock.lap("landmarks followed");
     if (auto fitted = fit_faces(work, progress.stage(0.87, 0.9, "second fit"), stop); !fitted)
       return fitted.error();
+    clock.lap("fit again");
     if (options.photometric)
       if (auto done = refine_on_pictures(model, work, progress.stage(0.9, 0.96, "pictures"), stop); !done)
         return done.error();
+    clock.lap("pictures");
   }
   if (options.gaze) measure_eyes(model, work);
+  clock.lap("eyes");
 
   Track track;
   track.head_model_name = model.name;
@@ -353,6 +417,7 @@ Result<Track> track_clip(const std::filesystem::path& video, const TrackRegion& 
   track.neutral = calibrate_neutral(model, track.frames, held_out);
   if (auto torso = add_torso(work, model, track, progress.stage(0.96, 1, "torso"), stop); !torso)
     return torso.error();
+  clock.lap("torso");
   progress.report(1, "tracked");
   return track;
 }

@@ -11,6 +11,7 @@
 #include "core/base/result.h"
 #include "core/camera/camera.h"
 #include "core/head/head_model.h"
+#include "core/track/stage_clock.h"
 #include "core/track/track.h"
 #include "core/track/withheld_points.h"
 
@@ -23,6 +24,7 @@ struct TrackOptions {
   bool dense = true;       // point tracks and bundle adjustment after the landmark fit
   std::filesystem::path predictor;           // landmark model; empty = the system's
   std::shared_ptr<WithheldPoints> withheld;  // for studies: takes point tracks away from the dense step
+  std::shared_ptr<std::vector<StageSeconds>> seconds;  // where to note what each stage took, or null
 };
 
 // What of the source picture to track: a rectangle in source pixels.

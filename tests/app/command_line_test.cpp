@@ -1,13 +1,16 @@
 // Claims about the command line that need no clip: usage, doctor, and what bad input is told.
 #include <gtest/gtest.h>
+#include <signal.h>
 #include <stdlib.h>
 #include <sys/mount.h>
 #include <unistd.h>
 
 #include <algorithm>
+#include <chrono>
 
 #include <fstream>
 #include <nlohmann/json.hpp>
+#include <thread>
 
 #include "core/image/image.h"
 #include "core/video/encode.h"
@@ -151,6 +154,41 @@ TEST_F(CommandLine, AReadOnlyFolderIsNamed) {
       likeness({"build", clip.string(), "--project", (folder_ / "disk" / "p").string()});
   EXPECT_EQ(result.exit_code, 1);
   EXPECT_NE(result.err.find("write"), std::string::npos) << result.err;
+}
+
+TEST_F(CommandLine, TrackRefusesWhatIsNoClipOfAFaceAndLeavesNothing) {
+  std::ofstream(folder_ / "notes.mp4") << "This is not a film.\n";
+  const fs::path broken = write_clip("broken.mp4", 40);
+  fs::resize_file(broken, fs::file_size(broken) / 2);
+  const std::pair<fs::path, std::string> cases[] = {{folder_ / "absent.mp4", "absent.mp4"},
+                                                    {folder_ / "notes.mp4", "notes.mp4"},
+                                                    {broken, "breaks off"},
+                                                    {write_clip("nobody.mp4", 20), "face"}};
+  for (const auto& [video, word] : cases) {
+    const fs::path out = folder_ / "out";
+    const ProgramResult result =
+        likeness({"track", video.string(), "--out", (out / "track.json").string(), "--overlay",
+                  (out / "over.mp4").string(), "--strip", (out / "strip.png").string(), "--json"});
+    EXPECT_EQ(result.exit_code, 1) << video << result.err;
+    EXPECT_NE(result.err.find(word), std::string::npos) << result.err;
+    EXPECT_GE(std::count(result.err.begin(), result.err.end(), '\n'), 2) << "no remedy: " << result.err;
+    EXPECT_FALSE(fs::exists(out)) << "something half-written was left";
+  }
+}
+
+TEST_F(CommandLine, TrackWantsAFilmAndAPictureByTheirEndings) {
+  EXPECT_EQ(likeness({"track", "a.mp4", "--out", "t.json", "--overlay", "over.avi"}).exit_code, 2);
+  EXPECT_EQ(likeness({"track", "a.mp4", "--out", "t.json", "--strip", "strip.txt"}).exit_code, 2);
+}
+
+TEST_F(CommandLine, TrackStopsOnRequestWithItsOwnExitCode) {
+  const fs::path clip = write_clip("long.mp4", 600), out = folder_ / "track.json";
+  const pid_t child =
+      start_program({likeness_path(), "track", clip.string(), "--out", out.string()}, folder_);
+  std::this_thread::sleep_for(std::chrono::milliseconds(400));
+  ::kill(child, SIGINT);
+  EXPECT_EQ(wait_program(child), 130);
+  EXPECT_FALSE(fs::exists(out));
 }
 
 TEST_F(CommandLine, VerbsOnAFolderThatIsNoProjectSayWhatToDo) {

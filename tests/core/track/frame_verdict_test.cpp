@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <set>
+
 namespace likeness {
 namespace {
 
@@ -39,6 +41,22 @@ TEST(FrameVerdict, GrowingErrorNeverImprovesTheVerdict) {
     last = status;
   }
   EXPECT_EQ(last, FrameStatus::lost);
+}
+
+TEST(FrameVerdict, EveryDoubtAloneMakesItWeakWithItsOwnReason) {
+  std::vector<FrameEvidence> doubts(5, clear_frame());
+  doubts[0].cluster_share = 0.2;
+  doubts[1].spread = 0.2;
+  doubts[2].look = 0.1;
+  doubts[3].votes = 51, doubts[3].disagreement_px = 20;
+  doubts[4].carried = true;
+  std::set<std::string> reasons;
+  for (const FrameEvidence& e : doubts) {
+    EXPECT_EQ(judge_frame(e, 1.5).status, FrameStatus::weak);
+    reasons.insert(judge_frame(e, 1.5).reason);
+  }
+  EXPECT_EQ(reasons.size(), doubts.size());
+  EXPECT_FALSE(reasons.contains(""));
 }
 
 TEST(FrameVerdict, ReasonSpeaksOfThePixelsOfTheSource) {

@@ -68,6 +68,23 @@ TEST_F(RealFace, ConsensusHardlyDependsOnTheBox) {
   EXPECT_LT(inner, 0.012 * faces[0].width);
 }
 
+TEST_F(RealFace, AClearFaceNeedsOnlyTheFirstRuns) {
+  const auto faces = detector->detect(rgb);
+  ASSERT_FALSE(faces.empty());
+  const Landmarks few = detector->landmarks(rgb, faces[0], 0, nullptr, {8, 32});
+  const Landmarks all = detector->landmarks(rgb, faces[0]);
+  EXPECT_EQ(few.runs, 8);
+  EXPECT_EQ(all.runs, 32);
+  double inner = 0;
+  for (int i = 17; i < kLandmarkCount; ++i)
+    inner += (few.points[i] - all.points[i]).norm() / (kLandmarkCount - 17);
+  EXPECT_LT(inner, 0.012 * faces[0].width);
+  // Nothing to agree on: all runs are made, and the doubt is stated.
+  const Landmarks nothing =
+      detector->landmarks(Image8(320, 320, 3, 90), {80, 80, 160, 160}, 0, nullptr, {8, 32});
+  EXPECT_GE(nothing.runs, 8);
+}
+
 TEST_F(RealFace, EmptyPictureHoldsNoFace) {
   EXPECT_TRUE(detector->detect(Image8(320, 240, 3, 90)).empty());
   EXPECT_TRUE(detector->detect(Image8()).empty());
