@@ -22,8 +22,8 @@ struct PhotometricOptions {
   int appearance_frames = 60;    // training frames the appearance comes from
   double weight = 0.3;           // of a picture residual against a landmark's
   double landmark_doubt = 1.5;   // times the landmarks' sigma: pictures now say the same, and finer
-  double turn_hold = 330;        // per rad, towards the dense pose
-  double shift_hold = 1000;      // per m
+  double turn_hold = 3000;       // per rad, towards the dense pose, which is right to a fraction of a pixel
+  double shift_hold = 10000;     // per m
   double expression_change = 4;  // first difference between training frames, per unit
   double own_hold = 2;           // of a held-out frame's expression towards its landmark fit, per unit
   bool mouth_choice = true;      // closed or open mouth by the pixels
