@@ -8,7 +8,7 @@ namespace likeness {
 namespace {
 
 constexpr double kWideSpread = 0.06;   // of the eyes' distance: an eye's opening is about a tenth
-constexpr double kStrangeLook = 0.55;  // below, something covers the face or the points lie beside it
+constexpr double kStrangeLook = 0.40;  // below, something covers the face or the points lie beside it
 
 Pose pose_between(const Pose& a, const Pose& b, double t) {
   Pose pose = Pose::Identity();

@@ -10,16 +10,28 @@
 namespace likeness {
 namespace {
 
-constexpr int kFirstInner = 17;      // the jaw line slides along the silhouette: flow says nothing of it
-constexpr double kOwnFloor = 0.4;    // working px: the predictor rounds to whole pixels
-constexpr double kVoteWeight = 0.5;  // voters repeat the predictor's own systematic errors
-constexpr double kGate = 3;          // sigmas beyond which a vote is counted but not followed
-constexpr double kLeastShare = 0.4;  // of the runs that must agree before a frame may vote
-constexpr std::size_t kChunk = 16;   // frames whose pyramids are in memory at once
+constexpr int kFirstInner = 17;          // the jaw line slides along the silhouette: flow says nothing of it
+constexpr double kOwnFloor = 0.4;        // working px: the predictor rounds to whole pixels
+constexpr double kVoteWeight = 0.5;      // voters repeat the predictor's own systematic errors
+constexpr double kDoubtfulWeight = 0.1;  // of points found beside a carried box, against 1
+constexpr double kGate = 3;              // sigmas beyond which a vote is counted but not followed
+constexpr double kLeastShare = 0.4;      // of the runs that must agree before a frame may vote
+constexpr std::size_t kChunk = 16;       // frames whose pyramids are in memory at once
 
 struct Vote {
   Vec2d point = Vec2d::Zero();  // working px
   double sigma = 0;             // working px
+};
+
+// A weighted mean of points, with the squares and doubts that its spread is made of.
+struct Sum {
+  Vec2d point = Vec2d::Zero();
+  double weight = 0, square = 0, doubt = 0;
+
+  void add(const Vec2d& p, double share, double sigma) {
+    const double w = share / (sigma * sigma);
+    point += w * p, weight += w, square += w * p.squaredNorm(), doubt += share;
+  }
 };
 
 class Support {
@@ -87,7 +99,7 @@ class Support {
       for (std::size_t other : {at - 1, at + 1})
         if (other >= first && other < last && near(at, other) && level_[training_[other]] == 0)
           votes.push_back(votes_of(pictures[other - first], pictures[at - first], training_[other]));
-      blend(training_[at], votes, 1.0, kGate);
+      blend(training_[at], votes, false);
     });
   }
 
@@ -111,7 +123,7 @@ class Support {
           votes.push_back(
               votes_of(TrackPicture(clip_.frames[training_[other]].grey), here, training_[other]));
       const int i = training_[at];
-      blend(i, votes, 0.1, 1e9);
+      blend(i, votes, true);
       verdicts_[i].carried = 2 * verdicts_[i].votes >= kLandmarkCount - kFirstInner;
     });
     for (std::size_t at : due)
@@ -119,9 +131,8 @@ class Support {
     return !due.empty();
   }
 
-  // own_weight: of the frame's own points against the votes; gate: sigmas a vote may be off.
-  void blend(int i, const std::vector<std::vector<std::optional<Vote>>>& votes, double own_weight,
-             double gate) {
+  // doubtful: the frame's own points count little, and not at all where they contradict its voters.
+  void blend(int i, const std::vector<std::vector<std::optional<Vote>>>& votes, bool doubtful) {
     const Vec2d corner(clip_.region.x, clip_.region.y);
     Landmarks& own = *clip_.frames[i].landmarks;
     OpticalVerdict& verdict = verdicts_[i];
@@ -130,26 +141,25 @@ class Support {
     for (int k = kFirstInner; k < kLandmarkCount; ++k) {
       const Vec2d at = (own.points[k] - corner) * clip_.scale;
       const double sigma = own.spread[k] * clip_.scale + kOwnFloor;
-      double weight = own_weight / (sigma * sigma), doubt = own_weight;
-      Vec2d mean = weight * at;
-      double square = weight * at.squaredNorm();
-      bool voted = false;
+      Sum sum;
+      bool voted = false, agrees = !doubtful;
       for (const auto& voter : votes) {
         if (!voter[k - kFirstInner]) continue;
         const Vote& vote = *voter[k - kFirstInner];
         const double distance = (vote.point - at).norm();
         distances.push_back(distance / clip_.scale);
         voted = true;
-        if (distance > gate * std::hypot(sigma, vote.sigma)) continue;
-        const double w = kVoteWeight / (vote.sigma * vote.sigma);
-        mean += w * vote.point, square += w * vote.point.squaredNorm(), weight += w, doubt += kVoteWeight;
+        const bool near = distance <= kGate * std::hypot(sigma, vote.sigma);
+        agrees |= near;
+        if (near || doubtful) sum.add(vote.point, kVoteWeight, vote.sigma);
       }
       verdict.votes += voted;
-      mean /= weight;
+      if (!voted || agrees) sum.add(at, doubtful ? kDoubtfulWeight : 1, sigma);
+      const Vec2d mean = sum.point / sum.weight;
       // What each voter doubts of itself, and how far they are apart.
-      const double apart = std::max(0.0, square / weight - mean.squaredNorm());
+      const double apart = std::max(0.0, sum.square / sum.weight - mean.squaredNorm());
       own.points[k] = mean / clip_.scale + corner;
-      own.spread[k] = std::max(0.0, std::sqrt(doubt / weight + apart) - kOwnFloor) / clip_.scale;
+      own.spread[k] = std::max(0.0, std::sqrt(sum.doubt / sum.weight + apart) - kOwnFloor) / clip_.scale;
     }
     if (distances.empty()) return;
     std::nth_element(distances.begin(), distances.begin() + static_cast<std::ptrdiff_t>(distances.size() / 2),
