@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include "core/head/pose_head.h"
 #include "tests/core/study/acted_track.h"
 
 namespace likeness {
