@@ -53,7 +53,7 @@ Camera some_camera(int frame) {
 
 TEST(Fuzz, Track) {
   Track track;
-  track.head_model_name = "a", track.head_model_hash = "b";
+  track.head_model_name = std::string("a"), track.head_model_hash = std::string("b");
   track.person.identity = Eigen::VectorXf::LinSpaced(3, -1, 1);
   track.person.offsets = {{0.001f, 0, 0}};
   track.neutral.expression = Eigen::VectorXf::Zero(2);
