@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "core/base/parallel.h"
+#include "core/track/dense_patches.h"
 #include "core/track/fit_frame.h"
 #include "core/track/point_tracks.h"
 
@@ -13,6 +14,8 @@ namespace {
 
 constexpr int kAnchors = 3;             // training frames a held-out frame is compared with
 constexpr std::size_t kLoneBatch = 64;  // frames whose pyramids are in memory at once
+constexpr int kMostPatches = 1000;
+constexpr double kPatchReach[] = {12, 5};  // px; the first poses have drifted, the second hardly
 
 Vec2d ray_of(const Intrinsics& k, const Vec2d& pixel) { return ray_direction(k, pixel).head<2>(); }
 
@@ -46,8 +49,9 @@ struct FrozenPoint {
 class FrameAlone {
  public:
   FrameAlone(const ClipFrames& clip, const std::vector<BundleTrack>& tracks, std::vector<DenseFrame>& frames,
-             const std::vector<std::vector<FrozenPoint>>& frozen)
-      : clip_(clip), tracks_(tracks), frames_(frames), frozen_(frozen) {}
+             const std::vector<std::vector<FrozenPoint>>& frozen, const PatchCloud& cloud,
+             const std::vector<BundleFrame>& poses)
+      : clip_(clip), tracks_(tracks), frames_(frames), frozen_(frozen), cloud_(cloud), poses_(poses) {}
 
   void solve(int frame, const std::vector<int>& training) const {
     DenseFrame& f = frames_[frame];
@@ -65,9 +69,24 @@ class FrameAlone {
       f.points = pose->inliers;
       f.median_px = pose->median_px;
     }
+    if (f.solved) settle_on_patches(frame);
   }
 
  private:
+  void settle_on_patches(int frame) const {
+    DenseFrame& f = frames_[frame];
+    for (double reach : kPatchReach) {
+      std::vector<PoseObservation> seen;
+      for (const FoundPatch& p : find_patches(cloud_, poses_, frame, f.cam_from_head, reach))
+        seen.push_back({tracks_[p.track].point, p.seen.ray});
+      const auto pose = solve_pose(seen, f.intrinsics.fx, f.cam_from_head, {});
+      if (!pose || pose->inliers < 12) return;
+      f.cam_from_head = pose->cam_from_head;
+      f.points = pose->inliers;
+      f.median_px = pose->median_px;
+    }
+  }
+
   void observe(const TrackPicture& picture, int frame, int anchor, std::vector<PoseObservation>* seen) const {
     const DenseFrame& f = frames_[frame];
     const TrackPicture from(clip_.frames[anchor].grey);
@@ -89,6 +108,8 @@ class FrameAlone {
   const std::vector<BundleTrack>& tracks_;
   std::vector<DenseFrame>& frames_;
   const std::vector<std::vector<FrozenPoint>>& frozen_;
+  const PatchCloud& cloud_;
+  const std::vector<BundleFrame>& poses_;
 };
 
 }  // namespace
@@ -121,7 +142,7 @@ Result<DenseSummary> track_dense_head(const ClipFrames& clip, const RigidHead& h
   auto found = track_points(grey, training, mask, {}, progress.stage(0, 0.5, "points"), stop);
   if (!found) return found.error();
   std::vector<BundleTrack> tracks;
-  std::vector<std::vector<Vec2d>> pixels;
+  std::vector<Vec3d> normals;
   double length = 0;
   std::size_t index = 0;
   for (const PointTrack& t : *found) {
@@ -132,7 +153,7 @@ Result<DenseSummary> track_dense_head(const ClipFrames& clip, const RigidHead& h
     const auto place = point_on_head(head, f.cam_from_head, ray_of(f.intrinsics, middle.pixel));
     if (!place) continue;
     if (withheld && is_withheld(index++, withheld->share)) {
-      withheld->tracks.push_back({*place, {}});
+      withheld->tracks.push_back({place->point, {}});
       for (const PointObservation& o : t.seen) {
         const Intrinsics& k = frames[o.picture].intrinsics;
         withheld->tracks.back().seen.push_back({clip.frames[o.picture].frame, ray_of(k, o.pixel), k.fx});
@@ -140,10 +161,11 @@ Result<DenseSummary> track_dense_head(const ClipFrames& clip, const RigidHead& h
       continue;
     }
     BundleTrack track;
-    track.point = *place;
+    track.point = place->point;
     for (const PointObservation& o : t.seen)
       track.seen.push_back({o.picture, ray_of(frames[o.picture].intrinsics, o.pixel)});
     tracks.push_back(std::move(track));
+    normals.push_back(place->normal);
     length += static_cast<double>(t.seen.size());
   }
   summary.found_tracks = static_cast<int>(tracks.size());
@@ -155,8 +177,29 @@ Result<DenseSummary> track_dense_head(const ClipFrames& clip, const RigidHead& h
   // -- Bundle adjustment.
   std::vector<BundleFrame> poses(frames.size());
   for (int t : training) poses[t] = {true, frames[t].intrinsics.fx, frames[t].cam_from_head};
-  auto bundle = bundle_adjust(poses, tracks, {}, progress.stage(0.5, 0.85, "bundle"), stop);
+  auto bundle = bundle_adjust(poses, tracks, {}, progress.stage(0.5, 0.6, "bundle"), stop);
   if (!bundle) return bundle.error();
+  std::vector<int> followed(frames.size(), 0);  // sightings behind each first pose
+  for (const BundleTrack& t : tracks)
+    if (t.kept)
+      for (const BundleObservation& o : t.seen) ++followed[o.frame];
+  // -- Points followed from picture to picture have drifted with the light; as patches they are sought again.
+  PatchCloud cloud;
+  cloud.pictures.resize(frames.size());
+  for (const DenseFrame& f : frames) cloud.intrinsics.push_back(f.intrinsics);
+  parallel_for(frames.size(), [&](std::size_t i) {
+    if (frames[i].known) cloud.pictures[i] = patch_picture(clip.frames[i].grey);
+  });
+  double from = 0.6;
+  for (double reach : kPatchReach) {
+    choose_patches(tracks, normals, poses, kMostPatches, &cloud);
+    observe_again(cloud, poses, training, reach, &tracks, stop);
+    BundleOptions options;
+    options.rounds = 2;
+    bundle = bundle_adjust(poses, tracks, options, progress.stage(from, from + 0.12, "bundle"), stop);
+    if (!bundle) return bundle.error();
+    from += 0.12;
+  }
   summary.bundle = *bundle;
   std::vector<std::vector<FrozenPoint>> frozen(frames.size());
   std::vector<std::vector<double>> residuals(frames.size());
@@ -176,7 +219,11 @@ Result<DenseSummary> track_dense_head(const ClipFrames& clip, const RigidHead& h
     shift += (is.translation() - was.translation()).squaredNorm();
     auto& r = residuals[t];
     frames[t].points = static_cast<int>(r.size());
-    if (r.size() < 12) continue;
+    if (r.size() < 12) {  // no patch is known again here: the followed points' pose, or none
+      frames[t].solved = followed[t] >= 12;
+      if (frames[t].solved) frames[t].cam_from_head = is;
+      continue;
+    }
     std::nth_element(r.begin(), r.begin() + static_cast<std::ptrdiff_t>(r.size() / 2), r.end());
     frames[t].median_px = r[r.size() / 2];
     frames[t].cam_from_head = is;
@@ -188,7 +235,7 @@ Result<DenseSummary> track_dense_head(const ClipFrames& clip, const RigidHead& h
   std::vector<int> alone;
   for (std::size_t i = 0; i < frames.size(); ++i)
     if (frames[i].known && clip.frames[i].held_out) alone.push_back(static_cast<int>(i));
-  const FrameAlone solver(clip, tracks, frames, frozen);
+  const FrameAlone solver(clip, tracks, frames, frozen, cloud, poses);
   for (std::size_t k = 0; k < alone.size(); k += kLoneBatch) {
     if (stop.stop_requested()) return cancelled_error();
     progress.report(0.85 + 0.15 * static_cast<double>(k) / alone.size(), "tracking held-out frames alone");

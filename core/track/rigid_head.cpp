@@ -52,14 +52,23 @@ RigidHead rigid_head(const HeadModel& model, const Eigen::VectorXf& identity) {
   return head;
 }
 
-std::optional<Vec3d> point_on_head(const RigidHead& head, const Pose& cam_from_head, const Vec2d& ray) {
+std::optional<HeadSurfacePoint> point_on_head(const RigidHead& head, const Pose& cam_from_head,
+                                              const Vec2d& ray) {
   const Pose head_from_cam = cam_from_head.inverse();
   const Vec3f origin = head_from_cam.translation().cast<float>();
   const Vec3f direction = (head_from_cam.linear() * ray.homogeneous()).cast<float>();
   for (const auto& scene : {head.surface, head.hair_surface}) {
     if (!scene) continue;
-    if (const auto hit = scene->intersect(origin, direction))
-      return (origin + hit->distance * direction).cast<double>();
+    const auto hit = scene->intersect(origin, direction);
+    if (!hit) continue;
+    const Triangle& t = scene->triangles()[hit->triangle];
+    const std::vector<Vec3f>& v = scene->vertices();
+    Vec3d normal = (v[t[1]] - v[t[0]]).cross(v[t[2]] - v[t[0]]).cast<double>();
+    if (normal.norm() < 1e-12) return std::nullopt;
+    normal.normalize();
+    if (normal.dot(direction.cast<double>()) > 0) normal = -normal;  // the side that is seen
+    return HeadSurfacePoint{(origin + hit->distance * direction).cast<double>(), normal,
+                            scene == head.hair_surface};
   }
   return std::nullopt;
 }

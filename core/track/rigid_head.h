@@ -25,9 +25,13 @@ struct RigidHead {
 
 RigidHead rigid_head(const HeadModel& model, const Eigen::VectorXf& identity);
 
-// Point of the head on the ray through the camera's origin (ray: x/z, y/z, 1 in the camera frame), in the
-// head frame.
-std::optional<Vec3d> point_on_head(const RigidHead& head, const Pose& cam_from_head, const Vec2d& ray);
+struct HeadSurfacePoint {
+  Vec3d point, normal;  // head frame; normal: unit, outwards
+  bool hair = false;    // on the larger hull: no part of the skin
+};
+// Where the ray through the camera's origin (ray: x/z, y/z, 1 in the camera frame) meets the head.
+std::optional<HeadSurfacePoint> point_on_head(const RigidHead& head, const Pose& cam_from_head,
+                                              const Vec2d& ray);
 
 // 255 where corners may be taken: on the upper head and hair, off the eyes and off the outline. One channel.
 Image8 corner_mask(const RigidHead& head, const Intrinsics& intrinsics, const Pose& cam_from_head);
