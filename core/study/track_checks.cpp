@@ -17,7 +17,8 @@ namespace likeness {
 namespace {
 
 constexpr int kFirstInner = 17, kNoseTip = 30, kHalfWindow = 4;
-constexpr double kStill_px = 0.3, kLargestPitch = 20 * std::numbers::pi / 180;
+constexpr int kRestWindow = 2;
+constexpr double kStill_px = 0.3, kRestExtent_px = 1.5, kLargestPitch = 20 * std::numbers::pi / 180;
 constexpr std::size_t kMostFresh = 200, kBatch = 16;
 
 TrackRegion inside(const TrackRegion& region, int width, int height) {
@@ -88,10 +89,16 @@ Stillness measure_stillness(const std::vector<ProjectedLandmarks>& projected) {
     return whole[std::size_t(i)] && whole[std::size_t(i + 1)] &&
            (path[std::size_t(i + 1)] - path[std::size_t(i)]).norm() < kStill_px;
   };
+  const auto keeps_place = [&](int i) {
+    Vec2d low = tip(i), high = low;
+    for (int k = -kRestWindow; k <= kRestWindow; ++k)
+      low = low.cwiseMin(tip(i + k)), high = high.cwiseMax(tip(i + k));
+    return (high - low).maxCoeff() < kRestExtent_px;
+  };
   Stillness still;
   double sum = 0;
   for (int i = 1; i + 1 < count; ++i) {
-    if (!rests(i - 1) || !rests(i)) continue;
+    if (!rests(i - 1) || !rests(i) || !keeps_place(i)) continue;
     ++still.frames;
     sum += (tip(i - 1) - 2 * tip(i) + tip(i + 1)).squaredNorm();
   }

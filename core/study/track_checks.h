@@ -35,8 +35,10 @@ std::vector<ProjectedLandmarks> project_track(const Track& track, const HeadMode
                                               const CameraSet& cameras, const TrackRegion& region,
                                               int working_size);
 
-// The head rests in a frame when the nose tip's path, averaged over 9 frames, moves less than 0.3 px a frame
-// there: the averaging keeps a trembling track from hiding its own still stretches.
+// The head rests in a frame when over the 5 frames around it the nose tip stays within 1.5 px by 1.5 px, and
+// its path, averaged over 9 frames, moves less than 0.3 px a frame. The averaging keeps a trembling track from
+// hiding its own still stretches (a tremble of 0.4 px stays far below the 1.5 px); the extent keeps the turning
+// points of a nodding head out, where the path's mean rests and the head does not.
 Stillness measure_stillness(const std::vector<ProjectedLandmarks>& projected);
 
 // A detection of its own in up to 200 frames with less than 20 degrees of pitch (below a bowed head the

@@ -32,6 +32,12 @@ TEST(TrackChecks, JitterIsTheSecondDifferenceOfWhatTrembles) {
   EXPECT_NEAR(trembling.jitter_px, 0.1 * std::sqrt(2 * 6.0), 0.05);  // (1, -2, 1) in two dimensions
 }
 
+TEST(TrackChecks, TheTurningPointsOfANodAreNotStill) {
+  auto path = nose_path(200, 0, 0);
+  for (std::size_t i = 0; i < path.size(); ++i) path[i].points[30].y() += 4 * std::sin(double(i) * 0.6);
+  EXPECT_EQ(measure_stillness(path).frames, 0);
+}
+
 TEST(TrackChecks, AMovingHeadIsNotStill) { EXPECT_EQ(measure_stillness(nose_path(100, 0, 0.5)).frames, 0); }
 
 // Points on the head seen in every frame, with a little noise.
