@@ -8,6 +8,7 @@
 
 #include "core/base/parallel.h"
 #include "core/head/pose_head.h"
+#include "core/track/brow_line.h"
 #include "core/track/camera_scale.h"
 #include "core/track/clip_frames.h"
 #include "core/track/dense_head.h"
@@ -15,9 +16,9 @@
 #include "core/track/fit_clip.h"
 #include "core/track/frame_verdict.h"
 #include "core/track/gaze.h"
+#include "core/track/neutral.h"
 #include "core/track/optical_support.h"
 #include "core/track/photometric.h"
-#include "core/track/neutral.h"
 #include "core/track/rigid_head.h"
 #include "core/track/torso.h"
 #include "core/track/torso_picture.h"
@@ -169,6 +170,16 @@ Result<void> cross_check(Work& work, const Progress& progress, std::stop_token s
   const std::size_t step = std::max<std::size_t>(1, training.size() / 48);
   for (std::size_t k = 0; k < training.size(); k += step) references.push_back(training[k]);
   work.look = agreement_of_looks(looks, references);
+  return {};
+}
+
+// Brows raised so high that the predictor loses them are found by what they look like.
+Result<void> find_lost_brows(Work& work, std::stop_token stop) {
+  std::vector<BrowPicture> pictures(work.faces.size());
+  for (std::size_t i = 0; i < pictures.size(); ++i)
+    if (work.cameras[i]) pictures[i] = {&work.clip.frames[i].grey, work.intrinsics[i]};
+  auto found = correct_brows(work.head, reduced_person(work.head, work.identity), pictures, work.faces, stop);
+  if (!found) return found.error();
   return {};
 }
 
@@ -395,6 +406,8 @@ Result<Track> track_clip(const std::filesystem::path& video, const TrackRegion& 
     if (auto checked = cross_check(work, progress.stage(0.85, 0.87, "landmarks followed"), stop); !checked)
       return checked.error();
     clock.lap("landmarks followed");
+    if (auto brows = find_lost_brows(work, stop); !brows) return brows.error();
+    clock.lap("brows");
     if (auto fitted = fit_faces(work, progress.stage(0.87, 0.9, "second fit"), stop); !fitted)
       return fitted.error();
     clock.lap("fit again");
