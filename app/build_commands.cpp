@@ -52,7 +52,7 @@ int run(Project& project, Stage last, const CommonOptions& common) {
     const ProgressLine line(common);
     outcome = run_stages(project, last, line.progress(), observer, stop_on_signals());
   }
-  if (!outcome) return report_failure(outcome.error());
+  if (!outcome) return report_failure(outcome.error(), StoppedWork::kept);
   if (common.json) {
     print_json(summary(project));
   } else if (last == Stage::train) {

@@ -101,7 +101,9 @@ Result<DriveOutcome> drive_film(DriveArguments& a, const Progress& progress, std
   if (!info) return info.error();
   // What is wrong with the picture is said before the clip is tracked.
   const std::size_t expected = std::size_t(std::max(2, info->frame_count));
-  if (const auto fine = check_film(opened->avatar, camera.intrinsics, expected, a.film); !fine) return fine.error();
+  if (a.side_by_side) a.film.beside_width = 1;  // not known yet, but not none
+  if (const auto fine = check_film(opened->avatar, camera.intrinsics, expected, a.film); !fine)
+    return fine.error();
   auto clip = drive_clip(*opened, a.request, progress.stage(0, 0.5, "driver"), stop);
   if (!clip) return clip.error();
   DriveOutcome outcome{std::move(*clip)};

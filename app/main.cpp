@@ -23,6 +23,7 @@ int main(int argc, char** argv) {
   add_study_command(program, exit_code);
   add_demo_command(program, exit_code);
   add_doctor_command(program, exit_code);
+  stop_on_signals();  // from here on Ctrl-C ends work between two steps, with a message
   try {
     program.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

@@ -44,9 +44,11 @@ void add_common_options(CLI::App& verb, CommonOptions& options) {
   verb.add_option("--seed", options.seed, "Seed of everything random");
 }
 
-int report_failure(const Error& error) {
+int report_failure(const Error& error, StoppedWork stopped) {
+  const bool lost = error.code == ErrorCode::cancelled && stopped == StoppedWork::lost;
+  const std::string& fix = lost ? "Nothing was written; the same command starts over." : error.fix;
   fmt::print(stderr, "{}\n", error.what);
-  if (!error.fix.empty()) fmt::print(stderr, "{}\n", error.fix);
+  if (!fix.empty()) fmt::print(stderr, "{}\n", fix);
   return error.code == ErrorCode::cancelled ? kExitStopped : kExitFailed;
 }
 

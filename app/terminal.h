@@ -25,8 +25,10 @@ struct CommonOptions {
 };
 void add_common_options(CLI::App& verb, CommonOptions& options);
 
+// What a stop leaves behind: the stages of a project go on where they were, a file is whole or absent.
+enum class StoppedWork { lost, kept };
 // Prints what happened and the remedy to stderr; returns the exit code (130 for a stop, 1 otherwise).
-int report_failure(const Error& error);
+int report_failure(const Error& error, StoppedWork stopped = StoppedWork::lost);
 void print_json(const nlohmann::json& value);
 
 // A progress line on stderr when that is a terminal: stage, percent, time left once the rate has settled; one

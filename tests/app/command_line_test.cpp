@@ -181,14 +181,31 @@ TEST_F(CommandLine, TrackWantsAFilmAndAPictureByTheirEndings) {
   EXPECT_EQ(likeness({"track", "a.mp4", "--out", "t.json", "--strip", "strip.txt"}).exit_code, 2);
 }
 
+// Waits until the program catches SIGINT; before that the signal kills it, which looks like the same exit
+// code.
+bool listens_for_interrupts(pid_t child) {
+  for (int i = 0; i < 500; ++i) {
+    std::ifstream status("/proc/" + std::to_string(child) + "/status");
+    for (std::string line; std::getline(status, line);)
+      if (line.starts_with("SigCgt:") && (std::stoull(line.substr(7), nullptr, 16) >> (SIGINT - 1) & 1))
+        return true;
+    std::this_thread::sleep_for(std::chrono::milliseconds(20));
+  }
+  return false;
+}
+
 TEST_F(CommandLine, TrackStopsOnRequestWithItsOwnExitCode) {
   const fs::path clip = write_clip("long.mp4", 600), out = folder_ / "track.json";
   const pid_t child =
       start_program({likeness_path(), "track", clip.string(), "--out", out.string()}, folder_);
-  std::this_thread::sleep_for(std::chrono::milliseconds(400));
+  ASSERT_TRUE(listens_for_interrupts(child));
   ::kill(child, SIGINT);
   EXPECT_EQ(wait_program(child), 130);
   EXPECT_FALSE(fs::exists(out));
+  std::ifstream file(folder_ / "err");
+  const std::string said((std::istreambuf_iterator<char>(file)), {});
+  EXPECT_NE(said.find("Stopped"), std::string::npos) << said;
+  EXPECT_NE(said.find("Nothing was written"), std::string::npos) << said;
 }
 
 TEST_F(CommandLine, VerbsOnAFolderThatIsNoProjectSayWhatToDo) {
