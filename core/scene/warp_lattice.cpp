@@ -139,6 +139,7 @@ WarpFrame make_warp_frame(const HeadModel& model, const HeadShape& shape, const 
         ((high - posed[v]).array() > -kAnchorSpacing).all())
       frame.vertices.push_back(int(v));
   for (const int v : frame.vertices) frame.rest.push_back(posed[std::size_t(v)]);
+  frame.mouth = make_mouth_frame(model, shape, posed);
   // Room for the widest jaw, and for the fading.
   low.array() -= kFadeEnd, high.array() += kFadeEnd;
   low.y() -= 0.02f;
@@ -149,8 +150,9 @@ WarpFrame make_warp_frame(const HeadModel& model, const HeadShape& shape, const 
 }
 
 WarpLattice make_warp_lattice(const WarpFrame& frame, std::span<const Vec3f> posed) {
-  WarpLattice lattice{frame.origin, frame.cell, frame.nodes, 0, {}};
+  WarpLattice lattice{frame.origin, frame.cell, frame.nodes, 0, {}, {}};
   if (frame.vertices.empty()) return lattice;
+  lattice.mouth = make_mouth_gap(frame.mouth, posed);
   Nodes nodes = splat(frame, posed);
   spread(frame, nodes);
   float largest = 0;
@@ -167,6 +169,7 @@ WarpLattice make_warp_lattice(const WarpFrame& frame, std::span<const Vec3f> pos
 
 Vec3f displacement_at(const WarpLattice& lattice, const Vec3f& point) {
   if (lattice.empty()) return Vec3f::Zero();
+  if (in_gap(lattice.mouth, point)) return way_to_pocket(lattice.mouth, point);
   const Vec3f p = (point - lattice.origin) / lattice.cell;
   const int x = int(std::floor(p.x())), y = int(std::floor(p.y())), z = int(std::floor(p.z()));
   const auto [nx, ny, nz] = lattice.nodes;

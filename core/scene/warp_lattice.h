@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "core/head/pose_head.h"
+#include "core/scene/mouth_pocket.h"
 
 namespace likeness {
 
@@ -22,6 +23,7 @@ struct WarpFrame {
   std::array<int, 3> nodes{};    // along x, y, z; all 0: nothing moves
   std::vector<int> vertices;     // (K) of the model, those that an expression or the jaw moves
   std::vector<Vec3f> rest;       // (K) their places in the canonical face, m
+  MouthFrame mouth;
 };
 
 // rest: the articulation of the canonical face. cell: halving it costs eight times the memory a frame.
@@ -35,6 +37,7 @@ struct WarpLattice {
   std::array<int, 3> nodes{};
   float unit = 0;                          // m a count
   std::vector<std::int16_t> displacement;  // (z, y, x, 3) canonical minus posed, in units
+  MouthGap mouth;
 
   bool empty() const { return displacement.empty(); }
 };
