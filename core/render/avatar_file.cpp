@@ -15,7 +15,7 @@ namespace {
 using json = nlohmann::json;
 
 constexpr SectionFormat kFormat{
-    "LKNSAVTR", 3, "avatar", "Train the avatar again (likeness build), or restore the file from a backup."};
+    "LKNSAVTR", 4, "avatar", "Train the avatar again (likeness build), or restore the file from a backup."};
 constexpr int kLargestResolution = 512, kLargestWidth = 512;  // as core/field allows
 
 // -- To JSON

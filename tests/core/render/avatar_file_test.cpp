@@ -85,7 +85,7 @@ TEST_F(AvatarFile, AnyFlippedByteIsRefused) {
 
 // A hostile writer can compute checksums: the contents themselves must be checked.
 TEST_F(AvatarFile, ContentsThatLieAboutTheirSizeAreRefused) {
-  const SectionFormat format{"LKNSAVTR", 3, "avatar", "fix"};
+  const SectionFormat format{"LKNSAVTR", 4, "avatar", "fix"};
   ASSERT_TRUE(write_avatar(path_, tiny_avatar()).ok());
   const auto sections = read_sections(path_, format);
   ASSERT_TRUE(sections.ok());
