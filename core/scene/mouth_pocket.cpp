@@ -32,7 +32,16 @@ Vec3f mean_place(const std::array<MouthFrame::Mark, N>& marks, std::span<const V
   return sum / float(N);
 }
 
-// Catmull-Rom curves through the eight landmarks, from the right corner over the upper lip.
+// Catmull-Rom tangent, but in height no steeper than either neighbour allows: an open mouth is boxy, and the
+// curve must not swing past its landmarks into the lips.
+Vec3f tangent(const Vec3f& before, const Vec3f& at, const Vec3f& after) {
+  Vec3f t = 0.5f * (after - before);
+  const float up = at.y() - before.y(), on = after.y() - at.y();
+  t.y() = up * on > 0 ? 2 * up * on / (up + on) : 0.f;
+  return t;
+}
+
+// From the right corner over the upper lip to the left, and back over the lower.
 std::vector<Vec3f> lip_curve(const MouthFrame& frame, std::span<const Vec3f> posed) {
   std::array<Vec3f, 8> p;
   for (std::size_t i = 0; i < 8; ++i) p[i] = place(frame.lips[i], posed);
@@ -40,8 +49,8 @@ std::vector<Vec3f> lip_curve(const MouthFrame& frame, std::span<const Vec3f> pos
   for (std::size_t i = 0; i < 8; ++i) {
     const Vec3f &a = p[i], &b = p[(i + 1) % 8];
     // Corners are sharp: no tangent runs through them.
-    const Vec3f from = i % 4 == 0 ? Vec3f(b - a) : Vec3f(0.5f * (b - p[(i + 7) % 8]));
-    const Vec3f to = i % 4 == 3 ? Vec3f(b - a) : Vec3f(0.5f * (p[(i + 2) % 8] - a));
+    const Vec3f from = i % 4 == 0 ? Vec3f(b - a) : tangent(p[(i + 7) % 8], a, b);
+    const Vec3f to = i % 4 == 3 ? Vec3f(b - a) : tangent(a, b, p[(i + 2) % 8]);
     for (int k = 0; k < kCurvePieces; ++k) {
       const float t = float(k) / kCurvePieces, t2 = t * t, t3 = t2 * t;
       curve.push_back((2 * t3 - 3 * t2 + 1) * a + (t3 - 2 * t2 + t) * from + (3 * t2 - 2 * t3) * b +
