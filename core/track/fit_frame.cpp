@@ -3,6 +3,7 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
+#include <string>
 #include <string_view>
 
 #include "core/base/check.h"
@@ -15,6 +16,7 @@ constexpr double kJawLineWeight = 0.4;    // its landmarks are less certain than
 constexpr double kTangentWeight = 0.2;    // and slide along the line
 constexpr double kBoundWeight = 12.0;     // per unit beyond the range
 constexpr double kJawBoundWeight = 60.0;  // per rad
+constexpr double kBlinkChange = 0.15;     // lids close within two frames; nothing else on a face does
 
 bool starts_with_any(std::string_view name, std::initializer_list<std::string_view> prefixes) {
   return std::any_of(prefixes.begin(), prefixes.end(),
@@ -74,7 +76,49 @@ void add_priors(const ExpressionPrior& prior, const FramePull& pull, const Frame
     add_pull(s, 7 + e, prior.weight[e], x);
     if (x < prior.low[e]) add_pull(s, 7 + e, kBoundWeight, x - prior.low[e]);
     if (x > prior.high[e]) add_pull(s, 7 + e, kBoundWeight, x - prior.high[e]);
-    if (pull.expression_weight > 0) add_pull(s, 7 + e, pull.expression_weight, x - pull.expression[e]);
+    if (pull.expression_weight > 0)
+      add_pull(s, 7 + e, prior.change[e] * pull.expression_weight, x - pull.expression[e]);
+  }
+}
+
+// The halves of a face move together, unless the evidence parts them.
+void add_pairs(const ExpressionPrior& prior, const FaceState& state, FrameSystem* s) {
+  const double w = prior.pair_weight * prior.pair_weight;
+  for (const auto& [left, right] : prior.pairs) {
+    const double apart = state.expression[left] - state.expression[right];
+    s->cost += 0.5 * w * apart * apart;
+    if (s->hessian.size() == 0) continue;
+    const int l = 7 + left, r = 7 + right;
+    s->hessian(l, l) += w, s->hessian(r, r) += w;
+    s->hessian(l, r) -= w, s->hessian(r, l) -= w;
+    s->gradient[l] += w * apart, s->gradient[r] -= w * apart;
+  }
+}
+
+// Landmarks of the upper and the lower lid over each other: subject's right eye, left.
+constexpr std::array<std::array<std::array<int, 2>, 2>, 2> kLidPairs{
+    {{{{37, 41}, {38, 40}}}, {{{43, 47}, {44, 46}}}}};
+
+// The lids' heights against the evidence for them; adds to rows and residuals of its own.
+void add_lids(const ReducedHead& head, const ReducedPerson& person, const FaceObservation& observation,
+              const FaceState& state, bool derivatives, bool with_identity, FrameSystem* s) {
+  for (int side = 0; side < 2; ++side) {
+    const LidEvidence& lids = observation.lids[side];
+    if (!lids.known) continue;
+    const double r = (lid_gap(head, person, side, state.expression) - lids.gap_m) / lids.sigma_m;
+    s->cost += huber(std::abs(r));
+    if (!derivatives) continue;
+    Eigen::VectorXd row = Eigen::VectorXd::Zero(s->hessian.rows());
+    for (const auto& [upper, lower] : kLidPairs[side]) {
+      row.segment(7, head.expression_count()) +=
+          0.5 * (head.expression.row(3 * upper + 1) - head.expression.row(3 * lower + 1)).transpose();
+      if (with_identity)
+        row.tail(head.identity_count()) +=
+            0.5 * (head.identity.row(3 * upper + 1) - head.identity.row(3 * lower + 1)).transpose();
+    }
+    const double robust = std::abs(r) <= kHuber ? 1.0 : kHuber / std::abs(r);
+    s->hessian.noalias() += robust / (lids.sigma_m * lids.sigma_m) * row * row.transpose();
+    s->gradient += robust * r / lids.sigma_m * row;
   }
 }
 
@@ -97,6 +141,7 @@ ExpressionPrior expression_prior(const HeadModel& model) {
   p.weight = Eigen::VectorXd::Constant(count, 2.5);
   p.low = Eigen::VectorXd::Constant(count, 0.0);
   p.high = Eigen::VectorXd::Constant(count, 1.0);
+  p.change = Eigen::VectorXd::Constant(count, 1.0);
   for (int e = 0; e < count; ++e) {
     if (model.expression_min.size() == count) p.low[e] = model.expression_min[e];
     if (model.expression_max.size() == count) p.high[e] = model.expression_max[e];
@@ -112,9 +157,19 @@ ExpressionPrior expression_prior(const HeadModel& model) {
                    "mouthShrug", "mouthClose", "jawLeft", "jawRight", "jawForward", "tongue"}))
       p.weight[e] = 20;
     else if (name.starts_with("eyeBlink"))
-      p.weight[e] = 1.0;
+      p.weight[e] = 1.0, p.change[e] = kBlinkChange;
     else if (name == "jawOpen")
       p.weight[e] = 1e4;  // the jaw joint opens the mouth; both together are not observable
+    // Lips are drawn in by a pucker far more often than by a funnel; a mouth shifted to the side or stretched
+    // is what an error of the head's turn looks like.
+    else if (name == "mouthPucker")
+      p.weight[e] = 1.5;
+    else if (starts_with_any(name, {"mouthFunnel", "mouthLeft", "mouthRight", "mouthStretch", "mouthFrown"}))
+      p.weight[e] = 6;
+    if (!name.ends_with("_L") || name.starts_with("eye")) continue;
+    const std::string other = std::string(name.substr(0, name.size() - 1)) + "R";
+    for (int r = 0; r < count; ++r)
+      if (model.expression_names[r] == other) p.pairs.push_back({e, r});
   }
   return p;
 }
@@ -199,6 +254,8 @@ void frame_system(const ReducedHead& head, const ReducedPerson& person, const Fa
     system->hessian.triangularView<Eigen::StrictlyUpper>() = system->hessian.transpose();
     system->gradient = rows.transpose() * residuals;
   }
+  if (options.free_face) add_pairs(prior, state, system);
+  if (options.free_face) add_lids(head, person, observation, state, derivatives, with_identity, system);
   add_priors(prior, pull, options, state, system);
   if (!derivatives) return;
   // Unknowns that are held get a unit diagonal, so that the system stays regular and their increment zero.
@@ -299,6 +356,16 @@ FaceState start_frame(const ReducedHead& head, const ReducedPerson& person,
     if (cost < least * 0.98) least = cost, best = fitted;
   }
   return best;
+}
+
+double lid_gap(const ReducedHead& head, const ReducedPerson& person, int side,
+               const Eigen::VectorXd& expression) {
+  double gap = 0;
+  for (const auto& pair : kLidPairs[side])
+    for (int k = 0; k < 2; ++k)
+      gap += (k == 0 ? 0.5 : -0.5) *
+             (person.base[3 * pair[k] + 1] + head.expression.row(3 * pair[k] + 1).dot(expression));
+  return gap;
 }
 
 double inner_error(const ReducedHead& head, const ReducedPerson& person, const FaceObservation& observation,

@@ -5,15 +5,23 @@
 #pragma once
 
 #include <array>
+#include <vector>
 
 #include "core/track/reduced_head.h"
 
 namespace likeness {
 
+// Height between the margins of an eye's lids, from the pixels (lids.h).
+struct LidEvidence {
+  bool known = false;
+  double gap_m = 0, sigma_m = 1;
+};
+
 struct FaceObservation {
   std::array<Vec2d, kLandmarkCount> rays;
   std::array<double, kLandmarkCount> sigma_px{};  // working px
   double focal_px = 1000;                         // of the working picture
+  std::array<LidEvidence, 2> lids;                // subject's right eye, left
 };
 
 struct FaceState {
@@ -25,8 +33,11 @@ struct FaceState {
 struct ExpressionPrior {
   Eigen::VectorXd weight;     // (E) residual per unit; shapes that landmarks do not see weigh more
   Eigen::VectorXd low, high;  // (E) range in which the expression is meant
-  double jaw_weight = 1.0;    // per rad
-  double jaw_high = 0.5;      // rad
+  Eigen::VectorXd change;     // (E) share of a pull's weight: what moves faster is pulled less
+  std::vector<std::array<int, 2>> pairs;  // left and right half of a shape: faces mostly move both
+  double pair_weight = 8;                 // per unit of difference between the halves
+  double jaw_weight = 1.0;                // per rad
+  double jaw_high = 0.5;                  // rad
 };
 ExpressionPrior expression_prior(const HeadModel& model);
 
@@ -81,6 +92,11 @@ FaceState fit_frame(const ReducedHead& head, const ReducedPerson& person, const 
 // Pose alone from the inner landmarks, without a guess.
 FaceState start_frame(const ReducedHead& head, const ReducedPerson& person,
                       const FaceObservation& observation, const ExpressionPrior& prior);
+
+// Height between an eye's lids: mean over its two pairs of lid landmarks, along the head's y, m. The jaw
+// does not move them.
+double lid_gap(const ReducedHead& head, const ReducedPerson& person, int side,
+               const Eigen::VectorXd& expression);
 
 // Mean distance of fitted to observed landmarks 17..67, working px.
 double inner_error(const ReducedHead& head, const ReducedPerson& person, const FaceObservation& observation,

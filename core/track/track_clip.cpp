@@ -16,6 +16,7 @@
 #include "core/track/fit_clip.h"
 #include "core/track/frame_verdict.h"
 #include "core/track/gaze.h"
+#include "core/track/lids.h"
 #include "core/track/neutral.h"
 #include "core/track/optical_support.h"
 #include "core/track/photometric.h"
@@ -37,6 +38,7 @@ struct Work {
   std::vector<DenseFrame> dense;
   std::vector<std::optional<Gaze>> gaze;
   std::vector<OpticalVerdict> optical;  // empty before the landmarks were followed
+  std::vector<LidOpenings> lids;        // by the pixels; empty before they were read
   std::vector<double> look;             // agreement with the person's other frames; empty before it is known
   ReducedHead head;
   ExpressionPrior prior;
@@ -183,6 +185,35 @@ Result<void> find_lost_brows(Work& work, std::stop_token stop) {
   return {};
 }
 
+// How far the lids are open, by the pixels; evidence for every fit from here on.
+Result<void> watch_lids(const HeadModel& model, Work& work, std::stop_token stop) {
+  const Vec2d corner(work.clip.region.x, work.clip.region.y);
+  std::vector<LidView> views(work.faces.size());
+  for (std::size_t i = 0; i < views.size(); ++i) {
+    const ClipFrame& source = work.clip.frames[i];
+    const FaceFrame& face = work.faces[i];
+    if (!face.seen || !face.pose_given) continue;
+    views[i] = {&source.grey, work.intrinsics[i], face.state.cam_from_head, {}, face.held_out};
+    for (int k = 0; k < kLandmarkCount; ++k)
+      views[i].landmarks[k] = (source.landmarks->points[k] - corner) * work.clip.scale;
+  }
+  const HeadShape person = shape_head(model, work.full_identity(model));
+  auto read = read_lids(eye_balls(model, person), views, stop);
+  if (!read) return read.error();
+  for (std::size_t i = 0; i < views.size(); ++i)
+    observe_lids(read->frames[i], read->usual_gap_m, &work.faces[i].observation);
+  work.lids = std::move(read->frames);
+  return {};
+}
+
+bool eyes_shut(const Work& work, std::size_t i) {
+  constexpr double kShut = 0.3;  // of the usual opening: there is no iris to look for
+  if (work.lids.empty()) return false;
+  const LidOpenings& lids = work.lids[i];
+  return (lids[0].known || lids[1].known) && (!lids[0].known || lids[0].opening < kShut) &&
+         (!lids[1].known || lids[1].opening < kShut);
+}
+
 Result<void> fit_faces(Work& work, const Progress& progress, std::stop_token stop) {
   auto identity = fit_identity(work.head, work.prior, {}, work.identity, work.faces,
                                progress.stage(0, 0.5, "identity"), stop);
@@ -214,7 +245,7 @@ void measure_eyes(const HeadModel& model, Work& work) {
   const Vec2d corner(work.clip.region.x, work.clip.region.y);
   std::vector<std::optional<Gaze>> raw(work.faces.size());
   parallel_for(work.faces.size(), [&](std::size_t i) {
-    if (!work.faces[i].seen) return;
+    if (!work.faces[i].seen || eyes_shut(work, i)) return;
     std::array<Vec2d, kLandmarkCount> px;
     for (int k = 0; k < kLandmarkCount; ++k)
       px[k] = (work.clip.frames[i].landmarks->points[k] - corner) * work.clip.scale;
@@ -408,6 +439,8 @@ Result<Track> track_clip(const std::filesystem::path& video, const TrackRegion& 
     clock.lap("landmarks followed");
     if (auto brows = find_lost_brows(work, stop); !brows) return brows.error();
     clock.lap("brows");
+    if (auto watched = watch_lids(model, work, stop); !watched) return watched.error();
+    clock.lap("lids");
     if (auto fitted = fit_faces(work, progress.stage(0.87, 0.9, "second fit"), stop); !fitted)
       return fitted.error();
     clock.lap("fit again");

@@ -45,7 +45,9 @@ TEST(FrameSystem, GradientMatchesFiniteDifferences) {
   const Eigen::VectorXd identity = some_identity(head.identity_count());
   const ReducedPerson person = reduced_person(head, identity);
   const FaceState truth = some_state(head, 0.5);
-  const FaceObservation seen = observe_state(head, person, truth, 1.5, 3);
+  FaceObservation seen = observe_state(head, person, truth, 1.5, 3);
+  seen.lids[0] = {true, 0.009, 0.004};  // in the linear and the limited range of its cost
+  seen.lids[1] = {true, 0.0, 0.0005};
   FaceState state = truth;
   state.cam_from_head = facing_pose(0.47, 0.13, {0.021, 0.029, 0.61});
   state.jaw = -0.02;  // beyond its range: the one-sided penalty acts
