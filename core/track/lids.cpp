@@ -16,7 +16,7 @@ constexpr double kLow = -0.45, kHigh = 0.55;    // of the eye's width: rows of t
 constexpr double kLeft = -0.06, kRight = 1.06;  // along the corners' line
 constexpr double kLeastFacing = 0.3;            // cosine; more slanted eyes are not looked at
 constexpr double kFrontal = 0.85;               // cosine of the head's axis to the view: teaches the outline
-constexpr double kLeastWidth = 12;              // px of an eye in the picture
+constexpr double kLeastWidth = 5;               // px of an eye in the picture
 constexpr double kFirstColumn = 0.1, kLastColumn = 0.9;  // that are judged: corners look alike, open or not
 constexpr double kLowest = -0.30, kHighest = 0.36;       // rows that are judged, without the brow
 constexpr int kTones = 26;
