@@ -214,13 +214,27 @@ bool eyes_shut(const Work& work, std::size_t i) {
          (!lids[1].known || lids[1].opening < kShut);
 }
 
-Result<void> fit_faces(Work& work, const Progress& progress, std::stop_token stop) {
-  auto identity = fit_identity(work.head, work.prior, {}, work.identity, work.faces,
-                               progress.stage(0, 0.5, "identity"), stop);
+// For the first fit, which only places the head: landmarks alone leave turn and mouth to be confused, and
+// what is forbidden the mouth there goes into the turn.
+ExpressionPrior placing_prior(const HeadModel& model) {
+  constexpr double kFree = 2.5;
+  ExpressionPrior prior = expression_prior(model);
+  prior.pairs.clear();
+  prior.change.setOnes();
+  for (std::size_t e = 0; e < model.expression_names.size(); ++e)
+    for (const char* name :
+         {"mouthPucker", "mouthFunnel", "mouthLeft", "mouthRight", "mouthStretch", "mouthFrown"})
+      if (model.expression_names[e].starts_with(name)) prior.weight[static_cast<Eigen::Index>(e)] = kFree;
+  return prior;
+}
+
+Result<void> fit_faces(const ExpressionPrior& prior, Work& work, const Progress& progress,
+                       std::stop_token stop) {
+  auto identity =
+      fit_identity(work.head, prior, {}, work.identity, work.faces, progress.stage(0, 0.5, "identity"), stop);
   if (!identity) return identity.error();
   work.identity = *identity;
-  return fit_states(work.head, work.identity, work.prior, {}, work.faces, progress.stage(0.5, 1, "frames"),
-                    stop);
+  return fit_states(work.head, work.identity, prior, {}, work.faces, progress.stage(0.5, 1, "frames"), stop);
 }
 
 // Pose, jaw and expression by the pictures themselves, where the dense poses hold the head.
@@ -422,7 +436,8 @@ Result<Track> track_clip(const std::filesystem::path& video, const TrackRegion& 
 
   if (auto alone = check_alone(work.clip, video); !alone) return alone.error();
   start_clip(work.head, work.identity, work.prior, work.faces);
-  if (auto fitted = fit_faces(work, progress.stage(0.40, 0.45, "first fit"), stop); !fitted)
+  if (auto fitted = fit_faces(placing_prior(model), work, progress.stage(0.40, 0.45, "first fit"), stop);
+      !fitted)
     return fitted.error();
   clock.lap("fit");
   if (options.dense) {
@@ -441,7 +456,7 @@ Result<Track> track_clip(const std::filesystem::path& video, const TrackRegion& 
     clock.lap("brows");
     if (auto watched = watch_lids(model, work, stop); !watched) return watched.error();
     clock.lap("lids");
-    if (auto fitted = fit_faces(work, progress.stage(0.87, 0.9, "second fit"), stop); !fitted)
+    if (auto fitted = fit_faces(work.prior, work, progress.stage(0.87, 0.9, "second fit"), stop); !fitted)
       return fitted.error();
     clock.lap("fit again");
     if (options.photometric)
