@@ -182,6 +182,17 @@ Result<void> find_lost_brows(Work& work, std::stop_token stop) {
     if (work.cameras[i]) pictures[i] = {&work.clip.frames[i].grey, work.intrinsics[i]};
   auto found = correct_brows(work.head, reduced_person(work.head, work.identity), pictures, work.faces, stop);
   if (!found) return found.error();
+  for (std::size_t i = 0; i < work.faces.size(); ++i) {
+    if (!work.faces[i].seen || !work.cameras[i]) continue;
+    Landmarks& shown = *work.clip.frames[i].landmarks;
+    const FaceObservation& used = work.faces[i].observation;
+    for (int k = 17; k < 27; ++k) {
+      const Vec2d place = project<double>(work.cameras[i]->intrinsics, Vec3d(used.rays[k].homogeneous()));
+      if ((place - shown.points[k]).norm() * work.clip.scale < 0.01) continue;
+      shown.points[k] = place;
+      shown.spread[k] = used.sigma_px[k] / work.clip.scale;
+    }
+  }
   return {};
 }
 
