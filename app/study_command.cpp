@@ -58,6 +58,7 @@ nlohmann::json to_json(const TruthRow& row) {
           {"seconds", row.seconds},
           {"frames_per_second", row.frames_per_second},
           {"scale", a.scale},
+          {"shape_rms_mm", row.comparison.shape_rms_mm},
           {"truth_head_from_head",
            {{"rotation_vector_rad", {w.x(), w.y(), w.z()}}, {"translation_m", {t.x(), t.y(), t.z()}}}},
           {"training", to_json(row.comparison.training)},
@@ -99,6 +100,9 @@ void print_rows(const std::vector<TruthRow>& rows) {
                Eigen::AngleAxisd(a.truth_head_from_head.linear()).angle() * 180 / std::numbers::pi, t.x(),
                t.y(), t.z());
   }
+  fmt::print("\ndistance of the face at rest to the true surface\n");
+  for (const TruthRow& row : rows)
+    fmt::print("{:<12} {:.2f} mm rms\n", row.step, row.comparison.shape_rms_mm);
 }
 
 // -- On a real clip

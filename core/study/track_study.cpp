@@ -23,6 +23,7 @@ constexpr StepSwitch kSwitches[] = {
     {"landmarks", [](TrackOptions&, bool) {}},
     {"dense", [](TrackOptions& options, bool on) { options.dense = on; }},
     {"photometric", [](TrackOptions& options, bool on) { options.photometric = on; }},
+    {"shape", [](TrackOptions& options, bool on) { options.own_shape = on; }},
 };
 
 struct TimedTrack {

@@ -13,6 +13,8 @@
 #include "core/head/builtin_head.h"
 #include "core/head/load_head_model.h"
 #include "core/head/pose_head.h"
+#include "core/scene/head_regions.h"
+#include "core/scene/mesh_scene.h"
 
 namespace likeness {
 namespace {
@@ -175,6 +177,26 @@ Result<TrackTruth> read_track_truth(const fs::path& folder) {
   return truth;
 }
 
+double shape_error(const HeadModel& model, const PersonShape& fitted, const HeadModel& truth_model,
+                   const PersonShape& truth, const TruthAlignment& alignment) {
+  const HeadRegions regions = head_regions(model);
+  std::vector<std::uint8_t> face_skin(model.triangles.size());
+  for (std::size_t t = 0; t < face_skin.size(); ++t) face_skin[t] = regions.face[t] && regions.skin[t];
+  const MeshScene surface(shape_head(truth_model, truth).vertices,
+                          region_triangles(truth_model, head_regions(truth_model).skin));
+  const std::vector<Vec3f> vertices = shape_head(model, fitted).vertices;
+  double sum = 0;
+  int count = 0;
+  for (const int v : region_vertices(model, face_skin)) {
+    const Vec3d at = alignment.truth_head_from_head * Vec3d(alignment.scale * vertices[v].cast<double>());
+    const auto nearest = surface.closest(at.cast<float>());
+    if (!nearest) continue;
+    sum += double(nearest->distance) * nearest->distance;
+    ++count;
+  }
+  return count > 0 ? std::sqrt(sum / count) : 0;
+}
+
 Result<TruthComparison> compare_with_truth(const Track& estimate, const HeadModel& model,
                                            const TrackTruth& truth, const std::set<int>& held_out) {
   const HeadShape shape = shape_head(model, estimate.person);
@@ -203,6 +225,8 @@ Result<TruthComparison> compare_with_truth(const Track& estimate, const HeadMode
   }
   result.alignment = align(training, eyes);
   const ActionBasis truth_basis = action_basis(truth.model), basis = action_basis(model);
+  result.shape_rms_mm =
+      1000 * shape_error(model, estimate.person, truth.model, truth.track.person, result.alignment);
   result.training.pose = pose_errors(training, result.alignment, eyes);
   result.training.correlations = correlations(training, truth_basis, basis);
   result.held_out.pose = pose_errors(tested, result.alignment, eyes);

@@ -54,6 +54,7 @@ struct TruthScore {
 struct TruthComparison {
   TruthAlignment alignment;
   TruthScore training, held_out;
+  double shape_rms_mm = 0;  // of the face at rest, see shape_error
 };
 
 // Pearson's; absent with fewer than 5 frames or where the truth hardly moves.
@@ -61,6 +62,11 @@ std::optional<double> course_correlation(const std::vector<double>& truth, const
 
 // The actions whose course is compared.
 const std::vector<std::string>& compared_actions();
+
+// Distance of the fitted face at rest (expression zero, the skin of the face region) to the true surface,
+// rms over the fitted vertices, m. The fitted head is brought there by the alignment.
+double shape_error(const HeadModel& model, const PersonShape& fitted, const HeadModel& truth_model,
+                   const PersonShape& truth, const TruthAlignment& alignment);
 
 // estimate: tracked with the truth's cameras. model: the estimate's.
 Result<TruthComparison> compare_with_truth(const Track& estimate, const HeadModel& model,

@@ -143,6 +143,7 @@ Result<DenseSummary> track_dense_head(const ClipFrames& clip, const RigidHead& h
   if (!found) return found.error();
   std::vector<BundleTrack> tracks;
   std::vector<Vec3d> normals;
+  std::vector<std::uint8_t> on_skin;
   double length = 0;
   std::size_t index = 0;
   for (const PointTrack& t : *found) {
@@ -166,6 +167,7 @@ Result<DenseSummary> track_dense_head(const ClipFrames& clip, const RigidHead& h
       track.seen.push_back({o.picture, ray_of(frames[o.picture].intrinsics, o.pixel)});
     tracks.push_back(std::move(track));
     normals.push_back(place->normal);
+    on_skin.push_back(!place->hair);
     length += static_cast<double>(t.seen.size());
   }
   summary.found_tracks = static_cast<int>(tracks.size());
@@ -249,6 +251,8 @@ Result<DenseSummary> track_dense_head(const ClipFrames& clip, const RigidHead& h
     }
   }
   if (stop.stop_requested()) return cancelled_error();
+  for (std::size_t t = 0; t < tracks.size(); ++t)
+    if (tracks[t].kept) summary.points.push_back({std::move(tracks[t]), on_skin[t] != 0});
   progress.report(1);
   return summary;
 }

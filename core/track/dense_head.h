@@ -24,7 +24,14 @@ struct DenseFrame {
   double median_px = 0;
 };
 
+// A point of the head as the adjustment left it, and where training frames saw it.
+struct HeadPoint {
+  BundleTrack track;
+  bool on_skin = false;  // started on the head's surface, not on the hull of the hair
+};
+
 struct DenseSummary {
+  std::vector<HeadPoint> points;  // those kept
   BundleSummary bundle;
   int found_tracks = 0;
   double mean_track_length = 0;

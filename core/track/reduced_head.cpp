@@ -46,10 +46,17 @@ std::vector<int> contour_vertices(const HeadModel& model, const std::vector<Vec3
 
 }  // namespace
 
-ReducedHead reduce_head(const HeadModel& model, int max_identity) {
+ReducedHead reduce_head(const HeadModel& model, int max_identity, std::span<const Vec3f> offsets) {
   LIKENESS_CHECK(model.vertex_count() > 0 && !model.triangles.empty(), "an empty head model");
   const int identities = std::min(max_identity, model.identity_count());
   const int expressions = model.expression_count();
+  LIKENESS_CHECK(offsets.empty() || offsets.size() == model.vertices.size(), "%d offsets for %d vertices",
+                 static_cast<int>(offsets.size()), model.vertex_count());
+  const auto place = [&](int v) {
+    return (offsets.empty() ? model.vertices[v] : Vec3f(model.vertices[v] + offsets[v]))
+        .cast<double>()
+        .eval();
+  };
 
   // -- Which vertices, with which weights, make each point.
   struct Mix {
@@ -93,7 +100,7 @@ ReducedHead reduce_head(const HeadModel& model, int max_identity) {
       const int v = mixes[p].vertex[k];
       const double w = mixes[p].weight[k];
       if (w == 0) continue;
-      head.base.segment<3>(3 * p) += w * model.vertices[v].cast<double>();
+      head.base.segment<3>(3 * p) += w * place(v);
       head.identity.middleRows(3 * p, 3) +=
           w * model.identity_basis.block(3 * v, 0, 3, identities).cast<double>();
       head.expression.middleRows(3 * p, 3) += w * model.expression_basis.middleRows(3 * v, 3).cast<double>();
@@ -108,7 +115,7 @@ ReducedHead reduce_head(const HeadModel& model, int max_identity) {
   for (int v = 0; v < model.vertex_count(); ++v) {
     const double w = model.joint_regressor(kJaw, v);
     if (w == 0) continue;
-    head.jaw_joint += w * model.vertices[v].cast<double>();
+    head.jaw_joint += w * place(v);
     head.jaw_joint_identity += w * model.identity_basis.block(3 * v, 0, 3, identities).cast<double>();
   }
   return head;

@@ -7,6 +7,7 @@
 #pragma once
 
 #include <array>
+#include <span>
 #include <vector>
 
 #include "core/base/linalg.h"
@@ -34,8 +35,9 @@ struct ReducedHead {
   int expression_count() const { return static_cast<int>(expression.cols()); }
 };
 
-// max_identity: only the first so many identity directions are kept.
-ReducedHead reduce_head(const HeadModel& model, int max_identity);
+// max_identity: only the first so many identity directions are kept. offsets: (V) a personal shape that
+// belongs to the base, m; or empty.
+ReducedHead reduce_head(const HeadModel& model, int max_identity, std::span<const Vec3f> offsets = {});
 
 // The reduced head of one person: identity applied.
 struct ReducedPerson {

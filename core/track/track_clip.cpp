@@ -19,6 +19,7 @@
 #include "core/track/lids.h"
 #include "core/track/neutral.h"
 #include "core/track/optical_support.h"
+#include "core/track/personal_shape.h"
 #include "core/track/photometric.h"
 #include "core/track/rigid_head.h"
 #include "core/track/torso.h"
@@ -43,7 +44,12 @@ struct Work {
   ReducedHead head;
   ExpressionPrior prior;
   Eigen::VectorXd identity;
+  std::vector<HeadPoint> points;  // of the dense step
+  std::vector<Vec3f> offsets;     // the personal shape, part of `head`; empty before it is known
 
+  HeadShape shape(const HeadModel& model) const {
+    return shape_head(model, PersonShape{full_identity(model), offsets});
+  }
   Eigen::VectorXf full_identity(const HeadModel& model) const {
     Eigen::VectorXf full = Eigen::VectorXf::Zero(model.identity_count());
     full.head(identity.size()) = identity.cast<float>();
@@ -97,6 +103,7 @@ Result<void> refine_poses(const HeadModel& model, const TrackOptions& options, W
   const RigidHead rigid = rigid_head(model, work.full_identity(model));
   auto summary = track_dense_head(work.clip, rigid, work.dense, progress, stop, options.withheld.get());
   if (!summary) return summary.error();
+  work.points = std::move(summary->points);
   for (std::size_t i = 0; i < work.faces.size(); ++i)
     if (work.dense[i].solved) {
       work.faces[i].state.cam_from_head = work.dense[i].cam_from_head;
@@ -248,6 +255,23 @@ Result<void> fit_faces(const ExpressionPrior& prior, Work& work, const Progress&
   return fit_states(work.head, work.identity, prior, {}, work.faces, progress.stage(0.5, 1, "frames"), stop);
 }
 
+// The person's own surface on top of the identity, and every frame's expression on it.
+Result<void> fit_shape(const HeadModel& model, Work& work, const Progress& progress, std::stop_token stop) {
+  std::vector<ShapeFrame> frames(work.faces.size());
+  for (std::size_t i = 0; i < frames.size(); ++i) {
+    const FaceFrame& face = work.faces[i];
+    if (!face.seen || !face.pose_given) continue;
+    frames[i] = {&work.clip.frames[i].grey, face.held_out, work.intrinsics[i], face.state, &face.observation};
+  }
+  auto offsets = fit_personal_shape(model, work.full_identity(model), skin_points(work.points, work.dense),
+                                    frames, {}, progress.stage(0, 0.7, "own shape"), stop);
+  if (!offsets) return offsets.error();
+  work.offsets = std::move(*offsets);
+  work.head = reduce_head(model, kIdentityDirections, work.offsets);
+  return fit_states(work.head, work.identity, work.prior, {}, work.faces, progress.stage(0.7, 1, "frames"),
+                    stop);
+}
+
 // Pose, jaw and expression by the pictures themselves, where the dense poses hold the head.
 Result<void> refine_on_pictures(const HeadModel& model, Work& work, const Progress& progress,
                                 std::stop_token stop) {
@@ -257,15 +281,15 @@ Result<void> refine_on_pictures(const HeadModel& model, Work& work, const Progre
     pictures[i] = {&work.clip.frames[i].grey, work.intrinsics[i],
                    work.cameras[i]->cam_from_world.linear().transpose()};
   }
-  auto refined = refine_photometric(model, shape_head(model, work.full_identity(model)), work.head,
-                                    reduced_person(work.head, work.identity), work.prior, pictures, {},
-                                    work.faces, progress, stop);
+  auto refined =
+      refine_photometric(model, work.shape(model), work.head, reduced_person(work.head, work.identity),
+                         work.prior, pictures, {}, work.faces, progress, stop);
   if (!refined) return refined.error();
   return {};
 }
 
 void measure_eyes(const HeadModel& model, Work& work) {
-  const HeadShape person = shape_head(model, work.full_identity(model));
+  const HeadShape person = work.shape(model);
   const EyeBalls eyes = eye_balls(model, person);
   const Vec2d corner(work.clip.region.x, work.clip.region.y);
   std::vector<std::optional<Gaze>> raw(work.faces.size());
@@ -467,9 +491,14 @@ Result<Track> track_clip(const std::filesystem::path& video, const TrackRegion& 
     clock.lap("brows");
     if (auto watched = watch_lids(model, work, stop); !watched) return watched.error();
     clock.lap("lids");
-    if (auto fitted = fit_faces(work.prior, work, progress.stage(0.87, 0.9, "second fit"), stop); !fitted)
+    if (auto fitted = fit_faces(work.prior, work, progress.stage(0.87, 0.89, "second fit"), stop); !fitted)
       return fitted.error();
     clock.lap("fit again");
+    if (options.own_shape) {
+      if (auto done = fit_shape(model, work, progress.stage(0.89, 0.9, "own shape"), stop); !done)
+        return done.error();
+      clock.lap("own shape");
+    }
     if (options.photometric)
       if (auto done = refine_on_pictures(model, work, progress.stage(0.9, 0.96, "pictures"), stop); !done)
         return done.error();
@@ -481,7 +510,7 @@ Result<Track> track_clip(const std::filesystem::path& video, const TrackRegion& 
   Track track;
   track.head_model_name = model.name;
   track.head_model_hash = model.hash;
-  track.person.identity = work.full_identity(model);
+  track.person = {work.full_identity(model), work.offsets};
   const std::optional<double> scale = find_scale(cameras, work);
   track.metre_known = scale.has_value();
   track.metres_per_unit = scale.value_or(1.0);

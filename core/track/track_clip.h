@@ -1,5 +1,6 @@
 // The track of a clip: landmarks -> one identity and per-frame pose and expression -> dense rigid bundle
-// adjustment -> identity and expression refitted -> torso.
+// adjustment -> identity and expression refitted -> the person's own shape where asked for, expression again
+// -> pictures -> torso.
 #pragma once
 
 #include <filesystem>
@@ -19,6 +20,8 @@ namespace likeness {
 
 struct TrackOptions {
   int working_size = 512;   // px, the longer side of the region tracked; raising it costs time quadratically
+  bool own_shape = false;   // the person's own surface on top of the identity: a truer face by a fifth, no
+                            // better pictures so far; some 5 s
   bool photometric = true;  // pose, jaw and expression refined on the pictures, after the dense fit
   bool gaze = true;         // measure where the eyes look; off: straight ahead
   bool dense = true;        // point tracks and bundle adjustment after the landmark fit

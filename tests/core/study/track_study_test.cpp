@@ -12,6 +12,8 @@ TEST(TrackSteps, EachStepHasWhatTheStepsBeforeItHave) {
   ASSERT_EQ(steps->size(), track_step_names().size());
   EXPECT_FALSE((*steps)[0].options.dense);
   EXPECT_FALSE((*steps)[1].options.photometric);
+  EXPECT_FALSE((*steps)[2].options.own_shape);
+  EXPECT_TRUE(steps->back().options.own_shape);
   for (std::size_t i = 1; i < steps->size(); ++i) EXPECT_TRUE((*steps)[i].options.dense);
   for (std::size_t i = 2; i < steps->size(); ++i) EXPECT_TRUE((*steps)[i].options.photometric);
 }

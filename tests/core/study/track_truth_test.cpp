@@ -23,6 +23,7 @@ TEST(TrackTruth, TheTruthItselfHasNoError) {
   EXPECT_NEAR(result->alignment.scale, 1, 1e-6);
   EXPECT_LT(result->training.pose.turn_p95_deg, 1e-4);
   EXPECT_LT(result->held_out.pose.across_p95_mm, 1e-3);
+  EXPECT_LT(result->shape_rms_mm, 1e-3);
   EXPECT_EQ(result->training.frames, 72);
   EXPECT_EQ(result->held_out.frames, 8);
   for (const TruthCorrelation& c : result->training.correlations) {
@@ -47,6 +48,20 @@ TEST(TrackTruth, AnotherScaleAndAnotherOriginAreNoError) {
   EXPECT_LT(result->training.pose.along_p95_percent, 1e-2);
   EXPECT_LT(result->training.pose.across_p95_mm, 1e-2);
   EXPECT_NEAR(Eigen::AngleAxisd(result->alignment.truth_head_from_head.linear()).angle(), 0.15, 1e-4);
+}
+
+TEST(TrackTruth, TheShapesErrorIsItsDistanceFromTheSurface) {
+  const TrackTruth truth = acted_truth(40);
+  Track other = truth.track;
+  const HeadShape shape = shape_head(truth.model, truth.track.person);
+  const auto normals = vertex_normals(shape.vertices, truth.model.triangles);
+  other.person.offsets.assign(shape.vertices.size(), Vec3f::Zero());
+  for (std::size_t v = 0; v < normals.size(); ++v)
+    if (truth.model.parts[v] == HeadPart::face) other.person.offsets[v] = 0.001f * normals[v];
+  const auto result = compare_with_truth(other, truth.model, truth, {});
+  ASSERT_TRUE(result.ok());
+  EXPECT_GT(result->shape_rms_mm, 0.8);  // a little less than 1 mm in folds, where other skin is nearer
+  EXPECT_LT(result->shape_rms_mm, 1.01);
 }
 
 TEST(TrackTruth, ErrorsPutInAreFound) {

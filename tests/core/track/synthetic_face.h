@@ -13,6 +13,15 @@ inline const HeadModel& test_head() {
   return model;
 }
 
+inline const Eigen::VectorXf& test_identity() {
+  static const Eigen::VectorXf identity = [] {
+    Eigen::VectorXf some = Eigen::VectorXf::Zero(test_head().identity_count());
+    for (int i = 0; i < 6; ++i) some[i] = i % 2 == 0 ? 0.6f : -0.5f;
+    return some;
+  }();
+  return identity;
+}
+
 inline const ReducedHead& test_reduced_head() {
   static const ReducedHead head = reduce_head(test_head(), 20);
   return head;
