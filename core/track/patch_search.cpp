@@ -8,8 +8,8 @@
 namespace likeness {
 namespace {
 
-constexpr int kReach = 5, kSide = 2 * kReach + 1;  // 11 px square in the view, at each size: on wider
-                                                   // ones the skin is no plane, and poses err twice as much
+// 11 px square in the view, at each size: the skin under wider ones is no plane, and poses err more.
+constexpr int kReach = 5, kSide = 2 * kReach + 1;
 constexpr int kPixels = kSide * kSide;
 constexpr double kLeastFacing = 0.5;
 constexpr double kLeastContrast = 2.0;      // levels, standard deviation
