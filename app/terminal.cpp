@@ -46,7 +46,7 @@ void add_common_options(CLI::App& verb, CommonOptions& options) {
 
 int report_failure(const Error& error, StoppedWork stopped) {
   const bool lost = error.code == ErrorCode::cancelled && stopped == StoppedWork::lost;
-  const std::string& fix = lost ? "Nothing was written; the same command starts over." : error.fix;
+  const std::string& fix = lost ? "The same command starts over from the beginning." : error.fix;
   fmt::print(stderr, "{}\n", error.what);
   if (!fix.empty()) fmt::print(stderr, "{}\n", fix);
   return error.code == ErrorCode::cancelled ? kExitStopped : kExitFailed;

@@ -14,7 +14,7 @@ namespace {
 
 constexpr int kAnchors = 3;             // training frames a held-out frame is compared with
 constexpr std::size_t kLoneBatch = 64;  // frames whose pyramids are in memory at once
-constexpr int kMostPatches = 1000;
+constexpr int kFewestTracks = 20, kMostPatches = 1000;
 constexpr double kPatchReach[] = {12, 5};  // px; the first poses have drifted, the second hardly
 
 Vec2d ray_of(const Intrinsics& k, const Vec2d& pixel) { return ray_direction(k, pixel).head<2>(); }
@@ -172,7 +172,7 @@ Result<DenseSummary> track_dense_head(const ClipFrames& clip, const RigidHead& h
   }
   summary.found_tracks = static_cast<int>(tracks.size());
   summary.mean_track_length = tracks.empty() ? 0 : length / static_cast<double>(tracks.size());
-  if (tracks.size() < 20) {
+  if (static_cast<int>(tracks.size()) < kFewestTracks) {
     progress.report(1);
     return summary;  // a smooth, blurred or tiny head: the landmark poses stand
   }
@@ -192,10 +192,18 @@ Result<DenseSummary> track_dense_head(const ClipFrames& clip, const RigidHead& h
   parallel_for(frames.size(), [&](std::size_t i) {
     if (frames[i].known) cloud.pictures[i] = patch_picture(clip.frames[i].grey);
   });
+  const std::vector<BundleFrame> first_poses = poses;
+  const std::vector<BundleTrack> first_tracks = tracks;
   double from = 0.6;
   for (double reach : kPatchReach) {
     choose_patches(tracks, normals, poses, kMostPatches, &cloud);
     observe_again(cloud, poses, training, reach, &tracks, stop);
+    const auto known_again =
+        std::count_if(tracks.begin(), tracks.end(), [](const BundleTrack& t) { return t.kept; });
+    if (known_again < kFewestTracks && !stop.stop_requested()) {  // blurred: the followed points stand
+      poses = first_poses, tracks = first_tracks;
+      break;
+    }
     BundleOptions options;
     options.rounds = 2;
     bundle = bundle_adjust(poses, tracks, options, progress.stage(from, from + 0.12, "bundle"), stop);
@@ -223,7 +231,7 @@ Result<DenseSummary> track_dense_head(const ClipFrames& clip, const RigidHead& h
     frames[t].points = static_cast<int>(r.size());
     if (r.size() < 12) {  // no patch is known again here: the followed points' pose, or none
       frames[t].solved = followed[t] >= 12;
-      if (frames[t].solved) frames[t].cam_from_head = is;
+      if (frames[t].solved) frames[t].cam_from_head = first_poses[t].cam_from_head;
       continue;
     }
     std::nth_element(r.begin(), r.begin() + static_cast<std::ptrdiff_t>(r.size() / 2), r.end());

@@ -20,8 +20,8 @@ namespace likeness {
 
 struct TrackOptions {
   int working_size = 512;   // px, the longer side of the region tracked; raising it costs time quadratically
-  bool own_shape = false;   // the person's own surface on top of the identity: a truer face by a fifth, no
-                            // better pictures so far; some 5 s
+  bool own_shape = false;   // the person's own surface on top of the identity: a truer face at rest, no
+                            // clearly better pictures so far
   bool photometric = true;  // pose, jaw and expression refined on the pictures, after the dense fit
   bool gaze = true;         // measure where the eyes look; off: straight ahead
   bool dense = true;        // point tracks and bundle adjustment after the landmark fit
