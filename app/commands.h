@@ -10,7 +10,8 @@ void add_track_command(CLI::App& program, int& exit_code);
 void add_eval_command(CLI::App& program, int& exit_code);
 void add_render_command(CLI::App& program, int& exit_code);
 void add_drive_command(CLI::App& program, int& exit_code);
-void add_study_command(CLI::App& program, int& exit_code);  // study track, study drive
+void add_study_command(CLI::App& program, int& exit_code);  // study track, study drive, study gains
+void add_gain_study(CLI::App& study, int& exit_code);       // the last of them
 void add_demo_command(CLI::App& program, int& exit_code);
 void add_doctor_command(CLI::App& program, int& exit_code);
 

@@ -13,6 +13,7 @@
 #include "core/field/field.h"
 #include "core/head/head_model.h"
 #include "core/image/image.h"
+#include "core/scene/neck_bend.h"
 #include "core/scene/torso_warp.h"
 
 namespace likeness {
@@ -77,6 +78,7 @@ struct Avatar {
   Pose world_from_head = Pose::Identity();  // typical, for orbit and sliders
   Pose world_from_torso = Pose::Identity();
   TorsoModes torso_modes;                  // empty: a rigid torso
+  NeckZone neck;                           // empty: the head's field is rigid down to its end
   Intrinsics intrinsics;                   // of the training pictures (crop, size x size)
   Pose cam_from_world = Pose::Identity();  // typical
   Image8 plate;                            // empty without a static camera

@@ -15,7 +15,7 @@ namespace {
 using json = nlohmann::json;
 
 constexpr SectionFormat kFormat{
-    "LKNSAVTR", 4, "avatar", "Train the avatar again (likeness build), or restore the file from a backup."};
+    "LKNSAVTR", 5, "avatar", "Train the avatar again (likeness build), or restore the file from a backup."};
 constexpr int kLargestResolution = 512, kLargestWidth = 512;  // as core/field allows
 
 // -- To JSON
@@ -233,6 +233,14 @@ TorsoModes torso_modes_from_json(const json& j) {
   return m;
 }
 
+NeckZone neck_from_json(const json& j) {
+  NeckZone neck;
+  neck.base = float(finite(j.at(0), "neck")), neck.top = float(finite(j.at(1), "neck"));
+  for (int axis = 0; axis < 3; ++axis) neck.middle[axis] = float(finite(j.at(std::size_t(2 + axis)), "neck"));
+  if (neck.top > neck.base && neck.top - neck.base < 0.005f) throw Bad{"the neck is too short to bend"};
+  return neck;
+}
+
 Avatar avatar_from(const Sections& sections) {
   const auto meta = sections.find("meta");
   if (meta == sections.end()) throw Bad{"section 'meta' is missing"};
@@ -273,6 +281,7 @@ Avatar avatar_from(const Sections& sections) {
   a.world_from_head = pose_from_json(j.at("world_from_head"), "world_from_head");
   a.world_from_torso = pose_from_json(j.at("world_from_torso"), "world_from_torso");
   a.torso_modes = torso_modes_from_json(j);
+  a.neck = neck_from_json(j.at("neck"));
   a.cam_from_world = pose_from_json(j.at("cam_from_world"), "cam_from_world");
   a.intrinsics = intrinsics_from_json(j.at("intrinsics"));
   a.size = whole(j.at("size"), "size", 1, 1 << 14);
@@ -312,6 +321,9 @@ Result<void> write_avatar(const std::filesystem::path& path, const Avatar& avata
             {"torso_grid",
              {avatar.torso_modes.grid.origin.x(), avatar.torso_modes.grid.origin.y(),
               avatar.torso_modes.grid.cell, avatar.torso_modes.grid.columns, avatar.torso_modes.grid.rows}},
+            {"neck",
+             {avatar.neck.base, avatar.neck.top, avatar.neck.middle.x(), avatar.neck.middle.y(),
+              avatar.neck.middle.z()}},
             {"torso_mean", avatar.torso_modes.mean},
             {"torso_modes", avatar.torso_modes.modes},
             {"cam_from_world", to_json(avatar.cam_from_world)},

@@ -50,6 +50,20 @@ void warp_samples(std::span<const WarpLattice> lattices, const FieldCube& cube, 
   move_samples(lattices, cube, samples, displacement_at);
 }
 
+void straighten_samples(std::span<const NeckBend> necks, FieldSamples& samples) {
+  if (necks.empty()) return;
+  parallel_ranges(samples.count(), 4096, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      const NeckBend& neck = necks[std::size_t(samples.view[i]) % necks.size()];
+      if (neck.straight || samples.y[i] >= neck.top) continue;
+      const Vec3f straight = straightened(neck, {samples.x[i], samples.y[i], samples.z[i]});
+      samples.x[i] = std::clamp(straight.x(), 0.f, 1.f);
+      samples.y[i] = std::clamp(straight.y(), 0.f, 1.f);
+      samples.z[i] = std::clamp(straight.z(), 0.f, 1.f);
+    }
+  });
+}
+
 void warp_samples(std::span<const TorsoField> fields, const FieldCube& cube, FieldSamples& samples) {
   move_samples(fields, cube, samples, torso_displacement);
 }

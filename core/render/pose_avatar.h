@@ -35,7 +35,10 @@ RenderState pose_avatar(const AvatarRig& rig, const AvatarPose& pose);
 // Moves samples of the head field to canonical, by the lattice of their view (row modulo the number of
 // lattices). No lattices: nothing to do. In parallel.
 void warp_samples(std::span<const WarpLattice> lattices, const FieldCube& cube, FieldSamples& samples);
-// The same of the torso field's samples.
+// Moves samples of the head field near a bent neck to the straight one, by the bend of their view in the
+// field's unit cube. After the lattices: a chin that the jaw lowers is no neck.
+void straighten_samples(std::span<const NeckBend> necks, FieldSamples& samples);
+// The way of torso samples to canonical.
 void warp_samples(std::span<const TorsoField> fields, const FieldCube& cube, FieldSamples& samples);
 
 }  // namespace likeness

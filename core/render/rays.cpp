@@ -36,6 +36,26 @@ Interval cube_interval(const FieldRay& ray, float near, float far) {
   return {near, far};
 }
 
+struct CellContent {
+  bool occupied = false, core = false;
+};
+
+// The grid tells what the training poses showed in a cell; in another pose the neck that belongs there is
+// looked up where it lies when straight.
+CellContent content_of_neck(const NeckBend& neck, const OccupancyGrid& occupancy, const OccupancyGrid* core,
+                            const int (&cell)[3]) {
+  const int n = occupancy.resolution;
+  const Vec3f centre = Vec3f(float(cell[0]) + 0.5f, float(cell[1]) + 0.5f, float(cell[2]) + 0.5f) / float(n);
+  const Vec3f place = straightened(neck, centre) * float(n);
+  int at[3];
+  for (int a = 0; a < 3; ++a) {
+    at[a] = int(std::floor(place[a]));
+    if (at[a] < 0 || at[a] >= n) return {};
+  }
+  return {occupancy.occupied(cell[0], cell[1], cell[2]) || occupancy.occupied(at[0], at[1], at[2]),
+          core && core->occupied(at[0], at[1], at[2])};
+}
+
 void append(std::vector<Interval>& intervals, std::size_t first, float near, float far) {
   if (far <= near) return;
   if (intervals.size() > first && near - intervals.back().far < 1e-6f)
@@ -74,7 +94,7 @@ std::vector<Vec3f> pixel_directions(const Intrinsics& intrinsics) {
 }
 
 float occupied_intervals(const FieldRay& ray, const OccupancyGrid& occupancy, const OccupancyGrid& core,
-                         float near, float far, std::vector<Interval>& intervals) {
+                         float near, float far, std::vector<Interval>& intervals, const NeckBend* neck) {
   const std::size_t first = intervals.size();
   const Interval inside = cube_interval(ray, near, far);
   if (inside.far <= inside.near) return far;
@@ -98,13 +118,19 @@ float occupied_intervals(const FieldRay& ray, const OccupancyGrid& occupancy, co
       next[a] = (float(cell[a] + (d > 0)) - o) / d;
     }
   }
+  const bool has_core = core.resolution == n;
+  const bool bent = neck && !neck->straight;
   float t = inside.near;
   while (t < inside.far) {
-    if (core.resolution == n && core.occupied(cell[0], cell[1], cell[2])) return t;
+    const CellContent content = bent && float(cell[1]) + 0.5f < neck->top * scale
+                                    ? content_of_neck(*neck, occupancy, has_core ? &core : nullptr, cell)
+                                    : CellContent{occupancy.occupied(cell[0], cell[1], cell[2]),
+                                                  has_core && core.occupied(cell[0], cell[1], cell[2])};
+    if (content.core) return t;
     int axis = next[0] < next[1] ? 0 : 1;
     if (next[2] < next[axis]) axis = 2;
     const float leave = std::min(std::max(next[axis], t), inside.far);
-    if (occupancy.occupied(cell[0], cell[1], cell[2])) append(intervals, first, t, leave);
+    if (content.occupied) append(intervals, first, t, leave);
     t = leave;
     cell[axis] += step[axis];
     if (cell[axis] < 0 || cell[axis] >= n) break;
@@ -188,8 +214,11 @@ struct RayIntervals {
     for (int f = 0; f < 2; ++f) {
       const MarchVolumes::Volume& volume = volumes.fields[f];
       if (!volume.occupancy) continue;
+      const NeckBend* neck = f == 0 && !volumes.necks.empty()
+                                 ? &volumes.necks[std::size_t(ray.view) % volumes.necks.size()]
+                                 : nullptr;
       far = std::min(far, occupied_intervals(ray.fields[f], *volume.occupancy, *volume.core, volumes.near,
-                                             far, *lists[f]));
+                                             far, *lists[f], neck));
     }
     if (far >= volumes.far) return;
     while (!head.empty() && head.back().near >= far) head.pop_back();

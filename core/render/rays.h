@@ -44,8 +44,12 @@ struct Interval {
 // Appends the ray's stretches through occupied cells, in depth order and merged, at most `far` away, and
 // returns the distance at which it enters a core cell (nothing is seen beyond), or `far`. An empty grid
 // counts as all occupied; an empty core as absent.
+//
+// neck: of the head's field, in its unit cube, or null. A cell of a bent neck also counts as occupied where
+// its place on the straight neck is; one whose place lies outside the cube is empty.
 float occupied_intervals(const FieldRay& ray, const OccupancyGrid& occupancy, const OccupancyGrid& core,
-                         float near, float far, std::vector<Interval>& intervals);
+                         float near, float far, std::vector<Interval>& intervals,
+                         const NeckBend* neck = nullptr);
 
 struct RaySample {
   float t = 0;    // m
@@ -91,6 +95,8 @@ struct MarchVolumes {
     float side = 1;
   };
   std::array<Volume, 2> fields;  // occupancy nullptr: field absent
+  std::span<const NeckBend>
+      necks;  // of the head's unit cube, a ray's by its view modulo their number; or none
   int max_samples = 16;
   float min_step = 0.0015f;      // m
   float near = 0.05f, far = 20;  // m

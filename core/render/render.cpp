@@ -31,6 +31,7 @@ struct Scene {
   Eigen::VectorXf psi;
   std::span<const WarpLattice> warp;  // one or none
   std::span<const TorsoField> torso;  // one or none
+  std::vector<NeckBend> neck;         // one or none
 };
 
 const Field& field_of(const Scene& scene, int f) {
@@ -98,6 +99,7 @@ BandCount render_band(const Scene& scene, std::size_t first, std::size_t last, f
   SampleBatch batch;
   sample_rays(requests, scene.volumes, batch);
   warp_samples(scene.warp, scene.avatar.head.cube, batch.fields[0]);
+  straighten_samples(scene.neck, batch.fields[0]);
   if (scene.avatar.torso) warp_samples(scene.torso, scene.avatar.torso->cube, batch.fields[1]);
   std::vector<RayState> rays(count);
   BandCount band;
@@ -119,8 +121,9 @@ Scene make_scene(const Avatar& avatar, const Camera& camera, const RenderState& 
   LIKENESS_CHECK(options.max_samples > 0, "max_samples %d", options.max_samples);
   LIKENESS_CHECK(avatar.warp_cell == 0 || !state.warp.empty(),
                  "an avatar with a warp needs pose_avatar's state (cell %g m)", double(avatar.warp_cell));
-  Scene scene{avatar, options, march_volumes(avatar.head, avatar.torso ? &*avatar.torso : nullptr), {}, {},
-              {},     {}};
+  Scene scene{avatar, options, march_volumes(avatar.head, avatar.torso ? &*avatar.torso : nullptr),
+              {},     {},      {},
+              {},     {},      {}};
   scene.volumes.max_samples = options.max_samples;
   scene.volumes.min_step = options.min_step;
   scene.maps[0] = unit_from_camera(avatar.head.cube, camera.cam_from_world, state.world_from_head);
@@ -129,6 +132,11 @@ Scene make_scene(const Avatar& avatar, const Camera& camera, const RenderState& 
   scene.psi = condition(avatar.condition, state.articulation);
   if (!state.warp.empty()) scene.warp = {&state.warp, 1};
   if (!state.torso.empty()) scene.torso = {&state.torso, 1};
+  if (!avatar.neck.empty()) {
+    scene.neck.push_back(make_neck_bend(avatar.neck, state.world_from_head.inverse() * state.world_from_torso,
+                                        avatar.head.cube.origin, avatar.head.cube.side));
+    scene.volumes.necks = scene.neck;
+  }
   return scene;
 }
 

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <numbers>
@@ -186,18 +187,24 @@ class FaceMap {
     }
   }
 
-  Articulation articulation(const Beat& beat) const {
-    const Eigen::Index e = beat.face.size() - 3;
-    Articulation change;  // of the driver, as an articulation of the driver's model
-    change.expression = beat.face.head(e);
-    change.jaw = beat.face.tail<3>();
-    const Eigen::VectorXf performed = face_amounts(driver_basis_, change);
-    const Eigen::VectorXf amounts = same_ ? performed : Eigen::VectorXf(match_ * performed);
+  // How much of each of the avatar's actions a beat performs.
+  Eigen::VectorXf amounts(const Beat& beat) const {
+    const Eigen::VectorXf performed = face_amounts(driver_basis_, change_of(beat));
+    return same_ ? performed : Eigen::VectorXf(match_ * performed);
+  }
+
+  // steady: the beat's amounts without tremor.
+  Articulation articulation(const Beat& beat, const Eigen::VectorXf& amounts,
+                            const Eigen::VectorXf& steady) const {
     Articulation out = avatar_.neutral;
-    if (same_) out.expression += change.expression, out.jaw += change.jaw;
+    if (same_) {
+      const Articulation change = change_of(beat);
+      out.expression += change.expression, out.jaw += change.jaw;
+    }
     for (Eigen::Index a = 0; a < amounts.size(); ++a) {
       const std::size_t i = std::size_t(a);
-      float wanted = gains_[i] * amounts[a];
+      // More of an action is more of its course: a gain above 1 must not magnify what the track trembles.
+      float wanted = gains_[i] > 1 ? amounts[a] + (gains_[i] - 1) * steady[a] : gains_[i] * amounts[a];
       if (clamp_)
         wanted = soft_clamp(rest_[a] + wanted, limits_[i].low, limits_[i].high, limits_[i].margin) - rest_[a];
       const float added = same_ ? wanted - amounts[a] : wanted;
@@ -212,6 +219,14 @@ class FaceMap {
   }
 
  private:
+  // A beat as an articulation of the driver's model, relative to the driver's rest.
+  static Articulation change_of(const Beat& beat) {
+    Articulation change;
+    change.expression = beat.face.head(beat.face.size() - 3);
+    change.jaw = beat.face.tail<3>();
+    return change;
+  }
+
   // The eyeball's turn split into the actions that point its way, which lie along two axes.
   Vec3f gaze(const Vec3f& rest, const Vec3f& change, Vec3f NamedAction::*eye) const {
     Vec3f moved = change;
@@ -239,6 +254,21 @@ class FaceMap {
   Eigen::VectorXf rest_;  // the avatar's amounts at rest
   std::vector<Limits> limits_, eye_limits_;
 };
+
+// Each course through a binomial window of five frames (weights 1 4 6 4 1), which has no lag; the ends are
+// held.
+std::vector<Eigen::VectorXf> without_tremor(const std::vector<Eigen::VectorXf>& courses) {
+  constexpr std::array kWeights{1.0f, 4.0f, 6.0f, 4.0f, 1.0f};
+  const int n = int(courses.size());
+  std::vector<Eigen::VectorXf> steady(courses.size());
+  for (int i = 0; i < n; ++i) {
+    Eigen::VectorXf sum = Eigen::VectorXf::Zero(courses[std::size_t(i)].size());
+    for (int k = 0; k < 5; ++k)
+      sum += kWeights[std::size_t(k)] * courses[std::size_t(std::clamp(i + k - 2, 0, n - 1))];
+    steady[std::size_t(i)] = sum / 16;
+  }
+  return steady;
+}
 
 // -- Head and torso
 
@@ -407,12 +437,16 @@ Result<std::vector<DrivenFrame>> drive(const Track& track, const Puppet& driver,
 
   const FaceMap face(driver, avatar, options);
   const double ratio = size_ratio(driver, avatar);
+  std::vector<Eigen::VectorXf> amounts;
+  for (const Beat& beat : beats) amounts.push_back(face.amounts(beat));
+  const std::vector<Eigen::VectorXf> steady = without_tremor(amounts);
   Follower torso(options.torso_s);
   std::vector<DrivenFrame> driven;
   for (std::size_t i = 0; i < beats.size(); ++i) {
     const Beat& beat = beats[i];
-    DrivenFrame frame{track.frames[i].frame,  track.frames[i].time_s,  beat.bridged,
-                      avatar.world_from_head, avatar.world_from_torso, face.articulation(beat)};
+    DrivenFrame frame{
+        track.frames[i].frame,  track.frames[i].time_s,  beat.bridged,
+        avatar.world_from_head, avatar.world_from_torso, face.articulation(beat, amounts[i], steady[i])};
     if (options.move_head) {
       const Vec3d shift = ratio * beat.shift, near = within_reach(shift, options.reach_m);
       Pose motion = Pose::Identity();

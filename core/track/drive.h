@@ -34,6 +34,7 @@ struct Puppet {
 
 struct DriveOptions {
   std::map<std::string, float> gains = {};  // per named action, on top of the calibrated ones
+  // A gain above 1 carries the course of an action and leaves its tremor as it was.
   bool calibrate_gains = true;  // bring the driver's seen range nearer to the avatar's, by a third at most
   bool clamp = true;            // keep to what the avatar's capture showed, softly
   bool move_head = true;        // false: the head rests in its typical pose

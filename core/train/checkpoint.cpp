@@ -16,7 +16,7 @@ namespace {
 
 using json = nlohmann::json;
 
-constexpr SectionFormat kFormat{"LKNSCKPT", 3, "checkpoint",
+constexpr SectionFormat kFormat{"LKNSCKPT", 4, "checkpoint",
                                 "Training starts anew; nothing needs to be done."};
 
 template <class T>

@@ -32,18 +32,23 @@ Vec3f colour_at(const Image8& image, int x, int y) {
 }  // namespace
 
 RaySource make_ray_source(const TrainingSet& set, std::span<const AvatarPose> poses, const HeadShape& shape,
-                          const FieldCube& head, const FieldCube* torso, const WarpFrame* warp) {
+                          const FieldCube& head, const FieldCube* torso, const WarpFrame* warp,
+                          const NeckZone& neck) {
   RaySource source;
   source.set = &set;
   source.views.resize(set.views.size());
   if (warp && !warp->vertices.empty()) source.warps.resize(set.views.size());
   if (torso && !set.torso_modes.empty()) source.torsos.resize(set.views.size());
+  if (!neck.empty()) source.necks.resize(set.views.size());
   parallel_for(set.views.size(), [&](std::size_t v) {
     const TrainingView& view = set.views[v];
     RaySource::View& out = source.views[v];
     const AvatarPose& pose = poses[v];
     out.maps[0] = unit_from_camera(head, view.camera.cam_from_world, pose.world_from_head);
     if (torso) out.maps[1] = unit_from_camera(*torso, view.camera.cam_from_world, pose.world_from_torso);
+    if (!source.necks.empty())
+      source.necks[v] = make_neck_bend(neck, pose.world_from_head.inverse() * pose.world_from_torso,
+                                       head.origin, head.side);
     // -- Box of the landmarks, a sixth larger on each side.
     const std::vector<Vec3f> posed = pose_head(set.model, shape, pose.articulation);
     if (!source.torsos.empty()) source.torsos[v] = torso_field(set.torso_modes, pose.torso_shape);
@@ -82,6 +87,7 @@ void choose_rays(const RaySource& source, const MarchVolumes& volumes, bool drop
       const bool in_face = kind < kFaceShare;
       const bool on_person = !in_face && kind < kFaceShare + kPersonShare && !view.alpha.empty();
       RayRequest& request = batch.requests[i];
+      request.view = std::int32_t(v);
       Pixel pixel{0, 0};
       for (int attempt = 0; attempt < kTries; ++attempt) {
         pixel = draw_pixel(source.views[v], view.rgb.width, view.rgb.height, in_face, random);
@@ -95,7 +101,7 @@ void choose_rays(const RaySource& source, const MarchVolumes& volumes, bool drop
         if (meets_volume(request, volumes)) break;
       }
       const bool drop = drop_codes && random.uniform() < 0.5f;
-      request.view = std::int32_t(drop ? v + views : v);
+      if (drop) request.view += std::int32_t(views);
       request.jitter = random.bits() | 1;
 
       // -- Over the plate, or with the matte over a random colour.

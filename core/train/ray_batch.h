@@ -28,10 +28,12 @@ struct RaySource {
   std::vector<View> views;
   std::vector<WarpLattice> warps;  // one a view, or none: the head field is not warped
   std::vector<TorsoField> torsos;  // one a view, or none: a rigid torso
+  std::vector<NeckBend> necks;     // one a view, or none: no neck to bend
 };
-// poses: of the views, as tracked or corrected. warp: of the canonical face; null: none.
+// poses: of the views, as tracked or corrected. warp: of the canonical face; null: none. neck: empty: none.
 RaySource make_ray_source(const TrainingSet& set, std::span<const AvatarPose> poses, const HeadShape& shape,
-                          const FieldCube& head, const FieldCube* torso, const WarpFrame* warp = nullptr);
+                          const FieldCube& head, const FieldCube* torso, const WarpFrame* warp = nullptr,
+                          const NeckZone& neck = {});
 
 // Views in turn; a quarter of the rays in the face's box, half on the person, the rest anywhere, all but a
 // few where an occupied cell can be seen. A third of the rays with a matte get a random background, so that

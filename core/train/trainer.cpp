@@ -76,7 +76,7 @@ Result<void> check_set(const TrainingSet& set, const TrainOptions& options) {
 }
 
 Avatar make_avatar(const TrainingSet& set, const TrainOptions& options, const ConditionMap& map,
-                   float warp_cell, const TrainingState& state) {
+                   float warp_cell, const NeckZone& neck, const TrainingState& state) {
   Avatar avatar;
   avatar.head = state.head.part;
   if (state.torso) avatar.torso = state.torso->part;
@@ -88,6 +88,7 @@ Avatar make_avatar(const TrainingSet& set, const TrainOptions& options, const Co
   avatar.neutral = typical_articulation(set);
   avatar.seen = action_ranges(set);
   avatar.warp_cell = warp_cell;
+  avatar.neck = neck;
   const TrainingView& view = set.views[typical_view(set)];
   avatar.world_from_head = view.world_from_head;
   avatar.world_from_torso = view.world_from_torso;
@@ -114,7 +115,7 @@ struct Scene {
   void place_views(TrainingState& state) {
     const std::vector<AvatarPose> poses = corrected_poses(set, map, state.corrections);
     rays = make_ray_source(set, poses, shape, volumes.head.cube,
-                           volumes.torso ? &volumes.torso->cube : nullptr, &warp);
+                           volumes.torso ? &volumes.torso->cube : nullptr, &warp, volumes.neck);
     set_conditions(state, map, poses);
   }
   float warp_cell() const { return rays.warps.empty() ? 0.f : warp.cell; }
@@ -183,7 +184,8 @@ Error diverged(std::uint64_t step) {
 // One refinement of the track; its views are then placed anew.
 void refine(TrainingState& state, Scene& scene, Run& run, std::stop_token stop) {
   run.progress.report(run.share(state), "correcting the track through the field");
-  const Avatar avatar = make_avatar(scene.set, run.options, scene.map, scene.warp_cell(), state);
+  const Avatar avatar =
+      make_avatar(scene.set, run.options, scene.map, scene.warp_cell(), scene.volumes.neck, state);
   const AvatarRig rig = make_rig(avatar, scene.set.model);
   RefineOptions options;
   options.seed = run.options.seed + std::uint64_t(state.refinements) * scene.set.views.size();
@@ -269,7 +271,7 @@ Result<Avatar> train_avatar(const TrainingSet& set, const TrainOptions& options,
   }
   scene.place_views(state);
   if (auto done = run_steps(state, scene, run, stop); !done) return done.error();
-  return make_avatar(set, options, map, scene.warp_cell(), state);
+  return make_avatar(set, options, map, scene.warp_cell(), volumes.neck, state);
 }
 
 }  // namespace likeness

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 
 #include "core/base/parallel.h"
 #include "core/render/composite.h"
@@ -122,13 +123,9 @@ void update_codes(TrainingState& state, FieldGradients& gradients, std::size_t v
   std::fill(gradients.latents.begin(), gradients.latents.end(), 0.f);
 }
 
-template <class Warp>
 void refresh(TrainedField& field, const TrainingState& state, std::size_t views,
-             const std::vector<Warp>& warps, std::uint64_t seed) {
-  refresh_occupancy(
-      field.learnt, field.part, state.conditions.data(), views,
-      [&](FieldSamples& samples) { warp_samples(std::span<const Warp>(warps), field.part.cube, samples); },
-      seed, state.step);
+             const std::function<void(FieldSamples&)>& to_canonical, std::uint64_t seed) {
+  refresh_occupancy(field.learnt, field.part, state.conditions.data(), views, to_canonical, seed, state.step);
   field.part.occupancy = occupancy_bits(field.learnt, field.volume);
 }
 
@@ -183,9 +180,11 @@ StepResult training_step(TrainingState& state, const RaySource& source, const St
   blur_conditions(state, views, options.seed);
   MarchVolumes volumes = march_volumes(state.head.part, state.torso ? &state.torso->part : nullptr);
   volumes.max_samples = kMaxSamples;
+  volumes.necks = source.necks;
   choose_rays(source, volumes, options.use_latent, options.seed, state.step, options.rays, state.rays);
   sample_rays(state.rays.requests, volumes, state.samples);
   warp_samples(source.warps, state.head.part.cube, state.samples.fields[0]);
+  straighten_samples(source.necks, state.samples.fields[0]);
   if (state.torso) warp_samples(source.torsos, state.torso->part.cube, state.samples.fields[1]);
 
   // -- Forward.
@@ -232,8 +231,16 @@ StepResult training_step(TrainingState& state, const RaySource& source, const St
 
   // -- Occupancy.
   if (options.use_occupancy && state.step >= kFirstRefresh && state.step % kRefreshEvery == 0) {
-    refresh(state.head, state, views, source.warps, options.seed);
-    if (state.torso) refresh(*state.torso, state, views, source.torsos, options.seed);
+    const auto head_to_canonical = [&](FieldSamples& samples) {
+      warp_samples(source.warps, state.head.part.cube, samples);
+      straighten_samples(source.necks, samples);
+    };
+    refresh(state.head, state, views, head_to_canonical, options.seed);
+    if (state.torso)
+      refresh(
+          *state.torso, state, views,
+          [&](FieldSamples& samples) { warp_samples(source.torsos, state.torso->part.cube, samples); },
+          options.seed);
   }
   return result;
 }

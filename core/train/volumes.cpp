@@ -13,13 +13,20 @@ namespace {
 
 constexpr int kChin = 8, kRightEar = 0, kLeftEar = 16, kRightBrow = 19, kLeftBrow = 24, kNoseBase = 33;
 constexpr int kCarveViews = 64, kPoses = 12;
-constexpr float kNeckLength = 0.045f;  // m from the chin down to where the torso field takes over alone
+constexpr float kNeckLength = 0.045f;   // m from the chin down to the base of the neck
+constexpr float kNeckRoot = 0.03f;      // m below the base that the head's field goes on, glued to the torso
+constexpr float kShortestNeck = 0.02f;  // m; models of less neck turn stiffly
+constexpr float kNeckBelowChin = 0.005f;  // m that the bend ends below the chin
+constexpr float kShoulderTop =
+    0.02f;  // m above the chin that collars and shoulders beside the neck may reach
+constexpr float kBesideNeck = 0.012f;  // m beside the head's field that the torso keeps off above the collar
+constexpr float kCollar = 0.02f;       // m above the base that the torso may reach up along the neck
 constexpr float kMouthMargin = 0.008f;
 constexpr float kSpacing = 0.005f;  // m between points of the skin
 
 // Shares of the views that must see a cell inside the person: hair, skin envelope (parts of it show only in a
 // few expressions), torso.
-constexpr float kNeeded[] = {0.9f, 0.05f, 0.85f};
+constexpr float kNeeded[] = {0.9f, 0.05f, 0.3f};
 enum CellClass : std::uint8_t { kHair = 0, kSkin = 1, kTorso = 2 };
 
 struct Ball {
@@ -143,7 +150,7 @@ HeadBalls head_balls(const TrainingSet& set, const HeadShape& shape, const Marks
   for (std::size_t i = 0; i < poses.size(); ++i) {
     const std::vector<Vec3f> posed = pose_head(set.model, shape, poses[i]);
     for (std::size_t v = 0; v < posed.size(); ++v) {
-      if (posed[v].y() < marks.base - 0.03f || on_shoulder(marks, posed[v])) continue;
+      if (posed[v].y() < marks.base - kNeckRoot || on_shoulder(marks, posed[v])) continue;
       if (is_mouth(set.model, v)) balls.mouth.push_back({posed[v], kMouthMargin});
       if (!is_skin(set.model, v)) {
         balls.near.push_back({posed[v], options.core_depth});
@@ -228,7 +235,8 @@ Volume head_volume(const TrainingSet& set, const HeadShape& shape, const Marks& 
       low = low.cwiseMin(ball.centre - Vec3f::Constant(ball.radius));
       high = high.cwiseMax(ball.centre + Vec3f::Constant(ball.radius));
     }
-  low.y() = marks.base;
+  const float bottom = set.has_torso ? marks.base - kNeckRoot : marks.base;
+  low.y() = bottom;
   Volume volume;
   volume.cube = cube_around(low, high);
 
@@ -239,7 +247,7 @@ Volume head_volume(const TrainingSet& set, const HeadShape& shape, const Marks& 
   fill_balls(wall, n, volume.cube, balls.wall, 1);
   fill_balls(mouth, n, volume.cube, balls.mouth, 1);
   const auto below = [&](int y) {
-    return volume.cube.origin.y() + (float(y) + 0.5f) * volume.cube.side / float(n) < marks.base;
+    return volume.cube.origin.y() + (float(y) + 0.5f) * volume.cube.side / float(n) < bottom;
   };
   // Busts are open below and often at the shoulders: the flood is kept above the chin.
   const auto under_chin = [&](int y) {
@@ -276,26 +284,47 @@ Volume head_volume(const TrainingSet& set, const HeadShape& shape, const Marks& 
 // Flat elliptic cylinder below the chin; generous, since the reference head may lean against the shoulders:
 // the mattes carve it. p in the torso frame.
 bool in_body(const Marks& marks, float axis_z, const Vec3f& p) {
-  constexpr float kHalfWidth = 0.34f, kNeckDepth = 0.085f, kChestDepth = 0.13f;
-  if (p.y() > marks.chin - 0.02f) return false;
+  constexpr float kHalfWidth = 0.54f, kNeckDepth = 0.085f, kChestDepth = 0.13f;
+  if (p.y() > marks.chin + kShoulderTop) return false;
   const float drop = std::clamp((marks.base + 0.02f - p.y()) / 0.08f, 0.f, 1.f);  // 0 neck, 1 chest
   const float x = p.x() / kHalfWidth, z = (p.z() - axis_z) / (kNeckDepth + drop * (kChestDepth - kNeckDepth));
   return x * x * x * x + z * z < 1;
 }
 
-std::optional<Volume> torso_volume(const TrainingSet& set, const HeadShape& shape, const Marks& marks,
-                                   const VolumeOptions& options) {
+// Depth of the neck's axis at its base.
+float neck_axis(const TrainingSet& set, const HeadShape& shape, const Marks& marks) {
   const std::vector<Vec3f> neutral = pose_head(set.model, shape, neutral_articulation(set.model));
   double sum = 0;
   int count = 0;
   for (std::size_t v = 0; v < neutral.size(); ++v)
     if (is_skin(set.model, v) && std::abs(neutral[v].y() - marks.base) < 0.02f)
       sum += neutral[v].z(), ++count;
-  const float axis_z = count > 0 ? float(sum / count) : shape.joints[kNeck].z();
+  return count > 0 ? float(sum / count) : shape.joints[kNeck].z();
+}
 
+// Both frames coincide in the straight neck, so a place of the torso is one of the head. The neck above the
+// collar is the head's alone: a second one on the torso would stay behind when the head moves.
+bool is_neck(const Volume& head, float axis_z, const Marks& marks, const Vec3f& p) {
+  if (p.y() < marks.base + kCollar) return false;
+  const int n = head.allowed.resolution;
+  // Also what lies a little beside it: the skin between the two must not be shared out.
+  const Vec3f axis(0, p.y(), axis_z), out = p - axis;
+  for (const float inwards : {0.0f, kBesideNeck}) {
+    const Vec3f at = axis + out * std::max(0.0f, 1 - inwards / std::max(out.norm(), 1e-6f));
+    const Vec3f cell = (at - head.cube.origin) * (float(n) / head.cube.side);
+    if ((cell.array() < 0).any() || (cell.array() >= float(n)).any()) continue;
+    const int x = int(cell.x()), y = int(cell.y()), z = int(cell.z());
+    if (head.allowed.occupied(x, y, z) || (head.core.resolution == n && head.core.occupied(x, y, z)))
+      return true;
+  }
+  return false;
+}
+
+std::optional<Volume> torso_volume(const TrainingSet& set, const Volume& head, float axis_z,
+                                   const Marks& marks, const VolumeOptions& options) {
   // -- How far down and to the sides the pictures reach at the torso's depth.
   const Vec3d chest(0, marks.base - 0.08, axis_z);
-  Vec3f low(-0.05f, marks.base, axis_z), high(0.05f, marks.chin - 0.02f, axis_z);
+  Vec3f low(-0.05f, marks.base, axis_z), high(0.05f, marks.chin + kShoulderTop, axis_z);
   const std::size_t views = std::min<std::size_t>(set.views.size(), 32);
   for (std::size_t i = 0; i < views; ++i) {
     const TrainingView& view = set.views[i * set.views.size() / views];
@@ -309,7 +338,7 @@ std::optional<Volume> torso_volume(const TrainingSet& set, const HeadShape& shap
       low = low.cwiseMin(corner.cast<float>()), high.x() = std::max(high.x(), float(corner.x()));
     }
   }
-  low.x() = std::max(low.x(), -0.32f), high.x() = std::min(high.x(), 0.32f);
+  low.x() = std::max(low.x(), -0.5f), high.x() = std::min(high.x(), 0.5f);
   low.y() = std::max(low.y(), marks.base - 0.45f);
   low.z() = axis_z - 0.13f, high.z() = axis_z + 0.13f;
   if (low.y() > marks.base - 0.01f) return std::nullopt;
@@ -324,7 +353,8 @@ std::optional<Volume> torso_volume(const TrainingSet& set, const HeadShape& shap
       for (int x = 0; x < n; ++x) {
         const Vec3f p = volume.cube.origin + (Vec3f(float(x), float(y), float(z)) + Vec3f::Constant(0.5f)) *
                                                  (volume.cube.side / float(n));
-        if (in_body(marks, axis_z, p)) set_occupied(volume.allowed, x, y, z, true);
+        if (in_body(marks, axis_z, p) && !is_neck(head, axis_z, marks, p))
+          set_occupied(volume.allowed, x, y, z, true);
       }
   const std::vector<std::uint8_t> classes(cell_count(n), kTorso);
   if (options.carve)
@@ -342,7 +372,15 @@ Volumes make_volumes(const TrainingSet& set, const HeadShape& shape, const Volum
   const Marks marks = head_marks(set.model, shape);
   Volumes volumes;
   volumes.head = head_volume(set, shape, marks, options);
-  if (set.has_torso) volumes.torso = torso_volume(set, shape, marks, options);
+  if (set.has_torso) {
+    const float axis_z = neck_axis(set, shape, marks);
+    volumes.torso = torso_volume(set, volumes.head, axis_z, marks, options);
+    if (volumes.torso) {
+      const float top = marks.chin - kNeckBelowChin;
+      if (top - marks.base >= kShortestNeck)
+        volumes.neck = {marks.base, top, {0, 0.5f * (marks.base + top), axis_z}};
+    }
+  }
   return volumes;
 }
 

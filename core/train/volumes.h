@@ -19,6 +19,7 @@ struct Volume {
 struct Volumes {
   Volume head;
   std::optional<Volume> torso;
+  NeckZone neck;  // between the two; empty without a torso
 };
 
 struct VolumeOptions {
@@ -29,8 +30,8 @@ struct VolumeOptions {
   bool carve = true;                                // with the views' mattes
 };
 
-// Height (head frame y, m) under which the head field holds nothing, so that turning the head moves no
-// shoulder.
+// Height (head frame y, m) of the base of the neck: below it the head's field, where there is a torso, follows
+// the torso, so that turning the head moves no shoulder; without a torso it holds nothing there.
 float neck_base(const HeadModel& model, const HeadShape& shape);
 
 Volumes make_volumes(const TrainingSet& set, const HeadShape& shape, const VolumeOptions& options = {});

@@ -117,6 +117,34 @@ TEST_F(EndToEnd, TurningTheHeadMovesNoShoulder) {
   EXPECT_LT(mean_difference(*a, *b, a->height * 15 / 16, a->height), 0.5);  // the shoulders stayed
 }
 
+TEST_F(EndToEnd, AStudyOfGainsMeasuresWhatAPartBringsAndGoesOnWhereItStopped) {
+  const fs::path project = folder_ / "p.likeness", out = folder_ / "gains";
+  const auto track_before = fs::last_write_time(project / "track.json");
+  const std::vector<std::string> study{"study",      "gains",      project.string(), "--out",
+                                       out.string(), "--variants", "default",        "no-torso",
+                                       "--steps",    "40",         "--json"};
+  const ProgramResult first = likeness(study);
+  ASSERT_EQ(first.exit_code, 0) << first.err;
+  const json rows = json::parse(first.out).at("rows");
+  ASSERT_EQ(rows.size(), 2u);
+  const json with = rows[0].at("scores").at(0), without = rows[1].at("scores").at(0);
+  EXPECT_EQ(with.at("frames"), 6);
+  // A dark hole where the shoulders should be costs the whole person, not the head.
+  EXPECT_GT(with.at("psnr_person_db").get<double>(), without.at("psnr_person_db").get<double>() + 1);
+  EXPECT_EQ(fs::last_write_time(project / "track.json"), track_before);
+
+  const auto trained = fs::last_write_time(out / "default-0.likeness" / "avatar.bin");
+  const ProgramResult again = likeness(study);
+  ASSERT_EQ(again.exit_code, 0) << again.err;
+  EXPECT_EQ(again.out, first.out);
+  EXPECT_EQ(fs::last_write_time(out / "default-0.likeness" / "avatar.bin"), trained);
+
+  const ProgramResult unknown =
+      likeness({"study", "gains", project.string(), "--out", out.string(), "--variants", "magic"});
+  EXPECT_EQ(unknown.exit_code, 1);
+  EXPECT_NE(unknown.err.find("no-torso"), std::string::npos) << unknown.err;
+}
+
 TEST_F(EndToEnd, AnUnknownExpressionListsTheKnownOnes) {
   const ProgramResult result = likeness({"render", (folder_ / "p.likeness").string(), "--expression",
                                          "grin=1", "--out", (folder_ / "x.png").string()});

@@ -28,7 +28,8 @@ class AvatarFile : public testing::Test {
 };
 
 TEST_F(AvatarFile, RoundTripKeepsEverything) {
-  const Avatar a = tiny_avatar();
+  Avatar a = tiny_avatar();
+  a.neck = {-0.16f, -0.11f, {0.001f, -0.135f, -0.02f}};
   ASSERT_TRUE(write_avatar(path_, a).ok());
   const auto read = read_avatar(path_);
   ASSERT_TRUE(read.ok()) << read.error().what;
@@ -53,6 +54,9 @@ TEST_F(AvatarFile, RoundTripKeepsEverything) {
   EXPECT_EQ(a.seen[0].high, b.seen[0].high);
   EXPECT_EQ(a.world_from_head.matrix(), b.world_from_head.matrix());
   EXPECT_EQ(a.intrinsics.k1, b.intrinsics.k1);
+  EXPECT_EQ(a.neck.base, b.neck.base);
+  EXPECT_EQ(a.neck.top, b.neck.top);
+  EXPECT_EQ(a.neck.middle, b.neck.middle);
   EXPECT_EQ(a.plate.data, b.plate.data);
   EXPECT_EQ(a.steps, b.steps);
   EXPECT_EQ(a.train_seconds, b.train_seconds);
@@ -85,7 +89,7 @@ TEST_F(AvatarFile, AnyFlippedByteIsRefused) {
 
 // A hostile writer can compute checksums: the contents themselves must be checked.
 TEST_F(AvatarFile, ContentsThatLieAboutTheirSizeAreRefused) {
-  const SectionFormat format{"LKNSAVTR", 4, "avatar", "fix"};
+  const SectionFormat format{"LKNSAVTR", 5, "avatar", "fix"};
   ASSERT_TRUE(write_avatar(path_, tiny_avatar()).ok());
   const auto sections = read_sections(path_, format);
   ASSERT_TRUE(sections.ok());
@@ -117,6 +121,8 @@ TEST_F(AvatarFile, ContentsThatLieAboutTheirSizeAreRefused) {
   with_meta("\"position\":[3,3,4,8,4,16]", "\"position\":[3,3]");
   with_meta("\"identity\":[", "\"identity\":[\"x\",");
   with_meta("\"torso\":{", "\"torso\":{{");
+  with_meta("\"neck\":[0.0,0.0,", "\"neck\":[0.0,0.001,");
+  with_meta("\"neck\":[0.0,0.0,", "\"neck\":[null,0.0,");
 
   Sections missing = *sections;
   missing.erase("head.params");

@@ -65,6 +65,26 @@ TEST(OccupiedIntervals, StopAtTheFirstCoreCell) {
   EXPECT_NEAR(intervals[0].far, 1.5f, 1e-6);
 }
 
+// Below the base all follows the torso, which has moved a quarter of the cube along x.
+TEST(OccupiedIntervals, FindABentNeckWhereItWentAndNothingFromOutsideTheCube) {
+  OccupancyGrid grid = make_occupancy(8, false), core = make_occupancy(8, false);
+  for (int z = 2; z < 6; ++z) set_occupied(grid, 4, 0, z, true);
+  set_occupied(core, 4, 0, 4, true);
+  for (int z = 0; z < 8; ++z) set_occupied(grid, 0, 0, z, true);
+  Pose moved = Pose::Identity();
+  moved.translation().x() = 0.25;
+  const NeckBend neck = make_neck_bend({0.3f, 0.6f, {0.5f, 0.45f, 0.5f}}, moved);
+  std::vector<Interval> found;
+  const FieldRay where_it_went{{0.8125f, 0.0625f, -1}, {0, 0, 1}};
+  EXPECT_NEAR(occupied_intervals(where_it_went, grid, core, 0, 10, found, &neck), 1.5f, 1e-6);
+  ASSERT_EQ(found.size(), 1u);
+  EXPECT_NEAR(found[0].near, 1.25f, 1e-6);
+  found.clear();
+  const FieldRay from_outside{{0.0625f, 0.0625f, -1}, {0, 0, 1}};  // its place lies at x = -0.19
+  occupied_intervals(from_outside, grid, core, 0, 10, found, &neck);
+  EXPECT_TRUE(found.empty());
+}
+
 TEST(OccupiedIntervals, AreEmptyForARayBesideTheCube) {
   const OccupancyGrid all = make_occupancy(8, true), none;
   std::vector<Interval> intervals;

@@ -119,7 +119,7 @@ TEST(Drive, AGainScalesItsActionAndNoOther) {
   for (std::size_t i = 0; i < once->size(); ++i) {
     const Eigen::VectorXf a = face_amounts(basis, (*once)[i].articulation),
                           b = face_amounts(basis, (*twice)[i].articulation);
-    EXPECT_NEAR(b[jaw], 2 * a[jaw], 1e-3);
+    EXPECT_NEAR(b[jaw], 2 * a[jaw], 0.01);  // of a course over 40 frames; what is quicker gains less
     EXPECT_NEAR(b[smile], a[smile], 1e-3);
   }
 }
@@ -203,6 +203,29 @@ TEST(Drive, TrembleIsNotRaisedAndSmoothingLowersIt) {
     }
     EXPECT_LE(rms_second_difference(after), 1.01 * rms_second_difference(before)) << name;
     EXPECT_LT(rms_second_difference(smoothed), 0.7 * rms_second_difference(before)) << name;
+  }
+}
+
+TEST(Drive, AGainMagnifiesTheCourseAndNotItsTremor) {
+  const HeadModel& model = test_head();
+  const Track track = performed(model, neutral_articulation(model), 0.03),
+              still = performed(model, neutral_articulation(model));
+  const Puppet self = self_of(track, model);
+  const ActionBasis basis = action_basis(model);
+  for (const char* name : {"jawOpen", "mouthSmile_L"}) {
+    const int a = action_index(basis, name);
+    const auto gained = drive(track, self, self, {.gains = {{name, 1.5f}}, .clamp = false});
+    ASSERT_TRUE(gained.ok());
+    std::vector<float> before, after;
+    double with = 0, of = 0;
+    for (std::size_t i = 0; i < gained->size(); ++i) {
+      before.push_back(face_amounts(basis, track.frames[i].articulation)[a]);
+      after.push_back(face_amounts(basis, (*gained)[i].articulation)[a]);
+      const double truth = face_amounts(basis, still.frames[i].articulation)[a];
+      with += truth * after.back(), of += truth * truth;
+    }
+    EXPECT_NEAR(with / of, 1.5, 0.05) << name;
+    EXPECT_LT(rms_second_difference(after), 1.1 * rms_second_difference(before)) << name;
   }
 }
 

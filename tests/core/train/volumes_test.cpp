@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include "core/head/builtin_head.h"
 #include "tests/core/train/ball_scene.h"
 
 namespace likeness {
@@ -20,8 +21,9 @@ void visit_cells(const Volume& volume, const Visit& visit) {
       for (int x = 0; x < n; ++x) visit(x, y, z, cell_centre(volume.cube, n, x, y, z));
 }
 
-TEST(MakeVolumes, HeadHoldsNothingBelowTheNeckBase) {
-  const TrainingSet set = ball_set(6, 32);
+TEST(MakeVolumes, WithoutATorsoTheHeadHoldsNothingBelowTheNeckBase) {
+  TrainingSet set = ball_set(6, 32);
+  set.has_torso = false;
   const HeadShape shape = shape_head(set.model, set.person);
   const Volumes volumes = make_volumes(set, shape);
   const float base = neck_base(set.model, shape);
@@ -81,9 +83,36 @@ TEST(MakeVolumes, TorsoLiesBelowTheChin) {
   visit_cells(*volumes.torso, [&](int x, int y, int z, const Vec3f& p) {
     if (!volumes.torso->allowed.occupied(x, y, z)) return;
     ++cells;
-    ASSERT_LT(p.y(), -0.7f * kBallRadius);
+    ASSERT_LT(p.y(), -0.5f * kBallRadius);
   });
   EXPECT_GT(cells, 1000);
+}
+
+TEST(MakeVolumes, TheNeckAboveTheCollarBelongsToTheHeadAlone) {
+  TrainingSet set = ball_set(6, 32);
+  set.model = make_builtin_head();
+  set.person.identity = Eigen::VectorXf::Zero(set.model.identity_count());
+  set.has_torso = true;
+  for (TrainingView& view : set.views) {
+    view.alpha = {};
+    view.articulation = neutral_articulation(set.model);
+  }
+  const HeadShape shape = shape_head(set.model, set.person);
+  const Volumes volumes = make_volumes(set, shape);
+  ASSERT_TRUE(volumes.torso.has_value());
+  EXPECT_FLOAT_EQ(volumes.neck.base, neck_base(set.model, shape));
+  EXPECT_GT(volumes.neck.top, volumes.neck.base + 0.03f);
+  const int n = volumes.head.allowed.resolution;
+  const float side = volumes.head.cube.side;
+  int beside = 0;
+  visit_cells(*volumes.torso, [&](int x, int y, int z, const Vec3f& p) {
+    if (!volumes.torso->allowed.occupied(x, y, z) || p.y() < volumes.neck.base + 0.025f) return;
+    ++beside;  // shoulders reach as high as this, but not where the head's skin is
+    const Vec3f cell = (p - volumes.head.cube.origin) * (float(n) / side);
+    if ((cell.array() < 0).any() || (cell.array() >= float(n)).any()) return;
+    ASSERT_FALSE(volumes.head.allowed.occupied(int(cell.x()), int(cell.y()), int(cell.z())));
+  });
+  EXPECT_GT(beside, 100);
 }
 
 }  // namespace

@@ -1,0 +1,275 @@
+// One project a variant and seed, side by side in a folder: see gain_study.h.
+#include "core/study/gain_study.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "core/base/files.h"
+#include "core/base/hash.h"
+#include "core/camera/camera.h"
+#include "core/capture/capture.h"
+#include "core/matte/matte.h"
+#include "core/project/project_views.h"
+#include "core/project/run_stages.h"
+#include "core/study/evaluate.h"
+#include "core/study/track_study.h"
+
+namespace likeness {
+namespace {
+
+namespace fs = std::filesystem;
+
+void look_ahead(Track& track, const HeadModel& model) {
+  const Articulation rest = neutral_articulation(model);
+  for (TrackedFrame& frame : track.frames) {
+    frame.articulation.left_eye = rest.left_eye;
+    frame.articulation.right_eye = rest.right_eye;
+  }
+  track.neutral.left_eye = rest.left_eye;
+  track.neutral.right_eye = rest.right_eye;
+}
+
+void drop_torso(Track& track, const HeadModel&) { track.has_torso = false; }
+
+struct Inputs {
+  const Project& project;
+  Capture capture;
+  CameraSet cameras;
+  HeadModel model;
+  std::string content;  // hash of all that tracks depend on, besides the steps
+};
+
+Result<Inputs> load_inputs(const Project& project) {
+  auto capture = read_capture(capture_path(project));
+  if (!capture) return capture.error();
+  auto cameras = read_cameras(cameras_path(project));
+  if (!cameras) return cameras.error();
+  auto model = project_head_model(project.options);
+  if (!model) return model.error();
+  if (std::error_code ignored; !fs::is_directory(regions_path(project), ignored)) {
+    return Error{ErrorCode::not_found,
+                 fmt::format("{} has no evaluation regions yet.", project.folder.string()),
+                 fmt::format("Run: likeness fit {}", project.folder.string()), project.folder.string()};
+  }
+  const auto capture_hash = hash_file(capture_path(project)), cameras_hash = hash_file(cameras_path(project));
+  if (!capture_hash) return capture_hash.error();
+  if (!cameras_hash) return cameras_hash.error();
+  std::string content = *capture_hash + *cameras_hash + model->hash + project.options.landmark_model.string();
+  return Inputs{project, std::move(*capture), std::move(*cameras), std::move(*model), std::move(content)};
+}
+
+// The track of one step, made once for all variants and seeds that start from it.
+Result<fs::path> make_track(const Inputs& inputs, const std::string& step, const fs::path& folder,
+                            const Progress& progress, std::stop_token stop) {
+  const fs::path path =
+      folder / fmt::format("{}-{}.track.json", step, hash_text(inputs.content).substr(0, 8));
+  if (std::error_code ignored; fs::exists(path, ignored)) return path;
+  TrackOptions base;
+  base.predictor = inputs.project.options.landmark_model;
+  const auto steps = track_steps({step}, base);
+  if (!steps) return steps.error();
+  const SquareCrop& crop = inputs.capture.crop;
+  auto track =
+      track_clip(inputs.project.options.video, {crop.x, crop.y, crop.side, crop.side}, inputs.cameras,
+                 held_out_frames(inputs.capture), inputs.model, steps->front().options, progress, stop);
+  if (!track) return track.error();
+  if (const auto written = write_track(path, *track); !written) return written.error();
+  return path;
+}
+
+// A project folder that shares the pictures of the studied one and has a track of its own.
+Result<Project> make_workplace(const Inputs& inputs, const fs::path& folder, const Track& track,
+                               const Progress& progress, std::stop_token stop) {
+  Project work = inputs.project;
+  work.folder = folder;
+  if (const auto made = make_writable_folder(folder); !made) return made.error();
+  std::error_code failure;
+  const auto share = [&](const fs::path& name) {
+    if (failure || fs::exists(folder / name)) return;
+    const fs::path source = fs::absolute(inputs.project.folder / name);
+    fs::is_directory(source) ? fs::create_directory_symlink(source, folder / name, failure)
+                             : fs::create_symlink(source, folder / name, failure);
+  };
+  for (const char* name : {"frames", "regions", "capture.json", "cameras.json"}) share(name);
+  if (failure) return file_error(folder, "write", failure.value());
+  if (const auto written = write_track(track_path(work), track); !written) return written.error();
+  const auto matte = matte_clip(folder, inputs.capture, inputs.cameras, track, inputs.model,
+                                {.size = inputs.capture.size}, progress, stop);
+  if (!matte) return matte.error();
+  return work;
+}
+
+nlohmann::json to_json(const std::optional<double>& value) {
+  return value ? nlohmann::json(*value) : nlohmann::json(nullptr);
+}
+
+std::optional<double> optional_number(const nlohmann::json& value) {
+  return value.is_null() ? std::nullopt : std::optional(value.get<double>());
+}
+
+Result<void> write_score(const fs::path& path, const std::string& content, const GainScore& s) {
+  const nlohmann::json json = {{"format", "likeness-gain"},
+                               {"version", 1},
+                               {"inputs", content},
+                               {"seed", s.seed},
+                               {"frames", s.frames},
+                               {"lost", s.lost},
+                               {"psnr_db", to_json(s.psnr_db)},
+                               {"psnr_person_db", s.psnr_person_db},
+                               {"psnr_head_db", s.psnr_head_db},
+                               {"psnr_face_db", s.psnr_face_db},
+                               {"lmk_error_px", s.landmark_error_px},
+                               {"psnr_refit_db", to_json(s.psnr_refit_db)},
+                               {"psnr_refit_head_db", to_json(s.psnr_refit_head_db)},
+                               {"psnr_refit_face_db", to_json(s.psnr_refit_face_db)},
+                               {"train_seconds", s.train_seconds}};
+  return write_text(path, json.dump(1) + "\n");
+}
+
+// Absent where there is none, or where it was made from other inputs.
+std::optional<GainScore> read_score(const fs::path& path, const std::string& content) {
+  const auto text = read_text(path);
+  if (!text) return std::nullopt;
+  try {
+    const auto json = nlohmann::json::parse(*text);
+    if (json.at("inputs").get<std::string>() != content) return std::nullopt;
+    GainScore s;
+    s.seed = json.at("seed").get<std::uint64_t>();
+    s.frames = json.at("frames").get<int>();
+    s.lost = json.at("lost").get<int>();
+    s.psnr_db = optional_number(json.at("psnr_db"));
+    s.psnr_person_db = json.at("psnr_person_db").get<double>();
+    s.psnr_head_db = json.at("psnr_head_db").get<double>();
+    s.psnr_face_db = json.at("psnr_face_db").get<double>();
+    s.landmark_error_px = json.at("lmk_error_px").get<double>();
+    s.psnr_refit_db = optional_number(json.at("psnr_refit_db"));
+    s.psnr_refit_head_db = optional_number(json.at("psnr_refit_head_db"));
+    s.psnr_refit_face_db = optional_number(json.at("psnr_refit_face_db"));
+    s.train_seconds = json.at("train_seconds").get<double>();
+    return s;
+  } catch (const nlohmann::json::exception&) {
+    return std::nullopt;
+  }
+}
+
+Result<GainScore> train_and_score(const Inputs& inputs, const GainVariant& variant,
+                                  const GainOptions& options, std::uint64_t seed, const Project& work,
+                                  const Progress& progress, std::stop_token stop) {
+  const auto set = load_training_set(work, inputs.model);
+  if (!set) return set.error();
+  TrainOptions training;
+  training.steps = options.steps;
+  training.seed = seed;
+  if (variant.train != nullptr) variant.train(training);
+  auto avatar = train_avatar(
+      *set, training, checkpoint_path(work), progress.stage(0, 0.8, "train"), [](const TrainStatus&) {},
+      stop);
+  if (!avatar) return avatar.error();
+  if (const auto written = write_avatar(avatar_path(work), *avatar); !written) return written.error();
+  EvalOptions evaluation;
+  evaluation.refit = options.refit;
+  const auto e = evaluate(work, evaluation, progress.stage(0.8, 1, "evaluate"), stop);
+  if (!e) return e.error();
+  GainScore s{.seed = seed, .frames = e->frames_test, .lost = e->frames_lost, .psnr_db = e->psnr_db};
+  s.psnr_person_db = e->psnr_person_db;
+  s.psnr_head_db = e->psnr_head_db;
+  s.psnr_face_db = e->psnr_face_db;
+  s.landmark_error_px = e->landmark_error_px;
+  s.train_seconds = avatar->train_seconds;
+  if (e->refit) {
+    s.psnr_refit_db = e->refit->psnr_db;
+    s.psnr_refit_head_db = e->refit->psnr_head_db;
+    s.psnr_refit_face_db = e->refit->psnr_face_db;
+  }
+  return s;
+}
+
+Result<GainScore> run_variant(const Inputs& inputs, const GainVariant& variant, const GainOptions& options,
+                              std::uint64_t seed, const fs::path& folder, const Progress& progress,
+                              std::stop_token stop) {
+  const auto tracked = make_track(inputs, variant.track_step, folder, progress.stage(0, 0.5, "track"), stop);
+  if (!tracked) return tracked.error();
+  auto track = read_track(*tracked);
+  if (!track) return track.error();
+  track->head_model_file = inputs.project.options.head_model.string();
+  if (variant.change != nullptr) variant.change(*track, inputs.model);
+  const auto track_hash = hash_file(*tracked);
+  if (!track_hash) return track_hash.error();
+  const std::string content =
+      hash_text(fmt::format("{} {} {} {} {}", *track_hash, variant.name, options.steps, seed, options.refit));
+  const std::string name = fmt::format("{}-{}", variant.name, seed);
+  if (auto done = read_score(folder / (name + ".json"), content)) return *done;
+  const auto work =
+      make_workplace(inputs, folder / (name + ".likeness"), *track, progress.stage(0.5, 0.6, "matte"), stop);
+  if (!work) return work.error();
+  auto score = train_and_score(inputs, variant, options, seed, *work, progress.stage(0.6, 1, name), stop);
+  if (!score) return score.error();
+  if (const auto written = write_score(folder / (name + ".json"), content, *score); !written)
+    return written.error();
+  return *score;
+}
+
+Result<std::vector<GainVariant>> chosen_variants(const std::vector<std::string>& names) {
+  if (names.empty()) return gain_variants();
+  std::vector<GainVariant> chosen;
+  for (const std::string& name : names) {
+    const auto found = std::ranges::find(gain_variants(), name, &GainVariant::name);
+    if (found == gain_variants().end()) {
+      std::vector<std::string> known;
+      for (const GainVariant& v : gain_variants()) known.push_back(v.name);
+      return Error{ErrorCode::bad_input, fmt::format("There is no variant named \"{}\".", name),
+                   fmt::format("Choose from: {}.", fmt::join(known, ", ")), ""};
+    }
+    chosen.push_back(*found);
+  }
+  return chosen;
+}
+
+}  // namespace
+
+const std::vector<GainVariant>& gain_variants() {
+  static const std::vector<GainVariant> variants{
+      {"default", "as built", "photometric"},
+      {"landmarks", "landmark fit alone", "landmarks"},
+      {"no-pictures", "dense poses, without the photometric step", "dense"},
+      {"own-shape", "with the silhouettes and a shape of the person's own", "shape"},
+      {"no-gaze", "eyes that look straight ahead", "photometric", look_ahead},
+      {"no-torso", "without a torso", "photometric", drop_torso},
+      {"no-warp", "without the head model's deformation", "photometric", nullptr,
+       [](TrainOptions& o) { o.use_warp = false; }},
+      {"refine-track", "training frames corrected through the field", "photometric", nullptr,
+       [](TrainOptions& o) { o.refine_track = true; }},
+  };
+  return variants;
+}
+
+Result<std::vector<GainRow>> study_gains(const Project& project, const fs::path& folder,
+                                         const GainOptions& options, const Progress& progress,
+                                         std::stop_token stop) {
+  const auto variants = chosen_variants(options.variants);
+  if (!variants) return variants.error();
+  const auto inputs = load_inputs(project);
+  if (!inputs) return inputs.error();
+  if (const auto made = make_writable_folder(folder); !made) return made.error();
+  std::vector<GainRow> rows;
+  const double runs = double(variants->size()) * options.seeds;
+  double done = 0;
+  for (const GainVariant& variant : *variants) {
+    GainRow& row = rows.emplace_back(variant.name, variant.about);
+    for (int seed = 0; seed < options.seeds; ++seed, ++done) {
+      const Progress part = progress.stage(done / runs, (done + 1) / runs, variant.name);
+      const auto score = run_variant(*inputs, variant, options, options.first_seed + std::uint64_t(seed),
+                                     folder, part, stop);
+      if (!score) return score.error();
+      row.scores.push_back(*score);
+    }
+  }
+  progress.report(1);
+  return rows;
+}
+
+}  // namespace likeness
