@@ -73,7 +73,7 @@ void add_priors(const ExpressionPrior& prior, const FramePull& pull, const Frame
   if (pull.jaw_weight > 0) add_pull(s, 6, pull.jaw_weight, state.jaw - pull.jaw);
   for (int e = 0; e < state.expression.size(); ++e) {
     const double x = state.expression[e];
-    add_pull(s, 7 + e, prior.weight[e], x);
+    add_pull(s, 7 + e, prior.weight[e], x - prior.rest[e]);
     if (x < prior.low[e]) add_pull(s, 7 + e, kBoundWeight, x - prior.low[e]);
     if (x > prior.high[e]) add_pull(s, 7 + e, kBoundWeight, x - prior.high[e]);
     if (pull.expression_weight > 0)
@@ -85,7 +85,8 @@ void add_priors(const ExpressionPrior& prior, const FramePull& pull, const Frame
 void add_pairs(const ExpressionPrior& prior, const FaceState& state, FrameSystem* s) {
   const double w = prior.pair_weight * prior.pair_weight;
   for (const auto& [left, right] : prior.pairs) {
-    const double apart = state.expression[left] - state.expression[right];
+    const double apart =
+        (state.expression[left] - prior.rest[left]) - (state.expression[right] - prior.rest[right]);
     s->cost += 0.5 * w * apart * apart;
     if (s->hessian.size() == 0) continue;
     const int l = 7 + left, r = 7 + right;
@@ -139,6 +140,7 @@ ExpressionPrior expression_prior(const HeadModel& model) {
   const int count = model.expression_count();
   ExpressionPrior p;
   p.weight = Eigen::VectorXd::Constant(count, 2.5);
+  p.rest = Eigen::VectorXd::Zero(count);
   p.low = Eigen::VectorXd::Constant(count, 0.0);
   p.high = Eigen::VectorXd::Constant(count, 1.0);
   p.change = Eigen::VectorXd::Constant(count, 1.0);

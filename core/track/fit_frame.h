@@ -32,6 +32,7 @@ struct FaceState {
 
 struct ExpressionPrior {
   Eigen::VectorXd weight;     // (E) residual per unit; shapes that landmarks do not see weigh more
+  Eigen::VectorXd rest;       // (E) from which `weight` and pairs count; the person's resting face (rest.h)
   Eigen::VectorXd low, high;  // (E) range in which the expression is meant
   Eigen::VectorXd change;     // (E) share of a pull's weight: what moves faster is pulled less
   std::vector<std::array<int, 2>> pairs;  // left and right half of a shape: faces mostly move both

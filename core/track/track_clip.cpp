@@ -21,6 +21,7 @@
 #include "core/track/optical_support.h"
 #include "core/track/personal_shape.h"
 #include "core/track/photometric.h"
+#include "core/track/rest.h"
 #include "core/track/rigid_head.h"
 #include "core/track/torso.h"
 #include "core/track/torso_picture.h"
@@ -499,8 +500,13 @@ Result<Track> track_clip(const std::filesystem::path& video, const TrackRegion& 
         return done.error();
       clock.lap("own shape");
     }
+    auto settled = fit_from_rest(model, work.head, work.identity, work.prior, {}, work.faces,
+                                 progress.stage(0.9, 0.91, "rest"), stop);
+    if (!settled) return settled.error();
+    work.prior = std::move(*settled);
+    clock.lap("rest");
     if (options.photometric)
-      if (auto done = refine_on_pictures(model, work, progress.stage(0.9, 0.96, "pictures"), stop); !done)
+      if (auto done = refine_on_pictures(model, work, progress.stage(0.91, 0.96, "pictures"), stop); !done)
         return done.error();
     clock.lap("pictures");
   }
