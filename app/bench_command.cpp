@@ -1,0 +1,204 @@
+// likeness bench: how fast the field's kernels are, beside what the machine can do and how exact they are.
+#include <algorithm>
+#include <memory>
+
+#include <fmt/format.h>
+
+#include "app/commands.h"
+#include "app/terminal.h"
+#include "core/base/parallel.h"
+#include "core/bench/field_speed.h"
+#include "core/bench/processor.h"
+
+namespace likeness::app {
+
+namespace {
+
+constexpr std::size_t kFieldTable = std::size_t{1} << 19;  // of a fine level of the standard field
+constexpr double kQuiet = 0.9;
+
+struct BenchArguments {
+  CommonOptions common;
+  BenchOptions options;
+};
+
+double gather_mps(const Ceilings& c) { return 1e-6 / gather_seconds(c, kFieldTable); }
+double rmw_mps(const Ceilings& c) { return 1e-6 / read_modify_write_seconds(c, kFieldTable); }
+
+// Why the figures should not be quoted; empty when nothing speaks against it.
+std::string doubt(const BenchReport& report) {
+  if (report.processor_share < kQuiet)
+    return fmt::format("Other programs use this machine: a busy thread got {:.0f} % of a processor.",
+                       100 * report.processor_share);
+  const auto known = known_ceilings();
+  const Ceilings& one = report.threads.front().ceilings;
+  if (known && one.threads == 1 && share_of_known(one, *known) < kUsualShare)
+    return fmt::format("The ceilings are {:.0f} % of those known of {}: throttled, shared or emulated.",
+                       100 * share_of_known(one, *known), known->processor);
+  return "";
+}
+
+// -- JSON
+
+nlohmann::json to_json(const Ceilings& c) {
+  nlohmann::json tables = nlohmann::json::array();
+  for (const TableRate& t : c.tables)
+    tables.push_back(
+        {{"bytes", t.bytes}, {"gather_mps", t.gather_mps}, {"rmw_mps", t.read_modify_write_mps}});
+  return {{"fma_gflops", c.fma_gflops},
+          {"bandwidth_gbs", c.bandwidth_gbs},
+          {"tables", tables},
+          {"gather_mps", gather_mps(c)},
+          {"rmw_mps", rmw_mps(c)}};
+}
+
+nlohmann::json to_json(const PassSpeed& s) {
+  return {{"msamples_s", s.msamples_s},
+          {"samples_s", 1e6 * s.msamples_s},
+          {"ns_per_sample", s.ns_per_sample},
+          {"gflops", s.gflops},
+          {"floor_ns_per_sample", s.floor_ns_per_sample},
+          {"fraction_of_floor", s.fraction_of_floor}};
+}
+
+// By number of threads: one figure of the largest batch.
+nlohmann::json by_threads(const BenchReport& report, PassSpeed BatchSpeed::*pass, double PassSpeed::*figure) {
+  nlohmann::json values = nlohmann::json::object();
+  for (const ThreadSpeed& t : report.threads)
+    values[std::to_string(t.ceilings.threads)] = t.batches.back().*pass.*figure;
+  return values;
+}
+
+nlohmann::json batches_json(const BenchReport& report) {
+  nlohmann::json list = nlohmann::json::array();
+  for (const ThreadSpeed& t : report.threads)
+    for (const BatchSpeed& b : t.batches)
+      list.push_back({{"threads", t.ceilings.threads},
+                      {"samples", b.samples},
+                      {"forward", to_json(b.inference)},
+                      {"train", to_json(b.training)}});
+  return list;
+}
+
+// One thread, largest batch. A step's backward floor is what is left of the step's after forward.
+nlohmann::json kernels_json(const BenchReport& report) {
+  const BatchSpeed& b = report.threads.front().batches.back();
+  const double forward_floor = b.inference.floor_ns_per_sample;
+  const double backward_floor = b.training.floor_ns_per_sample - forward_floor;
+  const FieldError& e = report.error;
+  return {{{"name", "inference"},
+           {"ns_per_sample", b.inference.ns_per_sample},
+           {"fraction_of_floor", b.inference.fraction_of_floor},
+           {"rel_l2", e.outputs}},
+          {{"name", "forward"},
+           {"ns_per_sample", b.forward_ns},
+           {"fraction_of_floor", forward_floor / b.forward_ns},
+           {"rel_l2", e.outputs}},
+          {{"name", "backward"},
+           {"ns_per_sample", b.backward_ns},
+           {"fraction_of_floor", backward_floor / b.backward_ns},
+           {"rel_l2", std::max(e.networks, e.tables)}},
+          {{"name", "adam"},
+           {"ns_per_sample", b.adam_ns},
+           {"fraction_of_floor", b.adam_floor_ns / b.adam_ns},
+           {"rel_l2", e.adam}}};
+}
+
+nlohmann::json to_json(const BenchReport& report) {
+  const Processor processor = this_processor();
+  nlohmann::json machine = to_json(report.threads.front().ceilings);
+  machine["processor"] = processor.name;
+  machine["instruction_set"] = processor.instruction_set;
+  machine["processor_share"] = report.processor_share;
+  nlohmann::json ceilings = nlohmann::json::object();
+  for (const ThreadSpeed& t : report.threads)
+    ceilings[std::to_string(t.ceilings.threads)] = to_json(t.ceilings);
+  machine["by_threads"] = ceilings;
+  const FieldError& e = report.error;
+  const std::string why = doubt(report);
+  return {
+      {"machine", machine},
+      {"counts", why.empty()},
+      {"doubt", why.empty() ? nlohmann::json(nullptr) : nlohmann::json(why)},
+      {"field",
+       {{"forward_flops", report.work.forward_flops},
+        {"train_flops", report.work.training_flops},
+        {"forward_msamples_s", by_threads(report, &BatchSpeed::inference, &PassSpeed::msamples_s)},
+        {"train_msamples_s", by_threads(report, &BatchSpeed::training, &PassSpeed::msamples_s)},
+        {"forward_fraction_of_floor",
+         by_threads(report, &BatchSpeed::inference, &PassSpeed::fraction_of_floor)},
+        {"train_fraction_of_floor", by_threads(report, &BatchSpeed::training, &PassSpeed::fraction_of_floor)},
+        {"batches", batches_json(report)},
+        {"rel_l2",
+         {{"outputs", e.outputs},
+          {"network_gradients", e.networks},
+          {"table_gradients", e.tables},
+          {"adam", e.adam},
+          {"samples_left_out", e.left_out}}}}},
+      {"kernels", kernels_json(report)}};
+}
+
+// -- Text
+
+void print_report(const BenchReport& report) {
+  const Processor processor = this_processor();
+  fmt::print("{}, {}\n\n{:>7} {:>12} {:>12} {:>14} {:>14}\n", processor.name, processor.instruction_set,
+             "threads", "FMA GFLOP/s", "memory GB/s", "reads M/s", "updates M/s");
+  for (const ThreadSpeed& t : report.threads)
+    fmt::print("{:>7} {:>12.1f} {:>12.1f} {:>14.0f} {:>14.0f}\n", t.ceilings.threads, t.ceilings.fma_gflops,
+               t.ceilings.bandwidth_gbs, gather_mps(t.ceilings), rmw_mps(t.ceilings));
+  fmt::print(
+      "(8-byte entries at random places of 512 KB)\n\n{:>7} {:>8} {:<10} {:>12} {:>10} {:>9} {:>9} {:>9}\n",
+      "threads", "batch", "pass", "samples/s", "ns/sample", "GFLOP/s", "floor ns", "of floor");
+  for (const ThreadSpeed& t : report.threads)
+    for (const BatchSpeed& b : t.batches)
+      for (const bool training : {false, true}) {
+        const PassSpeed& s = training ? b.training : b.inference;
+        fmt::print("{:>7} {:>8} {:<10} {:>12.0f} {:>10.1f} {:>9.1f} {:>9.1f} {:>9.2f}\n", t.ceilings.threads,
+                   b.samples, training ? "training" : "forward", 1e6 * s.msamples_s, s.ns_per_sample,
+                   s.gflops, s.floor_ns_per_sample, s.fraction_of_floor);
+      }
+  const FieldError& e = report.error;
+  fmt::print(
+      "\nrelative L2 against double: outputs {:.1e}, gradients of networks {:.1e} and tables {:.1e}, Adam "
+      "{:.1e}\n",
+      e.outputs, e.networks, e.tables, e.adam);
+  if (const std::string why = doubt(report); !why.empty())
+    fmt::print("These figures do not count. {}\n", why);
+}
+
+int run(BenchArguments arguments) {
+  const int all = arguments.common.threads > 0 ? arguments.common.threads : hardware_threads();
+  arguments.options.threads = {1};
+  if (all > 1) arguments.options.threads.push_back(all);
+  arguments.options.seed = std::uint32_t(arguments.common.seed) + 1;
+  std::sort(arguments.options.batches.begin(), arguments.options.batches.end());
+  Result<BenchReport> report = [&] {
+    const ProgressLine line(arguments.common);
+    return measure_field(arguments.options, line.progress(), stop_on_signals());
+  }();
+  if (!report) return report_failure(report.error());
+  if (arguments.common.json) {
+    print_json(to_json(*report));
+  } else {
+    print_report(*report);
+  }
+  return kExitDone;
+}
+
+}  // namespace
+
+void add_bench_command(CLI::App& program, int& exit_code) {
+  auto a = std::make_shared<BenchArguments>();
+  CLI::App* verb = program.add_subcommand(
+      "bench", "How fast the field's kernels are, beside what the machine can do and how exact they are");
+  verb->add_option("--batch", a->options.batches, "Samples of a batch; several are measured each")
+      ->check(CLI::Range(64, 1 << 22));
+  verb->add_option("--rounds", a->options.rounds,
+                   "Repetitions, of which the best counts; more if others use the machine")
+      ->check(CLI::Range(1, 1000));
+  add_common_options(*verb, a->common);
+  verb->callback([a, &exit_code] { exit_code = run(*a); });
+}
+
+}  // namespace likeness::app

@@ -1,0 +1,24 @@
+// Claims about core/bench/field_error.h: the standard field's fast path is as exact as single precision lets
+// it be, and an error would be seen.
+#include "core/bench/field_error.h"
+
+#include <gtest/gtest.h>
+
+namespace likeness {
+namespace {
+
+TEST(FieldError, OfTheStandardFieldIsThatOfSinglePrecision) {
+  const Field field = standard_field(3);
+  const FieldError error = field_error(field, standard_batch(field.config, 700, 4));
+  EXPECT_GT(error.outputs, 0);
+  EXPECT_LE(error.outputs, 1e-5);
+  EXPECT_GT(error.networks, 0);
+  EXPECT_LE(error.networks, 1e-4);
+  EXPECT_GT(error.tables, 0);
+  EXPECT_LE(error.tables, 1e-4);
+  EXPECT_LE(error.adam, 1e-5);
+  EXPECT_LT(error.left_out, 350u);
+}
+
+}  // namespace
+}  // namespace likeness
