@@ -37,9 +37,8 @@ Field standard_field(std::uint32_t seed) {
   Random random{std::mt19937(seed + 1)};
   for (const ParameterBlock& block : parameter_layout(field.config)) {
     if (!block.table && block.rows > 0) continue;
-    const float size = block.table ? 0.5f : 0.2f;
     for (std::size_t i = 0; i < block.count; ++i)
-      field.parameters[block.offset + i] = random.uniform(-size, size);
+      field.parameters[block.offset + i] = random.uniform(-0.2f, 0.2f);
   }
   return field;
 }

@@ -28,38 +28,40 @@ struct CellTile {
   alignas(64) float weight[8][kTile];
 };
 
-// point: kDims rows in [0, 1], clamped. kAxis >= 0: `weight` becomes its derivative by that coordinate.
-template <int kDims, int kAxis>
+using Dg = hn::CappedTag<float, 16>;
+using Vg = hn::Vec<Dg>;
+using Vcell = hn::Vec<hn::RebindToSigned<Dg>>;
+
+// Cells along one axis of the points `x` in [0, 1], clamped, and how far into them the points lie.
+HWY_INLINE Vg cell_part(Vg x, int resolution, Vcell& cell) {
+  const Dg d;
+  const hn::RebindToSigned<Dg> di;
+  const Vg p = hn::Mul(hn::Min(hn::Max(x, hn::Zero(d)), hn::Set(d, 1.0f)), hn::Set(d, float(resolution)));
+  cell = hn::Min(hn::ConvertTo(di, p), hn::Set(di, resolution - 1));
+  return hn::Sub(p, hn::ConvertTo(d, cell));
+}
+
+// point: kDims rows.
+template <int kDims>
 HWY_NOINLINE void cells_of(const GridLevel& level, int features, const float* const* point, CellTile& cells) {
-  const hn::CappedTag<float, 16> d;
-  const hn::RebindToSigned<decltype(d)> di;
-  const hn::RebindToUnsigned<decltype(d)> du;
-  using F = hn::Vec<decltype(d)>;
+  const Dg d;
+  const hn::RebindToUnsigned<Dg> du;
   using U = hn::Vec<decltype(du)>;
-  const F zero = hn::Zero(d), one = hn::Set(d, 1.0f), scale = hn::Set(d, float(level.resolution));
-  const auto last = hn::Set(di, level.resolution - 1);
   const U mask = hn::Set(du, level.mask), width = hn::Set(du, std::uint32_t(features));
   for (std::size_t s = 0; s < kTile; s += hn::Lanes(d)) {
-    F weight[3][2];
+    Vg weight[3][2];
     U key[3][2];
     for (int a = 0; a < kDims; ++a) {
-      const F x = hn::LoadU(d, point[a] + s);
-      const F p = hn::Mul(hn::Min(hn::Max(x, zero), one), scale);
-      const auto cell = hn::Min(hn::ConvertTo(di, p), last);
-      const F part = hn::Sub(p, hn::ConvertTo(d, cell));
-      if (a == kAxis) {
-        const F slope = hn::IfThenElseZero(hn::And(hn::Ge(x, zero), hn::Le(x, one)), scale);
-        weight[a][0] = hn::Neg(slope), weight[a][1] = slope;
-      } else {
-        weight[a][0] = hn::Sub(one, part), weight[a][1] = part;
-      }
+      Vcell cell;
+      const Vg part = cell_part(hn::LoadU(d, point[a] + s), level.resolution, cell);
+      weight[a][0] = hn::Sub(hn::Set(d, 1.0f), part), weight[a][1] = part;
       const U factor = hn::Set(du, level.hashed ? kHashPrime[a] : level.stride[a]);
       key[a][0] = hn::Mul(hn::BitCast(du, cell), factor);
       key[a][1] = hn::Add(key[a][0], factor);
     }
 #pragma GCC unroll 8
     for (int c = 0; c < (1 << kDims); ++c) {
-      F w = weight[0][c & 1];
+      Vg w = weight[0][c & 1];
       U e = key[0][c & 1];
 #pragma GCC unroll 2
       for (int a = 1; a < kDims; ++a) {
@@ -107,9 +109,34 @@ HWY_INLINE void gather_quads(const float* table, const CellTile& cells, int feat
   }
 }
 
+// Two neighbouring entries of two features each, from anywhere: half a vector a sample.
+HWY_INLINE hn::Vec<hn::FixedTag<float, 4>> two_pairs(const float* table, const std::uint32_t* entry) {
+  const hn::FixedTag<float, 2> half;
+  return hn::Combine(hn::FixedTag<float, 4>(), hn::LoadU(half, table + entry[1]),
+                     hn::LoadU(half, table + entry[0]));
+}
+
+// As gather_quads, for two features: a vector holds two samples.
+template <int kCorners>
+HWY_INLINE void gather_pairs(const float* table, const CellTile& cells, float* rows) {
+  const hn::FixedTag<float, 4> d;
+  for (std::size_t s = 0; s < kTile; s += 4) {
+    auto low = hn::Zero(d), high = hn::Zero(d);
+#pragma GCC unroll 8
+    for (int c = 0; c < kCorners; ++c) {
+      const auto w = hn::Load(d, &cells.weight[c][s]);
+      low = hn::MulAdd(hn::InterleaveLower(d, w, w), two_pairs(table, &cells.entry[c][s]), low);
+      high = hn::MulAdd(hn::InterleaveUpper(d, w, w), two_pairs(table, &cells.entry[c][s + 2]), high);
+    }
+    hn::Store(hn::ConcatEven(d, high, low), d, rows + s);
+    hn::Store(hn::ConcatOdd(d, high, low), d, rows + kTile + s);
+  }
+}
+
 template <int kCorners>
 HWY_NOINLINE void gather_tile(const float* table, const CellTile& cells, int features, float* rows) {
   if (features % 4 == 0) return gather_quads<kCorners>(table, cells, features, rows);
+  if (features == 2) return gather_pairs<kCorners>(table, cells, rows);
   for (int f = 0; f < features; ++f) {
     for (std::size_t s = 0; s < kTile; ++s) {
       float sum = 0;
@@ -152,6 +179,32 @@ HWY_INLINE void scatter_quads(float* table, std::uint8_t* touched, const CellTil
   }
 }
 
+// As scatter_quads, for two features.
+template <int kCorners>
+HWY_INLINE void scatter_pairs(float* table, std::uint8_t* touched, const CellTile& cells, const float* rows,
+                              const float* size, std::size_t count) {
+  const hn::FixedTag<float, 4> d;
+  const hn::FixedTag<float, 2> half;
+  for (std::size_t s = 0; s < count; s += 4) {
+    const auto first = hn::Load(d, rows + s), second = hn::Load(d, rows + kTile + s);
+    const auto low = hn::InterleaveLower(d, first, second), high = hn::InterleaveUpper(d, first, second);
+    const hn::Vec<decltype(half)> gradient[4] = {hn::LowerHalf(half, low), hn::UpperHalf(half, low),
+                                                 hn::LowerHalf(half, high), hn::UpperHalf(half, high)};
+#pragma GCC unroll 4
+    for (std::size_t k = 0; k < 4; ++k) {
+      if (s + k >= count || size[s + k] == 0) continue;
+#pragma GCC unroll 8
+      for (int c = 0; c < kCorners; ++c) {
+        const std::uint32_t at = cells.entry[c][s + k];
+        touched[at / kTableLine] = 1;
+        float* entry = table + at;
+        hn::StoreU(hn::MulAdd(hn::Set(half, cells.weight[c][s + k]), gradient[k], hn::LoadU(half, entry)),
+                   half, entry);
+      }
+    }
+  }
+}
+
 // Adds weight times rows to the entries of the first `count` samples; marks their lines. Samples whose
 // gradient is zero touch nothing.
 template <int kCorners>
@@ -165,6 +218,7 @@ HWY_INLINE void scatter_tile(float* table, std::uint8_t* touched, const CellTile
     }
     return;
   }
+  if (features == 2) return scatter_pairs<kCorners>(table, touched, cells, rows, size, count);
   for (std::size_t s = 0; s < count; ++s) {
     if (size[s] == 0) continue;
     for (int c = 0; c < kCorners; ++c) {
@@ -181,13 +235,13 @@ HWY_NOINLINE inline void encode_tile(const GridLevel& level, const GridConfig& g
                                      const float* const* point, CellTile& cells, float* rows) {
   const float* table = parameters + level.offset;
   if (grid.dimensions == 3) {
-    cells_of<3, -1>(level, grid.features, point, cells);
+    cells_of<3>(level, grid.features, point, cells);
     gather_tile<8>(table, cells, grid.features, rows);
   } else if (grid.dimensions == 2) {
-    cells_of<2, -1>(level, grid.features, point, cells);
+    cells_of<2>(level, grid.features, point, cells);
     gather_tile<4>(table, cells, grid.features, rows);
   } else {
-    cells_of<1, -1>(level, grid.features, point, cells);
+    cells_of<1>(level, grid.features, point, cells);
     gather_tile<2>(table, cells, grid.features, rows);
   }
 }
@@ -198,50 +252,100 @@ HWY_NOINLINE inline void encode_tile_backward(const GridLevel& level, const Grid
   float* table = gradients + level.offset;
   touched += level.offset / kTableLine;
   if (grid.dimensions == 3) {
-    cells_of<3, -1>(level, grid.features, point, cells);
+    cells_of<3>(level, grid.features, point, cells);
     scatter_tile<8>(table, touched, cells, grid.features, rows, count);
   } else if (grid.dimensions == 2) {
-    cells_of<2, -1>(level, grid.features, point, cells);
+    cells_of<2>(level, grid.features, point, cells);
     scatter_tile<4>(table, touched, cells, grid.features, rows, count);
   } else {
-    cells_of<1, -1>(level, grid.features, point, cells);
+    cells_of<1>(level, grid.features, point, cells);
     scatter_tile<2>(table, touched, cells, grid.features, rows, count);
   }
 }
 
-template <int kDims, int kAxis>
-HWY_INLINE void add_point_gradient(const GridLevel& level, int features, const float* table,
-                                   const float* const* point, CellTile& cells, const float* gradients,
-                                   float* rows, float* sum) {
-  cells_of<kDims, kAxis>(level, features, point, cells);
-  gather_tile<(1 << kDims)>(table, cells, features, rows);
-  const hn::CappedTag<float, 16> d;
-  for (std::size_t s = 0; s < kTile; s += hn::Lanes(d)) {
-    auto total = hn::Load(d, sum + s);
-    for (int f = 0; f < features; ++f) {
-      total = hn::MulAdd(hn::Load(d, rows + f * kTile + s), hn::Load(d, gradients + f * kTile + s), total);
+// dots (kCorners, kTile) = entry of the corner times the features' gradients, summed over the features.
+template <int kCorners>
+HWY_INLINE void corner_dots(const float* table, const CellTile& cells, int features, const float* gradients,
+                            float (*dots)[kTile]) {
+  const hn::FixedTag<float, 4> d;
+  if (features == 2) {
+    for (std::size_t s = 0; s < kTile; s += 4) {
+      const auto first = hn::Load(d, gradients + s), second = hn::Load(d, gradients + kTile + s);
+      const auto low = hn::InterleaveLower(d, first, second), high = hn::InterleaveUpper(d, first, second);
+#pragma GCC unroll 8
+      for (int c = 0; c < kCorners; ++c) {
+        const auto a = hn::Mul(low, two_pairs(table, &cells.entry[c][s]));
+        const auto b = hn::Mul(high, two_pairs(table, &cells.entry[c][s + 2]));
+        hn::Store(hn::Add(hn::ConcatEven(d, b, a), hn::ConcatOdd(d, b, a)), d, &dots[c][s]);
+      }
     }
-    hn::Store(total, d, sum + s);
+    return;
+  }
+  for (int c = 0; c < kCorners; ++c) {
+    for (std::size_t s = 0; s < kTile; ++s) {
+      const float* entry = table + cells.entry[c][s];
+      float sum = 0;
+      for (int f = 0; f < features; ++f) sum += entry[f] * gradients[f * kTile + s];
+      dots[c][s] = sum;
+    }
   }
 }
 
+// sum (kDims, kTile) += derivative by the point of the corners' weights, times `dots`.
+template <int kDims>
+HWY_INLINE void add_point_slopes(const GridLevel& level, const float* const* point,
+                                 const float (*dots)[kTile], float* sum) {
+  const Dg d;
+  const Vg zero = hn::Zero(d), one = hn::Set(d, 1.0f), scale = hn::Set(d, float(level.resolution));
+  for (std::size_t s = 0; s < kTile; s += hn::Lanes(d)) {
+    Vg weight[3][2], slope[3];
+    for (int a = 0; a < kDims; ++a) {
+      const Vg x = hn::LoadU(d, point[a] + s);
+      Vcell cell;
+      const Vg part = cell_part(x, level.resolution, cell);
+      weight[a][0] = hn::Sub(one, part), weight[a][1] = part;
+      slope[a] = hn::IfThenElseZero(hn::And(hn::Ge(x, zero), hn::Le(x, one)), scale);  // 0 where clamped
+    }
+#pragma GCC unroll 3
+    for (int a = 0; a < kDims; ++a) {
+      Vg total = zero;
+#pragma GCC unroll 8
+      for (int c = 0; c < (1 << kDims); ++c) {
+        if ((c >> a) & 1) continue;
+        Vg step = hn::Sub(hn::Load(d, &dots[c | (1 << a)][s]), hn::Load(d, &dots[c][s]));
+#pragma GCC unroll 3
+        for (int b = 0; b < kDims; ++b) {
+          if (b != a) step = hn::Mul(step, weight[b][(c >> b) & 1]);
+        }
+        total = hn::Add(total, step);
+      }
+      hn::Store(hn::MulAdd(slope[a], total, hn::Load(d, sum + a * kTile + s)), d, sum + a * kTile + s);
+    }
+  }
+}
+
+template <int kDims>
+HWY_INLINE void tile_slope(const GridLevel& level, int features, const float* table,
+                           const float* const* point, CellTile& cells, const float* gradients, float* sum) {
+  alignas(64) float dots[1 << kDims][kTile];
+  cells_of<kDims>(level, features, point, cells);
+  corner_dots<(1 << kDims)>(table, cells, features, gradients, dots);
+  add_point_slopes<kDims>(level, point, dots, sum);
+}
+
 // sum (dimensions, kTile) += gradient of the point, from gradients (features, kTile) of this level's
-// features.
+// features. Every entry is read once.
 HWY_NOINLINE inline void encode_tile_slope(const GridLevel& level, const GridConfig& grid,
                                            const float* parameters, const float* const* point,
                                            CellTile& cells, const float* gradients, float* sum) {
-  alignas(64) float rows[8 * kTile];
   const float* table = parameters + level.offset;
   const int n = grid.features;
   if (grid.dimensions == 3) {
-    add_point_gradient<3, 0>(level, n, table, point, cells, gradients, rows, sum);
-    add_point_gradient<3, 1>(level, n, table, point, cells, gradients, rows, sum + kTile);
-    add_point_gradient<3, 2>(level, n, table, point, cells, gradients, rows, sum + 2 * kTile);
+    tile_slope<3>(level, n, table, point, cells, gradients, sum);
   } else if (grid.dimensions == 2) {
-    add_point_gradient<2, 0>(level, n, table, point, cells, gradients, rows, sum);
-    add_point_gradient<2, 1>(level, n, table, point, cells, gradients, rows, sum + kTile);
+    tile_slope<2>(level, n, table, point, cells, gradients, sum);
   } else {
-    add_point_gradient<1, 0>(level, n, table, point, cells, gradients, rows, sum);
+    tile_slope<1>(level, n, table, point, cells, gradients, sum);
   }
 }
 

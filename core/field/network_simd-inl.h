@@ -24,8 +24,9 @@ namespace hn = hwy::HWY_NAMESPACE;
 using Df = hn::CappedTag<float, 16>;
 using Vf = hn::Vec<Df>;
 inline constexpr std::size_t kLanes = hn::MaxLanes(Df());
-// As many accumulators as registers allow: 32 registers with 16 lanes, else 16.
-inline constexpr int kOutputs = kLanes == 16 ? 8 : 4;
+// Accumulators of two vectors each, as many as registers allow beside two inputs and a weight: 32 registers
+// with 16 lanes, else 16. Fewer than 10 vectors would wait for the multiply-adds before them.
+inline constexpr int kOutputs = kLanes == 16 ? 8 : 6;
 
 enum class Finish {
   kLinear,  // out = sum
@@ -93,7 +94,7 @@ HWY_NOINLINE void dense(MatrixView w, const float* bias, const float* in, std::s
   for (; outputs >= std::size_t(kOutputs); advance(kOutputs)) {
     dense_block<kOutputs, kFinish>(w, bias, in, inputs, mask, out);
   }
-  if (kOutputs > 4 && outputs >= 4) dense_block<4, kFinish>(w, bias, in, inputs, mask, out), advance(4);
+  if (outputs >= 4) dense_block<4, kFinish>(w, bias, in, inputs, mask, out), advance(4);
   if (outputs >= 2) dense_block<2, kFinish>(w, bias, in, inputs, mask, out), advance(2);
   if (outputs >= 1) dense_block<1, kFinish>(w, bias, in, inputs, mask, out);
 }
@@ -167,7 +168,9 @@ HWY_NOINLINE inline void layer_gradients(const float* g, const float* x, const D
   for (; o + kOutputs <= outputs; o += kOutputs) {
     weight_rows<kOutputs>(g + o * kTile, turned, to.stride, dw + o * to.stride);
   }
-  for (; o < outputs; ++o) weight_rows<1>(g + o * kTile, turned, to.stride, dw + o * to.stride);
+  if (o + 4 <= outputs) weight_rows<4>(g + o * kTile, turned, to.stride, dw + o * to.stride), o += 4;
+  if (o + 2 <= outputs) weight_rows<2>(g + o * kTile, turned, to.stride, dw + o * to.stride), o += 2;
+  if (o < outputs) weight_rows<1>(g + o * kTile, turned, to.stride, dw + o * to.stride);
   const Df d;
   for (o = 0; o < outputs; ++o) {
     float* bias = partial + to.biases + o * kPartialLanes;
