@@ -17,13 +17,14 @@ namespace likeness {
 
 struct FieldTape {
   std::size_t count = 0;  // samples of the last forward pass; 0: nothing to go back from
-  AlignedFloats features, slice, codes, partials;  // see field_kernels.h; partials: one block a chunk
+  AlignedFloats features, slice, kept, codes, partials;  // see field_kernels.h; partials: one block a chunk
 };
 
 namespace {
 
-// Samples a table level is used for before the next one takes its place in the L2 cache.
-constexpr std::size_t kEncodeChunk = 16384;
+// Samples a table level is used for before the next one takes its place in the L2 cache: bringing the tables
+// there takes as long as reading them for some ten thousand samples.
+constexpr std::size_t kEncodeChunk = 65536;
 // Samples that share one block of network gradients.
 constexpr std::size_t kGradientChunk = 4096;
 
@@ -67,7 +68,7 @@ void check_gradients(const Field& field, const FieldLayout& layout, const FieldI
 
 // Large enough for the cache, small enough that every thread gets a share.
 std::size_t encode_chunk(std::size_t count) {
-  const std::size_t share = count / (2 * std::size_t(std::max(1, current_thread_limit())));
+  const std::size_t share = count / std::size_t(std::max(1, current_thread_limit()));
   return std::clamp(tiles_of(share) * kTile, std::size_t{512}, kEncodeChunk);
 }
 
@@ -83,7 +84,8 @@ void evaluate(const Field& field, const FieldInputs& inputs, float* sigma, float
     float* features =
         thread_features(samples * (context.density_inputs() + std::size_t(layout.ambient_dimensions)));
     float* slice = features + samples * context.density_inputs();
-    forward_tiles(context, {begin, end, features, slice, thread_scratch(scratch), sigma, red, green, blue});
+    forward_tiles(context,
+                  {begin, end, features, slice, nullptr, thread_scratch(scratch), sigma, red, green, blue});
   });
 }
 
@@ -146,6 +148,7 @@ void backward_networks(const KernelContext& context, const FieldOutputGradients&
     range.begin = begin, range.end = end;
     range.features = tape.features.data() + begin * context.density_inputs();
     range.slice = tape.slice.data() + begin * std::size_t(layout.ambient_dimensions);
+    range.kept = tape.kept.data() + begin * context.kept_rows();
     range.scratch = thread_scratch(scratch);
     range.gradients = output_gradients;
     range.want_conditions = gradients.want_conditions;
@@ -200,11 +203,13 @@ void forward_field(const Field& field, const FieldInputs& inputs, FieldOutputs& 
   const std::size_t scratch = scratch_floats(field.config, layout);
   float* features = tape.features.reserve(samples * context.density_inputs());
   float* slice = tape.slice.reserve(samples * std::max<std::size_t>(dimensions, 1));
+  float* kept = tape.kept.reserve(samples * context.kept_rows());
   tape.count = inputs.count;
   parallel_ranges(inputs.count, encode_chunk(inputs.count), [&](std::size_t begin, std::size_t end) {
-    forward_tiles(context, {begin, end, features + begin * context.density_inputs(),
-                            slice + begin * dimensions, thread_scratch(scratch), out.sigma.data(),
-                            out.red.data(), out.green.data(), out.blue.data()});
+    forward_tiles(context,
+                  {begin, end, features + begin * context.density_inputs(), slice + begin * dimensions,
+                   kept + begin * context.kept_rows(), thread_scratch(scratch), out.sigma.data(),
+                   out.red.data(), out.green.data(), out.blue.data()});
   });
 }
 

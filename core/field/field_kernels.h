@@ -67,6 +67,14 @@ struct KernelContext {
   std::size_t density_inputs() const {
     return std::size_t(layout.position_features + layout.ambient_features + layout.concat_count);
   }
+  // Rows that a training step keeps of a tile's forward pass: what the hidden layers and the networks gave,
+  // about a kilobyte a sample. Computing them again takes longer than the memory, which streams meanwhile.
+  std::size_t kept_rows() const {
+    const int slice = layout.has_ambient() ? config.slice_width : 0;
+    const int block = 1 + config.geometry_features + layout.direction_features + config.latent_count;
+    return std::size_t(slice + config.density_layers * config.density_width + block +
+                       config.colour_layers * config.colour_width + 3);
+  }
   // Rows of gradients of codes that backward_tiles writes: latents, then conditions if wanted.
   std::size_t code_rows(bool want_conditions) const {
     return std::size_t(config.latent_count + (want_conditions ? config.condition_count : 0));
@@ -81,6 +89,7 @@ struct ForwardRange {
   std::size_t begin = 0, end = 0;
   float* features = nullptr;  // (tiles, density inputs, kTile): e, then a or psi
   float* slice = nullptr;     // (tiles, ambient dimensions, kTile): (w + 1) / 2
+  float* kept = nullptr;      // (tiles, kept rows, kTile) for backward, or null
   float* scratch = nullptr;
   float *sigma = nullptr, *red = nullptr, *green = nullptr,
         *blue = nullptr;  // (N) of the batch; red null: density only
@@ -91,6 +100,7 @@ struct BackwardRange {
   std::size_t begin = 0, end = 0;
   float* features = nullptr;  // in: as forward left them; out: gradients of e (complete) and a or psi
   const float* slice = nullptr;
+  float* kept = nullptr;  // as forward left it; used up
   float* scratch = nullptr;
   FieldOutputGradients gradients;
   bool want_conditions = false;

@@ -24,7 +24,7 @@ namespace HWY_NAMESPACE {
 // Tile buffers carved from a thread's scratch. Rows of kTile samples.
 struct TileBuffers {
   CellTile* cells;
-  float* point;            // (3): copies of a padded tile's points
+  float* point;            // (3): copies of a padded tile's points or directions; colours
   float* slice_in;         // (E + K): e, psi
   float* slice_hidden[1];  // (slice width)
   float* slice_out;        // (3)
@@ -71,6 +71,22 @@ TileBuffers carve(const FieldConfig& config, const FieldLayout& layout, float* s
   b.w_gradient = rows(3);
   b.turned = rows(std::max({widest, inputs, block}) + kPartialLanes);
   return b;
+}
+
+// What backward needs of the forward pass lies in `kept` (kept rows, kTile) instead of the scratch.
+void use_kept(const KernelContext& c, float* kept, TileBuffers& b) {
+  const auto rows = [&](std::size_t count) {
+    float* start = kept;
+    kept += count * kTile;
+    return start;
+  };
+  if (c.layout.has_ambient()) b.slice_hidden[0] = rows(std::size_t(c.config.slice_width));
+  for (int l = 0; l < c.config.density_layers; ++l)
+    b.density_hidden[l] = rows(std::size_t(c.config.density_width));
+  b.block = rows(block_rows(c.config, c.layout));
+  for (int l = 0; l < c.config.colour_layers; ++l)
+    b.colour_hidden[l] = rows(std::size_t(c.config.colour_width));
+  b.rgb = rows(3);
 }
 
 // A row of a tile: `count` values from `from`, the last repeated as padding.
@@ -151,15 +167,13 @@ void store_outputs(const float* row, std::size_t count, float* out) {
   std::memcpy(out, row, count * sizeof(float));
 }
 
-// Hidden layer of H into b.slice_hidden and its output into b.slice_out.
-void slice_network(const KernelContext& c, const TileBuffers& b, std::size_t begin, std::size_t count,
-                   const float* features) {
+// e and psi into b.slice_in.
+void slice_input(const KernelContext& c, const TileBuffers& b, std::size_t begin, std::size_t count,
+                 const float* features) {
   const std::size_t e = std::size_t(c.layout.position_features);
   std::memcpy(b.slice_in, features, e * kTile * sizeof(float));
   code_rows(c.inputs, c.inputs.conditions, std::size_t(c.config.condition_count), begin, count,
             b.slice_in + e * kTile);
-  network_forward(c.parameters, c.layout.slice, b.slice_in, b.slice_hidden,
-                  std::size_t(c.layout.ambient_dimensions), b.slice_out);
 }
 
 // w and the ambient features, or psi, behind e in `features`; (w + 1) / 2 into `slice`.
@@ -172,7 +186,9 @@ void complete_features(const KernelContext& c, const TileBuffers& b, std::size_t
               features + e * kTile);
     return;
   }
-  slice_network(c, b, begin, count, features);
+  slice_input(c, b, begin, count, features);
+  network_forward(c.parameters, c.layout.slice, b.slice_in, b.slice_hidden,
+                  std::size_t(c.layout.ambient_dimensions), b.slice_out);
   const Vf half = hn::Set(d, 0.5f);
   const std::size_t dimensions = std::size_t(c.layout.ambient_dimensions);
   for (std::size_t s = 0; s < dimensions * kTile; s += kLanes) {
@@ -216,12 +232,17 @@ void encode_positions(const KernelContext& c, const ForwardRange& r, const TileB
 
 void ForwardTiles(const KernelContext& c, const ForwardRange& r) {
   const Df d;
-  const TileBuffers b = carve(c.config, c.layout, r.scratch);
+  TileBuffers b = carve(c.config, c.layout, r.scratch);
   encode_positions(c, r, b);
   float* features = r.features;
   float* slice = r.slice;
+  float* kept = r.kept;
   for (std::size_t begin = r.begin; begin < r.end; begin += kTile) {
     const std::size_t count = std::min(kTile, r.end - begin);
+    if (kept) {
+      use_kept(c, kept, b);
+      kept += c.kept_rows() * kTile;
+    }
     complete_features(c, b, begin, count, features, slice);
     output_networks(c, b, begin, count, features, r.red != nullptr);
     for (std::size_t s = 0; s < kTile; s += kLanes) {
@@ -230,11 +251,11 @@ void ForwardTiles(const KernelContext& c, const ForwardRange& r) {
     store_outputs(b.block_gradient, count, r.sigma + begin);
     if (r.red) {
       for (std::size_t s = 0; s < 3 * kTile; s += kLanes) {
-        hn::Store(sigmoid(hn::Load(d, b.rgb + s)), d, b.rgb + s);
+        hn::Store(sigmoid(hn::Load(d, b.rgb + s)), d, b.point + s);
       }
-      store_outputs(b.rgb, count, r.red + begin);
-      store_outputs(b.rgb + kTile, count, r.green + begin);
-      store_outputs(b.rgb + 2 * kTile, count, r.blue + begin);
+      store_outputs(b.point, count, r.red + begin);
+      store_outputs(b.point + kTile, count, r.green + begin);
+      store_outputs(b.point + 2 * kTile, count, r.blue + begin);
     }
     features += c.density_inputs() * kTile;
     slice += std::size_t(c.layout.ambient_dimensions) * kTile;
@@ -291,9 +312,7 @@ void backward_tile(const KernelContext& c, const BackwardRange& r, const TileBuf
   const std::size_t count = std::min(kTile, r.end - begin);
   const std::size_t geometry = std::size_t(c.config.geometry_features);
   const std::size_t latents = std::size_t(c.config.latent_count);
-  // -- What forward knew, computed again: cheaper than keeping a kilobyte a sample.
-  if (c.layout.has_ambient()) slice_network(c, b, begin, count, features);
-  output_networks(c, b, begin, count, features, true);
+  if (c.layout.has_ambient()) slice_input(c, b, begin, count, features);  // e is about to be overwritten
   output_gradients(r, b, begin, count);
   // -- Colour
   const float* g = network_backward(c.parameters, c.layout.colour, b.block + kTile, b.colour_hidden, b.rgb,
@@ -316,11 +335,14 @@ void backward_tile(const KernelContext& c, const BackwardRange& r, const TileBuf
 }
 
 void BackwardTiles(const KernelContext& c, const BackwardRange& r) {
-  const TileBuffers b = carve(c.config, c.layout, r.scratch);
+  TileBuffers b = carve(c.config, c.layout, r.scratch);
   float* features = r.features;
   const float* slice = r.slice;
+  float* kept = r.kept;
   float* codes = r.codes;
   for (std::size_t begin = r.begin; begin < r.end; begin += kTile) {
+    use_kept(c, kept, b);
+    kept += c.kept_rows() * kTile;
     backward_tile(c, r, b, begin, features, slice, codes);
     features += c.density_inputs() * kTile;
     slice += std::size_t(c.layout.ambient_dimensions) * kTile;

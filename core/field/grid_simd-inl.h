@@ -133,9 +133,44 @@ HWY_INLINE void gather_pairs(const float* table, const CellTile& cells, float* r
   }
 }
 
+// Weights of a corner and its neighbour in x for four samples, as vectors (w, w, w', w').
+HWY_INLINE void pair_weights(const float* weight, const float* next,
+                             hn::Vec<hn::FixedTag<float, 4>> (&out)[4]) {
+  const hn::FixedTag<float, 4> d;
+  const auto w = hn::Load(d, weight), v = hn::Load(d, next);
+  const auto low = hn::InterleaveLower(d, w, v), high = hn::InterleaveUpper(d, w, v);
+  out[0] = hn::InterleaveLower(d, low, low), out[1] = hn::InterleaveUpper(d, low, low);
+  out[2] = hn::InterleaveLower(d, high, high), out[3] = hn::InterleaveUpper(d, high, high);
+}
+
+// As gather_pairs, of a dense level: a corner's neighbour in x lies behind it, so one load reads both.
 template <int kCorners>
-HWY_NOINLINE void gather_tile(const float* table, const CellTile& cells, int features, float* rows) {
+HWY_INLINE void gather_neighbours(const float* table, const CellTile& cells, float* rows) {
+  const hn::FixedTag<float, 4> d;
+  for (std::size_t s = 0; s < kTile; s += 4) {
+    hn::Vec<decltype(d)> sum[4] = {hn::Zero(d), hn::Zero(d), hn::Zero(d), hn::Zero(d)};
+#pragma GCC unroll 4
+    for (int c = 0; c < kCorners; c += 2) {
+      hn::Vec<decltype(d)> w[4];
+      pair_weights(&cells.weight[c][s], &cells.weight[c + 1][s], w);
+#pragma GCC unroll 4
+      for (int k = 0; k < 4; ++k)
+        sum[k] = hn::MulAdd(w[k], hn::LoadU(d, table + cells.entry[c][s + k]), sum[k]);
+    }
+    const auto low =
+        hn::Add(hn::ConcatLowerLower(d, sum[1], sum[0]), hn::ConcatUpperUpper(d, sum[1], sum[0]));
+    const auto high =
+        hn::Add(hn::ConcatLowerLower(d, sum[3], sum[2]), hn::ConcatUpperUpper(d, sum[3], sum[2]));
+    hn::Store(hn::ConcatEven(d, high, low), d, rows + s);
+    hn::Store(hn::ConcatOdd(d, high, low), d, rows + kTile + s);
+  }
+}
+
+template <int kCorners>
+HWY_NOINLINE void gather_tile(const float* table, bool hashed, const CellTile& cells, int features,
+                              float* rows) {
   if (features % 4 == 0) return gather_quads<kCorners>(table, cells, features, rows);
+  if (features == 2 && !hashed) return gather_neighbours<kCorners>(table, cells, rows);
   if (features == 2) return gather_pairs<kCorners>(table, cells, rows);
   for (int f = 0; f < features; ++f) {
     for (std::size_t s = 0; s < kTile; ++s) {
@@ -205,11 +240,39 @@ HWY_INLINE void scatter_pairs(float* table, std::uint8_t* touched, const CellTil
   }
 }
 
+// As scatter_pairs, of a dense level: a corner and its neighbour in x in one update.
+template <int kCorners>
+HWY_INLINE void scatter_neighbours(float* table, std::uint8_t* touched, const CellTile& cells,
+                                   const float* rows, const float* size, std::size_t count) {
+  const hn::FixedTag<float, 4> d;
+  for (std::size_t s = 0; s < count; s += 4) {
+    const auto first = hn::Load(d, rows + s), second = hn::Load(d, rows + kTile + s);
+    const auto low = hn::InterleaveLower(d, first, second), high = hn::InterleaveUpper(d, first, second);
+    const hn::Vec<decltype(d)> gradient[4] = {
+        hn::ConcatLowerLower(d, low, low), hn::ConcatUpperUpper(d, low, low),
+        hn::ConcatLowerLower(d, high, high), hn::ConcatUpperUpper(d, high, high)};
+#pragma GCC unroll 4
+    for (int c = 0; c < kCorners; c += 2) {
+      hn::Vec<decltype(d)> w[4];
+      pair_weights(&cells.weight[c][s], &cells.weight[c + 1][s], w);
+#pragma GCC unroll 4
+      for (std::size_t k = 0; k < 4; ++k) {
+        if (s + k >= count || size[s + k] == 0) continue;
+        const std::uint32_t at = cells.entry[c][s + k];
+        touched[at / kTableLine] = 1;
+        touched[(at + 2) / kTableLine] = 1;
+        float* entry = table + at;
+        hn::StoreU(hn::MulAdd(w[k], gradient[k], hn::LoadU(d, entry)), d, entry);
+      }
+    }
+  }
+}
+
 // Adds weight times rows to the entries of the first `count` samples; marks their lines. Samples whose
 // gradient is zero touch nothing.
 template <int kCorners>
-HWY_INLINE void scatter_tile(float* table, std::uint8_t* touched, const CellTile& cells, int features,
-                             const float* rows, std::size_t count) {
+HWY_INLINE void scatter_tile(float* table, bool hashed, std::uint8_t* touched, const CellTile& cells,
+                             int features, const float* rows, std::size_t count) {
   alignas(64) float size[kTile];
   gradient_sizes(rows, features, size);
   if (features % 4 == 0) {
@@ -218,6 +281,7 @@ HWY_INLINE void scatter_tile(float* table, std::uint8_t* touched, const CellTile
     }
     return;
   }
+  if (features == 2 && !hashed) return scatter_neighbours<kCorners>(table, touched, cells, rows, size, count);
   if (features == 2) return scatter_pairs<kCorners>(table, touched, cells, rows, size, count);
   for (std::size_t s = 0; s < count; ++s) {
     if (size[s] == 0) continue;
@@ -236,13 +300,13 @@ HWY_NOINLINE inline void encode_tile(const GridLevel& level, const GridConfig& g
   const float* table = parameters + level.offset;
   if (grid.dimensions == 3) {
     cells_of<3>(level, grid.features, point, cells);
-    gather_tile<8>(table, cells, grid.features, rows);
+    gather_tile<8>(table, level.hashed, cells, grid.features, rows);
   } else if (grid.dimensions == 2) {
     cells_of<2>(level, grid.features, point, cells);
-    gather_tile<4>(table, cells, grid.features, rows);
+    gather_tile<4>(table, level.hashed, cells, grid.features, rows);
   } else {
     cells_of<1>(level, grid.features, point, cells);
-    gather_tile<2>(table, cells, grid.features, rows);
+    gather_tile<2>(table, level.hashed, cells, grid.features, rows);
   }
 }
 
@@ -253,13 +317,13 @@ HWY_NOINLINE inline void encode_tile_backward(const GridLevel& level, const Grid
   touched += level.offset / kTableLine;
   if (grid.dimensions == 3) {
     cells_of<3>(level, grid.features, point, cells);
-    scatter_tile<8>(table, touched, cells, grid.features, rows, count);
+    scatter_tile<8>(table, level.hashed, touched, cells, grid.features, rows, count);
   } else if (grid.dimensions == 2) {
     cells_of<2>(level, grid.features, point, cells);
-    scatter_tile<4>(table, touched, cells, grid.features, rows, count);
+    scatter_tile<4>(table, level.hashed, touched, cells, grid.features, rows, count);
   } else {
     cells_of<1>(level, grid.features, point, cells);
-    scatter_tile<2>(table, touched, cells, grid.features, rows, count);
+    scatter_tile<2>(table, level.hashed, touched, cells, grid.features, rows, count);
   }
 }
 
