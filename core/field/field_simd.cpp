@@ -365,8 +365,10 @@ void ScatterLevel(const KernelContext& c, bool ambient, int index, const float* 
     const float* w = slice + begin * dimensions;
     const float* point[3] = {w, w + kTile, w + 2 * kTile};
     if (!ambient) point_rows(c.inputs, begin, count, copy, point);
-    encode_tile_backward(level, grid, point, cells, rows, count, gradients, touched);
+    encode_tile_backward(level, grid, point, cells, rows, count, gradients);
   }
+  mark_lines(gradients + level.offset, level.entries * std::size_t(grid.features),
+             touched + level.offset / kTableLine);
 }
 
 void PositionGradients(const KernelContext& c, std::size_t first, std::size_t last, const float* features,

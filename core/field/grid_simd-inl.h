@@ -192,8 +192,8 @@ HWY_INLINE void gradient_sizes(const float* rows, int features, float* size) {
 }
 
 template <int kCorners>
-HWY_INLINE void scatter_quads(float* table, std::uint8_t* touched, const CellTile& cells, const float* rows,
-                              const float* size, std::size_t count) {
+HWY_INLINE void scatter_quads(float* table, const CellTile& cells, const float* rows, const float* size,
+                              std::size_t count) {
   const hn::FixedTag<float, 4> d;
   for (std::size_t s = 0; s < count; s += 4) {
     hn::Vec<decltype(d)> gradient[4];
@@ -205,7 +205,6 @@ HWY_INLINE void scatter_quads(float* table, std::uint8_t* touched, const CellTil
 #pragma GCC unroll 8
       for (int c = 0; c < kCorners; ++c) {
         const std::uint32_t at = cells.entry[c][s + k];
-        touched[at / kTableLine] = 1;
         float* entry = table + at;
         hn::StoreU(hn::MulAdd(hn::Set(d, cells.weight[c][s + k]), gradient[k], hn::LoadU(d, entry)), d,
                    entry);
@@ -216,8 +215,8 @@ HWY_INLINE void scatter_quads(float* table, std::uint8_t* touched, const CellTil
 
 // As scatter_quads, for two features.
 template <int kCorners>
-HWY_INLINE void scatter_pairs(float* table, std::uint8_t* touched, const CellTile& cells, const float* rows,
-                              const float* size, std::size_t count) {
+HWY_INLINE void scatter_pairs(float* table, const CellTile& cells, const float* rows, const float* size,
+                              std::size_t count) {
   const hn::FixedTag<float, 4> d;
   const hn::FixedTag<float, 2> half;
   for (std::size_t s = 0; s < count; s += 4) {
@@ -231,7 +230,6 @@ HWY_INLINE void scatter_pairs(float* table, std::uint8_t* touched, const CellTil
 #pragma GCC unroll 8
       for (int c = 0; c < kCorners; ++c) {
         const std::uint32_t at = cells.entry[c][s + k];
-        touched[at / kTableLine] = 1;
         float* entry = table + at;
         hn::StoreU(hn::MulAdd(hn::Set(half, cells.weight[c][s + k]), gradient[k], hn::LoadU(half, entry)),
                    half, entry);
@@ -240,56 +238,38 @@ HWY_INLINE void scatter_pairs(float* table, std::uint8_t* touched, const CellTil
   }
 }
 
-// As scatter_pairs, of a dense level: a corner and its neighbour in x in one update.
+// Adds weight times rows to the entries of the first `count` samples. Samples whose gradient is zero touch
+// nothing.
 template <int kCorners>
-HWY_INLINE void scatter_neighbours(float* table, std::uint8_t* touched, const CellTile& cells,
-                                   const float* rows, const float* size, std::size_t count) {
-  const hn::FixedTag<float, 4> d;
-  for (std::size_t s = 0; s < count; s += 4) {
-    const auto first = hn::Load(d, rows + s), second = hn::Load(d, rows + kTile + s);
-    const auto low = hn::InterleaveLower(d, first, second), high = hn::InterleaveUpper(d, first, second);
-    const hn::Vec<decltype(d)> gradient[4] = {
-        hn::ConcatLowerLower(d, low, low), hn::ConcatUpperUpper(d, low, low),
-        hn::ConcatLowerLower(d, high, high), hn::ConcatUpperUpper(d, high, high)};
-#pragma GCC unroll 4
-    for (int c = 0; c < kCorners; c += 2) {
-      hn::Vec<decltype(d)> w[4];
-      pair_weights(&cells.weight[c][s], &cells.weight[c + 1][s], w);
-#pragma GCC unroll 4
-      for (std::size_t k = 0; k < 4; ++k) {
-        if (s + k >= count || size[s + k] == 0) continue;
-        const std::uint32_t at = cells.entry[c][s + k];
-        touched[at / kTableLine] = 1;
-        touched[(at + 2) / kTableLine] = 1;
-        float* entry = table + at;
-        hn::StoreU(hn::MulAdd(w[k], gradient[k], hn::LoadU(d, entry)), d, entry);
-      }
-    }
-  }
-}
-
-// Adds weight times rows to the entries of the first `count` samples; marks their lines. Samples whose
-// gradient is zero touch nothing.
-template <int kCorners>
-HWY_INLINE void scatter_tile(float* table, bool hashed, std::uint8_t* touched, const CellTile& cells,
-                             int features, const float* rows, std::size_t count) {
+HWY_INLINE void scatter_tile(float* table, const CellTile& cells, int features, const float* rows,
+                             std::size_t count) {
   alignas(64) float size[kTile];
   gradient_sizes(rows, features, size);
   if (features % 4 == 0) {
     for (int f = 0; f < features; f += 4) {
-      scatter_quads<kCorners>(table + f, touched, cells, rows + f * kTile, size, count);
+      scatter_quads<kCorners>(table + f, cells, rows + f * kTile, size, count);
     }
     return;
   }
-  if (features == 2 && !hashed) return scatter_neighbours<kCorners>(table, touched, cells, rows, size, count);
-  if (features == 2) return scatter_pairs<kCorners>(table, touched, cells, rows, size, count);
+  if (features == 2) return scatter_pairs<kCorners>(table, cells, rows, size, count);
   for (std::size_t s = 0; s < count; ++s) {
     if (size[s] == 0) continue;
     for (int c = 0; c < kCorners; ++c) {
       const std::uint32_t at = cells.entry[c][s];
-      touched[at / kTableLine] = 1;
       for (int f = 0; f < features; ++f) table[at + f] += cells.weight[c][s] * rows[f * kTile + s];
     }
+  }
+}
+
+// Marks the lines of a level's table that have a gradient. Done once, as the table still lies in the cache:
+// marking with every update takes a third longer.
+HWY_NOINLINE inline void mark_lines(const float* gradients, std::size_t count, std::uint8_t* touched) {
+  const Dg d;
+  for (std::size_t i = 0; i < count; i += kTableLine, ++touched) {
+    Vg most = hn::Zero(d);  // whole lines: zeros fill the gap behind a table
+    for (std::size_t k = 0; k < kTableLine; k += hn::Lanes(d))
+      most = hn::Or(most, hn::LoadU(d, gradients + i + k));
+    if (!hn::AllFalse(d, hn::Ne(most, hn::Zero(d)))) *touched = 1;
   }
 }
 
@@ -312,18 +292,17 @@ HWY_NOINLINE inline void encode_tile(const GridLevel& level, const GridConfig& g
 
 HWY_NOINLINE inline void encode_tile_backward(const GridLevel& level, const GridConfig& grid,
                                               const float* const* point, CellTile& cells, const float* rows,
-                                              std::size_t count, float* gradients, std::uint8_t* touched) {
+                                              std::size_t count, float* gradients) {
   float* table = gradients + level.offset;
-  touched += level.offset / kTableLine;
   if (grid.dimensions == 3) {
     cells_of<3>(level, grid.features, point, cells);
-    scatter_tile<8>(table, level.hashed, touched, cells, grid.features, rows, count);
+    scatter_tile<8>(table, cells, grid.features, rows, count);
   } else if (grid.dimensions == 2) {
     cells_of<2>(level, grid.features, point, cells);
-    scatter_tile<4>(table, level.hashed, touched, cells, grid.features, rows, count);
+    scatter_tile<4>(table, cells, grid.features, rows, count);
   } else {
     cells_of<1>(level, grid.features, point, cells);
-    scatter_tile<2>(table, level.hashed, touched, cells, grid.features, rows, count);
+    scatter_tile<2>(table, cells, grid.features, rows, count);
   }
 }
 

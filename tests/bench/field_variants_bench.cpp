@@ -1,0 +1,106 @@
+// What each arrangement of the field's kernels brings, on the standard field: rows to be compared stand
+// together. Items are samples.
+#include <benchmark/benchmark.h>
+
+#include <algorithm>
+
+#include "core/bench/standard_field.h"
+#include "core/field/field_kernels.h"
+#include "tests/bench/field_variants.h"
+
+namespace likeness {
+namespace {
+
+constexpr std::size_t kSamples = 65536;
+constexpr int kDenseLevel = 3, kHashedLevel = 12;
+
+struct Tables {
+  Field field = standard_field(1);
+  FieldLayout layout = make_layout(field.config);
+  StandardBatch batch = standard_batch(field.config, kSamples, 2);
+  FieldGradients gradients = make_gradients(field, batch.views);
+  AlignedFloats memory;
+  float* rows = memory.reserve(kSamples * 2 * layout.position.size());
+
+  Tables() { std::fill(rows, rows + kSamples * 2 * layout.position.size(), 1e-3f); }
+  TableCase table_case() const {
+    return {field.config,
+            layout,
+            field.parameters.data(),
+            {batch.x.data(), batch.y.data(), batch.z.data()},
+            kSamples};
+  }
+};
+
+void finish(benchmark::State& state, std::size_t samples) {
+  state.SetItemsProcessed(std::int64_t(state.iterations()) * std::int64_t(samples));
+}
+
+void read(benchmark::State& state, int level, Read how) {
+  Tables t;
+  for (auto _ : state) read_level(t.table_case(), level, how, t.rows);
+  finish(state, kSamples);
+}
+BENCHMARK_CAPTURE(read, dense_scalar, kDenseLevel, Read::scalar);
+BENCHMARK_CAPTURE(read, dense_pairs, kDenseLevel, Read::pairs);
+BENCHMARK_CAPTURE(read, dense_neighbours, kDenseLevel, Read::neighbours);
+BENCHMARK_CAPTURE(read, hashed_scalar, kHashedLevel, Read::scalar);
+BENCHMARK_CAPTURE(read, hashed_pairs, kHashedLevel, Read::pairs);
+
+void read_in_chunks(benchmark::State& state) {
+  Tables t;
+  for (auto _ : state) read_levels(t.table_case(), std::size_t(state.range(0)), t.rows);
+  finish(state, kSamples);
+}
+BENCHMARK(read_in_chunks)->Arg(16384)->Arg(65536);
+
+void update(benchmark::State& state, Mark mark) {
+  Tables t;
+  for (auto _ : state) {
+    update_level(t.table_case(), kHashedLevel, mark, t.rows, t.gradients.parameters.data(),
+                 t.gradients.touched.data());
+  }
+  finish(state, kSamples);
+}
+BENCHMARK_CAPTURE(update, marking_every_update, Mark::every_update);
+BENCHMARK_CAPTURE(update, marking_once, Mark::once);
+
+// 60 wide: a multiple of both blocks.
+void layer_of_rows(benchmark::State& state) {
+  constexpr int kWidth = 60;
+  AlignedFloats weights, in, out;
+  std::fill_n(weights.reserve(kWidth * kWidth), kWidth * kWidth, 0.01f);
+  std::fill_n(in.reserve(kWidth * kTile), kWidth * kTile, 0.5f);
+  out.reserve(kWidth * kTile);
+  for (auto _ : state) {
+    layer(int(state.range(0)), weights.data(), in.data(), kWidth, out.data());
+    benchmark::ClobberMemory();
+  }
+  finish(state, kTile);
+}
+BENCHMARK(layer_of_rows)->Arg(4)->Arg(6);
+
+// What keeping costs; what it saves is the networks' part of a forward pass, in backward.
+void forward(benchmark::State& state, bool keep) {
+  Tables t;
+  const FieldInputs inputs = t.batch.inputs();
+  const KernelContext context{t.field.config, t.layout, t.field.parameters.data(), inputs};
+  AlignedFloats features, slice, kept, scratch, out;
+  ForwardRange range;
+  range.end = kSamples;
+  range.features = features.reserve(kSamples * context.density_inputs());
+  range.slice = slice.reserve(kSamples * 2);
+  range.kept = keep ? kept.reserve(kSamples * context.kept_rows()) : nullptr;
+  range.scratch = scratch.reserve(scratch_floats(t.field.config, t.layout));
+  range.sigma = out.reserve(4 * kSamples);
+  range.red = range.sigma + kSamples, range.green = range.red + kSamples, range.blue = range.green + kSamples;
+  for (auto _ : state) forward_tiles(context, range);
+  finish(state, kSamples);
+}
+BENCHMARK_CAPTURE(forward, keeping_nothing, false);
+BENCHMARK_CAPTURE(forward, keeping_hidden_layers, true);
+
+}  // namespace
+}  // namespace likeness
+
+BENCHMARK_MAIN();
