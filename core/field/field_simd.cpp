@@ -107,13 +107,19 @@ void point_rows(const FieldInputs& inputs, std::size_t begin, std::size_t count,
   }
 }
 
-// rows (width, kTile) = table[view[s]][k]; zeros without a table.
+// rows (width, kTile) = table[view[s]][k]; zeros without a table. Samples of a ray share a view, so whole
+// runs are filled.
 void code_rows(const FieldInputs& inputs, const float* table, std::size_t width, std::size_t begin,
                std::size_t count, float* rows) {
-  for (std::size_t s = 0; s < kTile; ++s) {
-    const std::size_t n = begin + std::min(s, count - 1);
-    const float* code = table ? table + (inputs.view ? std::size_t(inputs.view[n]) : 0) * width : nullptr;
-    for (std::size_t k = 0; k < width; ++k) rows[k * kTile + s] = code ? code[k] : 0.0f;
+  const auto view = [&](std::size_t s) {
+    return inputs.view ? std::size_t(inputs.view[begin + std::min(s, count - 1)]) : 0;
+  };
+  for (std::size_t first = 0, last = 0; first < kTile; first = last) {
+    const std::size_t row = view(first);
+    for (last = first + 1; last < kTile && view(last) == row;) ++last;
+    for (std::size_t k = 0; k < width; ++k) {
+      std::fill(rows + k * kTile + first, rows + k * kTile + last, table ? table[row * width + k] : 0.0f);
+    }
   }
 }
 

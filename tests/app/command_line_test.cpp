@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 
 #include <fstream>
 #include <nlohmann/json.hpp>
@@ -71,6 +72,45 @@ TEST_F(CommandLine, HelpAndVersionExitWithZero) {
   EXPECT_EQ(likeness({"--help"}).exit_code, 0);
   EXPECT_EQ(likeness({"build", "--help"}).exit_code, 0);
   EXPECT_EQ(likeness({"--version"}).exit_code, 0);
+}
+
+// Every number in a report is finite and above zero.
+void expect_positive(const nlohmann::json& value, const std::string& name) {
+  if (value.is_number()) {
+    EXPECT_TRUE(std::isfinite(value.get<double>()) && value.get<double>() > 0) << name << ": " << value;
+  } else if (value.is_structured()) {
+    for (const auto& [key, item] : value.items()) expect_positive(item, name + "." + key);
+  } else {
+    EXPECT_FALSE(value.is_null()) << name;
+  }
+}
+
+TEST_F(CommandLine, BenchReportsCeilingsSpeedsAndErrorsOfOneRun) {
+  const ProgramResult result =
+      likeness({"bench", "--json", "--threads", "2", "--rounds", "1", "--batch", "512", "--batch", "1024"});
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  auto report = nlohmann::json::parse(result.out);
+  for (const char* key : {"fma_gflops", "gather_mps", "rmw_mps", "bandwidth_gbs", "tables", "by_threads",
+                          "processor", "instruction_set", "processor_share"})
+    EXPECT_TRUE(report.at("machine").contains(key)) << key;
+  for (const char* key :
+       {"forward_msamples_s", "train_msamples_s", "forward_fraction_of_floor", "train_fraction_of_floor"})
+    for (const char* threads : {"1", "2"}) EXPECT_TRUE(report.at("field").at(key).contains(threads)) << key;
+  EXPECT_EQ(report.at("field").at("forward_flops"), 24960);
+  EXPECT_EQ(report.at("field").at("batches").size(), 4u);  // two thread counts, two batches
+  for (const auto& kernel : report.at("kernels")) {
+    EXPECT_FALSE(kernel.at("name").get<std::string>().empty());
+    EXPECT_LE(kernel.at("rel_l2").get<double>(), 1e-4) << kernel;
+  }
+  EXPECT_EQ(report.at("counts").get<bool>(), report.at("doubt").is_null());
+  report.erase("doubt");
+  report.at("field").at("rel_l2").erase("samples_left_out");
+  expect_positive(report, "report");
+}
+
+TEST_F(CommandLine, BenchRefusesBatchesItCannotMeasure) {
+  EXPECT_EQ(likeness({"bench", "--batch", "0"}).exit_code, 2);
+  EXPECT_EQ(likeness({"bench", "--rounds", "0"}).exit_code, 2);
 }
 
 TEST_F(CommandLine, DoctorReportsEveryPartAsJson) {
