@@ -7,6 +7,7 @@
 #include "app/commands.h"
 #include "app/terminal.h"
 #include "core/base/parallel.h"
+#include "core/bench/bf16_ceiling.h"
 #include "core/bench/field_speed.h"
 #include "core/bench/processor.h"
 
@@ -16,6 +17,7 @@ namespace {
 
 constexpr std::size_t kFieldTable = std::size_t{1} << 19;  // of a fine level of the standard field
 constexpr double kQuiet = 0.9;
+constexpr double kBf16Seconds = 0.05;
 
 struct BenchArguments {
   CommonOptions common;
@@ -107,6 +109,8 @@ nlohmann::json kernels_json(const BenchReport& report) {
 nlohmann::json to_json(const BenchReport& report) {
   const Processor processor = this_processor();
   nlohmann::json machine = to_json(report.threads.front().ceilings);
+  const auto bf16 = measure_bf16_gflops(kBf16Seconds);
+  machine["bf16_gflops"] = bf16 ? nlohmann::json(*bf16) : nlohmann::json(nullptr);
   machine["processor"] = processor.name;
   machine["instruction_set"] = processor.instruction_set;
   machine["processor_share"] = report.processor_share;
