@@ -32,7 +32,9 @@ __attribute__((target("avx512f,avx512bf16"), noinline)) float dot_block() {
   }
 #pragma GCC unroll 11
   for (int k = 1; k < kChains; ++k) sum[0] = _mm512_add_ps(sum[0], sum[k]);
-  return _mm512_reduce_add_ps(sum[0]);
+  float lanes[16];
+  _mm512_storeu_ps(lanes, sum[0]);
+  return lanes[0];
 }
 
 }  // namespace

@@ -47,7 +47,10 @@ HWY_NOINLINE void cells_of(const GridLevel& level, int features, const float* co
   const Dg d;
   const hn::RebindToUnsigned<Dg> du;
   using U = hn::Vec<decltype(du)>;
-  const U mask = hn::Set(du, level.mask), width = hn::Set(du, std::uint32_t(features));
+  // Keys count parameters, not entries: the features of an entry are a power of two, which hashes and masks
+  // carry along.
+  const std::uint32_t width = std::uint32_t(features);
+  const U mask = hn::Set(du, level.mask * width);
   for (std::size_t s = 0; s < kTile; s += hn::Lanes(d)) {
     Vg weight[3][2];
     U key[3][2];
@@ -55,7 +58,7 @@ HWY_NOINLINE void cells_of(const GridLevel& level, int features, const float* co
       Vcell cell;
       const Vg part = cell_part(hn::LoadU(d, point[a] + s), level.resolution, cell);
       weight[a][0] = hn::Sub(hn::Set(d, 1.0f), part), weight[a][1] = part;
-      const U factor = hn::Set(du, level.hashed ? kHashPrime[a] : level.stride[a]);
+      const U factor = hn::Set(du, (level.hashed ? kHashPrime[a] : level.stride[a]) * width);
       key[a][0] = hn::Mul(hn::BitCast(du, cell), factor);
       key[a][1] = hn::Add(key[a][0], factor);
     }
@@ -69,7 +72,7 @@ HWY_NOINLINE void cells_of(const GridLevel& level, int features, const float* co
         e = level.hashed ? hn::Xor(e, key[a][(c >> a) & 1]) : hn::Add(e, key[a][(c >> a) & 1]);
       }
       if (level.hashed) e = hn::And(e, mask);
-      hn::Store(hn::Mul(e, width), du, &cells.entry[c][s]);
+      hn::Store(e, du, &cells.entry[c][s]);
       hn::Store(w, d, &cells.weight[c][s]);
     }
   }
