@@ -123,6 +123,35 @@ void add_lids(const ReducedHead& head, const ReducedPerson& person, const FaceOb
   }
 }
 
+constexpr std::array<std::array<int, 2>, 3> kLipPairs{{{61, 67}, {62, 66}, {63, 65}}};  // upper over lower
+
+// The lips' distance against the evidence for it.
+void add_lips(const ReducedHead& head, const ReducedPerson& person, const FaceObservation& observation,
+              const FaceState& state, bool derivatives, bool with_identity, FrameSystem* s) {
+  const LipEvidence& lips = observation.lips;
+  if (!lips.known) return;
+  const double r = (lip_gap(head, person, state) - lips.gap_m) / lips.sigma_m;
+  s->cost += huber(std::abs(r));
+  if (!derivatives) return;
+  Eigen::RowVectorXd row = Eigen::RowVectorXd::Zero(s->hessian.rows());
+  for (const auto& pair : kLipPairs)
+    for (int k = 0; k < 2; ++k) {
+      const double share = (k == 0 ? 1.0 : -1.0) / kLipPairs.size();
+      PointDerivatives by;
+      reduced_point(head, person, pair[k], state.expression, state.jaw, &by);
+      row[6] += share * by.by_jaw.y();
+      row.segment(7, head.expression_count()) +=
+          share * by.by_shape.row(1) * head.expression.middleRows(3 * pair[k], 3);
+      if (with_identity)
+        row.tail(head.identity_count()) +=
+            share * (by.by_shape.row(1) * head.identity.middleRows(3 * pair[k], 3) +
+                     by.by_joint.row(1) * head.jaw_joint_identity);
+    }
+  const double robust = std::abs(r) <= kHuber ? 1.0 : kHuber / std::abs(r);
+  s->hessian.noalias() += robust / (lips.sigma_m * lips.sigma_m) * row.transpose() * row;
+  s->gradient += robust * r / lips.sigma_m * row.transpose();
+}
+
 }  // namespace
 
 Mat3d turn_from_vector(const Vec3d& v) {
@@ -258,6 +287,7 @@ void frame_system(const ReducedHead& head, const ReducedPerson& person, const Fa
   }
   if (options.free_face) add_pairs(prior, state, system);
   if (options.free_face) add_lids(head, person, observation, state, derivatives, with_identity, system);
+  if (options.free_face) add_lips(head, person, observation, state, derivatives, with_identity, system);
   add_priors(prior, pull, options, state, system);
   if (!derivatives) return;
   // Unknowns that are held get a unit diagonal, so that the system stays regular and their increment zero.
@@ -367,6 +397,15 @@ double lid_gap(const ReducedHead& head, const ReducedPerson& person, int side,
     for (int k = 0; k < 2; ++k)
       gap += (k == 0 ? 0.5 : -0.5) *
              (person.base[3 * pair[k] + 1] + head.expression.row(3 * pair[k] + 1).dot(expression));
+  return gap;
+}
+
+double lip_gap(const ReducedHead& head, const ReducedPerson& person, const FaceState& state) {
+  double gap = 0;
+  for (const auto& pair : kLipPairs)
+    for (int k = 0; k < 2; ++k)
+      gap += (k == 0 ? 1.0 : -1.0) / kLipPairs.size() *
+             reduced_point(head, person, pair[k], state.expression, state.jaw).y();
   return gap;
 }
 

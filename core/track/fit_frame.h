@@ -17,11 +17,18 @@ struct LidEvidence {
   double gap_m = 0, sigma_m = 1;
 };
 
+// Height between the inner edges of the lips, from the pixels (photometric_mouth.h).
+struct LipEvidence {
+  bool known = false;
+  double gap_m = 0, sigma_m = 1;
+};
+
 struct FaceObservation {
   std::array<Vec2d, kLandmarkCount> rays;
   std::array<double, kLandmarkCount> sigma_px{};  // working px
   double focal_px = 1000;                         // of the working picture
   std::array<LidEvidence, 2> lids;                // subject's right eye, left
+  LipEvidence lips;
 };
 
 struct FaceState {
@@ -98,6 +105,9 @@ FaceState start_frame(const ReducedHead& head, const ReducedPerson& person,
 // does not move them.
 double lid_gap(const ReducedHead& head, const ReducedPerson& person, int side,
                const Eigen::VectorXd& expression);
+
+// Height between the lips: mean over the three inner pairs, along the head's y, m.
+double lip_gap(const ReducedHead& head, const ReducedPerson& person, const FaceState& state);
 
 // Mean distance of fitted to observed landmarks 17..67, working px.
 double inner_error(const ReducedHead& head, const ReducedPerson& person, const FaceObservation& observation,

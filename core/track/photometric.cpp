@@ -15,8 +15,10 @@ namespace {
 constexpr std::size_t kBatch = 16;    // frames between two looks at the stop token
 constexpr int kIterations = 4;        // a picture size
 constexpr double kOpenMouth = 0.004;  // m: surely open, its inside may be looked at
-constexpr double kMouthMargin = 4;    // log likelihood by which the other mouth must be better
-constexpr double kMouthDoubt = 8;     // times sigma of the mouth's landmarks while it is tried
+constexpr double kMouthMargin = 4;    // log likelihood by which another mouth must be better
+constexpr double kFarSigmas = 2;      // a reading nearer to the fitted opening says nothing new
+constexpr double kParted = 0.0015;    // m over the shut mouth's gap: it may yet be shut
+constexpr double kShutSigma = 0.001;  // m
 
 class ClipRefiner {
  public:
@@ -177,19 +179,35 @@ class ClipRefiner {
       return state;
     };
     FaceState state = solve(observation, before[i].state);
-    if (last && options_.mouth_choice && appearance_.cavity_known)
-      if (const auto start = other_mouth(model_, head_, landmark_person_, state)) {
-        FaceObservation doubted = observation;
-        for (int k = 48; k < kLandmarkCount; ++k) doubted.sigma_px[k] *= kMouthDoubt;
-        for (int k = 4; k <= 12; ++k) doubted.sigma_px[k] *= kMouthDoubt;  // the chin goes with the jaw
-        const FaceState other = solve(doubted, *start);
-        if (mouth_gain(model_, person_, surface_, appearance_, picture, pictures_[i].world_from_cam, state,
-                       other) > kMouthMargin) {
-          state = other;
-          changed_[i] = 1;
-        }
-      }
+    if (last && options_.read_mouth) state = with_mouth_read(i, picture, observation, state, solve);
     faces_[i].state = state;
+  }
+
+  // The state with the mouth as open as its pixels say: closed lips over a lowered chin and parted ones look
+  // alike to a fit that starts at the other, so each is solved for and the pixels are asked which it is.
+  template <class Solve>
+  FaceState with_mouth_read(std::size_t i, const FacePicture& picture, const FaceObservation& observation,
+                            FaceState state, const Solve& solve) {
+    const Mat3d& turn = pictures_[i].world_from_cam;
+    const double fitted = lip_gap(head_, landmark_person_, state);
+    const auto try_mouth = [&](const LipEvidence& lips, const FaceState& start) {
+      FaceObservation read = observation;
+      observe_mouth(lips, fitted, &read);
+      const FaceState other = solve(read, start);
+      const double gain = mouth_gain(model_, person_, surface_, appearance_, picture, turn, state, other);
+      if (gain <= kMouthMargin) return;
+      state = other;
+      changed_[i] = 1;
+    };
+    const auto mouth =
+        read_mouth(model_, person_, head_, landmark_person_, surface_, appearance_, picture, turn, state);
+    if (!mouth) return state;
+    const FaceState shut = with_jaw(model_, state, 0);
+    const double least = lip_gap(head_, landmark_person_, shut);
+    if (std::abs(fitted - mouth->lips.gap_m) > kFarSigmas * mouth->lips.sigma_m)
+      try_mouth(mouth->lips, mouth->likeliest);
+    if (std::max(fitted, mouth->lips.gap_m) > least + kParted) try_mouth({true, least, kShutSigma}, shut);
+    return state;
   }
 
   const HeadModel& model_;

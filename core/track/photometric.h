@@ -26,7 +26,7 @@ struct PhotometricOptions {
   double shift_hold = 10000;     // per m
   double expression_change = 4;  // first difference between training frames, per unit
   double own_hold = 2;           // of a held-out frame's expression towards its landmark fit, per unit
-  bool mouth_choice = true;      // closed or open mouth by the pixels
+  bool read_mouth = true;        // how far the mouth is open, by the pixels
 };
 
 struct PhotometricFrame {

@@ -9,8 +9,12 @@
 namespace likeness {
 namespace {
 
-constexpr double kClosedGap = 0.0016;   // m between inner lip landmarks, thickness of the line included
-constexpr double kPartedJaw = 0.13;     // rad
+constexpr double kJawStep = 0.035, kWidestJaw = 0.42;  // rad, of the states asked
+constexpr double kOwnJaw = 0.05;        // rad: a face whose lips part with less is closed from there
+constexpr int kLeastPixels = 150;       // in the picture that all states explain
+constexpr double kLeastSigma = 0.0008;  // m: the steps between the states, and errors of the surface
+constexpr double kAstray = 0.002;       // m that landmarks may be off before they are doubted
+constexpr double kMostDoubt = 8;        // times their sigma
 constexpr double kWindow = 0.040;       // m, half side of the pixels asked
 constexpr double kPixelsTogether = 12;  // neighbouring pixels err together
 constexpr double kOutlierShare = 0.05;  // of skin pixels: anything may be there
@@ -77,12 +81,10 @@ int tone_of(float level) {
   return std::clamp(static_cast<int>(level / 256 * Appearance::kTones), 0, Appearance::kTones - 1);
 }
 
-// Minus log probability of every pixel of the window; negative infinity never, NaN where nothing is known.
-std::vector<double> pixel_costs(const MouthView& view, const FaceSurface& surface,
-                                const Appearance& appearance, const FacePicture& picture,
-                                const Intrinsics& window, const Mat3d& turn) {
+// What the skin points around the mouth should look like, encoded levels; -1 where not known.
+std::vector<float> expected_levels(const MouthView& view, const FaceSurface& surface,
+                                   const Appearance& appearance, const Mat3d& turn) {
   const LitPoints& lit = appearance.level[0];
-  std::vector<double> costs(view.raster.triangle.size(), std::nan(""));
   std::vector<float> value(surface.zone.size(), -1);
   for (int t : surface.mouth)
     for (int k = 0; k < 3; ++k) {
@@ -91,6 +93,47 @@ std::vector<double> pixel_costs(const MouthView& view, const FaceSurface& surfac
         value[p] = static_cast<float>(encoded_of_linear(
             lit.albedo[p] * shade(appearance.light, turn * view.posed.normals[p].cast<double>())));
     }
+  return value;
+}
+
+// Level and usual spread at pixel i by the skin there; false where it is not known.
+bool expect_skin(const MouthView& view, const std::vector<float>& value, const LitPoints& lit, std::size_t i,
+                 double* level, double* spread) {
+  *level = *spread = 0;
+  for (int k = 0; k < 3; ++k) {
+    const int p = view.triangles[view.raster.triangle[i]][k];
+    if (value[p] < 0) return false;
+    *level += view.raster.barycentric[i][k] * value[p];
+    *spread += view.raster.barycentric[i][k] * lit.spread[p];
+  }
+  return true;
+}
+
+// The picture's brightness around the mouth over the expected one: a median, which the lips do not sway.
+double exposure_of(const MouthView& view, const FaceSurface& surface, const Appearance& appearance,
+                   const FacePicture& picture, const Intrinsics& window, const Mat3d& turn) {
+  const std::vector<float> value = expected_levels(view, surface, appearance, turn);
+  std::vector<double> ratios;
+  double level = 0, spread = 0;
+  for (std::size_t i = 0; i < view.raster.triangle.size(); ++i) {
+    const int t = view.raster.triangle[i];
+    if (t < 0 || static_cast<std::size_t>(t) >= view.skin_triangles) continue;
+    if (expect_skin(view, value, appearance.level[0], i, &level, &spread) && level > 10)
+      ratios.push_back(picture_at(picture, window, i) / level);
+  }
+  if (ratios.empty()) return 1;
+  const auto middle = ratios.begin() + static_cast<std::ptrdiff_t>(ratios.size() / 2);
+  std::nth_element(ratios.begin(), middle, ratios.end());
+  return std::clamp(*middle, 0.7, 1.4);
+}
+
+// Minus log probability of every pixel of the window; negative infinity never, NaN where nothing is known.
+std::vector<double> pixel_costs(const MouthView& view, const FaceSurface& surface,
+                                const Appearance& appearance, const FacePicture& picture,
+                                const Intrinsics& window, const Mat3d& turn, double exposure) {
+  std::vector<double> costs(view.raster.triangle.size(), std::nan(""));
+  const std::vector<float> value = expected_levels(view, surface, appearance, turn);
+  double expected = 0, spread = 0;
   for (std::size_t i = 0; i < costs.size(); ++i) {
     const int t = view.raster.triangle[i];
     if (t < 0) continue;
@@ -99,16 +142,8 @@ std::vector<double> pixel_costs(const MouthView& view, const FaceSurface& surfac
       costs[i] = appearance.cavity[tone_of(level)];
       continue;
     }
-    double expected = 0, spread = 0;
-    bool known = true;
-    for (int k = 0; k < 3; ++k) {
-      const int p = view.triangles[t][k];
-      known = known && value[p] >= 0;
-      expected += view.raster.barycentric[i][k] * value[p];
-      spread += view.raster.barycentric[i][k] * lit.spread[p];
-    }
-    if (!known) continue;
-    const double s = std::clamp(spread, 8.0, 30.0), r = (level - expected) / s;
+    if (!expect_skin(view, value, appearance.level[0], i, &expected, &spread)) continue;
+    const double s = std::clamp(spread, 8.0, 30.0), r = (level - exposure * expected) / s;
     costs[i] = -std::log((1 - kOutlierShare) * 0.3989 / s * std::exp(-0.5 * r * r) + kOutlierShare / 256);
   }
   return costs;
@@ -116,27 +151,16 @@ std::vector<double> pixel_costs(const MouthView& view, const FaceSurface& surfac
 
 }  // namespace
 
-double lip_gap(const ReducedHead& head, const ReducedPerson& person, const FaceState& state) {
-  double sum = 0;
-  for (int k = 0; k < 3; ++k)  // 61 over 67, 62 over 66, 63 over 65
-    sum += (reduced_point(head, person, 61 + k, state.expression, state.jaw) -
-            reduced_point(head, person, 67 - k, state.expression, state.jaw))
-               .norm();
-  return sum / 3;
-}
-
-std::optional<FaceState> other_mouth(const HeadModel& model, const ReducedHead& head,
-                                     const ReducedPerson& person, const FaceState& state) {
+FaceState with_jaw(const HeadModel& model, const FaceState& state, double jaw) {
   FaceState other = state;
-  if (lip_gap(head, person, state) < kClosedGap) {
-    other.jaw = std::max(state.jaw, 0.0) + kPartedJaw;
-    return other;
-  }
-  other.jaw = 0;
+  const double own = std::max(state.jaw, kOwnJaw);
+  other.jaw = jaw;
+  if (jaw >= own) return other;
   for (std::size_t e = 0; e < model.expression_names.size(); ++e) {
     const std::string_view name = model.expression_names[e];
     for (std::string_view parting : {"mouthLowerDown", "mouthUpperUp", "mouthFunnel", "jawOpen"})
-      if (name.starts_with(parting)) other.expression[static_cast<Eigen::Index>(e)] = 0;
+      if (name.starts_with(parting))
+        other.expression[static_cast<Eigen::Index>(e)] *= std::max(0.0, jaw / own);
   }
   return other;
 }
@@ -168,16 +192,72 @@ bool cavity_from_counts(const std::array<double, Appearance::kTones>& counts,
   return true;
 }
 
+std::optional<MouthReading> read_mouth(const HeadModel& model, const HeadShape& shape,
+                                       const ReducedHead& head, const ReducedPerson& person,
+                                       const FaceSurface& surface, const Appearance& appearance,
+                                       const FacePicture& picture, const Mat3d& world_from_cam,
+                                       const FaceState& state) {
+  const Intrinsics window = window_of(surface, picture, state);
+  if (window.width == 0 || surface.interior.empty() || !appearance.cavity_known) return std::nullopt;
+  const Mat3d turn = world_from_cam * state.cam_from_head.linear();
+  std::vector<FaceState> asked;
+  std::vector<std::vector<double>> costs;
+  double exposure = 0;
+  for (double jaw = 0; jaw < kWidestJaw; jaw += kJawStep) {
+    asked.push_back(with_jaw(model, state, jaw));
+    const MouthView view = view_mouth(model, shape, surface, window, asked.back());
+    if (exposure == 0) exposure = exposure_of(view, surface, appearance, picture, window, turn);
+    costs.push_back(pixel_costs(view, surface, appearance, picture, window, turn, exposure));
+  }
+  // Pixels that every state explains, so that none gains by hiding some.
+  std::vector<double> cost(asked.size(), 0);
+  int pixels = 0;
+  for (std::size_t i = 0; i < costs[0].size(); ++i) {
+    bool known = true;
+    for (const auto& c : costs) known = known && !std::isnan(c[i]);
+    if (!known) continue;
+    ++pixels;
+    for (std::size_t k = 0; k < cost.size(); ++k) cost[k] += costs[k][i] / kPixelsTogether;
+  }
+  if (pixels < kLeastPixels) return std::nullopt;
+  const std::size_t best =
+      static_cast<std::size_t>(std::min_element(cost.begin(), cost.end()) - cost.begin());
+  MouthReading reading;
+  reading.likeliest = asked[best];
+  double sum = 0, first = 0, second = 0;
+  for (std::size_t k = 0; k < asked.size(); ++k) {
+    const double w = std::exp(cost[best] - cost[k]), gap = lip_gap(head, person, asked[k]);
+    sum += w, first += w * gap, second += w * gap * gap;
+  }
+  reading.lips.known = true;
+  reading.lips.gap_m = first / sum;
+  const double spread = std::sqrt(std::max(0.0, second / sum - reading.lips.gap_m * reading.lips.gap_m));
+  reading.lips.sigma_m = std::hypot(spread, kLeastSigma);
+  return reading;
+}
+
+void observe_mouth(const LipEvidence& lips, double fitted_gap_m, FaceObservation* out) {
+  out->lips = lips;
+  const double astray = (fitted_gap_m - lips.gap_m) / std::hypot(kAstray, lips.sigma_m);
+  const double doubt = std::min(kMostDoubt, 1 + astray * astray);
+  for (int k = 48; k < kLandmarkCount; ++k) out->sigma_px[k] *= doubt;
+  for (int k = 4; k <= 12; ++k) out->sigma_px[k] *= doubt;  // the chin goes with the jaw
+}
+
 double mouth_gain(const HeadModel& model, const HeadShape& shape, const FaceSurface& surface,
                   const Appearance& appearance, const FacePicture& picture, const Mat3d& world_from_cam,
                   const FaceState& a, const FaceState& b) {
   const Intrinsics window = window_of(surface, picture, a);
   if (window.width == 0 || !appearance.cavity_known) return 0;
-  const auto costs = [&](const FaceState& s) {
-    return pixel_costs(view_mouth(model, shape, surface, window, s), surface, appearance, picture, window,
-                       world_from_cam * s.cam_from_head.linear());
-  };
-  const std::vector<double> of_a = costs(a), of_b = costs(b);
+  const auto view = [&](const FaceState& s) { return view_mouth(model, shape, surface, window, s); };
+  const auto turn = [&](const FaceState& s) { return Mat3d(world_from_cam * s.cam_from_head.linear()); };
+  const MouthView view_a = view(a), view_b = view(b);
+  const double exposure = std::sqrt(exposure_of(view_a, surface, appearance, picture, window, turn(a)) *
+                                    exposure_of(view_b, surface, appearance, picture, window, turn(b)));
+  const std::vector<double> of_a =
+                                pixel_costs(view_a, surface, appearance, picture, window, turn(a), exposure),
+                            of_b =
+                                pixel_costs(view_b, surface, appearance, picture, window, turn(b), exposure);
   double gain = 0;
   for (std::size_t i = 0; i < of_a.size(); ++i)
     if (!std::isnan(of_a[i]) && !std::isnan(of_b[i])) gain += of_a[i] - of_b[i];

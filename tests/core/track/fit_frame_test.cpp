@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "core/head/pose_head.h"
+#include "core/track/photometric_mouth.h"
 #include "tests/core/track/synthetic_face.h"
 
 namespace likeness {
@@ -48,6 +49,7 @@ TEST(FrameSystem, GradientMatchesFiniteDifferences) {
   FaceObservation seen = observe_state(head, person, truth, 1.5, 3);
   seen.lids[0] = {true, 0.009, 0.004};  // in the linear and the limited range of its cost
   seen.lids[1] = {true, 0.0, 0.0005};
+  seen.lips = {true, 0.004, 0.003};
   FaceState state = truth;
   state.cam_from_head = facing_pose(0.47, 0.13, {0.021, 0.029, 0.61});
   state.jaw = -0.02;  // beyond its range: the one-sided penalty acts
@@ -100,6 +102,23 @@ TEST(FitFrame, RecoversPoseFromNoisyLandmarks) {
               0.006);
     EXPECT_LT(inner_error(head, person, seen, found), 1.6);
   }
+}
+
+TEST(FitFrame, LipsGoWhereTheirEvidenceIsSurerThanTheLandmarks) {
+  const ReducedHead& head = test_reduced_head();
+  const ReducedPerson person = reduced_person(head, some_identity(head.identity_count()));
+  const ExpressionPrior prior = expression_prior(test_head());
+  FaceState shut = some_state(head, 0.2), open = shut;
+  shut.jaw = 0.02, open.jaw = 0.22;
+  const FaceObservation landmarks = observe_state(head, person, shut, 1.0, 5);
+  const double wanted = lip_gap(head, person, open), told = lip_gap(head, person, shut);
+  const auto gap_with = [&](double sigma_m) {
+    FaceObservation seen = landmarks;
+    observe_mouth({true, wanted, sigma_m}, told, &seen);
+    return lip_gap(head, person, fit_frame(head, person, seen, prior, {}, {}, shut));
+  };
+  EXPECT_GT(gap_with(0.0001), told + 0.7 * (wanted - told));
+  EXPECT_LT(gap_with(0.05), told + 0.1 * (wanted - told));
 }
 
 TEST(FitFrame, FollowsTheOpeningJaw) {

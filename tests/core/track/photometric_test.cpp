@@ -53,7 +53,7 @@ double painted(int point) {
   return (surface().zone[point] == FaceZone::lip ? 0.12 : 0.30) * (1 + 0.25 * spots);
 }
 
-Image8 film(const FaceState& state) {
+Image8 film(const FaceState& state, double inside_level = 12) {
   const PosedSurface posed = posed_surface(surface(), state.expression, state.jaw);
   std::vector<Vec3f> vertices = posed.points;
   Articulation face = neutral_articulation(test_head());
@@ -71,7 +71,7 @@ Image8 film(const FaceState& state) {
   for (std::size_t i = 0; i < fine.data.size(); ++i) {
     const int t = raster.triangle[i];
     if (t < 0) continue;
-    double level = 12;
+    double level = inside_level;
     if (t < static_cast<int>(surface().triangles.size())) {
       double albedo = 0;
       Vec3d normal = Vec3d::Zero();
@@ -226,29 +226,92 @@ TEST(Photometric, StopsOnRequest) {
   EXPECT_EQ(result.error().code, ErrorCode::cancelled);
 }
 
-TEST(PhotometricMouth, DarkPixelsBetweenTheLipsSpeakForAnOpenMouth) {
-  const FaceState open = state_of(0, 0.25, 0), closed = state_of(0, 0, 0);
+// The skin as painted, and the mouth's inside as an open mouth of one level shows it.
+Appearance known_appearance(double inside_level) {
   Appearance appearance;
-  appearance.light = side_light();
   LitPoints lit;
   for (int p = 0; p < surface().points.points; ++p) {
     lit.albedo.push_back(static_cast<float>(painted(p)));
     lit.spread.push_back(8);
   }
-  lit.light = side_light();
+  appearance.light = lit.light = side_light();
   appearance.level.fill(lit);
   std::array<double, Appearance::kTones> counts{};
-  const FacePicture of_open = face_picture(film(open), kLens), of_closed = face_picture(film(closed), kLens);
-  count_cavity(test_head(), shape(), surface(), of_open, open, &counts);
+  const FaceState open = state_of(0, 0.25, 0);
+  count_cavity(test_head(), shape(), surface(), face_picture(film(open, inside_level), kLens), open, &counts);
   for (double& c : counts) c *= 20;  // as if from many frames
-  ASSERT_TRUE(cavity_from_counts(counts, &appearance.cavity));
-  appearance.cavity_known = true;
+  appearance.cavity_known = cavity_from_counts(counts, &appearance.cavity);
+  return appearance;
+}
+
+double gap_of(const FaceState& state) { return lip_gap(test_reduced_head(), person(), state); }
+
+TEST(PhotometricMouth, DarkPixelsBetweenTheLipsSpeakForAnOpenMouth) {
+  const FaceState open = state_of(0, 0.25, 0), closed = state_of(0, 0, 0);
+  const Appearance appearance = known_appearance(12);
+  ASSERT_TRUE(appearance.cavity_known);
+  const FacePicture of_open = face_picture(film(open), kLens), of_closed = face_picture(film(closed), kLens);
   const auto gain = [&](const FacePicture& picture, const FaceState& from, const FaceState& to) {
     return mouth_gain(test_head(), shape(), surface(), appearance, picture, Mat3d::Identity(), from, to);
   };
   EXPECT_GT(gain(of_open, closed, open), 5);
   EXPECT_GT(gain(of_closed, open, closed), 5);
   EXPECT_NEAR(gain(of_open, closed, open), -gain(of_open, open, closed), 6);
+}
+
+TEST(PhotometricMouth, TheOpeningIsReadWhateverTheFitSaysOfItAndWhateverLiesInside) {
+  for (double inside : {12.0, 215.0}) {  // a dark cavity; teeth and tongue in bright light
+    const Appearance appearance = known_appearance(inside);
+    ASSERT_TRUE(appearance.cavity_known);
+    for (const auto& [yaw, exposure] : {std::pair(0.0, 1.0), std::pair(0.45, 0.85)})
+      for (double jaw : {0.0, 0.1, 0.25}) {
+        const FaceState truth = state_of(yaw, jaw, 0);
+        Image8 grey = film(truth, inside);
+        for (std::uint8_t& v : grey.data) v = static_cast<std::uint8_t>(exposure * v);
+        const auto mouth =
+            read_mouth(test_head(), shape(), test_reduced_head(), person(), surface(), appearance,
+                       face_picture(grey, kLens), Mat3d::Identity(), state_of(yaw, 0.14, 0));
+        ASSERT_TRUE(mouth);
+        EXPECT_NEAR(mouth->lips.gap_m, gap_of(truth), std::max(0.002, 2 * mouth->lips.sigma_m))
+            << inside << " " << yaw << " " << jaw;
+        EXPECT_LT(mouth->lips.sigma_m, 0.003);
+      }
+  }
+}
+
+TEST(PhotometricMouth, UnknownTonesInsideReadNothing) {
+  const FaceState state = state_of(0, 0.1, 0);
+  EXPECT_FALSE(read_mouth(test_head(), shape(), test_reduced_head(), person(), surface(), Appearance(),
+                          face_picture(film(state), kLens), Mat3d::Identity(), state));
+}
+
+TEST(PhotometricMouth, TheJawAloneOpensAFaceAndShutsItWhole) {
+  FaceState face = state_of(0, 0.15, 0.3);
+  for (int e = 0; e < test_head().expression_count(); ++e)
+    if (test_head().expression_names[e].starts_with("mouthLowerDown")) face.expression[e] = 0.6;
+  double last = -1;
+  for (double jaw = 0; jaw < 0.4; jaw += 0.05) {
+    const double gap = gap_of(with_jaw(test_head(), face, jaw));
+    EXPECT_GT(gap, last) << jaw;
+    last = gap;
+  }
+  EXPECT_NEAR(gap_of(with_jaw(test_head(), face, 0)), gap_of(state_of(0, 0, 0.3)), 1e-9);
+  EXPECT_NEAR(gap_of(with_jaw(test_head(), face, face.jaw)), gap_of(face), 1e-12);
+}
+
+TEST(PhotometricMouth, LandmarksAreDoubtedByHowFarTheyStrayed) {
+  FaceObservation before;
+  before.sigma_px.fill(1);
+  const auto doubt = [&](double fitted) {
+    FaceObservation after = before;
+    observe_mouth({true, 0.005, 0.001}, fitted, &after);
+    for (int k = 17; k < 48; ++k) EXPECT_EQ(after.sigma_px[k], 1) << k;
+    return after.sigma_px[62];
+  };
+  EXPECT_EQ(doubt(0.005), 1);
+  EXPECT_GT(doubt(0.008), doubt(0.006));
+  EXPECT_GT(doubt(0.002), 1.5);
+  EXPECT_LE(doubt(0.05), 10);
 }
 
 }  // namespace
