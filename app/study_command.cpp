@@ -120,6 +120,7 @@ nlohmann::json to_json(const CheckRow& row) {
           {"withheld_on_head", row.withheld.on_head},
           {"withheld_observations", row.withheld.observations},
           {"fresh_landmarks_px", row.fresh.mean_px},
+          {"fresh_moving_px", row.fresh.moving_px},
           {"fresh_frames", row.fresh.frames},
           {"still_jitter_px", row.stillness.jitter_px},
           {"still_frames", row.stillness.frames},
@@ -128,16 +129,16 @@ nlohmann::json to_json(const CheckRow& row) {
 }
 
 void print_rows(const std::vector<CheckRow>& rows) {
-  fmt::print("{:<12} {:>5} {:>4} {:>4} {:>9} {:>6} {:>9} {:>9} {:>9} {:>7} {:>7} {:>6}\n", "step", "good",
-             "weak", "lost", "withheld", "p90", "of points", "landmarks", "jitter", "still", "seconds",
-             "fps");
+  fmt::print("{:<12} {:>5} {:>4} {:>4} {:>9} {:>6} {:>9} {:>9} {:>9} {:>9} {:>7} {:>7} {:>6}\n", "step",
+             "good", "weak", "lost", "withheld", "p90", "of points", "landmarks", "moving", "jitter", "still",
+             "seconds", "fps");
   for (const CheckRow& row : rows)
     fmt::print(
-        "{:<12} {:>5} {:>4} {:>4} {:>6.3f} px {:>6.3f} {:>4}/{:<4} {:>6.2f} px {:>6.3f} px {:>7} "
-        "{:>7.1f} {:>6.2f}\n",
+        "{:<12} {:>5} {:>4} {:>4} {:>6.3f} px {:>6.3f} {:>4}/{:<4} {:>6.2f} px {:>6.2f} px {:>6.3f} px "
+        "{:>7} {:>7.1f} {:>6.2f}\n",
         row.step, row.good, row.weak, row.lost, row.withheld.median_px, row.withheld.p90_px,
-        row.withheld.on_head, row.withheld.tracks, row.fresh.mean_px, row.stillness.jitter_px,
-        row.stillness.frames, row.seconds, row.frames_per_second);
+        row.withheld.on_head, row.withheld.tracks, row.fresh.mean_px, row.fresh.moving_px,
+        row.stillness.jitter_px, row.stillness.frames, row.seconds, row.frames_per_second);
   fmt::print("px of the tracker's working picture (longer side 512)\n");
 }
 

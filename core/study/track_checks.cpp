@@ -40,10 +40,23 @@ FaceBox shaken_box(const ProjectedLandmarks& face, std::uint32_t seed) {
   return {centre.x() - 0.5 * side, centre.y() - 0.5 * side, side, side, 0};
 }
 
-double inner_distance(const Landmarks& found, const ProjectedLandmarks& face) {
-  double sum = 0;
-  for (std::size_t k = kFirstInner; k < kLandmarkCount; ++k) sum += (found.points[k] - face.points[k]).norm();
-  return sum / (kLandmarkCount - kFirstInner);
+double median(std::vector<double> values) {
+  const auto middle = values.begin() + std::ptrdiff_t(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+// Outer eye corners on a level line, one apart: offsets in it do not turn and grow with the face.
+struct UprightFace {
+  Eigen::Matrix2d turn;
+  double size = 1;  // px
+};
+UprightFace upright(const ProjectedLandmarks& face) {
+  const Vec2d across = face.points[45] - face.points[36];
+  const double size = std::max(1.0, across.norm());
+  Eigen::Matrix2d turn;
+  turn << across.x(), across.y(), -across.y(), across.x();
+  return {turn / size, size};
 }
 
 }  // namespace
@@ -71,6 +84,31 @@ std::vector<ProjectedLandmarks> project_track(const Track& track, const HeadMode
     projected[i].known = true;
   });
   return projected;
+}
+
+FreshLandmarks compare_fresh(const std::vector<std::array<Vec2d, kLandmarkCount>>& found,
+                             const std::vector<ProjectedLandmarks>& fitted) {
+  FreshLandmarks fresh;
+  fresh.frames = int(found.size());
+  if (found.empty()) return fresh;
+  for (std::size_t k = kFirstInner; k < kLandmarkCount; ++k) {
+    std::vector<Vec2d> offset;
+    std::vector<double> x, y;
+    for (std::size_t i = 0; i < found.size(); ++i) {
+      const UprightFace face = upright(fitted[i]);
+      const Vec2d apart = found[i][k] - fitted[i].points[k];
+      fresh.mean_px += apart.norm();
+      offset.push_back(face.turn * apart / face.size);
+      x.push_back(offset.back().x()), y.push_back(offset.back().y());
+    }
+    const Vec2d usual(median(x), median(y));
+    for (std::size_t i = 0; i < found.size(); ++i)
+      fresh.moving_px += (offset[i] - usual).norm() * upright(fitted[i]).size;
+  }
+  const double count = double(found.size()) * (kLandmarkCount - kFirstInner);
+  fresh.mean_px /= count;
+  fresh.moving_px /= count;
+  return fresh;
 }
 
 Stillness measure_stillness(const std::vector<ProjectedLandmarks>& projected) {
@@ -123,8 +161,8 @@ Result<FreshLandmarks> find_fresh_landmarks(const std::filesystem::path& video, 
   if (!reader) return reader.error();
   const TrackRegion cut = inside(region, reader->info().width, reader->info().height);
   const double scale = double(options.working_size) / std::max(cut.width, cut.height);
-  FreshLandmarks fresh;
-  double sum = 0;
+  std::vector<std::array<Vec2d, kLandmarkCount>> all;
+  std::vector<ProjectedLandmarks> fitted;
   std::vector<std::pair<std::size_t, Image8>> batch;
   for (bool end = false; !end;) {
     if (stop.stop_requested()) return cancelled_error();
@@ -137,20 +175,18 @@ Result<FreshLandmarks> find_fresh_landmarks(const std::filesystem::path& video, 
                                                std::max(1, int(std::lround(cut.height * scale)))));
     }
     if (batch.size() < kBatch && !end) continue;
-    std::vector<double> distance(batch.size());
+    std::vector<std::array<Vec2d, kLandmarkCount>> found(batch.size());
     parallel_for(batch.size(), [&](std::size_t k) {
       const auto& [i, grey] = batch[k];
       const std::uint32_t seed = 90001u + std::uint32_t(i);
-      distance[k] =
-          inner_distance(detector->landmarks(grey, shaken_box(projected[i], seed), seed), projected[i]);
+      found[k] = detector->landmarks(grey, shaken_box(projected[i], seed), seed).points;
     });
-    for (const double d : distance) sum += d;
-    fresh.frames += int(batch.size());
+    all.insert(all.end(), found.begin(), found.end());
+    for (const auto& [i, grey] : batch) fitted.push_back(projected[i]);
     batch.clear();
-    progress.report(wanted.empty() ? 1 : double(fresh.frames) / double(wanted.size()), "landmarks anew");
+    progress.report(wanted.empty() ? 1 : double(all.size()) / double(wanted.size()), "landmarks anew");
   }
-  if (fresh.frames > 0) fresh.mean_px = sum / fresh.frames;
-  return fresh;
+  return compare_fresh(all, fitted);
 }
 
 }  // namespace likeness

@@ -2,8 +2,10 @@
 // does it hold still where the head does?
 #pragma once
 
+#include <array>
 #include <filesystem>
 #include <stop_token>
+#include <vector>
 
 #include "core/base/progress.h"
 #include "core/base/result.h"
@@ -18,6 +20,9 @@ namespace likeness {
 struct FreshLandmarks {
   int frames = 0;
   double mean_px = 0;  // landmarks 17..67 found anew against the fitted model's, mean over points and frames
+  // The same without what stays: each landmark's usual offset in the upright face. The predictor and the head
+  // model draw a point of their own each, and that difference is no error of a track.
+  double moving_px = 0;
 };
 
 struct Stillness {
@@ -35,10 +40,15 @@ std::vector<ProjectedLandmarks> project_track(const Track& track, const HeadMode
                                               const CameraSet& cameras, const TrackRegion& region,
                                               int working_size);
 
+// found: one entry for each of `fitted`. At least a few dozen frames, or the usual offsets are the frames'
+// own.
+FreshLandmarks compare_fresh(const std::vector<std::array<Vec2d, kLandmarkCount>>& found,
+                             const std::vector<ProjectedLandmarks>& fitted);
+
 // The head rests in a frame when over the 5 frames around it the nose tip stays within 1.5 px by 1.5 px, and
-// its path, averaged over 9 frames, moves less than 0.3 px a frame. The averaging keeps a trembling track from
-// hiding its own still stretches (a tremble of 0.4 px stays far below the 1.5 px); the extent keeps the turning
-// points of a nodding head out, where the path's mean rests and the head does not.
+// its path, averaged over 9 frames, moves less than 0.3 px a frame. The averaging keeps a trembling track
+// from hiding its own still stretches (a tremble of 0.4 px stays far below the 1.5 px); the extent keeps the
+// turning points of a nodding head out, where the path's mean rests and the head does not.
 Stillness measure_stillness(const std::vector<ProjectedLandmarks>& projected);
 
 // A detection of its own in up to 200 frames with less than 20 degrees of pitch (below a bowed head the

@@ -3,6 +3,9 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/Geometry>
+#include <cmath>
+#include <numbers>
 #include <random>
 
 #include "core/track/withheld_points.h"
@@ -57,6 +60,37 @@ WithheldPoints seen_points(const TrackTruth& truth, double noise_px) {
     points.tracks.push_back(track);
   }
   return points;
+}
+
+TEST(TrackChecks, WhatStaysInTheFaceIsTakenOffFreshLandmarks) {
+  std::mt19937 random(3);
+  std::normal_distribution<double> noise(0, 1);
+  std::vector<ProjectedLandmarks> fitted(60);
+  std::array<Vec2d, kLandmarkCount> face, usual;
+  for (std::size_t k = 0; k < kLandmarkCount; ++k)
+    face[k] = 60 * Vec2d(noise(random), noise(random)), usual[k] = 2 * Vec2d(noise(random), noise(random));
+  const auto found_with = [&](double scatter_px) {
+    std::vector<std::array<Vec2d, kLandmarkCount>> found(fitted.size());
+    for (std::size_t i = 0; i < fitted.size(); ++i) {
+      const double size = 1 + 0.5 * std::sin(0.3 * double(i));  // the face turns and comes nearer
+      const Eigen::Matrix2d turn =
+          size * Eigen::Rotation2Dd(0.5 * std::sin(0.2 * double(i))).toRotationMatrix();
+      for (std::size_t k = 0; k < kLandmarkCount; ++k) {
+        fitted[i].points[k] = turn * face[k];
+        found[i][k] = turn * (face[k] + usual[k]) + scatter_px * Vec2d(noise(random), noise(random));
+      }
+    }
+    return found;
+  };
+  const auto still = found_with(0);
+  const FreshLandmarks drawn_elsewhere = compare_fresh(still, fitted);
+  EXPECT_EQ(drawn_elsewhere.frames, 60);
+  EXPECT_GT(drawn_elsewhere.mean_px, 1.5);
+  EXPECT_LT(drawn_elsewhere.moving_px, 1e-9);
+  const auto scattered = found_with(1);
+  const double moving_px = compare_fresh(scattered, fitted).moving_px;
+  EXPECT_NEAR(moving_px, std::sqrt(std::numbers::pi / 2),
+              0.08);  // mean length of the scatter: none is taken off
 }
 
 TEST(TrackChecks, WithheldPointsAgreeWithTheTruthAndNotWithAWrongPose) {
