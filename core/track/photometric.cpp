@@ -12,14 +12,14 @@
 namespace likeness {
 namespace {
 
-constexpr std::size_t kBatch = 16;      // frames between two looks at the stop token
-constexpr int kIterations = 4;          // a picture size
-constexpr double kOpenMouth = 0.004;    // m: surely open, its inside may be looked at
-constexpr double kMouthMargin = 4;      // log likelihood by which another mouth must be better
-constexpr double kFarSigmas = 2;        // a reading nearer to the fitted opening says nothing new
-constexpr double kWorthAJump = 0.0012;  // m: neighbouring frames may decide otherwise, which would tremble
-constexpr double kParted = 0.0015;      // m over the shut mouth's gap: it may yet be shut
-constexpr double kShutSigma = 0.001;    // m
+constexpr std::size_t kBatch = 16;     // frames between two looks at the stop token
+constexpr int kIterations = 4;         // a picture size
+constexpr double kOpenMouth = 0.004;   // m: surely open, its inside may be looked at
+constexpr double kMouthMargin = 4;     // log likelihood by which another mouth must be better
+constexpr double kFarSigmas = 2;       // a reading nearer to the fitted opening says nothing new
+constexpr double kWorthAJump = 0.002;  // m: about what teeth between the lips cost a reading
+constexpr double kParted = 0.0015;     // m over the shut mouth's gap: it may yet be shut
+constexpr double kShutSigma = 0.001;   // m
 
 class ClipRefiner {
  public:
@@ -196,9 +196,10 @@ class ClipRefiner {
       observe_mouth(lips, fitted, &read);
       const FaceState other = solve(read, start);
       const double gain = mouth_gain(model_, person_, surface_, appearance_, picture, turn, state, other);
-      const double moved_by =
-          lip_gap(head_, landmark_person_, other) - lip_gap(head_, landmark_person_, state);
-      if (gain <= kMouthMargin || std::abs(moved_by) < kWorthAJump) return;
+      // Half a way is no answer: the fit did not believe what it was asked to try.
+      const double got = lip_gap(head_, landmark_person_, other);
+      const bool arrived = std::abs(got - lips.gap_m) < std::abs(got - fitted);
+      if (gain <= kMouthMargin || !arrived || std::abs(got - fitted) < kWorthAJump) return;
       state = other;
       changed_[i] = 1;
     };
