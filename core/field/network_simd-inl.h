@@ -24,9 +24,9 @@ namespace hn = hwy::HWY_NAMESPACE;
 using Df = hn::CappedTag<float, 16>;
 using Vf = hn::Vec<Df>;
 inline constexpr std::size_t kLanes = hn::MaxLanes(Df());
-// Accumulators of two vectors each, as many as registers allow beside two inputs and a weight: 32 registers
-// with 16 lanes, else 16. Fewer than 10 vectors would wait for the multiply-adds before them.
-inline constexpr int kOutputs = kLanes == 16 ? 8 : 6;
+// As many accumulators as registers allow: 32 registers with 16 lanes, else 16. Six rows would fit there,
+// too, but are no faster and leave a rest of every usual width.
+inline constexpr int kOutputs = kLanes == 16 ? 8 : 4;
 
 enum class Finish {
   kLinear,  // out = sum
@@ -94,7 +94,7 @@ HWY_NOINLINE void dense(MatrixView w, const float* bias, const float* in, std::s
   for (; outputs >= std::size_t(kOutputs); advance(kOutputs)) {
     dense_block<kOutputs, kFinish>(w, bias, in, inputs, mask, out);
   }
-  if (outputs >= 4) dense_block<4, kFinish>(w, bias, in, inputs, mask, out), advance(4);
+  if (kOutputs > 4 && outputs >= 4) dense_block<4, kFinish>(w, bias, in, inputs, mask, out), advance(4);
   if (outputs >= 2) dense_block<2, kFinish>(w, bias, in, inputs, mask, out), advance(2);
   if (outputs >= 1) dense_block<1, kFinish>(w, bias, in, inputs, mask, out);
 }

@@ -9,7 +9,6 @@
 #include "hwy/foreach_target.h"
 // After foreach_target.h, which includes this file again once per target:
 #include "core/field/grid_simd-inl.h"
-#include "core/field/network_simd-inl.h"
 #include "hwy/highway.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -86,19 +85,6 @@ void UpdateLevel(const TableCase& c, int index, Mark mark, const float* rows, fl
   if (mark == Mark::once) mark_lines(table, level.entries * 2, touched);
 }
 
-template <int kRows>
-void layer_of(const float* weights, const float* in, int width, float* out) {
-  for (int o = 0; o + kRows <= width; o += kRows) {
-    dense_block<kRows, Finish::kRelu>({weights + o * width, std::size_t(width), 1}, nullptr, in,
-                                      std::size_t(width), out + o * kTile, out + o * kTile);
-  }
-}
-
-void Layer(int block, const float* weights, const float* in, int width, float* out) {
-  if (block == 4) layer_of<4>(weights, in, width, out);
-  if (block == 6) layer_of<6>(weights, in, width, out);
-}
-
 }  // namespace HWY_NAMESPACE
 }  // namespace likeness
 HWY_AFTER_NAMESPACE();
@@ -109,7 +95,6 @@ namespace likeness {
 HWY_EXPORT(ReadLevel);
 HWY_EXPORT(ReadLevels);
 HWY_EXPORT(UpdateLevel);
-HWY_EXPORT(Layer);
 
 void read_level(const TableCase& c, int level, Read how, float* rows) {
   HWY_DYNAMIC_DISPATCH(ReadLevel)(c, level, how, rows);
@@ -120,9 +105,6 @@ void read_levels(const TableCase& c, std::size_t chunk, float* rows) {
 void update_level(const TableCase& c, int level, Mark mark, const float* rows, float* gradients,
                   std::uint8_t* touched) {
   HWY_DYNAMIC_DISPATCH(UpdateLevel)(c, level, mark, rows, gradients, touched);
-}
-void layer(int block, const float* weights, const float* in, int width, float* out) {
-  HWY_DYNAMIC_DISPATCH(Layer)(block, weights, in, width, out);
 }
 
 }  // namespace likeness

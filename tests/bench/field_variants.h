@@ -30,7 +30,4 @@ enum class Mark { every_update, once };
 void update_level(const TableCase& c, int level, Mark mark, const float* rows, float* gradients,
                   std::uint8_t* touched);
 
-// A layer of `width` on a tile of 64 samples with `block` rows of accumulators: 4 or 6.
-void layer(int block, const float* weights, const float* in, int width, float* out);
-
 }  // namespace likeness

@@ -65,21 +65,6 @@ void update(benchmark::State& state, Mark mark) {
 BENCHMARK_CAPTURE(update, marking_every_update, Mark::every_update);
 BENCHMARK_CAPTURE(update, marking_once, Mark::once);
 
-// 60 wide: a multiple of both blocks.
-void layer_of_rows(benchmark::State& state) {
-  constexpr int kWidth = 60;
-  AlignedFloats weights, in, out;
-  std::fill_n(weights.reserve(kWidth * kWidth), kWidth * kWidth, 0.01f);
-  std::fill_n(in.reserve(kWidth * kTile), kWidth * kTile, 0.5f);
-  out.reserve(kWidth * kTile);
-  for (auto _ : state) {
-    layer(int(state.range(0)), weights.data(), in.data(), kWidth, out.data());
-    benchmark::ClobberMemory();
-  }
-  finish(state, kTile);
-}
-BENCHMARK(layer_of_rows)->Arg(4)->Arg(6);
-
 // What keeping costs; what it saves is the networks' part of a forward pass, in backward.
 void forward(benchmark::State& state, bool keep) {
   Tables t;
