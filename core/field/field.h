@@ -25,7 +25,7 @@ namespace likeness {
 struct GridConfig {
   int dimensions = 3;
   int levels = 8;
-  int features = 4;       // per level: 1, 2, 4 or 8; 4 is the fast case (one 128-bit load a corner)
+  int features = 4;       // per level: 1, 2, 4 or 8; all but 1 are fast (whole entries in one load)
   int log2_entries = 16;  // per level, at most; dense where the level is smaller
   int min_resolution = 16, max_resolution = 512;  // cells along an axis, growing geometrically
 

@@ -2,7 +2,7 @@
 // by field_simd.cpp once per target.
 //
 // Cells and weights are computed with samples in lanes. The look-ups then go sample by sample, since an entry
-// of four features is one 128-bit load, which no gather beats.
+// of two or four features is one load, which no gather beats.
 #if defined(LIKENESS_GRID_SIMD_INL) == defined(HWY_TARGET_TOGGLE)
 #ifdef LIKENESS_GRID_SIMD_INL
 #undef LIKENESS_GRID_SIMD_INL
@@ -323,6 +323,26 @@ HWY_INLINE void corner_dots(const float* table, const CellTile& cells, int featu
         const auto a = hn::Mul(low, two_pairs(table, &cells.entry[c][s]));
         const auto b = hn::Mul(high, two_pairs(table, &cells.entry[c][s + 2]));
         hn::Store(hn::Add(hn::ConcatEven(d, b, a), hn::ConcatOdd(d, b, a)), d, &dots[c][s]);
+      }
+    }
+    return;
+  }
+  if (features % 4 == 0) {
+    for (std::size_t s = 0; s < kTile; s += 4) {
+      for (int f = 0; f < features; f += 4) {
+        hn::Vec<decltype(d)> gradient[4];
+        for (int k = 0; k < 4; ++k) gradient[k] = hn::Load(d, gradients + (f + k) * kTile + s);
+        transpose_quad(gradient);
+#pragma GCC unroll 8
+        for (int c = 0; c < kCorners; ++c) {
+          hn::Vec<decltype(d)> part[4];
+#pragma GCC unroll 4
+          for (int k = 0; k < 4; ++k)
+            part[k] = hn::Mul(gradient[k], hn::LoadU(d, table + cells.entry[c][s + k] + f));
+          transpose_quad(part);
+          const auto sum = hn::Add(hn::Add(part[0], part[1]), hn::Add(part[2], part[3]));
+          hn::Store(f == 0 ? sum : hn::Add(sum, hn::Load(d, &dots[c][s])), d, &dots[c][s]);
+        }
       }
     }
     return;
