@@ -73,11 +73,13 @@ void train(benchmark::State& state) {
   Training t;
   AdamOptions options;
   options.table_rate = options.network_rate = 1e-6f;  // the field stays where it is
-  for (auto _ : state) {
+  const auto step = [&] {
     forward_field(t.field, t.batch.inputs(), t.out, *t.tape);
     backward_field(t.field, t.batch.inputs(), t.batch.output_gradients(), *t.tape, t.gradients);
     adam_step(t.field, t.gradients, t.adam, options);
-  }
+  };
+  step();  // its memory is there from now on
+  for (auto _ : state) step();
   finish(state, kBatch);
 }
 BENCHMARK(train)->Arg(1)->Arg(2)->Unit(benchmark::kMillisecond)->MeasureProcessCPUTime()->UseRealTime();
