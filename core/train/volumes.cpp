@@ -25,9 +25,10 @@ constexpr float kMouthMargin = 0.008f;
 constexpr float kSpacing = 0.005f;  // m between points of the skin
 
 // Shares of the views that must see a cell inside the person: hair, skin envelope (parts of it show only in a
-// few expressions), torso.
-constexpr float kNeeded[] = {0.9f, 0.05f, 0.3f};
-enum CellClass : std::uint8_t { kHair = 0, kSkin = 1, kTorso = 2 };
+// few expressions), chest and arms (arms come and go), shoulders and collar (where the head may lean over
+// them, it must not be taken for them).
+constexpr float kNeeded[] = {0.9f, 0.05f, 0.3f, 0.8f};
+enum CellClass : std::uint8_t { kHair = 0, kSkin = 1, kChest = 2, kShoulder = 3 };
 
 struct Ball {
   Vec3f centre;
@@ -356,7 +357,12 @@ std::optional<Volume> torso_volume(const TrainingSet& set, const Volume& head, f
         if (in_body(marks, axis_z, p) && !is_neck(head, axis_z, marks, p))
           set_occupied(volume.allowed, x, y, z, true);
       }
-  const std::vector<std::uint8_t> classes(cell_count(n), kTorso);
+  std::vector<std::uint8_t> classes(cell_count(n), kChest);
+  for (std::size_t i = 0; i < classes.size(); ++i) {
+    const float y = volume.cube.origin.y() +
+                    (float(i / std::size_t(n) % std::size_t(n)) + 0.5f) * volume.cube.side / float(n);
+    if (y > marks.base) classes[i] = kShoulder;
+  }
   if (options.carve)
     carve(volume.allowed, volume.cube, carve_views(set, true, kCarveViews), classes, kNeeded);
   return volume;
