@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "core/base/parallel.h"
+#include "core/image/bilinear.h"
 
 namespace likeness {
 namespace {
@@ -38,16 +39,6 @@ struct Brow {
   std::array<Vec3d, kBrowPoints> rest;  // the model's, head frame
 };
 
-std::optional<float> sample(const Image8& picture, const Vec2d& px) {
-  const double x = px.x() - 0.5, y = px.y() - 0.5;
-  if (x < 0 || y < 0 || x >= picture.width - 1 || y >= picture.height - 1) return std::nullopt;
-  const int ix = static_cast<int>(x), iy = static_cast<int>(y);
-  const float fx = static_cast<float>(x - ix), fy = static_cast<float>(y - iy);
-  const std::uint8_t* p = picture.data.data() + static_cast<std::size_t>(iy) * picture.width + ix;
-  return (p[0] * (1 - fx) + p[1] * fx) * (1 - fy) +
-         (p[picture.width] * (1 - fx) + p[picture.width + 1] * fx) * fy;
-}
-
 BrowFrame look_at(const Brow& brow, int first, const BrowPicture& picture, const FaceFrame& face) {
   BrowFrame frame;
   const Pose& pose = face.state.cam_from_head;
@@ -71,10 +62,9 @@ BrowFrame look_at(const Brow& brow, int first, const BrowPicture& picture, const
     const int k = std::min(static_cast<int>(at), kBrowPoints - 2);
     const Vec3d base = brow.rest[k] + (at - k) * (brow.rest[k + 1] - brow.rest[k]);
     for (int r = 0; r < kRows; ++r) {
-      const auto value =
-          sample(*picture.grey, project<double>(picture.intrinsics, pose * (base + row_place(r) * up)));
-      if (!value) return frame;
-      frame.strip[r * kColumns + c] = *value;
+      const Vec2d at = project<double>(picture.intrinsics, pose * (base + row_place(r) * up));
+      if (!inside_bilinear(*picture.grey, at.x(), at.y())) return frame;
+      frame.strip[r * kColumns + c] = static_cast<float>(bilinear(*picture.grey, at.x(), at.y()));
     }
   }
   frame.known = true;

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "core/head/pose_head.h"
+#include "core/image/bilinear.h"
 #include "core/scene/head_regions.h"
 #include "core/scene/mesh_scene.h"
 #include "core/track/shape_field.h"
@@ -21,15 +22,6 @@ constexpr double kStep = 0.5;        // px between samples of a profile
 constexpr double kBlur = 1.2;        // px, of the profile's derivative
 constexpr double kLeastSlope = 3.5;  // levels a px of an edge
 constexpr double kRival = 0.6;       // of the best edge's score: a second one as good makes both unsure
-
-float level_at(const Image8& grey, const Vec2d& p) {
-  const double x = p.x() - 0.5, y = p.y() - 0.5;
-  const int x0 = static_cast<int>(std::floor(x)), y0 = static_cast<int>(std::floor(y));
-  const float fx = static_cast<float>(x - x0), fy = static_cast<float>(y - y0);
-  const float top = (1 - fx) * *grey.at(x0, y0) + fx * *grey.at(x0 + 1, y0);
-  const float bottom = (1 - fx) * *grey.at(x0, y0 + 1) + fx * *grey.at(x0 + 1, y0 + 1);
-  return (1 - fy) * top + fy * bottom;
-}
 
 // Derivative of the profile blurred by a Gaussian, per px; `margin` samples at both ends are left out.
 std::vector<double> slopes(const std::vector<float>& profile, int margin) {
@@ -127,7 +119,7 @@ std::optional<double> find_edge(const Image8& grey, const Vec2d& pixel, const Ve
   for (int i = -half - margin; i <= half + margin; ++i) {
     const Vec2d p = pixel + i * kStep * outward;
     if (p.x() < 1 || p.y() < 1 || p.x() > grey.width - 1 || p.y() > grey.height - 1) return std::nullopt;
-    profile.push_back(level_at(grey, p));
+    profile.push_back(static_cast<float>(bilinear(grey, p.x(), p.y())));
   }
   const std::vector<double> slope = slopes(profile, margin);
   double best = 0, second = 0, place = 0;

@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "core/base/parallel.h"
+#include "core/image/bilinear.h"
 
 namespace likeness {
 namespace {
@@ -199,16 +200,6 @@ struct EyePatch {
   bool seen = false;
 };
 
-bool picture_at(const Image8& grey, const Vec2d& px, double* level) {
-  const double x = px.x() - 0.5, y = px.y() - 0.5;
-  if (!(x >= 0 && y >= 0 && x < grey.width - 1 && y < grey.height - 1)) return false;
-  const int ix = static_cast<int>(x), iy = static_cast<int>(y);
-  const double fx = x - ix, fy = y - iy;
-  const std::uint8_t *top = grey.at(ix, iy), *bottom = grey.at(ix, iy + 1);
-  *level = (1 - fy) * ((1 - fx) * top[0] + fx * top[1]) + fy * ((1 - fx) * bottom[0] + fx * bottom[1]);
-  return true;
-}
-
 // Surely skin, whatever the lids do: above the fold and below the lower lid.
 bool beside_lids(const EyeSite& site, double s, double h) {
   const double at = std::clamp(s, 0.0, 1.0), above = h - EyeSite::arc(site.upper, at),
@@ -256,9 +247,10 @@ EyePatch look_at(const EyeSite& site, const LidView& view) {
   for (int j = 0; j < kRows; ++j)
     for (int i = 0; i < kColumns; ++i) {
       const Vec2d at = site.chart(column_along(i), row_height(j));
-      double level = 0;
-      if (cosine(at) < 0.5 * kLeastFacing || !picture_at(*view.grey, pixel(at), &level)) continue;
-      patch.tone[j * kColumns + i] = static_cast<float>(std::log(level + 5));
+      if (cosine(at) < 0.5 * kLeastFacing) continue;
+      const Vec2d px = pixel(at);
+      if (!inside_bilinear(*view.grey, px.x(), px.y())) continue;
+      patch.tone[j * kColumns + i] = static_cast<float>(std::log(bilinear(*view.grey, px.x(), px.y()) + 5));
       ++found;
     }
   patch.seen = found > kColumns * kRows / 2 && relate_to_skin(site, patch.tone);

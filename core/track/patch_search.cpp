@@ -5,6 +5,8 @@
 #include <array>
 #include <cmath>
 
+#include "core/image/bilinear.h"
+
 namespace likeness {
 namespace {
 
@@ -24,16 +26,6 @@ bool inside(const Image8& picture, const Vec2d& px, double margin) {
 }
 
 // Bilinear; pixel centres at +0.5; the caller keeps inside.
-double sample(const Image8& picture, double x, double y) {
-  x -= 0.5, y -= 0.5;
-  const int ix = std::clamp(static_cast<int>(x), 0, picture.width - 2),
-            iy = std::clamp(static_cast<int>(y), 0, picture.height - 2);
-  const double fx = x - ix, fy = y - iy;
-  const std::uint8_t* p = picture.data.data() + static_cast<std::size_t>(iy) * picture.width + ix;
-  return (p[0] * (1 - fx) + p[1] * fx) * (1 - fy) +
-         (p[picture.width] * (1 - fx) + p[picture.width + 1] * fx) * fy;
-}
-
 // How a step in the patch's plane (tangents a, b) moves its picture, px per m.
 Mat2d pixels_from_plane(const PatchView& view, const Vec3d& point, const Vec3d& a, const Vec3d& b) {
   const Vec3d p = view.cam_from_head * point;
@@ -59,7 +51,7 @@ Template cut(const Image8& reference, const Vec2d& centre, const Mat2d& referenc
   for (int y = 0; y < kWide; ++y)
     for (int x = 0; x < kWide; ++x) {
       const Vec2d at = centre + reference_from_view * Vec2d(x - kReach - 1, y - kReach - 1);
-      wide[y * kWide + x] = sample(reference, at.x(), at.y());
+      wide[y * kWide + x] = bilinear(reference, at.x(), at.y());
     }
   Template t;
   double mean = 0, square = 0;
@@ -93,7 +85,7 @@ std::optional<double> settle(const Template& t, const Image8& picture, double re
     double mean = 0, square = 0, cross = 0;
     for (int y = 0, i = 0; y < kSide; ++y)
       for (int x = 0; x < kSide; ++x, ++i)
-        mean += value[i] = sample(picture, at->x() + x - kReach, at->y() + y - kReach);
+        mean += value[i] = bilinear(picture, at->x() + x - kReach, at->y() + y - kReach);
     mean /= kPixels;
     for (int i = 0; i < kPixels; ++i) {
       value[i] -= mean;

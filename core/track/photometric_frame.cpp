@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/image/bilinear.h"
 #include "core/scene/mesh_scene.h"
 
 namespace likeness {
@@ -25,14 +26,8 @@ Mat3d cross_matrix(const Vec3d& v) {
 
 // Bilinear value and its exact derivative; false outside.
 bool sample(const Image& picture, const Vec2d& px, double* value, Vec2d* gradient) {
-  const double x = px.x() - 0.5, y = px.y() - 0.5;
-  if (!(x >= 0 && y >= 0 && x < picture.width - 1 && y < picture.height - 1)) return false;
-  const int ix = static_cast<int>(x), iy = static_cast<int>(y);
-  const double fx = x - ix, fy = y - iy;
-  const float *top = picture.at(ix, iy), *bottom = picture.at(ix, iy + 1);
-  const double a = top[0], b = top[1], c = bottom[0], d = bottom[1];
-  *value = (1 - fy) * ((1 - fx) * a + fx * b) + fy * ((1 - fx) * c + fx * d);
-  if (gradient) *gradient = {(1 - fy) * (b - a) + fy * (d - c), (1 - fx) * (c - a) + fx * (d - b)};
+  if (!inside_bilinear(picture, px.x(), px.y())) return false;
+  *value = bilinear(picture, px.x(), px.y(), gradient ? gradient->data() : nullptr);
   return true;
 }
 
