@@ -15,8 +15,7 @@ constexpr double kLeastOpenness = 0.12;                // below, lashes are as d
 constexpr double kLeastWidth = 8;                      // px of the eye in the picture
 constexpr double kLeastContrast = 10;                  // levels between iris and white
 constexpr double kYawLimit = 0.6, kPitchLimit = 0.45;  // rad
-constexpr double kIrisOfEyes = 5.9 / 62.5;             // iris radius over the distance of the eyes, adults
-constexpr double kLargestIris = 0.6;                   // iris radius over eyeball radius
+constexpr double kIrisShare = 0.49;                    // iris radius over eyeball radius
 constexpr int kAngles = 40;                            // places along the circle
 constexpr double kDarkWeight = 0.6;                    // of the dark disc against the edge
 constexpr double kStraightPull = 0.12;  // score a radian^2 from straight ahead: what decides with lids low
@@ -40,13 +39,12 @@ bool inside_polygon(const Outline& polygon, const Vec2d& p) {
 class EyeView {
  public:
   EyeView(const Image8& grey, const Intrinsics& intrinsics, const Pose& cam_from_head, const Vec3d& centre,
-          double radius, double iris_share, const Outline& outline)
+          double radius, const Outline& outline)
       : grey_(grey),
         intrinsics_(intrinsics),
         cam_from_head_(cam_from_head),
         centre_(centre),
         radius_(radius),
-        iris_share_(iris_share),
         outline_(outline) {
     std::vector<std::uint8_t> levels;
     Vec2d low = outline[0], high = outline[0];
@@ -95,7 +93,7 @@ class EyeView {
  private:
   // Picture at a share of the iris' radius around the gaze; false under lids and outside the picture.
   bool look(const Mat3d& turn, double angle, double share, double* level) const {
-    const double r = iris_share_ * share;
+    const double r = kIrisShare * share;
     const Vec3d on_eye(r * std::cos(angle), r * std::sin(angle), std::sqrt(std::max(0.0, 1 - r * r)));
     const Vec3d in_cam = cam_from_head_ * Vec3d(centre_ + radius_ * (turn * on_eye));
     if (in_cam.z() < 0.05) return false;
@@ -114,7 +112,7 @@ class EyeView {
   const Intrinsics& intrinsics_;
   const Pose& cam_from_head_;
   const Vec3d centre_;
-  const double radius_, iris_share_;  // m; iris radius over eyeball radius
+  const double radius_;
   const Outline& outline_;
   double dark_ = 0, bright_ = 0;
 };
@@ -166,8 +164,6 @@ EyeBalls eye_balls(const HeadModel& model, const HeadShape& person) {
       ++count;
     }
   if (count > 0 && sum / count > 0.006 && sum / count < 0.02) eyes.radius = sum / count;
-  const double apart = (eyes.centre[0] - eyes.centre[1]).norm();
-  if (apart > 0) eyes.iris_radius = std::min(kIrisOfEyes * apart, kLargestIris * eyes.radius);
   return eyes;
 }
 
@@ -181,8 +177,7 @@ std::optional<Gaze> measure_gaze(const Image8& grey, const Intrinsics& intrinsic
     const double height = 0.5 * ((outline[1] - outline[5]).norm() + (outline[2] - outline[4]).norm());
     gaze.openness += 0.5 * height / std::max(1.0, width);
     if (width < kLeastWidth || height < kLeastOpenness * width) continue;
-    const EyeView view(grey, intrinsics, cam_from_head, eyes.centre[side], eyes.radius,
-                       eyes.iris_radius / eyes.radius, outline);
+    const EyeView view(grey, intrinsics, cam_from_head, eyes.centre[side], eyes.radius, outline);
     if (!view.usable()) continue;
     EyeGaze& eye = gaze.eye[side];
     eye = search(view);

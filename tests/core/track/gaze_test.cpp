@@ -4,7 +4,6 @@
 
 #include <cmath>
 #include <random>
-#include <utility>
 
 #include "core/scene/mesh_scene.h"
 #include "tests/core/track/synthetic_face.h"
@@ -104,30 +103,6 @@ TEST(Gaze, SaysNothingOfClosedEyes) {
   const Pose pose = at_distance(0.5, 0);
   const EyePicture picture = film_eyes({0.2, 0, 0}, pose, 3, 2, 1);
   EXPECT_FALSE(measure_gaze(picture.grey, lens(), pose, eyes, picture.landmarks));
-}
-
-// A head model's eyeballs may be larger than an eye is; a circle as much too large finds its lower edge and
-// hides the rest of itself under the upper lid, which reads as a look upwards.
-TEST(Gaze, OversizedEyeballsOfTheModelDoNotRaiseIt) {
-  const HeadModel& model = test_head();
-  HeadShape swollen = shape_head(model, Eigen::VectorXf());
-  const EyeBalls usual = eye_balls(model, swollen);
-  for (std::size_t v = 0; v < model.parts.size(); ++v)
-    for (const auto& [part, joint] :
-         {std::pair{HeadPart::left_eyeball, kLeftEye}, std::pair{HeadPart::right_eyeball, kRightEye}})
-      if (model.parts[v] == part)
-        swollen.vertices[v] = swollen.joints[joint] + 1.2f * (swollen.vertices[v] - swollen.joints[joint]);
-  const EyeBalls eyes = eye_balls(model, swollen);
-  EXPECT_NEAR(eyes.radius, 1.2 * usual.radius, 1e-6);
-  EXPECT_NEAR(eyes.iris_radius, 0.0059, 0.0003);
-  const Pose pose = at_distance(0.45, 0);
-  for (float lids : {0.0f, 0.2f}) {
-    const EyePicture picture = film_eyes({0, 0, 0}, pose, 2, 5, lids);
-    const auto found = measure_gaze(picture.grey, lens(), pose, eyes, picture.landmarks);
-    ASSERT_TRUE(found);
-    std::printf("lids %.1f: pitch %.3f\n", double(lids), found->pitch);
-    EXPECT_NEAR(found->pitch, 0, 0.09);
-  }
 }
 
 TEST(Gaze, OneCoveredEyeLeavesTheOther) {
