@@ -1,4 +1,5 @@
 // likeness study gains: what each part of the method brings to held-out pictures.
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <memory>
@@ -123,7 +124,9 @@ void add_gain_study(CLI::App& study, int& exit_code) {
   CLI::App* verb =
       study.add_subcommand("gains", "What each part of the method brings to pictures never seen");
   verb->add_option("project", a->project, "A project that was built: clip, cameras, regions")->required();
-  verb->add_option("--out", a->out, "Folder for the trainings; a second call goes on there")->required();
+  verb->add_option("--out", a->out,
+                   "Folder for the trainings; a second call of the same version goes on there")
+      ->required();
   std::vector<std::string> names;
   for (const GainVariant& variant : gain_variants()) names.push_back(variant.name);
   verb->add_option("--variants", a->options.variants,

@@ -95,8 +95,8 @@ struct MarchVolumes {
     float side = 1;
   };
   std::array<Volume, 2> fields;  // occupancy nullptr: field absent
-  std::span<const NeckBend>
-      necks;  // of the head's unit cube, a ray's by its view modulo their number; or none
+  // Of the head's unit cube, a ray's by its view modulo their number; or none.
+  std::span<const NeckBend> necks;
   int max_samples = 16;
   float min_step = 0.0015f;      // m
   float near = 0.05f, far = 20;  // m

@@ -2,8 +2,7 @@
 #include "core/study/gain_study.h"
 
 #include <algorithm>
-#include <cmath>
-#include <map>
+#include <limits>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -111,6 +110,11 @@ std::optional<double> optional_number(const nlohmann::json& value) {
   return value.is_null() ? std::nullopt : std::optional(value.get<double>());
 }
 
+// JSON writes what is not a number (a region that no frame has) as null.
+double number(const nlohmann::json& value) {
+  return optional_number(value).value_or(std::numeric_limits<double>::quiet_NaN());
+}
+
 Result<void> write_score(const fs::path& path, const std::string& content, const GainScore& s) {
   const nlohmann::json json = {{"format", "likeness-gain"},
                                {"version", 1},
@@ -142,10 +146,10 @@ std::optional<GainScore> read_score(const fs::path& path, const std::string& con
     s.frames = json.at("frames").get<int>();
     s.lost = json.at("lost").get<int>();
     s.psnr_db = optional_number(json.at("psnr_db"));
-    s.psnr_person_db = json.at("psnr_person_db").get<double>();
-    s.psnr_head_db = json.at("psnr_head_db").get<double>();
-    s.psnr_face_db = json.at("psnr_face_db").get<double>();
-    s.landmark_error_px = json.at("lmk_error_px").get<double>();
+    s.psnr_person_db = number(json.at("psnr_person_db"));
+    s.psnr_head_db = number(json.at("psnr_head_db"));
+    s.psnr_face_db = number(json.at("psnr_face_db"));
+    s.landmark_error_px = number(json.at("lmk_error_px"));
     s.psnr_refit_db = optional_number(json.at("psnr_refit_db"));
     s.psnr_refit_head_db = optional_number(json.at("psnr_refit_head_db"));
     s.psnr_refit_face_db = optional_number(json.at("psnr_refit_face_db"));
@@ -199,8 +203,8 @@ Result<GainScore> run_variant(const Inputs& inputs, const GainVariant& variant, 
   if (variant.change != nullptr) variant.change(*track, inputs.model);
   const auto track_hash = hash_file(*tracked);
   if (!track_hash) return track_hash.error();
-  const std::string content =
-      hash_text(fmt::format("{} {} {} {} {}", *track_hash, variant.name, options.steps, seed, options.refit));
+  const std::string content = hash_text(fmt::format("{} {} {} {} {} {}", inputs.content, *track_hash,
+                                                    variant.name, options.steps, seed, options.refit));
   const std::string name = fmt::format("{}-{}", variant.name, seed);
   if (auto done = read_score(folder / (name + ".json"), content)) return *done;
   const auto work =

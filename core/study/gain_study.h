@@ -56,7 +56,7 @@ struct GainRow {
 // The project must be imported, aligned and matted (regions/ frozen); its options give clip, head model and
 // size, and it is not changed. Works in `folder`: each track and training is kept there with its scores, and
 // a second call with the same options goes on where the first stopped; a training that is done is not
-// repeated unless its inputs have changed.
+// repeated unless its inputs have changed. The program is none of them: after an update take a new folder.
 Result<std::vector<GainRow>> study_gains(const Project& project, const std::filesystem::path& folder,
                                          const GainOptions& options, const Progress& progress,
                                          std::stop_token stop);

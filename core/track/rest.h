@@ -1,7 +1,7 @@
 // Expressions counted from the person's resting face.
 //
 // An identity fitted to landmarks does not take up all that is constant in a face: the predictor draws a
-// closed mouth about a tenth narrower than it is and an open one not, so that a face at rest reads as a
+// closed mouth narrower than it is and an open one not, so that a face at rest reads as a
 // pucker and a smile as none. While "no expression" means zero, the priors move such a constant from shape to
 // shape with whatever else the face does. So the resting face r is found in a first fit, and every prior and
 // the lower end of every range count from it: weight |x - r|, x >= low + r.

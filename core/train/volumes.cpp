@@ -17,8 +17,7 @@ constexpr float kNeckLength = 0.045f;   // m from the chin down to the base of t
 constexpr float kNeckRoot = 0.03f;      // m below the base that the head's field goes on, glued to the torso
 constexpr float kShortestNeck = 0.02f;  // m; models of less neck turn stiffly
 constexpr float kNeckBelowChin = 0.005f;  // m that the bend ends below the chin
-constexpr float kShoulderTop =
-    0.02f;  // m above the chin that collars and shoulders beside the neck may reach
+constexpr float kShoulderTop = 0.02f;     // m above the chin that collars beside the neck may reach
 constexpr float kBesideNeck = 0.012f;  // m beside the head's field that the torso keeps off above the collar
 constexpr float kCollar = 0.02f;       // m above the base that the torso may reach up along the neck
 constexpr float kMouthMargin = 0.008f;
