@@ -6,15 +6,21 @@
 
 #include "core/base/check.h"
 #include "core/base/parallel.h"
+#include "core/scene/mesh_scene.h"
 
 namespace likeness {
 namespace {
 
 constexpr std::uint8_t kPersonAlpha = 24;  // of 255: even a tenth of a hair counts
 
-// Square dilation, one axis at a time.
-Image8 dilated_person(const Image8& alpha, int radius) {
-  const int w = alpha.width, h = alpha.height;
+struct Votes {
+  int seen = 0, inside = 0;
+  void add(bool person) { ++seen, inside += person; }
+};
+
+// Square dilation of what counts as person, one axis at a time.
+Image8 dilated(const Image8& alpha) {
+  const int w = alpha.width, h = alpha.height, radius = std::max(2, w / 64);
   Image8 rows(w, h, 1), out(w, h, 1);
   for (int y = 0; y < h; ++y) {
     int last = -radius - 1;
@@ -33,26 +39,52 @@ Image8 dilated_person(const Image8& alpha, int radius) {
   return out;
 }
 
-}  // namespace
-
-std::vector<CarveView> carve_views(const TrainingSet& set, bool torso, int count) {
-  std::vector<const TrainingView*> with_matte;
+std::vector<const TrainingView*> views_with_matte(const TrainingSet& set, int count) {
+  std::vector<const TrainingView*> with_matte, chosen;
   for (const TrainingView& view : set.views)
     if (!view.alpha.empty()) with_matte.push_back(&view);
   const std::size_t n = std::min<std::size_t>(with_matte.size(), std::size_t(count));
-  std::vector<CarveView> views(n);
-  parallel_for(n, [&](std::size_t i) {
-    const TrainingView& view = *with_matte[i * with_matte.size() / n];
-    const int radius = std::max(2, view.alpha.width / 64);
-    views[i] = {view.camera.intrinsics,
-                view.camera.cam_from_world * (torso ? view.world_from_torso : view.world_from_head),
-                dilated_person(view.alpha, radius)};
+  for (std::size_t i = 0; i < n; ++i) chosen.push_back(with_matte[i * with_matte.size() / n]);
+  return chosen;
+}
+
+}  // namespace
+
+std::vector<CarveView> head_carve_views(const TrainingSet& set, int count) {
+  const std::vector<const TrainingView*> chosen = views_with_matte(set, count);
+  std::vector<CarveView> views(chosen.size());
+  parallel_for(chosen.size(), [&](std::size_t i) {
+    const TrainingView& view = *chosen[i];
+    views[i] = {view.camera.intrinsics, view.camera.cam_from_world * view.world_from_head,
+                dilated(view.alpha), Image8()};
+  });
+  return views;
+}
+
+std::vector<CarveView> torso_carve_views(const TrainingSet& set, const HeadShape& shape, float bottom,
+                                         int count) {
+  // -- Necks and busts go on below; what is seen there may be torso.
+  const std::vector<Vec3f> neutral = pose_head(set.model, shape, neutral_articulation(set.model));
+  std::vector<Triangle> above;
+  for (const Triangle& t : set.model.triangles)
+    if (std::all_of(t.begin(), t.end(), [&](int v) { return neutral[std::size_t(v)].y() > bottom; }))
+      above.push_back(t);
+
+  const std::vector<const TrainingView*> chosen = views_with_matte(set, count);
+  std::vector<CarveView> views(chosen.size());
+  parallel_for(chosen.size(), [&](std::size_t i) {
+    const TrainingView& view = *chosen[i];
+    const Pose cam_from_head = view.camera.cam_from_world * view.world_from_head;
+    views[i] = {view.camera.intrinsics, view.camera.cam_from_world * view.world_from_torso,
+                dilated(view.alpha),
+                dilated(silhouette(pose_head(set.model, shape, view.articulation), above,
+                                   view.camera.intrinsics, cam_from_head))};
   });
   return views;
 }
 
 void carve(OccupancyGrid& grid, const FieldCube& cube, std::span<const CarveView> views,
-           std::span<const std::uint8_t> class_of, std::span<const float> needed) {
+           std::span<const std::uint8_t> class_of, std::span<const CarveRule> rules) {
   if (views.empty()) return;
   const int n = grid.resolution;
   LIKENESS_CHECK(class_of.size() == std::size_t(n) * n * n, "%zu classes for %d^3 cells", class_of.size(), n);
@@ -62,19 +94,22 @@ void carve(OccupancyGrid& grid, const FieldCube& cube, std::span<const CarveView
       for (int x = 0; x < n; ++x) {
         const std::size_t cell = (z * n + y) * n + x;
         if (!grid.occupied(x, y, int(z))) continue;
+        const CarveRule& rule = rules[class_of[cell]];
         const Vec3d p =
             cube.origin.cast<double>() + Vec3d(x + 0.5, y + 0.5, double(z) + 0.5) * double(cube.side) / n;
-        int seen = 0, inside = 0;
+        Votes all, beside_head;
         for (const CarveView& view : views) {
           const Vec3d in_cam = view.cam_from_field * p;
           if (in_cam.z() < 1e-3) continue;
           const Vec2d pixel = project(view.intrinsics, in_cam);
           const int px = int(std::floor(pixel.x())), py = int(std::floor(pixel.y()));
           if (px < 0 || py < 0 || px >= view.person.width || py >= view.person.height) continue;
-          ++seen;
-          inside += view.person.at(px, py)[0] > 0;
+          const bool inside = view.person.at(px, py)[0] > 0;
+          all.add(inside);
+          if (view.head.empty() || view.head.at(px, py)[0] == 0) beside_head.add(inside);
         }
-        keep[cell] = seen > 0 && float(inside) >= needed[class_of[cell]] * float(seen);
+        const Votes& votes = rule.beside_head_only ? beside_head : all;
+        keep[cell] = votes.seen > 0 && float(votes.inside) >= rule.needed * float(votes.seen);
       }
   });
   for (int z = 0; z < n; ++z)

@@ -1,9 +1,9 @@
 // Space carving with mattes: a cell that most views see outside the person is empty.
 #pragma once
 
-#include <functional>
 #include <span>
 
+#include "core/head/pose_head.h"
 #include "core/render/avatar.h"
 #include "core/train/train.h"
 
@@ -13,16 +13,27 @@ struct CarveView {
   Intrinsics intrinsics;
   Pose cam_from_field;
   Image8 person;  // one channel, > 0 where the dilated matte is person
+  Image8 head;    // one channel, > 0 where the dilated head mesh is; empty = not known
 };
 
-// At most `count` evenly chosen views that have a matte; torso chooses the frame. Mattes are dilated by 1/64
-// of the picture, so that wisps of hair and errors of the track survive.
-std::vector<CarveView> carve_views(const TrainingSet& set, bool torso, int count);
+// What a class of cells asks of the views to be kept.
+struct CarveRule {
+  float needed = 0;  // share of the views that must see the cell inside the person, 0..1
+  // Views in which the head covers the cell do not vote: there the matte says person whatever else is there.
+  bool beside_head_only = false;
+};
 
-// Clears the cells whose centre lies in the person in less than needed(cell) of the views that see it (0..1),
-// and those that no view sees. Without views nothing is cleared. class_of: one byte a cell, index into
-// `needed`.
+// At most `count` evenly chosen views of the head's frame that have a matte. Mattes are dilated by 1/64 of
+// the picture, so that wisps of hair and errors of the track survive.
+std::vector<CarveView> head_carve_views(const TrainingSet& set, int count);
+// The same of the torso's frame, with the head mesh above the height `bottom` (m, of the neutral head) in
+// `head`.
+std::vector<CarveView> torso_carve_views(const TrainingSet& set, const HeadShape& shape, float bottom,
+                                         int count);
+
+// Clears the cells whose centre does not satisfy the rule of their class, and those on which no view votes.
+// Without views nothing is cleared. class_of: one byte a cell, index into `rules`.
 void carve(OccupancyGrid& grid, const FieldCube& cube, std::span<const CarveView> views,
-           std::span<const std::uint8_t> class_of, std::span<const float> needed);
+           std::span<const std::uint8_t> class_of, std::span<const CarveRule> rules);
 
 }  // namespace likeness

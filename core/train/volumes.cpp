@@ -16,18 +16,20 @@ constexpr int kCarveViews = 64, kPoses = 12;
 constexpr float kNeckLength = 0.045f;   // m from the chin down to the base of the neck
 constexpr float kNeckRoot = 0.03f;      // m below the base that the head's field goes on, glued to the torso
 constexpr float kShortestNeck = 0.02f;  // m; models of less neck turn stiffly
+constexpr float kBustTop = 0.02f;       // m below the chin that the shoulders of a model may reach up to
 constexpr float kNeckBelowChin = 0.005f;  // m that the bend ends below the chin
 constexpr float kShoulderTop = 0.02f;     // m above the chin that collars beside the neck may reach
 constexpr float kBesideNeck = 0.012f;  // m beside the head's field that the torso keeps off above the collar
 constexpr float kCollar = 0.02f;       // m above the base that the torso may reach up along the neck
+constexpr float kBesideFace = 0.006f;  // m above the chin: collars end below, shoulders mostly too
 constexpr float kMouthMargin = 0.008f;
 constexpr float kSpacing = 0.005f;  // m between points of the skin
 
-// Shares of the views that must see a cell inside the person: hair, skin envelope (parts of it show only in a
-// few expressions), chest and arms (arms come and go), shoulders and collar (where the head may lean over
-// them, it must not be taken for them).
-constexpr float kNeeded[] = {0.9f, 0.05f, 0.3f, 0.8f};
-enum CellClass : std::uint8_t { kHair = 0, kSkin = 1, kChest = 2, kShoulder = 3 };
+// Hair, skin envelope (parts of it show only in a few expressions), chest and arms (arms come and go), collar
+// (the head that leans over it must not be taken for it), and what stands beside the face, which the head
+// covers in most views: hardly any of it is torso.
+constexpr CarveRule kRules[] = {{0.9f}, {0.05f}, {0.3f}, {0.8f}, {0.8f, true}};
+enum CellClass : std::uint8_t { kHair = 0, kSkin = 1, kChest = 2, kCollarCell = 3, kShoulder = 4 };
 
 struct Ball {
   Vec3f centre;
@@ -99,7 +101,7 @@ float hairiness(const Marks& marks, const Vec3f& p) {
 
 // Busts flare out below the neck; what is there belongs to the torso.
 bool on_shoulder(const Marks& marks, const Vec3f& p) {
-  return p.y() < marks.chin - 0.02f && Vec3f(p.x(), 0, p.z() - marks.ear_z).norm() > 0.08f;
+  return p.y() < marks.chin - kBustTop && Vec3f(p.x(), 0, p.z() - marks.ear_z).norm() > 0.08f;
 }
 
 // Neutral, the widest jaw a slider can ask for, and poses of the training track.
@@ -276,8 +278,7 @@ Volume head_volume(const TrainingSet& set, const HeadShape& shape, const Marks& 
   volume.allowed = to_grid(allowed, n);
   volume.kept = to_grid(mouth, n);
   volume.core = to_grid(core, n);
-  if (options.carve)
-    carve(volume.allowed, volume.cube, carve_views(set, false, kCarveViews), classes, kNeeded);
+  if (options.carve) carve(volume.allowed, volume.cube, head_carve_views(set, kCarveViews), classes, kRules);
   return volume;
 }
 
@@ -320,8 +321,8 @@ bool is_neck(const Volume& head, float axis_z, const Marks& marks, const Vec3f& 
   return false;
 }
 
-std::optional<Volume> torso_volume(const TrainingSet& set, const Volume& head, float axis_z,
-                                   const Marks& marks, const VolumeOptions& options) {
+std::optional<Volume> torso_volume(const TrainingSet& set, const HeadShape& shape, const Volume& head,
+                                   float axis_z, const Marks& marks, const VolumeOptions& options) {
   // -- How far down and to the sides the pictures reach at the torso's depth.
   const Vec3d chest(0, marks.base - 0.08, axis_z);
   Vec3f low(-0.05f, marks.base, axis_z), high(0.05f, marks.chin + kShoulderTop, axis_z);
@@ -360,10 +361,11 @@ std::optional<Volume> torso_volume(const TrainingSet& set, const Volume& head, f
   for (std::size_t i = 0; i < classes.size(); ++i) {
     const float y = volume.cube.origin.y() +
                     (float(i / std::size_t(n) % std::size_t(n)) + 0.5f) * volume.cube.side / float(n);
-    if (y > marks.base) classes[i] = kShoulder;
+    if (y > marks.base) classes[i] = y > marks.chin + kBesideFace ? kShoulder : kCollarCell;
   }
   if (options.carve)
-    carve(volume.allowed, volume.cube, carve_views(set, true, kCarveViews), classes, kNeeded);
+    carve(volume.allowed, volume.cube, torso_carve_views(set, shape, marks.chin - kBustTop, kCarveViews),
+          classes, kRules);
   return volume;
 }
 
@@ -379,7 +381,7 @@ Volumes make_volumes(const TrainingSet& set, const HeadShape& shape, const Volum
   volumes.head = head_volume(set, shape, marks, options);
   if (set.has_torso) {
     const float axis_z = neck_axis(set, shape, marks);
-    volumes.torso = torso_volume(set, volumes.head, axis_z, marks, options);
+    volumes.torso = torso_volume(set, shape, volumes.head, axis_z, marks, options);
     if (volumes.torso) {
       const float top = marks.chin - kNeckBelowChin;
       if (top - marks.base >= kShortestNeck)
