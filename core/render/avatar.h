@@ -55,6 +55,9 @@ struct FieldPart {
   FieldCube cube;
   OccupancyGrid occupancy;
   OccupancyGrid core;  // cells deep inside the head, which end every ray that meets them; empty = none
+  // Light lost along a cell's width, 0..255, of the cells of `occupancy`: where a ray's samples are best
+  // spent.
+  std::vector<std::uint8_t> opacity;  // (resolution^3), (z, y, x); empty = not known
 };
 
 // What the capture showed of an action, 1 = full, in its training frames.

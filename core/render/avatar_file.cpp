@@ -15,7 +15,7 @@ namespace {
 using json = nlohmann::json;
 
 constexpr SectionFormat kFormat{
-    "LKNSAVTR", 5, "avatar", "Train the avatar again (likeness build), or restore the file from a backup."};
+    "LKNSAVTR", 6, "avatar", "Train the avatar again (likeness build), or restore the file from a backup."};
 constexpr int kLargestResolution = 512, kLargestWidth = 512;  // as core/field allows
 
 // -- To JSON
@@ -212,6 +212,11 @@ FieldPart part_from(const json& j, const Sections& sections, const std::string& 
                      whole(j.at("occupancy_resolution"), "occupancy resolution", 0, kLargestResolution));
   part.core = occupancy_from(sections, name + ".core",
                              whole(j.at("core_resolution"), "core resolution", 0, kLargestResolution));
+  const auto cells =
+      std::size_t(part.occupancy.resolution) * part.occupancy.resolution * part.occupancy.resolution;
+  if (!from_section(sections, name + ".opacity", cells, part.opacity) &&
+      !from_section(sections, name + ".opacity", 0, part.opacity))
+    throw Bad{"section '" + name + ".opacity' has a wrong size"};
   return part;
 }
 
@@ -219,6 +224,7 @@ void add_part(Sections& sections, const FieldPart& part, const std::string& name
   sections[name + ".params"] = to_section(part.field.parameters);
   sections[name + ".occ"] = to_section(part.occupancy.bits);
   sections[name + ".core"] = to_section(part.core.bits);
+  sections[name + ".opacity"] = to_section(part.opacity);
 }
 
 TorsoModes torso_modes_from_json(const json& j) {

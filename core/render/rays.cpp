@@ -38,13 +38,28 @@ Interval cube_interval(const FieldRay& ray, float near, float far) {
 
 struct CellContent {
   bool occupied = false, core = false;
+  std::uint8_t opacity = 0;
 };
+
+std::size_t index_of(int n, const int (&cell)[3]) {
+  return (std::size_t(cell[2]) * n + cell[1]) * n + cell[0];
+}
+
+// Optical depth of a cell's width by its opacity; that of the most opaque ones is open upwards.
+const std::array<float, 256>& depth_of_opacity() {
+  static const std::array<float, 256> table = [] {
+    std::array<float, 256> depths{};
+    for (int i = 0; i < 256; ++i) depths[std::size_t(i)] = float(-std::log(1 - std::min(i, 254) / 255.0));
+    return depths;
+  }();
+  return table;
+}
 
 // The grid tells what the training poses showed in a cell; in another pose the neck that belongs there is
 // looked up where it lies when straight.
-CellContent content_of_neck(const NeckBend& neck, const OccupancyGrid& occupancy, const OccupancyGrid* core,
+CellContent content_of_neck(const NeckBend& neck, const MarchVolume& volume, const OccupancyGrid* core,
                             const int (&cell)[3]) {
-  const int n = occupancy.resolution;
+  const int n = volume.occupancy->resolution;
   const Vec3f centre = Vec3f(float(cell[0]) + 0.5f, float(cell[1]) + 0.5f, float(cell[2]) + 0.5f) / float(n);
   const Vec3f place = straightened(neck, centre) * float(n);
   int at[3];
@@ -52,17 +67,169 @@ CellContent content_of_neck(const NeckBend& neck, const OccupancyGrid& occupancy
     at[a] = int(std::floor(place[a]));
     if (at[a] < 0 || at[a] >= n) return {};
   }
-  return {occupancy.occupied(cell[0], cell[1], cell[2]) || occupancy.occupied(at[0], at[1], at[2]),
-          core && core->occupied(at[0], at[1], at[2])};
+  return {volume.occupancy->occupied(cell[0], cell[1], cell[2]) ||
+              volume.occupancy->occupied(at[0], at[1], at[2]),
+          core && core->occupied(at[0], at[1], at[2]),
+          volume.opacity.empty() ? std::uint8_t(0) : volume.opacity[index_of(n, at)]};
 }
 
-void append(std::vector<Interval>& intervals, std::size_t first, float near, float far) {
-  if (far <= near) return;
-  if (intervals.size() > first && near - intervals.back().far < 1e-6f)
-    intervals.back().far = far;
-  else
-    intervals.push_back({near, far});
+constexpr int kBrick = 8;  // cells: one byte of a grid's bits along x
+int bricks_along(int n) { return (n + kBrick - 1) / kBrick; }
+
+void mark_bricks(const OccupancyGrid& grid, std::vector<std::uint8_t>& bricks) {
+  const int n = grid.resolution, m = bricks_along(n);
+  for (int z = 0; z < n; ++z)
+    for (int y = 0; y < n; ++y)
+      for (int b = 0; b < m; ++b) {
+        bool any = false;
+        if (n % kBrick == 0)
+          any = grid.bits[(std::size_t(z) * n + y) * std::size_t(m) + b] != 0;
+        else
+          for (int x = b * kBrick; x < std::min(n, (b + 1) * kBrick); ++x)
+            any = any || grid.occupied(x, y, z);
+        if (any) bricks[(std::size_t(z / kBrick) * m + y / kBrick) * m + b] = 1;
+      }
 }
+
+// The walk through the cells (Amanatides & Woo 1987), over empty bricks in one step. visit(near, far,
+// opacity) is called for every occupied cell and ends the walk by false; returns as occupied_intervals.
+template <class Visit>
+float walk_cells(const FieldRay& ray, const MarchVolume& volume, const MarchNeck* neck, float near, float far,
+                 const Visit& visit) {
+  const Interval inside = cube_interval(ray, near, far);
+  if (inside.far <= inside.near) return far;
+  const OccupancyGrid& occupancy = *volume.occupancy;
+  const int n = occupancy.resolution, m = bricks_along(n);
+  if (n == 0) {
+    visit(inside.near, inside.far, std::uint8_t(0));
+    return far;
+  }
+  const OccupancyGrid* core = volume.core && volume.core->resolution == n ? volume.core : nullptr;
+  const bool bent = neck && !neck->bend->straight;
+  const float scale = float(n), neck_top = bent ? neck->bend->top * scale : 0;
+  const Eigen::AlignedBox3f box =
+      bent ? Eigen::AlignedBox3f(neck->box.min() * scale, neck->box.max() * scale) : Eigen::AlignedBox3f();
+  float o[3], d[3], next[3], delta[3];  // next: where the ray leaves its cell along an axis
+  int cell[3], step[3];
+  const auto enter = [&](int a) {
+    if (std::abs(d[a]) < 1e-9f)
+      next[a] = delta[a] = std::numeric_limits<float>::infinity();
+    else
+      delta[a] = std::abs(1 / d[a]), next[a] = (float(cell[a] + (d[a] > 0)) - o[a]) / d[a];
+  };
+  for (int a = 0; a < 3; ++a) {
+    o[a] = ray.origin[a] * scale, d[a] = ray.direction[a] * scale;
+    cell[a] = std::clamp(int(std::floor(o[a] + inside.near * d[a])), 0, n - 1);
+    step[a] = d[a] > 0 ? 1 : -1;
+    enter(a);
+  }
+  const auto brick_is_empty = [&](const int(&brick)[3]) {
+    if (volume.bricks[(std::size_t(brick[2]) * m + brick[1]) * m + brick[0]]) return false;
+    if (!bent || float(brick[1] * kBrick) >= neck_top) return true;
+    for (int a = 0; a < 3; ++a)
+      if (float((brick[a] + 1) * kBrick) < box.min()[a] || float(brick[a] * kBrick) > box.max()[a])
+        return true;
+    return false;
+  };
+  const auto content = [&]() -> CellContent {
+    const bool own = occupancy.occupied(cell[0], cell[1], cell[2]);
+    if (bent && float(cell[1]) + 0.5f < neck_top) {
+      const Vec3f centre(float(cell[0]) + 0.5f, float(cell[1]) + 0.5f, float(cell[2]) + 0.5f);
+      return own || box.contains(centre) ? content_of_neck(*neck->bend, volume, core, cell) : CellContent{};
+    }
+    return {own, core && core->occupied(cell[0], cell[1], cell[2]),
+            volume.opacity.empty() ? std::uint8_t(0) : volume.opacity[index_of(n, cell)]};
+  };
+  float t = inside.near;
+  int last_brick[3] = {-1, -1, -1};
+  while (t < inside.far) {
+    const int brick[3] = {cell[0] / kBrick, cell[1] / kBrick, cell[2] / kBrick};
+    if (brick[0] != last_brick[0] || brick[1] != last_brick[1] || brick[2] != last_brick[2]) {
+      std::copy(brick, brick + 3, last_brick);
+      if (!volume.bricks.empty() && brick_is_empty(brick)) {
+        // -- To the cell behind the brick: exact along the axis it is left by, inside the brick along the
+        // others.
+        int axis = -1;
+        float leave = std::numeric_limits<float>::infinity();
+        for (int a = 0; a < 3; ++a) {
+          if (std::abs(d[a]) < 1e-9f) continue;
+          const float out = (float((brick[a] + (d[a] > 0)) * kBrick) - o[a]) / d[a];
+          if (out < leave) leave = out, axis = a;
+        }
+        t = std::max(t, leave);
+        if (axis < 0 || t >= inside.far) break;
+        for (int a = 0; a < 3; ++a) {
+          cell[a] = a != axis ? std::clamp(int(std::floor(o[a] + t * d[a])), brick[a] * kBrick,
+                                           std::min(n, (brick[a] + 1) * kBrick) - 1)
+                              : (d[a] > 0 ? (brick[a] + 1) * kBrick : brick[a] * kBrick - 1);
+          if (cell[a] < 0 || cell[a] >= n) return far;
+          enter(a);
+        }
+        continue;
+      }
+    }
+    const CellContent found = content();
+    if (found.core) return t;
+    int axis = next[0] < next[1] ? 0 : 1;
+    if (next[2] < next[axis]) axis = 2;
+    const float leave = std::min(std::max(next[axis], t), inside.far);
+    if (found.occupied && leave > t && !visit(t, leave, found.opacity)) return far;
+    t = leave;
+    cell[axis] += step[axis];
+    if (cell[axis] < 0 || cell[axis] >= n) break;
+    next[axis] += delta[axis];
+  }
+  return far;
+}
+
+void append(std::vector<Interval>& intervals, std::size_t first, const Interval& next) {
+  if (next.far <= next.near) return;
+  if (intervals.size() > first && next.near - intervals.back().far < 1e-6f && next.depth == 0 &&
+      intervals.back().depth == 0)
+    intervals.back().far = next.far;
+  else
+    intervals.push_back(next);
+}
+
+// Transmittance up to each interval times what it takes away, both lists in depth order; returns the sum.
+float lost_light(std::span<const Interval> head, std::span<const Interval> torso, float* weights) {
+  std::size_t h = 0, t = 0;
+  float transmittance = 1;
+  while (h < head.size() || t < torso.size()) {
+    const bool from_head = t == torso.size() || (h < head.size() && head[h].near <= torso[t].near);
+    const Interval& interval = from_head ? head[h] : torso[t];
+    const float d = interval.depth;
+    // exp(d) by its first terms: where the light goes need not be known better.
+    const float after = transmittance / (1 + d * (1 + d * (0.5f + d * (1.f / 6 + d * (1.f / 24)))));
+    weights[from_head ? h : head.size() + t] = transmittance - after;
+    transmittance = after;
+    from_head ? ++h : ++t;
+  }
+  return 1 - transmittance;
+}
+
+// Lengths along the two lists, asked for in rising order, to places on the ray.
+struct Placing {
+  std::span<const Interval> list, next;
+  std::size_t index = 0;
+  float passed = 0;  // length of the intervals before list[index]
+  int field = 0;
+
+  RaySample at(float length) {
+    while (true) {
+      if (index == list.size()) {
+        if (field == 1 || next.empty()) break;
+        list = next, field = 1, index = 0;
+        continue;
+      }
+      const float own = list[index].far - list[index].near;
+      if (length < passed + own) return {list[index].near + (length - passed), 0, field};
+      passed += own;
+      ++index;
+    }
+    return {list.back().far, 0, field};  // rounding went past the end
+  }
+};
 
 }  // namespace
 
@@ -93,85 +260,88 @@ std::vector<Vec3f> pixel_directions(const Intrinsics& intrinsics) {
   return directions;
 }
 
-float occupied_intervals(const FieldRay& ray, const OccupancyGrid& occupancy, const OccupancyGrid& core,
-                         float near, float far, std::vector<Interval>& intervals, const NeckBend* neck) {
-  const std::size_t first = intervals.size();
-  const Interval inside = cube_interval(ray, near, far);
-  if (inside.far <= inside.near) return far;
-  const int n = occupancy.resolution;
-  if (n == 0) {
-    append(intervals, first, inside.near, inside.far);
-    return far;
-  }
-  // -- Walk the cells: next[a] is the distance at which the ray leaves its cell along axis a.
-  const float scale = float(n);
-  int cell[3], step[3];
-  float next[3], delta[3];
-  for (int a = 0; a < 3; ++a) {
-    const float o = ray.origin[a] * scale, d = ray.direction[a] * scale;
-    cell[a] = std::clamp(int(std::floor(o + inside.near * d)), 0, n - 1);
-    step[a] = d > 0 ? 1 : -1;
-    if (std::abs(d) < 1e-9f) {
-      next[a] = delta[a] = std::numeric_limits<float>::infinity();
-    } else {
-      delta[a] = std::abs(1 / d);
-      next[a] = (float(cell[a] + (d > 0)) - o) / d;
+MarchVolume march_volume(const OccupancyGrid& occupancy, const OccupancyGrid& core, float side,
+                         std::span<const std::uint8_t> opacity) {
+  MarchVolume volume{&occupancy, &core, side, opacity, {}};
+  const int n = occupancy.resolution, m = bricks_along(n);
+  if (n == 0) return volume;
+  volume.bricks.assign(std::size_t(m) * m * m, 0);
+  mark_bricks(occupancy, volume.bricks);
+  if (core.resolution == n) mark_bricks(core, volume.bricks);
+  const float size = float(kBrick) / float(n);
+  volume.layers.resize(std::size_t(m));
+  for (int z = 0; z < m; ++z)
+    for (int y = 0; y < m; ++y)
+      for (int x = 0; x < m; ++x)
+        if (volume.bricks[(std::size_t(z) * m + y) * m + x]) {
+          const Vec3f low = size * Vec3f(float(x), float(y), float(z));
+          volume.layers[std::size_t(y)].extend(low).extend(low + Vec3f::Constant(size));
+        }
+  return volume;
+}
+
+MarchNeck march_neck(const NeckBend& bend, const MarchVolume& head) {
+  MarchNeck neck{&bend, {}};
+  if (bend.straight) return neck;
+  float margin = 0;
+  for (const Eigen::AlignedBox3f& layer : head.layers) {
+    if (layer.isEmpty() || layer.min().y() >= bend.top) continue;
+    margin = 0.25f * layer.sizes().y();  // what lies within bends less evenly than the corners do
+    for (int corner = 0; corner < 8; ++corner) {
+      Vec3f at = layer.corner(Eigen::AlignedBox3f::CornerType(corner));
+      at.y() = std::min(at.y(), bend.top);
+      neck.box.extend(bent(bend, at));
     }
   }
-  const bool has_core = core.resolution == n;
-  const bool bent = neck && !neck->straight;
-  float t = inside.near;
-  while (t < inside.far) {
-    const CellContent content = bent && float(cell[1]) + 0.5f < neck->top * scale
-                                    ? content_of_neck(*neck, occupancy, has_core ? &core : nullptr, cell)
-                                    : CellContent{occupancy.occupied(cell[0], cell[1], cell[2]),
-                                                  has_core && core.occupied(cell[0], cell[1], cell[2])};
-    if (content.core) return t;
-    int axis = next[0] < next[1] ? 0 : 1;
-    if (next[2] < next[axis]) axis = 2;
-    const float leave = std::min(std::max(next[axis], t), inside.far);
-    if (content.occupied) append(intervals, first, t, leave);
-    t = leave;
-    cell[axis] += step[axis];
-    if (cell[axis] < 0 || cell[axis] >= n) break;
-    next[axis] += delta[axis];
-  }
-  return far;
+  if (!neck.box.isEmpty()) neck.box.min().array() -= margin, neck.box.max().array() += margin;
+  return neck;
+}
+
+float occupied_intervals(const FieldRay& ray, const MarchVolume& volume, float near, float far,
+                         std::vector<Interval>& intervals, const MarchNeck* neck) {
+  const std::size_t first = intervals.size();
+  const float cells_per_m = float(volume.occupancy->resolution) * ray.direction.norm();
+  return walk_cells(ray, volume, neck, near, far, [&](float t, float leave, std::uint8_t opacity) {
+    const float depth = opacity == 0 ? 0 : depth_of_opacity()[opacity] * (leave - t) * cells_per_m;
+    append(intervals, first, {t, leave, depth});
+    return true;
+  });
 }
 
 int place_samples(std::span<const Interval> head, std::span<const Interval> torso, float min_step,
                   std::uint64_t jitter, std::span<RaySample> samples) {
-  float total = 0;
-  for (const Interval& i : head) total += i.far - i.near;
-  for (const Interval& i : torso) total += i.far - i.near;
+  float total = 0, known = 0;
+  for (const std::span<const Interval> list : {head, torso})
+    for (const Interval& i : list) total += i.far - i.near, known += i.depth;
   if (total <= 0 || samples.empty()) return 0;
   const int count = std::clamp(int(std::ceil(total / min_step)), 1, int(samples.size()));
-  const float stride = total / float(count);
+  static thread_local std::vector<float> weights;  // of the lists' intervals, head first; sum: what is lost
+  weights.assign(head.size() + torso.size(), 0.f);
+  const float lost = known > 0 ? lost_light(head, torso, weights.data()) : 0;
+  const float even = (1 - (1 - kEvenShare) * lost) / total;  // share of the samples per m
 
-  std::span<const Interval> list = head;
-  int field = 0;
+  // -- Where stratum k ends: mass (k + 1) / count of the samples passed, and so much length.
   std::size_t index = 0;
-  float passed = 0;  // length of the intervals before list[index]
+  float mass = 0, passed = 0, start = 0;  // before interval `index`; start: of stratum k, m of length
+  Placing placing{head, torso};
   for (int k = 0; k < count; ++k) {
-    const float u = jitter == 0 ? 0.5f : unit_float(mix(jitter + std::uint64_t(k)));
-    const float s = (float(k) + u) * stride;
-    while (true) {
-      if (index == list.size()) {
-        if (field == 1) break;
-        list = torso, field = 1, index = 0;
-        continue;
+    const float goal = float(k + 1) / float(count);
+    float end = total;
+    while (k + 1 < count && index < weights.size()) {
+      const Interval& interval = index < head.size() ? head[index] : torso[index - head.size()];
+      const float length = interval.far - interval.near;
+      const float own = (1 - kEvenShare) * weights[index] + even * length;
+      if (mass + own >= goal) {
+        end = passed + length * std::clamp((goal - mass) / own, 0.f, 1.f);
+        break;
       }
-      const float length = list[index].far - list[index].near;
-      if (s < passed + length) break;
-      passed += length;
-      ++index;
+      mass += own, passed += length, ++index;
     }
-    if (index == list.size()) {  // rounding took the last sample past the end
-      const bool on_torso = !torso.empty();
-      samples[k] = {(on_torso ? torso.back() : head.back()).far, stride, on_torso ? 1 : 0};
-    } else {
-      samples[k] = {list[index].near + (s - passed), stride, field};
-    }
+    end = std::clamp(end, start, total);
+    const float u = jitter == 0 ? 0.5f : unit_float(mix(jitter + std::uint64_t(k)));
+    samples[k] = placing.at(start + u * (end - start));
+    samples[k].dt = end - start;
+    start = end;
   }
   std::sort(samples.begin(), samples.begin() + count,
             [](const RaySample& a, const RaySample& b) { return a.t < b.t; });
@@ -194,14 +364,24 @@ FieldInputs FieldSamples::inputs(const float* conditions, const float* latents) 
   return in;
 }
 
-MarchVolumes march_volumes(const FieldPart& head, const FieldPart* torso) {
+MarchVolumes march_volumes(const FieldPart& head, const FieldPart* torso, std::span<const NeckBend> necks) {
   MarchVolumes volumes;
-  volumes.fields[0] = {&head.occupancy, &head.core, head.cube.side};
-  if (torso) volumes.fields[1] = {&torso->occupancy, &torso->core, torso->cube.side};
+  volumes.fields[0] = march_volume(head.occupancy, head.core, head.cube.side, head.opacity);
+  if (torso)
+    volumes.fields[1] = march_volume(torso->occupancy, torso->core, torso->cube.side, torso->opacity);
+  volumes.necks.resize(necks.size());
+  parallel_ranges(necks.size(), 64, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) volumes.necks[i] = march_neck(necks[i], volumes.fields[0]);
+  });
   return volumes;
 }
 
 namespace {
+
+const MarchNeck* neck_of(const RayRequest& ray, const MarchVolumes& volumes, int field) {
+  if (field != 0 || volumes.necks.empty()) return nullptr;
+  return &volumes.necks[std::size_t(ray.view) % volumes.necks.size()];
+}
 
 struct RayIntervals {
   std::vector<Interval> head, torso;
@@ -211,27 +391,34 @@ struct RayIntervals {
     head.clear(), torso.clear();
     float far = volumes.far;
     std::vector<Interval>* lists[2] = {&head, &torso};
-    for (int f = 0; f < 2; ++f) {
-      const MarchVolumes::Volume& volume = volumes.fields[f];
-      if (!volume.occupancy) continue;
-      const NeckBend* neck = f == 0 && !volumes.necks.empty()
-                                 ? &volumes.necks[std::size_t(ray.view) % volumes.necks.size()]
-                                 : nullptr;
-      far = std::min(far, occupied_intervals(ray.fields[f], *volume.occupancy, *volume.core, volumes.near,
-                                             far, *lists[f], neck));
-    }
+    for (int f = 0; f < 2; ++f)
+      if (volumes.fields[f].occupancy)
+        far = std::min(far, occupied_intervals(ray.fields[f], volumes.fields[f], volumes.near, far, *lists[f],
+                                               neck_of(ray, volumes, f)));
     if (far >= volumes.far) return;
     while (!head.empty() && head.back().near >= far) head.pop_back();
-    if (!head.empty()) head.back().far = std::min(head.back().far, far);
+    if (head.empty() || head.back().far <= far) return;
+    Interval& last = head.back();
+    last.depth *= (far - last.near) / (last.far - last.near);
+    last.far = far;
   }
 };
 
 }  // namespace
 
 bool meets_volume(const RayRequest& ray, const MarchVolumes& volumes) {
-  static thread_local RayIntervals intervals;
-  intervals.walk(ray, volumes);
-  return !intervals.head.empty() || !intervals.torso.empty();
+  float far = volumes.far;
+  for (int f = 0; f < 2; ++f) {
+    if (!volumes.fields[f].occupancy) continue;
+    bool met = false;
+    far = std::min(far, walk_cells(ray.fields[f], volumes.fields[f], neck_of(ray, volumes, f), volumes.near,
+                                   far, [&](float, float, std::uint8_t) {
+                                     met = true;
+                                     return false;
+                                   }));
+    if (met) return true;
+  }
+  return false;
 }
 
 void sample_rays(std::span<const RayRequest> rays, const MarchVolumes& volumes, SampleBatch& batch) {

@@ -121,11 +121,7 @@ Scene make_scene(const Avatar& avatar, const Camera& camera, const RenderState& 
   LIKENESS_CHECK(options.max_samples > 0, "max_samples %d", options.max_samples);
   LIKENESS_CHECK(avatar.warp_cell == 0 || !state.warp.empty(),
                  "an avatar with a warp needs pose_avatar's state (cell %g m)", double(avatar.warp_cell));
-  Scene scene{avatar, options, march_volumes(avatar.head, avatar.torso ? &*avatar.torso : nullptr),
-              {},     {},      {},
-              {},     {},      {}};
-  scene.volumes.max_samples = options.max_samples;
-  scene.volumes.min_step = options.min_step;
+  Scene scene{avatar, options, {}, {}, {}, {}, {}, {}, {}};
   scene.maps[0] = unit_from_camera(avatar.head.cube, camera.cam_from_world, state.world_from_head);
   if (avatar.torso)
     scene.maps[1] = unit_from_camera(avatar.torso->cube, camera.cam_from_world, state.world_from_torso);
@@ -135,8 +131,10 @@ Scene make_scene(const Avatar& avatar, const Camera& camera, const RenderState& 
   if (!avatar.neck.empty()) {
     scene.neck.push_back(make_neck_bend(avatar.neck, state.world_from_head.inverse() * state.world_from_torso,
                                         avatar.head.cube.origin, avatar.head.cube.side));
-    scene.volumes.necks = scene.neck;
   }
+  scene.volumes = march_volumes(avatar.head, avatar.torso ? &*avatar.torso : nullptr, scene.neck);
+  scene.volumes.max_samples = options.max_samples;
+  scene.volumes.min_step = options.min_step;
   return scene;
 }
 

@@ -60,4 +60,15 @@ Vec3f straightened(const NeckBend& bend, const Vec3f& posed) {
   return (1 - share) * place(low) + share * place(high);
 }
 
+Vec3f bent(const NeckBend& bend, const Vec3f& straight) {
+  if (bend.straight || straight.y() >= bend.top) return straight;
+  const float s = torso_share(bend, straight.y()) * kNeckSteps;
+  const int low = std::clamp(int(s), 0, kNeckSteps - 1);
+  const auto place = [&](int k) -> Vec3f {
+    return bend.turn[std::size_t(k)].transpose() * (straight - bend.shift[std::size_t(k)]);
+  };
+  const float share = s - float(low);
+  return (1 - share) * place(low) + share * place(low + 1);
+}
+
 }  // namespace likeness

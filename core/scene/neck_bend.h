@@ -41,4 +41,7 @@ NeckBend make_neck_bend(const NeckZone& zone, const Pose& head_from_torso,
 // folds, where of several places that nearest to the head counts.
 Vec3f straightened(const NeckBend& bend, const Vec3f& posed);
 
+// Where a point of the straight neck lies in this bend; one above the top stays.
+Vec3f bent(const NeckBend& bend, const Vec3f& straight);
+
 }  // namespace likeness

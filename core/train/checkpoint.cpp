@@ -16,7 +16,7 @@ namespace {
 
 using json = nlohmann::json;
 
-constexpr SectionFormat kFormat{"LKNSCKPT", 4, "checkpoint",
+constexpr SectionFormat kFormat{"LKNSCKPT", 5, "checkpoint",
                                 "Training starts anew; nothing needs to be done."};
 
 template <class T>
@@ -50,6 +50,11 @@ void add_field(Sections& sections, const std::string& name, const TrainedField& 
   sections[name + ".lines"] = to_section(field.adam.line_steps);
   sections[name + ".learnt"] = to_section(field.learnt.density);
   sections[name + ".occ"] = to_section(field.part.occupancy.bits);
+  sections[name + ".opacity"] = to_section(field.part.opacity);  // empty until the first look
+}
+
+std::size_t cells(const OccupancyGrid& grid) {
+  return std::size_t(grid.resolution) * grid.resolution * grid.resolution;
 }
 
 bool read_field(const Sections& sections, const std::string& name, TrainedField& field) {
@@ -59,7 +64,9 @@ bool read_field(const Sections& sections, const std::string& name, TrainedField&
          from_section(sections, name + ".second", field.adam.second.size(), field.adam.second) &&
          from_section(sections, name + ".lines", field.adam.line_steps.size(), field.adam.line_steps) &&
          from_section(sections, name + ".learnt", field.learnt.density.size(), field.learnt.density) &&
-         from_section(sections, name + ".occ", field.part.occupancy.bits.size(), field.part.occupancy.bits);
+         from_section(sections, name + ".occ", field.part.occupancy.bits.size(), field.part.occupancy.bits) &&
+         (from_section(sections, name + ".opacity", cells(field.part.occupancy), field.part.opacity) ||
+          from_section(sections, name + ".opacity", 0, field.part.opacity));
 }
 
 bool read_corrections(const Sections& sections, std::size_t views, TrainingState& state) {

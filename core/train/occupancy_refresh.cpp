@@ -2,6 +2,7 @@
 #include "core/train/occupancy_refresh.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "core/base/parallel.h"
 #include "core/field/evaluate.h"
@@ -10,7 +11,7 @@
 namespace likeness {
 namespace {
 
-constexpr float kDecay = 0.95f;     // per look
+constexpr float kDecay = 0.9f;      // per look
 constexpr float kThreshold = 7.0f;  // density per cube side; through one of 96 cells an opacity of 0.07
 constexpr float kInitial = 10.0f;   // occupied until some looks have found nothing
 
@@ -64,6 +65,16 @@ OccupancyGrid occupancy_bits(const OccupancyState& state, const Volume& volume) 
   }
   for (std::size_t b = 0; b < grid.bits.size(); ++b) grid.bits[b] &= volume.allowed.bits[b];
   return grid;
+}
+
+std::vector<std::uint8_t> cell_opacities(const OccupancyState& state, const Volume& volume) {
+  const int n = volume.allowed.resolution;
+  std::vector<std::uint8_t> opacity(std::size_t(n) * n * n, 0);
+  parallel_ranges(state.cells.size(), 16384, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i)
+      opacity[state.cells[i]] = std::uint8_t(255.5f * (1 - std::exp(-state.density[i] / float(n))));
+  });
+  return opacity;
 }
 
 }  // namespace likeness

@@ -27,4 +27,7 @@ void refresh_occupancy(OccupancyState& state, const FieldPart& part, const float
 // Cells over the threshold, their neighbours, and the cells that are always kept, within the allowed ones.
 OccupancyGrid occupancy_bits(const OccupancyState& state, const Volume& volume);
 
+// FieldPart::opacity of these densities.
+std::vector<std::uint8_t> cell_opacities(const OccupancyState& state, const Volume& volume);
+
 }  // namespace likeness

@@ -15,7 +15,7 @@ namespace likeness {
 namespace {
 
 constexpr int kMaxSamples = 16, kCodeLength = 4;
-constexpr std::uint64_t kFirstRefresh = 128, kRefreshEvery = 16;
+constexpr std::uint64_t kFirstRefresh = 128, kRefreshEvery = 32;
 constexpr float kTableRate = 1e-2f, kNetworkRate = 3e-3f, kCodeRate = 1e-3f;
 constexpr float kConditionBlur = 0.2f;  // largest shift of psi, in deviations of each component
 constexpr float kInitialDensity = 4;    // per cube side: a haze, so that the first gradients see every depth
@@ -127,6 +127,7 @@ void refresh(TrainedField& field, const TrainingState& state, std::size_t views,
              const std::function<void(FieldSamples&)>& to_canonical, std::uint64_t seed) {
   refresh_occupancy(field.learnt, field.part, state.conditions.data(), views, to_canonical, seed, state.step);
   field.part.occupancy = occupancy_bits(field.learnt, field.volume);
+  field.part.opacity = cell_opacities(field.learnt, field.volume);
 }
 
 // Rays without a code also see their expression a little off, so that the slice is smooth between the frames.
@@ -178,9 +179,9 @@ StepResult training_step(TrainingState& state, const RaySource& source, const St
 
   // -- Rays and their samples.
   blur_conditions(state, views, options.seed);
-  MarchVolumes volumes = march_volumes(state.head.part, state.torso ? &state.torso->part : nullptr);
+  MarchVolumes volumes =
+      march_volumes(state.head.part, state.torso ? &state.torso->part : nullptr, source.necks);
   volumes.max_samples = kMaxSamples;
-  volumes.necks = source.necks;
   choose_rays(source, volumes, options.use_latent, options.seed, state.step, options.rays, state.rays);
   sample_rays(state.rays.requests, volumes, state.samples);
   warp_samples(source.warps, state.head.part.cube, state.samples.fields[0]);

@@ -30,8 +30,8 @@ struct VolumeOptions {
   bool carve = true;                                // with the views' mattes
 };
 
-// Height (head frame y, m) of the base of the neck: below it the head's field, where there is a torso, follows
-// the torso, so that turning the head moves no shoulder; without a torso it holds nothing there.
+// Height (head frame y, m) of the base of the neck: below it the head's field, where there is a torso,
+// follows the torso, so that turning the head moves no shoulder; without a torso it holds nothing there.
 float neck_base(const HeadModel& model, const HeadShape& shape);
 
 Volumes make_volumes(const TrainingSet& set, const HeadShape& shape, const VolumeOptions& options = {});

@@ -30,6 +30,8 @@ class AvatarFile : public testing::Test {
 TEST_F(AvatarFile, RoundTripKeepsEverything) {
   Avatar a = tiny_avatar();
   a.neck = {-0.16f, -0.11f, {0.001f, -0.135f, -0.02f}};
+  const int n = a.head.occupancy.resolution;
+  for (int i = 0; i < n * n * n; ++i) a.head.opacity.push_back(std::uint8_t(i % 251));
   ASSERT_TRUE(write_avatar(path_, a).ok());
   const auto read = read_avatar(path_);
   ASSERT_TRUE(read.ok()) << read.error().what;
@@ -39,6 +41,7 @@ TEST_F(AvatarFile, RoundTripKeepsEverything) {
   EXPECT_EQ(a.head.cube.origin, b.head.cube.origin);
   EXPECT_EQ(a.head.cube.side, b.head.cube.side);
   EXPECT_EQ(a.head.occupancy.bits, b.head.occupancy.bits);
+  EXPECT_EQ(a.head.opacity, b.head.opacity);
   ASSERT_TRUE(b.torso.has_value());
   EXPECT_EQ(a.torso->field.parameters, b.torso->field.parameters);
   EXPECT_EQ(a.torso->occupancy.bits, b.torso->occupancy.bits);
@@ -89,7 +92,7 @@ TEST_F(AvatarFile, AnyFlippedByteIsRefused) {
 
 // A hostile writer can compute checksums: the contents themselves must be checked.
 TEST_F(AvatarFile, ContentsThatLieAboutTheirSizeAreRefused) {
-  const SectionFormat format{"LKNSAVTR", 5, "avatar", "fix"};
+  const SectionFormat format{"LKNSAVTR", 6, "avatar", "fix"};
   ASSERT_TRUE(write_avatar(path_, tiny_avatar()).ok());
   const auto sections = read_sections(path_, format);
   ASSERT_TRUE(sections.ok());

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <random>
 
@@ -42,7 +43,7 @@ TEST(OccupiedIntervals, CoverExactlyTheOccupiedStretches) {
   for (int r = 0; r < 200; ++r) {
     const FieldRay ray = random_ray(engine);
     std::vector<Interval> intervals;
-    occupied_intervals(ray, grid, none, 0, 10, intervals);
+    occupied_intervals(ray, march_volume(grid, none), 0, 10, intervals);
     for (std::size_t i = 0; i + 1 < intervals.size(); ++i) EXPECT_LT(intervals[i].far, intervals[i + 1].near);
     for (float t = 0; t < 4; t += 0.00371f, ++looks) {
       bool inside = false;
@@ -58,11 +59,51 @@ TEST(OccupiedIntervals, StopAtTheFirstCoreCell) {
   set_occupied(core, 4, 4, 4, true);
   const FieldRay ray{{0.5625f, 0.5625f, -1}, {0, 0, 1}};
   std::vector<Interval> intervals;
-  const float end = occupied_intervals(ray, all, core, 0, 10, intervals);
+  const float end = occupied_intervals(ray, march_volume(all, core), 0, 10, intervals);
   EXPECT_NEAR(end, 1.5f, 1e-6);
   ASSERT_EQ(intervals.size(), 1u);
   EXPECT_NEAR(intervals[0].near, 1.0f, 1e-6);
   EXPECT_NEAR(intervals[0].far, 1.5f, 1e-6);
+}
+
+// Most of a sparse grid's bricks are empty, and 20 cells are no whole number of bricks.
+TEST(OccupiedIntervals, LoseNothingByPassingOverEmptyBricks) {
+  for (const int n : {20, 32}) {
+    const OccupancyGrid grid = random_grid(n, 0.002, 3), none;
+    const MarchVolume quick = march_volume(grid, none);
+    MarchVolume plain = quick;
+    plain.bricks.assign(plain.bricks.size(), 1);
+    std::mt19937 engine(4);
+    int found = 0;
+    for (int r = 0; r < 2000; ++r) {
+      const FieldRay ray = random_ray(engine);
+      std::vector<Interval> a, b;
+      occupied_intervals(ray, quick, 0, 10, a);
+      occupied_intervals(ray, plain, 0, 10, b);
+      ASSERT_EQ(a.size(), b.size()) << "ray " << r;
+      found += int(a.size());
+      for (std::size_t i = 0; i < a.size(); ++i) {
+        EXPECT_NEAR(a[i].near, b[i].near, 2e-6f);
+        EXPECT_NEAR(a[i].far, b[i].far, 2e-6f);
+      }
+    }
+    EXPECT_GT(found, 50);
+    EXPECT_LT(std::count(quick.bricks.begin(), quick.bricks.end(), 1), 0.75 * double(quick.bricks.size()));
+  }
+}
+
+TEST(OccupiedIntervals, WithKnownOpacitiesEveryCellHasItsOpticalDepth) {
+  const OccupancyGrid all = make_occupancy(4, true), none;
+  std::vector<std::uint8_t> opacity(64, 0);
+  opacity[0 * 16 + 2 * 4 + 2] = 102;  // 0.4 of the light
+  opacity[1 * 16 + 2 * 4 + 2] = 255;
+  std::vector<Interval> found;
+  occupied_intervals({{0.6f, 0.6f, -1}, {0, 0, 1}}, march_volume(all, none, 1, opacity), 0, 10, found);
+  ASSERT_EQ(found.size(), 3u);  // two cells, and the rest in one
+  EXPECT_NEAR(found[0].depth, -std::log(0.6f), 1e-5);
+  EXPECT_GT(found[1].depth, 5);
+  EXPECT_EQ(found[2].depth, 0);
+  EXPECT_NEAR(found[2].far - found[2].near, 0.5f, 1e-6);
 }
 
 // Below the base all follows the torso, which has moved a quarter of the cube along x.
@@ -74,21 +115,58 @@ TEST(OccupiedIntervals, FindABentNeckWhereItWentAndNothingFromOutsideTheCube) {
   Pose moved = Pose::Identity();
   moved.translation().x() = 0.25;
   const NeckBend neck = make_neck_bend({0.3f, 0.6f, {0.5f, 0.45f, 0.5f}}, moved);
+  const MarchVolume volume = march_volume(grid, core);
+  const MarchNeck bend = march_neck(neck, volume);
   std::vector<Interval> found;
   const FieldRay where_it_went{{0.8125f, 0.0625f, -1}, {0, 0, 1}};
-  EXPECT_NEAR(occupied_intervals(where_it_went, grid, core, 0, 10, found, &neck), 1.5f, 1e-6);
+  EXPECT_NEAR(occupied_intervals(where_it_went, volume, 0, 10, found, &bend), 1.5f, 1e-6);
   ASSERT_EQ(found.size(), 1u);
   EXPECT_NEAR(found[0].near, 1.25f, 1e-6);
   found.clear();
   const FieldRay from_outside{{0.0625f, 0.0625f, -1}, {0, 0, 1}};  // its place lies at x = -0.19
-  occupied_intervals(from_outside, grid, core, 0, 10, found, &neck);
+  occupied_intervals(from_outside, volume, 0, 10, found, &bend);
   EXPECT_TRUE(found.empty());
+}
+
+TEST(OccupiedIntervals, MissNothingOfABentNeckOutsideItsBox) {
+  std::mt19937 engine(8);
+  std::uniform_real_distribution<double> uniform(-1, 1);
+  int found = 0;
+  for (int trial = 0; trial < 40; ++trial) {
+    OccupancyGrid grid = make_occupancy(32, false);
+    const OccupancyGrid none;
+    for (int y = 0; y < 14; ++y)
+      for (int i = 0; i < 6; ++i)
+        set_occupied(grid, 16 + int(6 * uniform(engine)), y, 16 + int(6 * uniform(engine)), true);
+    Pose pose = Pose::Identity();
+    pose.rotate(
+        Eigen::AngleAxisd(0.6 * uniform(engine), Vec3d(uniform(engine), uniform(engine), 1).normalized()));
+    const Vec3d middle(0.5, 0.3, 0.5);
+    pose.translation() = middle - pose.linear() * middle + 0.05 * Vec3d(uniform(engine), 0, uniform(engine));
+    const NeckBend bend = make_neck_bend({0.15f, 0.45f, middle.cast<float>()}, pose);
+    const MarchVolume volume = march_volume(grid, none);
+    const MarchNeck tight = march_neck(bend, volume);
+    const MarchNeck whole{&bend, {Vec3f::Zero(), Vec3f::Ones()}};
+    for (int r = 0; r < 200; ++r) {
+      FieldRay ray = random_ray(engine);
+      ray.origin.y() -= 0.25f;
+      std::vector<Interval> a, b;
+      occupied_intervals(ray, volume, 0, 10, a, &tight);
+      occupied_intervals(ray, volume, 0, 10, b, &whole);
+      float length_a = 0, length_b = 0;
+      for (const Interval& i : a) length_a += i.far - i.near;
+      for (const Interval& i : b) length_b += i.far - i.near;
+      EXPECT_NEAR(length_a, length_b, 1e-4f) << "trial " << trial << " ray " << r;
+      found += !a.empty();
+    }
+  }
+  EXPECT_GT(found, 1000);
 }
 
 TEST(OccupiedIntervals, AreEmptyForARayBesideTheCube) {
   const OccupancyGrid all = make_occupancy(8, true), none;
   std::vector<Interval> intervals;
-  EXPECT_EQ(occupied_intervals({{2, 2, -1}, {0, 0, 1}}, all, none, 0, 10, intervals), 10.f);
+  EXPECT_EQ(occupied_intervals({{2, 2, -1}, {0, 0, 1}}, march_volume(all, none), 0, 10, intervals), 10.f);
   EXPECT_TRUE(intervals.empty());
 }
 
@@ -117,6 +195,63 @@ TEST(PlaceSamples, AreNoDenserThanAsked) {
   const std::vector<Interval> head{{1.0f, 1.01f}};
   std::vector<RaySample> samples(16);
   EXPECT_EQ(place_samples(head, {}, 0.0025f, 0, samples), 4);
+}
+
+// Air, a wall that takes nearly all light, and what lies behind it: most samples go into the wall.
+TEST(PlaceSamples, GoWhereTheLightIsLost) {
+  std::vector<Interval> head{{1.00f, 1.04f, 0.001f}, {1.04f, 1.05f, 8.f}, {1.05f, 1.10f, 8.f}};
+  for (const std::uint64_t jitter : {0, 5}) {
+    std::vector<RaySample> samples(16);
+    ASSERT_EQ(place_samples(head, {}, 0.0015f, jitter, samples), 16);
+    int in_wall = 0, behind = 0;
+    float length = 0;
+    for (const RaySample& s : samples)
+      in_wall += s.t >= 1.04f && s.t < 1.05f, behind += s.t >= 1.05f, length += s.dt;
+    EXPECT_GE(in_wall, 11);
+    EXPECT_GE(behind, 1);  // the grid may be wrong
+    EXPECT_NEAR(length, 0.1f, 1e-6);
+  }
+}
+
+// The torso's wall stands before the head's: what is behind it gets few samples, whichever list it is in.
+TEST(PlaceSamples, LooksThroughBothFieldsInDepthOrder) {
+  const std::vector<Interval> head{{1.1f, 1.12f, 9.f}}, torso{{1.0f, 1.02f, 9.f}};
+  std::vector<RaySample> samples(16);
+  const int n = place_samples(head, torso, 0.001f, 0, samples);
+  const auto of_torso =
+      std::count_if(samples.begin(), samples.begin() + n, [](auto& s) { return s.field == 1; });
+  EXPECT_GE(of_torso, n * 3 / 4);
+  EXPECT_LT(of_torso, n);
+}
+
+// A homogeneous medium needs no samples placed well: by any density guessed, its transmittance is the same.
+TEST(PlaceSamples, AnyGuessOfTheDensityCoversTheSameLength) {
+  std::mt19937 engine(6);
+  std::uniform_real_distribution<float> uniform(0, 1);
+  for (int trial = 0; trial < 200; ++trial) {
+    std::vector<Interval> lists[2];
+    float total = 0;
+    for (auto& list : lists) {
+      float t = 1 + uniform(engine);
+      for (int i = 0; i < 8; ++i) {
+        const float near = t + 0.01f * uniform(engine), far = near + 0.0001f + 0.01f * uniform(engine);
+        list.push_back({near, far, std::pow(10.f, 8 * uniform(engine) - 4)});
+        total += far - near, t = far;
+      }
+    }
+    std::vector<RaySample> samples(16);
+    const int n = place_samples(lists[0], lists[1], 0.0015f, std::uint64_t(trial), samples);
+    float length = 0;
+    for (int k = 0; k < n; ++k) {
+      length += samples[k].dt;
+      EXPECT_GE(samples[k].dt, 0);
+      bool inside = false;
+      for (const Interval& i : lists[samples[k].field])
+        inside |= samples[k].t >= i.near - 1e-5f && samples[k].t <= i.far + 1e-5f;
+      EXPECT_TRUE(inside);
+    }
+    EXPECT_NEAR(length, total, 1e-5f);
+  }
 }
 
 TEST(FieldRay, ReachesTheProjectedPointAtItsDistance) {

@@ -22,7 +22,7 @@ Pose turned(double yaw, double pitch, double roll, const Vec3d& shift) {
 }
 
 // The bend as neck_bend.h defines it, in doubles.
-Vec3d bent(const Pose& head_from_torso, const Vec3d& p) {
+Vec3d bent_by_definition(const Pose& head_from_torso, const Vec3d& p) {
   const NeckZone z = zone();
   const double u = std::clamp((double(z.top) - p.y()) / double(z.top - z.base), 0.0, 1.0);
   const double s = u * u * (3 - 2 * u);
@@ -42,11 +42,23 @@ TEST(NeckBend, StraightensWhatWasBent) {
   for (const Pose& pose : poses()) {
     const NeckBend bend = make_neck_bend(zone(), pose);
     for (int i = 0; i < 500; ++i) {
-      const Vec3d p(x(random), y(random), x(random) - 0.02), q = bent(pose, p);
+      const Vec3d p(x(random), y(random), x(random) - 0.02), q = bent_by_definition(pose, p);
       if (q.y() >= zone().top) continue;  // what has risen above the top counts as the head
       // A point may be reached twice where the neck is folded; one that is bent back onto q will do.
       const Vec3d back = straightened(bend, q.cast<float>()).cast<double>();
-      EXPECT_LT((bent(pose, back) - q).norm(), 3e-4) << p.transpose();
+      EXPECT_LT((bent_by_definition(pose, back) - q).norm(), 3e-4) << p.transpose();
+    }
+  }
+}
+
+TEST(NeckBend, BendsAsDefined) {
+  std::mt19937 random(5);
+  std::uniform_real_distribution<double> uniform(-1, 1);
+  for (const Pose& pose : poses()) {
+    const NeckBend bend = make_neck_bend(zone(), pose);
+    for (int i = 0; i < 200; ++i) {
+      const Vec3d p(0.06 * uniform(random), -0.14 + 0.05 * uniform(random), 0.06 * uniform(random));
+      EXPECT_LT((bent(bend, p.cast<float>()).cast<double>() - bent_by_definition(pose, p)).norm(), 1e-4);
     }
   }
 }
