@@ -46,6 +46,7 @@ struct TrainOptions {
   std::uint64_t seed = 0;
   bool use_ambient = true, use_latent = true, use_occupancy = true, use_warp = true;  // ablation switches
   bool refine_track = false;  // correct the training frames' tracks through the field (refine_track.h)
+  double rate = 1;            // factor on the learning rates
   double checkpoint_every_s = 30;
 };
 

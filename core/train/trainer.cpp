@@ -2,8 +2,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <cmath>
+#include <span>
 
 #include "core/image/metrics.h"
 #include "core/train/capture_summary.h"
@@ -28,6 +30,17 @@ double seconds_since(Clock::time_point start) {
   return std::chrono::duration<double>(Clock::now() - start).count();
 }
 
+bool all_finite(std::span<const float> values) {
+  return std::ranges::all_of(values, [](float v) { return std::isfinite(v); });
+}
+
+bool is_finite(const Camera& camera) {
+  const Intrinsics& k = camera.intrinsics;
+  return camera.cam_from_world.matrix().allFinite() &&
+         std::ranges::all_of(std::array{k.fx, k.fy, k.cx, k.cy, k.k1, k.k2, k.p1, k.p2},
+                             [](double v) { return std::isfinite(v); });
+}
+
 Result<void> check_set(const TrainingSet& set, const TrainOptions& options) {
   const auto bad = [](std::string what, std::string fix) {
     return Error{ErrorCode::bad_input, std::move(what), std::move(fix), "training"};
@@ -39,6 +52,11 @@ Result<void> check_set(const TrainingSet& set, const TrainOptions& options) {
     return bad(fmt::format("A budget of {} s and {} rays a step is no training.", options.budget_s,
                            options.rays_per_step),
                "Give a positive budget in seconds, e.g. --budget 300.");
+  if (!set.person.identity.allFinite() ||
+      !std::ranges::all_of(set.person.offsets, [](const Vec3f& v) { return v.allFinite(); }))
+    return bad("The shape of the person is not finite.", "Fit the head again.");
+  if (set.neutral.expression.size() > 0 && !articulation_vector(set.neutral).allFinite())
+    return bad("The neutral face is not finite.", "Fit the head again.");
   for (std::size_t v = 0; v < set.views.size(); ++v) {
     const TrainingView& view = set.views[v];
     if (view.rgb.channels != 3 || view.rgb.empty() || view.rgb.width != view.camera.intrinsics.width ||
@@ -68,8 +86,10 @@ Result<void> check_set(const TrainingSet& set, const TrainOptions& options) {
       return bad(fmt::format("Picture {} has {} expression numbers, the head model {}.", v,
                              view.articulation.expression.size(), set.model.expression_count()),
                  "Fit the head again with this head model.");
+    if (!is_finite(view.camera))
+      return bad(fmt::format("The camera of picture {} is not finite.", v), "Solve the cameras again.");
     if (!view.world_from_head.matrix().allFinite() || !view.world_from_torso.matrix().allFinite() ||
-        !articulation_vector(view.articulation).allFinite())
+        !articulation_vector(view.articulation).allFinite() || !all_finite(view.torso_shape))
       return bad(fmt::format("The track of picture {} is not finite.", v), "Fit the head again.");
   }
   return {};

@@ -155,6 +155,7 @@ TrainingState make_training_state(const TrainingSet& set, const TrainOptions& op
   state.codes.assign(2 * views * length, 0.f);
   set_conditions(state, map, corrected_poses(set, map, {}));
   state.schedule.total_steps = options.steps;
+  state.schedule.rate_scale = options.rate;
   state.schedule.budget_s = options.steps > 0 ? 0 : options.budget_s;
   return state;
 }
