@@ -11,6 +11,7 @@
 #include "core/camera/camera.h"
 #include "core/image/image.h"
 #include "core/scene/torso_warp.h"
+#include "core/track/convex_outline.h"
 
 namespace likeness {
 
@@ -21,7 +22,7 @@ struct TorsoFrame {
   Intrinsics intrinsics;                   // of the working picture
   Pose cam_from_world = Pose::Identity();  // metric
   Pose world_from_head = Pose::Identity();
-  std::vector<Vec2d> head_outline;  // convex, px of the working picture: hides the torso; empty = unknown
+  ConvexOutline head_outline;  // px of the working picture: hides the torso; empty = unknown
 };
 
 struct TorsoOptions {

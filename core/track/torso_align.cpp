@@ -29,7 +29,7 @@ bool look_at(const TorsoView& view, const Pose& motion, const Vec2d& pivot, cons
   if (p.z() < 0.05) return false;
   const Intrinsics& k = view.frame->intrinsics;
   const Vec2d full = project<double>(k, p), px = full * view.level->scale;
-  if (inside_convex(view.frame->head_outline, full, kHeadMargin)) return false;
+  if (holds(view.frame->head_outline, full, kHeadMargin)) return false;
   Vec2d slope;
   if (!view.level->sample(px.x(), px.y(), &look->value, &slope)) return false;
   const double fx = k.fx * view.level->scale / p.z(), fy = k.fy * view.level->scale / p.z();
@@ -88,7 +88,7 @@ bool seen_at(const TorsoView& view, const Pose& motion, const Vec3d& posed, Vec2
   if (p.z() < 0.05) return false;
   const Vec2d full = project<double>(view.frame->intrinsics, p);
   *px = full * view.level->scale;
-  return !inside_convex(view.frame->head_outline, full, kHeadMargin);
+  return !holds(view.frame->head_outline, full, kHeadMargin);
 }
 
 Vec3d displaced(const TorsoGrid& grid, const std::vector<float>& displacement, const Vec3d& place) {

@@ -93,8 +93,7 @@ TorsoTemplate make_torso_template(const TorsoFrame& f, const Vec3d& chin) {
             down < (std::abs(side) < kNeckHalf ? kNeckBelow : kShouldersBelow))
           continue;
         ++covered;
-        if (!edges[static_cast<std::size_t>(y) * level.width + x] || inside_convex(f.head_outline, px, 0))
-          continue;
+        if (!edges[static_cast<std::size_t>(y) * level.width + x] || holds(f.head_outline, px, 0)) continue;
         pixels.push_back({head_from_cam * (ray * (z0 + kBend * side * side)), level.at(x, y), 1});
       }
     if (finest)
@@ -104,48 +103,15 @@ TorsoTemplate make_torso_template(const TorsoFrame& f, const Vec3d& chin) {
   return made;
 }
 
-std::vector<Vec2d> head_outline(const std::vector<Vec3f>& vertices, const Vec3d& chin,
-                                const Pose& cam_from_head, const Intrinsics& intrinsics) {
+ConvexOutline head_outline(const std::vector<Vec3f>& vertices, const Vec3d& chin, const Pose& cam_from_head,
+                           const Intrinsics& intrinsics) {
   std::vector<Vec2d> points;
   for (const Vec3f& v : vertices) {
     if (v.y() < chin.y() - 0.005 + kNapeRise * std::max(0.0, chin.z() - v.z())) continue;
     const Vec3d p = cam_from_head * v.cast<double>();
     if (p.z() > 0.05) points.push_back(project<double>(intrinsics, p));
   }
-  // -- Hull: lower then upper chain.
-  std::sort(points.begin(), points.end(),
-            [](const Vec2d& a, const Vec2d& b) { return a.x() != b.x() ? a.x() < b.x() : a.y() < b.y(); });
-  std::vector<Vec2d> hull;
-  for (int chain = 0; chain < 2; ++chain) {
-    const std::size_t first = hull.size();
-    for (const Vec2d& p : points) {
-      while (hull.size() >= first + 2) {
-        const Vec2d a = hull.back() - hull[hull.size() - 2], b = p - hull.back();
-        if (a.x() * b.y() - a.y() * b.x() > 0) break;
-        hull.pop_back();
-      }
-      hull.push_back(p);
-    }
-    if (!hull.empty()) hull.pop_back();
-    std::reverse(points.begin(), points.end());
-  }
-  return hull;
-}
-
-bool inside_convex(const std::vector<Vec2d>& polygon, const Vec2d& place, double margin) {
-  if (polygon.size() < 3) return false;
-  double twice_area = 0;
-  for (std::size_t i = 0; i < polygon.size(); ++i) {
-    const Vec2d &a = polygon[i], &b = polygon[(i + 1) % polygon.size()];
-    twice_area += a.x() * b.y() - a.y() * b.x();
-  }
-  const double sign = twice_area > 0 ? 1 : -1;
-  for (std::size_t i = 0; i < polygon.size(); ++i) {
-    const Vec2d &a = polygon[i], &b = polygon[(i + 1) % polygon.size()];
-    const Vec2d along = b - a, to = place - a;
-    if (sign * (along.x() * to.y() - along.y() * to.x()) < -margin * along.norm()) return false;
-  }
-  return true;
+  return convex_outline(std::move(points));
 }
 
 }  // namespace likeness

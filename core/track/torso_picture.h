@@ -41,10 +41,7 @@ struct TorsoTemplate {
 TorsoTemplate make_torso_template(const TorsoFrame& frame, const Vec3d& chin);
 
 // The convex outline of a head without its neck, for TorsoFrame. vertices, chin: head frame, m.
-std::vector<Vec2d> head_outline(const std::vector<Vec3f>& vertices, const Vec3d& chin,
-                                const Pose& cam_from_head, const Intrinsics& intrinsics);
-
-// True where the convex polygon (any winding) enlarged by the margin holds the place. Empty: false.
-bool inside_convex(const std::vector<Vec2d>& polygon, const Vec2d& place, double margin);
+ConvexOutline head_outline(const std::vector<Vec3f>& vertices, const Vec3d& chin, const Pose& cam_from_head,
+                           const Intrinsics& intrinsics);
 
 }  // namespace likeness

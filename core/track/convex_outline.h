@@ -1,0 +1,26 @@
+// The convex outline of points in a picture, and whether a place lies in it.
+#pragma once
+
+#include <Eigen/Geometry>
+#include <vector>
+
+#include "core/base/linalg.h"
+
+namespace likeness {
+
+struct ConvexOutline {
+  std::vector<Vec2d> corners;  // px; fewer than 3: nothing is inside
+  // Unit normals outwards and their offsets: inside where normal . place <= offset for each.
+  std::vector<Vec2d> normals;
+  std::vector<double> offsets;
+  Eigen::AlignedBox2d box;
+
+  bool empty() const { return corners.empty(); }
+};
+
+ConvexOutline convex_outline(std::vector<Vec2d> points);
+
+// True where the outline, every side moved outwards by the margin (px), holds the place.
+bool holds(const ConvexOutline& outline, const Vec2d& place, double margin);
+
+}  // namespace likeness
