@@ -165,6 +165,7 @@ void add_drive_command(CLI::App& program, int& exit_code) {
   verb->add_option("video", a->request.video, "The driving clip")->required();
   verb->add_option("--out", a->film.out, "FILE.mp4, or a folder for a PNG sequence")->required();
   verb->add_option("--gain", a->gains, "NAME=GAIN: more or less of an action; may be repeated");
+  add_quality_option(*verb, a->film.quality);
   verb->add_flag("--unclamped", a->unclamped, "Also what the avatar's capture never showed");
   verb->add_flag("--keep-head", a->keep_head, "Only the face moves, the head stays");
   verb->add_flag("--smooth", a->request.options.smooth, "Steadier, with a little lag (one-euro filter)");

@@ -28,7 +28,7 @@ nlohmann::json number(const std::optional<double>& value) {
   return value ? number(*value) : nlohmann::json(nullptr);
 }
 
-nlohmann::json to_json(const Evaluation& e, const Avatar& avatar, bool up_to_date) {
+nlohmann::json to_json(const Evaluation& e, const Avatar& avatar, RenderQuality quality, bool up_to_date) {
   nlohmann::json frames = nlohmann::json::array();
   for (const FrameScore& f : e.frames) {
     frames.push_back({{"frame", f.frame},
@@ -63,6 +63,7 @@ nlohmann::json to_json(const Evaluation& e, const Avatar& avatar, bool up_to_dat
           {"backend", "cpu"},
           {"head_model", avatar.head_model_name},
           {"train_seconds", avatar.train_seconds},
+          {"quality", kRenderQualities[int(quality)]},
           {"render_fps", e.render_fps},
           {"samples_per_ray", e.samples_per_ray},
           {"frames", frames}};
@@ -95,7 +96,7 @@ int run(const EvalArguments& arguments) {
                project->folder.string());
   }
   if (arguments.common.json) {
-    print_json(to_json(e, *avatar, up_to_date));
+    print_json(to_json(e, *avatar, arguments.options.quality, up_to_date));
     return kExitDone;
   }
   fmt::print("{} held-out frames ({} split), {} px\n", e.frames_test, e.split, e.size);
@@ -126,6 +127,7 @@ void add_eval_command(CLI::App& program, int& exit_code) {
       ->check(CLI::ExistingDirectory);
   verb->add_option("--pictures", a->options.pictures, "Folder for PNGs: truth, avatar, difference");
   verb->add_option("--video", a->options.video, "mp4 of the same");
+  add_quality_option(*verb, a->options.quality);
   verb->add_flag(
       "--refit", a->options.refit,
       "Also fit pose and expression of every frame to the frozen field, to see what tracking hides");

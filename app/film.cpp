@@ -160,7 +160,8 @@ Result<int> write_film(const OpenedAvatar& opened, const Film& film, const FilmO
     const FilmPose& pose = film.poses[i];
     const RenderedFrame frame =
         render_frame(avatar, film.cameras[i],
-                     pose_avatar(rig, {pose.world_from_head, pose.world_from_torso, pose.articulation, {}}));
+                     pose_avatar(rig, {pose.world_from_head, pose.world_from_torso, pose.articulation, {}}),
+                     render_options(options.quality));
     Image8 shown = options.alpha
                        ? straight_alpha(frame.rgba)
                        : to_bytes(composite(frame.rgba, on_plate ? avatar.plate : Image8{}, *colour));

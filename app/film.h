@@ -13,6 +13,7 @@
 #include "core/head/head_model.h"
 #include "core/project/project.h"
 #include "core/render/avatar.h"
+#include "core/render/render.h"
 
 namespace likeness::app {
 
@@ -39,7 +40,8 @@ struct FilmOptions {
   std::filesystem::path out;  // .mp4, .png, or a folder
   std::string background;     // "plate", a colour such as #e8e8e8, or empty: see below
   bool camera_rests = true;   // what an empty background depends on: the plate holds for a resting camera
-  bool alpha = false;         // transparent background, PNG only
+  RenderQuality quality = RenderQuality::final;
+  bool alpha = false;  // transparent background, PNG only
   double frames_per_second = 25;
   int beside_width = 0;  // px; > 0: `beside` gives a picture of this width for the left of every frame
   std::function<Result<Image8>(std::size_t frame)> beside;

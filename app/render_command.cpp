@@ -31,6 +31,7 @@ struct RenderArguments {
   int frames = 0;  // 0 = as the path needs
   std::vector<std::string> expressions;
   std::vector<double> pose_deg;  // yaw, pitch, roll
+  RenderQuality quality = RenderQuality::final;
   bool alpha = false, list_actions = false;
 };
 
@@ -128,6 +129,7 @@ FilmOptions film_options(const RenderArguments& arguments) {
   options.background = arguments.background;
   options.camera_rests = arguments.camera == "still";
   options.alpha = arguments.alpha;
+  options.quality = arguments.quality;
   options.frames_per_second = arguments.frames_per_second;
   return options;
 }
@@ -220,6 +222,7 @@ void add_render_command(CLI::App& program, int& exit_code) {
   verb->add_option("--background", a->background, "plate, or a colour such as #e8e8e8");
   verb->add_option("--drive", a->drive,
                    "A clip whose performance the avatar takes over (see likeness drive)");
+  add_quality_option(*verb, a->quality);
   verb->add_flag("--alpha", a->alpha, "Transparent background (PNG only)");
   verb->add_flag("--list-actions", a->list_actions, "Only list the named actions and what was seen of them");
   add_common_options(*verb, a->common);

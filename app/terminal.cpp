@@ -4,6 +4,7 @@
 #include <fcntl.h>
 #include <signal.h>
 #include <unistd.h>
+#include <map>
 
 #include <algorithm>
 #include <cerrno>
@@ -36,6 +37,12 @@ std::string duration_text(double seconds) {
 }
 
 }  // namespace
+
+void add_quality_option(CLI::App& verb, RenderQuality& quality) {
+  verb.add_option("--quality", quality, "final, or preview: faster and a little softer")
+      ->transform(CLI::CheckedTransformer(std::map<std::string, RenderQuality>{
+          {kRenderQualities[0], RenderQuality::final}, {kRenderQualities[1], RenderQuality::preview}}));
+}
 
 void add_common_options(CLI::App& verb, CommonOptions& options) {
   verb.add_flag("--json", options.json, "Print the result as JSON on stdout");

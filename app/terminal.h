@@ -12,6 +12,7 @@
 
 #include "core/base/progress.h"
 #include "core/base/result.h"
+#include "core/render/render.h"
 
 namespace likeness::app {
 
@@ -24,6 +25,7 @@ struct CommonOptions {
   std::uint64_t seed = 0;
 };
 void add_common_options(CLI::App& verb, CommonOptions& options);
+void add_quality_option(CLI::App& verb, RenderQuality& quality);  // --quality final | preview
 
 // What a stop leaves behind: the stages of a project go on where they were, a file is whole or absent.
 enum class StoppedWork { lost, kept };

@@ -111,6 +111,59 @@ void blend_columns(const std::vector<float>& row, const AxisFilter& filter, std:
 
 }  // namespace
 
+namespace {
+
+// Four neighbours of a place along an axis, and their weights.
+struct SplineTap {
+  int at[4];
+  float weight[4];
+};
+
+std::vector<SplineTap> spline_taps(int from, int to) {
+  std::vector<SplineTap> taps(static_cast<std::size_t>(to));
+  for (int i = 0; i < to; ++i) {
+    const double x = (i + 0.5) * from / to - 0.5;
+    const int base = int(std::floor(x));
+    const auto t = float(x - base);
+    SplineTap& tap = taps[std::size_t(i)];
+    for (int k = 0; k < 4; ++k) tap.at[k] = std::clamp(base - 1 + k, 0, from - 1);
+    tap.weight[0] = t * (-0.5f + t * (1 - 0.5f * t));
+    tap.weight[1] = 1 + t * t * (-2.5f + 1.5f * t);
+    tap.weight[2] = t * (0.5f + t * (2 - 1.5f * t));
+    tap.weight[3] = t * t * (-0.5f + 0.5f * t);
+  }
+  return taps;
+}
+
+float spline(const SplineTap& tap, const float* values, std::size_t stride) {
+  const float v[4] = {values[std::size_t(tap.at[0]) * stride], values[std::size_t(tap.at[1]) * stride],
+                      values[std::size_t(tap.at[2]) * stride], values[std::size_t(tap.at[3]) * stride]};
+  const float sum = tap.weight[0] * v[0] + tap.weight[1] * v[1] + tap.weight[2] * v[2] + tap.weight[3] * v[3];
+  return std::clamp(sum, std::min({v[0], v[1], v[2], v[3]}), std::max({v[0], v[1], v[2], v[3]}));
+}
+
+}  // namespace
+
+Image enlarge(const Image& image, int width, int height) {
+  LIKENESS_CHECK(!image.empty() && width >= image.width && height >= image.height,
+                 "enlarging %d x %d to %d x %d", image.width, image.height, width, height);
+  const std::vector<SplineTap> across = spline_taps(image.width, width),
+                               down = spline_taps(image.height, height);
+  const auto channels = std::size_t(image.channels), row = std::size_t(image.width) * channels;
+  Image result(width, height, image.channels);
+  parallel_ranges(std::size_t(height), 16, [&](std::size_t begin, std::size_t end) {
+    std::vector<float> between(row);
+    for (std::size_t y = begin; y < end; ++y) {
+      for (std::size_t i = 0; i < row; ++i) between[i] = spline(down[y], image.data.data() + i, row);
+      float* out = result.at(0, int(y));
+      for (int x = 0; x < width; ++x)
+        for (std::size_t c = 0; c < channels; ++c)
+          *out++ = spline(across[std::size_t(x)], between.data() + c, channels);
+    }
+  });
+  return result;
+}
+
 Image8 resize(const Image8& image, int width, int height) {
   LIKENESS_CHECK(!image.empty() && width > 0 && height > 0, "resize of %d x %d to %d x %d", image.width,
                  image.height, width, height);

@@ -32,5 +32,8 @@ Image8 to_bytes(const Image& image);  // rounds and clamps
 Image8 crop(const Image8& image, int x, int y, int width, int height);
 // Area filtering when shrinking, bilinear when enlarging; done on the encoded values.
 Image8 resize(const Image8& image, int width, int height);
+// A larger picture by Catmull-Rom splines, which pass through the given pixels and keep edges sharp; kept
+// between the least and the most of the four neighbours, so that there is no ringing.
+Image enlarge(const Image& image, int width, int height);
 
 }  // namespace likeness

@@ -150,8 +150,32 @@ BandCount render_all(const Scene& scene, float* out) {
 
 }  // namespace
 
+RenderOptions render_options(RenderQuality quality) {
+  RenderOptions options;
+  if (quality == RenderQuality::preview) {
+    options.max_samples = 8;
+    options.stop_transmittance = 0.02f;
+    options.reduce = 2;
+  }
+  return options;
+}
+
 RenderedFrame render_frame(const Avatar& avatar, const Camera& camera, const RenderState& state,
                            const RenderOptions& options) {
+  if (options.reduce > 1) {
+    Camera fewer = camera;
+    Intrinsics& k = fewer.intrinsics;
+    const int width = (k.width + options.reduce - 1) / options.reduce,
+              height = (k.height + options.reduce - 1) / options.reduce;
+    const double sx = double(width) / k.width, sy = double(height) / k.height;
+    k.width = width, k.height = height;
+    k.fx *= sx, k.cx *= sx, k.fy *= sy, k.cy *= sy;
+    RenderOptions whole = options;
+    whole.reduce = 1;
+    RenderedFrame frame = render_frame(avatar, fewer, state, whole);
+    frame.rgba = enlarge(frame.rgba, camera.intrinsics.width, camera.intrinsics.height);
+    return frame;
+  }
   Scene scene = make_scene(avatar, camera, state, options);
   scene.directions = pixel_directions(camera.intrinsics);
   RenderedFrame frame;
@@ -163,6 +187,7 @@ RenderedFrame render_frame(const Avatar& avatar, const Camera& camera, const Ren
 
 std::vector<float> render_pixels(const Avatar& avatar, const Camera& camera, const RenderState& state,
                                  std::span<const std::uint32_t> pixels, const RenderOptions& options) {
+  LIKENESS_CHECK(options.reduce == 1, "single pixels are rendered whole, not reduced by %d", options.reduce);
   Scene scene = make_scene(avatar, camera, state, options);
   const auto width = std::uint32_t(camera.intrinsics.width);
   for (const std::uint32_t pixel : pixels)

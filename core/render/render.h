@@ -23,7 +23,16 @@ struct RenderOptions {
   int max_samples = 16;  // per ray, head and torso together
   float stop_transmittance = 1e-4f;
   float min_step = 0.0015f;  // m between samples of one ray, at least
+  int reduce = 1;            // one ray for reduce x reduce pixels, the picture enlarged from that
 };
+
+// The quality ladder. `likeness eval --quality` says how fast each is and how near to the truth.
+enum class RenderQuality {
+  final,   // a ray a pixel, 16 samples
+  preview  // a ray for 2 x 2 pixels, 8 samples, rays end where a fiftieth of the light is left
+};
+inline constexpr const char* kRenderQualities[] = {"final", "preview"};
+RenderOptions render_options(RenderQuality quality);
 
 struct RenderedFrame {
   Image rgba;                  // (h, w, 4) sRGB-encoded, premultiplied alpha

@@ -173,6 +173,7 @@ Result<Evaluation> evaluate(const Project& project, const EvalOptions& options, 
     video.emplace(std::move(*writer));
   }
 
+  const RenderOptions quality = render_options(options.quality);
   Evaluation result;
   result.split = capture.split;
   result.size = capture.size;
@@ -202,7 +203,7 @@ Result<Evaluation> evaluate(const Project& project, const EvalOptions& options, 
     const auto start = std::chrono::steady_clock::now();
     const AvatarPose pose{tracked->world_from_head, tracked->world_from_torso, tracked->articulation,
                           tracked->torso_shape};
-    const RenderedFrame rendered = render_frame(avatar, *camera, pose_avatar(rig, pose));
+    const RenderedFrame rendered = render_frame(avatar, *camera, pose_avatar(rig, pose), quality);
     render_s += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
     samples += rendered.samples_per_ray;
     const bool has_plate = !avatar.plate.empty() && std::ranges::binary_search(plate_info.frames, frame);
@@ -221,8 +222,8 @@ Result<Evaluation> evaluate(const Project& project, const EvalOptions& options, 
     if (options.refit) {
       const FieldFit fit =
           fit_to_field(avatar, rig, *camera, {&*truth, &plate, &regions->head}, pose, {}, {});
-      const RenderedFrame again =
-          render_frame(avatar, *camera, pose_avatar(rig, changed_pose(pose, avatar.condition, fit.change)));
+      const RenderedFrame again = render_frame(
+          avatar, *camera, pose_avatar(rig, changed_pose(pose, avatar.condition, fit.change)), quality);
       refitted.push_back(score_picture(a, to_float(to_bytes(composite(again.rgba, plate))), *regions, frame));
       refit_numbers = int(fit.change.size());
     }

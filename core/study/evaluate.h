@@ -13,6 +13,7 @@
 #include "core/base/progress.h"
 #include "core/base/result.h"
 #include "core/project/project.h"
+#include "core/render/render.h"
 
 namespace likeness {
 
@@ -23,6 +24,7 @@ struct EvalOptions {
   // Where held-out frames go as PNG (truth | avatar | difference x 4), and as mp4; empty = not written.
   std::filesystem::path pictures;
   std::filesystem::path video;
+  RenderQuality quality = RenderQuality::final;
   bool refit = false;  // also fit every frame's pose and expression to the frozen field; about 3 s a frame
 };
 

@@ -87,6 +87,31 @@ TEST(Resize, AConstantPictureStaysConstant) {
   }
 }
 
+TEST(Enlarge, KeepsRampsInsideAndNeverRings) {
+  Image ramp(8, 6, 2), step(8, 6, 2);
+  for (int y = 0; y < 6; ++y)
+    for (int x = 0; x < 8; ++x) {
+      ramp.at(x, y)[0] = float(x), ramp.at(x, y)[1] = float(y);
+      step.at(x, y)[0] = x < 4 ? 0.f : 1.f, step.at(x, y)[1] = y < 3 ? 1.f : 0.f;
+    }
+  const Image large = enlarge(ramp, 16, 13), edge = enlarge(step, 16, 13);
+  for (int y = 0; y < 13; ++y)
+    for (int x = 0; x < 16; ++x) {
+      const double at_x = (x + 0.5) / 2 - 0.5, at_y = (y + 0.5) * 6 / 13 - 0.5;
+      if (at_x >= 1 && at_x <= 6) {
+        EXPECT_NEAR(large.at(x, y)[0], at_x, 1e-5);
+      }
+      if (at_y >= 1 && at_y <= 4) {
+        EXPECT_NEAR(large.at(x, y)[1], at_y, 1e-5);
+      }
+      for (int c = 0; c < 2; ++c) {
+        EXPECT_GE(edge.at(x, y)[c], 0);
+        EXPECT_LE(edge.at(x, y)[c], 1);
+      }
+    }
+  EXPECT_EQ(enlarge(step, 8, 6).data, step.data);
+}
+
 TEST(Resize, ToTheSameSizeChangesNothing) {
   const Image8 image = noise(19, 23, 3);
   EXPECT_EQ(resize(image, 19, 23).data, image.data);

@@ -64,6 +64,30 @@ TEST(RenderFrame, StoppingEarlyChangesNoPixelVisibly) {
   EXPECT_LE(full.samples_per_ray, 16.0);
 }
 
+TEST(RenderFrame, APreviewIsNearTheFinalPictureAndOfItsSize) {
+  const Avatar a = tiny_avatar();
+  Camera camera = typical_camera(a);
+  camera.intrinsics.width -= 1;  // odd sizes, too
+  const RenderState state = typical_state(a);
+  const Image whole = render_frame(a, camera, state, render_options(RenderQuality::final)).rgba;
+  const Image quick = render_frame(a, camera, state, render_options(RenderQuality::preview)).rgba;
+  ASSERT_EQ(quick.width, whole.width);
+  ASSERT_EQ(quick.height, whole.height);
+  double squares = 0;
+  for (std::size_t i = 0; i < whole.data.size(); ++i) squares += std::pow(whole.data[i] - quick.data[i], 2);
+  EXPECT_LT(std::sqrt(squares / double(whole.data.size())), 0.12);  // hard edges, a few pixels in all
+  const auto middle = [](const Image& image) {
+    Vec2d sum(0, 0);
+    double weight = 0;
+    for (int y = 0; y < image.height; ++y)
+      for (int x = 0; x < image.width; ++x)
+        sum += image.at(x, y)[3] * Vec2d(x, y), weight += double(image.at(x, y)[3]);
+    EXPECT_GT(weight, 30);
+    return Vec2d(sum / weight);
+  };
+  EXPECT_LT((middle(whole) - middle(quick)).norm(), 0.3);
+}
+
 TEST(RenderFrame, IsTransparentWhereNoCellIsSeen) {
   Avatar a = tiny_avatar();
   a.head.occupancy = make_occupancy(8, false);
