@@ -91,6 +91,100 @@ void mark_bricks(const OccupancyGrid& grid, std::vector<std::uint8_t>& bricks) {
       }
 }
 
+// A ray's way through cells, in units of cells.
+struct CellWalk {
+  float origin[3], direction[3];
+  float next[3], delta[3];  // distance (m) at which the ray leaves its cell along an axis; between two such
+  int cell[3], step[3], n = 0;
+
+  CellWalk(const FieldRay& ray, int resolution, float near) : n(resolution) {
+    for (int a = 0; a < 3; ++a) {
+      origin[a] = ray.origin[a] * float(n), direction[a] = ray.direction[a] * float(n);
+      cell[a] = std::clamp(int(std::floor(origin[a] + near * direction[a])), 0, n - 1);
+      step[a] = direction[a] > 0 ? 1 : -1;
+      enter(a);
+    }
+  }
+  bool runs_along(int a) const { return std::abs(direction[a]) >= 1e-9f; }
+  void enter(int a) {
+    next[a] = delta[a] = std::numeric_limits<float>::infinity();
+    if (!runs_along(a)) return;
+    delta[a] = std::abs(1 / direction[a]);
+    next[a] = (float(cell[a] + (direction[a] > 0)) - origin[a]) / direction[a];
+  }
+  float leaves_cell() const { return std::min({next[0], next[1], next[2]}); }
+  // False beyond the grid.
+  bool to_next_cell() {
+    int axis = next[0] < next[1] ? 0 : 1;
+    if (next[2] < next[axis]) axis = 2;
+    cell[axis] += step[axis];
+    next[axis] += delta[axis];
+    return cell[axis] >= 0 && cell[axis] < n;
+  }
+  // From distance t to the cell behind the brick: exact along the axis it is left by, inside the brick along
+  // the others. Returns that distance; infinity beyond the grid.
+  float to_next_brick(const int (&brick)[3], float t) {
+    constexpr float kNever = std::numeric_limits<float>::infinity();
+    int axis = -1;
+    float leave = kNever;
+    for (int a = 0; a < 3; ++a) {
+      if (!runs_along(a)) continue;
+      const float out = (float((brick[a] + (direction[a] > 0)) * kBrick) - origin[a]) / direction[a];
+      if (out < leave) leave = out, axis = a;
+    }
+    if (axis < 0) return kNever;
+    t = std::max(t, leave);
+    for (int a = 0; a < 3; ++a) {
+      const int first = brick[a] * kBrick, last = std::min(n, first + kBrick) - 1;
+      cell[a] = a != axis          ? std::clamp(int(std::floor(origin[a] + t * direction[a])), first, last)
+                : direction[a] > 0 ? first + kBrick
+                                   : first - 1;
+      if (cell[a] < 0 || cell[a] >= n) return kNever;
+      enter(a);
+    }
+    return t;
+  }
+};
+
+// What cells and bricks hold, the neck bent.
+struct CellContents {
+  const MarchVolume& volume;
+  const OccupancyGrid* core;  // or null
+  const NeckBend* bend;       // null: nothing is bent
+  float top = 0;              // of the neck, cells
+  Eigen::AlignedBox3f box{};  // of what is bent, cells
+
+  CellContents(const MarchVolume& v, const MarchNeck* neck) : volume(v), core(nullptr), bend(nullptr) {
+    const int n = volume.occupancy->resolution;
+    if (volume.core && volume.core->resolution == n) core = volume.core;
+    if (!neck || neck->bend->straight) return;
+    bend = neck->bend;
+    top = bend->top * float(n);
+    box = {neck->box.min() * float(n), neck->box.max() * float(n)};
+  }
+  bool is_empty(const int (&brick)[3]) const {
+    if (volume.bricks.empty()) return false;
+    const auto m = std::size_t(bricks_along(volume.occupancy->resolution));
+    if (volume.bricks[(std::size_t(brick[2]) * m + std::size_t(brick[1])) * m + std::size_t(brick[0])])
+      return false;
+    if (!bend || float(brick[1] * kBrick) >= top) return true;
+    for (int a = 0; a < 3; ++a)
+      if (float((brick[a] + 1) * kBrick) < box.min()[a] || float(brick[a] * kBrick) > box.max()[a])
+        return true;
+    return false;
+  }
+  CellContent at(const int (&cell)[3]) const {
+    const OccupancyGrid& occupancy = *volume.occupancy;
+    const bool own = occupancy.occupied(cell[0], cell[1], cell[2]);
+    if (bend && float(cell[1]) + 0.5f < top) {
+      const Vec3f centre(float(cell[0]) + 0.5f, float(cell[1]) + 0.5f, float(cell[2]) + 0.5f);
+      return own || box.contains(centre) ? content_of_neck(*bend, volume, core, cell) : CellContent{};
+    }
+    return {own, core && core->occupied(cell[0], cell[1], cell[2]),
+            volume.opacity.empty() ? std::uint8_t(0) : volume.opacity[index_of(occupancy.resolution, cell)]};
+  }
+};
+
 // The walk through the cells (Amanatides & Woo 1987), over empty bricks in one step. visit(near, far,
 // opacity) is called for every occupied cell and ends the walk by false; returns as occupied_intervals.
 template <class Visit>
@@ -98,86 +192,28 @@ float walk_cells(const FieldRay& ray, const MarchVolume& volume, const MarchNeck
                  const Visit& visit) {
   const Interval inside = cube_interval(ray, near, far);
   if (inside.far <= inside.near) return far;
-  const OccupancyGrid& occupancy = *volume.occupancy;
-  const int n = occupancy.resolution, m = bricks_along(n);
-  if (n == 0) {
+  if (volume.occupancy->resolution == 0) {
     visit(inside.near, inside.far, std::uint8_t(0));
     return far;
   }
-  const OccupancyGrid* core = volume.core && volume.core->resolution == n ? volume.core : nullptr;
-  const bool bent = neck && !neck->bend->straight;
-  const float scale = float(n), neck_top = bent ? neck->bend->top * scale : 0;
-  const Eigen::AlignedBox3f box =
-      bent ? Eigen::AlignedBox3f(neck->box.min() * scale, neck->box.max() * scale) : Eigen::AlignedBox3f();
-  float o[3], d[3], next[3], delta[3];  // next: where the ray leaves its cell along an axis
-  int cell[3], step[3];
-  const auto enter = [&](int a) {
-    if (std::abs(d[a]) < 1e-9f)
-      next[a] = delta[a] = std::numeric_limits<float>::infinity();
-    else
-      delta[a] = std::abs(1 / d[a]), next[a] = (float(cell[a] + (d[a] > 0)) - o[a]) / d[a];
-  };
-  for (int a = 0; a < 3; ++a) {
-    o[a] = ray.origin[a] * scale, d[a] = ray.direction[a] * scale;
-    cell[a] = std::clamp(int(std::floor(o[a] + inside.near * d[a])), 0, n - 1);
-    step[a] = d[a] > 0 ? 1 : -1;
-    enter(a);
-  }
-  const auto brick_is_empty = [&](const int(&brick)[3]) {
-    if (volume.bricks[(std::size_t(brick[2]) * m + brick[1]) * m + brick[0]]) return false;
-    if (!bent || float(brick[1] * kBrick) >= neck_top) return true;
-    for (int a = 0; a < 3; ++a)
-      if (float((brick[a] + 1) * kBrick) < box.min()[a] || float(brick[a] * kBrick) > box.max()[a])
-        return true;
-    return false;
-  };
-  const auto content = [&]() -> CellContent {
-    const bool own = occupancy.occupied(cell[0], cell[1], cell[2]);
-    if (bent && float(cell[1]) + 0.5f < neck_top) {
-      const Vec3f centre(float(cell[0]) + 0.5f, float(cell[1]) + 0.5f, float(cell[2]) + 0.5f);
-      return own || box.contains(centre) ? content_of_neck(*neck->bend, volume, core, cell) : CellContent{};
-    }
-    return {own, core && core->occupied(cell[0], cell[1], cell[2]),
-            volume.opacity.empty() ? std::uint8_t(0) : volume.opacity[index_of(n, cell)]};
-  };
-  float t = inside.near;
-  int last_brick[3] = {-1, -1, -1};
-  while (t < inside.far) {
-    const int brick[3] = {cell[0] / kBrick, cell[1] / kBrick, cell[2] / kBrick};
-    if (brick[0] != last_brick[0] || brick[1] != last_brick[1] || brick[2] != last_brick[2]) {
-      std::copy(brick, brick + 3, last_brick);
-      if (!volume.bricks.empty() && brick_is_empty(brick)) {
-        // -- To the cell behind the brick: exact along the axis it is left by, inside the brick along the
-        // others.
-        int axis = -1;
-        float leave = std::numeric_limits<float>::infinity();
-        for (int a = 0; a < 3; ++a) {
-          if (std::abs(d[a]) < 1e-9f) continue;
-          const float out = (float((brick[a] + (d[a] > 0)) * kBrick) - o[a]) / d[a];
-          if (out < leave) leave = out, axis = a;
-        }
-        t = std::max(t, leave);
-        if (axis < 0 || t >= inside.far) break;
-        for (int a = 0; a < 3; ++a) {
-          cell[a] = a != axis ? std::clamp(int(std::floor(o[a] + t * d[a])), brick[a] * kBrick,
-                                           std::min(n, (brick[a] + 1) * kBrick) - 1)
-                              : (d[a] > 0 ? (brick[a] + 1) * kBrick : brick[a] * kBrick - 1);
-          if (cell[a] < 0 || cell[a] >= n) return far;
-          enter(a);
-        }
+  const CellContents contents(volume, neck);
+  CellWalk walk(ray, volume.occupancy->resolution, inside.near);
+  int known[3] = {-1, -1, -1};  // the brick the ray was in, which is not empty
+  for (float t = inside.near; t < inside.far;) {
+    const int brick[3] = {walk.cell[0] / kBrick, walk.cell[1] / kBrick, walk.cell[2] / kBrick};
+    if (!std::equal(brick, brick + 3, known)) {
+      if (contents.is_empty(brick)) {
+        t = walk.to_next_brick(brick, t);
         continue;
       }
+      std::copy(brick, brick + 3, known);
     }
-    const CellContent found = content();
+    const CellContent found = contents.at(walk.cell);
     if (found.core) return t;
-    int axis = next[0] < next[1] ? 0 : 1;
-    if (next[2] < next[axis]) axis = 2;
-    const float leave = std::min(std::max(next[axis], t), inside.far);
+    const float leave = std::min(std::max(walk.leaves_cell(), t), inside.far);
     if (found.occupied && leave > t && !visit(t, leave, found.opacity)) return far;
     t = leave;
-    cell[axis] += step[axis];
-    if (cell[axis] < 0 || cell[axis] >= n) break;
-    next[axis] += delta[axis];
+    if (!walk.to_next_cell()) break;
   }
   return far;
 }
