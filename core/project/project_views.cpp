@@ -61,7 +61,7 @@ Result<void> load_pictures(const Project& project, TrainingView& view) {
 
 }  // namespace
 
-Result<TrainingSet> load_training_set(const Project& project, const HeadModel& model) {
+Result<TrainingSet> load_training_views(const Project& project, const HeadModel& model) {
   const auto capture = read_capture(capture_path(project));
   if (!capture) return capture.error();
   const auto cameras = read_cameras(cameras_path(project));
@@ -110,11 +110,22 @@ Result<TrainingSet> load_training_set(const Project& project, const HeadModel& m
                  "Film again facing the camera in even light, or use a longer clip.",
                  project.folder.string()};
   }
+  return set;
+}
+
+Result<void> load_training_pictures(const Project& project, TrainingSet& set) {
   std::vector<Result<void>> loaded(set.views.size());
   parallel_for(set.views.size(), [&](std::size_t i) { loaded[i] = load_pictures(project, set.views[i]); });
   for (const auto& outcome : loaded) {
     if (!outcome) return outcome.error();
   }
+  return {};
+}
+
+Result<TrainingSet> load_training_set(const Project& project, const HeadModel& model) {
+  auto set = load_training_views(project, model);
+  if (!set) return set.error();
+  if (const auto loaded = load_training_pictures(project, *set); !loaded) return loaded.error();
   return set;
 }
 

@@ -22,6 +22,9 @@ std::optional<Camera> picture_camera(const Capture& capture, const CameraSet& ca
 Result<void> check_track_fits(const Track& track, const HeadModel& model);
 
 // Training views (used frames with a good or weak track), plate and person of a project.
+// All but the pictures, which load_training_pictures adds.
+Result<TrainingSet> load_training_views(const Project& project, const HeadModel& model);
+Result<void> load_training_pictures(const Project& project, TrainingSet& set);
 Result<TrainingSet> load_training_set(const Project& project, const HeadModel& model);
 
 }  // namespace likeness

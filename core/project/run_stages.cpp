@@ -7,6 +7,7 @@
 
 #include "core/base/files.h"
 #include "core/base/hash.h"
+#include "core/base/memory.h"
 #include "core/camera/align.h"
 #include "core/capture/capture.h"
 #include "core/head/builtin_head.h"
@@ -14,6 +15,7 @@
 #include "core/matte/matte.h"
 #include "core/project/project_views.h"
 #include "core/track/track_clip.h"
+#include "core/train/memory_forecast.h"
 
 namespace likeness {
 
@@ -206,7 +208,7 @@ Result<void> run_train(const StageContext& context) {
   const ProjectOptions& o = context.project.options;
   const auto model = project_head_model(o);
   if (!model) return model.error();
-  const auto set = load_training_set(context.project, *model);
+  auto set = load_training_views(context.project, *model);
   if (!set) return set.error();
   TrainOptions options;
   options.budget_s = o.budget_s;
@@ -218,6 +220,12 @@ Result<void> run_train(const StageContext& context) {
   options.refine_track = o.refine_track;
   options.use_latent = o.use_latent;
   options.use_occupancy = o.use_occupancy;
+  const MemoryForecast forecast = forecast_memory(*set, options);
+  context.progress.report(0, fmt::format("training takes about {:.1f} GiB of memory",
+                                         double(forecast.total()) / double(1ull << 30)));
+  if (const auto available = available_memory())
+    if (const auto enough = check_memory(forecast, *available); !enough) return enough.error();
+  if (const auto loaded = load_training_pictures(context.project, *set); !loaded) return loaded.error();
   auto avatar = train_avatar(*set, options, checkpoint_path(context.project), context.progress,
                              context.observer.training, context.stop);
   if (!avatar) return avatar.error();

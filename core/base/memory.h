@@ -1,0 +1,13 @@
+// How much memory a program may still take.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+
+namespace likeness {
+
+// Bytes free for new allocations without swapping: what the system has, and no more than the program's
+// control group allows it. nullopt where the system does not say.
+std::optional<std::uint64_t> available_memory();
+
+}  // namespace likeness

@@ -1,0 +1,49 @@
+#include "core/train/memory_forecast.h"
+
+#include <fmt/format.h>
+
+#include "core/train/capture_summary.h"
+
+namespace likeness {
+namespace {
+
+// Beside what grows with the clip: two fields with gradients and moments, twice (a copy is kept to go back
+// to), and the program with its head model.
+constexpr std::uint64_t kEngine = 420ull << 20;
+constexpr std::uint64_t kSample = 1600;  // of a step: features, hidden layers, gradients, place
+constexpr int kMostSamples = 16;         // a ray
+
+double gib(std::uint64_t bytes) { return double(bytes) / double(1ull << 30); }
+
+}  // namespace
+
+MemoryForecast forecast_memory(std::size_t views, int size, const WarpFrame& warp,
+                               const TrainOptions& options) {
+  MemoryForecast forecast;
+  forecast.pictures = views * std::uint64_t(size) * std::uint64_t(size) * 4;
+  const auto nodes =
+      std::uint64_t(warp.nodes[0]) * std::uint64_t(warp.nodes[1]) * std::uint64_t(warp.nodes[2]);
+  if (options.use_warp) forecast.lattices = views * nodes * 3 * sizeof(std::int16_t);
+  forecast.engine = kEngine + std::uint64_t(options.rays_per_step) * kMostSamples * kSample;
+  return forecast;
+}
+
+MemoryForecast forecast_memory(const TrainingSet& set, const TrainOptions& options) {
+  const WarpFrame warp =
+      options.use_warp && !set.views.empty()
+          ? make_warp_frame(set.model, shape_head(set.model, set.person), typical_articulation(set))
+          : WarpFrame{};
+  return forecast_memory(set.views.size(), set.size, warp, options);
+}
+
+Result<void> check_memory(const MemoryForecast& forecast, std::uint64_t available) {
+  if (forecast.total() <= available) return {};
+  return Error{
+      ErrorCode::failed,
+      fmt::format("Training would take about {:.1f} GiB of memory ({:.1f} for the pictures, {:.1f} for the "
+                  "face's motion), and {:.1f} GiB are free.",
+                  gib(forecast.total()), gib(forecast.pictures), gib(forecast.lattices), gib(available)),
+      "Close other programs, build with a smaller --size, or use a shorter clip.", "training"};
+}
+
+}  // namespace likeness
