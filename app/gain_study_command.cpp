@@ -113,7 +113,7 @@ int run(const GainStudyArguments& a) {
   }
   nlohmann::json list = nlohmann::json::array();
   for (const GainRow& row : **rows) list.push_back(to_json(row));
-  print_json({{"steps", a.options.steps}, {"rows", list}});
+  print_json({{"steps", a.options.steps}, {"rays", a.options.rays}, {"rows", list}});
   return kExitDone;
 }
 
@@ -133,6 +133,7 @@ void add_gain_study(CLI::App& study, int& exit_code) {
                    fmt::format("Rows of the table, of: {}; default: all", fmt::join(names, ", ")));
   verb->add_option("--steps", a->options.steps, "Training steps of each")
       ->check(CLI::Range(std::uint64_t(1), std::uint64_t(1'000'000)));
+  verb->add_option("--rays", a->options.rays, "Rays of each step")->check(CLI::Range(1, 1'000'000));
   verb->add_option("--seeds", a->options.seeds, "Trainings of each, with seeds from --seed on")
       ->check(CLI::Range(1, 20));
   verb->add_flag("--refit", a->options.refit,

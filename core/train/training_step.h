@@ -48,7 +48,7 @@ struct TrainingState {
 };
 
 struct StepOptions {
-  int rays = 4096;
+  int rays = 8192;
   std::uint64_t seed = 0;
   bool use_latent = true, use_occupancy = true;
 };
