@@ -24,8 +24,12 @@ std::optional<std::uint64_t> available_memory() {
   std::optional<std::uint64_t> available;
   while (info >> key >> value && std::getline(info, unit))
     if (key == "MemAvailable:") available = value * 1024;
-  const auto limit = number_in("/sys/fs/cgroup/memory.max"),
-             used = number_in("/sys/fs/cgroup/memory.current");
+  const auto limit = number_in("/sys/fs/cgroup/memory.max");
+  // What programs hold; the cache of files counts against the limit, too, but gives way.
+  std::ifstream group("/sys/fs/cgroup/memory.stat");
+  std::optional<std::uint64_t> used;
+  while (group >> key >> value)
+    if (key == "anon") used = value;
   if (available && limit && used) available = std::min(*available, *limit > *used ? *limit - *used : 0);
   return available;
 }

@@ -15,7 +15,6 @@ struct ConvexOutline {
   std::vector<double> offsets;
   Eigen::AlignedBox2d box;
 
-  bool empty() const { return corners.empty(); }
 };
 
 ConvexOutline convex_outline(std::vector<Vec2d> points);
