@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include "core/scene/warp_lattice.h"
 #include "core/train/capture_summary.h"
 
 namespace likeness {
@@ -17,23 +18,19 @@ double gib(std::uint64_t bytes) { return double(bytes) / double(1ull << 30); }
 
 }  // namespace
 
-MemoryForecast forecast_memory(std::size_t views, int size, const WarpFrame& warp,
-                               const TrainOptions& options) {
+MemoryForecast forecast_memory(const TrainingSet& set, const TrainOptions& options) {
+  const std::uint64_t views = set.views.size(), size = std::uint64_t(set.size);
   MemoryForecast forecast;
-  forecast.pictures = views * std::uint64_t(size) * std::uint64_t(size) * 4;
-  const auto nodes =
-      std::uint64_t(warp.nodes[0]) * std::uint64_t(warp.nodes[1]) * std::uint64_t(warp.nodes[2]);
-  if (options.use_warp) forecast.lattices = views * nodes * 3 * sizeof(std::int16_t);
+  forecast.pictures = views * size * size * 4;
+  if (options.use_warp && views > 0) {
+    const WarpFrame warp =
+        make_warp_frame(set.model, shape_head(set.model, set.person), typical_articulation(set));
+    std::uint64_t nodes = 1;
+    for (const int along : warp.nodes) nodes *= std::uint64_t(along);
+    forecast.lattices = views * nodes * 3 * sizeof(std::int16_t);
+  }
   forecast.engine = kEngine + std::uint64_t(options.rays_per_step) * kMostSamples * kSample;
   return forecast;
-}
-
-MemoryForecast forecast_memory(const TrainingSet& set, const TrainOptions& options) {
-  const WarpFrame warp =
-      options.use_warp && !set.views.empty()
-          ? make_warp_frame(set.model, shape_head(set.model, set.person), typical_articulation(set))
-          : WarpFrame{};
-  return forecast_memory(set.views.size(), set.size, warp, options);
 }
 
 Result<void> check_memory(const MemoryForecast& forecast, std::uint64_t available) {

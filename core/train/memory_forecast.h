@@ -3,7 +3,6 @@
 
 #include <cstdint>
 
-#include "core/scene/warp_lattice.h"
 #include "core/train/train.h"
 
 namespace likeness {
@@ -15,9 +14,6 @@ struct MemoryForecast {
   std::uint64_t total() const { return pictures + lattices + engine; }
 };
 
-// warp: of the canonical face; without nodes none.
-MemoryForecast forecast_memory(std::size_t views, int size, const WarpFrame& warp,
-                               const TrainOptions& options);
 // For a set whose pictures need not be loaded.
 MemoryForecast forecast_memory(const TrainingSet& set, const TrainOptions& options);
 

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "core/base/memory.h"
+#include "core/scene/warp_lattice.h"
 #include "core/train/capture_summary.h"
 #include "tests/core/train/ball_scene.h"
 
