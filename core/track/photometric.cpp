@@ -28,7 +28,6 @@ class ClipRefiner {
               const std::vector<PhotometricFrame>& pictures, const PhotometricOptions& options,
               std::vector<FaceFrame>& faces)
       : model_(model),
-        person_(person),
         head_(head),
         landmark_person_(landmark_person),
         prior_(prior),
@@ -61,7 +60,7 @@ class ClipRefiner {
       for (int l = 0; l < kPictureLevels; ++l)
         samples[l][k] = light_samples(surface_, picture, l, pictures_[i].world_from_cam, state);
       if (lip_gap(head_, landmark_person_, state) > kOpenMouth)
-        count_cavity(model_, person_, surface_, picture, state, &tones[k]);
+        count_cavity(surface_, picture, state, &tones[k]);
     });
     if (stop.stop_requested()) return;
     const int count = surface_.points.points;
@@ -195,7 +194,7 @@ class ClipRefiner {
       FaceObservation read = observation;
       observe_mouth(lips, fitted, &read);
       const FaceState other = solve(read, start);
-      const double gain = mouth_gain(model_, person_, surface_, appearance_, picture, turn, state, other);
+      const double gain = mouth_gain(surface_, appearance_, picture, turn, state, other);
       // Half a way is no answer: the fit did not believe what it was asked to try.
       const double got = lip_gap(head_, landmark_person_, other);
       const bool arrived = std::abs(got - lips.gap_m) < std::abs(got - fitted);
@@ -204,7 +203,7 @@ class ClipRefiner {
       changed_[i] = 1;
     };
     const auto mouth =
-        read_mouth(model_, person_, head_, landmark_person_, surface_, appearance_, picture, turn, state);
+        read_mouth(model_, head_, landmark_person_, surface_, appearance_, picture, turn, state);
     if (!mouth) return state;
     const FaceState shut = with_jaw(model_, state, 0);
     const double least = lip_gap(head_, landmark_person_, shut);
@@ -215,7 +214,6 @@ class ClipRefiner {
   }
 
   const HeadModel& model_;
-  const HeadShape& person_;
   const ReducedHead& head_;
   const ReducedPerson& landmark_person_;
   const ExpressionPrior& prior_;

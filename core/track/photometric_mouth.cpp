@@ -21,10 +21,11 @@ constexpr double kOutlierShare = 0.05;  // of skin pixels: anything may be there
 constexpr double kLeastTones = 400;     // pixels seen inside open mouths before their tones are believed
 
 struct MouthView {
-  Raster raster;
-  std::vector<Triangle> triangles;  // skin's around the mouth, then the interior's, offset by the skin points
-  std::size_t skin_triangles = 0;
+  const MouthSurface& surface;
   PosedSurface posed;
+  Raster raster;
+
+  bool is_skin(int triangle) const { return static_cast<std::size_t>(triangle) < surface.skin_triangles; }
 };
 
 Intrinsics window_of(const FaceSurface& surface, const FacePicture& picture, const FaceState& state) {
@@ -51,21 +52,9 @@ Intrinsics window_of(const FaceSurface& surface, const FacePicture& picture, con
   return window;
 }
 
-MouthView view_mouth(const HeadModel& model, const HeadShape& shape, const FaceSurface& surface,
-                     const Intrinsics& window, const FaceState& state) {
-  MouthView view;
-  view.posed = posed_surface(surface, state.expression, state.jaw);
-  Articulation articulation = neutral_articulation(model);
-  articulation.expression = state.expression.cast<float>();
-  articulation.jaw.x() = static_cast<float>(state.jaw);
-  std::vector<Vec3f> vertices = view.posed.points;
-  const std::vector<Vec3f> inside = pose_head(model, shape, articulation);
-  vertices.insert(vertices.end(), inside.begin(), inside.end());
-  for (int t : surface.mouth) view.triangles.push_back(surface.triangles[t]);
-  view.skin_triangles = view.triangles.size();
-  const Triangle offset = Triangle::Constant(surface.points.points);
-  for (const Triangle& t : surface.interior) view.triangles.push_back(t + offset);
-  view.raster = rasterise(vertices, view.triangles, window, state.cam_from_head);
+MouthView view_mouth(const FaceSurface& surface, const Intrinsics& window, const FaceState& state) {
+  MouthView view{surface.mouth, posed_surface(surface.mouth, state.expression, state.jaw), {}};
+  view.raster = rasterise(view.posed.points, surface.mouth.triangles, window, state.cam_from_head);
   return view;
 }
 
@@ -82,17 +71,13 @@ int tone_of(float level) {
 }
 
 // What the skin points around the mouth should look like, encoded levels; -1 where not known.
-std::vector<float> expected_levels(const MouthView& view, const FaceSurface& surface,
-                                   const Appearance& appearance, const Mat3d& turn) {
+std::vector<float> expected_levels(const MouthView& view, const Appearance& appearance, const Mat3d& turn) {
   const LitPoints& lit = appearance.level[0];
-  std::vector<float> value(surface.zone.size(), -1);
-  for (int t : surface.mouth)
-    for (int k = 0; k < 3; ++k) {
-      const int p = surface.triangles[t][k];
-      if (value[p] < 0 && lit.albedo[p] > 0)
-        value[p] = static_cast<float>(encoded_of_linear(
-            lit.albedo[p] * shade(appearance.light, turn * view.posed.normals[p].cast<double>())));
-    }
+  std::vector<float> value(view.surface.skin.size(), -1);
+  for (std::size_t p = 0; p < value.size(); ++p)
+    if (const float albedo = lit.albedo[view.surface.skin[p]]; albedo > 0)
+      value[p] = static_cast<float>(
+          encoded_of_linear(albedo * shade(appearance.light, turn * view.posed.normals[p].cast<double>())));
   return value;
 }
 
@@ -101,23 +86,23 @@ bool expect_skin(const MouthView& view, const std::vector<float>& value, const L
                  double* level, double* spread) {
   *level = *spread = 0;
   for (int k = 0; k < 3; ++k) {
-    const int p = view.triangles[view.raster.triangle[i]][k];
+    const int p = view.surface.triangles[view.raster.triangle[i]][k];
     if (value[p] < 0) return false;
     *level += view.raster.barycentric[i][k] * value[p];
-    *spread += view.raster.barycentric[i][k] * lit.spread[p];
+    *spread += view.raster.barycentric[i][k] * lit.spread[view.surface.skin[p]];
   }
   return true;
 }
 
 // The picture's brightness around the mouth over the expected one: a median, which the lips do not sway.
-double exposure_of(const MouthView& view, const FaceSurface& surface, const Appearance& appearance,
-                   const FacePicture& picture, const Intrinsics& window, const Mat3d& turn) {
-  const std::vector<float> value = expected_levels(view, surface, appearance, turn);
+double exposure_of(const MouthView& view, const Appearance& appearance, const FacePicture& picture,
+                   const Intrinsics& window, const Mat3d& turn) {
+  const std::vector<float> value = expected_levels(view, appearance, turn);
   std::vector<double> ratios;
   double level = 0, spread = 0;
   for (std::size_t i = 0; i < view.raster.triangle.size(); ++i) {
     const int t = view.raster.triangle[i];
-    if (t < 0 || static_cast<std::size_t>(t) >= view.skin_triangles) continue;
+    if (t < 0 || !view.is_skin(t)) continue;
     if (expect_skin(view, value, appearance.level[0], i, &level, &spread) && level > 10)
       ratios.push_back(picture_at(picture, window, i) / level);
   }
@@ -128,17 +113,17 @@ double exposure_of(const MouthView& view, const FaceSurface& surface, const Appe
 }
 
 // Minus log probability of every pixel of the window; negative infinity never, NaN where nothing is known.
-std::vector<double> pixel_costs(const MouthView& view, const FaceSurface& surface,
-                                const Appearance& appearance, const FacePicture& picture,
-                                const Intrinsics& window, const Mat3d& turn, double exposure) {
+std::vector<double> pixel_costs(const MouthView& view, const Appearance& appearance,
+                                const FacePicture& picture, const Intrinsics& window, const Mat3d& turn,
+                                double exposure) {
   std::vector<double> costs(view.raster.triangle.size(), std::nan(""));
-  const std::vector<float> value = expected_levels(view, surface, appearance, turn);
+  const std::vector<float> value = expected_levels(view, appearance, turn);
   double expected = 0, spread = 0;
   for (std::size_t i = 0; i < costs.size(); ++i) {
     const int t = view.raster.triangle[i];
     if (t < 0) continue;
     const float level = picture_at(picture, window, i);
-    if (static_cast<std::size_t>(t) >= view.skin_triangles) {
+    if (!view.is_skin(t)) {
       costs[i] = appearance.cavity[tone_of(level)];
       continue;
     }
@@ -165,14 +150,13 @@ FaceState with_jaw(const HeadModel& model, const FaceState& state, double jaw) {
   return other;
 }
 
-void count_cavity(const HeadModel& model, const HeadShape& shape, const FaceSurface& surface,
-                  const FacePicture& picture, const FaceState& state,
+void count_cavity(const FaceSurface& surface, const FacePicture& picture, const FaceState& state,
                   std::array<double, Appearance::kTones>* counts) {
   const Intrinsics window = window_of(surface, picture, state);
-  if (window.width == 0 || surface.interior.empty()) return;
-  const MouthView view = view_mouth(model, shape, surface, window, state);
+  if (window.width == 0 || surface.mouth.skin_triangles == surface.mouth.triangles.size()) return;
+  const MouthView view = view_mouth(surface, window, state);
   for (std::size_t i = 0; i < view.raster.triangle.size(); ++i)
-    if (view.raster.triangle[i] >= static_cast<int>(view.skin_triangles))
+    if (view.raster.triangle[i] >= 0 && !view.is_skin(view.raster.triangle[i]))
       (*counts)[tone_of(picture_at(picture, window, i))] += 1;
 }
 
@@ -192,22 +176,23 @@ bool cavity_from_counts(const std::array<double, Appearance::kTones>& counts,
   return true;
 }
 
-std::optional<MouthReading> read_mouth(const HeadModel& model, const HeadShape& shape,
-                                       const ReducedHead& head, const ReducedPerson& person,
-                                       const FaceSurface& surface, const Appearance& appearance,
-                                       const FacePicture& picture, const Mat3d& world_from_cam,
-                                       const FaceState& state) {
+std::optional<MouthReading> read_mouth(const HeadModel& model, const ReducedHead& head,
+                                       const ReducedPerson& person, const FaceSurface& surface,
+                                       const Appearance& appearance, const FacePicture& picture,
+                                       const Mat3d& world_from_cam, const FaceState& state) {
   const Intrinsics window = window_of(surface, picture, state);
-  if (window.width == 0 || surface.interior.empty() || !appearance.cavity_known) return std::nullopt;
+  if (window.width == 0 || surface.mouth.skin_triangles == surface.mouth.triangles.size() ||
+      !appearance.cavity_known)
+    return std::nullopt;
   const Mat3d turn = world_from_cam * state.cam_from_head.linear();
   std::vector<FaceState> asked;
   std::vector<std::vector<double>> costs;
   double exposure = 0;
   for (double jaw = 0; jaw < kWidestJaw; jaw += kJawStep) {
     asked.push_back(with_jaw(model, state, jaw));
-    const MouthView view = view_mouth(model, shape, surface, window, asked.back());
-    if (exposure == 0) exposure = exposure_of(view, surface, appearance, picture, window, turn);
-    costs.push_back(pixel_costs(view, surface, appearance, picture, window, turn, exposure));
+    const MouthView view = view_mouth(surface, window, asked.back());
+    if (exposure == 0) exposure = exposure_of(view, appearance, picture, window, turn);
+    costs.push_back(pixel_costs(view, appearance, picture, window, turn, exposure));
   }
   // Pixels that every state explains, so that none gains by hiding some.
   std::vector<double> cost(asked.size(), 0);
@@ -244,20 +229,17 @@ void observe_mouth(const LipEvidence& lips, double fitted_gap_m, FaceObservation
   for (int k = 4; k <= 12; ++k) out->sigma_px[k] *= doubt;  // the chin goes with the jaw
 }
 
-double mouth_gain(const HeadModel& model, const HeadShape& shape, const FaceSurface& surface,
-                  const Appearance& appearance, const FacePicture& picture, const Mat3d& world_from_cam,
-                  const FaceState& a, const FaceState& b) {
+double mouth_gain(const FaceSurface& surface, const Appearance& appearance, const FacePicture& picture,
+                  const Mat3d& world_from_cam, const FaceState& a, const FaceState& b) {
   const Intrinsics window = window_of(surface, picture, a);
   if (window.width == 0 || !appearance.cavity_known) return 0;
-  const auto view = [&](const FaceState& s) { return view_mouth(model, shape, surface, window, s); };
+  const auto view = [&](const FaceState& s) { return view_mouth(surface, window, s); };
   const auto turn = [&](const FaceState& s) { return Mat3d(world_from_cam * s.cam_from_head.linear()); };
   const MouthView view_a = view(a), view_b = view(b);
-  const double exposure = std::sqrt(exposure_of(view_a, surface, appearance, picture, window, turn(a)) *
-                                    exposure_of(view_b, surface, appearance, picture, window, turn(b)));
-  const std::vector<double> of_a =
-                                pixel_costs(view_a, surface, appearance, picture, window, turn(a), exposure),
-                            of_b =
-                                pixel_costs(view_b, surface, appearance, picture, window, turn(b), exposure);
+  const double exposure = std::sqrt(exposure_of(view_a, appearance, picture, window, turn(a)) *
+                                    exposure_of(view_b, appearance, picture, window, turn(b)));
+  const std::vector<double> of_a = pixel_costs(view_a, appearance, picture, window, turn(a), exposure),
+                            of_b = pixel_costs(view_b, appearance, picture, window, turn(b), exposure);
   double gain = 0;
   for (std::size_t i = 0; i < of_a.size(); ++i)
     if (!std::isnan(of_a[i]) && !std::isnan(of_b[i])) gain += of_a[i] - of_b[i];

@@ -17,8 +17,7 @@ namespace likeness {
 FaceState with_jaw(const HeadModel& model, const FaceState& state, double jaw);
 
 // Tones between the lips: counts are added to.
-void count_cavity(const HeadModel& model, const HeadShape& shape, const FaceSurface& surface,
-                  const FacePicture& picture, const FaceState& state,
+void count_cavity(const FaceSurface& surface, const FacePicture& picture, const FaceState& state,
                   std::array<double, Appearance::kTones>* counts);
 // Minus log probabilities from counts; false where too few were counted.
 bool cavity_from_counts(const std::array<double, Appearance::kTones>& counts,
@@ -29,11 +28,10 @@ struct MouthReading {
   FaceState likeliest;  // of the states asked
 };
 // nullopt where the tones between the lips are not known or the mouth is not in the picture.
-std::optional<MouthReading> read_mouth(const HeadModel& model, const HeadShape& shape,
-                                       const ReducedHead& head, const ReducedPerson& person,
-                                       const FaceSurface& surface, const Appearance& appearance,
-                                       const FacePicture& picture, const Mat3d& world_from_cam,
-                                       const FaceState& state);
+std::optional<MouthReading> read_mouth(const HeadModel& model, const ReducedHead& head,
+                                       const ReducedPerson& person, const FaceSurface& surface,
+                                       const Appearance& appearance, const FacePicture& picture,
+                                       const Mat3d& world_from_cam, const FaceState& state);
 
 // The opening as evidence for a frame's fit; landmarks of mouth and chin are doubted, the more the further
 // the opening `fitted` to them strays from it, m.
@@ -41,8 +39,7 @@ void observe_mouth(const LipEvidence& lips, double fitted_gap_m, FaceObservation
 
 // How much better `b` explains the pixels around the mouth than `a`: a log likelihood, neighbouring pixels
 // counted as one.
-double mouth_gain(const HeadModel& model, const HeadShape& shape, const FaceSurface& surface,
-                  const Appearance& appearance, const FacePicture& picture, const Mat3d& world_from_cam,
-                  const FaceState& a, const FaceState& b);
+double mouth_gain(const FaceSurface& surface, const Appearance& appearance, const FacePicture& picture,
+                  const Mat3d& world_from_cam, const FaceState& a, const FaceState& b);
 
 }  // namespace likeness

@@ -58,7 +58,7 @@ double median_edge(const std::vector<Mix>& mixes, const std::vector<Triangle>& t
 }
 
 void fill_points(const HeadModel& model, const HeadShape& shape, const std::vector<Mix>& mixes,
-                 FaceSurface& surface) {
+                 MovingSurface& surface) {
   const int n = static_cast<int>(mixes.size()), expressions = model.expression_count();
   ReducedHead& head = surface.points;
   head.points = n;
@@ -79,6 +79,37 @@ void fill_points(const HeadModel& model, const HeadShape& shape, const std::vect
       head.jaw_weight[p] += w * model.skinning_weights(v, kJaw);
     }
   surface.person = {head.base, head.jaw_joint};
+}
+
+// The skin triangles near the mouth and the inside's (of the model), with the points they need.
+MouthSurface mouth_surface(const HeadModel& model, const HeadShape& person, const FaceSurface& face,
+                           const std::vector<Mix>& mixes, const std::vector<Triangle>& interior) {
+  const auto landmarks = landmark_positions(model, person.vertices);
+  Vec3f middle = Vec3f::Zero();
+  for (int i = 48; i < kLandmarkCount; ++i) middle += landmarks[i] / 20;
+  MouthSurface mouth;
+  std::vector<Mix> own;
+  const auto add = [&](const Triangle& t, std::vector<int>& numbers, const auto& mix_of) {
+    Triangle renumbered;
+    for (int k = 0; k < 3; ++k) {
+      int& number = numbers[t[k]];
+      if (number < 0) {
+        number = static_cast<int>(own.size());
+        own.push_back(mix_of(t[k]));
+      }
+      renumbered[k] = number;
+    }
+    mouth.triangles.push_back(renumbered);
+  };
+  std::vector<int> skin_numbers(mixes.size(), -1), inside_numbers(model.vertices.size(), -1);
+  for (const Triangle& t : face.triangles) {
+    if ((face.person.base.segment<3>(3 * t[0]).cast<float>() - middle).norm() >= kMouthReach) continue;
+    add(t, skin_numbers, [&](int p) { return mouth.skin.push_back(p), mixes[p]; });
+  }
+  mouth.skin_triangles = mouth.triangles.size();
+  for (const Triangle& t : interior) add(t, inside_numbers, [](int v) { return Mix{{v, 1.0}}; });
+  fill_points(model, person, own, mouth);
+  return mouth;
 }
 
 float line_distance(const Vec3f& p, const Vec3f& a, const Vec3f& b) {
@@ -121,9 +152,10 @@ FaceSurface face_surface(const HeadModel& model, const HeadShape& person, double
   const HeadRegions regions = head_regions(model);
   FaceSurface surface;
   std::vector<Mix> mixes;
+  std::vector<Triangle> interior;
   std::vector<int> point_of(model.vertices.size(), -1);
   for (std::size_t t = 0; t < model.triangles.size(); ++t) {
-    if (regions.mouth_interior[t]) surface.interior.push_back(model.triangles[t]);
+    if (regions.mouth_interior[t]) interior.push_back(model.triangles[t]);
     if (!regions.face[t] || !regions.skin[t]) continue;
     Triangle own;
     bool outer = true;
@@ -143,22 +175,17 @@ FaceSurface face_surface(const HeadModel& model, const HeadShape& person, double
     split_once(mixes, surface.triangles);
   fill_points(model, person, mixes, surface);
 
+  surface.mouth = mouth_surface(model, person, surface, mixes, interior);
+
   const auto landmarks = landmark_positions(model, person.vertices);
-  Vec3f mouth = Vec3f::Zero();
-  for (int i = 48; i < kLandmarkCount; ++i) mouth += landmarks[i] / 20;
   for (int p = 0; p < surface.points.points; ++p)
     surface.zone.push_back(zone_of(landmarks, surface.person.base.segment<3>(3 * p).cast<float>()));
-  for (std::size_t t = 0; t < surface.triangles.size(); ++t) {
-    const int p = surface.triangles[t][0];
-    if ((surface.person.base.segment<3>(3 * p).cast<float>() - mouth).norm() < kMouthReach)
-      surface.mouth.push_back(static_cast<int>(t));
-  }
   surface.coarse = thinned(surface, kCoarseStep, 2 * kFeatureStep);
   surface.fine = thinned(surface, kSkinStep, kFeatureStep);
   return surface;
 }
 
-PosedSurface posed_surface(const FaceSurface& surface, const Eigen::VectorXd& expression, double jaw) {
+PosedSurface posed_surface(const MovingSurface& surface, const Eigen::VectorXd& expression, double jaw) {
   PosedSurface posed;
   posed.points.resize(surface.points.points);
   const ReducedHead& head = surface.points;

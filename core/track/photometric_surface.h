@@ -11,13 +11,23 @@ namespace likeness {
 
 enum class FaceZone : std::uint8_t { skin, lid, lip };
 
-struct FaceSurface {
-  ReducedHead points;               // (N) skin points of the face, the person applied; no identity columns
-  ReducedPerson person;             // matches `points`
-  std::vector<Triangle> triangles;  // (F) of points
-  std::vector<FaceZone> zone;       // (N)
-  std::vector<Triangle> interior;   // the mouth's inside, vertices of the model
-  std::vector<int> mouth;           // triangles (numbers) around the mouth
+// Points that follow expression and jaw, with triangles of them.
+struct MovingSurface {
+  ReducedHead points;    // (N) the person applied; no identity columns
+  ReducedPerson person;  // matches `points`
+  std::vector<Triangle> triangles;
+};
+
+// The mouth and what surrounds it, by itself: asked of many openings a picture, it is posed alone.
+struct MouthSurface : MovingSurface {
+  std::vector<int> skin;           // (S) the face's points that the first S points are; then the inside's
+  std::size_t skin_triangles = 0;  // the first ones; then the inside's
+};
+
+// The skin of the face.
+struct FaceSurface : MovingSurface {
+  std::vector<FaceZone> zone;  // (N)
+  MouthSurface mouth;
   // Points to fit with, thinned evenly: coarse ones for small pictures; lids and lips always denser.
   std::vector<int> coarse, fine;
 };
@@ -30,6 +40,6 @@ struct PosedSurface {
   std::vector<Vec3f> points;   // (N) head frame, m
   std::vector<Vec3f> normals;  // (N) unit
 };
-PosedSurface posed_surface(const FaceSurface& surface, const Eigen::VectorXd& expression, double jaw);
+PosedSurface posed_surface(const MovingSurface& surface, const Eigen::VectorXd& expression, double jaw);
 
 }  // namespace likeness

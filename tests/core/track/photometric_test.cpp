@@ -5,6 +5,7 @@
 #include <cmath>
 #include <random>
 
+#include "core/scene/head_regions.h"
 #include "core/scene/mesh_scene.h"
 #include "core/track/photometric_mouth.h"
 #include "tests/core/track/synthetic_face.h"
@@ -62,8 +63,10 @@ Image8 film(const FaceState& state, double inside_level = 12) {
   const std::vector<Vec3f> inside = pose_head(test_head(), shape(), face);
   vertices.insert(vertices.end(), inside.begin(), inside.end());
   std::vector<Triangle> triangles = surface().triangles;
-  for (const Triangle& t : surface().interior)
-    triangles.push_back(t + Triangle::Constant(surface().points.points));
+  const HeadRegions regions = head_regions(test_head());
+  for (std::size_t t = 0; t < test_head().triangles.size(); ++t)
+    if (regions.mouth_interior[t])
+      triangles.push_back(test_head().triangles[t] + Triangle::Constant(surface().points.points));
   Image8 fine(2 * kSize, 2 * kSize, 1, 40);
   Intrinsics lens = kLens;
   lens.width *= 2, lens.height *= 2, lens.fx *= 2, lens.fy *= 2, lens.cx *= 2, lens.cy *= 2;
@@ -107,6 +110,31 @@ TEST(Lighting, FindsAlbedoAndLightUpToTheirCommonScale) {
       const double truth = (0.1 + 0.002 * p) * shade(side_light(), n);
       EXPECT_NEAR(lit.albedo[p] * shade(lit.light, n), truth, 0.04 * truth) << p;
     }
+}
+
+TEST(FaceSurface, TheMouthByItselfMovesWithTheFaceAndTheModel) {
+  const MouthSurface& mouth = surface().mouth;
+  ASSERT_GT(mouth.skin.size(), 100u);
+  ASSERT_GT(mouth.triangles.size(), mouth.skin_triangles);
+  const FaceState state = state_of(0, 0.25, 0.6);
+  const PosedSurface all = posed_surface(surface(), state.expression, state.jaw),
+                     own = posed_surface(mouth, state.expression, state.jaw);
+  for (std::size_t p = 0; p < mouth.skin.size(); ++p)
+    EXPECT_LT((own.points[p] - all.points[mouth.skin[p]]).norm(), 1e-6f) << p;
+  Articulation face = neutral_articulation(test_head());
+  face.expression = state.expression.cast<float>();
+  face.jaw.x() = static_cast<float>(state.jaw);
+  const std::vector<Vec3f> model = pose_head(test_head(), shape(), face);
+  const HeadRegions regions = head_regions(test_head());
+  std::size_t t = mouth.skin_triangles;
+  for (std::size_t m = 0; m < test_head().triangles.size(); ++m) {
+    if (!regions.mouth_interior[m]) continue;
+    ASSERT_LT(t, mouth.triangles.size());
+    for (int k = 0; k < 3; ++k)
+      EXPECT_LT((own.points[mouth.triangles[t][k]] - model[test_head().triangles[m][k]]).norm(), 1e-4f) << m;
+    ++t;
+  }
+  EXPECT_EQ(t, mouth.triangles.size());
 }
 
 TEST(Photometric, DerivativesMatchFiniteDifferences) {
@@ -238,7 +266,7 @@ Appearance known_appearance(double inside_level) {
   appearance.level.fill(lit);
   std::array<double, Appearance::kTones> counts{};
   const FaceState open = state_of(0, 0.25, 0);
-  count_cavity(test_head(), shape(), surface(), face_picture(film(open, inside_level), kLens), open, &counts);
+  count_cavity(surface(), face_picture(film(open, inside_level), kLens), open, &counts);
   for (double& c : counts) c *= 20;  // as if from many frames
   appearance.cavity_known = cavity_from_counts(counts, &appearance.cavity);
   return appearance;
@@ -252,7 +280,7 @@ TEST(PhotometricMouth, DarkPixelsBetweenTheLipsSpeakForAnOpenMouth) {
   ASSERT_TRUE(appearance.cavity_known);
   const FacePicture of_open = face_picture(film(open), kLens), of_closed = face_picture(film(closed), kLens);
   const auto gain = [&](const FacePicture& picture, const FaceState& from, const FaceState& to) {
-    return mouth_gain(test_head(), shape(), surface(), appearance, picture, Mat3d::Identity(), from, to);
+    return mouth_gain(surface(), appearance, picture, Mat3d::Identity(), from, to);
   };
   EXPECT_GT(gain(of_open, closed, open), 5);
   EXPECT_GT(gain(of_closed, open, closed), 5);
@@ -268,9 +296,8 @@ TEST(PhotometricMouth, TheOpeningIsReadWhateverTheFitSaysOfItAndWhateverLiesInsi
         const FaceState truth = state_of(yaw, jaw, 0);
         Image8 grey = film(truth, inside);
         for (std::uint8_t& v : grey.data) v = static_cast<std::uint8_t>(exposure * v);
-        const auto mouth =
-            read_mouth(test_head(), shape(), test_reduced_head(), person(), surface(), appearance,
-                       face_picture(grey, kLens), Mat3d::Identity(), state_of(yaw, 0.14, 0));
+        const auto mouth = read_mouth(test_head(), test_reduced_head(), person(), surface(), appearance,
+                                      face_picture(grey, kLens), Mat3d::Identity(), state_of(yaw, 0.14, 0));
         ASSERT_TRUE(mouth);
         EXPECT_NEAR(mouth->lips.gap_m, gap_of(truth), std::max(0.002, 2 * mouth->lips.sigma_m))
             << inside << " " << yaw << " " << jaw;
@@ -281,7 +308,7 @@ TEST(PhotometricMouth, TheOpeningIsReadWhateverTheFitSaysOfItAndWhateverLiesInsi
 
 TEST(PhotometricMouth, UnknownTonesInsideReadNothing) {
   const FaceState state = state_of(0, 0.1, 0);
-  EXPECT_FALSE(read_mouth(test_head(), shape(), test_reduced_head(), person(), surface(), Appearance(),
+  EXPECT_FALSE(read_mouth(test_head(), test_reduced_head(), person(), surface(), Appearance(),
                           face_picture(film(state), kLens), Mat3d::Identity(), state));
 }
 
