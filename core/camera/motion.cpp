@@ -9,6 +9,7 @@
 #include <opencv2/imgproc.hpp>
 #include <opencv2/video/tracking.hpp>
 
+#include "core/base/quantile.h"
 #include "core/video/decode.h"
 
 namespace likeness {
@@ -31,8 +32,7 @@ class AnchorTracker {
     std::vector<double> lengths;
     for (std::size_t i = 0; i < anchor_points_.size(); ++i)
       lengths.push_back(cv::norm(points_[i] - anchor_points_[i]));
-    std::nth_element(lengths.begin(), lengths.begin() + long(lengths.size() / 2), lengths.end());
-    return lengths[lengths.size() / 2];
+    return median(std::move(lengths));
   }
   void set_anchor(const cv::Mat& grey, const cv::Mat& background) {
     anchor_ = grey.clone();
@@ -232,9 +232,7 @@ Result<BackgroundMotion> measure_background_motion(const std::filesystem::path& 
   std::erase_if(out.rests, [&](const RestStretch& s) { return s.last - s.first + 1 < std::max(8.0, rate); });
   std::vector<double> path;
   for (const auto& frame : out.frames) path.push_back(frame.path);
-  const std::size_t rank = std::min(path.size() - 1, std::size_t(0.95 * double(path.size())));
-  std::nth_element(path.begin(), path.begin() + long(rank), path.end());
-  out.motion = path[rank];
+  out.motion = quantile(std::move(path), 0.95);
   progress.report(1);
   return out;
 }

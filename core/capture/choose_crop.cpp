@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "core/base/check.h"
+#include "core/base/quantile.h"
 
 namespace likeness {
 namespace {
@@ -29,11 +30,6 @@ Extent extent_of(const std::vector<FaceBox>& faces, double beside, double above,
     e.bottom = std::max(e.bottom, f.y + (1 + below) * f.height);
   }
   return e;
-}
-
-double median(std::vector<double> values) {
-  std::nth_element(values.begin(), values.begin() + std::ptrdiff_t(values.size() / 2), values.end());
-  return values[values.size() / 2];
 }
 
 // A box of half or double the usual size, or one that appears alone far from all others, is a mistake.

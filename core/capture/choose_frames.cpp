@@ -7,6 +7,8 @@
 #include <cmath>
 #include <limits>
 
+#include "core/base/quantile.h"
+
 namespace likeness {
 namespace {
 
@@ -39,9 +41,7 @@ double neighbour_median(const std::vector<CaptureFrame>& frames, std::size_t ind
   for (std::size_t i = begin; i < end; ++i) {
     if (frames[i].sharpness > 0) around.push_back(frames[i].sharpness);
   }
-  if (around.empty()) return 0;
-  std::nth_element(around.begin(), around.begin() + std::ptrdiff_t(around.size() / 2), around.end());
-  return around[around.size() / 2];
+  return median(std::move(around));
 }
 
 void thin_evenly(std::vector<CaptureFrame*> kept, int limit) {

@@ -8,6 +8,7 @@
 
 #include "core/base/check.h"
 #include "core/base/parallel.h"
+#include "core/base/quantile.h"
 
 namespace likeness {
 namespace {
@@ -97,13 +98,10 @@ Plate estimate_plate(const std::vector<cv::Mat>& pictures, const std::vector<cv:
         float spread = 0;
         for (int c = 0; c < 3; ++c) {
           auto& values = seen[std::size_t(c)];
-          const auto middle = values.begin() + long(values.size() / 2);
-          std::nth_element(values.begin(), middle, values.end());
-          const int median = *middle;
-          plate.colour.at<cv::Vec3b>(y, x)[c] = (unsigned char)(median);
-          for (int& value : values) value = std::abs(value - median);
-          std::nth_element(values.begin(), middle, values.end());
-          spread = std::max(spread, 1.4826f * float(*middle));
+          const int usual = median(values);
+          plate.colour.at<cv::Vec3b>(y, x)[c] = (unsigned char)(usual);
+          for (int& value : values) value = std::abs(value - usual);
+          spread = std::max(spread, 1.4826f * float(median(values)));
         }
         plate.noise.at<float>(y, x) = spread;
         plate.known.at<unsigned char>(y, x) = 255;

@@ -8,6 +8,7 @@
 #include <random>
 
 #include "core/base/parallel.h"
+#include "core/base/quantile.h"
 #include "core/head/pose_head.h"
 #include "core/track/camera_scale.h"
 #include "core/track/landmarks.h"
@@ -38,12 +39,6 @@ FaceBox shaken_box(const ProjectedLandmarks& face, std::uint32_t seed) {
   const double side = usual * (1 + 0.05 * shake(random));
   const Vec2d centre = 0.5 * (low + high) + usual * Vec2d(0.03 * shake(random), 0.02 + 0.03 * shake(random));
   return {centre.x() - 0.5 * side, centre.y() - 0.5 * side, side, side, 0};
-}
-
-double median(std::vector<double> values) {
-  const auto middle = values.begin() + std::ptrdiff_t(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
 }
 
 // Outer eye corners on a level line, one apart: offsets in it do not turn and grow with the face.

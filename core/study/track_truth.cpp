@@ -9,6 +9,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "core/base/quantile.h"
 #include "core/head/action_amounts.h"
 #include "core/head/builtin_head.h"
 #include "core/head/load_head_model.h"
@@ -34,13 +35,6 @@ struct Pair {
 
 double angle_between(const Mat3d& a, const Mat3d& b) {
   return Eigen::AngleAxisd(Mat3d(a.transpose() * b)).angle();
-}
-
-double quantile(std::vector<double> values, double share) {
-  if (values.empty()) return 0;
-  const auto at = values.begin() + std::ptrdiff_t(share * double(values.size() - 1) + 0.5);
-  std::nth_element(values.begin(), at, values.end());
-  return *at;
 }
 
 Mat3d nearest_rotation(const Mat3d& m) {

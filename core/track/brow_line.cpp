@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "core/base/parallel.h"
+#include "core/base/quantile.h"
 #include "core/image/bilinear.h"
 
 namespace likeness {
@@ -71,12 +72,6 @@ BrowFrame look_at(const Brow& brow, int first, const BrowPicture& picture, const
   return frame;
 }
 
-double median_of(std::vector<double> values) {
-  std::nth_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2),
-                   values.end());
-  return values[values.size() / 2];
-}
-
 double mean_rise(const BrowFrame& frame, int half) {
   return (frame.rise[2 * half] + frame.rise[2 * half + 1] + frame.rise[2 * half + 2]) / 3;
 }
@@ -94,7 +89,7 @@ std::optional<Reference> resting_brow(const std::vector<BrowFrame>& frames,
     if (frames[i].known && !faces[i].held_out)
       heights.push_back(0.5 * (mean_rise(frames[i], 0) + mean_rise(frames[i], 1)));
   if (heights.size() < kFewestReferences) return std::nullopt;
-  const double usual = median_of(heights);
+  const double usual = median(heights);
   std::vector<const BrowFrame*> at_rest;
   for (std::size_t i = 0; i < frames.size(); ++i)
     if (frames[i].known && !faces[i].held_out &&
@@ -112,7 +107,7 @@ std::optional<Reference> resting_brow(const std::vector<BrowFrame>& frames,
   }
   for (float& v : reference.strip) v /= static_cast<float>(count);
   for (int k = 0; k < kBrowPoints; ++k)
-    reference.rise[k] = median_of(rise[k]), reference.aside[k] = median_of(aside[k]);
+    reference.rise[k] = median(rise[k]), reference.aside[k] = median(aside[k]);
   return reference;
 }
 

@@ -9,6 +9,7 @@
 #include <cmath>
 
 #include "core/base/parallel.h"
+#include "core/base/quantile.h"
 #include "core/track/fit_frame.h"
 
 namespace likeness {
@@ -102,13 +103,6 @@ double residual_px(const BundleFrame& frame, const Vec3d& point, const Vec2d& ra
   const Vec3d p = frame.cam_from_head * point;
   if (p.z() < 1e-3) return 1e6;
   return (p.hnormalized() - ray).norm() * frame.focal_px;
-}
-
-double median(std::vector<double>& values) {
-  if (values.empty()) return 0;
-  std::nth_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2),
-                   values.end());
-  return values[values.size() / 2];
 }
 
 // A rotation vector of nearly pi flips sign from frame to frame; the frames' blocks are made continuous.

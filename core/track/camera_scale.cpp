@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/base/quantile.h"
+
 namespace likeness {
 
 Pose metric_camera(const Pose& cam_from_world, double metres_per_unit) {
@@ -44,24 +46,16 @@ std::optional<double> steady_metres_per_unit(const std::vector<HeadSighting>& si
     scale = along / moved;
     for (std::size_t i = 0; i < steps.size(); ++i)
       residuals[i] = (steps[i].first + scale * steps[i].second).norm();
-    std::vector<double> sorted = residuals;
-    std::nth_element(sorted.begin(), sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2),
-                     sorted.end());
-    const double width = std::max(1e-6, sorted[sorted.size() / 2]);
+    const double width = std::max(1e-6, median(residuals));
     for (std::size_t i = 0; i < steps.size(); ++i) {
       const double r = residuals[i] / width;
       weights[i] = 1 / (1 + r * r);
     }
   }
   // The camera must have moved by more than the head's wander, else the scale is noise.
-  std::vector<double> sorted = residuals;
-  std::nth_element(sorted.begin(), sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2),
-                   sorted.end());
   lengths.clear();
   for (const auto& s : steps) lengths.push_back(s.second.norm());
-  std::nth_element(lengths.begin(), lengths.begin() + static_cast<std::ptrdiff_t>(lengths.size() / 2),
-                   lengths.end());
-  if (scale <= 0 || scale * lengths[lengths.size() / 2] < sorted[sorted.size() / 2]) return std::nullopt;
+  if (scale <= 0 || scale * median(lengths) < median(residuals)) return std::nullopt;
   return scale;
 }
 

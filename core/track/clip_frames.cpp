@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "core/base/parallel.h"
+#include "core/base/quantile.h"
 #include "core/track/face_look.h"
 #include "core/video/decode.h"
 
@@ -36,11 +37,6 @@ double overlap(const FaceBox& a, const FaceBox& b) {
   const double h = std::min(a.y + a.height, b.y + b.height) - std::max(a.y, b.y);
   if (w <= 0 || h <= 0) return 0;
   return w * h / (a.width * a.height + b.width * b.height - w * h);
-}
-
-double median(std::vector<double> values) {
-  std::nth_element(values.begin(), values.begin() + values.size() / 2, values.end());
-  return values[values.size() / 2];
 }
 
 class ClipReader {

@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "core/base/parallel.h"
+#include "core/base/quantile.h"
 #include "core/track/dense_patches.h"
 #include "core/track/fit_frame.h"
 #include "core/track/point_tracks.h"
@@ -234,8 +235,7 @@ Result<DenseSummary> track_dense_head(const ClipFrames& clip, const RigidHead& h
       if (frames[t].solved) frames[t].cam_from_head = first_poses[t].cam_from_head;
       continue;
     }
-    std::nth_element(r.begin(), r.begin() + static_cast<std::ptrdiff_t>(r.size() / 2), r.end());
-    frames[t].median_px = r[r.size() / 2];
+    frames[t].median_px = median(r);
     frames[t].cam_from_head = is;
     frames[t].solved = true;
   }

@@ -2,19 +2,13 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/base/quantile.h"
 #include "core/track/camera_scale.h"
 #include "core/track/clip_work.h"
 #include "core/track/frame_verdict.h"
 
 namespace likeness {
 namespace {
-
-double median_of(std::vector<double> values) {
-  if (values.empty()) return 0;
-  std::nth_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2),
-                   values.end());
-  return values[values.size() / 2];
-}
 
 // What the verdict on a frame rests on.
 FrameEvidence evidence_of(const ClipWork& work, std::size_t i, const TrackedFrame& tracked) {
@@ -66,7 +60,7 @@ std::vector<TrackedFrame> describe_frames(const ClipWork& work, const HeadModel&
     const Pose world_from_cam = metric_camera(work.cameras[i]->cam_from_world, metres_per_unit).inverse();
     out.world_from_head = world_from_cam * face.state.cam_from_head;
   }
-  const double usual = median_of(errors);
+  const double usual = median(errors);
   for (std::size_t i = 0; i < frames.size(); ++i) {
     const FrameVerdict verdict = judge_frame(evidence_of(work, i, frames[i]), usual);
     frames[i].status = verdict.status;

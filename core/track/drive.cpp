@@ -9,6 +9,7 @@
 #include <limits>
 #include <numbers>
 
+#include "core/base/quantile.h"
 #include "core/head/action_amounts.h"
 #include "core/head/pose_head.h"
 #include "core/track/fit_frame.h"
@@ -21,13 +22,6 @@ constexpr double kMetresPerRadian = 0.17;  // a turn of ten degrees counts as 3 
 constexpr float kWorthCalibrating = 0.15f, kGainDeadZone = 1.1f, kLeastGain = 0.75f, kLargestGain = 1.33f;
 constexpr float kMargin = 0.15f;  // of an action's seen range, beyond which the soft clamp holds
 constexpr float kLeastMargin = 0.05f;
-
-float quantile(std::vector<float> values, double share) {
-  if (values.empty()) return 0;
-  const auto at = values.begin() + std::ptrdiff_t(share * double(values.size() - 1) + 0.5);
-  std::nth_element(values.begin(), at, values.end());
-  return *at;
-}
 
 const SeenAction* find_seen(const std::vector<SeenAction>& seen, const std::string& name) {
   const auto found = std::ranges::find_if(seen, [&](const SeenAction& s) { return s.name == name; });

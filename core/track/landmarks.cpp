@@ -17,6 +17,7 @@
 #include <numbers>
 
 #include "core/base/check.h"
+#include "core/base/quantile.h"
 
 namespace likeness {
 namespace {
@@ -116,12 +117,10 @@ Landmarks consensus(const std::vector<Shape>& runs, double box_width, const Land
     // The median is the centre; the furthest quarter is left out of the mean but not of the doubt.
     std::vector<double> xs, ys;
     for (int m : members) xs.push_back(runs[m][p].x()), ys.push_back(runs[m][p].y());
-    std::nth_element(xs.begin(), xs.begin() + xs.size() / 2, xs.end());
-    std::nth_element(ys.begin(), ys.begin() + ys.size() / 2, ys.end());
-    const Vec2d median(xs[xs.size() / 2], ys[ys.size() / 2]);
+    const Vec2d centre(median(std::move(xs)), median(std::move(ys)));
     double spread = 0;
     for (std::size_t k = 0; k < members.size(); ++k) {
-      const double d = (runs[members[k]][p] - median).norm();
+      const double d = (runs[members[k]][p] - centre).norm();
       by_distance[k] = {d, members[k]};
       spread += d * d;
     }

@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "core/base/parallel.h"
+#include "core/base/quantile.h"
 #include "core/image/bilinear.h"
 
 namespace likeness {
@@ -81,12 +82,6 @@ std::optional<Vec2d> on_chart(const EyeSite& site, const LidView& view, const Ve
     height = site.radius - 0.5 * std::min(at.squaredNorm(), 4 * site.radius * site.radius) / site.radius;
   }
   return at;
-}
-
-double median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
 }
 
 // Six points of an eye in the chart, from its inner to its outer corner, upper lid first: landmarks run the

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <vector>
 
+#include "core/base/quantile.h"
 #include "core/head/action_amounts.h"
 
 namespace likeness {
@@ -58,13 +59,6 @@ float mode_of(std::vector<Weighted> samples) {
   return samples.back().value;
 }
 
-float lower_tenth(std::vector<float> values) {
-  if (values.empty()) return 0;
-  const auto at = values.begin() + std::ptrdiff_t(values.size() / 10);
-  std::nth_element(values.begin(), at, values.end());
-  return *at;
-}
-
 // 1 at zero, one half at `half`.
 float falling(float value, float half) {
   const float t = std::max(0.0f, value) / half;
@@ -111,7 +105,8 @@ Signs signs_of(const HeadModel& model, const std::vector<const TrackedFrame*>& f
 }
 
 std::vector<float> face_weights(const Signs& signs) {
-  const float jaw = lower_tenth(signs.jaw), lids = lower_tenth(signs.lids), still = lower_tenth(signs.motion);
+  const float jaw = quantile(signs.jaw, 0.1), lids = quantile(signs.lids, 0.1),
+              still = quantile(signs.motion, 0.1);
   std::vector<float> weights(signs.jaw.size());
   for (std::size_t i = 0; i < weights.size(); ++i)
     weights[i] = falling(signs.jaw[i] - jaw, kOpenMouth) * falling(signs.lids[i] - lids, kShutLids) *

@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "core/base/parallel.h"
+#include "core/base/quantile.h"
 #include "core/track/point_tracks.h"
 
 namespace likeness {
@@ -161,10 +162,7 @@ class Support {
       own.points[k] = mean / clip_.scale + corner;
       own.spread[k] = std::max(0.0, std::sqrt(sum.doubt / sum.weight + apart) - kOwnFloor) / clip_.scale;
     }
-    if (distances.empty()) return;
-    std::nth_element(distances.begin(), distances.begin() + static_cast<std::ptrdiff_t>(distances.size() / 2),
-                     distances.end());
-    verdict.disagreement_px = distances[distances.size() / 2];
+    if (!distances.empty()) verdict.disagreement_px = median(std::move(distances));
   }
 
   ClipFrames& clip_;

@@ -11,6 +11,7 @@
 #include <string>
 
 #include "core/base/parallel.h"
+#include "core/base/quantile.h"
 #include "core/head/pose_head.h"
 #include "core/scene/head_regions.h"
 #include "core/scene/mesh_scene.h"
@@ -67,16 +68,14 @@ FaceState usual_state(const HeadModel& model, std::span<const ShapeFrame> frames
   FaceState usual;
   usual.expression = Eigen::VectorXd::Zero(model.expression_count());
   std::vector<double> values(training.size());
-  const auto median = [&](auto&& of) {
+  const auto usually = [&](auto&& of) {
     for (std::size_t k = 0; k < training.size(); ++k) values[k] = of(frames[training[k]].state);
-    const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-    std::nth_element(values.begin(), middle, values.end());
-    return *middle;
+    return median(values);
   };
   if (training.empty()) return usual;
   for (int e = 0; e < model.expression_count(); ++e)
-    usual.expression[e] = median([&](const FaceState& s) { return s.expression[e]; });
-  usual.jaw = median([](const FaceState& s) { return s.jaw; });
+    usual.expression[e] = usually([&](const FaceState& s) { return s.expression[e]; });
+  usual.jaw = usually([](const FaceState& s) { return s.jaw; });
   return usual;
 }
 

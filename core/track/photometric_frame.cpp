@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/base/quantile.h"
 #include "core/image/bilinear.h"
 #include "core/scene/mesh_scene.h"
 
@@ -98,13 +99,6 @@ Image softened(const Image& source) {
   return out;
 }
 
-double median_of(std::vector<double> values) {
-  if (values.empty()) return 1;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
-
 }  // namespace
 
 FacePicture face_picture(const Image8& grey, const Intrinsics& intrinsics) {
@@ -151,7 +145,7 @@ FaceTarget face_target(const FaceSurface& surface, const Appearance& appearance,
     if (value > 10 && level_there > 5) gains.push_back(level_there / value);
   }
   // The camera's exposure drifts: one factor a frame, found in closed form and kept nowhere.
-  const double gain = std::clamp(median_of(std::move(gains)), 0.7, 1.4);
+  const double gain = gains.empty() ? 1 : std::clamp(median(std::move(gains)), 0.7, 1.4);
   for (double& v : target.value) v *= gain;
   return target;
 }

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <string_view>
 
+#include "core/base/quantile.h"
 #include "core/scene/mesh_scene.h"
 
 namespace likeness {
@@ -107,9 +108,7 @@ double exposure_of(const MouthView& view, const Appearance& appearance, const Fa
       ratios.push_back(picture_at(picture, window, i) / level);
   }
   if (ratios.empty()) return 1;
-  const auto middle = ratios.begin() + static_cast<std::ptrdiff_t>(ratios.size() / 2);
-  std::nth_element(ratios.begin(), middle, ratios.end());
-  return std::clamp(*middle, 0.7, 1.4);
+  return std::clamp(median(std::move(ratios)), 0.7, 1.4);
 }
 
 // Minus log probability of every pixel of the window; negative infinity never, NaN where nothing is known.

@@ -8,6 +8,7 @@
 #include <tuple>
 #include <utility>
 
+#include "core/base/quantile.h"
 #include "core/scene/head_regions.h"
 
 namespace likeness {
@@ -52,9 +53,7 @@ double median_edge(const std::vector<Mix>& mixes, const std::vector<Triangle>& t
   std::vector<double> edges;
   for (const Triangle& t : triangles)
     for (int k = 0; k < 3; ++k) edges.push_back((place(t[k]) - place(t[(k + 1) % 3])).norm());
-  if (edges.empty()) return 0;
-  std::nth_element(edges.begin(), edges.begin() + static_cast<std::ptrdiff_t>(edges.size() / 2), edges.end());
-  return edges[edges.size() / 2];
+  return median(std::move(edges));
 }
 
 void fill_points(const HeadModel& model, const HeadShape& shape, const std::vector<Mix>& mixes,

@@ -9,6 +9,7 @@
 #include <optional>
 
 #include "core/base/parallel.h"
+#include "core/base/quantile.h"
 #include "core/track/fit_frame.h"
 #include "core/track/torso_align.h"
 #include "core/track/torso_modes.h"
@@ -29,11 +30,7 @@ int reference_frame(const std::vector<TorsoFrame>& frames) {
       for (int k = 0; k < 3; ++k) xs[k].push_back(f.world_from_head.translation()[k]);
   if (xs[0].empty()) return -1;
   Vec3d usual;
-  for (int k = 0; k < 3; ++k) {
-    std::nth_element(xs[k].begin(), xs[k].begin() + static_cast<std::ptrdiff_t>(xs[k].size() / 2),
-                     xs[k].end());
-    usual[k] = xs[k][xs[k].size() / 2];
-  }
+  for (int k = 0; k < 3; ++k) usual[k] = median(std::move(xs[k]));
   int best = -1;
   double least = 1e30;
   const Mat3d facing = Vec3d(1, -1, -1).asDiagonal();
@@ -122,14 +119,12 @@ void values_at(const Work& work, const std::vector<Pose>& poses, std::size_t lev
   }
 }
 
-// Median and mean absolute deviation from it; sorts.
-std::pair<float, float> agree(std::vector<float>& values) {
-  const auto middle = values.begin() + std::ptrdiff_t(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  const float median = *middle;
+// Median and mean absolute deviation from it.
+std::pair<float, float> agree(const std::vector<float>& values) {
+  const float usual = median(values);
   float spread = 0;
-  for (const float v : values) spread += std::abs(v - median);
-  return {median, spread / float(values.size())};
+  for (const float v : values) spread += std::abs(v - usual);
+  return {usual, spread / float(values.size())};
 }
 
 // The median of the aligned training pictures. Pixels that still differ count less; those that agree better

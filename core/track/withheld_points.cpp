@@ -4,6 +4,7 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 
+#include "core/base/quantile.h"
 #include "core/track/camera_scale.h"
 
 namespace likeness {
@@ -46,13 +47,6 @@ Vec3d solve_point(const std::vector<View>& views, const Vec3d& start) {
     }
   }
   return point;
-}
-
-double quantile(std::vector<double> values, double share) {
-  if (values.empty()) return 0;
-  const auto at = values.begin() + std::ptrdiff_t(share * double(values.size() - 1) + 0.5);
-  std::nth_element(values.begin(), at, values.end());
-  return *at;
 }
 
 }  // namespace

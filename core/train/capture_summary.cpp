@@ -5,19 +5,13 @@
 #include <cmath>
 #include <limits>
 
+#include "core/base/quantile.h"
 #include "core/head/action_amounts.h"
 
 namespace likeness {
 namespace {
 
 constexpr double kMetresPerRadian = 0.17;
-
-float quantile(std::vector<float> values, double share) {
-  if (values.empty()) return 0;
-  const auto middle = values.begin() + std::ptrdiff_t(share * double(values.size() - 1) + 0.5);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 }  // namespace
 

@@ -72,6 +72,16 @@ TEST_F(EndToEnd, TheAvatarResemblesFramesItNeverSaw) {
   EXPECT_LE(report.at("samples_per_ray").get<double>(), 16);
 }
 
+TEST_F(EndToEnd, ThePreviewLosesLittleAgainstTheFinalPicture) {
+  const ProgramResult quick =
+      likeness({"eval", (folder_ / "p.likeness").string(), "--quality", "preview", "--json"});
+  ASSERT_EQ(quick.exit_code, 0) << quick.err;
+  const json preview = json::parse(quick.out), final = evaluate(folder_ / "p.likeness");
+  EXPECT_LT(preview.at("samples_per_ray").get<double>(), final.at("samples_per_ray").get<double>());
+  EXPECT_GT(preview.at("psnr_db").get<double>(), final.at("psnr_db").get<double>() - 2);
+  EXPECT_EQ(likeness({"eval", (folder_ / "p.likeness").string(), "--quality", "fast"}).exit_code, 2);
+}
+
 TEST_F(EndToEnd, ARepeatedBuildHasNothingToDo) {
   const auto before = fs::last_write_time(folder_ / "p.likeness" / "avatar.bin");
   ASSERT_EQ(build(folder_ / "p.likeness").exit_code, 0);
