@@ -30,7 +30,7 @@ Result<TrackRegion> face_region(const fs::path& video, const VideoInfo& info, co
   if (std::max(info.width, info.height) <= kWholePicture) return whole;
   const auto detector = FaceDetector::load(landmark_model);
   if (!detector) return detector.error();
-  const auto scan = scan_clip(video, *detector, progress, stop);
+  const auto scan = scan_clip(video, *detector, {}, progress, stop);
   if (!scan) return scan.error();
   std::vector<FaceBox> faces;
   for (const FaceSample& sample : scan->samples)

@@ -16,6 +16,7 @@ int main(int argc, char** argv) {
   program.require_subcommand(1);
   int exit_code = kExitDone;
   add_build_commands(program, exit_code);
+  add_check_command(program, exit_code);
   add_track_command(program, exit_code);
   add_eval_command(program, exit_code);
   add_render_command(program, exit_code);

@@ -219,7 +219,7 @@ Result<Capture> import_clip(const fs::path& video, const fs::path& folder, const
   auto detector = FaceDetector::load(options.landmark_model);
   if (!detector) return detector.error();
 
-  const auto scan = scan_clip(video, *detector, progress.stage(0, 0.6, "look"), stop);
+  const auto scan = scan_clip(video, *detector, {}, progress.stage(0, 0.6, "look"), stop);
   if (!scan) return scan.error();
   auto capture = make_capture(video, *scan, options);
   if (!capture) return capture.error();

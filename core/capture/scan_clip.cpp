@@ -97,6 +97,7 @@ double face_sharpness(const Image8& picture, const FaceBox& face) {
 }
 
 Result<ClipScan> scan_clip(const std::filesystem::path& video, const FaceDetector& detector,
+                           const std::function<void(const VideoFrame&, const FaceSample&)>& look,
                            const Progress& progress, std::stop_token stop) {
   auto reader = VideoReader::open(video, VideoPixels::luma);
   if (!reader) return reader.error();
@@ -114,6 +115,7 @@ Result<ClipScan> scan_clip(const std::filesystem::path& video, const FaceDetecto
     if (current.index % stride == 0) {
       scan.samples.push_back(finder.look(current));
       if (scan.samples.back().face) face = scan.samples.back().face;
+      if (look) look(current, scan.samples.back());
     }
     CaptureFrame entry;
     entry.frame = current.index;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <optional>
 #include <stop_token>
 #include <vector>
@@ -27,7 +28,9 @@ struct ClipScan {
   std::vector<FaceSample> samples;  // about five a second
 };
 
+// look: told of every sampled picture (luma only) when its face has been sought; may be empty.
 Result<ClipScan> scan_clip(const std::filesystem::path& video, const FaceDetector& detector,
+                           const std::function<void(const VideoFrame&, const FaceSample&)>& look,
                            const Progress& progress, std::stop_token stop);
 
 // Variance of the Laplacian of the face's luma, the box reduced or enlarged to a fixed size so that a face

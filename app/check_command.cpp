@@ -1,0 +1,99 @@
+// likeness check: will this clip make an avatar?
+#include <memory>
+#include <optional>
+
+#include <fmt/format.h>
+
+#include "app/commands.h"
+#include "app/terminal.h"
+#include "core/base/parallel.h"
+#include "core/check/verdict.h"
+
+namespace likeness::app {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct CheckArguments {
+  CommonOptions common;
+  fs::path video, landmark_model;
+};
+
+nlohmann::json to_json(const Look& look) {
+  nlohmann::json j{{"frame", look.frame},
+                   {"time_s", look.time_s},
+                   {"face", look.face.has_value()},
+                   {"second_face", look.second_face}};
+  if (!look.face) return j;
+  j["face_px"] = look.face->width;
+  j["sharpness"] = look.sharpness;
+  j["level"] = look.level;
+  j["dark_share"] = look.dark_share;
+  j["bright_share"] = look.bright_share;
+  j["cut_share"] = look.cut_share;
+  if (!look.posed) return j;
+  j["yaw_deg"] = look.yaw_deg;
+  j["pitch_deg"] = look.pitch_deg;
+  j["open_mouth"] = look.deeds[std::size_t(Deed::open_mouth)];
+  j["smile"] = look.deeds[std::size_t(Deed::smile)];
+  j["pucker"] = look.deeds[std::size_t(Deed::pucker)];
+  j["raise_brows"] = look.deeds[std::size_t(Deed::raise_brows)];
+  j["shut_eyes"] = look.deeds[std::size_t(Deed::shut_eyes)];
+  return j;
+}
+
+void print_as_json(const ClipMeasures& measures, const CaptureVerdict& verdict) {
+  nlohmann::json remarks = nlohmann::json::array(), looks = nlohmann::json::array();
+  for (const Remark& r : verdict.remarks)
+    remarks.push_back({{"fault", fault_name(r.fault)},
+                       {"grave", r.grave},
+                       {"from_s", r.from_s},
+                       {"to_s", r.to_s},
+                       {"what", r.what},
+                       {"remedy", r.remedy}});
+  for (const Look& look : measures.looks) looks.push_back(to_json(look));
+  const CameraMeasures& camera = measures.camera;
+  print_json({{"verdict", verdict_name(verdict.verdict)},
+              {"remarks", remarks},
+              {"frames", measures.frames},
+              {"seconds", measures.duration_s},
+              {"camera",
+               {{"rests", camera.rests},
+                {"motion_per_1000", camera.motion},
+                {"travel_per_1000", camera.travel},
+                {"tracks", camera.tracks}}},
+              {"looks", looks}});
+}
+
+int run(const CheckArguments& arguments) {
+  const ThreadLimit limit(arguments.common.threads);
+  std::optional<Result<ClipMeasures>> measures;
+  {
+    const ProgressLine line(arguments.common);
+    measures = measure_clip(arguments.video, arguments.landmark_model, line.progress(), stop_on_signals());
+  }
+  if (!*measures) return report_failure(measures->error());
+  const CaptureVerdict verdict = judge_capture(**measures);
+  if (arguments.common.json) {
+    print_as_json(**measures, verdict);
+    return kExitDone;
+  }
+  fmt::print("{}\n", verdict_words(verdict.verdict));
+  for (const Remark& r : verdict.remarks)
+    fmt::print("\n{} {:.0f}-{:.0f} s: {}\n  {}\n", r.grave ? "!" : "-", r.from_s, r.to_s, r.what, r.remedy);
+  return kExitDone;
+}
+
+}  // namespace
+
+void add_check_command(CLI::App& program, int& exit_code) {
+  auto a = std::make_shared<CheckArguments>();
+  CLI::App* verb = program.add_subcommand("check", "Will this clip make an avatar? A verdict in a minute");
+  verb->add_option("video", a->video, "The clip")->required();
+  verb->add_option("--landmark-model", a->landmark_model,
+                   "A dlib 68-point shape predictor; default: the system's");
+  add_common_options(*verb, a->common);
+  verb->callback([a, &exit_code] { exit_code = run(*a); });
+}
+
+}  // namespace likeness::app

@@ -1,0 +1,231 @@
+// Looks at a clip: see clip_measures.h.
+#include "core/check/clip_measures.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "core/base/parallel.h"
+#include "core/camera/align.h"
+#include "core/camera/motion.h"
+#include "core/capture/scan_clip.h"
+#include "core/head/action_amounts.h"
+#include "core/head/builtin_head.h"
+#include "core/matte/matte.h"
+#include "core/track/fit_clip.h"
+
+namespace likeness {
+namespace {
+
+constexpr LandmarkEffort kEffort{4, 12};  // a look is one of hundreds
+constexpr double kSurroundings = 0.8;     // of the box's width, kept round it for the landmarks
+constexpr int kMostPatch = 640;           // px a kept patch is reduced to: the face is then 250 px wide
+constexpr std::size_t kBatch = 32;        // patches looked at side by side
+constexpr int kDark = 24, kBright = 250;  // luma: shadows and lights beyond have lost their drawing
+constexpr double kFaceEllipse = 0.42;     // of the box: half axes of the part that is surely skin
+constexpr double kLeastAgreement = 0.45;  // share of the landmark runs
+constexpr int kIdentityDirections = 30, kIdentityFrames = 40;
+constexpr double kHeadAbove = 0.5, kHeadBelow = 0.25, kHeadBeside = 0.3;  // of the box, to the whole head
+
+// The surroundings of a face, waiting for its landmarks.
+struct Patch {
+  std::size_t look = 0;
+  Image8 luma;
+  double x = 0, y = 0, scale = 1;  // source px = x + patch px * scale
+  FaceBox face;                    // patch px
+};
+
+Patch cut_patch(const Image8& picture, const FaceBox& face, std::size_t look) {
+  const int x = static_cast<int>(std::floor(face.x - kSurroundings * face.width)),
+            y = static_cast<int>(std::floor(face.y - kSurroundings * face.height)),
+            width = static_cast<int>(std::ceil((1 + 2 * kSurroundings) * face.width)),
+            height = static_cast<int>(std::ceil((1 + 2 * kSurroundings) * face.height));
+  Patch patch{look, crop(picture, x, y, width, height), double(x), double(y), 1, {}};
+  if (const int longer = std::max(width, height); longer > kMostPatch) {
+    patch.scale = double(longer) / kMostPatch;
+    patch.luma = resize(patch.luma, std::max(1, int(std::lround(width / patch.scale))),
+                        std::max(1, int(std::lround(height / patch.scale))));
+  }
+  patch.face = {(face.x - x) / patch.scale, (face.y - y) / patch.scale, face.width / patch.scale,
+                face.height / patch.scale, face.score};
+  return patch;
+}
+
+void measure_light(const Patch& patch, Look& look) {
+  const double cx = patch.face.x + 0.5 * patch.face.width, cy = patch.face.y + 0.5 * patch.face.height,
+               rx = kFaceEllipse * patch.face.width, ry = kFaceEllipse * patch.face.height;
+  double sum = 0, dark = 0, bright = 0, count = 0;
+  for (int y = 0; y < patch.luma.height; ++y)
+    for (int x = 0; x < patch.luma.width; ++x) {
+      const double dx = (x + 0.5 - cx) / rx, dy = (y + 0.5 - cy) / ry;
+      if (dx * dx + dy * dy > 1) continue;
+      const int level = *patch.luma.at(x, y);
+      sum += level, dark += level<kDark, bright += level> kBright, ++count;
+    }
+  if (count == 0) return;
+  look.level = sum / count, look.dark_share = dark / count, look.bright_share = bright / count;
+}
+
+// Share of the head's box beyond the picture's edges.
+double cut_share(const FaceBox& face, int width, int height) {
+  const double left = face.x - kHeadBeside * face.width, right = face.x + (1 + kHeadBeside) * face.width,
+               top = face.y - kHeadAbove * face.height, bottom = face.y + (1 + kHeadBelow) * face.height;
+  const double inside = std::max(0.0, std::min<double>(right, width) - std::max(left, 0.0)) *
+                        std::max(0.0, std::min<double>(bottom, height) - std::max(top, 0.0));
+  return 1 - inside / ((right - left) * (bottom - top));
+}
+
+// Poses and deeds of the looks by a fit of the built-in head to their landmarks, with a usual focal length.
+class FaceFit {
+ public:
+  explicit FaceFit(const VideoInfo& info)
+      : model_(make_builtin_head()),
+        head_(reduce_head(model_, kIdentityDirections)),
+        prior_(expression_prior(model_)) {
+    const double focal = AlignOptions{}.focal_over_width * std::max(info.width, info.height);
+    lens_ = {info.width, info.height, focal, focal, info.width / 2.0, info.height / 2.0};
+  }
+
+  void add(std::size_t look, int frame, const Landmarks& landmarks) {
+    FaceFrame face;
+    face.frame = frame;
+    face.seen = true;
+    // Residuals are wanted in pixels of a face as it fills a working picture.
+    const double eyes_px = std::max(1.0, (landmarks.points[36] - landmarks.points[45]).norm());
+    const double scale = 150 / eyes_px;
+    face.observation.focal_px = lens_.fx * scale;
+    for (int k = 0; k < kLandmarkCount; ++k) {
+      face.observation.rays[k] = ray_direction(lens_, landmarks.points[k]).head<2>();
+      face.observation.sigma_px[k] = std::hypot(1.0, landmarks.spread[k] * scale);
+    }
+    face.state.expression = Eigen::VectorXd::Zero(head_.expression_count());
+    faces_.push_back(std::move(face));
+    looks_.push_back(look);
+  }
+
+  Result<void> run(std::vector<Look>& looks, const Progress& progress, std::stop_token stop) {
+    if (faces_.size() < 3) return {};
+    ClipFitOptions options;
+    options.identity_frames = kIdentityFrames;
+    options.sweeps = 1;  // looks are too far apart to lean on each other
+    Eigen::VectorXd identity = Eigen::VectorXd::Zero(head_.identity_count());
+    start_clip(head_, identity, prior_, faces_);
+    auto fitted =
+        fit_identity(head_, prior_, options, identity, faces_, progress.stage(0, 0.5, "face"), stop);
+    if (!fitted) return fitted.error();
+    if (auto done = fit_states(head_, *fitted, prior_, options, faces_, progress.stage(0.5, 1, "face"), stop);
+        !done)
+      return done;
+    const ActionBasis basis = action_basis(model_);
+    for (std::size_t i = 0; i < faces_.size(); ++i) describe(basis, faces_[i].state, looks[looks_[i]]);
+    return {};
+  }
+
+ private:
+  void describe(const ActionBasis& basis, const FaceState& state, Look& look) const {
+    constexpr double kDegree = 180 / std::numbers::pi;
+    // Where the camera is, seen from the head: a face at the picture's edge is seen from the side as well.
+    const Vec3d camera = (state.cam_from_head.inverse().translation()).normalized();
+    look.posed = camera.allFinite();
+    if (!look.posed) return;
+    look.yaw_deg = -kDegree * std::atan2(camera.x(), camera.z());
+    look.pitch_deg = -kDegree * std::asin(std::clamp(camera.y(), -1.0, 1.0));
+    Articulation articulation = neutral_articulation(model_);
+    articulation.expression = state.expression.cast<float>();
+    articulation.jaw.x() = static_cast<float>(state.jaw);
+    const Eigen::VectorXf amounts = face_amounts(basis, articulation);
+    const auto most = [&](std::initializer_list<const char*> names) {
+      double amount = 0;
+      for (const char* name : names)
+        if (const int a = action_index(basis, name); a >= 0) amount = std::max<double>(amount, amounts[a]);
+      return amount;
+    };
+    look.deeds = {most({"jawOpen"}), most({"mouthSmile_L", "mouthSmile_R"}),
+                  most({"mouthPucker", "mouthFunnel"}),
+                  most({"browInnerUp", "browInnerUp_L", "browInnerUp_R", "browOuterUp_L", "browOuterUp_R"}),
+                  most({"eyeBlink_L", "eyeBlink_R"})};
+  }
+
+  const HeadModel model_;
+  const ReducedHead head_;
+  const ExpressionPrior prior_;
+  Intrinsics lens_;
+  std::vector<FaceFrame> faces_;
+  std::vector<std::size_t> looks_;
+};
+
+Result<CameraMeasures> measure_camera(const std::filesystem::path& video,
+                                      const std::filesystem::path& landmark_model, const Progress& progress,
+                                      std::stop_token stop) {
+  const auto person = coarse_person_mask(landmark_model);
+  if (!person) return person.error();
+  const double rest = AlignOptions{}.static_motion_px_per_1000;
+  const auto motion = measure_background_motion(video, *person, rest, progress, stop);
+  if (!motion) return motion.error();
+  CameraMeasures camera;
+  camera.motion = motion->motion;
+  camera.tracks = motion->tracks;
+  camera.rests = motion->motion <= rest;
+  for (const FrameMotion& frame : motion->frames) camera.travel = std::max(camera.travel, frame.travel);
+  return camera;
+}
+
+}  // namespace
+
+Result<ClipMeasures> measure_clip(const std::filesystem::path& video,
+                                  const std::filesystem::path& landmark_model, const Progress& progress,
+                                  std::stop_token stop) {
+  auto detector = FaceDetector::load(landmark_model);
+  if (!detector) return detector.error();
+  const auto info = probe_video(video);
+  if (!info) return info.error();
+  ClipMeasures measures;
+  measures.info = *info;
+  FaceFit fit(*info);
+
+  std::vector<Patch> patches;
+  const auto find_landmarks = [&] {
+    std::vector<Landmarks> found(patches.size());
+    parallel_for(patches.size(), [&](std::size_t i) {
+      found[i] = detector->landmarks(patches[i].luma, patches[i].face, 0, nullptr, kEffort);
+      measure_light(patches[i], measures.looks[patches[i].look]);
+    });
+    for (std::size_t i = 0; i < patches.size(); ++i) {
+      const Patch& patch = patches[i];
+      if (found[i].cluster_share < kLeastAgreement) continue;
+      for (int k = 0; k < kLandmarkCount; ++k) {
+        found[i].points[k] = found[i].points[k] * patch.scale + Vec2d(patch.x, patch.y);
+        found[i].spread[k] *= patch.scale;
+      }
+      fit.add(patch.look, measures.looks[patch.look].frame, found[i]);
+    }
+    patches.clear();
+  };
+  const auto look_at = [&](const VideoFrame& frame, const FaceSample& sample) {
+    Look look;
+    look.frame = frame.index, look.time_s = frame.time_s;
+    look.face = sample.face, look.second_face = sample.second_face;
+    if (sample.face) {
+      look.sharpness = face_sharpness(frame.rgb, *sample.face);
+      look.cut_share = cut_share(*sample.face, frame.rgb.width, frame.rgb.height);
+      patches.push_back(cut_patch(frame.rgb, *sample.face, measures.looks.size()));
+    }
+    measures.looks.push_back(std::move(look));
+    if (patches.size() == kBatch) find_landmarks();
+  };
+  const auto scan = scan_clip(video, *detector, look_at, progress.stage(0, 0.5, "face"), stop);
+  if (!scan) return scan.error();
+  find_landmarks();
+  measures.frames = static_cast<int>(scan->frames.size());
+  if (!scan->frames.empty())
+    measures.duration_s = scan->frames.back().time_s - scan->frames.front().time_s +
+                          (info->frames_per_second > 0 ? 1 / info->frames_per_second : 0);
+  if (auto fitted = fit.run(measures.looks, progress.stage(0.5, 0.6, "expressions"), stop); !fitted)
+    return fitted.error();
+  auto camera = measure_camera(video, landmark_model, progress.stage(0.6, 1, "camera"), stop);
+  if (!camera) return camera.error();
+  measures.camera = *camera;
+  return measures;
+}
+
+}  // namespace likeness

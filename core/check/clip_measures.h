@@ -1,0 +1,59 @@
+// What a clip shows of a person, measured: the evidence of the capture check. About five looks a second, one
+// pass over the clip for the face and one for the camera.
+#pragma once
+
+#include <array>
+#include <filesystem>
+#include <optional>
+#include <stop_token>
+#include <vector>
+
+#include "core/base/progress.h"
+#include "core/base/result.h"
+#include "core/track/landmarks.h"
+#include "core/video/decode.h"
+
+namespace likeness {
+
+// What an avatar has to have seen of a face to show it, each by one or two named actions.
+enum class Deed { open_mouth, smile, pucker, raise_brows, shut_eyes };
+inline constexpr std::array kDeeds{Deed::open_mouth, Deed::smile, Deed::pucker, Deed::raise_brows,
+                                   Deed::shut_eyes};
+
+// One picture looked at.
+struct Look {
+  int frame = 0;
+  double time_s = 0;
+  std::optional<FaceBox> face;  // of the main person, source px
+  bool second_face = false;     // another of comparable size is in view
+  // Of pictures with a face:
+  double sharpness = 0;                     // core/capture/scan_clip.h
+  double level = 0;                         // mean luma of the face, 0..255
+  double dark_share = 0, bright_share = 0;  // of the face's pixels: nearly black, burnt out
+  double cut_share = 0;                     // of the head's surroundings, outside of the picture
+  bool posed = false;                       // the landmarks agreed; what follows holds
+  double yaw_deg = 0, pitch_deg = 0;  // of the head against the line of sight: to the subject's left, up
+  std::array<double, kDeeds.size()> deeds{};  // amounts, 0 none .. 1 full
+};
+
+struct CameraMeasures {
+  bool rests = false;
+  double motion = 0;  // of the background, in 1/1000 of the width (core/camera/motion.h)
+  double travel = 0;  // the same without the shaking of a hand
+  double tracks = 0;  // background features that told so
+};
+
+struct ClipMeasures {
+  VideoInfo info;
+  int frames = 0;         // decoded
+  double duration_s = 0;  // of them
+  std::vector<Look> looks;
+  CameraMeasures camera;
+};
+
+// landmark_model: empty = the system's. Refuses what cannot be decoded; a clip without a face is measured.
+Result<ClipMeasures> measure_clip(const std::filesystem::path& video,
+                                  const std::filesystem::path& landmark_model, const Progress& progress,
+                                  std::stop_token stop);
+
+}  // namespace likeness

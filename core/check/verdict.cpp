@@ -1,0 +1,261 @@
+// The judgement: see verdict.h.
+#include "core/check/verdict.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <functional>
+
+#include "core/base/quantile.h"
+
+namespace likeness {
+namespace {
+
+// Share of the looks that may show a fault before it is remarked on, and before it is grave.
+constexpr double kSomeLooks = 0.15, kMostLooks = 0.5;
+constexpr double kShortest_s = 6, kShort_s = 14;
+constexpr double kBlurred = 60;                            // sharpness of a face, 8-bit units squared
+constexpr double kDarkLevel = 45, kDarkShare = 0.35;       // luma; share of a face's pixels
+constexpr double kBrightShare = 0.12;                      // burnt out
+constexpr double kTinyFace = 80, kSmallFace = 120;         // px across the detector's box
+constexpr double kCut = 0.06;                              // of the head's surroundings
+constexpr double kFewestTurn_deg = 12, kFewTurn_deg = 30;  // from side to side
+constexpr double kFewNod_deg = 8;
+constexpr double kFrontal_deg = 15;   // looks nearer to the front than that are compared in their light
+constexpr double kLightRatio = 1.35;  // of the face's brightness, between calm moments of the clip
+constexpr double kSweep = 120;        // travel, 1/1000 of the width, from which a camera was moved on purpose
+constexpr double kFewTracks = 25;     // background features: too few to solve a moving camera from
+constexpr double kGap_s = 1.0;        // a stretch goes on over
+
+struct DeedInfo {
+  std::string_view words;
+  double range;  // of its amount, from which it was shown
+};
+constexpr std::array<DeedInfo, kDeeds.size()> kDeedInfo{{{"open the mouth wide", 0.18},
+                                                         {"smile", 0.25},
+                                                         {"purse the lips", 0.25},
+                                                         {"raise the brows", 0.25},
+                                                         {"blink", 0.3}}};
+
+using Test = std::function<bool(const Look&)>;
+
+struct Findings {
+  int asked = 0, found = 0;
+  double from_s = 0, to_s = 0;  // the longest stretch
+  double share() const { return asked > 0 ? double(found) / asked : 0; }
+};
+
+Findings find(const std::vector<Look>& looks, const Test& applies, const Test& test) {
+  Findings findings;
+  double from = 0, last = -1e9;
+  for (const Look& look : looks) {
+    if (!applies(look)) continue;
+    ++findings.asked;
+    if (!test(look)) continue;
+    if (look.time_s - last > kGap_s) from = look.time_s;
+    last = look.time_s;
+    if (findings.found++ == 0 || last - from > findings.to_s - findings.from_s)
+      findings.from_s = from, findings.to_s = last;
+  }
+  return findings;
+}
+
+bool any(const Look&) { return true; }
+bool has_face(const Look& look) { return look.face.has_value(); }
+bool is_posed(const Look& look) { return look.posed; }
+
+template <class F>
+std::vector<double> values_of(const std::vector<Look>& looks, const Test& applies, F value) {
+  std::vector<double> values;
+  for (const Look& look : looks)
+    if (applies(look)) values.push_back(value(look));
+  return values;
+}
+
+template <class F>
+double range_of(const std::vector<Look>& looks, const Test& applies, F value) {
+  const std::vector<double> values = values_of(looks, applies, value);
+  return quantile(values, 0.97) - quantile(values, 0.03);
+}
+
+class Judge {
+ public:
+  explicit Judge(const ClipMeasures& clip) : clip_(clip) {}
+
+  CaptureVerdict judge() {
+    judge_people();
+    if (share_of_faces_ > 0) {
+      judge_pictures();
+      judge_performance();
+      judge_light();
+    }
+    judge_camera();
+    std::stable_sort(out_.remarks.begin(), out_.remarks.end(),
+                     [](const Remark& a, const Remark& b) { return a.grave && !b.grave; });
+    if (!out_.remarks.empty()) out_.verdict = out_.remarks.front().grave ? Verdict::refilm : Verdict::usable;
+    return std::move(out_);
+  }
+
+ private:
+  void remark(Fault fault, bool grave, double from_s, double to_s, std::string what, std::string remedy) {
+    out_.remarks.push_back({fault, grave, from_s, to_s, std::move(what), std::move(remedy)});
+  }
+  void remark_all(Fault fault, bool grave, std::string what, std::string remedy) {
+    remark(fault, grave, 0, clip_.duration_s, std::move(what), std::move(remedy));
+  }
+  // A fault of single pictures.
+  void remark_looks(Fault fault, const Findings& findings, double grave_share, std::string_view what,
+                    std::string remedy) {
+    if (findings.share() < kSomeLooks) return;
+    remark(fault, findings.share() >= grave_share, findings.from_s, findings.to_s,
+           fmt::format("{} in {:.0f} % of the pictures looked at.", what, 100 * findings.share()),
+           std::move(remedy));
+  }
+
+  void judge_people() {
+    if (clip_.duration_s < kShort_s)
+      remark_all(Fault::too_short, clip_.duration_s < kShortest_s,
+                 fmt::format("The clip lasts {:.0f} seconds.", clip_.duration_s),
+                 "Film about a minute: turn the head slowly to both sides, up and down, then speak and show "
+                 "expressions.");
+    const Findings faceless = find(clip_.looks, any, [](const Look& look) { return !look.face; });
+    share_of_faces_ = 1 - faceless.share();
+    remark_looks(Fault::no_face, faceless, kMostLooks, "No face was found",
+                 "Keep the face in the picture and free of hands, hair and sunglasses; film upright, in good "
+                 "light, and turn the head no further than to a half profile.");
+    const Findings crowd = find(clip_.looks, any, [](const Look& look) { return look.second_face; });
+    if (crowd.found > 1 && crowd.share() > 0.03)
+      remark(Fault::second_person, crowd.share() > 0.2, crowd.from_s, crowd.to_s,
+             fmt::format("A second face of comparable size is in {:.0f} % of the pictures looked at.",
+                         100 * crowd.share()),
+             "Film one person alone; keep mirrors, posters and screens with faces out of the picture.");
+  }
+
+  void judge_pictures() {
+    remark_looks(Fault::blurred,
+                 find(clip_.looks, has_face, [](const Look& look) { return look.sharpness < kBlurred; }),
+                 kMostLooks, "The face is blurred",
+                 "Wipe the lens, tap the face on the screen to focus on it, film in brighter light and move "
+                 "slowly.");
+    remark_looks(
+        Fault::too_dark,
+        find(clip_.looks, has_face,
+             [](const Look& look) { return look.level < kDarkLevel && look.dark_share > kDarkShare; }),
+        kMostLooks, "The face is too dark",
+        "Face a window or a lamp behind the camera; do not film against the light.");
+    remark_looks(
+        Fault::too_bright,
+        find(clip_.looks, has_face, [](const Look& look) { return look.bright_share > kBrightShare; }),
+        kMostLooks, "Parts of the face are burnt out",
+        "Move away from the lamp or the sun, or tap the face on the screen so that the camera "
+        "exposes for it.");
+    const double width =
+        median(values_of(clip_.looks, has_face, [](const Look& l) { return l.face->width; }));
+    if (width < kSmallFace)
+      remark_all(Fault::small_face, width < kTinyFace,
+                 fmt::format("The face is about {:.0f} px wide.", width),
+                 "Film from nearer, or at a higher resolution: head and shoulders should fill the picture.");
+    remark_looks(Fault::head_cut,
+                 find(clip_.looks, has_face, [](const Look& look) { return look.cut_share > kCut; }),
+                 kMostLooks, "The picture's edge cuts the head",
+                 "Leave room above and beside the head, also while it turns.");
+  }
+
+  void judge_performance() {
+    const double turn = range_of(clip_.looks, is_posed, [](const Look&look) { return look.yaw_deg; }),
+                 nod = range_of(clip_.looks, is_posed, [](const Look&look) { return look.pitch_deg; });
+    if (turn < kFewTurn_deg || nod < kFewNod_deg)
+      remark_all(
+          Fault::few_angles, turn < kFewestTurn_deg,
+          fmt::format("The head is seen from {:.0f} degrees side to side and {:.0f} up and down.", turn, nod),
+          "Turn the head slowly to both sides as far as to a half profile, then raise and lower it; or "
+          "walk round the resting head.");
+    std::string missing;
+    for (std::size_t d = 0; d < kDeeds.size(); ++d)
+      if (range_of(clip_.looks, is_posed, [&](const Look& look) { return look.deeds[d]; }) <
+          kDeedInfo[d].range)
+        missing += (missing.empty() ? "" : ", ") + std::string(kDeedInfo[d].words);
+    if (!missing.empty())
+      remark_all(Fault::few_expressions, false,
+                 "The avatar will not learn from this clip to: " + missing + ".",
+                 "Speak a few sentences, smile with and without teeth, purse the lips, raise the brows and "
+                 "blink.");
+  }
+
+  // The face's brightness seen from the front, second by second.
+  void judge_light() {
+    struct Moment {
+      double time_s, level;
+    };
+    std::vector<Moment> moments;
+    std::vector<double> second;
+    double start = -1;
+    const auto close = [&] {
+      if (second.size() >= 2) moments.push_back({start, median(second)});
+      second.clear();
+    };
+    for (const Look& look : clip_.looks) {
+      if (!look.posed || std::abs(look.yaw_deg) > kFrontal_deg) continue;
+      if (start < 0 || look.time_s - start >= 1) close(), start = look.time_s;
+      second.push_back(look.level);
+    }
+    close();
+    if (moments.size() < 2) return;
+    const auto [low, high] = std::ranges::minmax_element(moments, {}, &Moment::level);
+    if (high->level < kLightRatio * std::max(1.0, low->level)) return;
+    remark(
+        Fault::light_changes, false, std::min(low->time_s, high->time_s),
+        std::max(low->time_s, high->time_s) + 1,
+        fmt::format("The light on the face changes: it is {:.1f} times as bright at {:.0f} s as at {:.0f} s.",
+                    high->level / std::max(1.0, low->level), high->time_s, low->time_s),
+        "Lock the camera's exposure, and film where no clouds, screens or passing people change the light.");
+  }
+
+  void judge_camera() {
+    const CameraMeasures& camera = clip_.camera;
+    if (camera.rests) return;
+    if (camera.travel < kSweep)
+      remark_all(
+          Fault::camera_shakes, false,
+          fmt::format("The camera shakes, by up to {:.1f} % of the picture's width.", camera.motion / 10),
+          "Rest the camera on something; or walk round the resting head first and rest the camera "
+          "then.");
+    else if (camera.tracks < kFewTracks)
+      remark_all(Fault::plain_background, true,
+                 fmt::format("The camera moves before a background with hardly a feature ({:.0f} followed).",
+                             camera.tracks),
+                 "Rest the camera on something, or film before a background with detail.");
+  }
+
+  const ClipMeasures& clip_;
+  double share_of_faces_ = 0;
+  CaptureVerdict out_;
+};
+
+}  // namespace
+
+std::string_view fault_name(Fault fault) {
+  static constexpr std::array<std::string_view, 13> kNames{
+      "no_face",       "second_person", "too_short",       "blurred",    "too_dark",
+      "too_bright",    "small_face",    "head_cut",        "few_angles", "few_expressions",
+      "light_changes", "camera_shakes", "plain_background"};
+  return kNames[static_cast<std::size_t>(fault)];
+}
+
+std::string_view verdict_name(Verdict verdict) {
+  static constexpr std::array<std::string_view, 3> kNames{"ready", "usable", "refilm"};
+  return kNames[static_cast<std::size_t>(verdict)];
+}
+
+std::string_view verdict_words(Verdict verdict) {
+  static constexpr std::array<std::string_view, 3> kWords{
+      "Ready: this clip will make a good avatar.", "Usable, but the avatar will show these faults.",
+      "Film again: no good avatar will come of this clip."};
+  return kWords[static_cast<std::size_t>(verdict)];
+}
+
+CaptureVerdict judge_capture(const ClipMeasures& measures) { return Judge(measures).judge(); }
+
+}  // namespace likeness

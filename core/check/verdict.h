@@ -1,0 +1,51 @@
+// Whether a clip will make an avatar, in words: what is wrong with it, when, and what to do about it.
+//
+// The thresholds are argued from measurements: docs/CAPTURE_CHECK.md lists them beside the figures of good
+// clips and of the same clips spoilt in known ways.
+#pragma once
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "core/check/clip_measures.h"
+
+namespace likeness {
+
+enum class Fault {
+  no_face,
+  second_person,
+  too_short,
+  blurred,
+  too_dark,
+  too_bright,
+  small_face,
+  head_cut,
+  few_angles,
+  few_expressions,
+  light_changes,
+  camera_shakes,
+  plain_background
+};
+std::string_view fault_name(Fault fault);  // as written above
+
+struct Remark {
+  Fault fault = Fault::no_face;
+  bool grave = false;  // no good avatar will come of it
+  double from_s = 0,
+         to_s = 0;           // the longest stretch that shows it; the whole clip where it is one of the whole
+  std::string what, remedy;  // sentences
+};
+
+enum class Verdict { ready, usable, refilm };
+std::string_view verdict_name(Verdict verdict);
+std::string_view verdict_words(Verdict verdict);  // a sentence for people
+
+struct CaptureVerdict {
+  Verdict verdict = Verdict::ready;  // refilm with a grave remark, usable with any
+  std::vector<Remark> remarks;       // the grave ones first
+};
+
+CaptureVerdict judge_capture(const ClipMeasures& measures);
+
+}  // namespace likeness

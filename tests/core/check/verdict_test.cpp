@@ -1,0 +1,123 @@
+// Claims about the verdict: a good clip passes, each fault alone is named, with the stretch that shows it.
+#include "core/check/verdict.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+
+namespace likeness {
+namespace {
+
+// A minute of somebody who turns, nods and speaks before a resting camera.
+ClipMeasures good_clip() {
+  ClipMeasures clip;
+  clip.info.width = 1920, clip.info.height = 1080, clip.info.frames_per_second = 30;
+  clip.frames = 1800, clip.duration_s = 60;
+  clip.camera = {true, 0.4, 0.5, 200};
+  for (int i = 0; i < 300; ++i) {
+    Look look;
+    look.frame = 6 * i, look.time_s = 0.2 * i;
+    look.face = FaceBox{700, 300, 320, 320, 1};
+    look.sharpness = 400, look.level = 120, look.posed = true;
+    const double wave = std::sin(2 * std::numbers::pi * i / 75.0);
+    look.yaw_deg = 40 * wave, look.pitch_deg = 12 * std::cos(2 * std::numbers::pi * i / 75.0);
+    for (std::size_t d = 0; d < kDeeds.size(); ++d)
+      look.deeds[d] = 0.5 + 0.5 * std::sin(0.9 * i + static_cast<double>(d));
+    clip.looks.push_back(look);
+  }
+  return clip;
+}
+
+std::vector<Fault> faults(const CaptureVerdict& verdict) {
+  std::vector<Fault> list;
+  for (const Remark& r : verdict.remarks) list.push_back(r.fault);
+  return list;
+}
+
+template <class Spoil>
+CaptureVerdict spoilt(Spoil spoil) {
+  ClipMeasures clip = good_clip();
+  spoil(clip);
+  return judge_capture(clip);
+}
+
+using testing::ElementsAre;
+
+TEST(Verdict, AGoodClipIsReady) {
+  const CaptureVerdict verdict = judge_capture(good_clip());
+  EXPECT_EQ(verdict.verdict, Verdict::ready);
+  EXPECT_TRUE(verdict.remarks.empty());
+}
+
+TEST(Verdict, AFaultOfAStretchIsNamedWithItsTime) {
+  const CaptureVerdict verdict = spoilt([](ClipMeasures& clip) {
+    for (Look& look : clip.looks)
+      if (look.time_s >= 20 && look.time_s < 35) look.sharpness = 5;
+  });
+  ASSERT_THAT(faults(verdict), ElementsAre(Fault::blurred));
+  EXPECT_EQ(verdict.verdict, Verdict::usable);
+  EXPECT_NEAR(verdict.remarks[0].from_s, 20, 0.21);
+  EXPECT_NEAR(verdict.remarks[0].to_s, 35, 0.21);
+  EXPECT_FALSE(verdict.remarks[0].remedy.empty());
+}
+
+TEST(Verdict, AFaultOfTheWholeClipIsGrave) {
+  const CaptureVerdict verdict = spoilt([](ClipMeasures& clip) {
+    for (Look& look : clip.looks) look.sharpness = 5;
+  });
+  EXPECT_EQ(verdict.verdict, Verdict::refilm);
+  EXPECT_THAT(faults(verdict), ElementsAre(Fault::blurred));
+}
+
+TEST(Verdict, EachFaultAloneIsNamedAlone) {
+  const auto each = [](auto spoil) {
+    return faults(spoilt([&](ClipMeasures& clip) {
+      for (Look& look : clip.looks) spoil(look);
+    }));
+  };
+  EXPECT_THAT(each([](Look& l) { l.level = 20, l.dark_share = 0.8; }), ElementsAre(Fault::too_dark));
+  EXPECT_THAT(each([](Look& l) { l.bright_share = 0.5; }), ElementsAre(Fault::too_bright));
+  EXPECT_THAT(each([](Look& l) { l.face->width = 60; }), ElementsAre(Fault::small_face));
+  EXPECT_THAT(each([](Look& l) { l.cut_share = 0.3; }), ElementsAre(Fault::head_cut));
+  EXPECT_THAT(each([](Look& l) { l.yaw_deg = l.pitch_deg = 3; }), ElementsAre(Fault::few_angles));
+  EXPECT_THAT(each([](Look& l) { l.deeds.fill(0.1); }), ElementsAre(Fault::few_expressions));
+  EXPECT_THAT(each([](Look& l) { l.second_face = true; }), ElementsAre(Fault::second_person));
+  EXPECT_THAT(each([](Look& l) {
+                if (l.time_s > 30) l.level = 40;
+              }),
+              ElementsAre(Fault::light_changes));
+  EXPECT_THAT(faults(spoilt([](ClipMeasures& clip) { clip.duration_s = 4; })), ElementsAre(Fault::too_short));
+  EXPECT_THAT(faults(spoilt([](ClipMeasures& clip) {
+                clip.camera = {false, 30, 12, 200};
+              })),
+              ElementsAre(Fault::camera_shakes));
+  EXPECT_THAT(faults(spoilt([](ClipMeasures& clip) {
+                clip.camera = {false, 900, 800, 5};
+              })),
+              ElementsAre(Fault::plain_background));
+}
+
+TEST(Verdict, AMovedCameraBeforeARichBackgroundIsNoFault) {
+  EXPECT_EQ(spoilt([](ClipMeasures& clip) { clip.camera = {false, 900, 800, 150}; }).verdict, Verdict::ready);
+}
+
+TEST(Verdict, WithoutAFaceNothingElseOfItIsSaid) {
+  const CaptureVerdict verdict = spoilt([](ClipMeasures& clip) {
+    for (Look& look : clip.looks) look = {.frame = look.frame, .time_s = look.time_s};
+  });
+  EXPECT_THAT(faults(verdict), ElementsAre(Fault::no_face));
+  EXPECT_EQ(verdict.verdict, Verdict::refilm);
+}
+
+TEST(Verdict, AnUndecodedClipIsJudgedWithoutACrash) { EXPECT_EQ(judge_capture({}).verdict, Verdict::refilm); }
+
+TEST(Verdict, EveryNameIsOfItsOwn) {
+  EXPECT_EQ(fault_name(Fault::no_face), "no_face");
+  EXPECT_EQ(fault_name(Fault::plain_background), "plain_background");
+  EXPECT_EQ(verdict_name(Verdict::refilm), "refilm");
+}
+
+}  // namespace
+}  // namespace likeness
