@@ -1,5 +1,5 @@
 // Rendering and writing frame by frame: see film.h.
-#include "app/film.h"
+#include "core/film/film.h"
 
 #include <fmt/format.h>
 
@@ -13,7 +13,7 @@
 #include "core/render/pose_avatar.h"
 #include "core/video/encode.h"
 
-namespace likeness::app {
+namespace likeness {
 
 namespace fs = std::filesystem;
 
@@ -177,4 +177,4 @@ Result<int> write_film(const OpenedAvatar& opened, const Film& film, const FilmO
   return int(frames);
 }
 
-}  // namespace likeness::app
+}  // namespace likeness

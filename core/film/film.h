@@ -1,5 +1,5 @@
-// A film of an avatar: one picture after the other to an mp4, a folder of PNGs, or one PNG. Shared by the
-// verbs that render.
+// A film of an avatar: one picture after the other to an mp4, a folder of PNGs, or one PNG. Shared by
+// whatever renders: the command line and the window.
 #pragma once
 
 #include <filesystem>
@@ -15,7 +15,7 @@
 #include "core/render/avatar.h"
 #include "core/render/render.h"
 
-namespace likeness::app {
+namespace likeness {
 
 // A project's avatar with the head model it was made with.
 struct OpenedAvatar {
@@ -56,4 +56,4 @@ Result<void> check_film(const Avatar& avatar, const Intrinsics& picture, std::si
 Result<int> write_film(const OpenedAvatar& opened, const Film& film, const FilmOptions& options,
                        const Progress& progress, std::stop_token stop);
 
-}  // namespace likeness::app
+}  // namespace likeness
