@@ -17,6 +17,7 @@ int main(int argc, char** argv) {
   int exit_code = kExitDone;
   add_build_commands(program, exit_code);
   add_track_command(program, exit_code);
+  add_card_command(program, exit_code);
   add_eval_command(program, exit_code);
   add_render_command(program, exit_code);
   add_drive_command(program, exit_code);

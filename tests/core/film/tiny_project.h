@@ -45,7 +45,7 @@ inline Avatar filmed_avatar() {
 }
 
 inline OpenedAvatar tiny_opened() {
-  return {Project{"someone.likeness", {}, {}}, filmed_avatar(), tiny_head()};
+  return {Project{"someone.likeness", {}, {}}, filmed_avatar(), tiny_head(), "0123abcd"};
 }
 
 // A folder of its own, removed at the end, with the avatar as a project in it.
