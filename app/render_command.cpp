@@ -18,6 +18,7 @@
 #include "core/head/pose_head.h"
 #include "core/render/camera_path.h"
 #include "core/track/track.h"
+#include "core/video/decode.h"
 
 namespace likeness::app {
 
@@ -138,15 +139,20 @@ FilmOptions film_options(const RenderArguments& arguments) {
   return options;
 }
 
-// To pictures, or to a mesh where the name asks for one.
-Result<int> write_out(const OpenedAvatar& opened, const Film& film, const FilmOptions& options,
-                      const Progress& progress, std::stop_token stop) {
-  if (!is_mesh_name(options.out)) return write_film(opened, film, options, progress, stop);
+Result<void> check_mesh(const FilmOptions& options, std::size_t frames) {
   if (!options.camera_rests || options.alpha || options.mark || !options.background.empty()) {
     return Error{ErrorCode::bad_input, "A mesh has no camera, no background and no mark.",
                  "Leave out --camera, --background, --alpha and --mark, or name pictures as --out.",
                  options.out.string()};
   }
+  return check_head(options.out, frames);
+}
+
+// To pictures, or to a mesh where the name asks for one.
+Result<int> write_out(const OpenedAvatar& opened, const Film& film, const FilmOptions& options,
+                      const Progress& progress, std::stop_token stop) {
+  if (!is_mesh_name(options.out)) return write_film(opened, film, options, progress, stop);
+  if (const auto fine = check_mesh(options, film.poses.size()); !fine) return fine.error();
   return write_head(opened, film.poses, options.frames_per_second, options.out,
                     provenance_of(opened, options.made_at), progress, stop);
 }
@@ -182,6 +188,13 @@ Result<int> render_driven(const RenderArguments& arguments, const OpenedAvatar& 
   DriveRequest request;
   request.video = arguments.drive;
   request.landmark_model = opened.project.options.landmark_model;
+  FilmOptions options = film_options(arguments);
+  if (is_mesh_name(options.out)) {
+    const auto info = probe_video(request.video);
+    if (!info) return info.error();
+    const auto fine = check_mesh(options, std::size_t(std::max(1, info->frame_count)));
+    if (!fine) return fine.error();
+  }
   const auto clip = drive_clip(opened, request, progress.stage(0, 0.5, "driver"), stop);
   if (!clip) return clip.error();
   auto cameras = film_cameras(arguments, opened.project, opened.avatar, int(clip->frames.size()));
@@ -189,7 +202,6 @@ Result<int> render_driven(const RenderArguments& arguments, const OpenedAvatar& 
   Film film{std::move(*cameras), film_poses(*clip)};
   const std::size_t frames = std::min(film.cameras.size(), film.poses.size());
   film.cameras.resize(frames), film.poses.resize(frames);
-  FilmOptions options = film_options(arguments);
   options.frames_per_second = clip->frames_per_second;
   return write_out(opened, film, options, progress.stage(0.5, 1, "render"), stop);
 }

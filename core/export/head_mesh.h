@@ -24,6 +24,8 @@ struct HeadMesh {
   std::vector<Triangle> triangles;        // counter-clockwise seen from outside
 };
 
+// The head goes where it is posed, the shoulders with the torso, the neck between them by the model's
+// skinning weights.
 HeadMesh head_mesh(const Avatar& avatar, const HeadModel& model, const FilmPose& pose);
 
 inline constexpr std::size_t kMostMeshFrames = 500;
@@ -39,6 +41,9 @@ Result<void> write_ply(const std::filesystem::path& path, const HeadMesh& mesh, 
 
 // Whether a file name asks for a mesh.
 bool is_mesh_name(const std::filesystem::path& path);
+
+// Whether a mesh of so many frames can be written there; cheap, so that it can be said before long work.
+Result<void> check_head(const std::filesystem::path& out, std::size_t frames);
 
 // The poses of an avatar as .glb or, a single one, as .ply. Number of frames written.
 Result<int> write_head(const OpenedAvatar& opened, std::span<const FilmPose> poses, double frames_per_second,

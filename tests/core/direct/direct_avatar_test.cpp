@@ -6,9 +6,6 @@
 #include <numbers>
 
 #include "core/direct/edit_keys.h"
-#include "core/direct/presets.h"
-#include "core/direct/random_walk.h"
-#include "core/head/action_amounts.h"
 #include "core/render/camera_path.h"
 #include "tests/core/film/tiny_project.h"
 
@@ -134,83 +131,6 @@ TEST(PerformanceOf, ADrivenClipComesBackOutOfItsKeys) {
     const auto b = landmark_positions(model, pose_head(model, shape, got));
     for (std::size_t l = 48; l < 68; ++l) EXPECT_LT((a[l] - b[l]).norm(), 1e-3f) << i << " " << l;
   }
-}
-
-TEST(Presets, StayWithinWhatWasSeenAndSayHowMuchThatIs) {
-  const auto seen = seen_from_rest(opened().avatar, opened().model);
-  const auto list = presets(opened().model, seen);
-  ASSERT_EQ(list.size(), 9u);
-  EXPECT_TRUE(list[0].actions.empty());
-  EXPECT_FLOAT_EQ(list[0].seen, 1);
-  for (const Preset& preset : list)
-    for (const auto& [name, amount] : preset.actions) {
-      const auto range = std::ranges::find(seen, name, &SeenAction::name);
-      ASSERT_NE(range, seen.end());
-      EXPECT_GE(amount, 0);
-      EXPECT_LE(amount, range->high) << preset.name << " " << name;
-    }
-  const Preset& smile = list[1];
-  EXPECT_GT(smile.seen, 0.05f);  // only the left corner was seen, a little
-  EXPECT_LT(smile.seen, 0.2f);
-  std::vector<SeenAction> everything = seen;
-  for (SeenAction& action : everything) action.high = 1;
-  for (const Preset& preset : presets(opened().model, everything))
-    EXPECT_FLOAT_EQ(preset.seen, 1) << preset.name;
-}
-
-TEST(Presets, ReplaceTheExpressionThatWasThere) {
-  Performance performance;
-  set_key(performance, "action browDown_L", {0, 1});
-  set_key(performance, "head yaw", {0, 10});
-  apply_preset(performance, {"A", {{"jawOpen", 0.4f}}, 1}, 2);
-  EXPECT_FLOAT_EQ(value_at(performance, "action browDown_L", 2), 0);
-  EXPECT_FLOAT_EQ(value_at(performance, "action browDown_L", 0), 1);
-  EXPECT_FLOAT_EQ(value_at(performance, "action jawOpen", 2), 0.4f);
-  EXPECT_EQ(performance.channels.at("head yaw").size(), 1u);
-}
-
-TEST(SeenLimits, CountFromRestAndFromTheTypicalPose) {
-  Avatar avatar = opened().avatar;
-  add_action(avatar.neutral, *find_action(opened().model, "jawOpen"), 0.1f);
-  SeenViews views;
-  views.low = {-10 * kRad, -5 * kRad, -2 * kRad}, views.high = {30 * kRad, 8 * kRad, 4 * kRad};
-  const auto limits = seen_limits(avatar, opened().model, views);
-  EXPECT_NEAR(limits.at("action jawOpen").high, 0.4f, 0.01f);
-  EXPECT_NEAR(limits.at("action browDown_L").high, 0, 1e-6f);
-  EXPECT_NEAR(limits.at("camera yaw").high, 30, 1e-3);
-  EXPECT_NEAR(limits.at("head yaw").low, -30, 1e-3);  // turning right shows what a camera on the left sees
-  EXPECT_NEAR(limits.at("head pitch").high, 8, 1e-3);
-}
-
-TEST(RandomWalk, IsSmoothSeededAndWithinItsLimits) {
-  const std::map<std::string, ValueRange> limits{{"head yaw", {-40, 20}},
-                                                 {"camera yaw", {-40, 40}},
-                                                 {"action jawOpen", {-0.1f, 0.5f}},
-                                                 {"action mouthSmile_L", {0, 0.6f}},
-                                                 {"action mouthSmile_R", {0, 0.6f}},
-                                                 {"action noseSneer_L", {0, 0}}};
-  const Performance walk = random_walk(limits, {.seed = 3, .duration_s = 60});
-  EXPECT_EQ(walk, random_walk(limits, {.seed = 3, .duration_s = 60}));
-  EXPECT_NE(walk, random_walk(limits, {.seed = 4, .duration_s = 60}));
-  EXPECT_FALSE(walk.channels.contains("camera yaw"));
-  EXPECT_FALSE(walk.channels.contains("action noseSneer_L"));
-  EXPECT_EQ(walk.channels.at("action mouthSmile_L"), walk.channels.at("action mouthSmile_R"));
-  for (const auto& [channel, keys] : walk.channels) {
-    float low = 0, high = 0, previous = 0;
-    for (double t = 0; t <= 60; t += 0.04) {
-      const float value = value_at(keys, t, 0);
-      low = std::min(low, value), high = std::max(high, value);
-      const float span = limits.at(channel).high - limits.at(channel).low;
-      EXPECT_LT(std::abs(value - previous), 0.15f * span) << channel << " at " << t;
-      previous = value;
-    }
-    EXPECT_GE(low, limits.at(channel).low) << channel;
-    EXPECT_LE(high, limits.at(channel).high) << channel;
-    EXPECT_GT(high, 0.2f * limits.at(channel).high) << channel << " hardly moves";
-    EXPECT_FLOAT_EQ(value_at(keys, 0, 9), 0);
-    EXPECT_FLOAT_EQ(value_at(keys, 60, 9), 0);
-  }
-  EXPECT_GE(value_at(walk, "head yaw", 30), -25);  // no owl
 }
 
 }  // namespace

@@ -4,6 +4,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cstring>
 #include <numbers>
 
@@ -123,6 +124,23 @@ TEST(HeadMesh, IsThePosedHeadInTheTypicalHeadsAxes) {
   const HeadMesh turned = head_mesh(avatar, tiny_head(), posed(std::numbers::pi / 2, 0));
   const auto marks = landmark_positions(tiny_head(), turned.positions);
   EXPECT_GT(marks[30].x(), marks[27].x() + 0.005f);  // the nose's tip before its root
+  // The shoulders stay, and the face moves as one piece.
+  int resting = 0;
+  for (std::size_t v = 0; v < expected.size(); ++v) {
+    if (tiny_head().skinning_weights(Eigen::Index(v), kRoot) < 1) continue;
+    EXPECT_LT((turned.positions[v] - rest.positions[v]).norm(), 1e-6f);
+    ++resting;
+  }
+  EXPECT_GT(resting, 100);
+  const auto marks_at_rest = landmark_positions(tiny_head(), rest.positions);
+  EXPECT_NEAR((marks[36] - marks[45]).norm(), (marks_at_rest[36] - marks_at_rest[45]).norm(), 1e-5f);
+  FilmPose moved = posed(0, 0);
+  moved.world_from_torso.pretranslate(Vec3d(0.1, 0, 0));
+  const HeadMesh body = head_mesh(avatar, tiny_head(), moved);
+  const auto most =
+      std::ranges::max_element(body.positions, {}, [](const Vec3f& p) { return p.squaredNorm(); }) -
+      body.positions.begin();
+  EXPECT_NEAR((body.positions[std::size_t(most)] - rest.positions[std::size_t(most)]).norm(), 0.1f, 1e-5f);
   for (const Vec3f& normal : turned.normals) EXPECT_NEAR(normal.norm(), 1, 1e-4f);
 }
 
