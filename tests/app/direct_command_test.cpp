@@ -5,6 +5,8 @@
 #include <nlohmann/json.hpp>
 
 #include "core/base/files.h"
+#include "core/camera/camera.h"
+#include "core/capture/capture.h"
 #include "core/direct/edit_keys.h"
 #include "core/image/files.h"
 #include "core/track/track.h"
@@ -99,10 +101,15 @@ TEST_F(DirectCommand, TheMarkIsOptional) {
   EXPECT_NE(read_image(project_.root / "plain.png")->data, read_image(project_.root / "marked.png")->data);
 }
 
+TrackTruth acted_truth_on_disk(int frames) {
+  TrackTruth truth = acted_truth(frames);
+  truth.track.neutral = neutral_articulation(acting_head());
+  for (TrackedFrame& frame : truth.track.frames) frame.landmarks.fill(Vec2d::Zero());
+  return truth;
+}
+
 TEST_F(DirectCommand, ADrivenClipBecomesKeysThatRenderTakes) {
-  Track track = acted_truth(20).track;
-  track.neutral = neutral_articulation(acting_head());
-  for (TrackedFrame& frame : track.frames) frame.landmarks.fill(Vec2d::Zero());
+  const Track track = acted_truth_on_disk(20).track;
   const fs::path clip = project_.root / "clip.mp4", keys = project_.root / "keys.json";
   ASSERT_TRUE(write_track(project_.root / "track.json", track).ok());
   auto writer = VideoWriter::create(clip, 64, 48);
@@ -118,6 +125,33 @@ TEST_F(DirectCommand, ADrivenClipBecomesKeysThatRenderTakes) {
   EXPECT_EQ(performance->channels.at("head yaw").size(), 20u);
   const ProgramResult rendered = render({"--performance", keys.string()}, "again.mp4");
   EXPECT_EQ(rendered.exit_code, 0) << rendered.err;
+}
+
+TEST_F(DirectCommand, TheCardTellsPeopleAndProgramsTheSame) {
+  TrackTruth truth = acted_truth_on_disk(120);
+  Capture capture;
+  capture.width = capture.height = 512, capture.crop = {0, 0, 512};
+  for (TrackedFrame& frame : truth.track.frames) {
+    const bool spoilt = frame.frame >= 50 && frame.frame < 75;
+    frame.inner_error_px = 1;
+    if (spoilt) frame.status = FrameStatus::lost, frame.reason = "no face";
+    capture.frames.push_back({frame.frame, frame.time_s, 100, false, true, ""});
+  }
+  ASSERT_TRUE(write_capture(project_.folder() / "capture.json", capture).ok());
+  ASSERT_TRUE(write_cameras(project_.folder() / "cameras.json", truth.cameras).ok());
+  ASSERT_TRUE(write_track(project_.folder() / "track.json", truth.track).ok());
+  const ProgramResult told = likeness({"card", project_.folder().string(), "--json"});
+  ASSERT_EQ(told.exit_code, 0) << told.err;
+  const json card = json::parse(told.out);
+  EXPECT_EQ(card.at("frames").at("lost"), 25);
+  EXPECT_EQ(card.at("frames").at("trained"), 95);
+  EXPECT_GT(card.at("seen_from_deg").at("yaw").at(1).get<double>(), 20);
+  ASSERT_EQ(card.at("worst").size(), 1u);
+  EXPECT_NEAR(card.at("worst").at(0).at("from_s").get<double>(), 2, 0.2);
+  const ProgramResult printed = likeness({"card", project_.folder().string()});
+  EXPECT_THAT(printed.out, HasSubstr(card.at("worst").at(0).at("film_again").get<std::string>()));
+  EXPECT_THAT(printed.out, HasSubstr("Never seen: "));
+  EXPECT_THAT(printed.out, HasSubstr("25 lost"));
 }
 
 TEST_F(DirectCommand, TheCardOfAnUntrainedFolderSaysWhatIsMissing) {
