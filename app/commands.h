@@ -8,6 +8,7 @@ namespace likeness::app {
 void add_build_commands(CLI::App& program, int& exit_code);  // build, import, align, fit, train
 void add_check_command(CLI::App& program, int& exit_code);
 void add_track_command(CLI::App& program, int& exit_code);
+void add_card_command(CLI::App& program, int& exit_code);
 void add_eval_command(CLI::App& program, int& exit_code);
 void add_render_command(CLI::App& program, int& exit_code);
 void add_drive_command(CLI::App& program, int& exit_code);

@@ -8,10 +8,11 @@
 #include <fmt/format.h>
 
 #include "app/commands.h"
-#include "app/driving.h"
-#include "app/film.h"
 #include "app/terminal.h"
 #include "core/base/parallel.h"
+#include "core/direct/direct_avatar.h"
+#include "core/film/driving.h"
+#include "core/film/film.h"
 #include "core/render/render.h"
 #include "core/video/copy_sound.h"
 #include "core/video/decode.h"
@@ -104,10 +105,18 @@ Result<DriveOutcome> drive_film(DriveArguments& a, const Progress& progress, std
   if (a.side_by_side) a.film.beside_width = 1;  // not known yet, but not none
   if (const auto fine = check_film(opened->avatar, camera.intrinsics, expected, a.film); !fine)
     return fine.error();
-  auto clip = drive_clip(*opened, a.request, progress.stage(0, 0.5, "driver"), stop);
+  const bool to_keys = a.film.out.extension() == ".json";
+  auto clip = drive_clip(*opened, a.request, progress.stage(0, to_keys ? 1 : 0.5, "driver"), stop);
   if (!clip) return clip.error();
   DriveOutcome outcome{std::move(*clip)};
   for (const DrivenFrame& frame : outcome.clip.frames) outcome.bridged += frame.bridged;
+  if (to_keys) {
+    const auto keys = performance_of(outcome.clip, direct_avatar(opened->avatar, opened->model));
+    if (const auto written = write_performance(a.film.out, keys); !written) return written.error();
+    outcome.frames = int(outcome.clip.frames.size());
+    outcome.sound.why_not = "a performance holds no sound";
+    return outcome;
+  }
   const Film film{std::vector<Camera>(outcome.clip.frames.size(), camera), film_poses(outcome.clip)};
   a.film.frames_per_second = outcome.clip.frames_per_second;
   if (a.side_by_side) {
@@ -163,7 +172,9 @@ void add_drive_command(CLI::App& program, int& exit_code) {
   CLI::App* verb = program.add_subcommand("drive", "The avatar does what somebody does in a clip");
   verb->add_option("project", a->project, "Project folder of the avatar")->required();
   verb->add_option("video", a->request.video, "The driving clip")->required();
-  verb->add_option("--out", a->film.out, "FILE.mp4, or a folder for a PNG sequence")->required();
+  verb->add_option("--out", a->film.out,
+                   "FILE.mp4, a folder for a PNG sequence, or FILE.json: the performance as keys to edit")
+      ->required();
   verb->add_option("--gain", a->gains, "NAME=GAIN: more or less of an action; may be repeated");
   add_quality_option(*verb, a->film.quality);
   verb->add_flag("--unclamped", a->unclamped, "Also what the avatar's capture never showed");
@@ -176,6 +187,7 @@ void add_drive_command(CLI::App& program, int& exit_code) {
                    "A dlib 68-point shape predictor; default: the system's");
   verb->add_flag("--side-by-side", a->side_by_side, "The driver on the left, the avatar on the right");
   verb->add_option("--background", a->film.background, "plate, or a colour such as #e8e8e8");
+  verb->add_flag("--mark", a->film.mark, "A visible line in each picture that says it is synthetic");
   verb->add_flag("--alpha", a->film.alpha, "Transparent background (PNG only)");
   add_common_options(*verb, a->common);
   verb->callback([a, &exit_code] { exit_code = run(*a); });

@@ -9,13 +9,16 @@
 #include <fmt/format.h>
 
 #include "app/commands.h"
-#include "app/driving.h"
-#include "app/film.h"
 #include "app/terminal.h"
 #include "core/base/parallel.h"
+#include "core/direct/direct_avatar.h"
+#include "core/export/head_mesh.h"
+#include "core/film/driving.h"
+#include "core/film/film.h"
 #include "core/head/pose_head.h"
 #include "core/render/camera_path.h"
 #include "core/track/track.h"
+#include "core/video/decode.h"
 
 namespace likeness::app {
 
@@ -25,14 +28,14 @@ namespace {
 
 struct RenderArguments {
   CommonOptions common;
-  fs::path project, out, drive;
+  fs::path project, out, drive, performance;
   std::string camera = "still", background;
   double orbit_deg = 30, frames_per_second = 25;
   int frames = 0;  // 0 = as the path needs
   std::vector<std::string> expressions;
   std::vector<double> pose_deg;  // yaw, pitch, roll
   RenderQuality quality = RenderQuality::final;
-  bool alpha = false, list_actions = false;
+  bool alpha = false, mark = false, list_actions = false;
 };
 
 // An action going from one value to another over the film.
@@ -91,7 +94,7 @@ Result<std::vector<Camera>> film_cameras(const RenderArguments& arguments, const
 }
 
 Result<Film> make_film(const RenderArguments& arguments, const OpenedAvatar& opened) {
-  const auto& [project, avatar, model] = opened;
+  const auto& [project, avatar, model, hash] = opened;
   std::vector<ActionSweep> sweeps;
   for (const std::string& text : arguments.expressions) {
     auto sweep = parse_action(text);
@@ -100,7 +103,8 @@ Result<Film> make_film(const RenderArguments& arguments, const OpenedAvatar& ope
   }
   const bool sweeping =
       std::any_of(sweeps.begin(), sweeps.end(), [](const ActionSweep& s) { return s.from != s.to; });
-  const bool still = arguments.out.extension() == ".png" || (arguments.camera == "still" && !sweeping);
+  const bool still = arguments.out.extension() == ".png" || arguments.out.extension() == ".ply" ||
+                     (arguments.camera == "still" && !sweeping);
   const int wanted = arguments.frames > 0 ? arguments.frames : still ? 1 : 100;
 
   Film film;
@@ -129,9 +133,49 @@ FilmOptions film_options(const RenderArguments& arguments) {
   options.background = arguments.background;
   options.camera_rests = arguments.camera == "still";
   options.alpha = arguments.alpha;
+  options.mark = arguments.mark;
   options.quality = arguments.quality;
   options.frames_per_second = arguments.frames_per_second;
   return options;
+}
+
+Result<void> check_mesh(const FilmOptions& options, std::size_t frames) {
+  if (!options.camera_rests || options.alpha || options.mark || !options.background.empty()) {
+    return Error{ErrorCode::bad_input, "A mesh has no camera, no background and no mark.",
+                 "Leave out --camera, --background, --alpha and --mark, or name pictures as --out.",
+                 options.out.string()};
+  }
+  return check_head(options.out, frames);
+}
+
+// To pictures, or to a mesh where the name asks for one.
+Result<int> write_out(const OpenedAvatar& opened, const Film& film, const FilmOptions& options,
+                      const Progress& progress, std::stop_token stop) {
+  if (!is_mesh_name(options.out)) return write_film(opened, film, options, progress, stop);
+  if (const auto fine = check_mesh(options, film.poses.size()); !fine) return fine.error();
+  return write_head(opened, film.poses, options.frames_per_second, options.out,
+                    provenance_of(opened, options.made_at), progress, stop);
+}
+
+// What an artist directed, its camera included.
+Result<int> render_performance(const RenderArguments& arguments, const OpenedAvatar& opened,
+                               const Progress& progress, std::stop_token stop) {
+  if (!arguments.expressions.empty() || !arguments.pose_deg.empty() || !arguments.drive.empty() ||
+      arguments.camera != "still" || arguments.frames > 0) {
+    return Error{ErrorCode::bad_input,
+                 "The performance says what face, head and camera do, and for how long.",
+                 "Leave out --expression, --pose, --camera, --frames and --drive, or --performance.", ""};
+  }
+  const auto performance = read_performance(arguments.performance);
+  if (!performance) return performance.error();
+  const auto film = direct_film(opened, *performance);
+  if (!film) return film.error();
+  FilmOptions options = film_options(arguments);
+  options.frames_per_second = performance->frames_per_second;
+  options.camera_rests = std::ranges::none_of(
+      performance->channels, [](const auto& channel) { return channel.first.starts_with("camera "); });
+  if (is_mesh_name(options.out)) options.camera_rests = true;  // of no matter
+  return write_out(opened, *film, options, progress, stop);
 }
 
 // The avatar doing what somebody does in a clip, seen from the film's cameras.
@@ -144,6 +188,13 @@ Result<int> render_driven(const RenderArguments& arguments, const OpenedAvatar& 
   DriveRequest request;
   request.video = arguments.drive;
   request.landmark_model = opened.project.options.landmark_model;
+  FilmOptions options = film_options(arguments);
+  if (is_mesh_name(options.out)) {
+    const auto info = probe_video(request.video);
+    if (!info) return info.error();
+    const auto fine = check_mesh(options, std::size_t(std::max(1, info->frame_count)));
+    if (!fine) return fine.error();
+  }
   const auto clip = drive_clip(opened, request, progress.stage(0, 0.5, "driver"), stop);
   if (!clip) return clip.error();
   auto cameras = film_cameras(arguments, opened.project, opened.avatar, int(clip->frames.size()));
@@ -151,18 +202,18 @@ Result<int> render_driven(const RenderArguments& arguments, const OpenedAvatar& 
   Film film{std::move(*cameras), film_poses(*clip)};
   const std::size_t frames = std::min(film.cameras.size(), film.poses.size());
   film.cameras.resize(frames), film.poses.resize(frames);
-  FilmOptions options = film_options(arguments);
   options.frames_per_second = clip->frames_per_second;
-  return write_film(opened, film, options, progress.stage(0.5, 1, "render"), stop);
+  return write_out(opened, film, options, progress.stage(0.5, 1, "render"), stop);
 }
 
 Result<int> render_film(const RenderArguments& arguments, const Progress& progress, std::stop_token stop) {
   const auto opened = open_avatar(arguments.project);
   if (!opened) return opened.error();
+  if (!arguments.performance.empty()) return render_performance(arguments, *opened, progress, stop);
   if (!arguments.drive.empty()) return render_driven(arguments, *opened, progress, stop);
   const auto film = make_film(arguments, *opened);
   if (!film) return film.error();
-  return write_film(*opened, *film, film_options(arguments), progress, stop);
+  return write_out(*opened, *film, film_options(arguments), progress, stop);
 }
 
 // What the sliders are, and how much of each the capture showed.
@@ -210,7 +261,8 @@ void add_render_command(CLI::App& program, int& exit_code) {
   auto a = std::make_shared<RenderArguments>();
   CLI::App* verb = program.add_subcommand("render", "Pictures of the avatar: orbit, poses, expressions");
   verb->add_option("project", a->project, "Project folder")->required();
-  verb->add_option("--out", a->out, "FILE.mp4, FILE.png, or a folder for a PNG sequence");
+  verb->add_option("--out", a->out,
+                   "FILE.mp4, FILE.png, a folder for a PNG sequence, or the head's mesh: FILE.glb, FILE.ply");
   verb->add_option("--camera", a->camera, "still, orbit, or a cameras.json to follow");
   verb->add_option("--orbit", a->orbit_deg, "Half angle of the orbit, degrees")
       ->check(CLI::Range(1.0, 180.0));
@@ -222,8 +274,11 @@ void add_render_command(CLI::App& program, int& exit_code) {
   verb->add_option("--background", a->background, "plate, or a colour such as #e8e8e8");
   verb->add_option("--drive", a->drive,
                    "A clip whose performance the avatar takes over (see likeness drive)");
+  verb->add_option("--performance", a->performance,
+                   "A performance.json: keys of face, head and camera over time");
   add_quality_option(*verb, a->quality);
   verb->add_flag("--alpha", a->alpha, "Transparent background (PNG only)");
+  verb->add_flag("--mark", a->mark, "A visible line in each picture that says it is synthetic");
   verb->add_flag("--list-actions", a->list_actions, "Only list the named actions and what was seen of them");
   add_common_options(*verb, a->common);
   verb->callback([a, &exit_code] {

@@ -5,13 +5,13 @@
 
 #include <fmt/format.h>
 
-#include "app/clip_camera.h"
 #include "app/commands.h"
-#include "app/driving.h"
-#include "app/film.h"
 #include "app/terminal.h"
 #include "core/base/parallel.h"
 #include "core/capture/capture.h"
+#include "core/film/clip_camera.h"
+#include "core/film/driving.h"
+#include "core/film/film.h"
 #include "core/project/run_stages.h"
 #include "core/study/drive_study.h"
 #include "core/study/track_study.h"

@@ -5,10 +5,10 @@
 
 #include <fmt/format.h>
 
-#include "app/clip_camera.h"
 #include "app/commands.h"
 #include "app/terminal.h"
 #include "core/base/parallel.h"
+#include "core/film/clip_camera.h"
 #include "core/image/files.h"
 #include "core/project/run_stages.h"
 #include "core/track/error_strip.h"

@@ -32,7 +32,8 @@ packages=(
 test_packages=(
   "libgtest-dev:the tests"
   "libgmock-dev:the tests"
-  "ffmpeg:making odd video files for the tests"
+  "ffmpeg:making odd video files for the tests, and reading exported ones"
+  "python3-vtk9:reading exported meshes"
 )
 
 say() { printf '%s\n' "$*"; }

@@ -165,7 +165,8 @@ Result<CameraMeasures> measure_camera(const std::filesystem::path& video,
   CameraMeasures camera;
   camera.motion = motion->motion;
   camera.tracks = motion->tracks;
-  camera.rests = motion->motion <= rest;
+  // Where there is nothing to follow, as in core/camera/align.h, the camera is taken to rest.
+  camera.rests = motion->motion <= rest || motion->tracks < kLeastTracks;
   for (const FrameMotion& frame : motion->frames) camera.travel = std::max(camera.travel, frame.travel);
   return camera;
 }

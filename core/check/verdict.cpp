@@ -16,12 +16,12 @@ namespace {
 // Share of the looks that may show a fault before it is remarked on, and before it is grave.
 constexpr double kSomeLooks = 0.15, kMostLooks = 0.5;
 constexpr double kShortest_s = 6, kShort_s = 14;
-constexpr double kBlurred = 60;                            // sharpness of a face, 8-bit units squared
-constexpr double kDarkLevel = 45, kDarkShare = 0.35;       // luma; share of a face's pixels
-constexpr double kBrightShare = 0.12;                      // burnt out
-constexpr double kTinyFace = 80, kSmallFace = 120;         // px across the detector's box
-constexpr double kCut = 0.06;                              // of the head's surroundings
-constexpr double kFewestTurn_deg = 12, kFewTurn_deg = 30;  // from side to side
+constexpr double kBlurred = 60;                       // sharpness of a face, 8-bit units squared
+constexpr double kDarkLevel = 45, kDarkShare = 0.35;  // luma; share of a face's pixels
+constexpr double kBrightShare = 0.12;                 // burnt out
+constexpr double kTinyFace = 80, kSmallFace = 120;    // px across the detector's box
+constexpr double kCut = 0.06;                         // of the head's surroundings
+constexpr double kFewTurn_deg = 30;                   // from side to side
 constexpr double kFewNod_deg = 8;
 constexpr double kFrontal_deg = 15;   // looks nearer to the front than that are compared in their light
 constexpr double kLightRatio = 1.35;  // of the face's brightness, between calm moments of the clip

@@ -4,6 +4,7 @@
 #include <OpenImageIO/filesystem.h>
 #include <OpenImageIO/imageio.h>
 #include <fmt/format.h>
+#include <zlib.h>
 
 #include <algorithm>
 #include <exception>
@@ -86,6 +87,37 @@ Result<Image8> decode(const std::filesystem::path& path) {
   return image.channels == 2 ? grey_alpha_to_rgba(image) : std::move(image);
 }
 
+void append_number(std::vector<unsigned char>& bytes, std::uint32_t number) {
+  for (int shift = 24; shift >= 0; shift -= 8) bytes.push_back((unsigned char)(number >> shift));
+}
+
+// An iTXt chunk: keyword, not compressed, of no language.
+std::vector<unsigned char> text_chunk(const std::string& keyword, const std::string& text) {
+  LIKENESS_CHECK(!keyword.empty() && keyword.size() < 80, "a PNG text's keyword of %d letters",
+                 int(keyword.size()));
+  std::vector<unsigned char> body{'i', 'T', 'X', 't'};
+  body.insert(body.end(), keyword.begin(), keyword.end());
+  body.insert(body.end(), 5, 0);
+  body.insert(body.end(), text.begin(), text.end());
+  std::vector<unsigned char> chunk;
+  append_number(chunk, std::uint32_t(body.size() - 4));
+  chunk.insert(chunk.end(), body.begin(), body.end());
+  append_number(chunk, std::uint32_t(crc32(0, body.data(), uInt(body.size()))));
+  return chunk;
+}
+
+// OpenImageIO writes XMP of the terms it knows only, so the chunks are put in here, after the header.
+void add_texts(std::vector<unsigned char>& png,
+               const std::vector<std::pair<std::string, std::string>>& texts) {
+  constexpr std::size_t kHeader = 8 + 25;  // signature and IHDR
+  std::vector<unsigned char> chunks;
+  for (const auto& [keyword, text] : texts) {
+    const auto chunk = text_chunk(keyword, text);
+    chunks.insert(chunks.end(), chunk.begin(), chunk.end());
+  }
+  png.insert(png.begin() + kHeader, chunks.begin(), chunks.end());
+}
+
 }  // namespace
 
 Result<Image8> read_image(const std::filesystem::path& path) {
@@ -136,6 +168,10 @@ Result<void> write_image(const std::filesystem::path& path, const Image8& image,
     }
   } catch (const std::exception& e) {
     return refused(e.what());
+  }
+  if (!options.texts.empty()) {
+    if (path.extension() != ".png") return refused("only a PNG takes texts along");
+    add_texts(encoded, options.texts);
   }
   return write_file(path, std::as_bytes(std::span(encoded)));
 }

@@ -2,6 +2,9 @@
 #pragma once
 
 #include <filesystem>
+#include <string>
+#include <utility>
+#include <vector>
 
 #include "core/base/result.h"
 #include "core/image/image.h"
@@ -11,6 +14,8 @@ namespace likeness {
 struct ImageWriteOptions {
   int png_level = 4;      // zlib's 0..9; more is smaller and slower
   int jpeg_quality = 95;  // 1..100
+  // Keyword and UTF-8 text, of PNG only: iTXt chunks. A keyword has 1 to 79 Latin letters.
+  std::vector<std::pair<std::string, std::string>> texts = {};
 };
 
 // 1, 3 or 4 channels as stored, alpha straight, 16 bit reduced to 8. A picture that breaks off is refused.

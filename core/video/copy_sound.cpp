@@ -91,6 +91,13 @@ int write_packet(AVFormatContext& output, Source& source, int index) {
   return av_interleaved_write_frame(&output, &packet);
 }
 
+// The film's own tags; those that say what kind of file it is are the writer's.
+void copy_tags(AVFormatContext& output, const Source& film) {
+  av_dict_copy(&output.metadata, film.file->metadata, 0);
+  for (const char* key : {"major_brand", "minor_version", "compatible_brands", "encoder"})
+    av_dict_set(&output.metadata, key, nullptr, 0);
+}
+
 int write_both(AVFormatContext& output, Source& pictures, Source& sound) {
   // The sound's clock is its clip's: it begins where the clip's pictures begin.
   const auto begin = [](const Source& s) {
@@ -106,7 +113,7 @@ int write_both(AVFormatContext& output, Source& pictures, Source& sound) {
   }
   const double length_s = double(pictures.file->duration) / AV_TIME_BASE;
   AVDictionary* flags = nullptr;
-  av_dict_set(&flags, "movflags", "+faststart", 0);
+  av_dict_set(&flags, "movflags", kMovFlags, 0);
   int error = avformat_write_header(&output, &flags);
   av_dict_free(&flags);
   pictures.advance(), sound.advance();
@@ -145,6 +152,7 @@ Result<CopiedSound> copy_sound(const std::filesystem::path& from, const std::fil
   Output output(raw);
   int error = add_stream(*output, pictures);
   if (error >= 0) error = add_stream(*output, sound);
+  copy_tags(*output, pictures);
   if (error >= 0) error = avio_open(&raw->pb, name.c_str(), AVIO_FLAG_WRITE);
   if (error >= 0) error = write_both(*output, pictures, sound);
   if (error >= 0) error = avio_closep(&raw->pb);

@@ -59,7 +59,7 @@ struct VideoWriter::Impl {
     if (!finished && !temporary.empty()) std::filesystem::remove(temporary, ignored);
   }
   Result<void> open_encoder(const EncodeOptions& options);
-  Result<void> open_file();
+  Result<void> open_file(const EncodeOptions& options);
   Result<void> send(const AVFrame* picture);
   Error write_error(int error) const;
 };
@@ -112,7 +112,7 @@ Result<void> VideoWriter::Impl::open_encoder(const EncodeOptions& options) {
   return {};
 }
 
-Result<void> VideoWriter::Impl::open_file() {
+Result<void> VideoWriter::Impl::open_file(const EncodeOptions& options) {
   if (path.has_parent_path()) {
     if (auto folder = make_writable_folder(path.parent_path()); !folder) return folder;
   }
@@ -131,7 +131,8 @@ Result<void> VideoWriter::Impl::open_file() {
   if (const int error = avio_open(&raw->pb, name.c_str(), AVIO_FLAG_WRITE); error < 0)
     return write_error(error);
   AVDictionary* flags = nullptr;
-  av_dict_set(&flags, "movflags", "+faststart", 0);  // index first: plays while it still loads
+  av_dict_set(&flags, "movflags", kMovFlags, 0);
+  for (const auto& [key, text] : options.tags) av_dict_set(&raw->metadata, key.c_str(), text.c_str(), 0);
   const int error = avformat_write_header(raw, &flags);
   av_dict_free(&flags);
   if (error < 0) return write_error(error);
@@ -173,7 +174,7 @@ Result<VideoWriter> VideoWriter::create(const std::filesystem::path& path, int w
   auto impl = std::make_unique<Impl>();
   impl->path = path, impl->width = width, impl->height = height;
   if (const auto opened = impl->open_encoder(options); !opened) return opened.error();
-  if (const auto opened = impl->open_file(); !opened) return opened.error();
+  if (const auto opened = impl->open_file(options); !opened) return opened.error();
   return VideoWriter(std::move(impl));
 }
 

@@ -3,6 +3,9 @@
 
 #include <filesystem>
 #include <memory>
+#include <string>
+#include <utility>
+#include <vector>
 
 #include "core/base/result.h"
 #include "core/image/image.h"
@@ -12,6 +15,7 @@ namespace likeness {
 struct EncodeOptions {
   double frames_per_second = 25;
   int crf = 18;  // x264's constant rate factor; lower is better and larger
+  std::vector<std::pair<std::string, std::string>> tags = {};  // of the file: key and UTF-8 text
 };
 
 // Frames go to a temporary file; finish() moves it into place. Destroyed unfinished, nothing remains.

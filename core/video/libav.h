@@ -21,6 +21,9 @@ struct FreeFrame {
   void operator()(AVFrame* f) const { av_frame_free(&f); }
 };
 
+// The index first, so that a film plays while it still loads; tags under any key.
+inline constexpr const char* kMovFlags = "+faststart+use_metadata_tags";
+
 inline std::string av_text(int error) {
   char buffer[AV_ERROR_MAX_STRING_SIZE] = {};
   av_strerror(error, buffer, sizeof buffer);

@@ -1,5 +1,5 @@
 // Damaged files of a project: track.json, cameras.json (camera paths are the same format), capture.json,
-// project.json, plate.json, avatar.bin, checkpoint.bin, and COLMAP's binary models.
+// project.json, plate.json, avatar.bin, checkpoint.bin, COLMAP's binary models, and performance.json.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -10,6 +10,7 @@
 #include "core/camera/camera.h"
 #include "core/camera/colmap_model.h"
 #include "core/capture/capture.h"
+#include "core/direct/performance.h"
 #include "core/matte/matte.h"
 #include "core/project/project.h"
 #include "core/render/avatar.h"
@@ -49,6 +50,16 @@ Camera some_camera(int frame) {
   camera.intrinsics = {640, 480, 600, 601, 320, 240, 0.01, 0.02, 0.001, 0.002};
   camera.cam_from_world.translate(Vec3d(0.1, 0.2, 0.3 + frame));
   return camera;
+}
+
+TEST(Fuzz, Performance) {
+  Performance performance;
+  performance.channels["head yaw"] = {{0, 5, Easing::hold}, {0.5, -5, Easing::linear}, {1.25, 0.1f}};
+  performance.channels["action jawOpen"] = {{0.7, 0.3f, Easing::ease_in}};
+  fuzz_file(
+      "performance", "performance.json",
+      [&](const auto& path) { return bool(write_performance(path, performance)); },
+      [](const auto& path) { return read_performance(path); });
 }
 
 TEST(Fuzz, Track) {

@@ -1,5 +1,5 @@
 // Rendering and writing frame by frame: see film.h.
-#include "app/film.h"
+#include "core/film/film.h"
 
 #include <fmt/format.h>
 
@@ -8,12 +8,14 @@
 #include <optional>
 #include <system_error>
 
+#include "core/base/hash.h"
+#include "core/film/mark.h"
 #include "core/image/files.h"
 #include "core/project/run_stages.h"
 #include "core/render/pose_avatar.h"
 #include "core/video/encode.h"
 
-namespace likeness::app {
+namespace likeness {
 
 namespace fs = std::filesystem;
 
@@ -42,12 +44,15 @@ std::string chosen_background(const Avatar& avatar, const FilmOptions& options) 
 // Frames to an mp4, to a folder of PNGs, or to one PNG.
 class FrameSink {
  public:
-  static Result<FrameSink> open(const FilmOptions& options, int width, int height) {
+  static Result<FrameSink> open(const FilmOptions& options, const Provenance& provenance, int width,
+                                int height) {
     FrameSink sink;
     sink.out_ = options.out;
+    sink.picture_.texts = png_provenance(provenance);
     if (options.out.extension() == ".mp4") {
-      auto writer =
-          VideoWriter::create(options.out, width, height, {.frames_per_second = options.frames_per_second});
+      auto writer = VideoWriter::create(
+          options.out, width, height,
+          {.frames_per_second = options.frames_per_second, .tags = mp4_provenance(provenance)});
       if (!writer) return writer.error();
       sink.video_.emplace(std::move(*writer));
     }
@@ -55,13 +60,14 @@ class FrameSink {
   }
   Result<void> add(const Image8& picture, std::size_t index) {
     if (video_) return video_->add(picture);
-    if (out_.extension() == ".png") return write_image(out_, picture);
-    return write_image(out_ / fmt::format("{:06}.png", index), picture);
+    if (out_.extension() == ".png") return write_image(out_, picture, picture_);
+    return write_image(out_ / fmt::format("{:06}.png", index), picture, picture_);
   }
   Result<void> finish() { return video_ ? video_->finish() : Result<void>{}; }
 
  private:
   fs::path out_;
+  ImageWriteOptions picture_;
   std::optional<VideoWriter> video_;
 };
 
@@ -106,7 +112,16 @@ Result<OpenedAvatar> open_avatar(const fs::path& folder) {
                              avatar->head_model_name, model->name),
                  "Build the project again, so that both agree.", folder.string()};
   }
-  return OpenedAvatar{std::move(*project), std::move(*avatar), std::move(*model)};
+  auto hash = hash_file(avatar_path(*project));
+  if (!hash) return hash.error();
+  return OpenedAvatar{std::move(*project), std::move(*avatar), std::move(*model), std::move(*hash)};
+}
+
+Provenance provenance_of(const OpenedAvatar& opened, std::chrono::system_clock::time_point made_at) {
+  std::error_code failure;
+  const fs::path absolute = fs::absolute(opened.project.folder, failure).lexically_normal();
+  const fs::path folder = absolute.has_filename() ? absolute : absolute.parent_path();
+  return provenance(folder.stem().string(), opened.avatar_hash, made_at);
 }
 
 Result<void> check_film(const Avatar& avatar, const Intrinsics& picture, std::size_t frames,
@@ -152,7 +167,8 @@ Result<int> write_film(const OpenedAvatar& opened, const Film& film, const FilmO
   const auto colour = parse_colour(on_plate ? kPlainBackground : background);
   if (!colour) return colour.error();
   const AvatarRig rig = make_rig(avatar, opened.model);
-  auto sink = FrameSink::open(options, options.beside_width + picture.width, picture.height);
+  const Provenance made = provenance_of(opened, options.made_at);
+  auto sink = FrameSink::open(options, made, options.beside_width + picture.width, picture.height);
   if (!sink) return sink.error();
   for (std::size_t i = 0; i < frames; ++i) {
     if (stop.stop_requested()) return cancelled_error();
@@ -165,6 +181,7 @@ Result<int> write_film(const OpenedAvatar& opened, const Film& film, const FilmO
     Image8 shown = options.alpha
                        ? straight_alpha(frame.rgba)
                        : to_bytes(composite(frame.rgba, on_plate ? avatar.plate : Image8{}, *colour));
+    if (options.mark) draw_mark(shown);
     if (options.beside_width > 0) {
       const auto left = options.beside(i);
       if (!left) return left.error();
@@ -177,4 +194,4 @@ Result<int> write_film(const OpenedAvatar& opened, const Film& film, const FilmO
   return int(frames);
 }
 
-}  // namespace likeness::app
+}  // namespace likeness

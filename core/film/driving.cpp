@@ -1,5 +1,5 @@
 // The driver's track and its mapping: see driving.h.
-#include "app/driving.h"
+#include "core/film/driving.h"
 
 #include <fmt/format.h>
 
@@ -7,16 +7,16 @@
 #include <cmath>
 #include <system_error>
 
-#include "app/clip_camera.h"
 #include "core/capture/choose_crop.h"
 #include "core/capture/scan_clip.h"
+#include "core/film/clip_camera.h"
 #include "core/project/project_views.h"
 #include "core/project/run_stages.h"
 #include "core/study/drive_study.h"
 #include "core/track/track_clip.h"
 #include "core/video/decode.h"
 
-namespace likeness::app {
+namespace likeness {
 
 namespace fs = std::filesystem;
 
@@ -114,4 +114,4 @@ std::vector<FilmPose> film_poses(const DrivenClip& clip) {
   return poses;
 }
 
-}  // namespace likeness::app
+}  // namespace likeness

@@ -5,13 +5,13 @@
 #include <stop_token>
 #include <vector>
 
-#include "app/film.h"
 #include "core/base/progress.h"
 #include "core/base/result.h"
+#include "core/film/film.h"
 #include "core/track/drive.h"
 #include "core/track/track.h"
 
-namespace likeness::app {
+namespace likeness {
 
 struct DriveRequest {
   std::filesystem::path video;
@@ -35,4 +35,4 @@ Result<DrivenClip> drive_clip(const OpenedAvatar& opened, const DriveRequest& re
 
 std::vector<FilmPose> film_poses(const DrivenClip& clip);
 
-}  // namespace likeness::app
+}  // namespace likeness

@@ -1,7 +1,8 @@
-// A film of an avatar: one picture after the other to an mp4, a folder of PNGs, or one PNG. Shared by the
-// verbs that render.
+// A film of an avatar: one picture after the other to an mp4, a folder of PNGs, or one PNG. Shared by
+// whatever renders: the command line and the window.
 #pragma once
 
+#include <chrono>
 #include <filesystem>
 #include <functional>
 #include <stop_token>
@@ -10,20 +11,25 @@
 
 #include "core/base/progress.h"
 #include "core/base/result.h"
+#include "core/film/provenance.h"
 #include "core/head/head_model.h"
 #include "core/project/project.h"
 #include "core/render/avatar.h"
 #include "core/render/render.h"
 
-namespace likeness::app {
+namespace likeness {
 
 // A project's avatar with the head model it was made with.
 struct OpenedAvatar {
   Project project;
   Avatar avatar;
   HeadModel model;
+  std::string avatar_hash;  // of avatar.bin
 };
 Result<OpenedAvatar> open_avatar(const std::filesystem::path& folder);
+
+// What a file made from the avatar says of itself.
+Provenance provenance_of(const OpenedAvatar& opened, std::chrono::system_clock::time_point made_at);
 
 // What the avatar does in one frame.
 struct FilmPose {
@@ -42,6 +48,8 @@ struct FilmOptions {
   bool camera_rests = true;   // what an empty background depends on: the plate holds for a resting camera
   RenderQuality quality = RenderQuality::final;
   bool alpha = false;  // transparent background, PNG only
+  bool mark = false;   // a visible line of text (mark.h); what the file says of itself is always written
+  std::chrono::system_clock::time_point made_at = std::chrono::system_clock::now();  // as the file says it
   double frames_per_second = 25;
   int beside_width = 0;  // px; > 0: `beside` gives a picture of this width for the left of every frame
   std::function<Result<Image8>(std::size_t frame)> beside;
@@ -56,4 +64,4 @@ Result<void> check_film(const Avatar& avatar, const Intrinsics& picture, std::si
 Result<int> write_film(const OpenedAvatar& opened, const Film& film, const FilmOptions& options,
                        const Progress& progress, std::stop_token stop);
 
-}  // namespace likeness::app
+}  // namespace likeness

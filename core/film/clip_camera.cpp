@@ -1,11 +1,11 @@
 // A camera at rest: see clip_camera.h.
-#include "app/clip_camera.h"
+#include "core/film/clip_camera.h"
 
 #include <algorithm>
 
 #include "core/camera/align.h"
 
-namespace likeness::app {
+namespace likeness {
 
 CameraSet assumed_camera(const VideoInfo& info) {
   const double focal = AlignOptions{}.focal_over_width * std::max(info.width, info.height);
@@ -14,4 +14,4 @@ CameraSet assumed_camera(const VideoInfo& info) {
   return set;
 }
 
-}  // namespace likeness::app
+}  // namespace likeness

@@ -4,10 +4,10 @@
 #include "core/camera/camera.h"
 #include "core/video/decode.h"
 
-namespace likeness::app {
+namespace likeness {
 
 // One camera at rest for the whole clip, with a usual focal length: for when it matters what the head does,
 // not where the camera is.
 CameraSet assumed_camera(const VideoInfo& info);
 
-}  // namespace likeness::app
+}  // namespace likeness

@@ -1,0 +1,92 @@
+// likeness card: what an avatar learnt from its capture, what it never saw, and what to film again.
+#include <memory>
+#include <numbers>
+
+#include <fmt/format.h>
+
+#include "app/commands.h"
+#include "app/terminal.h"
+#include "core/base/parallel.h"
+#include "core/study/card.h"
+
+namespace likeness::app {
+
+namespace {
+
+struct CardArguments {
+  CommonOptions common;
+  std::filesystem::path project;
+};
+
+constexpr double kDegrees = 180 / std::numbers::pi;
+
+nlohmann::json to_json(const Card& card) {
+  using nlohmann::json;
+  json expressions = json::array(), gaps = json::array(), worst = json::array();
+  for (const CardExpression& e : card.expressions)
+    expressions.push_back({{"name", e.name}, {"most", e.most}, {"learnt", kLearnt[std::size_t(e.learnt)]}});
+  for (const CardGap& gap : card.gaps) gaps.push_back({{"what", gap.what}, {"film_again", gap.film_again}});
+  for (const CardMoment& m : card.worst)
+    worst.push_back({{"from_s", m.from_s},
+                     {"to_s", m.to_s},
+                     {"badness", m.badness},
+                     {"what", m.what},
+                     {"film_again", m.film_again}});
+  const auto range = [](double low, double high) { return json{low * kDegrees, high * kDegrees}; };
+  return {{"frames",
+           {{"trained", card.trained}, {"weak", card.weak}, {"lost", card.lost}, {"refused", card.refused}}},
+          {"seen_from_deg",
+           {{"yaw", range(card.low.yaw, card.high.yaw)},
+            {"pitch", range(card.low.pitch, card.high.pitch)},
+            {"roll", range(card.low.roll, card.high.roll)}}},
+          {"expressions", expressions},
+          {"gaps", gaps},
+          {"worst", worst}};
+}
+
+void print_card(const Card& card) {
+  fmt::print("{} frames trained; {} weak, {} lost, {} refused.\n", card.trained, card.weak, card.lost,
+             card.refused);
+  fmt::print("Seen from {:.0f} degrees on the right to {:.0f} on the left, {:.0f} below to {:.0f} above.\n",
+             -card.low.yaw * kDegrees, card.high.yaw * kDegrees, -card.low.pitch * kDegrees,
+             card.high.pitch * kDegrees);
+  for (const Learnt learnt : {Learnt::well, Learnt::little, Learnt::never}) {
+    std::string names;
+    for (const CardExpression& e : card.expressions)
+      if (e.learnt == learnt) names += (names.empty() ? "" : ", ") + e.name;
+    constexpr const char* kTitles[] = {"Never seen", "Seen a little", "Learnt well"};
+    fmt::print("{}: {}.\n", kTitles[std::size_t(learnt)], names.empty() ? "nothing" : names);
+  }
+  if (!card.gaps.empty()) fmt::print("\nTo film in addition\n");
+  for (const CardGap& gap : card.gaps) fmt::print("  {}\n    {}\n", gap.what, gap.film_again);
+  fmt::print("\nThe worst moments{}\n", card.worst.empty() ? ": none, the track is even." : "");
+  for (const CardMoment& m : card.worst)
+    fmt::print("  {:.1f} to {:.1f} s, {:.1f} times the usual error. {}\n    {}\n", m.from_s, m.to_s,
+               m.badness, m.what, m.film_again);
+}
+
+int run(const CardArguments& arguments) {
+  const ThreadLimit limit(arguments.common.threads);
+  const auto project = open_project(arguments.project);
+  if (!project) return report_failure(project.error());
+  const auto card = project_card(*project);
+  if (!card) return report_failure(card.error());
+  if (arguments.common.json) {
+    print_json(to_json(*card));
+  } else {
+    print_card(*card);
+  }
+  return kExitDone;
+}
+
+}  // namespace
+
+void add_card_command(CLI::App& program, int& exit_code) {
+  auto a = std::make_shared<CardArguments>();
+  CLI::App* verb = program.add_subcommand("card", "What an avatar learnt, never saw, and what to film again");
+  verb->add_option("project", a->project, "Project folder of the avatar")->required();
+  add_common_options(*verb, a->common);
+  verb->callback([a, &exit_code] { exit_code = run(*a); });
+}
+
+}  // namespace likeness::app

@@ -1,0 +1,39 @@
+// From a performance to what the renderer is given: where the head is, what the face does, where the camera
+// stands.
+#pragma once
+
+#include "core/base/result.h"
+#include "core/direct/performance.h"
+#include "core/film/driving.h"
+#include "core/film/film.h"
+
+namespace likeness {
+
+// What all moments of one avatar share. Refers to avatar and model, which must outlive it.
+struct DirectedAvatar {
+  const Avatar* avatar = nullptr;
+  const HeadModel* model = nullptr;
+  Vec3d neck = Vec3d::Zero();    // head frame, m: what the head turns about
+  Vec3d centre = Vec3d::Zero();  // head frame, m: what the camera goes round
+};
+DirectedAvatar direct_avatar(const Avatar& avatar, const HeadModel& model);
+
+// Whether the head model knows every action of the performance; otherwise an Error that lists the known ones.
+Result<void> check_performance(const Performance& performance, const HeadModel& model);
+
+struct DirectedMoment {
+  Camera camera;
+  FilmPose pose;
+};
+// Actions that the model does not know do nothing. The torso rests; where the head is shifted beyond the
+// neck's reach (as in DriveOptions), all of the body moves on.
+DirectedMoment direct_moment(const DirectedAvatar& directed, const Performance& performance, double time_s);
+
+// One moment a frame.
+Result<Film> direct_film(const OpenedAvatar& opened, const Performance& performance);
+
+// What a clip made the avatar do, as dense keys that can be edited: one a frame, linear, of every channel
+// that is ever away from rest. The torso's lag and what an eye does by itself are left out.
+Performance performance_of(const DrivenClip& clip, const DirectedAvatar& directed);
+
+}  // namespace likeness

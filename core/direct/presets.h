@@ -1,0 +1,26 @@
+// Expression presets: named actions together, scaled to what an avatar was seen doing.
+#pragma once
+
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "core/direct/performance.h"
+#include "core/head/head_model.h"
+#include "core/track/drive.h"
+
+namespace likeness {
+
+struct Preset {
+  std::string name;                                    // neutral, smile, surprise, frown, A, E, I, O, U
+  std::vector<std::pair<std::string, float>> actions;  // on top of rest, within what was seen
+  float seen = 1;  // share of the usual expression that the capture can carry, 0..1; of neutral 1
+};
+
+// seen: from rest (seen_from_rest). Actions that the model does not know are left out.
+std::vector<Preset> presets(const HeadModel& model, const std::vector<SeenAction>& seen);
+
+// Keys of the preset's actions at a time; actions that have keys and are not the preset's go to zero there.
+void apply_preset(Performance& performance, const Preset& preset, double time_s);
+
+}  // namespace likeness

@@ -1,0 +1,66 @@
+// Posing the mesh and choosing its file: see head_mesh.h.
+#include "core/export/head_mesh.h"
+
+#include <fmt/format.h>
+
+#include "core/head/pose_head.h"
+
+namespace likeness {
+
+HeadMesh head_mesh(const Avatar& avatar, const HeadModel& model, const FilmPose& pose) {
+  HeadMesh mesh;
+  mesh.triangles = model.triangles;
+  mesh.positions = pose_head(model, shape_head(model, avatar.person), pose.articulation);
+  const Pose typical_from_world = avatar.world_from_head.inverse();
+  const Eigen::Isometry3f head = (typical_from_world * pose.world_from_head).cast<float>();
+  // How the torso left its typical place, and the model's shoulders with it.
+  const Eigen::Isometry3f torso = (typical_from_world * pose.world_from_torso *
+                                   avatar.world_from_torso.inverse() * avatar.world_from_head)
+                                      .cast<float>();
+  for (std::size_t v = 0; v < mesh.positions.size(); ++v) {
+    const float still = model.skinning_weights(Eigen::Index(v), kRoot);
+    Vec3f& position = mesh.positions[v];
+    position = (1 - still) * (head * position) + still * (torso * position);
+  }
+  mesh.normals = vertex_normals(mesh.positions, mesh.triangles);
+  // A vertex of no triangle has no normal, which a file may not leave out.
+  for (Vec3f& normal : mesh.normals)
+    if (!(normal.squaredNorm() > 0.5f)) normal = Vec3f::UnitZ();
+  mesh.uvs = model.uvs;
+  return mesh;
+}
+
+bool is_mesh_name(const std::filesystem::path& path) {
+  return path.extension() == ".glb" || path.extension() == ".ply";
+}
+
+Result<void> check_head(const std::filesystem::path& out, std::size_t frames) {
+  const bool ply = out.extension() == ".ply";
+  if (frames <= (ply ? 1 : kMostMeshFrames)) return {};
+  return Error{
+      ErrorCode::bad_input, fmt::format("{} frames do not fit into {}.", frames, out.filename().string()),
+      ply ? "Name a .glb as --out, or leave out what moves."
+          : fmt::format("A .glb takes {} frames: give it a shorter clip or performance, or fewer --frames.",
+                        kMostMeshFrames),
+      out.string()};
+}
+
+Result<int> write_head(const OpenedAvatar& opened, std::span<const FilmPose> poses, double frames_per_second,
+                       const std::filesystem::path& out, const Provenance& provenance,
+                       const Progress& progress, std::stop_token stop) {
+  if (const auto fits = check_head(out, poses.size()); !fits) return fits.error();
+  std::vector<HeadMesh> meshes;
+  for (const FilmPose& pose : poses) {
+    if (stop.stop_requested()) return cancelled_error();
+    progress.report(double(meshes.size()) / double(poses.size()),
+                    fmt::format("mesh {} of {}", meshes.size() + 1, poses.size()));
+    meshes.push_back(head_mesh(opened.avatar, opened.model, pose));
+  }
+  const auto written = out.extension() == ".ply" ? write_ply(out, meshes.front(), provenance)
+                                                 : write_glb(out, meshes, frames_per_second, provenance);
+  if (!written) return written.error();
+  progress.report(1);
+  return int(meshes.size());
+}
+
+}  // namespace likeness

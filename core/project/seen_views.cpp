@@ -1,0 +1,71 @@
+// Camera directions in the head frame: see seen_views.h.
+#include "core/project/seen_views.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "core/project/project_views.h"
+
+namespace likeness {
+namespace {
+
+double quantile(std::vector<double> values, double share) {
+  const auto at = values.begin() + std::ptrdiff_t(share * double(values.size() - 1) + 0.5);
+  std::nth_element(values.begin(), at, values.end());
+  return *at;
+}
+
+Vec3d direction(double yaw, double pitch) {
+  return {std::sin(yaw) * std::cos(pitch), std::sin(pitch), std::cos(yaw) * std::cos(pitch)};
+}
+
+}  // namespace
+
+ViewAngle view_angle(const Pose& cam_from_head) {
+  const Vec3d to_camera = cam_from_head.inverse().translation().normalized();
+  ViewAngle view;
+  view.yaw = std::atan2(to_camera.x(), to_camera.z());
+  view.pitch = std::asin(std::clamp(to_camera.y(), -1.0, 1.0));
+  // The head's up in the picture, whose own up is -y. A positive roll about the axis out of the face carries
+  // it to the picture's left.
+  const Vec3d up = cam_from_head.linear() * Vec3d::UnitY();
+  view.roll = std::atan2(-up.x(), -up.y());
+  return view;
+}
+
+SeenViews seen_views(const Capture& capture, const CameraSet& cameras, const Track& track) {
+  SeenViews seen;
+  std::vector<double> yaws, pitches, rolls;
+  for (const CaptureFrame& frame : capture.frames) {
+    const TrackedFrame* tracked = find_tracked(track, frame.frame);
+    const auto camera = picture_camera(capture, cameras, track, frame.frame);
+    if (!frame.used || tracked == nullptr || tracked->status == FrameStatus::lost || !camera) continue;
+    const ViewAngle view = view_angle(camera->cam_from_world * tracked->world_from_head);
+    seen.views.push_back(view);
+    yaws.push_back(view.yaw), pitches.push_back(view.pitch), rolls.push_back(view.roll);
+  }
+  if (seen.views.empty()) return seen;
+  seen.low = {quantile(yaws, 0.02), quantile(pitches, 0.02), quantile(rolls, 0.02)};
+  seen.high = {quantile(yaws, 0.98), quantile(pitches, 0.98), quantile(rolls, 0.98)};
+  return seen;
+}
+
+Result<SeenViews> seen_views(const Project& project) {
+  const auto capture = read_capture(capture_path(project));
+  if (!capture) return capture.error();
+  const auto cameras = read_cameras(cameras_path(project));
+  if (!cameras) return cameras.error();
+  const auto track = read_track(track_path(project));
+  if (!track) return track.error();
+  return seen_views(*capture, *cameras, *track);
+}
+
+double from_nearest_view(const SeenViews& seen, double yaw, double pitch) {
+  double nearest = -1;  // cosine
+  for (const ViewAngle& view : seen.views)
+    nearest = std::max(nearest, direction(yaw, pitch).dot(direction(view.yaw, view.pitch)));
+  return seen.views.empty() ? std::numbers::pi : std::acos(std::clamp(nearest, -1.0, 1.0));
+}
+
+}  // namespace likeness

@@ -1,0 +1,164 @@
+// Claims about directing from the command line: performances to films and meshes, a driven clip to keys.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+
+#include "core/base/files.h"
+#include "core/camera/camera.h"
+#include "core/capture/capture.h"
+#include "core/direct/edit_keys.h"
+#include "core/image/files.h"
+#include "core/track/track.h"
+#include "core/video/decode.h"
+#include "core/video/encode.h"
+#include "tests/app/run_program.h"
+#include "tests/core/film/tiny_project.h"
+#include "tests/core/study/acted_track.h"
+
+namespace likeness::test {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+using testing::HasSubstr;
+
+class DirectCommand : public testing::Test {
+ protected:
+  fs::path save(const Performance& performance) {
+    const fs::path path = project_.root / "performance.json";
+    EXPECT_TRUE(write_performance(path, performance).ok());
+    return path;
+  }
+  ProgramResult render(std::vector<std::string> arguments, const char* out) {
+    arguments.insert(arguments.begin(), {"render", project_.folder().string()});
+    arguments.insert(arguments.end(), {"--json", "--out", (project_.root / out).string()});
+    return likeness(arguments);
+  }
+  bool there(const char* name) const { return fs::exists(project_.root / name); }
+
+  TinyProject project_;
+};
+
+Performance turning() {
+  Performance performance;
+  performance.duration_s = 0.4, performance.frames_per_second = 20;
+  set_key(performance, "head yaw", {0, -20});
+  set_key(performance, "head yaw", {0.35, 20});
+  set_key(performance, "action jawOpen", {0, 0.4f});
+  return performance;
+}
+
+TEST_F(DirectCommand, APerformanceBecomesAFilmOfItsLength) {
+  const ProgramResult result = render({"--performance", save(turning()).string()}, "film.mp4");
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_EQ(json::parse(result.out).at("frames"), 8);
+  const auto info = probe_video(project_.root / "film.mp4");
+  ASSERT_TRUE(info.ok());
+  EXPECT_DOUBLE_EQ(info->frames_per_second, 20);
+  ASSERT_EQ(render({"--performance", save(turning()).string()}, "frames").exit_code, 0);
+  const auto first = read_image(project_.root / "frames" / "000000.png");
+  const auto last = read_image(project_.root / "frames" / "000007.png");
+  ASSERT_TRUE(first.ok() && last.ok());
+  EXPECT_NE(first->data, last->data);
+}
+
+TEST_F(DirectCommand, APerformanceBecomesAMovingMeshAndAPoseAStillOne) {
+  const ProgramResult moving = render({"--performance", save(turning()).string()}, "head.glb");
+  ASSERT_EQ(moving.exit_code, 0) << moving.err;
+  EXPECT_EQ(json::parse(moving.out).at("frames"), 8);
+  EXPECT_TRUE(read_text(project_.root / "head.glb")->starts_with("glTF"));
+  const ProgramResult still = render({"--expression", "jawOpen=0.5", "--pose=20,0,0"}, "head.ply");
+  ASSERT_EQ(still.exit_code, 0) << still.err;
+  EXPECT_TRUE(read_text(project_.root / "head.ply")->starts_with("ply\n"));
+}
+
+TEST_F(DirectCommand, WhatContradictsItselfIsRefusedAndNothingIsWritten) {
+  const std::string performance = save(turning()).string();
+  for (const auto& [arguments, out, word] :
+       std::vector<std::tuple<std::vector<std::string>, const char*, const char*>>{
+           {{"--performance", performance, "--pose=5,0,0"}, "a.mp4", "--pose"},
+           {{"--performance", performance}, "a.ply", ".glb"},
+           {{"--performance", performance}, "a.png", ".mp4"},
+           {{"--camera", "orbit"}, "a.glb", "--camera"},
+           {{"--mark"}, "a.ply", "--mark"},
+           {{"--performance", (project_.root / "absent.json").string()}, "a.mp4", "absent.json"}}) {
+    const ProgramResult result = render(arguments, out);
+    EXPECT_EQ(result.exit_code, 1) << out;
+    EXPECT_THAT(result.err, HasSubstr(word));
+    EXPECT_FALSE(there(out)) << out;
+  }
+  Performance unknown = turning();
+  set_key(unknown, "action grin", {0, 1});
+  const ProgramResult result = render({"--performance", save(unknown).string()}, "a.mp4");
+  EXPECT_EQ(result.exit_code, 1);
+  EXPECT_THAT(result.err, HasSubstr("jawOpen"));
+}
+
+TEST_F(DirectCommand, TheMarkIsOptional) {
+  ASSERT_EQ(render({}, "plain.png").exit_code, 0);
+  ASSERT_EQ(render({"--mark"}, "marked.png").exit_code, 0);
+  EXPECT_NE(read_image(project_.root / "plain.png")->data, read_image(project_.root / "marked.png")->data);
+}
+
+TrackTruth acted_truth_on_disk(int frames) {
+  TrackTruth truth = acted_truth(frames);
+  truth.track.neutral = neutral_articulation(acting_head());
+  for (TrackedFrame& frame : truth.track.frames) frame.landmarks.fill(Vec2d::Zero());
+  return truth;
+}
+
+TEST_F(DirectCommand, ADrivenClipBecomesKeysThatRenderTakes) {
+  const Track track = acted_truth_on_disk(20).track;
+  const fs::path clip = project_.root / "clip.mp4", keys = project_.root / "keys.json";
+  ASSERT_TRUE(write_track(project_.root / "track.json", track).ok());
+  auto writer = VideoWriter::create(clip, 64, 48);
+  for (int i = 0; i < 20; ++i) ASSERT_TRUE(writer->add(Image8(64, 48, 3, 128)).ok());
+  ASSERT_TRUE(writer->finish().ok());
+  const ProgramResult driven =
+      likeness({"drive", project_.folder().string(), clip.string(), "--track",
+                (project_.root / "track.json").string(), "--out", keys.string(), "--json"});
+  ASSERT_EQ(driven.exit_code, 0) << driven.err;
+  const auto performance = read_performance(keys);
+  ASSERT_TRUE(performance.ok()) << performance.error().what;
+  EXPECT_EQ(frame_count(*performance), 20);
+  EXPECT_EQ(performance->channels.at("head yaw").size(), 20u);
+  const ProgramResult rendered = render({"--performance", keys.string()}, "again.mp4");
+  EXPECT_EQ(rendered.exit_code, 0) << rendered.err;
+}
+
+TEST_F(DirectCommand, TheCardTellsPeopleAndProgramsTheSame) {
+  TrackTruth truth = acted_truth_on_disk(120);
+  Capture capture;
+  capture.width = capture.height = 512, capture.crop = {0, 0, 512};
+  for (TrackedFrame& frame : truth.track.frames) {
+    const bool spoilt = frame.frame >= 50 && frame.frame < 75;
+    frame.inner_error_px = 1;
+    if (spoilt) frame.status = FrameStatus::lost, frame.reason = "no face";
+    capture.frames.push_back({frame.frame, frame.time_s, 100, false, true, ""});
+  }
+  ASSERT_TRUE(write_capture(project_.folder() / "capture.json", capture).ok());
+  ASSERT_TRUE(write_cameras(project_.folder() / "cameras.json", truth.cameras).ok());
+  ASSERT_TRUE(write_track(project_.folder() / "track.json", truth.track).ok());
+  const ProgramResult told = likeness({"card", project_.folder().string(), "--json"});
+  ASSERT_EQ(told.exit_code, 0) << told.err;
+  const json card = json::parse(told.out);
+  EXPECT_EQ(card.at("frames").at("lost"), 25);
+  EXPECT_EQ(card.at("frames").at("trained"), 95);
+  EXPECT_GT(card.at("seen_from_deg").at("yaw").at(1).get<double>(), 20);
+  ASSERT_EQ(card.at("worst").size(), 1u);
+  EXPECT_NEAR(card.at("worst").at(0).at("from_s").get<double>(), 2, 0.2);
+  const ProgramResult printed = likeness({"card", project_.folder().string()});
+  EXPECT_THAT(printed.out, HasSubstr(card.at("worst").at(0).at("film_again").get<std::string>()));
+  EXPECT_THAT(printed.out, HasSubstr("Never seen: "));
+  EXPECT_THAT(printed.out, HasSubstr("25 lost"));
+}
+
+TEST_F(DirectCommand, TheCardOfAnUntrainedFolderSaysWhatIsMissing) {
+  const ProgramResult result = likeness({"card", project_.folder().string()});
+  EXPECT_EQ(result.exit_code, 1);
+  EXPECT_THAT(result.err, HasSubstr("capture.json"));
+}
+
+}  // namespace
+}  // namespace likeness::test

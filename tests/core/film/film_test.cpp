@@ -1,0 +1,129 @@
+// Claims about films: what is refused before long work, what is written where, and that transparency is true.
+#include "core/film/film.h"
+
+#include <gtest/gtest.h>
+
+#include <fstream>
+
+#include "core/image/files.h"
+#include "core/render/camera_path.h"
+#include "core/video/decode.h"
+#include "tests/core/film/tiny_project.h"
+
+namespace likeness::test {
+namespace {
+
+namespace fs = std::filesystem;
+
+Film resting_film(const Avatar& avatar, std::size_t frames) {
+  Film film;
+  film.cameras.assign(frames, typical_camera(avatar));
+  film.poses.assign(frames, {avatar.world_from_head, avatar.world_from_torso, avatar.neutral});
+  return film;
+}
+
+TEST(Film, AProjectWithoutAnAvatarSaysHowToGetOne) {
+  const TinyProject project;
+  ASSERT_TRUE(open_avatar(project.folder()).ok());
+  fs::remove(project.folder() / "avatar.bin");
+  const auto opened = open_avatar(project.folder());
+  ASSERT_FALSE(opened.ok());
+  EXPECT_EQ(opened.error().code, ErrorCode::not_found);
+  EXPECT_NE(opened.error().fix.find("likeness build"), std::string::npos);
+}
+
+TEST(Film, AnAvatarOfAnotherHeadModelIsRefused) {
+  const TinyProject project;
+  Avatar other = filmed_avatar();
+  other.head_model_hash = "0123";
+  ASSERT_TRUE(write_avatar(project.folder() / "avatar.bin", other).ok());
+  const auto opened = open_avatar(project.folder());
+  ASSERT_FALSE(opened.ok());
+  EXPECT_EQ(opened.error().code, ErrorCode::bad_input);
+}
+
+TEST(Film, WhatDoesNotFitTogetherIsSaidBeforeLongWork) {
+  const Avatar avatar = filmed_avatar();
+  const auto wrong = [&](std::size_t frames, const FilmOptions& options) {
+    return !check_film(avatar, avatar.intrinsics, frames, options).ok();
+  };
+  EXPECT_FALSE(wrong(1, {.out = "a.png"}));
+  EXPECT_TRUE(wrong(2, {.out = "a.png"}));
+  EXPECT_TRUE(wrong(2, {.out = "a.mp4", .alpha = true}));
+  EXPECT_FALSE(wrong(2, {.out = "folder", .alpha = true}));
+  EXPECT_TRUE(wrong(2, {.out = "folder", .alpha = true, .beside_width = 8}));
+  EXPECT_TRUE(wrong(1, {.out = "a.png", .background = "blue"}));
+  EXPECT_FALSE(wrong(1, {.out = "a.png", .background = "#0000ff"}));
+  FilmOptions plate{.out = "a.png", .background = "plate"};
+  EXPECT_FALSE(wrong(1, plate));
+  Intrinsics larger = avatar.intrinsics;
+  larger.width *= 2;
+  EXPECT_FALSE(check_film(avatar, larger, 1, plate).ok());
+}
+
+TEST(Film, AFolderGetsAPictureAFrameAndAnMp4AllOfThem) {
+  const TinyProject project;
+  const OpenedAvatar opened = tiny_opened();
+  const Film film = resting_film(opened.avatar, 3);
+  const auto pictures = write_film(opened, film, {.out = project.root / "frames"}, Progress(), {});
+  ASSERT_TRUE(pictures.ok()) << pictures.error().what;
+  EXPECT_EQ(*pictures, 3);
+  for (const char* name : {"000000.png", "000001.png", "000002.png"})
+    EXPECT_TRUE(read_image(project.root / "frames" / name).ok()) << name;
+  ASSERT_TRUE(write_film(opened, film, {.out = project.root / "film.mp4"}, Progress(), {}).ok());
+  const auto info = probe_video(project.root / "film.mp4");
+  ASSERT_TRUE(info.ok());
+  EXPECT_EQ(info->frame_count, 3);
+  EXPECT_EQ(info->width, 96);
+}
+
+TEST(Film, AlphaLiesStraightOnDiskAndTheBackgroundShowsThroughIt) {
+  const TinyProject project;
+  const OpenedAvatar opened = tiny_opened();
+  const Film film = resting_film(opened.avatar, 1);
+  const fs::path clear = project.root / "clear.png", white = project.root / "white.png";
+  ASSERT_TRUE(write_film(opened, film, {.out = clear, .alpha = true}, Progress(), {}).ok());
+  ASSERT_TRUE(write_film(opened, film, {.out = white, .background = "#ffffff"}, Progress(), {}).ok());
+  const auto rgba = read_image(clear), rgb = read_image(white);
+  ASSERT_TRUE(rgba.ok() && rgb.ok());
+  ASSERT_EQ(rgba->channels, 4);
+  int opaque = 0, open = 0;
+  for (std::size_t i = 0; i < rgba->pixels(); ++i) {
+    const double alpha = rgba->data[4 * i + 3] / 255.0;
+    opaque += alpha > 0.9, open += alpha < 0.1;
+    for (std::size_t c = 0; c < 3; ++c)
+      EXPECT_NEAR(rgba->data[4 * i + c] * alpha + 255 * (1 - alpha), rgb->data[3 * i + c], 2.5);
+  }
+  EXPECT_GT(opaque, 20);
+  EXPECT_GT(open, 20);
+}
+
+TEST(Film, PicturesBesideAreOnTheLeft) {
+  const TinyProject project;
+  const OpenedAvatar opened = tiny_opened();
+  FilmOptions options{.out = project.root / "both.png", .beside_width = 10};
+  options.beside = [](std::size_t) { return Result<Image8>(Image8(10, 64, 3, 200)); };
+  ASSERT_TRUE(write_film(opened, resting_film(opened.avatar, 1), options, Progress(), {}).ok());
+  const auto both = read_image(project.root / "both.png");
+  ASSERT_TRUE(both.ok());
+  EXPECT_EQ(both->width, 106);
+  EXPECT_EQ(*both->at(5, 32), 200);
+  EXPECT_EQ(*both->at(12, 2), 77);  // the avatar's plate
+}
+
+TEST(Film, StoppedNothingIsLeft) {
+  const TinyProject project;
+  const OpenedAvatar opened = tiny_opened();
+  std::stop_source stop;
+  stop.request_stop();
+  const auto written = write_film(opened, resting_film(opened.avatar, 3), {.out = project.root / "film.mp4"},
+                                  Progress(), stop.get_token());
+  ASSERT_FALSE(written.ok());
+  EXPECT_EQ(written.error().code, ErrorCode::cancelled);
+  int left = 0;
+  for (const auto& entry : fs::directory_iterator(project.root)) left += entry.is_regular_file();
+  EXPECT_EQ(left, 0);
+}
+
+}  // namespace
+}  // namespace likeness::test
