@@ -9,9 +9,9 @@
 
 #include "app/commands.h"
 #include "app/driving.h"
-#include "app/film.h"
 #include "app/terminal.h"
 #include "core/base/parallel.h"
+#include "core/film/film.h"
 #include "core/render/render.h"
 #include "core/video/copy_sound.h"
 #include "core/video/decode.h"

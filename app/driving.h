@@ -5,9 +5,9 @@
 #include <stop_token>
 #include <vector>
 
-#include "app/film.h"
 #include "core/base/progress.h"
 #include "core/base/result.h"
+#include "core/film/film.h"
 #include "core/track/drive.h"
 #include "core/track/track.h"
 

@@ -10,9 +10,9 @@
 
 #include "app/commands.h"
 #include "app/driving.h"
-#include "app/film.h"
 #include "app/terminal.h"
 #include "core/base/parallel.h"
+#include "core/film/film.h"
 #include "core/head/pose_head.h"
 #include "core/render/camera_path.h"
 #include "core/track/track.h"

@@ -1,0 +1,180 @@
+// Rendering and writing frame by frame: see film.h.
+#include "core/film/film.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <charconv>
+#include <optional>
+#include <system_error>
+
+#include "core/image/files.h"
+#include "core/project/run_stages.h"
+#include "core/render/pose_avatar.h"
+#include "core/video/encode.h"
+
+namespace likeness {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+constexpr const char* kPlainBackground = "#e6e6e6";
+
+Result<Vec3f> parse_colour(const std::string& text) {
+  unsigned value = 0;
+  if (text.size() == 7 && text.front() == '#') {
+    const char* begin = text.data() + 1;
+    const auto [end, failure] = std::from_chars(begin, begin + 6, value, 16);
+    if (failure == std::errc{} && end == begin + 6) {
+      return Vec3f(Vec3f(float(value >> 16), float(value >> 8 & 255), float(value & 255)) / 255.0f);
+    }
+  }
+  return Error{ErrorCode::bad_input, fmt::format("\"{}\" is not a background.", text),
+               "Write plate, or a colour such as #e8e8e8", ""};
+}
+
+std::string chosen_background(const Avatar& avatar, const FilmOptions& options) {
+  if (!options.background.empty()) return options.background;
+  return options.camera_rests && !avatar.plate.empty() ? "plate" : kPlainBackground;
+}
+
+// Frames to an mp4, to a folder of PNGs, or to one PNG.
+class FrameSink {
+ public:
+  static Result<FrameSink> open(const FilmOptions& options, int width, int height) {
+    FrameSink sink;
+    sink.out_ = options.out;
+    if (options.out.extension() == ".mp4") {
+      auto writer =
+          VideoWriter::create(options.out, width, height, {.frames_per_second = options.frames_per_second});
+      if (!writer) return writer.error();
+      sink.video_.emplace(std::move(*writer));
+    }
+    return sink;
+  }
+  Result<void> add(const Image8& picture, std::size_t index) {
+    if (video_) return video_->add(picture);
+    if (out_.extension() == ".png") return write_image(out_, picture);
+    return write_image(out_ / fmt::format("{:06}.png", index), picture);
+  }
+  Result<void> finish() { return video_ ? video_->finish() : Result<void>{}; }
+
+ private:
+  fs::path out_;
+  std::optional<VideoWriter> video_;
+};
+
+// Alpha straight on disk, premultiplied inside.
+Image8 straight_alpha(Image rgba) {
+  for (std::size_t i = 0; i < rgba.data.size(); i += 4) {
+    const float alpha = rgba.data[i + 3];
+    for (int c = 0; c < 3; ++c)
+      rgba.data[i + std::size_t(c)] = alpha > 1e-4f ? rgba.data[i + std::size_t(c)] / alpha : 0;
+  }
+  return to_bytes(rgba);
+}
+
+// The left picture is cut or padded in black to the right one's height, about its middle.
+Image8 side_by_side(const Image8& left, const Image8& right) {
+  Image8 both(left.width + right.width, right.height, 3);
+  const int shift = (right.height - left.height) / 2;
+  for (int y = 0; y < right.height; ++y) {
+    if (y >= shift && y - shift < left.height)
+      std::copy_n(left.at(0, y - shift), 3 * left.width, both.at(0, y));
+    std::copy_n(right.at(0, y), 3 * right.width, both.at(left.width, y));
+  }
+  return both;
+}
+
+}  // namespace
+
+Result<OpenedAvatar> open_avatar(const fs::path& folder) {
+  auto project = open_project(folder);
+  if (!project) return project.error();
+  if (std::error_code ignored; !fs::exists(avatar_path(*project), ignored)) {
+    return Error{ErrorCode::not_found, fmt::format("{} holds no trained avatar.", folder.string()),
+                 "Run: likeness build VIDEO --project DIR", ""};
+  }
+  auto avatar = read_avatar(avatar_path(*project));
+  if (!avatar) return avatar.error();
+  auto model = project_head_model(project->options);
+  if (!model) return model.error();
+  if (model->hash != avatar->head_model_hash) {
+    return Error{ErrorCode::bad_input,
+                 fmt::format("The avatar was made with the {} head model, the project now names the {} one.",
+                             avatar->head_model_name, model->name),
+                 "Build the project again, so that both agree.", folder.string()};
+  }
+  return OpenedAvatar{std::move(*project), std::move(*avatar), std::move(*model)};
+}
+
+Result<void> check_film(const Avatar& avatar, const Intrinsics& picture, std::size_t frames,
+                        const FilmOptions& options) {
+  if (options.out.extension() == ".png" && frames > 1) {
+    return Error{ErrorCode::bad_input, fmt::format("{} frames do not fit into one picture.", frames),
+                 "Name an .mp4 or a folder as --out.", options.out.string()};
+  }
+  if (options.alpha && options.out.extension() == ".mp4") {
+    return Error{ErrorCode::bad_input, "An mp4 holds no transparency.",
+                 "With --alpha name a folder or a .png as --out.", ""};
+  }
+  if (options.alpha && options.beside_width > 0) {
+    return Error{ErrorCode::bad_input, "Pictures side by side have no transparency.",
+                 "Leave out --alpha or --side-by-side.", ""};
+  }
+  const std::string background = chosen_background(avatar, options);
+  if (background != "plate") {
+    const auto colour = parse_colour(background);
+    return colour ? Result<void>{} : Result<void>(colour.error());
+  }
+  if (avatar.plate.empty()) {
+    return Error{ErrorCode::bad_input, "This avatar has no background plate: its camera moved.",
+                 "Choose a colour, e.g. --background #e6e6e6", ""};
+  }
+  if (avatar.plate.width != picture.width || avatar.plate.height != picture.height) {
+    return Error{ErrorCode::bad_input,
+                 fmt::format("The plate has {} x {} px, the pictures {} x {}.", avatar.plate.width,
+                             avatar.plate.height, picture.width, picture.height),
+                 "Choose a colour, e.g. --background #e6e6e6", ""};
+  }
+  return {};
+}
+
+Result<int> write_film(const OpenedAvatar& opened, const Film& film, const FilmOptions& options,
+                       const Progress& progress, std::stop_token stop) {
+  const Avatar& avatar = opened.avatar;
+  const Intrinsics& picture = film.cameras.front().intrinsics;
+  const std::size_t frames = film.cameras.size();
+  if (const auto checked = check_film(avatar, picture, frames, options); !checked) return checked.error();
+  const std::string background = chosen_background(avatar, options);
+  const bool on_plate = background == "plate";
+  const auto colour = parse_colour(on_plate ? kPlainBackground : background);
+  if (!colour) return colour.error();
+  const AvatarRig rig = make_rig(avatar, opened.model);
+  auto sink = FrameSink::open(options, options.beside_width + picture.width, picture.height);
+  if (!sink) return sink.error();
+  for (std::size_t i = 0; i < frames; ++i) {
+    if (stop.stop_requested()) return cancelled_error();
+    progress.report(double(i) / double(frames), fmt::format("frame {} of {}", i + 1, frames));
+    const FilmPose& pose = film.poses[i];
+    const RenderedFrame frame =
+        render_frame(avatar, film.cameras[i],
+                     pose_avatar(rig, {pose.world_from_head, pose.world_from_torso, pose.articulation, {}}),
+                     render_options(options.quality));
+    Image8 shown = options.alpha
+                       ? straight_alpha(frame.rgba)
+                       : to_bytes(composite(frame.rgba, on_plate ? avatar.plate : Image8{}, *colour));
+    if (options.beside_width > 0) {
+      const auto left = options.beside(i);
+      if (!left) return left.error();
+      shown = side_by_side(*left, shown);
+    }
+    if (const auto added = sink->add(shown, i); !added) return added.error();
+  }
+  if (const auto finished = sink->finish(); !finished) return finished.error();
+  progress.report(1);
+  return int(frames);
+}
+
+}  // namespace likeness

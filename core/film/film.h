@@ -1,0 +1,59 @@
+// A film of an avatar: one picture after the other to an mp4, a folder of PNGs, or one PNG. Shared by the
+// command line's verbs that render and the studio's export.
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <stop_token>
+#include <string>
+#include <vector>
+
+#include "core/base/progress.h"
+#include "core/base/result.h"
+#include "core/head/head_model.h"
+#include "core/project/project.h"
+#include "core/render/avatar.h"
+#include "core/render/render.h"
+
+namespace likeness {
+
+// A project's avatar with the head model it was made with.
+struct OpenedAvatar {
+  Project project;
+  Avatar avatar;
+  HeadModel model;
+};
+Result<OpenedAvatar> open_avatar(const std::filesystem::path& folder);
+
+// What the avatar does in one frame.
+struct FilmPose {
+  Pose world_from_head = Pose::Identity(), world_from_torso = Pose::Identity();  // m
+  Articulation articulation;
+};
+
+struct Film {
+  std::vector<Camera> cameras;  // of one picture size
+  std::vector<FilmPose> poses;  // one a camera
+};
+
+struct FilmOptions {
+  std::filesystem::path out;  // .mp4, .png, or a folder
+  std::string background;     // "plate", a colour such as #e8e8e8, or empty: see below
+  bool camera_rests = true;   // what an empty background depends on: the plate holds for a resting camera
+  RenderQuality quality = RenderQuality::final;
+  bool alpha = false;  // transparent background, PNG only
+  double frames_per_second = 25;
+  int beside_width = 0;  // px; > 0: `beside` gives a picture of this width for the left of every frame
+  std::function<Result<Image8>(std::size_t frame)> beside;
+};
+
+// What is wrong with these options for this avatar, if anything; cheap, so that it can be said before long
+// work.
+Result<void> check_film(const Avatar& avatar, const Intrinsics& picture, std::size_t frames,
+                        const FilmOptions& options);
+
+// Number of frames written.
+Result<int> write_film(const OpenedAvatar& opened, const Film& film, const FilmOptions& options,
+                       const Progress& progress, std::stop_token stop);
+
+}  // namespace likeness
