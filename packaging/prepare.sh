@@ -28,12 +28,22 @@ packages=(
   "libdlib-data:the landmark model"
   "libhwy-dev:SIMD kernels"
   "colmap:cameras of moving clips"
+  "libvtk9-dev:3-D views and charts of the studio"
+  "libglfw3-dev:the studio's window"
+  "libimgui-dev:the studio's panels"
+  "libstb-dev:letters of the panels"
+  "libgl-dev:drawing the window"
+  "libopengl-dev:drawing the window"
+  "fonts-inter:the studio's letters"
 )
 test_packages=(
   "libgtest-dev:the tests"
   "libgmock-dev:the tests"
   "ffmpeg:making odd video files for the tests, and reading exported ones"
   "python3-vtk9:reading exported meshes"
+  "xvfb:a display for the window's tests"
+  "xauth:needed by xvfb-run"
+  "libgl1-mesa-dri:drawing the window without a graphics card"
 )
 
 say() { printf '%s\n' "$*"; }

@@ -65,6 +65,8 @@ Findings find(const std::vector<Look>& looks, const Test& applies, const Test& t
 bool any(const Look&) { return true; }
 bool has_face(const Look& look) { return look.face.has_value(); }
 bool is_posed(const Look& look) { return look.posed; }
+double yaw_of(const Look& look) { return look.yaw_deg; }
+double pitch_of(const Look& look) { return look.pitch_deg; }
 
 template <class F>
 std::vector<double> values_of(const std::vector<Look>& looks, const Test& applies, F value) {
@@ -164,11 +166,11 @@ class Judge {
   }
 
   void judge_performance() {
-    const double turn = range_of(clip_.looks, is_posed, [](const Look&look) { return look.yaw_deg; }),
-                 nod = range_of(clip_.looks, is_posed, [](const Look&look) { return look.pitch_deg; });
+    const double turn = range_of(clip_.looks, is_posed, yaw_of),
+                 nod = range_of(clip_.looks, is_posed, pitch_of);
     if (turn < kFewTurn_deg || nod < kFewNod_deg)
       remark_all(
-          Fault::few_angles, turn < kFewestTurn_deg,
+          Fault::few_angles, false,
           fmt::format("The head is seen from {:.0f} degrees side to side and {:.0f} up and down.", turn, nod),
           "Turn the head slowly to both sides as far as to a half profile, then raise and lower it; or "
           "walk round the resting head.");

@@ -24,6 +24,17 @@ constexpr int kVersion = 1;
 constexpr std::array<const char*, kStages.size()> kStageNames{"import", "align", "fit", "matte", "train"};
 constexpr std::array<const char*, 5> kStateNames{"to_do", "running", "done", "failed", "stopped"};
 
+constexpr std::array<const char*, 4> kConsentNames{"not_asked", "own", "given", "no_real_person"};
+
+// An answer this version does not know is none.
+Consent consent_from_json(const json& j) {
+  const std::string answer = j.value("consent", kConsentNames[0]);
+  for (std::size_t i = 0; i < kConsentNames.size(); ++i) {
+    if (answer == kConsentNames[i]) return Consent(i);
+  }
+  return Consent::not_asked;
+}
+
 json to_json(const ProjectOptions& options) {
   return {{"video", options.video.string()},
           {"head_model", options.head_model.string()},
@@ -125,6 +136,7 @@ Result<Project> open_project(const fs::path& folder) {
     Project project;
     project.folder = folder;
     project.options = options_from_json(j.at("options"));
+    project.consent = consent_from_json(j);
     for (const Stage stage : kStages) {
       project.record(stage) = record_from_json(j.at("stages").at(std::string(stage_name(stage))));
     }
@@ -168,6 +180,7 @@ Result<void> save_project(const Project& project) {
   for (const Stage stage : kStages) stages[std::string(stage_name(stage))] = to_json(project.record(stage));
   const json j{{"version", kVersion},
                {"program", "Likeness"},
+               {"consent", kConsentNames[std::size_t(project.consent)]},
                {"options", to_json(project.options)},
                {"stages", stages}};
   // A path need not be valid UTF-8; the odd byte is replaced rather than refused.

@@ -45,9 +45,19 @@ struct ProjectOptions {
   bool refine_track = false;  // correct the training frames through the field
 };
 
+// Whether the filmed person agreed to an avatar of themselves. Asked when a clip is first imported in the
+// studio.
+enum class Consent {
+  not_asked,      // of projects made on the command line
+  own,            // the person who answered is the one in the clip
+  given,          // somebody else, who agreed
+  no_real_person  // the built-in demo
+};
+
 struct Project {
   std::filesystem::path folder;
   ProjectOptions options;
+  Consent consent = Consent::not_asked;
   std::array<StageRecord, kStages.size()> stages;
 
   StageRecord& record(Stage stage) { return stages[std::size_t(stage)]; }

@@ -227,7 +227,7 @@ Result<void> run_train(const StageContext& context) {
     if (const auto enough = check_memory(forecast, *available); !enough) return enough.error();
   if (const auto loaded = load_training_pictures(context.project, *set); !loaded) return loaded.error();
   auto avatar = train_avatar(*set, options, checkpoint_path(context.project), context.progress,
-                             context.observer.training, context.stop);
+                             context.observer.training, context.stop, context.observer.tap);
   if (!avatar) return avatar.error();
   avatar->head_model_file = o.head_model.string();
   context.record.message = fmt::format("{} steps in {:.0f} s.", avatar->steps, avatar->train_seconds);
@@ -285,6 +285,15 @@ Result<HeadModel> project_head_model(const ProjectOptions& options) {
   return load_head_model(options.head_model);
 }
 
+std::pair<double, double> stage_span(const ProjectOptions& options, Stage last, Stage stage) {
+  double total = 0, before = 0;
+  for (const Stage other : kStages) {
+    if (other <= last) total += expected_seconds(options, other);
+    if (other < stage) before += expected_seconds(options, other);
+  }
+  return {before / total, (before + expected_seconds(options, stage)) / total};
+}
+
 bool is_current(const Project& project, Stage stage) {
   const StageRecord& record = project.record(stage);
   return record.state == StageState::done && results_exist(project, stage) &&
@@ -296,14 +305,9 @@ Result<void> run_stages(Project& project, Stage last, const Progress& progress, 
   const auto lock = ProjectLock::acquire(project);
   if (!lock) return lock.error();
   remove_abandoned_parts(project.folder);
-  double total = 0, before = 0;
-  for (const Stage stage : kStages) {
-    if (stage <= last) total += expected_seconds(project.options, stage);
-  }
   for (const Stage stage : kStages) {
     if (stage > last) break;
-    const double from = before / total, to = (before + expected_seconds(project.options, stage)) / total;
-    before += expected_seconds(project.options, stage);
+    const auto [from, to] = stage_span(project.options, last, stage);
     StageRecord& record = project.record(stage);
     if (is_current(project, stage)) {
       progress.report(to);

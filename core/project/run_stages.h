@@ -3,6 +3,7 @@
 
 #include <functional>
 #include <stop_token>
+#include <utility>
 
 #include "core/base/progress.h"
 #include "core/base/result.h"
@@ -16,7 +17,11 @@ namespace likeness {
 struct RunObserver {
   std::function<void(Stage, const StageRecord&)> stage_changed = [](Stage, const StageRecord&) {};
   std::function<void(const TrainStatus&)> training = [](const TrainStatus&) {};
+  AvatarTap tap;  // of the training
 };
+
+// The part of a run's progress that a stage takes, from and to in [0, 1].
+std::pair<double, double> stage_span(const ProjectOptions& options, Stage last, Stage stage);
 
 // Whether the stage's result is there and made from what is there now.
 bool is_current(const Project& project, Stage stage);

@@ -56,11 +56,18 @@ struct TrainStatus {
   double seconds = 0, loss = 0, train_psnr_db = 0, rays_per_s = 0;
 };
 
+// A look at the avatar while it is being trained. Changes no bit of what is learnt.
+struct AvatarTap {
+  std::function<bool()> wanted;             // asked after every step: keep it cheap
+  std::function<void(const Avatar&)> take;  // the avatar as it stands, from the training thread
+};
+
 // Continues from `checkpoint` when it exists and fits this set and these options; writes it at intervals and
 // on stop. checkpoint.bin holds parameters, optimiser moments, occupancy, random state, schedule and seconds
 // spent.
 Result<Avatar> train_avatar(const TrainingSet& set, const TrainOptions& options,
                             const std::filesystem::path& checkpoint, const Progress& progress,
-                            const std::function<void(const TrainStatus&)>& observe, std::stop_token stop);
+                            const std::function<void(const TrainStatus&)>& observe, std::stop_token stop,
+                            const AvatarTap& tap = {});
 
 }  // namespace likeness

@@ -159,6 +159,7 @@ struct Run {
   const std::string& fingerprint;
   const Progress& progress;
   const std::function<void(const TrainStatus&)>& observe;
+  const AvatarTap& tap;
 
   Clock::time_point start = Clock::now();
   double earlier = 0;  // seconds of earlier runs
@@ -252,6 +253,11 @@ Result<void> run_steps(TrainingState& state, Scene& scene, Run& run, std::stop_t
     if (now - run.last_checkpoint >= run.options.checkpoint_every_s)
       if (auto saved = run.save(state); !saved) return saved;
     if (state.step % kSnapshotEvery == 0) snapshot = state;
+    if (run.tap.wanted && run.tap.wanted()) {
+      state.seconds = now;
+      run.tap.take(
+          make_avatar(scene.set, run.options, scene.map, scene.warp_cell(), scene.volumes.neck, state));
+    }
   }
   run.report(state);
   return run.save(state);
@@ -261,11 +267,12 @@ Result<void> run_steps(TrainingState& state, Scene& scene, Run& run, std::stop_t
 
 Result<Avatar> train_avatar(const TrainingSet& set, const TrainOptions& options,
                             const std::filesystem::path& checkpoint, const Progress& progress,
-                            const std::function<void(const TrainStatus&)>& observe, std::stop_token stop) {
+                            const std::function<void(const TrainStatus&)>& observe, std::stop_token stop,
+                            const AvatarTap& tap) {
   if (stop.stop_requested()) return cancelled_error();
   if (auto checked = check_set(set, options); !checked) return checked.error();
   const std::string fingerprint = checkpoint.empty() ? "" : training_fingerprint(set, options);
-  Run run{options, checkpoint, fingerprint, progress, observe};
+  Run run{options, checkpoint, fingerprint, progress, observe, tap};
 
   const HeadShape shape = shape_head(set.model, set.person);
   std::vector<Articulation> articulations;

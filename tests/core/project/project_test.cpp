@@ -53,6 +53,32 @@ TEST_F(ProjectFolder, RemembersOptionsAndStages) {
   EXPECT_EQ(opened->record(Stage::train).state, StageState::to_do);
 }
 
+TEST_F(ProjectFolder, RemembersWhoAgreed) {
+  auto made = open_or_create_project(root_ / "p", {});
+  ASSERT_TRUE(made.ok()) << made.error().what;
+  EXPECT_EQ(made->consent, Consent::not_asked);
+  for (const Consent answer : {Consent::own, Consent::given, Consent::no_real_person}) {
+    made->consent = answer;
+    ASSERT_TRUE(save_project(*made).ok());
+    // Another run with other options keeps the answer.
+    const auto opened = open_or_create_project(root_ / "p", {.seed = 3});
+    ASSERT_TRUE(opened.ok());
+    EXPECT_EQ(opened->consent, answer);
+  }
+}
+
+TEST_F(ProjectFolder, AProjectFromBeforeTheQuestionOpens) {
+  ASSERT_TRUE(open_or_create_project(root_ / "p", {}).ok());
+  std::string text = *read_text(root_ / "p" / "project.json");
+  const std::size_t line = text.find("\"consent\"");
+  ASSERT_NE(line, std::string::npos);
+  text.erase(line, text.find('\n', line) - line);
+  ASSERT_TRUE(write_text(root_ / "p" / "project.json", text).ok());
+  const auto opened = open_project(root_ / "p");
+  ASSERT_TRUE(opened.ok()) << opened.error().what;
+  EXPECT_EQ(opened->consent, Consent::not_asked);
+}
+
 TEST_F(ProjectFolder, APathThatIsNoTextBreaksNothing) {
   ProjectOptions options;
   options.video = root_ / "clip\xff.mp4";

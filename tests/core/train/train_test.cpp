@@ -4,8 +4,10 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <limits>
+#include <vector>
 
 #include "core/base/files.h"
 #include "core/image/metrics.h"
@@ -80,6 +82,24 @@ TEST_F(TrainAvatar, TheSameSeedGivesTheSameBits) {
   const auto a = train(set, short_options(12)), b = train(set, short_options(12));
   ASSERT_TRUE(a.ok() && b.ok());
   EXPECT_EQ(a->head.field.parameters, b->head.field.parameters);
+}
+
+TEST_F(TrainAvatar, ALookAtTheRunningTrainingChangesNoBit) {
+  const TrainingSet set = ball_set(12, 24);
+  const auto unseen = train(set, short_options(40, 64));
+  std::vector<std::uint64_t> steps;
+  std::vector<float> last;
+  const AvatarTap tap{[] { return true; },
+                      [&](const Avatar& avatar) {
+                        steps.push_back(avatar.steps);
+                        last = avatar.head.field.parameters;
+                      }};
+  const auto seen = train_avatar(set, short_options(40, 64), {}, Progress(), {}, {}, tap);
+  ASSERT_TRUE(unseen.ok() && seen.ok());
+  EXPECT_EQ(steps.size(), 40u);
+  EXPECT_TRUE(std::ranges::is_sorted(steps));
+  EXPECT_EQ(unseen->head.field.parameters, seen->head.field.parameters);
+  EXPECT_EQ(last, seen->head.field.parameters);  // what was handed out last is what came out
 }
 
 TEST_F(TrainAvatar, AStoppedAndResumedRunEqualsAnUncutOneBitForBit) {

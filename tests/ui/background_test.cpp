@@ -1,0 +1,49 @@
+// Claims about background work: results come to the window's thread, in order, and newer asks replace older.
+#include "ui/background.h"
+
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <vector>
+
+namespace likeness::ui {
+namespace {
+
+TEST(Background, DeliversOnTheCallersThreadInOrder) {
+  Background background([] {});
+  std::vector<int> delivered;
+  const auto here = std::this_thread::get_id();
+  for (int i = 0; i < 3; ++i)
+    background.run("", [&, i](std::stop_token) -> Background::Delivery {
+      EXPECT_NE(std::this_thread::get_id(), here);
+      return [&, i] {
+        EXPECT_EQ(std::this_thread::get_id(), here);
+        delivered.push_back(i);
+      };
+    });
+  while (background.busy()) background.deliver();
+  EXPECT_EQ(delivered, (std::vector{0, 1, 2}));
+}
+
+TEST(Background, ANewerAskOfTheSameKindReplacesTheWaitingOne) {
+  Background background([] {});
+  std::atomic<bool> go = false;
+  std::vector<int> delivered;
+  const auto ask = [&](std::string key, int value) {
+    background.run(std::move(key), [&, value](std::stop_token) -> Background::Delivery {
+      while (!go) std::this_thread::yield();
+      return [&, value] { delivered.push_back(value); };
+    });
+  };
+  ask("", 0);  // keeps the thread, so that the others wait
+  for (int i = 1; i <= 5; ++i) ask("frame", i);
+  ask("other", 6);
+  go = true;
+  while (background.busy()) background.deliver();
+  EXPECT_EQ(delivered.back(), 6);
+  EXPECT_LE(delivered.size(), 3u);
+  EXPECT_EQ(delivered[delivered.size() - 2], 5);
+}
+
+}  // namespace
+}  // namespace likeness::ui

@@ -1,0 +1,57 @@
+// Claims about the table of commands: nothing twice, every key can be typed, and what makes sense when.
+#include "ui/commands.h"
+
+#include <gtest/gtest.h>
+
+#include <set>
+#include <string>
+
+namespace likeness::ui {
+namespace {
+
+TEST(Commands, NothingStandsTwice) {
+  std::set<Command> commands;
+  std::set<std::string_view> words, keys;
+  for (const CommandInfo& info : command_table()) {
+    EXPECT_TRUE(commands.insert(info.command).second) << info.words;
+    EXPECT_TRUE(words.insert(info.words).second) << info.words;
+    EXPECT_TRUE(info.shortcut.empty() || keys.insert(info.shortcut).second) << info.shortcut;
+    EXPECT_FALSE(info.words.empty());
+  }
+  for (int c = 0; c <= int(Command::save_diagnostics); ++c) EXPECT_TRUE(commands.contains(Command(c))) << c;
+}
+
+TEST(Commands, ShortcutsAreTakenApart) {
+  EXPECT_EQ(parse_shortcut("Ctrl+Shift+S"), (Shortcut{true, true, "S"}));
+  EXPECT_EQ(parse_shortcut("F1"), (Shortcut{false, false, "F1"}));
+  EXPECT_EQ(parse_shortcut("Ctrl+Plus"), (Shortcut{true, false, "Plus"}));
+}
+
+TEST(Commands, AnAvatarNeedsAProjectAndAnAnswer) {
+  Situation now;
+  EXPECT_FALSE(is_enabled(Command::make_avatar, now));
+  now.project = true;
+  EXPECT_FALSE(is_enabled(Command::make_avatar, now));
+  now.consent = true;
+  EXPECT_TRUE(is_enabled(Command::make_avatar, now));
+  now.running = true;
+  EXPECT_FALSE(is_enabled(Command::make_avatar, now));
+  EXPECT_TRUE(is_enabled(Command::pause, now));
+  EXPECT_FALSE(is_enabled(Command::finish_now, now));
+  EXPECT_FALSE(is_enabled(Command::open_clip, now));
+}
+
+TEST(Commands, NothingIsExportedWithoutConsentOrWhileItLearns) {
+  Situation now{.project = true, .avatar = true};
+  for (const Command c : {Command::export_still, Command::export_orbit, Command::export_sequence}) {
+    now.consent = false, now.running = false;
+    EXPECT_FALSE(is_enabled(c, now));
+    now.consent = true;
+    EXPECT_TRUE(is_enabled(c, now));
+    now.running = true;
+    EXPECT_FALSE(is_enabled(c, now));
+  }
+}
+
+}  // namespace
+}  // namespace likeness::ui

@@ -1,0 +1,35 @@
+// Claims about the file browser: what of a folder it shows.
+#include "ui/file_browser.h"
+
+#include <gtest/gtest.h>
+#include <stdlib.h>
+
+#include "core/base/files.h"
+
+namespace likeness::ui {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::vector<std::string> names(const std::vector<BrowserEntry>& entries) {
+  std::vector<std::string> names;
+  for (const BrowserEntry& entry : entries) names.push_back(entry.name);
+  return names;
+}
+
+TEST(ListFolder, ShowsProjectsFoldersAndClips) {
+  std::string name = (fs::temp_directory_path() / "likeness_browser_XXXXXX").string();
+  ASSERT_NE(::mkdtemp(name.data()), nullptr);
+  const fs::path folder = name;
+  for (const char* file :
+       {"b.MP4", "a.mov", "notes.txt", ".hidden.mp4", "z.likeness/project.json", "film/x.mp4"})
+    ASSERT_TRUE(write_text(folder / file, "x").ok());
+  EXPECT_EQ(names(list_folder(folder, Wanted::clip)),
+            (std::vector<std::string>{"z.likeness", "film", "a.mov", "b.MP4"}));
+  EXPECT_EQ(names(list_folder(folder, Wanted::project)), (std::vector<std::string>{"z.likeness", "film"}));
+  EXPECT_TRUE(list_folder(folder / "absent", Wanted::clip).empty());
+  fs::remove_all(folder);
+}
+
+}  // namespace
+}  // namespace likeness::ui

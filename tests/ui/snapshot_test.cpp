@@ -1,0 +1,95 @@
+// Claims about the guided path: what each step says in each situation.
+#include "ui/snapshot.h"
+
+#include <gtest/gtest.h>
+
+namespace likeness::ui {
+namespace {
+
+ProjectContents fresh() {
+  ProjectContents contents;
+  contents.project.options.video = "/clips/me.mp4";
+  contents.clip = VideoInfo{.width = 640, .height = 480, .duration_s = 12};
+  return contents;
+}
+
+const StepView& at(const std::array<StepView, kSteps.size()>& steps, Step step) {
+  return steps[std::size_t(step)];
+}
+
+TEST(ViewSteps, AFreshProjectAsksForConsentFirst) {
+  ProjectContents contents = fresh();
+  auto steps = view_steps(&contents, false, {}, {}, {});
+  EXPECT_EQ(at(steps, Step::film).state, StepState::needs_you);
+  EXPECT_FALSE(at(steps, Step::film).next.empty());
+  for (const Step step :
+       {Step::check, Step::cameras, Step::face, Step::train, Step::direct, Step::export_out})
+    EXPECT_EQ(at(steps, step).state, StepState::to_do);
+  contents.project.consent = Consent::own;
+  steps = view_steps(&contents, false, {}, {}, {});
+  EXPECT_EQ(at(steps, Step::film).state, StepState::done);
+}
+
+TEST(ViewSteps, AMissingClipIsAFailureWithARemedy) {
+  ProjectContents contents = fresh();
+  contents.project.consent = Consent::own;
+  contents.clip.reset();
+  const auto steps = view_steps(&contents, false, {}, {}, {});
+  EXPECT_EQ(at(steps, Step::film).state, StepState::failed);
+  ASSERT_TRUE(at(steps, Step::film).error.has_value());
+  EXPECT_FALSE(at(steps, Step::film).error->fix.empty());
+}
+
+TEST(ViewSteps, TheStepAtWorkShowsItsOwnProgress) {
+  const ProjectContents contents = fresh();
+  PipelineStatus pipeline;
+  pipeline.job.state = JobState::running;
+  pipeline.stage = Stage::matte;
+  pipeline.stage_fraction = 0.4;
+  pipeline.stage_seconds_left = 20;
+  pipeline.finished[0] = pipeline.finished[1] = pipeline.finished[2] = true;
+  pipeline.records[2].message = "Found.";
+  const auto steps = view_steps(&contents, false, pipeline, {}, {});
+  EXPECT_EQ(at(steps, Step::check).state, StepState::done);
+  EXPECT_EQ(at(steps, Step::face).state, StepState::running);  // fit and matte are one step
+  EXPECT_EQ(at(steps, Step::face).fraction, 0.4);
+  EXPECT_EQ(at(steps, Step::face).found, "Found.");
+  EXPECT_EQ(at(steps, Step::train).state, StepState::to_do);
+}
+
+TEST(ViewSteps, FailuresAndPausesAreToldApart) {
+  ProjectContents contents = fresh();
+  contents.project.record(Stage::import) = {StageState::failed, "", 1, "No face in 90 frames.", {}};
+  auto steps = view_steps(&contents, false, {}, {}, {});
+  EXPECT_EQ(at(steps, Step::check).state, StepState::failed);
+  EXPECT_EQ(at(steps, Step::check).error->what, "No face in 90 frames.");
+  contents.project.record(Stage::import).state = StageState::stopped;
+  steps = view_steps(&contents, false, {}, {}, {});
+  EXPECT_EQ(at(steps, Step::check).state, StepState::needs_you);
+  // The remedy of a run that has just failed is the stage's own.
+  PipelineStatus pipeline;
+  pipeline.job.state = JobState::failed;
+  pipeline.job.error = Error{ErrorCode::no_face, "No face.", "Film again.", ""};
+  pipeline.records[0].state = StageState::failed;
+  steps = view_steps(&contents, false, pipeline, {}, {});
+  EXPECT_EQ(at(steps, Step::check).next, "Film again.");
+}
+
+TEST(ViewSteps, AnExportSaysWhatItWrote) {
+  const ProjectContents contents = fresh();
+  JobStatus exporting;
+  exporting.state = JobState::running;
+  exporting.fraction = 0.5;
+  EXPECT_EQ(at(view_steps(&contents, false, {}, exporting, {}), Step::export_out).state, StepState::running);
+  exporting.state = JobState::done;
+  EXPECT_EQ(at(view_steps(&contents, false, {}, exporting, "/p/orbit-001.mp4"), Step::export_out).found,
+            "orbit-001.mp4 is written.");
+}
+
+TEST(ViewSteps, WithoutAProjectNothingIsAtWork) {
+  EXPECT_EQ(at(view_steps(nullptr, true, {}, {}, {}), Step::film).state, StepState::loading);
+  EXPECT_EQ(at(view_steps(nullptr, false, {}, {}, {}), Step::film).state, StepState::to_do);
+}
+
+}  // namespace
+}  // namespace likeness::ui

@@ -1,0 +1,339 @@
+// Every panel in every state, from snapshots made by hand: nothing crashes, every view has pixels, at every
+// scale and in light and dark.
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include "tests/core/train/ball_scene.h"
+#include "tests/ui/studio_window.h"
+
+namespace likeness::ui {
+namespace {
+
+using test::draw_frame;
+using test::keep_shot;
+using test::liveliness;
+using test::TestWindow;
+
+Image8 patterned(int width, int height, int step) {
+  Image8 image(width, height, 3);
+  for (int y = 0; y < height; ++y)
+    for (int x = 0; x < width; ++x) {
+      std::uint8_t* p = image.at(x, y);
+      p[0] = std::uint8_t(40 + 150 * x / width);
+      p[1] = std::uint8_t((x / step + y / step) % 2 ? 190 : 70);
+      p[2] = std::uint8_t(60 + 120 * y / height);
+    }
+  return image;
+}
+
+FramePicture frame_picture(int frame) {
+  return {frame, 1, std::make_shared<const Image8>(patterned(96, 96, 8)), ""};
+}
+
+// A ball with a face's landmarks, hardly trained: enough for every panel.
+std::shared_ptr<const ProjectContents> ball_contents() {
+  static const auto contents = [] {
+    const TrainingSet set = ball_set(24, 32);
+    TrainOptions options;
+    options.steps = 30;
+    options.rays_per_step = 256;
+    auto avatar = train_avatar(set, options, {}, Progress(), {}, {});
+    auto made = std::make_shared<ProjectContents>();
+    made->project.folder = "/home/me/Likeness/Ball.likeness";
+    made->project.options.video = "/home/me/Videos/Ball.mp4";
+    made->project.consent = Consent::own;
+    made->current.fill(true);
+    made->clip =
+        VideoInfo{.width = 1080, .height = 1920, .frames_per_second = 30, .duration_s = 62, .codec = "h264"};
+    auto model = set.model;
+    for (int e = 0; e < 2; ++e)
+      for (const char* name : {e ? "mouthSmile_L" : "jawOpen", e ? "mouthSmile_R" : "browInnerUp"}) {
+        NamedAction action{name, Eigen::VectorXf::Zero(2)};
+        action.expression[e] = 1;
+        model.actions.push_back(action);
+      }
+    made->model = std::make_shared<const HeadModel>(model);
+    Capture capture;
+    CameraSet cameras;
+    cameras.cameras = {set.views.front().camera};
+    cameras.cameras.front().frame = -1;
+    Track track;
+    track.person = set.person;
+    track.neutral = set.neutral;
+    capture.crop.side = capture.width = capture.height = capture.size = 32;
+    for (int i = 0; i < 24; ++i) {
+      capture.frames.push_back({i, i / 30.0, 100.0 + 40 * std::sin(i * 0.7), i > 20, i <= 20 && i % 7 != 3,
+                                i <= 20 && i % 7 == 3 ? "blurred beside its neighbours" : ""});
+      TrackedFrame frame;
+      frame.frame = i;
+      frame.time_s = i / 30.0;
+      frame.world_from_head = set.views[std::size_t(i)].world_from_head;
+      frame.world_from_torso = set.views[std::size_t(i)].world_from_torso;
+      frame.articulation = set.views[std::size_t(i)].articulation;
+      frame.inner_error_px = 1 + 0.8 * std::sin(i * 0.5);
+      frame.status = i == 9 ? FrameStatus::lost : i % 6 == 5 ? FrameStatus::weak : FrameStatus::good;
+      frame.reason = i == 9 ? "no face was found" : "";
+      track.frames.push_back(frame);
+    }
+    made->capture = std::make_shared<const Capture>(capture);
+    made->cameras = std::make_shared<const CameraSet>(cameras);
+    made->track = std::make_shared<const Track>(track);
+    auto directed = std::make_shared<DirectedAvatar>();
+    directed->model = made->model;
+    directed->avatar = avatar.ok() ? std::move(*avatar) : Avatar{};
+    directed->avatar.seen = {{"jawOpen", 0, 0.6f}, {"mouthSmile_L", 0, 0.3f}};
+    directed->rig = make_rig(directed->avatar, *directed->model);
+    made->avatar = directed;
+    return std::shared_ptr<const ProjectContents>(made);
+  }();
+  return contents;
+}
+
+enum class Look { empty, loading, running, failed, done };
+constexpr const char* kLookWords[] = {"empty", "loading", "running", "failed", "done"};
+
+void add_training(PipelineStatus& pipeline) {
+  for (int i = 0; i < 200; ++i)
+    pipeline.training.push_back({std::uint64_t(3 * i), 1.0 * i, 0.01, 30 - 14 * std::exp(-i / 40.0), 45000});
+  for (int i = 0; i < 6; ++i) pipeline.held_out.push_back({20.0 + 30 * i, 28 - 9 * std::exp(-i / 2.0)});
+  PreviewPictures pictures;
+  pictures.frame = 812, pictures.held_out = true;
+  pictures.truth = patterned(64, 64, 8);
+  pictures.same = pictures.turned = pictures.expression = patterned(64, 64, 7);
+  pictures.turned_words = "From 20\u00b0 left", pictures.expression_words = "Smile";
+  pictures.psnr_db = 24.3;
+  static const auto kept = std::make_shared<const PreviewPictures>(pictures);
+  pipeline.preview = kept;
+}
+
+Snapshot snapshot_of(Step step, Look look) {
+  Snapshot s;
+  s.shown = step;
+  s.system = {.threads = 2, .memory = 1'200'000'000, .available = 9'000'000'000};
+  if (look == Look::loading) s.loading = true;
+  if (look != Look::loading) {
+    auto contents = std::make_shared<ProjectContents>(*ball_contents());
+    if (look != Look::done) {
+      contents->current.fill(false);
+      contents->capture.reset(), contents->cameras.reset(), contents->track.reset(), contents->avatar.reset();
+      if (look == Look::empty) contents->project.consent = Consent::not_asked;
+    }
+    s.contents = look == Look::done ? ball_contents() : contents;
+    s.clip_picture = frame_picture(0);
+    if (look == Look::done) s.check_picture = s.face_picture = s.compare_picture = frame_picture(8);
+    if (look == Look::running) {
+      s.pipeline.job = {.state = JobState::running,
+                        .fraction = 0.6,
+                        .text = "step 600, training PSNR 29.1 dB",
+                        .seconds_left = 130};
+      constexpr Stage kStage[] = {Stage::import, Stage::import, Stage::align, Stage::fit,
+                                  Stage::train,  Stage::train,  Stage::train};
+      s.pipeline.stage = kStage[std::size_t(step)];
+      s.pipeline.stage_fraction = 0.3;
+      s.pipeline.stage_seconds_left = 90;
+      add_training(s.pipeline);
+      if (step == Step::export_out)
+        s.exporting = {.state = JobState::running, .fraction = 0.4, .text = "frame 40 of 100"};
+    }
+    if (look == Look::failed) {
+      for (StageRecord& record : contents->project.stages)
+        record = {StageState::failed, "", 3, "Face found in 12 of 900 frames.", {"The picture is dark."}};
+      contents->clip.reset();
+      s.exporting = {
+          .state = JobState::failed,
+          .error = Error{ErrorCode::no_space, "The disk is full.", "Free 200 MB and export again.", ""}};
+      s.error = Error{ErrorCode::no_face, "Face found in 12 of 900 frames.",
+                      "Film again, facing the light, head and shoulders in the picture.", ""};
+    }
+    if (look == Look::done) {
+      add_training(s.pipeline);
+      s.pipeline.job.state = JobState::done;
+      s.pipeline.finished.fill(true);
+      s.exported = "/home/me/Likeness/Ball.likeness/exports/orbit-001.mp4";
+      auto picture = std::make_shared<AvatarPicture>();
+      const DirectedAvatar& a = *s.contents->avatar;
+      picture->rgba = render_frame(a.avatar, acting_camera({}, a.avatar, 64),
+                                   pose_avatar(a.rig, acting_pose({}, a.avatar, a.rig)))
+                          .rgba;
+      picture->last = true;
+      s.picture = picture;
+    }
+  }
+  s.steps = view_steps(s.contents.get(), s.loading, s.pipeline, s.exporting, s.exported);
+  s.situation = {.project = s.contents != nullptr,
+                 .clip_there = true,
+                 .running = look == Look::running,
+                 .training = look == Look::running && step == Step::train,
+                 .finished = look == Look::done,
+                 .avatar = look == Look::done || (look == Look::running && step == Step::export_out),
+                 .exporting = look == Look::running && step == Step::export_out,
+                 .directing = step == Step::direct,
+                 .can_undo = true,
+                 .consent = look != Look::empty};
+  return s;
+}
+
+class Panels : public testing::Test {
+ protected:
+  void TearDown() override {
+    InjectedInput away;
+    TestWindow::get().window->inject(away);
+  }
+  static Image8 settled(const Snapshot& snapshot) {
+    InjectedInput away;
+    TestWindow::get().window->inject(away);
+    for (int i = 0; i < 3; ++i) draw_frame(snapshot);
+    return TestWindow::get().window->read_pixels();
+  }
+};
+
+TEST_F(Panels, EveryStepIsDrawnInEveryState) {
+  for (const Step step : kSteps)
+    for (const Look look : {Look::empty, Look::loading, Look::running, Look::failed, Look::done}) {
+      const Image8 screen = settled(snapshot_of(step, look));
+      const std::string name = fmt::format("{}_{}", step_words(step), kLookWords[std::size_t(look)]);
+      for (const Step other : kSteps)
+        EXPECT_GT(liveliness(screen, fmt::format("step {}", step_words(other))), 3) << name;
+      keep_shot("panel_" + name);
+    }
+}
+
+TEST_F(Panels, EveryViewHasPixels) {
+  struct View {
+    Step step;
+    const char* widget;
+  };
+  for (const View& view : {View{Step::film, "clip picture"}, View{Step::check, "check strip"},
+                           View{Step::check, "check picture"}, View{Step::cameras, "camera view"},
+                           View{Step::face, "face strip"}, View{Step::face, "face picture"},
+                           View{Step::train, "training curve"}, View{Step::train, "preview truth"},
+                           View{Step::train, "preview same"}, View{Step::train, "preview turned"},
+                           View{Step::train, "preview expression"}, View{Step::direct, "avatar view"}})
+    EXPECT_GT(liveliness(settled(snapshot_of(view.step, Look::done)), view.widget), 4) << view.widget;
+}
+
+TEST_F(Panels, LettersDoubleAndLightTurnsDark) {
+  for (const Step step : kSteps)
+    for (const bool dark : {true, false})
+      for (const int scale : {100, 200}) {
+        if (dark && scale == 100) continue;  // drawn above
+        Snapshot s = snapshot_of(step, Look::done);
+        s.settings.dark = dark;
+        s.settings.scale_percent = scale;
+        const Image8 screen = settled(s);
+        const std::uint8_t* corner = screen.at(screen.width - 3, screen.height / 2);
+        EXPECT_EQ(corner[1] > 128, !dark) << step_words(step);
+        keep_shot(fmt::format("scale_{}_{}_{}", step_words(step), scale, dark ? "dark" : "light"));
+      }
+}
+
+TEST_F(Panels, TheStartScreenOffersWaysToBegin) {
+  Snapshot s;
+  s.settings.recent = {"/home/me/Likeness/Ada.likeness",
+                       "/home/me/Likeness/a very long name of a project.likeness"};
+  settled(s);
+  keep_shot("start_dark");
+  for (const auto& [widget, command] :
+       std::vector<std::pair<const char*, Command>>{{"Open a clip", Command::open_clip},
+                                                    {"Try the demo", Command::try_demo},
+                                                    {"How to film", Command::film_guide}}) {
+    Requests asked;
+    test::click(widget, [&] {
+      const Requests requests = draw_frame(s);
+      asked.commands.insert(asked.commands.end(), requests.commands.begin(), requests.commands.end());
+    });
+    EXPECT_EQ(asked.commands, std::vector{command}) << widget;
+  }
+  std::optional<std::filesystem::path> opened;
+  test::click("recent Ada.likeness", [&] {
+    if (const Requests requests = draw_frame(s); requests.open) opened = requests.open;
+  });
+  EXPECT_EQ(opened, s.settings.recent[0]);
+  s.settings.dark = false;
+  s.settings.scale_percent = 200;
+  settled(s);
+  keep_shot("start_light_200");
+}
+
+TEST_F(Panels, TheQuestionOfConsentIsAnsweredByAClick) {
+  const Snapshot s = snapshot_of(Step::film, Look::empty);
+  settled(s);
+  std::optional<Consent> answer;
+  test::click("They agreed", [&] {
+    if (const Requests requests = draw_frame(s); requests.consent) answer = requests.consent;
+  });
+  EXPECT_EQ(answer, Consent::given);
+}
+
+TEST_F(Panels, TheMouseTurnsPansAndZoomsTheAvatar) {
+  const Snapshot start = snapshot_of(Step::direct, Look::done);
+  settled(start);
+  Snapshot s = start;
+  const auto frame = [&] {
+    if (const Requests requests = draw_frame(s); requests.acting) s.acting = *requests.acting;
+  };
+  test::drag("avatar view", 60, 20, 0, frame);
+  EXPECT_LT(s.acting.view.yaw_deg, -5);
+  EXPECT_GT(s.acting.view.pitch_deg, 1);
+  test::drag("avatar view", 60, 0, 1, frame);
+  EXPECT_GT(s.acting.view.shift_x, 0.02);
+  InjectedInput input;
+  const Rectangle view = noted_widgets().at("avatar view");
+  input.mouse_x = 0.5f * (view.low.x + view.high.x), input.mouse_y = 0.5f * (view.low.y + view.high.y);
+  TestWindow::get().window->inject(input);
+  frame();
+  input.wheel = 3;
+  TestWindow::get().window->inject(input);
+  frame();
+  EXPECT_GT(s.acting.view.zoom, 1.1);
+  EXPECT_EQ(s.acting.yaw_deg, 0);  // the head stays
+}
+
+TEST_F(Panels, ASliderMovesTheJawAndLetsGoOnce) {
+  Snapshot s = snapshot_of(Step::direct, Look::done);
+  settled(s);
+  int finished = 0;
+  test::drag("##turn", 40, 0, 0, [&] {
+    const Requests requests = draw_frame(s);
+    if (requests.acting) s.acting = *requests.acting;
+    finished += requests.acting_finished;
+  });
+  EXPECT_GT(s.acting.yaw_deg, 1);
+  EXPECT_EQ(finished, 1);
+}
+
+TEST_F(Panels, KeysDoWhatTheTableSays) {
+  const Snapshot s = snapshot_of(Step::direct, Look::done);
+  settled(s);
+  InjectedInput keys;
+  keys.key = 'Z', keys.ctrl = true;
+  TestWindow::get().window->inject(keys);
+  EXPECT_EQ(draw_frame(s).commands, std::vector{Command::undo});
+  TestWindow::get().window->inject(InjectedInput{});
+  EXPECT_TRUE(draw_frame(s).commands.empty());
+}
+
+TEST_F(Panels, QuestionsAreShownAndClosed) {
+  const Snapshot s = snapshot_of(Step::train, Look::running);
+  Shell& shell = *TestWindow::get().shell;
+  for (const auto& [question, name] :
+       std::vector<std::pair<Question, const char*>>{{Question::shortcuts, "shortcuts"},
+                                                     {Question::film_guide, "guide"},
+                                                     {Question::licences, "licences"}}) {
+    shell.ask(question);
+    settled(s);
+    keep_shot(std::string("question_") + name);
+    test::click("Close", [&] { draw_frame(s); });
+    draw_frame(s);
+    EXPECT_FALSE(noted_widgets().contains("Close")) << name;
+  }
+  shell.ask(Question::closing);
+  settled(s);
+  keep_shot("question_closing");
+  test::click("Keep and stop", [&] { draw_frame(s); });
+  EXPECT_EQ(shell.take_closing(), Closing::keep_and_stop);
+  EXPECT_EQ(shell.take_closing(), Closing::none);
+}
+
+}  // namespace
+}  // namespace likeness::ui

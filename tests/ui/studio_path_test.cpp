@@ -1,0 +1,149 @@
+// The whole path in a real window, by clicks alone: from the start screen to an exported picture.
+#include <gtest/gtest.h>
+#include <stdlib.h>
+
+#include "core/base/files.h"
+#include "tests/ui/studio_window.h"
+#include "ui/run_window.h"
+
+namespace likeness::ui {
+namespace {
+
+namespace fs = std::filesystem;
+using test::TestWindow;
+
+class StudioPath : public testing::Test {
+ protected:
+  void SetUp() override {
+    std::string name = (fs::temp_directory_path() / "likeness_studio_XXXXXX").string();
+    ASSERT_NE(::mkdtemp(name.data()), nullptr);
+    folder_ = name;
+    options_.settings = folder_ / "studio.json";
+    options_.projects = folder_ / "projects";
+    options_.demo = {.width = 320, .height = 320, .frames = 28, .moving_share = 0, .samples_per_pixel = 1};
+    options_.project.steps = 40;
+    start();
+  }
+  void TearDown() override {
+    loop_.reset();
+    studio_.reset();
+    TestWindow::get().window->inject(std::nullopt);
+    fs::remove_all(folder_);
+  }
+
+  void start() {
+    loop_.reset();
+    studio_ = std::make_unique<Studio>(options_, [] {});
+    TestWindow& test = TestWindow::get();
+    loop_ = std::make_unique<WindowLoop>(*test.window, *studio_, *test.shell);
+    frame();
+    frame();
+  }
+  void frame() { going_ = loop_->frame(); }
+  void click(const std::string& widget) {
+    test::click(widget, [this] { frame(); });
+  }
+  // Draws until it is so, five times a second; false after the time.
+  bool until(double seconds, const std::function<bool(const Snapshot&)>& so) {
+    const auto end = std::chrono::steady_clock::now() + std::chrono::duration<double>(seconds);
+    while (std::chrono::steady_clock::now() < end) {
+      frame();
+      if (so(studio_->snapshot())) return true;
+      std::this_thread::sleep_for(std::chrono::milliseconds(200));
+    }
+    return false;
+  }
+  double liveliness(const std::string& widget) {
+    frame();
+    return test::liveliness(TestWindow::get().window->read_pixels(), widget);
+  }
+
+  fs::path folder_;
+  StudioOptions options_;
+  std::unique_ptr<Studio> studio_;
+  std::unique_ptr<WindowLoop> loop_;
+  bool going_ = true;
+};
+
+TEST_F(StudioPath, FromTheStartScreenToAnExportedPicture) {
+  test::keep_shot("path_0_start");
+  click("Try the demo");
+  ASSERT_TRUE(until(60, [](const Snapshot& s) { return s.contents != nullptr; }))
+      << "the demo was not filmed";
+  EXPECT_EQ(studio_->snapshot().contents->project.consent, Consent::no_real_person);
+  ASSERT_TRUE(until(5, [](const Snapshot& s) { return s.clip_picture.image != nullptr; }));
+  EXPECT_GT(liveliness("clip picture"), 10);
+  test::keep_shot("path_1_film");
+
+  click("Make the avatar");
+  ASSERT_TRUE(studio_->is_working());
+  // A pause keeps what is done; the same button goes on.
+  ASSERT_TRUE(until(60, [](const Snapshot& s) { return s.pipeline.finished[std::size_t(Stage::import)]; }));
+  click("Pause");
+  ASSERT_TRUE(until(5, [](const Snapshot& s) { return s.pipeline.job.state == JobState::stopped; }));
+  ASSERT_TRUE(until(5, [](const Snapshot& s) { return s.step(Step::check).state == StepState::done; }));
+  click("Continue");
+  ASSERT_TRUE(until(150, [](const Snapshot& s) { return !is_working(s.pipeline.job); }));
+  ASSERT_TRUE(until(10, [](const Snapshot& s) { return s.situation.finished && s.contents->avatar; }))
+      << studio_->snapshot().pipeline.job.error.value_or(Error{}).what;
+  EXPECT_EQ(studio_->snapshot().shown, Step::direct);
+  EXPECT_FALSE(studio_->snapshot().pipeline.training.empty());
+  EXPECT_NE(studio_->snapshot().pipeline.preview, nullptr);
+
+  const auto rested = [](const Snapshot& s) { return s.picture && s.picture->last && !s.rendering; };
+  ASSERT_TRUE(until(30, rested));
+  EXPECT_GT(liveliness("avatar view"), 10);
+  test::keep_shot("path_6_direct");
+  const Image straight = studio_->snapshot().picture->rgba;
+
+  click("Smile");
+  EXPECT_GT(amount_of(studio_->snapshot().acting, "mouthSmile_L"), 0.5f);
+  click("Undo");
+  EXPECT_EQ(studio_->snapshot().acting, Acting{});
+  click("Redo");
+  EXPECT_GT(amount_of(studio_->snapshot().acting, "mouthSmile_L"), 0.5f);
+  test::drag("avatar view", 60, 0, 0, [this] { frame(); });
+  EXPECT_LT(studio_->snapshot().acting.view.yaw_deg, -5);
+  ASSERT_TRUE(until(30, [&](const Snapshot& s) { return rested(s) && s.picture->acting == s.acting; }));
+  EXPECT_NE(studio_->snapshot().picture->rgba.data, straight.data);
+
+  for (const auto& [step, widget] :
+       std::vector<std::pair<const char*, const char*>>{{"Check", "check picture"},
+                                                        {"Cameras", "camera view"},
+                                                        {"Face", "face picture"},
+                                                        {"Train", "preview same"}}) {
+    click(std::string("step ") + step);
+    ASSERT_TRUE(until(10, [&](const Snapshot&) { return noted_widgets().contains(widget); })) << step;
+    EXPECT_GT(liveliness(widget), 5) << step;
+    test::keep_shot(std::string("path_") + step);
+  }
+  EXPECT_GT(liveliness("training curve"), 5);
+
+  click("step Export");
+  click("Export a still");
+  ASSERT_TRUE(until(30, [](const Snapshot& s) { return !s.exported.empty(); }));
+  const auto still = read_image(studio_->snapshot().exported);
+  ASSERT_TRUE(still.ok()) << still.error().what;
+  EXPECT_EQ(still->width, 256);
+  test::keep_shot("path_7_export");
+
+  // Started again, the project is among the recent ones and opens where it can be directed.
+  start();
+  click("recent demo.likeness");
+  ASSERT_TRUE(until(20, [](const Snapshot& s) { return s.contents && s.contents->avatar; }));
+  EXPECT_EQ(studio_->snapshot().shown, Step::direct);
+}
+
+TEST_F(StudioPath, AClipThatIsNoneIsRefusedWithARemedy) {
+  const fs::path file = folder_ / "notes.mp4";
+  ASSERT_TRUE(write_text(file, "no video").ok());
+  TestWindow::get().window->drop({file});
+  ASSERT_TRUE(until(10, [](const Snapshot& s) { return s.error.has_value(); }));
+  EXPECT_FALSE(studio_->snapshot().error->fix.empty());
+  EXPECT_EQ(studio_->snapshot().contents, nullptr);
+  click("Dismiss");
+  EXPECT_FALSE(studio_->snapshot().error.has_value());
+}
+
+}  // namespace
+}  // namespace likeness::ui

@@ -1,0 +1,142 @@
+// See avatar_renderer.h.
+#include "ui/avatar_renderer.h"
+
+#include <algorithm>
+#include <chrono>
+#include <numeric>
+#include <utility>
+#include <vector>
+
+namespace likeness::ui {
+
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+constexpr int kBandRows = 64;  // rendered between two looks for a newer request
+
+// The lower rungs are small pictures: the view enlarges them.
+RenderOptions rung_options(Rung rung) {
+  RenderOptions options = render_options(rung >= Rung::final ? RenderQuality::final : RenderQuality::preview);
+  options.reduce = 1;
+  return options;
+}
+
+int rung_size(Rung rung, int size, int finest) {
+  if (rung == Rung::coarse) return size / 4;
+  if (rung == Rung::preview) return size / 2;
+  return rung == Rung::fine ? finest : size;
+}
+
+Camera sized(Camera camera, int size) {
+  Intrinsics& k = camera.intrinsics;
+  const double scale = double(size) / k.width;
+  k.fx *= scale, k.fy *= scale, k.cx *= scale, k.cy *= scale;
+  k.width = k.height = size;
+  return camera;
+}
+
+}  // namespace
+
+AvatarRenderer::AvatarRenderer(std::function<void()> wake)
+    : wake_(std::move(wake)), thread_([this](std::stop_token stop) { loop(stop); }) {}
+
+void AvatarRenderer::request(PictureRequest request) {
+  {
+    const std::lock_guard lock(mutex_);
+    waiting_ = std::move(request);
+    ++number_;
+  }
+  changed_.notify_one();
+}
+
+void AvatarRenderer::clear() {
+  const std::lock_guard lock(mutex_);
+  waiting_.reset();
+  latest_.reset();
+  ++number_;
+}
+
+std::shared_ptr<const AvatarPicture> AvatarRenderer::latest() const {
+  const std::lock_guard lock(mutex_);
+  return latest_;
+}
+
+bool AvatarRenderer::busy() const {
+  const std::lock_guard lock(mutex_);
+  return working_ || waiting_.has_value();
+}
+
+bool AvatarRenderer::is_newest(std::uint64_t number) const {
+  const std::lock_guard lock(mutex_);
+  return number == number_;
+}
+
+bool AvatarRenderer::publish(std::uint64_t number, AvatarPicture picture) {
+  {
+    const std::lock_guard lock(mutex_);
+    // A coarse picture of a moment ago is still the best answer while the newer one is made.
+    if (number != number_ && !waiting_) return false;
+    latest_ = std::make_shared<const AvatarPicture>(std::move(picture));
+    if (number != number_) return false;
+  }
+  wake_();
+  return true;
+}
+
+void AvatarRenderer::loop(std::stop_token stop) {
+  while (true) {
+    PictureRequest request;
+    std::uint64_t number = 0;
+    {
+      std::unique_lock lock(mutex_);
+      working_ = false;
+      if (!changed_.wait(lock, stop, [&] { return waiting_.has_value(); })) return;
+      request = std::move(*waiting_);
+      waiting_.reset();
+      number = number_;
+      working_ = true;
+    }
+    const Avatar& avatar = request.avatar->avatar;
+    const AvatarPose pose =
+        request.frame ? request.frame->pose : acting_pose(request.acting, avatar, request.avatar->rig);
+    const auto posing = Clock::now();
+    const RenderState state = pose_avatar(request.avatar->rig, pose);
+    const double posed_s = std::chrono::duration<double>(Clock::now() - posing).count();
+    const int finest = std::clamp(request.finest, avatar.size, 2 * avatar.size);
+    const Rung best = finest > avatar.size + avatar.size / 4 ? Rung::fine : Rung::final;
+    for (int r = 0; r <= int(best); ++r) {
+      if (stop.stop_requested() || (r > 0 && !is_newest(number))) break;
+      const Rung rung = Rung(r);
+      const int size = rung_size(rung, avatar.size, finest);
+      const Camera camera =
+          request.frame ? sized(request.frame->camera, size) : acting_camera(request.acting, avatar, size);
+      const auto start = Clock::now();
+      AvatarPicture picture;
+      if (rung < Rung::final) {
+        picture.rgba = render_frame(avatar, camera, state, rung_options(rung)).rgba;
+      } else {
+        picture.rgba = Image(size, size, 4);
+        bool newest = true;
+        std::vector<std::uint32_t> pixels;
+        for (int y = 0; y < size && newest; y += kBandRows) {
+          const int rows = std::min(kBandRows, size - y);
+          pixels.resize(std::size_t(rows) * std::size_t(size));
+          std::iota(pixels.begin(), pixels.end(), std::uint32_t(y * size));
+          const std::vector<float> band = render_pixels(avatar, camera, state, pixels, rung_options(rung));
+          std::ranges::copy(band, picture.rgba.at(0, y));
+          newest = is_newest(number) && !stop.stop_requested();
+        }
+        if (!newest) break;
+      }
+      picture.rung = rung;
+      picture.last = rung == best;
+      picture.seconds = posed_s + std::chrono::duration<double>(Clock::now() - start).count();
+      picture.acting = request.acting;
+      picture.frame = request.frame ? request.frame->frame : -1;
+      if (!publish(number, std::move(picture))) break;
+    }
+  }
+}
+
+}  // namespace likeness::ui

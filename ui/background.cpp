@@ -1,0 +1,50 @@
+// See background.h.
+#include "ui/background.h"
+
+#include <utility>
+
+namespace likeness::ui {
+
+Background::Background(std::function<void()> wake)
+    : wake_(std::move(wake)), thread_([this](std::stop_token stop) { loop(stop); }) {}
+
+void Background::run(std::string key, Work work) {
+  {
+    const std::lock_guard lock(mutex_);
+    if (!key.empty()) std::erase_if(queue_, [&](const Item& item) { return item.key == key; });
+    queue_.push_back({std::move(key), std::move(work)});
+  }
+  changed_.notify_one();
+}
+
+void Background::deliver() {
+  std::vector<Delivery> ready;
+  {
+    const std::lock_guard lock(mutex_);
+    ready = std::exchange(done_, {});
+  }
+  for (const Delivery& delivery : ready)
+    if (delivery) delivery();
+}
+
+bool Background::busy() const {
+  const std::lock_guard lock(mutex_);
+  return working_ || !queue_.empty() || !done_.empty();
+}
+
+void Background::loop(std::stop_token stop) {
+  std::unique_lock lock(mutex_);
+  while (changed_.wait(lock, stop, [&] { return !queue_.empty(); })) {
+    Item item = std::move(queue_.front());
+    queue_.pop_front();
+    working_ = true;
+    lock.unlock();
+    Delivery delivery = item.work(stop);
+    lock.lock();
+    working_ = false;
+    done_.push_back(std::move(delivery));
+    wake_();
+  }
+}
+
+}  // namespace likeness::ui

@@ -1,0 +1,194 @@
+// Frusta, their path and the head as VTK meshes: see camera_scene.h.
+#include "ui/camera_scene.h"
+
+#include <vtkActor.h>
+#include <vtkCamera.h>
+#include <vtkCellArray.h>
+#include <vtkNew.h>
+#include <vtkPoints.h>
+#include <vtkPolyData.h>
+#include <vtkPolyDataMapper.h>
+#include <vtkPolyDataNormals.h>
+#include <vtkProperty.h>
+#include <vtkRenderer.h>
+
+#include <algorithm>
+#include <utility>
+#include <vector>
+
+#include "core/head/pose_head.h"
+#include "ui/theme.h"
+#include "ui/vtk_view.h"
+
+namespace likeness::ui {
+
+namespace {
+
+constexpr std::size_t kFrusta = 60;       // drawn at most
+constexpr double kFrustumDepth = 0.06;    // m
+constexpr double kFieldOfFrustum = 0.35;  // half width of the picture plane that is drawn, at most, per depth
+
+// A set of lines or triangles with one ink.
+struct Layer {
+  vtkNew<vtkPolyData> data;
+  vtkNew<vtkPolyDataMapper> mapper;
+  vtkNew<vtkActor> actor;
+};
+
+void clear_layer(Layer& layer) {
+  vtkNew<vtkPoints> points;
+  vtkNew<vtkCellArray> none;
+  layer.data->SetPoints(points);
+  layer.data->SetLines(none);
+  layer.data->SetPolys(none);
+}
+
+void set_lines(Layer& layer, const std::vector<Vec3d>& vertices, const std::vector<std::vector<int>>& lines) {
+  vtkNew<vtkPoints> points;
+  for (const Vec3d& v : vertices) points->InsertNextPoint(v.x(), v.y(), v.z());
+  vtkNew<vtkCellArray> cells;
+  for (const auto& line : lines) {
+    cells->InsertNextCell(int(line.size()));
+    for (const int i : line) cells->InsertCellPoint(i);
+  }
+  layer.data->SetPoints(points);
+  layer.data->SetLines(cells);
+}
+
+// Frames to draw cameras of: those whose head was found, evenly thinned.
+std::vector<const TrackedFrame*> chosen_frames(const Track& track) {
+  std::vector<const TrackedFrame*> found;
+  for (const TrackedFrame& frame : track.frames)
+    if (frame.status != FrameStatus::lost) found.push_back(&frame);
+  std::vector<const TrackedFrame*> chosen;
+  const std::size_t count = std::min(found.size(), kFrusta);
+  for (std::size_t i = 0; i < count; ++i)
+    chosen.push_back(found[count > 1 ? i * (found.size() - 1) / (count - 1) : 0]);
+  return chosen;
+}
+
+}  // namespace
+
+struct CameraScene::Impl {
+  VtkView view{VtkView::Hand::orbit};
+  Layer frusta, path, head;
+  vtkNew<vtkPolyDataNormals> normals;
+  std::shared_ptr<const ProjectContents> contents;
+  Vec3d centre = Vec3d::Zero();
+  double extent = 1;  // m
+  bool dark = false;
+  float scale = 0;
+};
+
+CameraScene::CameraScene() : impl_(std::make_unique<Impl>()) {
+  Impl& my = *impl_;
+  for (Layer* layer : {&my.frusta, &my.path, &my.head}) {
+    clear_layer(*layer);
+    if (layer == &my.head) {
+      my.normals->SetInputData(layer->data);
+      my.normals->SplittingOff();
+      layer->mapper->SetInputConnection(my.normals->GetOutputPort());
+    } else {
+      layer->mapper->SetInputData(layer->data);
+      layer->actor->GetProperty()->LightingOff();
+    }
+    layer->actor->SetMapper(layer->mapper);
+    my.view.renderer()->AddActor(layer->actor);
+  }
+}
+
+CameraScene::~CameraScene() = default;
+
+// The head rests in the middle and the cameras move round it: everything is drawn in the head's frame, so
+// that a turning head before a resting camera shows as well how much of it was seen.
+void CameraScene::set(std::shared_ptr<const ProjectContents> contents) {
+  Impl& my = *impl_;
+  if (contents == my.contents) return;
+  my.contents = std::move(contents);
+  for (Layer* layer : {&my.frusta, &my.path, &my.head}) clear_layer(*layer);
+  my.view.touch();
+  if (!my.contents || !my.contents->track || !my.contents->cameras || !my.contents->model) return;
+  const Track& track = *my.contents->track;
+  const CameraSet& cameras = *my.contents->cameras;
+  const HeadModel& model = *my.contents->model;
+  if (track.person.identity.size() != model.identity_count()) return;
+
+  const HeadShape shape = shape_head(model, track.person);
+  Articulation rest = neutral_articulation(model);
+  if (track.neutral.expression.size() == model.expression_count()) rest = track.neutral;
+  const std::vector<Vec3f> posed = pose_head(model, shape, rest);
+  vtkNew<vtkPoints> points;
+  Vec3d low = Vec3d::Constant(1e9), high = -low;
+  for (const Vec3f& v : posed) {
+    points->InsertNextPoint(v.x(), v.y(), v.z());
+    low = low.cwiseMin(v.cast<double>()), high = high.cwiseMax(v.cast<double>());
+  }
+  vtkNew<vtkCellArray> triangles;
+  for (const Triangle& t : model.triangles) {
+    triangles->InsertNextCell(3);
+    for (int c = 0; c < 3; ++c) triangles->InsertCellPoint(t[c]);
+  }
+  my.head.data->SetPoints(points);
+  my.head.data->SetPolys(triangles);
+  my.centre = 0.5 * (low + high);
+
+  std::vector<Vec3d> corners, eyes;
+  std::vector<std::vector<int>> outlines, path(1);
+  double extent = (high - low).norm();
+  for (const TrackedFrame* frame : chosen_frames(track)) {
+    const Camera* camera = find_camera(cameras, frame->frame);
+    if (!camera) continue;
+    Pose cam_from_world = camera->cam_from_world;
+    cam_from_world.translation() *= track.metres_per_unit;
+    const Pose head_from_cam = (cam_from_world * frame->world_from_head).inverse();
+    const Intrinsics& k = camera->intrinsics;
+    const double w = std::min(kFieldOfFrustum, 0.5 * k.width / k.fx) * kFrustumDepth,
+                 h = w * double(k.height) / double(std::max(1, k.width));
+    const int first = int(corners.size());
+    corners.push_back(head_from_cam.translation());
+    for (const auto& [x, y] : {std::pair{-w, -h}, {w, -h}, {w, h}, {-w, h}})
+      corners.push_back(head_from_cam * Vec3d(x, y, kFrustumDepth));
+    for (int c = 1; c <= 4; ++c) outlines.push_back({first, first + c});
+    outlines.push_back({first + 1, first + 2, first + 3, first + 4, first + 1});
+    path[0].push_back(int(eyes.size()));
+    eyes.push_back(head_from_cam.translation());
+    extent = std::max(extent, 1.2 * (head_from_cam.translation() - my.centre).norm());
+  }
+  set_lines(my.frusta, corners, outlines);
+  if (eyes.size() > 1) set_lines(my.path, eyes, path);
+  my.extent = extent;
+  look_at_all();
+}
+
+void CameraScene::look_at_all() {
+  Impl& my = *impl_;
+  vtkCamera* camera = my.view.renderer()->GetActiveCamera();
+  const Vec3d eye = my.centre + Vec3d(1.1, 0.75, 1.15) * my.extent * 1.25;
+  const Vec3d target = my.centre + Vec3d(0, 0, 0.35 * my.extent);
+  camera->SetFocalPoint(target.x(), target.y(), target.z());
+  camera->SetPosition(eye.x(), eye.y(), eye.z());
+  camera->SetViewUp(0, 1, 0);
+  my.view.renderer()->ResetCameraClippingRange();
+  my.view.touch();
+}
+
+void CameraScene::draw(const char* name, ImVec2 size) {
+  Impl& my = *impl_;
+  const Theme& t = theme();
+  if (my.dark != t.dark || my.scale != t.scale) {
+    my.dark = t.dark, my.scale = t.scale;
+    const Palette& p = t.colours;
+    my.view.renderer()->SetBackground(p.panel.x, p.panel.y, p.panel.z);
+    my.frusta.actor->GetProperty()->SetColor(p.accent.x, p.accent.y, p.accent.z);
+    my.frusta.actor->GetProperty()->SetLineWidth(1.2f * t.scale);
+    my.path.actor->GetProperty()->SetColor(p.warn.x, p.warn.y, p.warn.z);
+    my.path.actor->GetProperty()->SetLineWidth(2.2f * t.scale);
+    my.head.actor->GetProperty()->SetColor(0.78, 0.72, 0.68);
+    my.head.actor->GetProperty()->SetSpecular(0.15);
+    my.view.touch();
+  }
+  my.view.renderer()->ResetCameraClippingRange();
+  my.view.draw(name, size);
+}
+
+}  // namespace likeness::ui

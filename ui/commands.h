@@ -1,0 +1,79 @@
+// Every action of the studio, once: its words, its keys and when it can be done. Menus, keys, buttons and the
+// list under F1 are made from this table.
+#pragma once
+
+#include <span>
+#include <string>
+#include <string_view>
+
+namespace likeness::ui {
+
+enum class Command {
+  open_clip,
+  open_project,
+  try_demo,
+  close_project,
+  quit,
+  make_avatar,
+  pause,
+  finish_now,
+  train_longer,
+  undo,
+  redo,
+  reset_face,
+  reset_head,
+  reset_view,
+  compare,
+  previous_step,
+  next_step,
+  export_still,
+  export_orbit,
+  export_sequence,
+  stop_export,
+  toggle_theme,
+  larger,
+  smaller,
+  film_guide,
+  shortcuts,
+  licences,
+  save_diagnostics
+};
+
+enum class Menu { file, edit, avatar, view, help };
+
+// What decides which commands make sense now.
+struct Situation {
+  bool project = false;     // one is open
+  bool clip_there = false;  // and its clip can be read
+  bool running = false;     // its stages are at work
+  bool training = false;    // and it is the training
+  bool finished = false;    // every stage is done
+  bool avatar = false;      // it can be directed
+  bool exporting = false;
+  bool directing = false;  // the Direct step is shown
+  bool can_undo = false, can_redo = false;
+  bool consent = false;  // the question of consent was answered
+};
+
+struct CommandInfo {
+  Command command;
+  Menu menu;
+  std::string_view words;     // in menus and on buttons
+  std::string_view shortcut;  // "Ctrl+O", "F1", "Space"; empty: none
+  bool (*enabled)(const Situation&);
+};
+
+std::span<const CommandInfo> command_table();
+const CommandInfo& command_info(Command command);
+std::string_view menu_words(Menu menu);
+bool is_enabled(Command command, const Situation& situation);
+
+// A shortcut taken apart. key: upper-case letter or digit, or the name: "F1", "Space", "Left", "Plus", ...
+struct Shortcut {
+  bool ctrl = false, shift = false;
+  std::string key;
+  bool operator==(const Shortcut&) const = default;
+};
+Shortcut parse_shortcut(std::string_view text);
+
+}  // namespace likeness::ui

@@ -1,0 +1,54 @@
+// Long work on a thread of its own: progress, an honest time left, a stop, and how it ended.
+#pragma once
+
+#include <chrono>
+#include <functional>
+#include <mutex>
+#include <optional>
+#include <stop_token>
+#include <string>
+#include <thread>
+
+#include "core/base/progress.h"
+#include "core/base/result.h"
+
+namespace likeness::ui {
+
+enum class JobState { none, running, stopping, done, failed, stopped };
+
+struct JobStatus {
+  JobState state = JobState::none;
+  double fraction = 0;
+  std::string stage, text;   // of the progress
+  double seconds = 0;        // since the start
+  double seconds_left = -1;  // of the innermost stage's rate; negative: not known yet
+  std::string outcome;       // of finished work, in words
+  std::optional<Error> error;
+};
+bool is_working(const JobStatus& status);
+
+// Time left of work whose fraction rose from `from` at its start to `now` in `seconds`; negative while the
+// rate has not settled (less than three seconds, or hardly any progress).
+double estimate_left(double from, double now, double to, double seconds);
+
+class Job {
+ public:
+  using Work = std::function<Result<std::string>(const Progress&, std::stop_token)>;
+
+  // wake: called from the job's thread, at most ten times a second and at the end.
+  Job(Work work, std::function<void()> wake);
+  ~Job();  // stops and waits
+
+  JobStatus status() const;
+  void stop();
+
+ private:
+  using Clock = std::chrono::steady_clock;
+
+  mutable std::mutex mutex_;
+  JobStatus status_;
+  Clock::time_point start_ = Clock::now(), last_wake_ = start_;
+  std::jthread thread_;
+};
+
+}  // namespace likeness::ui

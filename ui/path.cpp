@@ -1,0 +1,147 @@
+// The guided path down the side, and the bar at the bottom.
+#include <fmt/format.h>
+
+#include "ui/shell.h"
+#include "ui/theme.h"
+#include "ui/widgets.h"
+
+namespace likeness::ui {
+
+namespace {
+
+StepMark mark_of(StepState state) {
+  switch (state) {
+    case StepState::to_do:
+      return StepMark::number;
+    case StepState::loading:
+    case StepState::running:
+      return StepMark::running;
+    case StepState::needs_you:
+      return StepMark::attention;
+    case StepState::failed:
+      return StepMark::failed;
+    case StepState::done:
+      return StepMark::done;
+  }
+  return StepMark::number;
+}
+
+std::string state_words(const StepView& view) {
+  switch (view.state) {
+    case StepState::to_do:
+      return "To do";
+    case StepState::loading:
+      return "Reading\u2026";
+    case StepState::running: {
+      const std::string left = time_left(view.seconds_left);
+      return left.empty() ? fmt::format("At work, {:.0f} %", 100 * view.fraction) : left;
+    }
+    case StepState::needs_you:
+      return "Needs you";
+    case StepState::failed:
+      return "Failed";
+    case StepState::done:
+      return "Done";
+  }
+  return {};
+}
+
+void draw_row(const Snapshot& snapshot, Step step, Requests& requests) {
+  const Palette& p = theme().colours;
+  const StepView& view = snapshot.step(step);
+  const ImVec2 at = ImGui::GetCursorScreenPos();
+  const float width = ImGui::GetContentRegionAvail().x, height = px(54);
+  const bool chosen = snapshot.shown == step;
+  if (ImGui::InvisibleButton(step_words(step).data(), {width, height})) requests.show = step;
+  note_widget(std::string("step ") + step_words(step).data());
+  const bool hot = ImGui::IsItemHovered() || ImGui::IsItemFocused();
+  ImDrawList& list = *ImGui::GetWindowDrawList();
+  if (chosen || hot)
+    list.AddRectFilled(at, {at.x + width, at.y + height}, colour(p.raised, chosen ? 1 : 0.6f), px(8));
+  if (chosen) list.AddRectFilled(at, {at.x + px(4), at.y + height}, colour(p.accent), px(3));
+  draw_mark(list, {at.x + px(30), at.y + 0.5f * height}, px(26), mark_of(view.state), int(step) + 1);
+  ImFont* strong = theme().fonts.strong;
+  ImFont* small = theme().fonts.small;
+  list.AddText(strong, strong->FontSize, {at.x + px(54), at.y + px(8)}, colour(p.text),
+               step_words(step).data());
+  const ImVec4 ink = view.state == StepState::failed      ? p.bad
+                     : view.state == StepState::needs_you ? p.warn
+                     : view.state == StepState::running   ? p.accent
+                                                          : p.faint;
+  list.AddText(small, small->FontSize, {at.x + px(54), at.y + px(30)}, colour(ink),
+               state_words(view).c_str());
+  if (view.state == StepState::running) {
+    const float y = at.y + height - px(3), x = at.x + px(54), span = width - px(66);
+    list.AddRectFilled({x, y}, {x + span, y + px(2)}, colour(p.line));
+    list.AddRectFilled({x, y}, {x + span * float(view.fraction), y + px(2)}, colour(p.accent));
+  }
+}
+
+// The one next thing to do, at the foot of the path.
+void draw_next(const Snapshot& snapshot, Requests& requests) {
+  const Situation& now = snapshot.situation;
+  const float width = ImGui::GetContentRegionAvail().x;
+  if (now.running) {
+    const std::string left = time_left(snapshot.pipeline.job.seconds_left);
+    ImGui::PushFont(theme().fonts.small);
+    faint_text(snapshot.pipeline.job.state == JobState::stopping ? "Stopping\u2026"
+               : left.empty()                                    ? "Making the avatar\u2026"
+                                                                 : "The avatar: " + left);
+    ImGui::PopFont();
+    progress_bar(float(snapshot.pipeline.job.fraction), 4);
+    ImGui::PushID("path");
+    if (command_button(Command::pause, now, false, width)) requests.ask(Command::pause);
+    ImGui::PopID();
+  } else if (!now.finished && now.consent) {
+    const bool stopped = snapshot.pipeline.job.state == JobState::stopped;
+    const bool failed = snapshot.pipeline.job.state == JobState::failed;
+    if (primary_button(stopped  ? "Continue"
+                       : failed ? "Try again"
+                                : "Make the avatar",
+                       is_enabled(Command::make_avatar, now), width))
+      requests.ask(Command::make_avatar);
+  }
+}
+
+}  // namespace
+
+void draw_path(const Snapshot& snapshot, Requests& requests) {
+  ImGui::PushFont(theme().fonts.strong);
+  const std::string name =
+      snapshot.contents ? snapshot.contents->project.folder.stem().string() : "Opening\u2026";
+  ImGui::SetCursorPosX(ImGui::GetCursorPosX() + px(8));
+  clipped_text(name, ImGui::GetContentRegionAvail().x - px(8));
+  ImGui::PopFont();
+  ImGui::Dummy({0, px(4)});
+  ImGui::PushStyleVar(ImGuiStyleVar_ItemSpacing, ImVec2(px(10), px(4)));
+  for (const Step step : kSteps) draw_row(snapshot, step, requests);
+  ImGui::PopStyleVar();
+  const float foot = 2 * ImGui::GetFrameHeightWithSpacing() + px(14);
+  if (ImGui::GetContentRegionAvail().y > foot)
+    ImGui::SetCursorPosY(ImGui::GetCursorPosY() + ImGui::GetContentRegionAvail().y - foot);
+  draw_next(snapshot, requests);
+}
+
+void draw_status_bar(const Snapshot& snapshot, Requests& requests) {
+  (void)requests;
+  const SystemStatus& system = snapshot.system;
+  ImGui::PushFont(theme().fonts.small);
+  ImGui::PushStyleColor(ImGuiCol_Text, theme().colours.faint);
+  std::string left = "Ready";
+  if (is_working(snapshot.demo)) left = "Filming the demo person";
+  if (snapshot.pipeline.stage)
+    left = fmt::format("{}: {}", stage_name(*snapshot.pipeline.stage), snapshot.pipeline.job.text);
+  if (is_working(snapshot.exporting)) left = "Export: " + snapshot.exporting.text;
+  if (snapshot.loading) left = "Reading the project";
+  const std::string right =
+      fmt::format("{}   \u00b7   {} threads   \u00b7   {:.1f} GB used, {:.1f} GB free", system.backend,
+                  system.threads, double(system.memory) / 1e9, double(system.available) / 1e9);
+  const float right_width = ImGui::CalcTextSize(right.c_str()).x;
+  clipped_text(left, ImGui::GetContentRegionAvail().x - right_width - px(30));
+  ImGui::SameLine(ImGui::GetContentRegionMax().x - right_width);
+  ImGui::TextUnformatted(right.c_str());
+  ImGui::PopStyleColor();
+  ImGui::PopFont();
+}
+
+}  // namespace likeness::ui

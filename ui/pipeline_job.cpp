@@ -1,0 +1,101 @@
+// See pipeline_job.h.
+#include "ui/pipeline_job.h"
+
+#include <algorithm>
+#include <utility>
+
+namespace likeness::ui {
+
+namespace {
+
+constexpr std::size_t kCurvePoints = 1000;
+
+// Every second point goes, but never the newest.
+void thin(std::vector<TrainStatus>& points) {
+  std::vector<TrainStatus> kept;
+  for (std::size_t i = 0; i < points.size(); ++i)
+    if (i % 2 == 0 || i + 1 == points.size()) kept.push_back(points[i]);
+  points = std::move(kept);
+}
+
+}  // namespace
+
+PipelineJob::PipelineJob(Project project, bool previews, std::function<void()> wake)
+    : project_(std::move(project)) {
+  status_.records = project_.stages;
+  if (previews) preview_ = std::make_unique<TrainingPreview>(project_, wake);
+  job_ = std::make_unique<Job>(
+      [this](const Progress& progress, std::stop_token stop) -> Result<std::string> {
+        Project working = project_;
+        RunObserver observer;
+        observer.stage_changed = [this](Stage s, const StageRecord& record) { stage_changed(s, record); };
+        observer.training = [this](const TrainStatus& status) { trained(status); };
+        if (preview_) observer.tap = preview_->tap();
+        if (const auto outcome = run_stages(working, Stage::train, progress, observer, stop); !outcome)
+          return outcome.error();
+        return working.record(Stage::train).message;
+      },
+      wake);
+}
+
+void PipelineJob::stage_changed(Stage stage, const StageRecord& record) {
+  const std::lock_guard lock(mutex_);
+  status_.records[std::size_t(stage)] = record;
+  status_.finished[std::size_t(stage)] = record.state == StageState::done;
+  if (record.state == StageState::running) {
+    status_.stage = stage;
+    stage_start_ = std::chrono::steady_clock::now();
+  } else if (status_.stage == stage) {
+    status_.stage.reset();
+  }
+}
+
+void PipelineJob::trained(const TrainStatus& status) {
+  const std::lock_guard lock(mutex_);
+  status_.training.push_back(status);
+  if (status_.training.size() > kCurvePoints) thin(status_.training);
+}
+
+PipelineStatus PipelineJob::status() const {
+  PipelineStatus status;
+  double stage_seconds = 0;
+  {
+    const std::lock_guard lock(mutex_);
+    status = status_;
+    if (status.stage)
+      stage_seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - stage_start_).count();
+  }
+  status.job = job_->status();
+  if (status.stage && is_working(status.job)) {
+    const auto [from, to] = stage_span(project_.options, Stage::train, *status.stage);
+    const double now = std::clamp(status.job.fraction, from, to);
+    status.stage_fraction = (now - from) / (to - from);
+    // A training that continues does not start at nothing: its rate is that of this run.
+    status.stage_seconds_left = estimate_left(from, now, to, stage_seconds);
+    if (*status.stage == Stage::train && !status.training.empty()) {
+      const double budget = project_.options.budget_s, spent = status.training.back().seconds;
+      if (project_.options.steps == 0)
+        status.stage_seconds_left = std::max(0.0, budget - spent);
+      else if (const auto rate = double(status.training.back().step - status.training.front().step);
+               rate > 0 && spent > status.training.front().seconds + 2)
+        status.stage_seconds_left = double(project_.options.steps - status.training.back().step) *
+                                    (spent - status.training.front().seconds) / rate;
+    }
+    if (status.stage_seconds_left >= 0) {
+      // The stages after it take what their shares say, beside the training's budget where there is one.
+      const auto [train_from, train_to] = stage_span(project_.options, Stage::train, Stage::train);
+      const double whole = project_.options.steps == 0 ? project_.options.budget_s / (train_to - train_from)
+                                                       : stage_seconds / std::max(1e-3, now - from);
+      status.job.seconds_left = status.stage_seconds_left + whole * (1 - to);
+    } else {
+      status.job.seconds_left = -1;
+    }
+  }
+  if (preview_) {
+    status.preview = preview_->latest();
+    status.held_out = preview_->scores();
+  }
+  return status;
+}
+
+}  // namespace likeness::ui

@@ -1,0 +1,85 @@
+// studio.json: see settings.h.
+#include "ui/platform/settings.h"
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <fstream>
+
+#include <nlohmann/json.hpp>
+
+#include "core/base/files.h"
+
+namespace likeness::ui {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+
+namespace {
+
+constexpr std::size_t kRecent = 10;
+
+}  // namespace
+
+fs::path home_folder() {
+  const char* home = std::getenv("HOME");
+  return home && *home ? fs::path(home) : fs::temp_directory_path();
+}
+
+fs::path settings_path() {
+  const char* config = std::getenv("XDG_CONFIG_HOME");
+  const fs::path folder = config && *config ? fs::path(config) : home_folder() / ".config";
+  return folder / "likeness" / "studio.json";
+}
+
+fs::path projects_folder() { return home_folder() / "Likeness"; }
+
+std::uint64_t memory_in_use() {
+  std::ifstream file("/proc/self/statm");
+  std::uint64_t all = 0, resident = 0;
+  return file >> all >> resident ? resident * std::uint64_t(::sysconf(_SC_PAGESIZE)) : 0;
+}
+
+Settings read_settings(const fs::path& path) {
+  Settings settings;
+  const auto text = read_text(path);
+  if (!text) return settings;
+  const json j = json::parse(*text, nullptr, false);
+  if (!j.is_object()) return settings;
+  try {
+    Settings read;
+    read.width = std::clamp(j.value("width", read.width), 960, 16384);
+    read.height = std::clamp(j.value("height", read.height), 600, 16384);
+    read.maximised = j.value("maximised", read.maximised);
+    read.dark = j.value("dark", read.dark);
+    read.scale_percent = std::clamp(j.value("scale_percent", read.scale_percent), kLeastScale, kMostScale);
+    read.licences_shown = j.value("licences_shown", read.licences_shown);
+    for (const json& entry : j.value("recent", json::array()))
+      read.recent.emplace_back(entry.get<std::string>());
+    return read;
+  } catch (const json::exception&) {
+    return settings;
+  }
+}
+
+Result<void> write_settings(const fs::path& path, const Settings& settings) {
+  json recent = json::array();
+  for (const fs::path& folder : settings.recent) recent.push_back(folder.string());
+  const json j{{"width", settings.width},
+               {"height", settings.height},
+               {"maximised", settings.maximised},
+               {"dark", settings.dark},
+               {"scale_percent", settings.scale_percent},
+               {"licences_shown", settings.licences_shown},
+               {"recent", recent}};
+  return write_text(path, j.dump(2, ' ', false, json::error_handler_t::replace) + "\n");
+}
+
+void remember_recent(Settings& settings, const fs::path& project) {
+  std::erase(settings.recent, project);
+  settings.recent.insert(settings.recent.begin(), project);
+  if (settings.recent.size() > kRecent) settings.recent.resize(kRecent);
+}
+
+}  // namespace likeness::ui

@@ -1,0 +1,56 @@
+// What the window shows of a project: read from its folder by a background thread, then never changed.
+#pragma once
+
+#include <array>
+#include <memory>
+#include <optional>
+
+#include "core/base/result.h"
+#include "core/camera/camera.h"
+#include "core/capture/capture.h"
+#include "core/head/head_model.h"
+#include "core/project/project.h"
+#include "core/render/pose_avatar.h"
+#include "core/track/track.h"
+#include "core/video/decode.h"
+
+namespace likeness::ui {
+
+// An avatar ready to be posed.
+struct DirectedAvatar {
+  std::shared_ptr<const HeadModel> model;
+  Avatar avatar;
+  AvatarRig rig;  // refers to the model
+};
+
+struct ProjectContents {
+  Project project;
+  std::array<bool, kStages.size()> current{};  // the stage's result is there and up to date
+  std::optional<VideoInfo> clip;               // absent: the clip cannot be read
+  std::shared_ptr<const HeadModel> model;
+  // Absent where the stage has not run, or its file cannot be read.
+  std::shared_ptr<const Capture> capture;
+  std::shared_ptr<const CameraSet> cameras;
+  std::shared_ptr<const Track> track;
+  std::shared_ptr<const DirectedAvatar> avatar;
+
+  bool is_current(Stage stage) const { return current[std::size_t(stage)]; }
+};
+
+// earlier: of the same folder, or null; what cannot have changed is taken from it.
+Result<std::shared_ptr<const ProjectContents>> read_contents(const std::filesystem::path& folder,
+                                                             const ProjectContents* earlier);
+
+// A tracked frame for the renderer: its camera for pictures of the project's size, and its pose.
+struct FrameView {
+  int frame = 0;
+  Camera camera;
+  AvatarPose pose;
+};
+std::optional<FrameView> frame_view(const ProjectContents& contents, int frame);
+
+// Frames whose pictures are in the folder and whose head was found, ascending; held_out: only those kept for
+// measuring.
+std::vector<int> shown_frames(const ProjectContents& contents, bool held_out);
+
+}  // namespace likeness::ui

@@ -1,0 +1,104 @@
+// See run_window.h.
+#include "ui/run_window.h"
+
+#include <algorithm>
+
+#include "ui/theme.h"
+
+namespace likeness::ui {
+
+namespace {
+
+constexpr double kWorking_s = 1.0, kIdle_s = 2.0;  // between frames that nobody asked for
+
+}  // namespace
+
+double WindowLoop::patience() const {
+  if (lively_frames_ > 0) return 0;
+  return studio_.is_working() ? kWorking_s : kIdle_s;
+}
+
+void WindowLoop::carry_out(Wish wish) {
+  switch (wish) {
+    case Wish::none:
+      return;
+    case Wish::quit:
+      if (studio_.is_working()) {
+        shell_.ask(Question::closing);
+      } else {
+        quit_ = true;
+      }
+      return;
+    case Wish::pick_clip:
+      shell_.browse(Wanted::clip, home_folder() / "Videos");
+      return;
+    case Wish::pick_project:
+      shell_.browse(Wanted::project, projects_folder());
+      return;
+    case Wish::film_guide:
+      shell_.ask(Question::film_guide);
+      return;
+    case Wish::shortcuts:
+      shell_.ask(Question::shortcuts);
+      return;
+    case Wish::licences:
+      shell_.ask(Question::licences);
+      return;
+  }
+}
+
+bool WindowLoop::frame() {
+  if (lively_frames_ > 0) --lively_frames_;
+  studio_.tick();
+  const Snapshot snapshot = studio_.snapshot();
+  const float scale = window_.pixel_scale() * float(snapshot.settings.scale_percent) / 100;
+  if (scale != theme().scale || snapshot.settings.dark != theme().dark || !theme().fonts.body) {
+    apply_theme(snapshot.settings.dark, scale);
+    touched();
+  }
+  const std::string title =
+      snapshot.contents ? snapshot.contents->project.folder.stem().string() + " \u2013 Likeness" : "Likeness";
+  if (title != title_) window_.set_title(title_ = title);
+  window_.begin_frame();
+  Requests requests = shell_.draw(snapshot);
+  window_.end_frame();
+
+  const auto drops = window_.take_drops();
+  if (!drops.empty()) requests.open = drops.front();
+  if (window_.take_close_request()) requests.ask(Command::quit);
+  if (requests.open || !requests.commands.empty() || requests.show || requests.acting) touched();
+  carry_out(studio_.apply(requests));
+  if (shell_.take_closing() == Closing::keep_and_stop) {
+    studio_.stop_work();
+    stopping_ = true;
+  }
+  if (stopping_ && !studio_.is_working()) quit_ = true;
+  if (!window_.maximised() || snapshot.settings.maximised != window_.maximised())
+    studio_.remember_window(window_.size()[0], window_.size()[1], window_.maximised());
+  return !quit_;
+}
+
+Result<void> run_window(const StudioOptions& options, const std::filesystem::path& to_open) {
+  const Settings settings = read_settings(options.settings);
+  auto window =
+      Window::open({.width = settings.width, .height = settings.height, .maximised = settings.maximised});
+  if (!window) return window.error();
+  auto shell = Shell::create();
+  if (!shell) return shell.error();
+  Studio studio(options, &Window::wake);
+  if (!settings.licences_shown) {
+    (*shell)->ask(Question::licences);
+    studio.licences_were_shown();
+  }
+  if (!to_open.empty()) {
+    Requests requests;
+    requests.open = to_open;
+    studio.apply(requests);
+  }
+  WindowLoop loop(**window, studio, **shell);
+  while (loop.frame())
+    if ((*window)->wait(loop.patience())) loop.touched();
+  return {};
+}
+
+}  // namespace likeness::ui

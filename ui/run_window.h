@@ -1,0 +1,37 @@
+// The program's loop: waits for something to happen, draws, carries out requests.
+#pragma once
+
+#include "core/base/result.h"
+#include "ui/platform/window.h"
+#include "ui/shell.h"
+#include "ui/studio.h"
+
+namespace likeness::ui {
+
+// One frame of the window. False: the program ends.
+class WindowLoop {
+ public:
+  // The references must outlive it.
+  WindowLoop(Window& window, Studio& studio, Shell& shell)
+      : window_(window), studio_(studio), shell_(shell) {}
+
+  bool frame();
+  // Seconds to wait for input before the next frame: none while something still settles, otherwise until the
+  // clock in the window should go on.
+  double patience() const;
+  void touched() { lively_frames_ = 3; }
+
+ private:
+  void carry_out(Wish wish);
+
+  Window& window_;
+  Studio& studio_;
+  Shell& shell_;
+  std::string title_;
+  int lively_frames_ = 3;  // ImGui needs a frame to settle after an input
+  bool quit_ = false, stopping_ = false;
+};
+
+Result<void> run_window(const StudioOptions& options, const std::filesystem::path& to_open);
+
+}  // namespace likeness::ui

@@ -1,0 +1,241 @@
+// See shell.h.
+#include "ui/shell.h"
+
+#include <GLFW/glfw3.h>
+#include <imgui.h>
+
+#include "ui/steps/steps.h"
+#include "ui/theme.h"
+#include "ui/widgets.h"
+
+namespace likeness::ui {
+
+namespace {
+
+constexpr float kPathWidth = 264, kStatusHeight = 32;
+constexpr ImGuiWindowFlags kFixed =
+    ImGuiWindowFlags_NoDecoration | ImGuiWindowFlags_NoMove | ImGuiWindowFlags_NoSavedSettings |
+    ImGuiWindowFlags_NoBringToFrontOnFocus | ImGuiWindowFlags_NoScrollWithMouse;
+
+int glfw_key(const std::string& key) {
+  if (key.size() == 1) return key[0];
+  if (key == "F1") return GLFW_KEY_F1;
+  if (key == "Enter") return GLFW_KEY_ENTER;
+  if (key == "Up") return GLFW_KEY_UP;
+  if (key == "Down") return GLFW_KEY_DOWN;
+  if (key == "Plus") return GLFW_KEY_EQUAL;
+  if (key == "Minus") return GLFW_KEY_MINUS;
+  return -1;
+}
+
+void begin_part(const char* name, ImVec2 at, ImVec2 size, const ImVec4& ground, ImVec2 padding) {
+  ImGui::SetNextWindowPos(at);
+  ImGui::SetNextWindowSize(size);
+  ImGui::PushStyleColor(ImGuiCol_WindowBg, ground);
+  ImGui::PushStyleVar(ImGuiStyleVar_WindowPadding, padding);
+  ImGui::PushStyleVar(ImGuiStyleVar_WindowRounding, 0);
+  ImGui::Begin(name, nullptr, kFixed);
+  ImGui::PopStyleVar(2);
+  ImGui::PopStyleColor();
+}
+
+void draw_step(const Snapshot& snapshot, Views& views, Requests& requests) {
+  const StepView& view = snapshot.step(snapshot.shown);
+  ImGui::PushFont(theme().fonts.heading);
+  ImGui::TextUnformatted(step_words(snapshot.shown).data());
+  ImGui::PopFont();
+  std::string words = view.found;
+  if (!view.next.empty() && !view.error) words += (words.empty() ? "" : "  ") + view.next;
+  if (!words.empty()) {
+    ImGui::SameLine(0, px(14));
+    ImGui::SetCursorPosY(ImGui::GetCursorPosY() + px(6));
+    ImGui::PushStyleColor(ImGuiCol_Text, theme().colours.faint);
+    clipped_text(words, ImGui::GetContentRegionAvail().x);
+    ImGui::PopStyleColor();
+  }
+  ImGui::Dummy({0, px(2)});
+  switch (snapshot.shown) {
+    case Step::film:
+      return draw_film_step(snapshot, views, requests);
+    case Step::check:
+      return draw_check_step(snapshot, views, requests);
+    case Step::cameras:
+      return draw_cameras_step(snapshot, views, requests);
+    case Step::face:
+      return draw_face_step(snapshot, views, requests);
+    case Step::train:
+      return draw_train_step(snapshot, views, requests);
+    case Step::direct:
+      return draw_direct_step(snapshot, views, requests);
+    case Step::export_out:
+      return draw_export_step(snapshot, views, requests);
+  }
+}
+
+void draw_shortcuts() {
+  heading("Keyboard shortcuts");
+  if (!ImGui::BeginTable("keys", 2, ImGuiTableFlags_None, {px(520), 0})) return;
+  ImGui::TableSetupColumn("words", ImGuiTableColumnFlags_WidthStretch);
+  ImGui::TableSetupColumn("keys", ImGuiTableColumnFlags_WidthFixed, px(150));
+  for (const CommandInfo& info : command_table()) {
+    if (info.shortcut.empty()) continue;
+    ImGui::TableNextRow();
+    ImGui::TableNextColumn();
+    ImGui::TextUnformatted(info.words.data());
+    ImGui::TableNextColumn();
+    ImGui::PushStyleColor(ImGuiCol_Text, theme().colours.faint);
+    ImGui::TextUnformatted(info.shortcut.data());
+    ImGui::PopStyleColor();
+  }
+  ImGui::EndTable();
+}
+
+// What was done or went wrong, in the lower right corner, until it is dismissed.
+void draw_notices(const Snapshot& snapshot, Requests& requests) {
+  if (!snapshot.error && snapshot.message.empty()) return;
+  const ImGuiViewport& screen = *ImGui::GetMainViewport();
+  const float width = std::min(px(520), screen.Size.x - px(40));
+  ImGui::SetNextWindowPos(
+      {screen.Pos.x + screen.Size.x - px(20), screen.Pos.y + screen.Size.y - px(kStatusHeight + 16)},
+      ImGuiCond_Always, {1, 1});
+  ImGui::SetNextWindowSize({width, 0});
+  ImGui::PushStyleColor(ImGuiCol_WindowBg, theme().colours.panel);
+  ImGui::PushStyleVar(ImGuiStyleVar_WindowBorderSize, 1);
+  ImGui::Begin("notice", nullptr,
+               (kFixed & ~ImGuiWindowFlags_NoBringToFrontOnFocus) | ImGuiWindowFlags_NoFocusOnAppearing);
+  if (snapshot.error) {
+    note("what", Tone::bad, snapshot.error->what, snapshot.error->fix);
+    if (primary_button("Dismiss")) requests.dismiss_error = true;
+    ImGui::SameLine();
+    if (command_button(Command::save_diagnostics, snapshot.situation))
+      requests.ask(Command::save_diagnostics);
+  } else {
+    note("what", Tone::plain, snapshot.message);
+    if (plain_button("Dismiss")) requests.dismiss_message = true;
+  }
+  ImGui::End();
+  ImGui::PopStyleVar();
+  ImGui::PopStyleColor();
+}
+
+}  // namespace
+
+Result<std::unique_ptr<Shell>> Shell::create() {
+  auto views = Views::create();
+  if (!views) return views.error();
+  auto shell = std::make_unique<Shell>();
+  shell->views_ = std::move(*views);
+  return shell;
+}
+
+void Shell::draw_menus(const Snapshot& snapshot, Requests& requests) {
+  ImGui::PushStyleVar(ImGuiStyleVar_FramePadding, ImVec2(px(10), px(8)));
+  if (ImGui::BeginMainMenuBar()) {
+    for (const Menu menu : {Menu::file, Menu::edit, Menu::avatar, Menu::view, Menu::help}) {
+      const bool open = ImGui::BeginMenu(menu_words(menu).data());
+      note_widget(std::string("menu ") + menu_words(menu).data());
+      if (!open) continue;
+      for (const CommandInfo& info : command_table()) {
+        if (info.menu != menu) continue;
+        if (ImGui::MenuItem(info.words.data(), info.shortcut.data(), false, info.enabled(snapshot.situation)))
+          requests.ask(info.command);
+        note_widget(std::string("item ") + info.words.data());
+      }
+      ImGui::EndMenu();
+    }
+    ImGui::EndMainMenuBar();
+  }
+  ImGui::PopStyleVar();
+}
+
+void Shell::press_keys(const Snapshot& snapshot, Requests& requests) {
+  const ImGuiIO& io = ImGui::GetIO();
+  if (browser_.is_open() || shown_ != Question::none) return;
+  for (const CommandInfo& info : command_table()) {
+    if (info.shortcut.empty() || !info.enabled(snapshot.situation)) continue;
+    const Shortcut keys = parse_shortcut(info.shortcut);
+    const int key = glfw_key(keys.key);
+    if (key < 0 || io.KeyCtrl != keys.ctrl || io.KeyShift != keys.shift) continue;
+    if (io.WantTextInput && !keys.ctrl) continue;  // it is being typed
+    if (ImGui::IsKeyPressed(key, false)) requests.ask(info.command);
+  }
+}
+
+void Shell::draw_questions(const Snapshot& snapshot, Requests& requests) {
+  constexpr const char* kPopup = "question";
+  if (asked_ != Question::none) {
+    shown_ = std::exchange(asked_, Question::none);
+    ImGui::OpenPopup(kPopup);
+  }
+  if (shown_ == Question::none) return;
+  ImGui::SetNextWindowPos(ImGui::GetMainViewport()->GetCenter(), ImGuiCond_Always, {0.5f, 0.5f});
+  ImGui::PushStyleVar(ImGuiStyleVar_WindowPadding, ImVec2(px(26), px(22)));
+  const bool open = ImGui::BeginPopupModal(
+      kPopup, nullptr,
+      ImGuiWindowFlags_AlwaysAutoResize | ImGuiWindowFlags_NoTitleBar | ImGuiWindowFlags_NoMove);
+  ImGui::PopStyleVar();
+  if (!open) {
+    shown_ = Question::none;
+    return;
+  }
+  bool close = ImGui::IsKeyPressed(ImGui::GetIO().KeyMap[ImGuiKey_Escape]);
+  if (shown_ == Question::closing) {
+    heading("An avatar is being made");
+    ImGui::Dummy({px(460), 0});
+    body_text(
+        "Closing stops the work. What is done is kept: it goes on from there when you open the project "
+        "again.");
+    ImGui::Dummy({0, px(6)});
+    if (primary_button("Keep and stop")) {
+      closing_ = Closing::keep_and_stop;
+      close = true;
+    }
+    ImGui::SameLine();
+    if (plain_button("Go on working")) close = true;
+  } else {
+    if (shown_ == Question::shortcuts) draw_shortcuts();
+    if (shown_ == Question::film_guide) draw_film_guide();
+    if (shown_ == Question::licences) draw_licences();
+    ImGui::Dummy({0, px(6)});
+    if (primary_button("Close", true, px(120))) close = true;
+  }
+  if (close) {
+    shown_ = Question::none;
+    ImGui::CloseCurrentPopup();
+  }
+  ImGui::EndPopup();
+  (void)snapshot;
+  (void)requests;
+}
+
+Requests Shell::draw(const Snapshot& snapshot) {
+  Requests requests;
+  forget_widgets();
+  press_keys(snapshot, requests);
+  draw_menus(snapshot, requests);
+  const ImGuiViewport& screen = *ImGui::GetMainViewport();
+  const float top = screen.WorkPos.y, status = px(kStatusHeight), height = screen.WorkSize.y - status;
+  const Palette& p = theme().colours;
+  if (!snapshot.contents && !snapshot.loading) {
+    begin_part("start", {0, top}, {screen.Size.x, height}, p.ground, {px(40), px(28)});
+    draw_start_screen(snapshot, requests);
+    ImGui::End();
+  } else {
+    const float path = std::min(px(kPathWidth), 0.3f * screen.Size.x);
+    begin_part("path", {0, top}, {path, height}, p.panel, {px(14), px(14)});
+    draw_path(snapshot, requests);
+    ImGui::End();
+    begin_part("step", {path, top}, {screen.Size.x - path, height}, p.ground, {px(22), px(16)});
+    draw_step(snapshot, *views_, requests);
+    ImGui::End();
+  }
+  begin_part("status", {0, top + height}, {screen.Size.x, status}, p.panel, {px(16), px(6)});
+  draw_status_bar(snapshot, requests);
+  ImGui::End();
+  draw_notices(snapshot, requests);
+  draw_questions(snapshot, requests);
+  if (auto picked = browser_.draw()) requests.open = std::move(picked);
+  return requests;
+}
+
+}  // namespace likeness::ui

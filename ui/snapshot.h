@@ -1,0 +1,117 @@
+// What the panels draw and what they ask for. A panel sees a Snapshot, changes nothing, and returns Requests;
+// the studio carries them out.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/film/film.h"
+#include "ui/acting.h"
+#include "ui/avatar_renderer.h"
+#include "ui/commands.h"
+#include "ui/job.h"
+#include "ui/pipeline_job.h"
+#include "ui/platform/settings.h"
+#include "ui/project_contents.h"
+
+namespace likeness::ui {
+
+// The guided path.
+enum class Step { film, check, cameras, face, train, direct, export_out };
+inline constexpr std::array kSteps{Step::film,  Step::check,  Step::cameras,   Step::face,
+                                   Step::train, Step::direct, Step::export_out};
+std::string_view step_words(Step step);
+
+enum class StepState { to_do, loading, running, needs_you, failed, done };
+
+struct StepView {
+  StepState state = StepState::to_do;
+  std::string found;  // what the step found, one sentence
+  std::string next;   // the one next thing to do; empty: nothing here
+  std::string text;   // of work in progress
+  double fraction = 0;
+  double seconds_left = -1;  // negative: not known
+  std::vector<std::string> warnings;
+  std::optional<Error> error;
+};
+
+// A picture of one frame of the clip, read in the background.
+struct FramePicture {
+  int frame = -1;            // that is asked for
+  std::uint64_t number = 0;  // another one is another picture
+  std::shared_ptr<const Image8> image;
+  std::string missing;  // why there is none
+};
+
+enum class ExportKind { still, orbit, sequence };
+enum class ExportGround { room, light, dark };
+struct ExportChoice {
+  ExportGround ground = ExportGround::light;
+  bool twice = false;          // as many px a side as the avatar was trained with, or twice as many
+  double half_angle_deg = 25;  // of the orbit
+  int frames = 100;
+  double frames_per_second = 25;
+  bool operator==(const ExportChoice&) const = default;
+};
+
+struct SystemStatus {
+  int threads = 0;
+  std::uint64_t memory = 0, available = 0;  // bytes in use by this program, and free
+  std::string backend = "CPU";
+};
+
+struct Snapshot {
+  bool loading = false;                             // a project is being read
+  std::shared_ptr<const ProjectContents> contents;  // null: none is open
+  std::array<StepView, kSteps.size()> steps;
+  Step shown = Step::film;
+  Situation situation;
+  PipelineStatus pipeline;
+  JobStatus demo;  // filming the demo person
+  JobStatus exporting;
+  std::filesystem::path exported;  // what the last finished export wrote
+  ExportChoice export_choice;
+  Settings settings;
+  Acting acting;
+  std::shared_ptr<const AvatarPicture> picture;
+  bool rendering = false;
+  bool comparing = false;
+  FramePicture clip_picture, check_picture, face_picture, compare_picture;
+  SystemStatus system;
+  std::optional<Error> error;  // of the last thing asked for
+  std::string message;         // what the last thing asked for did
+
+  const StepView& step(Step s) const { return steps[std::size_t(s)]; }
+};
+
+// Consent as answered: nullopt where it was not.
+struct Requests {
+  std::vector<Command> commands;
+  std::optional<std::filesystem::path> open;  // a clip or a project folder
+  std::optional<std::filesystem::path> forget_recent;
+  std::optional<Step> show;
+  std::optional<Consent> consent;
+  bool nobody_agreed = false;
+  std::optional<int> check_frame, face_frame, compare_frame;
+  std::optional<Acting> acting;
+  bool acting_finished = false;  // the slider was let go: one step of undo
+  std::optional<int> view_px;    // size of the avatar's picture on the screen
+  std::optional<double> budget_s;
+  std::optional<int> picture_size;
+  std::optional<ExportChoice> export_choice;
+  bool dismiss_error = false, dismiss_message = false;
+
+  void ask(Command command) { commands.push_back(command); }
+};
+
+// The state of each step, from what there is and what is at work.
+std::array<StepView, kSteps.size()> view_steps(const ProjectContents* contents, bool loading,
+                                               const PipelineStatus& pipeline, const JobStatus& exporting,
+                                               const std::filesystem::path& exported);
+
+}  // namespace likeness::ui

@@ -1,0 +1,34 @@
+// Step 3: where the cameras stood about the head.
+#include "ui/steps/steps.h"
+#include "ui/theme.h"
+#include "ui/widgets.h"
+
+namespace likeness::ui {
+
+void draw_cameras_step(const Snapshot& snapshot, Views& views, Requests& requests) {
+  draw_step_state(snapshot.step(Step::cameras));
+  const ProjectContents* contents = snapshot.contents.get();
+  if (!contents || !contents->cameras) {
+    draw_nothing_yet("Here the cameras will stand about the head, as they were found from the clip.");
+    return;
+  }
+  if (!contents->track) {
+    draw_nothing_yet(
+        "The cameras are found. They are drawn as soon as the next step knows where the head is.");
+    return;
+  }
+  views.cameras.set(snapshot.contents);
+  if (plain_button("Look at all")) views.cameras.look_at_all();
+  ImGui::SameLine();
+  ImGui::AlignTextToFramePadding();
+  faint_text(
+      contents->cameras->is_static
+          ? "The camera rested: each frustum is how the turning head saw it. Drag to orbit, wheel to zoom."
+          : "Each frustum is one frame's camera, seen from the head. Drag to orbit, wheel to zoom.");
+  begin_card("cameras card");
+  views.cameras.draw("camera view", ImGui::GetContentRegionAvail());
+  end_card();
+  (void)requests;
+}
+
+}  // namespace likeness::ui

@@ -1,0 +1,96 @@
+// Step 2: the clip's frames - which train, which measure, which were refused and why.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <map>
+
+#include "ui/steps/steps.h"
+#include "ui/theme.h"
+#include "ui/widgets.h"
+
+namespace likeness::ui {
+
+namespace {
+
+void legend(const ImVec4& ink, const std::string& words) {
+  const ImVec2 at = ImGui::GetCursorScreenPos();
+  const float line = ImGui::GetTextLineHeight();
+  ImGui::GetWindowDrawList()->AddRectFilled({at.x, at.y + 0.2f * line},
+                                            {at.x + 0.6f * line, at.y + 0.8f * line}, colour(ink), px(2));
+  ImGui::Dummy({0.6f * line, line});
+  ImGui::SameLine(0, px(6));
+  ImGui::TextUnformatted(words.c_str());
+  ImGui::SameLine(0, px(22));
+}
+
+const char* fate(const CaptureFrame& frame) {
+  return frame.used ? "trains" : frame.held_out ? "held out for measuring" : "refused";
+}
+
+}  // namespace
+
+void draw_check_step(const Snapshot& snapshot, Views& views, Requests& requests) {
+  draw_step_state(snapshot.step(Step::check));
+  if (!snapshot.contents || !snapshot.contents->capture) {
+    draw_nothing_yet(
+        "Here the frames of the clip will stand side by side: which are taken, which are refused, and why.");
+    return;
+  }
+  const Capture& capture = *snapshot.contents->capture;
+  const Palette& p = theme().colours;
+  double sharpest = 1e-9;
+  int used = 0, held_out = 0;
+  std::map<std::string, int> refused;
+  std::vector<StripBar> bars;
+  for (const CaptureFrame& frame : capture.frames) sharpest = std::max(sharpest, frame.sharpness);
+  for (const CaptureFrame& frame : capture.frames) {
+    used += frame.used, held_out += frame.held_out;
+    if (!frame.used && !frame.held_out) ++refused[frame.refused];
+    bars.push_back({frame.frame, float(frame.sharpness / sharpest),
+                    colour(frame.used       ? p.accent
+                           : frame.held_out ? p.good
+                                            : p.bad),
+                    fmt::format("Frame {}, {:.2f} s: {}{}", frame.frame, frame.time_s, fate(frame),
+                                frame.refused.empty() ? "" : ", " + frame.refused)});
+  }
+  legend(p.accent, fmt::format("{} train", used));
+  legend(p.good, fmt::format("{} held out for measuring", held_out));
+  legend(p.bad, fmt::format("{} refused", int(capture.frames.size()) - used - held_out));
+  ImGui::NewLine();
+  if (const auto clicked = draw_frame_strip("check strip", bars, snapshot.check_picture.frame, px(72)))
+    requests.check_frame = clicked;
+  faint_text("Height: sharpness. Click a frame to see it.");
+  ImGui::Dummy({0, px(2)});
+
+  const ImVec2 area = ImGui::GetContentRegionAvail();
+  views.check.follow(snapshot.check_picture);
+  begin_card("frame", {std::min(area.x * 0.6f, area.y), area.y});
+  const ImVec2 room = ImGui::GetContentRegionAvail();
+  if (!views.check.texture.empty()) {
+    draw_picture("check picture", views.check.texture, room);
+  } else {
+    draw_nothing_yet(snapshot.check_picture.missing.empty() ? "Reading\u2026"
+                                                            : snapshot.check_picture.missing.c_str());
+  }
+  end_card();
+  ImGui::SameLine(0, px(16));
+  begin_card("about", {0, area.y}, true);
+  const auto chosen = std::ranges::find(capture.frames, snapshot.check_picture.frame, &CaptureFrame::frame);
+  if (chosen != capture.frames.end()) {
+    ImGui::PushFont(theme().fonts.strong);
+    ImGui::Text("Frame %d", chosen->frame);
+    ImGui::PopFont();
+    body_text(fmt::format("{:.2f} s, {}.", chosen->time_s, fate(*chosen)));
+    if (!chosen->refused.empty()) body_text("Reason: " + chosen->refused);
+    ImGui::Dummy({0, px(10)});
+  }
+  ImGui::PushFont(theme().fonts.strong);
+  ImGui::TextUnformatted("Refused frames");
+  ImGui::PopFont();
+  if (refused.empty()) faint_text("None: the clip is sharp throughout.");
+  for (const auto& [reason, count] : refused)
+    body_text(fmt::format("{} \u00d7 {}", count, reason.empty() ? "no reason given" : reason));
+  end_card();
+}
+
+}  // namespace likeness::ui

@@ -1,0 +1,120 @@
+// Step 7: pictures and films of the avatar as it is posed.
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "ui/steps/steps.h"
+#include "ui/theme.h"
+#include "ui/widgets.h"
+
+namespace likeness::ui {
+
+namespace {
+
+void label(const char* words) {
+  ImGui::AlignTextToFramePadding();
+  ImGui::TextUnformatted(words);
+  ImGui::SameLine(px(130));
+}
+
+// The room stands behind a still only, as large as it was filmed, and from where the camera stood.
+bool room_possible(const Snapshot& snapshot, const ExportChoice& choice) {
+  return !snapshot.contents->avatar->avatar.plate.empty() && !choice.twice &&
+         snapshot.acting.view == ViewPoint{};
+}
+
+void draw_choices(const Snapshot& snapshot, ExportChoice& choice) {
+  const int size = snapshot.contents->avatar->avatar.size;
+  label("Size");
+  if (ImGui::RadioButton(fmt::format("{} px", size).c_str(), !choice.twice)) choice.twice = false;
+  ImGui::SameLine();
+  if (ImGui::RadioButton(fmt::format("{} px", 2 * size).c_str(), choice.twice)) choice.twice = true;
+  label("Background");
+  if (ImGui::RadioButton("Light", choice.ground == ExportGround::light)) choice.ground = ExportGround::light;
+  ImGui::SameLine();
+  if (ImGui::RadioButton("Dark", choice.ground == ExportGround::dark)) choice.ground = ExportGround::dark;
+  ImGui::SameLine();
+  ImGui::BeginDisabled(!room_possible(snapshot, choice));
+  if (ImGui::RadioButton("The filmed room (stills)", choice.ground == ExportGround::room))
+    choice.ground = ExportGround::room;
+  ImGui::EndDisabled();
+  if (!room_possible(snapshot, choice))
+    tooltip("The room is known from where the camera stood only: reset the view, and keep the filmed size.");
+  label("Orbit");
+  float angle = float(choice.half_angle_deg);
+  ImGui::SetNextItemWidth(px(220));
+  if (ImGui::SliderFloat("##angle", &angle, 5, float(kOrbitLimit_deg), "%.0f\u00b0 to each side",
+                         ImGuiSliderFlags_AlwaysClamp))
+    choice.half_angle_deg = std::round(angle);
+  note_widget("orbit angle");
+  label("Length");
+  ImGui::SetNextItemWidth(px(220));
+  ImGui::SliderInt("##frames", &choice.frames, 10, 300,
+                   fmt::format("{:.1f} s, %d pictures", choice.frames / choice.frames_per_second).c_str(),
+                   ImGuiSliderFlags_AlwaysClamp);
+  note_widget("orbit length");
+}
+
+void draw_kind(const Snapshot& snapshot, Command command, const char* words, Requests& requests) {
+  if (command_button(command, snapshot.situation, command == Command::export_still, px(290)))
+    requests.ask(command);
+  ImGui::SameLine(0, px(14));
+  ImGui::AlignTextToFramePadding();
+  faint_text(words);
+}
+
+}  // namespace
+
+void draw_export_step(const Snapshot& snapshot, Views& views, Requests& requests) {
+  (void)views;
+  const StepView& view = snapshot.step(Step::export_out);
+  if (!snapshot.contents || !snapshot.contents->avatar) {
+    draw_nothing_yet("Pictures and films of the avatar are written here, as soon as there is one.");
+    return;
+  }
+  if (view.error) note("error", Tone::bad, view.error->what, view.error->fix);
+  if (!snapshot.situation.consent)
+    note("consent", Tone::warn, "Whether the filmed person agreed was not answered yet.",
+         "Answer it in the step Film.");
+  if (snapshot.situation.running)
+    note("busy", Tone::plain, "The training is at work: pause or finish it before exporting.");
+  if (!snapshot.exported.empty())
+    note("done", Tone::good, snapshot.exported.filename().string() + " is written.",
+         snapshot.exported.string());
+  if (snapshot.exporting.state == JobState::stopped)
+    note("stopped", Tone::plain, "The export was stopped; nothing half-written is left.");
+
+  begin_card("choices",
+             {0, ImGui::GetFrameHeightWithSpacing() * 4 + 3.2f * ImGui::GetStyle().WindowPadding.y +
+                     ImGui::GetTextLineHeightWithSpacing()});
+  ImGui::PushFont(theme().fonts.strong);
+  ImGui::TextUnformatted("How");
+  ImGui::PopFont();
+  ExportChoice choice = snapshot.export_choice;
+  draw_choices(snapshot, choice);
+  if (choice.ground == ExportGround::room && !room_possible(snapshot, choice))
+    choice.ground = ExportGround::light;
+  if (!(choice == snapshot.export_choice)) requests.export_choice = choice;
+  end_card();
+  begin_card("what", {0, ImGui::GetFrameHeightWithSpacing() * 3 + 3.2f * ImGui::GetStyle().WindowPadding.y +
+                             ImGui::GetTextLineHeightWithSpacing()});
+  ImGui::PushFont(theme().fonts.strong);
+  ImGui::TextUnformatted("What");
+  ImGui::PopFont();
+  draw_kind(snapshot, Command::export_still, "One PNG of the avatar as it stands in Direct.", requests);
+  draw_kind(snapshot, Command::export_orbit, "An MP4: the view swings to both sides and back.", requests);
+  draw_kind(snapshot, Command::export_sequence, "The orbit as PNGs with a transparent background.", requests);
+  end_card();
+  if (snapshot.situation.exporting) {
+    begin_card("progress",
+               {0, ImGui::GetFrameHeightWithSpacing() * 2.6f + ImGui::GetStyle().WindowPadding.y});
+    progress_bar(float(view.fraction));
+    const std::string left = time_left(view.seconds_left);
+    faint_text(view.text + (left.empty() || view.text.empty() ? "" : "  \u00b7  ") + left);
+    if (command_button(Command::stop_export, snapshot.situation)) requests.ask(Command::stop_export);
+    end_card();
+  }
+  faint_text("Files go to " + (snapshot.contents->project.folder / "exports").string());
+}
+
+}  // namespace likeness::ui

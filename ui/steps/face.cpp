@@ -1,0 +1,89 @@
+// Step 4: the head model over the clip, and how well it fits in every frame.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <vector>
+
+#include "core/track/error_strip.h"
+#include "ui/steps/steps.h"
+#include "ui/theme.h"
+#include "ui/widgets.h"
+
+namespace likeness::ui {
+
+namespace {
+
+const char* verdict(FrameStatus status) {
+  return status == FrameStatus::good ? "good" : status == FrameStatus::weak ? "weak" : "lost";
+}
+
+ImVec4 verdict_ink(FrameStatus status) {
+  const Palette& p = theme().colours;
+  return status == FrameStatus::good ? p.good : status == FrameStatus::weak ? p.warn : p.bad;
+}
+
+void draw_about(const Snapshot& snapshot, const TrackedFrame& frame) {
+  ImGui::PushFont(theme().fonts.strong);
+  ImGui::Text("Frame %d", frame.frame);
+  ImGui::SameLine();
+  ImGui::TextColored(verdict_ink(frame.status), "%s", verdict(frame.status));
+  ImGui::PopFont();
+  if (!frame.reason.empty()) body_text(frame.reason);
+  if (frame.status != FrameStatus::lost) {
+    body_text(fmt::format("The model misses the face's points by {:.1f} px.", frame.inner_error_px));
+    faint_text(fmt::format("The points themselves are sure to {:.1f} px.", mean_inner_spread(frame)));
+  }
+  ImGui::Dummy({0, px(10)});
+  ImGui::PushFont(theme().fonts.strong);
+  ImGui::TextUnformatted("How to read it");
+  ImGui::PopFont();
+  faint_text(
+      "The net lies on the skin of the head model and should move with the face. Points are green where they "
+      "are sure, red where not. The two rays are where the eyes look.");
+  ImGui::Dummy({0, px(10)});
+  if (snapshot.contents->model) faint_text("Head model: " + snapshot.contents->model->name);
+}
+
+}  // namespace
+
+void draw_face_step(const Snapshot& snapshot, Views& views, Requests& requests) {
+  draw_step_state(snapshot.step(Step::face));
+  if (!snapshot.contents || !snapshot.contents->track || snapshot.contents->track->frames.empty()) {
+    draw_nothing_yet("Here the head model will lie over the clip, with how well it fits in every frame.");
+    return;
+  }
+  const Track& track = *snapshot.contents->track;
+  std::vector<double> errors;
+  for (const TrackedFrame& frame : track.frames) errors.push_back(frame.inner_error_px);
+  std::ranges::sort(errors);
+  const double tall = std::max(1e-6, errors[(errors.size() - 1) * 98 / 100]);
+  std::vector<StripBar> bars;
+  for (const TrackedFrame& frame : track.frames)
+    bars.push_back({frame.frame, frame.status == FrameStatus::lost ? 1.f : float(frame.inner_error_px / tall),
+                    colour(verdict_ink(frame.status)),
+                    fmt::format("Frame {}, {:.2f} s: {}{}", frame.frame, frame.time_s, verdict(frame.status),
+                                frame.reason.empty() ? "" : ", " + frame.reason)});
+  if (const auto clicked = draw_frame_strip("face strip", bars, snapshot.face_picture.frame, px(60)))
+    requests.face_frame = clicked;
+  faint_text(fmt::format(
+      "Height: how far the model misses the face's points, up to {:.1f} px. Click a frame to see it.", tall));
+  ImGui::Dummy({0, px(2)});
+  const ImVec2 area = ImGui::GetContentRegionAvail();
+  views.face.follow(snapshot.face_picture);
+  begin_card("frame", {std::min(area.x * 0.64f, area.y), area.y});
+  const ImVec2 room = ImGui::GetContentRegionAvail();
+  if (!views.face.texture.empty()) {
+    draw_picture("face picture", views.face.texture, room);
+  } else {
+    draw_nothing_yet(snapshot.face_picture.missing.empty() ? "Reading\u2026"
+                                                           : snapshot.face_picture.missing.c_str());
+  }
+  end_card();
+  ImGui::SameLine(0, px(16));
+  begin_card("about", {0, area.y}, true);
+  if (const TrackedFrame* frame = find_tracked(track, snapshot.face_picture.frame))
+    draw_about(snapshot, *frame);
+  end_card();
+}
+
+}  // namespace likeness::ui

@@ -1,0 +1,121 @@
+// Step 1: the clip, the agreement of the person in it, and the one button.
+#include <fmt/format.h>
+
+#include "ui/steps/steps.h"
+#include "ui/theme.h"
+#include "ui/widgets.h"
+
+namespace likeness::ui {
+
+namespace {
+
+void draw_consent(const Snapshot& snapshot, Requests& requests) {
+  const Consent answer = snapshot.contents->project.consent;
+  if (answer == Consent::not_asked) {
+    heading("Did the filmed person agree?");
+    faint_text(
+        "An avatar can be made to say and do what the person never did. Make one only of yourself, or of "
+        "somebody who knows what it is for and agreed. The answer is kept in the project.");
+    ImGui::Dummy({0, px(2)});
+    if (primary_button("It is me")) requests.consent = Consent::own;
+    ImGui::SameLine();
+    if (primary_button("They agreed")) requests.consent = Consent::given;
+    ImGui::SameLine();
+    if (plain_button("No")) requests.nobody_agreed = true;
+    return;
+  }
+  constexpr const char* kWords[] = {"", "The person in the clip is the one who makes the avatar.",
+                                    "The person in the clip agreed.",
+                                    "The person is the built-in demo: nobody real."};
+  note("consent", Tone::good, kWords[std::size_t(answer)]);
+}
+
+void draw_choices(const Snapshot& snapshot, Requests& requests) {
+  const ProjectOptions& options = snapshot.contents->project.options;
+  ImGui::BeginDisabled(snapshot.situation.running);
+  ImGui::AlignTextToFramePadding();
+  ImGui::TextUnformatted("Pictures");
+  ImGui::SameLine(px(110));
+  for (const int size : {256, 512, 1024}) {
+    if (ImGui::RadioButton(fmt::format("{} px", size).c_str(), options.size == size))
+      requests.picture_size = size;
+    ImGui::SameLine();
+  }
+  ImGui::NewLine();
+  faint_text("Larger pictures show more and take about four times as long a step.");
+  ImGui::AlignTextToFramePadding();
+  ImGui::TextUnformatted("Training");
+  ImGui::SameLine(px(110));
+  for (const int minutes : {2, 5, 15, 60}) {
+    if (ImGui::RadioButton(fmt::format("{} min", minutes).c_str(),
+                           options.steps == 0 && options.budget_s == 60 * minutes))
+      requests.budget_s = 60 * minutes;
+    ImGui::SameLine();
+  }
+  ImGui::NewLine();
+  faint_text("Longer training sharpens teeth, eyes and hair. It can go on later, too.");
+  ImGui::EndDisabled();
+}
+
+void draw_facts(const Snapshot& snapshot) {
+  const ProjectContents& contents = *snapshot.contents;
+  ImGui::PushFont(theme().fonts.strong);
+  clipped_text(contents.project.options.video.filename().string(), ImGui::GetContentRegionAvail().x);
+  ImGui::PopFont();
+  if (contents.clip)
+    faint_text(fmt::format("{} \u00d7 {} px, {:.0f} pictures a second, {:.0f} s, {}", contents.clip->width,
+                           contents.clip->height, contents.clip->frames_per_second, contents.clip->duration_s,
+                           contents.clip->codec));
+  faint_text("Project: " + contents.project.folder.string());
+}
+
+}  // namespace
+
+void draw_film_step(const Snapshot& snapshot, Views& views, Requests& requests) {
+  const StepView& view = snapshot.step(Step::film);
+  if (!snapshot.contents) {
+    draw_nothing_yet("Reading the project\u2026");
+    return;
+  }
+  if (view.error) note("error", Tone::bad, view.error->what, view.error->fix);
+  const ImVec2 area = ImGui::GetContentRegionAvail();
+  const float left = std::max(px(220), std::min(area.x * 0.46f, area.y - px(10)));
+  views.clip.follow(snapshot.clip_picture);
+  begin_card("clip", {left, area.y});
+  const ImVec2 room = ImGui::GetContentRegionAvail();
+  if (!views.clip.texture.empty()) {
+    draw_picture("clip picture", views.clip.texture, room);
+  } else {
+    draw_nothing_yet(snapshot.clip_picture.missing.empty() ? "Reading the clip\u2026"
+                                                           : snapshot.clip_picture.missing.c_str());
+  }
+  end_card();
+  ImGui::SameLine(0, px(16));
+  begin_card("facts", {0, area.y}, true);
+  draw_facts(snapshot);
+  ImGui::Dummy({0, px(6)});
+  draw_consent(snapshot, requests);
+  if (snapshot.contents->project.consent != Consent::not_asked) {
+    ImGui::Dummy({0, px(8)});
+    const Situation& now = snapshot.situation;
+    if (now.running) {
+      if (command_button(Command::pause, now)) requests.ask(Command::pause);
+      faint_text("At work. What is done is kept when you pause.");
+    } else if (now.finished) {
+      if (primary_button("Direct the avatar")) requests.show = Step::direct;
+    } else {
+      if (command_button(Command::make_avatar, now, true)) requests.ask(Command::make_avatar);
+      faint_text(now.clip_there || snapshot.contents->capture
+                     ? "Checks the clip, finds cameras and face, and trains. You can pause at any time."
+                     : "The clip must be readable first.");
+    }
+    ImGui::Dummy({0, px(6)});
+    if (ImGui::Selectable(views.more_choices ? "Fewer choices" : "More choices", false, 0, {px(140), 0}))
+      views.more_choices = !views.more_choices;
+    note_widget("More choices");
+    if (views.more_choices) draw_choices(snapshot, requests);
+  }
+  end_card();
+}
+
+}  // namespace likeness::ui

@@ -1,0 +1,83 @@
+// What several steps draw alike: see steps.h.
+#include <algorithm>
+
+#include "ui/steps/steps.h"
+#include "ui/theme.h"
+#include "ui/widgets.h"
+
+namespace likeness::ui {
+
+void draw_step_state(const StepView& view) {
+  if (view.state == StepState::running) {
+    progress_bar(float(view.fraction));
+    const std::string left = time_left(view.seconds_left);
+    faint_text(view.text + (left.empty() || view.text.empty() ? "" : "  \u00b7  ") + left);
+    ImGui::Dummy({0, px(4)});
+  }
+  if (view.error) note("error", Tone::bad, view.error->what, view.error->fix);
+  int number = 0;
+  for (const std::string& warning : view.warnings) {
+    ImGui::PushID(number++);
+    note("warning", Tone::warn, warning);
+    ImGui::PopID();
+  }
+}
+
+void draw_nothing_yet(const char* words) {
+  const ImVec2 area = ImGui::GetContentRegionAvail();
+  const float wrap = std::min(area.x * 0.8f, px(460));
+  const ImVec2 size = ImGui::CalcTextSize(words, nullptr, false, wrap);
+  const ImVec2 at = ImGui::GetCursorScreenPos();
+  const float x = at.x + 0.5f * (area.x - size.x), y = at.y + std::max(px(16), 0.42f * area.y - size.y);
+  ImGui::GetWindowDrawList()->AddText(ImGui::GetFont(), ImGui::GetFontSize(), {x, y},
+                                      colour(theme().colours.faint), words, nullptr, wrap);
+  ImGui::Dummy({area.x, std::max(px(20), area.y - px(4))});
+}
+
+std::optional<int> draw_frame_strip(const char* name, const std::vector<StripBar>& bars, int chosen,
+                                    float height) {
+  const ImVec2 at = ImGui::GetCursorScreenPos();
+  const float width = ImGui::GetContentRegionAvail().x;
+  const bool pressed = ImGui::InvisibleButton(name, {width, height});
+  note_widget(name);
+  if (bars.empty()) return std::nullopt;
+  const bool hovered = ImGui::IsItemHovered(), held = ImGui::IsItemActive();
+  ImDrawList& list = *ImGui::GetWindowDrawList();
+  const Palette& p = theme().colours;
+  list.AddRectFilled(at, {at.x + width, at.y + height}, colour(p.raised), px(5));
+  const auto count = bars.size();
+  const float column = width / float(count), inset = px(3);
+  const auto index_at = [&](float x) {
+    return std::min(count - 1, std::size_t(std::max(0.f, (x - at.x) / width) * float(count)));
+  };
+  const auto draw_bar = [&](float x0, float x1, const StripBar& bar) {
+    const float tall = std::clamp(bar.height, 0.06f, 1.f) * (height - 2 * inset);
+    list.AddRectFilled({x0, at.y + height - inset - tall}, {x1, at.y + height - inset}, bar.ink);
+  };
+  if (column >= 2) {
+    const float gap = column > 4 ? 1.f : 0.f;
+    for (std::size_t i = 0; i < count; ++i)
+      draw_bar(at.x + column * float(i), at.x + column * float(i + 1) - gap, bars[i]);
+  } else {
+    for (float x = 0; x + 2 <= width; x += 2) {
+      const std::size_t first = index_at(at.x + x), last = std::max(first + 1, index_at(at.x + x + 2));
+      const auto tallest =
+          std::max_element(bars.begin() + std::ptrdiff_t(first), bars.begin() + std::ptrdiff_t(last),
+                           [](const StripBar& a, const StripBar& b) { return a.height < b.height; });
+      draw_bar(at.x + x, at.x + x + 2, *tallest);
+    }
+  }
+  for (std::size_t i = 0; i < count; ++i) {
+    if (bars[i].frame != chosen) continue;
+    const float x = at.x + column * (float(i) + 0.5f);
+    list.AddLine({x, at.y - px(2)}, {x, at.y + height + px(2)}, colour(p.text), px(2));
+    list.AddTriangleFilled({x - px(5), at.y - px(6)}, {x + px(5), at.y - px(6)}, {x, at.y + px(1)},
+                           colour(p.text));
+  }
+  const StripBar& under = bars[index_at(ImGui::GetIO().MousePos.x)];
+  if (hovered) tooltip(under.words);
+  if ((held || pressed) && hovered && under.frame != chosen) return under.frame;
+  return std::nullopt;
+}
+
+}  // namespace likeness::ui

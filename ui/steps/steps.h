@@ -1,0 +1,34 @@
+// The panels of the guided path, one a step. Each draws a snapshot into the current window and returns what
+// the user asked for.
+#pragma once
+
+#include "ui/snapshot.h"
+#include "ui/views.h"
+
+namespace likeness::ui {
+
+void draw_film_step(const Snapshot& snapshot, Views& views, Requests& requests);
+void draw_check_step(const Snapshot& snapshot, Views& views, Requests& requests);
+void draw_cameras_step(const Snapshot& snapshot, Views& views, Requests& requests);
+void draw_face_step(const Snapshot& snapshot, Views& views, Requests& requests);
+void draw_train_step(const Snapshot& snapshot, Views& views, Requests& requests);
+void draw_direct_step(const Snapshot& snapshot, Views& views, Requests& requests);
+void draw_export_step(const Snapshot& snapshot, Views& views, Requests& requests);
+
+// What a step shows above its own work: progress, failure with its remedy, warnings.
+void draw_step_state(const StepView& view);
+// In place of a result that is not there yet.
+void draw_nothing_yet(const char* words);
+
+// One bar a frame of a clip, clicked to choose one. Long clips share columns: the tallest bar is shown.
+struct StripBar {
+  int frame = 0;
+  float height = 0;  // 0..1
+  ImU32 ink = 0;
+  std::string words;  // of its tooltip
+};
+// The frame clicked, or nullopt.
+std::optional<int> draw_frame_strip(const char* name, const std::vector<StripBar>& bars, int chosen,
+                                    float height);
+
+}  // namespace likeness::ui

@@ -1,0 +1,660 @@
+// Carrying out what the user asks for: see studio.h.
+#include "ui/studio.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <numbers>
+#include <utility>
+
+#include "core/base/files.h"
+#include "core/base/memory.h"
+#include "core/base/parallel.h"
+#include "core/film/film.h"
+#include "core/image/files.h"
+#include "core/project/project_views.h"
+#include "core/render/camera_path.h"
+#include "core/track/overlay.h"
+
+namespace likeness::ui {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+constexpr double kOverrunOfTraining = 1.16;  // a budget spent by more than this ends a training at once
+
+bool same_place(const fs::path& a, const fs::path& b) {
+  std::error_code ignored;
+  return a == b || fs::weakly_canonical(a, ignored) == fs::weakly_canonical(b, ignored);
+}
+
+// The folder of a clip's project: NAME.likeness, or NAME-2.likeness where that one is another clip's.
+fs::path folder_for(const fs::path& projects, const fs::path& clip) {
+  const std::string name = clip.stem().string();
+  for (int number = 1;; ++number) {
+    const fs::path folder =
+        projects / (number == 1 ? name + ".likeness" : fmt::format("{}-{}.likeness", name, number));
+    std::error_code ignored;
+    if (!fs::exists(folder, ignored)) return folder;
+    const auto project = open_project(folder);
+    if (project && same_place(project->options.video, clip)) return folder;
+  }
+}
+
+// exports/still-001.png, exports/orbit-001.mp4, exports/pictures-001
+fs::path export_name(const fs::path& folder, ExportKind kind) {
+  constexpr std::array<const char*, 3> kNames{"still", "orbit", "pictures"}, kEndings{".png", ".mp4", ""};
+  for (int number = 1;; ++number) {
+    const fs::path path =
+        folder / "exports" /
+        fmt::format("{}-{:03}{}", kNames[std::size_t(kind)], number, kEndings[std::size_t(kind)]);
+    std::error_code ignored;
+    if (!fs::exists(path, ignored)) return path;
+  }
+}
+
+Film make_film(ExportKind kind, const ExportChoice& choice, const Acting& acting,
+               const DirectedAvatar& avatar) {
+  const int frames = kind == ExportKind::still ? 1 : choice.frames;
+  const int size = avatar.avatar.size * (choice.twice ? 2 : 1);
+  const AvatarPose pose = acting_pose(acting, avatar.avatar, avatar.rig);
+  Film film;
+  for (const double yaw : orbit_yaws(frames, choice.half_angle_deg)) {
+    Acting seen = acting;
+    seen.view.yaw_deg += yaw;
+    film.cameras.push_back(acting_camera(seen, avatar.avatar, size));
+    film.poses.push_back({pose.world_from_head, pose.world_from_torso, pose.articulation});
+  }
+  return film;
+}
+
+FilmOptions film_options(ExportKind kind, const ExportChoice& choice, fs::path out) {
+  FilmOptions options;
+  options.out = std::move(out);
+  options.alpha = kind == ExportKind::sequence;
+  options.camera_rests = kind == ExportKind::still;
+  options.frames_per_second = choice.frames_per_second;
+  const bool room = choice.ground == ExportGround::room && kind == ExportKind::still;
+  options.background = room ? "plate" : choice.ground == ExportGround::dark ? "#1c1f26" : "#e6e6e6";
+  return options;
+}
+
+}  // namespace
+
+// The track in the terms of the project's cropped pictures, so that it can be drawn over them.
+struct Studio::FaceOverlay {
+  std::shared_ptr<const ProjectContents> contents;
+  Track track;
+  CameraSet cameras;
+  std::unique_ptr<TrackOverlay> overlay;
+
+  static std::shared_ptr<const FaceOverlay> make(std::shared_ptr<const ProjectContents> contents) {
+    if (!contents || !contents->capture || !contents->cameras || !contents->track || !contents->model ||
+        !check_track_fits(*contents->track, *contents->model))
+      return nullptr;
+    auto made = std::make_shared<FaceOverlay>();
+    made->contents = contents;
+    const Capture& capture = *contents->capture;
+    const SquareCrop& crop = capture.crop;
+    const double scale = double(capture.size) / std::max(1, crop.side);
+    made->track = *contents->track;
+    for (TrackedFrame& frame : made->track.frames)
+      for (std::size_t i = 0; i < frame.landmarks.size(); ++i) {
+        if (frame.landmarks[i] != Vec2d::Zero())
+          frame.landmarks[i] = (frame.landmarks[i] - Vec2d(crop.x, crop.y)) * scale;
+        frame.landmark_spread[i] *= scale;
+      }
+    made->cameras = *contents->cameras;
+    for (Camera& camera : made->cameras.cameras)
+      camera.intrinsics = crop_intrinsics(camera.intrinsics, crop.x, crop.y, crop.side, capture.size);
+    made->overlay = std::make_unique<TrackOverlay>(made->track, *contents->model, made->cameras,
+                                                   OverlayOptions{.longer_side = 768});
+    return made;
+  }
+
+  Image8 draw(const Image8& rgb, int frame) const {
+    const TrackedFrame* tracked = find_tracked(track, frame);
+    if (!tracked) return rgb;
+    const Image8 drawn = overlay->draw(rgb, *tracked);
+    return crop(drawn, 0, 0, drawn.width, drawn.width * rgb.height / rgb.width);  // without its line of text
+  }
+};
+
+Studio::Studio(StudioOptions options, std::function<void()> wake)
+    : options_(std::move(options)),
+      wake_(std::move(wake)),
+      settings_(read_settings(options_.settings)),
+      renderer_(wake_),
+      background_(wake_) {}
+
+Studio::~Studio() { save_settings(); }
+
+void Studio::tick() {
+  background_.deliver();
+  if (demo_ && !ui::is_working(demo_->status())) {
+    const JobStatus status = demo_->status();
+    demo_.reset();
+    if (status.error && status.error->code != ErrorCode::cancelled) fail(*status.error);
+    if (!status.error) {
+      ProjectOptions project = options_.project;
+      open_clip(status.outcome, Consent::no_real_person, project);
+    }
+  }
+  if (export_ && !ui::is_working(export_->status()) && export_->status().state == JobState::done)
+    exported_ = exporting_to_;
+  if (!pipeline_job_) return;
+  pipeline_ = pipeline_job_->status();
+  for (const Stage stage : kStages) {
+    const StageState now = pipeline_.records[std::size_t(stage)].state;
+    StageState& before = seen_states_[std::size_t(stage)];
+    if (now == before) continue;
+    before = now;
+    if (now == StageState::done) load(folder_);  // another result can be shown
+  }
+  if (pipeline_.stage && follow_ && shown_ != Step::direct && shown_ != Step::export_out) {
+    constexpr std::array<Step, kStages.size()> kShown{Step::check, Step::cameras, Step::face, Step::face,
+                                                      Step::train};
+    shown_ = kShown[std::size_t(*pipeline_.stage)];
+  }
+  if (pipeline_.job.state != seen_pipeline_ && !ui::is_working(pipeline_.job)) {
+    load(folder_);
+    if (pipeline_.job.state == JobState::done && follow_ && shown_ == Step::train) shown_ = Step::direct;
+    if (pipeline_.job.state == JobState::stopped && finish_at_s_ && contents_) {
+      ProjectOptions finished = pipeline_job_->started_with().options;
+      finished.steps = 0;
+      finished.budget_s = std::max(1.0, *finish_at_s_ / kOverrunOfTraining);
+      finish_at_s_.reset();
+      start_pipeline(finished);
+      return;
+    }
+    finish_at_s_.reset();
+  }
+  seen_pipeline_ = pipeline_.job.state;
+}
+
+Snapshot Studio::snapshot() const {
+  Snapshot s;
+  s.loading = loading_ && !contents_;
+  s.contents = contents_;
+  s.pipeline = pipeline_;
+  if (demo_) s.demo = demo_->status();
+  if (export_) s.exporting = export_->status();
+  s.exported = exported_;
+  s.steps = view_steps(contents_.get(), s.loading, s.pipeline, s.exporting, s.exported);
+  s.shown = shown_;
+  s.export_choice = export_choice_;
+  s.settings = settings_;
+  s.acting = acting_.value();
+  s.picture = renderer_.latest();
+  s.rendering = renderer_.busy();
+  s.comparing = comparing_;
+  s.clip_picture = clip_picture_;
+  s.check_picture = check_picture_;
+  s.face_picture = face_picture_;
+  s.compare_picture = compare_picture_;
+  s.system.threads = current_thread_limit();
+  s.system.memory = memory_in_use();
+  s.system.available = available_memory().value_or(0);
+  s.error = error_;
+  s.message = message_;
+
+  Situation& now = s.situation;
+  now.project = contents_ != nullptr;
+  now.clip_there = contents_ && contents_->clip;
+  now.running = ui::is_working(pipeline_.job) || ui::is_working(s.demo);
+  now.training =
+      ui::is_working(pipeline_.job) && pipeline_.stage == Stage::train && !pipeline_.training.empty();
+  now.finished = contents_ && std::ranges::all_of(contents_->current, [](bool current) { return current; });
+  now.avatar = contents_ && contents_->avatar;
+  now.exporting = ui::is_working(s.exporting);
+  now.directing = shown_ == Step::direct;
+  now.can_undo = acting_.can_undo();
+  now.can_redo = acting_.can_redo();
+  now.consent = contents_ && contents_->project.consent != Consent::not_asked;
+  return s;
+}
+
+Wish Studio::apply(const Requests& requests) {
+  if (requests.dismiss_error) error_.reset();
+  if (requests.dismiss_message) message_.clear();
+  if (requests.open) open(*requests.open);
+  if (requests.forget_recent) std::erase(settings_.recent, *requests.forget_recent);
+  if (requests.show) {
+    shown_ = *requests.show;
+    follow_ = pipeline_.stage.has_value() && shown_ == Step::train;
+  }
+  if (requests.consent && contents_) {
+    // The folder's own file is written at once, and read back.
+    Project project = contents_->project;
+    project.consent = *requests.consent;
+    if (const auto saved = save_project(project); !saved) fail(saved.error());
+    load(folder_);
+  }
+  if (requests.nobody_agreed && contents_) {
+    // A project that holds nothing but the question goes; the clip itself stays where it is.
+    const fs::path folder = folder_;
+    const bool untouched = !contents_->capture;
+    close_project();
+    std::error_code ignored;
+    if (untouched) {
+      std::erase_if(settings_.recent, [&](const fs::path& recent) { return same_place(recent, folder); });
+      fs::remove_all(folder, ignored);
+    }
+    message_ = "Without the person's agreement no avatar is made.";
+  }
+  if (requests.check_frame) show_frame(&Studio::check_picture_, *requests.check_frame, false);
+  if (requests.face_frame) show_frame(&Studio::face_picture_, *requests.face_frame, true);
+  if (requests.compare_frame) {
+    show_frame(&Studio::compare_picture_, *requests.compare_frame, false);
+    request_picture();
+  }
+  if (requests.acting) acting_.edit(*requests.acting);
+  if (requests.acting_finished) acting_.commit();
+  if (requests.view_px && *requests.view_px != view_px_) {
+    view_px_ = *requests.view_px;
+    request_picture();
+  }
+  if (requests.acting) request_picture();
+  if (requests.export_choice) export_choice_ = *requests.export_choice;
+  if (requests.budget_s)
+    edit_options([&](ProjectOptions& o) { o.budget_s = *requests.budget_s, o.steps = 0; });
+  if (requests.picture_size) edit_options([&](ProjectOptions& o) { o.size = *requests.picture_size; });
+  Wish wish = Wish::none;
+  for (const Command command : requests.commands) {
+    if (!is_enabled(command, snapshot().situation)) continue;
+    if (const Wish w = carry_out(command); w != Wish::none) wish = w;
+  }
+  return wish;
+}
+
+Wish Studio::carry_out(Command command) {
+  const auto act = [&](auto change) {
+    Acting acting = acting_.value();
+    change(acting);
+    acting_.edit(acting);
+    acting_.commit();
+    request_picture();
+  };
+  const auto show = [&](int by) {
+    shown_ = kSteps[std::size_t(std::clamp(int(shown_) + by, 0, int(kSteps.size()) - 1))];
+    follow_ = false;
+  };
+  const auto rescale = [&](int by) {
+    settings_.scale_percent = std::clamp(settings_.scale_percent + by, kLeastScale, kMostScale);
+  };
+  switch (command) {
+    case Command::open_clip:
+      return Wish::pick_clip;
+    case Command::open_project:
+      return Wish::pick_project;
+    case Command::quit:
+      return Wish::quit;
+    case Command::film_guide:
+      return Wish::film_guide;
+    case Command::shortcuts:
+      return Wish::shortcuts;
+    case Command::licences:
+      return Wish::licences;
+    case Command::try_demo:
+      start_demo();
+      break;
+    case Command::close_project:
+      close_project();
+      break;
+    case Command::make_avatar:
+      follow_ = true;
+      start_pipeline(contents_->project.options);
+      break;
+    case Command::pause:
+      if (demo_) demo_->stop();
+      if (pipeline_job_) pipeline_job_->stop();
+      break;
+    case Command::finish_now:
+      finish_at_s_ = pipeline_.training.back().seconds;
+      pipeline_job_->stop();
+      break;
+    case Command::train_longer: {
+      ProjectOptions longer = contents_->project.options;
+      const double spent = contents_->avatar ? contents_->avatar->avatar.train_seconds : longer.budget_s;
+      longer.budget_s = std::max(1.0, std::round(spent)) + options_.longer_s;
+      longer.steps = 0;
+      follow_ = true;
+      shown_ = Step::train;
+      start_pipeline(longer);
+      break;
+    }
+    case Command::undo:
+      acting_.undo();
+      request_picture();
+      break;
+    case Command::redo:
+      acting_.redo();
+      request_picture();
+      break;
+    case Command::reset_face:
+      act([](Acting& a) { a.amounts.clear(), a.gaze_side = a.gaze_up = 0; });
+      break;
+    case Command::reset_head:
+      act([](Acting& a) { a.yaw_deg = a.pitch_deg = a.roll_deg = 0; });
+      break;
+    case Command::reset_view:
+      act([](Acting& a) { a.view = {}; });
+      break;
+    case Command::compare:
+      comparing_ = !comparing_;
+      if (comparing_ && compare_picture_.frame < 0 && contents_)
+        if (const auto frames = shown_frames(*contents_, false); !frames.empty())
+          show_frame(&Studio::compare_picture_, frames[frames.size() / 2], false);
+      request_picture();
+      break;
+    case Command::previous_step:
+      show(-1);
+      break;
+    case Command::next_step:
+      show(1);
+      break;
+    case Command::export_still:
+      start_export(ExportKind::still);
+      break;
+    case Command::export_orbit:
+      start_export(ExportKind::orbit);
+      break;
+    case Command::export_sequence:
+      start_export(ExportKind::sequence);
+      break;
+    case Command::stop_export:
+      if (export_) export_->stop();
+      break;
+    case Command::toggle_theme:
+      settings_.dark = !settings_.dark;
+      break;
+    case Command::larger:
+      rescale(kScaleStep);
+      break;
+    case Command::smaller:
+      rescale(-kScaleStep);
+      break;
+    case Command::save_diagnostics:
+      save_diagnostics();
+      break;
+  }
+  return Wish::none;
+}
+
+void Studio::open(const fs::path& path) {
+  if (is_enabled(Command::open_clip, snapshot().situation) == false) {
+    fail({ErrorCode::failed, "An avatar is being made just now.", "Pause it first; what is done is kept.",
+          ""});
+    return;
+  }
+  std::error_code ignored;
+  const fs::path folder = path.filename() == "project.json" ? path.parent_path() : path;
+  if (fs::is_directory(folder, ignored)) {
+    load(folder);
+  } else {
+    open_clip(path, Consent::not_asked, options_.project);
+  }
+}
+
+void Studio::open_clip(const fs::path& clip, Consent consent, ProjectOptions options) {
+  close_project();
+  loading_ = true;
+  background_.run("open", [this, clip, consent, options](std::stop_token) mutable -> Background::Delivery {
+    const auto failed = [this](Error error) {
+      return [this, error] {
+        loading_ = false;
+        fail(error);
+      };
+    };
+    const auto info = probe_video(clip);
+    if (!info) return failed(info.error());
+    const fs::path folder = folder_for(options_.projects, clip);
+    std::error_code ignored;
+    if (!fs::exists(folder / "project.json", ignored)) {
+      options.video = clip;
+      auto made = open_or_create_project(folder, options);
+      if (!made) return failed(made.error());
+      made->consent = consent;
+      if (const auto saved = save_project(*made); !saved) return failed(saved.error());
+    }
+    return [this, folder] { load(folder); };
+  });
+}
+
+void Studio::load(const fs::path& folder) {
+  if (!same_place(folder, folder_)) {
+    close_project();
+    folder_ = folder;
+  }
+  loading_ = true;
+  background_.run("contents", [this, folder, earlier = contents_](std::stop_token) -> Background::Delivery {
+    auto contents = read_contents(folder, earlier.get());
+    auto overlay = contents && (!earlier || earlier->track != (*contents)->track)
+                       ? FaceOverlay::make(*contents)
+                       : nullptr;
+    return [this, folder, contents = std::move(contents), overlay = std::move(overlay)] {
+      if (folder != folder_) return;  // another one was opened meanwhile
+      loading_ = false;
+      if (!contents) {
+        fail(contents.error());
+        if (!contents_) close_project();
+        std::erase(settings_.recent, folder);
+        return;
+      }
+      if (overlay) overlay_ = overlay;
+      loaded(*contents);
+    };
+  });
+}
+
+void Studio::loaded(std::shared_ptr<const ProjectContents> contents) {
+  const bool first = contents_ == nullptr;
+  const auto before = contents_ ? contents_->avatar : nullptr;
+  contents_ = std::move(contents);
+  std::error_code ignored;
+  const fs::path place = fs::absolute(folder_, ignored).lexically_normal();
+  remember_recent(settings_, ignored ? folder_ : place);
+  if (first) {
+    save_settings();
+    acting_ = History<Acting>();
+    shown_ = contents_->avatar ? Step::direct : Step::film;
+    read_clip_picture();
+  }
+  if (contents_->avatar && contents_->avatar != before) request_picture();
+  // Pictures of the steps, as soon as there are any.
+  if (contents_->capture && (check_picture_.frame < 0 || !check_picture_.image) &&
+      !contents_->capture->frames.empty())
+    show_frame(&Studio::check_picture_,
+               contents_->capture->frames[contents_->capture->frames.size() / 2].frame, false);
+  if (contents_->track && (face_picture_.frame < 0 || !face_picture_.image) &&
+      !contents_->track->frames.empty())
+    show_frame(&Studio::face_picture_, contents_->track->frames[contents_->track->frames.size() / 2].frame,
+               true);
+}
+
+void Studio::close_project() {
+  if (pipeline_job_) pipeline_job_->stop();
+  pipeline_job_.reset();
+  export_.reset();
+  pipeline_ = {};
+  seen_states_ = {};
+  seen_pipeline_ = JobState::none;
+  finish_at_s_.reset();
+  contents_.reset();
+  overlay_.reset();
+  folder_.clear();
+  loading_ = false;
+  shown_ = Step::film;
+  comparing_ = false;
+  exported_.clear();
+  for (FramePicture* picture : {&clip_picture_, &check_picture_, &face_picture_, &compare_picture_})
+    *picture = {};
+  renderer_.clear();
+}
+
+void Studio::start_pipeline(ProjectOptions options) {
+  if (!contents_) return;
+  edit_options([&](ProjectOptions& o) { o = options; });
+  Project project = contents_->project;
+  project.options = options;
+  pipeline_ = {};
+  seen_pipeline_ = JobState::none;
+  seen_states_ = {};
+  for (const Stage stage : kStages) seen_states_[std::size_t(stage)] = project.record(stage).state;
+  pipeline_job_.reset();  // the earlier one has ended
+  pipeline_job_ = std::make_unique<PipelineJob>(project, options_.previews, wake_);
+  pipeline_ = pipeline_job_->status();
+}
+
+void Studio::edit_options(const std::function<void(ProjectOptions&)>& change) {
+  if (!contents_ || ui::is_working(pipeline_.job)) return;
+  auto contents = std::make_shared<ProjectContents>(*contents_);
+  change(contents->project.options);
+  if (const auto saved = save_project(contents->project); !saved) {
+    fail(saved.error());
+    return;
+  }
+  contents_ = std::move(contents);
+  load(folder_);
+}
+
+void Studio::start_demo() {
+  close_project();
+  const fs::path clip = options_.projects / "demo" / "demo.mp4";
+  demo_ = std::make_unique<Job>(
+      [clip, demo = options_.demo](const Progress& progress, std::stop_token stop) -> Result<std::string> {
+        std::error_code ignored;
+        if (fs::exists(clip, ignored)) return clip.string();
+        if (const auto made =
+                write_demo_capture(clip.parent_path(), demo, progress.stage(0, 1, "demo"), stop);
+            !made)
+          return made.error();
+        return clip.string();
+      },
+      wake_);
+}
+
+void Studio::start_export(ExportKind kind) {
+  if (!contents_ || !contents_->avatar) return;
+  export_kind_ = kind;
+  exporting_to_ = export_name(folder_, kind);
+  exported_.clear();
+  export_ = std::make_unique<Job>(
+      [contents = contents_, kind, choice = export_choice_, acting = acting_.value(), out = exporting_to_](
+          const Progress& progress, std::stop_token stop) -> Result<std::string> {
+        const DirectedAvatar& avatar = *contents->avatar;
+        if (const auto folder = make_writable_folder(kind == ExportKind::sequence ? out : out.parent_path());
+            !folder)
+          return folder.error();
+        const OpenedAvatar opened{contents->project, avatar.avatar, *avatar.model};
+        const auto written =
+            write_film(opened, make_film(kind, choice, acting, avatar), film_options(kind, choice, out),
+                       progress.stage(0, 1, "export"), stop);
+        if (written) return out.string();
+        std::error_code ignored;
+        if (kind == ExportKind::sequence) fs::remove_all(out, ignored);  // half a sequence is none
+        return written.error();
+      },
+      wake_);
+}
+
+void Studio::request_picture() {
+  if (!contents_ || !contents_->avatar) return;
+  PictureRequest request{contents_->avatar, acting_.value(), std::nullopt, view_px_};
+  if (comparing_ && compare_picture_.frame >= 0)
+    request.frame = frame_view(*contents_, compare_picture_.frame);
+  renderer_.request(std::move(request));
+}
+
+void Studio::read_clip_picture() {
+  clip_picture_ = {};
+  background_.run("clip",
+                  [this, video = contents_->project.options.video,
+                   folder = folder_](std::stop_token) -> Background::Delivery {
+                    std::shared_ptr<const Image8> image;
+                    std::string missing;
+                    auto reader = VideoReader::open(video);
+                    if (reader) {
+                      auto frame = reader->next();
+                      if (frame && *frame) image = std::make_shared<const Image8>(std::move((*frame)->rgb));
+                    } else {
+                      missing = reader.error().what;
+                    }
+                    return [this, folder, image, missing] {
+                      if (folder == folder_) clip_picture_ = {0, ++picture_number_, image, missing};
+                    };
+                  });
+}
+
+void Studio::show_frame(FramePicture Studio::*slot, int frame, bool overlay) {
+  if (!contents_) return;
+  (this->*slot).frame = frame;
+  const std::string key = fmt::format("frame {}", slot == &Studio::check_picture_  ? "check"
+                                                  : slot == &Studio::face_picture_ ? "face"
+                                                                                   : "compare");
+  background_.run(key,
+                  [this, slot, frame, folder = folder_,
+                   draw = overlay ? overlay_ : nullptr](std::stop_token) -> Background::Delivery {
+                    auto read = read_image(folder / frame_name(frame));
+                    std::shared_ptr<const Image8> image;
+                    std::string missing;
+                    if (!read) {
+                      missing = "No picture of this frame was kept.";
+                    } else {
+                      image = std::make_shared<const Image8>(
+                          draw && read->channels == 3 ? draw->draw(*read, frame) : std::move(*read));
+                    }
+                    return [this, slot, frame, folder, image, missing] {
+                      if (folder == folder_ && (this->*slot).frame == frame)
+                        this->*slot = {frame, ++picture_number_, image, missing};
+                    };
+                  });
+}
+
+void Studio::remember_window(int width, int height, bool maximised) {
+  settings_.maximised = maximised;
+  if (!maximised) settings_.width = width, settings_.height = height;
+}
+
+void Studio::save_settings() {
+  if (const auto saved = write_settings(options_.settings, settings_); !saved) message_ = saved.error().what;
+}
+
+bool Studio::is_working() const {
+  return ui::is_working(pipeline_.job) || (demo_ && ui::is_working(demo_->status())) ||
+         (export_ && ui::is_working(export_->status()));
+}
+
+void Studio::stop_work() {
+  if (demo_) demo_->stop();
+  if (pipeline_job_) pipeline_job_->stop();
+  if (export_) export_->stop();
+}
+
+void Studio::save_diagnostics() {
+  const fs::path out = (folder_.empty() ? options_.projects : folder_) / "diagnostics.txt";
+  std::string text =
+      fmt::format("Likeness studio\nthreads {}\nmemory in use {} MiB, free {} MiB\n", current_thread_limit(),
+                  memory_in_use() >> 20, available_memory().value_or(0) >> 20);
+  if (error_)
+    text += fmt::format("last error: {}\nremedy: {}\nwhere: {}\n", error_->what, error_->fix, error_->where);
+  if (contents_) {
+    const Project& p = contents_->project;
+    text += fmt::format("picture size {} px, budget {} s, steps {}\n", p.options.size, p.options.budget_s,
+                        p.options.steps);
+    for (const Stage stage : kStages) {
+      const StageRecord& record = p.record(stage);
+      text += fmt::format("{}: {} {:.1f} s, {}\n", stage_name(stage),
+                          contents_->is_current(stage) ? "current" : "stale", record.seconds, record.message);
+      for (const std::string& warning : record.warnings) text += "  note: " + warning + "\n";
+    }
+  }
+  if (const auto written = write_text(out, text); !written) {
+    fail(written.error());
+  } else {
+    message_ = "Written: " + out.string() + ". It holds no picture.";
+  }
+}
+
+}  // namespace likeness::ui

@@ -1,0 +1,96 @@
+// The state of the program: the open project, what is at work, the acting. Free of windows and OpenGL; the
+// window shows its snapshot and hands it the user's requests.
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <optional>
+
+#include "core/synth/demo_capture.h"
+#include "ui/background.h"
+#include "ui/history.h"
+#include "ui/snapshot.h"
+
+namespace likeness::ui {
+
+struct StudioOptions {
+  std::filesystem::path settings;       // file
+  std::filesystem::path projects;       // folder of new projects
+  ProjectOptions project;               // of new ones
+  DemoOptions demo{.moving_share = 0};  // the demo's camera rests: its avatar needs no COLMAP
+  double longer_s = 300;                // what "Train longer" adds
+  bool previews = true;                 // of the running training
+};
+
+// Told to the window after the requests were carried out.
+enum class Wish { none, quit, pick_clip, pick_project, film_guide, shortcuts, licences };
+
+class Studio {
+ public:
+  // wake: called from any thread when there is something new to show.
+  Studio(StudioOptions options, std::function<void()> wake);
+  ~Studio();
+
+  // Takes in what threads have finished. Call before each snapshot.
+  void tick();
+  Snapshot snapshot() const;
+  Wish apply(const Requests& requests);
+
+  // Window size and place, to be remembered.
+  void remember_window(int width, int height, bool maximised);
+  void licences_were_shown() { settings_.licences_shown = true; }
+  void save_settings();
+  bool is_working() const;  // the project's stages, the demo or an export
+  // Asks everything to stop and keep what it has.
+  void stop_work();
+
+ private:
+  struct FaceOverlay;
+
+  Wish carry_out(Command command);
+  void open(const std::filesystem::path& path);
+  void open_clip(const std::filesystem::path& clip, Consent consent, ProjectOptions options);
+  void load(const std::filesystem::path& folder);
+  void loaded(std::shared_ptr<const ProjectContents> contents);
+  void close_project();
+  void start_pipeline(ProjectOptions options);
+  void start_demo();
+  void start_export(ExportKind kind);
+  void edit_options(const std::function<void(ProjectOptions&)>& change);
+  void request_picture();
+  void read_clip_picture();
+  void show_frame(FramePicture Studio::*slot, int frame, bool overlay);
+  void fail(Error error) { error_ = std::move(error); }
+  void save_diagnostics();
+
+  StudioOptions options_;
+  std::function<void()> wake_;
+  Settings settings_;
+  std::filesystem::path folder_;  // of the open or opening project
+  bool loading_ = false;
+  std::shared_ptr<const ProjectContents> contents_;
+  std::shared_ptr<const FaceOverlay> overlay_;
+  Step shown_ = Step::film;
+  bool follow_ = true;  // show the step at work
+  History<Acting> acting_;
+  int view_px_ = 256;
+  bool comparing_ = false;
+  FramePicture clip_picture_, check_picture_, face_picture_, compare_picture_;
+  std::uint64_t picture_number_ = 0;
+  ExportChoice export_choice_;
+  ExportKind export_kind_ = ExportKind::still;
+  std::filesystem::path exporting_to_, exported_;
+  std::optional<Error> error_;
+  std::string message_;
+  std::array<StageState, kStages.size()> seen_states_{};
+  JobState seen_pipeline_ = JobState::none;
+  std::optional<double> finish_at_s_;  // the training is being stopped to be finished with this budget
+  PipelineStatus pipeline_;            // of the last tick
+  AvatarRenderer renderer_;
+  std::unique_ptr<Job> demo_, export_;
+  std::unique_ptr<PipelineJob> pipeline_job_;
+  Background background_;  // last: its deliveries use the rest
+};
+
+}  // namespace likeness::ui

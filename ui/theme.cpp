@@ -1,0 +1,134 @@
+// Fonts and ImGui's style: see theme.h.
+#include "ui/theme.h"
+
+#include <backends/imgui_impl_opengl3.h>
+
+#include <cmath>
+#include <filesystem>
+#include <initializer_list>
+
+namespace likeness::ui {
+
+namespace {
+
+Theme current;
+
+constexpr const char* kRegular[] = {"/usr/share/fonts/opentype/inter/Inter-Regular.otf",
+                                    "/usr/share/fonts/truetype/dejavu/DejaVuSans.ttf"};
+constexpr const char* kStrong[] = {"/usr/share/fonts/opentype/inter/Inter-SemiBold.otf",
+                                   "/usr/share/fonts/truetype/dejavu/DejaVuSans-Bold.ttf"};
+
+ImVec4 rgb(unsigned value, float alpha = 1) {
+  return {float(value >> 16 & 255) / 255, float(value >> 8 & 255) / 255, float(value & 255) / 255, alpha};
+}
+
+Palette dark_palette() {
+  return {rgb(0x15171c), rgb(0x1c1f26), rgb(0x262a33), rgb(0x343a46), rgb(0xe9ebf0), rgb(0x9aa2b1),
+          rgb(0x4c8dff), rgb(0x6aa1ff), rgb(0xffffff), rgb(0x46c07d), rgb(0xe9a53a), rgb(0xf0625d)};
+}
+
+Palette light_palette() {
+  return {rgb(0xf6f7f9), rgb(0xffffff), rgb(0xeceff4), rgb(0xd5dae3), rgb(0x1b1f27), rgb(0x5a6373),
+          rgb(0x1f66e5), rgb(0x1557cc), rgb(0xffffff), rgb(0x178549), rgb(0xa86505), rgb(0xc9302c)};
+}
+
+template <std::size_t N>
+ImFont* load_font(const char* const (&files)[N], float size, const ImWchar* ranges) {
+  ImFontAtlas& atlas = *ImGui::GetIO().Fonts;
+  for (const char* file : files) {
+    std::error_code ignored;
+    if (!std::filesystem::exists(file, ignored)) continue;
+    if (ImFont* font = atlas.AddFontFromFileTTF(file, std::round(size), nullptr, ranges)) return font;
+  }
+  ImFontConfig config;
+  config.SizePixels = std::round(size);
+  return atlas.AddFontDefault(&config);
+}
+
+void make_fonts() {
+  static const ImWchar kNames[] = {0x20, 0x17f, 0x370, 0x52f, 0x2010, 0x2026, 0x2190, 0x2193, 0};  // of files
+  static const ImWchar kWords[] = {0x20, 0xff, 0x2010, 0x2026, 0x2190, 0x2193, 0};
+  ImGui::GetIO().Fonts->Clear();
+  const float s = current.scale;
+  current.fonts.body = load_font(kRegular, 16 * s, kNames);
+  current.fonts.strong = load_font(kStrong, 16 * s, kNames);
+  current.fonts.small = load_font(kRegular, 14 * s, kWords);
+  current.fonts.heading = load_font(kStrong, 22 * s, kWords);
+  current.fonts.title = load_font(kStrong, 34 * s, kWords);
+  ImGui_ImplOpenGL3_DestroyFontsTexture();
+  ImGui_ImplOpenGL3_CreateFontsTexture();
+}
+
+void set_colours(ImGuiStyle& style) {
+  const Palette& p = current.colours;
+  const auto set = [&](ImGuiCol slot, const ImVec4& c) { style.Colors[slot] = c; };
+  const auto faded = [](ImVec4 c, float alpha) {
+    c.w = alpha;
+    return c;
+  };
+  set(ImGuiCol_Text, p.text);
+  set(ImGuiCol_TextDisabled, p.faint);
+  set(ImGuiCol_WindowBg, p.ground);
+  set(ImGuiCol_ChildBg, faded(p.ground, 0));
+  set(ImGuiCol_PopupBg, p.panel);
+  set(ImGuiCol_Border, p.line);
+  set(ImGuiCol_FrameBg, p.raised);
+  set(ImGuiCol_FrameBgHovered, p.line);
+  set(ImGuiCol_FrameBgActive, p.line);
+  set(ImGuiCol_TitleBg, p.panel);
+  set(ImGuiCol_TitleBgActive, p.panel);
+  set(ImGuiCol_MenuBarBg, p.panel);
+  set(ImGuiCol_ScrollbarBg, faded(p.ground, 0));
+  set(ImGuiCol_ScrollbarGrab, p.line);
+  set(ImGuiCol_ScrollbarGrabHovered, p.faint);
+  set(ImGuiCol_ScrollbarGrabActive, p.faint);
+  set(ImGuiCol_CheckMark, p.accent);
+  set(ImGuiCol_SliderGrab, p.accent);
+  set(ImGuiCol_SliderGrabActive, p.accent_hot);
+  set(ImGuiCol_Button, p.raised);
+  set(ImGuiCol_ButtonHovered, p.line);
+  set(ImGuiCol_ButtonActive, p.line);
+  set(ImGuiCol_Header, p.raised);
+  set(ImGuiCol_HeaderHovered, p.line);
+  set(ImGuiCol_HeaderActive, p.line);
+  set(ImGuiCol_Separator, p.line);
+  set(ImGuiCol_PlotHistogram, p.accent);
+  set(ImGuiCol_TextSelectedBg, faded(p.accent, 0.35f));
+  set(ImGuiCol_NavHighlight, p.accent);
+  set(ImGuiCol_ModalWindowDimBg, {0, 0, 0, 0.5f});
+}
+
+}  // namespace
+
+const Theme& theme() { return current; }
+
+void apply_theme(bool dark, float scale) {
+  const bool letters = !current.fonts.body || scale != current.scale || !ImGui::GetIO().Fonts->IsBuilt();
+  current.dark = dark;
+  current.scale = scale;
+  current.colours = dark ? dark_palette() : light_palette();
+  ImGuiStyle style;
+  style.WindowPadding = {16, 14};
+  style.FramePadding = {12, 7};
+  style.ItemSpacing = {10, 9};
+  style.ItemInnerSpacing = {8, 6};
+  style.CellPadding = {8, 6};
+  style.IndentSpacing = 18;
+  style.ScrollbarSize = 12;
+  style.GrabMinSize = 14;
+  style.WindowRounding = 10;
+  style.ChildRounding = 8;
+  style.FrameRounding = 6;
+  style.PopupRounding = 8;
+  style.ScrollbarRounding = 6;
+  style.GrabRounding = 6;
+  style.WindowBorderSize = 0;
+  style.ChildBorderSize = 1;
+  style.PopupBorderSize = 1;
+  style.ScaleAllSizes(scale);
+  set_colours(style);
+  ImGui::GetStyle() = style;
+  if (letters) make_fonts();
+}
+
+}  // namespace likeness::ui

@@ -1,0 +1,155 @@
+// See training_preview.h.
+#include "ui/training_preview.h"
+
+#include <fmt/format.h>
+
+#include <chrono>
+#include <numbers>
+#include <utility>
+
+#include "core/image/files.h"
+#include "core/image/metrics.h"
+#include "core/render/camera_path.h"
+#include "ui/acting.h"
+#include "ui/project_contents.h"
+
+namespace likeness::ui {
+
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+// What all previews of one training share.
+struct Scene {
+  std::shared_ptr<const ProjectContents> contents;
+  FrameView view;
+  Image8 truth;
+  bool held_out = false;
+};
+
+// A frame in the middle of those held out, or of all where none is.
+std::optional<Scene> open_scene(const Project& project) {
+  auto contents = read_contents(project.folder, nullptr);
+  if (!contents || !(*contents)->model) return std::nullopt;
+  Scene scene{*contents, {}, {}, true};
+  std::vector<int> frames = shown_frames(**contents, true);
+  if (frames.empty()) {
+    frames = shown_frames(**contents, false);
+    scene.held_out = false;
+  }
+  if (frames.empty()) return std::nullopt;
+  scene.view = *frame_view(**contents, frames[frames.size() / 2]);
+  auto truth = read_image(project.folder / frame_name(scene.view.frame));
+  if (!truth || truth->channels != 3) return std::nullopt;
+  scene.truth = std::move(*truth);
+  return scene;
+}
+
+Image8 over_plate(const Avatar& avatar, const Image& rgba, bool camera_rests) {
+  const bool plate = camera_rests && avatar.plate.width == rgba.width && avatar.plate.height == rgba.height;
+  return to_bytes(composite(rgba, plate ? avatar.plate : Image8{}, Vec3f::Constant(0.88f)));
+}
+
+PreviewPictures render_preview(const Scene& scene, const Avatar& avatar, std::size_t number) {
+  static constexpr double kTurns_deg[] = {-20, 20, 10, -10};
+  static constexpr const char* kFaces[] = {"Smile", "A", "Surprise", "O"};
+  const AvatarRig rig = make_rig(avatar, *scene.contents->model);
+  RenderOptions options = render_options(RenderQuality::preview);
+  PreviewPictures pictures;
+  pictures.frame = scene.view.frame;
+  pictures.held_out = scene.held_out;
+  pictures.truth = scene.truth;
+  pictures.step = avatar.steps;
+  pictures.training_s = avatar.train_seconds;
+  pictures.same = over_plate(
+      avatar, render_frame(avatar, scene.view.camera, pose_avatar(rig, scene.view.pose), options).rgba, true);
+  if (pictures.same.width == scene.truth.width && pictures.same.height == scene.truth.height)
+    pictures.psnr_db = psnr_from_mse(mse(to_float(pictures.same), to_float(scene.truth)));
+  const double turn = kTurns_deg[number % std::size(kTurns_deg)];
+  Acting acting;
+  acting.view.yaw_deg = turn;
+  pictures.turned = over_plate(avatar,
+                               render_frame(avatar, acting_camera(acting, avatar, avatar.size),
+                                            pose_avatar(rig, acting_pose(acting, avatar, rig)), options)
+                                   .rgba,
+                               false);
+  pictures.turned_words = fmt::format("From {:.0f}\u00b0 {}", std::abs(turn), turn < 0 ? "right" : "left");
+  const std::string_view wanted = kFaces[number % std::size(kFaces)];
+  for (const Preset& preset : presets()) {
+    if (preset.words != wanted) continue;
+    const Acting face = with_preset({}, preset, *scene.contents->model);
+    pictures.expression = over_plate(avatar,
+                                     render_frame(avatar, acting_camera(face, avatar, avatar.size),
+                                                  pose_avatar(rig, acting_pose(face, avatar, rig)), options)
+                                         .rgba,
+                                     true);
+    pictures.expression_words =
+        wanted.size() == 1 ? fmt::format("Saying \"{}\"", wanted) : std::string(wanted);
+  }
+  return pictures;
+}
+
+}  // namespace
+
+TrainingPreview::TrainingPreview(Project project, std::function<void()> wake)
+    : project_(std::move(project)),
+      wake_(std::move(wake)),
+      thread_([this](std::stop_token stop) { loop(stop); }) {}
+
+AvatarTap TrainingPreview::tap() {
+  return {[this] {
+            const std::lock_guard lock(mutex_);
+            return wanted_;
+          },
+          [this](const Avatar& avatar) {
+            {
+              const std::lock_guard lock(mutex_);
+              avatar_ = std::make_shared<const Avatar>(avatar);
+              wanted_ = false;
+            }
+            changed_.notify_one();
+          }};
+}
+
+std::shared_ptr<const PreviewPictures> TrainingPreview::latest() const {
+  const std::lock_guard lock(mutex_);
+  return latest_;
+}
+
+std::vector<PreviewScore> TrainingPreview::scores() const {
+  const std::lock_guard lock(mutex_);
+  return scores_;
+}
+
+void TrainingPreview::loop(std::stop_token stop) {
+  std::optional<Scene> scene;
+  for (std::size_t number = 0;; ++number) {
+    std::shared_ptr<const Avatar> avatar;
+    {
+      std::unique_lock lock(mutex_);
+      if (!changed_.wait(lock, stop, [&] { return avatar_ != nullptr; })) return;
+      avatar = std::exchange(avatar_, nullptr);
+    }
+    const auto start = Clock::now();
+    if (!scene) scene = open_scene(project_);
+    if (!scene) return;  // nothing to compare with; training goes on without previews
+    auto pictures = std::make_shared<const PreviewPictures>(render_preview(*scene, *avatar, number));
+    avatar.reset();
+    const double took = std::chrono::duration<double>(Clock::now() - start).count();
+    {
+      const std::lock_guard lock(mutex_);
+      if (pictures->held_out && pictures->psnr_db > 0)
+        scores_.push_back({pictures->training_s, pictures->psnr_db});
+      latest_ = std::move(pictures);
+    }
+    wake_();
+    std::unique_lock lock(mutex_);
+    // The first pictures come at once; then rest in proportion to what they cost.
+    changed_.wait_for(lock, stop, std::chrono::duration<double>(took * (1 / kShare - 1)),
+                      [] { return false; });
+    if (stop.stop_requested()) return;
+    wanted_ = true;
+  }
+}
+
+}  // namespace likeness::ui

@@ -1,0 +1,41 @@
+// What the window keeps for itself: textures, 3-D views, what is typed and opened. Everything here needs the
+// OpenGL context and belongs to the window's thread.
+#pragma once
+
+#include <array>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "ui/camera_scene.h"
+#include "ui/chart.h"
+#include "ui/picture_view.h"
+#include "ui/snapshot.h"
+
+namespace likeness::ui {
+
+// A texture that follows a picture of the snapshot: uploaded when the picture changed.
+struct FollowedTexture {
+  Texture texture;
+  const void* shown = nullptr;
+
+  void follow(const FramePicture& picture);
+  void follow(const Image8& image, const void* owner);  // owner: another one is another picture
+};
+
+struct Views {
+  FollowedTexture clip, check, face, truth, plate;
+  std::array<FollowedTexture, 4> previews;
+  TrainingChart chart;
+  CameraScene cameras;
+  std::unique_ptr<RenderView> render;
+  std::shared_ptr<const AvatarPicture> rendered;  // that is in `render`
+  bool more_choices = false;
+  float exposure_ev = 0;  // of the avatar's view only
+  float wipe = 0.5f;      // of the comparison: share of the view that is the avatar
+  std::array<bool, 8> open_groups{true, true, false, false, false, false, false, false};
+
+  static Result<std::unique_ptr<Views>> create();
+};
+
+}  // namespace likeness::ui

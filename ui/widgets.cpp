@@ -1,0 +1,215 @@
+// Drawn with ImGui's lists: see widgets.h.
+#include "ui/widgets.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "ui/theme.h"
+
+namespace likeness::ui {
+
+namespace {
+
+std::map<std::string, Rectangle> noted;
+
+bool coloured_button(const char* words, bool enabled, float width, bool primary) {
+  const Palette& p = theme().colours;
+  if (primary) {
+    ImGui::PushStyleColor(ImGuiCol_Button, p.accent);
+    ImGui::PushStyleColor(ImGuiCol_ButtonHovered, p.accent_hot);
+    ImGui::PushStyleColor(ImGuiCol_ButtonActive, p.accent_hot);
+    ImGui::PushStyleColor(ImGuiCol_Text, p.on_accent);
+    ImGui::PushFont(theme().fonts.strong);
+  }
+  ImGui::BeginDisabled(!enabled);
+  const bool pressed = ImGui::Button(words, {width, 0});
+  ImGui::EndDisabled();
+  if (primary) {
+    ImGui::PopFont();
+    ImGui::PopStyleColor(4);
+  }
+  note_widget(words);
+  return pressed && enabled;
+}
+
+}  // namespace
+
+const std::map<std::string, Rectangle>& noted_widgets() { return noted; }
+
+void forget_widgets() { noted.clear(); }
+
+void note_widget(const std::string& name) {
+  noted[name] = {ImGui::GetItemRectMin(), ImGui::GetItemRectMax()};
+}
+
+void draw_mark(ImDrawList& list, ImVec2 c, float diameter, StepMark mark, int number) {
+  const Palette& p = theme().colours;
+  const float r = diameter / 2, thick = diameter / 11;
+  switch (mark) {
+    case StepMark::number: {
+      list.AddCircle(c, r - thick / 2, colour(p.faint, 0.6f), 0, thick * 0.7f);
+      const std::string digits = std::to_string(number);
+      const float size = diameter * 0.56f;
+      ImFont* font = theme().fonts.strong;
+      const ImVec2 extent = font->CalcTextSizeA(size, 1e9f, 0, digits.c_str());
+      list.AddText(font, size, {c.x - extent.x / 2, c.y - extent.y / 2}, colour(p.faint), digits.c_str());
+      break;
+    }
+    case StepMark::running: {
+      const float turn = float(std::fmod(ImGui::GetTime() * 3.0, 6.283));
+      list.AddCircle(c, r - thick, colour(p.line), 0, thick);
+      list.PathArcTo(c, r - thick, turn, turn + 2.2f);
+      list.PathStroke(colour(p.accent), 0, thick * 1.3f);
+      break;
+    }
+    case StepMark::done: {
+      list.AddCircleFilled(c, r, colour(p.good));
+      const ImVec2 tick[3] = {{c.x - 0.42f * r, c.y + 0.02f * r},
+                              {c.x - 0.1f * r, c.y + 0.34f * r},
+                              {c.x + 0.46f * r, c.y - 0.34f * r}};
+      list.AddPolyline(tick, 3, colour(p.ground), 0, thick * 1.4f);
+      break;
+    }
+    case StepMark::attention:
+    case StepMark::failed: {
+      list.AddCircleFilled(c, r, colour(mark == StepMark::failed ? p.bad : p.warn));
+      list.AddLine({c.x, c.y - 0.5f * r}, {c.x, c.y + 0.12f * r}, colour(p.ground), thick * 1.5f);
+      list.AddCircleFilled({c.x, c.y + 0.45f * r}, thick * 0.95f, colour(p.ground));
+      break;
+    }
+  }
+}
+
+void heading(const char* words) {
+  ImGui::PushFont(theme().fonts.heading);
+  ImGui::TextUnformatted(words);
+  ImGui::PopFont();
+}
+
+void faint_text(const std::string& words) {
+  ImGui::PushStyleColor(ImGuiCol_Text, theme().colours.faint);
+  body_text(words);
+  ImGui::PopStyleColor();
+}
+
+void body_text(const std::string& words) {
+  ImGui::PushTextWrapPos(0);
+  ImGui::TextUnformatted(words.c_str());
+  ImGui::PopTextWrapPos();
+}
+
+bool primary_button(const char* words, bool enabled, float width) {
+  return coloured_button(words, enabled, width, true);
+}
+
+bool plain_button(const char* words, bool enabled, float width) {
+  return coloured_button(words, enabled, width, false);
+}
+
+bool command_button(Command command, const Situation& situation, bool primary, float width) {
+  const CommandInfo& info = command_info(command);
+  const bool pressed = coloured_button(info.words.data(), info.enabled(situation), width, primary);
+  if (!info.shortcut.empty()) tooltip(std::string(info.shortcut));
+  return pressed;
+}
+
+void progress_bar(float fraction, float height) {
+  const Palette& p = theme().colours;
+  const ImVec2 at = ImGui::GetCursorScreenPos();
+  const float width = ImGui::GetContentRegionAvail().x, h = px(height);
+  ImDrawList& list = *ImGui::GetWindowDrawList();
+  list.AddRectFilled(at, {at.x + width, at.y + h}, colour(p.line), h / 2);
+  if (fraction < 0) {
+    const float phase = float(std::fmod(ImGui::GetTime() * 0.6, 1.0)), from = at.x + width * phase * 0.8f;
+    list.AddRectFilled({from, at.y}, {from + 0.2f * width, at.y + h}, colour(p.accent), h / 2);
+  } else if (fraction > 0) {
+    const float to = at.x + std::max(h, width * std::min(1.f, fraction));
+    list.AddRectFilled(at, {to, at.y + h}, colour(p.accent), h / 2);
+  }
+  ImGui::Dummy({width, h});
+}
+
+std::string duration(double seconds) {
+  const auto s = std::int64_t(std::lround(std::max(0.0, seconds)));
+  if (s < 60) return fmt::format("{} s", s);
+  if (s < 3600) return fmt::format("{} min {:02} s", s / 60, s % 60);
+  return fmt::format("{} h {:02} min", s / 3600, s / 60 % 60);
+}
+
+std::string time_left(double seconds) {
+  if (seconds < 0) return {};
+  if (seconds < 50) return fmt::format("about {} s left", std::max(5, int(std::ceil(seconds / 5)) * 5));
+  if (seconds < 5400) return fmt::format("about {} min left", int(std::lround(std::max(60.0, seconds) / 60)));
+  return fmt::format("about {:.1f} h left", seconds / 3600);
+}
+
+bool begin_card(const char* id, ImVec2 size, bool scrolls) {
+  ImGui::PushStyleColor(ImGuiCol_ChildBg, theme().colours.panel);
+  const ImGuiWindowFlags flags =
+      ImGuiWindowFlags_AlwaysUseWindowPadding |
+      (scrolls ? 0 : ImGuiWindowFlags_NoScrollbar | ImGuiWindowFlags_NoScrollWithMouse);
+  return ImGui::BeginChild(id, size, true, flags);
+}
+
+void end_card() {
+  ImGui::EndChild();
+  ImGui::PopStyleColor();
+}
+
+void note(const char* id, Tone tone, const std::string& what, const std::string& fix) {
+  const Palette& p = theme().colours;
+  const ImVec4& ink = tone == Tone::bad    ? p.bad
+                      : tone == Tone::warn ? p.warn
+                      : tone == Tone::good ? p.good
+                                           : p.accent;
+  const float pad = px(12), mark = px(18), left = pad + mark + px(10);
+  const ImVec2 at = ImGui::GetCursorScreenPos();
+  const float width = ImGui::GetContentRegionAvail().x, wrap = std::max(px(40), width - left - pad);
+  const ImVec2 first = ImGui::CalcTextSize(what.c_str(), nullptr, false, wrap);
+  const ImVec2 second = fix.empty() ? ImVec2{} : ImGui::CalcTextSize(fix.c_str(), nullptr, false, wrap);
+  const float gap = fix.empty() ? 0 : px(4), height = 2 * pad * 0.8f + first.y + gap + second.y;
+  ImDrawList& list = *ImGui::GetWindowDrawList();
+  list.AddRectFilled(at, {at.x + width, at.y + height}, colour(ink, 0.13f), px(6));
+  list.AddRectFilled(at, {at.x + px(3), at.y + height}, colour(ink), px(6));
+  const ImVec2 centre{at.x + pad + mark / 2, at.y + pad * 0.8f + ImGui::GetTextLineHeight() / 2};
+  if (tone == Tone::good) {
+    draw_mark(list, centre, mark, StepMark::done, 0);
+  } else if (tone == Tone::plain) {
+    list.AddCircleFilled(centre, px(4), colour(ink));
+  } else {
+    draw_mark(list, centre, mark, tone == Tone::bad ? StepMark::failed : StepMark::attention, 0);
+  }
+  ImFont* font = ImGui::GetFont();
+  const float size = ImGui::GetFontSize(), x = at.x + left, y = at.y + pad * 0.8f;
+  list.AddText(font, size, {x, y}, colour(p.text), what.c_str(), nullptr, wrap);
+  if (!fix.empty())
+    list.AddText(font, size, {x, y + first.y + gap}, colour(p.faint), fix.c_str(), nullptr, wrap);
+  ImGui::PushID(id);
+  ImGui::Dummy({width, height});
+  ImGui::PopID();
+}
+
+void clipped_text(const std::string& words, float width) {
+  std::string shown = words;
+  while (shown.size() > 1 && ImGui::CalcTextSize((shown + "…").c_str()).x > width &&
+         ImGui::CalcTextSize(words.c_str()).x > width) {
+    do {
+      shown.pop_back();
+    } while (!shown.empty() && (static_cast<unsigned char>(shown.back()) & 0xC0) == 0x80);
+  }
+  ImGui::TextUnformatted((shown.size() < words.size() ? shown + "…" : words).c_str());
+  if (shown.size() < words.size()) tooltip(words);
+}
+
+void tooltip(const std::string& words) {
+  if (!ImGui::IsItemHovered(ImGuiHoveredFlags_AllowWhenDisabled)) return;
+  ImGui::BeginTooltip();
+  ImGui::PushTextWrapPos(px(420));
+  ImGui::TextUnformatted(words.c_str());
+  ImGui::PopTextWrapPos();
+  ImGui::EndTooltip();
+}
+
+}  // namespace likeness::ui
