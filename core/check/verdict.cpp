@@ -16,7 +16,7 @@ namespace {
 // Share of the looks that may show a fault before it is remarked on, and before it is grave.
 constexpr double kSomeLooks = 0.15, kMostLooks = 0.5;
 constexpr double kShortest_s = 6, kShort_s = 14;
-constexpr double kBlurred = 60;                       // sharpness of a face, 8-bit units squared
+constexpr double kBlurred = 20;                       // sharpness of a face, 8-bit units squared
 constexpr double kDarkLevel = 45, kDarkShare = 0.35;  // luma; share of a face's pixels
 constexpr double kBrightShare = 0.12;                 // burnt out
 constexpr double kTinyFace = 80, kSmallFace = 120;    // px across the detector's box
@@ -65,6 +65,7 @@ Findings find(const std::vector<Look>& looks, const Test& applies, const Test& t
 bool any(const Look&) { return true; }
 bool has_face(const Look& look) { return look.face.has_value(); }
 bool is_posed(const Look& look) { return look.posed; }
+bool is_dark(const Look& look) { return look.level < kDarkLevel && look.dark_share > kDarkShare; }
 double yaw_of(const Look& look) { return look.yaw_deg; }
 double pitch_of(const Look& look) { return look.pitch_deg; }
 
@@ -137,16 +138,16 @@ class Judge {
 
   void judge_pictures() {
     remark_looks(Fault::blurred,
-                 find(clip_.looks, has_face, [](const Look& look) { return look.sharpness < kBlurred; }),
+                 find(clip_.looks, has_face,
+                      [](const Look& look) {
+                        // What is dark or small has no detail to be sharp by, and is remarked on as such.
+                        return look.sharpness < kBlurred && !is_dark(look) && look.face->width >= kTinyFace;
+                      }),
                  kMostLooks, "The face is blurred",
                  "Wipe the lens, tap the face on the screen to focus on it, film in brighter light and move "
                  "slowly.");
-    remark_looks(
-        Fault::too_dark,
-        find(clip_.looks, has_face,
-             [](const Look& look) { return look.level < kDarkLevel && look.dark_share > kDarkShare; }),
-        kMostLooks, "The face is too dark",
-        "Face a window or a lamp behind the camera; do not film against the light.");
+    remark_looks(Fault::too_dark, find(clip_.looks, has_face, is_dark), kMostLooks, "The face is too dark",
+                 "Face a window or a lamp behind the camera; do not film against the light.");
     remark_looks(
         Fault::too_bright,
         find(clip_.looks, has_face, [](const Look& look) { return look.bright_share > kBrightShare; }),
@@ -176,14 +177,21 @@ class Judge {
           "walk round the resting head.");
     std::string missing;
     for (std::size_t d = 0; d < kDeeds.size(); ++d)
-      if (range_of(clip_.looks, is_posed, [&](const Look& look) { return look.deeds[d]; }) <
-          kDeedInfo[d].range)
-        missing += (missing.empty() ? "" : ", ") + std::string(kDeedInfo[d].words);
+      if (!was_shown(d)) missing += (missing.empty() ? "" : ", ") + std::string(kDeedInfo[d].words);
     if (!missing.empty())
       remark_all(Fault::few_expressions, false,
                  "The avatar will not learn from this clip to: " + missing + ".",
                  "Speak a few sentences, smile with and without teeth, purse the lips, raise the brows and "
                  "blink.");
+  }
+
+  // In two looks or more: a blink lasts no longer than one.
+  bool was_shown(std::size_t deed) const {
+    const std::vector<double> amounts =
+        values_of(clip_.looks, is_posed, [&](const Look& look) { return look.deeds[deed]; });
+    if (amounts.size() < 2) return false;
+    const double most = quantile(amounts, 1 - 1.0 / static_cast<double>(amounts.size() - 1));
+    return most - quantile(amounts, 0.1) >= kDeedInfo[deed].range;
   }
 
   // The face's brightness seen from the front, second by second.
