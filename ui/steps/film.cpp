@@ -37,8 +37,7 @@ void draw_choices(const Snapshot& snapshot, Requests& requests) {
   ImGui::TextUnformatted("Pictures");
   ImGui::SameLine(px(110));
   for (const int size : {256, 512, 1024}) {
-    if (ImGui::RadioButton(fmt::format("{} px", size).c_str(), options.size == size))
-      requests.picture_size = size;
+    if (choice(fmt::format("{} px", size).c_str(), options.size == size)) requests.picture_size = size;
     ImGui::SameLine();
   }
   ImGui::NewLine();
@@ -47,8 +46,8 @@ void draw_choices(const Snapshot& snapshot, Requests& requests) {
   ImGui::TextUnformatted("Training");
   ImGui::SameLine(px(110));
   for (const int minutes : {2, 5, 15, 60}) {
-    if (ImGui::RadioButton(fmt::format("{} min", minutes).c_str(),
-                           options.steps == 0 && options.budget_s == 60 * minutes))
+    if (choice(fmt::format("{} min", minutes).c_str(),
+               options.steps == 0 && options.budget_s == 60 * minutes))
       requests.budget_s = 60 * minutes;
     ImGui::SameLine();
   }
@@ -105,7 +104,7 @@ void draw_film_step(const Snapshot& snapshot, Views& views, Requests& requests) 
       if (primary_button("Direct the avatar")) requests.show = Step::direct;
     } else {
       if (command_button(Command::make_avatar, now, true)) requests.ask(Command::make_avatar);
-      faint_text(now.clip_there || snapshot.contents->capture
+      faint_text(now.clip_there
                      ? "Checks the clip, finds cameras and face, and trains. You can pause at any time."
                      : "The clip must be readable first.");
     }
