@@ -125,6 +125,15 @@ bool same_line_if_fits(const char* words) {
   return true;
 }
 
+void choice_label(const char* words, float width) {
+  const float start = ImGui::GetCursorPosX();
+  ImGui::PushStyleVar(ImGuiStyleVar_FramePadding, ImVec2(px(3), px(2)));
+  ImGui::AlignTextToFramePadding();
+  ImGui::TextUnformatted(words);
+  ImGui::PopStyleVar();
+  ImGui::SameLine(start + width);
+}
+
 bool choice(const char* words, bool chosen) {
   ImGui::PushStyleVar(ImGuiStyleVar_FramePadding, ImVec2(px(3), px(2)));
   const bool pressed = ImGui::RadioButton(words, chosen);
@@ -136,9 +145,10 @@ bool choice(const char* words, bool chosen) {
 bool slider(const char* id, float* value, const SliderRange& range, const char* format, float width) {
   const Palette& p = theme().colours;
   const float words = px(46), full = ImGui::GetFrameHeight(), slim = px(4);
-  const float top = ImGui::GetCursorPosY();
+  const ImVec2 top = ImGui::GetCursorPos();
+  ImGui::BeginGroup();
   ImGui::PushStyleVar(ImGuiStyleVar_FramePadding, ImVec2(slim, slim));
-  ImGui::SetCursorPosY(top + 0.5f * (full - ImGui::GetFrameHeight()));
+  ImGui::SetCursorPosY(top.y + 0.5f * (full - ImGui::GetFrameHeight()));
   ImGui::SetNextItemWidth(std::max(px(30), width - words));
   bool changed = ImGui::SliderFloat(id, value, range.low, range.high, "", ImGuiSliderFlags_AlwaysClamp);
   ImGui::PopStyleVar();
@@ -161,6 +171,9 @@ bool slider(const char* id, float* value, const SliderRange& range, const char* 
   std::snprintf(shown, sizeof shown, format, double(*value));
   const ImVec2 size = ImGui::CalcTextSize(shown);
   list.AddText({b.x + words - size.x, 0.5f * (a.y + b.y - size.y)}, colour(p.faint), shown);
+  ImGui::SetCursorPos(top);
+  ImGui::Dummy({b.x - a.x + words, full});
+  ImGui::EndGroup();  // one item, that is let go when the slider is
   return changed;
 }
 

@@ -35,7 +35,8 @@ bool command_button(Command command, const Situation& situation, bool primary = 
 
 // Goes on in the same line if a button of these words still fits there; otherwise false.
 bool same_line_if_fits(const char* words);
-// A radio button of the height of its words.
+// A row of radio buttons, hardly higher than their words, after its label; width: of the label.
+void choice_label(const char* words, float width);
 bool choice(const char* words, bool chosen);
 
 // A slim slider with its value beside it, `width` together. seen: the range the clip showed, marked under it;

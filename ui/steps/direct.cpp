@@ -274,10 +274,11 @@ void draw_foot(const Snapshot& snapshot, Views& views, float width) {
       std::string(snapshot.comparing ? "Drag: wipe between avatar and clip"
                                      : "Drag: orbit  \u00b7  right: pan  \u00b7  wheel: zoom") +
       (snapshot.rendering ? "  \u00b7  refining\u2026" : "");
-  clipped_text(words, width - tuner - px(70));
+  const bool narrow = width < px(420);
+  clipped_text(words, narrow ? width : width - tuner - px(70));
   ImGui::PopStyleColor();
   ImGui::PopFont();
-  if (width < px(420)) return;
+  if (narrow) return;
   ImGui::SameLine(start + width - tuner - px(64));
   ImGui::TextUnformatted("Exposure");
   tooltip("Brightness of this view only. Double click: as filmed.");

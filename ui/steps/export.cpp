@@ -11,10 +11,13 @@ namespace likeness::ui {
 
 namespace {
 
-void label(const char* words) {
+constexpr float kLabel = 110;
+
+void slider_label(const char* words) {
+  const float start = ImGui::GetCursorPosX();
   ImGui::AlignTextToFramePadding();
   ImGui::TextUnformatted(words);
-  ImGui::SameLine(px(130));
+  ImGui::SameLine(start + px(kLabel));
 }
 
 // The room stands behind a still only, as large as it was filmed, and from where the camera stood.
@@ -25,11 +28,11 @@ bool room_possible(const Snapshot& snapshot, const ExportChoice& asked) {
 
 void draw_choices(const Snapshot& snapshot, ExportChoice& asked) {
   const int size = snapshot.contents->avatar->avatar.size;
-  label("Size");
+  choice_label("Size", px(kLabel));
   if (choice(fmt::format("{} px", size).c_str(), !asked.twice)) asked.twice = false;
   ImGui::SameLine();
   if (choice(fmt::format("{} px", 2 * size).c_str(), asked.twice)) asked.twice = true;
-  label("Background");
+  choice_label("Background", px(kLabel));
   if (choice("Light", asked.ground == ExportGround::light)) asked.ground = ExportGround::light;
   ImGui::SameLine();
   if (choice("Dark", asked.ground == ExportGround::dark)) asked.ground = ExportGround::dark;
@@ -40,18 +43,20 @@ void draw_choices(const Snapshot& snapshot, ExportChoice& asked) {
   ImGui::EndDisabled();
   if (!room_possible(snapshot, asked))
     tooltip("The room is known from where the camera stood only: reset the view, and keep the filmed size.");
-  label("Orbit");
+  slider_label("Orbit");
   float angle = float(asked.half_angle_deg);
   if (slider("##orbit angle", &angle, {.low = 5, .high = float(kOrbitLimit_deg), .rest = 25}, "%.0f\u00b0",
              px(300)))
     asked.half_angle_deg = std::round(angle);
   ImGui::SameLine(0, px(14));
+  ImGui::AlignTextToFramePadding();
   faint_text("to each side");
-  label("Length");
+  slider_label("Length");
   float seconds = float(asked.frames / asked.frames_per_second);
   if (slider("##orbit length", &seconds, {.low = 0.4f, .high = 12, .rest = 4}, "%.1f s", px(300)))
     asked.frames = int(std::lround(seconds * asked.frames_per_second));
   ImGui::SameLine(0, px(14));
+  ImGui::AlignTextToFramePadding();
   faint_text(fmt::format("{} pictures", asked.frames));
 }
 

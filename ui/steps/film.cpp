@@ -33,18 +33,14 @@ void draw_consent(const Snapshot& snapshot, Requests& requests) {
 void draw_choices(const Snapshot& snapshot, Requests& requests) {
   const ProjectOptions& options = snapshot.contents->project.options;
   ImGui::BeginDisabled(snapshot.situation.running);
-  ImGui::AlignTextToFramePadding();
-  ImGui::TextUnformatted("Pictures");
-  ImGui::SameLine(px(110));
+  choice_label("Pictures", px(94));
   for (const int size : {256, 512, 1024}) {
     if (choice(fmt::format("{} px", size).c_str(), options.size == size)) requests.picture_size = size;
     ImGui::SameLine();
   }
   ImGui::NewLine();
   faint_text("Larger pictures show more and take about four times as long a step.");
-  ImGui::AlignTextToFramePadding();
-  ImGui::TextUnformatted("Training");
-  ImGui::SameLine(px(110));
+  choice_label("Training", px(94));
   for (const int minutes : {2, 5, 15, 60}) {
     if (choice(fmt::format("{} min", minutes).c_str(),
                options.steps == 0 && options.budget_s == 60 * minutes))
