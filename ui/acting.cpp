@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cctype>
+#include <cmath>
 #include <numbers>
 
 #include "core/render/camera_path.h"
@@ -14,6 +15,7 @@ namespace likeness::ui {
 namespace {
 
 constexpr double kRadians = std::numbers::pi / 180;
+constexpr double kBeyond_deg = 4;
 constexpr float kBeyond = 0.15f;  // of an action, before it counts as beyond what was seen
 
 struct GroupRule {
@@ -174,14 +176,29 @@ Camera acting_camera(const Acting& acting, const Avatar& avatar, int size) {
   return camera;
 }
 
-std::vector<std::string> beyond_seen(const Acting& acting, const Avatar& avatar) {
+std::array<double, 3> relative_turn(const Avatar& avatar, const Pose& cam_from_world,
+                                    const Pose& world_from_head) {
+  const Eigen::Matrix3d typical = (avatar.cam_from_world * avatar.world_from_head).linear(),
+                        seen = (cam_from_world * world_from_head).linear();
+  const Eigen::Matrix3d turn = typical.transpose() * seen;  // Ry(yaw) Rx(pitch) Rz(roll)
+  return {std::atan2(turn(0, 2), turn(2, 2)) / kRadians,
+          -std::asin(std::clamp(turn(1, 2), -1.0, 1.0)) / kRadians,
+          std::atan2(turn(1, 0), turn(1, 1)) / kRadians};
+}
+
+std::vector<std::string> beyond_seen(const Acting& acting, const Avatar& avatar, const SeenTurn& seen) {
   std::vector<std::string> words;
-  const double across = std::abs(acting.view.yaw_deg - acting.yaw_deg),
-               along = std::abs(acting.view.pitch_deg + acting.pitch_deg);
-  if (across > kSeenOrbit_deg || along > 0.7 * kSeenOrbit_deg)
+  // Walking round a head shows what its turning the other way shows.
+  const std::array<double, 2> turn{acting.yaw_deg - acting.view.yaw_deg,
+                                   acting.pitch_deg + acting.view.pitch_deg};
+  double beyond = 0;
+  for (std::size_t axis = 0; axis < turn.size(); ++axis)
+    beyond = std::max({beyond, turn[axis] - seen.high_deg[axis], seen.low_deg[axis] - turn[axis]});
+  if (beyond > kBeyond_deg)
     words.push_back(
-        fmt::format("The head is seen from {:.0f}\u00b0 aside: hardly filmed, so details are guessed.",
-                    std::max(across, along)));
+        fmt::format("The head is seen from {:.0f}\u00b0 further aside than the clip showed it: details there "
+                    "are guessed.",
+                    beyond));
   std::string actions;
   for (const auto& [name, amount] : acting.amounts) {
     const ActionRange* seen = seen_range(avatar, name);

@@ -36,7 +36,14 @@ struct Acting {
 };
 
 inline constexpr double kTurnLimit_deg = 45, kOrbitLimit_deg = 60, kOrbitPitchLimit_deg = 35;
-inline constexpr double kSeenOrbit_deg = 30;  // beyond it a resting camera has shown little of a head
+
+// From which sides the clip showed the head: its turn before the camera, from the avatar's typical one.
+struct SeenTurn {
+  std::array<double, 3> low_deg{}, high_deg{};  // yaw, pitch, roll as in Acting: 2nd and 98th percentile
+};
+// Yaw, pitch and roll, deg, of the head in a camera, from the typical head in the typical camera.
+std::array<double, 3> relative_turn(const Avatar& avatar, const Pose& cam_from_world,
+                                    const Pose& world_from_head);
 
 // The other half of an action that has two ("mouthSmile_L" -> "mouthSmile_R"); empty where it has one.
 std::string mirrored_action(std::string_view name);
@@ -70,6 +77,6 @@ AvatarPose acting_pose(const Acting& acting, const Avatar& avatar, const AvatarR
 Camera acting_camera(const Acting& acting, const Avatar& avatar, int size);
 
 // What the acting asks for beyond what the capture showed, in words; empty: nothing.
-std::vector<std::string> beyond_seen(const Acting& acting, const Avatar& avatar);
+std::vector<std::string> beyond_seen(const Acting& acting, const Avatar& avatar, const SeenTurn& seen);
 
 }  // namespace likeness::ui

@@ -75,7 +75,6 @@ struct CameraScene::Impl {
   vtkNew<vtkPolyDataNormals> normals;
   std::shared_ptr<const ProjectContents> contents;
   Vec3d centre = Vec3d::Zero();
-  double extent = 1;  // m
   bool dark = false;
   float scale = 0;
 };
@@ -134,7 +133,6 @@ void CameraScene::set(std::shared_ptr<const ProjectContents> contents) {
 
   std::vector<Vec3d> corners, eyes;
   std::vector<std::vector<int>> outlines, path(1);
-  double extent = (high - low).norm();
   for (const TrackedFrame* frame : chosen_frames(track)) {
     const Camera* camera = find_camera(cameras, frame->frame);
     if (!camera) continue;
@@ -152,23 +150,21 @@ void CameraScene::set(std::shared_ptr<const ProjectContents> contents) {
     outlines.push_back({first + 1, first + 2, first + 3, first + 4, first + 1});
     path[0].push_back(int(eyes.size()));
     eyes.push_back(head_from_cam.translation());
-    extent = std::max(extent, 1.2 * (head_from_cam.translation() - my.centre).norm());
   }
   set_lines(my.frusta, corners, outlines);
   if (eyes.size() > 1) set_lines(my.path, eyes, path);
-  my.extent = extent;
   look_at_all();
 }
 
 void CameraScene::look_at_all() {
   Impl& my = *impl_;
   vtkCamera* camera = my.view.renderer()->GetActiveCamera();
-  const Vec3d eye = my.centre + Vec3d(1.1, 0.75, 1.15) * my.extent * 1.25;
-  const Vec3d target = my.centre + Vec3d(0, 0, 0.35 * my.extent);
-  camera->SetFocalPoint(target.x(), target.y(), target.z());
-  camera->SetPosition(eye.x(), eye.y(), eye.z());
+  // From the side and above, where an arc before the face is seen best.
+  camera->SetFocalPoint(my.centre.x(), my.centre.y(), my.centre.z());
+  camera->SetPosition(my.centre.x() + 1.0, my.centre.y() + 0.7, my.centre.z() + 0.75);
   camera->SetViewUp(0, 1, 0);
-  my.view.renderer()->ResetCameraClippingRange();
+  my.view.renderer()->ResetCamera();
+  camera->Zoom(1.25);
   my.view.touch();
 }
 

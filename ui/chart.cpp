@@ -59,6 +59,16 @@ void fill(vtkTable* table, std::size_t rows, const auto& seconds, const auto& ps
   table->Modified();
 }
 
+void set_letters(vtkTextProperty* text, const ImVec4& ink, float size) {
+  if (*letter_file()) {
+    text->SetFontFamily(VTK_FONT_FILE);
+    text->SetFontFile(letter_file());
+  }
+  text->SetColor(ink.x, ink.y, ink.z);
+  text->SetFontSize(int(size));
+  text->SetBold(false);
+}
+
 void set_ink(vtkPen* pen, const ImVec4& c, float width) {
   pen->SetColorF(c.x, c.y, c.z);
   pen->SetWidth(width);
@@ -121,15 +131,11 @@ void TrainingChart::draw(const char* name, ImVec2 size) {
       vtkAxis* axis = my.chart->GetAxis(side);
       set_ink(axis->GetPen(), p.faint, t.scale);
       set_ink(axis->GetGridPen(), p.line, t.scale);
-      for (vtkTextProperty* text : {axis->GetLabelProperties(), axis->GetTitleProperties()}) {
-        text->SetColor(p.faint.x, p.faint.y, p.faint.z);
-        text->SetFontSize(int(13 * t.scale));
-        text->SetBold(false);
-      }
+      for (vtkTextProperty* text : {axis->GetLabelProperties(), axis->GetTitleProperties()})
+        set_letters(text, p.faint, 12 * t.scale);
     }
     vtkChartLegend* legend = my.chart->GetLegend();
-    legend->GetLabelProperties()->SetColor(p.text.x, p.text.y, p.text.z);
-    legend->GetLabelProperties()->SetFontSize(int(13 * t.scale));
+    set_letters(legend->GetLabelProperties(), p.text, 12 * t.scale);
     legend->GetBrush()->SetColorF(p.panel.x, p.panel.y, p.panel.z, 0.9);
     legend->GetPen()->SetColorF(p.line.x, p.line.y, p.line.z);
     my.view.touch();

@@ -31,7 +31,7 @@ constexpr CommandInfo kTable[] = {
     {Command::reset_head, Menu::edit, "Reset the head", "Ctrl+2", directing},
     {Command::reset_view, Menu::edit, "Reset the view", "Ctrl+3", directing},
     {Command::make_avatar, Menu::avatar, "Make the avatar", "Ctrl+Enter",
-     [](S s) { return s.project && s.consent && !s.running && !s.finished; }},
+     [](S s) { return s.project && s.clip_there && s.consent && !s.running && !s.finished; }},
     {Command::pause, Menu::avatar, "Pause", "Ctrl+P", [](S s) { return s.running; }},
     {Command::finish_now, Menu::avatar, "Finish with what is learnt", "", [](S s) { return s.training; }},
     {Command::train_longer, Menu::avatar, "Train longer", "",

@@ -44,7 +44,7 @@ enum class Menu { file, edit, avatar, view, help };
 // What decides which commands make sense now.
 struct Situation {
   bool project = false;     // one is open
-  bool clip_there = false;  // and its clip can be read
+  bool clip_there = false;  // and its clip, or what was read of it
   bool running = false;     // its stages are at work
   bool training = false;    // and it is the training
   bool finished = false;    // every stage is done

@@ -27,7 +27,7 @@ Job::Job(Work work, std::function<void()> wake) {
       if (!report.text.empty()) status_.text = report.text;
       status_.seconds_left =
           estimate_left(0, report.fraction, 1, std::chrono::duration<double>(now - start_).count());
-      if (now - last_wake_ < std::chrono::milliseconds(100)) return;
+      if (now - last_wake_ < std::chrono::seconds(1)) return;
       last_wake_ = now;
       wake();
     });

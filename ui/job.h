@@ -35,7 +35,8 @@ class Job {
  public:
   using Work = std::function<Result<std::string>(const Progress&, std::stop_token)>;
 
-  // wake: called from the job's thread, at most ten times a second and at the end.
+  // wake: called from the job's thread, once a second and at the end: a frame of the window costs what it
+  // shows.
   Job(Work work, std::function<void()> wake);
   ~Job();  // stops and waits
 

@@ -1,6 +1,8 @@
 // The guided path down the side, and the bar at the bottom.
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "ui/shell.h"
 #include "ui/theme.h"
 #include "ui/widgets.h"
@@ -46,11 +48,13 @@ std::string state_words(const StepView& view) {
   return {};
 }
 
-void draw_row(const Snapshot& snapshot, Step step, Requests& requests) {
+// height: of the row; low ones have no second line.
+void draw_row(const Snapshot& snapshot, Step step, float height, Requests& requests) {
   const Palette& p = theme().colours;
   const StepView& view = snapshot.step(step);
   const ImVec2 at = ImGui::GetCursorScreenPos();
-  const float width = ImGui::GetContentRegionAvail().x, height = px(54);
+  const float width = ImGui::GetContentRegionAvail().x;
+  const bool low = height < px(46);
   const bool chosen = snapshot.shown == step;
   if (ImGui::InvisibleButton(step_words(step).data(), {width, height})) requests.show = step;
   note_widget(std::string("step ") + step_words(step).data());
@@ -59,17 +63,21 @@ void draw_row(const Snapshot& snapshot, Step step, Requests& requests) {
   if (chosen || hot)
     list.AddRectFilled(at, {at.x + width, at.y + height}, colour(p.raised, chosen ? 1 : 0.6f), px(8));
   if (chosen) list.AddRectFilled(at, {at.x + px(4), at.y + height}, colour(p.accent), px(3));
-  draw_mark(list, {at.x + px(30), at.y + 0.5f * height}, px(26), mark_of(view.state), int(step) + 1);
+  draw_mark(list, {at.x + px(30), at.y + 0.5f * height}, std::min(px(26), 0.72f * height),
+            mark_of(view.state), int(step) + 1);
   ImFont* strong = theme().fonts.strong;
   ImFont* small = theme().fonts.small;
-  list.AddText(strong, strong->FontSize, {at.x + px(54), at.y + px(8)}, colour(p.text),
+  const float first = low ? 0.5f * (height - strong->FontSize) : 0.5f * height - px(19);
+  list.AddText(strong, strong->FontSize, {at.x + px(54), at.y + first}, colour(p.text),
                step_words(step).data());
   const ImVec4 ink = view.state == StepState::failed      ? p.bad
                      : view.state == StepState::needs_you ? p.warn
                      : view.state == StepState::running   ? p.accent
                                                           : p.faint;
-  list.AddText(small, small->FontSize, {at.x + px(54), at.y + px(30)}, colour(ink),
-               state_words(view).c_str());
+  if (!low)
+    list.AddText(small, small->FontSize, {at.x + px(54), at.y + 0.5f * height + px(3)}, colour(ink),
+                 state_words(view).c_str());
+  if (low) tooltip(state_words(view));
   if (view.state == StepState::running) {
     const float y = at.y + height - px(3), x = at.x + px(54), span = width - px(66);
     list.AddRectFilled({x, y}, {x + span, y + px(2)}, colour(p.line));
@@ -114,9 +122,10 @@ void draw_path(const Snapshot& snapshot, Requests& requests) {
   ImGui::PopFont();
   ImGui::Dummy({0, px(4)});
   ImGui::PushStyleVar(ImGuiStyleVar_ItemSpacing, ImVec2(px(10), px(4)));
-  for (const Step step : kSteps) draw_row(snapshot, step, requests);
-  ImGui::PopStyleVar();
   const float foot = 2 * ImGui::GetFrameHeightWithSpacing() + px(14);
+  const float row = (ImGui::GetContentRegionAvail().y - foot) / float(kSteps.size()) - px(4);
+  for (const Step step : kSteps) draw_row(snapshot, step, std::clamp(row, px(28), px(54)), requests);
+  ImGui::PopStyleVar();
   if (ImGui::GetContentRegionAvail().y > foot)
     ImGui::SetCursorPosY(ImGui::GetCursorPosY() + ImGui::GetContentRegionAvail().y - foot);
   draw_next(snapshot, requests);

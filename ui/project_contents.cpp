@@ -1,7 +1,9 @@
 // See project_contents.h.
 #include "ui/project_contents.h"
 
+#include <algorithm>
 #include <utility>
+#include <vector>
 
 #include "core/project/project_views.h"
 #include "core/project/run_stages.h"
@@ -30,6 +32,26 @@ std::shared_ptr<const DirectedAvatar> read_directed(const Project& project,
   return directed;
 }
 
+SeenTurn read_seen_turn(const ProjectContents& contents) {
+  SeenTurn seen;
+  std::array<std::vector<double>, 3> angles;
+  if (!contents.avatar || !contents.capture) return seen;
+  for (const CaptureFrame& frame : contents.capture->frames) {
+    const auto view = frame.used ? frame_view(contents, frame.frame) : std::nullopt;
+    if (!view) continue;
+    const auto turn =
+        relative_turn(contents.avatar->avatar, view->camera.cam_from_world, view->pose.world_from_head);
+    for (std::size_t axis = 0; axis < 3; ++axis) angles[axis].push_back(turn[axis]);
+  }
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    if (angles[axis].empty()) continue;
+    std::ranges::sort(angles[axis]);
+    seen.low_deg[axis] = angles[axis][(angles[axis].size() - 1) * 2 / 100];
+    seen.high_deg[axis] = angles[axis][(angles[axis].size() - 1) * 98 / 100];
+  }
+  return seen;
+}
+
 }  // namespace
 
 Result<std::shared_ptr<const ProjectContents>> read_contents(const std::filesystem::path& folder,
@@ -55,6 +77,7 @@ Result<std::shared_ptr<const ProjectContents>> read_contents(const std::filesyst
   contents->track = same_stage(Stage::fit) ? earlier->track : shared_or_none(read_track(track_path(p)));
   contents->avatar =
       same_stage(Stage::train) && earlier->avatar ? earlier->avatar : read_directed(p, contents->model);
+  contents->seen_turn = read_seen_turn(*contents);
   return std::shared_ptr<const ProjectContents>(std::move(contents));
 }
 

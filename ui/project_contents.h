@@ -13,6 +13,7 @@
 #include "core/render/pose_avatar.h"
 #include "core/track/track.h"
 #include "core/video/decode.h"
+#include "ui/acting.h"
 
 namespace likeness::ui {
 
@@ -33,6 +34,7 @@ struct ProjectContents {
   std::shared_ptr<const CameraSet> cameras;
   std::shared_ptr<const Track> track;
   std::shared_ptr<const DirectedAvatar> avatar;
+  SeenTurn seen_turn;  // of the training frames; none without an avatar
 
   bool is_current(Stage stage) const { return current[std::size_t(stage)]; }
 };

@@ -221,7 +221,7 @@ Requests Shell::draw(const Snapshot& snapshot) {
     draw_start_screen(snapshot, requests);
     ImGui::End();
   } else {
-    const float path = std::min(px(kPathWidth), 0.3f * screen.Size.x);
+    const float path = std::min(px(kPathWidth), 0.25f * screen.Size.x);
     begin_part("path", {0, top}, {path, height}, p.panel, {px(14), px(14)});
     draw_path(snapshot, requests);
     ImGui::End();

@@ -69,7 +69,9 @@ void add_next(Step step, const ProjectContents& contents, StepView& view) {
   if (step == Step::face && contents.track) {
     const auto lost = std::ranges::count_if(
         contents.track->frames, [](const TrackedFrame& f) { return f.status == FrameStatus::lost; });
-    if (lost > 0) view.next = fmt::format("Look at the {} frames in which the head was lost.", lost);
+    if (lost > 0)
+      view.next =
+          fmt::format("The head was lost in {} frame{}: look at the red bars.", lost, lost == 1 ? "" : "s");
   }
 }
 

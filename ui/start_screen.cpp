@@ -146,6 +146,7 @@ void draw_film_guide() {
       {"A plain, textured room", "behind the person, with nobody else in it and nothing that moves."},
       {"Hair and glasses", "stay as they are. Hands stay away from the face."}};
   int number = 1;
+  ImGui::PushStyleVar(ImGuiStyleVar_ItemSpacing, ImVec2(px(8), px(3)));
   for (const auto& [what, how] : kRules) {
     const ImVec2 at = ImGui::GetCursorScreenPos();
     const float line = ImGui::GetTextLineHeight();
@@ -162,7 +163,9 @@ void draw_film_guide() {
     ImGui::PopTextWrapPos();
     ImGui::PopStyleColor();
     ImGui::EndGroup();
+    ImGui::Dummy({0, px(8)});
   }
+  ImGui::PopStyleVar();
 }
 
 void draw_licences() {

@@ -201,7 +201,7 @@ Snapshot Studio::snapshot() const {
 
   Situation& now = s.situation;
   now.project = contents_ != nullptr;
-  now.clip_there = contents_ && contents_->clip;
+  now.clip_there = contents_ && (contents_->clip || contents_->capture);
   now.running = ui::is_working(pipeline_.job) || ui::is_working(s.demo);
   now.training =
       ui::is_working(pipeline_.job) && pipeline_.stage == Stage::train && !pipeline_.training.empty();

@@ -102,6 +102,13 @@ void set_colours(ImGuiStyle& style) {
 
 const Theme& theme() { return current; }
 
+const char* letter_file() {
+  std::error_code ignored;
+  for (const char* file : kRegular)
+    if (std::filesystem::exists(file, ignored)) return file;
+  return "";
+}
+
 void apply_theme(bool dark, float scale) {
   const bool letters = !current.fonts.body || scale != current.scale || !ImGui::GetIO().Fonts->IsBuilt();
   current.dark = dark;

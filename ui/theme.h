@@ -30,6 +30,9 @@ const Theme& theme();
 // ImGui's own letters.
 void apply_theme(bool dark, float scale);
 
+// The file of the letters in use, for those who draw them without ImGui; empty: none.
+const char* letter_file();
+
 inline float px(float units) { return units * theme().scale; }
 inline ImU32 colour(const ImVec4& c, float alpha = 1) {
   return ImGui::ColorConvertFloat4ToU32({c.x, c.y, c.z, c.w * alpha});

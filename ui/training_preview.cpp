@@ -99,7 +99,8 @@ TrainingPreview::TrainingPreview(Project project, std::function<void()> wake)
 AvatarTap TrainingPreview::tap() {
   return {[this] {
             const std::lock_guard lock(mutex_);
-            return wanted_;
+            if (!training_since_) training_since_ = Clock::now();
+            return wanted_ && Clock::now() - *training_since_ >= std::chrono::duration<double>(kFirst_s);
           },
           [this](const Avatar& avatar) {
             {

@@ -3,6 +3,7 @@
 // slowed.
 #pragma once
 
+#include <chrono>
 #include <condition_variable>
 #include <functional>
 #include <memory>
@@ -38,6 +39,7 @@ class TrainingPreview {
  public:
   // Share of the time that previews may take; they rest for the remainder.
   static constexpr double kShare = 0.03;
+  static constexpr double kFirst_s = 5;  // of training before the first: earlier there is nothing to see
 
   TrainingPreview(Project project, std::function<void()> wake);
 
@@ -54,6 +56,7 @@ class TrainingPreview {
   mutable std::mutex mutex_;
   std::condition_variable_any changed_;
   bool wanted_ = true;
+  std::optional<std::chrono::steady_clock::time_point> training_since_;
   std::shared_ptr<const Avatar> avatar_;
   std::shared_ptr<const PreviewPictures> latest_;
   std::vector<PreviewScore> scores_;

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 
 #include "ui/theme.h"
 
@@ -113,6 +114,67 @@ bool command_button(Command command, const Situation& situation, bool primary, f
   const bool pressed = coloured_button(info.words.data(), info.enabled(situation), width, primary);
   if (!info.shortcut.empty()) tooltip(std::string(info.shortcut));
   return pressed;
+}
+
+bool same_line_if_fits(const char* words) {
+  const ImGuiStyle& style = ImGui::GetStyle();
+  const float end = ImGui::GetWindowPos().x + ImGui::GetContentRegionMax().x;
+  const float wanted = ImGui::CalcTextSize(words).x + 2.2f * style.FramePadding.x + style.ItemSpacing.x;
+  if (ImGui::GetItemRectMax().x + wanted >= end) return false;
+  ImGui::SameLine();
+  return true;
+}
+
+void choice_label(const char* words, float width) {
+  const float start = ImGui::GetCursorPosX();
+  ImGui::PushStyleVar(ImGuiStyleVar_FramePadding, ImVec2(px(3), px(2)));
+  ImGui::AlignTextToFramePadding();
+  ImGui::TextUnformatted(words);
+  ImGui::PopStyleVar();
+  ImGui::SameLine(start + width);
+}
+
+bool choice(const char* words, bool chosen) {
+  ImGui::PushStyleVar(ImGuiStyleVar_FramePadding, ImVec2(px(3), px(2)));
+  const bool pressed = ImGui::RadioButton(words, chosen);
+  ImGui::PopStyleVar();
+  note_widget(words);
+  return pressed;
+}
+
+bool slider(const char* id, float* value, const SliderRange& range, const char* format, float width) {
+  const Palette& p = theme().colours;
+  const float words = px(46), full = ImGui::GetFrameHeight(), slim = px(4);
+  const ImVec2 top = ImGui::GetCursorPos();
+  ImGui::BeginGroup();
+  ImGui::PushStyleVar(ImGuiStyleVar_FramePadding, ImVec2(slim, slim));
+  ImGui::SetCursorPosY(top.y + 0.5f * (full - ImGui::GetFrameHeight()));
+  ImGui::SetNextItemWidth(std::max(px(30), width - words));
+  bool changed = ImGui::SliderFloat(id, value, range.low, range.high, "", ImGuiSliderFlags_AlwaysClamp);
+  ImGui::PopStyleVar();
+  note_widget(id);
+  if (ImGui::IsItemHovered() && ImGui::IsMouseDoubleClicked(ImGuiMouseButton_Left)) {
+    *value = range.rest;
+    changed = true;
+  }
+  const ImVec2 a = ImGui::GetItemRectMin(), b = ImGui::GetItemRectMax();
+  ImDrawList& list = *ImGui::GetWindowDrawList();
+  if (range.seen_high > range.seen_low) {
+    const float inset = px(3), span = b.x - a.x - 2 * inset;
+    const auto at = [&](float v) {
+      return a.x + inset + span * std::clamp((v - range.low) / (range.high - range.low), 0.f, 1.f);
+    };
+    const float from = at(range.seen_low), to = std::max(from + px(2), at(range.seen_high));
+    list.AddRectFilled({from, b.y + px(1)}, {to, b.y + px(4)}, colour(p.good), px(1.5f));
+  }
+  char shown[32];
+  std::snprintf(shown, sizeof shown, format, double(*value));
+  const ImVec2 size = ImGui::CalcTextSize(shown);
+  list.AddText({b.x + words - size.x, 0.5f * (a.y + b.y - size.y)}, colour(p.faint), shown);
+  ImGui::SetCursorPos(top);
+  ImGui::Dummy({b.x - a.x + words, full});
+  ImGui::EndGroup();  // one item, that is let go when the slider is
+  return changed;
 }
 
 void progress_bar(float fraction, float height) {

@@ -33,6 +33,19 @@ bool plain_button(const char* words, bool enabled = true, float width = 0);
 // A button of the command table; its shortcut is its tooltip. True where it was pressed.
 bool command_button(Command command, const Situation& situation, bool primary = false, float width = 0);
 
+// Goes on in the same line if a button of these words still fits there; otherwise false.
+bool same_line_if_fits(const char* words);
+// A row of radio buttons, hardly higher than their words, after its label; width: of the label.
+void choice_label(const char* words, float width);
+bool choice(const char* words, bool chosen);
+
+// A slim slider with its value beside it, `width` together. seen: the range the clip showed, marked under it;
+// equal: none. Double click: `rest`.
+struct SliderRange {
+  float low = 0, high = 1, seen_low = 0, seen_high = 0, rest = 0;
+};
+bool slider(const char* id, float* value, const SliderRange& range, const char* format, float width);
+
 // A thin bar; fraction < 0: no end is known.
 void progress_bar(float fraction, float height = 6);
 // "about 4 min left"; empty where nothing is known (negative).

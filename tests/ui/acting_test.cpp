@@ -118,16 +118,35 @@ TEST(Acting, ZoomAndShiftMoveThePictureAboutItsMiddle) {
 TEST(Acting, WhatWasNeverSeenIsSaid) {
   Avatar avatar = plain_avatar();
   avatar.seen = {{"jawOpen", 0, 0.4f}};
+  const SeenTurn seen{{-20, -10, -5}, {30, 10, 5}};
   Acting acting;
   acting.amounts["jawOpen"] = 0.4f;
-  EXPECT_TRUE(beyond_seen(acting, avatar).empty());
+  EXPECT_TRUE(beyond_seen(acting, avatar, seen).empty());
   acting.amounts["jawOpen"] = 1;
-  EXPECT_THAT(beyond_seen(acting, avatar), ElementsAre(HasSubstr("Jaw open")));
+  EXPECT_THAT(beyond_seen(acting, avatar, seen), ElementsAre(HasSubstr("Jaw open")));
   acting.amounts.clear();
-  acting.view.yaw_deg = 50;
-  EXPECT_THAT(beyond_seen(acting, avatar), ElementsAre(HasSubstr("50")));
-  acting.yaw_deg = 45;  // the head turned after the camera is seen from the front again
-  EXPECT_TRUE(beyond_seen(acting, avatar).empty());
+  acting.view.yaw_deg = 50;  // of the camera: the head seems turned by -50
+  EXPECT_THAT(beyond_seen(acting, avatar, seen), ElementsAre(HasSubstr("30")));
+  acting.yaw_deg = 45;  // turned after the camera it is seen from the front again
+  EXPECT_TRUE(beyond_seen(acting, avatar, seen).empty());
+}
+
+TEST(Acting, TheSeenTurnIsInTheSlidersTerms) {
+  const Avatar avatar = plain_avatar();
+  const AvatarRig rig{.model = &head(), .shape = shape_head(head(), avatar.person)};
+  Acting acting;
+  acting.yaw_deg = 20, acting.pitch_deg = -10, acting.roll_deg = 5;
+  const AvatarPose pose = acting_pose(acting, avatar, rig);
+  const auto turn = relative_turn(avatar, avatar.cam_from_world, pose.world_from_head);
+  EXPECT_NEAR(turn[0], 20, 1e-9);
+  EXPECT_NEAR(turn[1], -10, 1e-9);
+  EXPECT_NEAR(turn[2], 5, 1e-9);
+  // A camera that walks to the subject's left sees the head as if it had turned to the right.
+  Acting orbit;
+  orbit.view.yaw_deg = 20;
+  const auto walked =
+      relative_turn(avatar, acting_camera(orbit, avatar, 256).cam_from_world, avatar.world_from_head);
+  EXPECT_NEAR(walked[0], -20, 1e-9);
 }
 
 }  // namespace

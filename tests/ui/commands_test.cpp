@@ -33,6 +33,8 @@ TEST(Commands, AnAvatarNeedsAProjectAndAnAnswer) {
   now.project = true;
   EXPECT_FALSE(is_enabled(Command::make_avatar, now));
   now.consent = true;
+  EXPECT_FALSE(is_enabled(Command::make_avatar, now));
+  now.clip_there = true;
   EXPECT_TRUE(is_enabled(Command::make_avatar, now));
   now.running = true;
   EXPECT_FALSE(is_enabled(Command::make_avatar, now));

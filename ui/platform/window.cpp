@@ -20,6 +20,9 @@ struct Window::Impl {
   std::vector<std::filesystem::path> drops;
   std::optional<InjectedInput> injected;
   int injected_key = 0;
+  // Keys pressed since the last frame, with their modifiers: one that is let go before the next frame counts
+  // as well.
+  std::vector<std::array<int, 2>> pressed, shown;
 };
 
 namespace {
@@ -35,7 +38,10 @@ void watch_input(GLFWwindow* window) {
   glfwSetCursorEnterCallback(window, [](GLFWwindow* w, int) { impl_of(w).touched = true; });
   glfwSetMouseButtonCallback(window, [](GLFWwindow* w, int, int, int) { impl_of(w).touched = true; });
   glfwSetScrollCallback(window, [](GLFWwindow* w, double, double) { impl_of(w).touched = true; });
-  glfwSetKeyCallback(window, [](GLFWwindow* w, int, int, int, int) { impl_of(w).touched = true; });
+  glfwSetKeyCallback(window, [](GLFWwindow* w, int key, int, int action, int modifiers) {
+    impl_of(w).touched = true;
+    if (action == GLFW_PRESS && key >= 0) impl_of(w).pressed.push_back({key, modifiers});
+  });
   glfwSetCharCallback(window, [](GLFWwindow* w, unsigned) { impl_of(w).touched = true; });
   glfwSetWindowFocusCallback(window, [](GLFWwindow* w, int) { impl_of(w).touched = true; });
   glfwSetFramebufferSizeCallback(window, [](GLFWwindow* w, int, int) { impl_of(w).touched = true; });
@@ -114,6 +120,19 @@ void Window::begin_frame() {
   ImGui_ImplOpenGL3_NewFrame();
   ImGui_ImplGlfw_NewFrame();
   ImGuiIO& io = ImGui::GetIO();
+  for (const auto& [key, modifiers] : std::exchange(impl_->shown, {}))
+    io.KeysDown[key] = glfwGetKey(impl_->window, key) == GLFW_PRESS;
+  const auto held = [&](int left, int right) {
+    return glfwGetKey(impl_->window, left) == GLFW_PRESS || glfwGetKey(impl_->window, right) == GLFW_PRESS;
+  };
+  io.KeyCtrl = held(GLFW_KEY_LEFT_CONTROL, GLFW_KEY_RIGHT_CONTROL);
+  io.KeyShift = held(GLFW_KEY_LEFT_SHIFT, GLFW_KEY_RIGHT_SHIFT);
+  impl_->shown = std::exchange(impl_->pressed, {});
+  for (const auto& [key, modifiers] : impl_->shown) {
+    io.KeysDown[key] = true;
+    io.KeyCtrl |= (modifiers & GLFW_MOD_CONTROL) != 0;
+    io.KeyShift |= (modifiers & GLFW_MOD_SHIFT) != 0;
+  }
   if (std::exchange(impl_->injected_key, 0) != 0 || impl_->injected)
     std::fill(std::begin(io.KeysDown), std::end(io.KeysDown), false);
   if (const auto& input = impl_->injected) {

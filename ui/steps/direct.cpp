@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 
 #include "ui/steps/steps.h"
 #include "ui/theme.h"
@@ -116,43 +117,20 @@ void draw_view(const Snapshot& snapshot, Views& views, ImVec2 area, Requests& re
   if (let_go || (hovered && ImGui::GetIO().MouseWheel != 0)) requests.acting_finished = true;
 }
 
-// A slider whose track shows the range the capture showed.
-bool range_slider(const char* id, float* value, float low, float high, const char* format, float seen_low,
-                  float seen_high, float width) {
-  ImGui::SetNextItemWidth(width);
-  const bool changed = ImGui::SliderFloat(id, value, low, high, format, ImGuiSliderFlags_AlwaysClamp);
-  note_widget(id);
-  if (seen_high > seen_low) {
-    const ImVec2 a = ImGui::GetItemRectMin(), b = ImGui::GetItemRectMax();
-    const float inset = px(3), span = b.x - a.x - 2 * inset;
-    const auto at = [&](float v) {
-      return a.x + inset + span * std::clamp((v - low) / (high - low), 0.f, 1.f);
-    };
-    ImGui::GetWindowDrawList()->AddRectFilled({at(seen_low), b.y - px(3)},
-                                              {std::max(at(seen_low) + px(2), at(seen_high)), b.y},
-                                              colour(theme().colours.good), px(1.5f));
-  }
-  return changed;
-}
-
 class Sliders {
  public:
   Sliders(const Snapshot& snapshot, Requests& requests)
       : acting_(requests.acting.value_or(snapshot.acting)), requests_(requests) {}
 
-  void row(const std::string& words, const std::string& id, float value, float low, float high,
-           const char* format, float seen_low, float seen_high,
-           const std::function<void(Acting&, float)>& set) {
-    const float width = ImGui::GetContentRegionAvail().x, label = 0.46f * width;
+  void row(const std::string& words, const std::string& id, float value, const SliderRange& range,
+           const char* format, const std::function<void(Acting&, float)>& set) {
+    const float start = ImGui::GetCursorPosX(), width = ImGui::GetContentRegionAvail().x,
+                label = 0.42f * width;
     ImGui::AlignTextToFramePadding();
     clipped_text(words, label - px(6));
-    ImGui::SameLine(label);
-    if (range_slider(("##" + id).c_str(), &value, low, high, format, seen_low, seen_high, width - label)) {
+    ImGui::SameLine(start + label);
+    if (slider(("##" + id).c_str(), &value, range, format, width - label)) {
       set(acting_, value);
-      requests_.acting = acting_;
-    }
-    if (ImGui::IsItemHovered() && ImGui::IsMouseDoubleClicked(ImGuiMouseButton_Left)) {
-      set(acting_, 0);
       requests_.acting = acting_;
     }
     if (ImGui::IsItemDeactivated()) requests_.acting_finished = true;
@@ -184,35 +162,43 @@ bool group_heading(const char* words, bool& open) {
 }
 
 void draw_presets(const Snapshot& snapshot, Requests& requests) {
-  const float width = ImGui::GetContentRegionAvail().x;
-  const float gap = px(6);
+  const float width = ImGui::GetContentRegionAvail().x, gap = px(6);
+  ImGui::PushStyleVar(ImGuiStyleVar_FramePadding, ImVec2(px(4), ImGui::GetStyle().FramePadding.y));
+  float widest = 0;
+  for (const Preset& preset : presets())
+    widest = std::max(widest, ImGui::CalcTextSize(preset.words.data()).x + px(10));
+  const int wide = std::clamp(int((width + gap) / (widest + gap)), 1, 4), narrow = 5;
   int in_row = 0;
   bool vowels = false;
   for (const Preset& preset : presets()) {
     const bool vowel = preset.words.size() == 1;
     if (vowel && !vowels) in_row = 0, vowels = true;
-    const float share = vowel ? 5 : 2;
-    if (in_row > 0 && in_row % int(share) != 0) ImGui::SameLine(0, gap);
-    ++in_row;
-    if (plain_button(std::string(preset.words).c_str(), true, (width - (share - 1) * gap) / share)) {
+    const int columns = vowel ? narrow : wide == 3 ? 2 : wide;
+    if (in_row++ % columns != 0) ImGui::SameLine(0, gap);
+    if (plain_button(preset.words.data(), true, (width - float(columns - 1) * gap) / float(columns))) {
       requests.acting = with_preset(snapshot.acting, preset, *snapshot.contents->model);
       requests.acting_finished = true;
     }
   }
+  ImGui::PopStyleVar();
 }
 
-void draw_head_sliders(Sliders& sliders) {
+void draw_head_sliders(const SeenTurn& seen, Sliders& sliders) {
   const Acting a = sliders.acting();
-  const float turn = float(kTurnLimit_deg), seen = float(kSeenOrbit_deg);
-  sliders.row("Turn", "turn", float(a.yaw_deg), -turn, turn, "%.0f\u00b0", -seen, seen,
+  const float turn = float(kTurnLimit_deg);
+  const auto range = [&](int axis) {
+    return SliderRange{-turn, turn, float(seen.low_deg[axis]), float(seen.high_deg[axis])};
+  };
+  const SliderRange gaze{-1, 1};
+  sliders.row("Turn", "turn", float(a.yaw_deg), range(0), "%.0f\u00b0",
               [](Acting& acting, float v) { acting.yaw_deg = v; });
-  sliders.row("Nod", "nod", float(a.pitch_deg), -turn, turn, "%.0f\u00b0", -0.7f * seen, 0.7f * seen,
+  sliders.row("Nod", "nod", float(a.pitch_deg), range(1), "%.0f\u00b0",
               [](Acting& acting, float v) { acting.pitch_deg = v; });
-  sliders.row("Tilt", "tilt", float(a.roll_deg), -turn, turn, "%.0f\u00b0", -seen, seen,
+  sliders.row("Tilt", "tilt", float(a.roll_deg), range(2), "%.0f\u00b0",
               [](Acting& acting, float v) { acting.roll_deg = v; });
-  sliders.row("Look aside", "look aside", float(a.gaze_side), -1, 1, "%.2f", 0, 0,
+  sliders.row("Look aside", "look aside", float(a.gaze_side), gaze, "%.2f",
               [](Acting& acting, float v) { acting.gaze_side = v; });
-  sliders.row("Look up", "look up", float(a.gaze_up), -1, 1, "%.2f", 0, 0,
+  sliders.row("Look up", "look up", float(a.gaze_up), gaze, "%.2f",
               [](Acting& acting, float v) { acting.gaze_up = v; });
 }
 
@@ -225,8 +211,9 @@ void draw_action_sliders(const ActionGroup& group, const Avatar& avatar, Sliders
     if (sliders.acting().linked && left) words = words.substr(0, words.find(", left"));
     const auto seen = std::ranges::find(avatar.seen, name, &ActionRange::name);
     const bool known = seen != avatar.seen.end();
-    sliders.row(words, name, amount_of(sliders.acting(), name), 0, 1, "%.2f",
-                known ? std::max(0.f, seen->low) : 0, known ? std::max(0.f, seen->high) : 0,
+    const SliderRange range{0, 1, known ? std::max(0.f, seen->low) : 0,
+                            known ? std::max(0.f, seen->high) : 0};
+    sliders.row(words, name, amount_of(sliders.acting(), name), range, "%.2f",
                 [&name](Acting& acting, float v) { set_amount(acting, name, v); });
   }
 }
@@ -241,16 +228,20 @@ void draw_controls(const Snapshot& snapshot, Views& views, Requests& requests) {
   ImGui::BeginDisabled(snapshot.comparing);
   draw_presets(snapshot, requests);
   bool linked = snapshot.acting.linked;
-  if (ImGui::Checkbox("Both sides together", &linked)) {
+  ImGui::PushStyleVar(ImGuiStyleVar_FramePadding, ImVec2(px(3), px(2)));
+  const bool relinked = ImGui::Checkbox("Link both sides", &linked);
+  ImGui::PopStyleVar();
+  if (relinked) {
     Acting acting = requests.acting.value_or(snapshot.acting);
     acting.linked = linked;
     requests.acting = acting;
     requests.acting_finished = true;
   }
-  note_widget("Both sides together");
+  note_widget("Link both sides");
   Sliders sliders(snapshot, requests);
   std::size_t number = 0;
-  if (group_heading("Head and gaze", views.open_groups[number])) draw_head_sliders(sliders);
+  if (group_heading("Head and gaze", views.open_groups[number]))
+    draw_head_sliders(snapshot.contents->seen_turn, sliders);
   for (const ActionGroup& group : group_actions(*directed.model)) {
     number = std::min(number + 1, views.open_groups.size() - 1);
     ImGui::PushID(int(number));
@@ -263,24 +254,36 @@ void draw_controls(const Snapshot& snapshot, Views& views, Requests& requests) {
   faint_text("Green under a slider: what the clip showed. Double click: back to none.");
 }
 
-void draw_bar(const Snapshot& snapshot, Views& views, Requests& requests) {
+// One line; what does not fit is in the menu Edit.
+void draw_bar(const Snapshot& snapshot, Requests& requests) {
   const Situation& now = snapshot.situation;
-  if (command_button(Command::reset_view, now)) requests.ask(Command::reset_view);
-  ImGui::SameLine();
-  if (command_button(Command::reset_head, now)) requests.ask(Command::reset_head);
-  ImGui::SameLine();
-  if (command_button(Command::reset_face, now)) requests.ask(Command::reset_face);
-  ImGui::SameLine();
-  const bool comparing = snapshot.comparing;
-  if (command_button(Command::compare, now, comparing)) requests.ask(Command::compare);
-  if (!comparing) {
-    ImGui::SameLine(0, px(18));
-    ImGui::SetNextItemWidth(std::min(px(150), std::max(px(60), ImGui::GetContentRegionAvail().x - px(4))));
-    ImGui::SliderFloat("##exposure", &views.exposure_ev, -2, 2, "exposure %+.1f",
-                       ImGuiSliderFlags_AlwaysClamp);
-    if (ImGui::IsItemHovered() && ImGui::IsMouseDoubleClicked(ImGuiMouseButton_Left)) views.exposure_ev = 0;
-    tooltip("Brightness of this view only. Double click: as filmed.");
+  if (command_button(Command::compare, now, snapshot.comparing)) requests.ask(Command::compare);
+  for (const Command command : {Command::reset_view, Command::reset_head, Command::reset_face}) {
+    if (!same_line_if_fits(command_info(command).words.data())) break;
+    if (command_button(command, now)) requests.ask(command);
   }
+}
+
+// Below the view: what the mouse does, and the brightness of the view.
+void draw_foot(const Snapshot& snapshot, Views& views, float width) {
+  const float start = ImGui::GetCursorPosX(), tuner = std::min(px(230), 0.5f * width);
+  ImGui::AlignTextToFramePadding();
+  ImGui::PushFont(theme().fonts.small);
+  ImGui::PushStyleColor(ImGuiCol_Text, theme().colours.faint);
+  const std::string words =
+      std::string(snapshot.comparing ? "Drag: wipe between avatar and clip"
+                                     : "Drag: orbit  \u00b7  right: pan  \u00b7  wheel: zoom") +
+      (snapshot.rendering ? "  \u00b7  refining\u2026" : "");
+  const bool narrow = width < px(420);
+  clipped_text(words, narrow ? width : width - tuner - px(70));
+  ImGui::PopStyleColor();
+  ImGui::PopFont();
+  if (narrow) return;
+  ImGui::SameLine(start + width - tuner - px(64));
+  ImGui::TextUnformatted("Exposure");
+  tooltip("Brightness of this view only. Double click: as filmed.");
+  ImGui::SameLine(start + width - tuner + px(10));
+  slider("##exposure", &views.exposure_ev, {.low = -2, .high = 2}, "%+.1f", tuner - px(10));
 }
 
 void draw_compare_strip(const Snapshot& snapshot, Requests& requests) {
@@ -311,23 +314,16 @@ void draw_direct_step(const Snapshot& snapshot, Views& views, Requests& requests
   const float left = area.x - side - px(16);
   ImGui::BeginChild("stage", {left, area.y}, false,
                     ImGuiWindowFlags_NoScrollbar | ImGuiWindowFlags_NoScrollWithMouse);
-  draw_bar(snapshot, views, requests);
-  for (const std::string& words : beyond_seen(snapshot.acting, snapshot.contents->avatar->avatar)) {
+  draw_bar(snapshot, requests);
+  for (const std::string& words :
+       beyond_seen(snapshot.acting, snapshot.contents->avatar->avatar, snapshot.contents->seen_turn)) {
     if (snapshot.comparing) break;
     note(words.c_str(), Tone::warn, words);
   }
   if (snapshot.comparing) draw_compare_strip(snapshot, requests);
-  const float words_height = ImGui::GetTextLineHeightWithSpacing();
-  draw_view(snapshot, views, {left, std::max(px(100), ImGui::GetContentRegionAvail().y - words_height)},
-            requests);
-  ImGui::PushFont(theme().fonts.small);
-  if (snapshot.picture) {
-    faint_text(fmt::format("{}{}",
-                           snapshot.comparing ? "Drag to wipe between the avatar and the clip"
-                                              : "Drag: orbit   \u00b7   right: pan   \u00b7   wheel: zoom",
-                           snapshot.rendering ? "   \u00b7   refining\u2026" : ""));
-  }
-  ImGui::PopFont();
+  const float foot = ImGui::GetFrameHeightWithSpacing();
+  draw_view(snapshot, views, {left, std::max(px(100), ImGui::GetContentRegionAvail().y - foot)}, requests);
+  draw_foot(snapshot, views, left);
   ImGui::EndChild();
   ImGui::SameLine(0, px(16));
   begin_card("controls", {side, area.y}, true);

@@ -11,48 +11,53 @@ namespace likeness::ui {
 
 namespace {
 
-void label(const char* words) {
+constexpr float kLabel = 110;
+
+void slider_label(const char* words) {
+  const float start = ImGui::GetCursorPosX();
   ImGui::AlignTextToFramePadding();
   ImGui::TextUnformatted(words);
-  ImGui::SameLine(px(130));
+  ImGui::SameLine(start + px(kLabel));
 }
 
 // The room stands behind a still only, as large as it was filmed, and from where the camera stood.
-bool room_possible(const Snapshot& snapshot, const ExportChoice& choice) {
-  return !snapshot.contents->avatar->avatar.plate.empty() && !choice.twice &&
+bool room_possible(const Snapshot& snapshot, const ExportChoice& asked) {
+  return !snapshot.contents->avatar->avatar.plate.empty() && !asked.twice &&
          snapshot.acting.view == ViewPoint{};
 }
 
-void draw_choices(const Snapshot& snapshot, ExportChoice& choice) {
+void draw_choices(const Snapshot& snapshot, ExportChoice& asked) {
   const int size = snapshot.contents->avatar->avatar.size;
-  label("Size");
-  if (ImGui::RadioButton(fmt::format("{} px", size).c_str(), !choice.twice)) choice.twice = false;
+  choice_label("Size", px(kLabel));
+  if (choice(fmt::format("{} px", size).c_str(), !asked.twice)) asked.twice = false;
   ImGui::SameLine();
-  if (ImGui::RadioButton(fmt::format("{} px", 2 * size).c_str(), choice.twice)) choice.twice = true;
-  label("Background");
-  if (ImGui::RadioButton("Light", choice.ground == ExportGround::light)) choice.ground = ExportGround::light;
+  if (choice(fmt::format("{} px", 2 * size).c_str(), asked.twice)) asked.twice = true;
+  choice_label("Background", px(kLabel));
+  if (choice("Light", asked.ground == ExportGround::light)) asked.ground = ExportGround::light;
   ImGui::SameLine();
-  if (ImGui::RadioButton("Dark", choice.ground == ExportGround::dark)) choice.ground = ExportGround::dark;
+  if (choice("Dark", asked.ground == ExportGround::dark)) asked.ground = ExportGround::dark;
   ImGui::SameLine();
-  ImGui::BeginDisabled(!room_possible(snapshot, choice));
-  if (ImGui::RadioButton("The filmed room (stills)", choice.ground == ExportGround::room))
-    choice.ground = ExportGround::room;
+  ImGui::BeginDisabled(!room_possible(snapshot, asked));
+  if (choice("The filmed room (stills)", asked.ground == ExportGround::room))
+    asked.ground = ExportGround::room;
   ImGui::EndDisabled();
-  if (!room_possible(snapshot, choice))
+  if (!room_possible(snapshot, asked))
     tooltip("The room is known from where the camera stood only: reset the view, and keep the filmed size.");
-  label("Orbit");
-  float angle = float(choice.half_angle_deg);
-  ImGui::SetNextItemWidth(px(220));
-  if (ImGui::SliderFloat("##angle", &angle, 5, float(kOrbitLimit_deg), "%.0f\u00b0 to each side",
-                         ImGuiSliderFlags_AlwaysClamp))
-    choice.half_angle_deg = std::round(angle);
-  note_widget("orbit angle");
-  label("Length");
-  ImGui::SetNextItemWidth(px(220));
-  ImGui::SliderInt("##frames", &choice.frames, 10, 300,
-                   fmt::format("{:.1f} s, %d pictures", choice.frames / choice.frames_per_second).c_str(),
-                   ImGuiSliderFlags_AlwaysClamp);
-  note_widget("orbit length");
+  slider_label("Orbit");
+  float angle = float(asked.half_angle_deg);
+  if (slider("##orbit angle", &angle, {.low = 5, .high = float(kOrbitLimit_deg), .rest = 25}, "%.0f\u00b0",
+             px(300)))
+    asked.half_angle_deg = std::round(angle);
+  ImGui::SameLine(0, px(14));
+  ImGui::AlignTextToFramePadding();
+  faint_text("to each side");
+  slider_label("Length");
+  float seconds = float(asked.frames / asked.frames_per_second);
+  if (slider("##orbit length", &seconds, {.low = 0.4f, .high = 12, .rest = 4}, "%.1f s", px(300)))
+    asked.frames = int(std::lround(seconds * asked.frames_per_second));
+  ImGui::SameLine(0, px(14));
+  ImGui::AlignTextToFramePadding();
+  faint_text(fmt::format("{} pictures", asked.frames));
 }
 
 void draw_kind(const Snapshot& snapshot, Command command, const char* words, Requests& requests) {
@@ -85,18 +90,18 @@ void draw_export_step(const Snapshot& snapshot, Views& views, Requests& requests
     note("stopped", Tone::plain, "The export was stopped; nothing half-written is left.");
 
   begin_card("choices",
-             {0, ImGui::GetFrameHeightWithSpacing() * 4 + 3.2f * ImGui::GetStyle().WindowPadding.y +
+             {0, ImGui::GetFrameHeightWithSpacing() * 4 + 2.2f * ImGui::GetStyle().WindowPadding.y +
                      ImGui::GetTextLineHeightWithSpacing()});
   ImGui::PushFont(theme().fonts.strong);
   ImGui::TextUnformatted("How");
   ImGui::PopFont();
-  ExportChoice choice = snapshot.export_choice;
-  draw_choices(snapshot, choice);
-  if (choice.ground == ExportGround::room && !room_possible(snapshot, choice))
-    choice.ground = ExportGround::light;
-  if (!(choice == snapshot.export_choice)) requests.export_choice = choice;
+  ExportChoice asked = snapshot.export_choice;
+  draw_choices(snapshot, asked);
+  if (asked.ground == ExportGround::room && !room_possible(snapshot, asked))
+    asked.ground = ExportGround::light;
+  if (!(asked == snapshot.export_choice)) requests.export_choice = asked;
   end_card();
-  begin_card("what", {0, ImGui::GetFrameHeightWithSpacing() * 3 + 3.2f * ImGui::GetStyle().WindowPadding.y +
+  begin_card("what", {0, ImGui::GetFrameHeightWithSpacing() * 3 + 2.2f * ImGui::GetStyle().WindowPadding.y +
                              ImGui::GetTextLineHeightWithSpacing()});
   ImGui::PushFont(theme().fonts.strong);
   ImGui::TextUnformatted("What");

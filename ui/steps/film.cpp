@@ -33,22 +33,17 @@ void draw_consent(const Snapshot& snapshot, Requests& requests) {
 void draw_choices(const Snapshot& snapshot, Requests& requests) {
   const ProjectOptions& options = snapshot.contents->project.options;
   ImGui::BeginDisabled(snapshot.situation.running);
-  ImGui::AlignTextToFramePadding();
-  ImGui::TextUnformatted("Pictures");
-  ImGui::SameLine(px(110));
+  choice_label("Pictures", px(94));
   for (const int size : {256, 512, 1024}) {
-    if (ImGui::RadioButton(fmt::format("{} px", size).c_str(), options.size == size))
-      requests.picture_size = size;
+    if (choice(fmt::format("{} px", size).c_str(), options.size == size)) requests.picture_size = size;
     ImGui::SameLine();
   }
   ImGui::NewLine();
   faint_text("Larger pictures show more and take about four times as long a step.");
-  ImGui::AlignTextToFramePadding();
-  ImGui::TextUnformatted("Training");
-  ImGui::SameLine(px(110));
+  choice_label("Training", px(94));
   for (const int minutes : {2, 5, 15, 60}) {
-    if (ImGui::RadioButton(fmt::format("{} min", minutes).c_str(),
-                           options.steps == 0 && options.budget_s == 60 * minutes))
+    if (choice(fmt::format("{} min", minutes).c_str(),
+               options.steps == 0 && options.budget_s == 60 * minutes))
       requests.budget_s = 60 * minutes;
     ImGui::SameLine();
   }
@@ -105,7 +100,7 @@ void draw_film_step(const Snapshot& snapshot, Views& views, Requests& requests) 
       if (primary_button("Direct the avatar")) requests.show = Step::direct;
     } else {
       if (command_button(Command::make_avatar, now, true)) requests.ask(Command::make_avatar);
-      faint_text(now.clip_there || snapshot.contents->capture
+      faint_text(now.clip_there
                      ? "Checks the clip, finds cameras and face, and trains. You can pause at any time."
                      : "The clip must be readable first.");
     }
