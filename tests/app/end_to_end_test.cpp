@@ -7,6 +7,7 @@
 
 #include <chrono>
 #include <fstream>
+#include <set>
 #include <thread>
 
 #include <nlohmann/json.hpp>
@@ -161,6 +162,34 @@ TEST_F(EndToEnd, AnUnknownExpressionListsTheKnownOnes) {
   EXPECT_EQ(result.exit_code, 1);
   EXPECT_NE((result.err).find("jawOpen"), std::string::npos) << result.err;
   EXPECT_FALSE(fs::exists(folder_ / "x.png"));
+}
+
+TEST_F(EndToEnd, TheCheckNamesWhatIsWrongWithAClip) {
+  const fs::path clip = folder_ / "demo" / "demo.mp4";
+  const auto faults = [](const fs::path& video) {
+    const ProgramResult checked = likeness({"check", video.string(), "--json"});
+    EXPECT_EQ(checked.exit_code, 0) << checked.err;
+    std::set<std::string> names;
+    for (const json& remark : json::parse(checked.out).at("remarks")) {
+      names.insert(remark.at("fault").get<std::string>());
+      EXPECT_FALSE(remark.at("remedy").get<std::string>().empty());
+      EXPECT_LE(remark.at("from_s"), remark.at("to_s"));
+    }
+    return names;
+  };
+  const std::set<std::string> as_filmed = faults(clip);
+  EXPECT_EQ(as_filmed.count("too_short"), 1u) << "two seconds";
+  for (const auto& [fault, filter] :
+       {std::pair("blurred", "gblur=sigma=4"), std::pair("too_dark", "lutyuv=y='16+(val-16)*0.12'"),
+        std::pair("head_cut", "crop=iw:ih*0.62:0:ih*0.36")}) {
+    EXPECT_EQ(as_filmed.count(fault), 0u) << fault;
+    const fs::path spoilt = folder_ / (std::string(fault) + ".mp4");
+    const ProgramResult made = run_program(
+        {"ffmpeg", "-loglevel", "error", "-y", "-i", clip.string(), "-vf", filter, spoilt.string()});
+    if (made.exit_code == 127) GTEST_SKIP() << "the ffmpeg program is not installed";
+    ASSERT_EQ(made.exit_code, 0) << made.err;
+    EXPECT_EQ(faults(spoilt).count(fault), 1u) << fault;
+  }
 }
 
 TEST_F(EndToEnd, TwoPeopleInViewAreRefused) {
