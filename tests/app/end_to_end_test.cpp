@@ -169,8 +169,9 @@ TEST_F(EndToEnd, TheCheckNamesWhatIsWrongWithAClip) {
   const auto faults = [](const fs::path& video) {
     const ProgramResult checked = likeness({"check", video.string(), "--json"});
     EXPECT_EQ(checked.exit_code, 0) << checked.err;
+    const json report = json::parse(checked.out);
     std::set<std::string> names;
-    for (const json& remark : json::parse(checked.out).at("remarks")) {
+    for (const json& remark : report.at("remarks")) {
       names.insert(remark.at("fault").get<std::string>());
       EXPECT_FALSE(remark.at("remedy").get<std::string>().empty());
       EXPECT_LE(remark.at("from_s"), remark.at("to_s"));
