@@ -37,10 +37,10 @@ void draw_numbers(const Snapshot& snapshot) {
   ImGui::SameLine(0, px(22));
   ImGui::AlignTextToFramePadding();
   ImGui::PushStyleColor(ImGuiCol_Text, theme().colours.faint);
-  ImGui::TextUnformatted(
+  clipped_text(
       fmt::format("{:.1f} dB   \u00b7   {:.0f} thousand rays a second   \u00b7   step {}   \u00b7   {}",
-                  last.train_psnr_db, last.rays_per_s / 1000, last.step, duration(last.seconds))
-          .c_str());
+                  last.train_psnr_db, last.rays_per_s / 1000, last.step, duration(last.seconds)),
+      ImGui::GetContentRegionAvail().x);
   ImGui::PopStyleColor();
 }
 
@@ -61,13 +61,13 @@ void draw_preview(const char* name, FollowedTexture& texture, const Image8& imag
   ImGui::EndGroup();
 }
 
-void draw_previews(const PreviewPictures& p, Views& views, float side) {
+void draw_previews(const PreviewPictures& p, Views& views, float side, int columns) {
   draw_preview("preview truth", views.previews[0], p.truth, &p.truth,
                fmt::format("The clip, frame {}{}", p.frame, p.held_out ? " (held out)" : ""), side);
   ImGui::SameLine();
   draw_preview("preview same", views.previews[1], p.same, &p.same,
                fmt::format("The avatar there: {:.1f} dB", p.psnr_db), side);
-  ImGui::SameLine();
+  if (columns > 2) ImGui::SameLine();
   draw_preview("preview turned", views.previews[2], p.turned, &p.turned, p.turned_words, side);
   ImGui::SameLine();
   draw_preview("preview expression", views.previews[3], p.expression, &p.expression, p.expression_words,
@@ -99,11 +99,17 @@ void draw_train_step(const Snapshot& snapshot, Views& views, Requests& requests)
     return;
   }
   const ImVec2 area = ImGui::GetContentRegionAvail();
-  const float spacing = ImGui::GetStyle().ItemSpacing.x, pad = 2 * ImGui::GetStyle().WindowPadding.x;
-  const float side = std::min((area.x - pad - 3 * spacing - px(2)) / 4, area.y * 0.46f);
-  const float previews =
-      side + ImGui::GetTextLineHeightWithSpacing() + 2 * ImGui::GetStyle().WindowPadding.y + px(6);
-  begin_card("curve", {0, std::max(px(120), area.y - previews - ImGui::GetStyle().ItemSpacing.y)});
+  const ImVec2 spacing = ImGui::GetStyle().ItemSpacing, padding = ImGui::GetStyle().WindowPadding;
+  const float words = ImGui::GetTextLineHeightWithSpacing();
+  // In a low window the previews stand beside the curve, two by two.
+  const bool low = area.y < px(360);
+  const int columns = low ? 2 : 4;
+  const float side = low ? std::max(px(30), 0.5f * (area.y - 2 * padding.y - spacing.y) - words)
+                         : std::min((area.x - 2 * padding.x - 3 * spacing.x - px(2)) / 4, area.y * 0.46f);
+  const ImVec2 previews{float(columns) * side + float(columns - 1) * spacing.x + 2 * padding.x + px(2),
+                        side + words + 2 * padding.y + px(6)};
+  begin_card("curve", low ? ImVec2(std::max(px(120), area.x - previews.x - spacing.x), area.y)
+                          : ImVec2(0, std::max(px(120), area.y - previews.y - spacing.y)));
   if (curve) {
     views.chart.set(snapshot.pipeline.training, snapshot.pipeline.held_out);
     views.chart.draw("training curve", ImGui::GetContentRegionAvail());
@@ -111,9 +117,10 @@ void draw_train_step(const Snapshot& snapshot, Views& views, Requests& requests)
     draw_nothing_yet("The curve begins with the second report.");
   }
   end_card();
-  begin_card("previews", {0, previews});
+  if (low) ImGui::SameLine();
+  begin_card("previews", {0, low ? area.y : previews.y});
   if (pictures) {
-    draw_previews(*pictures, views, side);
+    draw_previews(*pictures, views, side, columns);
   } else {
     draw_nothing_yet("The first previews come in a moment.");
   }
