@@ -30,6 +30,8 @@ constexpr CommandInfo kTable[] = {
     {Command::reset_face, Menu::edit, "Reset the face", "Ctrl+1", directing},
     {Command::reset_head, Menu::edit, "Reset the head", "Ctrl+2", directing},
     {Command::reset_view, Menu::edit, "Reset the view", "Ctrl+3", directing},
+    {Command::check_clip, Menu::avatar, "Check the clip", "Ctrl+K",
+     [](S s) { return s.project && s.can_check && s.consent && !s.running && !s.checking; }},
     {Command::make_avatar, Menu::avatar, "Make the avatar", "Ctrl+Enter",
      [](S s) { return s.project && s.clip_there && s.consent && !s.running && !s.finished; }},
     {Command::pause, Menu::avatar, "Pause", "Ctrl+P", [](S s) { return s.running; }},

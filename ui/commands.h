@@ -14,6 +14,7 @@ enum class Command {
   try_demo,
   close_project,
   quit,
+  check_clip,
   make_avatar,
   pause,
   finish_now,
@@ -50,7 +51,8 @@ struct Situation {
   bool finished = false;    // every stage is done
   bool avatar = false;      // it can be directed
   bool exporting = false;
-  bool directing = false;  // the Direct step is shown
+  bool checking = false, can_check = false;  // the clip is being looked at; it could be
+  bool directing = false;                    // the Direct step is shown
   bool can_undo = false, can_redo = false;
   bool consent = false;  // the question of consent was answered
 };

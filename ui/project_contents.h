@@ -21,7 +21,8 @@ namespace likeness::ui {
 struct DirectedAvatar {
   std::shared_ptr<const HeadModel> model;
   Avatar avatar;
-  AvatarRig rig;  // refers to the model
+  AvatarRig rig;     // refers to the model
+  std::string hash;  // of avatar.bin, for the provenance of what is exported
 };
 
 struct ProjectContents {

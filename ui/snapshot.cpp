@@ -128,6 +128,22 @@ std::string_view step_words(Step step) {
   return kWords[std::size_t(step)];
 }
 
+void add_verdict(const JobStatus& checking, const CaptureVerdict* verdict, StepView& step) {
+  if (step.state != StepState::to_do) return;
+  if (is_working(checking)) {
+    step.state = StepState::running;
+    step.text = "Looking at the clip";
+    step.fraction = checking.fraction;
+    step.seconds_left = checking.seconds_left;
+  } else if (verdict) {
+    step.found = verdict_words(verdict->verdict);
+    if (verdict->verdict == Verdict::ready) return;
+    step.state = StepState::needs_you;
+    step.next = verdict->verdict == Verdict::refilm ? "Film again, or go on and see what comes of it."
+                                                    : "Look at the remarks, then make the avatar.";
+  }
+}
+
 std::array<StepView, kSteps.size()> view_steps(const ProjectContents* contents, bool loading,
                                                const PipelineStatus& pipeline, const JobStatus& exporting,
                                                const std::filesystem::path& exported) {

@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "core/check/verdict.h"
 #include "core/film/film.h"
 #include "ui/acting.h"
 #include "ui/avatar_renderer.h"
@@ -74,7 +75,9 @@ struct Snapshot {
   PipelineStatus pipeline;
   JobStatus demo;  // filming the demo person
   JobStatus exporting;
-  std::filesystem::path exported;  // what the last finished export wrote
+  JobStatus checking;                             // the capture check, before anything is built
+  std::shared_ptr<const CaptureVerdict> verdict;  // null: the clip was not looked at since it was opened
+  std::filesystem::path exported;                 // what the last finished export wrote
   ExportChoice export_choice;
   Settings settings;
   Acting acting;
@@ -113,5 +116,8 @@ struct Requests {
 std::array<StepView, kSteps.size()> view_steps(const ProjectContents* contents, bool loading,
                                                const PipelineStatus& pipeline, const JobStatus& exporting,
                                                const std::filesystem::path& exported);
+
+// What the capture check says of a clip that is not imported yet, in its step.
+void add_verdict(const JobStatus& checking, const CaptureVerdict* verdict, StepView& step);
 
 }  // namespace likeness::ui

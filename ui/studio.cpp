@@ -143,6 +143,8 @@ void Studio::tick() {
   }
   if (export_ && !ui::is_working(export_->status()) && export_->status().state == JobState::done)
     exported_ = exporting_to_;
+  if (check_ && checked_ && check_->status().state == JobState::done)
+    verdict_ = std::exchange(checked_, nullptr);
   if (!pipeline_job_) return;
   pipeline_ = pipeline_job_->status();
   for (const Stage stage : kStages) {
@@ -180,8 +182,11 @@ Snapshot Studio::snapshot() const {
   s.pipeline = pipeline_;
   if (demo_) s.demo = demo_->status();
   if (export_) s.exporting = export_->status();
+  if (check_) s.checking = check_->status();
+  s.verdict = verdict_;
   s.exported = exported_;
   s.steps = view_steps(contents_.get(), s.loading, s.pipeline, s.exporting, s.exported);
+  add_verdict(s.checking, s.verdict.get(), s.steps[std::size_t(Step::check)]);
   s.shown = shown_;
   s.export_choice = export_choice_;
   s.settings = settings_;
@@ -208,6 +213,8 @@ Snapshot Studio::snapshot() const {
   now.finished = contents_ && std::ranges::all_of(contents_->current, [](bool current) { return current; });
   now.avatar = contents_ && contents_->avatar;
   now.exporting = ui::is_working(s.exporting);
+  now.checking = ui::is_working(s.checking);
+  now.can_check = contents_ && contents_->clip;
   now.directing = shown_ == Step::direct;
   now.can_undo = acting_.can_undo();
   now.can_redo = acting_.can_redo();
@@ -305,6 +312,9 @@ Wish Studio::carry_out(Command command) {
     case Command::make_avatar:
       follow_ = true;
       start_pipeline(contents_->project.options);
+      break;
+    case Command::check_clip:
+      start_check();
       break;
     case Command::pause:
       if (demo_) demo_->stop();
@@ -462,6 +472,9 @@ void Studio::loaded(std::shared_ptr<const ProjectContents> contents) {
     read_clip_picture();
   }
   if (contents_->avatar && contents_->avatar != before) request_picture();
+  // A new clip is looked at before anything is built from it.
+  if (!contents_->capture && contents_->clip && contents_->project.consent != Consent::not_asked && !check_)
+    start_check();
   // Pictures of the steps, as soon as there are any.
   if (contents_->capture && (check_picture_.frame < 0 || !check_picture_.image) &&
       !contents_->capture->frames.empty())
@@ -477,6 +490,7 @@ void Studio::close_project() {
   if (pipeline_job_) pipeline_job_->stop();
   pipeline_job_.reset();
   export_.reset();
+  drop_check();
   pipeline_ = {};
   seen_states_ = {};
   seen_pipeline_ = JobState::none;
@@ -535,6 +549,33 @@ void Studio::start_demo() {
       wake_);
 }
 
+// A check stops between two pictures or two fits: too long to wait for here.
+void Studio::drop_check() {
+  checked_.reset();
+  verdict_.reset();
+  if (!check_) return;
+  check_->stop();
+  background_.run("", [ending = std::shared_ptr<Job>(std::move(check_))](std::stop_token) mutable {
+    ending.reset();
+    return Background::Delivery([] {});
+  });
+}
+
+void Studio::start_check() {
+  drop_check();
+  checked_ = std::make_shared<CaptureVerdict>();
+  check_ = std::make_unique<Job>(
+      [options = contents_->project.options, into = checked_](const Progress& progress,
+                                                              std::stop_token stop) -> Result<std::string> {
+        const auto measures =
+            measure_clip(options.video, options.landmark_model, progress.stage(0, 1, "check"), stop);
+        if (!measures) return measures.error();
+        *into = judge_capture(*measures);
+        return std::string(verdict_words(into->verdict));
+      },
+      wake_);
+}
+
 void Studio::start_export(ExportKind kind) {
   if (!contents_ || !contents_->avatar) return;
   export_kind_ = kind;
@@ -547,7 +588,7 @@ void Studio::start_export(ExportKind kind) {
         if (const auto folder = make_writable_folder(kind == ExportKind::sequence ? out : out.parent_path());
             !folder)
           return folder.error();
-        const OpenedAvatar opened{contents->project, avatar.avatar, *avatar.model};
+        const OpenedAvatar opened{contents->project, avatar.avatar, *avatar.model, avatar.hash};
         const auto written =
             write_film(opened, make_film(kind, choice, acting, avatar), film_options(kind, choice, out),
                        progress.stage(0, 1, "export"), stop);
@@ -630,6 +671,7 @@ void Studio::stop_work() {
   if (demo_) demo_->stop();
   if (pipeline_job_) pipeline_job_->stop();
   if (export_) export_->stop();
+  if (check_) check_->stop();
 }
 
 void Studio::save_diagnostics() {

@@ -7,6 +7,7 @@
 #include <memory>
 #include <optional>
 
+#include "core/check/verdict.h"
 #include "core/synth/demo_capture.h"
 #include "ui/background.h"
 #include "ui/history.h"
@@ -56,6 +57,8 @@ class Studio {
   void close_project();
   void start_pipeline(ProjectOptions options);
   void start_demo();
+  void start_check();
+  void drop_check();
   void start_export(ExportKind kind);
   void edit_options(const std::function<void(ProjectOptions&)>& change);
   void request_picture();
@@ -88,7 +91,9 @@ class Studio {
   std::optional<double> finish_at_s_;  // the training is being stopped to be finished with this budget
   PipelineStatus pipeline_;            // of the last tick
   AvatarRenderer renderer_;
-  std::unique_ptr<Job> demo_, export_;
+  std::shared_ptr<CaptureVerdict> checked_;  // being filled by the check
+  std::shared_ptr<const CaptureVerdict> verdict_;
+  std::unique_ptr<Job> demo_, export_, check_;
   std::unique_ptr<PipelineJob> pipeline_job_;
   Background background_;  // last: its deliveries use the rest
 };

@@ -57,6 +57,22 @@ TEST(ViewSteps, TheStepAtWorkShowsItsOwnProgress) {
   EXPECT_EQ(at(steps, Step::train).state, StepState::to_do);
 }
 
+TEST(AddVerdict, SpeaksOfAClipThatIsNotImportedOnly) {
+  StepView fresh_step;
+  add_verdict({.state = JobState::running, .fraction = 0.5}, nullptr, fresh_step);
+  EXPECT_EQ(fresh_step.state, StepState::running);
+  const CaptureVerdict refilm{Verdict::refilm, {}}, ready{Verdict::ready, {}};
+  StepView warned, calm, done{.state = StepState::done, .found = "300 frames."};
+  add_verdict({}, &refilm, warned);
+  EXPECT_EQ(warned.state, StepState::needs_you);
+  EXPECT_FALSE(warned.next.empty());
+  add_verdict({}, &ready, calm);
+  EXPECT_EQ(calm.state, StepState::to_do);
+  EXPECT_FALSE(calm.found.empty());
+  add_verdict({}, &refilm, done);
+  EXPECT_EQ(done.found, "300 frames.");
+}
+
 TEST(ViewSteps, FailuresAndPausesAreToldApart) {
   ProjectContents contents = fresh();
   contents.project.record(Stage::import) = {StageState::failed, "", 1, "No face in 90 frames.", {}};

@@ -266,6 +266,41 @@ TEST_F(Panels, TheQuestionOfConsentIsAnsweredByAClick) {
   EXPECT_EQ(answer, Consent::given);
 }
 
+CaptureVerdict bad_clip() {
+  return {Verdict::refilm,
+          {{Fault::too_dark, true, 0, 12, "The face is too dark in 80 % of the pictures looked at.",
+            "Face a window or a lamp behind the camera; do not film against the light."},
+           {Fault::few_angles, false, 0.3, 12, "The head is seen from 8 degrees side to side.",
+            "Turn the head slowly to both sides as far as to a half profile."}}};
+}
+
+TEST_F(Panels, TheVerdictOnAClipIsShownBeforeItIsImportedAndAfter) {
+  for (const Look look : {Look::empty, Look::done}) {
+    Snapshot s = snapshot_of(Step::check, look);
+    s.situation.consent = s.situation.can_check = true;
+    s.checking.state = JobState::done;
+    s.verdict = std::make_shared<const CaptureVerdict>(bad_clip());
+    add_verdict(s.checking, s.verdict.get(), s.steps[std::size_t(Step::check)]);
+    settled(s);
+    keep_shot(fmt::format("verdict_{}", kLookWords[std::size_t(look)]));
+    Requests asked;
+    test::click(command_info(Command::check_clip).words.data(), [&] {
+      const Requests requests = draw_frame(s);
+      asked.commands.insert(asked.commands.end(), requests.commands.begin(), requests.commands.end());
+    });
+    EXPECT_EQ(asked.commands, std::vector{Command::check_clip});
+  }
+  // A remark's time leads to its frame.
+  Snapshot s = snapshot_of(Step::check, Look::done);
+  s.verdict = std::make_shared<const CaptureVerdict>(bad_clip());
+  settled(s);
+  std::optional<int> frame;
+  test::click("0\u201312 s", [&] {
+    if (const Requests requests = draw_frame(s); requests.check_frame) frame = requests.check_frame;
+  });
+  EXPECT_TRUE(frame == 0 || frame == 9) << frame.value_or(-1);
+}
+
 TEST_F(Panels, TheMouseTurnsPansAndZoomsTheAvatar) {
   const Snapshot start = snapshot_of(Step::direct, Look::done);
   settled(start);

@@ -27,13 +27,55 @@ const char* fate(const CaptureFrame& frame) {
   return frame.used ? "trains" : frame.held_out ? "held out for measuring" : "refused";
 }
 
+Tone tone_of(Verdict verdict) {
+  return verdict == Verdict::ready ? Tone::good : verdict == Verdict::usable ? Tone::warn : Tone::bad;
+}
+
+// What the capture check found; a remark's time leads to its frame where the clip is imported.
+void draw_verdict(const Snapshot& snapshot, Requests& requests) {
+  if (snapshot.situation.checking) {
+    body_text("Looking at the clip: " + snapshot.checking.text);
+    progress_bar(float(snapshot.checking.fraction));
+    return;
+  }
+  if (snapshot.checking.error && snapshot.checking.error->code != ErrorCode::cancelled)
+    note("check failed", Tone::bad, snapshot.checking.error->what, snapshot.checking.error->fix);
+  if (snapshot.verdict) {
+    note("verdict", tone_of(snapshot.verdict->verdict),
+         std::string(verdict_words(snapshot.verdict->verdict)));
+    int number = 0;
+    for (const Remark& remark : snapshot.verdict->remarks) {
+      ImGui::PushID(number++);
+      note("remark", remark.grave ? Tone::bad : Tone::warn, remark.what, remark.remedy);
+      const std::string when = fmt::format("{:.0f}\u2013{:.0f} s", remark.from_s, remark.to_s);
+      if (!snapshot.contents->capture) {
+        faint_text(when);
+      } else if (plain_button(when.c_str())) {
+        const auto& frames = snapshot.contents->capture->frames;
+        const auto there = std::ranges::lower_bound(frames, remark.from_s, {}, &CaptureFrame::time_s);
+        if (there != frames.end()) requests.check_frame = there->frame;
+      }
+      ImGui::PopID();
+    }
+  }
+  if (command_button(Command::check_clip, snapshot.situation)) requests.ask(Command::check_clip);
+  ImGui::Dummy({0, px(10)});
+}
+
 }  // namespace
 
 void draw_check_step(const Snapshot& snapshot, Views& views, Requests& requests) {
   draw_step_state(snapshot.step(Step::check));
   if (!snapshot.contents || !snapshot.contents->capture) {
-    draw_nothing_yet(
-        "Here the frames of the clip will stand side by side: which are taken, which are refused, and why.");
+    if (snapshot.contents && (snapshot.verdict || snapshot.checking.state != JobState::none)) {
+      begin_card("verdict card", ImGui::GetContentRegionAvail(), true);
+      draw_verdict(snapshot, requests);
+      end_card();
+    } else {
+      draw_nothing_yet(
+          "Here the frames of the clip will stand side by side: which are taken, which are refused, and "
+          "why.");
+    }
     return;
   }
   const Capture& capture = *snapshot.contents->capture;
@@ -75,6 +117,7 @@ void draw_check_step(const Snapshot& snapshot, Views& views, Requests& requests)
   end_card();
   ImGui::SameLine(0, px(16));
   begin_card("about", {0, area.y}, true);
+  draw_verdict(snapshot, requests);
   const auto chosen = std::ranges::find(capture.frames, snapshot.check_picture.frame, &CaptureFrame::frame);
   if (chosen != capture.frames.end()) {
     ImGui::PushFont(theme().fonts.strong);
