@@ -61,8 +61,7 @@ void print_card(const Card& card) {
   for (const CardGap& gap : card.gaps) fmt::print("  {}\n    {}\n", gap.what, gap.film_again);
   fmt::print("\nThe worst moments{}\n", card.worst.empty() ? ": none, the track is even." : "");
   for (const CardMoment& m : card.worst)
-    fmt::print("  {:.1f} to {:.1f} s, {:.1f} times the usual error. {}\n    {}\n", m.from_s, m.to_s,
-               m.badness, m.what, m.film_again);
+    fmt::print("  {:.1f} to {:.1f} s. {}\n    {}\n", m.from_s, m.to_s, m.what, m.film_again);
 }
 
 int run(const CardArguments& arguments) {

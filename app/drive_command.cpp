@@ -101,11 +101,16 @@ Result<DriveOutcome> drive_film(DriveArguments& a, const Progress& progress, std
   const auto info = probe_video(a.request.video);
   if (!info) return info.error();
   // What is wrong with the picture is said before the clip is tracked.
+  if (const auto apart = check_out(a.request, a.film.out); !apart) return apart.error();
+  const bool to_keys = a.film.out.extension() == ".json";
   const std::size_t expected = std::size_t(std::max(2, info->frame_count));
   if (a.side_by_side) a.film.beside_width = 1;  // not known yet, but not none
-  if (const auto fine = check_film(opened->avatar, camera.intrinsics, expected, a.film); !fine)
-    return fine.error();
-  const bool to_keys = a.film.out.extension() == ".json";
+  if (to_keys && (a.side_by_side || a.film.alpha || a.film.mark || !a.film.background.empty()))
+    return Error{ErrorCode::bad_input, "Keys hold no pictures.",
+                 "Leave out --side-by-side, --alpha, --mark and --background, or name a film as --out.", ""};
+  if (!to_keys)
+    if (const auto fine = check_film(opened->avatar, camera.intrinsics, expected, a.film); !fine)
+      return fine.error();
   auto clip = drive_clip(*opened, a.request, progress.stage(0, to_keys ? 1 : 0.5, "driver"), stop);
   if (!clip) return clip.error();
   DriveOutcome outcome{std::move(*clip)};

@@ -12,6 +12,7 @@
 #include "app/terminal.h"
 #include "core/base/parallel.h"
 #include "core/direct/direct_avatar.h"
+#include "core/direct/seen_limits.h"
 #include "core/export/head_mesh.h"
 #include "core/film/driving.h"
 #include "core/film/film.h"
@@ -168,31 +169,45 @@ Result<int> render_performance(const RenderArguments& arguments, const OpenedAva
   }
   const auto performance = read_performance(arguments.performance);
   if (!performance) return performance.error();
-  const auto film = direct_film(opened, *performance);
-  if (!film) return film.error();
   FilmOptions options = film_options(arguments);
   options.frames_per_second = performance->frames_per_second;
   options.camera_rests = std::ranges::none_of(
       performance->channels, [](const auto& channel) { return channel.first.starts_with("camera "); });
   if (is_mesh_name(options.out)) options.camera_rests = true;  // of no matter
+  const auto frames = std::size_t(frame_count(*performance));
+  const auto fine =
+      is_mesh_name(options.out)
+          ? check_mesh(options, frames)
+          : check_film(opened.avatar, typical_camera(opened.avatar).intrinsics, frames, options);
+  if (!fine) return fine.error();
+  const auto film = direct_film(opened, *performance);
+  if (!film) return film.error();
   return write_out(opened, *film, options, progress, stop);
 }
 
 // The avatar doing what somebody does in a clip, seen from the film's cameras.
 Result<int> render_driven(const RenderArguments& arguments, const OpenedAvatar& opened,
                           const Progress& progress, std::stop_token stop) {
-  if (!arguments.expressions.empty() || !arguments.pose_deg.empty()) {
-    return Error{ErrorCode::bad_input, "The clip says what face and head do.",
-                 "Leave out --expression and --pose, or --drive.", ""};
+  if (!arguments.expressions.empty() || !arguments.pose_deg.empty() || arguments.frames > 0) {
+    return Error{ErrorCode::bad_input, "The clip says what face and head do, and for how long.",
+                 "Leave out --expression, --pose and --frames, or --drive.", ""};
   }
   DriveRequest request;
   request.video = arguments.drive;
   request.landmark_model = opened.project.options.landmark_model;
   FilmOptions options = film_options(arguments);
+  // What is wrong with the film is said before the clip is tracked.
+  if (const auto apart = check_out(request, options.out); !apart) return apart.error();
+  const auto info = probe_video(request.video);
+  if (!info) return info.error();
+  const auto expected = std::size_t(std::max(2, info->frame_count));
   if (is_mesh_name(options.out)) {
-    const auto info = probe_video(request.video);
-    if (!info) return info.error();
-    const auto fine = check_mesh(options, std::size_t(std::max(1, info->frame_count)));
+    if (const auto fine = check_mesh(options, expected); !fine) return fine.error();
+  } else {
+    const auto ahead = film_cameras(arguments, opened.project, opened.avatar, int(expected));
+    if (!ahead) return ahead.error();
+    const auto fine =
+        check_film(opened.avatar, ahead->front().intrinsics, std::min(ahead->size(), expected), options);
     if (!fine) return fine.error();
   }
   const auto clip = drive_clip(opened, request, progress.stage(0, 0.5, "driver"), stop);
@@ -220,21 +235,30 @@ Result<int> render_film(const RenderArguments& arguments, const Progress& progre
 int list_actions(const RenderArguments& arguments) {
   const auto opened = open_avatar(arguments.project);
   if (!opened) return report_failure(opened.error());
+  // On top of the person's rest, as --expression takes them; the histogram is of the amounts themselves.
+  const std::vector<SeenAction> seen = seen_from_rest(opened->avatar, opened->model);
+  const auto from_rest = [&](const ActionRange& range) {
+    const auto own = std::ranges::find(seen, range.name, &SeenAction::name);
+    return own == seen.end() ? SeenAction{range.name, range.low, range.high} : *own;
+  };
   nlohmann::json list = nlohmann::json::array();
-  for (const ActionRange& range : opened->avatar.seen)
-    list.push_back({{"name", range.name},
-                    {"low", range.low},
-                    {"high", range.high},
+  for (const ActionRange& range : opened->avatar.seen) {
+    const SeenAction own = from_rest(range);
+    list.push_back({{"name", own.name},
+                    {"low", own.low},
+                    {"high", own.high},
                     {"coverage", range.coverage},
                     {"histogram", range.histogram}});
+  }
   if (arguments.common.json) {
     print_json({{"head_model", opened->avatar.head_model_name}, {"actions", list}});
     return kExitDone;
   }
   fmt::print("{:<20} {:>15} {:>9}\n", "action", "seen", "coverage");
-  for (const ActionRange& range : opened->avatar.seen)
-    fmt::print("{:<20} {:>6.2f} to {:>5.2f} {:>7.0f} %\n", range.name, range.low, range.high,
-               100 * range.coverage);
+  for (const ActionRange& range : opened->avatar.seen) {
+    const SeenAction own = from_rest(range);
+    fmt::print("{:<20} {:>6.2f} to {:>5.2f} {:>7.0f} %\n", own.name, own.low, own.high, 100 * range.coverage);
+  }
   return kExitDone;
 }
 

@@ -39,11 +39,6 @@ void add_gaze(Articulation& articulation, const HeadModel& model, std::string_vi
   if (const NamedAction* action = find_action(model, name)) add_action(articulation, *action, float(amount));
 }
 
-const ActionRange* seen_range(const Avatar& avatar, std::string_view name) {
-  const auto found = std::ranges::find(avatar.seen, name, &ActionRange::name);
-  return found == avatar.seen.end() ? nullptr : &*found;
-}
-
 }  // namespace
 
 std::string mirrored_action(std::string_view name) {
@@ -186,7 +181,8 @@ std::array<double, 3> relative_turn(const Avatar& avatar, const Pose& cam_from_w
           std::atan2(turn(1, 0), turn(1, 1)) / kRadians};
 }
 
-std::vector<std::string> beyond_seen(const Acting& acting, const Avatar& avatar, const SeenTurn& seen) {
+std::vector<std::string> beyond_seen(const Acting& acting, const std::vector<SeenAction>& shown,
+                                     const SeenTurn& seen) {
   std::vector<std::string> words;
   // Walking round a head shows what its turning the other way shows.
   const std::array<double, 2> turn{acting.yaw_deg - acting.view.yaw_deg,
@@ -201,8 +197,8 @@ std::vector<std::string> beyond_seen(const Acting& acting, const Avatar& avatar,
                     beyond));
   std::string actions;
   for (const auto& [name, amount] : acting.amounts) {
-    const ActionRange* seen = seen_range(avatar, name);
-    if (!seen || amount <= std::max(seen->high, 0.f) + kBeyond) continue;
+    const auto own = std::ranges::find(shown, name, &SeenAction::name);
+    if (own == shown.end() || amount <= std::max(own->high, 0.f) + kBeyond) continue;
     actions += (actions.empty() ? "" : ", ") + action_words(name);
   }
   if (!actions.empty()) words.push_back("Further than the clip showed: " + actions + ".");

@@ -14,6 +14,7 @@
 #include "core/head/head_model.h"
 #include "core/render/avatar.h"
 #include "core/render/pose_avatar.h"
+#include "core/track/drive.h"
 
 namespace likeness::ui {
 
@@ -77,6 +78,7 @@ AvatarPose acting_pose(const Acting& acting, const Avatar& avatar, const AvatarR
 Camera acting_camera(const Acting& acting, const Avatar& avatar, int size);
 
 // What the acting asks for beyond what the capture showed, in words; empty: nothing.
-std::vector<std::string> beyond_seen(const Acting& acting, const Avatar& avatar, const SeenTurn& seen);
+std::vector<std::string> beyond_seen(const Acting& acting, const std::vector<SeenAction>& shown,
+                                     const SeenTurn& seen);
 
 }  // namespace likeness::ui

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "core/base/hash.h"
+#include "core/direct/seen_limits.h"
 #include "core/project/project_views.h"
 #include "core/project/run_stages.h"
 
@@ -30,6 +31,7 @@ std::shared_ptr<const DirectedAvatar> read_directed(const Project& project,
   directed->model = std::move(model);
   directed->avatar = std::move(*avatar);
   directed->rig = make_rig(directed->avatar, *directed->model);
+  directed->seen = seen_from_rest(directed->avatar, *directed->model);
   if (auto hash = hash_file(avatar_path(project))) directed->hash = std::move(*hash);
   return directed;
 }

@@ -11,6 +11,7 @@
 #include "core/head/head_model.h"
 #include "core/project/project.h"
 #include "core/render/pose_avatar.h"
+#include "core/track/drive.h"
 #include "core/track/track.h"
 #include "core/video/decode.h"
 #include "ui/acting.h"
@@ -21,8 +22,9 @@ namespace likeness::ui {
 struct DirectedAvatar {
   std::shared_ptr<const HeadModel> model;
   Avatar avatar;
-  AvatarRig rig;     // refers to the model
-  std::string hash;  // of avatar.bin, for the provenance of what is exported
+  AvatarRig rig;                 // refers to the model
+  std::vector<SeenAction> seen;  // on top of rest, as actions are asked for
+  std::string hash;              // of avatar.bin, for the provenance of what is exported
 };
 
 struct ProjectContents {

@@ -82,7 +82,7 @@ class FaceFit {
       : model_(make_builtin_head()),
         head_(reduce_head(model_, kIdentityDirections)),
         prior_(expression_prior(model_)) {
-    const double focal = AlignOptions{}.focal_over_width * std::max(info.width, info.height);
+    const double focal = AlignOptions{}.focal_over_width * info.width;
     lens_ = {info.width, info.height, focal, focal, info.width / 2.0, info.height / 2.0};
   }
 
@@ -160,7 +160,8 @@ Result<CameraMeasures> measure_camera(const std::filesystem::path& video,
   const auto person = coarse_person_mask(landmark_model);
   if (!person) return person.error();
   const double rest = AlignOptions{}.static_motion_px_per_1000;
-  const auto motion = measure_background_motion(video, *person, rest, progress, stop);
+  // As core/camera/align.cpp measures it.
+  const auto motion = measure_background_motion(video, *person, rest / 2, progress, stop);
   if (!motion) return motion.error();
   CameraMeasures camera;
   camera.motion = motion->motion;

@@ -38,8 +38,8 @@ struct Look {
 
 struct CameraMeasures {
   bool rests = false;
-  double motion = 0;  // of the background, in 1/1000 of the width (core/camera/motion.h)
-  double travel = 0;  // the same without the shaking of a hand
+  double motion = 0;  // length of the background's way, in 1/1000 of the width (core/camera/motion.h)
+  double travel = 0;  // the same without small shaking
   double tracks = 0;  // background features that told so
 };
 

@@ -113,7 +113,8 @@ class Judge {
                     std::string remedy) {
     if (findings.share() < kSomeLooks) return;
     remark(fault, findings.share() >= grave_share, findings.from_s, findings.to_s,
-           fmt::format("{} in {:.0f} % of the pictures looked at.", what, 100 * findings.share()),
+           fmt::format("{} in {:.0f} % of the pictures {}.", what, 100 * findings.share(),
+                       fault == Fault::no_face ? "looked at" : "with a face"),
            std::move(remedy));
   }
 
@@ -124,7 +125,7 @@ class Judge {
                  "Film about a minute: turn the head slowly to both sides, up and down, then speak and show "
                  "expressions.");
     const Findings faceless = find(clip_.looks, any, [](const Look& look) { return !look.face; });
-    share_of_faces_ = 1 - faceless.share();
+    share_of_faces_ = clip_.looks.empty() ? 0 : 1 - faceless.share();
     remark_looks(Fault::no_face, faceless, kMostLooks, "No face was found",
                  "Keep the face in the picture and free of hands, hair and sunglasses; film upright, in good "
                  "light, and turn the head no further than to a half profile.");
@@ -227,11 +228,9 @@ class Judge {
     const CameraMeasures& camera = clip_.camera;
     if (camera.rests) return;
     if (camera.travel < kSweep)
-      remark_all(
-          Fault::camera_shakes, false,
-          fmt::format("The camera shakes, by up to {:.1f} % of the picture's width.", camera.motion / 10),
-          "Rest the camera on something; or walk round the resting head first and rest the camera "
-          "then.");
+      remark_all(Fault::camera_shakes, false, "The camera shakes.",
+                 "Rest the camera on something; or walk round the resting head first and rest the camera "
+                 "then.");
     else if (camera.tracks < kFewTracks)
       remark_all(Fault::plain_background, true,
                  fmt::format("The camera moves before a background with hardly a feature ({:.0f} followed).",

@@ -1,12 +1,13 @@
 // A performance: what an artist directs, as keys on a timeline, one sparse row of them a channel.
 //
 // Channels are named:
-//   head yaw, head pitch, head roll          degrees from the typical pose, about the neck's top
-//   (turned_head) head x, head y, head z                   m from the typical place, along the typical head's
-//   axes gaze yaw, gaze pitch                     degrees; positive to the subject's left, and up camera yaw,
-//   camera pitch                 degrees of orbit, as orbit_camera camera distance times the typical distance
-//   from the head; rests at 1 action NAME                              amount of a named action on top of
-//   rest, 1 = full
+//
+// - "head yaw", "head pitch", "head roll": degrees from the typical pose, about the neck's top (turned_head).
+// - "head x", "head y", "head z": m from the typical place, along the typical head's axes.
+// - "gaze yaw", "gaze pitch": degrees; positive to the subject's left, and up.
+// - "camera yaw", "camera pitch": degrees of orbit, as orbit_camera.
+// - "camera distance": times the typical distance from the head; rests at 1.
+// - "action NAME": amount of a named action on top of rest, 1 = full.
 #pragma once
 
 #include <filesystem>

@@ -8,7 +8,7 @@
 namespace likeness {
 
 CameraSet assumed_camera(const VideoInfo& info) {
-  const double focal = AlignOptions{}.focal_over_width * std::max(info.width, info.height);
+  const double focal = AlignOptions{}.focal_over_width * info.width;
   CameraSet set;
   set.cameras = {Camera{-1, {info.width, info.height, focal, focal, info.width / 2.0, info.height / 2.0}}};
   return set;

@@ -107,6 +107,18 @@ Result<DrivenClip> drive_clip(const OpenedAvatar& opened, const DriveRequest& re
   return clip;
 }
 
+Result<void> check_out(const DriveRequest& request, const std::filesystem::path& out) {
+  for (const std::filesystem::path& used : {request.video, request.track}) {
+    std::error_code ignored;
+    if (used.empty() || (used.lexically_normal() != out.lexically_normal() &&
+                         !std::filesystem::equivalent(used, out, ignored)))
+      continue;
+    return Error{ErrorCode::bad_input, "--out names a file that is read or written besides.",
+                 "Give --out a name of its own.", out.string()};
+  }
+  return {};
+}
+
 std::vector<FilmPose> film_poses(const DrivenClip& clip) {
   std::vector<FilmPose> poses;
   for (const DrivenFrame& frame : clip.frames)

@@ -33,6 +33,9 @@ struct DrivenClip {
 Result<DrivenClip> drive_clip(const OpenedAvatar& opened, const DriveRequest& request,
                               const Progress& progress, std::stop_token stop);
 
+// That `out` is none of the files the request reads or writes besides.
+Result<void> check_out(const DriveRequest& request, const std::filesystem::path& out);
+
 std::vector<FilmPose> film_poses(const DrivenClip& clip);
 
 }  // namespace likeness

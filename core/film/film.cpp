@@ -21,6 +21,8 @@ namespace fs = std::filesystem;
 
 namespace {
 
+constexpr int kLargestSide = 16384;  // px, that encoders take
+
 constexpr const char* kPlainBackground = "#e6e6e6";
 
 Result<Vec3f> parse_colour(const std::string& text) {
@@ -42,8 +44,16 @@ std::string chosen_background(const Avatar& avatar, const FilmOptions& options) 
 }
 
 // Frames to an mp4, to a folder of PNGs, or to one PNG.
+// Those of a sequence that does not come to its end are removed again.
 class FrameSink {
  public:
+  FrameSink() = default;
+  FrameSink(FrameSink&&) = default;
+  FrameSink& operator=(FrameSink&&) = delete;
+  ~FrameSink() {
+    std::error_code ignored;
+    for (const fs::path& picture : pictures_) fs::remove(picture, ignored);
+  }
   static Result<FrameSink> open(const FilmOptions& options, const Provenance& provenance, int width,
                                 int height) {
     FrameSink sink;
@@ -61,14 +71,21 @@ class FrameSink {
   Result<void> add(const Image8& picture, std::size_t index) {
     if (video_) return video_->add(picture);
     if (out_.extension() == ".png") return write_image(out_, picture, picture_);
-    return write_image(out_ / fmt::format("{:06}.png", index), picture, picture_);
+    const fs::path name = out_ / fmt::format("{:06}.png", index);
+    auto written = write_image(name, picture, picture_);
+    if (written) pictures_.push_back(name);
+    return written;
   }
-  Result<void> finish() { return video_ ? video_->finish() : Result<void>{}; }
+  Result<void> finish() {
+    pictures_.clear();
+    return video_ ? video_->finish() : Result<void>{};
+  }
 
  private:
   fs::path out_;
   ImageWriteOptions picture_;
   std::optional<VideoWriter> video_;
+  std::vector<fs::path> pictures_;  // of an unfinished sequence
 };
 
 // Alpha straight on disk, premultiplied inside.
@@ -126,6 +143,24 @@ Provenance provenance_of(const OpenedAvatar& opened, std::chrono::system_clock::
 
 Result<void> check_film(const Avatar& avatar, const Intrinsics& picture, std::size_t frames,
                         const FilmOptions& options) {
+  const std::string ending = options.out.extension().string();
+  if (!ending.empty() && ending != ".mp4" && ending != ".png") {
+    return Error{
+        ErrorCode::bad_input,
+        fmt::format("\"{}\" is no film or picture that can be written.", options.out.filename().string()),
+        "Name FILE.mp4, FILE.png, or a folder without a dot as --out.", options.out.string()};
+  }
+  std::error_code ignored;
+  if (ending.empty() && fs::is_directory(options.out, ignored) && !fs::is_empty(options.out, ignored)) {
+    return Error{ErrorCode::bad_input, fmt::format("The folder {} is not empty.", options.out.string()),
+                 "Name a new folder as --out.", options.out.string()};
+  }
+  if (picture.width + options.beside_width > kLargestSide || picture.height > kLargestSide) {
+    return Error{ErrorCode::bad_input,
+                 fmt::format("Pictures of {} x {} px are too large.", picture.width + options.beside_width,
+                             picture.height),
+                 fmt::format("Use cameras, or a driving clip, of at most {} px.", kLargestSide), ""};
+  }
   if (options.out.extension() == ".png" && frames > 1) {
     return Error{ErrorCode::bad_input, fmt::format("{} frames do not fit into one picture.", frames),
                  "Name an .mp4 or a folder as --out.", options.out.string()};

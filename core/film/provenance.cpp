@@ -7,30 +7,7 @@
 #include <nlohmann/json.hpp>
 
 namespace likeness {
-namespace {
-
-// A project's name may hold whatever a folder's may, valid UTF-8 or not; XML may not.
-std::string escaped(const std::string& text) {
-  std::string out;
-  for (const char c : text) {
-    switch (c) {
-      case '&':
-        out += "&amp;";
-        break;
-      case '<':
-        out += "&lt;";
-        break;
-      case '"':
-        out += "&quot;";
-        break;
-      default:
-        out += (unsigned char)(c) < 0x20 ? ' ' : c;
-    }
-  }
-  return out;
-}
-
-}  // namespace
+namespace {}  // namespace
 
 Provenance provenance(const std::string& project, const std::string& avatar_hash,
                       std::chrono::system_clock::time_point made_at) {
@@ -66,7 +43,7 @@ std::string provenance_xmp(const Provenance& p) {
       " xmlns:Iptc4xmpExt=\"http://iptc.org/std/Iptc4xmpExt/2008-02-29/\""
       " Iptc4xmpExt:DigitalSourceType=\"{}\" xmp:CreatorTool=\"{}\" xmp:CreateDate=\"{}\"/>"
       "</rdf:RDF></x:xmpmeta><?xpacket end=\"r\"?>",
-      kDigitalSourceType, escaped(p.program), escaped(p.made_at));
+      kDigitalSourceType, p.program, p.made_at);
 }
 
 std::vector<std::pair<std::string, std::string>> png_provenance(const Provenance& p) {

@@ -9,6 +9,7 @@
 #include <numbers>
 #include <string_view>
 
+#include "core/base/quantile.h"
 #include "core/head/action_amounts.h"
 #include "core/project/project_views.h"
 #include "core/project/run_stages.h"
@@ -107,9 +108,7 @@ double usual_error(const Track& track) {
   for (const TrackedFrame& frame : track.frames)
     if (frame.status != FrameStatus::lost) errors.push_back(frame.inner_error_px);
   if (errors.empty()) return 1;
-  const auto middle = errors.begin() + std::ptrdiff_t(errors.size() / 2);
-  std::nth_element(errors.begin(), middle, errors.end());
-  return std::max(0.1, *middle);
+  return std::max(0.1, median(std::move(errors)));
 }
 
 bool is_blurred(const CaptureFrame& frame) { return frame.refused.starts_with("Blurred"); }

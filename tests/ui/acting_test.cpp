@@ -116,19 +116,18 @@ TEST(Acting, ZoomAndShiftMoveThePictureAboutItsMiddle) {
 }
 
 TEST(Acting, WhatWasNeverSeenIsSaid) {
-  Avatar avatar = plain_avatar();
-  avatar.seen = {{"jawOpen", 0, 0.4f}};
+  const std::vector<SeenAction> shown{{"jawOpen", 0, 0.4f}};
   const SeenTurn seen{{-20, -10, -5}, {30, 10, 5}};
   Acting acting;
   acting.amounts["jawOpen"] = 0.4f;
-  EXPECT_TRUE(beyond_seen(acting, avatar, seen).empty());
+  EXPECT_TRUE(beyond_seen(acting, shown, seen).empty());
   acting.amounts["jawOpen"] = 1;
-  EXPECT_THAT(beyond_seen(acting, avatar, seen), ElementsAre(HasSubstr("Jaw open")));
+  EXPECT_THAT(beyond_seen(acting, shown, seen), ElementsAre(HasSubstr("Jaw open")));
   acting.amounts.clear();
   acting.view.yaw_deg = 50;  // of the camera: the head seems turned by -50
-  EXPECT_THAT(beyond_seen(acting, avatar, seen), ElementsAre(HasSubstr("30")));
+  EXPECT_THAT(beyond_seen(acting, shown, seen), ElementsAre(HasSubstr("30")));
   acting.yaw_deg = 45;  // turned after the camera it is seen from the front again
-  EXPECT_TRUE(beyond_seen(acting, avatar, seen).empty());
+  EXPECT_TRUE(beyond_seen(acting, shown, seen).empty());
 }
 
 TEST(Acting, TheSeenTurnIsInTheSlidersTerms) {

@@ -81,7 +81,7 @@ std::shared_ptr<const ProjectContents> ball_contents() {
     auto directed = std::make_shared<DirectedAvatar>();
     directed->model = made->model;
     directed->avatar = avatar.ok() ? std::move(*avatar) : Avatar{};
-    directed->avatar.seen = {{"jawOpen", 0, 0.6f}, {"mouthSmile_L", 0, 0.3f}};
+    directed->seen = {{"jawOpen", 0, 0.6f}, {"mouthSmile_L", 0, 0.3f}};
     made->seen_turn = {{-25, -12, -8}, {30, 15, 8}};
     directed->rig = make_rig(directed->avatar, *directed->model);
     made->avatar = directed;

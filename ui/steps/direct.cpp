@@ -202,15 +202,15 @@ void draw_head_sliders(const SeenTurn& seen, Sliders& sliders) {
               [](Acting& acting, float v) { acting.gaze_up = v; });
 }
 
-void draw_action_sliders(const ActionGroup& group, const Avatar& avatar, Sliders& sliders) {
+void draw_action_sliders(const ActionGroup& group, const std::vector<SeenAction>& shown, Sliders& sliders) {
   for (const std::string& name : group.actions) {
     // Linked halves are one slider.
     const bool left = name.ends_with("_L"), right = name.ends_with("_R");
     if (sliders.acting().linked && right) continue;
     std::string words = action_words(name);
     if (sliders.acting().linked && left) words = words.substr(0, words.find(", left"));
-    const auto seen = std::ranges::find(avatar.seen, name, &ActionRange::name);
-    const bool known = seen != avatar.seen.end();
+    const auto seen = std::ranges::find(shown, name, &SeenAction::name);
+    const bool known = seen != shown.end();
     const SliderRange range{0, 1, known ? std::max(0.f, seen->low) : 0,
                             known ? std::max(0.f, seen->high) : 0};
     sliders.row(words, name, amount_of(sliders.acting(), name), range, "%.2f",
@@ -246,7 +246,7 @@ void draw_controls(const Snapshot& snapshot, Views& views, Requests& requests) {
     number = std::min(number + 1, views.open_groups.size() - 1);
     ImGui::PushID(int(number));
     if (group_heading(group.words.c_str(), views.open_groups[number]))
-      draw_action_sliders(group, directed.avatar, sliders);
+      draw_action_sliders(group, directed.seen, sliders);
     ImGui::PopID();
   }
   ImGui::EndDisabled();
@@ -316,7 +316,7 @@ void draw_direct_step(const Snapshot& snapshot, Views& views, Requests& requests
                     ImGuiWindowFlags_NoScrollbar | ImGuiWindowFlags_NoScrollWithMouse);
   draw_bar(snapshot, requests);
   for (const std::string& words :
-       beyond_seen(snapshot.acting, snapshot.contents->avatar->avatar, snapshot.contents->seen_turn)) {
+       beyond_seen(snapshot.acting, snapshot.contents->avatar->seen, snapshot.contents->seen_turn)) {
     if (snapshot.comparing) break;
     note(words.c_str(), Tone::warn, words);
   }

@@ -50,6 +50,8 @@ TEST(Film, WhatDoesNotFitTogetherIsSaidBeforeLongWork) {
   EXPECT_FALSE(wrong(1, {.out = "a.png"}));
   EXPECT_TRUE(wrong(2, {.out = "a.png"}));
   EXPECT_TRUE(wrong(2, {.out = "a.mp4", .alpha = true}));
+  EXPECT_TRUE(wrong(2, {.out = "a.mov"}));
+  EXPECT_TRUE(wrong(2, {.out = "a.mp4", .beside_width = 20000}));
   EXPECT_FALSE(wrong(2, {.out = "folder", .alpha = true}));
   EXPECT_TRUE(wrong(2, {.out = "folder", .alpha = true, .beside_width = 8}));
   EXPECT_TRUE(wrong(1, {.out = "a.png", .background = "blue"}));
@@ -74,6 +76,8 @@ TEST(Film, AFolderGetsAPictureAFrameAndAnMp4AllOfThem) {
   const auto info = probe_video(project.root / "film.mp4");
   ASSERT_TRUE(info.ok());
   EXPECT_EQ(info->frame_count, 3);
+  EXPECT_FALSE(write_film(opened, film, {.out = project.root / "frames"}, Progress(), {}).ok())
+      << "a mix of two sequences";
   EXPECT_EQ(info->width, 96);
 }
 
@@ -111,18 +115,27 @@ TEST(Film, PicturesBesideAreOnTheLeft) {
   EXPECT_EQ(*both->at(12, 2), 77);  // the avatar's plate
 }
 
-TEST(Film, StoppedNothingIsLeft) {
-  const TinyProject project;
+TEST(Film, StoppedHalfwayNothingIsLeft) {
   const OpenedAvatar opened = tiny_opened();
-  std::stop_source stop;
-  stop.request_stop();
-  const auto written = write_film(opened, resting_film(opened.avatar, 3), {.out = project.root / "film.mp4"},
-                                  Progress(), stop.get_token());
-  ASSERT_FALSE(written.ok());
-  EXPECT_EQ(written.error().code, ErrorCode::cancelled);
-  int left = 0;
-  for (const auto& entry : fs::directory_iterator(project.root)) left += entry.is_regular_file();
-  EXPECT_EQ(left, 0);
+  for (const char* out : {"film.mp4", "frames"}) {
+    const TinyProject project;
+    std::stop_source stop;
+    const Progress watch([&](const ProgressReport& report) {
+      if (report.fraction > 0.3) stop.request_stop();
+    });
+    const auto written = write_film(opened, resting_film(opened.avatar, 6), {.out = project.root / out},
+                                    watch, stop.get_token());
+    ASSERT_FALSE(written.ok()) << out;
+    EXPECT_EQ(written.error().code, ErrorCode::cancelled);
+    EXPECT_TRUE(stop.stop_requested());
+    int left = 0;
+    for (const auto& entry : fs::recursive_directory_iterator(project.root)) left += entry.is_regular_file();
+    const TinyProject untouched;
+    int before = 0;
+    for (const auto& entry : fs::recursive_directory_iterator(untouched.root))
+      before += entry.is_regular_file();
+    EXPECT_EQ(left, before) << out;
+  }
 }
 
 }  // namespace
