@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <exception>
 #include <numeric>
 #include <utility>
 #include <vector>
@@ -97,45 +98,53 @@ void AvatarRenderer::loop(std::stop_token stop) {
       number = number_;
       working_ = true;
     }
-    const Avatar& avatar = request.avatar->avatar;
-    const AvatarPose pose =
-        request.frame ? request.frame->pose : acting_pose(request.acting, avatar, request.avatar->rig);
-    const auto posing = Clock::now();
-    const RenderState state = pose_avatar(request.avatar->rig, pose);
-    const double posed_s = std::chrono::duration<double>(Clock::now() - posing).count();
-    const int finest = std::clamp(request.finest, avatar.size, 2 * avatar.size);
-    const Rung best = finest > avatar.size + avatar.size / 4 ? Rung::fine : Rung::final;
-    for (int r = 0; r <= int(best); ++r) {
-      if (stop.stop_requested() || (r > 0 && !is_newest(number))) break;
-      const Rung rung = Rung(r);
-      const int size = rung_size(rung, avatar.size, finest);
-      const Camera camera =
-          request.frame ? sized(request.frame->camera, size) : acting_camera(request.acting, avatar, size);
-      const auto start = Clock::now();
-      AvatarPicture picture;
-      if (rung < Rung::final) {
-        picture.rgba = render_frame(avatar, camera, state, rung_options(rung)).rgba;
-      } else {
-        picture.rgba = Image(size, size, 4);
-        bool newest = true;
-        std::vector<std::uint32_t> pixels;
-        for (int y = 0; y < size && newest; y += kBandRows) {
-          const int rows = std::min(kBandRows, size - y);
-          pixels.resize(std::size_t(rows) * std::size_t(size));
-          std::iota(pixels.begin(), pixels.end(), std::uint32_t(y * size));
-          const std::vector<float> band = render_pixels(avatar, camera, state, pixels, rung_options(rung));
-          std::ranges::copy(band, picture.rgba.at(0, y));
-          newest = is_newest(number) && !stop.stop_requested();
-        }
-        if (!newest) break;
-      }
-      picture.rung = rung;
-      picture.last = rung == best;
-      picture.seconds = posed_s + std::chrono::duration<double>(Clock::now() - start).count();
-      picture.acting = request.acting;
-      picture.frame = request.frame ? request.frame->frame : -1;
-      if (!publish(number, std::move(picture))) break;
+    try {
+      answer(request, number, stop);
+    } catch (const std::exception&) {
+      // Memory ran out over a picture: the last one stays, and whatever else is at work goes on.
     }
+  }
+}
+
+void AvatarRenderer::answer(const PictureRequest& request, std::uint64_t number, std::stop_token stop) {
+  const Avatar& avatar = request.avatar->avatar;
+  const AvatarPose pose =
+      request.frame ? request.frame->pose : acting_pose(request.acting, avatar, request.avatar->rig);
+  const auto posing = Clock::now();
+  const RenderState state = pose_avatar(request.avatar->rig, pose);
+  const double posed_s = std::chrono::duration<double>(Clock::now() - posing).count();
+  const int finest = std::clamp(request.finest, avatar.size, 2 * avatar.size);
+  const Rung best = finest > avatar.size + avatar.size / 4 ? Rung::fine : Rung::final;
+  for (int r = 0; r <= int(best); ++r) {
+    if (stop.stop_requested() || (r > 0 && !is_newest(number))) break;
+    const Rung rung = Rung(r);
+    const int size = rung_size(rung, avatar.size, finest);
+    const Camera camera =
+        request.frame ? sized(request.frame->camera, size) : acting_camera(request.acting, avatar, size);
+    const auto start = Clock::now();
+    AvatarPicture picture;
+    if (rung < Rung::final) {
+      picture.rgba = render_frame(avatar, camera, state, rung_options(rung)).rgba;
+    } else {
+      picture.rgba = Image(size, size, 4);
+      bool newest = true;
+      std::vector<std::uint32_t> pixels;
+      for (int y = 0; y < size && newest; y += kBandRows) {
+        const int rows = std::min(kBandRows, size - y);
+        pixels.resize(std::size_t(rows) * std::size_t(size));
+        std::iota(pixels.begin(), pixels.end(), std::uint32_t(y * size));
+        const std::vector<float> band = render_pixels(avatar, camera, state, pixels, rung_options(rung));
+        std::ranges::copy(band, picture.rgba.at(0, y));
+        newest = is_newest(number) && !stop.stop_requested();
+      }
+      if (!newest) break;
+    }
+    picture.rung = rung;
+    picture.last = rung == best;
+    picture.seconds = posed_s + std::chrono::duration<double>(Clock::now() - start).count();
+    picture.acting = request.acting;
+    picture.frame = request.frame ? request.frame->frame : -1;
+    if (!publish(number, std::move(picture))) break;
   }
 }
 

@@ -48,6 +48,7 @@ class AvatarRenderer {
 
  private:
   void loop(std::stop_token stop);
+  void answer(const PictureRequest& request, std::uint64_t number, std::stop_token stop);
   bool publish(std::uint64_t number, AvatarPicture picture);  // false: something newer was asked for
   bool is_newest(std::uint64_t number) const;
 

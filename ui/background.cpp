@@ -1,12 +1,15 @@
 // See background.h.
 #include "ui/background.h"
 
+#include <exception>
 #include <utility>
 
 namespace likeness::ui {
 
-Background::Background(std::function<void()> wake)
-    : wake_(std::move(wake)), thread_([this](std::stop_token stop) { loop(stop); }) {}
+Background::Background(std::function<void(const std::string&)> broke, std::function<void()> wake)
+    : broke_(std::move(broke)),
+      wake_(std::move(wake)),
+      thread_([this](std::stop_token stop) { loop(stop); }) {}
 
 void Background::run(std::string key, Work work) {
   {
@@ -39,7 +42,13 @@ void Background::loop(std::stop_token stop) {
     queue_.pop_front();
     working_ = true;
     lock.unlock();
-    Delivery delivery = item.work(stop);
+    Delivery delivery;
+    try {
+      delivery = item.work(stop);
+    } catch (const std::exception& e) {
+      delivery = [this, what = std::string(e.what())] { broke_(what); };
+    }
+    item.work = nullptr;  // what it holds may be large: not freed under the lock
     lock.lock();
     working_ = false;
     done_.push_back(std::move(delivery));

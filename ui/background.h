@@ -17,8 +17,9 @@ class Background {
   using Delivery = std::function<void()>;
   using Work = std::function<Delivery(std::stop_token)>;
 
-  // wake: called from the thread when something can be delivered.
-  explicit Background(std::function<void()> wake);
+  // wake: called from the thread when something can be delivered. broke: told on the window's thread of work
+  // that ended in an exception, with its words.
+  Background(std::function<void(const std::string&)> broke, std::function<void()> wake);
 
   // key: earlier work of the same key that has not begun is dropped; empty: keep all.
   void run(std::string key, Work work);
@@ -32,6 +33,7 @@ class Background {
   };
   void loop(std::stop_token stop);
 
+  std::function<void(const std::string&)> broke_;
   std::function<void()> wake_;
   mutable std::mutex mutex_;
   std::condition_variable_any changed_;

@@ -14,7 +14,7 @@ using S = const Situation&;
 
 bool always(S) { return true; }
 bool with_project(S s) { return s.project; }
-bool idle(S s) { return !s.running; }
+bool idle(S s) { return !s.running && !s.exporting; }
 bool directing(S s) { return s.directing && s.avatar; }
 bool can_export(S s) { return s.avatar && s.consent && !s.exporting && !s.running; }
 
@@ -23,7 +23,7 @@ constexpr CommandInfo kTable[] = {
     {Command::open_project, Menu::file, "Open a project...", "Ctrl+O", idle},
     {Command::try_demo, Menu::file, "Try the demo", "", idle},
     {Command::close_project, Menu::file, "Close the project", "Ctrl+W",
-     [](S s) { return s.project && !s.running; }},
+     [](S s) { return s.project && idle(s); }},
     {Command::quit, Menu::file, "Quit", "Ctrl+Q", always},
     {Command::undo, Menu::edit, "Undo", "Ctrl+Z", [](S s) { return s.avatar && s.can_undo; }},
     {Command::redo, Menu::edit, "Redo", "Ctrl+Y", [](S s) { return s.avatar && s.can_redo; }},
@@ -37,7 +37,7 @@ constexpr CommandInfo kTable[] = {
     {Command::pause, Menu::avatar, "Pause", "Ctrl+P", [](S s) { return s.running; }},
     {Command::finish_now, Menu::avatar, "Finish with what is learnt", "", [](S s) { return s.training; }},
     {Command::train_longer, Menu::avatar, "Train longer", "",
-     [](S s) { return s.project && s.finished && !s.running; }},
+     [](S s) { return s.project && s.finished && s.consent && !s.running; }},
     {Command::export_still, Menu::avatar, "Export a still", "Ctrl+E", can_export},
     {Command::export_orbit, Menu::avatar, "Export an orbit", "", can_export},
     {Command::export_sequence, Menu::avatar, "Export pictures with transparency", "", can_export},

@@ -66,6 +66,7 @@ PipelineStatus PipelineJob::status() const {
       stage_seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - stage_start_).count();
   }
   status.job = job_->status();
+  if (!is_working(status.job)) status.stage.reset();
   if (status.stage && is_working(status.job)) {
     const auto [from, to] = stage_span(project_.options, Stage::train, *status.stage);
     const double now = std::clamp(status.job.fraction, from, to);

@@ -3,6 +3,7 @@
 
 #include <GLFW/glfw3.h>
 #include <imgui.h>
+#include <cctype>
 
 #include "ui/steps/steps.h"
 #include "ui/theme.h"
@@ -18,7 +19,14 @@ constexpr ImGuiWindowFlags kFixed =
     ImGuiWindowFlags_NoBringToFrontOnFocus | ImGuiWindowFlags_NoScrollWithMouse;
 
 int glfw_key(const std::string& key) {
-  if (key.size() == 1) return key[0];
+  if (key.size() == 1) {
+    // The window reports keys by their place; letters are asked for by what the user's layout writes there.
+    for (int k = GLFW_KEY_APOSTROPHE; k <= GLFW_KEY_GRAVE_ACCENT; ++k)
+      if (const char* name = glfwGetKeyName(k, 0);
+          name && name[0] && !name[1] && std::toupper(static_cast<unsigned char>(name[0])) == key[0])
+        return k;
+    return key[0];
+  }
   if (key == "F1") return GLFW_KEY_F1;
   if (key == "Enter") return GLFW_KEY_ENTER;
   if (key == "Up") return GLFW_KEY_UP;

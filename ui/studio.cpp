@@ -22,6 +22,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
+constexpr double kLeastBudget_s = 120;
 constexpr double kOverrunOfTraining = 1.16;  // a budget spent by more than this ends a training at once
 
 bool same_place(const fs::path& a, const fs::path& b) {
@@ -69,13 +70,16 @@ Film make_film(ExportKind kind, const ExportChoice& choice, const Acting& acting
   return film;
 }
 
-FilmOptions film_options(ExportKind kind, const ExportChoice& choice, fs::path out) {
+FilmOptions film_options(ExportKind kind, const ExportChoice& choice, const Acting& acting,
+                         const Avatar& avatar, fs::path out) {
   FilmOptions options;
   options.out = std::move(out);
   options.alpha = kind == ExportKind::sequence;
   options.camera_rests = kind == ExportKind::still;
   options.frames_per_second = choice.frames_per_second;
-  const bool room = choice.ground == ExportGround::room && kind == ExportKind::still;
+  // The room was filmed from one place, in the size of the pictures.
+  const bool room = choice.ground == ExportGround::room && kind == ExportKind::still && !choice.twice &&
+                    acting.view == ViewPoint{} && !avatar.plate.empty();
   options.background = room ? "plate" : choice.ground == ExportGround::dark ? "#1c1f26" : "#e6e6e6";
   return options;
 }
@@ -126,7 +130,13 @@ Studio::Studio(StudioOptions options, std::function<void()> wake)
       wake_(std::move(wake)),
       settings_(read_settings(options_.settings)),
       renderer_(wake_),
-      background_(wake_) {}
+      background_(
+          [this](const std::string& what) {
+            loading_ = false;
+            fail({ErrorCode::failed, "Reading broke off: " + what + ".",
+                  "Close other programs and try again.", ""});
+          },
+          wake_) {}
 
 Studio::~Studio() { save_settings(); }
 
@@ -171,6 +181,10 @@ void Studio::tick() {
       return;
     }
     finish_at_s_.reset();
+    const auto told = [](const StageRecord& record) { return record.state == StageState::failed; };
+    if (pipeline_.job.state == JobState::failed && pipeline_.job.error &&
+        std::ranges::none_of(pipeline_.records, told))
+      fail(*pipeline_.job.error);  // of no single stage: a busy project, a full disk, no memory
   }
   seen_pipeline_ = pipeline_.job.state;
 }
@@ -233,7 +247,7 @@ Wish Studio::apply(const Requests& requests) {
   }
   if (requests.consent && contents_) {
     // The folder's own file is written at once, and read back.
-    Project project = contents_->project;
+    Project project = latest_project();
     project.consent = *requests.consent;
     if (const auto saved = save_project(project); !saved) fail(saved.error());
     load(folder_);
@@ -241,12 +255,15 @@ Wish Studio::apply(const Requests& requests) {
   if (requests.nobody_agreed && contents_) {
     // A project that holds nothing but the question goes; the clip itself stays where it is.
     const fs::path folder = folder_;
-    const bool untouched = !contents_->capture;
     close_project();
     std::error_code ignored;
-    if (untouched) {
+    bool only_the_question = true;
+    for (fs::directory_iterator it(folder, ignored), end; !ignored && it != end; it.increment(ignored))
+      only_the_question &= it->path().filename() == "project.json" || it->path().filename() == ".lock";
+    if (!ignored && only_the_question) {
       std::erase_if(settings_.recent, [&](const fs::path& recent) { return same_place(recent, folder); });
-      fs::remove_all(folder, ignored);
+      for (const char* name : {"project.json", ".lock"}) fs::remove(folder / name, ignored);
+      fs::remove(folder, ignored);
     }
     message_ = "Without the person's agreement no avatar is made.";
   }
@@ -266,7 +283,12 @@ Wish Studio::apply(const Requests& requests) {
   if (requests.export_choice) export_choice_ = *requests.export_choice;
   if (requests.budget_s)
     edit_options([&](ProjectOptions& o) { o.budget_s = *requests.budget_s, o.steps = 0; });
-  if (requests.picture_size) edit_options([&](ProjectOptions& o) { o.size = *requests.picture_size; });
+  if (requests.picture_size)
+    edit_options([&](ProjectOptions& o) {
+      o.size = *requests.picture_size;
+      // A training that was finished early left its few seconds as the budget.
+      if (o.steps == 0 && o.budget_s < kLeastBudget_s) o.budget_s = ProjectOptions{}.budget_s;
+    });
   Wish wish = Wish::none;
   for (const Command command : requests.commands) {
     if (!is_enabled(command, snapshot().situation)) continue;
@@ -317,6 +339,7 @@ Wish Studio::carry_out(Command command) {
       start_check();
       break;
     case Command::pause:
+      finish_at_s_.reset();
       if (demo_) demo_->stop();
       if (pipeline_job_) pipeline_job_->stop();
       break;
@@ -394,13 +417,17 @@ Wish Studio::carry_out(Command command) {
 
 void Studio::open(const fs::path& path) {
   if (is_enabled(Command::open_clip, snapshot().situation) == false) {
-    fail({ErrorCode::failed, "An avatar is being made just now.", "Pause it first; what is done is kept.",
-          ""});
+    fail({ErrorCode::failed, "An avatar is being made or exported just now.",
+          "Pause or stop it first; what is made of the avatar so far is kept.", ""});
     return;
   }
   std::error_code ignored;
   const fs::path folder = path.filename() == "project.json" ? path.parent_path() : path;
   if (fs::is_directory(folder, ignored)) {
+    if (!fs::exists(folder / "project.json", ignored)) {
+      if (const auto project = open_project(folder); !project) fail(project.error());
+      return;
+    }
     load(folder);
   } else {
     open_clip(path, Consent::not_asked, options_.project);
@@ -408,8 +435,7 @@ void Studio::open(const fs::path& path) {
 }
 
 void Studio::open_clip(const fs::path& clip, Consent consent, ProjectOptions options) {
-  close_project();
-  loading_ = true;
+  loading_ = true;  // the open project stays until there is another
   background_.run("open", [this, clip, consent, options](std::stop_token) mutable -> Background::Delivery {
     const auto failed = [this](Error error) {
       return [this, error] {
@@ -438,24 +464,27 @@ void Studio::load(const fs::path& folder) {
     folder_ = folder;
   }
   loading_ = true;
-  background_.run("contents", [this, folder, earlier = contents_](std::stop_token) -> Background::Delivery {
-    auto contents = read_contents(folder, earlier.get());
-    auto overlay = contents && (!earlier || earlier->track != (*contents)->track)
-                       ? FaceOverlay::make(*contents)
-                       : nullptr;
-    return [this, folder, contents = std::move(contents), overlay = std::move(overlay)] {
-      if (folder != folder_) return;  // another one was opened meanwhile
-      loading_ = false;
-      if (!contents) {
-        fail(contents.error());
-        if (!contents_) close_project();
-        std::erase(settings_.recent, folder);
-        return;
-      }
-      if (overlay) overlay_ = overlay;
-      loaded(*contents);
-    };
-  });
+  const std::uint64_t number = ++load_number_;
+  background_.run(
+      "contents",
+      [this, folder = folder_, number, earlier = contents_](std::stop_token) -> Background::Delivery {
+        auto contents = read_contents(folder, earlier.get());
+        auto overlay = contents && (!earlier || earlier->track != (*contents)->track)
+                           ? FaceOverlay::make(*contents)
+                           : nullptr;
+        return [this, folder, number, contents = std::move(contents), overlay = std::move(overlay)] {
+          if (folder != folder_ || number != load_number_) return;  // another was opened or changed meanwhile
+          loading_ = false;
+          if (!contents) {
+            fail(contents.error());
+            if (!contents_) close_project();
+            std::erase(settings_.recent, folder);
+            return;
+          }
+          if (overlay) overlay_ = overlay;
+          loaded(*contents);
+        };
+      });
 }
 
 void Studio::loaded(std::shared_ptr<const ProjectContents> contents) {
@@ -487,9 +516,8 @@ void Studio::loaded(std::shared_ptr<const ProjectContents> contents) {
 }
 
 void Studio::close_project() {
-  if (pipeline_job_) pipeline_job_->stop();
-  pipeline_job_.reset();
-  export_.reset();
+  retire(std::move(pipeline_job_));
+  retire(std::move(export_));
   drop_check();
   pipeline_ = {};
   seen_states_ = {};
@@ -510,20 +538,28 @@ void Studio::close_project() {
 void Studio::start_pipeline(ProjectOptions options) {
   if (!contents_) return;
   edit_options([&](ProjectOptions& o) { o = options; });
-  Project project = contents_->project;
+  Project project = latest_project();
   project.options = options;
   pipeline_ = {};
   seen_pipeline_ = JobState::none;
   seen_states_ = {};
   for (const Stage stage : kStages) seen_states_[std::size_t(stage)] = project.record(stage).state;
-  pipeline_job_.reset();  // the earlier one has ended
+  retire(std::move(pipeline_job_));
   pipeline_job_ = std::make_unique<PipelineJob>(project, options_.previews, wake_);
   pipeline_ = pipeline_job_->status();
+}
+
+// With the records of the run that may be newer than the last reading of the folder.
+Project Studio::latest_project() const {
+  Project project = contents_->project;
+  if (pipeline_job_) project.stages = pipeline_job_->status().records;
+  return project;
 }
 
 void Studio::edit_options(const std::function<void(ProjectOptions&)>& change) {
   if (!contents_ || ui::is_working(pipeline_.job)) return;
   auto contents = std::make_shared<ProjectContents>(*contents_);
+  contents->project = latest_project();
   change(contents->project.options);
   if (const auto saved = save_project(contents->project); !saved) {
     fail(saved.error());
@@ -549,15 +585,20 @@ void Studio::start_demo() {
       wake_);
 }
 
-// A check stops between two pictures or two fits: too long to wait for here.
 void Studio::drop_check() {
   checked_.reset();
   verdict_.reset();
-  if (!check_) return;
-  check_->stop();
-  background_.run("", [ending = std::shared_ptr<Job>(std::move(check_))](std::stop_token) mutable {
+  retire(std::move(check_));
+}
+
+// Work ends between two pictures or two fits: too long to wait for here.
+template <class J>
+void Studio::retire(std::unique_ptr<J> job) {
+  if (!job) return;
+  job->stop();
+  background_.run("", [ending = std::shared_ptr<J>(std::move(job))](std::stop_token) mutable {
     ending.reset();
-    return Background::Delivery([] {});
+    return Background::Delivery();
   });
 }
 
@@ -589,9 +630,9 @@ void Studio::start_export(ExportKind kind) {
             !folder)
           return folder.error();
         const OpenedAvatar opened{contents->project, avatar.avatar, *avatar.model, avatar.hash};
-        const auto written =
-            write_film(opened, make_film(kind, choice, acting, avatar), film_options(kind, choice, out),
-                       progress.stage(0, 1, "export"), stop);
+        const auto written = write_film(opened, make_film(kind, choice, acting, avatar),
+                                        film_options(kind, choice, acting, avatar.avatar, out),
+                                        progress.stage(0, 1, "export"), stop);
         if (written) return out.string();
         std::error_code ignored;
         if (kind == ExportKind::sequence) fs::remove_all(out, ignored);  // half a sequence is none
@@ -668,6 +709,7 @@ bool Studio::is_working() const {
 }
 
 void Studio::stop_work() {
+  finish_at_s_.reset();
   if (demo_) demo_->stop();
   if (pipeline_job_) pipeline_job_->stop();
   if (export_) export_->stop();

@@ -59,6 +59,9 @@ class Studio {
   void start_demo();
   void start_check();
   void drop_check();
+  template <class J>
+  void retire(std::unique_ptr<J> job);
+  Project latest_project() const;
   void start_export(ExportKind kind);
   void edit_options(const std::function<void(ProjectOptions&)>& change);
   void request_picture();
@@ -80,7 +83,7 @@ class Studio {
   int view_px_ = 256;
   bool comparing_ = false;
   FramePicture clip_picture_, check_picture_, face_picture_, compare_picture_;
-  std::uint64_t picture_number_ = 0;
+  std::uint64_t picture_number_ = 0, load_number_ = 0;
   ExportChoice export_choice_;
   ExportKind export_kind_ = ExportKind::still;
   std::filesystem::path exporting_to_, exported_;

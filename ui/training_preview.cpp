@@ -2,6 +2,7 @@
 #include "ui/training_preview.h"
 
 #include <fmt/format.h>
+#include <exception>
 
 #include <chrono>
 #include <numbers>
@@ -132,9 +133,14 @@ void TrainingPreview::loop(std::stop_token stop) {
       avatar = std::exchange(avatar_, nullptr);
     }
     const auto start = Clock::now();
-    if (!scene) scene = open_scene(project_);
-    if (!scene) return;  // nothing to compare with; training goes on without previews
-    auto pictures = std::make_shared<const PreviewPictures>(render_preview(*scene, *avatar, number));
+    std::shared_ptr<const PreviewPictures> pictures;
+    try {
+      if (!scene) scene = open_scene(project_);
+      if (!scene) return;  // nothing to compare with; training goes on without previews
+      pictures = std::make_shared<const PreviewPictures>(render_preview(*scene, *avatar, number));
+    } catch (const std::exception&) {
+      return;  // memory ran out over a preview: the training needs it more
+    }
     avatar.reset();
     const double took = std::chrono::duration<double>(Clock::now() - start).count();
     {

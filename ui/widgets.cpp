@@ -153,9 +153,14 @@ bool slider(const char* id, float* value, const SliderRange& range, const char* 
   bool changed = ImGui::SliderFloat(id, value, range.low, range.high, "", ImGuiSliderFlags_AlwaysClamp);
   ImGui::PopStyleVar();
   note_widget(id);
-  if (ImGui::IsItemHovered() && ImGui::IsMouseDoubleClicked(ImGuiMouseButton_Left)) {
+  // While the button of a double click is held, the slider itself would go back under the mouse.
+  static ImGuiID resetting = 0;
+  const ImGuiID own = ImGui::GetID(id);
+  if (ImGui::IsItemHovered() && ImGui::IsMouseDoubleClicked(ImGuiMouseButton_Left)) resetting = own;
+  if (resetting == own) {
     *value = range.rest;
     changed = true;
+    if (!ImGui::IsMouseDown(ImGuiMouseButton_Left)) resetting = 0;
   }
   const ImVec2 a = ImGui::GetItemRectMin(), b = ImGui::GetItemRectMax();
   ImDrawList& list = *ImGui::GetWindowDrawList();

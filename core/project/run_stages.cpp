@@ -329,8 +329,8 @@ Result<void> run_stages(Project& project, Stage last, const Progress& progress, 
       record.state = outcome.error().code == ErrorCode::cancelled ? StageState::stopped : StageState::failed;
       record.message = outcome.error().what;
     }
+    const auto saved = save_project(project);  // before anybody who is told may look
     observer.stage_changed(stage, record);
-    const auto saved = save_project(project);
     if (!outcome) return outcome.error();
     if (!saved) return saved.error();
     progress.report(to);

@@ -257,6 +257,7 @@ Result<void> run_steps(TrainingState& state, Scene& scene, Run& run, std::stop_t
       state.seconds = now;
       run.tap.take(
           make_avatar(scene.set, run.options, scene.map, scene.warp_cell(), scene.volumes.neck, state));
+      before = run.elapsed();  // a look is no step: the plan must not take it for one
     }
   }
   run.report(state);

@@ -4,13 +4,17 @@
 #include <gtest/gtest.h>
 
 #include <atomic>
+#include <chrono>
+#include <stdexcept>
+#include <string>
+#include <thread>
 #include <vector>
 
 namespace likeness::ui {
 namespace {
 
 TEST(Background, DeliversOnTheCallersThreadInOrder) {
-  Background background([] {});
+  Background background([](const std::string&) {}, [] {});
   std::vector<int> delivered;
   const auto here = std::this_thread::get_id();
   for (int i = 0; i < 3; ++i)
@@ -26,7 +30,7 @@ TEST(Background, DeliversOnTheCallersThreadInOrder) {
 }
 
 TEST(Background, ANewerAskOfTheSameKindReplacesTheWaitingOne) {
-  Background background([] {});
+  Background background([](const std::string&) {}, [] {});
   std::atomic<bool> go = false;
   std::vector<int> delivered;
   const auto ask = [&](std::string key, int value) {
@@ -43,6 +47,20 @@ TEST(Background, ANewerAskOfTheSameKindReplacesTheWaitingOne) {
   EXPECT_EQ(delivered.back(), 6);
   EXPECT_LE(delivered.size(), 3u);
   EXPECT_EQ(delivered[delivered.size() - 2], 5);
+}
+
+TEST(Background, WorkThatBreaksIsToldOfAndTheNextIsDone) {
+  std::string broke;
+  bool done = false;
+  Background background([&](const std::string& what) { broke = what; }, [] {});
+  background.run("", [](std::stop_token) -> Background::Delivery { throw std::runtime_error("no memory"); });
+  background.run("", [&](std::stop_token) { return Background::Delivery([&] { done = true; }); });
+  while (background.busy()) {
+    background.deliver();
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  }
+  EXPECT_EQ(broke, "no memory");
+  EXPECT_TRUE(done);
 }
 
 }  // namespace
