@@ -11,6 +11,7 @@
 #include "core/base/hash.h"
 #include "core/film/mark.h"
 #include "core/image/files.h"
+#include "core/project/project_views.h"
 #include "core/project/run_stages.h"
 #include "core/render/pose_avatar.h"
 #include "core/video/encode.h"
@@ -123,12 +124,7 @@ Result<OpenedAvatar> open_avatar(const fs::path& folder) {
   if (!avatar) return avatar.error();
   auto model = project_head_model(project->options);
   if (!model) return model.error();
-  if (model->hash != avatar->head_model_hash) {
-    return Error{ErrorCode::bad_input,
-                 fmt::format("The avatar was made with the {} head model, the project now names the {} one.",
-                             avatar->head_model_name, model->name),
-                 "Build the project again, so that both agree.", folder.string()};
-  }
+  if (const auto fits = check_avatar_fits(*avatar, *model, folder.string()); !fits) return fits.error();
   auto hash = hash_file(avatar_path(*project));
   if (!hash) return hash.error();
   return OpenedAvatar{std::move(*project), std::move(*avatar), std::move(*model), std::move(*hash)};

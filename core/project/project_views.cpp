@@ -25,6 +25,24 @@ std::optional<Camera> picture_camera(const Capture& capture, const CameraSet& ca
   return camera;
 }
 
+Result<TrackedCapture> read_tracked_capture(const Project& project) {
+  auto capture = read_capture(capture_path(project));
+  if (!capture) return capture.error();
+  auto cameras = read_cameras(cameras_path(project));
+  if (!cameras) return cameras.error();
+  auto track = read_track(track_path(project));
+  if (!track) return track.error();
+  return TrackedCapture{std::move(*capture), std::move(*cameras), std::move(*track)};
+}
+
+Result<void> check_avatar_fits(const Avatar& avatar, const HeadModel& model, const std::string& where) {
+  if (model.hash == avatar.head_model_hash) return {};
+  return Error{ErrorCode::bad_input,
+               fmt::format("The avatar was made with the {} head model, the project now names the {} one.",
+                           avatar.head_model_name, model.name),
+               "Build the project again, so that both agree.", where};
+}
+
 Result<void> check_track_fits(const Track& track, const HeadModel& model) {
   const bool fits =
       track.head_model_hash == model.hash && track.person.identity.size() == model.identity_count() &&
@@ -62,23 +80,20 @@ Result<void> load_pictures(const Project& project, TrainingView& view) {
 }  // namespace
 
 Result<TrainingSet> load_training_views(const Project& project, const HeadModel& model) {
-  const auto capture = read_capture(capture_path(project));
-  if (!capture) return capture.error();
-  const auto cameras = read_cameras(cameras_path(project));
-  if (!cameras) return cameras.error();
-  const auto track = read_track(track_path(project));
-  if (!track) return track.error();
-  if (const auto fits = check_track_fits(*track, model); !fits) return fits.error();
+  const auto read = read_tracked_capture(project);
+  if (!read) return read.error();
+  const auto& [capture, cameras, track] = *read;
+  if (const auto fits = check_track_fits(track, model); !fits) return fits.error();
   const auto plate_info = read_plate_info(plate_info_path(project));
   if (!plate_info) return plate_info.error();
 
   TrainingSet set;
-  set.size = capture->size;
+  set.size = capture.size;
   set.model = model;
-  set.person = track->person;
-  set.neutral = track->neutral;
-  set.has_torso = track->has_torso;
-  set.torso_modes = track->torso_modes;
+  set.person = track.person;
+  set.neutral = track.neutral;
+  set.has_torso = track.has_torso;
+  set.torso_modes = track.torso_modes;
   if (std::error_code ignored; fs::exists(plate_path(project), ignored)) {
     auto plate = read_image(plate_path(project));
     if (!plate) return plate.error();
@@ -90,10 +105,10 @@ Result<TrainingSet> load_training_views(const Project& project, const HeadModel&
       set.plate_known = std::move(*seen);
     }
   }
-  for (const CaptureFrame& frame : capture->frames) {
+  for (const CaptureFrame& frame : capture.frames) {
     if (!frame.used) continue;
-    const TrackedFrame* tracked = find_tracked(*track, frame.frame);
-    const auto camera = picture_camera(*capture, *cameras, *track, frame.frame);
+    const TrackedFrame* tracked = find_tracked(track, frame.frame);
+    const auto camera = picture_camera(capture, cameras, track, frame.frame);
     if (tracked == nullptr || tracked->status == FrameStatus::lost || !camera) continue;
     TrainingView view;
     view.camera = *camera;

@@ -17,6 +17,17 @@ namespace likeness {
 std::optional<Camera> picture_camera(const Capture& capture, const CameraSet& cameras, const Track& track,
                                      int frame);
 
+// What the stages before training found.
+struct TrackedCapture {
+  Capture capture;
+  CameraSet cameras;
+  Track track;
+};
+Result<TrackedCapture> read_tracked_capture(const Project& project);
+
+// That an avatar was made with this head model. where: for the error.
+Result<void> check_avatar_fits(const Avatar& avatar, const HeadModel& model, const std::string& where);
+
 // An edited or foreign track.json is told apart here, before its numbers meet a model they were not made
 // with.
 Result<void> check_track_fits(const Track& track, const HeadModel& model);

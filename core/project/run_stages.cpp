@@ -183,18 +183,15 @@ Result<void> run_fit(const StageContext& context) {
 }
 
 Result<void> run_matte(const StageContext& context) {
-  const auto capture = read_capture(capture_path(context.project));
-  if (!capture) return capture.error();
-  const auto cameras = read_cameras(cameras_path(context.project));
-  if (!cameras) return cameras.error();
-  const auto track = read_track(track_path(context.project));
-  if (!track) return track.error();
+  const auto read = read_tracked_capture(context.project);
+  if (!read) return read.error();
+  const auto& [capture, cameras, track] = *read;
   const auto model = project_head_model(context.project.options);
   if (!model) return model.error();
-  if (const auto fits = check_track_fits(*track, *model); !fits) return fits.error();
+  if (const auto fits = check_track_fits(track, *model); !fits) return fits.error();
   MatteOptions options;
-  options.size = capture->size;
-  const auto matte = matte_clip(context.project.folder, *capture, *cameras, *track, *model, options,
+  options.size = capture.size;
+  const auto matte = matte_clip(context.project.folder, capture, cameras, track, *model, options,
                                 context.progress, context.stop);
   if (!matte) return matte.error();
   context.record.message =

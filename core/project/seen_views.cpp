@@ -46,16 +46,6 @@ SeenViews seen_views(const Capture& capture, const CameraSet& cameras, const Tra
   return seen;
 }
 
-Result<SeenViews> seen_views(const Project& project) {
-  const auto capture = read_capture(capture_path(project));
-  if (!capture) return capture.error();
-  const auto cameras = read_cameras(cameras_path(project));
-  if (!cameras) return cameras.error();
-  const auto track = read_track(track_path(project));
-  if (!track) return track.error();
-  return seen_views(*capture, *cameras, *track);
-}
-
 double from_nearest_view(const SeenViews& seen, double yaw, double pitch) {
   double nearest = -1;  // cosine
   for (const ViewAngle& view : seen.views)

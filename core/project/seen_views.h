@@ -3,10 +3,8 @@
 
 #include <vector>
 
-#include "core/base/result.h"
 #include "core/camera/camera.h"
 #include "core/capture/capture.h"
-#include "core/project/project.h"
 #include "core/track/track.h"
 
 namespace likeness {
@@ -25,7 +23,6 @@ struct SeenViews {
   std::vector<ViewAngle> views;  // one a training frame whose head and camera are known
 };
 SeenViews seen_views(const Capture& capture, const CameraSet& cameras, const Track& track);
-Result<SeenViews> seen_views(const Project& project);
 
 // Angle between the direction of a view and the nearest seen one, rad; pi where nothing was seen. Roll does
 // not count: it shows nothing new.

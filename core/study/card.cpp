@@ -232,24 +232,17 @@ Card make_card(const Capture& capture, const CameraSet& cameras, const Track& tr
 }
 
 Result<Card> project_card(const Project& project) {
-  const auto capture = read_capture(capture_path(project));
-  if (!capture) return capture.error();
-  const auto cameras = read_cameras(cameras_path(project));
-  if (!cameras) return cameras.error();
-  const auto track = read_track(track_path(project));
-  if (!track) return track.error();
+  const auto read = read_tracked_capture(project);
+  if (!read) return read.error();
+  const auto& [capture, cameras, track] = *read;
   const auto avatar = read_avatar(avatar_path(project));
   if (!avatar) return avatar.error();
   const auto model = project_head_model(project.options);
   if (!model) return model.error();
-  if (const auto fits = check_track_fits(*track, *model); !fits) return fits.error();
-  if (avatar->head_model_hash != model->hash) {
-    return Error{ErrorCode::bad_input,
-                 fmt::format("The avatar was made with the {} head model, the project now names the {} one.",
-                             avatar->head_model_name, model->name),
-                 "Build the project again, so that both agree.", project.folder.string()};
-  }
-  return make_card(*capture, *cameras, *track, *avatar, *model);
+  if (const auto fits = check_track_fits(track, *model); !fits) return fits.error();
+  if (const auto fits = check_avatar_fits(*avatar, *model, project.folder.string()); !fits)
+    return fits.error();
+  return make_card(capture, cameras, track, *avatar, *model);
 }
 
 }  // namespace likeness

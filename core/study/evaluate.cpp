@@ -123,30 +123,27 @@ Result<Inputs> load_inputs(const Project& project) {
     return Error{ErrorCode::not_found, fmt::format("{} holds no trained avatar.", project.folder.string()),
                  "Run: likeness build VIDEO --project DIR", project.folder.string()};
   }
-  auto capture = read_capture(capture_path(project));
-  if (!capture) return capture.error();
-  auto cameras = read_cameras(cameras_path(project));
-  if (!cameras) return cameras.error();
-  auto track = read_track(track_path(project));
-  if (!track) return track.error();
-  if (track->frames.empty()) {
+  auto read = read_tracked_capture(project);
+  if (!read) return read.error();
+  auto& [capture, cameras, track] = *read;
+  if (track.frames.empty()) {
     return Error{ErrorCode::bad_input, "The track holds no frames.",
                  "Delete track.json and run the build again.", track_path(project).string()};
   }
   auto avatar = read_avatar(avatar_path(project));
   if (!avatar) return avatar.error();
   // A later import or fit leaves the old avatar in place until it is trained anew.
-  if (avatar->intrinsics.width != capture->size || avatar->head_model_hash != track->head_model_hash) {
+  if (avatar->intrinsics.width != capture.size || avatar->head_model_hash != track.head_model_hash) {
     return Error{
         ErrorCode::bad_input,
         fmt::format("The avatar was trained at {} px on the {} head; the project now holds {} px and "
                     "the {} head.",
-                    avatar->intrinsics.width, avatar->head_model_name, capture->size, track->head_model_name),
+                    avatar->intrinsics.width, avatar->head_model_name, capture.size, track.head_model_name),
         fmt::format("Run: likeness train {}", project.folder.string()), project.folder.string()};
   }
   auto plate_info = read_plate_info(plate_info_path(project));
   if (!plate_info) return plate_info.error();
-  return Inputs{std::move(*capture), std::move(*cameras), std::move(*track), std::move(*avatar),
+  return Inputs{std::move(capture), std::move(cameras), std::move(track), std::move(*avatar),
                 std::move(*plate_info)};
 }
 
