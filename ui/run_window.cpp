@@ -2,6 +2,7 @@
 #include "ui/run_window.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "ui/theme.h"
 
@@ -73,8 +74,11 @@ bool WindowLoop::frame() {
     stopping_ = true;
   }
   if (stopping_ && !studio_.is_working()) quit_ = true;
+  // The window is opened at the remembered size times the screen's scale.
+  const float density = window_.pixel_scale();
   if (!window_.maximised() || snapshot.settings.maximised != window_.maximised())
-    studio_.remember_window(window_.size()[0], window_.size()[1], window_.maximised());
+    studio_.remember_window(int(std::lround(window_.size()[0] / density)),
+                            int(std::lround(window_.size()[1] / density)), window_.maximised());
   return !quit_;
 }
 

@@ -489,7 +489,7 @@ void Studio::load(const fs::path& folder) {
 
 void Studio::loaded(std::shared_ptr<const ProjectContents> contents) {
   const bool first = contents_ == nullptr;
-  const auto before = contents_ ? contents_->avatar : nullptr;
+  const ProjectContents earlier = contents_ ? *contents_ : ProjectContents{};
   contents_ = std::move(contents);
   std::error_code ignored;
   const fs::path place = fs::absolute(folder_, ignored).lexically_normal();
@@ -500,19 +500,18 @@ void Studio::loaded(std::shared_ptr<const ProjectContents> contents) {
     shown_ = contents_->avatar ? Step::direct : Step::film;
     read_clip_picture();
   }
-  if (contents_->avatar && contents_->avatar != before) request_picture();
+  if (contents_->avatar && contents_->avatar != earlier.avatar) request_picture();
   // A new clip is looked at before anything is built from it.
   if (!contents_->capture && contents_->clip && contents_->project.consent != Consent::not_asked && !check_)
     start_check();
   // Pictures of the steps, as soon as there are any.
-  if (contents_->capture && (check_picture_.frame < 0 || !check_picture_.image) &&
-      !contents_->capture->frames.empty())
-    show_frame(&Studio::check_picture_,
-               contents_->capture->frames[contents_->capture->frames.size() / 2].frame, false);
-  if (contents_->track && (face_picture_.frame < 0 || !face_picture_.image) &&
-      !contents_->track->frames.empty())
-    show_frame(&Studio::face_picture_, contents_->track->frames[contents_->track->frames.size() / 2].frame,
-               true);
+  const auto middle = [](const FramePicture& picture, const auto& frames) {
+    return picture.frame >= 0 ? picture.frame : frames[frames.size() / 2].frame;
+  };
+  if (contents_->capture && contents_->capture != earlier.capture && !contents_->capture->frames.empty())
+    show_frame(&Studio::check_picture_, middle(check_picture_, contents_->capture->frames), false);
+  if (contents_->track && contents_->track != earlier.track && !contents_->track->frames.empty())
+    show_frame(&Studio::face_picture_, middle(face_picture_, contents_->track->frames), true);
 }
 
 void Studio::close_project() {

@@ -6,14 +6,15 @@ namespace likeness::ui {
 void FollowedTexture::follow(const FramePicture& picture) {
   if (!picture.image) {
     texture.clear();
-    shown = nullptr;
+    shown.reset();
     return;
   }
-  follow(*picture.image, picture.image.get());
+  follow(*picture.image, picture.image);
 }
 
-void FollowedTexture::follow(const Image8& image, const void* owner) {
-  if (owner == shown || image.empty() || image.channels < 3) return;
+void FollowedTexture::follow(const Image8& image, const std::shared_ptr<const void>& owner) {
+  const bool same = !texture.empty() && !shown.owner_before(owner) && !owner.owner_before(shown);
+  if (same || image.empty() || image.channels < 3) return;
   texture.set(image);
   shown = owner;
 }

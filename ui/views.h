@@ -17,10 +17,11 @@ namespace likeness::ui {
 // A texture that follows a picture of the snapshot: uploaded when the picture changed.
 struct FollowedTexture {
   Texture texture;
-  const void* shown = nullptr;
+  std::weak_ptr<const void> shown;  // no address: another picture may come to lie where this one lay
 
   void follow(const FramePicture& picture);
-  void follow(const Image8& image, const void* owner);  // owner: another one is another picture
+  // owner: another one is another picture.
+  void follow(const Image8& image, const std::shared_ptr<const void>& owner);
 };
 
 struct Views {

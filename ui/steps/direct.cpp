@@ -87,7 +87,7 @@ void draw_view(const Snapshot& snapshot, Views& views, ImVec2 area, Requests& re
     views.render->set_picture(picture->rgba);
     views.rendered = snapshot.picture;
   }
-  if (!avatar.plate.empty()) views.plate.follow(avatar.plate, snapshot.contents->avatar.get());
+  if (!avatar.plate.empty()) views.plate.follow(avatar.plate, snapshot.contents->avatar);
   const ViewPoint& seen = picture->acting.view;
   Backdrop backdrop;
   const Palette& p = theme().colours;

@@ -44,8 +44,8 @@ void draw_numbers(const Snapshot& snapshot) {
   ImGui::PopStyleColor();
 }
 
-void draw_preview(const char* name, FollowedTexture& texture, const Image8& image, const void* owner,
-                  const std::string& words, float side) {
+void draw_preview(const char* name, FollowedTexture& texture, const Image8& image,
+                  const std::shared_ptr<const void>& owner, const std::string& words, float side) {
   texture.follow(image, owner);
   ImGui::BeginGroup();
   if (texture.texture.empty()) {
@@ -61,17 +61,18 @@ void draw_preview(const char* name, FollowedTexture& texture, const Image8& imag
   ImGui::EndGroup();
 }
 
-void draw_previews(const PreviewPictures& p, Views& views, float side, int columns) {
-  draw_preview("preview truth", views.previews[0], p.truth, &p.truth,
+void draw_previews(const std::shared_ptr<const PreviewPictures>& shown, Views& views, float side,
+                   int columns) {
+  const PreviewPictures& p = *shown;
+  draw_preview("preview truth", views.previews[0], p.truth, shown,
                fmt::format("The clip, frame {}{}", p.frame, p.held_out ? " (held out)" : ""), side);
   ImGui::SameLine();
-  draw_preview("preview same", views.previews[1], p.same, &p.same,
+  draw_preview("preview same", views.previews[1], p.same, shown,
                fmt::format("The avatar there: {:.1f} dB", p.psnr_db), side);
   if (columns > 2) ImGui::SameLine();
-  draw_preview("preview turned", views.previews[2], p.turned, &p.turned, p.turned_words, side);
+  draw_preview("preview turned", views.previews[2], p.turned, shown, p.turned_words, side);
   ImGui::SameLine();
-  draw_preview("preview expression", views.previews[3], p.expression, &p.expression, p.expression_words,
-               side);
+  draw_preview("preview expression", views.previews[3], p.expression, shown, p.expression_words, side);
 }
 
 }  // namespace
@@ -120,7 +121,7 @@ void draw_train_step(const Snapshot& snapshot, Views& views, Requests& requests)
   if (low) ImGui::SameLine();
   begin_card("previews", {0, low ? area.y : previews.y});
   if (pictures) {
-    draw_previews(*pictures, views, side, columns);
+    draw_previews(snapshot.pipeline.preview, views, side, columns);
   } else {
     draw_nothing_yet("The first previews come in a moment.");
   }
