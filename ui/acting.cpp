@@ -8,6 +8,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "core/direct/edit_keys.h"
 #include "core/render/camera_path.h"
 
 namespace likeness::ui {
@@ -41,18 +42,6 @@ void add_gaze(Articulation& articulation, const HeadModel& model, std::string_vi
 
 }  // namespace
 
-std::string mirrored_action(std::string_view name) {
-  std::string other(name);
-  if (name.ends_with("_L")) {
-    other.back() = 'R';
-  } else if (name.ends_with("_R")) {
-    other.back() = 'L';
-  } else {
-    other.clear();
-  }
-  return other;
-}
-
 std::string action_words(std::string_view name) {
   std::string words, side;
   if (name.ends_with("_L")) side = ", left";
@@ -81,7 +70,9 @@ void set_amount(Acting& acting, const std::string& action, float amount) {
     }
   };
   set(action);
-  if (const std::string other = mirrored_action(action); acting.linked && !other.empty()) set(other);
+  if (!acting.linked) return;
+  if (const std::string other = linked_channel(action_channel(action)); !other.empty())
+    set(other.substr(kActionChannel.size()));
 }
 
 std::vector<ActionGroup> group_actions(const HeadModel& model) {

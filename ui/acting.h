@@ -46,9 +46,6 @@ struct SeenTurn {
 std::array<double, 3> relative_turn(const Avatar& avatar, const Pose& cam_from_world,
                                     const Pose& world_from_head);
 
-// The other half of an action that has two ("mouthSmile_L" -> "mouthSmile_R"); empty where it has one.
-std::string mirrored_action(std::string_view name);
-
 // "mouthSmile_L" -> "Mouth smile, left".
 std::string action_words(std::string_view name);
 

@@ -186,7 +186,7 @@ class Judge {
                  "blink.");
   }
 
-  // In two looks or more: a blink lasts no longer than one.
+  // In two looks at least: one may be a mistake of the fit, and a blink is hardly ever in more.
   bool was_shown(std::size_t deed) const {
     const std::vector<double> amounts =
         values_of(clip_.looks, is_posed, [&](const Look& look) { return look.deeds[deed]; });

@@ -83,14 +83,21 @@ inline void keep_shot(const std::string& name) {
   EXPECT_TRUE(written.ok()) << written.error().what;
 }
 
-// Moves the mouse onto a widget, presses and lets go. frame: draws one frame.
-inline void click(const std::string& widget, const std::function<void()>& frame) {
-  const auto found = noted_widgets().find(widget);
-  ASSERT_NE(found, noted_widgets().end()) << "no widget \"" << widget << "\" is shown";
-  Window& window = *TestWindow::get().window;
+// The mouse over a widget's middle; where it is not shown, nowhere, and the test fails.
+inline InjectedInput mouse_over(const std::string& widget) {
   InjectedInput input;
+  const auto found = noted_widgets().find(widget);
+  EXPECT_NE(found, noted_widgets().end()) << "no widget \"" << widget << "\" is shown";
+  if (found == noted_widgets().end()) return input;
   input.mouse_x = 0.5f * (found->second.low.x + found->second.high.x);
   input.mouse_y = 0.5f * (found->second.low.y + found->second.high.y);
+  return input;
+}
+
+// Moves the mouse onto a widget, presses and lets go. frame: draws one frame.
+inline void click(const std::string& widget, const std::function<void()>& frame) {
+  Window& window = *TestWindow::get().window;
+  InjectedInput input = mouse_over(widget);
   for (const bool down : {false, true, false}) {
     input.down[0] = down;
     window.inject(input);
@@ -103,12 +110,8 @@ inline void click(const std::string& widget, const std::function<void()>& frame)
 
 inline void drag(const std::string& widget, float dx, float dy, int button,
                  const std::function<void()>& frame) {
-  const auto found = noted_widgets().find(widget);
-  ASSERT_NE(found, noted_widgets().end()) << "no widget \"" << widget << "\" is shown";
   Window& window = *TestWindow::get().window;
-  InjectedInput input;
-  input.mouse_x = 0.5f * (found->second.low.x + found->second.high.x);
-  input.mouse_y = 0.5f * (found->second.low.y + found->second.high.y);
+  InjectedInput input = mouse_over(widget);
   window.inject(input);
   frame();
   input.down[std::size_t(button)] = true;
