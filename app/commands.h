@@ -12,8 +12,9 @@ void add_card_command(CLI::App& program, int& exit_code);
 void add_eval_command(CLI::App& program, int& exit_code);
 void add_render_command(CLI::App& program, int& exit_code);
 void add_drive_command(CLI::App& program, int& exit_code);
-void add_study_command(CLI::App& program, int& exit_code);  // study track, study drive, study gains
-void add_gain_study(CLI::App& study, int& exit_code);       // the last of them
+void add_study_command(CLI::App& program, int& exit_code);  // study track, drive, gains, render
+void add_gain_study(CLI::App& study, int& exit_code);
+void add_render_study(CLI::App& study, int& exit_code);
 void add_bench_command(CLI::App& program, int& exit_code);
 void add_demo_command(CLI::App& program, int& exit_code);
 void add_doctor_command(CLI::App& program, int& exit_code);

@@ -74,7 +74,7 @@ std::size_t encode_chunk(std::size_t count) {
 
 // Inference: features live only as long as their chunk.
 void evaluate(const Field& field, const FieldInputs& inputs, float* sigma, float* red, float* green,
-              float* blue) {
+              float* blue, float* geometry = nullptr) {
   const FieldLayout layout = make_layout(field.config);
   check_inputs(field, layout, inputs);
   const KernelContext context{field.config, layout, field.parameters.data(), inputs};
@@ -84,8 +84,8 @@ void evaluate(const Field& field, const FieldInputs& inputs, float* sigma, float
     float* features =
         thread_features(samples * (context.density_inputs() + std::size_t(layout.ambient_dimensions)));
     float* slice = features + samples * context.density_inputs();
-    forward_tiles(context,
-                  {begin, end, features, slice, nullptr, thread_scratch(scratch), sigma, red, green, blue});
+    forward_tiles(context, {begin, end, features, slice, nullptr, thread_scratch(scratch), sigma, red, green,
+                            blue, geometry});
   });
 }
 
@@ -191,6 +191,28 @@ void evaluate_field(const Field& field, const FieldInputs& inputs, FieldOutputs&
 void evaluate_density(const Field& field, const FieldInputs& inputs, std::vector<float>& sigma) {
   sigma.resize(inputs.count);
   evaluate(field, inputs, sigma.data(), nullptr, nullptr, nullptr);
+}
+
+void evaluate_density(const Field& field, const FieldInputs& inputs, std::vector<float>& sigma,
+                      GeometryFeatures& geometry) {
+  sigma.resize(inputs.count);
+  geometry.values.resize(inputs.count * geometry_stride(field.config));
+  evaluate(field, inputs, sigma.data(), nullptr, nullptr, nullptr, geometry.values.data());
+}
+
+void evaluate_colour(const Field& field, const FieldInputs& inputs, const GeometryFeatures& geometry,
+                     std::span<const std::uint32_t> chosen, FieldOutputs& out) {
+  const FieldLayout layout = make_layout(field.config);
+  check_inputs(field, layout, inputs);
+  LIKENESS_CHECK(geometry.values.size() == inputs.count * geometry_stride(field.config),
+                 "%zu geometry features for %zu samples", geometry.values.size(), inputs.count);
+  for (std::vector<float>* array : {&out.red, &out.green, &out.blue}) array->resize(chosen.size());
+  const KernelContext context{field.config, layout, field.parameters.data(), inputs};
+  const std::size_t scratch = scratch_floats(field.config, layout);
+  parallel_ranges(chosen.size(), encode_chunk(chosen.size()), [&](std::size_t begin, std::size_t end) {
+    colour_tiles(context, {begin, end, chosen.data(), geometry.values.data(), thread_scratch(scratch),
+                           out.red.data(), out.green.data(), out.blue.data()});
+  });
 }
 
 void forward_field(const Field& field, const FieldInputs& inputs, FieldOutputs& out, FieldTape& tape) {

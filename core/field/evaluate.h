@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <span>
 #include <vector>
 
 #include "core/field/field.h"
@@ -37,6 +38,18 @@ void clear_gradients(FieldGradients& gradients);
 void evaluate_field(const Field& field, const FieldInputs& inputs, FieldOutputs& out);
 // Density only: directions and latents are not read. For occupancy grids.
 void evaluate_density(const Field& field, const FieldInputs& inputs, std::vector<float>& sigma);
+
+// The same in two steps, for rays whose samples mostly add nothing to their colour: densities first, then the
+// colours of those that count.
+struct GeometryFeatures {
+  std::vector<float> values;  // per sample what the colour network takes from the density network
+};
+void evaluate_density(const Field& field, const FieldInputs& inputs, std::vector<float>& sigma,
+                      GeometryFeatures& geometry);
+// chosen: samples of `inputs`, as given to the evaluate_density that filled `geometry`. Red, green and blue
+// of `out` are resized to chosen.size() and equal evaluate_field's bit for bit; its sigma is left alone.
+void evaluate_colour(const Field& field, const FieldInputs& inputs, const GeometryFeatures& geometry,
+                     std::span<const std::uint32_t> chosen, FieldOutputs& out);
 
 void forward_field(const Field& field, const FieldInputs& inputs, FieldOutputs& out, FieldTape& tape);
 // `inputs` and `field` as given to the forward_field that filled the tape. Adds to `gradients`, which must

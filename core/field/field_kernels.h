@@ -95,9 +95,25 @@ struct ForwardRange {
   float* kept = nullptr;      // (tiles, kept rows, kTile) for backward, or null
   float* scratch = nullptr;
   float *sigma = nullptr, *red = nullptr, *green = nullptr,
-        *blue = nullptr;  // (N) of the batch; red null: density only
+        *blue = nullptr;      // (N) of the batch; red null: density only
+  float* geometry = nullptr;  // (N, geometry_stride) of the batch, or null: not kept
 };
 void forward_tiles(const KernelContext& context, const ForwardRange& range);
+
+// Geometry features of a sample, padded to whole loads.
+inline std::size_t geometry_stride(const FieldConfig& config) {
+  return (std::size_t(config.geometry_features) + 3) / 4 * 4;
+}
+
+// Colours of samples chosen[begin..end) of the batch, begin a multiple of kTile.
+struct ColourRange {
+  std::size_t begin = 0, end = 0;
+  const std::uint32_t* chosen = nullptr;
+  const float* geometry = nullptr;  // (N, geometry_stride) as forward_tiles left it
+  float* scratch = nullptr;
+  float *red = nullptr, *green = nullptr, *blue = nullptr;  // (chosen)
+};
+void colour_tiles(const KernelContext& context, const ColourRange& range);
 
 struct BackwardRange {
   std::size_t begin = 0, end = 0;

@@ -107,13 +107,10 @@ void point_rows(const FieldInputs& inputs, std::size_t begin, std::size_t count,
   }
 }
 
-// rows (width, kTile) = table[view[s]][k]; zeros without a table. Samples of a ray share a view, so whole
+// rows (width, kTile) = table[view(s)][k]; zeros without a table. Samples of a ray share a view, so whole
 // runs are filled.
-void code_rows(const FieldInputs& inputs, const float* table, std::size_t width, std::size_t begin,
-               std::size_t count, float* rows) {
-  const auto view = [&](std::size_t s) {
-    return inputs.view ? std::size_t(inputs.view[begin + std::min(s, count - 1)]) : 0;
-  };
+template <class View>
+void fill_code_rows(const View& view, const float* table, std::size_t width, float* rows) {
   for (std::size_t first = 0, last = 0; first < kTile; first = last) {
     const std::size_t row = view(first);
     for (last = first + 1; last < kTile && view(last) == row;) ++last;
@@ -123,21 +120,27 @@ void code_rows(const FieldInputs& inputs, const float* table, std::size_t width,
   }
 }
 
-void direction_rows(const FieldInputs& inputs, std::size_t begin, std::size_t count, float* copy,
-                    float* rows) {
+void code_rows(const FieldInputs& inputs, const float* table, std::size_t width, std::size_t begin,
+               std::size_t count, float* rows) {
+  const auto view = [&](std::size_t s) {
+    return inputs.view ? std::size_t(inputs.view[begin + std::min(s, count - 1)]) : 0;
+  };
+  fill_code_rows(view, table, width, rows);
+}
+
+// point (3, kTile) = (0, 0, 1), which is what missing directions mean.
+void forward_directions(float* point) {
+  std::fill(point, point + 2 * kTile, 0.0f);
+  std::fill(point + 2 * kTile, point + 3 * kTile, 1.0f);
+}
+
+// rows (kDirectionFeatures, kTile): real spherical harmonics of the directions `point` (3, kTile).
+void harmonic_rows(const float* point, float* rows) {
   const Df d;
-  if (inputs.dx) {
-    copy_padded(inputs.dx + begin, count, copy);
-    copy_padded(inputs.dy + begin, count, copy + kTile);
-    copy_padded(inputs.dz + begin, count, copy + 2 * kTile);
-  } else {
-    std::fill(copy, copy + 2 * kTile, 0.0f);
-    std::fill(copy + 2 * kTile, copy + 3 * kTile, 1.0f);
-  }
   const auto k = [&](double value) HWY_ATTR { return hn::Set(d, float(value)); };
   for (std::size_t s = 0; s < kTile; s += kLanes) {
-    const Vf x = hn::Load(d, copy + s), y = hn::Load(d, copy + kTile + s),
-             z = hn::Load(d, copy + 2 * kTile + s);
+    const Vf x = hn::Load(d, point + s), y = hn::Load(d, point + kTile + s),
+             z = hn::Load(d, point + 2 * kTile + s);
     const Vf values[kDirectionFeatures] = {
         k(kHarmonic0),
         hn::Mul(k(kHarmonic1), y),
@@ -150,6 +153,18 @@ void direction_rows(const FieldInputs& inputs, std::size_t begin, std::size_t co
         hn::Mul(k(kHarmonic2xy), hn::Sub(hn::Mul(x, x), hn::Mul(y, y)))};
     for (int f = 0; f < kDirectionFeatures; ++f) hn::Store(values[f], d, rows + f * kTile + s);
   }
+}
+
+void direction_rows(const FieldInputs& inputs, std::size_t begin, std::size_t count, float* copy,
+                    float* rows) {
+  if (inputs.dx) {
+    copy_padded(inputs.dx + begin, count, copy);
+    copy_padded(inputs.dy + begin, count, copy + kTile);
+    copy_padded(inputs.dz + begin, count, copy + 2 * kTile);
+  } else {
+    forward_directions(copy);
+  }
+  harmonic_rows(copy, rows);
 }
 
 // Slope and value of the density; see field_layout.h.
@@ -208,19 +223,19 @@ void complete_features(const KernelContext& c, const TileBuffers& b, std::size_t
   }
 }
 
-// Density and colour networks: b.block, b.rgb (before the sigmoid) and the hidden rows.
-void output_networks(const KernelContext& c, const TileBuffers& b, std::size_t begin, std::size_t count,
-                     const float* features, bool colour) {
-  const std::size_t geometry = std::size_t(c.config.geometry_features);
-  network_forward(c.parameters, c.layout.density, features, b.density_hidden, colour ? 1 + geometry : 1,
-                  b.block);
-  if (!colour) return;
-  float* rows = b.block + (1 + geometry) * kTile;
-  if (c.layout.direction_features > 0) {
-    direction_rows(c.inputs, begin, count, b.point, rows);
-    rows += std::size_t(c.layout.direction_features) * kTile;
-  }
-  code_rows(c.inputs, c.inputs.latents, std::size_t(c.config.latent_count), begin, count, rows);
+// Density network: b.block, of which the density alone unless the rest is wanted, and the hidden rows.
+void density_network(const KernelContext& c, const TileBuffers& b, const float* features, bool geometry) {
+  const std::size_t outputs = geometry ? 1 + std::size_t(c.config.geometry_features) : 1;
+  network_forward(c.parameters, c.layout.density, features, b.density_hidden, outputs, b.block);
+}
+
+// Rows of b.block behind the geometry features.
+float* direction_place(const KernelContext& c, const TileBuffers& b) {
+  return b.block + (1 + std::size_t(c.config.geometry_features)) * kTile;
+}
+
+// b.rgb (before the sigmoid) and the hidden rows, from the rows of b.block behind the density.
+void colour_network(const KernelContext& c, const TileBuffers& b) {
   network_forward(c.parameters, c.layout.colour, b.block + kTile, b.colour_hidden, 3, b.rgb);
 }
 
@@ -236,10 +251,20 @@ void encode_positions(const KernelContext& c, const ForwardRange& r, const TileB
   }
 }
 
+void store_colours(const TileBuffers& b, std::size_t count, float* red, float* green, float* blue) {
+  const Df d;
+  for (std::size_t s = 0; s < 3 * kTile; s += kLanes)
+    hn::Store(sigmoid(hn::Load(d, b.rgb + s)), d, b.point + s);
+  store_outputs(b.point, count, red);
+  store_outputs(b.point + kTile, count, green);
+  store_outputs(b.point + 2 * kTile, count, blue);
+}
+
 void ForwardTiles(const KernelContext& c, const ForwardRange& r) {
   const Df d;
   TileBuffers b = carve(c.config, c.layout, r.scratch);
   encode_positions(c, r, b);
+  const std::size_t geometry = std::size_t(c.config.geometry_features), stride = geometry_stride(c.config);
   float* features = r.features;
   float* slice = r.slice;
   float* kept = r.kept;
@@ -250,21 +275,67 @@ void ForwardTiles(const KernelContext& c, const ForwardRange& r) {
       kept += c.kept_rows() * kTile;
     }
     complete_features(c, b, begin, count, features, slice);
-    output_networks(c, b, begin, count, features, r.red != nullptr);
+    density_network(c, b, features, r.red || r.geometry);
     for (std::size_t s = 0; s < kTile; s += kLanes) {
       hn::Store(density_of(hn::Load(d, b.block + s)), d, b.block_gradient + s);
     }
     store_outputs(b.block_gradient, count, r.sigma + begin);
+    if (r.geometry) {
+      transpose_tile(b.block + kTile, geometry, stride, b.turned);
+      store_outputs(b.turned, count * stride, r.geometry + begin * stride);
+    }
     if (r.red) {
-      for (std::size_t s = 0; s < 3 * kTile; s += kLanes) {
-        hn::Store(sigmoid(hn::Load(d, b.rgb + s)), d, b.point + s);
-      }
-      store_outputs(b.point, count, r.red + begin);
-      store_outputs(b.point + kTile, count, r.green + begin);
-      store_outputs(b.point + 2 * kTile, count, r.blue + begin);
+      float* rows = direction_place(c, b);
+      if (c.layout.direction_features > 0) direction_rows(c.inputs, begin, count, b.point, rows);
+      rows += std::size_t(c.layout.direction_features) * kTile;
+      code_rows(c.inputs, c.inputs.latents, std::size_t(c.config.latent_count), begin, count, rows);
+      colour_network(c, b);
+      store_colours(b, count, r.red + begin, r.green + begin, r.blue + begin);
     }
     features += c.density_inputs() * kTile;
     slice += std::size_t(c.layout.ambient_dimensions) * kTile;
+  }
+}
+
+// b.block's geometry rows from the chosen samples' features; `index(s)` is the sample of lane s.
+template <class Index>
+void geometry_rows(const KernelContext& c, const TileBuffers& b, const Index& index, const float* geometry) {
+  const hn::FixedTag<float, 4> d;
+  const std::size_t width = std::size_t(c.config.geometry_features), stride = geometry_stride(c.config);
+  for (std::size_t s = 0; s < kTile; s += 4) {
+    const float* from[4];
+    for (std::size_t k = 0; k < 4; ++k) from[k] = geometry + index(s + k) * stride;
+    for (std::size_t f = 0; f < width; f += 4) {
+      hn::Vec<decltype(d)> v[4];
+      for (int k = 0; k < 4; ++k) v[k] = hn::LoadU(d, from[k] + f);
+      transpose_quad(v);
+      for (std::size_t k = 0; k < std::min<std::size_t>(4, width - f); ++k)
+        hn::Store(v[k], d, b.block + (1 + f + k) * kTile + s);
+    }
+  }
+}
+
+void ColourTiles(const KernelContext& c, const ColourRange& r) {
+  const TileBuffers b = carve(c.config, c.layout, r.scratch);
+  const FieldInputs& in = c.inputs;
+  for (std::size_t begin = r.begin; begin < r.end; begin += kTile) {
+    const std::size_t count = std::min(kTile, r.end - begin);
+    const auto index = [&](std::size_t s) { return std::size_t(r.chosen[begin + std::min(s, count - 1)]); };
+    geometry_rows(c, b, index, r.geometry);
+    float* rows = direction_place(c, b);
+    if (c.layout.direction_features > 0) {
+      forward_directions(b.point);
+      for (std::size_t s = 0; in.dx && s < kTile; ++s) {
+        const std::size_t i = index(s);
+        b.point[s] = in.dx[i], b.point[kTile + s] = in.dy[i], b.point[2 * kTile + s] = in.dz[i];
+      }
+      harmonic_rows(b.point, rows);
+      rows += std::size_t(c.layout.direction_features) * kTile;
+    }
+    fill_code_rows([&](std::size_t s) { return in.view ? std::size_t(in.view[index(s)]) : 0; }, in.latents,
+                   std::size_t(c.config.latent_count), rows);
+    colour_network(c, b);
+    store_colours(b, count, r.red + begin, r.green + begin, r.blue + begin);
   }
 }
 
@@ -437,6 +508,7 @@ HWY_AFTER_NAMESPACE();
 namespace likeness {
 
 HWY_EXPORT(ForwardTiles);
+HWY_EXPORT(ColourTiles);
 HWY_EXPORT(BackwardTiles);
 HWY_EXPORT(ScatterLevel);
 HWY_EXPORT(PositionGradients);
@@ -445,6 +517,9 @@ HWY_EXPORT(ScratchFloats);
 
 void forward_tiles(const KernelContext& context, const ForwardRange& range) {
   HWY_DYNAMIC_DISPATCH(ForwardTiles)(context, range);
+}
+void colour_tiles(const KernelContext& context, const ColourRange& range) {
+  HWY_DYNAMIC_DISPATCH(ColourTiles)(context, range);
 }
 void backward_tiles(const KernelContext& context, const BackwardRange& range) {
   HWY_DYNAMIC_DISPATCH(BackwardTiles)(context, range);

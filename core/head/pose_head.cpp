@@ -6,6 +6,7 @@
 #include <algorithm>
 
 #include "core/base/check.h"
+#include "core/base/parallel.h"
 
 namespace likeness {
 namespace {
@@ -51,14 +52,55 @@ Skeleton pose_skeleton(const HeadModel& model, const std::array<Vec3f, kJointCou
   return skeleton;
 }
 
-void add_pose_correctives(const HeadModel& model, const std::array<Mat3f, kJointCount>& local, FlatMap flat) {
-  if (model.pose_basis.cols() == 0) return;
+// Coefficients that are not zero, with the column of the basis they belong to.
+struct Blend {
+  float amount;
+  const float* column;  // (3 V)
+};
+
+std::vector<Blend> expression_blends(const HeadModel& model, const Eigen::VectorXf& expression) {
+  std::vector<Blend> blends;
+  for (Eigen::Index e = 0; e < expression.size(); ++e)
+    if (expression[e] != 0) blends.push_back({expression[e], model.expression_basis.col(e).data()});
+  return blends;
+}
+
+std::vector<Blend> pose_blends(const HeadModel& model, const std::array<Mat3f, kJointCount>& local) {
+  std::vector<Blend> blends;
+  if (model.pose_basis.cols() == 0) return blends;
   for (int j = 1; j < kJointCount; ++j) {
     const Mat3f difference = local[j] - Mat3f::Identity();
     for (int entry = 0; entry < 9; ++entry) {
       const float feature = difference(entry / 3, entry % 3);
-      if (feature != 0) flat += feature * model.pose_basis.col((j - 1) * 9 + entry);
+      if (feature != 0) blends.push_back({feature, model.pose_basis.col((j - 1) * 9 + entry).data()});
     }
+  }
+  return blends;
+}
+
+// Vertices that stay in the first cache while every blend shape is added to them.
+constexpr std::size_t kChunk = 1024;
+
+void add_blends(const std::vector<Blend>& blends, std::size_t begin, std::size_t end,
+                std::vector<Vec3f>& vertices) {
+  const auto first = Eigen::Index(3 * begin), count = Eigen::Index(3 * (end - begin));
+  FlatMap flat(vertices[begin].data(), count);
+  for (const Blend& blend : blends)
+    flat += blend.amount * Eigen::Map<const Eigen::VectorXf>(blend.column + first, count);
+}
+
+void skin(const HeadModel& model, const Skeleton& skeleton, std::size_t begin, std::size_t end,
+          std::vector<Vec3f>& vertices) {
+  for (std::size_t v = begin; v < end; ++v) {
+    Mat3f rotation = Mat3f::Zero();
+    Vec3f translation = Vec3f::Zero();
+    for (int j = 0; j < kJointCount; ++j) {
+      const float weight = model.skinning_weights(Eigen::Index(v), j);
+      if (weight == 0) continue;
+      rotation += weight * skeleton.rotation[j];
+      translation += weight * skeleton.translation[j];
+    }
+    vertices[v] = rotation * vertices[v] + translation;
   }
 }
 
@@ -95,16 +137,14 @@ std::vector<Vec3f> pose_head(const HeadModel& model, const HeadShape& shape,
                  "%d expression coefficients, the model has %d", int(articulation.expression.size()),
                  model.expression_count());
   std::vector<Vec3f> posed = shape.vertices;
-  FlatMap flat(posed.front().data(), 3 * model.vertex_count());
 
-  // -- Blend shapes; most coefficients of a face are zero at any time, so columns are added one by one.
-  bool moved = false;
-  for (Eigen::Index e = 0; e < articulation.expression.size(); ++e) {
-    if (articulation.expression[e] == 0) continue;
-    flat += articulation.expression[e] * model.expression_basis.col(e);
-    moved = true;
-  }
-  const std::array<Vec3f, kJointCount> joints = moved ? regress_joints(model, posed) : shape.joints;
+  // -- Blend shapes
+  const std::vector<Blend> expression = expression_blends(model, articulation.expression);
+  if (!expression.empty())
+    parallel_ranges(posed.size(), kChunk,
+                    [&](std::size_t begin, std::size_t end) { add_blends(expression, begin, end, posed); });
+  const std::array<Vec3f, kJointCount> joints =
+      expression.empty() ? shape.joints : regress_joints(model, posed);
 
   // -- Pose
   const std::array<Mat3f, kJointCount> local = {
@@ -112,21 +152,12 @@ std::vector<Vec3f> pose_head(const HeadModel& model, const HeadShape& shape,
       rotation_matrix(articulation.left_eye), rotation_matrix(articulation.right_eye)};
   if (std::all_of(local.begin(), local.end(), [](const Mat3f& r) { return r == Mat3f::Identity(); }))
     return posed;
-  add_pose_correctives(model, local, flat);
-
-  // -- Skinning
+  const std::vector<Blend> correctives = pose_blends(model, local);
   const Skeleton skeleton = pose_skeleton(model, joints, local);
-  for (int v = 0; v < model.vertex_count(); ++v) {
-    Mat3f rotation = Mat3f::Zero();
-    Vec3f translation = Vec3f::Zero();
-    for (int j = 0; j < kJointCount; ++j) {
-      const float weight = model.skinning_weights(v, j);
-      if (weight == 0) continue;
-      rotation += weight * skeleton.rotation[j];
-      translation += weight * skeleton.translation[j];
-    }
-    posed[v] = rotation * posed[v] + translation;
-  }
+  parallel_ranges(posed.size(), kChunk, [&](std::size_t begin, std::size_t end) {
+    add_blends(correctives, begin, end, posed);
+    skin(model, skeleton, begin, end, posed);
+  });
   return posed;
 }
 

@@ -11,16 +11,6 @@
 namespace likeness {
 namespace {
 
-// splitmix64: one well-mixed number per (seed, index).
-std::uint64_t mix(std::uint64_t v) {
-  v += 0x9e3779b97f4a7c15ull;
-  v = (v ^ (v >> 30)) * 0xbf58476d1ce4e5b9ull;
-  v = (v ^ (v >> 27)) * 0x94d049bb133111ebull;
-  return v ^ (v >> 31);
-}
-
-float unit_float(std::uint64_t bits) { return float(bits >> 40) * 0x1p-24f; }
-
 // Where the ray is inside the unit cube; near > far when it misses.
 Interval cube_interval(const FieldRay& ray, float near, float far) {
   for (int a = 0; a < 3; ++a) {
@@ -35,11 +25,6 @@ Interval cube_interval(const FieldRay& ray, float near, float far) {
   }
   return {near, far};
 }
-
-struct CellContent {
-  bool occupied = false, core = false;
-  std::uint8_t opacity = 0;
-};
 
 std::size_t index_of(int n, const int (&cell)[3]) {
   return (std::size_t(cell[2]) * n + cell[1]) * n + cell[0];
@@ -149,15 +134,17 @@ struct CellWalk {
 // What cells and bricks hold, the neck bent.
 struct CellContents {
   const MarchVolume& volume;
-  const OccupancyGrid* core;  // or null
-  const NeckBend* bend;       // null: nothing is bent
-  float top = 0;              // of the neck, cells
-  Eigen::AlignedBox3f box{};  // of what is bent, cells
+  const OccupancyGrid* core;        // or null
+  const NeckBend* bend;             // null: nothing is bent
+  const MarchNeck* neck = nullptr;  // of `bend`
+  float top = 0;                    // of the neck, cells
+  Eigen::AlignedBox3f box{};        // of what is bent, cells
 
   CellContents(const MarchVolume& v, const MarchNeck* neck) : volume(v), core(nullptr), bend(nullptr) {
     const int n = volume.occupancy->resolution;
     if (volume.core && volume.core->resolution == n) core = volume.core;
     if (!neck || neck->bend->straight) return;
+    this->neck = neck;
     bend = neck->bend;
     top = bend->top * float(n);
     box = {neck->box.min() * float(n), neck->box.max() * float(n)};
@@ -177,11 +164,22 @@ struct CellContents {
     const OccupancyGrid& occupancy = *volume.occupancy;
     const bool own = occupancy.occupied(cell[0], cell[1], cell[2]);
     if (bend && float(cell[1]) + 0.5f < top) {
+      if (const CellContent* known = looked_up(cell)) return *known;
       const Vec3f centre(float(cell[0]) + 0.5f, float(cell[1]) + 0.5f, float(cell[2]) + 0.5f);
       return own || box.contains(centre) ? content_of_neck(*bend, volume, core, cell) : CellContent{};
     }
     return {own, core && core->occupied(cell[0], cell[1], cell[2]),
             volume.opacity.empty() ? std::uint8_t(0) : volume.opacity[index_of(occupancy.resolution, cell)]};
+  }
+  const CellContent* looked_up(const int (&cell)[3]) const {
+    if (neck->cells.empty()) return nullptr;
+    std::size_t i = 0;
+    for (int a = 2; a >= 0; --a) {
+      const int own = cell[a] - neck->first[std::size_t(a)];
+      if (own < 0 || own >= neck->count[std::size_t(a)]) return nullptr;
+      i = i * std::size_t(neck->count[std::size_t(a)]) + std::size_t(own);
+    }
+    return &neck->cells[i];
   }
 };
 
@@ -226,46 +224,6 @@ void append(std::vector<Interval>& intervals, std::size_t first, const Interval&
   else
     intervals.push_back(next);
 }
-
-// Transmittance up to each interval times what it takes away, both lists in depth order; returns the sum.
-float lost_light(std::span<const Interval> head, std::span<const Interval> torso, float* weights) {
-  std::size_t h = 0, t = 0;
-  float transmittance = 1;
-  while (h < head.size() || t < torso.size()) {
-    const bool from_head = t == torso.size() || (h < head.size() && head[h].near <= torso[t].near);
-    const Interval& interval = from_head ? head[h] : torso[t];
-    const float d = interval.depth;
-    // exp(d) by its first terms: where the light goes need not be known better.
-    const float after = transmittance / (1 + d * (1 + d * (0.5f + d * (1.f / 6 + d * (1.f / 24)))));
-    weights[from_head ? h : head.size() + t] = transmittance - after;
-    transmittance = after;
-    from_head ? ++h : ++t;
-  }
-  return 1 - transmittance;
-}
-
-// Lengths along the two lists, asked for in rising order, to places on the ray.
-struct Placing {
-  std::span<const Interval> list, next;
-  std::size_t index = 0;
-  float passed = 0;  // length of the intervals before list[index]
-  int field = 0;
-
-  RaySample at(float length) {
-    while (true) {
-      if (index == list.size()) {
-        if (field == 1 || next.empty()) break;
-        list = next, field = 1, index = 0;
-        continue;
-      }
-      const float own = list[index].far - list[index].near;
-      if (length < passed + own) return {list[index].near + (length - passed), 0, field};
-      passed += own;
-      ++index;
-    }
-    return {list.back().far, 0, field};  // rounding went past the end
-  }
-};
 
 }  // namespace
 
@@ -333,6 +291,32 @@ MarchNeck march_neck(const NeckBend& bend, const MarchVolume& head) {
   return neck;
 }
 
+void look_up_neck(const MarchVolume& head, MarchNeck& neck) {
+  if (neck.bend->straight || neck.box.isEmpty() || head.occupancy->resolution == 0) return;
+  const int n = head.occupancy->resolution;
+  const OccupancyGrid* core = head.core && head.core->resolution == n ? head.core : nullptr;
+  std::array<int, 3> last{};  // one past
+  for (int a = 0; a < 3; ++a) {
+    const auto axis = std::size_t(a);
+    // Cells whose centre lies in the box, and on y below the top, as CellContents::at decides.
+    neck.first[axis] = std::clamp(int(std::ceil(neck.box.min()[a] * float(n) - 0.5f)), 0, n);
+    last[axis] = std::clamp(int(std::floor(neck.box.max()[a] * float(n) - 0.5f)) + 1, neck.first[axis], n);
+    if (a == 1) last[axis] = std::min(last[axis], int(std::ceil(neck.bend->top * float(n) - 0.5f)));
+    neck.count[axis] = std::max(0, last[axis] - neck.first[axis]);
+  }
+  const auto [nx, ny, nz] = neck.count;
+  neck.cells.resize(std::size_t(nx) * std::size_t(ny) * std::size_t(nz));
+  parallel_ranges(std::size_t(nz), 4, [&, nx = nx, ny = ny](std::size_t begin, std::size_t end) {
+    for (std::size_t z = begin; z < end; ++z)
+      for (int y = 0; y < ny; ++y)
+        for (int x = 0; x < nx; ++x) {
+          const int cell[3] = {neck.first[0] + x, neck.first[1] + y, neck.first[2] + int(z)};
+          neck.cells[(z * std::size_t(ny) + std::size_t(y)) * std::size_t(nx) + std::size_t(x)] =
+              content_of_neck(*neck.bend, head, core, cell);
+        }
+  });
+}
+
 float occupied_intervals(const FieldRay& ray, const MarchVolume& volume, float near, float far,
                          std::vector<Interval>& intervals, const MarchNeck* neck) {
   const std::size_t first = intervals.size();
@@ -342,46 +326,6 @@ float occupied_intervals(const FieldRay& ray, const MarchVolume& volume, float n
     append(intervals, first, {t, leave, depth});
     return true;
   });
-}
-
-int place_samples(std::span<const Interval> head, std::span<const Interval> torso, float min_step,
-                  std::uint64_t jitter, std::span<RaySample> samples) {
-  float total = 0, known = 0;
-  for (const std::span<const Interval> list : {head, torso})
-    for (const Interval& i : list) total += i.far - i.near, known += i.depth;
-  if (total <= 0 || samples.empty()) return 0;
-  const int count = std::clamp(int(std::ceil(total / min_step)), 1, int(samples.size()));
-  static thread_local std::vector<float> weights;  // of the lists' intervals, head first; sum: what is lost
-  weights.assign(head.size() + torso.size(), 0.f);
-  const float lost = known > 0 ? lost_light(head, torso, weights.data()) : 0;
-  const float even = (1 - (1 - kEvenShare) * lost) / total;  // share of the samples per m
-
-  // -- Where stratum k ends: mass (k + 1) / count of the samples passed, and so much length.
-  std::size_t index = 0;
-  float mass = 0, passed = 0, start = 0;  // before interval `index`; start: of stratum k, m of length
-  Placing placing{head, torso};
-  for (int k = 0; k < count; ++k) {
-    const float goal = float(k + 1) / float(count);
-    float end = total;
-    while (k + 1 < count && index < weights.size()) {
-      const Interval& interval = index < head.size() ? head[index] : torso[index - head.size()];
-      const float length = interval.far - interval.near;
-      const float own = (1 - kEvenShare) * weights[index] + even * length;
-      if (mass + own >= goal) {
-        end = passed + length * std::clamp((goal - mass) / own, 0.f, 1.f);
-        break;
-      }
-      mass += own, passed += length, ++index;
-    }
-    end = std::clamp(end, start, total);
-    const float u = jitter == 0 ? 0.5f : unit_float(mix(jitter + std::uint64_t(k)));
-    samples[k] = placing.at(start + u * (end - start));
-    samples[k].dt = end - start;
-    start = end;
-  }
-  std::sort(samples.begin(), samples.begin() + count,
-            [](const RaySample& a, const RaySample& b) { return a.t < b.t; });
-  return count;
 }
 
 void FieldSamples::resize(std::size_t count) {
@@ -458,30 +402,77 @@ bool meets_volume(const RayRequest& ray, const MarchVolumes& volumes) {
 }
 
 void sample_rays(std::span<const RayRequest> rays, const MarchVolumes& volumes, SampleBatch& batch) {
-  const int most = volumes.max_samples;
-  LIKENESS_CHECK(most > 0, "max_samples %d", most);
-  std::vector<RaySample>& samples = batch.placed;
-  samples.resize(rays.size() * most);
-  std::vector<std::array<std::uint32_t, 2>> counts(rays.size());  // per ray: head, torso
-
+  LIKENESS_CHECK(volumes.max_samples > 0, "max_samples %d", volumes.max_samples);
+  const auto most = std::size_t(volumes.max_samples);
+  batch.placed.resize(rays.size() * most);
+  std::vector<int> counts(rays.size());
   parallel_ranges(rays.size(), 256, [&](std::size_t first, std::size_t last) {
     RayIntervals intervals;
     for (std::size_t r = first; r < last; ++r) {
       intervals.walk(rays[r], volumes);
-      const std::span<RaySample> mine(samples.data() + r * most, std::size_t(most));
-      const int n = place_samples(intervals.head, intervals.torso, volumes.min_step, rays[r].jitter, mine);
-      counts[r] = {0, 0};
-      for (int k = 0; k < n; ++k) ++counts[r][mine[k].field];
+      counts[r] = place_samples(intervals.head, intervals.torso, volumes.min_step, rays[r].jitter,
+                                {batch.placed.data() + r * most, most});
     }
   });
+  collect_samples(rays, volumes, most, counts, batch);
+}
 
+void stratify_rays(std::span<const RayRequest> rays, const MarchVolumes& volumes, SampleBatch& batch,
+                   RayStrata& out) {
+  const auto most = std::size_t(volumes.max_samples);
+  out.strata.clear(), out.intervals.clear(), out.intervals_begin.assign(1, 0);
+  batch.placed.resize(rays.size() * most);
+  std::vector<int> counts(rays.size());
+  std::vector<RayStratum> mine(most);
+  RayIntervals intervals;
+  for (std::size_t r = 0; r < rays.size(); ++r) {
+    intervals.walk(rays[r], volumes);
+    counts[r] = place_strata(intervals.head, intervals.torso, volumes.min_step, mine);
+    out.strata.insert(out.strata.end(), mine.begin(), mine.begin() + counts[r]);
+    for (std::size_t k = 0; k < std::size_t(counts[r]); ++k) batch.placed[r * most + k] = mine[k].sample;
+    for (const std::vector<Interval>* list : {&intervals.head, &intervals.torso}) {
+      out.intervals.insert(out.intervals.end(), list->begin(), list->end());
+      out.intervals_begin.push_back(std::uint32_t(out.intervals.size()));
+    }
+  }
+  collect_samples(rays, volumes, most, counts, batch);
+}
+
+int keep_occupied(const RayRequest& ray, const MarchVolumes& volumes, std::span<RaySample> samples) {
+  std::size_t kept = 0;
+  for (int f = 0; f < 2; ++f) {
+    const MarchVolume& volume = volumes.fields[f];
+    if (!volume.occupancy) continue;
+    const CellContents contents(volume, neck_of(ray, volumes, f));
+    const auto n = float(volume.occupancy->resolution);
+    for (RaySample& s : samples) {
+      if (s.field != f) continue;
+      const Vec3f p = ray.fields[f].origin + s.t * ray.fields[f].direction;
+      const bool inside = (p.array() >= 0).all() && (p.array() < 1).all();
+      const Vec3f at = n * p;
+      const int cell[3] = {int(at.x()), int(at.y()), int(at.z())};
+      if (!inside || (n > 0 && !contents.at(cell).occupied)) s.dt = 0;
+    }
+  }
+  for (const RaySample& s : samples)
+    if (s.dt > 0) samples[kept++] = s;
+  return int(kept);
+}
+
+void collect_samples(std::span<const RayRequest> rays, const MarchVolumes& volumes, std::size_t stride,
+                     std::span<const int> counts, SampleBatch& batch) {
+  LIKENESS_CHECK(counts.size() == rays.size() && batch.placed.size() >= rays.size() * stride,
+                 "%zu counts and %zu places for %zu rays", counts.size(), batch.placed.size(), rays.size());
+  const std::vector<RaySample>& samples = batch.placed;
   // -- Offsets, then each ray fills its own places.
   batch.begin.resize(rays.size() + 1);
   std::vector<std::array<std::uint32_t, 2>> offsets(rays.size() + 1);
   offsets[0] = {0, 0};
   for (std::size_t r = 0; r < rays.size(); ++r) {
     batch.begin[r] = offsets[r][0] + offsets[r][1];
-    offsets[r + 1] = {offsets[r][0] + counts[r][0], offsets[r][1] + counts[r][1]};
+    offsets[r + 1] = offsets[r];
+    for (std::size_t k = r * stride; k < r * stride + std::size_t(counts[r]); ++k)
+      ++offsets[r + 1][std::size_t(samples[k].field)];
   }
   const std::size_t total = std::size_t(offsets.back()[0]) + offsets.back()[1];
   batch.begin[rays.size()] = std::uint32_t(total);
@@ -491,7 +482,7 @@ void sample_rays(std::span<const RayRequest> rays, const MarchVolumes& volumes, 
   parallel_ranges(rays.size(), 256, [&](std::size_t first, std::size_t last) {
     for (std::size_t r = first; r < last; ++r) {
       std::array<std::uint32_t, 2> slot = offsets[r];
-      for (std::size_t i = batch.begin[r], k = r * most; i < batch.begin[r + 1]; ++i, ++k) {
+      for (std::size_t i = batch.begin[r], k = r * stride; i < batch.begin[r + 1]; ++i, ++k) {
         const RaySample& s = samples[k];
         const FieldRay& ray = rays[r].fields[s.field];
         const float side = volumes.fields[s.field].side;

@@ -1,5 +1,5 @@
-// From a pixel to its field samples: rays in the fields' unit cubes, the walk through occupied cells, and at
-// most 16 samples a ray shared between the head and the torso.
+// From a pixel to its field samples: rays in the fields' unit cubes, the walk through occupied cells, and the
+// batches of samples shared between the head and the torso.
 //
 // A ray is x(t) = origin + t direction in the unit cube of a field, with t in metres along the unit world
 // ray, so that one t means one point in both fields.
@@ -15,6 +15,7 @@
 #include "core/base/linalg.h"
 #include "core/camera/camera.h"
 #include "core/render/avatar.h"
+#include "core/render/strata.h"
 
 namespace likeness {
 
@@ -38,11 +39,6 @@ FieldRay field_ray(const UnitFromCamera& map, const Vec3f& direction_in_cam);
 // row-major.
 std::vector<Vec3f> pixel_directions(const Intrinsics& intrinsics);
 
-struct Interval {
-  float near = 0, far = 0;  // m along the ray
-  float depth = 0;          // optical depth expected in it; 0: not known
-};
-
 // What rays need of a field's grids. bricks: one byte a block of 8^3 cells, (z, y, x), 0 where all are empty.
 struct MarchVolume {
   const OccupancyGrid* occupancy = nullptr;  // null: the field is absent; empty: all occupied
@@ -56,12 +52,23 @@ struct MarchVolume {
 MarchVolume march_volume(const OccupancyGrid& occupancy, const OccupancyGrid& core, float side = 1,
                          std::span<const std::uint8_t> opacity = {});
 
+// What a cell holds.
+struct CellContent {
+  bool occupied = false, core = false;
+  std::uint8_t opacity = 0;
+};
+
 // A bent neck and the box that holds, in this bend, whatever the grids hold below the neck's top.
 struct MarchNeck {
   const NeckBend* bend = nullptr;
   Eigen::AlignedBox3f box;  // unit cube
+  // What the cells in the box below the top hold, found once for all rays; empty: every ray finds it anew.
+  std::array<int, 3> first{}, count{};  // cells
+  std::vector<CellContent> cells;       // (z, y, x)
 };
 MarchNeck march_neck(const NeckBend& bend, const MarchVolume& head);
+// Fills `cells`: pays for a picture's rays, not for the few that training casts at a view.
+void look_up_neck(const MarchVolume& head, MarchNeck& neck);
 
 // Appends the ray's stretches through occupied cells, in depth order, at most `far` away, and returns the
 // distance at which it enters a core cell (nothing is seen beyond), or `far`. With known opacities every cell
@@ -71,21 +78,6 @@ MarchNeck march_neck(const NeckBend& bend, const MarchVolume& head);
 // straight neck is; one whose place lies outside the cube is empty.
 float occupied_intervals(const FieldRay& ray, const MarchVolume& volume, float near, float far,
                          std::vector<Interval>& intervals, const MarchNeck* neck = nullptr);
-
-struct RaySample {
-  float t = 0;    // m
-  float dt = 0;   // m of ray this sample stands for
-  int field = 0;  // 0 head, 1 torso
-};
-
-// Cuts the length of both lists (head first) into strata, at most `samples.size()` of them and on average no
-// shorter than min_step, puts a sample into each and sorts them by depth; returns how many. Strata are short
-// where the light is expected to be lost (transmittance times opacity, by the intervals' optical depths), but
-// kEvenShare of them is spread over the whole length, and so is the share of the light that is expected to
-// pass. jitter 0: midpoints; otherwise a seed that places each sample anywhere in its stratum.
-inline constexpr float kEvenShare = 0.25f;
-int place_samples(std::span<const Interval> head, std::span<const Interval> torso, float min_step,
-                  std::uint64_t jitter, std::span<RaySample> samples);
 
 // Samples of many rays, grouped by field for evaluation and by ray for compositing.
 struct FieldSamples {
@@ -102,7 +94,7 @@ struct SampleBatch {
   std::vector<std::uint8_t> field;   // 0 head, 1 torso
   std::vector<std::uint32_t> slot;   // index into fields[field]
   std::array<FieldSamples, 2> fields;
-  std::vector<RaySample> placed;  // scratch, kept between batches
+  std::vector<RaySample> placed;  // (R, most a ray)
 };
 
 // One ray to be sampled. `fields[1]` is ignored where there is no torso.
@@ -125,6 +117,25 @@ MarchVolumes march_volumes(const FieldPart& head, const FieldPart* torso,
 
 // In parallel; the result does not depend on the threads.
 void sample_rays(std::span<const RayRequest> rays, const MarchVolumes& volumes, SampleBatch& batch);
+// The strata of many rays.
+struct RayStrata {
+  std::vector<RayStratum> strata;   // of ray r, those of the numbers [begin[r], begin[r + 1]) of the batch
+  std::vector<Interval> intervals;  // of the rays' walks
+  std::vector<std::uint32_t>
+      intervals_begin;  // (2 R + 1) of ray r: the head's at 2 r, the torso's at 2 r + 1
+  std::span<const Interval> intervals_of(std::size_t ray, int field) const {
+    const std::size_t i = 2 * ray + std::size_t(field);
+    return std::span(intervals).subspan(intervals_begin[i], intervals_begin[i + 1] - intervals_begin[i]);
+  }
+};
+// In one thread; fills `batch` with the samples in the strata's midpoints.
+void stratify_rays(std::span<const RayRequest> rays, const MarchVolumes& volumes, SampleBatch& batch,
+                   RayStrata& out);
+// Takes out the samples of a ray that lie in no occupied cell; returns how many are left, their order kept.
+int keep_occupied(const RayRequest& ray, const MarchVolumes& volumes, std::span<RaySample> samples);
+// Samples at given places: of ray r, the first counts[r] of batch.placed[r * stride ...], in depth order.
+void collect_samples(std::span<const RayRequest> rays, const MarchVolumes& volumes, std::size_t stride,
+                     std::span<const int> counts, SampleBatch& batch);
 
 // True where the ray meets an occupied cell of either field, hidden by the other's core or not.
 bool meets_volume(const RayRequest& ray, const MarchVolumes& volumes);

@@ -1,9 +1,11 @@
-// Rendering in bands of pixels, large enough for the field's full speed. Each band evaluates its rays'
-// samples front to back in rounds, so that rays which have become opaque cost nothing more.
+// Rendering in bands of rays, shared among the threads. Each band evaluates its rays' densities front to back
+// in rounds, so that rays which have become opaque cost nothing more, and colours only where they count.
 #include "core/render/render.h"
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
+#include <mutex>
 
 #include "core/base/check.h"
 #include "core/base/parallel.h"
@@ -14,12 +16,14 @@
 namespace likeness {
 namespace {
 
-constexpr std::size_t kBandRays = 32768;
-constexpr int kRoundSamples = 6;  // of each ray per round: most opaque rays end in the first or second
+constexpr int kTileSide = 64;  // pixels
+constexpr std::size_t kBandPixels = std::size_t(kTileSide) * kTileSide;
+constexpr std::uint32_t kRoundSamples = 4;  // of each ray per round
 
 struct RayState {
   Vec3f colour = Vec3f::Zero();
   float transmittance = 1;
+  float shaded = 0;  // light lost to samples whose colour was looked up
 };
 
 struct Scene {
@@ -27,7 +31,6 @@ struct Scene {
   const RenderOptions& options;
   MarchVolumes volumes;
   std::array<UnitFromCamera, 2> maps;
-  std::vector<Vec3f> directions;
   Eigen::VectorXf psi;
   std::span<const WarpLattice> warp;  // one or none
   std::span<const TorsoField> torso;  // one or none
@@ -38,10 +41,40 @@ const Field& field_of(const Scene& scene, int f) {
   return f == 0 ? scene.avatar.head.field : scene.avatar.torso->field;
 }
 
-// One sample of one ray waiting in a round: where its result goes.
+// A sample of a ray and where it lies among its field's samples of this round.
 struct Pending {
-  std::uint32_t ray, sample;
+  std::uint32_t ray, sample, place;
 };
+
+// What a band works with, kept for the next one: fresh memory is slow to touch.
+struct BandScratch {
+  std::vector<RayRequest> requests;  // of the pixels
+  SampleBatch batch;
+  std::vector<int> counts;  // samples of each pixel
+  // Of the blocks of pixels that share their strata.
+  std::vector<RayRequest> block_requests;
+  SampleBatch block_batch;
+  RayStrata strata;
+  std::vector<float> weights;      // (strata)
+  std::vector<RaySample> refined;  // (blocks, max_samples)
+  std::vector<RayState> rays;
+  std::vector<Pending> pending;
+  struct OfField {
+    FieldSamples samples;
+    std::vector<float> sigma;
+    GeometryFeatures geometry;
+    std::vector<std::uint32_t> shaded;  // samples of the round whose colour counts,
+    std::vector<Pending> shaded_rays;   // whose they are,
+    std::vector<float> weights;         // and by how much
+    FieldOutputs colours;
+  };
+  std::array<OfField, 2> fields;
+};
+
+void clear_samples(FieldSamples& samples) {
+  for (auto* v : {&samples.x, &samples.y, &samples.z, &samples.dx, &samples.dy, &samples.dz}) v->clear();
+  samples.view.clear();
+}
 
 void copy_sample(const FieldSamples& from, std::size_t i, FieldSamples& to) {
   to.x.push_back(from.x[i]), to.y.push_back(from.y[i]), to.z.push_back(from.z[i]);
@@ -49,79 +82,246 @@ void copy_sample(const FieldSamples& from, std::size_t i, FieldSamples& to) {
   to.view.push_back(from.view[i]);
 }
 
-// Evaluates samples [round * kRoundSamples, ...) of every ray still transparent; returns how many were
-// evaluated.
-std::size_t march_round(const Scene& scene, const SampleBatch& batch, std::uint32_t round,
-                        std::vector<RayState>& rays) {
-  std::array<FieldSamples, 2> samples;
-  std::array<FieldOutputs, 2> outputs;
-  std::vector<Pending> pending;
-  std::vector<std::uint32_t> place;  // of each pending sample within its field's outputs
-  for (std::uint32_t r = 0; r < rays.size(); ++r) {
-    if (rays[r].transmittance < scene.options.stop_transmittance) continue;
-    const std::uint32_t first = batch.begin[r] + round * kRoundSamples;
-    const std::uint32_t last = std::min(first + kRoundSamples, batch.begin[r + 1]);
+// Samples [round * kRoundSamples, ...) of every ray still transparent.
+void collect_round(const Scene& scene, std::uint32_t round, BandScratch& band) {
+  band.pending.clear();
+  for (BandScratch::OfField& f : band.fields) clear_samples(f.samples);
+  for (std::uint32_t r = 0; r < band.rays.size(); ++r) {
+    if (band.rays[r].transmittance < scene.options.stop_transmittance) continue;
+    const std::uint32_t first = band.batch.begin[r] + round * kRoundSamples;
+    const std::uint32_t last = std::min(first + kRoundSamples, band.batch.begin[r + 1]);
     for (std::uint32_t i = first; i < last; ++i) {
-      const int f = batch.field[i];
-      pending.push_back({r, i});
-      place.push_back(std::uint32_t(samples[f].count()));
-      copy_sample(batch.fields[f], batch.slot[i], samples[f]);
+      const int f = band.batch.field[i];
+      FieldSamples& to = band.fields[std::size_t(f)].samples;
+      band.pending.push_back({r, i, std::uint32_t(to.count())});
+      copy_sample(band.batch.fields[std::size_t(f)], band.batch.slot[i], to);
     }
   }
-  if (pending.empty()) return 0;
-  for (int f = 0; f < 2; ++f)
-    if (samples[f].count() > 0)
-      evaluate_field(field_of(scene, f), samples[f].inputs(scene.psi.data(), nullptr), outputs[f]);
-  for (std::size_t k = 0; k < pending.size(); ++k) {
-    RayState& ray = rays[pending[k].ray];
-    const std::uint32_t i = pending[k].sample;
-    const FieldOutputs& out = outputs[batch.field[i]];
-    const std::uint32_t at = place[k];
-    const float after = ray.transmittance * std::exp(-out.sigma[at] * batch.dt[i]);
-    ray.colour += (ray.transmittance - after) * Vec3f(out.red[at], out.green[at], out.blue[at]);
-    ray.transmittance = after;
+}
+
+// Evaluates a round; returns how many samples it had.
+std::size_t march_round(const Scene& scene, std::uint32_t round, BandScratch& band) {
+  collect_round(scene, round, band);
+  if (band.pending.empty()) return 0;
+  for (int f = 0; f < 2; ++f) {
+    BandScratch::OfField& own = band.fields[std::size_t(f)];
+    own.shaded.clear(), own.shaded_rays.clear(), own.weights.clear();
+    if (own.samples.count() > 0)
+      evaluate_density(field_of(scene, f), own.samples.inputs(scene.psi.data(), nullptr), own.sigma,
+                       own.geometry);
   }
-  return pending.size();
+  for (const Pending& p : band.pending) {
+    RayState& ray = band.rays[p.ray];
+    if (ray.transmittance < scene.options.stop_transmittance) continue;
+    BandScratch::OfField& own = band.fields[band.batch.field[p.sample]];
+    const float after = ray.transmittance * std::exp(-own.sigma[p.place] * band.batch.dt[p.sample]);
+    const float weight = ray.transmittance - after;
+    ray.transmittance = after;
+    if (weight < scene.options.shade_weight) continue;
+    own.shaded.push_back(p.place);
+    own.shaded_rays.push_back(p);
+    own.weights.push_back(weight);
+  }
+  for (int f = 0; f < 2; ++f) {
+    BandScratch::OfField& own = band.fields[std::size_t(f)];
+    if (own.shaded.empty()) continue;
+    evaluate_colour(field_of(scene, f), own.samples.inputs(scene.psi.data(), nullptr), own.geometry,
+                    own.shaded, own.colours);
+    const FieldOutputs& c = own.colours;
+    for (std::size_t k = 0; k < own.shaded.size(); ++k) {
+      RayState& ray = band.rays[own.shaded_rays[k].ray];
+      ray.colour += own.weights[k] * Vec3f(c.red[k], c.green[k], c.blue[k]);
+      ray.shaded += own.weights[k];
+    }
+  }
+  return band.pending.size();
 }
 
 struct BandCount {
   std::size_t rays = 0, samples = 0;
 };
 
-// Pixels first..last of the scene's list into out, 4 numbers each.
-BandCount render_band(const Scene& scene, std::size_t first, std::size_t last, float* out) {
-  const std::size_t count = last - first;
-  std::vector<RayRequest> requests(count);
-  for (std::size_t i = 0; i < count; ++i)
-    for (int f = 0; f < 2; ++f)
-      if (scene.volumes.fields[f].occupancy)
-        requests[i].fields[f] = field_ray(scene.maps[f], scene.directions[first + i]);
-  SampleBatch batch;
-  sample_rays(requests, scene.volumes, batch);
+RayRequest request_of(const Scene& scene, const Vec3f& direction) {
+  RayRequest request;
+  for (int f = 0; f < 2; ++f)
+    if (scene.volumes.fields[f].occupancy) request.fields[f] = field_ray(scene.maps[f], direction);
+  return request;
+}
+
+// Samples to where their fields know them.
+void bring_home(const Scene& scene, SampleBatch& batch) {
   warp_samples(scene.warp, scene.avatar.head.cube, batch.fields[0]);
   straighten_samples(scene.neck, batch.fields[0]);
   if (scene.avatar.torso) warp_samples(scene.torso, scene.avatar.torso->cube, batch.fields[1]);
-  std::vector<RayState> rays(count);
-  BandCount band;
+}
+
+// The light that every stratum of the blocks takes, by the density in its middle; returns how many were
+// looked up.
+std::size_t weigh_strata(const Scene& scene, BandScratch& band) {
+  const SampleBatch& batch = band.block_batch;
+  for (int f = 0; f < 2; ++f)
+    if (batch.fields[f].count() > 0)
+      evaluate_density(field_of(scene, f), batch.fields[f].inputs(scene.psi.data(), nullptr),
+                       band.fields[std::size_t(f)].sigma);
+  band.weights.resize(band.strata.strata.size());
+  for (std::size_t r = 0; r + 1 < batch.begin.size(); ++r) {
+    float transmittance = 1;
+    for (std::uint32_t i = batch.begin[r]; i < batch.begin[r + 1]; ++i) {
+      const float sigma = band.fields[batch.field[i]].sigma[batch.slot[i]];
+      const float after = transmittance * std::exp(-sigma * batch.dt[i]);
+      band.weights[i] = transmittance - after;
+      transmittance = after;
+    }
+  }
+  return band.strata.strata.size();
+}
+
+// Pixels that are rendered together, and the blocks of them that share their strata.
+struct Band {
+  std::vector<std::uint32_t> place;     // (pixels) where each one's result goes
+  std::vector<Vec3f> directions;        // (pixels) in the camera frame
+  std::vector<Vec3f> blocks;            // (blocks) directions of their middles
+  std::vector<std::uint32_t> block_of;  // (pixels)
+  int block_columns = 0;  // of blocks that lie side by side, row by row; 0: they are no neighbours
+};
+
+Vec3f direction_at(const Intrinsics& intrinsics, double x, double y) {
+  return ray_direction(intrinsics, Vec2d(x, y)).normalized().cast<float>();
+}
+
+// A square tile of the picture.
+Band tile_band(const Intrinsics& k, int left, int top, int block) {
+  const int right = std::min(left + kTileSide, k.width), bottom = std::min(top + kTileSide, k.height);
+  Band band;
+  band.block_columns = (right - left + block - 1) / block;
+  for (int y = top; y < bottom; y += block)
+    for (int x = left; x < right; x += block)
+      band.blocks.push_back(
+          direction_at(k, 0.5 * (x + std::min(x + block, right)), 0.5 * (y + std::min(y + block, bottom))));
+  for (int y = top; y < bottom; ++y)
+    for (int x = left; x < right; ++x) {
+      band.place.push_back(std::uint32_t(y * k.width + x));
+      band.directions.push_back(direction_at(k, x + 0.5, y + 0.5));
+      band.block_of.push_back(std::uint32_t((y - top) / block * band.block_columns + (x - left) / block));
+    }
+  return band;
+}
+
+// Pixels [first, last) of a list, each its own block.
+Band listed_band(const Intrinsics& k, std::span<const std::uint32_t> pixels, std::size_t first,
+                 std::size_t last) {
+  Band band;
+  const auto width = std::uint32_t(k.width);
+  for (std::size_t i = first; i < last; ++i) {
+    band.place.push_back(std::uint32_t(i));
+    band.directions.push_back(direction_at(k, pixels[i] % width + 0.5, pixels[i] / width + 0.5));
+    band.block_of.push_back(std::uint32_t(i - first));
+  }
+  band.blocks = band.directions;
+  return band;
+}
+
+// Pixels whose block's ray met nothing although a block beside it did: the volume's edge. They walk alone.
+void place_at_edges(const Scene& scene, const Band& pixels, std::span<const int> counts, BandScratch& band) {
+  const int columns = pixels.block_columns, rows = columns > 0 ? int(counts.size()) / columns : 0;
+  const auto near_volume = [&](int block) {
+    for (int y = std::max(0, block / columns - 1); y <= std::min(rows - 1, block / columns + 1); ++y)
+      for (int x = std::max(0, block % columns - 1); x <= std::min(columns - 1, block % columns + 1); ++x)
+        if (counts[std::size_t(y * columns + x)] > 0) return true;
+    return false;
+  };
+  std::vector<std::size_t> alone;
+  std::vector<RayRequest> requests;
+  for (std::size_t i = 0; i < band.requests.size() && columns > 0; ++i)
+    if (const std::uint32_t k = pixels.block_of[i]; counts[k] == 0 && near_volume(int(k))) {
+      alone.push_back(i);
+      requests.push_back(band.requests[i]);
+    }
+  if (alone.empty()) return;
+  SampleBatch batch;
+  sample_rays(requests, scene.volumes, batch);
+  const std::size_t most = std::size_t(scene.options.max_samples),
+                    own = std::size_t(scene.volumes.max_samples);
+  for (std::size_t k = 0; k < alone.size(); ++k) {
+    const std::size_t count = std::min<std::size_t>(most, batch.begin[k + 1] - batch.begin[k]);
+    band.counts[alone[k]] = int(count);
+    std::copy_n(batch.placed.begin() + std::ptrdiff_t(k * own), count,
+                band.batch.placed.begin() + std::ptrdiff_t(alone[k] * most));
+  }
+}
+
+// Where the pixels' samples lie: at the distances that their block's ray found worth it. Returns how many
+// densities that took.
+std::size_t place_by_blocks(const Scene& scene, const Band& pixels, BandScratch& band) {
+  band.block_requests.resize(pixels.blocks.size());
+  for (std::size_t k = 0; k < pixels.blocks.size(); ++k)
+    band.block_requests[k] = request_of(scene, pixels.blocks[k]);
+  stratify_rays(band.block_requests, scene.volumes, band.block_batch, band.strata);
+  bring_home(scene, band.block_batch);
+  const std::size_t looked_up = weigh_strata(scene, band);
+
+  const auto most = std::size_t(scene.options.max_samples);
+  band.refined.resize(pixels.blocks.size() * most);
+  std::vector<int> counts(pixels.blocks.size());
+  for (std::size_t k = 0; k < pixels.blocks.size(); ++k) {
+    const std::size_t begin = band.block_batch.begin[k], count = band.block_batch.begin[k + 1] - begin;
+    counts[k] = refine_strata(band.strata.intervals_of(k, 0), band.strata.intervals_of(k, 1),
+                              std::span<const RayStratum>(band.strata.strata).subspan(begin, count),
+                              std::span<const float>(band.weights).subspan(begin, count),
+                              std::span(band.refined).subspan(k * most, most));
+  }
+  band.batch.placed.resize(band.requests.size() * most);
+  band.counts.resize(band.requests.size());
+  for (std::size_t i = 0; i < band.requests.size(); ++i) {
+    const std::size_t k = pixels.block_of[i];
+    const auto mine = band.batch.placed.begin() + std::ptrdiff_t(i * most);
+    std::copy_n(band.refined.begin() + std::ptrdiff_t(k * most), counts[k], mine);
+    band.counts[i] = keep_occupied(band.requests[i], scene.volumes, {&*mine, std::size_t(counts[k])});
+  }
+  place_at_edges(scene, pixels, counts, band);
+  collect_samples(band.requests, scene.volumes, most, band.counts, band.batch);
+  return looked_up;
+}
+
+// A band's pixels into out, 4 numbers each.
+BandCount render_band(const Scene& scene, const Band& pixels, BandScratch& band, float* out) {
+  const std::size_t count = pixels.directions.size();
+  band.requests.resize(count);
+  for (std::size_t i = 0; i < count; ++i) band.requests[i] = request_of(scene, pixels.directions[i]);
+  BandCount sum;
+  if (scene.options.strata > 0)
+    sum.samples += place_by_blocks(scene, pixels, band);
+  else
+    sample_rays(band.requests, scene.volumes, band.batch);
+  const SampleBatch& batch = band.batch;
+  bring_home(scene, band.batch);
+  band.rays.assign(count, {});
   for (std::uint32_t round = 0;; ++round) {
-    const std::size_t evaluated = march_round(scene, batch, round, rays);
+    const std::size_t evaluated = march_round(scene, round, band);
     if (evaluated == 0) break;
-    band.samples += evaluated;
+    sum.samples += evaluated;
   }
   for (std::size_t i = 0; i < count; ++i) {
-    if (batch.begin[i + 1] > batch.begin[i]) ++band.rays;
-    for (int c = 0; c < 3; ++c) out[4 * i + std::size_t(c)] = rays[i].colour[c];
-    out[4 * i + 3] = 1 - rays[i].transmittance;
+    if (batch.begin[i + 1] > batch.begin[i]) ++sum.rays;
+    const RayState& ray = band.rays[i];
+    // A ray that was cut off would have met more; it counts as opaque.
+    const float alpha = ray.transmittance < scene.options.stop_transmittance ? 1 : 1 - ray.transmittance;
+    // What was not looked up has the mean colour of what was.
+    const float scale = ray.shaded > 0 ? alpha / ray.shaded : 0;
+    float* to = out + 4 * std::size_t(pixels.place[i]);
+    for (int c = 0; c < 3; ++c) to[c] = scale * ray.colour[c];
+    to[3] = alpha;
   }
-  return band;
+  return sum;
 }
 
 Scene make_scene(const Avatar& avatar, const Camera& camera, const RenderState& state,
                  const RenderOptions& options) {
-  LIKENESS_CHECK(options.max_samples > 0, "max_samples %d", options.max_samples);
+  LIKENESS_CHECK(options.max_samples > 0 && options.strata >= 0 && options.block > 0,
+                 "max_samples %d, strata %d, block %d", options.max_samples, options.strata, options.block);
   LIKENESS_CHECK(avatar.warp_cell == 0 || !state.warp.empty(),
                  "an avatar with a warp needs pose_avatar's state (cell %g m)", double(avatar.warp_cell));
-  Scene scene{avatar, options, {}, {}, {}, {}, {}, {}, {}};
+  Scene scene{avatar, options, {}, {}, {}, {}, {}, {}};
   scene.maps[0] = unit_from_camera(avatar.head.cube, camera.cam_from_world, state.world_from_head);
   if (avatar.torso)
     scene.maps[1] = unit_from_camera(avatar.torso->cube, camera.cam_from_world, state.world_from_torso);
@@ -133,18 +333,44 @@ Scene make_scene(const Avatar& avatar, const Camera& camera, const RenderState& 
                                         avatar.head.cube.origin, avatar.head.cube.side));
   }
   scene.volumes = march_volumes(avatar.head, avatar.torso ? &*avatar.torso : nullptr, scene.neck);
-  scene.volumes.max_samples = options.max_samples;
+  for (MarchNeck& neck : scene.volumes.necks) look_up_neck(scene.volumes.fields[0], neck);
+  scene.volumes.max_samples = options.strata > 0 ? options.strata : options.max_samples;
   scene.volumes.min_step = options.min_step;
   return scene;
 }
 
-BandCount render_all(const Scene& scene, float* out) {
-  BandCount all;
-  for (std::size_t first = 0; first < scene.directions.size(); first += kBandRays) {
-    const std::size_t last = std::min(first + kBandRays, scene.directions.size());
-    const BandCount band = render_band(scene, first, last, out + 4 * first);
-    all.rays += band.rays, all.samples += band.samples;
+// Scratch of bands that are done, for those to come.
+class ScratchPool {
+ public:
+  std::unique_ptr<BandScratch> take() {
+    const std::lock_guard lock(mutex_);
+    if (free_.empty()) return std::make_unique<BandScratch>();
+    auto scratch = std::move(free_.back());
+    free_.pop_back();
+    return scratch;
   }
+  void give(std::unique_ptr<BandScratch> scratch) {
+    const std::lock_guard lock(mutex_);
+    free_.push_back(std::move(scratch));
+  }
+
+ private:
+  std::mutex mutex_;
+  std::vector<std::unique_ptr<BandScratch>> free_;
+};
+
+// make_band(k): the pixels of band k.
+template <class MakeBand>
+BandCount render_bands(const Scene& scene, std::size_t count, const MakeBand& make_band, float* out) {
+  std::vector<BandCount> bands(count);
+  ScratchPool pool;
+  parallel_for(count, [&](std::size_t k) {
+    auto scratch = pool.take();
+    bands[k] = render_band(scene, make_band(k), *scratch, out);
+    pool.give(std::move(scratch));
+  });
+  BandCount all;
+  for (const BandCount& band : bands) all.rays += band.rays, all.samples += band.samples;
   return all;
 }
 
@@ -176,11 +402,16 @@ RenderedFrame render_frame(const Avatar& avatar, const Camera& camera, const Ren
     frame.rgba = enlarge(frame.rgba, camera.intrinsics.width, camera.intrinsics.height);
     return frame;
   }
-  Scene scene = make_scene(avatar, camera, state, options);
-  scene.directions = pixel_directions(camera.intrinsics);
+  const Scene scene = make_scene(avatar, camera, state, options);
+  const Intrinsics& k = camera.intrinsics;
   RenderedFrame frame;
-  frame.rgba = Image(camera.intrinsics.width, camera.intrinsics.height, 4);
-  const BandCount count = render_all(scene, frame.rgba.data.data());
+  frame.rgba = Image(k.width, k.height, 4);
+  const int columns = (k.width + kTileSide - 1) / kTileSide, rows = (k.height + kTileSide - 1) / kTileSide;
+  const auto tile = [&](std::size_t i) {
+    return tile_band(k, int(i) % columns * kTileSide, int(i) / columns * kTileSide, options.block);
+  };
+  const BandCount count =
+      render_bands(scene, std::size_t(columns) * std::size_t(rows), tile, frame.rgba.data.data());
   frame.samples_per_ray = count.rays > 0 ? double(count.samples) / double(count.rays) : 0;
   return frame;
 }
@@ -188,15 +419,13 @@ RenderedFrame render_frame(const Avatar& avatar, const Camera& camera, const Ren
 std::vector<float> render_pixels(const Avatar& avatar, const Camera& camera, const RenderState& state,
                                  std::span<const std::uint32_t> pixels, const RenderOptions& options) {
   LIKENESS_CHECK(options.reduce == 1, "single pixels are rendered whole, not reduced by %d", options.reduce);
-  Scene scene = make_scene(avatar, camera, state, options);
-  const auto width = std::uint32_t(camera.intrinsics.width);
-  for (const std::uint32_t pixel : pixels)
-    scene.directions.push_back(
-        ray_direction(camera.intrinsics, Vec2d(pixel % width + 0.5, pixel / width + 0.5))
-            .normalized()
-            .cast<float>());
+  const Scene scene = make_scene(avatar, camera, state, options);
   std::vector<float> rgba(4 * pixels.size());
-  render_all(scene, rgba.data());
+  const auto part = [&](std::size_t i) {
+    return listed_band(camera.intrinsics, pixels, i * kBandPixels,
+                       std::min(pixels.size(), (i + 1) * kBandPixels));
+  };
+  render_bands(scene, (pixels.size() + kBandPixels - 1) / kBandPixels, part, rgba.data());
   return rgba;
 }
 

@@ -1,4 +1,4 @@
-// Pictures of an avatar by ray marching through its occupied cells, at most 16 field samples a ray.
+// Pictures of an avatar by ray marching through its occupied cells, with a few field samples a ray.
 #pragma once
 
 #include <cstdint>
@@ -20,15 +20,20 @@ struct RenderState {
 };
 
 struct RenderOptions {
-  int max_samples = 16;  // per ray, head and torso together
+  int max_samples = 12;  // per ray, head and torso together
+  // Stretches of a ray, or of the ray in the middle of a block of pixels, whose densities say where its
+  // samples go (refine_strata). 0: they go where the opacities of the grid say.
+  int strata = 8;
+  int block = 2;  // pixels a side
   float stop_transmittance = 1e-4f;
-  float min_step = 0.0015f;  // m between samples of one ray, at least
-  int reduce = 1;            // one ray for reduce x reduce pixels, the picture enlarged from that
+  float min_step = 0.0015f;     // m between the strata's samples, or those of a ray without strata, at least
+  float shade_weight = 0.001f;  // share of the light a sample must take for its colour to be looked up
+  int reduce = 1;               // one ray for reduce x reduce pixels, the picture enlarged from that
 };
 
 // The quality ladder. `likeness eval --quality` says how fast each is and how near to the truth.
 enum class RenderQuality {
-  final,   // a ray a pixel, 16 samples
+  final,   // a ray a pixel, 12 samples
   preview  // a ray for 2 x 2 pixels, 8 samples, rays end where a fiftieth of the light is left
 };
 inline constexpr const char* kRenderQualities[] = {"final", "preview"};

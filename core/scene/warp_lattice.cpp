@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "core/base/check.h"
+#include "core/base/parallel.h"
 
 namespace likeness {
 namespace {
@@ -36,80 +37,154 @@ std::vector<float> reach_of_vertices(const HeadModel& model, const HeadShape& sh
   return reach;
 }
 
+constexpr int kGroup = 4;           // nodes along x that are summed at once
+constexpr std::size_t kLayers = 4;  // of nodes along z, a thread's share
+
+// The field at the nodes. Arrays of (z, y, row): a group of nodes may begin at any node of a row.
 struct Nodes {
-  std::vector<Vec3f> sum;
-  std::vector<float> weight;
+  std::size_t row = 0, plane = 0;
+  std::vector<float> x, y, z, weight;  // m; first sums over the vertices and their weights, then their means
+  std::vector<std::uint8_t> known;     // 0: no vertex is near, nor a known neighbour
 };
 
-// Adds every vertex's displacement to the nodes within reach.
-Nodes splat(const WarpFrame& frame, std::span<const Vec3f> posed) {
-  const auto [nx, ny, nz] = frame.nodes;
+Nodes make_nodes(const WarpFrame& frame) {
   Nodes nodes;
-  nodes.sum.assign(std::size_t(nx) * ny * nz, Vec3f::Zero());
-  nodes.weight.assign(nodes.sum.size(), 0.f);
-  const float reach2 = kReach * kReach, soft2 = kSoftness * kSoftness;
-  const float r = kReach / frame.cell;
-  for (std::size_t k = 0; k < frame.vertices.size(); ++k) {
+  nodes.row = std::size_t(frame.nodes[0] + kGroup - 1);
+  nodes.plane = nodes.row * std::size_t(frame.nodes[1]);
+  const std::size_t count = nodes.plane * std::size_t(frame.nodes[2]);
+  for (std::vector<float>* array : {&nodes.x, &nodes.y, &nodes.z, &nodes.weight}) array->assign(count, 0.f);
+  nodes.known.assign(count, 0);
+  return nodes;
+}
+
+// A vertex: where it is, in cells, and its way back, m.
+struct Pull {
+  Vec3f place, way;
+};
+
+std::vector<Pull> pulls_of(const WarpFrame& frame, std::span<const Vec3f> posed) {
+  std::vector<Pull> pulls(frame.vertices.size());
+  for (std::size_t k = 0; k < pulls.size(); ++k) {
     const Vec3f& p = posed[std::size_t(frame.vertices[k])];
-    const Vec3f way = frame.rest[k] - p;
-    const Vec3f c = (p - frame.origin) / frame.cell;
-    const auto first = [&](int axis) { return std::max(0, int(std::ceil(c[axis] - r))); };
-    const auto last = [&](int axis) {
-      return std::min(frame.nodes[std::size_t(axis)] - 1, int(std::floor(c[axis] + r)));
-    };
-    const int x0 = first(0), x1 = last(0);
-    for (int z = first(2); z <= last(2); ++z)
-      for (int y = first(1); y <= last(1); ++y) {
-        const float dy = (float(y) - c.y()) * frame.cell, dz = (float(z) - c.z()) * frame.cell;
-        const float d0 = dy * dy + dz * dz;
-        if (d0 >= reach2) continue;
-        const std::size_t row = (std::size_t(z) * ny + y) * nx;
-        for (int x = x0; x <= x1; ++x) {
-          const float dx = (float(x) - c.x()) * frame.cell, d = d0 + dx * dx;
-          if (d >= reach2) continue;
-          const float near = 1 / (d + soft2), end = 1 - d / reach2;
-          const float w = near * near * end * end;
-          nodes.sum[row + x] += w * way;
-          nodes.weight[row + x] += w;
+    pulls[k] = {(p - frame.origin) / frame.cell, frame.rest[k] - p};
+  }
+  return pulls;
+}
+
+// Adds a vertex to a group of nodes whose squared distance from it is `rest` and what x adds, in cells.
+inline void add_to_group(const Pull& pull, float first_x, float rest, float per_reach2, float soft2,
+                         float* __restrict x, float* __restrict y, float* __restrict z,
+                         float* __restrict weight) {
+  for (int g = 0; g < kGroup; ++g) {
+    const float dx = first_x + float(g), d = rest + dx * dx;
+    const float end = std::max(0.f, 1 - d * per_reach2), near = end / (d + soft2), w = near * near;
+    x[g] += w * pull.way.x(), y[g] += w * pull.way.y(), z[g] += w * pull.way.z();
+    weight[g] += w;
+  }
+}
+
+// Adds every vertex's displacement to the nodes of layers [z0, z1) within reach, and takes the means.
+void splat(const WarpFrame& frame, std::span<const Pull> pulls, int z0, int z1, Nodes& nodes) {
+  const float reach = kReach / frame.cell, soft = kSoftness / frame.cell;
+  const float reach2 = reach * reach, per_reach2 = 1 / reach2;
+  for (const Pull& pull : pulls) {
+    const Vec3f& c = pull.place;
+    const auto first = [&](int axis, int low) { return std::max(low, int(std::ceil(c[axis] - reach))); };
+    const auto last = [&](int axis, int end) { return std::min(end - 1, int(std::floor(c[axis] + reach))); };
+    const int x0 = first(0, 0), x1 = last(0, frame.nodes[0]);
+    for (int z = first(2, z0); z <= last(2, z1); ++z)
+      for (int y = first(1, 0); y <= last(1, frame.nodes[1]); ++y) {
+        const float dy = float(y) - c.y(), dz = float(z) - c.z(), rest = dy * dy + dz * dz;
+        if (rest >= reach2) continue;
+        for (int x = x0; x <= x1; x += kGroup) {
+          const std::size_t i = std::size_t(z) * nodes.plane + std::size_t(y) * nodes.row + std::size_t(x);
+          add_to_group(pull, float(x) - c.x(), rest, per_reach2, soft * soft, &nodes.x[i], &nodes.y[i],
+                       &nodes.z[i], &nodes.weight[i]);
         }
       }
   }
-  for (std::size_t i = 0; i < nodes.sum.size(); ++i)
-    if (nodes.weight[i] > 0) nodes.sum[i] /= nodes.weight[i];
-  return nodes;
+  for (std::size_t i = std::size_t(z0) * nodes.plane; i < std::size_t(z1) * nodes.plane; ++i) {
+    if (!(nodes.weight[i] > 0)) continue;
+    nodes.x[i] /= nodes.weight[i], nodes.y[i] /= nodes.weight[i], nodes.z[i] /= nodes.weight[i];
+    nodes.known[i] = 1;
+  }
+}
+
+struct Found {
+  std::size_t node;
+  Vec3f value;
+};
+
+// Unknown nodes of layers [z0, z1) that have known neighbours, with `keep` of their mean.
+void neighbours_mean(const WarpFrame& frame, const Nodes& nodes, int z0, int z1, float keep,
+                     std::vector<Found>& found) {
+  const auto [nx, ny, nz] = frame.nodes;
+  for (int z = z0; z < z1; ++z)
+    for (int y = 0; y < ny; ++y)
+      for (int x = 0; x < nx; ++x) {
+        const std::size_t i = std::size_t(z) * nodes.plane + std::size_t(y) * nodes.row + std::size_t(x);
+        if (nodes.known[i]) continue;
+        Vec3f sum = Vec3f::Zero();
+        int count = 0;
+        const auto look = [&](bool inside, std::size_t j) {
+          if (inside && nodes.known[j]) sum += Vec3f(nodes.x[j], nodes.y[j], nodes.z[j]), ++count;
+        };
+        look(x > 0, i - 1), look(x + 1 < nx, i + 1);
+        look(y > 0, i - nodes.row), look(y + 1 < ny, i + nodes.row);
+        look(z > 0, i - nodes.plane), look(z + 1 < nz, i + nodes.plane);
+        if (count > 0) found.push_back({i, sum * (keep / float(count))});
+      }
+}
+
+// body(z0, z1, index) over the threads' shares of the layers.
+template <class Body>
+void over_layers(int nz, const Body& body) {
+  parallel_ranges(std::size_t(nz), kLayers,
+                  [&](std::size_t begin, std::size_t end) { body(int(begin), int(end), begin / kLayers); });
 }
 
 // Nodes beyond the reach take the mean of known neighbours, one layer after another.
 void spread(const WarpFrame& frame, Nodes& nodes) {
-  const auto [nx, ny, nz] = frame.nodes;
   const int layers = std::max(1, int(std::round((kFadeEnd - kReach) / frame.cell)));
-  std::vector<std::size_t> next;
-  std::vector<Vec3f> value;
+  std::vector<std::vector<Found>> found((std::size_t(frame.nodes[2]) + kLayers - 1) / kLayers);
   for (int layer = 1; layer <= layers; ++layer) {
-    next.clear(), value.clear();
     const float keep = float(layers + 1 - layer) / float(layers + 2 - layer);  // linear fade over the layers
-    for (int z = 0; z < nz; ++z)
-      for (int y = 0; y < ny; ++y)
-        for (int x = 0; x < nx; ++x) {
-          const std::size_t i = (std::size_t(z) * ny + y) * nx + x;
-          if (nodes.weight[i] > 0) continue;
-          Vec3f sum = Vec3f::Zero();
-          int count = 0;
-          const auto look = [&](bool inside, std::size_t j) {
-            if (inside && nodes.weight[j] > 0) sum += nodes.sum[j], ++count;
-          };
-          look(x > 0, i - 1), look(x + 1 < nx, i + 1);
-          look(y > 0, i - nx), look(y + 1 < ny, i + nx);
-          look(z > 0, i - std::size_t(nx) * ny), look(z + 1 < nz, i + std::size_t(nx) * ny);
-          if (count == 0) continue;
-          next.push_back(i);
-          value.push_back(sum * (keep / float(count)));
-        }
-    for (std::size_t k = 0; k < next.size(); ++k) {
-      nodes.sum[next[k]] = value[k];
-      nodes.weight[next[k]] = 1;
-    }
+    over_layers(frame.nodes[2], [&](int z0, int z1, std::size_t share) {
+      found[share].clear();
+      neighbours_mean(frame, nodes, z0, z1, keep, found[share]);
+    });
+    for (const std::vector<Found>& list : found)
+      for (const Found& f : list) {
+        nodes.x[f.node] = f.value.x(), nodes.y[f.node] = f.value.y(), nodes.z[f.node] = f.value.z();
+        nodes.known[f.node] = 1;
+      }
   }
+}
+
+// Whole counts of the largest displacement's 32767th part; nodes not known stay zero.
+void store(const WarpFrame& frame, const Nodes& nodes, WarpLattice& lattice) {
+  const auto [nx, ny, nz] = frame.nodes;
+  float largest = 1e-6f;
+  for (std::size_t i = 0; i < nodes.known.size(); ++i)
+    if (nodes.known[i])
+      largest = std::max({largest, std::abs(nodes.x[i]), std::abs(nodes.y[i]), std::abs(nodes.z[i])});
+  lattice.unit = largest / 32767;
+  lattice.displacement.resize(3 * std::size_t(nx) * std::size_t(ny) * std::size_t(nz));
+  const float per_unit = 1 / lattice.unit;
+  const auto rounded = [&](float v) { return std::int16_t(v * per_unit + std::copysign(0.5f, v)); };
+  over_layers(nz, [&](int z0, int z1, std::size_t) {
+    std::int16_t* to = lattice.displacement.data() + 3 * std::size_t(z0) * std::size_t(ny) * std::size_t(nx);
+    for (int z = z0; z < z1; ++z)
+      for (int y = 0; y < ny; ++y) {
+        const std::size_t row = std::size_t(z) * nodes.plane + std::size_t(y) * nodes.row;
+        for (std::size_t i = row; i < row + std::size_t(nx); ++i, to += 3) {
+          const bool known = nodes.known[i] != 0;
+          to[0] = known ? rounded(nodes.x[i]) : std::int16_t(0);
+          to[1] = known ? rounded(nodes.y[i]) : std::int16_t(0);
+          to[2] = known ? rounded(nodes.z[i]) : std::int16_t(0);
+        }
+      }
+  });
 }
 
 }  // namespace
@@ -153,17 +228,11 @@ WarpLattice make_warp_lattice(const WarpFrame& frame, std::span<const Vec3f> pos
   WarpLattice lattice{frame.origin, frame.cell, frame.nodes, 0, {}, {}};
   if (frame.vertices.empty()) return lattice;
   lattice.mouth = make_mouth_gap(frame.mouth, posed);
-  Nodes nodes = splat(frame, posed);
+  Nodes nodes = make_nodes(frame);
+  const std::vector<Pull> pulls = pulls_of(frame, posed);
+  over_layers(frame.nodes[2], [&](int z0, int z1, std::size_t) { splat(frame, pulls, z0, z1, nodes); });
   spread(frame, nodes);
-  float largest = 0;
-  for (std::size_t i = 0; i < nodes.sum.size(); ++i)
-    if (nodes.weight[i] > 0) largest = std::max(largest, nodes.sum[i].cwiseAbs().maxCoeff());
-  lattice.unit = std::max(largest, 1e-6f) / 32767;
-  lattice.displacement.resize(3 * nodes.sum.size());
-  for (std::size_t i = 0; i < nodes.sum.size(); ++i)
-    for (int c = 0; c < 3; ++c)
-      lattice.displacement[3 * i + std::size_t(c)] =
-          nodes.weight[i] > 0 ? std::int16_t(std::lround(nodes.sum[i][c] / lattice.unit)) : std::int16_t(0);
+  store(frame, nodes, lattice);
   return lattice;
 }
 

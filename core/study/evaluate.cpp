@@ -12,7 +12,7 @@
 #include "core/base/files.h"
 #include "core/image/files.h"
 #include "core/image/metrics.h"
-#include "core/matte/matte.h"
+#include "core/study/held_out.h"
 #include "core/project/project_views.h"
 #include "core/project/run_stages.h"
 #include "core/render/pose_avatar.h"
@@ -27,33 +27,6 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
-
-struct Regions {
-  Image8 person, head, face;  // one channel at the picture's size, 255 inside
-};
-
-Image8 channel_mask(const Image8& rgb, int channel) {
-  Image8 mask(rgb.width, rgb.height, 1);
-  for (std::size_t i = 0; i < mask.data.size(); ++i) {
-    mask.data[i] = rgb.data[i * std::size_t(rgb.channels) + std::size_t(channel)] > 127 ? 255 : 0;
-  }
-  return mask;
-}
-
-Result<Regions> load_regions(const fs::path& folder, const Capture& capture, int frame) {
-  const auto picture = read_image(folder / fmt::format("{:06}.png", frame));
-  if (!picture) return picture.error();
-  if (picture->channels < 3 || picture->width != capture.width || picture->height != capture.height) {
-    return Error{
-        ErrorCode::bad_input,
-        fmt::format("The region picture of frame {} is {} x {} with {} channels; the source is {} x {}.",
-                    frame, picture->width, picture->height, picture->channels, capture.width, capture.height),
-        "Give RGB pictures in source pixels: red person, green head, blue face.", folder.string()};
-  }
-  const SquareCrop& c = capture.crop;
-  const Image8 cut = resize(crop(*picture, c.x, c.y, c.side, c.side), capture.size, capture.size);
-  return Regions{channel_mask(cut, 0), channel_mask(cut, 1), channel_mask(cut, 2)};
-}
 
 // Mean distance of inner landmarks found by dlib in both pictures, with the same box; NaN where there is no
 // face.
@@ -110,48 +83,11 @@ FrameScore score_picture(const Image& truth, const Image& rendered, const Region
   return score;
 }
 
-struct Inputs {
-  Capture capture;
-  CameraSet cameras;
-  Track track;
-  Avatar avatar;
-  PlateInfo plate_info;
-};
-
-Result<Inputs> load_inputs(const Project& project) {
-  if (std::error_code ignored; !fs::exists(avatar_path(project), ignored)) {
-    return Error{ErrorCode::not_found, fmt::format("{} holds no trained avatar.", project.folder.string()),
-                 "Run: likeness build VIDEO --project DIR", project.folder.string()};
-  }
-  auto read = read_tracked_capture(project);
-  if (!read) return read.error();
-  auto& [capture, cameras, track] = *read;
-  if (track.frames.empty()) {
-    return Error{ErrorCode::bad_input, "The track holds no frames.",
-                 "Delete track.json and run the build again.", track_path(project).string()};
-  }
-  auto avatar = read_avatar(avatar_path(project));
-  if (!avatar) return avatar.error();
-  // A later import or fit leaves the old avatar in place until it is trained anew.
-  if (avatar->intrinsics.width != capture.size || avatar->head_model_hash != track.head_model_hash) {
-    return Error{
-        ErrorCode::bad_input,
-        fmt::format("The avatar was trained at {} px on the {} head; the project now holds {} px and "
-                    "the {} head.",
-                    avatar->intrinsics.width, avatar->head_model_name, capture.size, track.head_model_name),
-        fmt::format("Run: likeness train {}", project.folder.string()), project.folder.string()};
-  }
-  auto plate_info = read_plate_info(plate_info_path(project));
-  if (!plate_info) return plate_info.error();
-  return Inputs{std::move(capture), std::move(cameras), std::move(track), std::move(*avatar),
-                std::move(*plate_info)};
-}
-
 }  // namespace
 
 Result<Evaluation> evaluate(const Project& project, const EvalOptions& options, const Progress& progress,
                             std::stop_token stop) {
-  const auto inputs = load_inputs(project);
+  const auto inputs = read_held_out(project);
   if (!inputs) return inputs.error();
   const auto& [capture, cameras, track, avatar, plate_info] = *inputs;
   const auto model = project_head_model(project.options);
@@ -194,7 +130,7 @@ Result<Evaluation> evaluate(const Project& project, const EvalOptions& options, 
     }
     const auto truth = read_image(project.folder / frame_name(frame));
     if (!truth) return truth.error();
-    const auto regions = load_regions(regions_folder, capture, frame);
+    const auto regions = read_regions(regions_folder, capture, frame);
     if (!regions) return regions.error();
 
     const auto start = std::chrono::steady_clock::now();

@@ -86,6 +86,20 @@ void expect_parity(const Field& field, Batch batch) {
   std::vector<float> sigma;
   evaluate_density(field, batch.inputs(), sigma);
   EXPECT_LE(relative_l2(sigma, out.sigma), 1e-5);
+
+  GeometryFeatures geometry;
+  FieldOutputs colours;
+  std::vector<std::uint32_t> chosen;
+  for (std::uint32_t n = 0; n < sigma.size(); n += 1 + n % 3) chosen.push_back(n);
+  evaluate_density(field, batch.inputs(), sigma, geometry);
+  evaluate_colour(field, batch.inputs(), geometry, chosen, colours);
+  EXPECT_EQ(sigma, inferred.sigma);
+  ASSERT_EQ(colours.red.size(), chosen.size());
+  for (std::size_t k = 0; k < chosen.size(); ++k) {
+    EXPECT_EQ(colours.red[k], inferred.red[chosen[k]]);
+    EXPECT_EQ(colours.green[k], inferred.green[chosen[k]]);
+    EXPECT_EQ(colours.blue[k], inferred.blue[chosen[k]]);
+  }
 }
 
 // Each instruction set in turn, then all again.

@@ -163,95 +163,42 @@ TEST(OccupiedIntervals, MissNothingOfABentNeckOutsideItsBox) {
   EXPECT_GT(found, 1000);
 }
 
+// Looked up once, the cells of a bent neck hold what every ray would find in them.
+TEST(OccupiedIntervals, AreTheSameThroughANeckLookedUpBefore) {
+  std::mt19937 engine(9);
+  const OccupancyGrid grid = random_grid(32, 0.1, 10), core = random_grid(32, 0.002, 11);
+  std::vector<std::uint8_t> opacity(32 * 32 * 32);
+  for (std::uint8_t& o : opacity) o = std::uint8_t(engine() % 200);
+  Pose pose = Pose::Identity();
+  pose.rotate(Eigen::AngleAxisd(0.3, Vec3d(0.2, 0.3, 1).normalized()));
+  const NeckBend bend = make_neck_bend({0.2f, 0.6f, {0.5f, 0.4f, 0.5f}}, pose);
+  const MarchVolume volume = march_volume(grid, core, 1, opacity);
+  const MarchNeck each = march_neck(bend, volume);
+  MarchNeck once = each;
+  look_up_neck(volume, once);
+  ASSERT_FALSE(once.cells.empty());
+  int below = 0;
+  for (int r = 0; r < 2000; ++r) {
+    const FieldRay ray = random_ray(engine);
+    std::vector<Interval> a, b;
+    EXPECT_EQ(occupied_intervals(ray, volume, 0, 10, a, &each),
+              occupied_intervals(ray, volume, 0, 10, b, &once));
+    ASSERT_EQ(a.size(), b.size());
+    for (std::size_t i = 0; i < a.size(); ++i) {
+      EXPECT_EQ(a[i].near, b[i].near);
+      EXPECT_EQ(a[i].far, b[i].far);
+      EXPECT_EQ(a[i].depth, b[i].depth);
+      below += ray.origin.y() + a[i].near * ray.direction.y() < bend.top;
+    }
+  }
+  EXPECT_GT(below, 1000);
+}
+
 TEST(OccupiedIntervals, AreEmptyForARayBesideTheCube) {
   const OccupancyGrid all = make_occupancy(8, true), none;
   std::vector<Interval> intervals;
   EXPECT_EQ(occupied_intervals({{2, 2, -1}, {0, 0, 1}}, march_volume(all, none), 0, 10, intervals), 10.f);
   EXPECT_TRUE(intervals.empty());
-}
-
-TEST(PlaceSamples, AreSortedInsideTheirIntervalsAndCoverTheLength) {
-  const std::vector<Interval> head{{1.0f, 1.1f}, {1.3f, 1.35f}}, torso{{1.05f, 1.25f}};
-  for (const std::uint64_t jitter : {0, 7, 99}) {
-    std::vector<RaySample> samples(16);
-    const int n = place_samples(head, torso, 0.0015f, jitter, samples);
-    EXPECT_EQ(n, 16);
-    float length = 0;
-    for (int i = 0; i < n; ++i) {
-      if (i > 0) {
-        EXPECT_LE(samples[i - 1].t, samples[i].t);
-      }
-      bool inside = false;
-      for (const Interval& interval : samples[i].field == 0 ? head : torso)
-        inside |= samples[i].t >= interval.near - 1e-5f && samples[i].t <= interval.far + 1e-5f;
-      EXPECT_TRUE(inside) << samples[i].t << " of field " << samples[i].field;
-      length += samples[i].dt;
-    }
-    EXPECT_NEAR(length, 0.35f, 1e-5);
-  }
-}
-
-TEST(PlaceSamples, AreNoDenserThanAsked) {
-  const std::vector<Interval> head{{1.0f, 1.01f}};
-  std::vector<RaySample> samples(16);
-  EXPECT_EQ(place_samples(head, {}, 0.0025f, 0, samples), 4);
-}
-
-// Air, a wall that takes nearly all light, and what lies behind it: most samples go into the wall.
-TEST(PlaceSamples, GoWhereTheLightIsLost) {
-  std::vector<Interval> head{{1.00f, 1.04f, 0.001f}, {1.04f, 1.05f, 8.f}, {1.05f, 1.10f, 8.f}};
-  for (const std::uint64_t jitter : {0, 5}) {
-    std::vector<RaySample> samples(16);
-    ASSERT_EQ(place_samples(head, {}, 0.0015f, jitter, samples), 16);
-    int in_wall = 0, behind = 0;
-    float length = 0;
-    for (const RaySample& s : samples)
-      in_wall += s.t >= 1.04f && s.t < 1.05f, behind += s.t >= 1.05f, length += s.dt;
-    EXPECT_GE(in_wall, 11);
-    EXPECT_GE(behind, 1);  // the grid may be wrong
-    EXPECT_NEAR(length, 0.1f, 1e-6);
-  }
-}
-
-// The torso's wall stands before the head's: what is behind it gets few samples, whichever list it is in.
-TEST(PlaceSamples, LooksThroughBothFieldsInDepthOrder) {
-  const std::vector<Interval> head{{1.1f, 1.12f, 9.f}}, torso{{1.0f, 1.02f, 9.f}};
-  std::vector<RaySample> samples(16);
-  const int n = place_samples(head, torso, 0.001f, 0, samples);
-  const auto of_torso =
-      std::count_if(samples.begin(), samples.begin() + n, [](auto& s) { return s.field == 1; });
-  EXPECT_GE(of_torso, n * 3 / 4);
-  EXPECT_LT(of_torso, n);
-}
-
-// A homogeneous medium needs no samples placed well: by any density guessed, its transmittance is the same.
-TEST(PlaceSamples, AnyGuessOfTheDensityCoversTheSameLength) {
-  std::mt19937 engine(6);
-  std::uniform_real_distribution<float> uniform(0, 1);
-  for (int trial = 0; trial < 200; ++trial) {
-    std::vector<Interval> lists[2];
-    float total = 0;
-    for (auto& list : lists) {
-      float t = 1 + uniform(engine);
-      for (int i = 0; i < 8; ++i) {
-        const float near = t + 0.01f * uniform(engine), far = near + 0.0001f + 0.01f * uniform(engine);
-        list.push_back({near, far, std::pow(10.f, 8 * uniform(engine) - 4)});
-        total += far - near, t = far;
-      }
-    }
-    std::vector<RaySample> samples(16);
-    const int n = place_samples(lists[0], lists[1], 0.0015f, std::uint64_t(trial), samples);
-    float length = 0;
-    for (int k = 0; k < n; ++k) {
-      length += samples[k].dt;
-      EXPECT_GE(samples[k].dt, 0);
-      bool inside = false;
-      for (const Interval& i : lists[samples[k].field])
-        inside |= samples[k].t >= i.near - 1e-5f && samples[k].t <= i.far + 1e-5f;
-      EXPECT_TRUE(inside);
-    }
-    EXPECT_NEAR(length, total, 1e-5f);
-  }
 }
 
 TEST(FieldRay, ReachesTheProjectedPointAtItsDistance) {
@@ -304,6 +251,35 @@ TEST(SampleRays, GiveEachSampleItsPlaceInItsField) {
       EXPECT_LT(off.norm(), 1e-4f);
     }
   }
+}
+
+// The strata of a ray are its samples without jitter, and their intervals are those of its walk.
+TEST(StratifyRays, AreTheMidpointsThatSampleRaysTakes) {
+  const OccupancyGrid head = random_grid(8, 0.4, 3), torso = random_grid(8, 0.4, 4), none;
+  MarchVolumes volumes;
+  volumes.fields[0] = {&head, &none, 1.f};
+  volumes.fields[1] = {&torso, &none, 1.f};
+  volumes.near = 0, volumes.max_samples = 12;
+  std::mt19937 engine(6);
+  std::vector<RayRequest> rays(300);
+  for (RayRequest& ray : rays) ray.fields = {random_ray(engine), random_ray(engine)};
+  SampleBatch samples, batch;
+  RayStrata strata;
+  sample_rays(rays, volumes, samples);
+  stratify_rays(rays, volumes, batch, strata);
+  EXPECT_EQ(batch.begin, samples.begin);
+  EXPECT_EQ(batch.dt, samples.dt);
+  EXPECT_EQ(batch.field, samples.field);
+  EXPECT_EQ(batch.fields[0].x, samples.fields[0].x);
+  ASSERT_EQ(strata.strata.size(), batch.dt.size());
+  for (std::size_t r = 0; r < rays.size(); ++r)
+    for (int f = 0; f < 2; ++f) {
+      std::vector<Interval> walked;
+      occupied_intervals(rays[r].fields[std::size_t(f)], volumes.fields[std::size_t(f)], 0, 20, walked);
+      const auto kept = strata.intervals_of(r, f);
+      ASSERT_EQ(kept.size(), walked.size());
+      for (std::size_t i = 0; i < kept.size(); ++i) EXPECT_EQ(kept[i].near, walked[i].near);
+    }
 }
 
 }  // namespace

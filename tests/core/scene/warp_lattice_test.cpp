@@ -7,6 +7,7 @@
 
 #include "core/head/builtin_head.h"
 #include "core/head/named_actions.h"
+#include "tests/core/scene/warp_lattice_reference.h"
 
 namespace likeness {
 namespace {
@@ -60,6 +61,24 @@ TEST_F(WarpLatticeTest, SkinGoesBackToItsRestingPlace) {
       return x[x.size() / 2];
     };
     EXPECT_LT(median(after), 0.15f * median(before)) << name;
+  }
+}
+
+TEST_F(WarpLatticeTest, EqualsPlainLoops) {
+  const WarpFrame f = frame();
+  for (const std::string name : {"jawOpen", "mouthPucker"}) {
+    const std::vector<Vec3f> now = posed(name, 0.8f);
+    const WarpLattice lattice = make_warp_lattice(f, now);
+    const std::vector<Vec3f> plain = warp_lattice_reference(f, now);
+    ASSERT_EQ(lattice.displacement.size(), 3 * plain.size());
+    float most = 0, error = 0;
+    for (std::size_t i = 0; i < plain.size(); ++i) {
+      const std::int16_t* d = lattice.displacement.data() + 3 * i;
+      most = std::max(most, plain[i].norm());
+      error = std::max(error, (lattice.unit * Vec3f(d[0], d[1], d[2]) - plain[i]).norm());
+    }
+    EXPECT_GT(most, 0.005f) << name;
+    EXPECT_LT(error, 1e-4f * most) << name;  // rounding to counts is 3e-5
   }
 }
 

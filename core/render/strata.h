@@ -1,0 +1,49 @@
+// Where the samples of a ray lie: its stretches through occupied cells, cut into strata with a sample each,
+// by what is expected of them and again by what was found in them.
+#pragma once
+
+#include <cstdint>
+#include <span>
+
+namespace likeness {
+
+struct Interval {
+  float near = 0, far = 0;  // m along the ray
+  float depth = 0;          // optical depth expected in it; 0: not known
+};
+
+struct RaySample {
+  float t = 0;    // m
+  float dt = 0;   // m of ray this sample stands for
+  int field = 0;  // 0 head, 1 torso
+};
+
+// A stretch of a ray that one sample stands for. It may reach over a gap between cells, and from one field to
+// the other.
+struct RayStratum {
+  RaySample sample;  // in its middle
+  float start = 0;   // m of the lists' length before it; it goes on for sample.dt
+};
+
+// Cuts the length of both lists (head first) into strata, at most `samples.size()` of them and on average no
+// shorter than min_step, puts a sample into each and sorts them by depth; returns how many. Strata are short
+// where the light is expected to be lost (transmittance times opacity, by the intervals' optical depths), but
+// kEvenShare of them is spread over the whole length, and so is the share of the light that is expected to
+// pass. jitter 0: midpoints; otherwise a seed that places each sample anywhere in its stratum.
+inline constexpr float kEvenShare = 0.25f;
+int place_samples(std::span<const Interval> head, std::span<const Interval> torso, float min_step,
+                  std::uint64_t jitter, std::span<RaySample> samples);
+// The strata themselves, samples in their midpoints.
+int place_strata(std::span<const Interval> head, std::span<const Interval> torso, float min_step,
+                 std::span<RayStratum> strata);
+
+// Cuts strata again where the light is now known to be lost, and puts a sample into the middle of each piece;
+// at most samples.size() of them, in depth order. head, torso, strata: as place_strata took and left them;
+// weights: of each stratum, the share of the light that it takes. As Mildenhall et al. 2020, section 5.2, but
+// that a stratum is cut evenly and that its neighbours' weights count, too, since one sample may miss where a
+// surface begins (Barron et al. 2021, section 3.4). A stratum that gets no piece is left out.
+int refine_strata(std::span<const Interval> head, std::span<const Interval> torso,
+                  std::span<const RayStratum> strata, std::span<const float> weights,
+                  std::span<RaySample> samples);
+
+}  // namespace likeness

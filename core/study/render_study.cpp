@@ -1,0 +1,147 @@
+// Settings of the renderer side by side: see render_study.h.
+#include "core/study/render_study.h"
+
+#include <algorithm>
+#include <chrono>
+#include <iterator>
+#include <set>
+
+#include <fmt/format.h>
+
+#include "core/image/files.h"
+#include "core/image/metrics.h"
+#include "core/project/project_views.h"
+#include "core/project/run_stages.h"
+#include "core/render/pose_avatar.h"
+#include "core/study/held_out.h"
+
+namespace likeness {
+
+namespace {
+
+double milliseconds_since(std::chrono::steady_clock::time_point start) {
+  return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
+}
+
+struct ChosenFrame {
+  const TrackedFrame* tracked;
+  Camera camera;
+};
+
+// Those that can be rendered, and of them `most`, evenly.
+std::vector<ChosenFrame> choose_frames(const HeldOutSet& set, int most) {
+  std::vector<ChosenFrame> all;
+  for (const int frame : held_out_frames(set.capture)) {
+    const TrackedFrame* tracked = find_tracked(set.track, frame);
+    const auto camera = picture_camera(set.capture, set.cameras, set.track, frame);
+    if (tracked && tracked->status != FrameStatus::lost && camera) all.push_back({tracked, *camera});
+  }
+  if (most <= 0 || std::size_t(most) >= all.size()) return all;
+  std::vector<ChosenFrame> chosen;
+  for (std::size_t k = 0; k < std::size_t(most); ++k)
+    chosen.push_back(all[k * all.size() / std::size_t(most)]);
+  return chosen;
+}
+
+struct Truth {
+  Image picture;
+  Regions regions;
+  Image8 plate;  // empty where the background is not known
+};
+
+Result<Truth> read_truth(const Project& project, const HeldOutSet& set, int frame) {
+  const auto picture = read_image(project.folder / frame_name(frame));
+  if (!picture) return picture.error();
+  auto regions = read_regions(regions_path(project), set.capture, frame);
+  if (!regions) return regions.error();
+  const bool known = !set.avatar.plate.empty() && std::ranges::binary_search(set.plate_info.frames, frame);
+  return Truth{to_float(*picture), std::move(*regions), known ? set.avatar.plate : Image8{}};
+}
+
+// Adds one frame to the sums of every row.
+void add_frame(const Avatar& avatar, const Camera& camera, const RenderState& state, const Truth& truth,
+               std::vector<RenderRow>& rows) {
+  Image final_picture;
+  for (RenderRow& row : rows) {
+    const auto start = std::chrono::steady_clock::now();
+    const RenderedFrame frame = render_frame(avatar, camera, state, row.setting.options);
+    row.milliseconds += milliseconds_since(start);
+    row.samples_per_ray += frame.samples_per_ray;
+    const Image picture = to_float(to_bytes(composite(frame.rgba, truth.plate)));
+    if (final_picture.empty()) final_picture = picture;
+    row.to_final_db += mse(final_picture, picture);  // pooled: two pictures may be equal
+    if (truth.plate.empty())
+      row.psnr_db.reset();
+    else if (row.psnr_db)
+      *row.psnr_db += psnr_from_mse(mse(truth.picture, picture));
+    row.psnr_head_db += psnr_from_mse(mse(truth.picture, picture, truth.regions.head));
+    row.psnr_face_db += psnr_from_mse(mse(truth.picture, picture, truth.regions.face));
+  }
+}
+
+}  // namespace
+
+std::vector<RenderSetting> render_settings() {
+  std::vector<RenderSetting> settings;
+  for (const RenderQuality quality : {RenderQuality::final, RenderQuality::preview})
+    settings.push_back({kRenderQualities[int(quality)], render_options(quality)});
+  for (const int reduce : {1, 2}) {
+    const auto add = [&](int samples, int strata, int block) {
+      RenderOptions options;
+      options.max_samples = samples, options.strata = strata, options.block = block, options.reduce = reduce;
+      settings.push_back({fmt::format("{}{} samples{}", reduce == 2 ? "half size, " : "", samples,
+                                      strata > 0 ? fmt::format(", {} strata of {} px", strata, block) : ""),
+                          options});
+    };
+    for (const int samples : {32, 16, 8}) add(samples, 0, 1);
+    for (const int samples : {16, 12, 8, 6}) add(samples, 8, 2);
+    add(8, 8, 1), add(8, 16, 2), add(8, 16, 4);
+  }
+  return settings;
+}
+
+Result<RenderStudy> study_rendering(const Project& project, int frames, const Progress& progress,
+                                    std::stop_token stop) {
+  const auto set = read_held_out(project);
+  if (!set) return set.error();
+  const auto model = project_head_model(project.options);
+  if (!model) return model.error();
+  if (const auto fits = check_track_fits(set->track, *model); !fits) return fits.error();
+  const AvatarRig rig = make_rig(set->avatar, *model);
+  const std::vector<ChosenFrame> chosen = choose_frames(*set, frames);
+  if (chosen.empty())
+    return Error{ErrorCode::failed, "None of the held-out frames has a track, so nothing can be rendered.",
+                 "Film a longer clip in which the face stays in view to the end.", project.folder.string()};
+
+  RenderStudy study;
+  study.size = set->capture.size;
+  study.frames = int(chosen.size());
+  for (RenderSetting& setting : render_settings())
+    study.rows.push_back({.setting = std::move(setting), .psnr_db = 0.0});
+  for (std::size_t k = 0; k < chosen.size(); ++k) {
+    if (stop.stop_requested()) return cancelled_error();
+    progress.report(double(k) / double(chosen.size()), fmt::format("frame {}", chosen[k].tracked->frame));
+    const auto truth = read_truth(project, *set, chosen[k].tracked->frame);
+    if (!truth) return truth.error();
+    const TrackedFrame& t = *chosen[k].tracked;
+    const auto start = std::chrono::steady_clock::now();
+    const RenderState state =
+        pose_avatar(rig, {t.world_from_head, t.world_from_torso, t.articulation, t.torso_shape});
+    study.pose_milliseconds += milliseconds_since(start);
+    add_frame(set->avatar, chosen[k].camera, state, *truth, study.rows);
+  }
+
+  const double n = double(chosen.size());
+  study.pose_milliseconds /= n;
+  for (RenderRow& row : study.rows) {
+    if (row.psnr_db) *row.psnr_db /= n;
+    row.to_final_db = psnr_from_mse(row.to_final_db / n);
+    for (double* sum : {&row.psnr_head_db, &row.psnr_face_db, &row.milliseconds, &row.samples_per_ray})
+      *sum /= n;
+    row.frames_per_second = 1000 / (row.milliseconds + study.pose_milliseconds);
+  }
+  progress.report(1);
+  return study;
+}
+
+}  // namespace likeness
