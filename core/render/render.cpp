@@ -10,14 +10,15 @@
 #include "core/base/check.h"
 #include "core/base/parallel.h"
 #include "core/field/evaluate.h"
+#include "core/render/pixel_bands.h"
 #include "core/render/pose_avatar.h"
 #include "core/render/rays.h"
 
 namespace likeness {
 namespace {
 
-constexpr int kTileSide = 64;  // pixels
 constexpr std::size_t kBandPixels = std::size_t(kTileSide) * kTileSide;
+constexpr std::size_t kBandEdges = 512;     // pixels of a reduced picture
 constexpr std::uint32_t kRoundSamples = 4;  // of each ray per round
 
 struct RayState {
@@ -139,6 +140,7 @@ std::size_t march_round(const Scene& scene, std::uint32_t round, BandScratch& ba
 
 struct BandCount {
   std::size_t rays = 0, samples = 0;
+  void operator+=(const BandCount& other) { rays += other.rays, samples += other.samples; }
 };
 
 RayRequest request_of(const Scene& scene, const Vec3f& direction) {
@@ -174,51 +176,6 @@ std::size_t weigh_strata(const Scene& scene, BandScratch& band) {
     }
   }
   return band.strata.strata.size();
-}
-
-// Pixels that are rendered together, and the blocks of them that share their strata.
-struct Band {
-  std::vector<std::uint32_t> place;     // (pixels) where each one's result goes
-  std::vector<Vec3f> directions;        // (pixels) in the camera frame
-  std::vector<Vec3f> blocks;            // (blocks) directions of their middles
-  std::vector<std::uint32_t> block_of;  // (pixels)
-  int block_columns = 0;  // of blocks that lie side by side, row by row; 0: they are no neighbours
-};
-
-Vec3f direction_at(const Intrinsics& intrinsics, double x, double y) {
-  return ray_direction(intrinsics, Vec2d(x, y)).normalized().cast<float>();
-}
-
-// A square tile of the picture.
-Band tile_band(const Intrinsics& k, int left, int top, int block) {
-  const int right = std::min(left + kTileSide, k.width), bottom = std::min(top + kTileSide, k.height);
-  Band band;
-  band.block_columns = (right - left + block - 1) / block;
-  for (int y = top; y < bottom; y += block)
-    for (int x = left; x < right; x += block)
-      band.blocks.push_back(
-          direction_at(k, 0.5 * (x + std::min(x + block, right)), 0.5 * (y + std::min(y + block, bottom))));
-  for (int y = top; y < bottom; ++y)
-    for (int x = left; x < right; ++x) {
-      band.place.push_back(std::uint32_t(y * k.width + x));
-      band.directions.push_back(direction_at(k, x + 0.5, y + 0.5));
-      band.block_of.push_back(std::uint32_t((y - top) / block * band.block_columns + (x - left) / block));
-    }
-  return band;
-}
-
-// Pixels [first, last) of a list, each its own block.
-Band listed_band(const Intrinsics& k, std::span<const std::uint32_t> pixels, std::size_t first,
-                 std::size_t last) {
-  Band band;
-  const auto width = std::uint32_t(k.width);
-  for (std::size_t i = first; i < last; ++i) {
-    band.place.push_back(std::uint32_t(i));
-    band.directions.push_back(direction_at(k, pixels[i] % width + 0.5, pixels[i] / width + 0.5));
-    band.block_of.push_back(std::uint32_t(i - first));
-  }
-  band.blocks = band.directions;
-  return band;
 }
 
 // Pixels whose block's ray met nothing although a block beside it did: the volume's edge. They walk alone.
@@ -370,8 +327,17 @@ BandCount render_bands(const Scene& scene, std::size_t count, const MakeBand& ma
     pool.give(std::move(scratch));
   });
   BandCount all;
-  for (const BandCount& band : bands) all.rays += band.rays, all.samples += band.samples;
+  for (const BandCount& band : bands) all += band;
   return all;
+}
+
+// The whole picture, tile by tile.
+BandCount render_tiles(const Scene& scene, const Intrinsics& k, Image& rgba) {
+  const int columns = (k.width + kTileSide - 1) / kTileSide, rows = (k.height + kTileSide - 1) / kTileSide;
+  const auto tile = [&](std::size_t i) {
+    return tile_band(k, int(i) % columns * kTileSide, int(i) / columns * kTileSide, scene.options.block);
+  };
+  return render_bands(scene, std::size_t(columns) * std::size_t(rows), tile, rgba.data.data());
 }
 
 }  // namespace
@@ -388,30 +354,23 @@ RenderOptions render_options(RenderQuality quality) {
 
 RenderedFrame render_frame(const Avatar& avatar, const Camera& camera, const RenderState& state,
                            const RenderOptions& options) {
-  if (options.reduce > 1) {
-    Camera fewer = camera;
-    Intrinsics& k = fewer.intrinsics;
-    const int width = (k.width + options.reduce - 1) / options.reduce,
-              height = (k.height + options.reduce - 1) / options.reduce;
-    const double sx = double(width) / k.width, sy = double(height) / k.height;
-    k.width = width, k.height = height;
-    k.fx *= sx, k.cx *= sx, k.fy *= sy, k.cy *= sy;
-    RenderOptions whole = options;
-    whole.reduce = 1;
-    RenderedFrame frame = render_frame(avatar, fewer, state, whole);
-    frame.rgba = enlarge(frame.rgba, camera.intrinsics.width, camera.intrinsics.height);
-    return frame;
-  }
+  LIKENESS_CHECK(options.reduce > 0, "reduce %d", options.reduce);
   const Scene scene = make_scene(avatar, camera, state, options);
-  const Intrinsics& k = camera.intrinsics;
   RenderedFrame frame;
-  frame.rgba = Image(k.width, k.height, 4);
-  const int columns = (k.width + kTileSide - 1) / kTileSide, rows = (k.height + kTileSide - 1) / kTileSide;
-  const auto tile = [&](std::size_t i) {
-    return tile_band(k, int(i) % columns * kTileSide, int(i) / columns * kTileSide, options.block);
-  };
-  const BandCount count =
-      render_bands(scene, std::size_t(columns) * std::size_t(rows), tile, frame.rgba.data.data());
+  const Intrinsics& full = camera.intrinsics;
+  const Intrinsics fewer = reduced(full, options.reduce);
+  frame.rgba = Image(fewer.width, fewer.height, 4);
+  BandCount count = render_tiles(scene, fewer, frame.rgba);
+  if (options.reduce > 1) {
+    const std::vector<Eigen::Vector2i> edges = edge_pixels(frame.rgba, options.edge_contrast);
+    frame.rgba = enlarge(frame.rgba, full.width, full.height);
+    const auto part = [&](std::size_t i) {
+      const std::size_t first = i * kBandEdges;
+      return edge_band(full, std::span(edges).subspan(first, std::min(kBandEdges, edges.size() - first)),
+                       options.reduce);
+    };
+    count += render_bands(scene, (edges.size() + kBandEdges - 1) / kBandEdges, part, frame.rgba.data.data());
+  }
   frame.samples_per_ray = count.rays > 0 ? double(count.samples) / double(count.rays) : 0;
   return frame;
 }

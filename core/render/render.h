@@ -28,13 +28,14 @@ struct RenderOptions {
   float stop_transmittance = 1e-4f;
   float min_step = 0.0015f;     // m between the strata's samples, or those of a ray without strata, at least
   float shade_weight = 0.001f;  // share of the light a sample must take for its colour to be looked up
-  int reduce = 1;               // one ray for reduce x reduce pixels, the picture enlarged from that
+  int reduce = 1;               // one ray for reduce x reduce pixels, the picture enlarged from that,
+  float edge_contrast = 0.3f;  // but a ray a pixel where such rays beside each other differ by more than this
 };
 
 // The quality ladder. `likeness eval --quality` says how fast each is and how near to the truth.
 enum class RenderQuality {
   final,   // a ray a pixel, 12 samples
-  preview  // a ray for 2 x 2 pixels, 8 samples, rays end where a fiftieth of the light is left
+  preview  // a ray for 2 x 2 pixels but at edges, 8 samples, rays end where a fiftieth of the light is left
 };
 inline constexpr const char* kRenderQualities[] = {"final", "preview"};
 RenderOptions render_options(RenderQuality quality);

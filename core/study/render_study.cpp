@@ -86,16 +86,20 @@ std::vector<RenderSetting> render_settings() {
   for (const RenderQuality quality : {RenderQuality::final, RenderQuality::preview})
     settings.push_back({kRenderQualities[int(quality)], render_options(quality)});
   for (const int reduce : {1, 2}) {
-    const auto add = [&](int samples, int strata, int block) {
+    const auto add = [&](int samples, int strata, int block,
+                         float edge_contrast = RenderOptions().edge_contrast) {
       RenderOptions options;
-      options.max_samples = samples, options.strata = strata, options.block = block, options.reduce = reduce;
-      settings.push_back({fmt::format("{}{} samples{}", reduce == 2 ? "half size, " : "", samples,
-                                      strata > 0 ? fmt::format(", {} strata of {} px", strata, block) : ""),
+      options.max_samples = samples, options.strata = strata, options.block = block;
+      options.reduce = reduce, options.edge_contrast = edge_contrast;
+      settings.push_back({fmt::format("{}{} samples{}{}", reduce == 2 ? "half size, " : "", samples,
+                                      strata > 0 ? fmt::format(", {} strata of {} px", strata, block) : "",
+                                      edge_contrast > 1 ? ", edges too" : ""),
                           options});
     };
     for (const int samples : {32, 16, 8}) add(samples, 0, 1);
     for (const int samples : {16, 12, 8, 6}) add(samples, 8, 2);
     add(8, 8, 1), add(8, 16, 2), add(8, 16, 4);
+    if (reduce == 2) add(8, 8, 2, 2);
   }
   return settings;
 }

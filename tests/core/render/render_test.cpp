@@ -104,6 +104,30 @@ TEST(RenderFrame, APreviewIsNearTheFinalPictureAndOfItsSize) {
   EXPECT_LT((middle(whole) - middle(quick)).norm(), 1);  // half a ray of the preview
 }
 
+// A reduced picture takes every pixel at an edge from a ray of its own.
+TEST(RenderFrame, EdgesOfAReducedPictureAreThoseOfTheWhole) {
+  const Avatar a = tiny_avatar();
+  Camera camera = typical_camera(a);
+  Intrinsics& k = camera.intrinsics;
+  for (double* v : {&k.fx, &k.fy, &k.cx, &k.cy}) *v *= 4;
+  k.width *= 4, k.height *= 4;
+  RenderOptions whole, edges, none;
+  edges.reduce = none.reduce = 2;
+  none.edge_contrast = 2;
+  const auto render = [&](const RenderOptions& options) {
+    return render_frame(a, camera, typical_state(a), options).rgba;
+  };
+  const Image truth = render(whole), sharp = render(edges), blurred = render(none);
+  const auto wrong = [&](const Image& picture) {
+    int count = 0;
+    for (std::size_t i = 3; i < truth.data.size(); i += 4)
+      count += std::abs(picture.data[i] - truth.data[i]) > 0.2f;
+    return count;
+  };
+  EXPECT_GT(wrong(blurred), 40);
+  EXPECT_LT(wrong(sharp), wrong(blurred) / 2);
+}
+
 TEST(RenderFrame, IsTransparentWhereNoCellIsSeen) {
   Avatar a = tiny_avatar();
   a.head.occupancy = make_occupancy(8, false);

@@ -1,0 +1,43 @@
+// The pixels that are rendered together. Internal to core/render.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "core/base/linalg.h"
+#include "core/camera/camera.h"
+#include "core/image/image.h"
+
+namespace likeness {
+
+// Pixels that are rendered together, and the blocks of them that share their strata.
+struct Band {
+  std::vector<std::uint32_t> place;     // (pixels) where each one's result goes
+  std::vector<Vec3f> directions;        // (pixels) in the camera frame
+  std::vector<Vec3f> blocks;            // (blocks) directions of their middles
+  std::vector<std::uint32_t> block_of;  // (pixels)
+  int block_columns = 0;  // of blocks that lie side by side, row by row; 0: they are no neighbours
+};
+
+// A square tile of the picture, its blocks of block x block pixels.
+inline constexpr int kTileSide = 64;  // pixels
+Band tile_band(const Intrinsics& k, int left, int top, int block);
+
+// Pixels [first, last) of a list of row-major indices, each its own block.
+Band listed_band(const Intrinsics& k, std::span<const std::uint32_t> pixels, std::size_t first,
+                 std::size_t last);
+
+// -- A picture rendered at a part of its size and enlarged
+
+// What a picture of the size divided by `reduce` sees in its pixels.
+Intrinsics reduced(const Intrinsics& full, int reduce);
+
+// Pixels (x, y) that differ from one beside them by more than `contrast` in a channel.
+std::vector<Eigen::Vector2i> edge_pixels(const Image& picture, float contrast);
+
+// The pixels of the whole picture that lie in such pixels of the reduced one, which are their blocks.
+Band edge_band(const Intrinsics& k, std::span<const Eigen::Vector2i> edges, int reduce);
+
+}  // namespace likeness
