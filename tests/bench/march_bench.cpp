@@ -97,7 +97,8 @@ OccupancyGrid ball_on_neck() {
   return grid;
 }
 
-// Argument: straightening cells in the neck's box only.
+// Argument: 0 straightening every cell below the neck's top, 1 those in the neck's box only, 2 looked up
+// before.
 void BM_WalkWithABentNeck(benchmark::State& state) {
   const auto list = rays(false);
   const OccupancyGrid grid = ball_on_neck();
@@ -107,6 +108,7 @@ void BM_WalkWithABentNeck(benchmark::State& state) {
   const NeckBend bend = make_neck_bend({0.15f, 0.33f, {0.5f, 0.24f, 0.5f}}, turned);
   MarchNeck neck = march_neck(bend, v);
   if (state.range(0) == 0) neck.box = {Vec3f::Zero(), Vec3f::Ones()};
+  if (state.range(0) == 2) look_up_neck(v, neck);
   std::vector<Interval> intervals;
   for (auto _ : state)
     for (const FieldRay& ray : list) {
@@ -115,7 +117,7 @@ void BM_WalkWithABentNeck(benchmark::State& state) {
     }
   state.SetItemsProcessed(state.iterations() * std::int64_t(list.size()));
 }
-BENCHMARK(BM_WalkWithABentNeck)->Arg(0)->Arg(1);
+BENCHMARK(BM_WalkWithABentNeck)->DenseRange(0, 2);
 
 Vec3f composited(const FieldRay& ray, std::span<const RaySample> samples) {
   std::vector<float> sigma, dt, colour;
@@ -151,6 +153,42 @@ void BM_Place(benchmark::State& state) {
   state.counters["rms"] = std::sqrt(sum / double(3 * list.size()));
 }
 BENCHMARK(BM_Place)->ArgsProduct({{4, 8, 16, 32}, {0, 1}});
+
+// Arguments: strata whose densities are looked up; samples placed by them. Counter as above; the time is of
+// the placing alone.
+void BM_Refine(benchmark::State& state) {
+  const auto list = rays(true);
+  const MarchVolume v = volume(true, true);
+  std::vector<std::vector<Interval>> intervals(list.size());
+  std::vector<std::vector<RayStratum>> strata(list.size());
+  std::vector<std::vector<float>> weights(list.size());
+  std::vector<RaySample> samples(std::size_t(state.range(1))), many(4096);
+  double sum = 0;
+  for (std::size_t r = 0; r < list.size(); ++r) {
+    occupied_intervals(list[r], v, 0, 10, intervals[r]);
+    strata[r].resize(std::size_t(state.range(0)));
+    strata[r].resize(std::size_t(place_strata(intervals[r], {}, 1e-4f, strata[r])));
+    float transmittance = 1;
+    for (const RayStratum& s : strata[r]) {
+      const float after =
+          transmittance *
+          std::exp(-density_at(list[r].origin + s.sample.t * list[r].direction) * s.sample.dt);
+      weights[r].push_back(transmittance - after);
+      transmittance = after;
+    }
+    const int n = refine_strata(intervals[r], {}, strata[r], weights[r], samples),
+              most = place_samples(intervals[r], {}, 1e-6f, 0, many);
+    sum += (composited(list[r], {samples.data(), std::size_t(n)}) -
+            composited(list[r], {many.data(), std::size_t(most)}))
+               .squaredNorm();
+  }
+  for (auto _ : state)
+    for (std::size_t r = 0; r < list.size(); ++r)
+      benchmark::DoNotOptimize(refine_strata(intervals[r], {}, strata[r], weights[r], samples));
+  state.SetItemsProcessed(state.iterations() * std::int64_t(list.size()));
+  state.counters["rms"] = std::sqrt(sum / double(3 * list.size()));
+}
+BENCHMARK(BM_Refine)->ArgsProduct({{8, 16}, {4, 8, 12, 16}});
 
 }  // namespace
 }  // namespace likeness
