@@ -16,20 +16,51 @@ bool always(S) { return true; }
 bool with_project(S s) { return s.project; }
 bool idle(S s) { return !s.running && !s.exporting; }
 bool directing(S s) { return s.directing && s.avatar; }
+bool chosen(S s) { return directing(s) && s.keys_chosen; }
 bool can_export(S s) { return s.avatar && s.consent && !s.exporting && !s.running; }
 
 constexpr CommandInfo kTable[] = {
     {Command::open_clip, Menu::file, "Open a clip...", "Ctrl+N", idle},
     {Command::open_project, Menu::file, "Open a project...", "Ctrl+O", idle},
     {Command::try_demo, Menu::file, "Try the demo", "", idle},
+    {Command::open_performance, Menu::file, "Open a performance...", "Ctrl+Shift+O", directing},
+    {Command::save_performance, Menu::file, "Save the performance as...", "Ctrl+Shift+S", directing},
     {Command::close_project, Menu::file, "Close the project", "Ctrl+W",
      [](S s) { return s.project && idle(s); }},
     {Command::quit, Menu::file, "Quit", "Ctrl+Q", always},
     {Command::undo, Menu::edit, "Undo", "Ctrl+Z", [](S s) { return s.avatar && s.can_undo; }},
     {Command::redo, Menu::edit, "Redo", "Ctrl+Y", [](S s) { return s.avatar && s.can_redo; }},
+    {Command::copy_keys, Menu::edit, "Copy keys", "Ctrl+C", chosen},
+    {Command::paste_keys, Menu::edit, "Paste keys", "Ctrl+V",
+     [](S s) { return directing(s) && s.keys_copied; }},
+    {Command::delete_keys, Menu::edit, "Delete keys", "Delete", chosen},
+    {Command::choose_all_keys, Menu::edit, "Choose all keys", "Ctrl+A",
+     [](S s) { return directing(s) && s.keys; }},
+    {Command::choose_keys_here, Menu::edit, "Choose the keys here", "Ctrl+D",
+     [](S s) { return directing(s) && s.keys; }},
+    {Command::copy_pose, Menu::edit, "Copy the pose", "Ctrl+Shift+C", directing},
+    {Command::paste_pose, Menu::edit, "Paste the pose", "Ctrl+Shift+V",
+     [](S s) { return directing(s) && s.pose_copied; }},
     {Command::reset_face, Menu::edit, "Reset the face", "Ctrl+1", directing},
     {Command::reset_head, Menu::edit, "Reset the head", "Ctrl+2", directing},
     {Command::reset_view, Menu::edit, "Reset the view", "Ctrl+3", directing},
+    {Command::play, Menu::timeline, "Play or stop", "Space", directing},
+    {Command::repeat, Menu::timeline, "Repeat", "Ctrl+R", directing},
+    {Command::record_keys, Menu::timeline, "Record keys", "Ctrl+Shift+R", directing},
+    {Command::add_keys, Menu::timeline, "Add keys here", "Ctrl+I",
+     [](S s) { return directing(s) && s.keys; }},
+    {Command::keys_earlier, Menu::timeline, "Move keys earlier", "Shift+Left", chosen},
+    {Command::keys_later, Menu::timeline, "Move keys later", "Shift+Right", chosen},
+    {Command::next_easing, Menu::timeline, "Next easing", "Ctrl+G", chosen},
+    {Command::previous_picture, Menu::timeline, "Previous picture", "Ctrl+Left", directing},
+    {Command::next_picture, Menu::timeline, "Next picture", "Ctrl+Right", directing},
+    {Command::previous_key, Menu::timeline, "Previous key", "Ctrl+Shift+Left", directing},
+    {Command::next_key, Menu::timeline, "Next key", "Ctrl+Shift+Right", directing},
+    {Command::go_to_start, Menu::timeline, "Go to the start", "Home", directing},
+    {Command::go_to_end, Menu::timeline, "Go to the end", "End", directing},
+    {Command::random_walk, Menu::timeline, "Random walk", "Ctrl+J", directing},
+    {Command::camera_orbit, Menu::timeline, "Camera orbit", "", directing},
+    {Command::camera_dolly, Menu::timeline, "Camera dolly", "", directing},
     {Command::check_clip, Menu::avatar, "Check the clip", "Ctrl+K",
      [](S s) { return s.project && s.can_check && s.consent && !s.running && !s.checking; }},
     {Command::make_avatar, Menu::avatar, "Make the avatar", "Ctrl+Enter",
@@ -65,7 +96,7 @@ const CommandInfo& command_info(Command command) {
 }
 
 std::string_view menu_words(Menu menu) {
-  constexpr std::array<std::string_view, 5> kWords{"File", "Edit", "Avatar", "View", "Help"};
+  constexpr std::array<std::string_view, 6> kWords{"File", "Edit", "Timeline", "Avatar", "View", "Help"};
   return kWords[std::size_t(menu)];
 }
 

@@ -24,6 +24,31 @@ enum class Command {
   reset_face,
   reset_head,
   reset_view,
+  copy_keys,
+  paste_keys,
+  delete_keys,
+  choose_all_keys,
+  choose_keys_here,
+  copy_pose,
+  paste_pose,
+  open_performance,
+  save_performance,
+  play,
+  repeat,
+  record_keys,
+  add_keys,
+  keys_earlier,
+  keys_later,
+  next_easing,
+  previous_picture,
+  next_picture,
+  previous_key,
+  next_key,
+  go_to_start,
+  go_to_end,
+  random_walk,
+  camera_orbit,
+  camera_dolly,
   compare,
   previous_step,
   next_step,
@@ -40,7 +65,7 @@ enum class Command {
   save_diagnostics
 };
 
-enum class Menu { file, edit, avatar, view, help };
+enum class Menu { file, edit, timeline, avatar, view, help };
 
 // What decides which commands make sense now.
 struct Situation {
@@ -54,6 +79,8 @@ struct Situation {
   bool checking = false, can_check = false;  // the clip is being looked at; it could be
   bool directing = false;                    // the Direct step is shown
   bool can_undo = false, can_redo = false;
+  bool keys = false, keys_chosen = false;  // the performance has keys; some are chosen
+  bool keys_copied = false, pose_copied = false;
   bool consent = false;  // the question of consent was answered
 };
 

@@ -47,6 +47,31 @@ void draw_icon(const BrowserEntry& entry, ImVec2 at, float side) {
   }
 }
 
+bool is_wanted_file(const fs::path& path, Wanted wanted) {
+  if (wanted == Wanted::project) return false;
+  return wanted == Wanted::clip ? is_video_name(path) : lower(path.extension().string()) == ".json";
+}
+
+const char* title_of(Wanted wanted) {
+  switch (wanted) {
+    case Wanted::clip:
+      return "Open a clip";
+    case Wanted::project:
+      return "Open a project";
+    case Wanted::performance:
+      return "Open a performance";
+    case Wanted::new_performance:
+      return "Save the performance as";
+  }
+  return "";
+}
+
+const char* nothing_words(Wanted wanted) {
+  return wanted == Wanted::clip      ? "No folder and no video here."
+         : wanted == Wanted::project ? "No folder here."
+                                     : "No folder and no performance (.json) here.";
+}
+
 }  // namespace
 
 bool is_video_name(const fs::path& path) {
@@ -64,7 +89,7 @@ std::vector<BrowserEntry> list_folder(const fs::path& folder, Wanted wanted) {
     BrowserEntry entry{it->path().filename().string()};
     if (entry.name.starts_with(".")) continue;
     entry.folder = it->is_directory(ignored);
-    if (!entry.folder && (wanted != Wanted::clip || !is_video_name(it->path()))) continue;
+    if (!entry.folder && !is_wanted_file(it->path(), wanted)) continue;
     entry.project = entry.folder && fs::exists(it->path() / "project.json", ignored);
     if (!entry.folder) entry.bytes = it->file_size(ignored);
     entries.push_back(std::move(entry));
@@ -80,6 +105,7 @@ std::vector<BrowserEntry> list_folder(const fs::path& folder, Wanted wanted) {
 void FileBrowser::open(Wanted wanted, const fs::path& start) {
   open_ = appear_ = true;
   wanted_ = wanted;
+  name_ = "performance-1.json";
   std::error_code ignored;
   enter(fs::is_directory(start, ignored) ? start : home_folder());
 }
@@ -96,7 +122,8 @@ void FileBrowser::enter(const fs::path& folder) {
 
 std::optional<fs::path> FileBrowser::draw() {
   if (!open_) return std::nullopt;
-  const char* title = wanted_ == Wanted::clip ? "Open a clip" : "Open a project";
+  const char* title = title_of(wanted_);
+  const bool saves = wanted_ == Wanted::new_performance;
   if (appear_) ImGui::OpenPopup(title);
   appear_ = false;
   const ImVec2 screen = ImGui::GetMainViewport()->WorkSize;
@@ -123,14 +150,13 @@ std::optional<fs::path> FileBrowser::draw() {
     if (fs::is_directory(typed, ignored) &&
         !(wanted_ == Wanted::project && fs::exists(typed / "project.json", ignored))) {
       next = typed;
-    } else if (fs::exists(typed, ignored)) {
+    } else if (fs::exists(typed, ignored) && !saves) {
       picked = typed;
     }
   }
   note_widget("browser path");
-  begin_card("entries", {0, -ImGui::GetFrameHeightWithSpacing() - px(6)}, true);
-  if (entries_.empty())
-    faint_text(wanted_ == Wanted::clip ? "No folder and no video here." : "No folder here.");
+  begin_card("entries", {0, -float(saves ? 2 : 1) * ImGui::GetFrameHeightWithSpacing() - px(6)}, true);
+  if (entries_.empty()) faint_text(nothing_words(wanted_));
   const float line = ImGui::GetTextLineHeight();
   for (int i = 0; i < int(entries_.size()); ++i) {
     const BrowserEntry& entry = entries_[std::size_t(i)];
@@ -139,11 +165,12 @@ std::optional<fs::path> FileBrowser::draw() {
     if (ImGui::Selectable("##entry", chosen_ == i, ImGuiSelectableFlags_AllowDoubleClick,
                           {0, line + px(4)})) {
       chosen_ = i;
+      if (!entry.folder) name_ = entry.name;
       if (ImGui::IsMouseDoubleClicked(0)) {
         if (entry.folder && !(entry.project && wanted_ == Wanted::project)) {
           next = folder_ / entry.name;
         } else {
-          picked = folder_ / entry.name;
+          if (!saves) picked = folder_ / entry.name;
         }
       }
     }
@@ -163,7 +190,16 @@ std::optional<fs::path> FileBrowser::draw() {
   const bool any = chosen_ >= 0 && chosen_ < int(entries_.size());
   const bool enters = any && entries_[std::size_t(chosen_)].folder &&
                       !(entries_[std::size_t(chosen_)].project && wanted_ == Wanted::project);
-  if (primary_button("Open", any, px(120))) {
+  if (saves) {
+    ImGui::SetNextItemWidth(-1);
+    ImGui::InputText("##name", &name_);
+    note_widget("browser name");
+    fs::path file = folder_ / name_;
+    if (file.extension() != ".json") file += ".json";
+    std::error_code ignored;
+    if (primary_button(fs::exists(file, ignored) ? "Replace it" : "Save", !name_.empty(), px(120)))
+      picked = file;
+  } else if (primary_button("Open", any, px(120))) {
     const fs::path path = folder_ / entries_[std::size_t(chosen_)].name;
     if (enters) {
       next = path;

@@ -8,7 +8,7 @@
 
 namespace likeness::ui {
 
-enum class Wanted { clip, project };
+enum class Wanted { clip, project, performance, new_performance };
 
 struct BrowserEntry {
   std::string name;
@@ -17,8 +17,8 @@ struct BrowserEntry {
   std::uintmax_t bytes = 0;
 };
 
-// What of a folder is shown: folders and, for clips, video files; projects first for projects. Hidden ones
-// are left out. An unreadable folder has no entries.
+// What of a folder is shown: folders and, for clips, video files, for performances .json files; projects
+// first. Hidden ones are left out. An unreadable folder has no entries.
 std::vector<BrowserEntry> list_folder(const std::filesystem::path& folder, Wanted wanted);
 bool is_video_name(const std::filesystem::path& path);
 
@@ -26,6 +26,7 @@ class FileBrowser {
  public:
   void open(Wanted wanted, const std::filesystem::path& start);
   bool is_open() const { return open_; }
+  Wanted wanted() const { return wanted_; }
   // Draws the dialog; the path chosen, once.
   std::optional<std::filesystem::path> draw();
 
@@ -36,7 +37,7 @@ class FileBrowser {
   Wanted wanted_ = Wanted::clip;
   std::filesystem::path folder_;
   std::vector<BrowserEntry> entries_;
-  std::string typed_;
+  std::string typed_, name_;  // the folder; of the new file
   int chosen_ = -1;
 };
 

@@ -6,7 +6,6 @@
 #include <vector>
 
 #include "core/base/hash.h"
-#include "core/direct/seen_limits.h"
 #include "core/project/project_views.h"
 #include "core/project/run_stages.h"
 
@@ -23,40 +22,32 @@ bool avatar_fits(const Avatar& avatar, const HeadModel& model) {
   return avatar.head_model_hash == model.hash && avatar.neutral.expression.size() == model.expression_count();
 }
 
-std::shared_ptr<const DirectedAvatar> read_directed(const Project& project,
-                                                    std::shared_ptr<const HeadModel> model) {
-  auto avatar = read_avatar(avatar_path(project));
-  if (!avatar || !model || !avatar_fits(*avatar, *model)) return nullptr;
-  auto directed = std::make_shared<DirectedAvatar>();
-  directed->model = std::move(model);
-  directed->avatar = std::move(*avatar);
-  directed->rig = make_rig(directed->avatar, *directed->model);
-  directed->seen = seen_from_rest(directed->avatar, *directed->model);
-  if (auto hash = hash_file(avatar_path(project))) directed->hash = std::move(*hash);
-  return directed;
-}
-
-SeenTurn read_seen_turn(const ProjectContents& contents) {
-  SeenTurn seen;
-  std::array<std::vector<double>, 3> angles;
-  if (!contents.avatar || !contents.capture) return seen;
-  for (const CaptureFrame& frame : contents.capture->frames) {
-    const auto view = frame.used ? frame_view(contents, frame.frame) : std::nullopt;
-    if (!view) continue;
-    const auto turn =
-        relative_turn(contents.avatar->avatar, view->camera.cam_from_world, view->pose.world_from_head);
-    for (std::size_t axis = 0; axis < 3; ++axis) angles[axis].push_back(turn[axis]);
-  }
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    if (angles[axis].empty()) continue;
-    std::ranges::sort(angles[axis]);
-    seen.low_deg[axis] = angles[axis][(angles[axis].size() - 1) * 2 / 100];
-    seen.high_deg[axis] = angles[axis][(angles[axis].size() - 1) * 98 / 100];
-  }
-  return seen;
+std::shared_ptr<const ProjectAvatar> read_project_avatar(const ProjectContents& contents) {
+  const std::filesystem::path file = avatar_path(contents.project);
+  auto avatar = read_avatar(file);
+  if (!avatar || !contents.model || !avatar_fits(*avatar, *contents.model)) return nullptr;
+  SeenViews views;
+  if (contents.capture && contents.cameras && contents.track)
+    views = seen_views(*contents.capture, *contents.cameras, *contents.track);
+  auto made = ProjectAvatar::make(std::move(*avatar), contents.model, std::move(views));
+  if (auto hash = hash_file(file)) made->hash = std::move(*hash);
+  return made;
 }
 
 }  // namespace
+
+std::shared_ptr<ProjectAvatar> ProjectAvatar::make(Avatar avatar, std::shared_ptr<const HeadModel> model,
+                                                   SeenViews views) {
+  std::shared_ptr<ProjectAvatar> made(new ProjectAvatar);
+  made->model = std::move(model);
+  made->avatar = std::move(avatar);
+  made->rig = make_rig(made->avatar, *made->model);
+  made->directed = direct_avatar(made->avatar, *made->model);
+  made->views = std::move(views);
+  made->limits = seen_limits(made->avatar, *made->model, made->views);
+  made->presets = likeness::presets(*made->model, seen_from_rest(made->avatar, *made->model));
+  return made;
+}
 
 Result<std::shared_ptr<const ProjectContents>> read_contents(const std::filesystem::path& folder,
                                                              const ProjectContents* earlier) {
@@ -80,8 +71,7 @@ Result<std::shared_ptr<const ProjectContents>> read_contents(const std::filesyst
   contents->cameras = shared_or_none(read_cameras(cameras_path(p)));
   contents->track = same_stage(Stage::fit) ? earlier->track : shared_or_none(read_track(track_path(p)));
   contents->avatar =
-      same_stage(Stage::train) && earlier->avatar ? earlier->avatar : read_directed(p, contents->model);
-  contents->seen_turn = read_seen_turn(*contents);
+      same_stage(Stage::train) && earlier->avatar ? earlier->avatar : read_project_avatar(*contents);
   return std::shared_ptr<const ProjectContents>(std::move(contents));
 }
 

@@ -2,29 +2,44 @@
 #pragma once
 
 #include <array>
+#include <map>
 #include <memory>
 #include <optional>
+#include <string>
+#include <vector>
 
 #include "core/base/result.h"
 #include "core/camera/camera.h"
 #include "core/capture/capture.h"
+#include "core/direct/direct_avatar.h"
+#include "core/direct/presets.h"
+#include "core/direct/seen_limits.h"
 #include "core/head/head_model.h"
 #include "core/project/project.h"
 #include "core/render/pose_avatar.h"
-#include "core/track/drive.h"
 #include "core/track/track.h"
 #include "core/video/decode.h"
-#include "ui/acting.h"
 
 namespace likeness::ui {
 
-// An avatar ready to be posed.
-struct DirectedAvatar {
+// A project's avatar, ready to be directed. Stays where it was made: its parts refer to each other.
+struct ProjectAvatar {
   std::shared_ptr<const HeadModel> model;
   Avatar avatar;
-  AvatarRig rig;                 // refers to the model
-  std::vector<SeenAction> seen;  // on top of rest, as actions are asked for
-  std::string hash;              // of avatar.bin, for the provenance of what is exported
+  AvatarRig rig;
+  DirectedAvatar directed;
+  SeenViews views;                           // of the training frames
+  std::map<std::string, ValueRange> limits;  // what the capture showed, by channel
+  std::vector<Preset> presets;               // within that
+  std::string hash;                          // of avatar.bin, for the provenance of what is exported
+
+  static std::shared_ptr<ProjectAvatar> make(Avatar avatar, std::shared_ptr<const HeadModel> model,
+                                             SeenViews views);
+  ProjectAvatar(const ProjectAvatar&) = delete;
+  ProjectAvatar& operator=(const ProjectAvatar&) = delete;
+
+ private:
+  ProjectAvatar() = default;
 };
 
 struct ProjectContents {
@@ -36,8 +51,7 @@ struct ProjectContents {
   std::shared_ptr<const Capture> capture;
   std::shared_ptr<const CameraSet> cameras;
   std::shared_ptr<const Track> track;
-  std::shared_ptr<const DirectedAvatar> avatar;
-  SeenTurn seen_turn;  // of the training frames; none without an avatar
+  std::shared_ptr<const ProjectAvatar> avatar;
 
   bool is_current(Stage stage) const { return current[std::size_t(stage)]; }
 };

@@ -10,12 +10,13 @@ namespace likeness::ui {
 
 namespace {
 
-constexpr double kWorking_s = 1.0, kIdle_s = 2.0;  // between frames that nobody asked for
+constexpr double kWorking_s = 1.0, kIdle_s = 2.0, kMoving_s = 0.03;  // between frames that nobody asked for
 
 }  // namespace
 
 double WindowLoop::patience() const {
   if (lively_frames_ > 0) return 0;
+  if (studio_.moves()) return kMoving_s;
   return studio_.is_working() ? kWorking_s : kIdle_s;
 }
 
@@ -35,6 +36,12 @@ void WindowLoop::carry_out(Wish wish) {
       return;
     case Wish::pick_project:
       shell_.browse(Wanted::project, projects_folder());
+      return;
+    case Wish::pick_performance:
+      shell_.browse(Wanted::performance, studio_.folder());
+      return;
+    case Wish::name_performance:
+      shell_.browse(Wanted::new_performance, studio_.folder());
       return;
     case Wish::film_guide:
       shell_.ask(Question::film_guide);
@@ -67,7 +74,9 @@ bool WindowLoop::frame() {
   const auto drops = window_.take_drops();
   if (!drops.empty()) requests.open = drops.front();
   if (window_.take_close_request()) requests.ask(Command::quit);
-  if (requests.open || !requests.commands.empty() || requests.show || requests.acting) touched();
+  if (requests.open || !requests.commands.empty() || requests.show || requests.direct.performance ||
+      requests.direct.playhead_s)
+    touched();
   carry_out(studio_.apply(requests));
   if (shell_.take_closing() == Closing::keep_and_stop) {
     studio_.stop_work();

@@ -3,6 +3,9 @@
 
 #include <GLFW/glfw3.h>
 #include <imgui.h>
+
+#include <algorithm>
+#include <array>
 #include <cctype>
 
 #include "ui/steps/steps.h"
@@ -31,9 +34,22 @@ int glfw_key(const std::string& key) {
   if (key == "Enter") return GLFW_KEY_ENTER;
   if (key == "Up") return GLFW_KEY_UP;
   if (key == "Down") return GLFW_KEY_DOWN;
+  if (key == "Left") return GLFW_KEY_LEFT;
+  if (key == "Right") return GLFW_KEY_RIGHT;
+  if (key == "Home") return GLFW_KEY_HOME;
+  if (key == "End") return GLFW_KEY_END;
+  if (key == "Space") return GLFW_KEY_SPACE;
+  if (key == "Delete") return GLFW_KEY_DELETE;
   if (key == "Plus") return GLFW_KEY_EQUAL;
   if (key == "Minus") return GLFW_KEY_MINUS;
   return -1;
+}
+
+// Keys that mean something to a field in which something is being typed.
+bool belongs_to_typing(const Shortcut& keys) {
+  constexpr std::array<std::string_view, 10> kEditing{"A", "C",    "V",     "X",    "Z",
+                                                      "Y", "Left", "Right", "Home", "End"};
+  return (!keys.ctrl && keys.key != "F1") || std::ranges::find(kEditing, keys.key) != kEditing.end();
 }
 
 void begin_part(const char* name, ImVec2 at, ImVec2 size, const ImVec4& ground, ImVec2 padding) {
@@ -139,7 +155,7 @@ Result<std::unique_ptr<Shell>> Shell::create() {
 void Shell::draw_menus(const Snapshot& snapshot, Requests& requests) {
   ImGui::PushStyleVar(ImGuiStyleVar_FramePadding, ImVec2(px(10), px(8)));
   if (ImGui::BeginMainMenuBar()) {
-    for (const Menu menu : {Menu::file, Menu::edit, Menu::avatar, Menu::view, Menu::help}) {
+    for (const Menu menu : {Menu::file, Menu::edit, Menu::timeline, Menu::avatar, Menu::view, Menu::help}) {
       const bool open = ImGui::BeginMenu(menu_words(menu).data());
       note_widget(std::string("menu ") + menu_words(menu).data());
       if (!open) continue;
@@ -164,7 +180,8 @@ void Shell::press_keys(const Snapshot& snapshot, Requests& requests) {
     const Shortcut keys = parse_shortcut(info.shortcut);
     const int key = glfw_key(keys.key);
     if (key < 0 || io.KeyCtrl != keys.ctrl || io.KeyShift != keys.shift) continue;
-    if (io.WantTextInput && !keys.ctrl) continue;  // it is being typed
+    if (io.WantTextInput && belongs_to_typing(keys)) continue;
+    if (key == GLFW_KEY_SPACE && io.NavVisible) continue;  // it presses what the keyboard has reached
     if (ImGui::IsKeyPressed(key, false)) requests.ask(info.command);
   }
 }
@@ -242,7 +259,20 @@ Requests Shell::draw(const Snapshot& snapshot) {
   ImGui::End();
   draw_notices(snapshot, requests);
   draw_questions(snapshot, requests);
-  if (auto picked = browser_.draw()) requests.open = std::move(picked);
+  if (auto picked = browser_.draw()) {
+    switch (browser_.wanted()) {
+      case Wanted::clip:
+      case Wanted::project:
+        requests.open = std::move(picked);
+        break;
+      case Wanted::performance:
+        requests.open_performance = std::move(picked);
+        break;
+      case Wanted::new_performance:
+        requests.save_performance = std::move(picked);
+        break;
+    }
+  }
   return requests;
 }
 

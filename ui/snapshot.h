@@ -12,9 +12,9 @@
 
 #include "core/check/verdict.h"
 #include "core/film/film.h"
-#include "ui/acting.h"
 #include "ui/avatar_renderer.h"
 #include "ui/commands.h"
+#include "ui/directing.h"
 #include "ui/job.h"
 #include "ui/pipeline_job.h"
 #include "ui/platform/settings.h"
@@ -80,7 +80,8 @@ struct Snapshot {
   std::filesystem::path exported;                 // what the last finished export wrote
   ExportChoice export_choice;
   Settings settings;
-  Acting acting;
+  DirectingView directing;
+  std::uint64_t moment = 0;  // number of what the picture is asked to show
   std::shared_ptr<const AvatarPicture> picture;
   bool rendering = false;
   bool comparing = false;
@@ -101,9 +102,9 @@ struct Requests {
   std::optional<Consent> consent;
   bool nobody_agreed = false;
   std::optional<int> check_frame, face_frame, compare_frame;
-  std::optional<Acting> acting;
-  bool acting_finished = false;  // the slider was let go: one step of undo
-  std::optional<int> view_px;    // size of the avatar's picture on the screen
+  DirectRequests direct;
+  std::optional<std::filesystem::path> open_performance, save_performance;
+  std::optional<int> view_px;  // size of the avatar's picture on the screen
   std::optional<double> budget_s;
   std::optional<int> picture_size;
   std::optional<ExportChoice> export_choice;

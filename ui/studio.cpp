@@ -55,22 +55,23 @@ fs::path export_name(const fs::path& folder, ExportKind kind) {
   }
 }
 
-Film make_film(ExportKind kind, const ExportChoice& choice, const Acting& acting,
-               const DirectedAvatar& avatar) {
+Film make_film(ExportKind kind, const ExportChoice& choice, const Performance& performance, double time_s,
+               const ProjectAvatar& avatar) {
   const int frames = kind == ExportKind::still ? 1 : choice.frames;
   const int size = avatar.avatar.size * (choice.twice ? 2 : 1);
-  const AvatarPose pose = acting_pose(acting, avatar.avatar, avatar.rig);
+  const float from = value_at(performance, "camera yaw", time_s);
   Film film;
   for (const double yaw : orbit_yaws(frames, choice.half_angle_deg)) {
-    Acting seen = acting;
-    seen.view.yaw_deg += yaw;
-    film.cameras.push_back(acting_camera(seen, avatar.avatar, size));
-    film.poses.push_back({pose.world_from_head, pose.world_from_torso, pose.articulation});
+    Performance seen = performance;
+    seen.channels["camera yaw"] = {{0, from + float(yaw)}};
+    DirectedMoment moment = direct_moment(avatar.directed, seen, time_s);
+    film.cameras.push_back(resized(moment.camera, size));
+    film.poses.push_back(std::move(moment.pose));
   }
   return film;
 }
 
-FilmOptions film_options(ExportKind kind, const ExportChoice& choice, const Acting& acting,
+FilmOptions film_options(ExportKind kind, const ExportChoice& choice, const ViewPoint& view,
                          const Avatar& avatar, fs::path out) {
   FilmOptions options;
   options.out = std::move(out);
@@ -79,7 +80,7 @@ FilmOptions film_options(ExportKind kind, const ExportChoice& choice, const Acti
   options.frames_per_second = choice.frames_per_second;
   // The room was filmed from one place, in the size of the pictures.
   const bool room = choice.ground == ExportGround::room && kind == ExportKind::still && !choice.twice &&
-                    acting.view == ViewPoint{} && !avatar.plate.empty();
+                    view == ViewPoint{} && !avatar.plate.empty();
   options.background = room ? "plate" : choice.ground == ExportGround::dark ? "#1c1f26" : "#e6e6e6";
   return options;
 }
@@ -138,10 +139,15 @@ Studio::Studio(StudioOptions options, std::function<void()> wake)
           },
           wake_) {}
 
-Studio::~Studio() { save_settings(); }
+Studio::~Studio() {
+  save_performance(true);
+  save_settings();
+}
 
 void Studio::tick() {
   background_.deliver();
+  if (directing_.advance(Directing::Clock::now())) request_picture();
+  save_performance(false);
   if (demo_ && !ui::is_working(demo_->status())) {
     const JobStatus status = demo_->status();
     demo_.reset();
@@ -204,7 +210,15 @@ Snapshot Studio::snapshot() const {
   s.shown = shown_;
   s.export_choice = export_choice_;
   s.settings = settings_;
-  s.acting = acting_.value();
+  s.directing = directing_.view();
+  if (contents_ && contents_->avatar) {
+    const ProjectAvatar& avatar = *contents_->avatar;
+    const Performance& performance = *s.directing.performance;
+    s.directing.view = direct_moment(avatar.directed, performance, s.directing.playhead_s).view;
+    s.directing.beyond =
+        beyond_seen(avatar.directed, avatar.views, avatar.limits, performance, s.directing.playhead_s);
+  }
+  s.moment = moment_number_;
   s.picture = renderer_.latest();
   s.rendering = renderer_.busy();
   s.comparing = comparing_;
@@ -230,8 +244,12 @@ Snapshot Studio::snapshot() const {
   now.checking = ui::is_working(s.checking);
   now.can_check = contents_ && contents_->clip;
   now.directing = shown_ == Step::direct;
-  now.can_undo = acting_.can_undo();
-  now.can_redo = acting_.can_redo();
+  now.can_undo = !s.directing.undo_name.empty();
+  now.can_redo = !s.directing.redo_name.empty();
+  now.keys = !s.directing.performance->channels.empty();
+  now.keys_chosen = !s.directing.selected->empty();
+  now.keys_copied = s.directing.keys_copied;
+  now.pose_copied = s.directing.pose_copied;
   now.consent = contents_ && contents_->project.consent != Consent::not_asked;
   return s;
 }
@@ -273,13 +291,17 @@ Wish Studio::apply(const Requests& requests) {
     show_frame(&Studio::compare_picture_, *requests.compare_frame, false);
     request_picture();
   }
-  if (requests.acting) acting_.edit(*requests.acting);
-  if (requests.acting_finished) acting_.commit();
+  apply(requests.direct);
+  if (requests.open_performance) open_performance(*requests.open_performance);
+  if (requests.save_performance) {
+    const auto saved = write_performance(*requests.save_performance, *directing_.performance());
+    if (!saved) fail(saved.error());
+    if (saved) message_ = "Written: " + requests.save_performance->string();
+  }
   if (requests.view_px && *requests.view_px != view_px_) {
     view_px_ = *requests.view_px;
     request_picture();
   }
-  if (requests.acting) request_picture();
   if (requests.export_choice) export_choice_ = *requests.export_choice;
   if (requests.budget_s)
     edit_options([&](ProjectOptions& o) { o.budget_s = *requests.budget_s, o.steps = 0; });
@@ -298,13 +320,6 @@ Wish Studio::apply(const Requests& requests) {
 }
 
 Wish Studio::carry_out(Command command) {
-  const auto act = [&](auto change) {
-    Acting acting = acting_.value();
-    change(acting);
-    acting_.edit(acting);
-    acting_.commit();
-    request_picture();
-  };
   const auto show = [&](int by) {
     shown_ = kSteps[std::size_t(std::clamp(int(shown_) + by, 0, int(kSteps.size()) - 1))];
     follow_ = false;
@@ -358,22 +373,36 @@ Wish Studio::carry_out(Command command) {
       break;
     }
     case Command::undo:
-      acting_.undo();
-      request_picture();
-      break;
     case Command::redo:
-      acting_.redo();
-      request_picture();
-      break;
     case Command::reset_face:
-      act([](Acting& a) { a.amounts.clear(), a.gaze_side = a.gaze_up = 0; });
-      break;
     case Command::reset_head:
-      act([](Acting& a) { a.yaw_deg = a.pitch_deg = a.roll_deg = 0; });
-      break;
     case Command::reset_view:
-      act([](Acting& a) { a.view = {}; });
-      break;
+    case Command::copy_keys:
+    case Command::paste_keys:
+    case Command::delete_keys:
+    case Command::choose_all_keys:
+    case Command::choose_keys_here:
+    case Command::copy_pose:
+    case Command::paste_pose:
+    case Command::open_performance:
+    case Command::save_performance:
+    case Command::play:
+    case Command::repeat:
+    case Command::record_keys:
+    case Command::add_keys:
+    case Command::keys_earlier:
+    case Command::keys_later:
+    case Command::next_easing:
+    case Command::previous_picture:
+    case Command::next_picture:
+    case Command::previous_key:
+    case Command::next_key:
+    case Command::go_to_start:
+    case Command::go_to_end:
+    case Command::random_walk:
+    case Command::camera_orbit:
+    case Command::camera_dolly:
+      return direct(command);
     case Command::compare:
       comparing_ = !comparing_;
       if (comparing_ && compare_picture_.frame < 0 && contents_)
@@ -496,7 +525,7 @@ void Studio::loaded(std::shared_ptr<const ProjectContents> contents) {
   remember_recent(settings_, ignored ? folder_ : place);
   if (first) {
     save_settings();
-    acting_ = History<Acting>();
+    take_performance(folder_);
     shown_ = contents_->avatar ? Step::direct : Step::film;
     read_clip_picture();
   }
@@ -515,6 +544,8 @@ void Studio::loaded(std::shared_ptr<const ProjectContents> contents) {
 }
 
 void Studio::close_project() {
+  save_performance(true);
+  directing_.open({});
   retire(std::move(pipeline_job_));
   retire(std::move(export_));
   drop_check();
@@ -622,15 +653,17 @@ void Studio::start_export(ExportKind kind) {
   exporting_to_ = export_name(folder_, kind);
   exported_.clear();
   export_ = std::make_unique<Job>(
-      [contents = contents_, kind, choice = export_choice_, acting = acting_.value(), out = exporting_to_](
-          const Progress& progress, std::stop_token stop) -> Result<std::string> {
-        const DirectedAvatar& avatar = *contents->avatar;
+      [contents = contents_, kind, choice = export_choice_, performance = directing_.performance(),
+       time_s = directing_.playhead_s(),
+       out = exporting_to_](const Progress& progress, std::stop_token stop) -> Result<std::string> {
+        const ProjectAvatar& avatar = *contents->avatar;
         if (const auto folder = make_writable_folder(kind == ExportKind::sequence ? out : out.parent_path());
             !folder)
           return folder.error();
+        const ViewPoint view = direct_moment(avatar.directed, *performance, time_s).view;
         const OpenedAvatar opened{contents->project, avatar.avatar, *avatar.model, avatar.hash};
-        const auto written = write_film(opened, make_film(kind, choice, acting, avatar),
-                                        film_options(kind, choice, acting, avatar.avatar, out),
+        const auto written = write_film(opened, make_film(kind, choice, *performance, time_s, avatar),
+                                        film_options(kind, choice, view, avatar.avatar, out),
                                         progress.stage(0, 1, "export"), stop);
         if (written) return out.string();
         std::error_code ignored;
@@ -638,14 +671,6 @@ void Studio::start_export(ExportKind kind) {
         return written.error();
       },
       wake_);
-}
-
-void Studio::request_picture() {
-  if (!contents_ || !contents_->avatar) return;
-  PictureRequest request{contents_->avatar, acting_.value(), std::nullopt, view_px_};
-  if (comparing_ && compare_picture_.frame >= 0)
-    request.frame = frame_view(*contents_, compare_picture_.frame);
-  renderer_.request(std::move(request));
 }
 
 void Studio::read_clip_picture() {

@@ -10,7 +10,7 @@
 #include "core/check/verdict.h"
 #include "core/synth/demo_capture.h"
 #include "ui/background.h"
-#include "ui/history.h"
+#include "ui/directing.h"
 #include "ui/snapshot.h"
 
 namespace likeness::ui {
@@ -25,7 +25,17 @@ struct StudioOptions {
 };
 
 // Told to the window after the requests were carried out.
-enum class Wish { none, quit, pick_clip, pick_project, film_guide, shortcuts, licences };
+enum class Wish {
+  none,
+  quit,
+  pick_clip,
+  pick_project,
+  pick_performance,
+  name_performance,
+  film_guide,
+  shortcuts,
+  licences
+};
 
 class Studio {
  public:
@@ -43,6 +53,8 @@ class Studio {
   void licences_were_shown() { settings_.licences_shown = true; }
   void save_settings();
   bool is_working() const;  // the project's stages, the demo or an export
+  const std::filesystem::path& folder() const { return folder_; }  // of the open project
+  bool moves() const;  // the picture changes by itself: frames are wanted at once
   // Asks everything to stop and keep what it has.
   void stop_work();
 
@@ -64,6 +76,14 @@ class Studio {
   Project latest_project() const;
   void start_export(ExportKind kind);
   void edit_options(const std::function<void(ProjectOptions&)>& change);
+  // Of the Direct step (studio_direct.cpp).
+  Wish direct(Command command);
+  void apply(const DirectRequests& requests);
+  void open_performance(const std::filesystem::path& file);
+  void take_performance(const std::filesystem::path& folder);
+  void save_performance(bool at_once);
+  std::filesystem::path performance_path() const { return folder_ / "performance.json"; }
+  void edit_performance(std::string what, const std::function<void(Performance&)>& change);
   void request_picture();
   void read_clip_picture();
   void show_frame(FramePicture Studio::*slot, int frame, bool overlay);
@@ -79,7 +99,9 @@ class Studio {
   std::shared_ptr<const FaceOverlay> overlay_;
   Step shown_ = Step::film;
   bool follow_ = true;  // show the step at work
-  History<Acting> acting_;
+  Directing directing_;
+  std::uint64_t moment_number_ = 0;
+  std::uint64_t walks_ = 0;  // each other than the one before
   int view_px_ = 256;
   bool comparing_ = false;
   FramePicture clip_picture_, check_picture_, face_picture_, compare_picture_;

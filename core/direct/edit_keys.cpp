@@ -98,6 +98,16 @@ std::vector<KeyPlace> move_keys(Performance& performance, std::span<const KeyPla
   return put_in(performance, moved, std::max(by_s, -earliest(moved)));
 }
 
+void set_easing(Performance& performance, std::span<const KeyPlace> places, Easing easing) {
+  for (const KeyPlace& place : places) {
+    const Key* found = find_key(performance, place);
+    if (!found) continue;
+    Key key = *found;
+    key.easing = easing;
+    set_key(performance, place.channel, key);
+  }
+}
+
 KeyClip copy_keys(const Performance& performance, std::span<const KeyPlace> places) {
   KeyClip clip{take_out(performance, places)};
   const double start = earliest(clip.channels);

@@ -36,6 +36,8 @@ void erase_keys(Performance& performance, std::span<const KeyPlace> places);
 // Returns where they are now.
 std::vector<KeyPlace> move_keys(Performance& performance, std::span<const KeyPlace> places, double by_s);
 
+void set_easing(Performance& performance, std::span<const KeyPlace> places, Easing easing);
+
 KeyClip copy_keys(const Performance& performance, std::span<const KeyPlace> places);
 // The clip's start at `at_s` (>= 0); replaces keys it meets. The performance grows to hold it. Returns the
 // new keys.

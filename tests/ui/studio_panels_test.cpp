@@ -78,12 +78,13 @@ std::shared_ptr<const ProjectContents> ball_contents() {
     made->capture = std::make_shared<const Capture>(capture);
     made->cameras = std::make_shared<const CameraSet>(cameras);
     made->track = std::make_shared<const Track>(track);
-    auto directed = std::make_shared<DirectedAvatar>();
-    directed->model = made->model;
-    directed->avatar = avatar.ok() ? std::move(*avatar) : Avatar{};
-    directed->seen = {{"jawOpen", 0, 0.6f}, {"mouthSmile_L", 0, 0.3f}};
-    made->seen_turn = {{-25, -12, -8}, {30, 15, 8}};
-    directed->rig = make_rig(directed->avatar, *directed->model);
+    auto directed = ProjectAvatar::make(avatar.ok() ? std::move(*avatar) : Avatar{}, made->model,
+                                        seen_views(capture, cameras, track));
+    const std::vector<SeenAction> seen{{"jawOpen", 0, 0.6f}, {"mouthSmile_L", 0, 0.3f}};
+    for (const SeenAction& action : seen)
+      directed->limits[action_channel(action.name)] = {action.low, action.high};
+    directed->limits["head yaw"] = {-25, 30};
+    directed->presets = presets(*made->model, seen);
     made->avatar = directed;
     return std::shared_ptr<const ProjectContents>(made);
   }();
@@ -152,10 +153,14 @@ Snapshot snapshot_of(Step step, Look look) {
       s.pipeline.finished.fill(true);
       s.exported = "/home/me/Likeness/Ball.likeness/exports/orbit-001.mp4";
       auto picture = std::make_shared<AvatarPicture>();
-      const DirectedAvatar& a = *s.contents->avatar;
-      picture->rgba = render_frame(a.avatar, acting_camera({}, a.avatar, 64),
-                                   pose_avatar(a.rig, acting_pose({}, a.avatar, a.rig)))
-                          .rgba;
+      const ProjectAvatar& a = *s.contents->avatar;
+      const DirectedMoment rest = direct_moment(a.directed, {}, 0);
+      picture->rgba =
+          render_frame(
+              a.avatar, resized(rest.camera, 64),
+              pose_avatar(
+                  a.rig, {rest.pose.world_from_head, rest.pose.world_from_torso, rest.pose.articulation, {}}))
+              .rgba;
       picture->last = true;
       s.picture = picture;
     }
@@ -301,40 +306,49 @@ TEST_F(Panels, TheVerdictOnAClipIsShownBeforeItIsImportedAndAfter) {
   EXPECT_EQ(frame, 9);  // the first at 0.3 s
 }
 
+// A snapshot's performance takes what was asked for.
+void take(Snapshot& s, const Requests& requests) {
+  if (requests.direct.performance)
+    s.directing.performance = std::make_shared<const Performance>(*requests.direct.performance);
+}
+
 TEST_F(Panels, TheMouseTurnsPansAndZoomsTheAvatar) {
-  const Snapshot start = snapshot_of(Step::direct, Look::done);
-  settled(start);
-  Snapshot s = start;
-  const auto frame = [&] {
-    if (const Requests requests = draw_frame(s); requests.acting) s.acting = *requests.acting;
-  };
+  Snapshot s = snapshot_of(Step::direct, Look::done);
+  settled(s);
+  const auto frame = [&] { take(s, draw_frame(s)); };
+  const auto at = [&](const char* channel) { return value_at(*s.directing.performance, channel, 0); };
   test::drag("avatar view", 60, 20, 0, frame);
-  EXPECT_LT(s.acting.view.yaw_deg, -5);
-  EXPECT_GT(s.acting.view.pitch_deg, 1);
+  EXPECT_LT(at("camera yaw"), -5);
+  EXPECT_GT(at("camera pitch"), 1);
   test::drag("avatar view", 60, 0, 1, frame);
-  EXPECT_GT(s.acting.view.shift_x, 0.02);
+  EXPECT_GT(at("camera shift x"), 0.02f);
   InjectedInput input;
   const Rectangle view = noted_widgets().at("avatar view");
   input.mouse_x = 0.5f * (view.low.x + view.high.x), input.mouse_y = 0.5f * (view.low.y + view.high.y);
-  TestWindow::get().window->inject(input);
-  frame();
-  input.wheel = 3;
-  TestWindow::get().window->inject(input);
-  frame();
-  EXPECT_GT(s.acting.view.zoom, 1.1);
-  EXPECT_EQ(s.acting.yaw_deg, 0);  // the head stays
+  for (const bool ctrl : {false, true}) {
+    input.ctrl = ctrl;
+    input.wheel = 0;
+    TestWindow::get().window->inject(input);
+    frame();
+    input.wheel = 3;
+    TestWindow::get().window->inject(input);
+    frame();
+  }
+  EXPECT_GT(at("camera zoom"), 1.1f);
+  EXPECT_LT(at("camera distance"), 0.9f);
+  EXPECT_EQ(at("head yaw"), 0);  // the head stays
 }
 
 TEST_F(Panels, ASliderMovesTheJawAndLetsGoOnce) {
   Snapshot s = snapshot_of(Step::direct, Look::done);
   settled(s);
   int finished = 0;
-  test::drag("##turn", 40, 0, 0, [&] {
+  test::drag("##head yaw", 40, 0, 0, [&] {
     const Requests requests = draw_frame(s);
-    if (requests.acting) s.acting = *requests.acting;
-    finished += requests.acting_finished;
+    take(s, requests);
+    finished += requests.direct.finished;
   });
-  EXPECT_GT(s.acting.yaw_deg, 1);
+  EXPECT_GT(value_at(*s.directing.performance, "head yaw", 0), 1);
   EXPECT_EQ(finished, 1);
 }
 

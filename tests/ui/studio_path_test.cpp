@@ -101,16 +101,22 @@ TEST_F(StudioPath, FromTheStartScreenToAnExportedPicture) {
   test::keep_shot("path_6_direct");
   const Image straight = studio_->snapshot().picture->rgba;
 
-  click("Smile");
-  EXPECT_GT(amount_of(studio_->snapshot().acting, "mouthSmile_L"), 0.5f);
+  const auto value = [this](const char* channel) {
+    const DirectingView view = studio_->snapshot().directing;
+    return value_at(*view.performance, channel, view.playhead_s);
+  };
+  test::drag("##head yaw", 30, 0, 0, [this] { frame(); });
+  EXPECT_GT(value("head yaw"), 1);
   click("Undo");
-  EXPECT_EQ(studio_->snapshot().acting, Acting{});
+  EXPECT_EQ(*studio_->snapshot().directing.performance, Performance{});
   click("Redo");
-  EXPECT_GT(amount_of(studio_->snapshot().acting, "mouthSmile_L"), 0.5f);
+  EXPECT_GT(value("head yaw"), 1);
   test::drag("avatar view", 60, 0, 0, [this] { frame(); });
-  EXPECT_LT(studio_->snapshot().acting.view.yaw_deg, -5);
-  ASSERT_TRUE(until(30, [&](const Snapshot& s) { return rested(s) && s.picture->acting == s.acting; }));
+  EXPECT_LT(value("camera yaw"), -5);
+  ASSERT_TRUE(
+      until(30, [&](const Snapshot& s) { return rested(s) && s.picture->origin.moment == s.moment; }));
   EXPECT_NE(studio_->snapshot().picture->rgba.data, straight.data);
+  const Performance directed = *studio_->snapshot().directing.performance;
 
   for (const auto& [step, widget] :
        std::vector<std::pair<const char*, const char*>>{{"Check", "check picture"},
@@ -137,6 +143,11 @@ TEST_F(StudioPath, FromTheStartScreenToAnExportedPicture) {
   click("recent demo.likeness");
   ASSERT_TRUE(until(20, [](const Snapshot& s) { return s.contents && s.contents->avatar; }));
   EXPECT_EQ(studio_->snapshot().shown, Step::direct);
+  // What was directed is still there, and is the command line's file.
+  ASSERT_TRUE(until(5, [&](const Snapshot& s) { return *s.directing.performance == directed; }));
+  const auto file = read_performance(folder_ / "projects" / "demo.likeness" / "performance.json");
+  ASSERT_TRUE(file.ok()) << file.error().what;
+  EXPECT_EQ(*file, directed);
 }
 
 TEST_F(StudioPath, AClipThatIsNoneIsRefusedWithARemedy) {

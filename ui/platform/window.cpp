@@ -139,13 +139,22 @@ void Window::begin_frame() {
     io.MousePos = {input->mouse_x, input->mouse_y};
     for (std::size_t b = 0; b < 3; ++b) io.MouseDown[b] = input->down[b];
     io.MouseWheel = input->wheel;
-    io.KeyCtrl = input->ctrl;
+    io.KeyCtrl = input->ctrl, io.KeyShift = input->shift;
     if (input->key != 0) io.KeysDown[input->key] = true;
     impl_->injected_key = input->key;
     io.AddInputCharactersUTF8(input->text.c_str());
     impl_->injected->text.clear();
     impl_->injected->wheel = 0;
     io.DeltaTime = 1.0f / 60;
+  }
+  // With Ctrl or Shift, arrows are commands, and do not move the keyboard's place as well.
+  const bool arrow =
+      std::ranges::any_of(std::array{GLFW_KEY_LEFT, GLFW_KEY_RIGHT, GLFW_KEY_UP, GLFW_KEY_DOWN},
+                          [&](int key) { return io.KeysDown[key]; });
+  if (arrow && (io.KeyCtrl || io.KeyShift)) {
+    io.ConfigFlags &= ~ImGuiConfigFlags_NavEnableKeyboard;
+  } else {
+    io.ConfigFlags |= ImGuiConfigFlags_NavEnableKeyboard;
   }
   ImGui::NewFrame();
 }

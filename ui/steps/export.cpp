@@ -3,6 +3,7 @@
 
 #include <cmath>
 
+#include "ui/channel_words.h"
 #include "ui/steps/steps.h"
 #include "ui/theme.h"
 #include "ui/widgets.h"
@@ -23,7 +24,7 @@ void slider_label(const char* words) {
 // The room stands behind a still only, as large as it was filmed, and from where the camera stood.
 bool room_possible(const Snapshot& snapshot, const ExportChoice& asked) {
   return !snapshot.contents->avatar->avatar.plate.empty() && !asked.twice &&
-         snapshot.acting.view == ViewPoint{};
+         snapshot.directing.view == ViewPoint{};
 }
 
 void draw_choices(const Snapshot& snapshot, ExportChoice& asked) {
@@ -45,8 +46,7 @@ void draw_choices(const Snapshot& snapshot, ExportChoice& asked) {
     tooltip("The room is known from where the camera stood only: reset the view, and keep the filmed size.");
   slider_label("Orbit");
   float angle = float(asked.half_angle_deg);
-  if (slider("##orbit angle", &angle, {.low = 5, .high = float(kOrbitLimit_deg), .rest = 25}, "%.0f\u00b0",
-             px(300)))
+  if (slider("##orbit angle", &angle, {.low = 5, .high = kOrbitLimit_deg, .rest = 25}, "%.0f\u00b0", px(300)))
     asked.half_angle_deg = std::round(angle);
   ImGui::SameLine(0, px(14));
   ImGui::AlignTextToFramePadding();

@@ -15,6 +15,11 @@ void draw_train_step(const Snapshot& snapshot, Views& views, Requests& requests)
 void draw_direct_step(const Snapshot& snapshot, Views& views, Requests& requests);
 void draw_export_step(const Snapshot& snapshot, Views& views, Requests& requests);
 
+// Of the Direct step: the performance's keys over time, with what plays and edits them. The height wanted
+// where the whole step has `area`.
+float timeline_height(const Snapshot& snapshot, float area);
+void draw_timeline(const Snapshot& snapshot, Views& views, ImVec2 size, Requests& requests);
+
 // What a step shows above its own work: progress, failure with its remedy, warnings.
 void draw_step_state(const StepView& view);
 // In place of a result that is not there yet.
