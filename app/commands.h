@@ -13,7 +13,8 @@ void add_eval_command(CLI::App& program, int& exit_code);
 void add_render_command(CLI::App& program, int& exit_code);
 void add_drive_command(CLI::App& program, int& exit_code);
 void add_study_command(CLI::App& program, int& exit_code);  // study track, study drive, study gains
-void add_gain_study(CLI::App& study, int& exit_code);       // the last of them
+void add_gain_study(CLI::App& study, int& exit_code);       // of them
+void add_live_study(CLI::App& study, int& exit_code);       // of them
 void add_bench_command(CLI::App& program, int& exit_code);
 void add_demo_command(CLI::App& program, int& exit_code);
 void add_doctor_command(CLI::App& program, int& exit_code);

@@ -2,6 +2,7 @@
 // coarsely, then better, while nothing newer comes.
 #pragma once
 
+#include <chrono>
 #include <condition_variable>
 #include <functional>
 #include <memory>
@@ -22,6 +23,7 @@ struct PictureOrigin {
   ViewPoint view;
   double doubt = 0;  // 0: seen by the capture, 1: nothing near it was
   int frame = -1;    // of the clip, or -1
+  std::optional<std::chrono::steady_clock::time_point> captured = {};  // of the driver's picture it follows
 };
 
 struct PictureRequest {

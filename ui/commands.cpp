@@ -17,6 +17,7 @@ bool with_project(S s) { return s.project; }
 bool idle(S s) { return !s.running && !s.exporting; }
 bool directing(S s) { return s.directing && s.avatar; }
 bool chosen(S s) { return directing(s) && s.keys_chosen; }
+bool can_drive(S s) { return directing(s) && s.consent && !s.driven; }
 bool can_export(S s) { return s.avatar && s.consent && !s.exporting && !s.running; }
 
 constexpr CommandInfo kTable[] = {
@@ -61,6 +62,11 @@ constexpr CommandInfo kTable[] = {
     {Command::random_walk, Menu::timeline, "Random walk", "Ctrl+J", directing},
     {Command::camera_orbit, Menu::timeline, "Camera orbit", "", directing},
     {Command::camera_dolly, Menu::timeline, "Camera dolly", "", directing},
+    {Command::drive_video, Menu::avatar, "Drive from a video...", "Ctrl+Shift+D", can_drive},
+    {Command::drive_webcam, Menu::avatar, "Drive from the webcam", "Ctrl+Shift+W", can_drive},
+    {Command::rest_face, Menu::avatar, "This is my resting face", "Ctrl+0", [](S s) { return s.driven; }},
+    {Command::record_drive, Menu::avatar, "Record the drive", "Ctrl+Shift+E", [](S s) { return s.driven; }},
+    {Command::stop_driving, Menu::avatar, "Stop driving", "Ctrl+Shift+X", [](S s) { return s.driven; }},
     {Command::check_clip, Menu::avatar, "Check the clip", "Ctrl+K",
      [](S s) { return s.project && s.can_check && s.consent && !s.running && !s.checking; }},
     {Command::make_avatar, Menu::avatar, "Make the avatar", "Ctrl+Enter",

@@ -49,6 +49,11 @@ enum class Command {
   random_walk,
   camera_orbit,
   camera_dolly,
+  drive_video,
+  drive_webcam,
+  rest_face,
+  record_drive,
+  stop_driving,
   compare,
   previous_step,
   next_step,
@@ -81,6 +86,7 @@ struct Situation {
   bool can_undo = false, can_redo = false;
   bool keys = false, keys_chosen = false;  // the performance has keys; some are chosen
   bool keys_copied = false, pose_copied = false;
+  bool driven = false;   // by a video or a webcam, live
   bool consent = false;  // the question of consent was answered
 };
 

@@ -47,15 +47,24 @@ void draw_icon(const BrowserEntry& entry, ImVec2 at, float side) {
   }
 }
 
+bool wants_video(Wanted wanted) { return wanted == Wanted::clip || wanted == Wanted::driver; }
+
 bool is_wanted_file(const fs::path& path, Wanted wanted) {
   if (wanted == Wanted::project) return false;
-  return wanted == Wanted::clip ? is_video_name(path) : lower(path.extension().string()) == ".json";
+  if (wants_video(wanted)) return is_video_name(path);
+  // A project's own files are none.
+  constexpr std::array<std::string_view, 4> kOwn{"project.json", "capture.json", "cameras.json",
+                                                 "track.json"};
+  return lower(path.extension().string()) == ".json" &&
+         std::ranges::find(kOwn, path.filename().string()) == kOwn.end();
 }
 
 const char* title_of(Wanted wanted) {
   switch (wanted) {
     case Wanted::clip:
       return "Open a clip";
+    case Wanted::driver:
+      return "Drive from a video";
     case Wanted::project:
       return "Open a project";
     case Wanted::performance:
@@ -67,7 +76,7 @@ const char* title_of(Wanted wanted) {
 }
 
 const char* nothing_words(Wanted wanted) {
-  return wanted == Wanted::clip      ? "No folder and no video here."
+  return wants_video(wanted)         ? "No folder and no video here."
          : wanted == Wanted::project ? "No folder here."
                                      : "No folder and no performance (.json) here.";
 }
@@ -176,7 +185,7 @@ std::optional<fs::path> FileBrowser::draw() {
     }
     note_widget("entry " + entry.name);
     draw_icon(entry, {at.x + px(2), at.y + px(2)}, line);
-    ImGui::SameLine(line + px(14));
+    ImGui::SameLine(ImGui::GetStyle().WindowPadding.x + line + px(10));
     clipped_text(entry.name, ImGui::GetContentRegionAvail().x - px(120));
     if (entry.bytes > 0) {
       ImGui::SameLine(ImGui::GetContentRegionMax().x - px(90));

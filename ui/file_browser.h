@@ -8,7 +8,7 @@
 
 namespace likeness::ui {
 
-enum class Wanted { clip, project, performance, new_performance };
+enum class Wanted { clip, driver, project, performance, new_performance };
 
 struct BrowserEntry {
   std::string name;
@@ -17,8 +17,8 @@ struct BrowserEntry {
   std::uintmax_t bytes = 0;
 };
 
-// What of a folder is shown: folders and, for clips, video files, for performances .json files; projects
-// first. Hidden ones are left out. An unreadable folder has no entries.
+// What of a folder is shown: folders and, for clips and drivers, video files, for performances .json files;
+// projects first. Hidden ones are left out. An unreadable folder has no entries.
 std::vector<BrowserEntry> list_folder(const std::filesystem::path& folder, Wanted wanted);
 bool is_video_name(const std::filesystem::path& path);
 

@@ -8,17 +8,7 @@
 
 namespace likeness::ui {
 
-namespace {
-
-constexpr double kWorking_s = 1.0, kIdle_s = 2.0, kMoving_s = 0.03;  // between frames that nobody asked for
-
-}  // namespace
-
-double WindowLoop::patience() const {
-  if (lively_frames_ > 0) return 0;
-  if (studio_.moves()) return kMoving_s;
-  return studio_.is_working() ? kWorking_s : kIdle_s;
-}
+double WindowLoop::patience() const { return lively_frames_ > 0 ? 0 : studio_.patience_s(); }
 
 void WindowLoop::carry_out(Wish wish) {
   switch (wish) {
@@ -39,6 +29,9 @@ void WindowLoop::carry_out(Wish wish) {
       return;
     case Wish::pick_performance:
       shell_.browse(Wanted::performance, studio_.folder());
+      return;
+    case Wish::pick_driver:
+      shell_.browse(Wanted::driver, home_folder() / "Videos");
       return;
     case Wish::name_performance:
       shell_.browse(Wanted::new_performance, studio_.folder());
@@ -70,6 +63,7 @@ bool WindowLoop::frame() {
   window_.begin_frame();
   Requests requests = shell_.draw(snapshot);
   window_.end_frame();
+  studio_.shown(snapshot.picture);
 
   const auto drops = window_.take_drops();
   if (!drops.empty()) requests.open = drops.front();

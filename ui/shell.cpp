@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <array>
 #include <cctype>
+#include <vector>
 
 #include "ui/steps/steps.h"
 #include "ui/theme.h"
@@ -96,22 +97,40 @@ void draw_step(const Snapshot& snapshot, Views& views, Requests& requests) {
   }
 }
 
+// In two columns where there is room, and scrolled where they are still too high.
 void draw_shortcuts() {
   heading("Keyboard shortcuts");
-  if (!ImGui::BeginTable("keys", 2, ImGuiTableFlags_None, {px(520), 0})) return;
-  ImGui::TableSetupColumn("words", ImGuiTableColumnFlags_WidthStretch);
-  ImGui::TableSetupColumn("keys", ImGuiTableColumnFlags_WidthFixed, px(150));
-  for (const CommandInfo& info : command_table()) {
-    if (info.shortcut.empty()) continue;
-    ImGui::TableNextRow();
-    ImGui::TableNextColumn();
-    ImGui::TextUnformatted(info.words.data());
-    ImGui::TableNextColumn();
-    ImGui::PushStyleColor(ImGuiCol_Text, theme().colours.faint);
-    ImGui::TextUnformatted(info.shortcut.data());
-    ImGui::PopStyleColor();
+  std::vector<const CommandInfo*> rows;
+  for (const CommandInfo& info : command_table())
+    if (!info.shortcut.empty()) rows.push_back(&info);
+  const ImVec2 screen = ImGui::GetMainViewport()->WorkSize;
+  const float width = std::min(px(860), 0.86f * screen.x);
+  const std::size_t columns = width >= px(700) ? 2 : 1, high = (rows.size() + columns - 1) / columns;
+  const float line = ImGui::GetTextLineHeight() + 2 * px(3);
+  ImGui::BeginChild("key list", {width, std::min((float(high) + 0.5f) * line, 0.68f * screen.y)});
+  note_widget("key list");
+  ImGui::PushStyleVar(ImGuiStyleVar_CellPadding, ImVec2(px(8), px(3)));
+  if (ImGui::BeginTable("keys", int(2 * columns), ImGuiTableFlags_None)) {
+    for (std::size_t c = 0; c < columns; ++c) {
+      ImGui::TableSetupColumn(c == 0 ? "words" : "more words", ImGuiTableColumnFlags_WidthStretch);
+      ImGui::TableSetupColumn(c == 0 ? "keys" : "more keys", ImGuiTableColumnFlags_WidthFixed, px(130));
+    }
+    for (std::size_t r = 0; r < high; ++r) {
+      ImGui::TableNextRow();
+      for (std::size_t c = 0; c < columns && c * high + r < rows.size(); ++c) {
+        const CommandInfo& info = *rows[c * high + r];
+        ImGui::TableNextColumn();
+        ImGui::TextUnformatted(info.words.data());
+        ImGui::TableNextColumn();
+        ImGui::PushStyleColor(ImGuiCol_Text, theme().colours.faint);
+        ImGui::TextUnformatted(info.shortcut.data());
+        ImGui::PopStyleColor();
+      }
+    }
+    ImGui::EndTable();
   }
-  ImGui::EndTable();
+  ImGui::PopStyleVar();
+  ImGui::EndChild();
 }
 
 // What was done or went wrong, in the lower right corner, until it is dismissed.
@@ -264,6 +283,9 @@ Requests Shell::draw(const Snapshot& snapshot) {
       case Wanted::clip:
       case Wanted::project:
         requests.open = std::move(picked);
+        break;
+      case Wanted::driver:
+        requests.drive_video = std::move(picked);
         break;
       case Wanted::performance:
         requests.open_performance = std::move(picked);

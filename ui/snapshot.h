@@ -5,6 +5,7 @@
 #include <array>
 #include <cstdint>
 #include <filesystem>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -12,6 +13,7 @@
 
 #include "core/check/verdict.h"
 #include "core/film/film.h"
+#include "core/live/live_driver.h"
 #include "ui/avatar_renderer.h"
 #include "ui/commands.h"
 #include "ui/directing.h"
@@ -60,6 +62,14 @@ struct ExportChoice {
   bool operator==(const ExportChoice&) const = default;
 };
 
+// The avatar driven by a video or a webcam as it happens.
+struct LiveView {
+  bool on = false;
+  LiveStatus status;
+  double shown_per_second = 0, latency_s = 0;  // on the screen: the last picture's, from its capture
+  std::map<std::string, float> gains;          // per named action, those that are not 1
+};
+
 struct SystemStatus {
   int threads = 0;
   std::uint64_t memory = 0, available = 0;  // bytes in use by this program, and free
@@ -81,6 +91,7 @@ struct Snapshot {
   ExportChoice export_choice;
   Settings settings;
   DirectingView directing;
+  LiveView live;
   std::uint64_t moment = 0;  // number of what the picture is asked to show
   std::shared_ptr<const AvatarPicture> picture;
   bool rendering = false;
@@ -103,7 +114,8 @@ struct Requests {
   bool nobody_agreed = false;
   std::optional<int> check_frame, face_frame, compare_frame;
   DirectRequests direct;
-  std::optional<std::filesystem::path> open_performance, save_performance;
+  std::optional<std::filesystem::path> open_performance, save_performance, drive_video;
+  std::optional<std::map<std::string, float>> gains;
   std::optional<int> view_px;  // size of the avatar's picture on the screen
   std::optional<double> budget_s;
   std::optional<int> picture_size;

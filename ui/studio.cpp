@@ -148,6 +148,12 @@ void Studio::tick() {
   background_.deliver();
   if (directing_.advance(Directing::Clock::now())) request_picture();
   save_performance(false);
+  if (drive_.has_ended()) {
+    take_drive();
+    if (const auto error = drive_.view().status.error) fail(*error);
+    retire(drive_.stop());
+    request_picture();
+  }
   if (demo_ && !ui::is_working(demo_->status())) {
     const JobStatus status = demo_->status();
     demo_.reset();
@@ -219,6 +225,7 @@ Snapshot Studio::snapshot() const {
         beyond_seen(avatar.directed, avatar.views, avatar.limits, performance, s.directing.playhead_s);
   }
   s.moment = moment_number_;
+  s.live = drive_.view();
   s.picture = renderer_.latest();
   s.rendering = renderer_.busy();
   s.comparing = comparing_;
@@ -250,6 +257,7 @@ Snapshot Studio::snapshot() const {
   now.keys_chosen = !s.directing.selected->empty();
   now.keys_copied = s.directing.keys_copied;
   now.pose_copied = s.directing.pose_copied;
+  now.driven = s.live.on;
   now.consent = contents_ && contents_->project.consent != Consent::not_asked;
   return s;
 }
@@ -292,11 +300,11 @@ Wish Studio::apply(const Requests& requests) {
     request_picture();
   }
   apply(requests.direct);
+  if (requests.gains) drive_.set_gains(*requests.gains);
+  if (requests.drive_video) start_driving([file = *requests.drive_video] { return open_clip_source(file); });
   if (requests.open_performance) open_performance(*requests.open_performance);
   if (requests.save_performance) {
-    const auto saved = write_performance(*requests.save_performance, *directing_.performance());
-    if (!saved) fail(saved.error());
-    if (saved) message_ = "Written: " + requests.save_performance->string();
+    save_performance_as(*requests.save_performance);
   }
   if (requests.view_px && *requests.view_px != view_px_) {
     view_px_ = *requests.view_px;
@@ -402,6 +410,11 @@ Wish Studio::carry_out(Command command) {
     case Command::random_walk:
     case Command::camera_orbit:
     case Command::camera_dolly:
+    case Command::drive_video:
+    case Command::drive_webcam:
+    case Command::rest_face:
+    case Command::record_drive:
+    case Command::stop_driving:
       return direct(command);
     case Command::compare:
       comparing_ = !comparing_;
@@ -546,6 +559,7 @@ void Studio::loaded(std::shared_ptr<const ProjectContents> contents) {
 void Studio::close_project() {
   save_performance(true);
   directing_.open({});
+  retire(drive_.stop());
   retire(std::move(pipeline_job_));
   retire(std::move(export_));
   drop_check();

@@ -11,6 +11,7 @@
 #include "core/synth/demo_capture.h"
 #include "ui/background.h"
 #include "ui/directing.h"
+#include "ui/live_drive.h"
 #include "ui/snapshot.h"
 
 namespace likeness::ui {
@@ -31,6 +32,7 @@ enum class Wish {
   pick_clip,
   pick_project,
   pick_performance,
+  pick_driver,
   name_performance,
   film_guide,
   shortcuts,
@@ -54,7 +56,9 @@ class Studio {
   void save_settings();
   bool is_working() const;  // the project's stages, the demo or an export
   const std::filesystem::path& folder() const { return folder_; }  // of the open project
-  bool moves() const;  // the picture changes by itself: frames are wanted at once
+  double patience_s() const;  // until the window should look again though nobody touched it
+  // The picture is on the screen.
+  void shown(const std::shared_ptr<const AvatarPicture>& picture) { drive_.shown(picture); }
   // Asks everything to stop and keep what it has.
   void stop_work();
 
@@ -80,10 +84,13 @@ class Studio {
   Wish direct(Command command);
   void apply(const DirectRequests& requests);
   void open_performance(const std::filesystem::path& file);
+  void save_performance_as(const std::filesystem::path& file);
   void take_performance(const std::filesystem::path& folder);
   void save_performance(bool at_once);
   std::filesystem::path performance_path() const { return folder_ / "performance.json"; }
   void edit_performance(std::string what, const std::function<void(Performance&)>& change);
+  void start_driving(LiveDriver::Open open);
+  void take_drive();  // what was recorded, into the performance
   void request_picture();
   void read_clip_picture();
   void show_frame(FramePicture Studio::*slot, int frame, bool overlay);
@@ -116,6 +123,7 @@ class Studio {
   std::optional<double> finish_at_s_;  // the training is being stopped to be finished with this budget
   PipelineStatus pipeline_;            // of the last tick
   AvatarRenderer renderer_;
+  LiveDrive drive_{renderer_};
   std::shared_ptr<CaptureVerdict> checked_;  // being filled by the check
   std::shared_ptr<const CaptureVerdict> verdict_;
   std::unique_ptr<Job> demo_, export_, check_;

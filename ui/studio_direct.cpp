@@ -9,6 +9,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
+constexpr double kPlaying_s = 0.03, kDriving_s = 0.25, kWorking_s = 1.0, kIdle_s = 2.0;
 constexpr double kAutosave_s = 1;       // after the last change
 constexpr double kShortest_walk_s = 8;  // of an empty performance
 constexpr float kDollyTo = 0.7f;        // times the typical distance
@@ -16,7 +17,9 @@ constexpr const char* kUnread = "performance-unread.json";
 
 }  // namespace
 
-bool Studio::moves() const { return directing_.playing(); }
+double Studio::patience_s() const {
+  return directing_.playing() ? kPlaying_s : drive_.on() ? kDriving_s : is_working() ? kWorking_s : kIdle_s;
+}
 
 void Studio::edit_performance(std::string what, const std::function<void(Performance&)>& change) {
   Performance edited = *directing_.performance();
@@ -131,6 +134,22 @@ Wish Studio::direct(Command command) {
     case Command::camera_dolly:
       edit_performance("camera dolly", [](Performance& p) { set_dolly(p, 1, kDollyTo); });
       break;
+    case Command::drive_video:
+      return Wish::pick_driver;
+    case Command::drive_webcam:
+      start_driving([] { return open_webcam(0); });
+      break;
+    case Command::rest_face:
+      drive_.rest_now();
+      break;
+    case Command::record_drive:
+      if (drive_.toggle_recording()) break;
+      take_drive();
+      break;
+    case Command::stop_driving:
+      take_drive();
+      retire(drive_.stop());
+      break;
     default:
       break;
   }
@@ -152,6 +171,18 @@ void Studio::open_performance(const fs::path& file) {
       request_picture();
     };
   });
+}
+
+void Studio::save_performance_as(const fs::path& file) {
+  std::error_code ignored;
+  if (fs::exists(file, ignored) && !read_performance(file)) {
+    fail({ErrorCode::bad_input, file.filename().string() + " is there already, and is no performance.",
+          "Choose another name.", file.string()});
+    return;
+  }
+  const auto saved = write_performance(file, *directing_.performance());
+  if (!saved) return fail(saved.error());
+  message_ = "Written: " + file.string();
 }
 
 // The project's own, as it was left. One that cannot be read is put aside, not overwritten.
@@ -204,7 +235,7 @@ void Studio::request_picture() {
   request.avatar = avatar;
   request.origin.moment = ++moment_number_;
   request.finest = view_px_;
-  request.moving = moves();
+  request.moving = directing_.playing();
   if (const auto frame = comparing_ && compare_picture_.frame >= 0
                              ? frame_view(*contents_, compare_picture_.frame)
                              : std::nullopt) {
@@ -223,7 +254,36 @@ void Studio::request_picture() {
         beyond_seen(avatar->directed, avatar->views, avatar->limits, performance, directing_.playhead_s())
             .view);
   }
+  if (drive_.on() && request.origin.frame < 0) {
+    drive_.look(std::move(request));  // from here; what the avatar does is the driver's to say
+    return;
+  }
   renderer_.request(std::move(request));
+}
+
+void Studio::start_driving(LiveDriver::Open open) {
+  if (!contents_ || !contents_->avatar) return;
+  directing_.stop_playing();
+  comparing_ = false;
+  LiveOptions options;
+  options.track.predictor = contents_->project.options.landmark_model;
+  drive_.start(contents_->avatar, std::move(open), std::move(options));
+  request_picture();
+}
+
+void Studio::take_drive() {
+  auto frames = drive_.take_recording();
+  if (frames.empty() || !contents_ || !contents_->avatar) return;
+  background_.run(
+      "",
+      [this, avatar = contents_->avatar, frames = std::move(frames), at_s = directing_.playhead_s(),
+       rate = directing_.performance()->frames_per_second](std::stop_token) -> Background::Delivery {
+        return [this, avatar, at_s, take = performance_of(frames, rate, avatar->directed)] {
+          if (!contents_ || contents_->avatar != avatar) return;
+          edit_performance("record the drive", [&](Performance& p) { lay_over(p, take, at_s); });
+          request_picture();
+        };
+      });
 }
 
 }  // namespace likeness::ui

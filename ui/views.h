@@ -37,7 +37,7 @@ struct TimelineSight {
 };
 
 struct Views {
-  FollowedTexture clip, check, face, truth, plate;
+  FollowedTexture clip, check, face, truth, plate, driver;
   std::array<FollowedTexture, 4> previews;
   TrainingChart chart;
   CameraScene cameras;
@@ -47,6 +47,7 @@ struct Views {
   float exposure_ev = 0;  // of the avatar's view only
   float wipe = 0.5f;      // of the comparison: share of the view that is the avatar
   std::array<bool, 9> open_groups{true, false, true};
+  bool open_drive = true, open_gains = false;
   TimelineSight timeline;
 
   static Result<std::unique_ptr<Views>> create();

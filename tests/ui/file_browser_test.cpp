@@ -27,6 +27,11 @@ TEST(ListFolder, ShowsProjectsFoldersAndClips) {
   EXPECT_EQ(names(list_folder(folder, Wanted::clip)),
             (std::vector<std::string>{"z.likeness", "film", "a.mov", "b.MP4"}));
   EXPECT_EQ(names(list_folder(folder, Wanted::project)), (std::vector<std::string>{"z.likeness", "film"}));
+  // Performances, but not the files that make up a project.
+  ASSERT_TRUE(write_text(folder / "track.json", "x").ok());
+  ASSERT_TRUE(write_text(folder / "wave.json", "x").ok());
+  EXPECT_EQ(names(list_folder(folder, Wanted::performance)),
+            (std::vector<std::string>{"z.likeness", "film", "wave.json"}));
   EXPECT_TRUE(list_folder(folder / "absent", Wanted::clip).empty());
   fs::remove_all(folder);
 }

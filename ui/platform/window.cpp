@@ -147,11 +147,14 @@ void Window::begin_frame() {
     impl_->injected->wheel = 0;
     io.DeltaTime = 1.0f / 60;
   }
-  // With Ctrl or Shift, arrows are commands, and do not move the keyboard's place as well.
-  const bool arrow =
-      std::ranges::any_of(std::array{GLFW_KEY_LEFT, GLFW_KEY_RIGHT, GLFW_KEY_UP, GLFW_KEY_DOWN},
-                          [&](int key) { return io.KeysDown[key]; });
-  if (arrow && (io.KeyCtrl || io.KeyShift)) {
+  // Home, End and, with Ctrl or Shift, arrows are commands, and do not move the keyboard's place as well.
+  const auto down = [&](std::initializer_list<int> keys) {
+    return std::ranges::any_of(keys, [&](int key) { return io.KeysDown[key]; });
+  };
+  const bool command =
+      down({GLFW_KEY_HOME, GLFW_KEY_END}) ||
+      ((io.KeyCtrl || io.KeyShift) && down({GLFW_KEY_LEFT, GLFW_KEY_RIGHT, GLFW_KEY_UP, GLFW_KEY_DOWN}));
+  if (command) {
     io.ConfigFlags &= ~ImGuiConfigFlags_NavEnableKeyboard;
   } else {
     io.ConfigFlags |= ImGuiConfigFlags_NavEnableKeyboard;

@@ -162,25 +162,6 @@ void draw_channel(const Snapshot& snapshot, const std::string& channel, Requests
   if (ImGui::IsItemDeactivated()) requests.direct.finished = true;
 }
 
-bool group_heading(const char* words, bool& open) {
-  const ImVec2 at = ImGui::GetCursorScreenPos();
-  const float line = ImGui::GetTextLineHeight();
-  ImGui::PushFont(theme().fonts.strong);
-  if (ImGui::Selectable(fmt::format("      {}", words).c_str(), false)) open = !open;
-  ImGui::PopFont();
-  note_widget(words);
-  const ImVec2 c{at.x + 0.5f * line, at.y + 0.52f * line};
-  const float r = 0.2f * line;
-  const ImU32 ink = colour(theme().colours.faint);
-  ImDrawList& list = *ImGui::GetWindowDrawList();
-  if (open) {
-    list.AddTriangleFilled({c.x - r, c.y - 0.6f * r}, {c.x + r, c.y - 0.6f * r}, {c.x, c.y + 0.8f * r}, ink);
-  } else {
-    list.AddTriangleFilled({c.x - 0.6f * r, c.y - r}, {c.x + 0.8f * r, c.y}, {c.x - 0.6f * r, c.y + r}, ink);
-  }
-  return open;
-}
-
 void draw_presets(const Snapshot& snapshot, Requests& requests) {
   const std::vector<Preset>& presets = snapshot.contents->avatar->presets;
   const float width = ImGui::GetContentRegionAvail().x, gap = px(6);

@@ -1,4 +1,6 @@
 // What several steps draw alike: see steps.h.
+#include <fmt/format.h>
+
 #include <algorithm>
 
 #include "ui/steps/steps.h"
@@ -21,6 +23,25 @@ void draw_step_state(const StepView& view) {
     note("warning", Tone::warn, warning);
     ImGui::PopID();
   }
+}
+
+bool group_heading(const char* words, bool& open) {
+  const ImVec2 at = ImGui::GetCursorScreenPos();
+  const float line = ImGui::GetTextLineHeight();
+  ImGui::PushFont(theme().fonts.strong);
+  if (ImGui::Selectable(fmt::format("      {}", words).c_str(), false)) open = !open;
+  ImGui::PopFont();
+  note_widget(words);
+  const ImVec2 c{at.x + 0.5f * line, at.y + 0.52f * line};
+  const float r = 0.2f * line;
+  const ImU32 ink = colour(theme().colours.faint);
+  ImDrawList& list = *ImGui::GetWindowDrawList();
+  if (open) {
+    list.AddTriangleFilled({c.x - r, c.y - 0.6f * r}, {c.x + r, c.y - 0.6f * r}, {c.x, c.y + 0.8f * r}, ink);
+  } else {
+    list.AddTriangleFilled({c.x - 0.6f * r, c.y - r}, {c.x + 0.8f * r, c.y}, {c.x - 0.6f * r, c.y + r}, ink);
+  }
+  return open;
 }
 
 void draw_nothing_yet(const char* words) {

@@ -20,8 +20,13 @@ void draw_export_step(const Snapshot& snapshot, Views& views, Requests& requests
 float timeline_height(const Snapshot& snapshot, float area);
 void draw_timeline(const Snapshot& snapshot, Views& views, ImVec2 size, Requests& requests);
 
+// Of the Direct step: what drives the avatar live, or could.
+void draw_drive(const Snapshot& snapshot, Views& views, Requests& requests);
+
 // What a step shows above its own work: progress, failure with its remedy, warnings.
 void draw_step_state(const StepView& view);
+// A heading that opens and closes what follows; whether it is open.
+bool group_heading(const char* words, bool& open);
 // In place of a result that is not there yet.
 void draw_nothing_yet(const char* words);
 

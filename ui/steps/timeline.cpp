@@ -141,6 +141,7 @@ void draw_ruler(const Place& place, const DirectingView& directing) {
   for (double t = std::ceil(place.from_s / step) * step; t <= place.from_s + place.span_s; t += step) {
     const float x = place.x_of(t);
     list.AddLine({x, place.at.y + px(13)}, {x, place.at.y + px(kRuler)}, colour(p.faint));
+    if (x + px(34) > place.at.x + place.size.x) break;
     const std::string words = step < 1 ? fmt::format("{:.1f}", t) : fmt::format("{:.0f} s", t);
     list.AddText(font, font->FontSize * 0.9f, {x + px(3), place.at.y + px(1)}, colour(p.faint),
                  words.c_str());

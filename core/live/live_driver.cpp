@@ -1,0 +1,218 @@
+// See live_driver.h.
+#include "core/live/live_driver.h"
+
+#include <algorithm>
+#include <deque>
+#include <exception>
+#include <utility>
+
+#include "core/track/drive_stream.h"
+
+namespace likeness {
+namespace {
+
+constexpr double kRate_s = 2;        // over which the rate is counted
+constexpr double kPicture_s = 0.2;   // between two pictures of the driver
+constexpr int kPictureSide = 160;    // px, its longer side
+constexpr double kLongest_rest = 3;  // times the wanted seconds; then the faces seen have to do
+
+using Clock = std::chrono::steady_clock;
+
+double seconds_between(Clock::time_point a, Clock::time_point b) {
+  return std::chrono::duration<double>(b - a).count();
+}
+
+Image8 small(const Image8& rgb) {
+  const double scale = std::min(1.0, double(kPictureSide) / std::max(rgb.width, rgb.height));
+  return resize(rgb, std::max(1, int(rgb.width * scale)), std::max(1, int(rgb.height * scale)));
+}
+
+// How many frames a second came of late.
+class Rate {
+ public:
+  double count(Clock::time_point now) {
+    times_.push_back(now);
+    while (seconds_between(times_.front(), now) > kRate_s) times_.pop_front();
+    const double span = seconds_between(times_.front(), now);
+    return span > 0.2 ? double(times_.size() - 1) / span : 0;
+  }
+
+ private:
+  std::deque<Clock::time_point> times_;
+};
+
+}  // namespace
+
+LiveDriver::LiveDriver(Open open, Puppet avatar, LiveOptions options, OnFrame on_frame)
+    : open_(std::move(open)),
+      avatar_(std::move(avatar)),
+      options_(std::move(options)),
+      on_frame_(std::move(on_frame)),
+      tracker_([this](std::stop_token stop) { track(stop); }),
+      reader_([this](std::stop_token stop) { read(stop); }) {}
+
+LiveDriver::~LiveDriver() { stop(); }
+
+LiveStatus LiveDriver::status() const {
+  const std::lock_guard lock(mutex_);
+  return status_;
+}
+
+void LiveDriver::stop() {
+  reader_.request_stop();
+  tracker_.request_stop();
+}
+
+void LiveDriver::rest_now() {
+  const std::lock_guard lock(mutex_);
+  rest_wanted_ = true;
+}
+
+void LiveDriver::set_gains(std::map<std::string, float> gains) {
+  const std::lock_guard lock(mutex_);
+  gains_wanted_ = std::move(gains);
+}
+
+void LiveDriver::record(bool on) {
+  const std::lock_guard lock(mutex_);
+  status_.recording = on;
+}
+
+std::vector<DrivenFrame> LiveDriver::take_recording() {
+  const std::lock_guard lock(mutex_);
+  status_.recorded_s = 0;
+  return std::exchange(recorded_, {});
+}
+
+void LiveDriver::fail(Error error) {
+  {
+    const std::lock_guard lock(mutex_);
+    ended_ = true;
+    status_.state = LiveState::failed;
+    status_.error = std::move(error);
+  }
+  changed_.notify_all();
+}
+
+void LiveDriver::read(std::stop_token stop) {
+  const auto broke = [&](const char* what) {
+    fail({ErrorCode::failed, std::string("Reading the pictures broke off: ") + what + ".",
+          "Close other programs and start again.", "live"});
+  };
+  try {
+    auto source = open_();
+    if (!source) return fail(source.error());
+    {
+      const std::lock_guard lock(mutex_);
+      status_.source = (*source)->name();
+    }
+    while (!stop.stop_requested()) {
+      auto frame = (*source)->next(stop);
+      if (!frame) return fail(frame.error());
+      const bool end = !*frame;
+      {
+        const std::lock_guard lock(mutex_);
+        if (end) {
+          ended_ = true;
+        } else {
+          ++status_.captured;
+          status_.dropped += waiting_.has_value();
+          waiting_ = std::move(**frame);
+        }
+      }
+      changed_.notify_all();
+      if (end) return;
+    }
+  } catch (const std::exception& e) {
+    broke(e.what());
+  }
+}
+
+std::optional<CapturedFrame> LiveDriver::newest(std::stop_token stop) {
+  std::unique_lock lock(mutex_);
+  changed_.wait(lock, stop, [this] { return waiting_ || ended_; });
+  if (stop.stop_requested()) return std::nullopt;
+  return std::exchange(waiting_, std::nullopt);
+}
+
+void LiveDriver::track(std::stop_token stop) {
+  try {
+    auto tracker = LiveTracker::create(*avatar_.model, options_.track);
+    if (!tracker) return fail(tracker.error());
+    std::unique_ptr<DriveStream> stream;
+    std::optional<double> resting_since_s;
+    Rate rate;
+    Clock::time_point shown{};
+    while (auto frame = newest(stop)) {
+      std::optional<std::map<std::string, float>> gains;
+      {
+        const std::lock_guard lock(mutex_);
+        if (std::exchange(rest_wanted_, false)) {
+          tracker->begin_rest();
+          resting_since_s = frame->time_s;
+        }
+        gains = std::exchange(gains_wanted_, std::nullopt);
+      }
+      if (gains) {
+        options_.drive.gains = *gains;
+        if (stream) (void)stream->set_gains(*gains);  // names come from the model's own list
+      }
+      const TrackedFrame tracked = tracker->next(frame->rgb, frame->time_s);
+      std::optional<Error> unsettled;
+      if (resting_since_s) {
+        const double rested_s = frame->time_s - *resting_since_s;
+        const bool enough = rested_s >= options_.rest_s && tracker->rest_frames() >= 5;
+        if (enough || rested_s >= kLongest_rest * options_.rest_s) {
+          resting_since_s.reset();
+          auto driver = tracker->settle();
+          auto made = driver ? DriveStream::create(std::move(*driver), avatar_, options_.drive)
+                             : Result<std::unique_ptr<DriveStream>>(driver.error());
+          if (made) {
+            stream = std::move(*made);
+          } else {
+            unsettled = made.error();
+          }
+        }
+      }
+      std::optional<DrivenFrame> driven;
+      if (stream && !resting_since_s) driven = stream->next(tracked);
+      if (driven) on_frame_(*driven, frame->captured);
+      const auto now = Clock::now();
+      std::shared_ptr<const Image8> picture;
+      if (seconds_between(shown, now) >= kPicture_s) {
+        picture = std::make_shared<const Image8>(small(frame->rgb));
+        shown = now;
+      }
+      const std::lock_guard lock(mutex_);
+      ++status_.tracked;
+      status_.frames_per_second = rate.count(now);
+      status_.track_s = seconds_between(frame->captured, now);
+      if (picture) status_.picture = std::move(picture);
+      const bool lost = tracked.status == FrameStatus::lost;
+      status_.reason = lost ? tracked.reason : "";
+      if (status_.state == LiveState::failed) break;
+      status_.state = lost                         ? LiveState::lost
+                      : resting_since_s || !stream ? LiveState::resting
+                                                   : LiveState::driving;
+      status_.rest_share =
+          resting_since_s ? std::clamp((frame->time_s - *resting_since_s) / options_.rest_s, 0.0, 1.0) : 1;
+      if (unsettled) {
+        status_.error = std::move(unsettled);
+        rest_wanted_ = true;  // and again, until a face rests
+      } else if (driven) {
+        status_.error.reset();
+      }
+      if (driven && !driven->bridged && status_.recording) {
+        recorded_.push_back(*driven);
+        status_.recorded_s = driven->time_s - recorded_.front().time_s;
+      }
+    }
+  } catch (const std::exception& e) {
+    fail({ErrorCode::failed, std::string("Tracking broke off: ") + e.what() + ".",
+          "Close other programs and start again.", "live"});
+  }
+  const std::lock_guard lock(mutex_);
+  if (status_.state != LiveState::failed) status_.state = LiveState::ended;
+}
+
+}  // namespace likeness
