@@ -11,10 +11,14 @@
 namespace likeness {
 namespace {
 
-constexpr double kRate_s = 2;        // over which the rate is counted
-constexpr double kPicture_s = 0.2;   // between two pictures of the driver
-constexpr int kPictureSide = 160;    // px, its longer side
-constexpr double kLongest_rest = 3;  // times the wanted seconds; then the faces seen have to do
+constexpr double kRate_s = 2;       // over which the rate is counted
+constexpr double kPicture_s = 0.2;  // between two pictures of the driver
+constexpr int kPictureSide = 160;   // px, its longer side
+constexpr int kLeastRest = 5;       // pictures of a face that a rest is learnt from
+// So many looked at over so many times the wanted seconds, with fewer faces among them, are told as a
+// failure.
+constexpr int kMostLooks = 20;
+constexpr double kLongest_rest = 3;
 
 using Clock = std::chrono::steady_clock;
 
@@ -141,6 +145,7 @@ void LiveDriver::track(std::stop_token stop) {
     if (!tracker) return fail(tracker.error());
     std::unique_ptr<DriveStream> stream;
     std::optional<double> resting_since_s;
+    int looked = 0;  // pictures since then
     Rate rate;
     Clock::time_point shown{};
     while (auto frame = newest(stop)) {
@@ -150,6 +155,7 @@ void LiveDriver::track(std::stop_token stop) {
         if (std::exchange(rest_wanted_, false)) {
           tracker->begin_rest();
           resting_since_s = frame->time_s;
+          looked = 0;
         }
         gains = std::exchange(gains_wanted_, std::nullopt);
       }
@@ -161,8 +167,8 @@ void LiveDriver::track(std::stop_token stop) {
       std::optional<Error> unsettled;
       if (resting_since_s) {
         const double rested_s = frame->time_s - *resting_since_s;
-        const bool enough = rested_s >= options_.rest_s && tracker->rest_frames() >= 5;
-        if (enough || rested_s >= kLongest_rest * options_.rest_s) {
+        const bool enough = rested_s >= options_.rest_s && tracker->rest_frames() >= kLeastRest;
+        if (enough || (++looked >= kMostLooks && rested_s >= kLongest_rest * options_.rest_s)) {
           resting_since_s.reset();
           auto driver = tracker->settle();
           auto made = driver ? DriveStream::create(std::move(*driver), avatar_, options_.drive)

@@ -7,52 +7,23 @@
 
 #include "ui/channel_words.h"
 #include "ui/steps/steps.h"
-#include "ui/theme.h"
+#include "ui/steps/timeline.h"
 #include "ui/widgets.h"
 
 namespace likeness::ui {
 
 namespace {
 
-constexpr float kRuler = 20, kRow = 19, kLabels = 118, kReach = 6;
+constexpr float kLabels = 118;
 constexpr int kMostRows = 7;  // before they scroll
-constexpr std::array kEasingWords{"Linear", "Smooth", "Hold", "Ease in", "Ease out"};
-
-// Where things lie: rows are the channels under one of all of them.
-struct Place {
-  ImVec2 at, size;  // of the ruler and the rows
-  float left = 0;   // of the times
-  double from_s = 0, span_s = 1;
-  float scroll = 0;
-
-  float x_of(double time_s) const {
-    return left + float((time_s - from_s) / span_s) * (at.x + size.x - left);
-  }
-  double time_at(float x) const {
-    return from_s + double((x - left) / std::max(1.f, at.x + size.x - left)) * span_s;
-  }
-  float row_top(int row) const {  // row 0: all keys, which does not scroll
-    return at.y + px(kRuler) + float(row) * px(kRow) - (row > 0 ? scroll : 0);
-  }
-};
-
-struct Row {
-  std::string channel;  // empty: all of them
-  const std::vector<Key>* keys = nullptr;
-};
-
-std::vector<Row> rows_of(const Performance& performance) {
-  std::vector<Row> rows{{}};
+std::vector<TimelineRow> rows_of(const Performance& performance) {
+  std::vector<TimelineRow> rows{{}};
   const auto add = [&](ChannelPart part) {
     for (const auto& [channel, keys] : performance.channels)
       if (part_of(channel) == part) rows.push_back({channel, &keys});
   };
   for (const ChannelPart part : {ChannelPart::head, ChannelPart::face, ChannelPart::camera}) add(part);
   return rows;
-}
-
-double snapped(const Performance& performance, double time_s) {
-  return std::round(time_s * performance.frames_per_second) / performance.frames_per_second;
 }
 
 // -- What plays
@@ -127,7 +98,7 @@ void draw_transport(const Snapshot& snapshot, Requests& requests) {
 
 // -- Rows
 
-void draw_ruler(const Place& place, const DirectingView& directing) {
+void draw_ruler(const TimelinePlace& place, const DirectingView& directing) {
   const Palette& p = theme().colours;
   ImDrawList& list = *ImGui::GetWindowDrawList();
   ImFont* font = theme().fonts.small;
@@ -169,8 +140,8 @@ bool has_time(const std::vector<double>& times, double time_s) {
 }
 
 // Keys of a row; where they stand closer than can be told, a bar of them.
-void draw_keys(const Place& place, const std::vector<double>& times, const std::vector<double>& chosen,
-               float middle) {
+void draw_keys(const TimelinePlace& place, const std::vector<double>& times,
+               const std::vector<double>& chosen, float middle) {
   const Palette& p = theme().colours;
   ImDrawList& list = *ImGui::GetWindowDrawList();
   const float r = px(5), end = place.at.x + place.size.x;
@@ -191,7 +162,7 @@ void draw_keys(const Place& place, const std::vector<double>& times, const std::
   }
 }
 
-void draw_course(const Place& place, const Row& row, float top) {
+void draw_course(const TimelinePlace& place, const TimelineRow& row, float top) {
   const auto [low, high] = std::ranges::minmax(*row.keys, {}, &Key::value);
   const float span = high.value - low.value, height = px(kRow) - px(6);
   if (span <= 0) return;
@@ -204,21 +175,8 @@ void draw_course(const Place& place, const Row& row, float top) {
                                           0, px(1.2f));
 }
 
-std::vector<double> times_of(const Performance& performance, const Row& row) {
-  std::vector<double> times;
-  if (row.keys) {
-    for (const Key& key : *row.keys) times.push_back(key.time_s);
-    return times;
-  }
-  for (const auto& [channel, keys] : performance.channels)
-    for (const Key& key : keys) times.push_back(key.time_s);
-  std::ranges::sort(times);
-  const auto twice = std::ranges::unique(times, [](double a, double b) { return b - a <= kSameTime_s; });
-  times.erase(twice.begin(), twice.end());
-  return times;
-}
-
-void draw_row(const Place& place, const Row& row, int number, const DirectingView& directing) {
+void draw_row(const TimelinePlace& place, const TimelineRow& row, int number,
+              const DirectingView& directing) {
   const Palette& p = theme().colours;
   ImDrawList& list = *ImGui::GetWindowDrawList();
   const float top = place.row_top(number), bottom = top + px(kRow), right = place.at.x + place.size.x;
@@ -233,215 +191,13 @@ void draw_row(const Place& place, const Row& row, int number, const DirectingVie
   list.PopClipRect();
   list.PushClipRect({place.left - px(6), top}, {right, bottom}, true);
   if (row.keys) draw_course(place, row, top);
-  draw_keys(place, times_of(*directing.performance, row), chosen_times(*directing.selected, row.channel),
+  draw_keys(place, key_times(*directing.performance, row), chosen_times(*directing.selected, row.channel),
             0.5f * (top + bottom));
   list.PopClipRect();
   note_place(row.keys ? "row " + row.channel : "row all keys", {place.left, top}, {right, bottom});
 }
 
-// -- The mouse
-
-// The keys under the mouse: those of one row at one time.
-std::vector<KeyPlace> keys_under(const Place& place, const std::vector<Row>& rows,
-                                 const Performance& performance, ImVec2 mouse) {
-  for (int r = 0; r < int(rows.size()); ++r) {
-    const float top = place.row_top(r);
-    if (mouse.y < top || mouse.y >= top + px(kRow)) continue;
-    const std::vector<double> times = times_of(performance, rows[std::size_t(r)]);
-    const auto nearest =
-        std::ranges::min_element(times, {}, [&](double t) { return std::abs(place.x_of(t) - mouse.x); });
-    if (nearest == times.end() || std::abs(place.x_of(*nearest) - mouse.x) > px(kReach)) return {};
-    if (rows[std::size_t(r)].keys) return {{rows[std::size_t(r)].channel, *nearest}};
-    std::vector<KeyPlace> all;
-    for (const KeyPlace& key : all_keys(performance))
-      if (std::abs(key.time_s - *nearest) <= kSameTime_s) all.push_back(key);
-    return all;
-  }
-  return {};
-}
-
-bool is_chosen(const std::vector<KeyPlace>& selected, const KeyPlace& key) {
-  return std::ranges::any_of(selected, [&](const KeyPlace& s) {
-    return s.channel == key.channel && std::abs(s.time_s - key.time_s) <= kSameTime_s;
-  });
-}
-
-std::vector<KeyPlace> toggled(std::vector<KeyPlace> selected, const std::vector<KeyPlace>& keys) {
-  for (const KeyPlace& key : keys) {
-    if (is_chosen(selected, key)) {
-      std::erase(selected, key);
-    } else {
-      selected.push_back(key);
-    }
-  }
-  return selected;
-}
-
-std::vector<KeyPlace> keys_in(const Place& place, const std::vector<Row>& rows, ImVec2 a, ImVec2 b) {
-  std::vector<KeyPlace> keys;
-  const auto [left, right] = std::minmax(a.x, b.x);
-  const auto [upper, lower] = std::minmax(a.y, b.y);
-  for (int r = 1; r < int(rows.size()); ++r) {
-    const float top = place.row_top(r);
-    if (top + px(kRow) <= upper || top >= lower) continue;
-    for (const Key& key : *rows[std::size_t(r)].keys)
-      if (place.x_of(key.time_s) >= left && place.x_of(key.time_s) <= right)
-        keys.push_back({rows[std::size_t(r)].channel, key.time_s});
-  }
-  return keys;
-}
-
-// A double click on a row: a key there of what the channel is at.
-void add_key(const Place& place, const std::vector<Row>& rows, const DirectingView& directing, ImVec2 mouse,
-             Requests& requests) {
-  Performance edited = requests.direct.start(directing);
-  const double time = std::max(0.0, snapped(edited, place.time_at(mouse.x)));
-  for (int r = 0; r < int(rows.size()); ++r) {
-    const float top = place.row_top(r);
-    if (mouse.y < top || mouse.y >= top + px(kRow)) continue;
-    if (!rows[std::size_t(r)].keys) {
-      hold_pose(edited, time);
-    } else {
-      const std::string& channel = rows[std::size_t(r)].channel;
-      set_key(edited, channel, {time, value_at(edited, channel, time)});
-      requests.direct.selected = std::vector<KeyPlace>{{channel, time}};
-    }
-    requests.direct.edit(std::move(edited), "add a key");
-    requests.direct.finished = true;
-    return;
-  }
-}
-
-void take_hold(const Place& place, const std::vector<Row>& rows, const DirectingView& directing, ImVec2 mouse,
-               TimelineSight& sight, Requests& requests) {
-  using Hold = TimelineSight::Hold;
-  const Performance& performance = *directing.performance;
-  sight.held_s = place.time_at(mouse.x);
-  sight.corner = mouse;
-  sight.before = directing.performance;
-  if (mouse.y < place.at.y + px(kRuler)) {
-    const bool at_end = std::abs(mouse.x - place.x_of(performance.duration_s)) < px(kReach) &&
-                        directing.playhead_s < performance.duration_s - 0.5 * place.span_s / 100;
-    sight.hold = at_end ? Hold::end : Hold::playhead;
-    return;
-  }
-  const std::vector<KeyPlace> keys = keys_under(place, rows, performance, mouse);
-  if (keys.empty()) {
-    if (ImGui::IsMouseDoubleClicked(ImGuiMouseButton_Left) && mouse.x >= place.left) {
-      add_key(place, rows, directing, mouse, requests);
-    } else {
-      sight.hold = Hold::box;
-    }
-    return;
-  }
-  sight.hold = Hold::keys;
-  sight.taken = *directing.selected;
-  if (ImGui::GetIO().KeyCtrl || ImGui::GetIO().KeyShift) {
-    sight.taken = toggled(sight.taken, keys);
-  } else if (!std::ranges::all_of(keys, [&](const KeyPlace& k) { return is_chosen(sight.taken, k); })) {
-    sight.taken = keys;
-  }
-  requests.direct.selected = sight.taken;
-}
-
-void keep_hold(const Place& place, const std::vector<Row>& rows, const DirectingView& directing, ImVec2 mouse,
-               TimelineSight& sight, Requests& requests) {
-  using Hold = TimelineSight::Hold;
-  const Performance& performance = *directing.performance;
-  const double now = place.time_at(mouse.x);
-  switch (sight.hold) {
-    case Hold::nothing:
-      return;
-    case Hold::playhead:
-      requests.direct.playhead_s = now;
-      return;
-    case Hold::end: {
-      Performance edited = performance;
-      edited.duration_s = std::clamp(snapped(edited, now), 1 / edited.frames_per_second, kLongest_s);
-      if (edited.duration_s != performance.duration_s) requests.direct.edit(std::move(edited), "length");
-      return;
-    }
-    case Hold::keys: {
-      if (std::abs(mouse.x - sight.corner.x) < px(3) && performance == *sight.before) return;
-      Performance edited = *sight.before;
-      std::vector<KeyPlace> moved = move_keys(edited, sight.taken, snapped(edited, now - sight.held_s));
-      for (const KeyPlace& key : moved) edited.duration_s = std::max(edited.duration_s, key.time_s);
-      if (edited == performance) return;
-      requests.direct.edit(std::move(edited), "move keys");
-      requests.direct.selected = std::move(moved);
-      return;
-    }
-    case Hold::box: {
-      requests.direct.selected = keys_in(place, rows, sight.corner, mouse);
-      ImDrawList& list = *ImGui::GetWindowDrawList();
-      const Palette& p = theme().colours;
-      list.AddRectFilled(sight.corner, mouse, colour(p.accent, 0.12f));
-      list.AddRect(sight.corner, mouse, colour(p.accent));
-      return;
-    }
-  }
-}
-
-void turn_wheel(const Place& place, float rows_height, float mouse_x, TimelineSight& sight) {
-  const ImGuiIO& io = ImGui::GetIO();
-  if (io.MouseWheel == 0) return;
-  if (io.KeyCtrl) {
-    const double under = place.time_at(mouse_x), factor = std::pow(0.85, double(io.MouseWheel));
-    sight.span_s = std::clamp(place.span_s * factor, 0.2, 2 * kLongest_s);
-    sight.from_s = std::max(0.0, under - (under - place.from_s) * sight.span_s / place.span_s);
-  } else if (io.KeyShift) {
-    sight.span_s = place.span_s;
-    sight.from_s = std::max(0.0, place.from_s - double(io.MouseWheel) * 0.1 * place.span_s);
-  } else {
-    const float most = std::max(0.f, rows_height - (place.size.y - px(kRuler) - px(kRow)));
-    sight.scroll = std::clamp(sight.scroll - io.MouseWheel * px(kRow), 0.f, most);
-  }
-}
-
-void draw_key_menu(const DirectingView& directing, Requests& requests) {
-  if (!ImGui::BeginPopup("key menu")) return;
-  for (std::size_t e = 0; e < kEasingWords.size(); ++e) {
-    const Key* first =
-        directing.selected->empty() ? nullptr : find_key(*directing.performance, directing.selected->front());
-    if (ImGui::MenuItem(kEasingWords[e], nullptr, first && first->easing == Easing(e))) {
-      Performance edited = requests.direct.start(directing);
-      set_easing(edited, *directing.selected, Easing(e));
-      requests.direct.edit(std::move(edited), "easing");
-      requests.direct.finished = true;
-    }
-    note_widget(std::string("easing ") + kEasingWords[e]);
-  }
-  ImGui::Separator();
-  for (const Command command : {Command::copy_keys, Command::delete_keys})
-    if (ImGui::MenuItem(command_info(command).words.data(), command_info(command).shortcut.data()))
-      requests.ask(command);
-  ImGui::EndPopup();
-}
-
-void use_mouse(const Place& place, const std::vector<Row>& rows, const DirectingView& directing,
-               TimelineSight& sight, Requests& requests) {
-  const ImVec2 mouse = ImGui::GetIO().MousePos;
-  const bool activated = ImGui::IsItemActivated() && ImGui::IsMouseClicked(ImGuiMouseButton_Left);
-  const bool let_go = ImGui::IsItemDeactivated(), hovered = ImGui::IsItemHovered();
-  if (activated) take_hold(place, rows, directing, mouse, sight, requests);
-  if (ImGui::IsItemActive() && ImGui::IsMouseDown(ImGuiMouseButton_Left))
-    keep_hold(place, rows, directing, mouse, sight, requests);
-  if (let_go) {
-    sight.hold = TimelineSight::Hold::nothing;
-    sight.before.reset();
-    requests.direct.finished = true;
-  }
-  if (hovered && ImGui::IsMouseClicked(ImGuiMouseButton_Right)) {
-    const std::vector<KeyPlace> keys = keys_under(place, rows, *directing.performance, mouse);
-    if (!keys.empty()) {
-      if (!is_chosen(*directing.selected, keys.front())) requests.direct.selected = keys;
-      ImGui::OpenPopup("key menu");
-    }
-  }
-  if (hovered) turn_wheel(place, float(rows.size() - 1) * px(kRow), mouse.x, sight);
-}
-
-void draw_playhead(const Place& place, double playhead_s) {
+void draw_playhead(const TimelinePlace& place, double playhead_s) {
   const float x = place.x_of(playhead_s);
   if (x < place.left - 1 || x > place.at.x + place.size.x + 1) return;
   ImDrawList& list = *ImGui::GetWindowDrawList();
@@ -452,6 +208,20 @@ void draw_playhead(const Place& place, double playhead_s) {
 }
 
 }  // namespace
+
+std::vector<double> key_times(const Performance& performance, const TimelineRow& row) {
+  std::vector<double> times;
+  if (row.keys) {
+    for (const Key& key : *row.keys) times.push_back(key.time_s);
+    return times;
+  }
+  for (const auto& [channel, keys] : performance.channels)
+    for (const Key& key : keys) times.push_back(key.time_s);
+  std::ranges::sort(times);
+  const auto twice = std::ranges::unique(times, [](double a, double b) { return b - a <= kSameTime_s; });
+  times.erase(twice.begin(), twice.end());
+  return times;
+}
 
 float timeline_height(const Snapshot& snapshot, float area) {
   const int rows = 1 + std::min(kMostRows, int(snapshot.directing.performance->channels.size()));
@@ -469,8 +239,8 @@ void draw_timeline(const Snapshot& snapshot, Views& views, ImVec2 size, Requests
   ImGui::PushStyleVar(ImGuiStyleVar_FramePadding, ImVec2(px(8), px(3)));
   draw_transport(snapshot, requests);
   ImGui::PopStyleVar();
-  const std::vector<Row> rows = rows_of(*directing.performance);
-  Place place;
+  const std::vector<TimelineRow> rows = rows_of(*directing.performance);
+  TimelinePlace place;
   place.at = ImGui::GetCursorScreenPos();
   place.size = ImGui::GetContentRegionAvail();
   place.left = place.at.x + std::min(px(kLabels), 0.3f * place.size.x);
@@ -495,8 +265,7 @@ void draw_timeline(const Snapshot& snapshot, Views& views, ImVec2 size, Requests
         draw_row(place, rows[std::size_t(r)], r, directing);
     list.PopClipRect();
     draw_playhead(place, directing.playhead_s);
-    use_mouse(place, rows, directing, sight, requests);
-    draw_key_menu(directing, requests);
+    use_timeline_mouse(place, rows, directing, sight, requests);
   }
   ImGui::EndDisabled();
   ImGui::EndChild();

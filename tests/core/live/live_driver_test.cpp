@@ -14,16 +14,17 @@ namespace {
 using Clock = std::chrono::steady_clock;
 using std::chrono::milliseconds;
 
-// Frames of the demo, or grey ones, as fast as they are asked for but no faster than one in 5 ms.
+// Frames of the demo, or grey ones, one in so many ms, as of a camera of 25 frames a second.
 class Frames : public FrameSource {
  public:
-  Frames(int count, bool faces, bool breaks = false) : count_(count), faces_(faces), breaks_(breaks) {}
+  Frames(int count, int pace_ms, bool faces, bool breaks)
+      : count_(count), pace_(pace_ms), faces_(faces), breaks_(breaks) {}
   Result<std::optional<CapturedFrame>> next(std::stop_token) override {
     if (at_ >= count_) {
       if (breaks_) return Error{ErrorCode::failed, "The camera is gone.", "Plug it in again.", ""};
       return std::optional<CapturedFrame>();
     }
-    std::this_thread::sleep_for(milliseconds(5));
+    std::this_thread::sleep_for(pace_);
     const auto& known = demo_frames();
     const std::size_t frame = std::size_t(at_++) % known.size();
     return std::optional(
@@ -33,12 +34,13 @@ class Frames : public FrameSource {
 
  private:
   int count_, at_ = 0;
+  milliseconds pace_;
   bool faces_, breaks_;
 };
 
-LiveDriver::Open frames(int count, bool faces, bool breaks = false) {
+LiveDriver::Open frames(int count, int pace_ms, bool faces = true, bool breaks = false) {
   return [=]() -> Result<std::unique_ptr<FrameSource>> {
-    return std::unique_ptr<FrameSource>(std::make_unique<Frames>(count, faces, breaks));
+    return std::unique_ptr<FrameSource>(std::make_unique<Frames>(count, pace_ms, faces, breaks));
   };
 }
 
@@ -56,7 +58,7 @@ bool is_over(const LiveStatus& status) {
 
 TEST(LiveDriver, DropsWhatItCannotFollowAndKeepsTheOrder) {
   std::vector<DrivenFrame> shown;
-  LiveDriver driver(frames(700, true), driven_puppet(), {.rest_s = 0.3},
+  LiveDriver driver(frames(700, 5), driven_puppet(), {.rest_s = 0.3},
                     [&](const DrivenFrame& frame, Clock::time_point) {
                       shown.push_back(frame);
                       std::this_thread::sleep_for(milliseconds(30));  // a slow picture
@@ -100,7 +102,7 @@ TEST(LiveDriver, AFileIsDrivenFromAtItsOwnPace) {
 
 TEST(LiveDriver, ALostFaceIsToldAndNothingIsDriven) {
   std::atomic<int> driven = 0;
-  LiveDriver driver(frames(100000, false), driven_puppet(), {.rest_s = 0.1},
+  LiveDriver driver(frames(100000, 5, false), driven_puppet(), {.rest_s = 0.1},
                     [&](const DrivenFrame&, Clock::time_point) { ++driven; });
   ASSERT_TRUE(until(driver, [](const LiveStatus& s) { return s.state == LiveState::lost && s.error; }));
   EXPECT_FALSE(driver.status().reason.empty());
@@ -111,7 +113,8 @@ TEST(LiveDriver, ALostFaceIsToldAndNothingIsDriven) {
 }
 
 TEST(LiveDriver, ASourceThatBreaksIsAFailureInWords) {
-  LiveDriver driver(frames(3, true, true), driven_puppet(), {}, [](const DrivenFrame&, Clock::time_point) {});
+  LiveDriver driver(frames(3, 5, true, true), driven_puppet(), {},
+                    [](const DrivenFrame&, Clock::time_point) {});
   ASSERT_TRUE(until(driver, is_over));
   EXPECT_EQ(driver.status().state, LiveState::failed);
   EXPECT_EQ(driver.status().error->what, "The camera is gone.");
@@ -124,7 +127,7 @@ TEST(LiveDriver, ASourceThatBreaksIsAFailureInWords) {
 TEST(LiveDriver, GainsMagnifyAnAction) {
   const auto widest = [](float gain) {
     float most = 0;
-    LiveDriver driver(frames(75, true), driven_puppet(), {.rest_s = 0.3},
+    LiveDriver driver(frames(75, 30), driven_puppet(), {.rest_s = 0.3},
                       [&](const DrivenFrame& frame, Clock::time_point) {
                         most = std::max(most, frame.articulation.jaw.norm());
                       });
