@@ -47,6 +47,63 @@ class Rate {
 
 }  // namespace
 
+struct LiveDriver::Step {
+  TrackedFrame tracked;
+  std::optional<DrivenFrame> driven;  // none while the rest is learnt
+  std::optional<Error> unsettled;     // why the rest could not be learnt
+  double rest_share = 1;
+};
+
+// The tracking thread's own: the tracker, and the mapping once the driver's rest is known.
+class LiveDriver::Session {
+ public:
+  Session(LiveTracker tracker, const Puppet& avatar, const LiveOptions& options)
+      : tracker_(std::move(tracker)), avatar_(avatar), options_(options) {}
+
+  void begin_rest(double time_s) {
+    tracker_.begin_rest();
+    resting_since_s_ = time_s;
+    looked_ = 0;
+  }
+
+  void set_gains(std::map<std::string, float> gains) {
+    if (stream_ && !stream_->set_gains(gains)) return;  // of an action the model has not
+    options_.drive.gains = std::move(gains);
+  }
+
+  Step next(const CapturedFrame& frame) {
+    Step step;
+    step.tracked = tracker_.next(frame.rgb, frame.time_s);
+    if (resting_since_s_) {
+      const double rested_s = frame.time_s - *resting_since_s_;
+      const bool enough = rested_s >= options_.rest_s && tracker_.rest_frames() >= kLeastRest;
+      if (enough || (++looked_ >= kMostLooks && rested_s >= kLongest_rest * options_.rest_s))
+        step.unsettled = settle();
+      step.rest_share = resting_since_s_ ? std::clamp(rested_s / options_.rest_s, 0.0, 1.0) : 1;
+    }
+    if (stream_ && !resting_since_s_) step.driven = stream_->next(step.tracked);
+    return step;
+  }
+
+ private:
+  std::optional<Error> settle() {
+    resting_since_s_.reset();
+    auto driver = tracker_.settle();
+    if (!driver) return driver.error();
+    auto stream = DriveStream::create(std::move(*driver), avatar_, options_.drive);
+    if (!stream) return stream.error();
+    stream_ = std::move(*stream);
+    return std::nullopt;
+  }
+
+  LiveTracker tracker_;
+  Puppet avatar_;
+  LiveOptions options_;
+  std::unique_ptr<DriveStream> stream_;
+  std::optional<double> resting_since_s_;
+  int looked_ = 0;  // pictures since then
+};
+
 LiveDriver::LiveDriver(Open open, Puppet avatar, LiveOptions options, OnFrame on_frame)
     : open_(std::move(open)),
       avatar_(std::move(avatar)),
@@ -139,79 +196,56 @@ std::optional<CapturedFrame> LiveDriver::newest(std::stop_token stop) {
   return std::exchange(waiting_, std::nullopt);
 }
 
+void LiveDriver::note(const Step& step, const CapturedFrame& frame, double frames_per_second,
+                      std::shared_ptr<const Image8> picture) {
+  const std::lock_guard lock(mutex_);
+  ++status_.tracked;
+  status_.frames_per_second = frames_per_second;
+  status_.track_s = seconds_between(frame.captured, Clock::now());
+  if (picture) status_.picture = std::move(picture);
+  if (status_.state == LiveState::failed) return;
+  const bool lost = step.tracked.status == FrameStatus::lost;
+  status_.reason = lost ? step.tracked.reason : "";
+  status_.state = lost ? LiveState::lost : step.driven ? LiveState::driving : LiveState::resting;
+  status_.rest_share = step.rest_share;
+  if (step.unsettled) {
+    status_.error = step.unsettled;
+    rest_wanted_ = true;  // and again, until a face rests
+  } else if (step.driven) {
+    status_.error.reset();
+  }
+  if (step.driven && !step.driven->bridged && status_.recording) {
+    recorded_.push_back(*step.driven);
+    status_.recorded_s = step.driven->time_s - recorded_.front().time_s;
+  }
+}
+
 void LiveDriver::track(std::stop_token stop) {
   try {
     auto tracker = LiveTracker::create(*avatar_.model, options_.track);
     if (!tracker) return fail(tracker.error());
-    std::unique_ptr<DriveStream> stream;
-    std::optional<double> resting_since_s;
-    int looked = 0;  // pictures since then
+    Session session(std::move(*tracker), avatar_, options_);
     Rate rate;
     Clock::time_point shown{};
     while (auto frame = newest(stop)) {
+      bool rest = false;
       std::optional<std::map<std::string, float>> gains;
       {
         const std::lock_guard lock(mutex_);
-        if (std::exchange(rest_wanted_, false)) {
-          tracker->begin_rest();
-          resting_since_s = frame->time_s;
-          looked = 0;
-        }
+        rest = std::exchange(rest_wanted_, false);
         gains = std::exchange(gains_wanted_, std::nullopt);
       }
-      if (gains) {
-        options_.drive.gains = *gains;
-        if (stream) (void)stream->set_gains(*gains);  // names come from the model's own list
-      }
-      const TrackedFrame tracked = tracker->next(frame->rgb, frame->time_s);
-      std::optional<Error> unsettled;
-      if (resting_since_s) {
-        const double rested_s = frame->time_s - *resting_since_s;
-        const bool enough = rested_s >= options_.rest_s && tracker->rest_frames() >= kLeastRest;
-        if (enough || (++looked >= kMostLooks && rested_s >= kLongest_rest * options_.rest_s)) {
-          resting_since_s.reset();
-          auto driver = tracker->settle();
-          auto made = driver ? DriveStream::create(std::move(*driver), avatar_, options_.drive)
-                             : Result<std::unique_ptr<DriveStream>>(driver.error());
-          if (made) {
-            stream = std::move(*made);
-          } else {
-            unsettled = made.error();
-          }
-        }
-      }
-      std::optional<DrivenFrame> driven;
-      if (stream && !resting_since_s) driven = stream->next(tracked);
-      if (driven) on_frame_(*driven, frame->captured);
+      if (rest) session.begin_rest(frame->time_s);
+      if (gains) session.set_gains(std::move(*gains));
+      const Step step = session.next(*frame);
+      if (step.driven) on_frame_(*step.driven, frame->captured);
       const auto now = Clock::now();
       std::shared_ptr<const Image8> picture;
       if (seconds_between(shown, now) >= kPicture_s) {
         picture = std::make_shared<const Image8>(small(frame->rgb));
         shown = now;
       }
-      const std::lock_guard lock(mutex_);
-      ++status_.tracked;
-      status_.frames_per_second = rate.count(now);
-      status_.track_s = seconds_between(frame->captured, now);
-      if (picture) status_.picture = std::move(picture);
-      const bool lost = tracked.status == FrameStatus::lost;
-      status_.reason = lost ? tracked.reason : "";
-      if (status_.state == LiveState::failed) break;
-      status_.state = lost                         ? LiveState::lost
-                      : resting_since_s || !stream ? LiveState::resting
-                                                   : LiveState::driving;
-      status_.rest_share =
-          resting_since_s ? std::clamp((frame->time_s - *resting_since_s) / options_.rest_s, 0.0, 1.0) : 1;
-      if (unsettled) {
-        status_.error = std::move(unsettled);
-        rest_wanted_ = true;  // and again, until a face rests
-      } else if (driven) {
-        status_.error.reset();
-      }
-      if (driven && !driven->bridged && status_.recording) {
-        recorded_.push_back(*driven);
-        status_.recorded_s = driven->time_s - recorded_.front().time_s;
-      }
+      note(step, *frame, rate.count(now), std::move(picture));
     }
   } catch (const std::exception& e) {
     fail({ErrorCode::failed, std::string("Tracking broke off: ") + e.what() + ".",

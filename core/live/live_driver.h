@@ -70,7 +70,11 @@ class LiveDriver {
 
  private:
   void read(std::stop_token stop);
+  struct Step;
+  class Session;
   void track(std::stop_token stop);
+  void note(const Step& step, const CapturedFrame& frame, double frames_per_second,
+            std::shared_ptr<const Image8> picture);
   std::optional<CapturedFrame> newest(std::stop_token stop);
   void fail(Error error);
 
