@@ -18,7 +18,7 @@ bool idle(S s) { return !s.running && !s.exporting; }
 bool directing(S s) { return s.directing && s.avatar; }
 bool chosen(S s) { return directing(s) && s.keys_chosen; }
 bool can_drive(S s) { return directing(s) && s.consent && !s.driven; }
-bool can_export(S s) { return s.avatar && s.consent && !s.exporting && !s.running; }
+bool can_export(S s) { return s.avatar && s.consent && (!s.running || s.paused); }
 
 constexpr CommandInfo kTable[] = {
     {Command::open_clip, Menu::file, "Open a clip...", "Ctrl+N", idle},
@@ -27,6 +27,10 @@ constexpr CommandInfo kTable[] = {
     {Command::open_performance, Menu::file, "Open a performance...", "Ctrl+Shift+O", directing},
     {Command::save_performance, Menu::file, "Save the performance as...", "Ctrl+Shift+S", directing},
     {Command::close_project, Menu::file, "Close the project", "Ctrl+W",
+     [](S s) { return s.project && idle(s); }},
+    {Command::find_clip, Menu::file, "Find the clip...", "",
+     [](S s) { return s.project && s.clip_missing && idle(s); }},
+    {Command::delete_person, Menu::file, "Delete this person...", "",
      [](S s) { return s.project && idle(s); }},
     {Command::quit, Menu::file, "Quit", "Ctrl+Q", always},
     {Command::undo, Menu::edit, "Undo", "Ctrl+Z", [](S s) { return s.avatar && s.can_undo; }},
@@ -71,14 +75,18 @@ constexpr CommandInfo kTable[] = {
      [](S s) { return s.project && s.can_check && s.consent && !s.running && !s.checking; }},
     {Command::make_avatar, Menu::avatar, "Make the avatar", "Ctrl+Enter",
      [](S s) { return s.project && s.clip_there && s.consent && !s.running && !s.finished; }},
-    {Command::pause, Menu::avatar, "Pause", "Ctrl+P", [](S s) { return s.running; }},
+    {Command::pause, Menu::avatar, "Pause", "Ctrl+P", [](S s) { return s.running && !s.paused; }},
+    {Command::go_on, Menu::avatar, "Continue", "Ctrl+Shift+P", [](S s) { return s.running && s.paused; }},
+    {Command::stop_work, Menu::avatar, "Stop", "", [](S s) { return s.running; }},
     {Command::finish_now, Menu::avatar, "Finish with what is learnt", "", [](S s) { return s.training; }},
     {Command::train_longer, Menu::avatar, "Train longer", "",
      [](S s) { return s.project && s.finished && s.consent && !s.running; }},
     {Command::export_still, Menu::avatar, "Export a still", "Ctrl+E", can_export},
     {Command::export_orbit, Menu::avatar, "Export an orbit", "", can_export},
-    {Command::export_sequence, Menu::avatar, "Export pictures with transparency", "", can_export},
-    {Command::stop_export, Menu::avatar, "Stop the export", "", [](S s) { return s.exporting; }},
+    {Command::export_performance, Menu::avatar, "Export the performance", "", can_export},
+    {Command::export_driven, Menu::avatar, "Export a driven clip", "", can_export},
+    {Command::export_mesh, Menu::avatar, "Export the head's mesh", "", can_export},
+    {Command::stop_export, Menu::avatar, "Stop all exports", "", [](S s) { return s.exporting; }},
     {Command::previous_step, Menu::view, "Previous step", "Ctrl+Up", with_project},
     {Command::next_step, Menu::view, "Next step", "Ctrl+Down", with_project},
     {Command::compare, Menu::view, "Compare with the clip", "Ctrl+B",

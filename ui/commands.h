@@ -12,11 +12,15 @@ enum class Command {
   open_clip,
   open_project,
   try_demo,
+  find_clip,
   close_project,
+  delete_person,
   quit,
   check_clip,
   make_avatar,
   pause,
+  go_on,
+  stop_work,
   finish_now,
   train_longer,
   undo,
@@ -59,7 +63,9 @@ enum class Command {
   next_step,
   export_still,
   export_orbit,
-  export_sequence,
+  export_performance,
+  export_driven,
+  export_mesh,
   stop_export,
   toggle_theme,
   larger,
@@ -74,12 +80,14 @@ enum class Menu { file, edit, timeline, avatar, view, help };
 
 // What decides which commands make sense now.
 struct Situation {
-  bool project = false;     // one is open
-  bool clip_there = false;  // and its clip, or what was read of it
-  bool running = false;     // its stages are at work
-  bool training = false;    // and it is the training
-  bool finished = false;    // every stage is done
-  bool avatar = false;      // it can be directed
+  bool project = false;       // one is open
+  bool clip_there = false;    // and its clip, or what was read of it
+  bool clip_missing = false;  // the clip is not where it was
+  bool running = false;       // its stages are at work
+  bool paused = false;        // and wait where they are
+  bool training = false;      // and it is the training
+  bool finished = false;      // every stage is done
+  bool avatar = false;        // it can be directed
   bool exporting = false;
   bool checking = false, can_check = false;  // the clip is being looked at; it could be
   bool directing = false;                    // the Direct step is shown

@@ -6,8 +6,10 @@
 #include <vector>
 
 #include "core/base/hash.h"
+#include "core/base/parallel.h"
 #include "core/project/project_views.h"
 #include "core/project/run_stages.h"
+#include "core/project/solved_points.h"
 
 namespace likeness::ui {
 
@@ -34,6 +36,33 @@ std::shared_ptr<const ProjectAvatar> read_project_avatar(const ProjectContents& 
   return made;
 }
 
+std::shared_ptr<const Card> read_card(const ProjectContents& contents) {
+  if (!contents.avatar || !contents.capture || !contents.cameras || !contents.track ||
+      !check_track_fits(*contents.track, *contents.avatar->model))
+    return nullptr;
+  const Capture trained = without_left_out(*contents.capture, contents.project.options.left_out);
+  return std::make_shared<const Card>(make_card(trained, *contents.cameras, *contents.track,
+                                                contents.avatar->avatar, *contents.avatar->model));
+}
+
+Plan make_plan(const ProjectContents& contents) {
+  Plan plan;
+  if (!contents.clip || !contents.model) return plan;
+  const Project& project = contents.project;
+  const int threads = current_thread_limit();
+  plan.forecast = forecast_build(*contents.clip, project.options, *contents.model, threads);
+  for (const Stage stage : kStages)
+    if (!contents.is_current(stage) || contents.is_stale(stage))
+      plan.seconds += plan.forecast->seconds[std::size_t(stage)];
+  if (plan.seconds == 0) return plan;
+  const Resources free = free_resources(project.folder);
+  if (const auto fits = check_forecast(*plan.forecast, free, folder_bytes(project.folder)); !fits)
+    plan.too_much = fits.error();
+  if (plan.too_much)
+    plan.smaller_size = smaller_size(*contents.clip, project.options, *contents.model, threads, free);
+  return plan;
+}
+
 }  // namespace
 
 std::shared_ptr<ProjectAvatar> ProjectAvatar::make(Avatar avatar, std::shared_ptr<const HeadModel> model,
@@ -58,7 +87,9 @@ Result<std::shared_ptr<const ProjectContents>> read_contents(const std::filesyst
   auto contents = std::make_shared<ProjectContents>();
   contents->project = std::move(*project);
   const Project& p = contents->project;
-  for (const Stage stage : kStages) contents->current[std::size_t(stage)] = is_current(p, stage);
+  const Freshness fresh = read_freshness(p);
+  contents->current = fresh.current;
+  contents->stale = fresh.stale;
   if (auto info = probe_video(p.options.video)) contents->clip = std::move(*info);
   const auto same_stage = [&](Stage stage) {
     return earlier && contents->is_current(stage) && earlier->is_current(stage) &&
@@ -74,6 +105,14 @@ Result<std::shared_ptr<const ProjectContents>> read_contents(const std::filesyst
   contents->track = same_stage(Stage::fit) ? earlier->track : shared_or_none(read_track(track_path(p)));
   contents->avatar =
       same_stage(Stage::train) && earlier->avatar ? earlier->avatar : read_project_avatar(*contents);
+  if (contents->track && contents->cameras && !contents->cameras->is_static) {
+    contents->points = same_stage(Stage::fit) && earlier->points
+                           ? earlier->points
+                           : shared_or_none(solved_points(p, *contents->track));
+  }
+  contents->card = read_card(*contents);
+  contents->curve = shared_or_none(read_training_curve(training_curve_path(p)));
+  contents->plan = make_plan(*contents);
   return std::shared_ptr<const ProjectContents>(std::move(contents));
 }
 

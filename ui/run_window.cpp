@@ -36,6 +36,12 @@ void WindowLoop::carry_out(Wish wish) {
     case Wish::name_performance:
       shell_.browse(Wanted::new_performance, studio_.folder());
       return;
+    case Wish::find_clip:
+      shell_.browse(Wanted::moved_clip, home_folder());
+      return;
+    case Wish::delete_person:
+      shell_.ask(Question::delete_person);
+      return;
     case Wish::film_guide:
       shell_.ask(Question::film_guide);
       return;
@@ -90,7 +96,7 @@ Result<void> run_window(const StudioOptions& options, const std::filesystem::pat
   auto window =
       Window::open({.width = settings.width, .height = settings.height, .maximised = settings.maximised});
   if (!window) return window.error();
-  auto shell = Shell::create();
+  auto shell = Shell::create(&Window::wake);
   if (!shell) return shell.error();
   Studio studio(options, &Window::wake);
   if (!settings.licences_shown) {

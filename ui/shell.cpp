@@ -73,10 +73,13 @@ void draw_step(const Snapshot& snapshot, Views& views, Requests& requests) {
   if (!view.next.empty() && !view.error) words += (words.empty() ? "" : "  ") + view.next;
   if (!words.empty()) {
     ImGui::SameLine(0, px(14));
-    ImGui::SetCursorPosY(ImGui::GetCursorPosY() + px(6));
-    ImGui::PushStyleColor(ImGuiCol_Text, theme().colours.faint);
-    clipped_text(words, ImGui::GetContentRegionAvail().x);
-    ImGui::PopStyleColor();
+    const bool fits = ImGui::CalcTextSize(words.c_str()).x <= ImGui::GetContentRegionAvail().x;
+    if (fits) {
+      ImGui::SetCursorPosY(ImGui::GetCursorPosY() + px(6));
+    } else {
+      ImGui::NewLine();  // large letters in a small window: below the heading, in as many lines as it takes
+    }
+    faint_text(words);
   }
   ImGui::Dummy({0, px(2)});
   switch (snapshot.shown) {
@@ -133,6 +136,29 @@ void draw_shortcuts() {
   ImGui::EndChild();
 }
 
+// Asks before everything of a person goes. True once it is answered.
+bool draw_deletion(const Snapshot& snapshot, Requests& requests) {
+  heading("Delete this person?");
+  ImGui::Dummy({px(560), 0});
+  if (!snapshot.contents) return true;
+  const Project& project = snapshot.contents->project;
+  body_text(
+      "Frames, masks, tracks, checkpoints, performances and the avatar are removed from this computer, and "
+      "cannot "
+      "be brought back. Stop other programs that show them first.");
+  ImGui::Dummy({0, px(4)});
+  faint_text("The clip stays where it is: " + project.options.video.string());
+  faint_text("The project: " + project.folder.string());
+  ImGui::Dummy({0, px(6)});
+  bool answered = false;
+  if (plain_button("Delete all, exports too")) requests.delete_person = false, answered = true;
+  ImGui::SameLine();
+  if (plain_button("Delete, but keep the exports")) requests.delete_person = true, answered = true;
+  ImGui::SameLine();
+  if (primary_button("Keep the person")) answered = true;
+  return answered;
+}
+
 // What was done or went wrong, in the lower right corner, until it is dismissed.
 void draw_notices(const Snapshot& snapshot, Requests& requests) {
   if (!snapshot.error && snapshot.message.empty()) return;
@@ -163,10 +189,10 @@ void draw_notices(const Snapshot& snapshot, Requests& requests) {
 
 }  // namespace
 
-Result<std::unique_ptr<Shell>> Shell::create() {
+Result<std::unique_ptr<Shell>> Shell::create(std::function<void()> wake) {
   auto views = Views::create();
   if (!views) return views.error();
-  auto shell = std::make_unique<Shell>();
+  auto shell = std::make_unique<Shell>(std::move(wake));
   shell->views_ = std::move(*views);
   return shell;
 }
@@ -236,6 +262,8 @@ void Shell::draw_questions(const Snapshot& snapshot, Requests& requests) {
     }
     ImGui::SameLine();
     if (plain_button("Go on working")) close = true;
+  } else if (shown_ == Question::delete_person) {
+    close |= draw_deletion(snapshot, requests);
   } else {
     if (shown_ == Question::shortcuts) draw_shortcuts();
     if (shown_ == Question::film_guide) draw_film_guide();
@@ -248,8 +276,6 @@ void Shell::draw_questions(const Snapshot& snapshot, Requests& requests) {
     ImGui::CloseCurrentPopup();
   }
   ImGui::EndPopup();
-  (void)snapshot;
-  (void)requests;
 }
 
 Requests Shell::draw(const Snapshot& snapshot) {
@@ -278,24 +304,45 @@ Requests Shell::draw(const Snapshot& snapshot) {
   ImGui::End();
   draw_notices(snapshot, requests);
   draw_questions(snapshot, requests);
-  if (auto picked = browser_.draw()) {
-    switch (browser_.wanted()) {
-      case Wanted::clip:
-      case Wanted::project:
-        requests.open = std::move(picked);
-        break;
-      case Wanted::driver:
-        requests.drive_video = std::move(picked);
-        break;
-      case Wanted::performance:
-        requests.open_performance = std::move(picked);
-        break;
-      case Wanted::new_performance:
-        requests.save_performance = std::move(picked);
-        break;
-    }
+  if (requests.browse) {
+    const bool in_project = *requests.browse == Wanted::export_performance && snapshot.contents;
+    browse(*requests.browse, in_project ? snapshot.contents->project.folder : home_folder());
   }
+  if (const auto picked = browser_.draw()) take_picked(*picked, snapshot, requests);
   return requests;
+}
+
+void Shell::take_picked(const std::filesystem::path& picked, const Snapshot& snapshot, Requests& requests) {
+  ExportChoice choice = requests.export_choice.value_or(snapshot.export_choice);
+  switch (browser_.wanted()) {
+    case Wanted::clip:
+    case Wanted::project:
+      requests.open = picked;
+      return;
+    case Wanted::driving_clip:
+      choice.clip = picked;
+      break;
+    case Wanted::background:
+      choice.picture = picked;
+      choice.ground = ExportGround::picture;
+      break;
+    case Wanted::driver:
+      requests.drive_video = picked;
+      return;
+    case Wanted::performance:
+      requests.open_performance = picked;
+      return;
+    case Wanted::new_performance:
+      requests.save_performance = picked;
+      return;
+    case Wanted::export_performance:
+      choice.performance = picked;
+      break;
+    case Wanted::moved_clip:
+      requests.relink = picked;
+      return;
+  }
+  requests.export_choice = choice;
 }
 
 }  // namespace likeness::ui

@@ -17,6 +17,9 @@
 #include "ui/avatar_renderer.h"
 #include "ui/commands.h"
 #include "ui/directing.h"
+#include "ui/export_order.h"
+#include "ui/export_queue.h"
+#include "ui/folder_list.h"
 #include "ui/job.h"
 #include "ui/pipeline_job.h"
 #include "ui/platform/settings.h"
@@ -30,13 +33,22 @@ inline constexpr std::array kSteps{Step::film,  Step::check,  Step::cameras,   S
                                    Step::train, Step::direct, Step::export_out};
 std::string_view step_words(Step step);
 
-enum class StepState { to_do, loading, running, needs_you, failed, done };
+enum class StepState {
+  to_do,
+  loading,
+  running,
+  needs_you,
+  stale,  // done, with other choices than those there are now
+  failed,
+  done
+};
 
 struct StepView {
   StepState state = StepState::to_do;
   std::string found;  // what the step found, one sentence
   std::string next;   // the one next thing to do; empty: nothing here
   std::string text;   // of work in progress
+  bool paused = false;
   double fraction = 0;
   double seconds_left = -1;  // negative: not known
   std::vector<std::string> warnings;
@@ -49,17 +61,6 @@ struct FramePicture {
   std::uint64_t number = 0;  // another one is another picture
   std::shared_ptr<const Image8> image;
   std::string missing;  // why there is none
-};
-
-enum class ExportKind { still, orbit, sequence };
-enum class ExportGround { room, light, dark };
-struct ExportChoice {
-  ExportGround ground = ExportGround::light;
-  bool twice = false;          // as many px a side as the avatar was trained with, or twice as many
-  double half_angle_deg = 25;  // of the orbit
-  int frames = 100;
-  double frames_per_second = 25;
-  bool operator==(const ExportChoice&) const = default;
 };
 
 // The avatar driven by a video or a webcam as it happens.
@@ -83,12 +84,15 @@ struct Snapshot {
   Step shown = Step::film;
   Situation situation;
   PipelineStatus pipeline;
-  JobStatus demo;  // filming the demo person
-  JobStatus exporting;
+  JobStatus demo;       // filming the demo person
+  JobStatus exporting;  // the export at work, or the one that ended last
+  std::vector<ExportItem> exports;
   JobStatus checking;                             // the capture check, before anything is built
   std::shared_ptr<const CaptureVerdict> verdict;  // null: the clip was not looked at since it was opened
   std::filesystem::path exported;                 // what the last finished export wrote
   ExportChoice export_choice;
+  TrainingCurve curve;    // of the training at work, or of the last one
+  bool deleting = false;  // a person is being deleted
   Settings settings;
   DirectingView directing;
   LiveView live;
@@ -112,6 +116,9 @@ struct Requests {
   std::optional<Step> show;
   std::optional<Consent> consent;
   bool nobody_agreed = false;
+  std::optional<std::filesystem::path> relink;  // where the clip is now
+  std::optional<bool> delete_person;            // true: the exports are kept
+  std::optional<std::vector<int>> left_out;     // frames that shall not train
   std::optional<int> check_frame, face_frame, compare_frame;
   DirectRequests direct;
   std::optional<std::filesystem::path> open_performance, save_performance, drive_video;
@@ -120,6 +127,8 @@ struct Requests {
   std::optional<double> budget_s;
   std::optional<int> picture_size;
   std::optional<ExportChoice> export_choice;
+  std::optional<int> stop_export, retry_export, forget_export;  // numbers of the queue's items
+  std::optional<Wanted> browse;                                 // for a file that the panel asks for
   bool dismiss_error = false, dismiss_message = false;
 
   void ask(Command command) { commands.push_back(command); }

@@ -2,18 +2,19 @@
 #include "ui/studio.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
+#include <functional>
 #include <numbers>
 #include <utility>
 
 #include "core/base/files.h"
 #include "core/base/memory.h"
 #include "core/base/parallel.h"
-#include "core/film/film.h"
 #include "core/image/files.h"
+#include "core/project/care.h"
 #include "core/project/project_views.h"
-#include "core/render/camera_path.h"
 #include "core/track/overlay.h"
 
 namespace likeness::ui {
@@ -43,46 +44,13 @@ fs::path folder_for(const fs::path& projects, const fs::path& clip) {
   }
 }
 
-// exports/still-001.png, exports/orbit-001.mp4, exports/pictures-001
-fs::path export_name(const fs::path& folder, ExportKind kind) {
-  constexpr std::array<const char*, 3> kNames{"still", "orbit", "pictures"}, kEndings{".png", ".mp4", ""};
+// A name in exports/ that no file has and no waiting export takes.
+fs::path export_path(const fs::path& folder, const ExportChoice& choice, const ExportQueue& queue) {
   for (int number = 1;; ++number) {
-    const fs::path path =
-        folder / "exports" /
-        fmt::format("{}-{:03}{}", kNames[std::size_t(kind)], number, kEndings[std::size_t(kind)]);
+    const fs::path path = folder / "exports" / export_file_name(choice, number);
     std::error_code ignored;
-    if (!fs::exists(path, ignored)) return path;
+    if (!fs::exists(path, ignored) && !queue.holds(path)) return path;
   }
-}
-
-Film make_film(ExportKind kind, const ExportChoice& choice, const Performance& performance, double time_s,
-               const ProjectAvatar& avatar) {
-  const int frames = kind == ExportKind::still ? 1 : choice.frames;
-  const int size = avatar.avatar.size * (choice.twice ? 2 : 1);
-  const float from = value_at(performance, "camera yaw", time_s);
-  Film film;
-  for (const double yaw : orbit_yaws(frames, choice.half_angle_deg)) {
-    Performance seen = performance;
-    seen.channels["camera yaw"] = {{0, from + float(yaw)}};
-    DirectedMoment moment = direct_moment(avatar.directed, seen, time_s);
-    film.cameras.push_back(resized(moment.camera, size));
-    film.poses.push_back(std::move(moment.pose));
-  }
-  return film;
-}
-
-FilmOptions film_options(ExportKind kind, const ExportChoice& choice, const ViewPoint& view,
-                         const Avatar& avatar, fs::path out) {
-  FilmOptions options;
-  options.out = std::move(out);
-  options.alpha = kind == ExportKind::sequence;
-  options.camera_rests = kind == ExportKind::still;
-  options.frames_per_second = choice.frames_per_second;
-  // The room was filmed from one place, in the size of the pictures.
-  const bool room = choice.ground == ExportGround::room && kind == ExportKind::still && !choice.twice &&
-                    view == ViewPoint{} && !avatar.plate.empty();
-  options.background = room ? "plate" : choice.ground == ExportGround::dark ? "#1c1f26" : "#e6e6e6";
-  return options;
 }
 
 }  // namespace
@@ -131,6 +99,7 @@ Studio::Studio(StudioOptions options, std::function<void()> wake)
       wake_(std::move(wake)),
       settings_(read_settings(options_.settings)),
       renderer_(wake_),
+      exports_(wake_),
       background_(
           [this](const std::string& what) {
             loading_ = false;
@@ -163,8 +132,7 @@ void Studio::tick() {
       open_clip(status.outcome, Consent::no_real_person, project);
     }
   }
-  if (export_ && !ui::is_working(export_->status()) && export_->status().state == JobState::done)
-    exported_ = exporting_to_;
+  exports_.tick();
   if (check_ && checked_ && check_->status().state == JobState::done)
     verdict_ = std::exchange(checked_, nullptr);
   if (!pipeline_job_) return;
@@ -207,12 +175,19 @@ Snapshot Studio::snapshot() const {
   s.contents = contents_;
   s.pipeline = pipeline_;
   if (demo_) s.demo = demo_->status();
-  if (export_) s.exporting = export_->status();
+  s.exporting = exports_.status();
+  s.exports = exports_.items();
   if (check_) s.checking = check_->status();
   s.verdict = verdict_;
-  s.exported = exported_;
+  s.exported = exports_.last_written();
   s.steps = view_steps(contents_.get(), s.loading, s.pipeline, s.exporting, s.exported);
   add_verdict(s.checking, s.verdict.get(), s.steps[std::size_t(Step::check)]);
+  if (!pipeline_.curve.training.empty()) {
+    s.curve = pipeline_.curve;
+  } else if (contents_ && contents_->curve) {
+    s.curve = *contents_->curve;
+  }
+  s.deleting = deleting_;
   s.shown = shown_;
   s.export_choice = export_choice_;
   s.settings = settings_;
@@ -242,12 +217,16 @@ Snapshot Studio::snapshot() const {
   Situation& now = s.situation;
   now.project = contents_ != nullptr;
   now.clip_there = contents_ && (contents_->clip || contents_->capture);
+  now.clip_missing = contents_ && !contents_->clip;
   now.running = ui::is_working(pipeline_.job) || ui::is_working(s.demo);
+  now.paused =
+      (ui::is_working(pipeline_.job) && pipeline_.job.paused) || (ui::is_working(s.demo) && s.demo.paused);
   now.training =
       ui::is_working(pipeline_.job) && pipeline_.stage == Stage::train && !pipeline_.training.empty();
-  now.finished = contents_ && std::ranges::all_of(contents_->current, [](bool current) { return current; });
+  now.finished = contents_ && std::ranges::all_of(contents_->current, std::identity{}) &&
+                 std::ranges::none_of(contents_->stale, std::identity{});
   now.avatar = contents_ && contents_->avatar;
-  now.exporting = ui::is_working(s.exporting);
+  now.exporting = exports_.is_working();
   now.checking = ui::is_working(s.checking);
   now.can_check = contents_ && contents_->clip;
   now.directing = shown_ == Step::direct;
@@ -293,6 +272,15 @@ Wish Studio::apply(const Requests& requests) {
     }
     message_ = "Without the person's agreement no avatar is made.";
   }
+  if (requests.relink) relink(*requests.relink, false);
+  if (requests.delete_person) delete_person(*requests.delete_person);
+  if (requests.left_out && contents_ && contents_->capture) {
+    if (const auto fine = check_left_out(*contents_->capture, *requests.left_out); !fine) {
+      fail(fine.error());
+    } else {
+      edit_options([&](ProjectOptions& o) { o.left_out = *requests.left_out; });
+    }
+  }
   if (requests.check_frame) show_frame(&Studio::check_picture_, *requests.check_frame, false);
   if (requests.face_frame) show_frame(&Studio::face_picture_, *requests.face_frame, true);
   if (requests.compare_frame) {
@@ -311,6 +299,9 @@ Wish Studio::apply(const Requests& requests) {
     request_picture();
   }
   if (requests.export_choice) export_choice_ = *requests.export_choice;
+  if (requests.stop_export) exports_.stop(*requests.stop_export);
+  if (requests.retry_export) exports_.retry(*requests.retry_export);
+  if (requests.forget_export) exports_.forget(*requests.forget_export);
   if (requests.budget_s)
     edit_options([&](ProjectOptions& o) { o.budget_s = *requests.budget_s, o.steps = 0; });
   if (requests.picture_size)
@@ -348,6 +339,10 @@ Wish Studio::carry_out(Command command) {
       return Wish::shortcuts;
     case Command::licences:
       return Wish::licences;
+    case Command::find_clip:
+      return Wish::find_clip;
+    case Command::delete_person:
+      return Wish::delete_person;
     case Command::try_demo:
       start_demo();
       break;
@@ -362,6 +357,14 @@ Wish Studio::carry_out(Command command) {
       start_check();
       break;
     case Command::pause:
+      if (demo_) demo_->pause();
+      if (pipeline_job_) pipeline_job_->pause();
+      break;
+    case Command::go_on:
+      if (demo_) demo_->go_on();
+      if (pipeline_job_) pipeline_job_->go_on();
+      break;
+    case Command::stop_work:
       finish_at_s_.reset();
       if (demo_) demo_->stop();
       if (pipeline_job_) pipeline_job_->stop();
@@ -435,11 +438,17 @@ Wish Studio::carry_out(Command command) {
     case Command::export_orbit:
       start_export(ExportKind::orbit);
       break;
-    case Command::export_sequence:
-      start_export(ExportKind::sequence);
+    case Command::export_performance:
+      start_export(ExportKind::performance);
+      break;
+    case Command::export_driven:
+      start_export(ExportKind::driven);
+      break;
+    case Command::export_mesh:
+      start_export(ExportKind::mesh);
       break;
     case Command::stop_export:
-      if (export_) export_->stop();
+      exports_.stop_all();
       break;
     case Command::toggle_theme:
       settings_.dark = !settings_.dark;
@@ -471,9 +480,54 @@ void Studio::open(const fs::path& path) {
       return;
     }
     load(folder);
+  } else if (contents_ && !contents_->clip) {
+    relink(path, true);  // the clip that is looked for, or another one
   } else {
     open_clip(path, Consent::not_asked, options_.project);
   }
+}
+
+// or_open: another clip is opened as such.
+void Studio::relink(const fs::path& clip, bool or_open) {
+  if (!contents_ || ui::is_working(pipeline_.job)) return;
+  loading_ = true;
+  background_.run("relink", [this, folder = folder_, clip, or_open](std::stop_token) -> Background::Delivery {
+    const auto linked = relink_clip(folder, clip);
+    return [this, folder, clip, or_open, error = linked ? std::nullopt : std::optional(linked.error())] {
+      loading_ = false;
+      if (folder != folder_) return;
+      if (error && or_open && error->code == ErrorCode::bad_input) {
+        open_clip(clip, Consent::not_asked, options_.project);
+      } else if (error) {
+        fail(*error);
+      } else {
+        message_ = "The clip is found again: " + clip.string();
+        load(folder);
+      }
+    };
+  });
+}
+
+void Studio::delete_person(bool keep_exports) {
+  if (!contents_ || is_working()) return;
+  const fs::path folder = folder_;
+  close_project();
+  deleting_ = true;
+  // After whatever was being read of the project: one thread does both, in order.
+  background_.run("", [this, folder, keep_exports](std::stop_token) -> Background::Delivery {
+    const auto deleted = likeness::delete_person(folder, keep_exports);
+    return [this, folder, deleted] {
+      deleting_ = false;
+      if (!deleted) {
+        fail(deleted.error());
+        return;
+      }
+      std::erase_if(settings_.recent, [&](const fs::path& recent) { return same_place(recent, folder); });
+      message_ = fmt::format("The person is deleted: {:.1f} MB were removed.", double(deleted->bytes) / 1e6);
+      if (!deleted->folder_gone)
+        message_ += " Kept: " + fmt::format("{}", fmt::join(deleted->kept, ", ")) + ".";
+    };
+  });
 }
 
 void Studio::open_clip(const fs::path& clip, Consent consent, ProjectOptions options) {
@@ -542,6 +596,7 @@ void Studio::loaded(std::shared_ptr<const ProjectContents> contents) {
     shown_ = contents_->avatar ? Step::direct : Step::film;
     read_clip_picture();
   }
+  if (!first && contents_->clip && !earlier.clip) read_clip_picture();
   if (contents_->avatar && contents_->avatar != earlier.avatar) request_picture();
   // A new clip is looked at before anything is built from it.
   if (!contents_->capture && contents_->clip && contents_->project.consent != Consent::not_asked && !check_)
@@ -561,7 +616,7 @@ void Studio::close_project() {
   directing_.open({});
   retire(drive_.stop());
   retire(std::move(pipeline_job_));
-  retire(std::move(export_));
+  retire(exports_.clear());
   drop_check();
   pipeline_ = {};
   seen_states_ = {};
@@ -573,7 +628,6 @@ void Studio::close_project() {
   loading_ = false;
   shown_ = Step::film;
   comparing_ = false;
-  exported_.clear();
   for (FramePicture* picture : {&clip_picture_, &check_picture_, &face_picture_, &compare_picture_})
     *picture = {};
   renderer_.clear();
@@ -663,28 +717,21 @@ void Studio::start_check() {
 
 void Studio::start_export(ExportKind kind) {
   if (!contents_ || !contents_->avatar) return;
-  export_kind_ = kind;
-  exporting_to_ = export_name(folder_, kind);
-  exported_.clear();
-  export_ = std::make_unique<Job>(
-      [contents = contents_, kind, choice = export_choice_, performance = directing_.performance(),
-       time_s = directing_.playhead_s(),
-       out = exporting_to_](const Progress& progress, std::stop_token stop) -> Result<std::string> {
-        const ProjectAvatar& avatar = *contents->avatar;
-        if (const auto folder = make_writable_folder(kind == ExportKind::sequence ? out : out.parent_path());
-            !folder)
-          return folder.error();
-        const ViewPoint view = direct_moment(avatar.directed, *performance, time_s).view;
-        const OpenedAvatar opened{contents->project, avatar.avatar, *avatar.model, avatar.hash};
-        const auto written = write_film(opened, make_film(kind, choice, *performance, time_s, avatar),
-                                        film_options(kind, choice, view, avatar.avatar, out),
-                                        progress.stage(0, 1, "export"), stop);
-        if (written) return out.string();
-        std::error_code ignored;
-        if (kind == ExportKind::sequence) fs::remove_all(out, ignored);  // half a sequence is none
-        return written.error();
-      },
-      wake_);
+  export_choice_.kind = kind;
+  const ProjectAvatar& avatar = *contents_->avatar;
+  const double time_s = directing_.playhead_s();
+  const ViewPoint view = direct_moment(avatar.directed, *directing_.performance(), time_s).view;
+  const ExportChoice choice = settled(export_choice_, view, avatar.avatar);
+  ExportOrder order{choice, contents_, directing_.performance(), time_s,
+                    export_path(folder_, choice, exports_)};
+  if (const auto fine = check_order(order); !fine) {
+    fail(fine.error());
+    return;
+  }
+  const fs::path out = order.out;
+  exports_.add(out, [order = std::move(order)](const Progress& progress, std::stop_token stop) {
+    return write_order(order, progress.stage(0, 1, "export"), stop);
+  });
 }
 
 void Studio::read_clip_picture() {
@@ -742,15 +789,14 @@ void Studio::save_settings() {
 }
 
 bool Studio::is_working() const {
-  return ui::is_working(pipeline_.job) || (demo_ && ui::is_working(demo_->status())) ||
-         (export_ && ui::is_working(export_->status()));
+  return ui::is_working(pipeline_.job) || (demo_ && ui::is_working(demo_->status())) || exports_.is_working();
 }
 
 void Studio::stop_work() {
   finish_at_s_.reset();
   if (demo_) demo_->stop();
   if (pipeline_job_) pipeline_job_->stop();
-  if (export_) export_->stop();
+  exports_.stop_all();
   if (check_) check_->stop();
 }
 

@@ -36,7 +36,9 @@ enum class Wish {
   name_performance,
   film_guide,
   shortcuts,
-  licences
+  licences,
+  find_clip,
+  delete_person
 };
 
 class Studio {
@@ -96,6 +98,8 @@ class Studio {
   void show_frame(FramePicture Studio::*slot, int frame, bool overlay);
   void fail(Error error) { error_ = std::move(error); }
   void save_diagnostics();
+  void relink(const std::filesystem::path& clip, bool or_open);
+  void delete_person(bool keep_exports);
 
   StudioOptions options_;
   std::function<void()> wake_;
@@ -114,8 +118,6 @@ class Studio {
   FramePicture clip_picture_, check_picture_, face_picture_, compare_picture_;
   std::uint64_t picture_number_ = 0, load_number_ = 0;
   ExportChoice export_choice_;
-  ExportKind export_kind_ = ExportKind::still;
-  std::filesystem::path exporting_to_, exported_;
   std::optional<Error> error_;
   std::string message_;
   std::array<StageState, kStages.size()> seen_states_{};
@@ -126,7 +128,9 @@ class Studio {
   LiveDrive drive_{renderer_};
   std::shared_ptr<CaptureVerdict> checked_;  // being filled by the check
   std::shared_ptr<const CaptureVerdict> verdict_;
-  std::unique_ptr<Job> demo_, export_, check_;
+  bool deleting_ = false;
+  std::unique_ptr<Job> demo_, check_;
+  ExportQueue exports_;
   std::unique_ptr<PipelineJob> pipeline_job_;
   Background background_;  // last: its deliveries use the rest
 };

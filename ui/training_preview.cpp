@@ -124,7 +124,7 @@ std::shared_ptr<const PreviewPictures> TrainingPreview::latest() const {
   return latest_;
 }
 
-std::vector<PreviewScore> TrainingPreview::scores() const {
+std::vector<HeldOutScore> TrainingPreview::scores() const {
   const std::lock_guard lock(mutex_);
   return scores_;
 }

@@ -74,6 +74,9 @@ std::optional<int> draw_frame_strip(const char* name, const std::vector<StripBar
   const auto draw_bar = [&](float x0, float x1, const StripBar& bar) {
     const float tall = std::clamp(bar.height, 0.06f, 1.f) * (height - 2 * inset);
     list.AddRectFilled({x0, at.y + height - inset - tall}, {x1, at.y + height - inset}, bar.ink);
+    if (bar.struck)
+      list.AddRectFilled({x0, at.y + 0.5f * height - px(1)}, {x1, at.y + 0.5f * height + px(1)},
+                         colour(p.text));
   };
   if (column >= 2) {
     const float gap = column > 4 ? 1.f : 0.f;
