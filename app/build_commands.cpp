@@ -1,5 +1,8 @@
 // likeness build|import|align|fit|train: run a project's stages, all or up to one.
+#include <algorithm>
+#include <charconv>
 #include <chrono>
+#include <cmath>
 #include <filesystem>
 #include <memory>
 
@@ -11,6 +14,8 @@
 #include "core/camera/align.h"
 #include "core/capture/capture.h"
 #include "core/matte/matte.h"
+#include "core/project/build_forecast.h"
+#include "core/project/care.h"
 #include "core/project/run_stages.h"
 
 namespace likeness::app {
@@ -23,7 +28,69 @@ struct BuildArguments {
   CommonOptions common;
   fs::path input, project, out;
   ProjectOptions options;
+  std::string leave_out;  // "12,40-60", or "none"
+  bool forecast = false;
 };
+
+// "12,40-60" -> 12, 40, 41, ... 60.
+Result<std::vector<int>> parse_frames(const std::string& text) {
+  const Error wrong{ErrorCode::bad_input, fmt::format("\"{}\" is no list of frames.", text),
+                    "Write numbers and spans, e.g. --leave-out 12,40-60, or none.", ""};
+  std::vector<int> frames;
+  if (text == "none") return frames;
+  constexpr int kMostFrames = 1'000'000;
+  const char *at = text.data(), *end = at + text.size();
+  const auto number = [&](int& value) {
+    const auto [rest, failure] = std::from_chars(at, end, value);
+    at = rest;
+    return failure == std::errc{} && value >= 0 && value < kMostFrames;
+  };
+  while (at != end) {
+    int first = 0, last = 0;
+    if (!number(first)) return wrong;
+    last = first;
+    if (at != end && *at == '-' && (++at, !number(last) || last < first)) return wrong;
+    for (int frame = first; frame <= last; ++frame) frames.push_back(frame);
+    if (at != end && (*at++ != ',' || at == end)) return wrong;
+  }
+  std::ranges::sort(frames);
+  frames.erase(std::unique(frames.begin(), frames.end()), frames.end());
+  if (frames.empty()) return wrong;
+  return frames;
+}
+
+// What a build would take, before anything is done.
+int run_forecast(const BuildArguments& arguments) {
+  const ThreadLimit limit(arguments.common.threads);
+  const auto clip = probe_video(arguments.input);
+  if (!clip) return report_failure(clip.error());
+  const auto model = project_head_model(arguments.options);
+  if (!model) return report_failure(model.error());
+  const int threads = current_thread_limit();
+  const BuildForecast forecast = forecast_build(*clip, arguments.options, *model, threads);
+  const Resources free = free_resources(arguments.project);
+  const auto fits = check_forecast(forecast, free, folder_bytes(arguments.project));
+  const auto smaller = smaller_size(*clip, arguments.options, *model, threads, free);
+  if (arguments.common.json) {
+    nlohmann::json stages = nlohmann::json::object();
+    for (const Stage stage : kStages)
+      stages[std::string(stage_name(stage))] = forecast.seconds[std::size_t(stage)];
+    print_json({{"frames", forecast.frames},
+                {"disk_bytes", forecast.disk},
+                {"memory_bytes", forecast.memory},
+                {"seconds", forecast.total_seconds()},
+                {"seconds_more_if_the_camera_moves", forecast.seconds_if_moving},
+                {"stages", stages},
+                {"fits", fits.ok()},
+                {"smaller_size", smaller ? nlohmann::json(*smaller) : nlohmann::json()}});
+    return kExitDone;
+  }
+  fmt::print("The build takes {}.\nIf the camera moves, about {:.0f} min more.\n", forecast_words(forecast),
+             std::max(1.0, std::ceil(forecast.seconds_if_moving / 60)));
+  if (!fits) fmt::print("{}\n{}\n", fits.error().what, fits.error().fix);
+  if (smaller) fmt::print("It would fit with --size {}.\n", *smaller);
+  return kExitDone;
+}
 
 nlohmann::json summary(const Project& project) {
   nlohmann::json stages = nlohmann::json::object();
@@ -69,6 +136,7 @@ int run_new(const BuildArguments& arguments, Stage last) {
   ProjectOptions options = arguments.options;
   options.video = arguments.input;
   options.seed = arguments.common.seed;
+  if (const auto earlier = open_project(arguments.project)) options.left_out = earlier->options.left_out;
   auto project = open_or_create_project(arguments.project, options);
   if (!project) return report_failure(project.error());
   const int code = run(*project, last, arguments.common);
@@ -92,6 +160,14 @@ int run_existing(const BuildArguments& arguments, Stage last, const CLI::App& ve
   if (given("--steps")) options.steps = arguments.options.steps;
   if (given("--seed")) options.seed = arguments.common.seed;
   if (given("--head-model")) options.head_model = arguments.options.head_model;
+  if (given("--leave-out")) {
+    auto frames = parse_frames(arguments.leave_out);
+    if (!frames) return report_failure(frames.error());
+    const auto capture = read_capture(capture_path(*opened));
+    if (!capture) return report_failure(capture.error());
+    if (const auto fine = check_left_out(*capture, *frames); !fine) return report_failure(fine.error());
+    options.left_out = std::move(*frames);
+  }
   auto project = open_or_create_project(arguments.input, options);
   if (!project) return report_failure(project.error());
   return run(*project, last, arguments.common);
@@ -158,7 +234,10 @@ void add_build_commands(CLI::App& program, int& exit_code) {
                   "Correct the training frames' poses and faces through the field while it learns");
   build->add_flag("!--no-occupancy", a->options.use_occupancy, "Ablation: without the occupancy grid");
   add_common_options(*build, a->common);
-  build->callback([a, &exit_code] { exit_code = run_new(*a, Stage::train); });
+  build->add_flag("--forecast", a->forecast,
+                  "Only tell what the build will take of disk, memory and minutes");
+  build->callback(
+      [a, &exit_code] { exit_code = a->forecast ? run_forecast(*a) : run_new(*a, Stage::train); });
 
   CLI::App* import_verb = program.add_subcommand("import", "Decode a clip, choose frames, crop");
   add_capture_options(*import_verb, *a);
@@ -188,6 +267,8 @@ void add_build_commands(CLI::App& program, int& exit_code) {
   CLI::App* train = program.add_subcommand("train", "Train the avatar, or continue");
   train->add_option("project", a->input, "Project folder")->required();
   add_training_options(*train, *a);
+  train->add_option("--leave-out", a->leave_out,
+                    "Frames that shall not train, from now on: 12,40-60, or none");
   add_common_options(*train, a->common);
   train->callback([a, train, &exit_code] { exit_code = run_existing(*a, Stage::train, *train); });
 }

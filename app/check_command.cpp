@@ -88,7 +88,8 @@ int run(const CheckArguments& arguments) {
 
 void add_check_command(CLI::App& program, int& exit_code) {
   auto a = std::make_shared<CheckArguments>();
-  CLI::App* verb = program.add_subcommand("check", "Will this clip make an avatar? A verdict before anything is built");
+  CLI::App* verb =
+      program.add_subcommand("check", "Will this clip make an avatar? A verdict before anything is built");
   verb->add_option("video", a->video, "The clip")->required();
   verb->add_option("--landmark-model", a->landmark_model,
                    "A dlib 68-point shape predictor; default: the system's");

@@ -9,13 +9,18 @@ void add_build_commands(CLI::App& program, int& exit_code);  // build, import, a
 void add_check_command(CLI::App& program, int& exit_code);
 void add_track_command(CLI::App& program, int& exit_code);
 void add_card_command(CLI::App& program, int& exit_code);
+void add_care_commands(CLI::App& program, int& exit_code);  // relink, delete
 void add_eval_command(CLI::App& program, int& exit_code);
 void add_render_command(CLI::App& program, int& exit_code);
 void add_drive_command(CLI::App& program, int& exit_code);
-void add_study_command(CLI::App& program, int& exit_code);  // study track, drive, gains, render
+void add_study_command(CLI::App& program, int& exit_code);  // study track, drive, and those below
+void add_camera_study(CLI::App& study, int& exit_code);
+void add_matte_study(CLI::App& study, int& exit_code);
 void add_gain_study(CLI::App& study, int& exit_code);
+void add_live_study(CLI::App& study, int& exit_code);
 void add_render_study(CLI::App& study, int& exit_code);
 void add_bench_command(CLI::App& program, int& exit_code);
+void add_record_command(CLI::App& program, int& exit_code);
 void add_demo_command(CLI::App& program, int& exit_code);
 void add_doctor_command(CLI::App& program, int& exit_code);
 

@@ -11,9 +11,10 @@
 #include "app/commands.h"
 #include "app/terminal.h"
 #include "core/base/parallel.h"
-#include "core/direct/direct_avatar.h"
+#include "core/direct/performance.h"
 #include "core/direct/seen_limits.h"
 #include "core/export/head_mesh.h"
+#include "core/export/write_out.h"
 #include "core/film/driving.h"
 #include "core/film/film.h"
 #include "core/head/pose_head.h"
@@ -31,8 +32,8 @@ struct RenderArguments {
   CommonOptions common;
   fs::path project, out, drive, performance;
   std::string camera = "still", background;
-  double orbit_deg = 30, frames_per_second = 25;
-  int frames = 0;  // 0 = as the path needs
+  double orbit_deg = 30, frames_per_second = 0;  // 0 = 25, or as the performance says
+  int frames = 0, size = 0;                      // 0 = as the path needs; as the avatar was made
   std::vector<std::string> expressions;
   std::vector<double> pose_deg;  // yaw, pitch, roll
   RenderQuality quality = RenderQuality::final;
@@ -136,26 +137,15 @@ FilmOptions film_options(const RenderArguments& arguments) {
   options.alpha = arguments.alpha;
   options.mark = arguments.mark;
   options.quality = arguments.quality;
-  options.frames_per_second = arguments.frames_per_second;
+  options.width = arguments.size;
+  if (arguments.frames_per_second > 0) options.frames_per_second = arguments.frames_per_second;
   return options;
 }
 
-Result<void> check_mesh(const FilmOptions& options, std::size_t frames) {
-  if (!options.camera_rests || options.alpha || options.mark || !options.background.empty()) {
-    return Error{ErrorCode::bad_input, "A mesh has no camera, no background and no mark.",
-                 "Leave out --camera, --background, --alpha and --mark, or name pictures as --out.",
-                 options.out.string()};
-  }
-  return check_head(options.out, frames);
-}
-
-// To pictures, or to a mesh where the name asks for one.
-Result<int> write_out(const OpenedAvatar& opened, const Film& film, const FilmOptions& options,
-                      const Progress& progress, std::stop_token stop) {
-  if (!is_mesh_name(options.out)) return write_film(opened, film, options, progress, stop);
-  if (const auto fine = check_mesh(options, film.poses.size()); !fine) return fine.error();
-  return write_head(opened, film.poses, options.frames_per_second, options.out,
-                    provenance_of(opened, options.made_at), progress, stop);
+Result<void> check_camera(const RenderArguments& arguments) {
+  if (arguments.camera == "still" || !is_mesh_name(arguments.out)) return {};
+  return Error{ErrorCode::bad_input, "A mesh has no camera.",
+               "Leave out --camera, or name pictures as --out.", arguments.out.string()};
 }
 
 // What an artist directed, its camera included.
@@ -167,22 +157,10 @@ Result<int> render_performance(const RenderArguments& arguments, const OpenedAva
                  "The performance says what face, head and camera do, and for how long.",
                  "Leave out --expression, --pose, --camera, --frames and --drive, or --performance.", ""};
   }
-  const auto performance = read_performance(arguments.performance);
+  auto performance = read_performance(arguments.performance);
   if (!performance) return performance.error();
-  FilmOptions options = film_options(arguments);
-  options.frames_per_second = performance->frames_per_second;
-  options.camera_rests = std::ranges::none_of(
-      performance->channels, [](const auto& channel) { return channel.first.starts_with("camera "); });
-  if (is_mesh_name(options.out)) options.camera_rests = true;  // of no matter
-  const auto frames = std::size_t(frame_count(*performance));
-  const auto fine =
-      is_mesh_name(options.out)
-          ? check_mesh(options, frames)
-          : check_film(opened.avatar, typical_camera(opened.avatar).intrinsics, frames, options);
-  if (!fine) return fine.error();
-  const auto film = direct_film(opened, *performance);
-  if (!film) return film.error();
-  return write_out(opened, *film, options, progress, stop);
+  if (arguments.frames_per_second > 0) performance->frames_per_second = arguments.frames_per_second;
+  return write_performed(opened, *performance, film_options(arguments), progress, stop);
 }
 
 // The avatar doing what somebody does in a clip, seen from the film's cameras.
@@ -201,15 +179,12 @@ Result<int> render_driven(const RenderArguments& arguments, const OpenedAvatar& 
   const auto info = probe_video(request.video);
   if (!info) return info.error();
   const auto expected = std::size_t(std::max(2, info->frame_count));
-  if (is_mesh_name(options.out)) {
-    if (const auto fine = check_mesh(options, expected); !fine) return fine.error();
-  } else {
-    const auto ahead = film_cameras(arguments, opened.project, opened.avatar, int(expected));
-    if (!ahead) return ahead.error();
-    const auto fine =
-        check_film(opened.avatar, ahead->front().intrinsics, std::min(ahead->size(), expected), options);
-    if (!fine) return fine.error();
-  }
+  const auto ahead = film_cameras(arguments, opened.project, opened.avatar, int(expected));
+  if (!ahead) return ahead.error();
+  if (const auto fine =
+          check_output(opened.avatar, ahead->front().intrinsics, std::min(ahead->size(), expected), options);
+      !fine)
+    return fine.error();
   const auto clip = drive_clip(opened, request, progress.stage(0, 0.5, "driver"), stop);
   if (!clip) return clip.error();
   auto cameras = film_cameras(arguments, opened.project, opened.avatar, int(clip->frames.size()));
@@ -218,17 +193,18 @@ Result<int> render_driven(const RenderArguments& arguments, const OpenedAvatar& 
   const std::size_t frames = std::min(film.cameras.size(), film.poses.size());
   film.cameras.resize(frames), film.poses.resize(frames);
   options.frames_per_second = clip->frames_per_second;
-  return write_out(opened, film, options, progress.stage(0.5, 1, "render"), stop);
+  return write_posed(opened, film, options, progress.stage(0.5, 1, "render"), stop);
 }
 
 Result<int> render_film(const RenderArguments& arguments, const Progress& progress, std::stop_token stop) {
+  if (const auto fine = check_camera(arguments); !fine) return fine.error();
   const auto opened = open_avatar(arguments.project);
   if (!opened) return opened.error();
   if (!arguments.performance.empty()) return render_performance(arguments, *opened, progress, stop);
   if (!arguments.drive.empty()) return render_driven(arguments, *opened, progress, stop);
   const auto film = make_film(arguments, *opened);
   if (!film) return film.error();
-  return write_out(*opened, *film, film_options(arguments), progress, stop);
+  return write_posed(*opened, *film, film_options(arguments), progress, stop);
 }
 
 // What the sliders are, and how much of each the capture showed.
@@ -291,11 +267,14 @@ void add_render_command(CLI::App& program, int& exit_code) {
   verb->add_option("--orbit", a->orbit_deg, "Half angle of the orbit, degrees")
       ->check(CLI::Range(1.0, 180.0));
   verb->add_option("--frames", a->frames, "Number of frames")->check(CLI::Range(1, 100000));
-  verb->add_option("--fps", a->frames_per_second, "Frames per second")->check(CLI::Range(1.0, 240.0));
+  verb->add_option("--fps", a->frames_per_second, "Frames per second; default: 25, or the performance's")
+      ->check(CLI::Range(1.0, 240.0));
+  verb->add_option("--size", a->size, "Width of the pictures, px; default: as the avatar was made")
+      ->check(CLI::Range(16, 8192));
   verb->add_option("--expression", a->expressions,
                    "NAME=VALUE, or NAME=FROM..TO for a sweep; may be repeated");
   verb->add_option("--pose", a->pose_deg, "Head turn yaw,pitch,roll in degrees")->delimiter(',')->expected(3);
-  verb->add_option("--background", a->background, "plate, or a colour such as #e8e8e8");
+  verb->add_option("--background", a->background, "plate, a colour such as #e8e8e8, or a picture");
   verb->add_option("--drive", a->drive,
                    "A clip whose performance the avatar takes over (see likeness drive)");
   verb->add_option("--performance", a->performance,

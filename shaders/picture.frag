@@ -9,6 +9,7 @@ uniform sampler2D background;   // opaque
 uniform float background_share; // 0: plain only; 1: the background's picture
 uniform vec3 background_place;  // scale, shift x, shift y: where the background's picture lies
 uniform vec4 plain;             // colour behind it; alpha 0: a chequered ground
+uniform float doubt;            // of the picture: fades it into the ground, at most by a half
 uniform float exposure;         // factor on linear light
 
 // The picture at p texels by Catmull-Rom splines, kept within the four neighbours: no ringing.
@@ -49,6 +50,11 @@ void main() {
   vec2 there = (place - 0.5 - background_place.yz) / background_place.x + 0.5;
   bool inside = all(greaterThanEqual(there, vec2(0.0))) && all(lessThanEqual(there, vec2(1.0)));
   vec3 behind = mix(ground, texture(background, there).rgb, inside ? background_share : 0.0);
+  // What nobody saw loses its colour first, then a part of its presence.
+  const float most_faded = 0.55;
+  float grey = dot(front.rgb, vec3(0.2126, 0.7152, 0.0722));
+  front.rgb = mix(front.rgb, vec3(grey), 0.8 * doubt);
+  front *= 1.0 - most_faded * doubt;
   vec3 shown = front.rgb + (1.0 - front.a) * behind;
   if (exposure != 1.0) shown = to_encoded(rolled_off(to_linear(clamp(shown, 0.0, 1.0)) * exposure));
   colour = vec4(shown, 1.0);

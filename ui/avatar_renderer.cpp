@@ -14,7 +14,9 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-constexpr int kBandRows = 64;  // rendered between two looks for a newer request
+constexpr int kBandRows = 64;     // rendered between two looks for a newer request
+constexpr double kPace_s = 0.07;  // a moving picture may take
+constexpr double kStep = 6;       // times the cost of a rung is that of the next, at most
 
 // The lower rungs are small pictures: the view enlarges them.
 RenderOptions rung_options(Rung rung) {
@@ -27,14 +29,6 @@ int rung_size(Rung rung, int size, int finest) {
   if (rung == Rung::coarse) return size / 4;
   if (rung == Rung::preview) return size / 2;
   return rung == Rung::fine ? finest : size;
-}
-
-Camera sized(Camera camera, int size) {
-  Intrinsics& k = camera.intrinsics;
-  const double scale = double(size) / k.width;
-  k.fx *= scale, k.fy *= scale, k.cx *= scale, k.cy *= scale;
-  k.width = k.height = size;
-  return camera;
 }
 
 }  // namespace
@@ -74,15 +68,16 @@ bool AvatarRenderer::is_newest(std::uint64_t number) const {
 }
 
 bool AvatarRenderer::publish(std::uint64_t number, AvatarPicture picture) {
+  bool newest = false;
   {
     const std::lock_guard lock(mutex_);
     // A coarse picture of a moment ago is still the best answer while the newer one is made.
     if (number != number_ && !waiting_) return false;
     latest_ = std::make_shared<const AvatarPicture>(std::move(picture));
-    if (number != number_) return false;
+    newest = number == number_;
   }
   wake_();
-  return true;
+  return newest;
 }
 
 void AvatarRenderer::loop(std::stop_token stop) {
@@ -106,21 +101,35 @@ void AvatarRenderer::loop(std::stop_token stop) {
   }
 }
 
+void AvatarRenderer::answer_moving(const PictureRequest& request, const RenderState& state, double posed_s,
+                                   std::uint64_t number) {
+  const Avatar& avatar = request.avatar->avatar;
+  const auto start = Clock::now();
+  AvatarPicture picture;
+  picture.rung = pace_;
+  picture.origin = request.origin;
+  const Camera camera = resized(request.camera, rung_size(pace_, avatar.size, avatar.size));
+  picture.rgba = render_frame(avatar, camera, state, rung_options(pace_)).rgba;
+  const double took = std::chrono::duration<double>(Clock::now() - start).count();
+  picture.seconds = posed_s + took;
+  if (took > kPace_s && pace_ > Rung::coarse) pace_ = Rung(int(pace_) - 1);
+  if (took * kStep < kPace_s && pace_ < Rung::final) pace_ = Rung(int(pace_) + 1);
+  publish(number, std::move(picture));
+}
+
 void AvatarRenderer::answer(const PictureRequest& request, std::uint64_t number, std::stop_token stop) {
   const Avatar& avatar = request.avatar->avatar;
-  const AvatarPose pose =
-      request.frame ? request.frame->pose : acting_pose(request.acting, avatar, request.avatar->rig);
   const auto posing = Clock::now();
-  const RenderState state = pose_avatar(request.avatar->rig, pose);
+  const RenderState state = pose_avatar(request.avatar->rig, request.pose);
   const double posed_s = std::chrono::duration<double>(Clock::now() - posing).count();
+  if (request.moving) return answer_moving(request, state, posed_s, number);
   const int finest = std::clamp(request.finest, avatar.size, 2 * avatar.size);
   const Rung best = finest > avatar.size + avatar.size / 4 ? Rung::fine : Rung::final;
   for (int r = 0; r <= int(best); ++r) {
     if (stop.stop_requested() || (r > 0 && !is_newest(number))) break;
     const Rung rung = Rung(r);
     const int size = rung_size(rung, avatar.size, finest);
-    const Camera camera =
-        request.frame ? sized(request.frame->camera, size) : acting_camera(request.acting, avatar, size);
+    const Camera camera = resized(request.camera, size);
     const auto start = Clock::now();
     AvatarPicture picture;
     if (rung < Rung::final) {
@@ -142,8 +151,7 @@ void AvatarRenderer::answer(const PictureRequest& request, std::uint64_t number,
     picture.rung = rung;
     picture.last = rung == best;
     picture.seconds = posed_s + std::chrono::duration<double>(Clock::now() - start).count();
-    picture.acting = request.acting;
-    picture.frame = request.frame ? request.frame->frame : -1;
+    picture.origin = request.origin;
     if (!publish(number, std::move(picture))) break;
   }
 }

@@ -2,6 +2,7 @@
 // coarsely, then better, while nothing newer comes.
 #pragma once
 
+#include <chrono>
 #include <condition_variable>
 #include <functional>
 #include <memory>
@@ -10,17 +11,28 @@
 #include <stop_token>
 #include <thread>
 
+#include "core/direct/direct_avatar.h"
 #include "core/image/image.h"
-#include "ui/acting.h"
 #include "ui/project_contents.h"
 
 namespace likeness::ui {
 
+// What a picture shows; comes back with it.
+struct PictureOrigin {
+  std::uint64_t moment = 0;  // number of what was asked for
+  ViewPoint view;
+  double doubt = 0;  // 0: seen by the capture, 1: nothing near it was
+  int frame = -1;    // of the clip, or -1
+  std::optional<std::chrono::steady_clock::time_point> captured = {};  // of the driver's picture it follows
+};
+
 struct PictureRequest {
-  std::shared_ptr<const DirectedAvatar> avatar;
-  Acting acting;
-  std::optional<FrameView> frame;  // a captured frame instead of the acting
-  int finest = 256;                // px of the last rung: the size it is shown at, at most twice the avatar's
+  std::shared_ptr<const ProjectAvatar> avatar;
+  Camera camera;  // of square pictures of any size
+  AvatarPose pose;
+  PictureOrigin origin;
+  int finest = 256;     // px of the last rung: the size it is shown at, at most twice the avatar's
+  bool moving = false;  // one picture of the best rung that keeps pace, instead of better and better ones
 };
 
 enum class Rung { coarse, preview, final, fine };  // fine: more pixels than the avatar was trained at
@@ -31,8 +43,7 @@ struct AvatarPicture {
   Rung rung = Rung::coarse;
   bool last = false;   // nothing better will come
   double seconds = 0;  // it took
-  Acting acting;
-  int frame = -1;  // of the clip, or -1
+  PictureOrigin origin;
 };
 
 class AvatarRenderer {
@@ -49,6 +60,8 @@ class AvatarRenderer {
  private:
   void loop(std::stop_token stop);
   void answer(const PictureRequest& request, std::uint64_t number, std::stop_token stop);
+  void answer_moving(const PictureRequest& request, const RenderState& state, double posed_s,
+                     std::uint64_t number);
   bool publish(std::uint64_t number, AvatarPicture picture);  // false: something newer was asked for
   bool is_newest(std::uint64_t number) const;
 
@@ -59,7 +72,8 @@ class AvatarRenderer {
   std::shared_ptr<const AvatarPicture> latest_;
   std::uint64_t number_ = 0;  // of the newest request
   bool working_ = false;
-  std::jthread thread_;  // last: stops before the rest goes
+  Rung pace_ = Rung::preview;  // of moving pictures; the thread's own
+  std::jthread thread_;        // last: stops before the rest goes
 };
 
 }  // namespace likeness::ui

@@ -13,6 +13,7 @@
 #include <vtkRenderer.h>
 
 #include <algorithm>
+#include <array>
 #include <utility>
 #include <vector>
 
@@ -25,6 +26,7 @@ namespace likeness::ui {
 namespace {
 
 constexpr std::size_t kFrusta = 60;       // drawn at most
+constexpr double kFarthestPoint = 6;      // m from the head; beyond, the room says nothing of the path
 constexpr double kFrustumDepth = 0.06;    // m
 constexpr double kFieldOfFrustum = 0.35;  // half width of the picture plane that is drawn, at most, per depth
 
@@ -41,6 +43,7 @@ void clear_layer(Layer& layer) {
   layer.data->SetPoints(points);
   layer.data->SetLines(none);
   layer.data->SetPolys(none);
+  layer.data->SetVerts(none);
 }
 
 void set_lines(Layer& layer, const std::vector<Vec3d>& vertices, const std::vector<std::vector<int>>& lines) {
@@ -53,6 +56,32 @@ void set_lines(Layer& layer, const std::vector<Vec3d>& vertices, const std::vect
   }
   layer.data->SetPoints(points);
   layer.data->SetLines(cells);
+}
+
+void set_points(Layer& layer, const std::vector<Vec3d>& places) {
+  vtkNew<vtkPoints> points;
+  vtkNew<vtkCellArray> cells;
+  for (const Vec3d& v : places) {
+    const vtkIdType id = points->InsertNextPoint(v.x(), v.y(), v.z());
+    cells->InsertNextCell(1, &id);
+  }
+  layer.data->SetPoints(points);
+  layer.data->SetVerts(cells);
+}
+
+// The room as it stands about the head where the camera's walk begins and the head rests.
+std::vector<Vec3d> room_about_head(const ProjectContents& contents) {
+  std::vector<Vec3d> places;
+  const auto& frames = contents.track->frames;
+  const auto first =
+      std::ranges::find_if(frames, [](const TrackedFrame& f) { return f.status != FrameStatus::lost; });
+  if (first == frames.end()) return places;
+  const Pose head_from_world = first->world_from_head.inverse();
+  for (const Vec3f& point : *contents.points) {
+    const Vec3d place = head_from_world * point.cast<double>();
+    if (place.norm() < kFarthestPoint) places.push_back(place);
+  }
+  return places;
 }
 
 // Frames to draw cameras of: those whose head was found, evenly thinned.
@@ -71,7 +100,8 @@ std::vector<const TrackedFrame*> chosen_frames(const Track& track) {
 
 struct CameraScene::Impl {
   VtkView view{VtkView::Hand::orbit};
-  Layer frusta, path, head;
+  Layer frusta, path, head, points;
+  std::array<double, 6> bounds{};  // of head and cameras: what is looked at
   vtkNew<vtkPolyDataNormals> normals;
   std::shared_ptr<const ProjectContents> contents;
   Vec3d centre = Vec3d::Zero();
@@ -81,7 +111,7 @@ struct CameraScene::Impl {
 
 CameraScene::CameraScene() : impl_(std::make_unique<Impl>()) {
   Impl& my = *impl_;
-  for (Layer* layer : {&my.frusta, &my.path, &my.head}) {
+  for (Layer* layer : {&my.frusta, &my.path, &my.head, &my.points}) {
     clear_layer(*layer);
     if (layer == &my.head) {
       my.normals->SetInputData(layer->data);
@@ -104,7 +134,7 @@ void CameraScene::set(std::shared_ptr<const ProjectContents> contents) {
   Impl& my = *impl_;
   if (contents == my.contents) return;
   my.contents = std::move(contents);
-  for (Layer* layer : {&my.frusta, &my.path, &my.head}) clear_layer(*layer);
+  for (Layer* layer : {&my.frusta, &my.path, &my.head, &my.points}) clear_layer(*layer);
   my.view.touch();
   if (!my.contents || !my.contents->track || !my.contents->cameras || !my.contents->model) return;
   const Track& track = *my.contents->track;
@@ -153,6 +183,9 @@ void CameraScene::set(std::shared_ptr<const ProjectContents> contents) {
   }
   set_lines(my.frusta, corners, outlines);
   if (eyes.size() > 1) set_lines(my.path, eyes, path);
+  for (const Vec3d& corner : corners) low = low.cwiseMin(corner), high = high.cwiseMax(corner);
+  my.bounds = {low.x(), high.x(), low.y(), high.y(), low.z(), high.z()};
+  if (my.contents->points) set_points(my.points, room_about_head(*my.contents));
   look_at_all();
 }
 
@@ -163,7 +196,7 @@ void CameraScene::look_at_all() {
   camera->SetFocalPoint(my.centre.x(), my.centre.y(), my.centre.z());
   camera->SetPosition(my.centre.x() + 1.0, my.centre.y() + 0.7, my.centre.z() + 0.75);
   camera->SetViewUp(0, 1, 0);
-  my.view.renderer()->ResetCamera();
+  my.view.renderer()->ResetCamera(my.bounds.data());
   camera->Zoom(1.25);
   my.view.touch();
 }
@@ -179,6 +212,8 @@ void CameraScene::draw(const char* name, ImVec2 size) {
     my.frusta.actor->GetProperty()->SetLineWidth(1.2f * t.scale);
     my.path.actor->GetProperty()->SetColor(p.warn.x, p.warn.y, p.warn.z);
     my.path.actor->GetProperty()->SetLineWidth(2.2f * t.scale);
+    my.points.actor->GetProperty()->SetColor(p.faint.x, p.faint.y, p.faint.z);
+    my.points.actor->GetProperty()->SetPointSize(2.5f * t.scale);
     my.head.actor->GetProperty()->SetColor(0.78, 0.72, 0.68);
     my.head.actor->GetProperty()->SetSpecular(0.15);
     my.view.touch();

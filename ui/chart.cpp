@@ -100,7 +100,7 @@ TrainingChart::TrainingChart() : impl_(std::make_unique<Impl>()) {
 
 TrainingChart::~TrainingChart() = default;
 
-void TrainingChart::set(std::span<const TrainStatus> training, std::span<const PreviewScore> held_out) {
+void TrainingChart::set(std::span<const TrainStatus> training, std::span<const HeldOutScore> held_out) {
   Impl& my = *impl_;
   const double last = training.empty() ? -1 : training.back().seconds;
   if (training.size() == my.points && held_out.size() == my.scores && last == my.last_s) return;

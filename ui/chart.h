@@ -17,7 +17,7 @@ class TrainingChart {
   ~TrainingChart();
 
   // Shows these points, in order of time; drawn anew only where they changed.
-  void set(std::span<const TrainStatus> training, std::span<const PreviewScore> held_out);
+  void set(std::span<const TrainStatus> training, std::span<const HeldOutScore> held_out);
   // Wheel and drag zoom and pan; a double click shows all.
   void draw(const char* name, ImVec2 size);
 

@@ -12,11 +12,15 @@ enum class Command {
   open_clip,
   open_project,
   try_demo,
+  find_clip,
   close_project,
+  delete_person,
   quit,
   check_clip,
   make_avatar,
   pause,
+  go_on,
+  stop_work,
   finish_now,
   train_longer,
   undo,
@@ -24,12 +28,44 @@ enum class Command {
   reset_face,
   reset_head,
   reset_view,
+  copy_keys,
+  paste_keys,
+  delete_keys,
+  choose_all_keys,
+  choose_keys_here,
+  copy_pose,
+  paste_pose,
+  open_performance,
+  save_performance,
+  play,
+  repeat,
+  record_keys,
+  add_keys,
+  keys_earlier,
+  keys_later,
+  next_easing,
+  previous_picture,
+  next_picture,
+  previous_key,
+  next_key,
+  go_to_start,
+  go_to_end,
+  random_walk,
+  camera_orbit,
+  camera_dolly,
+  drive_video,
+  drive_webcam,
+  rest_face,
+  record_drive,
+  stop_driving,
   compare,
   previous_step,
   next_step,
   export_still,
   export_orbit,
-  export_sequence,
+  export_performance,
+  export_driven,
+  export_mesh,
   stop_export,
   toggle_theme,
   larger,
@@ -40,20 +76,25 @@ enum class Command {
   save_diagnostics
 };
 
-enum class Menu { file, edit, avatar, view, help };
+enum class Menu { file, edit, timeline, avatar, view, help };
 
 // What decides which commands make sense now.
 struct Situation {
-  bool project = false;     // one is open
-  bool clip_there = false;  // and its clip, or what was read of it
-  bool running = false;     // its stages are at work
-  bool training = false;    // and it is the training
-  bool finished = false;    // every stage is done
-  bool avatar = false;      // it can be directed
+  bool project = false;       // one is open
+  bool clip_there = false;    // and its clip, or what was read of it
+  bool clip_missing = false;  // the clip is not where it was
+  bool running = false;       // its stages are at work
+  bool paused = false;        // and wait where they are
+  bool training = false;      // and it is the training
+  bool finished = false;      // every stage is done
+  bool avatar = false;        // it can be directed
   bool exporting = false;
   bool checking = false, can_check = false;  // the clip is being looked at; it could be
   bool directing = false;                    // the Direct step is shown
   bool can_undo = false, can_redo = false;
+  bool keys = false, keys_chosen = false;  // the performance has keys; some are chosen
+  bool keys_copied = false, pose_copied = false;
+  bool driven = false;   // by a video or a webcam, live
   bool consent = false;  // the question of consent was answered
 };
 

@@ -6,8 +6,7 @@
 #include <imgui_stdlib.h>
 
 #include <algorithm>
-#include <array>
-#include <cctype>
+#include <utility>
 
 #include "ui/platform/settings.h"
 #include "ui/theme.h"
@@ -19,11 +18,47 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr std::size_t kMostEntries = 2000;
+const char* title_of(Wanted wanted) {
+  switch (wanted) {
+    case Wanted::clip:
+      return "Open a clip";
+    case Wanted::project:
+      return "Open a project";
+    case Wanted::driver:
+      return "Drive from a video";
+    case Wanted::driving_clip:
+      return "A clip that drives the avatar";
+    case Wanted::background:
+      return "A picture for the background";
+    case Wanted::performance:
+      return "Open a performance";
+    case Wanted::new_performance:
+      return "Save the performance as";
+    case Wanted::export_performance:
+      return "A performance to export";
+    case Wanted::moved_clip:
+      return "Where is the clip now?";
+  }
+  return "";
+}
 
-std::string lower(std::string text) {
-  std::ranges::transform(text, text.begin(), [](unsigned char c) { return char(std::tolower(c)); });
-  return text;
+const char* nothing_of(Wanted wanted) {
+  switch (wanted) {
+    case Wanted::clip:
+    case Wanted::driver:
+    case Wanted::driving_clip:
+    case Wanted::moved_clip:
+      return "No folder and no video here.";
+    case Wanted::background:
+      return "No folder and no picture here.";
+    case Wanted::performance:
+    case Wanted::new_performance:
+    case Wanted::export_performance:
+      return "No folder and no performance here.";
+    case Wanted::project:
+      return "No folder here.";
+  }
+  return "";
 }
 
 std::string size_words(std::uintmax_t bytes) {
@@ -31,7 +66,7 @@ std::string size_words(std::uintmax_t bytes) {
   return fmt::format("{} MB", bytes >> 20);
 }
 
-void draw_icon(const BrowserEntry& entry, ImVec2 at, float side) {
+void draw_icon(const FolderEntry& entry, ImVec2 at, float side) {
   ImDrawList& list = *ImGui::GetWindowDrawList();
   const Palette& p = theme().colours;
   if (entry.folder) {
@@ -49,37 +84,13 @@ void draw_icon(const BrowserEntry& entry, ImVec2 at, float side) {
 
 }  // namespace
 
-bool is_video_name(const fs::path& path) {
-  constexpr std::array<std::string_view, 9> kEndings{".mp4", ".mov", ".m4v",  ".mkv", ".webm",
-                                                     ".avi", ".3gp", ".mpeg", ".mts"};
-  return std::ranges::find(kEndings, lower(path.extension().string())) != kEndings.end();
-}
-
-std::vector<BrowserEntry> list_folder(const fs::path& folder, Wanted wanted) {
-  std::vector<BrowserEntry> entries;
-  std::error_code failure;
-  for (fs::directory_iterator it(folder, fs::directory_options::skip_permission_denied, failure), end;
-       !failure && it != end && entries.size() < kMostEntries; it.increment(failure)) {
-    std::error_code ignored;
-    BrowserEntry entry{it->path().filename().string()};
-    if (entry.name.starts_with(".")) continue;
-    entry.folder = it->is_directory(ignored);
-    if (!entry.folder && (wanted != Wanted::clip || !is_video_name(it->path()))) continue;
-    entry.project = entry.folder && fs::exists(it->path() / "project.json", ignored);
-    if (!entry.folder) entry.bytes = it->file_size(ignored);
-    entries.push_back(std::move(entry));
-  }
-  std::ranges::sort(entries, [](const BrowserEntry& a, const BrowserEntry& b) {
-    if (a.project != b.project) return a.project;
-    if (a.folder != b.folder) return a.folder;
-    return lower(a.name) < lower(b.name);
-  });
-  return entries;
-}
+FileBrowser::FileBrowser(std::function<void()> wake)
+    : reader_([this](const std::string&) { reading_ = false; }, std::move(wake)) {}
 
 void FileBrowser::open(Wanted wanted, const fs::path& start) {
   open_ = appear_ = true;
   wanted_ = wanted;
+  name_ = "performance-1.json";
   std::error_code ignored;
   enter(fs::is_directory(start, ignored) ? start : home_folder());
 }
@@ -89,14 +100,26 @@ void FileBrowser::enter(const fs::path& folder) {
   const fs::path absolute = fs::absolute(folder, failure).lexically_normal();
   folder_ = failure ? folder : absolute;
   if (folder_.has_relative_path() && folder_.filename().empty()) folder_ = folder_.parent_path();
-  entries_ = list_folder(folder_, wanted_);
   typed_ = folder_.string();
   chosen_ = -1;
+  entries_.clear();
+  reading_ = true;
+  // A folder may be large, or on a disk that sleeps.
+  reader_.run("list", [this, folder = folder_, wanted = wanted_](std::stop_token) -> Background::Delivery {
+    auto entries = list_folder(folder, wanted);
+    return [this, folder, wanted, entries = std::move(entries)]() mutable {
+      if (folder != folder_ || wanted != wanted_) return;
+      entries_ = std::move(entries);
+      reading_ = false;
+    };
+  });
 }
 
 std::optional<fs::path> FileBrowser::draw() {
+  reader_.deliver();
   if (!open_) return std::nullopt;
-  const char* title = wanted_ == Wanted::clip ? "Open a clip" : "Open a project";
+  const char* title = title_of(wanted_);
+  const bool saves = wanted_ == Wanted::new_performance;
   if (appear_) ImGui::OpenPopup(title);
   appear_ = false;
   const ImVec2 screen = ImGui::GetMainViewport()->WorkSize;
@@ -123,33 +146,33 @@ std::optional<fs::path> FileBrowser::draw() {
     if (fs::is_directory(typed, ignored) &&
         !(wanted_ == Wanted::project && fs::exists(typed / "project.json", ignored))) {
       next = typed;
-    } else if (fs::exists(typed, ignored)) {
+    } else if (fs::exists(typed, ignored) && !saves) {
       picked = typed;
     }
   }
   note_widget("browser path");
-  begin_card("entries", {0, -ImGui::GetFrameHeightWithSpacing() - px(6)}, true);
-  if (entries_.empty())
-    faint_text(wanted_ == Wanted::clip ? "No folder and no video here." : "No folder here.");
+  begin_card("entries", {0, -float(saves ? 2 : 1) * ImGui::GetFrameHeightWithSpacing() - px(6)}, true);
+  if (entries_.empty()) faint_text(reading_ ? "Reading\u2026" : nothing_of(wanted_));
   const float line = ImGui::GetTextLineHeight();
   for (int i = 0; i < int(entries_.size()); ++i) {
-    const BrowserEntry& entry = entries_[std::size_t(i)];
+    const FolderEntry& entry = entries_[std::size_t(i)];
     ImGui::PushID(i);
     const ImVec2 at = ImGui::GetCursorScreenPos();
     if (ImGui::Selectable("##entry", chosen_ == i, ImGuiSelectableFlags_AllowDoubleClick,
                           {0, line + px(4)})) {
       chosen_ = i;
+      if (!entry.folder) name_ = entry.name;
       if (ImGui::IsMouseDoubleClicked(0)) {
         if (entry.folder && !(entry.project && wanted_ == Wanted::project)) {
           next = folder_ / entry.name;
         } else {
-          picked = folder_ / entry.name;
+          if (!saves) picked = folder_ / entry.name;
         }
       }
     }
     note_widget("entry " + entry.name);
     draw_icon(entry, {at.x + px(2), at.y + px(2)}, line);
-    ImGui::SameLine(line + px(14));
+    ImGui::SameLine(ImGui::GetStyle().WindowPadding.x + line + px(10));
     clipped_text(entry.name, ImGui::GetContentRegionAvail().x - px(120));
     if (entry.bytes > 0) {
       ImGui::SameLine(ImGui::GetContentRegionMax().x - px(90));
@@ -163,7 +186,16 @@ std::optional<fs::path> FileBrowser::draw() {
   const bool any = chosen_ >= 0 && chosen_ < int(entries_.size());
   const bool enters = any && entries_[std::size_t(chosen_)].folder &&
                       !(entries_[std::size_t(chosen_)].project && wanted_ == Wanted::project);
-  if (primary_button("Open", any, px(120))) {
+  if (saves) {
+    ImGui::SetNextItemWidth(-1);
+    ImGui::InputText("##name", &name_);
+    note_widget("browser name");
+    fs::path file = folder_ / name_;
+    if (file.extension() != ".json") file += ".json";
+    std::error_code ignored;
+    if (primary_button(fs::exists(file, ignored) ? "Replace it" : "Save", !name_.empty(), px(120)))
+      picked = file;
+  } else if (primary_button("Open", any, px(120))) {
     const fs::path path = folder_ / entries_[std::size_t(chosen_)].name;
     if (enters) {
       next = path;

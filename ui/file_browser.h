@@ -1,31 +1,25 @@
-// Choosing a clip or a project inside the window: works on every desktop, also over a remote display.
+// Choosing a file or a project inside the window: works on every desktop, also over a remote display.
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "ui/background.h"
+#include "ui/folder_list.h"
+
 namespace likeness::ui {
-
-enum class Wanted { clip, project };
-
-struct BrowserEntry {
-  std::string name;
-  bool folder = false;
-  bool project = false;  // a folder with a project.json
-  std::uintmax_t bytes = 0;
-};
-
-// What of a folder is shown: folders and, for clips, video files; projects first for projects. Hidden ones
-// are left out. An unreadable folder has no entries.
-std::vector<BrowserEntry> list_folder(const std::filesystem::path& folder, Wanted wanted);
-bool is_video_name(const std::filesystem::path& path);
 
 class FileBrowser {
  public:
+  // wake: called from the thread that reads folders.
+  explicit FileBrowser(std::function<void()> wake);
+
   void open(Wanted wanted, const std::filesystem::path& start);
   bool is_open() const { return open_; }
+  Wanted wanted() const { return wanted_; }
   // Draws the dialog; the path chosen, once.
   std::optional<std::filesystem::path> draw();
 
@@ -35,9 +29,11 @@ class FileBrowser {
   bool open_ = false, appear_ = false;
   Wanted wanted_ = Wanted::clip;
   std::filesystem::path folder_;
-  std::vector<BrowserEntry> entries_;
-  std::string typed_;
+  std::vector<FolderEntry> entries_;
+  bool reading_ = false;
+  std::string typed_, name_;  // the folder; of the new file
   int chosen_ = -1;
+  Background reader_;  // last: its deliveries use the rest
 };
 
 }  // namespace likeness::ui

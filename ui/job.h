@@ -1,7 +1,8 @@
-// Long work on a thread of its own: progress, an honest time left, a stop, and how it ended.
+// Long work on a thread of its own: progress, an honest time left, a pause, a stop, and how it ended.
 #pragma once
 
 #include <chrono>
+#include <condition_variable>
 #include <functional>
 #include <mutex>
 #include <optional>
@@ -20,7 +21,9 @@ struct JobStatus {
   JobState state = JobState::none;
   double fraction = 0;
   std::string stage, text;   // of the progress
-  double seconds = 0;        // since the start
+  double seconds = 0;        // since the start, without pauses
+  bool paused = false;       // asked to wait
+  bool waiting = false;      // and it does
   double seconds_left = -1;  // of the innermost stage's rate; negative: not known yet
   std::string outcome;       // of finished work, in words
   std::optional<Error> error;
@@ -42,13 +45,22 @@ class Job {
 
   JobStatus status() const;
   void stop();
+  // The work waits where it next reports, with all it has in memory, until it goes on or is stopped.
+  void pause();
+  void go_on();
 
  private:
   using Clock = std::chrono::steady_clock;
+  double worked_s() const;  // under the lock
+  void wait_while_paused(std::unique_lock<std::mutex>& lock, const std::stop_token& stop);
 
+  const std::function<void()> wake_;
   mutable std::mutex mutex_;
+  std::condition_variable_any paused_changed_;
   JobStatus status_;
   Clock::time_point start_ = Clock::now(), last_wake_ = start_;
+  std::optional<Clock::time_point> waiting_since_;
+  double waited_s_ = 0;
   std::jthread thread_;
 };
 

@@ -19,6 +19,7 @@ StepMark mark_of(StepState state) {
     case StepState::running:
       return StepMark::running;
     case StepState::needs_you:
+    case StepState::stale:
       return StepMark::attention;
     case StepState::failed:
       return StepMark::failed;
@@ -35,11 +36,14 @@ std::string state_words(const StepView& view) {
     case StepState::loading:
       return "Reading\u2026";
     case StepState::running: {
+      if (view.paused) return "Paused";
       const std::string left = time_left(view.seconds_left);
       return left.empty() ? fmt::format("At work, {:.0f} %", 100 * view.fraction) : left;
     }
     case StepState::needs_you:
       return "Needs you";
+    case StepState::stale:
+      return "Needs a new run";
     case StepState::failed:
       return "Failed";
     case StepState::done:
@@ -70,10 +74,10 @@ void draw_row(const Snapshot& snapshot, Step step, float height, Requests& reque
   const float first = low ? 0.5f * (height - strong->FontSize) : 0.5f * height - px(19);
   list.AddText(strong, strong->FontSize, {at.x + px(54), at.y + first}, colour(p.text),
                step_words(step).data());
-  const ImVec4 ink = view.state == StepState::failed      ? p.bad
-                     : view.state == StepState::needs_you ? p.warn
-                     : view.state == StepState::running   ? p.accent
-                                                          : p.faint;
+  const ImVec4 ink = view.state == StepState::failed                                        ? p.bad
+                     : view.state == StepState::needs_you || view.state == StepState::stale ? p.warn
+                     : view.state == StepState::running                                     ? p.accent
+                                                                                            : p.faint;
   if (!low)
     list.AddText(small, small->FontSize, {at.x + px(54), at.y + 0.5f * height + px(3)}, colour(ink),
                  state_words(view).c_str());
@@ -93,12 +97,14 @@ void draw_next(const Snapshot& snapshot, Requests& requests) {
     const std::string left = time_left(snapshot.pipeline.job.seconds_left);
     ImGui::PushFont(theme().fonts.small);
     faint_text(snapshot.pipeline.job.state == JobState::stopping ? "Stopping\u2026"
-               : left.empty()                                    ? "Making the avatar\u2026"
-                                                                 : "The avatar: " + left);
+               : now.paused   ? "Paused: nothing is lost, nothing is reckoned"
+               : left.empty() ? "Making the avatar\u2026"
+                              : "The avatar: " + left);
     ImGui::PopFont();
     progress_bar(float(snapshot.pipeline.job.fraction), 4);
     ImGui::PushID("path");
-    if (command_button(Command::pause, now, false, width)) requests.ask(Command::pause);
+    const Command next = now.paused ? Command::go_on : Command::pause;
+    if (command_button(next, now, now.paused, width)) requests.ask(next);
     ImGui::PopID();
   } else if (!now.finished && now.consent) {
     const bool stopped = snapshot.pipeline.job.state == JobState::stopped;

@@ -161,6 +161,7 @@ ImTextureID RenderView::draw(int width, int height, const Backdrop& backdrop) {
   glUniform1f(at("background_share"), plate ? backdrop.plate_share : 0);
   glUniform3f(at("background_place"), backdrop.scale, backdrop.shift_x, backdrop.shift_y);
   glUniform4fv(at("plain"), 1, backdrop.colour);
+  glUniform1f(at("doubt"), backdrop.doubt);
   glUniform1f(at("exposure"), backdrop.exposure);
   glBindVertexArray(vertices_);
   glDrawArrays(GL_TRIANGLE_STRIP, 0, 4);

@@ -47,8 +47,9 @@ Fitted draw_picture(const char* name, const Texture& picture, ImVec2 area);
 struct Backdrop {
   const Texture* plate = nullptr;             // null: none
   float plate_share = 0;                      // 1 shown, 0 not
-  float scale = 1, shift_x = 0, shift_y = 0;  // where it lies: as ViewPoint's zoom and shift
+  float scale = 1, shift_x = 0, shift_y = 0;  // where it lies: as the camera's zoom and shift
   float colour[4] = {0.9f, 0.9f, 0.9f, 1};    // otherwise; alpha 0: chequered
+  float doubt = 0;                            // of the render: fades its colours into the ground
   float exposure = 1;
 };
 

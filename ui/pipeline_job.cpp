@@ -26,16 +26,23 @@ PipelineJob::PipelineJob(Project project, bool previews, std::function<void()> w
   if (previews) preview_ = std::make_unique<TrainingPreview>(project_, wake);
   job_ = std::make_unique<Job>(
       [this](const Progress& progress, std::stop_token stop) -> Result<std::string> {
+        made_.wait();
         Project working = project_;
         RunObserver observer;
         observer.stage_changed = [this](Stage s, const StageRecord& record) { stage_changed(s, record); };
         observer.training = [this](const TrainStatus& status) { trained(status); };
         if (preview_) observer.tap = preview_->tap();
-        if (const auto outcome = run_stages(working, Stage::train, progress, observer, stop); !outcome)
-          return outcome.error();
+        if (auto earlier = read_training_curve(training_curve_path(working))) {
+          const std::lock_guard lock(mutex_);
+          status_.curve = std::move(*earlier);
+        }
+        const auto outcome = run_stages(working, Stage::train, progress, observer, stop);
+        keep_scores();
+        if (!outcome) return outcome.error();
         return working.record(Stage::train).message;
       },
       wake);
+  made_.count_down();
 }
 
 void PipelineJob::stage_changed(Stage stage, const StageRecord& record) {
@@ -44,7 +51,7 @@ void PipelineJob::stage_changed(Stage stage, const StageRecord& record) {
   status_.finished[std::size_t(stage)] = record.state == StageState::done;
   if (record.state == StageState::running) {
     status_.stage = stage;
-    stage_start_ = std::chrono::steady_clock::now();
+    worked_before_stage_s_ = job_->status().seconds;
   } else if (status_.stage == stage) {
     status_.stage.reset();
   }
@@ -52,20 +59,32 @@ void PipelineJob::stage_changed(Stage stage, const StageRecord& record) {
 
 void PipelineJob::trained(const TrainStatus& status) {
   const std::lock_guard lock(mutex_);
+  add_point(status_.curve, status);
   status_.training.push_back(status);
   if (status_.training.size() > kCurvePoints) thin(status_.training);
 }
 
+// What the previews measured on held-out frames, into the curve that the training left.
+void PipelineJob::keep_scores() {
+  const std::vector<HeldOutScore> scores = preview_ ? preview_->scores() : std::vector<HeldOutScore>{};
+  if (scores.empty()) return;
+  const std::filesystem::path path = training_curve_path(project_);
+  auto curve = read_training_curve(path);
+  if (!curve) return;
+  for (const HeldOutScore& score : scores) add_score(*curve, score);
+  (void)write_training_curve(path, *curve);  // never worth a failed training
+}
+
 PipelineStatus PipelineJob::status() const {
   PipelineStatus status;
-  double stage_seconds = 0;
+  double before_stage = 0;
   {
     const std::lock_guard lock(mutex_);
     status = status_;
-    if (status.stage)
-      stage_seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - stage_start_).count();
+    before_stage = worked_before_stage_s_;
   }
   status.job = job_->status();
+  const double stage_seconds = status.job.seconds - before_stage;
   if (!is_working(status.job)) status.stage.reset();
   if (status.stage && is_working(status.job)) {
     const auto [from, to] = stage_span(project_.options, Stage::train, *status.stage);
@@ -94,7 +113,7 @@ PipelineStatus PipelineJob::status() const {
   }
   if (preview_) {
     status.preview = preview_->latest();
-    status.held_out = preview_->scores();
+    for (const HeldOutScore& score : preview_->scores()) add_score(status.curve, score);
   }
   return status;
 }

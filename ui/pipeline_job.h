@@ -3,12 +3,14 @@
 
 #include <array>
 #include <functional>
+#include <latch>
 #include <memory>
 #include <mutex>
 #include <optional>
 #include <vector>
 
 #include "core/project/run_stages.h"
+#include "core/project/training_curve.h"
 #include "ui/job.h"
 #include "ui/training_preview.h"
 
@@ -21,8 +23,8 @@ struct PipelineStatus {
   double stage_seconds_left = -1;
   std::array<StageRecord, kStages.size()> records;
   std::array<bool, kStages.size()> finished{};  // in this run
-  std::vector<TrainStatus> training;            // in order, thinned to about a thousand
-  std::vector<PreviewScore> held_out;
+  std::vector<TrainStatus> training;            // of this run, in order, thinned to about a thousand
+  TrainingCurve curve;                          // with what earlier runs left in the project
   std::shared_ptr<const PreviewPictures> preview;
 };
 
@@ -33,17 +35,21 @@ class PipelineJob {
 
   PipelineStatus status() const;
   void stop() { job_->stop(); }
+  void pause() { job_->pause(); }
+  void go_on() { job_->go_on(); }
   const Project& started_with() const { return project_; }
 
  private:
   void stage_changed(Stage stage, const StageRecord& record);
   void trained(const TrainStatus& status);
+  void keep_scores();
 
   const Project project_;
   mutable std::mutex mutex_;
   PipelineStatus status_;
-  std::chrono::steady_clock::time_point stage_start_;
+  double worked_before_stage_s_ = 0;
   std::unique_ptr<TrainingPreview> preview_;
+  std::latch made_{1};        // the job may ask itself
   std::unique_ptr<Job> job_;  // last: ends before what it uses
 };
 

@@ -6,9 +6,10 @@
 #include <vector>
 
 #include "core/base/hash.h"
-#include "core/direct/seen_limits.h"
+#include "core/base/parallel.h"
 #include "core/project/project_views.h"
 #include "core/project/run_stages.h"
+#include "core/project/solved_points.h"
 
 namespace likeness::ui {
 
@@ -23,40 +24,61 @@ bool avatar_fits(const Avatar& avatar, const HeadModel& model) {
   return avatar.head_model_hash == model.hash && avatar.neutral.expression.size() == model.expression_count();
 }
 
-std::shared_ptr<const DirectedAvatar> read_directed(const Project& project,
-                                                    std::shared_ptr<const HeadModel> model) {
-  auto avatar = read_avatar(avatar_path(project));
-  if (!avatar || !model || !avatar_fits(*avatar, *model)) return nullptr;
-  auto directed = std::make_shared<DirectedAvatar>();
-  directed->model = std::move(model);
-  directed->avatar = std::move(*avatar);
-  directed->rig = make_rig(directed->avatar, *directed->model);
-  directed->seen = seen_from_rest(directed->avatar, *directed->model);
-  if (auto hash = hash_file(avatar_path(project))) directed->hash = std::move(*hash);
-  return directed;
+std::shared_ptr<const ProjectAvatar> read_project_avatar(const ProjectContents& contents) {
+  const std::filesystem::path file = avatar_path(contents.project);
+  auto avatar = read_avatar(file);
+  if (!avatar || !contents.model || !avatar_fits(*avatar, *contents.model)) return nullptr;
+  SeenViews views;
+  if (contents.capture && contents.cameras && contents.track)
+    views = seen_views(*contents.capture, *contents.cameras, *contents.track);
+  auto made = ProjectAvatar::make(std::move(*avatar), contents.model, std::move(views));
+  if (auto hash = hash_file(file)) made->hash = std::move(*hash);
+  return made;
 }
 
-SeenTurn read_seen_turn(const ProjectContents& contents) {
-  SeenTurn seen;
-  std::array<std::vector<double>, 3> angles;
-  if (!contents.avatar || !contents.capture) return seen;
-  for (const CaptureFrame& frame : contents.capture->frames) {
-    const auto view = frame.used ? frame_view(contents, frame.frame) : std::nullopt;
-    if (!view) continue;
-    const auto turn =
-        relative_turn(contents.avatar->avatar, view->camera.cam_from_world, view->pose.world_from_head);
-    for (std::size_t axis = 0; axis < 3; ++axis) angles[axis].push_back(turn[axis]);
-  }
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    if (angles[axis].empty()) continue;
-    std::ranges::sort(angles[axis]);
-    seen.low_deg[axis] = angles[axis][(angles[axis].size() - 1) * 2 / 100];
-    seen.high_deg[axis] = angles[axis][(angles[axis].size() - 1) * 98 / 100];
-  }
-  return seen;
+std::shared_ptr<const Card> read_card(const ProjectContents& contents) {
+  if (!contents.avatar || !contents.capture || !contents.cameras || !contents.track ||
+      !check_track_fits(*contents.track, *contents.avatar->model))
+    return nullptr;
+  const Capture trained = without_left_out(*contents.capture, contents.project.options.left_out);
+  return std::make_shared<const Card>(make_card(trained, *contents.cameras, *contents.track,
+                                                contents.avatar->avatar, *contents.avatar->model));
+}
+
+Plan make_plan(const ProjectContents& contents) {
+  Plan plan;
+  if (!contents.clip || !contents.model) return plan;
+  const Project& project = contents.project;
+  const int threads = current_thread_limit();
+  plan.forecast = forecast_build(*contents.clip, project.options, *contents.model, threads);
+  for (const Stage stage : kStages)
+    if (!contents.is_current(stage) || contents.is_stale(stage))
+      plan.seconds += plan.forecast->seconds[std::size_t(stage)];
+  if (plan.seconds == 0) return plan;
+  const Resources free = free_resources(project.folder);
+  if (const auto fits = check_forecast(*plan.forecast, free, folder_bytes(project.folder)); !fits)
+    plan.too_much = fits.error();
+  if (plan.too_much)
+    plan.smaller_size = smaller_size(*contents.clip, project.options, *contents.model, threads, free);
+  return plan;
 }
 
 }  // namespace
+
+std::shared_ptr<ProjectAvatar> ProjectAvatar::make(Avatar avatar, std::shared_ptr<const HeadModel> model,
+                                                   SeenViews views) {
+  std::shared_ptr<ProjectAvatar> made(new ProjectAvatar);
+  made->model = std::move(model);
+  made->avatar = std::move(avatar);
+  made->rig = make_rig(made->avatar, *made->model);
+  made->directed = direct_avatar(made->avatar, *made->model);
+  made->views = std::move(views);
+  made->limits = seen_limits(made->avatar, *made->model, made->views);
+  if (made->views.views.empty())  // of a project that lost its track: nothing is known of the views
+    std::erase_if(made->limits, [](const auto& limit) { return !limit.first.starts_with(kActionChannel); });
+  made->presets = likeness::presets(*made->model, seen_from_rest(made->avatar, *made->model));
+  return made;
+}
 
 Result<std::shared_ptr<const ProjectContents>> read_contents(const std::filesystem::path& folder,
                                                              const ProjectContents* earlier) {
@@ -65,7 +87,9 @@ Result<std::shared_ptr<const ProjectContents>> read_contents(const std::filesyst
   auto contents = std::make_shared<ProjectContents>();
   contents->project = std::move(*project);
   const Project& p = contents->project;
-  for (const Stage stage : kStages) contents->current[std::size_t(stage)] = is_current(p, stage);
+  const Freshness fresh = read_freshness(p);
+  contents->current = fresh.current;
+  contents->stale = fresh.stale;
   if (auto info = probe_video(p.options.video)) contents->clip = std::move(*info);
   const auto same_stage = [&](Stage stage) {
     return earlier && contents->is_current(stage) && earlier->is_current(stage) &&
@@ -80,8 +104,15 @@ Result<std::shared_ptr<const ProjectContents>> read_contents(const std::filesyst
   contents->cameras = shared_or_none(read_cameras(cameras_path(p)));
   contents->track = same_stage(Stage::fit) ? earlier->track : shared_or_none(read_track(track_path(p)));
   contents->avatar =
-      same_stage(Stage::train) && earlier->avatar ? earlier->avatar : read_directed(p, contents->model);
-  contents->seen_turn = read_seen_turn(*contents);
+      same_stage(Stage::train) && earlier->avatar ? earlier->avatar : read_project_avatar(*contents);
+  if (contents->track && contents->cameras && !contents->cameras->is_static) {
+    contents->points = same_stage(Stage::fit) && earlier->points
+                           ? earlier->points
+                           : shared_or_none(solved_points(p, *contents->track));
+  }
+  contents->card = read_card(*contents);
+  contents->curve = shared_or_none(read_training_curve(training_curve_path(p)));
+  contents->plan = make_plan(*contents);
   return std::shared_ptr<const ProjectContents>(std::move(contents));
 }
 

@@ -2,44 +2,76 @@
 #pragma once
 
 #include <array>
+#include <map>
 #include <memory>
 #include <optional>
+#include <string>
+#include <vector>
 
 #include "core/base/result.h"
 #include "core/camera/camera.h"
 #include "core/capture/capture.h"
+#include "core/direct/direct_avatar.h"
+#include "core/direct/presets.h"
+#include "core/direct/seen_limits.h"
 #include "core/head/head_model.h"
+#include "core/project/build_forecast.h"
 #include "core/project/project.h"
+#include "core/project/training_curve.h"
 #include "core/render/pose_avatar.h"
-#include "core/track/drive.h"
+#include "core/study/card.h"
 #include "core/track/track.h"
 #include "core/video/decode.h"
-#include "ui/acting.h"
 
 namespace likeness::ui {
 
-// An avatar ready to be posed.
-struct DirectedAvatar {
+// A project's avatar, ready to be directed. Stays where it was made: its parts refer to each other.
+struct ProjectAvatar {
   std::shared_ptr<const HeadModel> model;
   Avatar avatar;
-  AvatarRig rig;                 // refers to the model
-  std::vector<SeenAction> seen;  // on top of rest, as actions are asked for
-  std::string hash;              // of avatar.bin, for the provenance of what is exported
+  AvatarRig rig;
+  DirectedAvatar directed;
+  SeenViews views;                           // of the training frames
+  std::map<std::string, ValueRange> limits;  // what the capture showed, by channel
+  std::vector<Preset> presets;               // within that
+  std::string hash;                          // of avatar.bin, for the provenance of what is exported
+
+  static std::shared_ptr<ProjectAvatar> make(Avatar avatar, std::shared_ptr<const HeadModel> model,
+                                             SeenViews views);
+  ProjectAvatar(const ProjectAvatar&) = delete;
+  ProjectAvatar& operator=(const ProjectAvatar&) = delete;
+
+ private:
+  ProjectAvatar() = default;
+};
+
+// What making the avatar takes, of what is still to be made.
+struct Plan {
+  std::optional<BuildForecast> forecast;  // absent: the clip cannot be read
+  double seconds = 0;
+  std::optional<Error> too_much;
+  std::optional<int> smaller_size;  // px, that fits instead
 };
 
 struct ProjectContents {
   Project project;
   std::array<bool, kStages.size()> current{};  // the stage's result is there and up to date
+  std::array<bool, kStages.size()> stale{};    // it is there, and a new run would replace it
   std::optional<VideoInfo> clip;               // absent: the clip cannot be read
   std::shared_ptr<const HeadModel> model;
   // Absent where the stage has not run, or its file cannot be read.
   std::shared_ptr<const Capture> capture;
   std::shared_ptr<const CameraSet> cameras;
   std::shared_ptr<const Track> track;
-  std::shared_ptr<const DirectedAvatar> avatar;
-  SeenTurn seen_turn;  // of the training frames; none without an avatar
+  std::shared_ptr<const std::vector<Vec3f>>
+      points;  // of the room, world frame, m; null where the camera rests
+  std::shared_ptr<const ProjectAvatar> avatar;
+  std::shared_ptr<const Card> card;            // of the avatar: what it learnt and what not
+  std::shared_ptr<const TrainingCurve> curve;  // of the last training
+  Plan plan;
 
   bool is_current(Stage stage) const { return current[std::size_t(stage)]; }
+  bool is_stale(Stage stage) const { return stale[std::size_t(stage)]; }
 };
 
 // earlier: of the same folder, or null; what cannot have changed is taken from it.

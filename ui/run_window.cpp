@@ -8,16 +8,7 @@
 
 namespace likeness::ui {
 
-namespace {
-
-constexpr double kWorking_s = 1.0, kIdle_s = 2.0;  // between frames that nobody asked for
-
-}  // namespace
-
-double WindowLoop::patience() const {
-  if (lively_frames_ > 0) return 0;
-  return studio_.is_working() ? kWorking_s : kIdle_s;
-}
+double WindowLoop::patience() const { return lively_frames_ > 0 ? 0 : studio_.patience_s(); }
 
 void WindowLoop::carry_out(Wish wish) {
   switch (wish) {
@@ -35,6 +26,21 @@ void WindowLoop::carry_out(Wish wish) {
       return;
     case Wish::pick_project:
       shell_.browse(Wanted::project, projects_folder());
+      return;
+    case Wish::pick_performance:
+      shell_.browse(Wanted::performance, studio_.folder());
+      return;
+    case Wish::pick_driver:
+      shell_.browse(Wanted::driver, home_folder() / "Videos");
+      return;
+    case Wish::name_performance:
+      shell_.browse(Wanted::new_performance, studio_.folder());
+      return;
+    case Wish::find_clip:
+      shell_.browse(Wanted::moved_clip, home_folder());
+      return;
+    case Wish::delete_person:
+      shell_.ask(Question::delete_person);
       return;
     case Wish::film_guide:
       shell_.ask(Question::film_guide);
@@ -63,11 +69,14 @@ bool WindowLoop::frame() {
   window_.begin_frame();
   Requests requests = shell_.draw(snapshot);
   window_.end_frame();
+  studio_.shown(snapshot.picture);
 
   const auto drops = window_.take_drops();
   if (!drops.empty()) requests.open = drops.front();
   if (window_.take_close_request()) requests.ask(Command::quit);
-  if (requests.open || !requests.commands.empty() || requests.show || requests.acting) touched();
+  if (requests.open || !requests.commands.empty() || requests.show || requests.direct.performance ||
+      requests.direct.playhead_s)
+    touched();
   carry_out(studio_.apply(requests));
   if (shell_.take_closing() == Closing::keep_and_stop) {
     studio_.stop_work();
@@ -87,7 +96,7 @@ Result<void> run_window(const StudioOptions& options, const std::filesystem::pat
   auto window =
       Window::open({.width = settings.width, .height = settings.height, .maximised = settings.maximised});
   if (!window) return window.error();
-  auto shell = Shell::create();
+  auto shell = Shell::create(&Window::wake);
   if (!shell) return shell.error();
   Studio studio(options, &Window::wake);
   if (!settings.licences_shown) {

@@ -3,7 +3,11 @@
 
 #include <GLFW/glfw3.h>
 #include <imgui.h>
+
+#include <algorithm>
+#include <array>
 #include <cctype>
+#include <vector>
 
 #include "ui/steps/steps.h"
 #include "ui/theme.h"
@@ -31,9 +35,22 @@ int glfw_key(const std::string& key) {
   if (key == "Enter") return GLFW_KEY_ENTER;
   if (key == "Up") return GLFW_KEY_UP;
   if (key == "Down") return GLFW_KEY_DOWN;
+  if (key == "Left") return GLFW_KEY_LEFT;
+  if (key == "Right") return GLFW_KEY_RIGHT;
+  if (key == "Home") return GLFW_KEY_HOME;
+  if (key == "End") return GLFW_KEY_END;
+  if (key == "Space") return GLFW_KEY_SPACE;
+  if (key == "Delete") return GLFW_KEY_DELETE;
   if (key == "Plus") return GLFW_KEY_EQUAL;
   if (key == "Minus") return GLFW_KEY_MINUS;
   return -1;
+}
+
+// Keys that mean something to a field in which something is being typed.
+bool belongs_to_typing(const Shortcut& keys) {
+  constexpr std::array<std::string_view, 10> kEditing{"A", "C",    "V",     "X",    "Z",
+                                                      "Y", "Left", "Right", "Home", "End"};
+  return (!keys.ctrl && keys.key != "F1") || std::ranges::find(kEditing, keys.key) != kEditing.end();
 }
 
 void begin_part(const char* name, ImVec2 at, ImVec2 size, const ImVec4& ground, ImVec2 padding) {
@@ -56,10 +73,13 @@ void draw_step(const Snapshot& snapshot, Views& views, Requests& requests) {
   if (!view.next.empty() && !view.error) words += (words.empty() ? "" : "  ") + view.next;
   if (!words.empty()) {
     ImGui::SameLine(0, px(14));
-    ImGui::SetCursorPosY(ImGui::GetCursorPosY() + px(6));
-    ImGui::PushStyleColor(ImGuiCol_Text, theme().colours.faint);
-    clipped_text(words, ImGui::GetContentRegionAvail().x);
-    ImGui::PopStyleColor();
+    const bool fits = ImGui::CalcTextSize(words.c_str()).x <= ImGui::GetContentRegionAvail().x;
+    if (fits) {
+      ImGui::SetCursorPosY(ImGui::GetCursorPosY() + px(6));
+    } else {
+      ImGui::NewLine();  // large letters in a small window: below the heading, in as many lines as it takes
+    }
+    faint_text(words);
   }
   ImGui::Dummy({0, px(2)});
   switch (snapshot.shown) {
@@ -80,22 +100,63 @@ void draw_step(const Snapshot& snapshot, Views& views, Requests& requests) {
   }
 }
 
+// In two columns where there is room, and scrolled where they are still too high.
 void draw_shortcuts() {
   heading("Keyboard shortcuts");
-  if (!ImGui::BeginTable("keys", 2, ImGuiTableFlags_None, {px(520), 0})) return;
-  ImGui::TableSetupColumn("words", ImGuiTableColumnFlags_WidthStretch);
-  ImGui::TableSetupColumn("keys", ImGuiTableColumnFlags_WidthFixed, px(150));
-  for (const CommandInfo& info : command_table()) {
-    if (info.shortcut.empty()) continue;
-    ImGui::TableNextRow();
-    ImGui::TableNextColumn();
-    ImGui::TextUnformatted(info.words.data());
-    ImGui::TableNextColumn();
-    ImGui::PushStyleColor(ImGuiCol_Text, theme().colours.faint);
-    ImGui::TextUnformatted(info.shortcut.data());
-    ImGui::PopStyleColor();
+  std::vector<const CommandInfo*> rows;
+  for (const CommandInfo& info : command_table())
+    if (!info.shortcut.empty()) rows.push_back(&info);
+  const ImVec2 screen = ImGui::GetMainViewport()->WorkSize;
+  const float width = std::min(px(860), 0.86f * screen.x);
+  const std::size_t columns = width >= px(700) ? 2 : 1, high = (rows.size() + columns - 1) / columns;
+  const float line = ImGui::GetTextLineHeight() + 2 * px(3);
+  ImGui::BeginChild("key list", {width, std::min((float(high) + 0.5f) * line, 0.68f * screen.y)});
+  note_widget("key list");
+  ImGui::PushStyleVar(ImGuiStyleVar_CellPadding, ImVec2(px(8), px(3)));
+  if (ImGui::BeginTable("keys", int(2 * columns), ImGuiTableFlags_None)) {
+    for (std::size_t c = 0; c < columns; ++c) {
+      ImGui::TableSetupColumn(c == 0 ? "words" : "more words", ImGuiTableColumnFlags_WidthStretch);
+      ImGui::TableSetupColumn(c == 0 ? "keys" : "more keys", ImGuiTableColumnFlags_WidthFixed, px(130));
+    }
+    for (std::size_t r = 0; r < high; ++r) {
+      ImGui::TableNextRow();
+      for (std::size_t c = 0; c < columns && c * high + r < rows.size(); ++c) {
+        const CommandInfo& info = *rows[c * high + r];
+        ImGui::TableNextColumn();
+        ImGui::TextUnformatted(info.words.data());
+        ImGui::TableNextColumn();
+        ImGui::PushStyleColor(ImGuiCol_Text, theme().colours.faint);
+        ImGui::TextUnformatted(info.shortcut.data());
+        ImGui::PopStyleColor();
+      }
+    }
+    ImGui::EndTable();
   }
-  ImGui::EndTable();
+  ImGui::PopStyleVar();
+  ImGui::EndChild();
+}
+
+// Asks before everything of a person goes. True once it is answered.
+bool draw_deletion(const Snapshot& snapshot, Requests& requests) {
+  heading("Delete this person?");
+  ImGui::Dummy({px(560), 0});
+  if (!snapshot.contents) return true;
+  const Project& project = snapshot.contents->project;
+  body_text(
+      "Frames, masks, tracks, checkpoints, performances and the avatar are removed from this computer, and "
+      "cannot "
+      "be brought back. Stop other programs that show them first.");
+  ImGui::Dummy({0, px(4)});
+  faint_text("The clip stays where it is: " + project.options.video.string());
+  faint_text("The project: " + project.folder.string());
+  ImGui::Dummy({0, px(6)});
+  bool answered = false;
+  if (plain_button("Delete all, exports too")) requests.delete_person = false, answered = true;
+  ImGui::SameLine();
+  if (plain_button("Delete, but keep the exports")) requests.delete_person = true, answered = true;
+  ImGui::SameLine();
+  if (primary_button("Keep the person")) answered = true;
+  return answered;
 }
 
 // What was done or went wrong, in the lower right corner, until it is dismissed.
@@ -128,10 +189,10 @@ void draw_notices(const Snapshot& snapshot, Requests& requests) {
 
 }  // namespace
 
-Result<std::unique_ptr<Shell>> Shell::create() {
+Result<std::unique_ptr<Shell>> Shell::create(std::function<void()> wake) {
   auto views = Views::create();
   if (!views) return views.error();
-  auto shell = std::make_unique<Shell>();
+  auto shell = std::make_unique<Shell>(std::move(wake));
   shell->views_ = std::move(*views);
   return shell;
 }
@@ -139,7 +200,7 @@ Result<std::unique_ptr<Shell>> Shell::create() {
 void Shell::draw_menus(const Snapshot& snapshot, Requests& requests) {
   ImGui::PushStyleVar(ImGuiStyleVar_FramePadding, ImVec2(px(10), px(8)));
   if (ImGui::BeginMainMenuBar()) {
-    for (const Menu menu : {Menu::file, Menu::edit, Menu::avatar, Menu::view, Menu::help}) {
+    for (const Menu menu : {Menu::file, Menu::edit, Menu::timeline, Menu::avatar, Menu::view, Menu::help}) {
       const bool open = ImGui::BeginMenu(menu_words(menu).data());
       note_widget(std::string("menu ") + menu_words(menu).data());
       if (!open) continue;
@@ -164,7 +225,8 @@ void Shell::press_keys(const Snapshot& snapshot, Requests& requests) {
     const Shortcut keys = parse_shortcut(info.shortcut);
     const int key = glfw_key(keys.key);
     if (key < 0 || io.KeyCtrl != keys.ctrl || io.KeyShift != keys.shift) continue;
-    if (io.WantTextInput && !keys.ctrl) continue;  // it is being typed
+    if (io.WantTextInput && belongs_to_typing(keys)) continue;
+    if (key == GLFW_KEY_SPACE && io.NavVisible) continue;  // it presses what the keyboard has reached
     if (ImGui::IsKeyPressed(key, false)) requests.ask(info.command);
   }
 }
@@ -200,6 +262,8 @@ void Shell::draw_questions(const Snapshot& snapshot, Requests& requests) {
     }
     ImGui::SameLine();
     if (plain_button("Go on working")) close = true;
+  } else if (shown_ == Question::delete_person) {
+    close |= draw_deletion(snapshot, requests);
   } else {
     if (shown_ == Question::shortcuts) draw_shortcuts();
     if (shown_ == Question::film_guide) draw_film_guide();
@@ -212,8 +276,6 @@ void Shell::draw_questions(const Snapshot& snapshot, Requests& requests) {
     ImGui::CloseCurrentPopup();
   }
   ImGui::EndPopup();
-  (void)snapshot;
-  (void)requests;
 }
 
 Requests Shell::draw(const Snapshot& snapshot) {
@@ -242,8 +304,45 @@ Requests Shell::draw(const Snapshot& snapshot) {
   ImGui::End();
   draw_notices(snapshot, requests);
   draw_questions(snapshot, requests);
-  if (auto picked = browser_.draw()) requests.open = std::move(picked);
+  if (requests.browse) {
+    const bool in_project = *requests.browse == Wanted::export_performance && snapshot.contents;
+    browse(*requests.browse, in_project ? snapshot.contents->project.folder : home_folder());
+  }
+  if (const auto picked = browser_.draw()) take_picked(*picked, snapshot, requests);
   return requests;
+}
+
+void Shell::take_picked(const std::filesystem::path& picked, const Snapshot& snapshot, Requests& requests) {
+  ExportChoice choice = requests.export_choice.value_or(snapshot.export_choice);
+  switch (browser_.wanted()) {
+    case Wanted::clip:
+    case Wanted::project:
+      requests.open = picked;
+      return;
+    case Wanted::driving_clip:
+      choice.clip = picked;
+      break;
+    case Wanted::background:
+      choice.picture = picked;
+      choice.ground = ExportGround::picture;
+      break;
+    case Wanted::driver:
+      requests.drive_video = picked;
+      return;
+    case Wanted::performance:
+      requests.open_performance = picked;
+      return;
+    case Wanted::new_performance:
+      requests.save_performance = picked;
+      return;
+    case Wanted::export_performance:
+      choice.performance = picked;
+      break;
+    case Wanted::moved_clip:
+      requests.relink = picked;
+      return;
+  }
+  requests.export_choice = choice;
 }
 
 }  // namespace likeness::ui

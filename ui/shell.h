@@ -3,6 +3,7 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <memory>
 #include <utility>
 
@@ -12,12 +13,14 @@
 
 namespace likeness::ui {
 
-enum class Question { none, shortcuts, film_guide, licences, closing };
+enum class Question { none, shortcuts, film_guide, licences, closing, delete_person };
 enum class Closing { none, keep_and_stop };
 
 class Shell {
  public:
-  static Result<std::unique_ptr<Shell>> create();
+  // wake: called from threads when there is something new to draw.
+  static Result<std::unique_ptr<Shell>> create(std::function<void()> wake = [] {});
+  explicit Shell(std::function<void()> wake) : browser_(std::move(wake)) {}
 
   // Draws one frame; what the user asked for in it.
   Requests draw(const Snapshot& snapshot);
@@ -29,6 +32,7 @@ class Shell {
  private:
   void draw_menus(const Snapshot& snapshot, Requests& requests);
   void press_keys(const Snapshot& snapshot, Requests& requests);
+  void take_picked(const std::filesystem::path& picked, const Snapshot& snapshot, Requests& requests);
   void draw_questions(const Snapshot& snapshot, Requests& requests);
 
   std::unique_ptr<Views> views_;

@@ -39,13 +39,16 @@ StepView film_view(const ProjectContents& contents) {
     view.next = "Say whether the filmed person agreed.";
     return view;
   }
-  if (!contents.clip && !contents.capture) {
-    view.state = StepState::failed;
-    view.found = "The clip cannot be read.";
-    view.next = "Put the clip back, or open another one.";
+  const bool needed = !contents.is_current(Stage::import) || !contents.is_current(Stage::align) ||
+                      !contents.is_current(Stage::fit);
+  if (!contents.clip && needed) {
+    view.state = contents.capture ? StepState::needs_you : StepState::failed;
+    view.found = "The clip is not where it was.";
+    view.next = "Say where it is now: Find the clip.";
     view.error = Error{ErrorCode::not_found,
-                       fmt::format("The clip {} cannot be read.", contents.project.options.video.string()),
-                       "Put it back to where it was, or open another clip.", ""};
+                       fmt::format("The clip {} is not where it was, or cannot be read.",
+                                   contents.project.options.video.string()),
+                       "Put it back, or press Find the clip and say where it is now.", ""};
     return view;
   }
   view.state = StepState::done;
@@ -83,16 +86,20 @@ StepView work_view(Step step, const ProjectContents& contents, const PipelineSta
     const bool live = working || pipeline.job.state != JobState::none;
     const StageRecord& record = live ? pipeline.records[std::size_t(stage)] : contents.project.record(stage);
     const bool finished = pipeline.finished[std::size_t(stage)] || contents.is_current(stage);
-    done &= finished;
+    const bool stale = !working && contents.is_stale(stage);
+    done &= finished && !stale;
     if (!record.message.empty() && (finished || record.state == StageState::failed))
       view.found += (view.found.empty() ? "" : " ") + record.message;
     view.warnings.insert(view.warnings.end(), record.warnings.begin(), record.warnings.end());
     if (working && pipeline.stage == stage) {
       view.state = StepState::running;
-      view.text =
-          pipeline.job.state == JobState::stopping ? "Stopping; what was done is kept" : pipeline.job.text;
+      view.text = pipeline.job.state == JobState::stopping ? "Stopping; what was done is kept"
+                  : pipeline.job.waiting                   ? "Paused"
+                  : pipeline.job.paused                    ? "Pausing\u2026"
+                                                           : pipeline.job.text;
+      view.paused = pipeline.job.paused;
       view.fraction = pipeline.stage_fraction;
-      view.seconds_left = pipeline.stage_seconds_left;
+      view.seconds_left = pipeline.job.paused ? -1 : pipeline.stage_seconds_left;
       return view;
     }
     if (!finished && record.state == StageState::failed) {
@@ -107,10 +114,19 @@ StepView work_view(Step step, const ProjectContents& contents, const PipelineSta
       }
       return view;
     }
-    if (!finished && !working && record.state == StageState::stopped) {
+    const bool broke_off = record.state == StageState::running;  // of a program that was killed
+    if (!finished && !working && (record.state == StageState::stopped || broke_off)) {
       view.state = StepState::needs_you;
-      view.found = "Paused. What was done is kept.";
+      view.found =
+          broke_off ? "Broken off. What was done until then is kept." : "Stopped. What was done is kept.";
       view.next = "Continue when you like.";
+      return view;
+    }
+    if (stale) {
+      view.state = StepState::stale;
+      view.found = "Made with other choices than those there are now.";
+      view.next = "Make the avatar again: only what changed is made anew.";
+      view.warnings.clear();
       return view;
     }
   }

@@ -5,6 +5,7 @@
 #include <array>
 #include <cstdint>
 #include <filesystem>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -12,9 +13,13 @@
 
 #include "core/check/verdict.h"
 #include "core/film/film.h"
-#include "ui/acting.h"
+#include "core/live/live_driver.h"
 #include "ui/avatar_renderer.h"
 #include "ui/commands.h"
+#include "ui/directing.h"
+#include "ui/export_order.h"
+#include "ui/export_queue.h"
+#include "ui/folder_list.h"
 #include "ui/job.h"
 #include "ui/pipeline_job.h"
 #include "ui/platform/settings.h"
@@ -28,13 +33,22 @@ inline constexpr std::array kSteps{Step::film,  Step::check,  Step::cameras,   S
                                    Step::train, Step::direct, Step::export_out};
 std::string_view step_words(Step step);
 
-enum class StepState { to_do, loading, running, needs_you, failed, done };
+enum class StepState {
+  to_do,
+  loading,
+  running,
+  needs_you,
+  stale,  // done, with other choices than those there are now
+  failed,
+  done
+};
 
 struct StepView {
   StepState state = StepState::to_do;
   std::string found;  // what the step found, one sentence
   std::string next;   // the one next thing to do; empty: nothing here
   std::string text;   // of work in progress
+  bool paused = false;
   double fraction = 0;
   double seconds_left = -1;  // negative: not known
   std::vector<std::string> warnings;
@@ -49,15 +63,12 @@ struct FramePicture {
   std::string missing;  // why there is none
 };
 
-enum class ExportKind { still, orbit, sequence };
-enum class ExportGround { room, light, dark };
-struct ExportChoice {
-  ExportGround ground = ExportGround::light;
-  bool twice = false;          // as many px a side as the avatar was trained with, or twice as many
-  double half_angle_deg = 25;  // of the orbit
-  int frames = 100;
-  double frames_per_second = 25;
-  bool operator==(const ExportChoice&) const = default;
+// The avatar driven by a video or a webcam as it happens.
+struct LiveView {
+  bool on = false;
+  LiveStatus status;
+  double shown_per_second = 0, latency_s = 0;  // on the screen: the last picture's, from its capture
+  std::map<std::string, float> gains;          // per named action, those that are not 1
 };
 
 struct SystemStatus {
@@ -73,14 +84,19 @@ struct Snapshot {
   Step shown = Step::film;
   Situation situation;
   PipelineStatus pipeline;
-  JobStatus demo;  // filming the demo person
-  JobStatus exporting;
+  JobStatus demo;       // filming the demo person
+  JobStatus exporting;  // the export at work, or the one that ended last
+  std::vector<ExportItem> exports;
   JobStatus checking;                             // the capture check, before anything is built
   std::shared_ptr<const CaptureVerdict> verdict;  // null: the clip was not looked at since it was opened
   std::filesystem::path exported;                 // what the last finished export wrote
   ExportChoice export_choice;
+  TrainingCurve curve;    // of the training at work, or of the last one
+  bool deleting = false;  // a person is being deleted
   Settings settings;
-  Acting acting;
+  DirectingView directing;
+  LiveView live;
+  std::uint64_t moment = 0;  // number of what the picture is asked to show
   std::shared_ptr<const AvatarPicture> picture;
   bool rendering = false;
   bool comparing = false;
@@ -100,13 +116,19 @@ struct Requests {
   std::optional<Step> show;
   std::optional<Consent> consent;
   bool nobody_agreed = false;
+  std::optional<std::filesystem::path> relink;  // where the clip is now
+  std::optional<bool> delete_person;            // true: the exports are kept
+  std::optional<std::vector<int>> left_out;     // frames that shall not train
   std::optional<int> check_frame, face_frame, compare_frame;
-  std::optional<Acting> acting;
-  bool acting_finished = false;  // the slider was let go: one step of undo
-  std::optional<int> view_px;    // size of the avatar's picture on the screen
+  DirectRequests direct;
+  std::optional<std::filesystem::path> open_performance, save_performance, drive_video;
+  std::optional<std::map<std::string, float>> gains;
+  std::optional<int> view_px;  // size of the avatar's picture on the screen
   std::optional<double> budget_s;
   std::optional<int> picture_size;
   std::optional<ExportChoice> export_choice;
+  std::optional<int> stop_export, retry_export, forget_export;  // numbers of the queue's items
+  std::optional<Wanted> browse;                                 // for a file that the panel asks for
   bool dismiss_error = false, dismiss_message = false;
 
   void ask(Command command) { commands.push_back(command); }

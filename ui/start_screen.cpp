@@ -121,7 +121,7 @@ void draw_start_screen(const Snapshot& snapshot, Requests& requests) {
     const std::string remaining = time_left(snapshot.demo.seconds_left);
     faint_text(snapshot.demo.text + (remaining.empty() || snapshot.demo.text.empty() ? "" : "  \u00b7  ") +
                remaining);
-    if (plain_button("Stop")) requests.ask(Command::pause);
+    if (command_button(Command::stop_work, snapshot.situation)) requests.ask(Command::stop_work);
     end_card();
   }
   draw_ways(snapshot, requests, ImGui::GetContentRegionAvail().x);

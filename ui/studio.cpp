@@ -2,18 +2,19 @@
 #include "ui/studio.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
+#include <functional>
 #include <numbers>
 #include <utility>
 
 #include "core/base/files.h"
 #include "core/base/memory.h"
 #include "core/base/parallel.h"
-#include "core/film/film.h"
 #include "core/image/files.h"
+#include "core/project/care.h"
 #include "core/project/project_views.h"
-#include "core/render/camera_path.h"
 #include "core/track/overlay.h"
 
 namespace likeness::ui {
@@ -43,45 +44,13 @@ fs::path folder_for(const fs::path& projects, const fs::path& clip) {
   }
 }
 
-// exports/still-001.png, exports/orbit-001.mp4, exports/pictures-001
-fs::path export_name(const fs::path& folder, ExportKind kind) {
-  constexpr std::array<const char*, 3> kNames{"still", "orbit", "pictures"}, kEndings{".png", ".mp4", ""};
+// A name in exports/ that no file has and no waiting export takes.
+fs::path export_path(const fs::path& folder, const ExportChoice& choice, const ExportQueue& queue) {
   for (int number = 1;; ++number) {
-    const fs::path path =
-        folder / "exports" /
-        fmt::format("{}-{:03}{}", kNames[std::size_t(kind)], number, kEndings[std::size_t(kind)]);
+    const fs::path path = folder / "exports" / export_file_name(choice, number);
     std::error_code ignored;
-    if (!fs::exists(path, ignored)) return path;
+    if (!fs::exists(path, ignored) && !queue.holds(path)) return path;
   }
-}
-
-Film make_film(ExportKind kind, const ExportChoice& choice, const Acting& acting,
-               const DirectedAvatar& avatar) {
-  const int frames = kind == ExportKind::still ? 1 : choice.frames;
-  const int size = avatar.avatar.size * (choice.twice ? 2 : 1);
-  const AvatarPose pose = acting_pose(acting, avatar.avatar, avatar.rig);
-  Film film;
-  for (const double yaw : orbit_yaws(frames, choice.half_angle_deg)) {
-    Acting seen = acting;
-    seen.view.yaw_deg += yaw;
-    film.cameras.push_back(acting_camera(seen, avatar.avatar, size));
-    film.poses.push_back({pose.world_from_head, pose.world_from_torso, pose.articulation});
-  }
-  return film;
-}
-
-FilmOptions film_options(ExportKind kind, const ExportChoice& choice, const Acting& acting,
-                         const Avatar& avatar, fs::path out) {
-  FilmOptions options;
-  options.out = std::move(out);
-  options.alpha = kind == ExportKind::sequence;
-  options.camera_rests = kind == ExportKind::still;
-  options.frames_per_second = choice.frames_per_second;
-  // The room was filmed from one place, in the size of the pictures.
-  const bool room = choice.ground == ExportGround::room && kind == ExportKind::still && !choice.twice &&
-                    acting.view == ViewPoint{} && !avatar.plate.empty();
-  options.background = room ? "plate" : choice.ground == ExportGround::dark ? "#1c1f26" : "#e6e6e6";
-  return options;
 }
 
 }  // namespace
@@ -130,6 +99,7 @@ Studio::Studio(StudioOptions options, std::function<void()> wake)
       wake_(std::move(wake)),
       settings_(read_settings(options_.settings)),
       renderer_(wake_),
+      exports_(wake_),
       background_(
           [this](const std::string& what) {
             loading_ = false;
@@ -138,10 +108,21 @@ Studio::Studio(StudioOptions options, std::function<void()> wake)
           },
           wake_) {}
 
-Studio::~Studio() { save_settings(); }
+Studio::~Studio() {
+  save_performance(true);
+  save_settings();
+}
 
 void Studio::tick() {
   background_.deliver();
+  if (directing_.advance(Directing::Clock::now())) request_picture();
+  save_performance(false);
+  if (drive_.has_ended()) {
+    take_drive();
+    if (const auto error = drive_.view().status.error) fail(*error);
+    retire(drive_.stop());
+    request_picture();
+  }
   if (demo_ && !ui::is_working(demo_->status())) {
     const JobStatus status = demo_->status();
     demo_.reset();
@@ -151,8 +132,7 @@ void Studio::tick() {
       open_clip(status.outcome, Consent::no_real_person, project);
     }
   }
-  if (export_ && !ui::is_working(export_->status()) && export_->status().state == JobState::done)
-    exported_ = exporting_to_;
+  exports_.tick();
   if (check_ && checked_ && check_->status().state == JobState::done)
     verdict_ = std::exchange(checked_, nullptr);
   if (!pipeline_job_) return;
@@ -195,16 +175,32 @@ Snapshot Studio::snapshot() const {
   s.contents = contents_;
   s.pipeline = pipeline_;
   if (demo_) s.demo = demo_->status();
-  if (export_) s.exporting = export_->status();
+  s.exporting = exports_.status();
+  s.exports = exports_.items();
   if (check_) s.checking = check_->status();
   s.verdict = verdict_;
-  s.exported = exported_;
+  s.exported = exports_.last_written();
   s.steps = view_steps(contents_.get(), s.loading, s.pipeline, s.exporting, s.exported);
   add_verdict(s.checking, s.verdict.get(), s.steps[std::size_t(Step::check)]);
+  if (!pipeline_.curve.training.empty()) {
+    s.curve = pipeline_.curve;
+  } else if (contents_ && contents_->curve) {
+    s.curve = *contents_->curve;
+  }
+  s.deleting = deleting_;
   s.shown = shown_;
   s.export_choice = export_choice_;
   s.settings = settings_;
-  s.acting = acting_.value();
+  s.directing = directing_.view();
+  if (contents_ && contents_->avatar) {
+    const ProjectAvatar& avatar = *contents_->avatar;
+    const Performance& performance = *s.directing.performance;
+    s.directing.view = direct_moment(avatar.directed, performance, s.directing.playhead_s).view;
+    s.directing.beyond =
+        beyond_seen(avatar.directed, avatar.views, avatar.limits, performance, s.directing.playhead_s);
+  }
+  s.moment = moment_number_;
+  s.live = drive_.view();
   s.picture = renderer_.latest();
   s.rendering = renderer_.busy();
   s.comparing = comparing_;
@@ -221,17 +217,26 @@ Snapshot Studio::snapshot() const {
   Situation& now = s.situation;
   now.project = contents_ != nullptr;
   now.clip_there = contents_ && (contents_->clip || contents_->capture);
+  now.clip_missing = contents_ && !contents_->clip;
   now.running = ui::is_working(pipeline_.job) || ui::is_working(s.demo);
+  now.paused =
+      (ui::is_working(pipeline_.job) && pipeline_.job.paused) || (ui::is_working(s.demo) && s.demo.paused);
   now.training =
       ui::is_working(pipeline_.job) && pipeline_.stage == Stage::train && !pipeline_.training.empty();
-  now.finished = contents_ && std::ranges::all_of(contents_->current, [](bool current) { return current; });
+  now.finished = contents_ && std::ranges::all_of(contents_->current, std::identity{}) &&
+                 std::ranges::none_of(contents_->stale, std::identity{});
   now.avatar = contents_ && contents_->avatar;
-  now.exporting = ui::is_working(s.exporting);
+  now.exporting = exports_.is_working();
   now.checking = ui::is_working(s.checking);
   now.can_check = contents_ && contents_->clip;
   now.directing = shown_ == Step::direct;
-  now.can_undo = acting_.can_undo();
-  now.can_redo = acting_.can_redo();
+  now.can_undo = !s.directing.undo_name.empty();
+  now.can_redo = !s.directing.redo_name.empty();
+  now.keys = !s.directing.performance->channels.empty();
+  now.keys_chosen = !s.directing.selected->empty();
+  now.keys_copied = s.directing.keys_copied;
+  now.pose_copied = s.directing.pose_copied;
+  now.driven = s.live.on;
   now.consent = contents_ && contents_->project.consent != Consent::not_asked;
   return s;
 }
@@ -267,20 +272,36 @@ Wish Studio::apply(const Requests& requests) {
     }
     message_ = "Without the person's agreement no avatar is made.";
   }
+  if (requests.relink) relink(*requests.relink, false);
+  if (requests.delete_person) delete_person(*requests.delete_person);
+  if (requests.left_out && contents_ && contents_->capture) {
+    if (const auto fine = check_left_out(*contents_->capture, *requests.left_out); !fine) {
+      fail(fine.error());
+    } else {
+      edit_options([&](ProjectOptions& o) { o.left_out = *requests.left_out; });
+    }
+  }
   if (requests.check_frame) show_frame(&Studio::check_picture_, *requests.check_frame, false);
   if (requests.face_frame) show_frame(&Studio::face_picture_, *requests.face_frame, true);
   if (requests.compare_frame) {
     show_frame(&Studio::compare_picture_, *requests.compare_frame, false);
     request_picture();
   }
-  if (requests.acting) acting_.edit(*requests.acting);
-  if (requests.acting_finished) acting_.commit();
+  apply(requests.direct);
+  if (requests.gains) drive_.set_gains(*requests.gains);
+  if (requests.drive_video) start_driving([file = *requests.drive_video] { return open_clip_source(file); });
+  if (requests.open_performance) open_performance(*requests.open_performance);
+  if (requests.save_performance) {
+    save_performance_as(*requests.save_performance);
+  }
   if (requests.view_px && *requests.view_px != view_px_) {
     view_px_ = *requests.view_px;
     request_picture();
   }
-  if (requests.acting) request_picture();
   if (requests.export_choice) export_choice_ = *requests.export_choice;
+  if (requests.stop_export) exports_.stop(*requests.stop_export);
+  if (requests.retry_export) exports_.retry(*requests.retry_export);
+  if (requests.forget_export) exports_.forget(*requests.forget_export);
   if (requests.budget_s)
     edit_options([&](ProjectOptions& o) { o.budget_s = *requests.budget_s, o.steps = 0; });
   if (requests.picture_size)
@@ -298,13 +319,6 @@ Wish Studio::apply(const Requests& requests) {
 }
 
 Wish Studio::carry_out(Command command) {
-  const auto act = [&](auto change) {
-    Acting acting = acting_.value();
-    change(acting);
-    acting_.edit(acting);
-    acting_.commit();
-    request_picture();
-  };
   const auto show = [&](int by) {
     shown_ = kSteps[std::size_t(std::clamp(int(shown_) + by, 0, int(kSteps.size()) - 1))];
     follow_ = false;
@@ -325,6 +339,10 @@ Wish Studio::carry_out(Command command) {
       return Wish::shortcuts;
     case Command::licences:
       return Wish::licences;
+    case Command::find_clip:
+      return Wish::find_clip;
+    case Command::delete_person:
+      return Wish::delete_person;
     case Command::try_demo:
       start_demo();
       break;
@@ -339,6 +357,14 @@ Wish Studio::carry_out(Command command) {
       start_check();
       break;
     case Command::pause:
+      if (demo_) demo_->pause();
+      if (pipeline_job_) pipeline_job_->pause();
+      break;
+    case Command::go_on:
+      if (demo_) demo_->go_on();
+      if (pipeline_job_) pipeline_job_->go_on();
+      break;
+    case Command::stop_work:
       finish_at_s_.reset();
       if (demo_) demo_->stop();
       if (pipeline_job_) pipeline_job_->stop();
@@ -358,22 +384,41 @@ Wish Studio::carry_out(Command command) {
       break;
     }
     case Command::undo:
-      acting_.undo();
-      request_picture();
-      break;
     case Command::redo:
-      acting_.redo();
-      request_picture();
-      break;
     case Command::reset_face:
-      act([](Acting& a) { a.amounts.clear(), a.gaze_side = a.gaze_up = 0; });
-      break;
     case Command::reset_head:
-      act([](Acting& a) { a.yaw_deg = a.pitch_deg = a.roll_deg = 0; });
-      break;
     case Command::reset_view:
-      act([](Acting& a) { a.view = {}; });
-      break;
+    case Command::copy_keys:
+    case Command::paste_keys:
+    case Command::delete_keys:
+    case Command::choose_all_keys:
+    case Command::choose_keys_here:
+    case Command::copy_pose:
+    case Command::paste_pose:
+    case Command::open_performance:
+    case Command::save_performance:
+    case Command::play:
+    case Command::repeat:
+    case Command::record_keys:
+    case Command::add_keys:
+    case Command::keys_earlier:
+    case Command::keys_later:
+    case Command::next_easing:
+    case Command::previous_picture:
+    case Command::next_picture:
+    case Command::previous_key:
+    case Command::next_key:
+    case Command::go_to_start:
+    case Command::go_to_end:
+    case Command::random_walk:
+    case Command::camera_orbit:
+    case Command::camera_dolly:
+    case Command::drive_video:
+    case Command::drive_webcam:
+    case Command::rest_face:
+    case Command::record_drive:
+    case Command::stop_driving:
+      return direct(command);
     case Command::compare:
       comparing_ = !comparing_;
       if (comparing_ && compare_picture_.frame < 0 && contents_)
@@ -393,11 +438,17 @@ Wish Studio::carry_out(Command command) {
     case Command::export_orbit:
       start_export(ExportKind::orbit);
       break;
-    case Command::export_sequence:
-      start_export(ExportKind::sequence);
+    case Command::export_performance:
+      start_export(ExportKind::performance);
+      break;
+    case Command::export_driven:
+      start_export(ExportKind::driven);
+      break;
+    case Command::export_mesh:
+      start_export(ExportKind::mesh);
       break;
     case Command::stop_export:
-      if (export_) export_->stop();
+      exports_.stop_all();
       break;
     case Command::toggle_theme:
       settings_.dark = !settings_.dark;
@@ -429,9 +480,54 @@ void Studio::open(const fs::path& path) {
       return;
     }
     load(folder);
+  } else if (contents_ && !contents_->clip) {
+    relink(path, true);  // the clip that is looked for, or another one
   } else {
     open_clip(path, Consent::not_asked, options_.project);
   }
+}
+
+// or_open: another clip is opened as such.
+void Studio::relink(const fs::path& clip, bool or_open) {
+  if (!contents_ || ui::is_working(pipeline_.job)) return;
+  loading_ = true;
+  background_.run("relink", [this, folder = folder_, clip, or_open](std::stop_token) -> Background::Delivery {
+    const auto linked = relink_clip(folder, clip);
+    return [this, folder, clip, or_open, error = linked ? std::nullopt : std::optional(linked.error())] {
+      loading_ = false;
+      if (folder != folder_) return;
+      if (error && or_open && error->code == ErrorCode::bad_input) {
+        open_clip(clip, Consent::not_asked, options_.project);
+      } else if (error) {
+        fail(*error);
+      } else {
+        message_ = "The clip is found again: " + clip.string();
+        load(folder);
+      }
+    };
+  });
+}
+
+void Studio::delete_person(bool keep_exports) {
+  if (!contents_ || is_working()) return;
+  const fs::path folder = folder_;
+  close_project();
+  deleting_ = true;
+  // After whatever was being read of the project: one thread does both, in order.
+  background_.run("", [this, folder, keep_exports](std::stop_token) -> Background::Delivery {
+    const auto deleted = likeness::delete_person(folder, keep_exports);
+    return [this, folder, deleted] {
+      deleting_ = false;
+      if (!deleted) {
+        fail(deleted.error());
+        return;
+      }
+      std::erase_if(settings_.recent, [&](const fs::path& recent) { return same_place(recent, folder); });
+      message_ = fmt::format("The person is deleted: {:.1f} MB were removed.", double(deleted->bytes) / 1e6);
+      if (!deleted->folder_gone)
+        message_ += " Kept: " + fmt::format("{}", fmt::join(deleted->kept, ", ")) + ".";
+    };
+  });
 }
 
 void Studio::open_clip(const fs::path& clip, Consent consent, ProjectOptions options) {
@@ -496,10 +592,11 @@ void Studio::loaded(std::shared_ptr<const ProjectContents> contents) {
   remember_recent(settings_, ignored ? folder_ : place);
   if (first) {
     save_settings();
-    acting_ = History<Acting>();
+    take_performance(folder_);
     shown_ = contents_->avatar ? Step::direct : Step::film;
     read_clip_picture();
   }
+  if (!first && contents_->clip && !earlier.clip) read_clip_picture();
   if (contents_->avatar && contents_->avatar != earlier.avatar) request_picture();
   // A new clip is looked at before anything is built from it.
   if (!contents_->capture && contents_->clip && contents_->project.consent != Consent::not_asked && !check_)
@@ -515,8 +612,11 @@ void Studio::loaded(std::shared_ptr<const ProjectContents> contents) {
 }
 
 void Studio::close_project() {
+  save_performance(true);
+  directing_.open({});
+  retire(drive_.stop());
   retire(std::move(pipeline_job_));
-  retire(std::move(export_));
+  retire(exports_.clear());
   drop_check();
   pipeline_ = {};
   seen_states_ = {};
@@ -528,7 +628,6 @@ void Studio::close_project() {
   loading_ = false;
   shown_ = Step::film;
   comparing_ = false;
-  exported_.clear();
   for (FramePicture* picture : {&clip_picture_, &check_picture_, &face_picture_, &compare_picture_})
     *picture = {};
   renderer_.clear();
@@ -618,34 +717,21 @@ void Studio::start_check() {
 
 void Studio::start_export(ExportKind kind) {
   if (!contents_ || !contents_->avatar) return;
-  export_kind_ = kind;
-  exporting_to_ = export_name(folder_, kind);
-  exported_.clear();
-  export_ = std::make_unique<Job>(
-      [contents = contents_, kind, choice = export_choice_, acting = acting_.value(), out = exporting_to_](
-          const Progress& progress, std::stop_token stop) -> Result<std::string> {
-        const DirectedAvatar& avatar = *contents->avatar;
-        if (const auto folder = make_writable_folder(kind == ExportKind::sequence ? out : out.parent_path());
-            !folder)
-          return folder.error();
-        const OpenedAvatar opened{contents->project, avatar.avatar, *avatar.model, avatar.hash};
-        const auto written = write_film(opened, make_film(kind, choice, acting, avatar),
-                                        film_options(kind, choice, acting, avatar.avatar, out),
-                                        progress.stage(0, 1, "export"), stop);
-        if (written) return out.string();
-        std::error_code ignored;
-        if (kind == ExportKind::sequence) fs::remove_all(out, ignored);  // half a sequence is none
-        return written.error();
-      },
-      wake_);
-}
-
-void Studio::request_picture() {
-  if (!contents_ || !contents_->avatar) return;
-  PictureRequest request{contents_->avatar, acting_.value(), std::nullopt, view_px_};
-  if (comparing_ && compare_picture_.frame >= 0)
-    request.frame = frame_view(*contents_, compare_picture_.frame);
-  renderer_.request(std::move(request));
+  export_choice_.kind = kind;
+  const ProjectAvatar& avatar = *contents_->avatar;
+  const double time_s = directing_.playhead_s();
+  const ViewPoint view = direct_moment(avatar.directed, *directing_.performance(), time_s).view;
+  const ExportChoice choice = settled(export_choice_, view, avatar.avatar);
+  ExportOrder order{choice, contents_, directing_.performance(), time_s,
+                    export_path(folder_, choice, exports_)};
+  if (const auto fine = check_order(order); !fine) {
+    fail(fine.error());
+    return;
+  }
+  const fs::path out = order.out;
+  exports_.add(out, [order = std::move(order)](const Progress& progress, std::stop_token stop) {
+    return write_order(order, progress.stage(0, 1, "export"), stop);
+  });
 }
 
 void Studio::read_clip_picture() {
@@ -703,15 +789,14 @@ void Studio::save_settings() {
 }
 
 bool Studio::is_working() const {
-  return ui::is_working(pipeline_.job) || (demo_ && ui::is_working(demo_->status())) ||
-         (export_ && ui::is_working(export_->status()));
+  return ui::is_working(pipeline_.job) || (demo_ && ui::is_working(demo_->status())) || exports_.is_working();
 }
 
 void Studio::stop_work() {
   finish_at_s_.reset();
   if (demo_) demo_->stop();
   if (pipeline_job_) pipeline_job_->stop();
-  if (export_) export_->stop();
+  exports_.stop_all();
   if (check_) check_->stop();
 }
 

@@ -10,7 +10,8 @@
 #include "core/check/verdict.h"
 #include "core/synth/demo_capture.h"
 #include "ui/background.h"
-#include "ui/history.h"
+#include "ui/directing.h"
+#include "ui/live_drive.h"
 #include "ui/snapshot.h"
 
 namespace likeness::ui {
@@ -25,7 +26,20 @@ struct StudioOptions {
 };
 
 // Told to the window after the requests were carried out.
-enum class Wish { none, quit, pick_clip, pick_project, film_guide, shortcuts, licences };
+enum class Wish {
+  none,
+  quit,
+  pick_clip,
+  pick_project,
+  pick_performance,
+  pick_driver,
+  name_performance,
+  film_guide,
+  shortcuts,
+  licences,
+  find_clip,
+  delete_person
+};
 
 class Studio {
  public:
@@ -43,6 +57,10 @@ class Studio {
   void licences_were_shown() { settings_.licences_shown = true; }
   void save_settings();
   bool is_working() const;  // the project's stages, the demo or an export
+  const std::filesystem::path& folder() const { return folder_; }  // of the open project
+  double patience_s() const;  // until the window should look again though nobody touched it
+  // The picture is on the screen.
+  void shown(const std::shared_ptr<const AvatarPicture>& picture) { drive_.shown(picture); }
   // Asks everything to stop and keep what it has.
   void stop_work();
 
@@ -64,11 +82,24 @@ class Studio {
   Project latest_project() const;
   void start_export(ExportKind kind);
   void edit_options(const std::function<void(ProjectOptions&)>& change);
+  // Of the Direct step (studio_direct.cpp).
+  Wish direct(Command command);
+  void apply(const DirectRequests& requests);
+  void open_performance(const std::filesystem::path& file);
+  void save_performance_as(const std::filesystem::path& file);
+  void take_performance(const std::filesystem::path& folder);
+  void save_performance(bool at_once);
+  std::filesystem::path performance_path() const { return folder_ / "performance.json"; }
+  void edit_performance(std::string what, const std::function<void(Performance&)>& change);
+  void start_driving(LiveDriver::Open open);
+  void take_drive();  // what was recorded, into the performance
   void request_picture();
   void read_clip_picture();
   void show_frame(FramePicture Studio::*slot, int frame, bool overlay);
   void fail(Error error) { error_ = std::move(error); }
   void save_diagnostics();
+  void relink(const std::filesystem::path& clip, bool or_open);
+  void delete_person(bool keep_exports);
 
   StudioOptions options_;
   std::function<void()> wake_;
@@ -79,14 +110,14 @@ class Studio {
   std::shared_ptr<const FaceOverlay> overlay_;
   Step shown_ = Step::film;
   bool follow_ = true;  // show the step at work
-  History<Acting> acting_;
+  Directing directing_;
+  std::uint64_t moment_number_ = 0;
+  std::uint64_t walks_ = 0;  // each other than the one before
   int view_px_ = 256;
   bool comparing_ = false;
   FramePicture clip_picture_, check_picture_, face_picture_, compare_picture_;
   std::uint64_t picture_number_ = 0, load_number_ = 0;
   ExportChoice export_choice_;
-  ExportKind export_kind_ = ExportKind::still;
-  std::filesystem::path exporting_to_, exported_;
   std::optional<Error> error_;
   std::string message_;
   std::array<StageState, kStages.size()> seen_states_{};
@@ -94,9 +125,12 @@ class Studio {
   std::optional<double> finish_at_s_;  // the training is being stopped to be finished with this budget
   PipelineStatus pipeline_;            // of the last tick
   AvatarRenderer renderer_;
+  LiveDrive drive_{renderer_};
   std::shared_ptr<CaptureVerdict> checked_;  // being filled by the check
   std::shared_ptr<const CaptureVerdict> verdict_;
-  std::unique_ptr<Job> demo_, export_, check_;
+  bool deleting_ = false;
+  std::unique_ptr<Job> demo_, check_;
+  ExportQueue exports_;
   std::unique_ptr<PipelineJob> pipeline_job_;
   Background background_;  // last: its deliveries use the rest
 };

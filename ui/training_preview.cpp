@@ -2,16 +2,19 @@
 #include "ui/training_preview.h"
 
 #include <fmt/format.h>
-#include <exception>
-
+#include <algorithm>
 #include <chrono>
+#include <exception>
 #include <numbers>
 #include <utility>
 
+#include "core/direct/direct_avatar.h"
+#include "core/direct/presets.h"
+#include "core/direct/seen_limits.h"
 #include "core/image/files.h"
 #include "core/image/metrics.h"
 #include "core/render/camera_path.h"
-#include "ui/acting.h"
+#include "ui/channel_words.h"
 #include "ui/project_contents.h"
 
 namespace likeness::ui {
@@ -26,6 +29,7 @@ struct Scene {
   FrameView view;
   Image8 truth;
   bool held_out = false;
+  std::vector<Preset> presets;  // within what the clip showed; empty before the first avatar
 };
 
 // A frame in the middle of those held out, or of all where none is.
@@ -51,9 +55,19 @@ Image8 over_plate(const Avatar& avatar, const Image& rgba, bool camera_rests) {
   return to_bytes(composite(rgba, plate ? avatar.plate : Image8{}, Vec3f::Constant(0.88f)));
 }
 
+// The avatar seen with one channel or more away from rest.
+Image render_directed(const Scene& scene, const AvatarRig& rig, const Avatar& avatar,
+                      const Performance& performance, const RenderOptions& options) {
+  const DirectedMoment moment = direct_moment(direct_avatar(avatar, *scene.contents->model), performance, 0);
+  const FilmPose& pose = moment.pose;
+  const RenderState state =
+      pose_avatar(rig, {pose.world_from_head, pose.world_from_torso, pose.articulation, {}});
+  return render_frame(avatar, resized(moment.camera, avatar.size), state, options).rgba;
+}
+
 PreviewPictures render_preview(const Scene& scene, const Avatar& avatar, std::size_t number) {
   static constexpr double kTurns_deg[] = {-20, 20, 10, -10};
-  static constexpr const char* kFaces[] = {"Smile", "A", "Surprise", "O"};
+  static constexpr const char* kFaces[] = {"smile", "A", "surprise", "O"};
   const AvatarRig rig = make_rig(avatar, *scene.contents->model);
   RenderOptions options = render_options(RenderQuality::preview);
   PreviewPictures pictures;
@@ -67,26 +81,18 @@ PreviewPictures render_preview(const Scene& scene, const Avatar& avatar, std::si
   if (pictures.same.width == scene.truth.width && pictures.same.height == scene.truth.height)
     pictures.psnr_db = psnr_from_mse(mse(to_float(pictures.same), to_float(scene.truth)));
   const double turn = kTurns_deg[number % std::size(kTurns_deg)];
-  Acting acting;
-  acting.view.yaw_deg = turn;
-  pictures.turned = over_plate(avatar,
-                               render_frame(avatar, acting_camera(acting, avatar, avatar.size),
-                                            pose_avatar(rig, acting_pose(acting, avatar, rig)), options)
-                                   .rgba,
-                               false);
+  Performance aside;
+  set_value(aside, "camera yaw", float(turn), {});
+  pictures.turned = over_plate(avatar, render_directed(scene, rig, avatar, aside, options), false);
   pictures.turned_words = fmt::format("From {:.0f}\u00b0 {}", std::abs(turn), turn < 0 ? "right" : "left");
   const std::string_view wanted = kFaces[number % std::size(kFaces)];
-  for (const Preset& preset : presets()) {
-    if (preset.words != wanted) continue;
-    const Acting face = with_preset({}, preset, *scene.contents->model);
-    pictures.expression = over_plate(avatar,
-                                     render_frame(avatar, acting_camera(face, avatar, avatar.size),
-                                                  pose_avatar(rig, acting_pose(face, avatar, rig)), options)
-                                         .rgba,
-                                     true);
-    pictures.expression_words =
-        wanted.size() == 1 ? fmt::format("Saying \"{}\"", wanted) : std::string(wanted);
-  }
+  const auto preset = std::ranges::find(scene.presets, wanted, &Preset::name);
+  if (preset == scene.presets.end()) return pictures;
+  Performance face;
+  apply_preset(face, *preset, {});
+  pictures.expression = over_plate(avatar, render_directed(scene, rig, avatar, face, options), true);
+  pictures.expression_words =
+      wanted.size() == 1 ? fmt::format("Saying \"{}\"", wanted) : preset_words(*preset);
   return pictures;
 }
 
@@ -118,7 +124,7 @@ std::shared_ptr<const PreviewPictures> TrainingPreview::latest() const {
   return latest_;
 }
 
-std::vector<PreviewScore> TrainingPreview::scores() const {
+std::vector<HeldOutScore> TrainingPreview::scores() const {
   const std::lock_guard lock(mutex_);
   return scores_;
 }
@@ -137,6 +143,8 @@ void TrainingPreview::loop(std::stop_token stop) {
     try {
       if (!scene) scene = open_scene(project_);
       if (!scene) return;  // nothing to compare with; training goes on without previews
+      const HeadModel& model = *scene->contents->model;
+      if (scene->presets.empty()) scene->presets = presets(model, seen_from_rest(*avatar, model));
       pictures = std::make_shared<const PreviewPictures>(render_preview(*scene, *avatar, number));
     } catch (const std::exception&) {
       return;  // memory ran out over a preview: the training needs it more

@@ -16,6 +16,7 @@
 
 #include "core/image/image.h"
 #include "core/project/project.h"
+#include "core/project/training_curve.h"
 #include "core/train/train.h"
 
 namespace likeness::ui {
@@ -30,11 +31,6 @@ struct PreviewPictures {
   std::uint64_t step = 0;
 };
 
-// One measured point of a curve.
-struct PreviewScore {
-  double training_s = 0, psnr_db = 0;
-};
-
 class TrainingPreview {
  public:
   // Share of the time that previews may take; they rest for the remainder.
@@ -46,7 +42,7 @@ class TrainingPreview {
   // For run_stages. Valid as long as this object.
   AvatarTap tap();
   std::shared_ptr<const PreviewPictures> latest() const;
-  std::vector<PreviewScore> scores() const;  // of held-out frames; empty where there are none
+  std::vector<HeldOutScore> scores() const;  // of held-out frames; empty where there are none
 
  private:
   void loop(std::stop_token stop);
@@ -59,7 +55,7 @@ class TrainingPreview {
   std::optional<std::chrono::steady_clock::time_point> training_since_;
   std::shared_ptr<const Avatar> avatar_;
   std::shared_ptr<const PreviewPictures> latest_;
-  std::vector<PreviewScore> scores_;
+  std::vector<HeldOutScore> scores_;
   std::jthread thread_;  // last: stops before the rest goes
 };
 

@@ -6,6 +6,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "ui/camera_scene.h"
 #include "ui/chart.h"
@@ -24,8 +25,19 @@ struct FollowedTexture {
   void follow(const Image8& image, const std::shared_ptr<const void>& owner);
 };
 
+// What of a timeline is in sight, and what the mouse holds there.
+struct TimelineSight {
+  double from_s = 0, span_s = 0;  // span 0: all of it
+  float scroll = 0;               // px, of the rows
+  enum class Hold { nothing, playhead, keys, box, end } hold = Hold::nothing;
+  double held_s = 0;                          // where the mouse took it
+  std::shared_ptr<const Performance> before;  // as the keys lay then
+  std::vector<KeyPlace> taken;
+  ImVec2 corner;  // of the box
+};
+
 struct Views {
-  FollowedTexture clip, check, face, truth, plate;
+  FollowedTexture clip, check, face, truth, plate, driver;
   std::array<FollowedTexture, 4> previews;
   TrainingChart chart;
   CameraScene cameras;
@@ -34,7 +46,9 @@ struct Views {
   bool more_choices = false;
   float exposure_ev = 0;  // of the avatar's view only
   float wipe = 0.5f;      // of the comparison: share of the view that is the avatar
-  std::array<bool, 8> open_groups{true, true, false, false, false, false, false, false};
+  std::array<bool, 9> open_groups{true, false, true};
+  bool open_drive = true, open_gains = false;
+  TimelineSight timeline;
 
   static Result<std::unique_ptr<Views>> create();
 };

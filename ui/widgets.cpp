@@ -45,6 +45,8 @@ void note_widget(const std::string& name) {
   noted[name] = {ImGui::GetItemRectMin(), ImGui::GetItemRectMax()};
 }
 
+void note_place(const std::string& name, ImVec2 low, ImVec2 high) { noted[name] = {low, high}; }
+
 void draw_mark(ImDrawList& list, ImVec2 c, float diameter, StepMark mark, int number) {
   const Palette& p = theme().colours;
   const float r = diameter / 2, thick = diameter / 11;

@@ -19,6 +19,7 @@ struct Rectangle {
 const std::map<std::string, Rectangle>& noted_widgets();
 void forget_widgets();                      // at the start of a frame
 void note_widget(const std::string& name);  // the item drawn last
+void note_place(const std::string& name, ImVec2 low, ImVec2 high);
 
 enum class StepMark { number, running, done, attention, failed };
 // A disc of this diameter with a number, a tick, a turning arc or an exclamation mark.

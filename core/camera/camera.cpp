@@ -73,4 +73,13 @@ Intrinsics crop_intrinsics(const Intrinsics& k, double x, double y, double side,
   return result;
 }
 
+Camera resized(Camera camera, int width) {
+  Intrinsics& k = camera.intrinsics;
+  const double scale = double(width) / std::max(1, k.width);
+  k.fx *= scale, k.fy *= scale, k.cx *= scale, k.cy *= scale;
+  k.height = int(std::lround(k.height * scale));
+  k.width = width;
+  return camera;
+}
+
 }  // namespace likeness

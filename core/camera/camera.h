@@ -53,6 +53,9 @@ Vec3d ray_direction(const Intrinsics& k, const Vec2d& pixel);
 // Intrinsics of the square [x, x+side) x [y, y+side) of the picture, resampled to size x size pixels.
 Intrinsics crop_intrinsics(const Intrinsics& k, double x, double y, double side, int size);
 
+// The same view in pictures of another width.
+Camera resized(Camera camera, int width);
+
 // cameras.json of the command-line contract: versioned, with units; poses are row-major 3x4.
 Result<void> write_cameras(const std::filesystem::path& path, const CameraSet& set);
 Result<CameraSet> read_cameras(const std::filesystem::path& path);

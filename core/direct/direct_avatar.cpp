@@ -14,7 +14,8 @@ namespace likeness {
 namespace {
 
 constexpr double kRadians = std::numbers::pi / 180;
-constexpr float kNearest = 0.2f, kFarthest = 5;  // times the typical distance
+constexpr float kNearest = 0.2f, kFarthest = 5;   // times the typical distance
+constexpr float kWidest = 0.1f, kNarrowest = 20;  // times the typical focal length
 
 // One eye's look along one axis: by its named action, which takes the lids along, where the model has one.
 void add_look(Articulation& articulation, const HeadModel& model, const std::string& action_name, bool left,
@@ -45,11 +46,16 @@ Vec3d within_reach(const Vec3d& shift) {
   return length > 1e-9 ? Vec3d(shift * (reach * std::tanh(length / reach) / length)) : shift;
 }
 
-Camera directed_camera(const DirectedAvatar& directed, double yaw, double pitch, float distance) {
+Camera directed_camera(const DirectedAvatar& directed, const ViewPoint& view) {
   const Avatar& avatar = *directed.avatar;
-  Camera camera = orbit_camera(avatar, avatar.world_from_head, yaw, pitch);
+  Camera camera = orbit_camera(avatar, avatar.world_from_head, view.yaw, view.pitch);
   const Vec3d centre = camera.cam_from_world * (avatar.world_from_head * directed.centre);
-  camera.cam_from_world.pretranslate(double(std::clamp(distance, kNearest, kFarthest) - 1) * centre);
+  camera.cam_from_world.pretranslate(double(std::clamp(view.distance, kNearest, kFarthest) - 1) * centre);
+  Intrinsics& k = camera.intrinsics;
+  const double zoom = double(std::clamp(view.zoom, kWidest, kNarrowest));
+  k.fx *= zoom, k.fy *= zoom;
+  k.cx = k.width * (0.5 + double(view.shift_x)) + (k.cx - 0.5 * k.width) * zoom;
+  k.cy = k.height * 0.5 + k.width * double(view.shift_y) + (k.cy - 0.5 * k.height) * zoom;
   return camera;
 }
 
@@ -111,7 +117,9 @@ DirectedMoment direct_moment(const DirectedAvatar& directed, const Performance& 
   const auto at = [&](const char* channel) { return value_at(performance, channel, time_s); };
   const auto rad = [&](const char* channel) { return double(at(channel)) * kRadians; };
   DirectedMoment moment;
-  moment.camera = directed_camera(directed, rad("camera yaw"), rad("camera pitch"), at("camera distance"));
+  moment.view = {rad("camera yaw"), rad("camera pitch"),  at("camera distance"),
+                 at("camera zoom"), at("camera shift x"), at("camera shift y")};
+  moment.camera = directed_camera(directed, moment.view);
   FilmPose& pose = moment.pose;
   const Vec3d shift(at("head x"), at("head y"), at("head z"));
   Pose shifted = avatar.world_from_head;
@@ -144,22 +152,33 @@ Result<Film> direct_film(const OpenedAvatar& opened, const Performance& performa
 }
 
 Performance performance_of(const DrivenClip& clip, const DirectedAvatar& directed) {
+  std::vector<DrivenFrame> frames = clip.frames;  // pictures of varying length count as of the mean one
+  for (std::size_t i = 0; i < frames.size(); ++i) frames[i].time_s = double(i) / clip.frames_per_second;
+  return performance_of(frames, clip.frames_per_second, directed);
+}
+
+Performance performance_of(std::span<const DrivenFrame> frames, double frames_per_second,
+                           const DirectedAvatar& directed) {
   constexpr float kAtRest = 1e-3f;
   constexpr int kHeadChannels = 8;  // of kPoseChannels; the camera's are not a clip's to say
   const ActionBasis basis = action_basis(*directed.model);
   std::vector<std::string> channels(kPoseChannels, kPoseChannels + kHeadChannels);
   for (const NamedAction& action : basis.actions) channels.push_back(action_channel(action.name));
-  std::vector<std::vector<float>> frames;
-  for (const DrivenFrame& frame : clip.frames) frames.push_back(channel_values(frame, directed, basis));
+  std::vector<std::vector<float>> values;
+  std::vector<double> times;
+  for (const DrivenFrame& frame : frames) {
+    const double time_s = frame.time_s - frames.front().time_s;
+    if (!times.empty() && time_s <= times.back() + 2 * kSameTime_s) continue;
+    values.push_back(channel_values(frame, directed, basis));
+    times.push_back(time_s);
+  }
   Performance performance;
-  performance.frames_per_second = clip.frames_per_second;
-  performance.duration_s = double(std::max<std::size_t>(1, frames.size())) / clip.frames_per_second;
+  performance.frames_per_second = frames_per_second;
+  performance.duration_s = (times.empty() ? 0 : times.back()) + 1 / frames_per_second;
   for (std::size_t c = 0; c < channels.size(); ++c) {
-    if (std::ranges::all_of(frames, [&](const auto& values) { return std::abs(values[c]) < kAtRest; }))
-      continue;
+    if (std::ranges::all_of(values, [&](const auto& of) { return std::abs(of[c]) < kAtRest; })) continue;
     std::vector<Key>& keys = performance.channels[channels[c]];
-    for (std::size_t i = 0; i < frames.size(); ++i)
-      keys.push_back({double(i) / clip.frames_per_second, frames[i][c], Easing::linear});
+    for (std::size_t i = 0; i < values.size(); ++i) keys.push_back({times[i], values[i][c], Easing::linear});
   }
   return performance;
 }

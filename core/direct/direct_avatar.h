@@ -2,6 +2,8 @@
 // stands.
 #pragma once
 
+#include <span>
+
 #include "core/base/result.h"
 #include "core/direct/performance.h"
 #include "core/film/driving.h"
@@ -21,8 +23,17 @@ DirectedAvatar direct_avatar(const Avatar& avatar, const HeadModel& model);
 // Whether the head model knows every action of the performance; otherwise an Error that lists the known ones.
 Result<void> check_performance(const Performance& performance, const HeadModel& model);
 
+// From where a moment is seen: the camera channels' values.
+struct ViewPoint {
+  double yaw = 0, pitch = 0;  // rad, of orbit_camera
+  float distance = 1, zoom = 1;
+  float shift_x = 0, shift_y = 0;  // picture widths
+  bool operator==(const ViewPoint&) const = default;
+};
+
 struct DirectedMoment {
-  Camera camera;
+  ViewPoint view;
+  Camera camera;  // of the avatar's picture size
   FilmPose pose;
 };
 // Actions that the model does not know do nothing. The torso rests; where the head is shifted beyond the
@@ -35,5 +46,8 @@ Result<Film> direct_film(const OpenedAvatar& opened, const Performance& performa
 // What a clip made the avatar do, as dense keys that can be edited: one a frame, linear, of every channel
 // that is ever away from rest. The torso's lag and what an eye does by itself are left out.
 Performance performance_of(const DrivenClip& clip, const DirectedAvatar& directed);
+// The same of frames at times of their own, as a camera delivered them; counted from the first.
+Performance performance_of(std::span<const DrivenFrame> frames, double frames_per_second,
+                           const DirectedAvatar& directed);
 
 }  // namespace likeness

@@ -98,6 +98,16 @@ std::vector<KeyPlace> move_keys(Performance& performance, std::span<const KeyPla
   return put_in(performance, moved, std::max(by_s, -earliest(moved)));
 }
 
+void set_easing(Performance& performance, std::span<const KeyPlace> places, Easing easing) {
+  for (const KeyPlace& place : places) {
+    const Key* found = find_key(performance, place);
+    if (!found) continue;
+    Key key = *found;
+    key.easing = easing;
+    set_key(performance, place.channel, key);
+  }
+}
+
 KeyClip copy_keys(const Performance& performance, std::span<const KeyPlace> places) {
   KeyClip clip{take_out(performance, places)};
   const double start = earliest(clip.channels);
@@ -111,6 +121,44 @@ std::vector<KeyPlace> paste_keys(Performance& performance, const KeyClip& clip, 
   for (const KeyPlace& place : places)
     performance.duration_s = std::max(performance.duration_s, place.time_s);
   return places;
+}
+
+void lay_over(Performance& performance, const Performance& take, double at_s) {
+  const double frame_s = 1 / performance.frames_per_second, end_s = at_s + take.duration_s;
+  performance.duration_s = std::max(performance.duration_s, std::min(end_s, kLongest_s));
+  std::map<std::string, std::vector<Key>> laid;
+  for (const auto& [channel, keys] : performance.channels) {
+    if (channel.starts_with("camera ")) continue;
+    const float rest = rest_value(channel);
+    std::vector<Key>& out = laid[channel];
+    // What was there holds up to the take's edges, and is at rest within where the take says nothing.
+    for (const Key& key : keys)
+      if (key.time_s < at_s - frame_s) out.push_back(key);
+    if (at_s > frame_s) out.push_back({at_s - frame_s, value_at(keys, at_s - frame_s, rest), Easing::linear});
+    if (!take.channels.contains(channel))
+      out.push_back({at_s, rest, Easing::hold}), out.push_back({end_s, rest, Easing::linear});
+  }
+  for (const auto& [channel, keys] : take.channels) {
+    std::vector<Key>& out = laid[channel];
+    if (out.empty() && at_s > frame_s) out.push_back({at_s - frame_s, rest_value(channel), Easing::linear});
+    for (Key key : keys) {
+      key.time_s = std::min(key.time_s + at_s, kLongest_s);
+      if (out.empty() || key.time_s > out.back().time_s + 2 * kSameTime_s) out.push_back(key);
+    }
+  }
+  for (auto& [channel, out] : laid) {
+    const auto before = performance.channels.find(channel);
+    const float rest = rest_value(channel);
+    const double after_s = end_s + frame_s;
+    const auto add = [&](const Key& key) {
+      if (key.time_s <= kLongest_s && key.time_s > out.back().time_s + 2 * kSameTime_s) out.push_back(key);
+    };
+    add({after_s, before == performance.channels.end() ? rest : value_at(before->second, after_s, rest)});
+    if (before != performance.channels.end())
+      for (const Key& key : before->second)
+        if (key.time_s > after_s) add(key);
+    performance.channels[channel] = std::move(out);
+  }
 }
 
 std::string linked_channel(std::string_view channel) {

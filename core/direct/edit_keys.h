@@ -36,10 +36,16 @@ void erase_keys(Performance& performance, std::span<const KeyPlace> places);
 // Returns where they are now.
 std::vector<KeyPlace> move_keys(Performance& performance, std::span<const KeyPlace> places, double by_s);
 
+void set_easing(Performance& performance, std::span<const KeyPlace> places, Easing easing);
+
 KeyClip copy_keys(const Performance& performance, std::span<const KeyPlace> places);
 // The clip's start at `at_s` (>= 0); replaces keys it meets. The performance grows to hold it. Returns the
 // new keys.
 std::vector<KeyPlace> paste_keys(Performance& performance, const KeyClip& clip, double at_s);
+
+// A take in place of what head and face do from `at_s` on for its length; around it they go on as they did.
+// The performance grows to hold it.
+void lay_over(Performance& performance, const Performance& take, double at_s);
 
 // The channel that does the same on the face's other side: action mouthSmile_L and _R; for eyes that look to
 // a side, the other eye looking the same way (eyeLookIn_L and eyeLookOut_R). Empty where a channel has no

@@ -38,7 +38,9 @@ bool is_channel(std::string_view name) {
          (name.starts_with(kActionChannel) && name.size() > kActionChannel.size());
 }
 
-float rest_value(std::string_view channel) { return channel == "camera distance" ? 1.0f : 0.0f; }
+float rest_value(std::string_view channel) {
+  return channel == "camera distance" || channel == "camera zoom" ? 1.0f : 0.0f;
+}
 
 float value_at(const std::vector<Key>& keys, double time_s, float rest) {
   if (keys.empty()) return rest;

@@ -7,6 +7,8 @@
 // - "gaze yaw", "gaze pitch": degrees; positive to the subject's left, and up.
 // - "camera yaw", "camera pitch": degrees of orbit, as orbit_camera.
 // - "camera distance": times the typical distance from the head; rests at 1.
+// - "camera zoom": times the typical focal length; rests at 1.
+// - "camera shift x", "camera shift y": of the picture, in picture widths; positive right and down.
 // - "action NAME": amount of a named action on top of rest, 1 = full.
 #pragma once
 
@@ -49,9 +51,10 @@ struct Performance {
 
 inline constexpr std::string_view kActionChannel = "action ";
 // The channels that every head has, in the order above.
-inline constexpr const char* kPoseChannels[] = {"head yaw",   "head pitch",   "head roll",      "head x",
-                                                "head y",     "head z",       "gaze yaw",       "gaze pitch",
-                                                "camera yaw", "camera pitch", "camera distance"};
+inline constexpr const char* kPoseChannels[] = {
+    "head yaw",        "head pitch",  "head roll",      "head x",        "head y",
+    "head z",          "gaze yaw",    "gaze pitch",     "camera yaw",    "camera pitch",
+    "camera distance", "camera zoom", "camera shift x", "camera shift y"};
 std::string action_channel(std::string_view action);
 // Of the list above, or of an action.
 bool is_channel(std::string_view name);

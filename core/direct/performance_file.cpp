@@ -19,7 +19,7 @@ namespace {
 constexpr int kVersion = 1;
 constexpr const char* kFormat = "likeness performance";
 constexpr const char* kUnits =
-    "seconds, degrees, metres; actions: 1 = full; camera distance: 1 = as captured";
+    "seconds, degrees, metres; actions: 1 = full; camera distance and zoom: 1 = as captured";
 constexpr std::size_t kMostKeys = 2'000'000;
 
 // What is wrong with which field; caught where the file is read.

@@ -6,8 +6,6 @@
 #include <span>
 #include <string_view>
 
-#include "core/direct/edit_keys.h"
-
 namespace likeness {
 namespace {
 
@@ -72,13 +70,18 @@ std::vector<Preset> presets(const HeadModel& model, const std::vector<SeenAction
   return list;
 }
 
-void apply_preset(Performance& performance, const Preset& preset, double time_s) {
+void apply_preset(Performance& performance, const Preset& preset, const ValueEdit& edit) {
+  const ValueEdit alone{edit.time_s, edit.record};  // a preset names both sides itself
   std::vector<std::string> others;
   for (const auto& [channel, keys] : performance.channels)
     if (channel.starts_with(kActionChannel)) others.push_back(channel);
-  for (const std::string& channel : others) set_key(performance, channel, {time_s, 0});
+  for (const std::string& channel : others) {
+    const auto own = std::ranges::find_if(
+        preset.actions, [&](const auto& action) { return action_channel(action.first) == channel; });
+    if (own == preset.actions.end()) set_value(performance, channel, 0, alone);
+  }
   for (const auto& [action, amount] : preset.actions)
-    set_key(performance, action_channel(action), {time_s, amount});
+    set_value(performance, action_channel(action), amount, alone);
 }
 
 }  // namespace likeness

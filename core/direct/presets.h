@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "core/direct/performance.h"
+#include "core/direct/set_values.h"
 #include "core/head/head_model.h"
 #include "core/track/drive.h"
 
@@ -20,7 +21,7 @@ struct Preset {
 // seen: from rest (seen_from_rest). Actions that the model does not know are left out.
 std::vector<Preset> presets(const HeadModel& model, const std::vector<SeenAction>& seen);
 
-// Keys of the preset's actions at a time; actions that have keys and are not the preset's go to zero there.
-void apply_preset(Performance& performance, const Preset& preset, double time_s);
+// The preset's actions as sliders would set them (set_values.h); every other action goes to zero. Gaze stays.
+void apply_preset(Performance& performance, const Preset& preset, const ValueEdit& edit);
 
 }  // namespace likeness

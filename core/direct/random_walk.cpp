@@ -6,6 +6,7 @@
 
 #include "core/base/hash.h"
 #include "core/direct/edit_keys.h"
+#include "core/direct/set_values.h"
 
 namespace likeness {
 namespace {
@@ -65,6 +66,15 @@ Performance random_walk(const std::map<std::string, ValueRange>& limits, const W
     set_key(walk, channel, {options.duration_s, 0});
   }
   return walk;
+}
+
+void set_walk(Performance& performance, const std::map<std::string, ValueRange>& limits, std::uint64_t seed) {
+  std::erase_if(performance.channels,
+                [](const auto& channel) { return part_of(channel.first) != ChannelPart::camera; });
+  Performance walk = random_walk(limits, {.seed = seed,
+                                          .duration_s = performance.duration_s,
+                                          .frames_per_second = performance.frames_per_second});
+  performance.channels.merge(walk.channels);
 }
 
 }  // namespace likeness

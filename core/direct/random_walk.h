@@ -24,4 +24,7 @@ struct WalkOptions {
 // everywhere.
 Performance random_walk(const std::map<std::string, ValueRange>& limits, const WalkOptions& options);
 
+// The walk in place of what head and face do over the whole performance; its length and the camera stay.
+void set_walk(Performance& performance, const std::map<std::string, ValueRange>& limits, std::uint64_t seed);
+
 }  // namespace likeness

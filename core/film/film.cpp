@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <charconv>
+#include <cmath>
 #include <optional>
 #include <system_error>
 
@@ -23,6 +24,7 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr int kLargestSide = 16384;  // px, that encoders take
+constexpr double kSameShape = 0.02;  // of width to height: a rounded side is no other shape
 
 constexpr const char* kPlainBackground = "#e6e6e6";
 
@@ -36,7 +38,61 @@ Result<Vec3f> parse_colour(const std::string& text) {
     }
   }
   return Error{ErrorCode::bad_input, fmt::format("\"{}\" is not a background.", text),
-               "Write plate, or a colour such as #e8e8e8", ""};
+               "Write plate, a colour such as #e8e8e8, or the name of a picture", ""};
+}
+
+// What stands behind the avatar in every frame.
+struct Ground {
+  Image8 picture;  // empty: the colour
+  Vec3f colour = Vec3f::Constant(0.9f);
+};
+
+// Names like these are neither "plate" nor colours; whether the picture is there, is asked when it is read.
+bool names_picture(const std::string& background) {
+  return background != "plate" && !background.starts_with('#') && background.find('.') != std::string::npos;
+}
+
+// The middle of a picture, as large as it fits, at another size.
+Image8 cover(const Image8& picture, int width, int height) {
+  const double scale = std::max(double(width) / picture.width, double(height) / picture.height);
+  const int w = std::clamp(int(std::lround(width / scale)), 1, picture.width),
+            h = std::clamp(int(std::lround(height / scale)), 1, picture.height);
+  return resize(crop(picture, (picture.width - w) / 2, (picture.height - h) / 2, w, h), width, height);
+}
+
+// Colours only: what a picture has of transparency, or lacks of colours, is no background's.
+Image8 three_channels(const Image8& picture) {
+  Image8 rgb(picture.width, picture.height, 3);
+  for (std::size_t i = 0; i < picture.pixels(); ++i)
+    for (std::size_t c = 0; c < 3; ++c)
+      rgb.data[3 * i + c] = picture.data[i * std::size_t(picture.channels) + (picture.channels >= 3 ? c : 0)];
+  return rgb;
+}
+
+bool same_shape(const Image8& plate, const Intrinsics& picture) {
+  const double shape = double(plate.width) / plate.height;
+  return std::abs(shape - double(picture.width) / std::max(1, picture.height)) < kSameShape * shape;
+}
+
+Result<Ground> open_ground(const Avatar& avatar, const std::string& background, const Intrinsics& picture) {
+  Ground ground;
+  if (background == "plate") {
+    const bool same = avatar.plate.width == picture.width && avatar.plate.height == picture.height;
+    ground.picture = same ? avatar.plate : resize(avatar.plate, picture.width, picture.height);
+  } else if (names_picture(background)) {
+    const auto read = read_image(background);
+    if (!read) return read.error();
+    ground.picture = cover(three_channels(*read), picture.width, picture.height);
+  } else {
+    const auto colour = parse_colour(background);
+    if (!colour) return colour.error();
+    ground.colour = *colour;
+  }
+  return ground;
+}
+
+Camera with_width(const Camera& camera, int width) {
+  return width > 0 && width != camera.intrinsics.width ? resized(camera, width) : camera;
 }
 
 std::string chosen_background(const Avatar& avatar, const FilmOptions& options) {
@@ -137,8 +193,11 @@ Provenance provenance_of(const OpenedAvatar& opened, std::chrono::system_clock::
   return provenance(folder.stem().string(), opened.avatar_hash, made_at);
 }
 
-Result<void> check_film(const Avatar& avatar, const Intrinsics& picture, std::size_t frames,
+Result<void> check_film(const Avatar& avatar, const Intrinsics& camera, std::size_t frames,
                         const FilmOptions& options) {
+  Camera asked;
+  asked.intrinsics = camera;
+  const Intrinsics picture = with_width(asked, options.width).intrinsics;
   const std::string ending = options.out.extension().string();
   if (!ending.empty() && ending != ".mp4" && ending != ".png") {
     return Error{
@@ -170,6 +229,12 @@ Result<void> check_film(const Avatar& avatar, const Intrinsics& picture, std::si
                  "Leave out --alpha or --side-by-side.", ""};
   }
   const std::string background = chosen_background(avatar, options);
+  if (options.alpha) return {};
+  if (names_picture(background)) {
+    if (fs::is_regular_file(background, ignored)) return {};
+    return Error{ErrorCode::not_found, fmt::format("There is no picture {}.", background),
+                 "Name a picture that is there, plate, or a colour such as #e8e8e8", background};
+  }
   if (background != "plate") {
     const auto colour = parse_colour(background);
     return colour ? Result<void>{} : Result<void>(colour.error());
@@ -178,10 +243,10 @@ Result<void> check_film(const Avatar& avatar, const Intrinsics& picture, std::si
     return Error{ErrorCode::bad_input, "This avatar has no background plate: its camera moved.",
                  "Choose a colour, e.g. --background #e6e6e6", ""};
   }
-  if (avatar.plate.width != picture.width || avatar.plate.height != picture.height) {
+  if (!same_shape(avatar.plate, picture)) {
     return Error{ErrorCode::bad_input,
-                 fmt::format("The plate has {} x {} px, the pictures {} x {}.", avatar.plate.width,
-                             avatar.plate.height, picture.width, picture.height),
+                 fmt::format("The plate has {} x {} px, the pictures have another shape: {} x {}.",
+                             avatar.plate.width, avatar.plate.height, picture.width, picture.height),
                  "Choose a colour, e.g. --background #e6e6e6", ""};
   }
   return {};
@@ -190,13 +255,12 @@ Result<void> check_film(const Avatar& avatar, const Intrinsics& picture, std::si
 Result<int> write_film(const OpenedAvatar& opened, const Film& film, const FilmOptions& options,
                        const Progress& progress, std::stop_token stop) {
   const Avatar& avatar = opened.avatar;
-  const Intrinsics& picture = film.cameras.front().intrinsics;
+  const Intrinsics picture = with_width(film.cameras.front(), options.width).intrinsics;
   const std::size_t frames = film.cameras.size();
   if (const auto checked = check_film(avatar, picture, frames, options); !checked) return checked.error();
-  const std::string background = chosen_background(avatar, options);
-  const bool on_plate = background == "plate";
-  const auto colour = parse_colour(on_plate ? kPlainBackground : background);
-  if (!colour) return colour.error();
+  const auto ground = options.alpha ? Result<Ground>(Ground{})
+                                    : open_ground(avatar, chosen_background(avatar, options), picture);
+  if (!ground) return ground.error();
   const AvatarRig rig = make_rig(avatar, opened.model);
   const Provenance made = provenance_of(opened, options.made_at);
   auto sink = FrameSink::open(options, made, options.beside_width + picture.width, picture.height);
@@ -205,13 +269,13 @@ Result<int> write_film(const OpenedAvatar& opened, const Film& film, const FilmO
     if (stop.stop_requested()) return cancelled_error();
     progress.report(double(i) / double(frames), fmt::format("frame {} of {}", i + 1, frames));
     const FilmPose& pose = film.poses[i];
+    const Camera camera = with_width(film.cameras[i], options.width);
     const RenderedFrame frame =
-        render_frame(avatar, film.cameras[i],
+        render_frame(avatar, camera,
                      pose_avatar(rig, {pose.world_from_head, pose.world_from_torso, pose.articulation, {}}),
                      render_options(options.quality));
-    Image8 shown = options.alpha
-                       ? straight_alpha(frame.rgba)
-                       : to_bytes(composite(frame.rgba, on_plate ? avatar.plate : Image8{}, *colour));
+    Image8 shown = options.alpha ? straight_alpha(frame.rgba)
+                                 : to_bytes(composite(frame.rgba, ground->picture, ground->colour));
     if (options.mark) draw_mark(shown);
     if (options.beside_width > 0) {
       const auto left = options.beside(i);

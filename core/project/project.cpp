@@ -5,6 +5,7 @@
 #include <sys/file.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <utility>
 
@@ -48,7 +49,8 @@ json to_json(const ProjectOptions& options) {
           {"use_warp", options.use_warp},
           {"refine_track", options.refine_track},
           {"use_latent", options.use_latent},
-          {"use_occupancy", options.use_occupancy}};
+          {"use_occupancy", options.use_occupancy},
+          {"left_out", options.left_out}};
 }
 
 ProjectOptions options_from_json(const json& j) {
@@ -66,6 +68,8 @@ ProjectOptions options_from_json(const json& j) {
   options.refine_track = j.value("refine_track", false);
   options.use_latent = j.at("use_latent");
   options.use_occupancy = j.at("use_occupancy");
+  options.left_out = j.value("left_out", options.left_out);
+  std::ranges::sort(options.left_out);
   return options;
 }
 

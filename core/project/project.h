@@ -1,7 +1,7 @@
 // A project folder: every stage's result, and what is stale.
 //
 //   NAME.likeness/   project.json  capture.json cameras.json track.json  frames/ masks/ regions/ plate.png
-//                    checkpoint.bin avatar.bin
+//                    checkpoint.bin avatar.bin training_curve.json
 //
 // Only this library knows about the folder; the stages are free functions from files to files.
 #pragma once
@@ -43,6 +43,7 @@ struct ProjectOptions {
   double checkpoint_every_s = 30;  // what a killed training loses at most
   bool use_ambient = true, use_latent = true, use_occupancy = true, use_warp = true;
   bool refine_track = false;  // correct the training frames through the field
+  std::vector<int> left_out;  // frames the user takes out of the training, ascending; held-out ones cannot be
 };
 
 // Whether the filmed person agreed to an avatar of themselves. Asked when a clip is first imported in the

@@ -25,6 +25,15 @@ std::optional<Camera> picture_camera(const Capture& capture, const CameraSet& ca
   return camera;
 }
 
+Capture without_left_out(Capture capture, const std::vector<int>& left_out) {
+  for (CaptureFrame& frame : capture.frames) {
+    if (!frame.used || std::ranges::find(left_out, frame.frame) == left_out.end()) continue;
+    frame.used = false;
+    frame.refused = "Left out by hand.";
+  }
+  return capture;
+}
+
 Result<TrackedCapture> read_tracked_capture(const Project& project) {
   auto capture = read_capture(capture_path(project));
   if (!capture) return capture.error();
@@ -82,7 +91,8 @@ Result<void> load_pictures(const Project& project, TrainingView& view) {
 Result<TrainingSet> load_training_views(const Project& project, const HeadModel& model) {
   const auto read = read_tracked_capture(project);
   if (!read) return read.error();
-  const auto& [capture, cameras, track] = *read;
+  const auto& [whole, cameras, track] = *read;
+  const Capture capture = without_left_out(whole, project.options.left_out);
   if (const auto fits = check_track_fits(track, model); !fits) return fits.error();
   const auto plate_info = read_plate_info(plate_info_path(project));
   if (!plate_info) return plate_info.error();

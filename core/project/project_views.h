@@ -32,8 +32,11 @@ Result<void> check_avatar_fits(const Avatar& avatar, const HeadModel& model, con
 // with.
 Result<void> check_track_fits(const Track& track, const HeadModel& model);
 
-// Training views (used frames with a good or weak track), plate and person of a project.
-// All but the pictures, which load_training_pictures adds.
+// The capture without training from these frames; held-out ones stay what they are.
+Capture without_left_out(Capture capture, const std::vector<int>& left_out);
+
+// Training views (used frames with a good or weak track that were not left out), plate and person of a
+// project. All but the pictures, which load_training_pictures adds.
 Result<TrainingSet> load_training_views(const Project& project, const HeadModel& model);
 Result<void> load_training_pictures(const Project& project, TrainingSet& set);
 Result<TrainingSet> load_training_set(const Project& project, const HeadModel& model);

@@ -4,6 +4,7 @@
 #include <chrono>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include "core/base/files.h"
 #include "core/base/hash.h"
@@ -13,7 +14,9 @@
 #include "core/head/builtin_head.h"
 #include "core/head/load_head_model.h"
 #include "core/matte/matte.h"
+#include "core/project/care.h"
 #include "core/project/project_views.h"
+#include "core/project/training_curve.h"
 #include "core/track/track_clip.h"
 #include "core/train/memory_forecast.h"
 
@@ -76,6 +79,8 @@ std::string input_hash(const Project& project, Stage stage) {
                             content_of(track_path(project)), content_of(plate_path(project)),
                             content_of(plate_known_path(project)), o.budget_s, o.steps, o.seed, o.use_ambient,
                             o.use_latent, o.use_occupancy, o.use_warp, o.refine_track);
+      // Only where there are any: projects from before this choice stay as they are.
+      if (!o.left_out.empty()) inputs += fmt::format(" left out {}", fmt::join(o.left_out, ","));
       break;
   }
   return hash_text(inputs);
@@ -201,6 +206,29 @@ Result<void> run_matte(const StageContext& context) {
   return {};
 }
 
+// The training's curve on disk: now and then while it grows, and at the end. Never worth a failed training.
+class CurveKeeper {
+ public:
+  explicit CurveKeeper(fs::path path) : path_(std::move(path)) {
+    if (auto earlier = read_training_curve(path_)) curve_ = std::move(*earlier);
+  }
+  void add(const TrainStatus& status) {
+    add_point(curve_, status);
+    constexpr double kEvery_s = 15;
+    if (status.seconds - written_at_s_ >= 0 && status.seconds - written_at_s_ < kEvery_s) return;
+    written_at_s_ = status.seconds;
+    write();
+  }
+  void write() const {
+    if (!curve_.training.empty()) (void)write_training_curve(path_, curve_);
+  }
+
+ private:
+  fs::path path_;
+  TrainingCurve curve_;
+  double written_at_s_ = -1e9;
+};
+
 Result<void> run_train(const StageContext& context) {
   const ProjectOptions& o = context.project.options;
   const auto model = project_head_model(o);
@@ -223,8 +251,14 @@ Result<void> run_train(const StageContext& context) {
   if (const auto available = available_memory())
     if (const auto enough = check_memory(forecast, *available); !enough) return enough.error();
   if (const auto loaded = load_training_pictures(context.project, *set); !loaded) return loaded.error();
-  auto avatar = train_avatar(*set, options, checkpoint_path(context.project), context.progress,
-                             context.observer.training, context.stop, context.observer.tap);
+  CurveKeeper curve(training_curve_path(context.project));
+  const auto observe = [&](const TrainStatus& status) {
+    curve.add(status);
+    context.observer.training(status);
+  };
+  auto avatar = train_avatar(*set, options, checkpoint_path(context.project), context.progress, observe,
+                             context.stop, context.observer.tap);
+  curve.write();
   if (!avatar) return avatar.error();
   avatar->head_model_file = o.head_model.string();
   context.record.message = fmt::format("{} steps in {:.0f} s.", avatar->steps, avatar->train_seconds);
@@ -232,6 +266,10 @@ Result<void> run_train(const StageContext& context) {
 }
 
 Result<void> run_stage(Stage stage, const StageContext& context) {
+  // The stages that read the clip itself. Of one that was never imported, its reader says more.
+  const bool reads_clip = stage == Stage::import || stage == Stage::align || stage == Stage::fit;
+  if (reads_clip && is_there(capture_path(context.project)))
+    if (auto missing = missing_clip(context.project)) return *missing;
   switch (stage) {
     case Stage::import:
       return run_import(context);
@@ -295,6 +333,24 @@ bool is_current(const Project& project, Stage stage) {
   const StageRecord& record = project.record(stage);
   return record.state == StageState::done && results_exist(project, stage) &&
          record.input_hash == input_hash(project, stage);
+}
+
+Freshness read_freshness(const Project& project) {
+  Freshness fresh;
+  std::array<bool, kStages.size()> there{};
+  for (const Stage stage : kStages) {
+    const auto i = std::size_t(stage);
+    there[i] = project.record(stage).state == StageState::done && results_exist(project, stage);
+    fresh.current[i] = there[i] && is_current(project, stage);
+  }
+  for (const Stage stage : kStages)
+    for (const Stage earlier : kStages) {
+      if (earlier > stage) break;
+      if (stage == Stage::align && earlier == Stage::import) continue;  // reads the clip, not the import
+      const auto e = std::size_t(earlier);
+      fresh.stale[std::size_t(stage)] |= there[std::size_t(stage)] && there[e] && !fresh.current[e];
+    }
+  return fresh;
 }
 
 Result<void> run_stages(Project& project, Stage last, const Progress& progress, const RunObserver& observer,

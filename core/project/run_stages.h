@@ -1,6 +1,7 @@
 // Running a project: each stage whose inputs changed or whose result is absent, in order.
 #pragma once
 
+#include <array>
 #include <functional>
 #include <stop_token>
 #include <utility>
@@ -25,6 +26,15 @@ std::pair<double, double> stage_span(const ProjectOptions& options, Stage last, 
 
 // Whether the stage's result is there and made from what is there now.
 bool is_current(const Project& project, Stage stage);
+
+// Of all stages at once: every input is read and hashed a few times only.
+struct Freshness {
+  std::array<bool, kStages.size()> current{};  // as is_current
+  // A result is there that was made from other choices or inputs than those there are now, or builds on one
+  // that was: a new run replaces it.
+  std::array<bool, kStages.size()> stale{};
+};
+Freshness read_freshness(const Project& project);
 
 // Runs all stages up to and including `last` that are not current. A stop or a failure leaves finished stages
 // and the interrupted stage's checkpoint; calling again continues. Takes the project's lock.

@@ -7,21 +7,10 @@
 #include "core/base/parallel.h"
 #include "core/track/brow_line.h"
 #include "core/track/face_look.h"
+#include "core/track/observe_face.h"
 
 namespace likeness {
 namespace {
-
-void observe(const Landmarks& landmarks, const Intrinsics& source, double scale, double focal_px,
-             FaceObservation* out) {
-  // The predictor's own noise grows with the face: 1 px for eyes 150 px apart, and never below its rounding.
-  const double eyes_px = (landmarks.points[36] - landmarks.points[45]).norm() * scale;
-  const double floor = std::clamp(eyes_px / 150.0, 0.4, 2.0);
-  out->focal_px = focal_px;
-  for (int k = 0; k < kLandmarkCount; ++k) {
-    out->rays[k] = ray_direction(source, landmarks.points[k]).head<2>();
-    out->sigma_px[k] = std::hypot(floor, landmarks.spread[k] * scale);
-  }
-}
 
 bool eyes_shut(const ClipWork& work, std::size_t i) {
   constexpr double kShut = 0.3;  // of the usual opening: there is no iris to look for
@@ -51,8 +40,8 @@ void prepare(const CameraSet& cameras, const HeadModel& model, ClipWork& work) {
     work.intrinsics[i] = working_intrinsics(work.cameras[i]->intrinsics, work.clip);
     face.seen = source.landmarks.has_value();
     if (face.seen)
-      observe(*source.landmarks, work.cameras[i]->intrinsics, work.clip.scale, work.intrinsics[i].fx,
-              &face.observation);
+      face.observation = observe_face(*source.landmarks, work.cameras[i]->intrinsics, work.clip.scale,
+                                      work.intrinsics[i].fx, face.observation);
   }
 }
 
@@ -61,7 +50,6 @@ Result<void> find_landmarks_again(const TrackOptions& options, ClipWork& work, c
   auto detector = FaceDetector::load(options.predictor);
   if (!detector) return detector.error();
   const ReducedPerson person = reduced_person(work.head, work.identity);
-  const Eigen::VectorXd neutral = Eigen::VectorXd::Zero(work.head.expression_count());
   const Vec2d corner(work.clip.region.x, work.clip.region.y);
   constexpr std::size_t kBatch = 16;
   for (std::size_t from = 0; from < work.faces.size(); from += kBatch) {
@@ -71,26 +59,16 @@ Result<void> find_landmarks_again(const TrackOptions& options, ClipWork& work, c
       const std::size_t i = from + k;
       FaceFrame& face = work.faces[i];
       if (!face.pose_given || stop.stop_requested()) return;
-      LandmarkHint hint;
-      Vec2d low = Vec2d::Constant(1e9), high = Vec2d::Constant(-1e9);
-      for (int p = 0; p < kLandmarkCount; ++p) {
-        const Vec3d in_cam = face.state.cam_from_head * reduced_point(work.head, person, p, neutral, 0);
-        hint.points[p] = project<double>(work.intrinsics[i], in_cam);
-        if (p < kJawLineCount) continue;
-        low = low.cwiseMin(hint.points[p]);
-        high = high.cwiseMax(hint.points[p]);
-      }
-      // dlib's boxes reach from above the brows to the chin, about 1.5 times as wide as brows and mouth.
-      const double side = 1.45 * std::max(high.x() - low.x(), 0.95 * (high.y() - low.y()));
-      const Vec2d centre = 0.5 * (low + high) + Vec2d(0, 0.02 * side);
-      hint.sigma = 0.02 * side;
-      const FaceBox box{centre.x() - 0.5 * side, centre.y() - 0.5 * side, side, side, 0};
-      Landmarks found = detector->landmarks(work.clip.frames[i].grey, box, 0, &hint, {8, 32});
+      const ExpectedFace expected =
+          expect_face(work.head, person, work.intrinsics[i], face.state.cam_from_head);
+      Landmarks found =
+          detector->landmarks(work.clip.frames[i].grey, expected.box, 0, &expected.hint, {8, 32});
       for (int p = 0; p < kLandmarkCount; ++p) {
         found.points[p] = found.points[p] / work.clip.scale + corner;
         found.spread[p] /= work.clip.scale;
       }
-      observe(found, work.cameras[i]->intrinsics, work.clip.scale, work.intrinsics[i].fx, &face.observation);
+      face.observation = observe_face(found, work.cameras[i]->intrinsics, work.clip.scale,
+                                      work.intrinsics[i].fx, face.observation);
       work.clip.frames[i].landmarks = found;
     });
   }
@@ -111,8 +89,9 @@ Result<void> cross_check(ClipWork& work, const Progress& progress, std::stop_tok
     std::array<Vec2d, kLandmarkCount> px;
     for (int k = 0; k < kLandmarkCount; ++k) px[k] = (source.landmarks->points[k] - corner) * work.clip.scale;
     looks[i] = face_look(source.grey, px);
-    observe(*source.landmarks, work.cameras[i]->intrinsics, work.clip.scale, work.intrinsics[i].fx,
-            &work.faces[i].observation);
+    FaceObservation& own = work.faces[i].observation;
+    own = observe_face(*source.landmarks, work.cameras[i]->intrinsics, work.clip.scale, work.intrinsics[i].fx,
+                       own);
   });
   std::vector<int> training, references;
   for (std::size_t i = 0; i < n; ++i)

@@ -16,21 +16,34 @@ constexpr int kMostSamples = 16;         // a ray
 
 double gib(std::uint64_t bytes) { return double(bytes) / double(1ull << 30); }
 
-}  // namespace
-
-MemoryForecast forecast_memory(const TrainingSet& set, const TrainOptions& options) {
-  const std::uint64_t views = set.views.size(), size = std::uint64_t(set.size);
+MemoryForecast forecast(std::uint64_t views, std::uint64_t size, const HeadModel& model,
+                        const PersonShape& person, const Articulation& rest, const TrainOptions& options) {
   MemoryForecast forecast;
   forecast.pictures = views * size * size * 4;
-  if (options.use_warp && views > 0) {
-    const WarpFrame warp =
-        make_warp_frame(set.model, shape_head(set.model, set.person), typical_articulation(set));
+  if (options.use_warp) {
+    const WarpFrame warp = make_warp_frame(model, shape_head(model, person), rest);
     std::uint64_t nodes = 1;
     for (const int along : warp.nodes) nodes *= std::uint64_t(along);
     forecast.lattices = views * nodes * 3 * sizeof(std::int16_t);
   }
   forecast.engine = kEngine + std::uint64_t(options.rays_per_step) * kMostSamples * kSample;
   return forecast;
+}
+
+}  // namespace
+
+MemoryForecast forecast_memory(const TrainingSet& set, const TrainOptions& options) {
+  const Articulation rest = set.views.empty() ? set.neutral : typical_articulation(set);
+  TrainOptions counted = options;
+  counted.use_warp &= !set.views.empty();
+  return forecast(set.views.size(), std::uint64_t(set.size), set.model, set.person, rest, counted);
+}
+
+MemoryForecast forecast_memory(std::size_t views, int size, const HeadModel& model,
+                               const TrainOptions& options) {
+  PersonShape person;
+  person.identity = Eigen::VectorXf::Zero(model.identity_count());
+  return forecast(views, std::uint64_t(size), model, person, neutral_articulation(model), options);
 }
 
 Result<void> check_memory(const MemoryForecast& forecast, std::uint64_t available) {

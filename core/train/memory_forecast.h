@@ -16,6 +16,9 @@ struct MemoryForecast {
 
 // For a set whose pictures need not be loaded.
 MemoryForecast forecast_memory(const TrainingSet& set, const TrainOptions& options);
+// Before anything is known of the clip but how many pictures of what size will train.
+MemoryForecast forecast_memory(std::size_t views, int size, const HeadModel& model,
+                               const TrainOptions& options);
 
 // Not enough: says how much is needed and what to do. available: bytes.
 Result<void> check_memory(const MemoryForecast& forecast, std::uint64_t available);

@@ -165,8 +165,9 @@ struct Run {
   double earlier = 0;  // seconds of earlier runs
   double last_report = 0, last_checkpoint = 0;
   double mean_loss = 0, step_seconds = 0;
+  double held = 0;  // seconds spent in reports: whoever listens may hold up the work, as a pause does
 
-  double elapsed() const { return earlier + seconds_since(start); }
+  double elapsed() const { return earlier + seconds_since(start) - held; }
 
   bool finished(const TrainingState& state) const {
     if (state.schedule.total_steps > 0 && state.step >= state.schedule.total_steps) return true;
@@ -187,11 +188,14 @@ struct Run {
 
   void report(const TrainingState& state) {
     const double psnr = mean_loss > 0 ? psnr_from_mse(mean_loss) : 0;
+    const Clock::time_point told = Clock::now();
+    const double reached = elapsed();
     progress.report(share(state), fmt::format("step {}, training PSNR {:.1f} dB", state.step, psnr));
     if (observe)
-      observe({state.step, elapsed(), mean_loss, psnr,
+      observe({state.step, reached, mean_loss, psnr,
                step_seconds > 0 ? options.rays_per_step / step_seconds : 0});
-    last_report = elapsed();
+    held += seconds_since(told);
+    last_report = reached;
   }
 };
 

@@ -1,5 +1,6 @@
 // Damaged files of a project: track.json, cameras.json (camera paths are the same format), capture.json,
-// project.json, plate.json, avatar.bin, checkpoint.bin, COLMAP's binary models, and performance.json.
+// project.json, plate.json, avatar.bin, checkpoint.bin, COLMAP's binary models, performance.json, and
+// training_curve.json.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -13,6 +14,7 @@
 #include "core/direct/performance.h"
 #include "core/matte/matte.h"
 #include "core/project/project.h"
+#include "core/project/training_curve.h"
 #include "core/render/avatar.h"
 #include "core/track/track.h"
 #include "core/train/checkpoint.h"
@@ -60,6 +62,16 @@ TEST(Fuzz, Performance) {
       "performance", "performance.json",
       [&](const auto& path) { return bool(write_performance(path, performance)); },
       [](const auto& path) { return read_performance(path); });
+}
+
+TEST(Fuzz, TrainingCurve) {
+  TrainingCurve curve;
+  for (std::uint64_t step : {1u, 5u, 9u}) add_point(curve, {step, 0.5 * double(step), 0.01, 21.5, 45000});
+  add_score(curve, {2.5, 24.25});
+  fuzz_file(
+      "training_curve", "training_curve.json",
+      [&](const auto& path) { return write_training_curve(path, curve).ok(); },
+      [](const auto& path) { return read_training_curve(path).ok(); });
 }
 
 TEST(Fuzz, Track) {

@@ -45,13 +45,16 @@ TEST(Commands, AnAvatarNeedsAProjectAndAnAnswer) {
 
 TEST(Commands, NothingIsExportedWithoutConsentOrWhileItLearns) {
   Situation now{.project = true, .avatar = true};
-  for (const Command c : {Command::export_still, Command::export_orbit, Command::export_sequence}) {
+  for (const Command c : {Command::export_still, Command::export_orbit, Command::export_mesh}) {
     now.consent = false, now.running = false;
     EXPECT_FALSE(is_enabled(c, now));
     now.consent = true;
     EXPECT_TRUE(is_enabled(c, now));
     now.running = true;
     EXPECT_FALSE(is_enabled(c, now));
+    now.paused = true;
+    EXPECT_TRUE(is_enabled(c, now));
+    now.paused = false;
   }
 }
 

@@ -52,6 +52,41 @@ TEST(Job, StopsWhenAskedAndWhenItGoes) {
   const Job other(until_stopped, [] {});  // its destructor must not hang
 }
 
+TEST(Job, APauseHoldsTheWorkUntilItGoesOnOrIsStopped) {
+  std::atomic<int> reports = 0;
+  const auto counts = [&](const Progress& progress, std::stop_token stop) -> Result<std::string> {
+    while (!stop.stop_requested()) {
+      progress.report(0.5, "counting");
+      ++reports;
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    }
+    return cancelled_error();
+  };
+  Job job(counts, [] {});
+  const auto until = [&](auto so) {
+    while (!so()) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  };
+  until([&] { return reports > 3; });
+  job.pause();
+  until([&] { return job.status().waiting; });
+  const int held = reports;
+  const double worked = job.status().seconds;
+  std::this_thread::sleep_for(std::chrono::milliseconds(60));
+  EXPECT_EQ(reports, held);
+  EXPECT_TRUE(is_working(job.status()));
+  EXPECT_TRUE(job.status().paused);
+  EXPECT_NEAR(job.status().seconds, worked, 1e-9);  // a pause is no work
+  job.go_on();
+  until([&] { return reports > held + 3; });
+  EXPECT_FALSE(job.status().paused);
+  EXPECT_FALSE(job.status().waiting);
+  job.pause();
+  until([&] { return job.status().waiting; });
+  job.stop();
+  EXPECT_EQ(wait_for_end(job).state, JobState::stopped);
+  EXPECT_FALSE(job.status().paused);
+}
+
 TEST(EstimateLeft, SaysNothingBeforeTheRateIsKnown) {
   EXPECT_LT(estimate_left(0, 0.5, 1, 1), 0);
   EXPECT_LT(estimate_left(0, 0.01, 1, 60), 0);

@@ -30,6 +30,61 @@ TEST(ViewSteps, AFreshProjectAsksForConsentFirst) {
   EXPECT_EQ(at(steps, Step::film).state, StepState::done);
 }
 
+TEST(ViewSteps, AChoiceThatMakesAResultOldIsShownAtOnce) {
+  ProjectContents contents = fresh();
+  contents.project.consent = Consent::own;
+  contents.current.fill(true);
+  for (StageRecord& record : contents.project.stages) record = {StageState::done, "0", 1, "Made.", {"Dark."}};
+  EXPECT_EQ(at(view_steps(&contents, false, {}, {}, {}), Step::train).state, StepState::done);
+  // Other picture sizes: the cameras stay, what is made of the pictures does not.
+  for (const Stage stage : {Stage::import, Stage::fit, Stage::matte, Stage::train})
+    contents.stale[std::size_t(stage)] = true;
+  contents.current[std::size_t(Stage::import)] = false;
+  auto steps = view_steps(&contents, false, {}, {}, {});
+  for (const Step step : {Step::check, Step::face, Step::train}) {
+    EXPECT_EQ(at(steps, step).state, StepState::stale);
+    EXPECT_FALSE(at(steps, step).next.empty());
+  }
+  EXPECT_EQ(at(steps, Step::cameras).state, StepState::done);
+  // At work again, it is no longer old but to be done.
+  PipelineStatus pipeline;
+  pipeline.job.state = JobState::running;
+  pipeline.stage = Stage::import;
+  steps = view_steps(&contents, false, pipeline, {}, {});
+  EXPECT_EQ(at(steps, Step::check).state, StepState::running);
+}
+
+TEST(ViewSteps, APauseAndAWorkThatWasKilledAreToldApart) {
+  ProjectContents contents = fresh();
+  PipelineStatus pipeline;
+  pipeline.job.state = JobState::running;
+  pipeline.job.paused = pipeline.job.waiting = true;
+  pipeline.stage = Stage::train;
+  auto steps = view_steps(&contents, false, pipeline, {}, {});
+  EXPECT_TRUE(at(steps, Step::train).paused);
+  EXPECT_EQ(at(steps, Step::train).text, "Paused");
+  EXPECT_LT(at(steps, Step::train).seconds_left, 0);
+  contents.project.record(Stage::train).state = StageState::running;  // but no program works on it
+  steps = view_steps(&contents, false, {}, {}, {});
+  EXPECT_EQ(at(steps, Step::train).state, StepState::needs_you);
+  EXPECT_NE(at(steps, Step::train).found.find("Broken off"), std::string::npos);
+}
+
+TEST(ViewSteps, AMovedClipIsAskedForOnlyWhileItIsNeeded) {
+  ProjectContents contents = fresh();
+  contents.project.consent = Consent::own;
+  contents.clip.reset();
+  contents.capture = std::make_shared<const Capture>();
+  contents.current[std::size_t(Stage::import)] = true;
+  auto steps = view_steps(&contents, false, {}, {}, {});
+  EXPECT_EQ(at(steps, Step::film).state, StepState::needs_you);
+  EXPECT_NE(at(steps, Step::film).next.find("Find the clip"), std::string::npos);
+  contents.current.fill(true);
+  steps = view_steps(&contents, false, {}, {}, {});
+  EXPECT_EQ(at(steps, Step::film).state, StepState::done);
+  EXPECT_NE(at(steps, Step::film).found.find("moved"), std::string::npos);
+}
+
 TEST(ViewSteps, AMissingClipIsAFailureWithARemedy) {
   ProjectContents contents = fresh();
   contents.project.consent = Consent::own;

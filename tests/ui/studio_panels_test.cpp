@@ -78,13 +78,27 @@ std::shared_ptr<const ProjectContents> ball_contents() {
     made->capture = std::make_shared<const Capture>(capture);
     made->cameras = std::make_shared<const CameraSet>(cameras);
     made->track = std::make_shared<const Track>(track);
-    auto directed = std::make_shared<DirectedAvatar>();
-    directed->model = made->model;
-    directed->avatar = avatar.ok() ? std::move(*avatar) : Avatar{};
-    directed->seen = {{"jawOpen", 0, 0.6f}, {"mouthSmile_L", 0, 0.3f}};
-    made->seen_turn = {{-25, -12, -8}, {30, 15, 8}};
-    directed->rig = make_rig(directed->avatar, *directed->model);
+    auto directed = ProjectAvatar::make(avatar.ok() ? std::move(*avatar) : Avatar{}, made->model,
+                                        seen_views(capture, cameras, track));
+    const std::vector<SeenAction> seen{{"jawOpen", 0, 0.6f}, {"mouthSmile_L", 0, 0.3f}};
+    for (const SeenAction& action : seen)
+      directed->limits[action_channel(action.name)] = {action.low, action.high};
+    directed->limits["head yaw"] = {-25, 30};
+    directed->presets = presets(*made->model, seen);
     made->avatar = directed;
+    made->card = std::make_shared<const Card>(
+        Card{.trained = 310,
+             .weak = 2,
+             .lost = 1,
+             .refused = 12,
+             .low = {-0.45, -0.2, -0.1},
+             .high = {0.5, 0.22, 0.1},
+             .expressions = {{"jawOpen", 0.6f, Learnt::well},
+                             {"mouthSmile", 0.5f, Learnt::well},
+                             {"mouthPucker", 0.2f, Learnt::little},
+                             {"browInnerUp", 0, Learnt::never}},
+             .gaps = {{"The head was hardly seen from above.", "Bow the head slowly, and rest there."}},
+             .worst = {{0.1, 0.4, 2.1, "The pictures are blurred.", "Move more slowly there."}}});
     return std::shared_ptr<const ProjectContents>(made);
   }();
   return contents;
@@ -96,7 +110,8 @@ constexpr const char* kLookWords[] = {"empty", "loading", "running", "failed", "
 void add_training(PipelineStatus& pipeline) {
   for (int i = 0; i < 200; ++i)
     pipeline.training.push_back({std::uint64_t(3 * i), 1.0 * i, 0.01, 30 - 14 * std::exp(-i / 40.0), 45000});
-  for (int i = 0; i < 6; ++i) pipeline.held_out.push_back({20.0 + 30 * i, 28 - 9 * std::exp(-i / 2.0)});
+  pipeline.curve.training = pipeline.training;
+  for (int i = 0; i < 6; ++i) pipeline.curve.held_out.push_back({20.0 + 30 * i, 28 - 9 * std::exp(-i / 2.0)});
   PreviewPictures pictures;
   pictures.frame = 812, pictures.held_out = true;
   pictures.truth = patterned(64, 64, 8);
@@ -105,6 +120,20 @@ void add_training(PipelineStatus& pipeline) {
   pictures.psnr_db = 24.3;
   static const auto kept = std::make_shared<const PreviewPictures>(pictures);
   pipeline.preview = kept;
+}
+
+void add_exports(Snapshot& s) {
+  const std::filesystem::path folder = "/home/me/Likeness/Ball.likeness/exports";
+  s.exporting = {.state = JobState::running, .fraction = 0.4, .text = "frame 40 of 100", .seconds_left = 24};
+  s.exports = {{1, folder / "still-001.png", {.state = JobState::done, .seconds = 2, .outcome = "written"}},
+               {2,
+                folder / "driven-001.mp4",
+                {.state = JobState::failed,
+                 .error = Error{ErrorCode::no_face, "No face was found in friend.mp4.",
+                                "Use a driving clip in which the face is near and well lit.", ""}}},
+               {3, folder / "head-001.glb", {.state = JobState::stopped}},
+               {4, folder / "orbit-001.mp4", s.exporting},
+               {5, folder / "orbit-002.mp4", {}}};
 }
 
 Snapshot snapshot_of(Step step, Look look) {
@@ -133,8 +162,10 @@ Snapshot snapshot_of(Step step, Look look) {
       s.pipeline.stage_fraction = 0.3;
       s.pipeline.stage_seconds_left = 90;
       add_training(s.pipeline);
-      if (step == Step::export_out)
-        s.exporting = {.state = JobState::running, .fraction = 0.4, .text = "frame 40 of 100"};
+      if (step == Step::export_out) {
+        s.contents = ball_contents();
+        add_exports(s);
+      }
     }
     if (look == Look::failed) {
       for (StageRecord& record : contents->project.stages)
@@ -152,14 +183,19 @@ Snapshot snapshot_of(Step step, Look look) {
       s.pipeline.finished.fill(true);
       s.exported = "/home/me/Likeness/Ball.likeness/exports/orbit-001.mp4";
       auto picture = std::make_shared<AvatarPicture>();
-      const DirectedAvatar& a = *s.contents->avatar;
-      picture->rgba = render_frame(a.avatar, acting_camera({}, a.avatar, 64),
-                                   pose_avatar(a.rig, acting_pose({}, a.avatar, a.rig)))
-                          .rgba;
+      const ProjectAvatar& a = *s.contents->avatar;
+      const DirectedMoment rest = direct_moment(a.directed, {}, 0);
+      picture->rgba =
+          render_frame(
+              a.avatar, resized(rest.camera, 64),
+              pose_avatar(
+                  a.rig, {rest.pose.world_from_head, rest.pose.world_from_torso, rest.pose.articulation, {}}))
+              .rgba;
       picture->last = true;
       s.picture = picture;
     }
   }
+  s.curve = s.pipeline.curve;
   s.steps = view_steps(s.contents.get(), s.loading, s.pipeline, s.exporting, s.exported);
   s.situation = {.project = s.contents != nullptr,
                  .clip_there = true,
@@ -189,14 +225,41 @@ class Panels : public testing::Test {
 };
 
 TEST_F(Panels, EveryStepIsDrawnInEveryState) {
-  for (const Step step : kSteps)
+  for (const Step step : kSteps) {
+    std::array<Image8, 5> shown;
     for (const Look look : {Look::empty, Look::loading, Look::running, Look::failed, Look::done}) {
       const Image8 screen = settled(snapshot_of(step, look));
       const std::string name = fmt::format("{}_{}", step_words(step), kLookWords[std::size_t(look)]);
       for (const Step other : kSteps)
         EXPECT_GT(liveliness(screen, fmt::format("step {}", step_words(other))), 3) << name;
+      const Rectangle panel = test::panel_of(screen);
+      const Palette& p = theme().colours;
+      // Not only ground: words at least, in every state.
+      EXPECT_LT(test::ink_share(screen, panel, p.ground) + test::ink_share(screen, panel, p.panel), 0.998)
+          << name;
+      const bool works =
+          step == Step::check || step == Step::cameras || step == Step::face || step == Step::train;
+      if (look == Look::failed && works) {
+        EXPECT_GT(test::ink_share(screen, panel, p.bad), 1e-4) << name << ": the failure has no mark";
+        EXPECT_GT(test::ink_share(screen, panel, p.warn), 1e-4) << name << ": the warning has no mark";
+      }
+      if (look == Look::running && works) {
+        EXPECT_GT(test::ink_share(screen, panel, p.accent), 5e-4) << name << ": no progress is seen";
+      }
+      shown[std::size_t(look)] =
+          crop(screen, int(panel.low.x), int(panel.low.y), screen.width - int(panel.low.x), 300);
       keep_shot("panel_" + name);
     }
+    for (std::size_t a = 0; a < shown.size(); ++a)
+      for (std::size_t b = 0; b < a; ++b) {
+        // Before there is an avatar, Direct and Export have one thing to say.
+        const bool same_words = (step == Step::direct || step == Step::export_out) && a != 4 && b != 4;
+        if (!same_words) {
+          EXPECT_NE(shown[a].data, shown[b].data)
+              << step_words(step) << ": " << kLookWords[a] << " looks like " << kLookWords[b];
+        }
+      }
+  }
 }
 
 TEST_F(Panels, EveryViewHasPixels) {
@@ -301,40 +364,49 @@ TEST_F(Panels, TheVerdictOnAClipIsShownBeforeItIsImportedAndAfter) {
   EXPECT_EQ(frame, 9);  // the first at 0.3 s
 }
 
+// A snapshot's performance takes what was asked for.
+void take(Snapshot& s, const Requests& requests) {
+  if (requests.direct.performance)
+    s.directing.performance = std::make_shared<const Performance>(*requests.direct.performance);
+}
+
 TEST_F(Panels, TheMouseTurnsPansAndZoomsTheAvatar) {
-  const Snapshot start = snapshot_of(Step::direct, Look::done);
-  settled(start);
-  Snapshot s = start;
-  const auto frame = [&] {
-    if (const Requests requests = draw_frame(s); requests.acting) s.acting = *requests.acting;
-  };
+  Snapshot s = snapshot_of(Step::direct, Look::done);
+  settled(s);
+  const auto frame = [&] { take(s, draw_frame(s)); };
+  const auto at = [&](const char* channel) { return value_at(*s.directing.performance, channel, 0); };
   test::drag("avatar view", 60, 20, 0, frame);
-  EXPECT_LT(s.acting.view.yaw_deg, -5);
-  EXPECT_GT(s.acting.view.pitch_deg, 1);
+  EXPECT_LT(at("camera yaw"), -5);
+  EXPECT_GT(at("camera pitch"), 1);
   test::drag("avatar view", 60, 0, 1, frame);
-  EXPECT_GT(s.acting.view.shift_x, 0.02);
+  EXPECT_GT(at("camera shift x"), 0.02f);
   InjectedInput input;
   const Rectangle view = noted_widgets().at("avatar view");
   input.mouse_x = 0.5f * (view.low.x + view.high.x), input.mouse_y = 0.5f * (view.low.y + view.high.y);
-  TestWindow::get().window->inject(input);
-  frame();
-  input.wheel = 3;
-  TestWindow::get().window->inject(input);
-  frame();
-  EXPECT_GT(s.acting.view.zoom, 1.1);
-  EXPECT_EQ(s.acting.yaw_deg, 0);  // the head stays
+  for (const bool ctrl : {false, true}) {
+    input.ctrl = ctrl;
+    input.wheel = 0;
+    TestWindow::get().window->inject(input);
+    frame();
+    input.wheel = 3;
+    TestWindow::get().window->inject(input);
+    frame();
+  }
+  EXPECT_GT(at("camera zoom"), 1.1f);
+  EXPECT_LT(at("camera distance"), 0.9f);
+  EXPECT_EQ(at("head yaw"), 0);  // the head stays
 }
 
 TEST_F(Panels, ASliderMovesTheJawAndLetsGoOnce) {
   Snapshot s = snapshot_of(Step::direct, Look::done);
   settled(s);
   int finished = 0;
-  test::drag("##turn", 40, 0, 0, [&] {
+  test::drag("##head yaw", 40, 0, 0, [&] {
     const Requests requests = draw_frame(s);
-    if (requests.acting) s.acting = *requests.acting;
-    finished += requests.acting_finished;
+    take(s, requests);
+    finished += requests.direct.finished;
   });
-  EXPECT_GT(s.acting.yaw_deg, 1);
+  EXPECT_GT(value_at(*s.directing.performance, "head yaw", 0), 1);
   EXPECT_EQ(finished, 1);
 }
 
@@ -369,6 +441,141 @@ TEST_F(Panels, QuestionsAreShownAndClosed) {
   test::click("Keep and stop", [&] { draw_frame(s); });
   EXPECT_EQ(shell.take_closing(), Closing::keep_and_stop);
   EXPECT_EQ(shell.take_closing(), Closing::none);
+}
+
+TEST_F(Panels, AWorstMomentOfTheCardLeadsToItsFrame) {
+  const Snapshot s = snapshot_of(Step::train, Look::done);
+  settled(s);
+  Requests asked;
+  test::click("Look at 0.1\u20130.4 s", [&] {
+    if (const Requests requests = draw_frame(s); requests.face_frame) asked = requests;
+  });
+  EXPECT_EQ(asked.show, Step::face);
+  ASSERT_TRUE(asked.face_frame.has_value());
+  EXPECT_NEAR(*asked.face_frame / 30.0, 0.25, 0.02);
+}
+
+TEST_F(Panels, ATrainingFrameIsLeftOutByAClickAndAHeldOutOneCannotBe) {
+  Snapshot s = snapshot_of(Step::face, Look::done);
+  settled(s);
+  std::optional<std::vector<int>> left_out;
+  const auto watch = [&] {
+    if (const Requests requests = draw_frame(s); requests.left_out) left_out = requests.left_out;
+  };
+  test::click("Leave it out of the training", watch);
+  EXPECT_EQ(left_out, std::vector<int>{8});
+  auto contents = std::make_shared<ProjectContents>(*s.contents);
+  contents->project.options.left_out = {8, 12};
+  s.contents = contents;
+  settled(s);
+  keep_shot("face_left_out");
+  test::click("Take it in again", watch);
+  EXPECT_EQ(left_out, std::vector<int>{12});
+  s.face_picture = frame_picture(22);  // held out
+  settled(s);
+  EXPECT_FALSE(noted_widgets().contains("Leave it out of the training"));
+  EXPECT_FALSE(noted_widgets().contains("Take it in again"));
+}
+
+TEST_F(Panels, APlanThatWillNotFitOffersASmallerOne) {
+  Snapshot s = snapshot_of(Step::film, Look::done);
+  auto contents = std::make_shared<ProjectContents>(*s.contents);
+  contents->current.fill(false);
+  BuildForecast forecast;
+  forecast.frames = 1800, forecast.disk = 4'200'000'000, forecast.memory = 9'100'000'000;
+  forecast.seconds = {60, 40, 380, 70, 300};
+  forecast.seconds_if_moving = 900;
+  contents->plan = {
+      forecast, forecast.total_seconds(),
+      Error{ErrorCode::no_space, "The project will take about 4.2 GB more of the disk, and 3.0 GB are free.",
+            "Free some of the disk, make smaller pictures, or use a shorter clip.", ""},
+      512};
+  s.contents = contents;
+  s.situation.finished = false;
+  s.steps = view_steps(s.contents.get(), false, {}, {}, {});
+  settled(s);
+  keep_shot("plan_too_large");
+  std::optional<int> size;
+  test::click("Make pictures of 512 px instead", [&] {
+    if (const Requests requests = draw_frame(s); requests.picture_size) size = requests.picture_size;
+  });
+  EXPECT_EQ(size, 512);
+}
+
+TEST_F(Panels, ADeletionIsAskedForAndAnswered) {
+  const Snapshot s = snapshot_of(Step::film, Look::done);
+  std::optional<bool> answer;
+  const auto watch = [&] {
+    if (const Requests requests = draw_frame(s); requests.delete_person) answer = requests.delete_person;
+  };
+  Shell& shell = *TestWindow::get().shell;
+  for (const auto& [button, expected] :
+       std::vector<std::pair<const char*, std::optional<bool>>>{{"Keep the person", std::nullopt},
+                                                                {"Delete, but keep the exports", true},
+                                                                {"Delete all, exports too", false}}) {
+    answer.reset();
+    shell.ask(Question::delete_person);
+    settled(s);
+    keep_shot("question_delete");
+    test::click(button, watch);
+    EXPECT_EQ(answer, expected) << button;
+    draw_frame(s);
+    EXPECT_FALSE(noted_widgets().contains("Keep the person"));
+  }
+}
+
+TEST_F(Panels, AClipThatMovedIsLookedForByAButton) {
+  Snapshot s = snapshot_of(Step::film, Look::failed);
+  s.error.reset();
+  s.situation.clip_missing = true;
+  settled(s);
+  keep_shot("clip_missing");
+  Requests asked;
+  test::click(command_info(Command::find_clip).words.data(), [&] {
+    const Requests requests = draw_frame(s);
+    asked.commands.insert(asked.commands.end(), requests.commands.begin(), requests.commands.end());
+  });
+  EXPECT_EQ(asked.commands, std::vector{Command::find_clip});
+}
+
+TEST_F(Panels, TheExportPanelAsksForWhatItsKindNeeds) {
+  for (const ExportKind kind : kExportKinds) {
+    Snapshot s = snapshot_of(Step::export_out, Look::done);
+    s.export_choice.kind = kind;
+    s.export_choice.moving = kind == ExportKind::mesh;
+    s.export_choice.ground = kind == ExportKind::still    ? ExportGround::colour
+                             : kind == ExportKind::driven ? ExportGround::picture
+                                                          : ExportGround::light;
+    settled(s);
+    keep_shot(fmt::format("export_{}", int(kind)));
+    EXPECT_EQ(noted_widgets().contains("Choose a clip..."), kind == ExportKind::driven);
+    EXPECT_EQ(noted_widgets().contains("Choose a picture..."), kind == ExportKind::driven);
+    EXPECT_EQ(noted_widgets().contains("##colour"), kind == ExportKind::still);
+    EXPECT_EQ(noted_widgets().contains("##orbit angle"), kind == ExportKind::orbit);
+    EXPECT_EQ(noted_widgets().contains("Choose a performance..."),
+              kind == ExportKind::performance || kind == ExportKind::mesh);
+    EXPECT_EQ(noted_widgets().contains("glTF (.glb)"), kind == ExportKind::mesh);
+  }
+}
+
+TEST_F(Panels, ExportsAreStoppedTriedAgainAndTakenOffTheList) {
+  Snapshot s = snapshot_of(Step::export_out, Look::running);
+  s.contents = ball_contents();
+  s.exports = {{7, "a.mp4", {}}};
+  settled(s);
+  Requests last;
+  const auto watch = [&] {
+    const Requests requests = draw_frame(s);
+    if (requests.stop_export || requests.retry_export || requests.forget_export) last = requests;
+  };
+  test::click("Stop", watch);
+  EXPECT_EQ(last.stop_export, 7);
+  s.exports[0].status.state = JobState::failed;
+  settled(s);
+  test::click("Try again", watch);
+  EXPECT_EQ(last.retry_export, 7);
+  test::click("Take off the list", watch);
+  EXPECT_EQ(last.forget_export, 7);
 }
 
 }  // namespace

@@ -85,7 +85,18 @@ TEST_F(StudioPath, FromTheStartScreenToAnExportedPicture) {
   }));
   ASSERT_TRUE(studio_->is_working()) << studio_->snapshot().pipeline.job.error.value_or(Error{}).what;
   click("Pause");
-  ASSERT_TRUE(until(5, [](const Snapshot& s) { return s.pipeline.job.state == JobState::stopped; }));
+  // It waits where it is; the same place goes on.
+  ASSERT_TRUE(
+      until(20, [](const Snapshot& s) { return s.pipeline.job.waiting || !is_working(s.pipeline.job); }));
+  const PipelineStatus paused = studio_->snapshot().pipeline;
+  ASSERT_TRUE(is_working(paused.job)) << paused.job.error.value_or(Error{}).what;
+  test::keep_shot("path_2_paused");
+  click("Continue");
+  EXPECT_FALSE(studio_->snapshot().pipeline.job.paused);
+  // A stop ends the work and keeps what is done.
+  click("step Film");
+  click("Stop");
+  ASSERT_TRUE(until(20, [](const Snapshot& s) { return s.pipeline.job.state == JobState::stopped; }));
   ASSERT_TRUE(until(5, [](const Snapshot& s) { return s.step(Step::check).state == StepState::done; }));
   click("Continue");
   ASSERT_TRUE(until(150, [](const Snapshot& s) { return !is_working(s.pipeline.job); }));
@@ -101,16 +112,22 @@ TEST_F(StudioPath, FromTheStartScreenToAnExportedPicture) {
   test::keep_shot("path_6_direct");
   const Image straight = studio_->snapshot().picture->rgba;
 
-  click("Smile");
-  EXPECT_GT(amount_of(studio_->snapshot().acting, "mouthSmile_L"), 0.5f);
+  const auto value = [this](const char* channel) {
+    const DirectingView view = studio_->snapshot().directing;
+    return value_at(*view.performance, channel, view.playhead_s);
+  };
+  test::drag("##head yaw", 30, 0, 0, [this] { frame(); });
+  EXPECT_GT(value("head yaw"), 1);
   click("Undo");
-  EXPECT_EQ(studio_->snapshot().acting, Acting{});
+  EXPECT_EQ(*studio_->snapshot().directing.performance, Performance{});
   click("Redo");
-  EXPECT_GT(amount_of(studio_->snapshot().acting, "mouthSmile_L"), 0.5f);
+  EXPECT_GT(value("head yaw"), 1);
   test::drag("avatar view", 60, 0, 0, [this] { frame(); });
-  EXPECT_LT(studio_->snapshot().acting.view.yaw_deg, -5);
-  ASSERT_TRUE(until(30, [&](const Snapshot& s) { return rested(s) && s.picture->acting == s.acting; }));
+  EXPECT_LT(value("camera yaw"), -5);
+  ASSERT_TRUE(
+      until(30, [&](const Snapshot& s) { return rested(s) && s.picture->origin.moment == s.moment; }));
   EXPECT_NE(studio_->snapshot().picture->rgba.data, straight.data);
+  const Performance directed = *studio_->snapshot().directing.performance;
 
   for (const auto& [step, widget] :
        std::vector<std::pair<const char*, const char*>>{{"Check", "check picture"},
@@ -123,6 +140,9 @@ TEST_F(StudioPath, FromTheStartScreenToAnExportedPicture) {
     test::keep_shot(std::string("path_") + step);
   }
   EXPECT_GT(liveliness("training curve"), 5);
+  // The card beside it: what it learnt, with the worst moments of the clip.
+  ASSERT_NE(studio_->snapshot().contents->card, nullptr);
+  EXPECT_GT(studio_->snapshot().contents->card->trained, 20);
 
   click("step Export");
   click("Export a still");
@@ -137,6 +157,35 @@ TEST_F(StudioPath, FromTheStartScreenToAnExportedPicture) {
   click("recent demo.likeness");
   ASSERT_TRUE(until(20, [](const Snapshot& s) { return s.contents && s.contents->avatar; }));
   EXPECT_EQ(studio_->snapshot().shown, Step::direct);
+  // What was directed is still there, and is the command line's file.
+  ASSERT_TRUE(until(5, [&](const Snapshot& s) { return *s.directing.performance == directed; }));
+  const auto file = read_performance(folder_ / "projects" / "demo.likeness" / "performance.json");
+  ASSERT_TRUE(file.ok()) << file.error().what;
+  EXPECT_EQ(*file, directed);
+  // The curve of its training is there, too.
+  EXPECT_GE(studio_->snapshot().curve.training.size(), 2u);
+  click("step Train");
+  EXPECT_GT(liveliness("training curve"), 5);
+  test::keep_shot("path_8_reopened");
+
+  // Everything of the person goes when asked for, and only after the question.
+  const fs::path folder = studio_->snapshot().contents->project.folder;
+  const fs::path clip = studio_->snapshot().contents->project.options.video;
+  const auto ask = [&] {
+    TestWindow::get().shell->ask(Question::delete_person);
+    frame();
+  };
+  ask();
+  click("Keep the person");
+  EXPECT_TRUE(fs::exists(folder / "avatar.bin"));
+  ask();
+  frame();
+  test::keep_shot("path_9_delete");
+  click("Delete all, exports too");
+  ASSERT_TRUE(until(10, [](const Snapshot& s) { return !s.contents && !s.deleting; }));
+  EXPECT_FALSE(fs::exists(folder));
+  EXPECT_TRUE(fs::exists(clip));
+  EXPECT_TRUE(studio_->snapshot().settings.recent.empty());
 }
 
 TEST_F(StudioPath, AClipThatIsNoneIsRefusedWithARemedy) {

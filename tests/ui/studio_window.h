@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <chrono>
 #include <cmath>
 #include <cstdlib>
@@ -72,6 +73,27 @@ inline double liveliness(const Image8& screen, const std::string& widget) {
       sum += v, squares += v * v, ++count;
     }
   return count > 0 ? std::sqrt(std::max(0.0, squares / count - sum * sum / count / count)) : -1;
+}
+
+// Share of the pixels in a rectangle that are near a colour (0..1 a channel).
+inline double ink_share(const Image8& screen, const Rectangle& r, const ImVec4& ink) {
+  const std::array<double, 3> wanted{255 * ink.x, 255 * ink.y, 255 * ink.z};
+  double near = 0, count = 0;
+  for (int y = std::max(0, int(r.low.y)); y < std::min(screen.height, int(r.high.y)); ++y)
+    for (int x = std::max(0, int(r.low.x)); x < std::min(screen.width, int(r.high.x)); ++x, ++count) {
+      double apart = 0;
+      for (std::size_t c = 0; c < 3; ++c) apart = std::max(apart, std::abs(screen.at(x, y)[c] - wanted[c]));
+      near += apart < 10;
+    }
+  return count > 0 ? near / count : 0;
+}
+
+// Where the step itself is drawn: right of the path, between the menus and the status bar.
+inline Rectangle panel_of(const Image8& screen) {
+  const Rectangle& row = noted_widgets().at("step Film");
+  const float edge = 30 * theme().scale;
+  return {{row.high.x + edge, row.low.y - edge},
+          {float(screen.width), float(screen.height) - 40 * theme().scale}};
 }
 
 // For people: the picture goes to $LIKENESS_SHOTS where that is set.

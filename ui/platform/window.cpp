@@ -139,13 +139,25 @@ void Window::begin_frame() {
     io.MousePos = {input->mouse_x, input->mouse_y};
     for (std::size_t b = 0; b < 3; ++b) io.MouseDown[b] = input->down[b];
     io.MouseWheel = input->wheel;
-    io.KeyCtrl = input->ctrl;
+    io.KeyCtrl = input->ctrl, io.KeyShift = input->shift;
     if (input->key != 0) io.KeysDown[input->key] = true;
     impl_->injected_key = input->key;
     io.AddInputCharactersUTF8(input->text.c_str());
     impl_->injected->text.clear();
     impl_->injected->wheel = 0;
     io.DeltaTime = 1.0f / 60;
+  }
+  // Home, End and, with Ctrl or Shift, arrows are commands, and do not move the keyboard's place as well.
+  const auto down = [&](std::initializer_list<int> keys) {
+    return std::ranges::any_of(keys, [&](int key) { return io.KeysDown[key]; });
+  };
+  const bool command =
+      down({GLFW_KEY_HOME, GLFW_KEY_END}) ||
+      ((io.KeyCtrl || io.KeyShift) && down({GLFW_KEY_LEFT, GLFW_KEY_RIGHT, GLFW_KEY_UP, GLFW_KEY_DOWN}));
+  if (command) {
+    io.ConfigFlags &= ~ImGuiConfigFlags_NavEnableKeyboard;
+  } else {
+    io.ConfigFlags |= ImGuiConfigFlags_NavEnableKeyboard;
   }
   ImGui::NewFrame();
 }

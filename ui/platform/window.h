@@ -27,7 +27,7 @@ struct InjectedInput {
   std::array<bool, 3> down{};  // left, right, middle
   float wheel = 0;
   int key = 0;  // GLFW's, held down during the frame; 0: none
-  bool ctrl = false;
+  bool ctrl = false, shift = false;
   std::string text;
 };
 

@@ -1,4 +1,6 @@
 // Step 3: where the cameras stood about the head.
+#include <fmt/format.h>
+
 #include "ui/steps/steps.h"
 #include "ui/theme.h"
 #include "ui/widgets.h"
@@ -24,6 +26,11 @@ void draw_cameras_step(const Snapshot& snapshot, Views& views, Requests& request
   faint_text(
       contents->cameras->is_static
           ? "The camera rested: each frustum is how the turning head saw it. Drag to orbit, wheel to zoom."
+      : contents->points && !contents->points->empty()
+          ? fmt::format(
+                "Each frustum is one frame's camera, seen from the head; the {} points are what their path "
+                "hangs on. Drag to orbit, wheel to zoom.",
+                contents->points->size())
           : "Each frustum is one frame's camera, seen from the head. Drag to orbit, wheel to zoom.");
   begin_card("cameras card");
   views.cameras.draw("camera view", ImGui::GetContentRegionAvail());

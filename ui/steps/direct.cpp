@@ -3,8 +3,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <functional>
+#include <numbers>
 
+#include "ui/channel_words.h"
 #include "ui/steps/steps.h"
 #include "ui/theme.h"
 #include "ui/widgets.h"
@@ -14,31 +15,43 @@ namespace likeness::ui {
 namespace {
 
 constexpr float kDegreesAPixel = 0.35f, kPlateFade_deg = 8;
-constexpr double kLeastZoom = 0.5, kMostZoom = 4;
+constexpr float kNothingSeen = 0.02f;  // of a preset
+constexpr double kFadeADistance = 40;  // degrees that a camera twice as far away counts as
 
-// What the mouse does to the view: left orbits, right or middle pans, wheel zooms.
+// What the mouse does to the camera: left orbits, right or middle pans, wheel zooms, with Ctrl it dollies.
 void move_view(const Snapshot& snapshot, const Fitted& place, bool hovered, bool active, Requests& requests) {
   const ImGuiIO& io = ImGui::GetIO();
-  Acting acting = requests.acting.value_or(snapshot.acting);
-  const ViewPoint before = acting.view;
-  ViewPoint& view = acting.view;
-  if (active && ImGui::IsMouseDragging(ImGuiMouseButton_Left, 0) && !snapshot.comparing) {
-    view.yaw_deg = std::clamp(view.yaw_deg - double(io.MouseDelta.x * kDegreesAPixel / theme().scale),
-                              -kOrbitLimit_deg, kOrbitLimit_deg);
-    view.pitch_deg = std::clamp(view.pitch_deg + double(io.MouseDelta.y * kDegreesAPixel / theme().scale),
-                                -kOrbitPitchLimit_deg, kOrbitPitchLimit_deg);
+  const DirectingView& directing = snapshot.directing;
+  Performance edited = requests.direct.start(directing);
+  const ValueEdit at{directing.playhead_s, directing.record_keys};
+  bool moved = false;
+  const auto move = [&](const char* channel, const auto& change) {
+    const ChannelScale scale = channel_scale(channel);
+    const float before = value_at(edited, channel, at.time_s),
+                after = std::clamp(change(before), scale.low, scale.high);
+    if (after == before) return;
+    set_value(edited, channel, after, at);
+    moved = true;
+  };
+  if (active && ImGui::IsMouseDragging(ImGuiMouseButton_Left, 0)) {
+    const float turn = kDegreesAPixel / theme().scale;
+    move("camera yaw", [&](float v) { return v - io.MouseDelta.x * turn; });
+    move("camera pitch", [&](float v) { return v + io.MouseDelta.y * turn; });
   }
   if (active && (ImGui::IsMouseDragging(ImGuiMouseButton_Right, 0) ||
                  ImGui::IsMouseDragging(ImGuiMouseButton_Middle, 0))) {
-    view.shift_x =
-        std::clamp(view.shift_x + double(io.MouseDelta.x / std::max(1.f, place.size.x)), -1.0, 1.0);
-    view.shift_y =
-        std::clamp(view.shift_y + double(io.MouseDelta.y / std::max(1.f, place.size.y)), -1.0, 1.0);
+    const float width = std::max(1.f, place.size.x);
+    move("camera shift x", [&](float v) { return v + io.MouseDelta.x / width; });
+    move("camera shift y", [&](float v) { return v + io.MouseDelta.y / width; });
   }
-  if (hovered && io.MouseWheel != 0)
-    view.zoom = std::clamp(view.zoom * std::pow(1.12, double(io.MouseWheel)), kLeastZoom, kMostZoom);
-  if (view == before) return;
-  requests.acting = acting;
+  if (hovered && io.MouseWheel != 0) {
+    if (io.KeyCtrl) {
+      move("camera distance", [&](float v) { return v * std::pow(0.94f, io.MouseWheel); });
+    } else {
+      move("camera zoom", [&](float v) { return v * std::pow(1.12f, io.MouseWheel); });
+    }
+  }
+  if (moved) requests.direct.edit(std::move(edited), "move the camera");
 }
 
 void draw_wipe(const FramePicture& picture, Views& views, const Fitted& place) {
@@ -88,7 +101,7 @@ void draw_view(const Snapshot& snapshot, Views& views, ImVec2 area, Requests& re
     views.rendered = snapshot.picture;
   }
   if (!avatar.plate.empty()) views.plate.follow(avatar.plate, snapshot.contents->avatar);
-  const ViewPoint& seen = picture->acting.view;
+  const ViewPoint& seen = picture->origin.view;
   Backdrop backdrop;
   const Palette& p = theme().colours;
   const float grey[4] = {p.raised.x, p.raised.y, p.raised.z, 1};
@@ -96,13 +109,17 @@ void draw_view(const Snapshot& snapshot, Views& views, ImVec2 area, Requests& re
   if (!avatar.plate.empty()) {
     backdrop.plate = &views.plate.texture;
     // The plate was seen from one place; it fades as the view leaves that.
-    const double away = picture->frame >= 0 ? 0 : std::hypot(seen.yaw_deg, seen.pitch_deg);
+    const bool captured = picture->origin.frame >= 0;
+    const double away = captured ? 0
+                                 : std::hypot(seen.yaw, seen.pitch) * 180 / std::numbers::pi +
+                                       kFadeADistance * std::abs(double(seen.distance) - 1);
     backdrop.plate_share = std::clamp(1 - float(away) / kPlateFade_deg, 0.f, 1.f);
-    if (picture->frame < 0) {
-      backdrop.scale = float(seen.zoom);
-      backdrop.shift_x = float(seen.shift_x), backdrop.shift_y = float(seen.shift_y);
+    if (!captured) {
+      backdrop.scale = seen.zoom;
+      backdrop.shift_x = seen.shift_x, backdrop.shift_y = seen.shift_y;
     }
   }
+  backdrop.doubt = float(picture->origin.doubt);
   backdrop.exposure = std::exp2(views.exposure_ev);
   const ImTextureID shown = views.render->draw(int(place.size.x), int(place.size.y), backdrop);
   const ImVec2 end{place.at.x + place.size.x, place.at.y + place.size.y};
@@ -114,144 +131,109 @@ void draw_view(const Snapshot& snapshot, Views& views, ImVec2 area, Requests& re
   } else {
     move_view(snapshot, place, hovered, active, requests);
   }
-  if (let_go || (hovered && ImGui::GetIO().MouseWheel != 0)) requests.acting_finished = true;
+  if (let_go || (hovered && ImGui::GetIO().MouseWheel != 0)) requests.direct.finished = true;
 }
 
-class Sliders {
- public:
-  Sliders(const Snapshot& snapshot, Requests& requests)
-      : acting_(requests.acting.value_or(snapshot.acting)), requests_(requests) {}
-
-  void row(const std::string& words, const std::string& id, float value, const SliderRange& range,
-           const char* format, const std::function<void(Acting&, float)>& set) {
-    const float start = ImGui::GetCursorPosX(), width = ImGui::GetContentRegionAvail().x,
-                label = 0.42f * width;
-    ImGui::AlignTextToFramePadding();
-    clipped_text(words, label - px(6));
-    ImGui::SameLine(start + label);
-    if (slider(("##" + id).c_str(), &value, range, format, width - label)) {
-      set(acting_, value);
-      requests_.acting = acting_;
-    }
-    if (ImGui::IsItemDeactivated()) requests_.acting_finished = true;
+// A slider of a channel at the playhead, with the range the clip showed.
+void draw_channel(const Snapshot& snapshot, const std::string& channel, Requests& requests) {
+  const DirectingView& directing = snapshot.directing;
+  const auto& limits = snapshot.contents->avatar->limits;
+  const float start = ImGui::GetCursorPosX(), width = ImGui::GetContentRegionAvail().x, label = 0.42f * width;
+  std::string words = channel_words(channel);
+  const bool both = directing.linked && channel.ends_with("_L");
+  if (both) words = words.substr(0, words.find(", left"));
+  ImGui::AlignTextToFramePadding();
+  const bool course = has_course(*directing.performance, channel);
+  if (course) ImGui::PushStyleColor(ImGuiCol_Text, theme().colours.accent);
+  clipped_text(words, label - px(6));
+  if (course) ImGui::PopStyleColor();
+  ImGui::SameLine(start + label);
+  const ChannelScale scale = channel_scale(channel);
+  SliderRange range{scale.low, scale.high, 0, 0, rest_value(channel)};
+  if (const auto seen = limits.find(channel); seen != limits.end())
+    range.seen_low = std::max(scale.low, seen->second.low),
+    range.seen_high = std::min(scale.high, seen->second.high);
+  float value = value_at(*directing.performance, channel, directing.playhead_s);
+  if (slider(("##" + channel).c_str(), &value, range, scale.format, width - label)) {
+    Performance edited = requests.direct.start(directing);
+    set_value(edited, channel, value, directing.edit());
+    requests.direct.edit(std::move(edited), words);
   }
-  const Acting& acting() const { return acting_; }
-
- private:
-  Acting acting_;
-  Requests& requests_;
-};
-
-bool group_heading(const char* words, bool& open) {
-  const ImVec2 at = ImGui::GetCursorScreenPos();
-  const float line = ImGui::GetTextLineHeight();
-  ImGui::PushFont(theme().fonts.strong);
-  if (ImGui::Selectable(fmt::format("      {}", words).c_str(), false)) open = !open;
-  ImGui::PopFont();
-  note_widget(words);
-  const ImVec2 c{at.x + 0.5f * line, at.y + 0.52f * line};
-  const float r = 0.2f * line;
-  const ImU32 ink = colour(theme().colours.faint);
-  ImDrawList& list = *ImGui::GetWindowDrawList();
-  if (open) {
-    list.AddTriangleFilled({c.x - r, c.y - 0.6f * r}, {c.x + r, c.y - 0.6f * r}, {c.x, c.y + 0.8f * r}, ink);
-  } else {
-    list.AddTriangleFilled({c.x - 0.6f * r, c.y - r}, {c.x + 0.8f * r, c.y}, {c.x - 0.6f * r, c.y + r}, ink);
-  }
-  return open;
+  if (ImGui::IsItemDeactivated()) requests.direct.finished = true;
 }
 
 void draw_presets(const Snapshot& snapshot, Requests& requests) {
+  const std::vector<Preset>& presets = snapshot.contents->avatar->presets;
   const float width = ImGui::GetContentRegionAvail().x, gap = px(6);
   ImGui::PushStyleVar(ImGuiStyleVar_FramePadding, ImVec2(px(4), ImGui::GetStyle().FramePadding.y));
   float widest = 0;
-  for (const Preset& preset : presets())
-    widest = std::max(widest, ImGui::CalcTextSize(preset.words.data()).x + px(10));
+  for (const Preset& preset : presets)
+    widest = std::max(widest, ImGui::CalcTextSize(preset_words(preset).c_str()).x + px(10));
   const int wide = std::clamp(int((width + gap) / (widest + gap)), 1, 4), narrow = 5;
   int in_row = 0;
   bool vowels = false;
-  for (const Preset& preset : presets()) {
-    const bool vowel = preset.words.size() == 1;
+  for (const Preset& preset : presets) {
+    const bool vowel = preset.name.size() == 1;
     if (vowel && !vowels) in_row = 0, vowels = true;
     const int columns = vowel ? narrow : wide == 3 ? 2 : wide;
     if (in_row++ % columns != 0) ImGui::SameLine(0, gap);
-    if (plain_button(preset.words.data(), true, (width - float(columns - 1) * gap) / float(columns))) {
-      requests.acting = with_preset(snapshot.acting, preset, *snapshot.contents->model);
-      requests.acting_finished = true;
+    const bool nothing = preset.seen < kNothingSeen;
+    if (plain_button(preset_words(preset).c_str(), !nothing,
+                     (width - float(columns - 1) * gap) / float(columns))) {
+      Performance edited = requests.direct.start(snapshot.directing);
+      apply_preset(edited, preset, snapshot.directing.edit());
+      requests.direct.edit(std::move(edited), preset_words(preset));
+      requests.direct.finished = true;
+    }
+    if (nothing) {
+      tooltip("The clip showed none of it.");
+    } else if (preset.seen < 0.95f) {
+      tooltip(fmt::format("As far as the clip showed it: {:.0f} % of the usual.", 100 * preset.seen));
     }
   }
   ImGui::PopStyleVar();
 }
 
-void draw_head_sliders(const SeenTurn& seen, Sliders& sliders) {
-  const Acting a = sliders.acting();
-  const float turn = float(kTurnLimit_deg);
-  const auto range = [&](int axis) {
-    return SliderRange{-turn, turn, float(seen.low_deg[axis]), float(seen.high_deg[axis])};
-  };
-  const SliderRange gaze{-1, 1};
-  sliders.row("Turn", "turn", float(a.yaw_deg), range(0), "%.0f\u00b0",
-              [](Acting& acting, float v) { acting.yaw_deg = v; });
-  sliders.row("Nod", "nod", float(a.pitch_deg), range(1), "%.0f\u00b0",
-              [](Acting& acting, float v) { acting.pitch_deg = v; });
-  sliders.row("Tilt", "tilt", float(a.roll_deg), range(2), "%.0f\u00b0",
-              [](Acting& acting, float v) { acting.roll_deg = v; });
-  sliders.row("Look aside", "look aside", float(a.gaze_side), gaze, "%.2f",
-              [](Acting& acting, float v) { acting.gaze_side = v; });
-  sliders.row("Look up", "look up", float(a.gaze_up), gaze, "%.2f",
-              [](Acting& acting, float v) { acting.gaze_up = v; });
+bool small_checkbox(const char* words, bool* on) {
+  ImGui::PushStyleVar(ImGuiStyleVar_FramePadding, ImVec2(px(3), px(2)));
+  const bool changed = ImGui::Checkbox(words, on);
+  ImGui::PopStyleVar();
+  note_widget(words);
+  return changed;
 }
 
-void draw_action_sliders(const ActionGroup& group, const std::vector<SeenAction>& shown, Sliders& sliders) {
-  for (const std::string& name : group.actions) {
-    // Linked halves are one slider.
-    const bool left = name.ends_with("_L"), right = name.ends_with("_R");
-    if (sliders.acting().linked && right) continue;
-    std::string words = action_words(name);
-    if (sliders.acting().linked && left) words = words.substr(0, words.find(", left"));
-    const auto seen = std::ranges::find(shown, name, &SeenAction::name);
-    const bool known = seen != shown.end();
-    const SliderRange range{0, 1, known ? std::max(0.f, seen->low) : 0,
-                            known ? std::max(0.f, seen->high) : 0};
-    sliders.row(words, name, amount_of(sliders.acting(), name), range, "%.2f",
-                [&name](Acting& acting, float v) { set_amount(acting, name, v); });
-  }
+// The command's button; its tooltip names the step.
+void step_button(Command command, const Situation& now, const std::string& name, float width,
+                 Requests& requests) {
+  if (command_button(command, now, false, width)) requests.ask(command);
+  if (!name.empty()) tooltip(fmt::format("{}: {}", command_info(command).words, name));
 }
 
 void draw_controls(const Snapshot& snapshot, Views& views, Requests& requests) {
-  const DirectedAvatar& directed = *snapshot.contents->avatar;
   const Situation& now = snapshot.situation;
+  const DirectingView& directing = snapshot.directing;
   const float half = 0.5f * (ImGui::GetContentRegionAvail().x - px(6));
-  if (command_button(Command::undo, now, false, half)) requests.ask(Command::undo);
+  step_button(Command::undo, now, directing.undo_name, half, requests);
   ImGui::SameLine(0, px(6));
-  if (command_button(Command::redo, now, false, half)) requests.ask(Command::redo);
+  step_button(Command::redo, now, directing.redo_name, half, requests);
   ImGui::BeginDisabled(snapshot.comparing);
   draw_presets(snapshot, requests);
-  bool linked = snapshot.acting.linked;
-  ImGui::PushStyleVar(ImGuiStyleVar_FramePadding, ImVec2(px(3), px(2)));
-  const bool relinked = ImGui::Checkbox("Link both sides", &linked);
-  ImGui::PopStyleVar();
-  if (relinked) {
-    Acting acting = requests.acting.value_or(snapshot.acting);
-    acting.linked = linked;
-    requests.acting = acting;
-    requests.acting_finished = true;
-  }
-  note_widget("Link both sides");
-  Sliders sliders(snapshot, requests);
+  bool linked = directing.linked;
+  if (small_checkbox("Link both sides", &linked)) requests.direct.linked = linked;
   std::size_t number = 0;
-  if (group_heading("Head and gaze", views.open_groups[number]))
-    draw_head_sliders(snapshot.contents->seen_turn, sliders);
-  for (const ActionGroup& group : group_actions(*directed.model)) {
-    number = std::min(number + 1, views.open_groups.size() - 1);
-    ImGui::PushID(int(number));
-    if (group_heading(group.words.c_str(), views.open_groups[number]))
-      draw_action_sliders(group, directed.seen, sliders);
+  for (const ChannelGroup& group : group_channels(*snapshot.contents->model)) {
+    bool& open = views.open_groups[std::min(number, views.open_groups.size() - 1)];
+    ImGui::PushID(int(number++));
+    if (group_heading(group.words.c_str(), open))
+      for (const std::string& channel : group.channels)
+        if (!directing.linked || !channel.ends_with("_R")) draw_channel(snapshot, channel, requests);
     ImGui::PopID();
   }
   ImGui::EndDisabled();
   ImGui::Dummy({0, px(4)});
-  faint_text("Green under a slider: what the clip showed. Double click: back to none.");
+  faint_text(
+      "Green under a slider: what the clip showed. Double click: back to none. Coloured words: keys on "
+      "the timeline.");
 }
 
 // One line; what does not fit is in the menu Edit.
@@ -315,15 +297,15 @@ void draw_direct_step(const Snapshot& snapshot, Views& views, Requests& requests
   ImGui::BeginChild("stage", {left, area.y}, false,
                     ImGuiWindowFlags_NoScrollbar | ImGuiWindowFlags_NoScrollWithMouse);
   draw_bar(snapshot, requests);
-  for (const std::string& words :
-       beyond_seen(snapshot.acting, snapshot.contents->avatar->seen, snapshot.contents->seen_turn)) {
-    if (snapshot.comparing) break;
-    note(words.c_str(), Tone::warn, words);
-  }
+  if (!snapshot.comparing)
+    for (const std::string& words : beyond_words(snapshot.directing.beyond))
+      note(words.c_str(), Tone::warn, words);
   if (snapshot.comparing) draw_compare_strip(snapshot, requests);
-  const float foot = ImGui::GetFrameHeightWithSpacing();
-  draw_view(snapshot, views, {left, std::max(px(100), ImGui::GetContentRegionAvail().y - foot)}, requests);
+  const float foot = ImGui::GetFrameHeightWithSpacing(), timeline = timeline_height(snapshot, area.y);
+  draw_view(snapshot, views, {left, std::max(px(100), ImGui::GetContentRegionAvail().y - foot - timeline)},
+            requests);
   draw_foot(snapshot, views, left);
+  draw_timeline(snapshot, views, {left, timeline}, requests);
   ImGui::EndChild();
   ImGui::SameLine(0, px(16));
   begin_card("controls", {side, area.y}, true);

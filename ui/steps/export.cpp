@@ -1,8 +1,9 @@
-// Step 7: pictures and films of the avatar as it is posed.
+// Step 7: what leaves the program, how, and the queue of it.
 #include <fmt/format.h>
 
 #include <cmath>
 
+#include "ui/channel_words.h"
 #include "ui/steps/steps.h"
 #include "ui/theme.h"
 #include "ui/widgets.h"
@@ -11,115 +12,303 @@ namespace likeness::ui {
 
 namespace {
 
-constexpr float kLabel = 110;
+constexpr float kLabel = 108;
 
-void slider_label(const char* words) {
+struct KindWords {
+  const char* words;
+  const char* what;
+  Command command;
+};
+
+const KindWords& words_of(ExportKind kind) {
+  static constexpr KindWords kWords[] = {
+      {"A still", "One PNG of the avatar as it stands in Direct.", Command::export_still},
+      {"An orbit", "The view swings to both sides of the posed avatar and back.", Command::export_orbit},
+      {"The performance", "What was directed on the timeline, with its camera.", Command::export_performance},
+      {"A driven clip", "The avatar does what somebody does in another clip, with that clip's sound.",
+       Command::export_driven},
+      {"The head's mesh", "The posed head for other programs, without hair and colour.",
+       Command::export_mesh}};
+  return kWords[std::size_t(kind)];
+}
+
+void title(const char* words) {
+  ImGui::PushFont(theme().fonts.strong);
+  ImGui::TextUnformatted(words);
+  ImGui::PopFont();
+}
+
+void row_label(const char* words) {
   const float start = ImGui::GetCursorPosX();
   ImGui::AlignTextToFramePadding();
   ImGui::TextUnformatted(words);
   ImGui::SameLine(start + px(kLabel));
 }
 
-// The room stands behind a still only, as large as it was filmed, and from where the camera stood.
-bool room_possible(const Snapshot& snapshot, const ExportChoice& asked) {
-  return !snapshot.contents->avatar->avatar.plate.empty() && !asked.twice &&
-         snapshot.acting.view == ViewPoint{};
+// The next choice of a row: in the same line where it fits, otherwise below the first one.
+bool next_choice(const char* words, bool chosen) {
+  if (!same_line_if_fits(words)) {
+    ImGui::Dummy({px(kLabel) - ImGui::GetStyle().ItemSpacing.x, 0});
+    ImGui::SameLine();
+  }
+  return choice(words, chosen);
 }
 
-void draw_choices(const Snapshot& snapshot, ExportChoice& asked) {
-  const int size = snapshot.contents->avatar->avatar.size;
-  choice_label("Size", px(kLabel));
-  if (choice(fmt::format("{} px", size).c_str(), !asked.twice)) asked.twice = false;
-  ImGui::SameLine();
-  if (choice(fmt::format("{} px", 2 * size).c_str(), asked.twice)) asked.twice = true;
-  choice_label("Background", px(kLabel));
-  if (choice("Light", asked.ground == ExportGround::light)) asked.ground = ExportGround::light;
-  ImGui::SameLine();
-  if (choice("Dark", asked.ground == ExportGround::dark)) asked.ground = ExportGround::dark;
-  ImGui::SameLine();
-  ImGui::BeginDisabled(!room_possible(snapshot, asked));
-  if (choice("The filmed room (stills)", asked.ground == ExportGround::room))
-    asked.ground = ExportGround::room;
-  ImGui::EndDisabled();
-  if (!room_possible(snapshot, asked))
-    tooltip("The room is known from where the camera stood only: reset the view, and keep the filmed size.");
-  slider_label("Orbit");
-  float angle = float(asked.half_angle_deg);
-  if (slider("##orbit angle", &angle, {.low = 5, .high = float(kOrbitLimit_deg), .rest = 25}, "%.0f\u00b0",
-             px(300)))
+void chosen_file(const char* button, const std::filesystem::path& file, const char* none, Wanted wanted,
+                 Requests& requests) {
+  if (plain_button(button)) requests.browse = wanted;
+  ImGui::SameLine(0, px(12));
+  ImGui::AlignTextToFramePadding();
+  ImGui::PushStyleColor(ImGuiCol_Text, theme().colours.faint);
+  clipped_text(file.empty() ? none : file.filename().string(), ImGui::GetContentRegionAvail().x);
+  ImGui::PopStyleColor();
+  if (!file.empty()) tooltip(file.string());
+}
+
+void draw_orbit_choices(ExportChoice& asked) {
+  const float width = std::max(px(120), ImGui::GetContentRegionAvail().x - px(kLabel) - px(8));
+  row_label("To each side");
+  float angle = float(asked.half_angle_deg), seconds = float(asked.seconds);
+  if (slider("##orbit angle", &angle, {.low = 5, .high = kOrbitLimit_deg, .rest = 25}, "%.0f\u00b0", width))
     asked.half_angle_deg = std::round(angle);
-  ImGui::SameLine(0, px(14));
-  ImGui::AlignTextToFramePadding();
-  faint_text("to each side");
-  slider_label("Length");
-  float seconds = float(asked.frames / asked.frames_per_second);
-  if (slider("##orbit length", &seconds, {.low = 0.4f, .high = 12, .rest = 4}, "%.1f s", px(300)))
-    asked.frames = int(std::lround(seconds * asked.frames_per_second));
-  ImGui::SameLine(0, px(14));
-  ImGui::AlignTextToFramePadding();
-  faint_text(fmt::format("{} pictures", asked.frames));
+  row_label("Length");
+  if (slider("##orbit length", &seconds, {.low = 0.4f, .high = 20, .rest = 4}, "%.1f s", width))
+    asked.seconds = std::round(10 * seconds) / 10;
 }
 
-void draw_kind(const Snapshot& snapshot, Command command, const char* words, Requests& requests) {
-  if (command_button(command, snapshot.situation, command == Command::export_still, px(290)))
-    requests.ask(command);
-  ImGui::SameLine(0, px(14));
-  ImGui::AlignTextToFramePadding();
-  faint_text(words);
+void draw_kinds(const Snapshot& snapshot, ExportChoice& asked, Requests& requests) {
+  title("What");
+  for (const ExportKind kind : kExportKinds)
+    if (choice(words_of(kind).words, asked.kind == kind)) asked.kind = kind;
+  ImGui::Dummy({0, px(4)});
+  faint_text(words_of(asked.kind).what);
+  ImGui::Dummy({0, px(2)});
+  const bool performs =
+      asked.kind == ExportKind::performance || (asked.kind == ExportKind::mesh && asked.moving);
+  if (asked.kind == ExportKind::orbit) draw_orbit_choices(asked);
+  if (asked.kind == ExportKind::mesh) {
+    choice_label("Moves", px(kLabel));
+    if (choice("No, as posed", !asked.moving)) asked.moving = false;
+    if (next_choice("It performs", asked.moving)) asked.moving = true;
+  }
+  if (performs) {
+    chosen_file("Choose a performance...", asked.performance, "The one directed in this project",
+                Wanted::export_performance, requests);
+    if (!asked.performance.empty() && plain_button("Take the project's own")) asked.performance.clear();
+  }
+  if (asked.kind == ExportKind::driven) {
+    chosen_file("Choose a clip...", asked.clip, "No clip is chosen yet", Wanted::driving_clip, requests);
+    choice_label("Head", px(kLabel));
+    if (choice("Moves as driven", !asked.keep_head)) asked.keep_head = false;
+    if (next_choice("Stays", asked.keep_head)) asked.keep_head = true;
+    choice_label("Beside it", px(kLabel));
+    if (choice("Nothing", !asked.side_by_side)) asked.side_by_side = false;
+    ImGui::BeginDisabled(asked.ground == ExportGround::transparent);
+    if (next_choice("The driver", asked.side_by_side)) asked.side_by_side = true;
+    ImGui::EndDisabled();
+  }
+  (void)snapshot;
+}
+
+void draw_background(const Snapshot& snapshot, ExportChoice& asked, Requests& requests) {
+  const auto ground = [&](const char* words, ExportGround of, bool first = false) {
+    if (first ? choice(words, asked.ground == of) : next_choice(words, asked.ground == of)) asked.ground = of;
+  };
+  choice_label("Background", px(kLabel));
+  ground("Light", ExportGround::light, true);
+  ground("Dark", ExportGround::dark);
+  ground("A colour", ExportGround::colour);
+  ground("A picture", ExportGround::picture);
+  ground("Transparent", ExportGround::transparent);
+  const bool room = room_possible(asked, snapshot.directing.view, snapshot.contents->avatar->avatar);
+  ImGui::BeginDisabled(!room);
+  ground("The filmed room", ExportGround::room);
+  ImGui::EndDisabled();
+  if (!room)
+    tooltip(
+        "The room is known from where the camera stood only: not for an orbit, nor a turned or zoomed view.");
+  if (asked.ground == ExportGround::colour) {
+    row_label("");
+    ImGui::SetNextItemWidth(px(230));
+    ImGui::ColorEdit3("##colour", asked.colour.data(), ImGuiColorEditFlags_DisplayHex);
+    note_widget("##colour");
+  }
+  if (asked.ground == ExportGround::picture) {
+    row_label("");
+    chosen_file("Choose a picture...", asked.picture, "No picture is chosen yet", Wanted::background,
+                requests);
+  }
+}
+
+void draw_rate(ExportChoice& asked) {
+  choice_label("Pictures a s", px(kLabel));
+  bool first = true;
+  for (const int rate : {24, 25, 30, 50, 60}) {
+    const std::string words = fmt::format("{}", rate);
+    const bool chosen = asked.frames_per_second == rate;
+    if (first ? choice(words.c_str(), chosen) : next_choice(words.c_str(), chosen))
+      asked.frames_per_second = rate;
+    first = false;
+  }
+}
+
+void draw_manner(const Snapshot& snapshot, ExportChoice& asked, Requests& requests) {
+  title("How");
+  const bool moves = asked.kind == ExportKind::orbit || asked.kind == ExportKind::performance;
+  if (!makes_pictures(asked)) {
+    choice_label("File", px(kLabel));
+    if (choice("glTF (.glb)", asked.mesh == MeshForm::glb)) asked.mesh = MeshForm::glb;
+    ImGui::BeginDisabled(asked.moving);
+    if (next_choice("PLY", asked.mesh == MeshForm::ply)) asked.mesh = MeshForm::ply;
+    ImGui::EndDisabled();
+    if (asked.moving) {
+      tooltip("A PLY holds one moment only.");
+      draw_rate(asked);
+    }
+    return;
+  }
+  const int size = snapshot.contents->avatar->avatar.size;
+  if (asked.kind != ExportKind::still) {
+    choice_label("File", px(kLabel));
+    ImGui::BeginDisabled(asked.ground == ExportGround::transparent);
+    if (choice("Film (MP4)", asked.form == ExportForm::film)) asked.form = ExportForm::film;
+    ImGui::EndDisabled();
+    if (asked.ground == ExportGround::transparent) tooltip("An MP4 holds no transparency.");
+    if (next_choice("Pictures (PNG)", asked.form == ExportForm::pictures)) asked.form = ExportForm::pictures;
+  }
+  choice_label("Size", px(kLabel));
+  for (int times = 1; times <= kMostTimes; times *= 2) {
+    const std::string words = fmt::format("{} px", times * size);
+    if (times == 1 ? choice(words.c_str(), asked.times == times)
+                   : next_choice(words.c_str(), asked.times == times))
+      asked.times = times;
+  }
+  if (moves) draw_rate(asked);
+  draw_background(snapshot, asked, requests);
+  choice_label("Visible mark", px(kLabel));
+  if (choice("None", !asked.mark)) asked.mark = false;
+  if (next_choice("\"synthetic - Likeness\"", asked.mark)) asked.mark = true;
+  ImGui::Dummy({0, px(2)});
+  faint_text("Every file says of itself that it is synthetic, with or without the visible mark.");
+}
+
+std::string item_words(const ExportItem& item) {
+  const JobStatus& status = item.status;
+  switch (status.state) {
+    case JobState::none:
+      return "Waits for its turn";
+    case JobState::running: {
+      const std::string left = time_left(status.seconds_left);
+      return status.text + (left.empty() || status.text.empty() ? "" : "  \u00b7  ") + left;
+    }
+    case JobState::stopping:
+      return "Stopping\u2026";
+    case JobState::done:
+      return fmt::format("Done in {}: {}", duration(status.seconds), status.outcome);
+    case JobState::failed:
+      return status.error ? status.error->what : "Failed";
+    case JobState::stopped:
+      return "Stopped; nothing half-written is left.";
+  }
+  return {};
+}
+
+void draw_item(const ExportItem& item, Requests& requests) {
+  const JobState state = item.status.state;
+  const bool working = is_working(item.status);
+  ImGui::PushID(item.number);
+  const Palette& p = theme().colours;
+  const float buttons = px(230), line = ImGui::GetTextLineHeight();
+  const ImVec2 at = ImGui::GetCursorScreenPos();
+  const float wide = ImGui::GetContentRegionAvail().x - buttons;
+  draw_mark(*ImGui::GetWindowDrawList(), {at.x + 0.55f * line, at.y + 0.62f * line}, line,
+            working                      ? StepMark::running
+            : state == JobState::done    ? StepMark::done
+            : state == JobState::failed  ? StepMark::failed
+            : state == JobState::stopped ? StepMark::attention
+                                         : StepMark::number,
+            item.number);
+  ImGui::SetCursorScreenPos({at.x + 1.6f * line, at.y});
+  ImGui::BeginGroup();
+  ImGui::PushFont(theme().fonts.strong);
+  clipped_text(item.out.filename().string(), wide - 1.6f * line);
+  ImGui::PopFont();
+  ImGui::PushStyleColor(ImGuiCol_Text, state == JobState::failed ? p.bad : p.faint);
+  clipped_text(item_words(item), wide - 1.6f * line);
+  ImGui::PopStyleColor();
+  if (state == JobState::failed && item.status.error) {
+    ImGui::PushStyleColor(ImGuiCol_Text, p.faint);
+    clipped_text(item.status.error->fix, wide - 1.6f * line);
+    ImGui::PopStyleColor();
+  }
+  ImGui::EndGroup();
+  ImGui::SameLine(ImGui::GetContentRegionMax().x - buttons);
+  ImGui::BeginGroup();
+  if (working || state == JobState::none) {
+    if (plain_button("Stop", state != JobState::stopping)) requests.stop_export = item.number;
+  } else {
+    if (state != JobState::done) {
+      if (plain_button("Try again")) requests.retry_export = item.number;
+      ImGui::SameLine();
+    }
+    if (plain_button("Take off the list")) requests.forget_export = item.number;
+  }
+  ImGui::EndGroup();
+  if (working) progress_bar(float(item.status.fraction), 4);
+  ImGui::Dummy({0, px(2)});
+  ImGui::PopID();
+}
+
+void draw_queue(const Snapshot& snapshot, Requests& requests) {
+  title("Exports");
+  if (snapshot.exports.empty()) {
+    faint_text("Files go to " + (snapshot.contents->project.folder / "exports").string());
+    return;
+  }
+  if (snapshot.situation.exporting) {
+    ImGui::SameLine(0, px(16));
+    if (command_button(Command::stop_export, snapshot.situation)) requests.ask(Command::stop_export);
+  }
+  for (auto item = snapshot.exports.rbegin(); item != snapshot.exports.rend(); ++item)
+    draw_item(*item, requests);
+  faint_text("Files are in " + (snapshot.contents->project.folder / "exports").string());
 }
 
 }  // namespace
 
 void draw_export_step(const Snapshot& snapshot, Views& views, Requests& requests) {
   (void)views;
-  const StepView& view = snapshot.step(Step::export_out);
   if (!snapshot.contents || !snapshot.contents->avatar) {
     draw_nothing_yet("Pictures and films of the avatar are written here, as soon as there is one.");
     return;
   }
-  if (view.error) note("error", Tone::bad, view.error->what, view.error->fix);
   if (!snapshot.situation.consent)
     note("consent", Tone::warn, "Whether the filmed person agreed was not answered yet.",
          "Answer it in the step Film.");
-  if (snapshot.situation.running)
+  if (snapshot.situation.running && !snapshot.situation.paused)
     note("busy", Tone::plain, "The training is at work: pause or finish it before exporting.");
-  if (!snapshot.exported.empty())
-    note("done", Tone::good, snapshot.exported.filename().string() + " is written.",
-         snapshot.exported.string());
-  if (snapshot.exporting.state == JobState::stopped)
-    note("stopped", Tone::plain, "The export was stopped; nothing half-written is left.");
-
-  begin_card("choices",
-             {0, ImGui::GetFrameHeightWithSpacing() * 4 + 2.2f * ImGui::GetStyle().WindowPadding.y +
-                     ImGui::GetTextLineHeightWithSpacing()});
-  ImGui::PushFont(theme().fonts.strong);
-  ImGui::TextUnformatted("How");
-  ImGui::PopFont();
+  const ImVec2 area = ImGui::GetContentRegionAvail();
+  const float tall = std::max(px(200), std::min(px(330), 0.6f * area.y)), gap = px(16);
   ExportChoice asked = snapshot.export_choice;
-  draw_choices(snapshot, asked);
-  if (asked.ground == ExportGround::room && !room_possible(snapshot, asked))
-    asked.ground = ExportGround::light;
+  begin_card("what", {0.42f * (area.x - gap), tall}, true);
+  draw_kinds(snapshot, asked, requests);
+  end_card();
+  ImGui::SameLine(0, gap);
+  begin_card("how", {0, tall}, true);
+  draw_manner(snapshot, asked, requests);
+  end_card();
+  asked = settled(asked, snapshot.directing.view, snapshot.contents->avatar->avatar);
   if (!(asked == snapshot.export_choice)) requests.export_choice = asked;
-  end_card();
-  begin_card("what", {0, ImGui::GetFrameHeightWithSpacing() * 3 + 2.2f * ImGui::GetStyle().WindowPadding.y +
-                             ImGui::GetTextLineHeightWithSpacing()});
-  ImGui::PushFont(theme().fonts.strong);
-  ImGui::TextUnformatted("What");
-  ImGui::PopFont();
-  draw_kind(snapshot, Command::export_still, "One PNG of the avatar as it stands in Direct.", requests);
-  draw_kind(snapshot, Command::export_orbit, "An MP4: the view swings to both sides and back.", requests);
-  draw_kind(snapshot, Command::export_sequence, "The orbit as PNGs with a transparent background.", requests);
-  end_card();
+  const Command command = words_of(asked.kind).command;
+  if (command_button(command, snapshot.situation, true)) requests.ask(command);
   if (snapshot.situation.exporting) {
-    begin_card("progress",
-               {0, ImGui::GetFrameHeightWithSpacing() * 2.6f + ImGui::GetStyle().WindowPadding.y});
-    progress_bar(float(view.fraction));
-    const std::string left = time_left(view.seconds_left);
-    faint_text(view.text + (left.empty() || view.text.empty() ? "" : "  \u00b7  ") + left);
-    if (command_button(Command::stop_export, snapshot.situation)) requests.ask(Command::stop_export);
-    end_card();
+    ImGui::SameLine(0, px(14));
+    ImGui::AlignTextToFramePadding();
+    faint_text("It takes its turn after those below.");
   }
-  faint_text("Files go to " + (snapshot.contents->project.folder / "exports").string());
+  begin_card("queue", {0, 0}, true);
+  draw_queue(snapshot, requests);
+  end_card();
 }
 
 }  // namespace likeness::ui

@@ -22,7 +22,41 @@ ImVec4 verdict_ink(FrameStatus status) {
   return status == FrameStatus::good ? p.good : status == FrameStatus::weak ? p.warn : p.bad;
 }
 
-void draw_about(const Snapshot& snapshot, const TrackedFrame& frame) {
+bool is_left_out(const Snapshot& snapshot, int frame) {
+  return std::ranges::binary_search(snapshot.contents->project.options.left_out, frame);
+}
+
+// Training frames can be taken out by a click; those that measure cannot, or the measure would lie.
+void draw_training_choice(const Snapshot& snapshot, int frame, Requests& requests) {
+  const auto& frames = snapshot.contents->capture->frames;
+  const auto own = std::ranges::find(frames, frame, &CaptureFrame::frame);
+  if (own == frames.end()) return;
+  std::vector<int> left_out = snapshot.contents->project.options.left_out;
+  if (own->held_out) {
+    faint_text("Held out: it measures the avatar and never trains. It cannot be left out.");
+  } else if (!own->used) {
+    faint_text("Refused by the check: it does not train.");
+  } else if (is_left_out(snapshot, frame)) {
+    body_text("Left out of the training.");
+    if (plain_button("Take it in again", !snapshot.situation.running)) {
+      std::erase(left_out, frame);
+      requests.left_out = left_out;
+    }
+  } else {
+    if (plain_button("Leave it out of the training", !snapshot.situation.running)) {
+      left_out.insert(std::ranges::upper_bound(left_out, frame), frame);
+      requests.left_out = left_out;
+    }
+    tooltip("For frames in which the net does not lie on the face. The training then needs a new run.");
+  }
+  if (left_out.size() > 1 && !requests.left_out) {
+    faint_text(fmt::format("{} frames are left out.", left_out.size()));
+    if (plain_button("Take all in again", !snapshot.situation.running))
+      requests.left_out = std::vector<int>{};
+  }
+}
+
+void draw_about(const Snapshot& snapshot, const TrackedFrame& frame, Requests& requests) {
   ImGui::PushFont(theme().fonts.strong);
   ImGui::Text("Frame %d", frame.frame);
   ImGui::SameLine();
@@ -33,6 +67,7 @@ void draw_about(const Snapshot& snapshot, const TrackedFrame& frame) {
     body_text(fmt::format("The model misses the face's points by {:.1f} px.", frame.inner_error_px));
     faint_text(fmt::format("The points themselves are sure to {:.1f} px.", mean_inner_spread(frame)));
   }
+  if (snapshot.contents->capture) draw_training_choice(snapshot, frame.frame, requests);
   ImGui::Dummy({0, px(10)});
   ImGui::PushFont(theme().fonts.strong);
   ImGui::TextUnformatted("How to read it");
@@ -61,8 +96,10 @@ void draw_face_step(const Snapshot& snapshot, Views& views, Requests& requests) 
   for (const TrackedFrame& frame : track.frames)
     bars.push_back({frame.frame, frame.status == FrameStatus::lost ? 1.f : float(frame.inner_error_px / tall),
                     colour(verdict_ink(frame.status)),
-                    fmt::format("Frame {}, {:.2f} s: {}{}", frame.frame, frame.time_s, verdict(frame.status),
-                                frame.reason.empty() ? "" : ", " + frame.reason)});
+                    fmt::format("Frame {}, {:.2f} s: {}{}{}", frame.frame, frame.time_s,
+                                verdict(frame.status), frame.reason.empty() ? "" : ", " + frame.reason,
+                                is_left_out(snapshot, frame.frame) ? ", left out of the training" : ""),
+                    is_left_out(snapshot, frame.frame)});
   if (const auto clicked = draw_frame_strip("face strip", bars, snapshot.face_picture.frame, px(60)))
     requests.face_frame = clicked;
   faint_text(fmt::format(
@@ -82,7 +119,7 @@ void draw_face_step(const Snapshot& snapshot, Views& views, Requests& requests) 
   ImGui::SameLine(0, px(16));
   begin_card("about", {0, area.y}, true);
   if (const TrackedFrame* frame = find_tracked(track, snapshot.face_picture.frame))
-    draw_about(snapshot, *frame);
+    draw_about(snapshot, *frame, requests);
   end_card();
 }
 

@@ -1,6 +1,8 @@
 // Step 1: the clip, the agreement of the person in it, and the one button.
 #include <fmt/format.h>
 
+#include <cmath>
+
 #include "ui/steps/steps.h"
 #include "ui/theme.h"
 #include "ui/widgets.h"
@@ -52,6 +54,25 @@ void draw_choices(const Snapshot& snapshot, Requests& requests) {
   ImGui::EndDisabled();
 }
 
+// What making the avatar will take, before it starts.
+void draw_plan(const Snapshot& snapshot, Requests& requests) {
+  const Plan& plan = snapshot.contents->plan;
+  if (!plan.forecast || plan.seconds == 0) return;
+  const BuildForecast& forecast = *plan.forecast;
+  std::string words = fmt::format("Takes about {:.0f} min, {:.1f} GB of the disk and {:.1f} GB of memory.",
+                                  std::max(1.0, std::ceil(plan.seconds / 60)), double(forecast.disk) / 1e9,
+                                  double(forecast.memory) / 1e9);
+  if (!snapshot.contents->is_current(Stage::align))
+    words += fmt::format(" If the camera moves, {:.0f} min more.",
+                         std::max(1.0, std::ceil(forecast.seconds_if_moving / 60)));
+  faint_text(words);
+  if (!plan.too_much) return;
+  note("too much", Tone::warn, plan.too_much->what, plan.too_much->fix);
+  if (!plan.smaller_size) return;
+  if (primary_button(fmt::format("Make pictures of {} px instead", *plan.smaller_size).c_str()))
+    requests.picture_size = plan.smaller_size;
+}
+
 void draw_facts(const Snapshot& snapshot) {
   const ProjectContents& contents = *snapshot.contents;
   ImGui::PushFont(theme().fonts.strong);
@@ -88,18 +109,27 @@ void draw_film_step(const Snapshot& snapshot, Views& views, Requests& requests) 
   ImGui::SameLine(0, px(16));
   begin_card("facts", {0, area.y}, true);
   draw_facts(snapshot);
+  if (snapshot.situation.clip_missing &&
+      command_button(Command::find_clip, snapshot.situation, !snapshot.situation.finished))
+    requests.ask(Command::find_clip);
   ImGui::Dummy({0, px(6)});
   draw_consent(snapshot, requests);
   if (snapshot.contents->project.consent != Consent::not_asked) {
     ImGui::Dummy({0, px(8)});
     const Situation& now = snapshot.situation;
     if (now.running) {
-      if (command_button(Command::pause, now)) requests.ask(Command::pause);
-      faint_text("At work. What is done is kept when you pause.");
+      const Command next = now.paused ? Command::go_on : Command::pause;
+      if (command_button(next, now, now.paused)) requests.ask(next);
+      ImGui::SameLine();
+      if (command_button(Command::stop_work, now)) requests.ask(Command::stop_work);
+      faint_text(now.paused
+                     ? "Paused: the work waits where it is. Stop frees its memory and keeps what is done."
+                     : "At work. What is done is kept when you stop.");
     } else if (now.finished) {
       if (primary_button("Direct the avatar")) requests.show = Step::direct;
     } else {
       if (command_button(Command::make_avatar, now, true)) requests.ask(Command::make_avatar);
+      draw_plan(snapshot, requests);
       faint_text(now.clip_there
                      ? "Checks the clip, finds cameras and face, and trains. You can pause at any time."
                      : "The clip must be readable first.");

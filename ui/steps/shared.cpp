@@ -1,4 +1,6 @@
 // What several steps draw alike: see steps.h.
+#include <fmt/format.h>
+
 #include <algorithm>
 
 #include "ui/steps/steps.h"
@@ -21,6 +23,25 @@ void draw_step_state(const StepView& view) {
     note("warning", Tone::warn, warning);
     ImGui::PopID();
   }
+}
+
+bool group_heading(const char* words, bool& open) {
+  const ImVec2 at = ImGui::GetCursorScreenPos();
+  const float line = ImGui::GetTextLineHeight();
+  ImGui::PushFont(theme().fonts.strong);
+  if (ImGui::Selectable(fmt::format("      {}", words).c_str(), false)) open = !open;
+  ImGui::PopFont();
+  note_widget(words);
+  const ImVec2 c{at.x + 0.5f * line, at.y + 0.52f * line};
+  const float r = 0.2f * line;
+  const ImU32 ink = colour(theme().colours.faint);
+  ImDrawList& list = *ImGui::GetWindowDrawList();
+  if (open) {
+    list.AddTriangleFilled({c.x - r, c.y - 0.6f * r}, {c.x + r, c.y - 0.6f * r}, {c.x, c.y + 0.8f * r}, ink);
+  } else {
+    list.AddTriangleFilled({c.x - 0.6f * r, c.y - r}, {c.x + 0.8f * r, c.y}, {c.x - 0.6f * r, c.y + r}, ink);
+  }
+  return open;
 }
 
 void draw_nothing_yet(const char* words) {
@@ -53,6 +74,9 @@ std::optional<int> draw_frame_strip(const char* name, const std::vector<StripBar
   const auto draw_bar = [&](float x0, float x1, const StripBar& bar) {
     const float tall = std::clamp(bar.height, 0.06f, 1.f) * (height - 2 * inset);
     list.AddRectFilled({x0, at.y + height - inset - tall}, {x1, at.y + height - inset}, bar.ink);
+    if (bar.struck)
+      list.AddRectFilled({x0, at.y + 0.5f * height - px(1)}, {x1, at.y + 0.5f * height + px(1)},
+                         colour(p.text));
   };
   if (column >= 2) {
     const float gap = column > 4 ? 1.f : 0.f;

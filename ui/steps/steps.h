@@ -15,8 +15,20 @@ void draw_train_step(const Snapshot& snapshot, Views& views, Requests& requests)
 void draw_direct_step(const Snapshot& snapshot, Views& views, Requests& requests);
 void draw_export_step(const Snapshot& snapshot, Views& views, Requests& requests);
 
+// Of the Direct step: the performance's keys over time, with what plays and edits them. The height wanted
+// where the whole step has `area`.
+float timeline_height(const Snapshot& snapshot, float area);
+void draw_timeline(const Snapshot& snapshot, Views& views, ImVec2 size, Requests& requests);
+
+// Of the Direct step: what drives the avatar live, or could.
+void draw_drive(const Snapshot& snapshot, Views& views, Requests& requests);
+
 // What a step shows above its own work: progress, failure with its remedy, warnings.
 void draw_step_state(const StepView& view);
+// A heading that opens and closes what follows; whether it is open.
+bool group_heading(const char* words, bool& open);
+// What a trained avatar learnt and never saw, with the moments of the clip to look at.
+void draw_card(const Snapshot& snapshot, const Card& card, Requests& requests);
 // In place of a result that is not there yet.
 void draw_nothing_yet(const char* words);
 
@@ -25,7 +37,8 @@ struct StripBar {
   int frame = 0;
   float height = 0;  // 0..1
   ImU32 ink = 0;
-  std::string words;  // of its tooltip
+  std::string words;    // of its tooltip
+  bool struck = false;  // crossed out: left out of the training
 };
 // The frame clicked, or nullopt.
 std::optional<int> draw_frame_strip(const char* name, const std::vector<StripBar>& bars, int chosen,

@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 
 #include "ui/steps/steps.h"
 #include "ui/theme.h"
@@ -14,7 +15,15 @@ namespace {
 void draw_buttons(const Snapshot& snapshot, Requests& requests) {
   const Situation& now = snapshot.situation;
   if (now.running) {
-    if (command_button(Command::pause, now, true)) requests.ask(Command::pause);
+    const Command next = now.paused ? Command::go_on : Command::pause;
+    if (command_button(next, now, true)) requests.ask(next);
+    tooltip(now.paused ? "Goes on where it waits."
+                       : "The work waits where it is, with all it has in memory.");
+    ImGui::SameLine();
+    if (command_button(Command::stop_work, now)) requests.ask(Command::stop_work);
+    tooltip(
+        "Ends the work and frees its memory. What is done is kept, and the avatar can be made on from "
+        "there.");
     ImGui::SameLine();
     if (command_button(Command::finish_now, now)) requests.ask(Command::finish_now);
     tooltip(
@@ -32,8 +41,8 @@ void draw_buttons(const Snapshot& snapshot, Requests& requests) {
 }
 
 void draw_numbers(const Snapshot& snapshot) {
-  if (snapshot.pipeline.training.empty()) return;
-  const TrainStatus& last = snapshot.pipeline.training.back();
+  if (snapshot.curve.training.empty()) return;
+  const TrainStatus& last = snapshot.curve.training.back();
   ImGui::SameLine(0, px(22));
   ImGui::AlignTextToFramePadding();
   ImGui::PushStyleColor(ImGuiCol_Text, theme().colours.faint);
@@ -55,24 +64,89 @@ void draw_preview(const char* name, FollowedTexture& texture, const Image8& imag
   }
   ImGui::PushFont(theme().fonts.small);
   ImGui::PushStyleColor(ImGuiCol_Text, theme().colours.faint);
-  clipped_text(words, side);
+  ImGui::PushTextWrapPos(ImGui::GetCursorPosX() + side);
+  ImGui::TextUnformatted(words.c_str());
+  ImGui::PopTextWrapPos();
   ImGui::PopStyleColor();
   ImGui::PopFont();
   ImGui::EndGroup();
 }
 
+std::array<std::string, 4> captions(const PreviewPictures& p) {
+  return {fmt::format("The clip, frame {}{}", p.frame, p.held_out ? " (held out)" : ""),
+          fmt::format("The avatar there: {:.1f} dB", p.psnr_db), p.turned_words, p.expression_words};
+}
+
+// Of the tallest caption under a picture this wide.
+float caption_height(const PreviewPictures* p, float side) {
+  ImGui::PushFont(theme().fonts.small);
+  float height = ImGui::GetTextLineHeight();
+  if (p)
+    for (const std::string& words : captions(*p))
+      height = std::max(height, ImGui::CalcTextSize(words.c_str(), nullptr, false, side).y);
+  ImGui::PopFont();
+  return height + ImGui::GetStyle().ItemSpacing.y;
+}
+
 void draw_previews(const std::shared_ptr<const PreviewPictures>& shown, Views& views, float side,
                    int columns) {
   const PreviewPictures& p = *shown;
-  draw_preview("preview truth", views.previews[0], p.truth, shown,
-               fmt::format("The clip, frame {}{}", p.frame, p.held_out ? " (held out)" : ""), side);
+  const std::array<std::string, 4> words = captions(p);
+  draw_preview("preview truth", views.previews[0], p.truth, shown, words[0], side);
   ImGui::SameLine();
-  draw_preview("preview same", views.previews[1], p.same, shown,
-               fmt::format("The avatar there: {:.1f} dB", p.psnr_db), side);
+  draw_preview("preview same", views.previews[1], p.same, shown, words[1], side);
   if (columns > 2) ImGui::SameLine();
-  draw_preview("preview turned", views.previews[2], p.turned, shown, p.turned_words, side);
+  draw_preview("preview turned", views.previews[2], p.turned, shown, words[2], side);
   ImGui::SameLine();
-  draw_preview("preview expression", views.previews[3], p.expression, shown, p.expression_words, side);
+  draw_preview("preview expression", views.previews[3], p.expression, shown, words[3], side);
+}
+
+// The curve over the previews.
+void draw_learning(const Snapshot& snapshot, Views& views, bool running) {
+  const bool curve = snapshot.curve.training.size() >= 2;
+  const PreviewPictures* pictures = snapshot.pipeline.preview.get();
+  if (!running && !pictures) {
+    begin_card("curve");
+    if (curve) {
+      views.chart.set(snapshot.curve.training, snapshot.curve.held_out);
+      views.chart.draw("training curve", ImGui::GetContentRegionAvail());
+    } else {
+      draw_nothing_yet("The avatar is trained. Its curve was not kept.");
+    }
+    end_card();
+    return;
+  }
+  const ImVec2 area = ImGui::GetContentRegionAvail();
+  const ImVec2 spacing = ImGui::GetStyle().ItemSpacing, padding = ImGui::GetStyle().WindowPadding;
+  // In a low window the previews stand beside the curve, two by two.
+  const bool low = area.y < px(360);
+  const int columns = low ? 2 : 4;
+  const auto side_beside = [&](float words) {
+    return low ? std::max(px(30), 0.5f * (area.y - 2 * padding.y - spacing.y) - words)
+               : std::min((area.x - 2 * padding.x - 3 * spacing.x - px(2)) / 4, area.y * 0.46f);
+  };
+  // Large letters need more lines, which leave less for the pictures.
+  float words = caption_height(pictures, side_beside(0)), side = side_beside(words);
+  words = caption_height(pictures, side), side = side_beside(words);
+  const ImVec2 previews{float(columns) * side + float(columns - 1) * spacing.x + 2 * padding.x + px(2),
+                        side + words + 2 * padding.y + px(6)};
+  begin_card("curve", low ? ImVec2(std::max(px(120), area.x - previews.x - spacing.x), area.y)
+                          : ImVec2(0, std::max(px(120), area.y - previews.y - spacing.y)));
+  if (curve) {
+    views.chart.set(snapshot.curve.training, snapshot.curve.held_out);
+    views.chart.draw("training curve", ImGui::GetContentRegionAvail());
+  } else {
+    draw_nothing_yet("The curve begins with the second report.");
+  }
+  end_card();
+  if (low) ImGui::SameLine();
+  begin_card("previews", {0, low ? area.y : previews.y});
+  if (pictures) {
+    draw_previews(snapshot.pipeline.preview, views, side, columns);
+  } else {
+    draw_nothing_yet("The first previews come in a moment.");
+  }
+  end_card();
 }
 
 }  // namespace
@@ -87,44 +161,26 @@ void draw_train_step(const Snapshot& snapshot, Views& views, Requests& requests)
   draw_buttons(snapshot, requests);
   draw_numbers(snapshot);
   ImGui::Dummy({0, px(2)});
-  const bool curve = snapshot.pipeline.training.size() >= 2;
+  const bool curve = snapshot.curve.training.size() >= 2;
   const PreviewPictures* pictures = snapshot.pipeline.preview.get();
-  if (!curve && !pictures) {
+  const Card* card = snapshot.situation.running ? nullptr : snapshot.contents->card.get();
+  if (!curve && !pictures && !card) {
     draw_nothing_yet(
         view.state == StepState::running
             ? "Reading the pictures. The curve and the first previews come in a moment."
-        : view.state == StepState::done
-            ? "The avatar is trained. The curve is drawn while a training runs: train longer to see it."
             : "Here the avatar will be seen while it learns: how near it is to the clip, new views and "
               "new expressions.");
     return;
   }
-  const ImVec2 area = ImGui::GetContentRegionAvail();
-  const ImVec2 spacing = ImGui::GetStyle().ItemSpacing, padding = ImGui::GetStyle().WindowPadding;
-  const float words = ImGui::GetTextLineHeightWithSpacing();
-  // In a low window the previews stand beside the curve, two by two.
-  const bool low = area.y < px(360);
-  const int columns = low ? 2 : 4;
-  const float side = low ? std::max(px(30), 0.5f * (area.y - 2 * padding.y - spacing.y) - words)
-                         : std::min((area.x - 2 * padding.x - 3 * spacing.x - px(2)) / 4, area.y * 0.46f);
-  const ImVec2 previews{float(columns) * side + float(columns - 1) * spacing.x + 2 * padding.x + px(2),
-                        side + words + 2 * padding.y + px(6)};
-  begin_card("curve", low ? ImVec2(std::max(px(120), area.x - previews.x - spacing.x), area.y)
-                          : ImVec2(0, std::max(px(120), area.y - previews.y - spacing.y)));
-  if (curve) {
-    views.chart.set(snapshot.pipeline.training, snapshot.pipeline.held_out);
-    views.chart.draw("training curve", ImGui::GetContentRegionAvail());
-  } else {
-    draw_nothing_yet("The curve begins with the second report.");
-  }
-  end_card();
-  if (low) ImGui::SameLine();
-  begin_card("previews", {0, low ? area.y : previews.y});
-  if (pictures) {
-    draw_previews(snapshot.pipeline.preview, views, side, columns);
-  } else {
-    draw_nothing_yet("The first previews come in a moment.");
-  }
+  ImVec2 area = ImGui::GetContentRegionAvail();
+  if (card) area.x = std::max(0.5f * area.x, area.x - px(400));
+  ImGui::BeginChild("learning", area);
+  draw_learning(snapshot, views, view.state == StepState::running);
+  ImGui::EndChild();
+  if (!card) return;
+  ImGui::SameLine();
+  begin_card("card", {0, area.y}, true);
+  draw_card(snapshot, *card, requests);
   end_card();
 }
 

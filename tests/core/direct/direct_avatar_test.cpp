@@ -58,6 +58,15 @@ TEST(DirectMoment, ACloserCameraKeepsTheHeadInItsPlace) {
   EXPECT_TRUE(close.isApprox(0.5 * typical, 1e-5));
 }
 
+TEST(DirectMoment, ZoomAndShiftMoveThePictureAboutItsMiddle) {
+  const Intrinsics plain = moment_of({}).camera.intrinsics;
+  const Intrinsics k = moment_of({{"camera zoom", 2}, {"camera shift x", 0.25f}}).camera.intrinsics;
+  EXPECT_DOUBLE_EQ(k.fx, 2 * plain.fx);
+  const double middle = plain.width * 0.5;
+  EXPECT_NEAR(k.cx - middle, 2 * (plain.cx - middle) + 0.25 * plain.width, 1e-6);
+  EXPECT_NEAR(k.cy - 0.5 * plain.height, 2 * (plain.cy - 0.5 * plain.height), 1e-6);
+}
+
 TEST(DirectMoment, GazeTurnsBothEyesTheSameWayAndTakesTheLidsAlong) {
   const Articulation left = moment_of({{"gaze yaw", 12}}).pose.articulation;
   EXPECT_NEAR(left.left_eye.y(), 12 * kRad, 1e-4);
@@ -94,6 +103,21 @@ TEST(DirectFilm, HasOneMomentAFrameAndRefusesUnknownActions) {
   ASSERT_FALSE(refused.ok());
   EXPECT_NE(refused.error().what.find("grin"), std::string::npos);
   EXPECT_NE(refused.error().fix.find("jawOpen"), std::string::npos);
+}
+
+TEST(PerformanceOf, FramesKeepTheTimesTheyCameAt) {
+  const auto& [project, avatar, model, hash] = opened();
+  const DirectedAvatar directed = direct_avatar(avatar, model);
+  std::vector<DrivenFrame> frames(3);
+  for (DrivenFrame& frame : frames) {
+    frame.world_from_head = turned_head(avatar.world_from_head, directed.neck, 0.2, 0, 0);
+    frame.articulation = avatar.neutral;
+  }
+  frames[0].time_s = 5, frames[1].time_s = 5.05, frames[2].time_s = 5.3;
+  const Performance performance = performance_of(frames, 25, directed);
+  ASSERT_EQ(performance.channels.at("head yaw").size(), 3u);
+  EXPECT_DOUBLE_EQ(performance.channels.at("head yaw")[1].time_s, frames[1].time_s - 5);
+  EXPECT_NEAR(performance.duration_s, 0.34, 1e-9);
 }
 
 TEST(PerformanceOf, ADrivenClipComesBackOutOfItsKeys) {

@@ -119,5 +119,30 @@ TEST(LinkedChannel, IsTheOtherSideOfTheFace) {
     EXPECT_EQ(linked_channel(linked_channel(channel)), channel);
 }
 
+TEST(LayOver, ATakeReplacesWhatHeadAndFaceDoAndNothingElse) {
+  Performance performance;
+  performance.duration_s = 3;
+  set_key(performance, "head yaw", {0, 10});
+  set_key(performance, "head yaw", {3, 20, Easing::linear});
+  set_key(performance, "action jawOpen", {0, 0.5f});
+  set_key(performance, "camera yaw", {0, 7});
+  Performance take;
+  take.duration_s = 2;
+  for (int i = 0; i < 50; ++i) set_key(take, "head yaw", {i / 25.0, float(-i), Easing::linear});
+  set_key(take, "head roll", {0, 3, Easing::linear});
+  const float before = value_at(performance, "head yaw", 0.9);
+  lay_over(performance, take, 1);
+  EXPECT_NEAR(value_at(performance, "head yaw", 0.9), before, 0.2);
+  EXPECT_EQ(value_at(performance, "head yaw", 2), -25);
+  EXPECT_EQ(value_at(performance, "action jawOpen", 0.9), 0.5f);
+  EXPECT_EQ(value_at(performance, "action jawOpen", 2), 0);  // the take's face is the take's
+  EXPECT_EQ(value_at(performance, "head roll", 0.5), 0);
+  EXPECT_EQ(value_at(performance, "head roll", 2), 3);
+  EXPECT_EQ(value_at(performance, "camera yaw", 2), 7);
+  EXPECT_GE(performance.duration_s, 3);
+  for (const auto& [channel, keys] : performance.channels)
+    for (std::size_t i = 1; i < keys.size(); ++i) EXPECT_GT(keys[i].time_s, keys[i - 1].time_s) << channel;
+}
+
 }  // namespace
 }  // namespace likeness::test

@@ -38,11 +38,20 @@ TEST(Presets, ReplaceTheExpressionThatWasThere) {
   Performance performance;
   set_key(performance, "action browDown_L", {0, 1});
   set_key(performance, "head yaw", {0, 10});
-  apply_preset(performance, {"A", {{"jawOpen", 0.4f}}, 1}, 2);
+  apply_preset(performance, {"A", {{"jawOpen", 0.4f}}, 1}, {.time_s = 2, .record = true});
   EXPECT_FLOAT_EQ(value_at(performance, "action browDown_L", 2), 0);
   EXPECT_FLOAT_EQ(value_at(performance, "action browDown_L", 0), 1);
   EXPECT_FLOAT_EQ(value_at(performance, "action jawOpen", 2), 0.4f);
+  EXPECT_FLOAT_EQ(value_at(performance, "action jawOpen", 0), 0);
   EXPECT_EQ(performance.channels.at("head yaw").size(), 1u);
+}
+
+TEST(Presets, AreConstantUnlessTheyAreRecorded) {
+  Performance performance;
+  apply_preset(performance, {"A", {{"jawOpen", 0.4f}}, 1}, {.time_s = 2});
+  EXPECT_FLOAT_EQ(value_at(performance, "action jawOpen", 0), 0.4f);
+  apply_preset(performance, {"neutral", {}, 1}, {.time_s = 1});
+  EXPECT_TRUE(performance.channels.empty());
 }
 
 }  // namespace

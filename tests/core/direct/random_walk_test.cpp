@@ -5,6 +5,8 @@
 
 #include <cmath>
 
+#include "core/direct/set_values.h"
+
 namespace likeness::test {
 namespace {
 
@@ -37,6 +39,18 @@ TEST(RandomWalk, IsSmoothSeededAndWithinItsLimits) {
     EXPECT_FLOAT_EQ(value_at(keys, 60, 9), 0);
   }
   EXPECT_GE(value_at(walk, "head yaw", 30), -25);  // no owl
+}
+
+TEST(SetWalk, TakesThePlaceOfHeadAndFaceButNotOfTheCamera) {
+  Performance performance;
+  performance.duration_s = 6;
+  set_value(performance, "head x", 0.01f, {});
+  set_value(performance, "camera yaw", 9, {});
+  set_walk(performance, {{"head yaw", {-20, 20}}}, 1);
+  EXPECT_EQ(performance.duration_s, 6);
+  EXPECT_FALSE(performance.channels.contains("head x"));
+  EXPECT_TRUE(performance.channels.contains("head yaw"));
+  EXPECT_EQ(value_at(performance, "camera yaw", 3), 9);
 }
 
 }  // namespace

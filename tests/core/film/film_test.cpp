@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <fstream>
 
 #include "core/image/files.h"
@@ -61,6 +62,46 @@ TEST(Film, WhatDoesNotFitTogetherIsSaidBeforeLongWork) {
   Intrinsics larger = avatar.intrinsics;
   larger.width *= 2;
   EXPECT_FALSE(check_film(avatar, larger, 1, plate).ok());
+  plate.width = 192;  // of the plate's shape: it is enlarged with the pictures
+  EXPECT_FALSE(wrong(1, plate));
+  EXPECT_TRUE(wrong(1, {.out = "a.png", .background = "absent.png"}));
+  EXPECT_TRUE(wrong(1, {.out = "a.png", .width = 20000}));
+}
+
+TEST(Film, AnotherSizeShowsTheSameAndThePlateGoesWithIt) {
+  const TinyProject project;
+  const OpenedAvatar opened = tiny_opened();
+  const Film film = resting_film(opened.avatar, 1);
+  const fs::path as_made = project.root / "as_made.png", large = project.root / "large.png";
+  ASSERT_TRUE(write_film(opened, film, {.out = as_made}, Progress(), {}).ok());
+  ASSERT_TRUE(write_film(opened, film, {.out = large, .width = 192}, Progress(), {}).ok());
+  const auto small = read_image(as_made), twice = read_image(large);
+  ASSERT_TRUE(small.ok() && twice.ok());
+  ASSERT_EQ(twice->width, 192);
+  ASSERT_EQ(twice->height, 128);
+  EXPECT_EQ(*twice->at(2, 2), 77);  // the plate's
+  const Image8 shrunk = resize(*twice, 96, 64);
+  double difference = 0;
+  for (std::size_t i = 0; i < shrunk.data.size(); ++i)
+    difference += std::abs(int(shrunk.data[i]) - int(small->data[i]));
+  EXPECT_LT(difference / double(shrunk.data.size()), 6);
+}
+
+TEST(Film, APictureStandsBehindTheAvatarCutToShape) {
+  const TinyProject project;
+  const OpenedAvatar opened = tiny_opened();
+  Image8 wall(40, 80, 3, 10);  // upright: its middle 40 x 27 px are shown
+  for (int y = 30; y < 50; ++y)
+    for (int x = 0; x < 40; ++x) *wall.at(x, y) = 250;
+  const fs::path picture = project.root / "wall.png", out = project.root / "out.png";
+  ASSERT_TRUE(write_image(picture, wall).ok());
+  FilmOptions options{.out = out, .background = picture.string()};
+  ASSERT_TRUE(write_film(opened, resting_film(opened.avatar, 1), options, Progress(), {}).ok());
+  const auto shown = read_image(out);
+  ASSERT_TRUE(shown.ok());
+  EXPECT_EQ(*shown->at(1, 32), 250);
+  EXPECT_EQ(*shown->at(1, 1), 10);
+  EXPECT_EQ(shown->at(1, 32)[1], 10);
 }
 
 TEST(Film, AFolderGetsAPictureAFrameAndAnMp4AllOfThem) {

@@ -11,6 +11,7 @@
 #include "core/head/action_amounts.h"
 #include "core/head/load_head_model.h"
 #include "core/head/pose_head.h"
+#include "core/track/drive_stream.h"
 #include "tests/core/track/synthetic_face.h"
 
 namespace likeness {
@@ -289,6 +290,48 @@ TEST(Drive, WhatCannotBeDrivenIsRefusedWithAReason) {
   EXPECT_EQ(drive(track, self, self, {}).error().code, ErrorCode::no_face);
   track.head_model_hash = "another";
   EXPECT_EQ(drive(track, self, self, {}).error().code, ErrorCode::bad_input);
+}
+
+TEST(DriveStream, OneByOneIsWhatTheSmoothedClipIs) {
+  const HeadModel& model = test_head();
+  const Track track = performed(model, neutral_articulation(model));
+  const Puppet self = self_of(track, model);
+  const auto clip = drive(track, self, self, {.smooth = true});
+  const auto stream = DriveStream::create(self, self, {});
+  ASSERT_TRUE(clip.ok() && stream.ok());
+  for (std::size_t i = 0; i < track.frames.size(); ++i) {
+    const DrivenFrame frame = (*stream)->next(track.frames[i]);
+    EXPECT_EQ(frame.frame, int(i));
+    EXPECT_LT((frame.world_from_head.matrix() - (*clip)[i].world_from_head.matrix()).norm(), 1e-9) << i;
+    EXPECT_LT((frame.articulation.expression - (*clip)[i].articulation.expression).cwiseAbs().maxCoeff(),
+              1e-4)
+        << i;
+  }
+}
+
+TEST(DriveStream, ALostFrameHoldsTheLastOneAndGainsChangeOnTheWay) {
+  const HeadModel& model = test_head();
+  const Track track = performed(model, neutral_articulation(model));
+  const Puppet self = self_of(track, model);
+  const auto stream = DriveStream::create(self, self, {.clamp = false});
+  ASSERT_TRUE(stream.ok());
+  TrackedFrame lost = track.frames[20];
+  lost.status = FrameStatus::lost, lost.time_s = 0;
+  const DrivenFrame none = (*stream)->next(lost);
+  EXPECT_TRUE(none.bridged);
+  EXPECT_EQ(none.articulation.expression, self.neutral.expression);
+  for (int i = 0; i < 20; ++i) (*stream)->next(track.frames[std::size_t(i)]);
+  TrackedFrame open = track.frames[19];
+  open.time_s = 0.8;
+  const DrivenFrame before = (*stream)->next(open);
+  lost.time_s = 0.84;
+  const DrivenFrame held = (*stream)->next(lost);
+  EXPECT_TRUE(held.bridged);
+  EXPECT_EQ(held.articulation.jaw, before.articulation.jaw);
+  EXPECT_FALSE((*stream)->set_gains({{"grin", 2.0f}}).ok());
+  ASSERT_TRUE((*stream)->set_gains({{"jawOpen", 2.0f}}).ok());
+  open.time_s = 0.88;
+  EXPECT_GT((*stream)->next(open).articulation.jaw.norm(), 1.7f * before.articulation.jaw.norm());
 }
 
 }  // namespace

@@ -1,0 +1,155 @@
+// Choosing what is written and by whom: see write_out.h.
+#include "core/export/write_out.h"
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+
+#include "core/direct/direct_avatar.h"
+#include "core/export/head_mesh.h"
+#include "core/render/render.h"
+#include "core/video/decode.h"
+
+namespace likeness {
+
+namespace {
+
+// The driver's pictures one after the other, for the left of each frame.
+class DriverPictures {
+ public:
+  static Result<std::shared_ptr<DriverPictures>> open(const DriveRequest& request, const DrivenClip& clip,
+                                                      int height, FilmOptions& film) {
+    auto reader = VideoReader::open(request.video);
+    if (!reader) return reader.error();
+    auto pictures = std::shared_ptr<DriverPictures>(new DriverPictures(std::move(*reader)));
+    const VideoInfo& info = pictures->reader_.info();
+    pictures->height_ = height;
+    pictures->width_ = std::max(2, int(std::lround(double(info.width) * height / info.height)) / 2 * 2);
+    film.beside_width = pictures->width_;
+    film.beside = [pictures, &clip](std::size_t i) { return pictures->at(clip.frames[i].frame); };
+    return pictures;
+  }
+
+ private:
+  explicit DriverPictures(VideoReader reader) : reader_(std::move(reader)) {}
+  // frame: not before the one asked for last.
+  Result<Image8> at(int frame) {
+    while (index_ < frame) {
+      auto next = reader_.next();
+      if (!next) return next.error();
+      if (!next->has_value()) break;  // the track has frames that the clip has not: the last one stays
+      index_ = (*next)->index;
+      if (index_ == frame) picture_ = resize((*next)->rgb, width_, height_);
+    }
+    return picture_.empty() ? Image8(width_, height_, 3) : picture_;
+  }
+
+  VideoReader reader_;
+  Image8 picture_;
+  int width_ = 0, height_ = 0, index_ = -1;
+};
+
+bool is_keys_name(const std::filesystem::path& path) { return path.extension() == ".json"; }
+
+Result<void> check_keys(const FilmOptions& options, bool side_by_side) {
+  if (!side_by_side && !options.alpha && !options.mark && options.background.empty() && options.width == 0)
+    return {};
+  return Error{ErrorCode::bad_input, "Keys hold no pictures.",
+               "Leave out --side-by-side, --alpha, --mark, --size and --background, or name a film as --out.",
+               options.out.string()};
+}
+
+Result<int> write_keys(const OpenedAvatar& opened, const DrivenClip& clip, const FilmOptions& options) {
+  const Performance keys = performance_of(clip, direct_avatar(opened.avatar, opened.model));
+  if (const auto written = write_performance(options.out, keys); !written) return written.error();
+  return int(clip.frames.size());
+}
+
+}  // namespace
+
+Result<void> check_output(const Avatar& avatar, const Intrinsics& picture, std::size_t frames,
+                          const FilmOptions& options) {
+  if (!is_mesh_name(options.out)) return check_film(avatar, picture, frames, options);
+  if (options.alpha || options.mark || options.width > 0 || options.beside_width > 0 ||
+      !options.background.empty()) {
+    return Error{
+        ErrorCode::bad_input, "A mesh has no background, no mark and no size.",
+        "Leave out --background, --alpha, --mark, --size and --side-by-side, or name pictures as --out.",
+        options.out.string()};
+  }
+  return check_head(options.out, frames);
+}
+
+Result<int> write_posed(const OpenedAvatar& opened, const Film& film, const FilmOptions& options,
+                        const Progress& progress, std::stop_token stop) {
+  if (!is_mesh_name(options.out)) return write_film(opened, film, options, progress, stop);
+  const Intrinsics& picture = film.cameras.front().intrinsics;
+  if (const auto fine = check_output(opened.avatar, picture, film.poses.size(), options); !fine)
+    return fine.error();
+  return write_head(opened, film.poses, options.frames_per_second, options.out,
+                    provenance_of(opened, options.made_at), progress, stop);
+}
+
+Result<int> write_performed(const OpenedAvatar& opened, const Performance& performance, FilmOptions options,
+                            const Progress& progress, std::stop_token stop) {
+  options.frames_per_second = performance.frames_per_second;
+  options.camera_rests = std::ranges::none_of(
+      performance.channels, [](const auto& channel) { return channel.first.starts_with("camera "); });
+  const Intrinsics picture = typical_camera(opened.avatar).intrinsics;
+  if (const auto fine = check_output(opened.avatar, picture, std::size_t(frame_count(performance)), options);
+      !fine)
+    return fine.error();
+  const auto film = direct_film(opened, performance);
+  if (!film) return film.error();
+  return write_posed(opened, *film, options, progress, stop);
+}
+
+Result<DrivenOutput> write_driven(const OpenedAvatar& opened, const DriveRequest& request,
+                                  FilmOptions options, bool side_by_side, const Progress& progress,
+                                  std::stop_token stop) {
+  const Camera camera = typical_camera(opened.avatar);
+  const auto info = probe_video(request.video);
+  if (!info) return info.error();
+  // What is wrong with the picture is said before the clip is tracked.
+  if (const auto apart = check_out(request, options.out); !apart) return apart.error();
+  const bool to_keys = is_keys_name(options.out);
+  const auto expected = std::size_t(std::max(2, info->frame_count));
+  if (side_by_side) options.beside_width = 1;  // not known yet, but not none
+  const auto fine = to_keys ? check_keys(options, side_by_side)
+                            : check_output(opened.avatar, camera.intrinsics, expected, options);
+  if (!fine) return fine.error();
+  const auto clip = drive_clip(opened, request, progress.stage(0, to_keys ? 1 : 0.5, "driver"), stop);
+  if (!clip) return clip.error();
+  DrivenOutput output;
+  output.frames_per_second = clip->frames_per_second;
+  output.gains = clip->gains;
+  for (const DrivenFrame& frame : clip->frames) output.bridged += frame.bridged;
+  if (to_keys) {
+    const auto written = write_keys(opened, *clip, options);
+    if (!written) return written.error();
+    output.frames = *written;
+    output.sound.why_not = "a performance holds no sound";
+    return output;
+  }
+  const Film film{std::vector<Camera>(clip->frames.size(), camera), film_poses(*clip)};
+  options.frames_per_second = clip->frames_per_second;
+  if (side_by_side) {
+    const Intrinsics& k = camera.intrinsics;
+    const int height =
+        options.width > 0 ? int(std::lround(double(k.height) * options.width / k.width)) : k.height;
+    const auto pictures = DriverPictures::open(request, *clip, height, options);
+    if (!pictures) return pictures.error();
+  }
+  const auto frames = write_posed(opened, film, options, progress.stage(0.5, 1, "render"), stop);
+  if (!frames) return frames.error();
+  output.frames = *frames;
+  output.sound.why_not = is_mesh_name(options.out) ? "a mesh holds no sound" : "pictures hold no sound";
+  if (options.out.extension() == ".mp4") {
+    auto sound = copy_sound(request.video, options.out);
+    if (!sound) return sound.error();
+    output.sound = std::move(*sound);
+  }
+  return output;
+}
+
+}  // namespace likeness

@@ -1,0 +1,45 @@
+// What leaves the program, whichever way it was asked for: an avatar posed, performing, or following a clip,
+// as pictures, a film or a mesh. Shared by the command line and the window.
+#pragma once
+
+#include <stop_token>
+#include <utility>
+#include <vector>
+
+#include "core/base/progress.h"
+#include "core/base/result.h"
+#include "core/direct/performance.h"
+#include "core/film/driving.h"
+#include "core/film/film.h"
+#include "core/video/copy_sound.h"
+
+namespace likeness {
+
+// What is wrong with writing so many frames of this picture there, if anything; cheap, so that it can be said
+// before long work. What only pictures have is refused of a mesh.
+Result<void> check_output(const Avatar& avatar, const Intrinsics& picture, std::size_t frames,
+                          const FilmOptions& options);
+
+// To pictures, or to a mesh where the name asks for one. Number of frames written.
+Result<int> write_posed(const OpenedAvatar& opened, const Film& film, const FilmOptions& options,
+                        const Progress& progress, std::stop_token stop);
+
+// What an artist directed, its camera included. The frame rate is the performance's.
+Result<int> write_performed(const OpenedAvatar& opened, const Performance& performance, FilmOptions options,
+                            const Progress& progress, std::stop_token stop);
+
+struct DrivenOutput {
+  int frames = 0;
+  int bridged = 0;  // frames in which the driver's face was lost
+  double frames_per_second = 25;
+  CopiedSound sound;
+  std::vector<std::pair<std::string, float>> gains;  // that are not 1
+};
+
+// What somebody does in a clip: an mp4 with the clip's sound, pictures, a mesh, or (.json) the performance as
+// keys. The frame rate is the clip's. side_by_side: the driver on the left of every picture.
+Result<DrivenOutput> write_driven(const OpenedAvatar& opened, const DriveRequest& request,
+                                  FilmOptions options, bool side_by_side, const Progress& progress,
+                                  std::stop_token stop);
+
+}  // namespace likeness

@@ -1,0 +1,37 @@
+// Where the pictures of a live performance come from.
+#pragma once
+
+#include <chrono>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <stop_token>
+#include <string>
+
+#include "core/base/result.h"
+#include "core/image/image.h"
+
+namespace likeness {
+
+struct CapturedFrame {
+  Image8 rgb;         // 3 channels
+  double time_s = 0;  // since the first
+  std::chrono::steady_clock::time_point captured;
+};
+
+// One thread asks for one picture after the other.
+class FrameSource {
+ public:
+  virtual ~FrameSource() = default;
+  // Waits for the next picture, no longer than the source takes between two; nullopt at the end, and when
+  // asked to stop. Whoever is late loses the pictures in between: a source never falls behind its own time.
+  virtual Result<std::optional<CapturedFrame>> next(std::stop_token stop) = 0;
+  virtual std::string name() const = 0;  // for the user
+};
+
+// A file at its own pace, as if it were filmed now.
+Result<std::unique_ptr<FrameSource>> open_clip_source(const std::filesystem::path& video);
+// The webcam of this number, from 0.
+Result<std::unique_ptr<FrameSource>> open_webcam(int number);
+
+}  // namespace likeness

@@ -1,0 +1,146 @@
+// See care.h.
+#include "core/project/care.h"
+
+#include <algorithm>
+#include <array>
+#include <string_view>
+#include <system_error>
+
+#include <fmt/format.h>
+
+#include "core/base/files.h"
+#include "core/base/hash.h"
+#include "core/project/build_forecast.h"
+
+namespace likeness {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+// All that is ever written into a project's folder, project.json last: as long as it is there, the deletion
+// can be asked for again.
+constexpr std::array<std::string_view, 15> kNames{"frames",
+                                                  "masks",
+                                                  "regions",
+                                                  "colmap",
+                                                  "plate.png",
+                                                  "plate_known.png",
+                                                  "plate.json",
+                                                  "track.json",
+                                                  "cameras.json",
+                                                  "capture.json",
+                                                  "checkpoint.bin",
+                                                  "avatar.bin",
+                                                  "training_curve.json",
+                                                  "diagnostics.txt",
+                                                  "project.json"};
+
+bool is_abandoned_part(const std::string& name) {
+  return name.starts_with(".") && name.find(".part") != std::string::npos;
+}
+
+// performance.json, and what was saved beside it.
+bool is_performance(const std::string& name) {
+  return name.starts_with("performance") && name.ends_with(".json");
+}
+
+bool same_file(const fs::path& a, const fs::path& b) {
+  std::error_code ignored;
+  return !a.empty() && fs::equivalent(a, b, ignored);
+}
+
+// Whether the clip lies in this folder, or is it.
+bool holds_clip(const fs::path& entry, const fs::path& clip) {
+  std::error_code failure;
+  for (fs::path at = fs::weakly_canonical(clip, failure); !failure && at.has_relative_path();
+       at = at.parent_path())
+    if (same_file(at, entry)) return true;
+  return false;
+}
+
+}  // namespace
+
+std::optional<Error> missing_clip(const Project& project) {
+  std::error_code ignored;
+  if (fs::exists(project.options.video, ignored)) return std::nullopt;
+  return Error{
+      ErrorCode::not_found, fmt::format("The clip {} is not where it was.", project.options.video.string()),
+      fmt::format("Put it back, or say where it is now: likeness relink {} CLIP", project.folder.string()),
+      project.options.video.string()};
+}
+
+Result<Project> relink_clip(const fs::path& folder, const fs::path& clip) {
+  auto project = open_project(folder);
+  if (!project) return project.error();
+  const auto hash = hash_file(clip);
+  if (!hash) return hash.error();
+  if (const auto capture = read_capture(capture_path(*project)); capture && capture->video_hash != *hash) {
+    return Error{ErrorCode::bad_input,
+                 fmt::format("{} is another clip than the one this project was made from.", clip.string()),
+                 "Name the same clip at its new place; another clip makes a project of its own.",
+                 clip.string()};
+  }
+  // The lock first, then the newest project.json: another process may just have written it.
+  const auto lock = ProjectLock::acquire(*project);
+  if (!lock) return lock.error();
+  project = open_project(folder);
+  if (!project) return project.error();
+  std::error_code failure;
+  const fs::path absolute = fs::absolute(clip, failure).lexically_normal();
+  project->options.video = failure ? clip : absolute;
+  if (const auto saved = save_project(*project); !saved) return saved.error();
+  return project;
+}
+
+Result<void> check_left_out(const Capture& capture, const std::vector<int>& frames) {
+  for (const int frame : frames) {
+    const auto own = std::ranges::find(capture.frames, frame, &CaptureFrame::frame);
+    if (own == capture.frames.end())
+      return Error{
+          ErrorCode::bad_input, fmt::format("The clip has no frame {}.", frame),
+          fmt::format("Its frames are {} to {}.", capture.frames.empty() ? 0 : capture.frames.front().frame,
+                      capture.frames.empty() ? 0 : capture.frames.back().frame),
+          ""};
+    if (own->held_out)
+      return Error{ErrorCode::bad_input,
+                   fmt::format("Frame {} is held out: it measures the avatar and never trains.", frame),
+                   "Leave out training frames only.", ""};
+  }
+  return {};
+}
+
+Result<DeletedPerson> delete_person(const fs::path& folder, bool keep_exports) {
+  const auto project = open_project(folder);
+  if (!project) return project.error();
+  const auto lock = ProjectLock::acquire(*project);
+  if (!lock) return lock.error();
+  std::vector<fs::path> going;
+  std::error_code failure;
+  for (fs::directory_iterator it(folder, failure), end; !failure && it != end; it.increment(failure)) {
+    const std::string name = it->path().filename().string();
+    const bool own = std::ranges::find(kNames, name) != kNames.end() || is_abandoned_part(name) ||
+                     is_performance(name) || (name == "exports" && !keep_exports);
+    if (own && name != "project.json" && !holds_clip(it->path(), project->options.video))
+      going.push_back(it->path());
+  }
+  if (failure) return file_error(folder, "read", failure.value());
+  going.push_back(folder / "project.json");
+  DeletedPerson deleted;
+  for (const fs::path& path : going) {
+    const bool is_folder = fs::is_directory(fs::symlink_status(path, failure));
+    const std::uint64_t bytes = is_folder ? folder_bytes(path) : fs::file_size(path, failure);
+    failure.clear();
+    fs::remove_all(path, failure);
+    if (failure) return file_error(path, "remove", failure.value());
+    deleted.bytes += bytes == std::uint64_t(-1) ? 0 : bytes;
+  }
+  fs::remove(folder / ".lock", failure);
+  for (fs::directory_iterator it(folder, failure), end; !failure && it != end; it.increment(failure))
+    deleted.kept.push_back(it->path().filename().string());
+  failure.clear();
+  if (deleted.kept.empty()) deleted.folder_gone = fs::remove(folder, failure) && !failure;
+  return deleted;
+}
+
+}  // namespace likeness

@@ -1,0 +1,37 @@
+// The care for a project: its clip found again after it moved, and everything of a person removed on request.
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/base/result.h"
+#include "core/capture/capture.h"
+#include "core/project/project.h"
+
+namespace likeness {
+
+// Why the project's clip cannot be read where it was, with how to name its new place; nullopt: it is there.
+std::optional<Error> missing_clip(const Project& project);
+
+// The same clip at another place. What was imported must have been imported from it; a project that has read
+// nothing yet takes any clip. Takes the project's lock.
+Result<Project> relink_clip(const std::filesystem::path& folder, const std::filesystem::path& clip);
+
+// Whether these frames may be left out of the training: known ones that train. Held-out frames measure the
+// avatar; leaving one out would flatter it, so they are refused by number.
+Result<void> check_left_out(const Capture& capture, const std::vector<int>& frames);
+
+struct DeletedPerson {
+  std::uint64_t bytes = 0;
+  bool folder_gone = false;
+  std::vector<std::string> kept;  // names in the folder that are none of Likeness's, or were to be kept
+};
+
+// Removes what Likeness made of the person: frames, masks, tracks, checkpoints, the avatar, performances, and
+// the exports unless they are kept. Never the clip, even if it lies in the folder, and nothing that Likeness
+// did not write; the folder itself goes when it is empty. Refused while another process works on the project.
+Result<DeletedPerson> delete_person(const std::filesystem::path& folder, bool keep_exports);
+
+}  // namespace likeness

@@ -1,0 +1,43 @@
+// See solved_points.h.
+#include "core/project/solved_points.h"
+
+#include <algorithm>
+#include <system_error>
+
+#include "core/camera/colmap_model.h"
+
+namespace likeness {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+constexpr int kLeastViews = 3;
+constexpr double kMostError_px = 2;
+
+bool is_there(const fs::path& path) {
+  std::error_code ignored;
+  return fs::exists(path, ignored);
+}
+
+}  // namespace
+
+Result<std::vector<Vec3f>> solved_points(const Project& project, const Track& track) {
+  const fs::path work = project.folder / "colmap";
+  // Where every pair of pictures was matched, that solve replaced the first one.
+  const fs::path folder = is_there(work / "all_model.done") ? work / "all_refined" : work / "refined";
+  if (!is_there(folder / "points3D.bin")) return std::vector<Vec3f>{};
+  const auto model = read_colmap_model(folder);
+  if (!model) return model.error();
+  std::vector<std::pair<std::int64_t, Vec3f>> good;
+  for (const auto& [id, point] : model->points)
+    if (point.views >= kLeastViews && point.error_px <= kMostError_px)
+      good.emplace_back(id, (track.metres_per_unit * point.position).cast<float>());
+  std::ranges::sort(good, {}, [](const auto& entry) { return entry.first; });
+  const std::size_t count = std::min(good.size(), kMostSolvedPoints);
+  std::vector<Vec3f> points;
+  for (std::size_t i = 0; i < count; ++i) points.push_back(good[i * good.size() / count].second);
+  return points;
+}
+
+}  // namespace likeness

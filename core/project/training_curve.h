@@ -1,0 +1,32 @@
+// The curve of a training, kept in the project: how near the avatar came to its training frames and, where
+// somebody looked, to held-out ones.
+#pragma once
+
+#include <filesystem>
+#include <vector>
+
+#include "core/base/result.h"
+#include "core/project/project.h"
+#include "core/train/train.h"
+
+namespace likeness {
+
+struct HeldOutScore {
+  double training_s = 0, psnr_db = 0;
+};
+
+struct TrainingCurve {
+  std::vector<TrainStatus> training;  // in order
+  std::vector<HeldOutScore> held_out;
+};
+
+// A point more. Training that starts anew, or goes on from a checkpoint, replaces what lies beyond it; long
+// curves are thinned to about a thousand points, of which the newest is always one.
+void add_point(TrainingCurve& curve, const TrainStatus& point);
+void add_score(TrainingCurve& curve, const HeldOutScore& score);
+
+std::filesystem::path training_curve_path(const Project& project);
+Result<void> write_training_curve(const std::filesystem::path& path, const TrainingCurve& curve);
+Result<TrainingCurve> read_training_curve(const std::filesystem::path& path);
+
+}  // namespace likeness

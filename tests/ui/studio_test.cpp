@@ -1,0 +1,148 @@
+// Claims about the studio's state, without a window: requests go in, work is done, snapshots come out.
+#include "ui/studio.h"
+
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <thread>
+
+#include "core/base/files.h"
+#include "core/video/encode.h"
+#include "tests/core/film/tiny_project.h"
+
+namespace likeness::ui {
+namespace {
+
+namespace fs = std::filesystem;
+
+class StudioState : public testing::Test {
+ protected:
+  void SetUp() override {
+    clip_ = project_.root / "clip.mp4";
+    auto writer = VideoWriter::create(clip_, 64, 48);
+    ASSERT_TRUE(writer.ok());
+    for (int i = 0; i < 5; ++i) ASSERT_TRUE(writer->add(Image8(64, 48, 3, std::uint8_t(40 * i))).ok());
+    ASSERT_TRUE(writer->finish().ok());
+    auto stored = open_project(project_.folder());
+    ASSERT_TRUE(stored.ok());
+    stored->options.video = clip_;
+    stored->consent = Consent::given;
+    ASSERT_TRUE(save_project(*stored).ok());
+    studio_ = std::make_unique<Studio>(
+        StudioOptions{.settings = project_.root / "studio.json", .projects = project_.root}, [] {});
+  }
+
+  // False where it does not come to be so in time.
+  bool until(const std::function<bool(const Snapshot&)>& so) {
+    for (int i = 0; i < 4000; ++i) {
+      studio_->tick();
+      if (so(studio_->snapshot())) return true;
+      std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    }
+    return false;
+  }
+  void ask(Requests requests) { studio_->apply(requests); }
+  void ask(Command command) {
+    Requests requests;
+    requests.ask(command);
+    studio_->apply(requests);
+  }
+  void open() {
+    Requests requests;
+    requests.open = project_.folder();
+    ask(requests);
+    ASSERT_TRUE(until([](const Snapshot& s) { return s.contents != nullptr && s.contents->avatar; }));
+  }
+
+  test::TinyProject project_;
+  fs::path clip_;
+  std::unique_ptr<Studio> studio_;
+};
+
+TEST_F(StudioState, ExportsTakeTurnsAndAFailureIsSurvived) {
+  open();
+  Requests wanted;
+  wanted.export_choice = ExportChoice{.ground = ExportGround::dark};
+  wanted.ask(Command::export_still);
+  wanted.ask(Command::export_mesh);
+  ask(wanted);
+  // A still before a picture that is gone when its turn comes.
+  const fs::path wall = project_.root / "wall.png";
+  ASSERT_TRUE(write_text(wall, "no picture").ok());
+  wanted = {};
+  wanted.export_choice = ExportChoice{.ground = ExportGround::picture, .picture = wall};
+  wanted.ask(Command::export_still);
+  wanted.ask(Command::export_mesh);
+  ask(wanted);
+  ASSERT_TRUE(until([](const Snapshot& s) { return !s.situation.exporting; }));
+  const auto exports = studio_->snapshot().exports;
+  ASSERT_EQ(exports.size(), 4u);
+  EXPECT_EQ(exports[0].status.state, JobState::done);
+  EXPECT_EQ(exports[1].status.state, JobState::done);
+  EXPECT_EQ(exports[2].status.state, JobState::failed);
+  EXPECT_EQ(exports[3].status.state, JobState::done);
+  EXPECT_TRUE(fs::exists(project_.folder() / "exports" / "head-002.glb"));
+  EXPECT_NE(exports[0].out, exports[2].out);
+}
+
+TEST_F(StudioState, WhatAnExportLacksIsSaidAtOnce) {
+  open();
+  ask(Command::export_driven);
+  EXPECT_TRUE(studio_->snapshot().exports.empty());
+  ASSERT_TRUE(studio_->snapshot().error.has_value());
+  EXPECT_FALSE(studio_->snapshot().error->fix.empty());
+}
+
+TEST_F(StudioState, AMovedClipIsFoundAgainAndAnotherOneRefused) {
+  const fs::path moved = project_.root / "moved.mp4";
+  fs::rename(clip_, moved);
+  open();
+  EXPECT_TRUE(studio_->snapshot().situation.clip_missing);
+  EXPECT_EQ(studio_->snapshot().step(Step::film).next, "Say where it is now: Find the clip.");
+  Requests requests;
+  requests.relink = project_.root / "absent.mp4";
+  ask(requests);
+  ASSERT_TRUE(until([](const Snapshot& s) { return s.error.has_value(); }));
+  requests.relink = moved;
+  ask(requests);
+  ASSERT_TRUE(until([](const Snapshot& s) { return s.contents->clip.has_value(); }));
+  EXPECT_FALSE(studio_->snapshot().situation.clip_missing);
+  EXPECT_EQ(open_project(project_.folder())->options.video, moved);
+}
+
+TEST_F(StudioState, ADeletedPersonIsGoneAndForgotten) {
+  open();
+  EXPECT_FALSE(studio_->snapshot().settings.recent.empty());
+  Requests requests;
+  requests.delete_person = false;
+  ask(requests);
+  EXPECT_EQ(studio_->snapshot().contents, nullptr);
+  ASSERT_TRUE(until([](const Snapshot& s) { return !s.deleting; }));
+  EXPECT_FALSE(fs::exists(project_.folder()));
+  EXPECT_TRUE(fs::exists(clip_));
+  EXPECT_TRUE(studio_->snapshot().settings.recent.empty());
+}
+
+TEST_F(StudioState, ABuildIsForecastBeforeItStarts) {
+  open();
+  const Plan& plan = studio_->snapshot().contents->plan;
+  ASSERT_TRUE(plan.forecast.has_value());
+  EXPECT_EQ(plan.forecast->frames, 5);
+  EXPECT_GT(plan.seconds, 0);
+  const double before = plan.seconds;
+  Requests longer;
+  longer.budget_s = 3600;
+  ask(longer);
+  ASSERT_TRUE(until([&](const Snapshot& s) { return s.contents->plan.seconds > before + 3000; }));
+}
+
+TEST_F(StudioState, TheScaleHasLimits) {
+  open();
+  for (int i = 0; i < 20; ++i) ask(Command::larger);
+  EXPECT_EQ(studio_->snapshot().settings.scale_percent, kMostScale);
+  for (int i = 0; i < 20; ++i) ask(Command::smaller);
+  EXPECT_EQ(studio_->snapshot().settings.scale_percent, kLeastScale);
+}
+
+}  // namespace
+}  // namespace likeness::ui
