@@ -137,6 +137,8 @@ void add_capture_options(CLI::App& verb, BuildArguments& a) {
   verb.add_option("--project", a.project, "The project folder, made if absent")->required();
   verb.add_option("--size", a.options.size, "Side of the pictures, px")
       ->check(CLI::IsMember({256, 512, 1024}));
+  verb.add_flag("--resting-camera", a.options.resting_camera,
+                "The camera rests, whatever its background does: skip finding out");
   verb.add_option("--head-model", a.options.head_model,
                   "A head model: FLAME's .pkl, ICT-FaceKit's folder, or a .npz; default: the built-in head");
   verb.add_option("--landmark-model", a.options.landmark_model,

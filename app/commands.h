@@ -15,6 +15,7 @@ void add_drive_command(CLI::App& program, int& exit_code);
 void add_study_command(CLI::App& program, int& exit_code);  // study track, drive, gains, render
 void add_gain_study(CLI::App& study, int& exit_code);
 void add_render_study(CLI::App& study, int& exit_code);
+void add_camera_study(CLI::App& study, int& exit_code);
 void add_bench_command(CLI::App& program, int& exit_code);
 void add_demo_command(CLI::App& program, int& exit_code);
 void add_doctor_command(CLI::App& program, int& exit_code);

@@ -46,6 +46,20 @@ AlignResult static_result(const BackgroundMotion& motion, const AlignOptions& op
   return result;
 }
 
+Result<AlignResult> told_to_rest(const fs::path& video, const AlignOptions& options,
+                                 const Progress& progress) {
+  const auto info = probe_video(video);
+  if (!info) return info.error();
+  BackgroundMotion unmeasured;
+  unmeasured.width = info->width;
+  unmeasured.height = info->height;
+  auto result =
+      static_result(unmeasured, options, "static: the camera was said to rest; nothing was measured.");
+  result.frames = result.registered = info->frame_count;
+  progress.report(1);
+  return result;
+}
+
 // Intrinsics of the reduced pictures, brought to the source's size.
 Intrinsics enlarge(const Intrinsics& small, int width, int height) {
   Intrinsics k = small;
@@ -202,6 +216,7 @@ std::string moving_evidence(const BackgroundMotion& motion) {
 
 Result<AlignResult> align_clip(const fs::path& video, const PersonMask& person, const fs::path& work,
                                const AlignOptions& options, const Progress& progress, std::stop_token stop) {
+  if (options.resting) return told_to_rest(video, options, progress);
   const auto motion = measure_background_motion(video, person, options.static_motion_px_per_1000 / 2,
                                                 progress.stage(0, 0.2, "background"), stop);
   if (!motion) return motion.error();

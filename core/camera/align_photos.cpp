@@ -18,28 +18,6 @@ namespace fs = std::filesystem;
 
 constexpr std::size_t kLeastPhotos = 3, kMostForAllPairs = 150;
 
-Result<std::vector<fs::path>> list_photos(const fs::path& folder) {
-  std::vector<fs::path> photos;
-  std::error_code fault;
-  for (const auto& entry : fs::directory_iterator(folder, fault)) {
-    std::string extension = entry.path().extension().string();
-    std::transform(extension.begin(), extension.end(), extension.begin(),
-                   [](unsigned char c) { return std::tolower(c); });
-    for (const char* known : {".jpg", ".jpeg", ".png", ".tif", ".tiff", ".webp"})
-      if (extension == known) photos.push_back(entry.path());
-  }
-  if (fault)
-    return Error{ErrorCode::not_found, fmt::format("The folder cannot be read: {}.", fault.message()),
-                 "Give the folder that holds the photographs.", folder.string()};
-  if (photos.size() < kLeastPhotos)
-    return Error{ErrorCode::bad_input,
-                 fmt::format("{} photographs found; at least {} are needed.", photos.size(), kLeastPhotos),
-                 "Give a folder of JPEG or PNG photographs of one scene from different places.",
-                 folder.string()};
-  std::sort(photos.begin(), photos.end());
-  return photos;
-}
-
 std::string photo_picture_name(std::size_t index) { return fmt::format("{:06}.png", index); }
 
 struct PhotoSize {
@@ -88,6 +66,28 @@ std::string inputs_of(const std::vector<fs::path>& photos, const AlignOptions& o
 }
 
 }  // namespace
+
+Result<std::vector<fs::path>> list_photos(const fs::path& folder) {
+  std::vector<fs::path> photos;
+  std::error_code fault;
+  for (const auto& entry : fs::directory_iterator(folder, fault)) {
+    std::string extension = entry.path().extension().string();
+    std::transform(extension.begin(), extension.end(), extension.begin(),
+                   [](unsigned char c) { return std::tolower(c); });
+    for (const char* known : {".jpg", ".jpeg", ".png", ".tif", ".tiff", ".webp"})
+      if (extension == known) photos.push_back(entry.path());
+  }
+  if (fault)
+    return Error{ErrorCode::not_found, fmt::format("The folder cannot be read: {}.", fault.message()),
+                 "Give the folder that holds the photographs.", folder.string()};
+  if (photos.size() < kLeastPhotos)
+    return Error{ErrorCode::bad_input,
+                 fmt::format("{} photographs found; at least {} are needed.", photos.size(), kLeastPhotos),
+                 "Give a folder of JPEG or PNG photographs of one scene from different places.",
+                 folder.string()};
+  std::sort(photos.begin(), photos.end());
+  return photos;
+}
 
 Result<AlignResult> align_photos(const fs::path& folder, const PersonMask& person, const fs::path& work,
                                  const AlignOptions& options, const Progress& progress,

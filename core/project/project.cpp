@@ -46,6 +46,7 @@ json to_json(const ProjectOptions& options) {
           {"checkpoint_every_s", options.checkpoint_every_s},
           {"use_ambient", options.use_ambient},
           {"use_warp", options.use_warp},
+          {"resting_camera", options.resting_camera},
           {"refine_track", options.refine_track},
           {"use_latent", options.use_latent},
           {"use_occupancy", options.use_occupancy}};
@@ -63,6 +64,7 @@ ProjectOptions options_from_json(const json& j) {
   options.checkpoint_every_s = j.value("checkpoint_every_s", options.checkpoint_every_s);
   options.use_ambient = j.at("use_ambient");
   options.use_warp = j.value("use_warp", true);
+  options.resting_camera = j.value("resting_camera", false);
   options.refine_track = j.value("refine_track", false);
   options.use_latent = j.at("use_latent");
   options.use_occupancy = j.at("use_occupancy");

@@ -42,7 +42,8 @@ struct ProjectOptions {
   std::uint64_t seed = 0;
   double checkpoint_every_s = 30;  // what a killed training loses at most
   bool use_ambient = true, use_latent = true, use_occupancy = true, use_warp = true;
-  bool refine_track = false;  // correct the training frames through the field
+  bool resting_camera = false;  // the user's word; otherwise the align stage finds out
+  bool refine_track = false;    // correct the training frames through the field
 };
 
 // Whether the filmed person agreed to an avatar of themselves. Asked when a clip is first imported in the

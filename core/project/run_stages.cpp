@@ -59,7 +59,7 @@ std::string input_hash(const Project& project, Stage stage) {
       inputs += fmt::format("{} {}", clip_content(project), o.size);
       break;
     case Stage::align:
-      inputs += fmt::format("{} {}", clip_content(project), o.seed);
+      inputs += fmt::format("{} {}{}", clip_content(project), o.seed, o.resting_camera ? " rests" : "");
       break;
     case Stage::fit:
       inputs +=
@@ -142,6 +142,7 @@ Result<void> run_align(const StageContext& context) {
   if (!person) return person.error();
   AlignOptions options;
   options.seed = int(context.project.options.seed);
+  options.resting = context.project.options.resting_camera;
   const auto aligned = align_clip(context.project.options.video, *person, context.project.folder / "colmap",
                                   options, context.progress, context.stop);
   if (!aligned) return aligned.error();
