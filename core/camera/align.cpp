@@ -83,7 +83,7 @@ std::string frame_picture_name(int frame) { return fmt::format("{:06}.png", fram
 Result<void> write_keyframes(const fs::path& video, const PersonMask& person, const fs::path& work, int width,
                              const std::vector<int>& keyframes, const Progress& progress,
                              std::stop_token stop) {
-  auto reader = VideoReader::open(video);
+  auto reader = VideoReader::open(video, VideoPixels::rgb, VideoFrames::sampled);
   if (!reader) return reader.error();
   const std::set<int> wanted(keyframes.begin(), keyframes.end());
   std::size_t written = 0;
@@ -143,7 +143,7 @@ std::set<int> frames_between(const BackgroundMotion& motion, const std::set<int>
     wanted.erase(wanted.lower_bound(rest.first), wanted.upper_bound(rest.last));
     const int length = rest.last - rest.first;
     for (int i = 0; i < kRestSamples; ++i)
-      wanted.insert(rest.first + length * (2 * i + 1) / (2 * kRestSamples));
+      wanted.insert((rest.first + length * (2 * i + 1) / (2 * kRestSamples)) / motion.stride * motion.stride);
   }
   for (int frame : solved) wanted.erase(frame);
   return wanted;

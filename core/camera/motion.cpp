@@ -188,9 +188,10 @@ Result<BackgroundMotion> measure_background_motion(const std::filesystem::path& 
                                                    const std::function<Image8(int, const Image8&)>& person,
                                                    double rest_px_per_1000, const Progress& progress,
                                                    std::stop_token stop) {
-  auto reader = VideoReader::open(video);
+  auto reader = VideoReader::open(video, VideoPixels::rgb, VideoFrames::sampled);
   if (!reader) return reader.error();
   BackgroundMotion out;
+  out.stride = sampling_stride(reader->info());
   out.width = reader->info().width;
   out.height = reader->info().height;
   const double scale = std::min(1.0, double(kWorkingWidth) / out.width);
@@ -211,12 +212,12 @@ Result<BackgroundMotion> measure_background_motion(const std::filesystem::path& 
       cv::Mat grey, small;
       cv::cvtColor(rgb, grey, cv::COLOR_RGB2GRAY);
       cv::resize(grey, small, size, 0, 0, cv::INTER_AREA);
-      if (frame.index % kMaskEvery == 0 || background.empty())
+      if (out.frames.size() % kMaskEvery == 0 || background.empty())
         background = background_of(person, frame, size);
       recorder.add(frame.index, small, background, out);
       out.frames.back().travel = travel.add(small, background) * 1000 / size.width;
       last_time = frame.time_s;
-      if (frame.index % 10 == 0)
+      if (out.frames.size() % 10 == 0)
         progress.report(double(frame.index) / std::max(1, reader->info().frame_count),
                         fmt::format("frame {}", frame.index));
     }
@@ -228,8 +229,10 @@ Result<BackgroundMotion> measure_background_motion(const std::filesystem::path& 
     return Error{ErrorCode::bad_input, "The video holds no frame.", "Choose another file.", video.string()};
   recorder.close(out);
   out.tracks = recorder.tracks() / double(out.frames.size());
-  const double rate = last_time > 0 ? double(out.frames.size() - 1) / last_time : 25;
-  std::erase_if(out.rests, [&](const RestStretch& s) { return s.last - s.first + 1 < std::max(8.0, rate); });
+  const double rate = last_time > 0 ? double(out.frames.back().frame) / last_time : 25;
+  std::erase_if(out.rests, [&](const RestStretch& s) {
+    return s.last - s.first + out.stride < std::max(8.0 * out.stride, rate);
+  });
   std::vector<double> path;
   for (const auto& frame : out.frames) path.push_back(frame.path);
   out.motion = quantile(std::move(path), 0.95);

@@ -29,7 +29,8 @@ struct BackgroundMotion {
   int width = 0, height = 0;  // px of the source
   double motion = 0;          // 95th percentile of the path: 0 for a camera at rest, in 1/1000 of the width
   double tracks = 0;          // feature tracks that carried the decision, mean over the frames
-  std::vector<FrameMotion> frames;  // every decoded frame
+  int stride = 1;             // of the frames looked at (core/video/decode.h: sampled)
+  std::vector<FrameMotion> frames;  // every frame looked at
   std::vector<RestStretch> rests;   // at least a second long each
 };
 

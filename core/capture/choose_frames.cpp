@@ -20,7 +20,9 @@ std::vector<double> face_distance(const std::vector<CaptureFrame>& frames,
                                   const std::vector<FaceSample>& samples) {
   std::vector<double> times;
   for (const FaceSample& sample : samples) {
-    if (sample.face) times.push_back(frames[sample.frame].time_s);
+    if (!sample.face) continue;
+    const auto at = std::ranges::lower_bound(frames, sample.frame, {}, &CaptureFrame::frame);
+    if (at != frames.end()) times.push_back(at->time_s);
   }
   std::vector<double> distance;
   for (const CaptureFrame& frame : frames) {

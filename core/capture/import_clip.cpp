@@ -107,6 +107,12 @@ Result<std::vector<FaceBox>> judge_clip(const ClipScan& scan, const fs::path& vi
 std::vector<std::string> warnings_about(const Capture& capture, const ClipScan& scan, const CropChoice& crop,
                                         std::size_t faces) {
   std::vector<std::string> warnings;
+  if (const int stride = sampling_stride(scan.info); stride > 1) {
+    warnings.push_back(fmt::format(
+        "The clip has about {} frames at {:.0f} a second; one in {} is used. A minute at 30 frames "
+        "a second is enough.",
+        scan.info.frame_count, scan.info.frames_per_second, stride));
+  }
   const std::size_t looks = scan.samples.size();
   if (double(faces) < kFaceShareWarned * double(looks)) {
     warnings.push_back(
@@ -138,7 +144,7 @@ std::vector<std::string> warnings_about(const Capture& capture, const ClipScan& 
 // Second pass: writes the pictures of used and held-out frames into `folder`.
 Result<void> write_frames(const Capture& capture, const fs::path& folder, const Progress& progress,
                           std::stop_token stop) {
-  auto reader = VideoReader::open(capture.video);
+  auto reader = VideoReader::open(capture.video, VideoPixels::rgb, VideoFrames::sampled);
   if (!reader) return reader.error();
   std::vector<VideoFrame> batch;
   const auto flush = [&]() -> Result<void> {

@@ -99,11 +99,13 @@ double face_sharpness(const Image8& picture, const FaceBox& face) {
 Result<ClipScan> scan_clip(const std::filesystem::path& video, const FaceDetector& detector,
                            const std::function<void(const VideoFrame&, const FaceSample&)>& look,
                            const Progress& progress, std::stop_token stop) {
-  auto reader = VideoReader::open(video, VideoPixels::luma);
+  auto reader = VideoReader::open(video, VideoPixels::luma, VideoFrames::sampled);
   if (!reader) return reader.error();
   ClipScan scan;
   scan.info = reader->info();
-  const int stride = std::max(1, int(std::lround(kSamplePeriod * scan.info.frames_per_second)));
+  // Looks by the frames read, which are some of a fast or long clip.
+  const double rate = scan.info.frames_per_second / sampling_stride(scan.info);
+  const std::size_t stride = std::size_t(std::max(1.0, std::round(kSamplePeriod * rate)));
   FaceFinder finder(detector);
   std::optional<FaceBox> face;  // the last one found; it moves little within the sampling period
   while (true) {
@@ -112,7 +114,7 @@ Result<ClipScan> scan_clip(const std::filesystem::path& video, const FaceDetecto
     if (!frame) return frame.error();
     if (!*frame) break;
     const VideoFrame& current = **frame;
-    if (current.index % stride == 0) {
+    if (scan.frames.size() % stride == 0) {
       scan.samples.push_back(finder.look(current));
       if (scan.samples.back().face) face = scan.samples.back().face;
       if (look) look(current, scan.samples.back());

@@ -23,9 +23,9 @@ struct FaceSample {
 
 struct ClipScan {
   VideoInfo info;
-  std::vector<CaptureFrame>
-      frames;  // every decoded frame: number, time and sharpness (0 before the first face)
-  std::vector<FaceSample> samples;  // about five a second
+  std::vector<CaptureFrame> frames;  // every frame read (core/video/decode.h: sampled): number, time and
+                                     // sharpness (0 before the first face)
+  std::vector<FaceSample> samples;   // about five a second
 };
 
 // look: told of every sampled picture (luma only) when its face has been sought; may be empty.

@@ -106,6 +106,7 @@ struct VideoReader::Impl {
   std::unique_ptr<AVFrame, FreeFrame> frame{av_frame_alloc()};
   AVStream* stream = nullptr;
   VideoPixels pixels = VideoPixels::rgb;
+  int stride = 1;  // of the frames handed out
   FrameConverter converter;
   Orientation orientation;
   VideoInfo info;
@@ -123,6 +124,7 @@ struct VideoReader::Impl {
   void fill_info();
   Result<void> feed();
   Result<std::optional<VideoFrame>> take();
+  double time_of_frame() const;
   Result<std::optional<VideoFrame>> finish();
   Error broken_off() const;
   Error damaged() const;
@@ -232,28 +234,36 @@ Result<void> VideoReader::Impl::feed() {
   }
 }
 
+// Presentation time of the frame just decoded, from the stream's start.
+double VideoReader::Impl::time_of_frame() const {
+  if (frame->best_effort_timestamp != AV_NOPTS_VALUE) {
+    const std::int64_t start = stream->start_time == AV_NOPTS_VALUE ? 0 : stream->start_time;
+    return double(frame->best_effort_timestamp - start) * av_q2d(stream->time_base);
+  }
+  const double step = info.frames_per_second > 0 ? 1 / info.frames_per_second : 0.04;
+  return next_index == 0 ? 0 : last_time_s + step;
+}
+
+// nullopt for a frame that is left out.
 Result<std::optional<VideoFrame>> VideoReader::Impl::take() {
   if (frame->flags & AV_FRAME_FLAG_CORRUPT || frame->decode_error_flags != 0) {
     if (cut_off || read_error != 0) return broken_off();
     return damaged();
   }
   VideoFrame result;
+  result.time_s = last_time_s = time_of_frame();
+  result.index = next_index++;
+  if (result.index % stride != 0) {
+    av_frame_unref(frame.get());
+    return std::optional<VideoFrame>();
+  }
   const bool turned = orientation.transposed;
   const int width = turned ? info.height : info.width, height = turned ? info.width : info.height;
   const Image8 coded = pixels == VideoPixels::luma ? converter.to_luma(*frame, width, height)
                                                    : converter.to_rgb(*frame, width, height);
   if (coded.empty()) return damaged();
   result.rgb = oriented(coded, orientation);
-  const double step = info.frames_per_second > 0 ? 1 / info.frames_per_second : 0.04;
-  if (frame->best_effort_timestamp != AV_NOPTS_VALUE) {
-    const std::int64_t start = stream->start_time == AV_NOPTS_VALUE ? 0 : stream->start_time;
-    result.time_s = double(frame->best_effort_timestamp - start) * av_q2d(stream->time_base);
-  } else {
-    result.time_s = next_index == 0 ? 0 : last_time_s + step;
-  }
   av_frame_unref(frame.get());
-  last_time_s = result.time_s;
-  result.index = next_index++;
   return std::optional<VideoFrame>(std::move(result));
 }
 
@@ -301,11 +311,13 @@ Error VideoReader::Impl::damaged() const {
                    "keep one side.");
 }
 
-Result<VideoReader> VideoReader::open(const std::filesystem::path& path, VideoPixels pixels) {
+Result<VideoReader> VideoReader::open(const std::filesystem::path& path, VideoPixels pixels,
+                                      VideoFrames frames) {
   auto impl = std::make_unique<Impl>();
   impl->path = path;
   impl->pixels = pixels;
   if (const auto opened = impl->open(); !opened) return opened.error();
+  if (frames == VideoFrames::sampled) impl->stride = sampling_stride(impl->info);
   return VideoReader(std::move(impl));
 }
 
@@ -323,7 +335,11 @@ Result<std::optional<VideoFrame>> VideoReader::next() {
   const auto step = [&]() -> Result<std::optional<VideoFrame>> {
     while (true) {
       const int error = avcodec_receive_frame(reader.codec.get(), reader.frame.get());
-      if (error == 0) return reader.take();
+      if (error == 0) {
+        auto taken = reader.take();
+        if (!taken || *taken) return taken;
+        continue;
+      }
       if (error == AVERROR_EOF) return reader.finish();
       if (error != AVERROR(EAGAIN)) return reader.damaged();
       if (const auto fed = reader.feed(); !fed) return fed.error();
@@ -332,6 +348,14 @@ Result<std::optional<VideoFrame>> VideoReader::next() {
   auto result = step();
   if (!result) reader.failure = result.error();
   return result;
+}
+
+int sampling_stride(const VideoInfo& info) {
+  constexpr double kFast = 60.5, kUsual = 30;  // frames a second
+  constexpr int kMost = 9000;
+  const int for_rate =
+      info.frames_per_second > kFast ? std::max(1, int(std::lround(info.frames_per_second / kUsual))) : 1;
+  return std::max(for_rate, (info.frame_count + kMost - 1) / kMost);
 }
 
 Result<VideoInfo> probe_video(const std::filesystem::path& path) {
