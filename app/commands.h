@@ -13,6 +13,8 @@ void add_eval_command(CLI::App& program, int& exit_code);
 void add_render_command(CLI::App& program, int& exit_code);
 void add_drive_command(CLI::App& program, int& exit_code);
 void add_study_command(CLI::App& program, int& exit_code);  // study track, drive, gains, render
+void add_camera_study(CLI::App& study, int& exit_code);
+void add_matte_study(CLI::App& study, int& exit_code);
 void add_gain_study(CLI::App& study, int& exit_code);
 void add_render_study(CLI::App& study, int& exit_code);
 void add_camera_study(CLI::App& study, int& exit_code);

@@ -324,6 +324,7 @@ void add_study_command(CLI::App& program, int& exit_code) {
   add_track_study(*study, exit_code);
   add_drive_study(*study, exit_code);
   add_camera_study(*study, exit_code);
+  add_matte_study(*study, exit_code);
   add_gain_study(*study, exit_code);
   add_render_study(*study, exit_code);
 }

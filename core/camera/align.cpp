@@ -107,7 +107,7 @@ Result<ColmapModel> solve_keyframes(const fs::path& video, const PersonMask& per
                                     const std::vector<int>& keyframes, const Progress& progress,
                                     std::stop_token stop) {
   const int width = solve_width(motion.width, options.colmap_width);
-  const auto video_hash = hash_file(video);
+  const auto video_hash = hash_video(video);
   if (!video_hash) return video_hash.error();
   std::string inputs = fmt::format("tight {} {} {} {} {}", *video_hash, width, options.colmap_features,
                                    options.seed, person ? "masked" : "unmasked");

@@ -43,9 +43,6 @@ Result<AlignResult> align_clip(const std::filesystem::path& video, const PersonM
                                const std::filesystem::path& work, const AlignOptions& options,
                                const Progress& progress, std::stop_token stop);
 
-// The photographs of a folder (.jpg, .jpeg, .png, .tif, .tiff, .webp), by name; at least three.
-Result<std::vector<std::filesystem::path>> list_photos(const std::filesystem::path& folder);
-
 // The same for a folder of photographs with no masking beyond what `person` says.
 Result<AlignResult> align_photos(const std::filesystem::path& folder, const PersonMask& person,
                                  const std::filesystem::path& work, const AlignOptions& options,

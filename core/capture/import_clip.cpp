@@ -4,7 +4,6 @@
 #include <algorithm>
 
 #include "core/base/files.h"
-#include "core/base/hash.h"
 #include "core/base/parallel.h"
 #include "core/capture/capture.h"
 #include "core/capture/choose_crop.h"
@@ -184,7 +183,7 @@ Result<Capture> make_capture(const fs::path& video, const ClipScan& scan, const 
   Capture capture;
   std::error_code ignored;
   capture.video = fs::absolute(video, ignored);
-  auto hash = hash_file(video);
+  auto hash = hash_video(video);
   if (!hash) return hash.error();
   capture.video_hash = *hash;
   capture.width = scan.info.width;

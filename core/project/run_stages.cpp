@@ -16,6 +16,7 @@
 #include "core/project/project_views.h"
 #include "core/track/track_clip.h"
 #include "core/train/memory_forecast.h"
+#include "core/video/decode.h"
 
 namespace likeness {
 
@@ -46,7 +47,8 @@ std::string clip_content(const Project& project) {
   if (!fs::exists(project.options.video, ignored)) {
     if (const auto capture = read_capture(capture_path(project))) return capture->video_hash;
   }
-  return content_of(project.options.video);
+  const auto hash = hash_video(project.options.video);
+  return hash ? *hash : "absent";
 }
 
 // Everything the stage's result depends on, as one hash. Results of earlier stages count by content, so an
@@ -143,8 +145,11 @@ Result<void> run_align(const StageContext& context) {
   AlignOptions options;
   options.seed = int(context.project.options.seed);
   options.resting = context.project.options.resting_camera;
-  const auto aligned = align_clip(context.project.options.video, *person, context.project.folder / "colmap",
-                                  options, context.progress, context.stop);
+  std::error_code ignored;
+  const bool photographs = fs::is_directory(context.project.options.video, ignored) && !options.resting;
+  const auto align = photographs ? align_photos : align_clip;
+  const auto aligned = align(context.project.options.video, *person, context.project.folder / "colmap",
+                             options, context.progress, context.stop);
   if (!aligned) return aligned.error();
   context.record.message = aligned->evidence;
   context.record.warnings = aligned->warnings;

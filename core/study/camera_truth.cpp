@@ -15,6 +15,7 @@
 #include "core/base/files.h"
 #include "core/base/quantile.h"
 #include "core/camera/resect.h"
+#include "core/video/photos.h"
 
 namespace likeness {
 namespace {

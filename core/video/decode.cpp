@@ -16,9 +16,11 @@ extern "C" {
 #include <string_view>
 
 #include "core/base/files.h"
+#include "core/base/hash.h"
 #include "core/video/frame_to_rgb.h"
 #include "core/video/libav.h"
 #include "core/video/mp4_boxes.h"
+#include "core/video/photos.h"
 
 namespace likeness {
 namespace {
@@ -47,10 +49,6 @@ Result<void> check_is_file(const std::filesystem::path& path) {
   if (!std::filesystem::exists(status)) {
     return Error{ErrorCode::not_found, fmt::format("There is no video \"{}\".", path.string()),
                  "Check the name and the folder.", path.string()};
-  }
-  if (std::filesystem::is_directory(status)) {
-    return bad_video(path, fmt::format("\"{}\" is a folder, not a video.", path.string()),
-                     "Name the video file itself.");
   }
   if (std::filesystem::is_regular_file(status) && std::filesystem::file_size(path, failure) == 0) {
     return bad_video(path, fmt::format("\"{}\" is empty (0 bytes).", path.filename().string()), kCopyAgain);
@@ -90,6 +88,15 @@ Orientation orientation_of(const AVStream& stream) {
   return orientation_from_matrix(matrix);
 }
 
+Image8 luma_of(const Image8& rgb) {
+  Image8 luma(rgb.width, rgb.height, 1);
+  for (std::size_t i = 0; i < luma.data.size(); ++i) {
+    const std::uint8_t* p = rgb.data.data() + 3 * i;
+    luma.data[i] = std::uint8_t((77 * p[0] + 150 * p[1] + 29 * p[2] + 128) >> 8);
+  }
+  return luma;
+}
+
 double rate_of(AVFormatContext& format, AVStream& stream) {
   const AVRational rate =
       stream.avg_frame_rate.num > 0 ? stream.avg_frame_rate : av_guess_frame_rate(&format, &stream, nullptr);
@@ -119,7 +126,11 @@ struct VideoReader::Impl {
   double last_time_s = 0;
   std::optional<Error> failure;  // repeated by every later next()
 
+  std::vector<std::filesystem::path> photos;  // of a folder; then nothing of FFmpeg is used
+
   Result<void> open();
+  Result<void> open_photos();
+  Result<std::optional<VideoFrame>> next_photo();
   Result<void> open_decoder();
   void fill_info();
   Result<void> feed();
@@ -133,6 +144,8 @@ struct VideoReader::Impl {
 
 Result<void> VideoReader::Impl::open() {
   silence_ffmpeg();
+  std::error_code ignored;
+  if (std::filesystem::is_directory(path, ignored)) return open_photos();
   if (const auto checked = check_is_file(path); !checked) return checked;
   AVFormatContext* raw = nullptr;
   // The "file:" prefix keeps a name such as "a:b.mp4" from being taken for a protocol.
@@ -162,6 +175,39 @@ Result<void> VideoReader::Impl::open() {
   cut_off = scan_mp4_boxes(path).cut_off;
   fill_info();
   return open_decoder();
+}
+
+Result<void> VideoReader::Impl::open_photos() {
+  auto listed = list_photos(path);
+  if (!listed) return listed.error();
+  photos = std::move(*listed);
+  const auto first = read_photo(photos.front());
+  if (!first) return first.error();
+  info.width = first->width;
+  info.height = first->height;
+  info.frames_per_second = 1;
+  info.frame_count = int(photos.size());
+  info.duration_s = double(photos.size());
+  info.codec = "photographs";
+  return {};
+}
+
+Result<std::optional<VideoFrame>> VideoReader::Impl::next_photo() {
+  next_index = next_index == 0 ? 0 : (next_index + stride - 1) / stride * stride;
+  if (std::size_t(next_index) >= photos.size()) {
+    ended = true;
+    return std::optional<VideoFrame>();
+  }
+  const std::filesystem::path& file = photos[std::size_t(next_index)];
+  auto photo = read_photo(file);
+  if (!photo) return photo.error();
+  if (photo->width != info.width || photo->height != info.height)
+    return other_size_error(file, *photo, info.width, info.height);
+  VideoFrame result;
+  result.index = next_index++;
+  result.time_s = last_time_s = result.index;
+  result.rgb = pixels == VideoPixels::luma ? luma_of(*photo) : std::move(*photo);
+  return std::optional<VideoFrame>(std::move(result));
 }
 
 Result<void> VideoReader::Impl::open_decoder() {
@@ -333,6 +379,7 @@ Result<std::optional<VideoFrame>> VideoReader::next() {
   if (reader.failure) return *reader.failure;
   if (reader.ended) return std::optional<VideoFrame>();
   const auto step = [&]() -> Result<std::optional<VideoFrame>> {
+    if (!reader.photos.empty()) return reader.next_photo();
     while (true) {
       const int error = avcodec_receive_frame(reader.codec.get(), reader.frame.get());
       if (error == 0) {
@@ -356,6 +403,11 @@ int sampling_stride(const VideoInfo& info) {
   const int for_rate =
       info.frames_per_second > kFast ? std::max(1, int(std::lround(info.frames_per_second / kUsual))) : 1;
   return std::max(for_rate, (info.frame_count + kMost - 1) / kMost);
+}
+
+Result<std::string> hash_video(const std::filesystem::path& path) {
+  std::error_code ignored;
+  return std::filesystem::is_directory(path, ignored) ? hash_photos(path) : hash_file(path);
 }
 
 Result<VideoInfo> probe_video(const std::filesystem::path& path) {

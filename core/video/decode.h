@@ -1,4 +1,5 @@
-// Frames of a video file through FFmpeg's libraries: rotation tag applied, true timestamps kept, RGB 8 bit.
+// Frames of a video file, or of a folder of photographs (core/video/photos.h), through FFmpeg's libraries:
+// rotation tag applied, true timestamps kept, RGB 8 bit.
 #pragma once
 
 #include <filesystem>
@@ -39,6 +40,9 @@ struct VideoFrame {
 // 1 up to 60 frames a second and 9,000 frames. Faster films are brought to about 30 a second, longer ones to
 // 9,000 frames in all: more of either teaches an avatar nothing and cannot be tracked in one piece.
 int sampling_stride(const VideoInfo& info);
+
+// Of a file's bytes; of a folder's photographs.
+Result<std::string> hash_video(const std::filesystem::path& path);
 
 Result<VideoInfo> probe_video(const std::filesystem::path& path);
 
