@@ -91,7 +91,8 @@ int run(const CameraStudyArguments& arguments) {
   for (const std::string& name : arguments.masks) {
     NamedMask mask{name, {}};
     if (name == "person") {
-      auto person = coarse_person_mask(arguments.landmark_model);
+      auto person = coarse_person_mask(arguments.landmark_model,
+                                       truth->photographs ? Pictures::single : Pictures::in_sequence);
       if (!person) return report_failure(person.error());
       mask.person = std::move(*person);
     }

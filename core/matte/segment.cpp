@@ -51,6 +51,12 @@ float plate_ratio(const cv::Vec3b& pixel, const cv::Vec3b& plate, float noise) {
   return ratio;
 }
 
+// Of an alpha; no surer than fifty to one.
+float log_odds(unsigned char alpha) {
+  const float share = std::clamp(float(alpha) / 255, 0.02f, 0.98f);
+  return std::log(share / (1 - share));
+}
+
 cv::Mat likelihoods(const SegmentInput& in) {
   const cv::Mat& picture = *in.picture;
   cv::Mat smooth;
@@ -63,6 +69,9 @@ cv::Mat likelihoods(const SegmentInput& in) {
         value = 2 * kCertain;
         continue;
       }
+      // A network outweighs colours and place together where it is sure.
+      constexpr float kNetwork = 1.5f;
+      const float opinion = in.network ? kNetwork * log_odds(in.network->at<unsigned char>(y, x)) : 0;
       const auto& pixel = picture.at<cv::Vec3b>(y, x);
       const bool below = in.lower_colours && in.prior->below.at<unsigned char>(y, x);
       const ColourModel* colours = below ? in.lower_colours : in.colours;
@@ -80,6 +89,7 @@ cv::Mat likelihoods(const SegmentInput& in) {
         // there are the person's own doing.
         value = in.plate ? colour + 0.5f * place : -2 * kCertain;
       }
+      value += opinion;
     }
   return ratio;
 }
@@ -277,6 +287,15 @@ cv::Mat soften(const cv::Mat& picture, const cv::Mat& person, const Plate* plate
       alpha.at<unsigned char>(y, x) =
           cv::saturate_cast<unsigned char>(255 * (trust * mixed + (1 - trust) * prior));
     }
+  return alpha;
+}
+
+cv::Mat soften_by_network(const cv::Mat& network, const cv::Mat& person, int radius) {
+  const cv::Mat disc = cv::getStructuringElement(cv::MORPH_ELLIPSE, {2 * radius + 1, 2 * radius + 1});
+  cv::Mat inner, outer, alpha = person.clone();
+  cv::erode(person, inner, disc);
+  cv::dilate(person, outer, disc);
+  network.copyTo(alpha, outer & (255 - inner));
   return alpha;
 }
 

@@ -39,6 +39,7 @@ json to_json(const ProjectOptions& options) {
   return {{"video", options.video.string()},
           {"head_model", options.head_model.string()},
           {"landmark_model", options.landmark_model.string()},
+          {"matting_network", options.matting_network.string()},
           {"size_px", options.size},
           {"budget_s", options.budget_s},
           {"steps", options.steps},
@@ -57,6 +58,7 @@ ProjectOptions options_from_json(const json& j) {
   options.video = j.at("video").get<std::string>();
   options.head_model = j.at("head_model").get<std::string>();
   options.landmark_model = j.at("landmark_model").get<std::string>();
+  options.matting_network = j.value("matting_network", "");
   options.size = j.at("size_px");
   options.budget_s = j.at("budget_s");
   options.steps = j.at("steps");
@@ -173,6 +175,7 @@ Result<Project> open_or_create_project(const fs::path& folder, const ProjectOpti
   project.options.video = remembered(options.video);
   project.options.head_model = remembered(options.head_model);
   project.options.landmark_model = remembered(options.landmark_model);
+  project.options.matting_network = remembered(options.matting_network);
   if (const auto saved = save_project(project); !saved) return saved.error();
   return project;
 }

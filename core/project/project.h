@@ -34,11 +34,12 @@ struct StageRecord {
 // What the user chose. Everything else has one default, kept by the stages themselves.
 struct ProjectOptions {
   std::filesystem::path video;
-  std::filesystem::path head_model;      // empty = the built-in head
-  std::filesystem::path landmark_model;  // empty = the system's
-  int size = 256;                        // px
-  double budget_s = 300;                 // of training
-  std::uint64_t steps = 0;               // exact training steps instead of a budget
+  std::filesystem::path head_model;       // empty = the built-in head
+  std::filesystem::path landmark_model;   // empty = the system's
+  std::filesystem::path matting_network;  // ONNX; empty = none
+  int size = 256;                         // px
+  double budget_s = 300;                  // of training
+  std::uint64_t steps = 0;                // exact training steps instead of a budget
   std::uint64_t seed = 0;
   double checkpoint_every_s = 30;  // what a killed training loses at most
   bool use_ambient = true, use_latent = true, use_occupancy = true, use_warp = true;

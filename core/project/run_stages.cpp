@@ -13,6 +13,7 @@
 #include "core/head/builtin_head.h"
 #include "core/head/load_head_model.h"
 #include "core/matte/matte.h"
+#include "core/matte/matting_network.h"
 #include "core/project/project_views.h"
 #include "core/track/track_clip.h"
 #include "core/train/memory_forecast.h"
@@ -72,6 +73,7 @@ std::string input_hash(const Project& project, Stage stage) {
       inputs +=
           fmt::format("{} {} {} {}", content_of(capture_path(project)), content_of(cameras_path(project)),
                       content_of(track_path(project)), head_model_content(o));
+      if (!o.matting_network.empty()) inputs += " " + matting_network_hash(o.matting_network);
       break;
     case Stage::train:
       inputs += fmt::format("{} {} {} {} {} {} {} {} {} {} {} {}", project.record(Stage::matte).input_hash,
@@ -140,16 +142,18 @@ Result<void> run_import(const StageContext& context) {
 }
 
 Result<void> run_align(const StageContext& context) {
-  const auto person = coarse_person_mask(context.project.options.landmark_model);
-  if (!person) return person.error();
+  const fs::path& video = context.project.options.video;
   AlignOptions options;
   options.seed = int(context.project.options.seed);
   options.resting = context.project.options.resting_camera;
   std::error_code ignored;
-  const bool photographs = fs::is_directory(context.project.options.video, ignored) && !options.resting;
+  const bool photographs = fs::is_directory(video, ignored) && !options.resting;
+  const auto person = coarse_person_mask(context.project.options.landmark_model,
+                                         photographs ? Pictures::single : Pictures::in_sequence);
+  if (!person) return person.error();
   const auto align = photographs ? align_photos : align_clip;
-  const auto aligned = align(context.project.options.video, *person, context.project.folder / "colmap",
-                             options, context.progress, context.stop);
+  const auto aligned =
+      align(video, *person, context.project.folder / "colmap", options, context.progress, context.stop);
   if (!aligned) return aligned.error();
   context.record.message = aligned->evidence;
   context.record.warnings = aligned->warnings;
@@ -197,6 +201,7 @@ Result<void> run_matte(const StageContext& context) {
   if (const auto fits = check_track_fits(track, *model); !fits) return fits.error();
   MatteOptions options;
   options.size = capture.size;
+  options.network = context.project.options.matting_network;
   const auto matte = matte_clip(context.project.folder, capture, cameras, track, *model, options,
                                 context.progress, context.stop);
   if (!matte) return matte.error();

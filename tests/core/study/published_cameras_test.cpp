@@ -21,7 +21,7 @@ TEST(PublishedCameras, AreFoundFromThePhotographsOfAPhone) {
   const auto truth = read_camera_truth(fox);
   ASSERT_TRUE(truth.ok()) << truth.error().what;
   EXPECT_EQ(truth->cameras.cameras.size(), 50u);
-  const auto person = coarse_person_mask();
+  const auto person = coarse_person_mask({}, Pictures::single);
   ASSERT_TRUE(person.ok()) << person.error().what;
   const fs::path work = fs::temp_directory_path() / ("likeness_fox_" + std::to_string(::getpid()));
   const auto rows = study_cameras(*truth, {{"person", *person}}, work, {}, {}, {});
