@@ -192,7 +192,7 @@ Result<Capture> make_capture(const fs::path& video, const ClipScan& scan, const 
   capture.size = options.size;
   capture.frames = scan.frames;
   hold_out_tail(capture.frames, options.held_out_share);
-  choose_training_frames(capture.frames, scan.samples, options);
+  choose_training_frames(capture.frames, scan.samples, scan.change, options);
   const auto training = std::count_if(capture.frames.begin(), capture.frames.end(),
                                       [](const CaptureFrame& f) { return f.used; });
   if (training < std::min(kFewestTraining, options.max_frames)) {

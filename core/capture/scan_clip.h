@@ -23,9 +23,11 @@ struct FaceSample {
 
 struct ClipScan {
   VideoInfo info;
-  std::vector<CaptureFrame> frames;  // every frame read (core/video/decode.h: sampled): number, time and
-                                     // sharpness (0 before the first face)
-  std::vector<FaceSample> samples;   // about five a second
+  // Every frame read (core/video/decode.h: sampled): number, time and sharpness (0 before the first face).
+  std::vector<CaptureFrame> frames;
+  std::vector<float>
+      change;  // of the face since the frame before, mean of a small picture of it, 8-bit units
+  std::vector<FaceSample> samples;  // about five a second
 };
 
 // look: told of every sampled picture (luma only) when its face has been sought; may be empty.
