@@ -73,7 +73,7 @@ std::string input_hash(const Project& project, Stage stage) {
       inputs +=
           fmt::format("{} {} {} {}", content_of(capture_path(project)), content_of(cameras_path(project)),
                       content_of(track_path(project)), head_model_content(o));
-      if (!o.matting_network.empty()) inputs += " " + matting_network_hash(o.matting_network);
+      if (!o.matting_network.empty()) inputs.append(" ").append(matting_network_hash(o.matting_network));
       break;
     case Stage::train:
       inputs += fmt::format("{} {} {} {} {} {} {} {} {} {} {} {}", project.record(Stage::matte).input_hash,

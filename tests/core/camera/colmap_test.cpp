@@ -3,6 +3,7 @@
 // its words do.
 #include "core/camera/colmap.h"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <unistd.h>
@@ -47,7 +48,7 @@ class Colmap : public testing::Test {
   bool have_colmap() const { return find_program("colmap").has_value(); }
   void add(const Image8& picture) {
     ASSERT_TRUE(prepare_work_folder(work_, "test"));
-    const std::string name = "00000" + std::to_string(count_++) + ".png";
+    const std::string name = fmt::format("{:06}.png", count_++);
     ASSERT_TRUE(write_picture(work_, name, picture, {}, picture.width));
   }
   // A camera that walks past the room's pillar.
@@ -203,7 +204,7 @@ TEST_F(Colmap, PicturesItDroppedAreMissed) {
 TEST_F(Colmap, APhotographCutOffOrOfAnotherSizeIsRefusedByName) {
   const fs::path photos = folder_ / "photos";
   for (int i = 0; i < 4; ++i)
-    ASSERT_TRUE(write_image(photos / ("p" + std::to_string(i) + ".jpg"),
+    ASSERT_TRUE(write_image(photos / fmt::format("p{}.jpg", i),
                             render_room(small_lens(), look_at({0.1 * i, 0, -1}, {0, 0, 1}))));
   auto bytes = read_file(photos / "p2.jpg");
   ASSERT_TRUE(bytes.ok());
