@@ -19,6 +19,7 @@ void add_gain_study(CLI::App& study, int& exit_code);
 void add_render_study(CLI::App& study, int& exit_code);
 void add_camera_study(CLI::App& study, int& exit_code);
 void add_bench_command(CLI::App& program, int& exit_code);
+void add_record_command(CLI::App& program, int& exit_code);
 void add_demo_command(CLI::App& program, int& exit_code);
 void add_doctor_command(CLI::App& program, int& exit_code);
 
