@@ -203,8 +203,9 @@ Result<AlignResult> moving_result(const fs::path& video, const ColmapModel& mode
 }
 
 std::string moving_evidence(const BackgroundMotion& motion) {
-  std::string text =
-      fmt::format("moving: the background moves by {:.1f} thousandths of the picture's width", motion.motion);
+  std::string text = fmt::format(
+      "moving: the background strays by {:.0f} thousandths of the picture's width on a way of {:.0f}",
+      measure_sway(motion).reach, motion.motion);
   if (motion.rests.empty()) return text + " and never rests for a second.";
   text += "; it rests in frames";
   for (std::size_t i = 0; i < motion.rests.size(); ++i)
@@ -243,12 +244,14 @@ Result<AlignResult> align_clip(const fs::path& video, const PersonMask& person, 
   const auto model = solve_keyframes(video, person, work, options, *motion, keyframes,
                                      progress.stage(0.2, 0.7, "camera path"), stop);
   if (!model) {
-    if (model.error().code != ErrorCode::failed || motion->motion > kHardlyMoving) return model.error();
-    auto result =
-        static_result(*motion, options,
-                      fmt::format("static: the background moves by only {:.2f} thousandths of the picture's "
-                                  "width, too little to solve for a path.",
-                                  motion->motion));
+    const Sway sway = measure_sway(*motion);
+    const bool nowhere = motion->motion <= kHardlyMoving || is_shaking(sway);
+    if (model.error().code != ErrorCode::failed || !nowhere) return model.error();
+    auto result = static_result(
+        *motion, options,
+        fmt::format("static: the background strays by only {:.0f} thousandths of the picture's "
+                    "width and comes back {:.1f} times a second, which is no path to solve for.",
+                    sway.reach, sway.crossings));
     result.warnings.push_back(
         "The camera moved a little and was taken to be at rest, so the background will be soft. " +
         model.error().what + " Use a tripod for a sharper result.");

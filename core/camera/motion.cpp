@@ -251,6 +251,7 @@ Result<BackgroundMotion> measure_background_motion(const std::filesystem::path& 
   if (out.frames.empty())
     return Error{ErrorCode::bad_input, "The video holds no frame.", "Choose another file.", video.string()};
   recorder.close(out);
+  out.seconds = last_time;
   out.tracks = recorder.tracks() / double(out.frames.size());
   const double rate = last_time > 0 ? double(out.frames.back().frame) / last_time : 25;
   std::erase_if(out.rests, [&](const RestStretch& s) {
@@ -263,7 +264,7 @@ Result<BackgroundMotion> measure_background_motion(const std::filesystem::path& 
   return out;
 }
 
-Sway measure_sway(const BackgroundMotion& motion, double seconds) {
+Sway measure_sway(const BackgroundMotion& motion) {
   Sway sway;
   if (motion.frames.empty()) return sway;
   // Along the axis on which the background strays most.
@@ -284,7 +285,7 @@ Sway measure_sway(const BackgroundMotion& motion, double seconds) {
     crossings += side != 0 && now != side;
     side = now;
   }
-  sway.crossings = crossings / std::max(1.0, seconds);
+  sway.crossings = crossings / std::max(1.0, motion.seconds);
   return sway;
 }
 

@@ -29,6 +29,7 @@ struct FrameMotion {
 struct BackgroundMotion {
   int width = 0, height = 0;  // px of the source
   double motion = 0;          // 95th percentile of the path: 0 for a camera at rest, in 1/1000 of the width
+  double seconds = 0;         // from the first frame to the last
   double tracks = 0;          // feature tracks that carried the decision, mean over the frames
   int stride = 1;             // of the frames looked at (core/video/decode.h: sampled)
   std::vector<FrameMotion> frames;  // every frame looked at
@@ -42,7 +43,7 @@ struct Sway {
                      // width
   double crossings = 0;  // times a second that it passes the middle of them, from one quarter to the other
 };
-Sway measure_sway(const BackgroundMotion& motion, double seconds);
+Sway measure_sway(const BackgroundMotion& motion);
 
 // Of a moving camera: it is not going anywhere.
 bool is_shaking(const Sway& sway);

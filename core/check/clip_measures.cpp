@@ -155,8 +155,8 @@ class FaceFit {
 };
 
 Result<CameraMeasures> measure_camera(const std::filesystem::path& video,
-                                      const std::filesystem::path& landmark_model, double seconds,
-                                      const Progress& progress, std::stop_token stop) {
+                                      const std::filesystem::path& landmark_model, const Progress& progress,
+                                      std::stop_token stop) {
   const auto person = coarse_person_mask(landmark_model);
   if (!person) return person.error();
   const double rest = AlignOptions{}.static_motion_px_per_1000;
@@ -168,7 +168,7 @@ Result<CameraMeasures> measure_camera(const std::filesystem::path& video,
   camera.tracks = motion->tracks;
   // Where there is nothing to follow, as in core/camera/align.h, the camera is taken to rest.
   camera.rests = motion->motion <= rest || motion->tracks < kLeastTracks;
-  camera.sway = measure_sway(*motion, seconds);
+  camera.sway = measure_sway(*motion);
   for (const FrameMotion& frame : motion->frames) camera.travel = std::max(camera.travel, frame.travel);
   return camera;
 }
@@ -225,8 +225,7 @@ Result<ClipMeasures> measure_clip(const std::filesystem::path& video,
                           (info->frames_per_second > 0 ? 1 / info->frames_per_second : 0);
   if (auto fitted = fit.run(measures.looks, progress.stage(0.5, 0.6, "expressions"), stop); !fitted)
     return fitted.error();
-  auto camera =
-      measure_camera(video, landmark_model, measures.duration_s, progress.stage(0.6, 1, "camera"), stop);
+  auto camera = measure_camera(video, landmark_model, progress.stage(0.6, 1, "camera"), stop);
   if (!camera) return camera.error();
   measures.camera = *camera;
   return measures;

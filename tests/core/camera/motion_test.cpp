@@ -189,7 +189,7 @@ TEST(Sway, WideShakingIsToldFromAWalkThereAndBack) {
   const auto shaking = measure_background_motion(shaken.video, {}, 0.75, {}, {});
   ASSERT_TRUE(shaking.ok()) << shaking.error().what;
   EXPECT_GT(shaking->frames.back().travel, 120);
-  const Sway hand = measure_sway(*shaking, 3);
+  const Sway hand = measure_sway(*shaking);
   EXPECT_NEAR(hand.reach, 20 * 1000.0 / kWidth, 8);
   EXPECT_GT(hand.crossings, 3);
   EXPECT_TRUE(is_shaking(hand));
@@ -198,7 +198,7 @@ TEST(Sway, WideShakingIsToldFromAWalkThereAndBack) {
   const Clip walked(80, [&](int frame) { return wall_window(90 - 80.0 * std::cos(0.0785 * frame)); });
   const auto walking = measure_background_motion(walked.video, {}, 0.75, {}, {});
   ASSERT_TRUE(walking.ok()) << walking.error().what;
-  const Sway walk = measure_sway(*walking, 4);
+  const Sway walk = measure_sway(*walking);
   EXPECT_NEAR(walk.reach, 160 * 1000.0 / kWidth, 30);
   EXPECT_LT(walk.crossings, 0.6);
   EXPECT_FALSE(is_shaking(walk));
