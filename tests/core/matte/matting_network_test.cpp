@@ -27,7 +27,9 @@ class Network : public testing::Test {
   void TearDown() override { fs::remove_all(folder_); }
   fs::path write(const std::string& network, const std::string& format) {
     EXPECT_TRUE(write_text(folder_ / "net.onnx", network));
-    if (!format.empty()) EXPECT_TRUE(write_text(folder_ / "net.json", format));
+    if (!format.empty()) {
+      EXPECT_TRUE(write_text(folder_ / "net.json", format));
+    }
     return folder_ / "net.onnx";
   }
   // Red where the person is, blue elsewhere.
