@@ -5,7 +5,7 @@
 
 #include <cstdlib>
 
-#include "core/image/files.h"
+#include "core/base/files.h"
 #include "core/video/decode.h"
 #include "tests/core/video/video_test_clip.h"
 
@@ -163,31 +163,38 @@ TEST_F(PhoneFile, ARateThatVariesKeepsItsTimesInMatroskaToo) {
   }
 }
 
-// Signal values of greys, and what sRGB should make of them: diffuse white (PQ 0.58, HLG 0.75) is shown at
-// 0.9 of full light, what lies below at its share of white.
+// Luma codes of greys, and what sRGB should make of them: diffuse white (PQ 0.58, HLG 0.75) is shown at 0.9
+// of full light, what lies below at its share of white.
 TEST_F(PhoneFile, TenBitHighDynamicRangeBecomesNaturalGreysInColourAndInLuma) {
   if (!runs("ffmpeg -version") || !encodes("libx265")) GTEST_SKIP() << "needs the ffmpeg program with x265";
   const struct {
-    const char *transfer, *grey;
-    int shown;
-  } cases[] = {{"smpte2084", "0x000000", 0},      {"smpte2084", "0x808080", 181},
-               {"smpte2084", "0x949494", 243},    {"arib-std-b67", "0x000000", 0},
-               {"arib-std-b67", "0x808080", 137}, {"arib-std-b67", "0xBFBFBF", 243}};
+    const char* transfer;
+    int code, shown;  // 64..940, 0..255
+  } cases[] = {{"smpte2084", 64, 0},    {"smpte2084", 400, 102},    {"smpte2084", 572, 243},
+               {"arib-std-b67", 64, 0}, {"arib-std-b67", 502, 137}, {"arib-std-b67", 721, 243}};
   for (const auto& c : cases) {
-    const std::string what = std::string(c.transfer) + " " + c.grey;
-    ASSERT_TRUE(
-        ffmpeg(std::string("-f lavfi -i color=c=") + c.grey +
-               ":s=64x64:r=30:d=0.1 -vf scale=out_color_matrix=bt2020:out_range=tv,format=yuv420p10le "
-               "-c:v libx265 -x265-params lossless=1:log-level=none -tag:v hvc1 -color_range tv -color_trc " +
-               c.transfer + " -color_primaries bt2020 -colorspace bt2020nc hdr.mov"))
+    const std::string what = std::string(c.transfer) + " " + std::to_string(c.code);
+    // Two frames of 64 x 64 px, 4:2:0, little-endian; chroma is neutral.
+    std::vector<std::byte> raw;
+    for (int frame = 0; frame < 2; ++frame)
+      for (int i = 0; i < 64 * 64 * 3 / 2; ++i) {
+        const int value = i < 64 * 64 ? c.code : 512;
+        raw.push_back(std::byte(value & 255));
+        raw.push_back(std::byte(value >> 8));
+      }
+    ASSERT_TRUE(write_file(folder_ / "grey.yuv", raw));
+    ASSERT_TRUE(ffmpeg(std::string("-f rawvideo -pix_fmt yuv420p10le -s 64x64 -r 30 -i grey.yuv -c:v libx265 "
+                                   "-x265-params lossless=1:log-level=none -tag:v hvc1 -color_range tv "
+                                   "-color_primaries bt2020 -colorspace bt2020nc -color_trc ") +
+                       c.transfer + " hdr.mov"))
         << what;
     for (const VideoPixels pixels : {VideoPixels::rgb, VideoPixels::luma}) {
       auto reader = VideoReader::open(folder_ / "hdr.mov", pixels);
       ASSERT_TRUE(reader.ok()) << reader.error().what;
       const auto frame = reader->next();
       ASSERT_TRUE(frame.ok() && frame->has_value()) << what;
-      for (int c2 = 0; c2 < (*frame)->rgb.channels; ++c2)
-        EXPECT_NEAR((*frame)->rgb.at(32, 32)[c2], c.shown, 5)
+      for (int channel = 0; channel < (*frame)->rgb.channels; ++channel)
+        EXPECT_NEAR((*frame)->rgb.at(32, 32)[channel], c.shown, 3)
             << what << (pixels == VideoPixels::luma ? " luma" : " colour");
     }
   }
