@@ -12,12 +12,11 @@ void add_card_command(CLI::App& program, int& exit_code);
 void add_eval_command(CLI::App& program, int& exit_code);
 void add_render_command(CLI::App& program, int& exit_code);
 void add_drive_command(CLI::App& program, int& exit_code);
-void add_study_command(CLI::App& program, int& exit_code);  // study track, drive, gains, render
+void add_study_command(CLI::App& program, int& exit_code);  // study track, drive, cameras, mattes, gains, render
 void add_camera_study(CLI::App& study, int& exit_code);
 void add_matte_study(CLI::App& study, int& exit_code);
 void add_gain_study(CLI::App& study, int& exit_code);
 void add_render_study(CLI::App& study, int& exit_code);
-void add_camera_study(CLI::App& study, int& exit_code);
 void add_bench_command(CLI::App& program, int& exit_code);
 void add_record_command(CLI::App& program, int& exit_code);
 void add_demo_command(CLI::App& program, int& exit_code);
