@@ -181,7 +181,7 @@ int run_align_photos(const BuildArguments& arguments) {
   const auto start = std::chrono::steady_clock::now();
   const ProgressLine line(arguments.common);
   // Photographs may show a person or not: what the face detector finds is masked.
-  const auto person = coarse_person_mask(arguments.options.landmark_model);
+  const auto person = coarse_person_mask(arguments.options.landmark_model, Pictures::single);
   if (!person) return report_failure(person.error());
   const auto aligned =
       align_photos(arguments.input, *person, work, options, line.progress(), stop_on_signals());
@@ -213,8 +213,12 @@ void add_capture_options(CLI::App& verb, BuildArguments& a) {
   verb.add_option("--project", a.project, "The project folder, made if absent")->required();
   verb.add_option("--size", a.options.size, "Side of the pictures, px")
       ->check(CLI::IsMember({256, 512, 1024}));
+  verb.add_flag("--resting-camera", a.options.resting_camera,
+                "The camera rests, whatever its background does: skip finding out");
   verb.add_option("--head-model", a.options.head_model,
                   "A head model: FLAME's .pkl, ICT-FaceKit's folder, or a .npz; default: the built-in head");
+  verb.add_option("--matting-network", a.options.matting_network,
+                  "A matting or parsing network (.onnx) to tell the person from the background with");
   verb.add_option("--landmark-model", a.options.landmark_model,
                   "A dlib 68-point shape predictor; default: the system's");
 }

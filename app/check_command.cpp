@@ -7,7 +7,9 @@
 #include "app/commands.h"
 #include "app/terminal.h"
 #include "core/base/parallel.h"
+#include "core/check/check_page.h"
 #include "core/check/verdict.h"
+#include "core/image/files.h"
 
 namespace likeness::app {
 namespace {
@@ -16,7 +18,7 @@ namespace fs = std::filesystem;
 
 struct CheckArguments {
   CommonOptions common;
-  fs::path video, landmark_model;
+  fs::path video, landmark_model, picture;
 };
 
 nlohmann::json to_json(const Look& look) {
@@ -61,8 +63,19 @@ void print_as_json(const ClipMeasures& measures, const CaptureVerdict& verdict) 
                {{"rests", camera.rests},
                 {"motion_per_1000", camera.motion},
                 {"travel_per_1000", camera.travel},
+                {"reach_per_1000", camera.sway.reach},
+                {"crossings_per_s", camera.sway.crossings},
                 {"tracks", camera.tracks}}},
               {"looks", looks}});
+}
+
+Result<void> write_page(const CheckArguments& arguments, const ClipMeasures& measures,
+                        const CaptureVerdict& verdict) {
+  const ProgressLine line(arguments.common);
+  const auto page = draw_check_page(arguments.video, measures, verdict,
+                                    line.progress().stage(0, 1, "picture"), stop_on_signals());
+  if (!page) return page.error();
+  return write_image(arguments.picture, *page);
 }
 
 int run(const CheckArguments& arguments) {
@@ -74,6 +87,9 @@ int run(const CheckArguments& arguments) {
   }
   if (!*measures) return report_failure(measures->error());
   const CaptureVerdict verdict = judge_capture(**measures);
+  if (!arguments.picture.empty())
+    if (const auto drawn = write_page(arguments, **measures, verdict); !drawn)
+      return report_failure(drawn.error());
   if (arguments.common.json) {
     print_as_json(**measures, verdict);
     return kExitDone;
@@ -90,7 +106,8 @@ void add_check_command(CLI::App& program, int& exit_code) {
   auto a = std::make_shared<CheckArguments>();
   CLI::App* verb =
       program.add_subcommand("check", "Will this clip make an avatar? A verdict before anything is built");
-  verb->add_option("video", a->video, "The clip")->required();
+  verb->add_option("video", a->video, "The clip, or a folder of photographs")->required();
+  verb->add_option("--picture", a->picture, "Also draw the verdict on one page: a PNG or JPEG to write");
   verb->add_option("--landmark-model", a->landmark_model,
                    "A dlib 68-point shape predictor; default: the system's");
   add_common_options(*verb, a->common);

@@ -68,6 +68,8 @@ void add_demo_command(CLI::App& program, int& exit_code) {
   verb->add_option("--frames", a->options.frames, "Number of frames")->check(CLI::Range(8, 10000));
   verb->add_option("--moving-share", a->options.moving_share, "Share of the frames in which the camera moves")
       ->check(CLI::Range(0.0, 1.0));
+  verb->add_flag("--restless-head", a->options.restless_head,
+                 "The head turns already while the camera moves, as nobody should film");
   verb->add_option("--samples", a->options.samples_per_pixel, "Rays a pixel")->check(CLI::Range(1, 64));
   add_common_options(*verb, a->common);
   verb->callback([a, folder, list, &exit_code] {

@@ -25,6 +25,7 @@ int main(int argc, char** argv) {
   add_drive_command(program, exit_code);
   add_study_command(program, exit_code);
   add_bench_command(program, exit_code);
+  add_record_command(program, exit_code);
   add_demo_command(program, exit_code);
   add_doctor_command(program, exit_code);
   stop_on_signals();  // from here on Ctrl-C ends work between two steps, with a message

@@ -84,6 +84,7 @@ int run(const TrackArguments& arguments) {
   if (!model) return report_failure(model.error());
   TrackOptions options;
   options.predictor = arguments.models.landmark_model;
+  options.every_frame = true;
   options.seconds = std::make_shared<std::vector<StageSeconds>>();
   const CameraSet cameras = assumed_camera(*info);
   const auto start = std::chrono::steady_clock::now();

@@ -46,6 +46,20 @@ AlignResult static_result(const BackgroundMotion& motion, const AlignOptions& op
   return result;
 }
 
+Result<AlignResult> told_to_rest(const fs::path& video, const AlignOptions& options,
+                                 const Progress& progress) {
+  const auto info = probe_video(video);
+  if (!info) return info.error();
+  BackgroundMotion unmeasured;
+  unmeasured.width = info->width;
+  unmeasured.height = info->height;
+  auto result =
+      static_result(unmeasured, options, "static: the camera was said to rest; nothing was measured.");
+  result.frames = result.registered = info->frame_count;
+  progress.report(1);
+  return result;
+}
+
 // Intrinsics of the reduced pictures, brought to the source's size.
 Intrinsics enlarge(const Intrinsics& small, int width, int height) {
   Intrinsics k = small;
@@ -69,7 +83,7 @@ std::string frame_picture_name(int frame) { return fmt::format("{:06}.png", fram
 Result<void> write_keyframes(const fs::path& video, const PersonMask& person, const fs::path& work, int width,
                              const std::vector<int>& keyframes, const Progress& progress,
                              std::stop_token stop) {
-  auto reader = VideoReader::open(video);
+  auto reader = VideoReader::open(video, VideoPixels::rgb, VideoFrames::sampled);
   if (!reader) return reader.error();
   const std::set<int> wanted(keyframes.begin(), keyframes.end());
   std::size_t written = 0;
@@ -93,7 +107,7 @@ Result<ColmapModel> solve_keyframes(const fs::path& video, const PersonMask& per
                                     const std::vector<int>& keyframes, const Progress& progress,
                                     std::stop_token stop) {
   const int width = solve_width(motion.width, options.colmap_width);
-  const auto video_hash = hash_file(video);
+  const auto video_hash = hash_video(video);
   if (!video_hash) return video_hash.error();
   std::string inputs = fmt::format("tight {} {} {} {} {}", *video_hash, width, options.colmap_features,
                                    options.seed, person ? "masked" : "unmasked");
@@ -129,7 +143,7 @@ std::set<int> frames_between(const BackgroundMotion& motion, const std::set<int>
     wanted.erase(wanted.lower_bound(rest.first), wanted.upper_bound(rest.last));
     const int length = rest.last - rest.first;
     for (int i = 0; i < kRestSamples; ++i)
-      wanted.insert(rest.first + length * (2 * i + 1) / (2 * kRestSamples));
+      wanted.insert((rest.first + length * (2 * i + 1) / (2 * kRestSamples)) / motion.stride * motion.stride);
   }
   for (int frame : solved) wanted.erase(frame);
   return wanted;
@@ -189,8 +203,9 @@ Result<AlignResult> moving_result(const fs::path& video, const ColmapModel& mode
 }
 
 std::string moving_evidence(const BackgroundMotion& motion) {
-  std::string text =
-      fmt::format("moving: the background moves by {:.1f} thousandths of the picture's width", motion.motion);
+  std::string text = fmt::format(
+      "moving: the background strays by {:.0f} thousandths of the picture's width on a way of {:.0f}",
+      measure_sway(motion).reach, motion.motion);
   if (motion.rests.empty()) return text + " and never rests for a second.";
   text += "; it rests in frames";
   for (std::size_t i = 0; i < motion.rests.size(); ++i)
@@ -202,6 +217,7 @@ std::string moving_evidence(const BackgroundMotion& motion) {
 
 Result<AlignResult> align_clip(const fs::path& video, const PersonMask& person, const fs::path& work,
                                const AlignOptions& options, const Progress& progress, std::stop_token stop) {
+  if (options.resting) return told_to_rest(video, options, progress);
   const auto motion = measure_background_motion(video, person, options.static_motion_px_per_1000 / 2,
                                                 progress.stage(0, 0.2, "background"), stop);
   if (!motion) return motion.error();
@@ -228,12 +244,14 @@ Result<AlignResult> align_clip(const fs::path& video, const PersonMask& person, 
   const auto model = solve_keyframes(video, person, work, options, *motion, keyframes,
                                      progress.stage(0.2, 0.7, "camera path"), stop);
   if (!model) {
-    if (model.error().code != ErrorCode::failed || motion->motion > kHardlyMoving) return model.error();
-    auto result =
-        static_result(*motion, options,
-                      fmt::format("static: the background moves by only {:.2f} thousandths of the picture's "
-                                  "width, too little to solve for a path.",
-                                  motion->motion));
+    const Sway sway = measure_sway(*motion);
+    const bool nowhere = motion->motion <= kHardlyMoving || is_shaking(sway);
+    if (model.error().code != ErrorCode::failed || !nowhere) return model.error();
+    auto result = static_result(
+        *motion, options,
+        fmt::format("static: the background strays by only {:.0f} thousandths of the picture's "
+                    "width and comes back {:.1f} times a second, which is no path to solve for.",
+                    sway.reach, sway.crossings));
     result.warnings.push_back(
         "The camera moved a little and was taken to be at rest, so the background will be soft. " +
         model.error().what + " Use a tripod for a sharper result.");

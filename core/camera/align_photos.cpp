@@ -3,42 +3,19 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cctype>
 
 #include "core/base/hash.h"
 #include "core/camera/align.h"
 #include "core/camera/colmap.h"
 #include "core/camera/workplace.h"
-#include "core/image/files.h"
+#include "core/video/photos.h"
 
 namespace likeness {
 namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::size_t kLeastPhotos = 3, kMostForAllPairs = 150;
-
-Result<std::vector<fs::path>> list_photos(const fs::path& folder) {
-  std::vector<fs::path> photos;
-  std::error_code fault;
-  for (const auto& entry : fs::directory_iterator(folder, fault)) {
-    std::string extension = entry.path().extension().string();
-    std::transform(extension.begin(), extension.end(), extension.begin(),
-                   [](unsigned char c) { return std::tolower(c); });
-    for (const char* known : {".jpg", ".jpeg", ".png", ".tif", ".tiff", ".webp"})
-      if (extension == known) photos.push_back(entry.path());
-  }
-  if (fault)
-    return Error{ErrorCode::not_found, fmt::format("The folder cannot be read: {}.", fault.message()),
-                 "Give the folder that holds the photographs.", folder.string()};
-  if (photos.size() < kLeastPhotos)
-    return Error{ErrorCode::bad_input,
-                 fmt::format("{} photographs found; at least {} are needed.", photos.size(), kLeastPhotos),
-                 "Give a folder of JPEG or PNG photographs of one scene from different places.",
-                 folder.string()};
-  std::sort(photos.begin(), photos.end());
-  return photos;
-}
+constexpr std::size_t kMostForAllPairs = 150;
 
 std::string photo_picture_name(std::size_t index) { return fmt::format("{:06}.png", index); }
 
@@ -55,15 +32,11 @@ Result<PhotoSize> write_photos(const std::vector<fs::path>& photos, const Person
   PhotoSize size;
   for (std::size_t i = 0; i < photos.size(); ++i) {
     if (stop.stop_requested()) return cancelled_error();
-    auto photo = read_image(photos[i]);
+    auto photo = read_photo(photos[i]);
     if (!photo) return photo.error();
     if (i == 0) size = {photo->width, photo->height};
     if (photo->width != size.width || photo->height != size.height)
-      return Error{ErrorCode::bad_input,
-                   fmt::format("This photograph has {} x {} px, the first one {} x {}.", photo->width,
-                               photo->height, size.width, size.height),
-                   "Give photographs of one camera in one orientation; move the others out of the folder.",
-                   photos[i].string()};
+      return other_size_error(photos[i], *photo, size.width, size.height);
     if (ready) break;
     const Image8 mask = person ? person(int(i), *photo) : Image8();
     auto written = write_picture(work, photo_picture_name(i), *photo, mask, std::min(width, size.width));

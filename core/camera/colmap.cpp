@@ -93,12 +93,27 @@ Result<ProcessEnd> run_step(const Step& step, int pictures, const Progress& prog
   return end;
 }
 
+// Why a step of colmap ended badly, as far as its exit code and last words tell.
 Error step_failed(const Step& step, const ProcessEnd& end) {
+  const std::string command = fmt::format("`colmap {}`", step.arguments[1]);
+  if (end.exit_code > 128)
+    return {ErrorCode::failed, fmt::format("{} was ended by signal {}.", command, end.exit_code - 128),
+            "Memory may have run out: close other programs, then run the same command again; finished steps "
+            "are kept.",
+            "camera"};
   std::string last = end.tail.size() > 300 ? end.tail.substr(end.tail.size() - 300) : end.tail;
   std::replace(last.begin(), last.end(), '\n', ' ');
-  return {ErrorCode::failed,
-          fmt::format("`colmap {}` ended with code {}: {}", step.arguments[1], end.exit_code, last),
-          "Check free disk space and memory, then run the same command again; finished steps are kept.", ""};
+  if (end.tail.find("unrecognised option") != std::string::npos)
+    return {ErrorCode::missing_dependency,
+            fmt::format("The installed colmap does not know an option of its version 3.8: {}", last),
+            "Install version 3.8 to 3.11 of colmap (Debian 12: `apt install colmap`).", "camera"};
+  if (end.tail.find("disk is full") != std::string::npos ||
+      end.tail.find("No space left") != std::string::npos)
+    return {ErrorCode::no_space, fmt::format("The disk is full: {} could not write its results.", command),
+            "Free some space, then run the same command again; finished steps are kept.", "camera"};
+  return {ErrorCode::failed, fmt::format("{} ended with code {}: {}", command, end.exit_code, last),
+          "Check free disk space and memory, then run the same command again; finished steps are kept.",
+          "camera"};
 }
 
 Error no_texture(const ColmapCounts& counts) {
@@ -123,7 +138,8 @@ Error hardly_moved(const ColmapCounts& counts) {
               "The camera hardly moved, or only turned on the spot: {} pairs of pictures match, but none of "
               "them shows enough parallax.",
               counts.verified_pairs),
-          "Walk round the head in an arc of at least 30 degrees, or keep the camera entirely still.",
+          "Walk round the head in an arc of at least 30 degrees, or keep the camera entirely still; a camera "
+          "that did rest can be said to (`likeness build --resting-camera`).",
           "camera"};
 }
 
@@ -223,8 +239,35 @@ struct Commands {
   }
 };
 
+// A database that a crash or a full disk left unreadable is made anew: it holds nothing but colmap's own
+// work.
+Result<void> drop_broken_database(const fs::path& work) {
+  const fs::path database = work / "database.db";
+  std::error_code fault;
+  if (!fs::exists(database, fault) || count_database(database).ok()) return {};
+  for (const char* name : {"database.db", "database.db-wal", "database.db-shm", "features.done",
+                           "matches.done", "all_matches.done", "model.done", "all_model.done"}) {
+    fs::remove(work / name, fault);
+    if (fault) return file_error(work / name, "remove", fault.value());
+  }
+  return {};
+}
+
+// colmap drops pictures that it cannot read, or whose size differs, without an exit code.
+Result<void> check_none_dropped(const fs::path& work, const ColmapCounts& counts) {
+  int files = 0;
+  std::error_code fault;
+  for (const auto& entry : fs::directory_iterator(work / "images", fault)) files += entry.is_regular_file();
+  if (counts.pictures >= files) return {};
+  return Error{
+      ErrorCode::failed,
+      fmt::format("colmap could read only {} of the {} pictures prepared for it.", counts.pictures, files),
+      "Check the disk, delete this folder and run the same command again.", work.string()};
+}
+
 Result<void> describe_and_match(const Commands& commands, const Progress& progress, std::stop_token stop) {
   const fs::path& work = commands.work;
+  if (auto sound = drop_broken_database(work); !sound) return sound;
   if (!is_done(work, "features")) {
     const Step step = commands.extract();
     const auto end = run_step(step, 0, progress.stage(0, 0.5, "features"), stop);
@@ -234,6 +277,7 @@ Result<void> describe_and_match(const Commands& commands, const Progress& progre
   }
   const auto counts = count_database(work / "database.db");
   if (!counts) return counts.error();
+  if (auto complete = check_none_dropped(work, *counts); !complete) return complete;
   if (counts->described < std::max(3, counts->pictures / 3)) return no_texture(*counts);
   const char* step_name = commands.options.exhaustive ? "all_matches" : "matches";
   if (!is_done(work, step_name)) {

@@ -46,6 +46,15 @@ class AnchorTracker {
     points_ = anchor_points_;
     started_with_ = anchor_points_.size();
   }
+  // Median shift since the anchor, px; as displacement() left the tracks.
+  cv::Point2d shift() const {
+    std::vector<double> x, y;
+    for (std::size_t i = 0; i < anchor_points_.size(); ++i) {
+      x.push_back(points_[i].x - anchor_points_[i].x);
+      y.push_back(points_[i].y - anchor_points_[i].y);
+    }
+    return x.empty() ? cv::Point2d() : cv::Point2d(median(std::move(x)), median(std::move(y)));
+  }
   bool worn_out() const {
     return points_.size() < started_with_ * 0.5 || points_.size() < std::size_t(kLeastTracks);
   }
@@ -141,28 +150,39 @@ class TravelRecorder {
     if (!started_) return anchor(grey, background), 0;
     const bool could_tell = tracker_.tracks() >= std::size_t(kLeastTracks);
     const auto moved = tracker_.displacement(grey, background);
-    if (moved)
+    if (moved) {
+      const cv::Point2d shift = tracker_.shift();
+      if (shift != shift_) heading_ = shift - shift_;
+      shift_ = shift;
       farthest_ = std::max(farthest_, *moved);
-    else if (could_tell)
+    } else if (could_tell) {
       farthest_ = std::max(farthest_, leap_px_);  // lost at once: a leap, or blur; it wants a keyframe
+      if (const double length = cv::norm(heading_); length > 0) shift_ += heading_ * (leap_px_ / length);
+    }
     const double now = base_ + farthest_;
     if (farthest_ >= step_px_ || tracker_.worn_out()) {
       base_ = now;
+      base_place_ += shift_;
       anchor(grey, background);
     }
     return now;
   }
 
+  // Where the background is, against its start, px.
+  cv::Point2d place() const { return base_place_ + shift_; }
+
  private:
   void anchor(const cv::Mat& grey, const cv::Mat& background) {
     tracker_.set_anchor(grey, background);
     farthest_ = 0;
+    shift_ = {};
     started_ = true;
   }
 
   AnchorTracker tracker_;
   double step_px_, leap_px_;
   double base_ = 0, farthest_ = 0;
+  cv::Point2d base_place_, shift_, heading_;
   bool started_ = false;
 };
 
@@ -188,9 +208,10 @@ Result<BackgroundMotion> measure_background_motion(const std::filesystem::path& 
                                                    const std::function<Image8(int, const Image8&)>& person,
                                                    double rest_px_per_1000, const Progress& progress,
                                                    std::stop_token stop) {
-  auto reader = VideoReader::open(video);
+  auto reader = VideoReader::open(video, VideoPixels::rgb, VideoFrames::sampled);
   if (!reader) return reader.error();
   BackgroundMotion out;
+  out.stride = sampling_stride(reader->info());
   out.width = reader->info().width;
   out.height = reader->info().height;
   const double scale = std::min(1.0, double(kWorkingWidth) / out.width);
@@ -211,12 +232,15 @@ Result<BackgroundMotion> measure_background_motion(const std::filesystem::path& 
       cv::Mat grey, small;
       cv::cvtColor(rgb, grey, cv::COLOR_RGB2GRAY);
       cv::resize(grey, small, size, 0, 0, cv::INTER_AREA);
-      if (frame.index % kMaskEvery == 0 || background.empty())
+      if (out.frames.size() % kMaskEvery == 0 || background.empty())
         background = background_of(person, frame, size);
       recorder.add(frame.index, small, background, out);
-      out.frames.back().travel = travel.add(small, background) * 1000 / size.width;
+      FrameMotion& entry = out.frames.back();
+      entry.travel = travel.add(small, background) * 1000 / size.width;
+      entry.x = travel.place().x * 1000 / size.width;
+      entry.y = travel.place().y * 1000 / size.width;
       last_time = frame.time_s;
-      if (frame.index % 10 == 0)
+      if (out.frames.size() % 10 == 0)
         progress.report(double(frame.index) / std::max(1, reader->info().frame_count),
                         fmt::format("frame {}", frame.index));
     }
@@ -227,14 +251,48 @@ Result<BackgroundMotion> measure_background_motion(const std::filesystem::path& 
   if (out.frames.empty())
     return Error{ErrorCode::bad_input, "The video holds no frame.", "Choose another file.", video.string()};
   recorder.close(out);
+  out.seconds = last_time;
   out.tracks = recorder.tracks() / double(out.frames.size());
-  const double rate = last_time > 0 ? double(out.frames.size() - 1) / last_time : 25;
-  std::erase_if(out.rests, [&](const RestStretch& s) { return s.last - s.first + 1 < std::max(8.0, rate); });
+  const double rate = last_time > 0 ? double(out.frames.back().frame) / last_time : 25;
+  std::erase_if(out.rests, [&](const RestStretch& s) {
+    return s.last - s.first + out.stride < std::max(8.0 * out.stride, rate);
+  });
   std::vector<double> path;
   for (const auto& frame : out.frames) path.push_back(frame.path);
   out.motion = quantile(std::move(path), 0.95);
   progress.report(1);
   return out;
+}
+
+Sway measure_sway(const BackgroundMotion& motion) {
+  Sway sway;
+  if (motion.frames.empty()) return sway;
+  // Along the axis on which the background strays most.
+  std::vector<double> x, y;
+  for (const FrameMotion& frame : motion.frames) x.push_back(frame.x), y.push_back(frame.y);
+  constexpr double kUsual = 0.02;  // of the frames to either side are strays
+  const auto span = [](const std::vector<double>& v) {
+    return quantile(v, 1 - kUsual) - quantile(v, kUsual);
+  };
+  const double width = span(x), height = span(y);
+  sway.reach = std::hypot(width, height);
+  const std::vector<double>& along = width >= height ? x : y;
+  const double low = quantile(along, kUsual), reach = std::max(width, height);
+  int side = 0, crossings = 0;
+  for (const double place : along) {
+    const int now = place < low + 0.25 * reach ? -1 : place > low + 0.75 * reach ? 1 : 0;
+    if (now == 0) continue;
+    crossings += side != 0 && now != side;
+    side = now;
+  }
+  sway.crossings = crossings / std::max(1.0, motion.seconds);
+  return sway;
+}
+
+bool is_shaking(const Sway& sway) {
+  constexpr double kSweep = 120;   // 1/1000 of the width: less shows no side of a head that another does not
+  constexpr double kRestless = 1;  // crossings a second: nobody walks round a head in a second
+  return sway.reach < kSweep || sway.crossings > kRestless;
 }
 
 std::vector<int> choose_keyframes(const BackgroundMotion& motion, int count) {

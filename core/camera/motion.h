@@ -23,15 +23,30 @@ struct FrameMotion {
   double path = 0;       // length of the background's way so far, in 1/1000 of the picture's width
   double travel = 0;     // the same without the shaking of a hand: only ways of 2 % of the width count
   double sharpness = 0;  // variance of the Laplacian outside the person
+  double x = 0, y = 0;   // where the background is, against its start, 1/1000 of the width
 };
 
 struct BackgroundMotion {
   int width = 0, height = 0;  // px of the source
   double motion = 0;          // 95th percentile of the path: 0 for a camera at rest, in 1/1000 of the width
+  double seconds = 0;         // from the first frame to the last
   double tracks = 0;          // feature tracks that carried the decision, mean over the frames
-  std::vector<FrameMotion> frames;  // every decoded frame
+  int stride = 1;             // of the frames looked at (core/video/decode.h: sampled)
+  std::vector<FrameMotion> frames;  // every frame looked at
   std::vector<RestStretch> rests;   // at least a second long each
 };
+
+// What tells a hand that shakes from a camera that is led somewhere: the one strays little, or comes back to
+// its middle again and again; the other goes far, and slowly.
+struct Sway {
+  double reach = 0;  // across the places where the background is for nearly all of the time, 1/1000 of the
+                     // width
+  double crossings = 0;  // times a second that it passes the middle of them, from one quarter to the other
+};
+Sway measure_sway(const BackgroundMotion& motion);
+
+// Of a moving camera: it is not going anywhere.
+bool is_shaking(const Sway& sway);
 
 // Fewer tracks than this say nothing about the camera.
 inline constexpr double kLeastTracks = 8;

@@ -149,7 +149,7 @@ Result<std::vector<Camera>> resect_frames(const std::filesystem::path& video,
                                           const Progress& progress, std::stop_token stop) {
   std::vector<Camera> solved;
   if (wanted.empty() || keyframes.empty()) return solved;
-  auto reader = VideoReader::open(video);
+  auto reader = VideoReader::open(video, VideoPixels::rgb, VideoFrames::sampled);
   if (!reader) return reader.error();
   std::map<int, const SolvedKeyframe*> by_frame;
   for (const auto& keyframe : keyframes) by_frame[keyframe.frame] = &keyframe;

@@ -35,7 +35,7 @@ struct Capture {
   int size = 256;  // px of the pictures in frames/
   std::string split = "tail";
   std::vector<std::string> warnings;
-  std::vector<CaptureFrame> frames;  // every decoded frame, ascending
+  std::vector<CaptureFrame> frames;  // every frame read (core/video/decode.h: sampled), ascending
 };
 
 std::set<int> held_out_frames(const Capture& capture);

@@ -20,7 +20,9 @@ std::vector<double> face_distance(const std::vector<CaptureFrame>& frames,
                                   const std::vector<FaceSample>& samples) {
   std::vector<double> times;
   for (const FaceSample& sample : samples) {
-    if (sample.face) times.push_back(frames[sample.frame].time_s);
+    if (!sample.face) continue;
+    const auto at = std::ranges::lower_bound(frames, sample.frame, {}, &CaptureFrame::frame);
+    if (at != frames.end()) times.push_back(at->time_s);
   }
   std::vector<double> distance;
   for (const CaptureFrame& frame : frames) {
@@ -44,14 +46,43 @@ double neighbour_median(const std::vector<CaptureFrame>& frames, std::size_t ind
   return median(std::move(around));
 }
 
-void thin_evenly(std::vector<CaptureFrame*> kept, int limit) {
+// A way through the clip on which a step is half time and half change, both as shares of the whole: frames at
+// rest are near-duplicates, but none so much that a long rest should keep no more than a blink.
+std::vector<double> way_through(const std::vector<CaptureFrame>& frames, const std::vector<float>& change) {
+  double all = 0;
+  std::vector<float> calm(change);
+  // A cut, or a face found anew, is no movement.
+  const float most = calm.empty() ? 0 : 8 * std::max(0.1f, median(std::vector<float>(calm)));
+  for (float& value : calm) all += value = std::min(value, most);
+  std::vector<double> way;
+  double moved = 0;
+  for (std::size_t i = 0; i < frames.size(); ++i) {
+    if (i < calm.size()) moved += calm[i];
+    const double time = double(i + 1) / double(frames.size());
+    way.push_back(all > 0 ? 0.5 * (time + moved / all) : time);
+  }
+  return way;
+}
+
+// Cuts the way into `limit` equal slots and keeps the sharpest frame of each; slots that hold none leave
+// their share to the others, in another round.
+void thin(const std::vector<CaptureFrame*>& kept, const std::vector<double>& way, int limit) {
   const std::size_t count = kept.size();
   if (count <= std::size_t(limit)) return;
-  for (std::size_t i = 0; i < count; ++i) {
-    // Frame i stays when the running quota limit * i / count reaches a new whole number there.
-    if ((i + 1) * limit / count > i * limit / count) continue;
-    kept[i]->refused = fmt::format("Left out to keep {} of {} good frames.", limit, count);
+  std::vector<char> stays(count, 0);
+  for (int left = limit; left > 0;) {
+    const double from = way.front(), length = std::max(1e-12, way.back() - from);
+    std::vector<std::size_t> best(std::size_t(left), count);
+    for (std::size_t i = 0; i < count; ++i) {
+      if (stays[i]) continue;
+      const auto slot = std::min(std::size_t(left) - 1, std::size_t((way[i] - from) / length * left));
+      if (best[slot] == count || kept[i]->sharpness > kept[best[slot]]->sharpness) best[slot] = i;
+    }
+    for (const std::size_t i : best)
+      if (i < count) stays[i] = 1, --left;
   }
+  for (std::size_t i = 0; i < count; ++i)
+    if (!stays[i]) kept[i]->refused = fmt::format("Left out to keep {} of {} good frames.", limit, count);
 }
 
 }  // namespace
@@ -63,9 +94,11 @@ void hold_out_tail(std::vector<CaptureFrame>& frames, double share) {
 }
 
 void choose_training_frames(std::vector<CaptureFrame>& frames, const std::vector<FaceSample>& samples,
-                            const ImportOptions& options) {
+                            const std::vector<float>& change, const ImportOptions& options) {
   const std::vector<double> distance = face_distance(frames, samples);
+  const std::vector<double> way = way_through(frames, change);
   std::vector<CaptureFrame*> kept;
+  std::vector<double> kept_way;
   for (std::size_t i = 0; i < frames.size(); ++i) {
     CaptureFrame& frame = frames[i];
     frame.used = false;
@@ -79,9 +112,10 @@ void choose_training_frames(std::vector<CaptureFrame>& frames, const std::vector
                                   frame.sharpness, median);
     } else {
       kept.push_back(&frame);
+      kept_way.push_back(way[i]);
     }
   }
-  thin_evenly(kept, options.max_frames);
+  thin(kept, kept_way, options.max_frames);
   for (CaptureFrame* frame : kept) frame->used = frame->refused.empty();
 }
 

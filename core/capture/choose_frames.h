@@ -13,9 +13,11 @@ namespace likeness {
 void hold_out_tail(std::vector<CaptureFrame>& frames, double share);
 
 // Refuses training frames without a face in a sample near them, then those much blurrier than their
-// neighbours, then thins the rest evenly down to max_frames; marks what remains as used. Held-out frames are
-// left alone.
+// neighbours, then thins the rest down to max_frames; marks what remains as used. Held-out frames are left
+// alone. change: of the face since the frame before, one for each frame; empty where it is not known.
+// Thinning goes by it: a face that turns or speaks keeps more of its frames than one at rest, whose frames
+// are nearly the same, and of frames that may stand for each other the sharpest stays.
 void choose_training_frames(std::vector<CaptureFrame>& frames, const std::vector<FaceSample>& samples,
-                            const ImportOptions& options);
+                            const std::vector<float>& change, const ImportOptions& options);
 
 }  // namespace likeness

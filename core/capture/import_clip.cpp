@@ -4,7 +4,6 @@
 #include <algorithm>
 
 #include "core/base/files.h"
-#include "core/base/hash.h"
 #include "core/base/parallel.h"
 #include "core/capture/capture.h"
 #include "core/capture/choose_crop.h"
@@ -107,6 +106,12 @@ Result<std::vector<FaceBox>> judge_clip(const ClipScan& scan, const fs::path& vi
 std::vector<std::string> warnings_about(const Capture& capture, const ClipScan& scan, const CropChoice& crop,
                                         std::size_t faces) {
   std::vector<std::string> warnings;
+  if (const int stride = sampling_stride(scan.info); stride > 1) {
+    warnings.push_back(fmt::format(
+        "The clip has about {} frames at {:.0f} a second; one in {} is used. A minute at 30 frames "
+        "a second is enough.",
+        scan.info.frame_count, scan.info.frames_per_second, stride));
+  }
   const std::size_t looks = scan.samples.size();
   if (double(faces) < kFaceShareWarned * double(looks)) {
     warnings.push_back(
@@ -138,7 +143,7 @@ std::vector<std::string> warnings_about(const Capture& capture, const ClipScan& 
 // Second pass: writes the pictures of used and held-out frames into `folder`.
 Result<void> write_frames(const Capture& capture, const fs::path& folder, const Progress& progress,
                           std::stop_token stop) {
-  auto reader = VideoReader::open(capture.video);
+  auto reader = VideoReader::open(capture.video, VideoPixels::rgb, VideoFrames::sampled);
   if (!reader) return reader.error();
   std::vector<VideoFrame> batch;
   const auto flush = [&]() -> Result<void> {
@@ -178,7 +183,7 @@ Result<Capture> make_capture(const fs::path& video, const ClipScan& scan, const 
   Capture capture;
   std::error_code ignored;
   capture.video = fs::absolute(video, ignored);
-  auto hash = hash_file(video);
+  auto hash = hash_video(video);
   if (!hash) return hash.error();
   capture.video_hash = *hash;
   capture.width = scan.info.width;
@@ -187,7 +192,7 @@ Result<Capture> make_capture(const fs::path& video, const ClipScan& scan, const 
   capture.size = options.size;
   capture.frames = scan.frames;
   hold_out_tail(capture.frames, options.held_out_share);
-  choose_training_frames(capture.frames, scan.samples, options);
+  choose_training_frames(capture.frames, scan.samples, scan.change, options);
   const auto training = std::count_if(capture.frames.begin(), capture.frames.end(),
                                       [](const CaptureFrame& f) { return f.used; });
   if (training < std::min(kFewestTraining, options.max_frames)) {

@@ -16,6 +16,8 @@ constexpr double kComparableArea = 0.35;  // of the main face's, from which anot
 constexpr double kSureScore = 0.4;        // of the detector; below it, chance patterns are common
 constexpr int kSharpnessSide = 160;       // px
 
+constexpr int kSketchSide = 24;  // px: small enough for noise to vanish, large enough for lips and gaze
+
 double area(const FaceBox& box) { return box.width * box.height; }
 
 std::vector<FaceBox> detect_at(const FaceDetector& detector, const Image8& picture, double scale) {
@@ -47,6 +49,30 @@ FaceSample judge(int frame, const std::vector<FaceBox>& faces) {
   sample.second_face = comparable >= 2;
   return sample;
 }
+
+// How the face changes from frame to frame, apart from its brightness.
+class ChangeMeter {
+ public:
+  float add(const Image8& picture, const FaceBox& face) {
+    const Image8 small =
+        resize(crop(picture, int(std::lround(face.x)), int(std::lround(face.y)),
+                    std::max(8, int(std::lround(face.width))), std::max(8, int(std::lround(face.height)))),
+               kSketchSide, kSketchSide);
+    std::vector<float> sketch(small.pixels());
+    float mean = 0;
+    for (std::size_t i = 0; i < sketch.size(); ++i)
+      mean += sketch[i] = float(small.data[i * std::size_t(small.channels)]);
+    for (float& value : sketch) value -= mean / float(sketch.size());
+    float change = 0;
+    if (!before_.empty())
+      for (std::size_t i = 0; i < sketch.size(); ++i) change += std::abs(sketch[i] - before_[i]);
+    before_ = std::move(sketch);
+    return change / float(before_.size());
+  }
+
+ private:
+  std::vector<float> before_;
+};
 
 // Looks at the scale at which the face was last of comfortable size; larger pictures are tried only when that
 // fails.
@@ -99,12 +125,15 @@ double face_sharpness(const Image8& picture, const FaceBox& face) {
 Result<ClipScan> scan_clip(const std::filesystem::path& video, const FaceDetector& detector,
                            const std::function<void(const VideoFrame&, const FaceSample&)>& look,
                            const Progress& progress, std::stop_token stop) {
-  auto reader = VideoReader::open(video, VideoPixels::luma);
+  auto reader = VideoReader::open(video, VideoPixels::luma, VideoFrames::sampled);
   if (!reader) return reader.error();
   ClipScan scan;
   scan.info = reader->info();
-  const int stride = std::max(1, int(std::lround(kSamplePeriod * scan.info.frames_per_second)));
+  // Looks by the frames read, which are some of a fast or long clip.
+  const double rate = scan.info.frames_per_second / sampling_stride(scan.info);
+  const std::size_t stride = std::size_t(std::max(1.0, std::round(kSamplePeriod * rate)));
   FaceFinder finder(detector);
+  ChangeMeter meter;
   std::optional<FaceBox> face;  // the last one found; it moves little within the sampling period
   while (true) {
     if (stop.stop_requested()) return cancelled_error();
@@ -112,7 +141,7 @@ Result<ClipScan> scan_clip(const std::filesystem::path& video, const FaceDetecto
     if (!frame) return frame.error();
     if (!*frame) break;
     const VideoFrame& current = **frame;
-    if (current.index % stride == 0) {
+    if (scan.frames.size() % stride == 0) {
       scan.samples.push_back(finder.look(current));
       if (scan.samples.back().face) face = scan.samples.back().face;
       if (look) look(current, scan.samples.back());
@@ -122,6 +151,7 @@ Result<ClipScan> scan_clip(const std::filesystem::path& video, const FaceDetecto
     entry.time_s = current.time_s;
     entry.sharpness = face ? face_sharpness(current.rgb, *face) : 0;
     scan.frames.push_back(std::move(entry));
+    scan.change.push_back(face ? meter.add(current.rgb, *face) : 0);
     progress.report(double(current.index + 1) / std::max(scan.info.frame_count, current.index + 1),
                     fmt::format("Looking for the face: frame {} of {}", current.index + 1,
                                 std::max(scan.info.frame_count, current.index + 1)));

@@ -23,8 +23,10 @@ struct FaceSample {
 
 struct ClipScan {
   VideoInfo info;
-  std::vector<CaptureFrame>
-      frames;  // every decoded frame: number, time and sharpness (0 before the first face)
+  // Every frame read (core/video/decode.h: sampled): number, time and sharpness (0 before the first face).
+  std::vector<CaptureFrame> frames;
+  std::vector<float>
+      change;  // of the face since the frame before, mean of a small picture of it, 8-bit units
   std::vector<FaceSample> samples;  // about five a second
 };
 

@@ -168,6 +168,7 @@ Result<CameraMeasures> measure_camera(const std::filesystem::path& video,
   camera.tracks = motion->tracks;
   // Where there is nothing to follow, as in core/camera/align.h, the camera is taken to rest.
   camera.rests = motion->motion <= rest || motion->tracks < kLeastTracks;
+  camera.sway = measure_sway(*motion);
   for (const FrameMotion& frame : motion->frames) camera.travel = std::max(camera.travel, frame.travel);
   return camera;
 }

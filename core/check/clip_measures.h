@@ -10,6 +10,7 @@
 
 #include "core/base/progress.h"
 #include "core/base/result.h"
+#include "core/camera/motion.h"
 #include "core/track/landmarks.h"
 #include "core/video/decode.h"
 
@@ -40,6 +41,7 @@ struct CameraMeasures {
   bool rests = false;
   double motion = 0;  // length of the background's way, in 1/1000 of the width (core/camera/motion.h)
   double travel = 0;  // the same without small shaking
+  Sway sway;          // what tells shaking from leading
   double tracks = 0;  // background features that told so
 };
 

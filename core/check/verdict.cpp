@@ -25,7 +25,6 @@ constexpr double kFewTurn_deg = 30;                   // from side to side
 constexpr double kFewNod_deg = 8;
 constexpr double kFrontal_deg = 15;   // looks nearer to the front than that are compared in their light
 constexpr double kLightRatio = 1.35;  // of the face's brightness, between calm moments of the clip
-constexpr double kSweep = 120;        // travel, 1/1000 of the width, from which a camera was moved on purpose
 constexpr double kFewTracks = 25;     // background features: too few to solve a moving camera from
 constexpr double kGap_s = 1.0;        // a stretch goes on over
 
@@ -66,6 +65,12 @@ bool any(const Look&) { return true; }
 bool has_face(const Look& look) { return look.face.has_value(); }
 bool is_posed(const Look& look) { return look.posed; }
 bool is_dark(const Look& look) { return look.level < kDarkLevel && look.dark_share > kDarkShare; }
+// What is dark or small has no detail to be sharp by, and is remarked on as such.
+bool is_blurred(const Look& look) {
+  return look.sharpness < kBlurred && !is_dark(look) && look.face->width >= kTinyFace;
+}
+bool is_burnt(const Look& look) { return look.bright_share > kBrightShare; }
+bool is_cut(const Look& look) { return look.cut_share > kCut; }
 double yaw_of(const Look& look) { return look.yaw_deg; }
 double pitch_of(const Look& look) { return look.pitch_deg; }
 
@@ -138,32 +143,23 @@ class Judge {
   }
 
   void judge_pictures() {
-    remark_looks(Fault::blurred,
-                 find(clip_.looks, has_face,
-                      [](const Look& look) {
-                        // What is dark or small has no detail to be sharp by, and is remarked on as such.
-                        return look.sharpness < kBlurred && !is_dark(look) && look.face->width >= kTinyFace;
-                      }),
-                 kMostLooks, "The face is blurred",
+    remark_looks(Fault::blurred, find(clip_.looks, has_face, is_blurred), kMostLooks, "The face is blurred",
                  "Wipe the lens, tap the face on the screen to focus on it, film in brighter light and move "
                  "slowly.");
     remark_looks(Fault::too_dark, find(clip_.looks, has_face, is_dark), kMostLooks, "The face is too dark",
                  "Face a window or a lamp behind the camera; do not film against the light.");
-    remark_looks(
-        Fault::too_bright,
-        find(clip_.looks, has_face, [](const Look& look) { return look.bright_share > kBrightShare; }),
-        kMostLooks, "Parts of the face are burnt out",
-        "Move away from the lamp or the sun, or tap the face on the screen so that the camera "
-        "exposes for it.");
+    remark_looks(Fault::too_bright, find(clip_.looks, has_face, is_burnt), kMostLooks,
+                 "Parts of the face are burnt out",
+                 "Move away from the lamp or the sun, or tap the face on the screen so that the camera "
+                 "exposes for it.");
     const double width =
         median(values_of(clip_.looks, has_face, [](const Look& l) { return l.face->width; }));
     if (width < kSmallFace)
       remark_all(Fault::small_face, width < kTinyFace,
                  fmt::format("The face is about {:.0f} px wide.", width),
                  "Film from nearer, or at a higher resolution: head and shoulders should fill the picture.");
-    remark_looks(Fault::head_cut,
-                 find(clip_.looks, has_face, [](const Look& look) { return look.cut_share > kCut; }),
-                 kMostLooks, "The picture's edge cuts the head",
+    remark_looks(Fault::head_cut, find(clip_.looks, has_face, is_cut), kMostLooks,
+                 "The picture's edge cuts the head",
                  "Leave room above and beside the head, also while it turns.");
   }
 
@@ -176,23 +172,16 @@ class Judge {
           fmt::format("The head is seen from {:.0f} degrees side to side and {:.0f} up and down.", turn, nod),
           "Turn the head slowly to both sides as far as to a half profile, then raise and lower it; or "
           "walk round the resting head.");
+    const auto shown = deeds_shown(clip_);
     std::string missing;
     for (std::size_t d = 0; d < kDeeds.size(); ++d)
-      if (!was_shown(d)) missing += (missing.empty() ? "" : ", ") + std::string(kDeedInfo[d].words);
+      if (shown[d].range < shown[d].needed)
+        missing += (missing.empty() ? "" : ", ") + std::string(shown[d].words);
     if (!missing.empty())
       remark_all(Fault::few_expressions, false,
                  "The avatar will not learn from this clip to: " + missing + ".",
                  "Speak a few sentences, smile with and without teeth, purse the lips, raise the brows and "
                  "blink.");
-  }
-
-  // In two looks at least: one may be a mistake of the fit, and a blink is hardly ever in more.
-  bool was_shown(std::size_t deed) const {
-    const std::vector<double> amounts =
-        values_of(clip_.looks, is_posed, [&](const Look& look) { return look.deeds[deed]; });
-    if (amounts.size() < 2) return false;
-    const double most = quantile(amounts, 1 - 1.0 / static_cast<double>(amounts.size() - 1));
-    return most - quantile(amounts, 0.1) >= kDeedInfo[deed].range;
   }
 
   // The face's brightness seen from the front, second by second.
@@ -227,10 +216,14 @@ class Judge {
   void judge_camera() {
     const CameraMeasures& camera = clip_.camera;
     if (camera.rests) return;
-    if (camera.travel < kSweep)
-      remark_all(Fault::camera_shakes, false, "The camera shakes.",
-                 "Rest the camera on something; or walk round the resting head first and rest the camera "
-                 "then.");
+    if (is_shaking(camera.sway))
+      remark_all(
+          Fault::camera_shakes, false,
+          fmt::format("The camera shakes: the background strays by {:.0f} % of the picture's width and "
+                      "comes back {:.1f} times a second.",
+                      camera.sway.reach / 10, camera.sway.crossings),
+          "Rest the camera on something; or walk round the resting head first and rest the camera "
+          "then.");
     else if (camera.tracks < kFewTracks)
       remark_all(Fault::plain_background, true,
                  fmt::format("The camera moves before a background with hardly a feature ({:.0f} followed).",
@@ -263,6 +256,39 @@ std::string_view verdict_words(Verdict verdict) {
       "Ready: this clip will make a good avatar.", "Usable, but the avatar will show these faults.",
       "Film again: no good avatar will come of this clip."};
   return kWords[static_cast<std::size_t>(verdict)];
+}
+
+std::array<DeedShown, kDeeds.size()> deeds_shown(const ClipMeasures& measures) {
+  std::array<DeedShown, kDeeds.size()> shown;
+  for (std::size_t d = 0; d < kDeeds.size(); ++d) {
+    shown[d] = {kDeedInfo[d].words, 0, kDeedInfo[d].range};
+    const std::vector<double> amounts =
+        values_of(measures.looks, is_posed, [&](const Look& look) { return look.deeds[d]; });
+    if (amounts.size() < 2) continue;
+    // In two looks at least: one may be a mistake of the fit, and a blink is hardly ever in more.
+    const double most = quantile(amounts, 1 - 1.0 / static_cast<double>(amounts.size() - 1));
+    shown[d].range = std::max(0.0, most - quantile(amounts, 0.1));
+  }
+  return shown;
+}
+
+bool shows_fault(const Look& look, Fault fault) {
+  switch (fault) {
+    case Fault::no_face:
+      return !look.face;
+    case Fault::second_person:
+      return look.second_face;
+    case Fault::blurred:
+      return look.face && is_blurred(look);
+    case Fault::too_dark:
+      return look.face && is_dark(look);
+    case Fault::too_bright:
+      return look.face && is_burnt(look);
+    case Fault::head_cut:
+      return look.face && is_cut(look);
+    default:
+      return true;
+  }
 }
 
 CaptureVerdict judge_capture(const ClipMeasures& measures) { return Judge(measures).judge(); }

@@ -4,6 +4,7 @@
 // clips and of the same clips spoilt in known ways.
 #pragma once
 
+#include <array>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -45,6 +46,16 @@ struct CaptureVerdict {
   Verdict verdict = Verdict::ready;  // refilm with a grave remark, usable with any
   std::vector<Remark> remarks;       // the grave ones first
 };
+
+// One of the expressions an avatar needs, as far as the clip shows it.
+struct DeedShown {
+  std::string_view words;        // "smile"
+  double range = 0, needed = 0;  // how much its amount varies, 0..1; from where on it counts as shown
+};
+std::array<DeedShown, kDeeds.size()> deeds_shown(const ClipMeasures& measures);
+
+// Whether this one picture shows the fault; of faults of the whole clip every picture does.
+bool shows_fault(const Look& look, Fault fault);
 
 CaptureVerdict judge_capture(const ClipMeasures& measures);
 

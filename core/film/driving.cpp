@@ -67,6 +67,7 @@ Result<Track> driver_track(const DriveRequest& request, const HeadModel& model, 
   if (!region) return region.error();
   TrackOptions options;
   options.predictor = request.landmark_model;
+  options.every_frame = true;  // what is driven has the clip's own rate
   auto track = track_clip(request.video, *region, assumed_camera(*info), {}, model, options,
                           progress.stage(0.15, 1, "tracking the driver"), stop);
   if (!track) return track.error();

@@ -120,6 +120,16 @@ void add_texts(std::vector<unsigned char>& png,
 
 }  // namespace
 
+int image_orientation(const std::filesystem::path& path) {
+  try {
+    const auto input = OIIO::ImageInput::open(path.string());
+    const int tag = input ? input->spec().get_int_attribute("Orientation", 1) : 1;
+    return tag >= 1 && tag <= 8 ? tag : 1;
+  } catch (const std::exception&) {
+    return 1;
+  }
+}
+
 Result<Image8> read_image(const std::filesystem::path& path) {
   const std::string name = path.filename().string();
   std::error_code ignored;

@@ -12,14 +12,40 @@ namespace likeness {
 namespace {
 
 constexpr int kDetectionSide = 800;  // px, the longer side that the detector sees
+constexpr double kSureScore = 0.4;   // of the detector; below it, chance patterns are common
+constexpr double kSameFace = 0.3;    // shared area over joint area of a face found twice
 
 struct CoarseState {
   explicit CoarseState(FaceDetector loaded) : detector(std::move(loaded)) {}
   std::mutex mutex;  // the detector is not thread-safe
   FaceDetector detector;
-  std::vector<FaceBox>
-      last;  // of the last picture with a face: heads do not vanish when a detector misses them
+  std::vector<FaceBox> last;    // believed in the last picture that had any
+  std::vector<FaceBox> unsure;  // not believed in the last picture
 };
+
+bool is_among(const FaceBox& face, const std::vector<FaceBox>& others) {
+  return std::ranges::any_of(others, [&](const FaceBox& other) {
+    const double w = std::min(face.x + face.width, other.x + other.width) - std::max(face.x, other.x),
+                 h = std::min(face.y + face.height, other.y + other.height) - std::max(face.y, other.y);
+    const double shared = std::max(0.0, w) * std::max(0.0, h);
+    return shared > kSameFace * (face.width * face.height + other.width * other.height - shared);
+  });
+}
+
+// The faces of this picture that are surely some, or were there before.
+std::vector<FaceBox> believed(CoarseState& state, const std::vector<FaceBox>& found, Pictures pictures) {
+  std::vector<FaceBox> faces, unsure;
+  for (const FaceBox& face : found) {
+    const bool known =
+        pictures == Pictures::in_sequence && (is_among(face, state.last) || is_among(face, state.unsure));
+    (face.score >= kSureScore || known ? faces : unsure).push_back(face);
+  }
+  state.unsure = std::move(unsure);
+  if (pictures == Pictures::single) return faces;
+  if (faces.empty()) return state.last;  // heads do not vanish when a detector misses them
+  state.last = faces;
+  return faces;
+}
 
 // Head ellipse with hair, neck, and shoulders that slope down to the lower border. The detector's box spans
 // about the brows to the chin and is as wide as the face; every part is some 10 % larger than an upright
@@ -42,11 +68,11 @@ void draw_person(cv::Mat& mask, const FaceBox& box) {
 
 }  // namespace
 
-Result<PersonMask> coarse_person_mask(const std::filesystem::path& predictor) {
+Result<PersonMask> coarse_person_mask(const std::filesystem::path& predictor, Pictures pictures) {
   auto detector = FaceDetector::load(predictor);
   if (!detector) return detector.error();
   auto state = std::make_shared<CoarseState>(std::move(*detector));
-  return PersonMask([state](int, const Image8& rgb) {
+  return PersonMask([state, pictures](int, const Image8& rgb) {
     Image8 mask(rgb.width, rgb.height, 1, 0);
     const double scale = std::min(1.0, double(kDetectionSide) / std::max(rgb.width, rgb.height));
     std::vector<FaceBox> boxes;
@@ -56,10 +82,7 @@ Result<PersonMask> coarse_person_mask(const std::filesystem::path& predictor) {
                         : state->detector.detect(rgb);
       for (auto& box : boxes)
         box = {box.x / scale, box.y / scale, box.width / scale, box.height / scale, box.score};
-      if (boxes.empty())
-        boxes = state->last;
-      else
-        state->last = boxes;
+      boxes = believed(*state, boxes, pictures);
     }
     cv::Mat view(mask.height, mask.width, CV_8U, mask.data.data());
     for (const auto& box : boxes) draw_person(view, box);

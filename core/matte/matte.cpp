@@ -15,6 +15,7 @@
 #include "core/base/files.h"
 #include "core/base/parallel.h"
 #include "core/image/files.h"
+#include "core/matte/matting_network.h"
 #include "core/matte/person_hull.h"
 #include "core/matte/person_prior.h"
 #include "core/matte/plate.h"
@@ -38,6 +39,7 @@ struct Stage {
   const Track& track;
   PersonModel person;
   int size = 256, cut_size = 256;
+  const MattingNetwork* network = nullptr;  // or none
   std::stop_token stop;
 };
 
@@ -53,6 +55,7 @@ struct Sample {
   const Job* job = nullptr;
   cv::Mat picture, small;  // size and cut_size, 8UC3
   PersonPrior prior;       // cut_size
+  cv::Mat network;         // cut_size, 8U; empty without one
   cv::Mat person;          // cut_size, empty before the first cut
 };
 
@@ -90,6 +93,16 @@ Result<cv::Mat> read_frame(const Stage& stage, int frame) {
                  "Run `likeness import` again.", (stage.folder / frame_name(frame)).string()};
   cv::Mat picture = view(*image).clone();
   return picture.cols == stage.size ? picture : reduced(picture, stage.size);
+}
+
+// What the network says of a picture, at its size; empty without one.
+Result<cv::Mat> network_alpha(const Stage& stage, const cv::Mat& picture) {
+  if (!stage.network) return cv::Mat();
+  Image8 rgb(picture.cols, picture.rows, 3);
+  std::memcpy(rgb.data.data(), picture.data, rgb.data.size());
+  const auto alpha = stage.network->alpha(rgb);
+  if (!alpha) return alpha.error();
+  return view(*alpha).clone();
 }
 
 // The tracked frame nearest in number: heads do not leap where the track is lost.
@@ -180,6 +193,9 @@ Result<std::vector<Sample>> load_samples(const Stage& stage, const std::vector<J
     samples[i].job = chosen[i];
     samples[i].picture = *picture;
     samples[i].small = reduced(*picture, stage.cut_size);
+    const auto network = network_alpha(stage, samples[i].small);
+    if (!network) return network.error();
+    samples[i].network = *network;
     samples[i].prior = prior_of(stage, *chosen[i], stage.cut_size, {});
   }
   return samples;
@@ -243,10 +259,12 @@ Statistics learn(const Stage& stage, const std::vector<Sample>& samples) {
   return statistics;
 }
 
-cv::Mat cut(const Job& job, const cv::Mat& small, const PersonPrior& prior, const Statistics& statistics) {
+cv::Mat cut(const Job& job, const cv::Mat& small, const PersonPrior& prior, const cv::Mat& network,
+            const Statistics& statistics) {
   const bool plate = job.on_plate && statistics.has_plate;
   return cut_person({&small, &prior, plate ? &statistics.small_plate : nullptr, &statistics.upper,
-                     &statistics.lower, plate ? &statistics.still : nullptr});
+                     &statistics.lower, plate ? &statistics.still : nullptr,
+                     network.empty() ? nullptr : &network});
 }
 
 Result<Statistics> learn_in_rounds(const Stage& stage, const std::vector<Job>& jobs,
@@ -259,7 +277,7 @@ Result<Statistics> learn_in_rounds(const Stage& stage, const std::vector<Job>& j
       Sample& sample = (*samples)[i];
       if (stage.stop.stop_requested()) return;
       if (round > 1) sample.prior = prior_of(stage, *sample.job, stage.cut_size, statistics.hull);
-      sample.person = cut(*sample.job, sample.small, sample.prior, statistics);
+      sample.person = cut(*sample.job, sample.small, sample.prior, sample.network, statistics);
     });
     if (stage.stop.stop_requested()) return cancelled_error();
     statistics = learn(stage, *samples);
@@ -284,7 +302,14 @@ Result<std::vector<cv::Mat>> cut_all(const Stage& stage, const std::vector<Job>&
       return;
     }
     const cv::Mat small = reduced(*picture, stage.cut_size);
-    cuts[i] = cut(jobs[i], small, prior_of(stage, jobs[i], stage.cut_size, statistics.hull), statistics);
+    const auto network = network_alpha(stage, small);
+    if (!network) {
+      const std::lock_guard lock(mutex);
+      if (!fault) fault = network.error();
+      return;
+    }
+    cuts[i] =
+        cut(jobs[i], small, prior_of(stage, jobs[i], stage.cut_size, statistics.hull), *network, statistics);
     progress.report(double(++done) / double(jobs.size()), fmt::format("frame {}", jobs[i].frame));
   });
   if (stage.stop.stop_requested()) return cancelled_error();
@@ -313,14 +338,18 @@ Result<void> write_masks(const Stage& stage, const std::vector<Job>& jobs, const
     if (stage.stop.stop_requested()) return;
     const auto picture = read_frame(stage, jobs[i].frame);
     Result<void> written = picture ? Result<void>() : Result<void>(picture.error());
-    if (picture) {
+    const auto network = picture ? network_alpha(stage, *picture) : Result<cv::Mat>(cv::Mat());
+    if (!network) written = network.error();
+    if (picture && network) {
       cv::Mat person = steady(jobs, cuts, i);
       if (person.cols != stage.size) {
         cv::resize(person, person, {stage.size, stage.size}, 0, 0, cv::INTER_LINEAR);
         person = person > 127;
       }
       const Plate* plate = jobs[i].on_plate && statistics.has_plate ? &statistics.plate : nullptr;
-      const cv::Mat alpha = soften(*picture, person, plate, std::max(2, stage.size / 80));
+      const int radius = std::max(2, stage.size / 80);
+      const cv::Mat alpha = network->empty() ? soften(*picture, person, plate, radius)
+                                             : soften_by_network(*network, person, 2 * radius);
       Image8 out(stage.size, stage.size, 1);
       std::memcpy(out.data.data(), alpha.data, out.data.size());
       written = write_image(folder / frame_name(jobs[i].frame).filename(), out);
@@ -468,6 +497,12 @@ Result<MatteResult> matte_clip(const fs::path& folder, const Capture& capture, c
     return Error{ErrorCode::bad_input,
                  fmt::format("A crop of {} px to {} px cannot be matted.", capture.crop.side, options.size),
                  "Run `likeness import` again.", folder.string()};
+  std::optional<MattingNetwork> network;
+  if (!options.network.empty()) {
+    auto loaded = MattingNetwork::load(options.network);
+    if (!loaded) return loaded.error();
+    network = std::move(*loaded);
+  }
   try {
     const Stage stage{folder,
                       capture,
@@ -476,6 +511,7 @@ Result<MatteResult> matte_clip(const fs::path& folder, const Capture& capture, c
                       make_person_model(model, track),
                       options.size,
                       std::min(options.size, kCutSide),
+                      network ? &*network : nullptr,
                       stop};
     auto result = run(stage, progress);
     std::error_code ignored;

@@ -20,10 +20,16 @@ namespace likeness {
 
 // Landmark-free person mask for the cameras: head ellipse and the shoulders below it, dilated. Detects per
 // frame.
-Result<PersonMask> coarse_person_mask(const std::filesystem::path& predictor = {});
+// in_sequence: asked about the pictures of a clip in their order; a face that the detector doubts counts
+// where it was a moment ago, and one that it misses is still there.
+enum class Pictures { in_sequence, single };
+Result<PersonMask> coarse_person_mask(const std::filesystem::path& predictor = {},
+                                      Pictures pictures = Pictures::in_sequence);
 
 struct MatteOptions {
   int size = 256;
+  // A matting or parsing network (core/matte/matting_network.h) that is asked about every frame; empty: none.
+  std::filesystem::path network;
 };
 
 struct MatteResult {

@@ -30,6 +30,7 @@ struct SegmentInput {
   const ColourModel* colours = nullptr;        // of head and neck
   const ColourModel* lower_colours = nullptr;  // of what is below the neck's base; null = as above it
   const cv::Mat* still = nullptr;              // 32F, 0..1: texture that never moves; may be null
+  const cv::Mat* network = nullptr;            // 8U alpha that a matting network gives; may be null
 };
 
 // 8U, 255 = person.
@@ -38,5 +39,8 @@ cv::Mat cut_person(const SegmentInput& input);
 // 8U alpha for the cut: closed-form mixing of the nearby person and background colours (the plate's where
 // known) in a band of `radius` px about the boundary, 0 or 255 elsewhere.
 cv::Mat soften(const cv::Mat& picture, const cv::Mat& person, const Plate* plate, int radius);
+
+// 8U alpha for the cut, a network's in a band of `radius` px about the boundary.
+cv::Mat soften_by_network(const cv::Mat& network, const cv::Mat& person, int radius);
 
 }  // namespace likeness

@@ -40,6 +40,7 @@ json to_json(const ProjectOptions& options) {
   return {{"video", options.video.string()},
           {"head_model", options.head_model.string()},
           {"landmark_model", options.landmark_model.string()},
+          {"matting_network", options.matting_network.string()},
           {"size_px", options.size},
           {"budget_s", options.budget_s},
           {"steps", options.steps},
@@ -47,6 +48,7 @@ json to_json(const ProjectOptions& options) {
           {"checkpoint_every_s", options.checkpoint_every_s},
           {"use_ambient", options.use_ambient},
           {"use_warp", options.use_warp},
+          {"resting_camera", options.resting_camera},
           {"refine_track", options.refine_track},
           {"use_latent", options.use_latent},
           {"use_occupancy", options.use_occupancy},
@@ -58,6 +60,7 @@ ProjectOptions options_from_json(const json& j) {
   options.video = j.at("video").get<std::string>();
   options.head_model = j.at("head_model").get<std::string>();
   options.landmark_model = j.at("landmark_model").get<std::string>();
+  options.matting_network = j.value("matting_network", "");
   options.size = j.at("size_px");
   options.budget_s = j.at("budget_s");
   options.steps = j.at("steps");
@@ -65,6 +68,7 @@ ProjectOptions options_from_json(const json& j) {
   options.checkpoint_every_s = j.value("checkpoint_every_s", options.checkpoint_every_s);
   options.use_ambient = j.at("use_ambient");
   options.use_warp = j.value("use_warp", true);
+  options.resting_camera = j.value("resting_camera", false);
   options.refine_track = j.value("refine_track", false);
   options.use_latent = j.at("use_latent");
   options.use_occupancy = j.at("use_occupancy");
@@ -175,6 +179,7 @@ Result<Project> open_or_create_project(const fs::path& folder, const ProjectOpti
   project.options.video = remembered(options.video);
   project.options.head_model = remembered(options.head_model);
   project.options.landmark_model = remembered(options.landmark_model);
+  project.options.matting_network = remembered(options.matting_network);
   if (const auto saved = save_project(project); !saved) return saved.error();
   return project;
 }

@@ -34,16 +34,18 @@ struct StageRecord {
 // What the user chose. Everything else has one default, kept by the stages themselves.
 struct ProjectOptions {
   std::filesystem::path video;
-  std::filesystem::path head_model;      // empty = the built-in head
-  std::filesystem::path landmark_model;  // empty = the system's
-  int size = 256;                        // px
-  double budget_s = 300;                 // of training
-  std::uint64_t steps = 0;               // exact training steps instead of a budget
+  std::filesystem::path head_model;       // empty = the built-in head
+  std::filesystem::path landmark_model;   // empty = the system's
+  std::filesystem::path matting_network;  // ONNX; empty = none
+  int size = 256;                         // px
+  double budget_s = 300;                  // of training
+  std::uint64_t steps = 0;                // exact training steps instead of a budget
   std::uint64_t seed = 0;
   double checkpoint_every_s = 30;  // what a killed training loses at most
   bool use_ambient = true, use_latent = true, use_occupancy = true, use_warp = true;
-  bool refine_track = false;  // correct the training frames through the field
-  std::vector<int> left_out;  // frames the user takes out of the training, ascending; held-out ones cannot be
+  bool resting_camera = false;  // the user's word; otherwise the align stage finds out
+  bool refine_track = false;    // correct the training frames through the field
+  std::vector<int> left_out;    // frames the user takes out of the training, ascending; held-out ones cannot be
 };
 
 // Whether the filmed person agreed to an avatar of themselves. Asked when a clip is first imported in the

@@ -14,11 +14,13 @@
 #include "core/head/builtin_head.h"
 #include "core/head/load_head_model.h"
 #include "core/matte/matte.h"
+#include "core/matte/matting_network.h"
 #include "core/project/care.h"
 #include "core/project/project_views.h"
 #include "core/project/training_curve.h"
 #include "core/track/track_clip.h"
 #include "core/train/memory_forecast.h"
+#include "core/video/decode.h"
 
 namespace likeness {
 
@@ -49,7 +51,8 @@ std::string clip_content(const Project& project) {
   if (!fs::exists(project.options.video, ignored)) {
     if (const auto capture = read_capture(capture_path(project))) return capture->video_hash;
   }
-  return content_of(project.options.video);
+  const auto hash = hash_video(project.options.video);
+  return hash ? *hash : "absent";
 }
 
 // Everything the stage's result depends on, as one hash. Results of earlier stages count by content, so an
@@ -62,7 +65,7 @@ std::string input_hash(const Project& project, Stage stage) {
       inputs += fmt::format("{} {}", clip_content(project), o.size);
       break;
     case Stage::align:
-      inputs += fmt::format("{} {}", clip_content(project), o.seed);
+      inputs += fmt::format("{} {}{}", clip_content(project), o.seed, o.resting_camera ? " rests" : "");
       break;
     case Stage::fit:
       inputs +=
@@ -73,6 +76,7 @@ std::string input_hash(const Project& project, Stage stage) {
       inputs +=
           fmt::format("{} {} {} {}", content_of(capture_path(project)), content_of(cameras_path(project)),
                       content_of(track_path(project)), head_model_content(o));
+      if (!o.matting_network.empty()) inputs.append(" ").append(matting_network_hash(o.matting_network));
       break;
     case Stage::train:
       inputs += fmt::format("{} {} {} {} {} {} {} {} {} {} {} {}", project.record(Stage::matte).input_hash,
@@ -143,12 +147,18 @@ Result<void> run_import(const StageContext& context) {
 }
 
 Result<void> run_align(const StageContext& context) {
-  const auto person = coarse_person_mask(context.project.options.landmark_model);
-  if (!person) return person.error();
+  const fs::path& video = context.project.options.video;
   AlignOptions options;
   options.seed = int(context.project.options.seed);
-  const auto aligned = align_clip(context.project.options.video, *person, context.project.folder / "colmap",
-                                  options, context.progress, context.stop);
+  options.resting = context.project.options.resting_camera;
+  std::error_code ignored;
+  const bool photographs = fs::is_directory(video, ignored) && !options.resting;
+  const auto person = coarse_person_mask(context.project.options.landmark_model,
+                                         photographs ? Pictures::single : Pictures::in_sequence);
+  if (!person) return person.error();
+  const auto align = photographs ? align_photos : align_clip;
+  const auto aligned =
+      align(video, *person, context.project.folder / "colmap", options, context.progress, context.stop);
   if (!aligned) return aligned.error();
   context.record.message = aligned->evidence;
   context.record.warnings = aligned->warnings;
@@ -196,6 +206,7 @@ Result<void> run_matte(const StageContext& context) {
   if (const auto fits = check_track_fits(track, *model); !fits) return fits.error();
   MatteOptions options;
   options.size = capture.size;
+  options.network = context.project.options.matting_network;
   const auto matte = matte_clip(context.project.folder, capture, cameras, track, *model, options,
                                 context.progress, context.stop);
   if (!matte) return matte.error();

@@ -16,6 +16,7 @@ struct DemoOptions {
   int frames = 240;
   double frames_per_second = 25;
   double moving_share = 0.35;  // of the frames, with the camera moving; 0 = static camera throughout
+  bool restless_head = false;  // the head turns already while the camera moves, as people are told not to do
   int samples_per_pixel = 4;
   int person = 0;  // 0..5, see core/synth/cast.h
   int light = 0;   // 0..2: soft window, ceiling light, lamp in the evening

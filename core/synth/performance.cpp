@@ -18,7 +18,7 @@ constexpr double kFirstCycleSeconds = 3.6, kSecondCycleSeconds = 6.4, kFinaleSec
 constexpr double kFinaleShare = 0.10;  // of the clip
 
 struct Moment {
-  bool resting_head = true;  // the first part of the clip
+  bool walking = true;  // the first part of the clip, in which the camera moves
   double share = 0;          // of the part, [0, 1]
   double phase = 0;          // within the cycle, [0, 1)
   int cycle = 0;
@@ -29,19 +29,19 @@ struct Moment {
 Moment moment_of(const DemoOptions& options, int frame) {
   const int moving = moving_frames(options);
   Moment moment;
-  moment.resting_head = frame < moving;
-  const int first = moment.resting_head ? 0 : moving;
-  const int count = std::max(1, moment.resting_head ? moving : options.frames - moving);
+  moment.walking = frame < moving;
+  const int first = moment.walking ? 0 : moving;
+  const int count = std::max(1, moment.walking ? moving : options.frames - moving);
   moment.share = double(frame - first) / std::max(1, count - 1);
   const double seconds = count / options.frames_per_second;
   const int cycles = std::max(
-      1, int(std::lround(seconds / (moment.resting_head ? kFirstCycleSeconds : kSecondCycleSeconds))));
+      1, int(std::lround(seconds / (moment.walking ? kFirstCycleSeconds : kSecondCycleSeconds))));
   const double position = double(frame - first) / count * cycles;
   moment.cycle = int(position);
   moment.phase = position - moment.cycle;
   moment.time_s = frame / options.frames_per_second;
   const int closing = std::max(1, int(std::lround(kFinaleShare * options.frames)));
-  if (!moment.resting_head && frame >= options.frames - closing) {
+  if (!moment.walking && frame >= options.frames - closing) {
     const int repeats = std::max(1, int(std::lround(closing / options.frames_per_second / kFinaleSeconds)));
     const double at = double(frame - (options.frames - closing)) / closing * repeats;
     moment.finale = at - std::floor(at);
@@ -85,7 +85,7 @@ Camera film(const DemoOptions& options, const Moment& moment, const Vec3d& face,
   k.cy = 0.5 * options.height;
   double yaw = 0, pitch = 0, distance = 0.62, roll = 0;
   Vec3d aim = face + Vec3d(0, -0.035, -0.03);
-  if (moment.resting_head) {
+  if (moment.walking) {
     // From the subject's right round to the left and back to the front, rising and sinking, nearer and
     // farther; the last tenth settles onto the position of the second part.
     const double u = moment.share, settle = 1 - ease((u - 0.86) / 0.14);
@@ -254,8 +254,10 @@ Shot perform(const HeadModel& model, const HeadShape& shape, const DemoOptions& 
   shot.camera = film(options, m, eyes, frame);
 
   // -- Head and torso
-  if (!m.resting_head) {
-    const double start = ease((m.cycle + m.phase) / 0.08), p = kTurn * m.phase, c = m.cycle;
+  if (!m.walking || options.restless_head) {
+    // In the first part it comes back to rest before the second begins.
+    const double end = m.walking ? ease((1 - m.share) / 0.08) : 1;
+    const double start = ease((m.cycle + m.phase) / 0.08) * end, p = kTurn * m.phase, c = m.cycle;
     const double yaw = 30 * kDegree * std::sin(p) * start;
     const double pitch = 12 * kDegree * std::sin(2 * p + 0.9 + 0.8 * c) * start;
     const double roll = 7 * kDegree * std::sin(3 * p + 0.4 + c) * start;
@@ -272,7 +274,7 @@ Shot perform(const HeadModel& model, const HeadShape& shape, const DemoOptions& 
 
   // -- Face
   const Cast cast{model, shot.articulation};
-  if (m.resting_head) {
+  if (m.walking) {
     first_part(cast, m, seed);
   } else if (m.finale >= 0) {
     finale(cast, m.finale, seed);
@@ -286,7 +288,7 @@ Shot perform(const HeadModel& model, const HeadShape& shape, const DemoOptions& 
 
   // -- Gaze: at the camera, with glances aside in the second part
   const Vec3d lens = shot.camera.cam_from_world.inverse().translation();
-  const double aside = m.resting_head ? 0 : swell(m.phase, 0.58, 0.68) - swell(m.phase, 0.26, 0.33);
+  const double aside = m.walking ? 0 : swell(m.phase, 0.58, 0.68) - swell(m.phase, 0.26, 0.33);
   gaze(cast, shape, shot.world_from_head.inverse() * lens, 16 * kDegree * aside, 5 * kDegree * aside);
 
   if (model.expression_min.size() == shot.articulation.expression.size()) {

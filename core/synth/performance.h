@@ -19,7 +19,7 @@ struct Shot {
   Articulation articulation;
 };
 
-// Number of frames, from the first, in which the camera moves and the head rests.
+// Number of frames, from the first, in which the camera moves and the head rests, unless it is restless.
 int moving_frames(const DemoOptions& options);
 
 // Deterministic. model: its named actions are used, those it lacks are left out.

@@ -247,7 +247,8 @@ Result<ClipFrames> read_clip_frames(const std::filesystem::path& video, const Tr
                                     const Progress& progress, std::stop_token stop) {
   auto detector = FaceDetector::load(options.predictor);
   if (!detector) return detector.error();
-  auto reader = VideoReader::open(video);
+  auto reader = VideoReader::open(video, VideoPixels::rgb,
+                                  options.every_frame ? VideoFrames::all : VideoFrames::sampled);
   if (!reader) return reader.error();
   const VideoInfo info = reader->info();
   ClipFrames clip;
@@ -283,7 +284,8 @@ Result<ClipFrames> read_clip_frames(const std::filesystem::path& video, const Tr
     }
     if (end || faces.waiting() >= kBatch) {
       faces.advance(end, stop);
-      progress.report(info.frame_count > 0 ? static_cast<double>(clip.frames.size()) / info.frame_count : 0.5,
+      const int last = clip.frames.empty() ? 0 : clip.frames.back().frame;
+      progress.report(info.frame_count > 0 ? static_cast<double>(last) / info.frame_count : 0.5,
                       fmt::format("faces in {} frames", clip.frames.size()));
     }
     if (end) break;

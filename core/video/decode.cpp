@@ -16,9 +16,11 @@ extern "C" {
 #include <string_view>
 
 #include "core/base/files.h"
+#include "core/base/hash.h"
 #include "core/video/frame_to_rgb.h"
 #include "core/video/libav.h"
 #include "core/video/mp4_boxes.h"
+#include "core/video/photos.h"
 
 namespace likeness {
 namespace {
@@ -47,10 +49,6 @@ Result<void> check_is_file(const std::filesystem::path& path) {
   if (!std::filesystem::exists(status)) {
     return Error{ErrorCode::not_found, fmt::format("There is no video \"{}\".", path.string()),
                  "Check the name and the folder.", path.string()};
-  }
-  if (std::filesystem::is_directory(status)) {
-    return bad_video(path, fmt::format("\"{}\" is a folder, not a video.", path.string()),
-                     "Name the video file itself.");
   }
   if (std::filesystem::is_regular_file(status) && std::filesystem::file_size(path, failure) == 0) {
     return bad_video(path, fmt::format("\"{}\" is empty (0 bytes).", path.filename().string()), kCopyAgain);
@@ -90,6 +88,15 @@ Orientation orientation_of(const AVStream& stream) {
   return orientation_from_matrix(matrix);
 }
 
+Image8 luma_of(const Image8& rgb) {
+  Image8 luma(rgb.width, rgb.height, 1);
+  for (std::size_t i = 0; i < luma.data.size(); ++i) {
+    const std::uint8_t* p = rgb.data.data() + 3 * i;
+    luma.data[i] = std::uint8_t((77 * p[0] + 150 * p[1] + 29 * p[2] + 128) >> 8);
+  }
+  return luma;
+}
+
 double rate_of(AVFormatContext& format, AVStream& stream) {
   const AVRational rate =
       stream.avg_frame_rate.num > 0 ? stream.avg_frame_rate : av_guess_frame_rate(&format, &stream, nullptr);
@@ -106,6 +113,7 @@ struct VideoReader::Impl {
   std::unique_ptr<AVFrame, FreeFrame> frame{av_frame_alloc()};
   AVStream* stream = nullptr;
   VideoPixels pixels = VideoPixels::rgb;
+  int stride = 1;  // of the frames handed out
   FrameConverter converter;
   Orientation orientation;
   VideoInfo info;
@@ -118,11 +126,16 @@ struct VideoReader::Impl {
   double last_time_s = 0;
   std::optional<Error> failure;  // repeated by every later next()
 
+  std::vector<std::filesystem::path> photos;  // of a folder; then nothing of FFmpeg is used
+
   Result<void> open();
+  Result<void> open_photos();
+  Result<std::optional<VideoFrame>> next_photo();
   Result<void> open_decoder();
   void fill_info();
   Result<void> feed();
   Result<std::optional<VideoFrame>> take();
+  double time_of_frame() const;
   Result<std::optional<VideoFrame>> finish();
   Error broken_off() const;
   Error damaged() const;
@@ -131,6 +144,8 @@ struct VideoReader::Impl {
 
 Result<void> VideoReader::Impl::open() {
   silence_ffmpeg();
+  std::error_code ignored;
+  if (std::filesystem::is_directory(path, ignored)) return open_photos();
   if (const auto checked = check_is_file(path); !checked) return checked;
   AVFormatContext* raw = nullptr;
   // The "file:" prefix keeps a name such as "a:b.mp4" from being taken for a protocol.
@@ -160,6 +175,39 @@ Result<void> VideoReader::Impl::open() {
   cut_off = scan_mp4_boxes(path).cut_off;
   fill_info();
   return open_decoder();
+}
+
+Result<void> VideoReader::Impl::open_photos() {
+  auto listed = list_photos(path);
+  if (!listed) return listed.error();
+  photos = std::move(*listed);
+  const auto first = read_photo(photos.front());
+  if (!first) return first.error();
+  info.width = first->width;
+  info.height = first->height;
+  info.frames_per_second = 1;
+  info.frame_count = int(photos.size());
+  info.duration_s = double(photos.size());
+  info.codec = "photographs";
+  return {};
+}
+
+Result<std::optional<VideoFrame>> VideoReader::Impl::next_photo() {
+  next_index = next_index == 0 ? 0 : (next_index + stride - 1) / stride * stride;
+  if (std::size_t(next_index) >= photos.size()) {
+    ended = true;
+    return std::optional<VideoFrame>();
+  }
+  const std::filesystem::path& file = photos[std::size_t(next_index)];
+  auto photo = read_photo(file);
+  if (!photo) return photo.error();
+  if (photo->width != info.width || photo->height != info.height)
+    return other_size_error(file, *photo, info.width, info.height);
+  VideoFrame result;
+  result.index = next_index++;
+  result.time_s = last_time_s = result.index;
+  result.rgb = pixels == VideoPixels::luma ? luma_of(*photo) : std::move(*photo);
+  return std::optional<VideoFrame>(std::move(result));
 }
 
 Result<void> VideoReader::Impl::open_decoder() {
@@ -232,28 +280,36 @@ Result<void> VideoReader::Impl::feed() {
   }
 }
 
+// Presentation time of the frame just decoded, from the stream's start.
+double VideoReader::Impl::time_of_frame() const {
+  if (frame->best_effort_timestamp != AV_NOPTS_VALUE) {
+    const std::int64_t start = stream->start_time == AV_NOPTS_VALUE ? 0 : stream->start_time;
+    return double(frame->best_effort_timestamp - start) * av_q2d(stream->time_base);
+  }
+  const double step = info.frames_per_second > 0 ? 1 / info.frames_per_second : 0.04;
+  return next_index == 0 ? 0 : last_time_s + step;
+}
+
+// nullopt for a frame that is left out.
 Result<std::optional<VideoFrame>> VideoReader::Impl::take() {
   if (frame->flags & AV_FRAME_FLAG_CORRUPT || frame->decode_error_flags != 0) {
     if (cut_off || read_error != 0) return broken_off();
     return damaged();
   }
   VideoFrame result;
+  result.time_s = last_time_s = time_of_frame();
+  result.index = next_index++;
+  if (result.index % stride != 0) {
+    av_frame_unref(frame.get());
+    return std::optional<VideoFrame>();
+  }
   const bool turned = orientation.transposed;
   const int width = turned ? info.height : info.width, height = turned ? info.width : info.height;
   const Image8 coded = pixels == VideoPixels::luma ? converter.to_luma(*frame, width, height)
                                                    : converter.to_rgb(*frame, width, height);
   if (coded.empty()) return damaged();
   result.rgb = oriented(coded, orientation);
-  const double step = info.frames_per_second > 0 ? 1 / info.frames_per_second : 0.04;
-  if (frame->best_effort_timestamp != AV_NOPTS_VALUE) {
-    const std::int64_t start = stream->start_time == AV_NOPTS_VALUE ? 0 : stream->start_time;
-    result.time_s = double(frame->best_effort_timestamp - start) * av_q2d(stream->time_base);
-  } else {
-    result.time_s = next_index == 0 ? 0 : last_time_s + step;
-  }
   av_frame_unref(frame.get());
-  last_time_s = result.time_s;
-  result.index = next_index++;
   return std::optional<VideoFrame>(std::move(result));
 }
 
@@ -301,11 +357,13 @@ Error VideoReader::Impl::damaged() const {
                    "keep one side.");
 }
 
-Result<VideoReader> VideoReader::open(const std::filesystem::path& path, VideoPixels pixels) {
+Result<VideoReader> VideoReader::open(const std::filesystem::path& path, VideoPixels pixels,
+                                      VideoFrames frames) {
   auto impl = std::make_unique<Impl>();
   impl->path = path;
   impl->pixels = pixels;
   if (const auto opened = impl->open(); !opened) return opened.error();
+  if (frames == VideoFrames::sampled) impl->stride = sampling_stride(impl->info);
   return VideoReader(std::move(impl));
 }
 
@@ -321,9 +379,14 @@ Result<std::optional<VideoFrame>> VideoReader::next() {
   if (reader.failure) return *reader.failure;
   if (reader.ended) return std::optional<VideoFrame>();
   const auto step = [&]() -> Result<std::optional<VideoFrame>> {
+    if (!reader.photos.empty()) return reader.next_photo();
     while (true) {
       const int error = avcodec_receive_frame(reader.codec.get(), reader.frame.get());
-      if (error == 0) return reader.take();
+      if (error == 0) {
+        auto taken = reader.take();
+        if (!taken || *taken) return taken;
+        continue;
+      }
       if (error == AVERROR_EOF) return reader.finish();
       if (error != AVERROR(EAGAIN)) return reader.damaged();
       if (const auto fed = reader.feed(); !fed) return fed.error();
@@ -332,6 +395,19 @@ Result<std::optional<VideoFrame>> VideoReader::next() {
   auto result = step();
   if (!result) reader.failure = result.error();
   return result;
+}
+
+int sampling_stride(const VideoInfo& info) {
+  constexpr double kFast = 60.5, kUsual = 30;  // frames a second
+  constexpr int kMost = 9000;
+  const int for_rate =
+      info.frames_per_second > kFast ? std::max(1, int(std::lround(info.frames_per_second / kUsual))) : 1;
+  return std::max(for_rate, (info.frame_count + kMost - 1) / kMost);
+}
+
+Result<std::string> hash_video(const std::filesystem::path& path) {
+  std::error_code ignored;
+  return std::filesystem::is_directory(path, ignored) ? hash_photos(path) : hash_file(path);
 }
 
 Result<VideoInfo> probe_video(const std::filesystem::path& path) {

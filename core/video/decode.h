@@ -1,4 +1,5 @@
-// Frames of a video file through FFmpeg's libraries: rotation tag applied, true timestamps kept, RGB 8 bit.
+// Frames of a video file, or of a folder of photographs (core/video/photos.h), through FFmpeg's libraries:
+// rotation tag applied, true timestamps kept, RGB 8 bit.
 #pragma once
 
 #include <filesystem>
@@ -26,11 +27,22 @@ struct VideoInfo {
 // things.
 enum class VideoPixels { rgb, luma };
 
+// Which frames a reader gives: each one, or every sampling_stride-th from the first on, with its own number
+// and time. What is left out is decoded, but neither converted nor handed out.
+enum class VideoFrames { all, sampled };
+
 struct VideoFrame {
   int index = 0;      // in decoding order, from 0: the frame's number everywhere in a project
   double time_s = 0;  // presentation time
   Image8 rgb;         // 3 channels; 1 from a reader of luma
 };
+
+// 1 up to 60 frames a second and 9,000 frames. Faster films are brought to about 30 a second, longer ones to
+// 9,000 frames in all: more of either teaches an avatar nothing and cannot be tracked in one piece.
+int sampling_stride(const VideoInfo& info);
+
+// Of a file's bytes; of a folder's photographs.
+Result<std::string> hash_video(const std::filesystem::path& path);
 
 Result<VideoInfo> probe_video(const std::filesystem::path& path);
 
@@ -38,7 +50,8 @@ Result<VideoInfo> probe_video(const std::filesystem::path& path);
 // bad_input naming the last good frame.
 class VideoReader {
  public:
-  static Result<VideoReader> open(const std::filesystem::path& path, VideoPixels pixels = VideoPixels::rgb);
+  static Result<VideoReader> open(const std::filesystem::path& path, VideoPixels pixels = VideoPixels::rgb,
+                                  VideoFrames frames = VideoFrames::all);
   ~VideoReader();
   VideoReader(VideoReader&&) noexcept;
   VideoReader& operator=(VideoReader&&) noexcept;

@@ -102,9 +102,21 @@ struct HdrTables {
   }
 };
 
-Image8 hdr_to_srgb(const std::vector<std::uint16_t>& signal, int width, int height, bool hlg) {
+const HdrTables& hdr_tables(bool hlg) {
   static const HdrTables hlg_tables(true), pq_tables(false);
-  const HdrTables& tables = hlg ? hlg_tables : pq_tables;
+  return hlg ? hlg_tables : pq_tables;
+}
+
+bool is_hlg(const AVFrame& frame) { return frame.color_trc == AVCOL_TRC_ARIB_STD_B67; }
+bool is_hdr(const AVFrame& frame) { return is_hlg(frame) || frame.color_trc == AVCOL_TRC_SMPTE2084; }
+
+std::uint8_t shown(const HdrTables& tables, float light) {
+  const float root = std::sqrt(std::clamp(compress_highlights(std::max(light, 0.0f)), 0.0f, 1.0f));
+  return tables.encode[std::size_t(root * kEncodeSteps + 0.5f)];
+}
+
+Image8 hdr_to_srgb(const std::vector<std::uint16_t>& signal, int width, int height, bool hlg) {
+  const HdrTables& tables = hdr_tables(hlg);
   // BT.2020 to BT.709 primaries (ITU-R BT.2087).
   constexpr float matrix[3][3] = {
       {1.6605f, -0.5876f, -0.0728f}, {-0.1246f, 1.1329f, -0.0083f}, {-0.0182f, -0.1006f, 1.1187f}};
@@ -115,8 +127,7 @@ Image8 hdr_to_srgb(const std::vector<std::uint16_t>& signal, int width, int heig
       const float light[3] = {tables.decode[s[0]], tables.decode[s[1]], tables.decode[s[2]]};
       for (int c = 0; c < 3; ++c) {
         const float v = matrix[c][0] * light[0] + matrix[c][1] * light[1] + matrix[c][2] * light[2];
-        const float root = std::sqrt(std::clamp(compress_highlights(std::max(v, 0.0f)), 0.0f, 1.0f));
-        result.data[3 * i + c] = tables.encode[int(root * kEncodeSteps + 0.5f)];
+        result.data[3 * i + c] = shown(tables, v);
       }
     }
   });
@@ -183,16 +194,26 @@ bool FrameConverter::convert(const AVFrame& frame, int width, int height, int fo
 }
 
 Image8 FrameConverter::to_luma(const AVFrame& frame, int width, int height) {
-  if (!convert(frame, width, height, AV_PIX_FMT_GRAY8, 1)) return {};
   Image8 image(width, height, 1);
+  if (is_hdr(frame)) {
+    // The signal's tone is mapped as a neutral colour's would be.
+    if (!convert(frame, width, height, AV_PIX_FMT_GRAY16, 2)) return {};
+    const HdrTables& tables = hdr_tables(is_hlg(frame));
+    std::vector<std::uint8_t> tone(65536);
+    for (std::size_t s = 0; s < tone.size(); ++s) tone[s] = shown(tables, tables.decode[s]);
+    for (int y = 0; y < height; ++y)
+      for (int x = 0; x < width; ++x)
+        *image.at(x, y) = tone[pixels_[std::size_t(y) * (stride_bytes_ / 2) + std::size_t(x)]];
+    return image;
+  }
+  if (!convert(frame, width, height, AV_PIX_FMT_GRAY8, 1)) return {};
   const auto* rows = reinterpret_cast<const std::uint8_t*>(pixels_.data());
   for (int y = 0; y < height; ++y) std::copy_n(rows + y * stride_bytes_, width, image.at(0, y));
   return image;
 }
 
 Image8 FrameConverter::to_rgb(const AVFrame& frame, int width, int height) {
-  const bool hlg = frame.color_trc == AVCOL_TRC_ARIB_STD_B67,
-             hdr = hlg || frame.color_trc == AVCOL_TRC_SMPTE2084;
+  const bool hlg = is_hlg(frame), hdr = is_hdr(frame);
   if (!convert(frame, width, height, hdr ? AV_PIX_FMT_RGB48 : AV_PIX_FMT_RGB24, hdr ? 6 : 3)) return {};
   const std::size_t row_values = std::size_t(width) * 3;
   if (hdr) {

@@ -36,7 +36,7 @@ class FrameConverter {
   // BT.601. HLG and PQ frames are mapped to display-referred sRGB. Empty on failure. Size of the result:
   // width x height.
   Image8 to_rgb(const AVFrame& frame, int width, int height);
-  // Full-range luma, one channel; high dynamic range is not mapped.
+  // Full-range luma, one channel; of HLG and PQ frames with the tones of to_rgb.
   Image8 to_luma(const AVFrame& frame, int width, int height);
 
  private:

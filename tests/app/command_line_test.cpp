@@ -259,5 +259,35 @@ TEST_F(CommandLine, VerbsOnAFolderThatIsNoProjectSayWhatToDo) {
   EXPECT_EQ(likeness({"render", folder_.string(), "--out", "x.mp4"}).exit_code, 1);
 }
 
+TEST_F(CommandLine, StudiesOfCamerasAndMattesSayWhatTheyNeed) {
+  const ProgramResult cameras = likeness({"study", "cameras", folder_.string()});
+  EXPECT_EQ(cameras.exit_code, 1);
+  EXPECT_NE(cameras.err.find("transforms.json"), std::string::npos) << cameras.err;
+  const ProgramResult mattes = likeness({"study", "mattes", folder_.string(), folder_.string()});
+  EXPECT_EQ(mattes.exit_code, 1);
+  EXPECT_NE(mattes.err.find("not a Likeness project"), std::string::npos) << mattes.err;
+}
+
+TEST_F(CommandLine, RecordNeedsANameAndAWebcam) {
+  EXPECT_EQ(likeness({"record"}).exit_code, 2);
+  const ProgramResult none =
+      likeness({"record", (folder_ / "a.mp4").string(), "--webcam", "/dev/no_such_camera"});
+  EXPECT_EQ(none.exit_code, 1);
+  EXPECT_NE(none.err.find("/dev/no_such_camera"), std::string::npos) << none.err;
+  EXPECT_FALSE(fs::exists(folder_ / "a.mp4"));
+  const ProgramResult listed = likeness({"record", "--list", "--json"});
+  EXPECT_EQ(listed.exit_code, 0);
+  EXPECT_TRUE(nlohmann::json::parse(listed.out).at("webcams").is_array());
+}
+
+TEST_F(CommandLine, TheCheckDrawsItsPageOfAClipWithoutAFaceToo) {
+  const fs::path page = folder_ / "page.png";
+  const ProgramResult result =
+      likeness({"check", write_clip("a.mp4", 12).string(), "--picture", page.string(), "--json"});
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_EQ(nlohmann::json::parse(result.out).at("verdict"), "refilm");
+  EXPECT_GT(fs::file_size(page), 5000u);
+}
+
 }  // namespace
 }  // namespace likeness::test

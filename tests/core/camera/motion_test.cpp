@@ -183,6 +183,27 @@ TEST(BackgroundMotion, AFastPanTravelsItsWholeWay) {
   EXPECT_NEAR(motion->frames.back().travel, shift, 0.1 * shift);
 }
 
+TEST(Sway, WideShakingIsToldFromAWalkThereAndBack) {
+  // 10 px of 320 to either side, three times a second: every swing counts as travel, but it leads nowhere.
+  const Clip shaken(60, [&](int frame) { return wall_window(30 + 10.0 * std::sin(0.95 * frame)); });
+  const auto shaking = measure_background_motion(shaken.video, {}, 0.75, {}, {});
+  ASSERT_TRUE(shaking.ok()) << shaking.error().what;
+  EXPECT_GT(shaking->frames.back().travel, 120);
+  const Sway hand = measure_sway(*shaking);
+  EXPECT_NEAR(hand.reach, 20 * 1000.0 / kWidth, 8);
+  EXPECT_GT(hand.crossings, 3);
+  EXPECT_TRUE(is_shaking(hand));
+
+  // There and back within four seconds, as far as half the picture.
+  const Clip walked(80, [&](int frame) { return wall_window(90 - 80.0 * std::cos(0.0785 * frame)); });
+  const auto walking = measure_background_motion(walked.video, {}, 0.75, {}, {});
+  ASSERT_TRUE(walking.ok()) << walking.error().what;
+  const Sway walk = measure_sway(*walking);
+  EXPECT_NEAR(walk.reach, 160 * 1000.0 / kWidth, 30);
+  EXPECT_LT(walk.crossings, 0.6);
+  EXPECT_FALSE(is_shaking(walk));
+}
+
 TEST(BackgroundMotion, StopsWhenAsked) {
   const Clip clip(20, [&](int) { return wall_window(0); });
   std::stop_source stop;

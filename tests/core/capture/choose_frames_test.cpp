@@ -49,7 +49,7 @@ TEST(ChooseTrainingFrames, RefusesExactlyTheBlurredOnesAndSaysWhy) {
   const std::set<int> blurred = {0, 31, 90, 91, 150};
   for (const int i : blurred) frames[i].sharpness *= 0.3;
   hold_out_tail(frames, 0.1);
-  choose_training_frames(frames, faces_everywhere(200), {});
+  choose_training_frames(frames, faces_everywhere(200), {}, {});
   for (const CaptureFrame& f : frames) {
     EXPECT_EQ(f.used, !f.held_out && !blurred.contains(f.frame)) << f.frame;
     EXPECT_EQ(f.refused.empty(), f.held_out || f.used) << f.frame;
@@ -63,7 +63,7 @@ TEST(ChooseTrainingFrames, LeavesHeldOutFramesAloneHoweverBlurred) {
   for (auto& f : frames) {
     if (f.held_out) f.sharpness = f.frame % 2 ? 0 : 1;
   }
-  choose_training_frames(frames, faces_everywhere(50), {.max_frames = 10});
+  choose_training_frames(frames, faces_everywhere(50), {}, {.max_frames = 10});
   for (std::size_t i = 90; i < 100; ++i) {
     EXPECT_TRUE(frames[i].held_out);
     EXPECT_FALSE(frames[i].used);
@@ -75,7 +75,7 @@ TEST(ChooseTrainingFrames, ThinsEvenlyToTheLimit) {
   for (const int limit : {1, 7, 50, 99, 180, 500}) {
     auto frames = even_frames(200);
     hold_out_tail(frames, 0.1);
-    choose_training_frames(frames, faces_everywhere(200), {.max_frames = limit});
+    choose_training_frames(frames, faces_everywhere(200), {}, {.max_frames = limit});
     EXPECT_EQ(used(frames), std::min(limit, 180));
     int last = -1, largest = 0, smallest = 1000;
     for (const CaptureFrame& f : frames) {
@@ -90,6 +90,37 @@ TEST(ChooseTrainingFrames, ThinsEvenlyToTheLimit) {
   }
 }
 
+TEST(ChooseTrainingFrames, ALivelyStretchKeepsMoreOfItsFramesThanAStillOne) {
+  // Two thirds of the time the face hardly moves; then it turns and speaks.
+  auto frames = even_frames(3000);
+  hold_out_tail(frames, 0.1);
+  std::vector<float> change(3000, 0.2f);
+  for (std::size_t i = 1800; i < 2700; ++i) change[i] = 3.0f;
+  change[500] = 80;  // a cut is one step, not a movement
+  choose_training_frames(frames, faces_everywhere(3000), change, {.max_frames = 900});
+  EXPECT_EQ(used(frames), 900);
+  const auto kept = [&](std::size_t from, std::size_t to) {
+    return std::count_if(frames.begin() + long(from), frames.begin() + long(to),
+                         [](const CaptureFrame& f) { return f.used; });
+  };
+  EXPECT_GT(kept(1800, 2700), 500);
+  EXPECT_GT(kept(0, 1800), 250);
+  EXPECT_LT(kept(450, 550), 40);
+  // What is held out does not ask what changes.
+  for (std::size_t i = 0; i < 3000; ++i) EXPECT_EQ(frames[i].held_out, i >= 2700);
+}
+
+TEST(ChooseTrainingFrames, OfFramesThatMayStandForEachOtherTheSharpestStays) {
+  auto frames = even_frames(3000);
+  for (std::size_t i = 0; i < frames.size(); i += 3) frames[i].sharpness = 130;
+  hold_out_tail(frames, 0.1);
+  choose_training_frames(frames, faces_everywhere(3000), {}, {.max_frames = 900});
+  int sharp = 0;
+  for (const CaptureFrame& f : frames) sharp += f.used && f.sharpness > 120;
+  EXPECT_EQ(used(frames), 900);
+  EXPECT_GT(sharp, 850);
+}
+
 TEST(ChooseTrainingFrames, RefusesStretchesWithoutAFaceButBridgesShortGaps) {
   auto frames = even_frames(300);
   auto samples = faces_everywhere(300);
@@ -98,7 +129,7 @@ TEST(ChooseTrainingFrames, RefusesStretchesWithoutAFaceButBridgesShortGaps) {
     if (s.frame >= 120 && s.frame < 245) s.face.reset();  // five seconds
   }
   hold_out_tail(frames, 0.1);
-  choose_training_frames(frames, samples, {});
+  choose_training_frames(frames, samples, {}, {});
   for (int i = 45; i < 80; ++i) EXPECT_TRUE(frames[i].used) << i;
   for (int i = 160; i < 200; ++i) {
     EXPECT_FALSE(frames[i].used) << i;

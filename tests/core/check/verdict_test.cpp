@@ -16,7 +16,7 @@ ClipMeasures good_clip() {
   ClipMeasures clip;
   clip.info.width = 1920, clip.info.height = 1080, clip.info.frames_per_second = 30;
   clip.frames = 1800, clip.duration_s = 60;
-  clip.camera = {true, 0.4, 0.5, 200};
+  clip.camera = {true, 0.4, 0.5, {1, 0}, 200};
   for (int i = 0; i < 300; ++i) {
     Look look;
     look.frame = 6 * i, look.time_s = 0.2 * i;
@@ -91,17 +91,32 @@ TEST(Verdict, EachFaultAloneIsNamedAlone) {
               ElementsAre(Fault::light_changes));
   EXPECT_THAT(faults(spoilt([](ClipMeasures& clip) { clip.duration_s = 4; })), ElementsAre(Fault::too_short));
   EXPECT_THAT(faults(spoilt([](ClipMeasures& clip) {
-                clip.camera = {false, 30, 12, 200};
+                clip.camera = {false, 30, 12, {20, 0.5}, 200};
               })),
               ElementsAre(Fault::camera_shakes));
   EXPECT_THAT(faults(spoilt([](ClipMeasures& clip) {
-                clip.camera = {false, 900, 800, 5};
+                clip.camera = {false, 900, 800, {700, 0.1}, 5};
               })),
               ElementsAre(Fault::plain_background));
 }
 
+TEST(Verdict, AHandThatShakesWidelyIsNotTakenForACameraThatIsLed) {
+  // Three percent of the width to either side, four times a second: its swings add up to a long way.
+  EXPECT_THAT(faults(spoilt([](ClipMeasures& clip) {
+                clip.camera = {false, 9000, 8000, {60, 8}, 200};
+              })),
+              ElementsAre(Fault::camera_shakes));
+  EXPECT_THAT(faults(spoilt([](ClipMeasures& clip) {
+                clip.camera = {false, 30000, 30000, {200, 6}, 200};
+              })),
+              ElementsAre(Fault::camera_shakes));
+}
+
 TEST(Verdict, AMovedCameraBeforeARichBackgroundIsNoFault) {
-  EXPECT_EQ(spoilt([](ClipMeasures& clip) { clip.camera = {false, 900, 800, 150}; }).verdict, Verdict::ready);
+  EXPECT_EQ(spoilt([](ClipMeasures& clip) {
+              clip.camera = {false, 900, 800, {700, 0.1}, 150};
+            }).verdict,
+            Verdict::ready);
 }
 
 TEST(Verdict, WithoutAFaceNothingElseOfItIsSaid) {

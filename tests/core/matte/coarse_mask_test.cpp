@@ -42,5 +42,24 @@ TEST(CoarsePersonMask, CoversAPersonToTheLowerBorderAndLeavesTheCorners) {
     EXPECT_EQ(*result.at(x, y), 0);
 }
 
+TEST(CoarsePersonMask, RemembersAFaceThroughAClipButNotFromPhotographToPhotograph) {
+  const fs::path video = fs::path(LIKENESS_SHARED) / "captures" / "wojtek.mp4";
+  if (!fs::exists(video)) GTEST_SKIP() << "no capture at " << video;
+  auto reader = VideoReader::open(video);
+  ASSERT_TRUE(reader.ok());
+  const auto frame = reader->next();
+  ASSERT_TRUE(frame.ok() && frame->has_value());
+  const Image8 empty_room((**frame).rgb.width, (**frame).rgb.height, 3, 90);
+  const auto covered = [&](Pictures pictures) {
+    const auto mask = coarse_person_mask({}, pictures);
+    EXPECT_TRUE(mask.ok());
+    EXPECT_GT(*(*mask)(0, (**frame).rgb).at(256, 250), 0);
+    const Image8 after = (*mask)(1, empty_room);
+    return std::count(after.data.begin(), after.data.end(), 255);
+  };
+  EXPECT_GT(covered(Pictures::in_sequence), 10000);
+  EXPECT_EQ(covered(Pictures::single), 0);
+}
+
 }  // namespace
 }  // namespace likeness

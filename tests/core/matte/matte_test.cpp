@@ -11,11 +11,13 @@
 #include <iterator>
 #include <mutex>
 
+#include "core/base/files.h"
 #include "core/head/builtin_head.h"
 #include "core/head/pose_head.h"
 #include "core/image/files.h"
 #include "core/matte/person_prior.h"
 #include "tests/core/camera/textured_room.h"
+#include "tests/core/matte/tiny_network.h"
 
 namespace likeness {
 namespace {
@@ -128,9 +130,11 @@ struct Scene {
     wall.push_back(wall_now);
   }
 
-  Result<MatteResult> matte(const Progress& progress = {}, std::stop_token stop = {}) const {
+  Result<MatteResult> matte(const Progress& progress = {}, std::stop_token stop = {},
+                            const fs::path& network = {}) const {
     MatteOptions options;
     options.size = kSize;
+    options.network = network;
     return matte_clip(folder, capture, cameras, track, head_model(), options, progress, stop);
   }
   double overlap(int frame) const {
@@ -234,6 +238,26 @@ TEST(MatteClip, AMovingCameraGetsMattesButNoPlate) {
   double sum = 0;
   for (int frame = 0; frame < kFrames; ++frame) sum += scene.overlap(frame) / kFrames;
   EXPECT_GT(sum, 0.9);
+}
+
+TEST(MatteClip, ANetworkThatKnowsThePersonsColoursIsFollowed) {
+  const Scene scene("network", Moves::always);
+  ASSERT_TRUE(scene.matte().ok());
+  double without = 0, with = 0;
+  for (int frame = 0; frame < kFrames; ++frame) without += scene.overlap(frame) / kFrames;
+  // Skin and cloth are redder than green, the wall never is.
+  ASSERT_TRUE(write_text(scene.folder / "net.onnx", tiny_network(kSize, {0.1f, -0.1f, 0}, {-2.5f})));
+  ASSERT_TRUE(write_text(scene.folder / "net.json",
+                         R"({"size_px": 128, "mean": [0, 0, 0], "scale": 1, "activation": "sigmoid"})"));
+  const auto result = scene.matte({}, {}, scene.folder / "net.onnx");
+  ASSERT_TRUE(result.ok()) << result.error().what;
+  for (int frame = 0; frame < kFrames; ++frame) with += scene.overlap(frame) / kFrames;
+  EXPECT_GT(with, without);
+  EXPECT_GT(with, 0.97);
+
+  const auto absent = scene.matte({}, {}, scene.folder / "none.onnx");
+  ASSERT_FALSE(absent.ok());
+  EXPECT_EQ(absent.error().code, ErrorCode::not_found);
 }
 
 TEST(MatteClip, AMixedClipGetsThePlateOfItsRest) {

@@ -1,0 +1,93 @@
+// Live pictures brought to a steady rate: see record.h.
+#include "core/video/record.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/video/encode.h"
+
+namespace likeness {
+namespace {
+
+constexpr double kLongestGap_s = 1;  // pictures are repeated over; longer ones are cut out
+
+Error no_picture(const std::filesystem::path& path) {
+  return {ErrorCode::failed, "The camera gave no picture.",
+          "Close other programs that use it, plug it in again, and check that it is not covered.",
+          path.string()};
+}
+
+// Puts pictures at the file's rate. Slot k of the file is the time k / rate from the first picture on.
+class SteadyWriter {
+ public:
+  SteadyWriter(VideoWriter writer, const RecordOptions& options)
+      : writer_(std::move(writer)), rate_(options.frames_per_second) {}
+
+  Result<void> add(const LivePicture& picture) {
+    if (recording_.frames == 0) start_s_ = picture.time_s;
+    auto slot = std::lround((picture.time_s - start_s_) * rate_);
+    if (slot < recording_.frames) {
+      ++recording_.left_out;
+      return {};
+    }
+    // The clock of a camera that stood still goes on from where the file is.
+    if (double(slot - recording_.frames) > kLongestGap_s * rate_) {
+      start_s_ = picture.time_s - recording_.frames / rate_;
+      slot = recording_.frames;
+    }
+    for (; recording_.frames < slot; ++recording_.frames, ++recording_.repeated)
+      if (auto added = writer_.add(last_); !added) return added;
+    if (auto added = writer_.add(picture.rgb); !added) return added;
+    ++recording_.frames;
+    last_ = picture.rgb;
+    return {};
+  }
+  Result<Recording> finish() {
+    if (auto finished = writer_.finish(); !finished) return finished.error();
+    recording_.seconds = recording_.frames / rate_;
+    return recording_;
+  }
+  double seconds() const { return recording_.frames / rate_; }
+
+ private:
+  VideoWriter writer_;
+  double rate_, start_s_ = 0;
+  Image8 last_;
+  Recording recording_;
+};
+
+}  // namespace
+
+Result<Recording> record_clip(PictureSource& source, const std::filesystem::path& path,
+                              const RecordOptions& options,
+                              const std::function<void(const LivePicture&)>& seen, std::stop_token stop) {
+  std::optional<SteadyWriter> writer;
+  int width = 0, height = 0;
+  while (!stop.stop_requested() && (!writer || writer->seconds() < options.longest_s)) {
+    auto next = source.next();
+    if (!next) return next.error();
+    if (!*next) break;
+    const LivePicture& picture = **next;
+    if (picture.rgb.channels != 3 || picture.rgb.empty()) return no_picture(path);
+    if (!writer) {
+      width = picture.rgb.width, height = picture.rgb.height;
+      auto created = VideoWriter::create(path, width, height, {options.frames_per_second, options.crf});
+      if (!created) return created.error();
+      writer.emplace(std::move(*created), options);
+    }
+    if (picture.rgb.width != width || picture.rgb.height != height)
+      return Error{ErrorCode::failed,
+                   fmt::format("The camera changed its picture from {} x {} to {} x {} px.", width, height,
+                               picture.rgb.width, picture.rgb.height),
+                   "Record again without turning the camera or changing its settings meanwhile.",
+                   path.string()};
+    if (seen) seen(picture);
+    if (auto added = writer->add(picture); !added) return added.error();
+  }
+  if (!writer) return stop.stop_requested() ? cancelled_error() : no_picture(path);
+  return writer->finish();
+}
+
+}  // namespace likeness

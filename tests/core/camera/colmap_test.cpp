@@ -1,0 +1,229 @@
+// Claims about colmap as a program that fails: every way of failing ends in a plain sentence with a remedy,
+// and what a killed step had done is not done again. The real program where it matters, a stand-in where only
+// its words do.
+#include "core/camera/colmap.h"
+
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <fstream>
+#include <mutex>
+
+#include "core/base/files.h"
+#include "core/camera/align.h"
+#include "core/camera/process.h"
+#include "core/camera/workplace.h"
+#include "core/image/files.h"
+#include "tests/core/camera/textured_room.h"
+
+namespace likeness {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::HasSubstr;
+
+Intrinsics small_lens() {
+  Intrinsics k;
+  k.width = 240, k.height = 180;
+  k.fx = k.fy = 230, k.cx = 120, k.cy = 90;
+  return k;
+}
+
+class Colmap : public testing::Test {
+ protected:
+  void SetUp() override {
+    folder_ = fs::temp_directory_path() / ("likeness_colmap_" + std::to_string(::getpid()) + "_" +
+                                           testing::UnitTest::GetInstance()->current_test_info()->name());
+    fs::create_directories(folder_);
+    work_ = folder_ / "work";
+    options_.features = 600;
+    options_.overlap = 4;
+  }
+  void TearDown() override { fs::remove_all(folder_); }
+
+  bool have_colmap() const { return find_program("colmap").has_value(); }
+  void add(const Image8& picture) {
+    ASSERT_TRUE(prepare_work_folder(work_, "test"));
+    const std::string name = fmt::format("{:06}.png", count_++);
+    ASSERT_TRUE(write_picture(work_, name, picture, {}, picture.width));
+  }
+  // A camera that walks past the room's pillar.
+  void add_walk(int pictures) {
+    for (int i = 0; i < pictures; ++i)
+      add(render_room(small_lens(), look_at({-0.7 + 0.2 * i, 0.05 * (i % 2), -0.9}, {0.1, 0, 1.4})));
+  }
+  // A program of that name which does what the lines say. $1 is colmap's command.
+  std::string stand_in(const std::string& lines) const {
+    const fs::path path = folder_ / "colmap";
+    std::ofstream(path) << "#!/bin/sh\n" << lines << "\n";
+    fs::permissions(path, fs::perms::owner_all);
+    return path;
+  }
+  Result<ColmapModel> solve(const Progress& progress = {}) {
+    return solve_colmap(work_, options_, progress, {});
+  }
+  Error failure(const Progress& progress = {}) {
+    const auto model = solve(progress);
+    EXPECT_FALSE(model.ok());
+    return model ? Error{} : model.error();
+  }
+
+  fs::path folder_, work_;
+  ColmapOptions options_;
+  int count_ = 0;
+};
+
+// -- What the pictures lack, by the real program
+
+TEST_F(Colmap, FlatPicturesHaveTooLittleTexture) {
+  if (!have_colmap()) GTEST_SKIP() << "colmap is not installed";
+  for (int i = 0; i < 5; ++i) add(Image8(240, 180, 3, 90));
+  const Error error = failure();
+  EXPECT_EQ(error.code, ErrorCode::failed);
+  EXPECT_THAT(error.what, HasSubstr("too little texture: only 0 of 5 pictures"));
+  EXPECT_THAT(error.fix, HasSubstr("background with detail"));
+}
+
+TEST_F(Colmap, PicturesOfDifferentPlacesDoNotMatch) {
+  if (!have_colmap()) GTEST_SKIP() << "colmap is not installed";
+  for (int i = 0; i < 5; ++i) {
+    Image8 picture(240, 180, 3);
+    for (int y = 0; y < 180; ++y)
+      for (int x = 0; x < 240; ++x)
+        for (int c = 0; c < 3; ++c) picture.at(x, y)[c] = std::uint8_t(255 * wall_texture(x, y, 40 + 9 * i));
+    add(picture);
+  }
+  const Error error = failure();
+  EXPECT_THAT(error.what, HasSubstr("Too few pictures match: 0 verified pairs among 5 pictures"));
+  EXPECT_THAT(error.fix, HasSubstr("more slowly"));
+}
+
+TEST_F(Colmap, ACameraAtRestHardlyMoved) {
+  if (!have_colmap()) GTEST_SKIP() << "colmap is not installed";
+  options_.features = 300;
+  const Image8 view = render_room(small_lens(), look_at({0, 0, -1}, {0, 0, 1.4}));
+  for (int i = 0; i < 3; ++i) add(view);
+  const Error error = failure();
+  EXPECT_THAT(error.what, HasSubstr("hardly moved"));
+  EXPECT_THAT(error.fix, HasSubstr("at least 30 degrees"));
+  EXPECT_THAT(error.fix, HasSubstr("--resting-camera"));
+}
+
+// -- What becomes of a killed step, by the real program
+
+TEST_F(Colmap, AKilledStepGoesOnFromItsDatabase) {
+  if (!have_colmap()) GTEST_SKIP() << "colmap is not installed";
+  add_walk(6);
+  // Dies after the third picture's features are stored, and says how.
+  const std::string real = find_program("colmap")->string();
+  options_.program = stand_in("( exec " + real + R"( "$@" ) | while read -r line; do echo "$line"
+        case "$line" in *"Processed file [4/"*) pkill -KILL -P $$ colmap; kill -KILL $$;; esac
+      done)");
+  options_.threads = 1;
+  const Error error = failure();
+  EXPECT_THAT(error.what, HasSubstr("was ended by signal 9"));
+  EXPECT_THAT(error.fix, HasSubstr("finished steps are kept"));
+  EXPECT_FALSE(fs::exists(work_ / "features.done"));
+  const auto stored = count_database(work_ / "database.db");
+  ASSERT_TRUE(stored.ok()) << stored.error().what;
+  ASSERT_GE(stored->described, 2);
+  ASSERT_LT(stored->described, 6);
+
+  options_.program = "colmap";
+  std::mutex mutex;
+  std::vector<std::string> said;
+  const auto model = solve(Progress([&](const ProgressReport& report) {
+    const std::lock_guard lock(mutex);
+    said.push_back(report.text);
+  }));
+  ASSERT_TRUE(model.ok()) << model.error().what;
+  EXPECT_EQ(model->images.size(), 6u);
+  EXPECT_EQ(model->cameras.size(), 1u);  // a second one would leave each half its own lens
+  // Progress came from every step while it ran.
+  const auto said_that = [&](const char* text) {
+    return std::ranges::any_of(said, [&](const std::string& s) { return s.find(text) != std::string::npos; });
+  };
+  EXPECT_TRUE(said_that("Looking for features: 5 of 6"));
+  EXPECT_TRUE(said_that("Matching pictures: 3 of 6"));
+  EXPECT_TRUE(said_that("Placing pictures: 4 of 6 pictures placed"));
+}
+
+TEST_F(Colmap, AnUnreadableDatabaseIsMadeAnew) {
+  if (!have_colmap()) GTEST_SKIP() << "colmap is not installed";
+  add_walk(6);
+  ASSERT_TRUE(write_text(work_ / "database.db", "no database at all, whatever its name may say"));
+  ASSERT_TRUE(write_text(work_ / "features.done", "finished\n"));
+  const auto model = solve();
+  ASSERT_TRUE(model.ok()) << model.error().what;
+  EXPECT_EQ(model->images.size(), 6u);
+}
+
+// -- What only the program's words tell, by a stand-in
+
+TEST_F(Colmap, AnotherVersionsOptionsAreNamed) {
+  add_walk(2);
+  options_.program =
+      stand_in("echo \"Failed to parse options - unrecognised option '--SiftExtraction.use_gpu'.\"; exit 1");
+  const Error error = failure();
+  EXPECT_EQ(error.code, ErrorCode::missing_dependency);
+  EXPECT_THAT(error.what, HasSubstr("--SiftExtraction.use_gpu"));
+  EXPECT_THAT(error.fix, HasSubstr("apt install colmap"));
+}
+
+TEST_F(Colmap, AFullDiskIsNamed) {
+  add_walk(2);
+  options_.program = stand_in("echo 'SQLite error: database or disk is full'; exit 1");
+  const Error error = failure();
+  EXPECT_EQ(error.code, ErrorCode::no_space);
+  EXPECT_THAT(error.fix, HasSubstr("Free some space"));
+}
+
+TEST_F(Colmap, AnUnknownFailureQuotesTheProgramsLastWords) {
+  add_walk(2);
+  options_.program = stand_in("echo 'something nobody foresaw'; exit 3");
+  const Error error = failure();
+  EXPECT_EQ(error.code, ErrorCode::failed);
+  EXPECT_THAT(error.what, HasSubstr("ended with code 3"));
+  EXPECT_THAT(error.what, HasSubstr("something nobody foresaw"));
+  EXPECT_FALSE(error.fix.empty());
+}
+
+TEST_F(Colmap, PicturesItDroppedAreMissed) {
+  if (!have_colmap()) GTEST_SKIP() << "colmap is not installed";
+  add_walk(4);
+  // The extractor exits with 0 whatever becomes of single pictures.
+  ASSERT_TRUE(write_image(work_ / "images" / "000009.png", Image8(100, 60, 3, 50)));
+  const Error error = failure();
+  EXPECT_THAT(error.what, HasSubstr("only 4 of the 5 pictures"));
+  EXPECT_THAT(error.fix, HasSubstr("delete this folder"));
+}
+
+// -- Photographs are looked at before colmap is
+
+TEST_F(Colmap, APhotographCutOffOrOfAnotherSizeIsRefusedByName) {
+  const fs::path photos = folder_ / "photos";
+  for (int i = 0; i < 4; ++i)
+    ASSERT_TRUE(write_image(photos / fmt::format("p{}.jpg", i),
+                            render_room(small_lens(), look_at({0.1 * i, 0, -1}, {0, 0, 1}))));
+  auto bytes = read_file(photos / "p2.jpg");
+  ASSERT_TRUE(bytes.ok());
+  ASSERT_TRUE(write_file(photos / "p2.jpg", std::span(*bytes).first(bytes->size() / 2)));
+  AlignOptions options;
+  options.colmap = stand_in("exit 9");
+  auto result = align_photos(photos, {}, work_, options, {}, {});
+  ASSERT_FALSE(result.ok());
+  EXPECT_EQ(fs::path(result.error().where).filename(), "p2.jpg") << result.error().what;
+  EXPECT_FALSE(result.error().fix.empty());
+
+  ASSERT_TRUE(write_image(photos / "p2.jpg", Image8(180, 240, 3, 90)));
+  result = align_photos(photos, {}, work_, options, {}, {});
+  ASSERT_FALSE(result.ok());
+  EXPECT_THAT(result.error().what, HasSubstr("180 x 240 px"));
+  EXPECT_EQ(fs::path(result.error().where).filename(), "p2.jpg");
+}
+
+}  // namespace
+}  // namespace likeness

@@ -1,0 +1,168 @@
+// Claims about a folder of photographs as a clip.
+#include "core/video/photos.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <fstream>
+
+#include "core/base/files.h"
+#include "core/image/files.h"
+#include "core/video/decode.h"
+#include "tests/core/video/video_test_clip.h"
+
+namespace likeness {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::HasSubstr;
+
+class Photos : public InFolder {};
+
+// Puts an orientation tag (Exif) behind the start mark of a JPEG.
+void tag_orientation(const fs::path& jpeg, int tag) {
+  auto bytes = read_file(jpeg);
+  ASSERT_TRUE(bytes.ok());
+  const unsigned char exif[] = {0xFF,
+                                0xE1,
+                                0,
+                                34,
+                                'E',
+                                'x',
+                                'i',
+                                'f',
+                                0,
+                                0,
+                                'I',
+                                'I',
+                                42,
+                                0,
+                                8,
+                                0,
+                                0,
+                                0,
+                                1,
+                                0,
+                                0x12,
+                                0x01,
+                                3,
+                                0,
+                                1,
+                                0,
+                                0,
+                                0,
+                                (unsigned char)tag,
+                                0,
+                                0,
+                                0,
+                                0,
+                                0,
+                                0,
+                                0};
+  std::vector<std::byte> tagged(bytes->begin(), bytes->begin() + 2);
+  for (const unsigned char b : exif) tagged.push_back(std::byte(b));
+  tagged.insert(tagged.end(), bytes->begin() + 2, bytes->end());
+  ASSERT_TRUE(write_file(jpeg, tagged));
+}
+
+TEST_F(Photos, AreAClipOfOnePictureASecondInTheOrderOfNames) {
+  for (const char* name : {"b.png", "a.PNG", "c.png"}) {
+    ASSERT_TRUE(write_image(folder_ / "made.png", quadrant_frame(64, 48, name[0] - 'a')));
+    fs::rename(folder_ / "made.png", folder_ / name);
+  }
+  std::ofstream(folder_ / "notes.txt") << "not a picture";
+  auto reader = VideoReader::open(folder_);
+  ASSERT_TRUE(reader.ok()) << reader.error().what;
+  EXPECT_EQ(reader->info().frame_count, 3);
+  EXPECT_EQ(reader->info().width, 64);
+  for (int i = 0; i < 3; ++i) {
+    const auto frame = reader->next();
+    ASSERT_TRUE(frame.ok() && frame->has_value()) << i;
+    EXPECT_EQ((*frame)->index, i);
+    EXPECT_DOUBLE_EQ((*frame)->time_s, i);
+    EXPECT_NEAR((*frame)->rgb.at(48, 36)[0], 40 + 5 * i, 3);  // the fourth quadrant tells the frames apart
+  }
+  EXPECT_FALSE(reader->next()->has_value());
+  auto luma = VideoReader::open(folder_, VideoPixels::luma);
+  ASSERT_TRUE(luma.ok());
+  EXPECT_EQ((*luma->next())->rgb.channels, 1);
+}
+
+TEST_F(Photos, StandUprightWhateverTheirTagSays) {
+  // Two by one quadrants would hide a mirrored one: the four differ.
+  const Image8 upright = quadrant_frame(48, 64, 20);
+  for (int tag = 1; tag <= 8; ++tag) {
+    // What the sensor stored so that the tag's way of showing it gives the upright picture.
+    const bool transposed = tag >= 5;
+    Image8 stored(transposed ? 64 : 48, transposed ? 48 : 64, 3);
+    for (int y = 0; y < 64; ++y)
+      for (int x = 0; x < 48; ++x) {
+        int sx = x, sy = y;
+        switch (tag) {
+          case 2:
+            sx = 47 - x;
+            break;
+          case 3:
+            sx = 47 - x, sy = 63 - y;
+            break;
+          case 4:
+            sy = 63 - y;
+            break;
+          case 5:
+            sx = y, sy = x;
+            break;
+          case 6:
+            sx = y, sy = 47 - x;
+            break;
+          case 7:
+            sx = 63 - y, sy = 47 - x;
+            break;
+          case 8:
+            sx = 63 - y, sy = x;
+            break;
+          default:
+            break;
+        }
+        std::copy_n(upright.at(x, y), 3, stored.at(sx, sy));
+      }
+    const fs::path file = folder_ / "p.jpg";
+    ASSERT_TRUE(write_image(file, stored, {.jpeg_quality = 100}));
+    tag_orientation(file, tag);
+    const auto photo = read_photo(file);
+    ASSERT_TRUE(photo.ok()) << photo.error().what;
+    ASSERT_EQ(photo->width, 48) << tag;
+    ASSERT_EQ(photo->height, 64) << tag;
+    for (const auto& [x, y] : {std::pair{12, 16}, {36, 16}, {12, 48}, {36, 48}})
+      for (int c = 0; c < 3; ++c) EXPECT_NEAR(photo->at(x, y)[c], upright.at(x, y)[c], 6) << tag;
+  }
+}
+
+TEST_F(Photos, AnOddOneAnEmptyFolderAndABrokenFileAreNamed) {
+  const auto empty = VideoReader::open(folder_);
+  ASSERT_FALSE(empty.ok());
+  EXPECT_THAT(empty.error().what, HasSubstr("a folder with 0 photographs"));
+  for (const char* name : {"a.png", "b.png", "c.png"})
+    ASSERT_TRUE(write_image(folder_ / name, quadrant_frame(name[0] == 'c' ? 32 : 64, 48, 0)));
+  auto reader = VideoReader::open(folder_);
+  ASSERT_TRUE(reader.ok());
+  ASSERT_TRUE(reader->next().ok());
+  ASSERT_TRUE(reader->next().ok());
+  const auto odd = reader->next();
+  ASSERT_FALSE(odd.ok());
+  EXPECT_THAT(odd.error().what, HasSubstr("32 x 48 px"));
+  EXPECT_THAT(odd.error().where, HasSubstr("c.png"));
+  EXPECT_FALSE(reader->next().ok());  // and again
+}
+
+TEST_F(Photos, TheirHashIsThatOfNamesAndContents) {
+  for (const char* name : {"a.png", "b.png", "c.png"})
+    ASSERT_TRUE(write_image(folder_ / name, quadrant_frame(32, 32, name[0])));
+  const auto before = hash_video(folder_);
+  ASSERT_TRUE(before.ok());
+  EXPECT_EQ(*hash_video(folder_), *before);
+  ASSERT_TRUE(write_image(folder_ / "b.png", quadrant_frame(32, 32, 1)));
+  EXPECT_NE(*hash_video(folder_), *before);
+}
+
+}  // namespace
+}  // namespace likeness

@@ -1,0 +1,108 @@
+// Claims about recording, with a stand-in for the camera.
+#include "core/video/record.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "core/video/decode.h"
+#include "tests/core/video/video_test_clip.h"
+
+namespace likeness {
+namespace {
+
+class Record : public InFolder {};
+
+// Gives a picture at each of the times; the grey quadrant tells which one.
+class Playback : public PictureSource {
+ public:
+  explicit Playback(std::vector<double> times, int width = 64) : times_(std::move(times)), width_(width) {}
+  Result<std::optional<LivePicture>> next() override {
+    if (at_ >= times_.size()) return std::optional<LivePicture>();
+    LivePicture picture{times_[at_], quadrant_frame(at_ + 1 == odd_ ? 32 : width_, 48, int(at_))};
+    ++at_;
+    return std::optional<LivePicture>(std::move(picture));
+  }
+  void change_size_at(std::size_t picture) { odd_ = picture + 1; }
+
+ private:
+  std::vector<double> times_;
+  std::size_t at_ = 0, odd_ = 0;
+  int width_;
+};
+
+// Which picture each frame of a file shows.
+std::vector<int> shown(const std::filesystem::path& file) {
+  std::vector<int> pictures;
+  auto reader = VideoReader::open(file);
+  EXPECT_TRUE(reader.ok());
+  while (reader) {
+    const auto frame = reader->next();
+    if (!frame || !*frame) break;
+    pictures.push_back(int(std::lround(((*frame)->rgb.at(48, 36)[0] - 40) / 5.0)));
+  }
+  return pictures;
+}
+
+TEST_F(Record, PicturesStandWhereTheirTimesPutThem) {
+  // 10 a second: on time, late by one slot, two within one slot, on time again.
+  Playback camera({5.0, 5.1, 5.3, 5.4, 5.43, 5.5});
+  const auto recording = record_clip(camera, folder_ / "a.mp4", {.frames_per_second = 10, .crf = 8}, {}, {});
+  ASSERT_TRUE(recording.ok()) << recording.error().what;
+  EXPECT_EQ(shown(folder_ / "a.mp4"), (std::vector<int>{0, 1, 1, 2, 3, 5}));
+  EXPECT_EQ(recording->frames, 6);
+  EXPECT_EQ(recording->repeated, 1);
+  EXPECT_EQ(recording->left_out, 1);
+  EXPECT_NEAR(recording->seconds, 0.6, 1e-9);
+}
+
+TEST_F(Record, ALongGapIsCutOut) {
+  Playback camera({0, 0.1, 60.0, 60.1});
+  ASSERT_TRUE(record_clip(camera, folder_ / "a.mp4", {.frames_per_second = 10, .crf = 8}, {}, {}).ok());
+  EXPECT_EQ(shown(folder_ / "a.mp4"), (std::vector<int>{0, 1, 2, 3}));
+}
+
+TEST_F(Record, AStopKeepsWhatWasRecordedAndTheTimeIsLimited) {
+  std::vector<double> times;
+  for (int i = 0; i < 30; ++i) times.push_back(0.1 * i);
+  std::stop_source stop;
+  int seen = 0;
+  Playback camera(times);
+  const auto stopped = record_clip(
+      camera, folder_ / "a.mp4", {.frames_per_second = 10},
+      [&](const LivePicture&) {
+        if (++seen == 12) stop.request_stop();
+      },
+      stop.get_token());
+  ASSERT_TRUE(stopped.ok()) << stopped.error().what;
+  EXPECT_EQ(stopped->frames, 12);
+  EXPECT_EQ(shown(folder_ / "a.mp4").size(), 12u);
+  Playback again(times);
+  const auto limited =
+      record_clip(again, folder_ / "b.mp4", {.frames_per_second = 10, .longest_s = 2}, {}, {});
+  ASSERT_TRUE(limited.ok());
+  EXPECT_EQ(limited->frames, 20);
+}
+
+TEST_F(Record, ASilentCameraOrOneThatChangesLeavesNoFile) {
+  Playback silent({});
+  const auto nothing = record_clip(silent, folder_ / "a.mp4", {}, {}, {});
+  ASSERT_FALSE(nothing.ok());
+  EXPECT_FALSE(nothing.error().fix.empty());
+  Playback changing({0, 0.1, 0.2});
+  changing.change_size_at(2);
+  const auto changed = record_clip(changing, folder_ / "a.mp4", {}, {}, {});
+  ASSERT_FALSE(changed.ok());
+  EXPECT_NE(changed.error().what.find("64 x 48 to 32 x 48"), std::string::npos) << changed.error().what;
+  EXPECT_EQ(files(), 0u);
+}
+
+TEST_F(Record, AWebcamThatIsNotThereIsSaidToBe) {
+  const auto none = open_webcam("/dev/video_that_is_not");
+  ASSERT_FALSE(none.ok());
+  EXPECT_EQ(none.error().code, ErrorCode::not_found);
+  for (const Webcam& webcam : list_webcams()) EXPECT_TRUE(webcam.device.starts_with("/dev/video"));
+}
+
+}  // namespace
+}  // namespace likeness
