@@ -35,10 +35,21 @@ std::string capitals(std::string words) {
   return words;
 }
 
-// Opens what --help's formatter writes beside an option.
+// Opens what --help's formatter writes beside an option: its kind of value and what it may be.
 struct HelpWords : CLI::Formatter {
-  std::string value(const CLI::Option& option) const { return make_option_opts(&option); }
+  std::string value(const CLI::Option& option) const {
+    std::string words = make_option_opts(&option);  // " INT:INT in [0 - 9]"
+    const std::string kind = option.get_type_name();
+    const std::size_t colon = kind.find(':');
+    if (colon == std::string::npos) return words;
+    const std::string name = kind.substr(0, colon), twice = name + ":" + name;
+    const std::size_t at = words.find(twice);
+    return at == std::string::npos ? words : words.replace(at, twice.size(), name);
+  }
 };
+
+// A flag that turns something off carries its value in its name.
+std::string without_value(std::string name) { return name.substr(0, name.find('{')); }
 
 void add_term(std::string& page, const std::string& bold, const std::string& after,
               const std::string& words) {
@@ -50,7 +61,8 @@ void add_options(std::string& page, const CLI::App& verb) {
   for (const bool positional : {true, false}) {
     for (const CLI::Option* option : verb.get_options()) {
       if (option->get_group().empty() || option->get_positional() != positional) continue;
-      const std::string name = positional ? option->get_name(true) : option->get_name(false, true);
+      const std::string name =
+          positional ? option->get_name(true) : without_value(option->get_name(false, true));
       add_term(page, name, help.value(*option), option->get_description());
     }
   }

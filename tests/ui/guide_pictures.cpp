@@ -22,8 +22,8 @@ class GuidePictures : public testing::Test {
     StudioOptions options;
     options.settings = folder_ / "studio.json";
     options.projects = folder_ / "Likeness";
-    options.demo = {.width = 512, .height = 512, .frames = 120, .moving_share = 0, .samples_per_pixel = 2};
-    options.project.steps = 450;
+    options.demo = {.width = 512, .height = 512, .frames = 90, .moving_share = 0, .samples_per_pixel = 2};
+    options.project.steps = 300;
     studio_ = std::make_unique<Studio>(options, [] {});
     TestWindow& test = TestWindow::get();
     loop_ = std::make_unique<WindowLoop>(*test.window, *studio_, *test.shell);
