@@ -22,8 +22,8 @@ class GuidePictures : public testing::Test {
     StudioOptions options;
     options.settings = folder_ / "studio.json";
     options.projects = folder_ / "Likeness";
-    options.demo = {.width = 512, .height = 512, .frames = 90, .moving_share = 0, .samples_per_pixel = 2};
-    options.project.steps = 300;
+    options.demo = {.width = 512, .height = 512, .frames = 60, .moving_share = 0, .samples_per_pixel = 2};
+    options.project.steps = 400;
     studio_ = std::make_unique<Studio>(options, [] {});
     TestWindow& test = TestWindow::get();
     loop_ = std::make_unique<WindowLoop>(*test.window, *studio_, *test.shell);
@@ -63,7 +63,7 @@ class GuidePictures : public testing::Test {
     const Image8 screen = TestWindow::get().window->read_pixels();
     const auto written =
         write_image(fs::path(folder) / (name + ".png"),
-                    resize(screen, screen.width * 3 / 4, screen.height * 3 / 4), {.png_level = 9});
+                    resize(screen, screen.width * 5 / 8, screen.height * 5 / 8), {.png_level = 9});
     ASSERT_TRUE(written.ok()) << written.error().what;
   }
 
@@ -78,11 +78,13 @@ TEST_F(GuidePictures, OfEveryStep) {
   until([](const Snapshot& s) { return s.contents != nullptr && s.clip_picture.image != nullptr; });
   keep("film");
   click("step Check");
-  click("Check the clip");
   until([](const Snapshot& s) { return s.verdict != nullptr; });
   click("step Film");
   click("Make the avatar");
-  until([](const Snapshot& s) { return s.pipeline.training.size() > 20 && s.pipeline.held_out.size() > 3; });
+  until([](const Snapshot& s) {
+    return (s.pipeline.stage == Stage::train && s.pipeline.stage_fraction > 0.6 && s.pipeline.preview) ||
+           s.situation.finished;
+  });
   click("step Train");
   keep("train");
   until([](const Snapshot& s) { return s.situation.finished && s.contents->avatar; });
