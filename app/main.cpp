@@ -6,13 +6,42 @@
 #include <CLI/CLI.hpp>
 
 #include "app/commands.h"
+#include "app/manual.h"
 #include "app/terminal.h"
+
+namespace {
+
+likeness::app::ManualText manual_text() {
+  return {
+      .version = LIKENESS_VERSION,
+      .summary = "from a phone video of a person to a head avatar that can be directed",
+      .description =
+          {"Likeness turns one phone video of a person into a head avatar that can be directed: seen "
+           "from any side, its head turned, its expression changed, and exported as video. It "
+           "computes on the processor and sends nothing anywhere.",
+           "A project is a folder NAME.likeness. A stopped or killed build continues with the same "
+           "command; a stage whose inputs did not change is not run again."},
+      .exit_codes = {{"0", "Done."},
+                     {"1", "Failed: what happened, and what to do, is on standard error."},
+                     {"2", "The command line was not understood."},
+                     {"130", "Stopped on request; what is done of a project is kept."}},
+      .files = {{"/usr/share/dlib/shape_predictor_68_face_landmarks.dat",
+                 "The landmark model that is used unless --landmark-model names another."}},
+      .examples = {{"likeness check clip.mp4", "Will this clip make an avatar?"},
+                   {"likeness build clip.mp4 --project me.likeness", "Make the avatar."},
+                   {"likeness render me.likeness --camera orbit --out orbit.mp4", "Film it from all sides."},
+                   {"likeness doctor", "What is installed, what is missing, what to do."}},
+      .see_also = {"likeness-studio(1)"}};
+}
+
+}  // namespace
 
 int main(int argc, char** argv) {
   using namespace likeness::app;
   CLI::App program{"Likeness: from a phone video of a person to a head avatar that can be directed.",
                    "likeness"};
   program.set_version_flag("--version", LIKENESS_VERSION);
+  add_manual_flag(program, manual_text());
   program.require_subcommand(1);
   int exit_code = kExitDone;
   add_build_commands(program, exit_code);

@@ -2,13 +2,35 @@
 #include <fmt/format.h>
 #include <CLI/CLI.hpp>
 
+#include "app/manual.h"
 #include "core/base/parallel.h"
 #include "ui/run_window.h"
+
+namespace {
+
+likeness::app::ManualText manual_text() {
+  return {.version = LIKENESS_VERSION,
+          .summary = "a window that leads from a phone video to a directed head avatar",
+          .description =
+              {"The studio leads in seven steps from a clip to an avatar that can be directed and exported. "
+               "Every setting has a value that works; F1 lists the keys.",
+               "It draws with OpenGL 3.3, on a processor where there is no graphics card, and computes as "
+               "likeness(1) does: nothing leaves the computer."},
+          .exit_codes = {{"0", "The window was closed."},
+                         {"1", "Failed: what happened, and what to do, is on standard error."},
+                         {"2", "The command line was not understood."}},
+          .files = {{"~/Likeness", "New projects, unless --projects names another folder."},
+                    {"~/.config/likeness/studio.json", "The window's settings."}},
+          .see_also = {"likeness(1)"}};
+}
+
+}  // namespace
 
 int main(int argc, char** argv) {
   using namespace likeness;
   CLI::App program{"Likeness studio: from a phone video to a head avatar, in a window.", "likeness-studio"};
   program.set_version_flag("--version", LIKENESS_VERSION);
+  app::add_manual_flag(program, manual_text());
   ui::StudioOptions options;
   options.settings = ui::settings_path();
   options.projects = ui::projects_folder();

@@ -43,6 +43,9 @@ test_packages=(
   "python3-vtk9:reading exported meshes"
   "xvfb:a display for the window's tests"
   "xauth:needed by xvfb-run"
+  "xdotool:real clicks on the window"
+  "man-db:reading the manual pages"
+  "desktop-file-utils:checking the desktop entry"
   "libgl1-mesa-dri:drawing the window without a graphics card"
 )
 
@@ -71,7 +74,8 @@ install_missing() {
   "${sudo[@]}" env DEBIAN_FRONTEND=noninteractive apt-get install -y --no-install-recommends "${missing[@]%%:*}"
 }
 
-# configure_and_build PRESET [cmake options]: warm compilers' caches are used where there is one.
+# configure_and_build PRESET [cmake options]: a compiler cache is used where there is one. build_target: one target
+# instead of all.
 configure_and_build() {
   local preset=$1
   shift
@@ -80,5 +84,5 @@ configure_and_build() {
     launcher=(-DCMAKE_CXX_COMPILER_LAUNCHER=ccache)
     export CCACHE_NOHASHDIR=1
   fi
-  (cd "$root" && cmake --preset "$preset" "${launcher[@]}" "$@" && cmake --build --preset "$preset")
+  (cd "$root" && cmake --preset "$preset" "${launcher[@]}" "$@" && cmake --build --preset "$preset" ${build_target:+--target "$build_target"})
 }

@@ -94,6 +94,9 @@ Result<void> VideoWriter::Impl::open_encoder(const EncodeOptions& options) {
   codec->flags |= AV_CODEC_FLAG_GLOBAL_HEADER;
   av_opt_set(codec->priv_data, "crf", std::to_string(std::clamp(options.crf, 0, 51)).c_str(), 0);
   av_opt_set(codec->priv_data, "preset", "medium", 0);
+  // Otherwise the same frames now and then give other bytes: the fast macroblock tree rounds by what lies in
+  // memory.
+  av_opt_set(codec->priv_data, "x264-params", "cpu-independent=1", 0);
   if (const int error = avcodec_open2(codec.get(), encoder, nullptr); error < 0)
     return refused(av_text(error));
 

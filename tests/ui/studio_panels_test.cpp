@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "tests/core/train/ball_scene.h"
+#include "tests/golden/expect_golden.h"
 #include "tests/ui/studio_window.h"
 
 namespace likeness::ui {
@@ -260,6 +261,25 @@ TEST_F(Panels, EveryStepIsDrawnInEveryState) {
         }
       }
   }
+}
+
+// Reduced to a fifth: letters blur to lines, so that a hinting of theirs does not matter, but colours, order
+// and size of everything do.
+TEST_F(Panels, LookAsTheyDid) {
+  const auto expect_look = [](const Snapshot& s, const std::string& name) {
+    const Image8 screen = settled(s);
+    likeness::test::expect_golden(resize(screen, screen.width / 5, screen.height / 5), "panel_" + name,
+                                  {.mean = 1.5, .off = 24, .off_share = 0.01, .worst = 160});
+  };
+  Snapshot start;
+  start.settings.recent = {"/home/me/Likeness/Ada.likeness"};
+  expect_look(start, "start");
+  for (const auto& [step, name] : std::vector<std::pair<Step, const char*>>{{Step::film, "film"},
+                                                                            {Step::check, "check"},
+                                                                            {Step::cameras, "cameras"},
+                                                                            {Step::face, "face"},
+                                                                            {Step::train, "train"}})
+    expect_look(snapshot_of(step, Look::done), name);
 }
 
 TEST_F(Panels, EveryViewHasPixels) {

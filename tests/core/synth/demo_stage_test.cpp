@@ -12,6 +12,7 @@
 #include "core/image/files.h"
 #include "core/scene/mesh_scene.h"
 #include "core/track/landmarks.h"
+#include "tests/golden/expect_golden.h"
 
 namespace likeness {
 namespace {
@@ -206,25 +207,7 @@ TEST(DemoStage, RoomHoldsStillBehindAMovingHead) {
 TEST(DemoStage, GoldenPicture) {
   DemoStage stage(make_builtin_head(), small(128, 4));
   const DemoFrame picture = stage.film(26, {});
-  const std::filesystem::path golden = std::filesystem::path(LIKENESS_SOURCE) / "tests/golden/demo_128.png";
-  if (std::getenv("LIKENESS_WRITE_GOLDEN")) {
-    ASSERT_TRUE(write_image(golden, picture.rgb).ok());
-  }
-  const auto reference = read_image(golden);
-  ASSERT_TRUE(reference.ok()) << reference.error().what;
-  ASSERT_EQ(reference->data.size(), picture.rgb.data.size());
-  double sum = 0;
-  int worst = 0;
-  std::size_t off = 0;
-  for (std::size_t i = 0; i < picture.rgb.data.size(); ++i) {
-    const int d = std::abs(int(picture.rgb.data[i]) - int(reference->data[i]));
-    sum += d;
-    worst = std::max(worst, d);
-    off += d > 24;
-  }
-  EXPECT_LT(sum / double(picture.rgb.data.size()), 4.0);
-  EXPECT_LT(double(off) / double(picture.rgb.data.size()), 0.03);
-  EXPECT_LE(worst, 200);
+  test::expect_golden(picture.rgb, "demo_128", {.mean = 4, .off = 24, .off_share = 0.03, .worst = 200});
 }
 
 }  // namespace
