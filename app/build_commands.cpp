@@ -136,7 +136,10 @@ int run_new(const BuildArguments& arguments, Stage last) {
   ProjectOptions options = arguments.options;
   options.video = arguments.input;
   options.seed = arguments.common.seed;
-  if (const auto earlier = open_project(arguments.project)) options.left_out = earlier->options.left_out;
+  std::error_code other;
+  if (const auto earlier = open_project(arguments.project);
+      earlier && fs::equivalent(earlier->options.video, options.video, other))
+    options.left_out = earlier->options.left_out;
   auto project = open_or_create_project(arguments.project, options);
   if (!project) return report_failure(project.error());
   const int code = run(*project, last, arguments.common);

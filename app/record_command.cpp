@@ -55,6 +55,7 @@ int run(const RecordArguments& arguments) {
   }
   if (!*recording) return report_failure(recording->error());
   const Recording& r = **recording;
+  if (r.broken_off) fmt::print(stderr, "The recording broke off: {}\n", r.broken_off->what);
   if (arguments.common.json) {
     print_json({{"video", arguments.clip.string()},
                 {"frames", r.frames},

@@ -97,7 +97,7 @@ Result<ProcessEnd> run_step(const Step& step, int pictures, const Progress& prog
 Error step_failed(const Step& step, const ProcessEnd& end) {
   const std::string command = fmt::format("`colmap {}`", step.arguments[1]);
   if (end.exit_code > 128)
-    return {ErrorCode::failed, fmt::format("{} was ended by signal {}.", command, end.exit_code - 128),
+    return {ErrorCode::io, fmt::format("{} was ended by signal {}.", command, end.exit_code - 128),
             "Memory may have run out: close other programs, then run the same command again; finished steps "
             "are kept.",
             "camera"};
@@ -111,7 +111,7 @@ Error step_failed(const Step& step, const ProcessEnd& end) {
       end.tail.find("No space left") != std::string::npos)
     return {ErrorCode::no_space, fmt::format("The disk is full: {} could not write its results.", command),
             "Free some space, then run the same command again; finished steps are kept.", "camera"};
-  return {ErrorCode::failed, fmt::format("{} ended with code {}: {}", command, end.exit_code, last),
+  return {ErrorCode::io, fmt::format("{} ended with code {}: {}", command, end.exit_code, last),
           "Check free disk space and memory, then run the same command again; finished steps are kept.",
           "camera"};
 }

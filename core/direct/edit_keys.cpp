@@ -124,8 +124,10 @@ std::vector<KeyPlace> paste_keys(Performance& performance, const KeyClip& clip, 
 }
 
 void lay_over(Performance& performance, const Performance& take, double at_s) {
-  const double frame_s = 1 / performance.frames_per_second, end_s = at_s + take.duration_s;
-  performance.duration_s = std::max(performance.duration_s, std::min(end_s, kLongest_s));
+  if (at_s >= kLongest_s) return;
+  const double frame_s = 1 / performance.frames_per_second;
+  const double end_s = std::min(at_s + take.duration_s, kLongest_s);
+  performance.duration_s = std::max(performance.duration_s, end_s);
   std::map<std::string, std::vector<Key>> laid;
   for (const auto& [channel, keys] : performance.channels) {
     if (channel.starts_with("camera ")) continue;
@@ -147,6 +149,7 @@ void lay_over(Performance& performance, const Performance& take, double at_s) {
     }
   }
   for (auto& [channel, out] : laid) {
+    if (out.empty()) continue;  // a take's channel without keys
     const auto before = performance.channels.find(channel);
     const float rest = rest_value(channel);
     const double after_s = end_s + frame_s;

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <memory>
+#include <optional>
 
 #include "core/direct/direct_avatar.h"
 #include "core/export/head_mesh.h"
@@ -65,6 +66,20 @@ Result<int> write_keys(const OpenedAvatar& opened, const DrivenClip& clip, const
   return int(clip.frames.size());
 }
 
+// Pictures are made from these files; none of them is ever replaced by what is made.
+std::optional<Error> taken_name(const OpenedAvatar& opened, const FilmOptions& options) {
+  for (const std::filesystem::path& used :
+       {opened.project.options.video, std::filesystem::path(options.background)}) {
+    std::error_code ignored;
+    if (used.empty() || (used.lexically_normal() != options.out.lexically_normal() &&
+                         !std::filesystem::equivalent(used, options.out, ignored)))
+      continue;
+    return Error{ErrorCode::bad_input, "--out names a file that the avatar or its pictures are made from.",
+                 "Give --out a name of its own.", options.out.string()};
+  }
+  return std::nullopt;
+}
+
 }  // namespace
 
 Result<void> check_output(const Avatar& avatar, const Intrinsics& picture, std::size_t frames,
@@ -82,6 +97,7 @@ Result<void> check_output(const Avatar& avatar, const Intrinsics& picture, std::
 
 Result<int> write_posed(const OpenedAvatar& opened, const Film& film, const FilmOptions& options,
                         const Progress& progress, std::stop_token stop) {
+  if (auto taken = taken_name(opened, options)) return *taken;
   if (!is_mesh_name(options.out)) return write_film(opened, film, options, progress, stop);
   const Intrinsics& picture = film.cameras.front().intrinsics;
   if (const auto fine = check_output(opened.avatar, picture, film.poses.size(), options); !fine)

@@ -173,6 +173,7 @@ void LiveDriver::read(std::stop_token stop) {
       const bool end = !*frame;
       {
         const std::lock_guard lock(mutex_);
+        if (status_.state == LiveState::failed) return;  // nobody takes its pictures any more
         if (end) {
           ended_ = true;
         } else {

@@ -42,9 +42,13 @@ constexpr double kGreySide = 512, kFitFrame = 60e3, kProgram = 250e6;
 
 double gigabytes(std::uint64_t bytes) { return double(bytes) / 1e9; }
 
+// That are read: of a fast or long clip every few.
 int clip_frames(const VideoInfo& clip) {
-  return clip.frame_count > 0 ? clip.frame_count
-                              : int(std::lround(std::max(0.0, clip.duration_s * clip.frames_per_second)));
+  const int all = clip.frame_count > 0
+                      ? clip.frame_count
+                      : int(std::lround(std::max(0.0, clip.duration_s * clip.frames_per_second)));
+  const int stride = std::max(1, sampling_stride(clip));
+  return (all + stride - 1) / stride;
 }
 
 fs::path nearest_folder(fs::path path) {

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <regex>
 #include <string_view>
 #include <system_error>
 
@@ -20,9 +21,13 @@ namespace {
 
 // All that is ever written into a project's folder, project.json last: as long as it is there, the deletion
 // can be asked for again.
-constexpr std::array<std::string_view, 15> kNames{"frames",
+constexpr std::array<std::string_view, 19> kNames{"frames",
                                                   "masks",
                                                   "regions",
+                                                  "masks.part",
+                                                  "masks.old",
+                                                  "regions.part",
+                                                  "regions.old",
                                                   "colmap",
                                                   "plate.png",
                                                   "plate_known.png",
@@ -36,8 +41,10 @@ constexpr std::array<std::string_view, 15> kNames{"frames",
                                                   "diagnostics.txt",
                                                   "project.json"};
 
+// A file that a killed process was writing: .NAME.PID-N.part, perhaps with an ending (core/base/files).
 bool is_abandoned_part(const std::string& name) {
-  return name.starts_with(".") && name.find(".part") != std::string::npos;
+  static const std::regex form(R"(\.[^/]+\.\d+-\d+\.part(\.[^./]+)?)");
+  return std::regex_match(name, form);
 }
 
 // performance.json, and what was saved beside it.
@@ -73,7 +80,7 @@ std::optional<Error> missing_clip(const Project& project) {
 Result<Project> relink_clip(const fs::path& folder, const fs::path& clip) {
   auto project = open_project(folder);
   if (!project) return project.error();
-  const auto hash = hash_file(clip);
+  const auto hash = hash_video(clip);
   if (!hash) return hash.error();
   if (const auto capture = read_capture(capture_path(*project)); capture && capture->video_hash != *hash) {
     return Error{ErrorCode::bad_input,

@@ -30,8 +30,9 @@ struct DeletedPerson {
 };
 
 // Removes what Likeness made of the person: frames, masks, tracks, checkpoints, the avatar, performances, and
-// the exports unless they are kept. Never the clip, even if it lies in the folder, and nothing that Likeness
-// did not write; the folder itself goes when it is empty. Refused while another process works on the project.
+// the whole folder of exports unless it is kept. Never the clip, nor a folder that it lies in, and nothing
+// else that Likeness did not write; the folder itself goes when it is empty. Refused while another process
+// works on the project.
 Result<DeletedPerson> delete_person(const std::filesystem::path& folder, bool keep_exports);
 
 }  // namespace likeness

@@ -45,7 +45,7 @@ struct ProjectOptions {
   bool use_ambient = true, use_latent = true, use_occupancy = true, use_warp = true;
   bool resting_camera = false;  // the user's word; otherwise the align stage finds out
   bool refine_track = false;    // correct the training frames through the field
-  std::vector<int> left_out;    // frames the user takes out of the training, ascending; held-out ones cannot be
+  std::vector<int> left_out;  // frames the user takes out of the training, ascending; held-out ones cannot be
 };
 
 // Whether the filmed person agreed to an avatar of themselves. Asked when a clip is first imported in the

@@ -224,6 +224,10 @@ class CurveKeeper {
     if (auto earlier = read_training_curve(path_)) curve_ = std::move(*earlier);
   }
   void add(const TrainStatus& status) {
+    // A training that goes on reports later steps first; one that begins, or had hardly begun, owns its curve.
+    constexpr std::uint64_t kBeginning = 100;
+    if (!reported_ && status.step < kBeginning) curve_ = {};
+    reported_ = true;
     add_point(curve_, status);
     constexpr double kEvery_s = 15;
     if (status.seconds - written_at_s_ >= 0 && status.seconds - written_at_s_ < kEvery_s) return;
@@ -237,6 +241,7 @@ class CurveKeeper {
  private:
   fs::path path_;
   TrainingCurve curve_;
+  bool reported_ = false;
   double written_at_s_ = -1e9;
 };
 

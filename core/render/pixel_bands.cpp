@@ -61,6 +61,7 @@ std::vector<Eigen::Vector2i> edge_pixels(const Image& picture, float contrast) {
 
 Band edge_band(const Intrinsics& k, std::span<const Eigen::Vector2i> edges, int reduce) {
   Band band;
+  band.empty_blocks_walk = true;
   for (std::size_t i = 0; i < edges.size(); ++i) {
     const int left = edges[i].x() * reduce, right = std::min(left + reduce, k.width);
     const int top = edges[i].y() * reduce, bottom = std::min(top + reduce, k.height);

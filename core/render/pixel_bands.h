@@ -18,6 +18,7 @@ struct Band {
   std::vector<Vec3f> directions;        // (pixels) in the camera frame
   std::vector<Vec3f> blocks;            // (blocks) directions of their middles
   std::vector<std::uint32_t> block_of;  // (pixels)
+  bool empty_blocks_walk = false;       // pixels may meet the volume where their block's ray does not
   int block_columns = 0;  // of blocks that lie side by side, row by row; 0: they are no neighbours
 };
 

@@ -128,9 +128,9 @@ struct RayStrata {
     return std::span(intervals).subspan(intervals_begin[i], intervals_begin[i + 1] - intervals_begin[i]);
   }
 };
-// In one thread; fills `batch` with the samples in the strata's midpoints.
-void stratify_rays(std::span<const RayRequest> rays, const MarchVolumes& volumes, SampleBatch& batch,
-                   RayStrata& out);
+// At most `most` a ray; fills `batch` with the samples in their midpoints. In one thread.
+void stratify_rays(std::span<const RayRequest> rays, const MarchVolumes& volumes, int most,
+                   SampleBatch& batch, RayStrata& out);
 // Takes out the samples of a ray that lie in no occupied cell; returns how many are left, their order kept.
 int keep_occupied(const RayRequest& ray, const MarchVolumes& volumes, std::span<RaySample> samples);
 // Samples at given places: of ray r, the first counts[r] of batch.placed[r * stride ...], in depth order.

@@ -178,10 +178,12 @@ std::size_t weigh_strata(const Scene& scene, BandScratch& band) {
   return band.strata.strata.size();
 }
 
-// Pixels whose block's ray met nothing although a block beside it did: the volume's edge. They walk alone.
+// Pixels whose block's ray met nothing although they may, at the volume's edge, walk alone.
 void place_at_edges(const Scene& scene, const Band& pixels, std::span<const int> counts, BandScratch& band) {
   const int columns = pixels.block_columns, rows = columns > 0 ? int(counts.size()) / columns : 0;
+  if (columns == 0 && !pixels.empty_blocks_walk) return;
   const auto near_volume = [&](int block) {
+    if (pixels.empty_blocks_walk) return true;
     for (int y = std::max(0, block / columns - 1); y <= std::min(rows - 1, block / columns + 1); ++y)
       for (int x = std::max(0, block % columns - 1); x <= std::min(columns - 1, block % columns + 1); ++x)
         if (counts[std::size_t(y * columns + x)] > 0) return true;
@@ -189,7 +191,7 @@ void place_at_edges(const Scene& scene, const Band& pixels, std::span<const int>
   };
   std::vector<std::size_t> alone;
   std::vector<RayRequest> requests;
-  for (std::size_t i = 0; i < band.requests.size() && columns > 0; ++i)
+  for (std::size_t i = 0; i < band.requests.size(); ++i)
     if (const std::uint32_t k = pixels.block_of[i]; counts[k] == 0 && near_volume(int(k))) {
       alone.push_back(i);
       requests.push_back(band.requests[i]);
@@ -197,12 +199,11 @@ void place_at_edges(const Scene& scene, const Band& pixels, std::span<const int>
   if (alone.empty()) return;
   SampleBatch batch;
   sample_rays(requests, scene.volumes, batch);
-  const std::size_t most = std::size_t(scene.options.max_samples),
-                    own = std::size_t(scene.volumes.max_samples);
+  const auto most = std::size_t(scene.options.max_samples);
   for (std::size_t k = 0; k < alone.size(); ++k) {
-    const std::size_t count = std::min<std::size_t>(most, batch.begin[k + 1] - batch.begin[k]);
+    const std::size_t count = batch.begin[k + 1] - batch.begin[k];
     band.counts[alone[k]] = int(count);
-    std::copy_n(batch.placed.begin() + std::ptrdiff_t(k * own), count,
+    std::copy_n(batch.placed.begin() + std::ptrdiff_t(k * most), count,
                 band.batch.placed.begin() + std::ptrdiff_t(alone[k] * most));
   }
 }
@@ -213,7 +214,7 @@ std::size_t place_by_blocks(const Scene& scene, const Band& pixels, BandScratch&
   band.block_requests.resize(pixels.blocks.size());
   for (std::size_t k = 0; k < pixels.blocks.size(); ++k)
     band.block_requests[k] = request_of(scene, pixels.blocks[k]);
-  stratify_rays(band.block_requests, scene.volumes, band.block_batch, band.strata);
+  stratify_rays(band.block_requests, scene.volumes, scene.options.strata, band.block_batch, band.strata);
   bring_home(scene, band.block_batch);
   const std::size_t looked_up = weigh_strata(scene, band);
 
@@ -291,7 +292,7 @@ Scene make_scene(const Avatar& avatar, const Camera& camera, const RenderState& 
   }
   scene.volumes = march_volumes(avatar.head, avatar.torso ? &*avatar.torso : nullptr, scene.neck);
   for (MarchNeck& neck : scene.volumes.necks) look_up_neck(scene.volumes.fields[0], neck);
-  scene.volumes.max_samples = options.strata > 0 ? options.strata : options.max_samples;
+  scene.volumes.max_samples = options.max_samples;
   scene.volumes.min_step = options.min_step;
   return scene;
 }

@@ -19,8 +19,8 @@ constexpr double kFinaleShare = 0.10;  // of the clip
 
 struct Moment {
   bool walking = true;  // the first part of the clip, in which the camera moves
-  double share = 0;          // of the part, [0, 1]
-  double phase = 0;          // within the cycle, [0, 1)
+  double share = 0;     // of the part, [0, 1]
+  double phase = 0;     // within the cycle, [0, 1)
   int cycle = 0;
   double time_s = 0;
   double finale = -1;  // how far into the closing cycle, [0, 1); < 0 before
@@ -34,8 +34,8 @@ Moment moment_of(const DemoOptions& options, int frame) {
   const int count = std::max(1, moment.walking ? moving : options.frames - moving);
   moment.share = double(frame - first) / std::max(1, count - 1);
   const double seconds = count / options.frames_per_second;
-  const int cycles = std::max(
-      1, int(std::lround(seconds / (moment.walking ? kFirstCycleSeconds : kSecondCycleSeconds))));
+  const int cycles =
+      std::max(1, int(std::lround(seconds / (moment.walking ? kFirstCycleSeconds : kSecondCycleSeconds))));
   const double position = double(frame - first) / count * cycles;
   moment.cycle = int(position);
   moment.phase = position - moment.cycle;

@@ -14,7 +14,6 @@ struct ConvexOutline {
   std::vector<Vec2d> normals;
   std::vector<double> offsets;
   Eigen::AlignedBox2d box;
-
 };
 
 ConvexOutline convex_outline(std::vector<Vec2d> points);

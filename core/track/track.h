@@ -22,8 +22,8 @@ struct TrackedFrame {
   Pose world_from_head = Pose::Identity();   // m
   Articulation articulation;                 // neck stays zero: the torso has a frame of its own
   Pose world_from_torso = Pose::Identity();  // m; the torso frame is the head frame of the reference frame
-  TorsoShape torso_shape{};  // of the track's torso modes
-  std::array<Vec2d, kLandmarkCount> landmarks{};  // px, uncropped source picture
+  TorsoShape torso_shape{};                  // of the track's torso modes
+  std::array<Vec2d, kLandmarkCount> landmarks{};         // px, uncropped source picture
   std::array<double, kLandmarkCount> landmark_spread{};  // px, rms of the runs that agree: their doubt
   double look = 1;            // correlation of the face's picture with the person's other frames
   double inner_error_px = 0;  // mean distance of the fitted to the detected landmarks 17..67

@@ -63,11 +63,21 @@ class SteadyWriter {
 Result<Recording> record_clip(PictureSource& source, const std::filesystem::path& path,
                               const RecordOptions& options,
                               const std::function<void(const LivePicture&)>& seen, std::stop_token stop) {
+  if (std::error_code ignored; std::filesystem::exists(path, ignored))
+    return Error{ErrorCode::bad_input, "There is a file of this name already.",
+                 "Name a file that is not there yet: a recording replaces nothing.", path.string()};
   std::optional<SteadyWriter> writer;
   int width = 0, height = 0;
+  // What was filmed is kept, however the filming ended.
+  const auto ended = [&](Error error) -> Result<Recording> {
+    if (!writer) return error;
+    auto recording = writer->finish();
+    if (recording) recording->broken_off = std::move(error);
+    return recording;
+  };
   while (!stop.stop_requested() && (!writer || writer->seconds() < options.longest_s)) {
     auto next = source.next();
-    if (!next) return next.error();
+    if (!next) return ended(next.error());
     if (!*next) break;
     const LivePicture& picture = **next;
     if (picture.rgb.channels != 3 || picture.rgb.empty()) return no_picture(path);
@@ -78,11 +88,11 @@ Result<Recording> record_clip(PictureSource& source, const std::filesystem::path
       writer.emplace(std::move(*created), options);
     }
     if (picture.rgb.width != width || picture.rgb.height != height)
-      return Error{ErrorCode::failed,
-                   fmt::format("The camera changed its picture from {} x {} to {} x {} px.", width, height,
-                               picture.rgb.width, picture.rgb.height),
-                   "Record again without turning the camera or changing its settings meanwhile.",
-                   path.string()};
+      return ended({ErrorCode::failed,
+                    fmt::format("The camera changed its picture from {} x {} to {} x {} px.", width, height,
+                                picture.rgb.width, picture.rgb.height),
+                    "Record again without turning the camera or changing its settings meanwhile.",
+                    path.string()});
     if (seen) seen(picture);
     if (auto added = writer->add(picture); !added) return added.error();
   }

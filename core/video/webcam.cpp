@@ -17,6 +17,8 @@ namespace {
 namespace fs = std::filesystem;
 using Clock = std::chrono::steady_clock;
 
+constexpr int kAttempts = 10;  // a cable that moves loses a picture or two
+
 class WebcamSource : public PictureSource {
  public:
   WebcamSource(cv::VideoCapture capture, std::string device)
@@ -25,7 +27,10 @@ class WebcamSource : public PictureSource {
   Result<std::optional<LivePicture>> next() override {
     try {
       cv::Mat bgr;
-      if (!capture_.read(bgr) || bgr.empty() || bgr.type() != CV_8UC3)
+      bool given = false;
+      for (int attempt = 0; attempt < kAttempts && !given; ++attempt)
+        given = capture_.read(bgr) && !bgr.empty() && bgr.type() == CV_8UC3;
+      if (!given)
         return Error{ErrorCode::failed, fmt::format("The webcam {} gave no picture.", device_),
                      "Close other programs that use it, or plug it in again.", device_};
       LivePicture picture;
@@ -52,7 +57,9 @@ std::vector<Webcam> list_webcams() {
   std::vector<std::pair<int, Webcam>> found;
   std::error_code fault;
   for (const auto& entry : fs::directory_iterator("/sys/class/video4linux", fault)) {
-    const std::string number = entry.path().filename().string().substr(std::strlen("video"));
+    const std::string device = entry.path().filename().string();
+    if (!device.starts_with("video")) continue;  // radios and teletext are there, too
+    const std::string number = device.substr(std::strlen("video"));
     if (number.empty() || !std::ranges::all_of(number, [](unsigned char c) { return std::isdigit(c); }))
       continue;
     // A camera's second device carries its data about the pictures, not pictures.

@@ -33,7 +33,8 @@ class Care : public testing::Test {
     for (const char* file :
          {"frames/000000.png", "masks/000000.png", "regions/000000.png", "colmap/database.db", "avatar.bin",
           "checkpoint.bin", "track.json", "cameras.json", "plate.png", "plate_known.png", "plate.json",
-          "training_curve.json", "performance.json", "performance-1.json", ".avatar.bin.part-12",
+          "training_curve.json", "performance.json", "performance-1.json", ".avatar.12-3.part.bin", "masks.part/000000.png",
+          "regions.old/000000.png",
           "exports/orbit-001.mp4"})
       ASSERT_TRUE(write_text(folder_ / file, "x").ok());
     write_import(clip_);

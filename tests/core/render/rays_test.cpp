@@ -266,7 +266,7 @@ TEST(StratifyRays, AreTheMidpointsThatSampleRaysTakes) {
   SampleBatch samples, batch;
   RayStrata strata;
   sample_rays(rays, volumes, samples);
-  stratify_rays(rays, volumes, batch, strata);
+  stratify_rays(rays, volumes, 12, batch, strata);
   EXPECT_EQ(batch.begin, samples.begin);
   EXPECT_EQ(batch.dt, samples.dt);
   EXPECT_EQ(batch.field, samples.field);
