@@ -207,35 +207,17 @@ void tidy(cv::Mat& person, const SegmentInput& in) {
   }
 }
 
-// The colours near every pixel under a mask.
-struct LocalColours {
-  cv::Mat weight;   // 32F, which share of the window is under the mask
-  cv::Mat sum;      // 32FC3, mean of the colours under the mask times the weight
-  cv::Mat squares;  // 32FC3, of their squares
-
-  bool any(int y, int x) const { return weight.at<float>(y, x) > 0.01f; }
-  cv::Vec3f mean(int y, int x) const { return sum.at<cv::Vec3f>(y, x) / weight.at<float>(y, x); }
-  // Mean of the channels' variances.
-  float variance(int y, int x) const {
-    const cv::Vec3f m = mean(y, x), s = squares.at<cv::Vec3f>(y, x) / weight.at<float>(y, x);
-    float all = 0;
-    for (int c = 0; c < 3; ++c) all += std::max(0.0f, s[c] - m[c] * m[c]);
-    return all / 3;
-  }
-};
-
-LocalColours local_colours(const cv::Mat& picture, const cv::Mat& mask, int radius) {
-  LocalColours colours;
+// Local mean colour of the pixels under a mask; weight receives how many there were.
+cv::Mat local_mean(const cv::Mat& picture, const cv::Mat& mask, int radius, cv::Mat& weight) {
   cv::Mat value, mask1, mask3;
   picture.convertTo(value, CV_32FC3);
   mask.convertTo(mask1, CV_32F, 1.0 / 255);
   cv::merge(std::array<cv::Mat, 3>{mask1, mask1, mask1}, mask3);
-  const cv::Mat under = value.mul(mask3);
+  value = value.mul(mask3);
   const cv::Size window(2 * radius + 1, 2 * radius + 1);
-  cv::boxFilter(under, colours.sum, -1, window);
-  cv::boxFilter(under.mul(value), colours.squares, -1, window);
-  cv::boxFilter(mask1, colours.weight, -1, window);
-  return colours;
+  cv::boxFilter(value, value, -1, window);
+  cv::boxFilter(mask1, weight, -1, window);
+  return value;
 }
 
 }  // namespace
@@ -276,11 +258,11 @@ cv::Mat cut_person(const SegmentInput& input) {
 cv::Mat soften(const cv::Mat& picture, const cv::Mat& person, const Plate* plate, int radius) {
   const cv::Mat disc = cv::getStructuringElement(cv::MORPH_ELLIPSE, {2 * radius + 1, 2 * radius + 1});
   // The picture's rim is no boundary of the person.
-  cv::Mat inner, outer, blurred;
+  cv::Mat inner, outer, inner_weight, outer_weight, blurred;
   cv::erode(person, inner, disc);
   cv::dilate(person, outer, disc);
-  const LocalColours inside = local_colours(picture, inner, 3 * radius),
-                     outside = local_colours(picture, 255 - outer, 3 * radius);
+  const cv::Mat inside = local_mean(picture, inner, 3 * radius, inner_weight);
+  const cv::Mat outside = local_mean(picture, 255 - outer, 3 * radius, outer_weight);
   cv::GaussianBlur(person, blurred, {0, 0}, 0.4 * radius);
   cv::Mat alpha = person.clone();
   for (int y = 0; y < picture.rows; ++y)
@@ -288,20 +270,17 @@ cv::Mat soften(const cv::Mat& picture, const cv::Mat& person, const Plate* plate
       if (inner.at<unsigned char>(y, x) || !outer.at<unsigned char>(y, x)) continue;
       const float prior = float(blurred.at<unsigned char>(y, x)) / 255;
       float mixed = prior, trust = 0;
+      const float wi = inner_weight.at<float>(y, x), wo = outer_weight.at<float>(y, x);
       const bool known = plate && plate->known.at<unsigned char>(y, x);
-      if (inside.any(y, x) && (known || outside.any(y, x))) {
-        const cv::Vec3f front = inside.mean(y, x);
-        const cv::Vec3f back = known ? cv::Vec3f(plate->colour.at<cv::Vec3b>(y, x)) : outside.mean(y, x);
+      if (wi > 0.01f && (known || wo > 0.01f)) {
+        const cv::Vec3f front = inside.at<cv::Vec3f>(y, x) / wi;
+        const cv::Vec3f back = known ? cv::Vec3f(plate->colour.at<cv::Vec3b>(y, x))
+                                     : cv::Vec3f(outside.at<cv::Vec3f>(y, x) / wo);
         const cv::Vec3f axis = front - back, offset = cv::Vec3f(picture.at<cv::Vec3b>(y, x)) - back;
         const float length = axis.dot(axis);
         mixed = std::clamp(offset.dot(axis) / std::max(1.0f, length), 0.0f, 1.0f);
-        // The mixture is off by what hair and background vary about the colours taken for them, against their
-        // distance; the softened cut by a third or so. The better known counts the more.
-        constexpr float kCutError = 0.09f, kLeast = 8.0f * 8.0f;  // of alpha, squared; 8-bit units, squared
-        const float varies =
-            inside.variance(y, x) +
-            (known ? plate->noise.at<float>(y, x) * plate->noise.at<float>(y, x) : outside.variance(y, x));
-        trust = kCutError / (kCutError + (varies + kLeast) / std::max(1.0f, length));
+        // Colours that differ by less than about 25 of 255 do not tell person from background.
+        trust = length / (length + 25.0f * 25.0f);
       }
       // Nothing far outside the cut turns solid and nothing deep inside vanishes.
       mixed = std::clamp(mixed, prior - 0.6f, prior + 0.6f);
