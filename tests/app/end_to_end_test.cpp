@@ -30,7 +30,7 @@ class EndToEnd : public testing::Test {
     ASSERT_NE(::mkdtemp(name.data()), nullptr);
     folder_ = name;
     const ProgramResult demo = likeness({"demo", (folder_ / "demo").string(), "--size", "320", "--frames",
-                                         "34", "--moving-share", "0", "--samples", "1"});
+                                         "40", "--moving-share", "0", "--samples", "1"});
     ASSERT_EQ(demo.exit_code, 0) << demo.err;
     const ProgramResult built = build(folder_ / "p.likeness");
     ASSERT_EQ(built.exit_code, 0) << built.err;
@@ -69,7 +69,7 @@ TEST_F(EndToEnd, EveryStageIsDoneAndSaysWhatItFound) {
 }
 
 TEST_F(EndToEnd, TheAvatarResemblesFramesItNeverSaw) {
-  EXPECT_EQ(report().at("frames_test"), 3);
+  EXPECT_EQ(report().at("frames_test"), 4);
   EXPECT_EQ(report().at("split"), "tail");
   // A person painted as one mean colour scores about 14 dB on the head.
   EXPECT_GT(report().at("psnr_db").get<double>(), 22);
@@ -143,7 +143,7 @@ TEST_F(EndToEnd, AStudyOfGainsMeasuresWhatAPartBringsAndGoesOnWhereItStopped) {
   const json rows = json::parse(first.out).at("rows");
   ASSERT_EQ(rows.size(), 2u);
   const json with = rows[0].at("scores").at(0), without = rows[1].at("scores").at(0);
-  EXPECT_EQ(with.at("frames"), 3);
+  EXPECT_EQ(with.at("frames"), 4);
   // A dark hole where the shoulders should be costs the whole person, not the head.
   EXPECT_GT(with.at("psnr_person_db").get<double>(), without.at("psnr_person_db").get<double>() + 1);
   EXPECT_EQ(fs::last_write_time(project / "track.json"), track_before);

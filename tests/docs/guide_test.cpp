@@ -107,7 +107,7 @@ TEST(Guide, LinksAndPicturesLeadSomewhere) {
       EXPECT_TRUE(read_image(target).ok()) << target;
     }
   }
-  EXPECT_GE(pictures, 8);
+  EXPECT_GE(pictures, 2);
 }
 
 }  // namespace
