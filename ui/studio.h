@@ -66,6 +66,7 @@ class Studio {
 
  private:
   struct FaceOverlay;
+  struct Saves;
 
   Wish carry_out(Command command);
   void open(const std::filesystem::path& path);
@@ -111,6 +112,8 @@ class Studio {
   Step shown_ = Step::film;
   bool follow_ = true;  // show the step at work
   Directing directing_;
+  std::shared_ptr<Saves> saves_;  // of the performance
+  std::uint64_t save_number_ = 0;
   std::uint64_t moment_number_ = 0;
   std::uint64_t walks_ = 0;  // each other than the one before
   int view_px_ = 256;

@@ -1,4 +1,6 @@
 // The Direct step's part of the studio: commands on the performance, its file, its picture.
+#include <mutex>
+
 #include "core/direct/camera_keys.h"
 #include "core/direct/random_walk.h"
 #include "ui/studio.h"
@@ -16,6 +18,21 @@ constexpr float kDollyTo = 0.7f;        // times the typical distance
 constexpr const char* kUnread = "performance-unread.json";
 
 }  // namespace
+
+// Saves of performances, by the window and by the thread behind it: an older one that is still queued when a
+// newer is written writes nothing.
+struct Studio::Saves {
+  std::mutex mutex;  // held while one is written
+  std::uint64_t written = 0;
+
+  Result<void> write(std::uint64_t number, const fs::path& file, const Performance& performance) {
+    const std::lock_guard lock(mutex);
+    if (number < written) return {};
+    auto saved = write_performance(file, performance);
+    if (saved) written = number;
+    return saved;
+  }
+};
 
 double Studio::patience_s() const {
   return directing_.playing() ? kPlaying_s : drive_.on() ? kDriving_s : is_working() ? kWorking_s : kIdle_s;
@@ -213,16 +230,19 @@ void Studio::save_performance(bool at_once) {
   const auto since = directing_.unsaved_since();
   if (!since || folder_.empty()) return;
   if (!at_once && Directing::Clock::now() - *since < std::chrono::duration<double>(kAutosave_s)) return;
+  if (!saves_) saves_ = std::make_shared<Saves>();
+  const auto performance = directing_.performance();
+  const std::uint64_t number = ++save_number_;
   directing_.was_saved();
   if (at_once) {
-    if (const auto saved = write_performance(performance_path(), *directing_.performance()); !saved)
+    if (const auto saved = saves_->write(number, performance_path(), *performance); !saved)
       fail(saved.error());
     return;
   }
   background_.run("save performance",
-                  [this, file = performance_path(),
-                   performance = directing_.performance()](std::stop_token) -> Background::Delivery {
-                    const auto saved = write_performance(file, *performance);
+                  [this, number, performance, saves = saves_,
+                   file = performance_path()](std::stop_token) -> Background::Delivery {
+                    const auto saved = saves->write(number, file, *performance);
                     if (saved) return {};
                     return [this, error = saved.error()] { fail(error); };
                   });
