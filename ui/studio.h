@@ -114,6 +114,7 @@ class Studio {
   Directing directing_;
   std::shared_ptr<Saves> saves_;  // of the performance
   std::uint64_t save_number_ = 0;
+  std::shared_ptr<const Performance> saving_;  // queued or being written
   std::uint64_t moment_number_ = 0;
   std::uint64_t walks_ = 0;  // each other than the one before
   int view_px_ = 256;

@@ -1,5 +1,7 @@
 // The Direct step's part of the studio: commands on the performance, its file, its picture.
+#include <chrono>
 #include <mutex>
+#include <optional>
 
 #include "core/direct/camera_keys.h"
 #include "core/direct/random_walk.h"
@@ -12,9 +14,10 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr double kPlaying_s = 0.03, kDriving_s = 0.25, kWorking_s = 1.0, kIdle_s = 2.0;
-constexpr double kAutosave_s = 1;       // after the last change
-constexpr double kShortest_walk_s = 8;  // of an empty performance
-constexpr float kDollyTo = 0.7f;        // times the typical distance
+constexpr double kAutosave_s = 1;              // after the last change
+constexpr std::chrono::seconds kSaveAgain{5};  // after a save that failed
+constexpr double kShortest_walk_s = 8;         // of an empty performance
+constexpr float kDollyTo = 0.7f;               // times the typical distance
 constexpr const char* kUnread = "performance-unread.json";
 
 }  // namespace
@@ -229,22 +232,33 @@ void Studio::take_performance(const fs::path& folder) {
 void Studio::save_performance(bool at_once) {
   const auto since = directing_.unsaved_since();
   if (!since || folder_.empty()) return;
-  if (!at_once && Directing::Clock::now() - *since < std::chrono::duration<double>(kAutosave_s)) return;
+  if (!at_once && (saving_ == directing_.performance() ||
+                   Directing::Clock::now() - *since < std::chrono::duration<double>(kAutosave_s)))
+    return;
   if (!saves_) saves_ = std::make_shared<Saves>();
   const auto performance = directing_.performance();
   const std::uint64_t number = ++save_number_;
-  directing_.was_saved();
   if (at_once) {
-    if (const auto saved = saves_->write(number, performance_path(), *performance); !saved)
-      fail(saved.error());
+    const auto saved = saves_->write(number, performance_path(), *performance);
+    if (!saved) return fail(saved.error());
+    directing_.was_saved();
     return;
   }
+  saving_ = performance;
   background_.run("save performance",
                   [this, number, performance, saves = saves_,
                    file = performance_path()](std::stop_token) -> Background::Delivery {
                     const auto saved = saves->write(number, file, *performance);
-                    if (saved) return {};
-                    return [this, error = saved.error()] { fail(error); };
+                    return [this, performance, error = saved ? std::nullopt : std::optional(saved.error())] {
+                      if (saving_ == performance) saving_.reset();
+                      if (error) fail(*error);
+                      if (performance != directing_.performance()) return;  // edited meanwhile
+                      if (error) {
+                        directing_.was_not_saved(Directing::Clock::now() + kSaveAgain);
+                      } else {
+                        directing_.was_saved();
+                      }
+                    };
                   });
 }
 
