@@ -109,6 +109,7 @@ Studio::Studio(StudioOptions options, std::function<void()> wake)
           wake_) {}
 
 Studio::~Studio() {
+  lay_takes();
   save_performance(true);
   save_settings();
 }
@@ -612,6 +613,7 @@ void Studio::loaded(std::shared_ptr<const ProjectContents> contents) {
 }
 
 void Studio::close_project() {
+  lay_takes();
   save_performance(true);
   directing_.open({});
   retire(drive_.stop());

@@ -6,6 +6,8 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <string>
+#include <vector>
 
 #include "core/check/verdict.h"
 #include "core/synth/demo_capture.h"
@@ -68,6 +70,15 @@ class Studio {
   struct FaceOverlay;
   struct Saves;
 
+  // Recorded, and on its way into the performance.
+  struct Take {
+    std::uint64_t number = 0;
+    std::shared_ptr<const ProjectAvatar> avatar;  // that was driven
+    std::shared_ptr<const std::vector<DrivenFrame>> frames;
+    double rate = 25, at_s = 0;
+    Performance keys() const;  // of a long take a while
+  };
+
   Wish carry_out(Command command);
   void open(const std::filesystem::path& path);
   void open_clip(const std::filesystem::path& clip, Consent consent, ProjectOptions options);
@@ -93,7 +104,10 @@ class Studio {
   std::filesystem::path performance_path() const { return folder_ / "performance.json"; }
   void edit_performance(std::string what, const std::function<void(Performance&)>& change);
   void start_driving(LiveDriver::Open open);
-  void take_drive();  // what was recorded, into the performance
+  std::optional<std::uint64_t> keep_take();  // its number, where something was recorded
+  void take_drive();                         // what was recorded, into the performance
+  void lay_takes();                          // the same at once, with those on their way
+  void lay_take(const Performance& keys, double at_s);
   void request_picture();
   void read_clip_picture();
   void show_frame(FramePicture Studio::*slot, int frame, bool overlay);
@@ -115,6 +129,8 @@ class Studio {
   std::shared_ptr<Saves> saves_;  // of the performance
   std::uint64_t save_number_ = 0;
   std::shared_ptr<const Performance> saving_;  // queued or being written
+  std::vector<Take> takes_;
+  std::uint64_t take_number_ = 0;
   std::uint64_t moment_number_ = 0;
   std::uint64_t walks_ = 0;  // each other than the one before
   int view_px_ = 256;

@@ -22,6 +22,8 @@ constexpr const char* kUnread = "performance-unread.json";
 
 }  // namespace
 
+Performance Studio::Take::keys() const { return performance_of(*frames, rate, avatar->directed); }
+
 // Saves of performances, by the window and by the thread behind it: an older one that is still queued when a
 // newer is written writes nothing.
 struct Studio::Saves {
@@ -297,6 +299,8 @@ void Studio::request_picture() {
 
 void Studio::start_driving(LiveDriver::Open open) {
   if (!contents_ || !contents_->avatar) return;
+  take_drive();
+  retire(drive_.stop());
   directing_.stop_playing();
   comparing_ = false;
   LiveOptions options;
@@ -305,19 +309,43 @@ void Studio::start_driving(LiveDriver::Open open) {
   request_picture();
 }
 
-void Studio::take_drive() {
+// Keeps what was recorded, to be laid over the performance.
+std::optional<std::uint64_t> Studio::keep_take() {
   auto frames = drive_.take_recording();
-  if (frames.empty() || !contents_ || !contents_->avatar) return;
-  background_.run(
-      "",
-      [this, avatar = contents_->avatar, frames = std::move(frames), at_s = directing_.playhead_s(),
-       rate = directing_.performance()->frames_per_second](std::stop_token) -> Background::Delivery {
-        return [this, avatar, at_s, take = performance_of(frames, rate, avatar->directed)] {
-          if (!contents_ || contents_->avatar != avatar) return;
-          edit_performance("record the drive", [&](Performance& p) { lay_over(p, take, at_s); });
-          request_picture();
-        };
-      });
+  if (frames.empty()) return std::nullopt;
+  takes_.push_back({++take_number_, drive_.avatar(),
+                    std::make_shared<const std::vector<DrivenFrame>>(std::move(frames)),
+                    directing_.performance()->frames_per_second, directing_.playhead_s()});
+  return take_number_;
+}
+
+void Studio::take_drive() {
+  const auto number = keep_take();
+  if (!number) return;
+  background_.run("", [this, take = takes_.back()](std::stop_token) -> Background::Delivery {
+    return [this, take, keys = take.keys()] {
+      if (std::erase_if(takes_, [&](const Take& kept) { return kept.number == take.number; }) > 0)
+        lay_take(keys, take.at_s);
+    };
+  });
+}
+
+void Studio::lay_takes() {
+  keep_take();
+  for (const Take& take : std::exchange(takes_, {})) lay_take(take.keys(), take.at_s);
+}
+
+void Studio::lay_take(const Performance& keys, double at_s) {
+  // Another head model may have come with an avatar that was made meanwhile.
+  const auto known = contents_ && contents_->model ? check_performance(keys, *contents_->model)
+                                                   : Result<void>(Error{ErrorCode::not_found, "", "", ""});
+  if (!known) {
+    fail({ErrorCode::failed, "The recorded drive is dropped: the avatar it was made for is gone.",
+          "Record it again with the avatar there is now.", ""});
+    return;
+  }
+  edit_performance("record the drive", [&](Performance& p) { lay_over(p, keys, at_s); });
+  request_picture();
 }
 
 }  // namespace likeness::ui
