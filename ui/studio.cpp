@@ -31,6 +31,11 @@ bool same_place(const fs::path& a, const fs::path& b) {
   return a == b || fs::weakly_canonical(a, ignored) == fs::weakly_canonical(b, ignored);
 }
 
+// A training that was finished early left its few seconds as the budget: too little for one that starts anew.
+void repair_budget(ProjectOptions& options) {
+  if (options.steps == 0 && options.budget_s < kLeastBudget_s) options.budget_s = ProjectOptions{}.budget_s;
+}
+
 // The folder of a clip's project: NAME.likeness, or NAME-2.likeness where that one is another clip's.
 fs::path folder_for(const fs::path& projects, const fs::path& clip) {
   const std::string name = clip.stem().string();
@@ -279,7 +284,10 @@ Wish Studio::apply(const Requests& requests) {
     if (const auto fine = check_left_out(*contents_->capture, *requests.left_out); !fine) {
       fail(fine.error());
     } else {
-      edit_options([&](ProjectOptions& o) { o.left_out = *requests.left_out; });
+      edit_options([&](ProjectOptions& o) {
+        o.left_out = *requests.left_out;
+        repair_budget(o);
+      });
     }
   }
   if (requests.check_frame) show_frame(&Studio::check_picture_, *requests.check_frame, false);
@@ -308,8 +316,7 @@ Wish Studio::apply(const Requests& requests) {
   if (requests.picture_size)
     edit_options([&](ProjectOptions& o) {
       o.size = *requests.picture_size;
-      // A training that was finished early left its few seconds as the budget.
-      if (o.steps == 0 && o.budget_s < kLeastBudget_s) o.budget_s = ProjectOptions{}.budget_s;
+      repair_budget(o);
     });
   Wish wish = Wish::none;
   for (const Command command : requests.commands) {
