@@ -801,6 +801,14 @@ bool Studio::is_working() const {
   return ui::is_working(pipeline_.job) || (demo_ && ui::is_working(demo_->status())) || exports_.is_working();
 }
 
+bool Studio::goes_on() const {
+  const auto runs = [](const JobStatus& status) { return status.state == JobState::running; };
+  return (pipeline_job_ && runs(pipeline_job_->status().job)) || (demo_ && runs(demo_->status())) ||
+         std::ranges::any_of(exports_.items(), [&](const ExportItem& item) {
+           return item.status.state == JobState::none || runs(item.status);
+         });
+}
+
 void Studio::stop_work() {
   finish_at_s_.reset();
   if (demo_) demo_->stop();

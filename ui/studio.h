@@ -59,6 +59,7 @@ class Studio {
   void licences_were_shown() { settings_.licences_shown = true; }
   void save_settings();
   bool is_working() const;  // the project's stages, the demo or an export
+  bool goes_on() const;     // and was not asked to stop
   const std::filesystem::path& folder() const { return folder_; }  // of the open project
   double patience_s() const;  // until the window should look again though nobody touched it
   // The picture is on the screen.

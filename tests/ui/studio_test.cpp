@@ -97,6 +97,19 @@ TEST_F(StudioState, ExportsTakeTurnsAndAFailureIsSurvived) {
   EXPECT_NE(exports[0].out, exports[2].out);
 }
 
+TEST_F(StudioState, StoppedWorkGoesOnOnlyWithSomethingNew) {
+  open();
+  EXPECT_FALSE(studio_->goes_on());
+  ask(Command::export_mesh);
+  ask(Command::export_mesh);
+  studio_->stop_work();
+  EXPECT_FALSE(studio_->goes_on());
+  ask(Command::export_mesh);
+  EXPECT_TRUE(studio_->goes_on());
+  ASSERT_TRUE(until([](const Snapshot& s) { return !s.situation.exporting; }));
+  EXPECT_FALSE(studio_->goes_on());
+}
+
 TEST_F(StudioState, WhatAnExportLacksIsSaidAtOnce) {
   open();
   ask(Command::export_driven);
