@@ -309,7 +309,14 @@ Wish Studio::apply(const Requests& requests) {
   }
   if (requests.export_choice) export_choice_ = *requests.export_choice;
   if (requests.stop_export) exports_.stop(*requests.stop_export);
-  if (requests.retry_export) exports_.retry(*requests.retry_export);
+  if (requests.retry_export) {
+    if (is_enabled(Command::export_still, snapshot().situation)) {
+      exports_.retry(*requests.retry_export);
+    } else {
+      fail({ErrorCode::failed, "Nothing is exported while the avatar is being made.",
+            "Pause or stop that first, or wait for its end.", ""});
+    }
+  }
   if (requests.forget_export) exports_.forget(*requests.forget_export);
   if (requests.budget_s)
     edit_options([&](ProjectOptions& o) { o.budget_s = *requests.budget_s, o.steps = 0; });
