@@ -91,6 +91,7 @@ class Directing {
   // Changed since, and not yet written.
   std::optional<Clock::time_point> unsaved_since() const { return unsaved_since_; }
   void was_saved() { unsaved_since_.reset(); }
+  void was_not_saved(Clock::time_point try_from) { unsaved_since_ = try_from; }
 
  private:
   void show_present();

@@ -186,8 +186,13 @@ Result<void> check_order(const ExportOrder& order) {
 
 Result<std::string> write_order(const ExportOrder& order, const Progress& progress, std::stop_token stop) {
   const bool folder = order.out.extension().empty();
-  if (const auto made = make_writable_folder(folder ? order.out : order.out.parent_path()); !made)
-    return made.error();
+  if (const auto made = make_writable_folder(order.out.parent_path()); !made) return made.error();
+  std::error_code failure;
+  // What came there since it was asked for is somebody else's.
+  if (folder ? !fs::create_directory(order.out, failure) && !failure : fs::exists(order.out, failure))
+    return Error{ErrorCode::bad_input, fmt::format("{} is there already.", order.out.filename().string()),
+                 "Export it again: that takes another name.", order.out.string()};
+  if (failure) return file_error(order.out, "create", failure.value());
   const ProjectAvatar& avatar = *order.contents->avatar;
   const OpenedAvatar opened{order.contents->project, avatar.avatar, *avatar.model, avatar.hash};
   const auto written = [&]() -> Result<std::string> {
@@ -197,10 +202,7 @@ Result<std::string> write_order(const ExportOrder& order, const Progress& progre
     if (!frames) return frames.error();
     return *frames == 1 ? std::string("written") : fmt::format("{} frames", *frames);
   }();
-  if (!written && folder) {  // half a sequence is none
-    std::error_code ignored;
-    fs::remove_all(order.out, ignored);
-  }
+  if (!written) fs::remove_all(order.out, failure);  // half a sequence is none
   return written;
 }
 

@@ -41,7 +41,11 @@ void ExportQueue::retry(int number) {
 }
 
 void ExportQueue::forget(int number) {
-  if (number != running_) std::erase_if(entries_, [&](const Entry& e) { return e.number == number; });
+  if (number == running_) return;
+  std::erase_if(entries_, [&](const Entry& e) { return e.number == number; });
+  if (number != last_number_) return;
+  last_ = {};
+  last_number_ = -1;
 }
 
 void ExportQueue::tick() {
@@ -50,6 +54,7 @@ void ExportQueue::tick() {
     entry->status = job_->status();
     if (ui::is_working(entry->status)) return;
     last_ = entry->status;
+    last_number_ = entry->number;
     if (last_.state == JobState::done) last_written_ = entry->out;
     job_.reset();
     running_ = -1;
@@ -66,6 +71,7 @@ std::unique_ptr<Job> ExportQueue::clear() {
   entries_.clear();
   running_ = -1;
   last_ = {};
+  last_number_ = -1;
   last_written_.clear();
   return std::exchange(job_, nullptr);
 }

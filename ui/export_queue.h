@@ -55,7 +55,8 @@ class ExportQueue {
   std::vector<Entry> entries_;
   int running_ = -1, next_number_ = 1;  // number of the entry at work
   std::unique_ptr<Job> job_;
-  JobStatus last_;
+  JobStatus last_;  // of the one that ended last, until it is forgotten
+  int last_number_ = -1;
   std::filesystem::path last_written_;
 };
 

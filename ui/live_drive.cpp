@@ -1,6 +1,7 @@
 // See live_drive.h.
 #include "ui/live_drive.h"
 
+#include <algorithm>
 #include <utility>
 
 #include "core/direct/beyond_seen.h"
@@ -109,10 +110,14 @@ LiveView LiveDrive::view() const {
   view.gains = gains_;
   if (!driver_) return view;
   view.status = driver_->status();
+  // Of late: where no picture comes any more, there is nothing to tell.
+  const auto oldest = std::ranges::lower_bound(
+      shown_,
+      Clock::now() - std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(kRate_s)));
+  if (oldest == shown_.end()) return view;
   view.latency_s = latency_s_;
-  const double span =
-      shown_.empty() ? 0 : std::chrono::duration<double>(shown_.back() - shown_.front()).count();
-  if (span > 0.2) view.shown_per_second = double(shown_.size() - 1) / span;
+  const double span = std::chrono::duration<double>(shown_.back() - *oldest).count();
+  if (span > 0.2) view.shown_per_second = double(shown_.end() - oldest - 1) / span;
   return view;
 }
 

@@ -26,7 +26,8 @@ class LiveDrive {
   // What is left of the driver, to be waited for elsewhere: a camera may take a while to let go.
   std::unique_ptr<LiveDriver> stop();
   bool on() const { return driver_ != nullptr; }
-  bool has_ended() const;  // by itself
+  const std::shared_ptr<const ProjectAvatar>& avatar() const { return avatar_; }  // driven now or last
+  bool has_ended() const;                                                         // by itself
 
   // Where the user looks from; the pose is the driver's, once there is one.
   void look(PictureRequest request);

@@ -143,6 +143,11 @@ void draw_status_bar(const Snapshot& snapshot, Requests& requests) {
   ImGui::PushFont(theme().fonts.small);
   ImGui::PushStyleColor(ImGuiCol_Text, theme().colours.faint);
   std::string left = "Ready";
+  if (snapshot.live.on && snapshot.shown != Step::direct) {
+    const LiveStatus& live = snapshot.live.status;
+    left = fmt::format("{} drives the avatar{}", live.source.empty() ? "A video or webcam" : live.source,
+                       live.recording ? fmt::format(", recorded {:.1f} s", live.recorded_s) : "");
+  }
   if (is_working(snapshot.demo)) left = "Filming the demo person";
   if (snapshot.pipeline.stage)
     left = fmt::format("{}: {}", stage_name(*snapshot.pipeline.stage), snapshot.pipeline.job.text);

@@ -78,6 +78,7 @@ bool WindowLoop::frame() {
       requests.direct.playhead_s)
     touched();
   carry_out(studio_.apply(requests));
+  if (stopping_ && studio_.goes_on()) stopping_ = false;  // something new was asked for instead
   if (shell_.take_closing() == Closing::keep_and_stop) {
     studio_.stop_work();
     stopping_ = true;

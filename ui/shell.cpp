@@ -136,6 +136,29 @@ void draw_shortcuts() {
   ImGui::EndChild();
 }
 
+bool keeps_work(const Snapshot& snapshot) { return is_working(snapshot.pipeline.job); }
+
+// What ends when the program does, and how much of it is kept.
+void draw_closing(const Snapshot& snapshot) {
+  const bool exporting = snapshot.situation.exporting;
+  heading(keeps_work(snapshot)        ? "An avatar is being made"
+          : exporting                 ? "Something is being exported"
+          : is_working(snapshot.demo) ? "The demo person is being filmed"
+                                      : "The work is done meanwhile");
+  ImGui::Dummy({px(460), 0});
+  if (keeps_work(snapshot))
+    body_text(
+        "Closing stops the work. What is done is kept: it goes on from there when you open the project "
+        "again.");
+  if (exporting)
+    body_text(
+        "Closing stops the exports. What is written is kept; of one that is not finished nothing is, and "
+        "those that wait are forgotten.");
+  if (is_working(snapshot.demo))
+    body_text("Closing stops it, and nothing of it is kept: it begins anew next time.");
+  ImGui::Dummy({0, px(6)});
+}
+
 // Asks before everything of a person goes. True once it is answered.
 bool draw_deletion(const Snapshot& snapshot, Requests& requests) {
   heading("Delete this person?");
@@ -250,13 +273,8 @@ void Shell::draw_questions(const Snapshot& snapshot, Requests& requests) {
   }
   bool close = ImGui::IsKeyPressed(ImGui::GetIO().KeyMap[ImGuiKey_Escape]);
   if (shown_ == Question::closing) {
-    heading("An avatar is being made");
-    ImGui::Dummy({px(460), 0});
-    body_text(
-        "Closing stops the work. What is done is kept: it goes on from there when you open the project "
-        "again.");
-    ImGui::Dummy({0, px(6)});
-    if (primary_button("Keep and stop")) {
+    draw_closing(snapshot);
+    if (primary_button(keeps_work(snapshot) ? "Keep and stop" : "Stop and quit")) {
       closing_ = Closing::keep_and_stop;
       close = true;
     }

@@ -67,8 +67,9 @@ struct FramePicture {
 struct LiveView {
   bool on = false;
   LiveStatus status;
-  double shown_per_second = 0, latency_s = 0;  // on the screen: the last picture's, from its capture
-  std::map<std::string, float> gains;          // per named action, those that are not 1
+  // On the screen, of late: pictures a second, and the last one's time since its capture. 0: none came.
+  double shown_per_second = 0, latency_s = 0;
+  std::map<std::string, float> gains;  // per named action, those that are not 1
 };
 
 struct SystemStatus {

@@ -31,6 +31,11 @@ bool same_place(const fs::path& a, const fs::path& b) {
   return a == b || fs::weakly_canonical(a, ignored) == fs::weakly_canonical(b, ignored);
 }
 
+// A training that was finished early left its few seconds as the budget: too little for one that starts anew.
+void repair_budget(ProjectOptions& options) {
+  if (options.steps == 0 && options.budget_s < kLeastBudget_s) options.budget_s = ProjectOptions{}.budget_s;
+}
+
 // The folder of a clip's project: NAME.likeness, or NAME-2.likeness where that one is another clip's.
 fs::path folder_for(const fs::path& projects, const fs::path& clip) {
   const std::string name = clip.stem().string();
@@ -109,6 +114,7 @@ Studio::Studio(StudioOptions options, std::function<void()> wake)
           wake_) {}
 
 Studio::~Studio() {
+  lay_takes();
   save_performance(true);
   save_settings();
 }
@@ -278,7 +284,10 @@ Wish Studio::apply(const Requests& requests) {
     if (const auto fine = check_left_out(*contents_->capture, *requests.left_out); !fine) {
       fail(fine.error());
     } else {
-      edit_options([&](ProjectOptions& o) { o.left_out = *requests.left_out; });
+      edit_options([&](ProjectOptions& o) {
+        o.left_out = *requests.left_out;
+        repair_budget(o);
+      });
     }
   }
   if (requests.check_frame) show_frame(&Studio::check_picture_, *requests.check_frame, false);
@@ -300,15 +309,21 @@ Wish Studio::apply(const Requests& requests) {
   }
   if (requests.export_choice) export_choice_ = *requests.export_choice;
   if (requests.stop_export) exports_.stop(*requests.stop_export);
-  if (requests.retry_export) exports_.retry(*requests.retry_export);
+  if (requests.retry_export) {
+    if (is_enabled(Command::export_still, snapshot().situation)) {
+      exports_.retry(*requests.retry_export);
+    } else {
+      fail({ErrorCode::failed, "Nothing is exported while the avatar is being made.",
+            "Pause or stop that first, or wait for its end.", ""});
+    }
+  }
   if (requests.forget_export) exports_.forget(*requests.forget_export);
   if (requests.budget_s)
     edit_options([&](ProjectOptions& o) { o.budget_s = *requests.budget_s, o.steps = 0; });
   if (requests.picture_size)
     edit_options([&](ProjectOptions& o) {
       o.size = *requests.picture_size;
-      // A training that was finished early left its few seconds as the budget.
-      if (o.steps == 0 && o.budget_s < kLeastBudget_s) o.budget_s = ProjectOptions{}.budget_s;
+      repair_budget(o);
     });
   Wish wish = Wish::none;
   for (const Command command : requests.commands) {
@@ -612,6 +627,7 @@ void Studio::loaded(std::shared_ptr<const ProjectContents> contents) {
 }
 
 void Studio::close_project() {
+  lay_takes();
   save_performance(true);
   directing_.open({});
   retire(drive_.stop());
@@ -790,6 +806,14 @@ void Studio::save_settings() {
 
 bool Studio::is_working() const {
   return ui::is_working(pipeline_.job) || (demo_ && ui::is_working(demo_->status())) || exports_.is_working();
+}
+
+bool Studio::goes_on() const {
+  const auto runs = [](const JobStatus& status) { return status.state == JobState::running; };
+  return (pipeline_job_ && runs(pipeline_job_->status().job)) || (demo_ && runs(demo_->status())) ||
+         std::ranges::any_of(exports_.items(), [&](const ExportItem& item) {
+           return item.status.state == JobState::none || runs(item.status);
+         });
 }
 
 void Studio::stop_work() {

@@ -6,6 +6,8 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <string>
+#include <vector>
 
 #include "core/check/verdict.h"
 #include "core/synth/demo_capture.h"
@@ -57,6 +59,7 @@ class Studio {
   void licences_were_shown() { settings_.licences_shown = true; }
   void save_settings();
   bool is_working() const;  // the project's stages, the demo or an export
+  bool goes_on() const;     // and was not asked to stop
   const std::filesystem::path& folder() const { return folder_; }  // of the open project
   double patience_s() const;  // until the window should look again though nobody touched it
   // The picture is on the screen.
@@ -66,6 +69,16 @@ class Studio {
 
  private:
   struct FaceOverlay;
+  struct Saves;
+
+  // Recorded, and on its way into the performance.
+  struct Take {
+    std::uint64_t number = 0;
+    std::shared_ptr<const ProjectAvatar> avatar;  // that was driven
+    std::shared_ptr<const std::vector<DrivenFrame>> frames;
+    double rate = 25, at_s = 0;
+    Performance keys() const;  // of a long take a while
+  };
 
   Wish carry_out(Command command);
   void open(const std::filesystem::path& path);
@@ -92,7 +105,10 @@ class Studio {
   std::filesystem::path performance_path() const { return folder_ / "performance.json"; }
   void edit_performance(std::string what, const std::function<void(Performance&)>& change);
   void start_driving(LiveDriver::Open open);
-  void take_drive();  // what was recorded, into the performance
+  std::optional<std::uint64_t> keep_take();  // its number, where something was recorded
+  void take_drive();                         // what was recorded, into the performance
+  void lay_takes();                          // the same at once, with those on their way
+  void lay_take(const Performance& keys, double at_s);
   void request_picture();
   void read_clip_picture();
   void show_frame(FramePicture Studio::*slot, int frame, bool overlay);
@@ -111,6 +127,11 @@ class Studio {
   Step shown_ = Step::film;
   bool follow_ = true;  // show the step at work
   Directing directing_;
+  std::shared_ptr<Saves> saves_;  // of the performance
+  std::uint64_t save_number_ = 0;
+  std::shared_ptr<const Performance> saving_;  // queued or being written
+  std::vector<Take> takes_;
+  std::uint64_t take_number_ = 0;
   std::uint64_t moment_number_ = 0;
   std::uint64_t walks_ = 0;  // each other than the one before
   int view_px_ = 256;

@@ -1,4 +1,8 @@
 // The Direct step's part of the studio: commands on the performance, its file, its picture.
+#include <chrono>
+#include <mutex>
+#include <optional>
+
 #include "core/direct/camera_keys.h"
 #include "core/direct/random_walk.h"
 #include "ui/studio.h"
@@ -10,12 +14,30 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr double kPlaying_s = 0.03, kDriving_s = 0.25, kWorking_s = 1.0, kIdle_s = 2.0;
-constexpr double kAutosave_s = 1;       // after the last change
-constexpr double kShortest_walk_s = 8;  // of an empty performance
-constexpr float kDollyTo = 0.7f;        // times the typical distance
+constexpr double kAutosave_s = 1;              // after the last change
+constexpr std::chrono::seconds kSaveAgain{5};  // after a save that failed
+constexpr double kShortest_walk_s = 8;         // of an empty performance
+constexpr float kDollyTo = 0.7f;               // times the typical distance
 constexpr const char* kUnread = "performance-unread.json";
 
 }  // namespace
+
+Performance Studio::Take::keys() const { return performance_of(*frames, rate, avatar->directed); }
+
+// Saves of performances, by the window and by the thread behind it: an older one that is still queued when a
+// newer is written writes nothing.
+struct Studio::Saves {
+  std::mutex mutex;  // held while one is written
+  std::uint64_t written = 0;
+
+  Result<void> write(std::uint64_t number, const fs::path& file, const Performance& performance) {
+    const std::lock_guard lock(mutex);
+    if (number < written) return {};
+    auto saved = write_performance(file, performance);
+    if (saved) written = number;
+    return saved;
+  }
+};
 
 double Studio::patience_s() const {
   return directing_.playing() ? kPlaying_s : drive_.on() ? kDriving_s : is_working() ? kWorking_s : kIdle_s;
@@ -212,19 +234,33 @@ void Studio::take_performance(const fs::path& folder) {
 void Studio::save_performance(bool at_once) {
   const auto since = directing_.unsaved_since();
   if (!since || folder_.empty()) return;
-  if (!at_once && Directing::Clock::now() - *since < std::chrono::duration<double>(kAutosave_s)) return;
-  directing_.was_saved();
+  if (!at_once && (saving_ == directing_.performance() ||
+                   Directing::Clock::now() - *since < std::chrono::duration<double>(kAutosave_s)))
+    return;
+  if (!saves_) saves_ = std::make_shared<Saves>();
+  const auto performance = directing_.performance();
+  const std::uint64_t number = ++save_number_;
   if (at_once) {
-    if (const auto saved = write_performance(performance_path(), *directing_.performance()); !saved)
-      fail(saved.error());
+    const auto saved = saves_->write(number, performance_path(), *performance);
+    if (!saved) return fail(saved.error());
+    directing_.was_saved();
     return;
   }
+  saving_ = performance;
   background_.run("save performance",
-                  [this, file = performance_path(),
-                   performance = directing_.performance()](std::stop_token) -> Background::Delivery {
-                    const auto saved = write_performance(file, *performance);
-                    if (saved) return {};
-                    return [this, error = saved.error()] { fail(error); };
+                  [this, number, performance, saves = saves_,
+                   file = performance_path()](std::stop_token) -> Background::Delivery {
+                    const auto saved = saves->write(number, file, *performance);
+                    return [this, performance, error = saved ? std::nullopt : std::optional(saved.error())] {
+                      if (saving_ == performance) saving_.reset();
+                      if (error) fail(*error);
+                      if (performance != directing_.performance()) return;  // edited meanwhile
+                      if (error) {
+                        directing_.was_not_saved(Directing::Clock::now() + kSaveAgain);
+                      } else {
+                        directing_.was_saved();
+                      }
+                    };
                   });
 }
 
@@ -263,6 +299,8 @@ void Studio::request_picture() {
 
 void Studio::start_driving(LiveDriver::Open open) {
   if (!contents_ || !contents_->avatar) return;
+  take_drive();
+  retire(drive_.stop());
   directing_.stop_playing();
   comparing_ = false;
   LiveOptions options;
@@ -271,19 +309,43 @@ void Studio::start_driving(LiveDriver::Open open) {
   request_picture();
 }
 
-void Studio::take_drive() {
+// Keeps what was recorded, to be laid over the performance.
+std::optional<std::uint64_t> Studio::keep_take() {
   auto frames = drive_.take_recording();
-  if (frames.empty() || !contents_ || !contents_->avatar) return;
-  background_.run(
-      "",
-      [this, avatar = contents_->avatar, frames = std::move(frames), at_s = directing_.playhead_s(),
-       rate = directing_.performance()->frames_per_second](std::stop_token) -> Background::Delivery {
-        return [this, avatar, at_s, take = performance_of(frames, rate, avatar->directed)] {
-          if (!contents_ || contents_->avatar != avatar) return;
-          edit_performance("record the drive", [&](Performance& p) { lay_over(p, take, at_s); });
-          request_picture();
-        };
-      });
+  if (frames.empty()) return std::nullopt;
+  takes_.push_back({++take_number_, drive_.avatar(),
+                    std::make_shared<const std::vector<DrivenFrame>>(std::move(frames)),
+                    directing_.performance()->frames_per_second, directing_.playhead_s()});
+  return take_number_;
+}
+
+void Studio::take_drive() {
+  const auto number = keep_take();
+  if (!number) return;
+  background_.run("", [this, take = takes_.back()](std::stop_token) -> Background::Delivery {
+    return [this, take, keys = take.keys()] {
+      if (std::erase_if(takes_, [&](const Take& kept) { return kept.number == take.number; }) > 0)
+        lay_take(keys, take.at_s);
+    };
+  });
+}
+
+void Studio::lay_takes() {
+  keep_take();
+  for (const Take& take : std::exchange(takes_, {})) lay_take(take.keys(), take.at_s);
+}
+
+void Studio::lay_take(const Performance& keys, double at_s) {
+  // Another head model may have come with an avatar that was made meanwhile.
+  const auto known = contents_ && contents_->model ? check_performance(keys, *contents_->model)
+                                                   : Result<void>(Error{ErrorCode::not_found, "", "", ""});
+  if (!known) {
+    fail({ErrorCode::failed, "The recorded drive is dropped: the avatar it was made for is gone.",
+          "Record it again with the avatar there is now.", ""});
+    return;
+  }
+  edit_performance("record the drive", [&](Performance& p) { lay_over(p, keys, at_s); });
+  request_picture();
 }
 
 }  // namespace likeness::ui

@@ -147,6 +147,9 @@ void lay_over(Performance& performance, const Performance& take, double at_s) {
       key.time_s = std::min(key.time_s + at_s, kLongest_s);
       if (out.empty() || key.time_s > out.back().time_s + 2 * kSameTime_s) out.push_back(key);
     }
+    // The last key holds to the take's end.
+    if (!out.empty() && out.back().time_s < end_s - frame_s)
+      out.push_back({end_s, out.back().value, Easing::linear});
   }
   for (auto& [channel, out] : laid) {
     if (out.empty()) continue;  // a take's channel without keys

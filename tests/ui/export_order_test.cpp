@@ -6,6 +6,7 @@
 
 #include <memory>
 
+#include "core/base/files.h"
 #include "core/direct/edit_keys.h"
 #include "core/direct/performance.h"
 #include "core/image/files.h"
@@ -31,7 +32,9 @@ std::shared_ptr<const ProjectContents> tiny_contents(const fs::path& folder) {
 
 Result<std::string> write(const ExportChoice& choice, const std::shared_ptr<const ProjectContents>& contents,
                           const Performance& performance = {}) {
-  const fs::path out = contents->project.folder / "exports" / export_file_name(choice, 1);
+  fs::path out;
+  for (int number = 1; out.empty() || fs::exists(out); ++number)
+    out = contents->project.folder / "exports" / export_file_name(choice, number);
   const ExportOrder order{choice, contents, std::make_shared<const Performance>(performance), 0, out};
   if (const auto fine = check_order(order); !fine) return fine.error();
   const auto written = write_order(order, Progress(), {});
@@ -135,6 +138,25 @@ TEST(ExportOrder, AStoppedSequenceLeavesNoFolder) {
   ASSERT_FALSE(written.ok());
   EXPECT_EQ(written.error().code, ErrorCode::cancelled);
   EXPECT_FALSE(fs::exists(out));
+}
+
+TEST(ExportOrder, WhatWasThereIsNeitherOverwrittenNorRemoved) {
+  const test::TinyProject project;
+  const auto contents = tiny_contents(project.folder());
+  const fs::path exports = project.folder() / "exports";
+  const fs::path theirs = exports / "orbit-001" / "notes.txt";
+  ASSERT_TRUE(write_text(theirs, "mine").ok());
+  ASSERT_TRUE(write_text(exports / "still-001.png", "mine").ok());
+  const auto order = [&](ExportChoice choice, const char* name) {
+    return write_order({choice, contents, std::make_shared<const Performance>(), 0, exports / name},
+                       Progress(), {});
+  };
+  const auto folder = order({.kind = ExportKind::orbit, .form = ExportForm::pictures}, "orbit-001");
+  ASSERT_FALSE(folder.ok());
+  EXPECT_FALSE(folder.error().fix.empty());
+  EXPECT_EQ(*read_text(theirs), "mine");
+  EXPECT_FALSE(order({.kind = ExportKind::still}, "still-001.png").ok());
+  EXPECT_EQ(*read_text(exports / "still-001.png"), "mine");
 }
 
 }  // namespace

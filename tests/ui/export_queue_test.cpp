@@ -80,6 +80,18 @@ TEST(ExportQueue, AFailedOneIsTriedAgainAndAWrittenOneIsNot) {
   EXPECT_EQ(queue.items().size(), 1u);
 }
 
+TEST(ExportQueue, AFailureIsToldUntilItsItemIsForgotten) {
+  ExportQueue queue([] {});
+  queue.add("a.png", writes);
+  queue.add("b.mp4", fails);
+  run_out(queue);
+  queue.forget(1);
+  EXPECT_EQ(queue.status().state, JobState::failed);
+  queue.forget(2);
+  EXPECT_EQ(queue.status().state, JobState::none);
+  EXPECT_FALSE(queue.status().error.has_value());
+}
+
 TEST(ExportQueue, NothingIsLeftOfAClearedOne) {
   ExportQueue queue([] {});
   queue.add("a.mp4", lasts);

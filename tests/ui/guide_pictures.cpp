@@ -105,7 +105,8 @@ TEST_F(GuidePictures, OfEveryStep) {
   click("step Direct");
   click("Smile");
   test::drag("avatar view", 70, 10, 0, [this] { loop_->frame(); });
-  until([](const Snapshot& s) { return s.picture && s.picture->last && s.picture->acting == s.acting; });
+  until(
+      [](const Snapshot& s) { return s.picture && s.picture->last && s.picture->origin.moment == s.moment; });
   keep("direct");
   click("step Export");
   click("Export a still");

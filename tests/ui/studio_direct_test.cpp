@@ -305,6 +305,18 @@ TEST_F(StudioDirect, AVideoDrivesTheAvatarAndTheDriveBecomesKeys) {
   EXPECT_TRUE(performance().channels.empty());
 }
 
+TEST_F(StudioDirect, ARecordedDriveSurvivesTheEndOfTheProgram) {
+  Requests drive;
+  drive.drive_video = likeness::test::demo_folder() / "demo.mp4";
+  studio_->apply(drive);
+  frame();
+  press('E', true, true);
+  ASSERT_TRUE(until(60, [](const Snapshot& s) { return s.live.status.recorded_s > 0.3; }));
+  start();  // in the middle of it
+  ASSERT_TRUE(until(20, [](const Snapshot& s) { return !s.directing.performance->channels.empty(); }));
+  EXPECT_GT(keys("head yaw").size(), 2u);
+}
+
 TEST_F(StudioDirect, AWebcamThatIsNotThereIsToldWithARemedy) {
   if (open_webcam(0)) GTEST_SKIP() << "there is a webcam";
   click("Drive from the webcam");

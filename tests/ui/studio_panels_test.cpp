@@ -461,6 +461,18 @@ TEST_F(Panels, QuestionsAreShownAndClosed) {
   test::click("Keep and stop", [&] { draw_frame(s); });
   EXPECT_EQ(shell.take_closing(), Closing::keep_and_stop);
   EXPECT_EQ(shell.take_closing(), Closing::none);
+  draw_frame(s);
+  // Of exports alone nothing is promised to be kept.
+  Snapshot exporting = s;
+  exporting.pipeline = {};
+  exporting.situation.running = false;
+  exporting.situation.exporting = true;
+  shell.ask(Question::closing);
+  settled(exporting);
+  keep_shot("question_closing_exports");
+  EXPECT_FALSE(noted_widgets().contains("Keep and stop"));
+  test::click("Stop and quit", [&] { draw_frame(exporting); });
+  EXPECT_EQ(shell.take_closing(), Closing::keep_and_stop);
 }
 
 TEST_F(Panels, AWorstMomentOfTheCardLeadsToItsFrame) {

@@ -47,6 +47,18 @@ class StudioState : public testing::Test {
     requests.ask(command);
     studio_->apply(requests);
   }
+  // The head turned at the start.
+  static Performance directed(float yaw_deg) {
+    Performance performance;
+    performance.channels["head yaw"] = {{0, yaw_deg}};
+    return performance;
+  }
+  void edit(Performance performance) {
+    Requests requests;
+    requests.direct.edit(std::move(performance), "turn");
+    requests.direct.finished = true;
+    ask(requests);
+  }
   void open() {
     Requests requests;
     requests.open = project_.folder();
@@ -83,6 +95,19 @@ TEST_F(StudioState, ExportsTakeTurnsAndAFailureIsSurvived) {
   EXPECT_EQ(exports[3].status.state, JobState::done);
   EXPECT_TRUE(fs::exists(project_.folder() / "exports" / "head-002.glb"));
   EXPECT_NE(exports[0].out, exports[2].out);
+}
+
+TEST_F(StudioState, StoppedWorkGoesOnOnlyWithSomethingNew) {
+  open();
+  EXPECT_FALSE(studio_->goes_on());
+  ask(Command::export_mesh);
+  ask(Command::export_mesh);
+  studio_->stop_work();
+  EXPECT_FALSE(studio_->goes_on());
+  ask(Command::export_mesh);
+  EXPECT_TRUE(studio_->goes_on());
+  ASSERT_TRUE(until([](const Snapshot& s) { return !s.situation.exporting; }));
+  EXPECT_FALSE(studio_->goes_on());
 }
 
 TEST_F(StudioState, WhatAnExportLacksIsSaidAtOnce) {
@@ -134,6 +159,31 @@ TEST_F(StudioState, ABuildIsForecastBeforeItStarts) {
   longer.budget_s = 3600;
   ask(longer);
   ASSERT_TRUE(until([&](const Snapshot& s) { return s.contents->plan.seconds > before + 3000; }));
+}
+
+TEST_F(StudioState, TheLastEditIsWrittenLast) {
+  open();
+  const Performance first = directed(5);
+  edit(first);
+  std::this_thread::sleep_for(std::chrono::milliseconds(1100));
+  studio_->tick();  // begins to write the first
+  const Performance last = directed(9);
+  edit(last);
+  studio_.reset();
+  const auto kept = read_performance(project_.folder() / "performance.json");
+  ASSERT_TRUE(kept.ok());
+  EXPECT_EQ(*kept, last);
+}
+
+TEST_F(StudioState, APerformanceThatCouldNotBeWrittenIsWrittenLater) {
+  open();
+  const fs::path file = project_.folder() / "performance.json";
+  fs::create_directory(file);  // in its way
+  edit(directed(5));
+  ASSERT_TRUE(until([](const Snapshot& s) { return s.error.has_value(); }));
+  fs::remove(file);
+  ASSERT_TRUE(until([&](const Snapshot&) { return fs::is_regular_file(file); }));
+  EXPECT_EQ(*read_performance(file), directed(5));
 }
 
 TEST_F(StudioState, TheScaleHasLimits) {

@@ -185,7 +185,7 @@ TEST_F(Colmap, AnUnknownFailureQuotesTheProgramsLastWords) {
   add_walk(2);
   options_.program = stand_in("echo 'something nobody foresaw'; exit 3");
   const Error error = failure();
-  EXPECT_EQ(error.code, ErrorCode::failed);
+  EXPECT_EQ(error.code, ErrorCode::io);  // says nothing about the camera
   EXPECT_THAT(error.what, HasSubstr("ended with code 3"));
   EXPECT_THAT(error.what, HasSubstr("something nobody foresaw"));
   EXPECT_FALSE(error.fix.empty());
