@@ -200,6 +200,11 @@ struct LiveTracker::Impl {
     lost.reason = "no face found";
     std::optional<Found> found;
     if (const auto face = expected(grey)) found = follow(grey, *face, time_s);
+    // What followed a face weakly may follow it where there is none any more.
+    if (found && found->verdict.status == FrameStatus::weak && detector->detect(grey).empty()) {
+      before.clear();
+      return lost;
+    }
     if (!found || found->verdict.status == FrameStatus::lost) found = start(grey);
     if (!found || found->verdict.status == FrameStatus::lost) {
       before.clear();
