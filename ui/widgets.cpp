@@ -258,6 +258,7 @@ void note(const char* id, Tone tone, const std::string& what, const std::string&
   ImGui::PushID(id);
   ImGui::Dummy({width, height});
   ImGui::PopID();
+  note_widget(id);
 }
 
 void clipped_text(const std::string& words, float width) {

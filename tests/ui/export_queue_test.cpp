@@ -25,6 +25,7 @@ void run_out(ExportQueue& queue) {
     queue.tick();
     std::this_thread::sleep_for(std::chrono::milliseconds(1));
   }
+  queue.tick();  // takes in how the last one ended
 }
 
 JobState state(const ExportQueue& queue, int number) {
