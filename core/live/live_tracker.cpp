@@ -20,11 +20,12 @@
 namespace likeness {
 namespace {
 
-constexpr int kDirections = 40;          // of the identity: landmarks say nothing about the finer ones
-constexpr int kLeastRest = 5;            // frames a person is settled from
-constexpr std::size_t kMostRest = 12;    // more only take longer
-constexpr double kLongAgo_s = 0.35;      // frames further back say nothing about this one
-constexpr double kSameFace = 0.3;        // overlap of the detector's box with the expected one
+constexpr int kLongestWeak = 10;       // pictures before the detector is asked whether a face is there at all
+constexpr int kDirections = 40;        // of the identity: landmarks say nothing about the finer ones
+constexpr int kLeastRest = 5;          // frames a person is settled from
+constexpr std::size_t kMostRest = 12;  // more only take longer
+constexpr double kLongAgo_s = 0.35;    // frames further back say nothing about this one
+constexpr double kSameFace = 0.3;      // overlap of the detector's box with the expected one
 constexpr std::size_t kErrorsKept = 60;  // frames that say what error is usual
 
 struct Sight {
@@ -70,7 +71,7 @@ struct LiveTracker::Impl {
   std::deque<double> errors_px;  // of good frames
   std::vector<RestFrame> rest;
   bool resting = false;
-  int number = 0, since_look = 0;
+  int number = 0, since_look = 0, weak_run = 0;
 
   void become(const Eigen::VectorXd& who) {
     identity = who;
@@ -200,8 +201,9 @@ struct LiveTracker::Impl {
     lost.reason = "no face found";
     std::optional<Found> found;
     if (const auto face = expected(grey)) found = follow(grey, *face, time_s);
-    // What followed a face weakly may follow it where there is none any more.
-    if (found && found->verdict.status == FrameStatus::weak && detector->detect(grey).empty()) {
+    // What was followed weakly for a while may follow a face where there is none any more.
+    weak_run = found && found->verdict.status == FrameStatus::weak ? weak_run + 1 : 0;
+    if (weak_run >= kLongestWeak && detector->detect(grey).empty()) {
       before.clear();
       return lost;
     }
