@@ -287,8 +287,11 @@ void draw_export_step(const Snapshot& snapshot, Views& views, Requests& requests
          "Answer it in the step Film.");
   if (snapshot.situation.running && !snapshot.situation.paused)
     note("busy", Tone::plain, "The training is at work: pause or finish it before exporting.");
+  // In a low window the whole step scrolls, so that the queue is never pressed to nothing.
+  const bool low = ImGui::GetContentRegionAvail().y < px(430);
+  if (low) ImGui::BeginChild("export step", ImGui::GetContentRegionAvail());
   const ImVec2 area = ImGui::GetContentRegionAvail();
-  const float tall = std::max(px(200), std::min(px(330), 0.6f * area.y)), gap = px(16);
+  const float tall = low ? px(300) : std::max(px(200), std::min(px(350), 0.6f * area.y)), gap = px(16);
   ExportChoice asked = snapshot.export_choice;
   begin_card("what", {0.42f * (area.x - gap), tall}, true);
   draw_kinds(snapshot, asked, requests);
@@ -306,9 +309,10 @@ void draw_export_step(const Snapshot& snapshot, Views& views, Requests& requests
     ImGui::AlignTextToFramePadding();
     faint_text("It takes its turn after those below.");
   }
-  begin_card("queue", {0, 0}, true);
+  begin_card("queue", {0, low ? px(240) : 0}, true);
   draw_queue(snapshot, requests);
   end_card();
+  if (low) ImGui::EndChild();
 }
 
 }  // namespace likeness::ui

@@ -173,15 +173,23 @@ void draw_train_step(const Snapshot& snapshot, Views& views, Requests& requests)
     return;
   }
   ImVec2 area = ImGui::GetContentRegionAvail();
-  if (card) area.x = std::max(0.5f * area.x, area.x - px(400));
+  // Large letters leave no room for both side by side: the card is then scrolled to, below.
+  const bool below = card && area.x < px(760);
+  if (below) {
+    ImGui::BeginChild("learning and card", area);
+    area = {ImGui::GetContentRegionAvail().x, std::max(area.y, px(240))};
+  } else if (card) {
+    area.x = std::max(0.5f * area.x, area.x - px(400));
+  }
   ImGui::BeginChild("learning", area);
   draw_learning(snapshot, views, view.state == StepState::running);
   ImGui::EndChild();
   if (!card) return;
-  ImGui::SameLine();
-  begin_card("card", {0, area.y}, true);
+  if (!below) ImGui::SameLine();
+  begin_card("card", {0, below ? px(380) : area.y}, true);
   draw_card(snapshot, *card, requests);
   end_card();
+  if (below) ImGui::EndChild();
 }
 
 }  // namespace likeness::ui
