@@ -82,6 +82,7 @@ void draw_step(const Snapshot& snapshot, Views& views, Requests& requests) {
     faint_text(words);
   }
   ImGui::Dummy({0, px(2)});
+  if (!snapshot.contents) return draw_nothing_yet("Reading the project...");
   switch (snapshot.shown) {
     case Step::film:
       return draw_film_step(snapshot, views, requests);

@@ -13,20 +13,21 @@ namespace {
 using Clock = std::chrono::steady_clock;
 
 constexpr double kLate_s = 0.1;        // a picture this late is passed over
-constexpr double kLongestGap_s = 0.3;  // but so long without a picture is worse than a late one
+constexpr double kLongestGap_s = 0.3;  // but whoever asks waits no longer than this for the next
 
 class ClipSource : public FrameSource {
  public:
   ClipSource(VideoReader reader, std::string name) : reader_(std::move(reader)), name_(std::move(name)) {}
 
   Result<std::optional<CapturedFrame>> next(std::stop_token stop) override {
+    const auto asked = Clock::now();
     while (!stop.stop_requested()) {
       auto frame = reader_.next();
       if (!frame) return frame.error();
       if (!*frame) return std::optional<CapturedFrame>();
       const double time_s = (*frame)->time_s;
       if (!start_) {
-        start_ = given_ = Clock::now();
+        start_ = Clock::now();
         first_s_ = time_s;
       }
       const auto due = *start_ + std::chrono::duration_cast<Clock::duration>(
@@ -34,12 +35,10 @@ class ClipSource : public FrameSource {
       const auto now = Clock::now();
       if (now > due + std::chrono::duration<double>(kLate_s)) {
         // Passed over to catch up; a clip that is never decoded in time still gives one now and then.
-        if (now < given_ + std::chrono::duration<double>(kLongestGap_s)) continue;
-        given_ = now;
+        if (now < asked + std::chrono::duration<double>(kLongestGap_s)) continue;
         return std::optional(CapturedFrame{std::move((*frame)->rgb), time_s - first_s_, now});
       }
       wait_until(due, stop);
-      given_ = due;
       if (!stop.stop_requested())
         return std::optional(CapturedFrame{std::move((*frame)->rgb), time_s - first_s_, due});
     }
@@ -59,7 +58,6 @@ class ClipSource : public FrameSource {
   VideoReader reader_;
   std::string name_;
   std::optional<Clock::time_point> start_;
-  Clock::time_point given_;  // when the last picture was handed out
   double first_s_ = 0;
 };
 

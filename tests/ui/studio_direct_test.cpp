@@ -331,7 +331,7 @@ TEST_F(StudioDirect, AVideoDrivesTheAvatarAndTheDriveBecomesKeys) {
   studio_->apply(gain);
   bool followed = false, pictured = false;
   ASSERT_TRUE(until(60, [&](const Snapshot& s) {
-    if (s.picture && s.picture->origin.captured && s.live.on && s.live.latency_s > 0 && !followed) {
+    if (s.picture && s.picture->origin.captured && s.live.on && s.live.latency_s > 0 && !pictured) {
       followed = true;
       EXPECT_EQ(s.live.status.source, "demo.mp4");
       frame();

@@ -216,6 +216,7 @@ void draw_controls(const Snapshot& snapshot, Views& views, Requests& requests) {
   step_button(Command::undo, now, directing.undo_name, half, requests);
   ImGui::SameLine(0, px(6));
   step_button(Command::redo, now, directing.redo_name, half, requests);
+  if (group_heading("Drive live", views.open_drive)) draw_drive(snapshot, views, requests);
   ImGui::BeginDisabled(snapshot.comparing);
   draw_presets(snapshot, requests);
   bool linked = directing.linked;

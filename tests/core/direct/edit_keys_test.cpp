@@ -132,7 +132,7 @@ TEST(LayOver, ATakeReplacesWhatHeadAndFaceDoAndNothingElse) {
   set_key(take, "head roll", {0, 3, Easing::linear});
   const float before = value_at(performance, "head yaw", 0.9);
   lay_over(performance, take, 1);
-  EXPECT_NEAR(value_at(performance, "head yaw", 0.9), before, 0.2);
+  EXPECT_NEAR(value_at(performance, "head yaw", 0.9), before, 0.3);  // eased over its shorter stretch
   EXPECT_EQ(value_at(performance, "head yaw", 2), -25);
   EXPECT_EQ(value_at(performance, "action jawOpen", 0.9), 0.5f);
   EXPECT_EQ(value_at(performance, "action jawOpen", 2), 0);  // the take's face is the take's
