@@ -35,7 +35,7 @@ class TrainingPreview {
  public:
   // Share of the time that previews may take; they rest for the remainder.
   static constexpr double kShare = 0.03;
-  static constexpr double kFirst_s = 5;  // of training before the first: earlier there is nothing to see
+  static constexpr double kFirst_s = 2;  // of training before the first: earlier there is nothing to see
 
   TrainingPreview(Project project, std::function<void()> wake);
 

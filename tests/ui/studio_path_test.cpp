@@ -21,7 +21,7 @@ class StudioPath : public testing::Test {
     options_.settings = folder_ / "studio.json";
     options_.projects = folder_ / "projects";
     options_.demo = {.width = 320, .height = 320, .frames = 34, .moving_share = 0, .samples_per_pixel = 1};
-    options_.project.steps = 40;
+    options_.project.steps = 60;  // some seconds: longer than until the first preview
     start();
   }
   void TearDown() override {
