@@ -25,7 +25,7 @@ namespace {
 
 struct TrackStudyArguments {
   CommonOptions common;
-  fs::path clip, demo, tracks;
+  fs::path clip, demo, tracks, marks;
   std::vector<std::string> steps;
   ProjectOptions models;  // head and landmark model only
 };
@@ -124,6 +124,10 @@ nlohmann::json to_json(const CheckRow& row) {
           {"fresh_frames", row.fresh.frames},
           {"still_jitter_px", row.stillness.jitter_px},
           {"still_frames", row.stillness.frames},
+          {"marked_mouths", row.marks.mouths},
+          {"wrong_mouths", row.marks.wrong_mouths},
+          {"marked_eyes", row.marks.eyes},
+          {"wrong_eyes", row.marks.wrong_eyes},
           {"seconds", row.seconds},
           {"frames_per_second", row.frames_per_second}};
 }
@@ -140,6 +144,14 @@ void print_rows(const std::vector<CheckRow>& rows) {
         row.withheld.on_head, row.withheld.tracks, row.fresh.mean_px, row.fresh.moving_px,
         row.stillness.jitter_px, row.stillness.frames, row.seconds, row.frames_per_second);
   fmt::print("px of the tracker's working picture (longer side 512)\n");
+  for (const CheckRow& row : rows) {
+    const MarkScore& m = row.marks;
+    if (m.mouths + m.eyes == 0) continue;
+    fmt::print(
+        "{:<12} mouths as marked {} of {}, wrong in frames [{}]; eyes {} of {}, wrong in frames [{}]\n",
+        row.step, m.mouths - int(m.wrong_mouths.size()), m.mouths, fmt::join(m.wrong_mouths, " "),
+        m.eyes - int(m.wrong_eyes.size()), m.eyes, fmt::join(m.wrong_eyes, " "));
+  }
 }
 
 // A project's clip with its crop, cameras and split, or a bare clip under an assumed camera.
@@ -168,6 +180,11 @@ Result<StudyClip> study_clip(const TrackStudyArguments& arguments) {
   auto model = project_head_model(models);
   if (!model) return model.error();
   clip.model = std::move(*model);
+  if (!arguments.marks.empty()) {
+    auto marks = read_face_marks(arguments.marks);
+    if (!marks) return marks.error();
+    clip.marks = std::move(*marks);
+  }
   return clip;
 }
 
@@ -224,6 +241,8 @@ void add_track_study(CLI::App& study, int& exit_code) {
       "--steps", a->steps,
       fmt::format("Steps to measure, of: {}; default: all", fmt::join(track_step_names(), ", ")));
   verb->add_option("--tracks", a->tracks, "A folder to keep each step's track in");
+  verb->add_option("--marks", a->marks,
+                   "A file of what was seen of mouth and eyes in the clip (core/study/face_marks.h)");
   verb->add_option("--head-model", a->models.head_model,
                    "A head model file (.npz); default: the project's, or the built-in head");
   verb->add_option("--landmark-model", a->models.landmark_model,

@@ -129,6 +129,7 @@ Result<std::vector<CheckRow>> study_real_clip(const StudyClip& clip, const std::
                              progress.stage(from + 0.85 * share, from + share, "fresh landmarks"), stop);
     if (!fresh) return fresh.error();
     row.fresh = *fresh;
+    row.marks = score_marks(timed->track, clip.model, clip.marks);
     rows.push_back(std::move(row));
     found.push_back(std::move(timed->track));
   }

@@ -11,6 +11,7 @@
 #include "core/base/progress.h"
 #include "core/base/result.h"
 #include "core/head/head_model.h"
+#include "core/study/face_marks.h"
 #include "core/study/track_checks.h"
 #include "core/study/track_truth.h"
 #include "core/track/track_clip.h"
@@ -32,6 +33,7 @@ struct StudyClip {
   CameraSet cameras;
   std::set<int> held_out;
   HeadModel model;
+  std::vector<FaceMark> marks;  // or empty
 };
 
 struct TruthRow {
@@ -53,6 +55,7 @@ struct CheckRow {
   WithheldScore withheld;     // working px
   FreshLandmarks fresh;
   Stillness stillness;
+  MarkScore marks;
   double seconds = 0, frames_per_second = 0;
 };
 // 15 % of the point tracks are held back from the dense step; every row is judged by the same ones.

@@ -36,5 +36,25 @@ TEST(RealCapture, AShortBuildOfARealFaceBeatsThePlateByFar) {
   fs::remove_all(folder);
 }
 
+// Frames of the clip and what was seen in them; tests/core/study/marks.
+TEST(RealCapture, MouthAndEyesAreAsMarkedByHand) {
+  const fs::path shared = LIKENESS_SHARED;
+  const fs::path model = shared / "head_models" / "ict_head_flame_schema.npz";
+  for (const std::string name : {"wojtek", "duda"}) {
+    const fs::path clip = shared / "captures" / (name + ".mp4");
+    if (!fs::exists(clip) || !fs::exists(model)) GTEST_SKIP() << "the real captures are not here: " << shared;
+    const ProgramResult studied =
+        likeness({"study", "track", clip.string(), "--steps", "photometric", "--head-model", model.string(),
+                  "--marks", std::string(LIKENESS_MARKS) + "/" + name + ".json", "--json"});
+    ASSERT_EQ(studied.exit_code, 0) << studied.err;
+    const auto row = nlohmann::json::parse(studied.out).at("rows").at(0);
+    const int mouths = row.at("marked_mouths"), eyes = row.at("marked_eyes");
+    EXPECT_GE(mouths, 80);
+    EXPECT_GE(eyes, 90);
+    EXPECT_LE(row.at("wrong_mouths").size(), mouths / 20u) << name << ": " << row;
+    EXPECT_LE(row.at("wrong_eyes").size(), eyes / 20u) << name << ": " << row;
+  }
+}
+
 }  // namespace
 }  // namespace likeness::test
