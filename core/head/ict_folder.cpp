@@ -10,6 +10,7 @@
 
 #include "core/base/files.h"
 #include "core/base/parallel.h"
+#include "core/head/drawn_landmarks.h"
 #include "core/head/named_actions.h"
 
 namespace likeness {
@@ -290,6 +291,7 @@ Result<HeadModel> load_ict_folder(const fs::path& folder) {
   if (!lay_joints(model) || !lay_landmarks(model))
     return bad_folder(folder, fmt::format("{} is no mesh of a head in ICT-FaceKit's order of vertices.",
                                           neutral_file.string()));
+  draw_landmarks(model, ict_shifts());
   lay_skin(model, model.expression_basis.col(open - files.expression_names.begin()));
   model.actions = make_named_actions(model);
   model.hash = content_hash(model);

@@ -14,6 +14,7 @@
 #include "core/base/hash.h"
 #include "core/base/npz.h"
 #include "core/head/builtin_head.h"
+#include "core/head/drawn_landmarks.h"
 #include "core/head/flame.h"
 #include "core/head/flame_landmarks.h"
 #include "core/head/ict_folder.h"
@@ -367,6 +368,7 @@ Result<HeadModel> head_model_from_archive(const NpzArchive& archive, const std::
   if (!reader.error()) read_bases(reader, model);
   if (!reader.error()) read_skeleton(reader, model);
   if (!reader.error()) read_landmarks(reader, where, model);
+  if (!reader.error() && archive.contains("ict_vertex")) draw_landmarks(model, ict_shifts());
   if (!reader.error()) read_parts(reader, model);
   if (!reader.error()) read_names(reader, archive, where, model);
   if (reader.error()) return *reader.error();
