@@ -247,6 +247,8 @@ const std::vector<GainVariant>& gain_variants() {
       {"no-torso", "without a torso", "photometric", drop_torso},
       {"no-warp", "without the head model's deformation", "photometric", nullptr,
        [](TrainOptions& o) { o.use_warp = false; }},
+      {"no-still", "expressions everywhere, hair and skull included", "photometric", nullptr,
+       [](TrainOptions& o) { o.use_still = false; }},
       {"refine-track", "training frames corrected through the field", "photometric", nullptr,
        [](TrainOptions& o) { o.refine_track = true; }},
   };

@@ -46,6 +46,7 @@ struct TrainOptions {
   int rays_per_step = 8192;
   std::uint64_t seed = 0;
   bool use_ambient = true, use_latent = true, use_occupancy = true, use_warp = true;  // ablation switches
+  bool use_still = true;      // where no expression moves anything the field knows none (still_cells.h)
   bool refine_track = false;  // correct the training frames' tracks through the field (refine_track.h)
   double rate = 1;            // factor on the learning rates
   double checkpoint_every_s = 30;

@@ -283,7 +283,8 @@ Result<Avatar> train_avatar(const TrainingSet& set, const TrainOptions& options,
   std::vector<Articulation> articulations;
   for (const TrainingView& view : set.views) articulations.push_back(view.articulation);
   const ConditionMap map = learn_condition_map(set.model, shape, articulations);
-  const Volumes volumes = make_volumes(set, shape);
+  Volumes volumes = make_volumes(set, shape);
+  if (!options.use_still) volumes.head.still = {};
   const WarpFrame warp =
       options.use_warp ? make_warp_frame(set.model, shape, typical_articulation(set)) : WarpFrame{};
   TrainingState state = make_training_state(set, options, map, volumes);

@@ -10,6 +10,7 @@
 #include "core/render/pose_avatar.h"
 #include "core/train/random_stream.h"
 #include "core/train/refine_track.h"
+#include "core/train/still_cells.h"
 
 namespace likeness {
 namespace {
@@ -187,6 +188,7 @@ StepResult training_step(TrainingState& state, const RaySource& source, const St
   sample_rays(state.rays.requests, volumes, state.samples);
   warp_samples(source.warps, state.head.part.cube, state.samples.fields[0]);
   straighten_samples(source.necks, state.samples.fields[0]);
+  shuffle_conditions(state.head.volume.still, views, options.seed, state.step, state.samples.fields[0]);
   if (state.torso) warp_samples(source.torsos, state.torso->part.cube, state.samples.fields[1]);
 
   // -- Forward.

@@ -7,6 +7,7 @@
 #include "core/base/check.h"
 #include "core/base/parallel.h"
 #include "core/train/carve.h"
+#include "core/train/still_cells.h"
 
 namespace likeness {
 namespace {
@@ -379,6 +380,10 @@ Volumes make_volumes(const TrainingSet& set, const HeadShape& shape, const Volum
   const Marks marks = head_marks(set.model, shape);
   Volumes volumes;
   volumes.head = head_volume(set, shape, marks, options);
+  std::vector<Articulation> articulations;
+  for (const TrainingView& view : set.views) articulations.push_back(view.articulation);
+  volumes.head.still =
+      still_cells(set.model, shape, articulations, volumes.head.cube, options.head_resolution);
   if (set.has_torso) {
     const float axis_z = neck_axis(set, shape, marks);
     volumes.torso = torso_volume(set, shape, volumes.head, axis_z, marks, options);

@@ -12,8 +12,9 @@ namespace likeness {
 struct Volume {
   FieldCube cube;
   OccupancyGrid allowed;
-  OccupancyGrid kept;  // subset of allowed: around the mouth's inside
-  OccupancyGrid core;  // deep inside the head; resolution 0 for none
+  OccupancyGrid kept;   // subset of allowed: around the mouth's inside
+  OccupancyGrid core;   // deep inside the head; resolution 0 for none
+  OccupancyGrid still;  // where no expression moves anything (still_cells.h); resolution 0 for none
 };
 
 struct Volumes {

@@ -1,0 +1,32 @@
+// Where no expression moves anything: hair, skull, ears, back of the neck. A field that may use psi there
+// learns the track's errors by heart, since a bowed head usually speaks, too, and draws hair elsewhere when
+// another expression meets the same pose.
+#pragma once
+
+#include <cstdint>
+#include <span>
+
+#include "core/head/pose_head.h"
+#include "core/render/avatar.h"
+#include "core/render/rays.h"
+
+namespace likeness {
+
+struct StillOptions {
+  float moved = 0.002f;  // m by which an articulation must displace a vertex to count
+  float reach = 0.012f;  // m around a moved vertex where the field may follow the expression
+};
+
+// Cells of the head's cube farther than `reach` from every vertex that an articulation moves away from the
+// mean of them.
+OccupancyGrid still_cells(const HeadModel& model, const HeadShape& shape,
+                          std::span<const Articulation> articulations, const FieldCube& cube, int resolution,
+                          const StillOptions& options = {});
+
+// Samples in still cells get the condition of a random view, without its code, so that the field learns to
+// give the same under all of them. What is learnt there needs no condition when a picture is rendered.
+// view of the samples: row of conditions, v or v + views.
+void shuffle_conditions(const OccupancyGrid& still, std::size_t views, std::uint64_t seed, std::uint64_t step,
+                        FieldSamples& samples);
+
+}  // namespace likeness
