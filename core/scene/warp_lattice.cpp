@@ -161,21 +161,26 @@ void spread(const WarpFrame& frame, Nodes& nodes) {
   }
 }
 
-// Fills the first and last known node of every column.
-void measure_columns(const Nodes& nodes, WarpLattice& lattice) {
+// What a displacement is in whole counts.
+inline std::int16_t counts(float way, float per_unit) {
+  return std::int16_t(way * per_unit + std::copysign(0.5f, way));
+}
+
+// Finds the first and last node of every column that is moved by a count or more. Those near still skin are
+// known, but not moved.
+void measure_columns(const Nodes& nodes, float per_unit, WarpLattice& lattice) {
   const auto nx = std::size_t(lattice.nodes[0]), ny = std::size_t(lattice.nodes[1]);
   const int nz = lattice.nodes[2];
   lattice.columns.assign(nx * ny, {});
   parallel_ranges(ny, kLayers, [&](std::size_t begin, std::size_t end) {
     for (int z = 0; z < nz; ++z)
-      for (std::size_t y = begin; y < end; ++y) {
-        const std::uint8_t* known = &nodes.known[std::size_t(z) * nodes.plane + y * nodes.row];
-        WarpLattice::Column* column = &lattice.columns[y * nx];
-        for (std::size_t x = 0; x < nx; ++x) {
-          if (!known[x]) continue;
-          if (column[x].stored == 0) column[x].first = std::int16_t(z);
-          column[x].stored = std::int16_t(z + 1 - column[x].first);
-        }
+      for (std::size_t c = begin * nx; c < end * nx; ++c) {
+        const std::size_t i = std::size_t(z) * nodes.plane + c / nx * nodes.row + c % nx;
+        const float most = std::max({std::abs(nodes.x[i]), std::abs(nodes.y[i]), std::abs(nodes.z[i])});
+        if (!nodes.known[i] || counts(most, per_unit) == 0) continue;
+        WarpLattice::Column& column = lattice.columns[c];
+        if (column.stored == 0) column.first = std::int16_t(z);
+        column.stored = std::int16_t(z + 1 - column.first);
       }
   });
 }
@@ -188,9 +193,8 @@ void store(const Nodes& nodes, WarpLattice& lattice) {
       largest = std::max({largest, std::abs(nodes.x[i]), std::abs(nodes.y[i]), std::abs(nodes.z[i])});
   lattice.unit = largest / 32767;
   const float per_unit = 1 / lattice.unit;
-  const auto rounded = [&](float v) { return std::int16_t(v * per_unit + std::copysign(0.5f, v)); };
 
-  measure_columns(nodes, lattice);
+  measure_columns(nodes, per_unit, lattice);
   std::int32_t rows = 2;
   for (WarpLattice::Column& column : lattice.columns) {
     column.base = rows - column.first;
@@ -205,7 +209,9 @@ void store(const Nodes& nodes, WarpLattice& lattice) {
       for (int z = column.first; z < column.first + column.stored; ++z, to += 3) {
         const std::size_t i = std::size_t(z) * nodes.plane + c / nx * nodes.row + c % nx;
         if (!nodes.known[i]) continue;
-        to[0] = rounded(nodes.x[i]), to[1] = rounded(nodes.y[i]), to[2] = rounded(nodes.z[i]);
+        to[0] = counts(nodes.x[i], per_unit);
+        to[1] = counts(nodes.y[i], per_unit);
+        to[2] = counts(nodes.z[i], per_unit);
       }
     }
   });
