@@ -16,8 +16,10 @@
 namespace likeness {
 namespace {
 
-constexpr std::int64_t kLargestPicture = std::int64_t(1)
-                                         << 30;  // bytes decoded; a larger claim is a broken header
+// Bytes decoded; a larger claim is a broken header. A claim beyond what any picture's bytes unfold to is one,
+// too, unless it is small: then memory would be taken for nothing.
+constexpr std::int64_t kLargestPicture = std::int64_t(1) << 30, kSmallPicture = std::int64_t(64) << 20;
+constexpr std::int64_t kMostUnfolded = 4000;  // decoded bytes of a file's; deflate reaches 1032
 
 Error unreadable(const std::filesystem::path& path, std::string what) {
   return {ErrorCode::bad_input, std::move(what), "Copy or export the picture again, as PNG or JPEG.",
@@ -64,7 +66,7 @@ Image8 grey_alpha_to_rgba(const Image8& image) {
   return result;
 }
 
-Result<Image8> decode(const std::filesystem::path& path) {
+Result<Image8> decode(const std::filesystem::path& path, std::size_t file_bytes) {
   const std::string name = path.filename().string();
   OIIO::ImageSpec config;
   config.attribute("oiio:UnassociatedAlpha", 1);  // alpha stays straight, as it lies on disk
@@ -74,8 +76,10 @@ Result<Image8> decode(const std::filesystem::path& path) {
                                         first_line(OIIO::geterror())));
   }
   const OIIO::ImageSpec& spec = input->spec();
+  const std::int64_t most =
+      std::min(kLargestPicture, std::max(kSmallPicture, kMostUnfolded * std::int64_t(file_bytes)));
   if (spec.width <= 0 || spec.height <= 0 || spec.nchannels < 1 || spec.nchannels > 4 || spec.depth > 1 ||
-      std::int64_t(spec.width) * spec.height * spec.nchannels > kLargestPicture) {
+      std::int64_t(spec.width) * spec.height > most / spec.nchannels) {
     return unreadable(path, fmt::format("\"{}\" claims a size of {} x {} x {}, which is no ordinary picture.",
                                         name, spec.width, spec.height, spec.nchannels));
   }
@@ -144,7 +148,7 @@ Result<Image8> read_image(const std::filesystem::path& path) {
     return unreadable(path, fmt::format("\"{}\" breaks off: the end of the JPEG data is missing.", name));
   }
   try {
-    return decode(path);
+    return decode(path, bytes->size());
   } catch (const std::exception& e) {
     return unreadable(path, fmt::format("\"{}\" cannot be decoded: {}.", name, e.what()));
   }

@@ -75,14 +75,13 @@ Result<void> load_pictures(const Project& project, TrainingView& view) {
   view.rgb = std::move(*rgb);
   auto alpha = read_image(project.folder / "masks" / name);
   if (!alpha) return alpha.error();
-  view.alpha = std::move(*alpha);
   const int width = view.camera.intrinsics.width;
-  if (view.rgb.width != width || view.rgb.channels != 3 || view.alpha.width != width ||
-      view.alpha.channels != 1) {
+  if (view.rgb.width != width || view.rgb.channels != 3 || alpha->width != width || alpha->channels != 1) {
     return Error{ErrorCode::bad_input,
                  fmt::format("Frame or mask {} does not have the project's size of {} px.", name, width),
                  "Delete the project's frames folder and run the build again.", project.folder.string()};
   }
+  view.alpha = TiledMask(*alpha);
   return {};
 }
 

@@ -161,29 +161,59 @@ void spread(const WarpFrame& frame, Nodes& nodes) {
   }
 }
 
-// Whole counts of the largest displacement's 32767th part; nodes not known stay zero.
-void store(const WarpFrame& frame, const Nodes& nodes, WarpLattice& lattice) {
-  const auto [nx, ny, nz] = frame.nodes;
+// What a displacement is in whole counts.
+inline std::int16_t counts(float way, float per_unit) {
+  return std::int16_t(way * per_unit + std::copysign(0.5f, way));
+}
+
+// Finds the first and last node of every column that is moved by a count or more. Those near still skin are
+// known, but not moved.
+void measure_columns(const Nodes& nodes, float per_unit, WarpLattice& lattice) {
+  const auto nx = std::size_t(lattice.nodes[0]), ny = std::size_t(lattice.nodes[1]);
+  const int nz = lattice.nodes[2];
+  lattice.columns.assign(nx * ny, {});
+  parallel_ranges(ny, kLayers, [&](std::size_t begin, std::size_t end) {
+    for (int z = 0; z < nz; ++z)
+      for (std::size_t c = begin * nx; c < end * nx; ++c) {
+        const std::size_t i = std::size_t(z) * nodes.plane + c / nx * nodes.row + c % nx;
+        const float most = std::max({std::abs(nodes.x[i]), std::abs(nodes.y[i]), std::abs(nodes.z[i])});
+        if (!nodes.known[i] || counts(most, per_unit) == 0) continue;
+        WarpLattice::Column& column = lattice.columns[c];
+        if (column.stored == 0) column.first = std::int16_t(z);
+        column.stored = std::int16_t(z + 1 - column.first);
+      }
+  });
+}
+
+// Whole counts of the largest displacement's 32767th part; nodes not known are zero.
+void store(const Nodes& nodes, WarpLattice& lattice) {
   float largest = 1e-6f;
   for (std::size_t i = 0; i < nodes.known.size(); ++i)
     if (nodes.known[i])
       largest = std::max({largest, std::abs(nodes.x[i]), std::abs(nodes.y[i]), std::abs(nodes.z[i])});
   lattice.unit = largest / 32767;
-  lattice.displacement.resize(3 * std::size_t(nx) * std::size_t(ny) * std::size_t(nz));
   const float per_unit = 1 / lattice.unit;
-  const auto rounded = [&](float v) { return std::int16_t(v * per_unit + std::copysign(0.5f, v)); };
-  over_layers(nz, [&](int z0, int z1, std::size_t) {
-    std::int16_t* to = lattice.displacement.data() + 3 * std::size_t(z0) * std::size_t(ny) * std::size_t(nx);
-    for (int z = z0; z < z1; ++z)
-      for (int y = 0; y < ny; ++y) {
-        const std::size_t row = std::size_t(z) * nodes.plane + std::size_t(y) * nodes.row;
-        for (std::size_t i = row; i < row + std::size_t(nx); ++i, to += 3) {
-          const bool known = nodes.known[i] != 0;
-          to[0] = known ? rounded(nodes.x[i]) : std::int16_t(0);
-          to[1] = known ? rounded(nodes.y[i]) : std::int16_t(0);
-          to[2] = known ? rounded(nodes.z[i]) : std::int16_t(0);
-        }
+
+  measure_columns(nodes, per_unit, lattice);
+  std::int32_t rows = 2;
+  for (WarpLattice::Column& column : lattice.columns) {
+    column.base = rows - column.first;
+    if (column.stored > 0) rows += column.stored + 1;
+  }
+  lattice.displacement.assign(3 * std::size_t(rows), 0);
+  const auto nx = std::size_t(lattice.nodes[0]);
+  parallel_ranges(std::size_t(lattice.nodes[1]), kLayers, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t c = begin * nx; c < end * nx; ++c) {
+      const WarpLattice::Column& column = lattice.columns[c];
+      std::int16_t* to = lattice.displacement.data() + 3 * (column.base + column.first);
+      for (int z = column.first; z < column.first + column.stored; ++z, to += 3) {
+        const std::size_t i = std::size_t(z) * nodes.plane + c / nx * nodes.row + c % nx;
+        if (!nodes.known[i]) continue;
+        to[0] = counts(nodes.x[i], per_unit);
+        to[1] = counts(nodes.y[i], per_unit);
+        to[2] = counts(nodes.z[i], per_unit);
       }
+    }
   });
 }
 
@@ -225,14 +255,14 @@ WarpFrame make_warp_frame(const HeadModel& model, const HeadShape& shape, const 
 }
 
 WarpLattice make_warp_lattice(const WarpFrame& frame, std::span<const Vec3f> posed) {
-  WarpLattice lattice{frame.origin, frame.cell, frame.nodes, 0, {}, {}};
+  WarpLattice lattice{frame.origin, frame.cell, frame.nodes, 0, {}, {}, {}};
   if (frame.vertices.empty()) return lattice;
   lattice.mouth = make_mouth_gap(frame.mouth, posed);
   Nodes nodes = make_nodes(frame);
   const std::vector<Pull> pulls = pulls_of(frame, posed);
   over_layers(frame.nodes[2], [&](int z0, int z1, std::size_t) { splat(frame, pulls, z0, z1, nodes); });
   spread(frame, nodes);
-  store(frame, nodes, lattice);
+  store(nodes, lattice);
   return lattice;
 }
 
@@ -244,13 +274,19 @@ Vec3f displacement_at(const WarpLattice& lattice, const Vec3f& point) {
   const auto [nx, ny, nz] = lattice.nodes;
   if (x < 0 || y < 0 || z < 0 || x + 1 >= nx || y + 1 >= ny || z + 1 >= nz) return Vec3f::Zero();
   const float u = p.x() - float(x), v = p.y() - float(y), w = p.z() - float(z);
-  const std::int16_t* d = lattice.displacement.data() + 3 * ((std::size_t(z) * ny + y) * nx + x);
-  const std::size_t up = 3 * std::size_t(nx), back = up * std::size_t(ny);
+  const std::int16_t* rows = lattice.displacement.data();
+  const auto nodes_at = [&](const WarpLattice::Column& column) {
+    const bool kept = unsigned(z + 1 - column.first) <= unsigned(column.stored);
+    return rows + (kept ? 3 * std::ptrdiff_t(column.base + z) : 0);
+  };
+  const WarpLattice::Column* column = &lattice.columns[std::size_t(y) * std::size_t(nx) + std::size_t(x)];
+  const std::array<const std::int16_t*, 4> at{nodes_at(column[0]), nodes_at(column[1]), nodes_at(column[nx]),
+                                              nodes_at(column[nx + 1])};
   Vec3f sum = Vec3f::Zero();
-  for (int corner = 0; corner < 8; ++corner) {
+  for (std::size_t corner = 0; corner < 8; ++corner) {
     const float weight = (corner & 1 ? u : 1 - u) * (corner & 2 ? v : 1 - v) * (corner & 4 ? w : 1 - w);
-    const std::int16_t* at = d + (corner & 1 ? 3 : 0) + (corner & 2 ? up : 0) + (corner & 4 ? back : 0);
-    sum += weight * Vec3f(at[0], at[1], at[2]);
+    const std::int16_t* d = at[corner & 3] + (corner & 4 ? 3 : 0);
+    sum += weight * Vec3f(d[0], d[1], d[2]);
   }
   return sum * lattice.unit;
 }

@@ -30,16 +30,28 @@ struct WarpFrame {
 WarpFrame make_warp_frame(const HeadModel& model, const HeadShape& shape, const Articulation& rest,
                           float cell = 0.0055f);
 
-// One frame's field.
+// One frame's field. Of each column of nodes along z only the stretch from the first to the last that moves
+// is kept, a quarter of all: training holds as many lattices as pictures.
 struct WarpLattice {
+  struct Column {
+    std::int32_t base = 0;               // of node z the displacement is row base + z
+    std::int16_t first = 0, stored = 0;  // z of the first kept node, and how many are kept
+  };
+
   Vec3f origin = Vec3f::Zero();  // head frame, m
   float cell = 0;                // m
   std::array<int, 3> nodes{};
-  float unit = 0;                          // m a count
-  std::vector<std::int16_t> displacement;  // (z, y, x, 3) canonical minus posed, in units
+  float unit = 0;               // m a count
+  std::vector<Column> columns;  // (y, x)
+  // (rows, 3) canonical minus posed, in units. A row of zeros lies before and after every column's, so that
+  // the cells at its ends need no choice; the first two rows are zeros, for cells beyond.
+  std::vector<std::int16_t> displacement;
   MouthGap mouth;
 
-  bool empty() const { return displacement.empty(); }
+  bool empty() const { return columns.empty(); }
+  std::size_t bytes() const {
+    return columns.size() * sizeof(Column) + displacement.size() * sizeof(displacement[0]);
+  }
 };
 
 // posed: (V) of the model in the head frame.

@@ -56,7 +56,7 @@ std::vector<CarveView> head_carve_views(const TrainingSet& set, int count) {
   parallel_for(chosen.size(), [&](std::size_t i) {
     const TrainingView& view = *chosen[i];
     views[i] = {view.camera.intrinsics, view.camera.cam_from_world * view.world_from_head,
-                dilated(view.alpha), Image8()};
+                dilated(to_image(view.alpha)), Image8()};
   });
   return views;
 }
@@ -76,7 +76,7 @@ std::vector<CarveView> torso_carve_views(const TrainingSet& set, const HeadShape
     const TrainingView& view = *chosen[i];
     const Pose cam_from_head = view.camera.cam_from_world * view.world_from_head;
     views[i] = {view.camera.intrinsics, view.camera.cam_from_world * view.world_from_torso,
-                dilated(view.alpha),
+                dilated(to_image(view.alpha)),
                 dilated(silhouette(pose_head(set.model, shape, view.articulation), above,
                                    view.camera.intrinsics, cam_from_head))};
   });

@@ -39,7 +39,7 @@ std::string view_fingerprint(const TrainingView& view) {
   for (const float v : articulation_vector(view.articulation)) text += fmt::format("{} ", v);
   for (const float v : view.torso_shape) text += fmt::format("{} ", v);
   add_hash(text, view.rgb.data);
-  add_hash(text, view.alpha.data);
+  add_hash(text, to_image(view.alpha).data);
   return hash_text(text);
 }
 

@@ -92,7 +92,7 @@ void choose_rays(const RaySource& source, const MarchVolumes& volumes, bool drop
       for (int attempt = 0; attempt < kTries; ++attempt) {
         pixel = draw_pixel(source.views[v], view.rgb.width, view.rgb.height, in_face, random);
         const bool last = attempt + 1 == kTries;
-        if (on_person && !last && view.alpha.at(pixel.x, pixel.y)[0] == 0) continue;
+        if (on_person && !last && view.alpha.at(pixel.x, pixel.y) == 0) continue;
         const Vec3f direction = ray_direction(view.camera.intrinsics, Vec2d(pixel.x + 0.5, pixel.y + 0.5))
                                     .normalized()
                                     .cast<float>();
@@ -110,7 +110,7 @@ void choose_rays(const RaySource& source, const MarchVolumes& volumes, bool drop
       const bool guessed =
           !set.plate_known.empty() && !view.alpha.empty() && set.plate_known.at(pixel.x, pixel.y)[0] == 0;
       const bool plate = view.has_plate && !set.plate.empty() && !guessed;
-      const float alpha = view.alpha.empty() ? 1.f : float(view.alpha.at(pixel.x, pixel.y)[0]) / 255.f;
+      const float alpha = view.alpha.empty() ? 1.f : float(view.alpha.at(pixel.x, pixel.y)) / 255.f;
       const Vec3f other(random.uniform(), random.uniform(), random.uniform());
       const bool swap = random.uniform() < kRandomBackgroundShare && !view.alpha.empty();
       if (plate && !swap) {

@@ -28,7 +28,7 @@ Image8 head_region(const TrainingView& view, const AvatarRig& rig) {
   low.x() -= 0.2 * size.x(), high.x() += 0.2 * size.x(), low.y() -= 0.6 * size.y();
   for (int y = std::max(0, int(low.y())); y < std::min(region.height, int(high.y())); ++y)
     for (int x = std::max(0, int(low.x())); x < std::min(region.width, int(high.x())); ++x)
-      if (view.alpha.empty() || view.alpha.at(x, y)[0] > 127) *region.at(x, y) = 255;
+      if (view.alpha.empty() || view.alpha.at(x, y) > 127) *region.at(x, y) = 255;
   return region;
 }
 

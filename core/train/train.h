@@ -12,6 +12,7 @@
 #include "core/camera/camera.h"
 #include "core/head/head_model.h"
 #include "core/image/image.h"
+#include "core/image/tiled_mask.h"
 #include "core/render/avatar.h"
 
 namespace likeness {
@@ -23,7 +24,7 @@ struct TrainingView {
   Articulation articulation;
   TorsoShape torso_shape{};
   Image8 rgb;             // (size, size, 3)
-  Image8 alpha;           // (size, size, 1) person's matte; empty = unknown
+  TiledMask alpha;        // (size, size) person's matte; empty = unknown
   bool has_plate = true;  // the background of this view is the plate; otherwise its matte separates it
 };
 

@@ -1,7 +1,9 @@
 // Damaged files of a project: track.json, cameras.json (camera paths are the same format), capture.json,
-// project.json, plate.json, avatar.bin, checkpoint.bin, COLMAP's binary models, performance.json, and
-// training_curve.json.
+// project.json, plate.json, avatar.bin, checkpoint.bin, COLMAP's binary models and its database,
+// performance.json, training_curve.json; and beside it the studio's settings and the description of a matting
+// network.
 #include <gtest/gtest.h>
+#include <sqlite3.h>
 
 #include <algorithm>
 #include <cstring>
@@ -9,17 +11,21 @@
 #include "core/base/files.h"
 #include "core/base/hash.h"
 #include "core/camera/camera.h"
+#include "core/camera/colmap.h"
 #include "core/camera/colmap_model.h"
 #include "core/capture/capture.h"
 #include "core/direct/performance.h"
 #include "core/matte/matte.h"
+#include "core/matte/matting_network.h"
 #include "core/project/project.h"
 #include "core/project/training_curve.h"
 #include "core/render/avatar.h"
 #include "core/track/track.h"
 #include "core/train/checkpoint.h"
+#include "tests/core/matte/tiny_network.h"
 #include "tests/core/render/tiny_avatar.h"
 #include "tests/fuzz/fuzz.h"
+#include "ui/platform/settings.h"
 
 namespace likeness {
 namespace {
@@ -205,6 +211,53 @@ TEST(Fuzz, ColmapModel) {
     const auto model = read_colmap_model(scratch.path());
     if (model) static_cast<void>(mean_reprojection_px(*model));
     return model.ok();
+  };
+  fuzz(target);
+}
+
+TEST(Fuzz, ColmapDatabase) {
+  fuzz_file(
+      "COLMAP database", "database.db",
+      [](const auto& path) {
+        sqlite3* database = nullptr;
+        const bool made =
+            sqlite3_open(path.c_str(), &database) == SQLITE_OK &&
+            sqlite3_exec(database,
+                         "PRAGMA page_size = 512; CREATE TABLE images (image_id INTEGER PRIMARY KEY);"
+                         "CREATE TABLE keypoints (image_id INTEGER, rows INTEGER);"
+                         "CREATE TABLE two_view_geometries (pair_id INTEGER, rows INTEGER);"
+                         "INSERT INTO images VALUES (1), (2); INSERT INTO keypoints VALUES (1, 60), (2, 40);"
+                         "INSERT INTO two_view_geometries VALUES (7, 20);",
+                         nullptr, nullptr, nullptr) == SQLITE_OK;
+        sqlite3_close(database);
+        return made;
+      },
+      [](const auto& path) { return count_database(path).ok(); });
+}
+
+TEST(Fuzz, StudioSettings) {
+  ui::Settings settings;
+  settings.recent = {"/home/a.likeness", "/home/b.likeness"};
+  fuzz_file(
+      "studio.json", "studio.json", [&](const auto& path) { return ui::write_settings(path, settings).ok(); },
+      [](const auto& path) {
+        const ui::Settings read = ui::read_settings(path);  // defaults where the file is damaged
+        return read.width >= 960 && read.height >= 600 && read.scale_percent >= ui::kLeastScale;
+      });
+}
+
+TEST(Fuzz, MattingNetworkFormat) {
+  const ScratchFolder scratch;
+  const std::string network = tiny_network(16, {0.5f, 0.2f, 0.1f, -0.5f, -0.2f, -0.1f}, {0, 0});
+  scratch.put("net.onnx", std::as_bytes(std::span(network)));
+  FuzzTarget target;
+  target.name = "matting network's json";
+  target.seeds = {R"({"size_px": 16, "mean": [127.5, 127, 128], "scale": 0.0078, "activation": "softmax",)"
+                  R"( "output": "map", "person_channels": [1]})"};
+  target.memory_floor = std::size_t(256) << 20;  // pictures of up to 2048 px are tried
+  target.read = [&](std::span<const std::byte> bytes) {
+    scratch.put("net.json", bytes);
+    return MattingNetwork::load(scratch.path() / "net.onnx").ok();
   };
   fuzz(target);
 }

@@ -4,6 +4,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <unistd.h>
+#include <zlib.h>
 
 #include <cmath>
 #include <fstream>
@@ -94,6 +95,21 @@ TEST_F(ImageFiles, RefusesATruncatedPictureAtEveryLength) {
       EXPECT_FALSE(read.error().fix.empty());
     }
   }
+}
+
+TEST_F(ImageFiles, RefusesAHeaderThatClaimsMoreThanTheFileCanHold) {
+  const fs::path path = folder_ / "claim.png";
+  ASSERT_TRUE(write_image(path, gradient(16, 16)));
+  auto bytes = *read_file(path);
+  const auto put = [&](std::size_t at, std::uint32_t value) {  // big endian
+    for (std::size_t i = 0; i < 4; ++i) bytes[at + i] = std::byte(value >> (24 - 8 * i));
+  };
+  put(16, 15000), put(20, 15000);  // width and height, 675 MB of pixels
+  put(29, std::uint32_t(crc32(0, reinterpret_cast<const unsigned char*>(bytes.data()) + 12, 17)));
+  ASSERT_TRUE(write_file(path, bytes));
+  const auto refused = read_image(path);
+  ASSERT_FALSE(refused);
+  EXPECT_THAT(refused.error().what, HasSubstr("claims a size of 15000 x 15000"));
 }
 
 TEST_F(ImageFiles, TellsMissingEmptyAndTextFilesApart) {

@@ -1,8 +1,12 @@
-// The warp lattice in plain loops, one vertex and one node after another: what make_warp_lattice must equal.
+// The warp lattice in plain loops, one vertex and one node after another: what make_warp_lattice must equal;
+// and the look-up in a lattice that keeps every node.
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdint>
+#include <vector>
 
 #include "core/scene/warp_lattice.h"
 
@@ -64,6 +68,47 @@ inline std::vector<Vec3f> warp_lattice_reference(const WarpFrame& frame, std::sp
         }
   }
   return way;
+}
+
+// A lattice with all its nodes in one block, the still ones, too.
+struct DenseLattice {
+  Vec3f origin = Vec3f::Zero();  // head frame, m
+  float cell = 0, unit = 0;      // m
+  std::array<int, 3> nodes{};
+  std::vector<std::int16_t> displacement;  // (z, y, x, 3) in units
+  MouthGap mouth;
+};
+
+inline DenseLattice dense_lattice(const WarpLattice& lattice) {
+  const auto [nx, ny, nz] = lattice.nodes;
+  DenseLattice dense{lattice.origin, lattice.cell, lattice.unit, lattice.nodes, {}, lattice.mouth};
+  const std::size_t plane = 3 * std::size_t(nx) * std::size_t(ny);
+  dense.displacement.assign(plane * std::size_t(nz), 0);
+  for (std::size_t c = 0; c < lattice.columns.size(); ++c) {
+    const WarpLattice::Column& column = lattice.columns[c];
+    for (int z = column.first; z < column.first + column.stored; ++z)
+      std::copy_n(&lattice.displacement[3 * std::size_t(column.base + z)], 3,
+                  &dense.displacement[std::size_t(z) * plane + 3 * c]);
+  }
+  return dense;
+}
+
+inline Vec3f displacement_at(const DenseLattice& lattice, const Vec3f& point) {
+  if (in_gap(lattice.mouth, point)) return way_to_pocket(lattice.mouth, point);
+  const Vec3f p = (point - lattice.origin) / lattice.cell;
+  const int x = int(std::floor(p.x())), y = int(std::floor(p.y())), z = int(std::floor(p.z()));
+  const auto [nx, ny, nz] = lattice.nodes;
+  if (x < 0 || y < 0 || z < 0 || x + 1 >= nx || y + 1 >= ny || z + 1 >= nz) return Vec3f::Zero();
+  const float u = p.x() - float(x), v = p.y() - float(y), w = p.z() - float(z);
+  const std::int16_t* d = lattice.displacement.data() + 3 * ((std::size_t(z) * ny + y) * nx + x);
+  const std::size_t up = 3 * std::size_t(nx), back = up * std::size_t(ny);
+  Vec3f sum = Vec3f::Zero();
+  for (int corner = 0; corner < 8; ++corner) {
+    const float weight = (corner & 1 ? u : 1 - u) * (corner & 2 ? v : 1 - v) * (corner & 4 ? w : 1 - w);
+    const std::int16_t* at = d + (corner & 1 ? 3 : 0) + (corner & 2 ? up : 0) + (corner & 4 ? back : 0);
+    sum += weight * Vec3f(at[0], at[1], at[2]);
+  }
+  return sum * lattice.unit;
 }
 
 }  // namespace likeness

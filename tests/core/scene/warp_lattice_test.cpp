@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <random>
 
 #include "core/head/builtin_head.h"
 #include "core/head/named_actions.h"
@@ -70,16 +71,37 @@ TEST_F(WarpLatticeTest, EqualsPlainLoops) {
     const std::vector<Vec3f> now = posed(name, 0.8f);
     const WarpLattice lattice = make_warp_lattice(f, now);
     const std::vector<Vec3f> plain = warp_lattice_reference(f, now);
-    ASSERT_EQ(lattice.displacement.size(), 3 * plain.size());
+    const DenseLattice dense = dense_lattice(lattice);
+    ASSERT_EQ(dense.displacement.size(), 3 * plain.size());
     float most = 0, error = 0;
     for (std::size_t i = 0; i < plain.size(); ++i) {
-      const std::int16_t* d = lattice.displacement.data() + 3 * i;
+      const std::int16_t* d = dense.displacement.data() + 3 * i;
       most = std::max(most, plain[i].norm());
       error = std::max(error, (lattice.unit * Vec3f(d[0], d[1], d[2]) - plain[i]).norm());
     }
     EXPECT_GT(most, 0.005f) << name;
     EXPECT_LT(error, 1e-4f * most) << name;  // rounding to counts is 3e-5
   }
+}
+
+TEST_F(WarpLatticeTest, LooksUpAsIfEveryNodeWereKept) {
+  const WarpFrame f = frame();
+  const WarpLattice lattice = make_warp_lattice(f, posed("jawOpen", 1));
+  const DenseLattice dense = dense_lattice(lattice);
+  EXPECT_LT(lattice.bytes(), dense.displacement.size() * sizeof(std::int16_t) * 3 / 5);
+  std::mt19937 random(1);
+  const auto along = [&](int axis) {
+    return std::uniform_real_distribution<float>(-2, float(f.nodes[std::size_t(axis)]) + 1)(random);
+  };
+  int moved = 0, still = 0;
+  for (int i = 0; i < 200000; ++i) {
+    const float x = along(0), y = along(1), z = along(2);
+    const Vec3f p = f.origin + f.cell * Vec3f(x, y, z), way = displacement_at(lattice, p);
+    ASSERT_EQ(way, displacement_at(dense, p)) << x << " " << y << " " << z;
+    ++(way.isZero(0) ? still : moved);
+  }
+  EXPECT_GT(moved, 20000);
+  EXPECT_GT(still, 20000);
 }
 
 TEST_F(WarpLatticeTest, FadesToNothingAwayFromTheFace) {

@@ -88,7 +88,7 @@ inline TrainingView ball_view(const Image8& plate, int size, double time) {
   const float expression = float(0.5 + 0.5 * std::sin(5 * time));
   view.articulation.expression[0] = expression;
   view.rgb = Image8(size, size, 3);
-  view.alpha = Image8(size, size, 1);
+  Image8 alpha(size, size, 1);
   const Pose head_from_cam = view.world_from_head.inverse();
   constexpr int kGrid = 4;  // samples a pixel, along an axis
   for (int y = 0; y < size; ++y)
@@ -110,8 +110,9 @@ inline TrainingView ball_view(const Image8& plate, int size, double time) {
       }
       for (int c = 0; c < 3; ++c)
         view.rgb.at(x, y)[c] = std::uint8_t(std::clamp(sum[c] / (kGrid * kGrid) + 0.5f, 0.f, 255.f));
-      view.alpha.at(x, y)[0] = std::uint8_t(255 * hits / (kGrid * kGrid));
+      alpha.at(x, y)[0] = std::uint8_t(255 * hits / (kGrid * kGrid));
     }
+  view.alpha = TiledMask(alpha);
   return view;
 }
 

@@ -71,9 +71,10 @@ TEST_F(TrainAvatar, SeparatesThePersonByTheMatteWhereThereIsNoPlate) {
   EXPECT_TRUE(avatar->plate.empty());
   const TrainingView& view = set.views[7];
   const RenderedFrame frame = render_view(*avatar, set.model, view);
+  const Image8 matte = to_image(view.alpha);
   double error = 0;
   for (std::size_t i = 0; i < frame.rgba.pixels(); ++i)
-    error += std::abs(frame.rgba.data[4 * i + 3] - float(view.alpha.data[i]) / 255.f);
+    error += std::abs(frame.rgba.data[4 * i + 3] - float(matte.data[i]) / 255.f);
   EXPECT_LT(error / double(frame.rgba.pixels()), 0.03);
 }
 

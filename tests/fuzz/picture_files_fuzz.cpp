@@ -1,0 +1,83 @@
+// Damaged pictures, photographs and clips. The formats themselves are read by OpenImageIO and FFmpeg: what is
+// asked here is that nothing they make of a damaged file crashes, hangs, or takes memory without bound.
+#include <gtest/gtest.h>
+
+#include "core/image/files.h"
+#include "core/video/decode.h"
+#include "core/video/encode.h"
+#include "core/video/mp4_boxes.h"
+#include "core/video/photos.h"
+#include "tests/fuzz/fuzz.h"
+
+namespace likeness {
+namespace {
+
+Image8 small_picture(int channels) {
+  Image8 image(24, 16, channels);
+  for (std::size_t i = 0; i < image.data.size(); ++i) image.data[i] = std::uint8_t(7 * i + i / 24);
+  return image;
+}
+
+// An Exif segment behind the start mark that says how the camera was held.
+std::string with_orientation(std::string jpeg, char tag) {
+  const char exif[] =
+      "\xFF\xE1\x00\x22"
+      "Exif\0\0MM\0\x2A\0\0\0\x08\0\x01\x01\x12\0\x03\0\0\0\x01\0";
+  std::string segment(exif, sizeof exif - 1);
+  segment += tag;
+  segment.append(6, '\0');
+  return jpeg.insert(2, segment);
+}
+
+TEST(Fuzz, Picture) {
+  const ScratchFolder scratch;
+  FuzzTarget target;
+  target.name = "picture";
+  for (const char* name : {"grey.png", "rgb.png", "rgba.png", "rgb.jpg", "rgb.tif", "rgb.webp"}) {
+    const std::string file(name);
+    const int channels = file.starts_with("grey") ? 1 : file.starts_with("rgba") ? 4 : 3;
+    if (write_image(scratch.path() / file, small_picture(channels)))
+      target.seeds.push_back(scratch.get(file));
+  }
+  ASSERT_GE(target.seeds.size(), 4u);
+  target.seeds.push_back(with_orientation(scratch.get("rgb.jpg"), 6));
+  // A header of a few bytes may claim 64 MiB, see read_image(); the libraries then hold it once more.
+  target.memory_floor = std::size_t(320) << 20;
+  target.memory_times = 8000;
+  target.read = [&](std::span<const std::byte> bytes) {
+    return read_photo(scratch.put("picture", bytes)).ok();
+  };
+  fuzz(target);
+}
+
+TEST(Fuzz, Clip) {
+  const ScratchFolder scratch;
+  FuzzTarget target;
+  target.name = "clip";
+  auto writer = VideoWriter::create(scratch.path() / "seed.mp4", 32, 16);
+  ASSERT_TRUE(writer.ok());
+  Image8 frame(32, 16, 3);
+  for (int i = 0; i < 3; ++i) {
+    for (std::size_t k = 0; k < frame.data.size(); ++k) frame.data[k] = std::uint8_t(k * 5 + 40 * i);
+    ASSERT_TRUE(writer->add(frame));
+  }
+  ASSERT_TRUE(writer->finish());
+  target.seeds = {scratch.get("seed.mp4")};
+  target.memory_floor = std::size_t(512) << 20;  // pictures as large as the header says
+  target.read = [&](std::span<const std::byte> bytes) {
+    const auto path = scratch.put("clip.mp4", bytes);
+    const Mp4Boxes boxes = scan_mp4_boxes(path);
+    auto reader = VideoReader::open(path);
+    if (!reader) return false;
+    for (int i = 0; i < 3; ++i) {
+      const auto next = reader->next();
+      if (!next) return false;
+      if (!*next) break;
+    }
+    return boxes.is_mp4;
+  };
+  fuzz(target);
+}
+
+}  // namespace
+}  // namespace likeness
