@@ -1,0 +1,20 @@
+// What a ConditionedField holds. Internal to core/field.
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "core/field/field_bf16.h"
+#include "core/field/field_layout.h"
+
+namespace likeness {
+
+struct ConditionedParts {
+  FieldConfig config;             // of the field that is left: no conditions, no latents
+  FieldLayout layout;             // its layers lie in `networks`
+  const float* tables = nullptr;  // the field's own
+  std::vector<float> networks;
+  std::optional<Bf16Parts> bf16;
+};
+
+}  // namespace likeness
