@@ -32,15 +32,14 @@ void fold(const std::vector<float>& parameters, int inputs, std::span<const floa
   }
 }
 
-Bf16Parts round_parts(const Field& field, const ConditionedParts& parts) {
-  Bf16Parts bf16;
-  bf16.tables.resize(parts.layout.table_count);
-  parallel_ranges(bf16.tables.size(), kRoundChunk, [&](std::size_t begin, std::size_t end) {
-    round_table(field.parameters.data() + begin, end - begin, bf16.tables.data() + begin);
+std::shared_ptr<const RoundedTables> rounded_tables(const Field& field, std::size_t count) {
+  auto tables = std::make_shared<RoundedTables>();
+  tables->count = count;
+  tables->memory.reserve((count + 1) / 2);
+  parallel_ranges(count, kRoundChunk, [&](std::size_t begin, std::size_t end) {
+    round_table(field.parameters.data() + begin, end - begin, tables->values() + begin);
   });
-  bf16.density = pack_network(parts.layout.density, parts.networks.data());
-  bf16.colour = pack_network(parts.layout.colour, parts.networks.data());
-  return bf16;
+  return tables;
 }
 
 }  // namespace
@@ -48,6 +47,10 @@ Bf16Parts round_parts(const Field& field, const ConditionedParts& parts) {
 bool has_bf16(const FieldConfig& config) {
   const bool ambient = config.ambient && config.condition_count > 0;
   return cpu_has_bf16() && grid_has_bf16(config.position) && (!ambient || grid_has_bf16(config.ambient_grid));
+}
+
+void round_tables(Field& field) {
+  if (has_bf16(field.config)) field.rounded = rounded_tables(field, make_layout(field.config).table_count);
 }
 
 ConditionedField::ConditionedField(const Field& field, std::span<const float> psi, FieldPrecision precision)
@@ -68,7 +71,12 @@ ConditionedField::ConditionedField(const Field& field, std::span<const float> ps
   fold(field.parameters, p.config.geometry_features + p.layout.direction_features, {}, p.layout.colour,
        p.networks);
   p.layout.concat_count = 0;
-  if (precision == FieldPrecision::bf16 && has_bf16(field.config)) p.bf16 = round_parts(field, p);
+  if (precision == FieldPrecision::exact || !has_bf16(field.config)) return;
+  p.rounded = field.rounded ? field.rounded : rounded_tables(field, p.layout.table_count);
+  LIKENESS_CHECK(p.rounded->count == p.layout.table_count, "%zu rounded entries for tables of %zu",
+                 p.rounded->count, p.layout.table_count);
+  p.bf16 = Bf16Parts{p.rounded->values(), pack_network(p.layout.density, p.networks.data()),
+                     pack_network(p.layout.colour, p.networks.data())};
 }
 
 ConditionedField::~ConditionedField() = default;

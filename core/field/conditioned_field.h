@@ -23,12 +23,16 @@ enum class FieldPrecision { exact, bf16 };
 // as a whole. Elsewhere `bf16` means `exact`.
 bool has_bf16(const FieldConfig& config);
 
+// Rounds the tables for all pictures to come. Whatever changes the parameters later must reset
+// `field.rounded`. Nothing where has_bf16 is false.
+void round_tables(Field& field);
+
 struct ConditionedParts;
 
 class ConditionedField {
  public:
-  // psi: (K) of the field. Refers to the field, which must not change meanwhile. Takes about a millisecond
-  // with bf16.
+  // psi: (K) of the field. Refers to the field, which must not change meanwhile. Takes some milliseconds with
+  // bf16 unless its tables have been rounded before.
   ConditionedField(const Field& field, std::span<const float> psi, FieldPrecision precision);
   ~ConditionedField();
   ConditionedField(ConditionedField&&) noexcept;

@@ -27,7 +27,7 @@ using PackedNetwork = std::vector<PackedLayer>;
 PackedNetwork pack_network(const std::vector<DenseLayer>& layers, const float* parameters);
 
 struct Bf16Parts {
-  std::vector<std::uint16_t> tables;  // as the parameters' tables
+  const std::uint16_t* tables = nullptr;  // as the parameters' tables
   PackedNetwork density, colour;
 };
 

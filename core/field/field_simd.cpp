@@ -203,7 +203,7 @@ void slice_input(const KernelContext& c, const TileBuffers& b, std::size_t begin
 void encode(const KernelContext& c, const GridLevel& level, const GridConfig& grid, const float* const* point,
             const TileBuffers& b, float* rows) {
   if (c.bf16)
-    encode_tile_bf16(level, grid, c.bf16->tables.data(), point, rows);
+    encode_tile_bf16(level, grid, c.bf16->tables, point, rows);
   else
     encode_tile(level, grid, c.tables, point, *b.cells, rows);
 }

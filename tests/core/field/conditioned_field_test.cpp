@@ -131,6 +131,15 @@ TEST(ConditionedFull, HugeWeightsAndPositionsThatAreNotNumbersStayInBounds) {
   for (const float v : evaluate_picture(field, batch, FieldPrecision::bf16).sigma) EXPECT_GE(v, 0);
 }
 
+TEST(ConditionedFull, TablesRoundedBeforehandAreTheSame) {
+  Field field = trained_like_field(picture_config(), 5);
+  const Batch batch = picture_batch(field.config, 500, 6);
+  const Picture anew = evaluate_picture(field, batch, FieldPrecision::bf16);
+  round_tables(field);
+  EXPECT_EQ(field.rounded != nullptr, has_bf16(field.config));
+  EXPECT_EQ(evaluate_picture(field, batch, FieldPrecision::bf16).sigma, anew.sigma);
+}
+
 TEST(Bf16, RoundsToTheNearestTiesToEven) {
   EXPECT_EQ(from_bf16(to_bf16(1.0f)), 1.0f);
   EXPECT_EQ(from_bf16(to_bf16(1.0f + 0x1p-8f)), 1.0f);              // a tie
