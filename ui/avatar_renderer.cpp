@@ -22,6 +22,7 @@ constexpr double kStep = 6;       // times the cost of a rung is that of the nex
 RenderOptions rung_options(Rung rung) {
   RenderOptions options = render_options(rung >= Rung::final ? RenderQuality::final : RenderQuality::preview);
   options.reduce = 1;
+  if (rung < Rung::final) options.max_samples = 8;
   return options;
 }
 

@@ -9,6 +9,8 @@
 
 #include "core/base/check.h"
 #include "core/base/parallel.h"
+#include "core/field/conditioned_field.h"
+#include "core/field/conditioned_parts.h"
 #include "core/field/field_kernels.h"
 #include "core/field/field_layout.h"
 #include "core/field/huge_pages.h"
@@ -73,20 +75,46 @@ std::size_t encode_chunk(std::size_t count) {
 }
 
 // Inference: features live only as long as their chunk.
-void evaluate(const Field& field, const FieldInputs& inputs, float* sigma, float* red, float* green,
-              float* blue, float* geometry = nullptr) {
-  const FieldLayout layout = make_layout(field.config);
-  check_inputs(field, layout, inputs);
-  const KernelContext context{field.config, layout, field.parameters.data(), inputs};
-  const std::size_t scratch = scratch_floats(field.config, layout);
-  parallel_ranges(inputs.count, encode_chunk(inputs.count), [&](std::size_t begin, std::size_t end) {
+void evaluate(const KernelContext& context, std::size_t chunk, float* sigma, float* red, float* green,
+              float* blue, float* geometry) {
+  const std::size_t scratch = scratch_floats(context.config, context.layout);
+  parallel_ranges(context.inputs.count, chunk, [&](std::size_t begin, std::size_t end) {
     const std::size_t samples = tiles_of(end - begin) * kTile;
-    float* features =
-        thread_features(samples * (context.density_inputs() + std::size_t(layout.ambient_dimensions)));
+    float* features = thread_features(
+        samples * (context.density_inputs() + std::size_t(context.layout.ambient_dimensions)));
     float* slice = features + samples * context.density_inputs();
     forward_tiles(context, {begin, end, features, slice, nullptr, thread_scratch(scratch), sigma, red, green,
                             blue, geometry});
   });
+}
+
+void evaluate(const Field& field, const FieldInputs& inputs, float* sigma, float* red, float* green,
+              float* blue, float* geometry = nullptr) {
+  const FieldLayout layout = make_layout(field.config);
+  check_inputs(field, layout, inputs);
+  evaluate({field.config, layout, field.parameters.data(), field.parameters.data(), inputs},
+           encode_chunk(inputs.count), sigma, red, green, blue, geometry);
+}
+
+void evaluate(const KernelContext& context, std::size_t chunk, const GeometryFeatures& geometry,
+              std::span<const std::uint32_t> chosen, FieldOutputs& out) {
+  LIKENESS_CHECK(geometry.values.size() == context.inputs.count * geometry_stride(context.config),
+                 "%zu geometry features for %zu samples", geometry.values.size(), context.inputs.count);
+  for (std::vector<float>* array : {&out.red, &out.green, &out.blue}) array->resize(chosen.size());
+  const std::size_t scratch = scratch_floats(context.config, context.layout);
+  parallel_ranges(chosen.size(), chunk, [&](std::size_t begin, std::size_t end) {
+    colour_tiles(context, {begin, end, chosen.data(), geometry.values.data(), thread_scratch(scratch),
+                           out.red.data(), out.green.data(), out.blue.data()});
+  });
+}
+
+// The samples of a picture's tile lie together, so tables stay in the cache by themselves, and features too
+// if they are few.
+constexpr std::size_t kPictureChunk = 512;
+
+KernelContext context_of(const ConditionedParts& parts, const FieldInputs& inputs) {
+  return {parts.config,          parts.layout, parts.tables,
+          parts.networks.data(), inputs,       parts.bf16 ? &*parts.bf16 : nullptr};
 }
 
 void resize_outputs(FieldOutputs& out, std::size_t count) {
@@ -204,22 +232,36 @@ void evaluate_colour(const Field& field, const FieldInputs& inputs, const Geomet
                      std::span<const std::uint32_t> chosen, FieldOutputs& out) {
   const FieldLayout layout = make_layout(field.config);
   check_inputs(field, layout, inputs);
-  LIKENESS_CHECK(geometry.values.size() == inputs.count * geometry_stride(field.config),
-                 "%zu geometry features for %zu samples", geometry.values.size(), inputs.count);
-  for (std::vector<float>* array : {&out.red, &out.green, &out.blue}) array->resize(chosen.size());
-  const KernelContext context{field.config, layout, field.parameters.data(), inputs};
-  const std::size_t scratch = scratch_floats(field.config, layout);
-  parallel_ranges(chosen.size(), encode_chunk(chosen.size()), [&](std::size_t begin, std::size_t end) {
-    colour_tiles(context, {begin, end, chosen.data(), geometry.values.data(), thread_scratch(scratch),
-                           out.red.data(), out.green.data(), out.blue.data()});
-  });
+  evaluate({field.config, layout, field.parameters.data(), field.parameters.data(), inputs},
+           encode_chunk(chosen.size()), geometry, chosen, out);
+}
+
+void evaluate_density(const ConditionedField& field, const FieldInputs& inputs, std::vector<float>& sigma) {
+  sigma.resize(inputs.count);
+  evaluate(context_of(field.parts(), inputs), kPictureChunk, sigma.data(), nullptr, nullptr, nullptr,
+           nullptr);
+}
+
+void evaluate_density(const ConditionedField& field, const FieldInputs& inputs, std::vector<float>& sigma,
+                      GeometryFeatures& geometry) {
+  const ConditionedParts& parts = field.parts();
+  sigma.resize(inputs.count);
+  geometry.values.resize(inputs.count * geometry_stride(parts.config));
+  evaluate(context_of(parts, inputs), kPictureChunk, sigma.data(), nullptr, nullptr, nullptr,
+           geometry.values.data());
+}
+
+void evaluate_colour(const ConditionedField& field, const FieldInputs& inputs,
+                     const GeometryFeatures& geometry, std::span<const std::uint32_t> chosen,
+                     FieldOutputs& out) {
+  evaluate(context_of(field.parts(), inputs), kPictureChunk, geometry, chosen, out);
 }
 
 void forward_field(const Field& field, const FieldInputs& inputs, FieldOutputs& out, FieldTape& tape) {
   const FieldLayout layout = make_layout(field.config);
   check_inputs(field, layout, inputs);
   resize_outputs(out, inputs.count);
-  const KernelContext context{field.config, layout, field.parameters.data(), inputs};
+  const KernelContext context{field.config, layout, field.parameters.data(), field.parameters.data(), inputs};
   const std::size_t samples = tiles_of(inputs.count) * kTile;
   const std::size_t dimensions = std::size_t(layout.ambient_dimensions);
   const std::size_t scratch = scratch_floats(field.config, layout);
@@ -248,7 +290,7 @@ void backward_field(const Field& field, const FieldInputs& inputs,
     for (std::vector<float>* array : {&gradients.x, &gradients.y, &gradients.z}) array->resize(inputs.count);
   }
   if (inputs.count == 0) return;
-  const KernelContext context{field.config, layout, field.parameters.data(), inputs};
+  const KernelContext context{field.config, layout, field.parameters.data(), field.parameters.data(), inputs};
   backward_networks(context, output_gradients, tape, gradients);
 
   // -- Tables and codes: every level and every entry of a code has one owner.

@@ -17,6 +17,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -48,9 +49,13 @@ struct FieldConfig {
   bool operator==(const FieldConfig&) const = default;
 };
 
+struct RoundedTables;  // in bfloat16, see conditioned_field.h
+
 struct Field {
   FieldConfig config;
   std::vector<float> parameters;  // all tables and weights; see parameter_layout()
+  // Of a field that does not change any more, or null: every picture rounds them anew.
+  std::shared_ptr<const RoundedTables> rounded = nullptr;
 };
 
 // Where each part of the parameters lies, in order: name, offset, count, (rows, columns) for weights.

@@ -60,12 +60,16 @@ struct PartialLayout {
 };
 PartialLayout make_partial_layout(const FieldLayout& layout);
 
+struct Bf16Parts;
+
 // What every kernel needs of the field and the batch.
 struct KernelContext {
   const FieldConfig& config;
   const FieldLayout& layout;
-  const float* parameters;
+  const float* tables;    // that the layout's levels
+  const float* networks;  // and its layers point into
   const FieldInputs& inputs;
+  const Bf16Parts* bf16 = nullptr;  // used, where present, by forward_tiles and colour_tiles
 
   std::size_t density_inputs() const {
     return std::size_t(layout.position_features + layout.ambient_features + layout.concat_count);

@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cstring>
 
+#include "core/field/field_bf16.h"
+
 // AVX2 and AVX-512 beside the baseline (SSSE3, NEON); the sets in between gain nothing here and cost build
 // time.
 #define HWY_DISABLED_TARGETS (HWY_SSE4 | HWY_AVX3_DL)
@@ -197,6 +199,21 @@ void slice_input(const KernelContext& c, const TileBuffers& b, std::size_t begin
             b.slice_in + e * kTile);
 }
 
+// rows (features, kTile): what a level holds at the points.
+void encode(const KernelContext& c, const GridLevel& level, const GridConfig& grid, const float* const* point,
+            const TileBuffers& b, float* rows) {
+  if (c.bf16)
+    encode_tile_bf16(level, grid, c.bf16->tables, point, rows);
+  else
+    encode_tile(level, grid, c.tables, point, *b.cells, rows);
+}
+
+// Words for network_bf16 in rows that only backward uses.
+PairScratch pair_scratch(const TileBuffers& b) {
+  const auto words = [](float* rows) { return reinterpret_cast<std::uint32_t*>(rows); };
+  return {words(b.turned), {words(b.below[0]), words(b.below[1])}};
+}
+
 // w and the ambient features, or psi, behind e in `features`; (w + 1) / 2 into `slice`.
 void complete_features(const KernelContext& c, const TileBuffers& b, std::size_t begin, std::size_t count,
                        float* features, float* slice) {
@@ -207,9 +224,9 @@ void complete_features(const KernelContext& c, const TileBuffers& b, std::size_t
               features + e * kTile);
     return;
   }
-  slice_input(c, b, begin, count, features);
-  network_forward(c.parameters, c.layout.slice, b.slice_in, b.slice_hidden,
-                  std::size_t(c.layout.ambient_dimensions), b.slice_out);
+  if (c.config.condition_count > 0) slice_input(c, b, begin, count, features);
+  network_forward(c.networks, c.layout.slice, c.config.condition_count > 0 ? b.slice_in : features,
+                  b.slice_hidden, std::size_t(c.layout.ambient_dimensions), b.slice_out);
   const Vf half = hn::Set(d, 0.5f);
   const std::size_t dimensions = std::size_t(c.layout.ambient_dimensions);
   for (std::size_t s = 0; s < dimensions * kTile; s += kLanes) {
@@ -218,7 +235,7 @@ void complete_features(const KernelContext& c, const TileBuffers& b, std::size_t
   const float* point[3] = {slice, slice + kTile, slice + 2 * kTile};
   float* rows = features + e * kTile;
   for (const GridLevel& level : c.layout.ambient) {
-    encode_tile(level, c.config.ambient_grid, c.parameters, point, *b.cells, rows);
+    encode(c, level, c.config.ambient_grid, point, b, rows);
     rows += std::size_t(c.config.ambient_grid.features) * kTile;
   }
 }
@@ -226,7 +243,10 @@ void complete_features(const KernelContext& c, const TileBuffers& b, std::size_t
 // Density network: b.block, of which the density alone unless the rest is wanted, and the hidden rows.
 void density_network(const KernelContext& c, const TileBuffers& b, const float* features, bool geometry) {
   const std::size_t outputs = geometry ? 1 + std::size_t(c.config.geometry_features) : 1;
-  network_forward(c.parameters, c.layout.density, features, b.density_hidden, outputs, b.block);
+  if (c.bf16)
+    network_bf16(c.bf16->density, features, pair_scratch(b), outputs, b.block);
+  else
+    network_forward(c.networks, c.layout.density, features, b.density_hidden, outputs, b.block);
 }
 
 // Rows of b.block behind the geometry features.
@@ -236,7 +256,10 @@ float* direction_place(const KernelContext& c, const TileBuffers& b) {
 
 // b.rgb (before the sigmoid) and the hidden rows, from the rows of b.block behind the density.
 void colour_network(const KernelContext& c, const TileBuffers& b) {
-  network_forward(c.parameters, c.layout.colour, b.block + kTile, b.colour_hidden, 3, b.rgb);
+  if (c.bf16)
+    network_bf16(c.bf16->colour, b.block + kTile, pair_scratch(b), 3, b.rgb);
+  else
+    network_forward(c.networks, c.layout.colour, b.block + kTile, b.colour_hidden, 3, b.rgb);
 }
 
 void encode_positions(const KernelContext& c, const ForwardRange& r, const TileBuffers& b) {
@@ -246,7 +269,7 @@ void encode_positions(const KernelContext& c, const ForwardRange& r, const TileB
     for (std::size_t begin = r.begin; begin < r.end; begin += kTile, features += rows * kTile) {
       const float* point[3];
       point_rows(c.inputs, begin, std::min(kTile, r.end - begin), b.point, point);
-      encode_tile(c.layout.position[l], c.config.position, c.parameters, point, *b.cells, features);
+      encode(c, c.layout.position[l], c.config.position, point, b, features);
     }
   }
 }
@@ -366,7 +389,7 @@ void slice_backward(const KernelContext& c, const BackwardRange& r, const TileBu
   const float* point[3] = {slice, slice + kTile, slice + 2 * kTile};
   const float* rows = features + e * kTile;
   for (const GridLevel& level : c.layout.ambient) {
-    encode_tile_slope(level, c.config.ambient_grid, c.parameters, point, *b.cells, rows, b.w_gradient);
+    encode_tile_slope(level, c.config.ambient_grid, c.tables, point, *b.cells, rows, b.w_gradient);
     rows += std::size_t(c.config.ambient_grid.features) * kTile;
   }
   const Vf one = hn::Set(d, 1.0f), half = hn::Set(d, 0.5f), two = hn::Set(d, 2.0f);
@@ -375,11 +398,11 @@ void slice_backward(const KernelContext& c, const BackwardRange& r, const TileBu
     const Vf slope = hn::Mul(half, hn::NegMulAdd(w, w, one));
     hn::Store(hn::Mul(hn::Load(d, b.w_gradient + s), slope), d, b.w_gradient + s);
   }
-  const float* g = network_backward(c.parameters, c.layout.slice, b.slice_in, b.slice_hidden, b.w_gradient,
+  const float* g = network_backward(c.networks, c.layout.slice, b.slice_in, b.slice_hidden, b.w_gradient,
                                     b.below, r.partial_layout->slice, r.partial, b.turned);
-  input_gradient<Finish::kAdd>(c.parameters, c.layout.slice[0], g, 0, e, features);
+  input_gradient<Finish::kAdd>(c.networks, c.layout.slice[0], g, 0, e, features);
   if (condition_rows) {
-    input_gradient<Finish::kLinear>(c.parameters, c.layout.slice[0], g, e,
+    input_gradient<Finish::kLinear>(c.networks, c.layout.slice[0], g, e,
                                     std::size_t(c.config.condition_count), condition_rows);
   }
 }
@@ -392,15 +415,15 @@ void backward_tile(const KernelContext& c, const BackwardRange& r, const TileBuf
   if (c.layout.has_ambient()) slice_input(c, b, begin, count, features);  // e is about to be overwritten
   output_gradients(r, b, begin, count);
   // -- Colour
-  const float* g = network_backward(c.parameters, c.layout.colour, b.block + kTile, b.colour_hidden, b.rgb,
+  const float* g = network_backward(c.networks, c.layout.colour, b.block + kTile, b.colour_hidden, b.rgb,
                                     b.below, r.partial_layout->colour, r.partial, b.turned);
-  input_gradient<Finish::kLinear>(c.parameters, c.layout.colour[0], g, 0, geometry, b.block_gradient + kTile);
-  input_gradient<Finish::kLinear>(c.parameters, c.layout.colour[0], g,
+  input_gradient<Finish::kLinear>(c.networks, c.layout.colour[0], g, 0, geometry, b.block_gradient + kTile);
+  input_gradient<Finish::kLinear>(c.networks, c.layout.colour[0], g,
                                   geometry + std::size_t(c.layout.direction_features), latents, codes);
   // -- Density
-  g = network_backward(c.parameters, c.layout.density, features, b.density_hidden, b.block_gradient, b.below,
+  g = network_backward(c.networks, c.layout.density, features, b.density_hidden, b.block_gradient, b.below,
                        r.partial_layout->density, r.partial, b.turned);
-  input_gradient<Finish::kLinear>(c.parameters, c.layout.density[0], g, 0, c.density_inputs(), features);
+  input_gradient<Finish::kLinear>(c.networks, c.layout.density[0], g, 0, c.density_inputs(), features);
   // -- Slice
   float* condition_rows = r.want_conditions ? codes + latents * kTile : nullptr;
   if (c.layout.has_ambient()) {
@@ -460,7 +483,7 @@ void PositionGradients(const KernelContext& c, std::size_t first, std::size_t la
     std::fill(sum, sum + 3 * kTile, 0.0f);
     const float* rows = features + begin * c.density_inputs();
     for (std::size_t l = 0; l < c.layout.position.size(); ++l, rows += width * kTile) {
-      encode_tile_slope(c.layout.position[l], c.config.position, c.parameters, point, cells, rows, sum);
+      encode_tile_slope(c.layout.position[l], c.config.position, c.tables, point, cells, rows, sum);
     }
     store_outputs(sum, count, x + begin);
     store_outputs(sum + kTile, count, y + begin);

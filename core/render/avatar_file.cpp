@@ -6,6 +6,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "core/field/conditioned_field.h"
 #include "core/render/avatar.h"
 #include "core/render/section_file.h"
 
@@ -359,7 +360,10 @@ Result<Avatar> read_avatar(const std::filesystem::path& path) {
   if (!sections) return sections.error();
   std::string detail;
   try {
-    return avatar_from(*sections);
+    Avatar avatar = avatar_from(*sections);
+    round_tables(avatar.head.field);
+    if (avatar.torso) round_tables(avatar.torso->field);
+    return avatar;
   } catch (const Bad& bad) {
     detail = bad.detail;
   } catch (const json::exception& e) {

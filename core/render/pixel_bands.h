@@ -22,8 +22,9 @@ struct Band {
   int block_columns = 0;  // of blocks that lie side by side, row by row; 0: they are no neighbours
 };
 
-// A square tile of the picture, its blocks of block x block pixels.
-inline constexpr int kTileSide = 64;  // pixels
+// A square tile of the picture, its blocks of block x block pixels. What its samples need fits the second
+// cache.
+inline constexpr int kTileSide = 32;  // pixels
 Band tile_band(const Intrinsics& k, int left, int top, int block);
 
 // Pixels [first, last) of a list of row-major indices, each its own block.

@@ -7,24 +7,7 @@
 #include "core/base/parallel.h"
 
 namespace likeness {
-namespace {
-
-template <class Warp, class Displacement>
-void move_samples(std::span<const Warp> warps, const FieldCube& cube, FieldSamples& samples,
-                  Displacement displacement) {
-  if (warps.empty()) return;
-  parallel_ranges(samples.count(), 4096, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) {
-      const Warp& warp = warps[std::size_t(samples.view[i]) % warps.size()];
-      const Vec3f unit(samples.x[i], samples.y[i], samples.z[i]);
-      const Vec3f way = displacement(warp, cube.origin + cube.side * unit) / cube.side;
-      const Vec3f canonical = (unit + way).cwiseMax(0.f).cwiseMin(1.f);
-      samples.x[i] = canonical.x(), samples.y[i] = canonical.y(), samples.z[i] = canonical.z();
-    }
-  });
-}
-
-}  // namespace
+namespace {}  // namespace
 
 AvatarRig make_rig(const Avatar& avatar, const HeadModel& model) {
   LIKENESS_CHECK(avatar.person.offsets.empty() || int(avatar.person.offsets.size()) == model.vertex_count(),
@@ -47,7 +30,14 @@ RenderState pose_avatar(const AvatarRig& rig, const AvatarPose& pose) {
 }
 
 void warp_samples(std::span<const WarpLattice> lattices, const FieldCube& cube, FieldSamples& samples) {
-  move_samples(lattices, cube, samples, displacement_at);
+  if (lattices.empty()) return;
+  parallel_ranges(samples.count(), 4096, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin, next = begin; i < end; i = next) {  // runs of one view
+      while (next < end && samples.view[next] == samples.view[i]) ++next;
+      displace_points(lattices[std::size_t(samples.view[i]) % lattices.size()], cube.origin, cube.side,
+                      next - i, samples.x.data() + i, samples.y.data() + i, samples.z.data() + i);
+    }
+  });
 }
 
 void straighten_samples(std::span<const NeckBend> necks, FieldSamples& samples) {
@@ -65,7 +55,16 @@ void straighten_samples(std::span<const NeckBend> necks, FieldSamples& samples) 
 }
 
 void warp_samples(std::span<const TorsoField> fields, const FieldCube& cube, FieldSamples& samples) {
-  move_samples(fields, cube, samples, torso_displacement);
+  if (fields.empty()) return;
+  parallel_ranges(samples.count(), 4096, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      const TorsoField& field = fields[std::size_t(samples.view[i]) % fields.size()];
+      const Vec3f unit(samples.x[i], samples.y[i], samples.z[i]);
+      const Vec3f way = torso_displacement(field, cube.origin + cube.side * unit) / cube.side;
+      const Vec3f canonical = (unit + way).cwiseMax(0.f).cwiseMin(1.f);
+      samples.x[i] = canonical.x(), samples.y[i] = canonical.y(), samples.z[i] = canonical.z();
+    }
+  });
 }
 
 }  // namespace likeness

@@ -1,5 +1,5 @@
-// Rendering in bands of rays, shared among the threads. Each band evaluates its rays' densities front to back
-// in rounds, so that rays which have become opaque cost nothing more, and colours only where they count.
+// Rendering in bands of rays, shared among the threads. Each band evaluates the densities of all its samples,
+// which lie where light is lost, so few are in vain; and colours only where they count.
 #include "core/render/render.h"
 
 #include <algorithm>
@@ -9,7 +9,7 @@
 
 #include "core/base/check.h"
 #include "core/base/parallel.h"
-#include "core/field/evaluate.h"
+#include "core/field/conditioned_field.h"
 #include "core/render/pixel_bands.h"
 #include "core/render/pose_avatar.h"
 #include "core/render/rays.h"
@@ -18,8 +18,7 @@ namespace likeness {
 namespace {
 
 constexpr std::size_t kBandPixels = std::size_t(kTileSide) * kTileSide;
-constexpr std::size_t kBandEdges = 512;     // pixels of a reduced picture
-constexpr std::uint32_t kRoundSamples = 4;  // of each ray per round
+constexpr std::size_t kBandEdges = 512;  // pixels of a reduced picture
 
 struct RayState {
   Vec3f colour = Vec3f::Zero();
@@ -32,19 +31,10 @@ struct Scene {
   const RenderOptions& options;
   MarchVolumes volumes;
   std::array<UnitFromCamera, 2> maps;
-  Eigen::VectorXf psi;
-  std::span<const WarpLattice> warp;  // one or none
-  std::span<const TorsoField> torso;  // one or none
-  std::vector<NeckBend> neck;         // one or none
-};
-
-const Field& field_of(const Scene& scene, int f) {
-  return f == 0 ? scene.avatar.head.field : scene.avatar.torso->field;
-}
-
-// A sample of a ray and where it lies among its field's samples of this round.
-struct Pending {
-  std::uint32_t ray, sample, place;
+  std::vector<ConditionedField> fields;  // of head and torso
+  std::span<const WarpLattice> warp;     // one or none
+  std::span<const TorsoField> torso;     // one or none
+  std::vector<NeckBend> neck;            // one or none
 };
 
 // What a band works with, kept for the next one: fresh memory is slow to touch.
@@ -59,83 +49,61 @@ struct BandScratch {
   std::vector<float> weights;      // (strata)
   std::vector<RaySample> refined;  // (blocks, max_samples)
   std::vector<RayState> rays;
-  std::vector<Pending> pending;
   struct OfField {
-    FieldSamples samples;
     std::vector<float> sigma;
     GeometryFeatures geometry;
-    std::vector<std::uint32_t> shaded;  // samples of the round whose colour counts,
-    std::vector<Pending> shaded_rays;   // whose they are,
-    std::vector<float> weights;         // and by how much
+    std::vector<std::uint32_t> shaded;       // samples whose colour counts,
+    std::vector<std::uint32_t> shaded_rays;  // whose they are,
+    std::vector<float> weights;              // and by how much
     FieldOutputs colours;
   };
   std::array<OfField, 2> fields;
 };
 
-void clear_samples(FieldSamples& samples) {
-  for (auto* v : {&samples.x, &samples.y, &samples.z, &samples.dx, &samples.dy, &samples.dz}) v->clear();
-  samples.view.clear();
-}
-
-void copy_sample(const FieldSamples& from, std::size_t i, FieldSamples& to) {
-  to.x.push_back(from.x[i]), to.y.push_back(from.y[i]), to.z.push_back(from.z[i]);
-  to.dx.push_back(from.dx[i]), to.dy.push_back(from.dy[i]), to.dz.push_back(from.dz[i]);
-  to.view.push_back(from.view[i]);
-}
-
-// Samples [round * kRoundSamples, ...) of every ray still transparent.
-void collect_round(const Scene& scene, std::uint32_t round, BandScratch& band) {
-  band.pending.clear();
-  for (BandScratch::OfField& f : band.fields) clear_samples(f.samples);
+// The light that every sample takes, and the list of those whose colour counts.
+void weigh_samples(const Scene& scene, BandScratch& band) {
+  const SampleBatch& batch = band.batch;
   for (std::uint32_t r = 0; r < band.rays.size(); ++r) {
-    if (band.rays[r].transmittance < scene.options.stop_transmittance) continue;
-    const std::uint32_t first = band.batch.begin[r] + round * kRoundSamples;
-    const std::uint32_t last = std::min(first + kRoundSamples, band.batch.begin[r + 1]);
-    for (std::uint32_t i = first; i < last; ++i) {
-      const int f = band.batch.field[i];
-      FieldSamples& to = band.fields[std::size_t(f)].samples;
-      band.pending.push_back({r, i, std::uint32_t(to.count())});
-      copy_sample(band.batch.fields[std::size_t(f)], band.batch.slot[i], to);
+    RayState& ray = band.rays[r];
+    for (std::uint32_t i = batch.begin[r]; i < batch.begin[r + 1]; ++i) {
+      BandScratch::OfField& own = band.fields[batch.field[i]];
+      const std::uint32_t slot = batch.slot[i];
+      const float after = ray.transmittance * std::exp(-own.sigma[slot] * batch.dt[i]);
+      const float weight = ray.transmittance - after;
+      ray.transmittance = after;
+      if (weight >= scene.options.shade_weight) {
+        own.shaded.push_back(slot);
+        own.shaded_rays.push_back(r);
+        own.weights.push_back(weight);
+      }
+      if (after < scene.options.stop_transmittance) break;
     }
   }
 }
 
-// Evaluates a round; returns how many samples it had.
-std::size_t march_round(const Scene& scene, std::uint32_t round, BandScratch& band) {
-  collect_round(scene, round, band);
-  if (band.pending.empty()) return 0;
+// The rays' colours and transmittances from their samples; returns how many those were.
+std::size_t march(const Scene& scene, BandScratch& band) {
   for (int f = 0; f < 2; ++f) {
     BandScratch::OfField& own = band.fields[std::size_t(f)];
     own.shaded.clear(), own.shaded_rays.clear(), own.weights.clear();
-    if (own.samples.count() > 0)
-      evaluate_density(field_of(scene, f), own.samples.inputs(scene.psi.data(), nullptr), own.sigma,
+    if (band.batch.fields[f].count() > 0)
+      evaluate_density(scene.fields[std::size_t(f)], band.batch.fields[f].inputs(nullptr, nullptr), own.sigma,
                        own.geometry);
   }
-  for (const Pending& p : band.pending) {
-    RayState& ray = band.rays[p.ray];
-    if (ray.transmittance < scene.options.stop_transmittance) continue;
-    BandScratch::OfField& own = band.fields[band.batch.field[p.sample]];
-    const float after = ray.transmittance * std::exp(-own.sigma[p.place] * band.batch.dt[p.sample]);
-    const float weight = ray.transmittance - after;
-    ray.transmittance = after;
-    if (weight < scene.options.shade_weight) continue;
-    own.shaded.push_back(p.place);
-    own.shaded_rays.push_back(p);
-    own.weights.push_back(weight);
-  }
+  weigh_samples(scene, band);
   for (int f = 0; f < 2; ++f) {
     BandScratch::OfField& own = band.fields[std::size_t(f)];
     if (own.shaded.empty()) continue;
-    evaluate_colour(field_of(scene, f), own.samples.inputs(scene.psi.data(), nullptr), own.geometry,
+    evaluate_colour(scene.fields[std::size_t(f)], band.batch.fields[f].inputs(nullptr, nullptr), own.geometry,
                     own.shaded, own.colours);
     const FieldOutputs& c = own.colours;
     for (std::size_t k = 0; k < own.shaded.size(); ++k) {
-      RayState& ray = band.rays[own.shaded_rays[k].ray];
+      RayState& ray = band.rays[own.shaded_rays[k]];
       ray.colour += own.weights[k] * Vec3f(c.red[k], c.green[k], c.blue[k]);
       ray.shaded += own.weights[k];
     }
   }
-  return band.pending.size();
+  return band.batch.dt.size();
 }
 
 struct BandCount {
@@ -163,7 +131,7 @@ std::size_t weigh_strata(const Scene& scene, BandScratch& band) {
   const SampleBatch& batch = band.block_batch;
   for (int f = 0; f < 2; ++f)
     if (batch.fields[f].count() > 0)
-      evaluate_density(field_of(scene, f), batch.fields[f].inputs(scene.psi.data(), nullptr),
+      evaluate_density(scene.fields[std::size_t(f)], batch.fields[f].inputs(nullptr, nullptr),
                        band.fields[std::size_t(f)].sigma);
   band.weights.resize(band.strata.strata.size());
   for (std::size_t r = 0; r + 1 < batch.begin.size(); ++r) {
@@ -223,9 +191,9 @@ std::size_t place_by_blocks(const Scene& scene, const Band& pixels, BandScratch&
   std::vector<int> counts(pixels.blocks.size());
   for (std::size_t k = 0; k < pixels.blocks.size(); ++k) {
     const std::size_t begin = band.block_batch.begin[k], count = band.block_batch.begin[k + 1] - begin;
-    counts[k] = refine_strata(band.strata.intervals_of(k, 0), band.strata.intervals_of(k, 1),
-                              std::span<const RayStratum>(band.strata.strata).subspan(begin, count),
-                              std::span<const float>(band.weights).subspan(begin, count),
+    const auto strata = std::span<const RayStratum>(band.strata.strata).subspan(begin, count);
+    const auto weights = std::span<const float>(band.weights).subspan(begin, count);
+    counts[k] = refine_strata(band.strata.intervals_of(k, 0), band.strata.intervals_of(k, 1), strata, weights,
                               std::span(band.refined).subspan(k * most, most));
   }
   band.batch.placed.resize(band.requests.size() * most);
@@ -254,11 +222,7 @@ BandCount render_band(const Scene& scene, const Band& pixels, BandScratch& band,
   const SampleBatch& batch = band.batch;
   bring_home(scene, band.batch);
   band.rays.assign(count, {});
-  for (std::uint32_t round = 0;; ++round) {
-    const std::size_t evaluated = march_round(scene, round, band);
-    if (evaluated == 0) break;
-    sum.samples += evaluated;
-  }
+  sum.samples += march(scene, band);
   for (std::size_t i = 0; i < count; ++i) {
     if (batch.begin[i + 1] > batch.begin[i]) ++sum.rays;
     const RayState& ray = band.rays[i];
@@ -283,7 +247,11 @@ Scene make_scene(const Avatar& avatar, const Camera& camera, const RenderState& 
   scene.maps[0] = unit_from_camera(avatar.head.cube, camera.cam_from_world, state.world_from_head);
   if (avatar.torso)
     scene.maps[1] = unit_from_camera(avatar.torso->cube, camera.cam_from_world, state.world_from_torso);
-  scene.psi = condition(avatar.condition, state.articulation);
+  const Eigen::VectorXf psi = condition(avatar.condition, state.articulation);
+  scene.fields.emplace_back(avatar.head.field, std::span(psi.data(), std::size_t(psi.size())),
+                            options.precision);
+  if (avatar.torso)
+    scene.fields.emplace_back(avatar.torso->field, std::span<const float>{}, options.precision);
   if (!state.warp.empty()) scene.warp = {&state.warp, 1};
   if (!state.torso.empty()) scene.torso = {&state.torso, 1};
   if (!avatar.neck.empty()) {
@@ -345,11 +313,9 @@ BandCount render_tiles(const Scene& scene, const Intrinsics& k, Image& rgba) {
 
 RenderOptions render_options(RenderQuality quality) {
   RenderOptions options;
-  if (quality == RenderQuality::preview) {
-    options.max_samples = 8;
-    options.stop_transmittance = 0.02f;
-    options.reduce = 2;
-  }
+  options.precision = FieldPrecision::bf16;
+  options.reduce = quality == RenderQuality::final ? 2 : 3;
+  if (quality == RenderQuality::final) options.edge_contrast = 0.1f;
   return options;
 }
 

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "core/camera/camera.h"
+#include "core/field/conditioned_field.h"
 #include "core/image/image.h"
 #include "core/render/avatar.h"
 #include "core/scene/warp_lattice.h"
@@ -30,12 +31,15 @@ struct RenderOptions {
   float shade_weight = 0.001f;  // share of the light a sample must take for its colour to be looked up
   int reduce = 1;               // one ray for reduce x reduce pixels, the picture enlarged from that,
   float edge_contrast = 0.3f;  // but a ray a pixel where such rays beside each other differ by more than this
+  FieldPrecision precision = FieldPrecision::exact;  // of the fields
 };
 
-// The quality ladder. `likeness eval --quality` says how fast each is and how near to the truth.
+// The quality ladder, both in bf16 where the processor has it. The default options are what both are measured
+// by: a ray a pixel in single precision. `likeness study render` says how fast each is and how near to the
+// truth.
 enum class RenderQuality {
-  final,   // a ray a pixel, 12 samples
-  preview  // a ray for 2 x 2 pixels but at edges, 8 samples, rays end where a fiftieth of the light is left
+  final,   // a ray for 2 x 2 pixels where they hardly differ, else a ray a pixel; 12 samples
+  preview  // a ray for 3 x 3 pixels but at edges; 12 samples
 };
 inline constexpr const char* kRenderQualities[] = {"final", "preview"};
 RenderOptions render_options(RenderQuality quality);

@@ -7,6 +7,7 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -59,5 +60,10 @@ WarpLattice make_warp_lattice(const WarpFrame& frame, std::span<const Vec3f> pos
 
 // Displacement to canonical at a point of the head frame, m; zero outside the lattice. Trilinear.
 Vec3f displacement_at(const WarpLattice& lattice, const Vec3f& point);
+
+// Moves points of a cube at `origin` with edges of `side` (head frame, m), given in units of it, to canonical
+// by displacement_at, and clamps them to the cube. In one thread. x, y, z: (count).
+void displace_points(const WarpLattice& lattice, const Vec3f& origin, float side, std::size_t count, float* x,
+                     float* y, float* z);
 
 }  // namespace likeness

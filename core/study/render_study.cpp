@@ -87,21 +87,25 @@ std::vector<RenderSetting> render_settings() {
   std::vector<RenderSetting> settings;
   for (const RenderQuality quality : {RenderQuality::final, RenderQuality::preview})
     settings.push_back({kRenderQualities[int(quality)], render_options(quality)});
-  for (const int reduce : {1, 2}) {
+  settings.push_back({"exact", {}});
+  constexpr const char* kSizes[] = {"", "half size, ", "third size, "};
+  for (const int reduce : {1, 2, 3}) {
     const auto add = [&](int samples, int strata, int block,
                          float edge_contrast = RenderOptions().edge_contrast) {
       RenderOptions options;
+      options.precision = FieldPrecision::bf16;
       options.max_samples = samples, options.strata = strata, options.block = block;
       options.reduce = reduce, options.edge_contrast = edge_contrast;
-      settings.push_back({fmt::format("{}{} samples{}{}", reduce == 2 ? "half size, " : "", samples,
+      settings.push_back({fmt::format("{}{} samples{}{}", kSizes[reduce - 1], samples,
                                       strata > 0 ? fmt::format(", {} strata of {} px", strata, block) : "",
                                       edge_contrast > 1 ? ", edges too" : ""),
                           options});
     };
+    for (const int samples : {16, 12, 10, 8, 6}) add(samples, 8, 2);
+    if (reduce > 1) add(12, 8, 2, 2);
+    if (reduce == 3) continue;
     for (const int samples : {32, 16, 8}) add(samples, 0, 1);
-    for (const int samples : {16, 12, 8, 6}) add(samples, 8, 2);
     add(8, 8, 1), add(8, 16, 2), add(8, 16, 4);
-    if (reduce == 2) add(8, 8, 2, 2);
   }
   return settings;
 }

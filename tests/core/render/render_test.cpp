@@ -4,7 +4,9 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <utility>
 
+#include "core/base/parallel.h"
 #include "core/field/evaluate.h"
 #include "core/render/composite.h"
 #include "core/render/rays.h"
@@ -76,7 +78,7 @@ TEST(RenderPixels, AreThoseOfTheFrame) {
     for (std::size_t c = 0; c < 4; ++c) EXPECT_EQ(some[4 * i + c], whole.data[4 * pixels[i] + c]);
 }
 
-TEST(RenderFrame, APreviewIsNearTheFinalPictureAndOfItsSize) {
+TEST(RenderFrame, EachQualityIsNearTheExactPictureAndOfItsSize) {
   const Avatar a = tiny_avatar();
   Camera camera = typical_camera(a);
   const RenderState state = typical_state(a);
@@ -85,13 +87,7 @@ TEST(RenderFrame, APreviewIsNearTheFinalPictureAndOfItsSize) {
     *v *= 2;
   camera.intrinsics.width *= 2, camera.intrinsics.height *= 2;
   camera.intrinsics.width -= 1;  // odd sizes, too
-  const Image whole = render_frame(a, camera, state, render_options(RenderQuality::final)).rgba;
-  const Image quick = render_frame(a, camera, state, render_options(RenderQuality::preview)).rgba;
-  ASSERT_EQ(quick.width, whole.width);
-  ASSERT_EQ(quick.height, whole.height);
-  double squares = 0;
-  for (std::size_t i = 0; i < whole.data.size(); ++i) squares += std::pow(whole.data[i] - quick.data[i], 2);
-  EXPECT_LT(std::sqrt(squares / double(whole.data.size())), 0.12);  // hard edges, a few pixels in all
+  const Image whole = render_frame(a, camera, state, {}).rgba;
   const auto middle = [](const Image& image) {
     Vec2d sum(0, 0);
     double weight = 0;
@@ -101,7 +97,41 @@ TEST(RenderFrame, APreviewIsNearTheFinalPictureAndOfItsSize) {
     EXPECT_GT(weight, 30);
     return Vec2d(sum / weight);
   };
-  EXPECT_LT((middle(whole) - middle(quick)).norm(), 1);  // half a ray of the preview
+  // Hard edges, a few pixels in all.
+  for (const auto& [quality, most] :
+       {std::pair(RenderQuality::final, 0.06), {RenderQuality::preview, 0.15}}) {
+    const Image quick = render_frame(a, camera, state, render_options(quality)).rgba;
+    ASSERT_EQ(quick.width, whole.width);
+    ASSERT_EQ(quick.height, whole.height);
+    double squares = 0;
+    for (std::size_t i = 0; i < whole.data.size(); ++i) squares += std::pow(whole.data[i] - quick.data[i], 2);
+    EXPECT_LT(std::sqrt(squares / double(whole.data.size())), most);
+    EXPECT_LT((middle(whole) - middle(quick)).norm(), 1);  // less than half a ray
+  }
+}
+
+// Fields whose tables and networks are rounded give the same picture to the eye.
+TEST(RenderFrame, InBf16DiffersByLessThanABytesStep) {
+  const Avatar a = tiny_avatar();
+  RenderOptions rounded;
+  rounded.precision = FieldPrecision::bf16;
+  const Image exact = render_frame(a, typical_camera(a), typical_state(a)).rgba;
+  const Image quick = render_frame(a, typical_camera(a), typical_state(a), rounded).rgba;
+  for (std::size_t i = 0; i < exact.data.size(); ++i) EXPECT_NEAR(quick.data[i], exact.data[i], 1.0 / 255);
+  const bool has = has_bf16(a.head.field.config);
+  EXPECT_EQ(exact.data != quick.data, has);  // or they would be the same arithmetic
+}
+
+TEST(RenderFrame, RepeatsBitForBitWithAnyNumberOfThreads) {
+  const Avatar a = tiny_avatar();
+  for (const RenderQuality quality : {RenderQuality::final, RenderQuality::preview}) {
+    const auto render = [&] {
+      return render_frame(a, typical_camera(a), typical_state(a), render_options(quality)).rgba.data;
+    };
+    const std::vector<float> many = render();
+    const ThreadLimit one(1);
+    EXPECT_EQ(many, render());
+  }
 }
 
 // A reduced picture takes every pixel at an edge from a ray of its own.

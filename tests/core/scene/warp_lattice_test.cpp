@@ -141,5 +141,33 @@ TEST_F(WarpLatticeTest, AModelThatDoesNotMoveHasNoLattice) {
   EXPECT_TRUE(make_warp_lattice(f, shape_->vertices).empty());
 }
 
+TEST_F(WarpLatticeTest, MovesManyPointsAsOneByOne) {
+  const WarpFrame f = frame();
+  const WarpLattice lattice = make_warp_lattice(f, posed("jawOpen", 0.8f));
+  ASSERT_GT(lattice.mouth.open, 0);
+  const Vec3f size = f.cell * Vec3f(float(f.nodes[0]), float(f.nodes[1]), float(f.nodes[2]));
+  const float side = 1.2f * size.maxCoeff();  // beyond the lattice, too
+  const Vec3f origin = f.origin + 0.5f * size - Vec3f::Constant(0.5f * side);
+  std::mt19937 random(3);
+  std::uniform_real_distribution<float> unit(0, 1);
+  for (const std::size_t count : {0, 1, 15, 16, 33, 20000}) {
+    std::vector<float> at[3];
+    std::vector<Vec3f> expected;
+    for (std::size_t i = 0; i < count; ++i) {
+      Vec3f p(unit(random), unit(random), unit(random));
+      if (i % 4 == 3)
+        p = (lattice.mouth.low + unit(random) * (lattice.mouth.high - lattice.mouth.low) - origin) / side;
+      for (int a = 0; a < 3; ++a) at[a].push_back(p[a]);
+      const Vec3f way = displacement_at(lattice, origin + side * p) / side;
+      expected.push_back((p + way).cwiseMax(0.f).cwiseMin(1.f));
+    }
+    displace_points(lattice, origin, side, count, at[0].data(), at[1].data(), at[2].data());
+    std::size_t apart = 0;  // on the edge of a lip, where the place jumps
+    for (std::size_t i = 0; i < count; ++i)
+      apart += (Vec3f(at[0][i], at[1][i], at[2][i]) - expected[i]).norm() > 2e-6f;
+    EXPECT_LE(apart, count / 2000) << count;
+  }
+}
+
 }  // namespace
 }  // namespace likeness

@@ -1,0 +1,30 @@
+// What a ConditionedField holds. Internal to core/field.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "core/field/field_bf16.h"
+#include "core/field/field_kernels.h"
+#include "core/field/field_layout.h"
+
+namespace likeness {
+
+struct RoundedTables {
+  AlignedFloats memory;  // two values in each
+  std::size_t count = 0;
+  std::uint16_t* values() const { return reinterpret_cast<std::uint16_t*>(memory.data()); }
+};
+
+struct ConditionedParts {
+  FieldConfig config;             // of the field that is left: no conditions, no latents
+  FieldLayout layout;             // its layers lie in `networks`
+  const float* tables = nullptr;  // the field's own
+  std::vector<float> networks;
+  std::shared_ptr<const RoundedTables> rounded;  // the field's, or of its own
+  std::optional<Bf16Parts> bf16;
+};
+
+}  // namespace likeness
