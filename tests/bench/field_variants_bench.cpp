@@ -69,7 +69,8 @@ BENCHMARK_CAPTURE(update, marking_once, Mark::once);
 void forward(benchmark::State& state, bool keep) {
   Tables t;
   const FieldInputs inputs = t.batch.inputs();
-  const KernelContext context{t.field.config, t.layout, t.field.parameters.data(), inputs};
+  const float* parameters = t.field.parameters.data();
+  const KernelContext context{t.field.config, t.layout, parameters, parameters, inputs};
   AlignedFloats features, slice, kept, scratch, out;
   ForwardRange range;
   range.end = kSamples;
