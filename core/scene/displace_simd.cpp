@@ -1,5 +1,5 @@
 // Points moved by a warp lattice, many at a time: see displace_points in warp_lattice.h. Lanes are points; a
-// pair of nodes that are neighbours in x is three words of the table.
+// pair of nodes that are neighbours in z is three words of the table.
 #include "core/scene/warp_lattice.h"
 
 #include <algorithm>
@@ -24,6 +24,8 @@ using Vf = hn::Vec<Df>;
 using Vi = hn::Vec<Di>;
 inline constexpr std::size_t kLanes = hn::MaxLanes(Df());
 
+static_assert(sizeof(WarpLattice::Column) == 8, "base, then first and stored in one word");
+
 HWY_INLINE Vf low_count(Vi word) { return hn::ConvertTo(Df(), hn::ShiftRight<16>(hn::ShiftLeft<16>(word))); }
 HWY_INLINE Vf high_count(Vi word) { return hn::ConvertTo(Df(), hn::ShiftRight<16>(word)); }
 
@@ -44,24 +46,31 @@ HWY_INLINE void lattice_way(const WarpLattice& lattice, const float (&p)[3][kLan
     node[a] = hn::ConvertTo(di, safe);
     share[a] = hn::Sub(safe, hn::ConvertTo(d, node[a]));
   }
-  const auto* words = reinterpret_cast<const std::int32_t*>(lattice.displacement.data());
-  const Vi row = hn::Set(di, lattice.nodes[0]), plane = hn::Set(di, lattice.nodes[1]);
-  const Vi bytes = hn::Set(di, 3 * int(sizeof(std::int16_t)));
+  const auto* columns = reinterpret_cast<const std::int32_t*>(lattice.columns.data());
+  const auto* rows = reinterpret_cast<const std::int32_t*>(lattice.displacement.data());
+  const Vi across = hn::Set(di, lattice.nodes[0]),
+           column_bytes = hn::Set(di, int(sizeof(WarpLattice::Column))),
+           row_bytes = hn::Set(di, 3 * int(sizeof(std::int16_t)));
   const Vf one = hn::Set(d, 1.0f);
   Vf sum[3] = {hn::Zero(d), hn::Zero(d), hn::Zero(d)};
   for (int c = 0; c < 4; ++c) {
-    const Vi y = hn::Add(node[1], hn::Set(di, c & 1)), z = hn::Add(node[2], hn::Set(di, c >> 1));
-    const Vi index = hn::Add(hn::Mul(hn::Add(hn::Mul(z, plane), y), row), node[0]);
-    const Vi offset = hn::Mul(index, bytes);
-    const Vi xy = hn::GatherOffset(di, words, offset);
-    const Vi zx = hn::GatherOffset(di, words, hn::Add(offset, hn::Set(di, 4)));
-    const Vi yz = hn::GatherOffset(di, words, hn::Add(offset, hn::Set(di, 8)));
+    const Vi x = hn::Add(node[0], hn::Set(di, c & 1)), y = hn::Add(node[1], hn::Set(di, c >> 1));
+    const Vi column = hn::Mul(hn::Add(hn::Mul(y, across), x), column_bytes);
+    const Vi base = hn::GatherOffset(di, columns, column);
+    const Vi stretch = hn::GatherOffset(di, columns, hn::Add(column, hn::Set(di, 4)));
+    const Vi first = hn::ShiftRight<16>(hn::ShiftLeft<16>(stretch)), stored = hn::ShiftRight<16>(stretch);
+    const Vi along = hn::Sub(hn::Add(node[2], hn::Set(di, 1)), first);
+    const auto beyond = hn::Or(hn::Lt(along, hn::Zero(di)), hn::Gt(along, stored));
+    const Vi offset = hn::Mul(hn::IfThenZeroElse(beyond, hn::Add(base, node[2])), row_bytes);
+    const Vi xy = hn::GatherOffset(di, rows, offset);
+    const Vi zx = hn::GatherOffset(di, rows, hn::Add(offset, hn::Set(di, 4)));
+    const Vi yz = hn::GatherOffset(di, rows, hn::Add(offset, hn::Set(di, 8)));
     const Vf weight =
-        hn::Mul(c & 1 ? share[1] : hn::Sub(one, share[1]), c >> 1 ? share[2] : hn::Sub(one, share[2]));
-    const Vf right = hn::Mul(weight, share[0]), left = hn::Sub(weight, right);
-    sum[0] = hn::MulAdd(left, low_count(xy), hn::MulAdd(right, high_count(zx), sum[0]));
-    sum[1] = hn::MulAdd(left, high_count(xy), hn::MulAdd(right, low_count(yz), sum[1]));
-    sum[2] = hn::MulAdd(left, low_count(zx), hn::MulAdd(right, high_count(yz), sum[2]));
+        hn::Mul(c & 1 ? share[0] : hn::Sub(one, share[0]), c >> 1 ? share[1] : hn::Sub(one, share[1]));
+    const Vf far = hn::Mul(weight, share[2]), near = hn::Sub(weight, far);
+    sum[0] = hn::MulAdd(near, low_count(xy), hn::MulAdd(far, high_count(zx), sum[0]));
+    sum[1] = hn::MulAdd(near, high_count(xy), hn::MulAdd(far, low_count(yz), sum[1]));
+    sum[2] = hn::MulAdd(near, low_count(zx), hn::MulAdd(far, high_count(yz), sum[2]));
   }
   const Vf unit = hn::IfThenElseZero(inside, hn::Set(d, lattice.unit));
   for (int a = 0; a < 3; ++a) hn::Store(hn::Mul(unit, sum[a]), d, way[a]);
