@@ -246,7 +246,7 @@ const std::vector<GainVariant>& gain_variants() {
       {"no-gaze", "eyes that look straight ahead", "photometric", look_ahead},
       {"no-torso", "without a torso", "photometric", drop_torso},
       {"no-warp", "without the head model's deformation", "photometric", nullptr,
-       [](TrainOptions& o) { o.use_warp = false; }},
+       [](TrainOptions& o) { o.mode = FieldMode::hyper; }},
       {"refine-track", "training frames corrected through the field", "photometric", nullptr,
        [](TrainOptions& o) { o.refine_track = true; }},
   };

@@ -17,10 +17,11 @@ constexpr int kMostSamples = 16;         // a ray
 double gib(std::uint64_t bytes) { return double(bytes) / double(1ull << 30); }
 
 MemoryForecast forecast(std::uint64_t views, std::uint64_t size, const HeadModel& model,
-                        const PersonShape& person, const Articulation& rest, const TrainOptions& options) {
+                        const PersonShape& person, const Articulation& rest, bool warps,
+                        const TrainOptions& options) {
   MemoryForecast forecast;
   forecast.pictures = views * size * size * 4;
-  if (options.use_warp) {
+  if (warps) {
     const WarpFrame warp = make_warp_frame(model, shape_head(model, person), rest);
     std::uint64_t nodes = 1;
     for (const int along : warp.nodes) nodes *= std::uint64_t(along);
@@ -34,16 +35,16 @@ MemoryForecast forecast(std::uint64_t views, std::uint64_t size, const HeadModel
 
 MemoryForecast forecast_memory(const TrainingSet& set, const TrainOptions& options) {
   const Articulation rest = set.views.empty() ? set.neutral : typical_articulation(set);
-  TrainOptions counted = options;
-  counted.use_warp &= !set.views.empty();
-  return forecast(set.views.size(), std::uint64_t(set.size), set.model, set.person, rest, counted);
+  const bool warps = mode_parts(options.mode).warp && !set.views.empty();
+  return forecast(set.views.size(), std::uint64_t(set.size), set.model, set.person, rest, warps, options);
 }
 
 MemoryForecast forecast_memory(std::size_t views, int size, const HeadModel& model,
                                const TrainOptions& options) {
   PersonShape person;
   person.identity = Eigen::VectorXf::Zero(model.identity_count());
-  return forecast(views, std::uint64_t(size), model, person, neutral_articulation(model), options);
+  return forecast(views, std::uint64_t(size), model, person, neutral_articulation(model),
+                  mode_parts(options.mode).warp, options);
 }
 
 Result<void> check_memory(const MemoryForecast& forecast, std::uint64_t available) {

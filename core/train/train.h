@@ -13,6 +13,7 @@
 #include "core/head/head_model.h"
 #include "core/image/image.h"
 #include "core/render/avatar.h"
+#include "core/train/mode.h"
 
 namespace likeness {
 
@@ -45,7 +46,8 @@ struct TrainOptions {
   // 4096 reach a picture of the first minute sooner; from two minutes on they overfit, and specks show.
   int rays_per_step = 8192;
   std::uint64_t seed = 0;
-  bool use_ambient = true, use_latent = true, use_occupancy = true, use_warp = true;  // ablation switches
+  FieldMode mode = kDefaultMode;
+  bool use_latent = true, use_occupancy = true;  // ablation switches
   bool refine_track = false;  // correct the training frames' tracks through the field (refine_track.h)
   double rate = 1;            // factor on the learning rates
   double checkpoint_every_s = 30;

@@ -25,7 +25,7 @@ TEST(MemoryForecast, CountsPicturesAndLatticesAsTheyAreStored) {
   EXPECT_EQ(forecast.pictures, pictures);
   EXPECT_EQ(forecast.lattices, lattices);
   TrainOptions rigid;
-  rigid.use_warp = false;
+  rigid.mode = FieldMode::hyper;
   EXPECT_EQ(forecast_memory(set, rigid).lattices, 0u);
 }
 
