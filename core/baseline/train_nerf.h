@@ -1,7 +1,7 @@
-// Trains the baselines' fields on the same set as core/train does: the same rays, track, torso modes, neck,
-// plate and loss. Head and torso have a pair of fields each, the torso's smaller and told nothing but the
-// position, as in our own trainer. There is no per-frame code. Deterministic for one seed, whatever the
-// threads.
+// Trains the baselines' fields on the same set as core/train does: rays drawn alike, the same track, torso
+// modes, neck, plate and loss. Head and torso have a pair of fields each, the torso's smaller and told
+// nothing but the position, as in our own trainer. There is no per-frame code. Deterministic for one seed,
+// whatever the threads.
 #pragma once
 
 #include <functional>
