@@ -161,6 +161,7 @@ int run_existing(const BuildArguments& arguments, Stage last, const CLI::App& ve
   ProjectOptions options = opened->options;
   if (given("--budget")) options.budget_s = arguments.options.budget_s, options.steps = 0;
   if (given("--steps")) options.steps = arguments.options.steps;
+  if (given("--mode")) options.mode = arguments.options.mode;
   if (given("--seed")) options.seed = arguments.common.seed;
   if (given("--head-model")) options.head_model = arguments.options.head_model;
   if (given("--leave-out")) {
@@ -209,6 +210,7 @@ void add_training_options(CLI::App& verb, BuildArguments& a) {
   verb.add_option("--checkpoint-every", a.options.checkpoint_every_s, "Seconds between checkpoints")
       ->check(CLI::Range(0.1, 3600.0));
   verb.add_option("--steps", a.options.steps, "Exact training steps instead of a budget");
+  add_mode_option(verb, a.options.mode);
 }
 
 void add_capture_options(CLI::App& verb, BuildArguments& a) {
@@ -234,9 +236,7 @@ void add_build_commands(CLI::App& program, int& exit_code) {
   CLI::App* build = program.add_subcommand("build", "All stages: from a clip to a trained avatar");
   add_capture_options(*build, *a);
   add_training_options(*build, *a);
-  build->add_flag("!--no-ambient", a->options.use_ambient, "Ablation: without the ambient slice");
   build->add_flag("!--no-latent", a->options.use_latent, "Ablation: without the per-frame code");
-  build->add_flag("!--no-warp", a->options.use_warp, "Ablation: without the head model's deformation");
   build->add_flag("--refine-track", a->options.refine_track,
                   "Correct the training frames' poses and faces through the field while it learns");
   build->add_flag("!--no-occupancy", a->options.use_occupancy, "Ablation: without the occupancy grid");

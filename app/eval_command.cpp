@@ -10,6 +10,7 @@
 #include "core/project/run_stages.h"
 #include "core/render/avatar.h"
 #include "core/study/evaluate.h"
+#include "core/train/mode.h"
 
 namespace likeness::app {
 
@@ -59,6 +60,7 @@ nlohmann::json to_json(const Evaluation& e, const Avatar& avatar, RenderQuality 
           {"size", e.size},
           {"steps", avatar.steps},
           {"seed", avatar.seed},
+          {"mode", mode_name(mode_of(avatar))},
           {"up_to_date", up_to_date},
           {"backend", "cpu"},
           {"head_model", avatar.head_model_name},

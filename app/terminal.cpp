@@ -44,6 +44,16 @@ void add_quality_option(CLI::App& verb, RenderQuality& quality) {
           {kRenderQualities[0], RenderQuality::final}, {kRenderQualities[1], RenderQuality::preview}}));
 }
 
+void add_mode_option(CLI::App& verb, FieldMode& mode) {
+  std::map<std::string, FieldMode> modes;
+  for (const FieldMode known : kFieldModes) modes.emplace(mode_name(known), known);
+  verb.add_option("--mode", mode,
+                  "What the field knows of the expression: nothing (static), its numbers (concat), a slice "
+                  "chosen by them (hyper), the head model's deformation and the numbers (warp), or that and "
+                  "the slice (warp+hyper, the default)")
+      ->transform(CLI::CheckedTransformer(std::move(modes)));
+}
+
 void add_common_options(CLI::App& verb, CommonOptions& options) {
   verb.add_flag("--json", options.json, "Print the result as JSON on stdout");
   verb.add_option("--threads", options.threads, "Threads to use (0: all)")->check(CLI::Range(0, 1024));

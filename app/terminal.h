@@ -13,6 +13,7 @@
 #include "core/base/progress.h"
 #include "core/base/result.h"
 #include "core/render/render.h"
+#include "core/train/mode.h"
 
 namespace likeness::app {
 
@@ -26,6 +27,7 @@ struct CommonOptions {
 };
 void add_common_options(CLI::App& verb, CommonOptions& options);
 void add_quality_option(CLI::App& verb, RenderQuality& quality);  // --quality final | preview
+void add_mode_option(CLI::App& verb, FieldMode& mode);            // --mode static | concat | ...
 
 // What a stop leaves behind: the stages of a project go on where they were, a file is whole or absent.
 enum class StoppedWork { lost, kept };

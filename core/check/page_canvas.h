@@ -1,4 +1,4 @@
-// A white page to draw on: text that wraps, boxes, courses over time, pictures. Internal to core/check.
+// A white page to draw on: text that wraps, boxes, courses over time, pictures.
 #pragma once
 
 #include <array>

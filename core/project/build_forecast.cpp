@@ -85,7 +85,7 @@ BuildForecast forecast_build(const VideoInfo& clip, const ProjectOptions& option
   forecast.disk =
       std::uint64_t(kept * picture * (kFrameByte + kMaskByte) + frames * kTrackFrame + kAvatarAndCheckpoint);
   TrainOptions train;
-  train.use_warp = options.use_warp;
+  train.mode = options.mode;
   const auto training = forecast_memory(std::size_t(trained), options.size, model, train).total();
   const auto fitting = std::uint64_t(kProgram + frames * (kGreySide * kGreySide + kFitFrame));
   forecast.memory = std::max(training, fitting);

@@ -21,7 +21,7 @@ using nlohmann::json;
 
 namespace {
 
-constexpr int kVersion = 1;
+constexpr int kVersion = 2;  // 1: two switches instead of the mode
 constexpr std::array<const char*, kStages.size()> kStageNames{"import", "align", "fit", "matte", "train"};
 constexpr std::array<const char*, 5> kStateNames{"to_do", "running", "done", "failed", "stopped"};
 
@@ -46,8 +46,7 @@ json to_json(const ProjectOptions& options) {
           {"steps", options.steps},
           {"seed", options.seed},
           {"checkpoint_every_s", options.checkpoint_every_s},
-          {"use_ambient", options.use_ambient},
-          {"use_warp", options.use_warp},
+          {"mode", mode_name(options.mode)},
           {"resting_camera", options.resting_camera},
           {"refine_track", options.refine_track},
           {"use_latent", options.use_latent},
@@ -55,7 +54,20 @@ json to_json(const ProjectOptions& options) {
           {"left_out", options.left_out}};
 }
 
-ProjectOptions options_from_json(const json& j) {
+// Of a project of version 1, which always gave the field the expression.
+FieldMode mode_of_switches(const json& j) {
+  const ModeParts parts{
+      .expression = true, .ambient = j.at("use_ambient"), .warp = j.value("use_warp", true)};
+  return *std::ranges::find(kFieldModes, parts, mode_parts);
+}
+
+FieldMode mode_from_json(const json& j) {
+  const auto mode = mode_named(j.at("mode").get<std::string>());
+  if (!mode) throw json::other_error::create(501, "there is no such mode", &j.at("mode"));
+  return *mode;
+}
+
+ProjectOptions options_from_json(const json& j, int version) {
   ProjectOptions options;
   options.video = j.at("video").get<std::string>();
   options.head_model = j.at("head_model").get<std::string>();
@@ -66,8 +78,7 @@ ProjectOptions options_from_json(const json& j) {
   options.steps = j.at("steps");
   options.seed = j.at("seed");
   options.checkpoint_every_s = j.value("checkpoint_every_s", options.checkpoint_every_s);
-  options.use_ambient = j.at("use_ambient");
-  options.use_warp = j.value("use_warp", true);
+  options.mode = version == 1 ? mode_of_switches(j) : mode_from_json(j);
   options.resting_camera = j.value("resting_camera", false);
   options.refine_track = j.value("refine_track", false);
   options.use_latent = j.at("use_latent");
@@ -137,13 +148,14 @@ Result<Project> open_project(const fs::path& folder) {
   if (!text) return text.error();
   try {
     const json j = json::parse(*text);
-    if (j.at("version").get<int>() > kVersion) {
+    const int version = j.at("version").get<int>();
+    if (version > kVersion) {
       return Error{ErrorCode::bad_input, fmt::format("{} was made by a newer Likeness.", file.string()),
                    "Update Likeness, or build the project again into another folder.", file.string()};
     }
     Project project;
     project.folder = folder;
-    project.options = options_from_json(j.at("options"));
+    project.options = options_from_json(j.at("options"), version);
     project.consent = consent_from_json(j);
     for (const Stage stage : kStages) {
       project.record(stage) = record_from_json(j.at("stages").at(std::string(stage_name(stage))));

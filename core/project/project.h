@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "core/base/result.h"
+#include "core/train/mode.h"
 
 namespace likeness {
 
@@ -42,7 +43,8 @@ struct ProjectOptions {
   std::uint64_t steps = 0;                // exact training steps instead of a budget
   std::uint64_t seed = 0;
   double checkpoint_every_s = 30;  // what a killed training loses at most
-  bool use_ambient = true, use_latent = true, use_occupancy = true, use_warp = true;
+  FieldMode mode = kDefaultMode;
+  bool use_latent = true, use_occupancy = true;
   bool resting_camera = false;  // the user's word; otherwise the align stage finds out
   bool refine_track = false;    // correct the training frames through the field
   std::vector<int> left_out;  // frames the user takes out of the training, ascending; held-out ones cannot be

@@ -81,9 +81,11 @@ std::string input_hash(const Project& project, Stage stage) {
     case Stage::train:
       inputs += fmt::format("{} {} {} {} {} {} {} {} {} {} {} {}", project.record(Stage::matte).input_hash,
                             content_of(track_path(project)), content_of(plate_path(project)),
-                            content_of(plate_known_path(project)), o.budget_s, o.steps, o.seed, o.use_ambient,
-                            o.use_latent, o.use_occupancy, o.use_warp, o.refine_track);
-      // Only where there are any: projects from before this choice stay as they are.
+                            content_of(plate_known_path(project)), o.budget_s, o.steps, o.seed,
+                            mode_parts(o.mode).ambient, o.use_latent, o.use_occupancy,
+                            mode_parts(o.mode).warp, o.refine_track);
+      // Only where they are chosen: projects from before these choices stay as they are.
+      if (!mode_parts(o.mode).expression) inputs += " static";
       if (!o.left_out.empty()) inputs += fmt::format(" left out {}", fmt::join(o.left_out, ","));
       break;
   }
@@ -224,7 +226,8 @@ class CurveKeeper {
     if (auto earlier = read_training_curve(path_)) curve_ = std::move(*earlier);
   }
   void add(const TrainStatus& status) {
-    // A training that goes on reports later steps first; one that begins, or had hardly begun, owns its curve.
+    // A training that goes on reports later steps first; one that begins, or had hardly begun, owns its
+    // curve.
     constexpr std::uint64_t kBeginning = 100;
     if (!reported_ && status.step < kBeginning) curve_ = {};
     reported_ = true;
@@ -256,8 +259,7 @@ Result<void> run_train(const StageContext& context) {
   options.steps = o.steps;
   options.seed = o.seed;
   options.checkpoint_every_s = o.checkpoint_every_s;
-  options.use_ambient = o.use_ambient;
-  options.use_warp = o.use_warp;
+  options.mode = o.mode;
   options.refine_track = o.refine_track;
   options.use_latent = o.use_latent;
   options.use_occupancy = o.use_occupancy;

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <limits>
 #include <set>
 
 #include <fmt/format.h>
@@ -15,8 +14,8 @@
 #include "core/project/project_views.h"
 #include "core/project/run_stages.h"
 #include "core/render/pose_avatar.h"
+#include "core/study/frame_score.h"
 #include "core/study/held_out.h"
-#include "core/track/landmarks.h"
 #include "core/train/field_fit.h"
 #include "core/video/encode.h"
 
@@ -25,24 +24,6 @@ namespace likeness {
 namespace fs = std::filesystem;
 
 namespace {
-
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
-
-// Mean distance of inner landmarks found by dlib in both pictures, with the same box; NaN where there is no
-// face.
-double landmark_error(const FaceDetector& detector, const Image8& truth, const Image8& rendered) {
-  const int scale = truth.width < 512 ? 512 / truth.width : 1;  // the detector wants faces of 80 px and more
-  const Image8 a = resize(truth, truth.width * scale, truth.height * scale);
-  const Image8 b = resize(rendered, rendered.width * scale, rendered.height * scale);
-  const auto faces = detector.detect(a);
-  if (faces.empty()) return kNaN;
-  const Landmarks in_truth = detector.landmarks(a, faces.front()),
-                  in_render = detector.landmarks(b, faces.front());
-  double sum = 0;
-  for (int i = 17; i < kLandmarkCount; ++i)
-    sum += (in_truth.points[std::size_t(i)] - in_render.points[std::size_t(i)]).norm();
-  return sum / (kLandmarkCount - 17) / scale;
-}
 
 Image8 beside(const Image8& truth, const Image8& rendered) {
   Image8 out(truth.width * 3, truth.height, 3);
@@ -57,30 +38,6 @@ Image8 beside(const Image8& truth, const Image8& rendered) {
     }
   }
   return out;
-}
-
-// Mean over the finite values of f(frame); NaN where there is none.
-template <class F>
-double mean_of(const std::vector<FrameScore>& frames, F f) {
-  double sum = 0;
-  int count = 0;
-  for (const FrameScore& frame : frames) {
-    const double value = f(frame);
-    if (!std::isfinite(value)) continue;
-    sum += value;
-    ++count;
-  }
-  return count > 0 ? sum / count : kNaN;
-}
-
-FrameScore score_picture(const Image& truth, const Image& rendered, const Regions& regions, int frame) {
-  FrameScore score;
-  score.frame = frame;
-  score.mse = mse(truth, rendered);
-  score.person_mse = mse(truth, rendered, regions.person);
-  score.head_mse = mse(truth, rendered, regions.head);
-  score.face_mse = mse(truth, rendered, regions.face);
-  return score;
 }
 
 }  // namespace
@@ -184,26 +141,29 @@ Result<Evaluation> evaluate(const Project& project, const EvalOptions& options, 
     return sum / double(values.size());
   };
   if (background_known) {
-    result.mse = mean_of(result.frames, [](const FrameScore& f) { return f.mse; });
-    result.psnr_db = mean_of(result.frames, [](const FrameScore& f) { return psnr_from_mse(f.mse); });
+    result.mse = mean_finite(result.frames, [](const FrameScore& f) { return f.mse; });
+    result.psnr_db = mean_finite(result.frames, [](const FrameScore& f) { return psnr_from_mse(f.mse); });
     result.psnr_pooled_db = psnr_from_mse(*result.mse);
     result.ssim = mean(ssims);
     result.gmsd = mean(gmsds);
   }
   result.psnr_person_db =
-      mean_of(result.frames, [](const FrameScore& f) { return psnr_from_mse(f.person_mse); });
-  result.psnr_head_db = mean_of(result.frames, [](const FrameScore& f) { return psnr_from_mse(f.head_mse); });
-  result.psnr_face_db = mean_of(result.frames, [](const FrameScore& f) { return psnr_from_mse(f.face_mse); });
+      mean_finite(result.frames, [](const FrameScore& f) { return psnr_from_mse(f.person_mse); });
+  result.psnr_head_db =
+      mean_finite(result.frames, [](const FrameScore& f) { return psnr_from_mse(f.head_mse); });
+  result.psnr_face_db =
+      mean_finite(result.frames, [](const FrameScore& f) { return psnr_from_mse(f.face_mse); });
   if (options.refit) {
     Evaluation::RefitScores& refit = result.refit.emplace();
     if (background_known)
-      refit.psnr_db = mean_of(refitted, [](const FrameScore& f) { return psnr_from_mse(f.mse); });
-    refit.psnr_head_db = mean_of(refitted, [](const FrameScore& f) { return psnr_from_mse(f.head_mse); });
-    refit.psnr_face_db = mean_of(refitted, [](const FrameScore& f) { return psnr_from_mse(f.face_mse); });
+      refit.psnr_db = mean_finite(refitted, [](const FrameScore& f) { return psnr_from_mse(f.mse); });
+    refit.psnr_head_db = mean_finite(refitted, [](const FrameScore& f) { return psnr_from_mse(f.head_mse); });
+    refit.psnr_face_db = mean_finite(refitted, [](const FrameScore& f) { return psnr_from_mse(f.face_mse); });
     refit.free_numbers_per_frame = refit_numbers;
   }
-  result.face_mse = mean_of(result.frames, [](const FrameScore& f) { return f.face_mse; });
-  result.landmark_error_px = mean_of(result.frames, [](const FrameScore& f) { return f.landmark_error_px; });
+  result.face_mse = mean_finite(result.frames, [](const FrameScore& f) { return f.face_mse; });
+  result.landmark_error_px =
+      mean_finite(result.frames, [](const FrameScore& f) { return f.landmark_error_px; });
   result.render_fps = result.frames_test / std::max(render_s, 1e-9);
   result.samples_per_ray = samples / result.frames_test;
   progress.report(1);

@@ -14,6 +14,7 @@
 #include "core/base/result.h"
 #include "core/project/project.h"
 #include "core/render/render.h"
+#include "core/study/frame_score.h"
 
 namespace likeness {
 
@@ -26,12 +27,6 @@ struct EvalOptions {
   std::filesystem::path video;
   RenderQuality quality = RenderQuality::final;
   bool refit = false;  // also fit every frame's pose and expression to the frozen field; about 3 s a frame
-};
-
-struct FrameScore {
-  int frame = 0;
-  double mse = 0, person_mse = 0, head_mse = 0, face_mse = 0;  // NaN where a region is empty
-  double landmark_error_px = 0;                                // NaN where no face was found
 };
 
 struct Evaluation {

@@ -2,7 +2,6 @@
 #include "core/study/gain_study.h"
 
 #include <algorithm>
-#include <limits>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -15,6 +14,7 @@
 #include "core/project/project_views.h"
 #include "core/project/run_stages.h"
 #include "core/study/evaluate.h"
+#include "core/study/finished_rows.h"
 #include "core/study/track_study.h"
 
 namespace likeness {
@@ -102,58 +102,41 @@ Result<Project> make_workplace(const Inputs& inputs, const fs::path& folder, con
   return work;
 }
 
-nlohmann::json to_json(const std::optional<double>& value) {
-  return value ? nlohmann::json(*value) : nlohmann::json(nullptr);
-}
-
-std::optional<double> optional_number(const nlohmann::json& value) {
-  return value.is_null() ? std::nullopt : std::optional(value.get<double>());
-}
-
-// JSON writes what is not a number (a region that no frame has) as null.
-double number(const nlohmann::json& value) {
-  return optional_number(value).value_or(std::numeric_limits<double>::quiet_NaN());
-}
-
-Result<void> write_score(const fs::path& path, const std::string& content, const GainScore& s) {
-  const nlohmann::json json = {{"format", "likeness-gain"},
-                               {"version", 1},
-                               {"inputs", content},
-                               {"seed", s.seed},
-                               {"frames", s.frames},
-                               {"lost", s.lost},
-                               {"psnr_db", to_json(s.psnr_db)},
-                               {"psnr_person_db", s.psnr_person_db},
-                               {"psnr_head_db", s.psnr_head_db},
-                               {"psnr_face_db", s.psnr_face_db},
-                               {"lmk_error_px", s.landmark_error_px},
-                               {"psnr_refit_db", to_json(s.psnr_refit_db)},
-                               {"psnr_refit_head_db", to_json(s.psnr_refit_head_db)},
-                               {"psnr_refit_face_db", to_json(s.psnr_refit_face_db)},
-                               {"train_seconds", s.train_seconds}};
-  return write_text(path, json.dump(1) + "\n");
+nlohmann::json to_json(const GainScore& s) {
+  return {{"format", "likeness-gain"},
+          {"version", 1},
+          {"seed", s.seed},
+          {"frames", s.frames},
+          {"lost", s.lost},
+          {"psnr_db", finite_or_null(s.psnr_db)},
+          {"psnr_person_db", finite_or_null(s.psnr_person_db)},
+          {"psnr_head_db", finite_or_null(s.psnr_head_db)},
+          {"psnr_face_db", finite_or_null(s.psnr_face_db)},
+          {"lmk_error_px", finite_or_null(s.landmark_error_px)},
+          {"psnr_refit_db", finite_or_null(s.psnr_refit_db)},
+          {"psnr_refit_head_db", finite_or_null(s.psnr_refit_head_db)},
+          {"psnr_refit_face_db", finite_or_null(s.psnr_refit_face_db)},
+          {"train_seconds", s.train_seconds}};
 }
 
 // Absent where there is none, or where it was made from other inputs.
 std::optional<GainScore> read_score(const fs::path& path, const std::string& content) {
-  const auto text = read_text(path);
-  if (!text) return std::nullopt;
+  const auto json = read_finished(path, content);
+  if (!json) return std::nullopt;
   try {
-    const auto json = nlohmann::json::parse(*text);
-    if (json.at("inputs").get<std::string>() != content) return std::nullopt;
     GainScore s;
-    s.seed = json.at("seed").get<std::uint64_t>();
-    s.frames = json.at("frames").get<int>();
-    s.lost = json.at("lost").get<int>();
-    s.psnr_db = optional_number(json.at("psnr_db"));
-    s.psnr_person_db = number(json.at("psnr_person_db"));
-    s.psnr_head_db = number(json.at("psnr_head_db"));
-    s.psnr_face_db = number(json.at("psnr_face_db"));
-    s.landmark_error_px = number(json.at("lmk_error_px"));
-    s.psnr_refit_db = optional_number(json.at("psnr_refit_db"));
-    s.psnr_refit_head_db = optional_number(json.at("psnr_refit_head_db"));
-    s.psnr_refit_face_db = optional_number(json.at("psnr_refit_face_db"));
-    s.train_seconds = json.at("train_seconds").get<double>();
+    s.seed = json->at("seed").get<std::uint64_t>();
+    s.frames = json->at("frames").get<int>();
+    s.lost = json->at("lost").get<int>();
+    s.psnr_db = optional_number(json->at("psnr_db"));
+    s.psnr_person_db = number_or_nan(json->at("psnr_person_db"));
+    s.psnr_head_db = number_or_nan(json->at("psnr_head_db"));
+    s.psnr_face_db = number_or_nan(json->at("psnr_face_db"));
+    s.landmark_error_px = number_or_nan(json->at("lmk_error_px"));
+    s.psnr_refit_db = optional_number(json->at("psnr_refit_db"));
+    s.psnr_refit_head_db = optional_number(json->at("psnr_refit_head_db"));
+    s.psnr_refit_face_db = optional_number(json->at("psnr_refit_face_db"));
+    s.train_seconds = json->at("train_seconds").get<double>();
     return s;
   } catch (const nlohmann::json::exception&) {
     return std::nullopt;
@@ -214,7 +197,7 @@ Result<GainScore> run_variant(const Inputs& inputs, const GainVariant& variant, 
   if (!work) return work.error();
   auto score = train_and_score(inputs, variant, options, seed, *work, progress.stage(0.6, 1, name), stop);
   if (!score) return score.error();
-  if (const auto written = write_score(folder / (name + ".json"), content, *score); !written)
+  if (const auto written = write_finished(folder / (name + ".json"), content, to_json(*score)); !written)
     return written.error();
   return *score;
 }
@@ -246,7 +229,7 @@ const std::vector<GainVariant>& gain_variants() {
       {"no-gaze", "eyes that look straight ahead", "photometric", look_ahead},
       {"no-torso", "without a torso", "photometric", drop_torso},
       {"no-warp", "without the head model's deformation", "photometric", nullptr,
-       [](TrainOptions& o) { o.use_warp = false; }},
+       [](TrainOptions& o) { o.mode = FieldMode::hyper; }},
       {"no-still", "expressions everywhere, hair and skull included", "photometric", nullptr,
        [](TrainOptions& o) { o.use_still = false; }},
       {"refine-track", "training frames corrected through the field", "photometric", nullptr,

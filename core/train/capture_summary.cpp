@@ -77,4 +77,26 @@ std::vector<ActionRange> action_ranges(const TrainingSet& set) {
   return ranges;
 }
 
+Avatar capture_avatar(const TrainingSet& set, const ConditionMap& map, float warp_cell,
+                      const NeckZone& neck) {
+  Avatar avatar;
+  avatar.condition = map;
+  avatar.person = set.person;
+  avatar.torso_modes = set.torso_modes;
+  avatar.head_model_name = set.model.name;
+  avatar.head_model_hash = set.model.hash;
+  avatar.neutral = typical_articulation(set);
+  avatar.seen = action_ranges(set);
+  avatar.warp_cell = warp_cell;
+  avatar.neck = neck;
+  const TrainingView& view = set.views[typical_view(set)];
+  avatar.world_from_head = view.world_from_head;
+  avatar.world_from_torso = view.world_from_torso;
+  avatar.intrinsics = view.camera.intrinsics;
+  avatar.cam_from_world = view.camera.cam_from_world;
+  avatar.plate = set.plate;
+  avatar.size = set.size;
+  return avatar;
+}
+
 }  // namespace likeness

@@ -13,6 +13,7 @@ struct ConditionOptions {
   int components = 6;  // of expression and jaw; more overfit (measured: 16 whitened ones lose 1 dB)
   bool gaze = true;    // two more: mean yaw and pitch of the eyes, where the track has them
 };
+inline constexpr ConditionOptions kNoCondition{.components = 0, .gaze = false};  // psi is empty
 
 // Principal components in the metric of the vertex motion that the articulation causes on the face, so that
 // coefficients which cancel on the mesh cancel in psi. Plain, not whitened: the first component has standard

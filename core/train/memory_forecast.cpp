@@ -19,10 +19,11 @@ constexpr double kMatteByte = 0.2;       // a pixel, in tiles; 0.14 of a plain c
 double gib(std::uint64_t bytes) { return double(bytes) / double(1ull << 30); }
 
 MemoryForecast forecast(std::uint64_t views, std::uint64_t size, const HeadModel& model,
-                        const PersonShape& person, const Articulation& rest, const TrainOptions& options) {
+                        const PersonShape& person, const Articulation& rest, bool warps,
+                        const TrainOptions& options) {
   MemoryForecast forecast;
   forecast.pictures = views * std::uint64_t(double(size * size) * (3 + kMatteByte));
-  if (options.use_warp) {
+  if (warps) {
     // How a face moves changes little of how many nodes a lattice keeps: one that moves everywhere stands for
     // all.
     Articulation moved = rest;
@@ -40,16 +41,16 @@ MemoryForecast forecast(std::uint64_t views, std::uint64_t size, const HeadModel
 
 MemoryForecast forecast_memory(const TrainingSet& set, const TrainOptions& options) {
   const Articulation rest = set.views.empty() ? set.neutral : typical_articulation(set);
-  TrainOptions counted = options;
-  counted.use_warp &= !set.views.empty();
-  return forecast(set.views.size(), std::uint64_t(set.size), set.model, set.person, rest, counted);
+  const bool warps = mode_parts(options.mode).warp && !set.views.empty();
+  return forecast(set.views.size(), std::uint64_t(set.size), set.model, set.person, rest, warps, options);
 }
 
 MemoryForecast forecast_memory(std::size_t views, int size, const HeadModel& model,
                                const TrainOptions& options) {
   PersonShape person;
   person.identity = Eigen::VectorXf::Zero(model.identity_count());
-  return forecast(views, std::uint64_t(size), model, person, neutral_articulation(model), options);
+  return forecast(views, std::uint64_t(size), model, person, neutral_articulation(model),
+                  mode_parts(options.mode).warp, options);
 }
 
 Result<void> check_memory(const MemoryForecast& forecast, std::uint64_t available) {

@@ -14,6 +14,7 @@
 #include "core/image/image.h"
 #include "core/image/tiled_mask.h"
 #include "core/render/avatar.h"
+#include "core/train/mode.h"
 
 namespace likeness {
 
@@ -46,7 +47,8 @@ struct TrainOptions {
   // 4096 reach a picture of the first minute sooner; from two minutes on they overfit, and specks show.
   int rays_per_step = 8192;
   std::uint64_t seed = 0;
-  bool use_ambient = true, use_latent = true, use_occupancy = true, use_warp = true;  // ablation switches
+  FieldMode mode = kDefaultMode;
+  bool use_latent = true, use_occupancy = true;  // ablation switches
   bool use_still = true;      // where no expression moves anything the field knows none (still_cells.h)
   bool refine_track = false;  // correct the training frames' tracks through the field (refine_track.h)
   double rate = 1;            // factor on the learning rates

@@ -2,13 +2,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <chrono>
 #include <cmath>
-#include <span>
 
 #include "core/image/metrics.h"
 #include "core/train/capture_summary.h"
+#include "core/train/check_set.h"
 #include "core/train/checkpoint.h"
 #include "core/train/condition_map.h"
 #include "core/train/refine_track.h"
@@ -30,92 +29,19 @@ double seconds_since(Clock::time_point start) {
   return std::chrono::duration<double>(Clock::now() - start).count();
 }
 
-bool all_finite(std::span<const float> values) {
-  return std::ranges::all_of(values, [](float v) { return std::isfinite(v); });
-}
-
-bool is_finite(const Camera& camera) {
-  const Intrinsics& k = camera.intrinsics;
-  return camera.cam_from_world.matrix().allFinite() &&
-         std::ranges::all_of(std::array{k.fx, k.fy, k.cx, k.cy, k.k1, k.k2, k.p1, k.p2},
-                             [](double v) { return std::isfinite(v); });
-}
-
-Result<void> check_set(const TrainingSet& set, const TrainOptions& options) {
-  const auto bad = [](std::string what, std::string fix) {
-    return Error{ErrorCode::bad_input, std::move(what), std::move(fix), "training"};
-  };
-  if (set.views.empty())
-    return bad("There is no training picture.",
-               "Check the capture: at least one frame must be usable and tracked.");
-  if (options.rays_per_step < 1 || (options.steps == 0 && !(options.budget_s > 0)))
-    return bad(fmt::format("A budget of {} s and {} rays a step is no training.", options.budget_s,
+Result<void> check_options(const TrainOptions& options) {
+  if (options.rays_per_step >= 1 && (options.steps > 0 || options.budget_s > 0)) return {};
+  return Error{ErrorCode::bad_input,
+               fmt::format("A budget of {} s and {} rays a step is no training.", options.budget_s,
                            options.rays_per_step),
-               "Give a positive budget in seconds, e.g. --budget 300.");
-  if (!set.person.identity.allFinite() ||
-      !std::ranges::all_of(set.person.offsets, [](const Vec3f& v) { return v.allFinite(); }))
-    return bad("The shape of the person is not finite.", "Fit the head again.");
-  if (set.neutral.expression.size() > 0 && !articulation_vector(set.neutral).allFinite())
-    return bad("The neutral face is not finite.", "Fit the head again.");
-  for (std::size_t v = 0; v < set.views.size(); ++v) {
-    const TrainingView& view = set.views[v];
-    if (view.rgb.channels != 3 || view.rgb.empty() || view.rgb.width != view.camera.intrinsics.width ||
-        view.rgb.height != view.camera.intrinsics.height)
-      return bad(fmt::format("Picture {} is {}x{} with {} channels, its camera {}x{}.", v, view.rgb.width,
-                             view.rgb.height, view.rgb.channels, view.camera.intrinsics.width,
-                             view.camera.intrinsics.height),
-                 "Run the import again.");
-    const bool plate = view.has_plate && !set.plate.empty();
-    if (!view.alpha.empty() && (view.alpha.width != view.rgb.width || view.alpha.height != view.rgb.height))
-      return bad(fmt::format("The matte of picture {} is {}x{}, the picture {}x{}.", v, view.alpha.width,
-                             view.alpha.height, view.rgb.width, view.rgb.height),
-                 "Run the matting again.");
-    if (!plate && view.alpha.empty())
-      return bad(fmt::format("Picture {} has neither a background plate nor a matte.", v),
-                 "Run the matting again.");
-    if (plate &&
-        (set.plate.width != view.rgb.width || set.plate.height != view.rgb.height || set.plate.channels != 3))
-      return bad(fmt::format("The plate is {}x{}, picture {} {}x{}.", set.plate.width, set.plate.height, v,
-                             view.rgb.width, view.rgb.height),
-                 "Run the matting again.");
-    if (plate && !set.plate_known.empty() &&
-        (set.plate_known.width != set.plate.width || set.plate_known.height != set.plate.height ||
-         set.plate_known.channels != 1))
-      return bad("The mask of the plate's seen pixels is not of the plate's size.", "Run the matting again.");
-    if (view.articulation.expression.size() != set.model.expression_count())
-      return bad(fmt::format("Picture {} has {} expression numbers, the head model {}.", v,
-                             view.articulation.expression.size(), set.model.expression_count()),
-                 "Fit the head again with this head model.");
-    if (!is_finite(view.camera))
-      return bad(fmt::format("The camera of picture {} is not finite.", v), "Solve the cameras again.");
-    if (!view.world_from_head.matrix().allFinite() || !view.world_from_torso.matrix().allFinite() ||
-        !articulation_vector(view.articulation).allFinite() || !all_finite(view.torso_shape))
-      return bad(fmt::format("The track of picture {} is not finite.", v), "Fit the head again.");
-  }
-  return {};
+               "Give a positive budget in seconds, e.g. --budget 300.", "training"};
 }
 
 Avatar make_avatar(const TrainingSet& set, const TrainOptions& options, const ConditionMap& map,
                    float warp_cell, const NeckZone& neck, const TrainingState& state) {
-  Avatar avatar;
+  Avatar avatar = capture_avatar(set, map, warp_cell, neck);
   avatar.head = state.head.part;
   if (state.torso) avatar.torso = state.torso->part;
-  avatar.condition = map;
-  avatar.person = set.person;
-  avatar.torso_modes = set.torso_modes;
-  avatar.head_model_name = set.model.name;
-  avatar.head_model_hash = set.model.hash;
-  avatar.neutral = typical_articulation(set);
-  avatar.seen = action_ranges(set);
-  avatar.warp_cell = warp_cell;
-  avatar.neck = neck;
-  const TrainingView& view = set.views[typical_view(set)];
-  avatar.world_from_head = view.world_from_head;
-  avatar.world_from_torso = view.world_from_torso;
-  avatar.intrinsics = view.camera.intrinsics;
-  avatar.cam_from_world = view.camera.cam_from_world;
-  avatar.plate = set.plate;
-  avatar.size = set.size;
   avatar.steps = state.step;
   avatar.seed = options.seed;
   avatar.train_seconds = state.seconds;
@@ -165,7 +91,8 @@ struct Run {
   double earlier = 0;  // seconds of earlier runs
   double last_report = 0, last_checkpoint = 0;
   double mean_loss = 0, step_seconds = 0;
-  double held = 0;  // seconds spent in reports: whoever listens may hold up the work, as a pause does
+  double held =
+      0;  // seconds spent in reports and looks: whoever listens may hold up the work, as a pause does
 
   double elapsed() const { return earlier + seconds_since(start) - held; }
 
@@ -258,9 +185,11 @@ Result<void> run_steps(TrainingState& state, Scene& scene, Run& run, std::stop_t
       if (auto saved = run.save(state); !saved) return saved;
     if (state.step % kSnapshotEvery == 0) snapshot = state;
     if (run.tap.wanted && run.tap.wanted()) {
+      const Clock::time_point look = Clock::now();
       state.seconds = now;
       run.tap.take(
           make_avatar(scene.set, run.options, scene.map, scene.warp_cell(), scene.volumes.neck, state));
+      run.held += seconds_since(look);
       before = run.elapsed();  // a look is no step: the plan must not take it for one
     }
   }
@@ -275,18 +204,21 @@ Result<Avatar> train_avatar(const TrainingSet& set, const TrainOptions& options,
                             const std::function<void(const TrainStatus&)>& observe, std::stop_token stop,
                             const AvatarTap& tap) {
   if (stop.stop_requested()) return cancelled_error();
-  if (auto checked = check_set(set, options); !checked) return checked.error();
+  if (auto checked = check_training_set(set); !checked) return checked.error();
+  if (auto checked = check_options(options); !checked) return checked.error();
   const std::string fingerprint = checkpoint.empty() ? "" : training_fingerprint(set, options);
   Run run{options, checkpoint, fingerprint, progress, observe, tap};
 
   const HeadShape shape = shape_head(set.model, set.person);
   std::vector<Articulation> articulations;
   for (const TrainingView& view : set.views) articulations.push_back(view.articulation);
-  const ConditionMap map = learn_condition_map(set.model, shape, articulations);
+  const ModeParts parts = mode_parts(options.mode);
+  const ConditionMap map = learn_condition_map(set.model, shape, articulations,
+                                               parts.expression ? ConditionOptions{} : kNoCondition);
   Volumes volumes = make_volumes(set, shape);
   if (!options.use_still) volumes.head.still = {};
   const WarpFrame warp =
-      options.use_warp ? make_warp_frame(set.model, shape, typical_articulation(set)) : WarpFrame{};
+      parts.warp ? make_warp_frame(set.model, shape, typical_articulation(set)) : WarpFrame{};
   TrainingState state = make_training_state(set, options, map, volumes);
   Scene scene{set, shape, map, volumes, warp, {}};
 

@@ -27,7 +27,7 @@ FieldConfig head_config(int conditions, const TrainOptions& options) {
   config.initial_density = kInitialDensity;
   config.position = {3, 8, 4, 16, 16, 512};
   config.condition_count = conditions;
-  config.ambient = options.use_ambient;
+  config.ambient = mode_parts(options.mode).ambient;
   config.ambient_grid = {2, 8, 4, 14, 8, 64};
   config.density_layers = 1;
   config.latent_count = options.use_latent ? kCodeLength : 0;

@@ -77,6 +77,39 @@ TEST_F(EndToEnd, TheAvatarResemblesFramesItNeverSaw) {
   EXPECT_LE(report().at("samples_per_ray").get<double>(), 16);
 }
 
+TEST_F(EndToEnd, TheModelsStandSideBySideAndAreTrainedOnce) {
+  const fs::path out = folder_ / "modes";
+  const std::vector<std::string> command{"study",       "modes",      (folder_ / "p.likeness").string(),
+                                         "--out",       out.string(), "--modes",
+                                         "concat",      "hyper",      "--steps",
+                                         "8",           "--rays",     "512",
+                                         "--mlp-steps", "2",          "--size",
+                                         "32",          "--frames",   "2",
+                                         "--json"};
+  const ProgramResult first = likeness(command);
+  ASSERT_EQ(first.exit_code, 0) << first.err;
+  const json table = json::parse(first.out);
+  ASSERT_EQ(table.at("rows").size(), 4u);
+  for (const json& row : table.at("rows")) {
+    const json& score = row.at("scores").at(0);
+    EXPECT_EQ(score.at("steps"), row.at("encoder") == "grid" ? 8 : 2);
+    EXPECT_GT(score.at("psnr_head_db").get<double>(), 3) << row;
+    EXPECT_GT(score.at("frame_ms").get<double>(), 0);
+    EXPECT_FALSE(score.at("marks").empty());
+  }
+  for (const char* name : {"results.csv", "results.json", "report.html", "psnr_over_seconds.png"})
+    EXPECT_TRUE(fs::exists(out / name)) << name;
+
+  // Again: nothing is trained, so that even the seconds are the same; but a row that is gone is made anew.
+  const auto before = fs::last_write_time(out / "concat-grid-0.json");
+  ASSERT_TRUE(fs::remove(out / "hyper-mlp-0.json"));
+  const ProgramResult second = likeness(command);
+  ASSERT_EQ(second.exit_code, 0) << second.err;
+  EXPECT_EQ(json::parse(second.out).at("rows").at(0), table.at("rows").at(0));
+  EXPECT_EQ(fs::last_write_time(out / "concat-grid-0.json"), before);
+  EXPECT_TRUE(fs::exists(out / "hyper-mlp-0.json"));
+}
+
 TEST_F(EndToEnd, ThePreviewLosesLittleAgainstTheFinalPicture) {
   const ProgramResult quick =
       likeness({"eval", (folder_ / "p.likeness").string(), "--quality", "preview", "--json"});

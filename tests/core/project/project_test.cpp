@@ -32,6 +32,7 @@ TEST_F(ProjectFolder, RemembersOptionsAndStages) {
   options.steps = 123;
   options.seed = 7;
   options.use_latent = false;
+  options.mode = FieldMode::warp;
   auto made = open_or_create_project(root_ / "p", options);
   ASSERT_TRUE(made.ok()) << made.error().what;
   made->record(Stage::fit) = {StageState::done, "0123", 4.5, "found", {"a warning"}};
@@ -44,7 +45,7 @@ TEST_F(ProjectFolder, RemembersOptionsAndStages) {
   EXPECT_EQ(opened->options.steps, 123u);
   EXPECT_EQ(opened->options.seed, 7u);
   EXPECT_FALSE(opened->options.use_latent);
-  EXPECT_TRUE(opened->options.use_ambient);
+  EXPECT_EQ(opened->options.mode, FieldMode::warp);
   const StageRecord& record = opened->record(Stage::fit);
   EXPECT_EQ(record.state, StageState::done);
   EXPECT_EQ(record.input_hash, "0123");
@@ -77,6 +78,32 @@ TEST_F(ProjectFolder, AProjectFromBeforeTheQuestionOpens) {
   const auto opened = open_project(root_ / "p");
   ASSERT_TRUE(opened.ok()) << opened.error().what;
   EXPECT_EQ(opened->consent, Consent::not_asked);
+}
+
+TEST_F(ProjectFolder, TheSwitchesOfAnOlderProjectAreItsMode) {
+  ASSERT_TRUE(open_or_create_project(root_ / "p", {}).ok());
+  const std::string text = *read_text(root_ / "p" / "project.json");
+  const auto replaced = [](std::string in, const std::string& what, const std::string& with) {
+    const std::size_t at = in.find(what);
+    EXPECT_NE(at, std::string::npos) << what;
+    return in.replace(at, what.size(), with);
+  };
+  const std::string older = replaced(text, "\"version\": 2", "\"version\": 1");
+  const std::string mode = "\"mode\": \"warp+hyper\"";
+  const std::pair<const char*, FieldMode> switches[] = {
+      {"\"use_ambient\": true, \"use_warp\": true", FieldMode::warp_hyper},
+      {"\"use_ambient\": true, \"use_warp\": false", FieldMode::hyper},
+      {"\"use_ambient\": false, \"use_warp\": true", FieldMode::warp},
+      {"\"use_ambient\": false, \"use_warp\": false", FieldMode::concat},
+      {"\"use_ambient\": true", FieldMode::warp_hyper}};
+  for (const auto& [given, expected] : switches) {
+    ASSERT_TRUE(write_text(root_ / "p" / "project.json", replaced(older, mode, given)).ok());
+    const auto opened = open_project(root_ / "p");
+    ASSERT_TRUE(opened.ok()) << given << ": " << opened.error().what;
+    EXPECT_EQ(opened->options.mode, expected) << given;
+  }
+  ASSERT_TRUE(write_text(root_ / "p" / "project.json", replaced(text, mode, "\"mode\": \"guess\"")).ok());
+  EXPECT_FALSE(open_project(root_ / "p").ok());
 }
 
 TEST_F(ProjectFolder, APathThatIsNoTextBreaksNothing) {

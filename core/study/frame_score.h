@@ -1,0 +1,29 @@
+// A held-out frame's picture beside the truth, scored.
+#pragma once
+
+#include <limits>
+#include <span>
+
+#include "core/image/image.h"
+#include "core/study/held_out.h"
+#include "core/track/landmarks.h"
+
+namespace likeness {
+
+struct FrameScore {
+  int frame = 0;
+  double mse = 0, person_mse = 0, head_mse = 0, face_mse = 0;           // NaN where a region is empty
+  double landmark_error_px = std::numeric_limits<double>::quiet_NaN();  // where no face was found
+};
+
+// Region by region; the landmarks are left out. Pictures of one size, in [0, 1].
+FrameScore score_picture(const Image& truth, const Image& rendered, const Regions& regions, int frame);
+
+// Mean distance of inner landmarks found by dlib in both pictures, with the same box, px; NaN where there is
+// no face.
+double landmark_error(const FaceDetector& detector, const Image8& truth, const Image8& rendered);
+
+// Mean over the finite values of f(frame); NaN where there is none.
+double mean_finite(std::span<const FrameScore> frames, double (*value)(const FrameScore&));
+
+}  // namespace likeness

@@ -1,0 +1,77 @@
+// Checks of a training set.
+#include "core/train/check_set.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <span>
+
+namespace likeness {
+namespace {
+
+bool all_finite(std::span<const float> values) {
+  return std::ranges::all_of(values, [](float v) { return std::isfinite(v); });
+}
+
+bool is_finite(const Camera& camera) {
+  const Intrinsics& k = camera.intrinsics;
+  return camera.cam_from_world.matrix().allFinite() &&
+         std::ranges::all_of(std::array{k.fx, k.fy, k.cx, k.cy, k.k1, k.k2, k.p1, k.p2},
+                             [](double v) { return std::isfinite(v); });
+}
+
+}  // namespace
+
+Result<void> check_training_set(const TrainingSet& set) {
+  const auto bad = [](std::string what, std::string fix) {
+    return Error{ErrorCode::bad_input, std::move(what), std::move(fix), "training"};
+  };
+  if (set.views.empty())
+    return bad("There is no training picture.",
+               "Check the capture: at least one frame must be usable and tracked.");
+  if (!set.person.identity.allFinite() ||
+      !std::ranges::all_of(set.person.offsets, [](const Vec3f& v) { return v.allFinite(); }))
+    return bad("The shape of the person is not finite.", "Fit the head again.");
+  if (set.neutral.expression.size() > 0 && !articulation_vector(set.neutral).allFinite())
+    return bad("The neutral face is not finite.", "Fit the head again.");
+  for (std::size_t v = 0; v < set.views.size(); ++v) {
+    const TrainingView& view = set.views[v];
+    if (view.rgb.channels != 3 || view.rgb.empty() || view.rgb.width != view.camera.intrinsics.width ||
+        view.rgb.height != view.camera.intrinsics.height)
+      return bad(fmt::format("Picture {} is {}x{} with {} channels, its camera {}x{}.", v, view.rgb.width,
+                             view.rgb.height, view.rgb.channels, view.camera.intrinsics.width,
+                             view.camera.intrinsics.height),
+                 "Run the import again.");
+    const bool plate = view.has_plate && !set.plate.empty();
+    if (!view.alpha.empty() && (view.alpha.width != view.rgb.width || view.alpha.height != view.rgb.height))
+      return bad(fmt::format("The matte of picture {} is {}x{}, the picture {}x{}.", v, view.alpha.width,
+                             view.alpha.height, view.rgb.width, view.rgb.height),
+                 "Run the matting again.");
+    if (!plate && view.alpha.empty())
+      return bad(fmt::format("Picture {} has neither a background plate nor a matte.", v),
+                 "Run the matting again.");
+    if (plate &&
+        (set.plate.width != view.rgb.width || set.plate.height != view.rgb.height || set.plate.channels != 3))
+      return bad(fmt::format("The plate is {}x{}, picture {} {}x{}.", set.plate.width, set.plate.height, v,
+                             view.rgb.width, view.rgb.height),
+                 "Run the matting again.");
+    if (plate && !set.plate_known.empty() &&
+        (set.plate_known.width != set.plate.width || set.plate_known.height != set.plate.height ||
+         set.plate_known.channels != 1))
+      return bad("The mask of the plate's seen pixels is not of the plate's size.", "Run the matting again.");
+    if (view.articulation.expression.size() != set.model.expression_count())
+      return bad(fmt::format("Picture {} has {} expression numbers, the head model {}.", v,
+                             view.articulation.expression.size(), set.model.expression_count()),
+                 "Fit the head again with this head model.");
+    if (!is_finite(view.camera))
+      return bad(fmt::format("The camera of picture {} is not finite.", v), "Solve the cameras again.");
+    if (!view.world_from_head.matrix().allFinite() || !view.world_from_torso.matrix().allFinite() ||
+        !articulation_vector(view.articulation).allFinite() || !all_finite(view.torso_shape))
+      return bad(fmt::format("The track of picture {} is not finite.", v), "Fit the head again.");
+  }
+  return {};
+}
+
+}  // namespace likeness
