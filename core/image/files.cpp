@@ -57,6 +57,25 @@ bool is_jpeg(std::span<const std::byte> bytes) {
   return bytes.size() > 2 && bytes[0] == std::byte(0xFF) && bytes[1] == std::byte(0xD8);
 }
 
+bool is_png(std::span<const std::byte> bytes) {
+  constexpr unsigned char kSignature[] = {0x89, 'P', 'N', 'G', '\r', '\n', 0x1A, '\n'};
+  return bytes.size() > 8 && std::equal(std::begin(kSignature), std::end(kSignature), bytes.begin(),
+                                        [](unsigned char a, std::byte b) { return std::byte(a) == b; });
+}
+
+// Walks the chunks: length, type, that many bytes, checksum. True when IEND lies within the file. Beyond the
+// end OpenImageIO's reader leaves by a jump and forgets the memory of its message.
+bool png_is_whole(std::span<const std::byte> bytes) {
+  const auto at = [&](std::size_t i) { return std::to_integer<std::size_t>(bytes[i]); };
+  for (std::size_t i = 8; bytes.size() - i >= 12;) {
+    const std::size_t length = at(i) << 24 | at(i + 1) << 16 | at(i + 2) << 8 | at(i + 3);
+    if (length > bytes.size() - i - 12) return false;
+    if (at(i + 4) == 'I' && at(i + 5) == 'E' && at(i + 6) == 'N' && at(i + 7) == 'D') return true;
+    i += 12 + length;
+  }
+  return false;
+}
+
 Image8 grey_alpha_to_rgba(const Image8& image) {
   Image8 result(image.width, image.height, 4);
   for (std::size_t i = 0; i < image.pixels(); ++i) {
@@ -146,6 +165,9 @@ Result<Image8> read_image(const std::filesystem::path& path) {
   if (bytes->empty()) return unreadable(path, fmt::format("\"{}\" is empty (0 bytes).", name));
   if (is_jpeg(*bytes) && !jpeg_is_whole(*bytes)) {
     return unreadable(path, fmt::format("\"{}\" breaks off: the end of the JPEG data is missing.", name));
+  }
+  if (is_png(*bytes) && !png_is_whole(*bytes)) {
+    return unreadable(path, fmt::format("\"{}\" breaks off: the end of the PNG data is missing.", name));
   }
   try {
     return decode(path, bytes->size());

@@ -215,7 +215,7 @@ FuzzFigures fuzz(const FuzzTarget& target) {
   ::alarm(0);
   const std::size_t alive = g_alive;
   if (settled != 0 && alive > settled) figures.leaked_bytes = alive - settled;
-  EXPECT_LE(figures.leaked_bytes, 65536u) << target.name;
+  EXPECT_LE(figures.leaked_bytes, target.most_kept) << target.name;
   std::printf("%-22s %llu inputs, %llu taken, slowest %.0f ms, most memory %.1f MB, kept %zu bytes\n",
               target.name.c_str(), static_cast<unsigned long long>(figures.inputs),
               static_cast<unsigned long long>(figures.taken), 1000 * figures.slowest_s,

@@ -25,6 +25,7 @@ struct FuzzTarget {
   std::size_t memory_floor = std::size_t(48) << 20;  // bytes any file may take
   std::size_t memory_times = 200;                    // bytes per byte of the file
   double most_cpu_s = 5;                             // of one input
+  std::size_t most_kept = 65536;                     // bytes alive after all inputs
 };
 
 struct FuzzFigures {
