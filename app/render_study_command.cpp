@@ -31,27 +31,29 @@ nlohmann::json to_json(const RenderRow& row) {
           {"max_samples", o.max_samples},
           {"reduce", o.reduce},
           {"stop_transmittance", o.stop_transmittance},
+          {"exact", o.precision == FieldPrecision::exact},
           {"psnr_db", row.psnr_db ? nlohmann::json(*row.psnr_db) : nlohmann::json(nullptr)},
           {"psnr_head_db", finite_or_null(row.psnr_head_db)},
           {"psnr_face_db", finite_or_null(row.psnr_face_db)},
           {"to_final_db", finite_or_null(row.to_final_db)},
           {"milliseconds", row.milliseconds},
+          {"processor_milliseconds", row.processor_milliseconds},
           {"frames_per_second", row.frames_per_second},
           {"samples_per_ray", row.samples_per_ray}};
 }
 
 void print(const RenderStudy& study) {
-  fmt::print("{:<28} {:>6} {:>6} {:>6} {:>8} {:>8} {:>8} {:>8}\n", "setting", "full", "head", "face",
-             "to final", "samples", "ms", "fps");
+  fmt::print("{:<36} {:>6} {:>6} {:>6} {:>8} {:>8} {:>8} {:>8} {:>8}\n", "setting", "full", "head", "face",
+             "to final", "samples", "ms", "work ms", "fps");
   for (const RenderRow& row : study.rows)
-    fmt::print("{:<28} {:>6} {:>6.2f} {:>6.2f} {:>8} {:>8.1f} {:>8.1f} {:>8.2f}\n", row.setting.name,
+    fmt::print("{:<36} {:>6} {:>6.2f} {:>6.2f} {:>8} {:>8.1f} {:>8.1f} {:>8.1f} {:>8.2f}\n", row.setting.name,
                row.psnr_db ? fmt::format("{:.2f}", *row.psnr_db) : "-", row.psnr_head_db, row.psnr_face_db,
                std::isfinite(row.to_final_db) ? fmt::format("{:.1f}", row.to_final_db) : "same",
-               row.samples_per_ray, row.milliseconds, row.frames_per_second);
+               row.samples_per_ray, row.milliseconds, row.processor_milliseconds, row.frames_per_second);
   fmt::print(
-      "dB on {} held-out frames of {} px; samples evaluated a ray; ms of a picture; fps with the pose, which "
-      "takes "
-      "{:.1f} ms\n",
+      "dB on {} held-out frames of {} px; samples evaluated a ray; ms of a picture, work ms of all threads; "
+      "fps "
+      "with the pose, which takes {:.1f} ms\n",
       study.frames, study.size, study.pose_milliseconds);
 }
 

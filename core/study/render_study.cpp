@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <ctime>
 #include <iterator>
 #include <set>
 
@@ -66,7 +67,9 @@ void add_frame(const Avatar& avatar, const Camera& camera, const RenderState& st
   Image final_picture;
   for (RenderRow& row : rows) {
     const auto start = std::chrono::steady_clock::now();
+    const std::clock_t worked = std::clock();
     const RenderedFrame frame = render_frame(avatar, camera, state, row.setting.options);
+    row.processor_milliseconds += 1000.0 * double(std::clock() - worked) / CLOCKS_PER_SEC;
     row.milliseconds += milliseconds_since(start);
     row.samples_per_ray += frame.samples_per_ray;
     const Image picture = to_float(to_bytes(composite(frame.rgba, truth.plate)));
@@ -146,7 +149,8 @@ Result<RenderStudy> study_rendering(const Project& project, int frames, const Pr
   for (RenderRow& row : study.rows) {
     if (row.psnr_db) *row.psnr_db /= n;
     row.to_final_db = psnr_from_mse(row.to_final_db / n);
-    for (double* sum : {&row.psnr_head_db, &row.psnr_face_db, &row.milliseconds, &row.samples_per_ray})
+    for (double* sum : {&row.psnr_head_db, &row.psnr_face_db, &row.milliseconds, &row.processor_milliseconds,
+                        &row.samples_per_ray})
       *sum /= n;
     row.frames_per_second = 1000 / (row.milliseconds + study.pose_milliseconds);
   }

@@ -30,6 +30,7 @@ struct RenderRow {
   double psnr_head_db = 0, psnr_face_db = 0;
   double to_final_db = 0;  // against the final picture, over the same background; +inf for the final itself
   double milliseconds = 0, frames_per_second = 0;  // of a picture; its pose included in the latter
+  double processor_milliseconds = 0;  // of all threads: what counts where others use the machine, too
   double samples_per_ray = 0;
 };
 
