@@ -127,11 +127,16 @@ TEST(LiveDriver, ASourceThatBreaksIsAFailureInWords) {
 TEST(LiveDriver, GainsMagnifyAnAction) {
   const auto widest = [](float gain) {
     float most = 0;
-    LiveDriver driver(frames(75, 30), driven_puppet(), {.rest_s = 0.3},
+    std::atomic<int> shown = 0;
+    LiveDriver driver(frames(100000, 30), driven_puppet(), {.rest_s = 0.3},
                       [&](const DrivenFrame& frame, Clock::time_point) {
                         most = std::max(most, frame.articulation.jaw.norm());
+                        ++shown;
                       });
     driver.set_gains({{"jawOpen", gain}});
+    // However slow the machine, the mouth has opened by then.
+    EXPECT_TRUE(until(driver, [&](const LiveStatus&) { return shown >= 40; }));
+    driver.stop();
     EXPECT_TRUE(until(driver, is_over));
     return most;
   };
