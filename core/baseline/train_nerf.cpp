@@ -23,6 +23,8 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
+constexpr std::uint64_t kTimedSteps = 10;  // before a budget becomes a number of steps: the first are slow
+
 double seconds_between(Clock::time_point from, Clock::time_point to) {
   return std::chrono::duration<double>(to - from).count();
 }
@@ -185,7 +187,7 @@ Result<void> run(Training& t, Clock::time_point start, const Progress& progress,
     step_seconds = step_seconds == 0 ? now - before : 0.9 * step_seconds + 0.1 * (now - before);
     mean_loss = mean_loss == 0 ? loss : 0.95 * mean_loss + 0.05 * loss;
     before = now;
-    settle(t.schedule, t.step, now, step_seconds);
+    if (t.step >= kTimedSteps) settle(t.schedule, t.step, now, step_seconds);
     const TrainStatus status{t.step, now, mean_loss, psnr_from_mse(mean_loss),
                              t.options.rays_per_step / std::max(step_seconds, 1e-9)};
     t.avatar.scene.steps = t.step, t.avatar.scene.train_seconds = now;
