@@ -12,20 +12,10 @@
 #include "core/base/parallel.h"
 #include "core/field/field_reference.h"
 #include "tests/core/field/random_field.h"
+#include "tests/core/field/relative_l2.h"
 
 namespace likeness {
 namespace {
-
-template <class A, class B>
-double relative_l2(const A& value, const B& truth) {
-  double error = 0, size = 0;
-  EXPECT_EQ(value.size(), truth.size());
-  for (std::size_t i = 0; i < truth.size(); ++i) {
-    error += (value[i] - truth[i]) * (value[i] - truth[i]);
-    size += truth[i] * truth[i];
-  }
-  return size > 0 ? std::sqrt(error / size) : std::sqrt(error);
-}
 
 struct Trained {
   FieldOutputs out;

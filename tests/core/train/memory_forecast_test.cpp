@@ -13,9 +13,10 @@ namespace likeness {
 namespace {
 
 TEST(MemoryForecast, CountsPicturesAndLatticesAsTheyAreStored) {
-  TrainingSet set = ball_set(7, 128);
-  for (std::size_t v = 0; v < set.views.size(); ++v)  // as an acting face does
-    set.views[v].articulation.expression.array() += 0.05f * (float(v) - 3);
+  TrainingSet set = ball_set(8, 128);
+  set.neutral = neutral_articulation(set.model);
+  for (std::size_t v = 0; v < set.views.size(); ++v)  // an acting face: none of them rests
+    set.views[v].articulation.expression.setConstant(v % 2 == 0 ? 0.1f : -0.1f);
   const MemoryForecast forecast = forecast_memory(set, {});
   std::uint64_t pictures = 0, lattices = 0;
   const HeadShape shape = shape_head(set.model, set.person);
@@ -26,7 +27,7 @@ TEST(MemoryForecast, CountsPicturesAndLatticesAsTheyAreStored) {
     lattices += lattice.bytes();
   }
   EXPECT_NEAR(double(forecast.pictures), double(pictures), 0.05 * double(pictures));
-  EXPECT_NEAR(double(forecast.lattices), double(lattices), 0.25 * double(lattices));
+  EXPECT_NEAR(double(forecast.lattices), double(lattices), 0.1 * double(lattices));
   TrainOptions rigid;
   rigid.mode = FieldMode::hyper;
   EXPECT_EQ(forecast_memory(set, rigid).lattices, 0u);
