@@ -191,11 +191,16 @@ ExpressionPrior expression_prior(const HeadModel& model) {
       p.weight[e] = 1.0, p.change[e] = kBlinkChange;
     else if (name == "jawOpen")
       p.weight[e] = 1e4;  // the jaw joint opens the mouth; both together are not observable
-    // Lips are drawn in by a pucker far more often than by a funnel; a mouth shifted to the side or stretched
-    // is what an error of the head's turn looks like.
+    // Lips are drawn in by a pucker far more often than by a funnel, and both look alike from the side; a
+    // mouth stretched or frowning is what an error of the head's turn looks like, and a mouth shifted aside
+    // that of a lopsided face, too, which then takes the pucker's part away from it.
     else if (name == "mouthPucker")
       p.weight[e] = 1.5;
-    else if (starts_with_any(name, {"mouthFunnel", "mouthLeft", "mouthRight", "mouthStretch", "mouthFrown"}))
+    else if (name == "mouthFunnel")
+      p.weight[e] = 12;
+    else if (starts_with_any(name, {"mouthLeft", "mouthRight"}))
+      p.weight[e] = 30;
+    else if (starts_with_any(name, {"mouthStretch", "mouthFrown"}))
       p.weight[e] = 6;
     if (!name.ends_with("_L") || name.starts_with("eye")) continue;
     const std::string other = std::string(name.substr(0, name.size() - 1)) + "R";
