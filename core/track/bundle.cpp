@@ -77,6 +77,25 @@ struct Smooth {
   }
 };
 
+// The place that the head turns about, and its depth while it rests.
+struct NeckRest {
+  Vec3d place = Vec3d::Zero();  // head frame, m
+  double depth = 0;             // camera frame, m
+};
+
+struct NeckDepth {
+  NeckRest rest;
+  double weight;
+  template <class T>
+  bool operator()(const T* pose, T* residual) const {
+    const T place[3] = {T(rest.place.x()), T(rest.place.y()), T(rest.place.z())};
+    T turned[3];
+    ceres::AngleAxisRotatePoint(pose, place, turned);
+    residual[0] = T(weight) * (turned[2] + pose[5] - T(rest.depth));
+    return true;
+  }
+};
+
 struct PointPrior {
   Vec3d start;
   double weight;
@@ -115,6 +134,31 @@ void unwrap(PoseBlock& block, const PoseBlock& before) {
     for (int k = 0; k < 3; ++k) block[k] = other[k];
 }
 
+// What moves least as the head turns: R place + t = rest, in the least squares of errors that count linearly
+// beyond kNeckSway.
+NeckRest find_neck(const std::vector<BundleFrame>& frames, const std::vector<int>& keys) {
+  constexpr double kNeckSway = 0.004;  // m
+  constexpr double kNeckReach = 0.05;  // m from the model's origin; only turns tell where it is
+  Eigen::Matrix<double, 6, 1> solution = Eigen::Matrix<double, 6, 1>::Zero();  // place, rest
+  for (int round = 0; round < 10; ++round) {
+    Eigen::Matrix<double, 6, 6> normal = Eigen::Matrix<double, 6, 6>::Zero();
+    Eigen::Matrix<double, 6, 1> right = Eigen::Matrix<double, 6, 1>::Zero();
+    for (const int k : keys) {
+      Eigen::Matrix<double, 3, 6> rows;
+      rows << frames[k].cam_from_head.linear(), -Mat3d::Identity();
+      const Vec3d target = -frames[k].cam_from_head.translation();
+      const double error = (rows * solution - target).norm();
+      const double weight = round == 0 ? 1 : kNeckSway / std::max(kNeckSway, error);
+      normal += weight * rows.transpose() * rows;
+      right += weight * rows.transpose() * target;
+    }
+    normal.diagonal().head<3>().array() +=
+        double(keys.size()) * kNeckSway * kNeckSway / (kNeckReach * kNeckReach);
+    solution = normal.ldlt().solve(right);
+  }
+  return {solution.head<3>(), solution[5]};
+}
+
 void solve_round(std::vector<BundleFrame>& frames, const std::vector<BundleFrame>& priors,
                  std::vector<BundleTrack>& tracks, const std::vector<Vec3d>& starts,
                  const std::vector<int>& keys, const BundleOptions& options, double loss_px,
@@ -144,7 +188,12 @@ void solve_round(std::vector<BundleFrame>& frames, const std::vector<BundleFrame
         nullptr, tracks[t].point.data());
     ordering->AddElementToGroup(tracks[t].point.data(), 0);
   }
+  const NeckRest neck = find_neck(frames, keys);
   for (std::size_t k = 0; k < keys.size(); ++k) {
+    if (options.neck_rest > 0)
+      problem.AddResidualBlock(
+          new ceres::AutoDiffCostFunction<NeckDepth, 1, 6>(new NeckDepth{neck, options.neck_rest}),
+          new ceres::HuberLoss(1.0), blocks[k].data());
     const Pose& prior = priors[keys[k]].cam_from_head;
     problem.AddResidualBlock(
         new ceres::AutoDiffCostFunction<PosePrior, 6, 6>(new PosePrior{

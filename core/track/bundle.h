@@ -40,6 +40,9 @@ struct BundleOptions {
   double point_prior = 30;   // per m
   double turn_smooth = 20;   // second difference between neighbouring frames, per rad
   double shift_smooth = 50;  // per m
+  // Per m, robust, in depth: a head turns about its neck, and the neck of one who sits stays where it is.
+  // Views that share few points with the others say little of their depth. 0: the camera moves.
+  double neck_rest = 0;
 };
 
 struct BundleSummary {

@@ -16,6 +16,7 @@ namespace {
 constexpr int kAnchors = 3;             // training frames a held-out frame is compared with
 constexpr std::size_t kLoneBatch = 64;  // frames whose pyramids are in memory at once
 constexpr int kFewestTracks = 20, kMostPatches = 1000;
+constexpr double kNeckRest = 60;           // per m; five times as much draws the face away from its landmarks
 constexpr double kPatchReach[] = {12, 5};  // px; the first poses have drifted, the second hardly
 
 Vec2d ray_of(const Intrinsics& k, const Vec2d& pixel) { return ray_direction(k, pixel).head<2>(); }
@@ -128,7 +129,7 @@ Intrinsics working_intrinsics(const Intrinsics& source, const ClipFrames& clip) 
   return k;
 }
 
-Result<DenseSummary> track_dense_head(const ClipFrames& clip, const RigidHead& head,
+Result<DenseSummary> track_dense_head(const ClipFrames& clip, const RigidHead& head, bool resting_camera,
                                       std::vector<DenseFrame>& frames, const Progress& progress,
                                       std::stop_token stop, WithheldPoints* withheld) {
   DenseSummary summary;
@@ -180,7 +181,9 @@ Result<DenseSummary> track_dense_head(const ClipFrames& clip, const RigidHead& h
   // -- Bundle adjustment.
   std::vector<BundleFrame> poses(frames.size());
   for (int t : training) poses[t] = {true, frames[t].intrinsics.fx, frames[t].cam_from_head};
-  auto bundle = bundle_adjust(poses, tracks, {}, progress.stage(0.5, 0.6, "bundle"), stop);
+  BundleOptions options;
+  if (resting_camera) options.neck_rest = kNeckRest;
+  auto bundle = bundle_adjust(poses, tracks, options, progress.stage(0.5, 0.6, "bundle"), stop);
   if (!bundle) return bundle.error();
   std::vector<int> followed(frames.size(), 0);  // sightings behind each first pose
   for (const BundleTrack& t : tracks)
@@ -205,7 +208,6 @@ Result<DenseSummary> track_dense_head(const ClipFrames& clip, const RigidHead& h
       poses = first_poses, tracks = first_tracks;
       break;
     }
-    BundleOptions options;
     options.rounds = 2;
     bundle = bundle_adjust(poses, tracks, options, progress.stage(from, from + 0.12, "bundle"), stop);
     if (!bundle) return bundle.error();

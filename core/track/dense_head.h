@@ -38,8 +38,9 @@ struct DenseSummary {
   double turn_change_deg = 0, shift_change_m = 0;  // rms of what the dense poses changed, training frames
 };
 
+// resting_camera: the neck then hardly comes nearer or goes away (BundleOptions::neck_rest).
 // withheld: null, or where a share of the point tracks goes instead of into the adjustment.
-Result<DenseSummary> track_dense_head(const ClipFrames& clip, const RigidHead& head,
+Result<DenseSummary> track_dense_head(const ClipFrames& clip, const RigidHead& head, bool resting_camera,
                                       std::vector<DenseFrame>& frames, const Progress& progress,
                                       std::stop_token stop, WithheldPoints* withheld = nullptr);
 

@@ -19,15 +19,16 @@ namespace likeness {
 namespace {
 
 // Dense poses for the frames that have a landmark pose.
-Result<void> refine_poses(const HeadModel& model, const TrackOptions& options, ClipWork& work,
-                          const Progress& progress, std::stop_token stop) {
+Result<void> refine_poses(const HeadModel& model, const TrackOptions& options, bool resting_camera,
+                          ClipWork& work, const Progress& progress, std::stop_token stop) {
   for (std::size_t i = 0; i < work.faces.size(); ++i) {
     work.dense[i].known = work.faces[i].seen;
     work.dense[i].intrinsics = work.intrinsics[i];
     work.dense[i].cam_from_head = work.faces[i].state.cam_from_head;
   }
   const RigidHead rigid = rigid_head(model, work.full_identity(model));
-  auto summary = track_dense_head(work.clip, rigid, work.dense, progress, stop, options.withheld.get());
+  auto summary =
+      track_dense_head(work.clip, rigid, resting_camera, work.dense, progress, stop, options.withheld.get());
   if (!summary) return summary.error();
   work.points = std::move(summary->points);
   for (std::size_t i = 0; i < work.faces.size(); ++i)
@@ -182,7 +183,8 @@ Result<Track> track_clip(const std::filesystem::path& video, const TrackRegion& 
     return fitted.error();
   clock.lap("fit");
   if (options.dense) {
-    if (auto dense = refine_poses(model, options, work, progress.stage(0.45, 0.75, "dense head"), stop);
+    if (auto dense = refine_poses(model, options, cameras.is_static, work,
+                                  progress.stage(0.45, 0.75, "dense head"), stop);
         !dense)
       return dense.error();
     clock.lap("dense head");

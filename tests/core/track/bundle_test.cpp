@@ -105,6 +105,68 @@ TEST(Bundle, FramesBetweenKeyFramesAreAsGood) {
   EXPECT_LT(worst_turn(scene.truth, scene.frames), 0.01);
 }
 
+// A face that looks up for a while, as frames 60 to 110, shows points of its own, whose places are not known
+// any better than the head's depth meanwhile.
+Scene make_look_up(double start_error) {
+  constexpr double kFocal = 1000;
+  const Vec3d neck(0, -0.06, -0.02);
+  std::mt19937 random(3);
+  std::normal_distribution<double> normal;
+  Scene scene;
+  const Mat3d facing = Vec3d(1, -1, -1).asDiagonal();
+  const auto apart = [](int i) { return i >= 60 && i < 110; };
+  for (int i = 0; i < 150; ++i) {
+    Pose pose = Pose::Identity();
+    pose.linear() = facing * Eigen::AngleAxisd(0.5 * std::sin(i * 0.06), Vec3d::UnitY()).toRotationMatrix() *
+                    Eigen::AngleAxisd(0.3 * std::sin(i * 0.042), Vec3d::UnitX()).toRotationMatrix();
+    pose.translation() = Vec3d(0, 0.05, 0.8) - pose.linear() * neck;  // the neck rests
+    scene.truth.push_back(pose);
+    scene.frames.push_back({true, kFocal, pose});
+    if (apart(i)) scene.frames.back().cam_from_head.translation() *= 1 + start_error / 0.8;
+  }
+  for (int t = 0; t < 160; ++t) {
+    const bool of_look_up = t % 2 == 1;
+    const Vec3d direction =
+        Vec3d(normal(random), normal(random), std::abs(normal(random)) + 0.4).normalized();
+    const Vec3d point = direction.cwiseProduct(Vec3d(0.075, 0.11, 0.1));
+    BundleTrack track;
+    track.point = point + 0.002 * Vec3d(normal(random), normal(random), normal(random));
+    for (int i = 0; i < 150; ++i)
+      if (apart(i) == of_look_up)
+        track.seen.push_back({i, (scene.truth[i] * point).hnormalized() +
+                                     0.3 / kFocal * Vec2d(normal(random), normal(random))});
+    scene.points.push_back(point);
+    scene.tracks.push_back(track);
+  }
+  return scene;
+}
+
+// Mean depth of the look-up's poses beside that of the others, m off.
+double depth_astray(const Scene& scene) {
+  double sum[2] = {0, 0};
+  int count[2] = {0, 0};
+  for (std::size_t i = 0; i < scene.truth.size(); ++i) {
+    const int part = i >= 60 && i < 110;
+    sum[part] += scene.frames[i].cam_from_head.translation().z() - scene.truth[i].translation().z();
+    ++count[part];
+  }
+  return std::abs(sum[1] / count[1] - sum[0] / count[0]);
+}
+
+TEST(Bundle, ARestingNeckHoldsTheDepthOfViewsThatShareNoPoints) {
+  double astray[2];
+  for (const int rests : {0, 1}) {
+    Scene scene = make_look_up(0.012);
+    BundleOptions options;
+    options.shift_prior = 10;  // landmarks alone do not know the depth either
+    options.neck_rest = rests ? 60 : 0;
+    ASSERT_TRUE(bundle_adjust(scene.frames, scene.tracks, options, {}, {}).ok());
+    astray[rests] = depth_astray(scene);
+  }
+  EXPECT_GT(astray[0], 0.004) << "m";
+  EXPECT_LT(astray[1], 0.6 * astray[0]) << "m";
+}
+
 TEST(Bundle, StopsWhenAsked) {
   Scene scene = make_scene(40, 0.3);
   std::stop_source source;
