@@ -2,6 +2,7 @@
 #include "core/image/image.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "core/base/check.h"
@@ -135,11 +136,33 @@ std::vector<SplineTap> spline_taps(int from, int to) {
   return taps;
 }
 
-float spline(const SplineTap& tap, const float* values, std::size_t stride) {
-  const float v[4] = {values[std::size_t(tap.at[0]) * stride], values[std::size_t(tap.at[1]) * stride],
-                      values[std::size_t(tap.at[2]) * stride], values[std::size_t(tap.at[3]) * stride]};
-  const float sum = tap.weight[0] * v[0] + tap.weight[1] * v[1] + tap.weight[2] * v[2] + tap.weight[3] * v[3];
-  return std::clamp(sum, std::min({v[0], v[1], v[2], v[3]}), std::max({v[0], v[1], v[2], v[3]}));
+// out[i]: the four rows' numbers i by the tap's weights, held within their range.
+void spline_rows(const SplineTap& tap, const std::array<const float*, 4>& rows, std::size_t count,
+                 float* out) {
+  const auto [a, b, c, d] = rows;
+  for (std::size_t i = 0; i < count; ++i) {
+    const float sum =
+        tap.weight[0] * a[i] + tap.weight[1] * b[i] + tap.weight[2] * c[i] + tap.weight[3] * d[i];
+    const float low = std::min(std::min(a[i], b[i]), std::min(c[i], d[i])),
+                high = std::max(std::max(a[i], b[i]), std::max(c[i], d[i]));
+    out[i] = std::min(std::max(sum, low), high);
+  }
+}
+
+std::array<const float*, 4> tapped(const SplineTap& tap, const float* values, std::size_t stride) {
+  std::array<const float*, 4> rows;
+  for (std::size_t k = 0; k < 4; ++k) rows[k] = values + std::size_t(tap.at[k]) * stride;
+  return rows;
+}
+
+// kChannels numbers at a time: known to the compiler, they make one instruction.
+template <std::size_t kChannels>
+void spline_across(const std::vector<SplineTap>& taps, const float* values, float* out) {
+  for (const SplineTap& tap : taps) {
+    float sum[kChannels];
+    spline_rows(tap, tapped(tap, values, kChannels), kChannels, sum);
+    for (std::size_t c = 0; c < kChannels; ++c) *out++ = sum[c];
+  }
 }
 
 }  // namespace
@@ -147,6 +170,7 @@ float spline(const SplineTap& tap, const float* values, std::size_t stride) {
 Image enlarge(const Image& image, int width, int height) {
   LIKENESS_CHECK(!image.empty() && width >= image.width && height >= image.height,
                  "enlarging %d x %d to %d x %d", image.width, image.height, width, height);
+  LIKENESS_CHECK(image.channels >= 1 && image.channels <= 4, "enlarging %d channels", image.channels);
   const std::vector<SplineTap> across = spline_taps(image.width, width),
                                down = spline_taps(image.height, height);
   const auto channels = std::size_t(image.channels), row = std::size_t(image.width) * channels;
@@ -154,11 +178,21 @@ Image enlarge(const Image& image, int width, int height) {
   parallel_ranges(std::size_t(height), 16, [&](std::size_t begin, std::size_t end) {
     std::vector<float> between(row);
     for (std::size_t y = begin; y < end; ++y) {
-      for (std::size_t i = 0; i < row; ++i) between[i] = spline(down[y], image.data.data() + i, row);
-      float* out = result.at(0, int(y));
-      for (int x = 0; x < width; ++x)
-        for (std::size_t c = 0; c < channels; ++c)
-          *out++ = spline(across[std::size_t(x)], between.data() + c, channels);
+      spline_rows(down[y], tapped(down[y], image.data.data(), row), row, between.data());
+      float* const out = result.at(0, int(y));
+      switch (channels) {
+        case 1:
+          spline_across<1>(across, between.data(), out);
+          break;
+        case 2:
+          spline_across<2>(across, between.data(), out);
+          break;
+        case 3:
+          spline_across<3>(across, between.data(), out);
+          break;
+        default:
+          spline_across<4>(across, between.data(), out);
+      }
     }
   });
   return result;

@@ -64,16 +64,15 @@ int bricks_along(int n) { return (n + kBrick - 1) / kBrick; }
 void mark_bricks(const OccupancyGrid& grid, std::vector<std::uint8_t>& bricks) {
   const int n = grid.resolution, m = bricks_along(n);
   for (int z = 0; z < n; ++z)
-    for (int y = 0; y < n; ++y)
-      for (int b = 0; b < m; ++b) {
-        bool any = false;
-        if (n % kBrick == 0)
-          any = grid.bits[(std::size_t(z) * n + y) * std::size_t(m) + b] != 0;
-        else
-          for (int x = b * kBrick; x < std::min(n, (b + 1) * kBrick); ++x)
-            any = any || grid.occupied(x, y, z);
-        if (any) bricks[(std::size_t(z / kBrick) * m + y / kBrick) * m + b] = 1;
+    for (int y = 0; y < n; ++y) {
+      std::uint8_t* const row = bricks.data() + (std::size_t(z / kBrick) * m + y / kBrick) * std::size_t(m);
+      if (n % kBrick == 0) {
+        const std::uint8_t* const bits = grid.bits.data() + (std::size_t(z) * n + y) * std::size_t(m);
+        for (int b = 0; b < m; ++b) row[b] |= std::uint8_t(bits[b] != 0);
+      } else {
+        for (int x = 0; x < n; ++x) row[x / kBrick] |= std::uint8_t(grid.occupied(x, y, z));
       }
+    }
 }
 
 // A ray's way through cells, in units of cells.

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <memory>
 #include <mutex>
+#include <optional>
 
 #include "core/base/check.h"
 #include "core/base/parallel.h"
@@ -248,17 +249,28 @@ Scene make_scene(const Avatar& avatar, const Camera& camera, const RenderState& 
   if (avatar.torso)
     scene.maps[1] = unit_from_camera(avatar.torso->cube, camera.cam_from_world, state.world_from_torso);
   const Eigen::VectorXf psi = condition(avatar.condition, state.articulation);
-  scene.fields.emplace_back(avatar.head.field, std::span(psi.data(), std::size_t(psi.size())),
-                            options.precision);
-  if (avatar.torso)
-    scene.fields.emplace_back(avatar.torso->field, std::span<const float>{}, options.precision);
+  // What the rays need before the first of them can start: a piece for each thread.
+  std::array<std::optional<ConditionedField>, 2> fields;
+  const std::size_t parts = avatar.torso ? 2 : 1;
+  parallel_for(2 * parts, [&](std::size_t i) {
+    const bool head = i % parts == 0;
+    const FieldPart& part = head ? avatar.head : *avatar.torso;
+    if (i >= parts)
+      scene.volumes.fields[i % parts] = march_volume(part.occupancy, part.core, part.cube.side, part.opacity);
+    else
+      fields[i].emplace(part.field,
+                        head ? std::span(psi.data(), std::size_t(psi.size())) : std::span<const float>{},
+                        options.precision);
+  });
+  for (std::size_t i = 0; i < parts; ++i) scene.fields.push_back(std::move(*fields[i]));
   if (!state.warp.empty()) scene.warp = {&state.warp, 1};
   if (!state.torso.empty()) scene.torso = {&state.torso, 1};
   if (!avatar.neck.empty()) {
     scene.neck.push_back(make_neck_bend(avatar.neck, state.world_from_head.inverse() * state.world_from_torso,
                                         avatar.head.cube.origin, avatar.head.cube.side));
   }
-  scene.volumes = march_volumes(avatar.head, avatar.torso ? &*avatar.torso : nullptr, scene.neck);
+  for (const NeckBend& neck : scene.neck)
+    scene.volumes.necks.push_back(march_neck(neck, scene.volumes.fields[0]));
   for (MarchNeck& neck : scene.volumes.necks) look_up_neck(scene.volumes.fields[0], neck);
   scene.volumes.max_samples = options.max_samples;
   scene.volumes.min_step = options.min_step;
@@ -315,7 +327,8 @@ RenderOptions render_options(RenderQuality quality) {
   RenderOptions options;
   options.precision = FieldPrecision::bf16;
   options.reduce = quality == RenderQuality::final ? 2 : 3;
-  if (quality == RenderQuality::final) options.edge_contrast = 0.1f;
+  options.edge_contrast = quality == RenderQuality::final ? 0.1f : 0.4f;
+  if (quality == RenderQuality::preview) options.block = 3;
   return options;
 }
 

@@ -36,21 +36,27 @@ NeckBend make_neck_bend(const NeckZone& zone, const Pose& head_from_torso, const
     const Vec3d shift = (back * (from - middle - s * moved) + middle - from) / double(side);
     bend.turn[std::size_t(k)] = back.cast<float>();
     bend.shift[std::size_t(k)] = shift.cast<float>();
+    for (int a = 0; a < 3; ++a) bend.height[std::size_t(a)][std::size_t(k)] = float(back(1, a));
+    bend.height[3][std::size_t(k)] = float(shift.y());
   }
   return bend;
 }
 
 Vec3f straightened(const NeckBend& bend, const Vec3f& posed) {
   if (bend.straight || posed.y() >= bend.top) return posed;
-  // How much more the step takes than the height it leads to asks for: never above 0 at the first step, never
-  // below 0 at the last.
-  const auto excess = [&](int k) {
-    const float y = bend.turn[std::size_t(k)].row(1).dot(posed) + bend.shift[std::size_t(k)].y();
-    return float(k) / kNeckSteps - torso_share(bend, y);
-  };
+  // How much more each step takes than the height it leads to asks for: never above 0 at the first, never
+  // below 0 at the last. All at once: plain arrays make it a few instructions.
+  std::array<float, kNeckSteps + 1> excess;
+  const auto& [by_x, by_y, by_z, rest] = bend.height;
+  const float per_height = 1 / (bend.top - bend.base);
+  for (std::size_t k = 0; k < excess.size(); ++k) {
+    const float y = by_x[k] * posed.x() + by_y[k] * posed.y() + by_z[k] * posed.z() + rest[k];
+    const float u = std::min(std::max((bend.top - y) * per_height, 0.0f), 1.0f);
+    excess[k] = float(int(k)) / kNeckSteps - u * u * (3 - 2 * u);
+  }
   int high = 1;
-  float at_low = excess(0), at_high = excess(1);
-  while (at_high < 0 && high < kNeckSteps) at_low = at_high, at_high = excess(++high);
+  while (excess[std::size_t(high)] < 0 && high < kNeckSteps) ++high;
+  const float at_low = excess[std::size_t(high - 1)], at_high = excess[std::size_t(high)];
   const int low = high - 1;
   const auto place = [&](int k) -> Vec3f {
     return bend.turn[std::size_t(k)] * posed + bend.shift[std::size_t(k)];

@@ -30,6 +30,8 @@ struct NeckBend {
   float base = 0, top = 0;  // as in the zone
   std::array<Eigen::Matrix3f, kNeckSteps + 1> turn;
   std::array<Vec3f, kNeckSteps + 1> shift;  // straight = turn * posed + shift
+  // The same's height alone, an array for each factor: of x, y, z and 1.
+  std::array<std::array<float, kNeckSteps + 1>, 4> height;
 };
 
 // head_from_torso: world_from_head^-1 world_from_torso. In coordinates (p - origin) / side: those of a

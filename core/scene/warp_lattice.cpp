@@ -4,9 +4,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
+#include <mutex>
 
 #include "core/base/check.h"
 #include "core/base/parallel.h"
+#include "core/scene/splat.h"
 
 namespace likeness {
 namespace {
@@ -37,7 +40,6 @@ std::vector<float> reach_of_vertices(const HeadModel& model, const HeadShape& sh
   return reach;
 }
 
-constexpr int kGroup = 4;           // nodes along x that are summed at once
 constexpr std::size_t kLayers = 4;  // of nodes along z, a thread's share
 
 // The field at the nodes. Arrays of (z, y, row): a group of nodes may begin at any node of a row.
@@ -47,20 +49,39 @@ struct Nodes {
   std::vector<std::uint8_t> known;     // 0: no vertex is near, nor a known neighbour
 };
 
-Nodes make_nodes(const WarpFrame& frame) {
-  Nodes nodes;
-  nodes.row = std::size_t(frame.nodes[0] + kGroup - 1);
+void clear_nodes(const WarpFrame& frame, Nodes& nodes) {
+  nodes.row = std::size_t(frame.nodes[0] + kSplatGroup - 1);
   nodes.plane = nodes.row * std::size_t(frame.nodes[1]);
   const std::size_t count = nodes.plane * std::size_t(frame.nodes[2]);
   for (std::vector<float>* array : {&nodes.x, &nodes.y, &nodes.z, &nodes.weight}) array->assign(count, 0.f);
   nodes.known.assign(count, 0);
-  return nodes;
 }
 
-// A vertex: where it is, in cells, and its way back, m.
-struct Pull {
-  Vec3f place, way;
+// Nodes of lattices that are done, for those to come: fresh memory is slow to touch. One that waits for its
+// threads may start another on the same thread, so they are lent, not the thread's own.
+class NodesPool {
+ public:
+  std::unique_ptr<Nodes> take() {
+    const std::lock_guard lock(mutex_);
+    if (free_.empty()) return std::make_unique<Nodes>();
+    auto nodes = std::move(free_.back());
+    free_.pop_back();
+    return nodes;
+  }
+  void give(std::unique_ptr<Nodes> nodes) {
+    const std::lock_guard lock(mutex_);
+    free_.push_back(std::move(nodes));
+  }
+
+ private:
+  std::mutex mutex_;
+  std::vector<std::unique_ptr<Nodes>> free_;
 };
+
+NodesPool& nodes_pool() {
+  static NodesPool pool;
+  return pool;
+}
 
 std::vector<Pull> pulls_of(const WarpFrame& frame, std::span<const Vec3f> posed) {
   std::vector<Pull> pulls(frame.vertices.size());
@@ -71,38 +92,12 @@ std::vector<Pull> pulls_of(const WarpFrame& frame, std::span<const Vec3f> posed)
   return pulls;
 }
 
-// Adds a vertex to a group of nodes whose squared distance from it is `rest` and what x adds, in cells.
-inline void add_to_group(const Pull& pull, float first_x, float rest, float per_reach2, float soft2,
-                         float* __restrict x, float* __restrict y, float* __restrict z,
-                         float* __restrict weight) {
-  for (int g = 0; g < kGroup; ++g) {
-    const float dx = first_x + float(g), d = rest + dx * dx;
-    const float end = std::max(0.f, 1 - d * per_reach2), near = end / (d + soft2), w = near * near;
-    x[g] += w * pull.way.x(), y[g] += w * pull.way.y(), z[g] += w * pull.way.z();
-    weight[g] += w;
-  }
-}
-
 // Adds every vertex's displacement to the nodes of layers [z0, z1) within reach, and takes the means.
 void splat(const WarpFrame& frame, std::span<const Pull> pulls, int z0, int z1, Nodes& nodes) {
-  const float reach = kReach / frame.cell, soft = kSoftness / frame.cell;
-  const float reach2 = reach * reach, per_reach2 = 1 / reach2;
-  for (const Pull& pull : pulls) {
-    const Vec3f& c = pull.place;
-    const auto first = [&](int axis, int low) { return std::max(low, int(std::ceil(c[axis] - reach))); };
-    const auto last = [&](int axis, int end) { return std::min(end - 1, int(std::floor(c[axis] + reach))); };
-    const int x0 = first(0, 0), x1 = last(0, frame.nodes[0]);
-    for (int z = first(2, z0); z <= last(2, z1); ++z)
-      for (int y = first(1, 0); y <= last(1, frame.nodes[1]); ++y) {
-        const float dy = float(y) - c.y(), dz = float(z) - c.z(), rest = dy * dy + dz * dz;
-        if (rest >= reach2) continue;
-        for (int x = x0; x <= x1; x += kGroup) {
-          const std::size_t i = std::size_t(z) * nodes.plane + std::size_t(y) * nodes.row + std::size_t(x);
-          add_to_group(pull, float(x) - c.x(), rest, per_reach2, soft * soft, &nodes.x[i], &nodes.y[i],
-                       &nodes.z[i], &nodes.weight[i]);
-        }
-      }
-  }
+  const SplatGrid grid{frame.nodes,         nodes.row,           nodes.plane,
+                       nodes.x.data(),      nodes.y.data(),      nodes.z.data(),
+                       nodes.weight.data(), kReach / frame.cell, kSoftness / frame.cell};
+  splat_pulls(grid, pulls, z0, z1);
   for (std::size_t i = std::size_t(z0) * nodes.plane; i < std::size_t(z1) * nodes.plane; ++i) {
     if (!(nodes.weight[i] > 0)) continue;
     nodes.x[i] /= nodes.weight[i], nodes.y[i] /= nodes.weight[i], nodes.z[i] /= nodes.weight[i];
@@ -115,15 +110,35 @@ struct Found {
   Vec3f value;
 };
 
+// Which nodes of row (y, z) are unknown and have a known neighbour. edge: (nx)
+void find_edge(const WarpFrame& frame, const Nodes& nodes, int y, int z, std::vector<std::uint8_t>& edge) {
+  const auto [nx, ny, nz] = frame.nodes;
+  const std::uint8_t* const own =
+      nodes.known.data() + std::size_t(z) * nodes.plane + std::size_t(y) * nodes.row;
+  // A row beyond the lattice knows no more than this one, whose known nodes are left out.
+  const std::uint8_t* const below = y > 0 ? own - nodes.row : own;
+  const std::uint8_t* const above = y + 1 < ny ? own + nodes.row : own;
+  const std::uint8_t* const before = z > 0 ? own - nodes.plane : own;
+  const std::uint8_t* const behind = z + 1 < nz ? own + nodes.plane : own;
+  std::uint8_t* const out = edge.data();
+  const int last = nx - 1;
+  for (int x = 0; x < nx; ++x) out[x] = below[x] | above[x] | before[x] | behind[x];
+  for (int x = 0; x < last; ++x) out[x] |= own[x + 1];
+  for (int x = 1; x < nx; ++x) out[x] |= own[x - 1];
+  for (int x = 0; x < nx; ++x) out[x] &= own[x] ^ 1;
+}
+
 // Unknown nodes of layers [z0, z1) that have known neighbours, with `keep` of their mean.
 void neighbours_mean(const WarpFrame& frame, const Nodes& nodes, int z0, int z1, float keep,
                      std::vector<Found>& found) {
   const auto [nx, ny, nz] = frame.nodes;
+  std::vector<std::uint8_t> edge(static_cast<std::size_t>(nx));
   for (int z = z0; z < z1; ++z)
-    for (int y = 0; y < ny; ++y)
+    for (int y = 0; y < ny; ++y) {
+      find_edge(frame, nodes, y, z, edge);
       for (int x = 0; x < nx; ++x) {
+        if (!edge[std::size_t(x)]) continue;
         const std::size_t i = std::size_t(z) * nodes.plane + std::size_t(y) * nodes.row + std::size_t(x);
-        if (nodes.known[i]) continue;
         Vec3f sum = Vec3f::Zero();
         int count = 0;
         const auto look = [&](bool inside, std::size_t j) {
@@ -132,8 +147,9 @@ void neighbours_mean(const WarpFrame& frame, const Nodes& nodes, int z0, int z1,
         look(x > 0, i - 1), look(x + 1 < nx, i + 1);
         look(y > 0, i - nodes.row), look(y + 1 < ny, i + nodes.row);
         look(z > 0, i - nodes.plane), look(z + 1 < nz, i + nodes.plane);
-        if (count > 0) found.push_back({i, sum * (keep / float(count))});
+        found.push_back({i, sum * (keep / float(count))});
       }
+    }
 }
 
 // body(z0, z1, index) over the threads' shares of the layers.
@@ -258,11 +274,14 @@ WarpLattice make_warp_lattice(const WarpFrame& frame, std::span<const Vec3f> pos
   WarpLattice lattice{frame.origin, frame.cell, frame.nodes, 0, {}, {}, {}};
   if (frame.vertices.empty()) return lattice;
   lattice.mouth = make_mouth_gap(frame.mouth, posed);
-  Nodes nodes = make_nodes(frame);
+  std::unique_ptr<Nodes> lent = nodes_pool().take();
+  Nodes& nodes = *lent;
+  clear_nodes(frame, nodes);
   const std::vector<Pull> pulls = pulls_of(frame, posed);
   over_layers(frame.nodes[2], [&](int z0, int z1, std::size_t) { splat(frame, pulls, z0, z1, nodes); });
   spread(frame, nodes);
   store(nodes, lattice);
+  nodes_pool().give(std::move(lent));
   return lattice;
 }
 

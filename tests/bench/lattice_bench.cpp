@@ -1,6 +1,6 @@
-// What a look-up in the warp lattice costs, beside the same in a lattice that keeps every node: at places
-// spread over one lattice, as a picture is rendered, and along a few rays of each of many, as a step of
-// training asks.
+// What a pose's warp lattice costs to make, and what a look-up in it does, beside the same in a lattice that
+// keeps every node: at places spread over one lattice, as a picture is rendered, and along a few rays of each
+// of many, as a step of training asks.
 #include <benchmark/benchmark.h>
 
 #include <random>
@@ -34,15 +34,25 @@ Queries make_queries(int views) {
   return queries;
 }
 
-const WarpLattice& lattice() {
-  static const WarpLattice made = [] {
+struct PosedFace {
+  WarpFrame frame;
+  std::vector<Vec3f> posed;
+};
+
+const PosedFace& posed_face() {
+  static const PosedFace face = [] {
     const HeadModel model = make_builtin_head();
     const HeadShape shape = shape_head(model, {Eigen::VectorXf::Zero(model.identity_count()), {}});
     Articulation open = neutral_articulation(model);
     const WarpFrame frame = make_warp_frame(model, shape, open);
     open.jaw.x() = 0.1f;
-    return make_warp_lattice(frame, pose_head(model, shape, open));
+    return PosedFace{frame, pose_head(model, shape, open)};
   }();
+  return face;
+}
+
+const WarpLattice& lattice() {
+  static const WarpLattice made = make_warp_lattice(posed_face().frame, posed_face().posed);
   return made;
 }
 
@@ -56,6 +66,19 @@ void look_up(benchmark::State& state, const Lattice& one) {
       benchmark::DoNotOptimize(displacement_at(lattices[std::size_t(queries.view[i])], queries.place[i]));
   state.SetItemsProcessed(state.iterations() * std::int64_t(queries.place.size()));
 }
+
+// A pose's lattice, and the same by plain loops.
+void BM_MakeLattice(benchmark::State& state) {
+  const PosedFace& face = posed_face();
+  for (auto _ : state) benchmark::DoNotOptimize(make_warp_lattice(face.frame, face.posed));
+}
+BENCHMARK(BM_MakeLattice);
+
+void BM_MakeLatticeReference(benchmark::State& state) {
+  const PosedFace& face = posed_face();
+  for (auto _ : state) benchmark::DoNotOptimize(warp_lattice_reference(face.frame, face.posed));
+}
+BENCHMARK(BM_MakeLatticeReference);
 
 void BM_LookUp(benchmark::State& state) { look_up(state, lattice()); }
 BENCHMARK(BM_LookUp)->Arg(1)->Arg(kViews);
