@@ -4,6 +4,7 @@
 #include <chrono>
 #include <cmath>
 #include <filesystem>
+#include <map>
 #include <memory>
 
 #include <fmt/format.h>
@@ -13,6 +14,7 @@
 #include "core/base/parallel.h"
 #include "core/camera/align.h"
 #include "core/capture/capture.h"
+#include "core/capture/split.h"
 #include "core/matte/matte.h"
 #include "core/project/build_forecast.h"
 #include "core/project/care.h"
@@ -218,6 +220,13 @@ void add_capture_options(CLI::App& verb, BuildArguments& a) {
   verb.add_option("--project", a.project, "The project folder, made if absent")->required();
   verb.add_option("--size", a.options.size, "Side of the pictures, px")
       ->check(CLI::IsMember({256, 512, 1024}));
+  std::map<std::string, Split> splits;
+  for (const Split split : kSplits) splits.emplace(split_name(split), split);
+  verb.add_option(
+          "--split", a.options.split,
+          "What is held out to be measured on: the last tenth (tail, the default), a tenth of what a moving "
+          "camera filmed, in a row (views), or three tenths by chance (random30)")
+      ->transform(CLI::CheckedTransformer(std::move(splits)));
   verb.add_flag("--resting-camera", a.options.resting_camera,
                 "The camera rests, whatever its background does: skip finding out");
   verb.add_option("--head-model", a.options.head_model,

@@ -218,7 +218,7 @@ std::string moving_evidence(const BackgroundMotion& motion) {
 Result<AlignResult> align_clip(const fs::path& video, const PersonMask& person, const fs::path& work,
                                const AlignOptions& options, const Progress& progress, std::stop_token stop) {
   if (options.resting) return told_to_rest(video, options, progress);
-  const auto motion = measure_background_motion(video, person, options.static_motion_px_per_1000 / 2,
+  const auto motion = measure_background_motion(video, person, rest_limit(options),
                                                 progress.stage(0, 0.2, "background"), stop);
   if (!motion) return motion.error();
   if (motion->tracks < kLeastTracks) {

@@ -30,6 +30,9 @@ struct AlignOptions {
   int seed = 0;
 };
 
+// How far the background may stray in a rest, as measure_background_motion takes it.
+inline double rest_limit(const AlignOptions& options) { return options.static_motion_px_per_1000 / 2; }
+
 struct AlignResult {
   CameraSet cameras;
   std::string evidence;  // why the camera was taken as static or moving, in words with numbers

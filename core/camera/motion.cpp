@@ -289,6 +289,22 @@ Sway measure_sway(const BackgroundMotion& motion) {
   return sway;
 }
 
+std::optional<MovingStretch> moving_stretch(const BackgroundMotion& motion) {
+  std::optional<MovingStretch> longest;
+  std::optional<MovingStretch> open;
+  for (const FrameMotion& frame : motion.frames) {
+    const bool rests = std::ranges::any_of(
+        motion.rests, [&](const RestStretch& r) { return frame.frame >= r.first && frame.frame <= r.last; });
+    if (rests) {
+      open.reset();
+      continue;
+    }
+    open = MovingStretch{open ? open->first : frame.frame, frame.frame};
+    if (!longest || open->last - open->first > longest->last - longest->first) longest = open;
+  }
+  return longest;
+}
+
 bool is_shaking(const Sway& sway) {
   constexpr double kSweep = 120;   // 1/1000 of the width: less shows no side of a head that another does not
   constexpr double kRestless = 1;  // crossings a second: nobody walks round a head in a second

@@ -4,6 +4,7 @@
 
 #include <filesystem>
 #include <functional>
+#include <optional>
 #include <stop_token>
 #include <vector>
 
@@ -47,6 +48,12 @@ Sway measure_sway(const BackgroundMotion& motion);
 
 // Of a moving camera: it is not going anywhere.
 bool is_shaking(const Sway& sway);
+
+// The longest stretch between rests, or nullopt where there is none.
+struct MovingStretch {
+  int first = 0, last = 0;  // frames
+};
+std::optional<MovingStretch> moving_stretch(const BackgroundMotion& motion);
 
 // Fewer tracks than this say nothing about the camera.
 inline constexpr double kLeastTracks = 8;

@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "core/base/files.h"
+#include "core/capture/split.h"
 
 namespace likeness {
 namespace {
@@ -46,7 +47,9 @@ Capture capture_from_json(const json& j) {
   const json& crop = j.at("crop");
   c.crop = {crop.at("x_px").get<int>(), crop.at("y_px").get<int>(), crop.at("side_px").get<int>()};
   c.size = j.at("size_px").get<int>();
-  c.split = j.at("split").get<std::string>();
+  const auto split = split_named(j.at("split").get<std::string>());
+  if (!split) throw json::other_error::create(501, "there is no such split", &j.at("split"));
+  c.split = *split;
   c.warnings = j.at("warnings").get<std::vector<std::string>>();
   for (const json& frame : j.at("frames")) c.frames.push_back(frame_from_json(frame));
   return c;
@@ -91,7 +94,7 @@ Result<void> write_capture(const std::filesystem::path& path, const Capture& cap
       {"frames_per_second", capture.frames_per_second},
       {"crop", {{"x_px", capture.crop.x}, {"y_px", capture.crop.y}, {"side_px", capture.crop.side}}},
       {"size_px", capture.size},
-      {"split", capture.split},
+      {"split", split_name(capture.split)},
       {"warnings", capture.warnings},
       {"frames", frames}};
   // A file name need not be valid UTF-8; the odd byte is replaced rather than refused.

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <set>
 #include <stop_token>
 #include <string>
@@ -21,6 +22,18 @@ struct CaptureFrame {
   std::string refused;    // why it does not train; empty when it does or is held out
 };
 
+// What is held out to be measured on (core/capture/split.h).
+enum class Split {
+  tail,     // the last tenth of the frames
+  views,    // a tenth of those that a moving camera filmed, in a row
+  random30  // three tenths, by chance
+};
+
+// Frames first..last (numbers in the source).
+struct FrameSpan {
+  int first = 0, last = 0;
+};
+
 // Square in source pixels, may reach beyond the picture (the border is repeated there).
 struct SquareCrop {
   int x = 0, y = 0, side = 0;
@@ -33,7 +46,7 @@ struct Capture {
   double frames_per_second = 0;
   SquareCrop crop;
   int size = 256;  // px of the pictures in frames/
-  std::string split = "tail";
+  Split split = Split::tail;
   std::vector<std::string> warnings;
   std::vector<CaptureFrame> frames;  // every frame read (core/video/decode.h: sampled), ascending
 };
@@ -47,10 +60,12 @@ Result<Capture> read_capture(const std::filesystem::path& path);
 std::filesystem::path frame_name(int frame);
 
 struct ImportOptions {
-  int size = 256;               // 256, 512 or 1024 px
-  int max_frames = 2000;        // training frames kept; more cost memory and time
-  double held_out_share = 0.1;  // the tail of the decoded frames
-  double blur_ratio = 0.5;      // a frame is refused below this share of its neighbours' median sharpness
+  int size = 256;         // 256, 512 or 1024 px
+  int max_frames = 2000;  // training frames kept; more cost memory and time
+  Split split = Split::tail;
+  double held_out_share = 0.1;      // of the frames, or of the moving ones; not of random30
+  std::optional<FrameSpan> moving;  // the frames that a moving camera filmed; needed for Split::views
+  double blur_ratio = 0.5;          // a frame is refused below this share of its neighbours' median sharpness
   std::filesystem::path landmark_model;  // empty = the system's
 };
 

@@ -87,12 +87,6 @@ void thin(const std::vector<CaptureFrame*>& kept, const std::vector<double>& way
 
 }  // namespace
 
-void hold_out_tail(std::vector<CaptureFrame>& frames, double share) {
-  std::size_t count = std::min(frames.size(), std::size_t(std::lround(share * double(frames.size()))));
-  if (count == 0 && share > 0 && !frames.empty()) count = 1;
-  for (std::size_t i = 0; i < frames.size(); ++i) frames[i].held_out = i + count >= frames.size();
-}
-
 void choose_training_frames(std::vector<CaptureFrame>& frames, const std::vector<FaceSample>& samples,
                             const std::vector<float>& change, const ImportOptions& options) {
   const std::vector<double> distance = face_distance(frames, samples);

@@ -1,4 +1,4 @@
-// Which frames are held out, which train, and why the others do not.
+// Which frames train, and why the others do not.
 #pragma once
 
 #include <vector>
@@ -7,10 +7,6 @@
 #include "core/capture/scan_clip.h"
 
 namespace likeness {
-
-// Marks the last `share` of the frames as held out (at least one, unless it is 0). Comes first: whatever is
-// refused later, the split stays the same.
-void hold_out_tail(std::vector<CaptureFrame>& frames, double share);
 
 // Refuses training frames without a face in a sample near them, then those much blurrier than their
 // neighbours, then thins the rest down to max_frames; marks what remains as used. Held-out frames are left

@@ -9,6 +9,7 @@
 #include "core/capture/choose_crop.h"
 #include "core/capture/choose_frames.h"
 #include "core/capture/scan_clip.h"
+#include "core/capture/split.h"
 #include "core/image/files.h"
 #include "core/video/decode.h"
 
@@ -177,6 +178,27 @@ Result<void> write_frames(const Capture& capture, const fs::path& folder, const 
   return flush();
 }
 
+Result<void> hold_out(std::vector<CaptureFrame>& frames, const ImportOptions& options,
+                      const fs::path& video) {
+  constexpr double kRandomShare = 0.3;
+  switch (options.split) {
+    case Split::tail:
+      hold_out_tail(frames, options.held_out_share);
+      break;
+    case Split::views:
+      if (!options.moving)
+        return refused(ErrorCode::bad_input, video,
+                       "The camera rests in this clip: there are no views of it to hold out.",
+                       "Leave out --split views, or film a part in which the camera goes round the head.");
+      hold_out_views(frames, *options.moving, options.held_out_share);
+      break;
+    case Split::random30:
+      hold_out_random(frames, kRandomShare);
+      break;
+  }
+  return {};
+}
+
 Result<Capture> make_capture(const fs::path& video, const ClipScan& scan, const ImportOptions& options) {
   const auto faces = judge_clip(scan, video);
   if (!faces) return faces.error();
@@ -191,7 +213,8 @@ Result<Capture> make_capture(const fs::path& video, const ClipScan& scan, const 
   capture.frames_per_second = scan.info.frames_per_second;
   capture.size = options.size;
   capture.frames = scan.frames;
-  hold_out_tail(capture.frames, options.held_out_share);
+  capture.split = options.split;
+  if (const auto held = hold_out(capture.frames, options, video); !held) return held.error();
   choose_training_frames(capture.frames, scan.samples, scan.change, options);
   const auto training = std::count_if(capture.frames.begin(), capture.frames.end(),
                                       [](const CaptureFrame& f) { return f.used; });

@@ -30,6 +30,7 @@ namespace fs = std::filesystem;
 constexpr int kCutSide =
     256;  // px at which person and background are told apart; the edge is done at full size
 constexpr std::size_t kPlateSamples = 80, kOtherSamples = 32;
+constexpr std::size_t kRoomFrames = 160;  // that the room behind a moving camera is learnt from, at most
 constexpr int kRounds = 4;
 
 struct Stage {
@@ -41,6 +42,7 @@ struct Stage {
   int size = 256, cut_size = 256;
   const MattingNetwork* network = nullptr;  // or none
   std::stop_token stop;
+  RoomBehind room;  // empty: not known
 };
 
 // One frame that gets a matte.
@@ -56,6 +58,7 @@ struct Sample {
   cv::Mat picture, small;  // size and cut_size, 8UC3
   PersonPrior prior;       // cut_size
   cv::Mat network;         // cut_size, 8U; empty without one
+  Plate room;              // cut_size, of a frame off the plate where the room is known
   cv::Mat person;          // cut_size, empty before the first cut
 };
 
@@ -180,6 +183,18 @@ std::vector<const Job*> choose(const std::vector<Job>& jobs, bool on_plate, std:
   return chosen;
 }
 
+// The room behind a frame off the plate, as a plate; empty where it is not known.
+Plate room_of(const Stage& stage, const Job& job, const cv::Mat& picture, const cv::Mat& possible) {
+  if (job.on_plate || !stage.room) return {};
+  const Image8 room = stage.room(job.frame);
+  if (room.empty()) return {};
+  cv::Mat seen = view(room), reach = possible;
+  if (seen.cols != picture.cols) seen = reduced(seen, picture.cols);
+  if (reach.cols != picture.cols)
+    cv::resize(reach, reach, {picture.cols, picture.rows}, 0, 0, cv::INTER_NEAREST);
+  return room_plate(picture, seen.clone(), reach == 0, reach);
+}
+
 Result<std::vector<Sample>> load_samples(const Stage& stage, const std::vector<Job>& jobs) {
   // Memory: 80 pictures of 512 px are 63 MB; larger ones are taken in smaller number.
   const std::size_t plate_count = stage.size > 512 ? kPlateSamples / 2 : kPlateSamples;
@@ -197,6 +212,7 @@ Result<std::vector<Sample>> load_samples(const Stage& stage, const std::vector<J
     if (!network) return network.error();
     samples[i].network = *network;
     samples[i].prior = prior_of(stage, *chosen[i], stage.cut_size, {});
+    samples[i].room = room_of(stage, *chosen[i], samples[i].small, samples[i].prior.possible);
   }
   return samples;
 }
@@ -259,12 +275,13 @@ Statistics learn(const Stage& stage, const std::vector<Sample>& samples) {
   return statistics;
 }
 
-cv::Mat cut(const Job& job, const cv::Mat& small, const PersonPrior& prior, const cv::Mat& network,
-            const Statistics& statistics) {
-  const bool plate = job.on_plate && statistics.has_plate;
-  return cut_person({&small, &prior, plate ? &statistics.small_plate : nullptr, &statistics.upper,
-                     &statistics.lower, plate ? &statistics.still : nullptr,
-                     network.empty() ? nullptr : &network});
+// room: of the frame, empty where it is not known.
+cv::Mat cut(const Job& job, const cv::Mat& small, const PersonPrior& prior, const Plate& room,
+            const cv::Mat& network, const Statistics& statistics) {
+  const bool plate = job.on_plate && statistics.has_plate, in_room = !plate && !room.colour.empty();
+  const Plate* behind = plate ? &statistics.small_plate : in_room ? &room : nullptr;
+  return cut_person({&small, &prior, behind, &statistics.upper, &statistics.lower,
+                     plate ? &statistics.still : nullptr, network.empty() ? nullptr : &network, in_room});
 }
 
 Result<Statistics> learn_in_rounds(const Stage& stage, const std::vector<Job>& jobs,
@@ -277,7 +294,7 @@ Result<Statistics> learn_in_rounds(const Stage& stage, const std::vector<Job>& j
       Sample& sample = (*samples)[i];
       if (stage.stop.stop_requested()) return;
       if (round > 1) sample.prior = prior_of(stage, *sample.job, stage.cut_size, statistics.hull);
-      sample.person = cut(*sample.job, sample.small, sample.prior, sample.network, statistics);
+      sample.person = cut(*sample.job, sample.small, sample.prior, sample.room, sample.network, statistics);
     });
     if (stage.stop.stop_requested()) return cancelled_error();
     statistics = learn(stage, *samples);
@@ -308,13 +325,40 @@ Result<std::vector<cv::Mat>> cut_all(const Stage& stage, const std::vector<Job>&
       if (!fault) fault = network.error();
       return;
     }
-    cuts[i] =
-        cut(jobs[i], small, prior_of(stage, jobs[i], stage.cut_size, statistics.hull), *network, statistics);
+    const PersonPrior prior = prior_of(stage, jobs[i], stage.cut_size, statistics.hull);
+    const Plate room = room_of(stage, jobs[i], small, prior.possible);
+    cuts[i] = cut(jobs[i], small, prior, room, *network, statistics);
     progress.report(double(++done) / double(jobs.size()), fmt::format("frame {}", jobs[i].frame));
   });
   if (stage.stop.stop_requested()) return cancelled_error();
   if (fault) return *fault;
   return cuts;
+}
+
+// The room behind the frames off the plate, learnt from rough cuts of the training frames among them.
+Result<RoomBehind> room_behind(const Stage& stage, const std::vector<Job>& jobs, const Statistics& statistics,
+                               const LearnRoom& learn_room, const Progress& progress) {
+  std::vector<Job> chosen;
+  for (const Job* job : choose(jobs, false, kRoomFrames)) chosen.push_back(*job);
+  if (chosen.empty()) return RoomBehind{};
+  const auto cuts = cut_all(stage, chosen, statistics, progress.stage(0, 0.2, "rough mattes"));
+  if (!cuts) return cuts.error();
+  std::vector<RoughMatte> mattes;
+  const int grow = std::max(3, stage.cut_size / 50);
+  for (std::size_t i = 0; i < chosen.size(); ++i) {
+    // Generously: what is left out here is seen from elsewhere, but hair must not become a part of the room.
+    const PersonPrior prior = prior_of(stage, chosen[i], stage.cut_size, {});
+    cv::Mat person;
+    cv::dilate((*cuts)[i], person,
+               cv::getStructuringElement(cv::MORPH_ELLIPSE, {2 * grow + 1, 2 * grow + 1}));
+    person |= prior.possible & (prior.below == 0);
+    if (person.cols != stage.size)
+      cv::resize(person, person, {stage.size, stage.size}, 0, 0, cv::INTER_NEAREST);
+    RoughMatte matte{chosen[i].frame, Image8(stage.size, stage.size, 1)};
+    std::memcpy(matte.alpha.data.data(), person.data, matte.alpha.data.size());
+    mattes.push_back(std::move(matte));
+  }
+  return learn_room(mattes, progress.stage(0.2, 1, "room"), stage.stop);
 }
 
 // Majority of a frame and its two neighbours, where these are the next frames of the video. A training frame
@@ -346,7 +390,10 @@ Result<void> write_masks(const Stage& stage, const std::vector<Job>& jobs, const
         cv::resize(person, person, {stage.size, stage.size}, 0, 0, cv::INTER_LINEAR);
         person = person > 127;
       }
-      const Plate* plate = jobs[i].on_plate && statistics.has_plate ? &statistics.plate : nullptr;
+      const Plate room = room_of(stage, jobs[i], *picture, cv::Mat(person.size(), CV_8U, cv::Scalar(255)));
+      const Plate* plate = jobs[i].on_plate && statistics.has_plate ? &statistics.plate
+                           : room.colour.empty()                    ? nullptr
+                                                                    : &room;
       const int radius = std::max(2, stage.size / 80);
       const cv::Mat alpha = network->empty() ? soften(*picture, person, plate, radius)
                                              : soften_by_network(*network, person, 2 * radius);
@@ -455,7 +502,7 @@ Result<void> write_plate(const Stage& stage, const std::vector<Job>& jobs, const
   return write_plate_info(info, {result.plate_coverage, result.plate_frames});
 }
 
-Result<MatteResult> run(const Stage& stage, const Progress& progress) {
+Result<MatteResult> run(Stage& stage, const LearnRoom& learn_room, const Progress& progress) {
   std::vector<Job> jobs = list_jobs(stage);
   const auto trains = std::count_if(jobs.begin(), jobs.end(), [](const Job& job) { return job.trains; });
   if (trains == 0)
@@ -463,8 +510,15 @@ Result<MatteResult> run(const Stage& stage, const Progress& progress) {
                  "Look at the warnings of the camera and track stages; film again where they say so.",
                  "matte"};
   mark_rest(stage, jobs);
-  const auto statistics = learn_in_rounds(stage, jobs, progress.stage(0, 0.25, "background"));
+  auto statistics = learn_in_rounds(stage, jobs, progress.stage(0, 0.15, "background"));
   if (!statistics) return statistics.error();
+  if (learn_room) {
+    auto room = room_behind(stage, jobs, *statistics, learn_room, progress.stage(0.15, 0.2, "room"));
+    if (!room) return room.error();
+    stage.room = std::move(*room);
+    if (stage.room) statistics = learn_in_rounds(stage, jobs, progress.stage(0.2, 0.25, "background"));
+    if (!statistics) return statistics.error();
+  }
   const auto cuts = cut_all(stage, jobs, *statistics, progress.stage(0.25, 0.75, "mattes"));
   if (!cuts) return cuts.error();
   const auto masks = fresh_folder(stage.folder / "masks.part");
@@ -504,16 +558,17 @@ Result<MatteResult> matte_clip(const fs::path& folder, const Capture& capture, c
     network = std::move(*loaded);
   }
   try {
-    const Stage stage{folder,
-                      capture,
-                      cameras,
-                      track,
-                      make_person_model(model, track),
-                      options.size,
-                      std::min(options.size, kCutSide),
-                      network ? &*network : nullptr,
-                      stop};
-    auto result = run(stage, progress);
+    Stage stage{folder,
+                capture,
+                cameras,
+                track,
+                make_person_model(model, track),
+                options.size,
+                std::min(options.size, kCutSide),
+                network ? &*network : nullptr,
+                stop,
+                {}};
+    auto result = run(stage, options.learn_room, progress);
     std::error_code ignored;
     for (const char* unfinished : {"masks.part", "regions.part"})
       fs::remove_all(folder / unfinished, ignored);

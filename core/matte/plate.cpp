@@ -123,6 +123,33 @@ Plate estimate_plate(const std::vector<cv::Mat>& pictures, const std::vector<cv:
   return plate;
 }
 
+Plate room_plate(const cv::Mat& picture, const cv::Mat& room, const cv::Mat& free, const cv::Mat& reach) {
+  Plate plate;
+  plate.colour = room;
+  plate.known = reach.clone();
+  cv::Mat difference, worst(picture.size(), CV_32F), weight, error, count;
+  cv::absdiff(picture, room, difference);
+  for (int y = 0; y < picture.rows; ++y)
+    for (int x = 0; x < picture.cols; ++x) {
+      const auto& d = difference.at<cv::Vec3b>(y, x);
+      worst.at<float>(y, x) = free.at<unsigned char>(y, x) ? float(std::max({d[0], d[1], d[2]})) : 0.0f;
+    }
+  free.convertTo(weight, CV_32F, 1.0 / 255);
+  const int side = std::max(5, picture.cols / 6 | 1);
+  cv::boxFilter(worst, error, -1, {side, side});
+  cv::boxFilter(weight, count, -1, {side, side});
+  const double usual = cv::sum(worst)[0] / std::max(1.0, cv::sum(weight)[0]);
+  constexpr float kPrior = 0.1f;  // of a window that the whole picture's error counts for
+  error = (error + kPrior * usual) / (count + kPrior);
+  cv::Mat grey, dx, dy, gradient;
+  cv::cvtColor(room, grey, cv::COLOR_RGB2GRAY);
+  cv::Sobel(grey, dx, CV_32F, 1, 0, 3, 1.0 / 8);
+  cv::Sobel(grey, dy, CV_32F, 0, 1, 3, 1.0 / 8);
+  cv::magnitude(dx, dy, gradient);
+  plate.noise = cv::max(0.5 * error, 2.0f) + 0.5f * gradient;
+  return plate;
+}
+
 cv::Mat still_texture(const std::vector<cv::Mat>& pictures) {
   // Spread over time against contrast in space, of the grey values.
   cv::Mat sum, squares;

@@ -17,6 +17,11 @@ struct Plate {
 // pictures: 8UC3 of one size; occupied: 8U, non-zero where the person is or may be. At least one picture.
 Plate estimate_plate(const std::vector<cv::Mat>& pictures, const std::vector<cv::Mat>& occupied);
 
+// The plate of one picture of a moving camera: `room` as a model shows it behind the person, believed only as
+// far as it agrees with the picture beside the person. free: 8U, non-zero where the person surely is not;
+// reach: 8U, non-zero where the plate is asked for.
+Plate room_plate(const cv::Mat& picture, const cv::Mat& room, const cv::Mat& free, const cv::Mat& reach);
+
 // 32F, 0..1: how surely a pixel lies in texture that stays put through all pictures, person or not.
 cv::Mat still_texture(const std::vector<cv::Mat>& pictures);
 

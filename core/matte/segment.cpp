@@ -14,6 +14,8 @@ namespace {
 constexpr int kBins = 16;
 constexpr float kCertain = 5.0f;  // a likelihood ratio beyond which a pixel needs no cut
 constexpr float kSmoothness = 2.5f;
+constexpr float kLeastOfRoom = -0.9f;  // evidence that a room which agrees gives for background
+constexpr double kContinues = 0.08;    // of the width: how far a background is taken to go on as it was seen
 
 int bin_of(const cv::Vec3b& colour) {
   return (colour[0] / (256 / kBins) * kBins + colour[1] / (256 / kBins)) * kBins + colour[2] / (256 / kBins);
@@ -57,11 +59,28 @@ float log_odds(unsigned char alpha) {
   return std::log(share / (1 - share));
 }
 
+// How far what the plate never saw may be told from what it saw beside it: 32F, 1 at its rim, less further
+// in.
+cv::Mat plate_continues(const Plate& plate) {
+  cv::Mat distance, share;
+  cv::distanceTransform(255 - plate.known, distance, cv::DIST_L2, 3);
+  cv::exp(distance * (-1.0 / (kContinues * plate.known.cols)), share);
+  return share;
+}
+
+// Evidence for background where a pixel looks as the plate goes on behind the person.
+float continued_ratio(const cv::Vec3b& pixel, const cv::Vec3b& filled, float share) {
+  float difference = 0;
+  for (int c = 0; c < 3; ++c) difference = std::max(difference, std::abs(float(pixel[c]) - float(filled[c])));
+  constexpr float kLike = 12, kWeight = 2.5f;  // of 255
+  return -kWeight * share * std::exp(-difference * difference / (kLike * kLike));
+}
+
 cv::Mat likelihoods(const SegmentInput& in) {
   const cv::Mat& picture = *in.picture;
-  cv::Mat smooth;
-  cv::blur(picture, smooth, {3, 3});
   cv::Mat ratio(picture.size(), CV_32F);
+  const bool rests = in.plate && !in.plate_is_room;
+  const cv::Mat continues = rests ? plate_continues(*in.plate) : cv::Mat();
   for (int y = 0; y < picture.rows; ++y)
     for (int x = 0; x < picture.cols; ++x) {
       float& value = ratio.at<float>(y, x);
@@ -79,15 +98,21 @@ cv::Mat likelihoods(const SegmentInput& in) {
       if (in.plate && in.plate->known.at<unsigned char>(y, x)) {
         const float difference =
             plate_ratio(pixel, in.plate->colour.at<cv::Vec3b>(y, x), in.plate->noise.at<float>(y, x));
-        value = 1.3f * difference + 0.4f * colour + 0.5f * place;
+        // A model of the room is off by more than a plate: that it agrees says less, colour and place say
+        // more.
+        value = in.plate_is_room ? 1.1f * std::max(difference, kLeastOfRoom) + 0.8f * colour + 0.8f * place
+                                 : 1.3f * difference + 0.4f * colour + 0.5f * place;
       } else if (in.prior->possible.at<unsigned char>(y, x)) {
         value = colour + place;
         // Texture at rest away from the body is the room's, not an arm's.
         if (in.still && place < 0) value -= 3.0f * in.still->at<float>(y, x);
+        // Shoulders and arms that hardly move never free what is beside them.
+        if (rests && below)
+          value += continued_ratio(pixel, in.plate->colour.at<cv::Vec3b>(y, x), continues.at<float>(y, x));
       } else {
         // Without a plate nothing beyond the possible region is taken for person; with one, its holes out
         // there are the person's own doing.
-        value = in.plate ? colour + 0.5f * place : -2 * kCertain;
+        value = rests ? colour + 0.5f * place : -2 * kCertain;
       }
       value += opinion;
     }

@@ -31,6 +31,7 @@ struct SegmentInput {
   const ColourModel* lower_colours = nullptr;  // of what is below the neck's base; null = as above it
   const cv::Mat* still = nullptr;              // 32F, 0..1: texture that never moves; may be null
   const cv::Mat* network = nullptr;            // 8U alpha that a matting network gives; may be null
+  bool plate_is_room = false;                  // a model's picture of it, from where the camera is
 };
 
 // 8U, 255 = person.

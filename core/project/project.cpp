@@ -13,6 +13,7 @@
 #include <nlohmann/json.hpp>
 
 #include "core/base/files.h"
+#include "core/capture/split.h"
 
 namespace likeness {
 
@@ -42,6 +43,7 @@ json to_json(const ProjectOptions& options) {
           {"landmark_model", options.landmark_model.string()},
           {"matting_network", options.matting_network.string()},
           {"size_px", options.size},
+          {"split", split_name(options.split)},
           {"budget_s", options.budget_s},
           {"steps", options.steps},
           {"seed", options.seed},
@@ -67,6 +69,14 @@ FieldMode mode_from_json(const json& j) {
   return *mode;
 }
 
+// Projects from before this choice held out the tail.
+Split split_from_json(const json& j) {
+  if (!j.contains("split")) return Split::tail;
+  const auto split = split_named(j.at("split").get<std::string>());
+  if (!split) throw json::other_error::create(501, "there is no such split", &j.at("split"));
+  return *split;
+}
+
 ProjectOptions options_from_json(const json& j, int version) {
   ProjectOptions options;
   options.video = j.at("video").get<std::string>();
@@ -74,6 +84,7 @@ ProjectOptions options_from_json(const json& j, int version) {
   options.landmark_model = j.at("landmark_model").get<std::string>();
   options.matting_network = j.value("matting_network", "");
   options.size = j.at("size_px");
+  options.split = split_from_json(j);
   options.budget_s = j.at("budget_s");
   options.steps = j.at("steps");
   options.seed = j.at("seed");
@@ -131,6 +142,7 @@ fs::path checkpoint_path(const Project& project) { return project.folder / "chec
 fs::path plate_path(const Project& project) { return project.folder / "plate.png"; }
 fs::path plate_known_path(const Project& project) { return project.folder / "plate_known.png"; }
 fs::path plate_info_path(const Project& project) { return project.folder / "plate.json"; }
+fs::path room_path(const Project& project) { return project.folder / "room.bin"; }
 fs::path regions_path(const Project& project) { return project.folder / "regions"; }
 
 Result<Project> open_project(const fs::path& folder) {

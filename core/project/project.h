@@ -1,6 +1,7 @@
 // A project folder: every stage's result, and what is stale.
 //
 //   NAME.likeness/   project.json  capture.json cameras.json track.json  frames/ masks/ regions/ plate.png
+//   room.bin
 //                    checkpoint.bin avatar.bin training_curve.json
 //
 // Only this library knows about the folder; the stages are free functions from files to files.
@@ -14,6 +15,7 @@
 #include <vector>
 
 #include "core/base/result.h"
+#include "core/capture/capture.h"
 #include "core/train/mode.h"
 
 namespace likeness {
@@ -39,6 +41,7 @@ struct ProjectOptions {
   std::filesystem::path landmark_model;   // empty = the system's
   std::filesystem::path matting_network;  // ONNX; empty = none
   int size = 256;                         // px
+  Split split = Split::tail;              // what is held out
   double budget_s = 300;                  // of training
   std::uint64_t steps = 0;                // exact training steps instead of a budget
   std::uint64_t seed = 0;
@@ -78,6 +81,7 @@ std::filesystem::path checkpoint_path(const Project& project);
 std::filesystem::path plate_path(const Project& project);
 std::filesystem::path plate_known_path(const Project& project);  // absent: the whole plate was seen
 std::filesystem::path plate_info_path(const Project& project);
+std::filesystem::path room_path(const Project& project);  // absent: no moving camera filmed
 std::filesystem::path regions_path(const Project& project);
 
 Result<Project> open_project(const std::filesystem::path& folder);

@@ -2,6 +2,7 @@
 #include "core/project/run_stages.h"
 
 #include <chrono>
+#include <limits>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -10,14 +11,18 @@
 #include "core/base/hash.h"
 #include "core/base/memory.h"
 #include "core/camera/align.h"
+#include "core/camera/motion.h"
 #include "core/capture/capture.h"
+#include "core/capture/split.h"
 #include "core/head/builtin_head.h"
 #include "core/head/load_head_model.h"
 #include "core/matte/matte.h"
 #include "core/matte/matting_network.h"
 #include "core/project/care.h"
+#include "core/project/learn_room.h"
 #include "core/project/project_views.h"
 #include "core/project/training_curve.h"
+#include "core/render/room_picture.h"
 #include "core/track/track_clip.h"
 #include "core/train/memory_forecast.h"
 #include "core/video/decode.h"
@@ -29,7 +34,7 @@ namespace fs = std::filesystem;
 namespace {
 
 // Raised when a stage's method changes so that its old results should be made anew.
-constexpr std::array<int, kStages.size()> kStageVersion{1, 1, 3, 1, 4};
+constexpr std::array<int, kStages.size()> kStageVersion{1, 1, 3, 2, 4};
 
 std::string content_of(const fs::path& path) {
   if (path.empty()) return "none";
@@ -63,6 +68,7 @@ std::string input_hash(const Project& project, Stage stage) {
   switch (stage) {
     case Stage::import:
       inputs += fmt::format("{} {}", clip_content(project), o.size);
+      if (o.split != Split::tail) inputs.append(" ").append(split_name(o.split));
       break;
     case Stage::align:
       inputs += fmt::format("{} {}{}", clip_content(project), o.seed, o.resting_camera ? " rests" : "");
@@ -131,12 +137,38 @@ Result<void> drop_foreign_regions(const Project& project, const Capture& capture
   return {};
 }
 
+// The frames that a moving camera filmed; nullopt: it rests, or was said to.
+Result<std::optional<FrameSpan>> moving_frames(const StageContext& context, const Progress& progress) {
+  const ProjectOptions& o = context.project.options;
+  if (o.resting_camera) return std::optional<FrameSpan>{};
+  std::error_code ignored;
+  if (fs::is_directory(o.video, ignored))  // photographs: each from a place of its own
+    return std::optional<FrameSpan>(FrameSpan{0, std::numeric_limits<int>::max()});
+  const auto person = coarse_person_mask(o.landmark_model);
+  if (!person) return person.error();
+  const AlignOptions align;
+  const auto motion = measure_background_motion(o.video, *person, rest_limit(align), progress, context.stop);
+  if (!motion) return motion.error();
+  if (motion->motion <= align.static_motion_px_per_1000) return std::optional<FrameSpan>{};
+  const auto stretch = moving_stretch(*motion);
+  if (!stretch) return std::optional<FrameSpan>{};
+  return std::optional<FrameSpan>(FrameSpan{stretch->first, stretch->last});
+}
+
 Result<void> run_import(const StageContext& context) {
   ImportOptions options;
   options.size = context.project.options.size;
   options.landmark_model = context.project.options.landmark_model;
-  const auto capture = import_clip(context.project.options.video, context.project.folder, options,
-                                   context.progress, context.stop);
+  options.split = context.project.options.split;
+  Progress rest = context.progress;
+  if (options.split == Split::views) {
+    const auto moving = moving_frames(context, context.progress.stage(0, 0.4, "background"));
+    if (!moving) return moving.error();
+    options.moving = *moving;
+    rest = context.progress.stage(0.4, 1, "import");
+  }
+  const auto capture =
+      import_clip(context.project.options.video, context.project.folder, options, rest, context.stop);
   if (!capture) return capture.error();
   int used = 0, held_out = 0;
   for (const CaptureFrame& frame : capture->frames) used += frame.used, held_out += frame.held_out;
@@ -209,12 +241,17 @@ Result<void> run_matte(const StageContext& context) {
   MatteOptions options;
   options.size = capture.size;
   options.network = context.project.options.matting_network;
+  std::error_code failure;
+  fs::remove(room_path(context.project), failure);  // of other frames
+  options.learn_room = room_learner(context.project, *read);
   const auto matte = matte_clip(context.project.folder, capture, cameras, track, *model, options,
                                 context.progress, context.stop);
   if (!matte) return matte.error();
   context.record.message =
       matte->has_plate ? fmt::format("Background plate, {:.0f} % of it seen.", 100 * matte->plate_coverage)
                        : "No background plate: the camera moves throughout.";
+  if (is_there(room_path(context.project)))
+    context.record.message += " The room behind the moving camera was learnt.";
   context.record.warnings = matte->warnings;
   return {};
 }
@@ -278,6 +315,11 @@ Result<void> run_train(const StageContext& context) {
                              context.stop, context.observer.tap);
   curve.write();
   if (!avatar) return avatar.error();
+  if (is_there(room_path(context.project))) {
+    auto room = read_room(room_path(context.project));
+    if (!room) return room.error();
+    avatar->room = std::move(*room);
+  }
   avatar->head_model_file = o.head_model.string();
   context.record.message = fmt::format("{} steps in {:.0f} s.", avatar->steps, avatar->train_seconds);
   return write_avatar(avatar_path(context.project), *avatar);

@@ -85,6 +85,7 @@ struct Avatar {
   Intrinsics intrinsics;                   // of the training pictures (crop, size x size)
   Pose cam_from_world = Pose::Identity();  // typical
   Image8 plate;                            // empty without a static camera
+  std::optional<FieldPart> room;           // in the world's frame: behind a person filmed by a moving camera
   int size = 256;
   std::uint64_t steps = 0, seed = 0;
   double train_seconds = 0;

@@ -8,6 +8,7 @@
 
 #include "core/field/conditioned_field.h"
 #include "core/render/avatar.h"
+#include "core/render/room_picture.h"
 #include "core/render/section_file.h"
 
 namespace likeness {
@@ -17,6 +18,8 @@ using json = nlohmann::json;
 
 constexpr SectionFormat kFormat{
     "LKNSAVTR", 6, "avatar", "Train the avatar again (likeness build), or restore the file from a backup."};
+constexpr SectionFormat kRoomFormat{"LKNSROOM", 1, "room",
+                                    "Run `likeness fit` again: it learns the room anew."};
 constexpr int kLargestResolution = 512, kLargestWidth = 512;  // as core/field allows
 
 // -- To JSON
@@ -248,14 +251,25 @@ NeckZone neck_from_json(const json& j) {
   return neck;
 }
 
-Avatar avatar_from(const Sections& sections) {
+json meta_of(const Sections& sections) {
   const auto meta = sections.find("meta");
   if (meta == sections.end()) throw Bad{"section 'meta' is missing"};
   const char* text = reinterpret_cast<const char*>(meta->second.data());
-  const json j = json::parse(text, text + meta->second.size());
+  return json::parse(text, text + meta->second.size());
+}
+
+FieldPart room_from(const json& j, const Sections& sections) {
+  FieldPart room = part_from(j, sections, "room");
+  if (room.field.config.condition_count != 0) throw Bad{"the room depends on an expression"};
+  return room;
+}
+
+Avatar avatar_from(const Sections& sections) {
+  const json j = meta_of(sections);
   Avatar a;
   a.head = part_from(j.at("head"), sections, "head");
   if (!j.at("torso").is_null()) a.torso = part_from(j.at("torso"), sections, "torso");
+  if (j.contains("room")) a.room = room_from(j.at("room"), sections);
   a.condition.mean = vector_from_json(j.at("condition_mean"), "condition mean");
   const int k = a.head.field.config.condition_count;
   const Eigen::VectorXf rows = vector_from_json(j.at("condition_rows"), "condition rows");
@@ -341,6 +355,7 @@ Result<void> write_avatar(const std::filesystem::path& path, const Avatar& avata
             {"train_seconds", avatar.train_seconds},
             {"plate_width", avatar.plate.width},
             {"plate_height", avatar.plate.height}};
+  if (avatar.room) j["room"] = part_to_json(*avatar.room);
   for (const ActionRange& range : avatar.seen) j["seen"].push_back(to_json(range));
   Sections sections;
   // A non-UTF-8 file name must not make the avatar unwritable.
@@ -348,11 +363,37 @@ Result<void> write_avatar(const std::filesystem::path& path, const Avatar& avata
   sections["meta"] = to_section(std::span<const char>(text.data(), text.size()));
   add_part(sections, avatar.head, "head");
   if (avatar.torso) add_part(sections, *avatar.torso, "torso");
+  if (avatar.room) add_part(sections, *avatar.room, "room");
   std::vector<float> offsets;
   for (const Vec3f& v : avatar.person.offsets) offsets.insert(offsets.end(), {v.x(), v.y(), v.z()});
   if (!offsets.empty()) sections["offsets"] = to_section(offsets);
   if (!avatar.plate.empty()) sections["plate"] = to_section(avatar.plate.data);
   return write_sections(path, kFormat, sections);
+}
+
+Result<void> write_room(const std::filesystem::path& path, const FieldPart& room) {
+  Sections sections;
+  const std::string text = part_to_json(room).dump();
+  sections["meta"] = to_section(std::span<const char>(text.data(), text.size()));
+  add_part(sections, room, "room");
+  return write_sections(path, kRoomFormat, sections);
+}
+
+Result<FieldPart> read_room(const std::filesystem::path& path) {
+  auto sections = read_sections(path, kRoomFormat);
+  if (!sections) return sections.error();
+  std::string detail;
+  try {
+    FieldPart room = room_from(meta_of(*sections), *sections);
+    round_tables(room.field);
+    return room;
+  } catch (const Bad& bad) {
+    detail = bad.detail;
+  } catch (const json::exception& e) {
+    detail = e.what();
+  }
+  return Error{ErrorCode::bad_input, fmt::format("The file of the room cannot be used: {}.", detail),
+               std::string(kRoomFormat.remedy), path.string()};
 }
 
 Result<Avatar> read_avatar(const std::filesystem::path& path) {
@@ -363,6 +404,7 @@ Result<Avatar> read_avatar(const std::filesystem::path& path) {
     Avatar avatar = avatar_from(*sections);
     round_tables(avatar.head.field);
     if (avatar.torso) round_tables(avatar.torso->field);
+    if (avatar.room) round_tables(avatar.room->field);
     return avatar;
   } catch (const Bad& bad) {
     detail = bad.detail;

@@ -9,11 +9,13 @@
 #include <fmt/format.h>
 
 #include "core/base/files.h"
+#include "core/capture/split.h"
 #include "core/image/files.h"
 #include "core/image/metrics.h"
 #include "core/project/project_views.h"
 #include "core/project/run_stages.h"
 #include "core/render/pose_avatar.h"
+#include "core/render/room_picture.h"
 #include "core/study/frame_score.h"
 #include "core/study/held_out.h"
 #include "core/train/field_fit.h"
@@ -64,8 +66,9 @@ Result<Evaluation> evaluate(const Project& project, const EvalOptions& options, 
   }
 
   const RenderOptions quality = render_options(options.quality);
+  const auto room = avatar.room ? std::optional(make_room_scene(*avatar.room)) : std::nullopt;
   Evaluation result;
-  result.split = capture.split;
+  result.split = split_name(capture.split);
   result.size = capture.size;
   result.free_numbers_per_frame =
       6 + int(track.frames.front().articulation.expression.size()) + 3 + 6 + (track.has_torso ? 6 : 0);
@@ -97,8 +100,10 @@ Result<Evaluation> evaluate(const Project& project, const EvalOptions& options, 
     render_s += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
     samples += rendered.samples_per_ray;
     const bool has_plate = !avatar.plate.empty() && std::ranges::binary_search(plate_info.frames, frame);
-    background_known &= has_plate;
-    const Image8 plate = has_plate ? avatar.plate : Image8{};
+    background_known &= has_plate || room.has_value();
+    const Image8 plate = has_plate ? avatar.plate
+                         : room    ? room_picture(*room, *camera, options.quality)
+                                   : Image8{};
     // Scored as exported: rounded to 8 bits.
     const Image8 picture = to_bytes(composite(rendered.rgba, plate));
     const Image a = to_float(*truth), b = to_float(picture);

@@ -112,6 +112,17 @@ TEST_F(Colmap, ACameraAtRestHardlyMoved) {
   EXPECT_THAT(error.fix, HasSubstr("--resting-camera"));
 }
 
+TEST_F(Colmap, ACameraThatOnlyTurnsSeesNoDepth) {
+  if (!have_colmap()) GTEST_SKIP() << "colmap is not installed";
+  const Vec3d eye(0, 0, -1);
+  for (int i = 0; i < 7; ++i)
+    add(render_room(small_lens(), look_at(eye, {-0.9 + 0.3 * i, 0.04 * (i % 2), 1.4})));
+  const Error error = failure();
+  EXPECT_EQ(error.code, ErrorCode::failed);
+  EXPECT_THAT(error.what, HasSubstr("only turned on the spot"));
+  EXPECT_THAT(error.fix, HasSubstr("at least 30 degrees"));
+}
+
 // -- What becomes of a killed step, by the real program
 
 TEST_F(Colmap, AKilledStepGoesOnFromItsDatabase) {
@@ -149,6 +160,23 @@ TEST_F(Colmap, AKilledStepGoesOnFromItsDatabase) {
   EXPECT_TRUE(said_that("Looking for features: 5 of 6"));
   EXPECT_TRUE(said_that("Matching pictures: 3 of 6"));
   EXPECT_TRUE(said_that("Placing pictures: 4 of 6 pictures placed"));
+}
+
+TEST_F(Colmap, AKilledSolveKeepsFeaturesAndMatches) {
+  if (!have_colmap()) GTEST_SKIP() << "colmap is not installed";
+  add_walk(6);
+  const std::string real = find_program("colmap")->string();
+  options_.program =
+      stand_in("[ $1 != mapper ] && exec " + real + " \"$@\"\necho Registering image; kill -KILL $$");
+  const Error error = failure();
+  EXPECT_THAT(error.what, HasSubstr("`colmap mapper` was ended by signal 9"));
+  EXPECT_THAT(error.fix, HasSubstr("finished steps are kept"));
+
+  options_.program =
+      stand_in("case $1 in feature_extractor|sequential_matcher) exit 9;; esac\nexec " + real + " \"$@\"");
+  const auto model = solve();
+  ASSERT_TRUE(model.ok()) << model.error().what;
+  EXPECT_EQ(model->images.size(), 6u);
 }
 
 TEST_F(Colmap, AnUnreadableDatabaseIsMadeAnew) {
@@ -199,6 +227,22 @@ TEST_F(Colmap, PicturesItDroppedAreMissed) {
   const Error error = failure();
   EXPECT_THAT(error.what, HasSubstr("only 4 of the 5 pictures"));
   EXPECT_THAT(error.fix, HasSubstr("delete this folder"));
+}
+
+// colmap takes a mask of another name or size without a word.
+TEST_F(Colmap, MasksHaveTheNameAndSizeThatItLooksFor) {
+  const Image8 picture(240, 180, 3, 90);
+  Image8 mask(240, 180, 1, 0);
+  for (int y = 0; y < 180; ++y) *mask.at(10, y) = *mask.at(11, y) = 255;
+  ASSERT_TRUE(prepare_work_folder(work_, "test"));
+  ASSERT_TRUE(write_picture(work_, "000000.png", picture, mask, 120));
+  const auto kept = read_image(work_ / "masks" / "000000.png.png");
+  const auto reduced = read_image(work_ / "images" / "000000.png");
+  ASSERT_TRUE(kept.ok() && reduced.ok());
+  EXPECT_EQ(kept->width, reduced->width);
+  EXPECT_EQ(kept->height, reduced->height);
+  EXPECT_EQ(*kept->at(5, 40), 0);  // ignored
+  EXPECT_GT(*kept->at(60, 40), 0);
 }
 
 // -- Photographs are looked at before colmap is

@@ -213,5 +213,19 @@ TEST(BackgroundMotion, StopsWhenAsked) {
   EXPECT_EQ(motion.error().code, ErrorCode::cancelled);
 }
 
+TEST(MovingStretch, IsTheLongestBetweenRests) {
+  BackgroundMotion motion;
+  for (int frame = 0; frame < 100; frame += 2) motion.frames.push_back({frame});
+  motion.rests = {{0, 11}, {20, 31}, {70, 98}};
+  const auto stretch = moving_stretch(motion);
+  ASSERT_TRUE(stretch.has_value());
+  EXPECT_EQ(stretch->first, 32);
+  EXPECT_EQ(stretch->last, 68);
+  motion.rests = {{0, 98}};
+  EXPECT_FALSE(moving_stretch(motion).has_value());
+  motion.rests.clear();
+  EXPECT_EQ(moving_stretch(motion)->last, 98);
+}
+
 }  // namespace
 }  // namespace likeness

@@ -58,7 +58,7 @@ TEST_F(CaptureFile, GivesBackExactlyWhatWasWritten) {
   EXPECT_EQ(read->crop.y, c.crop.y);
   EXPECT_EQ(read->crop.side, c.crop.side);
   EXPECT_EQ(read->size, c.size);
-  EXPECT_EQ(read->split, "tail");
+  EXPECT_EQ(read->split, Split::tail);
   EXPECT_EQ(read->warnings, c.warnings);
   ASSERT_EQ(read->frames.size(), c.frames.size());
   for (std::size_t i = 0; i < c.frames.size(); ++i) {

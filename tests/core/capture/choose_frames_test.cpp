@@ -8,6 +8,8 @@
 #include <cmath>
 #include <random>
 
+#include "core/capture/split.h"
+
 namespace likeness {
 namespace {
 
@@ -27,20 +29,6 @@ std::vector<FaceSample> faces_everywhere(int count) {
 
 int used(const std::vector<CaptureFrame>& frames) {
   return int(std::count_if(frames.begin(), frames.end(), [](const auto& f) { return f.used; }));
-}
-
-TEST(HoldOutTail, TakesTheLastTenthOfAllFrames) {
-  auto frames = even_frames(400);
-  hold_out_tail(frames, 0.1);
-  for (int i = 0; i < 400; ++i) EXPECT_EQ(frames[i].held_out, i >= 360) << i;
-}
-
-TEST(HoldOutTail, TakesAtLeastOneAndNoneOnlyWhenAskedForNone) {
-  auto frames = even_frames(3);
-  hold_out_tail(frames, 0.1);
-  EXPECT_TRUE(frames.back().held_out);
-  hold_out_tail(frames, 0);
-  EXPECT_FALSE(frames.back().held_out);
 }
 
 TEST(ChooseTrainingFrames, RefusesExactlyTheBlurredOnesAndSaysWhy) {

@@ -10,6 +10,7 @@
 #include <fstream>
 #include <iterator>
 #include <mutex>
+#include <set>
 
 #include "core/base/files.h"
 #include "core/head/builtin_head.h"
@@ -131,10 +132,11 @@ struct Scene {
   }
 
   Result<MatteResult> matte(const Progress& progress = {}, std::stop_token stop = {},
-                            const fs::path& network = {}) const {
+                            const fs::path& network = {}, const LearnRoom& learn_room = {}) const {
     MatteOptions options;
     options.size = kSize;
     options.network = network;
+    options.learn_room = learn_room;
     return matte_clip(folder, capture, cameras, track, head_model(), options, progress, stop);
   }
   double overlap(int frame) const {
@@ -238,6 +240,49 @@ TEST(MatteClip, AMovingCameraGetsMattesButNoPlate) {
   double sum = 0;
   for (int frame = 0; frame < kFrames; ++frame) sum += scene.overlap(frame) / kFrames;
   EXPECT_GT(sum, 0.9);
+}
+
+TEST(MatteClip, TheRoomBehindAMovingCameraSharpensItsMattes) {
+  const Scene scene("room", Moves::always);
+  const auto error = [&] {
+    double sum = 0;
+    for (int frame = 0; frame < kFrames; ++frame) sum += (1 - scene.overlap(frame)) / kFrames;
+    return sum;
+  };
+  ASSERT_TRUE(scene.matte().ok());
+  const double without = error();
+  // A model of the room that is right but for a constant error.
+  std::set<int> learnt_from;
+  const LearnRoom learn = [&](const std::vector<RoughMatte>& mattes, const Progress&,
+                              std::stop_token) -> Result<RoomBehind> {
+    for (const RoughMatte& matte : mattes) learnt_from.insert(matte.frame);
+    return RoomBehind([&](int frame) {
+      Image8 room = scene.wall[std::size_t(frame)];
+      for (std::uint8_t& value : room.data) value = std::uint8_t(std::min(255, value + 8));
+      return room;
+    });
+  };
+  const auto result = scene.matte({}, {}, {}, learn);
+  ASSERT_TRUE(result.ok()) << result.error().what;
+  EXPECT_FALSE(result->has_plate);
+  EXPECT_LT(error(), 0.7 * without);
+  EXPECT_EQ(learnt_from.size(), std::size_t(kHeldFrom));  // every training frame, no held-out one
+  EXPECT_LT(*learnt_from.rbegin(), kHeldFrom);
+
+  const Scene resting("room_resting");
+  learnt_from.clear();
+  ASSERT_TRUE(resting.matte({}, {}, {}, learn).ok());
+  EXPECT_TRUE(learnt_from.empty());
+}
+
+TEST(MatteClip, ARoomThatCannotBeLearntEndsTheStage) {
+  const Scene scene("no_room", Moves::always);
+  const auto result = scene.matte({}, {}, {}, [](const auto&, const auto&, auto) -> Result<RoomBehind> {
+    return Error{ErrorCode::no_space, "The disk is full.", "Free some space.", ""};
+  });
+  ASSERT_FALSE(result.ok());
+  EXPECT_EQ(result.error().code, ErrorCode::no_space);
+  EXPECT_FALSE(fs::exists(scene.folder / "masks"));
 }
 
 TEST(MatteClip, ANetworkIsFollowedWhereItIsSure) {

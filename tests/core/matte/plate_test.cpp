@@ -106,5 +106,18 @@ TEST(PlateInfo, SurvivesTheFileAndAMissingFileMeansNoPlate) {
   EXPECT_TRUE(none->frames.empty());
 }
 
+TEST(RoomPlate, IsBelievedAsFarAsItAgreesBesideThePerson) {
+  const cv::Mat picture = wall();
+  cv::Mat wrong = picture.clone(), free(48, 64, CV_8U, cv::Scalar(255)), reach(48, 64, CV_8U, cv::Scalar(0));
+  wrong(cv::Rect(0, 0, 20, 48)) += cv::Scalar::all(40);  // a room that was learnt badly on the left
+  free(cv::Rect(24, 8, 20, 40)).setTo(0);
+  reach(cv::Rect(20, 4, 28, 44)).setTo(255);
+  const Plate good = room_plate(picture, picture, free, reach), bad = room_plate(picture, wrong, free, reach);
+  EXPECT_LT(good.noise.at<float>(30, 22), 6);
+  EXPECT_GT(bad.noise.at<float>(30, 20), 1.5f * good.noise.at<float>(30, 20));
+  EXPECT_GT(bad.noise.at<float>(30, 20), bad.noise.at<float>(30, 60));
+  EXPECT_EQ(cv::norm(good.known, reach, cv::NORM_INF), 0);
+}
+
 }  // namespace
 }  // namespace likeness

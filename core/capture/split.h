@@ -1,0 +1,27 @@
+// Which frames are held out of training to be measured on: fixed by the source's time before any frame is
+// refused, so that whatever is refused later, the split stays the same.
+#pragma once
+
+#include <array>
+#include <optional>
+#include <string_view>
+#include <vector>
+
+#include "core/capture/capture.h"
+
+namespace likeness {
+
+inline constexpr std::array kSplits{Split::tail, Split::views, Split::random30};
+std::string_view split_name(Split split);  // tail, views, random30
+std::optional<Split> split_named(std::string_view name);
+
+// Each marks frames as held out, at least one unless `share` is 0, and all others as not.
+
+// The last `share` of the frames.
+void hold_out_tail(std::vector<CaptureFrame>& frames, double share);
+// `share` of the frames within `moving`, in a row in its middle: views between those that train.
+void hold_out_views(std::vector<CaptureFrame>& frames, const FrameSpan& moving, double share);
+// `share` of the frames, spread by chance: the same ones of any two clips of as many frames.
+void hold_out_random(std::vector<CaptureFrame>& frames, double share);
+
+}  // namespace likeness

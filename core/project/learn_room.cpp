@@ -1,0 +1,69 @@
+// See learn_room.h.
+#include "core/project/learn_room.h"
+
+#include <memory>
+#include <utility>
+
+#include "core/image/files.h"
+#include "core/project/solved_points.h"
+#include "core/render/room_picture.h"
+#include "core/train/room.h"
+
+namespace likeness {
+namespace {
+
+Result<TrainingView> room_view(const Project& project, const TrackedCapture& read, const RoughMatte& matte) {
+  const auto& [capture, cameras, track] = read;
+  const TrackedFrame* tracked = find_tracked(track, matte.frame);
+  const auto camera = picture_camera(capture, cameras, track, matte.frame);
+  if (!tracked || !camera)
+    return Error{ErrorCode::failed, "A frame has a matte, but no camera or head.",
+                 "Run `likeness fit` again.", project.folder.string()};
+  auto rgb = read_image(project.folder / frame_name(matte.frame));
+  if (!rgb) return rgb.error();
+  TrainingView view;
+  view.camera = *camera;
+  view.world_from_head = tracked->world_from_head;
+  view.world_from_torso = tracked->world_from_torso;
+  view.rgb = std::move(*rgb);
+  view.alpha = TiledMask(matte.alpha);
+  view.has_plate = false;
+  return view;
+}
+
+// What a look behind a frame needs.
+struct Look {
+  RoomScene scene;
+  TrackedCapture read;
+  Look(RoomScene s, TrackedCapture r) : scene(std::move(s)), read(std::move(r)) {}
+};
+
+}  // namespace
+
+LearnRoom room_learner(const Project& project, const TrackedCapture& read) {
+  return [&project, &read](const std::vector<RoughMatte>& mattes, const Progress& progress,
+                           std::stop_token stop) -> Result<RoomBehind> {
+    if (mattes.size() < kLeastRoomViews) return RoomBehind{};
+    std::vector<TrainingView> views;
+    for (const RoughMatte& matte : mattes) {
+      auto view = room_view(project, read, matte);
+      if (!view) return view.error();
+      views.push_back(std::move(*view));
+    }
+    const auto points = solved_points(project, read.track);
+    if (!points) return points.error();
+    RoomOptions options;
+    options.seed = project.options.seed;
+    auto room = train_room(views, room_cube(views, *points), options, progress, stop);
+    if (!room) return room.error();
+    if (auto written = write_room(room_path(project), *room); !written) return written.error();
+    round_tables(room->field);
+    const auto look = std::make_shared<const Look>(make_room_scene(*room), read);
+    return RoomBehind([look](int frame) {
+      const auto camera = picture_camera(look->read.capture, look->read.cameras, look->read.track, frame);
+      return camera ? room_picture(look->scene, *camera) : Image8{};
+    });
+  };
+}
+
+}  // namespace likeness

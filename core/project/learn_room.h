@@ -1,0 +1,14 @@
+// The matte stage's view of the room behind a moving camera: learnt from its rough mattes, kept in the
+// project as room.bin, and shown behind any frame.
+#pragma once
+
+#include "core/matte/matte.h"
+#include "core/project/project.h"
+#include "core/project/project_views.h"
+
+namespace likeness {
+
+// Refers to its arguments. What it returns does not.
+LearnRoom room_learner(const Project& project, const TrackedCapture& read);
+
+}  // namespace likeness
