@@ -8,6 +8,7 @@
 
 #include <fmt/format.h>
 
+#include "app/backend_option.h"
 #include "app/commands.h"
 #include "app/terminal.h"
 #include "core/base/parallel.h"
@@ -106,7 +107,10 @@ nlohmann::json summary(const Project& project) {
 
 int run(Project& project, Stage last, const CommonOptions& common) {
   const ThreadLimit limit(common.threads);
+  const auto backend = chosen_backend(common);
+  if (!backend) return report_failure(backend.error(), StoppedWork::kept);
   RunObserver observer;
+  observer.backend = backend->backend, observer.fall_back = backend->fall_back;
   if (!common.json) {
     observer.stage_changed = [](Stage stage, const StageRecord& record) {
       if (record.state != StageState::done) return;
@@ -240,7 +244,7 @@ void add_build_commands(CLI::App& program, int& exit_code) {
   build->add_flag("--refine-track", a->options.refine_track,
                   "Correct the training frames' poses and faces through the field while it learns");
   build->add_flag("!--no-occupancy", a->options.use_occupancy, "Ablation: without the occupancy grid");
-  add_common_options(*build, a->common);
+  add_common_options_with_cuda(*build, a->common);
   build->add_flag("--forecast", a->forecast,
                   "Only tell what the build will take of disk, memory and minutes");
   build->callback(
@@ -276,7 +280,7 @@ void add_build_commands(CLI::App& program, int& exit_code) {
   add_training_options(*train, *a);
   train->add_option("--leave-out", a->leave_out,
                     "Frames that shall not train, from now on: 12,40-60, or none");
-  add_common_options(*train, a->common);
+  add_common_options_with_cuda(*train, a->common);
   train->callback([a, train, &exit_code] { exit_code = run_existing(*a, Stage::train, *train); });
 }
 

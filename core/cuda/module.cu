@@ -164,8 +164,6 @@ const DeviceApi kApi = {
     close,
     [](void*, std::size_t bytes, void** memory) { return status_of(cudaMalloc(memory, bytes)); },
     [](void*, void* memory) { (void)cudaFree(memory); },
-    [](void*, std::size_t bytes, void** memory) { return status_of(cudaMallocHost(memory, bytes)); },
-    [](void*, void* memory) { (void)cudaFreeHost(memory); },
     [](void* c, void* to, const void* from, std::size_t bytes) {
       return status_of(cudaMemcpyAsync(to, from, bytes, cudaMemcpyHostToDevice, of(c).stream));
     },

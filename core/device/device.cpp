@@ -96,14 +96,6 @@ Result<void*> Device::allocate(std::size_t bytes) {
 
 void Device::release(void* memory) { api_.release(context_, memory); }
 
-Result<void*> Device::allocate_host(std::size_t bytes) {
-  void* memory = nullptr;
-  if (auto done = checked(api_.allocate_host(context_, bytes, &memory)); !done) return done.error();
-  return memory;
-}
-
-void Device::release_host(void* memory) { api_.release_host(context_, memory); }
-
 Result<void> Device::copy_in(void* to, const void* from, std::size_t bytes) {
   return bytes == 0 ? Result<void>() : checked(api_.copy_in(context_, to, from, bytes));
 }

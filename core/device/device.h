@@ -28,8 +28,6 @@ class Device {
   const DeviceFacts& facts() const { return facts_; }
   Result<void*> allocate(std::size_t bytes);
   void release(void* memory);
-  Result<void*> allocate_host(std::size_t bytes);
-  void release_host(void* memory);
   Result<void> copy_in(void* to, const void* from, std::size_t bytes);
   Result<void> copy_out(void* to, const void* from, std::size_t bytes);
   Result<void> clear(void* memory, std::size_t bytes);

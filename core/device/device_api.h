@@ -44,9 +44,6 @@ struct DeviceApi {
   void (*close)(void* context);
   DeviceStatus (*allocate)(void* context, std::size_t bytes, void** memory);
   void (*release)(void* context, void* memory);
-  // Memory of the host that copies run from and to without waiting.
-  DeviceStatus (*allocate_host)(void* context, std::size_t bytes, void** memory);
-  void (*release_host)(void* context, void* memory);
   // The host's memory must stay as it is until the next `wait`.
   DeviceStatus (*copy_in)(void* context, void* to, const void* from, std::size_t bytes);
   DeviceStatus (*copy_out)(void* context, void* to, const void* from, std::size_t bytes);

@@ -202,8 +202,6 @@ const DeviceApi kApi = {
     [](void*) {},
     allocate,
     release,
-    [](void*, std::size_t bytes, void** memory) { return *memory = ::operator new(bytes), answer(); },
-    [](void*, void* memory) { ::operator delete(memory); },
     copy,
     copy,
     [](void*, void* memory, std::size_t bytes) { return queue([=] { std::memset(memory, 0, bytes); }); },
