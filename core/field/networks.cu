@@ -28,85 +28,43 @@ struct SingleBlock : Threads, LoopProducts<SingleBlock> {};
 
 #if __CUDA_ARCH__ >= 800
 using Bf16 = __nv_bfloat16;
-template <class Use, class Layout>
-using Matrix = wmma::fragment<Use, 16, 16, 16, Bf16, Layout>;
-using Sum = wmma::fragment<wmma::accumulator, 16, 16, 16, float>;
 
-// 16 x 16 pieces of a product, each by one warp. A piece's sums pass through the warp's staging memory, so
-// that every lane knows which of them it holds.
-struct MatrixBlock : Threads {
-  // piece(first, second, sum): the sums of rows `first`.. and columns `second`..; emit(row, column, value).
-  // Rows beside each other lie beside each other in `staging` when kColumns, else columns do.
-  template <bool kColumns, class Piece, class Emit>
-  __device__ void pieces(int rows, int columns, const Piece& piece, const Emit& emit) const {
-    const int warp = int(threadIdx.x) / 32, lane = int(threadIdx.x) % 32;
-    float* staging = reinterpret_cast<float*>(block_memory) + warp * 256;
-    for (int p = warp; p < rows / 16 * (columns / 16); p += int(kBlockThreads) / 32) {
-      const int first = p % (rows / 16) * 16, second = p / (rows / 16) * 16;
-      Sum sum;
-      wmma::fill_fragment(sum, 0.0f);
-      piece(first, second, sum);
-      wmma::store_matrix_sync(staging, sum, 16, kColumns ? wmma::mem_col_major : wmma::mem_row_major);
-      __syncwarp();
+template <Order kOrder>
+struct LayoutOf {
+  using Type = wmma::row_major;
+};
+template <>
+struct LayoutOf<Order::columns> {
+  using Type = wmma::col_major;
+};
+
+struct MatrixBlock : Threads, PieceProducts<MatrixBlock> {
+  using Sum = wmma::fragment<wmma::accumulator, 16, 16, 16, float>;
+
+  __device__ int warp() const { return int(threadIdx.x) / 32; }
+  __device__ int warps() const { return int(kBlockThreads) / 32; }
+  __device__ float* staging() const { return reinterpret_cast<float*>(block_memory) + warp() * 256; }
+  __device__ void sync() const { __syncthreads(); }
+  __device__ void zero(Sum& sum) const { wmma::fill_fragment(sum, 0.0f); }
+  template <Order kA, Order kB>
+  __device__ void multiply(Sum& sum, const Bf16* a, int a_stride, const Bf16* b, int b_stride) const {
+    wmma::fragment<wmma::matrix_a, 16, 16, 16, Bf16, typename LayoutOf<kA>::Type> left;
+    wmma::fragment<wmma::matrix_b, 16, 16, 16, Bf16, typename LayoutOf<kB>::Type> right;
+    wmma::load_matrix_sync(left, a, unsigned(a_stride));
+    wmma::load_matrix_sync(right, b, unsigned(b_stride));
+    wmma::mma_sync(sum, left, right, sum);
+  }
+  template <Order kOrder>
+  __device__ void store(const Sum& sum, float* to) const {
+    wmma::store_matrix_sync(to, sum, 16,
+                            kOrder == Order::columns ? wmma::mem_col_major : wmma::mem_row_major);
+  }
+  template <class F>
+  __device__ void for_lanes(int count, const F& f) const {
+    __syncwarp();
 #pragma unroll
-      for (int e = lane; e < 256; e += 32) {
-        const int fast = e % 16, slow = e / 16;
-        emit(first + (kColumns ? fast : slow), second + (kColumns ? slow : fast), staging[e]);
-      }
-      __syncwarp();
-    }
-    __syncthreads();
-  }
-
-  template <class Finish>
-  __device__ void product(const Bf16* in, const Bf16* weights, int stride, int inputs, int outputs, int rows,
-                          int row, const Finish& finish) const {
-    pieces<true>(
-        rows, outputs,
-        [&](int r, int o, Sum& sum) {
-          for (int i = 0; i < inputs; i += 16) {
-            Matrix<wmma::matrix_a, wmma::col_major> a;
-            Matrix<wmma::matrix_b, wmma::col_major> b;
-            wmma::load_matrix_sync(a, in + i * row + r, unsigned(row));
-            wmma::load_matrix_sync(b, weights + o * stride + i, unsigned(stride));
-            wmma::mma_sync(sum, a, b, sum);
-          }
-        },
-        [&](int r, int o, float value) { finish(o, r, value); });
-  }
-
-  template <class Finish>
-  __device__ void product_transposed(const Bf16* gradient, const Bf16* weights, int stride, int inputs,
-                                     int outputs, int rows, int row, const Finish& finish) const {
-    pieces<true>(
-        rows, inputs,
-        [&](int r, int i, Sum& sum) {
-          for (int o = 0; o < outputs; o += 16) {
-            Matrix<wmma::matrix_a, wmma::col_major> a;
-            Matrix<wmma::matrix_b, wmma::row_major> b;
-            wmma::load_matrix_sync(a, gradient + o * row + r, unsigned(row));
-            wmma::load_matrix_sync(b, weights + o * stride + i, unsigned(stride));
-            wmma::mma_sync(sum, a, b, sum);
-          }
-        },
-        [&](int r, int i, float value) { finish(i, r, value); });
-  }
-
-  template <class Add>
-  __device__ void outer(const Bf16* gradient, const Bf16* in, int inputs, int outputs, int rows, int row,
-                        const Add& add) const {
-    pieces<false>(
-        outputs, inputs,
-        [&](int o, int i, Sum& sum) {
-          for (int r = 0; r < rows; r += 16) {
-            Matrix<wmma::matrix_a, wmma::row_major> a;
-            Matrix<wmma::matrix_b, wmma::col_major> b;
-            wmma::load_matrix_sync(a, gradient + o * row + r, unsigned(row));
-            wmma::load_matrix_sync(b, in + i * row + r, unsigned(row));
-            wmma::mma_sync(sum, a, b, sum);
-          }
-        },
-        add);
+    for (int e = int(threadIdx.x) % 32; e < count; e += 32) f(e);
+    __syncwarp();
   }
 };
 #endif
@@ -144,7 +102,8 @@ cudaError_t queue(const Launch& launch, KernelFunction kernel, const NetworkArgs
   if (failed != cudaSuccess) return failed;
   const unsigned tiles = blocks_of(items, unsigned(args.rows));
   const unsigned most = unsigned(launch.facts.multiprocessors) * unsigned(at_once > 0 ? at_once : 1);
-  kernel < <<tiles<most ? tiles : most, unsigned(kBlockThreads), shared, launch.stream>>>(args);
+  const unsigned blocks = tiles < most ? tiles : most;
+  kernel<<<blocks, unsigned(kBlockThreads), shared, launch.stream>>>(args);
   return cudaGetLastError();
 }
 

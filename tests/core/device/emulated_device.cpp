@@ -1,11 +1,13 @@
 // A device that is the processor: see emulated_device.h.
 #include "tests/core/device/emulated_device.h"
 
+#include <barrier>
 #include <chrono>
 #include <cstdio>
 #include <cstring>
 #include <functional>
 #include <map>
+#include <thread>
 #include <vector>
 
 #include "core/field/field_bf16.h"
@@ -16,38 +18,105 @@
 namespace likeness {
 namespace {
 
+struct Emulated {
+  EmulatedFaults faults;
+  EmulatedCounts counts;
+  std::map<void*, std::size_t> memory;
+  bool recording = false, lost = false;
+  std::vector<std::function<void()>> recorded;
+  double marks[8] = {};
+};
+Emulated state;
+
 struct Bf16 {
   std::uint16_t bits;
   explicit Bf16(float value) : bits(to_bf16(value)) {}
   explicit operator float() const { return from_bf16(bits); }
 };
 
-// One of `count` blocks of a kernel, its threads one after the other.
-struct HostBlock : LoopProducts<HostBlock> {
+// One of `count` blocks of a kernel. Its threads share the items and wait for each other at the end of each
+// share.
+struct Threads {
   std::uint32_t own, count;
-  HostBlock(std::uint32_t i, std::uint32_t n) : own(i), count(n) {}
+  int thread = 0, threads = 1;
+  std::barrier<>* all = nullptr;  // of the block's threads; null: there is one
+
   std::uint32_t index() const { return own; }
   std::uint32_t blocks() const { return count; }
+  void sync() const {
+    if (all) all->arrive_and_wait();
+  }
   template <class F>
   void for_each(int items, const F& f) const {
+    for (int i = thread; i < items; i += threads) f(i);
+    sync();
+  }
+};
+
+struct SingleBlock : Threads, LoopProducts<SingleBlock> {
+  unsigned char* memory = nullptr;
+};
+
+// A warp's sums as one matrix, and the matrix units as three loops.
+struct MatrixBlock : Threads, PieceProducts<MatrixBlock> {
+  unsigned char* memory = nullptr;
+  struct Sum {
+    float value[16][16];
+  };
+  int warp() const { return thread; }
+  int warps() const { return threads; }
+  float* staging() const { return reinterpret_cast<float*>(memory) + thread * 256; }
+  static void zero(Sum& sum) { sum = {}; }
+  template <Order kA, Order kB>
+  static void multiply(Sum& sum, const Bf16* a, int a_stride, const Bf16* b, int b_stride) {
+    for (int r = 0; r < 16; ++r)
+      for (int c = 0; c < 16; ++c)
+        for (int k = 0; k < 16; ++k) {
+          const Bf16 left = kA == Order::rows ? a[r * a_stride + k] : a[k * a_stride + r];
+          const Bf16 right = kB == Order::rows ? b[k * b_stride + c] : b[c * b_stride + k];
+          sum.value[r][c] += float(left) * float(right);
+        }
+  }
+  template <Order kOrder>
+  static void store(const Sum& sum, float* to) {
+    for (int r = 0; r < 16; ++r)
+      for (int c = 0; c < 16; ++c) to[kOrder == Order::rows ? 16 * r + c : 16 * c + r] = sum.value[r][c];
+  }
+  template <class F>
+  static void for_lanes(int items, const F& f) {
     for (int i = 0; i < items; ++i) f(i);
   }
 };
 
 constexpr std::uint32_t kHostBlocks = 3;  // so that several add to one sum, and some find nothing to do
+constexpr int kHostThreads = 4;
 
-template <class Value>
-void network(const NetworkArgs& args, bool backward) {
+template <class Value, class Block>
+void network(const NetworkArgs& args, bool backward, bool threads) {
   for (std::uint32_t b = 0; b < kHostBlocks; ++b) {
-    std::vector<float> shared(network_memory(args, sizeof(Value), backward).end / sizeof(float) + 1, NAN);
-    auto* memory = reinterpret_cast<unsigned char*>(shared.data());
-    HostBlock block(b, kHostBlocks);
-    backward ? network_backward<Value>(block, args, memory) : network_forward<Value>(block, args, memory);
+    std::vector<float> shared(network_memory(args, sizeof(Value), backward).end / sizeof(float), NAN);
+    std::barrier all(kHostThreads);
+    const auto run = [&](int thread) {
+      Block block;
+      block.own = b, block.count = kHostBlocks;
+      block.memory = reinterpret_cast<unsigned char*>(shared.data());
+      if (threads) block.thread = thread, block.threads = kHostThreads, block.all = &all;
+      backward ? network_backward<Value>(block, args, block.memory)
+               : network_forward<Value>(block, args, block.memory);
+    };
+    if (!threads) {
+      run(0);
+      continue;
+    }
+    std::vector<std::jthread> workers;
+    for (int t = 0; t < kHostThreads; ++t) workers.emplace_back(run, t);
   }
 }
 
 void networks(const NetworkArgs& args, bool backward) {
-  args.precision == NetworkPrecision::bf16 ? network<Bf16>(args, backward) : network<float>(args, backward);
+  const bool threads = state.faults.threads;
+  args.precision == NetworkPrecision::bf16 ? network<Bf16, MatrixBlock>(args, backward, threads)
+                                           : network<float, SingleBlock>(args, backward, threads);
 }
 
 void encode(const EncodeArgs& a, std::size_t items) {
@@ -74,15 +143,6 @@ void encode_back(const EncodeBackwardArgs& a, std::size_t items) {
   }
 }
 
-struct Emulated {
-  EmulatedFaults faults;
-  EmulatedCounts counts;
-  std::map<void*, std::size_t> memory;
-  bool recording = false, lost = false;
-  std::vector<std::function<void()>> recorded;
-  double marks[8] = {};
-};
-Emulated state;
 using Recording = std::vector<std::function<void()>>;
 
 template <class Args>
@@ -108,7 +168,7 @@ void run_kernel(Kernel kernel, const std::vector<unsigned char>& args, std::size
       for (std::size_t i = 0; i < items; ++i) adam_network(as<AdamNetworksArgs>(args), i);
       return;
     case Kernel::adam_codes: {
-      HostBlock block(0, 1);
+      Threads block{0, 1};
       return adam_codes(block, as<AdamCodesArgs>(args));
     }
     case Kernel::ray_loss: {

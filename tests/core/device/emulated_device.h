@@ -17,6 +17,9 @@ struct EmulatedFaults {
   std::size_t shared_bytes = 227 * 1024;
   bool matrix_units = true;
   long lost_after = -1;  // launches until the device is lost; < 0: never
+  // Blocks of the networks have four threads, each a warp, that wait for each other where a device's do: what they
+  // may not do at once the thread sanitizer sees. Otherwise one thread does it all.
+  bool threads = false;
 };
 
 struct EmulatedCounts {
@@ -29,7 +32,7 @@ const DeviceApi& emulated_api(const EmulatedFaults& faults = {});
 EmulatedCounts emulated_counts();
 std::shared_ptr<Device> emulated_device(const EmulatedFaults& faults = {});
 
-// The device that this program tests: the emulated one, or with LIKENESS_TEST_GPU the CUDA device, null where
+// The device that a program tests: tested_device_emulated.cpp or, of those labelled gpu, _cuda.cpp; null where
 // there is none; `why` then says why.
 std::shared_ptr<Device> tested_device(std::string& why);
 

@@ -210,6 +210,23 @@ TEST_P(DeviceFieldTest, AStepWhoseLossIsNotFiniteMovesNothing) {
   for (const float g : fetched(*device_, on->gradients(), gradients.size())) ASSERT_EQ(g, 0.0f);
 }
 
+#ifndef LIKENESS_TEST_GPU
+// The same numbers whether a block has one thread or several: nobody reads what another is still writing.
+// Built with the thread sanitizer, this also finds who would on a device.
+TEST_P(DeviceFieldTest, ThreadsOfABlockDoWhatOneDoes) {
+  const FieldConfig& config = GetParam().named.config;
+  const Field field = trained_like_field(config, 3);
+  const Batch batch = random_batch(config, kSamples, kViews, 9);
+  const Passed alone = pass(field, batch);
+  device_ = emulated_device({.threads = true});
+  const Passed together = pass(field, batch);
+  EXPECT_EQ(together.out.sigma, alone.out.sigma);
+  EXPECT_EQ(together.out.green, alone.out.green);
+  EXPECT_EQ(together.gradients, alone.gradients);
+  EXPECT_EQ(together.d_codes, alone.d_codes);
+}
+#endif
+
 std::vector<Case> cases() {
   std::vector<Case> all;
   for (const NamedConfig& named : small_configs())
