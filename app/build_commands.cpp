@@ -105,12 +105,10 @@ nlohmann::json summary(const Project& project) {
   return {{"project", project.folder.string()}, {"stages", stages}};
 }
 
-int run(Project& project, Stage last, const CommonOptions& common) {
+int run(Project& project, Stage last, const CommonOptions& common, const ChosenBackend& backend) {
   const ThreadLimit limit(common.threads);
-  const auto backend = chosen_backend(common);
-  if (!backend) return report_failure(backend.error(), StoppedWork::kept);
   RunObserver observer;
-  observer.backend = backend->backend, observer.fall_back = backend->fall_back;
+  observer.backend = backend.backend, observer.fall_back = backend.fall_back;
   if (!common.json) {
     observer.stage_changed = [](Stage stage, const StageRecord& record) {
       if (record.state != StageState::done) return;
@@ -135,6 +133,8 @@ int run(Project& project, Stage last, const CommonOptions& common) {
 
 // A first build that fails on its clip leaves no folder behind: there is nothing in it to keep.
 int run_new(const BuildArguments& arguments, Stage last) {
+  const auto backend = chosen_backend(arguments.common);
+  if (!backend) return report_failure(backend.error());
   std::error_code unknown;
   const bool existed = fs::exists(arguments.project, unknown) || unknown;
   ProjectOptions options = arguments.options;
@@ -146,7 +146,7 @@ int run_new(const BuildArguments& arguments, Stage last) {
     options.left_out = earlier->options.left_out;
   auto project = open_or_create_project(arguments.project, options);
   if (!project) return report_failure(project.error());
-  const int code = run(*project, last, arguments.common);
+  const int code = run(*project, last, arguments.common, *backend);
   if (code == kExitFailed && !existed && project->record(Stage::import).state == StageState::failed) {
     std::error_code ignored;
     fs::remove_all(arguments.project, ignored);
@@ -176,9 +176,11 @@ int run_existing(const BuildArguments& arguments, Stage last, const CLI::App& ve
     if (const auto fine = check_left_out(*capture, *frames); !fine) return report_failure(fine.error());
     options.left_out = std::move(*frames);
   }
+  const auto backend = chosen_backend(arguments.common);
+  if (!backend) return report_failure(backend.error());
   auto project = open_or_create_project(arguments.input, options);
   if (!project) return report_failure(project.error());
-  return run(*project, last, arguments.common);
+  return run(*project, last, arguments.common, *backend);
 }
 
 int run_align_photos(const BuildArguments& arguments) {
