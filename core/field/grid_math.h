@@ -27,10 +27,10 @@ struct GridCell {
   LIKENESS_HOST_DEVICE GridCell(const GridLevel& level, const float* const* point, std::size_t n) {
     for (int a = 0; a < kDims; ++a) {
       const float x = point[a][n], scale = float(level.resolution);
-      const float p = fminf(fmaxf(x, 0.0f), 1.0f) * scale;
-      const int below = int(p), last = level.resolution - 1, cell = below < last ? below : last;
+      const float inside = fminf(fmaxf(x, 0.0f), 1.0f);
+      const int below = int(inside * scale), last = level.resolution - 1, cell = below < last ? below : last;
       vertex[a] = std::uint32_t(cell);
-      part[a] = p - float(cell);
+      part[a] = fmaf(inside, scale, -float(cell));  // rounded once: cells are many, and parts small
       slope[a] = x >= 0 && x <= 1 ? scale : 0.0f;
     }
   }
