@@ -26,7 +26,7 @@ __global__ void __launch_bounds__(kThreads) networks_kernel(AdamNetworksArgs arg
   if (item < args.end - args.begin) adam_network(args, item);
 }
 
-__global__ void __launch_bounds__(kThreads) codes_kernel(AdamCodesArgs args) {
+__global__ void __launch_bounds__(kThreads, 1) codes_kernel(AdamCodesArgs args) {
   OneBlock block;
   likeness::adam_codes(block, args);
 }

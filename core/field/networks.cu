@@ -70,7 +70,7 @@ struct MatrixBlock : Threads, PieceProducts<MatrixBlock> {
 #endif
 
 template <bool kBackward>
-__global__ void __launch_bounds__(kBlockThreads) single_kernel(const __grid_constant__ NetworkArgs args) {
+__global__ void __launch_bounds__(kBlockThreads, 1) single_kernel(const __grid_constant__ NetworkArgs args) {
   SingleBlock block;
   if (kBackward)
     likeness::network_backward<float>(block, args, block_memory);
@@ -79,7 +79,7 @@ __global__ void __launch_bounds__(kBlockThreads) single_kernel(const __grid_cons
 }
 
 template <bool kBackward>
-__global__ void __launch_bounds__(kBlockThreads) matrix_kernel(const __grid_constant__ NetworkArgs args) {
+__global__ void __launch_bounds__(kBlockThreads, 1) matrix_kernel(const __grid_constant__ NetworkArgs args) {
 #if __CUDA_ARCH__ >= 800
   MatrixBlock block;
   if (kBackward)
