@@ -4,12 +4,15 @@
 
 #include <fmt/format.h>
 
+#include "app/backend_option.h"
 #include "app/commands.h"
+#include "app/device_bench.h"
 #include "app/terminal.h"
 #include "core/base/parallel.h"
 #include "core/bench/bf16_ceiling.h"
 #include "core/bench/field_speed.h"
 #include "core/bench/processor.h"
+#include "core/device/load_device.h"
 
 namespace likeness::app {
 
@@ -171,6 +174,15 @@ void print_report(const BenchReport& report) {
     fmt::print("These figures do not count. {}\n", why);
 }
 
+// Of a GPU, whose batches are larger.
+int run_cuda(const BenchArguments& arguments, bool batches_given) {
+  DeviceBenchOptions options;
+  if (batches_given) options.batches = arguments.options.batches;
+  options.rounds = std::max(options.rounds, arguments.options.rounds);
+  options.seed = std::uint32_t(arguments.common.seed) + 1;
+  return run_device_bench(arguments.common, options);
+}
+
 int run(BenchArguments arguments) {
   const int all = arguments.common.threads > 0 ? arguments.common.threads : hardware_threads();
   arguments.options.threads = {1};
@@ -201,8 +213,11 @@ void add_bench_command(CLI::App& program, int& exit_code) {
   verb->add_option("--rounds", a->options.rounds,
                    "Repetitions, of which the best counts; more if others use the machine")
       ->check(CLI::Range(1, 1000));
-  add_common_options(*verb, a->common);
-  verb->callback([a, &exit_code] { exit_code = run(*a); });
+  add_common_options_with_cuda(*verb, a->common);
+  verb->callback([a, verb, &exit_code] {
+    const bool cuda = a->common.backend == "cuda" || (a->common.backend == "auto" && open_cuda_device().ok());
+    exit_code = cuda ? run_cuda(*a, verb->count("--batch") > 0) : run(*a);
+  });
 }
 
 }  // namespace likeness::app

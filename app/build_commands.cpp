@@ -9,6 +9,7 @@
 
 #include <fmt/format.h>
 
+#include "app/backend_option.h"
 #include "app/commands.h"
 #include "app/terminal.h"
 #include "core/base/parallel.h"
@@ -106,9 +107,10 @@ nlohmann::json summary(const Project& project) {
   return {{"project", project.folder.string()}, {"stages", stages}};
 }
 
-int run(Project& project, Stage last, const CommonOptions& common) {
+int run(Project& project, Stage last, const CommonOptions& common, const ChosenBackend& backend) {
   const ThreadLimit limit(common.threads);
   RunObserver observer;
+  observer.backend = backend.backend, observer.fall_back = backend.fall_back;
   if (!common.json) {
     observer.stage_changed = [](Stage stage, const StageRecord& record) {
       if (record.state != StageState::done) return;
@@ -133,6 +135,8 @@ int run(Project& project, Stage last, const CommonOptions& common) {
 
 // A first build that fails on its clip leaves no folder behind: there is nothing in it to keep.
 int run_new(const BuildArguments& arguments, Stage last) {
+  const auto backend = chosen_backend(arguments.common);
+  if (!backend) return report_failure(backend.error());
   std::error_code unknown;
   const bool existed = fs::exists(arguments.project, unknown) || unknown;
   ProjectOptions options = arguments.options;
@@ -144,7 +148,7 @@ int run_new(const BuildArguments& arguments, Stage last) {
     options.left_out = earlier->options.left_out;
   auto project = open_or_create_project(arguments.project, options);
   if (!project) return report_failure(project.error());
-  const int code = run(*project, last, arguments.common);
+  const int code = run(*project, last, arguments.common, *backend);
   if (code == kExitFailed && !existed && project->record(Stage::import).state == StageState::failed) {
     std::error_code ignored;
     fs::remove_all(arguments.project, ignored);
@@ -174,9 +178,11 @@ int run_existing(const BuildArguments& arguments, Stage last, const CLI::App& ve
     if (const auto fine = check_left_out(*capture, *frames); !fine) return report_failure(fine.error());
     options.left_out = std::move(*frames);
   }
+  const auto backend = chosen_backend(arguments.common);
+  if (!backend) return report_failure(backend.error());
   auto project = open_or_create_project(arguments.input, options);
   if (!project) return report_failure(project.error());
-  return run(*project, last, arguments.common);
+  return run(*project, last, arguments.common, *backend);
 }
 
 int run_align_photos(const BuildArguments& arguments) {
@@ -249,7 +255,7 @@ void add_build_commands(CLI::App& program, int& exit_code) {
   build->add_flag("--refine-track", a->options.refine_track,
                   "Correct the training frames' poses and faces through the field while it learns");
   build->add_flag("!--no-occupancy", a->options.use_occupancy, "Ablation: without the occupancy grid");
-  add_common_options(*build, a->common);
+  add_common_options_with_cuda(*build, a->common);
   build->add_flag("--forecast", a->forecast,
                   "Only tell what the build will take of disk, memory and minutes");
   build->callback(
@@ -285,7 +291,7 @@ void add_build_commands(CLI::App& program, int& exit_code) {
   add_training_options(*train, *a);
   train->add_option("--leave-out", a->leave_out,
                     "Frames that shall not train, from now on: 12,40-60, or none");
-  add_common_options(*train, a->common);
+  add_common_options_with_cuda(*train, a->common);
   train->callback([a, train, &exit_code] { exit_code = run_existing(*a, Stage::train, *train); });
 }
 

@@ -12,6 +12,7 @@
 #include "app/terminal.h"
 #include "core/base/parallel.h"
 #include "core/camera/process.h"
+#include "core/device/load_device.h"
 #include "core/track/landmarks.h"
 
 namespace likeness::app {
@@ -51,6 +52,19 @@ Finding check_display() {
   return {"display", shown, false, shown ? "present" : "none; the command line needs none", ""};
 }
 
+// Used by `train`, `build` and `bench` with --backend cuda.
+Finding check_cuda() {
+  const auto device = open_cuda_device();
+  if (!device) return {"CUDA", false, false, device.error().what, device.error().fix};
+  const DeviceFacts& facts = (*device)->facts();
+  return {
+      "CUDA", true, false,
+      fmt::format("{}, {:.1f} GiB of which {:.1f} are free, driver for CUDA {}.{}", facts.name,
+                  double(facts.memory_bytes) / double(1 << 30), double(facts.free_bytes) / double(1 << 30),
+                  facts.driver / 1000, facts.driver % 1000 / 10),
+      ""};
+}
+
 int run(const CommonOptions& common) {
   const std::vector<Finding> findings{
       {"processor", true, true, fmt::format("{} threads", hardware_threads()), ""},
@@ -60,7 +74,7 @@ int run(const CommonOptions& common) {
       {"head models", true, false,
        "the built-in one; --head-model takes FLAME's .pkl, ICT-FaceKit's folder or a .npz", ""},
       check_display(),
-      {"CUDA", false, false, "this build computes on the CPU", ""}};
+      check_cuda()};
   bool healthy = true;
   nlohmann::json list = nlohmann::json::array();
   for (const Finding& f : findings) {

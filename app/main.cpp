@@ -18,7 +18,7 @@ likeness::app::ManualText manual_text() {
       .description =
           {"Likeness turns one phone video of a person into a head avatar that can be directed: seen "
            "from any side, its head turned, its expression changed, and exported as video. It "
-           "computes on the processor and sends nothing anywhere.",
+           "computes on this machine and sends nothing anywhere.",
            "A project is a folder NAME.likeness. A stopped or killed build continues with the same "
            "command; a stage whose inputs did not change is not run again."},
       .exit_codes = {{"0", "Done."},

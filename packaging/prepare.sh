@@ -75,7 +75,7 @@ install_missing() {
 }
 
 # configure_and_build PRESET [cmake options]: a compiler cache is used where there is one. build_target: one target
-# instead of all.
+# instead of all; build_folder: another folder than the preset's.
 configure_and_build() {
   local preset=$1
   shift
@@ -84,5 +84,6 @@ configure_and_build() {
     launcher=(-DCMAKE_CXX_COMPILER_LAUNCHER=ccache)
     export CCACHE_NOHASHDIR=1
   fi
-  (cd "$root" && cmake --preset "$preset" "${launcher[@]}" "$@" && cmake --build --preset "$preset" ${build_target:+--target "$build_target"})
+  local folder=${build_folder:-$root/build/$preset}
+  (cd "$root" && cmake --preset "$preset" -B "$folder" "${launcher[@]}" "$@" && cmake --build "$folder" ${build_target:+--target "$build_target"})
 }

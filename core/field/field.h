@@ -21,6 +21,8 @@
 #include <string>
 #include <vector>
 
+#include "core/field/field_levels.h"  // kTableLine
+
 namespace likeness {
 
 struct GridConfig {
@@ -70,9 +72,6 @@ struct ParameterBlock {
 std::vector<ParameterBlock> parameter_layout(const FieldConfig& config);
 std::size_t parameter_count(const FieldConfig& config);
 Field make_field(const FieldConfig& config, std::uint32_t seed);
-
-// Sparse gradients and Adam move this many table parameters (64 bytes) at a time.
-inline constexpr std::size_t kTableLine = 16;
 
 struct FieldInputs {
   std::size_t count = 0;                                    // N

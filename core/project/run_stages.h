@@ -3,6 +3,7 @@
 
 #include <array>
 #include <functional>
+#include <memory>
 #include <stop_token>
 #include <utility>
 
@@ -19,6 +20,9 @@ struct RunObserver {
   std::function<void(Stage, const StageRecord&)> stage_changed = [](Stage, const StageRecord&) {};
   std::function<void(const TrainStatus&)> training = [](const TrainStatus&) {};
   AvatarTap tap;  // of the training
+  // Where the training computes (TrainOptions); what comes out is the same project.
+  std::shared_ptr<Backend> backend;
+  bool fall_back = false;
 };
 
 // The part of a run's progress that a stage takes, from and to in [0, 1].

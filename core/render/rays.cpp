@@ -327,22 +327,6 @@ float occupied_intervals(const FieldRay& ray, const MarchVolume& volume, float n
   });
 }
 
-void FieldSamples::resize(std::size_t count) {
-  for (auto* v : {&x, &y, &z, &dx, &dy, &dz}) v->resize(count);
-  view.resize(count);
-}
-
-FieldInputs FieldSamples::inputs(const float* conditions, const float* latents) const {
-  FieldInputs in;
-  in.count = count();
-  in.x = x.data(), in.y = y.data(), in.z = z.data();
-  in.dx = dx.data(), in.dy = dy.data(), in.dz = dz.data();
-  in.view = view.data();
-  in.conditions = conditions;
-  in.latents = latents;
-  return in;
-}
-
 MarchVolumes march_volumes(const FieldPart& head, const FieldPart* torso, std::span<const NeckBend> necks) {
   MarchVolumes volumes;
   volumes.fields[0] = march_volume(head.occupancy, head.core, head.cube.side, head.opacity);

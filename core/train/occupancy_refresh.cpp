@@ -5,7 +5,6 @@
 #include <cmath>
 
 #include "core/base/parallel.h"
-#include "core/field/evaluate.h"
 #include "core/train/random_stream.h"
 
 namespace likeness {
@@ -28,12 +27,12 @@ OccupancyState make_occupancy_state(const Volume& volume) {
   return state;
 }
 
-void refresh_occupancy(OccupancyState& state, const FieldPart& part, const float* conditions,
-                       std::size_t views, const std::function<void(FieldSamples&)>& to_canonical,
-                       std::uint64_t seed, std::uint64_t step) {
-  const int n = part.occupancy.resolution;
+Result<void> refresh_occupancy(OccupancyState& state, int resolution, const float* conditions,
+                               std::size_t views, const std::function<void(FieldSamples&)>& to_canonical,
+                               const Densities& densities, std::uint64_t seed, std::uint64_t step) {
+  const int n = resolution;
   const std::size_t count = state.cells.size();
-  if (count == 0) return;
+  if (count == 0) return {};
   FieldSamples samples;
   samples.resize(count);
   parallel_ranges(count, 4096, [&](std::size_t begin, std::size_t end) {
@@ -48,8 +47,9 @@ void refresh_occupancy(OccupancyState& state, const FieldPart& part, const float
   });
   to_canonical(samples);
   std::vector<float> sigma;
-  evaluate_density(part.field, samples.inputs(conditions, nullptr), sigma);
+  if (auto done = densities(samples.inputs(conditions, nullptr), sigma); !done) return done;
   for (std::size_t i = 0; i < count; ++i) state.density[i] = std::max(state.density[i] * kDecay, sigma[i]);
+  return {};
 }
 
 OccupancyGrid occupancy_bits(const OccupancyState& state, const Volume& volume) {

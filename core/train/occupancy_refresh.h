@@ -6,6 +6,7 @@
 #include <functional>
 #include <vector>
 
+#include "core/base/result.h"
 #include "core/render/avatar.h"
 #include "core/render/rays.h"
 #include "core/train/volumes.h"
@@ -19,10 +20,12 @@ struct OccupancyState {
 OccupancyState make_occupancy_state(const Volume& volume);
 
 // Looks once into every allowed cell, at a random point under a random one of `views` rows of `conditions`;
-// to_canonical moves the samples to where the field knows them.
-void refresh_occupancy(OccupancyState& state, const FieldPart& part, const float* conditions,
-                       std::size_t views, const std::function<void(FieldSamples&)>& to_canonical,
-                       std::uint64_t seed, std::uint64_t step);
+// to_canonical moves the samples to where the field knows them, densities tells what is there. resolution: of
+// the grid.
+using Densities = std::function<Result<void>(const FieldInputs&, std::vector<float>& sigma)>;
+Result<void> refresh_occupancy(OccupancyState& state, int resolution, const float* conditions,
+                               std::size_t views, const std::function<void(FieldSamples&)>& to_canonical,
+                               const Densities& densities, std::uint64_t seed, std::uint64_t step);
 
 // Cells over the threshold, their neighbours, and the cells that are always kept, within the allowed ones.
 OccupancyGrid occupancy_bits(const OccupancyState& state, const Volume& volume);

@@ -3,6 +3,7 @@
 
 #include <filesystem>
 #include <functional>
+#include <memory>
 #include <optional>
 #include <stop_token>
 #include <vector>
@@ -17,6 +18,8 @@
 #include "core/train/mode.h"
 
 namespace likeness {
+
+class Backend;  // core/render/backend.h
 
 // One training picture.
 struct TrainingView {
@@ -53,6 +56,9 @@ struct TrainOptions {
   bool refine_track = false;  // correct the training frames' tracks through the field (refine_track.h)
   double rate = 1;            // factor on the learning rates
   double checkpoint_every_s = 30;
+  std::shared_ptr<Backend> backend;  // null: the processor
+  // A backend that fails is replaced by the processor, which goes on from what was last kept.
+  bool fall_back = false;
 };
 
 struct TrainStatus {

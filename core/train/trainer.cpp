@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "core/image/metrics.h"
+#include "core/render/backend.h"
 #include "core/train/capture_summary.h"
 #include "core/train/check_set.h"
 #include "core/train/checkpoint.h"
@@ -147,34 +148,46 @@ void refine(TrainingState& state, Scene& scene, Run& run, std::stop_token stop) 
   scene.place_views(state);
 }
 
-Result<void> run_steps(TrainingState& state, Scene& scene, Run& run, std::stop_token stop) {
-  const StepOptions options{run.options.rays_per_step, run.options.seed, run.options.use_latent,
-                            run.options.use_occupancy};
-  TrainingState snapshot = state;
-  int recoveries = 0;
-  double before = run.elapsed();
-  while (!run.finished(state)) {
-    if (stop.stop_requested()) {
-      if (auto saved = run.save(state); !saved) return saved;
-      return cancelled_error();
-    }
-    if (run.options.refine_track && refinement_due(state)) {
-      refine(state, scene, run, stop);
-      before = run.elapsed();
-      continue;
-    }
-    const StepResult result = training_step(state, scene.rays, options);
-    if (!result.finite) {
-      if (++recoveries > kRecoveries) return diverged(state.step);
-      const double scale = 0.5 * state.schedule.rate_scale;
-      state = snapshot;
-      state.schedule.rate_scale = scale;
-      if (run.options.refine_track) scene.place_views(state);
-      continue;
-    }
-    if (result.samples == 0)
-      return Error{ErrorCode::failed, "No training ray meets the head: the head lies outside the pictures.",
-                   "Look at the track's overlay; fit the head again.", "training"};
+// The steps, where the backend may hold what was learnt: `fetch` before the state is looked at, `place` after
+// it was changed.
+struct Steps {
+  TrainingState& state;
+  Scene& scene;
+  Run& run;
+  std::stop_token stop;
+  FieldLearner& learner;
+  TrainingState& snapshot;
+  int& recoveries;
+  double before = 0;
+
+  Result<void> save() {
+    if (auto fetched = learner.fetch(); !fetched) return fetched;
+    if (run.options.fall_back) snapshot = state;
+    return run.save(state);
+  }
+
+  // Back to the last snapshot, with half the learning rate.
+  Result<void> recover() {
+    if (++recoveries > kRecoveries) return diverged(state.step);
+    const double scale = 0.5 * state.schedule.rate_scale;
+    state = snapshot;
+    state.schedule.rate_scale = scale;
+    if (run.options.refine_track) scene.place_views(state);
+    return learner.place();
+  }
+
+  Result<void> show() {
+    if (auto fetched = learner.fetch(); !fetched) return fetched;
+    const Clock::time_point look = Clock::now();
+    state.seconds = run.elapsed();
+    run.tap.take(
+        make_avatar(scene.set, run.options, scene.map, scene.warp_cell(), scene.volumes.neck, state));
+    run.held += seconds_since(look);
+    before = run.elapsed();  // a look is no step: the plan must not take it for one
+    return {};
+  }
+
+  Result<void> after_step(const StepResult& result) {
     const double now = run.elapsed(), taken = now - before;
     before = now;
     run.step_seconds = run.step_seconds == 0 ? taken : 0.95 * run.step_seconds + 0.05 * taken;
@@ -182,19 +195,63 @@ Result<void> run_steps(TrainingState& state, Scene& scene, Run& run, std::stop_t
     settle(state.schedule, state.step, now, run.step_seconds);
     if (now - run.last_report >= kReportEvery) run.report(state);
     if (now - run.last_checkpoint >= run.options.checkpoint_every_s)
-      if (auto saved = run.save(state); !saved) return saved;
-    if (state.step % kSnapshotEvery == 0) snapshot = state;
-    if (run.tap.wanted && run.tap.wanted()) {
-      const Clock::time_point look = Clock::now();
-      state.seconds = now;
-      run.tap.take(
-          make_avatar(scene.set, run.options, scene.map, scene.warp_cell(), scene.volumes.neck, state));
-      run.held += seconds_since(look);
-      before = run.elapsed();  // a look is no step: the plan must not take it for one
+      if (auto saved = save(); !saved) return saved;
+    if (state.step % kSnapshotEvery == 0) {
+      if (auto fetched = learner.fetch(); !fetched) return fetched;
+      snapshot = state;
     }
+    return run.tap.wanted && run.tap.wanted() ? show() : Result<void>();
   }
-  run.report(state);
-  return run.save(state);
+
+  Result<void> take(const StepOptions& options) {
+    before = run.elapsed();
+    while (!run.finished(state)) {
+      if (stop.stop_requested()) {
+        if (auto saved = save(); !saved) return saved;
+        return cancelled_error();
+      }
+      if (run.options.refine_track && refinement_due(state)) {
+        if (auto fetched = learner.fetch(); !fetched) return fetched;
+        refine(state, scene, run, stop);
+        before = run.elapsed();
+        continue;
+      }
+      const auto result = training_step(state, learner, scene.rays, options);
+      if (!result) return result.error();
+      if (!result->finite) {
+        if (auto recovered = recover(); !recovered) return recovered;
+        continue;
+      }
+      if (result->samples == 0)
+        return Error{ErrorCode::failed, "No training ray meets the head: the head lies outside the pictures.",
+                     "Look at the track's overlay; fit the head again.", "training"};
+      if (auto done = after_step(*result); !done) return done;
+    }
+    run.report(state);
+    return save();
+  }
+};
+
+// Whether the work failed because of where it was done.
+bool is_backends(const Error& error) { return error.where.starts_with("CUDA"); }
+
+Result<void> run_steps(TrainingState& state, Scene& scene, Run& run, std::stop_token stop) {
+  const StepOptions options{run.options.rays_per_step, run.options.seed, run.options.use_latent,
+                            run.options.use_occupancy};
+  TrainingState snapshot = state;
+  int recoveries = 0;
+  std::shared_ptr<Backend> backend = run.options.backend ? run.options.backend : cpu_backend();
+  while (true) {
+    auto learner = make_learner(*backend, state, options.rays, scene.set.views.size());
+    Result<void> done = learner
+                            ? Steps{state, scene, run, stop, **learner, snapshot, recoveries}.take(options)
+                            : Result<void>(learner.error());
+    if (done || !run.options.fall_back || !is_backends(done.error())) return done;
+    run.progress.report(run.share(state), done.error().what + " Going on with the processor.");
+    state = snapshot;
+    if (run.options.refine_track) scene.place_views(state);
+    backend = cpu_backend();
+  }
 }
 
 }  // namespace

@@ -1,13 +1,14 @@
-// The state of a training run, and one step of it: rays -> samples -> fields -> compositing -> loss ->
-// gradients -> Adam.
+// The state of a training run, and one step of it: rays -> samples, then by the backend fields -> compositing
+// -> loss -> gradients -> Adam.
 #pragma once
 
 #include <memory>
 #include <optional>
 #include <vector>
 
+#include "core/base/result.h"
 #include "core/field/adam.h"
-#include "core/field/evaluate.h"
+#include "core/render/backend.h"
 #include "core/render/rays.h"
 #include "core/train/occupancy_refresh.h"
 #include "core/train/ray_batch.h"
@@ -22,11 +23,6 @@ struct TrainedField {
   FieldPart part;
   AdamState adam;
   OccupancyState learnt;
-  // Scratch.
-  std::shared_ptr<FieldTape> tape;
-  FieldGradients gradients;
-  FieldOutputs outputs;
-  std::vector<float> d_sigma, d_red, d_green, d_blue;
 };
 
 struct TrainingState {
@@ -62,9 +58,15 @@ struct StepResult {
 TrainingState make_training_state(const TrainingSet& set, const TrainOptions& options,
                                   const ConditionMap& map, const Volumes& volumes);
 
+// A learner of the state's fields, which must stay where they are.
+Result<std::unique_ptr<FieldLearner>> make_learner(Backend& backend, TrainingState& state, int rays,
+                                                   std::size_t views);
+
 // The conditions of the views in these poses, and their spread.
 void set_conditions(TrainingState& state, const ConditionMap& map, std::span<const AvatarPose> poses);
 
-StepResult training_step(TrainingState& state, const RaySource& source, const StepOptions& options);
+// Where the backend fails, nothing but its own copy of the fields has changed.
+Result<StepResult> training_step(TrainingState& state, FieldLearner& learner, const RaySource& source,
+                                 const StepOptions& options);
 
 }  // namespace likeness

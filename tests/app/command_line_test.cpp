@@ -115,6 +115,36 @@ TEST_F(CommandLine, BenchRefusesBatchesItCannotMeasure) {
   EXPECT_EQ(likeness({"bench", "--rounds", "0"}).exit_code, 2);
 }
 
+TEST_F(CommandLine, WhereNoGpuCanBeUsedThatIsSaidAndNothingIsBegun) {
+  const fs::path clip = write_clip("nobody.mp4", 5), project = folder_ / "p.likeness";
+  const ProgramResult bench = likeness({"bench", "--backend", "cuda", "--json", "--batch", "64"});
+  if (bench.exit_code == 0) {
+    EXPECT_TRUE(nlohmann::json::parse(bench.out).at("machine").contains("gpu"));
+    GTEST_SKIP() << "this machine has a GPU that can be used";
+  }
+  EXPECT_EQ(bench.exit_code, 1);
+  const ProgramResult build =
+      likeness({"build", clip.string(), "--project", project.string(), "--backend", "cuda"});
+  EXPECT_EQ(build.exit_code, 1);
+  EXPECT_EQ(build.err, bench.err);  // the reason, whatever was to be done
+  EXPECT_GE(std::count(build.err.begin(), build.err.end(), '\n'), 2) << "no remedy: " << build.err;
+  EXPECT_FALSE(fs::exists(project));
+  // The doctor says the same.
+  const auto report = nlohmann::json::parse(likeness({"doctor", "--json"}).out);
+  for (const auto& finding : report.at("findings"))
+    if (finding.at("part") == "CUDA") {
+      EXPECT_FALSE(finding.at("ok").get<bool>());
+      EXPECT_FALSE(finding.at("needed").get<bool>());
+      EXPECT_NE(bench.err.find(finding.at("found").get<std::string>()), std::string::npos) << bench.err;
+    }
+}
+
+TEST_F(CommandLine, VerbsThatKnowNoGpuSaySo) {
+  const ProgramResult result = likeness({"render", "x.likeness", "--out", "x.png", "--backend", "cuda"});
+  EXPECT_EQ(result.exit_code, 2);
+  EXPECT_NE((result.out + result.err).find("computes on the processor"), std::string::npos) << result.err;
+}
+
 TEST_F(CommandLine, DoctorReportsEveryPartAsJson) {
   const ProgramResult result = likeness({"doctor", "--json"});
   const auto report = nlohmann::json::parse(result.out);

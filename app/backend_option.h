@@ -1,0 +1,25 @@
+// --backend of the verbs that can compute on a GPU.
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include <CLI/CLI.hpp>
+
+#include "app/terminal.h"
+#include "core/base/result.h"
+#include "core/render/backend.h"
+
+namespace likeness::app {
+
+// As add_common_options, but that --backend also takes cuda and auto.
+void add_common_options_with_cuda(CLI::App& verb, CommonOptions& options);
+
+struct ChosenBackend {
+  std::shared_ptr<Backend> backend;  // null: the processor
+  bool fall_back = false;            // auto: where the GPU fails, the processor goes on
+};
+// cuda without a usable GPU is an error that says why; auto is then the processor.
+Result<ChosenBackend> chosen_backend(const CommonOptions& options);
+
+}  // namespace likeness::app

@@ -1,0 +1,41 @@
+// What the module's parts share: where kernels are queued, and the launcher of each. Plain C++17.
+#pragma once
+
+#include <cuda_runtime.h>
+
+#include <cstddef>
+#include <cstdint>
+
+#include "core/bench/device_ceilings.h"
+#include "core/device/device_api.h"
+#include "core/field/device_kernels.h"
+#include "core/render/device_loss.h"
+
+namespace likeness::cuda {
+
+struct Launch {
+  cudaStream_t stream;
+  const DeviceFacts& facts;
+};
+
+// Blocks of `threads` for that many items.
+inline unsigned blocks_of(std::size_t items, unsigned threads) {
+  return unsigned((items + threads - 1) / threads);
+}
+
+// Each queues its kernel over at most `items` items and returns what the runtime says of the launch.
+cudaError_t encode(const Launch& launch, const EncodeArgs& args, std::size_t items);
+cudaError_t encode_backward(const Launch& launch, const EncodeBackwardArgs& args, std::size_t items);
+cudaError_t network_forward(const Launch& launch, const NetworkArgs& args, std::size_t items);
+cudaError_t network_backward(const Launch& launch, const NetworkArgs& args, std::size_t items);
+cudaError_t adam_lines(const Launch& launch, const AdamLinesArgs& args, std::size_t items);
+cudaError_t adam_networks(const Launch& launch, const AdamNetworksArgs& args, std::size_t items);
+cudaError_t adam_codes(const Launch& launch, const AdamCodesArgs& args, std::size_t items);
+cudaError_t ray_loss(const Launch& launch, const RayLossArgs& args, std::size_t items);
+cudaError_t read_write(const Launch& launch, const CeilingArgs& args, std::size_t items);
+cudaError_t matrix_rate(const Launch& launch, const CeilingArgs& args, std::size_t items);
+
+// Whether the module holds code for the device.
+cudaError_t has_code();
+
+}  // namespace likeness::cuda

@@ -1,0 +1,22 @@
+// Numbers of the kernels, and beside each the arguments it takes.
+#pragma once
+
+#include <cstdint>
+
+namespace likeness {
+
+enum class Kernel : std::int32_t {
+  encode,            // core/field/device_kernels.h: EncodeArgs
+  encode_backward,   // EncodeBackwardArgs
+  network_forward,   // NetworkArgs
+  network_backward,  // NetworkArgs
+  adam_lines,        // AdamLinesArgs
+  adam_networks,     // AdamNetworksArgs
+  adam_codes,        // AdamCodesArgs
+  ray_loss,          // core/render/device_loss.h: RayLossArgs
+  read_write,        // core/bench/device_ceilings.h: CeilingArgs
+  matrix_rate,       // CeilingArgs
+  count
+};
+
+}  // namespace likeness

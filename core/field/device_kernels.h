@@ -1,0 +1,151 @@
+// Arguments of the field's kernels on a device (core/device). Plain C++17 with pointers and sizes.
+//
+// A batch has room for `capacity` samples, of which `*count` are there: the count lies on the device, so that
+// a recorded step serves every batch. An array "(rows, capacity)" holds one row of samples per component.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+#include "core/field/field_levels.h"
+
+namespace likeness {
+
+constexpr int kMaxLevels = 32, kMaxLayers = 3;
+
+struct DeviceGrid {
+  std::int32_t dimensions, levels, features;
+  GridLevel level[kMaxLevels];
+};
+
+// -- Grids. Items: samples times levels, the samples of one level beside each other.
+
+struct EncodeArgs {
+  DeviceGrid grid;
+  const float* parameters;
+  const float* point[3];  // (capacity) in [0, 1], clamped to it
+  float* features;        // (levels x features, capacity)
+  const std::uint32_t* count;
+  std::uint32_t capacity;
+};
+
+// With slopes of the point items are samples, and each goes through all levels.
+struct EncodeBackwardArgs {
+  DeviceGrid grid;
+  const float* parameters;
+  const float* point[3];
+  const float* d_features;  // (levels x features, capacity)
+  float* d_point[3];        // (capacity), all set, or all null
+  float* gradients;         // as the parameters; added to
+  std::uint8_t* touched;    // (tables / kTableLine) set to 1 where a gradient went
+  const std::uint32_t* count;
+  std::uint32_t capacity;
+};
+
+// -- Networks. Items: samples; a block of threads takes `rows` of them at a time.
+
+// A layer in a block's shared memory: weights (outputs padded to 16, stride), stride = inputs padded to 16,
+// plus 8 so that the rows of a matrix start in other banks.
+struct DeviceLayer {
+  std::int32_t inputs, outputs, stride;
+  std::uint32_t weights, biases;  // offsets into the parameters
+  std::uint32_t shared_weights, shared_biases;
+};
+
+struct DeviceNetwork {
+  std::int32_t layers;
+  DeviceLayer layer[kMaxLayers];
+  std::uint32_t weight_count, bias_count;  // in shared memory
+};
+
+enum class NetworkOutput : std::int32_t {
+  slice,    // (tanh + 1) / 2
+  density,  // the first is a density, the rest are as they are
+  colour    // sigmoid
+};
+enum class NetworkPrecision : std::int32_t { single, bf16 };
+
+struct NetworkArgs {
+  DeviceNetwork network;
+  NetworkOutput output;
+  NetworkPrecision precision;  // of products; sums are in single precision
+  std::int32_t rows;           // a multiple of 16
+  const float* parameters;
+  // The input: rows of features, then harmonics of the direction, then a code.
+  const float* columns;  // (column_count, capacity)
+  std::int32_t column_count;
+  std::int32_t direction_count;  // 9 or 0
+  const float* direction[3];     // (capacity)
+  std::int32_t code_count;
+  const float* codes;        // (views, code_count), or null: zeros
+  const std::int32_t* view;  // (capacity), or null: row 0
+  const std::uint32_t* count;
+  std::uint32_t capacity;
+  float* out;  // (outputs, capacity)
+
+  // Backward only.
+  const float* d_out;        // (outputs, capacity): by what `out` holds
+  float* d_columns;          // (column_count, capacity), or null
+  std::int32_t add_columns;  // 1: added to, else set
+  float* d_codes;            // (views, code_count), added to, or null
+  float* gradients;          // as the parameters; added to
+  std::int32_t shared_sums;  // 1: a block sums its gradients in shared memory first
+};
+
+// -- Adam. Nothing moves where the loss of the step is not finite, or no sample fell into the field.
+
+// What changes from step to step. One in the device's memory.
+struct StepNumbers {
+  std::uint32_t count[2];  // samples of each field
+  std::uint32_t rays;
+  float loss_scale;       // 1 / (channels x rays)
+  float table_rate;       // without the correction for a line's age
+  float network_rate[2];  // of each field, corrected
+  float code_rate;        // corrected
+};
+
+// What a step gives back.
+struct StepSums {
+  double error;  // squared, over rays and channels
+};
+
+struct AdamMoments {
+  float beta1, beta2, epsilon;
+};
+
+// Items: lines of the tables.
+struct AdamLinesArgs {
+  float *parameters, *gradients, *first, *second;
+  std::uint8_t* touched;
+  std::uint32_t* line_steps;
+  const float* corrections;  // (correction_count): factor on the rate of a line's n-th step
+  std::uint32_t correction_count;
+  AdamMoments moments;
+  const StepNumbers* numbers;
+  const StepSums* sums;
+  std::uint32_t lines;
+};
+
+// Items: parameters from `begin` to `end`, none of them of a table.
+struct AdamNetworksArgs {
+  float *parameters, *gradients, *first, *second;
+  AdamMoments moments;
+  const StepNumbers* numbers;
+  const StepSums* sums;
+  std::int32_t field;
+  std::uint32_t begin, end;
+};
+
+// One block. Codes of views are stepped and then have zero mean over the views.
+struct AdamCodesArgs {
+  float* codes;           // (2 views, length), the first half is stepped
+  float* gradients;       // (2 views, length), cleared
+  float *first, *second;  // (views, length)
+  float penalty;          // its mean square's weight in the loss
+  std::uint32_t views, length;
+  AdamMoments moments;
+  const StepNumbers* numbers;
+  const StepSums* sums;
+};
+
+}  // namespace likeness

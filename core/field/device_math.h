@@ -1,0 +1,124 @@
+// Small arithmetic of the field for processor and device. Plain C++17. Symbols as in field.h.
+#pragma once
+
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+
+#include "core/base/host_device.h"
+#include "core/field/device_kernels.h"
+
+namespace likeness {
+
+// *at += value, whole also when threads of a device do it at once.
+LIKENESS_HOST_DEVICE inline void add_to(float* at, float value) {
+#ifdef __CUDA_ARCH__
+  atomicAdd(at, value);
+#else
+  *at += value;
+#endif
+}
+
+LIKENESS_HOST_DEVICE inline bool is_finite(double value) {
+  return value - value == 0;  // neither infinite nor not a number
+}
+
+// Density of the raw output, and its slope by it from the density itself.
+LIKENESS_HOST_DEVICE inline float density_of(float raw) {
+  const float bounded = expf(raw < kDensityKnee ? raw : kDensityKnee);
+  return raw > kDensityKnee ? bounded * (1 + raw - kDensityKnee) : bounded;
+}
+LIKENESS_HOST_DEVICE inline float density_slope(float sigma) {
+  const float knee = 8103.0839276f;  // e^kDensityKnee
+  return sigma < knee ? sigma : knee;
+}
+
+LIKENESS_HOST_DEVICE inline float network_output(NetworkOutput kind, int index, float raw) {
+  if (kind == NetworkOutput::slice) return 0.5f * tanhf(raw) + 0.5f;
+  if (kind == NetworkOutput::colour) return 1 / (1 + expf(-raw));
+  return index == 0 ? density_of(raw) : raw;
+}
+
+// Derivative of the output by the raw output, from the output.
+LIKENESS_HOST_DEVICE inline float network_output_slope(NetworkOutput kind, int index, float out) {
+  if (kind == NetworkOutput::slice) return 2 * out * (1 - out);  // (1 - w^2) / 2, w = 2 out - 1
+  if (kind == NetworkOutput::colour) return out * (1 - out);
+  return index == 0 ? density_slope(out) : 1.0f;
+}
+
+// Harmonic `index` of kDirectionFeatures of a unit direction.
+LIKENESS_HOST_DEVICE inline float direction_harmonic(int index, float x, float y, float z) {
+  switch (index) {
+    case 0:
+      return float(kHarmonic0);
+    case 1:
+      return float(kHarmonic1) * y;
+    case 2:
+      return float(kHarmonic1) * z;
+    case 3:
+      return float(kHarmonic1) * x;
+    case 4:
+      return float(kHarmonic2) * x * y;
+    case 5:
+      return float(kHarmonic2) * y * z;
+    case 6:
+      return float(kHarmonic2z) * (3 * z * z - 1);
+    case 7:
+      return float(kHarmonic2) * x * z;
+    default:
+      return float(kHarmonic2xy) * (x * x - y * y);
+  }
+}
+
+// One value under Adam; `rate` is corrected for both moments' bias.
+LIKENESS_HOST_DEVICE inline void adam_value(float& value, float gradient, float& first, float& second,
+                                            const AdamMoments& m, float rate) {
+  first = m.beta1 * first + (1 - m.beta1) * gradient;
+  second = m.beta2 * second + (1 - m.beta2) * gradient * gradient;
+  value -= rate * first / (sqrtf(second) + m.epsilon);
+}
+
+// A line of the tables: its gradient is consumed, and unless the step is void its values move.
+LIKENESS_HOST_DEVICE inline void adam_line(const AdamLinesArgs& a, std::size_t line) {
+  if (!a.touched[line]) return;
+  a.touched[line] = 0;
+  const bool moves = is_finite(a.sums->error);
+  float rate = 0;
+  if (moves) {
+    const std::uint32_t step = ++a.line_steps[line];
+    rate = a.numbers->table_rate * a.corrections[step < a.correction_count ? step : a.correction_count - 1];
+  }
+  for (std::size_t i = line * kTableLine; i < (line + 1) * kTableLine; ++i) {
+    if (moves) adam_value(a.parameters[i], a.gradients[i], a.first[i], a.second[i], a.moments, rate);
+    a.gradients[i] = 0;
+  }
+}
+
+LIKENESS_HOST_DEVICE inline void adam_network(const AdamNetworksArgs& a, std::size_t item) {
+  const std::size_t i = a.begin + item;
+  if (is_finite(a.sums->error) && a.numbers->count[a.field] > 0)
+    adam_value(a.parameters[i], a.gradients[i], a.first[i], a.second[i], a.moments,
+               a.numbers->network_rate[a.field]);
+  a.gradients[i] = 0;
+}
+
+// By the threads of one block.
+template <class Block>
+LIKENESS_HOST_DEVICE void adam_codes(Block& block, const AdamCodesArgs& a) {
+  const int half = int(a.views * a.length);
+  const bool moves = is_finite(a.sums->error) && a.numbers->count[0] > 0;
+  block.for_each(half, [&](int i) {
+    const float slope = a.gradients[i] + 2 * a.penalty * a.codes[i] / float(half);
+    if (moves) adam_value(a.codes[i], slope, a.first[i], a.second[i], a.moments, a.numbers->code_rate);
+  });
+  block.for_each(2 * half, [&](int i) { a.gradients[i] = 0; });
+  if (!moves) return;
+  block.for_each(int(a.length), [&](int l) {
+    double mean = 0;
+    for (std::uint32_t v = 0; v < a.views; ++v) mean += double(a.codes[v * a.length + l]);
+    mean /= double(a.views);
+    for (std::uint32_t v = 0; v < a.views; ++v) a.codes[v * a.length + l] -= float(mean);
+  });
+}
+
+}  // namespace likeness

@@ -1,0 +1,77 @@
+// Where fields compute. The trainer and the renderer know only this: the processor does it in core/field's
+// SIMD kernels, a CUDA device in its own. Both read and write the same parameters, so an avatar or checkpoint
+// made by one goes on in the other.
+#pragma once
+
+#include <array>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "core/base/result.h"
+#include "core/device/device.h"
+#include "core/field/adam.h"
+#include "core/field/field.h"
+#include "core/render/rays.h"
+
+namespace likeness {
+
+// What is learnt, in the host's memory. Refers to the owner's.
+struct LearntParts {
+  struct Part {
+    Field* field = nullptr;  // null: no such field
+    AdamState* adam = nullptr;
+  };
+  std::array<Part, 2> fields;           // head, torso
+  std::vector<float>* codes = nullptr;  // (2 views, L) of the head's field, or empty
+  ArrayAdamState* codes_adam = nullptr;
+};
+
+// One step's rays, their samples and what the step is to do.
+struct LearningStep {
+  const SampleBatch& samples;
+  std::span<const Vec3f> target, background;  // (R) sRGB-encoded
+  std::span<const float> conditions;          // (2 views, K)
+  std::size_t views = 0;
+  float table_rate = 0, network_rate = 0;
+  float code_rate = 0;     // 0: the codes stay
+  float code_penalty = 0;  // weight of the codes' mean square in the loss
+};
+
+struct LearningResult {
+  double loss = 0;  // mean squared error over rays and channels; not finite: nothing was changed
+};
+
+// Learns fields from rays: forward, compositing, loss, backward, Adam.
+class FieldLearner {
+ public:
+  virtual ~FieldLearner() = default;
+  virtual Result<LearningResult> step(const LearningStep& step) = 0;
+  // Densities of one of the fields, of a batch of any size.
+  virtual Result<void> densities(int field, const FieldInputs& inputs, std::vector<float>& sigma) = 0;
+  // Brings the parts up to date with what has been learnt; and the other way round, after they were changed.
+  virtual Result<void> fetch() = 0;
+  virtual Result<void> place() = 0;
+};
+
+// The most that a step asks for.
+struct LearnerShape {
+  std::size_t rays = 0, samples_per_ray = 0, views = 0;
+};
+
+class Backend {
+ public:
+  virtual ~Backend() = default;
+  virtual std::string name() const = 0;  // cpu, cuda
+  // The parts must stay where they are.
+  virtual Result<std::unique_ptr<FieldLearner>> make_learner(const LearntParts& parts,
+                                                             const LearnerShape& shape) = 0;
+};
+
+std::shared_ptr<Backend> cpu_backend();
+
+// On a device (core/device). halves: products in bfloat16 where the device has matrix units for it.
+std::shared_ptr<Backend> device_backend(std::shared_ptr<Device> device, bool halves = true);
+
+}  // namespace likeness

@@ -1,0 +1,164 @@
+// Fields on the processor: see backend.h.
+#include <algorithm>
+#include <cmath>
+
+#include "core/base/check.h"
+#include "core/base/parallel.h"
+#include "core/field/evaluate.h"
+#include "core/render/backend.h"
+#include "core/render/composite.h"
+
+namespace likeness {
+namespace {
+
+constexpr int kMaxSamples = 16;
+
+// What a field in training works with.
+struct Scratch {
+  std::shared_ptr<FieldTape> tape = make_tape();
+  FieldGradients gradients;
+  FieldOutputs outputs;
+  std::vector<float> d_sigma, d_red, d_green, d_blue;
+
+  void resize_slopes(std::size_t count) {
+    for (auto* v : {&d_sigma, &d_red, &d_green, &d_blue}) v->resize(count);
+  }
+};
+
+// Forward and backward compositing of rays [begin, end); returns their summed squared error.
+struct RayLoss {
+  const LearningStep& step;
+  std::array<Scratch, 2>& fields;
+  float scale = 1;  // of the loss: 1 / (rays * channels)
+
+  double operator()(std::size_t begin, std::size_t end) const {
+    const SampleBatch& samples = step.samples;
+    float sigma[kMaxSamples], colour[3 * kMaxSamples], d_sigma[kMaxSamples], d_colour[3 * kMaxSamples];
+    double error = 0;
+    for (std::size_t r = begin; r < end; ++r) {
+      const std::uint32_t first = samples.begin[r];
+      const int n = int(samples.begin[r + 1] - first);
+      for (int i = 0; i < n; ++i) {
+        const FieldOutputs& out = fields[samples.field[first + i]].outputs;
+        const std::uint32_t at = samples.slot[first + i];
+        sigma[i] = out.sigma[at];
+        colour[3 * i] = out.red[at], colour[3 * i + 1] = out.green[at], colour[3 * i + 2] = out.blue[at];
+      }
+      const Composited<float> seen = composite_ray(n, sigma, samples.dt.data() + first, colour);
+      float d_pixel[3];
+      for (int c = 0; c < 3; ++c) {
+        const float difference =
+            seen.colour[c] + seen.transmittance * step.background[r][c] - step.target[r][c];
+        error += double(difference) * difference;
+        d_pixel[c] = 2 * scale * difference;
+      }
+      composite_ray_backward(n, sigma, samples.dt.data() + first, colour, step.background[r].data(), seen,
+                             d_pixel, 0.f, d_sigma, d_colour);
+      for (int i = 0; i < n; ++i) {
+        Scratch& field = fields[samples.field[first + i]];
+        const std::uint32_t at = samples.slot[first + i];
+        field.d_sigma[at] = d_sigma[i];
+        field.d_red[at] = d_colour[3 * i], field.d_green[at] = d_colour[3 * i + 1];
+        field.d_blue[at] = d_colour[3 * i + 2];
+      }
+    }
+    return error;
+  }
+};
+
+class CpuLearner : public FieldLearner {
+ public:
+  CpuLearner(const LearntParts& parts, const LearnerShape& shape) : parts_(parts) {
+    LIKENESS_CHECK(shape.samples_per_ray <= std::size_t(kMaxSamples), "%zu samples a ray",
+                   shape.samples_per_ray);
+    for (std::size_t f = 0; f < 2; ++f)
+      if (parts_.fields[f].field)
+        scratch_[f].gradients = make_gradients(*parts_.fields[f].field, 2 * shape.views);
+  }
+
+  Result<LearningResult> step(const LearningStep& step) override {
+    const float* codes = parts_.codes && !parts_.codes->empty() ? parts_.codes->data() : nullptr;
+    std::array<FieldInputs, 2> inputs;
+    for (std::size_t f = 0; f < 2; ++f) {
+      const FieldSamples& samples = step.samples.fields[f];
+      if (!parts_.fields[f].field || samples.count() == 0) continue;
+      inputs[f] = samples.inputs(step.conditions.data(), f == 0 ? codes : nullptr);
+      forward_field(*parts_.fields[f].field, inputs[f], scratch_[f].outputs, *scratch_[f].tape);
+      scratch_[f].resize_slopes(samples.count());
+    }
+    const LearningResult result{loss(step)};
+    if (!std::isfinite(result.loss)) return result;
+
+    AdamOptions adam;
+    adam.table_rate = step.table_rate, adam.network_rate = step.network_rate;
+    for (std::size_t f = 0; f < 2; ++f) {
+      if (!parts_.fields[f].field || inputs[f].count == 0) continue;
+      Scratch& own = scratch_[f];
+      const FieldOutputGradients slopes{own.d_sigma.data(), own.d_red.data(), own.d_green.data(),
+                                        own.d_blue.data()};
+      backward_field(*parts_.fields[f].field, inputs[f], slopes, *own.tape, own.gradients);
+      adam_step(*parts_.fields[f].field, own.gradients, *parts_.fields[f].adam, adam);
+    }
+    if (step.code_rate > 0 && inputs[0].count > 0) update_codes(step, adam);
+    return result;
+  }
+
+  Result<void> densities(int field, const FieldInputs& inputs, std::vector<float>& sigma) override {
+    evaluate_density(*parts_.fields[std::size_t(field)].field, inputs, sigma);
+    return {};
+  }
+  Result<void> fetch() override { return {}; }
+  Result<void> place() override { return {}; }
+
+ private:
+  // In fixed chunks so that the sum does not depend on the threads.
+  double loss(const LearningStep& step) {
+    constexpr std::size_t kChunk = 256;
+    const std::size_t rays = step.target.size();
+    const RayLoss loss{step, scratch_, 1.f / (3 * float(rays))};
+    std::vector<double> errors((rays + kChunk - 1) / kChunk);
+    parallel_ranges(rays, kChunk,
+                    [&](std::size_t begin, std::size_t end) { errors[begin / kChunk] = loss(begin, end); });
+    double sum = 0;
+    for (const double error : errors) sum += error;
+    return sum / (3 * double(rays));
+  }
+
+  void update_codes(const LearningStep& step, const AdamOptions& options) {
+    std::vector<float>& all = *parts_.codes;
+    const std::size_t views = step.views, length = views == 0 ? 0 : all.size() / (2 * views);
+    const std::size_t half = views * length;
+    if (half == 0) return;
+    std::vector<float>& latents = scratch_[0].gradients.latents;
+    std::vector<float> codes(all.begin(), all.begin() + std::ptrdiff_t(half));
+    std::vector<float> slope(latents.begin(), latents.begin() + std::ptrdiff_t(half));
+    for (std::size_t i = 0; i < half; ++i) slope[i] += 2 * step.code_penalty * codes[i] / float(half);
+    adam_step(codes, slope, *parts_.codes_adam, step.code_rate, options);
+    for (std::size_t l = 0; l < length; ++l) {  // zero mean over the views
+      double mean = 0;
+      for (std::size_t v = 0; v < views; ++v) mean += codes[v * length + l];
+      mean /= double(views);
+      for (std::size_t v = 0; v < views; ++v) codes[v * length + l] -= float(mean);
+    }
+    std::copy(codes.begin(), codes.end(), all.begin());
+    std::fill(latents.begin(), latents.end(), 0.f);
+  }
+
+  LearntParts parts_;
+  std::array<Scratch, 2> scratch_;
+};
+
+class CpuBackend : public Backend {
+ public:
+  std::string name() const override { return "cpu"; }
+  Result<std::unique_ptr<FieldLearner>> make_learner(const LearntParts& parts,
+                                                     const LearnerShape& shape) override {
+    return std::unique_ptr<FieldLearner>(std::make_unique<CpuLearner>(parts, shape));
+  }
+};
+
+}  // namespace
+
+std::shared_ptr<Backend> cpu_backend() { return std::make_shared<CpuBackend>(); }
+
+}  // namespace likeness

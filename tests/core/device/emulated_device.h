@@ -1,0 +1,39 @@
+// A device that is the processor: the kernels' own arithmetic (core/field/*_math.h,
+// core/render/device_loss.h) in plain loops, memory that can run out, and failures on request. What it cannot
+// show is how threads share the work; that is what the tests labelled gpu are for.
+#pragma once
+
+#include <cstddef>
+#include <memory>
+#include <string>
+
+#include "core/device/device.h"
+
+namespace likeness {
+
+struct EmulatedFaults {
+  DeviceStatus open = DeviceStatus::ok;
+  std::size_t memory_bytes = std::size_t{8} << 30;
+  std::size_t shared_bytes = 227 * 1024;
+  bool matrix_units = true;
+  long lost_after = -1;  // launches until the device is lost; < 0: never
+  // Blocks of the networks have four threads, each a warp, that wait for each other where a device's do: what they
+  // may not do at once the thread sanitizer sees. Otherwise one thread does it all.
+  bool threads = false;
+};
+
+struct EmulatedCounts {
+  std::size_t launches = 0, waits = 0, replays = 0, bytes = 0, most_bytes = 0;
+  std::size_t waits_while_recording = 0;
+};
+
+// There is one at a time; a new one forgets the last one's counts.
+const DeviceApi& emulated_api(const EmulatedFaults& faults = {});
+EmulatedCounts emulated_counts();
+std::shared_ptr<Device> emulated_device(const EmulatedFaults& faults = {});
+
+// The device that a program tests: tested_device_emulated.cpp or, of those labelled gpu, _cuda.cpp; null where
+// there is none; `why` then says why.
+std::shared_ptr<Device> tested_device(std::string& why);
+
+}  // namespace likeness

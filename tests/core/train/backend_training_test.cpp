@@ -1,0 +1,124 @@
+// Claims about training on a device (core/train/train.h): it goes on where the processor stopped and the
+// other way round, says what went wrong, and falls back on request. On the emulated device.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <filesystem>
+
+#include "core/render/backend.h"
+#include "core/train/train.h"
+#include "tests/core/device/emulated_device.h"
+#include "tests/core/render/two_fields.h"
+#include "tests/core/train/ball_scene.h"
+
+namespace likeness {
+namespace {
+
+using testing::HasSubstr;
+
+class BackendTraining : public testing::Test {
+ protected:
+  void SetUp() override {
+    folder_ = std::filesystem::temp_directory_path() / ("likeness_backend_" + std::to_string(getpid()));
+    std::filesystem::create_directories(folder_);
+  }
+  void TearDown() override { std::filesystem::remove_all(folder_); }
+
+  Result<Avatar> train(std::uint64_t steps, std::shared_ptr<Backend> backend, bool fall_back = false,
+                       const std::string& checkpoint = "", std::uint64_t stop_at = 0) {
+    TrainOptions options;
+    options.steps = steps, options.rays_per_step = 48, options.seed = 3;
+    options.checkpoint_every_s = 0;
+    options.backend = std::move(backend), options.fall_back = fall_back;
+    said_.clear();
+    const Progress progress([this](const ProgressReport& report) { said_ += report.text + "\n"; });
+    std::stop_source source;
+    const AvatarTap tap{[] { return true; },
+                        [&](const Avatar& avatar) {
+                          if (avatar.steps == stop_at) source.request_stop();
+                        }};
+    return train_avatar(set_, options, checkpoint.empty() ? std::filesystem::path{} : folder_ / checkpoint,
+                        progress, {}, source.get_token(), tap);
+  }
+  TrainingSet set_ = ball_set(8, 24);
+  std::filesystem::path folder_;
+  std::string said_;
+};
+
+double apart(const Avatar& a, const Avatar& b) {
+  double worst = 0;
+  for (std::size_t i = 0; i < a.head.field.parameters.size(); ++i)
+    worst = std::max(worst, double(std::abs(a.head.field.parameters[i] - b.head.field.parameters[i])));
+  return worst;
+}
+
+TEST_F(BackendTraining, ACheckpointOfOneContinuesOnTheOther) {
+  const auto uncut = train(4, nullptr);
+  ASSERT_TRUE(uncut.ok());
+  for (const bool device_first : {true, false}) {
+    const auto device = device_backend(emulated_device(), false);
+    const std::string name = device_first ? "device.bin" : "cpu.bin";
+    const auto cut = train(4, device_first ? device : nullptr, false, name, 2);
+    ASSERT_FALSE(cut.ok());
+    ASSERT_EQ(cut.error().code, ErrorCode::cancelled);
+    const auto resumed = train(4, device_first ? nullptr : device, false, name);
+    ASSERT_TRUE(resumed.ok()) << resumed.error().what;
+    EXPECT_THAT(said_, HasSubstr("continuing at step 2"));
+    EXPECT_EQ(resumed->steps, 4u);
+    // Adam turns a gradient's chance sign into a whole step, 0.01 at most each, warm-up included.
+    EXPECT_LT(apart(*resumed, *uncut), 0.03);
+  }
+}
+
+TEST(DeviceSteps, AreOneReplayAndOneWaitEach) {
+  TwoFields fields(1);
+  const auto device = emulated_device();
+  const auto learner = device_backend(device)->make_learner(fields.parts(), fields.shape());
+  ASSERT_TRUE(learner.ok());
+  const RayProblem problem(fields, 7);
+  const EmulatedCounts before = emulated_counts();
+  for (int k = 0; k < 3; ++k) ASSERT_TRUE((*learner)->step(problem.step()).ok());
+  const EmulatedCounts after = emulated_counts();
+  EXPECT_EQ(after.replays - before.replays, 3u);
+  EXPECT_EQ(after.waits - before.waits, 3u);
+  EXPECT_EQ(after.waits_while_recording, 0u);
+}
+
+TEST_F(BackendTraining, TooLittleMemoryIsSaidBeforeAnythingIsTrained) {
+  const auto avatar = train(2, device_backend(emulated_device({.memory_bytes = 1 << 20})));
+  ASSERT_FALSE(avatar.ok());
+  EXPECT_THAT(avatar.error().what, HasSubstr("GiB"));
+  EXPECT_THAT(avatar.error().fix, HasSubstr("--backend cpu"));
+}
+
+TEST_F(BackendTraining, ALostDeviceIsSaidAndTheCheckpointStays) {
+  const auto avatar = train(6, device_backend(emulated_device({.lost_after = 40})), false, "lost.bin");
+  ASSERT_FALSE(avatar.ok());
+  EXPECT_THAT(avatar.error().what, HasSubstr("stopped answering"));
+  EXPECT_THAT(avatar.error().fix, HasSubstr("continues from the last checkpoint"));
+  const auto resumed = train(6, nullptr, false, "lost.bin");
+  ASSERT_TRUE(resumed.ok());
+  EXPECT_THAT(said_, HasSubstr("continuing at step"));
+  EXPECT_EQ(resumed->steps, 6u);
+}
+
+TEST_F(BackendTraining, OnRequestTheProcessorGoesOn) {
+  const auto alone = train(5, nullptr);
+  const auto fallen = train(5, device_backend(emulated_device({.lost_after = 40})), true);
+  ASSERT_TRUE(fallen.ok()) << fallen.error().what;
+  EXPECT_THAT(said_, HasSubstr("Going on with the processor"));
+  EXPECT_EQ(fallen->steps, 5u);
+  const auto never = train(5, device_backend(emulated_device({.memory_bytes = 1 << 20})), true);
+  ASSERT_TRUE(alone.ok() && never.ok());
+  EXPECT_EQ(never->head.field.parameters, alone->head.field.parameters);  // no step was the device's
+}
+
+TEST_F(BackendTraining, AStopIsNoFailureOfTheBackend) {
+  const auto stopped = train(5, device_backend(emulated_device()), true, "", 2);
+  ASSERT_FALSE(stopped.ok());
+  EXPECT_EQ(stopped.error().code, ErrorCode::cancelled);
+}
+
+}  // namespace
+}  // namespace likeness
