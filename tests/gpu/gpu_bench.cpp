@@ -1,5 +1,5 @@
-// The figures of `likeness bench --backend cuda --json`, from a program small enough to be carried to a machine that
-// has a GPU and nothing else.
+// The figures of `likeness bench --backend cuda --json`, from a program small enough to be carried to a
+// machine that has a GPU and nothing else.
 #include <fmt/format.h>
 
 #include "core/bench/device_report.h"

@@ -17,8 +17,8 @@ struct EmulatedFaults {
   std::size_t shared_bytes = 227 * 1024;
   bool matrix_units = true;
   long lost_after = -1;  // launches until the device is lost; < 0: never
-  // Blocks of the networks have four threads, each a warp, that wait for each other where a device's do: what they
-  // may not do at once the thread sanitizer sees. Otherwise one thread does it all.
+  // Blocks of the networks have four threads, each a warp, that wait for each other where a device's do: what
+  // they may not do at once the thread sanitizer sees. Otherwise one thread does it all.
   bool threads = false;
 };
 
@@ -32,8 +32,8 @@ const DeviceApi& emulated_api(const EmulatedFaults& faults = {});
 EmulatedCounts emulated_counts();
 std::shared_ptr<Device> emulated_device(const EmulatedFaults& faults = {});
 
-// The device that a program tests: tested_device_emulated.cpp or, of those labelled gpu, _cuda.cpp; null where
-// there is none; `why` then says why.
+// The device that a program tests: tested_device_emulated.cpp or, of those labelled gpu, _cuda.cpp; null
+// where there is none; `why` then says why.
 std::shared_ptr<Device> tested_device(std::string& why);
 
 }  // namespace likeness
