@@ -72,7 +72,7 @@ cv::Mat plate_continues(const Plate& plate) {
 float continued_ratio(const cv::Vec3b& pixel, const cv::Vec3b& filled, float share) {
   float difference = 0;
   for (int c = 0; c < 3; ++c) difference = std::max(difference, std::abs(float(pixel[c]) - float(filled[c])));
-  constexpr float kLike = 12, kWeight = 2.5f;  // of 255
+  constexpr float kLike = 18, kWeight = 4;  // of 255
   return -kWeight * share * std::exp(-difference * difference / (kLike * kLike));
 }
 
