@@ -8,6 +8,7 @@
 #include <array>
 #include <cmath>
 
+#include "core/base/check.h"
 #include "core/base/parallel.h"
 #include "core/base/quantile.h"
 #include "core/field/adam.h"
@@ -191,8 +192,13 @@ double room_step(RoomTraining& room, std::uint64_t step, double rate) {
   adam.table_rate = float(kTableRate * rate), adam.network_rate = float(kNetworkRate * rate);
   adam_step(room.part.field, room.gradients, room.adam, adam);
   if (step + 1 >= kFirstRefresh && (step + 1) % kRefreshEvery == 0) {
-    refresh_occupancy(
-        room.learnt, room.part, nullptr, 1, [](FieldSamples&) {}, 0, step);
+    const auto densities = [&](const FieldInputs& places, std::vector<float>& sigma) -> Result<void> {
+      evaluate_density(room.part.field, places, sigma);
+      return {};
+    };
+    const auto refreshed = refresh_occupancy(
+        room.learnt, room.part.occupancy.resolution, nullptr, 1, [](FieldSamples&) {}, densities, 0, step);
+    LIKENESS_CHECK(refreshed.ok(), "the processor's densities failed at step %d", int(step));
     room.part.occupancy = occupancy_bits(room.learnt, room.volume);
     room.part.opacity = cell_opacities(room.learnt, room.volume);
   }
