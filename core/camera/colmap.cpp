@@ -35,9 +35,11 @@ struct Statement {
 };
 
 // How many rows of a table's column `rows` are at least `least`; -1 when the table cannot be read.
-int count_rows(sqlite3* database, const char* table, const char* column, int least) {
+int count_rows(sqlite3* database, const char* table, const char* column, int least,
+               const char* further = "") {
   Statement statement;
-  const std::string query = fmt::format("SELECT COUNT(*) FROM {} WHERE {} >= {}", table, column, least);
+  const std::string query =
+      fmt::format("SELECT COUNT(*) FROM {} WHERE {} >= {}{}", table, column, least, further);
   if (sqlite3_prepare_v2(database, query.c_str(), -1, &statement.handle, nullptr) != SQLITE_OK) return -1;
   return sqlite3_step(statement.handle) == SQLITE_ROW ? sqlite3_column_int(statement.handle, 0) : -1;
 }
@@ -142,6 +144,10 @@ Error hardly_moved(const ColmapCounts& counts) {
           "that did rest can be said to (`likeness build --resting-camera`).",
           "camera"};
 }
+
+// Where so many pairs say nothing of depth, and the points' own depth hangs on such small angles, the camera
+// turned on the spot.
+constexpr double kFlatShare = 0.9, kLeastParallax = 0.1;  // rad
 
 struct SparseModel {
   fs::path folder;  // empty: none
@@ -337,6 +343,8 @@ Result<ColmapCounts> count_database(const fs::path& path) {
   counts.pictures = count_rows(database.handle, "images", "image_id", 0);
   counts.described = count_rows(database.handle, "keypoints", "rows", 51);
   counts.verified_pairs = count_rows(database.handle, "two_view_geometries", "rows", 15);
+  // colmap's kinds of a pair: 5 panoramic, 6 planar or panoramic.
+  counts.flat_pairs = count_rows(database.handle, "two_view_geometries", "rows", 15, " AND config IN (5, 6)");
   if (counts.pictures < 0 || counts.described < 0 || counts.verified_pairs < 0) return unreadable;
   return counts;
 }
@@ -369,8 +377,12 @@ Result<ColmapModel> solve_colmap(const fs::path& work, const ColmapOptions& opti
     const Intrinsics& k = refined->cameras.begin()->second;
     if (std::abs(k.cx - k.width / 2.0) > kPlausible * k.width ||
         std::abs(k.cy - k.height / 2.0) > kPlausible * k.height)
-      return read_colmap_model(largest_model(commands.sparse()).folder);
+      refined = read_colmap_model(largest_model(commands.sparse()).folder);
   }
+  // Asked for ever less parallax, the mapper makes a path of noise out of a camera that only turned.
+  if (refined && double(counts->flat_pairs) >= kFlatShare * counts->verified_pairs &&
+      median_parallax(*refined) < kLeastParallax)
+    return hardly_moved(*counts);
   return refined;
 }
 

@@ -28,6 +28,7 @@ struct ColmapCounts {
   int pictures = 0;        // in the folder
   int described = 0;       // with more than 50 features
   int verified_pairs = 0;  // with at least 15 geometrically verified matches
+  int flat_pairs = 0;      // of these, what a turn on the spot, or a flat wall, explains as well
 };
 Result<ColmapCounts> count_database(const std::filesystem::path& database);
 

@@ -9,6 +9,7 @@
 #include <span>
 
 #include "core/base/files.h"
+#include "core/base/quantile.h"
 
 namespace likeness {
 namespace {
@@ -165,6 +166,30 @@ Result<ColmapModel> read_colmap_model(const std::filesystem::path& folder) {
   if (auto read = read_images_bin(folder / "images.bin", model); !read) return read.error();
   if (auto read = read_points_bin(folder / "points3D.bin", model); !read) return read.error();
   return model;
+}
+
+double median_parallax(const ColmapModel& model) {
+  struct Seen {
+    Vec3d first = Vec3d::Zero();  // unit, from the point to the first picture
+    double least_cosine = 1;
+    bool any = false;
+  };
+  std::unordered_map<std::int64_t, Seen> seen;
+  for (const ColmapImage& image : model.images) {
+    const Vec3d eye = image.cam_from_world.inverse().translation();
+    for (const ColmapObservation& observation : image.observations) {
+      const auto point = model.points.find(observation.point);
+      if (point == model.points.end()) continue;
+      const Vec3d towards = (eye - point->second.position).normalized();
+      Seen& one = seen[observation.point];
+      if (!one.any) one.first = towards;
+      one.any = true;
+      one.least_cosine = std::min(one.least_cosine, one.first.dot(towards));
+    }
+  }
+  std::vector<double> angles;
+  for (const auto& [id, one] : seen) angles.push_back(std::acos(std::clamp(one.least_cosine, -1.0, 1.0)));
+  return median(std::move(angles));
 }
 
 double mean_reprojection_px(const ColmapModel& model) {

@@ -44,4 +44,8 @@ Result<ColmapModel> read_colmap_model(const std::filesystem::path& folder);
 // Mean distance of observations to their projected points, px; each observation counts once.
 double mean_reprojection_px(const ColmapModel& model);
 
+// Median over the points of the largest angle, rad, between the first picture that shows a point and another:
+// what its depth hangs on. 0 without points.
+double median_parallax(const ColmapModel& model);
+
 }  // namespace likeness
