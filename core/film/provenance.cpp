@@ -7,8 +7,6 @@
 #include <nlohmann/json.hpp>
 
 namespace likeness {
-namespace {}  // namespace
-
 Provenance provenance(const std::string& project, const std::string& avatar_hash,
                       std::chrono::system_clock::time_point made_at) {
   const std::time_t seconds = std::chrono::system_clock::to_time_t(made_at);

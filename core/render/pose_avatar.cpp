@@ -7,8 +7,6 @@
 #include "core/base/parallel.h"
 
 namespace likeness {
-namespace {}  // namespace
-
 AvatarRig make_rig(const Avatar& avatar, const HeadModel& model) {
   LIKENESS_CHECK(avatar.person.offsets.empty() || int(avatar.person.offsets.size()) == model.vertex_count(),
                  "a person of %d vertices, a head model of %d", int(avatar.person.offsets.size()),

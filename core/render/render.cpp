@@ -4,11 +4,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <memory>
-#include <mutex>
 #include <optional>
 
 #include "core/base/check.h"
+#include "core/base/lending_pool.h"
 #include "core/base/parallel.h"
 #include "core/field/conditioned_field.h"
 #include "core/render/pixel_bands.h"
@@ -277,31 +276,11 @@ Scene make_scene(const Avatar& avatar, const Camera& camera, const RenderState& 
   return scene;
 }
 
-// Scratch of bands that are done, for those to come.
-class ScratchPool {
- public:
-  std::unique_ptr<BandScratch> take() {
-    const std::lock_guard lock(mutex_);
-    if (free_.empty()) return std::make_unique<BandScratch>();
-    auto scratch = std::move(free_.back());
-    free_.pop_back();
-    return scratch;
-  }
-  void give(std::unique_ptr<BandScratch> scratch) {
-    const std::lock_guard lock(mutex_);
-    free_.push_back(std::move(scratch));
-  }
-
- private:
-  std::mutex mutex_;
-  std::vector<std::unique_ptr<BandScratch>> free_;
-};
-
 // make_band(k): the pixels of band k.
 template <class MakeBand>
 BandCount render_bands(const Scene& scene, std::size_t count, const MakeBand& make_band, float* out) {
   std::vector<BandCount> bands(count);
-  ScratchPool pool;
+  LendingPool<BandScratch> pool;
   parallel_for(count, [&](std::size_t k) {
     auto scratch = pool.take();
     bands[k] = render_band(scene, make_band(k), *scratch, out);

@@ -5,9 +5,9 @@
 #include <algorithm>
 #include <cmath>
 #include <memory>
-#include <mutex>
 
 #include "core/base/check.h"
+#include "core/base/lending_pool.h"
 #include "core/base/parallel.h"
 #include "core/scene/splat.h"
 
@@ -57,29 +57,8 @@ void clear_nodes(const WarpFrame& frame, Nodes& nodes) {
   nodes.known.assign(count, 0);
 }
 
-// Nodes of lattices that are done, for those to come: fresh memory is slow to touch. One that waits for its
-// threads may start another on the same thread, so they are lent, not the thread's own.
-class NodesPool {
- public:
-  std::unique_ptr<Nodes> take() {
-    const std::lock_guard lock(mutex_);
-    if (free_.empty()) return std::make_unique<Nodes>();
-    auto nodes = std::move(free_.back());
-    free_.pop_back();
-    return nodes;
-  }
-  void give(std::unique_ptr<Nodes> nodes) {
-    const std::lock_guard lock(mutex_);
-    free_.push_back(std::move(nodes));
-  }
-
- private:
-  std::mutex mutex_;
-  std::vector<std::unique_ptr<Nodes>> free_;
-};
-
-NodesPool& nodes_pool() {
-  static NodesPool pool;
+LendingPool<Nodes>& nodes_pool() {
+  static LendingPool<Nodes> pool;
   return pool;
 }
 
