@@ -15,7 +15,7 @@ namespace {
 
 constexpr int kAnchors = 3;             // training frames a held-out frame is compared with
 constexpr std::size_t kLoneBatch = 64;  // frames whose pyramids are in memory at once
-constexpr int kFewestTracks = 20, kMostPatches = 1000;
+constexpr int kFewestTracks = 20, kMostPatches = 3000;
 constexpr double kNeckRest = 60;           // per m; five times as much draws the face away from its landmarks
 constexpr double kPatchReach[] = {12, 5};  // px; the first poses have drifted, the second hardly
 

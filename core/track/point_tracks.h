@@ -16,10 +16,10 @@
 namespace likeness {
 
 struct PointTrackOptions {
-  int corners = 250;              // alive at a time; cost is linear in it
+  int corners = 1000;             // alive at a time; cost is linear in it
   int top_up_every = 2;           // frames
-  double corner_quality = 0.003;  // of the best corner
-  double corner_distance_px = 6;
+  double corner_quality = 0.001;  // of the best corner
+  double corner_distance_px = 3;
   double forward_backward_px = 0.3;
   int shortest = 12;  // frames; shorter tracks are dropped
 };
