@@ -33,7 +33,7 @@ struct BundleFrame {
 };
 
 struct BundleOptions {
-  int key_frames = 250;  // at most; cost grows with its square
+  int key_frames = 150;  // at most; cost grows with its square
   int rounds = 3;
   double turn_prior = 20;    // per rad, robust: the landmark pose says no more than this
   double shift_prior = 60;   // per m
