@@ -148,6 +148,18 @@ TEST(Lids, AreFollowedOnDarkSkin) { expect_followed({.skin = 75, .white = 150, .
 
 TEST(Lids, AreFollowedBehindGlassesWithGlints) { expect_followed({.glasses = true}); }
 
+// One eye is bright with light all over where it is shut: its skin is then like the white of the eye, and by
+// itself it looks shut or torn open.
+TEST(Lids, AShutEyeAsBrightAsItsWhiteIsToldByTheOther) {
+  Clip clip = make_clip({.skin = 165, .white = 175});
+  const auto read = read_lids(eyes(), clip.views, {});
+  ASSERT_TRUE(read);
+  for (int i = 0; i < kViews; ++i)
+    if (clip.blink[i] > 0.9) {
+      for (int side = 0; side < 2; ++side) EXPECT_LT(read->frames[i][side].opening, 0.35) << i << " " << side;
+    }
+}
+
 TEST(Lids, HeldOutPicturesTeachTrainingFramesNothing) {
   Clip clip = make_clip({});
   const auto before = read_lids(eyes(), clip.views, {});
