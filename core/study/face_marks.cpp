@@ -78,8 +78,12 @@ Result<std::vector<FaceMark>> read_face_marks(const std::filesystem::path& path)
     if (!mouth) return mouth.error();
     const auto eyes = read_letters(file.at("eyes"), frames.size(), 'o', 's');
     if (!eyes) return eyes.error();
+    const auto placed =
+        read_letters(file.value("placed", std::string(frames.size(), '?')), frames.size(), 'r', 'w');
+    if (!placed) return placed.error();
     std::vector<FaceMark> marks;
-    for (std::size_t i = 0; i < frames.size(); ++i) marks.push_back({frames[i], (*mouth)[i], (*eyes)[i]});
+    for (std::size_t i = 0; i < frames.size(); ++i)
+      marks.push_back({frames[i], (*mouth)[i], (*eyes)[i], (*placed)[i]});
     return marks;
   } catch (const nlohmann::json::exception& e) {
     return Error{ErrorCode::bad_input, "The marks cannot be read.",
@@ -107,6 +111,10 @@ MarkScore score_marks(const Track& track, const HeadModel& model, const std::vec
       ++score.eyes;
       if (!o.known || (o.lids_m < kShutLids * usual) != (mark.eyes_shut == Marked::yes))
         score.wrong_eyes.push_back(mark.frame);
+    }
+    if (mark.misplaced != Marked::unsure && frame->status == FrameStatus::good) {
+      ++score.placed;
+      if (mark.misplaced == Marked::yes) score.misplaced.push_back(mark.frame);
     }
   }
   return score;

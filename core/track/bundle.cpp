@@ -159,6 +159,16 @@ NeckRest find_neck(const std::vector<BundleFrame>& frames, const std::vector<int
   return {solution.head<3>(), solution[5]};
 }
 
+// Whether the head's neck, by the given poses, keeps its depth: not where somebody comes nearer or the camera
+// draws back.
+bool neck_rests(const std::vector<BundleFrame>& frames, const std::vector<int>& keys) {
+  constexpr double kRoam = 0.05, kRoaming = 0.2;  // m; share of the frames
+  const NeckRest neck = find_neck(frames, keys);
+  const auto away = std::ranges::count_if(
+      keys, [&](int k) { return std::abs((frames[k].cam_from_head * neck.place).z() - neck.depth) > kRoam; });
+  return double(away) <= kRoaming * double(keys.size());
+}
+
 void solve_round(std::vector<BundleFrame>& frames, const std::vector<BundleFrame>& priors,
                  std::vector<BundleTrack>& tracks, const std::vector<Vec3d>& starts,
                  const std::vector<int>& keys, const BundleOptions& options, double loss_px,
@@ -272,11 +282,13 @@ Result<BundleSummary> bundle_adjust(std::vector<BundleFrame>& frames, std::vecto
   const std::size_t stride =
       std::clamp<std::size_t>((known.size() + options.key_frames - 1) / options.key_frames, 1, 4);
   for (std::size_t k = 0; k < known.size(); k += stride) keys.push_back(known[k]);
+  BundleOptions used = options;
+  if (options.neck_rest > 0 && !neck_rests(frames, keys)) used.neck_rest = 0;
   try {
     for (int round = 0; round < options.rounds; ++round) {
       if (stop.stop_requested()) return cancelled_error();
       progress.report(static_cast<double>(round) / options.rounds, "solving head poses and points together");
-      solve_round(frames, priors, tracks, starts, keys, options, round == 0 ? 0.7 : 0.5, stop);
+      solve_round(frames, priors, tracks, starts, keys, used, round == 0 ? 0.7 : 0.5, stop);
       if (stop.stop_requested()) return cancelled_error();
       solve_others(frames, tracks, keys, options);
       const bool first = round == 0;

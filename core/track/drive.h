@@ -40,8 +40,11 @@ struct DriveOptions {
   bool move_head = true;        // false: the head rests in its typical pose
   double torso_share = 0.1;     // of the neck's travel that the torso follows
   double torso_s = 0.3;         // time constant of that following
-  double reach_m = 0.04;        // the head leaves the torso by no more; further, all of the body moves
-  bool smooth = false;          // one-euro filter on pose and face; costs a little lag
+  double reach_m = 0.03;        // the head leaves the torso by no more; further, all of the body moves
+  // The head leaves its typical place by half as much again at most: a driver filmed from the hand would
+  // carry the avatar out of its picture. The body hardly rises, for below the picture's edge there is none.
+  double span_m = 0.06, rise_m = 0.003;
+  bool smooth = false;  // one-euro filter on pose and face; costs a little lag
 };
 
 struct DrivenFrame {

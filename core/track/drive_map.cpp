@@ -69,6 +69,17 @@ double size_ratio(const Puppet& driver, const Puppet& avatar) {
   return d > 0.02 && a > 0.02 ? std::clamp(a / d, 0.8, 1.25) : 1;
 }
 
+// Untouched up to `free`; beyond, bending towards half as much again.
+double bent(double x, double free) {
+  return x > free ? free + 0.5 * free * std::tanh((x - free) / (0.5 * free)) : x;
+}
+
+// What the avatar follows of a shift of the head.
+Vec3d within_span(const Vec3d& shift, double span) {
+  const double length = shift.norm();
+  return length > span ? Vec3d(shift * (bent(length, span) / length)) : shift;
+}
+
 // The part of a shift that the neck alone takes.
 Vec3d within_reach(const Vec3d& shift, double reach) {
   const double length = shift.norm();
@@ -207,12 +218,15 @@ void HeadMap::place(const Beat& beat, double dt, DrivenFrame& frame) {
   frame.world_from_head = avatar_.world_from_head;
   frame.world_from_torso = avatar_.world_from_torso;
   if (!options_.move_head) return;
-  const Vec3d shift = ratio_ * beat.shift, near = within_reach(shift, options_.reach_m);
+  const Vec3d shift = within_span(ratio_ * beat.shift, options_.span_m),
+              near = within_reach(shift, options_.reach_m);
+  Vec3d far = shift - near;  // the body's part; y is up in the head's frame
+  far.y() = bent(far.y(), options_.rise_m);
   Pose motion = Pose::Identity();
   motion.linear() = turn_from_vector(beat.turn);
-  motion.translation() = neck_ + shift - motion.linear() * neck_;
+  motion.translation() = neck_ + near + far - motion.linear() * neck_;
   frame.world_from_head = avatar_.world_from_head * motion;
-  const Vec3d body = torso_.next(options_.torso_share * near + (shift - near), dt);
+  const Vec3d body = torso_.next(options_.torso_share * near + far, dt);
   frame.world_from_torso.pretranslate(avatar_.world_from_head.linear() * body);
 }
 

@@ -37,7 +37,8 @@ constexpr double kDeepEnough = 0.65;    // of the usual opening; clips without b
 constexpr double kUntoldClosed = 0.25;  // then, of the usual opening
 constexpr double kAstray = 0.10;   // widths that corners may be off before their eye's landmarks are doubted
 constexpr double kLidDoubt = 2.5;  // times the sigma of landmarks on lids whose opening is known better
-constexpr double kEyesTogether = 0.25;  // the eyes' openings differ by so much, usually
+constexpr double kEyesTogether = 0.2;             // the eyes' openings differ by so much, usually
+constexpr double kWide = 1.3, kWideSigma = 0.12;  // of the usual opening: hardly any eye is open wider
 
 // The chart of an eye (m), and where its corners and lids usually are in it.
 struct EyeSite {
@@ -303,7 +304,8 @@ struct ToneModel {
 
 // An eye's opening before the person's scale is known.
 struct RawOpening {
-  double opening = 1, shift = 0, sigma = 0.1;
+  double opening = 1, shift = 0;
+  std::array<double, kOpenings> cost{};  // of each opening, whatever the shift: minus the log likelihood
 };
 
 RawOpening explain(const EyeSite& site, const EyePatch& patch, const ToneModel& tones) {
@@ -336,21 +338,33 @@ RawOpening explain(const EyeSite& site, const EyePatch& patch, const ToneModel& 
   for (int a = 0; a < kOpenings; ++a)
     for (int k = 0; k < kShifts; ++k) {
       const double shift = (k - kShifts / 2) * kShiftStep / kShiftSigma;
-      cost[a][k] += 0.5 * shift * shift;
+      const double wide = std::max(0.0, a * kOpeningStep - kWide) / kWideSigma;
+      cost[a][k] += 0.5 * shift * shift + 0.5 * wide * wide;
       least = std::min(least, cost[a][k]);
     }
-  double sum = 0, first = 0, second = 0, shifted = 0;
-  for (int a = 0; a < kOpenings; ++a)
-    for (int k = 0; k < kShifts; ++k) {
-      const double w = std::exp(least - cost[a][k]), x = a * kOpeningStep;
-      sum += w, first += w * x, second += w * x * x, shifted += w * (k - kShifts / 2) * kShiftStep;
-    }
   RawOpening raw;
+  double sum = 0, first = 0, shifted = 0;
+  for (int a = 0; a < kOpenings; ++a) {
+    double any = 0;
+    for (int k = 0; k < kShifts; ++k) {
+      const double w = std::exp(least - cost[a][k]);
+      any += w, first += w * a * kOpeningStep, shifted += w * (k - kShifts / 2) * kShiftStep;
+    }
+    sum += any;
+    raw.cost[a] = -std::log(std::max(any, 1e-300));
+  }
   raw.opening = first / sum;
   raw.shift = shifted / sum;
-  raw.sigma = std::sqrt(std::max(0.0, second / sum - raw.opening * raw.opening)) + 0.03;
   return raw;
 }
+
+// What one eye's picture says of its opening in the person's own scale.
+struct Belief {
+  bool known = false;
+  std::array<double, kOpenings> opening{}, cost{};
+  double least_sigma = 0.03;
+  double astray = 0;
+};
 
 // Mean distance of the corners' landmarks from where the corners are: corners do not move.
 double landmarks_astray(const EyeSite& site, const LidView& view, int side) {
@@ -359,8 +373,10 @@ double landmarks_astray(const EyeSite& site, const LidView& view, int side) {
   return 0.5 * (in_eye(site, (*six)[0]).norm() + (in_eye(site, (*six)[3]) - Vec2d(1, 0)).norm());
 }
 
+using Beliefs = std::array<Belief, 2>;
+
 void read_side(const EyeSite& site, const std::vector<LidView>& views, int side,
-               std::vector<LidOpenings>& readings, std::stop_token stop) {
+               std::vector<Beliefs>& readings, std::stop_token stop) {
   const std::size_t n = views.size();
   const std::vector<EyeSite> sites = sites_in_views(site, views, side);
   std::vector<EyePatch> patches(n);
@@ -389,44 +405,56 @@ void read_side(const EyeSite& site, const std::vector<LidView>& views, int side,
   const double scale = 1 / std::max(0.05, usual - closed);
   for (std::size_t i = 0; i < n; ++i) {
     if (!patches[i].seen) continue;
-    LidOpening& out = readings[i][side];
+    Belief& out = readings[i][side];
     out.known = true;
-    out.opening = std::clamp((raw[i].opening - closed) * scale, 0.0, 1.6);
     // A slanted eye is seen through its corner, and a small error of the pose moves it.
-    out.sigma = raw[i].sigma * scale * std::max(1.0, std::pow(0.7 / patches[i].facing, 2));
+    const double slant = std::max(1.0, std::pow(0.7 / patches[i].facing, 2));
+    for (int a = 0; a < kOpenings; ++a) {
+      out.opening[a] = std::clamp((a * kOpeningStep - closed) * scale, 0.0, 1.6);
+      out.cost[a] = raw[i].cost[a] / (slant * slant);
+    }
+    out.least_sigma = 0.03 * scale * slant;
     out.astray = landmarks_astray(sites[i], views[i], side);
   }
 }
 
-// Each eye hears the other one: they open and close together, winks apart.
-LidOpenings together(const LidOpenings& own) {
-  LidOpenings out = own;
-  for (int side = 0; side < 2; ++side) {
-    const LidOpening &a = own[side], &b = own[1 - side];
-    if (!a.known || !b.known) continue;
-    const double wa = 1 / (a.sigma * a.sigma), wb = 1 / (b.sigma * b.sigma + kEyesTogether * kEyesTogether);
-    out[side].opening = (wa * a.opening + wb * b.opening) / (wa + wb);
-    out[side].sigma = std::sqrt(1 / (wa + wb));
+// Each eye hears the other one: they open and close together, winks apart. All of what each says is weighed,
+// not its most likely opening alone: a shut eye whose skin is as bright as the white of the eye looks shut or
+// wide open, and only the other one knows which.
+LidOpening opening_of(const Belief& own, const Belief& other) {
+  if (!own.known) return {};
+  double sum = 0, first = 0, second = 0;
+  for (int a = 0; a < kOpenings; ++a) {
+    double heard = other.known ? 0 : 1;
+    for (int b = 0; other.known && b < kOpenings; ++b) {
+      const double apart = (own.opening[a] - other.opening[b]) / kEyesTogether;
+      heard += std::exp(-other.cost[b] - 0.5 * apart * apart);
+    }
+    const double w = std::exp(-own.cost[a]) * heard, x = own.opening[a];
+    sum += w, first += w * x, second += w * x * x;
   }
-  return out;
+  if (!(sum > 0)) return {};
+  const double mean = first / sum;
+  const double sigma = std::sqrt(std::max(0.0, second / sum - mean * mean)) + own.least_sigma;
+  return {true, mean, sigma, own.astray};
 }
 
 }  // namespace
 
 Result<LidReadings> read_lids(const EyeBalls& eyes, const std::vector<LidView>& views, std::stop_token stop) {
   LidReadings out;
-  out.frames.resize(views.size());
+  std::vector<Beliefs> beliefs(views.size());
   for (int side = 0; side < 2; ++side) {
     if (stop.stop_requested()) return cancelled_error();
     const EyeSite site = find_site(eyes, views, side);
     if (!site.known) continue;
-    read_side(site, views, side, out.frames, stop);
+    read_side(site, views, side, beliefs, stop);
     for (double s : {0.33, 0.67})  // about where the predictor's lid points are
       out.usual_gap_m[side] +=
           0.5 * (EyeSite::arc(site.upper, s) - EyeSite::arc(site.lower, s)) * site.along().norm();
   }
   if (stop.stop_requested()) return cancelled_error();
-  for (LidOpenings& r : out.frames) r = together(r);
+  for (const Beliefs& b : beliefs) out.frames.push_back({opening_of(b[0], b[1]), opening_of(b[1], b[0])});
   return out;
 }
 

@@ -61,6 +61,19 @@ TEST(FaceMarks, ALostFrameIsWrong) {
   EXPECT_EQ(score.wrong_eyes, std::vector<int>{2});
 }
 
+TEST(FaceMarks, OnlyFramesThatTheTrackCallsGoodCanBeMisplaced) {
+  const HeadModel& model = acting_head();
+  Track track = acted(model);
+  track.frames[3].status = FrameStatus::weak;
+  std::vector<FaceMark> marks;
+  for (int i = 0; i < 10; ++i)
+    marks.push_back({i, Marked::unsure, Marked::unsure, i == 3 || i == 6 ? Marked::yes : Marked::no});
+  marks[7].misplaced = Marked::unsure;
+  const MarkScore score = score_marks(track, model, marks);
+  EXPECT_EQ(score.placed, 8);
+  EXPECT_EQ(score.misplaced, std::vector<int>{6});
+}
+
 TEST(FaceMarks, AreReadFromLettersAndRefusedByName) {
   const fs::path path = fs::temp_directory_path() / "likeness_face_marks.json";
   ASSERT_TRUE(write_text(path, R"({"version":1,"frames":[3,9,12],"mouth":"o?c","eyes":"os?"})"));
@@ -72,7 +85,16 @@ TEST(FaceMarks, AreReadFromLettersAndRefusedByName) {
   EXPECT_EQ((*marks)[1].mouth_open, Marked::unsure);
   EXPECT_EQ((*marks)[2].mouth_open, Marked::no);
   EXPECT_EQ((*marks)[1].eyes_shut, Marked::yes);
-  for (const char* bad : {R"({"version":1,"frames":[3],"mouth":"oo","eyes":"o"})",
+  EXPECT_EQ((*marks)[0].misplaced, Marked::unsure);
+  ASSERT_TRUE(
+      write_text(path, R"({"version":1,"frames":[3,9,12],"mouth":"o?c","eyes":"os?","placed":"rw?"})"));
+  const auto placed = read_face_marks(path);
+  ASSERT_TRUE(placed) << placed.error().what;
+  EXPECT_EQ((*placed)[0].misplaced, Marked::no);
+  EXPECT_EQ((*placed)[1].misplaced, Marked::yes);
+  EXPECT_EQ((*placed)[2].misplaced, Marked::unsure);
+  for (const char* bad : {R"({"version":1,"frames":[3],"mouth":"o","eyes":"o","placed":"rr"})",
+                          R"({"version":1,"frames":[3],"mouth":"oo","eyes":"o"})",
                           R"({"version":1,"frames":[3],"mouth":"x","eyes":"o"})",
                           R"({"version":2,"frames":[3],"mouth":"o","eyes":"o"})", R"({"version":1})", "["}) {
     ASSERT_TRUE(write_text(path, bad));

@@ -107,7 +107,7 @@ TEST(Bundle, FramesBetweenKeyFramesAreAsGood) {
 
 // A face that looks up for a while, as frames 60 to 110, shows points of its own, whose places are not known
 // any better than the head's depth meanwhile.
-Scene make_look_up(double start_error) {
+Scene make_look_up(double start_error, double retreat = 0) {
   constexpr double kFocal = 1000;
   const Vec3d neck(0, -0.06, -0.02);
   std::mt19937 random(3);
@@ -119,7 +119,7 @@ Scene make_look_up(double start_error) {
     Pose pose = Pose::Identity();
     pose.linear() = facing * Eigen::AngleAxisd(0.5 * std::sin(i * 0.06), Vec3d::UnitY()).toRotationMatrix() *
                     Eigen::AngleAxisd(0.3 * std::sin(i * 0.042), Vec3d::UnitX()).toRotationMatrix();
-    pose.translation() = Vec3d(0, 0.05, 0.8) - pose.linear() * neck;  // the neck rests
+    pose.translation() = Vec3d(0, 0.05, 0.8 + retreat * i) - pose.linear() * neck;  // the neck rests at 0
     scene.truth.push_back(pose);
     scene.frames.push_back({true, kFocal, pose});
     if (apart(i)) scene.frames.back().cam_from_head.translation() *= 1 + start_error / 0.8;
@@ -165,6 +165,20 @@ TEST(Bundle, ARestingNeckHoldsTheDepthOfViewsThatShareNoPoints) {
   }
   EXPECT_GT(astray[0], 0.004) << "m";
   EXPECT_LT(astray[1], 0.6 * astray[0]) << "m";
+}
+
+// As where the camera draws back: near views must not be drawn away with it, nor far ones nearer.
+TEST(Bundle, ANeckThatDoesNotRestIsNotHeld) {
+  std::vector<BundleFrame> found[2];
+  for (const int rests : {0, 1}) {
+    Scene scene = make_look_up(0, 0.002);
+    BundleOptions options;
+    options.neck_rest = rests ? 60 : 0;
+    ASSERT_TRUE(bundle_adjust(scene.frames, scene.tracks, options, {}, {}).ok());
+    found[rests] = scene.frames;
+  }
+  for (std::size_t i = 0; i < found[0].size(); ++i)
+    EXPECT_EQ(found[0][i].cam_from_head.matrix(), found[1][i].cam_from_head.matrix()) << i;
 }
 
 TEST(Bundle, StopsWhenAsked) {

@@ -259,6 +259,38 @@ TEST(Drive, TurningTheHeadMovesNoShoulderAndLeaningIsFollowedDamped) {
   for (std::size_t i = 41; i < 119; ++i) EXPECT_GE(moved(i + 1), moved(i) - 1e-9) << "overshoot";
 }
 
+// As when the driver's camera is held in a hand that wanders off.
+TEST(Drive, ADriverWhoDriftsAwayCarriesNobodyOutOfThePicture) {
+  const HeadModel& model = test_head();
+  Track track = performed(model, neutral_articulation(model));
+  const Puppet self = self_of(track, model);
+  for (const Vec3d& way : {Vec3d(1, 0, 0), Vec3d(0, 1, 0), Vec3d(-0.6, 0.8, 0), Vec3d(0, -1, 0)}) {
+    for (std::size_t i = 0; i < track.frames.size(); ++i)
+      track.frames[i].world_from_head =
+          self.world_from_head * Pose(Eigen::Translation3d(0.005 * double(i) * way));
+    const auto driven = drive(track, self, self, {});
+    ASSERT_TRUE(driven.ok());
+    const Mat3d head_from_world = self.world_from_head.linear().transpose();
+    double before = 0;
+    for (std::size_t i = 0; i < driven->size(); ++i) {
+      const DrivenFrame& f = (*driven)[i];
+      const Vec3d moved =
+          head_from_world * (f.world_from_head.translation() - self.world_from_head.translation());
+      const Vec3d body =
+          head_from_world * (f.world_from_torso.translation() - self.world_from_torso.translation());
+      if (i <= 3) {
+        EXPECT_NEAR((moved - 0.005 * double(i) * way).norm(), 0, 1e-9) << i;
+      }
+      EXPECT_LT(moved.norm(), 0.0901);
+      EXPECT_LT(moved.y(), 0.0346);
+      EXPECT_LT(body.y(), 0.0076);
+      EXPECT_GE(moved.dot(way), before - 1e-9) << "turns back";
+      before = moved.dot(way);
+    }
+    EXPECT_GT(before, 0.025);
+  }
+}
+
 TEST(Drive, LostFramesAreBridged) {
   const HeadModel& model = test_head();
   const Track whole = performed(model, neutral_articulation(model));

@@ -20,6 +20,9 @@ Intrinsics lens() { return {kSize, kSize, 2.2 * kSize, 2.2 * kSize, kSize / 2.0,
 struct Look {
   double skin = 165, white = 205, iris = 70, noise = 4;
   bool glasses = false;
+  double gaze = 0.3;     // rad to either side
+  bool seldom = false;   // one blink of two frames
+  double shut_left = 0;  // level of the left lid where it is shut, without lashes; 0: as the skin
 };
 
 const HeadShape& shape() {
@@ -88,6 +91,21 @@ Image8 draw(const Look& look, const Articulation& face, const Pose& pose, int nu
   return grey;
 }
 
+// Covers the left eye with a lid of another level.
+void whiten_left(const Look& look, const std::array<Vec2d, kLandmarkCount>& lids, int number, Image8& grey) {
+  const Vec2d middle = 0.5 * (lids[42] + lids[45]), along = lids[45] - lids[42];
+  const double width = along.norm();
+  const Vec2d x_axis = along / width, y_axis(-x_axis.y(), x_axis.x());
+  std::mt19937 random(1000 + number);
+  std::normal_distribution<double> normal(0, look.noise);
+  for (int y = 0; y < kSize; ++y)
+    for (int x = 0; x < kSize; ++x) {
+      const Vec2d off = (Vec2d(x + 0.5, y + 0.5) - middle) / width;
+      if (std::hypot(off.dot(x_axis) / 0.5, (off.dot(y_axis) + 0.06) / 0.3) < 1)
+        *grey.at(x, y) = static_cast<std::uint8_t>(std::clamp(look.shut_left + normal(random), 0.0, 255.0));
+    }
+}
+
 // Blinks of five frames, every thirteenth; the gaze wanders, and is lowered with its lids from 40 to 46.
 struct Clip {
   std::vector<double> blink;
@@ -101,11 +119,13 @@ Clip make_clip(const Look& look) {
   Clip clip;
   for (int i = 0; i < kViews; ++i) {
     const bool lowered = i >= 40 && i < 46;
-    const double blink = !lowered && i % 13 >= 4 && i % 13 < 9 ? kBlink[i % 13 - 4] : 0;
+    const double blink = look.seldom                             ? (i == 30 || i == 31)
+                         : !lowered && i % 13 >= 4 && i % 13 < 9 ? kBlink[i % 13 - 4]
+                                                                 : 0;
     const Pose pose = facing_pose(0.35 * std::sin(0.4 * i), 0.1 * std::cos(0.3 * i), Vec3d(0, 0.03, 0.5));
     Articulation face = neutral_articulation(test_head());
     face.left_eye = face.right_eye =
-        eye_rotation({0.3 * std::sin(1.7 * i), lowered ? -0.35 : 0.1 * std::cos(1.1 * i), 0, {}});
+        eye_rotation({look.gaze * std::sin(1.7 * i), lowered ? -0.35 : 0.1 * std::cos(1.1 * i), 0, {}});
     for (const char* side : {"L", "R"}) {
       add_action(face, *find_action(test_head(), std::string("eyeBlink_") + side), static_cast<float>(blink));
       if (lowered) add_action(face, *find_action(test_head(), std::string("eyeLookDown_") + side), 0.8f);
@@ -113,6 +133,8 @@ Clip make_clip(const Look& look) {
     clip.blink.push_back(blink);
     clip.lowered.push_back(lowered);
     clip.greys.push_back(draw(look, face, pose, i));
+    if (look.shut_left > 0 && blink > 0.9)
+      whiten_left(look, landmarks_of(neutral_articulation(test_head()), pose), i, clip.greys.back());
     LidView view;
     view.intrinsics = lens();
     view.cam_from_head = pose;
@@ -147,6 +169,20 @@ TEST(Lids, AreFollowedThroughBlinksThatTheLandmarksMiss) { expect_followed({}); 
 TEST(Lids, AreFollowedOnDarkSkin) { expect_followed({.skin = 75, .white = 150, .iris = 35}); }
 
 TEST(Lids, AreFollowedBehindGlassesWithGlints) { expect_followed({.glasses = true}); }
+
+// The left lid, where it is shut, is as bright as the white of the eye: by itself it looks torn open.
+TEST(Lids, AShutEyeAsBrightAsItsWhiteIsToldByTheOther) {
+  for (const Look& look : {Look{.white = 175, .gaze = 0.6, .seldom = true, .shut_left = 185},
+                           Look{.white = 190, .gaze = 0.6, .seldom = true, .shut_left = 185}}) {
+    const Clip clip = make_clip(look);
+    const auto read = read_lids(eyes(), clip.views, {});
+    ASSERT_TRUE(read);
+    for (const int i : {30, 31})
+      for (int side = 0; side < 2; ++side)
+        EXPECT_LT(read->frames[i][side].opening, 0.35)
+            << i << " eye " << side << " white " << look.white << " gaze " << look.gaze;
+  }
+}
 
 TEST(Lids, HeldOutPicturesTeachTrainingFramesNothing) {
   Clip clip = make_clip({});
