@@ -113,7 +113,8 @@ class FaceFit {
     auto fitted =
         fit_identity(head_, prior_, options, identity, faces_, progress.stage(0, 0.5, "face"), stop);
     if (!fitted) return fitted.error();
-    if (auto done = fit_states(head_, *fitted, prior_, options, faces_, progress.stage(0.5, 1, "face"), stop);
+    if (auto done = fit_states(head_, fitted->identity, prior_, options, faces_,
+                               progress.stage(0.5, 1, "face"), stop);
         !done)
       return done;
     const ActionBasis basis = action_basis(model_);

@@ -245,7 +245,7 @@ struct LiveTracker::Impl {
     fit.identity_frames = int(kMostRest);
     auto who = fit_identity(head, usual, fit, identity, faces, Progress(), {});
     if (!who) return who.error();
-    become(*who);
+    become(who->identity);
     Puppet puppet{model, full_person(), neutral_articulation(*model), {}};
     std::vector<double> jaws, yaws, pitches;
     std::vector<std::vector<double>> shapes(std::size_t(head.expression_count()));

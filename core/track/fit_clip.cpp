@@ -19,41 +19,99 @@ std::vector<int> spread_frames(const std::vector<FaceFrame>& frames, int count) 
   return chosen;
 }
 
-struct JointSystem {
-  std::vector<FrameSystem> frames;    // full systems, frame unknowns first, identity last
-  std::vector<Eigen::MatrixXd> gain;  // (frame unknowns, I) of the back substitution
-  std::vector<Eigen::VectorXd> offset;
+constexpr int kRegistration = 6;  // unknowns: turn and shift of the head frame, in itself
+constexpr double kRegistrationTurn = 10, kRegistrationShift = 33;  // prior per rad and m at 100 frames
+
+// One frame's part of the joint fit: its own unknowns first, then what all frames share, the registration and
+// the identity.
+struct JointFrame {
+  Eigen::MatrixXd hessian;
+  Eigen::VectorXd gradient;
+  Eigen::Index own = 0;
+  Eigen::MatrixXd gain;    // (own, shared) of the back substitution
+  Eigen::VectorXd offset;  // (own)
 };
 
-// One damped Schur step: increments of the frames and of the identity.
-bool schur_step(JointSystem& joint, int identities, double identity_weight, const Eigen::VectorXd& identity,
-                double damping, Eigen::VectorXd* identity_step, std::vector<Eigen::VectorXd>* frame_steps) {
-  const std::size_t n = joint.frames.size();
+// A pose that is given moves with the head frame alone: what would have been its increment is the turned
+// registration.
+JointFrame joint_frame(const FrameSystem& system, const FaceState& state, bool pose_given, int identities) {
+  const Eigen::Index all = system.hessian.rows(), face = all - identities - kRegistration;
+  const Eigen::Index own = pose_given ? face : kRegistration + face, shared = kRegistration + identities;
+  JointFrame joint;
+  joint.own = own;
+  joint.hessian = Eigen::MatrixXd::Zero(own + shared, own + shared);
+  joint.gradient = Eigen::VectorXd::Zero(own + shared);
+  if (!pose_given) {
+    const auto h = [&](Eigen::Index row, Eigen::Index column, Eigen::Index rows, Eigen::Index columns) {
+      return system.hessian.block(row, column, rows, columns);
+    };
+    joint.hessian.topLeftCorner(own, own) = h(0, 0, own, own);
+    joint.hessian.topRightCorner(own, identities) = h(0, own, own, identities);
+    joint.hessian.bottomRightCorner(identities, identities) = h(own, own, identities, identities);
+    joint.gradient.head(own) = system.gradient.head(own);
+    joint.gradient.tail(identities) = system.gradient.tail(identities);
+    return joint;
+  }
+  Eigen::Matrix<double, kRegistration, kRegistration> turned =
+      Eigen::Matrix<double, kRegistration, kRegistration>::Zero();
+  turned.topLeftCorner<3, 3>() = turned.bottomRightCorner<3, 3>() = state.cam_from_head.linear();
+  const auto pose_rest = system.hessian.topRightCorner(kRegistration, face + identities);
+  const auto rest = system.hessian.bottomRightCorner(face + identities, face + identities);
+  joint.hessian.topLeftCorner(face, face) = rest.topLeftCorner(face, face);
+  joint.hessian.block(0, own, face, kRegistration) = pose_rest.leftCols(face).transpose() * turned;
+  joint.hessian.topRightCorner(face, identities) = rest.topRightCorner(face, identities);
+  joint.hessian.block(own, own, kRegistration, kRegistration) =
+      turned.transpose() * system.hessian.topLeftCorner(kRegistration, kRegistration) * turned;
+  joint.hessian.block(own, own + kRegistration, kRegistration, identities) =
+      turned.transpose() * pose_rest.rightCols(identities);
+  joint.hessian.block(own + kRegistration, own, identities, kRegistration) =
+      joint.hessian.block(own, own + kRegistration, kRegistration, identities).transpose();
+  joint.hessian.bottomRightCorner(identities, identities) = rest.bottomRightCorner(identities, identities);
+  joint.gradient.head(face) = system.gradient.segment(kRegistration, face);
+  joint.gradient.segment(own, kRegistration) = turned.transpose() * system.gradient.head(kRegistration);
+  joint.gradient.tail(identities) = system.gradient.tail(identities);
+  return joint;
+}
+
+// One damped Schur step: increments of the frames' own unknowns and of the shared ones. prior: (shared)
+// weights, squared; at: where the shared ones are.
+bool schur_step(std::vector<JointFrame>& joint, const Eigen::VectorXd& prior, const Eigen::VectorXd& at,
+                double damping, Eigen::VectorXd* shared_step, std::vector<Eigen::VectorXd>* frame_steps) {
+  const std::size_t n = joint.size();
+  const Eigen::Index shared = prior.size();
   std::vector<Eigen::MatrixXd> reduced(n);
   std::vector<Eigen::VectorXd> right(n);
   parallel_for(n, [&](std::size_t f) {
-    const FrameSystem& s = joint.frames[f];
-    const Eigen::Index face = s.hessian.rows() - identities;
-    Eigen::MatrixXd own = s.hessian.topLeftCorner(face, face);
+    JointFrame& s = joint[f];
+    Eigen::MatrixXd own = s.hessian.topLeftCorner(s.own, s.own);
     own.diagonal() *= 1 + damping;
-    const Eigen::MatrixXd cross = s.hessian.topRightCorner(face, identities);
+    const Eigen::MatrixXd cross = s.hessian.topRightCorner(s.own, shared);
     const Eigen::LDLT<Eigen::MatrixXd> factor(own);
-    joint.gain[f] = factor.solve(cross);
-    joint.offset[f] = factor.solve(s.gradient.head(face));
-    reduced[f] = s.hessian.bottomRightCorner(identities, identities) - cross.transpose() * joint.gain[f];
-    right[f] = s.gradient.tail(identities) - cross.transpose() * joint.offset[f];
+    s.gain = factor.solve(cross);
+    s.offset = factor.solve(s.gradient.head(s.own));
+    reduced[f] = s.hessian.bottomRightCorner(shared, shared) - cross.transpose() * s.gain;
+    right[f] = s.gradient.tail(shared) - cross.transpose() * s.offset;
   });
-  Eigen::MatrixXd hessian =
-      Eigen::MatrixXd::Identity(identities, identities) * (identity_weight * identity_weight);
-  Eigen::VectorXd gradient = identity * (identity_weight * identity_weight);
+  Eigen::MatrixXd hessian = prior.asDiagonal();
+  Eigen::VectorXd gradient = prior.cwiseProduct(at);
   for (std::size_t f = 0; f < n; ++f)
     hessian += reduced[f], gradient += right[f];  // in order: repeatable sums
   hessian.diagonal() *= 1 + damping;
-  *identity_step = -hessian.ldlt().solve(gradient);
-  if (!identity_step->allFinite()) return false;
+  *shared_step = -hessian.ldlt().solve(gradient);
+  if (!shared_step->allFinite()) return false;
   frame_steps->resize(n);
-  for (std::size_t f = 0; f < n; ++f) (*frame_steps)[f] = -joint.offset[f] - joint.gain[f] * *identity_step;
+  for (std::size_t f = 0; f < n; ++f) (*frame_steps)[f] = -joint[f].offset - joint[f].gain * *shared_step;
   return true;
+}
+
+// The state with its own unknowns and the head frame moved.
+FaceState moved_jointly(const FaceState& state, const Eigen::VectorXd& own, bool pose_given,
+                        const Eigen::VectorXd& shared) {
+  if (!pose_given) return moved(state, own);
+  const Mat3d turn = state.cam_from_head.linear();
+  Eigen::VectorXd increment(kRegistration + own.size());
+  increment << turn * shared.head<3>(), turn * shared.segment<3>(3), own;
+  return moved(state, increment);
 }
 
 // The neighbour at `offset` frames if it is one this frame may lean on, else null.
@@ -117,34 +175,35 @@ void start_clip(const ReducedHead& head, const Eigen::VectorXd& identity, const 
   });
 }
 
-Result<Eigen::VectorXd> fit_identity(const ReducedHead& head, const ExpressionPrior& usual_prior,
-                                     const ClipFitOptions& options, const Eigen::VectorXd& start,
-                                     std::vector<FaceFrame>& frames, const Progress& progress,
-                                     std::stop_token stop) {
+Result<IdentityFit> fit_identity(const ReducedHead& head, const ExpressionPrior& usual_prior,
+                                 const ClipFitOptions& options, const Eigen::VectorXd& start,
+                                 std::vector<FaceFrame>& frames, const Progress& progress,
+                                 std::stop_token stop) {
   const std::vector<int> chosen = spread_frames(frames, options.identity_frames);
   const std::size_t n = chosen.size();
   const int identities = head.identity_count(), unknowns = 7 + head.expression_count() + identities;
-  const double weight = options.identity_weight * std::sqrt(static_cast<double>(n) / 100.0);
-  const auto fit = [&](std::size_t f) {
-    FrameFitOptions frame_options;
-    frame_options.free_pose = !frames[chosen[f]].pose_given;
-    return frame_options;
-  };
+  const auto given = [&](std::size_t f) { return frames[chosen[f]].pose_given; };
   ExpressionPrior prior = usual_prior;
   prior.weight *= options.joint_expression;
-  Eigen::VectorXd identity = start;
-  JointSystem joint;
-  joint.frames.resize(n), joint.gain.resize(n), joint.offset.resize(n);
+  // -- What all frames share: the registration, from where it starts, and the identity.
+  const double count = static_cast<double>(n) / 100.0;
+  Eigen::VectorXd shared = Eigen::VectorXd::Zero(kRegistration + identities);
+  shared.tail(identities) = start;
+  Eigen::VectorXd weights(shared.size());
+  weights.head<3>().setConstant(count * kRegistrationTurn * kRegistrationTurn);
+  weights.segment<3>(3).setConstant(count * kRegistrationShift * kRegistrationShift);
+  weights.tail(identities).setConstant(count * options.identity_weight * options.identity_weight);
+  Pose registration = Pose::Identity();
+  std::vector<JointFrame> joint(n);
   std::vector<JawLine> lines(n);
 
-  const auto cost_of = [&](const Eigen::VectorXd& id, const std::vector<FaceState>& states) {
-    const ReducedPerson person = reduced_person(head, id);
+  const auto cost_of = [&](const Eigen::VectorXd& at, const std::vector<FaceState>& states) {
+    const ReducedPerson person = reduced_person(head, at.tail(identities));
     std::vector<double> costs(n);
     parallel_for(n, [&](std::size_t f) {
-      costs[f] =
-          frame_cost(head, person, frames[chosen[f]].observation, lines[f], prior, {}, fit(f), states[f]);
+      costs[f] = frame_cost(head, person, frames[chosen[f]].observation, lines[f], prior, {}, {}, states[f]);
     });
-    double sum = 0.5 * weight * weight * id.squaredNorm();
+    double sum = 0.5 * weights.dot(at.cwiseAbs2());
     for (double c : costs) sum += c;
     return sum;
   };
@@ -153,34 +212,38 @@ Result<Eigen::VectorXd> fit_identity(const ReducedHead& head, const ExpressionPr
   std::vector<FaceState> states(n);
   for (std::size_t f = 0; f < n; ++f) states[f] = frames[chosen[f]].state;
   for (int round = 0; round < kRounds && n > 0; ++round) {
-    const ReducedPerson now = reduced_person(head, identity);
+    const ReducedPerson now = reduced_person(head, shared.tail(identities));
     parallel_for(n, [&](std::size_t f) {
       lines[f] = pick_jaw_line(head, now, frames[chosen[f]].observation, states[f]);
     });
-    double cost = cost_of(identity, states), damping = 1e-4;
+    double cost = cost_of(shared, states), damping = 1e-4;
     for (int iteration = 0; iteration < kIterations; ++iteration) {
       if (stop.stop_requested()) return cancelled_error();
       progress.report((round + static_cast<double>(iteration) / kIterations) / kRounds,
                       "fitting the identity");
-      const ReducedPerson person = reduced_person(head, identity);
+      const ReducedPerson person = reduced_person(head, shared.tail(identities));
       parallel_for(n, [&](std::size_t f) {
-        joint.frames[f].hessian.resize(unknowns, unknowns);
-        frame_system(head, person, frames[chosen[f]].observation, lines[f], prior, {}, fit(f), states[f],
-                     true, &joint.frames[f]);
+        FrameSystem system;
+        system.hessian.resize(unknowns, unknowns);
+        frame_system(head, person, frames[chosen[f]].observation, lines[f], prior, {}, {}, states[f], true,
+                     &system);
+        joint[f] = joint_frame(system, states[f], given(f), identities);
       });
       bool better = false;
       double gain = 0;
       for (int attempt = 0; attempt < 5 && !better; ++attempt, damping *= 8) {
-        Eigen::VectorXd identity_step;
+        Eigen::VectorXd step;
         std::vector<Eigen::VectorXd> steps;
-        if (!schur_step(joint, identities, weight, identity, damping, &identity_step, &steps)) break;
+        if (!schur_step(joint, weights, shared, damping, &step, &steps)) break;
         std::vector<FaceState> trial(n);
-        for (std::size_t f = 0; f < n; ++f) trial[f] = moved(states[f], steps[f]);
-        const double trial_cost = cost_of(identity + identity_step, trial);
+        for (std::size_t f = 0; f < n; ++f) trial[f] = moved_jointly(states[f], steps[f], given(f), step);
+        const double trial_cost = cost_of(shared + step, trial);
         if (trial_cost >= cost) continue;
         better = true;
         gain = cost - trial_cost;
-        identity += identity_step;
+        shared += step;
+        registration.translation() += registration.linear() * step.segment<3>(3);
+        registration.linear() = registration.linear() * turn_from_vector(step.head<3>());
         states = std::move(trial);
         cost = trial_cost;
         damping *= 0.02;
@@ -188,9 +251,12 @@ Result<Eigen::VectorXd> fit_identity(const ReducedHead& head, const ExpressionPr
       if (!better || gain < 1e-4 * cost) break;
     }
   }
+  // -- Every given pose moves, looked at or not.
+  for (FaceFrame& frame : frames)
+    if (frame.pose_given) frame.state.cam_from_head = frame.state.cam_from_head * registration;
   for (std::size_t f = 0; f < n; ++f) frames[chosen[f]].state = states[f];
   progress.report(1);
-  return identity;
+  return IdentityFit{shared.tail(identities), registration};
 }
 
 Result<void> fit_states(const ReducedHead& head, const Eigen::VectorXd& identity,

@@ -38,12 +38,20 @@ struct ClipFitOptions {
 void start_clip(const ReducedHead& head, const Eigen::VectorXd& identity, const ExpressionPrior& prior,
                 std::vector<FaceFrame>& frames);
 
-// Joint fit of the identity and the chosen frames' states (which are updated). Schur complement on the
-// frames.
-Result<Eigen::VectorXd> fit_identity(const ReducedHead& head, const ExpressionPrior& prior,
-                                     const ClipFitOptions& options, const Eigen::VectorXd& start,
-                                     std::vector<FaceFrame>& frames, const Progress& progress,
-                                     std::stop_token stop);
+struct IdentityFit {
+  Eigen::VectorXd identity;  // (I)
+  // Where in its old frame the head's frame was moved to. Dense tracks tell how the head moves, not where in
+  // it the face is: that, common to all frames, is the landmarks' to say.
+  Pose registration = Pose::Identity();
+};
+
+// Joint fit of the identity, the chosen frames' states (which are updated) and, where poses are given, the
+// one rigid motion of the head frame that all of them share (which all given poses then undergo). Schur
+// complement on the frames.
+Result<IdentityFit> fit_identity(const ReducedHead& head, const ExpressionPrior& prior,
+                                 const ClipFitOptions& options, const Eigen::VectorXd& start,
+                                 std::vector<FaceFrame>& frames, const Progress& progress,
+                                 std::stop_token stop);
 
 // Every seen frame's state with the identity fixed.
 Result<void> fit_states(const ReducedHead& head, const Eigen::VectorXd& identity,

@@ -55,10 +55,14 @@ ExpressionPrior placing_prior(const HeadModel& model) {
 
 Result<void> fit_faces(const ExpressionPrior& prior, ClipWork& work, const Progress& progress,
                        std::stop_token stop) {
-  auto identity =
+  auto fit =
       fit_identity(work.head, prior, {}, work.identity, work.faces, progress.stage(0, 0.5, "identity"), stop);
-  if (!identity) return identity.error();
-  work.identity = *identity;
+  if (!fit) return fit.error();
+  work.identity = fit->identity;
+  for (DenseFrame& dense : work.dense)
+    if (dense.solved) dense.cam_from_head = dense.cam_from_head * fit->registration;
+  const Pose new_from_old = fit->registration.inverse();
+  for (HeadPoint& point : work.points) point.track.point = new_from_old * point.track.point;
   return fit_states(work.head, work.identity, prior, {}, work.faces, progress.stage(0.5, 1, "frames"), stop);
 }
 

@@ -8,6 +8,10 @@
 namespace likeness {
 namespace {
 
+Pose true_pose(int frame) {
+  return facing_pose(0.6 * std::sin(frame * 0.3), 0.2 * std::sin(frame * 0.2), {0.01, 0.02, 0.6});
+}
+
 std::vector<FaceFrame> make_clip(const ReducedHead& head, const Eigen::VectorXd& identity,
                                  double held_out_shift) {
   const ReducedPerson person = reduced_person(head, identity);
@@ -18,7 +22,7 @@ std::vector<FaceFrame> make_clip(const ReducedHead& head, const Eigen::VectorXd&
     f.seen = true;
     f.held_out = i >= 20 && i < 25;
     FaceState truth;
-    truth.cam_from_head = facing_pose(0.6 * std::sin(i * 0.3), 0.2 * std::sin(i * 0.2), {0.01, 0.02, 0.6});
+    truth.cam_from_head = true_pose(i);
     truth.expression = Eigen::VectorXd::Zero(head.expression_count());
     truth.jaw = 0.1 + 0.1 * std::sin(i * 0.5);
     f.observation = observe_state(head, person, truth, 0.5, static_cast<std::uint32_t>(i));
@@ -47,8 +51,8 @@ Fitted fit(std::vector<FaceFrame> frames) {
   start_clip(head, identity, prior, frames);
   auto found = fit_identity(head, prior, {}, identity, frames, {}, {});
   EXPECT_TRUE(found.ok());
-  EXPECT_TRUE(fit_states(head, *found, prior, {}, frames, {}, {}).ok());
-  return {*found, frames};
+  EXPECT_TRUE(fit_states(head, found->identity, prior, {}, frames, {}, {}).ok());
+  return {found->identity, frames};
 }
 
 TEST(FitClip, FindsAShapeThatExplainsAllFrames) {
@@ -88,6 +92,31 @@ TEST(FitClip, HeldOutPicturesChangeNothingShared) {
     }
   }
   EXPECT_NE(a.frames[22].state.cam_from_head.matrix(), b.frames[22].state.cam_from_head.matrix());
+}
+
+// What dense tracks leave open: poses that move truly, about a head frame that is not the face's.
+TEST(FitClip, FindsWhereInTheGivenFrameTheFaceIs) {
+  const ReducedHead& head = test_reduced_head();
+  std::vector<FaceFrame> frames = make_clip(head, Eigen::VectorXd::Zero(head.identity_count()), 0);
+  Pose astray = Pose::Identity();  // the face's frame in the given one
+  astray.linear() = turn_from_vector({0.06, -0.03, 0.02});
+  astray.translation() = Vec3d(0.004, -0.008, 0.02);
+  for (FaceFrame& f : frames) {
+    f.pose_given = true;
+    f.state.cam_from_head = true_pose(f.frame) * astray.inverse();
+  }
+  const ExpressionPrior prior = expression_prior(test_head());
+  const Eigen::VectorXd identity = Eigen::VectorXd::Zero(head.identity_count());
+  const auto found = fit_identity(head, prior, {}, identity, frames, {}, {});
+  ASSERT_TRUE(found.ok());
+  const Pose left = found->registration.inverse() * astray;
+  EXPECT_LT(vector_from_turn(left.linear()).norm(), 0.02);
+  EXPECT_LT(left.translation().norm(), 0.005);
+  // Held-out frames undergo the same motion.
+  for (const int i : {3, 22}) {
+    const Pose off = frames[std::size_t(i)].state.cam_from_head.inverse() * true_pose(i);
+    EXPECT_LT((off.matrix() - left.matrix()).norm(), 1e-6) << i;
+  }
 }
 
 TEST(FitClip, StopsWhenAsked) {
