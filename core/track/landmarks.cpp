@@ -13,11 +13,13 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <fstream>
 #include <mutex>
 #include <numbers>
 
 #include "core/base/check.h"
 #include "core/base/quantile.h"
+#include "core/track/predictor_file.h"
 
 namespace likeness {
 namespace {
@@ -177,7 +179,18 @@ Result<FaceDetector> FaceDetector::load(const std::filesystem::path& predictor) 
   static std::weak_ptr<const Impl> loaded;
   const std::lock_guard lock(mutex);
   if (auto impl = loaded.lock(); impl && loaded_path == path) return FaceDetector(std::move(impl));
+  const auto unreadable = [&](const std::string& why) {
+    return Error{
+        ErrorCode::bad_input, "The landmark model could not be read: " + why,
+        "Use an unpacked 68-point dlib shape predictor (.dat), or reinstall the package libdlib-data.",
+        path.string()};
+  };
   try {
+    if (!predictor.empty()) {  // the system's comes checked, and reading it twice would take half a second
+      std::ifstream file(path, std::ios::binary);
+      if (const auto sound = check_predictor(file, std::filesystem::file_size(path)); !sound)
+        return unreadable(sound.error().what);
+    }
     auto impl = std::make_shared<Impl>();
     dlib::deserialize(path.string()) >> impl->predictor;
     if (impl->predictor.num_parts() != kLandmarkCount)
@@ -189,9 +202,7 @@ Result<FaceDetector> FaceDetector::load(const std::filesystem::path& predictor) 
     loaded = impl;
     return FaceDetector(std::move(impl));
   } catch (const std::exception& e) {
-    return Error{ErrorCode::bad_input, "The landmark model could not be read: " + std::string(e.what()),
-                 "Use an unpacked dlib shape predictor (.dat), or reinstall the package libdlib-data.",
-                 path.string()};
+    return unreadable(e.what());
   }
 }
 

@@ -1,7 +1,7 @@
 // Damaged files of a project: track.json, cameras.json (camera paths are the same format), capture.json,
-// project.json, plate.json, avatar.bin, checkpoint.bin, COLMAP's binary models and its database,
-// performance.json, training_curve.json; and beside it the studio's settings and the description of a matting
-// network.
+// project.json, plate.json, avatar.bin, room.bin, checkpoint.bin, COLMAP's binary models and its database,
+// performance.json, training_curve.json; and beside it the studio's settings and a matting network with its
+// description.
 #include <gtest/gtest.h>
 #include <sqlite3.h>
 
@@ -20,6 +20,7 @@
 #include "core/project/project.h"
 #include "core/project/training_curve.h"
 #include "core/render/avatar.h"
+#include "core/render/room_picture.h"
 #include "core/track/track.h"
 #include "core/train/checkpoint.h"
 #include "tests/core/matte/tiny_network.h"
@@ -148,6 +149,12 @@ TEST(Fuzz, Avatar) {
       [](const auto& path) { return read_avatar(path).ok(); }, repair_checksum);
 }
 
+TEST(Fuzz, Room) {
+  fuzz_file(
+      "room.bin", "room.bin", [](const auto& path) { return write_room(path, tiny_avatar().head).ok(); },
+      [](const auto& path) { return read_room(path).ok(); }, repair_checksum);
+}
+
 TEST(Fuzz, Checkpoint) {
   const Avatar avatar = tiny_avatar();
   TrainingState state;
@@ -246,14 +253,31 @@ TEST(Fuzz, StudioSettings) {
       });
 }
 
+const std::string kNetwork = tiny_network(16, {0.5f, 0.2f, 0.1f, -0.5f, -0.2f, -0.1f}, {0, 0});
+const std::string kNetworkFormat =
+    R"({"size_px": 16, "mean": [127.5, 127, 128], "scale": 0.0078, "activation": "softmax",)"
+    R"( "output": "map", "person_channels": [1]})";
+
+// Read by OpenCV: what is asked is that nothing it makes of a damaged file crashes or leaves by an exception.
+TEST(Fuzz, MattingNetwork) {
+  const ScratchFolder scratch;
+  scratch.put("net.json", std::as_bytes(std::span(kNetworkFormat)));
+  FuzzTarget target;
+  target.name = "matting network";
+  target.seeds = {kNetwork};
+  target.memory_floor = std::size_t(512) << 20;
+  target.read = [&](std::span<const std::byte> bytes) {
+    return MattingNetwork::load(scratch.put("net.onnx", bytes)).ok();
+  };
+  fuzz(target);
+}
+
 TEST(Fuzz, MattingNetworkFormat) {
   const ScratchFolder scratch;
-  const std::string network = tiny_network(16, {0.5f, 0.2f, 0.1f, -0.5f, -0.2f, -0.1f}, {0, 0});
-  scratch.put("net.onnx", std::as_bytes(std::span(network)));
+  scratch.put("net.onnx", std::as_bytes(std::span(kNetwork)));
   FuzzTarget target;
   target.name = "matting network's json";
-  target.seeds = {R"({"size_px": 16, "mean": [127.5, 127, 128], "scale": 0.0078, "activation": "softmax",)"
-                  R"( "output": "map", "person_channels": [1]})"};
+  target.seeds = {kNetworkFormat};
   target.memory_floor = std::size_t(256) << 20;  // pictures of up to 2048 px are tried
   target.read = [&](std::span<const std::byte> bytes) {
     scratch.put("net.json", bytes);
