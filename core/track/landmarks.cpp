@@ -141,6 +141,12 @@ bool is_calm(const Landmarks& found, double box_width, const LandmarkHint* hint)
   return !hint || hint_distance(found.points, *hint) <= 2 * hint->sigma;
 }
 
+// Unpacking it takes longer than a detector's use: once for all.
+const dlib::frontal_face_detector& frontal_detector() {
+  static const dlib::frontal_face_detector detector = dlib::get_frontal_face_detector();
+  return detector;
+}
+
 }  // namespace
 
 double inner_spread(const Landmarks& landmarks) {
@@ -150,7 +156,6 @@ double inner_spread(const Landmarks& landmarks) {
 }
 
 struct FaceDetector::Impl {
-  dlib::frontal_face_detector detector = dlib::get_frontal_face_detector();
   dlib::shape_predictor predictor;
 };
 
@@ -215,7 +220,7 @@ std::vector<FaceBox> FaceDetector::detect(const Image8& rgb) const {
   const auto detect_at = [&](double s) {
     const Grey grey = to_grey(rgb, std::max(1, static_cast<int>(std::lround(rgb.width * s))),
                               std::max(1, static_cast<int>(std::lround(rgb.height * s))));
-    dlib::frontal_face_detector detector = impl_->detector;  // its scan keeps state: one copy a call
+    dlib::frontal_face_detector detector = frontal_detector();  // its scan keeps state: one copy a call
     std::vector<dlib::rect_detection> found;
     detector(grey, found);
     const double sx = static_cast<double>(rgb.width) / static_cast<double>(grey.nc()),
