@@ -127,6 +127,8 @@ Result<MattingNetwork> MattingNetwork::load(const fs::path& onnx) {
     impl->net.setPreferableTarget(cv::dnn::DNN_TARGET_CPU);
   } catch (const cv::Exception& fault) {
     return bad_network(onnx, fmt::format("The network cannot be read: {}.", fault.err));
+  } catch (const std::exception& fault) {  // sizes that the file claims, as the standard library sees them
+    return bad_network(onnx, fmt::format("The network cannot be read: {}.", fault.what()));
   }
   MattingNetwork network(std::move(impl));
   const auto tried = network.alpha(Image8(64, 64, 3, 128));
@@ -155,6 +157,8 @@ Result<Image8> MattingNetwork::alpha(const Image8& rgb) const {
     return alpha;
   } catch (const cv::Exception& fault) {
     return bad_network(impl_->path, fmt::format("The network cannot be run: {}.", fault.err));
+  } catch (const std::exception& fault) {
+    return bad_network(impl_->path, fmt::format("The network cannot be run: {}.", fault.what()));
   }
 }
 

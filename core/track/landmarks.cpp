@@ -13,11 +13,13 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <fstream>
 #include <mutex>
 #include <numbers>
 
 #include "core/base/check.h"
 #include "core/base/quantile.h"
+#include "core/track/predictor_file.h"
 
 namespace likeness {
 namespace {
@@ -139,6 +141,12 @@ bool is_calm(const Landmarks& found, double box_width, const LandmarkHint* hint)
   return !hint || hint_distance(found.points, *hint) <= 2 * hint->sigma;
 }
 
+// Unpacking it takes longer than a detector's use: once for all.
+const dlib::frontal_face_detector& frontal_detector() {
+  static const dlib::frontal_face_detector detector = dlib::get_frontal_face_detector();
+  return detector;
+}
+
 }  // namespace
 
 double inner_spread(const Landmarks& landmarks) {
@@ -148,7 +156,6 @@ double inner_spread(const Landmarks& landmarks) {
 }
 
 struct FaceDetector::Impl {
-  dlib::frontal_face_detector detector = dlib::get_frontal_face_detector();
   dlib::shape_predictor predictor;
 };
 
@@ -177,7 +184,18 @@ Result<FaceDetector> FaceDetector::load(const std::filesystem::path& predictor) 
   static std::weak_ptr<const Impl> loaded;
   const std::lock_guard lock(mutex);
   if (auto impl = loaded.lock(); impl && loaded_path == path) return FaceDetector(std::move(impl));
+  const auto unreadable = [&](const std::string& why) {
+    return Error{
+        ErrorCode::bad_input, "The landmark model could not be read: " + why,
+        "Use an unpacked 68-point dlib shape predictor (.dat), or reinstall the package libdlib-data.",
+        path.string()};
+  };
   try {
+    if (!predictor.empty()) {  // the system's comes checked, and reading it twice would take half a second
+      std::ifstream file(path, std::ios::binary);
+      if (const auto sound = check_predictor(file, std::filesystem::file_size(path)); !sound)
+        return unreadable(sound.error().what);
+    }
     auto impl = std::make_shared<Impl>();
     dlib::deserialize(path.string()) >> impl->predictor;
     if (impl->predictor.num_parts() != kLandmarkCount)
@@ -189,9 +207,7 @@ Result<FaceDetector> FaceDetector::load(const std::filesystem::path& predictor) 
     loaded = impl;
     return FaceDetector(std::move(impl));
   } catch (const std::exception& e) {
-    return Error{ErrorCode::bad_input, "The landmark model could not be read: " + std::string(e.what()),
-                 "Use an unpacked dlib shape predictor (.dat), or reinstall the package libdlib-data.",
-                 path.string()};
+    return unreadable(e.what());
   }
 }
 
@@ -204,7 +220,7 @@ std::vector<FaceBox> FaceDetector::detect(const Image8& rgb) const {
   const auto detect_at = [&](double s) {
     const Grey grey = to_grey(rgb, std::max(1, static_cast<int>(std::lround(rgb.width * s))),
                               std::max(1, static_cast<int>(std::lround(rgb.height * s))));
-    dlib::frontal_face_detector detector = impl_->detector;  // its scan keeps state: one copy a call
+    dlib::frontal_face_detector detector = frontal_detector();  // its scan keeps state: one copy a call
     std::vector<dlib::rect_detection> found;
     detector(grey, found);
     const double sx = static_cast<double>(rgb.width) / static_cast<double>(grey.nc()),

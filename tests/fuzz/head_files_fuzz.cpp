@@ -1,5 +1,6 @@
-// Damaged head models: pickles, landmark embeddings, .npz and .npy, .obj.
+// Damaged head models: pickles, landmark embeddings, .npz and .npy, .obj, lists of names.
 #include <gtest/gtest.h>
+#include <zlib.h>
 
 #include "core/base/npz.h"
 #include "core/head/flame.h"
@@ -29,6 +30,37 @@ HeadModel tiny_head() {
   for (int l = 0; l < kLandmarkCount; ++l) model.landmark_barycentric[std::size_t(l)] = Vec3f::UnitX();
   model.parts.assign(6, HeadPart::face);
   return model;
+}
+
+// A zip of one entry, deflated: write_npz stores, numpy's savez_compressed deflates.
+std::string deflated_zip(const std::string& name, const std::string& plain) {
+  std::string packed(compressBound(uLong(plain.size())), '\0');
+  z_stream stream{};
+  deflateInit2(&stream, 9, Z_DEFLATED, -MAX_WBITS, 8, Z_DEFAULT_STRATEGY);
+  stream.next_in = reinterpret_cast<Bytef*>(const_cast<char*>(plain.data()));
+  stream.avail_in = uInt(plain.size());
+  stream.next_out = reinterpret_cast<Bytef*>(packed.data());
+  stream.avail_out = uInt(packed.size());
+  EXPECT_EQ(deflate(&stream, Z_FINISH), Z_STREAM_END);
+  packed.resize(stream.total_out);
+  deflateEnd(&stream);
+  const auto number = [](std::uint64_t value, int bytes) {
+    std::string text;
+    for (; bytes > 0; --bytes, value >>= 8) text += char(value);
+    return text;
+  };
+  const auto sum = crc32_z(0, reinterpret_cast<const Bytef*>(plain.data()), plain.size());
+  const std::string shared = number(20, 2) + number(0, 2) + number(8, 2) + number(0, 4) + number(sum, 4) +
+                             number(packed.size(), 4) + number(plain.size(), 4) + number(name.size(), 2) +
+                             number(0, 2);
+  const std::string local = "PK\3\4"s + shared + name + packed;
+  const std::string directory = "PK\1\2"s + number(20, 2) + shared + number(0, 2 + 2 + 2 + 4 + 4) + name;
+  return local + directory + "PK\5\6"s + number(0, 4) + number(1, 2) + number(1, 2) +
+         number(directory.size(), 4) + number(local.size(), 4) + number(0, 2);
+}
+
+std::string npy(const std::string& header, const std::string& body) {
+  return "\x93NUMPY\x01\x00"s + char(header.size()) + '\0' + header + body;
 }
 
 bool reads_every_array(std::span<const std::byte> bytes) {
@@ -106,8 +138,10 @@ TEST(Fuzz, Npz) {
   archive["expression_names"] = text_array({"jawOpen", "b"});
   archive["fortran"] = npy_from_floats({2, 3}, std::vector<float>{1, 2, 3, 4, 5, 6});
   ASSERT_TRUE(write_npz(scratch.path() / "seed.npz", archive).ok());
-  target.seeds = {scratch.get("seed.npz")};
-  // The same with one deflated entry, made by hand: numbers that deflate stores in one block.
+  target.seeds = {
+      scratch.get("seed.npz"),
+      deflated_zip("v_template.npy", npy("{'descr': '<f4', 'fortran_order': False, 'shape': (30, 3), }\n",
+                                         std::string(200, 'a') + std::string(160, '\x3c')))};
   target.read = [](std::span<const std::byte> bytes) {
     auto read = parse_npz(bytes, "fuzz.npz");
     if (!read) return false;
@@ -121,9 +155,6 @@ TEST(Fuzz, Npz) {
 TEST(Fuzz, Npy) {
   FuzzTarget target;
   target.name = "npy";
-  const auto npy = [](const std::string& header, const std::string& body) {
-    return "\x93NUMPY\x01\x00"s + char(header.size()) + '\0' + header + body;
-  };
   target.seeds = {npy("{'descr': '<f8', 'fortran_order': True, 'shape': (2, 3), }\n", std::string(48, 'x')),
                   npy("{'descr': '<U3', 'fortran_order': False, 'shape': (2,), }\n", std::string(24, 'a')),
                   npy("{'descr': '|b1', 'fortran_order': False, 'shape': (), }\n", "\x01")};
@@ -150,6 +181,20 @@ TEST(Fuzz, Obj) {
     const auto mesh = parse_obj(bytes, "fuzz.obj");
     const bool positions = parse_obj(bytes, "fuzz.obj", false).ok();
     return mesh.ok() && positions;
+  };
+  fuzz(target);
+}
+
+TEST(Fuzz, ExpressionNames) {
+  FuzzTarget target;
+  target.name = "expression names";
+  const ScratchFolder scratch;
+  const NpzArchive archive = archive_of(tiny_head());
+  target.seeds = {"jawOpen\nmouthSmile_L\n", "jawOpen mouthSmile_L"};
+  target.read = [&](std::span<const std::byte> bytes) {
+    scratch.put("a_expression_names.txt", bytes);
+    const auto model = head_model_from_archive(archive, scratch.path() / "fuzz.npz");
+    return model.ok() && model->expression_names.size() == 2;
   };
   fuzz(target);
 }

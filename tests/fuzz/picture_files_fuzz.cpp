@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "core/image/files.h"
+#include "core/video/copy_sound.h"
 #include "core/video/decode.h"
 #include "core/video/encode.h"
 #include "core/video/mp4_boxes.h"
@@ -51,11 +52,9 @@ TEST(Fuzz, Picture) {
   fuzz(target);
 }
 
-TEST(Fuzz, Clip) {
-  const ScratchFolder scratch;
-  FuzzTarget target;
-  target.name = "clip";
-  auto writer = VideoWriter::create(scratch.path() / "seed.mp4", 32, 16);
+// Three frames of 32 x 16 px.
+void write_clip(const std::filesystem::path& path) {
+  auto writer = VideoWriter::create(path, 32, 16);
   ASSERT_TRUE(writer.ok());
   Image8 frame(32, 16, 3);
   for (int i = 0; i < 3; ++i) {
@@ -63,6 +62,13 @@ TEST(Fuzz, Clip) {
     ASSERT_TRUE(writer->add(frame));
   }
   ASSERT_TRUE(writer->finish());
+}
+
+TEST(Fuzz, Clip) {
+  const ScratchFolder scratch;
+  FuzzTarget target;
+  target.name = "clip";
+  write_clip(scratch.path() / "seed.mp4");
   target.seeds = {scratch.get("seed.mp4")};
   target.memory_floor = std::size_t(512) << 20;  // pictures as large as the header says
   target.read = [&](std::span<const std::byte> bytes) {
@@ -76,6 +82,48 @@ TEST(Fuzz, Clip) {
       if (!*next) break;
     }
     return boxes.is_mp4;
+  };
+  fuzz(target);
+}
+
+// A RIFF file of 50 ms of sound, 16 bit, which mp4 does not hold, and a stream of AAC frames, which it does.
+std::string wave() {
+  const auto number = [](std::uint32_t value, int bytes) {
+    std::string text;
+    for (; bytes > 0; --bytes, value >>= 8) text += char(value);
+    return text;
+  };
+  const std::string samples(800, '\x11');
+  const std::string format =
+      number(1, 2) + number(1, 2) + number(8000, 4) + number(16000, 4) + number(2, 2) + number(16, 2);
+  const std::string body =
+      "WAVEfmt " + number(16, 4) + format + "data" + number(std::uint32_t(samples.size()), 4) + samples;
+  return "RIFF" + number(std::uint32_t(body.size()), 4) + body;
+}
+std::string silent_aac() {
+  // ADTS: LC, 44.1 kHz, one channel, 13 bytes in all; then a frame of silence.
+  const unsigned char frame[] = {0xFF, 0xF1, 0x50, 0x40, 0x01, 0xBF, 0xFC,
+                                 0x01, 0x18, 0x20, 0x07, 0x00, 0x0E};
+  std::string stream;
+  for (int i = 0; i < 5; ++i) stream.append(reinterpret_cast<const char*>(frame), sizeof frame);
+  return stream;
+}
+
+TEST(Fuzz, Sound) {
+  const ScratchFolder scratch;
+  FuzzTarget target;
+  target.name = "sound of a clip";
+  write_clip(scratch.path() / "film.mp4");
+  const std::string film = scratch.get("film.mp4"), aac = silent_aac();
+  const auto first =
+      copy_sound(scratch.put("sound", std::as_bytes(std::span(aac))), scratch.path() / "film.mp4");
+  ASSERT_TRUE(first.ok()) << first.error().what;
+  ASSERT_TRUE(first->copied) << first->why_not;
+  target.seeds = {scratch.get("film.mp4"), aac, wave()};
+  target.memory_floor = std::size_t(512) << 20;
+  target.read = [&](std::span<const std::byte> bytes) {
+    const auto path = scratch.put("sound", bytes);
+    return copy_sound(path, scratch.put("film.mp4", std::as_bytes(std::span(film)))).ok();
   };
   fuzz(target);
 }

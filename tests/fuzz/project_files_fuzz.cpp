@@ -1,7 +1,7 @@
 // Damaged files of a project: track.json, cameras.json (camera paths are the same format), capture.json,
-// project.json, plate.json, avatar.bin, checkpoint.bin, COLMAP's binary models and its database,
+// project.json, plate.json, avatar.bin, room.bin, checkpoint.bin, COLMAP's binary models and its database,
 // performance.json, training_curve.json; and beside it the studio's settings and the description of a matting
-// network.
+// network. Not the network itself: OpenCV divides by zero on damaged ones.
 #include <gtest/gtest.h>
 #include <sqlite3.h>
 
@@ -20,6 +20,7 @@
 #include "core/project/project.h"
 #include "core/project/training_curve.h"
 #include "core/render/avatar.h"
+#include "core/render/room_picture.h"
 #include "core/track/track.h"
 #include "core/train/checkpoint.h"
 #include "tests/core/matte/tiny_network.h"
@@ -143,9 +144,17 @@ TEST(Fuzz, Plate) {
 }
 
 TEST(Fuzz, Avatar) {
+  Avatar avatar = tiny_avatar();
+  avatar.room = *avatar.torso;
   fuzz_file(
-      "avatar.bin", "avatar.bin", [](const auto& path) { return write_avatar(path, tiny_avatar()).ok(); },
+      "avatar.bin", "avatar.bin", [&](const auto& path) { return write_avatar(path, avatar).ok(); },
       [](const auto& path) { return read_avatar(path).ok(); }, repair_checksum);
+}
+
+TEST(Fuzz, Room) {
+  fuzz_file(
+      "room.bin", "room.bin", [](const auto& path) { return write_room(path, *tiny_avatar().torso).ok(); },
+      [](const auto& path) { return read_room(path).ok(); }, repair_checksum);
 }
 
 TEST(Fuzz, Checkpoint) {

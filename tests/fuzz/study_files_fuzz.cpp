@@ -1,9 +1,13 @@
-// Damaged files of what a study compares with: published cameras. A track's or a camera path's truth has the
-// format of track.json or cameras.json.
+// Damaged files of what a study reads: published cameras, marks of what somebody saw, pictures of regions,
+// rows that an earlier run finished. A track's or a camera path's truth has the format of track.json or
+// cameras.json.
 #include <gtest/gtest.h>
 
 #include "core/image/files.h"
 #include "core/study/camera_truth.h"
+#include "core/study/face_marks.h"
+#include "core/study/finished_rows.h"
+#include "core/study/held_out.h"
 #include "tests/fuzz/fuzz.h"
 
 namespace likeness {
@@ -24,6 +28,50 @@ TEST(Fuzz, PublishedCameras) {
   target.read = [&](std::span<const std::byte> bytes) {
     scratch.put("transforms.json", bytes);
     return read_camera_truth(scratch.path()).ok();
+  };
+  fuzz(target);
+}
+
+TEST(Fuzz, FaceMarks) {
+  const ScratchFolder scratch;
+  FuzzTarget target;
+  target.name = "marks";
+  target.seeds = {R"({"version": 1, "frames": [4, 9, 120], "mouth": "co?", "eyes": "os?"})"};
+  target.read = [&](std::span<const std::byte> bytes) {
+    return read_face_marks(scratch.put("marks.json", bytes)).ok();
+  };
+  fuzz(target);
+}
+
+TEST(Fuzz, Regions) {
+  const ScratchFolder scratch;
+  Image8 picture(24, 16, 3);
+  for (std::size_t i = 0; i < picture.data.size(); ++i) picture.data[i] = i % 5 < 2 ? 255 : 0;
+  ASSERT_TRUE(write_image(scratch.path() / "000007.png", picture));
+  Capture capture;
+  capture.width = 24, capture.height = 16, capture.size = 8;
+  capture.crop = {4, 2, 12};
+  FuzzTarget target;
+  target.name = "regions";
+  target.seeds = {scratch.get("000007.png")};
+  target.memory_floor = std::size_t(512) << 20;  // as of any picture
+  target.memory_times = 8000;
+  target.most_kept = std::size_t(1) << 20;
+  target.read = [&](std::span<const std::byte> bytes) {
+    scratch.put("000007.png", bytes);
+    return read_regions(scratch.path(), capture, 7).ok();
+  };
+  fuzz(target);
+}
+
+TEST(Fuzz, FinishedRows) {
+  const ScratchFolder scratch;
+  ASSERT_TRUE(write_finished(scratch.path() / "row.json", "print", {{"psnr_db", 31.5}, {"seed", 3}}));
+  FuzzTarget target;
+  target.name = "row of a study";
+  target.seeds = {scratch.get("row.json")};
+  target.read = [&](std::span<const std::byte> bytes) {
+    return read_finished(scratch.put("row.json", bytes), "print").has_value();
   };
   fuzz(target);
 }

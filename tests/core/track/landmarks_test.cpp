@@ -2,10 +2,12 @@
 #include "core/track/landmarks.h"
 
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <fstream>
 
 #include "core/video/decode.h"
+#include "tests/core/track/tiny_predictor.h"
 
 namespace likeness {
 namespace {
@@ -24,6 +26,42 @@ TEST(FaceDetector, FileThatIsNoModelIsRefused) {
   std::filesystem::remove(path);
   ASSERT_FALSE(bad.ok());
   EXPECT_EQ(bad.error().code, ErrorCode::bad_input);
+}
+
+// Loads a model from these bytes.
+Result<FaceDetector> load_bytes(const std::string& bytes) {
+  const auto path =
+      std::filesystem::temp_directory_path() / ("likeness_model_" + std::to_string(::getpid()) + ".dat");
+  std::ofstream(path, std::ios::binary) << bytes;
+  auto loaded = FaceDetector::load(path);
+  std::filesystem::remove(path);
+  return loaded;
+}
+
+TEST(FaceDetector, AModelOfOnesOwnIsUsedAsItIs) {
+  const auto detector = load_bytes(tiny_predictor(2));
+  ASSERT_TRUE(detector.ok()) << detector.error().what;
+  const Landmarks found = detector->landmarks(Image8(80, 80, 1, 90), {20, 20, 40, 40}, 0, nullptr, {1, 1});
+  EXPECT_NEAR((found.points[0] - found.points[31]).norm(), 0.8 * 40, 3);  // across the circle
+}
+
+// dlib would follow them out of its memory.
+TEST(FaceDetector, AModelThatLeadsAstrayIsRefused) {
+  const std::string good = tiny_predictor(2);
+  const struct {
+    const char* what;
+    std::string bytes;
+  } cases[] = {{"pixels", tiny_predictor(2, kLandmarkCount, 3)},
+               {"numbers instead of 136", tiny_predictor(2, 5)},
+               {"", good.substr(0, good.size() - 1)},
+               {"", good.substr(0, good.size() / 2)}};
+  for (const auto& c : cases) {
+    const auto refused = load_bytes(c.bytes);
+    ASSERT_FALSE(refused.ok()) << c.what;
+    EXPECT_EQ(refused.error().code, ErrorCode::bad_input);
+    EXPECT_NE(refused.error().what.find(c.what), std::string::npos) << refused.error().what;
+    EXPECT_FALSE(refused.error().fix.empty());
+  }
 }
 
 class RealFace : public ::testing::Test {
