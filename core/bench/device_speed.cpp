@@ -97,7 +97,7 @@ Result<Setup> set_up(std::shared_ptr<Device> device, const Field& field, const S
   if (!sums) return sums.error();
   Setup setup{std::move(*made), std::move(*numbers), std::move(*sums)};
   const AdamState adam = make_adam_state(field);
-  const StepNumbers step{{std::uint32_t(n), 0}, 1, 1, 1e-2f, {3e-3f, 0}, 0};
+  const StepNumbers step{{std::uint32_t(n), 0}, 1, 1, 1e-2f, 1, {3e-3f, 0}, 0};
   const float* slopes[4] = {batch.sigma.data(), batch.red.data(), batch.green.data(), batch.blue.data()};
   if (auto done = setup.on->place(field, &adam); !done) return done.error();
   if (auto done = setup.on->set_samples(batch.inputs()); !done) return done.error();

@@ -16,6 +16,9 @@ struct AdamOptions {
   float table_epsilon = 1e-15f,
         network_epsilon = 1e-10f;  // tiny: table gradients are tiny and must not be damped
   float network_l2 = 0;            // adds network_l2 * weight to the gradient of weights
+  // Decoupled decay (Loshchilov & Hutter 2019): each step of a line also takes table_decay * table_rate of
+  // its values. Entries that only noise moves go back to nothing instead of astray.
+  float table_decay = 0;
 };
 
 struct AdamState {

@@ -100,6 +100,7 @@ struct StepNumbers {
   std::uint32_t rays;
   float loss_scale;       // 1 / (channels x rays)
   float table_rate;       // without the correction for a line's age
+  float table_keep;       // of a line's values, before its step
   float network_rate[2];  // of each field, corrected
   float code_rate;        // corrected
 };

@@ -89,7 +89,10 @@ LIKENESS_HOST_DEVICE inline void adam_line(const AdamLinesArgs& a, std::size_t l
     rate = a.numbers->table_rate * a.corrections[step < a.correction_count ? step : a.correction_count - 1];
   }
   for (std::size_t i = line * kTableLine; i < (line + 1) * kTableLine; ++i) {
-    if (moves) adam_value(a.parameters[i], a.gradients[i], a.first[i], a.second[i], a.moments, rate);
+    if (moves) {
+      a.parameters[i] *= a.numbers->table_keep;
+      adam_value(a.parameters[i], a.gradients[i], a.first[i], a.second[i], a.moments, rate);
+    }
     a.gradients[i] = 0;
   }
 }

@@ -145,6 +145,7 @@ void position_gradients(const KernelContext& context, std::size_t begin, std::si
 // One Adam update of `count` values with the corrected learning rate; clears the gradients.
 struct AdamStep {
   float rate = 0, beta1 = 0, beta2 = 0, epsilon = 0, l2 = 0;
+  float keep = 1;  // of the values, before the step
 };
 void adam_update(float* values, float* gradients, float* first, float* second, std::size_t count,
                  const AdamStep& step);

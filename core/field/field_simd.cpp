@@ -496,7 +496,7 @@ void AdamUpdate(float* values, float* gradients, float* first, float* second, st
   const Df d;
   const Vf beta1 = hn::Set(d, step.beta1), beta2 = hn::Set(d, step.beta2), rate = hn::Set(d, step.rate);
   const Vf rest1 = hn::Set(d, 1 - step.beta1), rest2 = hn::Set(d, 1 - step.beta2);
-  const Vf epsilon = hn::Set(d, step.epsilon), l2 = hn::Set(d, step.l2);
+  const Vf epsilon = hn::Set(d, step.epsilon), l2 = hn::Set(d, step.l2), keep = hn::Set(d, step.keep);
   const auto update = [&](float* value, float* gradient, float* m, float* v) HWY_ATTR {
     const Vf old = hn::LoadU(d, value);
     const Vf g = hn::MulAdd(l2, old, hn::LoadU(d, gradient));
@@ -504,7 +504,8 @@ void AdamUpdate(float* values, float* gradients, float* first, float* second, st
     const Vf v1 = hn::MulAdd(beta2, hn::LoadU(d, v), hn::Mul(hn::Mul(rest2, g), g));
     hn::StoreU(m1, d, m);
     hn::StoreU(v1, d, v);
-    hn::StoreU(hn::Sub(old, hn::Div(hn::Mul(rate, m1), hn::Add(hn::Sqrt(v1), epsilon))), d, value);
+    hn::StoreU(hn::Sub(hn::Mul(keep, old), hn::Div(hn::Mul(rate, m1), hn::Add(hn::Sqrt(v1), epsilon))), d,
+               value);
     hn::StoreU(hn::Zero(d), d, gradient);
   };
   std::size_t i = 0;

@@ -91,6 +91,7 @@ class CpuLearner : public FieldLearner {
 
     AdamOptions adam;
     adam.table_rate = step.table_rate, adam.network_rate = step.network_rate;
+    adam.table_decay = step.table_decay;
     for (std::size_t f = 0; f < 2; ++f) {
       if (!parts_.fields[f].field || inputs[f].count == 0) continue;
       Scratch& own = scratch_[f];

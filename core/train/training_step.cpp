@@ -16,6 +16,8 @@ namespace {
 constexpr int kMaxSamples = 16, kCodeLength = 4;
 constexpr std::uint64_t kFirstRefresh = 128, kRefreshEvery = 32;
 constexpr float kTableRate = 1e-2f, kNetworkRate = 3e-3f, kCodeRate = 1e-3f;
+// Without it three thousand steps leave specks about the lips.
+constexpr float kTableDecay = 0.1f;
 constexpr float kConditionBlur = 0.2f;  // largest shift of psi, in deviations of each component
 constexpr float kInitialDensity = 4;    // per cube side: a haze, so that the first gradients see every depth
 constexpr float kCodePenalty = 1e-4f;   // weight of the codes' mean square in the loss
@@ -143,6 +145,7 @@ Result<StepResult> training_step(TrainingState& state, FieldLearner& learner, co
   const double rate = learning_rate(state.step, state.schedule);
   LearningStep step{state.samples, state.rays.target, state.rays.background, state.conditions, views};
   step.table_rate = float(kTableRate * rate), step.network_rate = float(kNetworkRate * rate);
+  step.table_decay = kTableDecay;
   step.code_rate = options.use_latent ? kCodeRate * step.network_rate / kNetworkRate : 0;
   step.code_penalty = kCodePenalty;
   const auto learnt = learner.step(step);

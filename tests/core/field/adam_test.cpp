@@ -55,26 +55,26 @@ TEST(Adam, FollowsThePaperStepByStepInTablesAndNetworks) {
   FieldGradients gradients = make_gradients(field, 1);
   AdamState state = make_adam_state(field);
   AdamOptions options;
-  options.network_l2 = 0.01f;
+  options.network_l2 = 0.01f, options.table_decay = 0.3f;
   const std::vector<ParameterBlock> layout = parameter_layout(field.config);
   const ParameterBlock& weights = layout[layout.size() - 2];  // colour.weights2
   const ParameterBlock& biases = layout.back();
   ASSERT_GT(weights.rows, 0);
   struct Tracked {
     std::size_t at;
-    double rate, l2, value;
+    double rate, l2, decay, value;
     PaperAdam adam;
   };
   std::vector<Tracked> tracked = {
-      {3, options.table_rate, 0, field.parameters[3], {}},
-      {weights.offset, options.network_rate, 0.01, field.parameters[weights.offset], {}},
-      {biases.offset, options.network_rate, 0, field.parameters[biases.offset], {}}};
+      {3, options.table_rate, 0, options.table_decay, field.parameters[3], {}},
+      {weights.offset, options.network_rate, 0.01, 0, field.parameters[weights.offset], {}},
+      {biases.offset, options.network_rate, 0, 0, field.parameters[biases.offset], {}}};
   for (int step = 0; step < 30; ++step) {
     gradients.touched[0] = 1;
     for (Tracked& p : tracked) {
       const float g = std::cos(float(step) + float(p.at % 11));
       gradients.parameters[p.at] = g;
-      p.value = p.adam.step(p.value, g + p.l2 * p.value, p.rate, options, 0);
+      p.value = p.adam.step(p.value * (1 - p.decay * p.rate), g + p.l2 * p.value, p.rate, options, 0);
     }
     adam_step(field, gradients, state, options);
     for (const Tracked& p : tracked)

@@ -151,11 +151,12 @@ TEST_P(DeviceFieldTest, AStepOfAdamMovesWhatTheProcessorMoves) {
   EXPECT_TRUE(device_->copy_in(on->touched(), gradients.touched.data(), gradients.touched.size()).ok());
   AdamState adam = make_adam_state(field);
   AdamOptions options;
-  options.table_rate = 3e-2f, options.network_rate = 1e-2f;
+  options.table_rate = 3e-2f, options.network_rate = 1e-2f, options.table_decay = 0.2f;
   const StepNumbers numbers{{std::uint32_t(kSamples), 0},
                             1,
                             1,
                             options.table_rate,
+                            1 - options.table_decay * options.table_rate,
                             {options.network_rate * adam_corrections(options, 2)[1], 0},
                             0};
   const StepSums sums{1};
@@ -192,7 +193,7 @@ TEST_P(DeviceFieldTest, AStepWhoseLossIsNotFiniteMovesNothing) {
   const std::vector<std::uint8_t> touched(field.parameters.size() / kTableLine, 1);
   EXPECT_TRUE(device_->copy_in(on->gradients(), gradients.data(), 4 * gradients.size()).ok());
   EXPECT_TRUE(device_->copy_in(on->touched(), touched.data(), on->lines()).ok());
-  const StepNumbers numbers{{64, 0}, 1, 1, 1, {1, 0}, 0};
+  const StepNumbers numbers{{64, 0}, 1, 1, 1, 0.5f, {1, 0}, 0};
   const StepSums sums{INFINITY};
   auto device_numbers = DeviceArray<StepNumbers>::make(device_, 1);
   auto device_sums = DeviceArray<StepSums>::make(device_, 1);

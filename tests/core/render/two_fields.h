@@ -73,7 +73,8 @@ struct RayProblem {
   }
   LearningStep step() const {
     LearningStep step{samples, target, background, conditions, TwoFields::kViews};
-    step.table_rate = 1e-2f, step.network_rate = 3e-3f, step.code_rate = 1e-3f, step.code_penalty = 1e-4f;
+    step.table_rate = 1e-2f, step.table_decay = 0.1f, step.network_rate = 3e-3f;
+    step.code_rate = 1e-3f, step.code_penalty = 1e-4f;
     return step;
   }
 };
