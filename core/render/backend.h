@@ -35,7 +35,7 @@ struct LearningStep {
   std::span<const float> conditions;          // (2 views, K)
   std::size_t views = 0;
   float table_rate = 0, network_rate = 0;
-  float table_decay = 0;  // AdamOptions::table_decay
+  float table_decay = 0;   // AdamOptions::table_decay
   float code_rate = 0;     // 0: the codes stay
   float code_penalty = 0;  // weight of the codes' mean square in the loss
 };

@@ -16,7 +16,7 @@ namespace {
 constexpr int kMaxSamples = 16, kCodeLength = 4;
 constexpr std::uint64_t kFirstRefresh = 128, kRefreshEvery = 32;
 constexpr float kTableRate = 1e-2f, kNetworkRate = 3e-3f, kCodeRate = 1e-3f;
-// Without it three thousand steps leave specks about the lips.
+// Without it three thousand steps leave more specks about the lips.
 constexpr float kTableDecay = 0.1f;
 constexpr float kConditionBlur = 0.2f;  // largest shift of psi, in deviations of each component
 constexpr float kInitialDensity = 4;    // per cube side: a haze, so that the first gradients see every depth
