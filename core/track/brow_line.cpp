@@ -16,12 +16,12 @@ constexpr int kFirstBrow = 17, kBrowPoints = 5;
 constexpr int kColumns = 20, kRows = 61;
 constexpr double kRowStep = 0.0006, kLowest = -0.010;    // m along the forehead from the model's brow
 constexpr double kHalfBrow = 0.007;                      // m of the strip that make a brow's picture
-constexpr double kSlideDown = -0.008, kSlideUp = 0.020;  // m searched
+constexpr double kSlideDown = -0.008, kSlideUp = 0.014;  // m searched
 constexpr double kNearRest = 0.0015;                     // m: frames that show the brows at rest
 constexpr std::size_t kMostReferences = 60, kFewestReferences = 5;
 constexpr double kLeastLikeness = 0.60, kLeastGain = 0.15;  // correlations
-constexpr double kLeastRise = 0.003;                        // m above the predictor's points
-constexpr double kSigma_px = 2.0;                           // of a point placed by the picture
+constexpr double kLeastMove = 0.002;                        // m from the predictor's points
+constexpr double kSigma_px = 1.0;                           // of a point placed by the picture
 constexpr int kHalfColumns[2][2] = {{0, 11}, {9, 20}};      // of the points' order: 0..2 and 2..4
 
 using Strip = std::array<float, kColumns * kRows>;  // (row, column), levels; rows go up the forehead
@@ -131,21 +131,21 @@ double likeness_at(const Reference& reference, const BrowFrame& frame, int half,
   return (ab - a * b / n) / std::sqrt(va * vb);
 }
 
-// How far half a brow is above its rest where the picture says so clearly and the predictor does not, m.
+// How far half a brow is above its rest where the picture says so clearly and the predictor otherwise, m.
 std::optional<double> raised_by(const Reference& reference, const BrowFrame& frame, int half) {
   const double rest =
       (reference.rise[2 * half] + reference.rise[2 * half + 1] + reference.rise[2 * half + 2]) / 3;
   const double predicted = mean_rise(frame, half) - rest;
+  constexpr int lowest = static_cast<int>(kSlideDown / kRowStep),
+                highest = static_cast<int>(kSlideUp / kRowStep);
   int best = 0;
   double most = -1;
-  for (int rows = static_cast<int>(kSlideDown / kRowStep); rows <= static_cast<int>(kSlideUp / kRowStep);
-       ++rows)
+  for (int rows = lowest; rows <= highest; ++rows)
     if (const double like = likeness_at(reference, frame, half, rows); like > most) most = like, best = rows;
+  if (best == lowest || best == highest) return std::nullopt;  // still rising: no brow, but a shade beyond
   const double rise = best * kRowStep;
-  if (most < kLeastLikeness || rise - predicted < kLeastRise) return std::nullopt;
-  const int there =
-      std::clamp(static_cast<int>(std::lround(predicted / kRowStep)), static_cast<int>(kSlideDown / kRowStep),
-                 static_cast<int>(kSlideUp / kRowStep));
+  if (most < kLeastLikeness || std::abs(rise - predicted) < kLeastMove) return std::nullopt;
+  const int there = std::clamp(static_cast<int>(std::lround(predicted / kRowStep)), lowest, highest);
   if (most - likeness_at(reference, frame, half, there) < kLeastGain) return std::nullopt;
   return rise;
 }

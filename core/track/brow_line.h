@@ -1,7 +1,8 @@
 // Where the brows are, by the picture. The landmark predictor loses brows that are raised high: its points
-// fall onto the crease of the lids, further down than at rest, and agree with each other there. The person's
-// own resting brows, cut from training frames in head coordinates, are slid up the forehead instead; where
-// they are found well above the predictor's points, these are moved.
+// fall onto the crease of the lids, further down than at rest, and agree with each other there. Dark brows on
+// dark skin it sees a centimetre up or down, as the head turns. The person's own resting brows, cut from
+// training frames in head coordinates, are slid along the forehead instead; where they are found clearly
+// elsewhere than the predictor's points, these are moved.
 #pragma once
 
 #include <stop_token>
