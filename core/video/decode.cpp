@@ -14,6 +14,7 @@ extern "C" {
 #include <cmath>
 #include <mutex>
 #include <string_view>
+#include <vector>
 
 #include "core/base/files.h"
 #include "core/base/hash.h"
@@ -97,6 +98,18 @@ Image8 luma_of(const Image8& rgb) {
   return luma;
 }
 
+// A damaged header may claim any size; FFmpeg itself would take gigabytes for it before the first frame
+// fails.
+constexpr std::int64_t kMostPixels = std::int64_t(8192) * 8192;
+
+int find_stream_info(AVFormatContext& format) {
+  std::vector<AVDictionary*> options(format.nb_streams);
+  for (AVDictionary*& each : options) av_dict_set_int(&each, "max_pixels", kMostPixels, 0);
+  const int error = avformat_find_stream_info(&format, options.data());
+  for (AVDictionary*& each : options) av_dict_free(&each);
+  return error;
+}
+
 double rate_of(AVFormatContext& format, AVStream& stream) {
   const AVRational rate =
       stream.avg_frame_rate.num > 0 ? stream.avg_frame_rate : av_guess_frame_rate(&format, &stream, nullptr);
@@ -154,7 +167,7 @@ Result<void> VideoReader::Impl::open() {
     return cannot_open(path, error);
   }
   format.reset(raw);
-  if (const int error = avformat_find_stream_info(raw, nullptr); error < 0) return cannot_open(path, error);
+  if (const int error = find_stream_info(*raw); error < 0) return cannot_open(path, error);
   const int best = av_find_best_stream(raw, AVMEDIA_TYPE_VIDEO, -1, -1, nullptr, 0);
   if (best < 0 || raw->streams[best]->disposition & AV_DISPOSITION_ATTACHED_PIC) {
     const bool sound = av_find_best_stream(raw, AVMEDIA_TYPE_AUDIO, -1, -1, nullptr, 0) >= 0;
@@ -174,6 +187,12 @@ Result<void> VideoReader::Impl::open() {
   }
   cut_off = scan_mp4_boxes(path).cut_off;
   fill_info();
+  if (std::int64_t(info.width) * info.height > kMostPixels) {
+    return bad_video(path,
+                     fmt::format("\"{}\" says that its pictures are {} x {} pixels, more than 8192 x 8192.",
+                                 path.filename().string(), info.width, info.height),
+                     kCopyAgain);
+  }
   return open_decoder();
 }
 
@@ -223,6 +242,7 @@ Result<void> VideoReader::Impl::open_decoder() {
   if (!codec || avcodec_parameters_to_context(codec.get(), stream->codecpar) < 0)
     return refused("its header is damaged");
   codec->thread_count = 0;  // all
+  codec->max_pixels = kMostPixels;
   codec->pkt_timebase = stream->time_base;
   if (const int error = avcodec_open2(codec.get(), decoder, nullptr); error < 0)
     return refused(av_text(error));
@@ -234,7 +254,7 @@ void VideoReader::Impl::fill_info() {
   int width = stream->codecpar->width, height = stream->codecpar->height;
   const AVRational aspect = av_guess_sample_aspect_ratio(format.get(), stream, nullptr);
   if (aspect.num > 0 && aspect.den > 0)
-    width = std::max(1, int(std::lround(width * av_q2d(aspect))));  // square pixels
+    width = int(std::clamp(std::round(width * av_q2d(aspect)), 1.0, 1e6));  // square pixels
   info.width = orientation.transposed ? height : width;
   info.height = orientation.transposed ? width : height;
   info.rotation_deg = orientation.clockwise_deg;

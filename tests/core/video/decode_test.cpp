@@ -105,6 +105,20 @@ TEST_F(Decode, AppliesTheRotationTag) {
   }
 }
 
+TEST_F(Decode, RefusesPicturesOfASizeThatNoCameraTakes) {
+  if (!have_ffmpeg()) GTEST_SKIP() << "needs the ffmpeg program to make a clip of odd pixels";
+  write_clip(folder_ / "a.mp4", 1024, 1024, 2);
+  ASSERT_EQ(ffmpeg("-i a.mp4 -vf setsar=60/1 wide.mp4"), 0);
+  ASSERT_EQ(ffmpeg("-i a.mp4 -vf setsar=70/1 wider.mp4"), 0);
+  const auto wide = VideoReader::open(folder_ / "wide.mp4");
+  ASSERT_TRUE(wide) << wide.error().what;
+  EXPECT_EQ(wide->info().width, 60 * 1024);
+  const auto wider = VideoReader::open(folder_ / "wider.mp4");
+  ASSERT_FALSE(wider);
+  EXPECT_EQ(wider.error().code, ErrorCode::bad_input);
+  EXPECT_NE(wider.error().what.find("71680 x 1024"), std::string::npos) << wider.error().what;
+}
+
 TEST_F(Decode, KeepsVariableFrameTimes) {
   if (!have_ffmpeg()) GTEST_SKIP() << "needs the ffmpeg program to retime a clip";
   write_clip(folder_ / "a.mp4", 64, 64, 20);
