@@ -32,7 +32,7 @@ FieldWork field_work(const FieldConfig& config) {
   add_tables(layout.position, config.position, false, work);
   if (layout.has_ambient()) {
     add_tables(layout.ambient, config.ambient_grid, true, work);
-    add_network(layout.slice, layout.position_features, layout.position_features, work);
+    add_network(layout.slice, layout.slice_features, layout.slice_features, work);
   }
   const int features = layout.position_features + layout.ambient_features;
   add_network(layout.density, features, features, work);

@@ -25,6 +25,7 @@ FieldConfig standard_field_config() {
   config.ambient_grid = {2, 16, 2, 14, 8, 127};
   config.condition_count = 8;
   config.slice_width = 32;
+  config.slice_levels = 16;
   config.density_width = 64, config.density_layers = 1;
   config.geometry_features = 15;
   config.colour_width = 64, config.colour_layers = 2;

@@ -66,7 +66,7 @@ ConditionedField::ConditionedField(const Field& field, std::span<const float> ps
   p.tables = field.parameters.data();
   const int e = p.layout.position_features, a = p.layout.ambient_features;
   const bool ambient = p.layout.has_ambient();
-  if (ambient) fold(field.parameters, e, psi, p.layout.slice, p.networks);
+  if (ambient) fold(field.parameters, p.layout.slice_features, psi, p.layout.slice, p.networks);
   fold(field.parameters, e + a, ambient ? std::span<const float>{} : psi, p.layout.density, p.networks);
   fold(field.parameters, p.config.geometry_features + p.layout.direction_features, {}, p.layout.colour,
        p.networks);

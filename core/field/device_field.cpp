@@ -191,7 +191,7 @@ void DeviceField::Impl::describe() {
     for (std::size_t k = 0; k < 3; ++k)
       ambient.point[k] = k < std::size_t(layout.ambient_dimensions) ? slice.data() + k * n : nullptr;
     slice_net = network(layout.slice, NetworkOutput::slice, slice.data());
-    slice_net.columns = features.data(), slice_net.column_count = layout.position_features;
+    slice_net.columns = features.data(), slice_net.column_count = layout.slice_features;
     slice_net.codes = conditions.data(), slice_net.code_count = config.condition_count;
   }
   density_net = network(layout.density, NetworkOutput::density, density.data());

@@ -111,6 +111,7 @@ FieldLayout make_layout(const FieldConfig& config) {
   LIKENESS_CHECK(config.density_layers >= 1 && config.density_layers <= 2 && config.colour_layers >= 1 &&
                      config.colour_layers <= 2,
                  "%d and %d hidden layers", config.density_layers, config.colour_layers);
+  LIKENESS_CHECK(config.slice_levels >= 1, "a slice of %d levels", config.slice_levels);
   LIKENESS_CHECK(config.initial_density > 0, "initial density %g", double(config.initial_density));
 
   FieldLayout layout;
@@ -127,7 +128,8 @@ FieldLayout make_layout(const FieldConfig& config) {
   }
   layout.table_count = offset;
   if (layout.has_ambient()) {
-    layout.slice = network(layout.position_features + config.condition_count, config.slice_width, 1,
+    layout.slice_features = std::min(config.slice_levels, config.position.levels) * config.position.features;
+    layout.slice = network(layout.slice_features + config.condition_count, config.slice_width, 1,
                            layout.ambient_dimensions, offset);
   }
   layout.density = network(layout.position_features + layout.ambient_features + layout.concat_count,

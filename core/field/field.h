@@ -3,7 +3,7 @@
 // encoding after Mueller et al. 2022.
 //
 //   e = G(x)                      (levels x features)
-//   w = tanh(H(e, psi))           (ambient_dimensions), fp32
+//   w = tanh(H(e_coarse, psi))    (ambient_dimensions), fp32; e_coarse: e of the coarsest slice_levels
 //   a = A(w)                      (ambient levels x features)
 //   sigma, g = D(e, a)            density (exp up to e^9, then its tangent) and geometry features
 //   c = sigmoid(C(g, d, l))       colour; d the view direction, l the per-frame latent code
@@ -41,7 +41,9 @@ struct FieldConfig {
   bool ambient = true;                          // false with K > 0: psi is concatenated (NeRFace-like)
   GridConfig ambient_grid{2, 8, 4, 14, 8, 64};  // its dimensions are those of w
   int slice_width = 32;                         // hidden units of H
-  int density_width = 64, density_layers = 2;   // hidden layers: 1 or 2
+  int slice_levels = 4;  // of the position grid, the coarsest, that H sees: all, where it has no more. Finer
+                         // ones let w jump from point to point, and an expression never seen ends in specks
+  int density_width = 64, density_layers = 2;  // hidden layers: 1 or 2
   int geometry_features = 15;
   int colour_width = 64, colour_layers = 2;  // hidden layers: 1 or 2
   bool view_direction = true;                // 2nd-order spherical harmonics of d

@@ -14,6 +14,7 @@ struct FieldLayout {
   std::vector<DenseLayer> slice, density, colour;    // hidden layers (ReLU), then the linear output layer
   std::size_t table_count = 0, parameter_count = 0;  // tables are [0, table_count), a multiple of kTableLine
   int position_features = 0;                         // of e
+  int slice_features = 0;                            // of e, the first, that H sees
   int ambient_dimensions = 0, ambient_features = 0;  // of w, a
   int concat_count = 0;                              // entries of psi appended to the density input
   int direction_features = 0;

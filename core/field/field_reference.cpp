@@ -206,7 +206,7 @@ struct Evaluator {
     s.margin = border_distance(layout.position, 3, s.point);
     std::vector<Real> input = e;
     if (layout.has_ambient()) {
-      s.slice[0] = e;
+      s.slice[0].assign(e.begin(), e.begin() + layout.slice_features);
       s.slice[0].insert(s.slice[0].end(), condition(n), condition(n) + config.condition_count);
       network_forward(layout.slice, parameters, s.slice, s.margin);
       s.w.assign(layout.ambient_dimensions, Real(0)), s.w01.assign(layout.ambient_dimensions, Real(0));
@@ -272,8 +272,8 @@ struct Evaluator {
         out[a] = Real(0.5) * w01[a] * (1 - s.w[a] * s.w[a]);
       }
       const std::vector<Real> slice = network_backward(layout.slice, parameters, s.slice, out, weights);
-      for (int i = 0; i < layout.position_features; ++i) below[i] += slice[i];
-      for (int k = 0; k < config.condition_count; ++k) psi[k] += slice[layout.position_features + k];
+      for (int i = 0; i < layout.slice_features; ++i) below[i] += slice[i];
+      for (int k = 0; k < config.condition_count; ++k) psi[k] += slice[layout.slice_features + k];
     } else {
       for (int k = 0; k < layout.concat_count; ++k) psi[k] += below[layout.position_features + k];
     }

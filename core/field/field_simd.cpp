@@ -61,7 +61,7 @@ TileBuffers carve(const FieldConfig& config, const FieldLayout& layout, float* s
   const std::size_t block = block_rows(config, layout);
   b.cells = reinterpret_cast<CellTile*>(rows(sizeof(CellTile) / sizeof(float) / kTile));
   b.point = rows(3);
-  b.slice_in = rows(std::size_t(layout.position_features + config.condition_count));
+  b.slice_in = rows(std::size_t(layout.slice_features + config.condition_count));
   b.slice_hidden[0] = rows(std::size_t(config.slice_width));
   b.slice_out = rows(3);
   for (float*& hidden : b.density_hidden) hidden = rows(std::size_t(config.density_width));
@@ -190,10 +190,10 @@ void store_outputs(const float* row, std::size_t count, float* out) {
   std::memcpy(out, row, count * sizeof(float));
 }
 
-// e and psi into b.slice_in.
+// What H sees of e, and psi, into b.slice_in.
 void slice_input(const KernelContext& c, const TileBuffers& b, std::size_t begin, std::size_t count,
                  const float* features) {
-  const std::size_t e = std::size_t(c.layout.position_features);
+  const std::size_t e = std::size_t(c.layout.slice_features);
   std::memcpy(b.slice_in, features, e * kTile * sizeof(float));
   code_rows(c.inputs, c.inputs.conditions, std::size_t(c.config.condition_count), begin, count,
             b.slice_in + e * kTile);
@@ -384,7 +384,7 @@ void slice_backward(const KernelContext& c, const BackwardRange& r, const TileBu
                     const float* slice, float* condition_rows) {
   const Df d;
   const std::size_t dimensions = std::size_t(c.layout.ambient_dimensions);
-  const std::size_t e = std::size_t(c.layout.position_features);
+  const std::size_t e = std::size_t(c.layout.position_features), seen = std::size_t(c.layout.slice_features);
   std::fill(b.w_gradient, b.w_gradient + 3 * kTile, 0.0f);
   const float* point[3] = {slice, slice + kTile, slice + 2 * kTile};
   const float* rows = features + e * kTile;
@@ -400,9 +400,9 @@ void slice_backward(const KernelContext& c, const BackwardRange& r, const TileBu
   }
   const float* g = network_backward(c.networks, c.layout.slice, b.slice_in, b.slice_hidden, b.w_gradient,
                                     b.below, r.partial_layout->slice, r.partial, b.turned);
-  input_gradient<Finish::kAdd>(c.networks, c.layout.slice[0], g, 0, e, features);
+  input_gradient<Finish::kAdd>(c.networks, c.layout.slice[0], g, 0, seen, features);
   if (condition_rows) {
-    input_gradient<Finish::kLinear>(c.networks, c.layout.slice[0], g, e,
+    input_gradient<Finish::kLinear>(c.networks, c.layout.slice[0], g, seen,
                                     std::size_t(c.config.condition_count), condition_rows);
   }
 }

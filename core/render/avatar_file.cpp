@@ -62,6 +62,7 @@ json part_to_json(const FieldPart& part) {
           {"ambient", c.ambient},
           {"ambient_grid", to_json(c.ambient_grid)},
           {"slice_width", c.slice_width},
+          {"slice_levels", c.slice_levels},
           {"density_width", c.density_width},
           {"density_layers", c.density_layers},
           {"colour_layers", c.colour_layers},
@@ -191,6 +192,9 @@ FieldPart part_from(const json& j, const Sections& sections, const std::string& 
   c.ambient = j.at("ambient").get<bool>();
   c.ambient_grid = grid_from_json(j.at("ambient_grid"));
   c.slice_width = whole(j.at("slice_width"), "slice width", 1, kLargestWidth);
+  c.slice_levels = j.contains("slice_levels")
+                       ? whole(j.at("slice_levels"), "levels of the slice", 1, 64)
+                       : c.position.levels;  // an avatar from before there was a choice
   c.density_width = whole(j.at("density_width"), "density width", 1, kLargestWidth);
   c.density_layers = whole(j.at("density_layers"), "density layers", 1, 2);
   c.colour_layers = whole(j.at("colour_layers"), "colour layers", 1, 2);

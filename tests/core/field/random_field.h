@@ -73,7 +73,7 @@ inline std::vector<NamedConfig> small_configs() {
   base.position = {3, 3, 4, 8, 4, 13};  // the finest level is hashed: 14^3 > 2^8
   base.ambient_grid = {2, 2, 4, 9, 4, 9};
   base.condition_count = 3;
-  base.slice_width = 8;
+  base.slice_width = 8, base.slice_levels = 2;
   base.density_width = 12;
   base.geometry_features = 5;
   base.colour_width = 10;

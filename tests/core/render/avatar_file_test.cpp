@@ -136,6 +136,8 @@ TEST_F(AvatarFile, ContentsThatLieAboutTheirSizeAreRefused) {
     }
   };
   with_meta("\"slice_width\":8", "\"slice_width\":9");
+  with_meta("\"slice_levels\":2", "\"slice_levels\":1");
+  with_meta("\"slice_levels\":2", "\"slice_levels\":0");
   with_meta("\"slice_width\":8", "\"slice_width\":-8");
   with_meta("\"slice_width\":8", "\"slice_width\":1000000000");
   with_meta("\"occupancy_resolution\":8", "\"occupancy_resolution\":400");

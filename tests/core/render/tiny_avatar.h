@@ -11,7 +11,7 @@ inline Avatar tiny_avatar() {
   head.position = {3, 3, 4, 8, 4, 16};
   head.condition_count = 2;
   head.ambient_grid = {2, 2, 4, 6, 4, 8};
-  head.slice_width = 8, head.density_width = 16, head.colour_width = 16;
+  head.slice_width = 8, head.slice_levels = 2, head.density_width = 16, head.colour_width = 16;
   head.initial_density = 20;
   head.latent_count = 3;
   a.head.field = make_field(head, 5);
