@@ -197,7 +197,7 @@ FuzzFigures fuzz(const FuzzTarget& target) {
     if (target.repair && n % 2 == 0) target.repair(input);
     std::snprintf(g_place, sizeof g_place, "fuzz: while %s read input %llu of %zu bytes\n",
                   target.name.c_str(), static_cast<unsigned long long>(n), input.size());
-    ::alarm(120);
+    ::alarm(600);  // by the clock, of a machine that may be busy
     const std::size_t before = g_alive;
     g_peak = before;
     const double start = cpu_seconds();
