@@ -82,7 +82,10 @@ void use_kept(const KernelContext& c, float* kept, TileBuffers& b) {
     kept += count * kTile;
     return start;
   };
-  if (c.layout.has_ambient()) b.slice_hidden[0] = rows(std::size_t(c.config.slice_width));
+  if (c.layout.has_ambient()) {
+    b.slice_in = rows(std::size_t(c.layout.position_features + c.config.condition_count));
+    b.slice_hidden[0] = rows(std::size_t(c.config.slice_width));
+  }
   for (int l = 0; l < c.config.density_layers; ++l)
     b.density_hidden[l] = rows(std::size_t(c.config.density_width));
   b.block = rows(block_rows(c.config, c.layout));
@@ -224,6 +227,7 @@ void complete_features(const KernelContext& c, const TileBuffers& b, std::size_t
               features + e * kTile);
     return;
   }
+  // Without psi, a picture's, e is the whole input.
   if (c.config.condition_count > 0) slice_input(c, b, begin, count, features);
   network_forward(c.networks, c.layout.slice, c.config.condition_count > 0 ? b.slice_in : features,
                   b.slice_hidden, std::size_t(c.layout.ambient_dimensions), b.slice_out);
@@ -262,14 +266,18 @@ void colour_network(const KernelContext& c, const TileBuffers& b) {
     network_forward(c.networks, c.layout.colour, b.block + kTile, b.colour_hidden, 3, b.rgb);
 }
 
-void encode_positions(const KernelContext& c, const ForwardRange& r, const TileBuffers& b) {
+void EncodePositions(const KernelContext& c, std::span<const SampleRun> runs, float* scratch,
+                     float* features) {
+  const TileBuffers b = carve(c.config, c.layout, scratch);
   const std::size_t rows = c.density_inputs(), width = std::size_t(c.config.position.features);
   for (std::size_t l = 0; l < c.layout.position.size(); ++l) {  // outermost: one table at a time stays in L2
-    float* features = r.features + l * width * kTile;
-    for (std::size_t begin = r.begin; begin < r.end; begin += kTile, features += rows * kTile) {
-      const float* point[3];
-      point_rows(c.inputs, begin, std::min(kTile, r.end - begin), b.point, point);
-      encode(c, c.layout.position[l], c.config.position, point, b, features);
+    for (const SampleRun& run : runs) {
+      float* to = features + (run.tile * rows + l * width) * kTile;
+      for (std::size_t begin = run.begin; begin < run.end; begin += kTile, to += rows * kTile) {
+        const float* point[3];
+        point_rows(c.inputs, begin, std::min(kTile, run.end - begin), b.point, point);
+        encode(c, c.layout.position[l], c.config.position, point, b, to);
+      }
     }
   }
 }
@@ -286,7 +294,6 @@ void store_colours(const TileBuffers& b, std::size_t count, float* red, float* g
 void ForwardTiles(const KernelContext& c, const ForwardRange& r) {
   const Df d;
   TileBuffers b = carve(c.config, c.layout, r.scratch);
-  encode_positions(c, r, b);
   const std::size_t geometry = std::size_t(c.config.geometry_features), stride = geometry_stride(c.config);
   float* features = r.features;
   float* slice = r.slice;
@@ -412,7 +419,6 @@ void backward_tile(const KernelContext& c, const BackwardRange& r, const TileBuf
   const std::size_t count = std::min(kTile, r.end - begin);
   const std::size_t geometry = std::size_t(c.config.geometry_features);
   const std::size_t latents = std::size_t(c.config.latent_count);
-  if (c.layout.has_ambient()) slice_input(c, b, begin, count, features);  // e is about to be overwritten
   output_gradients(r, b, begin, count);
   // -- Colour
   const float* g = network_backward(c.networks, c.layout.colour, b.block + kTile, b.colour_hidden, b.rgb,
@@ -450,8 +456,8 @@ void BackwardTiles(const KernelContext& c, const BackwardRange& r) {
   }
 }
 
-void ScatterLevel(const KernelContext& c, bool ambient, int index, const float* features, const float* slice,
-                  float* gradients, std::uint8_t* touched) {
+void ScatterLevel(const KernelContext& c, std::span<const SampleRun> runs, bool ambient, int index,
+                  const float* features, const float* slice, float* gradients, std::uint8_t* touched) {
   const GridConfig& grid = ambient ? c.config.ambient_grid : c.config.position;
   const GridLevel& level = (ambient ? c.layout.ambient : c.layout.position)[std::size_t(index)];
   const std::size_t first = (ambient ? std::size_t(c.layout.position_features) : 0) +
@@ -459,29 +465,33 @@ void ScatterLevel(const KernelContext& c, bool ambient, int index, const float* 
   const std::size_t dimensions = std::size_t(c.layout.ambient_dimensions);
   alignas(64) CellTile cells;
   alignas(64) float copy[3 * kTile];
-  const float* rows = features + first * kTile;
-  for (std::size_t begin = 0; begin < c.inputs.count; begin += kTile, rows += c.density_inputs() * kTile) {
-    const std::size_t count = std::min(kTile, c.inputs.count - begin);
-    const float* w = slice + begin * dimensions;
-    const float* point[3] = {w, w + kTile, w + 2 * kTile};
-    if (!ambient) point_rows(c.inputs, begin, count, copy, point);
-    encode_tile_backward(level, grid, point, cells, rows, count, gradients);
+  for (const SampleRun& run : runs) {
+    std::size_t tile = run.tile;
+    for (std::size_t begin = run.begin; begin < run.end; begin += kTile, ++tile) {
+      const std::size_t count = std::min(kTile, run.end - begin);
+      const float* w = slice + tile * dimensions * kTile;
+      const float* point[3] = {w, w + kTile, w + 2 * kTile};
+      if (!ambient) point_rows(c.inputs, begin, count, copy, point);
+      encode_tile_backward(level, grid, point, cells, features + (tile * c.density_inputs() + first) * kTile,
+                           count, gradients);
+    }
   }
   mark_lines(gradients + level.offset, level.entries * std::size_t(grid.features),
              touched + level.offset / kTableLine);
 }
 
-void PositionGradients(const KernelContext& c, std::size_t first, std::size_t last, const float* features,
-                       float* x, float* y, float* z) {
+void PositionGradients(const KernelContext& c, const SampleRun& run, const float* features, float* x,
+                       float* y, float* z) {
   alignas(64) CellTile cells;
   alignas(64) float copy[3 * kTile], sum[3 * kTile];
   const std::size_t width = std::size_t(c.config.position.features);
-  for (std::size_t begin = first; begin < last; begin += kTile) {
-    const std::size_t count = std::min(kTile, last - begin);
+  std::size_t tile = run.tile;
+  for (std::size_t begin = run.begin; begin < run.end; begin += kTile, ++tile) {
+    const std::size_t count = std::min(kTile, run.end - begin);
     const float* point[3];
     point_rows(c.inputs, begin, count, copy, point);
     std::fill(sum, sum + 3 * kTile, 0.0f);
-    const float* rows = features + begin * c.density_inputs();
+    const float* rows = features + tile * c.density_inputs() * kTile;
     for (std::size_t l = 0; l < c.layout.position.size(); ++l, rows += width * kTile) {
       encode_tile_slope(c.layout.position[l], c.config.position, c.tables, point, cells, rows, sum);
     }
@@ -531,6 +541,7 @@ HWY_AFTER_NAMESPACE();
 #if HWY_ONCE
 namespace likeness {
 
+HWY_EXPORT(EncodePositions);
 HWY_EXPORT(ForwardTiles);
 HWY_EXPORT(ColourTiles);
 HWY_EXPORT(BackwardTiles);
@@ -539,6 +550,10 @@ HWY_EXPORT(PositionGradients);
 HWY_EXPORT(AdamUpdate);
 HWY_EXPORT(ScratchFloats);
 
+void encode_positions(const KernelContext& context, std::span<const SampleRun> runs, float* scratch,
+                      float* features) {
+  HWY_DYNAMIC_DISPATCH(EncodePositions)(context, runs, scratch, features);
+}
 void forward_tiles(const KernelContext& context, const ForwardRange& range) {
   HWY_DYNAMIC_DISPATCH(ForwardTiles)(context, range);
 }
@@ -548,13 +563,14 @@ void colour_tiles(const KernelContext& context, const ColourRange& range) {
 void backward_tiles(const KernelContext& context, const BackwardRange& range) {
   HWY_DYNAMIC_DISPATCH(BackwardTiles)(context, range);
 }
-void scatter_level(const KernelContext& context, bool ambient, int level, const float* features,
-                   const float* slice, float* gradients, std::uint8_t* touched) {
-  HWY_DYNAMIC_DISPATCH(ScatterLevel)(context, ambient, level, features, slice, gradients, touched);
+void scatter_level(const KernelContext& context, std::span<const SampleRun> runs, bool ambient, int level,
+                   const float* features, const float* slice, float* gradients, std::uint8_t* touched) {
+  HWY_DYNAMIC_DISPATCH(ScatterLevel)
+  (context, runs, ambient, level, features, slice, gradients, touched);
 }
-void position_gradients(const KernelContext& context, std::size_t begin, std::size_t end,
-                        const float* features, float* x, float* y, float* z) {
-  HWY_DYNAMIC_DISPATCH(PositionGradients)(context, begin, end, features, x, y, z);
+void position_gradients(const KernelContext& context, const SampleRun& run, const float* features, float* x,
+                        float* y, float* z) {
+  HWY_DYNAMIC_DISPATCH(PositionGradients)(context, run, features, x, y, z);
 }
 void adam_update(float* values, float* gradients, float* first, float* second, std::size_t count,
                  const AdamStep& step) {
