@@ -78,8 +78,7 @@ struct KernelContext {
   // Rows that a training step keeps of a tile's forward pass until it goes back: what the slice network saw,
   // what the hidden layers and the networks gave; about a kilobyte a sample.
   std::size_t kept_rows() const {
-    const int slice =
-        layout.has_ambient() ? layout.position_features + config.condition_count + config.slice_width : 0;
+    const int slice = layout.has_ambient() ? config.condition_count + config.slice_width : 0;
     const int block = 1 + config.geometry_features + layout.direction_features + config.latent_count;
     return std::size_t(slice + config.density_layers * config.density_width + block +
                        config.colour_layers * config.colour_width + 3);
