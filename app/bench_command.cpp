@@ -85,23 +85,17 @@ nlohmann::json batches_json(const BenchReport& report) {
   return list;
 }
 
-// One thread, largest batch. A step's backward floor is what is left of the step's after forward.
+// One thread, largest batch.
 nlohmann::json kernels_json(const BenchReport& report) {
   const BatchSpeed& b = report.threads.front().batches.back();
-  const double forward_floor = b.inference.floor_ns_per_sample;
-  const double backward_floor = b.training.floor_ns_per_sample - forward_floor;
   const FieldError& e = report.error;
   return {{{"name", "inference"},
            {"ns_per_sample", b.inference.ns_per_sample},
            {"fraction_of_floor", b.inference.fraction_of_floor},
            {"rel_l2", e.outputs}},
-          {{"name", "forward"},
-           {"ns_per_sample", b.forward_ns},
-           {"fraction_of_floor", forward_floor / b.forward_ns},
-           {"rel_l2", e.outputs}},
-          {{"name", "backward"},
-           {"ns_per_sample", b.backward_ns},
-           {"fraction_of_floor", backward_floor / b.backward_ns},
+          {{"name", "passes"},
+           {"ns_per_sample", b.passes_ns},
+           {"fraction_of_floor", b.training.floor_ns_per_sample / b.passes_ns},
            {"rel_l2", std::max(e.networks, e.tables)}},
           {{"name", "adam"},
            {"ns_per_sample", b.adam_ns},

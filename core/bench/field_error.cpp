@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "core/field/adam.h"
-#include "core/field/evaluate.h"
 #include "core/field/field_reference.h"
+#include "core/field/train_fields.h"
 
 namespace likeness {
 namespace {
@@ -75,8 +75,7 @@ FieldError field_error(const Field& field, const StandardBatch& given) {
   FieldGradients gradients = make_gradients(field, batch.views);
   const std::shared_ptr<FieldTape> tape = make_tape();
   FieldOutputs out;
-  forward_field(field, batch.inputs(), out, *tape);
-  backward_field(field, batch.inputs(), batch.gradients(), *tape, gradients);
+  train_field(field, batch.inputs(), out, batch.gradients(), *tape, gradients);
   error.outputs = std::max({relative_l2(out.sigma, truth.sigma), relative_l2(out.red, truth.red),
                             relative_l2(out.green, truth.green), relative_l2(out.blue, truth.blue)});
   for (const ParameterBlock& block : parameter_layout(field.config)) {

@@ -10,7 +10,7 @@
 #include "core/bench/standard_field.h"
 #include "core/bench/stopwatch.h"
 #include "core/field/adam.h"
-#include "core/field/evaluate.h"
+#include "core/field/train_fields.h"
 
 namespace likeness {
 namespace {
@@ -25,7 +25,7 @@ struct Timed {
   FieldGradients gradients;
   AdamState adam;
   FieldOutputs out;
-  double inference = kNever, training = kNever, forward = 0, backward = 0, adam_step = 0;
+  double inference = kNever, training = kNever, passes = 0, adam_step = 0;
   std::size_t touched = 0;  // table lines a step of Adam moves
 
   Timed(const Field& start, std::size_t samples, std::uint32_t seed)
@@ -45,17 +45,14 @@ void time_training(Timed& t, int threads) {
   AdamOptions options;
   options.table_rate = options.network_rate = 1e-6f;  // all of the work, but the field stays where it is
   const Stopwatch watch(threads);
-  forward_field(t.field, t.batch.inputs(), t.out, *t.tape);
-  const double forward = watch.seconds();
-  backward_field(t.field, t.batch.inputs(), t.batch.gradients(), *t.tape, t.gradients);
-  const double backward = watch.seconds();
+  train_field(t.field, t.batch.inputs(), t.out, t.batch.gradients(), *t.tape, t.gradients);
+  const double passes = watch.seconds();
   t.touched = std::size_t(std::count(t.gradients.touched.begin(), t.gradients.touched.end(), 1));
   const Stopwatch rest(threads);  // the count above is no part of a step
   adam_step(t.field, t.gradients, t.adam, options);
   const double adam = rest.seconds();
-  if (backward + adam >= t.training) return;
-  t.training = backward + adam;
-  t.forward = forward, t.backward = backward - forward, t.adam_step = adam;
+  if (passes + adam >= t.training) return;
+  t.training = passes + adam, t.passes = passes, t.adam_step = adam;
 }
 
 PassSpeed pass_speed(double seconds, std::size_t samples, double floor_seconds, double flops) {
@@ -78,7 +75,7 @@ BatchSpeed batch_speed(const Timed& t, const FieldWork& work, const Ceilings& ce
   speed.training =
       pass_speed(t.training, samples, training_floor_seconds(work, ceilings), work.training_flops);
   const double ns = 1e9 / double(samples);
-  speed.forward_ns = ns * t.forward, speed.backward_ns = ns * t.backward, speed.adam_ns = ns * t.adam_step;
+  speed.passes_ns = ns * t.passes, speed.adam_ns = ns * t.adam_step;
   // Value, gradient and two moments, each read and written.
   const double bytes = 8.0 * sizeof(float) * double(t.touched * kTableLine);
   speed.adam_floor_ns = ns * bytes / (1e9 * ceilings.bandwidth_gbs);

@@ -30,13 +30,13 @@ struct PassSpeed {
   double msamples_s = 0, gflops = 0;
 };
 
-// A step of training is forward, backward and Adam. Its parts are timed within the same steps.
+// A step of training is the passes, forward and backward in turn, and Adam, timed within the same steps.
 struct BatchSpeed {
   std::size_t samples = 0;
   PassSpeed inference, training;
   // Of the best step, ns a sample; Adam's floor is its bytes through the memory's bandwidth, less where the
   // tables stay in a cache.
-  double forward_ns = 0, backward_ns = 0, adam_ns = 0, adam_floor_ns = 0;
+  double passes_ns = 0, adam_ns = 0, adam_floor_ns = 0;
 };
 
 struct ThreadSpeed {

@@ -5,8 +5,8 @@
 #include <cstdint>
 #include <vector>
 
-#include "core/field/evaluate.h"
 #include "core/field/field.h"
+#include "core/field/train_fields.h"
 
 namespace likeness {
 

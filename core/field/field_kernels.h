@@ -11,6 +11,7 @@
 #include <cstdint>
 #include <memory>
 #include <new>
+#include <span>
 #include <vector>
 
 #include "core/field/adam.h"
@@ -74,10 +75,10 @@ struct KernelContext {
   std::size_t density_inputs() const {
     return std::size_t(layout.position_features + layout.ambient_features + layout.concat_count);
   }
-  // Rows that a training step keeps of a tile's forward pass: what the hidden layers and the networks gave,
-  // about a kilobyte a sample. Computing them again takes longer than the memory, which streams meanwhile.
+  // Rows that a training step keeps of a tile's forward pass until it goes back: what the slice network saw,
+  // what the hidden layers and the networks gave; about a kilobyte a sample.
   std::size_t kept_rows() const {
-    const int slice = layout.has_ambient() ? config.slice_width : 0;
+    const int slice = layout.has_ambient() ? config.condition_count + config.slice_width : 0;
     const int block = 1 + config.geometry_features + layout.direction_features + config.latent_count;
     return std::size_t(slice + config.density_layers * config.density_width + block +
                        config.colour_layers * config.colour_width + 3);
@@ -88,13 +89,25 @@ struct KernelContext {
   }
 };
 
+// Parameters and inputs that do not fit the layout are a programmer's mistake.
+void check_inputs(const Field& field, const FieldLayout& layout, const FieldInputs& inputs);
+
 // Floats of scratch a thread needs for the tiles of one field, forward and backward.
 std::size_t scratch_floats(const FieldConfig& config, const FieldLayout& layout);
 
-// Samples [begin, end), begin a multiple of kTile. `features` and `slice` point at the tile of `begin`.
+// Samples [begin, end) of a batch lie in the tiles from `tile` on, of which the last may be padded.
+struct SampleRun {
+  std::size_t begin = 0, end = 0, tile = 0;
+};
+
+// e of the runs' samples into features (tiles of the batch, density inputs, kTile).
+void encode_positions(const KernelContext& context, std::span<const SampleRun> runs, float* scratch,
+                      float* features);
+
+// Samples [begin, end). `features`, `slice` and `kept` point at the tile of `begin`.
 struct ForwardRange {
   std::size_t begin = 0, end = 0;
-  float* features = nullptr;  // (tiles, density inputs, kTile): e, then a or psi
+  float* features = nullptr;  // (tiles, density inputs, kTile): in: e; out: behind it a or psi
   float* slice = nullptr;     // (tiles, ambient dimensions, kTile): (w + 1) / 2
   float* kept = nullptr;      // (tiles, kept rows, kTile) for backward, or null
   float* scratch = nullptr;
@@ -109,7 +122,7 @@ inline std::size_t geometry_stride(const FieldConfig& config) {
   return (std::size_t(config.geometry_features) + 3) / 4 * 4;
 }
 
-// Colours of samples chosen[begin..end) of the batch, begin a multiple of kTile.
+// Colours of samples chosen[begin..end) of the batch.
 struct ColourRange {
   std::size_t begin = 0, end = 0;
   const std::uint32_t* chosen = nullptr;
@@ -135,12 +148,12 @@ void backward_tiles(const KernelContext& context, const BackwardRange& range);
 
 // Adds the gradients of one level's table over the whole batch; marks its touched lines. Levels are
 // independent. `features`: (tiles, density inputs, kTile) gradients from backward_tiles.
-void scatter_level(const KernelContext& context, bool ambient, int level, const float* features,
-                   const float* slice, float* gradients, std::uint8_t* touched);
+void scatter_level(const KernelContext& context, std::span<const SampleRun> runs, bool ambient, int level,
+                   const float* features, const float* slice, float* gradients, std::uint8_t* touched);
 
-// Gradient of positions [begin, end) from the gradients of e.
-void position_gradients(const KernelContext& context, std::size_t begin, std::size_t end,
-                        const float* features, float* x, float* y, float* z);
+// Gradient of a run's positions from the gradients of e.
+void position_gradients(const KernelContext& context, const SampleRun& run, const float* features, float* x,
+                        float* y, float* z);
 
 // One Adam update of `count` values with the corrected learning rate; clears the gradients.
 struct AdamStep {

@@ -27,7 +27,7 @@ namespace HWY_NAMESPACE {
 struct TileBuffers {
   CellTile* cells;
   float* point;            // (3): copies of a padded tile's points or directions; colours
-  float* slice_in;         // (E + K): e, psi
+  float* psi;              // (K)
   float* slice_hidden[1];  // (slice width)
   float* slice_out;        // (3)
   float* density_hidden[2];
@@ -36,6 +36,7 @@ struct TileBuffers {
   float* rgb;             // (3)
   float* block_gradient;  // as block
   float* below[2];        // (widest hidden layer)
+  float* slice_below;     // (slice width)
   float* w_gradient;      // (3)
   float* turned;          // (kTile, widest stride)
   std::size_t size;       // of all, floats
@@ -61,7 +62,7 @@ TileBuffers carve(const FieldConfig& config, const FieldLayout& layout, float* s
   const std::size_t block = block_rows(config, layout);
   b.cells = reinterpret_cast<CellTile*>(rows(sizeof(CellTile) / sizeof(float) / kTile));
   b.point = rows(3);
-  b.slice_in = rows(std::size_t(layout.slice_features + config.condition_count));
+  b.psi = rows(std::size_t(config.condition_count));
   b.slice_hidden[0] = rows(std::size_t(config.slice_width));
   b.slice_out = rows(3);
   for (float*& hidden : b.density_hidden) hidden = rows(std::size_t(config.density_width));
@@ -70,6 +71,7 @@ TileBuffers carve(const FieldConfig& config, const FieldLayout& layout, float* s
   b.rgb = rows(3);
   b.block_gradient = rows(block);
   for (float*& below : b.below) below = rows(widest);
+  b.slice_below = rows(std::size_t(config.slice_width));
   b.w_gradient = rows(3);
   b.turned = rows(std::max({widest, inputs, block}) + kPartialLanes);
   return b;
@@ -82,7 +84,10 @@ void use_kept(const KernelContext& c, float* kept, TileBuffers& b) {
     kept += count * kTile;
     return start;
   };
-  if (c.layout.has_ambient()) b.slice_hidden[0] = rows(std::size_t(c.config.slice_width));
+  if (c.layout.has_ambient()) {
+    b.psi = rows(std::size_t(c.config.condition_count));
+    b.slice_hidden[0] = rows(std::size_t(c.config.slice_width));
+  }
   for (int l = 0; l < c.config.density_layers; ++l)
     b.density_hidden[l] = rows(std::size_t(c.config.density_width));
   b.block = rows(block_rows(c.config, c.layout));
@@ -190,13 +195,9 @@ void store_outputs(const float* row, std::size_t count, float* out) {
   std::memcpy(out, row, count * sizeof(float));
 }
 
-// What H sees of e, and psi, into b.slice_in.
-void slice_input(const KernelContext& c, const TileBuffers& b, std::size_t begin, std::size_t count,
-                 const float* features) {
-  const std::size_t e = std::size_t(c.layout.slice_features);
-  std::memcpy(b.slice_in, features, e * kTile * sizeof(float));
-  code_rows(c.inputs, c.inputs.conditions, std::size_t(c.config.condition_count), begin, count,
-            b.slice_in + e * kTile);
+// What the slice network sees: the first rows of e, psi.
+InputRows slice_input(const KernelContext& c, const TileBuffers& b, const float* features) {
+  return {features, std::size_t(c.layout.slice_features), b.psi, std::size_t(c.config.condition_count)};
 }
 
 // rows (features, kTile): what a level holds at the points.
@@ -224,9 +225,9 @@ void complete_features(const KernelContext& c, const TileBuffers& b, std::size_t
               features + e * kTile);
     return;
   }
-  if (c.config.condition_count > 0) slice_input(c, b, begin, count, features);
-  network_forward(c.networks, c.layout.slice, c.config.condition_count > 0 ? b.slice_in : features,
-                  b.slice_hidden, std::size_t(c.layout.ambient_dimensions), b.slice_out);
+  code_rows(c.inputs, c.inputs.conditions, std::size_t(c.config.condition_count), begin, count, b.psi);
+  network_forward(c.networks, c.layout.slice, slice_input(c, b, features), b.slice_hidden,
+                  std::size_t(c.layout.ambient_dimensions), b.slice_out);
   const Vf half = hn::Set(d, 0.5f);
   const std::size_t dimensions = std::size_t(c.layout.ambient_dimensions);
   for (std::size_t s = 0; s < dimensions * kTile; s += kLanes) {
@@ -246,7 +247,8 @@ void density_network(const KernelContext& c, const TileBuffers& b, const float* 
   if (c.bf16)
     network_bf16(c.bf16->density, features, pair_scratch(b), outputs, b.block);
   else
-    network_forward(c.networks, c.layout.density, features, b.density_hidden, outputs, b.block);
+    network_forward(c.networks, c.layout.density, {features, c.density_inputs()}, b.density_hidden, outputs,
+                    b.block);
 }
 
 // Rows of b.block behind the geometry features.
@@ -254,22 +256,58 @@ float* direction_place(const KernelContext& c, const TileBuffers& b) {
   return b.block + (1 + std::size_t(c.config.geometry_features)) * kTile;
 }
 
+// What the colour network sees: the rows of b.block behind the density.
+InputRows colour_input(const KernelContext& c, const TileBuffers& b) {
+  return {b.block + kTile, block_rows(c.config, c.layout) - 1};
+}
+
 // b.rgb (before the sigmoid) and the hidden rows, from the rows of b.block behind the density.
 void colour_network(const KernelContext& c, const TileBuffers& b) {
   if (c.bf16)
     network_bf16(c.bf16->colour, b.block + kTile, pair_scratch(b), 3, b.rgb);
   else
-    network_forward(c.networks, c.layout.colour, b.block + kTile, b.colour_hidden, 3, b.rgb);
+    network_forward(c.networks, c.layout.colour, colour_input(c, b), b.colour_hidden, 3, b.rgb);
 }
 
-void encode_positions(const KernelContext& c, const ForwardRange& r, const TileBuffers& b) {
+// A level's rows of a tile lie far from the next tile's, which no processor foresees: they are asked for this
+// many tiles before.
+constexpr std::size_t kTilesAhead = 4;
+
+// Asks for the lines of `count` rows, to be written or only read.
+template <int kWrite>
+HWY_INLINE void ask_for(const float* rows, std::size_t count) {
+  for (std::size_t i = 0; i < count * kTile; i += kTableLine) __builtin_prefetch(rows + i, kWrite);
+}
+
+// Reads a table in order, which is faster than letting its lines come as they are hit, if most are.
+void warm(const float* table, std::size_t count, std::size_t samples) {
+  constexpr std::size_t kHits = 4;  // samples a line at least
+  if (samples < kHits * count / kTableLine) return;
+  for (std::size_t i = 0; i < count; i += kTableLine) __builtin_prefetch(table + i);
+}
+
+std::size_t samples_of(std::span<const SampleRun> runs) {
+  std::size_t count = 0;
+  for (const SampleRun& run : runs) count += run.end - run.begin;
+  return count;
+}
+
+void EncodePositions(const KernelContext& c, std::span<const SampleRun> runs, float* scratch,
+                     float* features) {
+  const TileBuffers b = carve(c.config, c.layout, scratch);
   const std::size_t rows = c.density_inputs(), width = std::size_t(c.config.position.features);
+  const std::size_t samples = samples_of(runs);
   for (std::size_t l = 0; l < c.layout.position.size(); ++l) {  // outermost: one table at a time stays in L2
-    float* features = r.features + l * width * kTile;
-    for (std::size_t begin = r.begin; begin < r.end; begin += kTile, features += rows * kTile) {
-      const float* point[3];
-      point_rows(c.inputs, begin, std::min(kTile, r.end - begin), b.point, point);
-      encode(c, c.layout.position[l], c.config.position, point, b, features);
+    const GridLevel& level = c.layout.position[l];
+    if (!c.bf16) warm(c.tables + level.offset, level.entries * width, samples);
+    for (const SampleRun& run : runs) {
+      float* to = features + (run.tile * rows + l * width) * kTile;
+      for (std::size_t begin = run.begin; begin < run.end; begin += kTile, to += rows * kTile) {
+        const float* point[3];
+        point_rows(c.inputs, begin, std::min(kTile, run.end - begin), b.point, point);
+        ask_for<1>(to + kTilesAhead * rows * kTile, width);
+        encode(c, level, c.config.position, point, b, to);
+      }
     }
   }
 }
@@ -286,7 +324,6 @@ void store_colours(const TileBuffers& b, std::size_t count, float* red, float* g
 void ForwardTiles(const KernelContext& c, const ForwardRange& r) {
   const Df d;
   TileBuffers b = carve(c.config, c.layout, r.scratch);
-  encode_positions(c, r, b);
   const std::size_t geometry = std::size_t(c.config.geometry_features), stride = geometry_stride(c.config);
   float* features = r.features;
   float* slice = r.slice;
@@ -304,7 +341,7 @@ void ForwardTiles(const KernelContext& c, const ForwardRange& r) {
     }
     store_outputs(b.block_gradient, count, r.sigma + begin);
     if (r.geometry) {
-      transpose_tile(b.block + kTile, geometry, stride, b.turned);
+      transpose_tile({b.block + kTile, geometry}, stride, b.turned);
       store_outputs(b.turned, count * stride, r.geometry + begin * stride);
     }
     if (r.red) {
@@ -379,12 +416,12 @@ void output_gradients(const BackwardRange& r, const TileBuffers& b, std::size_t 
   }
 }
 
-// From the gradients of a (in `features`) through w to H: adds to the gradients of e in `features`.
-void slice_backward(const KernelContext& c, const BackwardRange& r, const TileBuffers& b, float* features,
-                    const float* slice, float* condition_rows) {
+// From the gradients of a (in `features`) through w to H; returns the gradient of H's first sums.
+const float* slice_backward(const KernelContext& c, const BackwardRange& r, const TileBuffers& b,
+                            const float* features, const float* slice) {
   const Df d;
   const std::size_t dimensions = std::size_t(c.layout.ambient_dimensions);
-  const std::size_t e = std::size_t(c.layout.position_features), seen = std::size_t(c.layout.slice_features);
+  const std::size_t e = std::size_t(c.layout.position_features);
   std::fill(b.w_gradient, b.w_gradient + 3 * kTile, 0.0f);
   const float* point[3] = {slice, slice + kTile, slice + 2 * kTile};
   const float* rows = features + e * kTile;
@@ -398,13 +435,9 @@ void slice_backward(const KernelContext& c, const BackwardRange& r, const TileBu
     const Vf slope = hn::Mul(half, hn::NegMulAdd(w, w, one));
     hn::Store(hn::Mul(hn::Load(d, b.w_gradient + s), slope), d, b.w_gradient + s);
   }
-  const float* g = network_backward(c.networks, c.layout.slice, b.slice_in, b.slice_hidden, b.w_gradient,
-                                    b.below, r.partial_layout->slice, r.partial, b.turned);
-  input_gradient<Finish::kAdd>(c.networks, c.layout.slice[0], g, 0, seen, features);
-  if (condition_rows) {
-    input_gradient<Finish::kLinear>(c.networks, c.layout.slice[0], g, seen,
-                                    std::size_t(c.config.condition_count), condition_rows);
-  }
+  float* const below[2] = {nullptr, b.slice_below};  // of one hidden layer
+  return network_backward(c.networks, c.layout.slice, slice_input(c, b, features), b.slice_hidden,
+                          b.w_gradient, below, r.partial_layout->slice, r.partial, b.turned);
 }
 
 void backward_tile(const KernelContext& c, const BackwardRange& r, const TileBuffers& b, std::size_t begin,
@@ -412,26 +445,32 @@ void backward_tile(const KernelContext& c, const BackwardRange& r, const TileBuf
   const std::size_t count = std::min(kTile, r.end - begin);
   const std::size_t geometry = std::size_t(c.config.geometry_features);
   const std::size_t latents = std::size_t(c.config.latent_count);
-  if (c.layout.has_ambient()) slice_input(c, b, begin, count, features);  // e is about to be overwritten
   output_gradients(r, b, begin, count);
   // -- Colour
-  const float* g = network_backward(c.networks, c.layout.colour, b.block + kTile, b.colour_hidden, b.rgb,
+  const float* g = network_backward(c.networks, c.layout.colour, colour_input(c, b), b.colour_hidden, b.rgb,
                                     b.below, r.partial_layout->colour, r.partial, b.turned);
   input_gradient<Finish::kLinear>(c.networks, c.layout.colour[0], g, 0, geometry, b.block_gradient + kTile);
   input_gradient<Finish::kLinear>(c.networks, c.layout.colour[0], g,
                                   geometry + std::size_t(c.layout.direction_features), latents, codes);
-  // -- Density
-  g = network_backward(c.networks, c.layout.density, features, b.density_hidden, b.block_gradient, b.below,
-                       r.partial_layout->density, r.partial, b.turned);
-  input_gradient<Finish::kLinear>(c.networks, c.layout.density[0], g, 0, c.density_inputs(), features);
-  // -- Slice
+  // -- Density, and the slice between the gradients of its inputs: e is needed until both are there.
+  const std::size_t e = std::size_t(c.layout.position_features), rest = c.density_inputs() - e;
+  g = network_backward(c.networks, c.layout.density, {features, e + rest}, b.density_hidden, b.block_gradient,
+                       b.below, r.partial_layout->density, r.partial, b.turned);
+  const DenseLayer& density = c.layout.density[0];
+  input_gradient<Finish::kLinear>(c.networks, density, g, e, rest, features + e * kTile);
   float* condition_rows = r.want_conditions ? codes + latents * kTile : nullptr;
   if (c.layout.has_ambient()) {
-    slice_backward(c, r, b, features, slice, condition_rows);
-  } else if (condition_rows) {
-    std::memcpy(condition_rows, features + std::size_t(c.layout.position_features) * kTile,
-                std::size_t(c.layout.concat_count) * kTile * sizeof(float));
+    const float* h = slice_backward(c, r, b, features, slice);
+    input_gradient<Finish::kLinear>(c.networks, density, g, 0, e, features);
+    const std::size_t seen = std::size_t(c.layout.slice_features);
+    input_gradient<Finish::kAdd>(c.networks, c.layout.slice[0], h, 0, seen, features);
+    if (condition_rows)
+      input_gradient<Finish::kLinear>(c.networks, c.layout.slice[0], h, seen,
+                                      std::size_t(c.config.condition_count), condition_rows);
+    return;
   }
+  input_gradient<Finish::kLinear>(c.networks, density, g, 0, e, features);
+  if (condition_rows) std::memcpy(condition_rows, features + e * kTile, rest * kTile * sizeof(float));
 }
 
 void BackwardTiles(const KernelContext& c, const BackwardRange& r) {
@@ -450,38 +489,44 @@ void BackwardTiles(const KernelContext& c, const BackwardRange& r) {
   }
 }
 
-void ScatterLevel(const KernelContext& c, bool ambient, int index, const float* features, const float* slice,
-                  float* gradients, std::uint8_t* touched) {
+void ScatterLevel(const KernelContext& c, std::span<const SampleRun> runs, bool ambient, int index,
+                  const float* features, const float* slice, float* gradients, std::uint8_t* touched) {
   const GridConfig& grid = ambient ? c.config.ambient_grid : c.config.position;
   const GridLevel& level = (ambient ? c.layout.ambient : c.layout.position)[std::size_t(index)];
   const std::size_t first = (ambient ? std::size_t(c.layout.position_features) : 0) +
                             std::size_t(index) * std::size_t(grid.features);
   const std::size_t dimensions = std::size_t(c.layout.ambient_dimensions);
+  const std::size_t width = std::size_t(grid.features);
   alignas(64) CellTile cells;
   alignas(64) float copy[3 * kTile];
-  const float* rows = features + first * kTile;
-  for (std::size_t begin = 0; begin < c.inputs.count; begin += kTile, rows += c.density_inputs() * kTile) {
-    const std::size_t count = std::min(kTile, c.inputs.count - begin);
-    const float* w = slice + begin * dimensions;
-    const float* point[3] = {w, w + kTile, w + 2 * kTile};
-    if (!ambient) point_rows(c.inputs, begin, count, copy, point);
-    encode_tile_backward(level, grid, point, cells, rows, count, gradients);
+  warm(gradients + level.offset, level.entries * width, c.inputs.count);
+  for (const SampleRun& run : runs) {
+    std::size_t tile = run.tile;
+    for (std::size_t begin = run.begin; begin < run.end; begin += kTile, ++tile) {
+      const std::size_t count = std::min(kTile, run.end - begin);
+      const float* w = slice + tile * dimensions * kTile;
+      const float* point[3] = {w, w + kTile, w + 2 * kTile};
+      if (!ambient) point_rows(c.inputs, begin, count, copy, point);
+      const float* rows = features + (tile * c.density_inputs() + first) * kTile;
+      ask_for<0>(rows + kTilesAhead * c.density_inputs() * kTile, width);
+      encode_tile_backward(level, grid, point, cells, rows, count, gradients);
+    }
   }
-  mark_lines(gradients + level.offset, level.entries * std::size_t(grid.features),
-             touched + level.offset / kTableLine);
+  mark_lines(gradients + level.offset, level.entries * width, touched + level.offset / kTableLine);
 }
 
-void PositionGradients(const KernelContext& c, std::size_t first, std::size_t last, const float* features,
-                       float* x, float* y, float* z) {
+void PositionGradients(const KernelContext& c, const SampleRun& run, const float* features, float* x,
+                       float* y, float* z) {
   alignas(64) CellTile cells;
   alignas(64) float copy[3 * kTile], sum[3 * kTile];
   const std::size_t width = std::size_t(c.config.position.features);
-  for (std::size_t begin = first; begin < last; begin += kTile) {
-    const std::size_t count = std::min(kTile, last - begin);
+  std::size_t tile = run.tile;
+  for (std::size_t begin = run.begin; begin < run.end; begin += kTile, ++tile) {
+    const std::size_t count = std::min(kTile, run.end - begin);
     const float* point[3];
     point_rows(c.inputs, begin, count, copy, point);
     std::fill(sum, sum + 3 * kTile, 0.0f);
-    const float* rows = features + begin * c.density_inputs();
+    const float* rows = features + tile * c.density_inputs() * kTile;
     for (std::size_t l = 0; l < c.layout.position.size(); ++l, rows += width * kTile) {
       encode_tile_slope(c.layout.position[l], c.config.position, c.tables, point, cells, rows, sum);
     }
@@ -531,6 +576,7 @@ HWY_AFTER_NAMESPACE();
 #if HWY_ONCE
 namespace likeness {
 
+HWY_EXPORT(EncodePositions);
 HWY_EXPORT(ForwardTiles);
 HWY_EXPORT(ColourTiles);
 HWY_EXPORT(BackwardTiles);
@@ -539,6 +585,10 @@ HWY_EXPORT(PositionGradients);
 HWY_EXPORT(AdamUpdate);
 HWY_EXPORT(ScratchFloats);
 
+void encode_positions(const KernelContext& context, std::span<const SampleRun> runs, float* scratch,
+                      float* features) {
+  HWY_DYNAMIC_DISPATCH(EncodePositions)(context, runs, scratch, features);
+}
 void forward_tiles(const KernelContext& context, const ForwardRange& range) {
   HWY_DYNAMIC_DISPATCH(ForwardTiles)(context, range);
 }
@@ -548,13 +598,14 @@ void colour_tiles(const KernelContext& context, const ColourRange& range) {
 void backward_tiles(const KernelContext& context, const BackwardRange& range) {
   HWY_DYNAMIC_DISPATCH(BackwardTiles)(context, range);
 }
-void scatter_level(const KernelContext& context, bool ambient, int level, const float* features,
-                   const float* slice, float* gradients, std::uint8_t* touched) {
-  HWY_DYNAMIC_DISPATCH(ScatterLevel)(context, ambient, level, features, slice, gradients, touched);
+void scatter_level(const KernelContext& context, std::span<const SampleRun> runs, bool ambient, int level,
+                   const float* features, const float* slice, float* gradients, std::uint8_t* touched) {
+  HWY_DYNAMIC_DISPATCH(ScatterLevel)
+  (context, runs, ambient, level, features, slice, gradients, touched);
 }
-void position_gradients(const KernelContext& context, std::size_t begin, std::size_t end,
-                        const float* features, float* x, float* y, float* z) {
-  HWY_DYNAMIC_DISPATCH(PositionGradients)(context, begin, end, features, x, y, z);
+void position_gradients(const KernelContext& context, const SampleRun& run, const float* features, float* x,
+                        float* y, float* z) {
+  HWY_DYNAMIC_DISPATCH(PositionGradients)(context, run, features, x, y, z);
 }
 void adam_update(float* values, float* gradients, float* first, float* second, std::size_t count,
                  const AdamStep& step) {

@@ -194,25 +194,48 @@ HWY_INLINE void gradient_sizes(const float* rows, int features, float* size) {
   }
 }
 
+// Samples of a tile in an order that keeps neighbours apart: those of a ray often share a cell, and an update
+// of an entry must wait for the one before.
+constexpr std::size_t kApart = 16;
+template <class Update>
+HWY_INLINE void each_apart(const float* size, std::size_t count, const Update& update) {
+  for (std::size_t k = 0; k < kApart; ++k) {
+#pragma GCC unroll 4
+    for (std::size_t s = k; s < kTile; s += kApart) {
+      if (s < count && size[s] != 0) update(s);
+    }
+  }
+}
+
+// Four features of a sample at a time.
 template <int kCorners>
 HWY_INLINE void scatter_quads(float* table, const CellTile& cells, const float* rows, const float* size,
                               std::size_t count) {
   const hn::FixedTag<float, 4> d;
-  for (std::size_t s = 0; s < count; s += 4) {
-    hn::Vec<decltype(d)> gradient[4];
-    for (int k = 0; k < 4; ++k) gradient[k] = hn::Load(d, rows + k * kTile + s);
-    transpose_quad(gradient);
-#pragma GCC unroll 4
-    for (std::size_t k = 0; k < 4; ++k) {
-      if (s + k >= count || size[s + k] == 0) continue;
+  alignas(64) float gradients[4 * kTile];
+  for (std::size_t s = 0; s < kTile; s += 4) {
+    hn::Vec<decltype(d)> v[4];
+    for (int k = 0; k < 4; ++k) v[k] = hn::Load(d, rows + k * kTile + s);
+    transpose_quad(v);
+    for (std::size_t k = 0; k < 4; ++k) hn::Store(v[k], d, gradients + 4 * (s + k));
+  }
+  each_apart(size, count, [&](std::size_t s) HWY_ATTR {
+    const auto gradient = hn::Load(d, gradients + 4 * s);
 #pragma GCC unroll 8
-      for (int c = 0; c < kCorners; ++c) {
-        const std::uint32_t at = cells.entry[c][s + k];
-        float* entry = table + at;
-        hn::StoreU(hn::MulAdd(hn::Set(d, cells.weight[c][s + k]), gradient[k], hn::LoadU(d, entry)), d,
-                   entry);
-      }
+    for (int c = 0; c < kCorners; ++c) {
+      float* entry = table + cells.entry[c][s];
+      hn::StoreU(hn::MulAdd(hn::Set(d, cells.weight[c][s]), gradient, hn::LoadU(d, entry)), d, entry);
     }
+  });
+}
+
+// (first, second) of every sample behind each other.
+HWY_INLINE void interleave_pairs(const float* rows, float* pairs) {
+  const hn::FixedTag<float, 4> d;
+  for (std::size_t s = 0; s < kTile; s += 4) {
+    const auto first = hn::Load(d, rows + s), second = hn::Load(d, rows + kTile + s);
+    hn::Store(hn::InterleaveLower(d, first, second), d, pairs + 2 * s);
+    hn::Store(hn::InterleaveUpper(d, first, second), d, pairs + 2 * s + 4);
   }
 }
 
@@ -220,32 +243,52 @@ HWY_INLINE void scatter_quads(float* table, const CellTile& cells, const float* 
 template <int kCorners>
 HWY_INLINE void scatter_pairs(float* table, const CellTile& cells, const float* rows, const float* size,
                               std::size_t count) {
+  const hn::FixedTag<float, 2> half;
+  alignas(64) float gradients[2 * kTile];
+  interleave_pairs(rows, gradients);
+  each_apart(size, count, [&](std::size_t s) HWY_ATTR {
+    const auto gradient = hn::Load(half, gradients + 2 * s);
+#pragma GCC unroll 8
+    for (int c = 0; c < kCorners; ++c) {
+      float* entry = table + cells.entry[c][s];
+      hn::StoreU(hn::MulAdd(hn::Set(half, cells.weight[c][s]), gradient, hn::LoadU(half, entry)), half,
+                 entry);
+    }
+  });
+}
+
+// As scatter_pairs, of a dense level: a corner's neighbour in x lies behind it, so both are one update.
+template <int kCorners>
+HWY_INLINE void scatter_neighbours(float* table, const CellTile& cells, const float* rows, const float* size,
+                                   std::size_t count) {
   const hn::FixedTag<float, 4> d;
   const hn::FixedTag<float, 2> half;
-  for (std::size_t s = 0; s < count; s += 4) {
-    const auto first = hn::Load(d, rows + s), second = hn::Load(d, rows + kTile + s);
-    const auto low = hn::InterleaveLower(d, first, second), high = hn::InterleaveUpper(d, first, second);
-    const hn::Vec<decltype(half)> gradient[4] = {hn::LowerHalf(half, low), hn::UpperHalf(half, low),
-                                                 hn::LowerHalf(half, high), hn::UpperHalf(half, high)};
+  alignas(64) float gradients[2 * kTile], weights[kCorners / 2][4 * kTile];
+  interleave_pairs(rows, gradients);
 #pragma GCC unroll 4
-    for (std::size_t k = 0; k < 4; ++k) {
-      if (s + k >= count || size[s + k] == 0) continue;
-#pragma GCC unroll 8
-      for (int c = 0; c < kCorners; ++c) {
-        const std::uint32_t at = cells.entry[c][s + k];
-        float* entry = table + at;
-        hn::StoreU(hn::MulAdd(hn::Set(half, cells.weight[c][s + k]), gradient[k], hn::LoadU(half, entry)),
-                   half, entry);
-      }
+  for (int c = 0; c < kCorners; c += 2) {
+    for (std::size_t s = 0; s < kTile; s += 4) {
+      hn::Vec<decltype(d)> w[4];
+      pair_weights(&cells.weight[c][s], &cells.weight[c + 1][s], w);
+      for (std::size_t k = 0; k < 4; ++k) hn::Store(w[k], d, weights[c / 2] + 4 * (s + k));
     }
   }
+  each_apart(size, count, [&](std::size_t s) HWY_ATTR {
+    const auto pair = hn::Load(half, gradients + 2 * s);
+    const auto gradient = hn::Combine(d, pair, pair);
+#pragma GCC unroll 4
+    for (int c = 0; c < kCorners; c += 2) {
+      float* entry = table + cells.entry[c][s];
+      hn::StoreU(hn::MulAdd(hn::Load(d, weights[c / 2] + 4 * s), gradient, hn::LoadU(d, entry)), d, entry);
+    }
+  });
 }
 
 // Adds weight times rows to the entries of the first `count` samples. Samples whose gradient is zero touch
 // nothing.
 template <int kCorners>
-HWY_INLINE void scatter_tile(float* table, const CellTile& cells, int features, const float* rows,
-                             std::size_t count) {
+HWY_INLINE void scatter_tile(float* table, bool hashed, const CellTile& cells, int features,
+                             const float* rows, std::size_t count) {
   alignas(64) float size[kTile];
   gradient_sizes(rows, features, size);
   if (features % 4 == 0) {
@@ -254,6 +297,7 @@ HWY_INLINE void scatter_tile(float* table, const CellTile& cells, int features, 
     }
     return;
   }
+  if (features == 2 && !hashed) return scatter_neighbours<kCorners>(table, cells, rows, size, count);
   if (features == 2) return scatter_pairs<kCorners>(table, cells, rows, size, count);
   for (std::size_t s = 0; s < count; ++s) {
     if (size[s] == 0) continue;
@@ -299,13 +343,13 @@ HWY_NOINLINE inline void encode_tile_backward(const GridLevel& level, const Grid
   float* table = gradients + level.offset;
   if (grid.dimensions == 3) {
     cells_of<3>(level, grid.features, point, cells);
-    scatter_tile<8>(table, cells, grid.features, rows, count);
+    scatter_tile<8>(table, level.hashed, cells, grid.features, rows, count);
   } else if (grid.dimensions == 2) {
     cells_of<2>(level, grid.features, point, cells);
-    scatter_tile<4>(table, cells, grid.features, rows, count);
+    scatter_tile<4>(table, level.hashed, cells, grid.features, rows, count);
   } else {
     cells_of<1>(level, grid.features, point, cells);
-    scatter_tile<2>(table, cells, grid.features, rows, count);
+    scatter_tile<2>(table, level.hashed, cells, grid.features, rows, count);
   }
 }
 

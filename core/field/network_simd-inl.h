@@ -35,6 +35,20 @@ enum class Finish {
   kAdd      // out += sum
 };
 
+// Rows of a tile in two pieces, (first_count, kTile) and (rest_count, kTile), so that none needs to be copied
+// to lie beside the other.
+struct InputRows {
+  const float* first = nullptr;
+  std::size_t first_count = 0;
+  const float* rest = nullptr;
+  std::size_t rest_count = 0;
+
+  std::size_t count() const { return first_count + rest_count; }
+  HWY_INLINE const float* row(std::size_t i) const {
+    return i < first_count ? first + i * kTile : rest + (i - first_count) * kTile;
+  }
+};
+
 // Matrix by strides, so that W and its transpose share the kernel.
 struct MatrixView {
   const float* first;
@@ -52,24 +66,27 @@ HWY_INLINE void finish_row(Vf sum, const float* mask, float* out) {
 }
 
 template <int kRows, Finish kFinish>
-HWY_INLINE void dense_block(const MatrixView& w, const float* bias, const float* in, std::size_t inputs,
-                            const float* mask, float* out) {
+HWY_INLINE void dense_block(const MatrixView& w, const float* bias, const InputRows& in, const float* mask,
+                            float* out) {
   const Df d;
   for (std::size_t s = 0; s < kTile; s += 2 * kLanes) {
     Vf low[kRows], high[kRows];
 #pragma GCC unroll 8
     for (int o = 0; o < kRows; ++o) low[o] = high[o] = bias ? hn::Set(d, bias[o]) : hn::Zero(d);
-    const float* x = in + s;
     const float* column = w.first;
-    for (std::size_t i = 0; i < inputs; ++i, x += kTile, column += w.input_stride) {
-      const Vf x0 = hn::Load(d, x), x1 = hn::Load(d, x + kLanes);
+    const auto add = [&](const float* x, std::size_t count) HWY_ATTR {
+      for (std::size_t i = 0; i < count; ++i, x += kTile, column += w.input_stride) {
+        const Vf x0 = hn::Load(d, x), x1 = hn::Load(d, x + kLanes);
 #pragma GCC unroll 8
-      for (int o = 0; o < kRows; ++o) {
-        const Vf k = hn::Set(d, column[o * w.output_stride]);
-        low[o] = hn::MulAdd(k, x0, low[o]);
-        high[o] = hn::MulAdd(k, x1, high[o]);
+        for (int o = 0; o < kRows; ++o) {
+          const Vf k = hn::Set(d, column[o * w.output_stride]);
+          low[o] = hn::MulAdd(k, x0, low[o]);
+          high[o] = hn::MulAdd(k, x1, high[o]);
+        }
       }
-    }
+    };
+    add(in.first + s, in.first_count);
+    if (in.rest_count > 0) add(in.rest + s, in.rest_count);
 #pragma GCC unroll 8
     for (int o = 0; o < kRows; ++o) {
       const std::size_t at = o * kTile + s;
@@ -81,8 +98,8 @@ HWY_INLINE void dense_block(const MatrixView& w, const float* bias, const float*
 
 // out (outputs, kTile) = finish(W in + bias); `bias` and, but for kMask, `mask` may be null.
 template <Finish kFinish>
-HWY_NOINLINE void dense(MatrixView w, const float* bias, const float* in, std::size_t inputs,
-                        std::size_t outputs, const float* mask, float* out) {
+HWY_NOINLINE void dense(MatrixView w, const float* bias, const InputRows& in, std::size_t outputs,
+                        const float* mask, float* out) {
   if (!mask) mask = out;
   const auto advance = [&](std::size_t rows) HWY_ATTR {
     w.first += rows * w.output_stride;
@@ -92,26 +109,24 @@ HWY_NOINLINE void dense(MatrixView w, const float* bias, const float* in, std::s
     outputs -= rows;
   };
   for (; outputs >= std::size_t(kOutputs); advance(kOutputs)) {
-    dense_block<kOutputs, kFinish>(w, bias, in, inputs, mask, out);
+    dense_block<kOutputs, kFinish>(w, bias, in, mask, out);
   }
-  if (kOutputs > 4 && outputs >= 4) dense_block<4, kFinish>(w, bias, in, inputs, mask, out), advance(4);
-  if (outputs >= 2) dense_block<2, kFinish>(w, bias, in, inputs, mask, out), advance(2);
-  if (outputs >= 1) dense_block<1, kFinish>(w, bias, in, inputs, mask, out);
+  if (kOutputs > 4 && outputs >= 4) dense_block<4, kFinish>(w, bias, in, mask, out), advance(4);
+  if (outputs >= 2) dense_block<2, kFinish>(w, bias, in, mask, out), advance(2);
+  if (outputs >= 1) dense_block<1, kFinish>(w, bias, in, mask, out);
 }
 
 // rows (count, kTile) -> out (kTile, stride); columns from count to stride become zero. stride is a multiple
 // of 4.
-HWY_NOINLINE inline void transpose_tile(const float* rows, std::size_t count, std::size_t stride,
-                                        float* out) {
+HWY_NOINLINE inline void transpose_tile(const InputRows& rows, std::size_t stride, float* out) {
   const hn::FixedTag<float, 4> d;
+  alignas(64) static constexpr float kZeros[kTile] = {};
   for (std::size_t r = 0; r < stride; r += 4) {
-    const std::size_t have = r < count ? count - r : 0;
+    const float* in[4];
+    for (std::size_t k = 0; k < 4; ++k) in[k] = r + k < rows.count() ? rows.row(r + k) : kZeros;
     for (std::size_t s = 0; s < kTile; s += 4) {
-      const float* in = rows + r * kTile + s;
-      const auto a = have > 0 ? hn::Load(d, in) : hn::Zero(d);
-      const auto b = have > 1 ? hn::Load(d, in + kTile) : hn::Zero(d);
-      const auto c = have > 2 ? hn::Load(d, in + 2 * kTile) : hn::Zero(d);
-      const auto e = have > 3 ? hn::Load(d, in + 3 * kTile) : hn::Zero(d);
+      const auto a = hn::Load(d, in[0] + s), b = hn::Load(d, in[1] + s);
+      const auto c = hn::Load(d, in[2] + s), e = hn::Load(d, in[3] + s);
       const auto ab = hn::InterleaveLower(d, a, b), ce = hn::InterleaveLower(d, c, e);
       const auto AB = hn::InterleaveUpper(d, a, b), CE = hn::InterleaveUpper(d, c, e);
       float* to = out + s * stride + r;
@@ -160,9 +175,9 @@ HWY_INLINE void weight_rows(const float* g, const float* x, std::size_t stride, 
 
 // Adds one tile's gradients of a layer: g (outputs, kTile), x (inputs, kTile). `turned`: scratch (kTile,
 // stride).
-HWY_NOINLINE inline void layer_gradients(const float* g, const float* x, const DenseLayer& layer,
+HWY_NOINLINE inline void layer_gradients(const float* g, const InputRows& x, const DenseLayer& layer,
                                          const PartialLayer& to, float* partial, float* turned) {
-  transpose_tile(x, std::size_t(layer.inputs), to.stride, turned);
+  transpose_tile(x, to.stride, turned);
   float* dw = partial + to.weights;
   std::size_t o = 0, outputs = std::size_t(layer.outputs);
   for (; o + kOutputs <= outputs; o += kOutputs) {
@@ -182,17 +197,17 @@ HWY_NOINLINE inline void layer_gradients(const float* g, const float* x, const D
 
 // hidden[l] (width, kTile) receives the ReLU outputs, `out` the first `outputs` of the linear output layer's.
 HWY_NOINLINE inline void network_forward(const float* parameters, const std::vector<DenseLayer>& layers,
-                                         const float* in, float* const* hidden, std::size_t outputs,
+                                         InputRows in, float* const* hidden, std::size_t outputs,
                                          float* out) {
   for (std::size_t l = 0; l < layers.size(); ++l) {
     const DenseLayer& layer = layers[l];
     const MatrixView w{parameters + layer.weights, std::size_t(layer.inputs), 1};
     const float* bias = parameters + layer.biases;
     if (l + 1 < layers.size()) {
-      dense<Finish::kRelu>(w, bias, in, layer.inputs, layer.outputs, nullptr, hidden[l]);
-      in = hidden[l];
+      dense<Finish::kRelu>(w, bias, in, layer.outputs, nullptr, hidden[l]);
+      in = {hidden[l], std::size_t(layer.outputs)};
     } else {
-      dense<Finish::kLinear>(w, bias, in, layer.inputs, outputs, nullptr, out);
+      dense<Finish::kLinear>(w, bias, in, outputs, nullptr, out);
     }
   }
 }
@@ -200,17 +215,19 @@ HWY_NOINLINE inline void network_forward(const float* parameters, const std::vec
 // From g, the gradient of the output, adds all layers' gradients; returns the gradient of the first layer's
 // sums. `below`: two scratch tiles of hidden width.
 HWY_NOINLINE inline const float* network_backward(const float* parameters,
-                                                  const std::vector<DenseLayer>& layers, const float* in,
+                                                  const std::vector<DenseLayer>& layers, const InputRows& in,
                                                   float* const* hidden, const float* g, float* const* below,
                                                   const std::vector<PartialLayer>& to, float* partial,
                                                   float* turned) {
   for (std::size_t l = layers.size(); l-- > 0;) {
     const DenseLayer& layer = layers[l];
-    layer_gradients(g, l == 0 ? in : hidden[l - 1], layer, to[l], partial, turned);
+    layer_gradients(g, l == 0 ? in : InputRows{hidden[l - 1], std::size_t(layer.inputs)}, layer, to[l],
+                    partial, turned);
     if (l == 0) break;
     const MatrixView transposed{parameters + layer.weights, 1, std::size_t(layer.inputs)};
     float* next = below[l & 1];
-    dense<Finish::kMask>(transposed, nullptr, g, layer.outputs, layer.inputs, hidden[l - 1], next);
+    dense<Finish::kMask>(transposed, nullptr, {g, std::size_t(layer.outputs)}, layer.inputs, hidden[l - 1],
+                         next);
     g = next;
   }
   return g;
@@ -221,7 +238,7 @@ template <Finish kFinish>
 inline void input_gradient(const float* parameters, const DenseLayer& layer, const float* g,
                            std::size_t first, std::size_t count, float* out) {
   const MatrixView transposed{parameters + layer.weights + first, 1, std::size_t(layer.inputs)};
-  dense<kFinish>(transposed, nullptr, g, layer.outputs, count, nullptr, out);
+  dense<kFinish>(transposed, nullptr, {g, std::size_t(layer.outputs)}, count, nullptr, out);
 }
 
 }  // namespace HWY_NAMESPACE

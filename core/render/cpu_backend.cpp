@@ -5,6 +5,7 @@
 #include "core/base/check.h"
 #include "core/base/parallel.h"
 #include "core/field/evaluate.h"
+#include "core/field/train_fields.h"
 #include "core/render/backend.h"
 #include "core/render/composite.h"
 
@@ -13,12 +14,16 @@ namespace {
 
 constexpr int kMaxSamples = 16;
 
+// Rays whose samples go forward and back together.
+constexpr std::size_t kBlockRays = 16;
+
 // What a field in training works with.
 struct Scratch {
   std::shared_ptr<FieldTape> tape = make_tape();
   FieldGradients gradients;
   FieldOutputs outputs;
   std::vector<float> d_sigma, d_red, d_green, d_blue;
+  std::vector<std::size_t> ends;  // of the blocks' samples
 
   void resize_slopes(std::size_t count) {
     for (auto* v : {&d_sigma, &d_red, &d_green, &d_blue}) v->resize(count);
@@ -78,29 +83,31 @@ class CpuLearner : public FieldLearner {
 
   Result<LearningResult> step(const LearningStep& step) override {
     const float* codes = parts_.codes && !parts_.codes->empty() ? parts_.codes->data() : nullptr;
-    std::array<FieldInputs, 2> inputs;
+    end_blocks(step.samples);
+    std::vector<FieldStep> passes;
     for (std::size_t f = 0; f < 2; ++f) {
       const FieldSamples& samples = step.samples.fields[f];
       if (!parts_.fields[f].field || samples.count() == 0) continue;
-      inputs[f] = samples.inputs(step.conditions.data(), f == 0 ? codes : nullptr);
-      forward_field(*parts_.fields[f].field, inputs[f], scratch_[f].outputs, *scratch_[f].tape);
-      scratch_[f].resize_slopes(samples.count());
+      Scratch& own = scratch_[f];
+      own.resize_slopes(samples.count());
+      const FieldOutputGradients slopes{own.d_sigma.data(), own.d_red.data(), own.d_green.data(),
+                                        own.d_blue.data()};
+      passes.push_back({*parts_.fields[f].field,
+                        samples.inputs(step.conditions.data(), f == 0 ? codes : nullptr), own.ends,
+                        own.outputs, slopes, *own.tape, own.gradients});
     }
-    const LearningResult result{loss(step)};
-    if (!std::isfinite(result.loss)) return result;
-
+    const LearningResult result{train(step, passes)};
+    if (!std::isfinite(result.loss)) {
+      for (const FieldStep& pass : passes) clear_gradients(pass.gradients);
+      return result;
+    }
     AdamOptions adam;
     adam.table_rate = step.table_rate, adam.network_rate = step.network_rate;
     adam.table_decay = step.table_decay;
-    for (std::size_t f = 0; f < 2; ++f) {
-      if (!parts_.fields[f].field || inputs[f].count == 0) continue;
-      Scratch& own = scratch_[f];
-      const FieldOutputGradients slopes{own.d_sigma.data(), own.d_red.data(), own.d_green.data(),
-                                        own.d_blue.data()};
-      backward_field(*parts_.fields[f].field, inputs[f], slopes, *own.tape, own.gradients);
-      adam_step(*parts_.fields[f].field, own.gradients, *parts_.fields[f].adam, adam);
-    }
-    if (step.code_rate > 0 && inputs[0].count > 0) update_codes(step, adam);
+    for (std::size_t f = 0; f < 2; ++f)
+      if (parts_.fields[f].field && step.samples.fields[f].count() > 0)
+        adam_step(*parts_.fields[f].field, scratch_[f].gradients, *parts_.fields[f].adam, adam);
+    if (step.code_rate > 0 && step.samples.fields[0].count() > 0) update_codes(step, adam);
     return result;
   }
 
@@ -112,14 +119,30 @@ class CpuLearner : public FieldLearner {
   Result<void> place() override { return {}; }
 
  private:
-  // In fixed chunks so that the sum does not depend on the threads.
-  double loss(const LearningStep& step) {
-    constexpr std::size_t kChunk = 256;
+  // Rays are in order in both fields.
+  void end_blocks(const SampleBatch& samples) {
+    const std::size_t rays = samples.begin.size() - 1;
+    std::array<std::size_t, 2> count{};
+    for (Scratch& field : scratch_) field.ends.clear();
+    for (std::size_t r = 0; r < rays; ++r) {
+      for (std::size_t i = samples.begin[r]; i < samples.begin[r + 1]; ++i) ++count[samples.field[i]];
+      if ((r + 1) % kBlockRays != 0 && r + 1 < rays) continue;
+      for (std::size_t f = 0; f < 2; ++f) scratch_[f].ends.push_back(count[f]);
+    }
+  }
+
+  // Gradients of the fields; returns the loss, summed by blocks so that it does not depend on the threads.
+  double train(const LearningStep& step, std::span<const FieldStep> passes) {
     const std::size_t rays = step.target.size();
     const RayLoss loss{step, scratch_, 1.f / (3 * float(rays))};
-    std::vector<double> errors((rays + kChunk - 1) / kChunk);
-    parallel_ranges(rays, kChunk,
-                    [&](std::size_t begin, std::size_t end) { errors[begin / kChunk] = loss(begin, end); });
+    std::vector<double> errors((rays + kBlockRays - 1) / kBlockRays);
+    const auto block_loss = [&](std::size_t block) {
+      errors[block] = loss(block * kBlockRays, std::min(rays, (block + 1) * kBlockRays));
+    };
+    if (passes.empty())  // no ray meets a field
+      parallel_for(errors.size(), block_loss);
+    else
+      train_fields(passes, block_loss);
     double sum = 0;
     for (const double error : errors) sum += error;
     return sum / (3 * double(rays));

@@ -13,6 +13,7 @@
 #include "core/base/quantile.h"
 #include "core/field/adam.h"
 #include "core/field/evaluate.h"
+#include "core/field/train_fields.h"
 #include "core/image/metrics.h"
 #include "core/render/composite.h"
 #include "core/render/rays.h"
@@ -133,13 +134,14 @@ struct RoomTraining {
   SampleBatch samples;
 };
 
-// Forward and backward compositing; returns the mean squared error over rays and channels.
-double composite_rays(RoomTraining& room) {
-  constexpr std::size_t kChunk = 256;
-  const std::size_t rays = room.rays.requests.size(), count = room.samples.fields[0].count();
+// Gradients of the field; returns the mean squared error over rays and channels.
+double train_on_rays(RoomTraining& room, const FieldInputs& inputs) {
+  constexpr std::size_t kBlockRays = 16;  // go forward and back together
+  const std::size_t rays = room.rays.requests.size(), count = inputs.count;
   for (auto* slopes : {&room.d_sigma, &room.d_red, &room.d_green, &room.d_blue}) slopes->resize(count);
-  std::vector<double> errors((rays + kChunk - 1) / kChunk), weights(errors.size());
-  parallel_ranges(rays, kChunk, [&](std::size_t begin, std::size_t end) {
+  std::vector<double> errors((rays + kBlockRays - 1) / kBlockRays), weights(errors.size());
+  const auto composite_block = [&](std::size_t block) {
+    const std::size_t begin = block * kBlockRays, end = std::min(rays, begin + kBlockRays);
     std::array<float, kMaxSamples> sigma, d_sigma;
     std::array<float, 3 * kMaxSamples> colour, d_colour;
     for (std::size_t r = begin; r < end; ++r) {
@@ -157,10 +159,10 @@ double composite_rays(RoomTraining& room) {
       for (int c = 0; c < 3; ++c) {
         const float difference =
             seen.colour[c] + seen.transmittance * room.rays.behind[r][c] - room.rays.target[r][c];
-        errors[begin / kChunk] += double(room.rays.weight[r]) * difference * difference;
+        errors[block] += double(room.rays.weight[r]) * difference * difference;
         d_pixel[c] = 2 * room.rays.weight[r] * difference / (3 * float(rays));
       }
-      weights[begin / kChunk] += room.rays.weight[r];
+      weights[block] += room.rays.weight[r];
       composite_ray_backward(n, sigma.data(), dt, colour.data(), room.rays.behind[r].data(), seen, d_pixel,
                              0.f, d_sigma.data(), d_colour.data());
       for (int i = 0; i < n; ++i) {
@@ -170,7 +172,14 @@ double composite_rays(RoomTraining& room) {
         room.d_blue[at] = d_colour[3 * k + 2];
       }
     }
-  });
+  };
+  std::vector<std::size_t> ends;
+  for (std::size_t block = 0; block < errors.size(); ++block)
+    ends.push_back(room.samples.begin[std::min(rays, (block + 1) * kBlockRays)]);
+  const FieldOutputGradients slopes{room.d_sigma.data(), room.d_red.data(), room.d_green.data(),
+                                    room.d_blue.data()};
+  const FieldStep step{room.part.field, inputs, ends, room.outputs, slopes, *room.tape, room.gradients};
+  train_fields({&step, 1}, composite_block);
   double error = 0, weight = 0;
   for (std::size_t k = 0; k < errors.size(); ++k) error += errors[k], weight += weights[k];
   return weight > 0 ? error / (3 * weight) : 0;
@@ -183,11 +192,7 @@ double room_step(RoomTraining& room, std::uint64_t step, double rate) {
   const FieldSamples& samples = room.samples.fields[0];
   if (samples.count() == 0) return 0;
   const FieldInputs inputs = samples.inputs(nullptr, nullptr);
-  forward_field(room.part.field, inputs, room.outputs, *room.tape);
-  const double loss = composite_rays(room);
-  backward_field(room.part.field, inputs,
-                 {room.d_sigma.data(), room.d_red.data(), room.d_green.data(), room.d_blue.data()},
-                 *room.tape, room.gradients);
+  const double loss = train_on_rays(room, inputs);
   AdamOptions adam;
   adam.table_rate = float(kTableRate * rate), adam.network_rate = float(kNetworkRate * rate);
   adam_step(room.part.field, room.gradients, room.adam, adam);

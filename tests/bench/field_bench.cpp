@@ -5,6 +5,7 @@
 #include "core/field/adam.h"
 #include "core/field/evaluate.h"
 #include "core/field/field_reference.h"
+#include "core/field/train_fields.h"
 #include "tests/core/field/random_field.h"
 
 namespace likeness {
@@ -74,8 +75,7 @@ void train(benchmark::State& state) {
   AdamOptions options;
   options.table_rate = options.network_rate = 1e-6f;  // the field stays where it is
   const auto step = [&] {
-    forward_field(t.field, t.batch.inputs(), t.out, *t.tape);
-    backward_field(t.field, t.batch.inputs(), t.batch.output_gradients(), *t.tape, t.gradients);
+    train_field(t.field, t.batch.inputs(), t.out, t.batch.output_gradients(), *t.tape, t.gradients);
     adam_step(t.field, t.gradients, t.adam, options);
   };
   step();  // its memory is there from now on
@@ -83,19 +83,6 @@ void train(benchmark::State& state) {
   finish(state, kBatch);
 }
 BENCHMARK(train)->Arg(1)->Arg(2)->Unit(benchmark::kMillisecond)->MeasureProcessCPUTime()->UseRealTime();
-
-void forward_of_training(benchmark::State& state) {
-  const ThreadLimit limit(int(state.range(0)));
-  Training t;
-  for (auto _ : state) forward_field(t.field, t.batch.inputs(), t.out, *t.tape);
-  finish(state, kBatch);
-}
-BENCHMARK(forward_of_training)
-    ->Arg(1)
-    ->Arg(2)
-    ->Unit(benchmark::kMillisecond)
-    ->MeasureProcessCPUTime()
-    ->UseRealTime();
 
 void adam(benchmark::State& state) {
   const ThreadLimit limit(int(state.range(0)));

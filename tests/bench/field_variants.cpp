@@ -79,7 +79,7 @@ void UpdateLevel(const TableCase& c, int index, Mark mark, const float* rows, fl
     if (mark == Mark::every_update) {
       update_marking(table, touched, cells, rows);
     } else {
-      scatter_tile<8>(table, cells, 2, rows, kTile);
+      scatter_tile<8>(table, level.hashed, cells, 2, rows, kTile);
     }
   }
   if (mark == Mark::once) mark_lines(table, level.entries * 2, touched);

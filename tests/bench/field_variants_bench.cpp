@@ -65,28 +65,6 @@ void update(benchmark::State& state, Mark mark) {
 BENCHMARK_CAPTURE(update, marking_every_update, Mark::every_update);
 BENCHMARK_CAPTURE(update, marking_once, Mark::once);
 
-// What keeping costs; what it saves is the networks' part of a forward pass, in backward.
-void forward(benchmark::State& state, bool keep) {
-  Tables t;
-  const FieldInputs inputs = t.batch.inputs();
-  const float* parameters = t.field.parameters.data();
-  const KernelContext context{t.field.config, t.layout, parameters, parameters, inputs};
-  AlignedFloats features, slice, kept, scratch, out;
-  ForwardRange range;
-  range.end = kSamples;
-  range.features = features.reserve(kSamples * context.density_inputs());
-  range.slice = slice.reserve(kSamples * 2);
-  range.kept = keep ? kept.reserve(kSamples * context.kept_rows()) : nullptr;
-  range.scratch = scratch.reserve(scratch_floats(t.field.config, t.layout));
-  range.sigma = out.reserve(4 * kSamples);
-  range.red = range.sigma + kSamples, range.green = range.red + kSamples, range.blue = range.green + kSamples;
-  forward_tiles(context, range);  // its memory is there from now on
-  for (auto _ : state) forward_tiles(context, range);
-  finish(state, kSamples);
-}
-BENCHMARK_CAPTURE(forward, keeping_nothing, false);
-BENCHMARK_CAPTURE(forward, keeping_hidden_layers, true);
-
 }  // namespace
 }  // namespace likeness
 

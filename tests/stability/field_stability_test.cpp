@@ -3,7 +3,7 @@
 
 #include <cmath>
 
-#include "core/field/evaluate.h"
+#include "core/field/train_fields.h"
 #include "core/render/render.h"
 #include "tests/core/field/random_field.h"
 #include "tests/core/render/tiny_avatar.h"
@@ -56,8 +56,7 @@ TEST(FieldStability, DenormalParametersGiveFiniteOutputsAndGradients) {
   FieldOutputs out;
   FieldGradients gradients = make_gradients(field, 3);
   const auto tape = make_tape();
-  forward_field(field, batch.inputs(), out, *tape);
-  backward_field(field, batch.inputs(), batch.output_gradients(), *tape, gradients);
+  train_field(field, batch.inputs(), out, batch.output_gradients(), *tape, gradients);
   for (std::size_t i = 0; i < 500; ++i) {
     ASSERT_TRUE(std::isfinite(out.sigma[i]) && out.sigma[i] > 0);
     for (const float c : {out.red[i], out.green[i], out.blue[i]}) ASSERT_NEAR(c, 0.5f, 1e-6f);

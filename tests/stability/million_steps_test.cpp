@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "core/field/adam.h"
-#include "core/field/evaluate.h"
+#include "core/field/train_fields.h"
 #include "tests/core/field/random_field.h"
 
 namespace likeness {
@@ -21,19 +21,23 @@ class TinyTraining {
   double step(std::uint32_t seed) {
     Batch batch = random_batch(field_.config, kSamples, kViews, seed);
     for (int v = 0; v < kViews; ++v) batch.conditions[std::size_t(v)] = float(v) / float(kViews - 1);
-    forward_field(field_, batch.inputs(), out_, *tape_);
     double loss = 0;
-    for (std::size_t n = 0; n < kSamples; ++n) {
-      const float centre = 0.3f + 0.4f * batch.conditions[std::size_t(batch.view[n])];
-      const bool inside = std::hypot(batch.x[n] - centre, batch.y[n] - 0.5f, batch.z[n] - 0.5f) < 0.25f;
-      const float alpha = 1 - std::exp(-out_.sigma[n] / 20), miss = alpha - float(inside),
-                  off = out_.red[n] - batch.y[n];
-      loss += (miss * miss + (inside ? off * off : 0)) / kSamples;
-      batch.sigma[n] = 2 * miss * (1 - alpha) / 20 / kSamples;
-      batch.red[n] = inside ? 2 * off / kSamples : 0;
-      batch.green[n] = batch.blue[n] = 0;
-    }
-    backward_field(field_, batch.inputs(), batch.output_gradients(), *tape_, gradients_);
+    const auto compare = [&](std::size_t) {
+      for (std::size_t n = 0; n < kSamples; ++n) {
+        const float centre = 0.3f + 0.4f * batch.conditions[std::size_t(batch.view[n])];
+        const bool inside = std::hypot(batch.x[n] - centre, batch.y[n] - 0.5f, batch.z[n] - 0.5f) < 0.25f;
+        const float alpha = 1 - std::exp(-out_.sigma[n] / 20), miss = alpha - float(inside),
+                    off = out_.red[n] - batch.y[n];
+        loss += (miss * miss + (inside ? off * off : 0)) / kSamples;
+        batch.sigma[n] = 2 * miss * (1 - alpha) / 20 / kSamples;
+        batch.red[n] = inside ? 2 * off / kSamples : 0;
+        batch.green[n] = batch.blue[n] = 0;
+      }
+    };
+    const std::size_t end = kSamples;
+    const FieldStep step{field_, batch.inputs(), {&end, 1}, out_, batch.output_gradients(),
+                         *tape_, gradients_};
+    train_fields({&step, 1}, compare);
     adam_step(field_, gradients_, adam_, {});
     return loss;
   }

@@ -163,28 +163,31 @@ TEST(Adam, TrainsAFieldToAMovingBall) {
     Batch batch = random_batch(config, 4096, 16, seed);
     for (int v = 0; v < 16; ++v) batch.conditions[v] = float(v) / 15;
     FieldOutputs out;
-    if (train)
-      forward_field(field, batch.inputs(), out, *tape);
-    else
-      evaluate_field(field, batch.inputs(), out);
     double loss = 0;
-    for (std::size_t n = 0; n < 4096; ++n) {
-      const float centre = 0.3f + 0.4f * batch.conditions[batch.view[n]];
-      const bool inside = std::hypot(batch.x[n] - centre, batch.y[n] - 0.5f, batch.z[n] - 0.5f) < 0.2f;
-      // Opacity of a step of 1/20, and colour where there is something.
-      const float alpha = 1 - std::exp(-out.sigma[n] / 20), miss = alpha - float(inside);
-      const float tint[3] = {out.red[n] - batch.y[n], out.green[n] - 0.2f, out.blue[n] - batch.z[n]};
-      batch.sigma[n] = 2 * miss * (1 - alpha) / 20 / 4096;
-      float* colour[3] = {&batch.red[n], &batch.green[n], &batch.blue[n]};
-      for (int c = 0; c < 3; ++c) {
-        *colour[c] = inside ? 2 * tint[c] / 4096 : 0.0f;
-        if (inside) loss += tint[c] * tint[c] / 4096;
+    const auto compare = [&](std::size_t) {
+      for (std::size_t n = 0; n < 4096; ++n) {
+        const float centre = 0.3f + 0.4f * batch.conditions[batch.view[n]];
+        const bool inside = std::hypot(batch.x[n] - centre, batch.y[n] - 0.5f, batch.z[n] - 0.5f) < 0.2f;
+        // Opacity of a step of 1/20, and colour where there is something.
+        const float alpha = 1 - std::exp(-out.sigma[n] / 20), miss = alpha - float(inside);
+        const float tint[3] = {out.red[n] - batch.y[n], out.green[n] - 0.2f, out.blue[n] - batch.z[n]};
+        batch.sigma[n] = 2 * miss * (1 - alpha) / 20 / 4096;
+        float* colour[3] = {&batch.red[n], &batch.green[n], &batch.blue[n]};
+        for (int c = 0; c < 3; ++c) {
+          *colour[c] = inside ? 2 * tint[c] / 4096 : 0.0f;
+          if (inside) loss += tint[c] * tint[c] / 4096;
+        }
+        loss += miss * miss / 4096;
       }
-      loss += miss * miss / 4096;
-    }
+    };
     if (train) {
-      backward_field(field, batch.inputs(), batch.output_gradients(), *tape, gradients);
+      const std::size_t end = 4096;
+      const FieldStep pass{field, batch.inputs(), {&end, 1}, out, batch.output_gradients(), *tape, gradients};
+      train_fields({&pass, 1}, compare);
       adam_step(field, gradients, state, {});
+    } else {
+      evaluate_field(field, batch.inputs(), out);
+      compare(0);
     }
     return loss;
   };

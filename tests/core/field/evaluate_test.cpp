@@ -11,6 +11,7 @@
 
 #include "core/base/parallel.h"
 #include "core/field/field_reference.h"
+#include "core/field/train_fields.h"
 #include "tests/core/field/random_field.h"
 #include "tests/core/field/relative_l2.h"
 
@@ -26,8 +27,7 @@ Trained run(const Field& field, const Batch& batch) {
   Trained t{{}, make_gradients(field, batch.views)};
   t.gradients.want_conditions = t.gradients.want_positions = true;
   const std::shared_ptr<FieldTape> tape = make_tape();
-  forward_field(field, batch.inputs(), t.out, *tape);
-  backward_field(field, batch.inputs(), batch.output_gradients(), *tape, t.gradients);
+  train_field(field, batch.inputs(), t.out, batch.output_gradients(), *tape, t.gradients);
   return t;
 }
 
