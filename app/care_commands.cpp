@@ -1,12 +1,13 @@
-// likeness relink: a project's clip at its new place. likeness delete: everything made of a person.
+// likeness relink: a project's clip at its new place. likeness repair: a damaged project.json made anew.
+// likeness delete: everything made of a person.
 #include <memory>
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 #include "app/commands.h"
 #include "app/terminal.h"
 #include "core/project/care.h"
+#include "core/project/damaged_project.h"
 
 namespace likeness::app {
 
@@ -29,16 +30,36 @@ int run_relink(const CareArguments& arguments) {
   return kExitDone;
 }
 
+int run_repair(const CareArguments& arguments) {
+  const bool damaged = find_damaged_project(arguments.project).has_value();
+  const auto project = repair_project(arguments.project);
+  if (!project) return report_failure(project.error());
+  if (arguments.common.json) {
+    print_json({{"project", project->folder.string()},
+                {"repaired", damaged},
+                {"video", project->options.video.string()}});
+  } else if (!damaged) {
+    fmt::print(stderr, "The project is whole: nothing was changed.\n");
+  } else {
+    fmt::print(stderr,
+               "The project is repaired. Its clip: {}.\nOther choices are the usual ones again: look through "
+               "them before the next run.\n",
+               project->options.video.empty() ? "not known; name it with likeness relink"
+                                              : project->options.video.string());
+  }
+  return kExitDone;
+}
+
 int run_delete(const CareArguments& arguments) {
   if (!arguments.yes) {
     const auto project = open_project(arguments.project);
-    if (!project) return report_failure(project.error());
+    if (!project && !find_damaged_project(arguments.project)) return report_failure(project.error());
     return report_failure(
         {ErrorCode::bad_input,
          fmt::format(
              "This removes frames, masks, tracks, checkpoints, performances{} and the avatar in {}, for "
              "good. The clip stays.",
-             arguments.keep_exports ? "" : ", exports", project->folder.string()),
+             arguments.keep_exports ? "" : ", exports", arguments.project.string()),
          "Run it again with --yes if that is what you want.", ""});
   }
   const auto deleted = delete_person(arguments.project, arguments.keep_exports);
@@ -47,8 +68,7 @@ int run_delete(const CareArguments& arguments) {
     print_json({{"bytes", deleted->bytes}, {"folder_gone", deleted->folder_gone}, {"kept", deleted->kept}});
     return kExitDone;
   }
-  fmt::print(stderr, "The person is deleted: {:.1f} MB were removed.\n", double(deleted->bytes) / 1e6);
-  if (!deleted->kept.empty()) fmt::print(stderr, "Kept: {}.\n", fmt::join(deleted->kept, ", "));
+  fmt::print(stderr, "{}\n", deletion_words(*deleted));
   return kExitDone;
 }
 
@@ -61,6 +81,12 @@ void add_care_commands(CLI::App& program, int& exit_code) {
   relink->add_option("clip", a->clip, "The same clip at its new place")->required();
   add_common_options(*relink, a->common);
   relink->callback([a, &exit_code] { exit_code = run_relink(*a); });
+
+  CLI::App* repair = program.add_subcommand(
+      "repair", "Make a project's damaged project.json anew from what is in its folder");
+  repair->add_option("project", a->project, "Project folder")->required();
+  add_common_options(*repair, a->common);
+  repair->callback([a, &exit_code] { exit_code = run_repair(*a); });
 
   CLI::App* remove = program.add_subcommand("delete", "Delete a person: all that was made of their clip");
   remove->add_option("project", a->project, "Project folder")->required();

@@ -7,6 +7,7 @@
 #include "app/commands.h"
 #include "app/terminal.h"
 #include "core/video/record.h"
+#include "core/video/webcam.h"
 
 namespace likeness::app {
 namespace {
@@ -32,12 +33,8 @@ int list(const std::vector<Webcam>& webcams, bool json) {
 }
 
 int run(const RecordArguments& arguments) {
-  const std::vector<Webcam> webcams = list_webcams();
-  if (arguments.list) return list(webcams, arguments.common.json);
-  if (arguments.webcam.empty() && webcams.empty())
-    return report_failure({ErrorCode::not_found, "No webcam was found.",
-                           "Plug one in, or film with a phone and copy the clip.", ""});
-  auto source = open_webcam(arguments.webcam.empty() ? webcams.front().device : arguments.webcam);
+  if (arguments.list) return list(list_webcams(), arguments.common.json);
+  auto source = open_webcam(arguments.webcam, kToRecord);
   if (!source) return report_failure(source.error());
   if (!arguments.common.json)
     fmt::print(stderr, "Recording; Ctrl-C ends it and keeps the clip. Film only people who agreed to it.\n");
@@ -46,7 +43,7 @@ int run(const RecordArguments& arguments) {
     const ProgressLine line(arguments.common);
     const Progress progress = line.progress().stage(0, 1, "recording");
     std::optional<double> start;
-    const auto seen = [&](const LivePicture& picture) {
+    const auto seen = [&](const CapturedFrame& picture) {
       if (!start) start = picture.time_s;
       const double seconds = picture.time_s - *start;
       progress.report(seconds / arguments.options.longest_s, fmt::format("{:.0f} s", seconds));

@@ -36,7 +36,8 @@ int main(int argc, char** argv) {
   options.projects = ui::projects_folder();
   std::filesystem::path to_open;
   int threads = 0;
-  program.add_option("open", to_open, "A clip or a project folder to open");
+  program.add_option("open", to_open,
+                     "A clip or a project to open: its folder, or the project.json or avatar.bin in it");
   program.add_option("--projects", options.projects, "Folder of new projects");
   program.add_option("--threads", threads, "Threads to compute with; 0: all");
   try {

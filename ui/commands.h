@@ -14,6 +14,7 @@ enum class Command {
   try_demo,
   find_clip,
   close_project,
+  repair_project,
   delete_person,
   quit,
   check_clip,
@@ -83,6 +84,8 @@ struct Situation {
   bool project = false;       // one is open
   bool clip_there = false;    // and its clip, or what was read of it
   bool clip_missing = false;  // the clip is not where it was
+  bool damaged = false;       // the project asked for last cannot be read, and none is open
+  bool repairable = false;    // but can be made anew
   bool running = false;       // its stages are at work
   bool paused = false;        // and wait where they are
   bool training = false;      // and it is the training

@@ -7,6 +7,8 @@
 #include <span>
 #include <string_view>
 
+#include "core/video/video_name.h"
+
 namespace likeness::ui {
 
 namespace fs = std::filesystem;
@@ -51,12 +53,6 @@ bool is_wanted(const fs::path& file, Wanted wanted) {
 }
 
 }  // namespace
-
-bool is_video_name(const fs::path& path) {
-  constexpr std::array<std::string_view, 9> kEndings{".mp4", ".mov", ".m4v",  ".mkv", ".webm",
-                                                     ".avi", ".3gp", ".mpeg", ".mts"};
-  return ends_in(path, kEndings);
-}
 
 bool is_picture_name(const fs::path& path) {
   constexpr std::array<std::string_view, 6> kEndings{".png", ".jpg", ".jpeg", ".tif", ".tiff", ".bmp"};

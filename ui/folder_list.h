@@ -32,7 +32,6 @@ struct FolderEntry {
 // out. An unreadable folder has no entries.
 std::vector<FolderEntry> list_folder(const std::filesystem::path& folder, Wanted wanted);
 // By its ending.
-bool is_video_name(const std::filesystem::path& path);
 bool is_picture_name(const std::filesystem::path& path);
 
 }  // namespace likeness::ui

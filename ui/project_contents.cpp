@@ -129,10 +129,13 @@ std::optional<FrameView> frame_view(const ProjectContents& contents, int frame) 
 
 std::vector<int> shown_frames(const ProjectContents& contents, bool held_out) {
   std::vector<int> frames;
-  if (!contents.capture) return frames;
-  for (const CaptureFrame& frame : contents.capture->frames)
-    if ((frame.held_out || (!held_out && frame.used)) && frame_view(contents, frame.frame))
+  if (!contents.capture || !contents.cameras || !contents.track) return frames;
+  for (const CaptureFrame& frame : contents.capture->frames) {
+    if (!frame.held_out && (held_out || !frame.used)) continue;
+    const TrackedFrame* tracked = find_tracked(*contents.track, frame.frame);
+    if (tracked && tracked->status != FrameStatus::lost && find_camera(*contents.cameras, frame.frame))
       frames.push_back(frame.frame);
+  }
   return frames;
 }
 

@@ -164,15 +164,24 @@ void draw_closing(const Snapshot& snapshot) {
 bool draw_deletion(const Snapshot& snapshot, Requests& requests) {
   heading("Delete this person?");
   ImGui::Dummy({px(560), 0});
-  if (!snapshot.contents) return true;
-  const Project& project = snapshot.contents->project;
+  if (!snapshot.contents && !snapshot.damaged) return true;
+  const std::filesystem::path& folder =
+      snapshot.contents ? snapshot.contents->project.folder : snapshot.damaged->folder;
   body_text(
       "Frames, masks, tracks, checkpoints, performances and the avatar are removed from this computer, and "
       "cannot "
       "be brought back. Stop other programs that show them first.");
   ImGui::Dummy({0, px(4)});
-  faint_text("The clip stays where it is: " + project.options.video.string());
-  faint_text("The project: " + project.folder.string());
+  if (snapshot.contents) {
+    faint_text("The clip stays where it is: " + snapshot.contents->project.options.video.string());
+  } else if (!snapshot.damaged->clips.empty()) {
+    faint_text("The clip stays where it is: " + snapshot.damaged->clips.front().string());
+  } else {
+    body_text(
+        "This project is damaged and no longer says which film is the clip: folders with films in them, the "
+        "exports among them, are kept for you to look through.");
+  }
+  faint_text("The project: " + folder.string());
   ImGui::Dummy({0, px(6)});
   bool answered = false;
   if (plain_button("Delete all, exports too")) requests.delete_person = false, answered = true;
@@ -198,7 +207,17 @@ void draw_notices(const Snapshot& snapshot, Requests& requests) {
                (kFixed & ~ImGuiWindowFlags_NoBringToFrontOnFocus) | ImGuiWindowFlags_NoFocusOnAppearing);
   if (snapshot.error) {
     note("what", Tone::bad, snapshot.error->what, snapshot.error->fix);
-    if (primary_button("Dismiss")) requests.dismiss_error = true;
+    if (snapshot.situation.repairable) {
+      if (command_button(Command::repair_project, snapshot.situation, true))
+        requests.ask(Command::repair_project);
+      ImGui::SameLine();
+    }
+    if (snapshot.situation.damaged) {
+      if (command_button(Command::delete_person, snapshot.situation)) requests.ask(Command::delete_person);
+      ImGui::SameLine();
+    }
+    if (snapshot.situation.repairable ? plain_button("Dismiss") : primary_button("Dismiss"))
+      requests.dismiss_error = true;
     ImGui::SameLine();
     if (command_button(Command::save_diagnostics, snapshot.situation))
       requests.ask(Command::save_diagnostics);

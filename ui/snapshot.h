@@ -14,6 +14,7 @@
 #include "core/check/verdict.h"
 #include "core/film/film.h"
 #include "core/live/live_driver.h"
+#include "core/project/damaged_project.h"
 #include "ui/avatar_renderer.h"
 #include "ui/commands.h"
 #include "ui/directing.h"
@@ -81,6 +82,7 @@ struct SystemStatus {
 struct Snapshot {
   bool loading = false;                             // a project is being read
   std::shared_ptr<const ProjectContents> contents;  // null: none is open
+  std::optional<DamagedProject> damaged;            // the one asked for last, where it cannot be read
   std::array<StepView, kSteps.size()> steps;
   Step shown = Step::film;
   Situation situation;

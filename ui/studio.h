@@ -7,12 +7,15 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "core/check/verdict.h"
+#include "core/project/damaged_project.h"
 #include "core/synth/demo_capture.h"
 #include "ui/background.h"
 #include "ui/directing.h"
+#include "ui/face_overlay.h"
 #include "ui/live_drive.h"
 #include "ui/snapshot.h"
 
@@ -68,7 +71,6 @@ class Studio {
   void stop_work();
 
  private:
-  struct FaceOverlay;
   struct Saves;
 
   // Recorded, and on its way into the performance.
@@ -90,8 +92,16 @@ class Studio {
   void start_demo();
   void start_check();
   void drop_check();
+  // Work ends between two pictures or two fits: too long to wait for here.
   template <class J>
-  void retire(std::unique_ptr<J> job);
+  void retire(std::unique_ptr<J> job) {
+    if (!job) return;
+    job->stop();
+    background_.run("", [ending = std::shared_ptr<J>(std::move(job))](std::stop_token) mutable {
+      ending.reset();
+      return Background::Delivery();
+    });
+  }
   Project latest_project() const;
   void start_export(ExportKind kind);
   void edit_options(const std::function<void(ProjectOptions&)>& change);
@@ -115,6 +125,7 @@ class Studio {
   void fail(Error error) { error_ = std::move(error); }
   void save_diagnostics();
   void relink(const std::filesystem::path& clip, bool or_open);
+  void repair();
   void delete_person(bool keep_exports);
 
   StudioOptions options_;
@@ -123,6 +134,7 @@ class Studio {
   std::filesystem::path folder_;  // of the open or opening project
   bool loading_ = false;
   std::shared_ptr<const ProjectContents> contents_;
+  std::optional<DamagedProject> damaged_;  // asked for, and not to be opened
   std::shared_ptr<const FaceOverlay> overlay_;
   Step shown_ = Step::film;
   bool follow_ = true;  // show the step at work

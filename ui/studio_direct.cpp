@@ -5,6 +5,7 @@
 
 #include "core/direct/camera_keys.h"
 #include "core/direct/random_walk.h"
+#include "core/video/webcam.h"
 #include "ui/studio.h"
 
 namespace likeness::ui {
@@ -159,7 +160,7 @@ Wish Studio::direct(Command command) {
     case Command::drive_video:
       return Wish::pick_driver;
     case Command::drive_webcam:
-      start_driving([] { return open_webcam(0); });
+      start_driving([] { return open_webcam({}, kToDrive); });
       break;
     case Command::rest_face:
       drive_.rest_now();

@@ -25,10 +25,21 @@ struct FollowedTexture {
   void follow(const Image8& image, const std::shared_ptr<const void>& owner);
 };
 
+struct TimelineRow {
+  std::string channel;  // empty: all of them
+  const std::vector<Key>* keys = nullptr;
+  std::vector<double> times;   // where it has keys, ascending, each time once
+  std::vector<double> chosen;  // those of them that are chosen
+  float low = 0, high = 0;     // of its values; of all channels: nothing
+};
+
 // What of a timeline is in sight, and what the mouse holds there.
 struct TimelineSight {
-  double from_s = 0, span_s = 0;  // span 0: all of it
-  float scroll = 0;               // px, of the rows
+  std::vector<TimelineRow> rows;                      // the first is of all channels
+  std::shared_ptr<const Performance> rows_of;         // whose they are
+  std::shared_ptr<const std::vector<KeyPlace>> seen;  // what of them is chosen
+  double from_s = 0, span_s = 0;                      // span 0: all of it
+  float scroll = 0;                                   // px, of the rows
   enum class Hold { nothing, playhead, keys, box, end } hold = Hold::nothing;
   double held_s = 0;                          // where the mouse took it
   std::shared_ptr<const Performance> before;  // as the keys lay then

@@ -13,7 +13,7 @@
 #include <thread>
 #include <vector>
 
-#include "core/live/frame_source.h"
+#include "core/video/frame_source.h"
 #include "core/live/live_tracker.h"
 #include "core/track/drive.h"
 

@@ -8,10 +8,13 @@
 #include <system_error>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include "core/base/files.h"
 #include "core/base/hash.h"
 #include "core/project/build_forecast.h"
+#include "core/project/damaged_project.h"
+#include "core/video/video_name.h"
 
 namespace likeness {
 
@@ -21,24 +24,16 @@ namespace {
 
 // All that is ever written into a project's folder, project.json last: as long as it is there, the deletion
 // can be asked for again.
-constexpr std::array<std::string_view, 19> kNames{"frames",
-                                                  "masks",
-                                                  "regions",
-                                                  "masks.part",
-                                                  "masks.old",
-                                                  "regions.part",
-                                                  "regions.old",
-                                                  "colmap",
-                                                  "plate.png",
-                                                  "plate_known.png",
-                                                  "plate.json",
-                                                  "track.json",
-                                                  "cameras.json",
-                                                  "capture.json",
-                                                  "checkpoint.bin",
-                                                  "avatar.bin",
-                                                  "training_curve.json",
-                                                  "diagnostics.txt",
+constexpr std::array<std::string_view, 21> kNames{"frames",          "masks",
+                                                  "regions",         "masks.part",
+                                                  "masks.old",       "regions.part",
+                                                  "regions.old",     "colmap",
+                                                  "plate.png",       "plate_known.png",
+                                                  "plate.json",      "track.json",
+                                                  "cameras.json",    "capture.json",
+                                                  "checkpoint.bin",  "avatar.bin",
+                                                  "room.bin",        "training_curve.json",
+                                                  "diagnostics.txt", "project.damaged.json",
                                                   "project.json"};
 
 // A file that a killed process was writing: .NAME.PID-N.part, perhaps with an ending (core/base/files).
@@ -64,6 +59,33 @@ bool holds_clip(const fs::path& entry, const fs::path& clip) {
        at = at.parent_path())
     if (same_file(at, entry)) return true;
   return false;
+}
+
+bool holds_video(const fs::path& entry) {
+  std::error_code failure;
+  for (fs::recursive_directory_iterator it(entry, failure), end; !failure && it != end; it.increment(failure))
+    if (is_video_name(it->path())) return true;
+  return false;
+}
+
+// Which entries of a project's folder may hold the person's clip. A damaged project may not know it any more:
+// then every folder with a film in it may.
+struct ClipGuard {
+  std::vector<fs::path> clips;
+  bool known = false;
+
+  bool may_hold_it(const fs::path& entry) const {
+    return known ? std::ranges::any_of(clips, [&](const fs::path& clip) { return holds_clip(entry, clip); })
+                 : holds_video(entry);
+  }
+};
+
+Result<ClipGuard> clip_guard(const fs::path& folder) {
+  const auto project = open_project(folder);
+  if (project) return ClipGuard{{project->options.video}, true};
+  const auto damaged = find_damaged_project(folder);
+  if (!damaged) return project.error();
+  return ClipGuard{damaged->clips, !damaged->clips.empty()};
 }
 
 }  // namespace
@@ -117,10 +139,21 @@ Result<void> check_left_out(const Capture& capture, const std::vector<int>& fram
   return {};
 }
 
+std::string deletion_words(const DeletedPerson& deleted) {
+  std::string words =
+      fmt::format("The person is deleted: {:.1f} MB were removed.", double(deleted.bytes) / 1e6);
+  if (!deleted.kept.empty()) words += fmt::format(" Kept: {}.", fmt::join(deleted.kept, ", "));
+  if (!deleted.kept.empty() && !deleted.clip_known)
+    words +=
+        " The project no longer said which film is the clip, so folders with films in them were kept: look "
+        "through them, and delete what is not to stay.";
+  return words;
+}
+
 Result<DeletedPerson> delete_person(const fs::path& folder, bool keep_exports) {
-  const auto project = open_project(folder);
-  if (!project) return project.error();
-  const auto lock = ProjectLock::acquire(*project);
+  const auto guard = clip_guard(folder);
+  if (!guard) return guard.error();
+  const auto lock = ProjectLock::acquire({.folder = folder});
   if (!lock) return lock.error();
   std::vector<fs::path> going;
   std::error_code failure;
@@ -128,12 +161,12 @@ Result<DeletedPerson> delete_person(const fs::path& folder, bool keep_exports) {
     const std::string name = it->path().filename().string();
     const bool own = std::ranges::find(kNames, name) != kNames.end() || is_abandoned_part(name) ||
                      is_performance(name) || (name == "exports" && !keep_exports);
-    if (own && name != "project.json" && !holds_clip(it->path(), project->options.video))
-      going.push_back(it->path());
+    if (own && name != "project.json" && !guard->may_hold_it(it->path())) going.push_back(it->path());
   }
   if (failure) return file_error(folder, "read", failure.value());
   going.push_back(folder / "project.json");
   DeletedPerson deleted;
+  deleted.clip_known = guard->known;
   for (const fs::path& path : going) {
     const bool is_folder = fs::is_directory(fs::symlink_status(path, failure));
     const std::uint64_t bytes = is_folder ? folder_bytes(path) : fs::file_size(path, failure);

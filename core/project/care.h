@@ -27,12 +27,18 @@ struct DeletedPerson {
   std::uint64_t bytes = 0;
   bool folder_gone = false;
   std::vector<std::string> kept;  // names in the folder that are none of Likeness's, or were to be kept
+  // False: the project was damaged and no longer tells which film is the clip. Folders with films in them
+  // were kept, exports among them.
+  bool clip_known = true;
 };
+
+// What was done, in a sentence or two.
+std::string deletion_words(const DeletedPerson& deleted);
 
 // Removes what Likeness made of the person: frames, masks, tracks, checkpoints, the avatar, performances, and
 // the whole folder of exports unless it is kept. Never the clip, nor a folder that it lies in, and nothing
 // else that Likeness did not write; the folder itself goes when it is empty. Refused while another process
-// works on the project.
+// works on the project. Also of a project whose project.json is damaged (core/project/damaged_project.h).
 Result<DeletedPerson> delete_person(const std::filesystem::path& folder, bool keep_exports);
 
 }  // namespace likeness

@@ -22,7 +22,6 @@ using nlohmann::json;
 
 namespace {
 
-constexpr int kVersion = 2;  // 1: two switches instead of the mode
 constexpr std::array<const char*, kStages.size()> kStageNames{"import", "align", "fit", "matte", "train"};
 constexpr std::array<const char*, 5> kStateNames{"to_do", "running", "done", "failed", "stopped"};
 
@@ -161,7 +160,7 @@ Result<Project> open_project(const fs::path& folder) {
   try {
     const json j = json::parse(*text);
     const int version = j.at("version").get<int>();
-    if (version > kVersion) {
+    if (version > kProjectVersion) {
       return Error{ErrorCode::bad_input, fmt::format("{} was made by a newer Likeness.", file.string()),
                    "Update Likeness, or build the project again into another folder.", file.string()};
     }
@@ -174,9 +173,12 @@ Result<Project> open_project(const fs::path& folder) {
     }
     return project;
   } catch (const json::exception& e) {
-    return Error{ErrorCode::bad_input, fmt::format("{} cannot be read: {}.", file.string(), e.what()),
-                 "Put a good copy of this file back, or build the clip again into another folder.",
-                 file.string()};
+    return Error{
+        ErrorCode::bad_input, fmt::format("{} cannot be read: {}.", file.string(), e.what()),
+        fmt::format("Put a good copy of this file back, or let it be made anew from the rest: likeness "
+                    "repair {}",
+                    folder.string()),
+        file.string()};
   }
 }
 
@@ -211,7 +213,7 @@ Result<Project> open_or_create_project(const fs::path& folder, const ProjectOpti
 Result<void> save_project(const Project& project) {
   json stages = json::object();
   for (const Stage stage : kStages) stages[std::string(stage_name(stage))] = to_json(project.record(stage));
-  const json j{{"version", kVersion},
+  const json j{{"version", kProjectVersion},
                {"program", "Likeness"},
                {"consent", kConsentNames[std::size_t(project.consent)]},
                {"options", to_json(project.options)},

@@ -25,7 +25,7 @@ class SteadyWriter {
   SteadyWriter(VideoWriter writer, const RecordOptions& options)
       : writer_(std::move(writer)), rate_(options.frames_per_second) {}
 
-  Result<void> add(const LivePicture& picture) {
+  Result<void> add(const CapturedFrame& picture) {
     if (recording_.frames == 0) start_s_ = picture.time_s;
     auto slot = std::lround((picture.time_s - start_s_) * rate_);
     if (slot < recording_.frames) {
@@ -60,9 +60,9 @@ class SteadyWriter {
 
 }  // namespace
 
-Result<Recording> record_clip(PictureSource& source, const std::filesystem::path& path,
+Result<Recording> record_clip(FrameSource& source, const std::filesystem::path& path,
                               const RecordOptions& options,
-                              const std::function<void(const LivePicture&)>& seen, std::stop_token stop) {
+                              const std::function<void(const CapturedFrame&)>& seen, std::stop_token stop) {
   if (std::error_code ignored; std::filesystem::exists(path, ignored))
     return Error{ErrorCode::bad_input, "There is a file of this name already.",
                  "Name a file that is not there yet: a recording replaces nothing.", path.string()};
@@ -76,10 +76,10 @@ Result<Recording> record_clip(PictureSource& source, const std::filesystem::path
     return recording;
   };
   while (!stop.stop_requested() && (!writer || writer->seconds() < options.longest_s)) {
-    auto next = source.next();
+    auto next = source.next(stop);
     if (!next) return ended(next.error());
     if (!*next) break;
-    const LivePicture& picture = **next;
+    const CapturedFrame& picture = **next;
     if (picture.rgb.channels != 3 || picture.rgb.empty()) return no_picture(path);
     if (!writer) {
       width = picture.rgb.width, height = picture.rgb.height;

@@ -3,36 +3,13 @@
 
 #include <filesystem>
 #include <functional>
-#include <memory>
 #include <optional>
 #include <stop_token>
-#include <string>
-#include <vector>
 
 #include "core/base/result.h"
-#include "core/image/image.h"
+#include "core/video/frame_source.h"
 
 namespace likeness {
-
-struct LivePicture {
-  double time_s = 0;  // when it was taken, from any start; never falls
-  Image8 rgb;
-};
-
-class PictureSource {
- public:
-  virtual ~PictureSource() = default;
-  // The next picture, as soon as there is one; nullopt when no more will come.
-  virtual Result<std::optional<LivePicture>> next() = 0;
-};
-
-struct Webcam {
-  std::string device;  // "/dev/video0"
-  std::string name;    // as it calls itself
-};
-std::vector<Webcam> list_webcams();  // in order of their numbers; none where the system has none
-// Asks for 1280 x 720 at 30 a second; the camera gives what it can.
-Result<std::unique_ptr<PictureSource>> open_webcam(const std::string& device);
 
 struct RecordOptions {
   double frames_per_second = 30;  // of the file; a picture that came late is repeated, one too many left out
@@ -48,8 +25,8 @@ struct Recording {
 // Records until the source ends, the time is up, or `stop`, which is how a recording usually ends: the clip
 // is kept. seen: every picture as it comes, to be shown; may be empty. An existing file is never
 // replaced; a source that fails after its first picture leaves what it gave.
-Result<Recording> record_clip(PictureSource& source, const std::filesystem::path& path,
+Result<Recording> record_clip(FrameSource& source, const std::filesystem::path& path,
                               const RecordOptions& options,
-                              const std::function<void(const LivePicture&)>& seen, std::stop_token stop);
+                              const std::function<void(const CapturedFrame&)>& seen, std::stop_token stop);
 
 }  // namespace likeness

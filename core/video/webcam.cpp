@@ -1,15 +1,19 @@
-// Webcams through OpenCV's videoio (Video4Linux): see record.h.
+// See webcam.h.
+#include "core/video/webcam.h"
+
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cctype>
 #include <chrono>
 #include <cstring>
+#include <exception>
 #include <opencv2/imgproc.hpp>
 #include <opencv2/videoio.hpp>
+#include <optional>
+#include <utility>
 
 #include "core/base/files.h"
-#include "core/video/record.h"
 
 namespace likeness {
 namespace {
@@ -19,36 +23,39 @@ using Clock = std::chrono::steady_clock;
 
 constexpr int kAttempts = 10;  // a cable that moves loses a picture or two
 
-class WebcamSource : public PictureSource {
+class WebcamSource : public FrameSource {
  public:
   WebcamSource(cv::VideoCapture capture, std::string device)
       : capture_(std::move(capture)), device_(std::move(device)) {}
 
-  Result<std::optional<LivePicture>> next() override {
+  Result<std::optional<CapturedFrame>> next(std::stop_token stop) override {
     try {
-      cv::Mat bgr;
-      bool given = false;
-      for (int attempt = 0; attempt < kAttempts && !given; ++attempt)
-        given = capture_.read(bgr) && !bgr.empty() && bgr.type() == CV_8UC3;
-      if (!given)
-        return Error{ErrorCode::failed, fmt::format("The webcam {} gave no picture.", device_),
-                     "Close other programs that use it, or plug it in again.", device_};
-      LivePicture picture;
-      picture.time_s = std::chrono::duration<double>(Clock::now() - start_).count();
-      picture.rgb = Image8(bgr.cols, bgr.rows, 3);
-      cv::Mat rgb(bgr.rows, bgr.cols, CV_8UC3, picture.rgb.data.data());
-      cv::cvtColor(bgr, rgb, cv::COLOR_BGR2RGB);
-      return std::optional<LivePicture>(std::move(picture));
-    } catch (const cv::Exception& fault) {
-      return Error{ErrorCode::failed, fmt::format("The webcam {} failed: {}.", device_, fault.err),
+      for (int attempt = 0; attempt < kAttempts && !stop.stop_requested(); ++attempt) {
+        if (!capture_.read(bgr_) || bgr_.empty() || bgr_.type() != CV_8UC3) continue;
+        const auto now = Clock::now();
+        if (!start_) start_ = now;
+        CapturedFrame frame{Image8(bgr_.cols, bgr_.rows, 3),
+                            std::chrono::duration<double>(now - *start_).count(), now};
+        cv::Mat rgb(bgr_.rows, bgr_.cols, CV_8UC3, frame.rgb.data.data());
+        cv::cvtColor(bgr_, rgb, cv::COLOR_BGR2RGB);
+        return std::optional(std::move(frame));
+      }
+    } catch (const std::exception& fault) {
+      return Error{ErrorCode::failed, fmt::format("The webcam {} failed: {}.", device_, fault.what()),
                    "Plug it in again, or choose another one.", device_};
     }
+    if (stop.stop_requested()) return std::optional<CapturedFrame>();
+    return Error{ErrorCode::failed, fmt::format("The webcam {} gave no picture.", device_),
+                 "Close other programs that use it, or plug it in again.", device_};
   }
+
+  std::string name() const override { return "webcam " + device_; }
 
  private:
   cv::VideoCapture capture_;
   std::string device_;
-  Clock::time_point start_ = Clock::now();
+  cv::Mat bgr_;
+  std::optional<Clock::time_point> start_;
 };
 
 }  // namespace
@@ -76,7 +83,13 @@ std::vector<Webcam> list_webcams() {
   return webcams;
 }
 
-Result<std::unique_ptr<PictureSource>> open_webcam(const std::string& device) {
+Result<std::unique_ptr<FrameSource>> open_webcam(const std::string& device, const WebcamWish& wish) {
+  if (device.empty()) {
+    const std::vector<Webcam> webcams = list_webcams();
+    if (!webcams.empty()) return open_webcam(webcams.front().device, wish);
+    return Error{ErrorCode::not_found, "No webcam was found.",
+                 "Plug one in; or use a video, of a phone for instance.", "webcam"};
+  }
   std::error_code ignored;
   if (!fs::exists(device, ignored))
     return Error{ErrorCode::not_found, fmt::format("There is no webcam {}.", device),
@@ -86,13 +99,17 @@ Result<std::unique_ptr<PictureSource>> open_webcam(const std::string& device) {
     if (!capture.isOpened())
       return Error{ErrorCode::failed, fmt::format("The webcam {} cannot be opened.", device),
                    "Close other programs that use it; you may have to be in the group `video`.", device};
-    capture.set(cv::CAP_PROP_FOURCC, cv::VideoWriter::fourcc('M', 'J', 'P', 'G'));
-    capture.set(cv::CAP_PROP_FRAME_WIDTH, 1280);
-    capture.set(cv::CAP_PROP_FRAME_HEIGHT, 720);
-    capture.set(cv::CAP_PROP_FPS, 30);
-    return std::unique_ptr<PictureSource>(std::make_unique<WebcamSource>(std::move(capture), device));
-  } catch (const cv::Exception& fault) {
-    return Error{ErrorCode::failed, fmt::format("The webcam {} failed: {}.", device, fault.err),
+    if (wish.newest) {
+      capture.set(cv::CAP_PROP_BUFFERSIZE, 1);
+    } else {  // large pictures come fast enough only compressed
+      capture.set(cv::CAP_PROP_FOURCC, cv::VideoWriter::fourcc('M', 'J', 'P', 'G'));
+    }
+    capture.set(cv::CAP_PROP_FRAME_WIDTH, wish.width);
+    capture.set(cv::CAP_PROP_FRAME_HEIGHT, wish.height);
+    if (!wish.newest) capture.set(cv::CAP_PROP_FPS, 30);
+    return std::unique_ptr<FrameSource>(std::make_unique<WebcamSource>(std::move(capture), device));
+  } catch (const std::exception& fault) {
+    return Error{ErrorCode::failed, fmt::format("The webcam {} failed: {}.", device, fault.what()),
                  "Plug it in again, or choose another one.", device};
   }
 }

@@ -46,6 +46,25 @@ TEST_F(CareCommand, ADeletionIsMeantOrNothingHappens) {
   EXPECT_EQ(likeness({"delete", project(), "--yes"}).exit_code, 1);
 }
 
+TEST_F(CareCommand, ADamagedProjectIsRepairedAndDeleted) {
+  const auto damage = [&] {
+    ASSERT_TRUE(write_text(project_.folder() / "project.json", "{\"program\": \"Likeness\", \"x").ok());
+  };
+  damage();
+  const ProgramResult refused = likeness({"train", project()});
+  EXPECT_EQ(refused.exit_code, 1);
+  EXPECT_THAT(refused.err, HasSubstr("likeness repair"));
+  const ProgramResult repaired = likeness({"repair", project(), "--json"});
+  ASSERT_EQ(repaired.exit_code, 0) << repaired.err;
+  EXPECT_TRUE(json::parse(repaired.out).at("repaired").get<bool>());
+  EXPECT_TRUE(open_project(project_.folder()).ok());
+  EXPECT_FALSE(json::parse(likeness({"repair", project(), "--json"}).out).at("repaired").get<bool>());
+  damage();
+  EXPECT_THAT(likeness({"delete", project()}).err, HasSubstr("--yes"));
+  EXPECT_EQ(likeness({"delete", project(), "--yes"}).exit_code, 0);
+  EXPECT_FALSE(fs::exists(project_.folder()));
+}
+
 TEST_F(CareCommand, AMovedClipIsToldAndFoundAgain) {
   ASSERT_EQ(likeness({"relink", project(), clip_.string()}).exit_code, 0);
   Capture capture;

@@ -69,6 +69,18 @@ TEST_F(Install, TheMimeTypeIsTheProjectsAndTheStudioOpensIt) {
   std::smatch type;
   ASSERT_TRUE(std::regex_search(kinds, type, std::regex("mime-type type=\"([^\"]+project)\"")));
   EXPECT_THAT(entry("MimeType"), HasSubstr(type[1].str() + ";"));
+  // Not every folder of the desktop, nor every program's project.json.
+  EXPECT_THAT(entry("MimeType"), testing::Not(HasSubstr("inode/directory")));
+  EXPECT_THAT(kinds, testing::Not(HasSubstr("project.json\"/>")));
+}
+
+TEST_F(Install, AnAvatarIsKnownByWhatIsInIt) {
+  const fs::path types = root_ / "share/mime";
+  if (run_program({"update-mime-database", types.string()}).exit_code == 127)
+    GTEST_SKIP() << "update-mime-database is not installed";
+  EXPECT_THAT(entry("MimeType"), HasSubstr("application/x-likeness-avatar;"));
+  EXPECT_THAT(text("mime/magic"), HasSubstr("LKNSAVTR"));
+  EXPECT_THAT(text("mime/globs2"), HasSubstr("application/x-likeness-project:*.likeness"));
 }
 
 TEST_F(Install, ManualPagesAreThoseTheProgramsPrint) {

@@ -23,8 +23,12 @@ class GuidePictures : public testing::Test {
     StudioOptions options;
     options.settings = folder_ / "studio.json";
     options.projects = folder_ / "Likeness";
-    options.demo = {.width = 512, .height = 512, .frames = 60, .moving_share = 0, .samples_per_pixel = 2};
-    options.project.steps = 400;
+    options.demo = {};  // the camera walks first: so the Cameras step has something to show
+    options.project.steps = 700;
+    Settings settings;
+    settings.scale_percent = 125;  // letters that are read in a picture of two thirds of the size
+    settings.licences_shown = true;
+    ASSERT_TRUE(write_settings(options.settings, settings).ok());
     studio_ = std::make_unique<Studio>(options, [] {});
     TestWindow& test = TestWindow::get();
     loop_ = std::make_unique<WindowLoop>(*test.window, *studio_, *test.shell);

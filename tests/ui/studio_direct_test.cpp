@@ -11,6 +11,7 @@
 #include "core/track/track.h"
 #include "tests/core/film/tiny_project.h"
 #include "tests/core/live/demo_clip.h"
+#include "core/video/webcam.h"
 #include "tests/ui/studio_window.h"
 #include "ui/run_window.h"
 
@@ -366,7 +367,7 @@ TEST_F(StudioDirect, ARecordedDriveSurvivesTheEndOfTheProgram) {
 }
 
 TEST_F(StudioDirect, AWebcamThatIsNotThereIsToldWithARemedy) {
-  if (open_webcam(0)) GTEST_SKIP() << "there is a webcam";
+  if (open_webcam({}, kToDrive)) GTEST_SKIP() << "there is a webcam";
   click("Drive from the webcam");
   ASSERT_TRUE(until(20, [](const Snapshot& s) { return s.error.has_value(); }));
   EXPECT_FALSE(studio_->snapshot().error->fix.empty());

@@ -279,8 +279,11 @@ TEST_F(Panels, LookAsTheyDid) {
                                                                             {Step::check, "check"},
                                                                             {Step::cameras, "cameras"},
                                                                             {Step::face, "face"},
-                                                                            {Step::train, "train"}})
+                                                                            {Step::train, "train"},
+                                                                            {Step::direct, "direct"}})
     expect_look(snapshot_of(step, Look::done), name);
+  // The choices beside a queue with something of every kind in it.
+  expect_look(snapshot_of(Step::export_out, Look::running), "export");
 }
 
 TEST_F(Panels, EveryViewHasPixels) {
@@ -555,6 +558,41 @@ TEST_F(Panels, ADeletionIsAskedForAndAnswered) {
     draw_frame(s);
     EXPECT_FALSE(noted_widgets().contains("Keep the person"));
   }
+}
+
+TEST_F(Panels, ADamagedProjectIsRepairedOrDeletedByAButton) {
+  Snapshot s;
+  const std::filesystem::path folder = "/home/me/Likeness/Ada.likeness";
+  s.settings.recent = {folder};
+  s.damaged = DamagedProject{.folder = folder};
+  s.error = Error{ErrorCode::bad_input, (folder / "project.json").string() + " cannot be read: cut off.",
+                  "Put a good copy of this file back, or let it be made anew from the rest.", ""};
+  s.situation = {.damaged = true, .repairable = true};
+  settled(s);
+  keep_shot("damaged");
+  for (const Command command : {Command::repair_project, Command::delete_person}) {
+    Requests asked;
+    test::click(command_info(command).words.data(), [&] {
+      const Requests requests = draw_frame(s);
+      asked.commands.insert(asked.commands.end(), requests.commands.begin(), requests.commands.end());
+    });
+    EXPECT_EQ(asked.commands, std::vector{command});
+  }
+  // Which film is the clip is not known: the question says what is kept.
+  Shell& shell = *TestWindow::get().shell;
+  shell.ask(Question::delete_person);
+  settled(s);
+  keep_shot("question_delete_damaged");
+  std::optional<bool> answer;
+  test::click("Delete all, exports too", [&] {
+    if (const Requests requests = draw_frame(s); requests.delete_person) answer = requests.delete_person;
+  });
+  EXPECT_EQ(answer, false);
+  // One of a newer Likeness can only be deleted.
+  s.situation.repairable = false;
+  settled(s);
+  EXPECT_FALSE(noted_widgets().contains(command_info(Command::repair_project).words.data()));
+  EXPECT_TRUE(noted_widgets().contains(command_info(Command::delete_person).words.data()));
 }
 
 TEST_F(Panels, AClipThatMovedIsLookedForByAButton) {

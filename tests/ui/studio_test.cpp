@@ -148,6 +148,57 @@ TEST_F(StudioState, ADeletedPersonIsGoneAndForgotten) {
   EXPECT_TRUE(studio_->snapshot().settings.recent.empty());
 }
 
+TEST_F(StudioState, AProjectIsOpenedByItsFolderOrByWhatIsInIt) {
+  for (const fs::path path : {project_.folder(), project_.folder() / "", project_.folder() / "project.json",
+                              project_.folder() / "avatar.bin"}) {
+    Requests requests;
+    requests.open = path;
+    ask(requests);
+    ASSERT_TRUE(until([](const Snapshot& s) { return s.contents != nullptr && s.contents->avatar; })) << path;
+    EXPECT_TRUE(fs::equivalent(studio_->folder(), project_.folder()));
+    EXPECT_EQ(studio_->snapshot().settings.recent.size(), 1u) << path << " is another project on the list";
+    ask(Command::close_project);
+  }
+}
+
+TEST_F(StudioState, ADamagedProjectIsDeletedFromTheWindow) {
+  open();
+  ask(Command::close_project);
+  ASSERT_TRUE(write_text(project_.folder() / "project.json", "{\"program\": \"Likeness\", ").ok());
+  Requests requests;
+  requests.open = project_.folder();
+  ask(requests);
+  ASSERT_TRUE(until([](const Snapshot& s) { return s.damaged.has_value(); }));
+  EXPECT_TRUE(studio_->snapshot().error.has_value());
+  EXPECT_FALSE(studio_->snapshot().settings.recent.empty()) << "it could not be found again";
+  EXPECT_TRUE(is_enabled(Command::delete_person, studio_->snapshot().situation));
+  requests = {};
+  requests.delete_person = false;
+  ask(requests);
+  EXPECT_FALSE(studio_->snapshot().error.has_value());
+  ASSERT_TRUE(until([](const Snapshot& s) { return !s.deleting; }));
+  EXPECT_FALSE(fs::exists(project_.folder()));
+  EXPECT_TRUE(fs::exists(clip_));
+  EXPECT_FALSE(studio_->snapshot().damaged.has_value());
+  EXPECT_TRUE(studio_->snapshot().settings.recent.empty());
+}
+
+TEST_F(StudioState, ADamagedProjectIsRepairedFromTheWindow) {
+  const std::string text = *read_text(project_.folder() / "project.json");
+  ASSERT_TRUE(write_text(project_.folder() / "project.json", text.substr(0, text.size() - 9)).ok());
+  Requests requests;
+  requests.open = project_.folder();
+  ask(requests);
+  ASSERT_TRUE(until([](const Snapshot& s) { return s.damaged.has_value(); }));
+  ask(Command::repair_project);
+  ASSERT_TRUE(until([](const Snapshot& s) { return s.contents && s.contents->avatar; }));
+  const Snapshot now = studio_->snapshot();
+  EXPECT_FALSE(now.error.has_value());
+  EXPECT_FALSE(now.damaged.has_value());
+  EXPECT_EQ(now.contents->project.options.video, clip_);
+  EXPECT_EQ(now.contents->project.consent, Consent::not_asked);
+}
+
 TEST_F(StudioState, ABuildIsForecastBeforeItStarts) {
   open();
   const Plan& plan = studio_->snapshot().contents->plan;

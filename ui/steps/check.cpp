@@ -91,15 +91,18 @@ void draw_check_step(const Snapshot& snapshot, Views& views, Requests& requests)
     bars.push_back({frame.frame, float(frame.sharpness / sharpest),
                     colour(frame.used       ? p.accent
                            : frame.held_out ? p.good
-                                            : p.bad),
-                    fmt::format("Frame {}, {:.2f} s: {}{}", frame.frame, frame.time_s, fate(frame),
-                                frame.refused.empty() ? "" : ", " + frame.refused)});
+                                            : p.bad)});
   }
+  const auto words = [&](std::size_t i) {
+    const CaptureFrame& frame = capture.frames[i];
+    return fmt::format("Frame {}, {:.2f} s: {}{}", frame.frame, frame.time_s, fate(frame),
+                       frame.refused.empty() ? "" : ", " + frame.refused);
+  };
   legend(p.accent, fmt::format("{} train", used));
   legend(p.good, fmt::format("{} held out for measuring", held_out));
   legend(p.bad, fmt::format("{} refused", int(capture.frames.size()) - used - held_out));
   ImGui::NewLine();
-  if (const auto clicked = draw_frame_strip("check strip", bars, snapshot.check_picture.frame, px(72)))
+  if (const auto clicked = draw_frame_strip("check strip", bars, snapshot.check_picture.frame, px(72), words))
     requests.check_frame = clicked;
   faint_text("Height: sharpness. Click a frame to see it.");
   ImGui::Dummy({0, px(2)});

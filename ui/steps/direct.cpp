@@ -272,15 +272,19 @@ void draw_foot(const Snapshot& snapshot, Views& views, float width) {
 void draw_compare_strip(const Snapshot& snapshot, Requests& requests) {
   const std::vector<int> frames = shown_frames(*snapshot.contents, false);
   const Palette& p = theme().colours;
+  const auto held_out = [&](int frame) {
+    const auto& all = snapshot.contents->capture->frames;
+    return std::ranges::lower_bound(all, frame, {}, &CaptureFrame::frame)->held_out;
+  };
   std::vector<StripBar> bars;
-  for (const int frame : frames) {
-    const auto found = std::ranges::find(snapshot.contents->capture->frames, frame, &CaptureFrame::frame);
-    const bool held_out = found->held_out;
-    bars.push_back(
-        {frame, 1, colour(held_out ? p.good : p.accent, 0.75f),
-         fmt::format("Frame {}{}", frame, held_out ? ", held out: the training never saw it" : "")});
-  }
-  if (const auto clicked = draw_frame_strip("compare strip", bars, snapshot.compare_picture.frame, px(26)))
+  for (const int frame : frames)
+    bars.push_back({frame, 1, colour(held_out(frame) ? p.good : p.accent, 0.75f)});
+  const auto words = [&](std::size_t i) {
+    return fmt::format("Frame {}{}", frames[i],
+                       held_out(frames[i]) ? ", held out: the training never saw it" : "");
+  };
+  if (const auto clicked =
+          draw_frame_strip("compare strip", bars, snapshot.compare_picture.frame, px(26), words))
     requests.compare_frame = clicked;
 }
 

@@ -90,17 +90,20 @@ void draw_face_step(const Snapshot& snapshot, Views& views, Requests& requests) 
   const Track& track = *snapshot.contents->track;
   std::vector<double> errors;
   for (const TrackedFrame& frame : track.frames) errors.push_back(frame.inner_error_px);
-  std::ranges::sort(errors);
-  const double tall = std::max(1e-6, errors[(errors.size() - 1) * 98 / 100]);
+  const auto most = errors.begin() + std::ptrdiff_t((errors.size() - 1) * 98 / 100);
+  std::ranges::nth_element(errors, most);
+  const double tall = std::max(1e-6, *most);
   std::vector<StripBar> bars;
   for (const TrackedFrame& frame : track.frames)
     bars.push_back({frame.frame, frame.status == FrameStatus::lost ? 1.f : float(frame.inner_error_px / tall),
-                    colour(verdict_ink(frame.status)),
-                    fmt::format("Frame {}, {:.2f} s: {}{}{}", frame.frame, frame.time_s,
-                                verdict(frame.status), frame.reason.empty() ? "" : ", " + frame.reason,
-                                is_left_out(snapshot, frame.frame) ? ", left out of the training" : ""),
-                    is_left_out(snapshot, frame.frame)});
-  if (const auto clicked = draw_frame_strip("face strip", bars, snapshot.face_picture.frame, px(60)))
+                    colour(verdict_ink(frame.status)), is_left_out(snapshot, frame.frame)});
+  const auto words = [&](std::size_t i) {
+    const TrackedFrame& frame = track.frames[i];
+    return fmt::format("Frame {}, {:.2f} s: {}{}{}", frame.frame, frame.time_s, verdict(frame.status),
+                       frame.reason.empty() ? "" : ", " + frame.reason,
+                       is_left_out(snapshot, frame.frame) ? ", left out of the training" : "");
+  };
+  if (const auto clicked = draw_frame_strip("face strip", bars, snapshot.face_picture.frame, px(60), words))
     requests.face_frame = clicked;
   faint_text(fmt::format(
       "Height: how far the model misses the face's points, up to {:.1f} px. Click a frame to see it.", tall));

@@ -56,7 +56,7 @@ void draw_nothing_yet(const char* words) {
 }
 
 std::optional<int> draw_frame_strip(const char* name, const std::vector<StripBar>& bars, int chosen,
-                                    float height) {
+                                    float height, const std::function<std::string(std::size_t)>& words) {
   const ImVec2 at = ImGui::GetCursorScreenPos();
   const float width = ImGui::GetContentRegionAvail().x;
   const bool pressed = ImGui::InvisibleButton(name, {width, height});
@@ -98,9 +98,10 @@ std::optional<int> draw_frame_strip(const char* name, const std::vector<StripBar
     list.AddTriangleFilled({x - px(5), at.y - px(6)}, {x + px(5), at.y - px(6)}, {x, at.y + px(1)},
                            colour(p.text));
   }
-  const StripBar& under = bars[index_at(ImGui::GetIO().MousePos.x)];
-  if (hovered) tooltip(under.words);
-  if ((held || pressed) && hovered && under.frame != chosen) return under.frame;
+  if (!hovered) return std::nullopt;
+  const std::size_t under = index_at(ImGui::GetIO().MousePos.x);
+  tooltip(words(under));
+  if ((held || pressed) && bars[under].frame != chosen) return bars[under].frame;
   return std::nullopt;
 }
 

@@ -2,6 +2,11 @@
 // the user asked for.
 #pragma once
 
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
 #include "ui/snapshot.h"
 #include "ui/views.h"
 
@@ -37,11 +42,11 @@ struct StripBar {
   int frame = 0;
   float height = 0;  // 0..1
   ImU32 ink = 0;
-  std::string words;    // of its tooltip
   bool struck = false;  // crossed out: left out of the training
 };
-// The frame clicked, or nullopt.
+// The frame clicked, or nullopt. words: the tooltip of a bar, by its index; asked only for the one under the
+// mouse.
 std::optional<int> draw_frame_strip(const char* name, const std::vector<StripBar>& bars, int chosen,
-                                    float height);
+                                    float height, const std::function<std::string(std::size_t)>& words);
 
 }  // namespace likeness::ui

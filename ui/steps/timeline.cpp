@@ -4,6 +4,9 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <iterator>
+#include <map>
+#include <string_view>
 
 #include "ui/channel_words.h"
 #include "ui/steps/steps.h"
@@ -16,13 +19,30 @@ namespace {
 
 constexpr float kLabels = 118;
 constexpr int kMostRows = 7;  // before they scroll
+
+// Two ascending lists of times as one, in which each time stands once.
+std::vector<double> merged(const std::vector<double>& a, const std::vector<double>& b) {
+  std::vector<double> both;
+  both.reserve(std::max(a.size(), b.size()));
+  std::ranges::merge(a, b, std::back_inserter(both));
+  const auto twice = std::ranges::unique(both, [](double x, double y) { return y - x <= kSameTime_s; });
+  both.erase(twice.begin(), twice.end());
+  return both;
+}
+
 std::vector<TimelineRow> rows_of(const Performance& performance) {
   std::vector<TimelineRow> rows{{}};
-  const auto add = [&](ChannelPart part) {
-    for (const auto& [channel, keys] : performance.channels)
-      if (part_of(channel) == part) rows.push_back({channel, &keys});
+  const auto add = [&](const std::string& channel, const std::vector<Key>& keys) {
+    TimelineRow row{channel, &keys};
+    const auto [low, high] = std::ranges::minmax(keys, {}, &Key::value);
+    row.low = low.value, row.high = high.value;
+    for (const Key& key : keys) row.times.push_back(key.time_s);
+    rows.front().times = merged(rows.front().times, row.times);
+    rows.push_back(std::move(row));
   };
-  for (const ChannelPart part : {ChannelPart::head, ChannelPart::face, ChannelPart::camera}) add(part);
+  for (const ChannelPart part : {ChannelPart::head, ChannelPart::face, ChannelPart::camera})
+    for (const auto& [channel, keys] : performance.channels)
+      if (part_of(channel) == part) add(channel, keys);
   return rows;
 }
 
@@ -126,14 +146,6 @@ void draw_diamond(ImDrawList& list, ImVec2 c, float r, ImU32 ink) {
   list.AddQuadFilled({c.x, c.y - r}, {c.x + r, c.y}, {c.x, c.y + r}, {c.x - r, c.y}, ink);
 }
 
-std::vector<double> chosen_times(const std::vector<KeyPlace>& selected, const std::string& channel) {
-  std::vector<double> times;
-  for (const KeyPlace& place : selected)
-    if (channel.empty() || place.channel == channel) times.push_back(place.time_s);
-  std::ranges::sort(times);
-  return times;
-}
-
 bool has_time(const std::vector<double>& times, double time_s) {
   const auto found = std::ranges::lower_bound(times, time_s - kSameTime_s);
   return found != times.end() && *found <= time_s + kSameTime_s;
@@ -163,20 +175,18 @@ void draw_keys(const TimelinePlace& place, const std::vector<double>& times,
 }
 
 void draw_course(const TimelinePlace& place, const TimelineRow& row, float top) {
-  const auto [low, high] = std::ranges::minmax(*row.keys, {}, &Key::value);
-  const float span = high.value - low.value, height = px(kRow) - px(6);
+  const float span = row.high - row.low, height = px(kRow) - px(6);
   if (span <= 0) return;
   std::vector<ImVec2> line;
   for (float x = place.left; x <= place.at.x + place.size.x; x += px(4)) {
     const float v = value_at(*row.keys, place.time_at(x), rest_value(row.channel));
-    line.push_back({x, top + px(3) + height * (1 - (v - low.value) / span)});
+    line.push_back({x, top + px(3) + height * (1 - (v - row.low) / span)});
   }
   ImGui::GetWindowDrawList()->AddPolyline(line.data(), int(line.size()), colour(theme().colours.good, 0.55f),
                                           0, px(1.2f));
 }
 
-void draw_row(const TimelinePlace& place, const TimelineRow& row, int number,
-              const DirectingView& directing) {
+void draw_row(const TimelinePlace& place, const TimelineRow& row, int number) {
   const Palette& p = theme().colours;
   ImDrawList& list = *ImGui::GetWindowDrawList();
   const float top = place.row_top(number), bottom = top + px(kRow), right = place.at.x + place.size.x;
@@ -191,8 +201,7 @@ void draw_row(const TimelinePlace& place, const TimelineRow& row, int number,
   list.PopClipRect();
   list.PushClipRect({place.left - px(6), top}, {right, bottom}, true);
   if (row.keys) draw_course(place, row, top);
-  draw_keys(place, key_times(*directing.performance, row), chosen_times(*directing.selected, row.channel),
-            0.5f * (top + bottom));
+  draw_keys(place, row.times, row.chosen, 0.5f * (top + bottom));
   list.PopClipRect();
   note_place(row.keys ? "row " + row.channel : "row all keys", {place.left, top}, {right, bottom});
 }
@@ -209,18 +218,27 @@ void draw_playhead(const TimelinePlace& place, double playhead_s) {
 
 }  // namespace
 
-std::vector<double> key_times(const Performance& performance, const TimelineRow& row) {
-  std::vector<double> times;
-  if (row.keys) {
-    for (const Key& key : *row.keys) times.push_back(key.time_s);
-    return times;
+void find_rows(const DirectingView& directing, TimelineSight& sight) {
+  if (sight.rows_of != directing.performance) {
+    sight.rows = rows_of(*directing.performance);
+    sight.rows_of = directing.performance;
+    sight.seen.reset();
   }
-  for (const auto& [channel, keys] : performance.channels)
-    for (const Key& key : keys) times.push_back(key.time_s);
-  std::ranges::sort(times);
-  const auto twice = std::ranges::unique(times, [](double a, double b) { return b - a <= kSameTime_s; });
-  times.erase(twice.begin(), twice.end());
-  return times;
+  if (sight.seen == directing.selected) return;
+  sight.seen = directing.selected;
+  std::map<std::string_view, TimelineRow*> by_channel;
+  for (TimelineRow& row : sight.rows) {
+    row.chosen.clear();
+    by_channel[row.channel] = &row;
+  }
+  for (const KeyPlace& place : *directing.selected)
+    if (const auto row = by_channel.find(place.channel); row != by_channel.end())
+      row->second->chosen.push_back(place.time_s);
+  TimelineRow& all = sight.rows.front();
+  for (TimelineRow& row : sight.rows) {
+    std::ranges::sort(row.chosen);
+    if (&row != &all) all.chosen = merged(all.chosen, row.chosen);
+  }
 }
 
 float timeline_height(const Snapshot& snapshot, float area) {
@@ -239,7 +257,8 @@ void draw_timeline(const Snapshot& snapshot, Views& views, ImVec2 size, Requests
   ImGui::PushStyleVar(ImGuiStyleVar_FramePadding, ImVec2(px(8), px(3)));
   draw_transport(snapshot, requests);
   ImGui::PopStyleVar();
-  const std::vector<TimelineRow> rows = rows_of(*directing.performance);
+  find_rows(directing, sight);
+  const std::vector<TimelineRow>& rows = sight.rows;
   TimelinePlace place;
   place.at = ImGui::GetCursorScreenPos();
   place.size = ImGui::GetContentRegionAvail();
@@ -257,15 +276,15 @@ void draw_timeline(const Snapshot& snapshot, Views& views, ImVec2 size, Requests
     note_place("ruler", {place.left, place.at.y}, {place.at.x + place.size.x, place.at.y + px(kRuler)});
     ImDrawList& list = *ImGui::GetWindowDrawList();
     draw_ruler(place, directing);
-    draw_row(place, rows.front(), 0, directing);
+    draw_row(place, rows.front(), 0);
     const float rows_top = place.row_top(0) + px(kRow), bottom = place.at.y + place.size.y;
     list.PushClipRect({place.at.x, rows_top}, {place.at.x + place.size.x, bottom}, true);
     for (int r = 1; r < int(rows.size()); ++r)
       if (place.row_top(r) < bottom && place.row_top(r) + px(kRow) > rows_top)
-        draw_row(place, rows[std::size_t(r)], r, directing);
+        draw_row(place, rows[std::size_t(r)], r);
     list.PopClipRect();
     draw_playhead(place, directing.playhead_s);
-    use_timeline_mouse(place, rows, directing, sight, requests);
+    use_timeline_mouse(place, directing, sight, requests);
   }
   ImGui::EndDisabled();
   ImGui::EndChild();

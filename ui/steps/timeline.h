@@ -1,8 +1,7 @@
 // Where the timeline lies and what its rows are; shared by its drawing and its mouse.
 #pragma once
 
-#include <string>
-#include <vector>
+#include <algorithm>
 
 #include "ui/snapshot.h"
 #include "ui/theme.h"
@@ -30,16 +29,12 @@ struct TimelinePlace {
   }
 };
 
-struct TimelineRow {
-  std::string channel;  // empty: all of them
-  const std::vector<Key>* keys = nullptr;
-};
-
-// Where the row has keys, ascending, each time once.
-std::vector<double> key_times(const Performance& performance, const TimelineRow& row);
+// Puts a performance's rows and what is chosen of them into the sight, where they are not there yet: a long
+// take has 100,000 keys, too many to be gone through for every picture of the window.
+void find_rows(const DirectingView& directing, TimelineSight& sight);
 
 // The mouse over the item drawn last, which covers the ruler and the rows: scrubs, chooses, drags, zooms.
-void use_timeline_mouse(const TimelinePlace& place, const std::vector<TimelineRow>& rows,
-                        const DirectingView& directing, TimelineSight& sight, Requests& requests);
+void use_timeline_mouse(const TimelinePlace& place, const DirectingView& directing, TimelineSight& sight,
+                        Requests& requests);
 
 }  // namespace likeness::ui

@@ -24,7 +24,7 @@ std::vector<KeyPlace> keys_under(const TimelinePlace& place, const std::vector<T
   for (int r = 0; r < int(rows.size()); ++r) {
     const float top = place.row_top(r);
     if (mouse.y < top || mouse.y >= top + px(kRow)) continue;
-    const std::vector<double> times = key_times(performance, rows[std::size_t(r)]);
+    const std::vector<double>& times = rows[std::size_t(r)].times;
     const auto nearest =
         std::ranges::min_element(times, {}, [&](double t) { return std::abs(place.x_of(t) - mouse.x); });
     if (nearest == times.end() || std::abs(place.x_of(*nearest) - mouse.x) > px(kReach)) return {};
@@ -198,8 +198,9 @@ void draw_key_menu(const DirectingView& directing, Requests& requests) {
 
 }  // namespace
 
-void use_timeline_mouse(const TimelinePlace& place, const std::vector<TimelineRow>& rows,
-                        const DirectingView& directing, TimelineSight& sight, Requests& requests) {
+void use_timeline_mouse(const TimelinePlace& place, const DirectingView& directing, TimelineSight& sight,
+                        Requests& requests) {
+  const std::vector<TimelineRow>& rows = sight.rows;
   const ImVec2 mouse = ImGui::GetIO().MousePos;
   const bool activated = ImGui::IsItemActivated() && ImGui::IsMouseClicked(ImGuiMouseButton_Left);
   const bool let_go = ImGui::IsItemDeactivated(), hovered = ImGui::IsItemHovered();

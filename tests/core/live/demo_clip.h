@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "core/head/builtin_head.h"
-#include "core/live/frame_source.h"
+#include "core/video/frame_source.h"
 #include "core/synth/demo_capture.h"
 #include "core/track/drive.h"
 #include "core/video/decode.h"

@@ -161,11 +161,5 @@ TEST(ClipSource, WhoeverIsLateLosesThePicturesInBetween) {
   EXPECT_TRUE(none.ok() && !*none);
 }
 
-TEST(Webcam, OneThatIsNotThereIsRefusedWithARemedy) {
-  const auto camera = open_webcam(63);
-  ASSERT_FALSE(camera.ok());
-  EXPECT_FALSE(camera.error().fix.empty());
-}
-
 }  // namespace
 }  // namespace likeness::test

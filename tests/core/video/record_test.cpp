@@ -8,6 +8,7 @@
 #include <fstream>
 
 #include "core/video/decode.h"
+#include "core/video/webcam.h"
 #include "tests/core/video/video_test_clip.h"
 
 namespace likeness {
@@ -16,15 +17,16 @@ namespace {
 class Record : public InFolder {};
 
 // Gives a picture at each of the times; the grey quadrant tells which one.
-class Playback : public PictureSource {
+class Playback : public FrameSource {
  public:
   explicit Playback(std::vector<double> times, int width = 64) : times_(std::move(times)), width_(width) {}
-  Result<std::optional<LivePicture>> next() override {
-    if (at_ >= times_.size()) return std::optional<LivePicture>();
-    LivePicture picture{times_[at_], quadrant_frame(at_ + 1 == odd_ ? 32 : width_, 48, int(at_))};
+  Result<std::optional<CapturedFrame>> next(std::stop_token) override {
+    if (at_ >= times_.size()) return std::optional<CapturedFrame>();
+    CapturedFrame picture{quadrant_frame(at_ + 1 == odd_ ? 32 : width_, 48, int(at_)), times_[at_], {}};
     ++at_;
-    return std::optional<LivePicture>(std::move(picture));
+    return std::optional(std::move(picture));
   }
+  std::string name() const override { return "playback"; }
   void change_size_at(std::size_t picture) { odd_ = picture + 1; }
 
  private:
@@ -72,7 +74,7 @@ TEST_F(Record, AStopKeepsWhatWasRecordedAndTheTimeIsLimited) {
   Playback camera(times);
   const auto stopped = record_clip(
       camera, folder_ / "a.mp4", {.frames_per_second = 10},
-      [&](const LivePicture&) {
+      [&](const CapturedFrame&) {
         if (++seen == 12) stop.request_stop();
       },
       stop.get_token());
@@ -115,9 +117,10 @@ TEST_F(Record, ASilentCameraLeavesNoFile) {
 }
 
 TEST_F(Record, AWebcamThatIsNotThereIsSaidToBe) {
-  const auto none = open_webcam("/dev/video_that_is_not");
+  const auto none = open_webcam("/dev/video_that_is_not", kToRecord);
   ASSERT_FALSE(none.ok());
   EXPECT_EQ(none.error().code, ErrorCode::not_found);
+  EXPECT_FALSE(none.error().fix.empty());
   for (const Webcam& webcam : list_webcams()) EXPECT_TRUE(webcam.device.starts_with("/dev/video"));
 }
 

@@ -1,5 +1,5 @@
 // A file as if it were filmed now: see frame_source.h.
-#include "core/live/frame_source.h"
+#include "core/video/frame_source.h"
 
 #include <condition_variable>
 #include <mutex>

@@ -1,4 +1,4 @@
-// Where the pictures of a live performance come from.
+// Pictures as they happen: what is recorded, or drives an avatar live.
 #pragma once
 
 #include <chrono>
@@ -15,7 +15,7 @@ namespace likeness {
 
 struct CapturedFrame {
   Image8 rgb;         // 3 channels
-  double time_s = 0;  // since the first
+  double time_s = 0;  // since the first; never falls
   std::chrono::steady_clock::time_point captured;
 };
 
@@ -31,7 +31,5 @@ class FrameSource {
 
 // A file at its own pace, as if it were filmed now.
 Result<std::unique_ptr<FrameSource>> open_clip_source(const std::filesystem::path& video);
-// The webcam of this number, from 0.
-Result<std::unique_ptr<FrameSource>> open_webcam(int number);
 
 }  // namespace likeness

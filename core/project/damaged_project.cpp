@@ -1,0 +1,105 @@
+// See damaged_project.h.
+#include "core/project/damaged_project.h"
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <fstream>
+#include <string>
+#include <string_view>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "core/base/files.h"
+
+namespace likeness {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+
+namespace {
+
+// The text behind "NAME": in a file that need not be whole; empty where there is none.
+std::string string_named(std::string_view text, std::string_view name) {
+  const auto skip_space = [&](std::size_t at) {
+    while (at < text.size() && std::isspace(static_cast<unsigned char>(text[at]))) ++at;
+    return at;
+  };
+  const std::string quoted = fmt::format("\"{}\"", name);
+  const std::size_t found = text.find(quoted);
+  if (found == std::string_view::npos) return {};
+  std::size_t at = skip_space(found + quoted.size());
+  if (at >= text.size() || text[at] != ':') return {};
+  at = skip_space(at + 1);
+  if (at >= text.size() || text[at] != '"') return {};
+  std::size_t end = at + 1;
+  while (end < text.size() && text[end] != '"') end += text[end] == '\\' ? 2 : 1;
+  if (end >= text.size()) return {};
+  const json value = json::parse(text.substr(at, end + 1 - at), nullptr, false);
+  return value.is_string() ? value.get<std::string>() : std::string();
+}
+
+bool begins_with(const fs::path& file, std::string_view magic) {
+  std::array<char, 8> read{};
+  std::ifstream in(file, std::ios::binary);
+  return in.read(read.data(), read.size()) && std::string_view(read.data(), read.size()) == magic;
+}
+
+bool is_likeness_folder(const fs::path& folder, std::string_view text) {
+  // "me.likeness/" has no name of its own at its end.
+  const fs::path name = folder.has_filename() ? folder.filename() : folder.parent_path().filename();
+  return name.extension() == ".likeness" || string_named(text, "program") == "Likeness" ||
+         begins_with(folder / "avatar.bin", "LKNSAVTR") ||
+         begins_with(folder / "checkpoint.bin", "LKNSCKPT") || read_capture(folder / "capture.json").ok();
+}
+
+bool is_newer(const std::string& text) {
+  const json whole = json::parse(text, nullptr, false);
+  return whole.is_object() && whole.contains("version") && whole["version"].is_number_integer() &&
+         whole["version"].get<std::int64_t>() > kProjectVersion;
+}
+
+}  // namespace
+
+std::optional<DamagedProject> find_damaged_project(const fs::path& folder) {
+  const auto opened = open_project(folder);
+  if (opened || opened.error().code != ErrorCode::bad_input) return std::nullopt;
+  const auto text = read_text(folder / "project.json");
+  if (!text || !is_likeness_folder(folder, *text)) return std::nullopt;
+  DamagedProject damaged{.folder = folder, .error = opened.error(), .newer = is_newer(*text)};
+  ProjectOptions& options = damaged.options;
+  std::vector<fs::path> named{string_named(*text, "video")};
+  options.head_model = string_named(*text, "head_model");
+  options.landmark_model = string_named(*text, "landmark_model");
+  options.matting_network = string_named(*text, "matting_network");
+  if (const auto capture = read_capture(capture_path({.folder = folder}))) {
+    named.push_back(capture->video);
+    options.size = capture->size;
+    options.split = capture->split;
+  }
+  std::error_code ignored;
+  for (const fs::path& clip : named) {
+    if (clip.empty()) continue;
+    if (options.video.empty()) options.video = clip;
+    if (fs::exists(clip, ignored)) damaged.clips.push_back(clip);
+  }
+  if (!damaged.clips.empty()) options.video = damaged.clips.front();
+  return damaged;
+}
+
+Result<Project> repair_project(const fs::path& folder) {
+  const auto damaged = find_damaged_project(folder);
+  if (!damaged || damaged->newer) return open_project(folder);
+  Project project{.folder = folder, .options = damaged->options};
+  const auto lock = ProjectLock::acquire(project);
+  if (!lock) return lock.error();
+  std::error_code failure;
+  const fs::path file = folder / "project.json";
+  fs::copy_file(file, folder / "project.damaged.json", fs::copy_options::overwrite_existing, failure);
+  if (failure) return file_error(folder / "project.damaged.json", "write", failure.value());
+  if (const auto saved = save_project(project); !saved) return saved.error();
+  return project;
+}
+
+}  // namespace likeness

@@ -1,0 +1,273 @@
+// What the user asks for, handed to what carries it out: see studio.h.
+#include "ui/studio.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/base/files.h"
+#include "core/project/care.h"
+#include "ui/diagnostics.h"
+#include "ui/same_place.h"
+
+namespace likeness::ui {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+constexpr double kLeastBudget_s = 120;
+
+// A training that was finished early left its few seconds as the budget: too little for one that starts anew.
+void repair_budget(ProjectOptions& options) {
+  if (options.steps == 0 && options.budget_s < kLeastBudget_s) options.budget_s = ProjectOptions{}.budget_s;
+}
+
+}  // namespace
+
+Wish Studio::apply(const Requests& requests) {
+  if (requests.dismiss_error) error_.reset(), damaged_.reset();
+  if (requests.dismiss_message) message_.clear();
+  if (requests.open) open(*requests.open);
+  if (requests.forget_recent) std::erase(settings_.recent, *requests.forget_recent);
+  if (requests.show) {
+    shown_ = *requests.show;
+    follow_ = pipeline_.stage.has_value() && shown_ == Step::train;
+  }
+  if (requests.consent && contents_) {
+    // The folder's own file is written at once, and read back.
+    Project project = latest_project();
+    project.consent = *requests.consent;
+    if (const auto saved = save_project(project); !saved) fail(saved.error());
+    load(folder_);
+  }
+  if (requests.nobody_agreed && contents_) {
+    // A project that holds nothing but the question goes; the clip itself stays where it is.
+    const fs::path folder = folder_;
+    close_project();
+    std::error_code ignored;
+    bool only_the_question = true;
+    for (fs::directory_iterator it(folder, ignored), end; !ignored && it != end; it.increment(ignored))
+      only_the_question &= it->path().filename() == "project.json" || it->path().filename() == ".lock";
+    if (!ignored && only_the_question) {
+      std::erase_if(settings_.recent, [&](const fs::path& recent) { return same_place(recent, folder); });
+      for (const char* name : {"project.json", ".lock"}) fs::remove(folder / name, ignored);
+      fs::remove(folder, ignored);
+    }
+    message_ = "Without the person's agreement no avatar is made.";
+  }
+  if (requests.relink) relink(*requests.relink, false);
+  if (requests.delete_person) delete_person(*requests.delete_person);
+  if (requests.left_out && contents_ && contents_->capture) {
+    if (const auto fine = check_left_out(*contents_->capture, *requests.left_out); !fine) {
+      fail(fine.error());
+    } else {
+      edit_options([&](ProjectOptions& o) {
+        o.left_out = *requests.left_out;
+        repair_budget(o);
+      });
+    }
+  }
+  if (requests.check_frame) show_frame(&Studio::check_picture_, *requests.check_frame, false);
+  if (requests.face_frame) show_frame(&Studio::face_picture_, *requests.face_frame, true);
+  if (requests.compare_frame) {
+    show_frame(&Studio::compare_picture_, *requests.compare_frame, false);
+    request_picture();
+  }
+  apply(requests.direct);
+  if (requests.gains) drive_.set_gains(*requests.gains);
+  if (requests.drive_video) start_driving([file = *requests.drive_video] { return open_clip_source(file); });
+  if (requests.open_performance) open_performance(*requests.open_performance);
+  if (requests.save_performance) {
+    save_performance_as(*requests.save_performance);
+  }
+  if (requests.view_px && *requests.view_px != view_px_) {
+    view_px_ = *requests.view_px;
+    request_picture();
+  }
+  if (requests.export_choice) export_choice_ = *requests.export_choice;
+  if (requests.stop_export) exports_.stop(*requests.stop_export);
+  if (requests.retry_export) {
+    if (is_enabled(Command::export_still, snapshot().situation)) {
+      exports_.retry(*requests.retry_export);
+    } else {
+      fail({ErrorCode::failed, "Nothing is exported while the avatar is being made.",
+            "Pause or stop that first, or wait for its end.", ""});
+    }
+  }
+  if (requests.forget_export) exports_.forget(*requests.forget_export);
+  if (requests.budget_s)
+    edit_options([&](ProjectOptions& o) { o.budget_s = *requests.budget_s, o.steps = 0; });
+  if (requests.picture_size)
+    edit_options([&](ProjectOptions& o) {
+      o.size = *requests.picture_size;
+      repair_budget(o);
+    });
+  Wish wish = Wish::none;
+  for (const Command command : requests.commands) {
+    if (!is_enabled(command, snapshot().situation)) continue;
+    if (const Wish w = carry_out(command); w != Wish::none) wish = w;
+  }
+  return wish;
+}
+
+Wish Studio::carry_out(Command command) {
+  const auto show = [&](int by) {
+    shown_ = kSteps[std::size_t(std::clamp(int(shown_) + by, 0, int(kSteps.size()) - 1))];
+    follow_ = false;
+  };
+  const auto rescale = [&](int by) {
+    settings_.scale_percent = std::clamp(settings_.scale_percent + by, kLeastScale, kMostScale);
+  };
+  switch (command) {
+    case Command::open_clip:
+      return Wish::pick_clip;
+    case Command::open_project:
+      return Wish::pick_project;
+    case Command::quit:
+      return Wish::quit;
+    case Command::film_guide:
+      return Wish::film_guide;
+    case Command::shortcuts:
+      return Wish::shortcuts;
+    case Command::licences:
+      return Wish::licences;
+    case Command::find_clip:
+      return Wish::find_clip;
+    case Command::delete_person:
+      return Wish::delete_person;
+    case Command::try_demo:
+      start_demo();
+      break;
+    case Command::repair_project:
+      repair();
+      break;
+    case Command::close_project:
+      close_project();
+      break;
+    case Command::make_avatar:
+      follow_ = true;
+      start_pipeline(contents_->project.options);
+      break;
+    case Command::check_clip:
+      start_check();
+      break;
+    case Command::pause:
+      if (demo_) demo_->pause();
+      if (pipeline_job_) pipeline_job_->pause();
+      break;
+    case Command::go_on:
+      if (demo_) demo_->go_on();
+      if (pipeline_job_) pipeline_job_->go_on();
+      break;
+    case Command::stop_work:
+      finish_at_s_.reset();
+      if (demo_) demo_->stop();
+      if (pipeline_job_) pipeline_job_->stop();
+      break;
+    case Command::finish_now:
+      finish_at_s_ = pipeline_.training.back().seconds;
+      pipeline_job_->stop();
+      break;
+    case Command::train_longer: {
+      ProjectOptions longer = contents_->project.options;
+      const double spent = contents_->avatar ? contents_->avatar->avatar.train_seconds : longer.budget_s;
+      longer.budget_s = std::max(1.0, std::round(spent)) + options_.longer_s;
+      longer.steps = 0;
+      follow_ = true;
+      shown_ = Step::train;
+      start_pipeline(longer);
+      break;
+    }
+    case Command::undo:
+    case Command::redo:
+    case Command::reset_face:
+    case Command::reset_head:
+    case Command::reset_view:
+    case Command::copy_keys:
+    case Command::paste_keys:
+    case Command::delete_keys:
+    case Command::choose_all_keys:
+    case Command::choose_keys_here:
+    case Command::copy_pose:
+    case Command::paste_pose:
+    case Command::open_performance:
+    case Command::save_performance:
+    case Command::play:
+    case Command::repeat:
+    case Command::record_keys:
+    case Command::add_keys:
+    case Command::keys_earlier:
+    case Command::keys_later:
+    case Command::next_easing:
+    case Command::previous_picture:
+    case Command::next_picture:
+    case Command::previous_key:
+    case Command::next_key:
+    case Command::go_to_start:
+    case Command::go_to_end:
+    case Command::random_walk:
+    case Command::camera_orbit:
+    case Command::camera_dolly:
+    case Command::drive_video:
+    case Command::drive_webcam:
+    case Command::rest_face:
+    case Command::record_drive:
+    case Command::stop_driving:
+      return direct(command);
+    case Command::compare:
+      comparing_ = !comparing_;
+      if (comparing_ && compare_picture_.frame < 0 && contents_)
+        if (const auto frames = shown_frames(*contents_, false); !frames.empty())
+          show_frame(&Studio::compare_picture_, frames[frames.size() / 2], false);
+      request_picture();
+      break;
+    case Command::previous_step:
+      show(-1);
+      break;
+    case Command::next_step:
+      show(1);
+      break;
+    case Command::export_still:
+      start_export(ExportKind::still);
+      break;
+    case Command::export_orbit:
+      start_export(ExportKind::orbit);
+      break;
+    case Command::export_performance:
+      start_export(ExportKind::performance);
+      break;
+    case Command::export_driven:
+      start_export(ExportKind::driven);
+      break;
+    case Command::export_mesh:
+      start_export(ExportKind::mesh);
+      break;
+    case Command::stop_export:
+      exports_.stop_all();
+      break;
+    case Command::toggle_theme:
+      settings_.dark = !settings_.dark;
+      break;
+    case Command::larger:
+      rescale(kScaleStep);
+      break;
+    case Command::smaller:
+      rescale(-kScaleStep);
+      break;
+    case Command::save_diagnostics:
+      save_diagnostics();
+      break;
+  }
+  return Wish::none;
+}
+
+void Studio::save_diagnostics() {
+  const fs::path out = (folder_.empty() ? options_.projects : folder_) / "diagnostics.txt";
+  if (const auto written = write_text(out, diagnostics_text(error_, contents_.get())); !written) {
+    fail(written.error());
+  } else {
+    message_ = "Written: " + out.string() + ". It holds no picture.";
+  }
+}
+
+}  // namespace likeness::ui

@@ -1,0 +1,95 @@
+// What the studio sets to work - stages, demo, check, exports - each in threads of its own: see studio.h.
+#include "ui/studio.h"
+
+#include <fmt/format.h>
+
+#include <utility>
+
+namespace likeness::ui {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+// A name in exports/ that no file has and no waiting export takes.
+fs::path export_path(const fs::path& folder, const ExportChoice& choice, const ExportQueue& queue) {
+  for (int number = 1;; ++number) {
+    const fs::path path = folder / "exports" / export_file_name(choice, number);
+    std::error_code ignored;
+    if (!fs::exists(path, ignored) && !queue.holds(path)) return path;
+  }
+}
+
+}  // namespace
+
+void Studio::start_pipeline(ProjectOptions options) {
+  if (!contents_) return;
+  edit_options([&](ProjectOptions& o) { o = options; });
+  Project project = latest_project();
+  project.options = options;
+  pipeline_ = {};
+  seen_pipeline_ = JobState::none;
+  seen_states_ = {};
+  for (const Stage stage : kStages) seen_states_[std::size_t(stage)] = project.record(stage).state;
+  retire(std::move(pipeline_job_));
+  pipeline_job_ = std::make_unique<PipelineJob>(project, options_.previews, wake_);
+  pipeline_ = pipeline_job_->status();
+}
+
+void Studio::start_demo() {
+  close_project();
+  const fs::path clip = options_.projects / "demo" / "demo.mp4";
+  demo_ = std::make_unique<Job>(
+      [clip, demo = options_.demo](const Progress& progress, std::stop_token stop) -> Result<std::string> {
+        std::error_code ignored;
+        if (fs::exists(clip, ignored)) return clip.string();
+        if (const auto made =
+                write_demo_capture(clip.parent_path(), demo, progress.stage(0, 1, "demo"), stop);
+            !made)
+          return made.error();
+        return clip.string();
+      },
+      wake_);
+}
+
+void Studio::drop_check() {
+  checked_.reset();
+  verdict_.reset();
+  retire(std::move(check_));
+}
+
+void Studio::start_check() {
+  drop_check();
+  checked_ = std::make_shared<CaptureVerdict>();
+  check_ = std::make_unique<Job>(
+      [options = contents_->project.options, into = checked_](const Progress& progress,
+                                                              std::stop_token stop) -> Result<std::string> {
+        const auto measures =
+            measure_clip(options.video, options.landmark_model, progress.stage(0, 1, "check"), stop);
+        if (!measures) return measures.error();
+        *into = judge_capture(*measures);
+        return std::string(verdict_words(into->verdict));
+      },
+      wake_);
+}
+
+void Studio::start_export(ExportKind kind) {
+  if (!contents_ || !contents_->avatar) return;
+  export_choice_.kind = kind;
+  const ProjectAvatar& avatar = *contents_->avatar;
+  const double time_s = directing_.playhead_s();
+  const ViewPoint view = direct_moment(avatar.directed, *directing_.performance(), time_s).view;
+  const ExportChoice choice = settled(export_choice_, view, avatar.avatar);
+  ExportOrder order{choice, contents_, directing_.performance(), time_s,
+                    export_path(folder_, choice, exports_)};
+  if (const auto fine = check_order(order); !fine) {
+    fail(fine.error());
+    return;
+  }
+  const fs::path out = order.out;
+  exports_.add(out, [order = std::move(order)](const Progress& progress, std::stop_token stop) {
+    return write_order(order, progress.stage(0, 1, "export"), stop);
+  });
+}
+
+}  // namespace likeness::ui
