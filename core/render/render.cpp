@@ -305,9 +305,11 @@ BandCount render_tiles(const Scene& scene, const Intrinsics& k, Image& rgba) {
 RenderOptions render_options(RenderQuality quality) {
   RenderOptions options;
   options.precision = FieldPrecision::bf16;
-  options.reduce = quality == RenderQuality::final ? 2 : 3;
-  options.edge_contrast = quality == RenderQuality::final ? 0.1f : 0.4f;
-  if (quality == RenderQuality::preview) options.block = 3;
+  options.strata = 8;
+  const bool final = quality == RenderQuality::final;
+  options.max_samples = final ? 20 : 16;
+  options.reduce = final ? 2 : 3, options.block = final ? 2 : 3;
+  options.edge_contrast = final ? 0.1f : 0.4f;
   return options;
 }
 

@@ -104,11 +104,11 @@ std::vector<RenderSetting> render_settings() {
                                       edge_contrast > 1 ? ", edges too" : ""),
                           options});
     };
-    for (const int samples : {16, 12, 10, 8, 6}) add(samples, 8, 2);
-    if (reduce > 1) add(12, 8, 2, 2);
+    for (const int samples : {32, 24, 20, 16, 12, 8}) add(samples, 8, 2);
+    if (reduce > 1) add(20, 8, 2, 2);
     if (reduce == 3) continue;
-    for (const int samples : {32, 16, 8}) add(samples, 0, 1);
-    add(8, 8, 1), add(8, 16, 2), add(8, 16, 4);
+    for (const int samples : {32, 16}) add(samples, 0, 1);
+    add(16, 8, 1), add(16, 16, 2), add(16, 16, 4);
   }
   return settings;
 }

@@ -8,6 +8,7 @@
 #include <cmath>
 
 #include "core/field/evaluate.h"
+#include "core/field/train_fields.h"
 #include "core/field/field_reference.h"
 #include "tests/core/device/emulated_device.h"
 #include "tests/core/field/random_field.h"
@@ -143,8 +144,7 @@ TEST_P(DeviceFieldTest, AStepOfAdamMovesWhatTheProcessorMoves) {
   FieldGradients gradients = make_gradients(field, kViews);
   const auto tape = make_tape();
   FieldOutputs out;
-  forward_field(field, batch.inputs(), out, *tape);
-  backward_field(field, batch.inputs(), batch.output_gradients(), *tape, gradients);
+  train_field(field, batch.inputs(), out, batch.output_gradients(), *tape, gradients);
   fill(*on, batch);
   EXPECT_TRUE(
       device_->copy_in(on->gradients(), gradients.parameters.data(), 4 * gradients.parameters.size()).ok());
