@@ -1,5 +1,5 @@
-// What one core does in dot products of bf16 pairs, for processors that have them (x86 with AVX512-BF16). No
-// kernel uses them yet: the field computes in single precision.
+// What one core does in dot products of bf16 pairs, for processors that have them (x86 with AVX512-BF16).
+// Pictures use them; training and the timed passes are in single precision.
 #pragma once
 
 #include <optional>

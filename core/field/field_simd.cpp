@@ -281,7 +281,7 @@ HWY_INLINE void ask_for(const float* rows, std::size_t count) {
 
 // Reads a table in order, which is faster than letting its lines come as they are hit, if most are.
 void warm(const float* table, std::size_t count, std::size_t samples) {
-  constexpr std::size_t kHits = 4;  // samples a line at least
+  constexpr std::size_t kHits = 1;  // samples a line at least
   if (samples < kHits * count / kTableLine) return;
   for (std::size_t i = 0; i < count; i += kTableLine) __builtin_prefetch(table + i);
 }

@@ -52,7 +52,8 @@ void ReadLevels(const TableCase& c, std::size_t chunk, float* rows) {
   }
 }
 
-void update_marking(float* table, std::uint8_t* touched, const CellTile& cells, const float* rows) {
+template <bool kMark>
+void update_in_order(float* table, std::uint8_t* touched, const CellTile& cells, const float* rows) {
   const hn::FixedTag<float, 2> half;
   for (std::size_t s = 0; s < kTile; ++s) {
     alignas(8) const float pair[2] = {rows[s], rows[kTile + s]};
@@ -60,29 +61,32 @@ void update_marking(float* table, std::uint8_t* touched, const CellTile& cells, 
 #pragma GCC unroll 8
     for (int c = 0; c < 8; ++c) {
       const std::uint32_t at = cells.entry[c][s];
-      touched[at / kTableLine] = 1;
+      if (kMark) touched[at / kTableLine] = 1;
       hn::StoreU(hn::MulAdd(hn::Set(half, cells.weight[c][s]), gradient, hn::LoadU(half, table + at)), half,
                  table + at);
     }
   }
 }
 
-void UpdateLevel(const TableCase& c, int index, Mark mark, const float* rows, float* gradients,
+void UpdateLevel(const TableCase& c, int index, Update how, const float* rows, float* gradients,
                  std::uint8_t* touched) {
   const GridLevel& level = c.layout.position[std::size_t(index)];
+  const std::size_t stride = c.layout.position.size() * 2 * kTile;
   float* table = gradients + level.offset;
   touched += level.offset / kTableLine;
   alignas(64) CellTile cells;
-  for (std::size_t n = 0; n < c.count; n += kTile, rows += 2 * kTile) {
+  rows += std::size_t(index) * 2 * kTile;
+  for (std::size_t n = 0; n < c.count; n += kTile, rows += stride) {
     const float* point[3] = {c.point[0] + n, c.point[1] + n, c.point[2] + n};
     cells_of<3>(level, 2, point, cells);
-    if (mark == Mark::every_update) {
-      update_marking(table, touched, cells, rows);
-    } else {
+    if (how == Update::marking) update_in_order<true>(table, touched, cells, rows);
+    if (how == Update::in_order) update_in_order<false>(table, touched, cells, rows);
+    if (how == Update::ahead)
+      for (std::size_t i = 0; i < 2 * kTile; i += kTableLine) __builtin_prefetch(rows + 4 * stride + i);
+    if (how == Update::apart || how == Update::ahead)
       scatter_tile<8>(table, level.hashed, cells, 2, rows, kTile);
-    }
   }
-  if (mark == Mark::once) mark_lines(table, level.entries * 2, touched);
+  if (how != Update::marking) mark_lines(table, level.entries * 2, touched);
 }
 
 }  // namespace HWY_NAMESPACE
@@ -102,9 +106,9 @@ void read_level(const TableCase& c, int level, Read how, float* rows) {
 void read_levels(const TableCase& c, std::size_t chunk, float* rows) {
   HWY_DYNAMIC_DISPATCH(ReadLevels)(c, chunk, rows);
 }
-void update_level(const TableCase& c, int level, Mark mark, const float* rows, float* gradients,
+void update_level(const TableCase& c, int level, Update how, const float* rows, float* gradients,
                   std::uint8_t* touched) {
-  HWY_DYNAMIC_DISPATCH(UpdateLevel)(c, level, mark, rows, gradients, touched);
+  HWY_DYNAMIC_DISPATCH(UpdateLevel)(c, level, how, rows, gradients, touched);
 }
 
 }  // namespace likeness

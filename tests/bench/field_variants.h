@@ -25,9 +25,15 @@ void read_level(const TableCase& c, int level, Read how, float* rows);
 // Features of every level, all levels for `chunk` samples at a time; rows (tiles, rows a tile, 64).
 void read_levels(const TableCase& c, std::size_t chunk, float* rows);
 
-// Gradients of one level; `mark`: touched lines with every update, or once at the end.
-enum class Mark { every_update, once };
-void update_level(const TableCase& c, int level, Mark mark, const float* rows, float* gradients,
+// Gradients of one level from rows (tiles, rows a tile, 64), all levels' of a tile together. Touched lines
+// are marked once at the end, or with every update.
+enum class Update {
+  marking,   // sample by sample, marking
+  in_order,  // sample by sample
+  apart,     // samples of a ray apart, neighbours in x at once
+  ahead      // the same, a tile's rows asked for four tiles before
+};
+void update_level(const TableCase& c, int level, Update how, const float* rows, float* gradients,
                   std::uint8_t* touched);
 
 }  // namespace likeness

@@ -54,16 +54,23 @@ void read_in_chunks(benchmark::State& state) {
 }
 BENCHMARK(read_in_chunks)->Arg(16384)->Arg(65536);
 
-void update(benchmark::State& state, Mark mark) {
+// The largest levels in turn, so that rows come from memory as in a step.
+void update(benchmark::State& state, int first, int last, Update how) {
   Tables t;
   for (auto _ : state) {
-    update_level(t.table_case(), kHashedLevel, mark, t.rows, t.gradients.parameters.data(),
-                 t.gradients.touched.data());
+    for (int level = first; level <= last; ++level)
+      update_level(t.table_case(), level, how, t.rows, t.gradients.parameters.data(),
+                   t.gradients.touched.data());
   }
-  finish(state, kSamples);
+  state.SetItemsProcessed(std::int64_t(state.iterations()) * std::int64_t(kSamples) * (last - first + 1));
 }
-BENCHMARK_CAPTURE(update, marking_every_update, Mark::every_update);
-BENCHMARK_CAPTURE(update, marking_once, Mark::once);
+BENCHMARK_CAPTURE(update, hashed_marking, 8, 15, Update::marking);
+BENCHMARK_CAPTURE(update, hashed_in_order, 8, 15, Update::in_order);
+BENCHMARK_CAPTURE(update, hashed_apart, 8, 15, Update::apart);
+BENCHMARK_CAPTURE(update, hashed_ahead, 8, 15, Update::ahead);
+BENCHMARK_CAPTURE(update, dense_in_order, 0, kDenseLevel, Update::in_order);
+BENCHMARK_CAPTURE(update, dense_apart, 0, kDenseLevel, Update::apart);
+BENCHMARK_CAPTURE(update, dense_ahead, 0, kDenseLevel, Update::ahead);
 
 }  // namespace
 }  // namespace likeness

@@ -1,5 +1,6 @@
-// A step of training of the standard field, and a forward pass, by batch and threads. Items are samples; with
-// one thread, its own processor time counts.
+// A step of training of the standard field, and a forward pass, by batch and threads; and one step in blocks
+// of several sizes, the last a whole batch, whose forward pass ends before the first sample goes back. Items
+// are samples a second of processor time.
 #include <benchmark/benchmark.h>
 
 #include "core/base/parallel.h"
@@ -50,9 +51,28 @@ void train(benchmark::State& state) {
   finish(state);
 }
 
-#define LIKENESS_SIZES ->ArgsProduct({{512, 4096, 32768, 131072}, {1, 2}})->Unit(benchmark::kMillisecond)
+// Arguments: samples, threads, samples of a block.
+void train_in_blocks(benchmark::State& state) {
+  Step step(state);
+  std::vector<std::size_t> ends;
+  for (std::size_t end = std::size_t(state.range(2)); end <= step.batch.x.size();
+       end += std::size_t(state.range(2)))
+    ends.push_back(end);
+  const FieldStep pass{step.field, step.batch.inputs(), ends, step.out, step.batch.gradients(),
+                       *step.tape, step.gradients};
+  const auto train = [&] {
+    train_fields({&pass, 1}, nullptr);
+    adam_step(step.field, step.gradients, step.adam, step.options);
+  };
+  train();
+  for (auto _ : state) train();
+  finish(state);
+}
+
+#define LIKENESS_SIZES ->ArgsProduct({{32768, 131072}, {1, 2}})->Unit(benchmark::kMillisecond)
 BENCHMARK(evaluate) LIKENESS_SIZES;
 BENCHMARK(train) LIKENESS_SIZES;
+BENCHMARK(train_in_blocks)->ArgsProduct({{131072}, {1}, {256, 4096, 131072}})->Unit(benchmark::kMillisecond);
 
 }  // namespace
 }  // namespace likeness

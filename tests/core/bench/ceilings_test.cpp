@@ -5,6 +5,8 @@
 
 #include <gtest/gtest.h>
 
+#include "core/bench/bf16_ceiling.h"
+
 namespace likeness {
 namespace {
 
@@ -22,6 +24,15 @@ TEST(Ceilings, EveryFigureOfThisMachineIsFiniteAndPositive) {
       EXPECT_TRUE(std::isfinite(t.read_modify_write_mps) && t.read_modify_write_mps > 0) << t.bytes;
     }
   }
+}
+
+// Two products a lane instead of one, twice as fast at most on any processor of today. A loop that the
+// compiler computes only once appears many times faster.
+TEST(Ceilings, DotProductsInBf16AreNotFasterThanTheirInstructions) {
+  const std::optional<double> bf16 = measure_bf16_gflops(2e-3);
+  if (!bf16) GTEST_SKIP() << "this processor has no AVX-512 BF16";
+  EXPECT_GT(*bf16, 0);
+  EXPECT_LT(*bf16, 16 * measure_ceilings(1, 2e-3).fma_gflops);
 }
 
 TEST(Ceilings, AccessTimeIsTheMeasuredOneAtMeasuredSizesAndRisesBetweenThem) {

@@ -8,8 +8,8 @@
 #include <cmath>
 
 #include "core/field/evaluate.h"
-#include "core/field/train_fields.h"
 #include "core/field/field_reference.h"
+#include "core/field/train_fields.h"
 #include "tests/core/device/emulated_device.h"
 #include "tests/core/field/random_field.h"
 #include "tests/core/field/relative_l2.h"
