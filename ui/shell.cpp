@@ -210,15 +210,15 @@ void draw_notices(const Snapshot& snapshot, Requests& requests) {
     if (snapshot.situation.repairable) {
       if (command_button(Command::repair_project, snapshot.situation, true))
         requests.ask(Command::repair_project);
-      ImGui::SameLine();
+      (void)same_line_if_fits(command_info(Command::delete_person).words.data());
     }
     if (snapshot.situation.damaged) {
       if (command_button(Command::delete_person, snapshot.situation)) requests.ask(Command::delete_person);
-      ImGui::SameLine();
+      (void)same_line_if_fits("Dismiss");
     }
     if (snapshot.situation.repairable ? plain_button("Dismiss") : primary_button("Dismiss"))
       requests.dismiss_error = true;
-    ImGui::SameLine();
+    (void)same_line_if_fits(command_info(Command::save_diagnostics).words.data());
     if (command_button(Command::save_diagnostics, snapshot.situation))
       requests.ask(Command::save_diagnostics);
   } else {

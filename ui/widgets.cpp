@@ -24,9 +24,16 @@ bool coloured_button(const char* words, bool enabled, float width, bool primary)
     ImGui::PushStyleColor(ImGuiCol_Text, p.on_accent);
     ImGui::PushFont(theme().fonts.strong);
   }
+  // Words too long for a button of a fixed width come nearer to its edge, and then in smaller letters.
+  const bool tight = width > 0 && ImGui::CalcTextSize(words).x + 2 * ImGui::GetStyle().FramePadding.x > width;
+  if (tight) ImGui::PushStyleVar(ImGuiStyleVar_FramePadding, ImVec2(px(4), ImGui::GetStyle().FramePadding.y));
+  const bool small = tight && ImGui::CalcTextSize(words).x + 2 * px(4) > width;
+  if (small) ImGui::PushFont(theme().fonts.small);
   ImGui::BeginDisabled(!enabled);
   const bool pressed = ImGui::Button(words, {width, 0});
   ImGui::EndDisabled();
+  if (small) ImGui::PopFont();
+  if (tight) ImGui::PopStyleVar();
   if (primary) {
     ImGui::PopFont();
     ImGui::PopStyleColor(4);

@@ -149,8 +149,8 @@ TEST_F(StudioState, ADeletedPersonIsGoneAndForgotten) {
 }
 
 TEST_F(StudioState, AProjectIsOpenedByItsFolderOrByWhatIsInIt) {
-  for (const fs::path path : {project_.folder(), project_.folder() / "", project_.folder() / "project.json",
-                              project_.folder() / "avatar.bin"}) {
+  for (const fs::path& path : {project_.folder(), project_.folder() / "", project_.folder() / "project.json",
+                               project_.folder() / "avatar.bin"}) {
     Requests requests;
     requests.open = path;
     ask(requests);

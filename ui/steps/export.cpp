@@ -288,15 +288,16 @@ void draw_export_step(const Snapshot& snapshot, Views& views, Requests& requests
   if (snapshot.situation.running && !snapshot.situation.paused)
     note("busy", Tone::plain, "The training is at work: pause or finish it before exporting.");
   // In a low window the whole step scrolls, so that the queue is never pressed to nothing.
-  const bool low = ImGui::GetContentRegionAvail().y < px(430);
+  const bool narrow = ImGui::GetContentRegionAvail().x < px(520);  // large letters: one card below the other
+  const bool low = narrow || ImGui::GetContentRegionAvail().y < px(430);
   if (low) ImGui::BeginChild("export step", ImGui::GetContentRegionAvail());
   const ImVec2 area = ImGui::GetContentRegionAvail();
   const float tall = low ? px(300) : std::max(px(200), std::min(px(350), 0.6f * area.y)), gap = px(16);
   ExportChoice asked = snapshot.export_choice;
-  begin_card("what", {0.42f * (area.x - gap), tall}, true);
+  begin_card("what", {narrow ? 0 : 0.42f * (area.x - gap), narrow ? px(220) : tall}, true);
   draw_kinds(snapshot, asked, requests);
   end_card();
-  ImGui::SameLine(0, gap);
+  if (!narrow) ImGui::SameLine(0, gap);
   begin_card("how", {0, tall}, true);
   draw_manner(snapshot, asked, requests);
   end_card();
