@@ -44,10 +44,10 @@ void step_tables(Field& field, FieldGradients& gradients, AdamState& state, cons
         ++state.line_steps[stop];
       }
       const std::size_t i = line * kTableLine;
-      adam_update(&field.parameters[i], &gradients.parameters[i], &state.first[i], &state.second[i],
-                  (stop - line) * kTableLine,
-                  {rates[age(line)], options.beta1, options.beta2, options.table_epsilon, 0,
-                   1 - options.table_decay * options.table_rate});
+      adam_update(
+          &field.parameters[i], &gradients.parameters[i], &state.first[i], &state.second[i],
+          (stop - line) * kTableLine,
+          {rates[age(line)], options.beta1, options.beta2, options.table_epsilon, 0, options.table_keep()});
       line = stop;
     }
   });

@@ -2,6 +2,7 @@
 // got a gradient move and each line counts its own steps.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <vector>
 
@@ -19,6 +20,9 @@ struct AdamOptions {
   // Decoupled decay (Loshchilov & Hutter 2019): each step of a line also takes table_decay * table_rate of
   // its values. Entries that only noise moves go back to nothing instead of astray.
   float table_decay = 0;
+
+  // What is left of a table's values after a step's decay: all or less, never less than nothing.
+  float table_keep() const { return std::max(0.0f, 1 - table_decay * table_rate); }
 };
 
 struct AdamState {

@@ -161,7 +161,8 @@ class DeviceLearner : public FieldLearner {
     host_numbers_.rays = std::uint32_t(rays);
     host_numbers_.loss_scale = 1 / (3 * float(rays));
     host_numbers_.table_rate = step.table_rate;
-    host_numbers_.table_keep = 1 - step.table_decay * step.table_rate;
+    host_numbers_.table_keep =
+        AdamOptions{.table_rate = step.table_rate, .table_decay = step.table_decay}.table_keep();
     for (std::size_t f = 0; f < 2; ++f) {
       if (!fields_[f]) continue;
       const auto own = std::uint32_t(samples.fields[f].count());

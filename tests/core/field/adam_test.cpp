@@ -50,6 +50,24 @@ TEST(Adam, FindsTheMinimumOfAQuadraticOverEveryParameter) {
   for (std::size_t i = 0; i < count; ++i) ASSERT_NEAR(field.parameters[i], target(i), 2e-3f) << i;
 }
 
+// A rate far too high takes all of a table's values, and does not turn their signs and blow them up.
+TEST(Adam, DecayTakesNoMoreThanThereIs) {
+  AdamOptions options;
+  options.table_rate = 1e4f, options.table_decay = 0.1f;
+  EXPECT_EQ(options.table_keep(), 0);
+  options.table_rate = 0.01f;
+  EXPECT_FLOAT_EQ(options.table_keep(), 0.999f);
+  Field field = trained_like_field(tiny_config(), 2);
+  FieldGradients gradients = make_gradients(field, 1);
+  AdamState state = make_adam_state(field);
+  options.table_rate = 1e4f;
+  for (int step = 0; step < 40; ++step) {
+    gradients.touched[0] = 1;
+    adam_step(field, gradients, state, options);
+  }
+  EXPECT_EQ(field.parameters[3], 0);  // without a gradient nothing else moves it
+}
+
 TEST(Adam, FollowsThePaperStepByStepInTablesAndNetworks) {
   Field field = trained_like_field(tiny_config(), 2);
   FieldGradients gradients = make_gradients(field, 1);
