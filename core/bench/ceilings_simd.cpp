@@ -80,6 +80,7 @@ double ReadModifyWriteBlock(float* table, std::size_t entries, std::size_t write
   std::size_t done = 0;
   for (; done < writes; done += kIndices) {
     indices.next(std::uint32_t(entries - 1));
+#pragma GCC unroll 4
     for (std::size_t i = 0; i < kIndices; ++i) {
       float* entry = table + 2 * std::size_t(indices.at[i]);
       hn::StoreU(hn::MulAdd(weight, gradient, hn::LoadU(d, entry)), d, entry);

@@ -307,9 +307,9 @@ RenderOptions render_options(RenderQuality quality) {
   options.precision = FieldPrecision::bf16;
   options.strata = 8;
   const bool final = quality == RenderQuality::final;
-  options.max_samples = final ? 20 : 16;
+  options.max_samples = final ? 20 : 14;
   options.reduce = final ? 2 : 3, options.block = final ? 2 : 3;
-  options.edge_contrast = final ? 0.1f : 0.4f;
+  options.edge_contrast = final ? 0.2f : 0.4f;
   return options;
 }
 

@@ -41,7 +41,7 @@ struct RenderOptions {
 // is and how near to the truth.
 enum class RenderQuality {
   final,   // a ray for 2 x 2 pixels where they hardly differ, else a ray a pixel; 20 samples
-  preview  // a ray for 3 x 3 pixels but at edges; 16 samples
+  preview  // a ray for 3 x 3 pixels but at edges; 14 samples
 };
 inline constexpr const char* kRenderQualities[] = {"final", "preview"};
 RenderOptions render_options(RenderQuality quality);
