@@ -42,7 +42,7 @@ struct FieldConfig {
   GridConfig ambient_grid{2, 8, 4, 14, 8, 64};  // its dimensions are those of w
   int slice_width = 32;                         // hidden units of H
   int slice_levels = 4;  // of the position grid, the coarsest, that H sees: all, where it has no more. Finer
-                         // ones let w jump from point to point, and an expression never seen ends in specks
+                         // ones let w jump from point to point, which expressions never seen pay for
   int density_width = 64, density_layers = 2;  // hidden layers: 1 or 2
   int geometry_features = 15;
   int colour_width = 64, colour_layers = 2;  // hidden layers: 1 or 2

@@ -24,6 +24,14 @@ Eigen::MatrixXd component_directions(const ConditionMap& map, Eigen::Index compo
   return (rows.transpose() * (rows * rows.transpose() + 1e-9 * one).ldlt().solve(one)).leftCols(components);
 }
 
+// As many samples as `final` takes, in single precision, whose derivatives by differences are smooth.
+RenderOptions picture_options() {
+  RenderOptions options = render_options(RenderQuality::final);
+  options.reduce = 1;
+  options.precision = FieldPrecision::exact;
+  return options;
+}
+
 struct Problem {
   const Avatar& avatar;
   const AvatarRig& rig;
@@ -37,7 +45,7 @@ struct Problem {
     const AvatarPose pose = changed_pose(tracked, avatar.condition, x);
     RenderState state = same_face ? *same_face : pose_avatar(rig, pose);
     state.world_from_head = pose.world_from_head;
-    const std::vector<float> rgba = render_pixels(avatar, camera, state, pixels);
+    const std::vector<float> rgba = render_pixels(avatar, camera, state, pixels, picture_options());
     const bool plate = target.plate && !target.plate->empty();
     Eigen::VectorXd r(Eigen::Index(3 * pixels.size()));
     for (std::size_t i = 0; i < pixels.size(); ++i)
