@@ -2,13 +2,10 @@
 #include "core/field/conditioned_field.h"
 
 #include "core/base/check.h"
-#include "core/base/parallel.h"
 #include "core/field/conditioned_parts.h"
 
 namespace likeness {
 namespace {
-
-constexpr std::size_t kRoundChunk = 1 << 16;
 
 // Appends the layers to `networks`, the first without its columns from `inputs` on, of which those of psi are
 // added to the biases, and makes the layers point there.
@@ -32,26 +29,7 @@ void fold(const std::vector<float>& parameters, int inputs, std::span<const floa
   }
 }
 
-std::shared_ptr<const RoundedTables> rounded_tables(const Field& field, std::size_t count) {
-  auto tables = std::make_shared<RoundedTables>();
-  tables->count = count;
-  tables->memory.reserve((count + 1) / 2);
-  parallel_ranges(count, kRoundChunk, [&](std::size_t begin, std::size_t end) {
-    round_table(field.parameters.data() + begin, end - begin, tables->values() + begin);
-  });
-  return tables;
-}
-
 }  // namespace
-
-bool has_bf16(const FieldConfig& config) {
-  const bool ambient = config.ambient && config.condition_count > 0;
-  return cpu_has_bf16() && grid_has_bf16(config.position) && (!ambient || grid_has_bf16(config.ambient_grid));
-}
-
-void round_tables(Field& field) {
-  if (has_bf16(field.config)) field.rounded = rounded_tables(field, make_layout(field.config).table_count);
-}
 
 ConditionedField::ConditionedField(const Field& field, std::span<const float> psi, FieldPrecision precision)
     : parts_(std::make_unique<ConditionedParts>()) {
@@ -72,11 +50,11 @@ ConditionedField::ConditionedField(const Field& field, std::span<const float> ps
        p.networks);
   p.layout.concat_count = 0;
   if (precision == FieldPrecision::exact || !has_bf16(field.config)) return;
-  p.rounded = field.rounded ? field.rounded : rounded_tables(field, p.layout.table_count);
-  LIKENESS_CHECK(p.rounded->count == p.layout.table_count, "%zu rounded entries for tables of %zu",
-                 p.rounded->count, p.layout.table_count);
-  p.bf16 = Bf16Parts{p.rounded->values(), pack_network(p.layout.density, p.networks.data()),
-                     pack_network(p.layout.colour, p.networks.data())};
+  p.rounded = tables_of(field, p.layout.table_count);
+  p.bf16 = Bf16Parts{p.rounded->values(),
+                     pack_network(p.layout.density, p.networks.data()),
+                     pack_network(p.layout.colour, p.networks.data()),
+                     {}};
 }
 
 ConditionedField::~ConditionedField() = default;

@@ -1,10 +1,7 @@
 // A field under one condition, ready for pictures: many small batches that share psi and have no latent code.
 //
 // What psi adds to the first layer it meets is the same for every sample, so it becomes a part of that
-// layer's biases. With `bf16`, tables and the density and colour networks are rounded to bfloat16 (8 bits of
-// significand) and summed in single precision; w and its network H stay in single precision, since ambient
-// levels turn a small error of w into a large one of a. That takes half the time and is about 3e-3 (relative
-// L2) off, where single precision is 1e-6.
+// layer's biases.
 #pragma once
 
 #include <cstdint>
@@ -14,18 +11,9 @@
 
 #include "core/field/evaluate.h"
 #include "core/field/field.h"
+#include "core/field/precision.h"
 
 namespace likeness {
-
-enum class FieldPrecision { exact, bf16 };
-
-// Whether this processor multiplies bfloat16 (AVX-512 BF16) and the field's grids have entries that are read
-// as a whole. Elsewhere `bf16` means `exact`.
-bool has_bf16(const FieldConfig& config);
-
-// Rounds the tables for all pictures to come. Whatever changes the parameters later must reset
-// `field.rounded`. Nothing where has_bf16 is false.
-void round_tables(Field& field);
 
 struct ConditionedParts;
 

@@ -1,22 +1,15 @@
 // What a ConditionedField holds. Internal to core/field.
 #pragma once
 
-#include <cstdint>
 #include <memory>
 #include <optional>
 #include <vector>
 
 #include "core/field/field_bf16.h"
-#include "core/field/field_kernels.h"
 #include "core/field/field_layout.h"
+#include "core/field/rounded_tables.h"
 
 namespace likeness {
-
-struct RoundedTables {
-  AlignedFloats memory;  // two values in each
-  std::size_t count = 0;
-  std::uint16_t* values() const { return reinterpret_cast<std::uint16_t*>(memory.data()); }
-};
 
 struct ConditionedParts {
   FieldConfig config;             // of the field that is left: no conditions, no latents

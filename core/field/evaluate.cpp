@@ -70,6 +70,19 @@ void evaluate(const Field& field, const FieldInputs& inputs, float* sigma, float
            encode_chunk(inputs.count), sigma, red, green, blue, geometry);
 }
 
+void evaluate_rounded(const Field& field, const FieldInputs& inputs, FieldOutputs& out) {
+  const FieldLayout layout = make_layout(field.config);
+  check_inputs(field, layout, inputs);
+  const float* parameters = field.parameters.data();
+  const std::shared_ptr<const RoundedTables> tables = tables_of(field, layout.table_count);
+  const Bf16Parts parts{tables->values(),
+                        pack_network(layout.density, parameters),
+                        pack_network(layout.colour, parameters),
+                        {}};
+  evaluate({field.config, layout, parameters, parameters, inputs, &parts}, encode_chunk(inputs.count),
+           out.sigma.data(), out.red.data(), out.green.data(), out.blue.data(), nullptr);
+}
+
 void evaluate(const KernelContext& context, std::size_t chunk, const GeometryFeatures& geometry,
               std::span<const std::uint32_t> chosen, FieldOutputs& out) {
   LIKENESS_CHECK(geometry.values.size() == context.inputs.count * geometry_stride(context.config),
@@ -97,8 +110,11 @@ void resize_outputs(FieldOutputs& out, std::size_t count) {
 
 }  // namespace
 
-void evaluate_field(const Field& field, const FieldInputs& inputs, FieldOutputs& out) {
+void evaluate_field(const Field& field, const FieldInputs& inputs, FieldOutputs& out,
+                    FieldPrecision precision) {
   resize_outputs(out, inputs.count);
+  if (precision == FieldPrecision::bf16 && has_bf16(field.config))
+    return evaluate_rounded(field, inputs, out);
   evaluate(field, inputs, out.sigma.data(), out.red.data(), out.green.data(), out.blue.data());
 }
 

@@ -8,13 +8,15 @@
 #include <vector>
 
 #include "core/field/field.h"
+#include "core/field/precision.h"
 
 namespace likeness {
 
 // Batches from 64k samples reach full speed. `out` is resized to
 // inputs.count. Positions outside [0, 1] are clamped to the cube. A null direction pointer means directions
-// are (0, 0, 1).
-void evaluate_field(const Field& field, const FieldInputs& inputs, FieldOutputs& out);
+// are (0, 0, 1). With bf16 tables are rounded anew unless the field's have been (round_tables).
+void evaluate_field(const Field& field, const FieldInputs& inputs, FieldOutputs& out,
+                    FieldPrecision precision = FieldPrecision::exact);
 // Density only: directions and latents are not read. For occupancy grids.
 void evaluate_density(const Field& field, const FieldInputs& inputs, std::vector<float>& sigma);
 

@@ -53,7 +53,7 @@ struct FieldConfig {
   bool operator==(const FieldConfig&) const = default;
 };
 
-struct RoundedTables;  // in bfloat16, see conditioned_field.h
+struct RoundedTables;  // in bfloat16, see precision.h
 
 struct Field {
   FieldConfig config;

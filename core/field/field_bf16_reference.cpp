@@ -60,4 +60,42 @@ void network_bf16_reference(const PackedNetwork& network, const float* in, std::
   std::copy(below.begin(), below.end(), out);
 }
 
+PlainGradients network_backward_bf16_reference(const PackedNetwork& network, const float* in,
+                                               const float* g) {
+  // What every layer saw, rounded.
+  std::vector<std::vector<float>> seen;
+  for (std::size_t l = 0; l < network.size(); ++l) {
+    const PackedNetwork below(network.begin(), network.begin() + std::ptrdiff_t(l));
+    std::vector<float> x(std::size_t(network[l].inputs) * kTile);
+    if (l == 0)
+      std::copy(in, in + x.size(), x.begin());
+    else
+      network_bf16_reference(below, in, std::size_t(network[l].inputs), x.data());
+    for (float& v : x) v = rounded(l == 0 ? v : std::max(v, 0.0f));
+    seen.push_back(std::move(x));
+  }
+  PlainGradients out;
+  out.weights.resize(network.size()), out.biases.resize(network.size());
+  std::vector<float> slopes(g, g + std::size_t(network.back().outputs) * kTile);
+  for (std::size_t l = network.size(); l-- > 0;) {
+    const std::size_t inputs = std::size_t(network[l].inputs), outputs = std::size_t(network[l].outputs);
+    const std::vector<float>& x = seen[l];
+    out.weights[l].assign(outputs * inputs, 0.0f), out.biases[l].assign(outputs, 0.0f);
+    std::vector<float> below(inputs * kTile, 0.0f);
+    for (std::size_t o = 0; o < outputs; ++o)
+      for (std::size_t s = 0; s < kTile; ++s) {
+        const float slope = slopes[o * kTile + s];
+        out.biases[l][o] += slope;
+        for (std::size_t i = 0; i < inputs; ++i) {
+          out.weights[l][o * inputs + i] += rounded(slope) * x[i * kTile + s];
+          if (l == 0 || x[i * kTile + s] > 0)
+            below[i * kTile + s] += rounded(slope) * weight_of(network[l], o, i);
+        }
+      }
+    slopes = std::move(below);
+  }
+  out.inputs = std::move(slopes);
+  return out;
+}
+
 }  // namespace likeness

@@ -1,5 +1,5 @@
-// The field's fast kernels (field_simd.cpp), each over a range of samples; evaluate.cpp shares ranges among
-// threads. Internal to core/field.
+// The field's fast kernels (field_simd.cpp, train_simd.cpp), each over a range of samples; evaluate.cpp
+// shares ranges among threads. Internal to core/field.
 //
 // Samples are worked on in tiles of kTile. An array "(tiles, rows, kTile)" holds, per tile, one row of kTile
 // samples per component, so that SIMD lanes are samples and memory is read in order. The last tile of a batch
@@ -22,6 +22,7 @@
 namespace likeness {
 
 inline constexpr std::size_t kTile = 64;
+inline constexpr std::size_t pair_count(std::size_t count) { return (count + 1) / 2; }
 inline constexpr std::size_t tiles_of(std::size_t count) { return (count + kTile - 1) / kTile; }
 
 // Floats on a 64-byte boundary, uninitialised; keeps its memory when asked for less, and grows by at least an
@@ -70,18 +71,27 @@ struct KernelContext {
   const float* tables;    // that the layout's levels
   const float* networks;  // and its layers point into
   const FieldInputs& inputs;
-  const Bf16Parts* bf16 = nullptr;  // used, where present, by forward_tiles and colour_tiles
+  const Bf16Parts* bf16 = nullptr;  // or null: all in single precision
 
   std::size_t density_inputs() const {
     return std::size_t(layout.position_features + layout.ambient_features + layout.concat_count);
   }
+  // What the colour network sees.
+  std::size_t colour_inputs() const {
+    return std::size_t(config.geometry_features + layout.direction_features + config.latent_count);
+  }
   // Rows that a training step keeps of a tile's forward pass until it goes back: what the slice network saw,
-  // what the hidden layers and the networks gave; about a kilobyte a sample.
+  // what the hidden layers and the networks gave; about a kilobyte a sample, or with bf16 two thirds of it.
   std::size_t kept_rows() const {
-    const int slice = layout.has_ambient() ? config.condition_count + config.slice_width : 0;
-    const int block = 1 + config.geometry_features + layout.direction_features + config.latent_count;
-    return std::size_t(slice + config.density_layers * config.density_width + block +
-                       config.colour_layers * config.colour_width + 3);
+    const std::size_t slice =
+        layout.has_ambient() ? std::size_t(config.condition_count + config.slice_width) : 0;
+    const auto hidden = [&](int layers, int width) {
+      return std::size_t(layers) * (bf16 ? pair_count(std::size_t(width)) : std::size_t(width));
+    };
+    const std::size_t inputs =
+        bf16 ? pair_count(density_inputs()) + pair_count(colour_inputs()) : colour_inputs();
+    return slice + inputs + 1 + hidden(config.density_layers, config.density_width) +
+           hidden(config.colour_layers, config.colour_width) + 3;
   }
   // Rows of gradients of codes that backward_tiles writes: latents, then conditions if wanted.
   std::size_t code_rows(bool want_conditions) const {

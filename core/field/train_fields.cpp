@@ -8,17 +8,21 @@
 #include <array>
 #include <memory>
 #include <numeric>
+#include <optional>
 
 #include "core/base/check.h"
 #include "core/base/parallel.h"
+#include "core/field/field_bf16.h"
 #include "core/field/field_kernels.h"
 #include "core/field/field_layout.h"
 #include "core/field/huge_pages.h"
+#include "core/field/rounded_tables.h"
 
 namespace likeness {
 
 struct FieldTape {
   AlignedFloats features, slice, codes, partials;  // see field_kernels.h; partials: one block a chunk
+  RoundedTables rounded;                           // the memory only: filled anew every step
 };
 
 namespace {
@@ -85,10 +89,21 @@ void reduce_codes(const FieldInputs& inputs, std::span<const SampleRun> runs, co
   flush();
 }
 
+// The field as it is now; empty in single precision.
+std::optional<Bf16Parts> round_parts(const FieldStep& step, const FieldLayout& layout) {
+  if (step.precision == FieldPrecision::exact || !has_bf16(step.field.config)) return std::nullopt;
+  const float* parameters = step.field.parameters.data();
+  round_tables(step.field, layout.table_count, step.tape.rounded);
+  return Bf16Parts{step.tape.rounded.values(), pack_network(layout.density, parameters),
+                   pack_network(layout.colour, parameters),
+                   pack_slopes(step.field.config, layout, parameters)};
+}
+
 // One field in a step.
 struct Part {
   const FieldStep& step;
   FieldLayout layout = make_layout(step.field.config);
+  std::optional<Bf16Parts> bf16;
   KernelContext context{step.field.config, layout, step.field.parameters.data(), step.field.parameters.data(),
                         step.inputs};
   PartialLayout partial = make_partial_layout(layout);
@@ -102,11 +117,13 @@ struct Part {
   Part& operator=(const Part&) = delete;
 };
 
-// Chunks start at whole tiles.
+// Chunks start at whole tiles. The first thing to be done with a part.
 void lay_out(Part& part) {
   const FieldStep& step = part.step;
   check_inputs(step.field, part.layout, step.inputs);
   check_gradients(step.field, part.layout, step.inputs, step.gradients);
+  part.bf16 = round_parts(step, part.layout);
+  part.context.bf16 = part.bf16 ? &*part.bf16 : nullptr;
   LIKENESS_CHECK(step.ends.empty() ? step.inputs.count == 0 : step.ends.back() == step.inputs.count,
                  "blocks of %zu samples, but %zu", step.ends.empty() ? 0 : step.ends.back(),
                  step.inputs.count);
@@ -298,13 +315,14 @@ void train_fields(std::span<const FieldStep> steps, const BlockLoss& loss) {
 }
 
 void train_field(const Field& field, const FieldInputs& inputs, FieldOutputs& out,
-                 const FieldOutputGradients& slopes, FieldTape& tape, FieldGradients& gradients) {
+                 const FieldOutputGradients& slopes, FieldTape& tape, FieldGradients& gradients,
+                 FieldPrecision precision) {
   std::vector<std::size_t> ends;
   for (std::size_t end = 0; end < inputs.count;) {
     end = std::min(inputs.count, end + kBlockSamples);
     ends.push_back(end);
   }
-  const FieldStep step{field, inputs, ends, out, slopes, tape, gradients};
+  const FieldStep step{field, inputs, ends, out, slopes, tape, gradients, precision};
   train_fields({&step, 1}, nullptr);
 }
 

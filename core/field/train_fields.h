@@ -1,10 +1,14 @@
 // The passes of training: forward, loss and backward. Parallel inside; the results do not depend on the
-// number of threads. Fast path with Highway (field_simd.cpp), whose reference is field_reference.h.
+// number of threads. Fast path with Highway (field_simd.cpp,
+// train_simd.cpp), whose reference is field_reference.h.
 //
 // What the networks computed on the way forward is needed on the way back, about a kilobyte a sample. So that
 // it stays in the cache, samples come in blocks, each a few rays that are whole in all fields: a block goes
 // forward, its loss is computed, and it goes back. Only features and their gradients cross the whole batch,
 // since hash tables want one level at a time for all samples.
+//
+// In bfloat16 (precision.h) the tables and weights are rounded anew at the start of every step, so that no
+// copy can be older than what it was made of.
 #pragma once
 
 #include <cstddef>
@@ -16,6 +20,7 @@
 
 #include "core/field/evaluate.h"
 #include "core/field/field.h"
+#include "core/field/precision.h"
 
 namespace likeness {
 
@@ -47,6 +52,7 @@ struct FieldStep {
   FieldOutputGradients slopes;  // of a block's samples, there once its loss is computed
   FieldTape& tape;
   FieldGradients& gradients;  // added to; made for this field and at least as many views as the inputs use
+  FieldPrecision precision = FieldPrecision::bf16;
 };
 
 // `loss`: called once for every block, on any thread, when the outputs of its samples are there, in all
@@ -57,6 +63,7 @@ void train_fields(std::span<const FieldStep> steps, const BlockLoss& loss);
 
 // A batch of one field whose slopes are known beforehand.
 void train_field(const Field& field, const FieldInputs& inputs, FieldOutputs& out,
-                 const FieldOutputGradients& slopes, FieldTape& tape, FieldGradients& gradients);
+                 const FieldOutputGradients& slopes, FieldTape& tape, FieldGradients& gradients,
+                 FieldPrecision precision = FieldPrecision::bf16);
 
 }  // namespace likeness

@@ -1,10 +1,15 @@
-// A step of training of the standard field, and a forward pass, by batch and threads; and one step in blocks
-// of several sizes, the last a whole batch, whose forward pass ends before the first sample goes back. Items
-// are samples a second of processor time.
+// A step of training of the standard field, and a forward pass, by batch and threads, in single precision and
+// in bfloat16 in turn: the best of each, ns a sample, and how many times as fast bfloat16 is; and one step in
+// blocks of several sizes, the last a whole batch, whose forward pass ends before the first sample goes back.
+// Items are samples a second of processor time, of both precisions together.
+#include <algorithm>
+#include <limits>
+
 #include <benchmark/benchmark.h>
 
 #include "core/base/parallel.h"
 #include "core/bench/standard_field.h"
+#include "core/bench/stopwatch.h"
 #include "core/field/adam.h"
 
 namespace likeness {
@@ -27,28 +32,42 @@ struct Step {
         gradients(make_gradients(field, batch.views)) {
     options.table_rate = options.network_rate = 1e-6f;  // the field stays where it is
   }
-  void train() {
-    train_field(field, batch.inputs(), out, batch.gradients(), *tape, gradients);
+  void train(FieldPrecision precision) {
+    train_field(field, batch.inputs(), out, batch.gradients(), *tape, gradients, precision);
     adam_step(field, gradients, adam, options);
   }
 };
 
-void finish(benchmark::State& state) {
-  state.SetItemsProcessed(std::int64_t(state.iterations()) * state.range(0));
+// Both precisions' best times in turn.
+template <class Work>
+void in_turn(benchmark::State& state, const Work& work) {
+  constexpr FieldPrecision kBoth[2] = {FieldPrecision::exact, FieldPrecision::bf16};
+  double best[2] = {std::numeric_limits<double>::infinity(), std::numeric_limits<double>::infinity()};
+  for (const FieldPrecision precision : kBoth) work(precision);  // its memory is there from now on
+  for (auto _ : state)
+    for (int k = 0; k < 2; ++k) {
+      const Stopwatch watch(int(state.range(1)));
+      work(kBoth[k]);
+      best[k] = std::min(best[k], watch.seconds());
+    }
+  const double samples = double(state.range(0));
+  state.counters["single_ns"] = 1e9 * best[0] / samples;
+  state.counters["bf16_ns"] = 1e9 * best[1] / samples;
+  state.counters["times"] = best[0] / best[1];
+  state.SetItemsProcessed(2 * std::int64_t(state.iterations()) * state.range(0));
 }
 
 void evaluate(benchmark::State& state) {
   Step step(state);
-  evaluate_field(step.field, step.batch.inputs(), step.out);
-  for (auto _ : state) evaluate_field(step.field, step.batch.inputs(), step.out);
-  finish(state);
+  round_tables(step.field);
+  in_turn(state, [&](FieldPrecision precision) {
+    evaluate_field(step.field, step.batch.inputs(), step.out, precision);
+  });
 }
 
 void train(benchmark::State& state) {
   Step step(state);
-  step.train();  // its memory is there from now on
-  for (auto _ : state) step.train();
-  finish(state);
+  in_turn(state, [&](FieldPrecision precision) { step.train(precision); });
 }
 
 // Arguments: samples, threads, samples of a block.
@@ -66,7 +85,7 @@ void train_in_blocks(benchmark::State& state) {
   };
   train();
   for (auto _ : state) train();
-  finish(state);
+  state.SetItemsProcessed(std::int64_t(state.iterations()) * state.range(0));
 }
 
 #define LIKENESS_SIZES ->ArgsProduct({{32768, 131072}, {1, 2}})->Unit(benchmark::kMillisecond)

@@ -144,7 +144,7 @@ TEST_P(DeviceFieldTest, AStepOfAdamMovesWhatTheProcessorMoves) {
   FieldGradients gradients = make_gradients(field, kViews);
   const auto tape = make_tape();
   FieldOutputs out;
-  train_field(field, batch.inputs(), out, batch.output_gradients(), *tape, gradients);
+  train_field(field, batch.inputs(), out, batch.output_gradients(), *tape, gradients, FieldPrecision::exact);
   fill(*on, batch);
   EXPECT_TRUE(
       device_->copy_in(on->gradients(), gradients.parameters.data(), 4 * gradients.parameters.size()).ok());

@@ -27,7 +27,8 @@ Trained run(const Field& field, const Batch& batch) {
   Trained t{{}, make_gradients(field, batch.views)};
   t.gradients.want_conditions = t.gradients.want_positions = true;
   const std::shared_ptr<FieldTape> tape = make_tape();
-  train_field(field, batch.inputs(), t.out, batch.output_gradients(), *tape, t.gradients);
+  train_field(field, batch.inputs(), t.out, batch.output_gradients(), *tape, t.gradients,
+              FieldPrecision::exact);
   return t;
 }
 

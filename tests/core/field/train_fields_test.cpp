@@ -36,15 +36,18 @@ struct Learner {
   std::shared_ptr<FieldTape> tape = make_tape();
   FieldOutputs out;
   FieldGradients gradients;
+  FieldPrecision precision;
 
-  Learner(const FieldConfig& config, std::size_t count, std::uint32_t seed)
+  Learner(const FieldConfig& config, std::size_t count, std::uint32_t seed,
+          FieldPrecision given = FieldPrecision::exact)
       : field(trained_like_field(config, seed)),
         batch(random_batch(config, count, 5, seed + 1)),
-        gradients(make_gradients(field, batch.views)) {
+        gradients(make_gradients(field, batch.views)),
+        precision(given) {
     gradients.want_conditions = gradients.want_positions = true;
   }
   FieldStep step(std::span<const std::size_t> ends) {
-    return {field, batch.inputs(), ends, out, batch.output_gradients(), *tape, gradients};
+    return {field, batch.inputs(), ends, out, batch.output_gradients(), *tape, gradients, precision};
   }
 };
 
@@ -56,13 +59,19 @@ std::vector<std::size_t> uneven(std::size_t count, std::size_t blocks) {
   return ends;
 }
 
-TEST(TrainFields, BlocksOfAnySizeGiveTheGradientsOfOneBatch) {
+class TrainFields : public testing::TestWithParam<FieldPrecision> {};
+INSTANTIATE_TEST_SUITE_P(Precisions, TrainFields,
+                         testing::Values(FieldPrecision::exact, FieldPrecision::bf16), [](const auto& info) {
+                           return info.param == FieldPrecision::exact ? "Exact" : "Bf16";
+                         });
+
+TEST_P(TrainFields, BlocksOfAnySizeGiveTheGradientsOfOneBatch) {
   constexpr std::size_t kCount = 3001;
-  Learner whole(head_like(), kCount, 3);
+  Learner whole(head_like(), kCount, 3, GetParam());
   train_field(whole.field, whole.batch.inputs(), whole.out, whole.batch.output_gradients(), *whole.tape,
-              whole.gradients);
+              whole.gradients, GetParam());
   for (const std::size_t blocks : {1, 7, 50, 400}) {
-    Learner some(head_like(), kCount, 3);
+    Learner some(head_like(), kCount, 3, GetParam());
     const std::vector<std::size_t> ends = uneven(kCount, blocks);
     const FieldStep step = some.step(ends);
     train_fields({&step, 1}, nullptr);
@@ -76,17 +85,17 @@ TEST(TrainFields, BlocksOfAnySizeGiveTheGradientsOfOneBatch) {
   }
 }
 
-TEST(TrainFields, ALossFindsTheOutputsOfItsBlockInEveryFieldAndItsSlopesCount) {
+TEST_P(TrainFields, ALossFindsTheOutputsOfItsBlockInEveryFieldAndItsSlopesCount) {
   constexpr std::size_t kBlocks = 61, kHead = 2500, kTorso = 1111;
   const std::vector<std::size_t> head_ends = uneven(kHead, kBlocks), torso_ends = uneven(kTorso, kBlocks);
   const auto two = [&](bool by_loss) {
-    auto head = std::make_unique<Learner>(head_like(), kHead, 5);
-    auto torso = std::make_unique<Learner>(torso_like(), kTorso, 6);
+    auto head = std::make_unique<Learner>(head_like(), kHead, 5, GetParam());
+    auto torso = std::make_unique<Learner>(torso_like(), kTorso, 6, GetParam());
     const std::vector<float> wanted = head->batch.sigma;
     if (by_loss) head->batch.sigma.assign(kHead, 1e9f);  // wrong until the loss says otherwise
     FieldOutputs truth_head, truth_torso;
-    evaluate_field(head->field, head->batch.inputs(), truth_head);
-    evaluate_field(torso->field, torso->batch.inputs(), truth_torso);
+    evaluate_field(head->field, head->batch.inputs(), truth_head, GetParam());
+    evaluate_field(torso->field, torso->batch.inputs(), truth_torso, GetParam());
     std::vector<std::atomic<int>> calls(kBlocks);
     const auto loss = [&](std::size_t block) {
       ++calls[block];
