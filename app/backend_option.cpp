@@ -1,6 +1,8 @@
 // --backend: see backend_option.h.
 #include "app/backend_option.h"
 
+#include <map>
+
 #include "core/device/load_device.h"
 
 namespace likeness::app {
@@ -15,13 +17,23 @@ void add_common_options_with_cuda(CLI::App& verb, CommonOptions& options) {
       ->check(CLI::IsMember({"cpu", "cuda", "auto"}));
 }
 
-Result<ChosenBackend> chosen_backend(const CommonOptions& options) {
+void add_precision_option(CLI::App& verb, FieldPrecision& precision) {
+  const std::map<std::string, FieldPrecision> names{{"single", FieldPrecision::exact},
+                                                    {"bf16", FieldPrecision::bf16}};
+  verb.add_option("--precision", precision,
+                  "Numbers that training multiplies: bf16 (the default), where the processor or GPU can, or "
+                  "single")
+      ->transform(CLI::CheckedTransformer(names));
+}
+
+Result<ChosenBackend> chosen_backend(const CommonOptions& options, FieldPrecision precision) {
   ChosenBackend chosen;
+  chosen.precision = precision;
   if (options.backend == "cpu") return chosen;
   chosen.fall_back = options.backend == "auto";
   auto device = open_cuda_device();
   if (device) {
-    chosen.backend = device_backend(std::move(*device));
+    chosen.backend = device_backend(std::move(*device), precision == FieldPrecision::bf16);
   } else if (!chosen.fall_back) {
     return device.error();
   }

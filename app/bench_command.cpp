@@ -9,7 +9,6 @@
 #include "app/device_bench.h"
 #include "app/terminal.h"
 #include "core/base/parallel.h"
-#include "core/bench/bf16_ceiling.h"
 #include "core/bench/field_speed.h"
 #include "core/bench/processor.h"
 #include "core/device/load_device.h"
@@ -20,7 +19,6 @@ namespace {
 
 constexpr std::size_t kFieldTable = std::size_t{1} << 19;  // of a fine level of the standard field
 constexpr double kQuiet = 0.9;
-constexpr double kBf16Seconds = 0.05;
 
 struct BenchArguments {
   CommonOptions common;
@@ -51,6 +49,7 @@ nlohmann::json to_json(const Ceilings& c) {
     tables.push_back(
         {{"bytes", t.bytes}, {"gather_mps", t.gather_mps}, {"rmw_mps", t.read_modify_write_mps}});
   return {{"fma_gflops", c.fma_gflops},
+          {"bf16_gflops", c.bf16_gflops > 0 ? nlohmann::json(c.bf16_gflops) : nlohmann::json(nullptr)},
           {"bandwidth_gbs", c.bandwidth_gbs},
           {"tables", tables},
           {"gather_mps", gather_mps(c)},
@@ -66,48 +65,73 @@ nlohmann::json to_json(const PassSpeed& s) {
           {"fraction_of_floor", s.fraction_of_floor}};
 }
 
+const StepSpeed& speed_of(const BatchSpeed& b, FieldPrecision precision) {
+  return precision == FieldPrecision::bf16 ? *b.bf16 : b.single;
+}
+
 // By number of threads: one figure of the largest batch.
-nlohmann::json by_threads(const BenchReport& report, PassSpeed BatchSpeed::*pass, double PassSpeed::*figure) {
+nlohmann::json by_threads(const BenchReport& report, FieldPrecision precision, PassSpeed StepSpeed::*pass,
+                          double PassSpeed::*figure) {
   nlohmann::json values = nlohmann::json::object();
   for (const ThreadSpeed& t : report.threads)
-    values[std::to_string(t.ceilings.threads)] = t.batches.back().*pass.*figure;
+    values[std::to_string(t.ceilings.threads)] = speed_of(t.batches.back(), precision).*pass.*figure;
   return values;
+}
+
+// What there is of each precision: speeds of the largest batch by threads, and errors.
+nlohmann::json precision_json(const BenchReport& report, FieldPrecision precision, const FieldError& e) {
+  const auto figures = [&](PassSpeed StepSpeed::*pass, double PassSpeed::*figure) {
+    return by_threads(report, precision, pass, figure);
+  };
+  return {{"forward_msamples_s", figures(&StepSpeed::inference, &PassSpeed::msamples_s)},
+          {"train_msamples_s", figures(&StepSpeed::training, &PassSpeed::msamples_s)},
+          {"forward_fraction_of_floor", figures(&StepSpeed::inference, &PassSpeed::fraction_of_floor)},
+          {"train_fraction_of_floor", figures(&StepSpeed::training, &PassSpeed::fraction_of_floor)},
+          {"rel_l2",
+           {{"outputs", e.outputs},
+            {"network_gradients", e.networks},
+            {"table_gradients", e.tables},
+            {"adam", e.adam},
+            {"samples_left_out", e.left_out}}}};
 }
 
 nlohmann::json batches_json(const BenchReport& report) {
   nlohmann::json list = nlohmann::json::array();
   for (const ThreadSpeed& t : report.threads)
-    for (const BatchSpeed& b : t.batches)
+    for (const BatchSpeed& b : t.batches) {
+      nlohmann::json bf16;
+      if (b.bf16) bf16 = {{"forward", to_json(b.bf16->inference)}, {"train", to_json(b.bf16->training)}};
       list.push_back({{"threads", t.ceilings.threads},
                       {"samples", b.samples},
-                      {"forward", to_json(b.inference)},
-                      {"train", to_json(b.training)}});
+                      {"forward", to_json(b.single.inference)},
+                      {"train", to_json(b.single.training)},
+                      {"bf16", bf16}});
+    }
   return list;
 }
 
 // One thread, largest batch.
 nlohmann::json kernels_json(const BenchReport& report) {
   const BatchSpeed& b = report.threads.front().batches.back();
-  const FieldError& e = report.error;
-  return {{{"name", "inference"},
-           {"ns_per_sample", b.inference.ns_per_sample},
-           {"fraction_of_floor", b.inference.fraction_of_floor},
-           {"rel_l2", e.outputs}},
-          {{"name", "passes"},
-           {"ns_per_sample", b.passes_ns},
-           {"fraction_of_floor", b.training.floor_ns_per_sample / b.passes_ns},
-           {"rel_l2", std::max(e.networks, e.tables)}},
-          {{"name", "adam"},
-           {"ns_per_sample", b.adam_ns},
-           {"fraction_of_floor", b.adam_floor_ns / b.adam_ns},
-           {"rel_l2", e.adam}}};
+  nlohmann::json kernels = nlohmann::json::array();
+  const auto add = [&](const char* name, double ns, double floor_ns, double error) {
+    kernels.push_back(
+        {{"name", name}, {"ns_per_sample", ns}, {"fraction_of_floor", floor_ns / ns}, {"rel_l2", error}});
+  };
+  const auto add_passes = [&](const char* inference, const char* passes, const StepSpeed& s,
+                              const FieldError& e) {
+    add(inference, s.inference.ns_per_sample, s.inference.floor_ns_per_sample, e.outputs);
+    add(passes, s.passes_ns, s.training.floor_ns_per_sample, std::max(e.networks, e.tables));
+  };
+  add_passes("inference", "passes", b.single, report.error);
+  add("adam", b.single.adam_ns, b.single.adam_floor_ns, report.error.adam);
+  if (b.bf16) add_passes("inference_bf16", "passes_bf16", *b.bf16, *report.bf16_error);
+  return kernels;
 }
 
 nlohmann::json to_json(const BenchReport& report) {
   const Processor processor = this_processor();
   nlohmann::json machine = to_json(report.threads.front().ceilings);
-  const auto bf16 = measure_bf16_gflops(kBf16Seconds);
-  machine["bf16_gflops"] = bf16 ? nlohmann::json(*bf16) : nlohmann::json(nullptr);
   machine["processor"] = processor.name;
   machine["instruction_set"] = processor.instruction_set;
   machine["processor_share"] = report.processor_share;
@@ -115,55 +139,52 @@ nlohmann::json to_json(const BenchReport& report) {
   for (const ThreadSpeed& t : report.threads)
     ceilings[std::to_string(t.ceilings.threads)] = to_json(t.ceilings);
   machine["by_threads"] = ceilings;
-  const FieldError& e = report.error;
+  nlohmann::json field = precision_json(report, FieldPrecision::exact, report.error);
+  field["forward_flops"] = report.work.forward_flops, field["train_flops"] = report.work.training_flops;
+  field["batches"] = batches_json(report);
+  field["bf16"] = nullptr;
+  if (report.bf16_error) field["bf16"] = precision_json(report, FieldPrecision::bf16, *report.bf16_error);
   const std::string why = doubt(report);
-  return {
-      {"machine", machine},
-      {"counts", why.empty()},
-      {"doubt", why.empty() ? nlohmann::json(nullptr) : nlohmann::json(why)},
-      {"field",
-       {{"forward_flops", report.work.forward_flops},
-        {"train_flops", report.work.training_flops},
-        {"forward_msamples_s", by_threads(report, &BatchSpeed::inference, &PassSpeed::msamples_s)},
-        {"train_msamples_s", by_threads(report, &BatchSpeed::training, &PassSpeed::msamples_s)},
-        {"forward_fraction_of_floor",
-         by_threads(report, &BatchSpeed::inference, &PassSpeed::fraction_of_floor)},
-        {"train_fraction_of_floor", by_threads(report, &BatchSpeed::training, &PassSpeed::fraction_of_floor)},
-        {"batches", batches_json(report)},
-        {"rel_l2",
-         {{"outputs", e.outputs},
-          {"network_gradients", e.networks},
-          {"table_gradients", e.tables},
-          {"adam", e.adam},
-          {"samples_left_out", e.left_out}}}}},
-      {"kernels", kernels_json(report)}};
+  return {{"machine", machine},
+          {"counts", why.empty()},
+          {"doubt", why.empty() ? nlohmann::json(nullptr) : nlohmann::json(why)},
+          {"field", field},
+          {"kernels", kernels_json(report)}};
 }
 
 // -- Text
 
 void print_report(const BenchReport& report) {
   const Processor processor = this_processor();
-  fmt::print("{}, {}\n\n{:>7} {:>12} {:>12} {:>14} {:>14}\n", processor.name, processor.instruction_set,
-             "threads", "FMA GFLOP/s", "memory GB/s", "reads M/s", "updates M/s");
+  fmt::print("{}, {}\n\n{:>7} {:>12} {:>13} {:>12} {:>14} {:>14}\n", processor.name,
+             processor.instruction_set, "threads", "FMA GFLOP/s", "bf16 GFLOP/s", "memory GB/s", "reads M/s",
+             "updates M/s");
   for (const ThreadSpeed& t : report.threads)
-    fmt::print("{:>7} {:>12.1f} {:>12.1f} {:>14.0f} {:>14.0f}\n", t.ceilings.threads, t.ceilings.fma_gflops,
-               t.ceilings.bandwidth_gbs, gather_mps(t.ceilings), rmw_mps(t.ceilings));
+    fmt::print("{:>7} {:>12.1f} {:>13.1f} {:>12.1f} {:>14.0f} {:>14.0f}\n", t.ceilings.threads,
+               t.ceilings.fma_gflops, t.ceilings.bf16_gflops, t.ceilings.bandwidth_gbs,
+               gather_mps(t.ceilings), rmw_mps(t.ceilings));
   fmt::print(
-      "(8-byte entries at random places of 512 KB)\n\n{:>7} {:>8} {:<10} {:>12} {:>10} {:>9} {:>9} {:>9}\n",
+      "(8-byte entries at random places of 512 KB)\n\n{:>7} {:>8} {:<14} {:>12} {:>10} {:>9} {:>9} {:>9}\n",
       "threads", "batch", "pass", "samples/s", "ns/sample", "GFLOP/s", "floor ns", "of floor");
   for (const ThreadSpeed& t : report.threads)
-    for (const BatchSpeed& b : t.batches)
-      for (const bool training : {false, true}) {
-        const PassSpeed& s = training ? b.training : b.inference;
-        fmt::print("{:>7} {:>8} {:<10} {:>12.0f} {:>10.1f} {:>9.1f} {:>9.1f} {:>9.2f}\n", t.ceilings.threads,
-                   b.samples, training ? "training" : "forward", 1e6 * s.msamples_s, s.ns_per_sample,
-                   s.gflops, s.floor_ns_per_sample, s.fraction_of_floor);
-      }
-  const FieldError& e = report.error;
-  fmt::print(
-      "\nrelative L2 against double: outputs {:.1e}, gradients of networks {:.1e} and tables {:.1e}, Adam "
-      "{:.1e}\n",
-      e.outputs, e.networks, e.tables, e.adam);
+    for (const BatchSpeed& b : t.batches) {
+      const auto print = [&](const char* pass, const PassSpeed& s) {
+        fmt::print("{:>7} {:>8} {:<14} {:>12.0f} {:>10.1f} {:>9.1f} {:>9.1f} {:>9.2f}\n", t.ceilings.threads,
+                   b.samples, pass, 1e6 * s.msamples_s, s.ns_per_sample, s.gflops, s.floor_ns_per_sample,
+                   s.fraction_of_floor);
+      };
+      print("forward", b.single.inference), print("training", b.single.training);
+      if (b.bf16) print("forward bf16", b.bf16->inference), print("training bf16", b.bf16->training);
+    }
+  const auto print_error = [](const char* precision, const FieldError& e) {
+    fmt::print(
+        "relative L2 against double{}: outputs {:.1e}, gradients of networks {:.1e} and tables {:.1e}, Adam "
+        "{:.1e}\n",
+        precision, e.outputs, e.networks, e.tables, e.adam);
+  };
+  fmt::print("\n");
+  print_error("", report.error);
+  if (report.bf16_error) print_error(", bf16", *report.bf16_error);
   if (const std::string why = doubt(report); !why.empty())
     fmt::print("These figures do not count. {}\n", why);
 }

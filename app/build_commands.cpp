@@ -33,6 +33,7 @@ struct BuildArguments {
   ProjectOptions options;
   std::string leave_out;  // "12,40-60", or "none"
   bool forecast = false;
+  FieldPrecision precision = FieldPrecision::bf16;
 };
 
 // "12,40-60" -> 12, 40, 41, ... 60.
@@ -111,6 +112,7 @@ int run(Project& project, Stage last, const CommonOptions& common, const ChosenB
   const ThreadLimit limit(common.threads);
   RunObserver observer;
   observer.backend = backend.backend, observer.fall_back = backend.fall_back;
+  observer.precision = backend.precision;
   if (!common.json) {
     observer.stage_changed = [](Stage stage, const StageRecord& record) {
       if (record.state != StageState::done) return;
@@ -135,7 +137,7 @@ int run(Project& project, Stage last, const CommonOptions& common, const ChosenB
 
 // A first build that fails on its clip leaves no folder behind: there is nothing in it to keep.
 int run_new(const BuildArguments& arguments, Stage last) {
-  const auto backend = chosen_backend(arguments.common);
+  const auto backend = chosen_backend(arguments.common, arguments.precision);
   if (!backend) return report_failure(backend.error());
   std::error_code unknown;
   const bool existed = fs::exists(arguments.project, unknown) || unknown;
@@ -178,7 +180,7 @@ int run_existing(const BuildArguments& arguments, Stage last, const CLI::App& ve
     if (const auto fine = check_left_out(*capture, *frames); !fine) return report_failure(fine.error());
     options.left_out = std::move(*frames);
   }
-  const auto backend = chosen_backend(arguments.common);
+  const auto backend = chosen_backend(arguments.common, arguments.precision);
   if (!backend) return report_failure(backend.error());
   auto project = open_or_create_project(arguments.input, options);
   if (!project) return report_failure(project.error());
@@ -219,6 +221,7 @@ void add_training_options(CLI::App& verb, BuildArguments& a) {
       ->check(CLI::Range(0.1, 3600.0));
   verb.add_option("--steps", a.options.steps, "Exact training steps instead of a budget");
   add_mode_option(verb, a.options.mode);
+  add_precision_option(verb, a.precision);
 }
 
 void add_capture_options(CLI::App& verb, BuildArguments& a) {

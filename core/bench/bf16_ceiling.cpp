@@ -1,13 +1,8 @@
-// bf16 dot products by intrinsics, which Highway 1.0 does not know: see bf16_ceiling.h.
-#include "core/bench/bf16_ceiling.h"
+// bf16 dot products by intrinsics, which Highway 1.0 does not know: see ceiling_kernels.h.
+#include "core/bench/ceiling_kernels.h"
 
 #if defined(__x86_64__) && defined(__GNUC__)
 #include <immintrin.h>
-
-#include <algorithm>
-#include <cstddef>
-
-#include "core/bench/stopwatch.h"
 #endif
 
 namespace likeness {
@@ -17,16 +12,15 @@ namespace likeness {
 namespace {
 
 constexpr int kChains = 12;
-constexpr std::size_t kRounds = 4096;
 constexpr double kOperations = 16 * 4;  // an instruction: 16 lanes, two products and two sums each
 
-__attribute__((target("avx512f,avx512bf16"), noinline)) float dot_block(float start) {
+__attribute__((target("avx512f,avx512bf16"), noinline)) float dot_block(std::size_t rounds, float start) {
   __m512 sum[kChains];
 #pragma GCC unroll 12
   for (int k = 0; k < kChains; ++k) sum[k] = _mm512_set1_ps(start + float(k));
   const __m512bh one = (__m512bh)_mm512_set1_epi32(0x3f803f80),
                  small = (__m512bh)_mm512_set1_epi32(0x38003800);
-  for (std::size_t r = 0; r < kRounds; ++r) {
+  for (std::size_t r = 0; r < rounds; ++r) {
 #pragma GCC unroll 12
     for (int k = 0; k < kChains; ++k) sum[k] = _mm512_dpbf16_ps(sum[k], one, small);
   }
@@ -39,22 +33,16 @@ __attribute__((target("avx512f,avx512bf16"), noinline)) float dot_block(float st
 
 }  // namespace
 
-std::optional<double> measure_bf16_gflops(double seconds) {
-  if (!__builtin_cpu_supports("avx512bf16")) return std::nullopt;
-  double best = 0;
+double bf16_block(std::size_t rounds, float& keep) {
+  if (!__builtin_cpu_supports("avx512bf16")) return 0;
   // Each block starts from what the one before gave: one that is the same every time would be computed once.
-  volatile float keep = dot_block(0);
-  for (const Stopwatch all(1); all.seconds() < seconds;) {
-    const Stopwatch watch(1);
-    keep = dot_block(0.01f * keep);
-    best = std::max(best, 1e-9 * kOperations * kChains * double(kRounds) / watch.seconds());
-  }
-  return best;
+  keep = dot_block(rounds, 0.01f * keep);
+  return kOperations * kChains * double(rounds);
 }
 
 #else
 
-std::optional<double> measure_bf16_gflops(double) { return std::nullopt; }
+double bf16_block(std::size_t, float&) { return 0; }
 
 #endif
 

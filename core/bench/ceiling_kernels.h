@@ -10,6 +10,8 @@ namespace likeness {
 
 // Floating-point operations of fused multiply-adds on registers.
 double fma_block(std::size_t rounds, float& keep);
+// The same of dot products of bfloat16 pairs on registers; none without the instruction (bf16_ceiling.cpp).
+double bf16_block(std::size_t rounds, float& keep);
 // Reads of 8-byte entries (two floats, one entry of the standard field) at random places of a table of
 // `entries`, a power of two. The indices are computed on the way, as a hash grid must.
 double gather_block(const float* table, std::size_t entries, std::size_t reads, std::uint32_t seed,

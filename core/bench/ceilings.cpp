@@ -76,6 +76,10 @@ Ceilings measure_ceilings(int threads, double seconds) {
   ceilings.fma_gflops = 1e-9 * together(workers, seconds, [](Worker& w, std::uint32_t) {
                           return fma_block(kBlock / 8, w.keep);
                         });
+  if (bf16_block(1, workers[0].keep) > 0)
+    ceilings.bf16_gflops = 1e-9 * together(workers, seconds, [](Worker& w, std::uint32_t) {
+                             return bf16_block(kBlock / 8, w.keep);
+                           });
   for (const std::size_t bytes : kTableBytes) {
     for (Worker& worker : workers) worker.data.assign(bytes / sizeof(float), 0.25f);
     const std::size_t entries = bytes / kEntryBytes;
@@ -103,6 +107,7 @@ Ceilings best_of(const Ceilings& a, const Ceilings& b) {
                  "ceilings of %d and of %d threads", a.threads, b.threads);
   Ceilings best = a;
   best.fma_gflops = std::max(a.fma_gflops, b.fma_gflops);
+  best.bf16_gflops = std::max(a.bf16_gflops, b.bf16_gflops);
   best.bandwidth_gbs = std::max(a.bandwidth_gbs, b.bandwidth_gbs);
   for (std::size_t i = 0; i < best.tables.size(); ++i) {
     TableRate& t = best.tables[i];

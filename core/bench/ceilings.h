@@ -18,6 +18,7 @@ struct Ceilings {
   double fma_gflops = 0;          // single precision, 2 operations a multiply-add
   double bandwidth_gbs = 0;       // reading memory in order, 1e9 bytes a second
   std::vector<TableRate> tables;  // by rising size: 32 KB, 128 KB, 512 KB, 2 MB
+  double bf16_gflops = 0;  // dot products of bfloat16 pairs, 4 operations each; 0 without the instruction
 };
 
 // `seconds`: for each figure; 0.01 is enough where nothing else runs.

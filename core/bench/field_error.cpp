@@ -55,7 +55,7 @@ double adam_error(const Field& field, FieldGradients gradients) {
 
 }  // namespace
 
-FieldError field_error(const Field& field, const StandardBatch& given) {
+FieldError field_error(const Field& field, const StandardBatch& given, FieldPrecision precision) {
   StandardBatch batch = given;
   const std::vector<double> parameters(field.parameters.begin(), field.parameters.end());
   const auto samples = reference_samples<double>(field.config, batch.inputs(), batch.views);
@@ -75,7 +75,7 @@ FieldError field_error(const Field& field, const StandardBatch& given) {
   FieldGradients gradients = make_gradients(field, batch.views);
   const std::shared_ptr<FieldTape> tape = make_tape();
   FieldOutputs out;
-  train_field(field, batch.inputs(), out, batch.gradients(), *tape, gradients);
+  train_field(field, batch.inputs(), out, batch.gradients(), *tape, gradients, precision);
   error.outputs = std::max({relative_l2(out.sigma, truth.sigma), relative_l2(out.red, truth.red),
                             relative_l2(out.green, truth.green), relative_l2(out.blue, truth.blue)});
   for (const ParameterBlock& block : parameter_layout(field.config)) {

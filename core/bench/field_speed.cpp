@@ -17,42 +17,50 @@ namespace {
 
 constexpr double kNever = std::numeric_limits<double>::infinity();
 
-// A field in training on one batch, and the best times so far, seconds.
+// The best times so far, seconds, of one precision.
+struct BestTimes {
+  double inference = kNever, training = kNever, passes = 0, adam_step = 0;
+  std::size_t touched = 0;  // table lines a step of Adam moves
+};
+
+// A field in training on one batch, beside a copy that is evaluated.
 struct Timed {
   StandardBatch batch;
-  Field field;
+  Field evaluated, trained;
   std::shared_ptr<FieldTape> tape = make_tape();
   FieldGradients gradients;
   AdamState adam;
   FieldOutputs out;
-  double inference = kNever, training = kNever, passes = 0, adam_step = 0;
-  std::size_t touched = 0;  // table lines a step of Adam moves
+  BestTimes single, bf16;
 
   Timed(const Field& start, std::size_t samples, std::uint32_t seed)
       : batch(standard_batch(start.config, samples, seed)),
-        field(start),
+        evaluated(start),
+        trained(start),
         gradients(make_gradients(start, batch.views)),
-        adam(make_adam_state(start)) {}
+        adam(make_adam_state(start)) {
+    round_tables(evaluated);
+  }
 };
 
-void time_inference(Timed& t, int threads) {
+void time_inference(Timed& t, FieldPrecision precision, int threads, BestTimes& best) {
   const Stopwatch watch(threads);
-  evaluate_field(t.field, t.batch.inputs(), t.out);
-  t.inference = std::min(t.inference, watch.seconds());
+  evaluate_field(t.evaluated, t.batch.inputs(), t.out, precision);
+  best.inference = std::min(best.inference, watch.seconds());
 }
 
-void time_training(Timed& t, int threads) {
+void time_training(Timed& t, FieldPrecision precision, int threads, BestTimes& best) {
   AdamOptions options;
   options.table_rate = options.network_rate = 1e-6f;  // all of the work, but the field stays where it is
   const Stopwatch watch(threads);
-  train_field(t.field, t.batch.inputs(), t.out, t.batch.gradients(), *t.tape, t.gradients);
+  train_field(t.trained, t.batch.inputs(), t.out, t.batch.gradients(), *t.tape, t.gradients, precision);
   const double passes = watch.seconds();
-  t.touched = std::size_t(std::count(t.gradients.touched.begin(), t.gradients.touched.end(), 1));
+  best.touched = std::size_t(std::count(t.gradients.touched.begin(), t.gradients.touched.end(), 1));
   const Stopwatch rest(threads);  // the count above is no part of a step
-  adam_step(t.field, t.gradients, t.adam, options);
+  adam_step(t.trained, t.gradients, t.adam, options);
   const double adam = rest.seconds();
-  if (passes + adam >= t.training) return;
-  t.training = passes + adam, t.passes = passes, t.adam_step = adam;
+  if (passes + adam >= best.training) return;
+  best.training = passes + adam, best.passes = passes, best.adam_step = adam;
 }
 
 PassSpeed pass_speed(double seconds, std::size_t samples, double floor_seconds, double flops) {
@@ -66,19 +74,28 @@ PassSpeed pass_speed(double seconds, std::size_t samples, double floor_seconds, 
   return speed;
 }
 
+StepSpeed step_speed(const BestTimes& best, std::size_t samples, FieldPrecision precision,
+                     const FieldWork& work, const Ceilings& ceilings) {
+  StepSpeed speed;
+  speed.inference = pass_speed(best.inference, samples, forward_floor_seconds(work, ceilings, precision),
+                               work.forward_flops);
+  speed.training = pass_speed(best.training, samples, training_floor_seconds(work, ceilings, precision),
+                              work.training_flops);
+  const double ns = 1e9 / double(samples);
+  speed.passes_ns = ns * best.passes, speed.adam_ns = ns * best.adam_step;
+  // Value, gradient and two moments, each read and written.
+  const double bytes = 8.0 * sizeof(float) * double(best.touched * kTableLine);
+  speed.adam_floor_ns = ns * bytes / (1e9 * ceilings.bandwidth_gbs);
+  return speed;
+}
+
 BatchSpeed batch_speed(const Timed& t, const FieldWork& work, const Ceilings& ceilings) {
   const std::size_t samples = t.batch.x.size();
   BatchSpeed speed;
   speed.samples = samples;
-  speed.inference =
-      pass_speed(t.inference, samples, forward_floor_seconds(work, ceilings), work.forward_flops);
-  speed.training =
-      pass_speed(t.training, samples, training_floor_seconds(work, ceilings), work.training_flops);
-  const double ns = 1e9 / double(samples);
-  speed.passes_ns = ns * t.passes, speed.adam_ns = ns * t.adam_step;
-  // Value, gradient and two moments, each read and written.
-  const double bytes = 8.0 * sizeof(float) * double(t.touched * kTableLine);
-  speed.adam_floor_ns = ns * bytes / (1e9 * ceilings.bandwidth_gbs);
+  speed.single = step_speed(t.single, samples, FieldPrecision::exact, work, ceilings);
+  if (has_bf16(t.trained.config))
+    speed.bf16 = step_speed(t.bf16, samples, FieldPrecision::bf16, work, ceilings);
   return speed;
 }
 
@@ -97,7 +114,10 @@ Result<BenchReport> measure_field(const BenchOptions& options, const Progress& p
   BenchReport report;
   const Field field = standard_field(options.seed);
   report.work = field_work(field.config);
-  report.error = field_error(field, standard_batch(field.config, options.error_samples, options.seed + 1));
+  const StandardBatch errors = standard_batch(field.config, options.error_samples, options.seed + 1);
+  const bool bf16 = has_bf16(field.config);
+  report.error = field_error(field, errors);
+  if (bf16) report.bf16_error = field_error(field, errors, FieldPrecision::bf16);
   report.processor_share = measure_processor_share();
 
   double done = 0;
@@ -113,8 +133,11 @@ Result<BenchReport> measure_field(const BenchOptions& options, const Progress& p
       const Ceilings ceilings = measure_ceilings(threads, options.ceiling_seconds);
       speed.ceilings = round == 0 ? ceilings : best_of(speed.ceilings, ceilings);
       for (Timed& t : timed) {
-        time_inference(t, threads);
-        time_training(t, threads);
+        time_inference(t, FieldPrecision::exact, threads, t.single);
+        time_training(t, FieldPrecision::exact, threads, t.single);
+        if (!bf16) continue;
+        time_inference(t, FieldPrecision::bf16, threads, t.bf16);
+        time_training(t, FieldPrecision::bf16, threads, t.bf16);
       }
     }
     for (const Timed& t : timed) speed.batches.push_back(batch_speed(t, report.work, speed.ceilings));

@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <stop_token>
 #include <vector>
 
@@ -31,12 +32,17 @@ struct PassSpeed {
 };
 
 // A step of training is the passes, forward and backward in turn, and Adam, timed within the same steps.
-struct BatchSpeed {
-  std::size_t samples = 0;
+struct StepSpeed {
   PassSpeed inference, training;
   // Of the best step, ns a sample; Adam's floor is its bytes through the memory's bandwidth, less where the
   // tables stay in a cache.
   double passes_ns = 0, adam_ns = 0, adam_floor_ns = 0;
+};
+
+struct BatchSpeed {
+  std::size_t samples = 0;
+  StepSpeed single;
+  std::optional<StepSpeed> bf16;  // where the processor has it; inference of tables that are already rounded
 };
 
 struct ThreadSpeed {
@@ -48,6 +54,7 @@ struct BenchReport {
   FieldWork work;
   std::vector<ThreadSpeed> threads;
   FieldError error;
+  std::optional<FieldError> bf16_error;
   double processor_share = 1;  // of the wall clock that one busy thread got; under 0.9 others use the machine
 };
 

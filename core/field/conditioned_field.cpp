@@ -52,6 +52,7 @@ ConditionedField::ConditionedField(const Field& field, std::span<const float> ps
   if (precision == FieldPrecision::exact || !has_bf16(field.config)) return;
   p.rounded = tables_of(field, p.layout.table_count);
   p.bf16 = Bf16Parts{p.rounded->values(),
+                     0,
                      pack_network(p.layout.density, p.networks.data()),
                      pack_network(p.layout.colour, p.networks.data()),
                      {}};

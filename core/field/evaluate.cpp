@@ -76,6 +76,7 @@ void evaluate_rounded(const Field& field, const FieldInputs& inputs, FieldOutput
   const float* parameters = field.parameters.data();
   const std::shared_ptr<const RoundedTables> tables = tables_of(field, layout.table_count);
   const Bf16Parts parts{tables->values(),
+                        exact_levels(field.config, layout),
                         pack_network(layout.density, parameters),
                         pack_network(layout.colour, parameters),
                         {}};

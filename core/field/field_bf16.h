@@ -44,6 +44,7 @@ PackedSlopes pack_slopes(const FieldConfig& config, const FieldLayout& layout, c
 
 struct Bf16Parts {
   const std::uint16_t* tables = nullptr;  // as the parameters' tables
+  std::size_t exact_levels = 0;           // of the position grid, the first, that are read as they are
   PackedNetwork density, colour;
   PackedSlopes slopes;  // of a field in training
 };

@@ -22,6 +22,12 @@ struct FieldLayout {
   bool has_ambient() const { return !ambient.empty(); }
 };
 
+// Levels of the position grid, the coarsest, that trainings read in single precision, since H sees them: what
+// rounding e would move w by is a tenth of a fine ambient cell, and turns derivatives by w.
+inline std::size_t exact_levels(const FieldConfig& config, const FieldLayout& layout) {
+  return layout.has_ambient() ? std::size_t(layout.slice_features / config.position.features) : 0;
+}
+
 // Checks the configuration; a configuration out of range is a programmer's mistake.
 FieldLayout make_layout(const FieldConfig& config);
 

@@ -82,9 +82,9 @@ void direction_rows(const FieldInputs& inputs, std::size_t begin, std::size_t co
 }
 
 // rows (features, kTile): what a level holds at the points.
-void encode(const KernelContext& c, const GridLevel& level, const GridConfig& grid, const float* const* point,
-            const TileBuffers& b, float* rows) {
-  if (c.bf16)
+void encode(const KernelContext& c, const GridLevel& level, const GridConfig& grid, bool exact,
+            const float* const* point, const TileBuffers& b, float* rows) {
+  if (!exact)
     encode_tile_bf16(level, grid, c.bf16->tables, point, rows);
   else
     encode_tile(level, grid, c.tables, point, *b.cells, rows);
@@ -111,7 +111,7 @@ void complete_features(const KernelContext& c, const TileBuffers& b, std::size_t
   const float* point[3] = {slice, slice + kTile, slice + 2 * kTile};
   float* rows = features + e * kTile;
   for (const GridLevel& level : c.layout.ambient) {
-    encode(c, level, c.config.ambient_grid, point, b, rows);
+    encode(c, level, c.config.ambient_grid, !c.bf16, point, b, rows);
     rows += std::size_t(c.config.ambient_grid.features) * kTile;
   }
 }
@@ -154,14 +154,15 @@ void EncodePositions(const KernelContext& c, std::span<const SampleRun> runs, fl
   const std::size_t samples = samples_of(runs);
   for (std::size_t l = 0; l < c.layout.position.size(); ++l) {  // outermost: one table at a time stays in L2
     const GridLevel& level = c.layout.position[l];
-    if (!c.bf16) warm(c.tables + level.offset, level.entries * width, samples);
+    const bool exact = !c.bf16 || l < c.bf16->exact_levels;
+    if (exact) warm(c.tables + level.offset, level.entries * width, samples);
     for (const SampleRun& run : runs) {
       float* to = features + (run.tile * rows + l * width) * kTile;
       for (std::size_t begin = run.begin; begin < run.end; begin += kTile, to += rows * kTile) {
         const float* point[3];
         point_rows(c.inputs, begin, std::min(kTile, run.end - begin), b.point, point);
         ask_for<1>(to + kTilesAhead * rows * kTile, width);
-        encode(c, level, c.config.position, point, b, to);
+        encode(c, level, c.config.position, exact, point, b, to);
       }
     }
   }

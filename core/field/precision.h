@@ -3,8 +3,9 @@
 // With `bf16`, tables and the density and colour networks are rounded to bfloat16 (8 bits of significand) and
 // summed in single precision; w and its network H stay in single precision, since ambient levels turn a small
 // error of w into a large one of a. That takes half the time and is about 3e-3 (relative L2) off, where
-// single precision is 1e-6. Training rounds copies of what it learns, and gradients where they meet weights
-// or inputs; the parameters themselves, sums of gradients and their moments stay in single precision.
+// single precision is 1e-6. Training rounds copies of what it learns, but for the levels that H sees, and
+// gradients where they meet weights or inputs; the parameters themselves, sums of gradients and their moments
+// stay in single precision.
 #pragma once
 
 #include "core/field/field.h"

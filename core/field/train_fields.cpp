@@ -94,8 +94,8 @@ std::optional<Bf16Parts> round_parts(const FieldStep& step, const FieldLayout& l
   if (step.precision == FieldPrecision::exact || !has_bf16(step.field.config)) return std::nullopt;
   const float* parameters = step.field.parameters.data();
   round_tables(step.field, layout.table_count, step.tape.rounded);
-  return Bf16Parts{step.tape.rounded.values(), pack_network(layout.density, parameters),
-                   pack_network(layout.colour, parameters),
+  return Bf16Parts{step.tape.rounded.values(), exact_levels(step.field.config, layout),
+                   pack_network(layout.density, parameters), pack_network(layout.colour, parameters),
                    pack_slopes(step.field.config, layout, parameters)};
 }
 

@@ -24,7 +24,8 @@
 
 namespace likeness {
 
-// Memory reused between steps, about 270 bytes a sample of the standard field. One per field being trained.
+// Memory reused between steps, about 270 bytes a sample of the standard field, and in bfloat16 half the
+// tables'. One per field being trained.
 struct FieldTape;
 std::shared_ptr<FieldTape> make_tape();
 

@@ -301,6 +301,7 @@ Result<void> run_train(const StageContext& context) {
   options.use_latent = o.use_latent;
   options.use_occupancy = o.use_occupancy;
   options.backend = context.observer.backend, options.fall_back = context.observer.fall_back;
+  options.precision = context.observer.precision;
   const MemoryForecast forecast = forecast_memory(*set, options);
   context.progress.report(0, fmt::format("training takes about {:.1f} GiB of memory",
                                          double(forecast.total()) / double(1ull << 30)));

@@ -23,6 +23,7 @@ struct RunObserver {
   // Where the training computes (TrainOptions); what comes out is the same project.
   std::shared_ptr<Backend> backend;
   bool fall_back = false;
+  FieldPrecision precision = FieldPrecision::bf16;
 };
 
 // The part of a run's progress that a stage takes, from and to in [0, 1].

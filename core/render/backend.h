@@ -13,6 +13,7 @@
 #include "core/device/device.h"
 #include "core/field/adam.h"
 #include "core/field/field.h"
+#include "core/field/precision.h"
 #include "core/render/rays.h"
 
 namespace likeness {
@@ -70,7 +71,8 @@ class Backend {
                                                              const LearnerShape& shape) = 0;
 };
 
-std::shared_ptr<Backend> cpu_backend();
+// precision: of the products of trainings, where the processor has both; densities are always exact.
+std::shared_ptr<Backend> cpu_backend(FieldPrecision precision = FieldPrecision::bf16);
 
 // On a device (core/device). halves: products in bfloat16 where the device has matrix units for it.
 std::shared_ptr<Backend> device_backend(std::shared_ptr<Device> device, bool halves = true);

@@ -73,7 +73,8 @@ struct RayLoss {
 
 class CpuLearner : public FieldLearner {
  public:
-  CpuLearner(const LearntParts& parts, const LearnerShape& shape) : parts_(parts) {
+  CpuLearner(const LearntParts& parts, const LearnerShape& shape, FieldPrecision precision)
+      : parts_(parts), precision_(precision) {
     LIKENESS_CHECK(shape.samples_per_ray <= std::size_t(kMaxSamples), "%zu samples a ray",
                    shape.samples_per_ray);
     for (std::size_t f = 0; f < 2; ++f)
@@ -94,7 +95,7 @@ class CpuLearner : public FieldLearner {
                                         own.d_blue.data()};
       passes.push_back({*parts_.fields[f].field,
                         samples.inputs(step.conditions.data(), f == 0 ? codes : nullptr), own.ends,
-                        own.outputs, slopes, *own.tape, own.gradients});
+                        own.outputs, slopes, *own.tape, own.gradients, precision_});
     }
     const LearningResult result{train(step, passes)};
     if (!std::isfinite(result.loss)) {
@@ -169,20 +170,27 @@ class CpuLearner : public FieldLearner {
   }
 
   LearntParts parts_;
+  FieldPrecision precision_;
   std::array<Scratch, 2> scratch_;
 };
 
 class CpuBackend : public Backend {
  public:
+  explicit CpuBackend(FieldPrecision precision) : precision_(precision) {}
   std::string name() const override { return "cpu"; }
   Result<std::unique_ptr<FieldLearner>> make_learner(const LearntParts& parts,
                                                      const LearnerShape& shape) override {
-    return std::unique_ptr<FieldLearner>(std::make_unique<CpuLearner>(parts, shape));
+    return std::unique_ptr<FieldLearner>(std::make_unique<CpuLearner>(parts, shape, precision_));
   }
+
+ private:
+  FieldPrecision precision_;
 };
 
 }  // namespace
 
-std::shared_ptr<Backend> cpu_backend() { return std::make_shared<CpuBackend>(); }
+std::shared_ptr<Backend> cpu_backend(FieldPrecision precision) {
+  return std::make_shared<CpuBackend>(precision);
+}
 
 }  // namespace likeness

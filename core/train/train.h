@@ -11,6 +11,7 @@
 #include "core/base/progress.h"
 #include "core/base/result.h"
 #include "core/camera/camera.h"
+#include "core/field/precision.h"
 #include "core/head/head_model.h"
 #include "core/image/image.h"
 #include "core/image/tiled_mask.h"
@@ -57,6 +58,8 @@ struct TrainOptions {
   double rate = 1;            // factor on the learning rates
   double checkpoint_every_s = 30;
   std::shared_ptr<Backend> backend;  // null: the processor
+  // Of the processor's products; a backend that is given brings its own.
+  FieldPrecision precision = FieldPrecision::bf16;
   // A backend that fails is replaced by the processor, which goes on from what was last kept.
   bool fall_back = false;
 };

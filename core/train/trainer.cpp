@@ -240,7 +240,8 @@ Result<void> run_steps(TrainingState& state, Scene& scene, Run& run, std::stop_t
                             run.options.use_occupancy};
   TrainingState snapshot = state;
   int recoveries = 0;
-  std::shared_ptr<Backend> backend = run.options.backend ? run.options.backend : cpu_backend();
+  std::shared_ptr<Backend> backend =
+      run.options.backend ? run.options.backend : cpu_backend(run.options.precision);
   while (true) {
     auto learner = make_learner(*backend, state, options.rays, scene.set.views.size());
     Result<void> done = learner
@@ -250,7 +251,7 @@ Result<void> run_steps(TrainingState& state, Scene& scene, Run& run, std::stop_t
     run.progress.report(run.share(state), done.error().what + " Going on with the processor.");
     state = snapshot;
     if (run.options.refine_track) scene.place_views(state);
-    backend = cpu_backend();
+    backend = cpu_backend(run.options.precision);
   }
 }
 

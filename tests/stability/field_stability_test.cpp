@@ -53,15 +53,17 @@ TEST(FieldStability, DenormalParametersGiveFiniteOutputsAndGradients) {
   Field field = make_field(config, 1);
   for (float& p : field.parameters) p *= 1e-38f;
   Batch batch = random_batch(config, 500, 3, 2);
-  FieldOutputs out;
-  FieldGradients gradients = make_gradients(field, 3);
-  const auto tape = make_tape();
-  train_field(field, batch.inputs(), out, batch.output_gradients(), *tape, gradients);
-  for (std::size_t i = 0; i < 500; ++i) {
-    ASSERT_TRUE(std::isfinite(out.sigma[i]) && out.sigma[i] > 0);
-    for (const float c : {out.red[i], out.green[i], out.blue[i]}) ASSERT_NEAR(c, 0.5f, 1e-6f);
+  for (const FieldPrecision precision : {FieldPrecision::exact, FieldPrecision::bf16}) {
+    FieldOutputs out;
+    FieldGradients gradients = make_gradients(field, 3);
+    const auto tape = make_tape();
+    train_field(field, batch.inputs(), out, batch.output_gradients(), *tape, gradients, precision);
+    for (std::size_t i = 0; i < 500; ++i) {
+      ASSERT_TRUE(std::isfinite(out.sigma[i]) && out.sigma[i] > 0);
+      for (const float c : {out.red[i], out.green[i], out.blue[i]}) ASSERT_NEAR(c, 0.5f, 1e-6f);
+    }
+    for (const float g : gradients.parameters) ASSERT_TRUE(std::isfinite(g));
   }
-  for (const float g : gradients.parameters) ASSERT_TRUE(std::isfinite(g));
 }
 
 }  // namespace

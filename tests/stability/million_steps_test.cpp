@@ -13,8 +13,9 @@ namespace {
 // A ball whose place follows the condition, a new batch every step.
 class TinyTraining {
  public:
-  TinyTraining()
-      : field_(make_field(config(), 1)),
+  explicit TinyTraining(FieldPrecision precision)
+      : precision_(precision),
+        field_(make_field(config(), 1)),
         gradients_(make_gradients(field_, kViews)),
         adam_(make_adam_state(field_)) {}
 
@@ -36,7 +37,7 @@ class TinyTraining {
     };
     const std::size_t end = kSamples;
     const FieldStep step{field_, batch.inputs(), {&end, 1}, out_, batch.output_gradients(),
-                         *tape_, gradients_};
+                         *tape_, gradients_,     precision_};
     train_fields({&step, 1}, compare);
     adam_step(field_, gradients_, adam_, {});
     return loss;
@@ -55,6 +56,7 @@ class TinyTraining {
     c.density_layers = c.colour_layers = 1;
     return c;
   }
+  FieldPrecision precision_;
   Field field_;
   FieldGradients gradients_;
   AdamState adam_;
@@ -62,8 +64,14 @@ class TinyTraining {
   std::shared_ptr<FieldTape> tape_ = make_tape();
 };
 
-TEST(MillionSteps, NeitherDriftNorBecomeNotANumber) {
-  TinyTraining training;
+class MillionSteps : public testing::TestWithParam<FieldPrecision> {};
+INSTANTIATE_TEST_SUITE_P(Precisions, MillionSteps,
+                         testing::Values(FieldPrecision::exact, FieldPrecision::bf16), [](const auto& info) {
+                           return info.param == FieldPrecision::exact ? "Exact" : "Bf16";
+                         });
+
+TEST_P(MillionSteps, NeitherDriftNorBecomeNotANumber) {
+  TinyTraining training(GetParam());
   constexpr std::uint32_t kBlock = 20000, kBlocks = 50;
   double early = 0, worst = 0;
   for (std::uint32_t block = 0; block < kBlocks; ++block) {

@@ -13,8 +13,9 @@
 namespace likeness {
 namespace {
 
-TrainOptions options_of(std::uint64_t steps) {
+TrainOptions options_of(std::uint64_t steps, FieldPrecision precision = FieldPrecision::bf16) {
   TrainOptions options;
+  options.precision = precision;
   options.steps = steps;
   options.rays_per_step = 256;
   options.seed = 5;
@@ -43,14 +44,20 @@ bool is_picture(const Image& image) {
   return true;
 }
 
-TEST(TrainingStability, SaturatedPixelsAreLearntWithoutRunningAway) {
+class TrainingInPrecision : public testing::TestWithParam<FieldPrecision> {};
+INSTANTIATE_TEST_SUITE_P(Stability, TrainingInPrecision,
+                         testing::Values(FieldPrecision::exact, FieldPrecision::bf16), [](const auto& info) {
+                           return info.param == FieldPrecision::exact ? "Exact" : "Bf16";
+                         });
+
+TEST_P(TrainingInPrecision, SaturatedPixelsAreLearntWithoutRunningAway) {
   for (const std::uint8_t level : {0, 255}) {
     TrainingSet set = ball_set(12, 24, false);
     for (TrainingView& view : set.views)
       for (std::size_t i = 0; i < view.rgb.pixels(); ++i)
         for (std::size_t c = 0; c < 3; ++c) view.rgb.data[3 * i + c] = level;
     double loss = 1;
-    const auto avatar = train(set, options_of(200), &loss);
+    const auto avatar = train(set, options_of(200, GetParam()), &loss);
     ASSERT_TRUE(avatar.ok()) << avatar.error().what;
     EXPECT_LT(loss, 0.01);
     for (const float p : avatar->head.field.parameters) ASSERT_TRUE(std::isfinite(p));
@@ -80,10 +87,10 @@ TEST(TrainingStability, FiveDeviationsOutsideTheFaceIsStillAFace) {
   }
 }
 
-TEST(TrainingStability, RatesFarTooHighRecoverOrStopWithAMessage) {
+TEST_P(TrainingInPrecision, RatesFarTooHighRecoverOrStopWithAMessage) {
   const TrainingSet set = ball_set(12, 24);
   for (const double rate : {10.0, 1e3, 1e6}) {
-    TrainOptions options = options_of(150);
+    TrainOptions options = options_of(150, GetParam());
     options.rate = rate;
     double loss = 1;
     const auto avatar = train(set, options, &loss);

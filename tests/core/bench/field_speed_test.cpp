@@ -26,6 +26,14 @@ void expect_consistent(const PassSpeed& s) {
   EXPECT_NEAR(s.msamples_s * s.ns_per_sample, 1e3, 1e-6);
 }
 
+void expect_consistent(const StepSpeed& s) {
+  expect_consistent(s.inference);
+  expect_consistent(s.training);
+  EXPECT_GT(s.training.floor_ns_per_sample, s.inference.floor_ns_per_sample);
+  EXPECT_NEAR(s.passes_ns + s.adam_ns, s.training.ns_per_sample, 1e-3);
+  EXPECT_GT(s.adam_floor_ns, 0);
+}
+
 TEST(FieldSpeed, GivesEveryBatchAndThreadCountFiguresThatAgree) {
   double last = -1;
   std::mutex guard;
@@ -42,11 +50,10 @@ TEST(FieldSpeed, GivesEveryBatchAndThreadCountFiguresThatAgree) {
     EXPECT_EQ(report->threads[t].ceilings.threads, int(t) + 1);
     ASSERT_EQ(report->threads[t].batches.size(), 2u);
     for (const BatchSpeed& b : report->threads[t].batches) {
-      expect_consistent(b.inference);
-      expect_consistent(b.training);
-      EXPECT_GT(b.training.floor_ns_per_sample, b.inference.floor_ns_per_sample);
-      EXPECT_NEAR(b.passes_ns + b.adam_ns, b.training.ns_per_sample, 1e-3);
-      EXPECT_GT(b.adam_floor_ns, 0);
+      expect_consistent(b.single);
+      ASSERT_EQ(b.bf16.has_value(), report->bf16_error.has_value());
+      if (!b.bf16) continue;
+      expect_consistent(*b.bf16);
     }
   }
   EXPECT_GT(report->processor_share, 0);

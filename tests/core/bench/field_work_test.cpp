@@ -14,6 +14,9 @@ TEST(FieldWork, TheStandardFieldCostsTheArithmeticItIsKnownBy) {
   // Every multiply-add once more for its weight's gradient and once for its input's, but for the nine
   // harmonics of the direction, which need none.
   EXPECT_EQ(work.training_flops, 3 * 24960 - 2 * 64 * 9);
+  constexpr double kSlice = 2 * 32 * (32 + 2);
+  EXPECT_EQ(work.forward_dots, work.forward_flops - kSlice);
+  EXPECT_EQ(work.training_dots, work.training_flops - 3 * kSlice);
 }
 
 TEST(FieldWork, TheStandardFieldReadsEveryCornerOnceAndTheAmbientOnesTwiceInTraining) {
@@ -37,6 +40,16 @@ TEST(FieldWork, TheFloorIsTheSumOfItsPartsAtTheCeilings) {
   const Ceilings ceilings{1, 100, 20, {{1 << 15, 2000, 1000}}};
   EXPECT_NEAR(forward_floor_seconds(work, ceilings), 10e-9 + 4e-9, 1e-15);
   EXPECT_NEAR(training_floor_seconds(work, ceilings), 30e-9 + 8e-9 + 8e-9, 1e-15);
+}
+
+TEST(FieldWork, InBf16NetworksHaveTheirOwnPeakAndTablesThatAreReadHalfTheBytes) {
+  const FieldWork work{1000, 3000, {{1 << 17, 8, 12, 8, true}, {1 << 17, 8, 8, 8, false}}, 600, 2000};
+  const Ceilings ceilings{1, 100, 20, {{1 << 16, 2000, 2000}, {1 << 17, 1000, 1000}}, 200};
+  const auto bf16 = FieldPrecision::bf16;
+  EXPECT_NEAR(forward_floor_seconds(work, ceilings, bf16), 4e-9 + 3e-9 + 4e-9 + 8e-9, 1e-15);
+  // The gradient of the point reads the tables themselves.
+  EXPECT_NEAR(training_floor_seconds(work, ceilings, bf16),
+              10e-9 + 10e-9 + (4e-9 + 4e-9 + 8e-9) + (8e-9 + 8e-9), 1e-15);
 }
 
 TEST(StandardBatch, RepeatsItselfStaysInTheCubeAndGivesEveryRayOneView) {

@@ -31,7 +31,8 @@ class BackendTest : public testing::Test {
 
 TEST_F(BackendTest, AStepIsTheProcessors) {
   TwoFields here(1), there(1);
-  const auto cpu = learner(*cpu_backend(), here), device = learner(*device_backend(device_, false), there);
+  const auto cpu = learner(*cpu_backend(FieldPrecision::exact), here),
+             device = learner(*device_backend(device_, false), there);
   const TwoFields start(1);
   const RayProblem problem(here, 7);
   const auto one = cpu->step(problem.step()), other = device->step(problem.step());
@@ -60,7 +61,8 @@ TEST_F(BackendTest, AStepIsTheProcessors) {
 TEST_F(BackendTest, TheLossFallsAsTheProcessorsDoes) {
   for (const bool halves : {false, true}) {
     TwoFields here(2), there(2);
-    const auto cpu = learner(*cpu_backend(), here), device = learner(*device_backend(device_, halves), there);
+    const auto cpu = learner(*cpu_backend(FieldPrecision::exact), here),
+               device = learner(*device_backend(device_, halves), there);
     double first = 0, one = 0, other = 0;
     for (int k = 0; k < 24; ++k) {
       const RayProblem problem(here, 11);
@@ -74,14 +76,14 @@ TEST_F(BackendTest, TheLossFallsAsTheProcessorsDoes) {
 
 TEST_F(BackendTest, WhatOneLearntTheOtherGoesOnWith) {
   TwoFields uncut(3), moved(3);
-  const auto all = learner(*cpu_backend(), uncut);
-  auto part = learner(*cpu_backend(), moved);
+  const auto all = learner(*cpu_backend(FieldPrecision::exact), uncut);
+  auto part = learner(*cpu_backend(FieldPrecision::exact), moved);
   std::vector<double> losses[2];
   for (int k = 0; k < 12; ++k) {
     const RayProblem problem(uncut, 13);
     if (k == 4 || k == 8) {
       ASSERT_TRUE(part->fetch().ok());
-      part = learner(k == 4 ? *device_backend(device_, false) : *cpu_backend(), moved);
+      part = learner(k == 4 ? *device_backend(device_, false) : *cpu_backend(FieldPrecision::exact), moved);
     }
     losses[0].push_back(all->step(problem.step())->loss);
     losses[1].push_back(part->step(problem.step())->loss);
@@ -92,7 +94,8 @@ TEST_F(BackendTest, WhatOneLearntTheOtherGoesOnWith) {
 
 TEST_F(BackendTest, DensitiesAreTheProcessorsForAnyNumberOfSamples) {
   TwoFields here(4), there(4);
-  const auto cpu = learner(*cpu_backend(), here), device = learner(*device_backend(device_, false), there);
+  const auto cpu = learner(*cpu_backend(FieldPrecision::exact), here),
+             device = learner(*device_backend(device_, false), there);
   for (const std::size_t count : {std::size_t{1}, std::size_t{1500}}) {
     const Batch batch = random_batch(here.fields[0].config, count, 2 * TwoFields::kViews, 5);
     std::vector<float> one, other;

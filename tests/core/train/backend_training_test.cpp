@@ -31,6 +31,7 @@ class BackendTraining : public testing::Test {
     options.steps = steps, options.rays_per_step = 48, options.seed = 3;
     options.checkpoint_every_s = 0;
     options.backend = std::move(backend), options.fall_back = fall_back;
+    options.precision = precision_;
     said_.clear();
     const Progress progress([this](const ProgressReport& report) { said_ += report.text + "\n"; });
     std::stop_source source;
@@ -44,6 +45,7 @@ class BackendTraining : public testing::Test {
   TrainingSet set_ = ball_set(8, 24);
   std::filesystem::path folder_;
   std::string said_;
+  FieldPrecision precision_ = FieldPrecision::exact;  // of the processor
 };
 
 double apart(const Avatar& a, const Avatar& b) {
@@ -68,6 +70,22 @@ TEST_F(BackendTraining, ACheckpointOfOneContinuesOnTheOther) {
     EXPECT_EQ(resumed->steps, 4u);
     // Adam turns a gradient's chance sign into a whole step, 0.01 at most each, warm-up included.
     EXPECT_LT(apart(*resumed, *uncut), 0.03);
+  }
+}
+
+TEST_F(BackendTraining, ACheckpointContinuesInAnotherPrecision) {
+  const auto uncut = train(4, nullptr);
+  ASSERT_TRUE(uncut.ok());
+  for (const FieldPrecision first : {FieldPrecision::exact, FieldPrecision::bf16}) {
+    const std::string name = first == FieldPrecision::exact ? "exact.bin" : "bf16.bin";
+    precision_ = first;
+    ASSERT_FALSE(train(4, nullptr, false, name, 2).ok());
+    precision_ = first == FieldPrecision::exact ? FieldPrecision::bf16 : FieldPrecision::exact;
+    const auto resumed = train(4, nullptr, false, name);
+    ASSERT_TRUE(resumed.ok()) << resumed.error().what;
+    EXPECT_THAT(said_, HasSubstr("continuing at step 2"));
+    EXPECT_EQ(resumed->steps, 4u);
+    EXPECT_LT(apart(*resumed, *uncut), 0.06);  // a whole step either way for a gradient's chance sign
   }
 }
 
