@@ -9,19 +9,17 @@
 
 #include <cstddef>
 
+// clang-format off
 #ifdef __clang__
-#define LIKENESS_BF16_BEGIN                                                                                 \
-  _Pragma(                                                                                                  \
-      "clang attribute "                                                                                    \
-      "push(__attribute__((target(\"avx2,fma,avx512f,avx512bw,avx512vl,avx512dq,avx512bf16\"))), apply_to " \
-      "= function)")
+#define LIKENESS_BF16_BEGIN \
+  _Pragma("clang attribute push(__attribute__((target(\"avx2,fma,avx512f,avx512bw,avx512vl,avx512dq,avx512bf16\"))), apply_to = function)")
 #define LIKENESS_BF16_END _Pragma("clang attribute pop")
 #else
-#define LIKENESS_BF16_BEGIN   \
-  _Pragma("GCC push_options") \
-      _Pragma("GCC target(\"avx2,fma,avx512f,avx512bw,avx512vl,avx512dq,avx512bf16\")")
+#define LIKENESS_BF16_BEGIN \
+  _Pragma("GCC push_options") _Pragma("GCC target(\"avx2,fma,avx512f,avx512bw,avx512vl,avx512dq,avx512bf16\")")
 #define LIKENESS_BF16_END _Pragma("GCC pop_options")
 #endif
+// clang-format on
 
 LIKENESS_BF16_BEGIN
 namespace likeness::bf16 {

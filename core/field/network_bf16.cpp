@@ -66,6 +66,36 @@ inline __m512 masked(__m512 sum, const std::uint32_t* mask, int half) {
   return _mm512_maskz_mov_ps(_mm512_test_epi32_mask(_mm512_load_si512(mask), _mm512_set1_epi32(half)), sum);
 }
 
+// Outputs [row, row + kRows) of samples [s, s + 32).
+template <int kRows, Finish kFinish>
+inline void finish_rows(const __m512 (&low)[kRows], const __m512 (&high)[kRows], std::size_t row,
+                        std::size_t s, const LayerResult& to) {
+  constexpr bool kTwo = kRows > 1;
+  constexpr int kLower = 0xffff, kUpper = int(0xffff0000u);
+  const __m512 zero = _mm512_setzero_ps();
+#pragma GCC unroll 8
+  for (int o = 0; o < kRows; o += kFinish == Finish::kRows ? 1 : 2) {
+    if constexpr (kFinish == Finish::kRows) {
+      float* rows = to.rows + (row + std::size_t(o)) * kTile + s;
+      _mm512_store_ps(rows, low[o]);
+      _mm512_store_ps(rows + kWide, high[o]);
+      continue;
+    }
+    const std::size_t place = (row + std::size_t(o)) / 2 * kTile + s;
+    const __m512 low1 = kTwo ? low[(o + 1) % kRows] : zero, high1 = kTwo ? high[(o + 1) % kRows] : zero;
+    if constexpr (kFinish == Finish::kRelu) {
+      _mm512_store_si512(to.words + place, paired(_mm512_max_ps(low[o], zero), _mm512_max_ps(low1, zero)));
+      _mm512_store_si512(to.words + place + kWide,
+                         paired(_mm512_max_ps(high[o], zero), _mm512_max_ps(high1, zero)));
+    } else if constexpr (kFinish == Finish::kSlopes) {
+      const std::uint32_t *mask = to.mask + place, *next = mask + kWide;
+      store_slopes<kTwo>(masked(low[o], mask, kLower), masked(high[o], next, kLower),
+                         masked(low1, mask, kUpper), masked(high1, next, kUpper), row + std::size_t(o), s,
+                         to.slopes);
+    }
+  }
+}
+
 // kRows outputs, from `row` on, of the kTile samples from pairs of inputs.
 template <int kRows, Finish kFinish>
 inline void layer_rows(const std::uint32_t* weights, const float* biases, const std::uint32_t* in,
@@ -84,34 +114,7 @@ inline void layer_rows(const std::uint32_t* weights, const float* biases, const 
         high[o] = _mm512_dpbf16_ps(high[o], x1, k);
       }
     }
-    const __m512 zero = _mm512_setzero_ps();
-    if constexpr (kFinish == Finish::kRows) {
-#pragma GCC unroll 8
-      for (int o = 0; o < kRows; ++o) {
-        float* rows = to.rows + (row + std::size_t(o)) * kTile + s;
-        _mm512_store_ps(rows, low[o]);
-        _mm512_store_ps(rows + kWide, high[o]);
-      }
-    } else {
-#pragma GCC unroll 4
-      for (int o = 0; o < kRows; o += 2) {
-        constexpr bool kTwo = kRows > 1;
-        const std::size_t place = (row + std::size_t(o)) / 2 * kTile + s;
-        const __m512 low1 = kTwo ? low[(o + 1) % kRows] : zero, high1 = kTwo ? high[(o + 1) % kRows] : zero;
-        if constexpr (kFinish == Finish::kRelu) {
-          _mm512_store_si512(to.words + place,
-                             paired(_mm512_max_ps(low[o], zero), _mm512_max_ps(low1, zero)));
-          _mm512_store_si512(to.words + place + kWide,
-                             paired(_mm512_max_ps(high[o], zero), _mm512_max_ps(high1, zero)));
-        } else {
-          const std::uint32_t* mask = to.mask + place;
-          constexpr int kLower = 0xffff, kUpper = int(0xffff0000u);
-          store_slopes<kTwo>(masked(low[o], mask, kLower), masked(high[o], mask + kWide, kLower),
-                             masked(low1, mask, kUpper), masked(high1, mask + kWide, kUpper),
-                             row + std::size_t(o), s, to.slopes);
-        }
-      }
-    }
+    finish_rows<kRows, kFinish>(low, high, row, s, to);
   }
 }
 
