@@ -32,6 +32,9 @@ constexpr int kCutSide =
 constexpr std::size_t kPlateSamples = 80, kOtherSamples = 32;
 constexpr std::size_t kRoomFrames = 160;  // that the room behind a moving camera is learnt from, at most
 constexpr int kRounds = 4;
+// Log-likelihood ratio from which a colour is rather the person's. Below zero: the certain part of a head
+// shows little of its hair.
+constexpr float kRatherPersons = -1.5f;
 
 struct Stage {
   fs::path folder;
@@ -239,12 +242,30 @@ PersonHull hull_of(const Stage& stage, const std::vector<Sample>& samples) {
 }
 
 // Plate, hull and colour statistics from the samples as they are cut now.
-Statistics learn(const Stage& stage, const std::vector<Sample>& samples) {
+// `background` less what near the person has rather the person's colours.
+cv::Mat without_persons_own(const Sample& sample, const cv::Mat& background, const PlateDoubt& doubt) {
+  cv::Mat kept = background.clone();
+  for (int y = 0; y < kept.rows; ++y)
+    for (int x = 0; x < kept.cols; ++x)
+      if (kept.at<unsigned char>(y, x) && sample.prior.possible.at<unsigned char>(y, x) &&
+          doubt.persons_own(sample.small.at<cv::Vec3b>(y, x)))
+        kept.at<unsigned char>(y, x) = 0;
+  return kept;
+}
+
+// What a cut leaves free teaches the background only as far as `first`, the statistics before any cut, does
+// not call it the person's; nullptr before the first cut, when everything near the person is left out.
+Statistics learn(const Stage& stage, const std::vector<Sample>& samples, const Statistics* first) {
   Statistics statistics;
   std::vector<cv::Mat> pictures, small, occupied, small_occupied;
+  PlateDoubt doubt, small_doubt;
+  if (first)
+    doubt.persons_own = small_doubt.persons_own = [first](const cv::Vec3b& colour) {
+      return std::max(first->upper.ratio(colour), first->lower.ratio(colour)) > kRatherPersons;
+    };
   for (const auto& sample : samples) {
     const cv::Mat taken = occupied_of(sample);
-    const cv::Mat background = taken == 0;
+    const cv::Mat background = first ? without_persons_own(sample, taken == 0, doubt) : cv::Mat(taken == 0);
     // What only the cut calls person may be furniture that is never freed: it does not teach colours.
     const cv::Mat person = sample.person.empty()
                                ? sample.prior.certain
@@ -255,22 +276,26 @@ Statistics learn(const Stage& stage, const std::vector<Sample>& samples) {
     statistics.upper.add(sample.small, background & above, false);
     statistics.lower.add(sample.small, background, false);  // too little is free beside the shoulders alone
     if (!sample.job->on_plate) continue;
-    cv::Mat enlarged;
+    cv::Mat enlarged, enlarged_near;
     cv::resize(taken, enlarged, {stage.size, stage.size}, 0, 0, cv::INTER_NEAREST);
+    cv::resize(sample.prior.possible, enlarged_near, {stage.size, stage.size}, 0, 0, cv::INTER_NEAREST);
     pictures.push_back(sample.picture);
     occupied.push_back(enlarged);
+    doubt.near.push_back(enlarged_near);
     small.push_back(sample.small);
     small_occupied.push_back(taken);
+    small_doubt.near.push_back(sample.prior.possible);
   }
   statistics.upper.finish();
   statistics.lower.finish();
   statistics.hull = hull_of(stage, samples);
   statistics.has_plate = !pictures.empty();
   if (statistics.has_plate) {
-    statistics.plate = estimate_plate(pictures, occupied);
+    statistics.plate = estimate_plate(pictures, occupied, first ? &doubt : nullptr);
     statistics.still = still_texture(small);
-    statistics.small_plate =
-        stage.size == stage.cut_size ? statistics.plate : estimate_plate(small, small_occupied);
+    statistics.small_plate = stage.size == stage.cut_size
+                                 ? statistics.plate
+                                 : estimate_plate(small, small_occupied, first ? &small_doubt : nullptr);
   }
   return statistics;
 }
@@ -288,7 +313,8 @@ Result<Statistics> learn_in_rounds(const Stage& stage, const std::vector<Job>& j
                                    const Progress& progress) {
   auto samples = load_samples(stage, jobs);
   if (!samples) return samples.error();
-  Statistics statistics = learn(stage, *samples);
+  const Statistics first = learn(stage, *samples, nullptr);
+  Statistics statistics = first;
   for (int round = 1; round < kRounds; ++round) {
     parallel_for(samples->size(), [&](std::size_t i) {
       Sample& sample = (*samples)[i];
@@ -297,7 +323,7 @@ Result<Statistics> learn_in_rounds(const Stage& stage, const std::vector<Job>& j
       sample.person = cut(*sample.job, sample.small, sample.prior, sample.room, sample.network, statistics);
     });
     if (stage.stop.stop_requested()) return cancelled_error();
-    statistics = learn(stage, *samples);
+    statistics = learn(stage, *samples, &first);
     progress.report(double(round) / (kRounds - 1), fmt::format("background, round {}", round));
   }
   return statistics;

@@ -17,6 +17,20 @@ void blend(cv::Vec3f& value, const cv::Vec3f& with, float share) {
   value = with * share + value * (1 - share);
 }
 
+using Channels = std::array<std::vector<int>, 3>;
+
+// Median colour, and the largest spread about it of a channel. The values are used up.
+float usual_colour(Channels& seen, cv::Vec3b& colour) {
+  float spread = 0;
+  for (std::size_t c = 0; c < 3; ++c) {
+    const int usual = median(seen[c]);
+    colour[int(c)] = (unsigned char)(usual);
+    for (int& value : seen[c]) value = std::abs(value - usual);
+    spread = std::max(spread, 1.4826f * float(median(seen[c])));
+  }
+  return spread;
+}
+
 }  // namespace
 
 double Plate::coverage() const {
@@ -75,9 +89,11 @@ cv::Mat fill_holes(const cv::Mat& colour, const cv::Mat& known) {
   return result;
 }
 
-Plate estimate_plate(const std::vector<cv::Mat>& pictures, const std::vector<cv::Mat>& occupied) {
-  LIKENESS_CHECK(!pictures.empty() && pictures.size() == occupied.size(), "%zu pictures and %zu masks",
-                 pictures.size(), occupied.size());
+Plate estimate_plate(const std::vector<cv::Mat>& pictures, const std::vector<cv::Mat>& occupied,
+                     const PlateDoubt* doubt) {
+  LIKENESS_CHECK(!pictures.empty() && pictures.size() == occupied.size() &&
+                     (!doubt || doubt->near.size() == pictures.size()),
+                 "%zu pictures and %zu masks", pictures.size(), occupied.size());
   const int width = pictures[0].cols, height = pictures[0].rows;
   Plate plate;
   plate.colour = cv::Mat(height, width, CV_8UC3, cv::Scalar::all(0));
@@ -85,25 +101,26 @@ Plate estimate_plate(const std::vector<cv::Mat>& pictures, const std::vector<cv:
   plate.known = cv::Mat(height, width, CV_8U, cv::Scalar(0));
   const std::size_t enough = std::min(pictures.size(), std::max<std::size_t>(2, pictures.size() / 20));
   parallel_ranges(std::size_t(height), 8, [&](std::size_t begin, std::size_t end) {
-    std::array<std::vector<int>, 3> seen;
+    Channels free, away;  // away: also where nobody is near
     for (int y = int(begin); y < int(end); ++y)
       for (int x = 0; x < width; ++x) {
-        for (auto& channel : seen) channel.clear();
+        for (Channels* seen : {&free, &away})
+          for (auto& channel : *seen) channel.clear();
         for (std::size_t i = 0; i < pictures.size(); ++i) {
           if (occupied[i].at<unsigned char>(y, x)) continue;
           const auto& pixel = pictures[i].at<cv::Vec3b>(y, x);
-          for (int c = 0; c < 3; ++c) seen[std::size_t(c)].push_back(pixel[c]);
+          const bool near = doubt && doubt->near[i].at<unsigned char>(y, x);
+          for (std::size_t c = 0; c < 3; ++c) {
+            free[c].push_back(pixel[int(c)]);
+            if (!near) away[c].push_back(pixel[int(c)]);
+          }
         }
+        const bool sure = away[0].size() >= enough;
+        Channels& seen = sure ? away : free;
         if (seen[0].size() < enough) continue;
-        float spread = 0;
-        for (int c = 0; c < 3; ++c) {
-          auto& values = seen[std::size_t(c)];
-          const int usual = median(values);
-          plate.colour.at<cv::Vec3b>(y, x)[c] = (unsigned char)(usual);
-          for (int& value : values) value = std::abs(value - usual);
-          spread = std::max(spread, 1.4826f * float(median(values)));
-        }
-        plate.noise.at<float>(y, x) = spread;
+        auto& colour = plate.colour.at<cv::Vec3b>(y, x);
+        plate.noise.at<float>(y, x) = usual_colour(seen, colour);
+        if (!sure && doubt && doubt->persons_own(colour)) continue;
         plate.known.at<unsigned char>(y, x) = 255;
       }
   });

@@ -1,6 +1,7 @@
 // The background plate: temporal median over the pixels that the person leaves free.
 #pragma once
 
+#include <functional>
 #include <opencv2/core.hpp>
 #include <vector>
 
@@ -15,7 +16,17 @@ struct Plate {
 };
 
 // pictures: 8UC3 of one size; occupied: 8U, non-zero where the person is or may be. At least one picture.
-Plate estimate_plate(const std::vector<cv::Mat>& pictures, const std::vector<cv::Mat>& occupied);
+//
+// What a cut of the person leaves free near the person may still be the person's: hair that rests before a
+// wall of its colour, cut off once, would become the wall, and stay cut off. With `doubt`, pictures in which
+// a pixel is free and not near decide alone where there are enough of them; elsewhere a colour that the
+// person is more likely to have than the background stays unknown.
+struct PlateDoubt {
+  std::vector<cv::Mat> near;                          // a picture each, 8U: where the person may be
+  std::function<bool(const cv::Vec3b&)> persons_own;  // whether a colour is rather the person's
+};
+Plate estimate_plate(const std::vector<cv::Mat>& pictures, const std::vector<cv::Mat>& occupied,
+                     const PlateDoubt* doubt = nullptr);
 
 // The plate of one picture of a moving camera: `room` as a model shows it behind the person, believed only as
 // far as it agrees with the picture beside the person. free: 8U, non-zero where the person surely is not;
