@@ -98,7 +98,7 @@ Result<Image8> decode(const std::filesystem::path& path, std::size_t file_bytes)
   const std::int64_t most =
       std::min(kLargestPicture, std::max(kSmallPicture, kMostUnfolded * std::int64_t(file_bytes)));
   if (spec.width <= 0 || spec.height <= 0 || spec.nchannels < 1 || spec.nchannels > 4 || spec.depth > 1 ||
-      std::int64_t(spec.width) * spec.height > most / spec.nchannels) {
+      std::int64_t(spec.width) * spec.height > most / (spec.nchannels * std::int64_t(spec.format.size()))) {
     return unreadable(path, fmt::format("\"{}\" claims a size of {} x {} x {}, which is no ordinary picture.",
                                         name, spec.width, spec.height, spec.nchannels));
   }

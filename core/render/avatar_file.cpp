@@ -242,8 +242,8 @@ TorsoModes torso_modes_from_json(const json& j) {
   m.grid.cell = grid.at(2).get<float>();
   m.grid.columns = grid.at(3).get<int>(), m.grid.rows = grid.at(4).get<int>();
   m.mean = j.at("torso_mean").get<std::vector<float>>();
-  m.modes = j.at("torso_modes").get<decltype(m.modes)>();
-  if (!is_consistent(m)) throw Bad{"the torso's modes do not fit their grid"};
+  if (!take_modes(j.at("torso_modes").get<std::vector<std::vector<float>>>(), m) || !is_consistent(m))
+    throw Bad{"the torso's modes do not fit their grid"};
   return m;
 }
 

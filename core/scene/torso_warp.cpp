@@ -32,6 +32,20 @@ GridPlace place_in(const TorsoGrid& grid, float x, float y) {
           {(1 - a) * (1 - b), a * (1 - b), (1 - a) * b, a * b}};
 }
 
+bool take_modes(std::vector<std::vector<float>> from_file, TorsoModes& modes) {
+  if (from_file.size() > modes.modes.size()) return false;
+  modes.modes.fill(std::vector<float>(modes.mean.size(), 0.0f));
+  std::ranges::move(from_file, modes.modes.begin());
+  return true;
+}
+
+std::optional<TorsoShape> take_shape(std::span<const float> from_file) {
+  TorsoShape shape{};
+  if (from_file.size() > shape.size()) return std::nullopt;
+  std::ranges::copy(from_file, shape.begin());
+  return shape;
+}
+
 bool is_consistent(const TorsoModes& modes) {
   const TorsoGrid& grid = modes.grid;
   if (grid.empty()) return true;

@@ -2,19 +2,22 @@
 // learnt from the training frames, lie on a grid in the torso frame's x-y plane and carry on unchanged along
 // z and beyond the grid's border.
 //
-// A frame's torso is six numbers: three of its pose (turn about the torso's z axis, shift along x and y) and
+// A frame's torso is nine numbers: three of its pose (turn about the torso's z axis, shift along x and y) and
 // kTorsoModes coefficients. To look a world point up in the torso's field:
 //   p = world_from_torso^-1 * world;  canonical = p + torso_displacement(field, p)
 #pragma once
 
 #include <array>
+#include <optional>
+#include <span>
 #include <vector>
 
 #include "core/base/linalg.h"
 
 namespace likeness {
 
-inline constexpr int kTorsoModes = 3;
+// Three left the shoulders of a speaker who leans as he never did before behind by a pixel of 256.
+inline constexpr int kTorsoModes = 6;
 
 // Coefficients of one frame, in standard deviations over the training frames.
 using TorsoShape = std::array<float, kTorsoModes>;
@@ -45,6 +48,11 @@ struct TorsoModes {
 
   bool empty() const { return grid.empty(); }
 };
+
+// Of a file; one of an earlier version holds fewer, and the rest never moves. False, and nullopt, for more
+// than there are. `modes.mean` is set.
+bool take_modes(std::vector<std::vector<float>> from_file, TorsoModes& modes);
+std::optional<TorsoShape> take_shape(std::span<const float> from_file);
 
 // False where a file's numbers cannot be modes: sizes that disagree, values that are not finite.
 bool is_consistent(const TorsoModes& modes);

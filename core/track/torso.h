@@ -1,5 +1,5 @@
 // Where the torso is and how it deforms: direct alignment of the picture below the chin to a template that
-// the training frames agree on. Six numbers a frame: turn and shift in the plane, and three coefficients of
+// the training frames agree on. Nine numbers a frame: turn and shift in the plane, and six coefficients of
 // deformation modes learnt from training frames (core/scene/torso_warp.h).
 #pragma once
 
@@ -42,7 +42,7 @@ struct TorsoTrack {
 };
 
 // chin: of the person, head frame, m. Template, weights and modes come from training frames alone; a held-out
-// frame finds its six numbers on its own picture.
+// frame finds its nine numbers on its own picture.
 Result<TorsoTrack> track_torso(const std::vector<TorsoFrame>& frames, const Vec3d& chin,
                                const Progress& progress, std::stop_token stop,
                                const TorsoOptions& options = {});

@@ -126,8 +126,8 @@ TorsoModes torso_modes_from(const json& j) {
   m.grid.cell = j.at("cell_m").get<float>();
   m.grid.columns = j.at("columns").get<int>(), m.grid.rows = j.at("rows").get<int>();
   m.mean = j.at("mean_m").get<std::vector<float>>();
-  m.modes = j.at("modes_m").get<decltype(m.modes)>();
-  if (!is_consistent(m)) throw std::runtime_error("the torso's modes do not fit their grid");
+  if (!take_modes(j.at("modes_m").get<std::vector<std::vector<float>>>(), m) || !is_consistent(m))
+    throw std::runtime_error("the torso's modes do not fit their grid");
   return m;
 }
 
@@ -157,7 +157,11 @@ TrackedFrame frame_from(const json& j) {
   f.reason = j.at("reason").get<std::string>();
   f.world_from_head = pose_from(j.at("world_from_head"));
   f.world_from_torso = pose_from(j.at("world_from_torso"));
-  if (j.contains("torso_shape")) f.torso_shape = j.at("torso_shape").get<TorsoShape>();
+  if (j.contains("torso_shape")) {
+    const auto shape = take_shape(j.at("torso_shape").get<std::vector<float>>());
+    if (!shape) throw std::runtime_error("a torso's shape has too many numbers");
+    f.torso_shape = *shape;
+  }
   f.articulation = articulation_from(j);
   const json& points = j.at("landmarks");
   if (points.size() != kLandmarkCount) throw std::runtime_error("a frame needs 68 landmarks");

@@ -58,6 +58,20 @@ TEST(TorsoWarp, DepthChangesNothingAndTheBorderCarriesOn) {
   EXPECT_TRUE(torso_displacement(field, {-2.f, 5.f, 0.f}).allFinite());
 }
 
+TEST(TorsoWarp, AFileWithFewerModesMovesTheTorsoAsBeforeAndOneWithMoreIsRefused) {
+  const TorsoModes all = wavy_modes();
+  TorsoModes taken;
+  taken.grid = all.grid, taken.mean = all.mean;
+  ASSERT_TRUE(take_modes({all.modes[0], all.modes[1], all.modes[2]}, taken));
+  EXPECT_TRUE(is_consistent(taken));
+  const std::vector<float> numbers{1.5f, -2.f, 1.f};
+  const auto shape = take_shape(numbers);
+  ASSERT_TRUE(shape.has_value());
+  EXPECT_EQ(posed_displacement(taken, *shape), posed_displacement(all, {1.5f, -2.f, 1.f}));
+  EXPECT_FALSE(take_modes(std::vector<std::vector<float>>(kTorsoModes + 1, all.mean), taken));
+  EXPECT_FALSE(take_shape(std::vector<float>(kTorsoModes + 1)).has_value());
+}
+
 TEST(TorsoWarp, WithoutModesNothingMoves) {
   const TorsoField field = torso_field({}, {1.f, 2.f, 3.f});
   EXPECT_TRUE(field.empty());
