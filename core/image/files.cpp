@@ -16,8 +16,8 @@
 namespace likeness {
 namespace {
 
-// Bytes decoded; a larger claim is a broken header. A claim beyond what any picture's bytes unfold to is one,
-// too, unless it is small: then memory would be taken for nothing.
+// Bytes decoded, in numbers as wide as the file's; a larger claim is a broken header. A claim beyond what any
+// picture's bytes unfold to is one, too, unless it is small: then memory would be taken for nothing.
 constexpr std::int64_t kLargestPicture = std::int64_t(1) << 30, kSmallPicture = std::int64_t(64) << 20;
 constexpr std::int64_t kMostUnfolded = 4000;  // decoded bytes of a file's; deflate reaches 1032
 

@@ -241,7 +241,6 @@ PersonHull hull_of(const Stage& stage, const std::vector<Sample>& samples) {
   return carve_person(stage.person, views);
 }
 
-// Plate, hull and colour statistics from the samples as they are cut now.
 // `background` less what near the person has rather the person's colours.
 cv::Mat without_persons_own(const Sample& sample, const cv::Mat& background, const PlateDoubt& doubt) {
   cv::Mat kept = background.clone();
@@ -253,6 +252,7 @@ cv::Mat without_persons_own(const Sample& sample, const cv::Mat& background, con
   return kept;
 }
 
+// Plate, hull and colour statistics from the samples as they are cut now.
 // What a cut leaves free teaches the background only as far as `first`, the statistics before any cut, does
 // not call it the person's; nullptr before the first cut, when everything near the person is left out.
 Statistics learn(const Stage& stage, const std::vector<Sample>& samples, const Statistics* first) {
