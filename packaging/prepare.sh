@@ -14,6 +14,7 @@ packages=(
   "libcli11-dev:the command line"
   "libxxhash-dev:content hashes"
   "zlib1g-dev:head model archives"
+  "libwebp-dev:checking pictures before they are opened"
   "libsqlite3-dev:reading COLMAP's database"
   "libopencv-dev:feature tracks and mattes"
   "libopenimageio-dev:pictures in and out"

@@ -4,6 +4,7 @@
 #include <OpenImageIO/filesystem.h>
 #include <OpenImageIO/imageio.h>
 #include <fmt/format.h>
+#include <webp/decode.h>
 #include <zlib.h>
 
 #include <algorithm>
@@ -76,6 +77,23 @@ bool png_is_whole(std::span<const std::byte> bytes) {
   return false;
 }
 
+// The most bytes that a picture may claim to unfold to.
+std::int64_t largest_claim(std::size_t file_bytes) {
+  return std::min(kLargestPicture, std::max(kSmallPicture, kMostUnfolded * std::int64_t(file_bytes)));
+}
+
+Error too_large_a_claim(const std::filesystem::path& path, int width, int height, int channels) {
+  return unreadable(path, fmt::format("\"{}\" claims a size of {} x {} x {}, which is no ordinary picture.",
+                                      path.filename().string(), width, height, channels));
+}
+
+// OpenImageIO takes the memory of a whole WebP when it opens the file, so that its claim is read before: up
+// to 805 MB of a few hundred bytes.
+bool webp_claims_too_much(std::span<const std::byte> bytes, int& width, int& height) {
+  return WebPGetInfo(reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size(), &width, &height) &&
+         std::int64_t(width) * height > largest_claim(bytes.size()) / 4;
+}
+
 Image8 grey_alpha_to_rgba(const Image8& image) {
   Image8 result(image.width, image.height, 4);
   for (std::size_t i = 0; i < image.pixels(); ++i) {
@@ -95,12 +113,10 @@ Result<Image8> decode(const std::filesystem::path& path, std::size_t file_bytes)
                                         first_line(OIIO::geterror())));
   }
   const OIIO::ImageSpec& spec = input->spec();
-  const std::int64_t most =
-      std::min(kLargestPicture, std::max(kSmallPicture, kMostUnfolded * std::int64_t(file_bytes)));
   if (spec.width <= 0 || spec.height <= 0 || spec.nchannels < 1 || spec.nchannels > 4 || spec.depth > 1 ||
-      std::int64_t(spec.width) * spec.height > most / (spec.nchannels * std::int64_t(spec.format.size()))) {
-    return unreadable(path, fmt::format("\"{}\" claims a size of {} x {} x {}, which is no ordinary picture.",
-                                        name, spec.width, spec.height, spec.nchannels));
+      std::int64_t(spec.width) * spec.height >
+          largest_claim(file_bytes) / (spec.nchannels * std::int64_t(spec.format.size()))) {
+    return too_large_a_claim(path, spec.width, spec.height, spec.nchannels);
   }
   Image8 image(spec.width, spec.height, spec.nchannels);
   if (!input->read_image(0, 0, 0, spec.nchannels, OIIO::TypeDesc::UINT8, image.data.data())) {
@@ -168,6 +184,9 @@ Result<Image8> read_image(const std::filesystem::path& path) {
   }
   if (is_png(*bytes) && !png_is_whole(*bytes)) {
     return unreadable(path, fmt::format("\"{}\" breaks off: the end of the PNG data is missing.", name));
+  }
+  if (int width = 0, height = 0; webp_claims_too_much(*bytes, width, height)) {
+    return too_large_a_claim(path, width, height, 4);
   }
   try {
     return decode(path, bytes->size());

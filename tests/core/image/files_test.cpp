@@ -112,6 +112,22 @@ TEST_F(ImageFiles, RefusesAHeaderThatClaimsMoreThanTheFileCanHold) {
   EXPECT_THAT(refused.error().what, HasSubstr("claims a size of 15000 x 15000"));
 }
 
+TEST_F(ImageFiles, AWebpWhoseHeaderClaimsMoreThanItsBytesUnfoldToIsRefusedBeforeMemoryIsTaken) {
+  // RIFF and a VP8L chunk: signature, 14 bits each of width and height less one, alpha, version; then
+  // nothing.
+  std::vector<std::byte> bytes;
+  const auto put = [&](std::string_view text) {
+    for (const char c : text) bytes.push_back(std::byte(c));
+  };
+  using namespace std::string_view_literals;
+  put("RIFF\x20\0\0\0WEBPVP8L\x14\0\0\0\x2F\xFE\xBF\xFF\x0F"sv);
+  bytes.resize(40);
+  ASSERT_TRUE(write_file(folder_ / "a.webp", bytes));
+  const auto read = read_image(folder_ / "a.webp");
+  ASSERT_FALSE(read);
+  EXPECT_THAT(read.error().what, HasSubstr("claims a size of 16383 x 16383"));
+}
+
 TEST_F(ImageFiles, TellsMissingEmptyAndTextFilesApart) {
   const auto missing = read_image(folder_ / "missing.png");
   ASSERT_FALSE(missing);
