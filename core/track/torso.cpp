@@ -1,7 +1,8 @@
 // Rigid alignment of all frames to one picture, then twice: the median of the aligned training pictures
 // becomes the template, pixels that the torso's motion does not explain lose their say, and the training
-// frames are aligned anew with a free grid of displacements. Components of those grids are the modes; every
-// frame is then aligned once more with the motion and the modes' coefficients alone.
+// frames are aligned anew with a free grid of displacements. Components of those grids are where the modes
+// start; they are fitted to all learning frames at once, the template renewed between. Every frame is then
+// aligned once more with the motion and the modes' coefficients alone.
 #include "core/track/torso.h"
 
 #include <algorithm>
@@ -14,6 +15,7 @@
 #include "core/track/torso_align.h"
 #include "core/track/torso_modes.h"
 #include "core/track/torso_picture.h"
+#include "core/track/torso_refine.h"
 
 namespace likeness {
 namespace {
@@ -21,6 +23,7 @@ namespace {
 constexpr double kCell = 0.042;     // m between nodes
 constexpr double kUnexplained = 8;  // grey levels: a pixel of this spread after alignment counts half
 constexpr std::size_t kLeastViews = 8;
+constexpr int kRefineRounds = 3, kRefineSteps = 3;
 
 // The training frame whose head looks at the camera most and stands nearest to the usual place.
 int reference_frame(const std::vector<TorsoFrame>& frames) {
@@ -151,6 +154,30 @@ void renew_template(Work& work) {
   }
 }
 
+// Modes, template and the learning frames' states by turns.
+Result<void> refine(Work& work, TorsoModes* modes, const Progress& progress, std::stop_token stop) {
+  std::vector<TorsoView> views;
+  std::vector<TorsoState*> states;
+  for (const std::size_t i : work.learning) {
+    work.states[i]->shape = {};
+    views.push_back(work.view(i, 0)), states.push_back(&*work.states[i]);
+  }
+  for (int round = 0; round < kRefineRounds; ++round) {
+    parallel_for(work.learning.size(), [&](std::size_t k) {
+      if (stop.stop_requested()) return;
+      TorsoState tried = *states[k];
+      const double difference = work.align(work.learning[k], 0, TorsoFreedom::modes, modes, 8, &tried);
+      if (believable(tried.motion, difference)) *states[k] = std::move(tried);
+    });
+    renew_template(work);
+    refine_torso_modes(work.body.levels[0], views, work.body.pivot, kRefineSteps, stop, states, modes);
+    if (stop.stop_requested()) return cancelled_error();
+    progress.report(double(round + 1) / kRefineRounds, "learning how the torso deforms");
+  }
+  renew_template(work);
+  return {};
+}
+
 Result<TorsoModes> learn(Work& work, const Progress& progress, std::stop_token stop) {
   for (int round = 0; round < 2; ++round) {
     renew_template(work);
@@ -165,7 +192,7 @@ Result<TorsoModes> learn(Work& work, const Progress& progress, std::stop_token s
       if (believable(tried.motion, difference)) state = tried;
     });
     if (stop.stop_requested()) return cancelled_error();
-    progress.report(0.5 * (round + 1), "learning how the torso deforms");
+    progress.report(0.25 * (round + 1), "learning how the torso deforms");
   }
   renew_template(work);
   std::vector<std::vector<float>> displacements;
@@ -174,9 +201,17 @@ Result<TorsoModes> learn(Work& work, const Progress& progress, std::stop_token s
   const auto reference = std::find_if(work.learning.begin(), work.learning.end(),
                                       [&](std::size_t i) { return !work.states[i]->displacement.empty(); });
   if (reference == work.learning.end()) return TorsoModes{};
-  return learn_torso_modes(work.grid, displacements,
-                           picture_metric(work.body.levels[0], work.view(*reference, 0), work.grid),
-                           work.body.pivot);
+  const Eigen::MatrixXd metric = picture_metric(work.body.levels[0], work.view(*reference, 0), work.grid);
+  TorsoModes modes = learn_torso_modes(work.grid, displacements, metric, work.body.pivot);
+  if (modes.empty()) return modes;
+  if (auto refined = refine(work, &modes, progress.stage(0.5, 1, ""), stop); !refined) return refined.error();
+  // Orthogonal again, and in standard deviations.
+  displacements.clear();
+  for (const std::size_t i : work.learning) {
+    displacements.push_back(work.states[i]->displacement);
+    work.states[i]->shape = {};
+  }
+  return learn_torso_modes(work.grid, displacements, metric, work.body.pivot);
 }
 
 void choose_learning(Work& work, int count) {

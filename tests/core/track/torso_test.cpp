@@ -3,81 +3,16 @@
 
 #include <gtest/gtest.h>
 
-#include <algorithm>
-#include <cmath>
-
 #include "core/track/fit_frame.h"
-#include "tests/core/track/synthetic_face.h"
+#include "tests/core/track/torso_board.h"
 
 namespace likeness {
 namespace {
 
-constexpr double kDepth = 0.66;  // m, where track_torso expects a chest whose head is at 0.7
-
-Intrinsics view() { return {256, 256, 400, 400, 128, 128}; }
-
-// How one side of the board sinks when it deforms, m per unit of `sag`.
-double sunk(double x) { return 0.006 / (1 + std::exp(-40 * (x - 0.03))); }
-
-// The board turned by `roll` in the picture about (0, 0.1), moved by (dx, dy) metres and deformed.
-Image8 board(double dx, double dy, double roll, double sag = 0) {
-  const Intrinsics k = view();
-  Image8 image(k.width, k.height, 1);
-  for (int y = 0; y < k.height; ++y)
-    for (int x = 0; x < k.width; ++x) {
-      const double bx = (x + 0.5 - k.cx) / k.fx * kDepth - dx,
-                   by = (y + 0.5 - k.cy) / k.fy * kDepth - dy - 0.1 -
-                        sag * sunk((x + 0.5 - k.cx) / k.fx * kDepth);
-      const double u = std::cos(roll) * bx + std::sin(roll) * by,
-                   v = -std::sin(roll) * bx + std::cos(roll) * by;
-      const double value = 128 + 50 * std::sin(70 * u + 1) * std::cos(60 * v) + 40 * std::sin(35 * (u + v));
-      image.at(x, y)[0] = static_cast<std::uint8_t>(std::clamp(value, 0.0, 255.0));
-    }
-  return image;
-}
-
-struct Clip {
-  std::vector<Image8> images;
-  std::vector<TorsoFrame> frames;
-};
-
-Clip show(std::vector<Image8> images) {
-  Clip clip;
-  clip.images = std::move(images);
-  for (const Image8& image : clip.images) {
-    TorsoFrame f;
-    f.grey = &image;
-    f.usable = true;
-    f.intrinsics = view();
-    f.world_from_head = facing_pose(0, 0, {0, -0.1, 0.7});
-    clip.frames.push_back(f);
-  }
-  return clip;
-}
-
-Clip make_clip(const std::vector<Vec3d>& motions) {  // dx, dy, roll
-  std::vector<Image8> images;
-  for (const Vec3d& m : motions) images.push_back(board(m.x(), m.y(), m.z()));
-  return show(std::move(images));
-}
-
-// 30 training frames and 6 held out, which shift and sag in ways of their own.
-double shift_of(int i) { return 0.004 * std::sin(0.7 * i); }
-double sag_of(int i) { return std::sin(0.45 * i + 1); }
-Clip sagging_clip() {
-  std::vector<Image8> images;
-  for (int i = 0; i < 36; ++i) images.push_back(board(shift_of(i), 0, 0, sag_of(i)));
-  Clip clip = show(std::move(images));
-  for (std::size_t i = 30; i < 36; ++i) clip.frames[i].held_out = true;
-  return clip;
-}
-
-const Vec3d kChin(0, -0.08, 0.09);
-
 TEST(Torso, FollowsAShiftInThePicture) {
   std::vector<Vec3d> motions;
   for (int i = 0; i < 12; ++i) motions.push_back({0.0015 * i, -0.001 * i, 0});
-  const Clip clip = make_clip(motions);
+  const BoardClip clip = make_clip(motions);
   const auto track = track_torso(clip.frames, kChin, {}, {});
   ASSERT_TRUE(track.ok());
   ASSERT_TRUE(track->has_torso);
@@ -94,7 +29,7 @@ TEST(Torso, FollowsAShiftInThePicture) {
 TEST(Torso, FollowsARollInThePicture) {
   std::vector<Vec3d> motions;
   for (int i = 0; i < 12; ++i) motions.push_back({0, 0, 0.006 * i});
-  const Clip clip = make_clip(motions);
+  const BoardClip clip = make_clip(motions);
   const auto track = track_torso(clip.frames, kChin, {}, {});
   ASSERT_TRUE(track.ok());
   const Mat3d off = track->world_from_torso[9].linear() * track->world_from_torso[2].linear().transpose();
@@ -102,7 +37,7 @@ TEST(Torso, FollowsARollInThePicture) {
 }
 
 TEST(Torso, RestsWhereThePictureShowsNone) {
-  Clip clip = make_clip({{0, 0, 0}, {0, 0, 0}});
+  BoardClip clip = make_clip({{0, 0, 0}, {0, 0, 0}});
   for (TorsoFrame& f : clip.frames)
     f.world_from_head = facing_pose(0, 0, {0, 0.15, 0.7});  // the chin at the lower edge
   const auto track = track_torso(clip.frames, kChin, {}, {});
@@ -123,7 +58,7 @@ Vec3d posed_place(const TorsoTrack& track, std::size_t frame, const Vec3d& canon
 }
 
 TEST(Torso, FollowsADeformationThatTrainingFramesShow) {
-  const Clip clip = sagging_clip();
+  const BoardClip clip = sagging_clip();
   const auto track = track_torso(clip.frames, kChin, {}, {});
   ASSERT_TRUE(track.ok());
   ASSERT_FALSE(track->modes.empty());
@@ -139,9 +74,9 @@ TEST(Torso, FollowsADeformationThatTrainingFramesShow) {
 }
 
 TEST(Torso, HeldOutPicturesChangeNothingThatIsShared) {
-  const Clip clip = sagging_clip();
+  const BoardClip clip = sagging_clip();
   const auto track = track_torso(clip.frames, kChin, {}, {});
-  Clip other = sagging_clip();
+  BoardClip other = sagging_clip();
   for (std::size_t i = 30; i < 36; ++i) other.images[i] = board(-0.01, 0.01, 0.05, -1);
   const auto changed = track_torso(other.frames, kChin, {}, {});
   ASSERT_TRUE(track.ok() && changed.ok());
@@ -155,7 +90,7 @@ TEST(Torso, HeldOutPicturesChangeNothingThatIsShared) {
 }
 
 TEST(Torso, TheSamePicturesGiveTheSameBits) {
-  const Clip clip = sagging_clip();
+  const BoardClip clip = sagging_clip();
   const auto once = track_torso(clip.frames, kChin, {}, {}), twice = track_torso(clip.frames, kChin, {}, {});
   ASSERT_TRUE(once.ok() && twice.ok());
   for (std::size_t i = 0; i < clip.frames.size(); ++i) {
@@ -165,7 +100,7 @@ TEST(Torso, TheSamePicturesGiveTheSameBits) {
 }
 
 TEST(Torso, StopsWhenAsked) {
-  const Clip clip = sagging_clip();
+  const BoardClip clip = sagging_clip();
   std::stop_source stop;
   stop.request_stop();
   const auto track = track_torso(clip.frames, kChin, {}, stop.get_token());
