@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <optional>
 
 #include "core/base/parallel.h"
@@ -154,28 +155,43 @@ void renew_template(Work& work) {
   }
 }
 
-// Modes, template and the learning frames' states by turns.
-Result<void> refine(Work& work, TorsoModes* modes, const Progress& progress, std::stop_token stop) {
-  std::vector<TorsoView> views;
-  std::vector<TorsoState*> states;
-  for (const std::size_t i : work.learning) {
-    work.states[i]->shape = {};
-    views.push_back(work.view(i, 0)), states.push_back(&*work.states[i]);
-  }
+// Modes, template and the learning frames' states by turns. The displacements of the frames that the modes
+// explain; the others are no longer learnt from.
+Result<std::vector<std::vector<float>>> refine(Work& work, TorsoModes* modes, const Progress& progress,
+                                               std::stop_token stop) {
+  for (const std::size_t i : work.learning) work.states[i]->shape = {};
   for (int round = 0; round < kRefineRounds; ++round) {
+    std::vector<std::uint8_t> explained(work.learning.size(), 0);
     parallel_for(work.learning.size(), [&](std::size_t k) {
       if (stop.stop_requested()) return;
-      TorsoState tried = *states[k];
+      TorsoState tried = *work.states[work.learning[k]];
       const double difference = work.align(work.learning[k], 0, TorsoFreedom::modes, modes, 8, &tried);
-      if (believable(tried.motion, difference)) *states[k] = std::move(tried);
+      if (!believable(tried.motion, difference)) return;
+      *work.states[work.learning[k]] = std::move(tried);
+      explained[k] = 1;
     });
+    if (stop.stop_requested()) return cancelled_error();
+    std::vector<std::size_t> kept;
+    for (std::size_t k = 0; k < explained.size(); ++k)
+      if (explained[k]) kept.push_back(work.learning[k]);
+    if (kept.size() < std::size_t(kMinimumTorsoFrames)) return std::vector<std::vector<float>>{};  // rigid
+    work.learning = std::move(kept);
     renew_template(work);
+    std::vector<TorsoView> views;
+    std::vector<TorsoState*> states;
+    for (const std::size_t i : work.learning)
+      views.push_back(work.view(i, 0)), states.push_back(&*work.states[i]);
     refine_torso_modes(work.body.levels[0], views, work.body.pivot, kRefineSteps, stop, states, modes);
     if (stop.stop_requested()) return cancelled_error();
     progress.report(double(round + 1) / kRefineRounds, "learning how the torso deforms");
   }
   renew_template(work);
-  return {};
+  std::vector<std::vector<float>> displacements;
+  for (const std::size_t i : work.learning) {
+    displacements.push_back(work.states[i]->displacement);
+    work.states[i]->shape = {};
+  }
+  return displacements;
 }
 
 Result<TorsoModes> learn(Work& work, const Progress& progress, std::stop_token stop) {
@@ -204,14 +220,10 @@ Result<TorsoModes> learn(Work& work, const Progress& progress, std::stop_token s
   const Eigen::MatrixXd metric = picture_metric(work.body.levels[0], work.view(*reference, 0), work.grid);
   TorsoModes modes = learn_torso_modes(work.grid, displacements, metric, work.body.pivot);
   if (modes.empty()) return modes;
-  if (auto refined = refine(work, &modes, progress.stage(0.5, 1, ""), stop); !refined) return refined.error();
+  const auto refined = refine(work, &modes, progress.stage(0.5, 1, ""), stop);
+  if (!refined) return refined.error();
   // Orthogonal again, and in standard deviations.
-  displacements.clear();
-  for (const std::size_t i : work.learning) {
-    displacements.push_back(work.states[i]->displacement);
-    work.states[i]->shape = {};
-  }
-  return learn_torso_modes(work.grid, displacements, metric, work.body.pivot);
+  return learn_torso_modes(work.grid, *refined, metric, work.body.pivot);
 }
 
 void choose_learning(Work& work, int count) {

@@ -3,6 +3,7 @@
 #include "core/track/torso_align.h"
 
 #include <Eigen/Cholesky>
+#include <algorithm>
 #include <array>
 #include <cmath>
 
@@ -11,7 +12,7 @@
 namespace likeness {
 namespace {
 
-constexpr double kStiffness = 1e8;  // grey levels^2 / m^2, between neighbouring nodes
+constexpr double kStiffness = 1e8;  // grey levels^2 / m^2, between nodes of a free grid, and in the metric
 constexpr double kHeadMargin = 6;   // px
 
 struct Row {
@@ -24,13 +25,15 @@ struct Row {
 }  // namespace
 
 void add_smoothness(const TorsoGrid& grid, double stiffness, const Eigen::VectorXd* at, int first,
-                    Eigen::MatrixXd& hessian, Eigen::VectorXd* gradient, double* cost) {
+                    Eigen::MatrixXd* hessian, Eigen::VectorXd* gradient, double* cost) {
   constexpr double kRest = 1e-4;
   const auto tie = [&](int a, int b) {
     for (int c = 0; c < 2; ++c) {
       const int i = first + 2 * a + c, j = first + 2 * b + c;
-      hessian(i, i) += stiffness, hessian(j, j) += stiffness;
-      hessian(i, j) -= stiffness, hessian(j, i) -= stiffness;
+      if (hessian) {
+        (*hessian)(i, i) += stiffness, (*hessian)(j, j) += stiffness;
+        (*hessian)(i, j) -= stiffness, (*hessian)(j, i) -= stiffness;
+      }
       if (!at) continue;
       const double apart = (*at)[i - first] - (*at)[j - first];
       if (gradient) (*gradient)[i] += stiffness * apart, (*gradient)[j] -= stiffness * apart;
@@ -44,7 +47,7 @@ void add_smoothness(const TorsoGrid& grid, double stiffness, const Eigen::Vector
       if (row + 1 < grid.rows) tie(node, node + grid.columns);
       for (int c = 0; c < 2; ++c) {  // and weakly to rest
         const int i = first + 2 * node + c;
-        hessian(i, i) += kRest * stiffness;
+        if (hessian) (*hessian)(i, i) += kRest * stiffness;
         if (!at) continue;
         const double off = (*at)[i - first];
         if (gradient) (*gradient)[i] += kRest * stiffness * off;
@@ -153,7 +156,7 @@ double align_torso(const std::vector<TorsoPixel>& pixels, const TorsoView& view,
     if (freedom == TorsoFreedom::nodes) {
       const Eigen::VectorXd at =
           Eigen::Map<const Eigen::VectorXf>(state->displacement.data(), extra).cast<double>();
-      add_smoothness(grid, kStiffness * share, &at, kTorsoRigid, hessian, &gradient);
+      add_smoothness(grid, kStiffness * share, &at, kTorsoRigid, &hessian, &gradient, nullptr);
     }
     if (freedom == TorsoFreedom::modes)
       for (int m = 0; m < kTorsoModes; ++m) {
@@ -193,7 +196,8 @@ Eigen::MatrixXd picture_metric(const std::vector<TorsoPixel>& pixels, const Tors
       for (int b = 0; b < 8; ++b)
         metric(row.node_index(a), row.node_index(b)) += t.weight * row.by_node(a) * row.by_node(b);
   }
-  add_smoothness(grid, kStiffness * std::max(1.0, weights) / kTorsoPixelsMeant, nullptr, 0, metric, nullptr);
+  add_smoothness(grid, kStiffness * std::max(1.0, weights) / kTorsoPixelsMeant, nullptr, 0, &metric, nullptr,
+                 nullptr);
   return metric;
 }
 

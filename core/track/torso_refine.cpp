@@ -1,10 +1,12 @@
 // Unknowns in blocks of one grid each: the mean, then the modes. A frame's Jacobian by block k is its
 // Jacobian by displacements times its coefficient of mode k, so one (2P, 2P) matrix a frame serves all
-// blocks.
+// blocks. A step is judged by the pixels that were seen before it: one that comes to be hidden costs what it
+// did, so that hiding the torso gains nothing.
 #include "core/track/torso_refine.h"
 
 #include <Eigen/Cholesky>
-#include <cmath>
+#include <algorithm>
+#include <utility>
 
 #include "core/base/parallel.h"
 #include "core/track/torso_rows.h"
@@ -12,8 +14,8 @@
 namespace likeness {
 namespace {
 
-// Between neighbouring nodes of mean and modes, a frame; what one frame's free grid is asked for is a hundred
-// times as stiff.
+// Between neighbouring nodes of mean and modes, a frame. A frame's free grid, which is all that its own
+// picture says, is kept a hundred times as stiff.
 constexpr double kStiffness = 1e6;  // grey levels^2 / m^2
 constexpr int kOwn = kTorsoRigid + kTorsoModes, kBlocks = 1 + kTorsoModes;
 constexpr int kLeastPixels = 50;
@@ -23,6 +25,7 @@ struct FrameSystem {
   double share = 0;                   // of kTorsoPixelsMeant
   Eigen::MatrixXd nodes, mixed, own;  // (2P, 2P), (2P, kOwn), (kOwn, kOwn)
   Eigen::VectorXd by_nodes, by_own;
+  std::vector<float> costs;  // a pixel; negative: not seen
 };
 
 struct Problem {
@@ -44,9 +47,12 @@ FrameSystem frame_system(const Problem& problem, std::size_t view, const TorsoMo
   double weights = 0;
   int count = 0;
   Eigen::Matrix<double, kOwn, 1> own;
-  for (const TorsoPixel& pixel : problem.pixels) {
+  s.costs.assign(problem.pixels.size(), -1);
+  for (std::size_t p = 0; p < problem.pixels.size(); ++p) {
+    const TorsoPixel& pixel = problem.pixels[p];
     TorsoRow row;
     if (!torso_row(pixel, problem.views[view], pose, problem.pivot, modes.grid, state, &row)) continue;
+    s.costs[p] = float(row.cost);
     weights += pixel.weight;
     ++count;
     own.head<kTorsoRigid>() = row.by;
@@ -71,28 +77,18 @@ FrameSystem frame_system(const Problem& problem, std::size_t view, const TorsoMo
   return s;
 }
 
-// Weights and shares are the frame's own, so a frame that comes to show less must not make the cost fall:
-// those pixels count as they did at the start, at the Huber threshold.
-struct FrameCost {
-  double cost = 0;
-  int seen = 0;
-};
-FrameCost frame_cost(const Problem& problem, std::size_t view, const TorsoModes& modes,
-                     const TorsoState& state) {
-  FrameCost sum;
+double frame_cost(const Problem& problem, std::size_t view, const TorsoModes& modes,
+                  const FrameSystem& before, const TorsoState& state) {
   const Pose pose = motion_pose(state.motion, problem.pivot);
-  double weights = 0;
-  for (const TorsoPixel& pixel : problem.pixels) {
-    if (pixel.weight <= 0) continue;
+  double sum = 0;
+  for (std::size_t p = 0; p < problem.pixels.size(); ++p) {
+    if (before.costs[p] < 0) continue;
     TorsoRow row;
-    if (torso_row(pixel, problem.views[view], pose, problem.pivot, modes.grid, state, &row)) {
-      sum.cost += row.cost, weights += pixel.weight, ++sum.seen;
-    } else {
-      sum.cost += 0.5 * pixel.weight * kTorsoHuber * kTorsoHuber;
-    }
+    sum += torso_row(problem.pixels[p], problem.views[view], pose, problem.pivot, modes.grid, state, &row)
+               ? row.cost
+               : double(before.costs[p]);
   }
-  for (const float c : state.shape)
-    sum.cost += 0.5 * shape_prior(weights / kTorsoPixelsMeant) * double(c) * double(c);
+  for (const float c : state.shape) sum += 0.5 * shape_prior(before.share) * double(c) * double(c);
   return sum;
 }
 
@@ -106,62 +102,81 @@ double amount(const TorsoState& state, int k) {
   return k == 0 ? 1.0 : double(state.shape[std::size_t(k - 1)]);
 }
 
-struct Normals {
-  Eigen::MatrixXd hessian;  // lower triangle
-  Eigen::VectorXd gradient;
+double used_share(const std::vector<FrameSystem>& systems) {
   double share = 0;
-};
+  for (const FrameSystem& s : systems) share += s.used ? s.share : 0;
+  return share;
+}
 
-Normals reduced_normals(const std::vector<FrameSystem>& systems, const std::vector<TorsoState*>& states,
-                        int size) {
-  Normals n;
-  n.hessian.setZero(kBlocks * size, kBlocks * size), n.gradient.setZero(kBlocks * size);
-  for (const FrameSystem& s : systems) n.share += s.used ? s.share : 0;
+// Marquardt's, for a frame's own unknowns as for the modes'.
+Eigen::MatrixXd damped(const Eigen::MatrixXd& hessian, double damping) {
+  Eigen::MatrixXd result = hessian;
+  result.diagonal() *= 1 + damping;
+  return result;
+}
+
+// The step of mean and modes, (kBlocks * 2P), with every frame's own unknowns eliminated. Empty if there is
+// none.
+Eigen::VectorXd modes_step(const std::vector<FrameSystem>& systems, const std::vector<TorsoState>& states,
+                           const TorsoModes& modes, double damping) {
+  const int size = 2 * modes.grid.nodes();
+  std::vector<Eigen::MatrixXd> nodes(systems.size());
+  std::vector<Eigen::VectorXd> by_nodes(systems.size());
+  parallel_for(systems.size(), [&](std::size_t i) {
+    const FrameSystem& s = systems[i];
+    if (!s.used) return;
+    const Eigen::MatrixXd solved = damped(s.own, damping).ldlt().solve(s.mixed.transpose());  // (kOwn, 2P)
+    by_nodes[i] = s.by_nodes - solved.transpose() * s.by_own;
+    nodes[i] = s.nodes - s.mixed * solved;
+  });
+  Eigen::MatrixXd hessian = Eigen::MatrixXd::Zero(kBlocks * size, kBlocks * size);  // lower triangle
+  Eigen::VectorXd gradient = Eigen::VectorXd::Zero(kBlocks * size);
   // A row of blocks each: every sum is made in the frames' order, whatever the threads.
   parallel_for(kBlocks, [&](std::size_t row) {
     const int a = int(row);
     for (std::size_t i = 0; i < systems.size(); ++i) {
       if (!systems[i].used) continue;
-      const double by_a = amount(*states[i], a);
-      n.gradient.segment(a * size, size) += by_a * systems[i].by_nodes;
+      const double by_a = amount(states[i], a);
+      gradient.segment(a * size, size) += by_a * by_nodes[i];
       for (int b = 0; b <= a; ++b)
-        n.hessian.block(a * size, b * size, size, size) += by_a * amount(*states[i], b) * systems[i].nodes;
+        hessian.block(a * size, b * size, size, size) += by_a * amount(states[i], b) * nodes[i];
     }
   });
-  return n;
-}
-
-double smoothness_cost(const TorsoModes& modes, double share) {
-  const int size = 2 * modes.grid.nodes();
-  Eigen::MatrixXd unused = Eigen::MatrixXd::Zero(size, size);
-  double cost = 0;
   for (int k = 0; k < kBlocks; ++k) {
     const Eigen::VectorXd at = Eigen::Map<const Eigen::VectorXf>(block(modes, k).data(), size).cast<double>();
-    add_smoothness(modes.grid, kStiffness * share, &at, 0, unused, nullptr, &cost);
+    add_smoothness(modes.grid, kStiffness * used_share(systems), &at, k * size, &hessian, &gradient, nullptr);
   }
-  return cost;
+  const Eigen::LLT<Eigen::MatrixXd> root(damped(hessian, damping));
+  if (root.info() != Eigen::Success) return {};
+  Eigen::VectorXd step = -root.solve(gradient);
+  return step.allFinite() ? step : Eigen::VectorXd();
 }
 
 double total_cost(const Problem& problem, const TorsoModes& modes, const std::vector<FrameSystem>& systems,
-                  const std::vector<TorsoState>& states, double share) {
+                  const std::vector<TorsoState>& states) {
   std::vector<double> costs(states.size(), 0);
   parallel_for(states.size(), [&](std::size_t i) {
-    if (!systems[i].used) return;
-    const FrameCost c = frame_cost(problem, i, modes, states[i]);
-    costs[i] = c.seen >= kLeastPixels ? c.cost : 1e30;
+    if (systems[i].used) costs[i] = frame_cost(problem, i, modes, systems[i], states[i]);
   });
-  double sum = smoothness_cost(modes, share);
+  double sum = 0;
   for (const double c : costs) sum += c;
+  const int size = 2 * modes.grid.nodes();
+  for (int k = 0; k < kBlocks; ++k) {
+    const Eigen::VectorXd at = Eigen::Map<const Eigen::VectorXf>(block(modes, k).data(), size).cast<double>();
+    add_smoothness(modes.grid, kStiffness * used_share(systems), &at, 0, nullptr, nullptr, &sum);
+  }
   return sum;
 }
 
 // What a step of the modes leaves for a frame's own unknowns.
-TorsoState stepped(const FrameSystem& s, const TorsoState& state, const Eigen::VectorXd& step, int size) {
+TorsoState stepped(const FrameSystem& s, const TorsoState& state, const Eigen::VectorXd& step, double damping,
+                   int size) {
   TorsoState moved = state;
   if (!s.used) return moved;
   Eigen::VectorXd displaced = Eigen::VectorXd::Zero(size);
   for (int k = 0; k < kBlocks; ++k) displaced += amount(state, k) * step.segment(k * size, size);
-  const Eigen::VectorXd own = -s.own.ldlt().solve(s.by_own + s.mixed.transpose() * displaced);
+  const Eigen::VectorXd own =
+      -damped(s.own, damping).ldlt().solve(s.by_own + s.mixed.transpose() * displaced);
   if (!own.allFinite()) return moved;
   moved.motion.angle += own[0];
   moved.motion.shift += own.segment<2>(1);
@@ -178,57 +193,42 @@ TorsoRefinement refine_torso_modes(const std::vector<TorsoPixel>& pixels, const 
   TorsoRefinement report;
   const Problem problem{pixels, views, pivot};
   const int size = 2 * modes->grid.nodes();
-  for (TorsoState* state : states) state->displacement = posed_displacement(*modes, state->shape);
+  std::vector<TorsoState> now;
+  for (const TorsoState* state : states) {
+    now.push_back(*state);
+    now.back().displacement = posed_displacement(*modes, state->shape);
+  }
   double damping = 1e-4;
-  for (int step_index = 0; step_index < steps && !stop.stop_requested(); ++step_index) {
-    std::vector<FrameSystem> systems(states.size());
-    parallel_for(states.size(), [&](std::size_t i) {
-      FrameSystem& s = systems[i];
-      s = frame_system(problem, i, *modes, *states[i]);
-      if (!s.used) return;
-      const Eigen::MatrixXd solved = s.own.ldlt().solve(s.mixed.transpose());  // (kOwn, 2P)
-      s.by_nodes -= solved.transpose() * s.by_own;
-      s.nodes -= s.mixed * solved;
-    });
-    Normals n = reduced_normals(systems, states, size);
-    if (n.share <= 0) return report;
-    for (int k = 0; k < kBlocks; ++k) {
-      const Eigen::VectorXd at =
-          Eigen::Map<const Eigen::VectorXf>(block(*modes, k).data(), size).cast<double>();
-      add_smoothness(modes->grid, kStiffness * n.share, &at, k * size, n.hessian, &n.gradient);
-    }
-    std::vector<TorsoState> now;
-    for (const TorsoState* state : states) now.push_back(*state);
-    const double cost = total_cost(problem, *modes, systems, now, n.share);
+  for (bool better = true; better && report.steps < steps && !stop.stop_requested();) {
+    std::vector<FrameSystem> systems(now.size());
+    parallel_for(now.size(), [&](std::size_t i) { systems[i] = frame_system(problem, i, *modes, now[i]); });
+    if (used_share(systems) <= 0) break;
+    const double cost = total_cost(problem, *modes, systems, now);
     if (report.steps == 0) report.cost_before = report.cost_after = cost;
-
-    bool better = false;
-    for (; !better && damping < 1e4 && !stop.stop_requested(); damping *= better ? 1 : 10) {
-      Eigen::MatrixXd damped = n.hessian;
-      damped.diagonal() *= 1 + damping;
-      const Eigen::LLT<Eigen::MatrixXd> root(damped);
-      if (root.info() != Eigen::Success) continue;
-      const Eigen::VectorXd step = -root.solve(n.gradient);
-      if (!step.allFinite()) continue;
+    for (better = false; !better && damping < 1e4 && !stop.stop_requested(); damping *= better ? 0.1 : 10) {
+      const Eigen::VectorXd step = modes_step(systems, now, *modes, damping);
+      if (step.size() == 0) continue;
       TorsoModes tried = *modes;
       for (int k = 0; k < kBlocks; ++k)
         Eigen::Map<Eigen::VectorXf>(block(tried, k).data(), size) +=
             step.segment(k * size, size).cast<float>();
-      std::vector<TorsoState> moved(states.size());
-      parallel_for(states.size(), [&](std::size_t i) {
-        moved[i] = stepped(systems[i], now[i], step, size);
+      std::vector<TorsoState> moved(now.size());
+      parallel_for(now.size(), [&](std::size_t i) {
+        moved[i] = stepped(systems[i], now[i], step, damping, size);
         moved[i].displacement = posed_displacement(tried, moved[i].shape);
       });
-      const double then = total_cost(problem, tried, systems, moved, n.share);
+      const double then = total_cost(problem, tried, systems, moved);
       if (!(then < cost)) continue;
       better = true;
       *modes = std::move(tried);
-      for (std::size_t i = 0; i < states.size(); ++i) *states[i] = std::move(moved[i]);
+      now = std::move(moved);
       report.cost_after = then;
       ++report.steps;
     }
-    if (!better) break;
-    damping = std::max(1e-6, damping / 10);
+    damping = std::max(1e-6, damping);
+    if (report.steps > 0)
+      for (std::size_t i = 0; i < now.size(); ++i)
+        if (systems[i].used) *states[i] = now[i];
   }
   return report;
 }

@@ -3,7 +3,7 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <cmath>
+#include <vector>
 
 #include "core/track/torso_align.h"
 
@@ -40,9 +40,11 @@ struct TorsoRow {
 bool torso_row(const TorsoPixel& pixel, const TorsoView& view, const Pose& pose, const Vec2d& pivot,
                const TorsoGrid& grid, const TorsoState& state, TorsoRow* row);
 
-// 1/2 stiffness sum of squared differences of neighbouring nodes, and weakly to rest, added to the Hessian's
-// block from `first` on, to the gradient there and to the cost where they are asked for. at: (2P), m.
+// 1/2 stiffness times the sum of squared differences between neighbouring nodes of a field, and weakly
+// between each and rest: added to the Hessian's block and the gradient's from `first` on, and to the cost,
+// where they are not null. stiffness: grey levels^2 / m^2; at: the field, (2P), m; null: only the Hessian is
+// asked for.
 void add_smoothness(const TorsoGrid& grid, double stiffness, const Eigen::VectorXd* at, int first,
-                    Eigen::MatrixXd& hessian, Eigen::VectorXd* gradient, double* cost = nullptr);
+                    Eigen::MatrixXd* hessian, Eigen::VectorXd* gradient, double* cost);
 
 }  // namespace likeness

@@ -4,6 +4,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <unistd.h>
+#include <webp/encode.h>
 #include <zlib.h>
 
 #include <cmath>
@@ -126,6 +127,19 @@ TEST_F(ImageFiles, AWebpWhoseHeaderClaimsMoreThanItsBytesUnfoldToIsRefusedBefore
   const auto read = read_image(folder_ / "a.webp");
   ASSERT_FALSE(read);
   EXPECT_THAT(read.error().what, HasSubstr("claims a size of 16383 x 16383"));
+}
+
+TEST_F(ImageFiles, ReadsAnOrdinaryWebp) {
+  const Image8 image = noise(40, 30, 3);
+  std::uint8_t* encoded = nullptr;
+  const std::size_t bytes = WebPEncodeLosslessRGB(image.data.data(), 40, 30, 3 * 40, &encoded);
+  ASSERT_GT(bytes, 0u);
+  const auto written = write_file(folder_ / "a.webp", std::as_bytes(std::span(encoded, bytes)));
+  WebPFree(encoded);
+  ASSERT_TRUE(written);
+  const auto read = read_image(folder_ / "a.webp");
+  ASSERT_TRUE(read) << read.error().what;
+  EXPECT_EQ(read->data, image.data);
 }
 
 TEST_F(ImageFiles, TellsMissingEmptyAndTextFilesApart) {
