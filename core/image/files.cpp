@@ -9,6 +9,7 @@
 
 #include <algorithm>
 #include <exception>
+#include <optional>
 #include <string>
 
 #include "core/base/check.h"
@@ -87,11 +88,17 @@ Error too_large_a_claim(const std::filesystem::path& path, int width, int height
                                       path.filename().string(), width, height, channels));
 }
 
-// OpenImageIO takes the memory of a whole WebP when it opens the file, so that its claim is read before: up
-// to 805 MB of a few hundred bytes.
-bool webp_claims_too_much(std::span<const std::byte> bytes, int& width, int& height) {
-  return WebPGetInfo(reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size(), &width, &height) &&
-         std::int64_t(width) * height > largest_claim(bytes.size()) / 4;
+// OpenImageIO takes the memory of a whole WebP when it opens the file, up to 1 GiB of a few hundred bytes, so
+// that its claim is read before.
+std::optional<Error> webp_claims_too_much(const std::filesystem::path& path,
+                                          std::span<const std::byte> bytes) {
+  WebPBitstreamFeatures claim;
+  if (WebPGetFeatures(reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size(), &claim) !=
+      VP8_STATUS_OK)
+    return std::nullopt;  // no WebP, or one that the reader will say more about
+  const int channels = claim.has_alpha ? 4 : 3;
+  if (std::int64_t(claim.width) * claim.height <= largest_claim(bytes.size()) / channels) return std::nullopt;
+  return too_large_a_claim(path, claim.width, claim.height, channels);
 }
 
 Image8 grey_alpha_to_rgba(const Image8& image) {
@@ -185,9 +192,7 @@ Result<Image8> read_image(const std::filesystem::path& path) {
   if (is_png(*bytes) && !png_is_whole(*bytes)) {
     return unreadable(path, fmt::format("\"{}\" breaks off: the end of the PNG data is missing.", name));
   }
-  if (int width = 0, height = 0; webp_claims_too_much(*bytes, width, height)) {
-    return too_large_a_claim(path, width, height, 4);
-  }
+  if (auto refused = webp_claims_too_much(path, *bytes)) return *refused;
   try {
     return decode(path, bytes->size());
   } catch (const std::exception& e) {

@@ -21,8 +21,8 @@ TorsoGrid grid_of(const TorsoTemplate& body) {
   return {low.cast<float>(), kCell, int(std::ceil(extent.x())) + 1, int(std::ceil(extent.y())) + 1};
 }
 
-// 30 frames of the sagging board, which all start where the first is. The one mode that moves anything lowers
-// one half of the board evenly, as the true one does not; the others are zero.
+// 30 frames of the sagging board. The one mode that moves anything lowers one half of the board evenly, as
+// the true one does not, by coefficients a third as large; the other modes are zero.
 struct Fixture {
   BoardClip clip = sagging_clip();
   TorsoTemplate body = make_torso_template(clip.frames[0], kChin);
@@ -36,7 +36,7 @@ struct Fixture {
     for (std::size_t i = 0; i < 30; ++i) pictures.push_back(grey_pyramid(clip.images[i]));
     for (std::size_t i = 0; i < 30; ++i) {
       views.push_back({&pictures[i][0], &clip.frames[i], clip.frames[0].world_from_head});
-      states[i].shape[0] = float(sag_of(int(i)) - sag_of(0)) * 0.3f;  // of the right order, as PCA gives them
+      states[i].shape[0] = float(sag_of(int(i)) - sag_of(0)) * 0.3f;
       pointers.push_back(&states[i]);
     }
     modes.grid = grid_of(body);
