@@ -18,6 +18,16 @@ struct Votes {
   void add(bool person) { ++seen, inside += person; }
 };
 
+Vec3d displacement_at(const CarveView& view, const Vec3f& p) {
+  const GridPlace place = place_in(view.grid, p.x(), p.y());
+  Vec3d sum = Vec3d::Zero();
+  for (std::size_t k = 0; k < 4; ++k) {
+    const std::size_t i = 2 * std::size_t(place.node[k]);
+    sum += double(place.weight[k]) * Vec3d(view.displacement[i], view.displacement[i + 1], 0);
+  }
+  return sum;
+}
+
 // Square dilation of what counts as person, one axis at a time.
 Image8 dilated(const Image8& alpha) {
   const int w = alpha.width, h = alpha.height, radius = std::max(2, w / 64);
@@ -55,8 +65,12 @@ std::vector<CarveView> head_carve_views(const TrainingSet& set, int count) {
   std::vector<CarveView> views(chosen.size());
   parallel_for(chosen.size(), [&](std::size_t i) {
     const TrainingView& view = *chosen[i];
-    views[i] = {view.camera.intrinsics, view.camera.cam_from_world * view.world_from_head,
-                dilated(to_image(view.alpha)), Image8()};
+    views[i] = {view.camera.intrinsics,
+                view.camera.cam_from_world * view.world_from_head,
+                {},
+                {},
+                dilated(to_image(view.alpha)),
+                Image8()};
   });
   return views;
 }
@@ -75,7 +89,11 @@ std::vector<CarveView> torso_carve_views(const TrainingSet& set, const HeadShape
   parallel_for(chosen.size(), [&](std::size_t i) {
     const TrainingView& view = *chosen[i];
     const Pose cam_from_head = view.camera.cam_from_world * view.world_from_head;
-    views[i] = {view.camera.intrinsics, view.camera.cam_from_world * view.world_from_torso,
+    views[i] = {view.camera.intrinsics,
+                view.camera.cam_from_world * view.world_from_torso,
+                set.torso_modes.grid,
+                set.torso_modes.empty() ? std::vector<float>()
+                                        : posed_displacement(set.torso_modes, view.torso_shape),
                 dilated(to_image(view.alpha)),
                 dilated(silhouette(pose_head(set.model, shape, view.articulation), above,
                                    view.camera.intrinsics, cam_from_head))};
@@ -88,6 +106,17 @@ void carve(OccupancyGrid& grid, const FieldCube& cube, std::span<const CarveView
   if (views.empty()) return;
   const int n = grid.resolution;
   LIKENESS_CHECK(class_of.size() == std::size_t(n) * n * n, "%zu classes for %d^3 cells", class_of.size(), n);
+  const auto centre = [&](int x, int y, std::size_t z) -> Vec3d {
+    return cube.origin.cast<double>() + Vec3d(x + 0.5, y + 0.5, double(z) + 0.5) * double(cube.side) / n;
+  };
+  // -- A torso's displacement is the same all along z.
+  std::vector<std::vector<Vec3d>> moved(views.size());  // (n, n) of each view that deforms: y, x
+  parallel_for(views.size(), [&](std::size_t v) {
+    if (views[v].grid.empty()) return;
+    for (int y = 0; y < n; ++y)
+      for (int x = 0; x < n; ++x)
+        moved[v].push_back(displacement_at(views[v], centre(x, y, 0).cast<float>()));
+  });
   std::vector<std::uint8_t> keep(class_of.size(), 0);
   parallel_for(std::size_t(n), [&](std::size_t z) {
     for (int y = 0; y < n; ++y)
@@ -95,10 +124,13 @@ void carve(OccupancyGrid& grid, const FieldCube& cube, std::span<const CarveView
         const std::size_t cell = (z * n + y) * n + x;
         if (!grid.occupied(x, y, int(z))) continue;
         const CarveRule& rule = rules[class_of[cell]];
-        const Vec3d p =
-            cube.origin.cast<double>() + Vec3d(x + 0.5, y + 0.5, double(z) + 0.5) * double(cube.side) / n;
+        const Vec3d canonical = centre(x, y, z);
         Votes all, beside_head;
-        for (const CarveView& view : views) {
+        for (std::size_t v = 0; v < views.size(); ++v) {
+          const CarveView& view = views[v];
+          const Vec3d p = moved[v].empty()
+                              ? canonical
+                              : canonical + moved[v][std::size_t(y) * std::size_t(n) + std::size_t(x)];
           const Vec3d in_cam = view.cam_from_field * p;
           if (in_cam.z() < 1e-3) continue;
           const Vec2d pixel = project(view.intrinsics, in_cam);

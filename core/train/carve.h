@@ -5,6 +5,7 @@
 
 #include "core/head/pose_head.h"
 #include "core/render/avatar.h"
+#include "core/scene/torso_warp.h"
 #include "core/train/train.h"
 
 namespace likeness {
@@ -12,6 +13,10 @@ namespace likeness {
 struct CarveView {
   Intrinsics intrinsics;
   Pose cam_from_field;
+  // Where the view shows a place of a torso's field: displaced by this, posed minus canonical at the grid's
+  // nodes, (rows, columns, 2), m; no nodes = unmoved.
+  TorsoGrid grid;
+  std::vector<float> displacement;
   Image8 person;  // one channel, > 0 where the dilated matte is person
   Image8 head;    // one channel, > 0 where the dilated head mesh is; empty = not known
 };

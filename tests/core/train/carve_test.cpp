@@ -52,6 +52,23 @@ TEST(Carve, WhereNoViewVotesNothingIsKept) {
   EXPECT_EQ(cells_left({}, {0.8f, true}), 64);
 }
 
+TEST(Carve, ATorsoIsLookedForWhereItsDeformationCarriesIt) {
+  // The person stands in the left half of the picture alone; the torso, canonical on the right, has moved
+  // there.
+  CarveView view = plain_view(0, 0);
+  for (int y = 0; y < 8; ++y)
+    for (int x = 0; x < 4; ++x) view.person.at(x, y)[0] = 255;
+  const int half = cells_left({view}, {0.8f, false});
+  EXPECT_EQ(half, 32);
+  view.grid = {Vec2f(-0.05f, -0.05f), 0.1f, 2, 2};
+  view.displacement.assign(8, 0.0f);
+  EXPECT_EQ(cells_left({view}, {0.8f, false}), half);
+  for (std::size_t node = 0; node < 4; ++node) view.displacement[2 * node] = -0.1f;
+  EXPECT_EQ(cells_left({view}, {0.8f, false}), 64);
+  for (std::size_t node = 0; node < 4; ++node) view.displacement[2 * node] = 0.1f;
+  EXPECT_EQ(cells_left({view}, {0.8f, false}), 0);
+}
+
 TEST(Carve, TheBustIsNoHead) {
   TrainingSet set = ball_set(6, 64);
   set.model = make_builtin_head();
