@@ -108,6 +108,8 @@ void print_rows(const std::vector<TruthRow>& rows) {
 // -- On a real clip
 
 nlohmann::json to_json(const CheckRow& row) {
+  nlohmann::json offsets = nlohmann::json::array();
+  for (const Vec2d& offset : row.fresh.usual_offset) offsets.push_back({offset.x(), offset.y()});
   return {{"step", row.step},
           {"frames", row.frames},
           {"good", row.good},
@@ -122,6 +124,7 @@ nlohmann::json to_json(const CheckRow& row) {
           {"fresh_landmarks_px", row.fresh.mean_px},
           {"fresh_moving_px", row.fresh.moving_px},
           {"fresh_frames", row.fresh.frames},
+          {"landmark_offsets", offsets},
           {"still_jitter_px", row.stillness.jitter_px},
           {"still_frames", row.stillness.frames},
           {"marked_mouths", row.marks.mouths},

@@ -9,6 +9,7 @@
 #include "core/head/builtin_fields.h"
 #include "core/head/builtin_landmarks.h"
 #include "core/head/builtin_sculpt.h"
+#include "core/head/drawn_landmarks.h"
 #include "core/head/named_actions.h"
 
 namespace likeness {
@@ -123,6 +124,7 @@ HeadModel make_builtin_head() {
   model.skinning_weights = skinning_of(head);
   model.joint_regressor = joint_regressor_of(head);
   embed_landmarks(head, model);
+  draw_landmarks(model, builtin_shifts());
   fill_actions(model);
   model.hash = content_hash(model);
   return model;

@@ -26,8 +26,9 @@ struct DrawnLandmark {
 // on its lip), and the other side's by the mirrored shift.
 void draw_landmarks(HeadModel& model, std::span<const DrawnLandmark> shifts);
 
-// Measured for dlib's predictor against ICT-FaceKit's list: see drawn_landmarks.cpp.
+// Measured for dlib's predictor against ICT-FaceKit's list and the built-in head's: see drawn_landmarks.cpp.
 std::span<const DrawnLandmark> ict_shifts();
+std::span<const DrawnLandmark> builtin_shifts();
 
 // Landmark of the other side of the face; its own number for those in the middle.
 int mirrored_landmark(int landmark);

@@ -85,6 +85,7 @@ FreshLandmarks compare_fresh(const std::vector<std::array<Vec2d, kLandmarkCount>
                              const std::vector<ProjectedLandmarks>& fitted) {
   FreshLandmarks fresh;
   fresh.frames = int(found.size());
+  fresh.usual_offset.fill(Vec2d::Zero());
   if (found.empty()) return fresh;
   for (std::size_t k = kFirstInner; k < kLandmarkCount; ++k) {
     std::vector<Vec2d> offset;
@@ -97,6 +98,7 @@ FreshLandmarks compare_fresh(const std::vector<std::array<Vec2d, kLandmarkCount>
       x.push_back(offset.back().x()), y.push_back(offset.back().y());
     }
     const Vec2d usual(median(x), median(y));
+    fresh.usual_offset[k] = usual;
     for (std::size_t i = 0; i < found.size(); ++i)
       fresh.moving_px += (offset[i] - usual).norm() * upright(fitted[i]).size;
   }

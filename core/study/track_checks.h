@@ -23,6 +23,10 @@ struct FreshLandmarks {
   // The same without what stays: each landmark's usual offset in the upright face. The predictor and the head
   // model draw a point of their own each, and that difference is no error of a track.
   double moving_px = 0;
+  // That usual offset, found minus fitted, in distances between the outer corners of the eyes: x from
+  // landmark 36 to 45, y down the picture. Zero for landmarks 0..16. What core/head/drawn_landmarks was made
+  // from.
+  std::array<Vec2d, kLandmarkCount> usual_offset;
 };
 
 struct Stillness {

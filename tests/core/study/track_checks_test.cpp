@@ -87,6 +87,15 @@ TEST(TrackChecks, WhatStaysInTheFaceIsTakenOffFreshLandmarks) {
   EXPECT_EQ(drawn_elsewhere.frames, 60);
   EXPECT_GT(drawn_elsewhere.mean_px, 1.5);
   EXPECT_LT(drawn_elsewhere.moving_px, 1e-9);
+  // What was drawn elsewhere comes back, on the face's own axes: its outer eye corners are level and one
+  // apart.
+  const Vec2d across = face[45] - face[36];
+  Eigen::Matrix2d to_face;
+  to_face << across.x(), across.y(), -across.y(), across.x();
+  to_face /= across.squaredNorm();
+  for (std::size_t k = 17; k < kLandmarkCount; ++k)
+    EXPECT_LT((drawn_elsewhere.usual_offset[k] - to_face * usual[k]).norm(), 1e-9) << k;
+  EXPECT_EQ(drawn_elsewhere.usual_offset[0], Vec2d(0, 0));
   const auto scattered = found_with(1);
   const double moving_px = compare_fresh(scattered, fitted).moving_px;
   EXPECT_NEAR(moving_px, std::sqrt(std::numbers::pi / 2),
