@@ -167,6 +167,11 @@ void LiveDriver::read(std::stop_token stop) {
       const std::lock_guard lock(mutex_);
       status_.source = (*source)->name();
     }
+    {
+      // A file's clock starts with its first picture: not before somebody looks.
+      std::unique_lock lock(mutex_);
+      changed_.wait(lock, stop, [this] { return ready_ || ended_; });
+    }
     while (!stop.stop_requested()) {
       auto frame = (*source)->next(stop);
       if (!frame) return fail(frame.error());
@@ -226,6 +231,11 @@ void LiveDriver::track(std::stop_token stop) {
     auto tracker = LiveTracker::create(*avatar_.model, options_.track);
     if (!tracker) return fail(tracker.error());
     Session session(std::move(*tracker), avatar_, options_);
+    {
+      const std::lock_guard lock(mutex_);
+      ready_ = true;
+    }
+    changed_.notify_all();
     Rate rate;
     Clock::time_point shown{};
     while (auto frame = newest(stop)) {

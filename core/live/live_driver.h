@@ -13,9 +13,9 @@
 #include <thread>
 #include <vector>
 
-#include "core/video/frame_source.h"
 #include "core/live/live_tracker.h"
 #include "core/track/drive.h"
+#include "core/video/frame_source.h"
 
 namespace likeness {
 
@@ -85,6 +85,7 @@ class LiveDriver {
   mutable std::mutex mutex_;
   std::condition_variable_any changed_;
   std::optional<CapturedFrame> waiting_;
+  bool ready_ = false;  // to track: pictures are taken from then on
   bool ended_ = false, rest_wanted_ = true;
   std::optional<std::map<std::string, float>> gains_wanted_;
   std::vector<DrivenFrame> recorded_;

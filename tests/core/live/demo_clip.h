@@ -9,10 +9,11 @@
 #include <vector>
 
 #include "core/head/builtin_head.h"
-#include "core/video/frame_source.h"
 #include "core/synth/demo_capture.h"
 #include "core/track/drive.h"
 #include "core/video/decode.h"
+#include "core/video/encode.h"
+#include "core/video/frame_source.h"
 
 namespace likeness::test {
 
@@ -59,6 +60,24 @@ inline const std::vector<VideoFrame>& demo_frames() {
     return all;
   }();
   return frames;
+}
+
+// The same forth and back, so long that even a machine busy with other things learns the rest and then
+// drives: a live drive loses what it is too slow for.
+inline const std::filesystem::path& long_clip() {
+  static const std::filesystem::path path = [] {
+    constexpr int kTurns = 12;
+    const std::vector<VideoFrame>& frames = demo_frames();
+    const Image8& first = frames.front().rgb;
+    auto writer = VideoWriter::create(demo_folder() / "long.mp4", first.width, first.height);
+    if (!writer) std::abort();
+    for (int turn = 0; turn < kTurns; ++turn)
+      for (std::size_t i = 0; i < frames.size(); ++i)
+        if (!writer->add(frames[turn % 2 ? frames.size() - 1 - i : i].rgb).ok()) std::abort();
+    if (!writer->finish().ok()) std::abort();
+    return demo_folder() / "long.mp4";
+  }();
+  return path;
 }
 
 }  // namespace likeness::test
