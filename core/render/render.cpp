@@ -81,6 +81,34 @@ void weigh_samples(const Scene& scene, BandScratch& band) {
   }
 }
 
+// Each ray's samples of a field become one, the heaviest, with all their weight and the mean of their
+// geometry features.
+void merge_shaded(BandScratch::OfField& own) {
+  const std::size_t stride = own.geometry.values.size() / std::max<std::size_t>(1, own.sigma.size());
+  const auto features = [&](std::size_t k) { return own.geometry.values.data() + own.shaded[k] * stride; };
+  std::size_t merged = 0;
+  for (std::size_t first = 0, end = 0; first < own.shaded.size(); first = end) {
+    std::size_t heaviest = first;
+    float sum = 0;
+    for (end = first; end < own.shaded.size() && own.shaded_rays[end] == own.shaded_rays[first]; ++end) {
+      sum += own.weights[end];
+      if (own.weights[end] > own.weights[heaviest]) heaviest = end;
+    }
+    float* mean = features(heaviest);
+    for (std::size_t i = 0; i < stride; ++i) mean[i] *= own.weights[heaviest] / sum;
+    for (std::size_t k = first; k < end; ++k) {
+      if (k == heaviest) continue;
+      const float* other = features(k);
+      for (std::size_t i = 0; i < stride; ++i) mean[i] += own.weights[k] / sum * other[i];
+    }
+    own.shaded[merged] = own.shaded[heaviest];
+    own.shaded_rays[merged] = own.shaded_rays[first];
+    own.weights[merged] = sum;
+    ++merged;
+  }
+  own.shaded.resize(merged), own.shaded_rays.resize(merged), own.weights.resize(merged);
+}
+
 // The rays' colours and transmittances from their samples; returns how many those were.
 std::size_t march(const Scene& scene, BandScratch& band) {
   for (int f = 0; f < 2; ++f) {
@@ -94,6 +122,7 @@ std::size_t march(const Scene& scene, BandScratch& band) {
   for (int f = 0; f < 2; ++f) {
     BandScratch::OfField& own = band.fields[std::size_t(f)];
     if (own.shaded.empty()) continue;
+    if (scene.options.deferred) merge_shaded(own);
     evaluate_colour(scene.fields[std::size_t(f)], band.batch.fields[f].inputs(nullptr, nullptr), own.geometry,
                     own.shaded, own.colours);
     const FieldOutputs& c = own.colours;

@@ -31,14 +31,18 @@ struct RenderOptions {
   float stop_transmittance = 1e-4f;
   float min_step = 0.0015f;     // m between the strata's samples, or those of a ray without strata, at least
   float shade_weight = 0.001f;  // share of the light a sample must take for its colour to be looked up
-  int reduce = 1;               // one ray for reduce x reduce pixels, the picture enlarged from that,
+  // Deferred shading: what the colour network takes from a field's samples is averaged along the ray by the
+  // light they take, and looked up once (the idea of SNeRG, Hedman et al. 2021, with the field's own
+  // network).
+  bool deferred = false;
+  int reduce = 1;              // one ray for reduce x reduce pixels, the picture enlarged from that,
   float edge_contrast = 0.3f;  // but a ray a pixel where such rays beside each other differ by more than this
   FieldPrecision precision = FieldPrecision::exact;  // of the fields
 };
 
 // The quality ladder, both in bf16 where the processor has it. The default options are what both are measured
-// by: a ray a pixel, each with its own strata, in single precision. `likeness study render` says how fast each
-// is and how near to the truth.
+// by: a ray a pixel, each with its own strata, in single precision. `likeness study render` says how fast
+// each is and how near to the truth.
 enum class RenderQuality {
   final,   // a ray for 2 x 2 pixels where they hardly differ, else a ray a pixel; 20 samples
   preview  // a ray for 3 x 3 pixels but at edges; 14 samples

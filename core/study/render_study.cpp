@@ -90,6 +90,11 @@ std::vector<RenderSetting> render_settings() {
   std::vector<RenderSetting> settings;
   for (const RenderQuality quality : {RenderQuality::final, RenderQuality::preview})
     settings.push_back({kRenderQualities[int(quality)], render_options(quality)});
+  for (const RenderQuality quality : {RenderQuality::final, RenderQuality::preview}) {
+    RenderOptions options = render_options(quality);
+    options.deferred = true;
+    settings.push_back({fmt::format("{}, a colour a ray", kRenderQualities[int(quality)]), options});
+  }
   settings.push_back({"exact", {}});
   constexpr const char* kSizes[] = {"", "half size, ", "third size, "};
   for (const int reduce : {1, 2, 3}) {

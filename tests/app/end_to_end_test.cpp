@@ -243,6 +243,27 @@ TEST_F(EndToEnd, TwoPeopleInViewAreRefused) {
   EXPECT_FALSE(fs::exists(project));
 }
 
+TEST_F(EndToEnd, TrainingThatWillNotFitInMemoryIsRefusedAndNothingIsLost) {
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+  GTEST_SKIP() << "a sanitizer reserves more address space than any limit";
+#endif
+  const fs::path project = folder_ / "large.likeness";
+  fs::copy(folder_ / "p.likeness", project, fs::copy_options::recursive);
+  const auto before = fs::last_write_time(project / "avatar.bin");
+  const auto train = [&](const char* kib) {
+    return run_program({"sh", "-c", "ulimit -v \"$1\" && exec \"$2\" train \"$3\" --steps 122 --threads 1", "sh", kib,
+                        likeness_path(), project.string()});
+  };
+  // Room for the program, but not for its fields.
+  const ProgramResult refused = train("900000");
+  EXPECT_EQ(refused.exit_code, 1) << refused.err;
+  EXPECT_NE(refused.err.find("GiB are free"), std::string::npos) << refused.err;
+  EXPECT_NE(refused.err.find("--size"), std::string::npos) << refused.err;
+  EXPECT_EQ(fs::last_write_time(project / "avatar.bin"), before);
+  const ProgramResult trained = train("unlimited");
+  EXPECT_EQ(trained.exit_code, 0) << trained.err;
+}
+
 // kill -9 in the stage that is running after `wait_for` has appeared, then the same command again.
 void kill_when(const fs::path& wait_for, pid_t child) {
   const auto give_up = std::chrono::steady_clock::now() + std::chrono::minutes(3);

@@ -55,6 +55,80 @@ TEST(RenderFrame, EqualsCompositingEveryPixelAlone) {
   EXPECT_GT(seen, 10);
 }
 
+// A field that differs from place to place: a fresh one hardly does.
+void roughen(Field& field) {
+  for (const ParameterBlock& block : parameter_layout(field.config))
+    for (std::size_t i = 0; block.table && i < block.count; ++i)
+      field.parameters[block.offset + i] = std::sin(float(i));
+}
+
+TEST(RenderFrame, DeferredShadingLooksUpOneColourForTheMeanOfARaysFeatures) {
+  Avatar a = tiny_avatar();
+  roughen(a.head.field), roughen(a.torso->field);
+  const Camera camera = typical_camera(a);
+  const RenderState state = typical_state(a);
+  RenderOptions options;
+  options.stop_transmittance = options.shade_weight = 0;
+  options.max_samples = 16, options.strata = 0;
+  const Image each = render_frame(a, camera, state, options).rgba;
+  options.deferred = true;
+  const Image deferred = render_frame(a, camera, state, options).rgba;
+  const Eigen::VectorXf psi = condition(a.condition, state.articulation);
+  const ConditionedField fields[] = {{a.head.field, {psi.data(), 2}, FieldPrecision::exact},
+                                     {a.torso->field, {}, FieldPrecision::exact}};
+  const MarchVolumes volumes = march_volumes(a.head, &*a.torso);
+  int seen = 0;
+  float most = 0;
+  for (int y = 1; y < 24; y += 4)
+    for (int x = 1; x < 24; x += 3) {
+      const Vec3f d = ray_direction(camera.intrinsics, Vec2d(x + 0.5, y + 0.5)).normalized().cast<float>();
+      RayRequest ray;
+      ray.fields[0] =
+          field_ray(unit_from_camera(a.head.cube, camera.cam_from_world, state.world_from_head), d);
+      ray.fields[1] =
+          field_ray(unit_from_camera(a.torso->cube, camera.cam_from_world, state.world_from_torso), d);
+      SampleBatch batch;
+      sample_rays(std::span(&ray, 1), volumes, batch);
+      std::array<std::vector<float>, 2> sigma;
+      std::array<GeometryFeatures, 2> geometry, mean;
+      std::array<float, 2> weight{};
+      for (std::size_t f = 0; f < 2; ++f) {
+        if (batch.fields[f].count() == 0) continue;
+        evaluate_density(fields[f], batch.fields[f].inputs(nullptr, nullptr), sigma[f], geometry[f]);
+        mean[f].values.assign(geometry[f].values.size() / sigma[f].size(), 0.0f);
+      }
+      float transmittance = 1;
+      for (std::size_t i = 0; i < batch.dt.size(); ++i) {
+        const std::size_t f = batch.field[i], at = batch.slot[i], stride = mean[f].values.size();
+        const float after = transmittance * std::exp(-sigma[f][at] * batch.dt[i]);
+        weight[f] += transmittance - after;
+        for (std::size_t k = 0; k < stride; ++k)
+          mean[f].values[k] += (transmittance - after) * geometry[f].values[at * stride + k];
+        transmittance = after;
+      }
+      Vec3f expected = Vec3f::Zero();
+      for (std::size_t f = 0; f < 2; ++f) {
+        if (weight[f] == 0) continue;
+        for (float& value : mean[f].values) value /= weight[f];
+        FieldInputs one = batch.fields[f].inputs(nullptr, nullptr);
+        one.count = 1;
+        FieldOutputs out;
+        const std::uint32_t first = 0;
+        evaluate_colour(fields[f], one, mean[f], {&first, 1}, out);
+        expected += weight[f] * Vec3f(out.red[0], out.green[0], out.blue[0]);
+      }
+      for (int c = 0; c < 3; ++c) {
+        EXPECT_NEAR(deferred.at(x, y)[c], expected[c], 1e-5) << x << ' ' << y;
+        most = std::max(most, std::abs(deferred.at(x, y)[c] - each.at(x, y)[c]));
+      }
+      EXPECT_EQ(deferred.at(x, y)[3], each.at(x, y)[3]);
+      seen += deferred.at(x, y)[3] > 0.1f;
+    }
+  EXPECT_GT(seen, 10);
+  EXPECT_GT(most, 1e-3f);  // it is another picture,
+  EXPECT_LT(most, 0.1f);   // and nearly the same
+}
+
 TEST(RenderFrame, StoppingEarlyAndShadingWhatCountsChangesNoPixelVisibly) {
   const Avatar a = tiny_avatar();
   RenderOptions exact;
