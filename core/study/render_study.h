@@ -19,8 +19,8 @@ struct RenderSetting {
   RenderOptions options;
 };
 
-// The two of the quality ladder, `exact` - a ray a pixel in single precision - and what lies about them in
-// bf16: samples a ray, rays a pixel.
+// The two of the quality ladder, the same with deferred shading, `exact` - a ray a pixel in single precision
+// - and what lies about them in bf16: samples a ray, rays a pixel.
 std::vector<RenderSetting> render_settings();
 
 struct RenderRow {
