@@ -15,6 +15,15 @@
 namespace likeness {
 namespace {
 
+RayRequest ray_of(const Avatar& a, const Camera& camera, const RenderState& state, int x, int y) {
+  const Vec3f d = ray_direction(camera.intrinsics, Vec2d(x + 0.5, y + 0.5)).normalized().cast<float>();
+  RayRequest ray;
+  ray.fields[0] = field_ray(unit_from_camera(a.head.cube, camera.cam_from_world, state.world_from_head), d);
+  ray.fields[1] =
+      field_ray(unit_from_camera(a.torso->cube, camera.cam_from_world, state.world_from_torso), d);
+  return ray;
+}
+
 TEST(RenderFrame, EqualsCompositingEveryPixelAlone) {
   const Avatar a = tiny_avatar();
   const Camera camera = typical_camera(a);
@@ -28,12 +37,7 @@ TEST(RenderFrame, EqualsCompositingEveryPixelAlone) {
   int seen = 0;
   for (int y = 1; y < 24; y += 4)
     for (int x = 1; x < 24; x += 3) {
-      const Vec3f d = ray_direction(camera.intrinsics, Vec2d(x + 0.5, y + 0.5)).normalized().cast<float>();
-      RayRequest ray;
-      ray.fields[0] =
-          field_ray(unit_from_camera(a.head.cube, camera.cam_from_world, state.world_from_head), d);
-      ray.fields[1] =
-          field_ray(unit_from_camera(a.torso->cube, camera.cam_from_world, state.world_from_torso), d);
+      const RayRequest ray = ray_of(a, camera, state, x, y);
       SampleBatch batch;
       sample_rays(std::span(&ray, 1), volumes, batch);
       std::array<FieldOutputs, 2> out;
@@ -81,12 +85,7 @@ TEST(RenderFrame, DeferredShadingLooksUpOneColourForTheMeanOfARaysFeatures) {
   float most = 0;
   for (int y = 1; y < 24; y += 4)
     for (int x = 1; x < 24; x += 3) {
-      const Vec3f d = ray_direction(camera.intrinsics, Vec2d(x + 0.5, y + 0.5)).normalized().cast<float>();
-      RayRequest ray;
-      ray.fields[0] =
-          field_ray(unit_from_camera(a.head.cube, camera.cam_from_world, state.world_from_head), d);
-      ray.fields[1] =
-          field_ray(unit_from_camera(a.torso->cube, camera.cam_from_world, state.world_from_torso), d);
+      const RayRequest ray = ray_of(a, camera, state, x, y);
       SampleBatch batch;
       sample_rays(std::span(&ray, 1), volumes, batch);
       std::array<std::vector<float>, 2> sigma;
