@@ -30,6 +30,8 @@ nlohmann::json to_json(const RenderRow& row) {
   return {{"name", row.setting.name},
           {"max_samples", o.max_samples},
           {"reduce", o.reduce},
+          {"edge_contrast", o.edge_contrast},
+          {"most_rays", o.most_rays},
           {"stop_transmittance", o.stop_transmittance},
           {"exact", o.precision == FieldPrecision::exact},
           {"psnr_db", row.psnr_db ? nlohmann::json(*row.psnr_db) : nlohmann::json(nullptr)},
@@ -43,10 +45,10 @@ nlohmann::json to_json(const RenderRow& row) {
 }
 
 void print(const RenderStudy& study) {
-  fmt::print("{:<36} {:>6} {:>6} {:>6} {:>8} {:>8} {:>8} {:>8} {:>8}\n", "setting", "full", "head", "face",
+  fmt::print("{:<52} {:>6} {:>6} {:>6} {:>8} {:>8} {:>8} {:>8} {:>8}\n", "setting", "full", "head", "face",
              "to final", "samples", "ms", "work ms", "fps");
   for (const RenderRow& row : study.rows)
-    fmt::print("{:<36} {:>6} {:>6.2f} {:>6.2f} {:>8} {:>8.1f} {:>8.1f} {:>8.1f} {:>8.2f}\n", row.setting.name,
+    fmt::print("{:<52} {:>6} {:>6.2f} {:>6.2f} {:>8} {:>8.1f} {:>8.1f} {:>8.1f} {:>8.2f}\n", row.setting.name,
                row.psnr_db ? fmt::format("{:.2f}", *row.psnr_db) : "-", row.psnr_head_db, row.psnr_face_db,
                std::isfinite(row.to_final_db) ? fmt::format("{:.1f}", row.to_final_db) : "same",
                row.samples_per_ray, row.milliseconds, row.processor_milliseconds, row.frames_per_second);

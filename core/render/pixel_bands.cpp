@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 
 namespace likeness {
 namespace {
@@ -38,24 +39,40 @@ Intrinsics reduced(const Intrinsics& full, int reduce) {
   return k;
 }
 
-std::vector<Eigen::Vector2i> edge_pixels(const Image& picture, float contrast) {
-  std::vector<std::uint8_t> marked(picture.pixels(), 0);
+int reduction(const Intrinsics& full, int most_rays) {
+  if (full.width * std::int64_t(full.height) <= most_rays) return 1;
+  for (int reduce = 2;; ++reduce) {
+    const Intrinsics fewer = reduced(full, reduce);
+    if (4 * std::int64_t(fewer.width) * fewer.height <= 3 * std::int64_t(most_rays) ||
+        (fewer.width == 1 && fewer.height == 1))
+      return reduce;
+  }
+}
+
+std::vector<Eigen::Vector2i> edge_pixels(const Image& picture, float contrast, std::size_t most) {
+  std::vector<float> differs(picture.pixels(), 0.f);
+  const auto at = [&](int x, int y) { return std::size_t(y) * std::size_t(picture.width) + std::size_t(x); };
   const auto compare = [&](int x, int y, int right, int down) {
     if (x + right >= picture.width || y + down >= picture.height) return;
     const float *a = picture.at(x, y), *b = picture.at(x + right, y + down);
-    for (int c = 0; c < picture.channels; ++c)
-      if (std::abs(a[c] - b[c]) > contrast) {
-        marked[std::size_t(y) * std::size_t(picture.width) + std::size_t(x)] = 1;
-        marked[std::size_t(y + down) * std::size_t(picture.width) + std::size_t(x + right)] = 1;
-        return;
-      }
+    float worst = 0;
+    for (int c = 0; c < picture.channels; ++c) worst = std::max(worst, std::abs(a[c] - b[c]));
+    for (float* const own : {&differs[at(x, y)], &differs[at(x + right, y + down)]})
+      *own = std::max(*own, worst);
   };
   for (int y = 0; y < picture.height; ++y)
     for (int x = 0; x < picture.width; ++x) compare(x, y, 1, 0), compare(x, y, 0, 1);
+  float least = contrast;
+  if (most < differs.size()) {
+    std::vector<float> ordered = differs;
+    const auto first_left_out = ordered.begin() + std::ptrdiff_t(most);
+    std::nth_element(ordered.begin(), first_left_out, ordered.end(), std::greater<float>());
+    least = std::max(least, *first_left_out);
+  }
   std::vector<Eigen::Vector2i> edges;
   for (int y = 0; y < picture.height; ++y)
     for (int x = 0; x < picture.width; ++x)
-      if (marked[std::size_t(y) * std::size_t(picture.width) + std::size_t(x)]) edges.emplace_back(x, y);
+      if (differs[at(x, y)] > least) edges.emplace_back(x, y);
   return edges;
 }
 

@@ -36,8 +36,12 @@ Band listed_band(const Intrinsics& k, std::span<const std::uint32_t> pixels, std
 // What a picture of the size divided by `reduce` sees in its pixels.
 Intrinsics reduced(const Intrinsics& full, int reduce);
 
-// Pixels (x, y) that differ from one beside them by more than `contrast` in a channel.
-std::vector<Eigen::Vector2i> edge_pixels(const Image& picture, float contrast);
+// By how much a picture of so many rays is reduced, see RenderOptions::most_rays.
+int reduction(const Intrinsics& full, int most_rays);
+
+// Pixels (x, y) that differ from one beside, above or below them by more than `contrast` in a channel, row by
+// row; of more than `most` of them those that differ the most, without the last of equals.
+std::vector<Eigen::Vector2i> edge_pixels(const Image& picture, float contrast, std::size_t most);
 
 // The pixels of the whole picture that lie in such pixels of the reduced one, which are their blocks.
 Band edge_band(const Intrinsics& k, std::span<const Eigen::Vector2i> edges, int reduce);

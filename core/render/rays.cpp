@@ -393,8 +393,8 @@ void sample_rays(std::span<const RayRequest> rays, const MarchVolumes& volumes, 
     RayIntervals intervals;
     for (std::size_t r = first; r < last; ++r) {
       intervals.walk(rays[r], volumes);
-      counts[r] = place_samples(intervals.head, intervals.torso, volumes.min_step, rays[r].jitter,
-                                {batch.placed.data() + r * most, most});
+      counts[r] = place_samples(intervals.head, intervals.torso, volumes.min_step, volumes.even_share,
+                                rays[r].jitter, {batch.placed.data() + r * most, most});
     }
   });
   collect_samples(rays, volumes, most, counts, batch);

@@ -108,8 +108,9 @@ struct MarchVolumes {
   std::array<MarchVolume, 2> fields;
   std::vector<MarchNeck> necks;  // of the head, a ray's by its view modulo their number; or none
   int max_samples = 16;
-  float min_step = 0.0015f;      // m
-  float near = 0.05f, far = 20;  // m
+  float min_step = 0.0015f;       // m
+  float even_share = kEvenShare;  // of a ray's samples, as in place_samples
+  float near = 0.05f, far = 20;   // m
 };
 // Refers to its arguments. necks: of the head's unit cube.
 MarchVolumes march_volumes(const FieldPart& head, const FieldPart* torso,

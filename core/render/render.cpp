@@ -334,30 +334,38 @@ BandCount render_tiles(const Scene& scene, const Intrinsics& k, Image& rgba) {
 RenderOptions render_options(RenderQuality quality) {
   RenderOptions options;
   options.precision = FieldPrecision::bf16;
-  options.strata = 8;
-  const bool final = quality == RenderQuality::final;
-  options.max_samples = final ? 20 : 14;
-  options.reduce = final ? 2 : 3, options.block = final ? 2 : 3;
-  options.edge_contrast = final ? 0.2f : 0.4f;
+  if (quality == RenderQuality::final) {
+    options.max_samples = 20, options.strata = 8, options.block = 2;
+    options.reduce = 2;
+  } else {
+    options.max_samples = 14, options.strata = 6, options.block = 3;
+    options.most_rays = 40000, options.edge_contrast = 0.05f;
+  }
   return options;
 }
 
 RenderedFrame render_frame(const Avatar& avatar, const Camera& camera, const RenderState& state,
                            const RenderOptions& options) {
-  LIKENESS_CHECK(options.reduce > 0, "reduce %d", options.reduce);
+  LIKENESS_CHECK(options.reduce > 0 && options.most_rays >= 0, "reduce %d, most_rays %d", options.reduce,
+                 options.most_rays);
   const Scene scene = make_scene(avatar, camera, state, options);
   RenderedFrame frame;
   const Intrinsics& full = camera.intrinsics;
-  const Intrinsics fewer = reduced(full, options.reduce);
+  const int reduce = options.most_rays > 0 ? reduction(full, options.most_rays) : options.reduce;
+  const Intrinsics fewer = reduced(full, reduce);
   frame.rgba = Image(fewer.width, fewer.height, 4);
   BandCount count = render_tiles(scene, fewer, frame.rgba);
-  if (options.reduce > 1) {
-    const std::vector<Eigen::Vector2i> edges = edge_pixels(frame.rgba, options.edge_contrast);
+  if (reduce > 1) {
+    const std::size_t coarse = frame.rgba.pixels(), cost = std::size_t(reduce) * std::size_t(reduce);
+    const std::size_t most =
+        options.most_rays > 0 ? (std::size_t(options.most_rays) - coarse) / cost : coarse;
+    const float share = std::min(1.f, float(full.width) * float(full.height) / float(kEdgePixels));
+    const std::vector<Eigen::Vector2i> edges = edge_pixels(frame.rgba, share * options.edge_contrast, most);
     frame.rgba = enlarge(frame.rgba, full.width, full.height);
     const auto part = [&](std::size_t i) {
       const std::size_t first = i * kBandEdges;
       return edge_band(full, std::span(edges).subspan(first, std::min(kBandEdges, edges.size() - first)),
-                       options.reduce);
+                       reduce);
     };
     count += render_bands(scene, (edges.size() + kBandEdges - 1) / kBandEdges, part, frame.rgba.data.data());
   }
@@ -367,7 +375,9 @@ RenderedFrame render_frame(const Avatar& avatar, const Camera& camera, const Ren
 
 std::vector<float> render_pixels(const Avatar& avatar, const Camera& camera, const RenderState& state,
                                  std::span<const std::uint32_t> pixels, const RenderOptions& options) {
-  LIKENESS_CHECK(options.reduce == 1, "single pixels are rendered whole, not reduced by %d", options.reduce);
+  LIKENESS_CHECK(options.reduce == 1 && options.most_rays == 0,
+                 "single pixels are rendered whole, not reduced by %d or to %d rays", options.reduce,
+                 options.most_rays);
   const Scene scene = make_scene(avatar, camera, state, options);
   std::vector<float> rgba(4 * pixels.size());
   const auto part = [&](std::size_t i) {

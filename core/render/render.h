@@ -20,6 +20,8 @@ struct RenderState {
   TorsoField torso;  // empty: a rigid torso
 };
 
+inline constexpr int kEdgePixels = 512 * 512;
+
 struct RenderOptions {
   // Per ray, head and torso together. Too few leave specks where a ray passes lips or nostrils at a slant: a
   // sample beside the thin skin stands for it.
@@ -35,8 +37,14 @@ struct RenderOptions {
   // light they take, and looked up once (the idea of SNeRG, Hedman et al. 2021, with the field's own
   // network).
   bool deferred = false;
-  int reduce = 1;              // one ray for reduce x reduce pixels, the picture enlarged from that,
-  float edge_contrast = 0.3f;  // but a ray a pixel where such rays beside each other differ by more than this
+  // One ray for reduce x reduce pixels, the picture enlarged from that, but a ray a pixel where such rays
+  // beside each other differ by more than edge_contrast. That is of pictures of kEdgePixels and more; of
+  // smaller ones, whose pixels hold more of a face, it is less in proportion to their pixels.
+  int reduce = 1;
+  float edge_contrast = 0.2f;
+  // Rays a picture may take, whatever its size: it is reduced until a quarter of them is left for the pixels
+  // that differ the most, and not at all where each pixel can have one. 0: `reduce`, and as many as differ.
+  int most_rays = 0;
   FieldPrecision precision = FieldPrecision::exact;  // of the fields
 };
 
@@ -45,7 +53,7 @@ struct RenderOptions {
 // each is and how near to the truth.
 enum class RenderQuality {
   final,   // a ray for 2 x 2 pixels where they hardly differ, else a ray a pixel; 20 samples
-  preview  // a ray for 3 x 3 pixels but at edges; 14 samples
+  preview  // 40000 rays a picture, most of them where pixels differ; 14 samples
 };
 inline constexpr const char* kRenderQualities[] = {"final", "preview"};
 RenderOptions render_options(RenderQuality quality);

@@ -93,8 +93,8 @@ struct Segment {
 // The strata of place_samples: calls stratum(k, start, end) in lengths along the two lists, in rising order;
 // returns how many there are.
 template <class Stratum>
-int cut_strata(std::span<const Interval> head, std::span<const Interval> torso, float min_step, int most,
-               const Stratum& stratum) {
+int cut_strata(std::span<const Interval> head, std::span<const Interval> torso, float min_step,
+               float even_share, int most, const Stratum& stratum) {
   float total = 0, known = 0;
   for (const std::span<const Interval> list : {head, torso})
     for (const Interval& i : list) total += i.far - i.near, known += i.depth;
@@ -103,11 +103,11 @@ int cut_strata(std::span<const Interval> head, std::span<const Interval> torso, 
   static thread_local std::vector<float> weights;  // of the lists' intervals, head first; sum: what is lost
   weights.assign(head.size() + torso.size(), 0.f);
   const float lost = known > 0 ? lost_light(head, torso, weights.data()) : 0;
-  const float even = (1 - (1 - kEvenShare) * lost) / total;  // share of the samples per m
+  const float even = (1 - (1 - even_share) * lost) / total;  // share of the samples per m
   const auto segment = [&](std::size_t i) {
     const Interval& interval = i < head.size() ? head[i] : torso[i - head.size()];
     const float length = interval.far - interval.near;
-    return Segment{length, (1 - kEvenShare) * weights[i] + even * length};
+    return Segment{length, (1 - even_share) * weights[i] + even * length};
   };
   cut_evenly(weights.size(), segment, total, count, stratum);
   return count;
@@ -116,10 +116,10 @@ int cut_strata(std::span<const Interval> head, std::span<const Interval> torso, 
 }  // namespace
 
 int place_samples(std::span<const Interval> head, std::span<const Interval> torso, float min_step,
-                  std::uint64_t jitter, std::span<RaySample> samples) {
+                  float even_share, std::uint64_t jitter, std::span<RaySample> samples) {
   Placing placing{head, torso};
   const int count =
-      cut_strata(head, torso, min_step, int(samples.size()), [&](int k, float start, float end) {
+      cut_strata(head, torso, min_step, even_share, int(samples.size()), [&](int k, float start, float end) {
         const float u = jitter == 0 ? 0.5f : unit_float(mix(jitter + std::uint64_t(k)));
         samples[std::size_t(k)] = placing.at(start + u * (end - start));
         samples[std::size_t(k)].dt = end - start;
@@ -132,11 +132,12 @@ int place_samples(std::span<const Interval> head, std::span<const Interval> tors
 int place_strata(std::span<const Interval> head, std::span<const Interval> torso, float min_step,
                  std::span<RayStratum> strata) {
   Placing placing{head, torso};
-  const int count = cut_strata(head, torso, min_step, int(strata.size()), [&](int k, float start, float end) {
-    RaySample sample = placing.at(start + 0.5f * (end - start));
-    sample.dt = end - start;
-    strata[std::size_t(k)] = {sample, start};
-  });
+  const int count =
+      cut_strata(head, torso, min_step, kEvenShare, int(strata.size()), [&](int k, float start, float end) {
+        RaySample sample = placing.at(start + 0.5f * (end - start));
+        sample.dt = end - start;
+        strata[std::size_t(k)] = {sample, start};
+      });
   std::sort(strata.begin(), strata.begin() + count,
             [](const RayStratum& a, const RayStratum& b) { return a.sample.t < b.sample.t; });
   return count;

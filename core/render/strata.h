@@ -28,12 +28,12 @@ struct RayStratum {
 // Cuts the length of both lists (head first) into strata, at most `samples.size()` of them and on average no
 // shorter than min_step, puts a sample into each and sorts them by depth; returns how many. Strata are short
 // where the light is expected to be lost (transmittance times opacity, by the intervals' optical depths), but
-// kEvenShare of them is spread over the whole length, and so is the share of the light that is expected to
-// pass. jitter 0: midpoints; otherwise a seed that places each sample anywhere in its stratum.
-inline constexpr float kEvenShare = 0.25f;
+// even_share of them (0 to 1) is spread over the whole length, and so is the share of the light that is
+// expected to pass. jitter 0: midpoints; otherwise a seed that places each sample anywhere in its stratum.
+inline constexpr float kEvenShare = 0.25f;  // of pictures
 int place_samples(std::span<const Interval> head, std::span<const Interval> torso, float min_step,
-                  std::uint64_t jitter, std::span<RaySample> samples);
-// The strata themselves, samples in their midpoints.
+                  float even_share, std::uint64_t jitter, std::span<RaySample> samples);
+// The strata themselves with kEvenShare, samples in their midpoints.
 int place_strata(std::span<const Interval> head, std::span<const Interval> torso, float min_step,
                  std::span<RayStratum> strata);
 

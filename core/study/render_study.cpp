@@ -6,6 +6,7 @@
 #include <ctime>
 #include <iterator>
 #include <set>
+#include <string>
 
 #include <fmt/format.h>
 
@@ -104,16 +105,24 @@ std::vector<RenderSetting> render_settings() {
       options.precision = FieldPrecision::bf16;
       options.max_samples = samples, options.strata = strata, options.block = block;
       options.reduce = reduce, options.edge_contrast = edge_contrast;
+      const std::string edges =
+          edge_contrast > 1 ? "edges too" : fmt::format("edges of {:.3g}", edge_contrast);
       settings.push_back({fmt::format("{}{} samples{}{}", kSizes[reduce - 1], samples,
                                       strata > 0 ? fmt::format(", {} strata of {} px", strata, block) : "",
-                                      edge_contrast > 1 ? ", edges too" : ""),
+                                      reduce > 1 ? ", " + edges : ""),
                           options});
     };
     for (const int samples : {32, 24, 20, 16, 12, 8}) add(samples, 8, 2);
-    if (reduce > 1) add(20, 8, 2, 2);
+    if (reduce > 1)
+      for (const float edge_contrast : {99.f, 0.4f, 0.1f, 0.05f, 0.025f}) add(20, 8, 2, edge_contrast);
     if (reduce == 3) continue;
     for (const int samples : {32, 16}) add(samples, 0, 1);
     add(16, 8, 1), add(16, 16, 2), add(16, 16, 4);
+  }
+  for (const int rays : {20000, 30000, 60000, 80000}) {
+    RenderOptions options = render_options(RenderQuality::preview);
+    options.most_rays = rays;
+    settings.push_back({fmt::format("preview of {} rays", rays), options});
   }
   return settings;
 }

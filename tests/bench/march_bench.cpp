@@ -140,15 +140,15 @@ void BM_Place(benchmark::State& state) {
   double sum = 0;
   for (std::size_t r = 0; r < list.size(); ++r) {
     occupied_intervals(list[r], v, 0, 10, intervals[r]);
-    const int n = place_samples(intervals[r], {}, 1e-4f, 0, samples),
-              most = place_samples(intervals[r], {}, 1e-6f, 0, many);
+    const int n = place_samples(intervals[r], {}, 1e-4f, kEvenShare, 0, samples),
+              most = place_samples(intervals[r], {}, 1e-6f, kEvenShare, 0, many);
     sum += (composited(list[r], {samples.data(), std::size_t(n)}) -
             composited(list[r], {many.data(), std::size_t(most)}))
                .squaredNorm();
   }
   for (auto _ : state)
     for (const auto& list_of : intervals)
-      benchmark::DoNotOptimize(place_samples(list_of, {}, 1e-4f, 0, samples));
+      benchmark::DoNotOptimize(place_samples(list_of, {}, 1e-4f, kEvenShare, 0, samples));
   state.SetItemsProcessed(state.iterations() * std::int64_t(list.size()));
   state.counters["rms"] = std::sqrt(sum / double(3 * list.size()));
 }
@@ -177,7 +177,7 @@ void BM_Refine(benchmark::State& state) {
       transmittance = after;
     }
     const int n = refine_strata(intervals[r], {}, strata[r], weights[r], samples),
-              most = place_samples(intervals[r], {}, 1e-6f, 0, many);
+              most = place_samples(intervals[r], {}, 1e-6f, kEvenShare, 0, many);
     sum += (composited(list[r], {samples.data(), std::size_t(n)}) -
             composited(list[r], {many.data(), std::size_t(most)}))
                .squaredNorm();

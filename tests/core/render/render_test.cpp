@@ -216,7 +216,7 @@ TEST(RenderFrame, EdgesOfAReducedPictureAreThoseOfTheWhole) {
   k.width *= 4, k.height *= 4;
   RenderOptions whole, edges, none;
   edges.reduce = none.reduce = 2;
-  none.edge_contrast = 2;
+  none.edge_contrast = 99;
   const auto render = [&](const RenderOptions& options) {
     return render_frame(a, camera, typical_state(a), options).rgba;
   };
@@ -229,6 +229,35 @@ TEST(RenderFrame, EdgesOfAReducedPictureAreThoseOfTheWhole) {
   };
   EXPECT_GT(wrong(blurred), 40);
   EXPECT_LT(wrong(sharp), wrong(blurred) / 2);
+}
+
+// The same, as far as the rays suffice; with a ray for each pixel it is the whole picture.
+TEST(RenderFrame, RaysOfAPictureGoWhereItDiffersTheMost) {
+  const Avatar a = tiny_avatar();
+  Camera camera = typical_camera(a);
+  Intrinsics& k = camera.intrinsics;
+  for (double* v : {&k.fx, &k.fy, &k.cx, &k.cy}) *v *= 4;
+  k.width *= 4, k.height *= 4;
+  const auto pixels = std::size_t(k.width) * std::size_t(k.height);
+  const auto render = [&](int most_rays) {
+    RenderOptions options;
+    options.edge_contrast = 0.02f, options.most_rays = most_rays;
+    return render_frame(a, camera, typical_state(a), options).rgba;
+  };
+  const Image truth = render_frame(a, camera, typical_state(a)).rgba;
+  const auto error = [&](const Image& picture) {
+    double squares = 0;
+    for (std::size_t i = 0; i < truth.data.size(); ++i)
+      squares += std::pow(picture.data[i] - truth.data[i], 2);
+    return squares;
+  };
+  EXPECT_EQ(render(int(pixels)).data, truth.data);
+  double before = 1e9;
+  for (const std::size_t share : {16, 8, 2}) {
+    const double now = error(render(int(pixels / share)));
+    EXPECT_LT(now, 0.8 * before) << share;
+    before = now;
+  }
 }
 
 TEST(RenderFrame, IsTransparentWhereNoCellIsSeen) {
