@@ -29,7 +29,9 @@ nlohmann::json to_json(const RenderRow& row) {
   const RenderOptions& o = row.setting.options;
   return {{"name", row.setting.name},
           {"max_samples", o.max_samples},
-          {"reduce", o.reduce},
+          {"strata", o.strata},
+          {"block", o.block},
+          {"reduce", o.most_rays > 0 ? nlohmann::json(nullptr) : nlohmann::json(o.reduce)},
           {"edge_contrast", o.edge_contrast},
           {"most_rays", o.most_rays},
           {"stop_transmittance", o.stop_transmittance},
@@ -45,10 +47,10 @@ nlohmann::json to_json(const RenderRow& row) {
 }
 
 void print(const RenderStudy& study) {
-  fmt::print("{:<52} {:>6} {:>6} {:>6} {:>8} {:>8} {:>8} {:>8} {:>8}\n", "setting", "full", "head", "face",
+  fmt::print("{:<56} {:>6} {:>6} {:>6} {:>8} {:>8} {:>8} {:>8} {:>8}\n", "setting", "full", "head", "face",
              "to final", "samples", "ms", "work ms", "fps");
   for (const RenderRow& row : study.rows)
-    fmt::print("{:<52} {:>6} {:>6.2f} {:>6.2f} {:>8} {:>8.1f} {:>8.1f} {:>8.1f} {:>8.2f}\n", row.setting.name,
+    fmt::print("{:<56} {:>6} {:>6.2f} {:>6.2f} {:>8} {:>8.1f} {:>8.1f} {:>8.1f} {:>8.2f}\n", row.setting.name,
                row.psnr_db ? fmt::format("{:.2f}", *row.psnr_db) : "-", row.psnr_head_db, row.psnr_face_db,
                std::isfinite(row.to_final_db) ? fmt::format("{:.1f}", row.to_final_db) : "same",
                row.samples_per_ray, row.milliseconds, row.processor_milliseconds, row.frames_per_second);

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <functional>
 
 namespace likeness {
 namespace {
@@ -39,55 +38,76 @@ Intrinsics reduced(const Intrinsics& full, int reduce) {
   return k;
 }
 
-int reduction(const Intrinsics& full, int most_rays) {
-  if (full.width * std::int64_t(full.height) <= most_rays) return 1;
-  for (int reduce = 2;; ++reduce) {
-    const Intrinsics fewer = reduced(full, reduce);
-    if (4 * std::int64_t(fewer.width) * fewer.height <= 3 * std::int64_t(most_rays) ||
-        (fewer.width == 1 && fewer.height == 1))
-      return reduce;
-  }
+int reduction(const Intrinsics& full, std::size_t rays) {
+  const auto pixels = [&](int reduce) {
+    const Intrinsics k = reduced(full, reduce);
+    return std::size_t(k.width) * std::size_t(k.height);
+  };
+  if (pixels(1) <= rays) return 1;
+  int reduce = 2;
+  while (4 * pixels(reduce) > 3 * rays && pixels(reduce) > 1) ++reduce;
+  return reduce;
 }
 
-std::vector<Eigen::Vector2i> edge_pixels(const Image& picture, float contrast, std::size_t most) {
-  std::vector<float> differs(picture.pixels(), 0.f);
-  const auto at = [&](int x, int y) { return std::size_t(y) * std::size_t(picture.width) + std::size_t(x); };
-  const auto compare = [&](int x, int y, int right, int down) {
-    if (x + right >= picture.width || y + down >= picture.height) return;
-    const float *a = picture.at(x, y), *b = picture.at(x + right, y + down);
+std::vector<Eigen::Vector2i> edge_cells(const Image& picture, float contrast, std::size_t most) {
+  const int width = picture.width, height = picture.height, columns = width + 1;
+  std::vector<float> differs(std::size_t(columns) * std::size_t(height + 1), 0.f);
+  // A step between two pixels is a side of the cells on both sides of the line between them.
+  const auto raise = [&](int column, int row, float step) {
+    float& cell = differs[std::size_t(row) * std::size_t(columns) + std::size_t(column)];
+    cell = std::max(cell, step);
+  };
+  const auto step = [&](int x, int y, int x2, int y2) {
+    const float *a = picture.at(x, y), *b = picture.at(x2, y2);
     float worst = 0;
     for (int c = 0; c < picture.channels; ++c) worst = std::max(worst, std::abs(a[c] - b[c]));
-    for (float* const own : {&differs[at(x, y)], &differs[at(x + right, y + down)]})
-      *own = std::max(*own, worst);
+    return worst;
   };
-  for (int y = 0; y < picture.height; ++y)
-    for (int x = 0; x < picture.width; ++x) compare(x, y, 1, 0), compare(x, y, 0, 1);
-  float least = contrast;
-  if (most < differs.size()) {
-    std::vector<float> ordered = differs;
-    const auto first_left_out = ordered.begin() + std::ptrdiff_t(most);
-    std::nth_element(ordered.begin(), first_left_out, ordered.end(), std::greater<float>());
-    least = std::max(least, *first_left_out);
+  for (int y = 0; y < height; ++y)
+    for (int x = 0; x < width; ++x) {
+      if (x + 1 < width)
+        for (const float s = step(x, y, x + 1, y); const int row : {y, y + 1}) raise(x + 1, row, s);
+      if (y + 1 < height)
+        for (const float s = step(x, y, x, y + 1); const int column : {x, x + 1}) raise(column, y + 1, s);
+    }
+  std::vector<std::uint32_t> edges;
+  for (std::size_t i = 0; i < differs.size(); ++i)
+    if (differs[i] > contrast) edges.push_back(std::uint32_t(i));
+  if (edges.size() > most) {
+    // Of equals - whole outlines, which step from nothing to opaque - some everywhere.
+    const auto scattered = [](std::uint32_t i) { return i * 2654435761u; };
+    const auto before = [&](std::uint32_t a, std::uint32_t b) {
+      return differs[a] != differs[b] ? differs[a] > differs[b] : scattered(a) < scattered(b);
+    };
+    std::nth_element(edges.begin(), edges.begin() + std::ptrdiff_t(most), edges.end(), before);
+    edges.resize(most);
+    std::sort(edges.begin(), edges.end());
   }
-  std::vector<Eigen::Vector2i> edges;
-  for (int y = 0; y < picture.height; ++y)
-    for (int x = 0; x < picture.width; ++x)
-      if (differs[at(x, y)] > least) edges.emplace_back(x, y);
-  return edges;
+  std::vector<Eigen::Vector2i> cells;
+  for (const std::uint32_t i : edges)
+    cells.emplace_back(int(i % std::uint32_t(columns)) - 1, int(i / std::uint32_t(columns)) - 1);
+  return cells;
 }
 
-Band edge_band(const Intrinsics& k, std::span<const Eigen::Vector2i> edges, int reduce) {
+Band edge_band(const Intrinsics& k, const Intrinsics& fewer, std::span<const Eigen::Vector2i> cells) {
+  // The first pixel whose centre lies at or behind that of the reduced picture's pixel `cell`.
+  const auto first = [](int cell, int from, int to) {
+    return cell < 0 ? 0 : std::min(to, int(std::ceil((cell + 0.5) * to / from - 0.5)));
+  };
   Band band;
   band.empty_blocks_walk = true;
-  for (std::size_t i = 0; i < edges.size(); ++i) {
-    const int left = edges[i].x() * reduce, right = std::min(left + reduce, k.width);
-    const int top = edges[i].y() * reduce, bottom = std::min(top + reduce, k.height);
+  for (const Eigen::Vector2i& cell : cells) {
+    const int left = first(cell.x(), fewer.width, k.width), top = first(cell.y(), fewer.height, k.height);
+    const int right = cell.x() + 1 == fewer.width ? k.width : first(cell.x() + 1, fewer.width, k.width);
+    const int bottom = cell.y() + 1 == fewer.height ? k.height : first(cell.y() + 1, fewer.height, k.height);
+    if (left == right || top == bottom) continue;
+    const auto block = std::uint32_t(band.blocks.size());
     band.blocks.push_back(direction_at(k, 0.5 * (left + right), 0.5 * (top + bottom)));
     for (int y = top; y < bottom; ++y)
       for (int x = left; x < right; ++x) {
         band.place.push_back(std::uint32_t(y * k.width + x));
         band.directions.push_back(direction_at(k, x + 0.5, y + 0.5));
-        band.block_of.push_back(std::uint32_t(i));
+        band.block_of.push_back(block);
       }
   }
   return band;

@@ -36,14 +36,17 @@ Band listed_band(const Intrinsics& k, std::span<const std::uint32_t> pixels, std
 // What a picture of the size divided by `reduce` sees in its pixels.
 Intrinsics reduced(const Intrinsics& full, int reduce);
 
-// By how much a picture of so many rays is reduced, see RenderOptions::most_rays.
-int reduction(const Intrinsics& full, int most_rays);
+// By how much a picture that takes so many rays (at least one) is reduced: not at all where they suffice for
+// each pixel, otherwise until a quarter of them or more is left.
+int reduction(const Intrinsics& full, std::size_t rays);
 
-// Pixels (x, y) that differ from one beside, above or below them by more than `contrast` in a channel, row by
-// row; of more than `most` of them those that differ the most, without the last of equals.
-std::vector<Eigen::Vector2i> edge_pixels(const Image& picture, float contrast, std::size_t most);
+// The pixels of the whole picture lie in cells between the centres of four pixels of the reduced one, from
+// (x, y) to (x + 1, y + 1), of which those at the border, from (-1, -1) on, have fewer. Returned are those
+// with a side along which the reduced picture differs by more than `contrast` in a channel, row by row; of
+// more than `most` of them those that differ the most.
+std::vector<Eigen::Vector2i> edge_cells(const Image& reduced, float contrast, std::size_t most);
 
-// The pixels of the whole picture that lie in such pixels of the reduced one, which are their blocks.
-Band edge_band(const Intrinsics& k, std::span<const Eigen::Vector2i> edges, int reduce);
+// The pixels of the whole picture (k) in such cells of the reduced one (fewer). The cells are their blocks.
+Band edge_band(const Intrinsics& k, const Intrinsics& fewer, std::span<const Eigen::Vector2i> cells);
 
 }  // namespace likeness

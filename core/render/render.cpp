@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <optional>
 
 #include "core/base/check.h"
@@ -18,7 +19,6 @@ namespace likeness {
 namespace {
 
 constexpr std::size_t kBandPixels = std::size_t(kTileSide) * kTileSide;
-constexpr std::size_t kBandEdges = 512;  // pixels of a reduced picture
 
 struct RayState {
   Vec3f colour = Vec3f::Zero();
@@ -338,8 +338,8 @@ RenderOptions render_options(RenderQuality quality) {
     options.max_samples = 20, options.strata = 8, options.block = 2;
     options.reduce = 2;
   } else {
-    options.max_samples = 14, options.strata = 6, options.block = 3;
-    options.most_rays = 40000, options.edge_contrast = 0.05f;
+    options.max_samples = 14, options.strata = 8, options.block = 3;
+    options.most_rays = 39000, options.edge_contrast = 0.05f;
   }
   return options;
 }
@@ -351,23 +351,25 @@ RenderedFrame render_frame(const Avatar& avatar, const Camera& camera, const Ren
   const Scene scene = make_scene(avatar, camera, state, options);
   RenderedFrame frame;
   const Intrinsics& full = camera.intrinsics;
-  const int reduce = options.most_rays > 0 ? reduction(full, options.most_rays) : options.reduce;
+  const float size = float(full.width) * float(full.height) / float(kUsualPixels);
+  const auto rays = std::size_t(float(options.most_rays) * std::max(size, 1.f));
+  const int reduce = rays > 0 ? reduction(full, rays) : options.reduce;
   const Intrinsics fewer = reduced(full, reduce);
   frame.rgba = Image(fewer.width, fewer.height, 4);
   BandCount count = render_tiles(scene, fewer, frame.rgba);
   if (reduce > 1) {
-    const std::size_t coarse = frame.rgba.pixels(), cost = std::size_t(reduce) * std::size_t(reduce);
+    const std::size_t cost = std::size_t(reduce) * std::size_t(reduce);  // rays a cell
     const std::size_t most =
-        options.most_rays > 0 ? (std::size_t(options.most_rays) - coarse) / cost : coarse;
-    const float share = std::min(1.f, float(full.width) * float(full.height) / float(kEdgePixels));
-    const std::vector<Eigen::Vector2i> edges = edge_pixels(frame.rgba, share * options.edge_contrast, most);
+        rays > 0 ? (rays - frame.rgba.pixels()) / cost : std::numeric_limits<std::size_t>::max();
+    const std::vector<Eigen::Vector2i> edges =
+        edge_cells(frame.rgba, options.edge_contrast * std::min(size, 1.f), most);
     frame.rgba = enlarge(frame.rgba, full.width, full.height);
+    const std::size_t length = std::max<std::size_t>(1, kBandPixels / cost);  // of a band
     const auto part = [&](std::size_t i) {
-      const std::size_t first = i * kBandEdges;
-      return edge_band(full, std::span(edges).subspan(first, std::min(kBandEdges, edges.size() - first)),
-                       reduce);
+      const std::size_t first = i * length;
+      return edge_band(full, fewer, std::span(edges).subspan(first, std::min(length, edges.size() - first)));
     };
-    count += render_bands(scene, (edges.size() + kBandEdges - 1) / kBandEdges, part, frame.rgba.data.data());
+    count += render_bands(scene, (edges.size() + length - 1) / length, part, frame.rgba.data.data());
   }
   frame.samples_per_ray = count.rays > 0 ? double(count.samples) / double(count.rays) : 0;
   return frame;

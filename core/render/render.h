@@ -20,7 +20,8 @@ struct RenderState {
   TorsoField torso;  // empty: a rigid torso
 };
 
-inline constexpr int kEdgePixels = 512 * 512;
+// Of a picture of usual size, which RenderOptions::edge_contrast and most_rays speak of.
+inline constexpr int kUsualPixels = 512 * 512;
 
 struct RenderOptions {
   // Per ray, head and torso together. Too few leave specks where a ray passes lips or nostrils at a slant: a
@@ -37,13 +38,14 @@ struct RenderOptions {
   // light they take, and looked up once (the idea of SNeRG, Hedman et al. 2021, with the field's own
   // network).
   bool deferred = false;
-  // One ray for reduce x reduce pixels, the picture enlarged from that, but a ray a pixel where such rays
-  // beside each other differ by more than edge_contrast. That is of pictures of kEdgePixels and more; of
-  // smaller ones, whose pixels hold more of a face, it is less in proportion to their pixels.
+  // One ray for reduce x reduce pixels, the picture enlarged from that, but a ray for each pixel between such
+  // rays that differ by more than edge_contrast; in pictures of fewer than kUsualPixels, whose pixels hold
+  // more of a face, by less, in proportion to their pixels.
   int reduce = 1;
   float edge_contrast = 0.2f;
-  // Rays a picture may take, whatever its size: it is reduced until a quarter of them is left for the pixels
-  // that differ the most, and not at all where each pixel can have one. 0: `reduce`, and as many as differ.
+  // Rays that a picture of up to kUsualPixels may take, larger ones in proportion to their pixels: instead of
+  // by `reduce` it is reduced until a quarter of them or more is left for the pixels between those that
+  // differ the most, and not at all where each pixel can have one. 0: by `reduce`, and as many as differ.
   int most_rays = 0;
   FieldPrecision precision = FieldPrecision::exact;  // of the fields
 };
@@ -53,7 +55,7 @@ struct RenderOptions {
 // each is and how near to the truth.
 enum class RenderQuality {
   final,   // a ray for 2 x 2 pixels where they hardly differ, else a ray a pixel; 20 samples
-  preview  // 40000 rays a picture, most of them where pixels differ; 14 samples
+  preview  // 39000 rays a picture, those left over where pixels differ the most; 14 samples
 };
 inline constexpr const char* kRenderQualities[] = {"final", "preview"};
 RenderOptions render_options(RenderQuality quality);

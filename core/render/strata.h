@@ -30,7 +30,7 @@ struct RayStratum {
 // where the light is expected to be lost (transmittance times opacity, by the intervals' optical depths), but
 // even_share of them (0 to 1) is spread over the whole length, and so is the share of the light that is
 // expected to pass. jitter 0: midpoints; otherwise a seed that places each sample anywhere in its stratum.
-inline constexpr float kEvenShare = 0.25f;  // of pictures
+inline constexpr float kEvenShare = 0.5f;
 int place_samples(std::span<const Interval> head, std::span<const Interval> torso, float min_step,
                   float even_share, std::uint64_t jitter, std::span<RaySample> samples);
 // The strata themselves with kEvenShare, samples in their midpoints.

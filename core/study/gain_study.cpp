@@ -232,6 +232,12 @@ const std::vector<GainVariant>& gain_variants() {
        [](TrainOptions& o) { o.mode = FieldMode::hyper; }},
       {"no-still", "expressions everywhere, hair and skull included", "photometric", nullptr,
        [](TrainOptions& o) { o.use_still = false; }},
+      {"no-occupancy", "every carved cell occupied, samples spread evenly", "photometric", nullptr,
+       [](TrainOptions& o) { o.use_occupancy = false; }},
+      {"samples-even", "training's samples spread evenly over occupied cells", "photometric", nullptr,
+       [](TrainOptions& o) { o.even_samples = 1; }},
+      {"samples-quarter", "a quarter of training's samples spread evenly", "photometric", nullptr,
+       [](TrainOptions& o) { o.even_samples = 0.25f; }},
       {"refine-track", "training frames corrected through the field", "photometric", nullptr,
        [](TrainOptions& o) { o.refine_track = true; }},
   };

@@ -60,16 +60,24 @@ Result<Truth> read_truth(const Project& project, const HeldOutSet& set, int fram
   return Truth{to_float(*picture), std::move(*regions), known ? set.avatar.plate : Image8{}};
 }
 
+Avatar without_opacities(const Avatar& avatar) {
+  Avatar bare = avatar;
+  bare.head.opacity.clear();
+  if (bare.torso) bare.torso->opacity.clear();
+  return bare;
+}
+
 // Adds one frame to the sums of every row. The first picture of a pose finds its tables cold, so one is
 // rendered before any is timed.
-void add_frame(const Avatar& avatar, const Camera& camera, const RenderState& state, const Truth& truth,
-               std::vector<RenderRow>& rows) {
+void add_frame(const Avatar& avatar, const Avatar& bare, const Camera& camera, const RenderState& state,
+               const Truth& truth, std::vector<RenderRow>& rows) {
   (void)render_frame(avatar, camera, state, rows.front().setting.options);
   Image final_picture;
   for (RenderRow& row : rows) {
     const auto start = std::chrono::steady_clock::now();
     const std::clock_t worked = std::clock();
-    const RenderedFrame frame = render_frame(avatar, camera, state, row.setting.options);
+    const RenderedFrame frame =
+        render_frame(row.setting.opacities ? avatar : bare, camera, state, row.setting.options);
     row.processor_milliseconds += 1000.0 * double(std::clock() - worked) / CLOCKS_PER_SEC;
     row.milliseconds += milliseconds_since(start);
     row.samples_per_ray += frame.samples_per_ray;
@@ -96,6 +104,16 @@ std::vector<RenderSetting> render_settings() {
     options.deferred = true;
     settings.push_back({fmt::format("{}, a colour a ray", kRenderQualities[int(quality)]), options});
   }
+  const auto without = [&](const char* what, bool opacities, const auto& change) {
+    RenderOptions options = render_options(RenderQuality::final);
+    change(options);
+    settings.push_back({fmt::format("final without {}", what), options, opacities});
+  };
+  without("the cut-off of dark rays", true, [](RenderOptions& o) { o.stop_transmittance = 0; });
+  without("leaving colours out", true, [](RenderOptions& o) { o.shade_weight = 0; });
+  without("strata", true, [](RenderOptions& o) { o.strata = 0; });
+  without("opacities", false, [](RenderOptions&) {});
+  without("strata and opacities", false, [](RenderOptions& o) { o.strata = 0; });
   settings.push_back({"exact", {}});
   constexpr const char* kSizes[] = {"", "half size, ", "third size, "};
   for (const int reduce : {1, 2, 3}) {
@@ -145,6 +163,7 @@ Result<RenderStudy> study_rendering(const Project& project, int frames, const Pr
   study.frames = int(chosen.size());
   for (RenderSetting& setting : render_settings())
     study.rows.push_back({.setting = std::move(setting), .psnr_db = 0.0});
+  const Avatar bare = without_opacities(set->avatar);
   for (std::size_t k = 0; k < chosen.size(); ++k) {
     if (stop.stop_requested()) return cancelled_error();
     progress.report(double(k) / double(chosen.size()), fmt::format("frame {}", chosen[k].tracked->frame));
@@ -155,7 +174,7 @@ Result<RenderStudy> study_rendering(const Project& project, int frames, const Pr
     const RenderState state =
         pose_avatar(rig, {t.world_from_head, t.world_from_torso, t.articulation, t.torso_shape});
     study.pose_milliseconds += milliseconds_since(start);
-    add_frame(set->avatar, chosen[k].camera, state, *truth, study.rows);
+    add_frame(set->avatar, bare, chosen[k].camera, state, *truth, study.rows);
   }
 
   const double n = double(chosen.size());

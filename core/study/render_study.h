@@ -17,10 +17,12 @@ namespace likeness {
 struct RenderSetting {
   std::string name;
   RenderOptions options;
+  bool opacities = true;  // the grids say how much light their cells are expected to take
 };
 
-// The two of the quality ladder, the same with deferred shading, `exact` - a ray a pixel in single precision
-// - and what lies about them in bf16: samples a ray, rays a pixel.
+// The two of the quality ladder, the same with deferred shading and without one of the things that save
+// samples, `exact` - a ray a pixel in single precision - and what lies about them in bf16: samples a ray,
+// rays a pixel.
 std::vector<RenderSetting> render_settings();
 
 struct RenderRow {

@@ -94,10 +94,10 @@ Error unusable(const std::filesystem::path& path, const std::string& detail) {
 std::string training_fingerprint(const TrainingSet& set, const TrainOptions& options) {
   std::vector<std::string> views(set.views.size());
   parallel_for(views.size(), [&](std::size_t v) { views[v] = view_fingerprint(set.views[v]); });
-  std::string text = fmt::format("{} {} {} {} {} {} {} {} {} {} {} {}\n", set.size, set.model.hash,
+  std::string text = fmt::format("{} {} {} {} {} {} {} {} {} {} {} {} {}\n", set.size, set.model.hash,
                                  set.has_torso, set.views.size(), options.rays_per_step, options.seed,
                                  mode_name(options.mode), options.use_latent, options.use_occupancy,
-                                 options.use_still, options.refine_track, options.rate);
+                                 options.use_still, options.refine_track, options.rate, options.even_samples);
   for (const std::string& view : views) text += view + "\n";
   for (const float v : set.person.identity) text += fmt::format("{} ", v);
   for (const Vec3f& v : set.person.offsets) text += fmt::format("{} {} {} ", v.x(), v.y(), v.z());

@@ -237,7 +237,7 @@ bool is_backends(const Error& error) { return error.where.starts_with("CUDA"); }
 
 Result<void> run_steps(TrainingState& state, Scene& scene, Run& run, std::stop_token stop) {
   const StepOptions options{run.options.rays_per_step, run.options.seed, run.options.use_latent,
-                            run.options.use_occupancy};
+                            run.options.use_occupancy, run.options.even_samples};
   TrainingState snapshot = state;
   int recoveries = 0;
   std::shared_ptr<Backend> backend =

@@ -14,9 +14,6 @@ namespace likeness {
 namespace {
 
 constexpr int kMaxSamples = 16, kCodeLength = 4;
-// Where nothing is expected nothing is learnt: with the quarter of pictures training stands still after a
-// thousand steps, half a decibel short in the face.
-constexpr float kEvenSampleShare = 0.5f;
 constexpr std::uint64_t kFirstRefresh = 128, kRefreshEvery = 32;
 constexpr float kTableRate = 1e-2f, kNetworkRate = 3e-3f, kCodeRate = 1e-3f;
 // Without it three thousand steps leave more specks about the lips.
@@ -137,7 +134,7 @@ Result<StepResult> training_step(TrainingState& state, FieldLearner& learner, co
   MarchVolumes volumes =
       march_volumes(state.head.part, state.torso ? &state.torso->part : nullptr, source.necks);
   volumes.max_samples = kMaxSamples;
-  volumes.even_share = kEvenSampleShare;
+  volumes.even_share = options.even_samples;
   choose_rays(source, volumes, options.use_latent, options.seed, state.step, options.rays, state.rays);
   sample_rays(state.rays.requests, volumes, state.samples);
   warp_samples(source.warps, state.head.part.cube, state.samples.fields[0]);

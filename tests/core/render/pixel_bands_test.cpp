@@ -3,27 +3,63 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
+#include <tuple>
+#include <vector>
+
 namespace likeness {
 namespace {
 
-TEST(EdgePixels, AreThoseOnBothSidesOfAStep) {
+TEST(EdgeCells, AreThoseAcrossAStep) {
   Image picture(6, 3, 4);
   for (int y = 0; y < 3; ++y)
     for (int x = 3; x < 6; ++x) picture.at(x, y)[2] = 0.5f;
-  const auto edges = edge_pixels(picture, 0.4f, 100);
-  ASSERT_EQ(edges.size(), 6u);
-  for (std::size_t i = 0; i < edges.size(); ++i)
-    EXPECT_EQ(edges[i], Eigen::Vector2i(i % 2 == 0 ? 2 : 3, int(i / 2)));
-  EXPECT_TRUE(edge_pixels(picture, 0.5f, 100).empty());
+  const auto cells = edge_cells(picture, 0.4f, 100);
+  EXPECT_EQ(cells, (std::vector<Eigen::Vector2i>{{2, -1}, {2, 0}, {2, 1}, {2, 2}}));
+  EXPECT_TRUE(edge_cells(picture, 0.5f, 100).empty());
 }
 
-TEST(EdgePixels, OfTooManyAreThoseThatDifferTheMost) {
+TEST(EdgeCells, OfTooManyAreThoseThatDifferTheMost) {
   Image picture(9, 1, 1);
   for (int x = 0; x < 9; ++x) picture.at(x, 0)[0] = float(x * x) / 64;  // steps grow with x
-  EXPECT_EQ(edge_pixels(picture, 0.f, 3), (std::vector<Eigen::Vector2i>{{6, 0}, {7, 0}, {8, 0}}));
-  EXPECT_TRUE(edge_pixels(picture, 0.f, 1).empty());  // 7 and 8 have the same step
-  EXPECT_TRUE(edge_pixels(picture, 0.f, 0).empty());
-  EXPECT_EQ(edge_pixels(picture, 0.f, 9).size(), 9u);
+  EXPECT_EQ(edge_cells(picture, 0.f, 2), (std::vector<Eigen::Vector2i>{{7, -1}, {7, 0}}));
+  EXPECT_EQ(edge_cells(picture, 0.f, 1).size(), 1u);  // both have the same step
+  EXPECT_TRUE(edge_cells(picture, 0.f, 0).empty());
+  EXPECT_EQ(edge_cells(picture, 0.f, 99).size(), 16u);
+}
+
+// An outline steps from nothing to opaque all along.
+TEST(EdgeCells, OfEqualsAreTakenEverywhere) {
+  Image picture(4, 100, 1);
+  for (int y = 0; y < 100; ++y) picture.at(2, y)[0] = picture.at(3, y)[0] = 1;
+  const auto cells = edge_cells(picture, 0.5f, 60);
+  ASSERT_EQ(cells.size(), 60u);
+  const auto above = std::ranges::count_if(cells, [](const Eigen::Vector2i& p) { return p.y() < 50; });
+  EXPECT_NEAR(double(above), 30, 8);
+}
+
+// Whatever the sizes, every pixel of the whole picture lies in one cell, between those pixels of the reduced
+// one that its value is made of.
+TEST(EdgeBand, CellsShareOutThePixels) {
+  for (const auto& [width, height, reduce] :
+       {std::tuple(12, 9, 3), {16, 16, 2}, {47, 48, 2}, {512, 31, 3}, {10, 7, 4}, {5, 5, 5}, {3, 3, 2}}) {
+    Intrinsics k;
+    k.width = width, k.height = height, k.fx = k.fy = 100, k.cx = 0.5 * width, k.cy = 0.5 * height;
+    const Intrinsics fewer = reduced(k, reduce);
+    std::vector<Eigen::Vector2i> all;
+    for (int y = -1; y < fewer.height; ++y)
+      for (int x = -1; x < fewer.width; ++x) all.emplace_back(x, y);
+    std::vector<std::uint32_t> places = edge_band(k, fewer, all).place;
+    std::ranges::sort(places);
+    ASSERT_EQ(places.size(), std::size_t(width) * std::size_t(height));
+    for (std::size_t i = 0; i < places.size(); ++i) EXPECT_EQ(places[i], i);
+    for (const Eigen::Vector2i& cell : all)
+      for (const std::uint32_t place : edge_band(k, fewer, {&cell, 1}).place) {
+        const double x = (int(place) % width + 0.5) * fewer.width / width - 0.5;
+        EXPECT_EQ(int(std::floor(x + 1e-9)), std::min(cell.x(), fewer.width - 1)) << place;
+      }
+  }
 }
 
 TEST(Reduction, LeavesAQuarterOfTheRaysToTheEdges) {

@@ -15,7 +15,7 @@ TEST(PlaceSamples, AreSortedInsideTheirIntervalsAndCoverTheLength) {
   const std::vector<Interval> head{{1.0f, 1.1f}, {1.3f, 1.35f}}, torso{{1.05f, 1.25f}};
   for (const std::uint64_t jitter : {0, 7, 99}) {
     std::vector<RaySample> samples(16);
-    const int n = place_samples(head, torso, 0.0015f, kEvenShare, jitter, samples);
+    const int n = place_samples(head, torso, 0.0015f, 0.25f, jitter, samples);
     EXPECT_EQ(n, 16);
     float length = 0;
     for (int i = 0; i < n; ++i) {
@@ -35,7 +35,7 @@ TEST(PlaceSamples, AreSortedInsideTheirIntervalsAndCoverTheLength) {
 TEST(PlaceSamples, AreNoDenserThanAsked) {
   const std::vector<Interval> head{{1.0f, 1.01f}};
   std::vector<RaySample> samples(16);
-  EXPECT_EQ(place_samples(head, {}, 0.0025f, kEvenShare, 0, samples), 4);
+  EXPECT_EQ(place_samples(head, {}, 0.0025f, 0.25f, 0, samples), 4);
 }
 
 // Air, a wall that takes nearly all light, and what lies behind it: most samples go into the wall.
@@ -43,7 +43,7 @@ TEST(PlaceSamples, GoWhereTheLightIsLost) {
   std::vector<Interval> head{{1.00f, 1.04f, 0.001f}, {1.04f, 1.05f, 8.f}, {1.05f, 1.10f, 8.f}};
   for (const std::uint64_t jitter : {0, 5}) {
     std::vector<RaySample> samples(16);
-    ASSERT_EQ(place_samples(head, {}, 0.0015f, kEvenShare, jitter, samples), 16);
+    ASSERT_EQ(place_samples(head, {}, 0.0015f, 0.25f, jitter, samples), 16);
     int in_wall = 0, behind = 0;
     float length = 0;
     for (const RaySample& s : samples)
@@ -71,7 +71,7 @@ TEST(PlaceSamples, EvenShareIsSpreadOverTheWholeLength) {
 TEST(PlaceSamples, LooksThroughBothFieldsInDepthOrder) {
   const std::vector<Interval> head{{1.1f, 1.12f, 9.f}}, torso{{1.0f, 1.02f, 9.f}};
   std::vector<RaySample> samples(16);
-  const int n = place_samples(head, torso, 0.001f, kEvenShare, 0, samples);
+  const int n = place_samples(head, torso, 0.001f, 0.25f, 0, samples);
   const auto of_torso =
       std::count_if(samples.begin(), samples.begin() + n, [](auto& s) { return s.field == 1; });
   EXPECT_GE(of_torso, n * 3 / 4);
@@ -94,7 +94,7 @@ TEST(PlaceSamples, AnyGuessOfTheDensityCoversTheSameLength) {
       }
     }
     std::vector<RaySample> samples(16);
-    const int n = place_samples(lists[0], lists[1], 0.0015f, kEvenShare, std::uint64_t(trial), samples);
+    const int n = place_samples(lists[0], lists[1], 0.0015f, 0.25f, std::uint64_t(trial), samples);
     float length = 0;
     for (int k = 0; k < n; ++k) {
       length += samples[k].dt;
@@ -212,9 +212,9 @@ TEST(RefineStrata, AreWorthMoreThanAsManySamplesPlacedByTheGrid) {
     };
     std::vector<RaySample> many(4096), grid(16), refined(8);
     std::vector<RayStratum> strata(8);
-    const int most = place_samples(std::vector<Interval>{{1.0f, 1.04f}}, {}, 1e-6f, kEvenShare, 0, many);
+    const int most = place_samples(std::vector<Interval>{{1.0f, 1.04f}}, {}, 1e-6f, 0.25f, 0, many);
     const float truth = composited({many.data(), std::size_t(most)}, nullptr);
-    place_samples(cells, {}, 1e-4f, kEvenShare, 0, grid);
+    place_samples(cells, {}, 1e-4f, 0.25f, 0, grid);
     by_grid += std::pow(composited(grid, nullptr) - truth, 2);
     place_strata(cells, {}, 1e-4f, strata);
     std::vector<RaySample> middles;
