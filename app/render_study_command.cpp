@@ -35,6 +35,8 @@ nlohmann::json to_json(const RenderRow& row) {
           {"edge_contrast", o.edge_contrast},
           {"most_rays", o.most_rays},
           {"stop_transmittance", o.stop_transmittance},
+          {"shade_weight", o.shade_weight},
+          {"opacities", row.setting.opacities},
           {"exact", o.precision == FieldPrecision::exact},
           {"psnr_db", row.psnr_db ? nlohmann::json(*row.psnr_db) : nlohmann::json(nullptr)},
           {"psnr_head_db", finite_or_null(row.psnr_head_db)},

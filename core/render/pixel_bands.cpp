@@ -92,7 +92,7 @@ std::vector<Eigen::Vector2i> edge_cells(const Image& picture, float contrast, st
 Band edge_band(const Intrinsics& k, const Intrinsics& fewer, std::span<const Eigen::Vector2i> cells) {
   // The first pixel whose centre lies at or behind that of the reduced picture's pixel `cell`.
   const auto first = [](int cell, int from, int to) {
-    return cell < 0 ? 0 : std::min(to, int(std::ceil((cell + 0.5) * to / from - 0.5)));
+    return cell < 0 ? 0 : int(std::ceil((cell + 0.5) * to / from - 0.5));
   };
   Band band;
   band.empty_blocks_walk = true;

@@ -40,11 +40,11 @@ Intrinsics reduced(const Intrinsics& full, int reduce);
 // each pixel, otherwise until a quarter of them or more is left.
 int reduction(const Intrinsics& full, std::size_t rays);
 
-// The pixels of the whole picture lie in cells between the centres of four pixels of the reduced one, from
-// (x, y) to (x + 1, y + 1), of which those at the border, from (-1, -1) on, have fewer. Returned are those
-// with a side along which the reduced picture differs by more than `contrast` in a channel, row by row; of
-// more than `most` of them those that differ the most.
-std::vector<Eigen::Vector2i> edge_cells(const Image& reduced, float contrast, std::size_t most);
+// The pixels of the whole picture lie in cells between the centres of four pixels of the reduced one,
+// `picture`, from (x, y) to (x + 1, y + 1); cells at the border, from (-1, -1) on, have fewer corners.
+// Returned are those with a side along which the picture differs by more than `contrast` in a channel, row by
+// row; of more than `most` of them those that differ the most.
+std::vector<Eigen::Vector2i> edge_cells(const Image& picture, float contrast, std::size_t most);
 
 // The pixels of the whole picture (k) in such cells of the reduced one (fewer). The cells are their blocks.
 Band edge_band(const Intrinsics& k, const Intrinsics& fewer, std::span<const Eigen::Vector2i> cells);

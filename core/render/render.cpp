@@ -339,7 +339,7 @@ RenderOptions render_options(RenderQuality quality) {
     options.reduce = 2;
   } else {
     options.max_samples = 14, options.strata = 8, options.block = 3;
-    options.most_rays = 39000, options.edge_contrast = 0.05f;
+    options.most_rays = 39200, options.edge_contrast = 0.05f;
   }
   return options;
 }
@@ -364,12 +364,14 @@ RenderedFrame render_frame(const Avatar& avatar, const Camera& camera, const Ren
     const std::vector<Eigen::Vector2i> edges =
         edge_cells(frame.rgba, options.edge_contrast * std::min(size, 1.f), most);
     frame.rgba = enlarge(frame.rgba, full.width, full.height);
-    const std::size_t length = std::max<std::size_t>(1, kBandPixels / cost);  // of a band
+    const std::size_t cells_per_band = std::max<std::size_t>(1, kBandPixels / cost);
     const auto part = [&](std::size_t i) {
-      const std::size_t first = i * length;
-      return edge_band(full, fewer, std::span(edges).subspan(first, std::min(length, edges.size() - first)));
+      const std::size_t first = i * cells_per_band;
+      return edge_band(full, fewer,
+                       std::span(edges).subspan(first, std::min(cells_per_band, edges.size() - first)));
     };
-    count += render_bands(scene, (edges.size() + length - 1) / length, part, frame.rgba.data.data());
+    count += render_bands(scene, (edges.size() + cells_per_band - 1) / cells_per_band, part,
+                          frame.rgba.data.data());
   }
   frame.samples_per_ray = count.rays > 0 ? double(count.samples) / double(count.rays) : 0;
   return frame;

@@ -25,12 +25,15 @@ struct RayStratum {
   float start = 0;   // m of the lists' length before it; it goes on for sample.dt
 };
 
+// What pictures and trainings spread evenly: with a quarter a training stands still after a thousand steps,
+// since nothing is learnt where nothing is expected.
+inline constexpr float kEvenShare = 0.5f;
+
 // Cuts the length of both lists (head first) into strata, at most `samples.size()` of them and on average no
 // shorter than min_step, puts a sample into each and sorts them by depth; returns how many. Strata are short
 // where the light is expected to be lost (transmittance times opacity, by the intervals' optical depths), but
 // even_share of them (0 to 1) is spread over the whole length, and so is the share of the light that is
 // expected to pass. jitter 0: midpoints; otherwise a seed that places each sample anywhere in its stratum.
-inline constexpr float kEvenShare = 0.5f;
 int place_samples(std::span<const Interval> head, std::span<const Interval> torso, float min_step,
                   float even_share, std::uint64_t jitter, std::span<RaySample> samples);
 // The strata themselves with kEvenShare, samples in their midpoints.

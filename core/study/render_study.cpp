@@ -109,8 +109,8 @@ std::vector<RenderSetting> render_settings() {
     change(options);
     settings.push_back({fmt::format("final without {}", what), options, opacities});
   };
-  without("the cut-off of dark rays", true, [](RenderOptions& o) { o.stop_transmittance = 0; });
-  without("leaving colours out", true, [](RenderOptions& o) { o.shade_weight = 0; });
+  without("ending opaque rays", true, [](RenderOptions& o) { o.stop_transmittance = 0; });
+  without("a least weight of colours", true, [](RenderOptions& o) { o.shade_weight = 0; });
   without("strata", true, [](RenderOptions& o) { o.strata = 0; });
   without("opacities", false, [](RenderOptions&) {});
   without("strata and opacities", false, [](RenderOptions& o) { o.strata = 0; });

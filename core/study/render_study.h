@@ -20,9 +20,9 @@ struct RenderSetting {
   bool opacities = true;  // the grids say how much light their cells are expected to take
 };
 
-// The two of the quality ladder, the same with deferred shading and without one of the things that save
-// samples, `exact` - a ray a pixel in single precision - and what lies about them in bf16: samples a ray,
-// rays a pixel.
+// The two of the quality ladder, the same with deferred shading, final without each of the things that save
+// samples or colours, `exact` - a ray a pixel in single precision - and what lies about them in bf16: samples
+// a ray, rays a pixel, rays a preview.
 std::vector<RenderSetting> render_settings();
 
 struct RenderRow {

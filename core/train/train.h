@@ -54,7 +54,7 @@ struct TrainOptions {
   std::uint64_t seed = 0;
   FieldMode mode = kDefaultMode;
   bool use_latent = true, use_occupancy = true;  // ablation switches
-  float even_samples = kEvenShare;               // of a ray, as in place_samples
+  float even_samples = kEvenShare;               // share of them spread evenly along a ray (place_samples)
   bool use_still = true;      // where no expression moves anything the field knows none (still_cells.h)
   bool refine_track = false;  // correct the training frames' tracks through the field (refine_track.h)
   double rate = 1;            // factor on the learning rates

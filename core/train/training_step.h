@@ -47,7 +47,7 @@ struct StepOptions {
   int rays = 8192;
   std::uint64_t seed = 0;
   bool use_latent = true, use_occupancy = true;
-  float even_samples = TrainOptions().even_samples;
+  float even_samples = kEvenShare;
 };
 
 struct StepResult {

@@ -39,11 +39,17 @@ TEST(EdgeCells, OfEqualsAreTakenEverywhere) {
   EXPECT_NEAR(double(above), 30, 8);
 }
 
-// Whatever the sizes, every pixel of the whole picture lies in one cell, between those pixels of the reduced
-// one that its value is made of.
+// Whatever the sizes, every pixel of the whole picture lies in one cell, between the centres of that cell's
+// corners.
 TEST(EdgeBand, CellsShareOutThePixels) {
-  for (const auto& [width, height, reduce] :
-       {std::tuple(12, 9, 3), {16, 16, 2}, {47, 48, 2}, {512, 31, 3}, {10, 7, 4}, {5, 5, 5}, {3, 3, 2}}) {
+  for (const auto& [width, height, reduce] : {std::tuple(12, 9, 3),
+                                              {16, 16, 2},
+                                              {47, 48, 2},
+                                              {512, 31, 3},
+                                              {10, 7, 4},
+                                              {5, 5, 5},
+                                              {3, 3, 2},
+                                              {9, 1, 2}}) {
     Intrinsics k;
     k.width = width, k.height = height, k.fx = k.fy = 100, k.cx = 0.5 * width, k.cy = 0.5 * height;
     const Intrinsics fewer = reduced(k, reduce);
@@ -54,10 +60,14 @@ TEST(EdgeBand, CellsShareOutThePixels) {
     std::ranges::sort(places);
     ASSERT_EQ(places.size(), std::size_t(width) * std::size_t(height));
     for (std::size_t i = 0; i < places.size(); ++i) EXPECT_EQ(places[i], i);
+    const auto cell_of = [](std::uint32_t pixel, int from, int to) {
+      return int(std::floor((pixel + 0.5) * from / to - 0.5 + 1e-9));
+    };
+    const auto columns = std::uint32_t(width);
     for (const Eigen::Vector2i& cell : all)
       for (const std::uint32_t place : edge_band(k, fewer, {&cell, 1}).place) {
-        const double x = (int(place) % width + 0.5) * fewer.width / width - 0.5;
-        EXPECT_EQ(int(std::floor(x + 1e-9)), std::min(cell.x(), fewer.width - 1)) << place;
+        EXPECT_EQ(cell_of(place % columns, fewer.width, width), cell.x()) << place;
+        EXPECT_EQ(cell_of(place / columns, fewer.height, height), cell.y()) << place;
       }
   }
 }

@@ -260,8 +260,31 @@ TEST(RenderFrame, RaysOfAPictureGoWhereItDiffersTheMost) {
   for (const int rays : {pixels / 2, pixels / 8}) {  // the same reduction, without edges and with them
     const double without = error(render(rays, 1e6f));
     EXPECT_GT(without, 0);
-    EXPECT_LT(error(render(rays, 0)), 0.7 * without) << rays;
+    const double with = error(render(rays, 0));
+    EXPECT_LT(with, 0.7 * without) << rays;
+    EXPECT_GT(with, 0) << rays;  // they do not suffice for all
   }
+}
+
+// A larger picture may take more: a preview of 512 px and more has a ray for 3 x 3 pixels.
+TEST(RenderFrame, RaysOfAPreviewGrowWithThePicture) {
+  const Avatar a = tiny_avatar();
+  const auto takes_a_third = [&](int side) {
+    Camera camera = typical_camera(a);
+    Intrinsics& k = camera.intrinsics;
+    const double scale = double(side) / k.width;
+    for (double* v : {&k.fx, &k.fy, &k.cx, &k.cy}) *v *= scale;
+    k.width = k.height = side;
+    RenderOptions preview = render_options(RenderQuality::preview);
+    preview.edge_contrast = 1e6f;
+    RenderOptions third = preview;
+    third.most_rays = 0, third.reduce = 3;
+    const RenderState state = typical_state(a);
+    return render_frame(a, camera, state, third).rgba.data ==
+           render_frame(a, camera, state, preview).rgba.data;
+  };
+  for (const int side : {512, 514, 640}) EXPECT_TRUE(takes_a_third(side)) << side;
+  EXPECT_FALSE(takes_a_third(256));
 }
 
 TEST(RenderFrame, IsTransparentWhereNoCellIsSeen) {

@@ -214,7 +214,7 @@ TEST(RefineStrata, AreWorthMoreThanAsManySamplesPlacedByTheGrid) {
     std::vector<RayStratum> strata(8);
     const int most = place_samples(std::vector<Interval>{{1.0f, 1.04f}}, {}, 1e-6f, 0.25f, 0, many);
     const float truth = composited({many.data(), std::size_t(most)}, nullptr);
-    place_samples(cells, {}, 1e-4f, 0.25f, 0, grid);
+    place_samples(cells, {}, 1e-4f, kEvenShare, 0, grid);
     by_grid += std::pow(composited(grid, nullptr) - truth, 2);
     place_strata(cells, {}, 1e-4f, strata);
     std::vector<RaySample> middles;

@@ -53,6 +53,9 @@ TEST(TrainingFingerprint, ChangesWithEveryPixelAndPose) {
   TrainingSet set = ball_set(5, 24);
   const std::string before = training_fingerprint(set, {});
   EXPECT_EQ(before, training_fingerprint(set, {}));
+  TrainOptions even;
+  even.even_samples = 1;
+  EXPECT_NE(before, training_fingerprint(set, even));
   set.views[2].rgb.data[10] ^= 1;
   const std::string pixel = training_fingerprint(set, {});
   EXPECT_NE(before, pixel);
