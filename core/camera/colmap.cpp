@@ -6,10 +6,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdint>
 #include <cstdio>
-#include <fstream>
 #include <iterator>
+#include <vector>
 
 #include "core/base/files.h"
 #include "core/base/parallel.h"
@@ -151,41 +150,64 @@ constexpr double kFlatShare = 0.9, kLeastParallax = 0.1;  // rad
 
 struct SparseModel {
   fs::path folder;  // empty: none
-  std::uint64_t pictures = 0;
+  std::size_t pictures = 0;
+  double reprojection_px = 0, focal = 0;
 };
 
-// The reconstruction with most placed pictures anywhere under `sparse`: the mapper writes several where the
-// pictures fall apart.
-SparseModel largest_model(const fs::path& sparse) {
-  SparseModel best;
+SparseModel describe(const fs::path& folder) {
+  const auto model = read_colmap_model(folder);
+  if (!model || model->cameras.empty()) return {};
+  return {folder, model->images.size(), mean_reprojection_px(*model), model->cameras.begin()->second.fx};
+}
+
+// The best reconstruction anywhere under a folder, where every try writes one, and several where the pictures
+// fall apart: of those with about the most pictures the one whose points lie best.
+SparseModel best_model(const fs::path& folder) {
+  constexpr double kAboutAsMany = 0.9;
+  std::vector<SparseModel> models;
   std::error_code ignored;
-  for (const auto& entry : fs::recursive_directory_iterator(sparse, ignored)) {
-    if (entry.path().filename() != "images.bin") continue;
-    std::uint64_t pictures = 0;
-    std::ifstream file(entry.path(), std::ios::binary);
-    unsigned char bytes[8] = {};
-    if (!file.read(reinterpret_cast<char*>(bytes), 8)) continue;
-    for (int i = 7; i >= 0; --i) pictures = pictures << 8 | bytes[i];
-    if (pictures > best.pictures) best = {entry.path().parent_path(), pictures};
+  for (const auto& entry : fs::recursive_directory_iterator(folder, ignored))
+    if (entry.path().filename() == "images.bin") models.push_back(describe(entry.path().parent_path()));
+  std::size_t most = 0;
+  for (const SparseModel& model : models) most = std::max(most, model.pictures);
+  SparseModel best;
+  for (const SparseModel& model : models) {
+    if (model.folder.empty() || double(model.pictures) < kAboutAsMany * double(most)) continue;
+    if (best.folder.empty() || model.reprojection_px < best.reprojection_px) best = model;
   }
   return best;
 }
 
-// What the mapper is asked in turn: its defaults, then ever less parallax and fewer matches, for sweeps of
-// few degrees and pictures that are mostly person.
+// Two solves from different starts found one lens.
+bool agree(const SparseModel& a, const SparseModel& b) {
+  constexpr double kSameFocal = 0.02;
+  return std::abs(a.focal - b.focal) <= kSameFocal * std::max(a.focal, b.focal);
+}
+
+// What the mapper is asked in turn. A lens without distortion first, which is refined afterwards: with the
+// distortion free from the first two pictures on it often settles on a wrong focal length
+// (docs/PERFORMANCE.md). From two starts, since even so it may; where these disagree a third decides. Then
+// ever less parallax and fewer matches, for sweeps of few degrees and pictures that are mostly person.
 struct MapperTry {
   const char* folder;
+  int seed;  // beyond the first
   std::vector<std::string> arguments;
 };
+const std::vector<std::string> kPlainLens = {"--Mapper.ba_refine_extra_params", "0"};
 const MapperTry kMapperTries[] = {
-    {"default", {}},
+    {"plain_lens", 0, kPlainLens},
+    {"plain_lens_again", 1, kPlainLens},
+    {"free_lens", 0, {}},
     {"lenient",
+     0,
      {"--Mapper.init_min_tri_angle", "4", "--Mapper.init_min_num_inliers", "50",
       "--Mapper.abs_pose_min_num_inliers", "20", "--Mapper.abs_pose_min_inlier_ratio", "0.15"}},
     {"little_motion",
+     0,
      {"--Mapper.init_min_tri_angle", "2", "--Mapper.init_min_num_inliers", "40",
       "--Mapper.init_max_forward_motion", "1", "--Mapper.abs_pose_min_num_inliers", "15",
       "--Mapper.abs_pose_min_inlier_ratio", "0.15", "--Mapper.filter_min_tri_angle", "0.7"}}};
+constexpr std::size_t kDecides = 2;  // the try after two that disagree
 
 struct Commands {
   fs::path work;
@@ -231,6 +253,7 @@ struct Commands {
   }
   Step map(const MapperTry& how) const {
     Step step = base("mapper", "Placing pictures");
+    step.arguments[3] = std::to_string(options.seed + how.seed);
     step.arguments.insert(step.arguments.end(),
                           {"--database_path", work / "database.db", "--image_path", work / "images",
                            "--output_path", sparse() / how.folder, "--Mapper.num_threads", threads});
@@ -304,26 +327,32 @@ Result<void> make_empty(const fs::path& folder) {
   return {};
 }
 
-// Sparse reconstruction, until a try places enough of the pictures; otherwise the best of them counts.
+// Sparse reconstruction, until two tries agree, or one more places enough of the pictures; the best counts.
 Result<void> map_pictures(const Commands& commands, const ColmapCounts& counts, const Progress& progress,
                           std::stop_token stop) {
   if (counts.verified_pairs < 2) return too_few_matches(counts);
   if (auto made = make_empty(commands.sparse()); !made) return made;
   const double share = 1.0 / double(std::size(kMapperTries));
+  std::vector<SparseModel> tried;
   for (std::size_t i = 0; i < std::size(kMapperTries); ++i) {
     if (auto made = make_empty(commands.sparse() / kMapperTries[i].folder); !made) return made;
     const Step step = commands.map(kMapperTries[i]);
     const auto end = run_step(step, counts.pictures,
                               progress.stage(share * double(i), share * double(i + 1), "try"), stop);
     if (!end) return end.error();
-    const SparseModel best = largest_model(commands.sparse());
-    if (double(best.pictures) >= kEnoughPlaced * counts.described) return {};
+    tried.push_back(best_model(commands.sparse() / kMapperTries[i].folder));
+    const auto enough = [&](const SparseModel& model) {
+      return double(model.pictures) >= kEnoughPlaced * counts.described;
+    };
+    if (i < kDecides ? i == 1 && std::ranges::all_of(tried, enough) && agree(tried[0], tried[1])
+                     : std::ranges::any_of(tried, enough))
+      return {};
     if (end->tail.find("No images with matches found") != std::string::npos) return too_few_matches(counts);
     const bool no_start = end->tail.find("failed to create sparse model") != std::string::npos ||
                           end->tail.find("initial image pair") != std::string::npos;
     if (end->exit_code != 0 && !no_start) return step_failed(step, *end);
   }
-  if (largest_model(commands.sparse()).pictures == 0) return hardly_moved(counts);
+  if (best_model(commands.sparse()).pictures == 0) return hardly_moved(counts);
   return {};
 }
 
@@ -362,7 +391,7 @@ Result<ColmapModel> solve_colmap(const fs::path& work, const ColmapOptions& opti
     if (auto mapped = map_pictures(commands, *counts, progress.stage(0.75, 0.95, "mapping"), stop); !mapped)
       return mapped.error();
     if (auto made = make_empty(commands.refined()); !made) return made.error();
-    const Step step = commands.refine(largest_model(commands.sparse()).folder);
+    const Step step = commands.refine(best_model(commands.sparse()).folder);
     const auto end = run_step(step, 0, progress.stage(0.95, 1, "lens"), stop);
     if (!end) return end.error();
     if (end->exit_code != 0) return step_failed(step, *end);
@@ -377,7 +406,7 @@ Result<ColmapModel> solve_colmap(const fs::path& work, const ColmapOptions& opti
     const Intrinsics& k = refined->cameras.begin()->second;
     if (std::abs(k.cx - k.width / 2.0) > kPlausible * k.width ||
         std::abs(k.cy - k.height / 2.0) > kPlausible * k.height)
-      refined = read_colmap_model(largest_model(commands.sparse()).folder);
+      refined = read_colmap_model(best_model(commands.sparse()).folder);
   }
   // Asked for ever less parallax, the mapper makes a path of noise out of a camera that only turned.
   if (refined && double(counts->flat_pairs) >= kFlatShare * counts->verified_pairs &&

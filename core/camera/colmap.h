@@ -34,8 +34,9 @@ Result<ColmapCounts> count_database(const std::filesystem::path& database);
 
 // work/images/NAME and work/masks/NAME.png (0 = ignored) must be there; database, sparse/ and refined/
 // (all_sparse/ and all_refined/ where every pair is matched) are written beside them. A step whose marker
-// file (work/NAME.done) exists is not repeated. The model is that of the bundle adjustment with the principal
-// point free, of the largest reconstruction.
+// file (work/NAME.done) exists is not repeated. The model is that of the bundle adjustment with distortion
+// and principal point free, of the best reconstruction: the most pictures placed, and of about as many the
+// least reprojection error.
 Result<ColmapModel> solve_colmap(const std::filesystem::path& work, const ColmapOptions& options,
                                  const Progress& progress, std::stop_token stop);
 

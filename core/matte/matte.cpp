@@ -252,6 +252,15 @@ cv::Mat without_persons_own(const Sample& sample, const cv::Mat& background, con
   return kept;
 }
 
+// What the plate's camera would see of the room; empty where it was not learnt.
+cv::Mat room_at_rest(const Stage& stage, const std::vector<Sample>& samples) {
+  const auto resting =
+      std::ranges::find_if(samples, [](const Sample& sample) { return sample.job->on_plate; });
+  if (!stage.room || resting == samples.end()) return {};
+  const Image8 room = stage.room(resting->job->frame);
+  return room.empty() ? cv::Mat() : view(room).clone();
+}
+
 // Plate, hull and colour statistics from the samples as they are cut now.
 // What a cut leaves free teaches the background only as far as `first`, the statistics before any cut, does
 // not call it the person's; nullptr before the first cut, when everything near the person is left out.
@@ -296,6 +305,13 @@ Statistics learn(const Stage& stage, const std::vector<Sample>& samples, const S
     statistics.small_plate = stage.size == stage.cut_size
                                  ? statistics.plate
                                  : estimate_plate(small, small_occupied, first ? &small_doubt : nullptr);
+    if (const cv::Mat room = room_at_rest(stage, samples); !room.empty()) {
+      complete_plate(statistics.plate, room);
+      if (stage.size == stage.cut_size)
+        statistics.small_plate = statistics.plate;
+      else
+        complete_plate(statistics.small_plate, reduced(room, stage.cut_size));
+    }
   }
   return statistics;
 }

@@ -65,7 +65,7 @@ Result<void> write_plate_info(const std::filesystem::path& path, const PlateInfo
 Result<PlateInfo> read_plate_info(const std::filesystem::path& path);
 
 // Reads frames/NNNNNN.png of `folder`, writes masks/NNNNNN.png (alpha, 8 bit) and, where the camera rests for
-// a second or longer, plate.png with plate.json and plate_known.png (255 = seen, 0 = filled in), all size x
+// a second or longer, plate.png with plate.json and plate_known.png (core/matte/plate.h: known), all size x
 // size in the crop; regions/NNNNNN.png for the held-out frames in source pixels (red person, green head
 // without neck, blue face), unless regions already exist. The plate uses training frames only.
 Result<MatteResult> matte_clip(const std::filesystem::path& folder, const Capture& capture,

@@ -31,10 +31,52 @@ float usual_colour(Channels& seen, cv::Vec3b& colour) {
   return spread;
 }
 
+constexpr unsigned char kDoubtful = 1;  // free, but of a colour that the person is more likely to have
+constexpr float kStill = 0.5f;          // from which texture is the room's
+
+// How surely texture stays put, 0..1: a body that breathes moves its texture by about a pixel, variance as
+// large as the contrast. The room's is noise. Both in squared 8-bit units, of grey values.
+float stillness(float contrast, float variance) {
+  return contrast / (contrast + 2) * std::clamp(1.5f - 4 * variance / (contrast + 0.5f), 0.0f, 1.0f);
+}
+
+int texture_window(const cv::Mat& picture) { return std::max(5, picture.cols / 24 | 1); }
+
+// Doubtful pixels amid texture that stayed put are the room's: hair moves with the head.
+void settle_doubts(Plate& plate) {
+  cv::Mat grey, contrast(plate.known.size(), CV_32F, cv::Scalar(0)), variance = contrast.clone(),
+                                                                     count = contrast.clone();
+  cv::cvtColor(plate.colour, grey, cv::COLOR_RGB2GRAY);
+  const auto slope = [&](int y, int x, int dy, int dx) {
+    return 0.5f *
+           (float(grey.at<unsigned char>(y + dy, x + dx)) - float(grey.at<unsigned char>(y - dy, x - dx)));
+  };
+  for (int y = 1; y + 1 < grey.rows; ++y)
+    for (int x = 1; x + 1 < grey.cols; ++x) {
+      const auto seen = [&](int v, int u) { return plate.known.at<unsigned char>(v, u) != 0; };
+      if (!seen(y, x) || !seen(y - 1, x) || !seen(y + 1, x) || !seen(y, x - 1) || !seen(y, x + 1)) continue;
+      const float dx = slope(y, x, 0, 1), dy = slope(y, x, 1, 0), noise = plate.noise.at<float>(y, x);
+      contrast.at<float>(y, x) = dx * dx + dy * dy;
+      variance.at<float>(y, x) = noise * noise;
+      count.at<float>(y, x) = 1;
+    }
+  const int window = texture_window(grey);
+  for (cv::Mat* sum : {&contrast, &variance, &count}) cv::boxFilter(*sum, *sum, -1, {window, window});
+  for (int y = 0; y < grey.rows; ++y)
+    for (int x = 0; x < grey.cols; ++x) {
+      auto& known = plate.known.at<unsigned char>(y, x);
+      if (known != kDoubtful) continue;
+      const float n = count.at<float>(y, x);
+      const bool still =
+          n > 0 && stillness(contrast.at<float>(y, x) / n, variance.at<float>(y, x) / n) > kStill;
+      known = still ? kSeen : 0;
+    }
+}
+
 }  // namespace
 
 double Plate::coverage() const {
-  return known.empty() ? 0 : double(cv::countNonZero(known)) / double(known.total());
+  return known.empty() ? 0 : double(cv::countNonZero(known == kSeen)) / double(known.total());
 }
 
 cv::Mat fill_holes(const cv::Mat& colour, const cv::Mat& known) {
@@ -120,10 +162,11 @@ Plate estimate_plate(const std::vector<cv::Mat>& pictures, const std::vector<cv:
         if (seen[0].size() < enough) continue;
         auto& colour = plate.colour.at<cv::Vec3b>(y, x);
         plate.noise.at<float>(y, x) = usual_colour(seen, colour);
-        if (!sure && doubt && doubt->persons_own(colour)) continue;
-        plate.known.at<unsigned char>(y, x) = 255;
+        auto& known = plate.known.at<unsigned char>(y, x);
+        known = !sure && doubt && doubt->persons_own(colour) ? kDoubtful : kSeen;
       }
   });
+  if (doubt) settle_doubts(plate);
   // A colour at an edge is doubtful by what half a pixel of sway would change.
   cv::Mat grey, dx, dy;
   cv::cvtColor(plate.colour, grey, cv::COLOR_RGB2GRAY);
@@ -143,7 +186,7 @@ Plate estimate_plate(const std::vector<cv::Mat>& pictures, const std::vector<cv:
 Plate room_plate(const cv::Mat& picture, const cv::Mat& room, const cv::Mat& free, const cv::Mat& reach) {
   Plate plate;
   plate.colour = room;
-  plate.known = reach.clone();
+  plate.known = (reach != 0) & kOfRoom;
   cv::Mat difference, worst(picture.size(), CV_32F), weight, error, count;
   cv::absdiff(picture, room, difference);
   for (int y = 0; y < picture.rows; ++y)
@@ -167,6 +210,24 @@ Plate room_plate(const cv::Mat& picture, const cv::Mat& room, const cv::Mat& fre
   return plate;
 }
 
+void complete_plate(Plate& plate, const cv::Mat& room) {
+  const cv::Mat seen = plate.known == kSeen;
+  // Half the difference about the middle grey, so that eight bits hold it.
+  cv::Mat difference;
+  cv::addWeighted(plate.colour, 0.5, room, -0.5, 128, difference);
+  const cv::Mat offset = fill_holes(difference, seen);
+  cv::Mat shown(room.size(), CV_8UC3);
+  for (int y = 0; y < room.rows; ++y)
+    for (int x = 0; x < room.cols; ++x)
+      for (int c = 0; c < 3; ++c)
+        shown.at<cv::Vec3b>(y, x)[c] = cv::saturate_cast<unsigned char>(
+            int(room.at<cv::Vec3b>(y, x)[c]) + 2 * (int(offset.at<cv::Vec3b>(y, x)[c]) - 128));
+  const Plate behind = room_plate(plate.colour, room, seen, 255 - seen);
+  shown.copyTo(plate.colour, behind.known);
+  behind.noise.copyTo(plate.noise, behind.known);
+  behind.known.copyTo(plate.known, behind.known);
+}
+
 cv::Mat still_texture(const std::vector<cv::Mat>& pictures) {
   // Spread over time against contrast in space, of the grey values.
   cv::Mat sum, squares;
@@ -184,19 +245,14 @@ cv::Mat still_texture(const std::vector<cv::Mat>& pictures) {
   cv::Mat dx, dy, local_contrast, local_variance;
   cv::Sobel(mean, dx, CV_32F, 1, 0, 3, 1.0 / 8);
   cv::Sobel(mean, dy, CV_32F, 0, 1, 3, 1.0 / 8);
-  const int window = std::max(5, mean.cols / 24 | 1);
+  const int window = texture_window(mean);
   const cv::Mat contrast = dx.mul(dx) + dy.mul(dy);
   cv::boxFilter(contrast, local_contrast, -1, {window, window});
   cv::boxFilter(variance, local_variance, -1, {window, window});
-  // A body that breathes moves its texture by about a pixel: variance as large as the contrast. The room's is
-  // noise.
   cv::Mat still(mean.size(), CV_32F);
   for (int y = 0; y < still.rows; ++y)
-    for (int x = 0; x < still.cols; ++x) {
-      const float spread = local_variance.at<float>(y, x), texture = local_contrast.at<float>(y, x);
-      still.at<float>(y, x) =
-          texture / (texture + 2) * std::clamp(1.5f - 4 * spread / (texture + 0.5f), 0.0f, 1.0f);
-    }
+    for (int x = 0; x < still.cols; ++x)
+      still.at<float>(y, x) = stillness(local_contrast.at<float>(y, x), local_variance.at<float>(y, x));
   return still;
 }
 

@@ -100,8 +100,9 @@ cv::Mat likelihoods(const SegmentInput& in) {
             plate_ratio(pixel, in.plate->colour.at<cv::Vec3b>(y, x), in.plate->noise.at<float>(y, x));
         // A model of the room is off by more than a plate: that it agrees says less, colour and place say
         // more.
-        value = in.plate_is_room ? 1.1f * std::max(difference, kLeastOfRoom) + 0.8f * colour + 0.8f * place
-                                 : 1.3f * difference + 0.4f * colour + 0.5f * place;
+        value = in.plate->known.at<unsigned char>(y, x) == kOfRoom
+                    ? 1.1f * std::max(difference, kLeastOfRoom) + 0.8f * colour + 0.8f * place
+                    : 1.3f * difference + 0.4f * colour + 0.5f * place;
       } else if (in.prior->possible.at<unsigned char>(y, x)) {
         value = colour + place;
         // Texture at rest away from the body is the room's, not an arm's.

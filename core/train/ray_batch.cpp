@@ -108,7 +108,7 @@ void choose_rays(const RaySource& source, const MarchVolumes& volumes, bool drop
       const Vec3f rgb = colour_at(view.rgb, pixel.x, pixel.y);
       // A guessed plate is no background: there the matte separates the person, as without a plate.
       const bool guessed =
-          !set.plate_known.empty() && !view.alpha.empty() && set.plate_known.at(pixel.x, pixel.y)[0] == 0;
+          !set.plate_known.empty() && !view.alpha.empty() && set.plate_known.at(pixel.x, pixel.y)[0] != 255;
       const bool plate = view.has_plate && !set.plate.empty() && !guessed;
       const float alpha = view.alpha.empty() ? 1.f : float(view.alpha.at(pixel.x, pixel.y)) / 255.f;
       const Vec3f other(random.uniform(), random.uniform(), random.uniform());

@@ -38,7 +38,7 @@ struct TrainingSet {
   int size = 256;
   std::vector<TrainingView> views;  // training frames only
   Image8 plate;                     // empty without a static camera
-  Image8 plate_known;               // (size, size, 1) 255 = the plate was seen there; empty = everywhere
+  Image8 plate_known;  // (size, size, 1) 255 = the plate was seen there; less = a guess; empty = everywhere
   HeadModel model;
   PersonShape person;
   TorsoModes torso_modes;  // empty: a rigid torso

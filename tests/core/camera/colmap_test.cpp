@@ -32,6 +32,12 @@ Intrinsics small_lens() {
   return k;
 }
 
+int count_of(std::string_view text, std::string_view word) {
+  int count = 0;
+  for (std::size_t at = 0; (at = text.find(word, at)) != text.npos; at += word.size()) ++count;
+  return count;
+}
+
 class Colmap : public testing::Test {
  protected:
   void SetUp() override {
@@ -120,6 +126,45 @@ TEST_F(Colmap, ACameraThatOnlyTurnsSeesNoDepth) {
   EXPECT_EQ(error.code, ErrorCode::failed);
   EXPECT_THAT(error.what, HasSubstr("only turned on the spot"));
   EXPECT_THAT(error.fix, HasSubstr("at least 30 degrees"));
+}
+
+// -- Which of several solves counts, by the real program
+
+TEST_F(Colmap, TwoSolvesThatAgreeOnTheLensAreEnough) {
+  if (!have_colmap()) GTEST_SKIP() << "colmap is not installed";
+  add_walk(6);
+  const fs::path calls = folder_ / "calls";
+  options_.program = stand_in(fmt::format("echo \"$1\" >> '{}'; exec colmap \"$@\"", calls.string()));
+  const auto model = solve();
+  ASSERT_TRUE(model.ok()) << model.error().what;
+  EXPECT_NEAR(model->cameras.begin()->second.fx, small_lens().fx, 0.1 * small_lens().fx);
+  const auto text = read_text(calls);
+  ASSERT_TRUE(text);
+  EXPECT_EQ(count_of(*text, "mapper"), 2);
+}
+
+TEST_F(Colmap, ASolveWithAnotherLensThanTheNextIsJudgedByItsPoints) {
+  if (!have_colmap()) GTEST_SKIP() << "colmap is not installed";
+  add_walk(6);
+  const fs::path calls = folder_ / "calls";
+  // The first solve keeps the focal length that it guesses, 288 px for a picture of 240.
+  options_.program = stand_in(
+      fmt::format("echo \"$1\" >> '{}'\n"
+                  "case \"$*\" in\n"
+                  "  mapper*/plain_lens\\ *) exec colmap \"$@\" --Mapper.ba_refine_focal_length 0;;\n"
+                  "esac\n"
+                  "exec colmap \"$@\"",
+                  calls.string()));
+  const auto model = solve();
+  ASSERT_TRUE(model.ok()) << model.error().what;
+  const auto first = read_colmap_model(work_ / "sparse" / "plain_lens" / "0");
+  ASSERT_TRUE(first.ok());
+  EXPECT_NEAR(first->cameras.begin()->second.fx, 288, 1e-6);
+  EXPECT_NEAR(model->cameras.begin()->second.fx, small_lens().fx, 0.1 * small_lens().fx);
+  EXPECT_LT(mean_reprojection_px(*model), mean_reprojection_px(*first));
+  const auto text = read_text(calls);
+  ASSERT_TRUE(text);
+  EXPECT_EQ(count_of(*text, "mapper"), 3);
 }
 
 // -- What becomes of a killed step, by the real program

@@ -329,6 +329,32 @@ TEST(MatteClip, AMixedClipGetsThePlateOfItsRest) {
   for (int frame : result->plate_frames) EXPECT_GT(scene.overlap(frame), 0.93) << frame;
 }
 
+TEST(MatteClip, TheRoomCompletesThePlateOfARest) {
+  const Scene scene("completed", Moves::at_first);
+  const Image8& wall = scene.wall.back();
+  const auto error_of_plate = [&](bool seen) {
+    const auto plate = read_image(scene.folder / "plate.png"),
+               known = read_image(scene.folder / "plate_known.png");
+    EXPECT_TRUE(plate.ok() && known.ok());
+    double sum = 0, count = 0;
+    for (int y = 0; y < kSize; ++y)
+      for (int x = 0; x < kSize; ++x)
+        for (int c = 0; c < 3 && (*known->at(x, y) == 255) == seen; ++c, ++count)
+          sum += std::abs(int(plate->at(x, y)[c]) - int(wall.at(x, y)[c]));
+    return sum / count;
+  };
+  ASSERT_TRUE(scene.matte().ok());
+  const double guessed = error_of_plate(false);
+  const LearnRoom learn = [&](const auto&, const Progress&, std::stop_token) -> Result<RoomBehind> {
+    return RoomBehind([&](int frame) { return scene.wall[std::size_t(frame)]; });
+  };
+  const auto result = scene.matte({}, {}, {}, learn);
+  ASSERT_TRUE(result.ok()) << result.error().what;
+  EXPECT_LT(error_of_plate(false), 0.2 * guessed);
+  EXPECT_LT(error_of_plate(true), 3);
+  for (int frame : result->plate_frames) EXPECT_GT(scene.overlap(frame), 0.93) << frame;
+}
+
 TEST(MatteClip, RegionsAreOfHeldOutFramesNestAndStayFrozen) {
   const Scene scene("regions");
   ASSERT_TRUE(scene.matte().ok());

@@ -85,6 +85,29 @@ TEST(Plate, HairThatACutLeftFreeDoesNotBecomeTheWall) {
   EXPECT_EQ(never_sure.known.at<unsigned char>(5, 5), 255);  // near, but of no colour of the person's
 }
 
+TEST(Plate, TextureThatStaysPutIsTheRoomsWhateverItsColour) {
+  // Every colour might be the person's, and they are near all the time.
+  constexpr int kHair = 32;  // from here on a texture that sways by a pixel or two
+  std::vector<cv::Mat> pictures, masks(20, cv::Mat(48, 64, CV_8U, cv::Scalar(0)));
+  PlateDoubt doubt;
+  doubt.persons_own = [](const cv::Vec3b&) { return true; };
+  doubt.near.assign(20, cv::Mat(48, 64, CV_8U, cv::Scalar(255)));
+  for (int i = 0; i < 20; ++i) {
+    cv::Mat picture(48, 64, CV_8UC3, cv::Scalar(120, 90, 70));
+    for (int y = 0; y < 24; ++y)  // below it is plain
+      for (int x = 0; x < 64; ++x) {
+        const int shift = x < kHair ? 0 : i % 4;
+        picture.at<cv::Vec3b>(y, x) = cv::Vec3b::all((unsigned char)(90 + 50 * ((x + shift) / 3 % 2)));
+      }
+    pictures.push_back(picture);
+  }
+  const Plate plate = estimate_plate(pictures, masks, &doubt);
+  EXPECT_EQ(plate.known.at<unsigned char>(12, 12), kSeen);
+  EXPECT_EQ(plate.colour.at<cv::Vec3b>(12, 12), pictures[0].at<cv::Vec3b>(12, 12));
+  EXPECT_EQ(plate.known.at<unsigned char>(12, 52), 0);
+  EXPECT_EQ(plate.known.at<unsigned char>(40, 12), 0);
+}
+
 TEST(Plate, WhatIsNeverFreeIsFilledAndNotCountedAsCovered) {
   const cv::Mat picture = wall();
   cv::Mat mask(48, 64, CV_8U, cv::Scalar(0));
@@ -144,7 +167,24 @@ TEST(RoomPlate, IsBelievedAsFarAsItAgreesBesideThePerson) {
   EXPECT_LT(good.noise.at<float>(30, 22), 6);
   EXPECT_GT(bad.noise.at<float>(30, 20), 1.5f * good.noise.at<float>(30, 20));
   EXPECT_GT(bad.noise.at<float>(30, 20), bad.noise.at<float>(30, 60));
-  EXPECT_EQ(cv::norm(good.known, reach, cv::NORM_INF), 0);
+  EXPECT_EQ(cv::norm(good.known, (reach != 0) & kOfRoom, cv::NORM_INF), 0);
+}
+
+TEST(CompletePlate, ShowsTheRoomWhereNobodySawTheWall) {
+  cv::Mat mask(48, 64, CV_8U, cv::Scalar(0));
+  mask(cv::Rect(16, 12, 32, 36)).setTo(255);
+  Plate plate = estimate_plate(std::vector<cv::Mat>(6, wall()), std::vector<cv::Mat>(6, mask));
+  const Plate seen = {plate.colour.clone(), plate.noise.clone(), plate.known.clone()};
+  const cv::Mat hole = seen.known == 0, room = wall() - cv::Scalar(10, 4, 0);  // learnt a little too dark
+  complete_plate(plate, room);
+  EXPECT_GT(largest_difference(seen.colour, wall(), hole), 15);
+  EXPECT_LE(largest_difference(plate.colour, wall(), hole), 4);
+  EXPECT_EQ(largest_difference(plate.colour, seen.colour, 255 - hole), 0);
+  EXPECT_EQ(cv::norm(plate.noise, seen.noise, cv::NORM_INF, 255 - hole), 0);
+  for (int y = 0; y < 48; ++y)
+    for (int x = 0; x < 64; ++x)
+      EXPECT_EQ(plate.known.at<unsigned char>(y, x), hole.at<unsigned char>(y, x) ? kOfRoom : kSeen);
+  EXPECT_EQ(plate.coverage(), seen.coverage());
 }
 
 }  // namespace

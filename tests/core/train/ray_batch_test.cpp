@@ -1,0 +1,54 @@
+// Claims about which background a training ray is asked over.
+#include "core/train/ray_batch.h"
+
+#include <gtest/gtest.h>
+
+#include "tests/core/train/ball_scene.h"
+
+namespace likeness {
+namespace {
+
+// A picture whose red says where a pixel is, before a plate of one colour that was seen on the left third,
+// shown by a model of the room in the middle, and filled in on the right.
+TEST(ChooseRays, APlateIsABackgroundOnlyWhereItWasSeen) {
+  constexpr int kSize = 60, kSeenTo = 20, kRays = 3000;
+  const Vec3f plate_colour = Vec3f(10, 200, 30) / 255;
+  TrainingSet set;
+  set.size = kSize;
+  set.plate = Image8(kSize, kSize, 3);
+  set.plate_known = Image8(kSize, kSize, 1);
+  TrainingView view;
+  view.rgb = Image8(kSize, kSize, 3, 50);
+  view.has_plate = true;
+  view.camera.intrinsics.width = view.camera.intrinsics.height = kSize;
+  view.camera.intrinsics.fx = view.camera.intrinsics.fy = kSize;
+  view.camera.intrinsics.cx = view.camera.intrinsics.cy = kSize / 2;
+  for (int y = 0; y < kSize; ++y)
+    for (int x = 0; x < kSize; ++x) {
+      for (int c = 0; c < 3; ++c) set.plate.at(x, y)[c] = std::uint8_t(std::lround(255 * plate_colour[c]));
+      *set.plate_known.at(x, y) = x < kSeenTo ? 255 : x < 2 * kSeenTo ? 128 : 0;
+      view.rgb.at(x, y)[0] = std::uint8_t(x);
+    }
+  view.alpha = TiledMask(Image8(kSize, kSize, 1, 255));
+  set.views.push_back(view);
+
+  RaySource source;
+  source.set = &set;
+  source.views.resize(1);
+  RayBatch batch;
+  choose_rays(source, MarchVolumes{}, false, 3, 0, kRays, batch);
+  int over_plate = 0, seen = 0;
+  for (int i = 0; i < kRays; ++i) {
+    // Of a pixel that is all person, the target is its colour, whatever is behind.
+    const bool is_seen = std::lround(255 * batch.target[std::size_t(i)].x()) < kSeenTo;
+    const bool is_over_plate = (batch.background[std::size_t(i)] - plate_colour).norm() < 1e-6f;
+    EXPECT_TRUE(is_seen || !is_over_plate) << i;
+    seen += is_seen, over_plate += is_over_plate;
+  }
+  // The others of the third have a random background.
+  EXPECT_NEAR(seen, kRays / 3, kRays / 20);
+  EXPECT_NEAR(over_plate, seen * 2 / 3, kRays / 20);
+}
+
+}  // namespace
+}  // namespace likeness
