@@ -22,8 +22,7 @@ namespace fs = std::filesystem;
 
 // Background motion, in 1/1000 of the width, below which a failed solve may be taken as a camera at rest.
 constexpr double kHardlyMoving = 20;
-constexpr std::size_t kMostForAllPairs = 35;  // keyframes; all pairs of more cost minutes
-constexpr int kRestSamples = 8;               // frames of a rest that are solved and averaged
+constexpr int kRestSamples = 8;  // frames of a rest that are solved and averaged
 
 Intrinsics centred_intrinsics(int width, int height, double focal_over_width) {
   Intrinsics k;
@@ -109,7 +108,7 @@ Result<ColmapModel> solve_keyframes(const fs::path& video, const PersonMask& per
   const int width = solve_width(motion.width, options.colmap_width);
   const auto video_hash = hash_video(video);
   if (!video_hash) return video_hash.error();
-  std::string inputs = fmt::format("tight {} {} {} {} {}", *video_hash, width, options.colmap_features,
+  std::string inputs = fmt::format("radial {} {} {} {} {}", *video_hash, width, options.colmap_features,
                                    options.seed, person ? "masked" : "unmasked");
   for (int frame : keyframes) inputs += fmt::format(" {}", frame);
   if (auto ready = prepare_work_folder(work, hash_text(inputs)); !ready) return ready.error();
@@ -122,17 +121,7 @@ Result<ColmapModel> solve_keyframes(const fs::path& video, const PersonMask& per
   colmap.program = options.colmap;
   colmap.features = options.colmap_features;
   colmap.seed = options.seed;
-  auto model = solve_colmap(work, colmap, progress.stage(0.15, 0.8, "structure from motion"), stop);
-  if (!model && model.error().code != ErrorCode::failed) return model;
-  const auto placed = [](const Result<ColmapModel>& m) { return m ? m->images.size() : std::size_t(0); };
-  if (double(placed(model)) >= kEnoughPlaced * double(keyframes.size()) ||
-      keyframes.size() > kMostForAllPairs)
-    return model;
-  // A path that crosses itself is held together by pairs that are not neighbours.
-  colmap.exhaustive = true;
-  auto again = solve_colmap(work, colmap, progress.stage(0.8, 1, "all pairs"), stop);
-  if (!again && again.error().code == ErrorCode::cancelled) return again;
-  return placed(again) > placed(model) ? std::move(again) : std::move(model);
+  return solve_colmap(work, colmap, progress.stage(0.15, 1, "structure from motion"), stop);
 }
 
 // The frames to solve by following points: all outside rests, a few of each rest.

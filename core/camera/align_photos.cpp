@@ -15,7 +15,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::size_t kMostForAllPairs = 150;
+constexpr int kMostForAllPairs = 150;
+constexpr double kEnoughPhotos = 0.8;
 
 std::string photo_picture_name(std::size_t index) { return fmt::format("{:06}.png", index); }
 
@@ -51,7 +52,7 @@ Result<PhotoSize> write_photos(const std::vector<fs::path>& photos, const Person
 // What identifies the inputs: names, sizes and times of the files, not gigabytes of content.
 std::string inputs_of(const std::vector<fs::path>& photos, const AlignOptions& options, bool masked) {
   std::string inputs =
-      fmt::format("{} {} {} {}", options.colmap_width, options.colmap_features, options.seed, masked);
+      fmt::format("radial {} {} {} {}", options.colmap_width, options.colmap_features, options.seed, masked);
   for (const auto& photo : photos) {
     std::error_code ignored;
     inputs += fmt::format("\n{} {} {}", photo.string(), fs::file_size(photo, ignored),
@@ -77,15 +78,9 @@ Result<AlignResult> align_photos(const fs::path& folder, const PersonMask& perso
   colmap.program = options.colmap;
   colmap.features = options.colmap_features;
   colmap.seed = options.seed;
-  auto model = solve_colmap(work, colmap, progress.stage(0.1, 0.6, "structure from motion"), stop);
-  if (!model && model.error().code != ErrorCode::failed) return model.error();
-  const bool poor = !model || model->images.size() < photos->size() * 4 / 5;
-  if (poor && photos->size() <= kMostForAllPairs) {
-    colmap.exhaustive = true;
-    auto again = solve_colmap(work, colmap, progress.stage(0.6, 1, "all pairs"), stop);
-    if (!again && (!model || again.error().code == ErrorCode::cancelled)) return again.error();
-    if (again && (!model || again->images.size() > model->images.size())) model = std::move(again);
-  }
+  colmap.enough = kEnoughPhotos;
+  colmap.most_for_all_pairs = kMostForAllPairs;
+  const auto model = solve_colmap(work, colmap, progress.stage(0.1, 1, "structure from motion"), stop);
   if (!model) return model.error();
   AlignResult result;
   for (const auto& photo : *photos) result.photos.push_back(photo.filename().string());

@@ -63,6 +63,42 @@ int stored_camera(const fs::path& path) {
                                                                  : sqlite3_column_int(statement.handle, 0);
 }
 
+// Gives the database's cameras that focal length, of a picture's longer side, and no distortion (colmap's
+// model RADIAL); what a picture's file said of its lens is kept.
+Result<void> start_from_focal(const fs::path& path, double focal) {
+  const Error unwritable{ErrorCode::io, "The feature database of the camera solve cannot be written.",
+                         "Check the disk, then run the same command again; finished steps are kept.",
+                         path.string()};
+  Database database;
+  if (sqlite3_open_v2(path.c_str(), &database.handle, SQLITE_OPEN_READWRITE, nullptr) != SQLITE_OK)
+    return unwritable;
+  sqlite3_busy_timeout(database.handle, 2000);
+  struct Lens {
+    int camera, width, height;
+  };
+  std::vector<Lens> lenses;
+  Statement read, write;
+  if (sqlite3_prepare_v2(database.handle,
+                         "SELECT camera_id, width, height FROM cameras WHERE prior_focal_length = 0", -1,
+                         &read.handle, nullptr) != SQLITE_OK ||
+      sqlite3_prepare_v2(database.handle, "UPDATE cameras SET params = ? WHERE camera_id = ?", -1,
+                         &write.handle, nullptr) != SQLITE_OK)
+    return unwritable;
+  while (sqlite3_step(read.handle) == SQLITE_ROW)
+    lenses.push_back({sqlite3_column_int(read.handle, 0), sqlite3_column_int(read.handle, 1),
+                      sqlite3_column_int(read.handle, 2)});
+  for (const Lens& lens : lenses) {
+    const double params[] = {focal * std::max(lens.width, lens.height), lens.width / 2.0, lens.height / 2.0,
+                             0, 0};
+    sqlite3_reset(write.handle);
+    if (sqlite3_bind_blob(write.handle, 1, params, sizeof params, SQLITE_TRANSIENT) != SQLITE_OK ||
+        sqlite3_bind_int(write.handle, 2, lens.camera) != SQLITE_OK ||
+        sqlite3_step(write.handle) != SQLITE_DONE)
+      return unwritable;
+  }
+  return {};
+}
+
 // One command of colmap. `pattern`: scanf format with two numbers, done and total, of its progress line.
 struct Step {
   std::vector<std::string> arguments;
@@ -150,32 +186,38 @@ constexpr double kFlatShare = 0.9, kLeastParallax = 0.1;  // rad
 
 struct SparseModel {
   fs::path folder;  // empty: none
-  std::size_t pictures = 0;
+  std::size_t pictures = 0, observations = 0;
   double reprojection_px = 0, focal = 0;
 };
 
 SparseModel describe(const fs::path& folder) {
   const auto model = read_colmap_model(folder);
   if (!model || model->cameras.empty()) return {};
-  return {folder, model->images.size(), mean_reprojection_px(*model), model->cameras.begin()->second.fx};
+  std::size_t observations = 0;
+  for (const auto& image : model->images)
+    observations +=
+        std::size_t(std::ranges::count_if(image.observations, [](const auto& o) { return o.point >= 0; }));
+  return {folder, model->images.size(), observations, mean_reprojection_px(*model),
+          model->cameras.begin()->second.fx};
 }
 
 // The best reconstruction anywhere under a folder, where every try writes one, and several where the pictures
-// fall apart: of those with about the most pictures the one whose points lie best.
+// fall apart: of those that place about the most pictures by about the most features the one that does so
+// most exactly. A wrong lens drops features that it cannot place.
 SparseModel best_model(const fs::path& folder) {
   constexpr double kAboutAsMany = 0.9;
   std::vector<SparseModel> models;
   std::error_code ignored;
   for (const auto& entry : fs::recursive_directory_iterator(folder, ignored))
     if (entry.path().filename() == "images.bin") models.push_back(describe(entry.path().parent_path()));
-  std::size_t most = 0;
-  for (const SparseModel& model : models) most = std::max(most, model.pictures);
-  SparseModel best;
-  for (const SparseModel& model : models) {
-    if (model.folder.empty() || double(model.pictures) < kAboutAsMany * double(most)) continue;
-    if (best.folder.empty() || model.reprojection_px < best.reprojection_px) best = model;
+  for (const auto count : {&SparseModel::pictures, &SparseModel::observations}) {
+    std::size_t most = 0;
+    for (const SparseModel& model : models) most = std::max(most, model.*count);
+    std::erase_if(models,
+                  [&](const SparseModel& m) { return double(m.*count) < kAboutAsMany * double(most); });
   }
-  return best;
+  const auto best = std::ranges::min_element(models, {}, &SparseModel::reprojection_px);
+  return best == models.end() ? SparseModel{} : *best;
 }
 
 // Two solves from different starts found one lens.
@@ -185,38 +227,47 @@ bool agree(const SparseModel& a, const SparseModel& b) {
 }
 
 // What the mapper is asked in turn. A lens without distortion first, which is refined afterwards: with the
-// distortion free from the first two pictures on it often settles on a wrong focal length
-// (docs/PERFORMANCE.md). From two starts, since even so it may; where these disagree a third decides. Then
-// ever less parallax and fewer matches, for sweeps of few degrees and pictures that are mostly person.
+// distortion free from the first two pictures on, it often settles on a wrong focal length. Even so it may,
+// nearly always where it starts from a shorter one than the true (docs/PERFORMANCE.md): so from several
+// starts, until two find the same. Then ever less parallax and fewer matches, for sweeps of few degrees and
+// pictures that are mostly person.
 struct MapperTry {
   const char* folder;
-  int seed;  // beyond the first
+  double focal;  // that it starts from, of the picture's longer side; most phones film with 0.7 to 1
+  int seed;      // beyond the first
   std::vector<std::string> arguments;
 };
 const std::vector<std::string> kPlainLens = {"--Mapper.ba_refine_extra_params", "0"};
 const MapperTry kMapperTries[] = {
-    {"plain_lens", 0, kPlainLens},
-    {"plain_lens_again", 1, kPlainLens},
-    {"free_lens", 0, {}},
+    {"plain_lens", 1.2, 0, kPlainLens},
+    {"longer_lens", 1.6, 0, kPlainLens},
+    {"longest_lens", 2.2, 0, kPlainLens},
+    {"plain_lens_again", 1.2, 1, kPlainLens},
+    {"longer_lens_again", 1.6, 1, kPlainLens},
     {"lenient",
+     1.2,
      0,
      {"--Mapper.init_min_tri_angle", "4", "--Mapper.init_min_num_inliers", "50",
       "--Mapper.abs_pose_min_num_inliers", "20", "--Mapper.abs_pose_min_inlier_ratio", "0.15"}},
     {"little_motion",
+     1.2,
      0,
      {"--Mapper.init_min_tri_angle", "2", "--Mapper.init_min_num_inliers", "40",
       "--Mapper.init_max_forward_motion", "1", "--Mapper.abs_pose_min_num_inliers", "15",
       "--Mapper.abs_pose_min_inlier_ratio", "0.15", "--Mapper.filter_min_tri_angle", "0.7"}}};
-constexpr std::size_t kDecides = 2;  // the try after two that disagree
+constexpr std::size_t kStarts = 5;  // of these tries: after them one that places enough is all that is asked
+
+enum class Pairs { neighbours, all };
 
 struct Commands {
   fs::path work;
   ColmapOptions options;
+  Pairs pairs = Pairs::neighbours;
   std::string threads, seed;
 
   // The solve of all pairs has folders of its own: neither solve's results replace the other's.
-  fs::path sparse() const { return work / (options.exhaustive ? "all_sparse" : "sparse"); }
-  fs::path refined() const { return work / (options.exhaustive ? "all_refined" : "refined"); }
+  fs::path sparse() const { return work / (pairs == Pairs::all ? "all_sparse" : "sparse"); }
+  fs::path refined() const { return work / (pairs == Pairs::all ? "all_refined" : "refined"); }
 
   Step base(const char* command, std::string what) const {
     return {{options.program, command, "--random_seed", seed}, nullptr, std::move(what)};
@@ -227,7 +278,7 @@ struct Commands {
     const int camera = stored_camera(work / "database.db");
     step.arguments.insert(step.arguments.end(),
                           {"--database_path", work / "database.db", "--image_path", work / "images",
-                           "--ImageReader.mask_path", work / "masks", "--ImageReader.camera_model", "OPENCV",
+                           "--ImageReader.mask_path", work / "masks", "--ImageReader.camera_model", "RADIAL",
                            "--SiftExtraction.use_gpu", "0", "--SiftExtraction.num_threads", threads});
     step.arguments.insert(step.arguments.end(),
                           {"--SiftExtraction.max_num_features", std::to_string(options.features)});
@@ -239,12 +290,12 @@ struct Commands {
     return step;
   }
   Step match() const {
-    Step step = base(options.exhaustive ? "exhaustive_matcher" : "sequential_matcher", "Matching pictures");
-    step.pattern = options.exhaustive ? "Matching block [%d/%d" : "Matching image [%d/%d]";
+    Step step = base(pairs == Pairs::all ? "exhaustive_matcher" : "sequential_matcher", "Matching pictures");
+    step.pattern = pairs == Pairs::all ? "Matching block [%d/%d" : "Matching image [%d/%d]";
     step.arguments.insert(step.arguments.end(),
                           {"--database_path", work / "database.db", "--SiftMatching.use_gpu", "0",
                            "--SiftMatching.num_threads", threads});
-    if (options.exhaustive)
+    if (pairs == Pairs::all)
       step.arguments.insert(step.arguments.end(), {"--ExhaustiveMatching.block_size", "5"});
     else
       step.arguments.insert(step.arguments.end(),
@@ -260,10 +311,11 @@ struct Commands {
     step.arguments.insert(step.arguments.end(), how.arguments.begin(), how.arguments.end());
     return step;
   }
-  Step refine(const fs::path& model) const {
+  Step refine(const fs::path& model, const fs::path& into, bool principal_point) const {
     Step step = base("bundle_adjuster", "Refining the lens");
-    step.arguments.insert(step.arguments.end(), {"--input_path", model, "--output_path", refined(),
-                                                 "--BundleAdjustment.refine_principal_point", "1"});
+    step.arguments.insert(step.arguments.end(),
+                          {"--input_path", model, "--output_path", into,
+                           "--BundleAdjustment.refine_principal_point", principal_point ? "1" : "0"});
     return step;
   }
 };
@@ -308,7 +360,7 @@ Result<void> describe_and_match(const Commands& commands, const Progress& progre
   if (!counts) return counts.error();
   if (auto complete = check_none_dropped(work, *counts); !complete) return complete;
   if (counts->described < std::max(3, counts->pictures / 3)) return no_texture(*counts);
-  const char* step_name = commands.options.exhaustive ? "all_matches" : "matches";
+  const char* step_name = commands.pairs == Pairs::all ? "all_matches" : "matches";
   if (!is_done(work, step_name)) {
     const Step step = commands.match();
     const auto end = run_step(step, 0, progress.stage(0.5, 1, "matches"), stop);
@@ -327,32 +379,101 @@ Result<void> make_empty(const fs::path& folder) {
   return {};
 }
 
-// Sparse reconstruction, until two tries agree, or one more places enough of the pictures; the best counts.
+// Sparse reconstruction, until two tries agree on the lens; where none do, the best of several counts.
 Result<void> map_pictures(const Commands& commands, const ColmapCounts& counts, const Progress& progress,
                           std::stop_token stop) {
   if (counts.verified_pairs < 2) return too_few_matches(counts);
   if (auto made = make_empty(commands.sparse()); !made) return made;
   const double share = 1.0 / double(std::size(kMapperTries));
-  std::vector<SparseModel> tried;
+  std::vector<SparseModel> enough;  // that place enough pictures
   for (std::size_t i = 0; i < std::size(kMapperTries); ++i) {
     if (auto made = make_empty(commands.sparse() / kMapperTries[i].folder); !made) return made;
+    if (auto started = start_from_focal(commands.work / "database.db", kMapperTries[i].focal); !started)
+      return started;
     const Step step = commands.map(kMapperTries[i]);
     const auto end = run_step(step, counts.pictures,
                               progress.stage(share * double(i), share * double(i + 1), "try"), stop);
     if (!end) return end.error();
-    tried.push_back(best_model(commands.sparse() / kMapperTries[i].folder));
-    const auto enough = [&](const SparseModel& model) {
-      return double(model.pictures) >= kEnoughPlaced * counts.described;
-    };
-    if (i < kDecides ? i == 1 && std::ranges::all_of(tried, enough) && agree(tried[0], tried[1])
-                     : std::ranges::any_of(tried, enough))
-      return {};
+    const SparseModel now = best_model(commands.sparse() / kMapperTries[i].folder);
+    if (double(now.pictures) >= kEnoughPlaced * counts.described) {
+      if (std::ranges::any_of(enough, [&](const SparseModel& other) { return agree(now, other); })) return {};
+      enough.push_back(now);
+    }
+    if (i + 1 >= kStarts && !enough.empty()) return {};
     if (end->tail.find("No images with matches found") != std::string::npos) return too_few_matches(counts);
     const bool no_start = end->tail.find("failed to create sparse model") != std::string::npos ||
                           end->tail.find("initial image pair") != std::string::npos;
     if (end->exit_code != 0 && !no_start) return step_failed(step, *end);
   }
   if (best_model(commands.sparse()).pictures == 0) return hardly_moved(counts);
+  return {};
+}
+
+// Two focal lengths, four terms of distortion and the principal point of the best reconstruction, as far as
+// its pictures show them. So many numbers more fit the noise of any pictures a little better: by less than a
+// thousandth where the lens had no distortion to find, by 5 % with a phone (docs/PERFORMANCE.md). A principal
+// point that few pictures leave open may be carried away; that phone had it 1.4 % of the width off the
+// centre.
+Result<ColmapModel> refine_lens(const Commands& commands, const Progress& progress, std::stop_token stop) {
+  constexpr double kPlausible = 0.03, kWorthwhile = 0.02;
+  const fs::path found_in = best_model(commands.sparse()).folder;
+  auto found = read_colmap_model(found_in);
+  if (!found) return found;
+  const fs::path start = commands.refined() / "start";
+  if (auto made = make_empty(start); !made) return made.error();
+  std::error_code fault;
+  fs::copy(found_in, start, fs::copy_options::recursive | fs::copy_options::overwrite_existing, fault);
+  if (fault) return file_error(start, "write", fault.value());
+  if (auto written = write_colmap_cameras(start, found->cameras); !written) return written.error();
+  for (const bool principal_point : {true, false}) {
+    const Step step = commands.refine(start, commands.refined(), principal_point);
+    const auto end = run_step(
+        step, 0, principal_point ? progress.stage(0, 0.5, "lens") : progress.stage(0.5, 1, "lens"), stop);
+    if (!end) return end.error();
+    if (end->exit_code != 0) return step_failed(step, *end);
+    auto refined = read_colmap_model(commands.refined());
+    if (!refined) return refined;
+    if (refined->cameras.empty()) continue;
+    const Intrinsics& k = refined->cameras.begin()->second;
+    if (std::abs(k.cx - k.width / 2.0) <= kPlausible * k.width &&
+        std::abs(k.cy - k.height / 2.0) <= kPlausible * k.height &&
+        mean_reprojection_px(*refined) <= (1 - kWorthwhile) * mean_reprojection_px(*found))
+      return refined;
+  }
+  fs::copy(found_in, commands.refined(), fs::copy_options::recursive | fs::copy_options::overwrite_existing,
+           fault);
+  if (fault) return file_error(commands.refined(), "write", fault.value());
+  return found;
+}
+
+Result<ColmapModel> solve_pairs(const Commands& commands, const Progress& progress, std::stop_token stop) {
+  if (auto ready = describe_and_match(commands, progress.stage(0, 0.75, "matching"), stop); !ready)
+    return ready.error();
+  const auto counts = count_database(commands.work / "database.db");
+  if (!counts) return counts.error();
+  const char* step_name = commands.pairs == Pairs::all ? "all_model" : "model";
+  if (!is_done(commands.work, step_name)) {
+    if (auto mapped = map_pictures(commands, *counts, progress.stage(0.75, 0.95, "mapping"), stop); !mapped)
+      return mapped.error();
+    if (auto lens = refine_lens(commands, progress.stage(0.95, 1, "lens"), stop); !lens) return lens;
+    if (auto marked = mark_done(commands.work, step_name); !marked) return marked.error();
+  }
+  progress.report(1);
+  auto model = read_colmap_model(commands.refined());
+  // Asked for ever less parallax, the mapper makes a path of noise out of a camera that only turned.
+  if (model && double(counts->flat_pairs) >= kFlatShare * counts->verified_pairs &&
+      median_parallax(*model) < kLeastParallax)
+    return hardly_moved(*counts);
+  return model;
+}
+
+// Leaves the solve that counts where everybody looks for it.
+Result<void> keep_solve(const Commands& commands) {
+  const fs::path folder = solved_model_path(commands.work);
+  if (auto made = make_empty(folder); !made) return made;
+  std::error_code fault;
+  fs::copy(commands.refined(), folder, fault);
+  if (fault) return file_error(folder, "write", fault.value());
   return {};
 }
 
@@ -378,41 +499,30 @@ Result<ColmapCounts> count_database(const fs::path& path) {
   return counts;
 }
 
+fs::path solved_model_path(const fs::path& work) { return work / "model"; }
+
 Result<ColmapModel> solve_colmap(const fs::path& work, const ColmapOptions& options, const Progress& progress,
                                  std::stop_token stop) {
   const int threads = options.threads > 0 ? options.threads : current_thread_limit();
-  const Commands commands{work, options, std::to_string(std::max(1, threads)), std::to_string(options.seed)};
-  if (auto ready = describe_and_match(commands, progress.stage(0, 0.75, "matching"), stop); !ready)
-    return ready.error();
+  Commands commands{work, options, Pairs::neighbours, std::to_string(std::max(1, threads)),
+                    std::to_string(options.seed)};
+  auto model = solve_pairs(commands, progress.stage(0, 0.8, "neighbours"), stop);
+  if (!model && model.error().code != ErrorCode::failed) return model;
   const auto counts = count_database(work / "database.db");
-  if (!counts) return counts.error();
-  const char* step_name = options.exhaustive ? "all_model" : "model";
-  if (!is_done(work, step_name)) {
-    if (auto mapped = map_pictures(commands, *counts, progress.stage(0.75, 0.95, "mapping"), stop); !mapped)
-      return mapped.error();
-    if (auto made = make_empty(commands.refined()); !made) return made.error();
-    const Step step = commands.refine(best_model(commands.sparse()).folder);
-    const auto end = run_step(step, 0, progress.stage(0.95, 1, "lens"), stop);
-    if (!end) return end.error();
-    if (end->exit_code != 0) return step_failed(step, *end);
-    if (auto marked = mark_done(work, step_name); !marked) return marked.error();
+  const auto placed = [](const Result<ColmapModel>& m) { return m ? m->images.size() : std::size_t(0); };
+  // A path that crosses itself is held together by pairs that are not neighbours.
+  if (counts && counts->pictures <= options.most_for_all_pairs &&
+      double(placed(model)) < options.enough * counts->pictures) {
+    Commands all = commands;
+    all.pairs = Pairs::all;
+    auto again = solve_pairs(all, progress.stage(0.8, 1, "all pairs"), stop);
+    if (!again && (!model || again.error().code == ErrorCode::cancelled)) return again;
+    if (placed(again) > placed(model)) model = std::move(again), commands = all;
   }
+  if (!model) return model;
+  if (auto kept = keep_solve(commands); !kept) return kept.error();
   progress.report(1);
-  auto refined = read_colmap_model(commands.refined());
-  // Where few pictures leave the principal point open, the adjustment may carry it away; then the centre is
-  // better. The phone measured so far had it 1.4 % of the width off the centre.
-  constexpr double kPlausible = 0.03;
-  if (refined && !refined->cameras.empty()) {
-    const Intrinsics& k = refined->cameras.begin()->second;
-    if (std::abs(k.cx - k.width / 2.0) > kPlausible * k.width ||
-        std::abs(k.cy - k.height / 2.0) > kPlausible * k.height)
-      refined = read_colmap_model(best_model(commands.sparse()).folder);
-  }
-  // Asked for ever less parallax, the mapper makes a path of noise out of a camera that only turned.
-  if (refined && double(counts->flat_pairs) >= kFlatShare * counts->verified_pairs &&
-      median_parallax(*refined) < kLeastParallax)
-    return hardly_moved(*counts);
-  return refined;
+  return model;
 }
 
 }  // namespace likeness

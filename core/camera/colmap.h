@@ -16,10 +16,11 @@ inline constexpr double kEnoughPlaced = 0.6;
 
 struct ColmapOptions {
   std::string program = "colmap";
-  int features = 2000;      // per picture; raising it costs matching time quadratically
-  int overlap = 7;          // sequential: pairs with +1..+(overlap-1) and +2^0..+2^(overlap-1)
-  bool exhaustive = false;  // every pair instead
-  int threads = 0;          // 0: the current limit
+  int features = 2000;            // per picture; raising it costs matching time quadratically
+  int overlap = 7;                // pairs with +1..+(overlap-1) and +2^0..+2^(overlap-1)
+  double enough = kEnoughPlaced;  // share of the pictures to place; below it every pair is matched instead
+  int most_for_all_pairs = 35;    // pictures; all pairs of more cost minutes
+  int threads = 0;                // 0: the current limit
   int seed = 0;
 };
 
@@ -32,12 +33,13 @@ struct ColmapCounts {
 };
 Result<ColmapCounts> count_database(const std::filesystem::path& database);
 
-// work/images/NAME and work/masks/NAME.png (0 = ignored) must be there; database, sparse/ and refined/
-// (all_sparse/ and all_refined/ where every pair is matched) are written beside them. A step whose marker
-// file (work/NAME.done) exists is not repeated. The model is that of the bundle adjustment with distortion
-// and principal point free, of the best reconstruction: the most pictures placed, and of about as many the
-// least reprojection error.
+// work/images/NAME and work/masks/NAME.png (0 = ignored) must be there; database and reconstructions are
+// written beside them, the one that counts to solved_model_path(). A step whose marker file (work/NAME.done)
+// exists is not repeated. That reconstruction places the most pictures, by about the most features, with the
+// least reprojection error; distortion (two radial terms) and principal point are adjusted where that fits
+// its pictures better by more than noise.
 Result<ColmapModel> solve_colmap(const std::filesystem::path& work, const ColmapOptions& options,
                                  const Progress& progress, std::stop_token stop);
+std::filesystem::path solved_model_path(const std::filesystem::path& work);
 
 }  // namespace likeness

@@ -192,6 +192,22 @@ double median_parallax(const ColmapModel& model) {
   return median(std::move(angles));
 }
 
+Result<void> write_colmap_cameras(const std::filesystem::path& folder,
+                                  const std::map<int, Intrinsics>& cameras) {
+  constexpr std::int32_t kOpenCv = 4;
+  std::vector<std::byte> bytes;
+  const auto put = [&](const auto& value) {
+    const auto raw = std::as_bytes(std::span(&value, 1));
+    bytes.insert(bytes.end(), raw.begin(), raw.end());
+  };
+  put(std::uint64_t(cameras.size()));
+  for (const auto& [id, k] : cameras) {
+    put(std::int32_t(id)), put(kOpenCv), put(std::uint64_t(k.width)), put(std::uint64_t(k.height));
+    for (const double value : {k.fx, k.fy, k.cx, k.cy, k.k1, k.k2, k.p1, k.p2}) put(value);
+  }
+  return write_file(folder / "cameras.bin", bytes);
+}
+
 double mean_reprojection_px(const ColmapModel& model) {
   double sum = 0;
   std::size_t count = 0;

@@ -41,6 +41,11 @@ struct ColmapModel {
 // Every count is checked against the file's size before memory is taken.
 Result<ColmapModel> read_colmap_model(const std::filesystem::path& folder);
 
+// Replaces the cameras of a stored model: each gets colmap's OPENCV model, with the eight numbers of its
+// intrinsics, whatever model it had.
+Result<void> write_colmap_cameras(const std::filesystem::path& folder,
+                                  const std::map<int, Intrinsics>& cameras);
+
 // Mean distance of observations to their projected points, px; each observation counts once.
 double mean_reprojection_px(const ColmapModel& model);
 

@@ -20,7 +20,7 @@ Result<void> prepare_work_folder(const fs::path& work, const std::string& inputs
   const auto stored = fs::exists(inputs, fault) ? read_text(inputs) : Result<std::string>(std::string());
   if (!stored || *stored != inputs_hash + "\n") {
     for (const char* name :
-         {"images", "masks", "sparse", "refined", "all_sparse", "all_refined", "database.db",
+         {"images", "masks", "sparse", "refined", "all_sparse", "all_refined", "model", "database.db",
           "database.db-wal", "database.db-shm", "pictures.done", "features.done", "matches.done",
           "all_matches.done", "model.done", "all_model.done", "inputs.txt"}) {
       fs::remove_all(work / name, fault);

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <system_error>
 
-#include "core/camera/colmap_model.h"
+#include "core/camera/colmap.h"
 
 namespace likeness {
 
@@ -23,9 +23,7 @@ bool is_there(const fs::path& path) {
 }  // namespace
 
 Result<std::vector<Vec3f>> solved_points(const Project& project, const Track& track) {
-  const fs::path work = project.folder / "colmap";
-  // Where every pair of pictures was matched, that solve replaced the first one.
-  const fs::path folder = is_there(work / "all_model.done") ? work / "all_refined" : work / "refined";
+  const fs::path folder = solved_model_path(project.folder / "colmap");
   if (!is_there(folder / "points3D.bin")) return std::vector<Vec3f>{};
   const auto model = read_colmap_model(folder);
   if (!model) return model.error();

@@ -112,6 +112,31 @@ TEST(ColmapModel, AbsurdCountsTakeNoMemory) {
   EXPECT_FALSE(model.error().fix.empty());
 }
 
+TEST(ColmapModel, CamerasCanBeReplacedByOnesWithEveryNumber) {
+  ModelFolder folder;
+  folder.write_whole();
+  auto cameras = read_colmap_model(folder.path)->cameras;
+  ASSERT_EQ(cameras.size(), 1u);
+  Intrinsics& k = cameras.begin()->second;
+  k.fy = 640.5, k.p2 = 0.25;
+  ASSERT_TRUE(write_colmap_cameras(folder.path, cameras));
+  const auto read = read_colmap_model(folder.path);
+  ASSERT_TRUE(read.ok()) << read.error().what;
+  EXPECT_EQ(read->images.size(), 2u);
+  EXPECT_EQ(read->cameras.begin()->first, cameras.begin()->first);
+  const Intrinsics& again = read->cameras.begin()->second;
+  EXPECT_EQ(again.width, k.width);
+  EXPECT_EQ(again.height, k.height);
+  EXPECT_EQ(again.fx, k.fx);
+  EXPECT_EQ(again.fy, 640.5);
+  EXPECT_EQ(again.cx, k.cx);
+  EXPECT_EQ(again.cy, k.cy);
+  EXPECT_EQ(again.k1, k.k1);
+  EXPECT_EQ(again.k2, k.k2);
+  EXPECT_EQ(again.p1, k.p1);
+  EXPECT_EQ(again.p2, 0.25);
+}
+
 TEST(ColmapModel, ReprojectionIsTheMeanDistanceOfObservations) {
   ColmapModel model;
   Intrinsics k;

@@ -57,9 +57,9 @@ class Colmap : public testing::Test {
     ASSERT_TRUE(write_picture(work_, name, picture, {}, picture.width));
   }
   // A camera that walks past the room's pillar.
-  void add_walk(int pictures) {
+  void add_walk(int pictures, const Intrinsics& lens = small_lens()) {
     for (int i = 0; i < pictures; ++i)
-      add(render_room(small_lens(), look_at({-0.7 + 0.2 * i, 0.05 * (i % 2), -0.9}, {0.1, 0, 1.4})));
+      add(render_room(lens, look_at({-0.7 + 0.2 * i, 0.05 * (i % 2), -0.9}, {0.1, 0, 1.4})));
   }
   // A program of that name which does what the lines say. $1 is colmap's command.
   std::string stand_in(const std::string& lines) const {
@@ -143,7 +143,25 @@ TEST_F(Colmap, TwoSolvesThatAgreeOnTheLensAreEnough) {
   EXPECT_EQ(count_of(*text, "mapper"), 2);
 }
 
-TEST_F(Colmap, ASolveWithAnotherLensThanTheNextIsJudgedByItsPoints) {
+TEST_F(Colmap, ALensIsBentOnlyWhereThePicturesAre) {
+  if (!have_colmap()) GTEST_SKIP() << "colmap is not installed";
+  add_walk(6);
+  const auto plain = solve();
+  ASSERT_TRUE(plain.ok()) << plain.error().what;
+  const Intrinsics& straight = plain->cameras.begin()->second;
+  EXPECT_EQ(straight.k1, 0);
+  EXPECT_EQ(straight.cx, 120);
+
+  work_ = folder_ / "bent";
+  Intrinsics lens = small_lens();
+  lens.k1 = -0.12;
+  add_walk(6, lens);
+  const auto model = solve();
+  ASSERT_TRUE(model.ok()) << model.error().what;
+  EXPECT_NEAR(model->cameras.begin()->second.k1, lens.k1, 0.04);
+}
+
+TEST_F(Colmap, WhereTwoSolvesDisagreeTheirPointsDecide) {
   if (!have_colmap()) GTEST_SKIP() << "colmap is not installed";
   add_walk(6);
   const fs::path calls = folder_ / "calls";

@@ -52,16 +52,14 @@ TEST(SolvedPoints, AreInMetresAndWellKnown) {
   const auto none = solved_points(project, track);
   ASSERT_TRUE(none.ok());
   EXPECT_TRUE(none->empty());
-  write_model(fs::path(name) / "colmap" / "refined", {{0.4, 5}, {0.4, 2}, {3.5, 9}, {1.0, 3}});
+  write_model(fs::path(name) / "colmap" / "model", {{0.4, 5}, {0.4, 2}, {3.5, 9}, {1.0, 3}});
   const auto points = solved_points(project, track);
   ASSERT_TRUE(points.ok()) << points.error().what;
   ASSERT_EQ(points->size(), 2u);
   EXPECT_NEAR((points->front() - Vec3f(0, 1, 1.5f)).norm(), 0, 1e-6);
   EXPECT_NEAR((points->back() - Vec3f(1.5f, 1, 1.5f)).norm(), 0, 1e-6);
-  // A solve of all pairs of pictures replaces the first one.
-  write_model(fs::path(name) / "colmap" / "all_refined",
+  write_model(fs::path(name) / "colmap" / "model",
               std::vector<std::pair<double, std::uint64_t>>(kMostSolvedPoints + 500, {0.4, 3}));
-  std::ofstream(fs::path(name) / "colmap" / "all_model.done") << "finished";
   const auto all = solved_points(project, track);
   ASSERT_TRUE(all.ok());
   EXPECT_EQ(all->size(), kMostSolvedPoints);
