@@ -377,6 +377,18 @@ Result<std::vector<cv::Mat>> cut_all(const Stage& stage, const std::vector<Job>&
   return cuts;
 }
 
+RoughMatte matte_of(const Stage& stage, const Job& job, const cv::Mat& cut, int grow,
+                    const cv::Mat& besides) {
+  cv::Mat person;
+  cv::dilate(cut, person, cv::getStructuringElement(cv::MORPH_ELLIPSE, {2 * grow + 1, 2 * grow + 1}));
+  if (!besides.empty()) person |= besides;
+  if (person.cols != stage.size)
+    cv::resize(person, person, {stage.size, stage.size}, 0, 0, cv::INTER_NEAREST);
+  RoughMatte matte{job.frame, Image8(stage.size, stage.size, 1)};
+  std::memcpy(matte.alpha.data.data(), person.data, matte.alpha.data.size());
+  return matte;
+}
+
 // The room behind the frames off the plate, learnt from rough cuts of the training frames among them.
 Result<RoomBehind> room_behind(const Stage& stage, const std::vector<Job>& jobs, const Statistics& statistics,
                                const LearnRoom& learn_room, const Progress& progress) {
@@ -386,21 +398,31 @@ Result<RoomBehind> room_behind(const Stage& stage, const std::vector<Job>& jobs,
   const auto cuts = cut_all(stage, chosen, statistics, progress.stage(0, 0.2, "rough mattes"));
   if (!cuts) return cuts.error();
   std::vector<RoughMatte> mattes;
-  const int grow = std::max(3, stage.cut_size / 50);
   for (std::size_t i = 0; i < chosen.size(); ++i) {
     // Generously: what is left out here is seen from elsewhere, but hair must not become a part of the room.
     const PersonPrior prior = prior_of(stage, chosen[i], stage.cut_size, {});
-    cv::Mat person;
-    cv::dilate((*cuts)[i], person,
-               cv::getStructuringElement(cv::MORPH_ELLIPSE, {2 * grow + 1, 2 * grow + 1}));
-    person |= prior.possible & (prior.below == 0);
-    if (person.cols != stage.size)
-      cv::resize(person, person, {stage.size, stage.size}, 0, 0, cv::INTER_NEAREST);
-    RoughMatte matte{chosen[i].frame, Image8(stage.size, stage.size, 1)};
-    std::memcpy(matte.alpha.data.data(), person.data, matte.alpha.data.size());
-    mattes.push_back(std::move(matte));
+    mattes.push_back(matte_of(stage, chosen[i], (*cuts)[i], std::max(3, stage.cut_size / 50),
+                              prior.possible & (prior.below == 0)));
   }
-  return learn_room(mattes, progress.stage(0.2, 1, "room"), stage.stop);
+  return learn_room(mattes, RoomPass::first, progress.stage(0.2, 1, "room"), stage.stop);
+}
+
+// The room again, from the cuts that the first one led to, and with it the plate's unseen part.
+Result<void> learn_room_again(Stage& stage, const std::vector<Job>& jobs, const std::vector<cv::Mat>& cuts,
+                              const LearnRoom& learn_room, Statistics& statistics, const Progress& progress) {
+  const std::vector<const Job*> chosen = choose(jobs, false, kRoomFrames);
+  std::vector<RoughMatte> mattes;
+  for (const Job* job : chosen)
+    mattes.push_back(
+        matte_of(stage, *job, cuts[std::size_t(job - jobs.data())], std::max(2, stage.cut_size / 100), {}));
+  auto room = learn_room(mattes, RoomPass::last, progress, stage.stop);
+  if (!room) return room.error();
+  stage.room = std::move(*room);
+  const auto resting = std::ranges::find_if(jobs, [](const Job& job) { return job.on_plate; });
+  if (statistics.has_plate && stage.room && resting != jobs.end())
+    if (const Image8 seen = stage.room(resting->frame); !seen.empty())
+      complete_plate(statistics.plate, view(seen).clone());
+  return {};
 }
 
 // Majority of a frame and its two neighbours, where these are the next frames of the video. A training frame
@@ -561,8 +583,13 @@ Result<MatteResult> run(Stage& stage, const LearnRoom& learn_room, const Progres
     if (stage.room) statistics = learn_in_rounds(stage, jobs, progress.stage(0.2, 0.25, "background"));
     if (!statistics) return statistics.error();
   }
-  const auto cuts = cut_all(stage, jobs, *statistics, progress.stage(0.25, 0.75, "mattes"));
+  const auto cuts = cut_all(stage, jobs, *statistics, progress.stage(0.25, 0.5, "mattes"));
   if (!cuts) return cuts.error();
+  if (stage.room)
+    if (auto again = learn_room_again(stage, jobs, *cuts, learn_room, *statistics,
+                                      progress.stage(0.5, 0.75, "room again"));
+        !again)
+      return again.error();
   const auto masks = fresh_folder(stage.folder / "masks.part");
   if (!masks) return masks.error();
   if (auto written =

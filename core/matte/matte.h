@@ -27,7 +27,7 @@ enum class Pictures { in_sequence, single };
 Result<PersonMask> coarse_person_mask(const std::filesystem::path& predictor = {},
                                       Pictures pictures = Pictures::in_sequence);
 
-// A first, generous guess at where the person is in a training frame of a moving camera.
+// Where the person is in a training frame of a moving camera, with a margin.
 struct RoughMatte {
   int frame = 0;
   Image8 alpha;  // one channel, at `size`
@@ -35,13 +35,16 @@ struct RoughMatte {
 // What a moving camera would see of the room in a frame if nobody were there: 8-bit RGB at `size`; empty
 // where the frame has no camera. Safe from several threads.
 using RoomBehind = std::function<Image8(int frame)>;
-// Learns the room from what rough mattes leave of their pictures. An empty function: nothing can be said.
-using LearnRoom = std::function<Result<RoomBehind>(const std::vector<RoughMatte>& mattes,
+// Learns the room from what mattes leave of their pictures: first, quickly, from generous guesses, so that it
+// helps to cut the person out; then, as well as it can be shown, from those cuts. An empty function: nothing
+// can be said.
+enum class RoomPass { first, last };
+using LearnRoom = std::function<Result<RoomBehind>(const std::vector<RoughMatte>& mattes, RoomPass pass,
                                                    const Progress& progress, std::stop_token stop)>;
 
 struct MatteOptions {
   int size = 256;
-  // Asked once, where a camera moves; its pictures then take the plate's part there. Empty: mattes of a
+  // Asked twice where a camera moves; its pictures then take the plate's part there. Empty: mattes of a
   // moving camera go by colour and place alone.
   LearnRoom learn_room;
   // A matting or parsing network (core/matte/matting_network.h) that is asked about every frame; empty: none.

@@ -12,6 +12,8 @@
 namespace likeness {
 namespace {
 
+constexpr std::uint64_t kFirstSteps = 500, kLastSteps = 2000;
+
 Result<TrainingView> room_view(const Project& project, const TrackedCapture& read, const RoughMatte& matte) {
   const auto& [capture, cameras, track] = read;
   const TrackedFrame* tracked = find_tracked(track, matte.frame);
@@ -41,7 +43,7 @@ struct Look {
 }  // namespace
 
 LearnRoom room_learner(const Project& project, const TrackedCapture& read) {
-  return [&project, &read](const std::vector<RoughMatte>& mattes, const Progress& progress,
+  return [&project, &read](const std::vector<RoughMatte>& mattes, RoomPass pass, const Progress& progress,
                            std::stop_token stop) -> Result<RoomBehind> {
     if (mattes.size() < kLeastRoomViews) return RoomBehind{};
     std::vector<TrainingView> views;
@@ -54,6 +56,7 @@ LearnRoom room_learner(const Project& project, const TrackedCapture& read) {
     if (!points) return points.error();
     RoomOptions options;
     options.seed = project.options.seed;
+    options.steps = pass == RoomPass::first ? kFirstSteps : kLastSteps;
     auto room = train_room(views, room_cube(views, *points), options, progress, stop);
     if (!room) return room.error();
     if (auto written = write_room(room_path(project), *room); !written) return written.error();

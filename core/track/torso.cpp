@@ -2,12 +2,14 @@
 // becomes the template, pixels that the torso's motion does not explain lose their say, and the training
 // frames are aligned anew with a free grid of displacements. Components of those grids are where the modes
 // start; they are fitted to all learning frames at once, the template renewed between. Every frame is then
-// aligned once more with the motion and the modes' coefficients alone.
+// aligned once more with the motion and the modes' coefficients alone. Frames in which the torso rests while
+// the camera goes round (torso_rest.h) teach nothing, where there are others, and share one state.
 #include "core/track/torso.h"
 
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <map>
 #include <optional>
 
 #include "core/base/parallel.h"
@@ -17,6 +19,7 @@
 #include "core/track/torso_modes.h"
 #include "core/track/torso_picture.h"
 #include "core/track/torso_refine.h"
+#include "core/track/torso_rest.h"
 
 namespace likeness {
 namespace {
@@ -26,12 +29,13 @@ constexpr double kUnexplained = 8;  // grey levels: a pixel of this spread after
 constexpr std::size_t kLeastViews = 8;
 constexpr int kRefineRounds = 3, kRefineSteps = 3;
 
-// The training frame whose head looks at the camera most and stands nearest to the usual place.
-int reference_frame(const std::vector<TorsoFrame>& frames) {
+// The training frame among `teaching` whose head looks at the camera most and stands nearest to the usual
+// place.
+int reference_frame(const std::vector<TorsoFrame>& frames, const std::vector<std::uint8_t>& teaching) {
   std::vector<double> xs[3];
-  for (const TorsoFrame& f : frames)
-    if (f.usable && !f.held_out)
-      for (int k = 0; k < 3; ++k) xs[k].push_back(f.world_from_head.translation()[k]);
+  for (std::size_t i = 0; i < frames.size(); ++i)
+    if (teaching[i])
+      for (int k = 0; k < 3; ++k) xs[k].push_back(frames[i].world_from_head.translation()[k]);
   if (xs[0].empty()) return -1;
   Vec3d usual;
   for (int k = 0; k < 3; ++k) usual[k] = median(std::move(xs[k]));
@@ -40,7 +44,7 @@ int reference_frame(const std::vector<TorsoFrame>& frames) {
   const Mat3d facing = Vec3d(1, -1, -1).asDiagonal();
   for (std::size_t i = 0; i < frames.size(); ++i) {
     const TorsoFrame& f = frames[i];
-    if (!f.usable || f.held_out) continue;
+    if (!teaching[i]) continue;
     const Mat3d turn = (f.cam_from_world * f.world_from_head).linear() * facing.transpose();
     const double score = vector_from_turn(turn).norm() + 4 * (f.world_from_head.translation() - usual).norm();
     if (score < least) least = score, best = static_cast<int>(i);
@@ -50,6 +54,7 @@ int reference_frame(const std::vector<TorsoFrame>& frames) {
 
 struct Work {
   const std::vector<TorsoFrame>* frames;
+  std::size_t reference_frame;
   Pose reference;  // world_from_torso
   TorsoTemplate body;
   TorsoGrid grid;
@@ -226,12 +231,66 @@ Result<TorsoModes> learn(Work& work, const Progress& progress, std::stop_token s
   return learn_torso_modes(work.grid, *refined, metric, work.body.pivot);
 }
 
-void choose_learning(Work& work, int count) {
+void choose_learning(Work& work, const std::vector<std::uint8_t>& teaching, int count) {
   std::vector<std::size_t> training;
   for (std::size_t i = 0; i < work.states.size(); ++i)
-    if (work.states[i] && !(*work.frames)[i].held_out) training.push_back(i);
+    if (work.states[i] && teaching[i]) training.push_back(i);
   const std::size_t kept = std::min(training.size(), std::size_t(std::max(0, count)));
   for (std::size_t k = 0; k < kept; ++k) work.learning.push_back(training[k * training.size() / kept]);
+}
+
+// Training frames that template and modes come from.
+struct Teaching {
+  std::vector<std::uint8_t> frames;  // those in which the torso moves, where there are enough
+  bool deforms = true;               // what they show is how the torso moves
+};
+
+Teaching teaching_frames(const std::vector<TorsoFrame>& frames, const std::vector<int>& rests) {
+  std::vector<std::uint8_t> training(frames.size(), 0), moving = training;
+  for (std::size_t i = 0; i < frames.size(); ++i) {
+    training[i] = frames[i].usable && !frames[i].held_out;
+    moving[i] = training[i] && rests[i] < 0;
+  }
+  if (std::ranges::count(moving, 1) >= kMinimumTorsoFrames) return {moving, true};
+  return {training, moving == training};
+}
+
+// The state of a torso at rest, from the frames whose cameras stand nearest to the reference's: from there
+// the template's depth matters least. Nullopt where no training frame has one.
+std::optional<TorsoState> state_at_rest(const Work& work, const std::vector<std::size_t>& stretch) {
+  constexpr std::size_t kNearest = 5;
+  const auto& frames = *work.frames;
+  const auto direction = [&](std::size_t i) {
+    return Vec3d((work.reference.inverse() * frames[i].cam_from_world.inverse()).translation().normalized());
+  };
+  std::vector<std::pair<double, std::size_t>> near;
+  for (const std::size_t i : stretch)
+    if (work.states[i] && !frames[i].held_out)
+      near.emplace_back(1 - direction(i).dot(direction(work.reference_frame)), i);
+  if (near.empty()) return std::nullopt;
+  std::ranges::sort(near);
+  near.resize(std::min(near.size(), kNearest));
+  const auto usual = [&](const auto& number) {
+    std::vector<double> values;
+    for (const auto& [angle, i] : near) values.push_back(number(*work.states[i]));
+    return median(std::move(values));
+  };
+  TorsoState state;
+  state.motion.angle = usual([](const TorsoState& s) { return s.motion.angle; });
+  for (int k = 0; k < 2; ++k)
+    state.motion.shift[k] = usual([k](const TorsoState& s) { return s.motion.shift[k]; });
+  for (std::size_t m = 0; m < state.shape.size(); ++m)
+    state.shape[m] = float(usual([m](const TorsoState& s) { return double(s.shape[m]); }));
+  return state;
+}
+
+void rest(Work& work, const std::vector<int>& rests) {
+  std::map<int, std::vector<std::size_t>> stretches;
+  for (std::size_t i = 0; i < rests.size(); ++i)
+    if (rests[i] >= 0) stretches[rests[i]].push_back(i);
+  for (const auto& [number, stretch] : stretches)
+    if (const auto state = state_at_rest(work, stretch))
+      for (const std::size_t i : stretch) work.states[i] = state;
 }
 
 // Frames of which nothing could be said rest where the torso was seen last.
@@ -258,11 +317,20 @@ Result<TorsoTrack> track_torso(const std::vector<TorsoFrame>& frames, const Vec3
   TorsoTrack track;
   track.world_from_torso.assign(frames.size(), Pose::Identity());
   track.shapes.assign(frames.size(), TorsoShape{});
-  track.reference = reference_frame(frames);
+  const std::vector<int> rests = resting_torso(frames);
+  const Teaching teaching = teaching_frames(frames, rests);
+  track.reference = reference_frame(frames, teaching.frames);
   if (track.reference < 0) return track;
   const TorsoFrame& reference = frames[std::size_t(track.reference)];
   track.world_from_torso.assign(frames.size(), reference.world_from_head);
-  Work work{&frames, reference.world_from_head, make_torso_template(reference, chin), {}, {}, {}, {}};
+  Work work{&frames,
+            std::size_t(track.reference),
+            reference.world_from_head,
+            make_torso_template(reference, chin),
+            {},
+            {},
+            {},
+            {}};
   track.has_torso = work.body.picture_share > 0.02;
   if (!track.has_torso) return track;
   work.pictures.resize(frames.size()), work.states.resize(frames.size());
@@ -277,12 +345,12 @@ Result<TorsoTrack> track_torso(const std::vector<TorsoFrame>& frames, const Vec3
   };
   if (auto followed = follow(work, progress.stage(0, 0.25, ""), stop, rigid); !followed)
     return followed.error();
-  choose_learning(work, options.learning_frames);
+  choose_learning(work, teaching.frames, options.learning_frames);
   if (work.learning.empty()) return track;
   parallel_for(work.learning.size(), [&](std::size_t k) {
     work.pictures[work.learning[k]] = grey_pyramid(*frames[work.learning[k]].grey);
   });
-  if (options.deform) {
+  if (options.deform && teaching.deforms) {
     auto modes = learn(work, progress.stage(0.25, 0.7, ""), stop);
     if (!modes) return modes.error();
     track.modes = std::move(*modes);
@@ -314,6 +382,7 @@ Result<TorsoTrack> track_torso(const std::vector<TorsoFrame>& frames, const Vec3
     track.residual_rigid = moved / counted;
     track.residual_after = after / counted;
   }
+  rest(work, rests);
   describe(work, &track);
   progress.report(1);
   return track;

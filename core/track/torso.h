@@ -42,7 +42,8 @@ struct TorsoTrack {
 };
 
 // chin: of the person, head frame, m. Template, weights and modes come from training frames alone; a held-out
-// frame finds its nine numbers on its own picture.
+// frame finds its nine numbers on its own picture. Where somebody walks round a person who holds still, all
+// frames share the nine numbers that the training frames agree on.
 Result<TorsoTrack> track_torso(const std::vector<TorsoFrame>& frames, const Vec3d& chin,
                                const Progress& progress, std::stop_token stop,
                                const TorsoOptions& options = {});

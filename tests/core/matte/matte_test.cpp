@@ -9,6 +9,7 @@
 #include <cmath>
 #include <fstream>
 #include <iterator>
+#include <map>
 #include <mutex>
 #include <set>
 
@@ -253,9 +254,14 @@ TEST(MatteClip, TheRoomBehindAMovingCameraSharpensItsMattes) {
   const double without = error();
   // A model of the room that is right but for a constant error.
   std::set<int> learnt_from;
-  const LearnRoom learn = [&](const std::vector<RoughMatte>& mattes, const Progress&,
+  std::map<RoomPass, double> person;  // share of the pictures that is left out
+  const LearnRoom learn = [&](const std::vector<RoughMatte>& mattes, RoomPass pass, const Progress&,
                               std::stop_token) -> Result<RoomBehind> {
-    for (const RoughMatte& matte : mattes) learnt_from.insert(matte.frame);
+    for (const RoughMatte& matte : mattes) {
+      learnt_from.insert(matte.frame);
+      const auto out = std::ranges::count_if(matte.alpha.data, [](auto a) { return a > 0; });
+      person[pass] += double(out) / double(matte.alpha.data.size() * mattes.size());
+    }
     return RoomBehind([&](int frame) {
       Image8 room = scene.wall[std::size_t(frame)];
       for (std::uint8_t& value : room.data) value = std::uint8_t(std::min(255, value + 8));
@@ -268,6 +274,8 @@ TEST(MatteClip, TheRoomBehindAMovingCameraSharpensItsMattes) {
   EXPECT_LT(error(), 0.7 * without);
   EXPECT_EQ(learnt_from.size(), std::size_t(kHeldFrom));  // every training frame, no held-out one
   EXPECT_LT(*learnt_from.rbegin(), kHeldFrom);
+  ASSERT_EQ(person.size(), 2u);  // generously, then from the cuts
+  EXPECT_LT(person[RoomPass::last], 0.9 * person[RoomPass::first]);
 
   const Scene resting("room_resting");
   learnt_from.clear();
@@ -277,9 +285,10 @@ TEST(MatteClip, TheRoomBehindAMovingCameraSharpensItsMattes) {
 
 TEST(MatteClip, ARoomThatCannotBeLearntEndsTheStage) {
   const Scene scene("no_room", Moves::always);
-  const auto result = scene.matte({}, {}, {}, [](const auto&, const auto&, auto) -> Result<RoomBehind> {
-    return Error{ErrorCode::no_space, "The disk is full.", "Free some space.", ""};
-  });
+  const auto result =
+      scene.matte({}, {}, {}, [](const auto&, RoomPass, const auto&, auto) -> Result<RoomBehind> {
+        return Error{ErrorCode::no_space, "The disk is full.", "Free some space.", ""};
+      });
   ASSERT_FALSE(result.ok());
   EXPECT_EQ(result.error().code, ErrorCode::no_space);
   EXPECT_FALSE(fs::exists(scene.folder / "masks"));
@@ -345,7 +354,7 @@ TEST(MatteClip, TheRoomCompletesThePlateOfARest) {
   };
   ASSERT_TRUE(scene.matte().ok());
   const double guessed = error_of_plate(false);
-  const LearnRoom learn = [&](const auto&, const Progress&, std::stop_token) -> Result<RoomBehind> {
+  const LearnRoom learn = [&](const auto&, RoomPass, const Progress&, std::stop_token) -> Result<RoomBehind> {
     return RoomBehind([&](int frame) { return scene.wall[std::size_t(frame)]; });
   };
   const auto result = scene.matte({}, {}, {}, learn);
