@@ -64,7 +64,7 @@ int stored_camera(const fs::path& path) {
 }
 
 // Gives the database's cameras that focal length, of a picture's longer side, and no distortion (colmap's
-// model RADIAL); what a picture's file said of its lens is kept.
+// model RADIAL).
 Result<void> start_from_focal(const fs::path& path, double focal) {
   const Error unwritable{ErrorCode::io, "The feature database of the camera solve cannot be written.",
                          "Check the disk, then run the same command again; finished steps are kept.",
@@ -78,15 +78,16 @@ Result<void> start_from_focal(const fs::path& path, double focal) {
   };
   std::vector<Lens> lenses;
   Statement read, write;
-  if (sqlite3_prepare_v2(database.handle,
-                         "SELECT camera_id, width, height FROM cameras WHERE prior_focal_length = 0", -1,
-                         &read.handle, nullptr) != SQLITE_OK ||
+  if (sqlite3_prepare_v2(database.handle, "SELECT camera_id, width, height FROM cameras", -1, &read.handle,
+                         nullptr) != SQLITE_OK ||
       sqlite3_prepare_v2(database.handle, "UPDATE cameras SET params = ? WHERE camera_id = ?", -1,
                          &write.handle, nullptr) != SQLITE_OK)
     return unwritable;
-  while (sqlite3_step(read.handle) == SQLITE_ROW)
+  int step = sqlite3_step(read.handle);
+  for (; step == SQLITE_ROW; step = sqlite3_step(read.handle))
     lenses.push_back({sqlite3_column_int(read.handle, 0), sqlite3_column_int(read.handle, 1),
                       sqlite3_column_int(read.handle, 2)});
+  if (step != SQLITE_DONE || lenses.empty()) return unwritable;
   for (const Lens& lens : lenses) {
     const double params[] = {focal * std::max(lens.width, lens.height), lens.width / 2.0, lens.height / 2.0,
                              0, 0};
@@ -263,14 +264,17 @@ struct Commands {
   fs::path work;
   ColmapOptions options;
   Pairs pairs = Pairs::neighbours;
-  std::string threads, seed;
+  std::string threads;
 
   // The solve of all pairs has folders of its own: neither solve's results replace the other's.
   fs::path sparse() const { return work / (pairs == Pairs::all ? "all_sparse" : "sparse"); }
   fs::path refined() const { return work / (pairs == Pairs::all ? "all_refined" : "refined"); }
 
-  Step base(const char* command, std::string what) const {
-    return {{options.program, command, "--random_seed", seed}, nullptr, std::move(what)};
+  // beyond: what is added to the seed.
+  Step base(const char* command, std::string what, int beyond = 0) const {
+    return {{options.program, command, "--random_seed", std::to_string(options.seed + beyond)},
+            nullptr,
+            std::move(what)};
   }
   Step extract() const {
     Step step = base("feature_extractor", "Looking for features");
@@ -303,18 +307,17 @@ struct Commands {
     return step;
   }
   Step map(const MapperTry& how) const {
-    Step step = base("mapper", "Placing pictures");
-    step.arguments[3] = std::to_string(options.seed + how.seed);
+    Step step = base("mapper", "Placing pictures", how.seed);
     step.arguments.insert(step.arguments.end(),
                           {"--database_path", work / "database.db", "--image_path", work / "images",
                            "--output_path", sparse() / how.folder, "--Mapper.num_threads", threads});
     step.arguments.insert(step.arguments.end(), how.arguments.begin(), how.arguments.end());
     return step;
   }
-  Step refine(const fs::path& model, const fs::path& into, bool principal_point) const {
+  Step refine(const fs::path& model, bool principal_point) const {
     Step step = base("bundle_adjuster", "Refining the lens");
     step.arguments.insert(step.arguments.end(),
-                          {"--input_path", model, "--output_path", into,
+                          {"--input_path", model, "--output_path", refined(),
                            "--BundleAdjustment.refine_principal_point", principal_point ? "1" : "0"});
     return step;
   }
@@ -379,7 +382,8 @@ Result<void> make_empty(const fs::path& folder) {
   return {};
 }
 
-// Sparse reconstruction, until two tries agree on the lens; where none do, the best of several counts.
+// Sparse reconstruction, until two tries agree on the lens or all starts are used up. Of all that were made
+// the best counts, whichever agreed.
 Result<void> map_pictures(const Commands& commands, const ColmapCounts& counts, const Progress& progress,
                           std::stop_token stop) {
   if (counts.verified_pairs < 2) return too_few_matches(counts);
@@ -403,7 +407,8 @@ Result<void> map_pictures(const Commands& commands, const ColmapCounts& counts, 
     if (end->tail.find("No images with matches found") != std::string::npos) return too_few_matches(counts);
     const bool no_start = end->tail.find("failed to create sparse model") != std::string::npos ||
                           end->tail.find("initial image pair") != std::string::npos;
-    if (end->exit_code != 0 && !no_start) return step_failed(step, *end);
+    if (end->exit_code != 0 && !no_start)
+      return enough.empty() ? step_failed(step, *end) : Result<void>{};  // another start was only to confirm
   }
   if (best_model(commands.sparse()).pictures == 0) return hardly_moved(counts);
   return {};
@@ -426,19 +431,19 @@ Result<ColmapModel> refine_lens(const Commands& commands, const Progress& progre
   if (fault) return file_error(start, "write", fault.value());
   if (auto written = write_colmap_cameras(start, found->cameras); !written) return written.error();
   for (const bool principal_point : {true, false}) {
-    const Step step = commands.refine(start, commands.refined(), principal_point);
-    const auto end = run_step(
-        step, 0, principal_point ? progress.stage(0, 0.5, "lens") : progress.stage(0.5, 1, "lens"), stop);
+    const auto end =
+        run_step(commands.refine(start, principal_point), 0,
+                 principal_point ? progress.stage(0, 0.5, "lens") : progress.stage(0.5, 1, "lens"), stop);
     if (!end) return end.error();
-    if (end->exit_code != 0) return step_failed(step, *end);
     auto refined = read_colmap_model(commands.refined());
-    if (!refined) return refined;
-    if (refined->cameras.empty()) continue;
+    if (end->exit_code != 0 || !refined) break;  // what was found stands
     const Intrinsics& k = refined->cameras.begin()->second;
-    if (std::abs(k.cx - k.width / 2.0) <= kPlausible * k.width &&
-        std::abs(k.cy - k.height / 2.0) <= kPlausible * k.height &&
-        mean_reprojection_px(*refined) <= (1 - kWorthwhile) * mean_reprojection_px(*found))
-      return refined;
+    const bool plausible = std::abs(k.cx - k.width / 2.0) <= kPlausible * k.width &&
+                           std::abs(k.cy - k.height / 2.0) <= kPlausible * k.height;
+    const bool worthwhile =
+        mean_reprojection_px(*refined) <= (1 - kWorthwhile) * mean_reprojection_px(*found);
+    if (plausible && worthwhile) return refined;
+    if (!worthwhile) break;  // even with every number free
   }
   fs::copy(found_in, commands.refined(), fs::copy_options::recursive | fs::copy_options::overwrite_existing,
            fault);
@@ -504,8 +509,7 @@ fs::path solved_model_path(const fs::path& work) { return work / "model"; }
 Result<ColmapModel> solve_colmap(const fs::path& work, const ColmapOptions& options, const Progress& progress,
                                  std::stop_token stop) {
   const int threads = options.threads > 0 ? options.threads : current_thread_limit();
-  Commands commands{work, options, Pairs::neighbours, std::to_string(std::max(1, threads)),
-                    std::to_string(options.seed)};
+  Commands commands{work, options, Pairs::neighbours, std::to_string(std::max(1, threads))};
   auto model = solve_pairs(commands, progress.stage(0, 0.8, "neighbours"), stop);
   if (!model && model.error().code != ErrorCode::failed) return model;
   const auto counts = count_database(work / "database.db");

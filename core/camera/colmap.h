@@ -35,9 +35,9 @@ Result<ColmapCounts> count_database(const std::filesystem::path& database);
 
 // work/images/NAME and work/masks/NAME.png (0 = ignored) must be there; database and reconstructions are
 // written beside them, the one that counts to solved_model_path(). A step whose marker file (work/NAME.done)
-// exists is not repeated. That reconstruction places the most pictures, by about the most features, with the
-// least reprojection error; distortion (two radial terms) and principal point are adjusted where that fits
-// its pictures better by more than noise.
+// exists is not repeated. That reconstruction places about the most pictures, by about the most features,
+// with the least reprojection error; its lens has square pixels, no distortion and the principal point in the
+// middle, unless one with all of these free (colmap's OPENCV) fits the pictures better by more than noise.
 Result<ColmapModel> solve_colmap(const std::filesystem::path& work, const ColmapOptions& options,
                                  const Progress& progress, std::stop_token stop);
 std::filesystem::path solved_model_path(const std::filesystem::path& work);

@@ -1,5 +1,5 @@
-// The matte stage: samples -> plate and colour statistics in three rounds -> alpha of every frame -> frozen
-// regions.
+// The matte stage: samples -> plate and colour statistics in three rounds -> of a moving camera the room, and
+// the rounds again -> cuts of every frame -> the room again -> alpha -> frozen regions.
 #include "core/matte/matte.h"
 
 #include <fmt/format.h>

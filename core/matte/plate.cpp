@@ -42,34 +42,49 @@ float stillness(float contrast, float variance) {
 
 int texture_window(const cv::Mat& picture) { return std::max(5, picture.cols / 24 | 1); }
 
-// Doubtful pixels amid texture that stayed put are the room's: hair moves with the head.
-void settle_doubts(Plate& plate) {
-  cv::Mat grey, contrast(plate.known.size(), CV_32F, cv::Scalar(0)), variance = contrast.clone(),
-                                                                     count = contrast.clone();
-  cv::cvtColor(plate.colour, grey, cv::COLOR_RGB2GRAY);
+int grey_of(const cv::Vec3b& colour) { return (colour[0] + 2 * colour[1] + colour[2]) / 4; }
+
+// Of the grey values at a pixel, all but a tenth, which a bad cut may have spoilt. As of a normal
+// distribution.
+float usual_variance(std::vector<int>& grey) {
+  constexpr float kNinth = 1.645f;  // standard deviations that hold nine tenths
+  const int usual = median(grey);
+  for (int& value : grey) value = std::abs(value - usual);
+  const float deviation = float(quantile(grey, 0.9)) / kNinth;
+  return deviation * deviation;
+}
+
+// Doubtful pixels amid doubtful texture that stayed put are the room's: hair moves with the head. Where
+// doubtful meets seen is an outline, which says nothing of what it bounds. variance: of the grey values over
+// time.
+void settle_doubts(Plate& plate, const cv::Mat& variance) {
+  cv::Mat contrast(plate.known.size(), CV_32F, cv::Scalar(0)), spread = contrast.clone(),
+                                                               count = contrast.clone();
+  const auto doubtful = [&](int y, int x) { return plate.known.at<unsigned char>(y, x) == kDoubtful; };
   const auto slope = [&](int y, int x, int dy, int dx) {
-    return 0.5f *
-           (float(grey.at<unsigned char>(y + dy, x + dx)) - float(grey.at<unsigned char>(y - dy, x - dx)));
+    return 0.5f * float(grey_of(plate.colour.at<cv::Vec3b>(y + dy, x + dx)) -
+                        grey_of(plate.colour.at<cv::Vec3b>(y - dy, x - dx)));
   };
-  for (int y = 1; y + 1 < grey.rows; ++y)
-    for (int x = 1; x + 1 < grey.cols; ++x) {
-      const auto seen = [&](int v, int u) { return plate.known.at<unsigned char>(v, u) != 0; };
-      if (!seen(y, x) || !seen(y - 1, x) || !seen(y + 1, x) || !seen(y, x - 1) || !seen(y, x + 1)) continue;
-      const float dx = slope(y, x, 0, 1), dy = slope(y, x, 1, 0), noise = plate.noise.at<float>(y, x);
+  for (int y = 1; y + 1 < contrast.rows; ++y)
+    for (int x = 1; x + 1 < contrast.cols; ++x) {
+      if (!doubtful(y, x)) continue;
+      const bool across = doubtful(y, x - 1) && doubtful(y, x + 1),
+                 down = doubtful(y - 1, x) && doubtful(y + 1, x);
+      if (!across && !down) continue;
+      const float dx = across ? slope(y, x, 0, 1) : 0, dy = down ? slope(y, x, 1, 0) : 0;
       contrast.at<float>(y, x) = dx * dx + dy * dy;
-      variance.at<float>(y, x) = noise * noise;
+      spread.at<float>(y, x) = variance.at<float>(y, x);
       count.at<float>(y, x) = 1;
     }
-  const int window = texture_window(grey);
-  for (cv::Mat* sum : {&contrast, &variance, &count}) cv::boxFilter(*sum, *sum, -1, {window, window});
-  for (int y = 0; y < grey.rows; ++y)
-    for (int x = 0; x < grey.cols; ++x) {
-      auto& known = plate.known.at<unsigned char>(y, x);
-      if (known != kDoubtful) continue;
+  const int window = texture_window(contrast);
+  for (cv::Mat* sum : {&contrast, &spread, &count}) cv::boxFilter(*sum, *sum, -1, {window, window});
+  for (int y = 0; y < contrast.rows; ++y)
+    for (int x = 0; x < contrast.cols; ++x) {
+      if (!doubtful(y, x)) continue;
       const float n = count.at<float>(y, x);
       const bool still =
-          n > 0 && stillness(contrast.at<float>(y, x) / n, variance.at<float>(y, x) / n) > kStill;
-      known = still ? kSeen : 0;
+          n > 0 && stillness(contrast.at<float>(y, x) / n, spread.at<float>(y, x) / n) > kStill;
+      plate.known.at<unsigned char>(y, x) = still ? kSeen : 0;
     }
 }
 
@@ -141,9 +156,11 @@ Plate estimate_plate(const std::vector<cv::Mat>& pictures, const std::vector<cv:
   plate.colour = cv::Mat(height, width, CV_8UC3, cv::Scalar::all(0));
   plate.noise = cv::Mat(height, width, CV_32F, cv::Scalar(0));
   plate.known = cv::Mat(height, width, CV_8U, cv::Scalar(0));
+  cv::Mat variance(height, width, CV_32F, cv::Scalar(0));  // of doubtful pixels
   const std::size_t enough = std::min(pictures.size(), std::max<std::size_t>(2, pictures.size() / 20));
   parallel_ranges(std::size_t(height), 8, [&](std::size_t begin, std::size_t end) {
     Channels free, away;  // away: also where nobody is near
+    std::vector<int> grey;
     for (int y = int(begin); y < int(end); ++y)
       for (int x = 0; x < width; ++x) {
         for (Channels* seen : {&free, &away})
@@ -160,13 +177,17 @@ Plate estimate_plate(const std::vector<cv::Mat>& pictures, const std::vector<cv:
         const bool sure = away[0].size() >= enough;
         Channels& seen = sure ? away : free;
         if (seen[0].size() < enough) continue;
+        grey.clear();
+        for (std::size_t i = 0; doubt && !sure && i < seen[0].size(); ++i)
+          grey.push_back((seen[0][i] + 2 * seen[1][i] + seen[2][i]) / 4);
         auto& colour = plate.colour.at<cv::Vec3b>(y, x);
         plate.noise.at<float>(y, x) = usual_colour(seen, colour);
-        auto& known = plate.known.at<unsigned char>(y, x);
-        known = !sure && doubt && doubt->persons_own(colour) ? kDoubtful : kSeen;
+        const bool doubtful = doubt && !sure && doubt->persons_own(colour);
+        if (doubtful) variance.at<float>(y, x) = usual_variance(grey);
+        plate.known.at<unsigned char>(y, x) = doubtful ? kDoubtful : kSeen;
       }
   });
-  if (doubt) settle_doubts(plate);
+  if (doubt) settle_doubts(plate, variance);
   // A colour at an edge is doubtful by what half a pixel of sway would change.
   cv::Mat grey, dx, dy;
   cv::cvtColor(plate.colour, grey, cv::COLOR_RGB2GRAY);

@@ -220,7 +220,7 @@ void tidy(cv::Mat& person, const SegmentInput& in) {
   std::vector<int> spoken_for(std::size_t(count), 0);
   for (int y = 0; y < person.rows; ++y)
     for (int x = 0; x < person.cols; ++x)
-      if (in.plate && in.plate->known.at<unsigned char>(y, x))
+      if (in.plate && in.plate->known.at<unsigned char>(y, x) >= (in.plate_is_room ? kOfRoom : kSeen))
         ++spoken_for[std::size_t(labels.at<int>(y, x))];
   for (int i = 1; i < count; ++i) {
     const int* s = stats.ptr<int>(i);

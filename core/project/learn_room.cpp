@@ -12,7 +12,7 @@
 namespace likeness {
 namespace {
 
-constexpr std::uint64_t kFirstSteps = 500, kLastSteps = 2000;
+constexpr std::uint64_t kLastSteps = 2000;
 
 Result<TrainingView> room_view(const Project& project, const TrackedCapture& read, const RoughMatte& matte) {
   const auto& [capture, cameras, track] = read;
@@ -56,7 +56,7 @@ LearnRoom room_learner(const Project& project, const TrackedCapture& read) {
     if (!points) return points.error();
     RoomOptions options;
     options.seed = project.options.seed;
-    options.steps = pass == RoomPass::first ? kFirstSteps : kLastSteps;
+    if (pass == RoomPass::last) options.steps = kLastSteps;
     auto room = train_room(views, room_cube(views, *points), options, progress, stop);
     if (!room) return room.error();
     if (auto written = write_room(room_path(project), *room); !written) return written.error();

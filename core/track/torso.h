@@ -38,12 +38,12 @@ struct TorsoTrack {
   std::vector<TorsoShape> shapes;      // one a frame; zero where there are no modes
   double residual_before = 0,          // mean grey-level difference to the template: unmoved,
       residual_rigid = 0,              // best rigid motion,
-      residual_after = 0;              // as tracked; over all frames that were tracked
+      residual_after = 0;  // with its deformation; each frame by itself, over all that were tracked
 };
 
 // chin: of the person, head frame, m. Template, weights and modes come from training frames alone; a held-out
 // frame finds its nine numbers on its own picture. Where somebody walks round a person who holds still, all
-// frames share the nine numbers that the training frames agree on.
+// frames share the numbers of the training frames that see the torso most as the template does.
 Result<TorsoTrack> track_torso(const std::vector<TorsoFrame>& frames, const Vec3d& chin,
                                const Progress& progress, std::stop_token stop,
                                const TorsoOptions& options = {});

@@ -12,7 +12,8 @@ namespace {
 constexpr std::size_t kLeastFrames = 8;
 constexpr double kLeastWay = 0.1;              // m that the camera goes
 constexpr double kSway = 0.015, kTurn = 0.07;  // m, rad: of a head that is held still
-constexpr double kMost = 0.9;                  // of the frames: the others may be tracked badly
+constexpr double kMost = 0.9;                  // of the frames; the others may be tracked badly
+constexpr double kPlainly = 2;                 // times as far: the person moves in that frame
 
 Vec3d centre_of(const Pose& cam_from_world) { return cam_from_world.inverse().translation(); }
 
@@ -24,8 +25,10 @@ double turn_between(const Pose& a, const Pose& b) {
   return Eigen::AngleAxisd(a.linear().transpose() * b.linear()).angle();
 }
 
-// indices: of usable frames that follow each other.
-bool holds_still(const std::vector<TorsoFrame>& frames, const std::vector<std::size_t>& indices) {
+// The frames of a run in which the head holds still; none where it does not for most of the time. indices: of
+// usable frames that follow each other.
+std::vector<std::size_t> still_frames(const std::vector<TorsoFrame>& frames,
+                                      const std::vector<std::size_t>& indices) {
   Eigen::AlignedBox3d way;
   std::vector<double> along[3];
   std::vector<std::size_t> training;
@@ -35,17 +38,22 @@ bool holds_still(const std::vector<TorsoFrame>& frames, const std::vector<std::s
     way.extend(centre_of(frames[i].cam_from_world));
     for (int k = 0; k < 3; ++k) along[k].push_back(frames[i].world_from_head.translation()[k]);
   }
-  if (training.size() < kLeastFrames || way.diagonal().norm() < kLeastWay) return false;
+  if (training.size() < kLeastFrames || way.diagonal().norm() < kLeastWay) return {};
   Vec3d usual;
   for (int k = 0; k < 3; ++k) usual[k] = median(std::move(along[k]));
   const auto away = [&](std::size_t i) { return (frames[i].world_from_head.translation() - usual).norm(); };
   const Pose& middle = frames[*std::ranges::min_element(training, {}, away)].world_from_head;
-  std::vector<double> sway, turn;
-  for (const std::size_t i : training) {
-    sway.push_back(away(i));
-    turn.push_back(turn_between(middle, frames[i].world_from_head));
-  }
-  return quantile(sway, kMost) <= kSway && quantile(turn, kMost) <= kTurn;
+  // 1: as far as a head strays that is held still.
+  const auto strays = [&](std::size_t i) {
+    return std::max(away(i) / kSway, turn_between(middle, frames[i].world_from_head) / kTurn);
+  };
+  std::vector<double> far;
+  for (const std::size_t i : training) far.push_back(strays(i));
+  if (quantile(far, kMost) > 1) return {};
+  std::vector<std::size_t> still;
+  for (const std::size_t i : indices)
+    if (strays(i) <= kPlainly) still.push_back(i);
+  return still;
 }
 
 }  // namespace
@@ -57,10 +65,9 @@ std::vector<int> resting_torso(const std::vector<TorsoFrame>& frames) {
     if (frames[i].usable) usable.push_back(i);
   int found = 0;
   const auto finish = [&] {
-    if (holds_still(frames, run)) {
-      for (const std::size_t i : run) stretch[i] = found;
-      ++found;
-    }
+    const auto still = still_frames(frames, run);
+    for (const std::size_t i : still) stretch[i] = found;
+    if (!still.empty()) ++found;
     run.clear();
   };
   for (std::size_t k = 0; k < usable.size(); ++k) {

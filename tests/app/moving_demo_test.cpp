@@ -46,7 +46,9 @@ TEST(MovingDemo, IsSolvedTrainedAndMeasured) {
   const ProgramResult compared =
       likeness({"study", "mattes", project.string(), (folder / "demo").string(), "--json"});
   ASSERT_EQ(compared.exit_code, 0) << compared.err;
-  for (const json& row : json::parse(compared.out).at("rows"))
+  const json rows = json::parse(compared.out).at("rows");
+  ASSERT_EQ(rows.size(), 3u);
+  for (const json& row : rows)
     EXPECT_GT(row.at("iou_mean").get<double>(), row.at("part") == "camera moves" ? 0.95 : 0.97) << row.dump();
   std::ifstream plate(project / "plate.json");
   EXPECT_GT(json::parse(plate).at("coverage").get<double>(), 0.55);
