@@ -231,6 +231,44 @@ TEST(MatteClip, HeldOutPicturesChangeNeitherPlateNorTrainingMasks) {
         << frame;
 }
 
+// What the room is learnt from is part of it: a learner whose room is the mean of its training pictures'
+// colours.
+TEST(MatteClip, HeldOutPicturesChangeNothingOfARoomOrThePlateThatItCompletes) {
+  const Scene scene("leak_room", Moves::at_first);
+  std::vector<double> learnt;
+  const LearnRoom learn = [&](const std::vector<RoughMatte>& mattes, RoomPass, const Progress&,
+                              std::stop_token) -> Result<RoomBehind> {
+    double sum = 0, count = 0;
+    for (const RoughMatte& matte : mattes) {
+      const auto picture = read_image(scene.folder / frame_name(matte.frame));
+      if (!picture) return picture.error();
+      for (std::size_t i = 0; i < matte.alpha.data.size(); ++i)
+        if (matte.alpha.data[i] == 0) sum += picture->data[3 * i], ++count;
+    }
+    learnt.push_back(sum / count);
+    return RoomBehind([&, colour = std::uint8_t(sum / count)](int frame) {
+      Image8 room = scene.wall[std::size_t(std::min(frame, kHeldFrom - 1))];
+      for (std::uint8_t& value : room.data) value = std::uint8_t((3 * value + colour) / 4);
+      return room;
+    });
+  };
+  ASSERT_TRUE(scene.matte({}, {}, {}, learn).ok());
+  const auto shared = [&] {
+    std::string bytes = bytes_of(scene.folder / "plate.png") + bytes_of(scene.folder / "plate_known.png");
+    for (int frame = 0; frame < kHeldFrom; ++frame)
+      bytes += bytes_of(scene.folder / "masks" / frame_name(frame).filename());
+    return bytes;
+  };
+  const std::string before = shared();
+  for (int frame = kHeldFrom; frame < kFrames; ++frame)
+    ASSERT_TRUE(write_image(scene.folder / frame_name(frame), Image8(kSize, kSize, 3, 200)).ok());
+  ASSERT_TRUE(scene.matte({}, {}, {}, learn).ok());
+  EXPECT_TRUE(shared() == before);
+  ASSERT_EQ(learnt.size(), 4u);
+  EXPECT_EQ(learnt[0], learnt[2]);
+  EXPECT_EQ(learnt[1], learnt[3]);
+}
+
 TEST(MatteClip, AMovingCameraGetsMattesButNoPlate) {
   const Scene scene("moving", Moves::always);
   const auto result = scene.matte();
