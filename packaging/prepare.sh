@@ -15,7 +15,7 @@ packages=(
   "libxxhash-dev:content hashes"
   "zlib1g-dev:head model archives"
   "libwebp-dev:checking pictures before they are opened"
-  "libsqlite3-dev:reading COLMAP's database"
+  "libsqlite3-dev:COLMAP's database"
   "libopencv-dev:feature tracks and mattes"
   "libopenimageio-dev:pictures in and out"
   "openimageio-tools:needed by OpenImageIO's CMake files"
