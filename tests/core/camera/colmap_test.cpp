@@ -224,6 +224,35 @@ TEST_F(Colmap, AKilledStepGoesOnFromItsDatabase) {
   EXPECT_TRUE(said_that("Placing pictures: 4 of 6 pictures placed"));
 }
 
+TEST_F(Colmap, AKilledMatcherKeepsTheFeaturesAndThePairsItHad) {
+  if (!have_colmap()) GTEST_SKIP() << "colmap is not installed";
+  add_walk(6);
+  const std::string real = find_program("colmap")->string();
+  // A picture's pairs are stored before the next picture's are begun.
+  options_.program = stand_in("[ $1 = sequential_matcher ] || exec " + real + " \"$@\"\n( exec " + real +
+                              R"( "$@" ) | while read -r line; do echo "$line"
+        case "$line" in *"Matching image [4/"*) pkill -KILL -P $$ colmap; kill -KILL $$;; esac
+      done)");
+  options_.threads = 1;
+  const Error error = failure();
+  EXPECT_THAT(error.what, HasSubstr("`colmap sequential_matcher` was ended by signal 9"));
+  EXPECT_THAT(error.fix, HasSubstr("finished steps are kept"));
+  EXPECT_TRUE(fs::exists(work_ / "features.done"));
+  EXPECT_FALSE(fs::exists(work_ / "matches.done"));
+  const auto killed = count_database(work_ / "database.db");
+  ASSERT_TRUE(killed.ok()) << killed.error().what;
+  EXPECT_EQ(killed->described, 6);
+  ASSERT_GE(killed->verified_pairs, 1);
+
+  options_.program = stand_in("[ $1 = feature_extractor ] && exit 9\nexec " + real + " \"$@\"");
+  const auto model = solve();
+  ASSERT_TRUE(model.ok()) << model.error().what;
+  EXPECT_EQ(model->images.size(), 6u);
+  const auto whole = count_database(work_ / "database.db");
+  ASSERT_TRUE(whole.ok());
+  EXPECT_LT(killed->verified_pairs, whole->verified_pairs);
+}
+
 TEST_F(Colmap, AKilledSolveKeepsFeaturesAndMatches) {
   if (!have_colmap()) GTEST_SKIP() << "colmap is not installed";
   add_walk(6);

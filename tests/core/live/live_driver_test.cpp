@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <atomic>
+#include <limits>
 
 #include "tests/core/live/demo_clip.h"
 
@@ -14,13 +15,16 @@ namespace {
 using Clock = std::chrono::steady_clock;
 using std::chrono::milliseconds;
 
-// Frames of the demo, or grey ones, one in so many ms, as of a camera of 25 frames a second.
+constexpr int kNoEnd = std::numeric_limits<int>::max();
+
+// Frames of the demo, or grey ones, one in so many ms, as of a camera of 25 frames a second. They end after
+// `count`, or once `over`.
 class Frames : public FrameSource {
  public:
-  Frames(int count, int pace_ms, bool faces, bool breaks)
-      : count_(count), pace_(pace_ms), faces_(faces), breaks_(breaks) {}
+  Frames(int count, int pace_ms, bool faces, bool breaks, const std::atomic<bool>* over)
+      : count_(count), pace_(pace_ms), faces_(faces), breaks_(breaks), over_(over) {}
   Result<std::optional<CapturedFrame>> next(std::stop_token) override {
-    if (at_ >= count_) {
+    if (at_ >= count_ || (over_ && *over_)) {
       if (breaks_) return Error{ErrorCode::failed, "The camera is gone.", "Plug it in again.", ""};
       return std::optional<CapturedFrame>();
     }
@@ -36,11 +40,13 @@ class Frames : public FrameSource {
   int count_, at_ = 0;
   milliseconds pace_;
   bool faces_, breaks_;
+  const std::atomic<bool>* over_;
 };
 
-LiveDriver::Open frames(int count, int pace_ms, bool faces = true, bool breaks = false) {
+LiveDriver::Open frames(int count, int pace_ms, bool faces = true, bool breaks = false,
+                        const std::atomic<bool>* over = nullptr) {
   return [=]() -> Result<std::unique_ptr<FrameSource>> {
-    return std::unique_ptr<FrameSource>(std::make_unique<Frames>(count, pace_ms, faces, breaks));
+    return std::unique_ptr<FrameSource>(std::make_unique<Frames>(count, pace_ms, faces, breaks, over));
   };
 }
 
@@ -58,19 +64,23 @@ bool is_over(const LiveStatus& status) {
 
 TEST(LiveDriver, DropsWhatItCannotFollowAndKeepsTheOrder) {
   std::vector<DrivenFrame> shown;
-  LiveDriver driver(frames(700, 5), driven_puppet(), {.rest_s = 0.3},
+  std::atomic<int> pictures = 0;
+  std::atomic<bool> over = false;
+  LiveDriver driver(frames(kNoEnd, 5, true, false, &over), driven_puppet(), {.rest_s = 0.3},
                     [&](const DrivenFrame& frame, Clock::time_point) {
                       shown.push_back(frame);
+                      ++pictures;
                       std::this_thread::sleep_for(milliseconds(30));  // a slow picture
                     });
   driver.record(true);
+  // The camera goes on until there is something to judge, however slow the machine.
+  EXPECT_TRUE(until(driver, [&](const LiveStatus& s) { return pictures >= 10 && s.dropped > 100; }));
+  over = true;
   ASSERT_TRUE(until(driver, is_over));
   const LiveStatus status = driver.status();
   EXPECT_EQ(status.state, LiveState::ended);
-  EXPECT_EQ(status.captured, 700);
-  EXPECT_GT(status.dropped, 100);
   EXPECT_EQ(status.tracked + status.dropped, status.captured);  // none is lost otherwise
-  ASSERT_GT(shown.size(), 3u);
+  ASSERT_GE(shown.size(), 10u);
   for (std::size_t i = 1; i < shown.size(); ++i) EXPECT_GT(shown[i].time_s, shown[i - 1].time_s);
   EXPECT_GE(shown.front().time_s, 0.3);  // rest comes first
   const std::vector<DrivenFrame> kept = driver.take_recording();
@@ -104,7 +114,7 @@ TEST(LiveDriver, AFileIsDrivenFromAtItsOwnPace) {
 
 TEST(LiveDriver, ALostFaceIsToldAndNothingIsDriven) {
   std::atomic<int> driven = 0;
-  LiveDriver driver(frames(100000, 5, false), driven_puppet(), {.rest_s = 0.1},
+  LiveDriver driver(frames(kNoEnd, 5, false), driven_puppet(), {.rest_s = 0.1},
                     [&](const DrivenFrame&, Clock::time_point) { ++driven; });
   ASSERT_TRUE(until(driver, [](const LiveStatus& s) { return s.state == LiveState::lost && s.error; }));
   EXPECT_FALSE(driver.status().reason.empty());
@@ -130,7 +140,7 @@ TEST(LiveDriver, GainsMagnifyAnAction) {
   const auto widest = [](float gain) {
     float most = 0;
     std::atomic<int> shown = 0;
-    LiveDriver driver(frames(100000, 30), driven_puppet(), {.rest_s = 0.3},
+    LiveDriver driver(frames(kNoEnd, 30), driven_puppet(), {.rest_s = 0.3},
                       [&](const DrivenFrame& frame, Clock::time_point) {
                         most = std::max(most, frame.articulation.jaw.norm());
                         ++shown;
