@@ -54,6 +54,25 @@ float usual_variance(std::vector<int>& grey) {
   return deviation * deviation;
 }
 
+// Takes `settled` patches smaller than the window that decided on them out where they hang on what is not
+// known: rather a fold of a shoulder at rest that the cuts left free.
+void drop_slivers(const cv::Mat& known, int window, cv::Mat& settled) {
+  cv::Mat beside, labels, statistics, centres;
+  cv::dilate((known == 0) & (settled == 0), beside, cv::Mat());
+  const int count = cv::connectedComponentsWithStats(settled, labels, statistics, centres);
+  std::vector<char> hangs(std::size_t(count), 0);
+  for (int y = 0; y < known.rows; ++y)
+    for (int x = 0; x < known.cols; ++x)
+      if (beside.at<unsigned char>(y, x)) hangs[std::size_t(labels.at<int>(y, x))] = 1;
+  for (int y = 0; y < known.rows; ++y)
+    for (int x = 0; x < known.cols; ++x) {
+      const int patch = labels.at<int>(y, x);
+      if (patch > 0 && hangs[std::size_t(patch)] &&
+          statistics.at<int>(patch, cv::CC_STAT_AREA) < window * window)
+        settled.at<unsigned char>(y, x) = 0;
+    }
+}
+
 // Doubtful pixels amid doubtful texture that stayed put are the room's: hair moves with the head. Where
 // doubtful meets seen is an outline, which says nothing of what it bounds. variance: of the grey values over
 // time.
@@ -78,14 +97,17 @@ void settle_doubts(Plate& plate, const cv::Mat& variance) {
     }
   const int window = texture_window(contrast);
   for (cv::Mat* sum : {&contrast, &spread, &count}) cv::boxFilter(*sum, *sum, -1, {window, window});
+  cv::Mat settled(contrast.size(), CV_8U, cv::Scalar(0));
   for (int y = 0; y < contrast.rows; ++y)
     for (int x = 0; x < contrast.cols; ++x) {
-      if (!doubtful(y, x)) continue;
       const float n = count.at<float>(y, x);
-      const bool still =
-          n > 0 && stillness(contrast.at<float>(y, x) / n, spread.at<float>(y, x) / n) > kStill;
-      plate.known.at<unsigned char>(y, x) = still ? kSeen : 0;
+      if (doubtful(y, x) && n > 0 &&
+          stillness(contrast.at<float>(y, x) / n, spread.at<float>(y, x) / n) > kStill)
+        settled.at<unsigned char>(y, x) = 255;
     }
+  plate.known.setTo(0, plate.known == kDoubtful);
+  drop_slivers(plate.known, window, settled);
+  plate.known.setTo(kSeen, settled);
 }
 
 }  // namespace

@@ -113,6 +113,24 @@ TEST(Plate, TextureThatStaysPutIsTheRoomsWhateverItsColour) {
   EXPECT_EQ(plate.known.at<unsigned char>(40, 12), 0);
 }
 
+TEST(Plate, AFoldOfTheShirtAtRestThatTheCutsLeftFreeIsNoWall) {
+  // Striped cloth rests before a plain wall; the cuts end `missed` rows below its edge.
+  const auto plate_of = [](int missed) {
+    cv::Mat picture(48, 64, CV_8UC3, cv::Scalar(200, 210, 240)), mask(48, 64, CV_8U, cv::Scalar(0));
+    for (int y = 20; y < 48; ++y)
+      for (int x = 20; x < 28; ++x)
+        picture.at<cv::Vec3b>(y, x) = cv::Vec3b::all((unsigned char)(20 + 50 * (x / 2 % 2)));
+    mask(cv::Rect(20, 20 + missed, 8, 28 - missed)).setTo(255);
+    PlateDoubt doubt;
+    doubt.persons_own = [](const cv::Vec3b& colour) { return colour[0] < 100; };
+    doubt.near.assign(20, cv::Mat(48, 64, CV_8U, cv::Scalar(255)));
+    return estimate_plate(std::vector<cv::Mat>(20, picture), std::vector<cv::Mat>(20, mask), &doubt);
+  };
+  EXPECT_EQ(plate_of(3).known.at<unsigned char>(21, 24), 0);
+  EXPECT_EQ(plate_of(3).known.at<unsigned char>(10, 24), kSeen);
+  EXPECT_EQ(plate_of(20).known.at<unsigned char>(30, 24), kSeen);  // nobody takes so much for a sliver
+}
+
 TEST(Plate, WhatIsNeverFreeIsFilledAndNotCountedAsCovered) {
   const cv::Mat picture = wall();
   cv::Mat mask(48, 64, CV_8U, cv::Scalar(0));
