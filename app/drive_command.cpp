@@ -108,7 +108,8 @@ void add_drive_command(CLI::App& program, int& exit_code) {
   verb->add_option("--size", a->film.width, "Width of the pictures, px; default: as the avatar was made")
       ->check(CLI::Range(16, 8192));
   verb->add_flag("--side-by-side", a->side_by_side, "The driver on the left, the avatar on the right");
-  verb->add_option("--background", a->film.background, "plate, a colour such as #e8e8e8, or a picture");
+  verb->add_option("--background", a->film.background,
+                   "plate, room (as a moving camera taught it), a colour such as #e8e8e8, or a picture");
   verb->add_flag("--mark", a->film.mark, "A visible line in each picture that says it is synthetic");
   verb->add_flag("--alpha", a->film.alpha, "Transparent background (PNG only)");
   add_common_options(*verb, a->common);

@@ -274,7 +274,8 @@ void add_render_command(CLI::App& program, int& exit_code) {
   verb->add_option("--expression", a->expressions,
                    "NAME=VALUE, or NAME=FROM..TO for a sweep; may be repeated");
   verb->add_option("--pose", a->pose_deg, "Head turn yaw,pitch,roll in degrees")->delimiter(',')->expected(3);
-  verb->add_option("--background", a->background, "plate, a colour such as #e8e8e8, or a picture");
+  verb->add_option("--background", a->background,
+                   "plate, room (as a moving camera taught it), a colour such as #e8e8e8, or a picture");
   verb->add_option("--drive", a->drive,
                    "A clip whose performance the avatar takes over (see likeness drive)");
   verb->add_option("--performance", a->performance,

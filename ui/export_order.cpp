@@ -29,11 +29,12 @@ bool performs(const ExportChoice& choice) {
   return choice.kind == ExportKind::performance || (choice.kind == ExportKind::mesh && choice.moving);
 }
 
-std::string background_of(const ExportChoice& choice) {
+// plate_holds: the camera stands where the clip's rested.
+std::string background_of(const ExportChoice& choice, bool plate_holds) {
   const auto byte = [](float part) { return int(std::lround(255 * std::clamp(part, 0.f, 1.f))); };
   switch (choice.ground) {
     case ExportGround::room:
-      return "plate";
+      return plate_holds ? "plate" : "room";
     case ExportGround::light:
       return "#e6e6e6";
     case ExportGround::dark:
@@ -49,14 +50,15 @@ std::string background_of(const ExportChoice& choice) {
   return {};
 }
 
-FilmOptions film_options(const ExportOrder& order) {
+// camera_rests: where the capture has it.
+FilmOptions film_options(const ExportOrder& order, bool camera_rests) {
   const ExportChoice& choice = order.choice;
   FilmOptions options;
   options.out = order.out;
   options.frames_per_second = choice.frames_per_second;
   if (!makes_pictures(choice)) return options;
   options.alpha = choice.ground == ExportGround::transparent;
-  options.background = background_of(choice);
+  options.background = background_of(choice, camera_rests && !order.contents->avatar->avatar.plate.empty());
   options.mark = choice.mark;
   options.width = order.contents->avatar->avatar.size * choice.times;
   return options;
@@ -73,6 +75,13 @@ bool camera_rests(const Performance& performance) {
     return !channel.first.starts_with("camera ") || std::ranges::all_of(channel.second, [&](const Key& key) {
       return key.value == rest_value(channel.first);
     });
+  });
+}
+
+bool camera_rests_at(const Performance& performance, double time_s) {
+  return std::ranges::all_of(performance.channels, [&](const auto& channel) {
+    return !channel.first.starts_with("camera ") ||
+           value_at(performance, channel.first, time_s) == rest_value(channel.first);
   });
 }
 
@@ -98,13 +107,14 @@ Result<std::string> perform(const ExportOrder& order, const OpenedAvatar& opened
   auto performance = chosen_performance(order);
   if (!performance) return performance.error();
   performance->frames_per_second = order.choice.frames_per_second;
-  if (makes_pictures(order.choice) && order.choice.ground == ExportGround::room &&
-      !camera_rests(*performance)) {
+  const bool rests = camera_rests(*performance);
+  if (makes_pictures(order.choice) && order.choice.ground == ExportGround::room && !rests &&
+      !opened.avatar.room) {
     return Error{ErrorCode::bad_input,
                  "The performance moves the camera, and the filmed room is known from one place only.",
                  "Choose another background, or leave the camera at rest.", ""};
   }
-  const auto frames = write_performed(opened, *performance, film_options(order), progress, stop);
+  const auto frames = write_performed(opened, *performance, film_options(order, rests), progress, stop);
   if (!frames) return frames.error();
   return fmt::format("{} frames", *frames);
 }
@@ -116,7 +126,7 @@ Result<std::string> follow_clip(const ExportOrder& order, const OpenedAvatar& op
   request.landmark_model = order.contents->project.options.landmark_model;
   request.options.move_head = !order.choice.keep_head;
   const auto written =
-      write_driven(opened, request, film_options(order), order.choice.side_by_side, progress, stop);
+      write_driven(opened, request, film_options(order, true), order.choice.side_by_side, progress, stop);
   if (!written) return written.error();
   std::string words = fmt::format("{} frames, {}", written->frames,
                                   written->sound.copied ? "with the clip's sound" : "without sound");
@@ -131,6 +141,7 @@ Result<std::string> follow_clip(const ExportOrder& order, const OpenedAvatar& op
 bool makes_pictures(const ExportChoice& choice) { return choice.kind != ExportKind::mesh; }
 
 bool room_possible(const ExportChoice& choice, const ViewPoint& view, const Avatar& avatar) {
+  if (avatar.room) return true;
   if (avatar.plate.empty() || choice.kind == ExportKind::orbit) return false;
   return choice.kind != ExportKind::still || view == ViewPoint{};
 }
@@ -198,7 +209,9 @@ Result<std::string> write_order(const ExportOrder& order, const Progress& progre
   const auto written = [&]() -> Result<std::string> {
     if (order.choice.kind == ExportKind::driven) return follow_clip(order, opened, progress, stop);
     if (performs(order.choice)) return perform(order, opened, progress, stop);
-    const auto frames = write_posed(opened, posed_film(order), film_options(order), progress, stop);
+    const bool rests =
+        order.choice.kind == ExportKind::still && camera_rests_at(*order.performance, order.time_s);
+    const auto frames = write_posed(opened, posed_film(order), film_options(order, rests), progress, stop);
     if (!frames) return frames.error();
     return *frames == 1 ? std::string("written") : fmt::format("{} frames", *frames);
   }();

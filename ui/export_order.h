@@ -46,7 +46,8 @@ inline constexpr int kMostTimes = 4;
 
 // What the choice writes: pictures with a background and a size, or a mesh.
 bool makes_pictures(const ExportChoice& choice);
-// Whether the room's picture may stand behind the avatar: it is known from where the camera stood only.
+// Whether the filmed room may stand behind the avatar: one that a moving camera taught always, the picture
+// of a resting one only where it stood.
 bool room_possible(const ExportChoice& choice, const ViewPoint& view, const Avatar& avatar);
 // Where transparency is asked for, pictures; where the room cannot be, a light background.
 ExportChoice settled(ExportChoice choice, const ViewPoint& view, const Avatar& avatar);

@@ -15,6 +15,7 @@
 #include "core/project/project_views.h"
 #include "core/project/run_stages.h"
 #include "core/render/pose_avatar.h"
+#include "core/render/room_picture.h"
 #include "core/video/encode.h"
 
 namespace likeness {
@@ -38,18 +39,19 @@ Result<Vec3f> parse_colour(const std::string& text) {
     }
   }
   return Error{ErrorCode::bad_input, fmt::format("\"{}\" is not a background.", text),
-               "Write plate, a colour such as #e8e8e8, or the name of a picture", ""};
+               "Write plate, room, a colour such as #e8e8e8, or the name of a picture", ""};
 }
 
 // What stands behind the avatar in every frame.
 struct Ground {
   Image8 picture;  // empty: the colour
   Vec3f colour = Vec3f::Constant(0.9f);
+  std::optional<RoomScene> room;  // seen from each frame's camera, instead of either
 };
 
-// Names like these are neither "plate" nor colours; whether the picture is there, is asked when it is read.
+// Names like these are no words and no colours; whether the picture is there, is asked when it is read.
 bool names_picture(const std::string& background) {
-  return background != "plate" && !background.starts_with('#') && background.find('.') != std::string::npos;
+  return !background.starts_with('#') && background.find('.') != std::string::npos;
 }
 
 // The middle of a picture, as large as it fits, at another size.
@@ -79,6 +81,8 @@ Result<Ground> open_ground(const Avatar& avatar, const std::string& background, 
   if (background == "plate") {
     const bool same = avatar.plate.width == picture.width && avatar.plate.height == picture.height;
     ground.picture = same ? avatar.plate : resize(avatar.plate, picture.width, picture.height);
+  } else if (background == "room") {
+    ground.room = make_room_scene(*avatar.room);
   } else if (names_picture(background)) {
     const auto read = read_image(background);
     if (!read) return read.error();
@@ -97,7 +101,26 @@ Camera with_width(const Camera& camera, int width) {
 
 std::string chosen_background(const Avatar& avatar, const FilmOptions& options) {
   if (!options.background.empty()) return options.background;
-  return options.camera_rests && !avatar.plate.empty() ? "plate" : kPlainBackground;
+  if (!options.camera_rests) return kPlainBackground;
+  return !avatar.plate.empty() ? "plate" : avatar.room ? "room" : kPlainBackground;
+}
+
+// A colour where neither is known.
+Result<void> check_known(const Avatar& avatar, const std::string& background, const Intrinsics& picture) {
+  const bool room = background == "room";
+  const char* fix = "Choose a colour, e.g. --background #e6e6e6";
+  if (room && !avatar.room)
+    return Error{ErrorCode::bad_input, "This avatar knows no room round it: its camera rested.",
+                 avatar.plate.empty() ? fix : "Choose plate, or a colour, e.g. --background #e6e6e6", ""};
+  if (room) return {};
+  if (avatar.plate.empty())
+    return Error{ErrorCode::bad_input, "This avatar has no background plate: its camera moved.",
+                 avatar.room ? "Choose room, or a colour, e.g. --background #e6e6e6" : fix, ""};
+  if (same_shape(avatar.plate, picture)) return {};
+  return Error{ErrorCode::bad_input,
+               fmt::format("The plate has {} x {} px, the pictures have another shape: {} x {}.",
+                           avatar.plate.width, avatar.plate.height, picture.width, picture.height),
+               fix, ""};
 }
 
 // Frames to an mp4, to a folder of PNGs, or to one PNG.
@@ -233,23 +256,11 @@ Result<void> check_film(const Avatar& avatar, const Intrinsics& camera, std::siz
   if (names_picture(background)) {
     if (fs::is_regular_file(background, ignored)) return {};
     return Error{ErrorCode::not_found, fmt::format("There is no picture {}.", background),
-                 "Name a picture that is there, plate, or a colour such as #e8e8e8", background};
+                 "Name a picture that is there, plate, room, or a colour such as #e8e8e8", background};
   }
-  if (background != "plate") {
-    const auto colour = parse_colour(background);
-    return colour ? Result<void>{} : Result<void>(colour.error());
-  }
-  if (avatar.plate.empty()) {
-    return Error{ErrorCode::bad_input, "This avatar has no background plate: its camera moved.",
-                 "Choose a colour, e.g. --background #e6e6e6", ""};
-  }
-  if (!same_shape(avatar.plate, picture)) {
-    return Error{ErrorCode::bad_input,
-                 fmt::format("The plate has {} x {} px, the pictures have another shape: {} x {}.",
-                             avatar.plate.width, avatar.plate.height, picture.width, picture.height),
-                 "Choose a colour, e.g. --background #e6e6e6", ""};
-  }
-  return {};
+  if (background == "plate" || background == "room") return check_known(avatar, background, picture);
+  const auto colour = parse_colour(background);
+  return colour ? Result<void>{} : Result<void>(colour.error());
 }
 
 Result<int> write_film(const OpenedAvatar& opened, const Film& film, const FilmOptions& options,
@@ -275,7 +286,9 @@ Result<int> write_film(const OpenedAvatar& opened, const Film& film, const FilmO
                      pose_avatar(rig, {pose.world_from_head, pose.world_from_torso, pose.articulation, {}}),
                      render_options(options.quality));
     Image8 shown = options.alpha ? straight_alpha(frame.rgba)
-                                 : to_bytes(composite(frame.rgba, ground->picture, ground->colour));
+                   : ground->room
+                       ? to_bytes(composite(frame.rgba, room_picture(*ground->room, camera, options.quality)))
+                       : to_bytes(composite(frame.rgba, ground->picture, ground->colour));
     if (options.mark) draw_mark(shown);
     if (options.beside_width > 0) {
       const auto left = options.beside(i);

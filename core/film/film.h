@@ -44,9 +44,12 @@ struct Film {
 
 struct FilmOptions {
   std::filesystem::path out;  // .mp4, .png, or a folder
-  std::string background;     // "plate", a colour such as #e8e8e8, a picture file, or empty: see below
-  bool camera_rests = true;   // what an empty background depends on: the plate holds for a resting camera
-  int width = 0;              // px of every picture; 0 = as the film's cameras have it
+  // "plate": as the resting camera saw it. "room": as a moving one taught it, seen from each frame's camera.
+  // A colour such as #e8e8e8, or a picture file. Empty: where the film's camera rests the plate, or the room
+  // where there is none; else a light grey.
+  std::string background;
+  bool camera_rests = true;
+  int width = 0;  // px of every picture; 0 = as the film's cameras have it
   RenderQuality quality = RenderQuality::final;
   bool alpha = false;  // transparent background, PNG only
   bool mark = false;   // a visible line of text (mark.h); what the file says of itself is always written

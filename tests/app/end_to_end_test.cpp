@@ -1,5 +1,6 @@
 // The whole path through the real command line on a small demo capture: film, build, measure, render, kill,
 // resume.
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 #include <signal.h>
 #include <stdlib.h>
@@ -228,6 +229,29 @@ TEST_F(EndToEnd, TheCheckNamesWhatIsWrongWithAClip) {
     ASSERT_EQ(made.exit_code, 0) << made.err;
     EXPECT_EQ(faults(spoilt).count(fault), 1u) << fault;
   }
+}
+
+TEST_F(EndToEnd, AFolderOfPhotographsBecomesAnAvatarLikeAClip) {
+  const fs::path photos = folder_ / "photos", project = folder_ / "photos.likeness";
+  fs::create_directories(photos);
+  int taken = 0;
+  for (int i = 0; i < 40; ++i) {
+    const auto frame = read_image(folder_ / "p.likeness" / "frames" / fmt::format("{:06}.png", i));
+    if (!frame) continue;  // refused by the import
+    ASSERT_TRUE(write_image(photos / fmt::format("IMG_{:03}.jpg", i), *frame).ok());
+    ++taken;
+  }
+  ASSERT_GE(taken, 36);
+  const ProgramResult built = likeness({"build", photos.string(), "--project", project.string(), "--steps",
+                                        "60", "--resting-camera", "--json"});
+  ASSERT_EQ(built.exit_code, 0) << built.err;
+  const json measured = evaluate(project);
+  EXPECT_EQ(measured.at("frames_test"), taken / 10);
+  EXPECT_GT(measured.at("psnr_db").get<double>(), 20);
+  EXPECT_GT(measured.at("psnr_head_db").get<double>(), 16);
+  const fs::path still = folder_ / "photographed.png";
+  EXPECT_EQ(likeness({"render", project.string(), "--out", still.string()}).exit_code, 0);
+  EXPECT_TRUE(read_image(still).ok());
 }
 
 TEST_F(EndToEnd, TwoPeopleInViewAreRefused) {

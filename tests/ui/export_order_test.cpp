@@ -18,8 +18,9 @@ namespace {
 
 namespace fs = std::filesystem;
 
-std::shared_ptr<const ProjectContents> tiny_contents(const fs::path& folder) {
+std::shared_ptr<const ProjectContents> tiny_contents(const fs::path& folder, bool walked = false) {
   Avatar avatar = test::filmed_avatar();
+  if (walked) avatar.room = avatar.torso, avatar.room->cube = {Vec3f(-2, -2, -1), 4};
   avatar.size = 64;
   avatar.intrinsics = {64, 64, 120, 120, 32, 32, 0, 0, 0, 0};
   avatar.plate = Image8(64, 64, 3, 77);
@@ -117,6 +118,12 @@ TEST(ExportOrder, WhatWasDirectedIsFilmedAtTheRateAskedFor) {
   const auto moved = write(choice, contents, performance);
   ASSERT_FALSE(moved.ok());
   EXPECT_EQ(moved.error().code, ErrorCode::bad_input);
+  // A room that a moving camera taught is known from everywhere.
+  const auto walked = tiny_contents(project.folder(), true);
+  const auto in_room = write(choice, walked, performance);
+  EXPECT_TRUE(in_room.ok()) << in_room.error().what;
+  EXPECT_TRUE(room_possible({.kind = ExportKind::orbit}, {}, walked->avatar->avatar));
+  EXPECT_FALSE(room_possible({.kind = ExportKind::orbit}, {}, contents->avatar->avatar));
   // A file of one goes before the project's own.
   choice.performance = project.root / "keys.json";
   EXPECT_FALSE(write(choice, contents, performance).ok());

@@ -126,7 +126,8 @@ void draw_background(const Snapshot& snapshot, ExportChoice& asked, Requests& re
   ImGui::EndDisabled();
   if (!room)
     tooltip(
-        "The room is known from where the camera stood only: not for an orbit, nor a turned or zoomed view.");
+        "The room is known from where the camera stood only: not for an orbit, nor a turned or zoomed view. "
+        "A clip that begins with a walk round the head shows it from everywhere.");
   if (asked.ground == ExportGround::colour) {
     row_label("");
     ImGui::SetNextItemWidth(px(230));

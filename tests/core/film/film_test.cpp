@@ -1,6 +1,7 @@
 // Claims about films: what is refused before long work, what is written where, and that transparency is true.
 #include "core/film/film.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -8,6 +9,7 @@
 
 #include "core/image/files.h"
 #include "core/render/camera_path.h"
+#include "core/render/room_picture.h"
 #include "core/video/decode.h"
 #include "tests/core/film/tiny_project.h"
 
@@ -15,6 +17,9 @@ namespace likeness::test {
 namespace {
 
 namespace fs = std::filesystem;
+using testing::AllOf;
+using testing::HasSubstr;
+using testing::Not;
 
 Film resting_film(const Avatar& avatar, std::size_t frames) {
   Film film;
@@ -102,6 +107,63 @@ TEST(Film, APictureStandsBehindTheAvatarCutToShape) {
   EXPECT_EQ(*shown->at(1, 32), 250);
   EXPECT_EQ(*shown->at(1, 1), 10);
   EXPECT_EQ(shown->at(1, 32)[1], 10);
+}
+
+// Random colours all round the camera.
+FieldPart random_room() {
+  FieldPart room = *filmed_avatar().torso;
+  room.cube = {Vec3f(-2, -2, -1), 4};
+  return room;
+}
+
+TEST(Film, ARoomIsSeenFromEveryFramesCamera) {
+  const TinyProject project;
+  OpenedAvatar opened = tiny_opened();
+  opened.avatar.room = random_room();
+  Film film = resting_film(opened.avatar, 2);
+  film.cameras[1].cam_from_world.rotate(Eigen::AngleAxisd(0.3, Vec3d::UnitY()));
+  const fs::path out = project.root / "room";
+  ASSERT_TRUE(write_film(opened, film, {.out = out, .background = "room"}, Progress(), {}).ok());
+  const RoomScene room = make_room_scene(*opened.avatar.room);
+  for (std::size_t i = 0; i < 2; ++i) {
+    const auto shown = read_image(out / (i == 0 ? "000000.png" : "000001.png"));
+    ASSERT_TRUE(shown.ok());
+    const Image8 behind = room_picture(room, film.cameras[i]);
+    for (int c = 0; c < 3; ++c) EXPECT_NEAR(shown->at(2, 2)[c], behind.at(2, 2)[c], 1);
+  }
+  const Image8 first = room_picture(room, film.cameras[0]), second = room_picture(room, film.cameras[1]);
+  EXPECT_FALSE(std::equal(first.at(2, 2), first.at(2, 2) + 3, second.at(2, 2)));
+}
+
+TEST(Film, WhatIsNotKnownOfTheBackgroundIsSaidWithWhatIs) {
+  Avatar avatar = filmed_avatar();
+  const auto fault = [&](const std::string& background) {
+    const auto checked = check_film(avatar, avatar.intrinsics, 1, {.out = "a.png", .background = background});
+    return checked ? std::string() : checked.error().what + " " + checked.error().fix;
+  };
+  EXPECT_THAT(fault("room"), AllOf(HasSubstr("its camera rested"), HasSubstr("Choose plate")));
+  avatar.room = random_room();
+  EXPECT_EQ(fault("room"), "");
+  avatar.plate = {};
+  EXPECT_THAT(fault("plate"), AllOf(HasSubstr("its camera moved"), HasSubstr("Choose room")));
+  avatar.room.reset();
+  EXPECT_THAT(fault("plate"), AllOf(HasSubstr("its camera moved"), Not(HasSubstr("Choose room"))));
+}
+
+TEST(Film, WithoutAPlateARestingCameraSeesTheRoom) {
+  const TinyProject project;
+  OpenedAvatar opened = tiny_opened();
+  opened.avatar.room = random_room(), opened.avatar.plate = {};
+  const Film film = resting_film(opened.avatar, 1);
+  const auto corner = [&](const FilmOptions& options) {
+    EXPECT_TRUE(write_film(opened, film, options, Progress(), {}).ok());
+    const auto shown = read_image(options.out);
+    return std::vector<int>(shown->at(2, 2), shown->at(2, 2) + 3);
+  };
+  const auto room = corner({.out = project.root / "a.png", .background = "room"});
+  EXPECT_EQ(corner({.out = project.root / "b.png"}), room);
+  EXPECT_EQ(corner({.out = project.root / "c.png", .camera_rests = false}),
+            (std::vector<int>{230, 230, 230}));
 }
 
 TEST(Film, AFolderGetsAPictureAFrameAndAnMp4AllOfThem) {
