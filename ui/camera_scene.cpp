@@ -96,6 +96,25 @@ std::vector<const TrackedFrame*> chosen_frames(const Track& track) {
   return chosen;
 }
 
+// Lines of frusta and of the path of their eyes.
+struct Frusta {
+  std::vector<Vec3d> corners, eyes;
+  std::vector<std::vector<int>> outlines, path{1};
+
+  void add(const Pose& scene_from_cam, const Intrinsics& k) {
+    const double w = std::min(kFieldOfFrustum, 0.5 * k.width / k.fx) * kFrustumDepth,
+                 h = w * double(k.height) / double(std::max(1, k.width));
+    const int first = int(corners.size());
+    corners.push_back(scene_from_cam.translation());
+    for (const auto& [x, y] : {std::pair{-w, -h}, {w, -h}, {w, h}, {-w, h}})
+      corners.push_back(scene_from_cam * Vec3d(x, y, kFrustumDepth));
+    for (int c = 1; c <= 4; ++c) outlines.push_back({first, first + c});
+    outlines.push_back({first + 1, first + 2, first + 3, first + 4, first + 1});
+    path[0].push_back(int(eyes.size()));
+    eyes.push_back(scene_from_cam.translation());
+  }
+};
+
 }  // namespace
 
 struct CameraScene::Impl {
@@ -103,10 +122,23 @@ struct CameraScene::Impl {
   Layer frusta, path, head, points;
   std::array<double, 6> bounds{};  // of head and cameras: what is looked at
   vtkNew<vtkPolyDataNormals> normals;
-  std::shared_ptr<const ProjectContents> contents;
+  std::shared_ptr<const ProjectContents> contents;  // shown, or
+  std::shared_ptr<const SolvingCameras> solving;
   Vec3d centre = Vec3d::Zero();
   bool dark = false;
   float scale = 0;
+
+  void clear() {
+    for (Layer* layer : {&frusta, &path, &head, &points}) clear_layer(*layer);
+    view.touch();
+  }
+  // low, high: of what else is looked at.
+  void show(const Frusta& lines, Vec3d low, Vec3d high) {
+    set_lines(frusta, lines.corners, lines.outlines);
+    if (lines.eyes.size() > 1) set_lines(path, lines.eyes, lines.path);
+    for (const Vec3d& corner : lines.corners) low = low.cwiseMin(corner), high = high.cwiseMax(corner);
+    bounds = {low.x(), high.x(), low.y(), high.y(), low.z(), high.z()};
+  }
 };
 
 CameraScene::CameraScene() : impl_(std::make_unique<Impl>()) {
@@ -132,10 +164,10 @@ CameraScene::~CameraScene() = default;
 // that a turning head before a resting camera shows as well how much of it was seen.
 void CameraScene::set(std::shared_ptr<const ProjectContents> contents) {
   Impl& my = *impl_;
-  if (contents == my.contents) return;
+  if (contents == my.contents && !my.solving) return;
   my.contents = std::move(contents);
-  for (Layer* layer : {&my.frusta, &my.path, &my.head, &my.points}) clear_layer(*layer);
-  my.view.touch();
+  my.solving.reset();
+  my.clear();
   if (!my.contents || !my.contents->track || !my.contents->cameras || !my.contents->model) return;
   const Track& track = *my.contents->track;
   const CameraSet& cameras = *my.contents->cameras;
@@ -161,32 +193,38 @@ void CameraScene::set(std::shared_ptr<const ProjectContents> contents) {
   my.head.data->SetPolys(triangles);
   my.centre = 0.5 * (low + high);
 
-  std::vector<Vec3d> corners, eyes;
-  std::vector<std::vector<int>> outlines, path(1);
+  Frusta frusta;
   for (const TrackedFrame* frame : chosen_frames(track)) {
     const Camera* camera = find_camera(cameras, frame->frame);
     if (!camera) continue;
     Pose cam_from_world = camera->cam_from_world;
     cam_from_world.translation() *= track.metres_per_unit;
-    const Pose head_from_cam = (cam_from_world * frame->world_from_head).inverse();
-    const Intrinsics& k = camera->intrinsics;
-    const double w = std::min(kFieldOfFrustum, 0.5 * k.width / k.fx) * kFrustumDepth,
-                 h = w * double(k.height) / double(std::max(1, k.width));
-    const int first = int(corners.size());
-    corners.push_back(head_from_cam.translation());
-    for (const auto& [x, y] : {std::pair{-w, -h}, {w, -h}, {w, h}, {-w, h}})
-      corners.push_back(head_from_cam * Vec3d(x, y, kFrustumDepth));
-    for (int c = 1; c <= 4; ++c) outlines.push_back({first, first + c});
-    outlines.push_back({first + 1, first + 2, first + 3, first + 4, first + 1});
-    path[0].push_back(int(eyes.size()));
-    eyes.push_back(head_from_cam.translation());
+    frusta.add((cam_from_world * frame->world_from_head).inverse(), camera->intrinsics);
   }
-  set_lines(my.frusta, corners, outlines);
-  if (eyes.size() > 1) set_lines(my.path, eyes, path);
-  for (const Vec3d& corner : corners) low = low.cwiseMin(corner), high = high.cwiseMax(corner);
-  my.bounds = {low.x(), high.x(), low.y(), high.y(), low.z(), high.z()};
+  my.show(frusta, low, high);
   if (my.contents->points) set_points(my.points, room_about_head(*my.contents));
   look_at_all();
+}
+
+void CameraScene::set(std::shared_ptr<const SolvingCameras> solving) {
+  Impl& my = *impl_;
+  if (solving == my.solving) return;
+  const bool first = !my.solving;
+  my.contents.reset();
+  my.solving = std::move(solving);
+  my.clear();
+  if (!my.solving) return;
+  const auto& cameras = my.solving->cameras;
+  Frusta frusta;
+  const std::size_t count = std::min(cameras.size(), kFrusta);
+  for (std::size_t i = 0; i < count; ++i) {
+    const auto& camera = cameras[count > 1 ? i * (cameras.size() - 1) / (count - 1) : 0];
+    frusta.add(camera.world_from_cam, camera.intrinsics);
+  }
+  my.centre = Vec3d::Zero();
+  my.show(frusta, Vec3d::Constant(-0.5 * my.solving->reach), Vec3d::Constant(0.5 * my.solving->reach));
+  set_points(my.points, my.solving->points);
+  if (first) look_at_all();  // afterwards as whoever watches has turned it
 }
 
 void CameraScene::look_at_all() {

@@ -6,6 +6,7 @@
 #include <imgui.h>
 
 #include "ui/project_contents.h"
+#include "ui/solving_cameras.h"
 
 namespace likeness::ui {
 
@@ -16,6 +17,8 @@ class CameraScene {
 
   // Shows these contents; cheap where they are shown already. Without cameras the scene is empty.
   void set(std::shared_ptr<const ProjectContents> contents);
+  // The same while the cameras are still being solved and nobody knows where the head is.
+  void set(std::shared_ptr<const SolvingCameras> solving);
   void look_at_all();  // as at first
   void draw(const char* name, ImVec2 size);
 

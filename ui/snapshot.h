@@ -25,6 +25,7 @@
 #include "ui/pipeline_job.h"
 #include "ui/platform/settings.h"
 #include "ui/project_contents.h"
+#include "ui/solving_cameras.h"
 
 namespace likeness::ui {
 
@@ -90,7 +91,9 @@ struct Snapshot {
   JobStatus demo;       // filming the demo person
   JobStatus exporting;  // the export at work, or the one that ended last
   std::vector<ExportItem> exports;
-  JobStatus checking;                             // the capture check, before anything is built
+  JobStatus checking;  // the capture check, before anything is built
+  std::shared_ptr<const SolvingCameras>
+      solving;  // null: no camera's path is being solved, or none placed yet
   std::shared_ptr<const CaptureVerdict> verdict;  // null: the clip was not looked at since it was opened
   std::filesystem::path exported;                 // what the last finished export wrote
   ExportChoice export_choice;

@@ -60,6 +60,7 @@ void Studio::tick() {
     verdict_ = std::exchange(checked_, nullptr);
   if (!pipeline_job_) return;
   pipeline_ = pipeline_job_->status();
+  watch_solve();
   for (const Stage stage : kStages) {
     const StageState now = pipeline_.records[std::size_t(stage)].state;
     StageState& before = seen_states_[std::size_t(stage)];

@@ -2,6 +2,7 @@
 // window shows its snapshot and hands it the user's requests.
 #pragma once
 
+#include <chrono>
 #include <filesystem>
 #include <functional>
 #include <memory>
@@ -121,6 +122,7 @@ class Studio {
   void lay_take(const Performance& keys, double at_s);
   void request_picture();
   void read_clip_picture();
+  void watch_solve();
   void show_frame(FramePicture Studio::*slot, int frame, bool overlay);
   void fail(Error error) { error_ = std::move(error); }
   void save_diagnostics();
@@ -157,6 +159,8 @@ class Studio {
   JobState seen_pipeline_ = JobState::none;
   std::optional<double> finish_at_s_;  // the training is being stopped to be finished with this budget
   PipelineStatus pipeline_;            // of the last tick
+  std::shared_ptr<const SolvingCameras> solving_;
+  std::chrono::steady_clock::time_point solve_watched_;  // last
   AvatarRenderer renderer_;
   LiveDrive drive_{renderer_};
   std::shared_ptr<CaptureVerdict> checked_;  // being filled by the check

@@ -217,6 +217,7 @@ void Studio::close_project() {
   retire(exports_.clear());
   drop_check();
   pipeline_ = {};
+  solving_.reset();
   seen_states_ = {};
   seen_pipeline_ = JobState::none;
   finish_at_s_.reset();

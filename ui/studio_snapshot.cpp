@@ -21,6 +21,7 @@ Snapshot Studio::snapshot() const {
   s.exporting = exports_.status();
   s.exports = exports_.items();
   if (check_) s.checking = check_->status();
+  s.solving = solving_;
   s.verdict = verdict_;
   s.exported = exports_.last_written();
   s.steps = view_steps(contents_.get(), s.loading, s.pipeline, s.exporting, s.exported);

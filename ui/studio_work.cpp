@@ -36,6 +36,21 @@ void Studio::start_pipeline(ProjectOptions options) {
   pipeline_ = pipeline_job_->status();
 }
 
+// Looks again and again how far the cameras' solve has come.
+void Studio::watch_solve() {
+  constexpr auto kPause = std::chrono::seconds(1);
+  if (pipeline_.stage != Stage::align) return solving_.reset();
+  const auto now = std::chrono::steady_clock::now();
+  if (now - solve_watched_ < kPause) return;
+  solve_watched_ = now;
+  background_.run("solve", [this, folder = folder_](std::stop_token) -> Background::Delivery {
+    auto solving = read_solving_cameras(folder / "colmap");
+    return [this, folder, solving = std::move(solving)]() mutable {
+      if (solving && folder == folder_ && pipeline_.stage == Stage::align) solving_ = std::move(solving);
+    };
+  });
+}
+
 void Studio::start_demo() {
   close_project();
   const fs::path clip = options_.projects / "demo" / "demo.mp4";

@@ -256,6 +256,7 @@ const MapperTry kMapperTries[] = {
      {"--Mapper.init_min_tri_angle", "2", "--Mapper.init_min_num_inliers", "40",
       "--Mapper.init_max_forward_motion", "1", "--Mapper.abs_pose_min_num_inliers", "15",
       "--Mapper.abs_pose_min_inlier_ratio", "0.15", "--Mapper.filter_min_tri_angle", "0.7"}}};
+constexpr int kPicturesASnapshot = 3;
 constexpr std::size_t kStarts = 5;  // of these tries: after them one that places enough is all that is asked
 
 enum class Pairs { neighbours, all };
@@ -268,6 +269,7 @@ struct Commands {
 
   // The solve of all pairs has folders of its own: neither solve's results replace the other's.
   fs::path sparse() const { return work / (pairs == Pairs::all ? "all_sparse" : "sparse"); }
+  fs::path snapshots() const { return work / "snapshots"; }  // of the try at work
   fs::path refined() const { return work / (pairs == Pairs::all ? "all_refined" : "refined"); }
 
   // beyond: what is added to the seed.
@@ -308,9 +310,11 @@ struct Commands {
   }
   Step map(const MapperTry& how) const {
     Step step = base("mapper", "Placing pictures", how.seed);
-    step.arguments.insert(step.arguments.end(),
-                          {"--database_path", work / "database.db", "--image_path", work / "images",
-                           "--output_path", sparse() / how.folder, "--Mapper.num_threads", threads});
+    step.arguments.insert(
+        step.arguments.end(),
+        {"--database_path", work / "database.db", "--image_path", work / "images", "--output_path",
+         sparse() / how.folder, "--Mapper.num_threads", threads, "--Mapper.snapshot_path", snapshots(),
+         "--Mapper.snapshot_images_freq", std::to_string(kPicturesASnapshot)});
     step.arguments.insert(step.arguments.end(), how.arguments.begin(), how.arguments.end());
     return step;
   }
@@ -391,7 +395,8 @@ Result<void> map_pictures(const Commands& commands, const ColmapCounts& counts, 
   const double share = 1.0 / double(std::size(kMapperTries));
   std::vector<SparseModel> enough;  // that place enough pictures
   for (std::size_t i = 0; i < std::size(kMapperTries); ++i) {
-    if (auto made = make_empty(commands.sparse() / kMapperTries[i].folder); !made) return made;
+    for (const fs::path& folder : {commands.sparse() / kMapperTries[i].folder, commands.snapshots()})
+      if (auto made = make_empty(folder); !made) return made;
     if (auto started = start_from_focal(commands.work / "database.db", kMapperTries[i].focal); !started)
       return started;
     const Step step = commands.map(kMapperTries[i]);
@@ -525,8 +530,25 @@ Result<ColmapModel> solve_colmap(const fs::path& work, const ColmapOptions& opti
   }
   if (!model) return model;
   if (auto kept = keep_solve(commands); !kept) return kept.error();
+  std::error_code ignored;
+  fs::remove_all(commands.snapshots(), ignored);
   progress.report(1);
   return model;
+}
+
+std::optional<ColmapModel> solve_so_far(const fs::path& work) {
+  std::vector<std::pair<fs::file_time_type, fs::path>> written;
+  std::error_code fault;
+  for (fs::directory_iterator at(Commands{work, {}, {}, {}}.snapshots(), fault), end; !fault && at != end;
+       at.increment(fault)) {
+    std::error_code gone;
+    const auto when = at->last_write_time(gone);
+    if (!gone) written.emplace_back(when, at->path());
+  }
+  std::ranges::sort(written, std::greater());
+  for (const auto& [when, folder] : written)
+    if (auto model = read_colmap_model(folder); model && !model->images.empty()) return std::move(*model);
+  return std::nullopt;
 }
 
 }  // namespace likeness

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <stop_token>
 #include <string>
 
@@ -41,5 +42,9 @@ Result<ColmapCounts> count_database(const std::filesystem::path& database);
 Result<ColmapModel> solve_colmap(const std::filesystem::path& work, const ColmapOptions& options,
                                  const Progress& progress, std::stop_token stop);
 std::filesystem::path solved_model_path(const std::filesystem::path& work);
+
+// How far solve_colmap, at work on this folder in another thread or program, has come with placing pictures:
+// what it wrote last and whole, every few pictures. nullopt before the first of them and after the last.
+std::optional<ColmapModel> solve_so_far(const std::filesystem::path& work);
 
 }  // namespace likeness

@@ -300,6 +300,28 @@ TEST_F(Panels, EveryViewHasPixels) {
     EXPECT_GT(liveliness(settled(snapshot_of(view.step, Look::done)), view.widget), 4) << view.widget;
 }
 
+TEST_F(Panels, ASolveAtWorkIsSeenBeforeAnybodyKnowsWhereTheHeadIs) {
+  ColmapModel model;
+  model.cameras[1] = {540, 360, 500, 500, 270, 180, 0, 0, 0, 0};
+  for (int i = 0; i < 12; ++i) {
+    ColmapImage image;
+    image.camera = 1;
+    const double angle = 0.15 * (i - 6);
+    image.cam_from_world.translate(Vec3d(0, 0, 1)).rotate(Eigen::AngleAxisd(angle, Vec3d::UnitY()));
+    model.images.push_back(image);
+  }
+  for (int i = 0; i < 400; ++i)
+    model.points[i] = {Vec3d(0.1 * (i % 20) - 1, 0.1 * (i / 20) - 1, 0.8 + 0.02 * (i % 7)), 0.5, 3};
+  Snapshot s = snapshot_of(Step::cameras, Look::running);
+  s.solving = solving_cameras(model);
+  ASSERT_NE(s.solving, nullptr);
+  EXPECT_GT(liveliness(settled(s), "camera view"), 1);
+  keep_shot("cameras_solving");
+  s.solving.reset();
+  settled(s);
+  EXPECT_EQ(noted_widgets().count("camera view"), 0u);
+}
+
 TEST_F(Panels, LettersDoubleAndLightTurnsDark) {
   for (const Step step : kSteps)
     for (const bool dark : {true, false})

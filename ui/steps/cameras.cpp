@@ -7,9 +7,31 @@
 
 namespace likeness::ui {
 
+namespace {
+
+void draw_solving(const Snapshot& snapshot, Views& views) {
+  views.cameras.set(snapshot.solving);
+  if (plain_button("Look at all")) views.cameras.look_at_all();
+  ImGui::SameLine();
+  ImGui::AlignTextToFramePadding();
+  faint_text(fmt::format(
+      "The camera's path so far: {} places, and points of the room. Several starts are tried, so it may "
+      "begin anew. Drag to orbit, wheel to zoom.",
+      snapshot.solving->cameras.size()));
+  begin_card("cameras card");
+  views.cameras.draw("camera view", ImGui::GetContentRegionAvail());
+  end_card();
+}
+
+}  // namespace
+
 void draw_cameras_step(const Snapshot& snapshot, Views& views, Requests& requests) {
   draw_step_state(snapshot.step(Step::cameras));
   const ProjectContents* contents = snapshot.contents.get();
+  if (snapshot.solving) {
+    draw_solving(snapshot, views);
+    return;
+  }
   if (!contents || !contents->cameras) {
     draw_nothing_yet("Here the cameras will stand about the head, as they were found from the clip.");
     return;

@@ -185,6 +185,28 @@ TEST_F(Colmap, WhereTwoSolvesDisagreeTheirPointsDecide) {
   EXPECT_EQ(count_of(*text, "mapper"), 3);
 }
 
+// -- What can be seen of a solve at work, by the real program
+
+TEST_F(Colmap, ASolveAtWorkShowsThePicturesThatItHasPlaced) {
+  if (!have_colmap()) GTEST_SKIP() << "colmap is not installed";
+  EXPECT_FALSE(solve_so_far(work_));
+  add_walk(7);
+  std::size_t most = 0;
+  bool passed_over = false;
+  const auto model = solve(Progress([&](const ProgressReport& report) {
+    if (report.text.find("pictures placed") == std::string::npos) return;
+    if (most > 0 && !passed_over) {  // what is being written is passed over
+      ASSERT_TRUE(write_text(work_ / "snapshots" / "later" / "images.bin", "half of"));
+      passed_over = true;
+    }
+    if (const auto now = solve_so_far(work_)) most = std::max(most, now->images.size());
+  }));
+  ASSERT_TRUE(model.ok()) << model.error().what;
+  EXPECT_TRUE(passed_over);
+  EXPECT_GE(most, 5u);
+  EXPECT_FALSE(solve_so_far(work_)) << "it is over";
+}
+
 // -- What becomes of a killed step, by the real program
 
 TEST_F(Colmap, AKilledStepGoesOnFromItsDatabase) {
