@@ -132,42 +132,6 @@ void draw_start_screen(const Snapshot& snapshot, Requests& requests) {
   end_card();
 }
 
-void draw_film_guide() {
-  heading("How to film");
-  ImGui::Dummy({px(560), 0});
-  constexpr const char* kRules[][2] = {
-      {"About a minute", "of one person, head and shoulders in the picture, held upright or across."},
-      {"Even light", "from the front: a window or an overcast sky. No lamp behind the head."},
-      {"Rest the camera",
-       "on something, at the height of the eyes. Turn the head slowly to both sides, up and down."},
-      {"Speak and play",
-       "smile, frown, raise the brows, blink, open the mouth wide: what is not seen is not learnt."},
-      {"Or walk round first", "half a circle round the resting head, then rest the camera and do the same."},
-      {"A plain, textured room", "behind the person, with nobody else in it and nothing that moves."},
-      {"Hair and glasses", "stay as they are. Hands stay away from the face."}};
-  int number = 1;
-  ImGui::PushStyleVar(ImGuiStyleVar_ItemSpacing, ImVec2(px(8), px(3)));
-  for (const auto& [what, how] : kRules) {
-    const ImVec2 at = ImGui::GetCursorScreenPos();
-    const float line = ImGui::GetTextLineHeight();
-    draw_mark(*ImGui::GetWindowDrawList(), {at.x + px(12), at.y + 0.5f * line}, px(22), StepMark::number,
-              number++);
-    ImGui::SetCursorScreenPos({at.x + px(36), at.y});
-    ImGui::BeginGroup();
-    ImGui::PushFont(theme().fonts.strong);
-    ImGui::TextUnformatted(what);
-    ImGui::PopFont();
-    ImGui::PushStyleColor(ImGuiCol_Text, theme().colours.faint);
-    ImGui::PushTextWrapPos(px(580));
-    ImGui::TextUnformatted(how);
-    ImGui::PopTextWrapPos();
-    ImGui::PopStyleColor();
-    ImGui::EndGroup();
-    ImGui::Dummy({0, px(8)});
-  }
-  ImGui::PopStyleVar();
-}
-
 void draw_licences() {
   heading("Licences and privacy");
   ImGui::Dummy({px(560), 0});

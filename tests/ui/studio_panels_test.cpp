@@ -501,6 +501,48 @@ TEST_F(Panels, QuestionsAreShownAndClosed) {
   EXPECT_EQ(shell.take_closing(), Closing::keep_and_stop);
 }
 
+// Every rule has its drawing, nothing lies over anything else, and what does not fit is scrolled to.
+TEST_F(Panels, TheFilmGuideIsDrawnAtEveryScale) {
+  Shell& shell = *TestWindow::get().shell;
+  for (const bool dark : {true, false})
+    for (const int scale : {100, 150, 200}) {
+      Snapshot s;
+      s.settings.dark = dark, s.settings.scale_percent = scale;
+      settled(s);
+      shell.ask(Question::film_guide);
+      const Image8 screen = settled(s);
+      const std::string look = fmt::format("guide_{}_{}", scale, dark ? "dark" : "light");
+      keep_shot(look);
+      ASSERT_TRUE(noted_widgets().contains("film guide")) << look;
+      const Rectangle guide = noted_widgets().at("film guide"), close = noted_widgets().at("Close");
+      EXPECT_GE(guide.low.x, 0) << look;
+      EXPECT_LE(guide.high.x, float(screen.width)) << look;
+      EXPECT_GE(close.low.y, guide.high.y) << look;
+      EXPECT_LE(close.high.y, float(screen.height)) << look;
+      std::vector<Rectangle> rules;
+      for (const auto& [name, place] : noted_widgets())
+        if (name.starts_with("rule ")) rules.push_back(place);
+      EXPECT_EQ(rules.size(), 6u) << look;
+      int drawn = 0;
+      for (std::size_t a = 0; a < rules.size(); ++a) {
+        EXPECT_GE(rules[a].low.x, guide.low.x) << look;
+        EXPECT_LE(rules[a].high.x, guide.high.x) << look;
+        for (std::size_t b = 0; b < a; ++b)
+          EXPECT_TRUE(rules[a].high.x <= rules[b].low.x || rules[b].high.x <= rules[a].low.x ||
+                      rules[a].high.y <= rules[b].low.y || rules[b].high.y <= rules[a].low.y)
+              << look;
+        if (rules[a].high.y > guide.high.y) continue;  // to be scrolled to
+        ++drawn;
+        EXPECT_GT(test::ink_share(screen, rules[a], theme().colours.accent), 1e-3) << look;
+        EXPECT_GT(test::ink_share(screen, rules[a], theme().colours.text), 1e-3) << look;
+      }
+      EXPECT_GE(drawn, 1) << look;
+      EXPECT_TRUE(scale > 100 || drawn == 6) << look << " is scrolled though there is room";
+      test::click("Close", [&] { draw_frame(s); });
+      draw_frame(s);
+    }
+}
+
 TEST_F(Panels, AWorstMomentOfTheCardLeadsToItsFrame) {
   const Snapshot s = snapshot_of(Step::train, Look::done);
   settled(s);
