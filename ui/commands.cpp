@@ -14,7 +14,7 @@ using S = const Situation&;
 
 bool always(S) { return true; }
 bool with_project(S s) { return s.project; }
-bool idle(S s) { return !s.running && !s.exporting; }
+bool idle(S s) { return !s.running && !s.exporting && !s.recording; }
 bool directing(S s) { return s.directing && s.avatar; }
 bool chosen(S s) { return directing(s) && s.keys_chosen; }
 bool can_drive(S s) { return directing(s) && s.consent && !s.driven; }
@@ -22,6 +22,16 @@ bool can_export(S s) { return s.avatar && s.consent && (!s.running || s.paused);
 
 constexpr CommandInfo kTable[] = {
     {Command::open_clip, Menu::file, "Open a clip...", "Ctrl+N", idle},
+    {Command::record_clip, Menu::file, "Record a clip...", "Ctrl+Shift+N",
+     [](S s) { return idle(s) && !s.recorder; }},
+    {Command::start_recording, Menu::file, "Start recording", "Ctrl+T",
+     [](S s) { return s.recorder && s.camera_ready; }},
+    {Command::stop_recording, Menu::file, "Stop recording", "Ctrl+Shift+T",
+     [](S s) { return s.can_stop_recording; }},
+    {Command::discard_recording, Menu::file, "Discard the recording", "",
+     [](S s) { return s.can_stop_recording; }},
+    {Command::leave_recorder, Menu::file, "Back without a clip", "",
+     [](S s) { return s.recorder && !s.recording; }},
     {Command::open_project, Menu::file, "Open a project...", "Ctrl+O", idle},
     {Command::try_demo, Menu::file, "Try the demo", "", idle},
     {Command::open_performance, Menu::file, "Open a performance...", "Ctrl+Shift+O", directing},

@@ -10,6 +10,11 @@ namespace likeness::ui {
 
 enum class Command {
   open_clip,
+  record_clip,
+  start_recording,
+  stop_recording,
+  discard_recording,
+  leave_recorder,
   open_project,
   try_demo,
   find_clip,
@@ -99,6 +104,9 @@ struct Situation {
   bool keys_copied = false, pose_copied = false;
   bool driven = false;   // by a video or a webcam, live
   bool consent = false;  // the question of consent was answered
+  // A webcam is on to record a clip: nothing else is in sight. It gives pictures; they are kept; and not
+  // brought to their end yet.
+  bool recorder = false, camera_ready = false, recording = false, can_stop_recording = false;
 };
 
 struct CommandInfo {

@@ -152,7 +152,11 @@ void draw_status_bar(const Snapshot& snapshot, Requests& requests) {
   if (snapshot.pipeline.stage)
     left = fmt::format("{}: {}", stage_name(*snapshot.pipeline.stage), snapshot.pipeline.job.text);
   if (is_working(snapshot.exporting)) left = "Export: " + snapshot.exporting.text;
-  if (snapshot.loading) left = "Reading the project";
+  if (snapshot.recorder)
+    left = is_recording(*snapshot.recorder) ? "A clip is being recorded"
+           : snapshot.recorder->picture     ? "The webcam is on; nothing is recorded"
+                                            : "Record a clip";
+  if (snapshot.loading && !snapshot.recorder) left = "Reading the project";
   const std::string right =
       fmt::format("{}   \u00b7   {} threads   \u00b7   {:.1f} GB used, {:.1f} GB free", system.backend,
                   system.threads, double(system.memory) / 1e9, double(system.available) / 1e9);

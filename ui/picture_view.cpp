@@ -106,11 +106,11 @@ Fitted fit_into(ImVec2 at, ImVec2 area, float picture_width, float picture_heigh
   return {{at.x + 0.5f * (area.x - size.x), at.y + 0.5f * (area.y - size.y)}, size};
 }
 
-Fitted draw_picture(const char* name, const Texture& picture, ImVec2 area) {
+Fitted draw_picture(const char* name, const Texture& picture, ImVec2 area, bool mirrored) {
   const Fitted place =
       fit_into(ImGui::GetCursorScreenPos(), area, float(picture.width()), float(picture.height()));
   ImGui::SetCursorScreenPos(place.at);
-  ImGui::Image(picture.imgui_id(), place.size);
+  ImGui::Image(picture.imgui_id(), place.size, {mirrored ? 1.f : 0.f, 0}, {mirrored ? 0.f : 1.f, 1});
   note_widget(name);
   return place;
 }

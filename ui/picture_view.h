@@ -40,8 +40,9 @@ struct Fitted {
 };
 Fitted fit_into(ImVec2 at, ImVec2 area, float picture_width, float picture_height);
 
-// Draws the picture as large as fits into the rest of the window or `area`, and notes it by name.
-Fitted draw_picture(const char* name, const Texture& picture, ImVec2 area);
+// Draws the picture as large as fits into the rest of the window or `area`, and notes it by name. mirrored:
+// left is right.
+Fitted draw_picture(const char* name, const Texture& picture, ImVec2 area, bool mirrored = false);
 
 // What lies behind a render.
 struct Backdrop {

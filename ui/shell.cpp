@@ -137,20 +137,26 @@ void draw_shortcuts() {
   ImGui::EndChild();
 }
 
-bool keeps_work(const Snapshot& snapshot) { return is_working(snapshot.pipeline.job); }
+bool keeps_work(const Snapshot& snapshot) {
+  return is_working(snapshot.pipeline.job) || snapshot.situation.recording;
+}
 
 // What ends when the program does, and how much of it is kept.
 void draw_closing(const Snapshot& snapshot) {
-  const bool exporting = snapshot.situation.exporting;
-  heading(keeps_work(snapshot)        ? "An avatar is being made"
+  const bool exporting = snapshot.situation.exporting, recording = snapshot.situation.recording;
+  heading(recording                   ? "A clip is being recorded"
+          : keeps_work(snapshot)      ? "An avatar is being made"
           : exporting                 ? "Something is being exported"
           : is_working(snapshot.demo) ? "The demo person is being filmed"
                                       : "The work is done meanwhile");
   ImGui::Dummy({px(460), 0});
-  if (keeps_work(snapshot))
+  if (is_working(snapshot.pipeline.job))
     body_text(
         "Closing stops the work. What is done is kept: it goes on from there when you open the project "
         "again.");
+  if (recording)
+    body_text("Closing ends the recording. What is recorded until then is kept: " +
+              snapshot.recorder->clip.string());
   if (exporting)
     body_text(
         "Closing stops the exports. What is written is kept; of one that is not finished nothing is, and "
@@ -299,7 +305,7 @@ void Shell::draw_questions(const Snapshot& snapshot, Requests& requests) {
       close = true;
     }
     ImGui::SameLine();
-    if (plain_button("Go on working")) close = true;
+    if (plain_button(snapshot.situation.recording ? "Go on recording" : "Go on working")) close = true;
   } else if (shown_ == Question::delete_person) {
     close |= draw_deletion(snapshot, requests);
   } else {
@@ -324,7 +330,11 @@ Requests Shell::draw(const Snapshot& snapshot) {
   const ImGuiViewport& screen = *ImGui::GetMainViewport();
   const float top = screen.WorkPos.y, status = px(kStatusHeight), height = screen.WorkSize.y - status;
   const Palette& p = theme().colours;
-  if (!snapshot.contents && !snapshot.loading) {
+  if (snapshot.recorder) {
+    begin_part("record", {0, top}, {screen.Size.x, height}, p.ground, {px(22), px(16)});
+    draw_record_page(snapshot, *views_, requests);
+    ImGui::End();
+  } else if (!snapshot.contents && !snapshot.loading) {
     begin_part("start", {0, top}, {screen.Size.x, height}, p.ground, {px(40), px(28)});
     draw_start_screen(snapshot, requests);
     ImGui::End();

@@ -43,6 +43,7 @@ class Shell {
 
 // The parts, each into the current window.
 void draw_start_screen(const Snapshot& snapshot, Requests& requests);
+void draw_record_page(const Snapshot& snapshot, Views& views, Requests& requests);
 void draw_path(const Snapshot& snapshot, Requests& requests);
 void draw_status_bar(const Snapshot& snapshot, Requests& requests);
 void draw_film_guide();

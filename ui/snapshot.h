@@ -16,6 +16,7 @@
 #include "core/live/live_driver.h"
 #include "core/project/damaged_project.h"
 #include "ui/avatar_renderer.h"
+#include "ui/clip_recorder.h"
 #include "ui/commands.h"
 #include "ui/directing.h"
 #include "ui/export_order.h"
@@ -102,7 +103,8 @@ struct Snapshot {
   Settings settings;
   DirectingView directing;
   LiveView live;
-  std::uint64_t moment = 0;  // number of what the picture is asked to show
+  std::optional<RecorderStatus> recorder;  // a webcam is on to record a clip
+  std::uint64_t moment = 0;                // number of what the picture is asked to show
   std::shared_ptr<const AvatarPicture> picture;
   bool rendering = false;
   bool comparing = false;
@@ -119,6 +121,7 @@ struct Requests {
   std::vector<Command> commands;
   std::optional<std::filesystem::path> open;  // a clip or a project folder
   std::optional<std::filesystem::path> forget_recent;
+  std::optional<std::string> webcam;  // the device to record with; the same again: another try
   std::optional<Step> show;
   std::optional<Consent> consent;
   bool nobody_agreed = false;

@@ -22,12 +22,19 @@ void draw_logo(ImVec2 at, float side) {
   list.PathStroke(ink, 0, thick);
 }
 
-bool big_choice(const char* words, const char* what, bool primary, bool enabled, float width) {
+// Where the window is too low for all of them, what they do is their tooltip.
+struct Choices {
+  float width = 0;
+  bool compact = false;
+};
+
+bool big_choice(const char* words, const char* what, bool primary, bool enabled, const Choices& choices) {
   const Palette& p = theme().colours;
-  const ImVec2 at = ImGui::GetCursorScreenPos(), size{width, px(86)};
+  const ImVec2 at = ImGui::GetCursorScreenPos(), size{choices.width, px(choices.compact ? 46 : 86)};
   ImGui::BeginDisabled(!enabled);
   const bool pressed = ImGui::InvisibleButton(words, size);
   note_widget(words);
+  if (choices.compact) tooltip(what);
   const bool hot = enabled && (ImGui::IsItemHovered() || ImGui::IsItemFocused());
   ImGui::EndDisabled();
   ImDrawList& list = *ImGui::GetWindowDrawList();
@@ -36,27 +43,33 @@ bool big_choice(const char* words, const char* what, bool primary, bool enabled,
   list.AddRectFilled(at, {at.x + size.x, at.y + size.y}, colour(ground, alpha), px(10));
   if (!primary) list.AddRect(at, {at.x + size.x, at.y + size.y}, colour(p.line, alpha), px(10));
   ImFont* strong = theme().fonts.strong;
-  list.AddText(strong, strong->FontSize * 1.08f, {at.x + px(20), at.y + px(18)},
+  list.AddText(strong, strong->FontSize * 1.08f, {at.x + px(20), at.y + px(choices.compact ? 14 : 18)},
                colour(primary ? p.on_accent : p.text, alpha), words);
+  if (choices.compact) return pressed && enabled;
   ImFont* body = theme().fonts.small;
   list.AddText(body, body->FontSize, {at.x + px(20), at.y + px(48)},
                primary ? colour(p.on_accent, 0.85f * alpha) : colour(p.faint, alpha), what, nullptr,
-               width - px(36));
+               choices.width - px(36));
   return pressed && enabled;
 }
 
-void draw_ways(const Snapshot& snapshot, Requests& requests, float width) {
+void draw_ways(const Snapshot& snapshot, Requests& requests) {
+  const ImVec2 room = ImGui::GetContentRegionAvail();
+  const Choices choices{room.x, 5 * (px(86) + ImGui::GetStyle().ItemSpacing.y) > room.y};
   const Situation& now = snapshot.situation;
   const bool free = is_enabled(Command::open_clip, now);
   if (big_choice("Open a clip", "A minute of one person, filmed with a phone. Or drop it here.", true, free,
-                 width))
+                 choices))
     requests.ask(Command::open_clip);
-  if (big_choice("Open a project", "Go on where you left off.", false, free, width))
+  if (big_choice("Record a clip", "With the webcam. You are told what to do meanwhile.", false,
+                 is_enabled(Command::record_clip, now), choices))
+    requests.ask(Command::record_clip);
+  if (big_choice("Open a project", "Go on where you left off.", false, free, choices))
     requests.ask(Command::open_project);
   if (big_choice("Try the demo", "Films a person who does not exist, in about two minutes.", false, free,
-                 width))
+                 choices))
     requests.ask(Command::try_demo);
-  if (big_choice("How to film", "What makes a clip that becomes a good avatar.", false, true, width))
+  if (big_choice("How to film", "What makes a clip that becomes a good avatar.", false, true, choices))
     requests.ask(Command::film_guide);
 }
 
@@ -124,7 +137,7 @@ void draw_start_screen(const Snapshot& snapshot, Requests& requests) {
     if (command_button(Command::stop_work, snapshot.situation)) requests.ask(Command::stop_work);
     end_card();
   }
-  draw_ways(snapshot, requests, ImGui::GetContentRegionAvail().x);
+  draw_ways(snapshot, requests);
   ImGui::EndChild();
   ImGui::SameLine(0, gap);
   begin_card("recent", {0, area.y}, true);

@@ -56,6 +56,7 @@ void Studio::tick() {
     }
   }
   exports_.tick();
+  take_recording();
   if (check_ && checked_ && check_->status().state == JobState::done)
     verdict_ = std::exchange(checked_, nullptr);
   if (!pipeline_job_) return;
@@ -103,12 +104,14 @@ void Studio::save_settings() {
 }
 
 bool Studio::is_working() const {
-  return ui::is_working(pipeline_.job) || (demo_ && ui::is_working(demo_->status())) || exports_.is_working();
+  return ui::is_working(pipeline_.job) || (demo_ && ui::is_working(demo_->status())) ||
+         exports_.is_working() || records();
 }
 
 bool Studio::goes_on() const {
   const auto runs = [](const JobStatus& status) { return status.state == JobState::running; };
   return (pipeline_job_ && runs(pipeline_job_->status().job)) || (demo_ && runs(demo_->status())) ||
+         (recorder_ && recorder_->status().state == RecorderState::recording) ||
          std::ranges::any_of(exports_.items(), [&](const ExportItem& item) {
            return item.status.state == JobState::none || runs(item.status);
          });
@@ -120,6 +123,10 @@ void Studio::stop_work() {
   if (pipeline_job_) pipeline_job_->stop();
   exports_.stop_all();
   if (check_) check_->stop();
+  if (records()) {
+    open_recorded_ = false;
+    recorder_->finish();
+  }
 }
 
 }  // namespace likeness::ui

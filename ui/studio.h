@@ -15,6 +15,7 @@
 #include "core/project/damaged_project.h"
 #include "core/synth/demo_capture.h"
 #include "ui/background.h"
+#include "ui/clip_recorder.h"
 #include "ui/directing.h"
 #include "ui/face_overlay.h"
 #include "ui/live_drive.h"
@@ -27,8 +28,10 @@ struct StudioOptions {
   std::filesystem::path projects;       // folder of new projects
   ProjectOptions project;               // of new ones
   DemoOptions demo{.moving_share = 0};  // the demo's camera rests: its avatar needs no COLMAP
-  double longer_s = 300;                // what "Train longer" adds
-  bool previews = true;                 // of the running training
+  WebcamAccess webcams = real_webcams();
+  RecordOptions recording;  // of clips
+  double longer_s = 300;    // what "Train longer" adds
+  bool previews = true;     // of the running training
 };
 
 // Told to the window after the requests were carried out.
@@ -62,7 +65,7 @@ class Studio {
   void remember_window(int width, int height, bool maximised);
   void licences_were_shown() { settings_.licences_shown = true; }
   void save_settings();
-  bool is_working() const;  // the project's stages, the demo or an export
+  bool is_working() const;  // the project's stages, the demo, an export or a recording
   bool goes_on() const;     // and was not asked to stop
   const std::filesystem::path& folder() const { return folder_; }  // of the open project
   double patience_s() const;  // until the window should look again though nobody touched it
@@ -124,6 +127,11 @@ class Studio {
   void read_clip_picture();
   void watch_solve();
   void show_frame(FramePicture Studio::*slot, int frame, bool overlay);
+  // Of a clip from a webcam (studio_record.cpp).
+  void start_recorder();
+  void leave_recorder();
+  void take_recording();
+  bool records() const { return recorder_ && is_recording(recorder_->status()); }
   void fail(Error error) { error_ = std::move(error); }
   void save_diagnostics();
   void relink(const std::filesystem::path& clip, bool or_open);
@@ -167,6 +175,8 @@ class Studio {
   std::shared_ptr<const CaptureVerdict> verdict_;
   bool deleting_ = false;
   std::unique_ptr<Job> demo_, check_;
+  std::unique_ptr<ClipRecorder> recorder_;
+  bool open_recorded_ = true;  // the clip, once it is there; not where the program ends
   ExportQueue exports_;
   std::unique_ptr<PipelineJob> pipeline_job_;
   Background background_;  // last: its deliveries use the rest

@@ -41,7 +41,10 @@ struct Studio::Saves {
 };
 
 double Studio::patience_s() const {
-  return directing_.playing() ? kPlaying_s : drive_.on() ? kDriving_s : is_working() ? kWorking_s : kIdle_s;
+  return directing_.playing()       ? kPlaying_s
+         : drive_.on() || recorder_ ? kDriving_s
+         : is_working()             ? kWorking_s
+                                    : kIdle_s;
 }
 
 void Studio::edit_performance(std::string what, const std::function<void(Performance&)>& change) {

@@ -44,10 +44,16 @@ fs::path folder_for(const fs::path& projects, const fs::path& clip) {
 
 void Studio::open(const fs::path& path) {
   if (is_enabled(Command::open_clip, snapshot().situation) == false) {
-    fail({ErrorCode::failed, "An avatar is being made or exported just now.",
-          "Pause or stop it first; what is made of the avatar so far is kept.", ""});
+    if (records()) {
+      fail({ErrorCode::failed, "A clip is being recorded just now.",
+            "Stop recording first; what is recorded is kept.", ""});
+    } else {
+      fail({ErrorCode::failed, "An avatar is being made or exported just now.",
+            "Pause or stop it first; what is made of the avatar so far is kept.", ""});
+    }
     return;
   }
+  leave_recorder();
   std::error_code ignored;
   const fs::path folder = project_folder_of(path);
   if (fs::is_directory(folder, ignored)) {

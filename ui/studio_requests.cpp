@@ -28,6 +28,7 @@ Wish Studio::apply(const Requests& requests) {
   if (requests.dismiss_error) error_.reset(), damaged_.reset();
   if (requests.dismiss_message) message_.clear();
   if (requests.open) open(*requests.open);
+  if (requests.webcam && recorder_) recorder_->choose(*requests.webcam);
   if (requests.forget_recent) std::erase(settings_.recent, *requests.forget_recent);
   if (requests.show) {
     shown_ = *requests.show;
@@ -121,6 +122,21 @@ Wish Studio::carry_out(Command command) {
   switch (command) {
     case Command::open_clip:
       return Wish::pick_clip;
+    case Command::record_clip:
+      start_recorder();
+      break;
+    case Command::start_recording:
+      if (recorder_) recorder_->record();
+      break;
+    case Command::stop_recording:
+      if (recorder_) recorder_->finish();
+      break;
+    case Command::discard_recording:
+      if (recorder_) recorder_->discard();
+      break;
+    case Command::leave_recorder:
+      leave_recorder();
+      break;
     case Command::open_project:
       return Wish::pick_project;
     case Command::quit:

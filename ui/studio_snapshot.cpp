@@ -84,6 +84,15 @@ Snapshot Studio::snapshot() const {
   now.pose_copied = s.directing.pose_copied;
   now.driven = s.live.on;
   now.consent = contents_ && contents_->project.consent != Consent::not_asked;
+  if (recorder_) {
+    s.recorder = recorder_->status();
+    // What lies behind the camera's page can neither be seen nor changed meanwhile.
+    now = {.exporting = now.exporting,
+           .recorder = true,
+           .camera_ready = s.recorder->state == RecorderState::watching,
+           .recording = is_recording(*s.recorder),
+           .can_stop_recording = s.recorder->state == RecorderState::recording};
+  }
   return s;
 }
 

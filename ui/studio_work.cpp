@@ -52,6 +52,7 @@ void Studio::watch_solve() {
 }
 
 void Studio::start_demo() {
+  leave_recorder();
   close_project();
   const fs::path clip = options_.projects / "demo" / "demo.mp4";
   demo_ = std::make_unique<Job>(

@@ -48,7 +48,7 @@ struct TimelineSight {
 };
 
 struct Views {
-  FollowedTexture clip, check, face, truth, plate, driver;
+  FollowedTexture clip, check, face, truth, plate, driver, mirror;
   std::array<FollowedTexture, 4> previews;
   TrainingChart chart;
   CameraScene cameras;

@@ -58,5 +58,28 @@ TEST(Commands, NothingIsExportedWithoutConsentOrWhileItLearns) {
   }
 }
 
+TEST(Commands, ARecordingIsEndedBeforeAnythingElseBegins) {
+  Situation now;
+  EXPECT_TRUE(is_enabled(Command::record_clip, now));
+  EXPECT_FALSE(is_enabled(Command::start_recording, now));
+  EXPECT_FALSE(is_enabled(Command::leave_recorder, now));
+  now.recorder = true;
+  EXPECT_FALSE(is_enabled(Command::record_clip, now));
+  EXPECT_FALSE(is_enabled(Command::start_recording, now)) << "the camera gives no picture yet";
+  EXPECT_TRUE(is_enabled(Command::leave_recorder, now));
+  EXPECT_TRUE(is_enabled(Command::open_clip, now));
+  now.camera_ready = true;
+  EXPECT_TRUE(is_enabled(Command::start_recording, now));
+  EXPECT_FALSE(is_enabled(Command::stop_recording, now));
+  now.camera_ready = false, now.recording = now.can_stop_recording = true;
+  for (const Command c : {Command::start_recording, Command::leave_recorder, Command::open_clip,
+                          Command::open_project, Command::try_demo})
+    EXPECT_FALSE(is_enabled(c, now)) << command_info(c).words;
+  for (const Command c : {Command::stop_recording, Command::discard_recording, Command::quit})
+    EXPECT_TRUE(is_enabled(c, now)) << command_info(c).words;
+  now = {.project = true, .running = true};
+  EXPECT_FALSE(is_enabled(Command::record_clip, now)) << "a build takes the processor";
+}
+
 }  // namespace
 }  // namespace likeness::ui

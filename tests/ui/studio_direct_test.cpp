@@ -12,6 +12,7 @@
 #include "core/video/webcam.h"
 #include "tests/core/film/tiny_project.h"
 #include "tests/core/live/demo_clip.h"
+#include "tests/ui/stand_in_camera.h"
 #include "tests/ui/studio_window.h"
 #include "ui/run_window.h"
 
@@ -48,6 +49,7 @@ class StudioDirect : public testing::Test {
     StudioOptions options;
     options.settings = project_.root / "studio.json";
     options.projects = project_.root;
+    options.webcams = test::stand_in_webcams(cameras_);
     studio_ = std::make_unique<Studio>(options, [] {});
     TestWindow& test = TestWindow::get();
     loop_ = std::make_unique<WindowLoop>(*test.window, *studio_, *test.shell);
@@ -117,6 +119,7 @@ class StudioDirect : public testing::Test {
   double playhead() { return studio_->snapshot().directing.playhead_s; }
 
   likeness::test::TinyProject project_;
+  std::shared_ptr<test::Cameras> cameras_ = std::make_shared<test::Cameras>();
   std::unique_ptr<Studio> studio_;
   std::unique_ptr<WindowLoop> loop_;
   std::shared_ptr<const Performance> kept_;
@@ -367,6 +370,25 @@ TEST_F(StudioDirect, ARecordedDriveSurvivesTheEndOfTheProgram) {
   start();  // in the middle of it
   ASSERT_TRUE(until(20, [](const Snapshot& s) { return !s.directing.performance->channels.empty(); }));
   EXPECT_GT(keys("head yaw").size(), 2u);
+}
+
+TEST_F(StudioDirect, ADriveEndsWhereAClipIsRecordedAndTheProjectStays) {
+  Requests drive;
+  drive.drive_video = likeness::test::long_clip();
+  studio_->apply(drive);
+  ASSERT_TRUE(until(30, [](const Snapshot& s) { return s.live.on; }));
+  press('N', true, true);
+  ASSERT_TRUE(until(
+      60, [](const Snapshot& s) { return s.recorder && s.recorder->state == RecorderState::watching; }));
+  EXPECT_FALSE(studio_->snapshot().live.on) << "two of them hold one camera";
+  EXPECT_FALSE(noted_widgets().contains("avatar view"));
+  press('J', true);  // what is not seen is not changed
+  EXPECT_TRUE(performance().channels.empty());
+  click("Back without a clip");
+  frame();
+  EXPECT_TRUE(noted_widgets().contains("avatar view"));
+  press('J', true);
+  EXPECT_FALSE(performance().channels.empty());
 }
 
 TEST_F(StudioDirect, AWebcamThatIsNotThereIsToldWithARemedy) {

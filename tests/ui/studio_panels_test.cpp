@@ -345,6 +345,7 @@ TEST_F(Panels, TheStartScreenOffersWaysToBegin) {
   keep_shot("start_dark");
   for (const auto& [widget, command] :
        std::vector<std::pair<const char*, Command>>{{"Open a clip", Command::open_clip},
+                                                    {"Record a clip", Command::record_clip},
                                                     {"Try the demo", Command::try_demo},
                                                     {"How to film", Command::film_guide}}) {
     Requests asked;
@@ -360,9 +361,11 @@ TEST_F(Panels, TheStartScreenOffersWaysToBegin) {
   });
   EXPECT_EQ(opened, s.settings.recent[0]);
   s.settings.dark = false;
-  s.settings.scale_percent = 200;
-  settled(s);
-  keep_shot("start_light_200");
+  for (const int scale : {150, 200}) {
+    s.settings.scale_percent = scale;
+    settled(s);
+    keep_shot(fmt::format("start_light_{}", scale));
+  }
 }
 
 TEST_F(Panels, TheQuestionOfConsentIsAnsweredByAClick) {
