@@ -19,7 +19,7 @@ likeness::app::ManualText manual_text() {
           .exit_codes = {{"0", "The window was closed."},
                          {"1", "Failed: what happened, and what to do, is on standard error."},
                          {"2", "The command line was not understood."}},
-          .files = {{"~/Likeness", "New projects, unless --projects names another folder."},
+          .files = {{"~/Likeness", "New projects and recorded clips; --projects names another."},
                     {"~/.config/likeness/studio.json", "The window's settings."}},
           .see_also = {"likeness(1)"}};
 }
