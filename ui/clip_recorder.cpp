@@ -120,6 +120,15 @@ void ClipRecorder::run(std::stop_token stop) {
     }
     const std::lock_guard lock(mutex_);
     if (!status_.recording) continue;
+    if (discarded_) {  // while the camera was being let go: on with it
+      std::error_code ignored;
+      fs::remove(status_.clip, ignored);
+      status_.recording.reset();
+      status_.clip.clear();
+      status_.state = RecorderState::opening;
+      chosen_ = true;
+      continue;
+    }
     status_.state = RecorderState::kept;
     wake_();
     return;

@@ -171,6 +171,19 @@ TEST_F(Recorder, ADiscardedRecordingLeavesNothingAndTheCameraGoesOn) {
   EXPECT_EQ(cameras_->were_opened().size(), 1u);
 }
 
+TEST_F(Recorder, ARecordingThatHasJustEndedCanStillBeDiscarded) {
+  film();
+  cameras_->slow = true;
+  cameras_->broken = true;
+  ASSERT_TRUE(until([&](const RecorderStatus&) { return cameras_->leaving.load(); }));
+  recorder_->discard();
+  cameras_->broken = false;
+  cameras_->slow = false;
+  ASSERT_TRUE(until(RecorderState::watching));
+  EXPECT_EQ(files(), 0u);
+  EXPECT_FALSE(recorder_->status().recording.has_value());
+}
+
 TEST_F(Recorder, AStopBeforeTheFirstPictureIsNoFailure) {
   ASSERT_TRUE(until(RecorderState::watching));
   cameras_->held = true;

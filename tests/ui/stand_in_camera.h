@@ -38,6 +38,8 @@ struct Cameras {
   std::atomic<bool> ended{false};    // no picture comes any more
   std::atomic<bool> held{false};     // the next picture waits
   std::atomic<bool> waiting{false};  // and it does
+  std::atomic<bool> slow{false};     // a camera is let go only once this ends
+  std::atomic<bool> leaving{false};  // and one waits for that
 
   void plug(std::vector<Webcam> now) {
     const std::lock_guard lock(mutex);
@@ -55,7 +57,13 @@ class StandInCamera : public FrameSource {
       : cameras_(std::move(cameras)), device_(std::move(device)) {
     ++cameras_->in_use;
   }
-  ~StandInCamera() override { --cameras_->in_use; }
+  ~StandInCamera() override {
+    while (cameras_->slow) {
+      cameras_->leaving = true;
+      std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    }
+    --cameras_->in_use;
+  }
 
   // Pictures of a thirtieth of a second each, sooner than they would come.
   Result<std::optional<CapturedFrame>> next(std::stop_token stop) override {
