@@ -1,6 +1,7 @@
 // The studio's beginning, end and every tick of it: see studio.h. What is asked of it is carried out in
 // studio_requests.cpp and studio_direct.cpp, projects are opened in studio_project.cpp, work is started in
-// studio_work.cpp, pictures of frames come from studio_pictures.cpp.
+// studio_work.cpp, a webcam is recorded in studio_record.cpp, pictures of frames come from
+// studio_pictures.cpp.
 #include "ui/studio.h"
 
 #include <algorithm>
