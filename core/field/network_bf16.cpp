@@ -118,11 +118,14 @@ inline void layer_rows(const std::uint32_t* weights, const float* biases, const 
   }
 }
 
+// Of a layer without inputs: there is nothing to read, but pointers move on.
+constexpr std::uint32_t kNoWeights[8] = {};
+
 template <Finish kFinish>
 __attribute__((noinline)) void layer_tile(const PackedLayer& layer, const std::uint32_t* in,
                                           std::size_t outputs, const LayerResult& to) {
   const std::size_t pairs = (std::size_t(layer.inputs) + 1) / 2;
-  const std::uint32_t* weights = layer.weights.data();
+  const std::uint32_t* weights = pairs > 0 ? layer.weights.data() : kNoWeights;
   const float* biases = layer.biases.data();
   std::size_t o = 0;
   for (; o + 8 <= outputs; o += 8, weights += 8 * pairs)

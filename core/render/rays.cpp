@@ -11,10 +11,11 @@
 namespace likeness {
 namespace {
 
-// Where the ray is inside the unit cube; near > far when it misses.
+// Where the ray is inside the unit cube; near > far when it misses, or is no ray.
 Interval cube_interval(const FieldRay& ray, float near, float far) {
   for (int a = 0; a < 3; ++a) {
     const float d = ray.direction[a], o = ray.origin[a];
+    if (!std::isfinite(d) || !std::isfinite(o)) return {1, 0};
     if (std::abs(d) < 1e-12f) {
       if (o < 0 || o > 1) return {1, 0};
       continue;
@@ -24,6 +25,11 @@ Interval cube_interval(const FieldRay& ray, float near, float far) {
     far = std::min(far, std::max(t0, t1));
   }
   return {near, far};
+}
+
+// The cell along an axis that holds a place, both in cells; the first or last one where it lies beyond them.
+int cell_at(float place, int first, int last) {
+  return int(std::clamp(std::floor(place), float(first), float(last)));
 }
 
 std::size_t index_of(int n, const int (&cell)[3]) {
@@ -84,7 +90,7 @@ struct CellWalk {
   CellWalk(const FieldRay& ray, int resolution, float near) : n(resolution) {
     for (int a = 0; a < 3; ++a) {
       origin[a] = ray.origin[a] * float(n), direction[a] = ray.direction[a] * float(n);
-      cell[a] = std::clamp(int(std::floor(origin[a] + near * direction[a])), 0, n - 1);
+      cell[a] = cell_at(origin[a] + near * direction[a], 0, n - 1);
       step[a] = direction[a] > 0 ? 1 : -1;
       enter(a);
     }
@@ -120,7 +126,7 @@ struct CellWalk {
     t = std::max(t, leave);
     for (int a = 0; a < 3; ++a) {
       const int first = brick[a] * kBrick, last = std::min(n, first + kBrick) - 1;
-      cell[a] = a != axis          ? std::clamp(int(std::floor(origin[a] + t * direction[a])), first, last)
+      cell[a] = a != axis          ? cell_at(origin[a] + t * direction[a], first, last)
                 : direction[a] > 0 ? first + kBrick
                                    : first - 1;
       if (cell[a] < 0 || cell[a] >= n) return kNever;
@@ -433,9 +439,13 @@ int keep_occupied(const RayRequest& ray, const MarchVolumes& volumes, std::span<
       if (s.field != f) continue;
       const Vec3f p = ray.fields[f].origin + s.t * ray.fields[f].direction;
       const bool inside = (p.array() >= 0).all() && (p.array() < 1).all();
+      if (!inside) {
+        s.dt = 0;
+        continue;
+      }
       const Vec3f at = n * p;
       const int cell[3] = {int(at.x()), int(at.y()), int(at.z())};
-      if (!inside || (n > 0 && !contents.at(cell).occupied)) s.dt = 0;
+      if (n > 0 && !contents.at(cell).occupied) s.dt = 0;
     }
   }
   for (const RaySample& s : samples)

@@ -99,7 +99,8 @@ struct Run {
 
   bool finished(const TrainingState& state) const {
     if (state.schedule.total_steps > 0 && state.step >= state.schedule.total_steps) return true;
-    return state.schedule.budget_s > 0 && elapsed() >= kOverrun * state.schedule.budget_s;
+    // However slow the machine: an avatar without a step is none.
+    return state.step > 0 && state.schedule.budget_s > 0 && elapsed() >= kOverrun * state.schedule.budget_s;
   }
 
   Result<void> save(TrainingState& state) {
