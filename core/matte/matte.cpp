@@ -20,7 +20,9 @@
 #include "core/matte/person_prior.h"
 #include "core/matte/plate.h"
 #include "core/matte/regions.h"
+#include "core/matte/replace_folder.h"
 #include "core/matte/segment.h"
+#include "core/matte/stroke_constraints.h"
 
 namespace likeness {
 namespace {
@@ -44,6 +46,7 @@ struct Stage {
   PersonModel person;
   int size = 256, cut_size = 256;
   const MattingNetwork* network = nullptr;  // or none
+  const FrameStrokes& strokes;
   std::stop_token stop;
   RoomBehind room;  // empty: not known
 };
@@ -161,8 +164,15 @@ std::optional<PersonPlace> place_of(const Stage& stage, const Job& job, const In
   return place_person(stage.person, *job.tracked, *job.camera, picture, stage.track.metres_per_unit);
 }
 
-// `hull` may be empty.
-PersonPrior prior_of(const Stage& stage, const Job& job, int size, const PersonHull& hull) {
+// What strokes cover of a frame's picture; empty where nobody painted.
+StrokeCover strokes_on(const Stage& stage, const Job& job, int size) {
+  const auto own = stage.strokes.find(job.frame);
+  if (own == stage.strokes.end()) return {};
+  return cover_strokes(own->second, stage.capture.crop, size);
+}
+
+// What the track says of a frame. `hull` may be empty.
+PersonPrior tracked_prior(const Stage& stage, const Job& job, int size, const PersonHull& hull) {
   const Intrinsics picture = crop_of(stage, *job.camera, size);
   if (const auto place = place_of(stage, job, picture)) {
     PersonPrior prior = person_prior(stage.person, *place, picture);
@@ -174,6 +184,13 @@ PersonPrior prior_of(const Stage& stage, const Job& job, int size, const PersonH
   nothing.possible = cv::Mat(size, size, CV_8U, cv::Scalar(255));
   nothing.location = cv::Mat(size, size, CV_32F, cv::Scalar(0));
   return nothing;
+}
+
+// The same with what somebody painted.
+PersonPrior prior_of(const Stage& stage, const Job& job, int size, const PersonHull& hull) {
+  PersonPrior prior = tracked_prior(stage, job, size, hull);
+  constrain_prior(prior, strokes_on(stage, job, size));
+  return prior;
 }
 
 // Evenly spread training frames, on the plate or off it.
@@ -227,6 +244,7 @@ cv::Mat occupied_of(const Sample& sample) {
   const int radius = std::max(2, sample.person.cols / 100);
   cv::dilate(sample.person | sample.prior.certain, grown,
              cv::getStructuringElement(cv::MORPH_ELLIPSE, {2 * radius + 1, 2 * radius + 1}));
+  if (!sample.prior.excluded.empty()) grown.setTo(0, sample.prior.excluded);
   return grown;
 }
 
@@ -449,7 +467,8 @@ Result<void> write_masks(const Stage& stage, const std::vector<Job>& jobs, const
     const auto network = picture ? network_alpha(stage, *picture) : Result<cv::Mat>(cv::Mat());
     if (!network) written = network.error();
     if (picture && network) {
-      cv::Mat person = steady(jobs, cuts, i);
+      cv::Mat person = steady(jobs, cuts, i).clone();
+      hold_cut(person, strokes_on(stage, jobs[i], person.cols));
       if (person.cols != stage.size) {
         cv::resize(person, person, {stage.size, stage.size}, 0, 0, cv::INTER_LINEAR);
         person = person > 127;
@@ -463,6 +482,7 @@ Result<void> write_masks(const Stage& stage, const std::vector<Job>& jobs, const
                                              : soften_by_network(*network, person, 2 * radius);
       Image8 out(stage.size, stage.size, 1);
       std::memcpy(out.data.data(), alpha.data, out.data.size());
+      apply_strokes(strokes_on(stage, jobs[i], stage.size), out);
       written = write_image(folder / frame_name(jobs[i].frame).filename(), out);
     }
     const std::lock_guard lock(mutex);
@@ -472,36 +492,6 @@ Result<void> write_masks(const Stage& stage, const std::vector<Job>& jobs, const
   if (stage.stop.stop_requested()) return cancelled_error();
   if (fault) return *fault;
   return {};
-}
-
-// Puts a finished folder in place of an old one.
-// A run killed between the two renames below leaves the former folder under its other name: put it back.
-void restore_folder(const fs::path& target) {
-  std::error_code ignored;
-  const fs::path old = target.string() + ".old";
-  if (!fs::exists(target, ignored) && fs::exists(old, ignored)) fs::rename(old, target, ignored);
-}
-
-Result<void> replace_folder(const fs::path& finished, const fs::path& target) {
-  std::error_code fault;
-  const fs::path old = target.string() + ".old";
-  fs::remove_all(old, fault);
-  if (fs::exists(target, fault)) fs::rename(target, old, fault);
-  if (fault) return file_error(target, "replace", fault.value());
-  fs::rename(finished, target, fault);
-  if (fault) {
-    restore_folder(target);
-    return file_error(target, "write", fault.value());
-  }
-  fs::remove_all(old, fault);
-  return {};
-}
-
-Result<fs::path> fresh_folder(const fs::path& path) {
-  std::error_code fault;
-  fs::remove_all(path, fault);
-  if (auto made = make_writable_folder(path); !made) return made.error();
-  return path;
 }
 
 bool regions_complete(const Stage& stage) {
@@ -635,6 +625,7 @@ Result<MatteResult> matte_clip(const fs::path& folder, const Capture& capture, c
                 options.size,
                 std::min(options.size, kCutSide),
                 network ? &*network : nullptr,
+                options.strokes,
                 stop,
                 {}};
     auto result = run(stage, options.learn_room, progress);

@@ -15,6 +15,7 @@
 #include "core/capture/capture.h"
 #include "core/head/head_model.h"
 #include "core/image/image.h"
+#include "core/matte/strokes.h"
 #include "core/track/track.h"
 
 namespace likeness {
@@ -49,6 +50,9 @@ struct MatteOptions {
   LearnRoom learn_room;
   // A matting or parsing network (core/matte/matting_network.h) that is asked about every frame; empty: none.
   std::filesystem::path network;
+  // What somebody painted: hard constraints of their own frame's cut and alpha. Those of training frames also
+  // say what may teach the plate; those of held-out frames teach nothing. Without any, nothing changes.
+  FrameStrokes strokes;
 };
 
 struct MatteResult {

@@ -76,6 +76,10 @@ float continued_ratio(const cv::Vec3b& pixel, const cv::Vec3b& filled, float sha
   return -kWeight * share * std::exp(-difference * difference / (kLike * kLike));
 }
 
+bool is_excluded(const SegmentInput& in, int y, int x) {
+  return !in.prior->excluded.empty() && in.prior->excluded.at<unsigned char>(y, x);
+}
+
 cv::Mat likelihoods(const SegmentInput& in) {
   const cv::Mat& picture = *in.picture;
   cv::Mat ratio(picture.size(), CV_32F);
@@ -86,6 +90,10 @@ cv::Mat likelihoods(const SegmentInput& in) {
       float& value = ratio.at<float>(y, x);
       if (in.prior->certain.at<unsigned char>(y, x)) {
         value = 2 * kCertain;
+        continue;
+      }
+      if (is_excluded(in, y, x)) {
+        value = -2 * kCertain;
         continue;
       }
       // A network outweighs colours and place together where it is sure.
@@ -203,7 +211,8 @@ cv::Mat minimum_cut(const cv::Mat& ratio, const Contrast& contrast) {
   return person;
 }
 
-// Keeps the parts that touch the certain person, and closes holes that are small or that no plate speaks for.
+// Keeps the parts that touch the certain person, and closes holes that are small or that no plate speaks for;
+// not those that somebody said are background.
 void tidy(cv::Mat& person, const SegmentInput& in) {
   cv::Mat labels, stats, centres;
   int count = cv::connectedComponentsWithStats(person, labels, stats, centres, 8, CV_32S);
@@ -218,16 +227,20 @@ void tidy(cv::Mat& person, const SegmentInput& in) {
   const cv::Mat background = person == 0;
   count = cv::connectedComponentsWithStats(background, labels, stats, centres, 4, CV_32S);
   std::vector<int> spoken_for(std::size_t(count), 0);
+  std::vector<char> said(std::size_t(count), 0);
   for (int y = 0; y < person.rows; ++y)
-    for (int x = 0; x < person.cols; ++x)
+    for (int x = 0; x < person.cols; ++x) {
+      if (is_excluded(in, y, x)) said[std::size_t(labels.at<int>(y, x))] = 1;
       if (in.plate && in.plate->known.at<unsigned char>(y, x) >= (in.plate_is_room ? kOfRoom : kSeen))
         ++spoken_for[std::size_t(labels.at<int>(y, x))];
+    }
   for (int i = 1; i < count; ++i) {
     const int* s = stats.ptr<int>(i);
     const bool open = s[cv::CC_STAT_LEFT] == 0 || s[cv::CC_STAT_TOP] == 0 ||
                       s[cv::CC_STAT_LEFT] + s[cv::CC_STAT_WIDTH] == person.cols ||
                       s[cv::CC_STAT_TOP] + s[cv::CC_STAT_HEIGHT] == person.rows;
     const int area = s[cv::CC_STAT_AREA];
+    if (said[std::size_t(i)]) continue;
     if (area < int(person.total() / 2000) || (!open && spoken_for[std::size_t(i)] * 2 < area))
       person.setTo(255, labels == i);
   }

@@ -1,0 +1,18 @@
+// Strokes as hard constraints of a frame's cut.
+#pragma once
+
+#include <opencv2/core.hpp>
+
+#include "core/matte/person_prior.h"
+#include "core/matte/strokes.h"
+
+namespace likeness {
+
+// Makes what strokes call the person certain, and what they call background impossible. The cover is of the
+// prior's size; an empty one changes nothing.
+void constrain_prior(PersonPrior& prior, const StrokeCover& cover);
+
+// Holds a finished cut (8U, 255 = person) to its strokes. An empty cover changes nothing.
+void hold_cut(cv::Mat& person, const StrokeCover& cover);
+
+}  // namespace likeness
