@@ -24,7 +24,8 @@ namespace {
 
 // All that is ever written into a project's folder, project.json last: as long as it is there, the deletion
 // can be asked for again.
-constexpr std::array<std::string_view, 21> kNames{"frames",          "masks",
+constexpr std::array<std::string_view, 23> kNames{"frames",          "masks",
+                                                  "corrections",     "corrections.old",
                                                   "regions",         "masks.part",
                                                   "masks.old",       "regions.part",
                                                   "regions.old",     "colmap",

@@ -143,6 +143,7 @@ fs::path plate_known_path(const Project& project) { return project.folder / "pla
 fs::path plate_info_path(const Project& project) { return project.folder / "plate.json"; }
 fs::path room_path(const Project& project) { return project.folder / "room.bin"; }
 fs::path regions_path(const Project& project) { return project.folder / "regions"; }
+fs::path corrections_path(const Project& project) { return project.folder / "corrections"; }
 
 Result<Project> open_project(const fs::path& folder) {
   const fs::path file = project_file(folder);

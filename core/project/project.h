@@ -2,6 +2,7 @@
 //
 //   NAME.likeness/   project.json  capture.json cameras.json track.json  frames/ masks/ regions/ plate.png
 //   room.bin
+//                    corrections/ (strokes painted on masks: core/project/corrections.h)
 //                    checkpoint.bin avatar.bin training_curve.json
 //
 // Only this library knows about the folder; the stages are free functions from files to files.
@@ -85,6 +86,7 @@ std::filesystem::path plate_known_path(const Project& project);  // absent: the 
 std::filesystem::path plate_info_path(const Project& project);
 std::filesystem::path room_path(const Project& project);  // absent: no moving camera filmed
 std::filesystem::path regions_path(const Project& project);
+std::filesystem::path corrections_path(const Project& project);  // absent: nobody painted on the masks
 
 Result<Project> open_project(const std::filesystem::path& folder);
 // Opens the project in `folder`, or makes one; `options` replace the stored ones either way.

@@ -19,6 +19,7 @@
 #include "core/matte/matte.h"
 #include "core/matte/matting_network.h"
 #include "core/project/care.h"
+#include "core/project/corrections.h"
 #include "core/project/learn_room.h"
 #include "core/project/project_views.h"
 #include "core/project/training_curve.h"
@@ -60,44 +61,6 @@ std::string clip_content(const Project& project) {
   return hash ? *hash : "absent";
 }
 
-// Everything the stage's result depends on, as one hash. Results of earlier stages count by content, so an
-// edited track.json is honoured.
-std::string input_hash(const Project& project, Stage stage) {
-  const ProjectOptions& o = project.options;
-  std::string inputs = fmt::format("{} {}\n", stage_name(stage), kStageVersion[std::size_t(stage)]);
-  switch (stage) {
-    case Stage::import:
-      inputs += fmt::format("{} {}", clip_content(project), o.size);
-      if (o.split != Split::tail) inputs.append(" ").append(split_name(o.split));
-      break;
-    case Stage::align:
-      inputs += fmt::format("{} {}{}", clip_content(project), o.seed, o.resting_camera ? " rests" : "");
-      break;
-    case Stage::fit:
-      inputs +=
-          fmt::format("{} {} {} {}", content_of(capture_path(project)), content_of(cameras_path(project)),
-                      head_model_content(o), content_of(o.landmark_model));
-      break;
-    case Stage::matte:
-      inputs +=
-          fmt::format("{} {} {} {}", content_of(capture_path(project)), content_of(cameras_path(project)),
-                      content_of(track_path(project)), head_model_content(o));
-      if (!o.matting_network.empty()) inputs.append(" ").append(matting_network_hash(o.matting_network));
-      break;
-    case Stage::train:
-      inputs += fmt::format("{} {} {} {} {} {} {} {} {} {} {} {}", project.record(Stage::matte).input_hash,
-                            content_of(track_path(project)), content_of(plate_path(project)),
-                            content_of(plate_known_path(project)), o.budget_s, o.steps, o.seed,
-                            mode_parts(o.mode).ambient, o.use_latent, o.use_occupancy,
-                            mode_parts(o.mode).warp, o.refine_track);
-      // Only where they are chosen: projects from before these choices stay as they are.
-      if (!mode_parts(o.mode).expression) inputs += " static";
-      if (!o.left_out.empty()) inputs += fmt::format(" left out {}", fmt::join(o.left_out, ","));
-      break;
-  }
-  return hash_text(inputs);
-}
-
 bool is_there(const fs::path& path) {
   std::error_code ignored;
   return fs::exists(path, ignored);
@@ -134,6 +97,18 @@ Result<void> drop_foreign_regions(const Project& project, const Capture& capture
   std::error_code failure;
   fs::remove_all(regions_path(project), failure);
   if (failure) return file_error(regions_path(project), "remove", failure.value());
+  return {};
+}
+
+// Strokes on another clip's masks say nothing about this one's; somebody's work is not removed, though.
+Result<void> set_aside_foreign_strokes(const Project& project, const Capture& capture,
+                                       std::vector<std::string>& warnings) {
+  const auto before = read_capture(capture_path(project));
+  if (!before || before->video_hash == capture.video_hash || corrected_frames(project).empty()) return {};
+  const auto kept = set_aside_corrections(project);
+  if (!kept) return kept.error();
+  warnings.push_back(fmt::format(
+      "The strokes painted on the masks were of another clip; they are kept in {}.", kept->string()));
   return {};
 }
 
@@ -177,6 +152,9 @@ Result<void> run_import(const StageContext& context) {
                   int(capture->frames.size()) - used - held_out);
   context.record.warnings = capture->warnings;
   if (const auto dropped = drop_foreign_regions(context.project, *capture); !dropped) return dropped.error();
+  if (const auto aside = set_aside_foreign_strokes(context.project, *capture, context.record.warnings);
+      !aside)
+    return aside.error();
   return write_capture(capture_path(context.project), *capture);
 }
 
@@ -232,6 +210,8 @@ Result<void> run_fit(const StageContext& context) {
 }
 
 Result<void> run_matte(const StageContext& context) {
+  auto strokes = read_corrections(context.project);
+  if (!strokes) return strokes.error();
   const auto read = read_tracked_capture(context.project);
   if (!read) return read.error();
   const auto& [capture, cameras, track] = *read;
@@ -241,6 +221,7 @@ Result<void> run_matte(const StageContext& context) {
   MatteOptions options;
   options.size = capture.size;
   options.network = context.project.options.matting_network;
+  options.strokes = std::move(*strokes);
   std::error_code failure;
   fs::remove(room_path(context.project), failure);  // of other frames
   options.learn_room = room_learner(context.project, *read);
@@ -252,6 +233,9 @@ Result<void> run_matte(const StageContext& context) {
                        : "No background plate: the camera moves throughout.";
   if (is_there(room_path(context.project)))
     context.record.message += " The room behind the moving camera was learnt.";
+  if (const std::size_t painted = options.strokes.size(); painted > 0)
+    context.record.message +=
+        fmt::format(" Corrected by hand in {} frame{}.", painted, painted == 1 ? "" : "s");
   context.record.warnings = matte->warnings;
   return {};
 }
@@ -380,6 +364,45 @@ void remove_abandoned_parts(const fs::path& folder) {
 Result<HeadModel> project_head_model(const ProjectOptions& options) {
   if (options.head_model.empty()) return make_builtin_head();
   return load_head_model(options.head_model);
+}
+
+std::string input_hash(const Project& project, Stage stage) {
+  const ProjectOptions& o = project.options;
+  std::string inputs = fmt::format("{} {}\n", stage_name(stage), kStageVersion[std::size_t(stage)]);
+  switch (stage) {
+    case Stage::import:
+      inputs += fmt::format("{} {}", clip_content(project), o.size);
+      if (o.split != Split::tail) inputs.append(" ").append(split_name(o.split));
+      break;
+    case Stage::align:
+      inputs += fmt::format("{} {}{}", clip_content(project), o.seed, o.resting_camera ? " rests" : "");
+      break;
+    case Stage::fit:
+      inputs +=
+          fmt::format("{} {} {} {}", content_of(capture_path(project)), content_of(cameras_path(project)),
+                      head_model_content(o), content_of(o.landmark_model));
+      break;
+    case Stage::matte:
+      inputs +=
+          fmt::format("{} {} {} {}", content_of(capture_path(project)), content_of(cameras_path(project)),
+                      content_of(track_path(project)), head_model_content(o));
+      if (!o.matting_network.empty()) inputs.append(" ").append(matting_network_hash(o.matting_network));
+      // Only where somebody painted: projects without strokes stay as they are.
+      if (const auto strokes = corrections_hash(project); !strokes.empty())
+        inputs.append(" strokes ").append(strokes);
+      break;
+    case Stage::train:
+      inputs += fmt::format("{} {} {} {} {} {} {} {} {} {} {} {}", project.record(Stage::matte).input_hash,
+                            content_of(track_path(project)), content_of(plate_path(project)),
+                            content_of(plate_known_path(project)), o.budget_s, o.steps, o.seed,
+                            mode_parts(o.mode).ambient, o.use_latent, o.use_occupancy,
+                            mode_parts(o.mode).warp, o.refine_track);
+      // Only where they are chosen: projects from before these choices stay as they are.
+      if (!mode_parts(o.mode).expression) inputs += " static";
+      if (!o.left_out.empty()) inputs += fmt::format(" left out {}", fmt::join(o.left_out, ","));
+      break;
+  }
+  return hash_text(inputs);
 }
 
 std::pair<double, double> stage_span(const ProjectOptions& options, Stage last, Stage stage) {

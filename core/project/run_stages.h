@@ -5,6 +5,7 @@
 #include <functional>
 #include <memory>
 #include <stop_token>
+#include <string>
 #include <utility>
 
 #include "core/base/progress.h"
@@ -28,6 +29,10 @@ struct RunObserver {
 
 // The part of a run's progress that a stage takes, from and to in [0, 1].
 std::pair<double, double> stage_span(const ProjectOptions& options, Stage last, Stage stage);
+
+// Everything that the stage's result depends on, as one hash. Results of earlier stages count by content, so
+// an edited track.json is honoured.
+std::string input_hash(const Project& project, Stage stage);
 
 // Whether the stage's result is there and made from what is there now.
 bool is_current(const Project& project, Stage stage);

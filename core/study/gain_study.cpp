@@ -11,6 +11,7 @@
 #include "core/camera/camera.h"
 #include "core/capture/capture.h"
 #include "core/matte/matte.h"
+#include "core/project/corrections.h"
 #include "core/project/project_views.h"
 #include "core/project/run_stages.h"
 #include "core/study/evaluate.h"
@@ -96,8 +97,11 @@ Result<Project> make_workplace(const Inputs& inputs, const fs::path& folder, con
   for (const char* name : {"frames", "regions", "capture.json", "cameras.json"}) share(name);
   if (failure) return file_error(folder, "write", failure.value());
   if (const auto written = write_track(track_path(work), track); !written) return written.error();
-  const auto matte = matte_clip(folder, inputs.capture, inputs.cameras, track, inputs.model,
-                                {.size = inputs.capture.size}, progress, stop);
+  auto strokes = read_corrections(inputs.project);
+  if (!strokes) return strokes.error();
+  const auto matte =
+      matte_clip(folder, inputs.capture, inputs.cameras, track, inputs.model,
+                 {.size = inputs.capture.size, .strokes = std::move(*strokes)}, progress, stop);
   if (!matte) return matte.error();
   return work;
 }

@@ -1,7 +1,7 @@
 // Damaged files of a project: track.json, cameras.json (camera paths are the same format), capture.json,
-// project.json, plate.json, avatar.bin, room.bin, checkpoint.bin, COLMAP's binary models and its database,
-// performance.json, training_curve.json; and beside it the studio's settings and the description of a matting
-// network. Not the network itself: OpenCV divides by zero on damaged ones.
+// project.json, plate.json, the strokes on masks, avatar.bin, room.bin, checkpoint.bin, COLMAP's binary
+// models and its database, performance.json, training_curve.json; and beside it the studio's settings and the
+// description of a matting network. Not the network itself: OpenCV divides by zero on damaged ones.
 #include <gtest/gtest.h>
 #include <sqlite3.h>
 
@@ -141,6 +141,20 @@ TEST(Fuzz, Plate) {
   fuzz_file(
       "plate.json", "plate.json", [&](const auto& path) { return write_plate_info(path, info).ok(); },
       [](const auto& path) { return read_plate_info(path).ok(); });
+}
+
+// Read and painted: what a file says must also end in a picture.
+TEST(Fuzz, Strokes) {
+  const Strokes strokes{{StrokeMark::person, 12.5, {{10, 20}, {300.25, 40}}},
+                        {StrokeMark::background, 3, {{1, 2}}},
+                        {StrokeMark::erase, 40, {{100, 200}, {10, 20}, {3, 4}}}};
+  fuzz_file(
+      "strokes", "000012.json", [&](const auto& path) { return write_strokes(path, strokes).ok(); },
+      [](const auto& path) {
+        const auto read = read_strokes(path);
+        if (read) static_cast<void>(cover_strokes(*read, {0, 0, 400}, 32));
+        return read.ok();
+      });
 }
 
 TEST(Fuzz, Avatar) {

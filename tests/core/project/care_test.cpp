@@ -30,12 +30,27 @@ class Care : public testing::Test {
     ProjectOptions options;
     options.video = clip_;
     ASSERT_TRUE(open_or_create_project(folder_, options).ok());
-    for (const char* file :
-         {"frames/000000.png", "masks/000000.png", "regions/000000.png", "colmap/database.db", "avatar.bin",
-          "checkpoint.bin", "track.json", "cameras.json", "plate.png", "plate_known.png", "plate.json",
-          "training_curve.json", "performance.json", "performance-1.json", ".avatar.12-3.part.bin", "masks.part/000000.png",
-          "regions.old/000000.png",
-          "exports/orbit-001.mp4"})
+    for (const char* file : {"frames/000000.png",
+                             "masks/000000.png",
+                             "regions/000000.png",
+                             "colmap/database.db",
+                             "avatar.bin",
+                             "checkpoint.bin",
+                             "track.json",
+                             "cameras.json",
+                             "plate.png",
+                             "plate_known.png",
+                             "plate.json",
+                             "training_curve.json",
+                             "performance.json",
+                             "performance-1.json",
+                             ".avatar.12-3.part.bin",
+                             "masks.part/000000.png",
+                             "regions.old/000000.png",
+                             "corrections/000000.json",
+                             "corrections/000001.damaged.json",
+                             "corrections.old/000000.json",
+                             "exports/orbit-001.mp4"})
       ASSERT_TRUE(write_text(folder_ / file, "x").ok());
     write_import(clip_);
   }
@@ -61,6 +76,14 @@ TEST_F(Care, ADeletedPersonLeavesTheClipAndNothingElse) {
   EXPECT_GT(deleted->bytes, 10u);
   EXPECT_FALSE(fs::exists(folder_));
   EXPECT_EQ(*read_text(clip_), "the clip");
+}
+
+TEST_F(Care, StrokesGoWithThePersonWhateverElseIsKept) {
+  ASSERT_TRUE(write_text(folder_ / "notes.txt", "mine").ok());
+  ASSERT_TRUE(delete_person(folder_, true).ok());
+  EXPECT_FALSE(fs::exists(folder_ / "corrections"));
+  EXPECT_FALSE(fs::exists(folder_ / "corrections.old"));
+  EXPECT_TRUE(fs::exists(folder_ / "notes.txt"));
 }
 
 TEST_F(Care, ExportsAndForeignFilesAreKeptWhereAsked) {
