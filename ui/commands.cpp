@@ -16,6 +16,7 @@ bool always(S) { return true; }
 bool with_project(S s) { return s.project; }
 bool idle(S s) { return !s.running && !s.exporting && !s.recording; }
 bool directing(S s) { return s.directing && s.avatar; }
+bool stepping(S s) { return directing(s) || s.masking; }
 bool chosen(S s) { return directing(s) && s.keys_chosen; }
 bool can_drive(S s) { return directing(s) && s.consent && !s.driven; }
 bool can_export(S s) { return s.avatar && s.consent && (!s.running || s.paused); }
@@ -45,8 +46,8 @@ constexpr CommandInfo kTable[] = {
     {Command::delete_person, Menu::file, "Delete this person...", "",
      [](S s) { return (s.project || s.damaged) && idle(s); }},
     {Command::quit, Menu::file, "Quit", "Ctrl+Q", always},
-    {Command::undo, Menu::edit, "Undo", "Ctrl+Z", [](S s) { return s.avatar && s.can_undo; }},
-    {Command::redo, Menu::edit, "Redo", "Ctrl+Y", [](S s) { return s.avatar && s.can_redo; }},
+    {Command::undo, Menu::edit, "Undo", "Ctrl+Z", [](S s) { return (s.avatar || s.masking) && s.can_undo; }},
+    {Command::redo, Menu::edit, "Redo", "Ctrl+Y", [](S s) { return (s.avatar || s.masking) && s.can_redo; }},
     {Command::copy_keys, Menu::edit, "Copy keys", "Ctrl+C", chosen},
     {Command::paste_keys, Menu::edit, "Paste keys", "Ctrl+V",
      [](S s) { return directing(s) && s.keys_copied; }},
@@ -69,8 +70,8 @@ constexpr CommandInfo kTable[] = {
     {Command::keys_earlier, Menu::timeline, "Move keys earlier", "Shift+Left", chosen},
     {Command::keys_later, Menu::timeline, "Move keys later", "Shift+Right", chosen},
     {Command::next_easing, Menu::timeline, "Next easing", "Ctrl+G", chosen},
-    {Command::previous_picture, Menu::timeline, "Previous picture", "Ctrl+Left", directing},
-    {Command::next_picture, Menu::timeline, "Next picture", "Ctrl+Right", directing},
+    {Command::previous_picture, Menu::timeline, "Previous picture", "Ctrl+Left", stepping},
+    {Command::next_picture, Menu::timeline, "Next picture", "Ctrl+Right", stepping},
     {Command::previous_key, Menu::timeline, "Previous key", "Ctrl+Shift+Left", directing},
     {Command::next_key, Menu::timeline, "Next key", "Ctrl+Shift+Right", directing},
     {Command::go_to_start, Menu::timeline, "Go to the start", "Home", directing},

@@ -99,6 +99,7 @@ struct Situation {
   bool exporting = false;
   bool checking = false, can_check = false;  // the clip is being looked at; it could be
   bool directing = false;                    // the Direct step is shown
+  bool masking = false;                      // the masks are shown; undo and redo are of their strokes
   bool can_undo = false, can_redo = false;
   bool keys = false, keys_chosen = false;  // the performance has keys; some are chosen
   bool keys_copied = false, pose_copied = false;

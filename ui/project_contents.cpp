@@ -7,6 +7,7 @@
 
 #include "core/base/hash.h"
 #include "core/base/parallel.h"
+#include "core/project/corrections.h"
 #include "core/project/project_views.h"
 #include "core/project/run_stages.h"
 #include "core/project/solved_points.h"
@@ -43,6 +44,17 @@ std::shared_ptr<const Card> read_card(const ProjectContents& contents) {
   const Capture trained = without_left_out(*contents.capture, contents.project.options.left_out);
   return std::make_shared<const Card>(make_card(trained, *contents.cameras, *contents.track,
                                                 contents.avatar->avatar, *contents.avatar->model));
+}
+
+void read_strokes_of(const Project& project, ProjectContents& contents) {
+  for (const int frame : corrected_frames(project)) {
+    auto strokes = read_strokes(strokes_path(project, frame));
+    if (!strokes) {
+      contents.unreadable_strokes[frame] = strokes.error();
+    } else if (!strokes->empty()) {
+      contents.strokes[frame] = std::move(*strokes);
+    }
+  }
 }
 
 Plan make_plan(const ProjectContents& contents) {
@@ -112,6 +124,7 @@ Result<std::shared_ptr<const ProjectContents>> read_contents(const std::filesyst
   }
   contents->card = read_card(*contents);
   contents->curve = shared_or_none(read_training_curve(training_curve_path(p)));
+  read_strokes_of(p, *contents);
   contents->plan = make_plan(*contents);
   return std::shared_ptr<const ProjectContents>(std::move(contents));
 }
@@ -136,6 +149,15 @@ std::vector<int> shown_frames(const ProjectContents& contents, bool held_out) {
     if (tracked && tracked->status != FrameStatus::lost && find_camera(*contents.cameras, frame.frame))
       frames.push_back(frame.frame);
   }
+  return frames;
+}
+
+std::vector<int> matted_frames(const ProjectContents& contents) {
+  std::vector<int> frames;
+  if (!contents.capture || !contents.cameras || !contents.track) return frames;
+  for (const CaptureFrame& frame : contents.capture->frames)
+    if ((frame.used || frame.held_out) && find_camera(*contents.cameras, frame.frame))
+      frames.push_back(frame.frame);
   return frames;
 }
 

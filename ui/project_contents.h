@@ -15,6 +15,7 @@
 #include "core/direct/presets.h"
 #include "core/direct/seen_limits.h"
 #include "core/head/head_model.h"
+#include "core/matte/strokes.h"
 #include "core/project/build_forecast.h"
 #include "core/project/project.h"
 #include "core/project/training_curve.h"
@@ -68,6 +69,8 @@ struct ProjectContents {
   std::shared_ptr<const ProjectAvatar> avatar;
   std::shared_ptr<const Card> card;            // of the avatar: what it learnt and what not
   std::shared_ptr<const TrainingCurve> curve;  // of the last training
+  FrameStrokes strokes;                        // painted on the masks
+  std::map<int, Error> unreadable_strokes;     // of frames whose file of them is damaged
   Plan plan;
 
   bool is_current(Stage stage) const { return current[std::size_t(stage)]; }
@@ -89,5 +92,9 @@ std::optional<FrameView> frame_view(const ProjectContents& contents, int frame);
 // Frames whose pictures are in the folder and whose head was found, ascending; held_out: only those kept for
 // measuring.
 std::vector<int> shown_frames(const ProjectContents& contents, bool held_out);
+
+// Frames that the matte stage makes masks of, ascending: those that train or are held out and have a camera.
+// Empty before there is a track.
+std::vector<int> matted_frames(const ProjectContents& contents);
 
 }  // namespace likeness::ui

@@ -174,9 +174,9 @@ bool draw_deletion(const Snapshot& snapshot, Requests& requests) {
   const std::filesystem::path& folder =
       snapshot.contents ? snapshot.contents->project.folder : snapshot.damaged->folder;
   body_text(
-      "Frames, masks, tracks, checkpoints, performances and the avatar are removed from this computer, and "
-      "cannot "
-      "be brought back. Stop other programs that show them first.");
+      "Frames, masks and what was painted on them, tracks, checkpoints, performances and the avatar are "
+      "removed from "
+      "this computer, and cannot be brought back. Stop other programs that show them first.");
   ImGui::Dummy({0, px(4)});
   if (snapshot.contents) {
     faint_text("The clip stays where it is: " + snapshot.contents->project.options.video.string());

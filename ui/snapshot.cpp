@@ -124,7 +124,9 @@ StepView work_view(Step step, const ProjectContents& contents, const PipelineSta
     }
     if (stale) {
       view.state = StepState::stale;
-      view.found = "Made with other choices than those there are now.";
+      view.found = stage == Stage::matte && !contents.strokes.empty()
+                       ? "Made with other choices or brush strokes than those there are now."
+                       : "Made with other choices than those there are now.";
       view.next = "Make the avatar again: only what changed is made anew.";
       view.warnings.clear();
       return view;

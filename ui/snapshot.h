@@ -23,6 +23,7 @@
 #include "ui/export_queue.h"
 #include "ui/folder_list.h"
 #include "ui/job.h"
+#include "ui/masks.h"
 #include "ui/pipeline_job.h"
 #include "ui/platform/settings.h"
 #include "ui/project_contents.h"
@@ -64,6 +65,13 @@ struct FramePicture {
   std::uint64_t number = 0;  // another one is another picture
   std::shared_ptr<const Image8> image;
   std::string missing;  // why there is none
+};
+
+// A frame's mask or the plate, drawn with the strokes after this change; its frame is the one that is drawn.
+struct MaskPicture {
+  FramePicture picture;
+  MaskLook look = MaskLook::picture;
+  std::uint64_t edit = 0;
 };
 
 // The avatar driven by a video or a webcam as it happens.
@@ -109,6 +117,8 @@ struct Snapshot {
   bool rendering = false;
   bool comparing = false;
   FramePicture clip_picture, check_picture, face_picture, compare_picture;
+  MasksView masks;
+  MaskPicture mask_picture;
   SystemStatus system;
   std::optional<Error> error;  // of the last thing asked for
   std::string message;         // what the last thing asked for did
@@ -129,6 +139,7 @@ struct Requests {
   std::optional<bool> delete_person;            // true: the exports are kept
   std::optional<std::vector<int>> left_out;     // frames that shall not train
   std::optional<int> check_frame, face_frame, compare_frame;
+  MaskRequests masks;
   DirectRequests direct;
   std::optional<std::filesystem::path> open_performance, save_performance, drive_video;
   std::optional<std::map<std::string, float>> gains;

@@ -41,6 +41,7 @@ void Studio::tick() {
   background_.deliver();
   if (directing_.advance(Directing::Clock::now())) request_picture();
   save_performance(false);
+  settle_strokes();
   if (drive_.has_ended()) {
     take_drive();
     if (const auto error = drive_.view().status.error) fail(*error);

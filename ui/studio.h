@@ -109,6 +109,16 @@ class Studio {
   Project latest_project() const;
   void start_export(ExportKind kind);
   void edit_options(const std::function<void(ProjectOptions&)>& change);
+  // Of the masks (studio_masks.cpp).
+  bool masking() const;  // they are shown
+  void apply(const MaskRequests& requests);
+  void correct(Command command);
+  void show_mask();
+  void save_strokes();
+  void settle_strokes();
+  void set_aside(int frame);
+  void take_masks(bool first);
+  MasksView masks_view() const;
   // Of the Direct step (studio_direct.cpp).
   Wish direct(Command command);
   void apply(const DirectRequests& requests);
@@ -159,6 +169,11 @@ class Studio {
   int view_px_ = 256;
   bool comparing_ = false;
   FramePicture clip_picture_, check_picture_, face_picture_, compare_picture_;
+  Masks masks_;
+  MaskPicture mask_picture_;
+  std::shared_ptr<const MaskSource> mask_source_;  // of the picture, or of one like it
+  std::optional<Directing::Clock::time_point>
+      strokes_changed_;  // and it was not yet seen what is stale by it
   std::uint64_t picture_number_ = 0, load_number_ = 0;
   ExportChoice export_choice_;
   std::optional<Error> error_;

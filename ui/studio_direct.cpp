@@ -15,6 +15,7 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr double kPlaying_s = 0.03, kDriving_s = 0.25, kWorking_s = 1.0, kIdle_s = 2.0;
+constexpr double kSettling_s = 0.25;
 constexpr double kAutosave_s = 1;              // after the last change
 constexpr std::chrono::seconds kSaveAgain{5};  // after a save that failed
 constexpr double kShortest_walk_s = 8;         // of an empty performance
@@ -43,6 +44,7 @@ struct Studio::Saves {
 double Studio::patience_s() const {
   return directing_.playing()       ? kPlaying_s
          : drive_.on() || recorder_ ? kDriving_s
+         : strokes_changed_         ? kSettling_s
          : is_working()             ? kWorking_s
                                     : kIdle_s;
 }

@@ -199,6 +199,7 @@ void Studio::loaded(std::shared_ptr<const ProjectContents> contents) {
     shown_ = contents_->avatar ? Step::direct : Step::film;
     read_clip_picture();
   }
+  take_masks(first);
   if (!first && contents_->clip && !earlier.clip) read_clip_picture();
   if (contents_->avatar && contents_->avatar != earlier.avatar) request_picture();
   // A new clip is looked at before anything is built from it.
@@ -215,6 +216,12 @@ void Studio::loaded(std::shared_ptr<const ProjectContents> contents) {
 }
 
 void Studio::close_project() {
+  save_strokes();
+  masks_.open({}, {});
+  masks_.set_frames({});
+  mask_picture_ = {};
+  mask_source_.reset();
+  strokes_changed_.reset();
   lay_takes();
   save_performance(true);
   directing_.open({});

@@ -74,6 +74,7 @@ Wish Studio::apply(const Requests& requests) {
     show_frame(&Studio::compare_picture_, *requests.compare_frame, false);
     request_picture();
   }
+  apply(requests.masks);
   apply(requests.direct);
   if (requests.gains) drive_.set_gains(*requests.gains);
   if (requests.drive_video) start_driving([file = *requests.drive_video] { return open_clip_source(file); });
@@ -196,6 +197,11 @@ Wish Studio::carry_out(Command command) {
     }
     case Command::undo:
     case Command::redo:
+    case Command::previous_picture:
+    case Command::next_picture:
+      if (!masking()) return direct(command);
+      correct(command);
+      break;
     case Command::reset_face:
     case Command::reset_head:
     case Command::reset_view:
@@ -215,8 +221,6 @@ Wish Studio::carry_out(Command command) {
     case Command::keys_earlier:
     case Command::keys_later:
     case Command::next_easing:
-    case Command::previous_picture:
-    case Command::next_picture:
     case Command::previous_key:
     case Command::next_key:
     case Command::go_to_start:

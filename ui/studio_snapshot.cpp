@@ -52,6 +52,8 @@ Snapshot Studio::snapshot() const {
   s.check_picture = check_picture_;
   s.face_picture = face_picture_;
   s.compare_picture = compare_picture_;
+  s.masks = masks_view();
+  s.mask_picture = mask_picture_;
   s.system.threads = current_thread_limit();
   s.system.memory = memory_in_use();
   s.system.available = available_memory().value_or(0);
@@ -76,8 +78,9 @@ Snapshot Studio::snapshot() const {
   now.checking = ui::is_working(s.checking);
   now.can_check = contents_ && contents_->clip;
   now.directing = shown_ == Step::direct;
-  now.can_undo = !s.directing.undo_name.empty();
-  now.can_redo = !s.directing.redo_name.empty();
+  now.masking = masking();
+  now.can_undo = now.masking ? s.masks.can_undo : !s.directing.undo_name.empty();
+  now.can_redo = now.masking ? s.masks.can_redo : !s.directing.redo_name.empty();
   now.keys = !s.directing.performance->channels.empty();
   now.keys_chosen = !s.directing.selected->empty();
   now.keys_copied = s.directing.keys_copied;

@@ -47,6 +47,20 @@ struct TimelineSight {
   ImVec2 corner;  // of the box
 };
 
+// What the mouse paints on a mask just now, and with which brush.
+struct MaskSight {
+  FollowedTexture picture;
+  StrokeMark mark = StrokeMark::person;
+  float radius_share = 0.03f;    // of the picture's side
+  std::optional<Stroke> stroke;  // under the mouse, source px
+  int frame = -1;                // that it is painted on
+  // What the stroke covers, on a small picture of its own, and the same in its colour. It is drawn until the
+  // mask's picture has the change of this number.
+  Image cover;
+  Texture ink;
+  std::uint64_t until_edit = 0;
+};
+
 struct Views {
   FollowedTexture clip, check, face, truth, plate, driver, mirror;
   std::array<FollowedTexture, 4> previews;
@@ -60,6 +74,7 @@ struct Views {
   std::array<bool, 9> open_groups{true, false, true};
   bool open_drive = true, open_gains = false;
   TimelineSight timeline;
+  MaskSight masks;
 
   static Result<std::unique_ptr<Views>> create();
 };

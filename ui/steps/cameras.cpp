@@ -1,4 +1,5 @@
-// Step 3: where the cameras stood about the head.
+// Step 3: where the cameras stood about the head; beside it, who was told from the background in their
+// pictures.
 #include <fmt/format.h>
 
 #include "ui/steps/steps.h"
@@ -23,6 +24,14 @@ void draw_solving(const Snapshot& snapshot, Views& views) {
   end_card();
 }
 
+// Which of the step's two pages is shown.
+void draw_pages(const Snapshot& snapshot, Requests& requests) {
+  if (choice("Where the cameras stood", !snapshot.masks.shown)) requests.masks.shown = false;
+  ImGui::SameLine(0, px(22));
+  if (choice("Masks and background", snapshot.masks.shown)) requests.masks.shown = true;
+  ImGui::Dummy({0, px(2)});
+}
+
 }  // namespace
 
 void draw_cameras_step(const Snapshot& snapshot, Views& views, Requests& requests) {
@@ -36,6 +45,8 @@ void draw_cameras_step(const Snapshot& snapshot, Views& views, Requests& request
     draw_nothing_yet("Here the cameras will stand about the head, as they were found from the clip.");
     return;
   }
+  draw_pages(snapshot, requests);
+  if (snapshot.masks.shown) return draw_masks(snapshot, views, requests);
   if (!contents->track) {
     draw_nothing_yet(
         "The cameras are found. They are drawn as soon as the next step knows where the head is.");
@@ -57,7 +68,6 @@ void draw_cameras_step(const Snapshot& snapshot, Views& views, Requests& request
   begin_card("cameras card");
   views.cameras.draw("camera view", ImGui::GetContentRegionAvail());
   end_card();
-  (void)requests;
 }
 
 }  // namespace likeness::ui

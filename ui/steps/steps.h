@@ -28,6 +28,9 @@ void draw_timeline(const Snapshot& snapshot, Views& views, ImVec2 size, Requests
 // Of the Direct step: what drives the avatar live, or could.
 void draw_drive(const Snapshot& snapshot, Views& views, Requests& requests);
 
+// Of the Cameras step: the mask of every frame and the background plate, with the brush that corrects masks.
+void draw_masks(const Snapshot& snapshot, Views& views, Requests& requests);
+
 // What a step shows above its own work: progress, failure with its remedy, warnings.
 void draw_step_state(const StepView& view);
 // A heading that opens and closes what follows; whether it is open.

@@ -1,0 +1,135 @@
+// The masks' part of the studio: their picture, what is painted on them, its files: see studio.h.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <utility>
+
+#include "core/project/corrections.h"
+#include "ui/studio.h"
+
+namespace likeness::ui {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+// After the last change: what became stale is found by reading the project again, which takes a moment.
+constexpr std::chrono::milliseconds kSettled{500};
+
+}  // namespace
+
+bool Studio::masking() const {
+  return shown_ == Step::cameras && masks_.shown() && masks_.has_frames() && contents_ != nullptr;
+}
+
+void Studio::apply(const MaskRequests& requests) {
+  if (!contents_) return;
+  const bool still = !ui::is_working(pipeline_.job);  // a run reads the strokes and replaces the masks
+  if (requests.shown) masks_.show(*requests.shown);
+  if (requests.frame) masks_.look_at(*requests.frame);
+  if (requests.look) masks_.set_look(*requests.look);
+  if (requests.stroke && still && masks_.paint(*requests.stroke)) save_strokes();
+  if (requests.clear && still && masks_.clear()) save_strokes();
+  if (requests.set_aside && still) set_aside(*requests.set_aside);
+  if (requests.shown || requests.frame || requests.look || requests.stroke || requests.clear) show_mask();
+}
+
+void Studio::correct(Command command) {
+  const bool still = !ui::is_working(pipeline_.job);
+  if (command == Command::previous_picture) masks_.step(-1);
+  if (command == Command::next_picture) masks_.step(1);
+  if (command == Command::undo && still && masks_.undo()) save_strokes();
+  if (command == Command::redo && still && masks_.redo()) save_strokes();
+  show_mask();
+}
+
+void Studio::show_mask() {
+  if (!masks_.shown() || masks_.frame() < 0 || !contents_ || !contents_->capture) return;
+  const int frame = masks_.frame();
+  const MaskLook look = masks_.look();
+  background_.run("mask",
+                  [this, frame, look, folder = folder_, crop = contents_->capture->crop, edit = masks_.edit(),
+                   strokes = masks_.strokes(frame),
+                   source = mask_source_ && mask_source_->frame == frame ? mask_source_ : nullptr](
+                      std::stop_token) mutable -> Background::Delivery {
+                    MaskPicture drawn{{frame, 0, nullptr, ""}, look, edit};
+                    if (look == MaskLook::plate) {
+                      auto plate = draw_plate(folder);
+                      if (plate) drawn.picture.image = std::make_shared<const Image8>(std::move(*plate));
+                      if (!plate) drawn.picture.missing = plate.error().what;
+                    } else {
+                      auto read = source ? Result<MaskSource>(Error{}) : read_mask_source(folder, frame);
+                      if (read) source = std::make_shared<const MaskSource>(std::move(*read));
+                      if (source)
+                        drawn.picture.image =
+                            std::make_shared<const Image8>(draw_mask(*source, *strokes, crop, look));
+                      if (!source) drawn.picture.missing = read.error().what;
+                    }
+                    return [this, folder, source, drawn = std::move(drawn)]() mutable {
+                      if (folder != folder_ || drawn.picture.frame != masks_.frame()) return;
+                      mask_source_ = source;
+                      drawn.picture.number = ++picture_number_;
+                      mask_picture_ = std::move(drawn);
+                    };
+                  });
+}
+
+// Every change at once, in the background: there is nothing to be lost by closing. What could not be written
+// is written with the next change.
+void Studio::save_strokes() {
+  if (!contents_) return;
+  for (const int frame : masks_.take_unsaved()) {
+    background_.run(fmt::format("strokes {} {}", folder_.string(), frame),
+                    [this, frame, project = contents_->project,
+                     strokes = masks_.strokes(frame)](std::stop_token) -> Background::Delivery {
+                      const auto saved = save_corrections(project, frame, *strokes);
+                      return [this, frame, folder = project.folder,
+                              error = saved ? std::nullopt : std::optional(saved.error())] {
+                        if (error) fail(*error);
+                        if (error && folder == folder_) masks_.was_not_saved(frame);
+                      };
+                    });
+  }
+  strokes_changed_ = Directing::Clock::now();
+}
+
+// Once nobody has painted for a moment: which stages are stale now.
+void Studio::settle_strokes() {
+  if (!strokes_changed_ || Directing::Clock::now() - *strokes_changed_ < kSettled) return;
+  strokes_changed_.reset();
+  if (contents_) load(folder_);
+}
+
+void Studio::set_aside(int frame) {
+  background_.run("", [this, frame, project = contents_->project](std::stop_token) -> Background::Delivery {
+    const auto aside = set_aside_strokes(project, frame);
+    return [this, frame, aside, folder = project.folder] {
+      if (folder != folder_) return;
+      if (!aside) return fail(aside.error());
+      masks_.was_set_aside(frame);
+      message_ = "The damaged strokes are kept as " + aside->string();
+      load(folder_);
+    };
+  });
+}
+
+// After the project was read: whatever was drawn is of earlier masks.
+void Studio::take_masks(bool first) {
+  if (first) masks_.open(contents_->strokes, contents_->unreadable_strokes);
+  masks_.set_frames(matted_frames(*contents_));
+  mask_source_.reset();
+  show_mask();
+}
+
+MasksView Studio::masks_view() const {
+  MasksView view = masks_.view();
+  const bool still = !ui::is_working(pipeline_.job);
+  view.can_undo &= still;
+  view.can_redo &= still;
+  view.unmade = still && (strokes_changed_ || (contents_ && contents_->is_stale(Stage::matte)) ||
+                          (contents_ && contents_->project.record(Stage::matte).state == StageState::done &&
+                           !contents_->is_current(Stage::matte)));
+  return view;
+}
+
+}  // namespace likeness::ui
