@@ -59,11 +59,11 @@ Result<Strokes> read_strokes(const std::filesystem::path& path) {
   const auto text = read_text(path);
   if (!text) return text.error();
   const auto refused = [&](const std::string& why) {
-    return Error{
-        ErrorCode::bad_input, fmt::format("The mask's strokes in {} cannot be read: {}.", path.string(), why),
-        "Put a good copy of this file back, or set it aside in the Cameras step under Masks and paint "
-        "the frame's strokes anew.",
-        path.string()};
+    return Error{ErrorCode::bad_input,
+                 fmt::format("The mask's strokes in {} cannot be read: {}.", path.string(), why),
+                 "Put a good copy of this file back; or set it aside, in the Cameras step under Masks and "
+                 "background or by renaming it, and paint the frame anew.",
+                 path.string()};
   };
   try {
     const json j = json::parse(*text);
@@ -78,8 +78,8 @@ Result<Strokes> read_strokes(const std::filesystem::path& path) {
       strokes.push_back(std::move(stroke));
     }
     return strokes;
-  } catch (const json::exception& e) {
-    return refused(e.what());
+  } catch (const json::exception&) {
+    return refused("it is damaged");
   }
 }
 
