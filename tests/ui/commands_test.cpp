@@ -43,6 +43,17 @@ TEST(Commands, AnAvatarNeedsAProjectAndAnAnswer) {
   EXPECT_FALSE(is_enabled(Command::open_clip, now));
 }
 
+TEST(Commands, StrokesAreTakenBackBeforeThereIsAnAvatar) {
+  Situation now{.project = true};
+  now.can_undo = now.can_redo = true;
+  for (const Command c : {Command::undo, Command::redo, Command::previous_picture, Command::next_picture}) {
+    now.masking = false;
+    EXPECT_FALSE(is_enabled(c, now));
+    now.masking = true;
+    EXPECT_TRUE(is_enabled(c, now));
+  }
+}
+
 TEST(Commands, NothingIsExportedWithoutConsentOrWhileItLearns) {
   Situation now{.project = true, .avatar = true};
   for (const Command c : {Command::export_still, Command::export_orbit, Command::export_mesh}) {
