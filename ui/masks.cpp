@@ -21,6 +21,24 @@ void Masks::open(FrameStrokes strokes, std::map<int, Error> unreadable) {
   unreadable_ = std::move(unreadable);
 }
 
+void Masks::refresh(const FrameStrokes& strokes, std::map<int, Error> unreadable) {
+  std::map<int, std::shared_ptr<const Strokes>> now;
+  for (const auto& [frame, own] : strokes) {
+    const auto held = strokes_.find(frame);
+    const bool same = held != strokes_.end() && *held->second == own;
+    now[frame] = same ? held->second : std::make_shared<const Strokes>(own);
+  }
+  for (const int frame : unsaved_) {
+    now.erase(frame);
+    if (const auto held = strokes_.find(frame); held != strokes_.end()) now[frame] = held->second;
+  }
+  unreadable_ = std::move(unreadable);
+  if (now == strokes_) return;
+  strokes_ = std::move(now);
+  history_.clear(), present_ = 0;  // of strokes that are no more
+  ++edit_;
+}
+
 void Masks::set_frames(std::vector<int> frames) {
   frames_ = std::make_shared<const std::vector<int>>(std::move(frames));
   if (frames_->empty()) {

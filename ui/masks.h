@@ -44,6 +44,8 @@ class Masks {
  public:
   // Another project's, or none; nothing can be undone.
   void open(FrameStrokes strokes, std::map<int, Error> unreadable);
+  // The same project's, read again: what is on the disk counts but where a change was not yet saved.
+  void refresh(const FrameStrokes& strokes, std::map<int, Error> unreadable);
   // The frames that have masks, ascending. The one shown stays, or is the middle one.
   void set_frames(std::vector<int> frames);
   void show(bool shown) { shown_ = shown; }
@@ -72,6 +74,7 @@ class Masks {
   // Frames whose strokes changed since they were last taken to be written.
   std::set<int> take_unsaved();
   void was_not_saved(int frame) { unsaved_.insert(frame); }
+  bool has_unsaved() const { return !unsaved_.empty(); }
 
  private:
   struct Change {

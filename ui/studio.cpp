@@ -1,7 +1,7 @@
 // The studio's beginning, end and every tick of it: see studio.h. What is asked of it is carried out in
 // studio_requests.cpp and studio_direct.cpp, projects are opened in studio_project.cpp, work is started in
-// studio_work.cpp, a webcam is recorded in studio_record.cpp, pictures of frames come from
-// studio_pictures.cpp.
+// studio_work.cpp, a webcam is recorded in studio_record.cpp, masks are painted on in studio_masks.cpp,
+// pictures of frames come from studio_pictures.cpp.
 #include "ui/studio.h"
 
 #include <algorithm>
@@ -32,6 +32,7 @@ Studio::Studio(StudioOptions options, std::function<void()> wake)
           wake_) {}
 
 Studio::~Studio() {
+  save_strokes();
   lay_takes();
   save_performance(true);
   save_settings();

@@ -90,7 +90,7 @@ class Studio {
   void open(const std::filesystem::path& path);
   void open_clip(const std::filesystem::path& clip, Consent consent, ProjectOptions options);
   void load(const std::filesystem::path& folder);
-  void loaded(std::shared_ptr<const ProjectContents> contents);
+  void loaded(std::shared_ptr<const ProjectContents> contents, std::uint64_t masks_edit);
   void close_project();
   void start_pipeline(ProjectOptions options);
   void start_demo();
@@ -117,7 +117,7 @@ class Studio {
   void save_strokes();
   void settle_strokes();
   void set_aside(int frame);
-  void take_masks(bool first);
+  void take_masks(bool first, std::uint64_t edit);
   MasksView masks_view() const;
   // Of the Direct step (studio_direct.cpp).
   Wish direct(Command command);
@@ -171,6 +171,7 @@ class Studio {
   FramePicture clip_picture_, check_picture_, face_picture_, compare_picture_;
   Masks masks_;
   MaskPicture mask_picture_;
+  std::uint64_t masks_read_ = 0;                   // how often the project's were
   std::shared_ptr<const MaskSource> mask_source_;  // of the picture, or of one like it
   std::optional<Directing::Clock::time_point>
       strokes_changed_;  // and it was not yet seen what is stale by it

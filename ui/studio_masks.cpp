@@ -47,37 +47,38 @@ void Studio::show_mask() {
   if (!masks_.shown() || masks_.frame() < 0 || !contents_ || !contents_->capture) return;
   const int frame = masks_.frame();
   const MaskLook look = masks_.look();
-  background_.run("mask",
-                  [this, frame, look, folder = folder_, crop = contents_->capture->crop, edit = masks_.edit(),
-                   strokes = masks_.strokes(frame),
-                   source = mask_source_ && mask_source_->frame == frame ? mask_source_ : nullptr](
-                      std::stop_token) mutable -> Background::Delivery {
-                    MaskPicture drawn{{frame, 0, nullptr, ""}, look, edit};
-                    if (look == MaskLook::plate) {
-                      auto plate = draw_plate(folder);
-                      if (plate) drawn.picture.image = std::make_shared<const Image8>(std::move(*plate));
-                      if (!plate) drawn.picture.missing = plate.error().what;
-                    } else {
-                      auto read = source ? Result<MaskSource>(Error{}) : read_mask_source(folder, frame);
-                      if (read) source = std::make_shared<const MaskSource>(std::move(*read));
-                      if (source)
-                        drawn.picture.image =
-                            std::make_shared<const Image8>(draw_mask(*source, *strokes, crop, look));
-                      if (!source) drawn.picture.missing = read.error().what;
-                    }
-                    return [this, folder, source, drawn = std::move(drawn)]() mutable {
-                      if (folder != folder_ || drawn.picture.frame != masks_.frame()) return;
-                      mask_source_ = source;
-                      drawn.picture.number = ++picture_number_;
-                      mask_picture_ = std::move(drawn);
-                    };
-                  });
+  background_.run(
+      "mask",
+      [this, frame, look, folder = folder_, read_before = masks_read_, crop = contents_->capture->crop,
+       edit = masks_.edit(), strokes = masks_.strokes(frame),
+       source = mask_source_ && mask_source_->frame == frame ? mask_source_ : nullptr](
+          std::stop_token) mutable -> Background::Delivery {
+        MaskPicture drawn{{frame, 0, nullptr, ""}, look, edit};
+        if (look == MaskLook::plate) {
+          auto plate = draw_plate(folder);
+          if (plate) drawn.picture.image = std::make_shared<const Image8>(std::move(*plate));
+          if (!plate) drawn.picture.missing = plate.error().what;
+        } else {
+          auto read = source ? Result<MaskSource>(Error{}) : read_mask_source(folder, frame);
+          if (read) source = std::make_shared<const MaskSource>(std::move(*read));
+          if (source)
+            drawn.picture.image = std::make_shared<const Image8>(draw_mask(*source, *strokes, crop, look));
+          if (!source) drawn.picture.missing = read.error().what;
+        }
+        return [this, folder, read_before, source, drawn = std::move(drawn)]() mutable {
+          if (folder != folder_ || read_before != masks_read_ || drawn.picture.frame != masks_.frame())
+            return;
+          mask_source_ = source;
+          drawn.picture.number = ++picture_number_;
+          mask_picture_ = std::move(drawn);
+        };
+      });
 }
 
 // Every change at once, in the background: there is nothing to be lost by closing. What could not be written
 // is written with the next change.
 void Studio::save_strokes() {
-  if (!contents_) return;
+  if (!contents_ || !masks_.has_unsaved()) return;
   for (const int frame : masks_.take_unsaved()) {
     background_.run(fmt::format("strokes {} {}", folder_.string(), frame),
                     [this, frame, project = contents_->project,
@@ -102,6 +103,10 @@ void Studio::settle_strokes() {
 
 void Studio::set_aside(int frame) {
   background_.run("", [this, frame, project = contents_->project](std::stop_token) -> Background::Delivery {
+    if (read_strokes(strokes_path(project, frame)))  // somebody put a good copy back
+      return [this, folder = project.folder] {
+        if (folder == folder_) load(folder_);
+      };
     const auto aside = set_aside_strokes(project, frame);
     return [this, frame, aside, folder = project.folder] {
       if (folder != folder_) return;
@@ -114,10 +119,13 @@ void Studio::set_aside(int frame) {
 }
 
 // After the project was read: whatever was drawn is of earlier masks.
-void Studio::take_masks(bool first) {
+// edit: of the masks when the reading began; what was painted since is not among what was read.
+void Studio::take_masks(bool first, std::uint64_t edit) {
   if (first) masks_.open(contents_->strokes, contents_->unreadable_strokes);
+  if (!first && edit == masks_.edit()) masks_.refresh(contents_->strokes, contents_->unreadable_strokes);
   masks_.set_frames(matted_frames(*contents_));
   mask_source_.reset();
+  ++masks_read_;
   show_mask();
 }
 
@@ -126,7 +134,8 @@ MasksView Studio::masks_view() const {
   const bool still = !ui::is_working(pipeline_.job);
   view.can_undo &= still;
   view.can_redo &= still;
-  view.unmade = still && (strokes_changed_ || (contents_ && contents_->is_stale(Stage::matte)) ||
+  view.unmade = still && (strokes_changed_ || masks_.has_unsaved() ||
+                          (contents_ && contents_->is_stale(Stage::matte)) ||
                           (contents_ && contents_->project.record(Stage::matte).state == StageState::done &&
                            !contents_->is_current(Stage::matte)));
   return view;

@@ -160,33 +160,34 @@ void Studio::load(const fs::path& folder) {
   }
   loading_ = true;
   const std::uint64_t number = ++load_number_;
-  background_.run(
-      "contents",
-      [this, folder = folder_, number, earlier = contents_](std::stop_token) -> Background::Delivery {
-        auto contents = read_contents(folder, earlier.get());
-        auto damaged = contents ? std::nullopt : find_damaged_project(folder);
-        auto overlay = contents && (!earlier || earlier->track != (*contents)->track)
-                           ? FaceOverlay::make(*contents)
-                           : nullptr;
-        return [this, folder, number, contents = std::move(contents), overlay = std::move(overlay),
-                damaged = std::move(damaged)] {
-          if (folder != folder_ || number != load_number_) return;  // another was opened or changed meanwhile
-          loading_ = false;
-          if (!contents) {
-            fail(contents.error());
-            if (!contents_) close_project();
-            damaged_ = damaged;
-            // A damaged one stays on the list: it can be repaired or deleted from there.
-            if (!damaged) std::erase(settings_.recent, folder);
-            return;
-          }
-          if (overlay) overlay_ = overlay;
-          loaded(*contents);
-        };
-      });
+  background_.run("contents",
+                  [this, folder = folder_, number, earlier = contents_,
+                   edit = masks_.edit()](std::stop_token) -> Background::Delivery {
+                    auto contents = read_contents(folder, earlier.get());
+                    auto damaged = contents ? std::nullopt : find_damaged_project(folder);
+                    auto overlay = contents && (!earlier || earlier->track != (*contents)->track)
+                                       ? FaceOverlay::make(*contents)
+                                       : nullptr;
+                    return [this, folder, number, edit, contents = std::move(contents),
+                            overlay = std::move(overlay), damaged = std::move(damaged)] {
+                      if (folder != folder_ || number != load_number_)
+                        return;  // another was opened or changed meanwhile
+                      loading_ = false;
+                      if (!contents) {
+                        fail(contents.error());
+                        if (!contents_) close_project();
+                        damaged_ = damaged;
+                        // A damaged one stays on the list: it can be repaired or deleted from there.
+                        if (!damaged) std::erase(settings_.recent, folder);
+                        return;
+                      }
+                      if (overlay) overlay_ = overlay;
+                      loaded(*contents, edit);
+                    };
+                  });
 }
 
-void Studio::loaded(std::shared_ptr<const ProjectContents> contents) {
+void Studio::loaded(std::shared_ptr<const ProjectContents> contents, std::uint64_t masks_edit) {
   const bool first = contents_ == nullptr;
   const ProjectContents earlier = contents_ ? *contents_ : ProjectContents{};
   contents_ = std::move(contents);
@@ -199,7 +200,7 @@ void Studio::loaded(std::shared_ptr<const ProjectContents> contents) {
     shown_ = contents_->avatar ? Step::direct : Step::film;
     read_clip_picture();
   }
-  take_masks(first);
+  take_masks(first, masks_edit);
   if (!first && contents_->clip && !earlier.clip) read_clip_picture();
   if (contents_->avatar && contents_->avatar != earlier.avatar) request_picture();
   // A new clip is looked at before anything is built from it.

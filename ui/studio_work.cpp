@@ -24,6 +24,7 @@ fs::path export_path(const fs::path& folder, const ExportChoice& choice, const E
 
 void Studio::start_pipeline(ProjectOptions options) {
   if (!contents_) return;
+  save_strokes();  // that could not be written when they were painted
   edit_options([&](ProjectOptions& o) { o = options; });
   Project project = latest_project();
   project.options = options;

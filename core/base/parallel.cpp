@@ -8,7 +8,16 @@
 #include <tbb/info.h>
 #include <tbb/parallel_for.h>
 
+// GCC says so by a macro, Clang by a feature.
 #if defined(__SANITIZE_THREAD__)
+#define LIKENESS_THREAD_SANITIZER
+#elif defined(__has_feature)
+#if __has_feature(thread_sanitizer)
+#define LIKENESS_THREAD_SANITIZER
+#endif
+#endif
+
+#ifdef LIKENESS_THREAD_SANITIZER
 #include <sanitizer/tsan_interface.h>
 #define LIKENESS_UNSEEN __attribute__((no_sanitize_thread))
 #else
@@ -22,7 +31,7 @@ namespace {
 // library is built without the thread sanitizer, which therefore has to be told; bodies stay unordered among
 // each other. Without that sanitizer this is nothing.
 struct LoopOrder {
-#if defined(__SANITIZE_THREAD__)
+#ifdef LIKENESS_THREAD_SANITIZER
   char start = 0, end = 0;
   LoopOrder() { __tsan_release(&start); }
   ~LoopOrder() { __tsan_acquire(&end); }

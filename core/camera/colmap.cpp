@@ -515,6 +515,15 @@ Result<ColmapModel> solve_colmap(const fs::path& work, const ColmapOptions& opti
                                  std::stop_token stop) {
   const int threads = options.threads > 0 ? options.threads : current_thread_limit();
   Commands commands{work, options, Pairs::neighbours, std::to_string(std::max(1, threads))};
+  const struct Watched {  // only while it is solved
+    fs::path folder;
+    explicit Watched(fs::path f) : folder(std::move(f)) { clear(); }
+    ~Watched() { clear(); }
+    void clear() const {
+      std::error_code ignored;
+      fs::remove_all(folder, ignored);
+    }
+  } watched(commands.snapshots());
   auto model = solve_pairs(commands, progress.stage(0, 0.8, "neighbours"), stop);
   if (!model && model.error().code != ErrorCode::failed) return model;
   const auto counts = count_database(work / "database.db");
@@ -530,8 +539,6 @@ Result<ColmapModel> solve_colmap(const fs::path& work, const ColmapOptions& opti
   }
   if (!model) return model;
   if (auto kept = keep_solve(commands); !kept) return kept.error();
-  std::error_code ignored;
-  fs::remove_all(commands.snapshots(), ignored);
   progress.report(1);
   return model;
 }

@@ -28,6 +28,7 @@ Result<void> prepare_work_folder(const fs::path& work, const std::string& inputs
     }
     if (auto written = write_text(inputs, inputs_hash + "\n"); !written) return written;
   }
+  fs::remove_all(work / "snapshots", fault);  // of a solve that was killed
   for (const char* name : {"images", "masks"}) {
     fs::create_directories(work / name, fault);
     if (fault) return file_error(work / name, "create", fault.value());

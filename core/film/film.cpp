@@ -110,7 +110,9 @@ Result<void> check_known(const Avatar& avatar, const std::string& background, co
   const bool room = background == "room";
   const char* fix = "Choose a colour, e.g. --background #e6e6e6";
   if (room && !avatar.room)
-    return Error{ErrorCode::bad_input, "This avatar knows no room round it: its camera rested.",
+    return Error{ErrorCode::bad_input,
+                 avatar.plate.empty() ? "This avatar knows no room round it."
+                                      : "This avatar knows no room round it: its camera rested.",
                  avatar.plate.empty() ? fix : "Choose plate, or a colour, e.g. --background #e6e6e6", ""};
   if (room) return {};
   if (avatar.plate.empty())

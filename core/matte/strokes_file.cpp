@@ -1,6 +1,7 @@
 // corrections/NNNNNN.json: the strokes of one frame.
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <nlohmann/json.hpp>

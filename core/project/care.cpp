@@ -13,6 +13,7 @@
 #include "core/base/files.h"
 #include "core/base/hash.h"
 #include "core/project/build_forecast.h"
+#include "core/project/corrections.h"
 #include "core/project/damaged_project.h"
 #include "core/video/video_name.h"
 
@@ -24,8 +25,7 @@ namespace {
 
 // All that is ever written into a project's folder, project.json last: as long as it is there, the deletion
 // can be asked for again.
-constexpr std::array<std::string_view, 23> kNames{"frames",          "masks",
-                                                  "corrections",     "corrections.old",
+constexpr std::array<std::string_view, 21> kNames{"frames",          "masks",
                                                   "regions",         "masks.part",
                                                   "masks.old",       "regions.part",
                                                   "regions.old",     "colmap",
@@ -161,7 +161,8 @@ Result<DeletedPerson> delete_person(const fs::path& folder, bool keep_exports) {
   for (fs::directory_iterator it(folder, failure), end; !failure && it != end; it.increment(failure)) {
     const std::string name = it->path().filename().string();
     const bool own = std::ranges::find(kNames, name) != kNames.end() || is_abandoned_part(name) ||
-                     is_performance(name) || (name == "exports" && !keep_exports);
+                     is_performance(name) || is_corrections_folder(name) ||
+                     (name == "exports" && !keep_exports);
     if (own && name != "project.json" && !guard->may_hold_it(it->path())) going.push_back(it->path());
   }
   if (failure) return file_error(folder, "read", failure.value());

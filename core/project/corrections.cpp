@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <charconv>
 #include <optional>
+#include <regex>
 
 #include <fmt/format.h>
 
@@ -28,6 +29,11 @@ std::optional<int> frame_of(const fs::path& file) {
 }
 
 }  // namespace
+
+bool is_corrections_folder(const std::string& name) {
+  static const std::regex form(R"(corrections((-\d+)?\.old)?)");
+  return std::regex_match(name, form);
+}
 
 fs::path strokes_path(const Project& project, int frame) {
   return corrections_path(project) / fmt::format("{:06}.json", frame);
@@ -84,10 +90,12 @@ Result<fs::path> set_aside_strokes(const Project& project, int frame) {
 }
 
 Result<fs::path> set_aside_corrections(const Project& project) {
-  const fs::path path = corrections_path(project), aside = project.folder / "corrections.old";
+  const fs::path path = corrections_path(project);
   std::error_code failure;
-  fs::remove_all(aside, failure);
-  if (!failure) fs::rename(path, aside, failure);
+  fs::path aside = project.folder / "corrections.old";
+  for (int number = 2; fs::exists(aside, failure); ++number)
+    aside = project.folder / fmt::format("corrections-{}.old", number);
+  fs::rename(path, aside, failure);
   if (failure) return file_error(path, "rename", failure.value());
   return aside;
 }

@@ -14,6 +14,9 @@ namespace likeness {
 
 std::filesystem::path strokes_path(const Project& project, int frame);  // absent: none
 
+// Whether a project's folder of this name holds strokes, those that were set aside too.
+bool is_corrections_folder(const std::string& name);
+
 // The frames that have strokes, ascending, whether or not their files can be read.
 std::vector<int> corrected_frames(const Project& project);
 
@@ -32,7 +35,7 @@ Result<void> save_corrections(const Project& project, int frame, const Strokes& 
 // with a number. Returns its new place.
 Result<std::filesystem::path> set_aside_strokes(const Project& project, int frame);
 
-// Renames the whole folder to corrections.old, in place of an older one. Returns its new place.
+// Renames the whole folder to corrections.old, or with a number. Returns its new place.
 Result<std::filesystem::path> set_aside_corrections(const Project& project);
 
 }  // namespace likeness

@@ -191,9 +191,9 @@ Result<GainScore> run_variant(const Inputs& inputs, const GainVariant& variant, 
   if (variant.change != nullptr) variant.change(*track, inputs.model);
   const auto track_hash = hash_file(*tracked);
   if (!track_hash) return track_hash.error();
-  const std::string content =
-      hash_text(fmt::format("{} {} {} {} {} {} {}", inputs.content, *track_hash, variant.name, options.steps,
-                            options.rays, seed, options.refit));
+  const std::string content = hash_text(fmt::format("{} {} {} {} {} {} {}{}", inputs.content, *track_hash,
+                                                    variant.name, options.steps, options.rays, seed,
+                                                    options.refit, corrections_hash(inputs.project)));
   const std::string name = fmt::format("{}-{}", variant.name, seed);
   if (auto done = read_score(folder / (name + ".json"), content)) return *done;
   const auto work =

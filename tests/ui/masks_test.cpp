@@ -58,6 +58,26 @@ TEST(Masks, StrokesAreTakenBackAndPutBackOnTheirOwnFrame) {
   EXPECT_FALSE(masks.can_redo()) << "another change ends what could be put back";
 }
 
+TEST(Masks, WhatChangedOnTheDiskCountsButForWhatIsNotSavedYet) {
+  Masks masks = opened();
+  masks.look_at(3);
+  ASSERT_TRUE(masks.paint(dab(StrokeMark::person, 5)));
+  masks.take_unsaved();
+  // As it was saved: nothing happens, and it can still be taken back.
+  masks.refresh({{3, *masks.strokes(3)}}, {{7, Error{}}});
+  EXPECT_TRUE(masks.can_undo());
+  masks.look_at(9);
+  ASSERT_TRUE(masks.paint(dab(StrokeMark::background, 6)));
+  // Somebody mended one file and removed another; the newest stroke is still on its way to the disk.
+  masks.refresh({{7, {dab(StrokeMark::person, 2)}}}, {});
+  EXPECT_TRUE(masks.strokes(3)->empty());
+  EXPECT_EQ(masks.strokes(7)->size(), 1u);
+  EXPECT_EQ(masks.strokes(9)->size(), 1u);
+  EXPECT_TRUE(masks.view().unreadable.empty());
+  EXPECT_FALSE(masks.can_undo());
+  EXPECT_TRUE(masks.has_unsaved());
+}
+
 TEST(Masks, AFrameIsClearedInOneStep) {
   Masks masks = opened();
   masks.look_at(3);

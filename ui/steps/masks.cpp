@@ -107,7 +107,8 @@ void paint(const Snapshot& snapshot, MaskSight& sight, const Fitted& place, Requ
     sight.radius_share =
         std::clamp(sight.radius_share * std::pow(1.15f, io.MouseWheel), kLeastShare, kMostShare);
   if (sight.frame != masks.frame || !can_paint(snapshot)) sight.stroke.reset();
-  if (ImGui::IsItemActivated() && can_paint(snapshot)) {
+  // By the mouse alone: from the keyboard there is no place to paint at.
+  if (ImGui::IsItemActivated() && ImGui::IsMouseClicked(ImGuiMouseButton_Left) && can_paint(snapshot)) {
     sight.stroke = Stroke{sight.mark, rounded(double(sight.radius_share) * crop.side), {}};
     sight.frame = masks.frame;
     sight.cover = Image(kInkSide, kInkSide, 1);
@@ -233,7 +234,7 @@ void draw_advice(const Snapshot& snapshot) {
   } else if (snapshot.masks.unreadable.contains(frame)) {
     faint_text("This frame's strokes cannot be read: set them aside before painting anew.");
   } else if (own && own->held_out) {
-    faint_text("Held out: a stroke mends this frame's mask alone, and nothing learns from it.");
+    faint_text("Held out: a stroke mends masks that measure, and nothing learns from it.");
   } else if (!snapshot.masks.unmade) {
     faint_text(
         "Paint over all that is wrong. What is under the brush is certain; its edge is found anew when the "

@@ -253,7 +253,7 @@ TEST_F(Colmap, AKilledMatcherKeepsTheFeaturesAndThePairsItHad) {
   // A picture's pairs are stored before the next picture's are begun.
   options_.program = stand_in("[ $1 = sequential_matcher ] || exec " + real + " \"$@\"\n( exec " + real +
                               R"( "$@" ) | while read -r line; do echo "$line"
-        case "$line" in *"Matching image [4/"*) pkill -KILL -P $$ colmap; kill -KILL $$;; esac
+        case "$line" in *"Matching image [2/"*) pkill -KILL -P $$ colmap; kill -KILL $$;; esac
       done)");
   options_.threads = 1;
   const Error error = failure();

@@ -50,6 +50,7 @@ class Care : public testing::Test {
                              "corrections/000000.json",
                              "corrections/000001.damaged.json",
                              "corrections.old/000000.json",
+                             "corrections-2.old/000000.json",
                              "exports/orbit-001.mp4"})
       ASSERT_TRUE(write_text(folder_ / file, "x").ok());
     write_import(clip_);
@@ -83,6 +84,7 @@ TEST_F(Care, StrokesGoWithThePersonWhateverElseIsKept) {
   ASSERT_TRUE(delete_person(folder_, true).ok());
   EXPECT_FALSE(fs::exists(folder_ / "corrections"));
   EXPECT_FALSE(fs::exists(folder_ / "corrections.old"));
+  EXPECT_FALSE(fs::exists(folder_ / "corrections-2.old"));
   EXPECT_TRUE(fs::exists(folder_ / "notes.txt"));
 }
 

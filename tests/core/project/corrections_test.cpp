@@ -105,7 +105,7 @@ TEST_F(Corrections, MakeTheMasksAndWhatFollowsStaleAndNothingElse) {
 TEST_F(Corrections, ProjectsFromBeforeThemAreNotStale) {
   const auto content = [](const fs::path& path) { return *hash_file(path); };
   EXPECT_EQ(input_hash(project_, Stage::matte),
-            hash_text(fmt::format("matte 3\n{} {} {} none", content(capture_path(project_)),
+            hash_text(fmt::format("matte 4\n{} {} {} none", content(capture_path(project_)),
                                   content(cameras_path(project_)), content(track_path(project_)))));
 }
 
@@ -139,6 +139,16 @@ TEST_F(Corrections, OfAnotherClipAreSetAsideWhole) {
   ASSERT_TRUE(aside.ok()) << aside.error().what;
   EXPECT_TRUE(corrected_frames(project_).empty());
   EXPECT_EQ(*read_strokes(*aside / "000012.json"), kSome);
+  // Nor does the next clip's work take the place of the first one's.
+  ASSERT_TRUE(save_corrections(project_, 3, {kSome.front()}).ok());
+  const auto second = set_aside_corrections(project_);
+  ASSERT_TRUE(second.ok()) << second.error().what;
+  EXPECT_NE(*second, *aside);
+  EXPECT_EQ(*read_strokes(*aside / "000012.json"), kSome);
+  EXPECT_TRUE(fs::exists(*second / "000003.json"));
+  for (const fs::path& folder : {*aside, *second, corrections_path(project_)})
+    EXPECT_TRUE(is_corrections_folder(folder.filename().string())) << folder;
+  EXPECT_FALSE(is_corrections_folder("corrections.txt"));
 }
 
 }  // namespace
