@@ -222,7 +222,7 @@ void CameraScene::set(std::shared_ptr<const SolvingCameras> solving) {
     frusta.add(camera.world_from_cam, camera.intrinsics);
   }
   my.centre = Vec3d::Zero();
-  my.show(frusta, Vec3d::Constant(-0.5 * my.solving->reach), Vec3d::Constant(0.5 * my.solving->reach));
+  my.show(frusta, Vec3d::Constant(-0.8 * my.solving->reach), Vec3d::Constant(0.8 * my.solving->reach));
   set_points(my.points, my.solving->points);
   if (first) look_at_all();  // afterwards as whoever watches has turned it
 }

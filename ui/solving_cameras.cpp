@@ -11,7 +11,7 @@ namespace likeness::ui {
 namespace {
 
 constexpr double kRadius = 0.5, kFarthestPoint = 6;
-constexpr double kMost = 0.7, kFarthestReach = 2.5;  // of the points
+constexpr double kMost = 0.7, kFarthestReach = 3;  // of the points
 
 // The rotation that turns `up` to y.
 Eigen::Matrix3d upright(const Vec3d& up) {
