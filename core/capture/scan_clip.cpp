@@ -13,6 +13,7 @@ constexpr double kSamplePeriod = 0.2;     // s between two looks for faces
 constexpr double kComfortableFace = 140;  // px across; the detector needs about 80, more only costs time
 constexpr double kFirstLook = 640, kLastLook = 1920;  // px of the longer side
 constexpr double kComparableArea = 0.35;  // of the main face's, from which another counts as a second person
+constexpr int kRecall = 10;               // looks for which the detector knows where a face was
 constexpr double kSureScore = 0.4;        // of the detector; below it, chance patterns are common
 constexpr int kSharpnessSide = 160;       // px
 
@@ -20,13 +21,18 @@ constexpr int kSketchSide = 24;  // px: small enough for noise to vanish, large 
 
 double area(const FaceBox& box) { return box.width * box.height; }
 
-std::vector<FaceBox> detect_at(const FaceDetector& detector, const Image8& picture, double scale) {
+std::vector<FaceBox> detect_at(const FaceDetector& detector, const Image8& picture, double scale,
+                               const std::optional<FaceBox>& before) {
   const int width = std::max(1, int(std::lround(picture.width * scale)));
   const int height = std::max(1, int(std::lround(picture.height * scale)));
-  std::vector<FaceBox> faces = width == picture.width && height == picture.height
-                                   ? detector.detect(picture)
-                                   : detector.detect(resize(picture, width, height));
   const double sx = double(picture.width) / width, sy = double(picture.height) / height;
+  std::optional<FaceBox> expected = before;
+  if (expected)
+    expected = FaceBox{before->x / sx, before->y / sy, before->width / sx, before->height / sy, 0};
+  const FaceBox* place = expected ? &*expected : nullptr;
+  std::vector<FaceBox> faces = width == picture.width && height == picture.height
+                                   ? detector.detect(picture, place)
+                                   : detector.detect(resize(picture, width, height), place);
   for (FaceBox& face : faces) face.x *= sx, face.width *= sx, face.y *= sy, face.height *= sy;
   return faces;
 }
@@ -83,9 +89,11 @@ class FaceFinder {
   FaceSample look(const VideoFrame& frame) {
     const double longer = std::max(frame.rgb.width, frame.rgb.height);
     if (scale_ == 0) scale_ = std::min(1.0, kFirstLook / longer);
+    if (++looks_since_ > kRecall) last_.reset();
     for (double scale = scale_; scale * longer <= kLastLook; scale *= 2) {
-      const FaceSample sample = judge(frame.index, detect_at(detector_, frame.rgb, scale));
+      const FaceSample sample = judge(frame.index, detect_at(detector_, frame.rgb, scale, last_));
       if (!sample.face) continue;
+      last_ = sample.face, looks_since_ = 0;
       scale_ = std::clamp(kComfortableFace / sample.face->width, 160 / longer, kLastLook / longer);
       return sample;
     }
@@ -96,6 +104,8 @@ class FaceFinder {
  private:
   const FaceDetector& detector_;
   double scale_ = 0;
+  std::optional<FaceBox> last_;  // until kRecall looks have missed it
+  int looks_since_ = 0;
 };
 
 }  // namespace

@@ -38,13 +38,6 @@ struct RestFrame {
   std::optional<Gaze> gaze;
 };
 
-double overlap(const FaceBox& a, const FaceBox& b) {
-  const double w = std::min(a.x + a.width, b.x + b.width) - std::max(a.x, b.x);
-  const double h = std::min(a.y + a.height, b.y + b.height) - std::max(a.y, b.y);
-  if (w <= 0 || h <= 0) return 0;
-  return w * h / (a.width * a.height + b.width * b.height - w * h);
-}
-
 Image8 to_grey(const Image8& rgb) {
   Image8 grey(rgb.width, rgb.height, 1);
   const std::uint8_t* p = rgb.data.data();
@@ -117,7 +110,7 @@ struct LiveTracker::Impl {
       return std::nullopt;
     if (++since_look < options.look_again) return face;
     since_look = 0;
-    const auto found = detector->detect(picture);
+    const auto found = detector->detect(picture, &box);
     const bool there =
         std::ranges::any_of(found, [&](const FaceBox& seen) { return overlap(seen, box) > kSameFace; });
     // A face turned far away is none to the detector: then the fit's own word counts.
@@ -200,10 +193,11 @@ struct LiveTracker::Impl {
     lost.articulation = neutral_articulation(*model);
     lost.reason = "no face found";
     std::optional<Found> found;
-    if (const auto face = expected(grey)) found = follow(grey, *face, time_s);
+    const auto face = expected(grey);
+    if (face) found = follow(grey, *face, time_s);
     // What was followed weakly for a while may follow a face where there is none any more.
     weak_run = found && found->verdict.status == FrameStatus::weak ? weak_run + 1 : 0;
-    if (weak_run >= kLongestWeak && detector->detect(grey).empty()) {
+    if (weak_run >= kLongestWeak && detector->detect(grey, face ? &face->box : nullptr).empty()) {
       before.clear();
       return lost;
     }

@@ -17,6 +17,7 @@ namespace {
 constexpr std::size_t kBatch = 24;        // frames decoded before faces are sought, in parallel
 constexpr std::size_t kLookAhead = 4;     // frames a box may be smoothed with on the later side
 constexpr int kBridge = 12;               // frames without a detection over which a box is carried
+constexpr int kRecall = 60;               // frames for which a face's place is known to the detector
 constexpr LandmarkEffort kEffort{8, 16};  // the second pass, after the dense poses, may take more
 constexpr LandmarkEffort kGlance{4, 4};   // enough to know a person again
 constexpr std::size_t kScanEvery = 8;     // frames; in between, one face is sought near its last place only
@@ -31,13 +32,6 @@ struct Pending {
   Image8 rgb;                  // region, at most kFaceSide
   std::vector<FaceBox> found;  // in its pixels
 };
-
-double overlap(const FaceBox& a, const FaceBox& b) {
-  const double w = std::min(a.x + a.width, b.x + b.width) - std::max(a.x, b.x);
-  const double h = std::min(a.y + a.height, b.y + b.height) - std::max(a.y, b.y);
-  if (w <= 0 || h <= 0) return 0;
-  return w * h / (a.width * a.height + b.width * b.height - w * h);
-}
 
 class ClipReader {
  public:
@@ -82,8 +76,8 @@ class ClipReader {
 
  private:
   // The last face before frame i. A training frame knows only training frames; a held-out one all before it.
-  const FaceBox* last_seen(std::size_t i, bool held_out) const {
-    for (std::size_t j = i; j-- > 0 && i - j <= kBridge;)
+  const FaceBox* last_seen(std::size_t i, bool held_out, std::size_t reach = kBridge) const {
+    for (std::size_t j = i; j-- > 0 && i - j <= reach;)
       if (raw_[j] && (held_out || !clip_.frames[j].held_out)) return &*raw_[j];
     return nullptr;
   }
@@ -95,9 +89,10 @@ class ClipReader {
     if (side < kWindowSide || side * side > 0.8 * static_cast<double>(rgb.pixels())) return {};
     const int x = static_cast<int>(before->x + 0.5 * (before->width - side)),
               y = static_cast<int>(before->y + 0.5 * (before->height - side));
-    std::vector<FaceBox> found =
-        detector_.detect(resize(crop(rgb, x, y, side, side), kWindowSide, kWindowSide));
     const double s = static_cast<double>(side) / kWindowSide;
+    const FaceBox inside{(before->x - x) / s, (before->y - y) / s, before->width / s, before->height / s, 0};
+    std::vector<FaceBox> found =
+        detector_.detect(resize(crop(rgb, x, y, side, side), kWindowSide, kWindowSide), &inside);
     for (FaceBox& b : found) b = {b.x * s + x, b.y * s + y, b.width * s, b.height * s, b.score};
     return found;
   }
@@ -138,8 +133,11 @@ class ClipReader {
 
   void choose(std::size_t i) {
     ClipFrame& frame = clip_.frames[i];
-    const Pending& pending = pending_[i - done_];
-    const std::vector<FaceBox>& found = pending.found;
+    Pending& pending = pending_[i - done_];
+    std::vector<FaceBox>& found = pending.found;
+    if (found.empty())
+      if (const FaceBox* place = last_seen(i, frame.held_out, kRecall))
+        found = detector_.detect(pending.rgb, place);
     if (found.empty()) return;
     const FaceBox* before = last_seen(i, frame.held_out);
     const FaceBox* face = &found.front();

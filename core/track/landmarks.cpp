@@ -27,6 +27,10 @@ namespace {
 constexpr const char* kSystemPredictor = "/usr/share/dlib/shape_predictor_68_face_landmarks.dat";
 constexpr double kDetectionSide =
     1024;  // px; larger pictures are reduced first, faces of 80 px remain findable
+// Of faces where one was before: chance patterns that score more are about one in a hundred pictures, and
+// hardly ever in its place. A bearded face with spectacles by lamplight lies below 0 in four of five
+// pictures.
+constexpr double kLeastScore = -0.5, kSamePlace = 0.35;
 constexpr int kScales = 4, kShifts = 8;
 constexpr double kCalmShare = 0.7, kCalmSpread = 0.012;  // of the runs, of the box's width: enough agreement
 
@@ -149,6 +153,13 @@ const dlib::frontal_face_detector& frontal_detector() {
 
 }  // namespace
 
+double overlap(const FaceBox& a, const FaceBox& b) {
+  const double w = std::min(a.x + a.width, b.x + b.width) - std::max(a.x, b.x);
+  const double h = std::min(a.y + a.height, b.y + b.height) - std::max(a.y, b.y);
+  if (w <= 0 || h <= 0) return 0;
+  return w * h / (a.width * a.height + b.width * b.height - w * h);
+}
+
 double inner_spread(const Landmarks& landmarks) {
   double sum = 0;
   for (int i = kFirstInner; i < kLandmarkCount; ++i) sum += landmarks.spread[i];
@@ -211,7 +222,7 @@ Result<FaceDetector> FaceDetector::load(const std::filesystem::path& predictor) 
   }
 }
 
-std::vector<FaceBox> FaceDetector::detect(const Image8& rgb) const {
+std::vector<FaceBox> FaceDetector::detect(const Image8& rgb, const FaceBox* before) const {
   if (rgb.empty()) return {};
   // dlib's detector finds faces of 80 px and more. Small pictures are enlarged so that 60 px suffice.
   const double longer = std::max(rgb.width, rgb.height);
@@ -222,12 +233,23 @@ std::vector<FaceBox> FaceDetector::detect(const Image8& rgb) const {
                               std::max(1, static_cast<int>(std::lround(rgb.height * s))));
     dlib::frontal_face_detector detector = frontal_detector();  // its scan keeps state: one copy a call
     std::vector<dlib::rect_detection> found;
-    detector(grey, found);
+    detector(grey, found, before ? kLeastScore : 0.0);
     const double sx = static_cast<double>(rgb.width) / static_cast<double>(grey.nc()),
                  sy = static_cast<double>(rgb.height) / static_cast<double>(grey.nr());
-    for (const auto& d : found)
-      boxes.push_back({d.rect.left() * sx, d.rect.top() * sy, static_cast<double>(d.rect.width()) * sx,
-                       static_cast<double>(d.rect.height()) * sy, d.detection_confidence});
+    std::optional<FaceBox> doubted;  // in the place of the one before
+    bool in_place = false;
+    for (const auto& d : found) {
+      const FaceBox box{d.rect.left() * sx, d.rect.top() * sy, static_cast<double>(d.rect.width()) * sx,
+                        static_cast<double>(d.rect.height()) * sy, d.detection_confidence};
+      const bool there = before && overlap(box, *before) >= kSamePlace;
+      if (box.score >= 0) {
+        boxes.push_back(box);
+        in_place |= there;
+      } else if (there && (!doubted || box.score > doubted->score)) {
+        doubted = box;
+      }
+    }
+    if (doubted && !in_place) boxes.push_back(*doubted);
   };
   try {
     detect_at(scale);

@@ -130,5 +130,45 @@ TEST_F(Following, ABarOverTheEyesDoesNotMoveTheBox) {
   }
 }
 
+// A hand over mouth and chin, in a picture whose person(0) lies at (200, 30), 288 px.
+void cover_mouth(Image8& canvas) {
+  for (int y = 180; y < 270; ++y)
+    for (int x = 260; x < 430; ++x) std::fill_n(canvas.at(x, y), 3, 90);
+}
+
+TEST_F(Following, AFaceInItsPlaceNeedsLessEvidenceThanAnother) {
+  const auto detector = FaceDetector::load();
+  ASSERT_TRUE(detector.ok());
+  Image8 canvas(kWidth, kHeight, 3, 120);
+  paste(canvas, person(0), 200, 30, 288);
+  const auto whole = detector->detect(canvas);
+  ASSERT_EQ(whole.size(), 1U);
+  cover_mouth(canvas);
+  EXPECT_TRUE(detector->detect(canvas).empty());
+  const auto again = detector->detect(canvas, &whole[0]);
+  ASSERT_EQ(again.size(), 1U);
+  EXPECT_LT(again[0].score, 0);
+  EXPECT_GT(overlap(again[0], whole[0]), 0.7);
+  FaceBox elsewhere = whole[0];
+  elsewhere.x += 0.6 * elsewhere.width;
+  EXPECT_TRUE(detector->detect(canvas, &elsewhere).empty());
+}
+
+TEST_F(Following, AHandOverTheMouthLosesNoFaceButHidesAnUnknownOne) {
+  const auto covered_from = [&](int first) {
+    return follow([first](Image8& canvas, int f) {
+      paste(canvas, person(0), 200, 30, 288);
+      if (f >= first) cover_mouth(canvas);
+    });
+  };
+  const auto known = covered_from(8), unknown = covered_from(0);
+  ASSERT_TRUE(known.ok() && unknown.ok());
+  for (const ClipFrame& frame : known->frames) {
+    EXPECT_TRUE(frame.detected) << frame.frame;
+    EXPECT_NEAR(centre_x(frame), centre_x(known->frames[0]), 0.1 * frame.box.width) << frame.frame;
+  }
+  for (const ClipFrame& frame : unknown->frames) EXPECT_FALSE(frame.detected) << frame.frame;
+}
+
 }  // namespace
 }  // namespace likeness
