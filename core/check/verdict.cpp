@@ -23,6 +23,7 @@ constexpr double kTinyFace = 80, kSmallFace = 120;    // px across the detector'
 constexpr double kCut = 0.06;                         // of the head's surroundings
 constexpr double kFewTurn_deg = 30;                   // from side to side
 constexpr double kFewNod_deg = 8;
+constexpr double kLeastPosed = 0.1;   // of the faces: fewer say nothing of what the clip shows
 constexpr double kFrontal_deg = 15;   // looks nearer to the front than that are compared in their light
 constexpr double kLightRatio = 1.35;  // of the face's brightness, between calm moments of the clip
 constexpr double kFewTracks = 25;     // background features: too few to solve a moving camera from
@@ -164,6 +165,12 @@ class Judge {
   }
 
   void judge_performance() {
+    if (find(clip_.looks, has_face, is_posed).share() < kLeastPosed) {
+      remark_all(Fault::few_angles, false,
+                 "Eyes, nose and mouth could not be made out, so that angles and expressions are not known.",
+                 "Film in better light, from nearer, and hold the camera still.");
+      return;
+    }
     const double turn = range_of(clip_.looks, is_posed, yaw_of),
                  nod = range_of(clip_.looks, is_posed, pitch_of);
     if (turn < kFewTurn_deg || nod < kFewNod_deg)

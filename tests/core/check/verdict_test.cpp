@@ -127,6 +127,15 @@ TEST(Verdict, WithoutAFaceNothingElseOfItIsSaid) {
   EXPECT_EQ(verdict.verdict, Verdict::refilm);
 }
 
+TEST(Verdict, OfAFaceThatCannotBeReadNoExpressionIsMissed) {
+  const CaptureVerdict verdict = spoilt([](ClipMeasures& clip) {
+    for (Look& look : clip.looks) look.posed = false, look.yaw_deg = look.pitch_deg = 0, look.deeds = {};
+  });
+  ASSERT_THAT(faults(verdict), ElementsAre(Fault::few_angles));
+  EXPECT_THAT(verdict.remarks[0].what, testing::HasSubstr("could not be made out"));
+  EXPECT_EQ(verdict.verdict, Verdict::usable);
+}
+
 TEST(Verdict, AnUndecodedClipIsJudgedWithoutACrash) { EXPECT_EQ(judge_capture({}).verdict, Verdict::refilm); }
 
 TEST(Verdict, EveryNameIsOfItsOwn) {
