@@ -26,11 +26,12 @@ namespace likeness::ui::test {
 struct TestWindow {
   std::unique_ptr<Window> window;
   std::unique_ptr<Shell> shell;
+  inline static bool shown = false;  // to be said before the window is opened
 
   static TestWindow& get() {
     static TestWindow one = [] {
       TestWindow made;
-      auto window = Window::open({.width = 1280, .height = 800, .visible = false});
+      auto window = Window::open({.width = 1280, .height = 800, .visible = shown});
       if (!window) {
         ADD_FAILURE() << window.error().what;
         std::abort();
