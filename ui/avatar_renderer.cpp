@@ -8,6 +8,8 @@
 #include <utility>
 #include <vector>
 
+#include "core/base/priority.h"
+
 namespace likeness::ui {
 
 namespace {
@@ -82,6 +84,7 @@ bool AvatarRenderer::publish(std::uint64_t number, AvatarPicture picture) {
 }
 
 void AvatarRenderer::loop(std::stop_token stop) {
+  step_back();
   while (true) {
     PictureRequest request;
     std::uint64_t number = 0;

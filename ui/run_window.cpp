@@ -3,12 +3,25 @@
 
 #include <algorithm>
 #include <cmath>
+#include <thread>
 
 #include "ui/theme.h"
 
 namespace likeness::ui {
 
+namespace {
+
+constexpr double kBusyFrame_s = 1.0 / 30;  // from frame to frame beside work: smooth enough for a hand
+
+}  // namespace
+
 double WindowLoop::patience() const { return lively_frames_ > 0 ? 0 : studio_.patience_s(); }
+
+double WindowLoop::rest_s() const {
+  if (!studio_.computes()) return 0;
+  const std::chrono::duration<double> since = std::chrono::steady_clock::now() - began_;
+  return std::max(0.0, kBusyFrame_s - since.count());
+}
 
 void WindowLoop::carry_out(Wish wish) {
   switch (wish) {
@@ -55,6 +68,7 @@ void WindowLoop::carry_out(Wish wish) {
 }
 
 bool WindowLoop::frame() {
+  began_ = std::chrono::steady_clock::now();
   if (lively_frames_ > 0) --lively_frames_;
   studio_.tick();
   const Snapshot snapshot = studio_.snapshot();
@@ -110,8 +124,10 @@ Result<void> run_window(const StudioOptions& options, const std::filesystem::pat
     studio.apply(requests);
   }
   WindowLoop loop(**window, studio, **shell);
-  while (loop.frame())
+  while (loop.frame()) {
     if ((*window)->wait(loop.patience())) loop.touched();
+    std::this_thread::sleep_for(std::chrono::duration<double>(loop.rest_s()));
+  }
   return {};
 }
 

@@ -1,6 +1,8 @@
 // The program's loop: waits for something to happen, draws, carries out requests.
 #pragma once
 
+#include <chrono>
+
 #include "core/base/result.h"
 #include "ui/platform/window.h"
 #include "ui/shell.h"
@@ -19,6 +21,9 @@ class WindowLoop {
   // Seconds to wait for input before the next frame: none while something still settles, otherwise until the
   // clock in the window should go on.
   double patience() const;
+  // Seconds to let pass before the next frame even if something happens: a moving mouse asks for a hundred
+  // frames a second, and each is time that work on this computer does not have.
+  double rest_s() const;
   void touched() { lively_frames_ = 3; }
 
  private:
@@ -28,6 +33,7 @@ class WindowLoop {
   Studio& studio_;
   Shell& shell_;
   std::string title_;
+  std::chrono::steady_clock::time_point began_;  // the last frame
   int lively_frames_ = 3;  // ImGui needs a frame to settle after an input
   bool quit_ = false, stopping_ = false;
 };

@@ -111,6 +111,11 @@ bool Studio::is_working() const {
          exports_.is_working() || records();
 }
 
+bool Studio::computes() const {
+  return (ui::is_working(pipeline_.job) && !pipeline_.job.waiting) ||
+         (demo_ && ui::is_working(demo_->status())) || exports_.is_working();
+}
+
 bool Studio::goes_on() const {
   const auto runs = [](const JobStatus& status) { return status.state == JobState::running; };
   return (pipeline_job_ && runs(pipeline_job_->status().job)) || (demo_ && runs(demo_->status())) ||

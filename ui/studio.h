@@ -11,6 +11,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/base/priority.h"
 #include "core/check/verdict.h"
 #include "core/project/damaged_project.h"
 #include "core/synth/demo_capture.h"
@@ -67,6 +68,7 @@ class Studio {
   void save_settings();
   bool is_working() const;  // the project's stages, the demo, an export or a recording
   bool goes_on() const;     // and was not asked to stop
+  bool computes() const;    // work that does not wait for its Continue
   const std::filesystem::path& folder() const { return folder_; }  // of the open project
   double patience_s() const;  // until the window should look again though nobody touched it
   // The picture is on the screen.
@@ -148,6 +150,7 @@ class Studio {
   void repair();
   void delete_person(bool keep_exports);
 
+  const LoopsStepBack loops_step_back_;  // whatever is computed, the window comes first
   StudioOptions options_;
   std::function<void()> wake_;
   Settings settings_;

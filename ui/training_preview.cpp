@@ -8,6 +8,7 @@
 #include <numbers>
 #include <utility>
 
+#include "core/base/priority.h"
 #include "core/direct/direct_avatar.h"
 #include "core/direct/presets.h"
 #include "core/direct/seen_limits.h"
@@ -130,6 +131,7 @@ std::vector<HeldOutScore> TrainingPreview::scores() const {
 }
 
 void TrainingPreview::loop(std::stop_token stop) {
+  step_back();
   std::optional<Scene> scene;
   for (std::size_t number = 0;; ++number) {
     std::shared_ptr<const Avatar> avatar;

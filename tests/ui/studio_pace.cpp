@@ -64,6 +64,7 @@ class StudioPace : public testing::Test {
   void live_once() {
     loop_->frame();
     if (TestWindow::get().window->wait(loop_->patience())) loop_->touched();
+    std::this_thread::sleep_for(std::chrono::duration<double>(loop_->rest_s()));
   }
   bool until(double minutes, const std::function<bool(const Snapshot&)>& so) {
     const auto start = Clock::now();
@@ -117,7 +118,8 @@ class StudioPace : public testing::Test {
       TestWindow::get().window->wait(0);
       watched.longest_s = std::max(watched.longest_s, since(drawn));
       ++watched.drawn;
-      std::this_thread::sleep_for(std::chrono::duration<double>(std::max(0.0, kMouse_s - since(drawn))));
+      std::this_thread::sleep_for(
+          std::chrono::duration<double>(std::max(loop_->rest_s(), kMouse_s - since(drawn))));
     }
     watched.seconds = since(start), watched.steps = step_of(studio_->snapshot()) - first;
     TestWindow::get().window->inject(std::nullopt);
@@ -272,8 +274,18 @@ class StudioPace : public testing::Test {
 };
 
 TEST_F(StudioPace, OfOneClip) {
-  ASSERT_NO_FATAL_FAILURE(from_a_clip_to_a_turned_head());
-  ASSERT_NO_FATAL_FAILURE(cost_of_an_open_window());
+  const char* given = std::getenv("LIKENESS_CLIP");
+  if (given && fs::is_directory(given)) {
+    project_ = folder_ / "copy";
+    fs::copy(given, project_, fs::copy_options::recursive);
+    auto project = open_project(project_);
+    ASSERT_TRUE(project.ok()) << project.error().what;
+    project->consent = Consent::given;  // it was made already; the command line does not ask
+    ASSERT_TRUE(save_project(*project).ok());
+  } else {
+    ASSERT_NO_FATAL_FAILURE(from_a_clip_to_a_turned_head());
+    ASSERT_NO_FATAL_FAILURE(cost_of_an_open_window());
+  }
   ASSERT_NO_FATAL_FAILURE(touched_beside_a_training());
 }
 

@@ -1,0 +1,53 @@
+// Claims about threads that step back: they do, and no other does.
+#include "core/base/priority.h"
+
+#include <gtest/gtest.h>
+#include <sys/resource.h>
+#include <sys/syscall.h>
+#include <unistd.h>
+
+#include <atomic>
+#include <chrono>
+#include <thread>
+
+#include "core/base/parallel.h"
+
+namespace likeness {
+namespace {
+
+int niceness() { return ::getpriority(PRIO_PROCESS, id_t(::syscall(SYS_gettid))); }
+
+TEST(Priority, AThreadThatStepsBackComesAfterOthersAndThoseItStartsDoToo) {
+  const int usual = niceness();
+  int stepped = usual, started = usual;
+  std::thread([&] {
+    step_back();
+    stepped = niceness();
+    std::thread([&] { started = niceness(); }).join();
+  }).join();
+  EXPECT_GT(stepped, usual);
+  EXPECT_EQ(started, stepped);
+  EXPECT_EQ(niceness(), usual);
+}
+
+TEST(Priority, LoopsBorrowThreadsThatStepBackButTheCallerDoesNot) {
+  if (hardware_threads() < 2) GTEST_SKIP() << "one processor: loops borrow no thread";
+  const int usual = niceness();
+  const auto caller = std::this_thread::get_id();
+  const LoopsStepBack back;
+  std::atomic<int> lent{0}, forward{0};
+  // Long enough for a second thread to join.
+  for (int round = 0; round < 200 && lent == 0; ++round)
+    parallel_for(64, [&](std::size_t) {
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+      if (std::this_thread::get_id() == caller) return;
+      ++lent;
+      forward += niceness() <= usual;
+    });
+  EXPECT_GT(lent, 0);
+  EXPECT_EQ(forward, 0);
+  EXPECT_EQ(niceness(), usual);
+}
+
+}  // namespace
+}  // namespace likeness
