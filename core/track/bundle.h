@@ -34,6 +34,7 @@ struct BundleFrame {
 
 struct BundleOptions {
   int key_frames = 150;  // at most; cost grows with its square
+  int most_dense = 200;  // key frames up to which the poses are solved for as one full matrix
   int rounds = 3;
   double turn_prior = 20;    // per rad, robust: the landmark pose says no more than this
   double shift_prior = 60;   // per m

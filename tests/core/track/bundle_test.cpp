@@ -210,5 +210,15 @@ TEST(SolvePose, FindsThePoseAmongOutliers) {
   EXPECT_FALSE(solve_pose({}, 1000, Pose::Identity(), {}).has_value());
 }
 
+TEST(Bundle, AFullMatrixAndASparseOneGiveTheSamePoses) {
+  Scene full = make_scene(100, 0.5), sparse = make_scene(100, 0.5);
+  BundleOptions options;
+  ASSERT_TRUE(bundle_adjust(full.frames, full.tracks, options, Progress(), {}).ok());
+  options.most_dense = 0;
+  ASSERT_TRUE(bundle_adjust(sparse.frames, sparse.tracks, options, Progress(), {}).ok());
+  for (std::size_t i = 0; i < full.frames.size(); ++i)
+    EXPECT_TRUE(full.frames[i].cam_from_head.isApprox(sparse.frames[i].cam_from_head, 1e-6)) << i;
+}
+
 }  // namespace
 }  // namespace likeness
