@@ -238,6 +238,38 @@ Image8 reduced_to(const Image8& image, double longer_side) {
   return w == image.width && h == image.height ? image : resize(image, w, h);
 }
 
+// No frame yet, but what of the source is looked at.
+Result<ClipFrames> empty_clip(const std::filesystem::path& video, const VideoInfo& info,
+                              const TrackRegion& region, const TrackOptions& options) {
+  ClipFrames clip;
+  const int x0 = std::clamp(region.x, 0, info.width), y0 = std::clamp(region.y, 0, info.height);
+  clip.region = {x0, y0, std::min(region.width, info.width - x0), std::min(region.height, info.height - y0)};
+  if (region.width <= 0 || region.height <= 0) clip.region = {0, 0, info.width, info.height};
+  if (clip.region.width < 64 || clip.region.height < 64)
+    return Error{ErrorCode::bad_input,
+                 fmt::format("The region to track is {} x {} px in a picture of {} x {}.", clip.region.width,
+                             clip.region.height, info.width, info.height),
+                 "Choose a region of at least 64 px inside the picture.", video.string()};
+  clip.scale = static_cast<double>(options.working_size) / std::max(clip.region.width, clip.region.height);
+  return clip;
+}
+
+Image8 part_of(const VideoFrame& source, const TrackRegion& region) {
+  return source.rgb.width == region.width && source.rgb.height == region.height
+             ? source.rgb
+             : crop(source.rgb, region.x, region.y, region.width, region.height);
+}
+
+ClipFrame grey_frame(const VideoFrame& source, const Image8& part, const std::set<int>& held_out,
+                     const TrackOptions& options) {
+  ClipFrame frame;
+  frame.frame = source.index;
+  frame.time_s = source.time_s;
+  frame.held_out = held_out.contains(source.index);
+  frame.grey = to_grey_image(reduced_to(part, options.working_size));
+  return frame;
+}
+
 }  // namespace
 
 Result<ClipFrames> read_clip_frames(const std::filesystem::path& video, const TrackRegion& region,
@@ -249,16 +281,9 @@ Result<ClipFrames> read_clip_frames(const std::filesystem::path& video, const Tr
                                   options.every_frame ? VideoFrames::all : VideoFrames::sampled);
   if (!reader) return reader.error();
   const VideoInfo info = reader->info();
-  ClipFrames clip;
-  const int x0 = std::clamp(region.x, 0, info.width), y0 = std::clamp(region.y, 0, info.height);
-  clip.region = {x0, y0, std::min(region.width, info.width - x0), std::min(region.height, info.height - y0)};
-  if (region.width <= 0 || region.height <= 0) clip.region = {0, 0, info.width, info.height};
-  if (clip.region.width < 64 || clip.region.height < 64)
-    return Error{ErrorCode::bad_input,
-                 fmt::format("The region to track is {} x {} px in a picture of {} x {}.", clip.region.width,
-                             clip.region.height, info.width, info.height),
-                 "Choose a region of at least 64 px inside the picture.", video.string()};
-  clip.scale = static_cast<double>(options.working_size) / std::max(clip.region.width, clip.region.height);
+  auto empty = empty_clip(video, info, region, options);
+  if (!empty) return empty.error();
+  ClipFrames clip = std::move(*empty);
 
   ClipReader faces(*detector, clip);
   while (true) {
@@ -267,17 +292,8 @@ Result<ClipFrames> read_clip_frames(const std::filesystem::path& video, const Tr
     if (stop.stop_requested()) return cancelled_error();
     const bool end = !next->has_value();
     if (!end) {
-      const VideoFrame& source = **next;
-      const Image8 part =
-          source.rgb.width == clip.region.width && source.rgb.height == clip.region.height
-              ? source.rgb
-              : crop(source.rgb, clip.region.x, clip.region.y, clip.region.width, clip.region.height);
-      ClipFrame frame;
-      frame.frame = source.index;
-      frame.time_s = source.time_s;
-      frame.held_out = held_out.contains(source.index);
-      frame.grey = to_grey_image(reduced_to(part, options.working_size));
-      faces.add(std::move(frame),
+      const Image8 part = part_of(**next, clip.region);
+      faces.add(grey_frame(**next, part, held_out, options),
                 std::max(part.width, part.height) > kFaceSide ? reduced_to(part, kFaceSide) : part);
     }
     if (end || faces.waiting() >= kBatch) {
@@ -291,6 +307,36 @@ Result<ClipFrames> read_clip_frames(const std::filesystem::path& video, const Tr
   if (stop.stop_requested()) return cancelled_error();
   if (clip.frames.empty())
     return Error{ErrorCode::bad_input, "The video holds no frame.", "Choose another video.", video.string()};
+  progress.report(1);
+  return clip;
+}
+
+Result<ClipFrames> read_grey_frames(const std::filesystem::path& video, const TrackRegion& region,
+                                    const std::set<int>& held_out, const TrackOptions& options, int first,
+                                    int last, const Progress& progress, std::stop_token stop) {
+  auto reader = VideoReader::open(video, VideoPixels::rgb,
+                                  options.every_frame ? VideoFrames::all : VideoFrames::sampled);
+  if (!reader) return reader.error();
+  auto clip = empty_clip(video, reader->info(), region, options);
+  if (!clip) return clip.error();
+  progress.report(0, "reading the pictures");
+  constexpr int kLook = 32;  // frames passed over between two looks at the stop token
+  for (int passed = kLook; passed < first; passed += kLook) {
+    if (stop.stop_requested()) return cancelled_error();
+    reader->start_at(passed);
+    auto next = reader->next();
+    if (!next) return next.error();
+    if (!next->has_value() || (*next)->index >= first) break;
+  }
+  reader->start_at(first);
+  while (true) {
+    if (stop.stop_requested()) return cancelled_error();
+    auto next = reader->next();
+    if (!next) return next.error();
+    if (!next->has_value() || (*next)->index > last) break;
+    clip->frames.push_back(grey_frame(**next, part_of(**next, clip->region), held_out, options));
+    progress.report(static_cast<double>((*next)->index - first + 1) / std::max(1, last - first + 1));
+  }
   progress.report(1);
   return clip;
 }

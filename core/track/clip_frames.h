@@ -38,4 +38,10 @@ Result<ClipFrames> read_clip_frames(const std::filesystem::path& video, const Tr
                                     const std::set<int>& held_out, const TrackOptions& options,
                                     const Progress& progress, std::stop_token stop);
 
+// The grey working pictures of the frames first..last (numbers in the source) alone: nobody is sought in
+// them.
+Result<ClipFrames> read_grey_frames(const std::filesystem::path& video, const TrackRegion& region,
+                                    const std::set<int>& held_out, const TrackOptions& options, int first,
+                                    int last, const Progress& progress, std::stop_token stop);
+
 }  // namespace likeness

@@ -10,6 +10,8 @@ namespace {
 constexpr double kWideSpread = 0.06;   // of the eyes' distance: an eye's opening is about a tenth
 constexpr double kStrangeLook = 0.40;  // below, something covers the face or the points lie beside it
 
+}  // namespace
+
 Pose pose_between(const Pose& a, const Pose& b, double t) {
   Pose pose = Pose::Identity();
   pose.linear() =
@@ -17,8 +19,6 @@ Pose pose_between(const Pose& a, const Pose& b, double t) {
   pose.translation() = (1 - t) * a.translation() + t * b.translation();
   return pose;
 }
-
-}  // namespace
 
 FrameVerdict judge_frame(const FrameEvidence& e, double usual_error_px) {
   if (!e.camera_known) return {FrameStatus::lost, "the camera of this frame is unknown"};

@@ -31,6 +31,9 @@ struct FrameVerdict {
 // usual_error_px: the clip's median inner error, training frames only.
 FrameVerdict judge_frame(const FrameEvidence& evidence, double usual_error_px);
 
+// The pose a share t of the way from a to b.
+Pose pose_between(const Pose& a, const Pose& b, double t);
+
 // Lost frames get the pose and face between their neighbours, so that players need no special case.
 void bridge_lost(std::vector<TrackedFrame>& frames);
 

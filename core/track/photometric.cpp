@@ -48,31 +48,8 @@ class ClipRefiner {
     std::vector<std::size_t> chosen;
     const std::size_t n = std::min<std::size_t>(options_.appearance_frames, training_.size());
     for (std::size_t k = 0; k < n; ++k) chosen.push_back(training_[k * training_.size() / n]);
-    std::array<std::vector<std::vector<LightSample>>, kPictureLevels> samples;
-    for (auto& s : samples) s.resize(n);
-    std::vector<std::array<double, Appearance::kTones>> tones(n);
-    parallel_for(n, [&](std::size_t k) {
-      tones[k].fill(0);
-      if (stop.stop_requested()) return;
-      const std::size_t i = chosen[k];
-      const FaceState& state = faces_[i].state;
-      const FacePicture picture = picture_of(i);
-      for (int l = 0; l < kPictureLevels; ++l)
-        samples[l][k] = light_samples(surface_, picture, l, pictures_[i].world_from_cam, state);
-      if (lip_gap(head_, landmark_person_, state) > kOpenMouth)
-        count_cavity(surface_, picture, state, &tones[k]);
-    });
-    if (stop.stop_requested()) return;
-    const int count = surface_.points.points;
-    appearance_.level[kPictureLevels - 1] = light_points(samples[kPictureLevels - 1], count);
-    appearance_.light = appearance_.level[kPictureLevels - 1].light;
-    parallel_for(kPictureLevels - 1, [&](std::size_t l) {
-      appearance_.level[l] = light_points(samples[l], count, &appearance_.light);
-    });
-    std::array<double, Appearance::kTones> sum{};
-    for (const auto& t : tones)
-      for (int k = 0; k < Appearance::kTones; ++k) sum[k] += t[k];
-    appearance_.cavity_known = cavity_from_counts(sum, &appearance_.cavity);
+    Appearance found = find_appearance(surface_, head_, landmark_person_, pictures_, faces_, chosen, stop);
+    if (!stop.stop_requested()) appearance_ = found;
   }
 
   // Every frame from the states of the round before: any order gives the same.
@@ -228,6 +205,39 @@ class ClipRefiner {
 };
 
 }  // namespace
+
+Appearance find_appearance(const FaceSurface& surface, const ReducedHead& head,
+                           const ReducedPerson& landmark_person,
+                           const std::vector<PhotometricFrame>& pictures, const std::vector<FaceFrame>& faces,
+                           const std::vector<std::size_t>& chosen, std::stop_token stop) {
+  const std::size_t n = chosen.size();
+  std::array<std::vector<std::vector<LightSample>>, kPictureLevels> samples;
+  for (auto& s : samples) s.resize(n);
+  std::vector<std::array<double, Appearance::kTones>> tones(n);
+  parallel_for(n, [&](std::size_t k) {
+    tones[k].fill(0);
+    if (stop.stop_requested()) return;
+    const std::size_t i = chosen[k];
+    const FaceState& state = faces[i].state;
+    const FacePicture picture = face_picture(*pictures[i].grey, pictures[i].intrinsics);
+    for (int l = 0; l < kPictureLevels; ++l)
+      samples[l][k] = light_samples(surface, picture, l, pictures[i].world_from_cam, state);
+    if (lip_gap(head, landmark_person, state) > kOpenMouth) count_cavity(surface, picture, state, &tones[k]);
+  });
+  Appearance appearance;
+  if (stop.stop_requested()) return appearance;
+  const int count = surface.points.points;
+  appearance.level[kPictureLevels - 1] = light_points(samples[kPictureLevels - 1], count);
+  appearance.light = appearance.level[kPictureLevels - 1].light;
+  parallel_for(kPictureLevels - 1, [&](std::size_t l) {
+    appearance.level[l] = light_points(samples[l], count, &appearance.light);
+  });
+  std::array<double, Appearance::kTones> sum{};
+  for (const auto& t : tones)
+    for (int k = 0; k < Appearance::kTones; ++k) sum[k] += t[k];
+  appearance.cavity_known = cavity_from_counts(sum, &appearance.cavity);
+  return appearance;
+}
 
 Result<PhotometricSummary> refine_photometric(const HeadModel& model, const HeadShape& person,
                                               const ReducedHead& head, const ReducedPerson& landmark_person,

@@ -41,6 +41,13 @@ struct PhotometricSummary {
          error_after = 0;  // usual difference to the picture, encoded levels; training frames
 };
 
+// Albedo, light and the mouth's inside from the frames `chosen` (indices into faces and pictures), as their
+// states have them. What a stop leaves unfinished is an empty appearance.
+Appearance find_appearance(const FaceSurface& surface, const ReducedHead& head,
+                           const ReducedPerson& landmark_person,
+                           const std::vector<PhotometricFrame>& pictures, const std::vector<FaceFrame>& faces,
+                           const std::vector<std::size_t>& chosen, std::stop_token stop);
+
 // pictures: one for each of `faces`, whose states are refined in place. person: the shape that `head` and
 // `landmark_person` describe. On an error or a stop the states may be partly refined.
 Result<PhotometricSummary> refine_photometric(const HeadModel& model, const HeadShape& person,

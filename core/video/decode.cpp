@@ -127,6 +127,7 @@ struct VideoReader::Impl {
   AVStream* stream = nullptr;
   VideoPixels pixels = VideoPixels::rgb;
   int stride = 1;  // of the frames handed out
+  int first = 0;   // of them
   FrameConverter converter;
   Orientation orientation;
   VideoInfo info;
@@ -212,7 +213,7 @@ Result<void> VideoReader::Impl::open_photos() {
 }
 
 Result<std::optional<VideoFrame>> VideoReader::Impl::next_photo() {
-  next_index = next_index == 0 ? 0 : (next_index + stride - 1) / stride * stride;
+  next_index = (std::max(next_index, first) + stride - 1) / stride * stride;
   if (std::size_t(next_index) >= photos.size()) {
     ended = true;
     return std::optional<VideoFrame>();
@@ -319,7 +320,7 @@ Result<std::optional<VideoFrame>> VideoReader::Impl::take() {
   VideoFrame result;
   result.time_s = last_time_s = time_of_frame();
   result.index = next_index++;
-  if (result.index % stride != 0) {
+  if (result.index % stride != 0 || result.index < first) {
     av_frame_unref(frame.get());
     return std::optional<VideoFrame>();
   }
@@ -416,6 +417,8 @@ Result<std::optional<VideoFrame>> VideoReader::next() {
   if (!result) reader.failure = result.error();
   return result;
 }
+
+void VideoReader::start_at(int index) { impl_->first = index; }
 
 int sampling_stride(const VideoInfo& info) {
   constexpr double kFast = 60.5, kUsual = 30;  // frames a second

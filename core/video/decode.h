@@ -57,6 +57,8 @@ class VideoReader {
   VideoReader& operator=(VideoReader&&) noexcept;
 
   const VideoInfo& info() const;
+  // Frames before it are decoded, but neither converted nor handed out: a fraction of their cost.
+  void start_at(int index);
   Result<std::optional<VideoFrame>> next();
 
  private:
