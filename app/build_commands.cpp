@@ -19,6 +19,7 @@
 #include "core/matte/matte.h"
 #include "core/project/build_forecast.h"
 #include "core/project/care.h"
+#include "core/project/refits.h"
 #include "core/project/run_stages.h"
 
 namespace likeness::app {
@@ -31,17 +32,18 @@ struct BuildArguments {
   CommonOptions common;
   fs::path input, project, out;
   ProjectOptions options;
-  std::string leave_out;  // "12,40-60", or "none"
+  std::string leave_out;           // "12,40-60", or "none"
+  std::vector<std::string> refit;  // each like that
   bool forecast = false;
   FieldPrecision precision = FieldPrecision::bf16;
 };
 
-// "12,40-60" -> 12, 40, 41, ... 60.
-Result<std::vector<int>> parse_frames(const std::string& text) {
+// "12,40-60" -> 12 to 12 and 40 to 60; "none": nothing. option: how the user wrote it, for the remedy.
+Result<std::vector<RefitSpan>> parse_spans(const std::string& text, std::string_view option) {
   const Error wrong{ErrorCode::bad_input, fmt::format("\"{}\" is no list of frames.", text),
-                    "Write numbers and spans, e.g. --leave-out 12,40-60, or none.", ""};
-  std::vector<int> frames;
-  if (text == "none") return frames;
+                    fmt::format("Write numbers and spans, e.g. {} 12,40-60, or none.", option), ""};
+  std::vector<RefitSpan> spans;
+  if (text == "none") return spans;
   constexpr int kMostFrames = 1'000'000;
   const char *at = text.data(), *end = at + text.size();
   const auto number = [&](int& value) {
@@ -50,17 +52,36 @@ Result<std::vector<int>> parse_frames(const std::string& text) {
     return failure == std::errc{} && value >= 0 && value < kMostFrames;
   };
   while (at != end) {
-    int first = 0, last = 0;
-    if (!number(first)) return wrong;
-    last = first;
-    if (at != end && *at == '-' && (++at, !number(last) || last < first)) return wrong;
-    for (int frame = first; frame <= last; ++frame) frames.push_back(frame);
+    RefitSpan span;
+    if (!number(span.first)) return wrong;
+    span.last = span.first;
+    if (at != end && *at == '-' && (++at, !number(span.last) || span.last < span.first)) return wrong;
+    spans.push_back(span);
     if (at != end && (*at++ != ',' || at == end)) return wrong;
   }
-  std::ranges::sort(frames);
-  frames.erase(std::unique(frames.begin(), frames.end()), frames.end());
-  if (frames.empty()) return wrong;
+  if (spans.empty()) return wrong;
+  return spans;
+}
+
+Result<std::vector<int>> parse_frames(const std::string& text, std::string_view option) {
+  const auto spans = parse_spans(text, option);
+  if (!spans) return spans.error();
+  std::vector<int> frames;
+  for (const RefitSpan& span : merged_spans(*spans))
+    for (int frame = span.first; frame <= span.last; ++frame) frames.push_back(frame);
   return frames;
+}
+
+// The project's spans with those named on the command line; the word none takes back all before it.
+Result<std::vector<RefitSpan>> asked_refits(std::vector<RefitSpan> spans,
+                                            const std::vector<std::string>& texts) {
+  for (const std::string& text : texts) {
+    const auto more = parse_spans(text, "--refit");
+    if (!more) return more.error();
+    if (more->empty()) spans.clear();
+    spans.insert(spans.end(), more->begin(), more->end());
+  }
+  return merged_spans(std::move(spans));
 }
 
 // What a build would take, before anything is done.
@@ -147,7 +168,7 @@ int run_new(const BuildArguments& arguments, Stage last) {
   std::error_code other;
   if (const auto earlier = open_project(arguments.project);
       earlier && fs::equivalent(earlier->options.video, options.video, other))
-    options.left_out = earlier->options.left_out;
+    options.left_out = earlier->options.left_out, options.refits = earlier->options.refits;
   auto project = open_or_create_project(arguments.project, options);
   if (!project) return report_failure(project.error());
   const int code = run(*project, last, arguments.common, *backend);
@@ -173,18 +194,32 @@ int run_existing(const BuildArguments& arguments, Stage last, const CLI::App& ve
   if (given("--seed")) options.seed = arguments.common.seed;
   if (given("--head-model")) options.head_model = arguments.options.head_model;
   if (given("--leave-out")) {
-    auto frames = parse_frames(arguments.leave_out);
+    auto frames = parse_frames(arguments.leave_out, "--leave-out");
     if (!frames) return report_failure(frames.error());
     const auto capture = read_capture(capture_path(*opened));
     if (!capture) return report_failure(capture.error());
     if (const auto fine = check_left_out(*capture, *frames); !fine) return report_failure(fine.error());
     options.left_out = std::move(*frames);
   }
+  if (given("--refit")) {
+    auto spans = asked_refits(options.refits, arguments.refit);
+    if (!spans) return report_failure(spans.error());
+    if (const auto fine = check_project_refits(*opened, *spans); !fine) return report_failure(fine.error());
+    options.refits = std::move(*spans);
+    last = Stage::fit;  // seconds; what follows is for the next train
+  }
   const auto backend = chosen_backend(arguments.common, arguments.precision);
   if (!backend) return report_failure(backend.error());
   auto project = open_or_create_project(arguments.input, options);
   if (!project) return report_failure(project.error());
-  return run(*project, last, arguments.common, *backend);
+  const bool nothing_new = given("--refit") && is_current(*project, Stage::fit);
+  const int code = run(*project, last, arguments.common, *backend);
+  if (code == kExitDone && nothing_new && !arguments.common.json)
+    fmt::print(stderr, "Nothing is to be done: {}\n", project->record(Stage::fit).message);
+  else if (code == kExitDone && given("--refit") && !arguments.common.json)
+    fmt::print(stderr, "Masks and avatar are made from it by the next: likeness train {}\n",
+               project->folder.string());
+  return code;
 }
 
 int run_align_photos(const BuildArguments& arguments) {
@@ -286,6 +321,11 @@ void add_build_commands(CLI::App& program, int& exit_code) {
   CLI::App* fit = program.add_subcommand("fit", "Track the head, cut out the person");
   fit->add_option("project", a->input, "Project folder")->required();
   fit->add_option("--head-model", a->options.head_model, "Use another head model from now on");
+  fit->add_option(
+         "--refit", a->refit,
+         "Fit spans of frames again by themselves, from the good ones around them, and nothing else: "
+         "190-204 or 12,40-60, beside those before; none takes all back")
+      ->allow_extra_args(false);
   add_common_options(*fit, a->common);
   fit->callback([a, fit, &exit_code] { exit_code = run_existing(*a, Stage::matte, *fit); });
 

@@ -25,16 +25,17 @@ namespace {
 
 // All that is ever written into a project's folder, project.json last: as long as it is there, the deletion
 // can be asked for again.
-constexpr std::array<std::string_view, 21> kNames{"frames",          "masks",
-                                                  "regions",         "masks.part",
-                                                  "masks.old",       "regions.part",
-                                                  "regions.old",     "colmap",
-                                                  "plate.png",       "plate_known.png",
-                                                  "plate.json",      "track.json",
-                                                  "cameras.json",    "capture.json",
-                                                  "checkpoint.bin",  "avatar.bin",
-                                                  "room.bin",        "training_curve.json",
-                                                  "diagnostics.txt", "project.damaged.json",
+constexpr std::array<std::string_view, 23> kNames{"frames",           "masks",
+                                                  "regions",          "masks.part",
+                                                  "masks.old",        "regions.part",
+                                                  "regions.old",      "colmap",
+                                                  "plate.png",        "plate_known.png",
+                                                  "plate.json",       "track.json",
+                                                  "cameras.json",     "capture.json",
+                                                  "checkpoint.bin",   "avatar.bin",
+                                                  "room.bin",         "training_curve.json",
+                                                  "diagnostics.txt",  "project.damaged.json",
+                                                  "track_first.json", "refits.json",
                                                   "project.json"};
 
 // A file that a killed process was writing: .NAME.PID-N.part, perhaps with an ending (core/base/files).

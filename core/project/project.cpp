@@ -37,6 +37,8 @@ Consent consent_from_json(const json& j) {
 }
 
 json to_json(const ProjectOptions& options) {
+  json refits = json::array();
+  for (const RefitSpan& span : options.refits) refits.push_back({span.first, span.last});
   return {{"video", options.video.string()},
           {"head_model", options.head_model.string()},
           {"landmark_model", options.landmark_model.string()},
@@ -52,6 +54,7 @@ json to_json(const ProjectOptions& options) {
           {"refine_track", options.refine_track},
           {"use_latent", options.use_latent},
           {"use_occupancy", options.use_occupancy},
+          {"refits", refits},
           {"left_out", options.left_out}};
 }
 
@@ -95,6 +98,12 @@ ProjectOptions options_from_json(const json& j, int version) {
   options.use_occupancy = j.at("use_occupancy");
   options.left_out = j.value("left_out", options.left_out);
   std::ranges::sort(options.left_out);
+  if (j.contains("refits")) {
+    for (const json& span : j.at("refits"))
+      options.refits.push_back({span.at(0).get<int>(), span.at(1).get<int>()});
+    std::erase_if(options.refits, [](const RefitSpan& s) { return s.first < 0 || s.last < s.first; });
+    options.refits = merged_spans(std::move(options.refits));
+  }
   return options;
 }
 

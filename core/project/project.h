@@ -2,6 +2,7 @@
 //
 //   NAME.likeness/   project.json  capture.json cameras.json track.json  frames/ masks/ regions/ plate.png
 //   room.bin
+//                    track_first.json refits.json (spans fitted again: core/project/refits.h)
 //                    corrections/ (strokes painted on masks: core/project/corrections.h)
 //                    checkpoint.bin avatar.bin training_curve.json
 //
@@ -17,6 +18,7 @@
 
 #include "core/base/result.h"
 #include "core/capture/capture.h"
+#include "core/track/refit_span.h"
 #include "core/train/mode.h"
 
 namespace likeness {
@@ -51,8 +53,9 @@ struct ProjectOptions {
   double checkpoint_every_s = 30;  // what a killed training loses at most
   FieldMode mode = kDefaultMode;
   bool use_latent = true, use_occupancy = true;
-  bool resting_camera = false;  // the user's word; otherwise the align stage finds out
-  bool refine_track = false;    // correct the training frames through the field
+  bool resting_camera = false;    // the user's word; otherwise the align stage finds out
+  bool refine_track = false;      // correct the training frames through the field
+  std::vector<RefitSpan> refits;  // of the track, fitted again; ascending, apart from each other
   std::vector<int> left_out;  // frames the user takes out of the training, ascending; held-out ones cannot be
 };
 

@@ -22,6 +22,7 @@
 #include "core/project/corrections.h"
 #include "core/project/learn_room.h"
 #include "core/project/project_views.h"
+#include "core/project/refits.h"
 #include "core/project/training_curve.h"
 #include "core/render/room_picture.h"
 #include "core/track/track_clip.h"
@@ -36,6 +37,7 @@ namespace {
 
 // Raised when a stage's method changes so that its old results should be made anew.
 constexpr std::array<int, kStages.size()> kStageVersion{1, 2, 4, 4, 4};
+constexpr int kRefitVersion = 1;  // the same for spans fitted again
 
 std::string content_of(const fs::path& path) {
   if (path.empty()) return "none";
@@ -85,6 +87,7 @@ bool results_exist(const Project& project, Stage stage) {
 struct StageContext {
   Project& project;
   StageRecord& record;
+  const StageRecord& before;  // of the run before this one
   const Progress& progress;
   const RunObserver& observer;
   std::stop_token stop;
@@ -177,6 +180,13 @@ Result<void> run_align(const StageContext& context) {
   return write_cameras(cameras_path(context.project), aligned->cameras);
 }
 
+// As if no span had been fitted again.
+std::string first_fit_inputs(const Project& project) {
+  Project first = project;
+  first.options.refits.clear();
+  return input_hash(first, Stage::fit);
+}
+
 Result<void> run_fit(const StageContext& context) {
   const auto capture = read_capture(capture_path(context.project));
   if (!capture) return capture.error();
@@ -184,13 +194,29 @@ Result<void> run_fit(const StageContext& context) {
   if (!cameras) return cameras.error();
   const auto model = project_head_model(context.project.options);
   if (!model) return model.error();
-  TrackOptions options;
-  options.predictor = context.project.options.landmark_model;
-  const TrackRegion region{capture->crop.x, capture->crop.y, capture->crop.side, capture->crop.side};
-  auto track = track_clip(context.project.options.video, region, *cameras, held_out_frames(*capture), *model,
-                          options, context.progress, context.stop);
+  RefitWork work{*capture, *cameras, *model, {}, first_fit_inputs(context.project)};
+  work.options.predictor = context.project.options.landmark_model;
+  work.fitted = context.before.state == StageState::done && context.before.input_hash == work.fit_inputs &&
+                is_there(track_path(context.project));
+  auto first = first_track(context.project, work);
+  if (!first) return first.error();
+  Progress rest = context.progress;
+  if (!*first) {
+    work.fitted = false;
+    const TrackRegion region{capture->crop.x, capture->crop.y, capture->crop.side, capture->crop.side};
+    const bool again = !context.project.options.refits.empty();
+    auto whole = track_clip(context.project.options.video, region, *cameras, held_out_frames(*capture),
+                            *model, work.options, rest.stage(0, again ? 0.9 : 1, "fit"), context.stop);
+    if (!whole) return whole.error();
+    whole->head_model_file = context.project.options.head_model.string();
+    if (const auto forgotten = forget_refits(context.project); !forgotten) return forgotten.error();
+    *first = std::move(*whole);
+    rest = rest.stage(0.9, 1, "spans");
+  }
+  std::vector<RefitOutcome> outcomes;
+  auto track =
+      apply_refits(context.project, work, **first, outcomes, context.record.warnings, rest, context.stop);
   if (!track) return track.error();
-  track->head_model_file = context.project.options.head_model.string();
   if (!track->metre_known) {
     context.record.warnings.push_back(
         "The camera moved too little to tell its distances in metres; for a better avatar walk a wider arc "
@@ -206,7 +232,8 @@ Result<void> run_fit(const StageContext& context) {
   context.record.message =
       fmt::format("{} head; {} frames good, {} weak, {} lost; landmarks within {:.2f} px.", model->name,
                   count[0], count[1], count[2], followed > 0 ? error_px / followed : 0.0);
-  return write_track(track_path(context.project), *track);
+  if (!outcomes.empty()) context.record.message += " " + refits_words(outcomes);
+  return {};
 }
 
 Result<void> run_matte(const StageContext& context) {
@@ -381,6 +408,12 @@ std::string input_hash(const Project& project, Stage stage) {
       inputs +=
           fmt::format("{} {} {} {}", content_of(capture_path(project)), content_of(cameras_path(project)),
                       head_model_content(o), content_of(o.landmark_model));
+      // Only where there are any: other projects stay as they are.
+      if (!o.refits.empty()) {
+        inputs += fmt::format(" again {}:", kRefitVersion);
+        for (const RefitSpan& span : merged_spans(o.refits))
+          inputs += fmt::format(" {}-{}", span.first, span.last);
+      }
       break;
     case Stage::matte:
       inputs +=
@@ -452,6 +485,7 @@ Result<void> run_stages(Project& project, Stage last, const Progress& progress, 
       continue;
     }
     const std::string inputs = input_hash(project, stage);
+    const StageRecord before = record;
     if (record.input_hash != inputs) record = StageRecord{.input_hash = inputs};
     record.state = StageState::running;
     if (const auto saved = save_project(project); !saved) return saved.error();
@@ -459,7 +493,7 @@ Result<void> run_stages(Project& project, Stage last, const Progress& progress, 
 
     const auto start = std::chrono::steady_clock::now();
     const Progress part = progress.stage(from, to, std::string(stage_name(stage)));
-    const auto outcome = run_stage(stage, {project, record, part, observer, stop});
+    const auto outcome = run_stage(stage, {project, record, before, part, observer, stop});
     record.seconds += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
     if (outcome) {
       record.state = StageState::done;

@@ -1,7 +1,8 @@
 // Damaged files of a project: track.json, cameras.json (camera paths are the same format), capture.json,
 // project.json, plate.json, the strokes on masks, avatar.bin, room.bin, checkpoint.bin, COLMAP's binary
-// models and its database, performance.json, training_curve.json; and beside it the studio's settings and the
-// description of a matting network. Not the network itself: OpenCV divides by zero on damaged ones.
+// models and its database, performance.json, training_curve.json, refits.json; and beside it the studio's
+// settings and the description of a matting network. Not the network itself: OpenCV divides by zero on
+// damaged ones.
 #include <gtest/gtest.h>
 #include <sqlite3.h>
 
@@ -18,6 +19,7 @@
 #include "core/matte/matte.h"
 #include "core/matte/matting_network.h"
 #include "core/project/project.h"
+#include "core/project/refits.h"
 #include "core/project/training_curve.h"
 #include "core/render/avatar.h"
 #include "core/render/room_picture.h"
@@ -79,6 +81,14 @@ TEST(Fuzz, TrainingCurve) {
       "training_curve", "training_curve.json",
       [&](const auto& path) { return write_training_curve(path, curve).ok(); },
       [](const auto& path) { return read_training_curve(path).ok(); });
+}
+
+TEST(Fuzz, Refits) {
+  const Refits refits{"0123", {{{3, 5}, 3, 2, 1, 0}, {{9, 9}, 1, 1, 1, 0}}};
+  fuzz_file(
+      "refits", "refits.json",
+      [&](const auto& path) { return write_refits({.folder = path.parent_path()}, refits).ok(); },
+      [](const auto& path) { return read_refits({.folder = path.parent_path()}).ok(); });
 }
 
 TEST(Fuzz, Track) {

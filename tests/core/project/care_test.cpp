@@ -42,6 +42,8 @@ class Care : public testing::Test {
                              "plate_known.png",
                              "plate.json",
                              "training_curve.json",
+                             "track_first.json",
+                             "refits.json",
                              "performance.json",
                              "performance-1.json",
                              ".avatar.12-3.part.bin",
