@@ -20,10 +20,10 @@ void thin(std::vector<TrainStatus>& points) {
 
 }  // namespace
 
-PipelineJob::PipelineJob(Project project, bool previews, std::function<void()> wake)
-    : project_(std::move(project)) {
+PipelineJob::PipelineJob(Project project, Stage last, bool previews, std::function<void()> wake)
+    : project_(std::move(project)), last_(last) {
   status_.records = project_.stages;
-  if (previews) preview_ = std::make_unique<TrainingPreview>(project_, wake);
+  if (previews && last == Stage::train) preview_ = std::make_unique<TrainingPreview>(project_, wake);
   job_ = std::make_unique<Job>(
       [this](const Progress& progress, std::stop_token stop) -> Result<std::string> {
         made_.wait();
@@ -36,10 +36,10 @@ PipelineJob::PipelineJob(Project project, bool previews, std::function<void()> w
           const std::lock_guard lock(mutex_);
           status_.curve = std::move(*earlier);
         }
-        const auto outcome = run_stages(working, Stage::train, progress, observer, stop);
+        const auto outcome = run_stages(working, last_, progress, observer, stop);
         keep_scores();
         if (!outcome) return outcome.error();
-        return working.record(Stage::train).message;
+        return working.record(last_).message;
       },
       wake);
   made_.count_down();
@@ -87,7 +87,7 @@ PipelineStatus PipelineJob::status() const {
   const double stage_seconds = status.job.seconds - before_stage;
   if (!is_working(status.job)) status.stage.reset();
   if (status.stage && is_working(status.job)) {
-    const auto [from, to] = stage_span(project_.options, Stage::train, *status.stage);
+    const auto [from, to] = stage_span(project_.options, last_, *status.stage);
     const double now = std::clamp(status.job.fraction, from, to);
     status.stage_fraction = (now - from) / (to - from);
     // A training that continues does not start at nothing: its rate is that of this run.
@@ -104,8 +104,9 @@ PipelineStatus PipelineJob::status() const {
     if (status.stage_seconds_left >= 0) {
       // The stages after it take what their shares say, beside the training's budget where there is one.
       const auto [train_from, train_to] = stage_span(project_.options, Stage::train, Stage::train);
-      const double whole = project_.options.steps == 0 ? project_.options.budget_s / (train_to - train_from)
-                                                       : stage_seconds / std::max(1e-3, now - from);
+      const double whole = last_ == Stage::train && project_.options.steps == 0
+                               ? project_.options.budget_s / (train_to - train_from)
+                               : stage_seconds / std::max(1e-3, now - from);
       status.job.seconds_left = status.stage_seconds_left + whole * (1 - to);
     } else {
       status.job.seconds_left = -1;

@@ -30,8 +30,8 @@ struct PipelineStatus {
 
 class PipelineJob {
  public:
-  // Makes what is not there yet. previews: show the avatar while it is trained.
-  PipelineJob(Project project, bool previews, std::function<void()> wake);
+  // Makes what is not there yet, up to and including `last`. previews: show the avatar while it is trained.
+  PipelineJob(Project project, Stage last, bool previews, std::function<void()> wake);
 
   PipelineStatus status() const;
   void stop() { job_->stop(); }
@@ -45,6 +45,7 @@ class PipelineJob {
   void keep_scores();
 
   const Project project_;
+  const Stage last_;
   mutable std::mutex mutex_;
   PipelineStatus status_;
   double worked_before_stage_s_ = 0;

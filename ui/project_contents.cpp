@@ -9,6 +9,7 @@
 #include "core/base/parallel.h"
 #include "core/project/corrections.h"
 #include "core/project/project_views.h"
+#include "core/project/refits.h"
 #include "core/project/run_stages.h"
 #include "core/project/solved_points.h"
 
@@ -115,6 +116,7 @@ Result<std::shared_ptr<const ProjectContents>> read_contents(const std::filesyst
   contents->capture = shared_or_none(read_capture(capture_path(p)));
   contents->cameras = shared_or_none(read_cameras(cameras_path(p)));
   contents->track = same_stage(Stage::fit) ? earlier->track : shared_or_none(read_track(track_path(p)));
+  if (auto refits = read_refits(p); refits && contents->track) contents->refits = std::move(refits->outcomes);
   contents->avatar =
       same_stage(Stage::train) && earlier->avatar ? earlier->avatar : read_project_avatar(*contents);
   if (contents->track && contents->cameras && !contents->cameras->is_static) {

@@ -64,6 +64,7 @@ struct ProjectContents {
   std::shared_ptr<const Capture> capture;
   std::shared_ptr<const CameraSet> cameras;
   std::shared_ptr<const Track> track;
+  std::vector<RefitOutcome> refits;  // its spans that were fitted again
   std::shared_ptr<const std::vector<Vec3f>>
       points;  // of the room, world frame, m; null where the camera rests
   std::shared_ptr<const ProjectAvatar> avatar;

@@ -89,6 +89,7 @@ void Studio::tick() {
       return;
     }
     finish_at_s_.reset();
+    tell_refit();
     const auto told = [](const StageRecord& record) { return record.state == StageState::failed; };
     if (pipeline_.job.state == JobState::failed && pipeline_.job.error &&
         std::ranges::none_of(pipeline_.records, told))

@@ -94,7 +94,10 @@ class Studio {
   void load(const std::filesystem::path& folder);
   void loaded(std::shared_ptr<const ProjectContents> contents, std::uint64_t masks_edit);
   void close_project();
-  void start_pipeline(ProjectOptions options);
+  void start_pipeline(ProjectOptions options, Stage last = Stage::train);
+  // Fits a span again, or takes that back.
+  void refit(const RefitSpan& span, bool again);
+  void tell_refit();
   void start_demo();
   void start_check();
   void drop_check();
@@ -184,6 +187,7 @@ class Studio {
   std::string message_;
   std::array<StageState, kStages.size()> seen_states_{};
   JobState seen_pipeline_ = JobState::none;
+  std::optional<RefitSpan> refit_;     // being fitted again, or taken back
   std::optional<double> finish_at_s_;  // the training is being stopped to be finished with this budget
   PipelineStatus pipeline_;            // of the last tick
   std::shared_ptr<const SolvingCameras> solving_;

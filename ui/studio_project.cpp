@@ -235,6 +235,7 @@ void Studio::close_project() {
   seen_states_ = {};
   seen_pipeline_ = JobState::none;
   finish_at_s_.reset();
+  refit_.reset();
   contents_.reset();
   overlay_.reset();
   folder_.clear();

@@ -68,6 +68,8 @@ Wish Studio::apply(const Requests& requests) {
       });
     }
   }
+  if (requests.refit) refit(*requests.refit, true);
+  if (requests.take_back) refit(*requests.take_back, false);
   if (requests.check_frame) show_frame(&Studio::check_picture_, *requests.check_frame, false);
   if (requests.face_frame) show_frame(&Studio::face_picture_, *requests.face_frame, true);
   if (requests.compare_frame) {

@@ -5,6 +5,8 @@
 
 #include <utility>
 
+#include "core/project/refits.h"
+
 namespace likeness::ui {
 
 namespace fs = std::filesystem;
@@ -22,19 +24,52 @@ fs::path export_path(const fs::path& folder, const ExportChoice& choice, const E
 
 }  // namespace
 
-void Studio::start_pipeline(ProjectOptions options) {
+void Studio::start_pipeline(ProjectOptions options, Stage last) {
   if (!contents_) return;
   save_strokes();  // that could not be written when they were painted
   edit_options([&](ProjectOptions& o) { o = options; });
   Project project = latest_project();
   project.options = options;
   pipeline_ = {};
+  refit_.reset();
   seen_pipeline_ = JobState::none;
   seen_states_ = {};
   for (const Stage stage : kStages) seen_states_[std::size_t(stage)] = project.record(stage).state;
   retire(std::move(pipeline_job_));
-  pipeline_job_ = std::make_unique<PipelineJob>(project, options_.previews, wake_);
+  pipeline_job_ = std::make_unique<PipelineJob>(project, last, options_.previews, wake_);
   pipeline_ = pipeline_job_->status();
+}
+
+void Studio::refit(const RefitSpan& span, bool again) {
+  if (!contents_ || ui::is_working(pipeline_.job)) return;
+  ProjectOptions options = contents_->project.options;
+  if (again) {
+    options.refits.push_back(span);
+    options.refits = merged_spans(std::move(options.refits));
+    if (const auto fine = check_project_refits(latest_project(), options.refits); !fine) {
+      fail(fine.error());
+      return;
+    }
+  } else {
+    std::erase_if(options.refits, [&](const RefitSpan& other) {
+      return other.first <= span.last && span.first <= other.last;
+    });
+  }
+  follow_ = false;  // the Face step stays in sight
+  start_pipeline(options, Stage::fit);
+  refit_ = span;
+}
+
+// What became of the span that was asked for.
+void Studio::tell_refit() {
+  if (!refit_ || !contents_) return;
+  const RefitSpan span = *refit_;
+  refit_.reset();
+  if (pipeline_.job.state != JobState::done) return;
+  const auto refits = read_refits(contents_->project);
+  const RefitOutcome* own = refits ? find_refit(refits->outcomes, span.first) : nullptr;
+  message_ = own ? refit_words(*own) + " Make the avatar again to use it."
+                 : std::string("These frames are again as they were first fitted.");
 }
 
 // Looks again and again how far the cameras' solve has come.

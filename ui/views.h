@@ -3,6 +3,7 @@
 #pragma once
 
 #include <array>
+#include <filesystem>
 #include <memory>
 #include <optional>
 #include <string>
@@ -61,6 +62,12 @@ struct MaskSight {
   std::uint64_t until_edit = 0;
 };
 
+// What is marked on a strip of frames, by dragging over it.
+struct StripSpan {
+  std::optional<int> pressed;     // the frame where the mouse went down
+  std::optional<RefitSpan> span;  // marked; ascending
+};
+
 struct Views {
   FollowedTexture clip, check, face, truth, plate, driver, mirror;
   std::array<FollowedTexture, 4> previews;
@@ -75,6 +82,8 @@ struct Views {
   bool open_drive = true, open_gains = false;
   TimelineSight timeline;
   MaskSight masks;
+  StripSpan face_span;
+  std::filesystem::path face_span_of;  // the project it was marked on
 
   static Result<std::unique_ptr<Views>> create();
 };

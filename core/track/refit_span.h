@@ -1,11 +1,11 @@
 // A stretch of a tracked clip fitted again, in seconds: where the net does not lie on the face between frames
 // in which it does - a wrong jump, a hand, a reflection, frames lost between good ones.
 //
-// From the nearest frames outside that lie well (anchors) the head is followed into the span by points on it,
-// forward and backward; from there the landmark predictor is asked without the detector, the face fitted, and
-// the fit settled on the pictures with the anchors' neighbourhood telling how the face looks. Every frame
-// keeps what it had unless the new state is judged better (judge_frame), or equal and nearer to the
-// landmarks, the followed points and the picture.
+// From the nearest frames outside that lie well (anchors) the head is followed into the span, forward and
+// backward: by points on it to the next picture, and there by the landmark predictor, asked without the
+// detector, and by how the good frames around say that the face looks. Where both ways meet, each frame is
+// fitted once more between them. It keeps what it had unless the new state is judged better (judge_frame), or
+// equal and nearer to its landmarks and the picture.
 //
 // Identity, neutral and torso stay as they are: the span's frames only learn from the rest. A training frame
 // learns from training frames alone. A held-out frame learns from itself and from what came before it - it is

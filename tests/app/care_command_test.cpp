@@ -101,6 +101,16 @@ TEST_F(CareCommand, AForecastDoesNothingButTell) {
   EXPECT_THAT(words.out, HasSubstr("min"));
 }
 
+TEST_F(CareCommand, ARefitIsRefusedInPlainWords) {
+  for (const auto& [frames, word] : std::vector<std::pair<const char*, const char*>>{
+           {"3-9", "not fitted yet"}, {"5-2", "no list"}, {"a", "--refit 12,40-60"}, {"1,", "no list"}}) {
+    const ProgramResult refused = likeness({"fit", project(), "--refit", frames});
+    EXPECT_EQ(refused.exit_code, 1) << frames;
+    EXPECT_THAT(refused.err, HasSubstr(word));
+    EXPECT_TRUE(open_project(project_.folder())->options.refits.empty());
+  }
+}
+
 TEST_F(CareCommand, FramesThatMeasureAreNotLeftOut) {
   Capture capture;
   capture.width = 64, capture.height = 48, capture.crop = {0, 0, 48}, capture.frames_per_second = 25;

@@ -127,6 +127,46 @@ TEST_F(EndToEnd, ARepeatedBuildHasNothingToDo) {
   EXPECT_EQ(fs::last_write_time(folder_ / "p.likeness" / "avatar.bin"), before);
 }
 
+TEST_F(EndToEnd, SpansAreFittedAgainInAnyOrderAndTakenBack) {
+  const fs::path folder = folder_ / "p.likeness", file = folder / "track.json";
+  const auto lines = [&] {
+    std::ifstream in(file);
+    std::vector<std::string> read;
+    for (std::string line; std::getline(in, line);) read.push_back(line);
+    return read;
+  };
+  const auto fit = [&](const std::vector<std::string>& more) {
+    std::vector<std::string> command{"fit", folder.string(), "--json"};
+    for (const std::string& span : more) command.insert(command.end(), {"--refit", span});
+    const ProgramResult result = likeness(command);
+    EXPECT_EQ(result.exit_code, 0) << result.err;
+    return json::parse(result.out).at("stages");
+  };
+  const std::vector<std::string> first = lines();
+  EXPECT_EQ(likeness({"fit", folder.string(), "--refit", "30-400"}).exit_code, 1);
+  const json both = fit({"10-12", "20,21"});
+  const std::string words = both.at("fit").at("message");
+  EXPECT_NE(words.find("Frames 10 to 12 fitted again"), std::string::npos) << words;
+  EXPECT_NE(words.find("Frames 20 to 21 fitted again"), std::string::npos) << words;
+  EXPECT_TRUE(both.at("fit").at("done").get<bool>());
+  const std::vector<std::string> fitted = lines();
+  ASSERT_EQ(fitted.size(), first.size());
+  for (std::size_t i = 0; i < first.size(); ++i) {
+    if (fitted[i] == first[i]) continue;
+    const int frame = json::parse(fitted[i].substr(0, fitted[i].find_last_of('}') + 1)).at("frame");
+    EXPECT_TRUE((frame >= 10 && frame <= 12) || frame == 20 || frame == 21) << frame;
+  }
+  fit({"none"});
+  EXPECT_EQ(lines(), first);
+  fit({"20-21"});
+  fit({"10-12"});
+  EXPECT_EQ(lines(), fitted);
+  // All taken back, the masks and the avatar are what they were made from.
+  const json back = fit({"none"});
+  for (const char* stage : {"fit", "matte", "train"})
+    EXPECT_TRUE(back.at(stage).at("done").get<bool>()) << stage;
+}
+
 TEST_F(EndToEnd, AnOrbitIsAVideoOfItsLength) {
   const fs::path out = folder_ / "orbit.mp4";
   const ProgramResult result = likeness({"render", (folder_ / "p.likeness").string(), "--camera", "orbit",

@@ -225,6 +225,48 @@ class Panels : public testing::Test {
   }
 };
 
+// Frames marked by dragging over the error strip, and what can be asked for them.
+TEST_F(Panels, ASpanOfTheErrorStripIsMarkedAndAskedFor) {
+  const Snapshot snapshot = snapshot_of(Step::face, Look::done);
+  Requests last;
+  const auto frame = [&] {
+    const Requests now = draw_frame(snapshot);
+    if (now.refit || now.take_back || now.face_frame) last = now;
+  };
+  (void)settled(snapshot);
+  EXPECT_FALSE(noted_widgets().contains("Fit this span again"));
+  const Rectangle strip = noted_widgets().at("face strip");
+  const float column = (strip.high.x - strip.low.x) / 24;
+  test::drag("face strip", 5.5f * column, 0, 0, frame);
+  (void)settled(snapshot);
+  ASSERT_TRUE(noted_widgets().contains("Fit this span again"));
+  keep_shot("panel_Face_marked");
+  test::click("Fit this span again", frame);
+  ASSERT_TRUE(last.refit.has_value());
+  EXPECT_EQ(last.refit->first, 12);
+  EXPECT_EQ(last.refit->last, 17);
+  // A click shows a frame, and nothing is marked any more.
+  test::click("face strip", frame);
+  ASSERT_TRUE(last.face_frame.has_value());
+  EXPECT_EQ(*last.face_frame, 12);
+  (void)settled(snapshot);
+  EXPECT_FALSE(noted_widgets().contains("Fit this span again"));
+  // Of a span that was fitted again: what came of it, and the way back.
+  Snapshot again = snapshot;
+  auto contents = std::make_shared<ProjectContents>(*snapshot.contents);
+  contents->project.options.refits = {{6, 9}};
+  contents->refits = {{{6, 9}, 4, 3, 2, 1}};
+  again.contents = contents;
+  (void)settled(again);
+  keep_shot("panel_Face_refitted");
+  last = {};
+  test::click("Take the re-fit back", [&] {
+    if (const Requests now = draw_frame(again); now.take_back) last = now;
+  });
+  ASSERT_TRUE(last.take_back.has_value());
+  EXPECT_EQ(*last.take_back, (RefitSpan{6, 9}));
+}
+
 TEST_F(Panels, EveryStepIsDrawnInEveryState) {
   for (const Step step : kSteps) {
     std::array<Image8, 5> shown;

@@ -96,6 +96,27 @@ TEST_F(StudioPath, FromTheStartScreenToAnExportedPicture) {
     EXPECT_GT(liveliness(widget), 5) << step;
     test::keep_shot(std::string("path_") + step);
   }
+  // A span marked on the error strip is fitted again by itself, and taken back.
+  click("step Face");
+  const auto first = studio_->snapshot().contents->track;
+  const Rectangle strip = noted_widgets().at("face strip");
+  test::drag("face strip", 0.1f * (strip.high.x - strip.low.x), 0, 0, [this] { frame(); });
+  click("Fit this span again");
+  ASSERT_TRUE(until(60, [](const Snapshot& s) { return !is_working(s.pipeline.job) && !s.message.empty(); }))
+      << studio_->snapshot().error.value_or(Error{}).what;
+  EXPECT_NE(studio_->snapshot().message.find("fitted again"), std::string::npos)
+      << studio_->snapshot().message;
+  ASSERT_TRUE(until(10, [](const Snapshot& s) { return s.contents->refits.size() == 1; }));
+  EXPECT_EQ(studio_->snapshot().shown, Step::face);
+  test::keep_shot("path_Face_refitted");
+  click("Dismiss");
+  click("Take the re-fit back");
+  ASSERT_TRUE(until(20, [](const Snapshot& s) {
+    return !is_working(s.pipeline.job) && s.situation.finished && s.contents->refits.empty();
+  }));
+  EXPECT_EQ(studio_->snapshot().contents->track->frames.size(), first->frames.size());
+  click("Dismiss");
+  click("step Train");
   EXPECT_GT(liveliness("training curve"), 5);
   // The card beside it: what it learnt, with the worst moments of the clip.
   ASSERT_NE(studio_->snapshot().contents->card, nullptr);

@@ -2,8 +2,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <vector>
 
+#include "core/project/refits.h"
 #include "core/track/error_strip.h"
 #include "ui/steps/steps.h"
 #include "ui/theme.h"
@@ -56,7 +58,43 @@ void draw_training_choice(const Snapshot& snapshot, int frame, Requests& request
   }
 }
 
-void draw_about(const Snapshot& snapshot, const TrackedFrame& frame, Requests& requests) {
+// What can be done with a marked span, and with one that was fitted again.
+void draw_refit(const Snapshot& snapshot, const std::optional<RefitSpan>& marked, int frame,
+                Requests& requests) {
+  const ProjectContents& contents = *snapshot.contents;
+  const bool idle = !snapshot.situation.running && snapshot.situation.consent;
+  if (marked) {
+    std::array<int, 3> count{};
+    for (const TrackedFrame& f : contents.track->frames)
+      if (f.frame >= marked->first && f.frame <= marked->last) ++count[std::size_t(f.status)];
+    ImGui::PushFont(theme().fonts.strong);
+    ImGui::Text("Frames %d to %d", marked->first, marked->last);
+    ImGui::PopFont();
+    body_text(fmt::format("{} good, {} weak, {} lost.", count[0], count[1], count[2]));
+    if (plain_button("Fit this span again", idle && contents.clip.has_value())) requests.refit = marked;
+    tooltip(
+        "For a stretch in which the net does not lie on the face, between frames in which it does. Takes "
+        "seconds; all other frames stay as they are.");
+  }
+  const auto done = std::ranges::find_if(contents.project.options.refits, [&](const RefitSpan& span) {
+    return marked ? span.first <= marked->last && marked->first <= span.last
+                  : span.first <= frame && frame <= span.last;
+  });
+  if (done == contents.project.options.refits.end()) {
+    if (!marked) faint_text("Drag over the strip to mark frames that are to be fitted again.");
+  } else {
+    if (const RefitOutcome* outcome = find_refit(contents.refits, done->first))
+      body_text(refit_words(*outcome));
+    else
+      faint_text("To be fitted again by the next run.");
+    if (plain_button("Take the re-fit back", idle)) requests.take_back = *done;
+  }
+  ImGui::Dummy({0, px(6)});
+}
+
+void draw_about(const Snapshot& snapshot, const TrackedFrame& frame, const std::optional<RefitSpan>& marked,
+                Requests& requests) {
+  draw_refit(snapshot, marked, frame.frame, requests);
   ImGui::PushFont(theme().fonts.strong);
   ImGui::Text("Frame %d", frame.frame);
   ImGui::SameLine();
@@ -96,17 +134,28 @@ void draw_face_step(const Snapshot& snapshot, Views& views, Requests& requests) 
   std::vector<StripBar> bars;
   for (const TrackedFrame& frame : track.frames)
     bars.push_back({frame.frame, frame.status == FrameStatus::lost ? 1.f : float(frame.inner_error_px / tall),
-                    colour(verdict_ink(frame.status)), is_left_out(snapshot, frame.frame)});
+                    colour(verdict_ink(frame.status)), is_left_out(snapshot, frame.frame),
+                    find_refit(snapshot.contents->refits, frame.frame) != nullptr});
   const auto words = [&](std::size_t i) {
     const TrackedFrame& frame = track.frames[i];
-    return fmt::format("Frame {}, {:.2f} s: {}{}{}", frame.frame, frame.time_s, verdict(frame.status),
+    return fmt::format("Frame {}, {:.2f} s: {}{}{}{}", frame.frame, frame.time_s, verdict(frame.status),
                        frame.reason.empty() ? "" : ", " + frame.reason,
-                       is_left_out(snapshot, frame.frame) ? ", left out of the training" : "");
+                       is_left_out(snapshot, frame.frame) ? ", left out of the training" : "",
+                       find_refit(snapshot.contents->refits, frame.frame) ? ", fitted again" : "");
   };
-  if (const auto clicked = draw_frame_strip("face strip", bars, snapshot.face_picture.frame, px(60), words))
+  // Marks are of one clip: another project's frames are others.
+  if (views.face_span_of != snapshot.contents->project.folder) {
+    views.face_span = {};
+    views.face_span_of = snapshot.contents->project.folder;
+  }
+  if (const auto clicked =
+          draw_frame_strip("face strip", bars, snapshot.face_picture.frame, px(60), words, &views.face_span))
     requests.face_frame = clicked;
-  faint_text(fmt::format(
-      "Height: how far the model misses the face's points, up to {:.1f} px. Click a frame to see it.", tall));
+  faint_text(
+      fmt::format("Height: how far the model misses the face's points, up to {:.1f} px. Click a frame to see "
+                  "it, drag to mark a "
+                  "span.",
+                  tall));
   ImGui::Dummy({0, px(2)});
   const ImVec2 area = ImGui::GetContentRegionAvail();
   views.face.follow(snapshot.face_picture);
@@ -122,7 +171,7 @@ void draw_face_step(const Snapshot& snapshot, Views& views, Requests& requests) 
   ImGui::SameLine(0, px(16));
   begin_card("about", {0, area.y}, true);
   if (const TrackedFrame* frame = find_tracked(track, snapshot.face_picture.frame))
-    draw_about(snapshot, *frame, requests);
+    draw_about(snapshot, *frame, views.face_span.span, requests);
   end_card();
 }
 

@@ -55,8 +55,24 @@ void draw_nothing_yet(const char* words) {
   ImGui::Dummy({area.x, std::max(px(20), area.y - px(4))});
 }
 
+namespace {
+
+// The mouse held down on one frame and moved to another marks all between.
+void mark_span(StripSpan& span, const std::vector<StripBar>& bars, bool held, bool let_go,
+               std::size_t under) {
+  const int frame = bars[under].frame;
+  if (held && ImGui::IsMouseClicked(ImGuiMouseButton_Left)) span = {frame, std::nullopt};
+  if (held && span.pressed && (frame != *span.pressed || span.span))
+    span.span = RefitSpan{std::min(frame, *span.pressed), std::max(frame, *span.pressed)};
+  if (let_go || !held) span.pressed.reset();
+  if (span.span && ImGui::IsKeyPressed(ImGui::GetIO().KeyMap[ImGuiKey_Escape])) span = {};
+}
+
+}  // namespace
+
 std::optional<int> draw_frame_strip(const char* name, const std::vector<StripBar>& bars, int chosen,
-                                    float height, const std::function<std::string(std::size_t)>& words) {
+                                    float height, const std::function<std::string(std::size_t)>& words,
+                                    StripSpan* span) {
   const ImVec2 at = ImGui::GetCursorScreenPos();
   const float width = ImGui::GetContentRegionAvail().x;
   const bool pressed = ImGui::InvisibleButton(name, {width, height});
@@ -77,7 +93,9 @@ std::optional<int> draw_frame_strip(const char* name, const std::vector<StripBar
     if (bar.struck)
       list.AddRectFilled({x0, at.y + 0.5f * height - px(1)}, {x1, at.y + 0.5f * height + px(1)},
                          colour(p.text));
+    if (bar.again) list.AddRectFilled({x0, at.y + height - inset}, {x1, at.y + height}, colour(p.accent));
   };
+  if (span) mark_span(*span, bars, held, pressed, index_at(ImGui::GetIO().MousePos.x));
   if (column >= 2) {
     const float gap = column > 4 ? 1.f : 0.f;
     for (std::size_t i = 0; i < count; ++i)
@@ -97,6 +115,14 @@ std::optional<int> draw_frame_strip(const char* name, const std::vector<StripBar
     list.AddLine({x, at.y - px(2)}, {x, at.y + height + px(2)}, colour(p.text), px(2));
     list.AddTriangleFilled({x - px(5), at.y - px(6)}, {x + px(5), at.y - px(6)}, {x, at.y + px(1)},
                            colour(p.text));
+  }
+  if (span && span->span) {
+    float low = width, high = 0;
+    for (std::size_t i = 0; i < count; ++i)
+      if (bars[i].frame >= span->span->first && bars[i].frame <= span->span->last)
+        low = std::min(low, column * float(i)), high = std::max(high, column * float(i + 1));
+    list.AddRectFilled({at.x + low, at.y}, {at.x + high, at.y + height}, colour(p.accent, 0.22f));
+    list.AddRect({at.x + low, at.y}, {at.x + high, at.y + height}, colour(p.accent), px(2), 0, px(1.5f));
   }
   if (!hovered) return std::nullopt;
   const std::size_t under = index_at(ImGui::GetIO().MousePos.x);

@@ -46,10 +46,12 @@ struct StripBar {
   float height = 0;  // 0..1
   ImU32 ink = 0;
   bool struck = false;  // crossed out: left out of the training
+  bool again = false;   // underlined: fitted again
 };
 // The frame clicked, or nullopt. words: the tooltip of a bar, by its index; asked only for the one under the
-// mouse.
+// mouse. span: null, or what dragging over the strip marks; a click or Esc clears it.
 std::optional<int> draw_frame_strip(const char* name, const std::vector<StripBar>& bars, int chosen,
-                                    float height, const std::function<std::string(std::size_t)>& words);
+                                    float height, const std::function<std::string(std::size_t)>& words,
+                                    StripSpan* span = nullptr);
 
 }  // namespace likeness::ui
