@@ -68,8 +68,12 @@ void Studio::tell_refit() {
   if (pipeline_.job.state != JobState::done) return;
   const auto refits = read_refits(contents_->project);
   const RefitOutcome* own = refits ? find_refit(refits->outcomes, span.first) : nullptr;
-  message_ = own ? refit_words(*own) + " Make the avatar again to use it."
-                 : std::string("These frames are again as they were first fitted.");
+  if (!own) {
+    message_ = "These frames are again as they were first fitted.";
+  } else {
+    message_ = refit_words(*own);
+    if (own->better > 0) message_.append(" Make the avatar again to use it.");
+  }
 }
 
 // Looks again and again how far the cameras' solve has come.

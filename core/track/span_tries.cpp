@@ -22,7 +22,7 @@ constexpr int kFewLooks = 4, kFewPictures = 5;
 constexpr double kNearFrames = 3;  // a neighbour in time that steadies
 constexpr double kCertain = 0.2;   // of the dense poses' hold: what photometric.cpp gives landmark poses
 // What is equal in verdict must be nearer by this to be taken: of noise alone nothing changes.
-constexpr double kNearerGood = 0.85, kNearerWeak = 0.95, kSamePicture = 1.02;
+constexpr double kNearerGood = 0.7, kNearerWeak = 0.95, kSamePicture = 1.02;
 // Plainly more like the face elsewhere: then landmarks, which jump where the net did, may say a little less.
 constexpr double kLikerPicture = 0.85, kLittleFarther = 1.5;
 
