@@ -80,16 +80,14 @@ void draw_refit(const Snapshot& snapshot, const std::optional<RefitSpan>& marked
     return marked ? span.first <= marked->last && marked->first <= span.last
                   : span.first <= frame && frame <= span.last;
   });
-  if (done == contents.project.options.refits.end()) {
-    if (!marked) faint_text("Drag over the strip to mark frames that are to be fitted again.");
-  } else {
+  if (done != contents.project.options.refits.end()) {
     if (const RefitOutcome* outcome = find_refit(contents.refits, done->first))
       body_text(refit_words(*outcome));
     else
       faint_text("To be fitted again by the next run.");
     if (plain_button("Take the re-fit back", idle)) requests.take_back = *done;
   }
-  ImGui::Dummy({0, px(6)});
+  if (marked || done != contents.project.options.refits.end()) ImGui::Dummy({0, px(6)});
 }
 
 void draw_about(const Snapshot& snapshot, const TrackedFrame& frame, const std::optional<RefitSpan>& marked,
