@@ -33,6 +33,15 @@ struct Scene {
   std::vector<Preset> presets;  // within what the clip showed; empty before the first avatar
 };
 
+// Those in which the track is sure of the face, or all where it is in none: a preview shows what is learnt,
+// not how the clip was tracked.
+std::vector<int> well_tracked(const ProjectContents& contents, const std::vector<int>& frames) {
+  std::vector<int> good;
+  for (const int frame : frames)
+    if (find_tracked(*contents.track, frame)->status == FrameStatus::good) good.push_back(frame);
+  return good.empty() ? frames : good;
+}
+
 // A frame in the middle of those held out, or of all where none is.
 std::optional<Scene> open_scene(const Project& project) {
   auto contents = read_contents(project.folder, nullptr);
@@ -44,6 +53,7 @@ std::optional<Scene> open_scene(const Project& project) {
     scene.held_out = false;
   }
   if (frames.empty()) return std::nullopt;
+  frames = well_tracked(**contents, frames);
   scene.view = *frame_view(**contents, frames[frames.size() / 2]);
   auto truth = read_image(project.folder / frame_name(scene.view.frame));
   if (!truth || truth->channels != 3) return std::nullopt;
