@@ -142,7 +142,6 @@ class StudioPace : public testing::Test {
     ASSERT_TRUE(until(5, [](const Snapshot& s) { return s.pipeline.preview != nullptr; }));
     const double preview = since(start) - training;
     ASSERT_TRUE(until(30, [](const Snapshot& s) { return s.situation.finished && s.contents->avatar; }));
-    const double made = since(start);
     test::drag("avatar view", 60, 10, 0, [this] { loop_->frame(); });
     TestWindow::get().window->inject(std::nullopt);
     ASSERT_TRUE(until(1, [](const Snapshot& s) {
@@ -152,7 +151,6 @@ class StudioPace : public testing::Test {
         "From the click to the first step of training {:.0f} s, from there to the first preview {:.0f} s; "
         "the avatar turned after {:.1f} min.\n",
         training, preview, since(start) / 60);
-    EXPECT_LT(made, since(start));
     project_ = studio_->folder();
   }
 

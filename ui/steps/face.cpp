@@ -151,8 +151,7 @@ void draw_face_step(const Snapshot& snapshot, Views& views, Requests& requests) 
     requests.face_frame = clicked;
   faint_text(
       fmt::format("Height: how far the model misses the face's points, up to {:.1f} px. Click a frame to see "
-                  "it, drag to mark a "
-                  "span.",
+                  "it, drag to mark a span.",
                   tall));
   ImGui::Dummy({0, px(2)});
   const ImVec2 area = ImGui::GetContentRegionAvail();
