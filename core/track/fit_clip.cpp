@@ -73,6 +73,14 @@ JointFrame joint_frame(const FrameSystem& system, const FaceState& state, bool p
   return joint;
 }
 
+// Nothing pulls at the identity any more, nor it at anything: its step is zero.
+void hold_identity(int identities, JointFrame& joint) {
+  joint.hessian.rightCols(identities).setZero();
+  joint.hessian.bottomRows(identities).setZero();
+  joint.hessian.diagonal().tail(identities).setOnes();
+  joint.gradient.tail(identities).setZero();
+}
+
 // One damped Schur step: increments of the frames' own unknowns and of the shared ones. prior: (shared)
 // weights, squared; at: where the shared ones are.
 bool schur_step(std::vector<JointFrame>& joint, const Eigen::VectorXd& prior, const Eigen::VectorXd& at,
@@ -193,6 +201,7 @@ Result<IdentityFit> fit_identity(const ReducedHead& head, const ExpressionPrior&
   weights.head<3>().setConstant(count * kRegistrationTurn * kRegistrationTurn);
   weights.segment<3>(3).setConstant(count * kRegistrationShift * kRegistrationShift);
   weights.tail(identities).setConstant(count * options.identity_weight * options.identity_weight);
+  if (options.hold_identity) weights.tail(identities).setZero();
   Pose registration = Pose::Identity();
   std::vector<JointFrame> joint(n);
   std::vector<JawLine> lines(n);
@@ -228,6 +237,7 @@ Result<IdentityFit> fit_identity(const ReducedHead& head, const ExpressionPrior&
         frame_system(head, person, frames[chosen[f]].observation, lines[f], prior, {}, {}, states[f], true,
                      &system);
         joint[f] = joint_frame(system, states[f], given(f), identities);
+        if (options.hold_identity) hold_identity(identities, joint[f]);
       });
       bool better = false;
       double gain = 0;

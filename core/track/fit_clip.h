@@ -31,6 +31,7 @@ struct ClipFitOptions {
   double expression_change = 4;   // first difference, per unit
   double turn_change = 60;        // second difference, per rad
   double shift_change = 150;      // second difference, per m
+  bool hold_identity = false;     // fit_identity finds the registration alone
   int sweeps = 3;                 // passes over all frames with their neighbours' latest states
 };
 
@@ -45,9 +46,9 @@ struct IdentityFit {
   Pose registration = Pose::Identity();
 };
 
-// Joint fit of the identity, the chosen frames' states (which are updated) and, where poses are given, the
-// one rigid motion of the head frame that all of them share (which all given poses then undergo). Schur
-// complement on the frames.
+// Joint fit of the identity (unless it is held where it starts), the chosen frames' states (which are
+// updated) and, where poses are given, the one rigid motion of the head frame that all of them share (which
+// all given poses then undergo). Schur complement on the frames.
 Result<IdentityFit> fit_identity(const ReducedHead& head, const ExpressionPrior& prior,
                                  const ClipFitOptions& options, const Eigen::VectorXd& start,
                                  std::vector<FaceFrame>& frames, const Progress& progress,

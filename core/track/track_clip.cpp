@@ -53,10 +53,20 @@ ExpressionPrior placing_prior(const HeadModel& model) {
   return prior;
 }
 
-Result<void> fit_faces(const ExpressionPrior& prior, ClipWork& work, const Progress& progress,
-                       std::stop_token stop) {
-  auto fit =
-      fit_identity(work.head, prior, {}, work.identity, work.faces, progress.stage(0, 0.5, "identity"), stop);
+// The person as known from another clip; before anything is fitted.
+void take_person(const HeadModel& model, const PersonShape& person, ClipWork& work) {
+  work.offsets = person.offsets;
+  if (!work.offsets.empty()) work.head = reduce_head(model, kIdentityDirections, work.offsets);
+  const Eigen::Index count = std::min(work.identity.size(), person.identity.size());
+  work.identity.head(count) = person.identity.head(count).cast<double>();
+}
+
+Result<void> fit_faces(const ExpressionPrior& prior, bool person_known, ClipWork& work,
+                       const Progress& progress, std::stop_token stop) {
+  ClipFitOptions options;
+  options.hold_identity = person_known;
+  auto fit = fit_identity(work.head, prior, options, work.identity, work.faces,
+                          progress.stage(0, 0.5, "identity"), stop);
   if (!fit) return fit.error();
   work.identity = fit->identity;
   for (DenseFrame& dense : work.dense)
@@ -181,8 +191,11 @@ Result<Track> track_clip(const std::filesystem::path& video, const TrackRegion& 
         video.string()};
 
   if (auto alone = check_alone(work.clip, video); !alone) return alone.error();
+  const bool person_known = options.person.has_value();
+  if (person_known) take_person(model, *options.person, work);
   start_clip(work.head, work.identity, work.prior, work.faces);
-  if (auto fitted = fit_faces(placing_prior(model), work, progress.stage(0.40, 0.45, "first fit"), stop);
+  if (auto fitted =
+          fit_faces(placing_prior(model), person_known, work, progress.stage(0.40, 0.45, "first fit"), stop);
       !fitted)
     return fitted.error();
   clock.lap("fit");
@@ -203,10 +216,12 @@ Result<Track> track_clip(const std::filesystem::path& video, const TrackRegion& 
     clock.lap("brows");
     if (auto watched = watch_lids(model, work, stop); !watched) return watched.error();
     clock.lap("lids");
-    if (auto fitted = fit_faces(work.prior, work, progress.stage(0.87, 0.89, "second fit"), stop); !fitted)
+    if (auto fitted =
+            fit_faces(work.prior, person_known, work, progress.stage(0.87, 0.89, "second fit"), stop);
+        !fitted)
       return fitted.error();
     clock.lap("fit again");
-    if (options.own_shape) {
+    if (options.own_shape && !person_known) {
       if (auto done = fit_shape(model, work, progress.stage(0.89, 0.9, "own shape"), stop); !done)
         return done.error();
       clock.lap("own shape");

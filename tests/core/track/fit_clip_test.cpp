@@ -119,6 +119,25 @@ TEST(FitClip, FindsWhereInTheGivenFrameTheFaceIs) {
   }
 }
 
+// Another clip of a person whose shape is known: only where the face lies in the given frame is sought.
+TEST(FitClip, AHeldIdentityStaysAndTheFrameIsFoundAllTheSame) {
+  const ReducedHead& head = test_reduced_head();
+  Eigen::VectorXd truth = Eigen::VectorXd::Zero(head.identity_count());
+  for (int i = 0; i < truth.size(); ++i) truth[i] = i % 2 == 0 ? 0.8 : -0.5;
+  std::vector<FaceFrame> frames = make_clip(head, truth, 0);
+  const Pose astray(Eigen::Translation3d(0.004, -0.008, 0.02));
+  for (FaceFrame& f : frames) {
+    f.pose_given = true;
+    f.state.cam_from_head = true_pose(f.frame) * astray.inverse();
+  }
+  ClipFitOptions options;
+  options.hold_identity = true;
+  const auto found = fit_identity(head, expression_prior(test_head()), options, truth, frames, {}, {});
+  ASSERT_TRUE(found.ok());
+  EXPECT_EQ(found->identity, truth);
+  EXPECT_LT((found->registration.translation() - astray.translation()).norm(), 0.004);
+}
+
 TEST(FitClip, StopsWhenAsked) {
   const ReducedHead& head = test_reduced_head();
   std::vector<FaceFrame> frames = make_clip(head, Eigen::VectorXd::Zero(head.identity_count()), 0);
