@@ -25,11 +25,9 @@ cv::Mat matte_in_source(const Capture& capture, const cv::Mat& alpha) {
 
 }  // namespace
 
-Image8 draw_regions(const Capture& capture, const cv::Mat& alpha, const PersonModel& person,
-                    const PersonPlace& place, const Intrinsics& source) {
-  const cv::Mat matte = matte_in_source(capture, alpha) > 127;
-  cv::Mat head = head_silhouette(person, place, source, false);
-  const cv::Mat face = head_silhouette(person, place, source, true);
+cv::Mat head_with_hair(const cv::Mat& matte, const PersonModel& person, const PersonPlace& place,
+                       const Intrinsics& picture) {
+  cv::Mat head = head_silhouette(person, place, picture, false);
   cv::Mat away;
   cv::distanceTransform(255 - head, away, cv::DIST_L2, 3);
   const float reach = float(kHairReach * place.px_per_metre);
@@ -39,6 +37,14 @@ Image8 draw_regions(const Capture& capture, const cv::Mat& alpha, const PersonMo
       const Vec2d from_jaw = Vec2d(x + 0.5, y + 0.5) - place.jaw_corners;
       if (from_jaw.dot(place.up) > 0) head.at<unsigned char>(y, x) = 255;
     }
+  return head;
+}
+
+Image8 draw_regions(const Capture& capture, const cv::Mat& alpha, const PersonModel& person,
+                    const PersonPlace& place, const Intrinsics& source) {
+  const cv::Mat matte = matte_in_source(capture, alpha) > 127;
+  cv::Mat head = head_with_hair(matte, person, place, source);
+  const cv::Mat face = head_silhouette(person, place, source, true);
   const int radius = std::max(1, int(std::lround(0.03 * capture.crop.side)));
   cv::dilate(head, head, cv::getStructuringElement(cv::MORPH_ELLIPSE, {2 * radius + 1, 2 * radius + 1}));
   Image8 regions(capture.width, capture.height, 3);
