@@ -40,6 +40,7 @@ TrainingSet resized(TrainingSet set, int size) {
     view.camera = resized(view.camera, size);
     view.rgb = fitted(view.rgb, size);
     view.alpha = TiledMask(fitted(to_image(view.alpha), size));
+    if (!view.teaches.empty()) view.teaches = TiledMask(fitted(to_image(view.teaches), size));
   });
   set.plate = fitted(set.plate, size);
   set.plate_known = fitted(set.plate_known, size);

@@ -15,6 +15,12 @@ constexpr double kMetresPerRadian = 0.17;
 
 }  // namespace
 
+std::span<const TrainingView> own_views(const TrainingSet& set) {
+  const auto further =
+      std::ranges::find_if(set.views, [](const TrainingView& view) { return view.further_clip != 0; });
+  return {set.views.data(), std::size_t(further - set.views.begin())};
+}
+
 Articulation typical_articulation(const TrainingSet& set) {
   if (set.neutral.expression.size() == set.model.expression_count()) return set.neutral;
   Articulation typical = neutral_articulation(set.model);
@@ -37,10 +43,11 @@ Articulation typical_articulation(const TrainingSet& set) {
 }
 
 std::size_t typical_view(const TrainingSet& set) {
-  const std::size_t count = set.views.size(), stride = std::max<std::size_t>(1, count / 200);
+  const std::span<const TrainingView> views = own_views(set);
+  const std::size_t count = views.size(), stride = std::max<std::size_t>(1, count / 200);
   std::vector<Pose> poses(count);
   for (std::size_t v = 0; v < count; ++v)
-    poses[v] = set.views[v].camera.cam_from_world * set.views[v].world_from_head;
+    poses[v] = views[v].camera.cam_from_world * views[v].world_from_head;
   double best = std::numeric_limits<double>::infinity();
   std::size_t chosen = 0;
   for (std::size_t v = 0; v < count; v += stride) {

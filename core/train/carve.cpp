@@ -49,9 +49,9 @@ Image8 dilated(const Image8& alpha) {
   return out;
 }
 
-std::vector<const TrainingView*> views_with_matte(const TrainingSet& set, int count) {
+std::vector<const TrainingView*> views_with_matte(std::span<const TrainingView> views, int count) {
   std::vector<const TrainingView*> with_matte, chosen;
-  for (const TrainingView& view : set.views)
+  for (const TrainingView& view : views)
     if (!view.alpha.empty()) with_matte.push_back(&view);
   const std::size_t n = std::min<std::size_t>(with_matte.size(), std::size_t(count));
   for (std::size_t i = 0; i < n; ++i) chosen.push_back(with_matte[i * with_matte.size() / n]);
@@ -61,7 +61,7 @@ std::vector<const TrainingView*> views_with_matte(const TrainingSet& set, int co
 }  // namespace
 
 std::vector<CarveView> head_carve_views(const TrainingSet& set, int count) {
-  const std::vector<const TrainingView*> chosen = views_with_matte(set, count);
+  const std::vector<const TrainingView*> chosen = views_with_matte(set.views, count);
   std::vector<CarveView> views(chosen.size());
   parallel_for(chosen.size(), [&](std::size_t i) {
     const TrainingView& view = *chosen[i];
@@ -84,7 +84,7 @@ std::vector<CarveView> torso_carve_views(const TrainingSet& set, const HeadShape
     if (std::all_of(t.begin(), t.end(), [&](int v) { return neutral[std::size_t(v)].y() > bottom; }))
       above.push_back(t);
 
-  const std::vector<const TrainingView*> chosen = views_with_matte(set, count);
+  const std::vector<const TrainingView*> chosen = views_with_matte(own_views(set), count);
   std::vector<CarveView> views(chosen.size());
   parallel_for(chosen.size(), [&](std::size_t i) {
     const TrainingView& view = *chosen[i];

@@ -28,7 +28,7 @@ Result<void> check_training_set(const TrainingSet& set) {
   const auto bad = [](std::string what, std::string fix) {
     return Error{ErrorCode::bad_input, std::move(what), std::move(fix), "training"};
   };
-  if (set.views.empty())
+  if (own_views(set).empty())
     return bad("There is no training picture.",
                "Check the capture: at least one frame must be usable and tracked.");
   if (!set.person.identity.allFinite() ||
@@ -49,6 +49,15 @@ Result<void> check_training_set(const TrainingSet& set) {
       return bad(fmt::format("The matte of picture {} is {}x{}, the picture {}x{}.", v, view.alpha.width,
                              view.alpha.height, view.rgb.width, view.rgb.height),
                  "Run the matting again.");
+    if (!view.teaches.empty() &&
+        (view.teaches.width != view.rgb.width || view.teaches.height != view.rgb.height))
+      return bad(fmt::format("The mask of what picture {} teaches is {}x{}, the picture {}x{}.", v,
+                             view.teaches.width, view.teaches.height, view.rgb.width, view.rgb.height),
+                 "Run the matting again.");
+    if (view.further_clip != 0 && (view.has_plate || v < own_views(set).size()))
+      return bad(
+          fmt::format("Picture {} of a further clip has the first clip's plate, or lies before it.", v),
+          "Run the matting again.");
     if (!plate && view.alpha.empty())
       return bad(fmt::format("Picture {} has neither a background plate nor a matte.", v),
                  "Run the matting again.");

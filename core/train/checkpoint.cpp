@@ -40,6 +40,8 @@ std::string view_fingerprint(const TrainingView& view) {
   for (const float v : view.torso_shape) text += fmt::format("{} ", v);
   add_hash(text, view.rgb.data);
   add_hash(text, to_image(view.alpha).data);
+  if (view.further_clip != 0) text += fmt::format("clip {}\n", view.further_clip);
+  if (!view.teaches.empty()) add_hash(text, to_image(view.teaches).data);
   return hash_text(text);
 }
 

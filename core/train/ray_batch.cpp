@@ -11,7 +11,11 @@ namespace likeness {
 namespace {
 
 constexpr float kFaceShare = 0.25f, kPersonShare = 0.5f, kRandomBackgroundShare = 1.f / 3;
-constexpr int kTries = 8;
+// Of a step, of all further clips: torso and background are learnt from the first clip alone.
+constexpr double kFurtherShare = 1.0 / 3;
+constexpr int kTries = 8, kMaskedTries = 32;  // the second where only a part of the picture teaches
+// Past every unit cube.
+const FieldRay kNowhere{Vec3f::Constant(3), Vec3f::UnitX()};
 
 struct Pixel {
   int x, y;
@@ -22,6 +26,22 @@ Pixel draw_pixel(const RaySource::View& view, int width, int height, bool in_fac
     return {view.face_x0 + int(random.below(std::uint32_t(view.face_x1 - view.face_x0))),
             view.face_y0 + int(random.below(std::uint32_t(view.face_y1 - view.face_y0)))};
   return {int(random.below(std::uint32_t(width))), int(random.below(std::uint32_t(height)))};
+}
+
+bool teaches(const TrainingView& view, Pixel pixel) {
+  return view.teaches.empty() || view.teaches.at(pixel.x, pixel.y) > 0;
+}
+
+// at: in [0, rays), evenly spread over a step's rays.
+std::size_t draw_view(std::size_t own, std::size_t drawn, double at, double rays) {
+  const auto place = [](double share, std::size_t views) {
+    return std::min(views - 1, std::size_t(share * double(views)));
+  };
+  const std::size_t further = drawn - own;
+  if (further == 0) return std::min(own - 1, std::size_t(at * double(own) / rays));
+  const double share = std::min(kFurtherShare, double(further) / double(drawn)), first = 1 - share;
+  return at < first * rays ? place(at / (first * rays), own)
+                           : own + place((at - first * rays) / (share * rays), further);
 }
 
 Vec3f colour_at(const Image8& image, int x, int y) {
@@ -75,13 +95,14 @@ RaySource make_ray_source(const TrainingSet& set, std::span<const AvatarPose> po
 void choose_rays(const RaySource& source, const MarchVolumes& volumes, bool drop_codes, std::uint64_t seed,
                  std::uint64_t step, int count, RayBatch& batch) {
   const TrainingSet& set = *source.set;
-  const std::size_t views = source.views.size();
+  const std::size_t views = source.views.size(), own = own_views(set).size(),
+                    drawn = std::min(source.drawn, views);
   batch.requests.resize(std::size_t(count));
   batch.target.resize(std::size_t(count)), batch.background.resize(std::size_t(count));
   parallel_ranges(std::size_t(count), 256, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       RandomStream random(seed, step, i);
-      const auto v = std::min(views - 1, std::size_t((double(i) + random.uniform()) * double(views) / count));
+      const std::size_t v = draw_view(own, drawn, double(i) + random.uniform(), count);
       const TrainingView& view = set.views[v];
       const float kind = random.uniform();
       const bool in_face = kind < kFaceShare;
@@ -89,20 +110,30 @@ void choose_rays(const RaySource& source, const MarchVolumes& volumes, bool drop
       RayRequest& request = batch.requests[i];
       request.view = std::int32_t(v);
       Pixel pixel{0, 0};
-      for (int attempt = 0; attempt < kTries; ++attempt) {
+      const int tries = view.teaches.empty() ? kTries : kMaskedTries;
+      for (int attempt = 0; attempt < tries; ++attempt) {
         pixel = draw_pixel(source.views[v], view.rgb.width, view.rgb.height, in_face, random);
-        const bool last = attempt + 1 == kTries;
+        const bool last = attempt + 1 == tries;
         if (on_person && !last && view.alpha.at(pixel.x, pixel.y) == 0) continue;
+        if (!teaches(view, pixel)) continue;
         const Vec3f direction = ray_direction(view.camera.intrinsics, Vec2d(pixel.x + 0.5, pixel.y + 0.5))
                                     .normalized()
                                     .cast<float>();
         for (int f = 0; f < 2; ++f)
           if (volumes.fields[f].occupancy) request.fields[f] = field_ray(source.views[v].maps[f], direction);
+        if (view.further_clip != 0) request.fields[1] = kNowhere;
         if (meets_volume(request, volumes)) break;
       }
       const bool drop = drop_codes && random.uniform() < 0.5f;
-      if (drop) request.view += std::int32_t(views);
+      if (drop && view.further_clip == 0) request.view += std::int32_t(views);
       request.jitter = random.bits() | 1;
+
+      // -- All tries in vain: a ray that meets nothing and is as its background is.
+      if (!teaches(view, pixel)) {
+        request.fields = {kNowhere, kNowhere};
+        batch.target[i] = batch.background[i] = Vec3f::Zero();
+        continue;
+      }
 
       // -- Over the plate, or with the matte over a random colour.
       const Vec3f rgb = colour_at(view.rgb, pixel.x, pixel.y);

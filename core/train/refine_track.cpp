@@ -8,12 +8,27 @@
 namespace likeness {
 namespace {
 
+Image8 within_matte(Image8 region, const TrainingView& view) {
+  for (int y = 0; y < region.height && !view.alpha.empty(); ++y)
+    for (int x = 0; x < region.width; ++x)
+      if (view.alpha.at(x, y) <= 127) *region.at(x, y) = 0;
+  return region;
+}
+
+Eigen::VectorXd bounds(const RefineOptions& options, Eigen::Index count) {
+  Eigen::VectorXd most = Eigen::VectorXd::Constant(count, options.largest_component);
+  most.head<3>().setConstant(options.largest_turn);
+  most.segment<3>(3).setConstant(options.largest_shift);
+  return most;
+}
+
+}  // namespace
+
 AvatarPose tracked_pose(const TrainingView& view) {
   return {view.world_from_head, view.world_from_torso, view.articulation, view.torso_shape};
 }
 
-// The head in the picture: the box of its posed landmarks, half as large again, within the matte.
-Image8 head_region(const TrainingView& view, const AvatarRig& rig) {
+Image8 head_box(const TrainingView& view, const AvatarRig& rig) {
   const auto landmarks = landmark_positions(*rig.model, pose_head(*rig.model, rig.shape, view.articulation));
   const Pose cam_from_head = view.camera.cam_from_world * view.world_from_head;
   Vec2d low = Vec2d::Constant(1e9), high = -low;
@@ -28,18 +43,9 @@ Image8 head_region(const TrainingView& view, const AvatarRig& rig) {
   low.x() -= 0.2 * size.x(), high.x() += 0.2 * size.x(), low.y() -= 0.6 * size.y();
   for (int y = std::max(0, int(low.y())); y < std::min(region.height, int(high.y())); ++y)
     for (int x = std::max(0, int(low.x())); x < std::min(region.width, int(high.x())); ++x)
-      if (view.alpha.empty() || view.alpha.at(x, y) > 127) *region.at(x, y) = 255;
+      *region.at(x, y) = 255;
   return region;
 }
-
-Eigen::VectorXd bounds(const RefineOptions& options, Eigen::Index count) {
-  Eigen::VectorXd most = Eigen::VectorXd::Constant(count, options.largest_component);
-  most.head<3>().setConstant(options.largest_turn);
-  most.segment<3>(3).setConstant(options.largest_shift);
-  return most;
-}
-
-}  // namespace
 
 std::vector<AvatarPose> corrected_poses(const TrainingSet& set, const ConditionMap& map,
                                         const std::vector<Eigen::VectorXd>& corrections) {
@@ -53,11 +59,11 @@ std::vector<AvatarPose> corrected_poses(const TrainingSet& set, const ConditionM
 std::vector<Eigen::VectorXd> refine_track(const TrainingSet& set, const Avatar& avatar, const AvatarRig& rig,
                                           const std::vector<Eigen::VectorXd>& corrections,
                                           const RefineOptions& options, std::stop_token stop) {
-  std::vector<Eigen::VectorXd> refined(set.views.size());
-  parallel_for(set.views.size(), [&](std::size_t v) {
+  std::vector<Eigen::VectorXd> refined(own_views(set).size());
+  parallel_for(refined.size(), [&](std::size_t v) {
     if (stop.stop_requested()) return;
     const TrainingView& view = set.views[v];
-    const Image8 region = head_region(view, rig), none;
+    const Image8 region = within_matte(head_box(view, rig), view), none;
     const bool plate = view.has_plate && !set.plate.empty();
     const FieldFitOptions fit{options.pixels, 1, options.components, options.seed + v};
     refined[v] =
@@ -73,6 +79,10 @@ std::vector<Eigen::VectorXd> refine_track(const TrainingSet& set, const Avatar& 
     mean += change / double(refined.size());
   }
   for (Eigen::VectorXd& change : refined) change -= mean;
+  for (std::size_t v = refined.size(); v < set.views.size(); ++v) {
+    Eigen::VectorXd& kept = refined.emplace_back(Eigen::VectorXd::Zero(most.size()));
+    if (!corrections.empty()) kept.head<kPoseChange>() = corrections[v].head<kPoseChange>();
+  }
   return refined;
 }
 

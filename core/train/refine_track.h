@@ -18,12 +18,17 @@ struct RefineOptions {
   std::uint64_t seed = 0;
 };
 
+AvatarPose tracked_pose(const TrainingView& view);
+
+// (size, size, 1), 255: the box of the head's posed landmarks, half as large again.
+Image8 head_box(const TrainingView& view, const AvatarRig& rig);
+
 // Poses of the set's views with their corrections; none where `corrections` is empty.
 std::vector<AvatarPose> corrected_poses(const TrainingSet& set, const ConditionMap& map,
                                         const std::vector<Eigen::VectorXd>& corrections);
 
-// One Gauss-Newton step of every view from its earlier correction; about 0.3 s a view on one core. On a stop
-// the corrections stay as they were.
+// One Gauss-Newton step of every view of the avatar's own clip from its earlier correction; about 0.3 s a
+// view on one core. On a stop the corrections stay as they were, as those of further clips' views always do.
 std::vector<Eigen::VectorXd> refine_track(const TrainingSet& set, const Avatar& avatar, const AvatarRig& rig,
                                           const std::vector<Eigen::VectorXd>& corrections,
                                           const RefineOptions& options, std::stop_token stop);

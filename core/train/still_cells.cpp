@@ -52,8 +52,8 @@ OccupancyGrid still_cells(const HeadModel& model, const HeadShape& shape,
   return still;
 }
 
-void shuffle_conditions(const OccupancyGrid& still, std::size_t views, std::uint64_t seed, std::uint64_t step,
-                        FieldSamples& samples) {
+void shuffle_conditions(const OccupancyGrid& still, std::size_t views, std::size_t own, std::uint64_t seed,
+                        std::uint64_t step, FieldSamples& samples) {
   const int n = still.resolution;
   if (n == 0 || views == 0) return;
   const auto cell = [n](float at) { return std::clamp(int(at * float(n)), 0, n - 1); };
@@ -61,6 +61,8 @@ void shuffle_conditions(const OccupancyGrid& still, std::size_t views, std::uint
     RandomStream random(seed ^ 0x57117ull, step, begin);
     for (std::size_t i = begin; i < end; ++i) {
       const std::uint32_t other = random.below(std::uint32_t(views));
+      const auto row = std::size_t(samples.view[i]);
+      if (row >= own && row < views) continue;
       if (still.occupied(cell(samples.x[i]), cell(samples.y[i]), cell(samples.z[i])))
         samples.view[i] = std::int32_t(views + other);
     }

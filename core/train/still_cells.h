@@ -25,8 +25,9 @@ OccupancyGrid still_cells(const HeadModel& model, const HeadShape& shape,
 
 // Samples in still cells get the condition of a random view, without its code, so that the field learns to
 // give the same under all of them. What is learnt there needs no condition when a picture is rendered.
-// view of the samples: row of conditions, v or v + views.
-void shuffle_conditions(const OccupancyGrid& still, std::size_t views, std::uint64_t seed, std::uint64_t step,
-                        FieldSamples& samples);
+// view of the samples: row of conditions, v or v + views. Those of a view beyond the first `own` stay as they
+// are: without its code the colours of its light would be learnt.
+void shuffle_conditions(const OccupancyGrid& still, std::size_t views, std::size_t own, std::uint64_t seed,
+                        std::uint64_t step, FieldSamples& samples);
 
 }  // namespace likeness

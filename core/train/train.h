@@ -5,6 +5,7 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <span>
 #include <stop_token>
 #include <vector>
 
@@ -32,11 +33,16 @@ struct TrainingView {
   Image8 rgb;             // (size, size, 3)
   TiledMask alpha;        // (size, size) person's matte; empty = unknown
   bool has_plate = true;  // the background of this view is the plate; otherwise its matte separates it
+  // Number of a further clip of the person, 0: the avatar's own. Another place, another light, other clothes:
+  // its head alone is learnt from, without a plate and always with the view's own code, so that the light
+  // stays in the code; its torso stands where the neck is straight and is seen by no ray.
+  int further_clip = 0;
+  TiledMask teaches;  // (size, size) 0: nothing is learnt from this pixel; empty: from all
 };
 
 struct TrainingSet {
   int size = 256;
-  std::vector<TrainingView> views;  // training frames only
+  std::vector<TrainingView> views;  // training frames only; those of further clips last
   Image8 plate;                     // empty without a static camera
   Image8 plate_known;  // (size, size, 1) 255 = the plate was seen there; less = a guess; empty = everywhere
   HeadModel model;
@@ -45,6 +51,9 @@ struct TrainingSet {
   Articulation neutral;    // the person's resting face; no expression at all = not known
   bool has_torso = true;
 };
+
+// The views of the clip whose place, light and torso the avatar has.
+std::span<const TrainingView> own_views(const TrainingSet& set);
 
 struct TrainOptions {
   double budget_s = 300;    // wall-clock of this stage; ignored when steps > 0

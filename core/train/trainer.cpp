@@ -12,6 +12,7 @@
 #include "core/train/checkpoint.h"
 #include "core/train/condition_map.h"
 #include "core/train/refine_track.h"
+#include "core/train/register_clips.h"
 #include "core/train/train.h"
 #include "core/train/training_step.h"
 
@@ -24,7 +25,8 @@ constexpr std::uint64_t kSnapshotEvery = 500;
 constexpr int kRecoveries = 3;
 constexpr double kReportEvery = 0.25;                 // s
 constexpr double kRefineShares[] = {0.4, 0.55, 0.7};  // of the steps, when the track is refined
-constexpr double kOverrun = 1.15;  // of the budget, before a run is ended short of its planned steps
+constexpr double kRegisterShare = 0.25;  // of the steps, before which further clips are not learnt from
+constexpr double kOverrun = 1.15;        // of the budget, before a run is ended short of its planned steps
 
 double seconds_since(Clock::time_point start) {
   return std::chrono::duration<double>(Clock::now() - start).count();
@@ -63,8 +65,10 @@ struct Scene {
     const std::vector<AvatarPose> poses = corrected_poses(set, map, state.corrections);
     rays = make_ray_source(set, poses, shape, volumes.head.cube,
                            volumes.torso ? &volumes.torso->cube : nullptr, &warp, volumes.neck);
+    rays.drawn = state.corrections.empty() ? own_views(set).size() : set.views.size();
     set_conditions(state, map, poses);
   }
+  bool has_further() const { return own_views(set).size() < set.views.size(); }
   float warp_cell() const { return rays.warps.empty() ? 0.f : warp.cell; }
 };
 
@@ -72,6 +76,12 @@ bool fits(const std::vector<Eigen::VectorXd>& corrections, const TrainingSet& se
   return corrections.empty() ||
          (corrections.size() == set.views.size() && corrections.front().size() >= kPoseChange &&
           corrections.front().size() <= kPoseChange + map.rows.rows());
+}
+
+// Further clips are learnt from once it is known where their heads lie.
+bool registration_due(const TrainingState& state, const Scene& scene) {
+  return scene.has_further() && state.corrections.empty() && state.schedule.total_steps > 0 &&
+         double(state.step) >= kRegisterShare * double(state.schedule.total_steps);
 }
 
 bool refinement_due(const TrainingState& state) {
@@ -149,6 +159,17 @@ void refine(TrainingState& state, Scene& scene, Run& run, std::stop_token stop) 
   scene.place_views(state);
 }
 
+void register_further(TrainingState& state, Scene& scene, Run& run, std::stop_token stop) {
+  run.progress.report(run.share(state), "placing the heads of the further clips");
+  const Avatar avatar =
+      make_avatar(scene.set, run.options, scene.map, scene.warp_cell(), scene.volumes.neck, state);
+  const AvatarRig rig = make_rig(avatar, scene.set.model);
+  RegisterOptions options;
+  options.seed = run.options.seed;
+  state.corrections = register_clips(scene.set, avatar, rig, options, stop);
+  if (!stop.stop_requested()) scene.place_views(state);
+}
+
 // The steps, where the backend may hold what was learnt: `fetch` before the state is looked at, `place` after
 // it was changed.
 struct Steps {
@@ -173,7 +194,7 @@ struct Steps {
     const double scale = 0.5 * state.schedule.rate_scale;
     state = snapshot;
     state.schedule.rate_scale = scale;
-    if (run.options.refine_track) scene.place_views(state);
+    if (run.options.refine_track || scene.has_further()) scene.place_views(state);
     return learner.place();
   }
 
@@ -210,6 +231,12 @@ struct Steps {
       if (stop.stop_requested()) {
         if (auto saved = save(); !saved) return saved;
         return cancelled_error();
+      }
+      if (registration_due(state, scene)) {
+        if (auto fetched = learner.fetch(); !fetched) return fetched;
+        register_further(state, scene, run, stop);
+        before = run.elapsed();
+        continue;
       }
       if (run.options.refine_track && refinement_due(state)) {
         if (auto fetched = learner.fetch(); !fetched) return fetched;
@@ -251,7 +278,7 @@ Result<void> run_steps(TrainingState& state, Scene& scene, Run& run, std::stop_t
     if (done || !run.options.fall_back || !is_backends(done.error())) return done;
     run.progress.report(run.share(state), done.error().what + " Going on with the processor.");
     state = snapshot;
-    if (run.options.refine_track) scene.place_views(state);
+    if (run.options.refine_track || scene.has_further()) scene.place_views(state);
     backend = cpu_backend(run.options.precision);
   }
 }

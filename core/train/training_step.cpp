@@ -139,7 +139,8 @@ Result<StepResult> training_step(TrainingState& state, FieldLearner& learner, co
   sample_rays(state.rays.requests, volumes, state.samples);
   warp_samples(source.warps, state.head.part.cube, state.samples.fields[0]);
   straighten_samples(source.necks, state.samples.fields[0]);
-  shuffle_conditions(state.head.volume.still, views, options.seed, state.step, state.samples.fields[0]);
+  shuffle_conditions(state.head.volume.still, views, own_views(*source.set).size(), options.seed, state.step,
+                     state.samples.fields[0]);
   if (state.torso) warp_samples(source.torsos, state.torso->part.cube, state.samples.fields[1]);
 
   // -- Fields, loss, gradients, Adam.

@@ -327,9 +327,10 @@ std::optional<Volume> torso_volume(const TrainingSet& set, const HeadShape& shap
   // -- How far down and to the sides the pictures reach at the torso's depth.
   const Vec3d chest(0, marks.base - 0.08, axis_z);
   Vec3f low(-0.05f, marks.base, axis_z), high(0.05f, marks.chin + kShoulderTop, axis_z);
-  const std::size_t views = std::min<std::size_t>(set.views.size(), 32);
+  const std::span<const TrainingView> own = own_views(set);
+  const std::size_t views = std::min<std::size_t>(own.size(), 32);
   for (std::size_t i = 0; i < views; ++i) {
-    const TrainingView& view = set.views[i * set.views.size() / views];
+    const TrainingView& view = own[i * own.size() / views];
     const Pose cam_from_torso = view.camera.cam_from_world * view.world_from_torso;
     const double depth = (cam_from_torso * chest).z();
     if (depth < 0.05) continue;

@@ -77,12 +77,13 @@ inline Vec3f ball_colour(const Vec3f& n, float expression) {
   return c;
 }
 
-inline TrainingView ball_view(const Image8& plate, int size, double time) {
+// turn: of the head about its own axis, beside its swaying, rad.
+inline TrainingView ball_view(const Image8& plate, int size, double time, double turn = 0) {
   TrainingView view;
   view.camera.intrinsics = {size, size, 2.0 * size, 2.0 * size, 0.5 * size, 0.5 * size};
   view.world_from_head.linear() = Vec3d(1, -1, -1).asDiagonal();
   view.world_from_head.translation() = Vec3d(0.02 * std::sin(3 * time), 0.02 * std::cos(2 * time), 0.8);
-  view.world_from_head.rotate(Eigen::AngleAxisd(0.5 * std::sin(time), Vec3d::UnitY()));
+  view.world_from_head.rotate(Eigen::AngleAxisd(0.5 * std::sin(time) + turn, Vec3d::UnitY()));
   view.world_from_torso = view.world_from_head;
   view.articulation.expression = Eigen::VectorXf::Zero(2);
   const float expression = float(0.5 + 0.5 * std::sin(5 * time));

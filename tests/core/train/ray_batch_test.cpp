@@ -50,5 +50,48 @@ TEST(ChooseRays, APlateIsABackgroundOnlyWhereItWasSeen) {
   EXPECT_NEAR(over_plate, seen * 2 / 3, kRays / 20);
 }
 
+// Two views of one size, the second of a further clip that teaches on its left half alone.
+TEST(ChooseRays, AFurtherClipTeachesItsHeadAloneAndAlwaysWithItsCode) {
+  constexpr int kSize = 48, kRays = 6000;
+  TrainingSet set = ball_set(2, kSize, false);
+  set.views[1].further_clip = 2;
+  Image8 taught(kSize, kSize, 1);
+  for (int y = 0; y < kSize; ++y)
+    for (int x = 0; x < kSize; ++x) {
+      *taught.at(x, y) = x < kSize / 2 ? 255 : 0;
+      for (TrainingView& view : set.views) view.rgb.at(x, y)[0] = std::uint8_t(x);
+    }
+  set.views[1].teaches = TiledMask(taught);
+  for (TrainingView& view : set.views) view.alpha = TiledMask(Image8(kSize, kSize, 1, 255));
+  const OccupancyGrid everywhere = make_occupancy(8, true), none;
+  MarchVolumes volumes;
+  for (MarchVolume& volume : volumes.fields) volume = march_volume(everywhere, none);
+  const FieldCube cube{Vec3f::Constant(-0.2f), 0.4f};
+  std::vector<AvatarPose> poses;
+  for (const TrainingView& view : set.views)
+    poses.push_back({view.world_from_head, view.world_from_torso, view.articulation, view.torso_shape});
+  RaySource source = make_ray_source(set, poses, shape_head(set.model, set.person), cube, &cube);
+  RayBatch batch;
+  choose_rays(source, volumes, true, 3, 0, kRays, batch);
+  int further = 0, dropped = 0;
+  for (std::size_t i = 0; i < batch.requests.size(); ++i) {
+    const RayRequest& ray = batch.requests[i];
+    dropped += ray.view >= 2;
+    if (ray.view % 2 == 0) continue;
+    ++further;
+    EXPECT_EQ(ray.view, 1) << "a ray without its view's code";
+    EXPECT_LT(std::lround(255 * batch.target[i].x()), kSize / 2);
+    MarchVolumes torso = volumes;
+    torso.fields[0] = {};
+    EXPECT_FALSE(meets_volume(ray, torso));
+  }
+  EXPECT_NEAR(further, kRays / 3, kRays / 50);
+  EXPECT_NEAR(dropped, kRays / 3, kRays / 30);  // half of the others
+  // Before it is known where the further clip's head lies, nothing is asked of it.
+  source.drawn = 1;
+  choose_rays(source, volumes, true, 3, 1, kRays, batch);
+  for (const RayRequest& ray : batch.requests) EXPECT_EQ(ray.view % 2, 0);
+}
+
 }  // namespace
 }  // namespace likeness

@@ -64,8 +64,8 @@ TEST(ShuffleConditions, ChangesStillSamplesOnlyAndTheSameWayEveryTime) {
     samples.view[i] = 2;
   }
   FieldSamples again = samples;
-  shuffle_conditions(still, 5, 7, 11, samples);
-  shuffle_conditions(still, 5, 7, 11, again);
+  shuffle_conditions(still, 5, 5, 7, 11, samples);
+  shuffle_conditions(still, 5, 5, 7, 11, again);
   EXPECT_EQ(samples.view, again.view);
   std::set<int> rows;
   for (std::size_t i = 0; i < samples.count(); ++i) {
@@ -76,7 +76,7 @@ TEST(ShuffleConditions, ChangesStillSamplesOnlyAndTheSameWayEveryTime) {
     }
   }
   EXPECT_EQ(rows, (std::set<int>{5, 6, 7, 8, 9}));  // rows without a code
-  shuffle_conditions(still, 5, 7, 12, again);
+  shuffle_conditions(still, 5, 5, 7, 12, again);
   EXPECT_NE(samples.view, again.view);
 }
 

@@ -1,0 +1,123 @@
+// Claims about further clips of a person: their heads are brought to the first clip's frame whatever their
+// light, they teach what the first clip never showed, and their light stays theirs.
+#include "core/train/register_clips.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "core/render/render.h"
+#include "core/train/field_fit.h"
+#include "core/train/refine_track.h"
+#include "tests/core/train/ball_scene.h"
+
+namespace likeness {
+namespace {
+
+constexpr int kSize = 32;
+
+TrainOptions short_training() {
+  TrainOptions options;
+  options.steps = 160;
+  options.rays_per_step = 768;
+  options.seed = 3;
+  return options;
+}
+
+// As clip 2 of the same person, in a light that is weaker by a factor.
+TrainingView of_further_clip(TrainingView view, double light) {
+  view.further_clip = 2;
+  view.has_plate = false;
+  for (std::uint8_t& value : view.rgb.data) value = std::uint8_t(std::lround(light * value));
+  return view;
+}
+
+// Mean square difference of what is seen of the head from a truth in a light.
+double head_error(const Avatar& avatar, const HeadModel& model, const TrainingView& truth, double light = 1) {
+  const AvatarRig rig = make_rig(avatar, model);
+  const RenderState state = pose_avatar(rig, tracked_pose(truth));
+  const RenderedFrame seen = render_frame(avatar, truth.camera, state);
+  double error = 0;
+  int count = 0;
+  for (int y = 0; y < kSize; ++y)
+    for (int x = 0; x < kSize; ++x) {
+      if (truth.alpha.at(x, y) < 255) continue;
+      const std::size_t at = std::size_t(y) * kSize + std::size_t(x);
+      for (std::size_t c = 0; c < 3; ++c, ++count)
+        error += std::pow(seen.rgba.data[4 * at + c] - light * truth.rgb.data[3 * at + c] / 255, 2);
+    }
+  return error / count;
+}
+
+TEST(RegisterClips, AFurtherClipsHeadIsFoundWhateverItsLight) {
+  TrainingSet set = ball_set(16, kSize);
+  TrainOptions training = short_training();
+  training.steps = 500;  // until it knows the stripes
+  const auto avatar = train_avatar(set, training, {}, Progress(), {}, {});
+  ASSERT_TRUE(avatar.ok()) << avatar.error().what;
+  Pose astray = Pose::Identity();
+  // Across the ball's stripes: along them nothing could be seen.
+  astray.linear() = Eigen::AngleAxisd(0.06, Vec3d(-4, 6, 0).normalized()).matrix();
+  astray.translation() = Vec3d(0.005, -0.004, 0);
+  const Image8 plate = gradient_plate(kSize);
+  std::vector<Pose> truth;
+  for (int v = 0; v < 8; ++v) {
+    set.views.push_back(of_further_clip(ball_view(plate, kSize, 0.2 + 0.41 * v), 0.6));
+    truth.push_back(set.views.back().world_from_head);
+    set.views.back().world_from_head = truth.back() * astray.inverse();
+  }
+  const AvatarRig rig = make_rig(*avatar, set.model);
+  const auto corrections = register_clips(set, *avatar, rig, {}, {});
+  ASSERT_EQ(corrections.size(), set.views.size());
+  for (std::size_t v = 0; v < 16; ++v) EXPECT_EQ(corrections[v].norm(), 0) << v;
+  for (std::size_t v = 16; v < set.views.size(); ++v) {
+    const Pose found =
+        changed_pose(tracked_pose(set.views[v]), avatar->condition, corrections[v]).world_from_head;
+    const Pose left = found.inverse() * truth[v - 16];
+    EXPECT_LT(Eigen::AngleAxisd(left.linear()).angle(), 0.03) << v;  // of 0.06
+    EXPECT_LT(left.translation().head<2>().norm(), 0.0025) << v;     // of 0.0064
+  }
+  std::stop_source stopped;
+  stopped.request_stop();
+  EXPECT_TRUE(register_clips(set, *avatar, rig, {}, stopped.get_token()).empty());
+}
+
+TEST(RegisterClips, ViewsThatAreOfSomethingElseMoveNothing) {
+  TrainingSet set = ball_set(12, kSize);
+  const auto avatar = train_avatar(set, short_training(), {}, Progress(), {}, {});
+  ASSERT_TRUE(avatar.ok());
+  RegisterOptions options;
+  options.largest_turn = options.largest_shift = 0;  // whatever is found is beyond belief
+  set.views.push_back(of_further_clip(set.views[3], 1));
+  set.views.back().world_from_head.translation().x() += 0.01;
+  const auto corrections = register_clips(set, *avatar, make_rig(*avatar, set.model), options, {});
+  for (const Eigen::VectorXd& correction : corrections) EXPECT_EQ(correction.norm(), 0);
+}
+
+TEST(FurtherClips, TeachTheSideThatTheFirstClipNeverShowed) {
+  const TrainingSet first = ball_set(12, kSize);
+  TrainingSet both = first;
+  const Image8 plate = gradient_plate(kSize);
+  constexpr double kBack = 2.4;  // rad: the first clip turns by half a radian
+  for (int v = 0; v < 12; ++v)
+    both.views.push_back(of_further_clip(ball_view(plate, kSize, 0.37 * v, kBack * v / 11.0), 1));
+  const TrainingView behind = ball_view(plate, kSize, 1.1, 2.0);
+  const auto one = train_avatar(first, short_training(), {}, Progress(), {}, {});
+  const auto two = train_avatar(both, short_training(), {}, Progress(), {}, {});
+  ASSERT_TRUE(one.ok() && two.ok());
+  EXPECT_LT(head_error(*two, first.model, behind), 0.5 * head_error(*one, first.model, behind));
+}
+
+TEST(FurtherClips, TheirLightStaysTheirs) {
+  TrainingSet set = ball_set(12, kSize);
+  const Image8 plate = gradient_plate(kSize);
+  for (int v = 0; v < 24; ++v)
+    set.views.push_back(of_further_clip(ball_view(plate, kSize, 0.1 + 0.29 * v), 0.5));
+  const auto avatar = train_avatar(set, short_training(), {}, Progress(), {}, {});
+  ASSERT_TRUE(avatar.ok());
+  const TrainingView unseen = ball_view(plate, kSize, 0.9);
+  EXPECT_LT(head_error(*avatar, set.model, unseen), 0.2 * head_error(*avatar, set.model, unseen, 0.5));
+}
+
+}  // namespace
+}  // namespace likeness
