@@ -19,6 +19,7 @@
 #include "core/matte/matte.h"
 #include "core/project/build_forecast.h"
 #include "core/project/care.h"
+#include "core/project/further_clips.h"
 #include "core/project/refits.h"
 #include "core/project/run_stages.h"
 
@@ -138,6 +139,13 @@ int run(Project& project, Stage last, const CommonOptions& common, const ChosenB
     observer.stage_changed = [](Stage stage, const StageRecord& record) {
       if (record.state != StageState::done) return;
       fmt::print(stderr, "\r\033[K{:>7}  {} ({:.0f} s)\n", stage_name(stage), record.message, record.seconds);
+      for (const std::string& warning : record.warnings) fmt::print(stderr, "         note: {}\n", warning);
+    };
+    observer.further_changed = [](Stage stage, int number, const Project& clip) {
+      const StageRecord& record = clip.record(stage);
+      if (record.state != StageState::done) return;
+      fmt::print(stderr, "\r\033[K{:>7}  {}: {} ({:.0f} s)\n", stage_name(stage),
+                 further_clip_name(clip, number), record.message, record.seconds);
       for (const std::string& warning : record.warnings) fmt::print(stderr, "         note: {}\n", warning);
     };
   }

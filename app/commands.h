@@ -9,6 +9,7 @@ void add_build_commands(CLI::App& program, int& exit_code);  // build, import, a
 void add_check_command(CLI::App& program, int& exit_code);
 void add_track_command(CLI::App& program, int& exit_code);
 void add_card_command(CLI::App& program, int& exit_code);
+void add_clips_command(CLI::App& program, int& exit_code);
 void add_care_commands(CLI::App& program, int& exit_code);  // relink, repair, delete
 void add_eval_command(CLI::App& program, int& exit_code);
 void add_render_command(CLI::App& program, int& exit_code);

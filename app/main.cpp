@@ -48,6 +48,7 @@ int main(int argc, char** argv) {
   add_check_command(program, exit_code);
   add_track_command(program, exit_code);
   add_card_command(program, exit_code);
+  add_clips_command(program, exit_code);
   add_care_commands(program, exit_code);
   add_eval_command(program, exit_code);
   add_render_command(program, exit_code);

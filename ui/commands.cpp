@@ -41,6 +41,8 @@ constexpr CommandInfo kTable[] = {
      [](S s) { return s.project && idle(s); }},
     {Command::find_clip, Menu::file, "Find the clip...", "",
      [](S s) { return s.project && s.clip_missing && idle(s); }},
+    {Command::add_clip, Menu::file, "Add a clip of this person...", "",
+     [](S s) { return s.project && s.clip_there && s.consent && idle(s); }},
     {Command::repair_project, Menu::file, "Repair the project", "",
      [](S s) { return s.repairable && idle(s); }},
     {Command::delete_person, Menu::file, "Delete this person...", "",

@@ -18,6 +18,7 @@ enum class Command {
   open_project,
   try_demo,
   find_clip,
+  add_clip,
   close_project,
   repair_project,
   delete_person,

@@ -38,6 +38,8 @@ const char* title_of(Wanted wanted) {
       return "A performance to export";
     case Wanted::moved_clip:
       return "Where is the clip now?";
+    case Wanted::further_clip:
+      return "Another clip of this person";
   }
   return "";
 }
@@ -48,6 +50,7 @@ const char* nothing_of(Wanted wanted) {
     case Wanted::driver:
     case Wanted::driving_clip:
     case Wanted::moved_clip:
+    case Wanted::further_clip:
       return "No folder and no video here.";
     case Wanted::background:
       return "No folder and no picture here.";

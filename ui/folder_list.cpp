@@ -37,6 +37,7 @@ bool is_project_file(const fs::path& file) {
 bool is_wanted(const fs::path& file, Wanted wanted) {
   switch (wanted) {
     case Wanted::clip:
+    case Wanted::further_clip:
     case Wanted::driver:
     case Wanted::driving_clip:
     case Wanted::moved_clip:

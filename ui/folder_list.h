@@ -8,7 +8,8 @@
 
 namespace likeness::ui {
 
-// What a path is asked for: something to open or to save, for an export, or the clip that moved.
+// What a path is asked for: something to open or to save, for an export, the clip that moved, or a
+// further one.
 enum class Wanted {
   clip,
   project,
@@ -18,7 +19,8 @@ enum class Wanted {
   performance,
   new_performance,
   export_performance,
-  moved_clip
+  moved_clip,
+  further_clip
 };
 
 struct FolderEntry {

@@ -30,6 +30,9 @@ PipelineJob::PipelineJob(Project project, Stage last, bool previews, std::functi
         Project working = project_;
         RunObserver observer;
         observer.stage_changed = [this](Stage s, const StageRecord& record) { stage_changed(s, record); };
+        observer.further_changed = [this](Stage s, int, const Project& clip) {
+          further_changed(s, clip.record(s).state);
+        };
         observer.training = [this](const TrainStatus& status) { trained(status); };
         if (preview_) observer.tap = preview_->tap();
         if (auto earlier = read_training_curve(training_curve_path(working))) {
@@ -55,6 +58,18 @@ void PipelineJob::stage_changed(Stage stage, const StageRecord& record) {
   } else if (status_.stage == stage) {
     status_.stage.reset();
   }
+}
+
+// The stage is at work as long as it is for any clip.
+void PipelineJob::further_changed(Stage stage, StageState state) {
+  const std::lock_guard lock(mutex_);
+  const bool running = state == StageState::running;
+  status_.finished[std::size_t(stage)] = state == StageState::done;
+  if (running && status_.stage != stage) worked_before_stage_s_ = job_->status().seconds;
+  if (running)
+    status_.stage = stage;
+  else if (status_.stage == stage)
+    status_.stage.reset();
 }
 
 void PipelineJob::trained(const TrainStatus& status) {

@@ -41,6 +41,7 @@ class PipelineJob {
 
  private:
   void stage_changed(Stage stage, const StageRecord& record);
+  void further_changed(Stage stage, StageState state);
   void trained(const TrainStatus& status);
   void keep_scores();
 

@@ -8,6 +8,7 @@
 #include "core/base/hash.h"
 #include "core/base/parallel.h"
 #include "core/project/corrections.h"
+#include "core/project/further_clips.h"
 #include "core/project/project_views.h"
 #include "core/project/refits.h"
 #include "core/project/run_stages.h"
@@ -32,7 +33,8 @@ std::shared_ptr<const ProjectAvatar> read_project_avatar(const ProjectContents& 
   if (!avatar || !contents.model || !avatar_fits(*avatar, *contents.model)) return nullptr;
   SeenViews views;
   if (contents.capture && contents.cameras && contents.track)
-    views = seen_views(*contents.capture, *contents.cameras, *contents.track);
+    views = joined(seen_views(*contents.capture, *contents.cameras, *contents.track),
+                   learnt_further_views(contents.project));
   auto made = ProjectAvatar::make(std::move(*avatar), contents.model, std::move(views));
   if (auto hash = hash_file(file)) made->hash = std::move(*hash);
   return made;
@@ -44,6 +46,7 @@ std::shared_ptr<const Card> read_card(const ProjectContents& contents) {
     return nullptr;
   const Capture trained = without_left_out(*contents.capture, contents.project.options.left_out);
   return std::make_shared<const Card>(make_card(trained, *contents.cameras, *contents.track,
+                                                learnt_further_views(contents.project),
                                                 contents.avatar->avatar, *contents.avatar->model));
 }
 
@@ -58,6 +61,42 @@ void read_strokes_of(const Project& project, ProjectContents& contents) {
   }
 }
 
+FurtherClip read_further(const Project& project, int number) {
+  FurtherClip further{.number = number};
+  const auto clip = open_further_clip(project, number);
+  if (!clip) {
+    further.state = StageState::failed, further.words = clip.error().what;
+    return further;
+  }
+  further.name = clip->options.video.filename().string();
+  if (auto info = probe_video(clip->options.video)) further.clip = std::move(*info);
+  further.state = StageState::done;
+  for (const Stage stage : kStages) {
+    if (stage == Stage::train || is_current_alone(*clip, stage)) continue;
+    const StageRecord& record = clip->record(stage);
+    further.state = record.state == StageState::failed ? StageState::failed : StageState::to_do;
+    if (further.state == StageState::failed) further.words = record.message;
+    break;
+  }
+  if (further.state == StageState::done) further.words = clip->record(Stage::fit).message;
+  return further;
+}
+
+// What the stages of the further clips add to a plan.
+void plan_further(const ProjectContents& contents, int threads, Plan& plan) {
+  const Project& project = contents.project;
+  for (const FurtherClip& further : contents.further) {
+    if (!further.clip) continue;
+    add_further_clip(*further.clip, project.options, *contents.model, threads, *plan.forecast);
+    const auto clip = open_further_clip(project, further.number);
+    if (!clip) continue;
+    const BuildForecast own = forecast_build(*further.clip, project.options, *contents.model, threads);
+    for (const Stage stage : kStages)
+      if (stage != Stage::train && !is_current_alone(*clip, stage))
+        plan.seconds += own.seconds[std::size_t(stage)];
+  }
+}
+
 Plan make_plan(const ProjectContents& contents) {
   Plan plan;
   if (!contents.clip || !contents.model) return plan;
@@ -65,8 +104,11 @@ Plan make_plan(const ProjectContents& contents) {
   const int threads = current_thread_limit();
   plan.forecast = forecast_build(*contents.clip, project.options, *contents.model, threads);
   for (const Stage stage : kStages)
-    if (!contents.is_current(stage) || contents.is_stale(stage))
+    if (stage == Stage::train || contents.further.empty()
+            ? !contents.is_current(stage) || contents.is_stale(stage)
+            : !is_current_alone(project, stage))
       plan.seconds += plan.forecast->seconds[std::size_t(stage)];
+  plan_further(contents, threads, plan);
   if (plan.seconds == 0) return plan;
   const Resources free = free_resources(project.folder);
   if (const auto fits = check_forecast(*plan.forecast, free, folder_bytes(project.folder)); !fits)
@@ -103,6 +145,7 @@ Result<std::shared_ptr<const ProjectContents>> read_contents(const std::filesyst
   const Freshness fresh = read_freshness(p);
   contents->current = fresh.current;
   contents->stale = fresh.stale;
+  for (const int number : p.further_clips) contents->further.push_back(read_further(p, number));
   if (auto info = probe_video(p.options.video)) contents->clip = std::move(*info);
   const auto same_stage = [&](Stage stage) {
     return earlier && contents->is_current(stage) && earlier->is_current(stage) &&

@@ -54,8 +54,18 @@ struct Plan {
   std::optional<int> smaller_size;  // px, that fits instead
 };
 
+// A further clip of the person.
+struct FurtherClip {
+  int number = 0;
+  std::string name;               // of its file
+  std::optional<VideoInfo> clip;  // absent: it cannot be read
+  StageState state = StageState::to_do;
+  std::string words;  // what was found in it, or why it failed
+};
+
 struct ProjectContents {
   Project project;
+  std::vector<FurtherClip> further;
   std::array<bool, kStages.size()> current{};  // the stage's result is there and up to date
   std::array<bool, kStages.size()> stale{};    // it is there, and a new run would replace it
   std::optional<VideoInfo> clip;               // absent: the clip cannot be read

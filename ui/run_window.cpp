@@ -49,6 +49,9 @@ void WindowLoop::carry_out(Wish wish) {
     case Wish::name_performance:
       shell_.browse(Wanted::new_performance, studio_.folder());
       return;
+    case Wish::pick_further_clip:
+      shell_.browse(Wanted::further_clip, home_folder() / "Videos");
+      return;
     case Wish::find_clip:
       shell_.browse(Wanted::moved_clip, home_folder());
       return;

@@ -34,7 +34,7 @@ class WindowLoop {
   Shell& shell_;
   std::string title_;
   std::chrono::steady_clock::time_point began_;  // the last frame
-  int lively_frames_ = 3;  // ImGui needs a frame to settle after an input
+  int lively_frames_ = 3;                        // ImGui needs a frame to settle after an input
   bool quit_ = false, stopping_ = false;
 };
 

@@ -389,6 +389,9 @@ void Shell::take_picked(const std::filesystem::path& picked, const Snapshot& sna
     case Wanted::moved_clip:
       requests.relink = picked;
       return;
+    case Wanted::further_clip:
+      requests.add_clip = picked;
+      return;
   }
   requests.export_choice = choice;
 }

@@ -135,10 +135,12 @@ struct Requests {
   std::optional<Step> show;
   std::optional<Consent> consent;
   bool nobody_agreed = false;
-  std::optional<std::filesystem::path> relink;  // where the clip is now
-  std::optional<bool> delete_person;            // true: the exports are kept
-  std::optional<std::vector<int>> left_out;     // frames that shall not train
-  std::optional<RefitSpan> refit, take_back;    // a span to be fitted again; to be as it was first fitted
+  std::optional<std::filesystem::path> relink;    // where the clip is now
+  std::optional<std::filesystem::path> add_clip;  // a further one of the same person
+  std::optional<int> remove_clip;                 // a further one, by its number
+  std::optional<bool> delete_person;              // true: the exports are kept
+  std::optional<std::vector<int>> left_out;       // frames that shall not train
+  std::optional<RefitSpan> refit, take_back;      // a span to be fitted again; to be as it was first fitted
   std::optional<int> check_frame, face_frame, compare_frame;
   MaskRequests masks;
   DirectRequests direct;

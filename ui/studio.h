@@ -40,6 +40,7 @@ enum class Wish {
   none,
   quit,
   pick_clip,
+  pick_further_clip,
   pick_project,
   pick_performance,
   pick_driver,
@@ -113,6 +114,7 @@ class Studio {
   }
   Project latest_project() const;
   void start_export(ExportKind kind);
+  void change_clips(const std::function<Result<std::string>(Project&)>& change);
   void edit_options(const std::function<void(ProjectOptions&)>& change);
   // Of the masks (studio_masks.cpp).
   bool masking() const;  // they are shown
@@ -187,6 +189,7 @@ class Studio {
   std::string message_;
   std::array<StageState, kStages.size()> seen_states_{};
   JobState seen_pipeline_ = JobState::none;
+  bool changing_clips_ = false;        // the list of clips is being written
   std::optional<RefitSpan> refit_;     // being fitted again, or taken back
   std::optional<double> finish_at_s_;  // the training is being stopped to be finished with this budget
   PipelineStatus pipeline_;            // of the last tick

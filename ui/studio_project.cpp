@@ -254,8 +254,26 @@ Project Studio::latest_project() const {
   return project;
 }
 
+// The list of clips, changed on the disk and read back. Until then no choice is written over it.
+void Studio::change_clips(const std::function<Result<std::string>(Project&)>& change) {
+  if (!contents_ || changing_clips_ || is_working()) return;
+  changing_clips_ = loading_ = true;
+  background_.run(
+      "clips", [this, change, project = latest_project()](std::stop_token) mutable -> Background::Delivery {
+        const auto changed = change(project);
+        return [this, folder = project.folder, changed] {
+          changing_clips_ = loading_ = false;
+          if (folder != folder_) return;
+          if (!changed) return fail(changed.error());
+          message_ = *changed;
+          pipeline_ = {};
+          load(folder);
+        };
+      });
+}
+
 void Studio::edit_options(const std::function<void(ProjectOptions&)>& change) {
-  if (!contents_ || ui::is_working(pipeline_.job)) return;
+  if (!contents_ || changing_clips_ || ui::is_working(pipeline_.job)) return;
   auto contents = std::make_shared<ProjectContents>(*contents_);
   contents->project = latest_project();
   change(contents->project.options);

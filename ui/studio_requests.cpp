@@ -1,11 +1,14 @@
 // What the user asks for, handed to what carries it out: see studio.h.
 #include "ui/studio.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 
 #include "core/base/files.h"
 #include "core/project/care.h"
+#include "core/project/further_clips.h"
 #include "ui/diagnostics.h"
 #include "ui/same_place.h"
 
@@ -57,6 +60,17 @@ Wish Studio::apply(const Requests& requests) {
     message_ = "Without the person's agreement no avatar is made.";
   }
   if (requests.relink) relink(*requests.relink, false);
+  if (requests.add_clip)
+    change_clips([clip = *requests.add_clip](Project& project) -> Result<std::string> {
+      const auto number = add_further_clip(project, clip);
+      if (!number) return number.error();
+      return clip.filename().string() + " is added: the avatar learns from it when it is made again.";
+    });
+  if (requests.remove_clip)
+    change_clips([number = *requests.remove_clip](Project& project) -> Result<std::string> {
+      if (const auto removed = remove_further_clip(project, number); !removed) return removed.error();
+      return fmt::format("Clip {} is taken out; the file stays where it is.", number);
+    });
   if (requests.delete_person) delete_person(*requests.delete_person);
   if (requests.left_out && contents_ && contents_->capture) {
     if (const auto fine = check_left_out(*contents_->capture, *requests.left_out); !fine) {
@@ -142,6 +156,8 @@ Wish Studio::carry_out(Command command) {
       break;
     case Command::open_project:
       return Wish::pick_project;
+    case Command::add_clip:
+      return Wish::pick_further_clip;
     case Command::quit:
       return Wish::quit;
     case Command::film_guide:

@@ -92,6 +92,20 @@ BuildForecast forecast_build(const VideoInfo& clip, const ProjectOptions& option
   return forecast;
 }
 
+void add_further_clip(const VideoInfo& clip, const ProjectOptions& options, const HeadModel& model,
+                      int threads, BuildForecast& forecast) {
+  const BuildForecast further = forecast_build(clip, options, model, threads);
+  forecast.frames += further.frames;
+  forecast.disk += further.disk - std::uint64_t(kAvatarAndCheckpoint);
+  for (const Stage stage : kStages)
+    if (stage != Stage::train) forecast.seconds[std::size_t(stage)] += further.seconds[std::size_t(stage)];
+  forecast.seconds_if_moving += further.seconds_if_moving;
+  TrainOptions train;
+  train.mode = options.mode;
+  const auto training = forecast_memory(std::size_t(forecast.frames), options.size, model, train).total();
+  forecast.memory = std::max({forecast.memory, further.memory, training});
+}
+
 Resources free_resources(const fs::path& project) {
   Resources free;
   std::error_code failure;

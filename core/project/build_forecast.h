@@ -28,6 +28,10 @@ struct BuildForecast {
 BuildForecast forecast_build(const VideoInfo& clip, const ProjectOptions& options, const HeadModel& model,
                              int threads);
 
+// With a further clip of the person, of which nothing is held out.
+void add_further_clip(const VideoInfo& clip, const ProjectOptions& options, const HeadModel& model,
+                      int threads, BuildForecast& forecast);
+
 // What there is of both, where a project is or will be.
 struct Resources {
   std::optional<std::uint64_t> disk, memory;  // bytes free; nullopt: the system does not say

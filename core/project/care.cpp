@@ -2,7 +2,6 @@
 #include "core/project/care.h"
 
 #include <algorithm>
-#include <array>
 #include <regex>
 #include <string_view>
 #include <system_error>
@@ -15,6 +14,7 @@
 #include "core/project/build_forecast.h"
 #include "core/project/corrections.h"
 #include "core/project/damaged_project.h"
+#include "core/project/further_clips.h"
 #include "core/video/video_name.h"
 
 namespace likeness {
@@ -25,18 +25,30 @@ namespace {
 
 // All that is ever written into a project's folder, project.json last: as long as it is there, the deletion
 // can be asked for again.
-constexpr std::array<std::string_view, 23> kNames{"frames",           "masks",
-                                                  "regions",          "masks.part",
-                                                  "masks.old",        "regions.part",
-                                                  "regions.old",      "colmap",
-                                                  "plate.png",        "plate_known.png",
-                                                  "plate.json",       "track.json",
-                                                  "cameras.json",     "capture.json",
-                                                  "checkpoint.bin",   "avatar.bin",
-                                                  "room.bin",         "training_curve.json",
-                                                  "diagnostics.txt",  "project.damaged.json",
-                                                  "track_first.json", "refits.json",
-                                                  "project.json"};
+constexpr std::string_view kNames[] = {"frames",
+                                       "masks",
+                                       "regions",
+                                       "masks.part",
+                                       "masks.old",
+                                       "regions.part",
+                                       "regions.old",
+                                       "colmap",
+                                       "clips",
+                                       "plate.png",
+                                       "plate_known.png",
+                                       "plate.json",
+                                       "track.json",
+                                       "cameras.json",
+                                       "capture.json",
+                                       "checkpoint.bin",
+                                       "avatar.bin",
+                                       "room.bin",
+                                       "training_curve.json",
+                                       "diagnostics.txt",
+                                       "project.damaged.json",
+                                       "track_first.json",
+                                       "refits.json",
+                                       "project.json"};
 
 // A file that a killed process was writing: .NAME.PID-N.part, perhaps with an ending (core/base/files).
 bool is_abandoned_part(const std::string& name) {
@@ -84,10 +96,16 @@ struct ClipGuard {
 
 Result<ClipGuard> clip_guard(const fs::path& folder) {
   const auto project = open_project(folder);
-  if (project) return ClipGuard{{project->options.video}, true};
+  const auto with_further = [&](ClipGuard guard, const std::vector<int>& numbers) {
+    for (const int number : numbers)
+      if (const auto further = open_further_clip({.folder = folder}, number))
+        guard.clips.push_back(further->options.video);
+    return guard;
+  };
+  if (project) return with_further({{project->options.video}, true}, project->further_clips);
   const auto damaged = find_damaged_project(folder);
   if (!damaged) return project.error();
-  return ClipGuard{damaged->clips, !damaged->clips.empty()};
+  return with_further({damaged->clips, !damaged->clips.empty()}, damaged->further_clips);
 }
 
 }  // namespace
@@ -161,7 +179,7 @@ Result<DeletedPerson> delete_person(const fs::path& folder, bool keep_exports) {
   std::error_code failure;
   for (fs::directory_iterator it(folder, failure), end; !failure && it != end; it.increment(failure)) {
     const std::string name = it->path().filename().string();
-    const bool own = std::ranges::find(kNames, name) != kNames.end() || is_abandoned_part(name) ||
+    const bool own = std::ranges::find(kNames, name) != std::end(kNames) || is_abandoned_part(name) ||
                      is_performance(name) || is_corrections_folder(name) ||
                      (name == "exports" && !keep_exports);
     if (own && name != "project.json" && !guard->may_hold_it(it->path())) going.push_back(it->path());

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cctype>
+#include <charconv>
 #include <fstream>
 #include <string>
 #include <string_view>
@@ -12,6 +13,7 @@
 #include <nlohmann/json.hpp>
 
 #include "core/base/files.h"
+#include "core/project/further_clips.h"
 
 namespace likeness {
 
@@ -85,13 +87,22 @@ std::optional<DamagedProject> find_damaged_project(const fs::path& folder) {
     if (fs::exists(clip, ignored)) damaged.clips.push_back(clip);
   }
   if (!damaged.clips.empty()) options.video = damaged.clips.front();
+  const fs::path further = folder / "clips";
+  for (fs::directory_iterator it(further, ignored), end; !ignored && it != end; it.increment(ignored)) {
+    const std::string name = it->path().filename().string();
+    int number = 0;
+    const auto [rest, wrong] = std::from_chars(name.data(), name.data() + name.size(), number);
+    if (wrong != std::errc{} || rest != name.data() + name.size() || number < kFirstFurtherClip) continue;
+    if (open_project(it->path())) damaged.further_clips.push_back(number);
+  }
+  std::ranges::sort(damaged.further_clips);
   return damaged;
 }
 
 Result<Project> repair_project(const fs::path& folder) {
   const auto damaged = find_damaged_project(folder);
   if (!damaged || damaged->newer) return open_project(folder);
-  Project project{.folder = folder, .options = damaged->options};
+  Project project{.folder = folder, .options = damaged->options, .further_clips = damaged->further_clips};
   const auto lock = ProjectLock::acquire(project);
   if (!lock) return lock.error();
   std::error_code failure;

@@ -15,6 +15,7 @@ struct DamagedProject {
   bool newer = false;  // whole, but of a newer Likeness: nothing to repair
   // As far as its project.json and its capture.json still tell; the rest are the defaults.
   ProjectOptions options;
+  std::vector<int> further_clips;            // numbers of those whose folders still open
   std::vector<std::filesystem::path> clips;  // that one of the two names and that are there
 };
 

@@ -36,6 +36,22 @@ Consent consent_from_json(const json& j) {
   return Consent::not_asked;
 }
 
+// Numbers that name no folder are dropped.
+std::vector<int> further_clips_from_json(const json& j) {
+  constexpr std::int64_t kFirst = 2, kLast = 1'000'000;
+  std::vector<int> numbers;
+  if (!j.contains("further_clips")) return numbers;
+  for (const json& number : j.at("further_clips")) {
+    if (!number.is_number_integer()) continue;
+    const auto value = number.get<std::int64_t>();
+    if (value >= kFirst && value <= kLast) numbers.push_back(int(value));
+  }
+  std::ranges::sort(numbers);
+  const auto twice = std::ranges::unique(numbers);
+  numbers.erase(twice.begin(), twice.end());
+  return numbers;
+}
+
 json to_json(const ProjectOptions& options) {
   json refits = json::array();
   for (const RefitSpan& span : options.refits) refits.push_back({span.first, span.last});
@@ -178,6 +194,7 @@ Result<Project> open_project(const fs::path& folder) {
     project.folder = folder;
     project.options = options_from_json(j.at("options"), version);
     project.consent = consent_from_json(j);
+    project.further_clips = further_clips_from_json(j);
     for (const Stage stage : kStages) {
       project.record(stage) = record_from_json(j.at("stages").at(std::string(stage_name(stage))));
     }
@@ -223,11 +240,12 @@ Result<Project> open_or_create_project(const fs::path& folder, const ProjectOpti
 Result<void> save_project(const Project& project) {
   json stages = json::object();
   for (const Stage stage : kStages) stages[std::string(stage_name(stage))] = to_json(project.record(stage));
-  const json j{{"version", kProjectVersion},
-               {"program", "Likeness"},
-               {"consent", kConsentNames[std::size_t(project.consent)]},
-               {"options", to_json(project.options)},
-               {"stages", stages}};
+  json j{{"version", kProjectVersion},
+         {"program", "Likeness"},
+         {"consent", kConsentNames[std::size_t(project.consent)]},
+         {"options", to_json(project.options)},
+         {"stages", stages}};
+  if (!project.further_clips.empty()) j["further_clips"] = project.further_clips;
   // A path need not be valid UTF-8; the odd byte is replaced rather than refused.
   return write_text(project_file(project.folder),
                     j.dump(2, ' ', false, json::error_handler_t::replace) + "\n");

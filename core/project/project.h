@@ -5,6 +5,7 @@
 //                    track_first.json refits.json (spans fitted again: core/project/refits.h)
 //                    corrections/ (strokes painted on masks: core/project/corrections.h)
 //                    checkpoint.bin avatar.bin training_curve.json
+//                    clips/2 clips/3 ... (further clips of the person: core/project/further_clips.h)
 //
 // Only this library knows about the folder; the stages are free functions from files to files.
 #pragma once
@@ -72,6 +73,9 @@ struct Project {
   std::filesystem::path folder;
   ProjectOptions options;
   Consent consent = Consent::not_asked;
+  std::vector<int> further_clips;    // numbers of the folders in clips/, ascending
+  std::filesystem::path first_clip;  // of a further clip: the folder of the project it belongs to, known to
+                                     // who opened it and not stored
   std::array<StageRecord, kStages.size()> stages;
 
   StageRecord& record(Stage stage) { return stages[std::size_t(stage)]; }

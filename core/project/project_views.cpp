@@ -8,6 +8,7 @@
 #include "core/base/parallel.h"
 #include "core/image/files.h"
 #include "core/matte/matte.h"
+#include "core/project/further_clips.h"
 
 namespace likeness {
 
@@ -66,9 +67,7 @@ Result<void> check_track_fits(const Track& track, const HeadModel& model) {
                "Run likeness fit, so that the track is made anew.", "track.json"};
 }
 
-namespace {
-
-Result<void> load_pictures(const Project& project, TrainingView& view) {
+Result<void> load_view_pictures(const Project& project, TrainingView& view) {
   const std::string name = fmt::format("{:06}.png", view.camera.frame);
   auto rgb = read_image(project.folder / "frames" / name);
   if (!rgb) return rgb.error();
@@ -85,13 +84,29 @@ Result<void> load_pictures(const Project& project, TrainingView& view) {
   return {};
 }
 
-}  // namespace
+std::vector<TrainingView> tracked_views(const TrackedCapture& tracked) {
+  const auto& [capture, cameras, track] = tracked;
+  std::vector<TrainingView> views;
+  for (const CaptureFrame& frame : capture.frames) {
+    if (!frame.used) continue;
+    const TrackedFrame* found = find_tracked(track, frame.frame);
+    const auto camera = picture_camera(capture, cameras, track, frame.frame);
+    if (found == nullptr || found->status == FrameStatus::lost || !camera) continue;
+    TrainingView& view = views.emplace_back();
+    view.camera = *camera;
+    view.world_from_head = found->world_from_head;
+    view.world_from_torso = found->world_from_torso;
+    view.torso_shape = found->torso_shape;
+    view.articulation = found->articulation;
+  }
+  return views;
+}
 
 Result<TrainingSet> load_training_views(const Project& project, const HeadModel& model) {
-  const auto read = read_tracked_capture(project);
+  auto read = read_tracked_capture(project);
   if (!read) return read.error();
-  const auto& [whole, cameras, track] = *read;
-  const Capture capture = without_left_out(whole, project.options.left_out);
+  read->capture = without_left_out(std::move(read->capture), project.options.left_out);
+  const auto& [capture, cameras, track] = *read;
   if (const auto fits = check_track_fits(track, model); !fits) return fits.error();
   const auto plate_info = read_plate_info(plate_info_path(project));
   if (!plate_info) return plate_info.error();
@@ -114,36 +129,27 @@ Result<TrainingSet> load_training_views(const Project& project, const HeadModel&
       set.plate_known = std::move(*seen);
     }
   }
-  for (const CaptureFrame& frame : capture.frames) {
-    if (!frame.used) continue;
-    const TrackedFrame* tracked = find_tracked(track, frame.frame);
-    const auto camera = picture_camera(capture, cameras, track, frame.frame);
-    if (tracked == nullptr || tracked->status == FrameStatus::lost || !camera) continue;
-    TrainingView view;
-    view.camera = *camera;
-    view.world_from_head = tracked->world_from_head;
-    view.world_from_torso = tracked->world_from_torso;
-    view.torso_shape = tracked->torso_shape;
-    view.articulation = tracked->articulation;
-    view.has_plate = !set.plate.empty() && std::ranges::binary_search(plate_info->frames, frame.frame);
-    set.views.push_back(std::move(view));
-  }
+  set.views = tracked_views(*read);
+  for (TrainingView& view : set.views)
+    view.has_plate = !set.plate.empty() && std::ranges::binary_search(plate_info->frames, view.camera.frame);
   if (set.views.size() < 20) {
     return Error{ErrorCode::bad_input,
                  fmt::format("Only {} frames are tracked well enough to train on.", set.views.size()),
                  "Film again facing the camera in even light, or use a longer clip.",
                  project.folder.string()};
   }
+  if (const auto added = add_further_views(project, model, set); !added) return added.error();
   return set;
 }
 
 Result<void> load_training_pictures(const Project& project, TrainingSet& set) {
-  std::vector<Result<void>> loaded(set.views.size());
-  parallel_for(set.views.size(), [&](std::size_t i) { loaded[i] = load_pictures(project, set.views[i]); });
+  const std::size_t own = own_views(set).size();
+  std::vector<Result<void>> loaded(own);
+  parallel_for(own, [&](std::size_t i) { loaded[i] = load_view_pictures(project, set.views[i]); });
   for (const auto& outcome : loaded) {
     if (!outcome) return outcome.error();
   }
-  return {};
+  return load_further_pictures(project, set);
 }
 
 Result<TrainingSet> load_training_set(const Project& project, const HeadModel& model) {

@@ -35,8 +35,14 @@ Result<void> check_track_fits(const Track& track, const HeadModel& model);
 // The capture without training from these frames; held-out ones stay what they are.
 Capture without_left_out(Capture capture, const std::vector<int>& left_out);
 
+// One view a used frame with a good or weak track whose camera is known, without pictures; has_plate is not
+// known here.
+std::vector<TrainingView> tracked_views(const TrackedCapture& tracked);
+// Frame and matte of a view of the project. A whole file of another size is an error.
+Result<void> load_view_pictures(const Project& project, TrainingView& view);
+
 // Training views (used frames with a good or weak track that were not left out), plate and person of a
-// project. All but the pictures, which load_training_pictures adds.
+// project, then the views of further clips. All but the pictures, which load_training_pictures adds.
 Result<TrainingSet> load_training_views(const Project& project, const HeadModel& model);
 Result<void> load_training_pictures(const Project& project, TrainingSet& set);
 Result<TrainingSet> load_training_set(const Project& project, const HeadModel& model);

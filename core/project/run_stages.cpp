@@ -1,7 +1,9 @@
 // The order of the stages and what makes each stale: see run_stages.h.
 #include "core/project/run_stages.h"
 
+#include <algorithm>
 #include <chrono>
+#include <functional>
 #include <limits>
 
 #include <fmt/format.h>
@@ -20,6 +22,7 @@
 #include "core/matte/matting_network.h"
 #include "core/project/care.h"
 #include "core/project/corrections.h"
+#include "core/project/further_clips.h"
 #include "core/project/learn_room.h"
 #include "core/project/project_views.h"
 #include "core/project/refits.h"
@@ -84,6 +87,8 @@ bool results_exist(const Project& project, Stage stage) {
   return false;
 }
 
+bool is_further(const Project& project) { return !project.first_clip.empty(); }
+
 struct StageContext {
   Project& project;
   StageRecord& record;
@@ -138,6 +143,7 @@ Result<void> run_import(const StageContext& context) {
   options.size = context.project.options.size;
   options.landmark_model = context.project.options.landmark_model;
   options.split = context.project.options.split;
+  if (is_further(context.project)) options.held_out_share = 0;  // the first clip alone is measured
   Progress rest = context.progress;
   if (options.split == Split::views) {
     const auto moving = moving_frames(context, context.progress.stage(0, 0.4, "background"));
@@ -198,6 +204,11 @@ Result<void> run_fit(const StageContext& context) {
   work.options.predictor = context.project.options.landmark_model;
   work.fitted = context.before.state == StageState::done && context.before.input_hash == work.fit_inputs &&
                 is_there(track_path(context.project));
+  if (is_further(context.project)) {
+    auto track = read_track(track_path({.folder = context.project.first_clip}));
+    if (!track) return track.error();
+    work.options.person = std::move(track->person);
+  }
   auto first = first_track(context.project, work);
   if (!first) return first.error();
   Progress rest = context.progress;
@@ -251,7 +262,7 @@ Result<void> run_matte(const StageContext& context) {
   options.strokes = std::move(*strokes);
   std::error_code failure;
   fs::remove(room_path(context.project), failure);  // of other frames
-  options.learn_room = room_learner(context.project, *read);
+  if (!is_further(context.project)) options.learn_room = room_learner(context.project, *read);
   const auto matte = matte_clip(context.project.folder, capture, cameras, track, *model, options,
                                 context.progress, context.stop);
   if (!matte) return matte.error();
@@ -393,12 +404,31 @@ Result<HeadModel> project_head_model(const ProjectOptions& options) {
   return load_head_model(options.head_model);
 }
 
+namespace {
+
+// What the person's shape in a project's track was made from. Spans that were fitted again leave it as it is.
+std::string person_inputs(const fs::path& folder) {
+  const auto project = open_project(folder);
+  return project ? first_fit_inputs(*project) : "absent";
+}
+
+// What a training sees of a further clip.
+std::string further_content(const Project& project, int number) {
+  const auto further = open_further_clip(project, number);
+  if (!further) return fmt::format(" clip {} absent", number);
+  return fmt::format(" clip {} {} {}", number, further->record(Stage::matte).input_hash,
+                     content_of(track_path(*further)));
+}
+
+}  // namespace
+
 std::string input_hash(const Project& project, Stage stage) {
   const ProjectOptions& o = project.options;
   std::string inputs = fmt::format("{} {}\n", stage_name(stage), kStageVersion[std::size_t(stage)]);
   switch (stage) {
     case Stage::import:
       inputs += fmt::format("{} {}", clip_content(project), o.size);
+      if (is_further(project)) inputs += " further";
       if (o.split != Split::tail) inputs.append(" ").append(split_name(o.split));
       break;
     case Stage::align:
@@ -408,6 +438,7 @@ std::string input_hash(const Project& project, Stage stage) {
       inputs +=
           fmt::format("{} {} {} {}", content_of(capture_path(project)), content_of(cameras_path(project)),
                       head_model_content(o), content_of(o.landmark_model));
+      if (is_further(project)) inputs += " of " + person_inputs(project.first_clip);
       // Only where there are any: other projects stay as they are.
       if (!o.refits.empty()) {
         inputs += fmt::format(" again {}:", kRefitVersion);
@@ -433,6 +464,7 @@ std::string input_hash(const Project& project, Stage stage) {
       // Only where they are chosen: projects from before these choices stay as they are.
       if (!mode_parts(o.mode).expression) inputs += " static";
       if (!o.left_out.empty()) inputs += fmt::format(" left out {}", fmt::join(o.left_out, ","));
+      for (const int number : project.further_clips) inputs += further_content(project, number);
       break;
   }
   return hash_text(inputs);
@@ -447,10 +479,19 @@ std::pair<double, double> stage_span(const ProjectOptions& options, Stage last, 
   return {before / total, (before + expected_seconds(options, stage)) / total};
 }
 
-bool is_current(const Project& project, Stage stage) {
+bool is_current_alone(const Project& project, Stage stage) {
   const StageRecord& record = project.record(stage);
   return record.state == StageState::done && results_exist(project, stage) &&
          record.input_hash == input_hash(project, stage);
+}
+
+bool is_current(const Project& project, Stage stage) {
+  if (!is_current_alone(project, stage)) return false;
+  if (stage == Stage::train) return true;  // its inputs name the further clips
+  return std::ranges::all_of(project.further_clips, [&](int number) {
+    const auto further = open_further_clip(project, number);
+    return further && is_current_alone(*further, stage);
+  });
 }
 
 Freshness read_freshness(const Project& project) {
@@ -471,6 +512,62 @@ Freshness read_freshness(const Project& project) {
   return fresh;
 }
 
+namespace {
+
+// One stage of one clip that is not current; its record on disk follows. The record names what the result was
+// made from.
+Result<void> run_one(Project& project, Stage stage, const Progress& progress, const RunObserver& observer,
+                     std::stop_token stop, const std::function<void(const StageRecord&)>& changed) {
+  StageRecord& record = project.record(stage);
+  const std::string inputs = input_hash(project, stage);
+  const StageRecord before = record;
+  if (record.input_hash != inputs) record = StageRecord{.input_hash = inputs};
+  record.state = StageState::running;
+  if (const auto saved = save_project(project); !saved) return saved.error();
+  changed(record);
+
+  const auto start = std::chrono::steady_clock::now();
+  const auto outcome = run_stage(stage, {project, record, before, progress, observer, stop});
+  record.seconds += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  if (outcome) {
+    record.state = StageState::done;
+  } else {
+    record.state = outcome.error().code == ErrorCode::cancelled ? StageState::stopped : StageState::failed;
+    record.message = outcome.error().what;
+  }
+  const auto saved = save_project(project);  // before anybody who is told may look
+  if (!outcome) return outcome.error();
+  return saved;
+}
+
+// The stage of every further clip that needs it.
+Result<void> run_further(const Project& project, Stage stage, const Progress& progress,
+                         const RunObserver& observer, std::stop_token stop) {
+  const std::size_t count = project.further_clips.size();
+  for (std::size_t i = 0; i < count; ++i) {
+    const int number = project.further_clips[i];
+    auto further = open_further_clip(project, number);
+    if (!further) return further.error();
+    if (is_current_alone(*further, stage)) continue;
+    const Progress part = progress.stage(double(i) / double(count), double(i + 1) / double(count),
+                                         fmt::format("clip {}", number));
+    const auto changed = [&](const StageRecord&) { observer.further_changed(stage, number, *further); };
+    const auto done = run_one(*further, stage, part, observer, stop, changed);
+    observer.further_changed(stage, number, *further);
+    if (done) continue;
+    Error error = done.error();
+    if (error.code != ErrorCode::cancelled) {
+      error.what = fmt::format("{}: {}", further_clip_name(*further, number), error.what);
+      error.fix +=
+          fmt::format(" Or take it out: likeness clips {} --remove {}", project.folder.string(), number);
+    }
+    return error;
+  }
+  return {};
+}
+
+}  // namespace
+
 Result<void> run_stages(Project& project, Stage last, const Progress& progress, const RunObserver& observer,
                         std::stop_token stop) {
   const auto lock = ProjectLock::acquire(project);
@@ -479,32 +576,22 @@ Result<void> run_stages(Project& project, Stage last, const Progress& progress, 
   for (const Stage stage : kStages) {
     if (stage > last) break;
     const auto [from, to] = stage_span(project.options, last, stage);
-    StageRecord& record = project.record(stage);
     if (is_current(project, stage)) {
       progress.report(to);
       continue;
     }
-    const std::string inputs = input_hash(project, stage);
-    const StageRecord before = record;
-    if (record.input_hash != inputs) record = StageRecord{.input_hash = inputs};
-    record.state = StageState::running;
-    if (const auto saved = save_project(project); !saved) return saved.error();
-    observer.stage_changed(stage, record);
-
-    const auto start = std::chrono::steady_clock::now();
-    const Progress part = progress.stage(from, to, std::string(stage_name(stage)));
-    const auto outcome = run_stage(stage, {project, record, before, part, observer, stop});
-    record.seconds += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-    if (outcome) {
-      record.state = StageState::done;
-    } else {
-      record.state = outcome.error().code == ErrorCode::cancelled ? StageState::stopped : StageState::failed;
-      record.message = outcome.error().what;
+    const std::size_t others = stage == Stage::train ? 0 : project.further_clips.size();
+    const double own = from + (to - from) / double(1 + others);
+    const std::string name(stage_name(stage));
+    if (!is_current_alone(project, stage)) {
+      const auto changed = [&](const StageRecord& record) { observer.stage_changed(stage, record); };
+      const auto done = run_one(project, stage, progress.stage(from, own, name), observer, stop, changed);
+      observer.stage_changed(stage, project.record(stage));
+      if (!done) return done.error();
     }
-    const auto saved = save_project(project);  // before anybody who is told may look
-    observer.stage_changed(stage, record);
-    if (!outcome) return outcome.error();
-    if (!saved) return saved.error();
+    if (others > 0)
+      if (const auto done = run_further(project, stage, progress.stage(own, to, name), observer, stop); !done)
+        return done.error();
     progress.report(to);
   }
   return {};

@@ -19,6 +19,8 @@ namespace likeness {
 // What a watcher of a run may want to see while it lasts. Called from the running thread.
 struct RunObserver {
   std::function<void(Stage, const StageRecord&)> stage_changed = [](Stage, const StageRecord&) {};
+  // The same of a further clip, by its number.
+  std::function<void(Stage, int, const Project&)> further_changed = [](Stage, int, const Project&) {};
   std::function<void(const TrainStatus&)> training = [](const TrainStatus&) {};
   AvatarTap tap;  // of the training
   // Where the training computes (TrainOptions); what comes out is the same project.
@@ -34,8 +36,10 @@ std::pair<double, double> stage_span(const ProjectOptions& options, Stage last, 
 // an edited track.json is honoured.
 std::string input_hash(const Project& project, Stage stage);
 
-// Whether the stage's result is there and made from what is there now.
+// Whether the stage's result is there and made from what is there now, for further clips, too.
 bool is_current(const Project& project, Stage stage);
+// The same of this clip by itself.
+bool is_current_alone(const Project& project, Stage stage);
 
 // Of all stages at once: every input is read and hashed a few times only.
 struct Freshness {

@@ -15,6 +15,16 @@ Vec3d direction(double yaw, double pitch) {
   return {std::sin(yaw) * std::cos(pitch), std::sin(pitch), std::cos(yaw) * std::cos(pitch)};
 }
 
+// Percentiles of the views that are there.
+void set_range(SeenViews& seen) {
+  std::vector<double> yaws, pitches, rolls;
+  for (const ViewAngle& view : seen.views)
+    yaws.push_back(view.yaw), pitches.push_back(view.pitch), rolls.push_back(view.roll);
+  if (seen.views.empty()) return;
+  seen.low = {quantile(yaws, 0.02), quantile(pitches, 0.02), quantile(rolls, 0.02)};
+  seen.high = {quantile(yaws, 0.98), quantile(pitches, 0.98), quantile(rolls, 0.98)};
+}
+
 }  // namespace
 
 ViewAngle view_angle(const Pose& cam_from_head) {
@@ -31,18 +41,20 @@ ViewAngle view_angle(const Pose& cam_from_head) {
 
 SeenViews seen_views(const Capture& capture, const CameraSet& cameras, const Track& track) {
   SeenViews seen;
-  std::vector<double> yaws, pitches, rolls;
   for (const CaptureFrame& frame : capture.frames) {
     const TrackedFrame* tracked = find_tracked(track, frame.frame);
     const auto camera = picture_camera(capture, cameras, track, frame.frame);
     if (!frame.used || tracked == nullptr || tracked->status == FrameStatus::lost || !camera) continue;
-    const ViewAngle view = view_angle(camera->cam_from_world * tracked->world_from_head);
-    seen.views.push_back(view);
-    yaws.push_back(view.yaw), pitches.push_back(view.pitch), rolls.push_back(view.roll);
+    seen.views.push_back(view_angle(camera->cam_from_world * tracked->world_from_head));
   }
-  if (seen.views.empty()) return seen;
-  seen.low = {quantile(yaws, 0.02), quantile(pitches, 0.02), quantile(rolls, 0.02)};
-  seen.high = {quantile(yaws, 0.98), quantile(pitches, 0.98), quantile(rolls, 0.98)};
+  set_range(seen);
+  return seen;
+}
+
+SeenViews joined(const SeenViews& a, const SeenViews& b) {
+  SeenViews seen = a;
+  seen.views.insert(seen.views.end(), b.views.begin(), b.views.end());
+  set_range(seen);
   return seen;
 }
 

@@ -24,6 +24,9 @@ struct SeenViews {
 };
 SeenViews seen_views(const Capture& capture, const CameraSet& cameras, const Track& track);
 
+// As if the frames of both were of one clip.
+SeenViews joined(const SeenViews& a, const SeenViews& b);
+
 // Angle between the direction of a view and the nearest seen one, rad; pi where nothing was seen. Roll does
 // not count: it shows nothing new.
 double from_nearest_view(const SeenViews& seen, double yaw, double pitch);

@@ -11,6 +11,7 @@
 
 #include "core/base/quantile.h"
 #include "core/head/action_amounts.h"
+#include "core/project/further_clips.h"
 #include "core/project/project_views.h"
 #include "core/project/run_stages.h"
 
@@ -212,8 +213,8 @@ std::vector<CardMoment> worst_moments(const std::vector<ClipFrame>& frames, cons
 
 }  // namespace
 
-Card make_card(const Capture& capture, const CameraSet& cameras, const Track& track, const Avatar& avatar,
-               const HeadModel& model) {
+Card make_card(const Capture& capture, const CameraSet& cameras, const Track& track, const SeenViews& further,
+               const Avatar& avatar, const HeadModel& model) {
   const ActionBasis basis = action_basis(model);
   Card card;
   for (const TrackedFrame& frame : track.frames) {
@@ -221,7 +222,7 @@ Card make_card(const Capture& capture, const CameraSet& cameras, const Track& tr
     card.lost += frame.status == FrameStatus::lost;
   }
   for (const CaptureFrame& frame : capture.frames) card.refused += is_refused(frame);
-  const SeenViews seen = seen_views(capture, cameras, track);
+  const SeenViews seen = joined(seen_views(capture, cameras, track), further);
   card.trained = int(seen.views.size());
   card.low = seen.low, card.high = seen.high;
   card.expressions = expressions(avatar, basis);
@@ -242,7 +243,8 @@ Result<Card> project_card(const Project& project) {
   if (const auto fits = check_track_fits(track, *model); !fits) return fits.error();
   if (const auto fits = check_avatar_fits(*avatar, *model, project.folder.string()); !fits)
     return fits.error();
-  return make_card(without_left_out(capture, project.options.left_out), cameras, track, *avatar, *model);
+  return make_card(without_left_out(capture, project.options.left_out), cameras, track,
+                   learnt_further_views(project), *avatar, *model);
 }
 
 }  // namespace likeness

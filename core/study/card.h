@@ -45,8 +45,9 @@ struct Card {
 };
 
 // Training and held-out frames both count for the moments: each says what the tracker could not follow.
-Card make_card(const Capture& capture, const CameraSet& cameras, const Track& track, const Avatar& avatar,
-               const HeadModel& model);
+// further: from where the further clips show the head, whose track is not looked at.
+Card make_card(const Capture& capture, const CameraSet& cameras, const Track& track, const SeenViews& further,
+               const Avatar& avatar, const HeadModel& model);
 
 // Of a trained project.
 Result<Card> project_card(const Project& project);

@@ -85,6 +85,32 @@ void draw_facts(const Snapshot& snapshot) {
   faint_text("Project: " + contents.project.folder.string());
 }
 
+// Further clips of the person, each with what was found in it.
+void draw_further_clips(const Snapshot& snapshot, Requests& requests) {
+  const ProjectContents& contents = *snapshot.contents;
+  if (!contents.capture && contents.further.empty()) return;  // one clip is enough for a start
+  heading("More clips of this person");
+  for (const FurtherClip& further : contents.further) {
+    ImGui::PushID(further.number);
+    const float room = ImGui::GetContentRegionAvail().x, button = px(84);
+    ImGui::AlignTextToFramePadding();
+    clipped_text(fmt::format("{}  {}", further.number, further.name), room - button - px(8));
+    ImGui::SameLine(room - button);
+    if (plain_button("Take out", !snapshot.situation.running, button)) requests.remove_clip = further.number;
+    if (further.state == StageState::failed) {
+      note("failed", Tone::bad, further.words);
+    } else {
+      faint_text(further.state == StageState::done ? further.words : "Is read by the next run.");
+    }
+    ImGui::PopID();
+  }
+  if (contents.further.empty())
+    faint_text(
+        "What this clip never shows - a side, a smile - another one can show, of any day and place. What it "
+        "shows of the head is learnt; clothes, light and background stay this clip's.");
+  if (command_button(Command::add_clip, snapshot.situation)) requests.ask(Command::add_clip);
+}
+
 }  // namespace
 
 void draw_film_step(const Snapshot& snapshot, Views& views, Requests& requests) {
@@ -134,6 +160,8 @@ void draw_film_step(const Snapshot& snapshot, Views& views, Requests& requests) 
                      ? "Checks the clip, finds cameras and face, and trains. You can pause at any time."
                      : "The clip must be readable first.");
     }
+    ImGui::Dummy({0, px(6)});
+    draw_further_clips(snapshot, requests);
     ImGui::Dummy({0, px(6)});
     if (ImGui::Selectable(views.more_choices ? "Fewer choices" : "More choices", false, 0, {px(140), 0}))
       views.more_choices = !views.more_choices;

@@ -39,7 +39,7 @@ struct Clip {
           Mat3d(Vec3d(1, -1, -1).asDiagonal()) * Eigen::AngleAxisd(yaw, Vec3d::UnitY()).toRotationMatrix();
     }
   }
-  Card card() const { return make_card(capture, cameras, track, filmed_avatar(), acting_head()); }
+  Card card() const { return make_card(capture, cameras, track, {}, filmed_avatar(), acting_head()); }
 
   Capture capture;
   CameraSet cameras;

@@ -1,0 +1,85 @@
+// likeness clips: the clips of a project, and further ones of the same person added and taken out.
+#include <filesystem>
+#include <memory>
+#include <optional>
+
+#include <fmt/format.h>
+
+#include "app/commands.h"
+#include "app/terminal.h"
+#include "core/project/further_clips.h"
+#include "core/project/run_stages.h"
+
+namespace likeness::app {
+
+namespace {
+
+struct ClipsArguments {
+  CommonOptions common;
+  std::filesystem::path project, add;
+  bool resting_camera = false;
+  std::optional<int> remove;
+};
+
+// What a further clip has come to.
+std::string state_words(const Project& clip) {
+  if (clip.record(Stage::matte).state == StageState::done) return clip.record(Stage::fit).message;
+  for (const Stage stage : kStages)
+    if (clip.record(stage).state == StageState::failed) return clip.record(stage).message;
+  return "Not read yet.";
+}
+
+nlohmann::json list(const Project& project) {
+  nlohmann::json clips = nlohmann::json::array();
+  clips.push_back({{"number", 1},
+                   {"video", project.options.video.string()},
+                   {"message", project.record(Stage::fit).message}});
+  for (const int number : project.further_clips) {
+    const auto clip = open_further_clip(project, number);
+    clips.push_back({{"number", number},
+                     {"video", clip ? clip->options.video.string() : ""},
+                     {"message", clip ? state_words(*clip) : clip.error().what}});
+  }
+  return clips;
+}
+
+int run_clips(const ClipsArguments& arguments) {
+  auto project = open_project(arguments.project);
+  if (!project) return report_failure(project.error());
+  if (arguments.remove)
+    if (const auto removed = remove_further_clip(*project, *arguments.remove); !removed)
+      return report_failure(removed.error());
+  if (!arguments.add.empty()) {
+    const auto number = add_further_clip(*project, arguments.add, arguments.resting_camera);
+    if (!number) return report_failure(number.error());
+  }
+  const nlohmann::json clips = list(*project);
+  if (arguments.common.json) {
+    print_json({{"project", project->folder.string()}, {"clips", clips}});
+    return kExitDone;
+  }
+  for (const nlohmann::json& clip : clips)
+    fmt::print("{:>3}  {}  {}\n", clip.at("number").get<int>(), clip.at("video").get<std::string>(),
+               clip.at("message").get<std::string>());
+  if (arguments.remove || !arguments.add.empty())
+    fmt::print(stderr, "The avatar is made from them by the next: likeness train {}\n",
+               project->folder.string());
+  return kExitDone;
+}
+
+}  // namespace
+
+void add_clips_command(CLI::App& program, int& exit_code) {
+  auto a = std::make_shared<ClipsArguments>();
+  CLI::App* clips = program.add_subcommand(
+      "clips", "The clips of a project; further ones of the same person teach what the first did not show");
+  clips->add_option("project", a->project, "Project folder")->required();
+  CLI::Option* add = clips->add_option("--add", a->add, "Another clip of the same person");
+  clips->add_flag("--resting-camera", a->resting_camera, "The camera of the added clip rests")->needs(add);
+  clips->add_option("--remove", a->remove, "Take out the clip of this number, and what was made of it")
+      ->check(CLI::Range(kFirstFurtherClip, 1'000'000));
+  add_common_options(*clips, a->common);
+  clips->callback([a, &exit_code] { exit_code = run_clips(*a); });
+}
+
+}  // namespace likeness::app

@@ -1,0 +1,69 @@
+// A second clip of one person through the real command line: added, tracked with the first one's shape,
+// trained from, and taken out again.
+#include <gtest/gtest.h>
+#include <stdlib.h>
+
+#include <filesystem>
+#include <fstream>
+
+#include <nlohmann/json.hpp>
+
+#include "tests/app/run_program.h"
+
+namespace likeness::test {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+
+json ask(const std::vector<std::string>& command) {
+  const ProgramResult result = likeness(command);
+  EXPECT_EQ(result.exit_code, 0) << result.err;
+  return result.exit_code == 0 ? json::parse(result.out) : json();
+}
+
+TEST(FurtherClipsCommand, ASecondClipIsLearntFromAndCanBeTakenOut) {
+  std::string name = (fs::temp_directory_path() / "likeness_two_XXXXXX").string();
+  ASSERT_NE(::mkdtemp(name.data()), nullptr);
+  const fs::path root = name, project = root / "p.likeness";
+  const auto film = [&](const char* to, const char* light) {
+    const ProgramResult demo = likeness({"demo", (root / to).string(), "--size", "320", "--frames", "40",
+                                         "--moving-share", "0", "--samples", "1", "--light", light});
+    EXPECT_EQ(demo.exit_code, 0) << demo.err;
+    return (root / to / "demo.mp4").string();
+  };
+  const std::string first = film("first", "0"), second = film("second", "1");
+  const json built = ask({"build", first, "--project", project.string(), "--steps", "40", "--json"});
+  ASSERT_TRUE(built.at("stages").at("train").at("done").get<bool>());
+
+  const json listed = ask({"clips", project.string(), "--add", second, "--resting-camera", "--json"});
+  ASSERT_EQ(listed.at("clips").size(), 2u);
+  EXPECT_EQ(listed.at("clips")[1].at("number"), 2);
+  EXPECT_EQ(likeness({"clips", project.string(), "--add", second}).exit_code, 1);  // is there already
+
+  const ProgramResult trained = likeness({"train", project.string(), "--steps", "40"});
+  ASSERT_EQ(trained.exit_code, 0) << trained.err;
+  EXPECT_NE(trained.err.find("Clip 2 (demo.mp4)"), std::string::npos) << trained.err;
+  const json again = ask({"train", project.string(), "--steps", "40", "--json"});
+  for (const auto& [stage, state] : again.at("stages").items())
+    EXPECT_TRUE(state.at("done").get<bool>()) << stage;
+  // Nothing of the second clip is held out: the first alone is measured.
+  EXPECT_EQ(ask({"eval", project.string(), "--json"}).at("frames_test"), 4);
+  const json card = ask({"card", project.string(), "--json"});
+  EXPECT_GT(card.at("frames").at("trained").get<int>(), 50);
+  // One person has one shape.
+  const auto identity = [](const fs::path& folder) {
+    std::ifstream file(folder / "track.json");
+    return json::parse(file).at("identity");
+  };
+  EXPECT_EQ(identity(project), identity(project / "clips" / "2"));
+
+  ask({"clips", project.string(), "--remove", "2", "--json"});
+  EXPECT_FALSE(fs::exists(project / "clips"));
+  EXPECT_TRUE(fs::exists(second));
+  EXPECT_EQ(likeness({"clips", project.string(), "--remove", "2"}).exit_code, 1);
+  fs::remove_all(root);
+}
+
+}  // namespace
+}  // namespace likeness::test

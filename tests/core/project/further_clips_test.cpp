@@ -1,0 +1,152 @@
+// Claims about a project's list of further clips: who may be added, what of theirs follows the project, what
+// they make old, and that taking one out leaves everything else.
+#include "core/project/further_clips.h"
+
+#include <gtest/gtest.h>
+#include <stdlib.h>
+
+#include "core/base/files.h"
+#include "core/project/care.h"
+#include "core/project/damaged_project.h"
+#include "core/project/run_stages.h"
+#include "core/video/encode.h"
+
+namespace likeness {
+namespace {
+
+namespace fs = std::filesystem;
+
+class FurtherClips : public testing::Test {
+ protected:
+  void SetUp() override {
+    std::string name = (fs::temp_directory_path() / "likeness_clips_XXXXXX").string();
+    ASSERT_NE(::mkdtemp(name.data()), nullptr);
+    root_ = name;
+    for (const auto& [file, grey] : {std::pair("first.mp4", 40), {"second.mp4", 90}, {"third.mp4", 160}})
+      film(root_ / file, std::uint8_t(grey));
+    ProjectOptions options;
+    options.video = root_ / "first.mp4";
+    options.size = 512;
+    options.seed = 7;
+    auto made = open_or_create_project(root_ / "me.likeness", options);
+    ASSERT_TRUE(made.ok());
+    project_ = std::move(*made);
+  }
+  void TearDown() override { fs::remove_all(root_); }
+
+  static void film(const fs::path& path, std::uint8_t grey) {
+    auto writer = VideoWriter::create(path, 64, 48);
+    ASSERT_TRUE(writer.ok());
+    for (int i = 0; i < 4; ++i) ASSERT_TRUE(writer->add(Image8(64, 48, 3, grey)).ok());
+    ASSERT_TRUE(writer->finish().ok());
+  }
+  int add(const char* file) {
+    const auto number = add_further_clip(project_, root_ / file);
+    EXPECT_TRUE(number.ok()) << number.error().what;
+    return number ? *number : 0;
+  }
+
+  fs::path root_;
+  Project project_;
+};
+
+TEST_F(FurtherClips, AreKeptInOrderAndFollowTheProjectsChoices) {
+  EXPECT_EQ(add("second.mp4"), 2);
+  EXPECT_EQ(add("third.mp4"), 3);
+  auto again = open_project(project_.folder);
+  ASSERT_TRUE(again.ok());
+  EXPECT_EQ(again->further_clips, (std::vector<int>{2, 3}));
+  again->options.size = 256;
+  again->options.head_model = "/somewhere/head.npz";
+  const auto clip = open_further_clip(*again, 3);
+  ASSERT_TRUE(clip.ok());
+  EXPECT_EQ(clip->options.video, root_ / "third.mp4");
+  EXPECT_EQ(clip->options.size, 256);
+  EXPECT_EQ(clip->options.head_model, "/somewhere/head.npz");
+  EXPECT_EQ(clip->options.seed, 7u);
+  EXPECT_EQ(clip->first_clip, project_.folder);
+  EXPECT_EQ(further_clip_name(*clip, 3), "Clip 3 (third.mp4)");
+}
+
+TEST_F(FurtherClips, TheSameClipTwiceOrNoClipAtAllIsRefused) {
+  add("second.mp4");
+  fs::copy_file(root_ / "second.mp4", root_ / "copy.mp4");
+  for (const auto& [file, says] : {std::pair("first.mp4", "first clip"), {"copy.mp4", "clip 2"}}) {
+    const auto refused = add_further_clip(project_, root_ / file);
+    ASSERT_FALSE(refused.ok()) << file;
+    EXPECT_NE(refused.error().what.find(says), std::string::npos) << refused.error().what;
+    EXPECT_FALSE(refused.error().fix.empty());
+  }
+  ASSERT_TRUE(write_text(root_ / "torn.mp4", "no film").ok());
+  EXPECT_FALSE(add_further_clip(project_, root_ / "torn.mp4").ok());
+  EXPECT_FALSE(add_further_clip(project_, root_ / "absent.mp4").ok());
+  EXPECT_EQ(open_project(project_.folder)->further_clips, std::vector<int>{2});
+}
+
+TEST_F(FurtherClips, NothingIsChangedWhileAnotherProcessWorks) {
+  add("second.mp4");
+  const auto lock = ProjectLock::acquire(project_);
+  ASSERT_TRUE(lock.ok());
+  EXPECT_FALSE(add_further_clip(project_, root_ / "third.mp4").ok());
+  EXPECT_FALSE(remove_further_clip(project_, 2).ok());
+  EXPECT_TRUE(fs::exists(further_clip_folder(project_, 2)));
+}
+
+TEST_F(FurtherClips, OneTakenOutLeavesNothingButItsFilm) {
+  add("second.mp4");
+  const std::string alone =
+      input_hash(Project{.folder = project_.folder, .options = project_.options}, Stage::train);
+  EXPECT_NE(input_hash(project_, Stage::train), alone);
+  ASSERT_TRUE(remove_further_clip(project_, 2).ok());
+  EXPECT_EQ(input_hash(project_, Stage::train), alone);
+  EXPECT_FALSE(fs::exists(project_.folder / "clips"));
+  EXPECT_TRUE(fs::exists(root_ / "second.mp4"));
+  EXPECT_FALSE(remove_further_clip(project_, 2).ok());
+  EXPECT_EQ(add("third.mp4"), 2);
+}
+
+TEST_F(FurtherClips, AFolderThatIsGoneIsSaidWithTheRemedy) {
+  add("second.mp4");
+  fs::remove_all(further_clip_folder(project_, 2));
+  const auto clip = open_further_clip(project_, 2);
+  ASSERT_FALSE(clip.ok());
+  EXPECT_NE(clip.error().fix.find("--remove 2"), std::string::npos);
+  EXPECT_TRUE(remove_further_clip(project_, 2).ok());
+}
+
+TEST_F(FurtherClips, ARepairedProjectStillHasThem) {
+  add("second.mp4");
+  add("third.mp4");
+  ASSERT_TRUE(write_text(project_.folder / "project.json", "{\"program\": \"Likeness\", \"vid").ok());
+  const auto repaired = repair_project(project_.folder);
+  ASSERT_TRUE(repaired.ok()) << repaired.error().what;
+  EXPECT_EQ(repaired->further_clips, (std::vector<int>{2, 3}));
+}
+
+TEST_F(FurtherClips, NumbersThatNameNoFolderAreDropped) {
+  add("second.mp4");
+  auto text = read_text(project_.folder / "project.json");
+  ASSERT_TRUE(text.ok());
+  const auto list = text->find("\"further_clips\": [");
+  ASSERT_NE(list, std::string::npos);
+  text->insert(list + 18, "1, -3, \"two\", 99999999999999, 2,");
+  ASSERT_TRUE(write_text(project_.folder / "project.json", *text).ok());
+  const auto opened = open_project(project_.folder);
+  ASSERT_TRUE(opened.ok()) << opened.error().what;
+  EXPECT_EQ(opened->further_clips, std::vector<int>{2});
+}
+
+TEST_F(FurtherClips, GoWithADeletedPersonAndTheirFilmsStay) {
+  add("second.mp4");
+  fs::rename(root_ / "third.mp4", project_.folder / "third.mp4");
+  const auto number = add_further_clip(project_, project_.folder / "third.mp4");
+  ASSERT_TRUE(number.ok());
+  const auto deleted = delete_person(project_.folder, false);
+  ASSERT_TRUE(deleted.ok()) << deleted.error().what;
+  EXPECT_FALSE(fs::exists(project_.folder / "clips"));
+  EXPECT_TRUE(fs::exists(project_.folder / "third.mp4"));
+  EXPECT_TRUE(fs::exists(root_ / "second.mp4"));
+}
+
+}  // namespace
+}  // namespace likeness
