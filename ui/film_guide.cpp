@@ -42,7 +42,8 @@ const std::vector<Rule>& rules() {
 }
 
 constexpr const char* kRemarks[] = {
-    "A plain, textured room behind the person, with nobody else in it and nothing that moves.",
+    "A room behind the person in which nothing moves and nobody else is; for the walk, one with shelves or "
+    "plants.",
     "Hair and glasses stay as they are. Hands stay away from the face."};
 
 float wrapped_height(const char* words, float width) {

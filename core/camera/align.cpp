@@ -52,8 +52,7 @@ Result<AlignResult> told_to_rest(const fs::path& video, const AlignOptions& opti
   BackgroundMotion unmeasured;
   unmeasured.width = info->width;
   unmeasured.height = info->height;
-  auto result =
-      static_result(unmeasured, options, "static: the camera was said to rest; nothing was measured.");
+  auto result = static_result(unmeasured, options, "The camera was said to rest; nothing was measured.");
   result.frames = result.registered = info->frame_count;
   progress.report(1);
   return result;
@@ -193,7 +192,8 @@ Result<AlignResult> moving_result(const fs::path& video, const ColmapModel& mode
 
 std::string moving_evidence(const BackgroundMotion& motion) {
   std::string text = fmt::format(
-      "moving: the background strays by {:.0f} thousandths of the picture's width on a way of {:.0f}",
+      "The camera moves: the background strays by {:.0f} thousandths of the picture's width on a way of "
+      "{:.0f}",
       measure_sway(motion).reach, motion.motion);
   if (motion.rests.empty()) return text + " and never rests for a second.";
   text += "; it rests in frames";
@@ -211,21 +211,21 @@ Result<AlignResult> align_clip(const fs::path& video, const PersonMask& person, 
                                                 progress.stage(0, 0.2, "background"), stop);
   if (!motion) return motion.error();
   if (motion->tracks < kLeastTracks) {
-    auto result =
-        static_result(*motion, options,
-                      fmt::format("static: the background has too little texture to tell ({:.1f} feature "
-                                  "tracks on average, {} needed), so the camera is taken to be at rest.",
-                                  motion->tracks, kLeastTracks));
+    auto result = static_result(
+        *motion, options,
+        fmt::format("The camera rests: the background has too little texture to tell ({:.1f} feature "
+                    "tracks on average, {} needed), so the camera is taken to be at rest.",
+                    motion->tracks, kLeastTracks));
     progress.report(1);
     return result;
   }
   if (motion->motion <= options.static_motion_px_per_1000) {
-    auto result =
-        static_result(*motion, options,
-                      fmt::format("static: the background moves by {:.2f} thousandths of the picture's width "
-                                  "over {} frames ({:.0f} feature tracks on average; limit {:.2f}).",
-                                  motion->motion, motion->frames.size(), motion->tracks,
-                                  options.static_motion_px_per_1000));
+    auto result = static_result(
+        *motion, options,
+        fmt::format("The camera rests: the background moves by {:.2f} thousandths of the picture's width "
+                    "over {} frames ({:.0f} feature tracks on average; limit {:.2f}).",
+                    motion->motion, motion->frames.size(), motion->tracks,
+                    options.static_motion_px_per_1000));
     progress.report(1);
     return result;
   }
@@ -238,7 +238,7 @@ Result<AlignResult> align_clip(const fs::path& video, const PersonMask& person, 
     if (model.error().code != ErrorCode::failed || !nowhere) return model.error();
     auto result = static_result(
         *motion, options,
-        fmt::format("static: the background strays by only {:.0f} thousandths of the picture's "
+        fmt::format("The camera rests: the background strays by only {:.0f} thousandths of the picture's "
                     "width and comes back {:.1f} times a second, which is no path to solve for.",
                     sway.reach, sway.crossings));
     result.warnings.push_back(

@@ -27,20 +27,20 @@ constexpr double kWindow_s = 1, kApart_s = 2;
 
 // What people can be asked to do, for the actions that matter most in a face that speaks.
 struct Request {
-  std::string_view action, words;
+  std::string_view action, what, words;
 };
 constexpr Request kRequests[] = {
-    {"jawOpen", "Open the mouth wide, slowly, twice."},
-    {"mouthSmile", "Smile as broadly as you can and hold it for two seconds."},
-    {"mouthPucker", "Purse the lips as for a kiss, or say a long \"oo\"."},
-    {"mouthFunnel", "Say a long, round \"oh\"."},
-    {"mouthStretch", "Say a long \"ee\" with the corners drawn wide."},
-    {"mouthFrown", "Pull the corners of the mouth down."},
-    {"browInnerUp", "Raise the brows high and hold them for two seconds."},
-    {"browDown", "Draw the brows together and down."},
-    {"eyeBlink", "Close the eyes for a full second, twice."},
-    {"cheekPuff", "Puff out both cheeks."},
-    {"noseSneer", "Wrinkle the nose."},
+    {"jawOpen", "A wide open mouth", "Open the mouth wide, slowly, twice."},
+    {"mouthSmile", "A smile", "Smile as broadly as you can and hold it for two seconds."},
+    {"mouthPucker", "A pout", "Purse the lips as for a kiss, or say a long \"oo\"."},
+    {"mouthFunnel", "A round \"oh\"", "Say a long, round \"oh\"."},
+    {"mouthStretch", "A wide \"ee\"", "Say a long \"ee\" with the corners drawn wide."},
+    {"mouthFrown", "A frown of the mouth", "Pull the corners of the mouth down."},
+    {"browInnerUp", "A raising of the brows", "Raise the brows high and hold them for two seconds."},
+    {"browDown", "A frown of the brows", "Draw the brows together and down."},
+    {"eyeBlink", "A blink", "Close the eyes for a full second, twice."},
+    {"cheekPuff", "A puffing of the cheeks", "Puff out both cheeks."},
+    {"noseSneer", "A wrinkled nose", "Wrinkle the nose."},
 };
 
 std::string_view without_side(std::string_view name) {
@@ -90,8 +90,8 @@ void add_expression_gaps(const std::vector<CardExpression>& list, std::vector<Ca
     if (found == list.end() || found->learnt == Learnt::well) continue;
     gaps.push_back(
         {found->learnt == Learnt::never
-             ? fmt::format("{} was never seen: what it shows is the head model's guess.", found->name)
-             : fmt::format("{} was seen only up to {:.0f} % of full.", found->name, 100 * found->most),
+             ? fmt::format("{} was never seen: what it shows is the head model's guess.", request.what)
+             : fmt::format("{} was seen only up to {:.0f} % of full.", request.what, 100 * found->most),
          std::string(request.words)});
   }
 }

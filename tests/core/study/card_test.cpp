@@ -108,8 +108,8 @@ TEST(Card, WhatWasNotSeenIsAskedFor) {
       return gap.what.find(word) != std::string::npos;
     });
   };
-  EXPECT_TRUE(asked("mouthSmile"));
-  EXPECT_FALSE(asked("jawOpen"));
+  EXPECT_TRUE(asked("A smile"));
+  EXPECT_FALSE(asked("open mouth"));
   Clip narrow;
   narrow.turn(0, 300, 0.2);  // always a little to the left, which shows the right side
   const Card turned = narrow.card();
