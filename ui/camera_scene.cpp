@@ -13,7 +13,8 @@
 #include <vtkRenderer.h>
 
 #include <algorithm>
-#include <array>
+#include <cmath>
+#include <numbers>
 #include <utility>
 #include <vector>
 
@@ -28,6 +29,7 @@ namespace {
 constexpr std::size_t kFrusta = 60;       // drawn at most
 constexpr double kFarthestPoint = 6;      // m from the head; beyond, the room says nothing of the path
 constexpr double kFrustumDepth = 0.06;    // m
+constexpr double kFill = 0.92;            // of the view, by what is looked at
 constexpr double kFieldOfFrustum = 0.35;  // half width of the picture plane that is drawn, at most, per depth
 
 // A set of lines or triangles with one ink.
@@ -120,14 +122,37 @@ struct Frusta {
 struct CameraScene::Impl {
   VtkView view{VtkView::Hand::orbit};
   Layer frusta, path, head, points;
-  std::array<double, 6> bounds{};  // of head and cameras: what is looked at
+  std::vector<Vec3d> looked_at;  // corners of head and cameras
+  bool to_fit = false;           // all of it into the view, as soon as the view's shape is known
   vtkNew<vtkPolyDataNormals> normals;
   std::shared_ptr<const ProjectContents> contents;  // shown, or
   std::shared_ptr<const SolvingCameras> solving;
-  Vec3d centre = Vec3d::Zero();
   bool dark = false;
   float scale = 0;
 
+  // From the side and above, where an arc before the face is seen best; as near as all of it lets.
+  void fit(double aspect) {
+    const Vec3d back = Vec3d(1.0, 0.7, 0.75).normalized(), right = Vec3d::UnitY().cross(back).normalized(),
+                up = back.cross(right);
+    vtkCamera* camera = view.renderer()->GetActiveCamera();
+    const double half = 0.5 * camera->GetViewAngle() * std::numbers::pi / 180, high = kFill * std::tan(half),
+                 wide = high * aspect;
+    // The eye (x, y, z along right, up, back) stands so that no corner is beyond a plane of its frustum.
+    double east = -1e9, west = -1e9, north = -1e9, south = -1e9, near = -1e9, far = 1e9;
+    for (const Vec3d& corner : looked_at) {
+      const double x = corner.dot(right), y = corner.dot(up), z = corner.dot(back);
+      east = std::max(east, x + wide * z), west = std::max(west, -x + wide * z);
+      north = std::max(north, y + high * z), south = std::max(south, -y + high * z);
+      near = std::max(near, z), far = std::min(far, z);
+    }
+    const double z = std::max((east + west) / (2 * wide), (north + south) / (2 * high));
+    const Vec3d on_axis = 0.5 * (east - west) * right + 0.5 * (north - south) * up, eye = on_axis + z * back,
+                focus = on_axis + 0.5 * (near + far) * back;
+    camera->SetFocalPoint(focus.x(), focus.y(), focus.z());
+    camera->SetPosition(eye.x(), eye.y(), eye.z());
+    camera->SetViewUp(0, 1, 0);
+    view.touch();
+  }
   void clear() {
     for (Layer* layer : {&frusta, &path, &head, &points}) clear_layer(*layer);
     view.touch();
@@ -136,8 +161,10 @@ struct CameraScene::Impl {
   void show(const Frusta& lines, Vec3d low, Vec3d high) {
     set_lines(frusta, lines.corners, lines.outlines);
     if (lines.eyes.size() > 1) set_lines(path, lines.eyes, lines.path);
-    for (const Vec3d& corner : lines.corners) low = low.cwiseMin(corner), high = high.cwiseMax(corner);
-    bounds = {low.x(), high.x(), low.y(), high.y(), low.z(), high.z()};
+    looked_at = lines.corners;
+    for (int corner = 0; corner < 8; ++corner)
+      looked_at.emplace_back((corner & 1 ? high : low).x(), (corner & 2 ? high : low).y(),
+                             (corner & 4 ? high : low).z());
   }
 };
 
@@ -191,7 +218,6 @@ void CameraScene::set(std::shared_ptr<const ProjectContents> contents) {
   }
   my.head.data->SetPoints(points);
   my.head.data->SetPolys(triangles);
-  my.centre = 0.5 * (low + high);
 
   Frusta frusta;
   for (const TrackedFrame* frame : chosen_frames(track)) {
@@ -221,23 +247,12 @@ void CameraScene::set(std::shared_ptr<const SolvingCameras> solving) {
     const auto& camera = cameras[count > 1 ? i * (cameras.size() - 1) / (count - 1) : 0];
     frusta.add(camera.world_from_cam, camera.intrinsics);
   }
-  my.centre = Vec3d::Zero();
   my.show(frusta, Vec3d::Constant(-0.8 * my.solving->reach), Vec3d::Constant(0.8 * my.solving->reach));
   set_points(my.points, my.solving->points);
   if (first) look_at_all();  // afterwards as whoever watches has turned it
 }
 
-void CameraScene::look_at_all() {
-  Impl& my = *impl_;
-  vtkCamera* camera = my.view.renderer()->GetActiveCamera();
-  // From the side and above, where an arc before the face is seen best.
-  camera->SetFocalPoint(my.centre.x(), my.centre.y(), my.centre.z());
-  camera->SetPosition(my.centre.x() + 1.0, my.centre.y() + 0.7, my.centre.z() + 0.75);
-  camera->SetViewUp(0, 1, 0);
-  my.view.renderer()->ResetCamera(my.bounds.data());
-  camera->Zoom(1.25);
-  my.view.touch();
-}
+void CameraScene::look_at_all() { impl_->to_fit = true; }
 
 void CameraScene::draw(const char* name, ImVec2 size) {
   Impl& my = *impl_;
@@ -255,6 +270,10 @@ void CameraScene::draw(const char* name, ImVec2 size) {
     my.head.actor->GetProperty()->SetColor(0.78, 0.72, 0.68);
     my.head.actor->GetProperty()->SetSpecular(0.15);
     my.view.touch();
+  }
+  if (my.to_fit && !my.looked_at.empty() && size.x >= 1 && size.y >= 1) {
+    my.to_fit = false;
+    my.fit(double(size.x) / double(size.y));
   }
   my.view.renderer()->ResetCameraClippingRange();
   my.view.draw(name, size);
