@@ -33,6 +33,7 @@ struct TrainingChart::Impl {
   double last_s = -1;
   bool dark = false;
   float scale = 0;
+  int width = 0, height = 0;  // px, as drawn last
 };
 
 namespace {
@@ -141,6 +142,11 @@ void TrainingChart::draw(const char* name, ImVec2 size) {
     my.view.touch();
   }
   my.view.draw(name, size);
+  // How far the axes reach is rounded to what is legible at their length, which is known once they are drawn.
+  if (int(size.x) == my.width && int(size.y) == my.height) return;
+  my.width = int(size.x), my.height = int(size.y);
+  my.chart->RecalculateBounds();
+  my.view.touch();
 }
 
 }  // namespace likeness::ui
