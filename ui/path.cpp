@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "ui/keyboard.h"
 #include "ui/shell.h"
 #include "ui/theme.h"
 #include "ui/widgets.h"
@@ -62,6 +63,7 @@ void draw_row(const Snapshot& snapshot, Step step, float height, Requests& reque
   const bool chosen = snapshot.shown == step;
   if (ImGui::InvisibleButton(step_words(step).data(), {width, height})) requests.show = step;
   note_widget(std::string("step ") + step_words(step).data());
+  draw_keyboard_ring();
   const bool hot = ImGui::IsItemHovered() || ImGui::IsItemFocused();
   ImDrawList& list = *ImGui::GetWindowDrawList();
   if (chosen || hot)

@@ -9,6 +9,7 @@
 #include <cctype>
 #include <vector>
 
+#include "ui/keyboard.h"
 #include "ui/steps/steps.h"
 #include "ui/theme.h"
 #include "ui/widgets.h"
@@ -251,7 +252,8 @@ void Shell::draw_menus(const Snapshot& snapshot, Requests& requests) {
   if (ImGui::BeginMainMenuBar()) {
     for (const Menu menu : {Menu::file, Menu::edit, Menu::timeline, Menu::avatar, Menu::view, Menu::help}) {
       const bool open = ImGui::BeginMenu(menu_words(menu).data());
-      note_widget(std::string("menu ") + menu_words(menu).data());
+      note_view(std::string("menu ") + menu_words(menu).data());
+      if (menu == Menu::file && !open) note_first_menu();
       if (!open) continue;
       for (const CommandInfo& info : command_table()) {
         if (info.menu != menu) continue;
@@ -357,6 +359,7 @@ Requests Shell::draw(const Snapshot& snapshot) {
     browse(*requests.browse, in_project ? snapshot.contents->project.folder : home_folder());
   }
   if (const auto picked = browser_.draw()) take_picked(*picked, snapshot, requests);
+  walk_by_keyboard();
   return requests;
 }
 

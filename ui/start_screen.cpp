@@ -1,6 +1,7 @@
 // Before a project is open: recent ones, and the ways to begin.
 #include <fmt/format.h>
 
+#include "ui/keyboard.h"
 #include "ui/shell.h"
 #include "ui/theme.h"
 #include "ui/widgets.h"
@@ -34,6 +35,7 @@ bool big_choice(const char* words, const char* what, bool primary, bool enabled,
   ImGui::BeginDisabled(!enabled);
   const bool pressed = ImGui::InvisibleButton(words, size);
   note_widget(words);
+  draw_keyboard_ring();
   if (choices.compact) tooltip(what);
   const bool hot = enabled && (ImGui::IsItemHovered() || ImGui::IsItemFocused());
   ImGui::EndDisabled();

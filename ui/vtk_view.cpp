@@ -97,7 +97,7 @@ void VtkView::draw(const char* name, ImVec2 size) {
   ImGui::InvisibleButton(name, {float(w), float(h)},
                          ImGuiButtonFlags_MouseButtonLeft | ImGuiButtonFlags_MouseButtonRight |
                              ImGuiButtonFlags_MouseButtonMiddle);
-  note_widget(name);
+  note_view(name);
   const bool hovered = ImGui::IsItemHovered(), held = my.held[0] || my.held[1] || my.held[2];
   if (hovered || held) {
     const ImGuiIO& io = ImGui::GetIO();

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <cstdio>
 
+#include "ui/keyboard.h"
 #include "ui/theme.h"
 
 namespace likeness::ui {
@@ -46,11 +47,17 @@ bool coloured_button(const char* words, bool enabled, float width, bool primary)
 
 const std::map<std::string, Rectangle>& noted_widgets() { return noted; }
 
-void forget_widgets() { noted.clear(); }
+void forget_widgets() {
+  noted.clear();
+  forget_reachable();
+}
 
 void note_widget(const std::string& name) {
-  noted[name] = {ImGui::GetItemRectMin(), ImGui::GetItemRectMax()};
+  note_view(name);
+  note_reachable();
 }
+
+void note_view(const std::string& name) { noted[name] = {ImGui::GetItemRectMin(), ImGui::GetItemRectMax()}; }
 
 void note_place(const std::string& name, ImVec2 low, ImVec2 high) { noted[name] = {low, high}; }
 
@@ -159,7 +166,9 @@ bool slider(const char* id, float* value, const SliderRange& range, const char* 
   ImGui::PushStyleVar(ImGuiStyleVar_FramePadding, ImVec2(slim, slim));
   ImGui::SetCursorPosY(top.y + 0.5f * (full - ImGui::GetFrameHeight()));
   ImGui::SetNextItemWidth(std::max(px(30), width - words));
-  bool changed = ImGui::SliderFloat(id, value, range.low, range.high, "", ImGuiSliderFlags_AlwaysClamp);
+  // Nothing is typed into it: its number stands beside it.
+  bool changed = ImGui::SliderFloat(id, value, range.low, range.high, "",
+                                    ImGuiSliderFlags_AlwaysClamp | ImGuiSliderFlags_NoInput);
   ImGui::PopStyleVar();
   note_widget(id);
   // While the button of a double click is held, the slider itself would go back under the mouse.

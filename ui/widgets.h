@@ -18,7 +18,8 @@ struct Rectangle {
 };
 const std::map<std::string, Rectangle>& noted_widgets();
 void forget_widgets();                      // at the start of a frame
-void note_widget(const std::string& name);  // the item drawn last
+void note_widget(const std::string& name);  // the item drawn last; Tab stops at it
+void note_view(const std::string& name);    // the same of one that only the mouse can use
 void note_place(const std::string& name, ImVec2 low, ImVec2 high);
 
 enum class StepMark { number, running, done, attention, failed };

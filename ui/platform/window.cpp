@@ -91,6 +91,7 @@ Result<std::unique_ptr<Window>> Window::open(const WindowOptions& options) {
   io.ConfigFlags |= ImGuiConfigFlags_NavEnableKeyboard;
   io.ConfigWindowsMoveFromTitleBarOnly = true;
   ImGui_ImplGlfw_InitForOpenGL(impl->window, true);
+  io.KeyMap[ImGuiKey_Tab] = -1;  // walk_by_keyboard() goes where it leads
   ImGui_ImplOpenGL3_Init("#version 330 core");
   return std::unique_ptr<Window>(new Window(std::move(impl)));
 }
@@ -154,6 +155,9 @@ void Window::begin_frame() {
   const bool command =
       down({GLFW_KEY_HOME, GLFW_KEY_END}) ||
       ((io.KeyCtrl || io.KeyShift) && down({GLFW_KEY_LEFT, GLFW_KEY_RIGHT, GLFW_KEY_UP, GLFW_KEY_DOWN}));
+  // Where the keyboard has come to, Enter presses as Space does.
+  if (io.NavVisible && !io.WantTextInput && !io.KeyCtrl && down({GLFW_KEY_ENTER, GLFW_KEY_KP_ENTER}))
+    io.NavInputs[ImGuiNavInput_Activate] = 1;
   if (command) {
     io.ConfigFlags &= ~ImGuiConfigFlags_NavEnableKeyboard;
   } else {

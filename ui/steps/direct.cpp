@@ -84,7 +84,7 @@ void draw_view(const Snapshot& snapshot, Views& views, ImVec2 area, Requests& re
   ImGui::InvisibleButton("avatar view", {std::max(1.f, place.size.x), std::max(1.f, place.size.y)},
                          ImGuiButtonFlags_MouseButtonLeft | ImGuiButtonFlags_MouseButtonRight |
                              ImGuiButtonFlags_MouseButtonMiddle);
-  note_widget("avatar view");
+  note_view("avatar view");
   const bool hovered = ImGui::IsItemHovered(), active = ImGui::IsItemActive(),
              let_go = ImGui::IsItemDeactivated();
   if (!picture) {

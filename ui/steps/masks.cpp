@@ -144,7 +144,7 @@ void draw_mask_picture(const Snapshot& snapshot, MaskSight& sight, Requests& req
       fit_into(ImGui::GetCursorScreenPos(), room, float(texture.width()), float(texture.height()));
   ImGui::SetCursorScreenPos(place.at);
   ImGui::InvisibleButton("mask picture", {std::max(1.f, place.size.x), std::max(1.f, place.size.y)});
-  note_widget("mask picture");
+  note_view("mask picture");
   const ImVec2 end{place.at.x + place.size.x, place.at.y + place.size.y};
   ImDrawList& list = *ImGui::GetWindowDrawList();
   list.AddImage(texture.imgui_id(), place.at, end);

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "ui/keyboard.h"
 #include "ui/steps/steps.h"
 #include "ui/theme.h"
 #include "ui/widgets.h"
@@ -57,6 +58,17 @@ void draw_nothing_yet(const char* words) {
 
 namespace {
 
+// The frame that the arrow keys lead to.
+std::optional<int> stepped(const std::vector<StripBar>& bars, int chosen) {
+  const auto key = [](ImGuiKey k) { return ImGui::IsKeyPressed(ImGui::GetIO().KeyMap[k]); };
+  const int step = int(key(ImGuiKey_RightArrow)) - int(key(ImGuiKey_LeftArrow));
+  const auto own = std::ranges::find(bars, chosen, &StripBar::frame);
+  if (step == 0 || own == bars.end()) return std::nullopt;
+  const auto to = own - bars.begin() + step;
+  if (to < 0 || to >= std::ptrdiff_t(bars.size())) return std::nullopt;
+  return bars[std::size_t(to)].frame;
+}
+
 // The mouse held down on one frame and moved to another marks all between.
 void mark_span(StripSpan& span, const std::vector<StripBar>& bars, bool held, bool let_go,
                std::size_t under) {
@@ -78,7 +90,9 @@ std::optional<int> draw_frame_strip(const char* name, const std::vector<StripBar
   const bool pressed = ImGui::InvisibleButton(name, {width, height});
   note_widget(name);
   if (bars.empty()) return std::nullopt;
-  const bool hovered = ImGui::IsItemHovered(), held = ImGui::IsItemActive();
+  const bool keys = keyboard_is_at_it();
+  const bool hovered = ImGui::IsItemHovered() && !keys, held = ImGui::IsItemActive() && !keys;
+  draw_keyboard_ring();
   ImDrawList& list = *ImGui::GetWindowDrawList();
   const Palette& p = theme().colours;
   list.AddRectFilled(at, {at.x + width, at.y + height}, colour(p.raised), px(5));
@@ -95,7 +109,7 @@ std::optional<int> draw_frame_strip(const char* name, const std::vector<StripBar
                          colour(p.text));
     if (bar.again) list.AddRectFilled({x0, at.y + height - inset}, {x1, at.y + height}, colour(p.accent));
   };
-  if (span) mark_span(*span, bars, held, pressed, index_at(ImGui::GetIO().MousePos.x));
+  if (span && !keys) mark_span(*span, bars, held, pressed, index_at(ImGui::GetIO().MousePos.x));
   if (column >= 2) {
     const float gap = column > 4 ? 1.f : 0.f;
     for (std::size_t i = 0; i < count; ++i)
@@ -124,6 +138,7 @@ std::optional<int> draw_frame_strip(const char* name, const std::vector<StripBar
     list.AddRectFilled({at.x + low, at.y}, {at.x + high, at.y + height}, colour(p.accent, 0.22f));
     list.AddRect({at.x + low, at.y}, {at.x + high, at.y + height}, colour(p.accent), px(2), 0, px(1.5f));
   }
+  if (keys) return stepped(bars, chosen);
   if (!hovered) return std::nullopt;
   const std::size_t under = index_at(ImGui::GetIO().MousePos.x);
   tooltip(words(under));

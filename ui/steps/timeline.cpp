@@ -272,7 +272,7 @@ void draw_timeline(const Snapshot& snapshot, Views& views, ImVec2 size, Requests
   place.scroll = sight.scroll;
   if (place.size.x > px(40) && place.size.y > px(kRuler)) {
     ImGui::InvisibleButton("timeline", place.size);
-    note_widget("timeline");
+    note_view("timeline");
     note_place("ruler", {place.left, place.at.y}, {place.at.x + place.size.x, place.at.y + px(kRuler)});
     ImDrawList& list = *ImGui::GetWindowDrawList();
     draw_ruler(place, directing);

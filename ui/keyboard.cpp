@@ -1,0 +1,90 @@
+// By ImGui's own marks of its items: see keyboard.h.
+#include "ui/keyboard.h"
+
+#define GLFW_INCLUDE_NONE
+#include <GLFW/glfw3.h>
+#include <imgui.h>
+#include <imgui_internal.h>
+
+#include <algorithm>
+#include <vector>
+
+namespace likeness::ui {
+
+namespace {
+
+struct Item {
+  ImGuiID id = 0, scope = 0;
+  ImGuiWindow* window = nullptr;
+  ImRect place;  // of the screen
+  bool typed = false;
+};
+
+std::vector<Item> reachable;
+Item first_menu;
+
+Item last_item() {
+  const ImGuiContext& g = *ImGui::GetCurrentContext();
+  const ImGuiLastItemData& last = g.LastItemData;
+  return {last.ID, g.CurrentWindow->DC.NavFocusScopeIdCurrent, g.CurrentWindow, last.Rect,
+          (last.InFlags & ImGuiItemFlags_Inputable) != 0};
+}
+
+void go_to(const Item& item, ImGuiNavLayer layer) {
+  ImGuiContext& g = *ImGui::GetCurrentContext();
+  ImGui::ClearActiveID();
+  ImGui::FocusWindow(item.window);
+  ImGui::SetNavID(item.id, layer, item.scope, ImGui::WindowRectAbsToRel(item.window, item.place));
+  g.NavDisableHighlight = false;
+  g.NavDisableMouseHover = true;
+  if (layer == ImGuiNavLayer_Main) ImGui::ScrollToBringRectIntoView(item.window, item.place);
+  if (item.typed) {
+    g.NavNextActivateId = item.id;
+    g.NavNextActivateFlags = ImGuiActivateFlags_PreferInput;
+  }
+}
+
+}  // namespace
+
+void forget_reachable() {
+  reachable.clear();
+  first_menu = {};
+}
+
+void note_reachable() {
+  const Item item = last_item();
+  const ImGuiItemFlags flags = ImGui::GetCurrentContext()->LastItemData.InFlags;
+  if (item.id == 0 || (flags & (ImGuiItemFlags_Disabled | ImGuiItemFlags_NoNav)) != 0) return;
+  if (!reachable.empty() && reachable.back().id == item.id) return;
+  reachable.push_back(item);
+}
+
+void note_first_menu() { first_menu = last_item(); }
+
+void walk_by_keyboard() {
+  const ImGuiContext& g = *ImGui::GetCurrentContext();
+  const ImGuiIO& io = g.IO;
+  // Over a question or an open menu there is nothing else.
+  const ImGuiWindow* top = g.OpenPopupStack.empty() ? nullptr : g.OpenPopupStack.back().Window;
+  if (ImGui::IsKeyPressed(GLFW_KEY_F10, false) && !top && first_menu.id != 0)
+    return go_to(first_menu, ImGuiNavLayer_Menu);
+  if (!ImGui::IsKeyPressed(GLFW_KEY_TAB) || io.KeyCtrl) return;
+  if (top)
+    std::erase_if(reachable,
+                  [&](const Item& item) { return item.window != top && item.window->RootWindow != top; });
+  if (reachable.empty()) return;
+  const auto count = std::ptrdiff_t(reachable.size());
+  const auto found = std::ranges::find(reachable, g.NavId, &Item::id);
+  std::ptrdiff_t next = io.KeyShift ? count - 1 : 0;
+  if (found != reachable.end()) next = (found - reachable.begin() + (io.KeyShift ? count - 1 : 1)) % count;
+  go_to(reachable[std::size_t(next)], ImGuiNavLayer_Main);
+}
+
+bool keyboard_is_at_it() { return ImGui::GetIO().NavVisible && ImGui::IsItemFocused(); }
+
+void draw_keyboard_ring() {
+  const ImGuiLastItemData& last = ImGui::GetCurrentContext()->LastItemData;
+  ImGui::RenderNavHighlight(last.Rect, last.ID);
+}
+
+}  // namespace likeness::ui
