@@ -16,7 +16,7 @@ void draw_logo(ImVec2 at, float side) {
   const Palette& p = theme().colours;
   const ImVec2 c{at.x + 0.5f * side, at.y + 0.46f * side};
   list.AddRectFilled(at, {at.x + side, at.y + side}, colour(p.accent), 0.24f * side);
-  const ImU32 ink = colour(p.on_accent);
+  const ImU32 ink = IM_COL32_WHITE;
   const float r = 0.2f * side, thick = 0.055f * side;
   list.AddCircle({c.x, c.y - 0.06f * side}, r, ink, 0, thick);
   list.PathArcTo({c.x, c.y + 0.5f * side}, 0.3f * side, 3.6f, 5.82f);

@@ -24,7 +24,7 @@ ImVec4 rgb(unsigned value, float alpha = 1) {
 
 Palette dark_palette() {
   return {rgb(0x15171c), rgb(0x1c1f26), rgb(0x262a33), rgb(0x343a46), rgb(0xe9ebf0), rgb(0x9aa2b1),
-          rgb(0x4c8dff), rgb(0x6aa1ff), rgb(0xffffff), rgb(0x46c07d), rgb(0xe9a53a), rgb(0xf0625d)};
+          rgb(0x4c8dff), rgb(0x6aa1ff), rgb(0x0b1222), rgb(0x46c07d), rgb(0xe9a53a), rgb(0xf0625d)};
 }
 
 Palette light_palette() {

@@ -2,6 +2,7 @@
 #include "ui/widgets.h"
 
 #include <fmt/format.h>
+#include <imgui_internal.h>
 
 #include <algorithm>
 #include <cmath>
@@ -18,6 +19,9 @@ std::map<std::string, Rectangle> noted;
 
 bool coloured_button(const char* words, bool enabled, float width, bool primary) {
   const Palette& p = theme().colours;
+  // One that cannot be pressed does not ask for it.
+  primary =
+      primary && enabled && (ImGui::GetCurrentContext()->CurrentItemFlags & ImGuiItemFlags_Disabled) == 0;
   if (primary) {
     ImGui::PushStyleColor(ImGuiCol_Button, p.accent);
     ImGui::PushStyleColor(ImGuiCol_ButtonHovered, p.accent_hot);
@@ -150,12 +154,37 @@ void choice_label(const char* words, float width) {
   ImGui::SameLine(start + width);
 }
 
-bool choice(const char* words, bool chosen) {
+namespace {
+
+// Slim, with an edge: on its own the ground of one that is not chosen is hardly told from the card's.
+void push_choice_style() {
   ImGui::PushStyleVar(ImGuiStyleVar_FramePadding, ImVec2(px(3), px(2)));
+  ImGui::PushStyleVar(ImGuiStyleVar_FrameBorderSize, px(1));
+  ImGui::PushStyleColor(ImGuiCol_Border, theme().colours.faint);
+  ImGui::PushStyleColor(ImGuiCol_BorderShadow, {});
+}
+
+void pop_choice_style() {
+  ImGui::PopStyleColor(2);
+  ImGui::PopStyleVar(2);
+}
+
+}  // namespace
+
+bool choice(const char* words, bool chosen) {
+  push_choice_style();
   const bool pressed = ImGui::RadioButton(words, chosen);
-  ImGui::PopStyleVar();
+  pop_choice_style();
   note_widget(words);
   return pressed;
+}
+
+bool tick_box(const char* words, bool* on) {
+  push_choice_style();
+  const bool changed = ImGui::Checkbox(words, on);
+  pop_choice_style();
+  note_widget(words);
+  return changed;
 }
 
 bool slider(const char* id, float* value, const SliderRange& range, const char* format, float width) {

@@ -40,6 +40,7 @@ bool same_line_if_fits(const char* words);
 // A row of radio buttons, hardly higher than their words, after its label; width: of the label.
 void choice_label(const char* words, float width);
 bool choice(const char* words, bool chosen);
+bool tick_box(const char* words, bool* on);  // as slim
 
 // A slim slider with its value beside it, `width` together. seen: the range the clip showed, marked under it;
 // equal: none. Double click: `rest`.

@@ -194,14 +194,6 @@ void draw_presets(const Snapshot& snapshot, Requests& requests) {
   ImGui::PopStyleVar();
 }
 
-bool small_checkbox(const char* words, bool* on) {
-  ImGui::PushStyleVar(ImGuiStyleVar_FramePadding, ImVec2(px(3), px(2)));
-  const bool changed = ImGui::Checkbox(words, on);
-  ImGui::PopStyleVar();
-  note_widget(words);
-  return changed;
-}
-
 // The command's button; its tooltip names the step.
 void step_button(Command command, const Situation& now, const std::string& name, float width,
                  Requests& requests) {
@@ -220,7 +212,7 @@ void draw_controls(const Snapshot& snapshot, Views& views, Requests& requests) {
   ImGui::BeginDisabled(snapshot.comparing);
   draw_presets(snapshot, requests);
   bool linked = directing.linked;
-  if (small_checkbox("Link both sides", &linked)) requests.direct.linked = linked;
+  if (tick_box("Link both sides", &linked)) requests.direct.linked = linked;
   std::size_t number = 0;
   for (const ChannelGroup& group : group_channels(*snapshot.contents->model)) {
     bool& open = views.open_groups[std::min(number, views.open_groups.size() - 1)];
