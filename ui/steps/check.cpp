@@ -12,15 +12,18 @@ namespace likeness::ui {
 
 namespace {
 
-void legend(const ImVec4& ink, const std::string& words) {
+// The entries after the first stand beside the one before where there is room.
+void legend(const ImVec4& ink, const std::string& words, bool first = false) {
+  const float line = ImGui::GetTextLineHeight(),
+              wide = 0.6f * line + px(6) + ImGui::CalcTextSize(words.c_str()).x,
+              end = ImGui::GetWindowPos().x + ImGui::GetContentRegionMax().x;
+  if (!first && ImGui::GetItemRectMax().x + px(22) + wide <= end) ImGui::SameLine(0, px(22));
   const ImVec2 at = ImGui::GetCursorScreenPos();
-  const float line = ImGui::GetTextLineHeight();
   ImGui::GetWindowDrawList()->AddRectFilled({at.x, at.y + 0.2f * line},
                                             {at.x + 0.6f * line, at.y + 0.8f * line}, colour(ink), px(2));
   ImGui::Dummy({0.6f * line, line});
   ImGui::SameLine(0, px(6));
-  ImGui::TextUnformatted(words.c_str());
-  ImGui::SameLine(0, px(22));
+  body_text(words);
 }
 
 const char* fate(const CaptureFrame& frame) {
@@ -98,18 +101,21 @@ void draw_check_step(const Snapshot& snapshot, Views& views, Requests& requests)
     return fmt::format("Frame {}, {:.2f} s: {}{}", frame.frame, frame.time_s, fate(frame),
                        frame.refused.empty() ? "" : ", " + frame.refused);
   };
-  legend(p.accent, fmt::format("{} train", used));
-  legend(p.good, fmt::format("{} held out for measuring", held_out));
-  legend(p.bad, fmt::format("{} refused", int(capture.frames.size()) - used - held_out));
-  ImGui::NewLine();
-  if (const auto clicked = draw_frame_strip("check strip", bars, snapshot.check_picture.frame, px(72), words))
-    requests.check_frame = clicked;
-  faint_text("Height: sharpness. Click a frame to see it.");
-  ImGui::Dummy({0, px(2)});
-
+  const auto draw_strip = [&] {
+    legend(p.accent, fmt::format("{} train", used), true);
+    legend(p.good, fmt::format("{} held out for measuring", held_out));
+    legend(p.bad, fmt::format("{} refused", int(capture.frames.size()) - used - held_out));
+    if (const auto clicked =
+            draw_frame_strip("check strip", bars, snapshot.check_picture.frame, px(72), words))
+      requests.check_frame = clicked;
+    faint_text("Height: sharpness. Click a frame to see it.");
+    ImGui::Dummy({0, px(2)});
+  };
+  const bool low = is_low();
+  if (!low) draw_strip();
   const ImVec2 area = ImGui::GetContentRegionAvail();
   views.check.follow(snapshot.check_picture);
-  begin_card("frame", {std::min(area.x * 0.6f, area.y), area.y});
+  begin_card("frame", {std::min(area.x * (low ? 0.5f : 0.6f), area.y), area.y});
   const ImVec2 room = ImGui::GetContentRegionAvail();
   if (!views.check.texture.empty()) {
     draw_picture("check picture", views.check.texture, room);
@@ -120,6 +126,7 @@ void draw_check_step(const Snapshot& snapshot, Views& views, Requests& requests)
   end_card();
   ImGui::SameLine(0, px(16));
   begin_card("about", {0, area.y}, true);
+  if (low) draw_strip();
   draw_verdict(snapshot, requests);
   const auto chosen = std::ranges::find(capture.frames, snapshot.check_picture.frame, &CaptureFrame::frame);
   if (chosen != capture.frames.end()) {

@@ -146,17 +146,21 @@ void draw_face_step(const Snapshot& snapshot, Views& views, Requests& requests) 
     views.face_span = {};
     views.face_span_of = snapshot.contents->project.folder;
   }
-  if (const auto clicked =
-          draw_frame_strip("face strip", bars, snapshot.face_picture.frame, px(60), words, &views.face_span))
-    requests.face_frame = clicked;
-  faint_text(
-      fmt::format("Height: how far the model misses the face's points, up to {:.1f} px. Click a frame to see "
-                  "it, drag to mark a span.",
-                  tall));
-  ImGui::Dummy({0, px(2)});
+  const auto draw_strip = [&] {
+    if (const auto clicked = draw_frame_strip("face strip", bars, snapshot.face_picture.frame, px(60), words,
+                                              &views.face_span))
+      requests.face_frame = clicked;
+    faint_text(
+        fmt::format("Height: how far the model misses the face's points, up to {:.1f} px. Click a frame to "
+                    "see it, drag to mark a span.",
+                    tall));
+    ImGui::Dummy({0, px(2)});
+  };
+  const bool low = is_low();
+  if (!low) draw_strip();
   const ImVec2 area = ImGui::GetContentRegionAvail();
   views.face.follow(snapshot.face_picture);
-  begin_card("frame", {std::min(area.x * 0.64f, area.y), area.y});
+  begin_card("frame", {std::min(area.x * (low ? 0.5f : 0.64f), area.y), area.y});
   const ImVec2 room = ImGui::GetContentRegionAvail();
   if (!views.face.texture.empty()) {
     draw_picture("face picture", views.face.texture, room);
@@ -167,6 +171,7 @@ void draw_face_step(const Snapshot& snapshot, Views& views, Requests& requests) 
   end_card();
   ImGui::SameLine(0, px(16));
   begin_card("about", {0, area.y}, true);
+  if (low) draw_strip();
   if (const TrackedFrame* frame = find_tracked(track, snapshot.face_picture.frame))
     draw_about(snapshot, *frame, views.face_span.span, requests);
   end_card();

@@ -255,8 +255,7 @@ void draw_masks(const Snapshot& snapshot, Views& views, Requests& requests) {
         "found in the clip.");
     return;
   }
-  // Large letters in a small window: the picture needs the height more than the strip does.
-  const bool low = ImGui::GetContentRegionAvail().y < px(330);
+  const bool low = is_low();
   if (!low) draw_strip(snapshot, requests);
   const ImVec2 area = ImGui::GetContentRegionAvail();
   begin_card("mask", {std::min(area.x * 0.64f, area.y), area.y});

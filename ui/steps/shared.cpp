@@ -45,6 +45,8 @@ bool group_heading(const char* words, bool& open) {
   return open;
 }
 
+bool is_low() { return ImGui::GetContentRegionAvail().y < px(390); }
+
 void draw_nothing_yet(const char* words) {
   const ImVec2 area = ImGui::GetContentRegionAvail();
   const float wrap = std::min(area.x * 0.8f, px(460));

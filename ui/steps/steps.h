@@ -39,6 +39,9 @@ bool group_heading(const char* words, bool& open);
 void draw_card(const Snapshot& snapshot, const Card& card, Requests& requests);
 // In place of a result that is not there yet.
 void draw_nothing_yet(const char* words);
+// Large letters in a small window: a picture needs the height more than the strip above it, which then goes
+// into the card beside it.
+bool is_low();
 
 // One bar a frame of a clip, clicked to choose one. Long clips share columns: the tallest bar is shown.
 struct StripBar {

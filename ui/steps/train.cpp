@@ -43,13 +43,17 @@ void draw_buttons(const Snapshot& snapshot, Requests& requests) {
 void draw_numbers(const Snapshot& snapshot) {
   if (snapshot.curve.training.empty()) return;
   const TrainStatus& last = snapshot.curve.training.back();
-  ImGui::SameLine(0, px(22));
-  ImGui::AlignTextToFramePadding();
-  ImGui::PushStyleColor(ImGuiCol_Text, theme().colours.faint);
-  clipped_text(
+  const std::string words =
       fmt::format("{:.1f} dB   \u00b7   {:.0f} thousand rays a second   \u00b7   step {}   \u00b7   {}",
-                  last.train_psnr_db, last.rays_per_s / 1000, last.step, duration(last.seconds)),
-      ImGui::GetContentRegionAvail().x);
+                  last.train_psnr_db, last.rays_per_s / 1000, last.step, duration(last.seconds));
+  ImGui::SameLine(0, px(22));
+  if (ImGui::CalcTextSize(words.c_str()).x <= ImGui::GetContentRegionAvail().x) {
+    ImGui::AlignTextToFramePadding();
+  } else {
+    ImGui::NewLine();  // large letters: below the buttons
+  }
+  ImGui::PushStyleColor(ImGuiCol_Text, theme().colours.faint);
+  clipped_text(words, ImGui::GetContentRegionAvail().x);
   ImGui::PopStyleColor();
 }
 
@@ -177,7 +181,7 @@ void draw_train_step(const Snapshot& snapshot, Views& views, Requests& requests)
   const bool below = card && area.x < px(760);
   if (below) {
     ImGui::BeginChild("learning and card", area);
-    area = {ImGui::GetContentRegionAvail().x, std::max(area.y, px(240))};
+    area = {ImGui::GetContentRegionAvail().x, std::max(area.y, px(170))};
   } else if (card) {
     area.x = std::max(0.5f * area.x, area.x - px(400));
   }
