@@ -83,6 +83,13 @@ std::string channel_words(std::string_view channel) {
   return known ? known->words : std::string(channel);
 }
 
+std::string words_within(const ChannelGroup& group, std::string_view channel) {
+  const std::string words = channel_words(channel), first = words.substr(0, words.find(' '));
+  const bool repeats = group.words == first || group.words == first + "s";  // "Mouth", "Brows"
+  if (!repeats || first == words || !channel.starts_with(kActionChannel)) return words;
+  return capitalised(words.substr(first.size() + 1));
+}
+
 std::string preset_words(const Preset& preset) { return capitalised(preset.name); }
 
 ChannelScale channel_scale(std::string_view channel) {

@@ -34,6 +34,8 @@ struct ChannelGroup {
   std::string words;  // "Head", "Gaze", "Mouth", ..., "Camera"
   std::vector<std::string> channels;
 };
+// A channel's words under its group's heading, which need not be said again: "Smile, left" under "Mouth".
+std::string words_within(const ChannelGroup& group, std::string_view channel);
 std::vector<ChannelGroup> group_channels(const HeadModel& model);
 
 // What a moment asks for beyond what the capture showed; empty: nothing.

@@ -189,7 +189,7 @@ bool tick_box(const char* words, bool* on) {
 
 bool slider(const char* id, float* value, const SliderRange& range, const char* format, float width) {
   const Palette& p = theme().colours;
-  const float words = px(46), full = ImGui::GetFrameHeight(), slim = px(4);
+  const float words = px(62), full = ImGui::GetFrameHeight(), slim = px(4);
   const ImVec2 top = ImGui::GetCursorPos();
   ImGui::BeginGroup();
   ImGui::PushStyleVar(ImGuiStyleVar_FramePadding, ImVec2(slim, slim));
@@ -306,7 +306,7 @@ void note(const char* id, Tone tone, const std::string& what, const std::string&
   note_widget(id);
 }
 
-void clipped_text(const std::string& words, float width) {
+std::string shortened(const std::string& words, float width) {
   std::string shown = words;
   while (shown.size() > 1 && ImGui::CalcTextSize((shown + "…").c_str()).x > width &&
          ImGui::CalcTextSize(words.c_str()).x > width) {
@@ -314,8 +314,13 @@ void clipped_text(const std::string& words, float width) {
       shown.pop_back();
     } while (!shown.empty() && (static_cast<unsigned char>(shown.back()) & 0xC0) == 0x80);
   }
-  ImGui::TextUnformatted((shown.size() < words.size() ? shown + "…" : words).c_str());
-  if (shown.size() < words.size()) tooltip(words);
+  return shown.size() < words.size() ? shown + "…" : words;
+}
+
+void clipped_text(const std::string& words, float width) {
+  const std::string shown = shortened(words, width);
+  ImGui::TextUnformatted(shown.c_str());
+  if (shown != words) tooltip(words);
 }
 
 void tooltip(const std::string& words) {

@@ -63,7 +63,9 @@ void end_card();
 enum class Tone { plain, good, warn, bad };
 void note(const char* id, Tone tone, const std::string& what, const std::string& fix = {});
 
-// Text cut to a width with an ellipsis; the whole is its tooltip.
+// Cut to a width with an ellipsis, in the letters of the moment.
+std::string shortened(const std::string& words, float width);
+// The same drawn; the whole is its tooltip.
 void clipped_text(const std::string& words, float width);
 void tooltip(const std::string& words);  // of the item drawn last
 

@@ -34,6 +34,21 @@ TEST(ChannelWords, EveryChannelButSingleEyesIsInExactlyOneGroup) {
   EXPECT_EQ(grouped, wanted);
 }
 
+TEST(ChannelWords, UnderItsHeadingAChannelDoesNotRepeatIt) {
+  const ChannelGroup mouth{"Mouth", {}}, brows{"Brows", {}}, face{"Cheeks and nose", {}}, gaze{"Gaze", {}};
+  EXPECT_EQ(words_within(mouth, "action mouthLowerDown_R"), "Lower down, right");
+  EXPECT_EQ(words_within(mouth, "action tongueOut"), "Tongue out");
+  EXPECT_EQ(words_within(brows, "action browInnerUp"), "Inner up");
+  EXPECT_EQ(words_within(face, "action cheekPuff"), "Cheek puff");
+  EXPECT_EQ(words_within(gaze, "gaze yaw"), "Look aside");
+  // What is shortened is still told from its neighbours.
+  for (const ChannelGroup& group : group_channels(head())) {
+    std::set<std::string> words;
+    for (const std::string& channel : group.channels)
+      EXPECT_TRUE(words.insert(words_within(group, channel)).second) << channel;
+  }
+}
+
 TEST(ChannelWords, SlidersHoldTheRestOfTheirChannel) {
   for (const char* channel : kPoseChannels) {
     const ChannelScale scale = channel_scale(channel);

@@ -15,6 +15,7 @@ namespace likeness::ui {
 namespace {
 
 constexpr float kDegreesAPixel = 0.35f, kPlateFade_deg = 8;
+constexpr float kRounding = 6;         // px, of the view's corners
 constexpr float kNothingSeen = 0.02f;  // of a preset
 constexpr double kFadeADistance = 40;  // degrees that a camera twice as far away counts as
 
@@ -61,19 +62,40 @@ void draw_wipe(const FramePicture& picture, Views& views, const Fitted& place) {
   const float x = place.at.x + views.wipe * place.size.x;
   const ImVec2 end{place.at.x + place.size.x, place.at.y + place.size.y};
   list.PushClipRect({x, place.at.y}, end, true);
-  list.AddImage(views.truth.texture.imgui_id(), place.at, end);
+  list.AddImageRounded(views.truth.texture.imgui_id(), place.at, end, {0, 0}, {1, 1}, IM_COL32_WHITE,
+                       px(kRounding));
   list.PopClipRect();
   list.AddLine({x, place.at.y}, {x, end.y}, colour({1, 1, 1, 1}), px(2));
   list.AddCircleFilled({x, 0.5f * (place.at.y + end.y)}, px(9), colour({1, 1, 1, 1}));
-  const auto label = [&](const char* words, float at, bool right) {
-    const ImVec2 size = ImGui::CalcTextSize(words);
+  const auto label = [&](const std::string& words, float at, bool right) {
+    const ImVec2 size = ImGui::CalcTextSize(words.c_str());
     const float left = right ? at - size.x - px(20) : at;
     list.AddRectFilled({left, place.at.y + px(10)}, {left + size.x + px(20), place.at.y + px(18) + size.y},
                        colour({0, 0, 0, 0.55f}), px(5));
-    list.AddText({left + px(10), place.at.y + px(14)}, colour({1, 1, 1, 1}), words);
+    list.AddText({left + px(10), place.at.y + px(14)}, colour({1, 1, 1, 1}), words.c_str());
   };
   if (views.wipe > 0.12f) label("Avatar", place.at.x + px(10), false);
-  if (views.wipe < 0.88f) label("Clip", end.x - px(10), true);
+  if (views.wipe < 0.88f) label(fmt::format("Clip, frame {}", picture.frame), end.x - px(10), true);
+}
+
+// At the foot of the picture: beside it, it would push the picture away under the hand that turns it.
+void draw_beyond(const BeyondSeen& beyond, const Fitted& place) {
+  std::string words;
+  for (const std::string& line : beyond_words(beyond)) words += (words.empty() ? "" : "\n") + line;
+  if (words.empty()) return;
+  const Palette& p = theme().colours;
+  const float pad = px(10), mark = px(18), left = pad + mark + px(8),
+              wrap = std::max(px(40), place.size.x - left - pad);
+  const ImVec2 size = ImGui::CalcTextSize(words.c_str(), nullptr, false, wrap);
+  const ImVec2 high{place.at.x + place.size.x, place.at.y + place.size.y},
+      low{place.at.x, high.y - size.y - 2 * pad};
+  ImDrawList& list = *ImGui::GetWindowDrawList();
+  list.AddRectFilled(low, high, colour(p.panel, 0.9f), px(kRounding), ImDrawFlags_RoundCornersBottom);
+  draw_mark(list, {low.x + pad + 0.5f * mark, low.y + pad + 0.5f * ImGui::GetTextLineHeight()}, mark,
+            StepMark::attention, 0);
+  list.AddText(ImGui::GetFont(), ImGui::GetFontSize(), {low.x + left, low.y + pad}, colour(p.text),
+               words.c_str(), nullptr, wrap);
+  note_place("beyond", low, high);
 }
 
 void draw_view(const Snapshot& snapshot, Views& views, ImVec2 area, Requests& requests) {
@@ -123,29 +145,33 @@ void draw_view(const Snapshot& snapshot, Views& views, ImVec2 area, Requests& re
   backdrop.exposure = std::exp2(views.exposure_ev);
   const ImTextureID shown = views.render->draw(int(place.size.x), int(place.size.y), backdrop);
   const ImVec2 end{place.at.x + place.size.x, place.at.y + place.size.y};
-  ImGui::GetWindowDrawList()->AddImageRounded(shown, place.at, end, {0, 0}, {1, 1}, IM_COL32_WHITE, px(6));
+  ImGui::GetWindowDrawList()->AddImageRounded(shown, place.at, end, {0, 0}, {1, 1}, IM_COL32_WHITE,
+                                              px(kRounding));
   if (snapshot.comparing) {
     draw_wipe(snapshot.compare_picture, views, place);
     if (active && ImGui::IsMouseDown(ImGuiMouseButton_Left))
       views.wipe = std::clamp((ImGui::GetIO().MousePos.x - place.at.x) / place.size.x, 0.f, 1.f);
   } else {
+    draw_beyond(snapshot.directing.beyond, place);
     move_view(snapshot, place, hovered, active, requests);
   }
   if (let_go || (hovered && ImGui::GetIO().MouseWheel != 0)) requests.direct.finished = true;
 }
 
 // A slider of a channel at the playhead, with the range the clip showed.
-void draw_channel(const Snapshot& snapshot, const std::string& channel, Requests& requests) {
+void draw_channel(const Snapshot& snapshot, const ChannelGroup& group, const std::string& channel,
+                  Requests& requests) {
   const DirectingView& directing = snapshot.directing;
   const auto& limits = snapshot.contents->avatar->limits;
   const float start = ImGui::GetCursorPosX(), width = ImGui::GetContentRegionAvail().x, label = 0.42f * width;
-  std::string words = channel_words(channel);
+  std::string words = channel_words(channel), shown = words_within(group, channel);
   const bool both = directing.linked && channel.ends_with("_L");
-  if (both) words = words.substr(0, words.find(", left"));
+  for (std::string* side : {&words, &shown})
+    if (both) side->erase(side->find(", left"));
   ImGui::AlignTextToFramePadding();
   const bool course = has_course(*directing.performance, channel);
   if (course) ImGui::PushStyleColor(ImGuiCol_Text, theme().colours.accent);
-  clipped_text(words, label - px(6));
+  clipped_text(shown, label - px(6));
   if (course) ImGui::PopStyleColor();
   ImGui::SameLine(start + label);
   const ChannelScale scale = channel_scale(channel);
@@ -210,6 +236,10 @@ void draw_controls(const Snapshot& snapshot, Views& views, Requests& requests) {
   step_button(Command::redo, now, directing.redo_name, half, requests);
   if (group_heading("Drive live", views.open_drive)) draw_drive(snapshot, views, requests);
   ImGui::BeginDisabled(snapshot.comparing);
+  ImGui::Dummy({0, px(2)});
+  ImGui::PushFont(theme().fonts.strong);
+  ImGui::TextUnformatted("Expressions");
+  ImGui::PopFont();
   draw_presets(snapshot, requests);
   bool linked = directing.linked;
   if (tick_box("Link both sides", &linked)) requests.direct.linked = linked;
@@ -219,7 +249,7 @@ void draw_controls(const Snapshot& snapshot, Views& views, Requests& requests) {
     ImGui::PushID(int(number++));
     if (group_heading(group.words.c_str(), open))
       for (const std::string& channel : group.channels)
-        if (!directing.linked || !channel.ends_with("_R")) draw_channel(snapshot, channel, requests);
+        if (!directing.linked || !channel.ends_with("_R")) draw_channel(snapshot, group, channel, requests);
     ImGui::PopID();
   }
   ImGui::EndDisabled();
@@ -289,19 +319,18 @@ void draw_direct_step(const Snapshot& snapshot, Views& views, Requests& requests
     return;
   }
   const ImVec2 area = ImGui::GetContentRegionAvail();
-  const float side = std::min(px(330), 0.42f * area.x);
+  const float side = std::min(px(350), 0.42f * area.x);
   const float left = area.x - side - px(16);
   ImGui::BeginChild("stage", {left, area.y}, false,
                     ImGuiWindowFlags_NoScrollbar | ImGuiWindowFlags_NoScrollWithMouse);
   draw_bar(snapshot, requests);
-  if (!snapshot.comparing)
-    for (const std::string& words : beyond_words(snapshot.directing.beyond))
-      note(words.c_str(), Tone::warn, words);
   if (snapshot.comparing) draw_compare_strip(snapshot, requests);
-  const float foot = ImGui::GetFrameHeightWithSpacing(), timeline = timeline_height(snapshot, area.y);
-  draw_view(snapshot, views, {left, std::max(px(100), ImGui::GetContentRegionAvail().y - foot - timeline)},
-            requests);
-  draw_foot(snapshot, views, left);
+  const bool low = is_low();  // the picture needs the foot's height more
+  const float foot = low ? 0 : ImGui::GetFrameHeightWithSpacing(),
+              timeline = timeline_height(snapshot, area.y);
+  const float rest = foot + ImGui::GetStyle().ItemSpacing.y + timeline;
+  draw_view(snapshot, views, {left, std::max(px(100), ImGui::GetContentRegionAvail().y - rest)}, requests);
+  if (!low) draw_foot(snapshot, views, left);
   draw_timeline(snapshot, views, {left, timeline}, requests);
   ImGui::EndChild();
   ImGui::SameLine(0, px(16));

@@ -17,7 +17,7 @@ namespace likeness::ui {
 
 namespace {
 
-constexpr float kLabels = 118;
+constexpr float kLabels = 142;
 constexpr int kMostRows = 7;  // before they scroll
 
 // Two ascending lists of times as one, in which each time stands once.
@@ -195,15 +195,28 @@ void draw_row(const TimelinePlace& place, const TimelineRow& row, int number) {
   const std::string words = row.keys ? channel_words(row.channel) : "All keys";
   ImFont* font = row.keys ? theme().fonts.small : theme().fonts.strong;
   const float size = theme().fonts.small->FontSize;
-  list.PushClipRect({place.at.x, top}, {place.left - px(8), bottom}, true);
+  ImGui::PushFont(font);
+  const std::string shown = shortened(words, place.left - px(14) - place.at.x);
+  ImGui::PopFont();
   list.AddText(font, size, {place.at.x + px(6), top + 0.5f * (px(kRow) - size)}, colour(p.text),
-               words.c_str());
-  list.PopClipRect();
+               shown.c_str());
   list.PushClipRect({place.left - px(6), top}, {right, bottom}, true);
   if (row.keys) draw_course(place, row, top);
   draw_keys(place, row.times, row.chosen, 0.5f * (top + bottom));
   list.PopClipRect();
   note_place(row.keys ? "row " + row.channel : "row all keys", {place.left, top}, {right, bottom});
+}
+
+void draw_no_keys(const TimelinePlace& place) {
+  ImFont* font = theme().fonts.small;
+  const float left = place.left + px(10);
+  ImGui::PushFont(font);
+  const std::string words = shortened("No keys yet: turn on Record keys, choose a time, and pose the avatar.",
+                                      place.at.x + place.size.x - left);
+  ImGui::PopFont();
+  ImGui::GetWindowDrawList()->AddText(font, font->FontSize,
+                                      {left, place.row_top(0) + 0.5f * (px(kRow) - font->FontSize)},
+                                      colour(theme().colours.faint), words.c_str());
 }
 
 void draw_playhead(const TimelinePlace& place, double playhead_s) {
@@ -277,6 +290,7 @@ void draw_timeline(const Snapshot& snapshot, Views& views, ImVec2 size, Requests
     ImDrawList& list = *ImGui::GetWindowDrawList();
     draw_ruler(place, directing);
     draw_row(place, rows.front(), 0);
+    if (directing.performance->channels.empty()) draw_no_keys(place);
     const float rows_top = place.row_top(0) + px(kRow), bottom = place.at.y + place.size.y;
     list.PushClipRect({place.at.x, rows_top}, {place.at.x + place.size.x, bottom}, true);
     for (int r = 1; r < int(rows.size()); ++r)
