@@ -67,9 +67,11 @@ void begin_part(const char* name, ImVec2 at, ImVec2 size, const ImVec4& ground, 
 
 void draw_step(const Snapshot& snapshot, Views& views, Requests& requests) {
   const StepView& view = snapshot.step(snapshot.shown);
+  const float top = ImGui::GetCursorPosY();
   ImGui::PushFont(theme().fonts.heading);
   ImGui::TextUnformatted(step_words(snapshot.shown).data());
   ImGui::PopFont();
+  const float below = top + theme().fonts.heading->FontSize + px(6) + ImGui::GetStyle().ItemSpacing.y;
   std::string words = view.found;
   if (!view.next.empty() && !view.error) words += (words.empty() ? "" : "  ") + view.next;
   if (!words.empty()) {
@@ -82,6 +84,8 @@ void draw_step(const Snapshot& snapshot, Views& views, Requests& requests) {
     }
     faint_text(words);
   }
+  // With words or without: what is below does not move when they come.
+  ImGui::SetCursorPosY(std::max(below, ImGui::GetCursorPosY()));
   ImGui::Dummy({0, px(2)});
   if (!snapshot.contents) return draw_nothing_yet("Reading the project...");
   switch (snapshot.shown) {

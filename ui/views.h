@@ -79,6 +79,7 @@ struct Views {
   float exposure_ev = 0;  // of the avatar's view only
   float wipe = 0.5f;      // of the comparison: share of the view that is the avatar
   std::array<bool, 9> open_groups{true, false, true};
+  float export_what = 300, export_how = 300;  // px: how high the cards of these were
   bool open_drive = true, open_gains = false;
   TimelineSight timeline;
   MaskSight masks;

@@ -142,7 +142,7 @@ void draw_background(const Snapshot& snapshot, ExportChoice& asked, Requests& re
 }
 
 void draw_rate(ExportChoice& asked) {
-  choice_label("Pictures a s", px(kLabel));
+  choice_label("Pictures/s", px(kLabel));
   bool first = true;
   for (const int rate : {24, 25, 30, 50, 60}) {
     const std::string words = fmt::format("{}", rate);
@@ -219,9 +219,17 @@ void draw_item(const ExportItem& item, Requests& requests) {
   const bool working = is_working(item.status);
   ImGui::PushID(item.number);
   const Palette& p = theme().colours;
-  const float buttons = px(230), line = ImGui::GetTextLineHeight();
+  // At the right edge, whichever of them there are.
+  const ImGuiStyle& style = ImGui::GetStyle();
+  const auto width_of = [&](const char* words) {
+    return ImGui::CalcTextSize(words).x + 2 * style.FramePadding.x;
+  };
+  const char* own = working || state == JobState::none ? "Stop" : "Take off the list";
+  const bool again = state == JobState::failed || state == JobState::stopped;
+  const float buttons = width_of(own) + (again ? width_of("Try again") + style.ItemSpacing.x : 0),
+              line = ImGui::GetTextLineHeight();
   const ImVec2 at = ImGui::GetCursorScreenPos();
-  const float wide = ImGui::GetContentRegionAvail().x - buttons;
+  const float wide = ImGui::GetContentRegionAvail().x - buttons - px(12);
   draw_mark(*ImGui::GetWindowDrawList(), {at.x + 0.55f * line, at.y + 0.62f * line}, line,
             working                      ? StepMark::running
             : state == JobState::done    ? StepMark::done
@@ -245,15 +253,12 @@ void draw_item(const ExportItem& item, Requests& requests) {
   ImGui::EndGroup();
   ImGui::SameLine(ImGui::GetContentRegionMax().x - buttons);
   ImGui::BeginGroup();
-  if (working || state == JobState::none) {
-    if (plain_button("Stop", state != JobState::stopping)) requests.stop_export = item.number;
-  } else {
-    if (state != JobState::done) {
-      if (plain_button("Try again")) requests.retry_export = item.number;
-      ImGui::SameLine();
-    }
-    if (plain_button("Take off the list")) requests.forget_export = item.number;
+  if (again) {
+    if (plain_button("Try again")) requests.retry_export = item.number;
+    ImGui::SameLine();
   }
+  if (plain_button(own, state != JobState::stopping))
+    (working || state == JobState::none ? requests.stop_export : requests.forget_export) = item.number;
   ImGui::EndGroup();
   if (working) progress_bar(float(item.status.fraction), 4);
   ImGui::Dummy({0, px(2)});
@@ -261,6 +266,7 @@ void draw_item(const ExportItem& item, Requests& requests) {
 }
 
 void draw_queue(const Snapshot& snapshot, Requests& requests) {
+  if (snapshot.situation.exporting) ImGui::AlignTextToFramePadding();
   title("Exports");
   if (snapshot.exports.empty()) {
     faint_text("Files go to " + (snapshot.contents->project.folder / "exports").string());
@@ -275,10 +281,26 @@ void draw_queue(const Snapshot& snapshot, Requests& requests) {
   faint_text("Files are in " + (snapshot.contents->project.folder / "exports").string());
 }
 
+// What is to be chosen before it can be exported; empty: nothing.
+std::string missing_words(const ExportChoice& choice, const Performance& directed) {
+  if (choice.kind == ExportKind::driven && choice.clip.empty())
+    return "Choose the clip that drives the avatar first.";
+  const bool performs = choice.kind == ExportKind::performance || (!makes_pictures(choice) && choice.moving);
+  if (performs && choice.performance.empty() && directed.channels.empty())
+    return "There is no performance yet: direct one in the step Direct, or choose a file of one.";
+  if (makes_pictures(choice) && choice.ground == ExportGround::picture && choice.picture.empty())
+    return "Choose the picture of the background first.";
+  return {};
+}
+
+// As high as what was in it, kept for the next frame.
+void note_height(float& height) {
+  height = ImGui::GetCursorPosY() - ImGui::GetStyle().ItemSpacing.y + ImGui::GetStyle().WindowPadding.y;
+}
+
 }  // namespace
 
 void draw_export_step(const Snapshot& snapshot, Views& views, Requests& requests) {
-  (void)views;
   if (!snapshot.contents || !snapshot.contents->avatar) {
     draw_nothing_yet("Pictures and films of the avatar are written here, as soon as there is one.");
     return;
@@ -293,23 +315,33 @@ void draw_export_step(const Snapshot& snapshot, Views& views, Requests& requests
   const bool low = narrow || ImGui::GetContentRegionAvail().y < px(430);
   if (low) ImGui::BeginChild("export step", ImGui::GetContentRegionAvail());
   const ImVec2 area = ImGui::GetContentRegionAvail();
-  const float tall = low ? px(300) : std::max(px(200), std::min(px(350), 0.6f * area.y)), gap = px(16);
+  // Within what scrolls, nothing scrolls again: the cards are as high as what is in them.
+  const float both = std::max(views.export_what, views.export_how), gap = px(16);
+  const float tall = low ? both : std::max(px(200), std::min(px(364), 0.6f * area.y));
   ExportChoice asked = snapshot.export_choice;
-  begin_card("what", {narrow ? 0 : 0.42f * (area.x - gap), narrow ? px(220) : tall}, true);
+  begin_card("what", {narrow ? 0 : 0.42f * (area.x - gap), narrow ? views.export_what : tall}, true);
   draw_kinds(snapshot, asked, requests);
+  note_height(views.export_what);
   end_card();
   if (!narrow) ImGui::SameLine(0, gap);
-  begin_card("how", {0, tall}, true);
+  begin_card("how", {0, narrow ? views.export_how : tall}, true);
   draw_manner(snapshot, asked, requests);
+  note_height(views.export_how);
   end_card();
   asked = settled(asked, snapshot.directing.view, snapshot.contents->avatar->avatar);
   if (!(asked == snapshot.export_choice)) requests.export_choice = asked;
   const Command command = words_of(asked.kind).command;
+  const std::string missing = missing_words(asked, *snapshot.directing.performance);
+  const std::string beside = !missing.empty()               ? missing
+                             : snapshot.situation.exporting ? "It takes its turn after those below."
+                                                            : "";
+  ImGui::BeginDisabled(!missing.empty());
   if (command_button(command, snapshot.situation, true)) requests.ask(command);
-  if (snapshot.situation.exporting) {
+  ImGui::EndDisabled();
+  if (!beside.empty()) {
     ImGui::SameLine(0, px(14));
     ImGui::AlignTextToFramePadding();
-    faint_text("It takes its turn after those below.");
+    faint_text(beside);
   }
   begin_card("queue", {0, low ? px(240) : 0}, true);
   draw_queue(snapshot, requests);
