@@ -117,6 +117,7 @@ struct CommandInfo {
   std::string_view words;     // in menus and on buttons
   std::string_view shortcut;  // "Ctrl+O", "F1", "Space"; empty: none
   bool (*enabled)(const Situation&);
+  bool begins_group = false;  // in its menu: a line stands above it
 };
 
 std::span<const CommandInfo> command_table();

@@ -178,9 +178,10 @@ std::optional<fs::path> FileBrowser::draw() {
     ImGui::SameLine(ImGui::GetStyle().WindowPadding.x + line + px(10));
     clipped_text(entry.name, ImGui::GetContentRegionAvail().x - px(120));
     if (entry.bytes > 0) {
-      ImGui::SameLine(ImGui::GetContentRegionMax().x - px(90));
+      const std::string size = size_words(entry.bytes);
+      ImGui::SameLine(ImGui::GetContentRegionMax().x - ImGui::CalcTextSize(size.c_str()).x - px(6));
       ImGui::PushStyleColor(ImGuiCol_Text, theme().colours.faint);
-      ImGui::TextUnformatted(size_words(entry.bytes).c_str());
+      ImGui::TextUnformatted(size.c_str());
       ImGui::PopStyleColor();
     }
     ImGui::PopID();

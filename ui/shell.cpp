@@ -2,11 +2,13 @@
 #include "ui/shell.h"
 
 #include <GLFW/glfw3.h>
+#include <fmt/format.h>
 #include <imgui.h>
 
 #include <algorithm>
 #include <array>
 #include <cctype>
+#include <string_view>
 #include <vector>
 
 #include "ui/keyboard.h"
@@ -106,33 +108,37 @@ void draw_step(const Snapshot& snapshot, Views& views, Requests& requests) {
   }
 }
 
-// In two columns where there is room, and scrolled where they are still too high.
+// In as many columns as there is room for, and scrolled where they are still too high.
 void draw_shortcuts() {
   heading("Keyboard shortcuts");
-  std::vector<const CommandInfo*> rows;
+  std::vector<std::pair<std::string_view, std::string_view>> rows{
+      {"Go to the next control", "Tab"}, {"Press it", "Enter"}, {"Go to the menus", "F10"}};
   for (const CommandInfo& info : command_table())
-    if (!info.shortcut.empty()) rows.push_back(&info);
+    if (!info.shortcut.empty()) rows.emplace_back(info.words, info.shortcut);
   const ImVec2 screen = ImGui::GetMainViewport()->WorkSize;
-  const float width = std::min(px(860), 0.86f * screen.x);
-  const std::size_t columns = width >= px(700) ? 2 : 1, high = (rows.size() + columns - 1) / columns;
+  const float width = std::min(px(1100), 0.86f * screen.x);
+  const std::size_t columns = width >= px(1000)  ? 3
+                              : width >= px(700) ? 2
+                                                 : 1,
+                    high = (rows.size() + columns - 1) / columns;
   const float line = ImGui::GetTextLineHeight() + 2 * px(3);
   ImGui::BeginChild("key list", {width, std::min((float(high) + 0.5f) * line, 0.68f * screen.y)});
-  note_widget("key list");
+  note_view("key list");
   ImGui::PushStyleVar(ImGuiStyleVar_CellPadding, ImVec2(px(8), px(3)));
   if (ImGui::BeginTable("keys", int(2 * columns), ImGuiTableFlags_None)) {
     for (std::size_t c = 0; c < columns; ++c) {
-      ImGui::TableSetupColumn(c == 0 ? "words" : "more words", ImGuiTableColumnFlags_WidthStretch);
-      ImGui::TableSetupColumn(c == 0 ? "keys" : "more keys", ImGuiTableColumnFlags_WidthFixed, px(130));
+      ImGui::TableSetupColumn(fmt::format("words {}", c).c_str(), ImGuiTableColumnFlags_WidthStretch);
+      ImGui::TableSetupColumn(fmt::format("keys {}", c).c_str(), ImGuiTableColumnFlags_WidthFixed, px(130));
     }
     for (std::size_t r = 0; r < high; ++r) {
       ImGui::TableNextRow();
       for (std::size_t c = 0; c < columns && c * high + r < rows.size(); ++c) {
-        const CommandInfo& info = *rows[c * high + r];
+        const auto& [words, keys] = rows[c * high + r];
         ImGui::TableNextColumn();
-        ImGui::TextUnformatted(info.words.data());
+        ImGui::TextUnformatted(words.data(), words.data() + words.size());
         ImGui::TableNextColumn();
         ImGui::PushStyleColor(ImGuiCol_Text, theme().colours.faint);
-        ImGui::TextUnformatted(info.shortcut.data());
+        ImGui::TextUnformatted(keys.data(), keys.data() + keys.size());
         ImGui::PopStyleColor();
       }
     }
@@ -140,6 +146,22 @@ void draw_shortcuts() {
   }
   ImGui::PopStyleVar();
   ImGui::EndChild();
+}
+
+// Of a command that turns something on and off.
+bool is_on(Command command, const Snapshot& snapshot) {
+  switch (command) {
+    case Command::record_keys:
+      return snapshot.directing.record_keys;
+    case Command::repeat:
+      return snapshot.directing.looping;
+    case Command::compare:
+      return snapshot.comparing;
+    case Command::record_drive:
+      return snapshot.live.status.recording;
+    default:
+      return false;
+  }
 }
 
 bool keeps_work(const Snapshot& snapshot) {
@@ -261,7 +283,9 @@ void Shell::draw_menus(const Snapshot& snapshot, Requests& requests) {
       if (!open) continue;
       for (const CommandInfo& info : command_table()) {
         if (info.menu != menu) continue;
-        if (ImGui::MenuItem(info.words.data(), info.shortcut.data(), false, info.enabled(snapshot.situation)))
+        if (info.begins_group) ImGui::Separator();
+        if (ImGui::MenuItem(info.words.data(), info.shortcut.data(), is_on(info.command, snapshot),
+                            info.enabled(snapshot.situation)))
           requests.ask(info.command);
         note_widget(std::string("item ") + info.words.data());
       }
