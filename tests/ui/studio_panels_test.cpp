@@ -1,7 +1,10 @@
 // Every panel in every state, from snapshots made by hand: nothing crashes, every view has pixels, at every
 // scale and in light and dark.
+#include <GLFW/glfw3.h>
 #include <fmt/format.h>
 #include <gtest/gtest.h>
+
+#include <set>
 
 #include "tests/core/train/ball_scene.h"
 #include "tests/golden/expect_golden.h"
@@ -512,6 +515,114 @@ TEST_F(Panels, KeysDoWhatTheTableSays) {
   EXPECT_TRUE(draw_frame(s).commands.empty());
 }
 
+// Tab goes through the panels, Enter presses: from wherever it begins, once round asks for everything.
+TEST_F(Panels, TabReachesWhatCanBePressed) {
+  Snapshot s;
+  s.settings.recent = {"/home/me/Likeness/Ada.likeness"};
+  settled(s);
+  std::vector<Command> asked;
+  std::optional<std::filesystem::path> opened;
+  const auto press = [&](int key) {
+    InjectedInput keys;
+    for (const int now : {key, 0}) {
+      keys.key = now;
+      TestWindow::get().window->inject(keys);
+      const Requests requests = draw_frame(s);
+      asked.insert(asked.end(), requests.commands.begin(), requests.commands.end());
+      if (requests.open) opened = requests.open;
+    }
+  };
+  for (int i = 0; i < 6; ++i) {
+    press(GLFW_KEY_TAB);
+    if (i == 0) keep_shot("start_keyboard");
+    press(GLFW_KEY_ENTER);
+  }
+  EXPECT_EQ((std::set<Command>(asked.begin(), asked.end())),
+            (std::set{Command::open_clip, Command::record_clip, Command::open_project, Command::try_demo,
+                      Command::film_guide}));
+  EXPECT_EQ(opened, s.settings.recent[0]);
+  // The menus: the first opens, and its second item is asked for.
+  asked.clear();
+  for (const int key : {GLFW_KEY_F10, GLFW_KEY_DOWN, GLFW_KEY_DOWN, GLFW_KEY_ENTER}) press(key);
+  EXPECT_EQ(asked, std::vector{Command::record_clip});
+  // What cannot be pressed is passed over: there is no way into it.
+  s.situation.running = true;
+  settled(s);
+  asked.clear();
+  for (int i = 0; i < 6; ++i) press(GLFW_KEY_TAB), press(GLFW_KEY_ENTER);
+  EXPECT_EQ((std::set<Command>(asked.begin(), asked.end())), std::set{Command::film_guide});
+}
+
+TEST_F(Panels, ArrowKeysStepThroughAStripThatTabReached) {
+  const Snapshot s = snapshot_of(Step::check, Look::done);
+  settled(s);
+  std::optional<int> frame;
+  const auto press = [&](int key) {
+    InjectedInput keys;
+    for (const int now : {key, 0}) {
+      keys.key = now;
+      TestWindow::get().window->inject(keys);
+      if (const Requests requests = draw_frame(s); requests.check_frame) frame = requests.check_frame;
+    }
+  };
+  for (int i = 0; i < 20 && !frame; ++i) press(GLFW_KEY_TAB), press(GLFW_KEY_RIGHT);
+  EXPECT_EQ(frame, 9);  // after the one that is shown
+  press(GLFW_KEY_LEFT);
+  EXPECT_EQ(frame, 7);
+}
+
+// All of it is in the view, and it lies in the middle.
+TEST_F(Panels, TheCamerasAndTheHeadFillTheirView) {
+  for (const int scale : {100, 200}) {
+    Snapshot s = snapshot_of(Step::cameras, Look::done);
+    s.settings.scale_percent = scale;
+    settled(s);
+    test::click("Look at all", [&] { draw_frame(s); });
+    const Image8 screen = settled(s);
+    const Rectangle view = noted_widgets().at("camera view");
+    const ImVec4& ground = theme().colours.panel;
+    const Rectangle inside{{view.low.x + 2, view.low.y + 2}, {view.high.x - 2, view.high.y - 2}};
+    float left = inside.high.x, right = inside.low.x, top = inside.high.y, bottom = inside.low.y;
+    for (float y = inside.low.y; y < inside.high.y; ++y)
+      for (float x = inside.low.x; x < inside.high.x; ++x) {
+        if (test::ink_share(screen, {{x, y}, {x + 1, y + 1}}, ground) > 0) continue;
+        left = std::min(left, x), right = std::max(right, x), top = std::min(top, y),
+        bottom = std::max(bottom, y);
+      }
+    const float width = inside.high.x - inside.low.x, height = inside.high.y - inside.low.y;
+    EXPECT_GT(std::max((right - left) / width, (bottom - top) / height), 0.75f) << scale;
+    EXPECT_NEAR((left + right) / 2, (inside.low.x + inside.high.x) / 2, 0.08f * width) << scale;
+    EXPECT_NEAR((top + bottom) / 2, (inside.low.y + inside.high.y) / 2, 0.08f * height) << scale;
+  }
+}
+
+TEST_F(Panels, LargeLettersLeaveThePicturesTheirRoom) {
+  for (const auto& [step, widget] :
+       {std::pair{Step::check, "check picture"}, std::pair{Step::face, "face picture"}}) {
+    Snapshot s = snapshot_of(step, Look::done);
+    s.settings.scale_percent = 200;
+    const Image8 screen = settled(s);
+    const Rectangle picture = noted_widgets().at(widget);
+    EXPECT_GT(picture.high.y - picture.low.y, 0.4f * float(screen.height)) << widget;
+  }
+}
+
+// A warning does not push the picture away under the hand that turns it.
+TEST_F(Panels, AWarningLeavesTheAvatarWhereItIs) {
+  Snapshot s = snapshot_of(Step::direct, Look::done);
+  settled(s);
+  EXPECT_FALSE(noted_widgets().contains("beyond"));
+  const Rectangle before = noted_widgets().at("avatar view");
+  s.directing.beyond = {0.6, {"jawOpen"}};
+  settled(s);
+  keep_shot("direct_beyond");
+  const Rectangle after = noted_widgets().at("avatar view"), warning = noted_widgets().at("beyond");
+  EXPECT_EQ(after.low.y, before.low.y);
+  EXPECT_EQ(after.high.y, before.high.y);
+  EXPECT_GT(warning.low.y, after.low.y + 0.5f * (after.high.y - after.low.y));
+  EXPECT_EQ(warning.high.y, after.high.y);
+}
+
 TEST_F(Panels, QuestionsAreShownAndClosed) {
   const Snapshot s = snapshot_of(Step::train, Look::running);
   Shell& shell = *TestWindow::get().shell;
@@ -736,6 +847,25 @@ TEST_F(Panels, TheExportPanelAsksForWhatItsKindNeeds) {
               kind == ExportKind::performance || kind == ExportKind::mesh);
     EXPECT_EQ(noted_widgets().contains("glTF (.glb)"), kind == ExportKind::mesh);
   }
+}
+
+TEST_F(Panels, WhatIsMissingIsSaidBeforeItIsExported) {
+  Snapshot s = snapshot_of(Step::export_out, Look::done);
+  const auto asked = [&](ExportKind kind) {
+    s.export_choice.kind = kind;
+    settled(s);
+    bool any = false;
+    const Command command = kind == ExportKind::driven ? Command::export_driven : Command::export_performance;
+    test::click(command_info(command).words.data(), [&] { any |= !draw_frame(s).commands.empty(); });
+    return any;
+  };
+  EXPECT_FALSE(asked(ExportKind::driven));
+  keep_shot("export_missing");
+  EXPECT_FALSE(asked(ExportKind::performance));
+  s.export_choice.clip = "/home/me/Videos/friend.mp4";
+  s.export_choice.performance = "/home/me/Likeness/hello.json";
+  EXPECT_TRUE(asked(ExportKind::driven));
+  EXPECT_TRUE(asked(ExportKind::performance));
 }
 
 TEST_F(Panels, ExportsAreStoppedTriedAgainAndTakenOffTheList) {
