@@ -25,15 +25,17 @@ constexpr ImGuiWindowFlags kFixed =
     ImGuiWindowFlags_NoDecoration | ImGuiWindowFlags_NoMove | ImGuiWindowFlags_NoSavedSettings |
     ImGuiWindowFlags_NoBringToFrontOnFocus | ImGuiWindowFlags_NoScrollWithMouse;
 
+// The window reports keys by their place; letters are asked for by what the user's layout writes there.
+int key_that_writes(char letter, int otherwise) {
+  for (int k = GLFW_KEY_APOSTROPHE; k <= GLFW_KEY_GRAVE_ACCENT; ++k)
+    if (const char* name = glfwGetKeyName(k, 0);
+        name && name[0] && !name[1] && std::toupper(static_cast<unsigned char>(name[0])) == letter)
+      return k;
+  return otherwise;
+}
+
 int glfw_key(const std::string& key) {
-  if (key.size() == 1) {
-    // The window reports keys by their place; letters are asked for by what the user's layout writes there.
-    for (int k = GLFW_KEY_APOSTROPHE; k <= GLFW_KEY_GRAVE_ACCENT; ++k)
-      if (const char* name = glfwGetKeyName(k, 0);
-          name && name[0] && !name[1] && std::toupper(static_cast<unsigned char>(name[0])) == key[0])
-        return k;
-    return key[0];
-  }
+  if (key.size() == 1) return key_that_writes(key[0], key[0]);
   if (key == "F1") return GLFW_KEY_F1;
   if (key == "Enter") return GLFW_KEY_ENTER;
   if (key == "Up") return GLFW_KEY_UP;
@@ -44,9 +46,20 @@ int glfw_key(const std::string& key) {
   if (key == "End") return GLFW_KEY_END;
   if (key == "Space") return GLFW_KEY_SPACE;
   if (key == "Delete") return GLFW_KEY_DELETE;
-  if (key == "Plus") return GLFW_KEY_EQUAL;
-  if (key == "Minus") return GLFW_KEY_MINUS;
+  if (key == "Plus") return key_that_writes('+', GLFW_KEY_EQUAL);
+  if (key == "Minus") return key_that_writes('-', GLFW_KEY_MINUS);
   return -1;
+}
+
+bool is_pressed(const Shortcut& keys) {
+  const ImGuiIO& io = ImGui::GetIO();
+  if (io.KeyCtrl != keys.ctrl) return false;
+  const auto pressed = [](int key) { return key >= 0 && ImGui::IsKeyPressed(key, false); };
+  // The sign is on the number pad as well, and in many layouts only with Shift.
+  const bool plus = keys.key == "Plus";
+  if (plus && (pressed(GLFW_KEY_KP_ADD) || pressed(glfw_key(keys.key)))) return true;
+  if (keys.key == "Minus" && pressed(GLFW_KEY_KP_SUBTRACT)) return true;
+  return !plus && io.KeyShift == keys.shift && pressed(glfw_key(keys.key));
 }
 
 // Keys that mean something to a field in which something is being typed.
@@ -302,11 +315,9 @@ void Shell::press_keys(const Snapshot& snapshot, Requests& requests) {
   for (const CommandInfo& info : command_table()) {
     if (info.shortcut.empty() || !info.enabled(snapshot.situation)) continue;
     const Shortcut keys = parse_shortcut(info.shortcut);
-    const int key = glfw_key(keys.key);
-    if (key < 0 || io.KeyCtrl != keys.ctrl || io.KeyShift != keys.shift) continue;
     if (io.WantTextInput && belongs_to_typing(keys)) continue;
-    if (key == GLFW_KEY_SPACE && io.NavVisible) continue;  // it presses what the keyboard has reached
-    if (ImGui::IsKeyPressed(key, false)) requests.ask(info.command);
+    if (keys.key == "Space" && io.NavVisible) continue;  // it presses what the keyboard has reached
+    if (is_pressed(keys)) requests.ask(info.command);
   }
 }
 

@@ -513,6 +513,15 @@ TEST_F(Panels, KeysDoWhatTheTableSays) {
   EXPECT_EQ(draw_frame(s).commands, std::vector{Command::undo});
   TestWindow::get().window->inject(InjectedInput{});
   EXPECT_TRUE(draw_frame(s).commands.empty());
+  // A plus is a plus with Shift, without it, and on the number pad.
+  for (const auto& [key, shift] : {std::pair{GLFW_KEY_EQUAL, true}, std::pair{GLFW_KEY_EQUAL, false},
+                                   std::pair{GLFW_KEY_KP_ADD, false}}) {
+    keys.key = key, keys.shift = shift;
+    TestWindow::get().window->inject(keys);
+    EXPECT_EQ(draw_frame(s).commands, std::vector{Command::larger}) << key;
+    TestWindow::get().window->inject(InjectedInput{});
+    draw_frame(s);
+  }
 }
 
 // Tab goes through the panels, Enter presses: from wherever it begins, once round asks for everything.
