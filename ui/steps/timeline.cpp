@@ -258,6 +258,7 @@ float timeline_height(const Snapshot& snapshot, float area) {
   const int rows = 1 + std::min(kMostRows, int(snapshot.directing.performance->channels.size()));
   const float head = ImGui::GetTextLineHeight() + px(14), gap = ImGui::GetStyle().ItemSpacing.y;
   const float least = head + px(kRuler) + px(kRow) + 2 * gap;
+  if (snapshot.comparing) return least;  // it rests meanwhile: the picture takes the room
   return std::max(least, std::min(head + px(kRuler) + float(rows) * px(kRow) + 2 * gap, 0.36f * area));
 }
 
