@@ -767,6 +767,37 @@ TEST_F(Panels, APlanThatWillNotFitOffersASmallerOne) {
   EXPECT_EQ(size, 512);
 }
 
+TEST_F(Panels, FurtherClipsAreListedAddedAndTakenOut) {
+  Snapshot s = snapshot_of(Step::film, Look::done);
+  auto contents = std::make_shared<ProjectContents>(*s.contents);
+  contents->further = {
+      {2, "ada-at-the-window-with-a-very-long-name-from-her-phone.mp4", std::nullopt, StageState::done,
+       "Built-in head; 180 frames good, 4 weak, 0 lost; landmarks within 1.26 px."},
+      {3, "wall.mp4", std::nullopt, StageState::failed, "A face was found in 0 of 180 frames."},
+      {4, "new.mp4", std::nullopt, StageState::to_do, ""}};
+  s.contents = contents;
+  for (const int percent : {100, 200}) {
+    s.settings.scale_percent = percent;
+    settled(s);
+    keep_shot(fmt::format("further_clips_{}", percent));
+    const Rectangle button = noted_widgets().at("Take out");
+    EXPECT_LT(button.high.x, ImGui::GetIO().DisplaySize.x) << percent;
+  }
+  s.settings.scale_percent = 100;
+  settled(s);
+  std::vector<Command> asked;
+  std::optional<int> taken;
+  const auto watch = [&] {
+    const Requests requests = draw_frame(s);
+    asked.insert(asked.end(), requests.commands.begin(), requests.commands.end());
+    if (requests.remove_clip) taken = requests.remove_clip;
+  };
+  test::click("Take out", watch);
+  EXPECT_EQ(taken, 4);
+  test::click("Add a clip of this person...", watch);
+  EXPECT_EQ(asked, std::vector{Command::add_clip});
+}
+
 TEST_F(Panels, ADeletionIsAskedForAndAnswered) {
   const Snapshot s = snapshot_of(Step::film, Look::done);
   std::optional<bool> answer;

@@ -135,6 +135,36 @@ TEST_F(StudioState, AMovedClipIsFoundAgainAndAnotherOneRefused) {
   EXPECT_EQ(open_project(project_.folder())->options.video, moved);
 }
 
+TEST_F(StudioState, AFurtherClipIsAddedMakesTheAvatarOldAndIsTakenOut) {
+  open();
+  const fs::path second = project_.root / "second.mp4";
+  auto writer = VideoWriter::create(second, 64, 48);
+  ASSERT_TRUE(writer.ok());
+  for (int i = 0; i < 5; ++i) ASSERT_TRUE(writer->add(Image8(64, 48, 3, std::uint8_t(200 - 40 * i))).ok());
+  ASSERT_TRUE(writer->finish().ok());
+  Requests wanted;
+  wanted.add_clip = second;
+  wanted.budget_s = 900;  // asked for while the list is being written: must not write the old one over it
+  ask(wanted);
+  ASSERT_TRUE(until([](const Snapshot& s) { return s.contents && s.contents->further.size() == 1; }));
+  EXPECT_EQ(studio_->snapshot().contents->further[0].name, "second.mp4");
+  EXPECT_EQ(studio_->snapshot().contents->further[0].state, StageState::to_do);
+  EXPECT_EQ(open_project(project_.folder())->further_clips, std::vector<int>{2});
+  EXPECT_FALSE(studio_->snapshot().contents->is_current(Stage::train));
+  EXPECT_FALSE(studio_->snapshot().message.empty());
+  wanted = {};
+  wanted.add_clip = second;
+  ask(wanted);
+  ASSERT_TRUE(until([](const Snapshot& s) { return s.error.has_value(); }));
+  wanted = {};
+  wanted.dismiss_error = true;
+  wanted.remove_clip = 2;
+  ask(wanted);
+  ASSERT_TRUE(until([](const Snapshot& s) { return s.contents && s.contents->further.empty(); }));
+  EXPECT_TRUE(fs::exists(second));
+  EXPECT_TRUE(open_project(project_.folder())->further_clips.empty());
+}
+
 TEST_F(StudioState, ADeletedPersonIsGoneAndForgotten) {
   open();
   EXPECT_FALSE(studio_->snapshot().settings.recent.empty());

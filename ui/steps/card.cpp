@@ -36,6 +36,7 @@ void draw_expressions(const Card& card) {
         words[0] = char(std::tolower(static_cast<unsigned char>(words[0])));
       names += (names.empty() ? "" : ", ") + words;
     }
+    ImGui::Dummy({0, px(2)});
     ImGui::PushStyleColor(ImGuiCol_Text, inks[std::size_t(learnt)]);
     ImGui::TextUnformatted(kTitles[std::size_t(learnt)]);
     ImGui::PopStyleColor();
@@ -65,7 +66,6 @@ void draw_card(const Snapshot& snapshot, const Card& card, Requests& requests) {
                   "{:.0f}\u00b0 above.",
                   -card.low.yaw * kDegrees, card.high.yaw * kDegrees, -card.low.pitch * kDegrees,
                   card.high.pitch * kDegrees));
-  ImGui::Dummy({0, px(2)});
   draw_expressions(card);
   int number = 0;
   if (!card.gaps.empty()) title("To film in addition");

@@ -92,10 +92,11 @@ void draw_further_clips(const Snapshot& snapshot, Requests& requests) {
   heading("More clips of this person");
   for (const FurtherClip& further : contents.further) {
     ImGui::PushID(further.number);
-    const float room = ImGui::GetContentRegionAvail().x, button = px(84);
+    const float left = ImGui::GetCursorPosX(), room = ImGui::GetContentRegionAvail().x, button = px(84);
     ImGui::AlignTextToFramePadding();
     clipped_text(fmt::format("{}  {}", further.number, further.name), room - button - px(8));
-    ImGui::SameLine(room - button);
+    ImGui::SameLine();
+    ImGui::SetCursorPosX(left + room - button);
     if (plain_button("Take out", !snapshot.situation.running, button)) requests.remove_clip = further.number;
     if (further.state == StageState::failed) {
       note("failed", Tone::bad, further.words);
@@ -163,10 +164,7 @@ void draw_film_step(const Snapshot& snapshot, Views& views, Requests& requests) 
     ImGui::Dummy({0, px(6)});
     draw_further_clips(snapshot, requests);
     ImGui::Dummy({0, px(6)});
-    if (ImGui::Selectable(views.more_choices ? "Fewer choices" : "More choices", false, 0, {px(140), 0}))
-      views.more_choices = !views.more_choices;
-    note_widget("More choices");
-    if (views.more_choices) draw_choices(snapshot, requests);
+    if (group_heading("More choices", views.more_choices)) draw_choices(snapshot, requests);
   }
   end_card();
 }
