@@ -64,6 +64,7 @@ void PipelineJob::stage_changed(Stage stage, const StageRecord& record) {
 void PipelineJob::further_changed(Stage stage, StageState state) {
   const std::lock_guard lock(mutex_);
   const bool running = state == StageState::running;
+  if (state == StageState::failed) status_.failed = stage;
   status_.finished[std::size_t(stage)] = state == StageState::done;
   if (running && status_.stage != stage) worked_before_stage_s_ = job_->status().seconds;
   if (running)

@@ -23,6 +23,7 @@ struct PipelineStatus {
   double stage_seconds_left = -1;
   std::array<StageRecord, kStages.size()> records;
   std::array<bool, kStages.size()> finished{};  // in this run
+  std::optional<Stage> failed;                  // for a further clip
   std::vector<TrainStatus> training;            // of this run, in order, thinned to about a thousand
   TrainingCurve curve;                          // with what earlier runs left in the project
   std::shared_ptr<const PreviewPictures> preview;

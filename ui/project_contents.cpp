@@ -7,6 +7,7 @@
 
 #include "core/base/hash.h"
 #include "core/base/parallel.h"
+#include "core/project/care.h"
 #include "core/project/corrections.h"
 #include "core/project/further_clips.h"
 #include "core/project/project_views.h"
@@ -78,6 +79,9 @@ FurtherClip read_further(const Project& project, int number) {
     if (further.state == StageState::failed) further.words = record.message;
     break;
   }
+  if (further.state == StageState::to_do && !further.clip)
+    if (const auto missing = missing_clip(*clip))
+      further.state = StageState::failed, further.words = missing->what + " " + missing->fix;
   if (further.state == StageState::done) further.words = clip->record(Stage::fit).message;
   return further;
 }

@@ -102,7 +102,7 @@ StepView work_view(Step step, const ProjectContents& contents, const PipelineSta
       view.seconds_left = pipeline.job.paused ? -1 : pipeline.stage_seconds_left;
       return view;
     }
-    if (!finished && record.state == StageState::failed) {
+    if (!finished && (record.state == StageState::failed || pipeline.failed == stage)) {
       view.state = StepState::failed;
       if (pipeline.job.error && pipeline.job.state == JobState::failed) {
         view.error = pipeline.job.error;

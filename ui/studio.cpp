@@ -91,7 +91,7 @@ void Studio::tick() {
     finish_at_s_.reset();
     tell_refit();
     const auto told = [](const StageRecord& record) { return record.state == StageState::failed; };
-    if (pipeline_.job.state == JobState::failed && pipeline_.job.error &&
+    if (pipeline_.job.state == JobState::failed && pipeline_.job.error && !pipeline_.failed &&
         std::ranges::none_of(pipeline_.records, told))
       fail(*pipeline_.job.error);  // of no single stage: a busy project, a full disk, no memory
   }

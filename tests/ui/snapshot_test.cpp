@@ -146,6 +146,21 @@ TEST(ViewSteps, FailuresAndPausesAreToldApart) {
   EXPECT_EQ(at(steps, Step::check).next, "Film again.");
 }
 
+TEST(ViewSteps, AFurtherClipThatFailsIsItsStepsFailure) {
+  ProjectContents contents = fresh();
+  contents.project.consent = Consent::own;
+  PipelineStatus pipeline;
+  for (StageRecord& record : pipeline.records) record = {StageState::done, "0", 1, "Made.", {}};
+  pipeline.job.state = JobState::failed;
+  pipeline.job.error = Error{ErrorCode::no_face, "Clip 2 (wall.mp4): No face was found.", "Take it out.", ""};
+  pipeline.failed = Stage::import;
+  const auto steps = view_steps(&contents, false, pipeline, {}, {});
+  EXPECT_EQ(at(steps, Step::check).state, StepState::failed);
+  ASSERT_TRUE(at(steps, Step::check).error.has_value());
+  EXPECT_EQ(at(steps, Step::check).error->what, pipeline.job.error->what);
+  EXPECT_NE(at(steps, Step::face).state, StepState::failed);
+}
+
 TEST(ViewSteps, AnExportSaysWhatItWrote) {
   const ProjectContents contents = fresh();
   JobStatus exporting;
