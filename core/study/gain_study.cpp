@@ -86,6 +86,7 @@ Result<Project> make_workplace(const Inputs& inputs, const fs::path& folder, con
                                const Progress& progress, std::stop_token stop) {
   Project work = inputs.project;
   work.folder = folder;
+  work.further_clips.clear();  // the parts are compared on one clip
   if (const auto made = make_writable_folder(folder); !made) return made.error();
   std::error_code failure;
   const auto share = [&](const fs::path& name) {

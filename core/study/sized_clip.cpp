@@ -40,7 +40,6 @@ TrainingSet resized(TrainingSet set, int size) {
     view.camera = resized(view.camera, size);
     view.rgb = fitted(view.rgb, size);
     view.alpha = TiledMask(fitted(to_image(view.alpha), size));
-    if (!view.teaches.empty()) view.teaches = TiledMask(fitted(to_image(view.teaches), size));
   });
   set.plate = fitted(set.plate, size);
   set.plate_known = fitted(set.plate_known, size);
@@ -67,7 +66,9 @@ Result<SizedClip> read_sized_clip(const Project& project, int size) {
   auto& [capture, cameras, track] = *read;
   const auto plate_info = read_plate_info(plate_info_path(project));
   if (!plate_info) return plate_info.error();
-  auto set = load_training_set(project, *model);
+  Project one = project;
+  one.further_clips.clear();  // the models that are compared know one clip
+  auto set = load_training_set(one, *model);
   if (!set) return set.error();
   if (size == 0) size = capture.size;
   capture.size = size;  // cameras and regions follow
