@@ -155,7 +155,8 @@ Result<void> load_further_pictures(const Project& project, TrainingSet& set) {
     if (!further) return further.error();
     const auto tracked = read_tracked_capture(*further);
     if (!tracked) return tracked.error();
-    const auto& [capture, cameras, track] = *tracked;
+    const CameraSet& cameras = tracked->cameras;
+    const Track& track = tracked->track;
     const HeadPixels head(set.model, track);
     const std::size_t count = further_views(*tracked, number).size();
     std::vector<Result<void>> loaded(count);

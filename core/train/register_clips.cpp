@@ -126,7 +126,8 @@ std::vector<Eigen::VectorXd> register_clips(const TrainingSet& set, const Avatar
   for (std::size_t v = own_views(set).size(); v < set.views.size(); ++v)
     clips[set.views[v].further_clip].push_back(v);
   std::vector<Eigen::VectorXd> corrections(set.views.size(), Eigen::VectorXd::Zero(kPoseChange));
-  for (const auto& [clip, views] : clips) {
+  for (const auto& clip : clips) {
+    const std::vector<std::size_t>& views = clip.second;
     const std::size_t count = std::min(views.size(), std::size_t(std::max(1, options.views)));
     std::vector<Motion> motions(count);
     parallel_for(count, [&](std::size_t i) {
