@@ -35,7 +35,8 @@ std::vector<int> anchors_of(const std::vector<DenseFrame>& frames, const std::ve
       order.push_back({pose_distance(frames[t].cam_from_head, frames[frame].cam_from_head), t});
   std::sort(order.begin(), order.end());
   std::vector<int> chosen;
-  for (const auto& [distance, t] : order) {
+  for (const auto& next : order) {
+    const int t = next.second;
     if (std::any_of(chosen.begin(), chosen.end(), [&](int c) { return std::abs(c - t) < 5; })) continue;
     chosen.push_back(t);
     if (static_cast<int>(chosen.size()) == kAnchors) break;
