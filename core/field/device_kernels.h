@@ -137,13 +137,13 @@ struct AdamNetworksArgs {
   std::uint32_t begin, end;
 };
 
-// One block. Codes of views are stepped and then have zero mean over the views.
+// One block. Codes of views are stepped, and then those of the first `centred` have zero mean.
 struct AdamCodesArgs {
   float* codes;           // (2 views, length), the first half is stepped
   float* gradients;       // (2 views, length), cleared
   float *first, *second;  // (views, length)
   float penalty;          // its mean square's weight in the loss
-  std::uint32_t views, length;
+  std::uint32_t views, centred, length;
   AdamMoments moments;
   const StepNumbers* numbers;
   const StepSums* sums;

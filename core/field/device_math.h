@@ -118,9 +118,9 @@ LIKENESS_HOST_DEVICE void adam_codes(Block& block, const AdamCodesArgs& a) {
   if (!moves) return;
   block.for_each(int(a.length), [&](int l) {
     double mean = 0;
-    for (std::uint32_t v = 0; v < a.views; ++v) mean += double(a.codes[v * a.length + l]);
-    mean /= double(a.views);
-    for (std::uint32_t v = 0; v < a.views; ++v) a.codes[v * a.length + l] -= float(mean);
+    for (std::uint32_t v = 0; v < a.centred; ++v) mean += double(a.codes[v * a.length + l]);
+    mean /= double(a.centred);
+    for (std::uint32_t v = 0; v < a.centred; ++v) a.codes[v * a.length + l] -= float(mean);
   });
 }
 

@@ -10,6 +10,7 @@
 #include "core/base/hash.h"
 #include "core/base/parallel.h"
 #include "core/matte/head_pixels.h"
+#include "core/matte/matte.h"
 #include "core/project/care.h"
 #include "core/project/project_views.h"
 #include "core/project/run_stages.h"
@@ -143,7 +144,16 @@ Result<void> add_further_views(const Project& project, const HeadModel& model, T
           ErrorCode::bad_input,
           fmt::format("{} was tracked with another person's shape.", further_clip_name(*further, number)),
           fmt::format("Fit it again: likeness fit {}", project.folder.string()), further->folder.string()};
-    std::ranges::move(further_views(*tracked, number), std::back_inserter(set.views));
+    const auto plate_info = read_plate_info(plate_info_path(*further));
+    if (!plate_info) return plate_info.error();
+    FurtherPlate plate;
+    if (const auto read = read_project_plate(*further, plate.rgb, plate.known); !read) return read.error();
+    std::vector<TrainingView> views = further_views(*tracked, number);
+    for (TrainingView& view : views)
+      view.has_plate =
+          !plate.rgb.empty() && std::ranges::binary_search(plate_info->frames, view.camera.frame);
+    if (!plate.rgb.empty()) set.further_plates[number] = std::move(plate);
+    std::ranges::move(views, std::back_inserter(set.views));
   }
   return {};
 }

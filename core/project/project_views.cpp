@@ -102,6 +102,20 @@ std::vector<TrainingView> tracked_views(const TrackedCapture& tracked) {
   return views;
 }
 
+Result<void> read_project_plate(const Project& project, Image8& plate, Image8& known) {
+  std::error_code ignored;
+  if (!fs::exists(plate_path(project), ignored)) return {};
+  auto rgb = read_image(plate_path(project));
+  if (!rgb) return rgb.error();
+  plate = std::move(*rgb);
+  // Projects from before this file treat the whole plate as seen.
+  if (!fs::exists(plate_known_path(project), ignored)) return {};
+  auto seen = read_image(plate_known_path(project));
+  if (!seen) return seen.error();
+  known = std::move(*seen);
+  return {};
+}
+
 Result<TrainingSet> load_training_views(const Project& project, const HeadModel& model) {
   auto read = read_tracked_capture(project);
   if (!read) return read.error();
@@ -118,17 +132,8 @@ Result<TrainingSet> load_training_views(const Project& project, const HeadModel&
   set.neutral = track.neutral;
   set.has_torso = track.has_torso;
   set.torso_modes = track.torso_modes;
-  if (std::error_code ignored; fs::exists(plate_path(project), ignored)) {
-    auto plate = read_image(plate_path(project));
-    if (!plate) return plate.error();
-    set.plate = std::move(*plate);
-    // Projects from before this file treat the whole plate as seen.
-    if (const fs::path known = plate_known_path(project); fs::exists(known)) {
-      auto seen = read_image(known);
-      if (!seen) return seen.error();
-      set.plate_known = std::move(*seen);
-    }
-  }
+  if (const auto read_plate = read_project_plate(project, set.plate, set.plate_known); !read_plate)
+    return read_plate.error();
   set.views = tracked_views(*read);
   for (TrainingView& view : set.views)
     view.has_plate = !set.plate.empty() && std::ranges::binary_search(plate_info->frames, view.camera.frame);

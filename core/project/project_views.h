@@ -41,6 +41,9 @@ std::vector<TrainingView> tracked_views(const TrackedCapture& tracked);
 // Frame and matte of a view of the project. A whole file of another size is an error.
 Result<void> load_view_pictures(const Project& project, TrainingView& view);
 
+// The background plate and where it was seen; both stay empty where there is none.
+Result<void> read_project_plate(const Project& project, Image8& plate, Image8& known);
+
 // Training views (used frames with a good or weak track that were not left out), plate and person of a
 // project, then the views of further clips. All but the pictures, which load_training_pictures adds.
 Result<TrainingSet> load_training_views(const Project& project, const HeadModel& model);

@@ -60,6 +60,9 @@ class FieldLearner {
 // The most that a step asks for.
 struct LearnerShape {
   std::size_t rays = 0, samples_per_ray = 0, views = 0;
+  // The first of the views, whose codes keep a zero mean, so that the code of zero is theirs; 0: all.
+  std::size_t centred_views = 0;
+  std::size_t centred() const { return centred_views > 0 ? centred_views : views; }
 };
 
 class Backend {

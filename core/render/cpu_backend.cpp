@@ -74,7 +74,7 @@ struct RayLoss {
 class CpuLearner : public FieldLearner {
  public:
   CpuLearner(const LearntParts& parts, const LearnerShape& shape, FieldPrecision precision)
-      : parts_(parts), precision_(precision) {
+      : parts_(parts), precision_(precision), centred_views_(shape.centred()) {
     LIKENESS_CHECK(shape.samples_per_ray <= std::size_t(kMaxSamples), "%zu samples a ray",
                    shape.samples_per_ray);
     for (std::size_t f = 0; f < 2; ++f)
@@ -159,11 +159,11 @@ class CpuLearner : public FieldLearner {
     std::vector<float> slope(latents.begin(), latents.begin() + std::ptrdiff_t(half));
     for (std::size_t i = 0; i < half; ++i) slope[i] += 2 * step.code_penalty * codes[i] / float(half);
     adam_step(codes, slope, *parts_.codes_adam, step.code_rate, options);
-    for (std::size_t l = 0; l < length; ++l) {  // zero mean over the views
+    for (std::size_t l = 0; l < length; ++l) {
       double mean = 0;
-      for (std::size_t v = 0; v < views; ++v) mean += codes[v * length + l];
-      mean /= double(views);
-      for (std::size_t v = 0; v < views; ++v) codes[v * length + l] -= float(mean);
+      for (std::size_t v = 0; v < centred_views_; ++v) mean += codes[v * length + l];
+      mean /= double(centred_views_);
+      for (std::size_t v = 0; v < centred_views_; ++v) codes[v * length + l] -= float(mean);
     }
     std::copy(codes.begin(), codes.end(), all.begin());
     std::fill(latents.begin(), latents.end(), 0.f);
@@ -171,6 +171,7 @@ class CpuLearner : public FieldLearner {
 
   LearntParts parts_;
   FieldPrecision precision_;
+  std::size_t centred_views_;
   std::array<Scratch, 2> scratch_;
 };
 

@@ -220,6 +220,7 @@ class DeviceLearner : public FieldLearner {
                               codes_second_.data(),
                               code_penalty,
                               std::uint32_t(shape_.views),
+                              std::uint32_t(shape_.centred()),
                               std::uint32_t(half() / shape_.views),
                               {options.beta1, options.beta2, options.network_epsilon},
                               numbers_.data(),

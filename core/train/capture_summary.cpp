@@ -21,6 +21,15 @@ std::span<const TrainingView> own_views(const TrainingSet& set) {
   return {set.views.data(), std::size_t(further - set.views.begin())};
 }
 
+PlateOfView plate_of(const TrainingSet& set, const TrainingView& view) {
+  static const Image8 none;
+  if (!view.has_plate) return {&none, &none};
+  if (view.further_clip == 0) return {&set.plate, &set.plate_known};
+  const auto own = set.further_plates.find(view.further_clip);
+  if (own == set.further_plates.end()) return {&none, &none};
+  return {&own->second.rgb, &own->second.known};
+}
+
 Articulation typical_articulation(const TrainingSet& set) {
   if (set.neutral.expression.size() == set.model.expression_count()) return set.neutral;
   Articulation typical = neutral_articulation(set.model);

@@ -44,7 +44,8 @@ Result<void> check_training_set(const TrainingSet& set) {
                              view.rgb.height, view.rgb.channels, view.camera.intrinsics.width,
                              view.camera.intrinsics.height),
                  "Run the import again.");
-    const bool plate = view.has_plate && !set.plate.empty();
+    const Image8 &behind = *plate_of(set, view).rgb, &known = *plate_of(set, view).known;
+    const bool plate = !behind.empty();
     if (!view.alpha.empty() && (view.alpha.width != view.rgb.width || view.alpha.height != view.rgb.height))
       return bad(fmt::format("The matte of picture {} is {}x{}, the picture {}x{}.", v, view.alpha.width,
                              view.alpha.height, view.rgb.width, view.rgb.height),
@@ -54,21 +55,18 @@ Result<void> check_training_set(const TrainingSet& set) {
       return bad(fmt::format("The mask of what picture {} teaches is {}x{}, the picture {}x{}.", v,
                              view.teaches.width, view.teaches.height, view.rgb.width, view.rgb.height),
                  "Run the matting again.");
-    if (view.further_clip != 0 && (view.has_plate || v < own_views(set).size()))
-      return bad(
-          fmt::format("Picture {} of a further clip has the first clip's plate, or lies before it.", v),
-          "Run the matting again.");
+    if (view.further_clip != 0 && v < own_views(set).size())
+      return bad(fmt::format("Picture {} of a further clip lies before the first clip's.", v),
+                 "Run the matting again.");
     if (!plate && view.alpha.empty())
       return bad(fmt::format("Picture {} has neither a background plate nor a matte.", v),
                  "Run the matting again.");
-    if (plate &&
-        (set.plate.width != view.rgb.width || set.plate.height != view.rgb.height || set.plate.channels != 3))
-      return bad(fmt::format("The plate is {}x{}, picture {} {}x{}.", set.plate.width, set.plate.height, v,
+    if (plate && (behind.width != view.rgb.width || behind.height != view.rgb.height || behind.channels != 3))
+      return bad(fmt::format("The plate is {}x{}, picture {} {}x{}.", behind.width, behind.height, v,
                              view.rgb.width, view.rgb.height),
                  "Run the matting again.");
-    if (plate && !set.plate_known.empty() &&
-        (set.plate_known.width != set.plate.width || set.plate_known.height != set.plate.height ||
-         set.plate_known.channels != 1))
+    if (plate && !known.empty() &&
+        (known.width != behind.width || known.height != behind.height || known.channels != 1))
       return bad("The mask of the plate's seen pixels is not of the plate's size.", "Run the matting again.");
     if (view.articulation.expression.size() != set.model.expression_count())
       return bad(fmt::format("Picture {} has {} expression numbers, the head model {}.", v,

@@ -111,6 +111,10 @@ std::string training_fingerprint(const TrainingSet& set, const TrainOptions& opt
     for (const float v : mode) text += fmt::format("{} ", v);
   add_hash(text, set.plate.data);
   add_hash(text, set.plate_known.data);
+  for (const auto& [clip, plate] : set.further_plates) {
+    add_hash(text, plate.rgb.data);
+    add_hash(text, plate.known.data);
+  }
   return hash_text(text);
 }
 

@@ -3,9 +3,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 
 #include "core/base/parallel.h"
 #include "core/train/random_stream.h"
+#include "core/train/sides_seen.h"
 
 namespace likeness {
 namespace {
@@ -49,6 +51,40 @@ Vec3f colour_at(const Image8& image, int x, int y) {
   return Vec3f(float(p[0]), float(p[1]), float(p[2])) / 255.f;
 }
 
+struct ColourSum {
+  Vec3f sum = Vec3f::Zero();
+  float count = 0;
+  Vec3f mean() const { return sum / std::max(1.f, count); }
+};
+
+// Of what is the person's in the face's box, every few pixels.
+ColourSum face_colour(const TrainingView& view, const RaySource::View& box) {
+  constexpr int kStep = 3;
+  ColourSum colour;
+  for (int y = box.face_y0; y < box.face_y1; y += kStep)
+    for (int x = box.face_x0; x < box.face_x1; x += kStep)
+      if (view.alpha.empty() || view.alpha.at(x, y) == 255)
+        colour.sum += colour_at(view.rgb, x, y), ++colour.count;
+  return colour;
+}
+
+// Exposure and white balance of the further clips, brought to the first one's.
+void match_faces(const TrainingSet& set, std::vector<RaySource::View>& views) {
+  std::map<int, ColourSum> clips;  // 0: the first
+  for (std::size_t v = 0; v < views.size(); ++v) {
+    const ColourSum face = face_colour(set.views[v], views[v]);
+    ColourSum& clip = clips[set.views[v].further_clip];
+    clip.sum += face.sum, clip.count += face.count;
+  }
+  constexpr float kDark = 0.02f, kMost = 4;
+  for (std::size_t v = 0; v < views.size(); ++v) {
+    const int clip = set.views[v].further_clip;
+    if (clip == 0 || clips[0].count == 0 || clips[clip].count == 0) continue;
+    const Vec3f gain = (clips[0].mean().array() + kDark) / (clips[clip].mean().array() + kDark);
+    views[v].gain = gain.cwiseMin(kMost).cwiseMax(1 / kMost);
+  }
+}
+
 }  // namespace
 
 RaySource make_ray_source(const TrainingSet& set, std::span<const AvatarPose> poses, const HeadShape& shape,
@@ -89,6 +125,9 @@ RaySource make_ray_source(const TrainingSet& set, std::span<const AvatarPose> po
     out.face_x1 = int(std::clamp(high.x() + margin.x(), 0.0, double(width)));
     out.face_y1 = int(std::clamp(high.y() + margin.y(), 0.0, double(height)));
   });
+  if (own_views(set).size() == set.views.size()) return source;
+  match_faces(set, source.views);
+  source.sides = sides_seen(set, shape, head);
   return source;
 }
 
@@ -136,19 +175,22 @@ void choose_rays(const RaySource& source, const MarchVolumes& volumes, bool drop
       }
 
       // -- Over the plate, or with the matte over a random colour.
-      const Vec3f rgb = colour_at(view.rgb, pixel.x, pixel.y);
+      const auto in_avatars_light = [&](const Image8& picture) -> Vec3f {
+        return colour_at(picture, pixel.x, pixel.y).cwiseProduct(source.views[v].gain).cwiseMin(1.f);
+      };
+      const Vec3f rgb = in_avatars_light(view.rgb);
+      const auto [behind_person, known] = plate_of(set, view);
       // A guessed plate is no background: there the matte separates the person, as without a plate.
-      const bool guessed =
-          !set.plate_known.empty() && !view.alpha.empty() && set.plate_known.at(pixel.x, pixel.y)[0] != 255;
-      const bool plate = view.has_plate && !set.plate.empty() && !guessed;
+      const bool guessed = !known->empty() && !view.alpha.empty() && known->at(pixel.x, pixel.y)[0] != 255;
+      const bool plate = !behind_person->empty() && !guessed;
       const float alpha = view.alpha.empty() ? 1.f : float(view.alpha.at(pixel.x, pixel.y)) / 255.f;
       const Vec3f other(random.uniform(), random.uniform(), random.uniform());
       const bool swap = random.uniform() < kRandomBackgroundShare && !view.alpha.empty();
       if (plate && !swap) {
         batch.target[i] = rgb;
-        batch.background[i] = colour_at(set.plate, pixel.x, pixel.y);
+        batch.background[i] = in_avatars_light(*behind_person);
       } else if (plate) {
-        const Vec3f behind = colour_at(set.plate, pixel.x, pixel.y);
+        const Vec3f behind = in_avatars_light(*behind_person);
         batch.target[i] = (rgb + (1 - alpha) * (other - behind)).cwiseMax(0.f).cwiseMin(1.f);
         batch.background[i] = other;
       } else {

@@ -24,6 +24,7 @@ struct RaySource {
   const TrainingSet* set = nullptr;
   struct View {
     std::array<UnitFromCamera, 2> maps;
+    Vec3f gain = Vec3f::Ones();  // of a further clip's colours: its faces are as bright as the first clip's
     int face_x0 = 0, face_y0 = 0, face_x1 = 0, face_y1 = 0;  // px, half open; empty: whole picture
   };
   std::vector<View> views;
@@ -31,6 +32,7 @@ struct RaySource {
   std::vector<WarpLattice> warps;  // one a view, or none: the head field is not warped
   std::vector<TorsoField> torsos;  // one a view, or none: a rigid torso
   std::vector<NeckBend> necks;     // one a view, or none: no neck to bend
+  OccupancyGrid sides;             // of the head that the first clip shows; empty without further clips
 };
 // poses: of the views, as tracked or corrected. warp: of the canonical face; null: none. neck: empty: none.
 RaySource make_ray_source(const TrainingSet& set, std::span<const AvatarPose> poses, const HeadShape& shape,

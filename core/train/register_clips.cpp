@@ -16,56 +16,51 @@
 namespace likeness {
 namespace {
 
-constexpr std::size_t kMatchPixels = 1500;
-constexpr float kSolid = 0.95f;      // opacity of pixels whose colour is the head's alone
-constexpr double kPullToOne = 0.01;  // of a gain, times the pixels
-constexpr double kLeastGain = 0.25, kMostGain = 4;
+constexpr float kSolid = 0.95f;  // opacity of pixels whose colour is the head's alone
+constexpr int kLightShare = 8;   // of a picture's side is the radius within which a light is even
+constexpr float kDark = 0.03f;   // what counts as no light, so that black is not raised to anything
 
-std::vector<std::uint32_t> spread_pixels(const Image8& region, std::size_t count) {
-  std::vector<std::uint32_t> inside;
-  for (std::size_t i = 0; i < region.data.size(); ++i)
-    if (region.data[i] > 127) inside.push_back(std::uint32_t(i));
-  const std::size_t n = std::min(inside.size(), count);
-  std::vector<std::uint32_t> chosen(n);
-  for (std::size_t k = 0; k < n; ++k) chosen[k] = inside[k * inside.size() / n];
-  return chosen;
+// (side, side) mean over squares of 2 radius + 1, twice, one axis at a time; what lies outside counts as
+// zero.
+void smooth(std::vector<float>& values, int width, int height, int radius) {
+  std::vector<float> line;
+  const auto pass = [&](std::size_t first, std::size_t step, int count) {
+    line.assign(std::size_t(count), 0);
+    for (int i = 0; i < count; ++i) line[std::size_t(i)] = values[first + std::size_t(i) * step];
+    double sum = 0;
+    for (int i = -radius; i < count; ++i) {
+      if (i + radius < count) sum += line[std::size_t(i + radius)];
+      if (i - radius - 1 >= 0) sum -= line[std::size_t(i - radius - 1)];
+      if (i >= 0) values[first + std::size_t(i) * step] = float(sum / (2 * radius + 1));
+    }
+  };
+  for (int twice = 0; twice < 2; ++twice) {
+    for (int y = 0; y < height; ++y) pass(std::size_t(y) * std::size_t(width), 1, width);
+    for (int x = 0; x < width; ++x) pass(std::size_t(x), std::size_t(width), height);
+  }
 }
 
-// value = gain * picture + offset, of one channel.
-struct ChannelMatch {
-  double gain = 1, offset = 0;
-};
-
-ChannelMatch match_channel(std::span<const std::pair<double, double>> picture_and_value) {
-  if (picture_and_value.empty()) return {};
-  const double n = double(picture_and_value.size());
-  double x = 0, y = 0, xx = 0, xy = 0;
-  for (const auto& [from, to] : picture_and_value) x += from, y += to, xx += from * from, xy += from * to;
-  const double variance = xx / n - x * x / (n * n), covariance = xy / n - x * y / (n * n);
-  const double gain = std::clamp((covariance + kPullToOne) / (variance + kPullToOne), kLeastGain, kMostGain);
-  return {gain, y / n - gain * x / n};
-}
-
-// The view's picture in the avatar's colours, before white as what is fitted to it is: so the outline counts.
-Image8 in_avatars_light(const TrainingView& view, const Avatar& avatar, const RenderState& state,
-                        const Image8& region) {
-  const std::vector<std::uint32_t> pixels = spread_pixels(region, kMatchPixels);
-  const std::vector<float> rgba = render_pixels(avatar, view.camera, state, pixels);
+// The view's picture in the avatar's light, before white as what is fitted to it is: so the outline counts. A
+// light is what a colour channel is multiplied by, nearly the same from pixel to pixel; where it changes
+// sooner, features and edges are left to say where the head is.
+Image8 in_avatars_light(const TrainingView& view, const Avatar& avatar, const RenderState& state) {
+  const int width = view.rgb.width, height = view.rgb.height;
+  const int radius = std::max(1, width / kLightShare);
+  const RenderedFrame seen = render_frame(avatar, view.camera, state);
   const Image8 alpha = to_image(view.alpha);
   Image8 matched = view.rgb;
   for (std::size_t c = 0; c < 3; ++c) {
-    std::vector<std::pair<double, double>> pairs;
-    for (std::size_t i = 0; i < pixels.size(); ++i)
-      if (rgba[4 * i + 3] > kSolid && alpha.data[pixels[i]] == 255)
-        pairs.emplace_back(double(view.rgb.data[3 * pixels[i] + c]) / 255, double(rgba[4 * i + c]));
-    const ChannelMatch match = match_channel(pairs);
-    std::array<std::uint8_t, 256> table;
-    for (int value = 0; value < 256; ++value)
-      table[std::size_t(value)] =
-          std::uint8_t(std::lround(std::clamp(match.gain * value + 255 * match.offset, 0.0, 255.0)));
+    std::vector<float> here(alpha.data.size(), 0), there = here, counted = here;
     for (std::size_t i = 0; i < alpha.data.size(); ++i) {
-      std::uint8_t& value = matched.data[3 * i + c];
-      value = std::uint8_t((alpha.data[i] * table[value] + (255 - alpha.data[i]) * 255 + 127) / 255);
+      if (seen.rgba.data[4 * i + 3] < kSolid || alpha.data[i] < 255) continue;
+      here[i] = float(view.rgb.data[3 * i + c]) / 255, there[i] = seen.rgba.data[4 * i + c], counted[i] = 1;
+    }
+    for (std::vector<float>* values : {&here, &there, &counted}) smooth(*values, width, height, radius);
+    for (std::size_t i = 0; i < alpha.data.size(); ++i) {
+      const float gain = (there[i] + kDark * counted[i] + 1e-6f) / (here[i] + kDark * counted[i] + 1e-6f);
+      const float value = std::min(255.f, gain * float(matched.data[3 * i + c])),
+                  share = float(alpha.data[i]) / 255;
+      matched.data[3 * i + c] = std::uint8_t(std::lround(share * value + (1 - share) * 255));
     }
   }
   return matched;
@@ -81,7 +76,7 @@ Motion view_motion(const TrainingView& view, const Avatar& avatar, const AvatarR
   for (int y = 0; y < region.height; ++y)
     for (int x = 0; x < region.width; ++x)
       if (!view.teaches.empty() && view.teaches.at(x, y) == 0) *region.at(x, y) = 0;
-  const Image8 matched = in_avatars_light(view, avatar, pose_avatar(rig, tracked), region), none;
+  const Image8 matched = in_avatars_light(view, avatar, pose_avatar(rig, tracked)), none;
   const FieldFitOptions fit{options.pixels, options.iterations, 0, seed};
   const Eigen::VectorXd change =
       fit_to_field(avatar, rig, view.camera, {&matched, &none, &region}, tracked, {}, fit).change;

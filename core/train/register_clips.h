@@ -22,8 +22,8 @@ struct RegisterOptions {
 
 // Corrections of all views (core/train/refine_track.h), kPoseChange numbers each: zeros for the first clip's,
 // and for those of a further clip one motion of the head frame that its views share, the median of what each
-// fits to the frozen field by itself, its colours first brought to the avatar's by a gain and an offset a
-// channel. avatar: learnt from the first clip alone. None on a stop.
+// fits to the frozen field by itself, its colours first brought to the avatar's light. avatar: learnt from
+// the first clip alone. None on a stop.
 std::vector<Eigen::VectorXd> register_clips(const TrainingSet& set, const Avatar& avatar,
                                             const AvatarRig& rig, const RegisterOptions& options,
                                             std::stop_token stop);

@@ -3,6 +3,7 @@
 
 #include <filesystem>
 #include <functional>
+#include <map>
 #include <memory>
 #include <optional>
 #include <span>
@@ -32,12 +33,18 @@ struct TrainingView {
   TorsoShape torso_shape{};
   Image8 rgb;             // (size, size, 3)
   TiledMask alpha;        // (size, size) person's matte; empty = unknown
-  bool has_plate = true;  // the background of this view is the plate; otherwise its matte separates it
+  bool has_plate = true;  // the background of this view is its clip's plate; otherwise its matte separates it
   // Number of a further clip of the person, 0: the avatar's own. Another place, another light, other clothes:
-  // its head alone is learnt from, without a plate and always with the view's own code, so that the light
-  // stays in the code; its torso stands where the neck is straight and is seen by no ray.
+  // its head alone is learnt from, before its own plate, and with the view's own code wherever the first clip
+  // shows that side, so that the light stays in the code; its torso stands where the neck is straight and is
+  // seen by no ray.
   int further_clip = 0;
   TiledMask teaches;  // (size, size) 0: nothing is learnt from this pixel; empty: from all
+};
+
+// What is behind the person of a further clip before a resting camera: as plate and plate_known below.
+struct FurtherPlate {
+  Image8 rgb, known;
 };
 
 struct TrainingSet {
@@ -45,6 +52,7 @@ struct TrainingSet {
   std::vector<TrainingView> views;  // training frames only; those of further clips last
   Image8 plate;                     // empty without a static camera
   Image8 plate_known;  // (size, size, 1) 255 = the plate was seen there; less = a guess; empty = everywhere
+  std::map<int, FurtherPlate> further_plates;  // by the clip's number; none of a moving camera
   HeadModel model;
   PersonShape person;
   TorsoModes torso_modes;  // empty: a rigid torso
@@ -54,6 +62,12 @@ struct TrainingSet {
 
 // The views of the clip whose place, light and torso the avatar has.
 std::span<const TrainingView> own_views(const TrainingSet& set);
+
+// The plate of a view's clip and where it was seen; empty ones where it has none, or the view lies elsewhere.
+struct PlateOfView {
+  const Image8 *rgb = nullptr, *known = nullptr;
+};
+PlateOfView plate_of(const TrainingSet& set, const TrainingView& view);
 
 struct TrainOptions {
   double budget_s = 300;    // wall-clock of this stage; ignored when steps > 0

@@ -159,6 +159,23 @@ void refine(TrainingState& state, Scene& scene, Run& run, std::stop_token stop) 
   scene.place_views(state);
 }
 
+// Views of a further clip begin as far from the code of zero as its faces' colours are from the first clip's,
+// each clip in a direction of its own: another light is then told apart from the first step on, and what is
+// in the same light is learnt for the avatar's own.
+void start_further_codes(const RaySource& rays, TrainingState& state) {
+  constexpr float kEach = 2, kMost = 1;  // per natural logarithm of a channel's gain
+  const TrainingSet& set = *rays.set;
+  const std::size_t length = state.codes.size() / (2 * set.views.size());
+  std::vector<int> clips;
+  for (std::size_t v = own_views(set).size(); v < set.views.size() && length > 0; ++v) {
+    const int clip = set.views[v].further_clip;
+    if (clips.empty() || clips.back() != clip) clips.push_back(clip);
+    const std::size_t place = clips.size() - 1;
+    const float apart = std::min(kMost, kEach * rays.views[v].gain.array().log().abs().maxCoeff());
+    state.codes[v * length + place % length] = place / length % 2 == 0 ? apart : -apart;
+  }
+}
+
 void register_further(TrainingState& state, Scene& scene, Run& run, std::stop_token stop) {
   run.progress.report(run.share(state), "placing the heads of the further clips");
   const Avatar avatar =
@@ -167,7 +184,9 @@ void register_further(TrainingState& state, Scene& scene, Run& run, std::stop_to
   RegisterOptions options;
   options.seed = run.options.seed;
   state.corrections = register_clips(scene.set, avatar, rig, options, stop);
-  if (!stop.stop_requested()) scene.place_views(state);
+  if (stop.stop_requested()) return;
+  scene.place_views(state);
+  start_further_codes(scene.rays, state);
 }
 
 // The steps, where the backend may hold what was learnt: `fetch` before the state is looked at, `place` after
@@ -235,6 +254,7 @@ struct Steps {
       if (registration_due(state, scene)) {
         if (auto fetched = learner.fetch(); !fetched) return fetched;
         register_further(state, scene, run, stop);
+        if (auto placed = learner.place(); !placed) return placed;
         before = run.elapsed();
         continue;
       }
@@ -271,7 +291,7 @@ Result<void> run_steps(TrainingState& state, Scene& scene, Run& run, std::stop_t
   std::shared_ptr<Backend> backend =
       run.options.backend ? run.options.backend : cpu_backend(run.options.precision);
   while (true) {
-    auto learner = make_learner(*backend, state, options.rays, scene.set.views.size());
+    auto learner = make_learner(*backend, state, options.rays, scene.set);
     Result<void> done = learner
                             ? Steps{state, scene, run, stop, **learner, snapshot, recoveries}.take(options)
                             : Result<void>(learner.error());

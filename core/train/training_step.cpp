@@ -8,6 +8,7 @@
 #include "core/render/pose_avatar.h"
 #include "core/train/random_stream.h"
 #include "core/train/refine_track.h"
+#include "core/train/sides_seen.h"
 #include "core/train/still_cells.h"
 
 namespace likeness {
@@ -117,12 +118,13 @@ void set_conditions(TrainingState& state, const ConditionMap& map, std::span<con
 }
 
 Result<std::unique_ptr<FieldLearner>> make_learner(Backend& backend, TrainingState& state, int rays,
-                                                   std::size_t views) {
+                                                   const TrainingSet& set) {
   LearntParts parts;
   parts.fields[0] = {&state.head.part.field, &state.head.adam};
   if (state.torso) parts.fields[1] = {&state.torso->part.field, &state.torso->adam};
   parts.codes = &state.codes, parts.codes_adam = &state.codes_adam;
-  return backend.make_learner(parts, {std::size_t(rays), std::size_t(kMaxSamples), views});
+  return backend.make_learner(
+      parts, {std::size_t(rays), std::size_t(kMaxSamples), set.views.size(), own_views(set).size()});
 }
 
 Result<StepResult> training_step(TrainingState& state, FieldLearner& learner, const RaySource& source,
@@ -141,6 +143,9 @@ Result<StepResult> training_step(TrainingState& state, FieldLearner& learner, co
   straighten_samples(source.necks, state.samples.fields[0]);
   shuffle_conditions(state.head.volume.still, views, own_views(*source.set).size(), options.seed, state.step,
                      state.samples.fields[0]);
+  if (options.use_latent)
+    drop_codes_on_new_sides(source.sides, views, own_views(*source.set).size(), options.seed, state.step,
+                            state.samples.fields[0]);
   if (state.torso) warp_samples(source.torsos, state.torso->part.cube, state.samples.fields[1]);
 
   // -- Fields, loss, gradients, Adam.

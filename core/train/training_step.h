@@ -61,7 +61,7 @@ TrainingState make_training_state(const TrainingSet& set, const TrainOptions& op
 
 // A learner of the state's fields, which must stay where they are.
 Result<std::unique_ptr<FieldLearner>> make_learner(Backend& backend, TrainingState& state, int rays,
-                                                   std::size_t views);
+                                                   const TrainingSet& set);
 
 // The conditions of the views in these poses, and their spread.
 void set_conditions(TrainingState& state, const ConditionMap& map, std::span<const AvatarPose> poses);

@@ -76,7 +76,10 @@ void draw_card(const Snapshot& snapshot, const Card& card, Requests& requests) {
   }
   if (!card.gaps.empty()) {
     if (command_button(Command::add_clip, snapshot.situation)) requests.ask(Command::add_clip);
-    faint_text("A clip that shows it may be of another day and place: what it shows of the head is learnt.");
+    faint_text(
+        "A clip that shows it may be of another day and place, best in a like light: what it shows of the "
+        "head "
+        "is learnt.");
   }
   title("The worst moments");
   if (card.worst.empty()) faint_text("None: the track is even.");

@@ -107,8 +107,9 @@ void draw_further_clips(const Snapshot& snapshot, Requests& requests) {
   }
   if (contents.further.empty())
     faint_text(
-        "What this clip never shows - a side, a smile - another one can show, of any day and place. What it "
-        "shows of the head is learnt; clothes, light and background stay this clip's.");
+        "What this clip never shows - a side, a smile - another one can show, of another day and place, best "
+        "in a like light. What it shows of the head is learnt; clothes, light and background stay this "
+        "clip's.");
   if (command_button(Command::add_clip, snapshot.situation)) requests.ask(Command::add_clip);
 }
 

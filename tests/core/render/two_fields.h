@@ -36,7 +36,7 @@ struct TwoFields {
   LearntParts parts() {
     return {{LearntParts::Part{&fields[0], &adam[0]}, {&fields[1], &adam[1]}}, &codes, &codes_adam};
   }
-  static LearnerShape shape() { return {kRays, kSamplesPerRay, kViews}; }
+  static LearnerShape shape() { return {kRays, kSamplesPerRay, kViews, kViews - 1}; }
 };
 
 // Rays of views in turn, with up to kSamplesPerRay samples each, some without any.

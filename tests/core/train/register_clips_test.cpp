@@ -9,6 +9,7 @@
 #include "core/render/render.h"
 #include "core/train/field_fit.h"
 #include "core/train/refine_track.h"
+#include "core/train/sides_seen.h"
 #include "tests/core/train/ball_scene.h"
 
 namespace likeness {
@@ -106,6 +107,37 @@ TEST(FurtherClips, TeachTheSideThatTheFirstClipNeverShowed) {
   const auto two = train_avatar(both, short_training(), {}, Progress(), {}, {});
   ASSERT_TRUE(one.ok() && two.ok());
   EXPECT_LT(head_error(*two, first.model, behind), 0.5 * head_error(*one, first.model, behind));
+}
+
+TEST(FurtherClips, DropTheirCodesOnlyOnSidesThatTheFirstClipNeverShows) {
+  TrainingSet set = ball_set(6, kSize);
+  const HeadShape shape = shape_head(set.model, set.person);
+  const FieldCube cube{Vec3f::Constant(-0.15f), 0.3f};
+  const OccupancyGrid seen = sides_seen(set, shape, cube);
+  constexpr std::size_t kSamples = 4000, kOwn = 6, kViews = 10;
+  FieldSamples samples;
+  samples.resize(2 * kSamples);
+  const auto place = [&](std::size_t i, const Vec3f& head) {
+    const Vec3f at = (head - cube.origin) / cube.side;
+    samples.x[i] = at.x(), samples.y[i] = at.y(), samples.z[i] = at.z();
+    samples.view[i] = std::int32_t(i % kViews);
+  };
+  for (std::size_t i = 0; i < kSamples; ++i) {
+    place(i, Vec3f(0, 0, kBallRadius));              // the face
+    place(kSamples + i, Vec3f(0, 0, -kBallRadius));  // the back of the head
+  }
+  drop_codes_on_new_sides(seen, kViews, kOwn, 3, 5, samples);
+  std::size_t dropped = 0, further = 0;
+  for (std::size_t i = 0; i < 2 * kSamples; ++i) {
+    const bool drops = samples.view[i] >= std::int32_t(kViews);
+    EXPECT_EQ(samples.view[i] % std::int32_t(kViews), std::int32_t(i % kViews));
+    if (i < kSamples || i % kViews < kOwn) {
+      EXPECT_FALSE(drops) << i;
+    } else {
+      ++further, dropped += drops;
+    }
+  }
+  EXPECT_NEAR(double(dropped) / double(further), 0.5, 0.05);
 }
 
 TEST(FurtherClips, TheirLightStaysTheirs) {

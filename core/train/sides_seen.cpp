@@ -1,0 +1,59 @@
+// See sides_seen.h.
+#include "core/train/sides_seen.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/base/parallel.h"
+#include "core/train/random_stream.h"
+
+namespace likeness {
+namespace {
+
+constexpr int kCells = 32;          // along an axis; multiples of 8 only
+constexpr float kTurnedTo = 0.42f;  // cosine
+constexpr std::size_t kChunk = 4096;
+
+}  // namespace
+
+OccupancyGrid sides_seen(const TrainingSet& set, const HeadShape& shape, const FieldCube& head) {
+  Vec3f low = Vec3f::Constant(1e9f), high = -low;
+  for (const Vec3f& landmark : landmark_positions(set.model, shape.vertices))
+    low = low.cwiseMin(landmark), high = high.cwiseMax(landmark);
+  // The landmarks lie on the front: the middle of the head is half a face's width behind their middle.
+  const Vec3f middle = 0.5f * (low + high) - Vec3f(0, 0, 0.5f * (high.x() - low.x()));
+  std::vector<Vec3f> eyes;
+  for (const TrainingView& view : own_views(set)) {
+    const Pose head_from_cam = (view.camera.cam_from_world * view.world_from_head).inverse();
+    eyes.push_back((head_from_cam.translation().cast<float>() - middle).normalized());
+  }
+  OccupancyGrid seen = make_occupancy(kCells, false);
+  for (int z = 0; z < kCells; ++z)
+    for (int y = 0; y < kCells; ++y)
+      for (int x = 0; x < kCells; ++x) {
+        const Vec3f cell(float(x) + 0.5f, float(y) + 0.5f, float(z) + 0.5f);
+        const Vec3f out = (head.origin + cell * (head.side / kCells) - middle).normalized();
+        if (std::ranges::any_of(eyes, [&](const Vec3f& eye) { return eye.dot(out) > kTurnedTo; }))
+          set_occupied(seen, x, y, z, true);
+      }
+  return seen;
+}
+
+void drop_codes_on_new_sides(const OccupancyGrid& seen, std::size_t views, std::size_t own,
+                             std::uint64_t seed, std::uint64_t step, FieldSamples& samples) {
+  const int n = seen.resolution;
+  if (n == 0 || own == views) return;
+  const auto cell = [n](float at) { return std::clamp(int(at * float(n)), 0, n - 1); };
+  parallel_ranges(samples.count(), kChunk, [&](std::size_t begin, std::size_t end) {
+    RandomStream random(seed ^ 0x51de5ull, step, begin);
+    for (std::size_t i = begin; i < end; ++i) {
+      const bool drops = random.uniform() < 0.5f;
+      const auto row = std::size_t(samples.view[i]);
+      if (drops && row >= own && row < views &&
+          !seen.occupied(cell(samples.x[i]), cell(samples.y[i]), cell(samples.z[i])))
+        samples.view[i] = std::int32_t(row + views);
+    }
+  });
+}
+
+}  // namespace likeness
