@@ -54,7 +54,7 @@ Hull carve_hull(const Vec3d& low, const Vec3d& high, double step, const std::vec
   hull.step = step;
   for (int axis = 0; axis < 3; ++axis)
     hull.count[std::size_t(axis)] = std::max(1, int(std::ceil((high[axis] - low[axis]) / step)));
-  const auto [nx, ny, nz] = hull.count;
+  const int nx = hull.count[0], ny = hull.count[1], nz = hull.count[2];
   hull.share.assign(std::size_t(nx) * std::size_t(ny) * std::size_t(nz), 1.0f);
   const auto groups = group_views(views);
   std::vector<Map> maps;
@@ -86,7 +86,7 @@ Hull carve_hull(const Vec3d& low, const Vec3d& high, double step, const std::vec
 cv::Mat hull_share(const Hull& hull, const Pose& cam_from_part, const Intrinsics& picture) {
   cv::Mat share(picture.height, picture.width, CV_32F, cv::Scalar(0));
   const Map map = pixel_map(cam_from_part, picture);
-  const auto [nx, ny, nz] = hull.count;
+  const int nx = hull.count[0], ny = hull.count[1], nz = hull.count[2];
   std::size_t index = 0;
   for (int z = 0; z < nz; ++z)
     for (int y = 0; y < ny; ++y)

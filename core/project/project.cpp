@@ -47,8 +47,7 @@ std::vector<int> further_clips_from_json(const json& j) {
     if (value >= kFirst && value <= kLast) numbers.push_back(int(value));
   }
   std::ranges::sort(numbers);
-  const auto twice = std::ranges::unique(numbers);
-  numbers.erase(twice.begin(), twice.end());
+  numbers.erase(std::unique(numbers.begin(), numbers.end()), numbers.end());
   return numbers;
 }
 
