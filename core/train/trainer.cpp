@@ -145,11 +145,14 @@ Error diverged(std::uint64_t step) {
           "training"};
 }
 
+Avatar avatar_so_far(const Scene& scene, const Run& run, const TrainingState& state) {
+  return make_avatar(scene.set, run.options, scene.map, scene.warp_cell(), scene.volumes.neck, state);
+}
+
 // One refinement of the track; its views are then placed anew.
 void refine(TrainingState& state, Scene& scene, Run& run, std::stop_token stop) {
   run.progress.report(run.share(state), "correcting the track through the field");
-  const Avatar avatar =
-      make_avatar(scene.set, run.options, scene.map, scene.warp_cell(), scene.volumes.neck, state);
+  const Avatar avatar = avatar_so_far(scene, run, state);
   const AvatarRig rig = make_rig(avatar, scene.set.model);
   RefineOptions options;
   options.seed = run.options.seed + std::uint64_t(state.refinements) * scene.set.views.size();
@@ -178,8 +181,7 @@ void start_further_codes(const RaySource& rays, TrainingState& state) {
 
 void register_further(TrainingState& state, Scene& scene, Run& run, std::stop_token stop) {
   run.progress.report(run.share(state), "placing the heads of the further clips");
-  const Avatar avatar =
-      make_avatar(scene.set, run.options, scene.map, scene.warp_cell(), scene.volumes.neck, state);
+  const Avatar avatar = avatar_so_far(scene, run, state);
   const AvatarRig rig = make_rig(avatar, scene.set.model);
   RegisterOptions options;
   options.seed = run.options.seed;
@@ -221,8 +223,7 @@ struct Steps {
     if (auto fetched = learner.fetch(); !fetched) return fetched;
     const Clock::time_point look = Clock::now();
     state.seconds = run.elapsed();
-    run.tap.take(
-        make_avatar(scene.set, run.options, scene.map, scene.warp_cell(), scene.volumes.neck, state));
+    run.tap.take(avatar_so_far(scene, run, state));
     run.held += seconds_since(look);
     before = run.elapsed();  // a look is no step: the plan must not take it for one
     return {};
