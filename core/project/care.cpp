@@ -188,6 +188,12 @@ Result<DeletedPerson> delete_person(const fs::path& folder, bool keep_exports) {
   going.push_back(folder / "project.json");
   DeletedPerson deleted;
   deleted.clip_known = guard->known;
+  // A film that lies among the further clips stays, and nothing that was made of them with it.
+  const fs::path further = folder / "clips";
+  if (std::ranges::find(going, further) == going.end())
+    for (fs::directory_iterator it(further, failure), end; !failure && it != end; it.increment(failure))
+      if (const auto inner = delete_person(it->path(), false)) deleted.bytes += inner->bytes;
+  failure.clear();
   for (const fs::path& path : going) {
     const bool is_folder = fs::is_directory(fs::symlink_status(path, failure));
     const std::uint64_t bytes = is_folder ? folder_bytes(path) : fs::file_size(path, failure);

@@ -136,6 +136,20 @@ TEST_F(FurtherClips, NumbersThatNameNoFolderAreDropped) {
   EXPECT_EQ(opened->further_clips, std::vector<int>{2});
 }
 
+TEST_F(FurtherClips, AFilmAmongThemStaysButNothingThatWasMadeOfIt) {
+  add("second.mp4");
+  const fs::path folder = further_clip_folder(project_, 2), film = folder / "film.mp4";
+  fs::rename(root_ / "second.mp4", film);
+  ASSERT_TRUE(relink_clip(folder, film).ok());
+  ASSERT_TRUE(write_text(folder / "masks" / "000000.png", "x").ok());
+  const auto deleted = delete_person(project_.folder, false);
+  ASSERT_TRUE(deleted.ok()) << deleted.error().what;
+  EXPECT_TRUE(fs::exists(film));
+  EXPECT_FALSE(fs::exists(folder / "masks"));
+  EXPECT_FALSE(fs::exists(folder / "project.json"));
+  EXPECT_FALSE(fs::exists(project_.folder / "project.json"));
+}
+
 TEST_F(FurtherClips, GoWithADeletedPersonAndTheirFilmsStay) {
   add("second.mp4");
   fs::rename(root_ / "third.mp4", project_.folder / "third.mp4");
