@@ -1,6 +1,8 @@
 // likeness bench: how fast the field's kernels are, beside what the machine can do and how exact they are.
 #include <algorithm>
+#include <filesystem>
 #include <memory>
+#include <optional>
 
 #include <fmt/format.h>
 
@@ -12,6 +14,8 @@
 #include "core/bench/field_speed.h"
 #include "core/bench/processor.h"
 #include "core/device/load_device.h"
+#include "core/project/project.h"
+#include "core/study/project_speed.h"
 
 namespace likeness::app {
 
@@ -23,6 +27,12 @@ constexpr double kQuiet = 0.9;
 struct BenchArguments {
   CommonOptions common;
   BenchOptions options;
+  std::filesystem::path project;  // empty: the field alone
+};
+
+struct FullReport {
+  BenchReport field;
+  std::optional<ProjectSpeed> project;
 };
 
 double gather_mps(const Ceilings& c) { return 1e-6 / gather_seconds(c, kFieldTable); }
@@ -129,7 +139,18 @@ nlohmann::json kernels_json(const BenchReport& report) {
   return kernels;
 }
 
-nlohmann::json to_json(const BenchReport& report) {
+nlohmann::json to_json(const ProjectSpeed& s) {
+  return {{"size", s.size},
+          {"frames", s.frames},
+          {"final_fps", s.final_fps},
+          {"preview_fps", s.preview_fps},
+          {"preview_loss_db", s.preview_loss_db ? nlohmann::json(*s.preview_loss_db) : nlohmann::json(nullptr)},
+          {"preview_loss_head_db", s.preview_loss_head_db},
+          {"rays_per_s", s.rays_per_s}};
+}
+
+nlohmann::json to_json(const FullReport& full) {
+  const BenchReport& report = full.field;
   const Processor processor = this_processor();
   nlohmann::json machine = to_json(report.threads.front().ceilings);
   machine["processor"] = processor.name;
@@ -149,12 +170,21 @@ nlohmann::json to_json(const BenchReport& report) {
           {"counts", why.empty()},
           {"doubt", why.empty() ? nlohmann::json(nullptr) : nlohmann::json(why)},
           {"field", field},
-          {"kernels", kernels_json(report)}};
+          {"kernels", kernels_json(report)},
+          {"project", full.project ? to_json(*full.project) : nlohmann::json(nullptr)}};
 }
 
 // -- Text
 
-void print_report(const BenchReport& report) {
+void print_project(const ProjectSpeed& s) {
+  fmt::print("\n{} held-out frames of {} px, {} threads: final {:.2f} pictures/s, preview {:.2f} for ", s.frames,
+             s.size, current_thread_limit(), s.final_fps, s.preview_fps);
+  if (s.preview_loss_db) fmt::print("{:.2f} dB less, ", *s.preview_loss_db);
+  fmt::print("{:.2f} dB less at the head; {:.0f} rays/s of training\n", s.preview_loss_head_db, s.rays_per_s);
+}
+
+void print_report(const FullReport& full) {
+  const BenchReport& report = full.field;
   const Processor processor = this_processor();
   fmt::print("{}, {}\n\n{:>7} {:>12} {:>13} {:>12} {:>14} {:>14}\n", processor.name,
              processor.instruction_set, "threads", "FMA GFLOP/s", "bf16 GFLOP/s", "memory GB/s", "reads M/s",
@@ -185,6 +215,7 @@ void print_report(const BenchReport& report) {
   fmt::print("\n");
   print_error("", report.error);
   if (report.bf16_error) print_error(", bf16", *report.bf16_error);
+  if (full.project) print_project(*full.project);
   if (const std::string why = doubt(report); !why.empty())
     fmt::print("These figures do not count. {}\n", why);
 }
@@ -204,9 +235,25 @@ int run(BenchArguments arguments) {
   if (all > 1) arguments.options.threads.push_back(all);
   arguments.options.seed = std::uint32_t(arguments.common.seed) + 1;
   std::sort(arguments.options.batches.begin(), arguments.options.batches.end());
-  Result<BenchReport> report = [&] {
+  const Result<FullReport> report = [&]() -> Result<FullReport> {
+    std::optional<Project> project;  // a wrong folder is said before minutes are spent
+    if (!arguments.project.empty()) {
+      auto opened = open_project(arguments.project);
+      if (!opened) return opened.error();
+      project = std::move(*opened);
+    }
     const ProgressLine line(arguments.common);
-    return measure_field(arguments.options, line.progress(), stop_on_signals());
+    const Progress progress = line.progress();
+    const std::stop_token stop = stop_on_signals();
+    auto field = measure_field(arguments.options, progress.stage(0, project ? 0.5 : 1, "field"), stop);
+    if (!field) return field.error();
+    FullReport full{std::move(*field), std::nullopt};
+    if (!project) return full;
+    const ThreadLimit limit(all);
+    const auto speed = measure_project_speed(*project, {}, progress.stage(0.5, 1, "project"), stop);
+    if (!speed) return speed.error();
+    full.project = *speed;
+    return full;
   }();
   if (!report) return report_failure(report.error());
   if (arguments.common.json) {
@@ -223,6 +270,8 @@ void add_bench_command(CLI::App& program, int& exit_code) {
   auto a = std::make_shared<BenchArguments>();
   CLI::App* verb = program.add_subcommand(
       "bench", "How fast the field's kernels are, beside what the machine can do and how exact they are");
+  verb->add_option("project", a->project,
+                   "A project with an avatar: its pictures and its training are measured, too; not changed");
   verb->add_option("--batch", a->options.batches, "Samples of a batch; several are measured each")
       ->check(CLI::Range(64, 1 << 22));
   verb->add_option("--rounds", a->options.rounds,
@@ -231,6 +280,11 @@ void add_bench_command(CLI::App& program, int& exit_code) {
   add_common_options_with_cuda(*verb, a->common);
   verb->callback([a, verb, &exit_code] {
     const bool cuda = a->common.backend == "cuda" || (a->common.backend == "auto" && open_cuda_device().ok());
+    if (cuda && !a->project.empty()) {
+      exit_code = report_failure({ErrorCode::bad_input, "Of a project only the processor is measured.",
+                                  "Leave out the project, or use --backend cpu.", ""});
+      return;
+    }
     exit_code = cuda ? run_cuda(*a, verb->count("--batch") > 0) : run(*a);
   });
 }

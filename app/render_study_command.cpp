@@ -70,7 +70,7 @@ int run(const RenderStudyArguments& a) {
   std::optional<Result<RenderStudy>> study;
   {
     const ProgressLine line(a.common);
-    study = study_rendering(*project, a.frames, line.progress(), stop_on_signals());
+    study = study_rendering(*project, a.frames, render_settings(), line.progress(), stop_on_signals());
   }
   if (!*study) return report_failure(study->error());
   if (!a.common.json) {

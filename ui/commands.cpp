@@ -102,6 +102,7 @@ constexpr CommandInfo kTable[] = {
     {Command::export_driven, Menu::avatar, "Export a driven clip", "", can_export},
     {Command::export_mesh, Menu::avatar, "Export the head's mesh", "", can_export},
     {Command::stop_export, Menu::avatar, "Stop all exports", "", [](S s) { return s.exporting; }},
+    {Command::show_exports, Menu::avatar, "Show the exports' folder", "", [](S s) { return s.avatar; }},
     {Command::previous_step, Menu::view, "Previous step", "Ctrl+Up", with_project},
     {Command::next_step, Menu::view, "Next step", "Ctrl+Down", with_project},
     {Command::compare, Menu::view, "Compare with the clip", "Ctrl+B",

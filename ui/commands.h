@@ -74,6 +74,7 @@ enum class Command {
   export_driven,
   export_mesh,
   stop_export,
+  show_exports,
   toggle_theme,
   larger,
   smaller,

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "ui/film_drawings.h"
+#include "ui/keyboard.h"
 #include "ui/shell.h"
 #include "ui/theme.h"
 #include "ui/widgets.h"
@@ -94,6 +95,7 @@ void draw_film_guide() {
   for (const char* remark : kRemarks)
     high += wrapped_height(remark, width - bar) + ImGui::GetStyle().ItemSpacing.y;
   ImGui::BeginChild("film guide", {width, std::min(high, 0.68f * screen.y)});
+  scroll_by_keys();
   for (std::size_t row = 0; row < heights.size(); ++row) {
     const ImVec2 at = ImGui::GetCursorScreenPos();
     for (std::size_t j = 0; j < columns && row * columns + j < rules().size(); ++j)

@@ -7,6 +7,7 @@
 #include <imgui_internal.h>
 
 #include <algorithm>
+#include <utility>
 #include <vector>
 
 namespace likeness::ui {
@@ -78,6 +79,21 @@ void walk_by_keyboard() {
   std::ptrdiff_t next = io.KeyShift ? count - 1 : 0;
   if (found != reachable.end()) next = (found - reachable.begin() + (io.KeyShift ? count - 1 : 1)) % count;
   go_to(reachable[std::size_t(next)], ImGuiNavLayer_Main);
+}
+
+void scroll_by_keys() {
+  const float most = ImGui::GetScrollMaxY();
+  if (most <= 0 || ImGui::IsWindowFocused()) return;  // ImGui scrolls what Tab has reached
+  const float line = ImGui::GetTextLineHeightWithSpacing(), page = ImGui::GetWindowHeight() - line;
+  float to = ImGui::GetScrollY();
+  for (const auto& [key, step] : {std::pair{GLFW_KEY_DOWN, line},
+                                  {GLFW_KEY_UP, -line},
+                                  {GLFW_KEY_PAGE_DOWN, page},
+                                  {GLFW_KEY_PAGE_UP, -page},
+                                  {GLFW_KEY_END, most},
+                                  {GLFW_KEY_HOME, -most}})
+    if (ImGui::IsKeyPressed(key)) to += step;
+  if (to = std::clamp(to, 0.f, most); to != ImGui::GetScrollY()) ImGui::SetScrollY(to);
 }
 
 bool keyboard_is_at_it() { return ImGui::GetIO().NavVisible && ImGui::IsItemFocused(); }

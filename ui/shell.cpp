@@ -136,7 +136,7 @@ void draw_shortcuts() {
                     high = (rows.size() + columns - 1) / columns;
   const float line = ImGui::GetTextLineHeight() + 2 * px(3);
   ImGui::BeginChild("key list", {width, std::min((float(high) + 0.5f) * line, 0.68f * screen.y)});
-  note_view("key list");
+  scroll_by_keys();
   ImGui::PushStyleVar(ImGuiStyleVar_CellPadding, ImVec2(px(8), px(3)));
   if (ImGui::BeginTable("keys", int(2 * columns), ImGuiTableFlags_None)) {
     for (std::size_t c = 0; c < columns; ++c) {
@@ -159,6 +159,7 @@ void draw_shortcuts() {
   }
   ImGui::PopStyleVar();
   ImGui::EndChild();
+  note_view("key list");
 }
 
 // Of a command that turns something on and off.

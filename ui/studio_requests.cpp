@@ -10,6 +10,7 @@
 #include "core/project/care.h"
 #include "core/project/further_clips.h"
 #include "ui/diagnostics.h"
+#include "ui/platform/show_folder.h"
 #include "ui/same_place.h"
 
 namespace likeness::ui {
@@ -282,6 +283,9 @@ Wish Studio::carry_out(Command command) {
       break;
     case Command::stop_export:
       exports_.stop_all();
+      break;
+    case Command::show_exports:
+      if (const auto shown = show_folder(contents_->project.folder / "exports"); !shown) fail(shown.error());
       break;
     case Command::toggle_theme:
       settings_.dark = !settings_.dark;

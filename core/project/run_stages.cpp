@@ -313,15 +313,7 @@ Result<void> run_train(const StageContext& context) {
   if (!model) return model.error();
   auto set = load_training_views(context.project, *model);
   if (!set) return set.error();
-  TrainOptions options;
-  options.budget_s = o.budget_s;
-  options.steps = o.steps;
-  options.seed = o.seed;
-  options.checkpoint_every_s = o.checkpoint_every_s;
-  options.mode = o.mode;
-  options.refine_track = o.refine_track;
-  options.use_latent = o.use_latent;
-  options.use_occupancy = o.use_occupancy;
+  TrainOptions options = training_options(o);
   options.backend = context.observer.backend, options.fall_back = context.observer.fall_back;
   options.precision = context.observer.precision;
   const MemoryForecast forecast = forecast_memory(*set, options);
@@ -402,6 +394,19 @@ void remove_abandoned_parts(const fs::path& folder) {
 Result<HeadModel> project_head_model(const ProjectOptions& options) {
   if (options.head_model.empty()) return make_builtin_head();
   return load_head_model(options.head_model);
+}
+
+TrainOptions training_options(const ProjectOptions& options) {
+  TrainOptions training;
+  training.budget_s = options.budget_s;
+  training.steps = options.steps;
+  training.seed = options.seed;
+  training.checkpoint_every_s = options.checkpoint_every_s;
+  training.mode = options.mode;
+  training.refine_track = options.refine_track;
+  training.use_latent = options.use_latent;
+  training.use_occupancy = options.use_occupancy;
+  return training;
 }
 
 namespace {

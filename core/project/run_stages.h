@@ -58,4 +58,7 @@ Result<void> run_stages(Project& project, Stage last, const Progress& progress, 
 // The head model a project uses.
 Result<HeadModel> project_head_model(const ProjectOptions& options);
 
+// How a project is trained, by its choices; where it computes is the observer's.
+TrainOptions training_options(const ProjectOptions& options);
+
 }  // namespace likeness

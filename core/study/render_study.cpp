@@ -95,10 +95,15 @@ void add_frame(const Avatar& avatar, const Avatar& bare, const Camera& camera, c
 
 }  // namespace
 
-std::vector<RenderSetting> render_settings() {
+std::vector<RenderSetting> quality_ladder() {
   std::vector<RenderSetting> settings;
   for (const RenderQuality quality : {RenderQuality::final, RenderQuality::preview})
     settings.push_back({kRenderQualities[int(quality)], render_options(quality)});
+  return settings;
+}
+
+std::vector<RenderSetting> render_settings() {
+  std::vector<RenderSetting> settings = quality_ladder();
   for (const RenderQuality quality : {RenderQuality::final, RenderQuality::preview}) {
     RenderOptions options = render_options(quality);
     options.deferred = true;
@@ -145,8 +150,8 @@ std::vector<RenderSetting> render_settings() {
   return settings;
 }
 
-Result<RenderStudy> study_rendering(const Project& project, int frames, const Progress& progress,
-                                    std::stop_token stop) {
+Result<RenderStudy> study_rendering(const Project& project, int frames, std::vector<RenderSetting> settings,
+                                    const Progress& progress, std::stop_token stop) {
   const auto set = read_held_out(project);
   if (!set) return set.error();
   const auto model = project_head_model(project.options);
@@ -161,7 +166,7 @@ Result<RenderStudy> study_rendering(const Project& project, int frames, const Pr
   RenderStudy study;
   study.size = set->capture.size;
   study.frames = int(chosen.size());
-  for (RenderSetting& setting : render_settings())
+  for (RenderSetting& setting : settings)
     study.rows.push_back({.setting = std::move(setting), .psnr_db = 0.0});
   const Avatar bare = without_opacities(set->avatar);
   for (std::size_t k = 0; k < chosen.size(); ++k) {

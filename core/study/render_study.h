@@ -24,6 +24,7 @@ struct RenderSetting {
 // samples or colours, `exact` - a ray a pixel in single precision - and what lies about them in bf16: samples
 // a ray, rays a pixel, rays a preview.
 std::vector<RenderSetting> render_settings();
+std::vector<RenderSetting> quality_ladder();  // the first two of them
 
 struct RenderRow {
   RenderSetting setting;
@@ -39,12 +40,12 @@ struct RenderRow {
 struct RenderStudy {
   int size = 0, frames = 0;
   double pose_milliseconds = 0;  // posing the head model and its lattice, the same for every setting
-  std::vector<RenderRow> rows;   // as render_settings()
+  std::vector<RenderRow> rows;   // as the settings
 };
 
 // `frames` of the held-out frames, evenly chosen; 0: all. Settings take turns frame by frame, so that what
-// else the machine does falls on all alike.
-Result<RenderStudy> study_rendering(const Project& project, int frames, const Progress& progress,
-                                    std::stop_token stop);
+// else the machine does falls on all alike; the first of them is the one that to_final_db compares with.
+Result<RenderStudy> study_rendering(const Project& project, int frames, std::vector<RenderSetting> settings,
+                                    const Progress& progress, std::stop_token stop);
 
 }  // namespace likeness

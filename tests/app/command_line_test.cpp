@@ -114,6 +114,8 @@ TEST_F(CommandLine, BenchReportsCeilingsSpeedsAndErrorsOfOneRun) {
   }
   EXPECT_EQ(report.at("counts").get<bool>(), report.at("doubt").is_null());
   report.erase("doubt");
+  EXPECT_TRUE(report.at("project").is_null());
+  report.erase("project");
   report.at("field").at("rel_l2").erase("samples_left_out");
   if (bf16)
     report.at("field").at("bf16").at("rel_l2").erase("samples_left_out");
@@ -125,6 +127,10 @@ TEST_F(CommandLine, BenchReportsCeilingsSpeedsAndErrorsOfOneRun) {
 TEST_F(CommandLine, BenchRefusesBatchesItCannotMeasure) {
   EXPECT_EQ(likeness({"bench", "--batch", "0"}).exit_code, 2);
   EXPECT_EQ(likeness({"bench", "--rounds", "0"}).exit_code, 2);
+  // A wrong folder is said at once, not after the field was measured.
+  const ProgramResult nowhere = likeness({"bench", "/nowhere.likeness", "--rounds", "1000"});
+  EXPECT_EQ(nowhere.exit_code, 1);
+  EXPECT_NE(nowhere.err.find("/nowhere.likeness"), std::string::npos) << nowhere.err;
 }
 
 TEST_F(CommandLine, WhereNoGpuCanBeUsedThatIsSaidAndNothingIsBegun) {

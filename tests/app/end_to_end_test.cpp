@@ -7,7 +7,9 @@
 #include <unistd.h>
 
 #include <chrono>
+#include <cmath>
 #include <fstream>
+#include <map>
 #include <set>
 #include <thread>
 
@@ -119,6 +121,25 @@ TEST_F(EndToEnd, ThePreviewLosesLittleAgainstTheFinalPicture) {
   EXPECT_LT(preview.at("samples_per_ray").get<double>(), final.at("samples_per_ray").get<double>());
   EXPECT_GT(preview.at("psnr_db").get<double>(), final.at("psnr_db").get<double>() - 2);
   EXPECT_EQ(likeness({"eval", (folder_ / "p.likeness").string(), "--quality", "fast"}).exit_code, 2);
+}
+
+TEST_F(EndToEnd, ABenchOfTheProjectMeasuresPicturesAndTrainingAndLeavesItAsItIs) {
+  const fs::path project = folder_ / "p.likeness";
+  const auto written = [&] {
+    std::map<std::string, fs::file_time_type> times;
+    for (const auto& entry : fs::recursive_directory_iterator(project))
+      times[entry.path().string()] = entry.last_write_time();
+    return times;
+  };
+  const auto before = written();
+  const ProgramResult bench =
+      likeness({"bench", project.string(), "--rounds", "1", "--batch", "512", "--json"});
+  ASSERT_EQ(bench.exit_code, 0) << bench.err;
+  const json speed = json::parse(bench.out).at("project");
+  EXPECT_EQ(speed.at("size"), 256);
+  for (const char* key : {"final_fps", "preview_fps", "rays_per_s"}) EXPECT_GT(speed.at(key).get<double>(), 0);
+  EXPECT_LT(std::abs(speed.at("preview_loss_db").get<double>()), 2);
+  EXPECT_EQ(written(), before);
 }
 
 TEST_F(EndToEnd, ARepeatedBuildHasNothingToDo) {

@@ -632,6 +632,58 @@ TEST_F(Panels, AWarningLeavesTheAvatarWhereItIs) {
   EXPECT_EQ(warning.high.y, after.high.y);
 }
 
+// Nor does it cover much of a small one: the words are cut short, and the pointer brings them.
+TEST_F(Panels, AWarningLeavesASmallAvatarInSight) {
+  for (const int scale : {100, 125, 150, 200}) {
+    Snapshot s = snapshot_of(Step::direct, Look::done);
+    s.settings.scale_percent = scale;
+    s.directing.beyond = {0.6, {"jawOpen", "mouthSmile_L", "browInnerUp"}};
+    settled(s);
+    keep_shot(fmt::format("direct_beyond_{}", scale));
+    const Rectangle view = noted_widgets().at("avatar view"), warning = noted_widgets().at("beyond");
+    EXPECT_LE(warning.high.y - warning.low.y,
+              std::max(0.21f * (view.high.y - view.low.y), 42.f * float(scale) / 100))
+        << scale;
+    EXPECT_GE(warning.low.y, view.low.y) << scale;
+  }
+}
+
+TEST_F(Panels, TheListOfKeysIsScrolledByKeys) {
+  Snapshot s = snapshot_of(Step::train, Look::running);
+  s.settings.scale_percent = 200;
+  settled(s);
+  TestWindow::get().shell->ask(Question::shortcuts);
+  const auto list = [&] {
+    const Image8 screen = settled(s);
+    const Rectangle place = noted_widgets().at("key list");
+    std::vector<std::uint8_t> pixels;
+    for (int y = int(place.low.y); y < int(place.high.y); ++y)
+      for (int x = int(place.low.x); x < int(place.high.x); ++x) pixels.push_back(screen.at(x, y)[1]);
+    return pixels;
+  };
+  const auto press = [&](int key) {
+    InjectedInput input;
+    input.key = key;
+    TestWindow::get().window->inject(input);
+    draw_frame(s);
+    TestWindow::get().window->inject(InjectedInput{});
+    draw_frame(s);
+  };
+  const auto top = list();
+  press(GLFW_KEY_DOWN);
+  const auto line = list();
+  EXPECT_NE(line, top);
+  press(GLFW_KEY_END);
+  const auto end = list();
+  EXPECT_NE(end, line);
+  press(GLFW_KEY_PAGE_DOWN);  // no further
+  EXPECT_EQ(list(), end);
+  press(GLFW_KEY_HOME);
+  EXPECT_EQ(list(), top);
+  test::click("Close", [&] { draw_frame(s); });
+  draw_frame(s);
+}
+
 TEST_F(Panels, QuestionsAreShownAndClosed) {
   const Snapshot s = snapshot_of(Step::train, Look::running);
   Shell& shell = *TestWindow::get().shell;
@@ -926,6 +978,11 @@ TEST_F(Panels, ExportsAreStoppedTriedAgainAndTakenOffTheList) {
   EXPECT_EQ(last.retry_export, 7);
   test::click("Take off the list", watch);
   EXPECT_EQ(last.forget_export, 7);
+  std::vector<Command> commands;
+  test::click("Show the exports' folder", [&] {
+    for (const Command command : draw_frame(s).commands) commands.push_back(command);
+  });
+  EXPECT_EQ(commands, std::vector{Command::show_exports});
 }
 
 }  // namespace

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <utility>
 
 #include "ui/channel_words.h"
 #include "ui/steps/steps.h"
@@ -17,6 +18,8 @@ namespace {
 constexpr float kDegreesAPixel = 0.35f, kPlateFade_deg = 8;
 constexpr float kRounding = 6;         // px, of the view's corners
 constexpr float kNothingSeen = 0.02f;  // of a preset
+constexpr float kMostCovered = 0.2f;   // of the picture's height, by what is said of it
+constexpr const char* kBeyondInShort = "Beyond what the clip showed: details are guessed.";
 constexpr double kFadeADistance = 40;  // degrees that a camera twice as far away counts as
 
 // What the mouse does to the camera: left orbits, right or middle pans, wheel zooms, with Ctrl it dollies.
@@ -78,7 +81,8 @@ void draw_wipe(const FramePicture& picture, Views& views, const Fitted& place) {
   if (views.wipe < 0.88f) label(fmt::format("Clip, frame {}", picture.frame), end.x - px(10), true);
 }
 
-// At the foot of the picture: beside it, it would push the picture away under the hand that turns it.
+// At the foot of the picture: beside it, it would push the picture away under the hand that turns it. Where it
+// would cover much of a small picture it is one line, and the pointer brings the rest.
 void draw_beyond(const BeyondSeen& beyond, const Fitted& place) {
   std::string words;
   for (const std::string& line : beyond_words(beyond)) words += (words.empty() ? "" : "\n") + line;
@@ -86,7 +90,14 @@ void draw_beyond(const BeyondSeen& beyond, const Fitted& place) {
   const Palette& p = theme().colours;
   const float pad = px(10), mark = px(18), left = pad + mark + px(8),
               wrap = std::max(px(40), place.size.x - left - pad);
-  const ImVec2 size = ImGui::CalcTextSize(words.c_str(), nullptr, false, wrap);
+  ImVec2 size = ImGui::CalcTextSize(words.c_str(), nullptr, false, wrap);
+  if (size.y + 2 * pad > kMostCovered * place.size.y) {
+    const std::string whole = std::exchange(words, shortened(kBeyondInShort, wrap));
+    size = ImGui::CalcTextSize(words.c_str());
+    const ImVec2 end{place.at.x + place.size.x, place.at.y + place.size.y};
+    if (ImGui::IsMouseHoveringRect({place.at.x, end.y - size.y - 2 * pad}, end) && ImGui::IsItemHovered())
+      ImGui::SetTooltip("%s", whole.c_str());
+  }
   const ImVec2 high{place.at.x + place.size.x, place.at.y + place.size.y},
       low{place.at.x, high.y - size.y - 2 * pad};
   ImDrawList& list = *ImGui::GetWindowDrawList();

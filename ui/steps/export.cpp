@@ -266,16 +266,16 @@ void draw_item(const ExportItem& item, Requests& requests) {
 }
 
 void draw_queue(const Snapshot& snapshot, Requests& requests) {
-  if (snapshot.situation.exporting) ImGui::AlignTextToFramePadding();
+  if (!snapshot.exports.empty()) ImGui::AlignTextToFramePadding();
   title("Exports");
   if (snapshot.exports.empty()) {
     faint_text("Files go to " + (snapshot.contents->project.folder / "exports").string());
     return;
   }
-  if (snapshot.situation.exporting) {
-    ImGui::SameLine(0, px(16));
+  ImGui::SameLine(0, px(16));
+  if (command_button(Command::show_exports, snapshot.situation)) requests.ask(Command::show_exports);
+  if (snapshot.situation.exporting && same_line_if_fits(command_info(Command::stop_export).words.data()))
     if (command_button(Command::stop_export, snapshot.situation)) requests.ask(Command::stop_export);
-  }
   for (auto item = snapshot.exports.rbegin(); item != snapshot.exports.rend(); ++item)
     draw_item(*item, requests);
   faint_text("Files are in " + (snapshot.contents->project.folder / "exports").string());
