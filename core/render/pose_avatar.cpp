@@ -44,7 +44,7 @@ void straighten_samples(std::span<const NeckBend> necks, FieldSamples& samples) 
     for (std::size_t i = begin; i < end; ++i) {
       const NeckBend& neck = necks[std::size_t(samples.view[i]) % necks.size()];
       if (neck.straight || samples.y[i] >= neck.top) continue;
-      const Vec3f straight = straightened(neck, {samples.x[i], samples.y[i], samples.z[i]});
+      const Vec3f straight = straightened_in_lanes(neck, {samples.x[i], samples.y[i], samples.z[i]});
       samples.x[i] = std::clamp(straight.x(), 0.f, 1.f);
       samples.y[i] = std::clamp(straight.y(), 0.f, 1.f);
       samples.z[i] = std::clamp(straight.z(), 0.f, 1.f);

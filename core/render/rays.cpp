@@ -29,7 +29,7 @@ Interval cube_interval(const FieldRay& ray, float near, float far) {
 
 // The cell along an axis that holds a place, both in cells; the first or last one where it lies beyond them.
 int cell_at(float place, int first, int last) {
-  return int(std::clamp(std::floor(place), float(first), float(last)));
+  return int(std::clamp(place, float(first), float(last)));  // none is negative
 }
 
 std::size_t index_of(int n, const int (&cell)[3]) {
@@ -52,11 +52,11 @@ CellContent content_of_neck(const NeckBend& neck, const MarchVolume& volume, con
                             const int (&cell)[3]) {
   const int n = volume.occupancy->resolution;
   const Vec3f centre = Vec3f(float(cell[0]) + 0.5f, float(cell[1]) + 0.5f, float(cell[2]) + 0.5f) / float(n);
-  const Vec3f place = straightened(neck, centre) * float(n);
+  const Vec3f place = straightened_in_lanes(neck, centre) * float(n);
   int at[3];
   for (int a = 0; a < 3; ++a) {
-    at[a] = int(std::floor(place[a]));
-    if (at[a] < 0 || at[a] >= n) return {};
+    if (!(place[a] >= 0 && place[a] < float(n))) return {};
+    at[a] = int(place[a]);
   }
   return {volume.occupancy->occupied(cell[0], cell[1], cell[2]) ||
               volume.occupancy->occupied(at[0], at[1], at[2]),
@@ -362,8 +362,10 @@ struct RayIntervals {
     std::vector<Interval>* lists[2] = {&head, &torso};
     for (int f = 0; f < 2; ++f)
       if (volumes.fields[f].occupancy)
-        far = std::min(far, occupied_intervals(ray.fields[f], volumes.fields[f], volumes.near, far, *lists[f],
-                                               neck_of(ray, volumes, f)));
+        far = std::min(
+            far, occupied_intervals(ray.fields[f], volumes.fields[f],
+                                    std::max(volumes.near, ray.nothing_before[std::size_t(f)]), far, *lists[f],
+                                    neck_of(ray, volumes, f)));
     if (far >= volumes.far) return;
     while (!head.empty() && head.back().near >= far) head.pop_back();
     if (head.empty() || head.back().far <= far) return;
@@ -375,17 +377,20 @@ struct RayIntervals {
 
 }  // namespace
 
-bool meets_volume(const RayRequest& ray, const MarchVolumes& volumes) {
+bool meets_volume(RayRequest& ray, const MarchVolumes& volumes) {
   float far = volumes.far;
+  ray.nothing_before = {};
   for (int f = 0; f < 2; ++f) {
     if (!volumes.fields[f].occupancy) continue;
     bool met = false;
     far = std::min(far, walk_cells(ray.fields[f], volumes.fields[f], neck_of(ray, volumes, f), volumes.near,
-                                   far, [&](float, float, std::uint8_t) {
+                                   far, [&](float t, float, std::uint8_t) {
+                                     ray.nothing_before[std::size_t(f)] = t;
                                      met = true;
                                      return false;
                                    }));
     if (met) return true;
+    ray.nothing_before[std::size_t(f)] = far;  // the core of a field is found there again
   }
   return false;
 }

@@ -101,7 +101,8 @@ struct SampleBatch {
 struct RayRequest {
   std::array<FieldRay, 2> fields;
   std::int32_t view = 0;
-  std::uint64_t jitter = 0;  // 0: midpoints
+  std::uint64_t jitter = 0;                // 0: midpoints
+  std::array<float, 2> nothing_before{};  // m, of each field: where its walk may begin
 };
 
 struct MarchVolumes {
@@ -138,7 +139,8 @@ int keep_occupied(const RayRequest& ray, const MarchVolumes& volumes, std::span<
 void collect_samples(std::span<const RayRequest> rays, const MarchVolumes& volumes, std::size_t stride,
                      std::span<const int> counts, SampleBatch& batch);
 
-// True where the ray meets an occupied cell of either field, hidden by the other's core or not.
-bool meets_volume(const RayRequest& ray, const MarchVolumes& volumes);
+// True where the ray meets an occupied cell of either field, hidden by the other's core or not. Notes in the
+// ray what lies before it, so that sampling it does not walk there again.
+bool meets_volume(RayRequest& ray, const MarchVolumes& volumes);
 
 }  // namespace likeness

@@ -42,6 +42,9 @@ NeckBend make_neck_bend(const NeckZone& zone, const Pose& head_from_torso,
 // Where a point near the posed neck lies on the straight one; a point above the top stays. Continuous but for
 // folds, where of several places that nearest to the head counts.
 Vec3f straightened(const NeckBend& bend, const Vec3f& posed);
+// The same, up to rounding, with the table's steps side by side in the processor's lanes: what a march asks
+// for in every cell of a neck.
+Vec3f straightened_in_lanes(const NeckBend& bend, const Vec3f& posed);
 
 // Where a point of the straight neck lies in this bend; one above the top stays.
 Vec3f bent(const NeckBend& bend, const Vec3f& straight);

@@ -169,7 +169,7 @@ void choose_rays(const RaySource& source, const MarchVolumes& volumes, bool drop
 
       // -- All tries in vain: a ray that meets nothing and is as its background is.
       if (!teaches(view, pixel)) {
-        request.fields = {kNowhere, kNowhere};
+        request.fields = {kNowhere, kNowhere}, request.nothing_before = {};
         batch.target[i] = batch.background[i] = Vec3f::Zero();
         continue;
       }

@@ -30,9 +30,11 @@ void BM_Straightened(benchmark::State& state) {
   Pose turned = Pose::Identity();
   turned.rotate(Eigen::AngleAxisd(0.01 * double(state.range(0)), Vec3d(0.2, 1, 0.1).normalized()));
   const NeckBend bend = make_neck_bend({-0.16f, -0.12f, {0, -0.14f, -0.02f}}, turned);
-  run(state, places_in(-0.19f, -0.12f), [&](const Vec3f& p) { return straightened(bend, p); });
+  const bool lanes = state.range(1) != 0;
+  run(state, places_in(-0.19f, -0.12f),
+      [&](const Vec3f& p) { return lanes ? straightened_in_lanes(bend, p) : straightened(bend, p); });
 }
-BENCHMARK(BM_Straightened)->Arg(0)->Arg(20)->Arg(60);  // hundredths of a radian
+BENCHMARK(BM_Straightened)->ArgsProduct({{0, 20, 60}, {0, 1}});  // hundredths of a radian; in lanes
 
 void BM_WarpLattice(benchmark::State& state) {
   const HeadModel model = make_builtin_head();

@@ -254,6 +254,39 @@ TEST(SampleRays, GiveEachSampleItsPlaceInItsField) {
   }
 }
 
+// What meets_volume noted spares a walk, and changes no sample: not behind a core either.
+TEST(SampleRays, BeginWhereSomethingWasMet) {
+  const OccupancyGrid head = random_grid(16, 0.1, 7), torso = random_grid(16, 0.1, 8),
+                      core = random_grid(16, 0.02, 9), none;
+  MarchVolumes volumes;
+  volumes.fields[0] = {&head, &core, 1.f};
+  volumes.fields[1] = {&torso, &none, 1.f};
+  volumes.near = 0;
+  std::mt19937 engine(10);
+  std::vector<RayRequest> rays(500);
+  for (std::size_t r = 0; r < rays.size(); ++r) {
+    rays[r].fields = {random_ray(engine), random_ray(engine)};
+    rays[r].jitter = r + 1;
+  }
+  SampleBatch whole, begun;
+  sample_rays(rays, volumes, whole);
+  int later = 0;
+  for (RayRequest& ray : rays) {
+    meets_volume(ray, volumes);
+    later += ray.nothing_before[0] > 0.1f;
+  }
+  EXPECT_GT(later, 100);
+  sample_rays(rays, volumes, begun);
+  ASSERT_EQ(begun.begin, whole.begin);
+  for (int f = 0; f < 2; ++f)
+    for (std::size_t i = 0; i < whole.fields[f].count(); ++i) {
+      const FieldSamples &a = whole.fields[f], &b = begun.fields[f];
+      EXPECT_NEAR(a.x[i], b.x[i], 1e-5f);
+      EXPECT_NEAR(a.y[i], b.y[i], 1e-5f);
+      EXPECT_NEAR(a.z[i], b.z[i], 1e-5f);
+    }
+}
+
 // The strata of a ray are its samples without jitter, and their intervals are those of its walk.
 TEST(StratifyRays, AreTheMidpointsThatSampleRaysTakes) {
   const OccupancyGrid head = random_grid(8, 0.4, 3), torso = random_grid(8, 0.4, 4), none;

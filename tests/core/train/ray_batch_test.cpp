@@ -75,7 +75,7 @@ TEST(ChooseRays, AFurtherClipTeachesItsHeadAloneAndAlwaysWithItsCode) {
   choose_rays(source, volumes, true, 3, 0, kRays, batch);
   int further = 0, dropped = 0;
   for (std::size_t i = 0; i < batch.requests.size(); ++i) {
-    const RayRequest& ray = batch.requests[i];
+    RayRequest& ray = batch.requests[i];
     dropped += ray.view >= 2;
     if (ray.view % 2 == 0) continue;
     ++further;
