@@ -171,7 +171,8 @@ NetworkArgs DeviceField::Impl::network(const std::vector<DenseLayer>& layers, Ne
   a.output = output,
   a.precision = output == NetworkOutput::slice ? NetworkPrecision::single : options.precision;
   a.parameters = parameters.data(), a.gradients = gradients.data();
-  a.view = options.views > 1 ? view.data() : nullptr, a.count = number.data(), a.capacity = std::uint32_t(options.capacity);
+  a.view = options.views > 1 ? view.data() : nullptr, a.count = number.data(),
+  a.capacity = std::uint32_t(options.capacity);
   a.out = out;
   for (std::size_t k = 0; k < 3; ++k) a.direction[k] = axis(3 + k);
   return a;

@@ -49,17 +49,17 @@ class DeviceField {
   Result<void> set_count(std::uint32_t count);
 
   // -- Passes over the batch.
-  Result<void> density();   // sigma and geometry features
+  Result<void> density();                  // sigma and geometry features
   Result<void> density(std::size_t most);  // where the batch is known to hold no more samples than that
   Result<void> colour();                   // after density
-  Result<void> backward();  // from d_sigma and d_colour; adds to the gradients
+  Result<void> backward();                 // from d_sigma and d_colour; adds to the gradients
   Result<void> step_tables(const StepNumbers* numbers, const StepSums* sums);
   Result<void> step_networks(const StepNumbers* numbers, const StepSums* sums, int index);
 
   // -- Where things lie in the device's memory.
   float* point(int k) const;  // (capacity) a coordinate of the samples' positions, from 3 on of directions
-  float* sigma() const;    // (capacity)
-  float* colours() const;  // (3, capacity)
+  float* sigma() const;       // (capacity)
+  float* colours() const;     // (3, capacity)
   float *d_sigma() const, *d_colours() const;
   float *codes() const, *d_codes() const;  // (views, L), or null without latents
   std::uint32_t* count() const;

@@ -19,9 +19,9 @@ namespace likeness {
 // What changes from frame to frame. One in the device's memory, and behind it the tables of the lattice and
 // of the torso.
 struct FrameNumbers {
-  float linear[2][9], offset[2][3];        // camera to unit cube (UnitFromCamera), row-major
-  NeckTable neck;                          // of the head's unit cube
-  float neck_low[3], neck_high[3];         // the box of MarchNeck, unit cube
+  float linear[2][9], offset[2][3];           // camera to unit cube (UnitFromCamera), row-major
+  NeckTable neck;                             // of the head's unit cube
+  float neck_low[3], neck_high[3];            // the box of MarchNeck, unit cube
   std::int32_t neck_first[3], neck_count[3];  // its cells
   LatticeTable lattice;
   TorsoTable torso;
@@ -38,7 +38,7 @@ struct MarchGrid {
 
 struct MarchScene {
   MarchGrid grid[2];
-  const float* depth_of_opacity;   // (256)
+  const float* depth_of_opacity;  // (256)
   const FrameNumbers* frame;
   const std::uint8_t* neck_cells;  // (cells of the neck's box, 2): 1 occupied + 2 core; opacity
   float near, far, min_step;       // m
@@ -86,9 +86,9 @@ struct MarchRaysArgs {
 constexpr int kScanRays = 256;
 struct RayOffsetsArgs {
   PlacedRays rays;
-  std::uint32_t* offset;           // (2, rays)
-  std::uint32_t* total[2];         // added to
-  std::uint32_t *samples, *met;    // added to: samples; rays that have any
+  std::uint32_t* offset;         // (2, rays)
+  std::uint32_t* total[2];       // added to
+  std::uint32_t *samples, *met;  // added to: samples; rays that have any
 };
 
 // Items: rays times most. Samples to where their fields know them.
@@ -126,9 +126,9 @@ struct BlockPlace {
 // Items: pixels. Those samples of their block that lie in occupied cells of their own ray.
 struct PickArgs {
   MarchScene scene;
-  const float* direction;        // (pixels, 3)
-  const std::uint32_t* block;    // (pixels)
-  const BlockPlace* place;       // (blocks)
+  const float* direction;      // (pixels, 3)
+  const std::uint32_t* block;  // (pixels)
+  const BlockPlace* place;     // (blocks)
   PlacedRays strata, refined, out;
   std::uint8_t* alone;  // (pixels) set to 1 where the block's ray met nothing although the pixel may
 };
@@ -243,9 +243,7 @@ struct RayLists {
   LIKENESS_HOST_DEVICE std::size_t at(int field, int i) const {
     return std::size_t(i + (field == 0 ? 0 : memory.head_rows)) * memory.lanes + lane;
   }
-  LIKENESS_HOST_DEVICE std::size_t at(int i) const {
-    return i < counts[0] ? at(0, i) : at(1, i - counts[0]);
-  }
+  LIKENESS_HOST_DEVICE std::size_t at(int i) const { return i < counts[0] ? at(0, i) : at(1, i - counts[0]); }
   LIKENESS_HOST_DEVICE int count(int field) const { return counts[field]; }
   LIKENESS_HOST_DEVICE Interval interval(int field, int i) const {
     const std::size_t k = at(field, i);
@@ -280,8 +278,7 @@ LIKENESS_HOST_DEVICE inline void walk_ray(const MarchScene& scene, const float* 
     const int n = scene.grid[f].resolution;
     const float cells_per_m = float(n) * sqrtf(dot3(ray.direction, ray.direction));
     const auto visit = [&](float near, float leave, std::uint8_t opacity) {
-      const float depth =
-          opacity == 0 ? 0 : scene.depth_of_opacity[opacity] * (leave - near) * cells_per_m;
+      const float depth = opacity == 0 ? 0 : scene.depth_of_opacity[opacity] * (leave - near) * cells_per_m;
       lists.push(f, {near, leave, depth});
       return true;
     };

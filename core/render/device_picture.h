@@ -26,7 +26,9 @@ struct RayRow {
   std::size_t first;  // of the ray's samples in PlacedRays::t
   int head, all;
   LIKENESS_HOST_DEVICE RayRow(const PlacedRays& rays, std::size_t r)
-      : first(r * std::size_t(rays.most)), head(int(rays.count[r])), all(head + int(rays.count[rays.rays + r])) {}
+      : first(r * std::size_t(rays.most)),
+        head(int(rays.count[r])),
+        all(head + int(rays.count[rays.rays + r])) {}
 };
 
 // Where sample k of ray r lies in its field's batch.
@@ -166,9 +168,7 @@ LIKENESS_HOST_DEVICE inline void refine_strata(const RefineArgs& a, std::size_t 
   RayLists lists(a.lists, r);
   for (int f = 0; f < 2; ++f) lists.counts[f] = int(a.lists.count[std::size_t(f) * a.lists.lanes + r]);
   Placing<RayLists> placing(lists);
-  const auto segment = [&](int i) {
-    return LengthAndMass{dt[i], shares.scale * weights[i] + shares.even};
-  };
+  const auto segment = [&](int i) { return LengthAndMass{dt[i], shares.scale * weights[i] + shares.even}; };
   const std::size_t first = r * std::size_t(a.out.most);
   cut_evenly(row.all, segment, total, a.out.most, [&](int k, float from, float to) {
     const RaySample sample = placing.at(0.5f * (from + to));
@@ -205,7 +205,8 @@ LIKENESS_HOST_DEVICE inline void pick_samples(const PickArgs& a, std::size_t pix
     const GridContents contents(a.scene, f);
     const int n = a.scene.grid[f].resolution;
     for (int k = begin; k < end; ++k) {
-      const float t = a.refined.t[from.first + std::size_t(k)], dt = a.refined.dt[from.first + std::size_t(k)];
+      const float t = a.refined.t[from.first + std::size_t(k)],
+                  dt = a.refined.dt[from.first + std::size_t(k)];
       int cell[3];
       bool inside = dt > 0;
       for (int c = 0; c < 3; ++c) {

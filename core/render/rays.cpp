@@ -286,9 +286,9 @@ bool meets_volume(const RayRequest& ray, const MarchVolumes& volumes) {
     bool met = false;
     far = std::min(far, walk_volume(ray.fields[f], volumes.fields[f], neck_of(ray, volumes, f), volumes.near,
                                     far, [&](float, float, std::uint8_t) {
-                                     met = true;
-                                     return false;
-                                   }));
+                                      met = true;
+                                      return false;
+                                    }));
     if (met) return true;
   }
   return false;

@@ -28,8 +28,7 @@ LIKENESS_HOST_DEVICE float lost_light(Lists& lists) {
   int h = 0, t = 0;
   float transmittance = 1;
   while (h < head || t < torso) {
-    const bool from_head =
-        t == torso || (h < head && lists.interval(0, h).near <= lists.interval(1, t).near);
+    const bool from_head = t == torso || (h < head && lists.interval(0, h).near <= lists.interval(1, t).near);
     const float d = from_head ? lists.interval(0, h).depth : lists.interval(1, t).depth;
     // exp(d) by its first terms: where the light goes need not be known better.
     const float after = transmittance / (1 + d * (1 + d * (0.5f + d * (1.f / 6 + d * (1.f / 24)))));

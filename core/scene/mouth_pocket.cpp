@@ -148,8 +148,8 @@ MouthFrame make_mouth_frame(const HeadModel& model, const HeadShape& shape, std:
   for (std::size_t i = 0; i < kLipColumns; ++i)
     frame.margin[i] = kMargin + 0.5f * std::max(0.f, edges.upper_y[i] - edges.lower_y[i]);
   // -- The pocket: its middle between the ears, above the brows.
-  const Vec3f middle =
-      frame.jaw + about_x(0.5f * kPocketAngle) * (seam - Vec3f(0, 0, 0.5f * (kGapDepth - kGapFront)) - frame.jaw);
+  const Vec3f middle = frame.jaw + about_x(0.5f * kPocketAngle) *
+                                       (seam - Vec3f(0, 0, 0.5f * (kGapDepth - kGapFront)) - frame.jaw);
   const Vec3f ears = 0.5f * (place(mark(0), rest) + place(mark(16), rest));
   const Vec3f brows = 0.5f * (place(mark(19), rest) + place(mark(24), rest));
   frame.pocket = Vec3f(0, brows.y() + 0.02f, ears.z()) - Vec3f(0, middle.y(), middle.z());

@@ -76,8 +76,7 @@ LIKENESS_HOST_DEVICE inline bool in_gap(const MouthTable& gap, const float (&p)[
   const float share = within((p[1] - lower[1]) / fmaxf(1e-6f, upper[1] - lower[1]), 0.f, 1.f);
   const float depth = lower[2] + share * (upper[2] - lower[2]) - p[2];
   if (depth < -kGapFront || depth > kGapDepth) return false;
-  const float widens =
-      fminf(fminf(kGapSlope * fmaxf(0.f, depth - kGapLip), kGapWidest), 2 * gap.open);
+  const float widens = fminf(fminf(kGapSlope * fmaxf(0.f, depth - kGapLip), kGapWidest), 2 * gap.open);
   const float down[3] = {upper[0] - p[0], upper[1] - p[1], upper[2] - p[2]};
   const float up[3] = {p[0] - lower[0], p[1] - lower[1], p[2] - lower[2]};
   const float inside = fminf(dot3(down, gap.upper_normal), dot3(up, gap.lower_normal));

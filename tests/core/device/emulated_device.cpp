@@ -10,6 +10,7 @@
 #include <thread>
 #include <vector>
 
+#include "core/base/check.h"
 #include "core/field/field_bf16.h"
 #include "core/field/grid_math.h"
 #include "core/field/network_math.h"
@@ -149,6 +150,8 @@ using Recording = std::vector<std::function<void()>>;
 template <class Args>
 const Args& as(const std::vector<unsigned char>& bytes) {
   static_assert(alignof(Args) <= alignof(std::max_align_t));
+  LIKENESS_CHECK(bytes.size() == sizeof(Args), "arguments of %zu bytes for a kernel that takes %zu",
+                 bytes.size(), sizeof(Args));
   return *reinterpret_cast<const Args*>(bytes.data());
 }
 
