@@ -74,6 +74,7 @@ class FrameRenderer {
   // As render_frame. Errors: a device that fails.
   virtual Result<RenderedFrame> render(const Camera& camera, const RenderState& state,
                                        const RenderOptions& options) = 0;
+  virtual std::string backend() const = 0;  // cpu, cuda
 };
 
 class Backend {
@@ -98,13 +99,13 @@ RenderOptions device_options(RenderOptions options);
 
 // Where pictures are rendered.
 struct RenderPlace {
-  std::shared_ptr<Backend> backend;  // null: the processor
-  bool fall_back = false;            // where that fails, the processor goes on
+  std::shared_ptr<Backend> backend;             // null: the processor
+  bool fall_back = false;                       // where that fails, the processor goes on
+  std::function<void(const std::string&)> say;  // told, once, why it does
 };
 std::unique_ptr<FrameRenderer> cpu_renderer(const Avatar& avatar);
-// say: told, once, why the processor goes on. The avatar must stay as and where it is.
-Result<std::unique_ptr<FrameRenderer>> make_renderer(const RenderPlace& place, const Avatar& avatar,
-                                                     std::function<void(const std::string&)> say = {});
+// The avatar must stay as and where it is.
+Result<std::unique_ptr<FrameRenderer>> make_renderer(const RenderPlace& place, const Avatar& avatar);
 
 // Whether work failed because of where it was done, and what to say where the processor takes it over.
 bool failed_where_it_was_done(const Error& error);

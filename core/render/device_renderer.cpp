@@ -136,6 +136,7 @@ class DeviceRenderer : public FrameRenderer {
       error.where = "CUDA, rendering", error.fix = "Close what else uses the GPU, or use --backend cpu.";
     return error;
   }
+  std::string backend() const override { return "cuda"; }
 
  private:
   Result<RenderedFrame> render_on_device(const Camera& camera, const RenderState& state,

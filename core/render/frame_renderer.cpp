@@ -11,6 +11,7 @@ class CpuRenderer : public FrameRenderer {
                                const RenderOptions& options) override {
     return render_frame(avatar_, camera, state, options);
   }
+  std::string backend() const override { return "cpu"; }
 
  private:
   const Avatar& avatar_;
@@ -30,6 +31,7 @@ class FallingBack : public FrameRenderer {
     renderer_ = cpu_renderer(avatar_);
     return renderer_->render(camera, state, options);
   }
+  std::string backend() const override { return renderer_->backend(); }
 
  private:
   std::unique_ptr<FrameRenderer> renderer_;
@@ -54,15 +56,13 @@ std::unique_ptr<FrameRenderer> cpu_renderer(const Avatar& avatar) {
   return std::make_unique<CpuRenderer>(avatar);
 }
 
-Result<std::unique_ptr<FrameRenderer>> make_renderer(const RenderPlace& place, const Avatar& avatar,
-                                                     std::function<void(const std::string&)> say) {
+Result<std::unique_ptr<FrameRenderer>> make_renderer(const RenderPlace& place, const Avatar& avatar) {
   if (!place.backend) return cpu_renderer(avatar);
   auto made = place.backend->make_renderer(avatar);
   if (made && place.fall_back)
-    return std::unique_ptr<FrameRenderer>(
-        std::make_unique<FallingBack>(std::move(*made), avatar, std::move(say)));
+    return std::unique_ptr<FrameRenderer>(std::make_unique<FallingBack>(std::move(*made), avatar, place.say));
   if (made || !place.fall_back || !failed_where_it_was_done(made.error())) return made;
-  if (say) say(going_on_with_processor(made.error()));
+  if (place.say) place.say(going_on_with_processor(made.error()));
   return cpu_renderer(avatar);
 }
 

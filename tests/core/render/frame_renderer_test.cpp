@@ -321,7 +321,7 @@ TEST(EmulatedFrames, AFullDeviceSaysSoAndTheProcessorGoesOn) {
     const char* const words = faults.lost_after >= 0 ? "stopped answering" : "out of memory";
     Error error{};
     {
-      const auto made = make_renderer({backend, false}, avatar);
+      const auto made = make_renderer({backend, false, {}}, avatar);
       if (made) {
         Result<RenderedFrame> frame = (*made)->render(typical_camera(avatar), state, options);
         for (int k = 0; frame && k < 9; ++k) frame = (*made)->render(typical_camera(avatar), state, options);
@@ -336,13 +336,14 @@ TEST(EmulatedFrames, AFullDeviceSaysSoAndTheProcessorGoesOn) {
     EXPECT_EQ(emulated_counts().bytes, 0u);
     std::vector<std::string> said;
     const auto made =
-        make_renderer({backend, true}, avatar, [&](const std::string& text) { said.push_back(text); });
+        make_renderer({backend, true, [&](const std::string& text) { said.push_back(text); }}, avatar);
     ASSERT_TRUE(made.ok());
     for (int k = 0; k < 9; ++k) {
       const auto frame = (*made)->render(typical_camera(avatar), state, options);
       ASSERT_TRUE(frame.ok());
       EXPECT_LT(difference(here, frame->rgba).mean, 2e-5);
     }
+    EXPECT_EQ((*made)->backend(), "cpu");
     ASSERT_EQ(said.size(), 1u);
     EXPECT_THAT(said.front(), HasSubstr("Going on with the processor"));
   }
