@@ -1,6 +1,10 @@
 // --backend: see backend_option.h.
 #include "app/backend_option.h"
 
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <cstdio>
 #include <map>
 
 #include "core/device/load_device.h"
@@ -38,6 +42,14 @@ Result<ChosenBackend> chosen_backend(const CommonOptions& options, FieldPrecisio
     return device.error();
   }
   return chosen;
+}
+
+Result<RenderPlace> chosen_place(const CommonOptions& options) {
+  auto chosen = chosen_backend(options, FieldPrecision::bf16);
+  if (!chosen) return chosen.error();
+  return RenderPlace{std::move(chosen->backend), chosen->fall_back, [](const std::string& text) {
+                       fmt::print(stderr, "{}note: {}\n", ::isatty(STDERR_FILENO) ? "\r\033[K" : "", text);
+                     }};
 }
 
 }  // namespace likeness::app

@@ -25,5 +25,7 @@ struct ChosenBackend {
 };
 // cuda without a usable GPU is an error that says why; auto is then the processor.
 Result<ChosenBackend> chosen_backend(const CommonOptions& options, FieldPrecision precision);
+// The same for pictures. Why the processor goes on is said on stderr.
+Result<RenderPlace> chosen_place(const CommonOptions& options);
 
 }  // namespace likeness::app

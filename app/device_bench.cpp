@@ -27,6 +27,12 @@ void print_report(const DeviceBenchReport& report) {
     fmt::print(
         "relative L2 against double, {}: outputs {:.1e}, gradients of networks {:.1e} and tables {:.1e}\n",
         precision_name(e.precision), e.outputs, e.networks, e.tables);
+  for (const DeviceFrameSpeed& s : report.frames)
+    fmt::print(
+        "{} x {} px, {}: {:.2f} ms a frame ({:.0f} frames/s), {:.3f} of the floor, off by {:.1e} on average, "
+        "{:.2f} % of pixels by more than 0.02\n",
+        s.size, s.size, s.quality, 1e3 * s.seconds, s.frames_s, s.fraction_of_floor, s.mean_error,
+        100 * s.share_over);
 }
 
 }  // namespace

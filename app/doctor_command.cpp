@@ -52,7 +52,7 @@ Finding check_display() {
   return {"display", shown, false, shown ? "present" : "none; the command line needs none", ""};
 }
 
-// Used by `train`, `build` and `bench` with --backend cuda.
+// Used by `build`, `train`, `render`, `drive`, `eval` and `bench` with --backend cuda.
 Finding check_cuda() {
   const auto device = open_cuda_device();
   if (!device) return {"CUDA", false, false, device.error().what, device.error().fix};

@@ -7,6 +7,7 @@
 
 #include <fmt/format.h>
 
+#include "app/backend_option.h"
 #include "app/commands.h"
 #include "app/terminal.h"
 #include "core/base/parallel.h"
@@ -56,6 +57,9 @@ Result<DrivenOutput> drive_film(DriveArguments& a, const Progress& progress, std
 
 int run(DriveArguments& a) {
   const ThreadLimit limit(a.common.threads);
+  const auto place = chosen_place(a.common);
+  if (!place) return report_failure(place.error());
+  a.film.place = *place;
   std::optional<Result<DrivenOutput>> outcome;
   {
     const ProgressLine line(a.common);
@@ -112,7 +116,7 @@ void add_drive_command(CLI::App& program, int& exit_code) {
                    "plate, room (as a moving camera taught it), a colour such as #e8e8e8, or a picture");
   verb->add_flag("--mark", a->film.mark, "A visible line in each picture that says it is synthetic");
   verb->add_flag("--alpha", a->film.alpha, "Transparent background (PNG only)");
-  add_common_options(*verb, a->common);
+  add_common_options_with_cuda(*verb, a->common);
   verb->callback([a, &exit_code] { exit_code = run(*a); });
 }
 

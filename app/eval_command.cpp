@@ -4,6 +4,7 @@
 
 #include <fmt/format.h>
 
+#include "app/backend_option.h"
 #include "app/commands.h"
 #include "app/terminal.h"
 #include "core/base/parallel.h"
@@ -62,7 +63,7 @@ nlohmann::json to_json(const Evaluation& e, const Avatar& avatar, RenderQuality 
           {"seed", avatar.seed},
           {"mode", mode_name(mode_of(avatar))},
           {"up_to_date", up_to_date},
-          {"backend", "cpu"},
+          {"backend", e.backend},
           {"head_model", avatar.head_model_name},
           {"train_seconds", avatar.train_seconds},
           {"quality", kRenderQualities[int(quality)]},
@@ -79,10 +80,14 @@ int run(const EvalArguments& arguments) {
   const ThreadLimit limit(arguments.common.threads);
   const auto project = open_project(arguments.project);
   if (!project) return report_failure(project.error());
+  auto options = arguments.options;
+  const auto place = chosen_place(arguments.common);
+  if (!place) return report_failure(place.error());
+  options.place = *place;
   std::optional<Result<Evaluation>> outcome;
   {
     const ProgressLine line(arguments.common);
-    outcome = evaluate(*project, arguments.options, line.progress(), stop_on_signals());
+    outcome = evaluate(*project, options, line.progress(), stop_on_signals());
   }
   if (!*outcome) return report_failure(outcome->error());
   const Evaluation& e = **outcome;
@@ -133,7 +138,7 @@ void add_eval_command(CLI::App& program, int& exit_code) {
   verb->add_flag(
       "--refit", a->options.refit,
       "Also fit pose and expression of every frame to the frozen field, to see what tracking hides");
-  add_common_options(*verb, a->common);
+  add_common_options_with_cuda(*verb, a->common);
   verb->callback([a, &exit_code] { exit_code = run(*a); });
 }
 

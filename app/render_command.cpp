@@ -8,6 +8,7 @@
 
 #include <fmt/format.h>
 
+#include "app/backend_option.h"
 #include "app/commands.h"
 #include "app/terminal.h"
 #include "core/base/parallel.h"
@@ -37,6 +38,7 @@ struct RenderArguments {
   std::vector<std::string> expressions;
   std::vector<double> pose_deg;  // yaw, pitch, roll
   RenderQuality quality = RenderQuality::final;
+  RenderPlace place;
   bool alpha = false, mark = false, list_actions = false;
 };
 
@@ -138,6 +140,7 @@ FilmOptions film_options(const RenderArguments& arguments) {
   options.mark = arguments.mark;
   options.quality = arguments.quality;
   options.width = arguments.size;
+  options.place = arguments.place;
   if (arguments.frames_per_second > 0) options.frames_per_second = arguments.frames_per_second;
   return options;
 }
@@ -238,9 +241,12 @@ int list_actions(const RenderArguments& arguments) {
   return kExitDone;
 }
 
-int run(const RenderArguments& arguments) {
+int run(RenderArguments& arguments) {
   const ThreadLimit limit(arguments.common.threads);
   if (arguments.list_actions) return list_actions(arguments);
+  auto place = chosen_place(arguments.common);
+  if (!place) return report_failure(place.error());
+  arguments.place = std::move(*place);
   std::optional<Result<int>> frames;
   {
     const ProgressLine line(arguments.common);
@@ -284,7 +290,7 @@ void add_render_command(CLI::App& program, int& exit_code) {
   verb->add_flag("--alpha", a->alpha, "Transparent background (PNG only)");
   verb->add_flag("--mark", a->mark, "A visible line in each picture that says it is synthetic");
   verb->add_flag("--list-actions", a->list_actions, "Only list the named actions and what was seen of them");
-  add_common_options(*verb, a->common);
+  add_common_options_with_cuda(*verb, a->common);
   verb->callback([a, &exit_code] {
     if (a->out.empty() && !a->list_actions) throw CLI::RequiredError("--out");
     exit_code = run(*a);

@@ -58,8 +58,10 @@ void add_common_options(CLI::App& verb, CommonOptions& options) {
   verb.add_flag("--json", options.json, "Print the result as JSON on stdout");
   verb.add_option("--threads", options.threads, "Threads to use (0: all)")->check(CLI::Range(0, 1024));
   const auto processor_only = [](const std::string& value) {
-    return value == "cpu" ? std::string()
-                          : "this verb computes on the processor (cpu); train, build and bench know cuda";
+    return value == "cpu"
+               ? std::string()
+               : "this verb computes on the processor (cpu); build, train, render, drive, eval and "
+                 "bench know cuda";
   };
   verb.add_option("--backend", options.backend, "Where to compute")
       ->check(CLI::Validator(processor_only, "{cpu}"));

@@ -32,6 +32,17 @@ nlohmann::json to_json(const DeviceBenchReport& report) {
                       {"outputs", e.outputs},
                       {"network_gradients", e.networks},
                       {"table_gradients", e.tables}});
+  nlohmann::json frames = nlohmann::json::array();
+  for (const DeviceFrameSpeed& s : report.frames)
+    frames.push_back({{"quality", s.quality},
+                      {"size", s.size},
+                      {"samples", s.samples},
+                      {"seconds", s.seconds},
+                      {"frames_s", s.frames_s},
+                      {"floor_seconds", s.floor_seconds},
+                      {"fraction_of_floor", s.fraction_of_floor},
+                      {"mean_error", s.mean_error},
+                      {"share_over_0.02", s.share_over}});
   const DeviceFacts& f = report.facts;
   return {{"backend", "cuda"},
           {"machine",
@@ -43,7 +54,8 @@ nlohmann::json to_json(const DeviceBenchReport& report) {
             {"toolkit", f.toolkit},
             {"bandwidth_gbs", report.ceilings.bandwidth_gbs},
             {"bf16_tflops", report.ceilings.matrix_tflops}}},
-          {"field", {{"batches", speeds}, {"rel_l2", errors}}}};
+          {"field", {{"batches", speeds}, {"rel_l2", errors}}},
+          {"frames", frames}};
 }
 
 }  // namespace likeness

@@ -22,6 +22,7 @@ struct DeviceBenchOptions {
   std::size_t ceiling_bytes = std::size_t{256} << 20;    // read and written as much
   int matrix_repeats = 4096;
   std::size_t error_samples = 1024;
+  int frame_size = 512;  // px a side of the pictures
   std::uint32_t seed = 1;
 };
 
@@ -57,11 +58,21 @@ struct DeviceFieldError {
   double outputs = 0, networks = 0, tables = 0;  // the worst output, the worst gradient of a block
 };
 
+// A picture with a ray a pixel, as asked for by a render quality; see device_frames.h.
+struct DeviceFrameSpeed {
+  std::string quality;
+  int size = 0;        // px a side
+  double samples = 0;  // a frame
+  double seconds = 0, frames_s = 0, floor_seconds = 0, fraction_of_floor = 0;
+  double mean_error = 0, share_over = 0;  // of a pixel's worst channel; of pixels over two hundredths
+};
+
 struct DeviceBenchReport {
   DeviceFacts facts{};
   DeviceCeilings ceilings;
   std::vector<DeviceBatchSpeed> speeds;
   std::vector<DeviceFieldError> errors;
+  std::vector<DeviceFrameSpeed> frames;
 };
 
 Result<DeviceBenchReport> measure_device(std::shared_ptr<Device> device, const DeviceBenchOptions& options,

@@ -10,6 +10,7 @@
 #include "core/device/device_api.h"
 #include "core/field/device_kernels.h"
 #include "core/render/device_loss.h"
+#include "core/render/device_march.h"
 
 namespace likeness::cuda {
 
@@ -32,6 +33,14 @@ cudaError_t adam_lines(const Launch& launch, const AdamLinesArgs& args, std::siz
 cudaError_t adam_networks(const Launch& launch, const AdamNetworksArgs& args, std::size_t items);
 cudaError_t adam_codes(const Launch& launch, const AdamCodesArgs& args, std::size_t items);
 cudaError_t ray_loss(const Launch& launch, const RayLossArgs& args, std::size_t items);
+cudaError_t neck_cells(const Launch& launch, const NeckCellsArgs& args, std::size_t items);
+cudaError_t march_strata(const Launch& launch, const MarchStrataArgs& args, std::size_t items);
+cudaError_t march_rays(const Launch& launch, const MarchRaysArgs& args, std::size_t items);
+cudaError_t ray_offsets(const Launch& launch, const RayOffsetsArgs& args, std::size_t items);
+cudaError_t gather_samples(const Launch& launch, const GatherArgs& args, std::size_t items);
+cudaError_t refine_strata(const Launch& launch, const RefineArgs& args, std::size_t items);
+cudaError_t pick_samples(const Launch& launch, const PickArgs& args, std::size_t items);
+cudaError_t composite_pixels(const Launch& launch, const CompositeArgs& args, std::size_t items);
 cudaError_t read_write(const Launch& launch, const CeilingArgs& args, std::size_t items);
 cudaError_t matrix_rate(const Launch& launch, const CeilingArgs& args, std::size_t items);
 

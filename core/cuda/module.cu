@@ -130,6 +130,22 @@ DeviceStatus launch(void* context, std::int32_t kernel, const void* args, std::s
       return run<AdamCodesArgs>(c, adam_codes, args, bytes, items);
     case Kernel::ray_loss:
       return run<RayLossArgs>(c, ray_loss, args, bytes, items);
+    case Kernel::neck_cells:
+      return run<NeckCellsArgs>(c, neck_cells, args, bytes, items);
+    case Kernel::march_strata:
+      return run<MarchStrataArgs>(c, march_strata, args, bytes, items);
+    case Kernel::march_rays:
+      return run<MarchRaysArgs>(c, march_rays, args, bytes, items);
+    case Kernel::ray_offsets:
+      return run<RayOffsetsArgs>(c, ray_offsets, args, bytes, items);
+    case Kernel::gather_samples:
+      return run<GatherArgs>(c, gather_samples, args, bytes, items);
+    case Kernel::refine_strata:
+      return run<RefineArgs>(c, refine_strata, args, bytes, items);
+    case Kernel::pick_samples:
+      return run<PickArgs>(c, pick_samples, args, bytes, items);
+    case Kernel::composite_pixels:
+      return run<CompositeArgs>(c, composite_pixels, args, bytes, items);
     case Kernel::read_write:
       return run<CeilingArgs>(c, read_write, args, bytes, items);
     case Kernel::matrix_rate:

@@ -14,6 +14,14 @@ enum class Kernel : std::int32_t {
   adam_networks,     // AdamNetworksArgs
   adam_codes,        // AdamCodesArgs
   ray_loss,          // core/render/device_loss.h: RayLossArgs
+  neck_cells,        // core/render/device_march.h: NeckCellsArgs
+  march_strata,      // MarchStrataArgs
+  march_rays,        // MarchRaysArgs
+  ray_offsets,       // RayOffsetsArgs
+  gather_samples,    // GatherArgs
+  refine_strata,     // RefineArgs
+  pick_samples,      // PickArgs
+  composite_pixels,  // CompositeArgs
   read_write,        // core/bench/device_ceilings.h: CeilingArgs
   matrix_rate,       // CeilingArgs
   count

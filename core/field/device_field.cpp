@@ -171,7 +171,8 @@ NetworkArgs DeviceField::Impl::network(const std::vector<DenseLayer>& layers, Ne
   a.output = output,
   a.precision = output == NetworkOutput::slice ? NetworkPrecision::single : options.precision;
   a.parameters = parameters.data(), a.gradients = gradients.data();
-  a.view = view.data(), a.count = number.data(), a.capacity = std::uint32_t(options.capacity);
+  a.view = options.views > 1 ? view.data() : nullptr, a.count = number.data(),
+  a.capacity = std::uint32_t(options.capacity);
   a.out = out;
   for (std::size_t k = 0; k < 3; ++k) a.direction[k] = axis(3 + k);
   return a;
@@ -322,9 +323,11 @@ Result<void> DeviceField::set_count(std::uint32_t count) {
   return impl_->device->copy_in(impl_->number.data(), &host_count_, sizeof(host_count_));
 }
 
-Result<void> DeviceField::density() {
+Result<void> DeviceField::density() { return density(impl_->options.capacity); }
+
+Result<void> DeviceField::density(std::size_t most) {
   Impl& i = *impl_;
-  const std::size_t n = i.options.capacity;
+  const std::size_t n = std::min(most, i.options.capacity);
   if (auto done = i.device->launch(Kernel::encode, i.position, n * i.layout.position.size()); !done)
     return done;
   if (i.layout.has_ambient()) {
@@ -386,6 +389,7 @@ Result<void> DeviceField::step_networks(const StepNumbers* numbers, const StepSu
   return i.device->launch(Kernel::adam_networks, args, end - begin);
 }
 
+float* DeviceField::point(int k) const { return impl_->axis(std::size_t(k)); }
 float* DeviceField::sigma() const { return impl_->density.data(); }
 float* DeviceField::colours() const { return impl_->colour.data(); }
 float* DeviceField::d_sigma() const { return impl_->d_density.data(); }

@@ -16,7 +16,7 @@ namespace likeness {
 
 struct DeviceFieldOptions {
   std::size_t capacity = 131072;  // samples of a batch, at most
-  std::size_t views = 1;          // rows of conditions and codes
+  std::size_t views = 1;          // rows of conditions and codes; of one, the samples need no view
   bool training = false;
   // Of the density and colour networks; w and its network are always in single precision, since ambient
   // levels turn a small error of w into a large one of a. bf16 needs a device with matrix units.
@@ -49,15 +49,17 @@ class DeviceField {
   Result<void> set_count(std::uint32_t count);
 
   // -- Passes over the batch.
-  Result<void> density();   // sigma and geometry features
-  Result<void> colour();    // after density
-  Result<void> backward();  // from d_sigma and d_colour; adds to the gradients
+  Result<void> density();                  // sigma and geometry features
+  Result<void> density(std::size_t most);  // where the batch is known to hold no more samples than that
+  Result<void> colour();                   // after density
+  Result<void> backward();                 // from d_sigma and d_colour; adds to the gradients
   Result<void> step_tables(const StepNumbers* numbers, const StepSums* sums);
   Result<void> step_networks(const StepNumbers* numbers, const StepSums* sums, int index);
 
   // -- Where things lie in the device's memory.
-  float* sigma() const;    // (capacity)
-  float* colours() const;  // (3, capacity)
+  float* point(int k) const;  // (capacity) a coordinate of the samples' positions, from 3 on of directions
+  float* sigma() const;       // (capacity)
+  float* colours() const;     // (3, capacity)
   float *d_sigma() const, *d_colours() const;
   float *codes() const, *d_codes() const;  // (views, L), or null without latents
   std::uint32_t* count() const;

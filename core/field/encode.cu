@@ -28,8 +28,8 @@ __global__ void __launch_bounds__(kThreads) slopes_kernel(const __grid_constant_
 
 }  // namespace
 
-cudaError_t encode(const Launch& launch, const EncodeArgs& args, std::size_t) {
-  const dim3 blocks(blocks_of(args.capacity, kThreads), unsigned(args.grid.levels));
+cudaError_t encode(const Launch& launch, const EncodeArgs& args, std::size_t items) {
+  const dim3 blocks(blocks_of(items / std::size_t(args.grid.levels), kThreads), unsigned(args.grid.levels));
 #define LIKENESS_ENCODE(D, F) encode_kernel<D, F><<<blocks, kThreads, 0, launch.stream>>>(args);
   LIKENESS_FOR_GRID(args.grid, LIKENESS_ENCODE)
 #undef LIKENESS_ENCODE

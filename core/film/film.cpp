@@ -276,6 +276,8 @@ Result<int> write_film(const OpenedAvatar& opened, const Film& film, const FilmO
   if (!ground) return ground.error();
   const AvatarRig rig = make_rig(avatar, opened.model);
   const Provenance made = provenance_of(opened, options.made_at);
+  const auto renderer = make_renderer(options.place, avatar);
+  if (!renderer) return renderer.error();
   auto sink = FrameSink::open(options, made, options.beside_width + picture.width, picture.height);
   if (!sink) return sink.error();
   for (std::size_t i = 0; i < frames; ++i) {
@@ -283,14 +285,15 @@ Result<int> write_film(const OpenedAvatar& opened, const Film& film, const FilmO
     progress.report(double(i) / double(frames), fmt::format("frame {} of {}", i + 1, frames));
     const FilmPose& pose = film.poses[i];
     const Camera camera = with_width(film.cameras[i], options.width);
-    const RenderedFrame frame =
-        render_frame(avatar, camera,
-                     pose_avatar(rig, {pose.world_from_head, pose.world_from_torso, pose.articulation, {}}),
-                     render_options(options.quality));
-    Image8 shown = options.alpha ? straight_alpha(frame.rgba)
-                   : ground->room
-                       ? to_bytes(composite(frame.rgba, room_picture(*ground->room, camera, options.quality)))
-                       : to_bytes(composite(frame.rgba, ground->picture, ground->colour));
+    const auto frame = (*renderer)->render(
+        camera, pose_avatar(rig, {pose.world_from_head, pose.world_from_torso, pose.articulation, {}}),
+        render_options(options.quality));
+    if (!frame) return frame.error();
+    Image8 shown =
+        options.alpha ? straight_alpha(frame->rgba)
+        : ground->room
+            ? to_bytes(composite(frame->rgba, room_picture(*ground->room, camera, options.quality)))
+            : to_bytes(composite(frame->rgba, ground->picture, ground->colour));
     if (options.mark) draw_mark(shown);
     if (options.beside_width > 0) {
       const auto left = options.beside(i);

@@ -15,6 +15,7 @@
 #include "core/head/head_model.h"
 #include "core/project/project.h"
 #include "core/render/avatar.h"
+#include "core/render/backend.h"
 #include "core/render/render.h"
 
 namespace likeness {
@@ -51,6 +52,7 @@ struct FilmOptions {
   bool camera_rests = true;
   int width = 0;  // px of every picture; 0 = as the film's cameras have it
   RenderQuality quality = RenderQuality::final;
+  RenderPlace place;   // where the avatar is rendered; a room behind it is the processor's
   bool alpha = false;  // transparent background, PNG only
   bool mark = false;   // a visible line of text (mark.h); what the file says of itself is always written
   std::chrono::system_clock::time_point made_at = std::chrono::system_clock::now();  // as the file says it

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <array>
+#include <functional>
 #include <memory>
 #include <span>
 #include <string>
@@ -15,6 +16,7 @@
 #include "core/field/field.h"
 #include "core/field/precision.h"
 #include "core/render/rays.h"
+#include "core/render/render.h"
 
 namespace likeness {
 
@@ -65,6 +67,16 @@ struct LearnerShape {
   std::size_t centred() const { return centred_views > 0 ? centred_views : views; }
 };
 
+// Renders pictures of one avatar, whose parameters it may hold where it computes.
+class FrameRenderer {
+ public:
+  virtual ~FrameRenderer() = default;
+  // As render_frame. Errors: a device that fails.
+  virtual Result<RenderedFrame> render(const Camera& camera, const RenderState& state,
+                                       const RenderOptions& options) = 0;
+  virtual std::string backend() const = 0;  // cpu, cuda
+};
+
 class Backend {
  public:
   virtual ~Backend() = default;
@@ -72,6 +84,8 @@ class Backend {
   // The parts must stay where they are.
   virtual Result<std::unique_ptr<FieldLearner>> make_learner(const LearntParts& parts,
                                                              const LearnerShape& shape) = 0;
+  // The avatar must stay as and where it is.
+  virtual Result<std::unique_ptr<FrameRenderer>> make_renderer(const Avatar& avatar) = 0;
 };
 
 // precision: of the products of trainings, where the processor has both; densities are always exact.
@@ -79,5 +93,22 @@ std::shared_ptr<Backend> cpu_backend(FieldPrecision precision = FieldPrecision::
 
 // On a device (core/device). halves: products in bfloat16 where the device has matrix units for it.
 std::shared_ptr<Backend> device_backend(std::shared_ptr<Device> device, bool halves = true);
+
+// What a device makes of options: a ray for every pixel, a colour for every sample that counts.
+RenderOptions device_options(RenderOptions options);
+
+// Where pictures are rendered.
+struct RenderPlace {
+  std::shared_ptr<Backend> backend;             // null: the processor
+  bool fall_back = false;                       // where that fails, the processor goes on
+  std::function<void(const std::string&)> say;  // told, once, why it does
+};
+std::unique_ptr<FrameRenderer> cpu_renderer(const Avatar& avatar);
+// The avatar must stay as and where it is.
+Result<std::unique_ptr<FrameRenderer>> make_renderer(const RenderPlace& place, const Avatar& avatar);
+
+// Whether work failed because of where it was done, and what to say where the processor takes it over.
+bool failed_where_it_was_done(const Error& error);
+std::string going_on_with_processor(const Error& error);
 
 }  // namespace likeness

@@ -183,6 +183,9 @@ class CpuBackend : public Backend {
                                                      const LearnerShape& shape) override {
     return std::unique_ptr<FieldLearner>(std::make_unique<CpuLearner>(parts, shape, precision_));
   }
+  Result<std::unique_ptr<FrameRenderer>> make_renderer(const Avatar& avatar) override {
+    return cpu_renderer(avatar);
+  }
 
  private:
   FieldPrecision precision_;

@@ -8,6 +8,7 @@
 #include "core/base/check.h"
 #include "core/field/device_field.h"
 #include "core/render/backend.h"
+#include "core/render/device_frame.h"
 #include "core/render/device_loss.h"
 
 namespace likeness {
@@ -258,6 +259,9 @@ class DeviceBackend : public Backend {
     if (auto done = learner->prepare(halves_ ? NetworkPrecision::bf16 : NetworkPrecision::single); !done)
       return done.error();
     return std::unique_ptr<FieldLearner>(std::move(learner));
+  }
+  Result<std::unique_ptr<FrameRenderer>> make_renderer(const Avatar& avatar) override {
+    return device_renderer(device_, avatar, halves_);
   }
 
  private:

@@ -1,49 +1,23 @@
-// Rays, occupancy walk (Amanatides & Woo 1987) and the placing of samples.
+// Rays, what cells hold, and the placing of samples.
 #include "core/render/rays.h"
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "core/base/check.h"
 #include "core/base/parallel.h"
+#include "core/render/march_math.h"
 
 namespace likeness {
 namespace {
 
-// Where the ray is inside the unit cube; near > far when it misses, or is no ray.
-Interval cube_interval(const FieldRay& ray, float near, float far) {
-  for (int a = 0; a < 3; ++a) {
-    const float d = ray.direction[a], o = ray.origin[a];
-    if (!std::isfinite(d) || !std::isfinite(o)) return {1, 0};
-    if (std::abs(d) < 1e-12f) {
-      if (o < 0 || o > 1) return {1, 0};
-      continue;
-    }
-    const float t0 = -o / d, t1 = (1 - o) / d;
-    near = std::max(near, std::min(t0, t1));
-    far = std::min(far, std::max(t0, t1));
-  }
-  return {near, far};
-}
-
-// The cell along an axis that holds a place, both in cells; the first or last one where it lies beyond them.
-int cell_at(float place, int first, int last) {
-  return int(std::clamp(place, float(first), float(last)));  // none is negative
+UnitRay plain(const FieldRay& ray) {
+  const auto &o = ray.origin, &d = ray.direction;
+  return {{o.x(), o.y(), o.z()}, {d.x(), d.y(), d.z()}};
 }
 
 std::size_t index_of(int n, const int (&cell)[3]) {
   return (std::size_t(cell[2]) * n + cell[1]) * n + cell[0];
-}
-
-// Optical depth of a cell's width by its opacity; that of the most opaque ones is open upwards.
-const std::array<float, 256>& depth_of_opacity() {
-  static const std::array<float, 256> table = [] {
-    std::array<float, 256> depths{};
-    for (int i = 0; i < 256; ++i) depths[std::size_t(i)] = float(-std::log(1 - std::min(i, 254) / 255.0));
-    return depths;
-  }();
-  return table;
 }
 
 // The grid tells what the training poses showed in a cell; in another pose the neck that belongs there is
@@ -64,9 +38,6 @@ CellContent content_of_neck(const NeckBend& neck, const MarchVolume& volume, con
           volume.opacity.empty() ? std::uint8_t(0) : volume.opacity[index_of(n, at)]};
 }
 
-constexpr int kBrick = 8;  // cells: one byte of a grid's bits along x
-int bricks_along(int n) { return (n + kBrick - 1) / kBrick; }
-
 void mark_bricks(const OccupancyGrid& grid, std::vector<std::uint8_t>& bricks) {
   const int n = grid.resolution, m = bricks_along(n);
   for (int z = 0; z < n; ++z)
@@ -80,61 +51,6 @@ void mark_bricks(const OccupancyGrid& grid, std::vector<std::uint8_t>& bricks) {
       }
     }
 }
-
-// A ray's way through cells, in units of cells.
-struct CellWalk {
-  float origin[3], direction[3];
-  float next[3], delta[3];  // distance (m) at which the ray leaves its cell along an axis; between two such
-  int cell[3], step[3], n = 0;
-
-  CellWalk(const FieldRay& ray, int resolution, float near) : n(resolution) {
-    for (int a = 0; a < 3; ++a) {
-      origin[a] = ray.origin[a] * float(n), direction[a] = ray.direction[a] * float(n);
-      cell[a] = cell_at(origin[a] + near * direction[a], 0, n - 1);
-      step[a] = direction[a] > 0 ? 1 : -1;
-      enter(a);
-    }
-  }
-  bool runs_along(int a) const { return std::abs(direction[a]) >= 1e-9f; }
-  void enter(int a) {
-    next[a] = delta[a] = std::numeric_limits<float>::infinity();
-    if (!runs_along(a)) return;
-    delta[a] = std::abs(1 / direction[a]);
-    next[a] = (float(cell[a] + (direction[a] > 0)) - origin[a]) / direction[a];
-  }
-  float leaves_cell() const { return std::min({next[0], next[1], next[2]}); }
-  // False beyond the grid.
-  bool to_next_cell() {
-    int axis = next[0] < next[1] ? 0 : 1;
-    if (next[2] < next[axis]) axis = 2;
-    cell[axis] += step[axis];
-    next[axis] += delta[axis];
-    return cell[axis] >= 0 && cell[axis] < n;
-  }
-  // From distance t to the cell behind the brick: exact along the axis it is left by, inside the brick along
-  // the others. Returns that distance; infinity beyond the grid.
-  float to_next_brick(const int (&brick)[3], float t) {
-    constexpr float kNever = std::numeric_limits<float>::infinity();
-    int axis = -1;
-    float leave = kNever;
-    for (int a = 0; a < 3; ++a) {
-      if (!runs_along(a)) continue;
-      const float out = (float((brick[a] + (direction[a] > 0)) * kBrick) - origin[a]) / direction[a];
-      if (out < leave) leave = out, axis = a;
-    }
-    if (axis < 0) return kNever;
-    t = std::max(t, leave);
-    for (int a = 0; a < 3; ++a) {
-      const int first = brick[a] * kBrick, last = std::min(n, first + kBrick) - 1;
-      cell[a] = a != axis          ? cell_at(origin[a] + t * direction[a], first, last)
-                : direction[a] > 0 ? first + kBrick
-                                   : first - 1;
-      if (cell[a] < 0 || cell[a] >= n) return kNever;
-      enter(a);
-    }
-    return t;
-  }
-};
 
 // What cells and bricks hold, the neck bent.
 struct CellContents {
@@ -188,37 +104,11 @@ struct CellContents {
   }
 };
 
-// The walk through the cells (Amanatides & Woo 1987), over empty bricks in one step. visit(near, far,
-// opacity) is called for every occupied cell and ends the walk by false; returns as occupied_intervals.
 template <class Visit>
-float walk_cells(const FieldRay& ray, const MarchVolume& volume, const MarchNeck* neck, float near, float far,
-                 const Visit& visit) {
-  const Interval inside = cube_interval(ray, near, far);
-  if (inside.far <= inside.near) return far;
-  if (volume.occupancy->resolution == 0) {
-    visit(inside.near, inside.far, std::uint8_t(0));
-    return far;
-  }
+float walk_volume(const FieldRay& ray, const MarchVolume& volume, const MarchNeck* neck, float near,
+                  float far, const Visit& visit) {
   const CellContents contents(volume, neck);
-  CellWalk walk(ray, volume.occupancy->resolution, inside.near);
-  int known[3] = {-1, -1, -1};  // the brick the ray was in, which is not empty
-  for (float t = inside.near; t < inside.far;) {
-    const int brick[3] = {walk.cell[0] / kBrick, walk.cell[1] / kBrick, walk.cell[2] / kBrick};
-    if (!std::equal(brick, brick + 3, known)) {
-      if (contents.is_empty(brick)) {
-        t = walk.to_next_brick(brick, t);
-        continue;
-      }
-      std::copy(brick, brick + 3, known);
-    }
-    const CellContent found = contents.at(walk.cell);
-    if (found.core) return t;
-    const float leave = std::min(std::max(walk.leaves_cell(), t), inside.far);
-    if (found.occupied && leave > t && !visit(t, leave, found.opacity)) return far;
-    t = leave;
-    if (!walk.to_next_cell()) break;
-  }
-  return far;
+  return walk_cells(plain(ray), volume.occupancy->resolution, contents, near, far, visit);
 }
 
 void append(std::vector<Interval>& intervals, std::size_t first, const Interval& next) {
@@ -231,6 +121,15 @@ void append(std::vector<Interval>& intervals, std::size_t first, const Interval&
 }
 
 }  // namespace
+
+const std::array<float, 256>& depth_of_opacity() {
+  static const std::array<float, 256> table = [] {
+    std::array<float, 256> depths{};
+    for (int i = 0; i < 256; ++i) depths[std::size_t(i)] = float(-std::log(1 - std::min(i, 254) / 255.0));
+    return depths;
+  }();
+  return table;
+}
 
 UnitFromCamera unit_from_camera(const FieldCube& cube, const Pose& cam_from_world,
                                 const Pose& world_from_field) {
@@ -296,10 +195,9 @@ MarchNeck march_neck(const NeckBend& bend, const MarchVolume& head) {
   return neck;
 }
 
-void look_up_neck(const MarchVolume& head, MarchNeck& neck) {
+void bound_neck(const MarchVolume& head, MarchNeck& neck) {
   if (neck.bend->straight || neck.box.isEmpty() || head.occupancy->resolution == 0) return;
   const int n = head.occupancy->resolution;
-  const OccupancyGrid* core = head.core && head.core->resolution == n ? head.core : nullptr;
   std::array<int, 3> last{};  // one past
   for (int a = 0; a < 3; ++a) {
     const auto axis = std::size_t(a);
@@ -309,6 +207,12 @@ void look_up_neck(const MarchVolume& head, MarchNeck& neck) {
     if (a == 1) last[axis] = std::min(last[axis], int(std::ceil(neck.bend->top * float(n) - 0.5f)));
     neck.count[axis] = std::max(0, last[axis] - neck.first[axis]);
   }
+}
+
+void look_up_neck(const MarchVolume& head, MarchNeck& neck) {
+  bound_neck(head, neck);
+  const int n = head.occupancy->resolution;
+  const OccupancyGrid* core = head.core && head.core->resolution == n ? head.core : nullptr;
   const auto [nx, ny, nz] = neck.count;
   neck.cells.resize(std::size_t(nx) * std::size_t(ny) * std::size_t(nz));
   parallel_ranges(std::size_t(nz), 4, [&, nx = nx, ny = ny](std::size_t begin, std::size_t end) {
@@ -326,7 +230,7 @@ float occupied_intervals(const FieldRay& ray, const MarchVolume& volume, float n
                          std::vector<Interval>& intervals, const MarchNeck* neck) {
   const std::size_t first = intervals.size();
   const float cells_per_m = float(volume.occupancy->resolution) * ray.direction.norm();
-  return walk_cells(ray, volume, neck, near, far, [&](float t, float leave, std::uint8_t opacity) {
+  return walk_volume(ray, volume, neck, near, far, [&](float t, float leave, std::uint8_t opacity) {
     const float depth = opacity == 0 ? 0 : depth_of_opacity()[opacity] * (leave - t) * cells_per_m;
     append(intervals, first, {t, leave, depth});
     return true;
@@ -383,12 +287,12 @@ bool meets_volume(RayRequest& ray, const MarchVolumes& volumes) {
   for (int f = 0; f < 2; ++f) {
     if (!volumes.fields[f].occupancy) continue;
     bool met = false;
-    far = std::min(far, walk_cells(ray.fields[f], volumes.fields[f], neck_of(ray, volumes, f), volumes.near,
-                                   far, [&](float t, float, std::uint8_t) {
-                                     ray.nothing_before[std::size_t(f)] = t;
-                                     met = true;
-                                     return false;
-                                   }));
+    far = std::min(far, walk_volume(ray.fields[f], volumes.fields[f], neck_of(ray, volumes, f), volumes.near,
+                                    far, [&](float t, float, std::uint8_t) {
+                                      ray.nothing_before[std::size_t(f)] = t;
+                                      met = true;
+                                      return false;
+                                    }));
     if (met) return true;
     ray.nothing_before[std::size_t(f)] = far;  // the core of a field is found there again
   }

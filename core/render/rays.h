@@ -52,12 +52,6 @@ struct MarchVolume {
 MarchVolume march_volume(const OccupancyGrid& occupancy, const OccupancyGrid& core, float side = 1,
                          std::span<const std::uint8_t> opacity = {});
 
-// What a cell holds.
-struct CellContent {
-  bool occupied = false, core = false;
-  std::uint8_t opacity = 0;
-};
-
 // A bent neck and the box that holds, in this bend, whatever the grids hold below the neck's top.
 struct MarchNeck {
   const NeckBend* bend = nullptr;
@@ -67,8 +61,13 @@ struct MarchNeck {
   std::vector<CellContent> cells;       // (z, y, x)
 };
 MarchNeck march_neck(const NeckBend& bend, const MarchVolume& head);
-// Fills `cells`: pays for a picture's rays, not for the few that training casts at a view.
+// Sets `first` and `count`.
+void bound_neck(const MarchVolume& head, MarchNeck& neck);
+// Fills `cells`, too: pays for a picture's rays, not for the few that training casts at a view.
 void look_up_neck(const MarchVolume& head, MarchNeck& neck);
+
+// Optical depth of a cell's width by its opacity; that of the most opaque ones is open upwards.
+const std::array<float, 256>& depth_of_opacity();
 
 // Appends the ray's stretches through occupied cells, in depth order, at most `far` away, and returns the
 // distance at which it enters a core cell (nothing is seen beyond), or `far`. With known opacities every cell

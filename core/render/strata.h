@@ -5,29 +5,9 @@
 #include <cstdint>
 #include <span>
 
+#include "core/render/ray_samples.h"
+
 namespace likeness {
-
-struct Interval {
-  float near = 0, far = 0;  // m along the ray
-  float depth = 0;          // optical depth expected in it; 0: not known
-};
-
-struct RaySample {
-  float t = 0;    // m
-  float dt = 0;   // m of ray this sample stands for
-  int field = 0;  // 0 head, 1 torso
-};
-
-// A stretch of a ray that one sample stands for. It may reach over a gap between cells, and from one field to
-// the other.
-struct RayStratum {
-  RaySample sample;  // in its middle
-  float start = 0;   // m of the lists' length before it; it goes on for sample.dt
-};
-
-// What pictures and trainings spread evenly: with a quarter a training stands still after a thousand steps,
-// since nothing is learnt where nothing is expected.
-inline constexpr float kEvenShare = 0.5f;
 
 // Cuts the length of both lists (head first) into strata, at most `samples.size()` of them and on average no
 // shorter than min_step, puts a sample into each and sorts them by depth; returns how many. Strata are short

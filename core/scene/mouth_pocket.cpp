@@ -4,17 +4,13 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/scene/warp_math.h"
+
 namespace likeness {
 namespace {
 
 constexpr float kMargin = 0.001f;     // m off a lip's inner edge
 constexpr float kPocketAngle = 0.2f;  // rad, opening of the jaw in the pocket
-constexpr float kFront = 0.010f;      // m before the lips
-constexpr float kDepth = 0.070f;      // m behind them
-constexpr float kLip = 0.006f;        // m, thickness of a lip: behind it the gap widens
-constexpr float kSlope = 0.7f;        // m a metre of depth
-constexpr float kWidest = 0.012f;     // m, most that the gap widens
-constexpr float kBite = 0.0015f;      // m, least distance over which the rows are parted
 constexpr float kUnderSeam = 0.002f;  // m, of the teeth's edges under the lips' seam
 constexpr int kCurvePieces = 8;       // of the contour between two landmarks
 constexpr int kFirstInner = 60, kFirstChin = 7;
@@ -152,8 +148,8 @@ MouthFrame make_mouth_frame(const HeadModel& model, const HeadShape& shape, std:
   for (std::size_t i = 0; i < kLipColumns; ++i)
     frame.margin[i] = kMargin + 0.5f * std::max(0.f, edges.upper_y[i] - edges.lower_y[i]);
   // -- The pocket: its middle between the ears, above the brows.
-  const Vec3f middle =
-      frame.jaw + about_x(0.5f * kPocketAngle) * (seam - Vec3f(0, 0, 0.5f * (kDepth - kFront)) - frame.jaw);
+  const Vec3f middle = frame.jaw + about_x(0.5f * kPocketAngle) *
+                                       (seam - Vec3f(0, 0, 0.5f * (kGapDepth - kGapFront)) - frame.jaw);
   const Vec3f ears = 0.5f * (place(mark(0), rest) + place(mark(16), rest));
   const Vec3f brows = 0.5f * (place(mark(19), rest) + place(mark(24), rest));
   frame.pocket = Vec3f(0, brows.y() + 0.02f, ears.z()) - Vec3f(0, middle.y(), middle.z());
@@ -173,9 +169,9 @@ MouthGap make_mouth_gap(const MouthFrame& frame, std::span<const Vec3f> posed) {
     high_z = std::max({high_z, e.lower_z[i], e.upper_z[i]});
   }
   if (gap.open <= 0) return gap;
-  const float widened = std::min(kWidest, 2 * gap.open);
-  gap.low = {e.right - widened, low_y - widened, low_z - kDepth};
-  gap.high = {e.left + widened, high_y + widened, high_z + kFront};
+  const float widened = std::min(kGapWidest, 2 * gap.open);
+  gap.low = {e.right - widened, low_y - widened, low_z - kGapDepth};
+  gap.high = {e.left + widened, high_y + widened, high_z + kGapFront};
 
   // -- How the jaw hangs now, and how in the pocket.
   const Vec3f chin = mean_place(frame.chin, posed);
@@ -209,8 +205,8 @@ bool in_gap(const MouthGap& gap, const Vec3f& point) {
       lower(point.x(), look(e.lower_y), look(e.lower_z));
   const float share = std::clamp((point.y() - lower.y()) / std::max(1e-6f, upper.y() - lower.y()), 0.f, 1.f);
   const float depth = lower.z() + share * (upper.z() - lower.z()) - point.z();
-  if (depth < -kFront || depth > kDepth) return false;
-  const float widens = std::min({kSlope * std::max(0.f, depth - kLip), kWidest, 2 * gap.open});
+  if (depth < -kGapFront || depth > kGapDepth) return false;
+  const float widens = std::min({kGapSlope * std::max(0.f, depth - kGapLip), kGapWidest, 2 * gap.open});
   // Lips are thick: their edges run into the mouth along the rows of teeth, the lower with the jaw.
   const float inside = std::min((upper - point).dot(gap.upper_normal), (point - lower).dot(gap.lower_normal));
   return inside - beyond - look(gap.margin) + widens > 0;
@@ -220,7 +216,7 @@ Vec3f way_to_pocket(const MouthGap& gap, const Vec3f& point) {
   const Vec3f arm = point - gap.jaw;
   const float below_upper = gap.upper_height - arm.dot(gap.upper_normal);
   const float above_lower = arm.dot(gap.lower_normal) - gap.lower_height;
-  const float apart = std::max(kBite, below_upper + above_lower);
+  const float apart = std::max(kGapBite, below_upper + above_lower);
   const float skull = std::clamp(0.5f + 0.5f * (above_lower - below_upper) / apart, 0.f, 1.f);
   return gap.pocket + (1 - skull) * (gap.turn * arm + gap.shift - arm);
 }

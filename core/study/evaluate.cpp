@@ -66,6 +66,8 @@ Result<Evaluation> evaluate(const Project& project, const EvalOptions& options, 
   }
 
   const RenderOptions quality = render_options(options.quality);
+  const auto renderer = make_renderer(options.place, avatar);
+  if (!renderer) return renderer.error();
   const auto room = avatar.room ? std::optional(make_room_scene(*avatar.room)) : std::nullopt;
   Evaluation result;
   result.split = split_name(capture.split);
@@ -96,16 +98,17 @@ Result<Evaluation> evaluate(const Project& project, const EvalOptions& options, 
     const auto start = std::chrono::steady_clock::now();
     const AvatarPose pose{tracked->world_from_head, tracked->world_from_torso, tracked->articulation,
                           tracked->torso_shape};
-    const RenderedFrame rendered = render_frame(avatar, *camera, pose_avatar(rig, pose), quality);
+    const auto rendered = (*renderer)->render(*camera, pose_avatar(rig, pose), quality);
+    if (!rendered) return rendered.error();
     render_s += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-    samples += rendered.samples_per_ray;
+    samples += rendered->samples_per_ray;
     const bool has_plate = !avatar.plate.empty() && std::ranges::binary_search(plate_info.frames, frame);
     background_known &= has_plate || room.has_value();
     const Image8 plate = has_plate ? avatar.plate
                          : room    ? room_picture(*room, *camera, options.quality)
                                    : Image8{};
     // Scored as exported: rounded to 8 bits.
-    const Image8 picture = to_bytes(composite(rendered.rgba, plate));
+    const Image8 picture = to_bytes(composite(rendered->rgba, plate));
     const Image a = to_float(*truth), b = to_float(picture);
 
     FrameScore score = score_picture(a, b, *regions, frame);
@@ -117,9 +120,11 @@ Result<Evaluation> evaluate(const Project& project, const EvalOptions& options, 
     if (options.refit) {
       const FieldFit fit =
           fit_to_field(avatar, rig, *camera, {&*truth, &plate, &regions->head}, pose, {}, {});
-      const RenderedFrame again = render_frame(
-          avatar, *camera, pose_avatar(rig, changed_pose(pose, avatar.condition, fit.change)), quality);
-      refitted.push_back(score_picture(a, to_float(to_bytes(composite(again.rgba, plate))), *regions, frame));
+      const auto again = (*renderer)->render(
+          *camera, pose_avatar(rig, changed_pose(pose, avatar.condition, fit.change)), quality);
+      if (!again) return again.error();
+      refitted.push_back(
+          score_picture(a, to_float(to_bytes(composite(again->rgba, plate))), *regions, frame));
       refit_numbers = int(fit.change.size());
     }
 
@@ -132,6 +137,7 @@ Result<Evaluation> evaluate(const Project& project, const EvalOptions& options, 
       if (!written) return written.error();
     }
   }
+  result.backend = (*renderer)->backend();
   if (result.frames_test == 0) {
     return Error{ErrorCode::failed, "None of the held-out frames has a track, so nothing can be measured.",
                  "Film a longer clip in which the face stays in view to the end.", project.folder.string()};

@@ -13,6 +13,7 @@
 #include "core/base/progress.h"
 #include "core/base/result.h"
 #include "core/project/project.h"
+#include "core/render/backend.h"
 #include "core/render/render.h"
 #include "core/study/frame_score.h"
 
@@ -26,6 +27,7 @@ struct EvalOptions {
   std::filesystem::path pictures;
   std::filesystem::path video;
   RenderQuality quality = RenderQuality::final;
+  RenderPlace place;   // where the avatar is rendered
   bool refit = false;  // also fit every frame's pose and expression to the frozen field; about 3 s a frame
 };
 
@@ -47,6 +49,7 @@ struct Evaluation {
   };
   std::optional<RefitScores> refit;
   std::string split;
+  std::string backend = "cpu";  // that rendered the last frame
   std::vector<FrameScore> frames;
 };
 

@@ -281,9 +281,6 @@ struct Steps {
   }
 };
 
-// Whether the work failed because of where it was done.
-bool is_backends(const Error& error) { return error.where.starts_with("CUDA"); }
-
 Result<void> run_steps(TrainingState& state, Scene& scene, Run& run, std::stop_token stop) {
   const StepOptions options{run.options.rays_per_step, run.options.seed, run.options.use_latent,
                             run.options.use_occupancy, run.options.even_samples};
@@ -296,8 +293,8 @@ Result<void> run_steps(TrainingState& state, Scene& scene, Run& run, std::stop_t
     Result<void> done = learner
                             ? Steps{state, scene, run, stop, **learner, snapshot, recoveries}.take(options)
                             : Result<void>(learner.error());
-    if (done || !run.options.fall_back || !is_backends(done.error())) return done;
-    run.progress.report(run.share(state), done.error().what + " Going on with the processor.");
+    if (done || !run.options.fall_back || !failed_where_it_was_done(done.error())) return done;
+    run.progress.report(run.share(state), going_on_with_processor(done.error()));
     state = snapshot;
     if (run.options.refine_track || scene.has_further()) scene.place_views(state);
     backend = cpu_backend(run.options.precision);

@@ -147,6 +147,12 @@ TEST_F(CommandLine, WhereNoGpuCanBeUsedThatIsSaidAndNothingIsBegun) {
   EXPECT_EQ(build.err, bench.err);  // the reason, whatever was to be done
   EXPECT_GE(std::count(build.err.begin(), build.err.end(), '\n'), 2) << "no remedy: " << build.err;
   EXPECT_FALSE(fs::exists(project));
+  for (const auto& words : std::vector<std::vector<std::string>>{
+           {"render", "x.likeness", "--out", "x.png"}, {"drive", "x.likeness", "x.mp4", "--out", "x.mp4"}}) {
+    std::vector<std::string> asked = words;
+    asked.insert(asked.end(), {"--backend", "cuda"});
+    EXPECT_EQ(likeness(asked).err, bench.err) << words.front();
+  }
   // The doctor says the same.
   const auto report = nlohmann::json::parse(likeness({"doctor", "--json"}).out);
   for (const auto& finding : report.at("findings"))
@@ -158,7 +164,7 @@ TEST_F(CommandLine, WhereNoGpuCanBeUsedThatIsSaidAndNothingIsBegun) {
 }
 
 TEST_F(CommandLine, VerbsThatKnowNoGpuSaySo) {
-  const ProgramResult result = likeness({"render", "x.likeness", "--out", "x.png", "--backend", "cuda"});
+  const ProgramResult result = likeness({"check", "x.mp4", "--backend", "cuda"});
   EXPECT_EQ(result.exit_code, 2);
   EXPECT_NE((result.out + result.err).find("computes on the processor"), std::string::npos) << result.err;
 }

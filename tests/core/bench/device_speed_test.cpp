@@ -18,6 +18,7 @@ DeviceBenchOptions small_options() {
   options.rounds = 1;
   options.ceiling_bytes = 4096;
   options.error_samples = 96;
+  options.frame_size = 48;
   return options;
 }
 
@@ -40,6 +41,22 @@ TEST(DeviceSpeed, ReportsEveryBatchInBothPrecisionsWithItsError) {
     EXPECT_LE(e.tables, allowed);
     EXPECT_GT(e.outputs, 0);
   }
+}
+
+TEST(DeviceSpeed, PicturesOfBothQualitiesAreTheProcessorsUpToTheirPrecision) {
+  const auto report = measure_device(emulated_device(), small_options(), Progress(), {});
+  ASSERT_TRUE(report.ok()) << report.error().what;
+  ASSERT_EQ(report->frames.size(), 2u);
+  for (const DeviceFrameSpeed& s : report->frames) {
+    EXPECT_GT(s.samples, 48 * 48) << s.quality;
+    EXPECT_GT(s.floor_seconds, 0);
+    EXPECT_NEAR(s.frames_s * s.seconds, 1, 1e-9);
+    EXPECT_NEAR(s.fraction_of_floor, s.floor_seconds / s.seconds, 1e-12);
+    EXPECT_GT(s.mean_error, 0);
+    EXPECT_LT(s.mean_error, 5e-3);
+    EXPECT_LT(s.share_over, 0.02);
+  }
+  EXPECT_GT(report->frames[0].samples, report->frames[1].samples);  // final has more of them
 }
 
 TEST(DeviceSpeed, WithoutMatrixUnitsOnlySinglePrecisionIsMeasured) {

@@ -10,10 +10,12 @@
 #include <thread>
 #include <vector>
 
+#include "core/base/check.h"
 #include "core/field/field_bf16.h"
 #include "core/field/grid_math.h"
 #include "core/field/network_math.h"
 #include "core/render/device_loss.h"
+#include "core/render/device_picture.h"
 
 namespace likeness {
 namespace {
@@ -121,7 +123,7 @@ void networks(const NetworkArgs& args, bool backward) {
 
 void encode(const EncodeArgs& a, std::size_t items) {
   for (std::size_t i = 0; i < items; ++i) {
-    const std::size_t n = i % a.capacity, l = i / a.capacity;
+    const std::size_t most = items / std::size_t(a.grid.levels), n = i % most, l = i / most;
     if (n >= *a.count) continue;
 #define LIKENESS_ENCODE(D, F) encode_sample<D, F>(a, n, int(l));
     LIKENESS_FOR_GRID(a.grid, LIKENESS_ENCODE)
@@ -148,7 +150,46 @@ using Recording = std::vector<std::function<void()>>;
 template <class Args>
 const Args& as(const std::vector<unsigned char>& bytes) {
   static_assert(alignof(Args) <= alignof(std::max_align_t));
+  LIKENESS_CHECK(bytes.size() == sizeof(Args), "arguments of %zu bytes for a kernel that takes %zu",
+                 bytes.size(), sizeof(Args));
   return *reinterpret_cast<const Args*>(bytes.data());
+}
+
+// fn(args, item) for every item.
+template <class Args, class F>
+void each(const std::vector<unsigned char>& args, std::size_t items, const F& fn) {
+  for (std::size_t i = 0; i < items; ++i) fn(as<Args>(args), i);
+}
+
+void run_picture_kernel(Kernel kernel, const std::vector<unsigned char>& args, std::size_t items) {
+  switch (kernel) {
+    case Kernel::neck_cells: {
+      const FrameNumbers& frame = *as<NeckCellsArgs>(args).scene.frame;
+      const std::size_t count = frame.neck.bends ? neck_cell_count(frame) : 0;
+      return each<NeckCellsArgs>(args, std::min(items, count), neck_cell);
+    }
+    case Kernel::march_strata:
+      return each<MarchStrataArgs>(args, items, march_strata);
+    case Kernel::march_rays:
+      return each<MarchRaysArgs>(args, items, march_rays);
+    case Kernel::ray_offsets:
+      for (std::uint32_t b = 0; b * kScanRays < items; ++b) {
+        std::vector<std::uint32_t> shared(7 * kScanRays, ~0u);
+        Threads block{b, 0};
+        ray_offsets(block, as<RayOffsetsArgs>(args), shared.data());
+      }
+      return;
+    case Kernel::gather_samples:
+      return each<GatherArgs>(args, items, gather_sample);
+    case Kernel::refine_strata:
+      return each<RefineArgs>(args, items, [](const RefineArgs& a, std::size_t i) { refine_strata(a, i); });
+    case Kernel::pick_samples:
+      return each<PickArgs>(args, items, pick_samples);
+    case Kernel::composite_pixels:
+      return each<CompositeArgs>(args, items, composite_pixel);
+    default:
+      return;
+  }
 }
 
 void run_kernel(Kernel kernel, const std::vector<unsigned char>& args, std::size_t items) {
@@ -177,7 +218,7 @@ void run_kernel(Kernel kernel, const std::vector<unsigned char>& args, std::size
       return;
     }
     default:
-      return;
+      return run_picture_kernel(kernel, args, items);
   }
 }
 

@@ -1,0 +1,48 @@
+// What goes to a device for a picture: the order of its pixels, once a size, and the pose, once a frame.
+// Internal to core/render.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "core/camera/camera.h"
+#include "core/device/device.h"
+#include "core/render/backend.h"
+#include "core/render/device_march.h"
+#include "core/render/rays.h"
+#include "core/render/render.h"
+
+namespace likeness {
+
+// Pixels and blocks that are rendered together: whole tiles (pixel_bands.h).
+struct PictureBand {
+  std::size_t first_pixel = 0, pixels = 0, first_block = 0, blocks = 0;
+};
+
+// The pixels of a picture, tile by tile.
+struct PictureTiles {
+  std::vector<float> directions;        // (pixels, 3) camera frame
+  std::vector<std::uint32_t> place;     // (pixels) in the picture
+  std::vector<std::uint32_t> block;     // (pixels) within the band
+  std::vector<float> block_directions;  // (blocks, 3)
+  std::vector<BlockPlace> block_place;  // (blocks) within the band
+  std::vector<PictureBand> bands;
+};
+std::size_t tile_count(const Intrinsics& k);
+PictureTiles picture_tiles(const Intrinsics& k, int block, std::size_t tiles_per_band);
+
+// Whether what was recorded for one picture serves for another.
+bool same_picture(const Intrinsics& a, const Intrinsics& b);
+bool same_options(const RenderOptions& a, const RenderOptions& b);
+
+// The bytes of FrameNumbers and the tables behind it. head: of the avatar, for the neck's box.
+void pack_frame(const Avatar& avatar, const Camera& camera, const RenderState& state, const MarchVolume& head,
+                std::vector<unsigned char>& out);
+
+// The avatar must stay as and where it is. halves: as device_backend.
+Result<std::unique_ptr<FrameRenderer>> device_renderer(std::shared_ptr<Device> device, const Avatar& avatar,
+                                                       bool halves);
+
+}  // namespace likeness
