@@ -320,6 +320,7 @@ Result<void> run_train(const StageContext& context) {
   options.checkpoint_every_s = o.checkpoint_every_s;
   options.mode = o.mode;
   options.refine_track = o.refine_track;
+  options.landmark_weight = o.landmark_loss;
   options.use_latent = o.use_latent;
   options.use_occupancy = o.use_occupancy;
   options.backend = context.observer.backend, options.fall_back = context.observer.fall_back;
@@ -463,6 +464,7 @@ std::string input_hash(const Project& project, Stage stage) {
                             mode_parts(o.mode).warp, o.refine_track);
       // Only where they are chosen: projects from before these choices stay as they are.
       if (!mode_parts(o.mode).expression) inputs += " static";
+      if (o.landmark_loss != 0) inputs += fmt::format(" landmarks {}", o.landmark_loss);
       if (!o.left_out.empty()) inputs += fmt::format(" left out {}", fmt::join(o.left_out, ","));
       for (const int number : project.further_clips) inputs += further_content(project, number);
       break;
