@@ -74,13 +74,13 @@ nlohmann::json to_json(const GainRow& row) {
 
 void print_rows(const std::vector<GainRow>& rows, const GainOptions& options) {
   const bool several = options.seeds > 1;
-  fmt::print("{:<13} {:>12} {:>12} {:>12} {:>12} {:>12} {:>12} {:>12}", "variant", "full", "person", "head",
+  fmt::print("{:<14} {:>12} {:>12} {:>12} {:>12} {:>12} {:>12} {:>12}", "variant", "full", "person", "head",
              "face", "landmarks px", "mouth px", "eyes px");
   if (options.refit) fmt::print(" {:>12} {:>12} {:>12}", "refit full", "refit head", "refit face");
   fmt::print("\n");
   for (const GainRow& row : rows) {
     const auto print = [&](auto score) { fmt::print(" {:>12}", cell(over_seeds(row, score), several)); };
-    fmt::print("{:<13}", row.variant);
+    fmt::print("{:<14}", row.variant);
     print([](const GainScore& s) { return s.psnr_db; });
     print([](const GainScore& s) { return std::optional(s.psnr_person_db); });
     print([](const GainScore& s) { return std::optional(s.psnr_head_db); });

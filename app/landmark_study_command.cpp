@@ -27,7 +27,7 @@ nlohmann::json finite_or_null(double value) {
 }
 
 nlohmann::json to_json(const OffsetAgreement& agreement) {
-  return {{"correlation", finite_or_null(agreement.correlation())}, {"gain", finite_or_null(agreement.gain())}};
+  return finite_or_null(agreement.correlation());
 }
 
 nlohmann::json to_json(const LandmarkStudy& study) {
@@ -38,7 +38,10 @@ nlohmann::json to_json(const LandmarkStudy& study) {
                     {"spread", row.spread},
                     {"accepted", row.accepted},
                     {"shifted_truth", to_json(row.truth)},
+                    {"shifted_truth_map", to_json(row.truth_map)},
+                    {"shifted_truth_dlib", to_json(row.truth_dlib)},
                     {"shifted_render", to_json(row.shifted)},
+                    {"shifted_render_map", to_json(row.shifted_map)},
                     {"render", to_json(row.render)}});
   return {{"frames", study.frames},
           {"stride_px", study.stride},
@@ -48,7 +51,7 @@ nlohmann::json to_json(const LandmarkStudy& study) {
 
 // Accepted landmarks [first, last] together.
 void print_part(const LandmarkStudy& study, const char* name, int first, int last) {
-  OffsetAgreement truth, shifted, render;
+  OffsetAgreement truth, truth_map, truth_dlib, shifted, shifted_map, render;
   int accepted = 0, all = 0, hold = 0;
   double learnt = 0;
   for (const LandmarkRow& row : study.rows) {
@@ -58,26 +61,31 @@ void print_part(const LandmarkStudy& study, const char* name, int first, int las
     ++accepted;
     learnt += row.learnt_correlation;
     hold += row.shifted.correlation() >= kLeastCorrelation;
-    truth.add(row.truth), shifted.add(row.shifted), render.add(row.render);
+    truth.add(row.truth), truth_map.add(row.truth_map), truth_dlib.add(row.truth_dlib);
+    shifted.add(row.shifted), shifted_map.add(row.shifted_map), render.add(row.render);
   }
-  fmt::print("{:<8} {:>3} of {:<3} {:>8.3f} {:>8.3f} {:>8.3f} {:>5} of {:<3} {:>8.3f}\n", name, accepted, all,
-             learnt / std::max(1, accepted), truth.correlation(), shifted.correlation(), hold, accepted,
-             render.correlation());
+  fmt::print("{:<6} {:>3} of {:<3}", name, accepted, all);
+  const double mean = learnt / std::max(1, accepted);
+  for (const double value :
+       {mean, truth_map.correlation(), truth_dlib.correlation(), truth.correlation(), shifted_map.correlation(),
+        shifted.correlation(), render.correlation()})
+    fmt::print(" {:>8.3f}", value);
+  fmt::print(" {:>5} of {:<3}\n", hold, accepted);
 }
 
 void print(const LandmarkStudy& study) {
-  fmt::print("{:<8} {:>10} {:>8} {:>8} {:>8} {:>12} {:>8}\n", "", "accepted", "made up", "truth", "render",
-             fmt::format(">= {}", kLeastCorrelation), "errors");
+  fmt::print("{:<6} {:>10} {:>8} {:>26} {:>17} {:>8} {:>11}\n{:<6} {:>10} {:>8} {:>8} {:>8} {:>8} {:>8} {:>8} {:>8} {:>11}\n",
+             "", "", "", "shifted truth", "shifted render", "render", "render", "", "accepted", "made up",
+             "map", "dlib", "both", "map", "both", "both", fmt::format(">= {}", kLeastCorrelation));
   print_part(study, "brows", 17, 26);
   print_part(study, "nose", 27, 35);
   print_part(study, "eyes", 36, 47);
   print_part(study, "mouth", 48, 67);
   print_part(study, "all", kFirstPatchLandmark, 67);
   fmt::print(
-      "Correlations of offsets by the patches with dlib's, on {} held-out frames: the true picture shifted, the "
-      "render shifted (and how many landmarks reach the limit there), the render as it is; made up: of the "
-      "patches themselves, on training views kept out. Patches of {} x {} pixels, {} apart; the eyes' outer "
-      "corners are {:.0f} px apart.\n",
+      "Correlations of offsets on {} held-out frames: by map or dlib with a known shift, and (both) with each "
+      "other; last, how many landmarks reach the limit on shifted renders. Made up: of the maps on training "
+      "views kept out. Patches of {} x {} pixels, {} apart; the eyes' outer corners are {:.0f} px apart.\n",
       study.frames, kPatchSide, kPatchSide, study.stride, study.interocular_px);
 }
 

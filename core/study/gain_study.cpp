@@ -250,7 +250,11 @@ const std::vector<GainVariant>& gain_variants() {
        [](TrainOptions& o) { o.refine_track = true; }},
       {"landmark-loss", "with the landmark loss, weight 0.1", "photometric", nullptr,
        [](TrainOptions& o) { o.landmark_weight = 0.1; }},
-      {"landmark-rays", "a quarter of the rays as around landmarks, the loss next to nothing", "photometric",
+      {"landmark-10th", "with the landmark loss, weight 0.01", "photometric", nullptr,
+       [](TrainOptions& o) { o.landmark_weight = 0.01; }},
+      {"landmark-100th", "with the landmark loss, weight 0.001", "photometric", nullptr,
+       [](TrainOptions& o) { o.landmark_weight = 0.001; }},
+      {"landmark-rays", "the landmark loss's patches of rays, the loss itself next to nothing", "photometric",
        nullptr, [](TrainOptions& o) { o.landmark_weight = 1e-9; }},
   };
   return variants;

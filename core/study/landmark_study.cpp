@@ -65,47 +65,64 @@ class FrameDetector {
   int scale_ = 1;
 };
 
-bool is_inside(const PatchPlace& place, int stride, const Image8& picture) {
-  const PatchPixel first = patch_pixel(place, stride, 0), last = patch_pixel(place, stride, kPatchRays - 1);
-  return first.x >= 0 && first.y >= 0 && last.x < picture.width && last.y < picture.height;
+// A landmark's offset in some picture against the truth, interocular distances.
+struct Offset {
+  Vec2d by_map, by_dlib;
+};
+
+OffsetAgreement agreement(const Vec2d& one, const Vec2d& other) {
+  return {one.dot(other), one.squaredNorm(), other.squaredNorm()};
 }
 
-// Adds one frame to the rows.
-void compare_frame(const LandmarkPatches& patches, const FaceDetector& detector, const Image8& truth,
-                   const Image8& render, std::vector<LandmarkRow>& rows) {
+// Adds one frame to the rows. places: of its true picture.
+void compare_frame(const LandmarkPatches& patches, std::span<const PatchPlace> places,
+                   const FaceDetector& detector, const Image8& truth, const Image8& render,
+                   std::vector<LandmarkRow>& rows) {
   const FrameDetector in_frame(detector, truth);
   if (!in_frame.has_face()) return;
   const auto true_points = in_frame.points(truth);
-  const auto add = [&](const Image8& picture, OffsetAgreement LandmarkRow::*sums) {
+  const auto offsets_in = [&](const Image8& picture) {
     const auto points = in_frame.points(picture);
-    for (LandmarkRow& row : rows) {
-      const std::size_t k = std::size_t(row.landmark);
-      const PatchPlace place{row.landmark, int(std::floor(true_points[k].x())),
-                             int(std::floor(true_points[k].y())), 1};
-      if (!is_inside(place, patches.stride, truth)) continue;
-      const Vec2d by_dlib = (points[k] - true_points[k]) / patches.interocular_px;
-      const Vec2d by_map =
-          landmark_offset(patches.maps[k], place, patches.stride, picture, truth).cast<double>();
-      (row.*sums).add({by_map.dot(by_dlib), by_map.squaredNorm(), by_dlib.squaredNorm()});
+    std::vector<Offset> offsets;
+    for (const PatchPlace& place : places) {
+      const std::size_t k = std::size_t(place.landmark);
+      const LandmarkMap& map = patches.maps[k];
+      offsets.push_back({map.map.empty() ? Vec2d::Zero().eval()
+                                         : Vec2d(landmark_offset(map, place, patches.stride, picture, truth)
+                                                     .cast<double>()),
+                         (points[k] - true_points[k]) / patches.interocular_px});
     }
+    return offsets;
   };
-  add(render, &LandmarkRow::render);
-  for (int i = 0; i < kShifts; ++i) {
-    const double angle = 2 * std::numbers::pi * i / kShifts;
-    const double length = (i % 2 == 0 ? kShortest : kLongest) * patches.interocular_px;
-    const Vec2d shift = length * Vec2d(std::cos(angle), std::sin(angle));
-    add(moved_by(truth, shift), &LandmarkRow::truth);
-    add(moved_by(render, shift), &LandmarkRow::shifted);
+  const auto row_of = [&](std::size_t i) { return std::ranges::find(rows, places[i].landmark, &LandmarkRow::landmark); };
+  const std::vector<Offset> in_render = offsets_in(render);
+  for (std::size_t i = 0; i < places.size(); ++i)
+    if (const auto row = row_of(i); row != rows.end())
+      row->render.add(agreement(in_render[i].by_map, in_render[i].by_dlib));
+  for (int s = 0; s < kShifts; ++s) {
+    const double angle = 2 * std::numbers::pi * s / kShifts;
+    const Vec2d shift = (s % 2 == 0 ? kShortest : kLongest) * Vec2d(std::cos(angle), std::sin(angle));
+    const Vec2d px = shift * patches.interocular_px;
+    const std::vector<Offset> of_truth = offsets_in(moved_by(truth, px)),
+                              of_render = offsets_in(moved_by(render, px));
+    for (std::size_t i = 0; i < places.size(); ++i) {
+      const auto row = row_of(i);
+      if (row == rows.end()) continue;
+      row->truth.add(agreement(of_truth[i].by_map, of_truth[i].by_dlib));
+      row->truth_map.add(agreement(of_truth[i].by_map, shift));
+      row->truth_dlib.add(agreement(of_truth[i].by_dlib, shift));
+      row->shifted.add(agreement(of_render[i].by_map, of_render[i].by_dlib));
+      row->shifted_map.add(agreement(of_render[i].by_map - in_render[i].by_map, shift));
+    }
   }
 }
 
 }  // namespace
 
-void OffsetAgreement::add(const OffsetAgreement& other) {
-  both += other.both, by_map += other.by_map, by_dlib += other.by_dlib;
+void OffsetAgreement::add(const OffsetAgreement& more) {
+  both += more.both, one += more.one, other += more.other;
 }
-double OffsetAgreement::correlation() const { return both / std::sqrt(by_map * by_dlib); }
-double OffsetAgreement::gain() const { return both / by_dlib; }
+double OffsetAgreement::correlation() const { return both / std::sqrt(one * other); }
 
 Result<LandmarkStudy> study_landmarks(const Project& project, int frames, const Progress& progress,
                                       std::stop_token stop) {
@@ -126,7 +143,7 @@ Result<LandmarkStudy> study_landmarks(const Project& project, int frames, const 
   study.stride = patches->stride, study.interocular_px = patches->interocular_px;
   for (int k = 0; k < kLandmarkCount; ++k)
     if (const LandmarkMap& map = patches->maps[std::size_t(k)]; !map.map.empty())
-      study.rows.push_back({k, map.correlation, map.spread, map.weight > 0, {}, {}, {}});
+      study.rows.push_back({k, map.correlation, map.spread, map.weight > 0, {}, {}, {}, {}, {}, {}});
 
   const AvatarRig rig = make_rig(set->avatar, *model);
   const auto held_out = held_out_frames(set->capture);
@@ -147,7 +164,12 @@ Result<LandmarkStudy> study_landmarks(const Project& project, int frames, const 
         render_frame(set->avatar, *camera, state, render_options(RenderQuality::final));
     const bool known = std::ranges::binary_search(set->plate_info.frames, frame);
     const Image8 picture = to_bytes(composite(rendered.rgba, known ? set->avatar.plate : Image8{}));
-    compare_frame(*patches, *detector, *truth, picture, study.rows);
+    const TrainingView view{.camera = *camera,
+                            .world_from_head = t->world_from_head,
+                            .articulation = t->articulation,
+                            .rgb = *truth};
+    compare_frame(*patches, patch_places(*model, rig.shape, view, patches->stride), *detector, *truth, picture,
+                  study.rows);
     ++study.frames;
   }
   if (study.frames == 0)

@@ -1,6 +1,7 @@
 // Whether what the landmark loss measures (core/train/landmark_patches.h) is where landmarks are: offsets by
-// its maps beside those by dlib, which knows nothing of them, on held-out frames. A map is worth learning from
-// if the two correlate by kLeastCorrelation on shifted renders, not only on the made-up patches it was learnt on.
+// its maps on held-out frames, beside those by dlib, which knows nothing of the maps, and beside the truth where
+// a picture was shifted by a known way. A map is worth learning from if it agrees by kLeastCorrelation on shifted
+// renders, too, not only on the made-up patches it was learnt on.
 #pragma once
 
 #include <stop_token>
@@ -12,20 +13,21 @@
 
 namespace likeness {
 
-// Offsets of landmarks against the true picture, over frames and shifts and both axes.
+// Two measurements of offsets, over frames, shifts and both axes.
 struct OffsetAgreement {
-  double both = 0, by_map = 0, by_dlib = 0;  // sums of products, (interocular distance)^2
-  void add(const OffsetAgreement& other);
+  double both = 0, one = 0, other = 0;  // sums of products, (interocular distance)^2
+  void add(const OffsetAgreement& more);
   double correlation() const;  // NaN of nothing
-  double gain() const;         // offset by the map for one by dlib, least squares
 };
 
 struct LandmarkRow {
   int landmark = 0;
   double learnt_correlation = 0, spread = 0;  // LandmarkMap
   bool accepted = false;
-  // The true picture shifted; the render shifted; the render as it is, whose offsets are its real errors.
-  OffsetAgreement truth, shifted, render;
+  // Of the true picture shifted: map and dlib, map and shift, dlib and shift. Of the render shifted, which is off
+  // by its own errors beside: map and dlib; what the shift changed of the map's, and the shift. Of the render as
+  // it is: map and dlib.
+  OffsetAgreement truth, truth_map, truth_dlib, shifted, shifted_map, render;
 };
 
 struct LandmarkStudy {

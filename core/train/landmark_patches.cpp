@@ -17,11 +17,11 @@
 namespace likeness {
 namespace {
 
-constexpr double kPatchWidth = 0.33;      // of the interocular distance
-constexpr double kReach = 0.05;           // longest made-up shift, interocular distances
-constexpr double kShear = 0.06;           // largest change of a patch's axes
+constexpr double kPatchWidth = 0.6;      // of the interocular distance
+constexpr double kReach = 0.06;           // longest made-up shift, interocular distances
+constexpr double kShear = 0.03;           // largest change of a patch's axes
 constexpr double kNeighbourhood = 0.15;   // within which landmarks move alike, interocular distances
-constexpr double kBrightness = 0.1;       // largest change of the contrast
+constexpr double kBrightness = 0.05;      // largest change of the contrast
 constexpr double kNoise = 0.02;           // of a rendered picture's grey values
 constexpr double kSoft_px = 1;            // of the softest patches
 constexpr double kLeastInterocular_px = 8;
@@ -80,9 +80,9 @@ float visibility_of(const Vec3d& point, const Vec3d& middle) {
   return float(std::clamp((facing - kHidden) / (kSeen - kHidden), 0.0, 1.0));
 }
 
-ViewLandmarks view_landmarks(const TrainingSet& set, const HeadShape& shape, const TrainingView& view) {
+ViewLandmarks view_landmarks(const HeadModel& model, const HeadShape& shape, const TrainingView& view) {
   ViewLandmarks out;
-  out.in_head = landmark_positions(set.model, pose_head(set.model, shape, view.articulation));
+  out.in_head = landmark_positions(model, pose_head(model, shape, view.articulation));
   const Pose cam_from_head = view.camera.cam_from_world * view.world_from_head;
   const auto in_camera = [&](int k) { return Vec3d(cam_from_head * out.in_head[std::size_t(k)].cast<double>()); };
   const Vec3d middle = 0.5 * (in_camera(kRightEar) + in_camera(kLeftEar));
@@ -319,6 +319,11 @@ int LandmarkPatches::accepted() const {
   return int(std::ranges::count_if(maps, [](const LandmarkMap& map) { return map.weight > 0; }));
 }
 
+std::vector<PatchPlace> patch_places(const HeadModel& model, const HeadShape& shape, const TrainingView& view,
+                                     int stride) {
+  return places_in(view, view_landmarks(model, shape, view), stride);
+}
+
 PatchPixel patch_pixel(const PatchPlace& place, int stride, int i) {
   return {place.x + stride * (i % kPatchSide - kPatchSide / 2), place.y + stride * (i / kPatchSide - kPatchSide / 2)};
 }
@@ -338,7 +343,7 @@ Result<LandmarkPatches> learn_landmark_patches(const TrainingSet& set, const Hea
                                                std::uint64_t seed) {
   const std::span<const TrainingView> own = own_views(set);
   std::vector<ViewLandmarks> landmarks(own.size());
-  parallel_for(own.size(), [&](std::size_t v) { landmarks[v] = view_landmarks(set, shape, own[v]); });
+  parallel_for(own.size(), [&](std::size_t v) { landmarks[v] = view_landmarks(set.model, shape, own[v]); });
 
   LandmarkPatches patches;
   std::vector<double> interocular;

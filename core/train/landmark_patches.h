@@ -27,7 +27,7 @@
 
 namespace likeness {
 
-inline constexpr int kPatchSide = 7;  // P, samples
+inline constexpr int kPatchSide = 11;  // P, samples: 7 and 9 find fewer landmarks
 inline constexpr int kPatchRays = kPatchSide * kPatchSide;
 inline constexpr int kFirstPatchLandmark = 17;  // brows, nose, eyes and mouth: the jaw's line is no corner
 inline constexpr double kLeastCorrelation = 0.9;
@@ -60,6 +60,11 @@ struct LandmarkPatches {
 // be measured so.
 Result<LandmarkPatches> learn_landmark_patches(const TrainingSet& set, const HeadShape& shape,
                                                std::uint64_t seed);
+
+// Where the patches of a view's landmarks lie: of those that are seen and whose patch lies in the picture and
+// teaches, all of it.
+std::vector<PatchPlace> patch_places(const HeadModel& model, const HeadShape& shape, const TrainingView& view,
+                                     int stride);
 
 // The pixel of a patch's sample i of [0, P^2), row by row.
 struct PatchPixel {
