@@ -117,8 +117,9 @@ int run(const EvalArguments& arguments) {
         e.refit->free_numbers_per_frame, decibel(e.refit->psnr_db), e.refit->psnr_head_db,
         e.refit->psnr_face_db);
   if (e.ssim) fmt::print("SSIM {:.4f}  GMSD {:.4f}\n", *e.ssim, *e.gmsd);
-  fmt::print("landmarks off by {:.2f} px (mouth {:.2f}, eyes {:.2f})  {:.1f} frames/s at {:.1f} samples a ray\n",
-             e.landmarks_px.inner, e.landmarks_px.mouth, e.landmarks_px.eyes, e.render_fps, e.samples_per_ray);
+  fmt::print(
+      "landmarks off by {:.2f} px (mouth {:.2f}, eyes {:.2f})  {:.1f} frames/s at {:.1f} samples a ray\n",
+      e.landmarks_px.inner, e.landmarks_px.mouth, e.landmarks_px.eyes, e.render_fps, e.samples_per_ray);
   return kExitDone;
 }
 

@@ -26,9 +26,7 @@ nlohmann::json finite_or_null(double value) {
   return std::isfinite(value) ? nlohmann::json(value) : nlohmann::json(nullptr);
 }
 
-nlohmann::json to_json(const OffsetAgreement& agreement) {
-  return finite_or_null(agreement.correlation());
-}
+nlohmann::json to_json(const OffsetAgreement& agreement) { return finite_or_null(agreement.correlation()); }
 
 nlohmann::json to_json(const LandmarkStudy& study) {
   nlohmann::json rows = nlohmann::json::array();
@@ -66,24 +64,26 @@ void print_part(const LandmarkStudy& study, const char* name, int first, int las
   }
   fmt::print("{:<6} {:>3} of {:<3}", name, accepted, all);
   const double mean = learnt / std::max(1, accepted);
-  for (const double value :
-       {mean, truth_map.correlation(), truth_dlib.correlation(), truth.correlation(), shifted_map.correlation(),
-        shifted.correlation(), render.correlation()})
+  for (const double value : {mean, truth_map.correlation(), truth_dlib.correlation(), truth.correlation(),
+                             shifted_map.correlation(), shifted.correlation(), render.correlation()})
     fmt::print(" {:>8.3f}", value);
   fmt::print(" {:>5} of {:<3}\n", hold, accepted);
 }
 
 void print(const LandmarkStudy& study) {
-  fmt::print("{:<6} {:>10} {:>8} {:>26} {:>17} {:>8} {:>11}\n{:<6} {:>10} {:>8} {:>8} {:>8} {:>8} {:>8} {:>8} {:>8} {:>11}\n",
-             "", "", "", "shifted truth", "shifted render", "render", "render", "", "accepted", "made up",
-             "map", "dlib", "both", "map", "both", "both", fmt::format(">= {}", kLeastCorrelation));
+  fmt::print(
+      "{:<6} {:>10} {:>8} {:>26} {:>17} {:>8} {:>11}\n{:<6} {:>10} {:>8} {:>8} {:>8} {:>8} {:>8} {:>8} {:>8} "
+      "{:>11}\n",
+      "", "", "", "shifted truth", "shifted render", "render", "render", "", "accepted", "made up", "map",
+      "dlib", "both", "map", "both", "both", fmt::format(">= {}", kLeastCorrelation));
   print_part(study, "brows", 17, 26);
   print_part(study, "nose", 27, 35);
   print_part(study, "eyes", 36, 47);
   print_part(study, "mouth", 48, 67);
   print_part(study, "all", kFirstPatchLandmark, 67);
   fmt::print(
-      "Correlations of offsets on {} held-out frames: by map or dlib with a known shift, and (both) with each "
+      "Correlations of offsets on {} held-out frames: by map or dlib with a known shift, and (both) with "
+      "each "
       "other; last, how many landmarks reach the limit on shifted renders. Made up: of the maps on training "
       "views kept out. Patches of {} x {} pixels, {} apart; the eyes' outer corners are {:.0f} px apart.\n",
       study.frames, kPatchSide, kPatchSide, study.stride, study.interocular_px);

@@ -84,7 +84,8 @@ class Backend {
 // precision: of the products of trainings, where the processor has both; densities are always exact.
 std::shared_ptr<Backend> cpu_backend(FieldPrecision precision = FieldPrecision::bf16);
 
-// On a device (core/device), which knows no patches: a learner of them is refused. halves: products in bfloat16 where the device has matrix units for it.
+// On a device (core/device), which knows no patches: a learner of them is refused. halves: products in
+// bfloat16 where the device has matrix units for it.
 std::shared_ptr<Backend> device_backend(std::shared_ptr<Device> device, bool halves = true);
 
 }  // namespace likeness

@@ -56,7 +56,8 @@ struct BlockError {
   double squared = 0, patch = 0;
 };
 
-// Forward and backward compositing of a block's rays; returns their summed squared error and the patch's loss.
+// Forward and backward compositing of a block's rays; returns their summed squared error and the patch's
+// loss.
 struct RayLoss {
   const LearningStep& step;
   std::array<Scratch, 2>& fields;

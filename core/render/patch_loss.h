@@ -1,6 +1,6 @@
-// A loss that sees a patch of rays as a whole: the L1 norm of a linear map of how far its grey values are from
-// the truth. What the map measures is its owner's business (core/train/landmark_patches.h: where a landmark
-// lies).
+// A loss that sees a patch of rays as a whole: the L1 norm of a linear map of how far its grey values are
+// from the truth. What the map measures is its owner's business (core/train/landmark_patches.h: where a
+// landmark lies).
 //
 //   L = weight sum_o | sum_i map[o, i] grey(rendered_i - true_i) |
 #pragma once
@@ -21,8 +21,8 @@ struct RayPatch {
   std::span<const float> map;  // (2, count) per grey level of [0, 1]; of a longer-lived owner
 };
 
-// difference: (n, 3) rendered - true; d_difference: (n, 3) is set to dL / d difference. Where a row of the map
-// gives exactly zero, its slope is zero.
+// difference: (n, 3) rendered - true; d_difference: (n, 3) is set to dL / d difference. Where a row of the
+// map gives exactly zero, its slope is zero.
 template <class T>
 T patch_loss(std::span<const float> map, T weight, std::span<const T> difference, std::span<T> d_difference) {
   const std::size_t rays = difference.size() / 3, rows = rays == 0 ? 0 : map.size() / rays;

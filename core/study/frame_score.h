@@ -18,7 +18,7 @@ struct LandmarkErrors {
 
 struct FrameScore {
   int frame = 0;
-  double mse = 0, person_mse = 0, head_mse = 0, face_mse = 0;           // NaN where a region is empty
+  double mse = 0, person_mse = 0, head_mse = 0, face_mse = 0;  // NaN where a region is empty
   LandmarkErrors landmarks_px;
 };
 

@@ -87,14 +87,17 @@ void compare_frame(const LandmarkPatches& patches, std::span<const PatchPlace> p
     for (const PatchPlace& place : places) {
       const std::size_t k = std::size_t(place.landmark);
       const LandmarkMap& map = patches.maps[k];
-      offsets.push_back({map.map.empty() ? Vec2d::Zero().eval()
-                                         : Vec2d(landmark_offset(map, place, patches.stride, picture, truth)
-                                                     .cast<double>()),
-                         (points[k] - true_points[k]) / patches.interocular_px});
+      offsets.push_back(
+          {map.map.empty()
+               ? Vec2d::Zero().eval()
+               : Vec2d(landmark_offset(map, place, patches.stride, picture, truth).cast<double>()),
+           (points[k] - true_points[k]) / patches.interocular_px});
     }
     return offsets;
   };
-  const auto row_of = [&](std::size_t i) { return std::ranges::find(rows, places[i].landmark, &LandmarkRow::landmark); };
+  const auto row_of = [&](std::size_t i) {
+    return std::ranges::find(rows, places[i].landmark, &LandmarkRow::landmark);
+  };
   const std::vector<Offset> in_render = offsets_in(render);
   for (std::size_t i = 0; i < places.size(); ++i)
     if (const auto row = row_of(i); row != rows.end())
@@ -168,8 +171,8 @@ Result<LandmarkStudy> study_landmarks(const Project& project, int frames, const 
                             .world_from_head = t->world_from_head,
                             .articulation = t->articulation,
                             .rgb = *truth};
-    compare_frame(*patches, patch_places(*model, rig.shape, view, patches->stride), *detector, *truth, picture,
-                  study.rows);
+    compare_frame(*patches, patch_places(*model, rig.shape, view, patches->stride), *detector, *truth,
+                  picture, study.rows);
     ++study.frames;
   }
   if (study.frames == 0)

@@ -1,7 +1,7 @@
 // Whether what the landmark loss measures (core/train/landmark_patches.h) is where landmarks are: offsets by
-// its maps on held-out frames, beside those by dlib, which knows nothing of the maps, and beside the truth where
-// a picture was shifted by a known way. A map is worth learning from if it agrees by kLeastCorrelation on shifted
-// renders, too, not only on the made-up patches it was learnt on.
+// its maps on held-out frames, beside those by dlib, which knows nothing of the maps, and beside the truth
+// where a picture was shifted by a known way. A map is worth learning from if it agrees by kLeastCorrelation
+// on shifted renders, too, not only on the made-up patches it was learnt on.
 #pragma once
 
 #include <stop_token>
@@ -24,9 +24,9 @@ struct LandmarkRow {
   int landmark = 0;
   double learnt_correlation = 0, spread = 0;  // LandmarkMap
   bool accepted = false;
-  // Of the true picture shifted: map and dlib, map and shift, dlib and shift. Of the render shifted, which is off
-  // by its own errors beside: map and dlib; what the shift changed of the map's, and the shift. Of the render as
-  // it is: map and dlib.
+  // Of the true picture shifted: map and dlib, map and shift, dlib and shift. Of the render shifted, which is
+  // off by its own errors beside: map and dlib; what the shift changed of the map's, and the shift. Of the
+  // render as it is: map and dlib.
   OffsetAgreement truth, truth_map, truth_dlib, shifted, shifted_map, render;
 };
 

@@ -18,14 +18,14 @@ namespace likeness {
 namespace {
 
 constexpr double kPatchWidth = 0.6;      // of the interocular distance
-constexpr double kReach = 0.06;           // longest made-up shift, interocular distances
-constexpr double kShear = 0.03;           // largest change of a patch's axes
-constexpr double kNeighbourhood = 0.15;   // within which landmarks move alike, interocular distances
-constexpr double kBrightness = 0.05;      // largest change of the contrast
-constexpr double kNoise = 0.02;           // of a rendered picture's grey values
-constexpr double kSoft_px = 1;            // of the softest patches
+constexpr double kReach = 0.06;          // longest made-up shift, interocular distances
+constexpr double kShear = 0.03;          // largest change of a patch's axes
+constexpr double kNeighbourhood = 0.15;  // within which landmarks move alike, interocular distances
+constexpr double kBrightness = 0.05;     // largest change of the contrast
+constexpr double kNoise = 0.02;          // of a rendered picture's grey values
+constexpr double kSoft_px = 1;           // of the softest patches
 constexpr double kLeastInterocular_px = 8;
-constexpr int kDraws = 8;                 // made-up offsets of a landmark in a view
+constexpr int kDraws = 8;  // made-up offsets of a landmark in a view
 constexpr std::size_t kMostViews = 240, kLeastViews = 8;
 constexpr int kFolds = 4;
 constexpr int kRightEyeCorner = 36, kLeftEyeCorner = 45, kRightEar = 0, kLeftEar = 16;
@@ -57,9 +57,9 @@ Image softened(const Image& grey) {
     for (int y = 0; y < to.height; ++y)
       for (int x = 0; x < to.width; ++x)
         for (int i = -2; i <= 2; ++i)
-          *to.at(x, y) += kernel[std::size_t(i + 2)] / sum *
-                          *from.at(std::clamp(x + i * dx, 0, to.width - 1),
-                                   std::clamp(y + i * dy, 0, to.height - 1));
+          *to.at(x, y) +=
+              kernel[std::size_t(i + 2)] / sum *
+              *from.at(std::clamp(x + i * dx, 0, to.width - 1), std::clamp(y + i * dy, 0, to.height - 1));
     return to;
   };
   return along(along(grey, 1, 0), 0, 1);
@@ -84,7 +84,9 @@ ViewLandmarks view_landmarks(const HeadModel& model, const HeadShape& shape, con
   ViewLandmarks out;
   out.in_head = landmark_positions(model, pose_head(model, shape, view.articulation));
   const Pose cam_from_head = view.camera.cam_from_world * view.world_from_head;
-  const auto in_camera = [&](int k) { return Vec3d(cam_from_head * out.in_head[std::size_t(k)].cast<double>()); };
+  const auto in_camera = [&](int k) {
+    return Vec3d(cam_from_head * out.in_head[std::size_t(k)].cast<double>());
+  };
   const Vec3d middle = 0.5 * (in_camera(kRightEar) + in_camera(kLeftEar));
   for (int k = 0; k < kLandmarkCount; ++k) {
     const Vec3d p = in_camera(k);
@@ -125,8 +127,8 @@ struct PatchWarp {
   Vec2d shift = Vec2d::Zero();  // px
 };
 
-// How the landmarks about `at` would move, px, if the view's expression went some of the way to another view's.
-// A smooth field through the landmarks' own moves, and its slope.
+// How the landmarks about `at` would move, px, if the view's expression went some of the way to another
+// view's. A smooth field through the landmarks' own moves, and its slope.
 PatchWarp expression_warp(const ViewLandmarks& view, const Landmarks3& other, const Pose& cam_from_head,
                           const Intrinsics& intrinsics, float way, const Vec2d& at) {
   std::array<Vec2d, kLandmarkCount> moves;
@@ -197,8 +199,8 @@ struct ExampleSource {
     for (int i = 0; i < kPatchRays; ++i) {
       const PatchPixel p = patch_pixel(place, stride, i);
       const Vec2d from = centre + warp.axes * (Vec2d(p.x + 0.5, p.y + 0.5) - centre) + warp.shift;
-      const double value = (1 - softness) * bilinear(grey, from.x(), from.y()) +
-                           softness * bilinear(soft, from.x(), from.y());
+      const double value =
+          (1 - softness) * bilinear(grey, from.x(), from.y()) + softness * bilinear(soft, from.x(), from.y());
       example.difference[i] = float(contrast * value) - *grey.at(p.x, p.y);
     }
     example.difference.array() -= example.difference.mean();
@@ -325,7 +327,8 @@ std::vector<PatchPlace> patch_places(const HeadModel& model, const HeadShape& sh
 }
 
 PatchPixel patch_pixel(const PatchPlace& place, int stride, int i) {
-  return {place.x + stride * (i % kPatchSide - kPatchSide / 2), place.y + stride * (i / kPatchSide - kPatchSide / 2)};
+  return {place.x + stride * (i % kPatchSide - kPatchSide / 2),
+          place.y + stride * (i / kPatchSide - kPatchSide / 2)};
 }
 
 Vec2f landmark_offset(const LandmarkMap& map, const PatchPlace& place, int stride, const Image8& rendered,
@@ -349,12 +352,10 @@ Result<LandmarkPatches> learn_landmark_patches(const TrainingSet& set, const Hea
   std::vector<double> interocular;
   for (const ViewLandmarks& view : landmarks) interocular.push_back(view.interocular_px);
   patches.interocular_px = interocular.empty() ? 0 : median(interocular);
-  patches.stride =
-      std::max(1, int(std::lround(kPatchWidth * patches.interocular_px / (kPatchSide - 1))));
+  patches.stride = std::max(1, int(std::lround(kPatchWidth * patches.interocular_px / (kPatchSide - 1))));
   patches.places.resize(own.size());
-  parallel_for(own.size(), [&](std::size_t v) {
-    patches.places[v] = places_in(own[v], landmarks[v], patches.stride);
-  });
+  parallel_for(own.size(),
+               [&](std::size_t v) { patches.places[v] = places_in(own[v], landmarks[v], patches.stride); });
 
   const std::vector<std::size_t> views = learning_views(patches.places);
   const std::vector<Examples> examples =

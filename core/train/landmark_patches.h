@@ -1,7 +1,7 @@
-// Where a landmark lies, read from a patch of the picture: for each landmark a linear map from the difference of
-// two patches to the landmark's offset between them, one step of supervised descent (Xiong & De la Torre, CVPR
-// 2013), learnt on the person's own training views and on nothing else. It makes the landmark loss of Kwak &
-// Ko 2024 a function that can be differentiated:
+// Where a landmark lies, read from a patch of the picture: for each landmark a linear map from the difference
+// of two patches to the landmark's offset between them, one step of supervised descent (Xiong & De la Torre,
+// CVPR 2013), learnt on the person's own training views and on nothing else. It makes the landmark loss of
+// Kwak & Ko 2024 a function that can be differentiated:
 //
 //   L = L_rec + lambda L_lmk,   L_lmk = mean over the step's patches of  w | R (g - t) |_1
 //
@@ -10,9 +10,9 @@
 //                the paper's normalised landmark errors, so that lambda does not depend on the picture's size
 //   w            visibility in the view times 1 / (1 + (spread / kUsualSpread)^2) of the landmark
 //
-// The maps are ridge regressions. They learn from patches of the training views that were shifted, sheared and
-// warped as the other views' expressions would move the landmarks about, and made softer and brighter, of which
-// they must take no notice. A landmark whose held-out offsets are not predicted with a correlation of
+// The maps are ridge regressions. They learn from patches of the training views that were shifted, sheared
+// and warped as the other views' expressions would move the landmarks about, and made softer and brighter, of
+// which they must take no notice. A landmark whose held-out offsets are not predicted with a correlation of
 // kLeastCorrelation is left out.
 #pragma once
 
@@ -48,8 +48,8 @@ struct PatchPlace {
 };
 
 struct LandmarkPatches {
-  int stride = 1;              // px
-  double interocular_px = 0;   // the views' median
+  int stride = 1;             // px
+  double interocular_px = 0;  // the views' median
   std::array<LandmarkMap, kLandmarkCount> maps;
   std::vector<std::vector<PatchPlace>> places;  // (own views) of accepted landmarks that are seen whole
   std::vector<std::size_t> views;               // those with a place

@@ -124,7 +124,8 @@ void paint(const RaySource& source, std::size_t v, Pixel pixel, const Vec3f& oth
   }
 }
 
-// The first rays of a batch: the views that have patches in turn, any of their landmarks. Returns their number.
+// The first rays of a batch: the views that have patches in turn, any of their landmarks. Returns their
+// number.
 std::size_t choose_patches(const RaySource& source, const MarchVolumes& volumes, bool drop_codes,
                            std::uint64_t seed, std::uint64_t step, RayBatch& batch) {
   batch.patches.clear();

@@ -39,10 +39,11 @@ Result<void> check_options(const TrainOptions& options) {
                  fmt::format("A landmark loss of weight {} is none.", options.landmark_weight),
                  "Give a number that is not negative, e.g. --landmark-loss 0.1.", "training"};
   if (options.landmark_weight > 0 && options.rays_per_step < 4 * kPatchRays)
-    return Error{ErrorCode::bad_input,
-                 fmt::format("A quarter of {} rays a step holds no patch of {}, which the landmark loss needs.",
-                             options.rays_per_step, kPatchRays),
-                 "Train with more rays a step, or without --landmark-loss.", "training"};
+    return Error{
+        ErrorCode::bad_input,
+        fmt::format("A quarter of {} rays a step holds no patch of {}, which the landmark loss needs.",
+                    options.rays_per_step, kPatchRays),
+        "Train with more rays a step, or without --landmark-loss.", "training"};
   if (options.rays_per_step >= 1 && (options.steps > 0 || options.budget_s > 0)) return {};
   return Error{ErrorCode::bad_input,
                fmt::format("A budget of {} s and {} rays a step is no training.", options.budget_s,
@@ -297,9 +298,8 @@ struct Steps {
 bool is_backends(const Error& error) { return error.where.starts_with("CUDA"); }
 
 Result<void> run_steps(TrainingState& state, Scene& scene, Run& run, std::stop_token stop) {
-  const StepOptions options{run.options.rays_per_step, run.options.seed, run.options.use_latent,
-                            run.options.use_occupancy, run.options.even_samples,
-                            run.options.landmark_weight};
+  const StepOptions options{run.options.rays_per_step, run.options.seed,         run.options.use_latent,
+                            run.options.use_occupancy, run.options.even_samples, run.options.landmark_weight};
   TrainingState snapshot = state;
   int recoveries = 0;
   std::shared_ptr<Backend> backend =

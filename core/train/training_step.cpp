@@ -123,9 +123,8 @@ Result<std::unique_ptr<FieldLearner>> make_learner(Backend& backend, TrainingSta
   parts.fields[0] = {&state.head.part.field, &state.head.adam};
   if (state.torso) parts.fields[1] = {&state.torso->part.field, &state.torso->adam};
   parts.codes = &state.codes, parts.codes_adam = &state.codes_adam;
-  return backend.make_learner(parts,
-                              {std::size_t(options.rays), std::size_t(kMaxSamples), set.views.size(),
-                               own_views(set).size(), options.landmark_weight > 0});
+  return backend.make_learner(parts, {std::size_t(options.rays), std::size_t(kMaxSamples), set.views.size(),
+                                      own_views(set).size(), options.landmark_weight > 0});
 }
 
 Result<StepResult> training_step(TrainingState& state, FieldLearner& learner, const RaySource& source,

@@ -62,7 +62,8 @@ struct PatchedProblem {
   }
 };
 
-double whole_loss(const PatchedProblem& problem, float weight, std::size_t field, std::span<const float> moved) {
+double whole_loss(const PatchedProblem& problem, float weight, std::size_t field,
+                  std::span<const float> moved) {
   TwoFields fields(1);
   for (std::size_t i = 0; i < moved.size(); ++i) fields.fields[field].parameters[i] += moved[i];
   const auto learner = cpu_backend(FieldPrecision::exact)->make_learner(fields.parts(), fields.shape());

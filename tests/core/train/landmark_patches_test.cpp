@@ -79,8 +79,8 @@ struct Agreement {
   }
 };
 
-// Places of a set's view are taken to a picture of a time between the views, which nothing was learnt from, and
-// to the same moment through a camera whose picture lies elsewhere.
+// Places of a set's view are taken to a picture of a time between the views, which nothing was learnt from,
+// and to the same moment through a camera whose picture lies elsewhere.
 Agreement agreement(const LandmarkPatches& patches, double gain) {
   Agreement all;
   const Image8 plate = gradient_plate(kSize);
@@ -118,8 +118,7 @@ TEST(LandmarkPatches, AreAcceptedByTheirOwnHeldOutCorrelationAndWeighedByTheirSp
     EXPECT_NEAR(map.weight, 1 / (1 + std::pow(map.spread / kUsualSpread, 2)), 1e-6) << k;
   }
   for (const auto& places : patches->places)
-    for (const PatchPlace& place : places)
-      EXPECT_GT(patches->maps[std::size_t(place.landmark)].weight, 0);
+    for (const PatchPlace& place : places) EXPECT_GT(patches->maps[std::size_t(place.landmark)].weight, 0);
 }
 
 TEST(LandmarkPatches, OfAFaceWithoutAPatternAreRefused) {
