@@ -199,6 +199,7 @@ int run_existing(const BuildArguments& arguments, Stage last, const CLI::App& ve
   if (given("--budget")) options.budget_s = arguments.options.budget_s, options.steps = 0;
   if (given("--steps")) options.steps = arguments.options.steps;
   if (given("--mode")) options.mode = arguments.options.mode;
+  if (given("--landmark-loss")) options.landmark_loss = arguments.options.landmark_loss;
   if (given("--seed")) options.seed = arguments.common.seed;
   if (given("--head-model")) options.head_model = arguments.options.head_model;
   if (given("--leave-out")) {
@@ -264,6 +265,9 @@ void add_training_options(CLI::App& verb, BuildArguments& a) {
       ->check(CLI::Range(0.1, 3600.0));
   verb.add_option("--steps", a.options.steps, "Exact training steps instead of a budget");
   add_mode_option(verb, a.options.mode);
+  verb.add_option("--landmark-loss", a.options.landmark_loss,
+                  "Weight of a loss on where landmarks lie in the pictures, e.g. 0.1; default: 0, without")
+      ->check(CLI::Range(0.0, 1e3));
   add_precision_option(verb, a.precision);
 }
 

@@ -18,6 +18,7 @@ void add_study_command(CLI::App& program, int& exit_code);  // study track, driv
 void add_camera_study(CLI::App& study, int& exit_code);
 void add_matte_study(CLI::App& study, int& exit_code);
 void add_gain_study(CLI::App& study, int& exit_code);
+void add_landmark_study(CLI::App& study, int& exit_code);
 void add_live_study(CLI::App& study, int& exit_code);
 void add_mark_study(CLI::App& study, int& exit_code);
 void add_modes_study(CLI::App& study, int& exit_code);

@@ -38,7 +38,9 @@ nlohmann::json to_json(const Evaluation& e, const Avatar& avatar, RenderQuality 
                       {"person_mse", number(f.person_mse)},
                       {"head_mse", number(f.head_mse)},
                       {"face_mse", number(f.face_mse)},
-                      {"lmk_error_px", number(f.landmark_error_px)}});
+                      {"lmk_error_px", number(f.landmarks_px.inner)},
+                      {"lmk_mouth_px", number(f.landmarks_px.mouth)},
+                      {"lmk_eyes_px", number(f.landmarks_px.eyes)}});
   }
   return {{"psnr_db", number(e.psnr_db)},
           {"psnr_person_db", number(e.psnr_person_db)},
@@ -48,7 +50,9 @@ nlohmann::json to_json(const Evaluation& e, const Avatar& avatar, RenderQuality 
           {"psnr_refit_db", e.refit ? number(e.refit->psnr_db) : nlohmann::json(nullptr)},
           {"psnr_refit_head_db", e.refit ? number(e.refit->psnr_head_db) : nlohmann::json(nullptr)},
           {"psnr_refit_face_db", e.refit ? number(e.refit->psnr_face_db) : nlohmann::json(nullptr)},
-          {"lmk_error_px", number(e.landmark_error_px)},
+          {"lmk_error_px", number(e.landmarks_px.inner)},
+          {"lmk_mouth_px", number(e.landmarks_px.mouth)},
+          {"lmk_eyes_px", number(e.landmarks_px.eyes)},
           {"ssim", number(e.ssim)},
           {"gmsd", number(e.gmsd)},
           {"lpips", nullptr},
@@ -118,8 +122,9 @@ int run(const EvalArguments& arguments) {
         e.refit->free_numbers_per_frame, decibel(e.refit->psnr_db), e.refit->psnr_head_db,
         e.refit->psnr_face_db);
   if (e.ssim) fmt::print("SSIM {:.4f}  GMSD {:.4f}\n", *e.ssim, *e.gmsd);
-  fmt::print("landmarks off by {:.2f} px  {:.1f} frames/s at {:.1f} samples a ray\n", e.landmark_error_px,
-             e.render_fps, e.samples_per_ray);
+  fmt::print(
+      "landmarks off by {:.2f} px (mouth {:.2f}, eyes {:.2f})  {:.1f} frames/s at {:.1f} samples a ray\n",
+      e.landmarks_px.inner, e.landmarks_px.mouth, e.landmarks_px.eyes, e.render_fps, e.samples_per_ray);
   return kExitDone;
 }
 

@@ -65,25 +65,29 @@ nlohmann::json to_json(const GainRow& row) {
                       {"psnr_refit_db", number(s.psnr_refit_db)},
                       {"psnr_refit_head_db", number(s.psnr_refit_head_db)},
                       {"psnr_refit_face_db", number(s.psnr_refit_face_db)},
-                      {"lmk_error_px", number(s.landmark_error_px)},
+                      {"lmk_error_px", number(s.landmarks_px.inner)},
+                      {"lmk_mouth_px", number(s.landmarks_px.mouth)},
+                      {"lmk_eyes_px", number(s.landmarks_px.eyes)},
                       {"train_seconds", s.train_seconds}});
   return {{"variant", row.variant}, {"about", row.about}, {"scores", scores}};
 }
 
 void print_rows(const std::vector<GainRow>& rows, const GainOptions& options) {
   const bool several = options.seeds > 1;
-  fmt::print("{:<13} {:>12} {:>12} {:>12} {:>12} {:>12}", "variant", "full", "person", "head", "face",
-             "landmarks px");
+  fmt::print("{:<14} {:>12} {:>12} {:>12} {:>12} {:>12} {:>12} {:>12}", "variant", "full", "person", "head",
+             "face", "landmarks px", "mouth px", "eyes px");
   if (options.refit) fmt::print(" {:>12} {:>12} {:>12}", "refit full", "refit head", "refit face");
   fmt::print("\n");
   for (const GainRow& row : rows) {
     const auto print = [&](auto score) { fmt::print(" {:>12}", cell(over_seeds(row, score), several)); };
-    fmt::print("{:<13}", row.variant);
+    fmt::print("{:<14}", row.variant);
     print([](const GainScore& s) { return s.psnr_db; });
     print([](const GainScore& s) { return std::optional(s.psnr_person_db); });
     print([](const GainScore& s) { return std::optional(s.psnr_head_db); });
     print([](const GainScore& s) { return std::optional(s.psnr_face_db); });
-    print([](const GainScore& s) { return std::optional(s.landmark_error_px); });
+    print([](const GainScore& s) { return std::optional(s.landmarks_px.inner); });
+    print([](const GainScore& s) { return std::optional(s.landmarks_px.mouth); });
+    print([](const GainScore& s) { return std::optional(s.landmarks_px.eyes); });
     if (options.refit) {
       print([](const GainScore& s) { return s.psnr_refit_db; });
       print([](const GainScore& s) { return s.psnr_refit_head_db; });

@@ -348,6 +348,7 @@ void add_study_command(CLI::App& program, int& exit_code) {
   add_camera_study(*study, exit_code);
   add_matte_study(*study, exit_code);
   add_gain_study(*study, exit_code);
+  add_landmark_study(*study, exit_code);
   add_live_study(*study, exit_code);
   add_mark_study(*study, exit_code);
   add_modes_study(*study, exit_code);

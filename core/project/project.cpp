@@ -67,6 +67,7 @@ json to_json(const ProjectOptions& options) {
           {"mode", mode_name(options.mode)},
           {"resting_camera", options.resting_camera},
           {"refine_track", options.refine_track},
+          {"landmark_loss", options.landmark_loss},
           {"use_latent", options.use_latent},
           {"use_occupancy", options.use_occupancy},
           {"refits", refits},
@@ -109,6 +110,7 @@ ProjectOptions options_from_json(const json& j, int version) {
   options.mode = version == 1 ? mode_of_switches(j) : mode_from_json(j);
   options.resting_camera = j.value("resting_camera", false);
   options.refine_track = j.value("refine_track", false);
+  options.landmark_loss = j.value("landmark_loss", 0.0);
   options.use_latent = j.at("use_latent");
   options.use_occupancy = j.at("use_occupancy");
   options.left_out = j.value("left_out", options.left_out);

@@ -56,6 +56,7 @@ struct ProjectOptions {
   bool use_latent = true, use_occupancy = true;
   bool resting_camera = false;    // the user's word; otherwise the align stage finds out
   bool refine_track = false;      // correct the training frames through the field
+  double landmark_loss = 0;       // weight of the training's landmark loss; 0: without
   std::vector<RefitSpan> refits;  // of the track, fitted again; ascending, apart from each other
   std::vector<int> left_out;  // frames the user takes out of the training, ascending; held-out ones cannot be
 };

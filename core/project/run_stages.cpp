@@ -404,6 +404,7 @@ TrainOptions training_options(const ProjectOptions& options) {
   training.checkpoint_every_s = options.checkpoint_every_s;
   training.mode = options.mode;
   training.refine_track = options.refine_track;
+  training.landmark_weight = options.landmark_loss;
   training.use_latent = options.use_latent;
   training.use_occupancy = options.use_occupancy;
   return training;
@@ -468,6 +469,7 @@ std::string input_hash(const Project& project, Stage stage) {
                             mode_parts(o.mode).warp, o.refine_track);
       // Only where they are chosen: projects from before these choices stay as they are.
       if (!mode_parts(o.mode).expression) inputs += " static";
+      if (o.landmark_loss != 0) inputs += fmt::format(" landmarks {}", o.landmark_loss);
       if (!o.left_out.empty()) inputs += fmt::format(" left out {}", fmt::join(o.left_out, ","));
       for (const int number : project.further_clips) inputs += further_content(project, number);
       break;

@@ -15,6 +15,7 @@
 #include "core/field/adam.h"
 #include "core/field/field.h"
 #include "core/field/precision.h"
+#include "core/render/patch_loss.h"
 #include "core/render/rays.h"
 #include "core/render/render.h"
 
@@ -41,10 +42,15 @@ struct LearningStep {
   float table_decay = 0;   // AdamOptions::table_decay
   float code_rate = 0;     // 0: the codes stay
   float code_penalty = 0;  // weight of the codes' mean square in the loss
+  // Ascending, apart from each other. Their rays count in the squared error like all others.
+  std::span<const RayPatch> patches;
+  float patch_weight = 0;  // of the mean over the patches of their losses
 };
 
 struct LearningResult {
-  double loss = 0;  // mean squared error over rays and channels; not finite: nothing was changed
+  // The mean squared error over rays and channels, and patch_weight times the patches' mean loss; either not
+  // finite: nothing was changed.
+  double loss = 0, patch_loss = 0;
 };
 
 // Learns fields from rays: forward, compositing, loss, backward, Adam.
@@ -64,6 +70,7 @@ struct LearnerShape {
   std::size_t rays = 0, samples_per_ray = 0, views = 0;
   // The first of the views, whose codes keep a zero mean, so that the code of zero is theirs; 0: all.
   std::size_t centred_views = 0;
+  bool patches = false;  // whether steps have patches
   std::size_t centred() const { return centred_views > 0 ? centred_views : views; }
 };
 
@@ -91,7 +98,8 @@ class Backend {
 // precision: of the products of trainings, where the processor has both; densities are always exact.
 std::shared_ptr<Backend> cpu_backend(FieldPrecision precision = FieldPrecision::bf16);
 
-// On a device (core/device). halves: products in bfloat16 where the device has matrix units for it.
+// On a device (core/device), which knows no patches: a learner of them is refused. halves: products in
+// bfloat16 where the device has matrix units for it.
 std::shared_ptr<Backend> device_backend(std::shared_ptr<Device> device, bool halves = true);
 
 // What a device makes of options: a ray for every pixel, a colour for every sample that counts.

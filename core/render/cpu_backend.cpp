@@ -30,32 +30,89 @@ struct Scratch {
   }
 };
 
-// Forward and backward compositing of rays [begin, end); returns their summed squared error.
+// Consecutive rays; patch: that they are, or null.
+struct RayBlock {
+  std::size_t begin = 0, end = 0;
+  const RayPatch* patch = nullptr;
+};
+
+// Rays outside patches in blocks of kBlockRays, every patch in one of its own.
+void divide_rays(const LearningStep& step, std::vector<RayBlock>& blocks) {
+  blocks.clear();
+  const std::size_t rays = step.samples.begin.size() - 1;
+  auto patch = step.patches.begin();
+  for (std::size_t r = 0; r < rays; r = blocks.back().end) {
+    const bool at_patch = patch != step.patches.end() && patch->first == r;
+    const std::size_t stop = patch != step.patches.end() ? patch->first : rays;
+    blocks.push_back(at_patch ? RayBlock{r, r + patch->count, &*patch}
+                              : RayBlock{r, std::min(stop, r + kBlockRays)});
+    LIKENESS_CHECK(blocks.back().end > r && blocks.back().end <= rays, "rays %zu to %zu of %zu", r,
+                   blocks.back().end, rays);
+    if (at_patch) ++patch;
+  }
+}
+
+struct BlockError {
+  double squared = 0, patch = 0;
+};
+
+// Forward and backward compositing of a block's rays; returns their summed squared error and the patch's
+// loss.
 struct RayLoss {
   const LearningStep& step;
   std::array<Scratch, 2>& fields;
-  float scale = 1;  // of the loss: 1 / (rays * channels)
+  float scale = 1;        // of the squared error: 1 / (rays * channels)
+  float patch_scale = 0;  // of a patch's loss
 
-  double operator()(std::size_t begin, std::size_t end) const {
+  // A ray's samples; returns their number.
+  int gather(std::size_t r, float* sigma, float* colour) const {
+    const SampleBatch& samples = step.samples;
+    const std::uint32_t first = samples.begin[r];
+    const int n = int(samples.begin[r + 1] - first);
+    for (int i = 0; i < n; ++i) {
+      const FieldOutputs& out = fields[samples.field[first + i]].outputs;
+      const std::uint32_t at = samples.slot[first + i];
+      sigma[i] = out.sigma[at];
+      colour[3 * i] = out.red[at], colour[3 * i + 1] = out.green[at], colour[3 * i + 2] = out.blue[at];
+    }
+    return n;
+  }
+
+  float difference(std::size_t r, const Composited<float>& seen, int c) const {
+    return seen.colour[c] + seen.transmittance * step.background[r][c] - step.target[r][c];
+  }
+
+  // Sets the slopes (rays of the patch, 3) of its loss.
+  double patch_slopes(const RayPatch& patch, std::vector<float>& slopes) const {
+    float sigma[kMaxSamples], colour[3 * kMaxSamples];
+    thread_local std::vector<float> differences;
+    differences.clear();
+    for (std::size_t r = patch.first; r < patch.first + patch.count; ++r) {
+      const int n = gather(r, sigma, colour);
+      const Composited<float> seen =
+          composite_ray(n, sigma, step.samples.dt.data() + step.samples.begin[r], colour);
+      for (int c = 0; c < 3; ++c) differences.push_back(difference(r, seen, c));
+    }
+    slopes.resize(differences.size());
+    return patch_loss<float>(patch.map, patch_scale * patch.weight, differences, slopes);
+  }
+
+  BlockError operator()(const RayBlock& block) const {
     const SampleBatch& samples = step.samples;
     float sigma[kMaxSamples], colour[3 * kMaxSamples], d_sigma[kMaxSamples], d_colour[3 * kMaxSamples];
-    double error = 0;
-    for (std::size_t r = begin; r < end; ++r) {
+    thread_local std::vector<float> slopes;
+    BlockError error;
+    if (block.patch) error.patch = patch_slopes(*block.patch, slopes);
+    for (std::size_t r = block.begin; r < block.end; ++r) {
       const std::uint32_t first = samples.begin[r];
-      const int n = int(samples.begin[r + 1] - first);
-      for (int i = 0; i < n; ++i) {
-        const FieldOutputs& out = fields[samples.field[first + i]].outputs;
-        const std::uint32_t at = samples.slot[first + i];
-        sigma[i] = out.sigma[at];
-        colour[3 * i] = out.red[at], colour[3 * i + 1] = out.green[at], colour[3 * i + 2] = out.blue[at];
-      }
+      const int n = gather(r, sigma, colour);
       const Composited<float> seen = composite_ray(n, sigma, samples.dt.data() + first, colour);
       float d_pixel[3];
       for (int c = 0; c < 3; ++c) {
-        const float difference =
-            seen.colour[c] + seen.transmittance * step.background[r][c] - step.target[r][c];
-        error += double(difference) * difference;
-        d_pixel[c] = 2 * scale * difference;
+        const float off = difference(r, seen, c);
+        error.squared += double(off) * off;
+        d_pixel[c] = 2 * scale * off;
+        if (block.patch) d_pixel[c] += slopes[3 * (r - block.begin) + std::size_t(c)];
       }
       composite_ray_backward(n, sigma, samples.dt.data() + first, colour, step.background[r].data(), seen,
                              d_pixel, 0.f, d_sigma, d_colour);
@@ -84,6 +141,7 @@ class CpuLearner : public FieldLearner {
 
   Result<LearningResult> step(const LearningStep& step) override {
     const float* codes = parts_.codes && !parts_.codes->empty() ? parts_.codes->data() : nullptr;
+    divide_rays(step, blocks_);
     end_blocks(step.samples);
     std::vector<FieldStep> passes;
     for (std::size_t f = 0; f < 2; ++f) {
@@ -97,8 +155,8 @@ class CpuLearner : public FieldLearner {
                         samples.inputs(step.conditions.data(), f == 0 ? codes : nullptr), own.ends,
                         own.outputs, slopes, *own.tape, own.gradients, precision_});
     }
-    const LearningResult result{train(step, passes)};
-    if (!std::isfinite(result.loss)) {
+    const LearningResult result = train(step, passes);
+    if (!std::isfinite(result.loss + result.patch_loss)) {
       for (const FieldStep& pass : passes) clear_gradients(pass.gradients);
       return result;
     }
@@ -122,31 +180,30 @@ class CpuLearner : public FieldLearner {
  private:
   // Rays are in order in both fields.
   void end_blocks(const SampleBatch& samples) {
-    const std::size_t rays = samples.begin.size() - 1;
     std::array<std::size_t, 2> count{};
     for (Scratch& field : scratch_) field.ends.clear();
-    for (std::size_t r = 0; r < rays; ++r) {
-      for (std::size_t i = samples.begin[r]; i < samples.begin[r + 1]; ++i) ++count[samples.field[i]];
-      if ((r + 1) % kBlockRays != 0 && r + 1 < rays) continue;
+    for (const RayBlock& block : blocks_) {
+      for (std::size_t i = samples.begin[block.begin]; i < samples.begin[block.end]; ++i)
+        ++count[samples.field[i]];
       for (std::size_t f = 0; f < 2; ++f) scratch_[f].ends.push_back(count[f]);
     }
   }
 
   // Gradients of the fields; returns the loss, summed by blocks so that it does not depend on the threads.
-  double train(const LearningStep& step, std::span<const FieldStep> passes) {
+  LearningResult train(const LearningStep& step, std::span<const FieldStep> passes) {
     const std::size_t rays = step.target.size();
-    const RayLoss loss{step, scratch_, 1.f / (3 * float(rays))};
-    std::vector<double> errors((rays + kBlockRays - 1) / kBlockRays);
-    const auto block_loss = [&](std::size_t block) {
-      errors[block] = loss(block * kBlockRays, std::min(rays, (block + 1) * kBlockRays));
-    };
+    const RayLoss loss{step, scratch_, 1.f / (3 * float(rays)),
+                       step.patch_weight / float(std::max<std::size_t>(1, step.patches.size()))};
+    std::vector<BlockError> errors(blocks_.size());
+    const auto block_loss = [&](std::size_t block) { errors[block] = loss(blocks_[block]); };
     if (passes.empty())  // no ray meets a field
       parallel_for(errors.size(), block_loss);
     else
       train_fields(passes, block_loss);
-    double sum = 0;
-    for (const double error : errors) sum += error;
-    return sum / (3 * double(rays));
+    LearningResult result;
+    for (const BlockError& error : errors) result.loss += error.squared, result.patch_loss += error.patch;
+    result.loss /= 3 * double(rays);
+    return result;
   }
 
   void update_codes(const LearningStep& step, const AdamOptions& options) {
@@ -173,6 +230,7 @@ class CpuLearner : public FieldLearner {
   FieldPrecision precision_;
   std::size_t centred_views_;
   std::array<Scratch, 2> scratch_;
+  std::vector<RayBlock> blocks_;  // of the step
 };
 
 class CpuBackend : public Backend {

@@ -67,6 +67,7 @@ class DeviceLearner : public FieldLearner {
 
   Result<LearningResult> step(const LearningStep& step) override {
     const std::size_t rays = step.target.size();
+    LIKENESS_CHECK(step.patches.empty(), "%zu patches for a learner without", step.patches.size());
     LIKENESS_CHECK(
         rays <= shape_.rays && step.samples.dt.size() <= capacity_of(shape_) && step.views == shape_.views,
         "%zu rays, %zu samples and %zu views for a learner of %zu, %zu and %zu", rays, step.samples.dt.size(),
@@ -255,6 +256,9 @@ class DeviceBackend : public Backend {
   std::string name() const override { return "cuda"; }
   Result<std::unique_ptr<FieldLearner>> make_learner(const LearntParts& parts,
                                                      const LearnerShape& shape) override {
+    if (shape.patches)
+      return Error{ErrorCode::bad_input, "The landmark loss is computed by the processor only.",
+                   "Use --backend cpu, or train without --landmark-loss.", "training"};
     auto learner = std::make_unique<DeviceLearner>(device_, parts, shape);
     if (auto done = learner->prepare(halves_ ? NetworkPrecision::bf16 : NetworkPrecision::single); !done)
       return done.error();

@@ -112,7 +112,7 @@ Result<Evaluation> evaluate(const Project& project, const EvalOptions& options, 
     const Image a = to_float(*truth), b = to_float(picture);
 
     FrameScore score = score_picture(a, b, *regions, frame);
-    score.landmark_error_px = landmark_error(*detector, *truth, picture);
+    score.landmarks_px = landmark_errors(*detector, *truth, picture);
     ssims.push_back(ssim(a, b));
     gmsds.push_back(gmsd(a, b));
     result.frames.push_back(score);
@@ -173,8 +173,9 @@ Result<Evaluation> evaluate(const Project& project, const EvalOptions& options, 
     refit.free_numbers_per_frame = refit_numbers;
   }
   result.face_mse = mean_finite(result.frames, [](const FrameScore& f) { return f.face_mse; });
-  result.landmark_error_px =
-      mean_finite(result.frames, [](const FrameScore& f) { return f.landmark_error_px; });
+  result.landmarks_px = {mean_finite(result.frames, [](const FrameScore& f) { return f.landmarks_px.inner; }),
+                         mean_finite(result.frames, [](const FrameScore& f) { return f.landmarks_px.mouth; }),
+                         mean_finite(result.frames, [](const FrameScore& f) { return f.landmarks_px.eyes; })};
   result.render_fps = result.frames_test / std::max(render_s, 1e-9);
   result.samples_per_ray = samples / result.frames_test;
   progress.report(1);

@@ -36,7 +36,7 @@ struct Evaluation {
   // held-out frame is not modelled (a moving camera has no plate).
   std::optional<double> psnr_db, psnr_pooled_db, ssim, gmsd, mse;
   double psnr_person_db = 0, psnr_head_db = 0, psnr_face_db = 0, face_mse = 0;
-  double landmark_error_px = 0;  // dlib on the render against dlib on the truth, inner points, px at `size`
+  LandmarkErrors landmarks_px;           // px at `size`
   int frames_test = 0, frames_lost = 0;  // lost: held-out frames without a track, which cannot be rendered
   int size = 0;
   int free_numbers_per_frame = 0;  // of the track of one held-out frame

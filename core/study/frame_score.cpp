@@ -12,18 +12,21 @@ constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 }  // namespace
 
-double landmark_error(const FaceDetector& detector, const Image8& truth, const Image8& rendered) {
+LandmarkErrors landmark_errors(const FaceDetector& detector, const Image8& truth, const Image8& rendered) {
   const int scale = truth.width < 512 ? 512 / truth.width : 1;  // the detector wants faces of 80 px and more
   const Image8 a = resize(truth, truth.width * scale, truth.height * scale);
   const Image8 b = resize(rendered, rendered.width * scale, rendered.height * scale);
   const auto faces = detector.detect(a);
-  if (faces.empty()) return kNaN;
+  if (faces.empty()) return {};
   const Landmarks in_truth = detector.landmarks(a, faces.front()),
                   in_render = detector.landmarks(b, faces.front());
-  double sum = 0;
-  for (int i = 17; i < kLandmarkCount; ++i)
-    sum += (in_truth.points[std::size_t(i)] - in_render.points[std::size_t(i)]).norm();
-  return sum / (kLandmarkCount - 17) / scale;
+  const auto mean_distance = [&](int first, int last) {
+    double sum = 0;
+    for (int i = first; i <= last; ++i)
+      sum += (in_truth.points[std::size_t(i)] - in_render.points[std::size_t(i)]).norm();
+    return sum / (last + 1 - first) / scale;
+  };
+  return {mean_distance(17, 67), mean_distance(48, 67), mean_distance(36, 47)};
 }
 
 double mean_finite(std::span<const FrameScore> frames, double (*value)(const FrameScore&)) {

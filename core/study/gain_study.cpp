@@ -117,7 +117,9 @@ nlohmann::json to_json(const GainScore& s) {
           {"psnr_person_db", finite_or_null(s.psnr_person_db)},
           {"psnr_head_db", finite_or_null(s.psnr_head_db)},
           {"psnr_face_db", finite_or_null(s.psnr_face_db)},
-          {"lmk_error_px", finite_or_null(s.landmark_error_px)},
+          {"lmk_error_px", finite_or_null(s.landmarks_px.inner)},
+          {"lmk_mouth_px", finite_or_null(s.landmarks_px.mouth)},
+          {"lmk_eyes_px", finite_or_null(s.landmarks_px.eyes)},
           {"psnr_refit_db", finite_or_null(s.psnr_refit_db)},
           {"psnr_refit_head_db", finite_or_null(s.psnr_refit_head_db)},
           {"psnr_refit_face_db", finite_or_null(s.psnr_refit_face_db)},
@@ -137,7 +139,8 @@ std::optional<GainScore> read_score(const fs::path& path, const std::string& con
     s.psnr_person_db = number_or_nan(json->at("psnr_person_db"));
     s.psnr_head_db = number_or_nan(json->at("psnr_head_db"));
     s.psnr_face_db = number_or_nan(json->at("psnr_face_db"));
-    s.landmark_error_px = number_or_nan(json->at("lmk_error_px"));
+    s.landmarks_px = {number_or_nan(json->at("lmk_error_px")), number_or_nan(json->at("lmk_mouth_px")),
+                      number_or_nan(json->at("lmk_eyes_px"))};
     s.psnr_refit_db = optional_number(json->at("psnr_refit_db"));
     s.psnr_refit_head_db = optional_number(json->at("psnr_refit_head_db"));
     s.psnr_refit_face_db = optional_number(json->at("psnr_refit_face_db"));
@@ -171,7 +174,7 @@ Result<GainScore> train_and_score(const Inputs& inputs, const GainVariant& varia
   s.psnr_person_db = e->psnr_person_db;
   s.psnr_head_db = e->psnr_head_db;
   s.psnr_face_db = e->psnr_face_db;
-  s.landmark_error_px = e->landmark_error_px;
+  s.landmarks_px = e->landmarks_px;
   s.train_seconds = avatar->train_seconds;
   if (e->refit) {
     s.psnr_refit_db = e->refit->psnr_db;
@@ -245,6 +248,14 @@ const std::vector<GainVariant>& gain_variants() {
        [](TrainOptions& o) { o.even_samples = 0.25f; }},
       {"refine-track", "training frames corrected through the field", "photometric", nullptr,
        [](TrainOptions& o) { o.refine_track = true; }},
+      {"landmark-loss", "with the landmark loss, weight 0.1", "photometric", nullptr,
+       [](TrainOptions& o) { o.landmark_weight = 0.1; }},
+      {"landmark-10th", "with the landmark loss, weight 0.01", "photometric", nullptr,
+       [](TrainOptions& o) { o.landmark_weight = 0.01; }},
+      {"landmark-100th", "with the landmark loss, weight 0.001", "photometric", nullptr,
+       [](TrainOptions& o) { o.landmark_weight = 0.001; }},
+      {"landmark-rays", "the landmark loss's patches of rays, the loss itself next to nothing", "photometric",
+       nullptr, [](TrainOptions& o) { o.landmark_weight = 1e-9; }},
   };
   return variants;
 }

@@ -14,6 +14,7 @@
 #include "core/base/result.h"
 #include "core/head/head_model.h"
 #include "core/project/project.h"
+#include "core/study/frame_score.h"
 #include "core/track/track.h"
 #include "core/train/train.h"
 
@@ -44,7 +45,7 @@ struct GainScore {
   int frames = 0, lost = 0;       // held out: measured, without a track
   std::optional<double> psnr_db;  // absent where the background is not modelled
   double psnr_person_db = 0, psnr_head_db = 0, psnr_face_db = 0;
-  double landmark_error_px = 0;
+  LandmarkErrors landmarks_px;
   std::optional<double> psnr_refit_db, psnr_refit_head_db, psnr_refit_face_db;
   double train_seconds = 0;
 };

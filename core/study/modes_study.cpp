@@ -91,7 +91,7 @@ Result<ModelScore> score_model(const Bench& bench, const std::string& name, cons
   double ssims = 0, gmsds = 0;
   for (std::size_t k = 0; k < every.size(); ++k) {
     const HeldOutFrame& frame = bench.clip.held_out[bench.measured[k]];
-    painted.scores[k].landmark_error_px = landmark_error(bench.detector, frame.truth, painted.pictures[k]);
+    painted.scores[k].landmarks_px = landmark_errors(bench.detector, frame.truth, painted.pictures[k]);
     ssims += ssim(to_float(frame.truth), to_float(painted.pictures[k]));
     gmsds += gmsd(to_float(frame.truth), to_float(painted.pictures[k]));
   }
@@ -104,7 +104,7 @@ Result<ModelScore> score_model(const Bench& bench, const std::string& name, cons
   s.psnr_head_db = mean_head_db(scores);
   s.psnr_person_db = mean_finite(scores, [](const FrameScore& f) { return psnr_from_mse(f.person_mse); });
   s.psnr_face_db = mean_finite(scores, [](const FrameScore& f) { return psnr_from_mse(f.face_mse); });
-  s.landmark_error_px = mean_finite(scores, [](const FrameScore& f) { return f.landmark_error_px; });
+  s.landmark_error_px = mean_finite(scores, [](const FrameScore& f) { return f.landmarks_px.inner; });
   s.frame_ms = 1000 * painted.seconds / double(every.size());
   s.train_seconds = told.train_seconds;
   std::vector<FrameScore> marked;

@@ -100,6 +100,7 @@ std::string training_fingerprint(const TrainingSet& set, const TrainOptions& opt
                                  set.has_torso, set.views.size(), options.rays_per_step, options.seed,
                                  mode_name(options.mode), options.use_latent, options.use_occupancy,
                                  options.use_still, options.refine_track, options.rate, options.even_samples);
+  if (options.landmark_weight > 0) text += fmt::format("landmarks {}\n", options.landmark_weight);
   for (const std::string& view : views) text += view + "\n";
   for (const float v : set.person.identity) text += fmt::format("{} ", v);
   for (const Vec3f& v : set.person.offsets) text += fmt::format("{} {} {} ", v.x(), v.y(), v.z());

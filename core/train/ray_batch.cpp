@@ -15,6 +15,8 @@ namespace {
 constexpr float kFaceShare = 0.25f, kPersonShare = 0.5f, kRandomBackgroundShare = 1.f / 3;
 // Of a step, of all further clips: torso and background are learnt from the first clip alone.
 constexpr double kFurtherShare = 1.0 / 3;
+constexpr double kPatchShare = 0.25;
+constexpr std::uint64_t kPatchStream = 0x9a7c4ull;
 constexpr int kTries = 8, kMaskedTries = 32;  // the second where only a part of the picture teaches
 // Past every unit cube.
 const FieldRay kNowhere{Vec3f::Constant(3), Vec3f::UnitX()};
@@ -44,6 +46,18 @@ std::size_t draw_view(std::size_t own, std::size_t drawn, double at, double rays
   const double share = std::min(kFurtherShare, double(further) / double(drawn)), first = 1 - share;
   return at < first * rays ? place(at / (first * rays), own)
                            : own + place((at - first * rays) / (share * rays), further);
+}
+
+// The rays through a pixel.
+void aim(const RaySource& source, const MarchVolumes& volumes, std::size_t v, Pixel pixel,
+         RayRequest& request) {
+  const TrainingView& view = source.set->views[v];
+  const Vec3f direction =
+      ray_direction(view.camera.intrinsics, Vec2d(pixel.x + 0.5, pixel.y + 0.5)).normalized().cast<float>();
+  for (int f = 0; f < 2; ++f)
+    if (volumes.fields[f].occupancy) request.fields[f] = field_ray(source.views[v].maps[f], direction);
+  if (view.further_clip != 0) request.fields[1] = kNowhere;
+  request.nothing_before = {};
 }
 
 Vec3f colour_at(const Image8& image, int x, int y) {
@@ -83,6 +97,67 @@ void match_faces(const TrainingSet& set, std::vector<RaySource::View>& views) {
     const Vec3f gain = (clips[0].mean().array() + kDark) / (clips[clip].mean().array() + kDark);
     views[v].gain = gain.cwiseMin(kMost).cwiseMax(1 / kMost);
   }
+}
+
+// Over the plate, or with the matte over another colour: where there is no plate, or it is to be swapped.
+void paint(const RaySource& source, std::size_t v, Pixel pixel, const Vec3f& other, bool swap, Vec3f& target,
+           Vec3f& background) {
+  const TrainingView& view = source.set->views[v];
+  const auto in_avatars_light = [&](const Image8& picture) -> Vec3f {
+    return colour_at(picture, pixel.x, pixel.y).cwiseProduct(source.views[v].gain).cwiseMin(1.f);
+  };
+  const Vec3f rgb = in_avatars_light(view.rgb);
+  const auto [behind_person, known] = plate_of(*source.set, view);
+  // A guessed plate is no background: there the matte separates the person, as without a plate.
+  const bool guessed = !known->empty() && !view.alpha.empty() && known->at(pixel.x, pixel.y)[0] != 255;
+  const bool plate = !behind_person->empty() && !guessed;
+  const float alpha = view.alpha.empty() ? 1.f : float(view.alpha.at(pixel.x, pixel.y)) / 255.f;
+  if (plate && !swap) {
+    target = rgb;
+    background = in_avatars_light(*behind_person);
+  } else if (plate) {
+    const Vec3f behind = in_avatars_light(*behind_person);
+    target = (rgb + (1 - alpha) * (other - behind)).cwiseMax(0.f).cwiseMin(1.f);
+    background = other;
+  } else {
+    target = alpha * rgb + (1 - alpha) * other;
+    background = other;
+  }
+}
+
+// The first rays of a batch: the views that have patches in turn, any of their landmarks. Returns their
+// number.
+std::size_t choose_patches(const RaySource& source, const MarchVolumes& volumes, bool drop_codes,
+                           std::uint64_t seed, std::uint64_t step, RayBatch& batch) {
+  batch.patches.clear();
+  if (source.patches == nullptr) return 0;
+  const LandmarkPatches& from = *source.patches;
+  const std::size_t rays = batch.requests.size();
+  batch.patches.resize(std::max<std::size_t>(rays >= kPatchRays ? 1 : 0,
+                                             std::size_t(kPatchShare * double(rays)) / kPatchRays));
+  parallel_for(batch.patches.size(), [&](std::size_t p) {
+    RandomStream random(seed ^ kPatchStream, step, p);
+    const double turn = (double(p) + random.uniform()) / double(batch.patches.size());
+    const std::size_t v =
+        from.views[std::min(from.views.size() - 1, std::size_t(turn * double(from.views.size())))];
+    const std::vector<PatchPlace>& places = from.places[v];
+    const PatchPlace& place = places[random.below(std::uint32_t(places.size()))];
+    const LandmarkMap& map = from.maps[std::size_t(place.landmark)];
+    const bool drop = drop_codes && random.uniform() < 0.5f;
+    const Vec3f other(random.uniform(), random.uniform(), random.uniform());
+    RayPatch& patch = batch.patches[p];
+    patch = {p * kPatchRays, kPatchRays, place.landmark, map.weight * place.visibility, map.map};
+    for (int i = 0; i < kPatchRays; ++i) {
+      const std::size_t r = patch.first + std::size_t(i);
+      const auto [x, y] = patch_pixel(place, from.stride, i);
+      RayRequest& request = batch.requests[r];
+      aim(source, volumes, v, {x, y}, request);
+      request.view = std::int32_t(drop ? v + source.views.size() : v);
+      request.jitter = random.bits() | 1;
+      paint(source, v, {x, y}, other, false, batch.target[r], batch.background[r]);
+    }
+  });
+  return batch.patches.size() * kPatchRays;
 }
 
 }  // namespace
@@ -138,10 +213,13 @@ void choose_rays(const RaySource& source, const MarchVolumes& volumes, bool drop
                     drawn = std::min(source.drawn, views);
   batch.requests.resize(std::size_t(count));
   batch.target.resize(std::size_t(count)), batch.background.resize(std::size_t(count));
-  parallel_ranges(std::size_t(count), 256, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) {
+  const std::size_t first = choose_patches(source, volumes, drop_codes, seed, step, batch),
+                    single = std::size_t(count) - first;
+  parallel_ranges(single, 256, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t n = begin; n < end; ++n) {
+      const std::size_t i = first + n;
       RandomStream random(seed, step, i);
-      const std::size_t v = draw_view(own, drawn, double(i) + random.uniform(), count);
+      const std::size_t v = draw_view(own, drawn, double(n) + random.uniform(), double(single));
       const TrainingView& view = set.views[v];
       const float kind = random.uniform();
       const bool in_face = kind < kFaceShare;
@@ -155,12 +233,7 @@ void choose_rays(const RaySource& source, const MarchVolumes& volumes, bool drop
         const bool last = attempt + 1 == tries;
         if (on_person && !last && view.alpha.at(pixel.x, pixel.y) == 0) continue;
         if (!teaches(view, pixel)) continue;
-        const Vec3f direction = ray_direction(view.camera.intrinsics, Vec2d(pixel.x + 0.5, pixel.y + 0.5))
-                                    .normalized()
-                                    .cast<float>();
-        for (int f = 0; f < 2; ++f)
-          if (volumes.fields[f].occupancy) request.fields[f] = field_ray(source.views[v].maps[f], direction);
-        if (view.further_clip != 0) request.fields[1] = kNowhere;
+        aim(source, volumes, v, pixel, request);
         if (meets_volume(request, volumes)) break;
       }
       const bool drop = drop_codes && random.uniform() < 0.5f;
@@ -174,29 +247,9 @@ void choose_rays(const RaySource& source, const MarchVolumes& volumes, bool drop
         continue;
       }
 
-      // -- Over the plate, or with the matte over a random colour.
-      const auto in_avatars_light = [&](const Image8& picture) -> Vec3f {
-        return colour_at(picture, pixel.x, pixel.y).cwiseProduct(source.views[v].gain).cwiseMin(1.f);
-      };
-      const Vec3f rgb = in_avatars_light(view.rgb);
-      const auto [behind_person, known] = plate_of(set, view);
-      // A guessed plate is no background: there the matte separates the person, as without a plate.
-      const bool guessed = !known->empty() && !view.alpha.empty() && known->at(pixel.x, pixel.y)[0] != 255;
-      const bool plate = !behind_person->empty() && !guessed;
-      const float alpha = view.alpha.empty() ? 1.f : float(view.alpha.at(pixel.x, pixel.y)) / 255.f;
       const Vec3f other(random.uniform(), random.uniform(), random.uniform());
       const bool swap = random.uniform() < kRandomBackgroundShare && !view.alpha.empty();
-      if (plate && !swap) {
-        batch.target[i] = rgb;
-        batch.background[i] = in_avatars_light(*behind_person);
-      } else if (plate) {
-        const Vec3f behind = in_avatars_light(*behind_person);
-        batch.target[i] = (rgb + (1 - alpha) * (other - behind)).cwiseMax(0.f).cwiseMin(1.f);
-        batch.background[i] = other;
-      } else {
-        batch.target[i] = alpha * rgb + (1 - alpha) * other;
-        batch.background[i] = other;
-      }
+      paint(source, v, pixel, other, swap, batch.target[i], batch.background[i]);
     }
   });
 }

@@ -7,9 +7,11 @@
 #include <vector>
 
 #include "core/head/pose_head.h"
+#include "core/render/patch_loss.h"
 #include "core/render/pose_avatar.h"
 #include "core/render/rays.h"
 #include "core/scene/warp_lattice.h"
+#include "core/train/landmark_patches.h"
 #include "core/train/train.h"
 
 namespace likeness {
@@ -17,6 +19,7 @@ namespace likeness {
 struct RayBatch {
   std::vector<RayRequest> requests;       // (R) view = row of conditions: v with its code, v + views without
   std::vector<Vec3f> target, background;  // (R) sRGB-encoded
+  std::vector<RayPatch> patches;          // of the first rays; their maps are the source's
 };
 
 // What the choice of rays needs of the views, prepared once.
@@ -33,6 +36,7 @@ struct RaySource {
   std::vector<TorsoField> torsos;  // one a view, or none: a rigid torso
   std::vector<NeckBend> necks;     // one a view, or none: no neck to bend
   OccupancyGrid sides;             // of the head that the first clip shows; empty without further clips
+  const LandmarkPatches* patches = nullptr;  // null: no rays in patches
 };
 // poses: of the views, as tracked or corrected. warp: of the canonical face; null: none. neck: empty: none.
 RaySource make_ray_source(const TrainingSet& set, std::span<const AvatarPose> poses, const HeadShape& shape,
@@ -43,6 +47,9 @@ RaySource make_ray_source(const TrainingSet& set, std::span<const AvatarPose> po
 // few where an occupied cell can be seen; of further clips at most a third, only the head's and the
 // background's, each with its view's code. A third of the rays with a matte get a random background, so that
 // the person does not borrow the plate's colour. Every number depends only on seed, step and the ray's index.
+//
+// With patches the first quarter of the rays are whole ones, each around a landmark of a view (of the first
+// clip): all its rays with the view's code or all without, before the plate.
 void choose_rays(const RaySource& source, const MarchVolumes& volumes, bool drop_codes, std::uint64_t seed,
                  std::uint64_t step, int count, RayBatch& batch);
 

@@ -80,7 +80,9 @@ struct TrainOptions {
   float even_samples = kEvenShare;               // share of them spread evenly along a ray (place_samples)
   bool use_still = true;      // where no expression moves anything the field knows none (still_cells.h)
   bool refine_track = false;  // correct the training frames' tracks through the field (refine_track.h)
-  double rate = 1;            // factor on the learning rates
+  // lambda of the landmark loss (landmark_patches.h), which takes a quarter of the rays; 0: without. K: 0.1.
+  double landmark_weight = 0;
+  double rate = 1;  // factor on the learning rates
   double checkpoint_every_s = 30;
   std::shared_ptr<Backend> backend;  // null: the processor
   // Of the processor's products; a backend that is given brings its own.

@@ -11,6 +11,7 @@
 #include "core/train/check_set.h"
 #include "core/train/checkpoint.h"
 #include "core/train/condition_map.h"
+#include "core/train/landmark_patches.h"
 #include "core/train/refine_track.h"
 #include "core/train/register_clips.h"
 #include "core/train/train.h"
@@ -33,6 +34,16 @@ double seconds_since(Clock::time_point start) {
 }
 
 Result<void> check_options(const TrainOptions& options) {
+  if (!(options.landmark_weight >= 0) || !std::isfinite(options.landmark_weight))
+    return Error{ErrorCode::bad_input,
+                 fmt::format("A landmark loss of weight {} is none.", options.landmark_weight),
+                 "Give a number that is not negative, e.g. --landmark-loss 0.1.", "training"};
+  if (options.landmark_weight > 0 && options.rays_per_step < 4 * kPatchRays)
+    return Error{
+        ErrorCode::bad_input,
+        fmt::format("A quarter of {} rays a step holds no patch of {}, which the landmark loss needs.",
+                    options.rays_per_step, kPatchRays),
+        "Train with more rays a step, or without --landmark-loss.", "training"};
   if (options.rays_per_step >= 1 && (options.steps > 0 || options.budget_s > 0)) return {};
   return Error{ErrorCode::bad_input,
                fmt::format("A budget of {} s and {} rays a step is no training.", options.budget_s,
@@ -58,6 +69,7 @@ struct Scene {
   const ConditionMap& map;
   const Volumes& volumes;
   const WarpFrame& warp;
+  const LandmarkPatches* patches = nullptr;  // null: no landmark loss
   RaySource rays;
 
   // Rays and conditions of the views as corrected so far.
@@ -65,6 +77,7 @@ struct Scene {
     const std::vector<AvatarPose> poses = corrected_poses(set, map, state.corrections);
     rays = make_ray_source(set, poses, shape, volumes.head.cube,
                            volumes.torso ? &volumes.torso->cube : nullptr, &warp, volumes.neck);
+    rays.patches = patches;
     rays.drawn = state.corrections.empty() ? own_views(set).size() : set.views.size();
     set_conditions(state, map, poses);
   }
@@ -282,14 +295,14 @@ struct Steps {
 };
 
 Result<void> run_steps(TrainingState& state, Scene& scene, Run& run, std::stop_token stop) {
-  const StepOptions options{run.options.rays_per_step, run.options.seed, run.options.use_latent,
-                            run.options.use_occupancy, run.options.even_samples};
+  const StepOptions options{run.options.rays_per_step, run.options.seed,         run.options.use_latent,
+                            run.options.use_occupancy, run.options.even_samples, run.options.landmark_weight};
   TrainingState snapshot = state;
   int recoveries = 0;
   std::shared_ptr<Backend> backend =
       run.options.backend ? run.options.backend : cpu_backend(run.options.precision);
   while (true) {
-    auto learner = make_learner(*backend, state, options.rays, scene.set);
+    auto learner = make_learner(*backend, state, options, scene.set);
     Result<void> done = learner
                             ? Steps{state, scene, run, stop, **learner, snapshot, recoveries}.take(options)
                             : Result<void>(learner.error());
@@ -324,7 +337,15 @@ Result<Avatar> train_avatar(const TrainingSet& set, const TrainOptions& options,
   const WarpFrame warp =
       parts.warp ? make_warp_frame(set.model, shape, typical_articulation(set)) : WarpFrame{};
   TrainingState state = make_training_state(set, options, map, volumes);
-  Scene scene{set, shape, map, volumes, warp, {}};
+  std::optional<LandmarkPatches> patches;
+  if (options.landmark_weight > 0) {
+    auto learnt = learn_landmark_patches(set, shape, options.seed);
+    if (!learnt) return learnt.error();
+    patches = std::move(*learnt);
+    progress.report(0, fmt::format("{} of {} landmarks can be measured by their patches", patches->accepted(),
+                                   kLandmarkCount - kFirstPatchLandmark));
+  }
+  Scene scene{set, shape, map, volumes, warp, patches ? &*patches : nullptr, {}};
 
   if (!checkpoint.empty()) {
     TrainingState earlier = state;

@@ -117,14 +117,14 @@ void set_conditions(TrainingState& state, const ConditionMap& map, std::span<con
   for (float& deviation : state.deviations) deviation = std::sqrt(deviation);
 }
 
-Result<std::unique_ptr<FieldLearner>> make_learner(Backend& backend, TrainingState& state, int rays,
-                                                   const TrainingSet& set) {
+Result<std::unique_ptr<FieldLearner>> make_learner(Backend& backend, TrainingState& state,
+                                                   const StepOptions& options, const TrainingSet& set) {
   LearntParts parts;
   parts.fields[0] = {&state.head.part.field, &state.head.adam};
   if (state.torso) parts.fields[1] = {&state.torso->part.field, &state.torso->adam};
   parts.codes = &state.codes, parts.codes_adam = &state.codes_adam;
-  return backend.make_learner(
-      parts, {std::size_t(rays), std::size_t(kMaxSamples), set.views.size(), own_views(set).size()});
+  return backend.make_learner(parts, {std::size_t(options.rays), std::size_t(kMaxSamples), set.views.size(),
+                                      own_views(set).size(), options.landmark_weight > 0});
 }
 
 Result<StepResult> training_step(TrainingState& state, FieldLearner& learner, const RaySource& source,
@@ -155,12 +155,13 @@ Result<StepResult> training_step(TrainingState& state, FieldLearner& learner, co
   step.table_decay = kTableDecay;
   step.code_rate = options.use_latent ? kCodeRate * step.network_rate / kNetworkRate : 0;
   step.code_penalty = kCodePenalty;
+  step.patches = state.rays.patches, step.patch_weight = float(options.landmark_weight);
   const auto learnt = learner.step(step);
   if (!learnt) return learnt.error();
   StepResult result;
-  result.loss = learnt->loss;
+  result.loss = learnt->loss, result.landmark_loss = learnt->patch_loss;
   for (const FieldSamples& samples : state.samples.fields) result.samples += samples.count();
-  if (!std::isfinite(result.loss)) {
+  if (!std::isfinite(result.loss + result.landmark_loss)) {
     result.finite = false;
     return result;
   }

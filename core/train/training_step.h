@@ -48,11 +48,13 @@ struct StepOptions {
   std::uint64_t seed = 0;
   bool use_latent = true, use_occupancy = true;
   float even_samples = kEvenShare;
+  double landmark_weight = 0;  // lambda of the landmark loss
 };
 
 struct StepResult {
-  double loss = 0;     // mean squared error over rays and channels
-  bool finite = true;  // loss and gradients' source; false: nothing was changed
+  double loss = 0;           // mean squared error over rays and channels
+  double landmark_loss = 0;  // lambda L_lmk
+  bool finite = true;        // losses and gradients' source; false: nothing was changed
   std::size_t samples = 0;
 };
 
@@ -60,8 +62,8 @@ TrainingState make_training_state(const TrainingSet& set, const TrainOptions& op
                                   const ConditionMap& map, const Volumes& volumes);
 
 // A learner of the state's fields, which must stay where they are.
-Result<std::unique_ptr<FieldLearner>> make_learner(Backend& backend, TrainingState& state, int rays,
-                                                   const TrainingSet& set);
+Result<std::unique_ptr<FieldLearner>> make_learner(Backend& backend, TrainingState& state,
+                                                   const StepOptions& options, const TrainingSet& set);
 
 // The conditions of the views in these poses, and their spread.
 void set_conditions(TrainingState& state, const ConditionMap& map, std::span<const AvatarPose> poses);

@@ -7,6 +7,7 @@
 #include <fstream>
 
 #include "core/base/files.h"
+#include "core/project/run_stages.h"
 
 namespace likeness {
 namespace {
@@ -25,6 +26,18 @@ class ProjectFolder : public testing::Test {
   fs::path root_;
 };
 
+TEST_F(ProjectFolder, ALandmarkLossMakesTheTrainingAnotherOne) {
+  Project project;
+  project.folder = root_ / "p";
+  project.options.video = root_ / "clip.mp4";
+  const std::string without = input_hash(project, Stage::train), fitted = input_hash(project, Stage::fit);
+  project.options.landmark_loss = 0.1;
+  EXPECT_NE(input_hash(project, Stage::train), without);
+  EXPECT_EQ(input_hash(project, Stage::fit), fitted);
+  project.options.landmark_loss = 0;
+  EXPECT_EQ(input_hash(project, Stage::train), without);
+}
+
 TEST_F(ProjectFolder, RemembersOptionsAndStages) {
   ProjectOptions options;
   options.video = root_ / "clip.mp4";
@@ -33,6 +46,7 @@ TEST_F(ProjectFolder, RemembersOptionsAndStages) {
   options.seed = 7;
   options.use_latent = false;
   options.mode = FieldMode::warp;
+  options.landmark_loss = 0.1;
   auto made = open_or_create_project(root_ / "p", options);
   ASSERT_TRUE(made.ok()) << made.error().what;
   made->record(Stage::fit) = {StageState::done, "0123", 4.5, "found", {"a warning"}};
@@ -46,6 +60,7 @@ TEST_F(ProjectFolder, RemembersOptionsAndStages) {
   EXPECT_EQ(opened->options.seed, 7u);
   EXPECT_FALSE(opened->options.use_latent);
   EXPECT_EQ(opened->options.mode, FieldMode::warp);
+  EXPECT_EQ(opened->options.landmark_loss, 0.1);
   const StageRecord& record = opened->record(Stage::fit);
   EXPECT_EQ(record.state, StageState::done);
   EXPECT_EQ(record.input_hash, "0123");

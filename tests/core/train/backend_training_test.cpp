@@ -103,6 +103,16 @@ TEST(DeviceSteps, AreOneReplayAndOneWaitEach) {
   EXPECT_EQ(after.waits_while_recording, 0u);
 }
 
+TEST_F(BackendTraining, TheLandmarkLossIsRefusedAndNotLeftOut) {
+  TwoFields fields(1);
+  LearnerShape shape = TwoFields::shape();
+  shape.patches = true;
+  const auto learner = device_backend(emulated_device())->make_learner(fields.parts(), shape);
+  ASSERT_FALSE(learner.ok());
+  EXPECT_THAT(learner.error().what, HasSubstr("landmark loss"));
+  EXPECT_THAT(learner.error().fix, HasSubstr("--backend cpu"));
+}
+
 TEST_F(BackendTraining, TooLittleMemoryIsSaidBeforeAnythingIsTrained) {
   const auto avatar = train(2, device_backend(emulated_device({.memory_bytes = 1 << 20})));
   ASSERT_FALSE(avatar.ok());

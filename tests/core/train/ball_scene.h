@@ -77,10 +77,13 @@ inline Vec3f ball_colour(const Vec3f& n, float expression) {
   return c;
 }
 
-// turn: of the head about its own axis, beside its swaying, rad.
-inline TrainingView ball_view(const Image8& plate, int size, double time, double turn = 0) {
+// turn: of the head about its own axis, beside its swaying, rad. shift: of the picture, px.
+inline TrainingView ball_view(const Image8& plate, int size, double time, double turn = 0,
+                              Vec3f (*colour)(const Vec3f& n, float expression) = ball_colour,
+                              const Vec2d& shift = Vec2d::Zero()) {
   TrainingView view;
-  view.camera.intrinsics = {size, size, 2.0 * size, 2.0 * size, 0.5 * size, 0.5 * size};
+  view.camera.intrinsics = {
+      size, size, 2.0 * size, 2.0 * size, 0.5 * size + shift.x(), 0.5 * size + shift.y()};
   view.world_from_head.linear() = Vec3d(1, -1, -1).asDiagonal();
   view.world_from_head.translation() = Vec3d(0.02 * std::sin(3 * time), 0.02 * std::cos(2 * time), 0.8);
   view.world_from_head.rotate(Eigen::AngleAxisd(0.5 * std::sin(time) + turn, Vec3d::UnitY()));
@@ -107,7 +110,7 @@ inline TrainingView ball_view(const Image8& plate, int size, double time, double
           continue;
         }
         ++hits;
-        sum += 255 * ball_colour(((o + (-b - std::sqrt(root)) * d) / kBallRadius).cast<float>(), expression);
+        sum += 255 * colour(((o + (-b - std::sqrt(root)) * d) / kBallRadius).cast<float>(), expression);
       }
       for (int c = 0; c < 3; ++c)
         view.rgb.at(x, y)[c] = std::uint8_t(std::clamp(sum[c] / (kGrid * kGrid) + 0.5f, 0.f, 255.f));

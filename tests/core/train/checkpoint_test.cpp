@@ -56,6 +56,9 @@ TEST(TrainingFingerprint, ChangesWithEveryPixelAndPose) {
   TrainOptions even;
   even.even_samples = 1;
   EXPECT_NE(before, training_fingerprint(set, even));
+  TrainOptions landmarks;
+  landmarks.landmark_weight = 0.1;
+  EXPECT_NE(before, training_fingerprint(set, landmarks));
   set.views[2].rgb.data[10] ^= 1;
   const std::string pixel = training_fingerprint(set, {});
   EXPECT_NE(before, pixel);
