@@ -19,7 +19,7 @@ constexpr float kDegreesAPixel = 0.35f, kPlateFade_deg = 8;
 constexpr float kRounding = 6;         // px, of the view's corners
 constexpr float kNothingSeen = 0.02f;  // of a preset
 constexpr float kMostCovered = 0.2f;   // of the picture's height, by what is said of it
-constexpr const char* kBeyondInShort = "Beyond what the clip showed: details are guessed.";
+constexpr const char* kBeyondInShort = "Beyond what the clip showed.";
 constexpr double kFadeADistance = 40;  // degrees that a camera twice as far away counts as
 
 // What the mouse does to the camera: left orbits, right or middle pans, wheel zooms, with Ctrl it dollies.
