@@ -69,8 +69,10 @@ Result<double> training_rays_per_s(const Project& project, const ProjectSpeedOpt
   training.precision = options.precision;
   training.steps = 0;
   training.budget_s = options.train_seconds;
-  std::error_code absent;
-  if (fs::copy_file(checkpoint_path(project), checkpoint, absent)) {
+  std::error_code failure;
+  if (fs::exists(checkpoint_path(project), failure)) {
+    if (!fs::copy_file(checkpoint_path(project), checkpoint, failure))
+      return file_error(checkpoint, "write", failure.value());
     const auto avatar = read_avatar(avatar_path(project));
     if (!avatar) return avatar.error();
     training.budget_s += avatar->train_seconds;
