@@ -342,7 +342,8 @@ void add_drive_study(CLI::App& study, int& exit_code) {
 
 void add_study_command(CLI::App& program, int& exit_code) {
   CLI::App* study = program.add_subcommand("study", "Measurements that take a while and end in a table");
-  study->require_subcommand(1);
+  study->require_subcommand(0, 1);
+  add_model_study(*study, exit_code);
   add_track_study(*study, exit_code);
   add_drive_study(*study, exit_code);
   add_camera_study(*study, exit_code);
@@ -351,7 +352,6 @@ void add_study_command(CLI::App& program, int& exit_code) {
   add_landmark_study(*study, exit_code);
   add_live_study(*study, exit_code);
   add_mark_study(*study, exit_code);
-  add_modes_study(*study, exit_code);
   add_render_study(*study, exit_code);
 }
 

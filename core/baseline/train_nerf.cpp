@@ -3,7 +3,6 @@
 
 #include <fmt/format.h>
 
-#include <chrono>
 #include <cmath>
 
 #include "core/base/parallel.h"
@@ -21,13 +20,7 @@
 namespace likeness {
 namespace {
 
-using Clock = std::chrono::steady_clock;
-
 constexpr std::uint64_t kTimedSteps = 10;  // before a budget becomes a number of steps: the first are slow
-
-double seconds_between(Clock::time_point from, Clock::time_point to) {
-  return std::chrono::duration<double>(to - from).count();
-}
 
 FieldPart empty_part(const Volume& volume) {
   FieldPart part;
@@ -169,9 +162,10 @@ std::vector<float> conditions_of(const ConditionMap& map, std::span<const Avatar
 
 // Steps until the budget or the number asked for; the clock stands still while the tap looks. start: of the
 // clock, preparations included, as in core/train.
-Result<void> run(Training& t, Clock::time_point start, const Progress& progress, std::stop_token stop,
+Result<void> run(Training& t, double start, const Progress& progress, std::stop_token stop,
                  const NerfTap& tap) {
-  double held = 0, mean_loss = 0, step_seconds = 0, before = seconds_between(start, Clock::now());
+  const auto clock = [&] { return clock_seconds(t.options.clock); };
+  double held = 0, mean_loss = 0, step_seconds = 0, before = clock() - start;
   const auto finished = [&] {
     if (t.schedule.total_steps > 0 && t.step >= t.schedule.total_steps) return true;
     return t.schedule.budget_s > 0 && before >= t.schedule.budget_s;
@@ -183,7 +177,7 @@ Result<void> run(Training& t, Clock::time_point start, const Progress& progress,
       return Error{ErrorCode::failed,
                    fmt::format("The baseline diverged at step {}: the loss is not a finite number.", t.step),
                    "Try another --seed.", "training a baseline"};
-    const double now = seconds_between(start, Clock::now()) - held;
+    const double now = clock() - start - held;
     step_seconds = step_seconds == 0 ? now - before : 0.9 * step_seconds + 0.1 * (now - before);
     mean_loss = mean_loss == 0 ? loss : 0.95 * mean_loss + 0.05 * loss;
     before = now;
@@ -196,9 +190,9 @@ Result<void> run(Training& t, Clock::time_point start, const Progress& progress,
     progress.report(std::min(share, 1.0),
                     fmt::format("step {}, training PSNR {:.1f} dB", t.step, status.train_psnr_db));
     if (tap.wanted && tap.wanted(status)) {
-      const Clock::time_point look = Clock::now();
+      const double look = clock();
       tap.take(t.avatar, status);
-      held += seconds_between(look, Clock::now());
+      held += clock() - look;
     }
   }
   return {};
@@ -210,7 +204,7 @@ Result<NerfAvatar> train_nerf(const TrainingSet& set, const NerfOptions& options
                               std::stop_token stop, const NerfTap& tap) {
   if (stop.stop_requested()) return cancelled_error();
   if (auto checked = check_training_set(set); !checked) return checked.error();
-  const Clock::time_point start = Clock::now();
+  const double start = clock_seconds(options.clock);
   const ModeParts mode = mode_parts(options.mode);
   const HeadShape shape = shape_head(set.model, set.person);
   std::vector<Articulation> articulations;

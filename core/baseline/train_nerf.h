@@ -16,8 +16,9 @@ namespace likeness {
 
 struct NerfOptions {
   FieldMode mode = FieldMode::concat;  // any but warp+hyper, which is no paper's
-  double budget_s = 300;               // ignored when steps > 0
+  double budget_s = 300;               // by `clock`; ignored when steps > 0
   std::uint64_t steps = 0;
+  WorkClock clock = WorkClock::wall;
   int rays_per_step = 256;
   std::uint64_t seed = 0;
   double rate = 5e-4;  // of Adam, over the schedule of core/train

@@ -12,7 +12,7 @@
 namespace likeness {
 namespace {
 
-constexpr int kWidth = 960, kHeight = 560, kLegend = 200;
+constexpr int kWidth = 1040, kHeight = 560, kLegend = 260;
 constexpr PageBox kField{84, 56, kWidth - 84 - kLegend - 24, kHeight - 56 - 70};
 constexpr PageColour kColours[] = {{31, 119, 180},  {255, 127, 14}, {44, 160, 44},   {214, 39, 40},
                                    {148, 103, 189}, {140, 86, 75},  {227, 119, 194}, {90, 90, 90},

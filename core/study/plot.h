@@ -24,7 +24,7 @@ struct Plot {
 // times powers of ten.
 std::vector<double> plot_ticks(double low, double high, int most, bool log);
 
-// 960 x 560 px, three channels; points that are not finite are left out.
+// 1040 x 560 px, three channels; points that are not finite are left out.
 Image8 draw_plot(const Plot& plot);
 
 }  // namespace likeness

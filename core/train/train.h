@@ -12,6 +12,7 @@
 
 #include "core/base/progress.h"
 #include "core/base/result.h"
+#include "core/base/work_clock.h"
 #include "core/camera/camera.h"
 #include "core/field/precision.h"
 #include "core/head/head_model.h"
@@ -70,7 +71,7 @@ struct PlateOfView {
 PlateOfView plate_of(const TrainingSet& set, const TrainingView& view);
 
 struct TrainOptions {
-  double budget_s = 300;    // wall-clock of this stage; ignored when steps > 0
+  double budget_s = 300;    // of this stage, by `clock`; ignored when steps > 0
   std::uint64_t steps = 0;  // exact number of steps (replay)
   // 4096 reach a picture of the first minute sooner; from two minutes on they overfit, and specks show.
   int rays_per_step = 8192;
@@ -84,6 +85,7 @@ struct TrainOptions {
   double landmark_weight = 0;
   double rate = 1;  // factor on the learning rates
   double checkpoint_every_s = 30;
+  WorkClock clock = WorkClock::wall;  // of every second that training speaks of
   std::shared_ptr<Backend> backend;  // null: the processor
   // Of the processor's products; a backend that is given brings its own.
   FieldPrecision precision = FieldPrecision::bf16;

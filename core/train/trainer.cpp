@@ -2,7 +2,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 
 #include "core/image/metrics.h"
@@ -20,18 +19,12 @@
 namespace likeness {
 namespace {
 
-using Clock = std::chrono::steady_clock;
-
 constexpr std::uint64_t kSnapshotEvery = 500;
 constexpr int kRecoveries = 3;
 constexpr double kReportEvery = 0.25;                 // s
 constexpr double kRefineShares[] = {0.4, 0.55, 0.7};  // of the steps, when the track is refined
 constexpr double kRegisterShare = 0.25;  // of the steps, before which further clips are not learnt from
 constexpr double kOverrun = 1.15;        // of the budget, before a run is ended short of its planned steps
-
-double seconds_since(Clock::time_point start) {
-  return std::chrono::duration<double>(Clock::now() - start).count();
-}
 
 Result<void> check_options(const TrainOptions& options) {
   if (!(options.landmark_weight >= 0) || !std::isfinite(options.landmark_weight))
@@ -111,14 +104,15 @@ struct Run {
   const std::function<void(const TrainStatus&)>& observe;
   const AvatarTap& tap;
 
-  Clock::time_point start = Clock::now();
+  double start = now();
   double earlier = 0;  // seconds of earlier runs
   double last_report = 0, last_checkpoint = 0;
   double mean_loss = 0, step_seconds = 0;
   double held =
       0;  // seconds spent in reports and looks: whoever listens may hold up the work, as a pause does
 
-  double elapsed() const { return earlier + seconds_since(start) - held; }
+  double now() const { return clock_seconds(options.clock); }
+  double elapsed() const { return earlier + now() - start - held; }
 
   bool finished(const TrainingState& state) const {
     if (state.schedule.total_steps > 0 && state.step >= state.schedule.total_steps) return true;
@@ -140,13 +134,13 @@ struct Run {
 
   void report(const TrainingState& state) {
     const double psnr = mean_loss > 0 ? psnr_from_mse(mean_loss) : 0;
-    const Clock::time_point told = Clock::now();
+    const double told = now();
     const double reached = elapsed();
     progress.report(share(state), fmt::format("step {}, training PSNR {:.1f} dB", state.step, psnr));
     if (observe)
       observe({state.step, reached, mean_loss, psnr,
                step_seconds > 0 ? options.rays_per_step / step_seconds : 0});
-    held += seconds_since(told);
+    held += now() - told;
     last_report = reached;
   }
 };
@@ -234,10 +228,10 @@ struct Steps {
 
   Result<void> show() {
     if (auto fetched = learner.fetch(); !fetched) return fetched;
-    const Clock::time_point look = Clock::now();
+    const double look = run.now();
     state.seconds = run.elapsed();
     run.tap.take(avatar_so_far(scene, run, state));
-    run.held += seconds_since(look);
+    run.held += run.now() - look;
     before = run.elapsed();  // a look is no step: the plan must not take it for one
     return {};
   }

@@ -80,37 +80,59 @@ TEST_F(EndToEnd, TheAvatarResemblesFramesItNeverSaw) {
   EXPECT_LE(report().at("samples_per_ray").get<double>(), 22);  // 20, and the strata of a block
 }
 
-TEST_F(EndToEnd, TheModelsStandSideBySideAndAreTrainedOnce) {
-  const fs::path out = folder_ / "modes";
-  const std::vector<std::string> command{"study",       "modes",      (folder_ / "p.likeness").string(),
-                                         "--out",       out.string(), "--modes",
-                                         "concat",      "hyper",      "--steps",
-                                         "8",           "--rays",     "512",
-                                         "--mlp-steps", "2",          "--size",
-                                         "32",          "--frames",   "2",
-                                         "--json"};
-  const ProgramResult first = likeness(command);
+TEST_F(EndToEnd, TheModelsStandSideBySideAreTrainedOnceAndCanBeTrainedAgain) {
+  const fs::path out = folder_ / "models", again = folder_ / "models again";
+  const auto command = [&](const fs::path& to, const std::vector<std::string>& how) {
+    std::vector<std::string> all{"study",       (folder_ / "p.likeness").string(),
+                                 "--out",       to.string(),
+                                 "--models",    "moved-picture",
+                                 "concat-grid", "warp+hyper-grid",
+                                 "concat-mlp",  "--rays",
+                                 "512",         "--size",
+                                 "32",          "--frames",
+                                 "2",           "--seeds",
+                                 "1",           "--json"};
+    all.insert(all.end(), how.begin(), how.end());
+    return likeness(all);
+  };
+  const std::vector<std::string> steps{"--steps", "8", "--mlp-steps", "2"};
+  const ProgramResult first = command(out, steps);
   ASSERT_EQ(first.exit_code, 0) << first.err;
   const json table = json::parse(first.out);
   ASSERT_EQ(table.at("rows").size(), 4u);
   for (const json& row : table.at("rows")) {
     const json& score = row.at("scores").at(0);
-    EXPECT_EQ(score.at("steps"), row.at("encoder") == "grid" ? 8 : 2);
+    EXPECT_EQ(score.at("steps"), row.at("kind") == "grid" ? 8 : row.at("kind") == "mlp" ? 2 : 0);
     EXPECT_GT(score.at("psnr_head_db").get<double>(), 3) << row;
-    EXPECT_GT(score.at("frame_ms").get<double>(), 0);
+    EXPECT_GT(score.at("frames_per_second").get<double>(), 0);
     EXPECT_FALSE(score.at("marks").empty());
+    EXPECT_EQ(score.at("qualities").empty(), row.at("name") != "warp+hyper-grid");
   }
-  for (const char* name : {"results.csv", "results.json", "report.html", "psnr_over_seconds.png"})
+  for (const char* name :
+       {"results.csv", "results.json", "report.html", "psnr_over_seconds.png", "qualities.png"})
     EXPECT_TRUE(fs::exists(out / name)) << name;
 
   // Again: nothing is trained, so that even the seconds are the same; but a row that is gone is made anew.
   const auto before = fs::last_write_time(out / "concat-grid-0.json");
-  ASSERT_TRUE(fs::remove(out / "hyper-mlp-0.json"));
-  const ProgramResult second = likeness(command);
+  ASSERT_TRUE(fs::remove(out / "concat-mlp-0.json"));
+  const ProgramResult second = command(out, steps);
   ASSERT_EQ(second.exit_code, 0) << second.err;
   EXPECT_EQ(json::parse(second.out).at("rows").at(0), table.at("rows").at(0));
   EXPECT_EQ(fs::last_write_time(out / "concat-grid-0.json"), before);
-  EXPECT_TRUE(fs::exists(out / "hyper-mlp-0.json"));
+  EXPECT_TRUE(fs::exists(out / "concat-mlp-0.json"));
+
+  // By the steps that it took elsewhere: the same to the last bit.
+  const ProgramResult replayed = command(again, {"--replay", (out / "results.json").string()});
+  ASSERT_EQ(replayed.exit_code, 0) << replayed.err;
+  const json repeated = json::parse(replayed.out);
+  for (std::size_t r = 0; r < 4; ++r)
+    for (const char* figure : {"steps", "psnr_head_db", "psnr_person_db", "ssim", "face_mse"})
+      EXPECT_EQ(repeated.at("rows").at(r).at("scores").at(0).at(figure),
+                table.at("rows").at(r).at("scores").at(0).at(figure))
+          << figure;
+
+  EXPECT_EQ(command(out, {"--tables", "magic"}).exit_code, 1);
+  EXPECT_EQ(likeness({"study", (folder_ / "p.likeness").string()}).exit_code, 1);  // where to?
 }
 
 TEST_F(EndToEnd, ThePreviewLosesLittleAgainstTheFinalPicture) {
@@ -137,7 +159,8 @@ TEST_F(EndToEnd, ABenchOfTheProjectMeasuresPicturesAndTrainingAndLeavesItAsItIs)
   ASSERT_EQ(bench.exit_code, 0) << bench.err;
   const json speed = json::parse(bench.out).at("project");
   EXPECT_EQ(speed.at("size"), 256);
-  for (const char* key : {"final_fps", "preview_fps", "rays_per_s"}) EXPECT_GT(speed.at(key).get<double>(), 0);
+  for (const char* key : {"final_fps", "preview_fps", "rays_per_s"})
+    EXPECT_GT(speed.at(key).get<double>(), 0);
   EXPECT_LT(std::abs(speed.at("preview_loss_db").get<double>()), 2);
   EXPECT_EQ(written(), before);
 }

@@ -1,0 +1,13 @@
+// What the processor has used, where the machine tells it (the kernel's powercap interface to RAPL).
+#pragma once
+
+#include <filesystem>
+#include <optional>
+
+namespace likeness {
+
+// Joules of all packages since some moment; they only grow until a counter starts anew (minutes to hours).
+// nullopt where there is no counter, or it may not be read: Linux lets root alone since 2020.
+std::optional<double> processor_joules(const std::filesystem::path& powercap = "/sys/class/powercap");
+
+}  // namespace likeness

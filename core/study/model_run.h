@@ -1,0 +1,30 @@
+// One model of the study trained and scored. Internal to core/study.
+#pragma once
+
+#include <filesystem>
+
+#include "core/study/model_study.h"
+#include "core/study/sized_clip.h"
+#include "core/track/landmarks.h"
+
+namespace likeness {
+
+// What all trainings of a study share.
+struct StudyBench {
+  const ModelStudyOptions& options;
+  const std::filesystem::path& folder;  // of the pictures
+  SizedClip clip;
+  int full_size = 0;  // px: of the project
+  FaceDetector detector;
+  std::vector<std::size_t> measured;       // of clip.held_out
+  std::vector<std::size_t> marked, shown;  // of `measured`
+};
+
+// steps: exactly these, or 0: by the study's seconds. Writes the shown pictures of the first seed as
+// NAME-000360.png.
+Result<ModelScore> run_model(const StudyBench& bench, const ModelSpec& spec, std::uint64_t seed,
+                             std::uint64_t steps, const Progress& progress, std::stop_token stop);
+
+std::string picture_name(const ModelSpec& spec, int frame);
+
+}  // namespace likeness

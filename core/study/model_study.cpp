@@ -1,0 +1,271 @@
+// The study's tables, model after model: see model_study.h.
+#include "core/study/model_study.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/base/files.h"
+#include "core/base/hash.h"
+#include "core/base/parallel.h"
+#include "core/capture/capture.h"
+#include "core/image/files.h"
+#include "core/study/finished_rows.h"
+#include "core/study/model_report.h"
+#include "core/study/model_run.h"
+
+namespace likeness {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::size_t kMarkFrames = 4, kShownFrames = 3;
+
+// -- Finished trainings
+
+nlohmann::json to_json(const ModelScore& s) {
+  nlohmann::json marks = nlohmann::json::array(), qualities = marks, sizes = marks;
+  for (const ModelMark& m : s.marks)
+    marks.push_back({{"seconds", m.seconds},
+                     {"step", m.step},
+                     {"psnr_db", finite_or_null(m.psnr_db)},
+                     {"psnr_head_db", finite_or_null(m.psnr_head_db)}});
+  for (const PictureCost& q : s.qualities)
+    qualities.push_back({{"name", q.name},
+                         {"psnr_db", finite_or_null(q.psnr_db)},
+                         {"psnr_head_db", finite_or_null(q.psnr_head_db)},
+                         {"frame_seconds", q.frame_seconds}});
+  for (const SizeCost& z : s.sizes) sizes.push_back({{"size", z.size}, {"frame_seconds", z.frame_seconds}});
+  return {{"format", "likeness-model"},
+          {"version", 1},
+          {"seed", s.seed},
+          {"steps", s.steps},
+          {"parameters", s.parameters},
+          {"frames", s.frames},
+          {"psnr_db", finite_or_null(s.psnr_db)},
+          {"mse", finite_or_null(s.mse)},
+          {"ssim", finite_or_null(s.ssim)},
+          {"gmsd", finite_or_null(s.gmsd)},
+          {"psnr_person_db", finite_or_null(s.psnr_person_db)},
+          {"psnr_head_db", finite_or_null(s.psnr_head_db)},
+          {"psnr_face_db", finite_or_null(s.psnr_face_db)},
+          {"face_mse", finite_or_null(s.face_mse)},
+          {"lmk_error_px", finite_or_null(s.landmark_error_px)},
+          {"lmk_mouth_px", finite_or_null(s.mouth_error_px)},
+          {"frame_seconds", s.frame_seconds},
+          {"frame_joules", finite_or_null(s.frame_joules)},
+          {"train_seconds", s.train_seconds},
+          {"marks", std::move(marks)},
+          {"qualities", std::move(qualities)},
+          {"sizes", std::move(sizes)}};
+}
+
+std::optional<ModelScore> read_score(const fs::path& path, const std::string& content) {
+  const auto j = read_finished(path, content);
+  if (!j) return std::nullopt;
+  try {
+    ModelScore s;
+    j->at("seed").get_to(s.seed), j->at("steps").get_to(s.steps);
+    j->at("parameters").get_to(s.parameters), j->at("frames").get_to(s.frames);
+    s.psnr_db = optional_number(j->at("psnr_db"));
+    s.mse = optional_number(j->at("mse"));
+    s.ssim = optional_number(j->at("ssim"));
+    s.gmsd = optional_number(j->at("gmsd"));
+    s.psnr_person_db = number_or_nan(j->at("psnr_person_db"));
+    s.psnr_head_db = number_or_nan(j->at("psnr_head_db"));
+    s.psnr_face_db = number_or_nan(j->at("psnr_face_db"));
+    s.face_mse = number_or_nan(j->at("face_mse"));
+    s.landmark_error_px = number_or_nan(j->at("lmk_error_px"));
+    s.mouth_error_px = number_or_nan(j->at("lmk_mouth_px"));
+    j->at("frame_seconds").get_to(s.frame_seconds), j->at("train_seconds").get_to(s.train_seconds);
+    s.frame_joules = optional_number(j->at("frame_joules"));
+    for (const nlohmann::json& m : j->at("marks"))
+      s.marks.push_back({.seconds = m.at("seconds").get<double>(),
+                         .step = m.at("step").get<std::uint64_t>(),
+                         .psnr_db = optional_number(m.at("psnr_db")),
+                         .psnr_head_db = number_or_nan(m.at("psnr_head_db"))});
+    for (const nlohmann::json& q : j->at("qualities"))
+      s.qualities.push_back({.name = q.at("name").get<std::string>(),
+                             .psnr_db = optional_number(q.at("psnr_db")),
+                             .psnr_head_db = number_or_nan(q.at("psnr_head_db")),
+                             .frame_seconds = q.at("frame_seconds").get<double>()});
+    for (const nlohmann::json& z : j->at("sizes"))
+      s.sizes.push_back({z.at("size").get<int>(), z.at("frame_seconds").get<double>()});
+    return s;
+  } catch (const nlohmann::json::exception&) {
+    return std::nullopt;
+  }
+}
+
+// Exact steps of a training, or 0: by the study's seconds.
+std::uint64_t asked_steps(const ModelStudyOptions& options, const ModelSpec& spec, std::uint64_t seed) {
+  if (const auto at = options.replay.find({spec.name, seed}); at != options.replay.end()) return at->second;
+  const std::uint64_t steps = spec.kind == ModelKind::grid ? options.steps : options.mlp_steps;
+  return steps == 0 ? 0 : std::max<std::uint64_t>(1, std::uint64_t(std::llround(double(steps) * spec.share)));
+}
+
+Result<ModelScore> finished_model(const StudyBench& bench, const ModelSpec& spec, std::uint64_t seed,
+                                  const Progress& progress, std::stop_token stop) {
+  const ModelStudyOptions& o = bench.options;
+  const std::uint64_t steps = asked_steps(o, spec, seed);
+  const std::string content =
+      hash_text(fmt::format("{} {} {} {} {} {} {} {} {}", bench.clip.content, spec.name, steps,
+                            steps > 0 ? 0 : o.seconds * spec.share, bench.clip.set.size,
+                            bench.measured.size(), o.rays, seed, seed == o.first_seed));
+  const fs::path path = bench.folder / fmt::format("{}-{}.json", spec.name, seed);
+  if (auto done = read_score(path, content)) return *done;
+  auto score = run_model(bench, spec, seed, steps, progress, stop);
+  if (!score) return score.error();
+  if (const auto written = write_finished(path, content, to_json(*score)); !written) return written.error();
+  return score;
+}
+
+// -- What is asked for
+
+bool is_chosen(const std::vector<std::string>& chosen, const std::string& name) {
+  return chosen.empty() || std::ranges::find(chosen, name) != chosen.end();
+}
+
+template <class Named>
+Result<void> check_names(const std::vector<std::string>& asked, const std::vector<Named>& known,
+                         std::string_view what) {
+  for (const std::string& name : asked)
+    if (std::ranges::find(known, name, &Named::name) == known.end()) {
+      std::vector<std::string> names;
+      for (const Named& one : known) names.push_back(one.name);
+      return Error{ErrorCode::bad_input, fmt::format("There is no {} named \"{}\".", what, name),
+                   fmt::format("Choose from: {}.", fmt::join(names, ", ")), ""};
+    }
+  return {};
+}
+
+Result<StudyBench> prepare(const Project& project, const fs::path& folder, const ModelStudyOptions& options) {
+  const auto capture = read_capture(capture_path(project));
+  if (!capture) return capture.error();
+  auto clip = read_sized_clip(project, options.size);
+  if (!clip) return clip.error();
+  auto detector = FaceDetector::load(project.options.landmark_model);
+  if (!detector) return detector.error();
+  if (const auto made = make_writable_folder(folder); !made) return made.error();
+  StudyBench bench{options, folder, std::move(*clip), capture->size, std::move(*detector), {}, {}, {}};
+  bench.measured = evenly_chosen(bench.clip.held_out.size(), std::size_t(options.frames));
+  bench.marked = evenly_chosen(bench.measured.size(), std::min(kMarkFrames, bench.measured.size()));
+  bench.shown = evenly_chosen(bench.measured.size(), std::min(kShownFrames, bench.measured.size()));
+  return bench;
+}
+
+// Tables with what is asked for of their models; the models of all, each once.
+std::vector<ModelSpec> choose_models(const ModelStudyOptions& options, std::vector<StudyTable>& tables) {
+  std::vector<ModelSpec> models;
+  for (const StudyTable& table : study_tables()) {
+    if (!is_chosen(options.tables, table.name)) continue;
+    StudyTable some = table;
+    std::erase_if(some.models, [&](const std::string& name) { return !is_chosen(options.models, name); });
+    if (!some.models.empty()) tables.push_back(std::move(some));
+  }
+  for (const ModelSpec& spec : study_models())
+    if (std::ranges::any_of(tables, [&](const StudyTable& t) {
+          return std::ranges::find(t.models, spec.name) != t.models.end();
+        }))
+      models.push_back(spec);
+  return models;
+}
+
+double mean_head_db(const ModelRow& row) {
+  double sum = 0;
+  for (const ModelScore& s : row.scores) sum += s.psnr_head_db / double(row.scores.size());
+  return sum;
+}
+double mean_train_seconds(const ModelRow& row) {
+  double sum = 0;
+  for (const ModelScore& s : row.scores) sum += s.train_seconds / double(row.scores.size());
+  return sum;
+}
+std::optional<double> size_seconds(const ModelRow& row, int size) {
+  for (const SizeCost& cost : row.scores.front().sizes)
+    if (cost.size == size) return cost.frame_seconds;
+  return std::nullopt;
+}
+
+}  // namespace
+
+const ModelRow* find_row(const ModelStudy& study, std::string_view name) {
+  const auto at =
+      std::ranges::find_if(study.rows, [&](const ModelRow& row) { return row.spec.name == name; });
+  return at == study.rows.end() || at->scores.empty() ? nullptr : &*at;
+}
+
+std::optional<StudyRatios> study_ratios(const ModelStudy& study) {
+  const ModelRow *ours = find_row(study, kDefaultModel), *baseline = find_row(study, kLongBaseline),
+                 *equal = find_row(study, "concat-mlp");
+  if (ours == nullptr || baseline == nullptr || equal == nullptr) return std::nullopt;
+  StudyRatios r;
+  r.baseline_db = mean_head_db(*baseline);
+  r.ours_db = mean_head_db(*ours);
+  r.equal_time_db = r.ours_db - mean_head_db(*equal);
+  for (const char* name : {"ours-quarter", "ours-half", kDefaultModel, "ours-long"}) {
+    const ModelRow* row = find_row(study, name);
+    if (row == nullptr || mean_head_db(*row) < r.baseline_db) continue;
+    r.sooner = name;
+    r.times_sooner = mean_train_seconds(*baseline) / std::max(1e-9, mean_train_seconds(*row));
+    break;
+  }
+  r.times_faster =
+      baseline->scores.front().frame_seconds / std::max(1e-9, ours->scores.front().frame_seconds);
+  const auto full = size_seconds(*baseline, study.full_size), own = size_seconds(*ours, study.full_size);
+  if (full && own) r.times_faster_full = *full / std::max(1e-9, *own);
+  return r;
+}
+
+Result<ModelStudy> study_models_of(const Project& project, const fs::path& folder,
+                                   const ModelStudyOptions& options, const Progress& progress,
+                                   std::stop_token stop) {
+  if (const auto known = check_names(options.tables, study_tables(), "table"); !known) return known.error();
+  if (const auto known = check_names(options.models, study_models(), "model"); !known) return known.error();
+  ModelStudy study;
+  const std::vector<ModelSpec> models = choose_models(options, study.tables);
+  if (models.empty())
+    return Error{ErrorCode::bad_input, "None of these models stands in these tables.",
+                 "Leave out --tables or --models.", ""};
+  const auto bench = prepare(project, folder, options);
+  if (!bench) return bench.error();
+  study.clip = project.options.video.filename().string();
+  study.size = bench->clip.set.size, study.full_size = bench->full_size;
+  study.training_frames = int(bench->clip.set.views.size());
+  study.threads = current_thread_limit();
+  study.seconds = options.steps > 0 || options.mlp_steps > 0 || !options.replay.empty() ? 0 : options.seconds;
+  for (const std::size_t i : bench->measured) study.frames.push_back(bench->clip.held_out[i].frame);
+  for (const std::size_t i : bench->shown) {
+    const HeldOutFrame& frame = bench->clip.held_out[bench->measured[i]];
+    study.shown.push_back(frame.frame);
+    study.truths.push_back(fmt::format("truth-{:06}.png", frame.frame));
+    if (const auto written = write_image(folder / study.truths.back(), frame.truth); !written)
+      return written.error();
+  }
+  const auto trainings = [&](const ModelSpec& spec) { return spec.once ? 1 : options.seeds; };
+  const auto weight = [&](const ModelSpec& spec) {
+    return (spec.kind == ModelKind::moved ? 0.05 : spec.share) + 0.2;
+  };
+  double all = 0, done = 0;
+  for (const ModelSpec& spec : models) all += weight(spec) * trainings(spec);
+  for (const ModelSpec& spec : models) {
+    ModelRow& row = study.rows.emplace_back(ModelRow{spec, {}, {}});
+    for (int k = 0; k < trainings(spec); ++k) {
+      const double after = done + weight(spec);
+      const auto score =
+          finished_model(*bench, spec, options.first_seed + std::uint64_t(k),
+                         progress.stage(done / all, std::min(1.0, after / all), spec.name), stop);
+      if (!score) return score.error();
+      row.scores.push_back(*score);
+      done = after;
+    }
+    for (const int frame : study.shown) row.pictures.push_back(picture_name(spec, frame));
+  }
+  if (const auto written = write_model_report(study, folder); !written) return written.error();
+  progress.report(1);
+  return study;
+}
+
+}  // namespace likeness
