@@ -55,7 +55,7 @@ nlohmann::json to_json(const Evaluation& e, const Avatar& avatar, RenderQuality 
           {"lmk_eyes_px", number(e.landmarks_px.eyes)},
           {"ssim", number(e.ssim)},
           {"gmsd", number(e.gmsd)},
-          {"lpips", nullptr},
+          {"lpips", number(e.lpips)},
           {"mse", number(e.mse)},
           {"face_mse", number(e.face_mse)},
           {"frames_test", e.frames_test},
@@ -122,6 +122,7 @@ int run(const EvalArguments& arguments) {
         e.refit->free_numbers_per_frame, decibel(e.refit->psnr_db), e.refit->psnr_head_db,
         e.refit->psnr_face_db);
   if (e.ssim) fmt::print("SSIM {:.4f}  GMSD {:.4f}\n", *e.ssim, *e.gmsd);
+  if (e.lpips) fmt::print("LPIPS {:.4f}, by {}\n", *e.lpips, options.lpips.filename().string());
   fmt::print(
       "landmarks off by {:.2f} px (mouth {:.2f}, eyes {:.2f})  {:.1f} frames/s at {:.1f} samples a ray\n",
       e.landmarks_px.inner, e.landmarks_px.mouth, e.landmarks_px.eyes, e.render_fps, e.samples_per_ray);
@@ -137,6 +138,9 @@ void add_eval_command(CLI::App& program, int& exit_code) {
   verb->add_option("--regions", a->options.regions,
                    "Folder of region pictures (red person, green head, blue face)")
       ->check(CLI::ExistingDirectory);
+  verb->add_option("--lpips", a->options.lpips,
+                   "A network (.onnx) that measures perceptual distance, e.g. LPIPS")
+      ->check(CLI::ExistingFile);
   verb->add_option("--pictures", a->options.pictures, "Folder for PNGs: truth, avatar, difference");
   verb->add_option("--video", a->options.video, "mp4 of the same");
   add_quality_option(*verb, a->options.quality);

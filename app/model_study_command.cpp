@@ -103,6 +103,10 @@ void add_model_study(CLI::App& study, int& exit_code) {
                    "Exact steps of each such model with perceptrons, instead of seconds");
   study.add_option("--replay", a->replay,
                    "results.json of an earlier study: each training takes the steps that it took there");
+  study
+      .add_option("--lpips", a->options.lpips,
+                  "A network (.onnx) that measures perceptual distance, e.g. LPIPS")
+      ->check(CLI::ExistingFile);
   study.add_option("--rays", a->options.rays, "Rays of each step of the grid")
       ->check(CLI::Range(1, 1'000'000));
   study.add_option("--size", a->options.size, "Side of the pictures, px; 0: the project's")

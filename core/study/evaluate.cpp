@@ -18,6 +18,7 @@
 #include "core/render/room_picture.h"
 #include "core/study/frame_score.h"
 #include "core/study/held_out.h"
+#include "core/study/perceptual_network.h"
 #include "core/train/field_fit.h"
 #include "core/video/encode.h"
 
@@ -55,6 +56,12 @@ Result<Evaluation> evaluate(const Project& project, const EvalOptions& options, 
   const AvatarRig rig = make_rig(avatar, *model);
   const auto detector = FaceDetector::load(project.options.landmark_model);
   if (!detector) return detector.error();
+  std::optional<PerceptualNetwork> perceptual;
+  if (!options.lpips.empty()) {
+    auto network = PerceptualNetwork::load(options.lpips);
+    if (!network) return network.error();
+    perceptual.emplace(std::move(*network));
+  }
   const fs::path regions_folder = options.regions.empty() ? regions_path(project) : options.regions;
   std::optional<VideoWriter> video;
   if (!options.video.empty()) {
@@ -74,7 +81,7 @@ Result<Evaluation> evaluate(const Project& project, const EvalOptions& options, 
   result.size = capture.size;
   result.free_numbers_per_frame =
       6 + int(track.frames.front().articulation.expression.size()) + 3 + 6 + (track.has_torso ? 6 : 0);
-  std::vector<double> ssims, gmsds;
+  std::vector<double> ssims, gmsds, distances;
   std::vector<FrameScore> refitted;
   bool background_known = true;
   int refit_numbers = 0;
@@ -115,6 +122,11 @@ Result<Evaluation> evaluate(const Project& project, const EvalOptions& options, 
     score.landmarks_px = landmark_errors(*detector, *truth, picture);
     ssims.push_back(ssim(a, b));
     gmsds.push_back(gmsd(a, b));
+    if (perceptual) {
+      const auto distance = perceptual->distance(*truth, picture);
+      if (!distance) return distance.error();
+      distances.push_back(*distance);
+    }
     result.frames.push_back(score);
     ++result.frames_test;
     if (options.refit) {
@@ -157,6 +169,7 @@ Result<Evaluation> evaluate(const Project& project, const EvalOptions& options, 
     result.psnr_pooled_db = psnr_from_mse(*result.mse);
     result.ssim = mean(ssims);
     result.gmsd = mean(gmsds);
+    if (perceptual) result.lpips = mean(distances);
   }
   result.psnr_person_db =
       mean_finite(result.frames, [](const FrameScore& f) { return psnr_from_mse(f.person_mse); });

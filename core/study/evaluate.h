@@ -26,6 +26,8 @@ struct EvalOptions {
   // Where held-out frames go as PNG (truth | avatar | difference x 4), and as mp4; empty = not written.
   std::filesystem::path pictures;
   std::filesystem::path video;
+  std::filesystem::path
+      lpips;  // a network that measures perceptual distance (perceptual_network.h); empty = none
   RenderQuality quality = RenderQuality::final;
   RenderPlace place;   // where the avatar is rendered
   bool refit = false;  // also fit every frame's pose and expression to the frozen field; about 3 s a frame
@@ -34,7 +36,7 @@ struct EvalOptions {
 struct Evaluation {
   // Means of the frames' dB, but for the pooled one. Full-frame figures are absent where the background of a
   // held-out frame is not modelled (a moving camera has no plate).
-  std::optional<double> psnr_db, psnr_pooled_db, ssim, gmsd, mse;
+  std::optional<double> psnr_db, psnr_pooled_db, ssim, gmsd, mse, lpips;
   double psnr_person_db = 0, psnr_head_db = 0, psnr_face_db = 0, face_mse = 0;
   LandmarkErrors landmarks_px;           // px at `size`
   int frames_test = 0, frames_lost = 0;  // lost: held-out frames without a track, which cannot be rendered

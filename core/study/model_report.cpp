@@ -31,6 +31,7 @@ constexpr Column kColumns[] = {
     {"face_mse", "FaceMSE", 5, [](const ModelScore& s) { return std::optional(s.face_mse); }},
     {"ssim", "SSIM", 4, [](const ModelScore& s) { return s.ssim; }},
     {"gmsd", "GMSD", 4, [](const ModelScore& s) { return s.gmsd; }},
+    {"lpips", "LPIPS", 4, [](const ModelScore& s) { return s.lpips; }},
     {"lmk_error_px", "landmarks, px", 2,
      [](const ModelScore& s) { return std::optional(s.landmark_error_px); }},
     {"lmk_mouth_px", "mouth", 2, [](const ModelScore& s) { return std::optional(s.mouth_error_px); }},

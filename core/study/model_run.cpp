@@ -103,12 +103,16 @@ Result<ModelScore> score_model(const StudyBench& bench, const ModelSpec& spec, c
   PaintedFrames painted = paint_frames(bench, every, paint);
   const double n = double(every.size());
   ModelScore s{.seed = told.seed, .steps = told.steps, .frames = int(every.size())};
-  double ssims = 0, gmsds = 0;
+  double ssims = 0, gmsds = 0, distances = 0;
   for (std::size_t k = 0; k < every.size(); ++k) {
     const HeldOutFrame& frame = bench.clip.held_out[bench.measured[k]];
     painted.scores[k].landmarks_px = landmark_errors(bench.detector, frame.truth, painted.pictures[k]);
     ssims += ssim(to_float(frame.truth), to_float(painted.pictures[k]));
     gmsds += gmsd(to_float(frame.truth), to_float(painted.pictures[k]));
+    if (!bench.perceptual) continue;
+    const auto distance = bench.perceptual->distance(frame.truth, painted.pictures[k]);
+    if (!distance) return distance.error();
+    distances += *distance;
   }
   const std::vector<FrameScore>& scores = painted.scores;
   if (painted.background_known) {
@@ -116,6 +120,7 @@ Result<ModelScore> score_model(const StudyBench& bench, const ModelSpec& spec, c
     s.mse = mean_finite(scores, [](const FrameScore& f) { return f.mse; });
     s.ssim = ssims / n;
     s.gmsd = gmsds / n;
+    if (bench.perceptual) s.lpips = distances / n;
   }
   s.psnr_head_db = mean_db(scores, &FrameScore::head_mse);
   s.psnr_person_db = mean_db(scores, &FrameScore::person_mse);

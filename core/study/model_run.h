@@ -2,8 +2,10 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 
 #include "core/study/model_study.h"
+#include "core/study/perceptual_network.h"
 #include "core/study/sized_clip.h"
 #include "core/track/landmarks.h"
 
@@ -16,6 +18,7 @@ struct StudyBench {
   SizedClip clip;
   int full_size = 0;  // px: of the project
   FaceDetector detector;
+  std::optional<PerceptualNetwork> perceptual;
   std::vector<std::size_t> measured;       // of clip.held_out
   std::vector<std::size_t> marked, shown;  // of `measured`
 };

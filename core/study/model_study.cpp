@@ -48,6 +48,7 @@ nlohmann::json to_json(const ModelScore& s) {
           {"mse", finite_or_null(s.mse)},
           {"ssim", finite_or_null(s.ssim)},
           {"gmsd", finite_or_null(s.gmsd)},
+          {"lpips", finite_or_null(s.lpips)},
           {"psnr_person_db", finite_or_null(s.psnr_person_db)},
           {"psnr_head_db", finite_or_null(s.psnr_head_db)},
           {"psnr_face_db", finite_or_null(s.psnr_face_db)},
@@ -73,6 +74,7 @@ std::optional<ModelScore> read_score(const fs::path& path, const std::string& co
     s.mse = optional_number(j->at("mse"));
     s.ssim = optional_number(j->at("ssim"));
     s.gmsd = optional_number(j->at("gmsd"));
+    s.lpips = optional_number(j->at("lpips"));
     s.psnr_person_db = number_or_nan(j->at("psnr_person_db"));
     s.psnr_head_db = number_or_nan(j->at("psnr_head_db"));
     s.psnr_face_db = number_or_nan(j->at("psnr_face_db"));
@@ -110,10 +112,12 @@ Result<ModelScore> finished_model(const StudyBench& bench, const ModelSpec& spec
                                   const Progress& progress, std::stop_token stop) {
   const ModelStudyOptions& o = bench.options;
   const std::uint64_t steps = asked_steps(o, spec, seed);
+  const auto network_hash = o.lpips.empty() ? Result<std::string>(std::string()) : hash_file(o.lpips);
+  const std::string network = network_hash ? *network_hash : "";
   const std::string content =
-      hash_text(fmt::format("{} {} {} {} {} {} {} {} {}", bench.clip.content, spec.name, steps,
+      hash_text(fmt::format("{} {} {} {} {} {} {} {} {}{}", bench.clip.content, spec.name, steps,
                             steps > 0 ? 0 : o.seconds * spec.share, bench.clip.set.size,
-                            bench.measured.size(), o.rays, seed, seed == o.first_seed));
+                            bench.measured.size(), o.rays, seed, seed == o.first_seed, network));
   const fs::path path = bench.folder / fmt::format("{}-{}.json", spec.name, seed);
   if (auto done = read_score(path, content)) return *done;
   auto score = run_model(bench, spec, seed, steps, progress, stop);
@@ -148,8 +152,16 @@ Result<StudyBench> prepare(const Project& project, const fs::path& folder, const
   if (!clip) return clip.error();
   auto detector = FaceDetector::load(project.options.landmark_model);
   if (!detector) return detector.error();
+  std::optional<PerceptualNetwork> perceptual;
+  if (!options.lpips.empty()) {
+    auto network = PerceptualNetwork::load(options.lpips);
+    if (!network) return network.error();
+    perceptual.emplace(std::move(*network));
+  }
   if (const auto made = make_writable_folder(folder); !made) return made.error();
-  StudyBench bench{options, folder, std::move(*clip), capture->size, std::move(*detector), {}, {}, {}};
+  StudyBench bench{
+      options, folder, std::move(*clip), capture->size, std::move(*detector), std::move(perceptual), {},
+      {},      {}};
   bench.measured = evenly_chosen(bench.clip.held_out.size(), std::size_t(options.frames));
   bench.marked = evenly_chosen(bench.measured.size(), std::min(kMarkFrames, bench.measured.size()));
   bench.shown = evenly_chosen(bench.measured.size(), std::min(kShownFrames, bench.measured.size()));

@@ -69,6 +69,7 @@ struct ModelStudyOptions {
   int size = 128;                           // px; 0 = the project's
   int frames = 8;                           // held out that are measured, evenly chosen; 0 = all
   int rays = 8192;                          // of each step of the grid
+  std::filesystem::path lpips;              // a network of perceptual_network.h; empty = none
   int seeds = 3;
   std::uint64_t first_seed = 0;
 };
@@ -95,7 +96,7 @@ struct SizeCost {
 struct ModelScore {
   std::uint64_t seed = 0, steps = 0, parameters = 0;
   int frames = 0;
-  std::optional<double> psnr_db, mse, ssim, gmsd;  // absent where the background is not modelled
+  std::optional<double> psnr_db, mse, ssim, gmsd, lpips;  // absent where the background is not modelled
   double psnr_person_db = 0, psnr_head_db = 0, psnr_face_db = 0, face_mse = 0;
   double landmark_error_px = 0, mouth_error_px = 0;
   double frame_seconds = 0, train_seconds = 0;  // processor

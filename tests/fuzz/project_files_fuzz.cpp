@@ -25,7 +25,7 @@
 #include "core/render/room_picture.h"
 #include "core/track/track.h"
 #include "core/train/checkpoint.h"
-#include "tests/core/matte/tiny_network.h"
+#include "tests/core/support/onnx_bytes.h"
 #include "tests/core/render/tiny_avatar.h"
 #include "tests/fuzz/fuzz.h"
 #include "ui/platform/settings.h"

@@ -9,7 +9,7 @@
 #include <filesystem>
 
 #include "core/base/files.h"
-#include "tests/core/matte/tiny_network.h"
+#include "tests/core/support/onnx_bytes.h"
 
 namespace likeness {
 namespace {

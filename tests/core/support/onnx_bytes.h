@@ -1,5 +1,5 @@
-// A network of one 1 x 1 convolution as the bytes of an ONNX file, written by hand: protocol buffers are
-// tags, lengths and values.
+// Networks as the bytes of ONNX files, written by hand, among them one 1 x 1 convolution: protocol buffers
+// are tags, lengths and values.
 #pragma once
 
 #include <cstdint>
