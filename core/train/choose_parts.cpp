@@ -104,7 +104,7 @@ void add_torso(const CaptureMeasures& m, ChosenParts& chosen) {
   std::string reason =
       !m.torso_followed
           ? std::string("The track followed no torso: there is too little of one in the picture.")
-          : fmt::format("{:.0f} % of the picture are the person below the neck; {:.0f} % are asked for.",
+          : fmt::format("Below the neck the person fills {:.0f} % of the picture; {:.0f} % are asked for.",
                         100 * m.torso_share, 100 * kTorsoShare);
   chosen.parts.push_back({"torso", chosen.torso, false,
                           chosen.torso ? "a field of its own, which follows collar and shoulders" : "none",

@@ -146,6 +146,25 @@ TEST_F(ProjectFolder, AModeThatIsAskedForIsAnotherTrainingThanOneThatIsChosen) {
   EXPECT_EQ(input_hash(*chosen, Stage::train), input_hash(*before, Stage::train));
 }
 
+TEST_F(ProjectFolder, AShapeThatIsGivenIsAnInputOfTheFit) {
+  auto project = open_or_create_project(root_ / "p", {});
+  ASSERT_TRUE(project.ok()) << project.error().what;
+  const std::string fitted = input_hash(*project, Stage::fit), imported = input_hash(*project, Stage::import);
+  ASSERT_TRUE(write_text(root_ / "identity.npy", "one").ok());
+  project->options.identity = root_ / "identity.npy";
+  const std::string one = input_hash(*project, Stage::fit);
+  EXPECT_NE(one, fitted);
+  EXPECT_EQ(input_hash(*project, Stage::import), imported);
+  ASSERT_TRUE(write_text(root_ / "identity.npy", "another").ok());  // by content, not by name
+  EXPECT_NE(input_hash(*project, Stage::fit), one);
+  ASSERT_TRUE(save_project(*project).ok());
+  const auto opened = open_project(root_ / "p");
+  ASSERT_TRUE(opened.ok()) << opened.error().what;
+  EXPECT_EQ(opened->options.identity, root_ / "identity.npy");
+  project->options.identity.clear();
+  EXPECT_EQ(input_hash(*project, Stage::fit), fitted);
+}
+
 TEST_F(ProjectFolder, APathThatIsNoTextBreaksNothing) {
   ProjectOptions options;
   options.video = root_ / "clip\xff.mp4";
