@@ -274,6 +274,31 @@ TEST_F(Panels, ASpanOfTheErrorStripIsMarkedAndAskedFor) {
   EXPECT_EQ(*last.take_back, (RefitSpan{6, 9}));
 }
 
+// Why an avatar is made as it is: one line until somebody wants to know.
+TEST_F(Panels, ThePartsOfAnAvatarOpenWithTheirReasons) {
+  const char* heading = "Parts of this avatar, and why";
+  const Snapshot done = snapshot_of(Step::train, Look::done);
+  Image8 closed = settled(done);
+  ASSERT_TRUE(noted_widgets().contains(heading));
+  test::click(heading, [&] { (void)draw_frame(done); });
+  EXPECT_NE(settled(done).data, closed.data);
+  keep_shot("panel_Train_parts");
+  test::click(heading, [&] { (void)draw_frame(done); });
+  EXPECT_EQ(settled(done).data, closed.data);
+  // While it is trained, as soon as they are chosen.
+  Snapshot running = snapshot_of(Step::train, Look::running);
+  (void)settled(running);
+  EXPECT_FALSE(noted_widgets().contains(heading));
+  running.pipeline.parts = done.contents->card->parts;
+  closed = settled(running);
+  ASSERT_TRUE(noted_widgets().contains(heading));
+  test::click(heading, [&] { (void)draw_frame(running); });
+  EXPECT_NE(settled(running).data, closed.data);
+  keep_shot("panel_Train_parts_running");
+  test::click(heading, [&] { (void)draw_frame(running); });
+  EXPECT_EQ(settled(running).data, closed.data);
+}
+
 TEST_F(Panels, EveryStepIsDrawnInEveryState) {
   for (const Step step : kSteps) {
     std::array<Image8, 5> shown;

@@ -79,6 +79,10 @@ void draw_card(const Snapshot& snapshot, const Card& card, Views& views, Request
                   -card.low.yaw * kDegrees, card.high.yaw * kDegrees, -card.low.pitch * kDegrees,
                   card.high.pitch * kDegrees));
   draw_expressions(card);
+  if (!card.parts.empty()) {
+    ImGui::Dummy({0, px(4)});
+    draw_parts(card.parts, views.open_parts);
+  }
   int number = 0;
   if (!card.gaps.empty()) title("To film in addition");
   for (const CardGap& gap : card.gaps) {
@@ -105,9 +109,6 @@ void draw_card(const Snapshot& snapshot, const Card& card, Views& views, Request
     }
     ImGui::PopID();
   }
-  if (card.parts.empty()) return;
-  ImGui::Dummy({0, px(4)});
-  draw_parts(card.parts, views.open_parts);
 }
 
 }  // namespace likeness::ui

@@ -64,7 +64,7 @@ TEST(TrackClip, ATrueShapeThatIsGivenIsHeldAndPlacesTheHeadAtLeastAsWell) {
   const fs::path folder = name;
   DemoOptions demo;
   demo.width = demo.height = 320;
-  demo.frames = 36;
+  demo.frames = 24;
   demo.moving_share = 0;
   demo.samples_per_pixel = 1;
   ASSERT_TRUE(write_demo_capture(folder, demo, Progress(), {}).ok());
