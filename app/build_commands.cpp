@@ -11,17 +11,20 @@
 
 #include "app/backend_option.h"
 #include "app/commands.h"
+#include "app/parts.h"
 #include "app/terminal.h"
 #include "core/base/parallel.h"
 #include "core/camera/align.h"
 #include "core/capture/capture.h"
 #include "core/capture/split.h"
+#include "core/head/read_person.h"
 #include "core/matte/matte.h"
 #include "core/project/build_forecast.h"
 #include "core/project/care.h"
 #include "core/project/further_clips.h"
 #include "core/project/refits.h"
 #include "core/project/run_stages.h"
+#include "core/render/avatar.h"
 
 namespace likeness::app {
 
@@ -33,6 +36,7 @@ struct BuildArguments {
   CommonOptions common;
   fs::path input, project, out;
   ProjectOptions options;
+  std::string identity;            // a file, or "none"
   std::string leave_out;           // "12,40-60", or "none"
   std::vector<std::string> refit;  // each like that
   bool forecast = false;
@@ -85,6 +89,15 @@ Result<std::vector<RefitSpan>> asked_refits(std::vector<RefitSpan> spans,
   return merged_spans(std::move(spans));
 }
 
+// A shape that does not fit the head model is told before anything is changed.
+Result<void> check_identity(const ProjectOptions& options) {
+  if (options.identity.empty()) return {};
+  const auto model = project_head_model(options);
+  if (!model) return model.error();
+  const auto person = read_person(options.identity, *model);
+  return person ? Result<void>() : Result<void>(person.error());
+}
+
 // What a build would take, before anything is done.
 int run_forecast(const BuildArguments& arguments) {
   const ThreadLimit limit(arguments.common.threads);
@@ -127,7 +140,10 @@ nlohmann::json summary(const Project& project) {
                                               {"message", record.message},
                                               {"warnings", record.warnings}};
   }
-  return {{"project", project.folder.string()}, {"stages", stages}};
+  nlohmann::json summary{{"project", project.folder.string()}, {"stages", stages}};
+  if (is_current(project, Stage::train))
+    if (const auto avatar = read_avatar(avatar_path(project))) summary["parts"] = parts_json(avatar->parts);
+  return summary;
 }
 
 int run(Project& project, Stage last, const CommonOptions& common, const ChosenBackend& backend) {
@@ -136,6 +152,10 @@ int run(Project& project, Stage last, const CommonOptions& common, const ChosenB
   observer.backend = backend.backend, observer.fall_back = backend.fall_back;
   observer.precision = backend.precision;
   if (!common.json) {
+    observer.parts = [](const std::vector<AvatarPart>& parts) {
+      fmt::print(stderr, "\r\033[K  parts of this avatar, and why\n");
+      print_parts(stderr, parts);
+    };
     observer.stage_changed = [](Stage stage, const StageRecord& record) {
       if (record.state != StageState::done) return;
       fmt::print(stderr, "\r\033[K{:>7}  {} ({:.0f} s)\n", stage_name(stage), record.message, record.seconds);
@@ -176,7 +196,10 @@ int run_new(const BuildArguments& arguments, Stage last) {
   std::error_code other;
   if (const auto earlier = open_project(arguments.project);
       earlier && fs::equivalent(earlier->options.video, options.video, other))
-    options.left_out = earlier->options.left_out, options.refits = earlier->options.refits;
+    options.left_out = earlier->options.left_out, options.refits = earlier->options.refits,
+    options.identity = earlier->options.identity;
+  if (!arguments.identity.empty()) options.identity = arguments.identity == "none" ? "" : arguments.identity;
+  if (const auto fine = check_identity(options); !fine) return report_failure(fine.error());
   auto project = open_or_create_project(arguments.project, options);
   if (!project) return report_failure(project.error());
   const int code = run(*project, last, arguments.common, *backend);
@@ -202,6 +225,9 @@ int run_existing(const BuildArguments& arguments, Stage last, const CLI::App& ve
   if (given("--landmark-loss")) options.landmark_loss = arguments.options.landmark_loss;
   if (given("--seed")) options.seed = arguments.common.seed;
   if (given("--head-model")) options.head_model = arguments.options.head_model;
+  if (given("--identity")) options.identity = arguments.identity == "none" ? "" : arguments.identity;
+  if (given("--identity") || given("--head-model"))
+    if (const auto fine = check_identity(options); !fine) return report_failure(fine.error());
   if (given("--leave-out")) {
     auto frames = parse_frames(arguments.leave_out, "--leave-out");
     if (!frames) return report_failure(frames.error());
@@ -271,6 +297,13 @@ void add_training_options(CLI::App& verb, BuildArguments& a) {
   add_precision_option(verb, a.precision);
 }
 
+void add_identity_option(CLI::App& verb, BuildArguments& a) {
+  verb.add_option(
+      "--identity", a.identity,
+      "The person's shape, held instead of fitted: identity coefficients of the head model (MICA's "
+      "identity.npy for FLAME) or its vertices in metres, as .npy, .npz or .obj; none: fitted again");
+}
+
 void add_capture_options(CLI::App& verb, BuildArguments& a) {
   verb.add_option("video", a.input, "The clip")->required();
   verb.add_option("--project", a.project, "The project folder, made if absent")->required();
@@ -301,6 +334,7 @@ void add_build_commands(CLI::App& program, int& exit_code) {
   CLI::App* build = program.add_subcommand("build", "All stages: from a clip to a trained avatar");
   add_capture_options(*build, *a);
   add_training_options(*build, *a);
+  add_identity_option(*build, *a);
   build->add_flag("!--no-latent", a->options.use_latent, "Ablation: without the per-frame code");
   build->add_flag("--refine-track", a->options.refine_track,
                   "Correct the training frames' poses and faces through the field while it learns");
@@ -338,6 +372,7 @@ void add_build_commands(CLI::App& program, int& exit_code) {
          "Fit spans of frames again by themselves, from the good ones around them, and nothing else: "
          "190-204 or 12,40-60, beside those before; none takes all back")
       ->allow_extra_args(false);
+  add_identity_option(*fit, *a);
   add_common_options(*fit, a->common);
   fit->callback([a, fit, &exit_code] { exit_code = run_existing(*a, Stage::matte, *fit); });
 

@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 
 #include "app/commands.h"
+#include "app/parts.h"
 #include "app/terminal.h"
 #include "core/base/parallel.h"
 #include "core/study/card.h"
@@ -41,6 +42,7 @@ nlohmann::json to_json(const Card& card) {
             {"roll", range(card.low.roll, card.high.roll)}}},
           {"expressions", expressions},
           {"gaps", gaps},
+          {"parts", parts_json(card.parts)},
           {"worst", worst}};
 }
 
@@ -62,6 +64,9 @@ void print_card(const Card& card) {
   fmt::print("\nThe worst moments{}\n", card.worst.empty() ? ": none, the track is even." : "");
   for (const CardMoment& m : card.worst)
     fmt::print("  {:.1f} to {:.1f} s. {}\n    {}\n", m.from_s, m.to_s, m.what, m.film_again);
+  if (card.parts.empty()) return;
+  fmt::print("\nParts of this avatar, and why\n");
+  print_parts(stdout, card.parts);
 }
 
 int run(const CardArguments& arguments) {

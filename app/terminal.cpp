@@ -44,14 +44,15 @@ void add_quality_option(CLI::App& verb, RenderQuality& quality) {
           {kRenderQualities[0], RenderQuality::final}, {kRenderQualities[1], RenderQuality::preview}}));
 }
 
-void add_mode_option(CLI::App& verb, FieldMode& mode) {
-  std::map<std::string, FieldMode> modes;
-  for (const FieldMode known : kFieldModes) modes.emplace(mode_name(known), known);
-  verb.add_option("--mode", mode,
-                  "What the field knows of the expression: nothing (static), its numbers (concat), a slice "
-                  "chosen by them (hyper), the head model's deformation and the numbers (warp), or that and "
-                  "the slice (warp+hyper, the default)")
-      ->transform(CLI::CheckedTransformer(std::move(modes)));
+void add_mode_option(CLI::App& verb, std::optional<FieldMode>& mode) {
+  std::vector<std::string> names{"auto"};
+  for (const FieldMode known : kFieldModes) names.emplace_back(mode_name(known));
+  verb.add_option_function<std::string>(
+          "--mode", [&mode](const std::string& name) { mode = mode_named(name); },
+          "What the field knows of the expression: nothing (static), its numbers (concat), a slice chosen by "
+          "them (hyper), the head model's deformation and the numbers (warp), or that and the slice "
+          "(warp+hyper); default: chosen from the capture (auto)")
+      ->check(CLI::IsMember(std::move(names)));
 }
 
 void add_common_options(CLI::App& verb, CommonOptions& options) {

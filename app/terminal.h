@@ -4,6 +4,7 @@
 
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <stop_token>
 #include <string>
 
@@ -27,7 +28,8 @@ struct CommonOptions {
 };
 void add_common_options(CLI::App& verb, CommonOptions& options);
 void add_quality_option(CLI::App& verb, RenderQuality& quality);  // --quality final | preview
-void add_mode_option(CLI::App& verb, FieldMode& mode);            // --mode static | concat | ...
+// --mode auto | static | concat | ...; auto: empty.
+void add_mode_option(CLI::App& verb, std::optional<FieldMode>& mode);
 
 // What a stop leaves behind: the stages of a project go on where they were, a file is whole or absent.
 enum class StoppedWork { lost, kept };

@@ -34,6 +34,10 @@ PipelineJob::PipelineJob(Project project, Stage last, bool previews, std::functi
           further_changed(s, clip.record(s).state);
         };
         observer.training = [this](const TrainStatus& status) { trained(status); };
+        observer.parts = [this](const std::vector<AvatarPart>& parts) {
+          const std::lock_guard lock(mutex_);
+          status_.parts = parts;
+        };
         if (preview_) observer.tap = preview_->tap();
         if (auto earlier = read_training_curve(training_curve_path(working))) {
           const std::lock_guard lock(mutex_);

@@ -24,6 +24,7 @@ struct PipelineStatus {
   std::array<StageRecord, kStages.size()> records;
   std::array<bool, kStages.size()> finished{};  // in this run
   std::optional<Stage> failed;                  // for a further clip
+  std::vector<AvatarPart> parts;                // of the avatar that is trained in this run, and why
   std::vector<TrainStatus> training;            // of this run, in order, thinned to about a thousand
   TrainingCurve curve;                          // with what earlier runs left in the project
   std::shared_ptr<const PreviewPictures> preview;

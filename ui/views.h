@@ -81,6 +81,8 @@ struct Views {
   std::array<bool, 9> open_groups{true, false, true};
   float export_what = 300, export_how = 300;  // px: how high the cards of these were
   bool open_drive = true, open_gains = false;
+  bool open_parts = false;   // of the avatar, and why
+  bool open_chosen = false;  // the same while it is trained
   TimelineSight timeline;
   MaskSight masks;
   StripSpan face_span;

@@ -85,7 +85,7 @@ BuildForecast forecast_build(const VideoInfo& clip, const ProjectOptions& option
   forecast.disk =
       std::uint64_t(kept * picture * (kFrameByte + kMaskByte) + frames * kTrackFrame + kAvatarAndCheckpoint);
   TrainOptions train;
-  train.mode = options.mode;
+  train.mode = options.mode.value_or(kDefaultMode);
   const auto training = forecast_memory(std::size_t(trained), options.size, model, train).total();
   const auto fitting = std::uint64_t(kProgram + frames * (kGreySide * kGreySide + kFitFrame));
   forecast.memory = std::max(training, fitting);
@@ -101,7 +101,7 @@ void add_further_clip(const VideoInfo& clip, const ProjectOptions& options, cons
     if (stage != Stage::train) forecast.seconds[std::size_t(stage)] += further.seconds[std::size_t(stage)];
   forecast.seconds_if_moving += further.seconds_if_moving;
   TrainOptions train;
-  train.mode = options.mode;
+  train.mode = options.mode.value_or(kDefaultMode);
   const auto training = forecast_memory(std::size_t(forecast.frames), options.size, model, train).total();
   forecast.memory = std::max({forecast.memory, further.memory, training});
 }

@@ -75,6 +75,7 @@ std::optional<DamagedProject> find_damaged_project(const fs::path& folder) {
   options.head_model = string_named(*text, "head_model");
   options.landmark_model = string_named(*text, "landmark_model");
   options.matting_network = string_named(*text, "matting_network");
+  options.identity = string_named(*text, "identity");
   if (const auto capture = read_capture(capture_path({.folder = folder}))) {
     named.push_back(capture->video);
     options.size = capture->size;

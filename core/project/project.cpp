@@ -58,13 +58,16 @@ json to_json(const ProjectOptions& options) {
           {"head_model", options.head_model.string()},
           {"landmark_model", options.landmark_model.string()},
           {"matting_network", options.matting_network.string()},
+          {"identity", options.identity.string()},
           {"size_px", options.size},
           {"split", split_name(options.split)},
           {"budget_s", options.budget_s},
           {"steps", options.steps},
           {"seed", options.seed},
           {"checkpoint_every_s", options.checkpoint_every_s},
-          {"mode", mode_name(options.mode)},
+          // Versions that did not choose read the default here.
+          {"mode", mode_name(options.mode.value_or(kDefaultMode))},
+          {"mode_asked", options.mode.has_value()},
           {"resting_camera", options.resting_camera},
           {"refine_track", options.refine_track},
           {"landmark_loss", options.landmark_loss},
@@ -87,6 +90,11 @@ FieldMode mode_from_json(const json& j) {
   return *mode;
 }
 
+// Of a project from before parts were chosen, the default is nobody's wish.
+std::optional<FieldMode> asked_mode(const json& j, FieldMode mode) {
+  return j.value("mode_asked", mode != kDefaultMode) ? std::optional(mode) : std::nullopt;
+}
+
 // Projects from before this choice held out the tail.
 Split split_from_json(const json& j) {
   if (!j.contains("split")) return Split::tail;
@@ -101,13 +109,14 @@ ProjectOptions options_from_json(const json& j, int version) {
   options.head_model = j.at("head_model").get<std::string>();
   options.landmark_model = j.at("landmark_model").get<std::string>();
   options.matting_network = j.value("matting_network", "");
+  options.identity = j.value("identity", "");
   options.size = j.at("size_px");
   options.split = split_from_json(j);
   options.budget_s = j.at("budget_s");
   options.steps = j.at("steps");
   options.seed = j.at("seed");
   options.checkpoint_every_s = j.value("checkpoint_every_s", options.checkpoint_every_s);
-  options.mode = version == 1 ? mode_of_switches(j) : mode_from_json(j);
+  options.mode = asked_mode(j, version == 1 ? mode_of_switches(j) : mode_from_json(j));
   options.resting_camera = j.value("resting_camera", false);
   options.refine_track = j.value("refine_track", false);
   options.landmark_loss = j.value("landmark_loss", 0.0);
@@ -234,6 +243,7 @@ Result<Project> open_or_create_project(const fs::path& folder, const ProjectOpti
   project.options.head_model = remembered(options.head_model);
   project.options.landmark_model = remembered(options.landmark_model);
   project.options.matting_network = remembered(options.matting_network);
+  project.options.identity = remembered(options.identity);
   if (const auto saved = save_project(project); !saved) return saved.error();
   return project;
 }

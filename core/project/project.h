@@ -14,6 +14,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -46,13 +47,14 @@ struct ProjectOptions {
   std::filesystem::path head_model;       // empty = the built-in head
   std::filesystem::path landmark_model;   // empty = the system's
   std::filesystem::path matting_network;  // ONNX; empty = none
+  std::filesystem::path identity;         // the person's shape, known from elsewhere; empty = fitted
   int size = 256;                         // px
   Split split = Split::tail;              // what is held out
   double budget_s = 300;                  // of training
   std::uint64_t steps = 0;                // exact training steps instead of a budget
   std::uint64_t seed = 0;
   double checkpoint_every_s = 30;  // what a killed training loses at most
-  FieldMode mode = kDefaultMode;
+  std::optional<FieldMode> mode;   // empty: chosen from the capture (core/train/choose_parts.h)
   bool use_latent = true, use_occupancy = true;
   bool resting_camera = false;    // the user's word; otherwise the align stage finds out
   bool refine_track = false;      // correct the training frames through the field

@@ -18,6 +18,7 @@
 #include "core/capture/split.h"
 #include "core/head/builtin_head.h"
 #include "core/head/load_head_model.h"
+#include "core/head/read_person.h"
 #include "core/matte/matte.h"
 #include "core/matte/matting_network.h"
 #include "core/project/care.h"
@@ -208,6 +209,10 @@ Result<void> run_fit(const StageContext& context) {
     auto track = read_track(track_path({.folder = context.project.first_clip}));
     if (!track) return track.error();
     work.options.person = std::move(track->person);
+  } else if (const fs::path& identity = context.project.options.identity; !identity.empty()) {
+    auto person = read_person(identity, *model);
+    if (!person) return person.error();
+    work.options.person = std::move(*person);
   }
   auto first = first_track(context.project, work);
   if (!first) return first.error();
@@ -243,6 +248,9 @@ Result<void> run_fit(const StageContext& context) {
   context.record.message =
       fmt::format("{} head; {} frames good, {} weak, {} lost; landmarks within {:.2f} px.", model->name,
                   count[0], count[1], count[2], followed > 0 ? error_px / followed : 0.0);
+  if (work.options.person && !is_further(context.project))
+    context.record.message += fmt::format(" The person's shape is that of {}.",
+                                          context.project.options.identity.filename().string());
   if (!outcomes.empty()) context.record.message += " " + refits_words(outcomes);
   return {};
 }
@@ -322,6 +330,8 @@ Result<void> run_train(const StageContext& context) {
   if (const auto available = available_memory())
     if (const auto enough = check_memory(forecast, *available); !enough) return enough.error();
   if (const auto loaded = load_training_pictures(context.project, *set); !loaded) return loaded.error();
+  const ChosenParts chosen = take_parts(context.project, *set, options);
+  context.observer.parts(chosen.parts);
   CurveKeeper curve(training_curve_path(context.project));
   const auto observe = [&](const TrainStatus& status) {
     curve.add(status);
@@ -337,6 +347,7 @@ Result<void> run_train(const StageContext& context) {
     avatar->room = std::move(*room);
   }
   avatar->head_model_file = o.head_model.string();
+  avatar->parts = chosen.parts;
   context.record.message = fmt::format("{} steps in {:.0f} s.", avatar->steps, avatar->train_seconds);
   return write_avatar(avatar_path(context.project), *avatar);
 }
@@ -402,12 +413,26 @@ TrainOptions training_options(const ProjectOptions& options) {
   training.steps = options.steps;
   training.seed = options.seed;
   training.checkpoint_every_s = options.checkpoint_every_s;
-  training.mode = options.mode;
+  training.mode = options.mode.value_or(kDefaultMode);
   training.refine_track = options.refine_track;
   training.landmark_weight = options.landmark_loss;
   training.use_latent = options.use_latent;
   training.use_occupancy = options.use_occupancy;
   return training;
+}
+
+ChosenParts take_parts(const Project& project, TrainingSet& set, TrainOptions& options) {
+  const ProjectOptions& o = project.options;
+  const AskedParts asked{.mode = o.mode,
+                         .no_latent = !o.use_latent,
+                         .no_occupancy = !o.use_occupancy,
+                         .refine_track = o.refine_track,
+                         .landmark_weight = o.landmark_loss};
+  CaptureMeasures measures = measure_capture(set, shape_head(set.model, set.person));
+  measures.has_room = is_there(room_path(project));
+  ChosenParts chosen = choose_parts(measures, asked);
+  apply_parts(chosen, set, options);
+  return chosen;
 }
 
 namespace {
@@ -444,7 +469,10 @@ std::string input_hash(const Project& project, Stage stage) {
       inputs +=
           fmt::format("{} {} {} {}", content_of(capture_path(project)), content_of(cameras_path(project)),
                       head_model_content(o), content_of(o.landmark_model));
-      if (is_further(project)) inputs += " of " + person_inputs(project.first_clip);
+      if (is_further(project))
+        inputs += " of " + person_inputs(project.first_clip);
+      else if (!o.identity.empty())
+        inputs += " person " + content_of(o.identity);
       // Only where there are any: other projects stay as they are.
       if (!o.refits.empty()) {
         inputs += fmt::format(" again {}:", kRefitVersion);
@@ -461,18 +489,21 @@ std::string input_hash(const Project& project, Stage stage) {
       if (const auto strokes = corrections_hash(project); !strokes.empty())
         inputs.append(" strokes ").append(strokes);
       break;
-    case Stage::train:
+    case Stage::train: {
+      const ModeParts mode = mode_parts(o.mode.value_or(kDefaultMode));
       inputs += fmt::format("{} {} {} {} {} {} {} {} {} {} {} {}", project.record(Stage::matte).input_hash,
                             content_of(track_path(project)), content_of(plate_path(project)),
-                            content_of(plate_known_path(project)), o.budget_s, o.steps, o.seed,
-                            mode_parts(o.mode).ambient, o.use_latent, o.use_occupancy,
-                            mode_parts(o.mode).warp, o.refine_track);
+                            content_of(plate_known_path(project)), o.budget_s, o.steps, o.seed, mode.ambient,
+                            o.use_latent, o.use_occupancy, mode.warp, o.refine_track);
       // Only where they are chosen: projects from before these choices stay as they are.
-      if (!mode_parts(o.mode).expression) inputs += " static";
+      if (!mode.expression) inputs += " static";
+      // Where nothing was asked for, the choice follows from the inputs above.
+      if (o.mode == kDefaultMode) inputs += " asked";
       if (o.landmark_loss != 0) inputs += fmt::format(" landmarks {}", o.landmark_loss);
       if (!o.left_out.empty()) inputs += fmt::format(" left out {}", fmt::join(o.left_out, ","));
       for (const int number : project.further_clips) inputs += further_content(project, number);
       break;
+    }
   }
   return hash_text(inputs);
 }

@@ -12,6 +12,7 @@
 #include "core/base/result.h"
 #include "core/head/head_model.h"
 #include "core/project/project.h"
+#include "core/train/choose_parts.h"
 #include "core/train/train.h"
 
 namespace likeness {
@@ -22,6 +23,8 @@ struct RunObserver {
   // The same of a further clip, by its number.
   std::function<void(Stage, int, const Project&)> further_changed = [](Stage, int, const Project&) {};
   std::function<void(const TrainStatus&)> training = [](const TrainStatus&) {};
+  // What the training's avatar is made of, and why: once, before its first step.
+  std::function<void(const std::vector<AvatarPart>&)> parts = [](const std::vector<AvatarPart>&) {};
   AvatarTap tap;  // of the training
   // Where the training computes (TrainOptions); what comes out is the same project.
   std::shared_ptr<Backend> backend;
@@ -58,7 +61,11 @@ Result<void> run_stages(Project& project, Stage last, const Progress& progress, 
 // The head model a project uses.
 Result<HeadModel> project_head_model(const ProjectOptions& options);
 
-// How a project is trained, by its choices; where it computes is the observer's.
+// How a project is trained, by its choices; where it computes is the observer's. The parts that are for the
+// capture to decide are the usual ones (apply_parts, core/train/choose_parts.h).
 TrainOptions training_options(const ProjectOptions& options);
+// Chooses the parts for a set with its pictures, by what it measures and what the project's choices fix, and
+// changes set and options to a training with them.
+ChosenParts take_parts(const Project& project, TrainingSet& set, TrainOptions& options);
 
 }  // namespace likeness

@@ -69,6 +69,15 @@ struct ActionRange {
       histogram{};  // shares of the frames by eighths of 0..1, the outermost open to their side
 };
 
+// A part of the method as this avatar was made, and why (core/train/choose_parts.h).
+struct AvatarPart {
+  std::string name;    // "torso", "code", ...; part_title() says it in words
+  bool on = true;      // the avatar has it
+  bool asked = false;  // the user's choice; otherwise the capture's measurements decided
+  std::string value;   // what it is, in words: "a field of its own"
+  std::string reason;  // in words, with the number that it rests on
+};
+
 struct Avatar {
   FieldPart head;
   std::optional<FieldPart> torso;
@@ -89,6 +98,7 @@ struct Avatar {
   int size = 256;
   std::uint64_t steps = 0, seed = 0;
   double train_seconds = 0;
+  std::vector<AvatarPart> parts;  // what was chosen for its capture; empty: made before that was kept
 };
 
 // avatar.bin: versioned, checksummed, whole or not at all.

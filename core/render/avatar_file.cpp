@@ -173,6 +173,19 @@ ActionRange range_from_json(const json& j) {
   return range;
 }
 
+json to_json(const AvatarPart& part) {
+  return {{"part", part.name},
+          {"on", part.on},
+          {"asked", part.asked},
+          {"value", part.value},
+          {"reason", part.reason}};
+}
+
+AvatarPart avatar_part_from_json(const json& j) {
+  return {j.at("part").get<std::string>(), j.at("on").get<bool>(), j.at("asked").get<bool>(),
+          j.at("value").get<std::string>(), j.at("reason").get<std::string>()};
+}
+
 OccupancyGrid occupancy_from(const Sections& sections, const std::string& name, int resolution) {
   OccupancyGrid grid;
   grid.resolution = resolution;
@@ -313,6 +326,8 @@ Avatar avatar_from(const Sections& sections) {
   a.steps = j.at("steps").get<std::uint64_t>();
   a.seed = j.at("seed").get<std::uint64_t>();
   a.train_seconds = finite(j.at("train_seconds"), "training time");
+  if (j.contains("parts"))
+    for (const json& part : j.at("parts")) a.parts.push_back(avatar_part_from_json(part));
   const int width = whole(j.at("plate_width"), "plate width", 0, 1 << 14);
   const int height = whole(j.at("plate_height"), "plate height", 0, 1 << 14);
   if (width > 0 && height > 0) {
@@ -361,6 +376,8 @@ Result<void> write_avatar(const std::filesystem::path& path, const Avatar& avata
             {"plate_height", avatar.plate.height}};
   if (avatar.room) j["room"] = part_to_json(*avatar.room);
   for (const ActionRange& range : avatar.seen) j["seen"].push_back(to_json(range));
+  if (!avatar.parts.empty()) j["parts"] = json::array();
+  for (const AvatarPart& part : avatar.parts) j["parts"].push_back(to_json(part));
   Sections sections;
   // A non-UTF-8 file name must not make the avatar unwritable.
   const std::string text = j.dump(-1, ' ', false, json::error_handler_t::replace);

@@ -225,6 +225,7 @@ Card make_card(const Capture& capture, const CameraSet& cameras, const Track& tr
   const SeenViews seen = joined(seen_views(capture, cameras, track), further);
   card.trained = int(seen.views.size());
   card.low = seen.low, card.high = seen.high;
+  card.parts = avatar.parts;
   card.expressions = expressions(avatar, basis);
   add_view_gaps(seen, card.gaps);
   add_expression_gaps(card.expressions, card.gaps);

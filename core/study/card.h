@@ -41,6 +41,7 @@ struct Card {
   ViewAngle low, high;  // of the camera as seen from the head, rad: 2nd to 98th percentile
   std::vector<CardExpression> expressions;  // in the head model's order
   std::vector<CardGap> gaps;
+  std::vector<AvatarPart> parts;  // of the method, and why it has them; empty: from before that was kept
   std::vector<CardMoment> worst;  // at most three, the worst first; none where the track is even
 };
 

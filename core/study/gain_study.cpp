@@ -154,9 +154,14 @@ std::optional<GainScore> read_score(const fs::path& path, const std::string& con
 Result<GainScore> train_and_score(const Inputs& inputs, const GainVariant& variant,
                                   const GainOptions& options, std::uint64_t seed, const Project& work,
                                   const Progress& progress, std::stop_token stop) {
-  const auto set = load_training_set(work, inputs.model);
+  auto set = load_training_set(work, inputs.model);
   if (!set) return set.error();
+  ChosenParts chosen =
+      choose_parts(measure_capture(*set, shape_head(inputs.model, set->person)), AskedParts{});
+  if (variant.parts != nullptr) variant.parts(chosen);
+  const Image8 plate = set->plate;
   TrainOptions training;
+  apply_parts(chosen, *set, training);
   training.steps = options.steps;
   training.rays_per_step = options.rays;
   training.seed = seed;
@@ -165,6 +170,7 @@ Result<GainScore> train_and_score(const Inputs& inputs, const GainVariant& varia
       *set, training, checkpoint_path(work), progress.stage(0, 0.8, "train"), [](const TrainStatus&) {},
       stop);
   if (!avatar) return avatar.error();
+  avatar->plate = plate;  // pictures are made before it, whatever was learnt
   if (const auto written = write_avatar(avatar_path(work), *avatar); !written) return written.error();
   EvalOptions evaluation;
   evaluation.refit = options.refit;
@@ -238,6 +244,28 @@ const std::vector<GainVariant>& gain_variants() {
       {"no-torso", "without a torso", "photometric", drop_torso},
       {"no-warp", "without the head model's deformation", "photometric", nullptr,
        [](TrainOptions& o) { o.mode = FieldMode::hyper; }},
+      {"no-slice", "the deformation, and psi beside the features", "photometric", nullptr,
+       [](TrainOptions& o) { o.mode = FieldMode::warp; }},
+      {"no-expression", "a field that knows no expression: neither slice nor deformation", "photometric",
+       nullptr, [](TrainOptions& o) { o.mode = FieldMode::static_; }},
+      {"no-gaze-slice", "a slice that is not told where the eyes look", "photometric", nullptr, nullptr,
+       [](ChosenParts& p) { p.gaze = false; }},
+      {"no-torso-field", "tracked as ever, without the torso's field", "photometric", nullptr, nullptr,
+       [](ChosenParts& p) { p.torso = false; }},
+      {"no-plate", "learnt without the plate: mattes alone separate the person", "photometric", nullptr,
+       nullptr, [](ChosenParts& p) { p.plate = false; }},
+      {"no-code", "without a code for each frame", "photometric", nullptr, nullptr,
+       [](ChosenParts& p) { p.latent = false; }},
+      {"code-2", "codes of 2 numbers instead of 4", "photometric", nullptr, nullptr,
+       [](ChosenParts& p) { p.sizes.code_length = 2; }},
+      {"code-8", "codes of 8 numbers", "photometric", nullptr, nullptr,
+       [](ChosenParts& p) { p.sizes.code_length = 8; }},
+      {"grid-half", "half the entries in both grids", "photometric", nullptr, nullptr,
+       [](ChosenParts& p) { --p.sizes.head_log2_entries, --p.sizes.torso_log2_entries; }},
+      {"grid-double", "twice the entries in both grids", "photometric", nullptr, nullptr,
+       [](ChosenParts& p) { ++p.sizes.head_log2_entries, ++p.sizes.torso_log2_entries; }},
+      {"grid-coarse", "grids whose finest cells are twice as wide", "photometric", nullptr, nullptr,
+       [](ChosenParts& p) { p.sizes.head_finest /= 2, p.sizes.torso_finest /= 2; }},
       {"no-still", "expressions everywhere, hair and skull included", "photometric", nullptr,
        [](TrainOptions& o) { o.use_still = false; }},
       {"no-occupancy", "every carved cell occupied, samples spread evenly", "photometric", nullptr,

@@ -16,17 +16,19 @@
 #include "core/project/project.h"
 #include "core/study/frame_score.h"
 #include "core/track/track.h"
+#include "core/train/choose_parts.h"
 #include "core/train/train.h"
 
 namespace likeness {
 
-// One row of the table: a step of the tracker (track_steps), what is taken out of its track, and the switches
-// of the training.
+// One row of the table: a step of the tracker (track_steps), what is taken out of its track, and what is
+// changed of the parts that the trainer chooses for the capture and of the switches of the training.
 struct GainVariant {
   std::string name, about;
   std::string track_step;
   void (*change)(Track& track, const HeadModel& model) = nullptr;
   void (*train)(TrainOptions& options) = nullptr;
+  void (*parts)(ChosenParts& parts) = nullptr;  // of those chosen for the capture
 };
 const std::vector<GainVariant>& gain_variants();  // the first is the default of a build
 

@@ -106,6 +106,15 @@ std::string rows_of(const ModelStudy& study, const StudyTable& table) {
   return html + "</table>\n";
 }
 
+std::string parts_of(const ModelStudy& study) {
+  if (study.parts.empty()) return "";
+  std::string html = "<h2>What a build makes of this capture</h2>\n<table>\n";
+  for (const AvatarPart& part : study.parts)
+    html += fmt::format("<tr><th>{}</th><td class=\"about\">{}</td><td class=\"about\">{}</td></tr>\n",
+                        escaped(part_title(part.name)), escaped(part.value), escaped(part.reason));
+  return html + "</table>\n";
+}
+
 std::string ratios_of(const ModelStudy& study) {
   const auto r = study_ratios(study);
   if (!r) return "";
@@ -294,6 +303,9 @@ std::string models_json(const ModelStudy& study) {
   for (const ModelRow& row : study.rows) rows.push_back(to_json(row));
   for (const StudyTable& table : study.tables)
     tables.push_back({{"name", table.name}, {"title", table.title}, {"models", table.models}});
+  nlohmann::json parts = nlohmann::json::array();
+  for (const AvatarPart& part : study.parts)
+    parts.push_back({{"part", part.name}, {"on", part.on}, {"value", part.value}, {"reason", part.reason}});
   nlohmann::json all = {{"format", "likeness-model-study"},
                         {"version", 1},
                         {"clip", study.clip},
@@ -303,6 +315,7 @@ std::string models_json(const ModelStudy& study) {
                         {"training_frames", study.training_frames},
                         {"threads", study.threads},
                         {"seconds", study.seconds},
+                        {"parts", std::move(parts)},
                         {"tables", std::move(tables)},
                         {"rows", std::move(rows)}};
   if (const auto r = study_ratios(study))
@@ -373,6 +386,7 @@ Result<std::string> models_page(const ModelStudy& study, const fs::path& folder)
       "all threads together; several seeds: the mean and half the range.</p>\n",
       escaped(study.clip), kStyle, study.training_frames, study.size, study.threads, time,
       study.frames.size());
+  html += parts_of(study);
   for (const StudyTable& table : study.tables) {
     html += fmt::format("<h2>{}</h2>\n<p>{}</p>\n", escaped(table.title), escaped(table.about));
     html += rows_of(study, table);

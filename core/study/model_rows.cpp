@@ -42,8 +42,19 @@ const std::vector<ModelSpec>& study_models() {
        .change = [](TrainOptions& o) { o.rays_per_step = 256 * 256, o.landmark_weight = 0.1; }},
       {.name = "no-code",
        .about = "without a code of its own for each frame",
-       .change = [](TrainOptions& o) { o.use_latent = false; }},
-      {.name = "no-torso", .about = "without a field of the torso", .torso = false},
+       .parts = [](ChosenParts& p) { p.latent = false; }},
+      {.name = "no-torso",
+       .about = "without a field of the torso",
+       .parts = [](ChosenParts& p) { p.torso = false; }},
+      {.name = "grid-half",
+       .about = "half the entries in both grids",
+       .parts = [](ChosenParts& p) { --p.sizes.head_log2_entries, --p.sizes.torso_log2_entries; }},
+      {.name = "grid-double",
+       .about = "twice the entries in both grids",
+       .parts = [](ChosenParts& p) { ++p.sizes.head_log2_entries, ++p.sizes.torso_log2_entries; }},
+      {.name = "grid-coarse",
+       .about = "grids whose finest cells are twice as wide",
+       .parts = [](ChosenParts& p) { p.sizes.head_finest /= 2, p.sizes.torso_finest /= 2; }},
   };
   return models;
 }
@@ -68,7 +79,7 @@ const std::vector<StudyTable>& study_tables() {
        "Equal time. Without the slice is warp-grid, without the deformation hyper-grid, without either "
        "concat-grid.",
        {kDefaultModel, "warp-grid", "hyper-grid", "concat-grid", "static-grid", "no-code", "no-torso",
-        "tenth", "landmark-loss", "k-preset"}},
+        "tenth", "landmark-loss", "k-preset", "grid-half", "grid-double", "grid-coarse"}},
   };
   return tables;
 }

@@ -209,7 +209,6 @@ std::vector<PictureCost> time_qualities(const StudyBench& bench, const Avatar& a
 
 TrainingSet thinned(const TrainingSet& set, const ModelSpec& spec) {
   TrainingSet some = set;
-  some.has_torso = set.has_torso && spec.torso;
   if (spec.keep_every <= 1) return some;
   some.views.clear();
   for (std::size_t v = 0; v < set.views.size(); v += std::size_t(spec.keep_every))
@@ -220,7 +219,10 @@ TrainingSet thinned(const TrainingSet& set, const ModelSpec& spec) {
 Result<ModelScore> run_grid(const StudyBench& bench, const ModelSpec& spec, std::uint64_t seed,
                             std::uint64_t steps, const Progress& progress, std::stop_token stop) {
   TrainOptions options;
-  options.mode = spec.mode;
+  TrainingSet set = thinned(bench.clip.set, spec);
+  ChosenParts parts = chosen_parts(bench, spec.mode);
+  if (spec.parts != nullptr) spec.parts(parts);
+  apply_parts(parts, set, options);
   options.budget_s = spec.share * bench.options.seconds;
   options.clock = WorkClock::processor;
   options.steps = steps;
@@ -245,9 +247,7 @@ Result<ModelScore> run_grid(const StudyBench& bench, const ModelSpec& spec, std:
                         plan.pass(share);
                         held += worked() - look;
                       }};
-  const bool as_it_is = spec.keep_every <= 1 && spec.torso;
-  const TrainingSet some = as_it_is ? TrainingSet() : thinned(bench.clip.set, spec);
-  auto avatar = train_avatar(as_it_is ? bench.clip.set : some, options, {}, progress, {}, stop, tap);
+  auto avatar = train_avatar(set, options, {}, progress, {}, stop, tap);
   if (!avatar) return avatar.error();
   const AvatarRig rig = make_rig(*avatar, bench.clip.set.model);
   auto score = score_model(bench, spec, paint_with(*avatar, rig),
@@ -311,6 +311,13 @@ Result<ModelScore> run_moved(const StudyBench& bench, const ModelSpec& spec, std
 
 std::string picture_name(const ModelSpec& spec, int frame) {
   return fmt::format("{}-{:06}.png", spec.name, frame);
+}
+
+ChosenParts chosen_parts(const StudyBench& bench, FieldMode mode) {
+  const TrainingSet& set = bench.clip.set;
+  AskedParts asked;
+  if (mode != kDefaultMode) asked.mode = mode;
+  return choose_parts(measure_capture(set, shape_head(set.model, set.person)), asked);
 }
 
 Result<ModelScore> run_model(const StudyBench& bench, const ModelSpec& spec, std::uint64_t seed,

@@ -23,6 +23,9 @@ struct StudyBench {
   std::vector<std::size_t> marked, shown;  // of `measured`
 };
 
+// The trainer's choice for the study's pictures; `mode` asks for another than a build's.
+ChosenParts chosen_parts(const StudyBench& bench, FieldMode mode);
+
 // steps: exactly these, or 0: by the study's seconds. Writes the shown pictures of the first seed as
 // NAME-000360.png.
 Result<ModelScore> run_model(const StudyBench& bench, const ModelSpec& spec, std::uint64_t seed,

@@ -246,6 +246,7 @@ Result<ModelStudy> study_models_of(const Project& project, const fs::path& folde
   study.clip = project.options.video.filename().string();
   study.size = bench->clip.set.size, study.full_size = bench->full_size;
   study.training_frames = int(bench->clip.set.views.size());
+  study.parts = chosen_parts(*bench, kDefaultMode).parts;
   study.threads = current_thread_limit();
   study.seconds = options.steps > 0 || options.mlp_steps > 0 || !options.replay.empty() ? 0 : options.seconds;
   for (const std::size_t i : bench->measured) study.frames.push_back(bench->clip.held_out[i].frame);

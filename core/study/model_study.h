@@ -18,6 +18,7 @@
 #include "core/base/progress.h"
 #include "core/base/result.h"
 #include "core/project/project.h"
+#include "core/train/choose_parts.h"
 #include "core/train/mode.h"
 #include "core/train/train.h"
 
@@ -39,9 +40,10 @@ struct ModelSpec {
   double share = 1;    // of the study's seconds
   bool once = false;   // the first seed alone
   int keep_every = 1;  // of the training frames: 10 leaves a tenth
-  bool torso = true;
   bool costs = false;  // its pictures are also timed at other sizes and, of a grid, other qualities
-  void (*change)(TrainOptions& options) = nullptr;  // of a grid
+  // Of a grid, what is changed of the parts that the trainer chooses for the capture and of its options.
+  void (*parts)(ChosenParts& parts) = nullptr;
+  void (*change)(TrainOptions& options) = nullptr;
 };
 
 struct StudyTable {
@@ -120,6 +122,7 @@ struct ModelStudy {
   std::vector<int> frames;          // held out, measured
   std::vector<int> shown;           // of these, those with pictures
   std::vector<std::string> truths;  // their files
+  std::vector<AvatarPart> parts;    // of the default model, and why it has them
   std::vector<StudyTable> tables;   // with the models that were trained
   std::vector<ModelRow> rows;       // of all tables, each model once
 };

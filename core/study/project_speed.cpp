@@ -60,12 +60,13 @@ Result<double> training_rays_per_s(const Project& project, const ProjectSpeedOpt
                                    const Progress& progress, std::stop_token stop) {
   const auto model = project_head_model(project.options);
   if (!model) return model.error();
-  const auto set = load_training_set(project, *model);
+  auto set = load_training_set(project, *model);
   if (!set) return set.error();
   const auto scratch = ScratchFolder::make();
   if (!scratch) return scratch.error();
   const fs::path checkpoint = scratch->path() / "checkpoint.bin";
   TrainOptions training = training_options(project.options);
+  (void)take_parts(project, *set, training);
   training.precision = options.precision;
   training.steps = 0;
   training.budget_s = options.train_seconds;
@@ -88,8 +89,8 @@ Result<double> training_rays_per_s(const Project& project, const ProjectSpeedOpt
 
 Result<ProjectSpeed> measure_project_speed(const Project& project, const ProjectSpeedOptions& options,
                                            const Progress& progress, std::stop_token stop) {
-  const auto pictures = study_rendering(project, options.frames, quality_ladder(),
-                                        progress.stage(0, 0.4, "pictures"), stop);
+  const auto pictures =
+      study_rendering(project, options.frames, quality_ladder(), progress.stage(0, 0.4, "pictures"), stop);
   if (!pictures) return pictures.error();
   const RenderRow &best = pictures->rows[0], &quick = pictures->rows[1];
   ProjectSpeed speed{.size = pictures->size,

@@ -37,6 +37,7 @@ struct ClipWork {
   ReducedHead head;
   ExpressionPrior prior;
   Eigen::VectorXd identity;
+  Eigen::VectorXf fine_identity;  // the model's further directions, of a person who is given; empty: none
   std::vector<HeadPoint> points;  // of the dense step
   std::vector<Vec3f> offsets;     // the personal shape, part of `head`; empty before it is known
 
@@ -46,6 +47,7 @@ struct ClipWork {
   Eigen::VectorXf full_identity(const HeadModel& model) const {
     Eigen::VectorXf full = Eigen::VectorXf::Zero(model.identity_count());
     full.head(identity.size()) = identity.cast<float>();
+    if (fine_identity.size() > 0) full.tail(fine_identity.size()) = fine_identity;
     return full;
   }
 };

@@ -121,6 +121,18 @@ ReducedHead reduce_head(const HeadModel& model, int max_identity, std::span<cons
   return head;
 }
 
+ReducedHead reduce_head(const HeadModel& model, int max_identity, const PersonShape& person) {
+  const Eigen::Index fine = person.identity.size() - max_identity;
+  if (fine <= 0 || person.identity.tail(fine).isZero(0))
+    return reduce_head(model, max_identity, person.offsets);
+  const Eigen::VectorXf moved =
+      model.identity_basis.middleCols(max_identity, fine) * person.identity.tail(fine);
+  std::vector<Vec3f> offsets = person.offsets;
+  offsets.resize(model.vertices.size(), Vec3f::Zero());
+  for (std::size_t v = 0; v < offsets.size(); ++v) offsets[v] += moved.segment<3>(3 * Eigen::Index(v));
+  return reduce_head(model, max_identity, offsets);
+}
+
 ReducedPerson reduced_person(const ReducedHead& head, const Eigen::VectorXd& identity) {
   LIKENESS_CHECK(identity.size() == head.identity_count(), "%d identity numbers for %d directions",
                  static_cast<int>(identity.size()), head.identity_count());

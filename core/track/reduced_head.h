@@ -39,6 +39,10 @@ struct ReducedHead {
 // belongs to the base, m; or empty.
 ReducedHead reduce_head(const HeadModel& model, int max_identity, std::span<const Vec3f> offsets = {});
 
+// Of a person who is known: what their identity has beyond the directions kept, and their offsets, are part
+// of the base.
+ReducedHead reduce_head(const HeadModel& model, int max_identity, const PersonShape& person);
+
 // The reduced head of one person: identity applied.
 struct ReducedPerson {
   Eigen::VectorXd base;  // (3N) m

@@ -38,7 +38,7 @@ SpanFitter::SpanFitter(const HeadModel& model, const Track& track, const RefitOp
       usual_px_(usual_error_px),
       metres_per_unit_(track.metres_per_unit),
       shape_(shape_head(model, track.person)),
-      head_(reduce_head(model, kIdentityDirections, track.person.offsets)),
+      head_(reduce_head(model, kIdentityDirections, track.person)),
       person_(reduced_person(head_, track.person.identity.head(head_.identity_count()).cast<double>())),
       prior_(prior_from_rest(expression_prior(model), track.neutral.expression.cast<double>())),
       rigid_(rigid_head(model, track.person.identity)),

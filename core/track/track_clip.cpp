@@ -53,12 +53,13 @@ ExpressionPrior placing_prior(const HeadModel& model) {
   return prior;
 }
 
-// The person as known from another clip; before anything is fitted.
+// The person as known from another clip, or from elsewhere; before anything is fitted.
 void take_person(const HeadModel& model, const PersonShape& person, ClipWork& work) {
   work.offsets = person.offsets;
-  if (!work.offsets.empty()) work.head = reduce_head(model, kIdentityDirections, work.offsets);
+  work.head = reduce_head(model, kIdentityDirections, person);
   const Eigen::Index count = std::min(work.identity.size(), person.identity.size());
   work.identity.head(count) = person.identity.head(count).cast<double>();
+  work.fine_identity = person.identity.tail(person.identity.size() - count);
 }
 
 Result<void> fit_faces(const ExpressionPrior& prior, bool person_known, ClipWork& work,

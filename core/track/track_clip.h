@@ -25,11 +25,13 @@ struct TrackOptions {
                              // (core/video/decode.h: sampled)
   bool own_shape = false;    // the person's own surface on top of the identity: a truer face at rest, no
                              // clearly better pictures so far; not of a person who is given
-  std::optional<PersonShape> person;  // known from another clip: held, so that both have one head frame
-  bool photometric = true;            // pose, jaw and expression refined on the pictures, after the dense fit
-  bool gaze = true;                   // measure where the eyes look; off: straight ahead
-  bool dense = true;                  // point tracks and bundle adjustment after the landmark fit
-  std::filesystem::path predictor;    // landmark model; empty = the system's
+  // Known from another clip, so that both have one head frame, or from elsewhere (core/head/read_person.h):
+  // held to the last bit.
+  std::optional<PersonShape> person;
+  bool photometric = true;          // pose, jaw and expression refined on the pictures, after the dense fit
+  bool gaze = true;                 // measure where the eyes look; off: straight ahead
+  bool dense = true;                // point tracks and bundle adjustment after the landmark fit
+  std::filesystem::path predictor;  // landmark model; empty = the system's
   std::shared_ptr<WithheldPoints> withheld;  // for studies: takes point tracks away from the dense step
   std::shared_ptr<std::vector<StageSeconds>> seconds;  // where to note what each stage took, or null
 };

@@ -101,6 +101,11 @@ std::string training_fingerprint(const TrainingSet& set, const TrainOptions& opt
                                  mode_name(options.mode), options.use_latent, options.use_occupancy,
                                  options.use_still, options.refine_track, options.rate, options.even_samples);
   if (options.landmark_weight > 0) text += fmt::format("landmarks {}\n", options.landmark_weight);
+  // Only where they differ: earlier checkpoints go on.
+  if (!options.use_gaze) text += "no gaze\n";
+  if (const FieldSizes& s = options.sizes; s != FieldSizes{})
+    text += fmt::format("sizes {} {} {} {} {}\n", s.head_log2_entries, s.head_finest, s.torso_log2_entries,
+                        s.torso_finest, s.code_length);
   for (const std::string& view : views) text += view + "\n";
   for (const float v : set.person.identity) text += fmt::format("{} ", v);
   for (const Vec3f& v : set.person.offsets) text += fmt::format("{} {} {} ", v.x(), v.y(), v.z());

@@ -12,7 +12,6 @@ namespace {
 
 constexpr double kFirstDeviation = 0.5;
 constexpr double kSmallestMotion = 1e-5;  // m, rms over the face's vertices
-constexpr double kSmallestGaze = 0.01;    // rad
 constexpr double kGazeScale = 1.5;        // psi per rad
 constexpr float kBeyond = 0.1f;
 
@@ -44,21 +43,35 @@ Eigen::MatrixXf motion_basis(const HeadModel& model, const HeadShape& shape) {
   return basis / std::sqrt(float(std::max<std::size_t>(vertices.size(), 1)));
 }
 
-}  // namespace
-
-ConditionMap learn_condition_map(const HeadModel& model, const HeadShape& shape,
-                                 std::span<const Articulation> articulations,
-                                 const ConditionOptions& options) {
-  const Eigen::Index e = model.expression_count(), n = e + 9, m = e + 3;
+// (articulations, E + 9), without its mean.
+Eigen::MatrixXd centred(const HeadModel& model, std::span<const Articulation> articulations,
+                        Eigen::VectorXd& mean) {
+  const Eigen::Index e = model.expression_count(), n = e + 9;
   Eigen::MatrixXd data(Eigen::Index(articulations.size()), n);
   for (std::size_t i = 0; i < articulations.size(); ++i) {
     LIKENESS_CHECK(articulations[i].expression.size() == e, "%ld expressions for a model of %ld",
                    long(articulations[i].expression.size()), long(e));
     data.row(Eigen::Index(i)) = articulation_vector(articulations[i]).cast<double>().transpose();
   }
-  const Eigen::VectorXd mean =
-      articulations.empty() ? Eigen::VectorXd::Zero(n) : Eigen::VectorXd(data.colwise().mean());
+  mean = articulations.empty() ? Eigen::VectorXd::Zero(n) : Eigen::VectorXd(data.colwise().mean());
   data.rowwise() -= mean.transpose();
+  return data;
+}
+
+// Rotations about the eyes' x (axis 0: up and down) or y (1: left and right), rms, rad.
+double gaze_deviation(const Eigen::MatrixXd& data, Eigen::Index e, int axis) {
+  const Eigen::VectorXd gaze = 0.5 * (data.col(e + 3 + axis) + data.col(e + 6 + axis));
+  return std::sqrt(gaze.squaredNorm() / std::max<double>(1, double(gaze.size())));
+}
+
+}  // namespace
+
+ConditionMap learn_condition_map(const HeadModel& model, const HeadShape& shape,
+                                 std::span<const Articulation> articulations,
+                                 const ConditionOptions& options) {
+  const Eigen::Index e = model.expression_count(), n = e + 9, m = e + 3;
+  Eigen::VectorXd mean;
+  const Eigen::MatrixXd data = centred(model, articulations, mean);
 
   // -- metric = B^T B; its square root S turns coefficients into metres of rms motion.
   const Eigen::MatrixXd basis = motion_basis(model, shape).cast<double>();
@@ -80,8 +93,7 @@ ConditionMap learn_condition_map(const HeadModel& model, const HeadShape& shape,
   }
   // -- Gaze: rotations about the eyes' x (up and down) and y (left and right).
   for (int axis = 0; options.gaze && axis < 2; ++axis) {
-    const Eigen::VectorXd gaze = 0.5 * (data.col(e + 3 + axis) + data.col(e + 6 + axis));
-    if (std::sqrt(gaze.squaredNorm() / std::max<double>(1, double(gaze.size()))) < kSmallestGaze) continue;
+    if (gaze_deviation(data, e, axis) < kSmallestGaze) continue;
     Eigen::VectorXd row = Eigen::VectorXd::Zero(n);
     row[e + 3 + axis] = row[e + 6 + axis] = 0.5 * kGazeScale;
     rows.push_back(row);
@@ -100,6 +112,19 @@ ConditionMap learn_condition_map(const HeadModel& model, const HeadShape& shape,
     map.high = most + kBeyond * (most - least);
   }
   return map;
+}
+
+ArticulationSpread articulation_spread(const HeadModel& model, const HeadShape& shape,
+                                       std::span<const Articulation> articulations) {
+  if (articulations.empty()) return {};
+  const Eigen::Index e = model.expression_count();
+  Eigen::VectorXd mean;
+  const Eigen::MatrixXd data = centred(model, articulations, mean);
+  const Eigen::MatrixXd basis = motion_basis(model, shape).cast<double>();
+  const Eigen::MatrixXd motion = data.leftCols(e + 3) * (basis.transpose() * basis);
+  const double squares = motion.cwiseProduct(data.leftCols(e + 3)).sum();
+  return {std::sqrt(std::max(0.0, squares) / double(data.rows())), gaze_deviation(data, e, 0),
+          gaze_deviation(data, e, 1)};
 }
 
 }  // namespace likeness

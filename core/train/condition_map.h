@@ -13,6 +13,8 @@ struct ConditionOptions {
   int components = 6;  // of expression and jaw; more overfit (measured: 16 whitened ones lose 1 dB)
   bool gaze = true;    // two more: mean yaw and pitch of the eyes, where the track has them
 };
+// Eyes whose mean turn varies less than this about an axis (rms, rad) are not told the field about.
+inline constexpr double kSmallestGaze = 0.01;
 inline constexpr ConditionOptions kNoCondition{.components = 0, .gaze = false};  // psi is empty
 
 // Principal components in the metric of the vertex motion that the articulation causes on the face, so that
@@ -22,5 +24,13 @@ inline constexpr ConditionOptions kNoCondition{.components = 0, .gaze = false}; 
 ConditionMap learn_condition_map(const HeadModel& model, const HeadShape& shape,
                                  std::span<const Articulation> articulations,
                                  const ConditionOptions& options = {});
+
+// How much a track's faces differ from each other: root mean squares about the mean.
+struct ArticulationSpread {
+  double face = 0;                      // m, over the face's vertices, too: what expression and jaw move
+  double gaze_pitch = 0, gaze_yaw = 0;  // rad, mean of both eyes
+};
+ArticulationSpread articulation_spread(const HeadModel& model, const HeadShape& shape,
+                                       std::span<const Articulation> articulations);
 
 }  // namespace likeness

@@ -70,6 +70,15 @@ struct PlateOfView {
 };
 PlateOfView plate_of(const TrainingSet& set, const TrainingView& view);
 
+// How much the fields can hold.
+struct FieldSizes {
+  int head_log2_entries = 16, head_finest = 512;  // of the head's grid: entries a level, cells along an axis
+  int torso_log2_entries = 15, torso_finest = 384;  // the same of the torso's
+  int code_length = 4;                              // numbers that each frame may have of its own
+
+  bool operator==(const FieldSizes&) const = default;
+};
+
 struct TrainOptions {
   double budget_s = 300;    // of this stage, by `clock`; ignored when steps > 0
   std::uint64_t steps = 0;  // exact number of steps (replay)
@@ -78,9 +87,11 @@ struct TrainOptions {
   std::uint64_t seed = 0;
   FieldMode mode = kDefaultMode;
   bool use_latent = true, use_occupancy = true;  // ablation switches
-  float even_samples = kEvenShare;               // share of them spread evenly along a ray (place_samples)
-  bool use_still = true;      // where no expression moves anything the field knows none (still_cells.h)
-  bool refine_track = false;  // correct the training frames' tracks through the field (refine_track.h)
+  bool use_gaze = true;                          // the field is told where the eyes look
+  FieldSizes sizes;
+  float even_samples = kEvenShare;  // share of them spread evenly along a ray (place_samples)
+  bool use_still = true;            // where no expression moves anything the field knows none (still_cells.h)
+  bool refine_track = false;        // correct the training frames' tracks through the field (refine_track.h)
   // lambda of the landmark loss (landmark_patches.h), which takes a quarter of the rays; 0: without. K: 0.1.
   double landmark_weight = 0;
   double rate = 1;  // factor on the learning rates

@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "core/image/metrics.h"
@@ -37,6 +38,19 @@ Result<void> check_options(const TrainOptions& options) {
         fmt::format("A quarter of {} rays a step holds no patch of {}, which the landmark loss needs.",
                     options.rays_per_step, kPatchRays),
         "Train with more rays a step, or without --landmark-loss.", "training"};
+  const FieldSizes& sizes = options.sizes;
+  const bool sized = std::ranges::all_of(std::array{sizes.head_log2_entries, sizes.torso_log2_entries},
+                                         [](int log2) { return log2 >= 10 && log2 <= 22; }) &&
+                     std::ranges::all_of(std::array{sizes.head_finest, sizes.torso_finest},
+                                         [](int cells) { return cells > 16 && cells <= 4096; }) &&
+                     sizes.code_length >= 1 && sizes.code_length <= 16;
+  if (!sized)
+    return Error{ErrorCode::bad_input,
+                 fmt::format("Grids of 2^{} and 2^{} entries, {} and {} cells and codes of {} numbers cannot "
+                             "be trained.",
+                             sizes.head_log2_entries, sizes.torso_log2_entries, sizes.head_finest,
+                             sizes.torso_finest, sizes.code_length),
+                 "Give 2^10 to 2^22 entries, 17 to 4096 cells and 1 to 16 numbers.", "training"};
   if (options.rays_per_step >= 1 && (options.steps > 0 || options.budget_s > 0)) return {};
   return Error{ErrorCode::bad_input,
                fmt::format("A budget of {} s and {} rays a step is no training.", options.budget_s,
@@ -324,8 +338,9 @@ Result<Avatar> train_avatar(const TrainingSet& set, const TrainOptions& options,
   std::vector<Articulation> articulations;
   for (const TrainingView& view : set.views) articulations.push_back(view.articulation);
   const ModeParts parts = mode_parts(options.mode);
-  const ConditionMap map = learn_condition_map(set.model, shape, articulations,
-                                               parts.expression ? ConditionOptions{} : kNoCondition);
+  ConditionOptions told = parts.expression ? ConditionOptions{} : kNoCondition;
+  told.gaze &= options.use_gaze;
+  const ConditionMap map = learn_condition_map(set.model, shape, articulations, told);
   Volumes volumes = make_volumes(set, shape);
   if (!options.use_still) volumes.head.still = {};
   const WarpFrame warp =

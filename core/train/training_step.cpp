@@ -14,7 +14,7 @@
 namespace likeness {
 namespace {
 
-constexpr int kMaxSamples = 16, kCodeLength = 4;
+constexpr int kMaxSamples = 16;
 constexpr std::uint64_t kFirstRefresh = 128, kRefreshEvery = 32;
 constexpr float kTableRate = 1e-2f, kNetworkRate = 3e-3f, kCodeRate = 1e-3f;
 // Without it three thousand steps leave more specks about the lips.
@@ -26,19 +26,19 @@ constexpr float kCodePenalty = 1e-4f;   // weight of the codes' mean square in t
 FieldConfig head_config(int conditions, const TrainOptions& options) {
   FieldConfig config;
   config.initial_density = kInitialDensity;
-  config.position = {3, 8, 4, 16, 16, 512};
+  config.position = {3, 8, 4, options.sizes.head_log2_entries, 16, options.sizes.head_finest};
   config.condition_count = conditions;
   config.ambient = mode_parts(options.mode).ambient;
   config.ambient_grid = {2, 8, 4, 14, 8, 64};
   config.density_layers = 1;
-  config.latent_count = options.use_latent ? kCodeLength : 0;
+  config.latent_count = options.use_latent ? options.sizes.code_length : 0;
   return config;
 }
 
-FieldConfig torso_config() {
+FieldConfig torso_config(const FieldSizes& sizes) {
   FieldConfig config;
   config.initial_density = kInitialDensity;
-  config.position = {3, 8, 4, 15, 16, 384};
+  config.position = {3, 8, 4, sizes.torso_log2_entries, 16, sizes.torso_finest};
   config.density_width = 32, config.density_layers = 1;
   config.colour_width = 32, config.colour_layers = 1;
   config.view_direction = false;
@@ -93,7 +93,7 @@ TrainingState make_training_state(const TrainingSet& set, const TrainOptions& op
   const int k = int(map.rows.rows());
   const auto seed = std::uint32_t(options.seed * 2);
   state.head = make_trained_field(head_config(k, options), volumes.head, seed);
-  if (volumes.torso) state.torso = make_trained_field(torso_config(), *volumes.torso, seed + 1);
+  if (volumes.torso) state.torso = make_trained_field(torso_config(options.sizes), *volumes.torso, seed + 1);
   const std::size_t length = std::size_t(state.head.part.field.config.latent_count);
   state.codes.assign(2 * views * length, 0.f);
   set_conditions(state, map, corrected_poses(set, map, {}));

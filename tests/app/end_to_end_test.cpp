@@ -71,6 +71,31 @@ TEST_F(EndToEnd, EveryStageIsDoneAndSaysWhatItFound) {
   }
 }
 
+TEST_F(EndToEnd, TheAvatarsPartsAreToldWithTheirReasons) {
+  std::map<std::string, bool> on;
+  for (const json& part : summary_.at("parts")) {
+    on[part.at("part")] = part.at("on");
+    EXPECT_EQ(part.at("by"), "capture") << part;
+    EXPECT_FALSE(part.at("reason").get<std::string>().empty()) << part;
+  }
+  // Somebody who speaks, head and shoulders, before a camera that rests.
+  for (const char* part : {"expression", "deformation", "torso", "background", "code", "grid"})
+    EXPECT_TRUE(on.contains(part) && on[part]) << part;
+  const ProgramResult card = likeness({"card", (folder_ / "p.likeness").string(), "--json"});
+  ASSERT_EQ(card.exit_code, 0) << card.err;
+  EXPECT_EQ(json::parse(card.out).at("parts"), summary_.at("parts"));
+}
+
+TEST_F(EndToEnd, AShapeThatCannotBeTheirsIsRefusedAndNothingChanges) {
+  const fs::path project = folder_ / "p.likeness", shape = folder_ / "identity.obj";
+  std::ofstream(shape) << "v 0 0 0\nv 0 18 0\nv 1 0 0\n";
+  const auto before = fs::last_write_time(project / "project.json");
+  const ProgramResult refused = likeness({"fit", project.string(), "--identity", shape.string()});
+  EXPECT_EQ(refused.exit_code, 1);
+  EXPECT_NE(refused.err.find("3 vertices"), std::string::npos) << refused.err;
+  EXPECT_EQ(fs::last_write_time(project / "project.json"), before);
+}
+
 TEST_F(EndToEnd, TheAvatarResemblesFramesItNeverSaw) {
   EXPECT_EQ(report().at("frames_test"), 4);
   EXPECT_EQ(report().at("split"), "tail");

@@ -102,6 +102,10 @@ std::shared_ptr<const ProjectContents> ball_contents() {
                              {"mouthPucker", 0.2f, Learnt::little},
                              {"browInnerUp", 0, Learnt::never}},
              .gaps = {{"The head was hardly seen from above.", "Bow the head slowly, and rest there."}},
+             .parts = {{"expression", true, false, "chooses a slice of a hyper-space",
+                        "The face moves by 2.1 mm."},
+                       {"torso", false, false, "none", "Below the neck the person fills 1 % of the picture."},
+                       {"code", false, true, "none", "You asked for --no-latent."}},
              .worst = {{0.1, 0.4, 2.1, "The pictures are blurred.", "Move more slowly there."}}});
     return std::shared_ptr<const ProjectContents>(made);
   }();
@@ -268,6 +272,36 @@ TEST_F(Panels, ASpanOfTheErrorStripIsMarkedAndAskedFor) {
   });
   ASSERT_TRUE(last.take_back.has_value());
   EXPECT_EQ(*last.take_back, (RefitSpan{6, 9}));
+}
+
+// Why an avatar is made as it is: one line until somebody wants to know.
+TEST_F(Panels, ThePartsOfAnAvatarOpenWithTheirReasons) {
+  const char* heading = "Parts of this avatar, and why";
+  const Snapshot done = snapshot_of(Step::train, Look::done);
+  const Image8 closed = settled(done);
+  ASSERT_TRUE(noted_widgets().contains(heading));
+  test::click(heading, [&] { (void)draw_frame(done); });
+  EXPECT_NE(settled(done).data, closed.data);
+  keep_shot("panel_Train_parts");
+  test::click(heading, [&] { (void)draw_frame(done); });
+  EXPECT_EQ(settled(done).data, closed.data);
+  // While it is trained, as soon as they are chosen.
+  Snapshot running = snapshot_of(Step::train, Look::running);
+  (void)settled(running);
+  EXPECT_FALSE(noted_widgets().contains(heading));
+  running.pipeline.parts = done.contents->card->parts;
+  const auto heading_at = [&] {
+    (void)settled(running);
+    EXPECT_TRUE(noted_widgets().contains(heading));
+    const auto found = noted_widgets().find(heading);
+    return found == noted_widgets().end() ? 0.f : found->second.low.x;
+  };
+  const float line = heading_at();
+  test::click(heading, [&] { (void)draw_frame(running); });
+  EXPECT_GT(heading_at(), line + 4);  // in a card of its own
+  keep_shot("panel_Train_parts_running");
+  test::click(heading, [&] { (void)draw_frame(running); });
+  EXPECT_EQ(heading_at(), line);
 }
 
 TEST_F(Panels, EveryStepIsDrawnInEveryState) {
@@ -763,6 +797,13 @@ TEST_F(Panels, TheFilmGuideIsDrawnAtEveryScale) {
 TEST_F(Panels, AWorstMomentOfTheCardLeadsToItsFrame) {
   const Snapshot s = snapshot_of(Step::train, Look::done);
   settled(s);
+  // It is the last of the card: scrolled to.
+  InjectedInput over = test::mouse_over("Parts of this avatar, and why");
+  for (const float wheel : {0.f, -20.f, 0.f, 0.f}) {
+    over.wheel = wheel;
+    TestWindow::get().window->inject(over);
+    (void)draw_frame(s);
+  }
   Requests asked;
   test::click("Look at 0.1\u20130.4 s", [&] {
     if (const Requests requests = draw_frame(s); requests.face_frame) asked = requests;

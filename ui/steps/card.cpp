@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "core/train/choose_parts.h"
 #include "ui/channel_words.h"
 #include "ui/steps/steps.h"
 #include "ui/theme.h"
@@ -55,7 +56,18 @@ std::optional<int> frame_at(const Track& track, const CardMoment& moment) {
 
 }  // namespace
 
-void draw_card(const Snapshot& snapshot, const Card& card, Requests& requests) {
+void draw_parts(const std::vector<AvatarPart>& parts, bool& open) {
+  if (!group_heading("Parts of this avatar, and why", open)) return;
+  for (const AvatarPart& part : parts) {
+    ImGui::Dummy({0, px(2)});
+    ImGui::PushStyleColor(ImGuiCol_Text, part.on ? theme().colours.text : theme().colours.faint);
+    body_text(fmt::format("{}: {}{}", part_title(part.name), part.value, part.asked ? " (your choice)" : ""));
+    ImGui::PopStyleColor();
+    faint_text(part.reason);
+  }
+}
+
+void draw_card(const Snapshot& snapshot, const Card& card, Views& views, Requests& requests) {
   ImGui::PushFont(theme().fonts.heading);
   ImGui::TextUnformatted("What it learnt");
   ImGui::PopFont();
@@ -67,6 +79,10 @@ void draw_card(const Snapshot& snapshot, const Card& card, Requests& requests) {
                   -card.low.yaw * kDegrees, card.high.yaw * kDegrees, -card.low.pitch * kDegrees,
                   card.high.pitch * kDegrees));
   draw_expressions(card);
+  if (!card.parts.empty()) {
+    ImGui::Dummy({0, px(4)});
+    draw_parts(card.parts, views.open_parts);
+  }
   int number = 0;
   if (!card.gaps.empty()) title("To film in addition");
   for (const CardGap& gap : card.gaps) {

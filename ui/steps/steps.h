@@ -36,7 +36,9 @@ void draw_step_state(const StepView& view);
 // A heading that opens and closes what follows; whether it is open.
 bool group_heading(const char* words, bool& open);
 // What a trained avatar learnt and never saw, with the moments of the clip to look at.
-void draw_card(const Snapshot& snapshot, const Card& card, Requests& requests);
+void draw_card(const Snapshot& snapshot, const Card& card, Views& views, Requests& requests);
+// What an avatar is made of and why, in a group that opens and closes.
+void draw_parts(const std::vector<AvatarPart>& parts, bool& open);
 // In place of a result that is not there yet.
 void draw_nothing_yet(const char* words);
 // Large letters in a small window: a picture needs the height more than the strip above it, which then goes

@@ -153,6 +153,17 @@ void draw_learning(const Snapshot& snapshot, Views& views, bool running) {
   end_card();
 }
 
+// Of the training at work: its card comes when it is done.
+void draw_chosen(const std::vector<AvatarPart>& parts, Views& views) {
+  if (!views.open_chosen) {
+    draw_parts(parts, views.open_chosen);
+    return;
+  }
+  begin_card("parts", {0, std::max(px(60), 0.4f * ImGui::GetContentRegionAvail().y)}, true);
+  draw_parts(parts, views.open_chosen);
+  end_card();
+}
+
 }  // namespace
 
 void draw_train_step(const Snapshot& snapshot, Views& views, Requests& requests) {
@@ -176,6 +187,7 @@ void draw_train_step(const Snapshot& snapshot, Views& views, Requests& requests)
               "new expressions.");
     return;
   }
+  if (!card && !snapshot.pipeline.parts.empty()) draw_chosen(snapshot.pipeline.parts, views);
   ImVec2 area = ImGui::GetContentRegionAvail();
   // Large letters leave no room for both side by side: the card is then scrolled to, below.
   const bool below = card && area.x < px(760);
@@ -191,7 +203,7 @@ void draw_train_step(const Snapshot& snapshot, Views& views, Requests& requests)
   if (!card) return;
   if (!below) ImGui::SameLine();
   begin_card("card", {0, below ? px(380) : area.y}, true);
-  draw_card(snapshot, *card, requests);
+  draw_card(snapshot, *card, views, requests);
   end_card();
   if (below) ImGui::EndChild();
 }

@@ -103,7 +103,8 @@ TEST_F(ProjectFolder, TheSwitchesOfAnOlderProjectAreItsMode) {
     EXPECT_NE(at, std::string::npos) << what;
     return in.replace(at, what.size(), with);
   };
-  const std::string older = replaced(text, "\"version\": 2", "\"version\": 1");
+  const std::string unasked = replaced(text, "\"mode_asked\": false", "\"kept\": false");
+  const std::string older = replaced(unasked, "\"version\": 2", "\"version\": 1");
   const std::string mode = "\"mode\": \"warp+hyper\"";
   const std::pair<const char*, FieldMode> switches[] = {
       {"\"use_ambient\": true, \"use_warp\": true", FieldMode::warp_hyper},
@@ -115,10 +116,53 @@ TEST_F(ProjectFolder, TheSwitchesOfAnOlderProjectAreItsMode) {
     ASSERT_TRUE(write_text(root_ / "p" / "project.json", replaced(older, mode, given)).ok());
     const auto opened = open_project(root_ / "p");
     ASSERT_TRUE(opened.ok()) << given << ": " << opened.error().what;
-    EXPECT_EQ(opened->options.mode, expected) << given;
+    // The default was nobody's wish: it is chosen from the capture now.
+    EXPECT_EQ(opened->options.mode.value_or(kDefaultMode), expected) << given;
+    EXPECT_EQ(opened->options.mode.has_value(), expected != kDefaultMode) << given;
   }
   ASSERT_TRUE(write_text(root_ / "p" / "project.json", replaced(text, mode, "\"mode\": \"guess\"")).ok());
   EXPECT_FALSE(open_project(root_ / "p").ok());
+}
+
+TEST_F(ProjectFolder, AModeThatIsAskedForIsAnotherTrainingThanOneThatIsChosen) {
+  auto chosen = open_or_create_project(root_ / "p", {});
+  ASSERT_TRUE(chosen.ok()) << chosen.error().what;
+  EXPECT_FALSE(chosen->options.mode.has_value());
+  ProjectOptions options = chosen->options;
+  options.mode = kDefaultMode;  // which the capture may not be given by itself
+  auto asked = open_or_create_project(root_ / "p", options);
+  ASSERT_TRUE(asked.ok()) << asked.error().what;
+  EXPECT_NE(input_hash(*chosen, Stage::train), input_hash(*asked, Stage::train));
+  const auto opened = open_project(root_ / "p");
+  ASSERT_TRUE(opened.ok()) << opened.error().what;
+  EXPECT_EQ(opened->options.mode, kDefaultMode);
+  // A project of before, in which the default stands without anybody's wish, is trained as it was.
+  std::string text = *read_text(root_ / "p" / "project.json");
+  const std::string wish = "\"mode_asked\": true";
+  text.replace(text.find(wish), wish.size(), "\"kept\": true");
+  ASSERT_TRUE(write_text(root_ / "p" / "project.json", text).ok());
+  const auto before = open_project(root_ / "p");
+  ASSERT_TRUE(before.ok()) << before.error().what;
+  EXPECT_EQ(input_hash(*chosen, Stage::train), input_hash(*before, Stage::train));
+}
+
+TEST_F(ProjectFolder, AShapeThatIsGivenIsAnInputOfTheFit) {
+  auto project = open_or_create_project(root_ / "p", {});
+  ASSERT_TRUE(project.ok()) << project.error().what;
+  const std::string fitted = input_hash(*project, Stage::fit), imported = input_hash(*project, Stage::import);
+  ASSERT_TRUE(write_text(root_ / "identity.npy", "one").ok());
+  project->options.identity = root_ / "identity.npy";
+  const std::string one = input_hash(*project, Stage::fit);
+  EXPECT_NE(one, fitted);
+  EXPECT_EQ(input_hash(*project, Stage::import), imported);
+  ASSERT_TRUE(write_text(root_ / "identity.npy", "another").ok());  // by content, not by name
+  EXPECT_NE(input_hash(*project, Stage::fit), one);
+  ASSERT_TRUE(save_project(*project).ok());
+  const auto opened = open_project(root_ / "p");
+  ASSERT_TRUE(opened.ok()) << opened.error().what;
+  EXPECT_EQ(opened->options.identity, root_ / "identity.npy");
+  project->options.identity.clear();
+  EXPECT_EQ(input_hash(*project, Stage::fit), fitted);
 }
 
 TEST_F(ProjectFolder, APathThatIsNoTextBreaksNothing) {

@@ -35,6 +35,8 @@ TEST_F(AvatarFile, RoundTripKeepsEverything) {
   a.room->cube.side = 5;
   const int n = a.head.occupancy.resolution;
   for (int i = 0; i < n * n * n; ++i) a.head.opacity.push_back(std::uint8_t(i % 251));
+  a.parts = {{"torso", false, true, "none", "It was asked for."},
+             {"grid", true, false, "small", "It suffices."}};
   ASSERT_TRUE(write_avatar(path_, a).ok());
   const auto read = read_avatar(path_);
   ASSERT_TRUE(read.ok()) << read.error().what;
@@ -51,6 +53,12 @@ TEST_F(AvatarFile, RoundTripKeepsEverything) {
   ASSERT_TRUE(b.torso.has_value());
   EXPECT_EQ(a.torso->field.parameters, b.torso->field.parameters);
   EXPECT_EQ(a.torso->occupancy.bits, b.torso->occupancy.bits);
+  ASSERT_EQ(b.parts.size(), 2u);
+  EXPECT_EQ(b.parts[0].name, "torso");
+  EXPECT_FALSE(b.parts[0].on);
+  EXPECT_TRUE(b.parts[0].asked);
+  EXPECT_EQ(b.parts[1].value, "small");
+  EXPECT_EQ(b.parts[1].reason, "It suffices.");
   EXPECT_EQ(a.condition.mean, b.condition.mean);
   EXPECT_EQ(a.condition.rows, b.condition.rows);
   EXPECT_EQ(a.condition.low, b.condition.low);

@@ -26,6 +26,7 @@ class ModelReport : public testing::Test {
     study_.truths = {"truth-90.png", "truth-92.png"};
     double db = 20;
     study_.full_size = 32;
+    study_.parts = {{"torso", true, false, "a field of its own", "12 % of the picture"}};
     study_.tables = {study_tables().front()};
     for (const ModelSpec& spec : study_models()) {
       if (spec.name != kDefaultModel && spec.name != "concat-mlp" && spec.name != kLongBaseline) continue;
@@ -94,6 +95,7 @@ TEST_F(ModelReport, ThePageIsWholeAndHoldsEveryPicture) {
   EXPECT_EQ(count_of(html, "href="), 0u);
   EXPECT_NE(html.find("a &lt;clip&gt; &amp; more.mp4"), std::string::npos);
   EXPECT_NE(html.find("20.50 &plusmn;0.50"), std::string::npos);
+  EXPECT_NE(html.find("12 % of the picture"), std::string::npos);
   EXPECT_EQ(html.find("<th>SSIM</th>"), std::string::npos);  // of no model
   EXPECT_NE(html.find("<th>landmarks, px</th>"), std::string::npos);
 }

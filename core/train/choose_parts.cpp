@@ -1,0 +1,210 @@
+// The rules, and their reasons: see choose_parts.h.
+#include "core/train/choose_parts.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <numbers>
+#include <string>
+#include <utility>
+
+#include "core/train/condition_map.h"
+
+namespace likeness {
+namespace {
+
+constexpr double kDegrees = 180 / std::numbers::pi;
+
+constexpr std::array<std::pair<std::string_view, std::string_view>, 12> kTitles{{
+    {"expression", "Expression"},
+    {"deformation", "Deformation by the head model"},
+    {"gaze", "Where the eyes look"},
+    {"still", "Hair and skull keep still"},
+    {"torso", "Torso"},
+    {"background", "Background"},
+    {"code", "Code for each frame"},
+    {"grid", "Grid"},
+    {"clips", "Further clips"},
+    {"occupancy", "Empty space passed over"},
+    {"refine_track", "Track corrected in training"},
+    {"landmark_loss", "Landmark loss"},
+}};
+
+std::string millimetres(double metres) { return fmt::format("{:.2g} mm", 1000 * metres); }
+
+std::string motion_words(const CaptureMeasures& m) {
+  return fmt::format("the face moves by {} (root mean square over {} frames)", millimetres(m.face_motion),
+                     m.frames + m.further_frames);
+}
+
+// -- Expression and deformation: the mode.
+
+FieldMode mode_by_measures(const CaptureMeasures& m) {
+  return m.face_motion < kStillFace ? FieldMode::static_ : kDefaultMode;
+}
+
+std::string mode_reason(const CaptureMeasures& m, const AskedParts& asked) {
+  const std::string own =
+      mode_by_measures(m) == FieldMode::static_
+          ? fmt::format("{}, less than the {} that a track's noise makes of a face at rest", motion_words(m),
+                        millimetres(kStillFace))
+          : fmt::format("{}, more than the {} of a face at rest", motion_words(m), millimetres(kStillFace));
+  if (asked.mode)
+    return fmt::format("You asked for --mode {}; the capture's own would be {}: {}.", mode_name(*asked.mode),
+                       mode_name(mode_by_measures(m)), own);
+  std::string words = own + ".";
+  words[0] = 'T';  // every one of them begins with the face
+  return words;
+}
+
+void add_mode(const CaptureMeasures& m, const AskedParts& asked, ChosenParts& chosen) {
+  chosen.mode = asked.mode.value_or(mode_by_measures(m));
+  const ModeParts parts = mode_parts(chosen.mode);
+  const std::string reason = mode_reason(m, asked);
+  chosen.parts.push_back({"expression", parts.expression, asked.mode.has_value(),
+                          !parts.expression ? "not told to the field"
+                          : parts.ambient   ? "chooses a slice of a hyper-space"
+                                            : "its numbers beside the features",
+                          reason});
+  const std::string turns =
+      fmt::format(" The head is seen from {:.0f} degrees of sides and {:.0f} of heights.", m.yaw * kDegrees,
+                  m.pitch * kDegrees);
+  chosen.parts.push_back({"deformation", parts.warp, asked.mode.has_value(),
+                          parts.warp ? "samples go to the face at rest with the head model" : "none",
+                          reason + turns});
+}
+
+// -- What the field is told besides.
+
+void add_gaze(const CaptureMeasures& m, ChosenParts& chosen) {
+  const bool told = mode_parts(chosen.mode).expression;
+  const double most = std::max(m.gaze_pitch, m.gaze_yaw);
+  chosen.gaze = told && most >= kSmallestGaze;
+  std::string reason =
+      !told ? std::string("The field is not told the expression, of which the eyes are a part.")
+            : fmt::format(
+                  "The eyes turn by {:.1f} degrees to the sides and {:.1f} up and down (root mean "
+                  "square); {:.1f} are asked for.",
+                  m.gaze_yaw * kDegrees, m.gaze_pitch * kDegrees, kSmallestGaze * kDegrees);
+  chosen.parts.push_back({"gaze", chosen.gaze, false,
+                          chosen.gaze ? "told to the field" : "not told to the field", std::move(reason)});
+}
+
+void add_still(ChosenParts& chosen) {
+  chosen.parts.push_back({"still", chosen.still, false, "neither expression nor code changes them",
+                          "The same for every capture: where no expression moves anything, a field that may "
+                          "use it learns the track's errors by heart."});
+}
+
+// -- Torso and background.
+
+void add_torso(const CaptureMeasures& m, ChosenParts& chosen) {
+  chosen.torso = m.torso_followed && m.torso_share >= kTorsoShare;
+  std::string reason =
+      !m.torso_followed
+          ? std::string("The track followed no torso: there is too little of one in the picture.")
+          : fmt::format("Below the neck the person fills {:.0f} % of the picture; {:.0f} % are asked for.",
+                        100 * m.torso_share, 100 * kTorsoShare);
+  chosen.parts.push_back({"torso", chosen.torso, false,
+                          chosen.torso ? "a field of its own, which follows collar and shoulders" : "none",
+                          std::move(reason)});
+}
+
+void add_background(const CaptureMeasures& m, ChosenParts& chosen) {
+  chosen.plate = m.has_plate;
+  const std::string light =
+      m.light_drift ? fmt::format(" Its light differs by {:.1f} % between frames.", 100 * *m.light_drift)
+                    : "";
+  const auto add = [&](bool on, const char* value, std::string reason) {
+    chosen.parts.push_back({"background", on, false, value, std::move(reason)});
+  };
+  if (chosen.plate && m.has_room)
+    add(true, "a picture of the wall, and a room behind the moving camera",
+        fmt::format("The camera rests in {:.0f} % of {} frames and moves in the others.{}",
+                    100 * m.plate_share, m.frames, light));
+  else if (chosen.plate)
+    add(true, "one picture of the wall",
+        fmt::format("The camera rests in {:.0f} % of {} frames.{}", 100 * m.plate_share, m.frames, light));
+  else if (m.has_room)
+    add(true, "a room of its own, seen from where the camera is", "The camera moves throughout.");
+  else
+    add(false, "none: the mattes separate the person",
+        "The camera moves, or no frame showed the wall behind the person.");
+}
+
+// -- Sizes.
+
+void add_sizes(const CaptureMeasures& m, const AskedParts& asked, ChosenParts& chosen) {
+  chosen.latent = !asked.no_latent;
+  const std::string light =
+      m.light_drift ? fmt::format("; the light alone differs by {:.1f} %", 100 * *m.light_drift) : "";
+  if (asked.no_latent)
+    chosen.parts.push_back({"code", false, true, "none", "You asked for --no-latent."});
+  else
+    chosen.parts.push_back(
+        {"code", true, false, fmt::format("{} numbers", chosen.sizes.code_length),
+         fmt::format("They take up what differs between {} frames and no expression explains"
+                     "{}. The same for every capture.",
+                     m.frames + m.further_frames, light)});
+  const FieldSizes& s = chosen.sizes;
+  std::string value =
+      fmt::format("{} entries a level, {} cells along an axis", 1 << s.head_log2_entries, s.head_finest);
+  if (chosen.torso)
+    value += fmt::format("; the torso's {} and {}", 1 << s.torso_log2_entries, s.torso_finest);
+  chosen.parts.push_back({"grid", true, false, std::move(value),
+                          fmt::format("The same for every capture: no other was measured to be better for "
+                                      "pictures of {} px.",
+                                      m.size)});
+}
+
+// -- What is there only where there is a reason to tell of it.
+
+void add_others(const CaptureMeasures& m, const AskedParts& asked, ChosenParts& chosen) {
+  if (m.further_frames > 0)
+    chosen.parts.push_back({"clips", true, true, "teach the head",
+                            fmt::format("You added clips, of which {} frames train.", m.further_frames)});
+  if (asked.no_occupancy)
+    chosen.parts.push_back({"occupancy", false, true, "no", "You asked for --no-occupancy."});
+  if (asked.refine_track)
+    chosen.parts.push_back(
+        {"refine_track", true, true, "through the field", "You asked for --refine-track."});
+  if (asked.landmark_weight > 0)
+    chosen.parts.push_back({"landmark_loss", true, true, fmt::format("weight {:g}", asked.landmark_weight),
+                            fmt::format("You asked for --landmark-loss {:g}.", asked.landmark_weight)});
+}
+
+}  // namespace
+
+ChosenParts choose_parts(const CaptureMeasures& measures, const AskedParts& asked) {
+  ChosenParts chosen;
+  add_mode(measures, asked, chosen);
+  add_gaze(measures, chosen);
+  add_still(chosen);
+  add_torso(measures, chosen);
+  add_background(measures, chosen);
+  add_sizes(measures, asked, chosen);
+  add_others(measures, asked, chosen);
+  return chosen;
+}
+
+void apply_parts(const ChosenParts& parts, TrainingSet& set, TrainOptions& options) {
+  if (!parts.torso) set.has_torso = false, set.torso_modes = {};
+  if (!parts.plate) {
+    set.plate = {}, set.plate_known = {};
+    for (TrainingView& view : set.views)
+      if (view.further_clip == 0) view.has_plate = false;
+  }
+  options.mode = parts.mode;
+  options.use_latent = parts.latent;
+  options.use_gaze = parts.gaze;
+  options.use_still = parts.still;
+  options.sizes = parts.sizes;
+}
+
+std::string_view part_title(std::string_view name) {
+  const auto found = std::ranges::find(kTitles, name, &std::pair<std::string_view, std::string_view>::first);
+  return found == kTitles.end() ? name : found->second;
+}
+
+}  // namespace likeness

@@ -1,0 +1,101 @@
+// What a training set's views say of their capture: see choose_parts.h.
+#include <algorithm>
+#include <cmath>
+
+#include "core/base/quantile.h"
+#include "core/train/choose_parts.h"
+#include "core/train/condition_map.h"
+#include "core/train/volumes.h"
+
+namespace likeness {
+namespace {
+
+constexpr std::size_t kLookedAt = 64;  // views whose pixels are read, spread evenly
+constexpr int kEvery = 2;              // pixels along an axis
+constexpr std::uint8_t kPerson = 128, kSurelyWall = 3, kSeenWall = 250;
+constexpr double kEnoughWall = 0.02;  // of the pixels read
+
+// Of the picture: the person's pixels beyond the base of the neck, in the direction in which the torso lies.
+double torso_share(const TrainingView& view, double base) {
+  if (view.alpha.empty()) return 0;
+  const Pose cam_from_torso = view.camera.cam_from_world * view.world_from_torso;
+  const Vec3d top = cam_from_torso * Vec3d(0, base, 0), below = cam_from_torso * Vec3d(0, base - 0.05, 0);
+  if (top.z() < 0.05 || below.z() < 0.05) return 0;
+  const Vec2d at = project<double>(view.camera.intrinsics, top);
+  const Vec2d down = project<double>(view.camera.intrinsics, below) - at;
+  std::size_t read = 0, torso = 0;
+  for (int y = 0; y < view.alpha.height; y += kEvery)
+    for (int x = 0; x < view.alpha.width; x += kEvery, ++read)
+      torso += view.alpha.at(x, y) >= kPerson && down.dot(Vec2d(x + 0.5, y + 0.5) - at) > 0;
+  return double(torso) / double(std::max<std::size_t>(read, 1));
+}
+
+// Light on the wall beside the person, 1: as in the plate. nullopt: too little of it is seen.
+std::optional<double> light_on_wall(const TrainingSet& set, const TrainingView& view) {
+  if (!view.has_plate || set.plate.empty() || view.alpha.empty() || view.rgb.empty()) return std::nullopt;
+  double seen = 0, plate = 0;
+  std::size_t read = 0, wall = 0;
+  for (int y = 0; y < set.size; y += kEvery)
+    for (int x = 0; x < set.size; x += kEvery, ++read) {
+      if (view.alpha.at(x, y) > kSurelyWall) continue;
+      if (!set.plate_known.empty() && set.plate_known.at(x, y)[0] < kSeenWall) continue;
+      ++wall;
+      for (int c = 0; c < 3; ++c) seen += view.rgb.at(x, y)[c], plate += set.plate.at(x, y)[c];
+    }
+  if (double(wall) < kEnoughWall * double(read) || plate <= 0) return std::nullopt;
+  return seen / plate;
+}
+
+// rms about the mean, as a share of it.
+std::optional<double> drift(const std::vector<double>& light) {
+  if (light.size() < 2) return std::nullopt;
+  double mean = 0, squares = 0;
+  for (const double l : light) mean += l / double(light.size());
+  for (const double l : light) squares += (l - mean) * (l - mean) / double(light.size());
+  if (mean <= 0) return std::nullopt;
+  return std::sqrt(squares) / mean;
+}
+
+double span_of(const std::vector<double>& angles) { return quantile(angles, 0.98) - quantile(angles, 0.02); }
+
+}  // namespace
+
+CaptureMeasures measure_capture(const TrainingSet& set, const HeadShape& shape) {
+  CaptureMeasures m;
+  const std::span<const TrainingView> own = own_views(set);
+  m.size = set.size;
+  m.frames = int(own.size()), m.further_frames = int(set.views.size() - own.size());
+  m.torso_followed = set.has_torso;
+  m.has_plate = !set.plate.empty();
+
+  // -- Where the camera stands as seen from the head.
+  std::vector<double> yaw, pitch;
+  for (const TrainingView& view : own) {
+    const Pose cam_from_head = view.camera.cam_from_world * view.world_from_head;
+    const Vec3d to_camera = cam_from_head.inverse().translation().normalized();
+    yaw.push_back(std::atan2(to_camera.x(), to_camera.z()));
+    pitch.push_back(std::asin(std::clamp(to_camera.y(), -1.0, 1.0)));
+    m.plate_share += view.has_plate && m.has_plate ? 1.0 / double(own.size()) : 0;
+  }
+  m.yaw = span_of(yaw), m.pitch = span_of(pitch);
+
+  // -- What the face does.
+  std::vector<Articulation> articulations;
+  for (const TrainingView& view : set.views) articulations.push_back(view.articulation);
+  const ArticulationSpread spread = articulation_spread(set.model, shape, articulations);
+  m.face_motion = spread.face, m.gaze_pitch = spread.gaze_pitch, m.gaze_yaw = spread.gaze_yaw;
+
+  // -- Pixels.
+  const double base = neck_base(set.model, shape);
+  const std::size_t looked_at = std::min(own.size(), kLookedAt);
+  std::vector<double> light;
+  for (std::size_t i = 0; i < looked_at; ++i) {
+    const TrainingView& view = own[i * own.size() / looked_at];
+    m.torso_share += torso_share(view, base) / double(looked_at);
+    if (const auto seen = light_on_wall(set, view)) light.push_back(*seen);
+  }
+  m.light_drift = drift(light);
+  return m;
+}
+
+}  // namespace likeness
