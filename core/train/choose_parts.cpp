@@ -33,11 +33,6 @@ constexpr std::array<std::pair<std::string_view, std::string_view>, 12> kTitles{
 
 std::string millimetres(double metres) { return fmt::format("{:.2g} mm", 1000 * metres); }
 
-std::string motion_words(const CaptureMeasures& m) {
-  return fmt::format("the face moves by {} (root mean square over {} frames)", millimetres(m.face_motion),
-                     m.frames + m.further_frames);
-}
-
 // -- Expression and deformation: the mode.
 
 FieldMode mode_by_measures(const CaptureMeasures& m) {
@@ -45,17 +40,18 @@ FieldMode mode_by_measures(const CaptureMeasures& m) {
 }
 
 std::string mode_reason(const CaptureMeasures& m, const AskedParts& asked) {
-  const std::string own =
-      mode_by_measures(m) == FieldMode::static_
-          ? fmt::format("{}, less than the {} that a track's noise makes of a face at rest", motion_words(m),
-                        millimetres(kStillFace))
-          : fmt::format("{}, more than the {} of a face at rest", motion_words(m), millimetres(kStillFace));
+  const FieldMode own = mode_by_measures(m);
+  const std::string moves = fmt::format("he face moves by {} (root mean square over {} frames)",
+                                        millimetres(m.face_motion), m.frames + m.further_frames);
   if (asked.mode)
-    return fmt::format("You asked for --mode {}; the capture's own would be {}: {}.", mode_name(*asked.mode),
-                       mode_name(mode_by_measures(m)), own);
-  std::string words = own + ".";
-  words[0] = 'T';  // every one of them begins with the face
-  return words;
+    return fmt::format("You asked for --mode {}; by itself it would be {}: t{}.", mode_name(*asked.mode),
+                       mode_name(own), moves);
+  if (own == FieldMode::static_)
+    return fmt::format(
+        "T{}: less than {}, too little to learn from. With --mode {} the head model moves it "
+        "all the same.",
+        moves, millimetres(kStillFace), mode_name(kDefaultMode));
+  return fmt::format("T{}; less than {} would be too little to learn from.", moves, millimetres(kStillFace));
 }
 
 void add_mode(const CaptureMeasures& m, const AskedParts& asked, ChosenParts& chosen) {
