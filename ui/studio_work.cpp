@@ -36,7 +36,7 @@ void Studio::start_pipeline(ProjectOptions options, Stage last) {
   seen_states_ = {};
   for (const Stage stage : kStages) seen_states_[std::size_t(stage)] = project.record(stage).state;
   retire(std::move(pipeline_job_));
-  pipeline_job_ = std::make_unique<PipelineJob>(project, last, options_.previews, wake_);
+  pipeline_job_ = std::make_unique<PipelineJob>(project, last, options_.previews, wake_, options_.compute);
   pipeline_ = pipeline_job_->status();
 }
 

@@ -19,6 +19,7 @@ DeviceBenchOptions small_options() {
   options.ceiling_bytes = 4096;
   options.error_samples = 96;
   options.frame_size = 48;
+  options.step_rays = 200, options.step_views = 3, options.step_picture = 48;
   return options;
 }
 
@@ -57,6 +58,20 @@ TEST(DeviceSpeed, PicturesOfBothQualitiesAreTheProcessorsUpToTheirPrecision) {
     EXPECT_LT(s.share_over, 0.02);
   }
   EXPECT_GT(report->frames[0].samples, report->frames[1].samples);  // final has more of them
+}
+
+TEST(DeviceSpeed, AStepIsTimedBothWaysAndHasAFloor) {
+  const auto report = measure_device(emulated_device(), small_options(), Progress(), {});
+  ASSERT_TRUE(report.ok()) << report.error().what;
+  const DeviceStepSpeed& step = report->step;
+  EXPECT_EQ(step.rays, 200u);
+  EXPECT_GT(step.samples, 400);  // most rays meet the person
+  EXPECT_LE(step.samples, 200 * 16);
+  EXPECT_GT(step.seconds, 0);
+  EXPECT_GT(step.rays_by_processor_seconds, 0);
+  EXPECT_GT(step.look_seconds, 0);
+  EXPECT_GT(step.floor_seconds, 0);
+  EXPECT_NEAR(step.fraction_of_floor, step.floor_seconds / step.seconds, 1e-12);
 }
 
 TEST(DeviceSpeed, WithoutMatrixUnitsOnlySinglePrecisionIsMeasured) {
