@@ -16,13 +16,17 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-TrainedField trained(const FieldPart& part) {
+TrainedField trained(const FieldPart& part, int look_every) {
   TrainedField field;
   field.part = part;
   field.volume.cube = part.cube;
   field.volume.allowed = part.occupancy;
   field.volume.kept = make_occupancy(part.occupancy.resolution, false);
-  field.learnt = make_occupancy_state(field.volume);
+  const OccupancyState all = make_occupancy_state(field.volume);
+  for (std::size_t i = 0; i < all.cells.size(); i += std::size_t(look_every)) {
+    field.learnt.cells.push_back(all.cells[i]);
+    field.learnt.density.push_back(all.density[i]);
+  }
   field.adam = make_adam_state(field.part.field);
   return field;
 }
@@ -38,7 +42,8 @@ struct StandardTraining {
     const Avatar avatar = standard_avatar(bench.seed, bench.step_picture);
     std::mt19937 random(bench.seed);
     options.rays = bench.step_rays, options.seed = bench.seed;
-    state.head = trained(avatar.head), state.torso = trained(*avatar.torso);
+    state.head = trained(avatar.head, bench.look_every),
+    state.torso = trained(*avatar.torso, bench.look_every);
     const auto conditions = std::size_t(avatar.head.field.config.condition_count),
                views = std::size_t(bench.step_views);
     state.codes.assign(2 * views * std::size_t(avatar.head.field.config.latent_count), 0.f);
@@ -52,8 +57,9 @@ struct StandardTraining {
       for (std::size_t i = 0; i < all.size(); ++i) all[i] = std::uint32_t(i);
       return all;
     }();
-    const std::vector<float> seen = render_pixels(avatar, typical_camera(avatar), typical_state(avatar),
-                                                  pixels, render_options(RenderQuality::preview));
+    const std::vector<float> seen =
+        render_pixels(avatar, typical_camera(avatar), typical_state(avatar), pixels,
+                      device_options(render_options(RenderQuality::preview)));
     for (std::size_t v = 0; v < views; ++v) add_view(avatar, seen, v, random);
     source.set = &set;
   }
