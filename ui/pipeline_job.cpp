@@ -40,7 +40,10 @@ PipelineJob::PipelineJob(Project project, Stage last, bool previews, std::functi
         if (place_.open && last_ == Stage::train) {
           auto opened = place_.open();
           if (!opened && !place_.fall_back) return opened.error();
-          if (opened) observer.backend = std::move(*opened);
+          if (opened)
+            observer.backend = std::move(*opened);
+          else
+            progress.report(0, going_on_with_processor(opened.error()));
           observer.fall_back = place_.fall_back;
         }
         if (auto earlier = read_training_curve(training_curve_path(working))) {
