@@ -103,10 +103,9 @@ Result<DeviceStepSpeed> measure_step(std::shared_ptr<Device> device, const Devic
   const auto backend = device_backend(device);
   auto learner = make_learner(*backend, training.state, training.options, training.set);
   if (!learner) return learner.error();
-  auto chosen = make_ray_caster(**learner, training.state, training.source, training.options);
-  if (!chosen) return chosen.error();
-  if (!chosen->caster)
-    return Error{ErrorCode::failed, chosen->why_not, "Close what else uses the GPU.", "CUDA, training"};
+  const CasterChoice chosen = make_ray_caster(**learner, training.state, training.source, training.options);
+  if (!chosen.caster)
+    return Error{ErrorCode::failed, chosen.why_not, "Close what else uses the GPU.", "CUDA, training"};
   DeviceStepSpeed speed;
   speed.rays = std::size_t(options.step_rays);
   double samples = 0;
@@ -128,7 +127,7 @@ Result<DeviceStepSpeed> measure_step(std::shared_ptr<Device> device, const Devic
   training.options.use_occupancy = false;  // looks into the cells are timed by themselves
   const auto with_processor = timed(nullptr);
   if (!with_processor) return with_processor.error();
-  const auto seconds = timed(chosen->caster.get());
+  const auto seconds = timed(chosen.caster.get());
   if (!seconds) return seconds.error();
   speed.seconds = *seconds, speed.rays_by_processor_seconds = *with_processor, speed.samples = samples;
   const DeviceWork work = training_work(training.state.torso->part.field.config, std::size_t(samples));
@@ -137,7 +136,7 @@ Result<DeviceStepSpeed> measure_step(std::shared_ptr<Device> device, const Devic
   std::vector<double> looks;
   for (int k = 0; k < options.rounds; ++k) {
     if (auto done = device->mark(0); !done) return done.error();
-    if (auto done = chosen->caster->refresh(training.state.step + std::uint64_t(k)); !done)
+    if (auto done = chosen.caster->refresh(training.state.step + std::uint64_t(k)); !done)
       return done.error();
     if (auto done = device->mark(1); !done) return done.error();
     if (auto done = device->wait(); !done) return done.error();

@@ -410,10 +410,10 @@ std::size_t picture_bytes(const TrainingSet& set) {
   return bytes;
 }
 
-Result<CasterChoice> make_ray_caster(FieldLearner& learner, const TrainingState& state,
-                                     const RaySource& source, const StepOptions& options) {
+CasterChoice make_ray_caster(FieldLearner& learner, const TrainingState& state, const RaySource& source,
+                             const StepOptions& options) {
   const DeviceBatch* batch = learner.device_batch();
-  if (!batch) return CasterChoice{};
+  if (!batch) return {};
   const auto processor = [](const std::string& why) {
     return CasterChoice{nullptr, why + " The processor casts the rays."};
   };
@@ -425,8 +425,8 @@ Result<CasterChoice> make_ray_caster(FieldLearner& learner, const TrainingState&
     return processor(fmt::format("The pictures take {:.1f} GiB, more than half of the GPU's free {:.1f}.",
                                  double(bytes) / gib, double(free) / gib));
   auto caster = std::make_unique<Caster>(*batch, state, source, options);
-  if (auto done = caster->prepare(state, source); !done) return done.error();
-  return CasterChoice{std::move(caster), ""};
+  if (auto done = caster->prepare(state, source); !done) return processor(done.error().what);
+  return {std::move(caster), ""};
 }
 
 }  // namespace likeness

@@ -35,9 +35,10 @@ struct CasterChoice {
 // Bytes that the pictures of a set take on a device.
 std::size_t picture_bytes(const TrainingSet& set);
 
-// Null with patches (their pixels are chosen by the processor), and where the pictures would take more than
-// half of the device's free memory. The learner must stay where it is, and so must the state and the set.
-Result<CasterChoice> make_ray_caster(FieldLearner& learner, const TrainingState& state,
-                                     const RaySource& source, const StepOptions& options);
+// Null with patches (their pixels are chosen by the processor), where the pictures would take more than half
+// of the device's free memory, and where the device fails meanwhile. The learner must stay where it is, and
+// so must the state and the set.
+CasterChoice make_ray_caster(FieldLearner& learner, const TrainingState& state, const RaySource& source,
+                             const StepOptions& options);
 
 }  // namespace likeness

@@ -321,11 +321,9 @@ Result<void> run_steps(TrainingState& state, Scene& scene, Run& run, std::stop_t
   const auto learn = [&]() -> Result<void> {
     auto learner = make_learner(*backend, state, options, scene.set);
     if (!learner) return learner.error();
-    auto chosen = make_ray_caster(**learner, state, scene.rays, options);
-    if (!chosen) return chosen.error();
-    if (!chosen->why_not.empty()) run.progress.report(run.share(state), chosen->why_not);
-    return Steps{state, scene, run, stop, **learner, chosen->caster.get(), snapshot, recoveries}.take(
-        options);
+    const CasterChoice rays = make_ray_caster(**learner, state, scene.rays, options);
+    if (!rays.why_not.empty()) run.progress.report(run.share(state), rays.why_not);
+    return Steps{state, scene, run, stop, **learner, rays.caster.get(), snapshot, recoveries}.take(options);
   };
   while (true) {
     const Result<void> done = learn();
