@@ -115,7 +115,8 @@ TEST(ExportOrder, ADeviceRendersItAndOneThatFailsIsSaidAndLeavesItToTheProcessor
     double apart = 0;
     for (std::size_t i = 0; i < truth->data.size(); ++i)
       apart += std::abs(double(still->data[i]) - double(truth->data[i]));
-    EXPECT_LT(apart / double(truth->data.size()), 1);
+    // The device has a ray for every pixel, the processor for four of a kind.
+    EXPECT_LT(apart / double(truth->data.size()), lost_after < 0 ? 3 : 1e-9);
   }
 }
 
