@@ -1,5 +1,5 @@
-// A device that is the processor: the kernels' own arithmetic (core/field/*_math.h,
-// core/render/device_loss.h) in plain loops, memory that can run out, and failures on request. What it cannot
+// A device that is the processor: the kernels' own arithmetic (core/field/*_math.h, core/render/device_*.h,
+// core/train/device_rays.h) in plain loops, memory that can run out, and failures on request. What it cannot
 // show is how threads share the work; that is what the tests labelled gpu are for.
 #pragma once
 
