@@ -33,6 +33,13 @@ void print_report(const DeviceBenchReport& report) {
         "{:.2f} % of pixels by more than 0.02\n",
         s.size, s.size, s.quality, 1e3 * s.seconds, s.frames_s, s.fraction_of_floor, s.mean_error,
         100 * s.share_over);
+  const DeviceStepSpeed& step = report.step;
+  fmt::print(
+      "a step of {} rays, {:.0f} samples: {:.2f} ms, {:.3f} of the floor; with the processor's rays {:.2f} "
+      "ms; a "
+      "look into all cells {:.2f} ms\n",
+      step.rays, step.samples, 1e3 * step.seconds, step.fraction_of_floor,
+      1e3 * step.rays_by_processor_seconds, 1e3 * step.look_seconds);
 }
 
 }  // namespace

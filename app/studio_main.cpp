@@ -1,9 +1,12 @@
 // likeness-studio: the window. Exit codes as the command line's: 0 done, 1 failed, 2 usage.
 #include <fmt/format.h>
 #include <CLI/CLI.hpp>
+#include <memory>
+#include <string>
 
 #include "app/manual.h"
 #include "core/base/parallel.h"
+#include "core/device/load_device.h"
 #include "ui/run_window.h"
 
 namespace {
@@ -24,6 +27,22 @@ likeness::app::ManualText manual_text() {
           .see_also = {"likeness(1)"}};
 }
 
+// The first device tells whether there is one; each thread that computes opens its own.
+likeness::Result<likeness::ui::ComputePlace> compute_place(const std::string& backend) {
+  using namespace likeness;
+  ui::ComputePlace place;
+  if (backend == "cpu") return place;
+  place.fall_back = backend == "auto";
+  if (const auto device = open_cuda_device(); !device)
+    return place.fall_back ? Result<ui::ComputePlace>(place) : device.error();
+  place.open = []() -> Result<std::shared_ptr<Backend>> {
+    auto device = open_cuda_device();
+    if (!device) return device.error();
+    return device_backend(std::move(*device));
+  };
+  return place;
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -40,12 +59,24 @@ int main(int argc, char** argv) {
                      "A clip or a project to open: its folder, or the project.json or avatar.bin in it");
   program.add_option("--projects", options.projects, "Folder of new projects");
   program.add_option("--threads", threads, "Threads to compute with; 0: all");
+  std::string backend = "cpu";
+  program
+      .add_option("--backend", backend,
+                  "Where to train and to render what is directed: cpu, cuda (an NVIDIA GPU), or auto: the "
+                  "GPU where it can be used, and the processor where it cannot or fails")
+      ->check(CLI::IsMember({"cpu", "cuda", "auto"}));
   try {
     program.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
     return program.exit(error) == 0 ? 0 : 2;
   }
   const ThreadLimit limit(threads);
+  auto place = compute_place(backend);
+  if (!place) {
+    fmt::print(stderr, "{}\n{}\n", place.error().what, place.error().fix);
+    return 1;
+  }
+  options.compute = std::move(*place);
   const auto outcome = ui::run_window(options, to_open);
   if (outcome) return 0;
   fmt::print(stderr, "{}\n{}\n", outcome.error().what, outcome.error().fix);

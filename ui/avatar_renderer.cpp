@@ -28,6 +28,10 @@ RenderOptions rung_options(Rung rung) {
   return options;
 }
 
+std::shared_ptr<const Avatar> avatar_of(const PictureRequest& request) {
+  return {request.avatar, &request.avatar->avatar};
+}
+
 int rung_size(Rung rung, int size, int finest) {
   if (rung == Rung::coarse) return size / 4;
   if (rung == Rung::preview) return size / 2;
@@ -36,8 +40,14 @@ int rung_size(Rung rung, int size, int finest) {
 
 }  // namespace
 
-AvatarRenderer::AvatarRenderer(std::function<void()> wake)
-    : wake_(std::move(wake)), thread_([this](std::stop_token stop) { loop(stop); }) {}
+AvatarRenderer::AvatarRenderer(std::function<void()> wake, OpenBackend open)
+    : wake_(std::move(wake)),
+      pictures_(std::move(open),
+                [this](const std::string& text) {
+                  const std::lock_guard lock(mutex_);
+                  note_ = text;
+                }),
+      thread_([this](std::stop_token stop) { loop(stop); }) {}
 
 void AvatarRenderer::request(PictureRequest request) {
   {
@@ -49,10 +59,14 @@ void AvatarRenderer::request(PictureRequest request) {
 }
 
 void AvatarRenderer::clear() {
-  const std::lock_guard lock(mutex_);
-  waiting_.reset();
-  latest_.reset();
-  ++number_;
+  {
+    const std::lock_guard lock(mutex_);
+    waiting_.reset();
+    latest_.reset();
+    ++number_;
+    forget_ = true;
+  }
+  changed_.notify_one();
 }
 
 std::shared_ptr<const AvatarPicture> AvatarRenderer::latest() const {
@@ -65,6 +79,16 @@ bool AvatarRenderer::busy() const {
   return working_ || waiting_.has_value();
 }
 
+bool AvatarRenderer::on_device() const {
+  const std::lock_guard lock(mutex_);
+  return on_device_;
+}
+
+std::optional<std::string> AvatarRenderer::take_note() {
+  const std::lock_guard lock(mutex_);
+  return std::exchange(note_, std::nullopt);
+}
+
 bool AvatarRenderer::is_newest(std::uint64_t number) const {
   const std::lock_guard lock(mutex_);
   return number == number_;
@@ -72,8 +96,10 @@ bool AvatarRenderer::is_newest(std::uint64_t number) const {
 
 bool AvatarRenderer::publish(std::uint64_t number, AvatarPicture picture) {
   bool newest = false;
+  const bool device = pictures_.on_device();
   {
     const std::lock_guard lock(mutex_);
+    on_device_ = device;
     // A coarse picture of a moment ago is still the best answer while the newer one is made.
     if (number != number_ && !waiting_) return false;
     latest_ = std::make_shared<const AvatarPicture>(std::move(picture));
@@ -91,7 +117,12 @@ void AvatarRenderer::loop(std::stop_token stop) {
     {
       std::unique_lock lock(mutex_);
       working_ = false;
-      if (!changed_.wait(lock, stop, [&] { return waiting_.has_value(); })) return;
+      if (!changed_.wait(lock, stop, [&] { return waiting_ || forget_; })) return;
+      if (std::exchange(forget_, false)) {
+        lock.unlock();
+        pictures_.let_go();
+        continue;
+      }
       request = std::move(*waiting_);
       waiting_.reset();
       number = number_;
@@ -113,7 +144,7 @@ void AvatarRenderer::answer_moving(const PictureRequest& request, const RenderSt
   picture.rung = pace_;
   picture.origin = request.origin;
   const Camera camera = resized(request.camera, rung_size(pace_, avatar.size, avatar.size));
-  picture.rgba = render_frame(avatar, camera, state, rung_options(pace_)).rgba;
+  picture.rgba = pictures_.render(avatar_of(request), camera, state, rung_options(pace_)).rgba;
   const double took = std::chrono::duration<double>(Clock::now() - start).count();
   picture.seconds = posed_s + took;
   if (took > kPace_s && pace_ > Rung::coarse) pace_ = Rung(int(pace_) - 1);
@@ -129,15 +160,15 @@ void AvatarRenderer::answer(const PictureRequest& request, std::uint64_t number,
   if (request.moving) return answer_moving(request, state, posed_s, number);
   const int finest = std::clamp(request.finest, avatar.size, 2 * avatar.size);
   const Rung best = finest > avatar.size + avatar.size / 4 ? Rung::fine : Rung::final;
-  for (int r = 0; r <= int(best); ++r) {
+  for (int r = pictures_.on_device() ? int(best) : 0; r <= int(best); ++r) {
     if (stop.stop_requested() || (r > 0 && !is_newest(number))) break;
     const Rung rung = Rung(r);
     const int size = rung_size(rung, avatar.size, finest);
     const Camera camera = resized(request.camera, size);
     const auto start = Clock::now();
     AvatarPicture picture;
-    if (rung < Rung::final) {
-      picture.rgba = render_frame(avatar, camera, state, rung_options(rung)).rgba;
+    if (rung < Rung::final || pictures_.on_device()) {
+      picture.rgba = pictures_.render(avatar_of(request), camera, state, rung_options(rung)).rgba;
     } else {
       picture.rgba = Image(size, size, 4);
       bool newest = true;

@@ -1,5 +1,5 @@
 // Pictures of an avatar from a thread of its own: the newest request wins, and each is answered first
-// coarsely, then better, while nothing newer comes.
+// coarsely, then better, while nothing newer comes. On a device the best is the first.
 #pragma once
 
 #include <chrono>
@@ -9,10 +9,12 @@
 #include <mutex>
 #include <optional>
 #include <stop_token>
+#include <string>
 #include <thread>
 
 #include "core/direct/direct_avatar.h"
 #include "core/image/image.h"
+#include "core/render/picture_renderer.h"
 #include "ui/project_contents.h"
 
 namespace likeness::ui {
@@ -48,14 +50,16 @@ struct AvatarPicture {
 
 class AvatarRenderer {
  public:
-  // wake: called from the thread whenever there is a new picture.
-  explicit AvatarRenderer(std::function<void()> wake);
+  // wake: called from the thread whenever there is a new picture. open: where it is rendered.
+  explicit AvatarRenderer(std::function<void()> wake, OpenBackend open = {});
 
   void request(PictureRequest request);
   void clear();  // forgets avatar and picture
   // Null before the first picture.
   std::shared_ptr<const AvatarPicture> latest() const;
   bool busy() const;
+  bool on_device() const;                  // the last picture was a device's
+  std::optional<std::string> take_note();  // told once: why the processor goes on
 
  private:
   void loop(std::stop_token stop);
@@ -72,7 +76,10 @@ class AvatarRenderer {
   std::shared_ptr<const AvatarPicture> latest_;
   std::uint64_t number_ = 0;  // of the newest request
   bool working_ = false;
+  bool on_device_ = false, forget_ = false;
+  std::optional<std::string> note_;
   Rung pace_ = Rung::preview;  // of moving pictures; the thread's own
+  PictureRenderer pictures_;   // the thread's own
   std::jthread thread_;        // last: stops before the rest goes
 };
 

@@ -51,10 +51,10 @@ std::string background_of(const ExportChoice& choice, bool plate_holds) {
 }
 
 // camera_rests: where the capture has it.
-FilmOptions film_options(const ExportOrder& order, bool camera_rests) {
+FilmOptions film_options(const ExportOrder& order, bool camera_rests, const RenderPlace& place) {
   const ExportChoice& choice = order.choice;
   FilmOptions options;
-  options.out = order.out;
+  options.out = order.out, options.place = place;
   options.frames_per_second = choice.frames_per_second;
   if (!makes_pictures(choice)) return options;
   options.alpha = choice.ground == ExportGround::transparent;
@@ -102,8 +102,8 @@ Film posed_film(const ExportOrder& order) {
   return film;
 }
 
-Result<std::string> perform(const ExportOrder& order, const OpenedAvatar& opened, const Progress& progress,
-                            std::stop_token stop) {
+Result<std::string> perform(const ExportOrder& order, const RenderPlace& place, const OpenedAvatar& opened,
+                            const Progress& progress, std::stop_token stop) {
   auto performance = chosen_performance(order);
   if (!performance) return performance.error();
   performance->frames_per_second = order.choice.frames_per_second;
@@ -114,19 +114,20 @@ Result<std::string> perform(const ExportOrder& order, const OpenedAvatar& opened
                  "The performance moves the camera, and the filmed room is known from one place only.",
                  "Choose another background, or leave the camera at rest.", ""};
   }
-  const auto frames = write_performed(opened, *performance, film_options(order, rests), progress, stop);
+  const auto frames =
+      write_performed(opened, *performance, film_options(order, rests, place), progress, stop);
   if (!frames) return frames.error();
   return fmt::format("{} frames", *frames);
 }
 
-Result<std::string> follow_clip(const ExportOrder& order, const OpenedAvatar& opened,
-                                const Progress& progress, std::stop_token stop) {
+Result<std::string> follow_clip(const ExportOrder& order, const RenderPlace& place,
+                                const OpenedAvatar& opened, const Progress& progress, std::stop_token stop) {
   DriveRequest request;
   request.video = order.choice.clip;
   request.landmark_model = order.contents->project.options.landmark_model;
   request.options.move_head = !order.choice.keep_head;
-  const auto written =
-      write_driven(opened, request, film_options(order, true), order.choice.side_by_side, progress, stop);
+  const auto written = write_driven(opened, request, film_options(order, true, place),
+                                    order.choice.side_by_side, progress, stop);
   if (!written) return written.error();
   std::string words = fmt::format("{} frames, {}", written->frames,
                                   written->sound.copied ? "with the clip's sound" : "without sound");
@@ -206,16 +207,29 @@ Result<std::string> write_order(const ExportOrder& order, const Progress& progre
   if (failure) return file_error(order.out, "create", failure.value());
   const ProjectAvatar& avatar = *order.contents->avatar;
   const OpenedAvatar opened{order.contents->project, avatar.avatar, *avatar.model, avatar.hash};
-  const auto written = [&]() -> Result<std::string> {
-    if (order.choice.kind == ExportKind::driven) return follow_clip(order, opened, progress, stop);
-    if (performs(order.choice)) return perform(order, opened, progress, stop);
+  std::string note;  // why the processor went on
+  RenderPlace place{nullptr, true, [&](const std::string& text) { note = ". " + text; }};
+  if (order.open && makes_pictures(order.choice)) {
+    auto backend = order.open();
+    if (backend)
+      place.backend = std::move(*backend);
+    else
+      place.say(going_on_with_processor(backend.error()));
+  }
+  auto written = [&]() -> Result<std::string> {
+    if (order.choice.kind == ExportKind::driven) return follow_clip(order, place, opened, progress, stop);
+    if (performs(order.choice)) return perform(order, place, opened, progress, stop);
     const bool rests =
         order.choice.kind == ExportKind::still && camera_rests_at(*order.performance, order.time_s);
-    const auto frames = write_posed(opened, posed_film(order), film_options(order, rests), progress, stop);
+    const auto frames =
+        write_posed(opened, posed_film(order), film_options(order, rests, place), progress, stop);
     if (!frames) return frames.error();
     return *frames == 1 ? std::string("written") : fmt::format("{} frames", *frames);
   }();
-  if (!written) fs::remove_all(order.out, failure);  // half a sequence is none
+  if (!written)
+    fs::remove_all(order.out, failure);  // half a sequence is none
+  else
+    *written += note;
   return written;
 }
 

@@ -12,6 +12,7 @@
 #include "core/base/progress.h"
 #include "core/base/result.h"
 #include "core/direct/performance.h"
+#include "core/render/picture_renderer.h"
 #include "ui/project_contents.h"
 
 namespace likeness::ui {
@@ -59,6 +60,7 @@ struct ExportOrder {
   std::shared_ptr<const Performance> performance;   // as directed when it was asked for
   double time_s = 0;  // of the moment that stills, orbits and resting meshes show
   std::filesystem::path out;
+  OpenBackend open = {};  // where its pictures are rendered; the processor goes on where that fails
 };
 // What is wrong with the choice before any work, if anything.
 Result<void> check_order(const ExportOrder& order);

@@ -20,10 +20,12 @@ void thin(std::vector<TrainStatus>& points) {
 
 }  // namespace
 
-PipelineJob::PipelineJob(Project project, Stage last, bool previews, std::function<void()> wake)
-    : project_(std::move(project)), last_(last) {
+PipelineJob::PipelineJob(Project project, Stage last, bool previews, std::function<void()> wake,
+                         ComputePlace place)
+    : project_(std::move(project)), last_(last), place_(std::move(place)) {
   status_.records = project_.stages;
-  if (previews && last == Stage::train) preview_ = std::make_unique<TrainingPreview>(project_, wake);
+  if (previews && last == Stage::train)
+    preview_ = std::make_unique<TrainingPreview>(project_, wake, place_.open);
   job_ = std::make_unique<Job>(
       [this](const Progress& progress, std::stop_token stop) -> Result<std::string> {
         made_.wait();
@@ -39,6 +41,15 @@ PipelineJob::PipelineJob(Project project, Stage last, bool previews, std::functi
           status_.parts = parts;
         };
         if (preview_) observer.tap = preview_->tap();
+        if (place_.open && last_ == Stage::train) {
+          auto opened = place_.open();
+          if (!opened && !place_.fall_back) return opened.error();
+          if (opened)
+            observer.backend = std::move(*opened);
+          else
+            progress.report(0, going_on_with_processor(opened.error()));
+          observer.fall_back = place_.fall_back;
+        }
         if (auto earlier = read_training_curve(training_curve_path(working))) {
           const std::lock_guard lock(mutex_);
           status_.curve = std::move(*earlier);

@@ -30,10 +30,17 @@ struct PipelineStatus {
   std::shared_ptr<const PreviewPictures> preview;
 };
 
+// Where trainings and pictures compute.
+struct ComputePlace {
+  OpenBackend open;        // empty: the processor
+  bool fall_back = false;  // a training whose device fails goes on with the processor; pictures always do
+};
+
 class PipelineJob {
  public:
   // Makes what is not there yet, up to and including `last`. previews: show the avatar while it is trained.
-  PipelineJob(Project project, Stage last, bool previews, std::function<void()> wake);
+  PipelineJob(Project project, Stage last, bool previews, std::function<void()> wake,
+              ComputePlace place = {});
 
   PipelineStatus status() const;
   void stop() { job_->stop(); }
@@ -49,6 +56,7 @@ class PipelineJob {
 
   const Project project_;
   const Stage last_;
+  const ComputePlace place_;
   mutable std::mutex mutex_;
   PipelineStatus status_;
   double worked_before_stage_s_ = 0;

@@ -21,7 +21,7 @@ Studio::Studio(StudioOptions options, std::function<void()> wake)
     : options_(std::move(options)),
       wake_(std::move(wake)),
       settings_(read_settings(options_.settings)),
-      renderer_(wake_),
+      renderer_(wake_, options_.compute.open),
       exports_(wake_),
       background_(
           [this](const std::string& what) {
@@ -39,6 +39,7 @@ Studio::~Studio() {
 }
 
 void Studio::tick() {
+  if (auto note = renderer_.take_note()) message_ = std::move(*note);
   background_.deliver();
   if (directing_.advance(Directing::Clock::now())) request_picture();
   save_performance(false);

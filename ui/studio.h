@@ -33,6 +33,7 @@ struct StudioOptions {
   RecordOptions recording;  // of clips
   double longer_s = 300;    // what "Train longer" adds
   bool previews = true;     // of the running training
+  ComputePlace compute;
 };
 
 // Told to the window after the requests were carried out.

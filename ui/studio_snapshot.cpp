@@ -57,6 +57,7 @@ Snapshot Studio::snapshot() const {
   s.system.threads = current_thread_limit();
   s.system.memory = memory_in_use();
   s.system.available = available_memory().value_or(0);
+  if (renderer_.on_device()) s.system.backend = "GPU";
   s.error = error_;
   s.message = message_;
 

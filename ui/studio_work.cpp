@@ -36,7 +36,7 @@ void Studio::start_pipeline(ProjectOptions options, Stage last) {
   seen_states_ = {};
   for (const Stage stage : kStages) seen_states_[std::size_t(stage)] = project.record(stage).state;
   retire(std::move(pipeline_job_));
-  pipeline_job_ = std::make_unique<PipelineJob>(project, last, options_.previews, wake_);
+  pipeline_job_ = std::make_unique<PipelineJob>(project, last, options_.previews, wake_, options_.compute);
   pipeline_ = pipeline_job_->status();
 }
 
@@ -136,8 +136,12 @@ void Studio::start_export(ExportKind kind) {
   const double time_s = directing_.playhead_s();
   const ViewPoint view = direct_moment(avatar.directed, *directing_.performance(), time_s).view;
   const ExportChoice choice = settled(export_choice_, view, avatar.avatar);
-  ExportOrder order{choice, contents_, directing_.performance(), time_s,
-                    export_path(folder_, choice, exports_)};
+  ExportOrder order{choice,
+                    contents_,
+                    directing_.performance(),
+                    time_s,
+                    export_path(folder_, choice, exports_),
+                    options_.compute.open};
   if (const auto fine = check_order(order); !fine) {
     fail(fine.error());
     return;

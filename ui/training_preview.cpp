@@ -67,16 +67,19 @@ Image8 over_plate(const Avatar& avatar, const Image& rgba, bool camera_rests) {
 }
 
 // The avatar seen with one channel or more away from rest.
-Image render_directed(const Scene& scene, const AvatarRig& rig, const Avatar& avatar,
-                      const Performance& performance, const RenderOptions& options) {
-  const DirectedMoment moment = direct_moment(direct_avatar(avatar, *scene.contents->model), performance, 0);
+Image render_directed(const Scene& scene, const AvatarRig& rig, const std::shared_ptr<const Avatar>& avatar,
+                      const Performance& performance, const RenderOptions& options,
+                      PictureRenderer& renderer) {
+  const DirectedMoment moment = direct_moment(direct_avatar(*avatar, *scene.contents->model), performance, 0);
   const FilmPose& pose = moment.pose;
   const RenderState state =
       pose_avatar(rig, {pose.world_from_head, pose.world_from_torso, pose.articulation, {}});
-  return render_frame(avatar, resized(moment.camera, avatar.size), state, options).rgba;
+  return renderer.render(avatar, resized(moment.camera, avatar->size), state, options).rgba;
 }
 
-PreviewPictures render_preview(const Scene& scene, const Avatar& avatar, std::size_t number) {
+PreviewPictures render_preview(const Scene& scene, const std::shared_ptr<const Avatar>& shared,
+                               std::size_t number, PictureRenderer& renderer) {
+  const Avatar& avatar = *shared;
   static constexpr double kTurns_deg[] = {-20, 20, 10, -10};
   static constexpr const char* kFaces[] = {"smile", "A", "surprise", "O"};
   const AvatarRig rig = make_rig(avatar, *scene.contents->model);
@@ -88,20 +91,22 @@ PreviewPictures render_preview(const Scene& scene, const Avatar& avatar, std::si
   pictures.step = avatar.steps;
   pictures.training_s = avatar.train_seconds;
   pictures.same = over_plate(
-      avatar, render_frame(avatar, scene.view.camera, pose_avatar(rig, scene.view.pose), options).rgba, true);
+      avatar, renderer.render(shared, scene.view.camera, pose_avatar(rig, scene.view.pose), options).rgba,
+      true);
   if (pictures.same.width == scene.truth.width && pictures.same.height == scene.truth.height)
     pictures.psnr_db = psnr_from_mse(mse(to_float(pictures.same), to_float(scene.truth)));
   const double turn = kTurns_deg[number % std::size(kTurns_deg)];
   Performance aside;
   set_value(aside, "camera yaw", float(turn), {});
-  pictures.turned = over_plate(avatar, render_directed(scene, rig, avatar, aside, options), false);
+  pictures.turned = over_plate(avatar, render_directed(scene, rig, shared, aside, options, renderer), false);
   pictures.turned_words = fmt::format("From {:.0f}\u00b0 {}", std::abs(turn), turn < 0 ? "right" : "left");
   const std::string_view wanted = kFaces[number % std::size(kFaces)];
   const auto preset = std::ranges::find(scene.presets, wanted, &Preset::name);
   if (preset == scene.presets.end()) return pictures;
   Performance face;
   apply_preset(face, *preset, {});
-  pictures.expression = over_plate(avatar, render_directed(scene, rig, avatar, face, options), true);
+  pictures.expression =
+      over_plate(avatar, render_directed(scene, rig, shared, face, options, renderer), true);
   pictures.expression_words =
       wanted.size() == 1 ? fmt::format("Saying \"{}\"", wanted) : preset_words(*preset);
   return pictures;
@@ -109,9 +114,10 @@ PreviewPictures render_preview(const Scene& scene, const Avatar& avatar, std::si
 
 }  // namespace
 
-TrainingPreview::TrainingPreview(Project project, std::function<void()> wake)
+TrainingPreview::TrainingPreview(Project project, std::function<void()> wake, OpenBackend open)
     : project_(std::move(project)),
       wake_(std::move(wake)),
+      open_(std::move(open)),
       thread_([this](std::stop_token stop) { loop(stop); }) {}
 
 AvatarTap TrainingPreview::tap() {
@@ -143,6 +149,7 @@ std::vector<HeldOutScore> TrainingPreview::scores() const {
 void TrainingPreview::loop(std::stop_token stop) {
   step_back();
   std::optional<Scene> scene;
+  PictureRenderer renderer(open_, {});  // where its device fails, the training's own tells
   for (std::size_t number = 0;; ++number) {
     std::shared_ptr<const Avatar> avatar;
     {
@@ -157,7 +164,8 @@ void TrainingPreview::loop(std::stop_token stop) {
       if (!scene) return;  // nothing to compare with; training goes on without previews
       const HeadModel& model = *scene->contents->model;
       if (scene->presets.empty()) scene->presets = presets(model, seen_from_rest(*avatar, model));
-      pictures = std::make_shared<const PreviewPictures>(render_preview(*scene, *avatar, number));
+      pictures = std::make_shared<const PreviewPictures>(render_preview(*scene, avatar, number, renderer));
+      renderer.let_go();  // a training needs the memory more
     } catch (const std::exception&) {
       return;  // memory ran out over a preview: the training needs it more
     }

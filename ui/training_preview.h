@@ -1,6 +1,7 @@
 // Looks at a running training: a held-out frame as the avatar shows it, beside the true one, a new view and a
 // new expression. Rendered on a thread that keeps to a small share of the time, so that training is hardly
-// slowed.
+// slowed; on a device of its own opening where there is one, for which a training waits no longer than the
+// copy of the avatar takes.
 #pragma once
 
 #include <chrono>
@@ -17,6 +18,7 @@
 #include "core/image/image.h"
 #include "core/project/project.h"
 #include "core/project/training_curve.h"
+#include "core/render/picture_renderer.h"
 #include "core/train/train.h"
 
 namespace likeness::ui {
@@ -37,7 +39,7 @@ class TrainingPreview {
   static constexpr double kShare = 0.03;
   static constexpr double kFirst_s = 2;  // of training before the first: earlier there is nothing to see
 
-  TrainingPreview(Project project, std::function<void()> wake);
+  TrainingPreview(Project project, std::function<void()> wake, OpenBackend open = {});
 
   // For run_stages. Valid as long as this object.
   AvatarTap tap();
@@ -49,6 +51,7 @@ class TrainingPreview {
 
   Project project_;
   std::function<void()> wake_;
+  OpenBackend open_;
   mutable std::mutex mutex_;
   std::condition_variable_any changed_;
   bool wanted_ = true;

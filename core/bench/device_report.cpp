@@ -55,7 +55,15 @@ nlohmann::json to_json(const DeviceBenchReport& report) {
             {"bandwidth_gbs", report.ceilings.bandwidth_gbs},
             {"bf16_tflops", report.ceilings.matrix_tflops}}},
           {"field", {{"batches", speeds}, {"rel_l2", errors}}},
-          {"frames", frames}};
+          {"frames", frames},
+          {"step",
+           {{"rays", report.step.rays},
+            {"samples", report.step.samples},
+            {"seconds", report.step.seconds},
+            {"rays_by_processor_seconds", report.step.rays_by_processor_seconds},
+            {"floor_seconds", report.step.floor_seconds},
+            {"fraction_of_floor", report.step.fraction_of_floor},
+            {"look_seconds", report.step.look_seconds}}}};
 }
 
 }  // namespace likeness

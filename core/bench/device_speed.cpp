@@ -8,6 +8,7 @@
 
 #include "core/bench/device_ceilings.h"
 #include "core/bench/device_frames.h"
+#include "core/bench/device_step.h"
 #include "core/bench/field_work.h"
 #include "core/bench/standard_field.h"
 #include "core/field/field_reference.h"
@@ -238,7 +239,7 @@ Result<DeviceBenchReport> measure_device(std::shared_ptr<Device> device, const D
   report.ceilings = *ceilings;
   std::vector<NetworkPrecision> precisions{NetworkPrecision::single};
   if (device->facts().matrix_units) precisions.insert(precisions.begin(), NetworkPrecision::bf16);
-  const double parts = double(precisions.size() * (options.batches.size() + 1) + 1);
+  const double parts = double(precisions.size() * (options.batches.size() + 1) + 2);
   double part = 0;
   for (const NetworkPrecision precision : precisions) {
     for (const std::size_t samples : options.batches) {
@@ -253,10 +254,14 @@ Result<DeviceBenchReport> measure_device(std::shared_ptr<Device> device, const D
     if (!error) return error.error();
     report.errors.push_back(*error);
   }
-  progress.report(part / parts, "timing pictures");
+  progress.report(part++ / parts, "timing pictures");
   auto frames = measure_frames(device, report.ceilings, options, stop);
   if (!frames) return frames.error();
   report.frames = std::move(*frames);
+  progress.report(part / parts, "timing a training's steps");
+  auto step = measure_step(device, report.ceilings, options, stop);
+  if (!step) return step.error();
+  report.step = *step;
   return report;
 }
 

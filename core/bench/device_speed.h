@@ -22,7 +22,9 @@ struct DeviceBenchOptions {
   std::size_t ceiling_bytes = std::size_t{256} << 20;    // read and written as much
   int matrix_repeats = 4096;
   std::size_t error_samples = 1024;
-  int frame_size = 512;  // px a side of the pictures
+  int frame_size = 512;                                       // px a side of the pictures
+  int step_rays = 8192, step_views = 64, step_picture = 256;  // of a training's step; px a side
+  int look_every = 1;  // cell into which a look goes
   std::uint32_t seed = 1;
 };
 
@@ -67,12 +69,23 @@ struct DeviceFrameSpeed {
   double mean_error = 0, share_over = 0;  // of a pixel's worst channel; of pixels over two hundredths
 };
 
+// A training's step; see device_step.h.
+struct DeviceStepSpeed {
+  std::size_t rays = 0;
+  double samples = 0;  // mean
+  // By the wall, rays cast on the device, and by the processor.
+  double seconds = 0, rays_by_processor_seconds = 0;
+  double floor_seconds = 0, fraction_of_floor = 0;
+  double look_seconds = 0;  // a look into all cells, every 32 steps
+};
+
 struct DeviceBenchReport {
   DeviceFacts facts{};
   DeviceCeilings ceilings;
   std::vector<DeviceBatchSpeed> speeds;
   std::vector<DeviceFieldError> errors;
   std::vector<DeviceFrameSpeed> frames;
+  DeviceStepSpeed step;
 };
 
 Result<DeviceBenchReport> measure_device(std::shared_ptr<Device> device, const DeviceBenchOptions& options,

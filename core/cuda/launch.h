@@ -11,6 +11,7 @@
 #include "core/field/device_kernels.h"
 #include "core/render/device_loss.h"
 #include "core/render/device_march.h"
+#include "core/train/device_rays.h"
 
 namespace likeness::cuda {
 
@@ -41,6 +42,16 @@ cudaError_t gather_samples(const Launch& launch, const GatherArgs& args, std::si
 cudaError_t refine_strata(const Launch& launch, const RefineArgs& args, std::size_t items);
 cudaError_t pick_samples(const Launch& launch, const PickArgs& args, std::size_t items);
 cudaError_t composite_pixels(const Launch& launch, const CompositeArgs& args, std::size_t items);
+cudaError_t choose_rays(const Launch& launch, const ChooseRaysArgs& args, std::size_t items);
+cudaError_t march_chosen(const Launch& launch, const MarchChosenArgs& args, std::size_t items);
+cudaError_t ordered_offsets(const Launch& launch, const OrderedOffsetsArgs& args, std::size_t items);
+cudaError_t gather_chosen(const Launch& launch, const GatherChosenArgs& args, std::size_t items);
+cudaError_t look_into_cells(const Launch& launch, const LookArgs& args, std::size_t items);
+cudaError_t decay_cells(const Launch& launch, const DecayArgs& args, std::size_t items);
+cudaError_t set_cell_bits(const Launch& launch, const CellBitsArgs& args, std::size_t items);
+cudaError_t mark_bricks(const Launch& launch, const BricksArgs& args, std::size_t items);
+cudaError_t bound_layers(const Launch& launch, const LayersArgs& args, std::size_t items);
+cudaError_t bound_necks(const Launch& launch, const NeckBoxArgs& args, std::size_t items);
 cudaError_t read_write(const Launch& launch, const CeilingArgs& args, std::size_t items);
 cudaError_t matrix_rate(const Launch& launch, const CeilingArgs& args, std::size_t items);
 

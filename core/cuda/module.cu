@@ -21,7 +21,7 @@ struct Context {
   DeviceFacts facts{};
 };
 
-std::string last_said;  // of the thread that opens, then of the one that owns the context
+thread_local std::string last_said;  // of the thread that opens, then of the one that owns the context
 
 DeviceStatus status_of(cudaError_t error) {
   if (error == cudaSuccess) return DeviceStatus::ok;
@@ -146,6 +146,26 @@ DeviceStatus launch(void* context, std::int32_t kernel, const void* args, std::s
       return run<PickArgs>(c, pick_samples, args, bytes, items);
     case Kernel::composite_pixels:
       return run<CompositeArgs>(c, composite_pixels, args, bytes, items);
+    case Kernel::choose_rays:
+      return run<ChooseRaysArgs>(c, choose_rays, args, bytes, items);
+    case Kernel::march_chosen:
+      return run<MarchChosenArgs>(c, march_chosen, args, bytes, items);
+    case Kernel::ordered_offsets:
+      return run<OrderedOffsetsArgs>(c, ordered_offsets, args, bytes, items);
+    case Kernel::gather_chosen:
+      return run<GatherChosenArgs>(c, gather_chosen, args, bytes, items);
+    case Kernel::look_into_cells:
+      return run<LookArgs>(c, look_into_cells, args, bytes, items);
+    case Kernel::decay_cells:
+      return run<DecayArgs>(c, decay_cells, args, bytes, items);
+    case Kernel::set_cell_bits:
+      return run<CellBitsArgs>(c, set_cell_bits, args, bytes, items);
+    case Kernel::mark_bricks:
+      return run<BricksArgs>(c, mark_bricks, args, bytes, items);
+    case Kernel::bound_layers:
+      return run<LayersArgs>(c, bound_layers, args, bytes, items);
+    case Kernel::bound_necks:
+      return run<NeckBoxArgs>(c, bound_necks, args, bytes, items);
     case Kernel::read_write:
       return run<CeilingArgs>(c, read_write, args, bytes, items);
     case Kernel::matrix_rate:

@@ -22,6 +22,16 @@ enum class Kernel : std::int32_t {
   refine_strata,     // RefineArgs
   pick_samples,      // PickArgs
   composite_pixels,  // CompositeArgs
+  choose_rays,       // core/train/device_rays.h: ChooseRaysArgs
+  march_chosen,      // MarchChosenArgs
+  ordered_offsets,   // OrderedOffsetsArgs
+  gather_chosen,     // GatherChosenArgs
+  look_into_cells,   // LookArgs
+  decay_cells,       // DecayArgs
+  set_cell_bits,     // CellBitsArgs
+  mark_bricks,       // BricksArgs
+  bound_layers,      // LayersArgs
+  bound_necks,       // NeckBoxArgs
   read_write,        // core/bench/device_ceilings.h: CeilingArgs
   matrix_rate,       // CeilingArgs
   count

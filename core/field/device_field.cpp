@@ -390,6 +390,7 @@ Result<void> DeviceField::step_networks(const StepNumbers* numbers, const StepSu
 }
 
 float* DeviceField::point(int k) const { return impl_->axis(std::size_t(k)); }
+std::int32_t* DeviceField::rows() const { return impl_->view.data(); }
 float* DeviceField::sigma() const { return impl_->density.data(); }
 float* DeviceField::colours() const { return impl_->colour.data(); }
 float* DeviceField::d_sigma() const { return impl_->d_density.data(); }

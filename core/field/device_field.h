@@ -57,9 +57,10 @@ class DeviceField {
   Result<void> step_networks(const StepNumbers* numbers, const StepSums* sums, int index);
 
   // -- Where things lie in the device's memory.
-  float* point(int k) const;  // (capacity) a coordinate of the samples' positions, from 3 on of directions
-  float* sigma() const;       // (capacity)
-  float* colours() const;     // (3, capacity)
+  float* point(int k) const;   // (capacity) a coordinate of the samples' positions, from 3 on of directions
+  std::int32_t* rows() const;  // (capacity) of conditions and codes, of a field with several
+  float* sigma() const;        // (capacity)
+  float* colours() const;      // (3, capacity)
   float *d_sigma() const, *d_colours() const;
   float *codes() const, *d_codes() const;  // (views, L), or null without latents
   std::uint32_t* count() const;

@@ -107,7 +107,8 @@ struct StepNumbers {
 
 // What a step gives back.
 struct StepSums {
-  double error;  // squared, over rays and channels
+  double error;            // squared, over rays and channels
+  std::uint32_t count[2];  // samples of each field, where the device chose them
 };
 
 struct AdamMoments {

@@ -32,6 +32,32 @@ struct LearntParts {
   ArrayAdamState* codes_adam = nullptr;
 };
 
+class DeviceField;
+struct StepNumbers;
+struct StepSums;
+
+// Where a step's rays and samples lie on a device, for whoever casts the rays there (core/train/cast_rays.h).
+struct DeviceBatch {
+  std::shared_ptr<Device> device;
+  std::array<DeviceField*, 2> fields{};  // null: no such field
+  // As in SampleBatch and RayBatch.
+  std::uint32_t *begin = nullptr, *slot = nullptr;
+  float *dt = nullptr, *target = nullptr, *background = nullptr;
+  std::uint8_t* of_field = nullptr;
+  StepNumbers* numbers = nullptr;
+  StepSums* sums = nullptr;
+};
+
+// Casts rays where a learner computes.
+class DeviceRaySource {
+ public:
+  virtual ~DeviceRaySource() = default;
+  // Queues what fills the batch, counts included. It is recorded in front of the step and replayed for as
+  // long as the version stays.
+  virtual Result<void> queue_rays(const DeviceBatch& batch) = 0;
+  virtual std::uint64_t version() const = 0;
+};
+
 // One step's rays, their samples and what the step is to do.
 struct LearningStep {
   const SampleBatch& samples;
@@ -45,12 +71,17 @@ struct LearningStep {
   // Ascending, apart from each other. Their rays count in the squared error like all others.
   std::span<const RayPatch> patches;
   float patch_weight = 0;  // of the mean over the patches of their losses
+  // Of a learner with a device_batch: `cast_rays` rays come from here, and samples, target and background are
+  // not looked at.
+  DeviceRaySource* cast = nullptr;
+  std::size_t cast_rays = 0;
 };
 
 struct LearningResult {
   // The mean squared error over rays and channels, and patch_weight times the patches' mean loss; either not
   // finite: nothing was changed.
   double loss = 0, patch_loss = 0;
+  std::array<std::size_t, 2> samples{};  // of each field
 };
 
 // Learns fields from rays: forward, compositing, loss, backward, Adam.
@@ -58,6 +89,8 @@ class FieldLearner {
  public:
   virtual ~FieldLearner() = default;
   virtual Result<LearningResult> step(const LearningStep& step) = 0;
+  // Where it takes rays that are cast on its device; null: it takes the host's only.
+  virtual const DeviceBatch* device_batch() { return nullptr; }
   // Densities of one of the fields, of a batch of any size.
   virtual Result<void> densities(int field, const FieldInputs& inputs, std::vector<float>& sigma) = 0;
   // Brings the parts up to date with what has been learnt; and the other way round, after they were changed.

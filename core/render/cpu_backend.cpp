@@ -201,6 +201,7 @@ class CpuLearner : public FieldLearner {
     else
       train_fields(passes, block_loss);
     LearningResult result;
+    for (std::size_t f = 0; f < 2; ++f) result.samples[f] = step.samples.fields[f].count();
     for (const BlockError& error : errors) result.loss += error.squared, result.patch_loss += error.patch;
     result.loss /= 3 * double(rays);
     return result;

@@ -31,7 +31,8 @@ class DeviceLearner : public FieldLearner {
   DeviceLearner(std::shared_ptr<Device> device, const LearntParts& parts, const LearnerShape& shape)
       : device_(std::move(device)), parts_(parts), shape_(shape) {}
   ~DeviceLearner() override {
-    if (recording_) device_->forget(recording_);
+    for (void* recording : {recording_, cast_recording_})
+      if (recording) device_->forget(recording);
   }
 
   Result<void> prepare(NetworkPrecision precision) {
@@ -62,27 +63,49 @@ class DeviceLearner : public FieldLearner {
     if (auto done = make(sums_, 1); !done) return done;
     if (auto done = make(codes_first_, half()); !done) return done;
     if (auto done = make(codes_second_, half()); !done) return done;
+    batch_ = {device_,
+              {fields_[0].get(), fields_[1].get()},
+              begin_.data(),
+              slot_.data(),
+              dt_.data(),
+              target_.data(),
+              background_.data(),
+              of_field_.data(),
+              numbers_.data(),
+              sums_.data()};
     return place();
   }
 
   Result<LearningResult> step(const LearningStep& step) override {
-    const std::size_t rays = step.target.size();
+    const std::size_t rays = step.cast ? step.cast_rays : step.target.size(),
+                      samples = step.cast ? 0 : step.samples.dt.size();
     LIKENESS_CHECK(step.patches.empty(), "%zu patches for a learner without", step.patches.size());
-    LIKENESS_CHECK(
-        rays <= shape_.rays && step.samples.dt.size() <= capacity_of(shape_) && step.views == shape_.views,
-        "%zu rays, %zu samples and %zu views for a learner of %zu, %zu and %zu", rays, step.samples.dt.size(),
-        step.views, shape_.rays, capacity_of(shape_), shape_.views);
-    if (auto done = copy_in(step); !done) return done.error();
-    if (!recording_)
-      if (auto done = record(step.code_penalty); !done) return done.error();
-    if (auto done = device_->replay(recording_); !done) return done.error();
+    LIKENESS_CHECK(rays <= shape_.rays && samples <= capacity_of(shape_) && step.views == shape_.views,
+                   "%zu rays, %zu samples and %zu views for a learner of %zu, %zu and %zu", rays, samples,
+                   step.views, shape_.rays, capacity_of(shape_), shape_.views);
+    if (auto done = copy_numbers(step, rays); !done) return done.error();
+    if (!step.cast)
+      if (auto done = copy_rays(step); !done) return done.error();
+    void*& recording = step.cast ? cast_recording_ : recording_;
+    if (step.cast && recording && step.cast->version() != cast_version_)
+      device_->forget(recording), recording = nullptr;
+    if (!recording) {
+      auto made = record(step);
+      if (!made) return made.error();
+      recording = *made;
+      if (step.cast) cast_version_ = step.cast->version();
+    }
+    if (auto done = device_->replay(recording); !done) return done.error();
     StepSums sums{};
     if (auto done = device_->copy_out(&sums, sums_.data(), sizeof(sums)); !done) return done.error();
     if (auto done = device_->wait(); !done) return done.error();
-    const LearningResult result{sums.error / (3 * double(rays))};
-    if (std::isfinite(result.loss)) count_step();
+    const std::uint32_t* const count = step.cast ? sums.count : host_numbers_.count;
+    const LearningResult result{sums.error / (3 * double(rays)), 0, {count[0], count[1]}};
+    if (std::isfinite(result.loss)) count_step(result);
     return result;
   }
+
+  const DeviceBatch* device_batch() override { return &batch_; }
 
   Result<void> densities(int field, const FieldInputs& inputs, std::vector<float>& sigma) override {
     DeviceField& on = *fields_[std::size_t(field)];
@@ -156,9 +179,8 @@ class DeviceLearner : public FieldLearner {
     return device_->copy_in(to.data(), from, bytes);
   }
 
-  Result<void> copy_in(const LearningStep& step) {
-    const SampleBatch& samples = step.samples;
-    const std::size_t rays = step.target.size(), count = samples.dt.size();
+  // What a step takes in any case; the counts of rays that are cast here are set here.
+  Result<void> copy_numbers(const LearningStep& step, std::size_t rays) {
     host_numbers_ = {};
     host_numbers_.rays = std::uint32_t(rays);
     host_numbers_.loss_scale = 1 / (3 * float(rays));
@@ -167,36 +189,43 @@ class DeviceLearner : public FieldLearner {
         AdamOptions{.table_rate = step.table_rate, .table_decay = step.table_decay}.table_keep();
     for (std::size_t f = 0; f < 2; ++f) {
       if (!fields_[f]) continue;
-      const auto own = std::uint32_t(samples.fields[f].count());
-      host_numbers_.count[f] = own;
+      if (!step.cast) host_numbers_.count[f] = std::uint32_t(step.samples.fields[f].count());
       host_numbers_.network_rate[f] = corrected(step.network_rate, parts_.fields[f].adam->step + 1);
-      if (auto done = fields_[f]->set_samples(samples.fields[f].inputs(nullptr, nullptr)); !done) return done;
-      if (auto done = fields_[f]->set_count(own); !done) return done;
     }
     if (half() > 0) host_numbers_.code_rate = corrected(step.code_rate, parts_.codes_adam->step + 1);
     if (auto done = fields_[0]->set_conditions(step.conditions.data(), 2 * step.views); !done) return done;
+    return send(numbers_, &host_numbers_, sizeof(host_numbers_));
+  }
+
+  Result<void> copy_rays(const LearningStep& step) {
+    const SampleBatch& samples = step.samples;
+    const std::size_t rays = step.target.size(), count = samples.dt.size();
+    for (std::size_t f = 0; f < 2; ++f) {
+      if (!fields_[f]) continue;
+      if (auto done = fields_[f]->set_samples(samples.fields[f].inputs(nullptr, nullptr)); !done) return done;
+      if (auto done = fields_[f]->set_count(host_numbers_.count[f]); !done) return done;
+    }
     if (auto done = send(begin_, samples.begin.data(), (rays + 1) * 4); !done) return done;
     if (auto done = send(dt_, samples.dt.data(), count * 4); !done) return done;
     if (auto done = send(of_field_, samples.field.data(), count); !done) return done;
     if (auto done = send(slot_, samples.slot.data(), count * 4); !done) return done;
     if (auto done = send(target_, step.target.data(), rays * sizeof(Vec3f)); !done) return done;
-    if (auto done = send(background_, step.background.data(), rays * sizeof(Vec3f)); !done) return done;
-    return send(numbers_, &host_numbers_, sizeof(host_numbers_));
+    return send(background_, step.background.data(), rays * sizeof(Vec3f));
   }
 
-  Result<void> record(float code_penalty) {
-    if (auto done = device_->record(); !done) return done;
-    const Result<void> queued = queue_step(code_penalty);
+  Result<void*> record(const LearningStep& step) {
+    if (auto done = device_->record(); !done) return done.error();
+    const Result<void> queued = queue_step(step);
     auto made = device_->end_record();  // whatever happened, recording ends
-    if (!queued) return queued;
-    if (!made) return made.error();
-    recording_ = *made;
-    return {};
+    if (!queued) return queued.error();
+    return made;
   }
 
-  Result<void> queue_step(float code_penalty) {
+  Result<void> queue_step(const LearningStep& step) {
     static_assert(sizeof(Vec3f) == 3 * sizeof(float));
     if (auto done = device_->clear(sums_.data(), sizeof(StepSums)); !done) return done;
+    if (step.cast)
+      if (auto done = step.cast->queue_rays(batch_); !done) return done;
     RayLossArgs loss{{},           begin_.data(),  dt_.data(),         of_field_.data(),
                      slot_.data(), target_.data(), background_.data(), numbers_.data(),
                      sums_.data()};
@@ -220,7 +249,7 @@ class DeviceLearner : public FieldLearner {
                               fields_[0]->d_codes(),
                               codes_first_.data(),
                               codes_second_.data(),
-                              code_penalty,
+                              step.code_penalty,
                               std::uint32_t(shape_.views),
                               std::uint32_t(shape_.centred()),
                               std::uint32_t(half() / shape_.views),
@@ -231,10 +260,10 @@ class DeviceLearner : public FieldLearner {
   }
 
   // As adam_step does where the fields lie with the host.
-  void count_step() {
+  void count_step(const LearningResult& result) {
     for (std::size_t f = 0; f < 2; ++f)
-      if (fields_[f] && host_numbers_.count[f] > 0) ++parts_.fields[f].adam->step;
-    if (half() > 0 && host_numbers_.count[0] > 0) ++parts_.codes_adam->step;
+      if (fields_[f] && result.samples[f] > 0) ++parts_.fields[f].adam->step;
+    if (half() > 0 && result.samples[0] > 0) ++parts_.codes_adam->step;
   }
 
   std::shared_ptr<Device> device_;
@@ -247,7 +276,9 @@ class DeviceLearner : public FieldLearner {
   DeviceArray<StepNumbers> numbers_;
   DeviceArray<StepSums> sums_;
   StepNumbers host_numbers_{};
-  void* recording_ = nullptr;
+  DeviceBatch batch_;
+  void *recording_ = nullptr, *cast_recording_ = nullptr;  // of steps with the host's rays, and the device's
+  std::uint64_t cast_version_ = 0;
 };
 
 class DeviceBackend : public Backend {
@@ -258,7 +289,7 @@ class DeviceBackend : public Backend {
                                                      const LearnerShape& shape) override {
     if (shape.patches)
       return Error{ErrorCode::bad_input, "The landmark loss is computed by the processor only.",
-                   "Use --backend cpu, or train without --landmark-loss.", "training"};
+                   "Use --backend cpu, or train without --landmark-loss.", "CUDA, landmark loss"};
     auto learner = std::make_unique<DeviceLearner>(device_, parts, shape);
     if (auto done = learner->prepare(halves_ ? NetworkPrecision::bf16 : NetworkPrecision::single); !done)
       return done.error();

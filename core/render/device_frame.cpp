@@ -48,11 +48,7 @@ NeckTable neck_table(const NeckBend& bend) {
   return table;
 }
 
-void set_neck(const Avatar& avatar, const RenderState& state, const MarchVolume& head, FrameNumbers& frame) {
-  if (avatar.neck.empty()) return;
-  const NeckBend bend = make_neck_bend(avatar.neck, state.world_from_head.inverse() * state.world_from_torso,
-                                       avatar.head.cube.origin, avatar.head.cube.side);
-  frame.neck = neck_table(bend);
+void set_neck_box(const NeckBend& bend, const MarchVolume& head, FrameNumbers& frame) {
   if (bend.straight) return;
   MarchNeck neck = march_neck(bend, head);
   bound_neck(head, neck);
@@ -112,31 +108,49 @@ bool same_options(const RenderOptions& a, const RenderOptions& b) {
          a.shade_weight == b.shade_weight && a.precision == b.precision;
 }
 
-void pack_frame(const Avatar& avatar, const Camera& camera, const RenderState& state, const MarchVolume& head,
-                std::vector<unsigned char>& out) {
+void pack_frame(const FrameParts& parts, const MarchVolume* head, std::vector<unsigned char>& out) {
   FrameNumbers frame{};
-  const auto map = [&](std::size_t f, const FieldCube& cube, const Pose& world_from_field) {
-    const UnitFromCamera from = unit_from_camera(cube, camera.cam_from_world, world_from_field);
-    set(frame.linear[f], from.linear), set(frame.offset[f], from.offset);
-  };
-  map(0, avatar.head.cube, state.world_from_head);
-  if (avatar.torso) map(1, avatar.torso->cube, state.world_from_torso);
-  set_neck(avatar, state, head, frame);
+  for (std::size_t f = 0; f < 2; ++f)
+    if (parts.maps[f])
+      set(frame.linear[f], parts.maps[f]->linear), set(frame.offset[f], parts.maps[f]->offset);
+  if (parts.neck) frame.neck = neck_table(*parts.neck);
+  if (parts.neck && head) set_neck_box(*parts.neck, *head, frame);
   out.resize(sizeof(frame));
-  if (!state.warp.empty()) {
-    const WarpLattice& warp = state.warp;
+  if (parts.warp && !parts.warp->empty()) {
+    const WarpLattice& warp = *parts.warp;
     LatticeTable& table = frame.lattice;
     std::copy(warp.nodes.begin(), warp.nodes.end(), table.nodes);
     set(table.origin, warp.origin);
     table.cell = warp.cell, table.unit = warp.unit, table.mouth = mouth_table(warp.mouth);
     frame.columns_at = append(out, warp.columns), frame.rows_at = append(out, warp.displacement);
   }
-  if (!state.torso.empty()) {
-    const TorsoGrid& grid = state.torso.grid;
+  if (parts.torso && !parts.torso->empty()) {
+    const TorsoGrid& grid = parts.torso->grid;
     frame.torso = {grid.columns, grid.rows, {grid.origin.x(), grid.origin.y()}, grid.cell};
-    frame.displacement_at = append(out, state.torso.displacement);
+    frame.displacement_at = append(out, parts.torso->displacement);
   }
   std::memcpy(out.data(), &frame, sizeof(frame));
+}
+
+void pack_frame(const Avatar& avatar, const Camera& camera, const RenderState& state, const MarchVolume& head,
+                std::vector<unsigned char>& out) {
+  FrameParts parts;
+  const UnitFromCamera head_map =
+      unit_from_camera(avatar.head.cube, camera.cam_from_world, state.world_from_head);
+  parts.maps[0] = &head_map;
+  UnitFromCamera torso_map;
+  if (avatar.torso) {
+    torso_map = unit_from_camera(avatar.torso->cube, camera.cam_from_world, state.world_from_torso);
+    parts.maps[1] = &torso_map;
+  }
+  NeckBend neck;
+  if (!avatar.neck.empty()) {
+    neck = make_neck_bend(avatar.neck, state.world_from_head.inverse() * state.world_from_torso,
+                          avatar.head.cube.origin, avatar.head.cube.side);
+    parts.neck = &neck;
+  }
+  parts.warp = &state.warp, parts.torso = &state.torso;
+  pack_frame(parts, &head, out);
 }
 
 }  // namespace likeness

@@ -1,7 +1,8 @@
-// What goes to a device for a picture: the order of its pixels, once a size, and the pose, once a frame.
-// Internal to core/render.
+// What goes to a device for a picture: the order of its pixels, once a size, and the pose, once a frame; of a
+// training (core/train/cast_rays.h) the poses of its views.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
@@ -37,7 +38,17 @@ PictureTiles picture_tiles(const Intrinsics& k, int block, std::size_t tiles_per
 bool same_picture(const Intrinsics& a, const Intrinsics& b);
 bool same_options(const RenderOptions& a, const RenderOptions& b);
 
-// The bytes of FrameNumbers and the tables behind it. head: of the avatar, for the neck's box.
+// A pose as the device takes it. Null: nothing of the kind, or nothing moves.
+struct FrameParts {
+  std::array<const UnitFromCamera*, 2> maps{};  // head, torso
+  const NeckBend* neck = nullptr;               // of the head's unit cube
+  const WarpLattice* warp = nullptr;
+  const TorsoField* torso = nullptr;
+};
+// The bytes of FrameNumbers and the tables behind it, in place of what `out` holds. head: for the neck's box;
+// null: the box is left to others.
+void pack_frame(const FrameParts& parts, const MarchVolume* head, std::vector<unsigned char>& out);
+// The same of an avatar.
 void pack_frame(const Avatar& avatar, const Camera& camera, const RenderState& state, const MarchVolume& head,
                 std::vector<unsigned char>& out);
 

@@ -38,9 +38,9 @@ struct MarchGrid {
 
 struct MarchScene {
   MarchGrid grid[2];
-  const float* depth_of_opacity;  // (256)
-  const FrameNumbers* frame;
-  const std::uint8_t* neck_cells;  // (cells of the neck's box, 2): 1 occupied + 2 core; opacity
+  const float* depth_of_opacity;   // (256)
+  const FrameNumbers* frame;       // of all rays; a training's have each their own
+  const std::uint8_t* neck_cells;  // (cells of the neck's box, 2): 1 occupied + 2 core; opacity; or null
   float near, far, min_step;       // m
 };
 
@@ -175,9 +175,9 @@ struct GridContents {
   const FrameNumbers* frame;  // of a bent neck, or null
   const std::uint8_t* neck_cells;
 
-  LIKENESS_HOST_DEVICE GridContents(const MarchScene& scene, int field)
+  LIKENESS_HOST_DEVICE GridContents(const MarchScene& scene, const FrameNumbers& of, int field)
       : grid(scene.grid[field]),
-        frame(field == 0 && scene.frame->neck.bends ? scene.frame : nullptr),
+        frame(field == 0 && of.neck.bends ? &of : nullptr),
         neck_cells(scene.neck_cells) {}
   LIKENESS_HOST_DEVICE bool is_empty(const int (&brick)[3]) const {
     const int m = bricks_along(grid.resolution);
@@ -200,6 +200,7 @@ struct GridContents {
           return bit_at(grid.bits, own) ? content_of_neck(grid, frame->neck, cell) : CellContent{};
         i = i * std::size_t(frame->neck_count[a]) + std::size_t(in_box);
       }
+      if (!neck_cells) return content_of_neck(grid, frame->neck, cell);
       return {(neck_cells[2 * i] & 1) != 0, (neck_cells[2 * i] & 2) != 0, neck_cells[2 * i + 1]};
     }
     return {bit_at(grid.bits, own), grid.core && bit_at(grid.core, own),
@@ -269,12 +270,21 @@ struct RayLists {
   }
 };
 
+// A ray's own: where it goes, and how its samples are placed.
+struct MarchedRay {
+  const float* direction;    // (3) unit, camera frame
+  float from[2] = {0, 0};    // m, of each field: where its walk may begin; infinite: it is not met
+  std::uint64_t jitter = 0;  // as in place_samples
+  float even_share = kEvenShare;
+};
+
 // Nothing beyond a core cell of one field is seen in the other either.
-LIKENESS_HOST_DEVICE inline void walk_ray(const MarchScene& scene, const float* direction, RayLists& lists) {
+LIKENESS_HOST_DEVICE inline void walk_ray(const MarchScene& scene, const FrameNumbers& frame,
+                                          const MarchedRay& marched, RayLists& lists) {
   float far = scene.far;
   for (int f = 0; f < 2; ++f) {
     if (!scene.grid[f].there) continue;
-    const UnitRay ray = unit_ray(*scene.frame, f, direction);
+    const UnitRay ray = unit_ray(frame, f, marched.direction);
     const int n = scene.grid[f].resolution;
     const float cells_per_m = float(n) * sqrtf(dot3(ray.direction, ray.direction));
     const auto visit = [&](float near, float leave, std::uint8_t opacity) {
@@ -282,7 +292,8 @@ LIKENESS_HOST_DEVICE inline void walk_ray(const MarchScene& scene, const float* 
       lists.push(f, {near, leave, depth});
       return true;
     };
-    far = smaller(far, walk_cells(ray, n, GridContents(scene, f), scene.near, far, visit));
+    const float near = larger(scene.near, marched.from[f]);
+    far = smaller(far, walk_cells(ray, n, GridContents(scene, frame, f), near, far, visit));
   }
   if (far >= scene.far) return;
   while (lists.counts[0] > 0 && lists.interval(0, lists.counts[0] - 1).near >= far) --lists.counts[0];
@@ -299,14 +310,15 @@ LIKENESS_HOST_DEVICE inline void set_counts(const PlacedRays& rays, std::size_t 
 }
 
 // Walks ray r and puts samples into its strata.
-LIKENESS_HOST_DEVICE inline void place_by_grids(const MarchScene& scene, const float* direction,
-                                                RayLists& lists, const PlacedRays& out, std::size_t r) {
-  walk_ray(scene, direction, lists);
+LIKENESS_HOST_DEVICE inline void place_by_grids(const MarchScene& scene, const FrameNumbers& frame,
+                                                const MarchedRay& ray, RayLists& lists, const PlacedRays& out,
+                                                std::size_t r) {
+  walk_ray(scene, frame, ray, lists);
   int count[2] = {0, 0};
   Placing<RayLists> placing(lists);
   const std::size_t row = r * std::size_t(out.most);
-  cut_strata(lists, scene.min_step, kEvenShare, out.most, [&](int k, float from, float to) {
-    const RaySample sample = placing.at(from + 0.5f * (to - from));
+  cut_strata(lists, scene.min_step, ray.even_share, out.most, [&](int k, float from, float to) {
+    const RaySample sample = placing.at(from + place_in_stratum(ray.jitter, k) * (to - from));
     out.t[row + std::size_t(k)] = sample.t, out.dt[row + std::size_t(k)] = to - from;
     ++count[sample.field];
   });
@@ -315,7 +327,7 @@ LIKENESS_HOST_DEVICE inline void place_by_grids(const MarchScene& scene, const f
 
 LIKENESS_HOST_DEVICE inline void march_strata(const MarchStrataArgs& a, std::size_t r) {
   RayLists lists(a.lists, r);
-  place_by_grids(a.scene, a.direction + 3 * r, lists, a.out, r);
+  place_by_grids(a.scene, *a.scene.frame, MarchedRay{a.direction + 3 * r}, lists, a.out, r);
   for (int f = 0; f < 2; ++f)
     a.lists.count[std::size_t(f) * a.lists.lanes + r] = std::uint32_t(lists.counts[f]);
 }
@@ -324,7 +336,7 @@ LIKENESS_HOST_DEVICE inline void march_rays(const MarchRaysArgs& a, std::size_t 
   for (std::size_t r = lane; r < a.out.rays; r += a.lists.lanes) {
     if (a.wanted && !a.wanted[r]) continue;
     RayLists lists(a.lists, lane);
-    place_by_grids(a.scene, a.direction + 3 * r, lists, a.out, r);
+    place_by_grids(a.scene, *a.scene.frame, MarchedRay{a.direction + 3 * r}, lists, a.out, r);
   }
 }
 

@@ -52,27 +52,38 @@ LIKENESS_HOST_DEVICE inline std::uint32_t add_count(std::uint32_t* at, std::uint
 #endif
 }
 
-// By the threads of one block, for kScanRays rays: a prefix sum among them, behind what other blocks have
-// taken. shared: (7, kScanRays).
+// By the threads of one block: sums along rows of kScanRays numbers. sums, next: (rows, kScanRays); returns
+// the one that holds them in the end.
 template <class Block>
-LIKENESS_HOST_DEVICE void ray_offsets(Block& block, const RayOffsetsArgs& a, std::uint32_t* shared) {
-  const std::size_t first = std::size_t(block.index()) * kScanRays;
-  std::uint32_t *sums = shared, *next = shared + 3 * kScanRays, *base = shared + 6 * kScanRays;
-  const auto own = [&](int i, int f) {
-    const std::size_t r = first + std::size_t(i);
-    return r < a.rays.rays ? a.rays.count[std::size_t(f) * a.rays.rays + r] : 0u;
-  };
-  block.for_each(kScanRays, [&](int i) {
-    const std::uint32_t head = own(i, 0), torso = own(i, 1);
-    sums[i] = head, sums[kScanRays + i] = torso, sums[2 * kScanRays + i] = head + torso > 0 ? 1u : 0u;
-  });
+LIKENESS_HOST_DEVICE std::uint32_t* prefix_sums(Block& block, int rows, std::uint32_t* sums,
+                                                std::uint32_t* next) {
   for (int step = 1; step < kScanRays; step *= 2) {
-    block.for_each(3 * kScanRays, [&](int item) {
+    block.for_each(rows * kScanRays, [&](int item) {
       next[item] = sums[item] + (item % kScanRays >= step ? sums[item - step] : 0u);
     });
     std::uint32_t* const done = next;
     next = sums, sums = done;
   }
+  return sums;
+}
+
+// Samples of ray r in field f; none beyond the last ray.
+LIKENESS_HOST_DEVICE inline std::uint32_t count_of(const PlacedRays& rays, std::size_t r, int f) {
+  return r < rays.rays ? rays.count[std::size_t(f) * rays.rays + r] : 0u;
+}
+
+// By the threads of one block, for kScanRays rays: a prefix sum among them, behind what other blocks have
+// taken. shared: (7, kScanRays).
+template <class Block>
+LIKENESS_HOST_DEVICE void ray_offsets(Block& block, const RayOffsetsArgs& a, std::uint32_t* shared) {
+  const std::size_t first = std::size_t(block.index()) * kScanRays;
+  std::uint32_t* const base = shared + 6 * kScanRays;
+  const auto own = [&](int i, int f) { return count_of(a.rays, first + std::size_t(i), f); };
+  block.for_each(kScanRays, [&](int i) {
+    const std::uint32_t head = own(i, 0), torso = own(i, 1);
+    shared[i] = head, shared[kScanRays + i] = torso, shared[2 * kScanRays + i] = head + torso > 0 ? 1u : 0u;
+  });
+  const std::uint32_t* const sums = prefix_sums(block, 3, shared, shared + 3 * kScanRays);
   block.for_each(3, [&](int row) {
     const std::uint32_t sum = sums[row * kScanRays + kScanRays - 1];
     if (row < 2) {
@@ -91,9 +102,9 @@ LIKENESS_HOST_DEVICE void ray_offsets(Block& block, const RayOffsetsArgs& a, std
 }
 
 // A point of the head's unit cube to the resting face and the straight neck.
-LIKENESS_HOST_DEVICE inline void head_to_canonical(const MarchScene& scene, float (&p)[3]) {
-  const FrameNumbers& frame = *scene.frame;
-  const auto* behind = reinterpret_cast<const unsigned char*>(scene.frame);
+LIKENESS_HOST_DEVICE inline void head_to_canonical(const MarchScene& scene, const FrameNumbers& frame,
+                                                   float (&p)[3]) {
+  const auto* behind = reinterpret_cast<const unsigned char*>(&frame);
   if (frame.lattice.nodes[0] > 0) {
     float place[3], way[3];
     for (int a = 0; a < 3; ++a) place[a] = scene.grid[0].origin[a] + scene.grid[0].side * p[a];
@@ -105,14 +116,28 @@ LIKENESS_HOST_DEVICE inline void head_to_canonical(const MarchScene& scene, floa
   for (int a = 0; a < 3; ++a) p[a] = within(p[a], 0.f, 1.f);
 }
 
-LIKENESS_HOST_DEVICE inline void torso_to_canonical(const MarchScene& scene, float (&p)[3]) {
-  const FrameNumbers& frame = *scene.frame;
-  const auto* behind = reinterpret_cast<const unsigned char*>(scene.frame);
+LIKENESS_HOST_DEVICE inline void torso_to_canonical(const MarchScene& scene, const FrameNumbers& frame,
+                                                    float (&p)[3]) {
+  const auto* behind = reinterpret_cast<const unsigned char*>(&frame);
   const MarchGrid& grid = scene.grid[1];
   float way[2];
   torso_way(frame.torso, reinterpret_cast<const float*>(behind + frame.displacement_at),
             grid.origin[0] + grid.side * p[0], grid.origin[1] + grid.side * p[1], way);
   for (int a = 0; a < 2; ++a) p[a] = within(p[a] + way[a] / grid.side, 0.f, 1.f);
+}
+
+// A place on a ray to where its field knows it; sets the position and direction of a field's sample.
+LIKENESS_HOST_DEVICE inline void set_sample(const MarchScene& scene, const FrameNumbers& frame, int field,
+                                            const float* direction, float t, float* const (&point)[6],
+                                            std::size_t slot) {
+  const UnitRay ray = unit_ray(frame, field, direction);
+  float p[3];
+  for (int c = 0; c < 3; ++c) p[c] = within(ray.origin[c] + t * ray.direction[c], 0.f, 1.f);
+  field == 0 ? head_to_canonical(scene, frame, p) : torso_to_canonical(scene, frame, p);
+  for (int c = 0; c < 3; ++c) {
+    point[c][slot] = p[c];
+    point[3 + c][slot] = ray.direction[c] * scene.grid[field].side;
+  }
 }
 
 LIKENESS_HOST_DEVICE inline void gather_sample(const GatherArgs& a, std::size_t item) {
@@ -121,15 +146,8 @@ LIKENESS_HOST_DEVICE inline void gather_sample(const GatherArgs& a, std::size_t 
   const RayRow row(a.rays, r);
   if (k >= row.all) return;
   const SampleSlot at(a.rays, a.offset, r, row, k);
-  const UnitRay ray = unit_ray(*a.scene.frame, at.field, a.direction + 3 * r);
-  const float t = a.rays.t[row.first + std::size_t(k)], side = a.scene.grid[at.field].side;
-  float p[3];
-  for (int c = 0; c < 3; ++c) p[c] = within(ray.origin[c] + t * ray.direction[c], 0.f, 1.f);
-  at.field == 0 ? head_to_canonical(a.scene, p) : torso_to_canonical(a.scene, p);
-  for (int c = 0; c < 3; ++c) {
-    a.point[at.field][c][at.slot] = p[c];
-    a.point[at.field][3 + c][at.slot] = ray.direction[c] * side;
-  }
+  set_sample(a.scene, *a.scene.frame, at.field, a.direction + 3 * r, a.rays.t[row.first + std::size_t(k)],
+             a.point[at.field], at.slot);
 }
 
 LIKENESS_HOST_DEVICE inline void refine_strata(const RefineArgs& a, std::size_t r) {
@@ -202,7 +220,7 @@ LIKENESS_HOST_DEVICE inline void pick_samples(const PickArgs& a, std::size_t pix
     const int begin = f == 0 ? 0 : from.head, end = f == 0 ? from.head : from.all;
     if (begin == end) continue;
     const UnitRay ray = unit_ray(*a.scene.frame, f, a.direction + 3 * pixel);
-    const GridContents contents(a.scene, f);
+    const GridContents contents(a.scene, *a.scene.frame, f);
     const int n = a.scene.grid[f].resolution;
     for (int k = begin; k < end; ++k) {
       const float t = a.refined.t[from.first + std::size_t(k)],

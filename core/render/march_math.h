@@ -131,4 +131,22 @@ LIKENESS_HOST_DEVICE float walk_cells(const UnitRay& ray, int resolution, const 
   return far;
 }
 
+// Whether a ray meets an occupied cell of either field, hidden by the other's core or not. walk(f, far,
+// visit): through field f, as walk_cells. before: of each field, where its walk may begin the next time.
+template <class Walk>
+LIKENESS_HOST_DEVICE bool meets_cells(const Walk& walk, float far, float (&before)[2]) {
+  before[0] = before[1] = 0;
+  for (int f = 0; f < 2; ++f) {
+    bool met = false;
+    const auto note = [&](float t, float, std::uint8_t) {
+      before[f] = t, met = true;
+      return false;
+    };
+    far = smaller(far, walk(f, far, note));
+    if (met) return true;
+    before[f] = far;  // the core of a field is found there again
+  }
+  return false;
+}
+
 }  // namespace likeness

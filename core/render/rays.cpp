@@ -266,10 +266,9 @@ struct RayIntervals {
     std::vector<Interval>* lists[2] = {&head, &torso};
     for (int f = 0; f < 2; ++f)
       if (volumes.fields[f].occupancy)
-        far = std::min(
-            far, occupied_intervals(ray.fields[f], volumes.fields[f],
-                                    std::max(volumes.near, ray.nothing_before[std::size_t(f)]), far, *lists[f],
-                                    neck_of(ray, volumes, f)));
+        far = std::min(far, occupied_intervals(ray.fields[f], volumes.fields[f],
+                                               std::max(volumes.near, ray.nothing_before[std::size_t(f)]),
+                                               far, *lists[f], neck_of(ray, volumes, f)));
     if (far >= volumes.far) return;
     while (!head.empty() && head.back().near >= far) head.pop_back();
     if (head.empty() || head.back().far <= far) return;
@@ -282,21 +281,16 @@ struct RayIntervals {
 }  // namespace
 
 bool meets_volume(RayRequest& ray, const MarchVolumes& volumes) {
-  float far = volumes.far;
-  ray.nothing_before = {};
-  for (int f = 0; f < 2; ++f) {
-    if (!volumes.fields[f].occupancy) continue;
-    bool met = false;
-    far = std::min(far, walk_volume(ray.fields[f], volumes.fields[f], neck_of(ray, volumes, f), volumes.near,
-                                    far, [&](float t, float, std::uint8_t) {
-                                      ray.nothing_before[std::size_t(f)] = t;
-                                      met = true;
-                                      return false;
-                                    }));
-    if (met) return true;
-    ray.nothing_before[std::size_t(f)] = far;  // the core of a field is found there again
-  }
-  return false;
+  float before[2];
+  const auto walk = [&](int f, float far, const auto& visit) {
+    const MarchVolume& volume = volumes.fields[f];
+    return volume.occupancy
+               ? walk_volume(ray.fields[f], volume, neck_of(ray, volumes, f), volumes.near, far, visit)
+               : far;
+  };
+  const bool met = meets_cells(walk, volumes.far, before);
+  ray.nothing_before = {before[0], before[1]};
+  return met;
 }
 
 void sample_rays(std::span<const RayRequest> rays, const MarchVolumes& volumes, SampleBatch& batch) {

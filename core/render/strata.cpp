@@ -11,16 +11,6 @@
 namespace likeness {
 namespace {
 
-// splitmix64: one well-mixed number per (seed, index).
-std::uint64_t mix(std::uint64_t v) {
-  v += 0x9e3779b97f4a7c15ull;
-  v = (v ^ (v >> 30)) * 0xbf58476d1ce4e5b9ull;
-  v = (v ^ (v >> 27)) * 0x94d049bb133111ebull;
-  return v ^ (v >> 31);
-}
-
-float unit_float(std::uint64_t bits) { return float(bits >> 40) * 0x1p-24f; }
-
 // Two lists with the weights of their stretches.
 struct HostLists {
   std::span<const Interval> list[2];
@@ -47,7 +37,7 @@ int place_samples(std::span<const Interval> head, std::span<const Interval> tors
   Placing placing(lists);
   const int count =
       cut_strata(lists, min_step, even_share, int(samples.size()), [&](int k, float start, float end) {
-        const float u = jitter == 0 ? 0.5f : unit_float(mix(jitter + std::uint64_t(k)));
+        const float u = place_in_stratum(jitter, k);
         samples[std::size_t(k)] = placing.at(start + u * (end - start));
         samples[std::size_t(k)].dt = end - start;
       });

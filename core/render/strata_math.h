@@ -5,6 +5,7 @@
 #pragma once
 
 #include <cmath>
+#include <cstdint>
 
 #include "core/base/host_device.h"
 #include "core/render/ray_samples.h"
@@ -37,6 +38,15 @@ LIKENESS_HOST_DEVICE float lost_light(Lists& lists) {
     from_head ? ++h : ++t;
   }
   return 1 - transmittance;
+}
+
+// Where in its stratum a ray's sample k lies, of [0, 1): by the ray's seed, or in the middle with 0.
+LIKENESS_HOST_DEVICE inline float place_in_stratum(std::uint64_t jitter, int k) {
+  if (jitter == 0) return 0.5f;
+  std::uint64_t v = jitter + std::uint64_t(k) + 0x9e3779b97f4a7c15ull;  // splitmix64
+  v = (v ^ (v >> 30)) * 0xbf58476d1ce4e5b9ull;
+  v = (v ^ (v >> 27)) * 0x94d049bb133111ebull;
+  return float((v ^ (v >> 31)) >> 40) * 0x1p-24f;
 }
 
 // Lengths along the two lists, asked for in rising order, to places on the ray.

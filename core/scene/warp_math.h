@@ -143,6 +143,24 @@ LIKENESS_HOST_DEVICE inline void straighten(const NeckTable& bend, float (&p)[3]
   for (int a = 0; a < 3; ++a) p[a] = straight[a];
 }
 
+// The other way round: where a point of the straight neck lies in this bend.
+LIKENESS_HOST_DEVICE inline void bend_neck(const NeckTable& bend, float (&p)[3]) {
+  if (!bend.bends || p[1] >= bend.top) return;
+  const float u = within((bend.top - p[1]) / (bend.top - bend.base), 0.f, 1.f);
+  const float s = u * u * (3 - 2 * u) * kBendSteps;
+  const int low = int(s) < kBendSteps - 1 ? int(s) : kBendSteps - 1;
+  const float share = s - float(low);
+  float posed[3] = {0, 0, 0};
+  for (int step = 0; step < 2; ++step) {
+    const float *turn = bend.turn[low + step], *shift = bend.shift[low + step];
+    const float arm[3] = {p[0] - shift[0], p[1] - shift[1], p[2] - shift[2]};
+    for (int a = 0; a < 3; ++a)
+      posed[a] += (step == 0 ? 1 - share : share) *
+                  (turn[a] * arm[0] + turn[3 + a] * arm[1] + turn[6 + a] * arm[2]);  // its transpose
+  }
+  for (int a = 0; a < 3; ++a) p[a] = posed[a];
+}
+
 // Canonical minus posed at a place of the torso frame, m; nothing moves along z. displacement: (rows,
 // columns, 2).
 LIKENESS_HOST_DEVICE inline void torso_way(const TorsoTable& torso, const float* displacement, float x,

@@ -2,17 +2,14 @@
 #include "core/train/occupancy_refresh.h"
 
 #include <algorithm>
-#include <cmath>
 
 #include "core/base/parallel.h"
-#include "core/train/random_stream.h"
+#include "core/train/cell_math.h"
 
 namespace likeness {
 namespace {
 
-constexpr float kDecay = 0.9f;      // per look
-constexpr float kThreshold = 7.0f;  // density per cube side; through one of 96 cells an opacity of 0.07
-constexpr float kInitial = 10.0f;   // occupied until some looks have found nothing
+constexpr float kInitial = 10.0f;  // occupied until some looks have found nothing
 
 }  // namespace
 
@@ -37,18 +34,15 @@ Result<void> refresh_occupancy(OccupancyState& state, int resolution, const floa
   samples.resize(count);
   parallel_ranges(count, 4096, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
-      RandomStream random(seed ^ 0xcccull, step, i);
-      const int cell = int(state.cells[i]);
-      samples.x[i] = (float(cell % n) + random.uniform()) / float(n);
-      samples.y[i] = (float(cell / n % n) + random.uniform()) / float(n);
-      samples.z[i] = (float(cell / (n * n)) + random.uniform()) / float(n);
-      samples.view[i] = std::int32_t(random.below(std::uint32_t(views)));
+      const CellLook look(state.cells[i], n, std::uint32_t(views), seed, step, i);
+      samples.x[i] = look.place[0], samples.y[i] = look.place[1], samples.z[i] = look.place[2];
+      samples.view[i] = look.view;
     }
   });
   to_canonical(samples);
   std::vector<float> sigma;
   if (auto done = densities(samples.inputs(conditions, nullptr), sigma); !done) return done;
-  for (std::size_t i = 0; i < count; ++i) state.density[i] = std::max(state.density[i] * kDecay, sigma[i]);
+  for (std::size_t i = 0; i < count; ++i) state.density[i] = decayed_density(state.density[i], sigma[i]);
   return {};
 }
 
@@ -56,7 +50,7 @@ OccupancyGrid occupancy_bits(const OccupancyState& state, const Volume& volume) 
   const int n = volume.allowed.resolution;
   OccupancyGrid grid = volume.kept;
   for (std::size_t i = 0; i < state.cells.size(); ++i) {
-    if (state.density[i] <= kThreshold) continue;
+    if (state.density[i] <= kCellThreshold) continue;
     const int cell = int(state.cells[i]), cx = cell % n, cy = cell / n % n, cz = cell / (n * n);
     for (int z = std::max(0, cz - 1); z <= std::min(n - 1, cz + 1); ++z)
       for (int y = std::max(0, cy - 1); y <= std::min(n - 1, cy + 1); ++y)
@@ -71,8 +65,7 @@ std::vector<std::uint8_t> cell_opacities(const OccupancyState& state, const Volu
   const int n = volume.allowed.resolution;
   std::vector<std::uint8_t> opacity(std::size_t(n) * n * n, 0);
   parallel_ranges(state.cells.size(), 16384, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i)
-      opacity[state.cells[i]] = std::uint8_t(255.5f * (1 - std::exp(-state.density[i] / float(n))));
+    for (std::size_t i = begin; i < end; ++i) opacity[state.cells[i]] = cell_opacity(state.density[i], n);
   });
   return opacity;
 }

@@ -7,49 +7,19 @@
 
 #include "core/base/parallel.h"
 #include "core/train/random_stream.h"
+#include "core/train/ray_choice.h"
 #include "core/train/sides_seen.h"
 
 namespace likeness {
 namespace {
 
-constexpr float kFaceShare = 0.25f, kPersonShare = 0.5f, kRandomBackgroundShare = 1.f / 3;
-// Of a step, of all further clips: torso and background are learnt from the first clip alone.
-constexpr double kFurtherShare = 1.0 / 3;
 constexpr double kPatchShare = 0.25;
 constexpr std::uint64_t kPatchStream = 0x9a7c4ull;
-constexpr int kTries = 8, kMaskedTries = 32;  // the second where only a part of the picture teaches
 // Past every unit cube.
 const FieldRay kNowhere{Vec3f::Constant(3), Vec3f::UnitX()};
 
-struct Pixel {
-  int x, y;
-};
-
-Pixel draw_pixel(const RaySource::View& view, int width, int height, bool in_face, RandomStream& random) {
-  if (in_face && view.face_x1 > view.face_x0 && view.face_y1 > view.face_y0)
-    return {view.face_x0 + int(random.below(std::uint32_t(view.face_x1 - view.face_x0))),
-            view.face_y0 + int(random.below(std::uint32_t(view.face_y1 - view.face_y0)))};
-  return {int(random.below(std::uint32_t(width))), int(random.below(std::uint32_t(height)))};
-}
-
-bool teaches(const TrainingView& view, Pixel pixel) {
-  return view.teaches.empty() || view.teaches.at(pixel.x, pixel.y) > 0;
-}
-
-// at: in [0, rays), evenly spread over a step's rays.
-std::size_t draw_view(std::size_t own, std::size_t drawn, double at, double rays) {
-  const auto place = [](double share, std::size_t views) {
-    return std::min(views - 1, std::size_t(share * double(views)));
-  };
-  const std::size_t further = drawn - own;
-  if (further == 0) return std::min(own - 1, std::size_t(at * double(own) / rays));
-  const double share = std::min(kFurtherShare, double(further) / double(drawn)), first = 1 - share;
-  return at < first * rays ? place(at / (first * rays), own)
-                           : own + place((at - first * rays) / (share * rays), further);
-}
-
 // The rays through a pixel.
-void aim(const RaySource& source, const MarchVolumes& volumes, std::size_t v, Pixel pixel,
+void aim(const RaySource& source, const MarchVolumes& volumes, std::size_t v, PixelPlace pixel,
          RayRequest& request) {
   const TrainingView& view = source.set->views[v];
   const Vec3f direction =
@@ -99,31 +69,43 @@ void match_faces(const TrainingSet& set, std::vector<RaySource::View>& views) {
   }
 }
 
-// Over the plate, or with the matte over another colour: where there is no plate, or it is to be swapped.
-void paint(const RaySource& source, std::size_t v, Pixel pixel, const Vec3f& other, bool swap, Vec3f& target,
-           Vec3f& background) {
-  const TrainingView& view = source.set->views[v];
-  const auto in_avatars_light = [&](const Image8& picture) -> Vec3f {
-    return colour_at(picture, pixel.x, pixel.y).cwiseProduct(source.views[v].gain).cwiseMin(1.f);
-  };
-  const Vec3f rgb = in_avatars_light(view.rgb);
-  const auto [behind_person, known] = plate_of(*source.set, view);
-  // A guessed plate is no background: there the matte separates the person, as without a plate.
-  const bool guessed = !known->empty() && !view.alpha.empty() && known->at(pixel.x, pixel.y)[0] != 255;
-  const bool plate = !behind_person->empty() && !guessed;
-  const float alpha = view.alpha.empty() ? 1.f : float(view.alpha.at(pixel.x, pixel.y)) / 255.f;
-  if (plate && !swap) {
-    target = rgb;
-    background = in_avatars_light(*behind_person);
-  } else if (plate) {
-    const Vec3f behind = in_avatars_light(*behind_person);
-    target = (rgb + (1 - alpha) * (other - behind)).cwiseMax(0.f).cwiseMin(1.f);
-    background = other;
-  } else {
-    target = alpha * rgb + (1 - alpha) * other;
-    background = other;
+// As ray_choice.h asks for them.
+struct HostViews {
+  const RaySource& source;
+  const MarchVolumes& volumes;
+  RayRequest& request;  // is aimed
+
+  const TrainingView& view(std::size_t v) const { return source.set->views[v]; }
+  int width(std::size_t v) const { return view(v).rgb.width; }
+  int height(std::size_t v) const { return view(v).rgb.height; }
+  PixelBox face(std::size_t v) const {
+    const RaySource::View& own = source.views[v];
+    return {own.face_x0, own.face_y0, own.face_x1, own.face_y1};
   }
-}
+  bool has_alpha(std::size_t v) const { return !view(v).alpha.empty(); }
+  std::uint8_t alpha(std::size_t v, int x, int y) const { return view(v).alpha.at(x, y); }
+  bool masked(std::size_t v) const { return !view(v).teaches.empty(); }
+  bool teaches(std::size_t v, int x, int y) const { return !masked(v) || view(v).teaches.at(x, y) > 0; }
+  bool further(std::size_t v) const { return view(v).further_clip != 0; }
+  void in_avatars_light(const Image8& picture, std::size_t v, int x, int y, float (&out)[3]) const {
+    Eigen::Map<Vec3f>{out} = colour_at(picture, x, y).cwiseProduct(source.views[v].gain).cwiseMin(1.f);
+  }
+  void colour(std::size_t v, int x, int y, float (&out)[3]) const {
+    in_avatars_light(view(v).rgb, v, x, y, out);
+  }
+  bool plate(std::size_t v, int x, int y, float (&out)[3]) const {
+    const auto [behind, known] = plate_of(*source.set, view(v));
+    // A guessed plate is no background: there the matte separates the person, as without a plate.
+    if (behind->empty() || (!known->empty() && has_alpha(v) && known->at(x, y)[0] != 255)) return false;
+    in_avatars_light(*behind, v, x, y, out);
+    return true;
+  }
+  bool meets(std::size_t v, int x, int y) {
+    request.view = std::int32_t(v);
+    aim(source, volumes, v, {x, y}, request);
+    return meets_volume(request, volumes);
+  }
+};
 
 // The first rays of a batch: the views that have patches in turn, any of their landmarks. Returns their
 // number.
@@ -144,7 +126,8 @@ std::size_t choose_patches(const RaySource& source, const MarchVolumes& volumes,
     const PatchPlace& place = places[random.below(std::uint32_t(places.size()))];
     const LandmarkMap& map = from.maps[std::size_t(place.landmark)];
     const bool drop = drop_codes && random.uniform() < 0.5f;
-    const Vec3f other(random.uniform(), random.uniform(), random.uniform());
+    float other[3];
+    for (int c = 2; c >= 0; --c) other[c] = random.uniform();
     RayPatch& patch = batch.patches[p];
     patch = {p * kPatchRays, kPatchRays, place.landmark, map.weight * place.visibility, map.map};
     for (int i = 0; i < kPatchRays; ++i) {
@@ -154,7 +137,9 @@ std::size_t choose_patches(const RaySource& source, const MarchVolumes& volumes,
       aim(source, volumes, v, {x, y}, request);
       request.view = std::int32_t(drop ? v + source.views.size() : v);
       request.jitter = random.bits() | 1;
-      paint(source, v, {x, y}, other, false, batch.target[r], batch.background[r]);
+      float target[3], background[3];
+      paint(HostViews{source, volumes, request}, v, {x, y}, other, false, target, background);
+      batch.target[r] = Eigen::Map<Vec3f>(target), batch.background[r] = Eigen::Map<Vec3f>(background);
     }
   });
   return batch.patches.size() * kPatchRays;
@@ -208,48 +193,30 @@ RaySource make_ray_source(const TrainingSet& set, std::span<const AvatarPose> po
 
 void choose_rays(const RaySource& source, const MarchVolumes& volumes, bool drop_codes, std::uint64_t seed,
                  std::uint64_t step, int count, RayBatch& batch) {
-  const TrainingSet& set = *source.set;
-  const std::size_t views = source.views.size(), own = own_views(set).size(),
+  const std::size_t views = source.views.size(), own = own_views(*source.set).size(),
                     drawn = std::min(source.drawn, views);
   batch.requests.resize(std::size_t(count));
   batch.target.resize(std::size_t(count)), batch.background.resize(std::size_t(count));
   const std::size_t first = choose_patches(source, volumes, drop_codes, seed, step, batch),
                     single = std::size_t(count) - first;
+  const ChoiceNumbers numbers{seed,
+                              step,
+                              std::uint32_t(views),
+                              std::uint32_t(own),
+                              std::uint32_t(drawn),
+                              std::uint32_t(first),
+                              std::uint32_t(single),
+                              drop_codes};
   parallel_ranges(single, 256, [&](std::size_t begin, std::size_t end) {
     for (std::size_t n = begin; n < end; ++n) {
       const std::size_t i = first + n;
-      RandomStream random(seed, step, i);
-      const std::size_t v = draw_view(own, drawn, double(n) + random.uniform(), double(single));
-      const TrainingView& view = set.views[v];
-      const float kind = random.uniform();
-      const bool in_face = kind < kFaceShare;
-      const bool on_person = !in_face && kind < kFaceShare + kPersonShare && !view.alpha.empty();
       RayRequest& request = batch.requests[i];
-      request.view = std::int32_t(v);
-      Pixel pixel{0, 0};
-      const int tries = view.teaches.empty() ? kTries : kMaskedTries;
-      for (int attempt = 0; attempt < tries; ++attempt) {
-        pixel = draw_pixel(source.views[v], view.rgb.width, view.rgb.height, in_face, random);
-        const bool last = attempt + 1 == tries;
-        if (on_person && !last && view.alpha.at(pixel.x, pixel.y) == 0) continue;
-        if (!teaches(view, pixel)) continue;
-        aim(source, volumes, v, pixel, request);
-        if (meets_volume(request, volumes)) break;
-      }
-      const bool drop = drop_codes && random.uniform() < 0.5f;
-      if (drop && view.further_clip == 0) request.view += std::int32_t(views);
-      request.jitter = random.bits() | 1;
-
-      // -- All tries in vain: a ray that meets nothing and is as its background is.
-      if (!teaches(view, pixel)) {
-        request.fields = {kNowhere, kNowhere}, request.nothing_before = {};
-        batch.target[i] = batch.background[i] = Vec3f::Zero();
-        continue;
-      }
-
-      const Vec3f other(random.uniform(), random.uniform(), random.uniform());
-      const bool swap = random.uniform() < kRandomBackgroundShare && !view.alpha.empty();
-      paint(source, v, pixel, other, swap, batch.target[i], batch.background[i]);
+      HostViews from{source, volumes, request};
+      const ChosenRay ray = choose_ray(from, numbers, n);
+      request.view = ray.view, request.jitter = ray.jitter;
+      if (ray.nowhere) request.fields = {kNowhere, kNowhere}, request.nothing_before = {};
+      batch.target[i] = Eigen::Map<const Vec3f>(ray.target);
+      batch.background[i] = Eigen::Map<const Vec3f>(ray.background);
     }
   });
 }

@@ -5,14 +5,13 @@
 #include <cmath>
 
 #include "core/base/parallel.h"
-#include "core/train/random_stream.h"
+#include "core/train/ray_choice.h"
 
 namespace likeness {
 namespace {
 
 constexpr int kCells = 32;          // along an axis; multiples of 8 only
 constexpr float kTurnedTo = 0.42f;  // cosine
-constexpr std::size_t kChunk = 4096;
 
 }  // namespace
 
@@ -43,15 +42,11 @@ void drop_codes_on_new_sides(const OccupancyGrid& seen, std::size_t views, std::
                              std::uint64_t seed, std::uint64_t step, FieldSamples& samples) {
   const int n = seen.resolution;
   if (n == 0 || own == views) return;
-  const auto cell = [n](float at) { return std::clamp(int(at * float(n)), 0, n - 1); };
-  parallel_ranges(samples.count(), kChunk, [&](std::size_t begin, std::size_t end) {
-    RandomStream random(seed ^ 0x51de5ull, step, begin);
+  parallel_ranges(samples.count(), kSampleStream, [&](std::size_t begin, std::size_t end) {
+    RandomStream random = stream_of_sample(seed ^ kSideStream, step, begin);
     for (std::size_t i = begin; i < end; ++i) {
-      const bool drops = random.uniform() < 0.5f;
-      const auto row = std::size_t(samples.view[i]);
-      if (drops && row >= own && row < views &&
-          !seen.occupied(cell(samples.x[i]), cell(samples.y[i]), cell(samples.z[i])))
-        samples.view[i] = std::int32_t(row + views);
+      const bool shown = holds(seen, cell_of_place(n, samples.x[i], samples.y[i], samples.z[i]));
+      samples.view[i] = row_on_side(samples.view[i], std::uint32_t(views), std::uint32_t(own), shown, random);
     }
   });
 }

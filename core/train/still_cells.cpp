@@ -4,13 +4,12 @@
 #include <cmath>
 
 #include "core/base/parallel.h"
-#include "core/train/random_stream.h"
+#include "core/train/ray_choice.h"
 
 namespace likeness {
 namespace {
 
 constexpr std::size_t kMostPosed = 64;  // articulations looked at, spread evenly
-constexpr std::size_t kChunk = 4096;
 
 // Largest displacement of each vertex from its mean place over the articulations, m.
 std::vector<float> largest_motion(const HeadModel& model, const HeadShape& shape,
@@ -56,15 +55,12 @@ void shuffle_conditions(const OccupancyGrid& still, std::size_t views, std::size
                         std::uint64_t step, FieldSamples& samples) {
   const int n = still.resolution;
   if (n == 0 || views == 0) return;
-  const auto cell = [n](float at) { return std::clamp(int(at * float(n)), 0, n - 1); };
-  parallel_ranges(samples.count(), kChunk, [&](std::size_t begin, std::size_t end) {
-    RandomStream random(seed ^ 0x57117ull, step, begin);
+  parallel_ranges(samples.count(), kSampleStream, [&](std::size_t begin, std::size_t end) {
+    RandomStream random = stream_of_sample(seed ^ kStillStream, step, begin);
     for (std::size_t i = begin; i < end; ++i) {
-      const std::uint32_t other = random.below(std::uint32_t(views));
-      const auto row = std::size_t(samples.view[i]);
-      if (row >= own && row < views) continue;
-      if (still.occupied(cell(samples.x[i]), cell(samples.y[i]), cell(samples.z[i])))
-        samples.view[i] = std::int32_t(views + other);
+      const bool quiet = holds(still, cell_of_place(n, samples.x[i], samples.y[i], samples.z[i]));
+      samples.view[i] =
+          shuffled_row(samples.view[i], std::uint32_t(views), std::uint32_t(own), quiet, random);
     }
   });
 }

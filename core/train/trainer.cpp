@@ -8,6 +8,7 @@
 #include "core/image/metrics.h"
 #include "core/render/backend.h"
 #include "core/train/capture_summary.h"
+#include "core/train/cast_rays.h"
 #include "core/train/check_set.h"
 #include "core/train/checkpoint.h"
 #include "core/train/condition_map.h"
@@ -220,12 +221,23 @@ struct Steps {
   Run& run;
   std::stop_token stop;
   FieldLearner& learner;
+  RayCaster* caster;  // null: the processor casts the rays
   TrainingState& snapshot;
   int& recoveries;
   double before = 0;
 
-  Result<void> save() {
+  Result<void> fetch() {
     if (auto fetched = learner.fetch(); !fetched) return fetched;
+    return caster ? caster->fetch_cells(state) : Result<void>();
+  }
+  Result<void> place() {
+    if (auto placed = learner.place(); !placed) return placed;
+    return caster ? caster->place_cells(state) : Result<void>();
+  }
+  Result<void> place_views() { return caster ? caster->place_views(scene.rays) : Result<void>(); }
+
+  Result<void> save() {
+    if (auto fetched = fetch(); !fetched) return fetched;
     if (run.options.fall_back) snapshot = state;
     return run.save(state);
   }
@@ -236,12 +248,15 @@ struct Steps {
     const double scale = 0.5 * state.schedule.rate_scale;
     state = snapshot;
     state.schedule.rate_scale = scale;
-    if (run.options.refine_track || scene.has_further()) scene.place_views(state);
-    return learner.place();
+    if (run.options.refine_track || scene.has_further()) {
+      scene.place_views(state);
+      if (auto placed = place_views(); !placed) return placed;
+    }
+    return place();
   }
 
   Result<void> show() {
-    if (auto fetched = learner.fetch(); !fetched) return fetched;
+    if (auto fetched = fetch(); !fetched) return fetched;
     const double look = run.now();
     state.seconds = run.elapsed();
     run.tap.take(avatar_so_far(scene, run, state));
@@ -260,7 +275,7 @@ struct Steps {
     if (now - run.last_checkpoint >= run.options.checkpoint_every_s)
       if (auto saved = save(); !saved) return saved;
     if (state.step % kSnapshotEvery == 0) {
-      if (auto fetched = learner.fetch(); !fetched) return fetched;
+      if (auto fetched = fetch(); !fetched) return fetched;
       snapshot = state;
     }
     return run.tap.wanted && run.tap.wanted() ? show() : Result<void>();
@@ -274,19 +289,21 @@ struct Steps {
         return cancelled_error();
       }
       if (registration_due(state, scene)) {
-        if (auto fetched = learner.fetch(); !fetched) return fetched;
+        if (auto fetched = fetch(); !fetched) return fetched;
         register_further(state, scene, run, stop);
-        if (auto placed = learner.place(); !placed) return placed;
+        if (auto placed = place(); !placed) return placed;
+        if (auto placed = place_views(); !placed) return placed;
         before = run.elapsed();
         continue;
       }
       if (run.options.refine_track && refinement_due(state)) {
-        if (auto fetched = learner.fetch(); !fetched) return fetched;
+        if (auto fetched = fetch(); !fetched) return fetched;
         refine(state, scene, run, stop);
+        if (auto placed = place_views(); !placed) return placed;
         before = run.elapsed();
         continue;
       }
-      const auto result = training_step(state, learner, scene.rays, options);
+      const auto result = training_step(state, learner, scene.rays, options, caster);
       if (!result) return result.error();
       if (!result->finite) {
         if (auto recovered = recover(); !recovered) return recovered;
@@ -309,11 +326,15 @@ Result<void> run_steps(TrainingState& state, Scene& scene, Run& run, std::stop_t
   int recoveries = 0;
   std::shared_ptr<Backend> backend =
       run.options.backend ? run.options.backend : cpu_backend(run.options.precision);
-  while (true) {
+  const auto learn = [&]() -> Result<void> {
     auto learner = make_learner(*backend, state, options, scene.set);
-    Result<void> done = learner
-                            ? Steps{state, scene, run, stop, **learner, snapshot, recoveries}.take(options)
-                            : Result<void>(learner.error());
+    if (!learner) return learner.error();
+    const CasterChoice rays = make_ray_caster(**learner, state, scene.rays, options);
+    if (!rays.why_not.empty()) run.progress.report(run.share(state), rays.why_not);
+    return Steps{state, scene, run, stop, **learner, rays.caster.get(), snapshot, recoveries}.take(options);
+  };
+  while (true) {
+    const Result<void> done = learn();
     if (done || !run.options.fall_back || !failed_where_it_was_done(done.error())) return done;
     run.progress.report(run.share(state), going_on_with_processor(done.error()));
     state = snapshot;

@@ -6,6 +6,7 @@
 #include <functional>
 
 #include "core/render/pose_avatar.h"
+#include "core/train/cast_rays.h"
 #include "core/train/random_stream.h"
 #include "core/train/refine_track.h"
 #include "core/train/sides_seen.h"
@@ -14,7 +15,6 @@
 namespace likeness {
 namespace {
 
-constexpr int kMaxSamples = 16;
 constexpr std::uint64_t kFirstRefresh = 128, kRefreshEvery = 32;
 constexpr float kTableRate = 1e-2f, kNetworkRate = 3e-3f, kCodeRate = 1e-3f;
 // Without it three thousand steps leave more specks about the lips.
@@ -123,19 +123,15 @@ Result<std::unique_ptr<FieldLearner>> make_learner(Backend& backend, TrainingSta
   parts.fields[0] = {&state.head.part.field, &state.head.adam};
   if (state.torso) parts.fields[1] = {&state.torso->part.field, &state.torso->adam};
   parts.codes = &state.codes, parts.codes_adam = &state.codes_adam;
-  return backend.make_learner(parts, {std::size_t(options.rays), std::size_t(kMaxSamples), set.views.size(),
-                                      own_views(set).size(), options.landmark_weight > 0});
+  return backend.make_learner(parts, {std::size_t(options.rays), std::size_t(kTrainingSamples),
+                                      set.views.size(), own_views(set).size(), options.landmark_weight > 0});
 }
 
-Result<StepResult> training_step(TrainingState& state, FieldLearner& learner, const RaySource& source,
-                                 const StepOptions& options) {
+void cast_rays(TrainingState& state, const RaySource& source, const StepOptions& options) {
   const std::size_t views = source.views.size();
-
-  // -- Rays and their samples.
-  blur_conditions(state, views, options.seed);
   MarchVolumes volumes =
       march_volumes(state.head.part, state.torso ? &state.torso->part : nullptr, source.necks);
-  volumes.max_samples = kMaxSamples;
+  volumes.max_samples = kTrainingSamples;
   volumes.even_share = options.even_samples;
   choose_rays(source, volumes, options.use_latent, options.seed, state.step, options.rays, state.rays);
   sample_rays(state.rays.requests, volumes, state.samples);
@@ -147,6 +143,32 @@ Result<StepResult> training_step(TrainingState& state, FieldLearner& learner, co
     drop_codes_on_new_sides(source.sides, views, own_views(*source.set).size(), options.seed, state.step,
                             state.samples.fields[0]);
   if (state.torso) warp_samples(source.torsos, state.torso->part.cube, state.samples.fields[1]);
+}
+
+Result<void> refresh_fields(TrainingState& state, FieldLearner& learner, const RaySource& source,
+                            std::uint64_t seed) {
+  const std::size_t views = source.views.size();
+  const auto head_to_canonical = [&](FieldSamples& samples) {
+    warp_samples(source.warps, state.head.part.cube, samples);
+    straighten_samples(source.necks, samples);
+  };
+  if (auto done = refresh(state.head, learner, 0, state, views, head_to_canonical, seed); !done) return done;
+  const auto torso_to_canonical = [&](FieldSamples& samples) {
+    warp_samples(source.torsos, state.torso->part.cube, samples);
+  };
+  return state.torso ? refresh(*state.torso, learner, 1, state, views, torso_to_canonical, seed)
+                     : Result<void>();
+}
+
+Result<StepResult> training_step(TrainingState& state, FieldLearner& learner, const RaySource& source,
+                                 const StepOptions& options, RayCaster* caster) {
+  const std::size_t views = source.views.size();
+  blur_conditions(state, views, options.seed);
+  if (!caster) {
+    cast_rays(state, source, options);
+  } else if (auto done = caster->set_step(state.step); !done) {
+    return done.error();
+  }
 
   // -- Fields, loss, gradients, Adam.
   const double rate = learning_rate(state.step, state.schedule);
@@ -156,11 +178,12 @@ Result<StepResult> training_step(TrainingState& state, FieldLearner& learner, co
   step.code_rate = options.use_latent ? kCodeRate * step.network_rate / kNetworkRate : 0;
   step.code_penalty = kCodePenalty;
   step.patches = state.rays.patches, step.patch_weight = float(options.landmark_weight);
+  if (caster) step.cast = caster, step.cast_rays = std::size_t(options.rays);
   const auto learnt = learner.step(step);
   if (!learnt) return learnt.error();
   StepResult result;
   result.loss = learnt->loss, result.landmark_loss = learnt->patch_loss;
-  for (const FieldSamples& samples : state.samples.fields) result.samples += samples.count();
+  result.samples = learnt->samples[0] + learnt->samples[1];
   if (!std::isfinite(result.loss + result.landmark_loss)) {
     result.finite = false;
     return result;
@@ -168,21 +191,11 @@ Result<StepResult> training_step(TrainingState& state, FieldLearner& learner, co
   ++state.step;
 
   // -- Occupancy.
-  if (options.use_occupancy && state.step >= kFirstRefresh && state.step % kRefreshEvery == 0) {
-    const auto head_to_canonical = [&](FieldSamples& samples) {
-      warp_samples(source.warps, state.head.part.cube, samples);
-      straighten_samples(source.necks, samples);
-    };
-    if (auto done = refresh(state.head, learner, 0, state, views, head_to_canonical, options.seed); !done)
+  if (options.use_occupancy && state.step >= kFirstRefresh && state.step % kRefreshEvery == 0)
+    if (auto done =
+            caster ? caster->refresh(state.step) : refresh_fields(state, learner, source, options.seed);
+        !done)
       return done.error();
-    const auto torso_to_canonical = [&](FieldSamples& samples) {
-      warp_samples(source.torsos, state.torso->part.cube, samples);
-    };
-    if (state.torso)
-      if (auto done = refresh(*state.torso, learner, 1, state, views, torso_to_canonical, options.seed);
-          !done)
-        return done.error();
-  }
   return result;
 }
 

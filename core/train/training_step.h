@@ -43,6 +43,8 @@ struct TrainingState {
   SampleBatch samples;
 };
 
+inline constexpr int kTrainingSamples = 16;  // of a ray, at most
+
 struct StepOptions {
   int rays = 8192;
   std::uint64_t seed = 0;
@@ -68,8 +70,17 @@ Result<std::unique_ptr<FieldLearner>> make_learner(Backend& backend, TrainingSta
 // The conditions of the views in these poses, and their spread.
 void set_conditions(TrainingState& state, const ConditionMap& map, std::span<const AvatarPose> poses);
 
-// Where the backend fails, nothing but its own copy of the fields has changed.
+// A step's rays and their samples, cast by the processor into the state's batches; and a look by the learner
+// into the cells of both fields.
+void cast_rays(TrainingState& state, const RaySource& source, const StepOptions& options);
+Result<void> refresh_fields(TrainingState& state, FieldLearner& learner, const RaySource& source,
+                            std::uint64_t seed);
+
+class RayCaster;  // core/train/cast_rays.h
+
+// Where the backend fails, nothing but its own copy of the fields has changed. caster: casts the rays where
+// the learner computes, and looks into the cells there; null: the processor does.
 Result<StepResult> training_step(TrainingState& state, FieldLearner& learner, const RaySource& source,
-                                 const StepOptions& options);
+                                 const StepOptions& options, RayCaster* caster = nullptr);
 
 }  // namespace likeness

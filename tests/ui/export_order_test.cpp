@@ -2,8 +2,11 @@
 // is written is what was asked for.
 #include "ui/export_order.h"
 
+#include <fmt/format.h>
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <memory>
 
 #include "core/base/files.h"
@@ -11,6 +14,7 @@
 #include "core/direct/performance.h"
 #include "core/image/files.h"
 #include "core/video/decode.h"
+#include "tests/core/device/emulated_device.h"
 #include "tests/core/film/tiny_project.h"
 
 namespace likeness::ui {
@@ -82,6 +86,38 @@ TEST(ExportOrder, AStillHasItsSizeAndItsTransparency) {
   ASSERT_TRUE(still.ok());
   EXPECT_EQ(still->width, 128);
   EXPECT_EQ(still->channels, 4);
+}
+
+TEST(ExportOrder, ADeviceRendersItAndOneThatFailsIsSaidAndLeavesItToTheProcessor) {
+  const test::TinyProject project;
+  const auto contents = tiny_contents(project.folder());
+  const ExportChoice choice{.kind = ExportKind::still, .ground = ExportGround::transparent};
+  const auto processors = write(choice, contents);
+  ASSERT_TRUE(processors.ok());
+  const auto truth = read_image(*processors);
+  int number = 0;
+  for (const long lost_after : {-1L, 5L}) {
+    const fs::path out = project.folder() / "exports" / fmt::format("device-{}.png", ++number);
+    const OpenBackend open = [&]() -> Result<std::shared_ptr<Backend>> {
+      return device_backend(emulated_device({.lost_after = lost_after}));
+    };
+    const ExportOrder order{choice, contents, std::make_shared<const Performance>(), 0, out, open};
+    const auto written = write_order(order, Progress(), {});
+    ASSERT_TRUE(written.ok()) << written.error().what;
+    EXPECT_GT(emulated_counts().launches, 0u);
+    if (lost_after < 0)
+      EXPECT_EQ(*written, "written");
+    else
+      EXPECT_THAT(*written, testing::HasSubstr("Going on with the processor"));
+    const auto still = read_image(out);
+    ASSERT_TRUE(still.ok() && truth.ok());
+    ASSERT_EQ(still->data.size(), truth->data.size());
+    double apart = 0;
+    for (std::size_t i = 0; i < truth->data.size(); ++i)
+      apart += std::abs(double(still->data[i]) - double(truth->data[i]));
+    // The device has a ray for every pixel, the processor for four of a kind.
+    EXPECT_LT(apart / double(truth->data.size()), lost_after < 0 ? 3 : 1e-9);
+  }
 }
 
 TEST(ExportOrder, AnOrbitIsAFilmOrAFolder) {

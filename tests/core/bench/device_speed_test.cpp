@@ -19,11 +19,20 @@ DeviceBenchOptions small_options() {
   options.ceiling_bytes = 4096;
   options.error_samples = 96;
   options.frame_size = 48;
+  options.step_rays = 200, options.step_views = 3, options.step_picture = 48;
+  options.look_every = 200;
   return options;
 }
 
+// Measured once for all that is claimed of it.
+const Result<DeviceBenchReport>& small_report() {
+  static const Result<DeviceBenchReport> report =
+      measure_device(emulated_device(), small_options(), Progress(), {});
+  return report;
+}
+
 TEST(DeviceSpeed, ReportsEveryBatchInBothPrecisionsWithItsError) {
-  const auto report = measure_device(emulated_device(), small_options(), Progress(), {});
+  const auto& report = small_report();
   ASSERT_TRUE(report.ok()) << report.error().what;
   ASSERT_EQ(report->speeds.size(), 4u);
   for (const DeviceBatchSpeed& s : report->speeds)
@@ -44,7 +53,7 @@ TEST(DeviceSpeed, ReportsEveryBatchInBothPrecisionsWithItsError) {
 }
 
 TEST(DeviceSpeed, PicturesOfBothQualitiesAreTheProcessorsUpToTheirPrecision) {
-  const auto report = measure_device(emulated_device(), small_options(), Progress(), {});
+  const auto& report = small_report();
   ASSERT_TRUE(report.ok()) << report.error().what;
   ASSERT_EQ(report->frames.size(), 2u);
   for (const DeviceFrameSpeed& s : report->frames) {
@@ -57,6 +66,20 @@ TEST(DeviceSpeed, PicturesOfBothQualitiesAreTheProcessorsUpToTheirPrecision) {
     EXPECT_LT(s.share_over, 0.02);
   }
   EXPECT_GT(report->frames[0].samples, report->frames[1].samples);  // final has more of them
+}
+
+TEST(DeviceSpeed, AStepIsTimedBothWaysAndHasAFloor) {
+  const auto& report = small_report();
+  ASSERT_TRUE(report.ok()) << report.error().what;
+  const DeviceStepSpeed& step = report->step;
+  EXPECT_EQ(step.rays, 200u);
+  EXPECT_GT(step.samples, 400);  // most rays meet the person
+  EXPECT_LE(step.samples, 200 * 16);
+  EXPECT_GT(step.seconds, 0);
+  EXPECT_GT(step.rays_by_processor_seconds, 0);
+  EXPECT_GT(step.look_seconds, 0);
+  EXPECT_GT(step.floor_seconds, 0);
+  EXPECT_NEAR(step.fraction_of_floor, step.floor_seconds / step.seconds, 1e-12);
 }
 
 TEST(DeviceSpeed, WithoutMatrixUnitsOnlySinglePrecisionIsMeasured) {

@@ -16,6 +16,7 @@
 #include "core/field/network_math.h"
 #include "core/render/device_loss.h"
 #include "core/render/device_picture.h"
+#include "core/train/device_rays.h"
 
 namespace likeness {
 namespace {
@@ -192,6 +193,38 @@ void run_picture_kernel(Kernel kernel, const std::vector<unsigned char>& args, s
   }
 }
 
+void run_training_kernel(Kernel kernel, const std::vector<unsigned char>& args, std::size_t items) {
+  switch (kernel) {
+    case Kernel::choose_rays:
+      return each<ChooseRaysArgs>(args, items, choose_ray_of_step);
+    case Kernel::march_chosen:
+      return each<MarchChosenArgs>(args, items, march_chosen);
+    case Kernel::ordered_offsets:
+      for (std::uint32_t b = 0; b * kScanRays < items; ++b) {
+        std::vector<std::uint32_t> shared(8 * kScanRays, ~0u);
+        Threads block{b, 0};
+        ordered_offsets(block, as<OrderedOffsetsArgs>(args), shared.data());
+      }
+      return;
+    case Kernel::gather_chosen:
+      return each<GatherChosenArgs>(args, items, gather_chosen);
+    case Kernel::look_into_cells:
+      return each<LookArgs>(args, items, look_into_cell);
+    case Kernel::decay_cells:
+      return each<DecayArgs>(args, items, decay_cell);
+    case Kernel::set_cell_bits:
+      return each<CellBitsArgs>(args, items, set_cell_bits);
+    case Kernel::mark_bricks:
+      return each<BricksArgs>(args, items, mark_brick);
+    case Kernel::bound_layers:
+      return each<LayersArgs>(args, items, bound_layer);
+    case Kernel::bound_necks:
+      return each<NeckBoxArgs>(args, items, bound_neck_of_view);
+    default:
+      return run_picture_kernel(kernel, args, items);
+  }
+}
+
 void run_kernel(Kernel kernel, const std::vector<unsigned char>& args, std::size_t items) {
   switch (kernel) {
     case Kernel::encode:
@@ -218,7 +251,7 @@ void run_kernel(Kernel kernel, const std::vector<unsigned char>& args, std::size
       return;
     }
     default:
-      return run_picture_kernel(kernel, args, items);
+      return run_training_kernel(kernel, args, items);
   }
 }
 
@@ -303,7 +336,10 @@ const DeviceApi kApi = {
     [](void*) {},
     allocate,
     release,
-    copy,
+    [](void* context, void* to, const void* from, std::size_t bytes) {
+      state.counts.bytes_in += bytes;
+      return copy(context, to, from, bytes);
+    },
     copy,
     [](void*, void* memory, std::size_t bytes) { return queue([=] { std::memset(memory, 0, bytes); }); },
     launch,

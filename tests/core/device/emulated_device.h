@@ -1,5 +1,5 @@
-// A device that is the processor: the kernels' own arithmetic (core/field/*_math.h,
-// core/render/device_loss.h) in plain loops, memory that can run out, and failures on request. What it cannot
+// A device that is the processor: the kernels' own arithmetic (core/field/*_math.h, core/render/device_*.h,
+// core/train/device_rays.h) in plain loops, memory that can run out, and failures on request. What it cannot
 // show is how threads share the work; that is what the tests labelled gpu are for.
 #pragma once
 
@@ -25,6 +25,7 @@ struct EmulatedFaults {
 struct EmulatedCounts {
   std::size_t launches = 0, waits = 0, replays = 0, bytes = 0, most_bytes = 0;
   std::size_t waits_while_recording = 0;
+  std::size_t bytes_in = 0;  // copied from the host
 };
 
 // There is one at a time; a new one forgets the last one's counts.

@@ -111,6 +111,10 @@ TEST_F(BackendTraining, TheLandmarkLossIsRefusedAndNotLeftOut) {
   ASSERT_FALSE(learner.ok());
   EXPECT_THAT(learner.error().what, HasSubstr("landmark loss"));
   EXPECT_THAT(learner.error().fix, HasSubstr("--backend cpu"));
+  // With --backend auto the processor takes it over, and says so.
+  EXPECT_TRUE(failed_where_it_was_done(learner.error()));
+  EXPECT_EQ(going_on_with_processor(learner.error()),
+            "The landmark loss is computed by the processor only. Going on with the processor.");
 }
 
 TEST_F(BackendTraining, TooLittleMemoryIsSaidBeforeAnythingIsTrained) {

@@ -1,0 +1,44 @@
+// Pictures of whatever avatar is at hand, for a thread that shows them: on a device while there is one, on
+// the processor otherwise and from the moment on at which the device fails.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <string>
+
+#include "core/base/result.h"
+#include "core/render/backend.h"
+#include "core/render/render.h"
+
+namespace likeness {
+
+// A device belongs to one thread at a time: whoever computes on a thread of its own opens its own. Empty: the
+// processor.
+using OpenBackend = std::function<Result<std::shared_ptr<Backend>>()>;
+
+// Of one thread. Opens the backend with the first picture and keeps the last avatar's parameters there.
+class PictureRenderer {
+ public:
+  PictureRenderer() = default;  // the processor
+  // say: told once, from the thread that renders, why the processor goes on.
+  PictureRenderer(OpenBackend open, std::function<void(const std::string&)> say);
+
+  // As render_frame. The avatar must not change.
+  RenderedFrame render(std::shared_ptr<const Avatar> avatar, const Camera& camera, const RenderState& state,
+                       const RenderOptions& options);
+  // Whether the next picture is a device's: then whole pictures are as quick as parts of them.
+  bool on_device();
+  // The avatar's memory is not needed for now.
+  void let_go() { renderer_.reset(), avatar_.reset(); }
+
+ private:
+  void go_on_with_processor(const Error& error);
+
+  OpenBackend open_;  // empty from its first use, or failure, on
+  std::function<void(const std::string&)> say_;
+  std::shared_ptr<Backend> backend_;  // null: the processor
+  std::shared_ptr<const Avatar> avatar_;
+  std::unique_ptr<FrameRenderer> renderer_;  // of that avatar
+};
+
+}  // namespace likeness

@@ -1,0 +1,118 @@
+// A training's rays and its looks into cells on a CUDA device: a thread a ray, a sample, a cell, a brick or a
+// view.
+#include "core/cuda/launch.h"
+
+namespace likeness::cuda {
+namespace {
+
+constexpr unsigned kThreads = 128, kWalkThreads = 64;  // walks differ in length: small blocks end sooner
+
+__device__ std::size_t item_of_thread() { return std::size_t(blockIdx.x) * blockDim.x + threadIdx.x; }
+
+__global__ void __launch_bounds__(kWalkThreads, 8)
+    choose_kernel(const __grid_constant__ ChooseRaysArgs args) {
+  if (const std::size_t r = item_of_thread(); r < args.rays.rays) choose_ray_of_step(args, r);
+}
+
+__global__ void __launch_bounds__(kWalkThreads) march_kernel(const __grid_constant__ MarchChosenArgs args) {
+  if (const std::size_t lane = item_of_thread(); lane < args.lists.lanes) likeness::march_chosen(args, lane);
+}
+
+struct Threads {
+  __device__ std::uint32_t index() const { return blockIdx.x; }
+  template <class F>
+  __device__ void for_each(int count, const F& f) const {
+    for (int i = int(threadIdx.x); i < count; i += int(blockDim.x)) f(i);
+    __syncthreads();
+  }
+};
+
+__global__ void __launch_bounds__(kScanRays) offsets_kernel(const __grid_constant__ OrderedOffsetsArgs args) {
+  __shared__ std::uint32_t shared[8 * kScanRays];
+  Threads block;
+  likeness::ordered_offsets(block, args, shared);
+}
+
+__global__ void __launch_bounds__(kThreads) gather_kernel(const __grid_constant__ GatherChosenArgs args) {
+  const std::size_t item = item_of_thread();
+  if (item < std::size_t(args.placed.rays) * std::size_t(args.placed.most))
+    likeness::gather_chosen(args, item);
+}
+
+__global__ void __launch_bounds__(kThreads) look_kernel(const __grid_constant__ LookArgs args) {
+  if (const std::size_t i = item_of_thread(); i < args.count) look_into_cell(args, i);
+}
+
+__global__ void __launch_bounds__(kThreads) decay_kernel(const __grid_constant__ DecayArgs args) {
+  if (const std::size_t i = item_of_thread(); i < args.count) decay_cell(args, i);
+}
+
+__global__ void __launch_bounds__(kThreads)
+    bits_kernel(const __grid_constant__ CellBitsArgs args, std::size_t items) {
+  if (const std::size_t byte = item_of_thread(); byte < items) likeness::set_cell_bits(args, byte);
+}
+
+__global__ void __launch_bounds__(kThreads)
+    bricks_kernel(const __grid_constant__ BricksArgs args, std::size_t items) {
+  if (const std::size_t i = item_of_thread(); i < items) mark_brick(args, i);
+}
+
+__global__ void __launch_bounds__(kThreads)
+    layers_kernel(const __grid_constant__ LayersArgs args, std::size_t items) {
+  if (const std::size_t y = item_of_thread(); y < items) bound_layer(args, y);
+}
+
+__global__ void __launch_bounds__(kThreads) necks_kernel(const __grid_constant__ NeckBoxArgs args) {
+  if (const std::size_t v = item_of_thread(); v < args.views.count) bound_neck_of_view(args, v);
+}
+
+template <class... Args>
+cudaError_t queue(const Launch& launch, void (*kernel)(Args...), unsigned threads, std::size_t items,
+                  const Args&... args) {
+  kernel<<<blocks_of(items, threads), threads, 0, launch.stream>>>(args...);
+  return cudaGetLastError();
+}
+
+}  // namespace
+
+cudaError_t choose_rays(const Launch& launch, const ChooseRaysArgs& args, std::size_t items) {
+  return queue(launch, choose_kernel, kWalkThreads, items, args);
+}
+
+cudaError_t march_chosen(const Launch& launch, const MarchChosenArgs& args, std::size_t items) {
+  return queue(launch, march_kernel, kWalkThreads, items, args);
+}
+
+cudaError_t ordered_offsets(const Launch& launch, const OrderedOffsetsArgs& args, std::size_t items) {
+  return queue(launch, offsets_kernel, kScanRays, items, args);
+}
+
+cudaError_t gather_chosen(const Launch& launch, const GatherChosenArgs& args, std::size_t items) {
+  return queue(launch, gather_kernel, kThreads, items, args);
+}
+
+cudaError_t look_into_cells(const Launch& launch, const LookArgs& args, std::size_t items) {
+  return queue(launch, look_kernel, kThreads, items, args);
+}
+
+cudaError_t decay_cells(const Launch& launch, const DecayArgs& args, std::size_t items) {
+  return queue(launch, decay_kernel, kThreads, items, args);
+}
+
+cudaError_t set_cell_bits(const Launch& launch, const CellBitsArgs& args, std::size_t items) {
+  return queue(launch, bits_kernel, kThreads, items, args, items);
+}
+
+cudaError_t mark_bricks(const Launch& launch, const BricksArgs& args, std::size_t items) {
+  return queue(launch, bricks_kernel, kThreads, items, args, items);
+}
+
+cudaError_t bound_layers(const Launch& launch, const LayersArgs& args, std::size_t items) {
+  return queue(launch, layers_kernel, kThreads, items, args, items);
+}
+
+cudaError_t bound_necks(const Launch& launch, const NeckBoxArgs& args, std::size_t items) {
+  return queue(launch, necks_kernel, kThreads, items, args);
+}
+
+}  // namespace likeness::cuda

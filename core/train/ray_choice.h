@@ -1,0 +1,179 @@
+// The choice of one ray of a training step - which view, which pixel, what it should be over what - for
+// processor and device. Plain C++17. What it promises is said in ray_batch.h.
+//
+// Views: the pictures that are learnt from. It offers, of view v and pixel (x, y),
+//   width(v), height(v), face(v) -> PixelBox     px
+//   has_alpha(v), alpha(v, x, y)                 0..255; only where it has one
+//   masked(v), teaches(v, x, y)                  whether anything is learnt from a pixel
+//   further(v)                                   whether it is of a further clip
+//   colour(v, x, y, out), plate(v, x, y, out)    in the avatar's light, [0, 1]; plate is false where there
+//                                                is none that may stand for the background
+//   meets(v, x, y)                               aims the ray; whether it meets an occupied cell
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+#include "core/base/host_device.h"
+#include "core/train/random_stream.h"
+
+namespace likeness {
+
+constexpr float kFaceShare = 0.25f, kPersonShare = 0.5f, kRandomBackgroundShare = 1.f / 3;
+// Of a step, of all further clips: torso and background are learnt from the first clip alone.
+constexpr double kFurtherShare = 1.0 / 3;
+constexpr int kTries = 8, kMaskedTries = 32;  // the second where only a part of the picture teaches
+
+struct PixelBox {
+  std::int32_t x0, y0, x1, y1;  // half open; empty: the whole picture
+};
+struct PixelPlace {
+  std::int32_t x, y;
+};
+
+// What all rays of a step share.
+struct ChoiceNumbers {
+  std::uint64_t seed, step;
+  std::uint32_t views, own, drawn;  // all; of the first clip; those that are drawn from
+  std::uint32_t first, rays;        // the rays before are others'; their number without those
+  std::int32_t drop_codes;          // 1: half of the rays have none
+};
+
+struct ChosenRay {
+  std::int32_t view;     // row of conditions
+  std::int32_t nowhere;  // 1: every try was in vain; it meets nothing and is as its background is
+  std::uint64_t jitter;
+  float target[3], background[3];
+};
+
+LIKENESS_HOST_DEVICE inline PixelPlace draw_pixel(const PixelBox& face, int width, int height, bool in_face,
+                                                  RandomStream& random) {
+  PixelBox from{0, 0, width, height};
+  if (in_face && face.x1 > face.x0 && face.y1 > face.y0) from = face;
+  PixelPlace pixel;
+  pixel.x = from.x0 + std::int32_t(random.below(std::uint32_t(from.x1 - from.x0)));
+  pixel.y = from.y0 + std::int32_t(random.below(std::uint32_t(from.y1 - from.y0)));
+  return pixel;
+}
+
+LIKENESS_HOST_DEVICE inline std::size_t place_of_share(double share, std::size_t views) {
+  const auto place = std::size_t(share * double(views));
+  return place < views ? place : views - 1;
+}
+
+// at: in [0, rays), evenly spread over a step's rays.
+LIKENESS_HOST_DEVICE inline std::size_t draw_view(std::size_t own, std::size_t drawn, double at,
+                                                  double rays) {
+  const std::size_t further = drawn - own;
+  if (further == 0) {
+    const auto place = std::size_t(at * double(own) / rays);
+    return place < own ? place : own - 1;
+  }
+  const double even = double(further) / double(drawn), share = even < kFurtherShare ? even : kFurtherShare,
+               first = 1 - share;
+  return at < first * rays ? place_of_share(at / (first * rays), own)
+                           : own + place_of_share((at - first * rays) / (share * rays), further);
+}
+
+// Over the plate, or with the matte over another colour: where there is no plate, or it is to be swapped.
+template <class Views>
+LIKENESS_HOST_DEVICE void paint(const Views& views, std::size_t v, PixelPlace pixel, const float (&other)[3],
+                                bool swap, float (&target)[3], float (&background)[3]) {
+  float rgb[3], behind[3] = {0, 0, 0};
+  views.colour(v, pixel.x, pixel.y, rgb);
+  const bool plate = views.plate(v, pixel.x, pixel.y, behind);
+  const float alpha = views.has_alpha(v) ? float(views.alpha(v, pixel.x, pixel.y)) / 255.f : 1.f;
+  for (int c = 0; c < 3; ++c) {
+    if (plate && !swap) {
+      target[c] = rgb[c], background[c] = behind[c];
+    } else if (plate) {
+      const float over = rgb[c] + (1 - alpha) * (other[c] - behind[c]);
+      target[c] = over < 0 ? 0 : over > 1 ? 1 : over;
+      background[c] = other[c];
+    } else {
+      target[c] = alpha * rgb[c] + (1 - alpha) * other[c];
+      background[c] = other[c];
+    }
+  }
+}
+
+// Ray n of those that are chosen one by one.
+template <class Views>
+LIKENESS_HOST_DEVICE ChosenRay choose_ray(Views& views, const ChoiceNumbers& numbers, std::size_t n) {
+  RandomStream random(numbers.seed, numbers.step, numbers.first + n);
+  const std::size_t v =
+      draw_view(numbers.own, numbers.drawn, double(n) + double(random.uniform()), double(numbers.rays));
+  const float kind = random.uniform();
+  const bool in_face = kind < kFaceShare;
+  const bool on_person = !in_face && kind < kFaceShare + kPersonShare && views.has_alpha(v);
+  ChosenRay ray{};
+  PixelPlace pixel{0, 0};
+  const int tries = views.masked(v) ? kMaskedTries : kTries;
+  for (int attempt = 0; attempt < tries; ++attempt) {
+    pixel = draw_pixel(views.face(v), views.width(v), views.height(v), in_face, random);
+    if (on_person && attempt + 1 < tries && views.alpha(v, pixel.x, pixel.y) == 0) continue;
+    if (!views.teaches(v, pixel.x, pixel.y)) continue;
+    if (views.meets(v, pixel.x, pixel.y)) break;
+  }
+  const bool drop = numbers.drop_codes && random.uniform() < 0.5f;
+  ray.view = std::int32_t(v + (drop && !views.further(v) ? numbers.views : 0));
+  ray.jitter = random.bits() | 1;
+  if (!views.teaches(v, pixel.x, pixel.y)) {
+    ray.nowhere = 1;
+    return ray;
+  }
+  float other[3];
+  for (int c = 2; c >= 0; --c) other[c] = random.uniform();
+  const bool swap = random.uniform() < kRandomBackgroundShare && views.has_alpha(v);
+  paint(views, v, pixel, other, swap, ray.target, ray.background);
+  return ray;
+}
+
+// -- Rows of conditions of single samples, once they are where their field knows them. n: cells an axis;
+// sample: its number in the field's batch.
+
+LIKENESS_HOST_DEVICE inline std::size_t cell_of_place(int n, float x, float y, float z) {
+  const float place[3] = {x, y, z};
+  std::size_t index = 0;
+  for (int a = 2; a >= 0; --a) {
+    int cell = int(place[a] * float(n));
+    cell = cell < 0 ? 0 : cell >= n ? n - 1 : cell;
+    index = index * std::size_t(n) + std::size_t(cell);
+  }
+  return index;
+}
+
+// A bit of a grid, by its cell.
+template <class Grid>
+bool holds(const Grid& grid, std::size_t cell) {
+  return grid.bits[cell >> 3] >> (cell & 7) & 1;
+}
+
+constexpr std::uint64_t kStillStream = 0x57117ull, kSideStream = 0x51de5ull;
+// Every so many samples begin a stream of their own.
+constexpr std::size_t kSampleStream = 4096;
+
+LIKENESS_HOST_DEVICE inline RandomStream stream_of_sample(std::uint64_t seed, std::uint64_t step,
+                                                          std::size_t sample) {
+  RandomStream random(seed, step, sample / kSampleStream * kSampleStream);
+  random.skip(sample % kSampleStream);
+  return random;
+}
+
+// Of a sample in a still cell (still_cells.h).
+LIKENESS_HOST_DEVICE inline std::int32_t shuffled_row(std::int32_t row, std::uint32_t views,
+                                                      std::uint32_t own, bool still, RandomStream& random) {
+  const std::uint32_t other = random.below(views);
+  if (std::uint32_t(row) >= own && std::uint32_t(row) < views) return row;
+  return still ? std::int32_t(views + other) : row;
+}
+
+// Of a sample on a side of the head that the first clip does not show (sides_seen.h).
+LIKENESS_HOST_DEVICE inline std::int32_t row_on_side(std::int32_t row, std::uint32_t views, std::uint32_t own,
+                                                     bool seen, RandomStream& random) {
+  const bool drops = random.uniform() < 0.5f;
+  return drops && std::uint32_t(row) >= own && std::uint32_t(row) < views && !seen ? row + std::int32_t(views)
+                                                                                   : row;
+}
+
+}  // namespace likeness
