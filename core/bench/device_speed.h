@@ -24,7 +24,7 @@ struct DeviceBenchOptions {
   std::size_t error_samples = 1024;
   int frame_size = 512;                                       // px a side of the pictures
   int step_rays = 8192, step_views = 64, step_picture = 256;  // of a training's step; px a side
-  int look_every = 1;  // cell into which a look goes
+  int look_every = 1;                                         // cell into which a look goes
   std::uint32_t seed = 1;
 };
 
