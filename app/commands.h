@@ -8,6 +8,7 @@ namespace likeness::app {
 void add_build_commands(CLI::App& program, int& exit_code);  // build, import, align, fit, train
 void add_check_command(CLI::App& program, int& exit_code);
 void add_track_command(CLI::App& program, int& exit_code);
+void add_attribute_command(CLI::App& program, int& exit_code);
 void add_card_command(CLI::App& program, int& exit_code);
 void add_clips_command(CLI::App& program, int& exit_code);
 void add_care_commands(CLI::App& program, int& exit_code);  // relink, repair, delete

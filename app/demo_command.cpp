@@ -70,6 +70,8 @@ void add_demo_command(CLI::App& program, int& exit_code) {
       ->check(CLI::Range(0.0, 1.0));
   verb->add_flag("--restless-head", a->options.restless_head,
                  "The head turns already while the camera moves, as nobody should film");
+  verb->add_flag("--habit", a->options.habit,
+                 "Now and then the person puffs one cheek, which no expression of a head model carries");
   verb->add_option("--samples", a->options.samples_per_pixel, "Rays a pixel")->check(CLI::Range(1, 64));
   add_common_options(*verb, a->common);
   verb->callback([a, folder, list, &exit_code] {

@@ -23,7 +23,7 @@ struct DriveArguments {
   CommonOptions common;
   fs::path project;
   DriveRequest request;
-  std::vector<std::string> gains;
+  std::vector<std::string> gains, attributes;
   FilmOptions film;
   bool unclamped = false, keep_head = false, side_by_side = false;
 };
@@ -46,10 +46,29 @@ Result<void> parse_gains(const std::vector<std::string>& texts, DriveOptions& op
   return {};
 }
 
+Result<void> parse_attributes(const std::vector<std::string>& texts, DriveRequest& request) {
+  for (const std::string& text : texts) {
+    const std::size_t equals = text.find('=');
+    float amount = 0;
+    const char* end = text.data() + text.size();
+    if (equals != std::string::npos && equals > 0) {
+      const auto [rest, failure] = std::from_chars(text.data() + equals + 1, end, amount);
+      if (failure == std::errc{} && rest == end && std::isfinite(amount)) {
+        request.attributes.emplace_back(text.substr(0, equals), amount);
+        continue;
+      }
+    }
+    return Error{ErrorCode::bad_input, fmt::format("\"{}\" is not an attribute's amount.", text),
+                 "Write NAME=AMOUNT, e.g. --attribute \"cheek puff=0.8\"", ""};
+  }
+  return {};
+}
+
 Result<DrivenOutput> drive_film(DriveArguments& a, const Progress& progress, std::stop_token stop) {
   const auto opened = open_avatar(a.project);
   if (!opened) return opened.error();
   if (const auto parsed = parse_gains(a.gains, a.request.options); !parsed) return parsed.error();
+  if (const auto parsed = parse_attributes(a.attributes, a.request); !parsed) return parsed.error();
   a.request.options.clamp = !a.unclamped;
   a.request.options.move_head = !a.keep_head;
   return write_driven(*opened, a.request, a.film, a.side_by_side, progress, stop);
@@ -100,6 +119,8 @@ void add_drive_command(CLI::App& program, int& exit_code) {
           "FILE.mp4, a folder for a PNG sequence, FILE.glb, or FILE.json: the performance as keys to edit")
       ->required();
   verb->add_option("--gain", a->gains, "NAME=GAIN: more or less of an action; may be repeated");
+  verb->add_option("--attribute", a->attributes,
+                   "NAME=AMOUNT: a painted attribute held at this throughout; may be repeated");
   add_quality_option(*verb, a->film.quality);
   verb->add_flag("--unclamped", a->unclamped, "Also what the avatar's capture never showed");
   verb->add_flag("--keep-head", a->keep_head, "Only the face moves, the head stays");

@@ -47,6 +47,7 @@ int main(int argc, char** argv) {
   add_build_commands(program, exit_code);
   add_check_command(program, exit_code);
   add_track_command(program, exit_code);
+  add_attribute_command(program, exit_code);
   add_card_command(program, exit_code);
   add_clips_command(program, exit_code);
   add_care_commands(program, exit_code);

@@ -123,10 +123,17 @@ Result<Film> make_film(const RenderArguments& arguments, const OpenedAvatar& ope
   for (std::size_t i = 0; i < film.cameras.size(); ++i) {
     const float t = film.cameras.size() > 1 ? float(i) / float(film.cameras.size() - 1) : 1;
     std::vector<std::pair<std::string, float>> actions;
-    for (const ActionSweep& s : sweeps) actions.emplace_back(s.name, s.from + t * (s.to - s.from));
+    std::vector<float> attributes(avatar.attributes.size(), 0.f);
+    for (const ActionSweep& s : sweeps) {
+      const float amount = s.from + t * (s.to - s.from);
+      if (const int a = attribute_index(avatar.attributes, s.name); a >= 0)
+        attributes[std::size_t(a)] = amount;
+      else
+        actions.emplace_back(s.name, amount);
+    }
     auto articulation = articulate(model, avatar.neutral, actions);
     if (!articulation) return articulation.error();
-    film.poses.push_back({head, avatar.world_from_torso, std::move(*articulation)});
+    film.poses.push_back({head, avatar.world_from_torso, std::move(*articulation), std::move(attributes)});
   }
   return film;
 }
@@ -229,8 +236,14 @@ int list_actions(const RenderArguments& arguments) {
                     {"coverage", range.coverage},
                     {"histogram", range.histogram}});
   }
+  nlohmann::json attributes = nlohmann::json::array();
+  for (const AttributeRegion& region : opened->avatar.attributes)
+    attributes.push_back(
+        {{"name", region.name}, {"low", region.low}, {"high", region.high}, {"coverage", region.coverage}});
   if (arguments.common.json) {
-    print_json({{"head_model", opened->avatar.head_model_name}, {"actions", list}});
+    nlohmann::json all = {{"head_model", opened->avatar.head_model_name}, {"actions", list}};
+    if (!attributes.empty()) all["attributes"] = attributes;
+    print_json(all);
     return kExitDone;
   }
   fmt::print("{:<20} {:>15} {:>9}\n", "action", "seen", "coverage");
@@ -238,6 +251,9 @@ int list_actions(const RenderArguments& arguments) {
     const SeenAction own = from_rest(range);
     fmt::print("{:<20} {:>6.2f} to {:>5.2f} {:>7.0f} %\n", own.name, own.low, own.high, 100 * range.coverage);
   }
+  for (const AttributeRegion& region : opened->avatar.attributes)
+    fmt::print("{:<20} {:>6.2f} to {:>5.2f} {:>7.0f} %  (attribute)\n", region.name, region.low, region.high,
+               100 * region.coverage);
   return kExitDone;
 }
 
@@ -278,7 +294,8 @@ void add_render_command(CLI::App& program, int& exit_code) {
   verb->add_option("--size", a->size, "Width of the pictures, px; default: as the avatar was made")
       ->check(CLI::Range(16, 8192));
   verb->add_option("--expression", a->expressions,
-                   "NAME=VALUE, or NAME=FROM..TO for a sweep; may be repeated");
+                   "NAME=VALUE, or NAME=FROM..TO for a sweep, of an action or a painted attribute; may be "
+                   "repeated");
   verb->add_option("--pose", a->pose_deg, "Head turn yaw,pitch,roll in degrees")->delimiter(',')->expected(3);
   verb->add_option("--background", a->background,
                    "plate, room (as a moving camera taught it), a colour such as #e8e8e8, or a picture");

@@ -97,7 +97,8 @@ ChannelScale channel_scale(std::string_view channel) {
   return known ? known->scale : ChannelScale{};
 }
 
-std::vector<ChannelGroup> group_channels(const HeadModel& model) {
+std::vector<ChannelGroup> group_channels(const HeadModel& model,
+                                         std::span<const AttributeRegion> attributes) {
   std::vector<ChannelGroup> groups{pose_group("Head", "head "), pose_group("Gaze", "gaze ")};
   std::vector<bool> taken(model.actions.size());
   const auto take = [&](ChannelGroup group, const auto& wanted) {
@@ -112,6 +113,10 @@ std::vector<ChannelGroup> group_channels(const HeadModel& model) {
   for (const GroupRule& rule : kGroups)
     take({rule.words, {}}, [&](const std::string& name) { return belongs(name, rule); });
   take({"Other", {}}, [](const std::string&) { return true; });
+  if (!attributes.empty()) {
+    ChannelGroup& painted = groups.emplace_back(ChannelGroup{"Painted", {}});
+    for (const AttributeRegion& region : attributes) painted.channels.push_back(action_channel(region.name));
+  }
   groups.push_back(pose_group("Camera", "camera "));
   return groups;
 }

@@ -1,6 +1,7 @@
 // The channels of a performance as the window shows them: their words, their sliders' ranges, their groups.
 #pragma once
 
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -8,6 +9,7 @@
 #include "core/direct/beyond_seen.h"
 #include "core/direct/presets.h"
 #include "core/head/head_model.h"
+#include "core/render/attribute.h"
 
 namespace likeness::ui {
 
@@ -36,7 +38,9 @@ struct ChannelGroup {
 };
 // A channel's words under its group's heading, which need not be said again: "Smile, left" under "Mouth".
 std::string words_within(const ChannelGroup& group, std::string_view channel);
-std::vector<ChannelGroup> group_channels(const HeadModel& model);
+// attributes: the avatar's, which come before the camera under "Painted".
+std::vector<ChannelGroup> group_channels(const HeadModel& model,
+                                         std::span<const AttributeRegion> attributes = {});
 
 // What a moment asks for beyond what the capture showed; empty: nothing.
 std::vector<std::string> beyond_words(const BeyondSeen& beyond);

@@ -190,7 +190,9 @@ void Studio::open_performance(const fs::path& file) {
     auto read = read_performance(file);
     return [this, file, read = std::move(read)] {
       if (!contents_ || !contents_->avatar) return;
-      const auto known = read ? check_performance(*read, *contents_->model) : Result<void>(read.error());
+      const auto known =
+          read ? check_performance(*read, *contents_->model, contents_->avatar->avatar.attributes)
+               : Result<void>(read.error());
       if (!known) {
         fail(known.error());
         return;
@@ -289,8 +291,11 @@ void Studio::request_picture() {
     const Performance& performance = *directing_.performance();
     DirectedMoment moment = direct_moment(avatar->directed, performance, directing_.playhead_s());
     request.camera = moment.camera;
-    request.pose = {
-        moment.pose.world_from_head, moment.pose.world_from_torso, std::move(moment.pose.articulation), {}};
+    request.pose = {moment.pose.world_from_head,
+                    moment.pose.world_from_torso,
+                    std::move(moment.pose.articulation),
+                    {},
+                    std::move(moment.pose.attributes)};
     request.origin.view = moment.view;
     request.origin.doubt = view_doubt(
         beyond_seen(avatar->directed, avatar->views, avatar->limits, performance, directing_.playhead_s())
@@ -343,8 +348,11 @@ void Studio::lay_takes() {
 
 void Studio::lay_take(const Performance& keys, double at_s) {
   // Another head model may have come with an avatar that was made meanwhile.
-  const auto known = contents_ && contents_->model ? check_performance(keys, *contents_->model)
-                                                   : Result<void>(Error{ErrorCode::not_found, "", "", ""});
+  const auto known = contents_ && contents_->model
+                         ? check_performance(keys, *contents_->model,
+                                             contents_->avatar ? contents_->avatar->avatar.attributes
+                                                               : std::vector<AttributeRegion>{})
+                         : Result<void>(Error{ErrorCode::not_found, "", "", ""});
   if (!known) {
     fail({ErrorCode::failed, "The recorded drive is dropped: the avatar it was made for is gone.",
           "Record it again with the avatar there is now.", ""});

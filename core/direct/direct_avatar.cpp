@@ -103,11 +103,14 @@ DirectedAvatar direct_avatar(const Avatar& avatar, const HeadModel& model) {
           head_centre(avatar)};
 }
 
-Result<void> check_performance(const Performance& performance, const HeadModel& model) {
+Result<void> check_performance(const Performance& performance, const HeadModel& model,
+                               std::span<const AttributeRegion> attributes) {
   std::vector<std::pair<std::string, float>> actions;
-  for (const auto& [channel, keys] : performance.channels)
-    if (channel.starts_with(kActionChannel))
-      actions.emplace_back(channel.substr(kActionChannel.size()), 0.0f);
+  for (const auto& [channel, keys] : performance.channels) {
+    if (!channel.starts_with(kActionChannel)) continue;
+    const std::string name = channel.substr(kActionChannel.size());
+    if (attribute_index(attributes, name) < 0) actions.emplace_back(name, 0.0f);
+  }
   const auto known = articulate(model, neutral_articulation(model), actions);
   return known ? Result<void>{} : Result<void>(known.error());
 }
@@ -129,18 +132,23 @@ DirectedMoment direct_moment(const DirectedAvatar& directed, const Performance& 
   pose.world_from_torso = avatar.world_from_torso;
   pose.world_from_torso.pretranslate(avatar.world_from_head.linear() * (shift - within_reach(shift)));
   pose.articulation = avatar.neutral;
+  pose.attributes.assign(avatar.attributes.size(), 0.f);
   for (const auto& [channel, keys] : performance.channels) {
     if (!channel.starts_with(kActionChannel)) continue;
-    const NamedAction* action =
-        find_action(*directed.model, std::string_view(channel).substr(kActionChannel.size()));
-    if (action) add_action(pose.articulation, *action, value_at(keys, time_s, 0));
+    const std::string_view name = std::string_view(channel).substr(kActionChannel.size());
+    const float amount = value_at(keys, time_s, 0);
+    if (const NamedAction* action = find_action(*directed.model, name))
+      add_action(pose.articulation, *action, amount);
+    else if (const int a = attribute_index(avatar.attributes, name); a >= 0)
+      pose.attributes[std::size_t(a)] = amount;
   }
   add_gaze(pose.articulation, *directed.model, float(rad("gaze yaw")), float(rad("gaze pitch")));
   return moment;
 }
 
 Result<Film> direct_film(const OpenedAvatar& opened, const Performance& performance) {
-  if (const auto known = check_performance(performance, opened.model); !known) return known.error();
+  if (const auto known = check_performance(performance, opened.model, opened.avatar.attributes); !known)
+    return known.error();
   const DirectedAvatar directed = direct_avatar(opened.avatar, opened.model);
   Film film;
   for (int i = 0; i < frame_count(performance); ++i) {
@@ -154,7 +162,12 @@ Result<Film> direct_film(const OpenedAvatar& opened, const Performance& performa
 Performance performance_of(const DrivenClip& clip, const DirectedAvatar& directed) {
   std::vector<DrivenFrame> frames = clip.frames;  // pictures of varying length count as of the mean one
   for (std::size_t i = 0; i < frames.size(); ++i) frames[i].time_s = double(i) / clip.frames_per_second;
-  return performance_of(frames, clip.frames_per_second, directed);
+  Performance performance = performance_of(frames, clip.frames_per_second, directed);
+  for (std::size_t a = 0; a < clip.attributes.size(); ++a)
+    if (clip.attributes[a] != 0)
+      performance.channels[action_channel(directed.avatar->attributes[a].name)] = {
+          {0, clip.attributes[a], Easing::linear}};
+  return performance;
 }
 
 Performance performance_of(std::span<const DrivenFrame> frames, double frames_per_second,

@@ -20,8 +20,10 @@ struct DirectedAvatar {
 };
 DirectedAvatar direct_avatar(const Avatar& avatar, const HeadModel& model);
 
-// Whether the head model knows every action of the performance; otherwise an Error that lists the known ones.
-Result<void> check_performance(const Performance& performance, const HeadModel& model);
+// Whether the head model knows every action of the performance, or the avatar has an attribute of that name
+// (core/render/attribute.h); otherwise an Error that lists the known ones.
+Result<void> check_performance(const Performance& performance, const HeadModel& model,
+                               std::span<const AttributeRegion> attributes = {});
 
 // From where a moment is seen: the camera channels' values.
 struct ViewPoint {
@@ -36,8 +38,8 @@ struct DirectedMoment {
   Camera camera;  // of the avatar's picture size
   FilmPose pose;
 };
-// Actions that the model does not know do nothing. The torso rests; where the head is shifted beyond the
-// neck's reach (as in DriveOptions), all of the body moves on.
+// Actions that neither model nor avatar knows do nothing. The torso rests; where the head is shifted beyond
+// the neck's reach (as in DriveOptions), all of the body moves on.
 DirectedMoment direct_moment(const DirectedAvatar& directed, const Performance& performance, double time_s);
 
 // One moment a frame.

@@ -26,6 +26,8 @@ std::vector<SeenAction> seen_from_rest(const Avatar& avatar, const HeadModel& mo
     if (a < 0) continue;
     seen.push_back({range.name, std::min(0.0f, range.low - rest[a]), std::max(0.0f, range.high - rest[a])});
   }
+  for (const AttributeRegion& region : avatar.attributes)
+    seen.push_back({region.name, std::min(0.0f, region.low), std::max(0.0f, region.high)});
   return seen;
 }
 

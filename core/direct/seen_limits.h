@@ -13,7 +13,7 @@
 
 namespace likeness {
 
-// Per named action of the avatar, on top of rest; low <= 0 <= high.
+// Per named action of the avatar, on top of rest, then per painted attribute; low <= 0 <= high.
 std::vector<SeenAction> seen_from_rest(const Avatar& avatar, const HeadModel& model);
 
 // Of a channel's values; low <= rest_value(channel) <= high.

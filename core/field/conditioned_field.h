@@ -1,7 +1,7 @@
 // A field under one condition, ready for pictures: many small batches that share psi and have no latent code.
 //
 // What psi adds to the first layer it meets is the same for every sample, so it becomes a part of that
-// layer's biases.
+// layer's biases. The entries that act in a region only stay a sample's own, unless all of them are 0.
 #pragma once
 
 #include <cstdint>
@@ -27,12 +27,14 @@ class ConditionedField {
   ConditionedField& operator=(ConditionedField&&) noexcept;
 
   const ConditionedParts& parts() const { return *parts_; }
+  bool needs_local() const;  // an entry of psi that acts in a region only is not 0
 
  private:
   std::unique_ptr<ConditionedParts> parts_;
 };
 
-// As the functions of evaluate.h; the inputs' views, conditions and latents are not read.
+// As the functions of evaluate.h; the inputs' views, conditions and latents are not read, and their weights
+// of local conditions only where needs_local() says so.
 void evaluate_density(const ConditionedField& field, const FieldInputs& inputs, std::vector<float>& sigma);
 void evaluate_density(const ConditionedField& field, const FieldInputs& inputs, std::vector<float>& sigma,
                       GeometryFeatures& geometry);

@@ -22,6 +22,8 @@ void check_inputs(const Field& field, const FieldLayout& layout, const FieldInpu
   LIKENESS_CHECK(inputs.x && inputs.y && inputs.z, "%zu samples without positions", inputs.count);
   LIKENESS_CHECK(inputs.conditions || field.config.condition_count == 0, "no conditions for a field of %d",
                  field.config.condition_count);
+  LIKENESS_CHECK(inputs.local || field.config.local_conditions == 0, "no weights for %d local conditions",
+                 field.config.local_conditions);
 }
 
 namespace {
@@ -100,6 +102,15 @@ void evaluate(const KernelContext& context, std::size_t chunk, const GeometryFea
 // if they are few.
 constexpr std::size_t kPictureChunk = 512;
 
+// The picture's own conditions, the same for all samples but for their weights.
+FieldInputs inputs_of(const ConditionedParts& parts, FieldInputs inputs) {
+  LIKENESS_CHECK(inputs.local || parts.local.empty() || inputs.count == 0,
+                 "no weights for %zu local conditions", parts.local.size());
+  inputs.view = nullptr, inputs.latents = nullptr;
+  inputs.conditions = parts.local.data();
+  return inputs;
+}
+
 KernelContext context_of(const ConditionedParts& parts, const FieldInputs& inputs) {
   return {parts.config,          parts.layout, parts.tables,
           parts.networks.data(), inputs,       parts.bf16 ? &*parts.bf16 : nullptr};
@@ -141,8 +152,8 @@ void evaluate_colour(const Field& field, const FieldInputs& inputs, const Geomet
 
 void evaluate_density(const ConditionedField& field, const FieldInputs& inputs, std::vector<float>& sigma) {
   sigma.resize(inputs.count);
-  evaluate(context_of(field.parts(), inputs), kPictureChunk, sigma.data(), nullptr, nullptr, nullptr,
-           nullptr);
+  const FieldInputs own = inputs_of(field.parts(), inputs);
+  evaluate(context_of(field.parts(), own), kPictureChunk, sigma.data(), nullptr, nullptr, nullptr, nullptr);
 }
 
 void evaluate_density(const ConditionedField& field, const FieldInputs& inputs, std::vector<float>& sigma,
@@ -150,14 +161,16 @@ void evaluate_density(const ConditionedField& field, const FieldInputs& inputs, 
   const ConditionedParts& parts = field.parts();
   sigma.resize(inputs.count);
   geometry.values.resize(inputs.count * geometry_stride(parts.config));
-  evaluate(context_of(parts, inputs), kPictureChunk, sigma.data(), nullptr, nullptr, nullptr,
+  const FieldInputs own = inputs_of(parts, inputs);
+  evaluate(context_of(parts, own), kPictureChunk, sigma.data(), nullptr, nullptr, nullptr,
            geometry.values.data());
 }
 
 void evaluate_colour(const ConditionedField& field, const FieldInputs& inputs,
                      const GeometryFeatures& geometry, std::span<const std::uint32_t> chosen,
                      FieldOutputs& out) {
-  evaluate(context_of(field.parts(), inputs), kPictureChunk, geometry, chosen, out);
+  const FieldInputs own = inputs_of(field.parts(), inputs);
+  evaluate(context_of(field.parts(), own), kPictureChunk, geometry, chosen, out);
 }
 
 }  // namespace likeness

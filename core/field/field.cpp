@@ -102,6 +102,8 @@ FieldLayout make_layout(const FieldConfig& config) {
   check_grid(config.position, 3, "position");
   LIKENESS_CHECK(config.condition_count >= 0 && config.condition_count <= 256, "%d conditions",
                  config.condition_count);
+  LIKENESS_CHECK(config.local_conditions >= 0 && config.local_conditions <= config.condition_count,
+                 "%d of %d conditions act in a region", config.local_conditions, config.condition_count);
   LIKENESS_CHECK(config.latent_count >= 0 && config.latent_count <= 256, "%d latents", config.latent_count);
   LIKENESS_CHECK(config.geometry_features >= 0 && config.geometry_features <= 255, "%d geometry features",
                  config.geometry_features);

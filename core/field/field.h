@@ -49,6 +49,8 @@ struct FieldConfig {
   bool view_direction = true;                // 2nd-order spherical harmonics of d
   int latent_count = 0;                      // L: entries of the per-frame code l
   float initial_density = 0.1f;              // sigma of a fresh field, per cube side
+  // The last so many entries of psi act in a region only: a sample's are multiplied by FieldInputs::local.
+  int local_conditions = 0;
 
   bool operator==(const FieldConfig&) const = default;
 };
@@ -82,6 +84,7 @@ struct FieldInputs {
   const std::int32_t* view = nullptr;                       // (N) row of the two arrays below; nullptr: row 0
   const float* conditions = nullptr;                        // (views, K) psi
   const float* latents = nullptr;                           // (views, L), or nullptr for zero codes
+  const float* local = nullptr;  // (local_conditions, N) weights of the last entries of psi, 0..1
 };
 
 struct FieldOutputs {

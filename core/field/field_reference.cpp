@@ -195,8 +195,14 @@ struct Evaluator {
     LIKENESS_CHECK(p.size() == layout.parameter_count, "%zu parameters for a field of %zu", p.size(),
                    layout.parameter_count);
   }
-  const Real* condition(std::size_t n) const {
-    return samples.conditions.data() + std::size_t(samples.view[n]) * config.condition_count;
+  // The weight of entry k of psi at sample n.
+  Real weight(std::size_t n, int k) const {
+    const int local = k - (config.condition_count - config.local_conditions);
+    return local < 0 ? Real(1) : samples.local[std::size_t(local) * samples.x.size() + n];
+  }
+  void append_condition(std::size_t n, std::vector<Real>& to) const {
+    const Real* psi = samples.conditions.data() + std::size_t(samples.view[n]) * config.condition_count;
+    for (int k = 0; k < config.condition_count; ++k) to.push_back(weight(n, k) * psi[k]);
   }
 
   void forward(std::size_t n, Sample<Real>& s) const {
@@ -207,7 +213,7 @@ struct Evaluator {
     std::vector<Real> input = e;
     if (layout.has_ambient()) {
       s.slice[0].assign(e.begin(), e.begin() + layout.slice_features);
-      s.slice[0].insert(s.slice[0].end(), condition(n), condition(n) + config.condition_count);
+      append_condition(n, s.slice[0]);
       network_forward(layout.slice, parameters, s.slice, s.margin);
       s.w.assign(layout.ambient_dimensions, Real(0)), s.w01.assign(layout.ambient_dimensions, Real(0));
       for (int a = 0; a < layout.ambient_dimensions; ++a) {
@@ -219,7 +225,7 @@ struct Evaluator {
              input.data() + layout.position_features);
       s.margin = std::min(s.margin, border_distance(layout.ambient, layout.ambient_dimensions, s.w01.data()));
     } else if (layout.concat_count > 0) {
-      input.insert(input.end(), condition(n), condition(n) + config.condition_count);
+      append_condition(n, input);
     }
     s.density[0] = input;
     network_forward(layout.density, parameters, s.density, s.margin);
@@ -273,9 +279,11 @@ struct Evaluator {
       }
       const std::vector<Real> slice = network_backward(layout.slice, parameters, s.slice, out, weights);
       for (int i = 0; i < layout.slice_features; ++i) below[i] += slice[i];
-      for (int k = 0; k < config.condition_count; ++k) psi[k] += slice[layout.slice_features + k];
+      for (int k = 0; k < config.condition_count; ++k)
+        psi[k] += weight(n, k) * slice[layout.slice_features + k];
     } else {
-      for (int k = 0; k < layout.concat_count; ++k) psi[k] += below[layout.position_features + k];
+      for (int k = 0; k < layout.concat_count; ++k)
+        psi[k] += weight(n, k) * below[layout.position_features + k];
     }
     encode_backward(layout.position, config.position, parameters, s.point, below.data(), weights, point);
     g.x[n] = point[0], g.y[n] = point[1], g.z[n] = point[2];
@@ -360,6 +368,7 @@ ReferenceSamples<Real> reference_samples(const FieldConfig& config, const FieldI
   if (inputs.conditions) {
     s.conditions.assign(inputs.conditions, inputs.conditions + views * config.condition_count);
   }
+  if (inputs.local) s.local.assign(inputs.local, inputs.local + n * std::size_t(config.local_conditions));
   if (inputs.latents) s.latents.assign(inputs.latents, inputs.latents + views * config.latent_count);
   return s;
 }

@@ -18,6 +18,7 @@ struct ReferenceSamples {
   std::vector<std::int32_t> view;  // (N)
   std::vector<Real> conditions;    // (views, K)
   std::vector<Real> latents;       // (views, L); empty: zero codes
+  std::vector<Real> local;         // (local_conditions, N)
 };
 
 template <class Real>

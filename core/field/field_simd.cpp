@@ -42,6 +42,17 @@ void code_rows(const FieldInputs& inputs, const float* table, std::size_t width,
   fill_code_rows(view, table, width, rows);
 }
 
+// Entries of psi that act in a region only, times the samples' weights. psi: (condition_count, kTile).
+void weigh_local_rows(const KernelContext& c, std::size_t begin, std::size_t count, float* psi) {
+  const std::size_t local = std::size_t(c.config.local_conditions),
+                    first = std::size_t(c.config.condition_count) - local;
+  for (std::size_t k = 0; k < local; ++k) {
+    const float* weights = c.inputs.local + k * c.inputs.count + begin;
+    float* row = psi + (first + k) * kTile;
+    for (std::size_t s = 0; s < kTile; ++s) row[s] *= weights[std::min(s, count - 1)];
+  }
+}
+
 // point (3, kTile) = (0, 0, 1), which is what missing directions mean.
 void forward_directions(float* point) {
   std::fill(point, point + 2 * kTile, 0.0f);
@@ -98,9 +109,11 @@ void complete_features(const KernelContext& c, const TileBuffers& b, std::size_t
   if (!c.layout.has_ambient()) {
     code_rows(c.inputs, c.inputs.conditions, std::size_t(c.layout.concat_count), begin, count,
               features + e * kTile);
+    weigh_local_rows(c, begin, count, features + e * kTile);
     return;
   }
   code_rows(c.inputs, c.inputs.conditions, std::size_t(c.config.condition_count), begin, count, b.psi);
+  weigh_local_rows(c, begin, count, b.psi);
   network_forward(c.networks, c.layout.slice, slice_input(c, b, features), b.slice_hidden,
                   std::size_t(c.layout.ambient_dimensions), b.slice_out);
   const Vf half = hn::Set(d, 0.5f);

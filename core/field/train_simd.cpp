@@ -96,6 +96,16 @@ void input_rows(const KernelContext& c, const DenseLayer& layer, PackedLayer Pac
     input_gradient<Finish::kLinear>(c.networks, layer, g.rows, first, count, rows);
 }
 
+// Gradients of psi's entries that act in a region only. rows: (condition_count, kTile).
+void weigh_condition_slopes(const KernelContext& c, std::size_t begin, std::size_t count, float* rows) {
+  const std::size_t local = std::size_t(c.config.local_conditions),
+                    first = std::size_t(c.config.condition_count) - local;
+  for (std::size_t k = 0; k < local; ++k) {
+    const float* weights = c.inputs.local + k * c.inputs.count + begin;
+    for (std::size_t s = 0; s < kTile; ++s) rows[(first + k) * kTile + s] *= weights[std::min(s, count - 1)];
+  }
+}
+
 void backward_tile(const KernelContext& c, const BackwardRange& r, const TileBuffers& b, std::size_t begin,
                    float* features, const float* slice, float* codes) {
   const std::size_t count = std::min(kTile, r.end - begin);
@@ -114,7 +124,10 @@ void backward_tile(const KernelContext& c, const BackwardRange& r, const TileBuf
   float* condition_rows = r.want_conditions ? codes + latents * kTile : nullptr;
   if (!c.layout.has_ambient()) {
     input_rows(c, density, &PackedSlopes::density_position, g, 0, e, features);
-    if (condition_rows) std::memcpy(condition_rows, features + e * kTile, rest * kTile * sizeof(float));
+    if (condition_rows) {
+      std::memcpy(condition_rows, features + e * kTile, rest * kTile * sizeof(float));
+      weigh_condition_slopes(c, begin, count, condition_rows);
+    }
     return;
   }
   // H is always in single precision; its scratch must not be where g lies.
@@ -122,9 +135,10 @@ void backward_tile(const KernelContext& c, const BackwardRange& r, const TileBuf
   input_rows(c, density, &PackedSlopes::density_position, g, 0, e, features);
   const std::size_t seen = std::size_t(c.layout.slice_features);
   input_gradient<Finish::kAdd>(c.networks, c.layout.slice[0], h, 0, seen, features);
-  if (condition_rows)
-    input_gradient<Finish::kLinear>(c.networks, c.layout.slice[0], h, seen,
-                                    std::size_t(c.config.condition_count), condition_rows);
+  if (!condition_rows) return;
+  input_gradient<Finish::kLinear>(c.networks, c.layout.slice[0], h, seen,
+                                  std::size_t(c.config.condition_count), condition_rows);
+  weigh_condition_slopes(c, begin, count, condition_rows);
 }
 
 void BackwardTiles(const KernelContext& c, const BackwardRange& r) {

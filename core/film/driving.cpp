@@ -78,10 +78,31 @@ Result<Track> driver_track(const DriveRequest& request, const HeadModel& model, 
   return track;
 }
 
+// The amounts the request holds, in the avatar's order.
+Result<std::vector<float>> held_attributes(const Avatar& avatar, const DriveRequest& request) {
+  std::vector<float> amounts(avatar.attributes.size(), 0.f);
+  for (const auto& [name, amount] : request.attributes) {
+    const int a = attribute_index(avatar.attributes, name);
+    if (a < 0) {
+      std::string known;
+      for (const AttributeRegion& region : avatar.attributes)
+        known += (known.empty() ? "" : ", ") + region.name;
+      return Error{ErrorCode::bad_input, "The avatar has no attribute '" + name + "'.",
+                   known.empty() ? "It has none: paint one (likeness attribute) and train again."
+                                 : "Choose from: " + known + ".",
+                   ""};
+    }
+    amounts[std::size_t(a)] = amount;
+  }
+  return amounts;
+}
+
 }  // namespace
 
 Result<DrivenClip> drive_clip(const OpenedAvatar& opened, const DriveRequest& request,
                               const Progress& progress, std::stop_token stop) {
+  auto held = held_attributes(opened.avatar, request);
+  if (!held) return held.error();
   const auto info = probe_video(request.video);
   if (!info) return info.error();
   HeadModel other;
@@ -100,7 +121,7 @@ Result<DrivenClip> drive_clip(const OpenedAvatar& opened, const DriveRequest& re
   const Puppet avatar = avatar_puppet(opened.avatar, opened.model);
   auto frames = drive(*track, *driver, avatar, request.options);
   if (!frames) return frames.error();
-  DrivenClip clip{std::move(*track), std::move(*frames), {}, 25};
+  DrivenClip clip{std::move(*track), std::move(*frames), {}, 25, std::move(*held)};
   const std::vector<float> gains = drive_gains(*driver, avatar, request.options);
   for (std::size_t a = 0; a < gains.size(); ++a)
     if (gains[a] != 1) clip.gains.emplace_back(opened.model.actions[a].name, gains[a]);
@@ -123,7 +144,7 @@ Result<void> check_out(const DriveRequest& request, const std::filesystem::path&
 std::vector<FilmPose> film_poses(const DrivenClip& clip) {
   std::vector<FilmPose> poses;
   for (const DrivenFrame& frame : clip.frames)
-    poses.push_back({frame.world_from_head, frame.world_from_torso, frame.articulation});
+    poses.push_back({frame.world_from_head, frame.world_from_torso, frame.articulation, clip.attributes});
   return poses;
 }
 

@@ -19,6 +19,7 @@ struct DriveRequest {
   std::filesystem::path head_model;  // the driver's; empty = the one the avatar was made with
   std::filesystem::path landmark_model;  // empty = the system's
   DriveOptions options;
+  std::vector<std::pair<std::string, float>> attributes;  // of the avatar's, held at these amounts
 };
 
 struct DrivenClip {
@@ -26,6 +27,7 @@ struct DrivenClip {
   std::vector<DrivenFrame> frames;
   std::vector<std::pair<std::string, float>> gains;  // calibrated and asked for, those that are not 1
   double frames_per_second = 25;
+  std::vector<float> attributes;  // amounts, in the avatar's order
 };
 
 // Tracks the clip and carries its performance over. Pictures of varying length (phones) become as many frames

@@ -286,7 +286,9 @@ Result<int> write_film(const OpenedAvatar& opened, const Film& film, const FilmO
     const FilmPose& pose = film.poses[i];
     const Camera camera = with_width(film.cameras[i], options.width);
     const auto frame = (*renderer)->render(
-        camera, pose_avatar(rig, {pose.world_from_head, pose.world_from_torso, pose.articulation, {}}),
+        camera,
+        pose_avatar(rig,
+                    {pose.world_from_head, pose.world_from_torso, pose.articulation, {}, pose.attributes}),
         render_options(options.quality));
     if (!frame) return frame.error();
     Image8 shown =

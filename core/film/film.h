@@ -36,6 +36,7 @@ Provenance provenance_of(const OpenedAvatar& opened, std::chrono::system_clock::
 struct FilmPose {
   Pose world_from_head = Pose::Identity(), world_from_torso = Pose::Identity();  // m
   Articulation articulation;
+  std::vector<float> attributes{};  // amounts, in the avatar's order; empty: all at rest
 };
 
 struct Film {

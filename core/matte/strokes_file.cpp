@@ -8,7 +8,7 @@
 #include <string_view>
 
 #include "core/base/files.h"
-#include "core/matte/strokes.h"
+#include "core/matte/strokes_text.h"
 
 namespace likeness {
 
@@ -41,10 +41,8 @@ Stroke stroke_from_json(const json& j) {
 
 }  // namespace
 
-Result<void> write_strokes(const std::filesystem::path& path, std::span<const Stroke> strokes) {
-  std::string text = fmt::format(
-      "{{\n\"format\":\"likeness-strokes\",\"version\":{},\"unit\":\"px of the source\",\n\"strokes\":[",
-      kVersion);
+std::string strokes_text(std::span<const Stroke> strokes) {
+  std::string text = "[";
   for (std::size_t s = 0; s < strokes.size(); ++s) {
     const Stroke& stroke = strokes[s];
     text += fmt::format("{}\n{{\"mark\":\"{}\",\"radius\":{},\"points\":[", s ? "," : "",
@@ -53,7 +51,33 @@ Result<void> write_strokes(const std::filesystem::path& path, std::span<const St
       text += fmt::format("{}[{},{}]", i ? "," : "", stroke.points[i].x(), stroke.points[i].y());
     text += "]}";
   }
-  return write_text(path, text + "]\n}\n");
+  return text + "]";
+}
+
+std::optional<ReadStrokes> strokes_of_text(const std::string& text) {
+  try {
+    ReadStrokes read;
+    const json list = json::parse(text);
+    if (!list.is_array()) return std::nullopt;
+    for (const json& entry : list) {
+      Stroke stroke = stroke_from_json(entry);
+      if (stroke.points.empty()) {
+        read.damaged = read.strokes.size() + 1;
+        return read;
+      }
+      read.strokes.push_back(std::move(stroke));
+    }
+    return read;
+  } catch (const json::exception&) {
+    return std::nullopt;
+  }
+}
+
+Result<void> write_strokes(const std::filesystem::path& path, std::span<const Stroke> strokes) {
+  return write_text(path,
+                    fmt::format("{{\n\"format\":\"likeness-strokes\",\"version\":{},\"unit\":\"px of the "
+                                "source\",\n\"strokes\":{}\n}}\n",
+                                kVersion, strokes_text(strokes)));
 }
 
 Result<Strokes> read_strokes(const std::filesystem::path& path) {
@@ -72,13 +96,10 @@ Result<Strokes> read_strokes(const std::filesystem::path& path) {
     const int version = j.at("version").get<int>();
     if (version > kVersion) return refused("it was made by a newer Likeness");
     if (version < 1) return refused("it is damaged");
-    Strokes strokes;
-    for (const json& entry : j.at("strokes")) {
-      Stroke stroke = stroke_from_json(entry);
-      if (stroke.points.empty()) return refused(fmt::format("stroke {} is damaged", strokes.size() + 1));
-      strokes.push_back(std::move(stroke));
-    }
-    return strokes;
+    auto read = strokes_of_text(j.at("strokes").dump());
+    if (!read) return refused("it is damaged");
+    if (read->damaged > 0) return refused(fmt::format("stroke {} is damaged", read->damaged));
+    return std::move(read->strokes);
   } catch (const json::exception&) {
     return refused("it is damaged");
   }

@@ -15,6 +15,7 @@
 #include "core/project/corrections.h"
 #include "core/project/damaged_project.h"
 #include "core/project/further_clips.h"
+#include "core/project/project_attributes.h"
 #include "core/video/video_name.h"
 
 namespace likeness {
@@ -37,6 +38,7 @@ constexpr std::string_view kNames[] = {"frames",
                                        "plate.png",
                                        "plate_known.png",
                                        "plate.json",
+                                       "attribute_values.json",
                                        "track.json",
                                        "cameras.json",
                                        "capture.json",
@@ -180,7 +182,7 @@ Result<DeletedPerson> delete_person(const fs::path& folder, bool keep_exports) {
   for (fs::directory_iterator it(folder, failure), end; !failure && it != end; it.increment(failure)) {
     const std::string name = it->path().filename().string();
     const bool own = std::ranges::find(kNames, name) != std::end(kNames) || is_abandoned_part(name) ||
-                     is_performance(name) || is_corrections_folder(name) ||
+                     is_performance(name) || is_corrections_folder(name) || is_attributes_file(name) ||
                      (name == "exports" && !keep_exports);
     if (own && name != "project.json" && !guard->may_hold_it(it->path())) going.push_back(it->path());
   }

@@ -25,6 +25,7 @@
 #include "core/project/corrections.h"
 #include "core/project/further_clips.h"
 #include "core/project/learn_room.h"
+#include "core/project/project_attributes.h"
 #include "core/project/project_views.h"
 #include "core/project/refits.h"
 #include "core/project/training_curve.h"
@@ -109,11 +110,19 @@ Result<void> drop_foreign_regions(const Project& project, const Capture& capture
   return {};
 }
 
-// Strokes on another clip's masks say nothing about this one's; somebody's work is not removed, though.
+// Strokes on another clip's masks and faces say nothing about this one's; somebody's work is not removed,
+// though.
 Result<void> set_aside_foreign_strokes(const Project& project, const Capture& capture,
                                        std::vector<std::string>& warnings) {
   const auto before = read_capture(capture_path(project));
-  if (!before || before->video_hash == capture.video_hash || corrected_frames(project).empty()) return {};
+  if (!before || before->video_hash == capture.video_hash) return {};
+  if (is_there(attributes_path(project))) {
+    const auto aside = set_aside_attributes(project);
+    if (!aside) return aside.error();
+    warnings.push_back(fmt::format(
+        "The attributes that were painted were of another clip; they are kept in {}.", aside->string()));
+  }
+  if (corrected_frames(project).empty()) return {};
   const auto kept = set_aside_corrections(project);
   if (!kept) return kept.error();
   warnings.push_back(fmt::format(
@@ -315,6 +324,22 @@ class CurveKeeper {
   double written_at_s_ = -1e9;
 };
 
+// What is told of painted attributes, and kept for pictures of the clip's own frames.
+Result<void> keep_courses(const StageContext& context, const std::vector<FoundAttribute>& found) {
+  if (found.empty()) return {};
+  std::vector<AttributeCourse> courses;
+  context.record.warnings.clear();
+  for (const FoundAttribute& attribute : found) {
+    const AttributeCourse& course = courses.emplace_back(attribute.course);
+    context.progress.report(0, "attribute " + course_words(course));
+    if (4 * course.unlike_any > int(course.frames.size()))
+      context.record.warnings.push_back(fmt::format(
+          "Of attribute '{}', {} of {} frames look like none that was painted; paint it on some of those.",
+          course.name, course.unlike_any, course.frames.size()));
+  }
+  return write_attribute_values(attribute_values_path(context.project), courses);
+}
+
 Result<void> run_train(const StageContext& context) {
   const ProjectOptions& o = context.project.options;
   const auto model = project_head_model(o);
@@ -330,6 +355,10 @@ Result<void> run_train(const StageContext& context) {
   if (const auto available = available_memory())
     if (const auto enough = check_memory(forecast, *available); !enough) return enough.error();
   if (const auto loaded = load_training_pictures(context.project, *set); !loaded) return loaded.error();
+  const auto attributes =
+      add_attributes(context.project, *set, context.progress.stage(0, 0, "attributes"), context.stop);
+  if (!attributes) return attributes.error();
+  if (const auto kept = keep_courses(context, *attributes); !kept) return kept.error();
   const ChosenParts chosen = take_parts(context.project, *set, options);
   context.observer.parts(chosen.parts);
   CurveKeeper curve(training_curve_path(context.project));
@@ -349,6 +378,8 @@ Result<void> run_train(const StageContext& context) {
   avatar->head_model_file = o.head_model.string();
   avatar->parts = chosen.parts;
   context.record.message = fmt::format("{} steps in {:.0f} s.", avatar->steps, avatar->train_seconds);
+  for (const FoundAttribute& attribute : *attributes)
+    context.record.message += " Attribute " + course_words(attribute.course);
   return write_avatar(avatar_path(context.project), *avatar);
 }
 
@@ -500,6 +531,8 @@ std::string input_hash(const Project& project, Stage stage) {
       // Where nothing was asked for, the choice follows from the inputs above.
       if (o.mode == kDefaultMode) inputs += " asked";
       if (o.landmark_loss != 0) inputs += fmt::format(" landmarks {}", o.landmark_loss);
+      if (const auto attributes = attributes_hash(project); !attributes.empty())
+        inputs.append(" attributes ").append(attributes);
       if (!o.left_out.empty()) inputs += fmt::format(" left out {}", fmt::join(o.left_out, ","));
       for (const int number : project.further_clips) inputs += further_content(project, number);
       break;

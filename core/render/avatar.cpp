@@ -1,6 +1,8 @@
 // The condition of an articulation, and occupancy bits.
 #include "core/render/avatar.h"
 
+#include <algorithm>
+
 #include "core/base/check.h"
 
 namespace likeness {
@@ -22,6 +24,19 @@ Eigen::VectorXf condition(const ConditionMap& map, const Articulation& articulat
                  long(articulation.expression.size()));
   const Eigen::VectorXf psi = map.rows * (articulation_vector(articulation) - map.mean);
   return psi.cwiseMax(map.low).cwiseMin(map.high);
+}
+
+Eigen::VectorXf condition(const ConditionMap& map, const Articulation& articulation,
+                          std::span<const AttributeRegion> attributes, std::span<const float> amounts) {
+  LIKENESS_CHECK(amounts.empty() || amounts.size() == attributes.size(), "%zu amounts of %zu attributes",
+                 amounts.size(), attributes.size());
+  const Eigen::VectorXf face = condition(map, articulation);
+  Eigen::VectorXf psi = Eigen::VectorXf::Zero(face.size() + Eigen::Index(attributes.size()));
+  psi.head(face.size()) = face;
+  for (std::size_t a = 0; a < amounts.size(); ++a)
+    psi[face.size() + Eigen::Index(a)] =
+        std::clamp(amounts[a], std::min(0.f, attributes[a].low), std::max(0.f, attributes[a].high));
+  return psi;
 }
 
 OccupancyGrid make_occupancy(int resolution, bool filled) {

@@ -4,6 +4,7 @@
 #include <array>
 #include <filesystem>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -13,6 +14,7 @@
 #include "core/field/field.h"
 #include "core/head/head_model.h"
 #include "core/image/image.h"
+#include "core/render/attribute.h"
 #include "core/scene/neck_bend.h"
 #include "core/scene/torso_warp.h"
 
@@ -29,6 +31,10 @@ struct ConditionMap {
 };
 Eigen::VectorXf articulation_vector(const Articulation& articulation);  // (E + 9), in the order above
 Eigen::VectorXf condition(const ConditionMap& map, const Articulation& articulation);
+// What the head's field is told: the condition, then the attributes' amounts, each within what was seen.
+// amounts: one an attribute, or none, which is all at rest.
+Eigen::VectorXf condition(const ConditionMap& map, const Articulation& articulation,
+                          std::span<const AttributeRegion> attributes, std::span<const float> amounts);
 
 // Axis-aligned cube of a field in its own frame, m.
 struct FieldCube {
@@ -87,6 +93,7 @@ struct Avatar {
   Articulation neutral;                     // the person's calibrated neutral; the canonical face
   float warp_cell = 0;                      // m between nodes of the warp lattice; 0: the field is not warped
   std::vector<ActionRange> seen;            // per named action
+  std::vector<AttributeRegion> attributes;  // painted by the user; each the field's psi has an entry of
   Pose world_from_head = Pose::Identity();  // typical, for orbit and sliders
   Pose world_from_torso = Pose::Identity();
   TorsoModes torso_modes;                  // empty: a rigid torso

@@ -181,6 +181,18 @@ json to_json(const AvatarPart& part) {
           {"reason", part.reason}};
 }
 
+json to_json(const AttributeRegion& region) {
+  return {{"name", region.name},
+          {"low", region.low},
+          {"high", region.high},
+          {"coverage", region.coverage},
+          {"origin_m", vector_to_json(region.origin)},
+          {"cell_m", region.cell},
+          {"count", region.count}};
+}
+
+std::string weights_section(std::size_t attribute) { return fmt::format("attribute{}.weights", attribute); }
+
 AvatarPart avatar_part_from_json(const json& j) {
   return {j.at("part").get<std::string>(), j.at("on").get<bool>(), j.at("asked").get<bool>(),
           j.at("value").get<std::string>(), j.at("reason").get<std::string>()};
@@ -194,6 +206,24 @@ OccupancyGrid occupancy_from(const Sections& sections, const std::string& name, 
   if (!from_section(sections, name, (cells + 7) / 8, grid.bits))
     throw Bad{"section '" + name + "' has a wrong size"};
   return grid;
+}
+
+AttributeRegion attribute_from(const json& j, const Sections& sections, std::size_t number) {
+  AttributeRegion region;
+  region.name = j.at("name").get<std::string>();
+  region.low = float(finite(j.at("low"), "attribute")),
+  region.high = float(finite(j.at("high"), "attribute"));
+  region.coverage = float(finite(j.at("coverage"), "attribute"));
+  region.origin = vec3_from_json(j.at("origin_m"), "region of an attribute");
+  region.cell = float(finite(j.at("cell_m"), "region of an attribute"));
+  if (!(region.cell > 1e-4f && region.cell < 1)) throw Bad{"the region of an attribute is impossible"};
+  if (j.at("count").size() != 3) throw Bad{"the region of an attribute has not 3 axes"};
+  for (std::size_t a = 0; a < 3; ++a) region.count[a] = whole(j.at("count").at(a), "region", 2, 256);
+  const std::size_t nodes =
+      std::size_t(region.count[0]) * std::size_t(region.count[1]) * std::size_t(region.count[2]);
+  if (!from_section(sections, weights_section(number), nodes, region.weights))
+    throw Bad{"section '" + weights_section(number) + "' has a wrong size"};
+  return region;
 }
 
 FieldPart part_from(const json& j, const Sections& sections, const std::string& name) {
@@ -288,7 +318,16 @@ Avatar avatar_from(const Sections& sections) {
   if (!j.at("torso").is_null()) a.torso = part_from(j.at("torso"), sections, "torso");
   if (j.contains("room")) a.room = room_from(j.at("room"), sections);
   a.condition.mean = vector_from_json(j.at("condition_mean"), "condition mean");
-  const int k = a.head.field.config.condition_count;
+  if (j.contains("attributes")) {
+    const json& attributes = j.at("attributes");
+    if (attributes.size() > std::size_t(kMostAttributes)) throw Bad{"there are too many attributes"};
+    for (std::size_t i = 0; i < attributes.size(); ++i)
+      a.attributes.push_back(attribute_from(attributes.at(i), sections, i));
+  }
+  FieldConfig& config = a.head.field.config;
+  config.local_conditions = int(a.attributes.size());
+  const int k = config.condition_count - config.local_conditions;
+  if (k < 0) throw Bad{"the field knows fewer conditions than there are attributes"};
   const Eigen::VectorXf rows = vector_from_json(j.at("condition_rows"), "condition rows");
   if (rows.size() != k * a.condition.mean.size()) throw Bad{"the condition map does not fit the field"};
   a.condition.rows = Eigen::Map<const Eigen::Matrix<float, -1, -1, Eigen::RowMajor>>(rows.data(), k,
@@ -376,6 +415,7 @@ Result<void> write_avatar(const std::filesystem::path& path, const Avatar& avata
             {"plate_height", avatar.plate.height}};
   if (avatar.room) j["room"] = part_to_json(*avatar.room);
   for (const ActionRange& range : avatar.seen) j["seen"].push_back(to_json(range));
+  for (const AttributeRegion& region : avatar.attributes) j["attributes"].push_back(to_json(region));
   if (!avatar.parts.empty()) j["parts"] = json::array();
   for (const AvatarPart& part : avatar.parts) j["parts"].push_back(to_json(part));
   Sections sections;
@@ -385,6 +425,8 @@ Result<void> write_avatar(const std::filesystem::path& path, const Avatar& avata
   add_part(sections, avatar.head, "head");
   if (avatar.torso) add_part(sections, *avatar.torso, "torso");
   if (avatar.room) add_part(sections, *avatar.room, "room");
+  for (std::size_t i = 0; i < avatar.attributes.size(); ++i)
+    sections[weights_section(i)] = to_section(avatar.attributes[i].weights);
   std::vector<float> offsets;
   for (const Vec3f& v : avatar.person.offsets) offsets.insert(offsets.end(), {v.x(), v.y(), v.z()});
   if (!offsets.empty()) sections["offsets"] = to_section(offsets);

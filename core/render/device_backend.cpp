@@ -26,6 +26,13 @@ float corrected(float rate, std::uint64_t step) {
                (1 - std::pow(double(options.beta1), t)));
 }
 
+// The kernels give every sample of a picture the same condition.
+Error painted_attributes() {
+  return {ErrorCode::bad_input, "Attributes that were painted are computed by the processor only.",
+          "Use --backend cpu, or train without them (likeness attribute PROJECT remove NAME).",
+          "CUDA, attributes"};
+}
+
 class DeviceLearner : public FieldLearner {
  public:
   DeviceLearner(std::shared_ptr<Device> device, const LearntParts& parts, const LearnerShape& shape)
@@ -290,12 +297,15 @@ class DeviceBackend : public Backend {
     if (shape.patches)
       return Error{ErrorCode::bad_input, "The landmark loss is computed by the processor only.",
                    "Use --backend cpu, or train without --landmark-loss.", "CUDA, landmark loss"};
+    if (const Field* head = parts.fields[0].field; head && head->config.local_conditions > 0)
+      return painted_attributes();
     auto learner = std::make_unique<DeviceLearner>(device_, parts, shape);
     if (auto done = learner->prepare(halves_ ? NetworkPrecision::bf16 : NetworkPrecision::single); !done)
       return done.error();
     return std::unique_ptr<FieldLearner>(std::move(learner));
   }
   Result<std::unique_ptr<FrameRenderer>> make_renderer(const Avatar& avatar) override {
+    if (!avatar.attributes.empty()) return painted_attributes();
     return device_renderer(device_, avatar, halves_);
   }
 

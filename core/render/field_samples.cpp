@@ -16,6 +16,7 @@ FieldInputs FieldSamples::inputs(const float* conditions, const float* latents) 
   in.view = view.data();
   in.conditions = conditions;
   in.latents = latents;
+  in.local = local.empty() ? nullptr : local.data();
   return in;
 }
 

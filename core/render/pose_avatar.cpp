@@ -21,7 +21,8 @@ RenderState pose_avatar(const AvatarRig& rig, const AvatarPose& pose) {
                     pose.world_from_torso,
                     pose.articulation,
                     {},
-                    torso_field(rig.torso, pose.torso_shape)};
+                    torso_field(rig.torso, pose.torso_shape),
+                    pose.attributes};
   if (rig.warps)
     state.warp = make_warp_lattice(rig.warp, pose_head(*rig.model, rig.shape, pose.articulation));
   return state;
@@ -48,6 +49,20 @@ void straighten_samples(std::span<const NeckBend> necks, FieldSamples& samples) 
       samples.x[i] = std::clamp(straight.x(), 0.f, 1.f);
       samples.y[i] = std::clamp(straight.y(), 0.f, 1.f);
       samples.z[i] = std::clamp(straight.z(), 0.f, 1.f);
+    }
+  });
+}
+
+void weigh_attributes(std::span<const AttributeRegion> regions, const FieldCube& cube,
+                      FieldSamples& samples) {
+  const std::size_t count = samples.count();
+  samples.local.resize(regions.size() * count);
+  if (regions.empty()) return;
+  parallel_ranges(count, 4096, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      const Vec3f at = cube.origin + cube.side * Vec3f(samples.x[i], samples.y[i], samples.z[i]);
+      for (std::size_t a = 0; a < regions.size(); ++a)
+        samples.local[a * count + i] = region_weight(regions[a], at);
     }
   });
 }

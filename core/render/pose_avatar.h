@@ -27,6 +27,7 @@ struct AvatarPose {
   Pose world_from_head = Pose::Identity(), world_from_torso = Pose::Identity();  // m
   Articulation articulation;
   TorsoShape torso_shape{};
+  std::vector<float> attributes{};  // as in RenderState
 };
 
 // About 10 ms where the avatar warps.
@@ -38,6 +39,8 @@ void warp_samples(std::span<const WarpLattice> lattices, const FieldCube& cube, 
 // Moves samples of the head field near a bent neck to the straight one, by the bend of their view in the
 // field's unit cube. After the lattices: a chin that the jaw lowers is no neck.
 void straighten_samples(std::span<const NeckBend> necks, FieldSamples& samples);
+// How far each attribute acts on the samples, which are where the field knows them. No regions: none.
+void weigh_attributes(std::span<const AttributeRegion> regions, const FieldCube& cube, FieldSamples& samples);
 // The way of torso samples to canonical.
 void warp_samples(std::span<const TorsoField> fields, const FieldCube& cube, FieldSamples& samples);
 

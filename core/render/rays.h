@@ -82,6 +82,7 @@ float occupied_intervals(const FieldRay& ray, const MarchVolume& volume, float n
 struct FieldSamples {
   std::vector<float> x, y, z, dx, dy, dz;  // (N) unit cube; unit view direction in the field's frame
   std::vector<std::int32_t> view;          // (N) row of conditions and codes
+  std::vector<float> local;                // (A, N) weights of the attributes; empty where there are none
   std::size_t count() const { return x.size(); }
   void resize(std::size_t count);
   FieldInputs inputs(const float* conditions, const float* latents) const;
@@ -100,7 +101,7 @@ struct SampleBatch {
 struct RayRequest {
   std::array<FieldRay, 2> fields;
   std::int32_t view = 0;
-  std::uint64_t jitter = 0;                // 0: midpoints
+  std::uint64_t jitter = 0;               // 0: midpoints
   std::array<float, 2> nothing_before{};  // m, of each field: where its walk may begin
 };
 

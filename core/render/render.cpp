@@ -31,10 +31,11 @@ struct Scene {
   const RenderOptions& options;
   MarchVolumes volumes;
   std::array<UnitFromCamera, 2> maps;
-  std::vector<ConditionedField> fields;  // of head and torso
-  std::span<const WarpLattice> warp;     // one or none
-  std::span<const TorsoField> torso;     // one or none
-  std::vector<NeckBend> neck;            // one or none
+  std::vector<ConditionedField> fields;         // of head and torso
+  std::span<const WarpLattice> warp;            // one or none
+  std::span<const TorsoField> torso;            // one or none
+  std::vector<NeckBend> neck;                   // one or none
+  std::span<const AttributeRegion> attributes;  // none where all of them are at rest
 };
 
 // What a band works with, kept for the next one: fresh memory is slow to touch.
@@ -151,6 +152,7 @@ RayRequest request_of(const Scene& scene, const Vec3f& direction) {
 void bring_home(const Scene& scene, SampleBatch& batch) {
   warp_samples(scene.warp, scene.avatar.head.cube, batch.fields[0]);
   straighten_samples(scene.neck, batch.fields[0]);
+  weigh_attributes(scene.attributes, scene.avatar.head.cube, batch.fields[0]);
   if (scene.avatar.torso) warp_samples(scene.torso, scene.avatar.torso->cube, batch.fields[1]);
 }
 
@@ -272,11 +274,12 @@ Scene make_scene(const Avatar& avatar, const Camera& camera, const RenderState& 
                  "max_samples %d, strata %d, block %d", options.max_samples, options.strata, options.block);
   LIKENESS_CHECK(avatar.warp_cell == 0 || !state.warp.empty(),
                  "an avatar with a warp needs pose_avatar's state (cell %g m)", double(avatar.warp_cell));
-  Scene scene{avatar, options, {}, {}, {}, {}, {}, {}};
+  Scene scene{avatar, options, {}, {}, {}, {}, {}, {}, {}};
   scene.maps[0] = unit_from_camera(avatar.head.cube, camera.cam_from_world, state.world_from_head);
   if (avatar.torso)
     scene.maps[1] = unit_from_camera(avatar.torso->cube, camera.cam_from_world, state.world_from_torso);
-  const Eigen::VectorXf psi = condition(avatar.condition, state.articulation);
+  const Eigen::VectorXf psi =
+      condition(avatar.condition, state.articulation, avatar.attributes, state.attributes);
   // What the rays need before the first of them can start: a piece for each thread.
   std::array<std::optional<ConditionedField>, 2> fields;
   const std::size_t parts = avatar.torso ? 2 : 1;
@@ -291,6 +294,7 @@ Scene make_scene(const Avatar& avatar, const Camera& camera, const RenderState& 
                         options.precision);
   });
   for (std::size_t i = 0; i < parts; ++i) scene.fields.push_back(std::move(*fields[i]));
+  if (scene.fields[0].needs_local()) scene.attributes = avatar.attributes;
   if (!state.warp.empty()) scene.warp = {&state.warp, 1};
   if (!state.torso.empty()) scene.torso = {&state.torso, 1};
   if (!avatar.neck.empty()) {

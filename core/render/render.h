@@ -16,8 +16,9 @@ namespace likeness {
 struct RenderState {
   Pose world_from_head = Pose::Identity(), world_from_torso = Pose::Identity();  // m
   Articulation articulation;
-  WarpLattice warp;  // of an avatar that warps (core/render/pose_avatar.h); otherwise empty
-  TorsoField torso;  // empty: a rigid torso
+  WarpLattice warp;                 // of an avatar that warps (core/render/pose_avatar.h); otherwise empty
+  TorsoField torso;                 // empty: a rigid torso
+  std::vector<float> attributes{};  // amounts, in the avatar's order; empty: all at rest
 };
 
 // Of a picture of usual size, which RenderOptions::edge_contrast and most_rays speak of.

@@ -12,6 +12,7 @@
 #include "core/capture/split.h"
 #include "core/image/files.h"
 #include "core/image/metrics.h"
+#include "core/project/project_attributes.h"
 #include "core/project/project_views.h"
 #include "core/project/run_stages.h"
 #include "core/render/pose_avatar.h"
@@ -73,6 +74,8 @@ Result<Evaluation> evaluate(const Project& project, const EvalOptions& options, 
   }
 
   const RenderOptions quality = render_options(options.quality);
+  const auto courses = read_courses(project, avatar);
+  if (!courses) return courses.error();
   const auto renderer = make_renderer(options.place, avatar);
   if (!renderer) return renderer.error();
   const auto room = avatar.room ? std::optional(make_room_scene(*avatar.room)) : std::nullopt;
@@ -104,7 +107,7 @@ Result<Evaluation> evaluate(const Project& project, const EvalOptions& options, 
 
     const auto start = std::chrono::steady_clock::now();
     const AvatarPose pose{tracked->world_from_head, tracked->world_from_torso, tracked->articulation,
-                          tracked->torso_shape};
+                          tracked->torso_shape, frame_amounts(avatar, *courses, frame)};
     const auto rendered = (*renderer)->render(*camera, pose_avatar(rig, pose), quality);
     if (!rendered) return rendered.error();
     render_s += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();

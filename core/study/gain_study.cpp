@@ -12,6 +12,7 @@
 #include "core/capture/capture.h"
 #include "core/matte/matte.h"
 #include "core/project/corrections.h"
+#include "core/project/project_attributes.h"
 #include "core/project/project_views.h"
 #include "core/project/run_stages.h"
 #include "core/study/evaluate.h"
@@ -22,6 +23,8 @@ namespace likeness {
 namespace {
 
 namespace fs = std::filesystem;
+
+constexpr const char* kAttributeRow = "attribute";
 
 void look_ahead(Track& track, const HeadModel& model) {
   const Articulation rest = neutral_articulation(model);
@@ -156,6 +159,17 @@ Result<GainScore> train_and_score(const Inputs& inputs, const GainVariant& varia
                                   const Progress& progress, std::stop_token stop) {
   auto set = load_training_set(work, inputs.model);
   if (!set) return set.error();
+  if (variant.attributes) {
+    const auto painted = read_project_attributes(inputs.project);
+    if (!painted) return painted.error();
+    const auto found = find_attributes(work, *painted, *set, progress.stage(0, 0, "attributes"), stop);
+    if (!found) return found.error();
+    take_attributes(*found, *set);
+    std::vector<AttributeCourse> courses;
+    for (const FoundAttribute& attribute : *found) courses.push_back(attribute.course);
+    if (const auto kept = write_attribute_values(attribute_values_path(work), courses); !kept)
+      return kept.error();
+  }
   ChosenParts chosen =
       choose_parts(measure_capture(*set, shape_head(inputs.model, set->person)), AskedParts{});
   if (variant.parts != nullptr) variant.parts(chosen);
@@ -203,7 +217,8 @@ Result<GainScore> run_variant(const Inputs& inputs, const GainVariant& variant, 
   if (!track_hash) return track_hash.error();
   const std::string content = hash_text(fmt::format("{} {} {} {} {} {} {}{}", inputs.content, *track_hash,
                                                     variant.name, options.steps, options.rays, seed,
-                                                    options.refit, corrections_hash(inputs.project)));
+                                                    options.refit, corrections_hash(inputs.project)) +
+                                        (variant.attributes ? attributes_hash(inputs.project) : ""));
   const std::string name = fmt::format("{}-{}", variant.name, seed);
   if (auto done = read_score(folder / (name + ".json"), content)) return *done;
   const auto work =
@@ -216,8 +231,13 @@ Result<GainScore> run_variant(const Inputs& inputs, const GainVariant& variant, 
   return *score;
 }
 
-Result<std::vector<GainVariant>> chosen_variants(const std::vector<std::string>& names) {
-  if (names.empty()) return gain_variants();
+// All of them, but of a project without attributes their row.
+Result<std::vector<GainVariant>> chosen_variants(const std::vector<std::string>& names, bool has_attributes) {
+  if (names.empty()) {
+    std::vector<GainVariant> all = gain_variants();
+    if (!has_attributes) std::erase_if(all, [](const GainVariant& v) { return v.attributes; });
+    return all;
+  }
   std::vector<GainVariant> chosen;
   for (const std::string& name : names) {
     const auto found = std::ranges::find(gain_variants(), name, &GainVariant::name);
@@ -227,6 +247,9 @@ Result<std::vector<GainVariant>> chosen_variants(const std::vector<std::string>&
       return Error{ErrorCode::bad_input, fmt::format("There is no variant named \"{}\".", name),
                    fmt::format("Choose from: {}.", fmt::join(known, ", ")), ""};
     }
+    if (found->attributes && !has_attributes)
+      return Error{ErrorCode::not_found, "The project has no painted attributes.",
+                   "Paint one: likeness attribute PROJECT add NAME ...", "attributes.json"};
     chosen.push_back(*found);
   }
   return chosen;
@@ -284,6 +307,10 @@ const std::vector<GainVariant>& gain_variants() {
        [](TrainOptions& o) { o.landmark_weight = 0.001; }},
       {"landmark-rays", "the landmark loss's patches of rays, the loss itself next to nothing", "photometric",
        nullptr, [](TrainOptions& o) { o.landmark_weight = 1e-9; }},
+      {.name = kAttributeRow,
+       .about = "with the attributes that were painted",
+       .track_step = "photometric",
+       .attributes = true},
   };
   return variants;
 }
@@ -291,7 +318,7 @@ const std::vector<GainVariant>& gain_variants() {
 Result<std::vector<GainRow>> study_gains(const Project& project, const fs::path& folder,
                                          const GainOptions& options, const Progress& progress,
                                          std::stop_token stop) {
-  const auto variants = chosen_variants(options.variants);
+  const auto variants = chosen_variants(options.variants, !attributes_hash(project).empty());
   if (!variants) return variants.error();
   const auto inputs = load_inputs(project);
   if (!inputs) return inputs.error();

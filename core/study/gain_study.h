@@ -29,6 +29,7 @@ struct GainVariant {
   void (*change)(Track& track, const HeadModel& model) = nullptr;
   void (*train)(TrainOptions& options) = nullptr;
   void (*parts)(ChosenParts& parts) = nullptr;  // of those chosen for the capture
+  bool attributes = false;                      // with those that were painted
 };
 const std::vector<GainVariant>& gain_variants();  // the first is the default of a build
 

@@ -10,6 +10,7 @@
 
 #include "core/head/pose_head.h"
 #include "core/image/files.h"
+#include "core/project/project_attributes.h"
 #include "core/project/project_views.h"
 #include "core/project/run_stages.h"
 #include "core/render/pose_avatar.h"
@@ -149,6 +150,8 @@ Result<LandmarkStudy> study_landmarks(const Project& project, int frames, const 
       study.rows.push_back({k, map.correlation, map.spread, map.weight > 0, {}, {}, {}, {}, {}, {}});
 
   const AvatarRig rig = make_rig(set->avatar, *model);
+  const auto courses = read_courses(project, set->avatar);
+  if (!courses) return courses.error();
   const auto held_out = held_out_frames(set->capture);
   const std::vector<int> all(held_out.begin(), held_out.end());
   const std::size_t count = frames > 0 ? std::min(all.size(), std::size_t(frames)) : all.size();
@@ -161,8 +164,8 @@ Result<LandmarkStudy> study_landmarks(const Project& project, int frames, const 
     if (!t || t->status == FrameStatus::lost || !camera) continue;
     const auto truth = read_image(project.folder / frame_name(frame));
     if (!truth) return truth.error();
-    const RenderState state =
-        pose_avatar(rig, {t->world_from_head, t->world_from_torso, t->articulation, t->torso_shape});
+    const RenderState state = pose_avatar(rig, {t->world_from_head, t->world_from_torso, t->articulation,
+                                                t->torso_shape, frame_amounts(set->avatar, *courses, frame)});
     const RenderedFrame rendered =
         render_frame(set->avatar, *camera, state, render_options(RenderQuality::final));
     const bool known = std::ranges::binary_search(set->plate_info.frames, frame);

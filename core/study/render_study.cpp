@@ -12,6 +12,7 @@
 
 #include "core/image/files.h"
 #include "core/image/metrics.h"
+#include "core/project/project_attributes.h"
 #include "core/project/project_views.h"
 #include "core/project/run_stages.h"
 #include "core/render/pose_avatar.h"
@@ -158,6 +159,8 @@ Result<RenderStudy> study_rendering(const Project& project, int frames, std::vec
   if (!model) return model.error();
   if (const auto fits = check_track_fits(set->track, *model); !fits) return fits.error();
   const AvatarRig rig = make_rig(set->avatar, *model);
+  const auto courses = read_courses(project, set->avatar);
+  if (!courses) return courses.error();
   const std::vector<ChosenFrame> chosen = choose_frames(*set, frames);
   if (chosen.empty())
     return Error{ErrorCode::failed, "None of the held-out frames has a track, so nothing can be rendered.",
@@ -177,7 +180,8 @@ Result<RenderStudy> study_rendering(const Project& project, int frames, std::vec
     const TrackedFrame& t = *chosen[k].tracked;
     const auto start = std::chrono::steady_clock::now();
     const RenderState state =
-        pose_avatar(rig, {t.world_from_head, t.world_from_torso, t.articulation, t.torso_shape});
+        pose_avatar(rig, {t.world_from_head, t.world_from_torso, t.articulation, t.torso_shape,
+                          frame_amounts(set->avatar, *courses, t.frame)});
     study.pose_milliseconds += milliseconds_since(start);
     add_frame(set->avatar, bare, chosen[k].camera, state, *truth, study.rows);
   }

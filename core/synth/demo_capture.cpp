@@ -4,12 +4,15 @@
 
 #include <fmt/format.h>
 
+#include <nlohmann/json.hpp>
+#include <string_view>
 #include <system_error>
 
 #include "core/base/files.h"
 #include "core/camera/camera.h"
 #include "core/head/builtin_head.h"
 #include "core/image/files.h"
+#include "core/scene/mesh_scene.h"
 #include "core/synth/cast.h"
 #include "core/synth/demo_stage.h"
 #include "core/track/track.h"
@@ -35,10 +38,12 @@ class Unfinished {
   }
   const fs::path& part() const { return part_; }
 
-  Result<void> keep() {
-    for (const char* name : {"demo.mp4", "cameras_truth.json", "track_truth.json", "masks_truth"}) {
+  Result<void> keep(bool habit) {
+    for (const char* name : {"demo.mp4", "cameras_truth.json", "track_truth.json", "masks_truth",
+                             "habit_truth.json", "habit_truth"}) {
       std::error_code error;
       fs::remove_all(folder_ / name, error);
+      if (!habit && std::string_view(name).starts_with("habit")) continue;
       fs::rename(part_ / name, folder_ / name, error);
       if (error) return file_error(folder_ / name, "put in place", error.value());
     }
@@ -143,6 +148,39 @@ Result<void> film_all(DemoStage& stage, const fs::path& folder, const DemoOption
   return video->finish();
 }
 
+// Where the habit moves the skin by a third of its most or more, as one frame shows it.
+Image8 habit_mask(const DemoStage& stage, const Shot& shot) {
+  const std::vector<Vec3f>& field = stage.play().habit();
+  float most = 0;
+  for (const Vec3f& way : field) most = std::max(most, way.norm());
+  const Intrinsics& k = shot.camera.intrinsics;
+  const auto& triangles = stage.model().triangles;
+  const Raster raster =
+      rasterise(stage.posed(shot), triangles, k, shot.camera.cam_from_world * shot.world_from_head);
+  Image8 mask(k.width, k.height, 1);
+  for (std::size_t i = 0; i < raster.triangle.size(); ++i) {
+    if (raster.triangle[i] < 0) continue;
+    const Triangle& t = triangles[std::size_t(raster.triangle[i])];
+    float way = 0;
+    for (int corner = 0; corner < 3; ++corner)
+      way += raster.barycentric[i][corner] * field[std::size_t(t[corner])].norm();
+    mask.data[i] = way > most / 3 ? 255 : 0;
+  }
+  return mask;
+}
+
+Result<void> write_habit_truth(const DemoStage& stage, const fs::path& folder, const DemoOptions& options) {
+  nlohmann::json strengths = nlohmann::json::array();
+  for (int frame = 0; frame < options.frames; ++frame) {
+    const Shot shot = stage.shot(frame);
+    strengths.push_back(shot.habit);
+    if (shot.habit > 0 && shot.habit < 0.95f) continue;
+    const fs::path path = folder / "habit_truth" / fmt::format("{:06d}.png", frame);
+    if (auto written = write_image(path, habit_mask(stage, shot)); !written) return written;
+  }
+  return write_text(folder / "habit_truth.json", nlohmann::json{{"strengths", strengths}}.dump(1) + "\n");
+}
+
 }  // namespace
 
 Result<void> write_demo_capture(const fs::path& folder, const DemoOptions& options, const Progress& progress,
@@ -160,8 +198,10 @@ Result<void> write_demo_capture(const fs::path& folder, const DemoOptions& optio
     return written;
   if (auto written = write_track(unfinished.part() / "track_truth.json", truth.track); !written)
     return written;
+  if (options.habit)
+    if (auto written = write_habit_truth(stage, unfinished.part(), options); !written) return written;
   if (stop.stop_requested()) return cancelled_error();
-  if (auto kept = unfinished.keep(); !kept) return kept;
+  if (auto kept = unfinished.keep(options.habit); !kept) return kept;
   progress.report(1, "Demo capture written");
   return {};
 }

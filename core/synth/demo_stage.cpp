@@ -102,7 +102,9 @@ const HeadModel& DemoStage::model() const { return impl_->model; }
 const HeadShape& DemoStage::shape() const { return impl_->shape; }
 const PersonShape& DemoStage::person_shape() const { return impl_->person_shape; }
 const PersonalPlay& DemoStage::play() const { return impl_->play; }
-std::vector<Vec3f> DemoStage::posed(const Shot& shot) const { return impl_->play.pose(shot.articulation); }
+std::vector<Vec3f> DemoStage::posed(const Shot& shot) const {
+  return impl_->play.pose(shot.articulation, shot.habit);
+}
 Shot DemoStage::shot(int frame) const { return perform(impl_->model, impl_->shape, impl_->options, frame); }
 
 DemoFrame DemoStage::film(int frame, std::stop_token stop) {

@@ -243,6 +243,17 @@ int moving_frames(const DemoOptions& options) {
   return std::clamp(int(std::lround(options.moving_share * options.frames)), 0, options.frames);
 }
 
+float habit_strength(const DemoOptions& options, int frame) {
+  if (!options.habit) return 0;
+  // As the rest of the play faster in short clips: five swells in the clip, one of them in its last tenth.
+  const double at = double(frame) / std::max(1, options.frames - 1);
+  const double swells[][3] = {
+      {0.04, 0.17, 1.0}, {0.27, 0.42, 0.6}, {0.50, 0.62, 1.0}, {0.70, 0.84, 0.8}, {0.905, 0.985, 1.0}};
+  double strength = 0;
+  for (const auto& [from, to, most] : swells) strength += most * swell(at, from, to);
+  return float(std::clamp(strength, 0.0, 1.0));
+}
+
 Shot perform(const HeadModel& model, const HeadShape& shape, const DemoOptions& options, int frame) {
   const Moment m = moment_of(options, frame);
   const std::uint32_t seed =
@@ -295,6 +306,7 @@ Shot perform(const HeadModel& model, const HeadShape& shape, const DemoOptions& 
     shot.articulation.expression =
         shot.articulation.expression.cwiseMax(model.expression_min).cwiseMin(model.expression_max);
   }
+  shot.habit = habit_strength(options, frame);
   return shot;
 }
 

@@ -17,7 +17,11 @@ struct Shot {
   Pose world_from_head = Pose::Identity();
   Pose world_from_torso = Pose::Identity();
   Articulation articulation;
+  float habit = 0;  // 0..1, of the person's own (DemoOptions::habit)
 };
+
+// How much of the habit a frame shows: some swells of different lengths, at times of their own.
+float habit_strength(const DemoOptions& options, int frame);
 
 // Number of frames, from the first, in which the camera moves and the head rests, unless it is restless.
 int moving_frames(const DemoOptions& options);

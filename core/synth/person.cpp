@@ -227,7 +227,7 @@ void Person::Impl::place(const Shot& shot) {
   head_from_world = shot.world_from_head.inverse();
   up = (head_from_world.linear() * Vec3d::UnitY()).cast<float>();
   rig = transform_rig(world_rig, head_from_world);
-  posed = play.pose(shot.articulation);
+  posed = play.pose(shot.articulation, shot.habit);
   LIKENESS_CHECK(int(posed.size()) == head_vertices, "%zu posed vertices for %d", posed.size(),
                  head_vertices);
   const Vec3f pivot = shape.joints[kNeck];

@@ -247,6 +247,14 @@ PersonalPlay::PersonalPlay(const HeadModel& model, const HeadShape& shape, const
     const Vec3f pad = chin + Vec3f(0, 0.012f, 0);
     return bump(p, pad, 0.013f, 0.009f) * Vec3f(0, 0.8f * mm, 0.8f * mm * noise(p * 160.0f, 31) + 0.5f * mm);
   });
+  // Out and a little forward, from the cheekbone to the jaw, with a dimple in its middle.
+  add("puffed cheek", [&](const Vec3f& p) -> Vec3f {
+    const Vec3f cheek = 0.5f * (l[48] + l[4]) + Vec3f(0, 0.012f, 0);
+    const float round = bump(p, cheek, 0.018f, 0.017f), dimple = bump(p, cheek, 0.005f, 0.005f);
+    return (round * 7.5f - dimple * 4.5f) * mm * Vec3f(-0.75f, 0, 0.66f);
+  });
+  habit_ = std::move(actions_.back().field);
+  actions_.pop_back();
 }
 
 std::vector<float> PersonalPlay::strengths(const Articulation& a) const {
@@ -258,8 +266,10 @@ std::vector<float> PersonalPlay::strengths(const Articulation& a) const {
           std::min(1.2f, pucker + frown)};
 }
 
-std::vector<Vec3f> PersonalPlay::pose(const Articulation& articulation) const {
+std::vector<Vec3f> PersonalPlay::pose(const Articulation& articulation, float habit) const {
   HeadShape played = shape_;
+  for (std::size_t v = 0; v < played.vertices.size() && habit != 0; ++v)
+    played.vertices[v] += habit * habit_[v];
   const std::vector<float> strong = strengths(articulation);
   for (std::size_t i = 0; i < actions_.size(); ++i) {
     if (strong[i] == 0) continue;

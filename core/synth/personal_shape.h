@@ -33,15 +33,18 @@ class PersonalPlay {
   PersonalPlay(const HeadModel& model, const HeadShape& shape, const DemoPerson& person);
 
   const std::vector<PersonalAction>& actions() const { return actions_; }
+  // What comes with no action: the right cheek puffed, beyond the expressions' span. (V) m at strength 1.
+  const std::vector<Vec3f>& habit() const { return habit_; }
   // Strength of each action, 0 .. about 1, that goes with what the face performs.
   std::vector<float> strengths(const Articulation& articulation) const;
   // The true posed head: (V) vertices in the head frame, m.
-  std::vector<Vec3f> pose(const Articulation& articulation) const;
+  std::vector<Vec3f> pose(const Articulation& articulation, float habit = 0) const;
 
  private:
   const HeadModel& model_;
   const HeadShape& shape_;
   std::vector<PersonalAction> actions_;
+  std::vector<Vec3f> habit_;
 };
 
 }  // namespace likeness

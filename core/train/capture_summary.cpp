@@ -103,6 +103,7 @@ Avatar capture_avatar(const TrainingSet& set, const ConditionMap& map, float war
   avatar.head_model_hash = set.model.hash;
   avatar.neutral = typical_articulation(set);
   avatar.seen = action_ranges(set);
+  avatar.attributes = set.attributes;
   avatar.warp_cell = warp_cell;
   avatar.neck = neck;
   const TrainingView& view = set.views[typical_view(set)];

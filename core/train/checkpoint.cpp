@@ -106,6 +106,12 @@ std::string training_fingerprint(const TrainingSet& set, const TrainOptions& opt
   if (const FieldSizes& s = options.sizes; s != FieldSizes{})
     text += fmt::format("sizes {} {} {} {} {}\n", s.head_log2_entries, s.head_finest, s.torso_log2_entries,
                         s.torso_finest, s.code_length);
+  for (std::size_t a = 0; a < set.attributes.size(); ++a) {
+    text += fmt::format("attribute {}", set.attributes[a].cell);
+    add_hash(text, set.attributes[a].weights);
+    for (const TrainingView& view : set.views)
+      text += fmt::format("{} ", view.attributes.empty() ? 0.f : view.attributes[a]);
+  }
   for (const std::string& view : views) text += view + "\n";
   for (const float v : set.person.identity) text += fmt::format("{} ", v);
   for (const Vec3f& v : set.person.offsets) text += fmt::format("{} {} {} ", v.x(), v.y(), v.z());

@@ -28,7 +28,7 @@ std::optional<FieldMode> mode_named(std::string_view name) {
 FieldMode mode_of(const Avatar& avatar) {
   const FieldConfig& config = avatar.head.field.config;
   const bool warp = avatar.warp_cell > 0;
-  if (config.condition_count == 0) return warp ? FieldMode::warp : FieldMode::static_;
+  if (config.condition_count == config.local_conditions) return warp ? FieldMode::warp : FieldMode::static_;
   if (config.ambient) return warp ? FieldMode::warp_hyper : FieldMode::hyper;
   return warp ? FieldMode::warp : FieldMode::concat;
 }

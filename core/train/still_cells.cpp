@@ -51,6 +51,23 @@ OccupancyGrid still_cells(const HeadModel& model, const HeadShape& shape,
   return still;
 }
 
+void clear_region(const AttributeRegion& region, const FieldCube& cube, OccupancyGrid& still) {
+  const int n = still.resolution;
+  if (n == 0) return;
+  // Corners, too: a cell's middle may lie where the weight is 0 and its edge where it is not.
+  const float cell = cube.side / float(n);
+  for (int z = 0; z < n; ++z)
+    for (int y = 0; y < n; ++y)
+      for (int x = 0; x < n; ++x)
+        for (int corner = 0; corner < 9; ++corner) {
+          const Vec3f part = corner == 8
+                                 ? Vec3f(0.5f, 0.5f, 0.5f)
+                                 : Vec3f(float(corner & 1), float(corner >> 1 & 1), float(corner >> 2));
+          const Vec3f at = cube.origin + cell * (Vec3f(float(x), float(y), float(z)) + part);
+          if (region_weight(region, at) > 0) set_occupied(still, x, y, z, false);
+        }
+}
+
 void shuffle_conditions(const OccupancyGrid& still, std::size_t views, std::size_t own, std::uint64_t seed,
                         std::uint64_t step, FieldSamples& samples) {
   const int n = still.resolution;

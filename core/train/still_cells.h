@@ -23,6 +23,9 @@ OccupancyGrid still_cells(const HeadModel& model, const HeadShape& shape,
                           std::span<const Articulation> articulations, const FieldCube& cube, int resolution,
                           const StillOptions& options = {});
 
+// Takes out the cells in which an attribute acts: there the field must be told its amount.
+void clear_region(const AttributeRegion& region, const FieldCube& cube, OccupancyGrid& still);
+
 // Samples in still cells get the condition of a random view, without its code, so that the field learns to
 // give the same under all of them. What is learnt there needs no condition when a picture is rendered.
 // view of the samples: row of conditions, v or v + views. Those of a view beyond the first `own` stay as they

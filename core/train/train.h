@@ -32,8 +32,9 @@ struct TrainingView {
   Pose world_from_head = Pose::Identity(), world_from_torso = Pose::Identity();
   Articulation articulation;
   TorsoShape torso_shape{};
-  Image8 rgb;             // (size, size, 3)
-  TiledMask alpha;        // (size, size) person's matte; empty = unknown
+  std::vector<float> attributes{};  // amounts, one for each of the set's; empty: all at rest
+  Image8 rgb;                       // (size, size, 3)
+  TiledMask alpha;                  // (size, size) person's matte; empty = unknown
   bool has_plate = true;  // the background of this view is its clip's plate; otherwise its matte separates it
   // Number of a further clip of the person, 0: the avatar's own. Another place, another light, other clothes:
   // its head alone is learnt from, before its own plate, and with the view's own code wherever the first clip
@@ -59,6 +60,7 @@ struct TrainingSet {
   TorsoModes torso_modes;  // empty: a rigid torso
   Articulation neutral;    // the person's resting face; no expression at all = not known
   bool has_torso = true;
+  std::vector<AttributeRegion> attributes;  // whose amounts the views have
 };
 
 // The views of the clip whose place, light and torso the avatar has.
@@ -97,7 +99,7 @@ struct TrainOptions {
   double rate = 1;  // factor on the learning rates
   double checkpoint_every_s = 30;
   WorkClock clock = WorkClock::wall;  // of every second that training speaks of
-  std::shared_ptr<Backend> backend;  // null: the processor
+  std::shared_ptr<Backend> backend;   // null: the processor
   // Of the processor's products; a backend that is given brings its own.
   FieldPrecision precision = FieldPrecision::bf16;
   // A backend that fails is replaced by the processor, which goes on from what was last kept.

@@ -15,6 +15,7 @@
 #include "core/train/landmark_patches.h"
 #include "core/train/refine_track.h"
 #include "core/train/register_clips.h"
+#include "core/train/still_cells.h"
 #include "core/train/train.h"
 #include "core/train/training_step.h"
 
@@ -87,7 +88,7 @@ struct Scene {
                            volumes.torso ? &volumes.torso->cube : nullptr, &warp, volumes.neck);
     rays.patches = patches;
     rays.drawn = state.corrections.empty() ? own_views(set).size() : set.views.size();
-    set_conditions(state, map, poses);
+    set_conditions(state, map, poses, set.attributes);
   }
   bool has_further() const { return own_views(set).size() < set.views.size(); }
   float warp_cell() const { return rays.warps.empty() ? 0.f : warp.cell; }
@@ -364,6 +365,8 @@ Result<Avatar> train_avatar(const TrainingSet& set, const TrainOptions& options,
   const ConditionMap map = learn_condition_map(set.model, shape, articulations, told);
   Volumes volumes = make_volumes(set, shape);
   if (!options.use_still) volumes.head.still = {};
+  for (const AttributeRegion& region : set.attributes)
+    clear_region(region, volumes.head.cube, volumes.head.still);
   const WarpFrame warp =
       parts.warp ? make_warp_frame(set.model, shape, typical_articulation(set)) : WarpFrame{};
   TrainingState state = make_training_state(set, options, map, volumes);

@@ -23,11 +23,11 @@ constexpr float kConditionBlur = 0.2f;  // largest shift of psi, in deviations o
 constexpr float kInitialDensity = 4;    // per cube side: a haze, so that the first gradients see every depth
 constexpr float kCodePenalty = 1e-4f;   // weight of the codes' mean square in the loss
 
-FieldConfig head_config(int conditions, const TrainOptions& options) {
+FieldConfig head_config(int conditions, int attributes, const TrainOptions& options) {
   FieldConfig config;
   config.initial_density = kInitialDensity;
   config.position = {3, 8, 4, options.sizes.head_log2_entries, 16, options.sizes.head_finest};
-  config.condition_count = conditions;
+  config.condition_count = conditions + attributes, config.local_conditions = attributes;
   config.ambient = mode_parts(options.mode).ambient;
   config.ambient_grid = {2, 8, 4, 14, 8, 64};
   config.density_layers = 1;
@@ -92,22 +92,23 @@ TrainingState make_training_state(const TrainingSet& set, const TrainOptions& op
   const std::size_t views = set.views.size();
   const int k = int(map.rows.rows());
   const auto seed = std::uint32_t(options.seed * 2);
-  state.head = make_trained_field(head_config(k, options), volumes.head, seed);
+  state.head = make_trained_field(head_config(k, int(set.attributes.size()), options), volumes.head, seed);
   if (volumes.torso) state.torso = make_trained_field(torso_config(options.sizes), *volumes.torso, seed + 1);
   const std::size_t length = std::size_t(state.head.part.field.config.latent_count);
   state.codes.assign(2 * views * length, 0.f);
-  set_conditions(state, map, corrected_poses(set, map, {}));
+  set_conditions(state, map, corrected_poses(set, map, {}), set.attributes);
   state.schedule.total_steps = options.steps;
   state.schedule.rate_scale = options.rate;
   state.schedule.budget_s = options.steps > 0 ? 0 : options.budget_s;
   return state;
 }
 
-void set_conditions(TrainingState& state, const ConditionMap& map, std::span<const AvatarPose> poses) {
-  const std::size_t views = poses.size(), k = std::size_t(map.rows.rows());
+void set_conditions(TrainingState& state, const ConditionMap& map, std::span<const AvatarPose> poses,
+                    std::span<const AttributeRegion> attributes) {
+  const std::size_t views = poses.size(), k = std::size_t(map.rows.rows()) + attributes.size();
   state.conditions.resize(2 * views * k);
   for (std::size_t v = 0; v < views; ++v) {
-    const Eigen::VectorXf psi = condition(map, poses[v].articulation);
+    const Eigen::VectorXf psi = condition(map, poses[v].articulation, attributes, poses[v].attributes);
     for (const std::size_t row : {v, v + views})
       std::copy(psi.begin(), psi.end(), state.conditions.begin() + std::ptrdiff_t(row * k));
   }
@@ -137,6 +138,7 @@ void cast_rays(TrainingState& state, const RaySource& source, const StepOptions&
   sample_rays(state.rays.requests, volumes, state.samples);
   warp_samples(source.warps, state.head.part.cube, state.samples.fields[0]);
   straighten_samples(source.necks, state.samples.fields[0]);
+  weigh_attributes(source.set->attributes, state.head.part.cube, state.samples.fields[0]);
   shuffle_conditions(state.head.volume.still, views, own_views(*source.set).size(), options.seed, state.step,
                      state.samples.fields[0]);
   if (options.use_latent)
@@ -151,6 +153,7 @@ Result<void> refresh_fields(TrainingState& state, FieldLearner& learner, const R
   const auto head_to_canonical = [&](FieldSamples& samples) {
     warp_samples(source.warps, state.head.part.cube, samples);
     straighten_samples(source.necks, samples);
+    weigh_attributes(source.set->attributes, state.head.part.cube, samples);
   };
   if (auto done = refresh(state.head, learner, 0, state, views, head_to_canonical, seed); !done) return done;
   const auto torso_to_canonical = [&](FieldSamples& samples) {

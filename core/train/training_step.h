@@ -68,7 +68,8 @@ Result<std::unique_ptr<FieldLearner>> make_learner(Backend& backend, TrainingSta
                                                    const StepOptions& options, const TrainingSet& set);
 
 // The conditions of the views in these poses, and their spread.
-void set_conditions(TrainingState& state, const ConditionMap& map, std::span<const AvatarPose> poses);
+void set_conditions(TrainingState& state, const ConditionMap& map, std::span<const AvatarPose> poses,
+                    std::span<const AttributeRegion> attributes);
 
 // A step's rays and their samples, cast by the processor into the state's batches; and a look by the learner
 // into the cells of both fields.

@@ -1,8 +1,8 @@
 // Damaged files of a project: track.json, cameras.json (camera paths are the same format), capture.json,
-// project.json, plate.json, the strokes on masks, avatar.bin, room.bin, checkpoint.bin, COLMAP's binary
-// models and its database, performance.json, training_curve.json, refits.json; and beside it the studio's
-// settings and the description of a matting network. Not the network itself: OpenCV divides by zero on
-// damaged ones.
+// project.json, plate.json, the strokes on masks, painted attributes and their values, avatar.bin, room.bin,
+// checkpoint.bin, COLMAP's binary models and its database, performance.json, training_curve.json,
+// refits.json; and beside it the studio's settings and the description of a matting network. Not the network
+// itself: OpenCV divides by zero on damaged ones.
 #include <gtest/gtest.h>
 #include <sqlite3.h>
 
@@ -16,17 +16,19 @@
 #include "core/camera/colmap_model.h"
 #include "core/capture/capture.h"
 #include "core/direct/performance.h"
+#include "core/matte/attributes.h"
 #include "core/matte/matte.h"
 #include "core/matte/matting_network.h"
 #include "core/project/project.h"
+#include "core/project/project_attributes.h"
 #include "core/project/refits.h"
 #include "core/project/training_curve.h"
 #include "core/render/avatar.h"
 #include "core/render/room_picture.h"
 #include "core/track/track.h"
 #include "core/train/checkpoint.h"
-#include "tests/core/support/onnx_bytes.h"
 #include "tests/core/render/tiny_avatar.h"
+#include "tests/core/support/onnx_bytes.h"
 #include "tests/fuzz/fuzz.h"
 #include "ui/platform/settings.h"
 
@@ -167,9 +169,33 @@ TEST(Fuzz, Strokes) {
       });
 }
 
+TEST(Fuzz, Attributes) {
+  PaintedAttributes attributes;
+  annotate(attributes, "cheek puff", {12, 1, {{StrokeMark::person, 12.5, {{10, 20}, {300.25, 40}}}}});
+  annotate(attributes, "cheek puff", {30, 0, {}});
+  fuzz_file(
+      "attributes", "attributes.json",
+      [&](const auto& path) { return write_attributes(path, attributes).ok(); },
+      [](const auto& path) { return read_attributes(path).ok(); });
+  const AttributeCourse course{"cheek puff", {3, 8, 9}, {0, 0.5f, -1}, {0, 0.3f, 1}, {1, 0, 0}, 1, 2,
+                               0.25,         1};
+  fuzz_file(
+      "attribute values", "attribute_values.json",
+      [&](const auto& path) {
+        return write_attribute_values(path, {&course, 1}).ok();
+      },
+      [](const auto& path) { return read_attribute_values(path).ok(); });
+}
+
 TEST(Fuzz, Avatar) {
   Avatar avatar = tiny_avatar();
   avatar.room = *avatar.torso;
+  FieldConfig config = avatar.head.field.config;
+  ++config.condition_count, config.local_conditions = 1;
+  avatar.head.field = make_field(config, 5);
+  avatar.attributes.resize(1);
+  avatar.attributes[0].name = "cheek puff", avatar.attributes[0].cell = 0.01f;
+  avatar.attributes[0].count = {2, 3, 4}, avatar.attributes[0].weights.assign(24, 9);
   fuzz_file(
       "avatar.bin", "avatar.bin", [&](const auto& path) { return write_avatar(path, avatar).ok(); },
       [](const auto& path) { return read_avatar(path).ok(); }, repair_checksum);

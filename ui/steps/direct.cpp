@@ -81,8 +81,8 @@ void draw_wipe(const FramePicture& picture, Views& views, const Fitted& place) {
   if (views.wipe < 0.88f) label(fmt::format("Clip, frame {}", picture.frame), end.x - px(10), true);
 }
 
-// At the foot of the picture: beside it, it would push the picture away under the hand that turns it. Where it
-// would cover much of a small picture it is one line, and the pointer brings the rest.
+// At the foot of the picture: beside it, it would push the picture away under the hand that turns it. Where
+// it would cover much of a small picture it is one line, and the pointer brings the rest.
 void draw_beyond(const BeyondSeen& beyond, const Fitted& place) {
   std::string words;
   for (const std::string& line : beyond_words(beyond)) words += (words.empty() ? "" : "\n") + line;
@@ -185,7 +185,10 @@ void draw_channel(const Snapshot& snapshot, const ChannelGroup& group, const std
   clipped_text(shown, label - px(6));
   if (course) ImGui::PopStyleColor();
   ImGui::SameLine(start + label);
-  const ChannelScale scale = channel_scale(channel);
+  ChannelScale scale = channel_scale(channel);
+  // Of an attribute there is nothing beyond what was seen.
+  for (const AttributeRegion& region : snapshot.contents->avatar->avatar.attributes)
+    if (channel == action_channel(region.name)) scale.low = region.low, scale.high = region.high;
   SliderRange range{scale.low, scale.high, 0, 0, rest_value(channel)};
   if (const auto seen = limits.find(channel); seen != limits.end())
     range.seen_low = std::max(scale.low, seen->second.low),
@@ -255,7 +258,8 @@ void draw_controls(const Snapshot& snapshot, Views& views, Requests& requests) {
   bool linked = directing.linked;
   if (tick_box("Link both sides", &linked)) requests.direct.linked = linked;
   std::size_t number = 0;
-  for (const ChannelGroup& group : group_channels(*snapshot.contents->model)) {
+  for (const ChannelGroup& group :
+       group_channels(*snapshot.contents->model, snapshot.contents->avatar->avatar.attributes)) {
     bool& open = views.open_groups[std::min(number, views.open_groups.size() - 1)];
     ImGui::PushID(int(number++));
     if (group_heading(group.words.c_str(), open))

@@ -130,6 +130,44 @@ TEST(ConditionedFull, TablesRoundedBeforehandAreTheSame) {
   EXPECT_EQ(evaluate_picture(field, batch, FieldPrecision::bf16).sigma, anew.sigma);
 }
 
+// A condition that acts in a region moves nothing outside it, to the bit, and something inside; of one that
+// is 0 everywhere nothing is left to be paid for.
+TEST(ConditionedFull, AConditionOfARegionIsFeltThereAlone) {
+  for (const bool ambient : {true, false}) {
+    FieldConfig config = picture_config();
+    config.ambient = ambient, config.local_conditions = 2;
+    const Field field = trained_like_field(config, 15);
+    Batch batch = picture_batch(config, 400, 16);
+    for (std::size_t n = 0; n < 400; ++n) batch.local[n] = n < 200 ? 0.f : 0.75f, batch.local[400 + n] = 0;
+    batch.conditions[4] = batch.conditions[5] = 0;
+    Batch without = batch;
+    without.local.clear();
+    for (const FieldPrecision precision : {FieldPrecision::exact, FieldPrecision::bf16}) {
+      EXPECT_FALSE(ConditionedField(field, batch.conditions, precision).needs_local());
+      const Picture rest = evaluate_picture(field, without, precision);
+      Batch moved = batch;
+      moved.conditions[4] = 0.8f;
+      EXPECT_TRUE(ConditionedField(field, moved.conditions, precision).needs_local());
+      const Picture more = evaluate_picture(field, moved, precision);
+      moved.conditions[4] = 0.4f;
+      const Picture less = evaluate_picture(field, moved, precision);
+      for (std::size_t n = 0; n < 400; ++n) {
+        if (n < 200) {
+          ASSERT_EQ(more.sigma[n], less.sigma[n]) << n;
+          // Another order of sums than without the columns, and no more.
+          ASSERT_NEAR(more.sigma[n], rest.sigma[n], 1e-2f * rest.sigma[n] + 1e-4f) << n;
+        } else {
+          ASSERT_NE(more.sigma[n], rest.sigma[n]) << n;
+        }
+      }
+      for (std::size_t i = 0; i < rest.chosen.size(); ++i)
+        if (rest.chosen[i] < 200) {
+          ASSERT_EQ(more.colours.red[i], less.colours.red[i]) << i;
+        }
+    }
+  }
+}
+
 TEST(Bf16, RoundsToTheNearestTiesToEven) {
   EXPECT_EQ(from_bf16(to_bf16(1.0f)), 1.0f);
   EXPECT_EQ(from_bf16(to_bf16(1.0f + 0x1p-8f)), 1.0f);              // a tie

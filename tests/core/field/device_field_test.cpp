@@ -230,7 +230,7 @@ TEST_P(DeviceFieldTest, ThreadsOfABlockDoWhatOneDoes) {
 
 std::vector<Case> cases() {
   std::vector<Case> all;
-  for (const NamedConfig& named : small_configs())
+  for (const NamedConfig& named : small_configs(false))
     for (const NetworkPrecision precision : {NetworkPrecision::single, NetworkPrecision::bf16})
       all.push_back({named, precision});
   return all;

@@ -18,10 +18,20 @@ struct Batch {
   std::vector<float> x, y, z, dx, dy, dz, conditions, latents;
   std::vector<std::int32_t> view;
   std::vector<float> sigma, red, green, blue;  // gradients of the outputs
+  std::vector<float> local;                    // (local conditions, N); empty: none
 
   FieldInputs inputs() const {
-    return {x.size(),  x.data(),  y.data(),    z.data(),          dx.data(),
-            dy.data(), dz.data(), view.data(), conditions.data(), latents.empty() ? nullptr : latents.data()};
+    return {x.size(),
+            x.data(),
+            y.data(),
+            z.data(),
+            dx.data(),
+            dy.data(),
+            dz.data(),
+            view.data(),
+            conditions.data(),
+            latents.empty() ? nullptr : latents.data(),
+            local.empty() ? nullptr : local.data()};
   }
   FieldOutputGradients output_gradients() const {
     return {sigma.data(), red.data(), green.data(), blue.data()};
@@ -46,6 +56,8 @@ inline Batch random_batch(const FieldConfig& config, std::size_t count, std::siz
   }
   for (std::size_t i = 0; i < views * config.condition_count; ++i) batch.conditions.push_back(normal(random));
   for (std::size_t i = 0; i < views * config.latent_count; ++i) batch.latents.push_back(normal(random));
+  for (std::size_t i = 0; i < count * config.local_conditions; ++i)
+    batch.local.push_back(i % 4 == 0 ? 0.0f : unit(random));
   return batch;
 }
 
@@ -68,7 +80,8 @@ struct NamedConfig {
   std::string name;
   FieldConfig config;
 };
-inline std::vector<NamedConfig> small_configs() {
+// with_local: also some whose conditions act in a region, which devices do not know.
+inline std::vector<NamedConfig> small_configs(bool with_local = true) {
   FieldConfig base;
   base.position = {3, 3, 4, 8, 4, 13};  // the finest level is hashed: 14^3 > 2^8
   base.ambient_grid = {2, 2, 4, 9, 4, 9};
@@ -93,6 +106,13 @@ inline std::vector<NamedConfig> small_configs() {
   configs.push_back({"NoLatentNoDirection", c});
   c = base, c.geometry_features = 0, c.position.features = 2;
   configs.push_back({"NoGeometryFeatures", c});
+  if (!with_local) return configs;
+  c = base, c.local_conditions = 2;
+  configs.push_back({"Local", c});
+  c = base, c.local_conditions = 1, c.ambient = false;
+  configs.push_back({"LocalConcatenated", c});
+  c = base, c.local_conditions = 3;
+  configs.push_back({"LocalAlone", c});
   return configs;
 }
 

@@ -85,6 +85,20 @@ TEST_F(FrameRendererTest, PicturesAreTheProcessors) {
   }
 }
 
+TEST_F(FrameRendererTest, AnAvatarWithAttributesIsLeftToTheProcessorWithAWord) {
+  Avatar avatar = posable_avatar();
+  avatar.attributes.resize(1);
+  const auto backend = device_backend(device_, false);
+  const auto refused = backend->make_renderer(avatar);
+  ASSERT_FALSE(refused.ok());
+  EXPECT_THAT(refused.error().what, HasSubstr("processor only"));
+  std::string said;
+  const auto made = make_renderer({backend, true, [&](const std::string& words) { said = words; }}, avatar);
+  ASSERT_TRUE(made.ok());
+  EXPECT_EQ((*made)->backend(), "cpu");
+  EXPECT_THAT(said, HasSubstr("Going on with the processor"));
+}
+
 TEST_F(FrameRendererTest, EachPartOfThePoseTells) {
   // The test above would not see a warp, bend or deformation that neither side makes.
   const Avatar avatar = posable_avatar();

@@ -1,0 +1,368 @@
+// See project_attributes.h.
+#include "core/project/project_attributes.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <regex>
+#include <system_error>
+
+#include "core/base/files.h"
+#include "core/base/hash.h"
+#include "core/base/parallel.h"
+#include "core/image/files.h"
+#include "core/project/project_views.h"
+#include "core/project/run_stages.h"
+#include "core/train/attribute_region.h"
+#include "core/train/attribute_values.h"
+#include "core/train/capture_summary.h"
+#include "core/train/condition_map.h"
+
+namespace likeness {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+using nlohmann::json;
+
+constexpr int kVersion = 1;
+constexpr float kShown = 0.2f;  // of the larger end of what was seen
+
+bool is_there(const fs::path& path) {
+  std::error_code ignored;
+  return fs::exists(path, ignored);
+}
+
+// Whatever of the project a frame's amounts are found from, held-out frames behind the training's views.
+struct Frames {
+  std::vector<TrainingView> held_out;  // with their pictures
+  std::vector<const TrainingView*> all;
+  std::vector<std::vector<Vec3f>> posed;  // (all) vertices in the head frame
+  Capture capture;
+};
+
+Result<Frames> gather_frames(const Project& project, const TrainingSet& set, const HeadShape& shape,
+                             std::stop_token stop) {
+  auto read = read_tracked_capture(project);
+  if (!read) return read.error();
+  Frames frames;
+  frames.capture = read->capture;
+  for (CaptureFrame& frame : read->capture.frames) frame.used = frame.held_out;
+  frames.held_out = tracked_views(*read);
+  for (TrainingView& view : frames.held_out) {
+    if (stop.stop_requested()) return cancelled_error();
+    auto rgb = read_image(project.folder / "frames" / fmt::format("{:06}.png", view.camera.frame));
+    if (!rgb) return rgb.error();
+    view.rgb = std::move(*rgb);
+  }
+  for (const TrainingView& view : set.views) frames.all.push_back(&view);
+  for (const TrainingView& view : frames.held_out) frames.all.push_back(&view);
+  frames.posed.resize(frames.all.size());
+  parallel_for(frames.all.size(), [&](std::size_t i) {
+    frames.posed[i] = pose_head(set.model, shape, frames.all[i]->articulation);
+  });
+  return frames;
+}
+
+// What changes the look of a region besides the attribute: the head's turn before the camera, and what the
+// expressions do.
+std::vector<Eigen::VectorXf> asides_of(const Frames& frames, const TrainingSet& set, const HeadShape& shape) {
+  std::vector<Articulation> learnt;
+  for (const TrainingView& view : own_views(set)) learnt.push_back(view.articulation);
+  const ConditionMap map = learn_condition_map(set.model, shape, learnt);
+  std::vector<Eigen::VectorXf> asides;
+  for (const TrainingView* view : frames.all) {
+    const Eigen::AngleAxisd turn((view->camera.cam_from_world * view->world_from_head).linear());
+    const Mat3d r = turn.toRotationMatrix();
+    const Vec3f towards = r.col(2).cast<float>(), up = r.col(1).cast<float>();
+    const Eigen::VectorXf psi = condition(map, view->articulation);
+    Eigen::VectorXf& aside = asides.emplace_back(6 + psi.size());
+    aside << towards.head<2>(), up.x(), towards.head<2>().cwiseAbs2(), towards.x() * towards.y(), psi;
+  }
+  return asides;
+}
+
+Error too_little(const PaintedAttribute& attribute, const std::string& what) {
+  return {ErrorCode::bad_input, fmt::format("The attribute '{}' cannot be learnt: {}.", attribute.name, what),
+          fmt::format("Paint it on more training frames, some that show it and some that do not, or take it "
+                      "out: likeness attribute PROJECT remove \"{}\"",
+                      attribute.name),
+          "attributes.json"};
+}
+
+struct Annotated {
+  std::size_t frame;  // index into Frames::all
+  const AttributeAnnotation* annotation;
+};
+
+// The annotations of the project's own training frames.
+std::vector<Annotated> annotated_frames(const PaintedAttribute& attribute, const TrainingSet& set) {
+  std::vector<Annotated> annotated;
+  const auto own = own_views(set);
+  for (const AttributeAnnotation& annotation : attribute.annotations)
+    for (std::size_t v = 0; v < own.size(); ++v)
+      if (own[v].camera.frame == annotation.frame) annotated.push_back({v, &annotation});
+  return annotated;
+}
+
+Result<FoundAttribute> find_attribute(const PaintedAttribute& attribute, const TrainingSet& set,
+                                      const Frames& frames, const std::vector<Eigen::VectorXf>& asides,
+                                      std::span<const Vec3f> rest) {
+  const std::vector<Annotated> annotated = annotated_frames(attribute, set);
+  const auto value = [](const Annotated& a) { return a.annotation->value; };
+  if (annotated.size() < 2)
+    return too_little(attribute, fmt::format("{} of its frames train", annotated.size()));
+  const auto [least, most] = std::ranges::minmax(annotated, {}, value);
+  if (value(most) - value(least) < 0.05)
+    return too_little(attribute, fmt::format("all its frames show {:.2f} of it", value(most)));
+
+  // -- The region
+  std::vector<float> paint(rest.size(), 0.f);
+  for (const auto& [v, annotation] : annotated) {
+    if (annotation->region.empty()) continue;
+    const TrainingView& view = *frames.all[v];
+    const StrokeCover cover = cover_strokes(annotation->region, frames.capture.crop, set.size);
+    if (cover.empty()) continue;
+    const auto carried =
+        carry_paint(set.model, frames.posed[v], view.camera, view.world_from_head, cover.person);
+    for (std::size_t i = 0; i < paint.size(); ++i) paint[i] = std::max(paint[i], carried[i]);
+  }
+  const std::vector<float> distance = distance_to_paint(rest, paint), weights = soft_weights(distance);
+  const LookPoints points = look_points(set.model, distance);
+  if (points.region.empty() || points.around.empty())
+    return too_little(attribute, "what was painted covers no part of the head, or all of it");
+  FoundAttribute found;
+  found.region = make_region(attribute.name, set.model, rest, weights);
+
+  // -- The amounts
+  std::vector<LookedFrame> looked(frames.all.size());
+  parallel_for(looked.size(), [&](std::size_t i) {
+    const TrainingView& view = *frames.all[i];
+    LookedFrame& frame = looked[i];
+    frame.look = region_look(set.model, frames.posed[i], view.camera, view.world_from_head, view.rgb, points);
+    frame.aside = asides[i];
+    frame.training = i < set.views.size();
+    frame.time_s = view.camera.frame / std::max(1.0, frames.capture.frames_per_second);
+    frame.run = frame.training ? view.further_clip : -1;
+  });
+  for (const auto& [v, annotation] : annotated)
+    looked[v].annotated = true, looked[v].value = annotation->value;
+  const AmountFit fit = regress_amounts(looked);
+
+  // -- What was found, frame by frame
+  AttributeCourse& course = found.course;
+  course.name = attribute.name;
+  course.painted_frames = int(annotated.size());
+  course.skipped_frames = int(attribute.annotations.size() - annotated.size());
+  course.left_out_error = fit.left_out_error;
+  std::vector<std::size_t> order;
+  for (std::size_t i = 0; i < looked.size(); ++i)
+    if (frames.all[i]->further_clip == 0) order.push_back(i);
+  std::ranges::sort(order, {}, [&](std::size_t i) { return frames.all[i]->camera.frame; });
+  for (const std::size_t i : order) {
+    course.frames.push_back(frames.all[i]->camera.frame);
+    course.values.push_back(fit.frames[i].value), course.doubts.push_back(fit.frames[i].doubt);
+    course.annotated.push_back(looked[i].annotated);
+    course.unlike_any += fit.frames[i].doubt > kUnlikeAny;
+  }
+  for (std::size_t v = 0; v < set.views.size(); ++v) found.view_values.push_back(fit.frames[v].value);
+  const auto [low, high] = std::ranges::minmax(found.view_values);
+  found.region.low = std::min(0.f, low), found.region.high = std::max(0.f, high);
+  const float full = std::max(-found.region.low, found.region.high);
+  for (const float v : found.view_values)
+    found.region.coverage += std::abs(v) > kShown * full ? 1 / float(set.views.size()) : 0;
+  return found;
+}
+
+}  // namespace
+
+fs::path attributes_path(const Project& project) { return project.folder / "attributes.json"; }
+fs::path attribute_values_path(const Project& project) { return project.folder / "attribute_values.json"; }
+
+Result<PaintedAttributes> read_project_attributes(const Project& project) {
+  if (!is_there(attributes_path(project))) return PaintedAttributes{};
+  return read_attributes(attributes_path(project));
+}
+
+Result<void> save_project_attributes(const Project& project, const PaintedAttributes& attributes) {
+  if (!attributes.empty()) return write_attributes(attributes_path(project), attributes);
+  std::error_code failure;
+  fs::remove(attributes_path(project), failure);
+  if (failure) return file_error(attributes_path(project), "remove", failure.value());
+  return {};
+}
+
+Result<fs::path> set_aside_attributes(const Project& project) {
+  fs::path aside = project.folder / "attributes.old.json";
+  for (int number = 2; is_there(aside); ++number)
+    aside = project.folder / fmt::format("attributes-{}.old.json", number);
+  std::error_code failure;
+  fs::rename(attributes_path(project), aside, failure);
+  if (failure) return file_error(attributes_path(project), "rename", failure.value());
+  return aside;
+}
+
+bool is_attributes_file(const std::string& name) {
+  static const std::regex form(R"(attributes((-\d+)?\.old)?\.json)");
+  return std::regex_match(name, form);
+}
+
+std::string attributes_hash(const Project& project) {
+  if (!is_there(attributes_path(project))) return {};
+  const auto hash = hash_file(attributes_path(project));
+  return hash ? *hash : "unreadable";
+}
+
+Result<void> check_annotation(const Project& project, std::string_view name,
+                              const AttributeAnnotation& annotation) {
+  if (const auto named = check_attribute_name(name); !named) return named;
+  if (!(std::abs(annotation.value) <= 1))
+    return Error{ErrorCode::bad_input, fmt::format("{} is no amount of an attribute.", annotation.value),
+                 "Give a number from -1 to 1; 0 is how the person mostly is.", "attribute"};
+  const auto model = project_head_model(project.options);
+  if (!model) return model.error();
+  if (find_action(*model, name) != nullptr)
+    return Error{ErrorCode::bad_input, fmt::format("The head model has an action '{}' of its own.", name),
+                 "Use that one, or give the attribute another name.", "attribute"};
+  const auto capture = read_capture(capture_path(project));
+  if (!capture) return capture.error();
+  const auto frame = std::ranges::find(capture->frames, annotation.frame, &CaptureFrame::frame);
+  const auto refused = [&](const std::string& why) {
+    return Error{ErrorCode::bad_input,
+                 fmt::format("Frame {} cannot be painted on: {}.", annotation.frame, why),
+                 "Choose another frame.", "attribute"};
+  };
+  if (frame == capture->frames.end()) return refused("the project does not hold it");
+  if (frame->held_out) return refused("it is held out, to be measured on");
+  if (!frame->used ||
+      std::ranges::find(project.options.left_out, annotation.frame) != project.options.left_out.end())
+    return refused("nothing is learnt from it");
+  return {};
+}
+
+std::string course_words(const AttributeCourse& course) {
+  std::string words = fmt::format("{}: {} painted frames, foretold by each other to {:.2f}", course.name,
+                                  course.painted_frames, course.left_out_error);
+  if (course.skipped_frames > 0) words += fmt::format("; {} others do not train", course.skipped_frames);
+  if (course.unlike_any > 0)
+    words += fmt::format("; {} of {} frames look like none of them", course.unlike_any, course.frames.size());
+  return words + ".";
+}
+
+Result<std::vector<FoundAttribute>> find_attributes(const Project& project, const PaintedAttributes& painted,
+                                                    const TrainingSet& set, const Progress& progress,
+                                                    std::stop_token stop) {
+  std::vector<FoundAttribute> found;
+  if (painted.empty()) return found;
+  if (painted.size() > std::size_t(kMostAttributes))
+    return Error{ErrorCode::bad_input, fmt::format("{} attributes are too many.", painted.size()),
+                 fmt::format("Keep {} at most.", kMostAttributes), attributes_path(project).string()};
+  const HeadShape shape = shape_head(set.model, set.person);
+  const auto frames = gather_frames(project, set, shape, stop);
+  if (!frames) return frames.error();
+  const std::vector<Eigen::VectorXf> asides = asides_of(*frames, set, shape);
+  const std::vector<Vec3f> rest = pose_head(set.model, shape, typical_articulation(set));
+  for (std::size_t a = 0; a < painted.size(); ++a) {
+    if (stop.stop_requested()) return cancelled_error();
+    progress.report(double(a) / double(painted.size()), fmt::format("attribute {}", painted[a].name));
+    auto one = find_attribute(painted[a], set, *frames, asides, rest);
+    if (!one) return one.error();
+    found.push_back(std::move(*one));
+  }
+  return found;
+}
+
+void take_attributes(const std::vector<FoundAttribute>& found, TrainingSet& set) {
+  set.attributes.clear();
+  for (TrainingView& view : set.views) view.attributes.clear();
+  for (const FoundAttribute& attribute : found) {
+    set.attributes.push_back(attribute.region);
+    for (std::size_t v = 0; v < set.views.size(); ++v)
+      set.views[v].attributes.push_back(attribute.view_values[v]);
+  }
+}
+
+Result<std::vector<FoundAttribute>> add_attributes(const Project& project, TrainingSet& set,
+                                                   const Progress& progress, std::stop_token stop) {
+  const auto painted = read_project_attributes(project);
+  if (!painted) return painted.error();
+  auto found = find_attributes(project, *painted, set, progress, stop);
+  if (found) take_attributes(*found, set);
+  return found;
+}
+
+Result<void> write_attribute_values(const fs::path& path, std::span<const AttributeCourse> courses) {
+  json list = json::array();
+  for (const AttributeCourse& course : courses)
+    list.push_back({{"name", course.name},
+                    {"frames", course.frames},
+                    {"values", course.values},
+                    {"doubts", course.doubts},
+                    {"annotated", course.annotated},
+                    {"painted_frames", course.painted_frames},
+                    {"skipped_frames", course.skipped_frames},
+                    {"left_out_error", course.left_out_error},
+                    {"unlike_any", course.unlike_any}});
+  const json all = {{"format", "likeness-attribute-values"}, {"version", kVersion}, {"attributes", list}};
+  return write_text(path, all.dump(1) + "\n");
+}
+
+Result<std::vector<AttributeCourse>> read_attribute_values(const fs::path& path) {
+  const auto text = read_text(path);
+  if (!text) return text.error();
+  const auto refused = [&](const std::string& why) {
+    return Error{ErrorCode::bad_input,
+                 fmt::format("The attributes' values in {} cannot be read: {}.", path.string(), why),
+                 "Train again: they are found anew.", path.string()};
+  };
+  try {
+    const json j = json::parse(*text);
+    if (j.at("format").get<std::string>() != "likeness-attribute-values")
+      return refused("the file holds something else");
+    if (j.at("version").get<int>() != kVersion) return refused("they were made by another Likeness");
+    std::vector<AttributeCourse> courses;
+    for (const json& entry : j.at("attributes")) {
+      AttributeCourse& course = courses.emplace_back();
+      course.name = entry.at("name").get<std::string>();
+      course.frames = entry.at("frames").get<std::vector<int>>();
+      course.values = entry.at("values").get<std::vector<float>>();
+      course.doubts = entry.at("doubts").get<std::vector<float>>();
+      course.annotated = entry.at("annotated").get<std::vector<std::uint8_t>>();
+      course.painted_frames = entry.at("painted_frames").get<int>();
+      course.skipped_frames = entry.at("skipped_frames").get<int>();
+      course.left_out_error = entry.at("left_out_error").get<double>();
+      course.unlike_any = entry.at("unlike_any").get<int>();
+      const std::size_t count = course.frames.size();
+      const auto fine = [](float v) { return std::isfinite(v) && std::abs(v) <= 1; };
+      if (course.values.size() != count || course.doubts.size() != count ||
+          course.annotated.size() != count || !std::ranges::all_of(course.values, fine) ||
+          !std::ranges::is_sorted(course.frames))
+        return refused("they are damaged");
+    }
+    return courses;
+  } catch (const json::exception&) {
+    return refused("they are damaged");
+  }
+}
+
+std::vector<float> frame_amounts(const Avatar& avatar, std::span<const AttributeCourse> courses, int frame) {
+  std::vector<float> amounts(avatar.attributes.size(), 0.f);
+  for (std::size_t a = 0; a < amounts.size(); ++a)
+    for (const AttributeCourse& course : courses) {
+      if (course.name != avatar.attributes[a].name) continue;
+      const auto at = std::ranges::lower_bound(course.frames, frame);
+      if (at != course.frames.end() && *at == frame)
+        amounts[a] = course.values[std::size_t(at - course.frames.begin())];
+    }
+  return amounts;
+}
+
+Result<std::vector<AttributeCourse>> read_courses(const Project& project, const Avatar& avatar) {
+  if (avatar.attributes.empty()) return std::vector<AttributeCourse>{};
+  return read_attribute_values(attribute_values_path(project));
+}
+
+}  // namespace likeness

@@ -1,0 +1,121 @@
+// Claims about core/train/attribute_values.h: amounts of a made-up attribute come back from a few annotated
+// frames, frames like none of them say so, and held-out frames teach nothing.
+#include "core/train/attribute_values.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+namespace likeness {
+namespace {
+
+struct Clip {
+  std::vector<LookedFrame> frames;
+  std::vector<double> truth;
+};
+
+// Looks of 60 points: the attribute along one pattern, an expression along another, noise. Of frame 150 on
+// the region looks like nothing before.
+Clip made_up(int frames, std::uint32_t seed, double noise = 0.02) {
+  constexpr int kPoints = 60;
+  std::mt19937 random(seed);
+  std::normal_distribution<float> normal;
+  Eigen::VectorXf pattern(3 * kPoints), other(3 * kPoints), strange(3 * kPoints);
+  for (int i = 0; i < 3 * kPoints; ++i)
+    pattern[i] = 0.1f * normal(random), other[i] = 0.1f * normal(random), strange[i] = 0.5f * normal(random);
+  Clip clip;
+  for (int i = 0; i < frames; ++i) {
+    const double t = i / 25.0, amount = std::max(0.0, std::sin(1.7 * t)), face = std::sin(4.1 * t + 1);
+    LookedFrame frame;
+    frame.look.colours = float(amount) * pattern + float(face) * other;
+    for (float& v : frame.look.colours) v += float(noise) * normal(random);
+    if (i >= 150) frame.look.colours += strange * float(1 + 0.2 * std::sin(9 * t));
+    frame.look.seen.assign(kPoints, 1), frame.look.share = 1;
+    frame.aside = Eigen::VectorXf::Constant(1, float(face));
+    frame.time_s = t;
+    clip.frames.push_back(frame), clip.truth.push_back(amount);
+  }
+  return clip;
+}
+
+void annotate(Clip& clip, std::initializer_list<int> frames) {
+  for (const int i : frames)
+    clip.frames[std::size_t(i)].annotated = true,
+    clip.frames[std::size_t(i)].value = clip.truth[std::size_t(i)];
+}
+
+double correlation(const Clip& clip, const AmountFit& fit, std::size_t first, std::size_t last) {
+  double n = 0, x = 0, y = 0, xx = 0, yy = 0, xy = 0;
+  for (std::size_t i = first; i < last; ++i) {
+    const double a = clip.truth[i], b = double(fit.frames[i].value);
+    ++n, x += a, y += b, xx += a * a, yy += b * b, xy += a * b;
+  }
+  return (n * xy - x * y) / std::sqrt((n * xx - x * x) * (n * yy - y * y));
+}
+
+TEST(AttributeValues, ComeBackFromEightAnnotatedFrames) {
+  for (const std::uint32_t seed : {1u, 2u, 3u}) {
+    Clip clip = made_up(150, seed);
+    annotate(clip, {2, 10, 23, 35, 60, 71, 95, 110});
+    const AmountFit fit = regress_amounts(clip.frames);
+    EXPECT_GT(correlation(clip, fit, 0, 150), 0.97) << seed;
+    EXPECT_LT(fit.left_out_error, 0.25) << seed;
+    EXPECT_LT(fit.unlike_any, 15) << seed;
+    for (std::size_t i = 0; i < 150; ++i)
+      if (clip.frames[i].annotated) {
+        EXPECT_EQ(fit.frames[i].value, float(clip.truth[i]));
+        EXPECT_EQ(fit.frames[i].doubt, 0);
+      }
+  }
+}
+
+TEST(AttributeValues, FramesLikeNoneOfTheAnnotatedSaySo) {
+  Clip clip = made_up(200, 4);
+  annotate(clip, {2, 10, 23, 35, 60, 71, 95, 110});
+  const AmountFit fit = regress_amounts(clip.frames);
+  int strange = 0, usual = 0;
+  for (std::size_t i = 0; i < 150; ++i) usual += fit.frames[i].doubt > kUnlikeAny;
+  for (std::size_t i = 150; i < 200; ++i) strange += fit.frames[i].doubt > kUnlikeAny;
+  EXPECT_LT(usual, 15);
+  EXPECT_GT(strange, 40);
+  EXPECT_EQ(fit.unlike_any, usual + strange);
+}
+
+TEST(AttributeValues, FramesThatAreNotSeenTakeTheirNeighboursAmounts) {
+  Clip clip = made_up(150, 5);
+  annotate(clip, {2, 10, 23, 35, 60, 71, 95, 110});
+  const AmountFit whole = regress_amounts(clip.frames);
+  for (std::size_t i = 20; i < 23; ++i)
+    clip.frames[i].look = {Eigen::VectorXf::Zero(180), std::vector<std::uint8_t>(60), 0};
+  const AmountFit fit = regress_amounts(clip.frames);
+  for (std::size_t i = 20; i < 23; ++i) {
+    EXPECT_EQ(fit.frames[i].doubt, 1) << i;
+    EXPECT_NEAR(fit.frames[i].value, whole.frames[i].value, 0.2f) << i;
+  }
+}
+
+TEST(AttributeValues, HeldOutFramesTeachNothing) {
+  Clip clip = made_up(150, 6);
+  annotate(clip, {2, 10, 23, 35, 60, 71, 95, 110});
+  for (std::size_t i = 130; i < 150; ++i) clip.frames[i].training = false, clip.frames[i].run = -1;
+  const AmountFit fit = regress_amounts(clip.frames);
+  EXPECT_GT(correlation(clip, fit, 130, 150), 0.9) << "their own amounts are found";
+  for (std::size_t i = 130; i < 150; ++i) clip.frames[i].look.colours *= -3.f;
+  const AmountFit other = regress_amounts(clip.frames);
+  for (std::size_t i = 0; i < 130; ++i) ASSERT_EQ(fit.frames[i].value, other.frames[i].value) << i;
+}
+
+TEST(AttributeValues, StayInRangeWhateverTheLooks) {
+  Clip clip = made_up(60, 7, 5.0);
+  annotate(clip, {2, 40});
+  clip.frames[40].value = -1, clip.frames[2].value = 1;
+  for (const FrameAmount& frame : regress_amounts(clip.frames).frames) {
+    EXPECT_LE(std::abs(frame.value), 1);
+    EXPECT_GE(frame.doubt, 0);
+    EXPECT_LE(frame.doubt, 1);
+  }
+}
+
+}  // namespace
+}  // namespace likeness
