@@ -77,10 +77,13 @@ std::vector<Eigen::VectorXf> asides_of(const Frames& frames, const TrainingSet& 
   for (const TrainingView* view : frames.all) {
     const Eigen::AngleAxisd turn((view->camera.cam_from_world * view->world_from_head).linear());
     const Mat3d r = turn.toRotationMatrix();
-    const Vec3f towards = r.col(2).cast<float>(), up = r.col(1).cast<float>();
     const Eigen::VectorXf psi = condition(map, view->articulation);
-    Eigen::VectorXf& aside = asides.emplace_back(6 + psi.size());
-    aside << towards.head<2>(), up.x(), towards.head<2>().cwiseAbs2(), towards.x() * towards.y(), psi;
+    Eigen::VectorXf aside(6 + psi.size());
+    const float x = float(r(0, 2)), y = float(r(1, 2));  // where the face looks
+    aside[0] = x, aside[1] = y, aside[2] = float(r(0, 1));
+    aside[3] = x * x, aside[4] = y * y, aside[5] = x * y;
+    aside.tail(psi.size()) = psi;
+    asides.push_back(std::move(aside));
   }
   return asides;
 }

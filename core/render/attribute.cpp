@@ -1,6 +1,7 @@
 // Looking up an attribute's weight.
 #include "core/render/attribute.h"
 
+#include <algorithm>
 #include <cmath>
 
 namespace likeness {
@@ -28,7 +29,7 @@ float region_weight(const AttributeRegion& region, const Vec3f& canonical) {
                               std::size_t(node[0]);
     sum += share * float(region.weights[index]);
   }
-  return sum / 255;
+  return std::min(1.f, sum / 255);
 }
 
 int attribute_index(std::span<const AttributeRegion> attributes, std::string_view name) {

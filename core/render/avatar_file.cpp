@@ -191,7 +191,7 @@ json to_json(const AttributeRegion& region) {
           {"count", region.count}};
 }
 
-std::string weights_section(std::size_t attribute) { return fmt::format("attribute{}.weights", attribute); }
+std::string weights_section(std::size_t attribute) { return fmt::format("attr{}.weights", attribute); }
 
 AvatarPart avatar_part_from_json(const json& j) {
   return {j.at("part").get<std::string>(), j.at("on").get<bool>(), j.at("asked").get<bool>(),

@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -54,13 +55,22 @@ Image paint_about(const Seen& s, const Vec3f& middle, float radius) {
   return cover;
 }
 
+// The vertex in the middle of the left cheek.
+Vec3f cheek_of(const Seen& s) {
+  const auto l = landmark_positions(head(), s.rest);
+  const Vec3f about = 0.4f * l[12] + 0.6f * l[54] + Vec3f(0, 0.02f, 0);
+  const auto nearest =
+      std::ranges::min_element(s.rest, {}, [&](const Vec3f& v) { return (v - about).squaredNorm(); });
+  return *nearest;
+}
+
 TEST(AttributeRegion, PaintIsCarriedToTheVerticesItWasPaintedOver) {
   const Seen s = seen();
-  const Vec3f chin = landmark_positions(head(), s.rest)[8];
-  const auto paint = carry_paint(head(), s.posed, s.camera, s.world_from_head, paint_about(s, chin, 0.02f));
+  const Vec3f cheek = cheek_of(s);
+  const auto paint = carry_paint(head(), s.posed, s.camera, s.world_from_head, paint_about(s, cheek, 0.02f));
   int right = 0, wrong = 0, unseen = 0;
   for (std::size_t v = 0; v < paint.size(); ++v) {
-    const float distance = (s.rest[v] - chin).norm();
+    const float distance = (s.rest[v] - cheek).norm();
     if (paint[v] > 0.5f) ++(distance < 0.024f ? right : wrong);
     if (distance < 0.015f && head().parts[v] == HeadPart::face) unseen += paint[v] < 0.5f;
   }
