@@ -50,6 +50,11 @@ void print_rows(const ModelStudy& study, const std::filesystem::path& folder) {
     if (r->times_faster_full) fmt::print(", at {} px 1/{:.1f}", study.full_size, *r->times_faster_full);
     fmt::print("\n");
   }
+  if (const ModelRow* ours = find_row(study, kDefaultModel); ours != nullptr)
+    for (const PictureCost& q : ours->scores.front().qualities)
+      fmt::print("{:<32} full {:>6}  head {:>6}  face {:>6}  {:>7.4f} s a frame  {:>6.1f} MB\n", q.name,
+                 number(q.psnr_db, 2), number(q.psnr_head_db, 2), number(q.psnr_face_db, 2), q.frame_seconds,
+                 double(q.bytes) / 1e6);
   fmt::print("dB on {} held-out frames of {} px, seconds of processor; {}\n", study.frames.size(), study.size,
              (folder / "report.html").string());
 }
@@ -63,6 +68,7 @@ int run(const ModelStudyArguments& a) {
   if (!project) return report_failure(project.error());
   ModelStudyOptions options = a.options;
   options.first_seed = a.common.seed;
+  std::erase(options.baked_cells, 0);
   if (!a.replay.empty()) {
     auto steps = read_study_steps(a.replay);
     if (!steps) return report_failure(steps.error());
@@ -115,6 +121,12 @@ void add_model_study(CLI::App& study, int& exit_code) {
   study.add_option("--frames", a->options.frames, "Held-out frames to measure, evenly chosen; 0: all")
       ->check(CLI::Range(0, 100'000))
       ->capture_default_str();
+  study
+      .add_option(
+          "--baked-cells", a->options.baked_cells,
+          "Cells along an axis at which the default model's fields are also stored, multiples of 8; 0: "
+          "not at all")
+      ->check(CLI::Range(0, 512));
   study.add_option("--seeds", a->options.seeds, "Trainings of each, with seeds from --seed on")
       ->check(CLI::Range(1, 20))
       ->capture_default_str();

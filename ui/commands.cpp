@@ -14,7 +14,7 @@ using S = const Situation&;
 
 bool always(S) { return true; }
 bool with_project(S s) { return s.project; }
-bool idle(S s) { return !s.running && !s.exporting && !s.recording; }
+bool idle(S s) { return !s.running && !s.exporting && !s.recording && !s.studying; }
 bool directing(S s) { return s.directing && s.avatar; }
 bool stepping(S s) { return directing(s) || s.masking; }
 bool chosen(S s) { return directing(s) && s.keys_chosen; }
@@ -89,13 +89,18 @@ constexpr CommandInfo kTable[] = {
     {Command::check_clip, Menu::avatar, "Check the clip", "Ctrl+K",
      [](S s) { return s.project && s.can_check && s.consent && !s.running && !s.checking; }, true},
     {Command::make_avatar, Menu::avatar, "Make the avatar", "Ctrl+Enter",
-     [](S s) { return s.project && s.clip_there && s.consent && !s.running && !s.finished; }},
+     [](S s) { return s.project && s.clip_there && s.consent && !s.running && !s.finished && !s.studying; }},
     {Command::pause, Menu::avatar, "Pause", "Ctrl+P", [](S s) { return s.running && !s.paused; }},
     {Command::go_on, Menu::avatar, "Continue", "Ctrl+Shift+P", [](S s) { return s.running && s.paused; }},
     {Command::stop_work, Menu::avatar, "Stop", "", [](S s) { return s.running; }},
     {Command::finish_now, Menu::avatar, "Finish with what is learnt", "", [](S s) { return s.training; }},
     {Command::train_longer, Menu::avatar, "Train longer", "",
-     [](S s) { return s.project && s.finished && s.consent && !s.running; }},
+     [](S s) { return s.project && s.finished && s.consent && !s.running && !s.studying; }},
+    {Command::compare_methods, Menu::avatar, "Compare with other methods...", "", with_project, true},
+    {Command::start_study, Menu::avatar, "Start the comparison", "",
+     [](S s) { return s.can_study && s.consent && !s.running && !s.studying; }},
+    {Command::stop_study, Menu::avatar, "Stop the comparison", "", [](S s) { return s.studying; }},
+    {Command::show_study, Menu::avatar, "Show the comparison's folder", "", [](S s) { return s.studied; }},
     {Command::export_still, Menu::avatar, "Export a still", "Ctrl+E", can_export, true},
     {Command::export_orbit, Menu::avatar, "Export an orbit", "", can_export},
     {Command::export_performance, Menu::avatar, "Export the performance", "", can_export},

@@ -30,6 +30,10 @@ enum class Command {
   stop_work,
   finish_now,
   train_longer,
+  compare_methods,
+  start_study,
+  stop_study,
+  show_study,
   undo,
   redo,
   reset_face,
@@ -107,6 +111,8 @@ struct Situation {
   bool keys_copied = false, pose_copied = false;
   bool driven = false;   // by a video or a webcam, live
   bool consent = false;  // the question of consent was answered
+  // Other methods are being compared on this capture; they can be; there is a report of it.
+  bool studying = false, can_study = false, studied = false;
   // A webcam is on to record a clip: nothing else is in sight. It gives pictures; they are kept; and not
   // brought to their end yet.
   bool recorder = false, camera_ready = false, recording = false, can_stop_recording = false;

@@ -154,6 +154,8 @@ void draw_status_bar(const Snapshot& snapshot, Requests& requests) {
   if (snapshot.pipeline.stage)
     left = fmt::format("{}: {}", stage_name(*snapshot.pipeline.stage), snapshot.pipeline.job.text);
   if (is_working(snapshot.exporting)) left = "Export: " + snapshot.exporting.text;
+  if (is_working(snapshot.study.job))
+    left = fmt::format("Comparison: {:.0f} % done", 100 * snapshot.study.job.fraction);
   if (snapshot.recorder)
     left = is_recording(*snapshot.recorder) ? "A clip is being recorded"
            : snapshot.recorder->picture     ? "The webcam is on; nothing is recorded"

@@ -179,22 +179,25 @@ bool is_on(Command command, const Snapshot& snapshot) {
 }
 
 bool keeps_work(const Snapshot& snapshot) {
-  return is_working(snapshot.pipeline.job) || snapshot.situation.recording;
+  return is_working(snapshot.pipeline.job) || is_working(snapshot.study.job) || snapshot.situation.recording;
 }
 
 // What ends when the program does, and how much of it is kept.
 void draw_closing(const Snapshot& snapshot) {
   const bool exporting = snapshot.situation.exporting, recording = snapshot.situation.recording;
-  heading(recording                   ? "A clip is being recorded"
-          : keeps_work(snapshot)      ? "An avatar is being made"
-          : exporting                 ? "Something is being exported"
-          : is_working(snapshot.demo) ? "The demo person is being filmed"
-                                      : "The work is done meanwhile");
+  heading(recording                        ? "A clip is being recorded"
+          : is_working(snapshot.study.job) ? "Methods are being compared"
+          : keeps_work(snapshot)           ? "An avatar is being made"
+          : exporting                      ? "Something is being exported"
+          : is_working(snapshot.demo)      ? "The demo person is being filmed"
+                                           : "The work is done meanwhile");
   ImGui::Dummy({px(460), 0});
   if (is_working(snapshot.pipeline.job))
     body_text(
         "Closing stops the work. What is done is kept: it goes on from there when you open the project "
         "again.");
+  if (is_working(snapshot.study.job))
+    body_text("Closing stops the comparison. Trainings that are finished are kept; it goes on from there.");
   if (recording)
     body_text("Closing ends the recording. What is recorded until then is kept: " +
               snapshot.recorder->clip.string());

@@ -28,6 +28,7 @@
 #include "ui/platform/settings.h"
 #include "ui/project_contents.h"
 #include "ui/solving_cameras.h"
+#include "ui/study_page.h"
 
 namespace likeness::ui {
 
@@ -106,6 +107,7 @@ struct Snapshot {
   std::shared_ptr<const CaptureVerdict> verdict;  // null: the clip was not looked at since it was opened
   std::filesystem::path exported;                 // what the last finished export wrote
   ExportChoice export_choice;
+  StudyView study;        // the comparison with other methods
   TrainingCurve curve;    // of the training at work, or of the last one
   bool deleting = false;  // a person is being deleted
   Settings settings;
@@ -151,7 +153,9 @@ struct Requests {
   std::optional<int> picture_size;
   std::optional<ExportChoice> export_choice;
   std::optional<int> stop_export, retry_export, forget_export;  // numbers of the queue's items
-  std::optional<Wanted> browse;                                 // for a file that the panel asks for
+  std::optional<StudyChoice> study_choice;
+  bool close_study = false;
+  std::optional<Wanted> browse;  // for a file that the panel asks for
   bool dismiss_error = false, dismiss_message = false;
 
   void ask(Command command) { commands.push_back(command); }

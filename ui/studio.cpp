@@ -1,7 +1,7 @@
 // The studio's beginning, end and every tick of it: see studio.h. What is asked of it is carried out in
 // studio_requests.cpp and studio_direct.cpp, projects are opened in studio_project.cpp, work is started in
 // studio_work.cpp, a webcam is recorded in studio_record.cpp, masks are painted on in studio_masks.cpp,
-// pictures of frames come from studio_pictures.cpp.
+// pictures of frames come from studio_pictures.cpp, other methods are compared in studio_study.cpp.
 #include "ui/studio.h"
 
 #include <algorithm>
@@ -60,6 +60,7 @@ void Studio::tick() {
     }
   }
   exports_.tick();
+  take_study();
   take_recording();
   if (check_ && checked_ && check_->status().state == JobState::done)
     verdict_ = std::exchange(checked_, nullptr);
@@ -110,17 +111,18 @@ void Studio::save_settings() {
 
 bool Studio::is_working() const {
   return ui::is_working(pipeline_.job) || (demo_ && ui::is_working(demo_->status())) ||
-         exports_.is_working() || records();
+         exports_.is_working() || studies() || records();
 }
 
 bool Studio::computes() const {
   return (ui::is_working(pipeline_.job) && !pipeline_.job.waiting) ||
-         (demo_ && ui::is_working(demo_->status())) || exports_.is_working();
+         (demo_ && ui::is_working(demo_->status())) || exports_.is_working() || studies();
 }
 
 bool Studio::goes_on() const {
   const auto runs = [](const JobStatus& status) { return status.state == JobState::running; };
   return (pipeline_job_ && runs(pipeline_job_->status().job)) || (demo_ && runs(demo_->status())) ||
+         (study_ && runs(study_->status())) ||
          (recorder_ && recorder_->status().state == RecorderState::recording) ||
          std::ranges::any_of(exports_.items(), [&](const ExportItem& item) {
            return item.status.state == JobState::none || runs(item.status);
@@ -133,6 +135,7 @@ void Studio::stop_work() {
   if (pipeline_job_) pipeline_job_->stop();
   exports_.stop_all();
   if (check_) check_->stop();
+  if (study_) study_->stop();
   if (records()) {
     open_recorded_ = false;
     recorder_->finish();

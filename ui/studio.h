@@ -14,6 +14,7 @@
 #include "core/base/priority.h"
 #include "core/check/verdict.h"
 #include "core/project/damaged_project.h"
+#include "core/study/model_study.h"
 #include "core/synth/demo_capture.h"
 #include "ui/background.h"
 #include "ui/clip_recorder.h"
@@ -33,6 +34,7 @@ struct StudioOptions {
   RecordOptions recording;  // of clips
   double longer_s = 300;    // what "Train longer" adds
   bool previews = true;     // of the running training
+  ModelStudyOptions study;  // but what is chosen in its page
   ComputePlace compute;
 };
 
@@ -149,6 +151,17 @@ class Studio {
   void read_clip_picture();
   void watch_solve();
   void show_frame(FramePicture Studio::*slot, int frame, bool overlay);
+  // The comparison with other methods (studio_study.cpp).
+  ModelStudyOptions study_options() const;
+  bool studies() const;
+  void open_study(bool open);
+  void forecast_the_study();
+  void read_study();
+  void start_study();
+  void take_study();
+  void forget_study();
+  void show_study();
+  StudyView study_view() const;
   // Of a clip from a webcam (studio_record.cpp).
   void start_recorder();
   void leave_recorder();
@@ -206,7 +219,13 @@ class Studio {
   std::shared_ptr<CaptureVerdict> checked_;  // being filled by the check
   std::shared_ptr<const CaptureVerdict> verdict_;
   bool deleting_ = false;
-  std::unique_ptr<Job> demo_, check_;
+  bool study_open_ = false;
+  StudyChoice study_choice_;
+  std::optional<StudyForecast> study_forecast_;  // of the choice
+  std::shared_ptr<const FinishedStudy> studied_;
+  std::optional<Error> study_unreadable_;
+  JobState seen_study_ = JobState::none;
+  std::unique_ptr<Job> demo_, check_, study_;
   std::unique_ptr<ClipRecorder> recorder_;
   bool open_recorded_ = true;  // the clip, once it is there; not where the program ends
   ExportQueue exports_;

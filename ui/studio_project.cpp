@@ -230,6 +230,7 @@ void Studio::close_project() {
   retire(drive_.stop());
   retire(std::move(pipeline_job_));
   retire(exports_.clear());
+  forget_study();
   drop_check();
   pipeline_ = {};
   solving_.reset();

@@ -36,6 +36,7 @@ Wish Studio::apply(const Requests& requests) {
   if (requests.forget_recent) std::erase(settings_.recent, *requests.forget_recent);
   if (requests.show) {
     shown_ = *requests.show;
+    study_open_ = false;
     follow_ = pipeline_.stage.has_value() && shown_ == Step::train;
   }
   if (requests.consent && contents_) {
@@ -121,6 +122,11 @@ Wish Studio::apply(const Requests& requests) {
       o.size = *requests.picture_size;
       repair_budget(o);
     });
+  if (requests.study_choice && !studies()) {
+    study_choice_ = *requests.study_choice;
+    forecast_the_study();
+  }
+  if (requests.close_study) open_study(false);
   Wish wish = Wish::none;
   for (const Command command : requests.commands) {
     if (!is_enabled(command, snapshot().situation)) continue;
@@ -131,6 +137,7 @@ Wish Studio::apply(const Requests& requests) {
 
 Wish Studio::carry_out(Command command) {
   const auto show = [&](int by) {
+    study_open_ = false;
     shown_ = kSteps[std::size_t(std::clamp(int(shown_) + by, 0, int(kSteps.size()) - 1))];
     follow_ = false;
   };
@@ -179,6 +186,19 @@ Wish Studio::carry_out(Command command) {
       break;
     case Command::close_project:
       close_project();
+      break;
+    case Command::compare_methods:
+      open_study(true);
+      break;
+    case Command::start_study:
+      if (!study_open_) open_study(true);
+      start_study();
+      break;
+    case Command::stop_study:
+      study_->stop();
+      break;
+    case Command::show_study:
+      show_study();
       break;
     case Command::make_avatar:
       follow_ = true;

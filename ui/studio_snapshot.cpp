@@ -31,6 +31,7 @@ Snapshot Studio::snapshot() const {
   } else if (contents_ && contents_->curve) {
     s.curve = *contents_->curve;
   }
+  s.study = study_view();
   s.deleting = deleting_;
   s.shown = shown_;
   s.export_choice = export_choice_;
@@ -88,10 +89,14 @@ Snapshot Studio::snapshot() const {
   now.pose_copied = s.directing.pose_copied;
   now.driven = s.live.on;
   now.consent = contents_ && contents_->project.consent != Consent::not_asked;
+  now.studying = studies();
+  now.can_study = contents_ && s.study.missing.empty() && !s.study.choice.tables.empty();
+  now.studied = studied_ != nullptr;
   if (recorder_) {
     s.recorder = recorder_->status();
     // What lies behind the camera's page can neither be seen nor changed meanwhile.
     now = {.exporting = now.exporting,
+           .studying = now.studying,
            .recorder = true,
            .camera_ready = s.recorder->state == RecorderState::watching,
            .recording = is_recording(*s.recorder),

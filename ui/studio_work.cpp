@@ -31,6 +31,7 @@ void Studio::start_pipeline(ProjectOptions options, Stage last) {
   Project project = latest_project();
   project.options = options;
   pipeline_ = {};
+  study_open_ = false;
   refit_.reset();
   seen_pipeline_ = JobState::none;
   seen_states_ = {};
@@ -42,6 +43,11 @@ void Studio::start_pipeline(ProjectOptions options, Stage last) {
 
 void Studio::refit(const RefitSpan& span, bool again) {
   if (!contents_ || ui::is_working(pipeline_.job)) return;
+  if (studies()) {
+    fail({ErrorCode::failed, "Nothing is fitted again while other methods are compared.",
+          "Stop the comparison first, or wait for its end.", ""});
+    return;
+  }
   ProjectOptions options = contents_->project.options;
   if (again) {
     options.refits.push_back(span);

@@ -85,6 +85,8 @@ struct Views {
   bool open_drive = true, open_gains = false;
   bool open_parts = false;   // of the avatar, and why
   bool open_chosen = false;  // the same while it is trained
+  std::vector<FollowedTexture> study_plots;
+  float study_choices = 400;  // px: how high the card of them was
   TimelineSight timeline;
   MaskSight masks;
   StripSpan face_span;

@@ -12,6 +12,7 @@
 #include "core/base/files.h"
 #include "core/base/hash.h"
 #include "core/project/build_forecast.h"
+#include "core/project/comparison_folder.h"
 #include "core/project/corrections.h"
 #include "core/project/damaged_project.h"
 #include "core/project/further_clips.h"
@@ -35,6 +36,7 @@ constexpr std::string_view kNames[] = {"frames",
                                        "regions.old",
                                        "colmap",
                                        "clips",
+                                       kComparisonFolder,
                                        "plate.png",
                                        "plate_known.png",
                                        "plate.json",

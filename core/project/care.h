@@ -36,10 +36,10 @@ struct DeletedPerson {
 std::string deletion_words(const DeletedPerson& deleted);
 
 // Removes what Likeness made of the person: frames, masks with what was painted on them, tracks, checkpoints,
-// the avatar, performances, and the whole folder of exports unless it is kept. Never the clip, nor a folder
-// that it lies in, and nothing else that Likeness did not write; the folder itself goes when it is empty.
-// Refused while another process works on the project. Also of a project whose project.json is damaged
-// (core/project/damaged_project.h).
+// the avatar, performances, what was compared, and the whole folder of exports unless it is kept. Never the
+// clip, nor a folder that it lies in, and nothing else that Likeness did not write; the folder itself goes
+// when it is empty. Refused while another process works on the project. Also of a project whose project.json
+// is damaged (core/project/damaged_project.h).
 Result<DeletedPerson> delete_person(const std::filesystem::path& folder, bool keep_exports);
 
 }  // namespace likeness

@@ -14,6 +14,7 @@
 #include "core/render/pixel_bands.h"
 #include "core/render/pose_avatar.h"
 #include "core/render/rays.h"
+#include "core/render/stand_in.h"
 
 namespace likeness {
 namespace {
@@ -31,7 +32,8 @@ struct Scene {
   const RenderOptions& options;
   MarchVolumes volumes;
   std::array<UnitFromCamera, 2> maps;
-  std::vector<ConditionedField> fields;         // of head and torso
+  std::vector<ConditionedField> fields;  // of head and torso; none with a stand-in
+  const StandInFields* stand_in = nullptr;
   std::span<const WarpLattice> warp;            // one or none
   std::span<const TorsoField> torso;            // one or none
   std::vector<NeckBend> neck;                   // one or none
@@ -59,6 +61,7 @@ struct BandScratch {
     FieldOutputs colours;
   };
   std::array<OfField, 2> fields;
+  std::vector<Vec3f> stand_in_colours;  // (rays)
 };
 
 // The light that every sample takes, and the list of those whose colour counts.
@@ -110,8 +113,32 @@ void merge_shaded(BandScratch::OfField& own) {
   own.shaded.resize(merged), own.shaded_rays.resize(merged), own.weights.resize(merged);
 }
 
+// The same of what stands in for the fields.
+void march_stand_in(const Scene& scene, BandScratch& band) {
+  std::array<WeightedSamples, 2> parts;
+  for (int f = 0; f < 2; ++f) {
+    BandScratch::OfField& own = band.fields[std::size_t(f)];
+    own.shaded.clear(), own.shaded_rays.clear(), own.weights.clear();
+    if (band.batch.fields[f].count() > 0) scene.stand_in->densities(f, band.batch.fields[f], own.sigma);
+  }
+  weigh_samples(scene, band);
+  for (std::size_t f = 0; f < 2; ++f) {
+    const BandScratch::OfField& own = band.fields[f];
+    parts[f] = {&band.batch.fields[f], own.shaded, own.shaded_rays, own.weights};
+    for (std::size_t k = 0; k < own.shaded.size(); ++k)
+      band.rays[own.shaded_rays[k]].shaded += own.weights[k];
+  }
+  band.stand_in_colours.assign(band.rays.size(), Vec3f::Zero());
+  scene.stand_in->colours(parts, band.stand_in_colours);
+  for (std::size_t r = 0; r < band.rays.size(); ++r) band.rays[r].colour = band.stand_in_colours[r];
+}
+
 // The rays' colours and transmittances from their samples; returns how many those were.
 std::size_t march(const Scene& scene, BandScratch& band) {
+  if (scene.stand_in != nullptr) {
+    march_stand_in(scene, band);
+    return band.batch.dt.size();
+  }
   for (int f = 0; f < 2; ++f) {
     BandScratch::OfField& own = band.fields[std::size_t(f)];
     own.shaded.clear(), own.shaded_rays.clear(), own.weights.clear();
@@ -160,10 +187,14 @@ void bring_home(const Scene& scene, SampleBatch& batch) {
 // looked up.
 std::size_t weigh_strata(const Scene& scene, BandScratch& band) {
   const SampleBatch& batch = band.block_batch;
-  for (int f = 0; f < 2; ++f)
-    if (batch.fields[f].count() > 0)
-      evaluate_density(scene.fields[std::size_t(f)], batch.fields[f].inputs(nullptr, nullptr),
-                       band.fields[std::size_t(f)].sigma);
+  for (int f = 0; f < 2; ++f) {
+    if (batch.fields[f].count() == 0) continue;
+    std::vector<float>& sigma = band.fields[std::size_t(f)].sigma;
+    if (scene.stand_in != nullptr)
+      scene.stand_in->densities(f, batch.fields[f], sigma);
+    else
+      evaluate_density(scene.fields[std::size_t(f)], batch.fields[f].inputs(nullptr, nullptr), sigma);
+  }
   band.weights.resize(band.strata.strata.size());
   for (std::size_t r = 0; r + 1 < batch.begin.size(); ++r) {
     float transmittance = 1;
@@ -269,12 +300,12 @@ BandCount render_band(const Scene& scene, const Band& pixels, BandScratch& band,
 }
 
 Scene make_scene(const Avatar& avatar, const Camera& camera, const RenderState& state,
-                 const RenderOptions& options) {
+                 const RenderOptions& options, const StandInFields* stand_in = nullptr) {
   LIKENESS_CHECK(options.max_samples > 0 && options.strata >= 0 && options.block > 0,
                  "max_samples %d, strata %d, block %d", options.max_samples, options.strata, options.block);
   LIKENESS_CHECK(avatar.warp_cell == 0 || !state.warp.empty(),
                  "an avatar with a warp needs pose_avatar's state (cell %g m)", double(avatar.warp_cell));
-  Scene scene{avatar, options, {}, {}, {}, {}, {}, {}, {}};
+  Scene scene{avatar, options, {}, {}, {}, stand_in, {}, {}, {}, {}};
   scene.maps[0] = unit_from_camera(avatar.head.cube, camera.cam_from_world, state.world_from_head);
   if (avatar.torso)
     scene.maps[1] = unit_from_camera(avatar.torso->cube, camera.cam_from_world, state.world_from_torso);
@@ -288,13 +319,14 @@ Scene make_scene(const Avatar& avatar, const Camera& camera, const RenderState& 
     const FieldPart& part = head ? avatar.head : *avatar.torso;
     if (i >= parts)
       scene.volumes.fields[i % parts] = march_volume(part.occupancy, part.core, part.cube.side, part.opacity);
-    else
+    else if (stand_in == nullptr)
       fields[i].emplace(part.field,
                         head ? std::span(psi.data(), std::size_t(psi.size())) : std::span<const float>{},
                         options.precision);
   });
-  for (std::size_t i = 0; i < parts; ++i) scene.fields.push_back(std::move(*fields[i]));
-  if (scene.fields[0].needs_local()) scene.attributes = avatar.attributes;
+  for (std::size_t i = 0; i < parts && stand_in == nullptr; ++i)
+    scene.fields.push_back(std::move(*fields[i]));
+  if (!scene.fields.empty() && scene.fields[0].needs_local()) scene.attributes = avatar.attributes;
   if (!state.warp.empty()) scene.warp = {&state.warp, 1};
   if (!state.torso.empty()) scene.torso = {&state.torso, 1};
   if (!avatar.neck.empty()) {
@@ -348,11 +380,12 @@ RenderOptions render_options(RenderQuality quality) {
   return options;
 }
 
-RenderedFrame render_frame(const Avatar& avatar, const Camera& camera, const RenderState& state,
-                           const RenderOptions& options) {
+namespace {
+
+RenderedFrame render_scene(const Scene& scene, const Camera& camera) {
+  const RenderOptions& options = scene.options;
   LIKENESS_CHECK(options.reduce > 0 && options.most_rays >= 0, "reduce %d, most_rays %d", options.reduce,
                  options.most_rays);
-  const Scene scene = make_scene(avatar, camera, state, options);
   RenderedFrame frame;
   const Intrinsics& full = camera.intrinsics;
   const float size = float(full.width) * float(full.height) / float(kUsualPixels);
@@ -379,6 +412,18 @@ RenderedFrame render_frame(const Avatar& avatar, const Camera& camera, const Ren
   }
   frame.samples_per_ray = count.rays > 0 ? double(count.samples) / double(count.rays) : 0;
   return frame;
+}
+
+}  // namespace
+
+RenderedFrame render_frame(const Avatar& avatar, const Camera& camera, const RenderState& state,
+                           const RenderOptions& options) {
+  return render_scene(make_scene(avatar, camera, state, options), camera);
+}
+
+RenderedFrame render_frame(const Avatar& avatar, const StandInFields& fields, const Camera& camera,
+                           const RenderState& state, const RenderOptions& options) {
+  return render_scene(make_scene(avatar, camera, state, options, &fields), camera);
 }
 
 std::vector<float> render_pixels(const Avatar& avatar, const Camera& camera, const RenderState& state,

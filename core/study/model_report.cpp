@@ -138,11 +138,14 @@ std::string qualities_of(const ModelRow& row) {
   const ModelScore& s = row.scores.front();
   std::string html;
   if (!s.qualities.empty()) {
-    html += "<table>\n<tr><th>setting</th><th>PSNR full, dB</th><th>head</th><th>frames a s</th></tr>\n";
+    html +=
+        "<table>\n<tr><th>setting</th><th>PSNR full, dB</th><th>head</th><th>face</th><th>frames a s</th>"
+        "<th>fields, MB</th></tr>\n";
     for (const PictureCost& q : s.qualities)
-      html += fmt::format("<tr><th>{}</th><td>{}</td><td>{:.2f}</td><td>{:.2f}</td></tr>\n", escaped(q.name),
-                          q.psnr_db ? fmt::format("{:.2f}", *q.psnr_db) : "-", q.psnr_head_db,
-                          1 / std::max(q.frame_seconds, 1e-9));
+      html += fmt::format(
+          "<tr><th>{}</th><td>{}</td><td>{:.2f}</td><td>{:.2f}</td><td>{:.2f}</td><td>{:.1f}</td></tr>\n",
+          escaped(q.name), q.psnr_db ? fmt::format("{:.2f}", *q.psnr_db) : "-", q.psnr_head_db,
+          q.psnr_face_db, 1 / std::max(q.frame_seconds, 1e-9), double(q.bytes) / 1e6);
     html += "</table>\n";
   }
   return html;
@@ -267,7 +270,9 @@ nlohmann::json to_json(const ModelRow& row) {
       score["qualities"].push_back({{"name", q.name},
                                     {"psnr_db", finite_or_null(q.psnr_db)},
                                     {"psnr_head_db", finite_or_null(q.psnr_head_db)},
-                                    {"frame_seconds", q.frame_seconds}});
+                                    {"psnr_face_db", finite_or_null(q.psnr_face_db)},
+                                    {"frame_seconds", q.frame_seconds},
+                                    {"bytes", q.bytes}});
     for (const SizeCost& z : s.sizes)
       score["sizes"].push_back({{"size", z.size}, {"frame_seconds", z.frame_seconds}});
     scores.push_back(std::move(score));
@@ -306,6 +311,9 @@ std::string models_json(const ModelStudy& study) {
   nlohmann::json parts = nlohmann::json::array();
   for (const AvatarPart& part : study.parts)
     parts.push_back({{"part", part.name}, {"on", part.on}, {"value", part.value}, {"reason", part.reason}});
+  nlohmann::json plots = nlohmann::json::array();
+  for (const StudyPlot& plot : study_plots(study))
+    plots.push_back({{"file", plot.file}, {"title", plot.plot.title}, {"caption", plot.caption}});
   nlohmann::json all = {{"format", "likeness-model-study"},
                         {"version", 1},
                         {"clip", study.clip},
@@ -316,6 +324,7 @@ std::string models_json(const ModelStudy& study) {
                         {"threads", study.threads},
                         {"seconds", study.seconds},
                         {"parts", std::move(parts)},
+                        {"plots", std::move(plots)},
                         {"tables", std::move(tables)},
                         {"rows", std::move(rows)}};
   if (const auto r = study_ratios(study))

@@ -9,6 +9,7 @@
 
 #include "core/base/energy.h"
 #include "core/base/work_clock.h"
+#include "core/baseline/baked_avatar.h"
 #include "core/baseline/landmark_warp.h"
 #include "core/baseline/train_nerf.h"
 #include "core/image/files.h"
@@ -36,11 +37,13 @@ struct PaintedFrames {
   bool background_known = true;
 };
 
-PaintedFrames paint_frames(const StudyBench& bench, const std::vector<std::size_t>& which,
-                           const Paint& paint) {
+// Fewer where it is stopped: then none of it counts.
+PaintedFrames paint_frames(const StudyBench& bench, const std::vector<std::size_t>& which, const Paint& paint,
+                           const std::stop_token& stop) {
   PaintedFrames out;
   double joules = 0;
   for (const std::size_t i : which) {
+    if (stop.stop_requested()) break;
     const HeldOutFrame& frame = bench.clip.held_out[bench.measured[i]];
     const auto before = processor_joules();
     const double start = worked();
@@ -72,7 +75,8 @@ ModelMark mark_of(std::span<const FrameScore> scores, bool background_known, dou
 }
 
 // Processor seconds of a picture at each size.
-std::vector<SizeCost> time_sizes(const StudyBench& bench, std::vector<int> sizes, const Paint& paint) {
+std::vector<SizeCost> time_sizes(const StudyBench& bench, std::vector<int> sizes, const Paint& paint,
+                                 const std::stop_token& stop) {
   std::ranges::sort(sizes);
   const auto unique = std::ranges::unique(sizes);
   sizes.erase(unique.begin(), unique.end());
@@ -81,6 +85,7 @@ std::vector<SizeCost> time_sizes(const StudyBench& bench, std::vector<int> sizes
     const std::vector<std::size_t> chosen = evenly_chosen(bench.measured.size(), kTimedFrames);
     double seconds = 0;
     for (const std::size_t i : chosen) {
+      if (stop.stop_requested()) break;
       const HeldOutFrame& frame = bench.clip.held_out[bench.measured[i]];
       const double start = worked();
       (void)paint(resized(frame.camera, size), frame.pose);
@@ -98,9 +103,10 @@ struct Told {
 
 // The finished model's figures.
 Result<ModelScore> score_model(const StudyBench& bench, const ModelSpec& spec, const Paint& paint,
-                               const Told& told, std::vector<ModelMark> marks) {
+                               const Told& told, std::vector<ModelMark> marks, const std::stop_token& stop) {
   const std::vector<std::size_t> every = evenly_chosen(bench.measured.size(), 0);
-  PaintedFrames painted = paint_frames(bench, every, paint);
+  PaintedFrames painted = paint_frames(bench, every, paint, stop);
+  if (stop.stop_requested()) return cancelled_error();
   const double n = double(every.size());
   ModelScore s{.seed = told.seed, .steps = told.steps, .frames = int(every.size())};
   double ssims = 0, gmsds = 0, distances = 0;
@@ -174,17 +180,66 @@ Paint paint_with(const NerfAvatar& avatar, const AvatarRig& rig) {
 
 // Looks at a running training when a mark is due.
 template <class Model>
-void take_mark(const StudyBench& bench, const Model& model, const Avatar& told,
-               std::vector<ModelMark>& marks) {
+void take_mark(const StudyBench& bench, const Model& model, const Avatar& told, std::vector<ModelMark>& marks,
+               const std::stop_token& stop) {
   const AvatarRig rig = make_rig(told, bench.clip.set.model);
-  const PaintedFrames painted = paint_frames(bench, bench.marked, paint_with(model, rig));
+  const PaintedFrames painted = paint_frames(bench, bench.marked, paint_with(model, rig), stop);
   marks.push_back(mark_of(painted.scores, painted.background_known, told.train_seconds, told.steps));
 }
 
+PictureCost cost_of(const StudyBench& bench, std::string name, const Paint& paint, std::uint64_t bytes,
+                    const std::stop_token& stop) {
+  const PaintedFrames painted = paint_frames(bench, evenly_chosen(bench.measured.size(), 0), paint, stop);
+  PictureCost cost{.name = std::move(name), .psnr_head_db = mean_db(painted.scores, &FrameScore::head_mse)};
+  if (painted.background_known) cost.psnr_db = mean_db(painted.scores, &FrameScore::mse);
+  cost.psnr_face_db = mean_db(painted.scores, &FrameScore::face_mse);
+  cost.frame_seconds = painted.seconds / double(painted.scores.size());
+  cost.bytes = bytes;
+  return cost;
+}
+
+std::uint64_t parameters_of(const Avatar& avatar) {
+  return avatar.head.field.parameters.size() + (avatar.torso ? avatar.torso->field.parameters.size() : 0);
+}
+
+// The same avatar stored, at each number of cells and in both qualities.
+Result<void> time_baked(const StudyBench& bench, const Avatar& avatar, const AvatarRig& rig,
+                        const TrainingSet& set, std::vector<PictureCost>& costs, const Progress& progress,
+                        std::stop_token stop) {
+  const std::vector<int>& cells = bench.options.baked_cells;
+  for (std::size_t k = 0; k < cells.size(); ++k) {
+    BakeOptions options;
+    options.head_resolution = cells[k];
+    options.torso_resolution = std::max(kVoxelBlock, cells[k] * 3 / 4 / kVoxelBlock * kVoxelBlock);
+    options.seed = avatar.seed;
+    if (bench.options.steps > 0) {  // a study of few steps is a trial: what is stored of it learns as little
+      options.steps = std::min<std::uint64_t>(options.steps, 10 * bench.options.steps);
+      options.rays = int(std::min<std::uint64_t>(std::uint64_t(options.rays), 1000 * bench.options.steps));
+    }
+    const double part = 1.0 / double(cells.size());
+    const auto baked = bake_avatar(avatar, set, options,
+                                   progress.stage(double(k) * part, double(k + 1) * part, "stored"), stop);
+    if (!baked) return baked.error();
+    for (const RenderSetting& setting : quality_ladder()) {
+      const Paint paint = [&](const Camera& camera, const AvatarPose& pose) {
+        return render_baked(*baked, camera, pose_avatar(rig, pose), setting.options).rgba;
+      };
+      costs.push_back(cost_of(bench, fmt::format("baked, {} cells, {}", cells[k], setting.name), paint,
+                              stored_bytes(*baked), stop));
+    }
+  }
+  return {};
+}
+
 // Pictures of the ladder and of what lies about it.
-std::vector<PictureCost> time_qualities(const StudyBench& bench, const Avatar& avatar, const AvatarRig& rig) {
+std::vector<PictureCost> time_qualities(const StudyBench& bench, const Avatar& avatar, const AvatarRig& rig,
+                                        const std::stop_token& stop) {
   std::vector<RenderSetting> settings = quality_ladder();
   settings.push_back({"exact", {}});
+  for (const RenderSetting& setting : quality_ladder()) {
+    settings.push_back({setting.name + ", a colour a ray", setting.options});
+    settings.back().options.deferred = true;
+  }
   for (const int samples : {32, 16, 12, 8, 6}) {
     RenderOptions options = render_options(RenderQuality::final);
     options.max_samples = samples;
@@ -196,14 +251,9 @@ std::vector<PictureCost> time_qualities(const StudyBench& bench, const Avatar& a
     settings.push_back({fmt::format("preview of {} rays", rays), options});
   }
   std::vector<PictureCost> costs;
-  for (const RenderSetting& setting : settings) {
-    const PaintedFrames painted = paint_frames(bench, evenly_chosen(bench.measured.size(), 0),
-                                               paint_with(avatar, rig, setting.options));
-    PictureCost cost{.name = setting.name, .psnr_head_db = mean_db(painted.scores, &FrameScore::head_mse)};
-    if (painted.background_known) cost.psnr_db = mean_db(painted.scores, &FrameScore::mse);
-    cost.frame_seconds = painted.seconds / double(painted.scores.size());
-    costs.push_back(std::move(cost));
-  }
+  for (const RenderSetting& setting : settings)
+    costs.push_back(cost_of(bench, setting.name, paint_with(avatar, rig, setting.options),
+                            sizeof(float) * parameters_of(avatar), stop));
   return costs;
 }
 
@@ -243,7 +293,7 @@ Result<ModelScore> run_grid(const StudyBench& bench, const ModelSpec& spec, std:
                       },
                       [&](const Avatar& avatar) {
                         const double look = worked();
-                        take_mark(bench, avatar, avatar, marks);
+                        take_mark(bench, avatar, avatar, marks, stop);
                         plan.pass(share);
                         held += worked() - look;
                       }};
@@ -251,15 +301,17 @@ Result<ModelScore> run_grid(const StudyBench& bench, const ModelSpec& spec, std:
   if (!avatar) return avatar.error();
   const AvatarRig rig = make_rig(*avatar, bench.clip.set.model);
   auto score = score_model(bench, spec, paint_with(*avatar, rig),
-                           {avatar->seed, avatar->steps, avatar->train_seconds}, std::move(marks));
+                           {avatar->seed, avatar->steps, avatar->train_seconds}, std::move(marks), stop);
   if (!score) return score.error();
-  score->parameters = avatar->head.field.parameters.size();
-  if (avatar->torso) score->parameters += avatar->torso->field.parameters.size();
+  score->parameters = parameters_of(*avatar);
   if (!spec.costs || !first) return score;
-  score->qualities = time_qualities(bench, *avatar, rig);
+  score->qualities = time_qualities(bench, *avatar, rig, stop);
+  if (const auto stored = time_baked(bench, *avatar, rig, set, score->qualities, progress, stop); !stored)
+    return stored.error();
   std::vector<int> sizes(std::begin(kOtherSizes), std::end(kOtherSizes));
   sizes.push_back(bench.clip.set.size), sizes.push_back(bench.full_size);
-  score->sizes = time_sizes(bench, std::move(sizes), paint_with(*avatar, rig));
+  score->sizes = time_sizes(bench, std::move(sizes), paint_with(*avatar, rig), stop);
+  if (stop.stop_requested()) return cancelled_error();
   return score;
 }
 
@@ -280,7 +332,7 @@ Result<ModelScore> run_mlp(const StudyBench& bench, const ModelSpec& spec, std::
   };
   const NerfTap tap{[&](const TrainStatus& status) { return plan.is_due(share(status)); },
                     [&](const NerfAvatar& avatar, const TrainStatus& status) {
-                      take_mark(bench, avatar, avatar.scene, marks);
+                      take_mark(bench, avatar, avatar.scene, marks, stop);
                       plan.pass(share(status));
                     }};
   const auto avatar = train_nerf(bench.clip.set, options, progress, stop, tap);
@@ -288,11 +340,12 @@ Result<ModelScore> run_mlp(const StudyBench& bench, const ModelSpec& spec, std::
   const AvatarRig rig = make_rig(avatar->scene, bench.clip.set.model);
   const Avatar& told = avatar->scene;
   auto score = score_model(bench, spec, paint_with(*avatar, rig), {told.seed, told.steps, told.train_seconds},
-                           std::move(marks));
+                           std::move(marks), stop);
   if (!score) return score.error();
   score->parameters = parameter_count(*avatar);
   if (spec.costs && first)
-    score->sizes = time_sizes(bench, {bench.clip.set.size, bench.full_size}, paint_with(*avatar, rig));
+    score->sizes = time_sizes(bench, {bench.clip.set.size, bench.full_size}, paint_with(*avatar, rig), stop);
+  if (stop.stop_requested()) return cancelled_error();
   return score;
 }
 
@@ -304,7 +357,7 @@ Result<ModelScore> run_moved(const StudyBench& bench, const ModelSpec& spec, std
   const Paint paint = [&](const Camera& camera, const AvatarPose& pose) {
     return render_landmark_warp(warp, bench.clip.set.model, camera, pose);
   };
-  return score_model(bench, spec, paint, {seed, 0, worked() - start}, {});
+  return score_model(bench, spec, paint, {seed, 0, worked() - start}, {}, stop);
 }
 
 }  // namespace

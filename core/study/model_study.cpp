@@ -10,11 +10,13 @@
 #include "core/base/files.h"
 #include "core/base/hash.h"
 #include "core/base/parallel.h"
+#include "core/baseline/sparse_voxels.h"
 #include "core/capture/capture.h"
 #include "core/image/files.h"
 #include "core/study/finished_rows.h"
 #include "core/study/model_report.h"
 #include "core/study/model_run.h"
+#include "core/study/study_forecast.h"
 
 namespace likeness {
 namespace {
@@ -36,7 +38,9 @@ nlohmann::json to_json(const ModelScore& s) {
     qualities.push_back({{"name", q.name},
                          {"psnr_db", finite_or_null(q.psnr_db)},
                          {"psnr_head_db", finite_or_null(q.psnr_head_db)},
-                         {"frame_seconds", q.frame_seconds}});
+                         {"frame_seconds", q.frame_seconds},
+                         {"psnr_face_db", finite_or_null(q.psnr_face_db)},
+                         {"bytes", q.bytes}});
   for (const SizeCost& z : s.sizes) sizes.push_back({{"size", z.size}, {"frame_seconds", z.frame_seconds}});
   return {{"format", "likeness-model"},
           {"version", 1},
@@ -92,7 +96,9 @@ std::optional<ModelScore> read_score(const fs::path& path, const std::string& co
       s.qualities.push_back({.name = q.at("name").get<std::string>(),
                              .psnr_db = optional_number(q.at("psnr_db")),
                              .psnr_head_db = number_or_nan(q.at("psnr_head_db")),
-                             .frame_seconds = q.at("frame_seconds").get<double>()});
+                             .frame_seconds = q.at("frame_seconds").get<double>(),
+                             .psnr_face_db = number_or_nan(q.at("psnr_face_db")),
+                             .bytes = q.at("bytes").get<std::uint64_t>()});
     for (const nlohmann::json& z : j->at("sizes"))
       s.sizes.push_back({z.at("size").get<int>(), z.at("frame_seconds").get<double>()});
     return s;
@@ -101,36 +107,23 @@ std::optional<ModelScore> read_score(const fs::path& path, const std::string& co
   }
 }
 
-// Exact steps of a training, or 0: by the study's seconds.
-std::uint64_t asked_steps(const ModelStudyOptions& options, const ModelSpec& spec, std::uint64_t seed) {
-  if (const auto at = options.replay.find({spec.name, seed}); at != options.replay.end()) return at->second;
-  const std::uint64_t steps = spec.kind == ModelKind::grid ? options.steps : options.mlp_steps;
-  return steps == 0 ? 0 : std::max<std::uint64_t>(1, std::uint64_t(std::llround(double(steps) * spec.share)));
-}
-
 Result<ModelScore> finished_model(const StudyBench& bench, const ModelSpec& spec, std::uint64_t seed,
                                   const Progress& progress, std::stop_token stop) {
   const ModelStudyOptions& o = bench.options;
-  const std::uint64_t steps = asked_steps(o, spec, seed);
-  const auto network_hash = o.lpips.empty() ? Result<std::string>(std::string()) : hash_file(o.lpips);
-  const std::string network = network_hash ? *network_hash : "";
+  const std::string asked = asked_training(o, spec, seed);
   const std::string content =
-      hash_text(fmt::format("{} {} {} {} {} {} {} {} {}{}", bench.clip.content, spec.name, steps,
-                            steps > 0 ? 0 : o.seconds * spec.share, bench.clip.set.size,
-                            bench.measured.size(), o.rays, seed, seed == o.first_seed, network));
-  const fs::path path = bench.folder / fmt::format("{}-{}.json", spec.name, seed);
+      hash_text(fmt::format("{} {} {}", bench.clip.content, bench.measured.size(), asked));
+  const fs::path path = training_path(bench.folder, spec, seed);
   if (auto done = read_score(path, content)) return *done;
-  auto score = run_model(bench, spec, seed, steps, progress, stop);
+  auto score = run_model(bench, spec, seed, asked_steps(o, spec, seed), progress, stop);
   if (!score) return score.error();
-  if (const auto written = write_finished(path, content, to_json(*score)); !written) return written.error();
+  nlohmann::json row = to_json(*score);
+  row["asked"] = asked;
+  if (const auto written = write_finished(path, content, std::move(row)); !written) return written.error();
   return score;
 }
 
 // -- What is asked for
-
-bool is_chosen(const std::vector<std::string>& chosen, const std::string& name) {
-  return chosen.empty() || std::ranges::find(chosen, name) != chosen.end();
-}
 
 template <class Named>
 Result<void> check_names(const std::vector<std::string>& asked, const std::vector<Named>& known,
@@ -166,23 +159,6 @@ Result<StudyBench> prepare(const Project& project, const fs::path& folder, const
   bench.marked = evenly_chosen(bench.measured.size(), std::min(kMarkFrames, bench.measured.size()));
   bench.shown = evenly_chosen(bench.measured.size(), std::min(kShownFrames, bench.measured.size()));
   return bench;
-}
-
-// Tables with what is asked for of their models; the models of all, each once.
-std::vector<ModelSpec> choose_models(const ModelStudyOptions& options, std::vector<StudyTable>& tables) {
-  std::vector<ModelSpec> models;
-  for (const StudyTable& table : study_tables()) {
-    if (!is_chosen(options.tables, table.name)) continue;
-    StudyTable some = table;
-    std::erase_if(some.models, [&](const std::string& name) { return !is_chosen(options.models, name); });
-    if (!some.models.empty()) tables.push_back(std::move(some));
-  }
-  for (const ModelSpec& spec : study_models())
-    if (std::ranges::any_of(tables, [&](const StudyTable& t) {
-          return std::ranges::find(t.models, spec.name) != t.models.end();
-        }))
-      models.push_back(spec);
-  return models;
 }
 
 double mean_head_db(const ModelRow& row) {
@@ -236,8 +212,13 @@ Result<ModelStudy> study_models_of(const Project& project, const fs::path& folde
                                    std::stop_token stop) {
   if (const auto known = check_names(options.tables, study_tables(), "table"); !known) return known.error();
   if (const auto known = check_names(options.models, study_models(), "model"); !known) return known.error();
+  for (const int cells : options.baked_cells)
+    if (cells <= 0 || cells % kVoxelBlock != 0)
+      return Error{ErrorCode::bad_input,
+                   fmt::format("An avatar cannot be stored in {} cells along an axis.", cells),
+                   fmt::format("Take a multiple of {}, e.g. --baked-cells 128 256.", kVoxelBlock), ""};
   ModelStudy study;
-  const std::vector<ModelSpec> models = choose_models(options, study.tables);
+  const std::vector<ModelSpec> models = chosen_models(options, study.tables);
   if (models.empty())
     return Error{ErrorCode::bad_input, "None of these models stands in these tables.",
                  "Leave out --tables or --models.", ""};
@@ -258,15 +239,13 @@ Result<ModelStudy> study_models_of(const Project& project, const fs::path& folde
       return written.error();
   }
   const auto trainings = [&](const ModelSpec& spec) { return spec.once ? 1 : options.seeds; };
-  const auto weight = [&](const ModelSpec& spec) {
-    return (spec.kind == ModelKind::moved ? 0.05 : spec.share) + 0.2;
-  };
   double all = 0, done = 0;
-  for (const ModelSpec& spec : models) all += weight(spec) * trainings(spec);
+  for (const ModelSpec& spec : models)
+    for (int k = 0; k < trainings(spec); ++k) all += training_work(spec, options, k == 0);
   for (const ModelSpec& spec : models) {
     ModelRow& row = study.rows.emplace_back(ModelRow{spec, {}, {}});
     for (int k = 0; k < trainings(spec); ++k) {
-      const double after = done + weight(spec);
+      const double after = done + training_work(spec, options, k == 0);
       const auto score =
           finished_model(*bench, spec, options.first_seed + std::uint64_t(k),
                          progress.stage(done / all, std::min(1.0, after / all), spec.name), stop);

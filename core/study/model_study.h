@@ -74,6 +74,9 @@ struct ModelStudyOptions {
   std::filesystem::path lpips;              // a network of perceptual_network.h; empty = none
   int seeds = 3;
   std::uint64_t first_seed = 0;
+  // Cells along an axis at which the default model is also stored (core/baseline/baked_avatar.h), multiples
+  // of 8; empty: not at all.
+  std::vector<int> baked_cells{128, 256};
 };
 
 struct ModelMark {  // on at most four of the held-out frames, the training's clock stopped
@@ -89,6 +92,8 @@ struct PictureCost {
   std::optional<double> psnr_db;
   double psnr_head_db = 0;
   double frame_seconds = 0;  // processor, with the pose
+  double psnr_face_db = 0;
+  std::uint64_t bytes = 0;  // of fields or what is stored of them, in single precision
 };
 struct SizeCost {
   int size = 0;              // px

@@ -116,7 +116,8 @@ TEST_F(EndToEnd, TheModelsStandSideBySideAreTrainedOnceAndCanBeTrainedAgain) {
                                  "512",         "--size",
                                  "32",          "--frames",
                                  "2",           "--seeds",
-                                 "1",           "--json"};
+                                 "1",           "--baked-cells",
+                                 "24",          "--json"};
     all.insert(all.end(), how.begin(), how.end());
     return likeness(all);
   };
@@ -132,6 +133,13 @@ TEST_F(EndToEnd, TheModelsStandSideBySideAreTrainedOnceAndCanBeTrainedAgain) {
     EXPECT_GT(score.at("frames_per_second").get<double>(), 0);
     EXPECT_FALSE(score.at("marks").empty());
     EXPECT_EQ(score.at("qualities").empty(), row.at("name") != "warp+hyper-grid");
+    int stored = 0;
+    for (const json& quality : score.at("qualities")) {
+      stored += quality.at("name").get<std::string>().starts_with("baked, 24 cells");
+      EXPECT_GT(quality.at("psnr_face_db").get<double>(), 3) << quality;
+      EXPECT_GT(quality.at("bytes").get<double>(), 1000) << quality;
+    }
+    EXPECT_EQ(stored, score.at("qualities").empty() ? 0 : 2);
   }
   for (const char* name :
        {"results.csv", "results.json", "report.html", "psnr_over_seconds.png", "qualities.png"})
@@ -157,6 +165,7 @@ TEST_F(EndToEnd, TheModelsStandSideBySideAreTrainedOnceAndCanBeTrainedAgain) {
           << figure;
 
   EXPECT_EQ(command(out, {"--tables", "magic"}).exit_code, 1);
+  EXPECT_EQ(command(out, {"--baked-cells", "20"}).exit_code, 1);
   EXPECT_EQ(likeness({"study", (folder_ / "p.likeness").string()}).exit_code, 1);  // where to?
 }
 

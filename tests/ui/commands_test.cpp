@@ -43,6 +43,26 @@ TEST(Commands, AnAvatarNeedsAProjectAndAnAnswer) {
   EXPECT_FALSE(is_enabled(Command::open_clip, now));
 }
 
+TEST(Commands, NothingElseIsMadeWhileMethodsAreCompared) {
+  Situation now{.project = true, .clip_there = true, .finished = true, .consent = true};
+  EXPECT_TRUE(is_enabled(Command::compare_methods, now));
+  EXPECT_FALSE(is_enabled(Command::start_study, now)) << "nothing to compare yet";
+  now.can_study = true;
+  EXPECT_TRUE(is_enabled(Command::start_study, now));
+  EXPECT_TRUE(is_enabled(Command::train_longer, now));
+  EXPECT_FALSE(is_enabled(Command::stop_study, now));
+  EXPECT_FALSE(is_enabled(Command::show_study, now));
+  now.running = true;
+  EXPECT_FALSE(is_enabled(Command::start_study, now));
+  now.running = false, now.studying = true;
+  EXPECT_TRUE(is_enabled(Command::stop_study, now));
+  for (const Command c : {Command::start_study, Command::train_longer, Command::make_avatar,
+                          Command::open_clip, Command::close_project})
+    EXPECT_FALSE(is_enabled(c, now)) << command_info(c).words;
+  now.consent = now.studying = false;
+  EXPECT_FALSE(is_enabled(Command::start_study, now));
+}
+
 TEST(Commands, StrokesAreTakenBackBeforeThereIsAnAvatar) {
   Situation now{.project = true};
   now.can_undo = now.can_redo = true;

@@ -365,6 +365,147 @@ TEST_F(Panels, LookAsTheyDid) {
   expect_look(snapshot_of(Step::export_out, Look::running), "export");
 }
 
+StudyView study_view(Look look) {
+  StudyView view;
+  view.open = true;
+  view.forecast = StudyForecast{.trainings = 9, .finished = 0, .seconds = 1500, .left_seconds = 1500};
+  if (look == Look::empty) {
+    view.missing = "There is nothing to compare yet. Make the avatar first.";
+    view.forecast.reset();
+  }
+  if (look == Look::running)
+    view.job = {.state = JobState::running,
+                .fraction = 0.37,
+                .stage = "concat-mlp",
+                .text = "step 600, training PSNR 29.1 dB",
+                .seconds_left = 930};
+  if (look == Look::failed) {
+    view.forecast->finished = 4, view.forecast->left_seconds = 700;
+    view.job = {.state = JobState::failed,
+                .error = Error{ErrorCode::no_space, "The disk is full.", "Free 200 MB and go on.", ""}};
+  }
+  if (look == Look::done) {
+    view.choice.tables = {"models", "parts"};
+    view.choice.seeds = 3;
+    view.job = {.state = JobState::done,
+                .outcome = "3 methods were compared on 8 frames that none had seen."};
+    FinishedStudy finished;
+    finished.summary.size = 128, finished.summary.frames = 8, finished.summary.seconds = 90;
+    const SummaryRow ours{.name = "warp+hyper-grid",
+                          .about = "deformation and slice: what a build makes",
+                          .seeds = 3,
+                          .psnr_db = 31.2,
+                          .head_db = 27.1,
+                          .face_db = 28.4,
+                          .head_spread_db = 0.2,
+                          .train_seconds = 90.2,
+                          .frames_per_second = 14.2};
+    SummaryRow slow = ours, moved = ours;
+    slow.name = "concat-mlp", slow.about = "NeRFace-like", slow.head_db = 22.4, slow.frames_per_second = 0.14;
+    moved.name = "moved-picture", moved.about = "FOMM-like: one picture moved by landmarks";
+    moved.psnr_db.reset(), moved.head_spread_db.reset();
+    finished.summary.tables = {{"models", "The papers' models", {moved, slow, ours}},
+                               {"parts", "With a part more or less", {ours, moved}}};
+    finished.summary.plots = {{"a.png", "Speed", "Means of the seeds, at the end."},
+                              {"b.png", "Size", "By the side of the picture."}};
+    finished.plots = {patterned(1040, 560, 40), patterned(1040, 560, 70)};
+    static const auto kept = std::make_shared<const FinishedStudy>(finished);
+    view.finished = kept;
+  }
+  return view;
+}
+
+// Widgets that stand beside each other do not lie over each other, whatever the size of the letters.
+TEST_F(Panels, TheComparisonIsDrawnInEveryStateAndSize) {
+  for (const int scale : {100, 150, 200}) {
+    std::vector<Image8> shown;
+    for (const Look look : {Look::empty, Look::running, Look::failed, Look::done}) {
+      Snapshot s = snapshot_of(Step::train, Look::done);
+      s.settings.scale_percent = scale;
+      s.study = study_view(look);
+      s.situation.studying = look == Look::running;
+      s.situation.can_study = look != Look::empty;
+      s.situation.studied = look == Look::done;
+      const Image8 screen = settled(s);
+      const std::string name = fmt::format("study_{}_{}", kLookWords[std::size_t(look)], scale);
+      keep_shot(name);
+      EXPECT_TRUE(noted_widgets().contains("Back to the training")) << name;
+      EXPECT_FALSE(noted_widgets().contains("training curve")) << name;
+      EXPECT_EQ(noted_widgets().contains("Start the comparison"), look == Look::failed || look == Look::done)
+          << name;
+      EXPECT_EQ(noted_widgets().contains("Stop the comparison"), look == Look::running) << name;
+      EXPECT_EQ(noted_widgets().contains("study table models"), look == Look::done) << name;
+      const Palette& p = theme().colours;
+      const Rectangle panel = test::panel_of(screen);
+      if (look == Look::failed) {
+        EXPECT_GT(test::ink_share(screen, panel, p.bad), 1e-4) << name;
+      }
+      if (look == Look::running) {
+        EXPECT_GT(test::ink_share(screen, panel, p.accent), 2e-4) << name;
+      }
+      for (const Image8& other : shown) EXPECT_NE(other.data, screen.data) << name;
+      shown.push_back(screen);
+      constexpr const char* kWidgets[] = {"Back to the training",
+                                          "Other methods",
+                                          "How soon",
+                                          "What each part brings",
+                                          "30 s",
+                                          "1.5 min",
+                                          "5 min",
+                                          "Once",
+                                          "Three times",
+                                          "Start the comparison",
+                                          "Stop the comparison"};
+      for (const char* a : kWidgets)
+        for (const char* b : kWidgets) {
+          const auto first = noted_widgets().find(a), second = noted_widgets().find(b);
+          if (a == b || first == noted_widgets().end() || second == noted_widgets().end()) continue;
+          const Rectangle &r = first->second, &q = second->second;
+          const bool apart = r.high.x <= q.low.x + 1 || q.high.x <= r.low.x + 1 || r.high.y <= q.low.y + 1 ||
+                             q.high.y <= r.low.y + 1;
+          EXPECT_TRUE(apart) << name << ": " << a << " and " << b;
+        }
+    }
+  }
+}
+
+TEST_F(Panels, TheComparisonIsAskedForByItsWidgets) {
+  Snapshot s = snapshot_of(Step::train, Look::done);
+  s.study = study_view(Look::failed);
+  s.situation.can_study = true;
+  Requests last;
+  const auto frame = [&] {
+    Requests now = draw_frame(s);
+    if (now.study_choice || now.close_study || !now.commands.empty()) last = std::move(now);
+  };
+  (void)settled(s);
+  test::click("How soon", frame);
+  ASSERT_TRUE(last.study_choice.has_value());
+  EXPECT_EQ(last.study_choice->tables, (std::vector<std::string>{"models", "time"}));
+  last = {};
+  test::click("Other methods", frame);
+  ASSERT_TRUE(last.study_choice.has_value());
+  EXPECT_TRUE(last.study_choice->tables.empty());
+  last = {};
+  test::click("5 min", frame);
+  ASSERT_TRUE(last.study_choice.has_value());
+  EXPECT_EQ(last.study_choice->seconds, 300);
+  last = {};
+  test::click("Start the comparison", frame);
+  EXPECT_EQ(last.commands, std::vector<Command>{Command::start_study});
+  last = {};
+  test::click("Back to the training", frame);
+  EXPECT_TRUE(last.close_study);
+  // The avatar's parts lead there.
+  s.study.open = false;
+  (void)settled(s);
+  EXPECT_FALSE(noted_widgets().contains("Compare with other methods..."));
+  test::click("Parts of this avatar, and why", frame);
+  (void)settled(s);
+  ASSERT_TRUE(noted_widgets().contains("Compare with other methods..."));
+  test::click("Parts of this avatar, and why", frame);
+}
+
 TEST_F(Panels, EveryViewHasPixels) {
   struct View {
     Step step;

@@ -15,6 +15,12 @@ class StudioPath : public test::DrivenStudio {
   void SetUp() override {
     DrivenStudio::SetUp();
     options_.project.steps = 60;  // some seconds: longer than until the first preview
+    options_.study = {.models = {"moved-picture", kDefaultModel},
+                      .steps = 60,
+                      .size = 48,
+                      .frames = 2,
+                      .rays = 1024,
+                      .baked_cells = {}};
     start();
   }
 };
@@ -129,6 +135,47 @@ TEST_F(StudioPath, FromTheStartScreenToAnExportedPicture) {
   ASSERT_TRUE(still.ok()) << still.error().what;
   EXPECT_EQ(still->width, 256);
   test::keep_shot("path_7_export");
+
+  // For those who want it: the same capture learnt by another method. Stopped, it goes on where it was.
+  click("menu Avatar");
+  click("item Compare with other methods...");
+  ASSERT_TRUE(until(10, [](const Snapshot& s) { return s.study.open && s.study.forecast; }));
+  EXPECT_EQ(studio_->snapshot().shown, Step::train);
+  EXPECT_EQ(studio_->snapshot().study.missing, "");
+  EXPECT_EQ(studio_->snapshot().study.forecast->trainings, 2);
+  EXPECT_EQ(studio_->snapshot().study.finished, nullptr);
+  test::keep_shot("path_study_before");
+  click("Start the comparison");
+  EXPECT_TRUE(studio_->is_working());
+  EXPECT_FALSE(studio_->snapshot().situation.running);
+  ASSERT_TRUE(until(60, [](const Snapshot& s) {
+    return s.study.job.text.find("step") != std::string::npos || !is_working(s.study.job);
+  }));
+  ASSERT_TRUE(is_working(studio_->snapshot().study.job))
+      << studio_->snapshot().study.job.error.value_or(Error{}).what;
+  test::keep_shot("path_study_running");
+  click("Stop the comparison");
+  ASSERT_TRUE(until(60, [](const Snapshot& s) { return !is_working(s.study.job); }));
+  EXPECT_EQ(studio_->snapshot().study.job.state, JobState::stopped);
+  ASSERT_TRUE(
+      until(10, [](const Snapshot& s) { return s.study.forecast && s.study.forecast->finished == 1; }));
+  const fs::path comparison = folder_ / "projects" / "demo.likeness" / "comparison";
+  const auto kept = fs::last_write_time(comparison / "moved-picture-0.json");
+  click("Start the comparison");  // it says: go on
+  ASSERT_TRUE(until(120, [](const Snapshot& s) { return s.study.finished != nullptr; }))
+      << studio_->snapshot().study.job.error.value_or(Error{}).what;
+  EXPECT_EQ(fs::last_write_time(comparison / "moved-picture-0.json"), kept);
+  EXPECT_TRUE(fs::exists(comparison / "report.html"));
+  EXPECT_EQ(studio_->snapshot().study.finished->summary.tables.at(0).rows.size(), 2u);
+  frame();
+  frame();
+  EXPECT_GT(liveliness("study table models"), 5);
+  EXPECT_GT(liveliness("study plot 0"), 5);
+  EXPECT_TRUE(noted_widgets().contains("Show the comparison's folder"));
+  test::keep_shot("path_study_done");
+  click("Back to the training");
+  EXPECT_GT(liveliness("training curve"), 5);
+  click("step Export");
 
   // Started again, the project is among the recent ones and opens where it can be directed.
   start();

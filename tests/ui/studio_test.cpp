@@ -110,6 +110,36 @@ TEST_F(StudioState, StoppedWorkGoesOnOnlyWithSomethingNew) {
   EXPECT_FALSE(studio_->goes_on());
 }
 
+// The tiny project has an avatar but no track: nothing that another method could learn from.
+TEST_F(StudioState, AComparisonSaysWhatIsToBeDoneFirst) {
+  open();
+  EXPECT_FALSE(studio_->snapshot().study.open);
+  ask(Command::compare_methods);
+  const Snapshot s = studio_->snapshot();
+  EXPECT_TRUE(s.study.open);
+  EXPECT_EQ(s.shown, Step::train);
+  EXPECT_NE(s.study.missing.find("Make the avatar first"), std::string::npos) << s.study.missing;
+  EXPECT_FALSE(s.situation.can_study);
+  ask(Command::start_study);
+  EXPECT_FALSE(studio_->is_working());
+  // Another choice is reckoned anew; without any table there is nothing to reckon.
+  ASSERT_TRUE(until([](const Snapshot& now) { return now.study.forecast.has_value(); }));
+  const double once = studio_->snapshot().study.forecast->seconds;
+  Requests wanted;
+  wanted.study_choice = StudyChoice{.tables = {"models"}, .seconds = 300, .seeds = 3};
+  ask(wanted);
+  ASSERT_TRUE(until(
+      [&](const Snapshot& now) { return now.study.forecast && now.study.forecast->seconds > 2 * once; }));
+  wanted.study_choice = StudyChoice{.tables = {}};
+  ask(wanted);
+  EXPECT_FALSE(studio_->snapshot().study.forecast.has_value());
+  // The path leads back.
+  wanted = {};
+  wanted.show = Step::train;
+  ask(wanted);
+  EXPECT_FALSE(studio_->snapshot().study.open);
+}
+
 TEST_F(StudioState, WhatAnExportLacksIsSaidAtOnce) {
   open();
   ask(Command::export_driven);

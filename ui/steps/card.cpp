@@ -82,6 +82,11 @@ void draw_card(const Snapshot& snapshot, const Card& card, Views& views, Request
   if (!card.parts.empty()) {
     ImGui::Dummy({0, px(4)});
     draw_parts(card.parts, views.open_parts);
+    if (views.open_parts) {
+      if (command_button(Command::compare_methods, snapshot.situation))
+        requests.ask(Command::compare_methods);
+      tooltip("This clip learnt by other methods, and by ours with a part more or less.");
+    }
   }
   int number = 0;
   if (!card.gaps.empty()) title("To film in addition");

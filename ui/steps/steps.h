@@ -17,6 +17,8 @@ void draw_check_step(const Snapshot& snapshot, Views& views, Requests& requests)
 void draw_cameras_step(const Snapshot& snapshot, Views& views, Requests& requests);
 void draw_face_step(const Snapshot& snapshot, Views& views, Requests& requests);
 void draw_train_step(const Snapshot& snapshot, Views& views, Requests& requests);
+// Of the Train step, in its place: this capture learnt by other methods, too.
+void draw_study_page(const Snapshot& snapshot, Views& views, Requests& requests);
 void draw_direct_step(const Snapshot& snapshot, Views& views, Requests& requests);
 void draw_export_step(const Snapshot& snapshot, Views& views, Requests& requests);
 

@@ -167,6 +167,10 @@ void draw_chosen(const std::vector<AvatarPart>& parts, Views& views) {
 }  // namespace
 
 void draw_train_step(const Snapshot& snapshot, Views& views, Requests& requests) {
+  if (snapshot.study.open && snapshot.contents) {
+    draw_study_page(snapshot, views, requests);
+    return;
+  }
   const StepView& view = snapshot.step(Step::train);
   draw_step_state(view);
   if (!snapshot.contents) {

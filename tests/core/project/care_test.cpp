@@ -53,6 +53,7 @@ class Care : public testing::Test {
                              "corrections/000001.damaged.json",
                              "corrections.old/000000.json",
                              "corrections-2.old/000000.json",
+                             "comparison/report.html",
                              "exports/orbit-001.mp4"})
       ASSERT_TRUE(write_text(folder_ / file, "x").ok());
     write_import(clip_);

@@ -10,6 +10,7 @@
 
 #include "core/base/files.h"
 #include "core/image/files.h"
+#include "core/study/study_summary.h"
 
 namespace likeness {
 namespace {
@@ -112,6 +113,39 @@ TEST_F(ModelReport, TablesHoldEveryTraining) {
   EXPECT_EQ(json.at("rows").at(1).at("scores").at(1).at("seed"), 1);
   EXPECT_TRUE(json.at("rows").at(0).at("scores").at(0).at("lmk_error_px").is_null());
   EXPECT_EQ(json.at("rows").at(0).at("scores").at(0).at("marks").size(), 2u);
+}
+
+// What a window shows of it is read back from the folder.
+TEST_F(ModelReport, ItsSummaryIsReadBack) {
+  const auto none = read_study_summary(folder_);
+  ASSERT_FALSE(none.ok());
+  EXPECT_EQ(none.error().code, ErrorCode::not_found);
+  ASSERT_TRUE(write_model_report(study_, folder_).ok());
+  const auto summary = read_study_summary(folder_);
+  ASSERT_TRUE(summary.ok()) << summary.error().what;
+  EXPECT_EQ(summary->clip, study_.clip);
+  EXPECT_EQ(summary->frames, 3);
+  EXPECT_EQ(summary->page, folder_ / "report.html");
+  ASSERT_EQ(summary->tables.size(), 1u);
+  EXPECT_EQ(summary->tables[0].title, study_.tables[0].title);
+  ASSERT_EQ(summary->tables[0].rows.size(), 2u);  // of that table's models, two were trained
+  const SummaryRow& row = summary->tables[0].rows[0];
+  const ModelRow* own = find_row(study_, row.name);
+  ASSERT_NE(own, nullptr);
+  EXPECT_EQ(row.seeds, 2);
+  EXPECT_FALSE(row.psnr_db.has_value());
+  EXPECT_DOUBLE_EQ(*row.head_db, (own->scores[0].psnr_head_db + own->scores[1].psnr_head_db) / 2);
+  EXPECT_DOUBLE_EQ(*row.head_spread_db, 0.5);
+  EXPECT_DOUBLE_EQ(row.train_seconds, own->scores[0].train_seconds);
+  EXPECT_NEAR(row.frames_per_second, 1 / own->scores[0].frame_seconds, 1e-9);
+  ASSERT_EQ(summary->plots.size(), study_plots(study_).size());
+  for (const SummaryPlot& plot : summary->plots) EXPECT_TRUE(fs::exists(plot.file)) << plot.file;
+  // A damaged one says what to do.
+  ASSERT_TRUE(write_text(folder_ / "results.json", "{").ok());
+  const auto damaged = read_study_summary(folder_);
+  ASSERT_FALSE(damaged.ok());
+  EXPECT_EQ(damaged.error().code, ErrorCode::bad_input);
+  EXPECT_FALSE(damaged.error().fix.empty());
 }
 
 TEST_F(ModelReport, TheStepsItTookCanBeTakenAgain) {
