@@ -345,6 +345,8 @@ Result<BakedAvatar> bake_avatar(const Avatar& avatar, const TrainingSet& set, co
                                 const Progress& progress, std::stop_token stop, BakeReport* report) {
   LIKENESS_CHECK(options.views > 0 && options.rays > 0 && options.samples > 0 && options.rays_per_step > 0,
                  "views %d, rays %d, samples %d", options.views, options.rays, options.samples);
+  LIKENESS_CHECK(avatar.attributes.empty(), "%zu attributes, of which voxels know none",
+                 avatar.attributes.size());
   if (stop.stop_requested()) return cancelled_error();
   if (auto checked = check_training_set(set); !checked) return checked.error();
   const double start = clock_seconds(WorkClock::processor);

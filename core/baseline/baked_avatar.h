@@ -94,7 +94,7 @@ struct BakeReport {
   double seconds = 0;  // processor
 };
 
-// set: the pictures that the avatar was trained on. Deterministic for one seed.
+// avatar: without painted attributes; set: the pictures that it was trained on. Deterministic for one seed.
 Result<BakedAvatar> bake_avatar(const Avatar& avatar, const TrainingSet& set, const BakeOptions& options,
                                 const Progress& progress, std::stop_token stop, BakeReport* report = nullptr);
 
