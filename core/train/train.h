@@ -32,8 +32,9 @@ struct TrainingView {
   Pose world_from_head = Pose::Identity(), world_from_torso = Pose::Identity();
   Articulation articulation;
   TorsoShape torso_shape{};
-  Image8 rgb;             // (size, size, 3)
-  TiledMask alpha;        // (size, size) person's matte; empty = unknown
+  Eigen::VectorXf detail{};  // scores of this frame's own map; empty: those that its articulation tells
+  Image8 rgb;                // (size, size, 3)
+  TiledMask alpha;           // (size, size) person's matte; empty = unknown
   bool has_plate = true;  // the background of this view is its clip's plate; otherwise its matte separates it
   // Number of a further clip of the person, 0: the avatar's own. Another place, another light, other clothes:
   // its head alone is learnt from, before its own plate, and with the view's own code wherever the first clip
@@ -56,8 +57,9 @@ struct TrainingSet {
   std::map<int, FurtherPlate> further_plates;  // by the clip's number; none of a moving camera
   HeadModel model;
   PersonShape person;
-  TorsoModes torso_modes;  // empty: a rigid torso
-  Articulation neutral;    // the person's resting face; no expression at all = not known
+  ExpressionDetail detail{};  // of the surface, on top of model and person; empty: none
+  TorsoModes torso_modes;     // empty: a rigid torso
+  Articulation neutral;       // the person's resting face; no expression at all = not known
   bool has_torso = true;
 };
 
@@ -87,7 +89,11 @@ struct TrainOptions {
   std::uint64_t seed = 0;
   FieldMode mode = kDefaultMode;
   bool use_latent = true, use_occupancy = true;  // ablation switches
-  bool use_gaze = true;                          // the field is told where the eyes look
+  // The head's empty cells are known in the canonical face and looked up through the head model's deformation
+  // (canonical_cells.h) instead of where the training's poses have the face. For studies: the avatar that
+  // comes of it has the usual grid. The processor casts the rays.
+  bool canonical_occupancy = false;
+  bool use_gaze = true;  // the field is told where the eyes look
   FieldSizes sizes;
   float even_samples = kEvenShare;  // share of them spread evenly along a ray (place_samples)
   bool use_still = true;            // where no expression moves anything the field knows none (still_cells.h)
@@ -97,7 +103,7 @@ struct TrainOptions {
   double rate = 1;  // factor on the learning rates
   double checkpoint_every_s = 30;
   WorkClock clock = WorkClock::wall;  // of every second that training speaks of
-  std::shared_ptr<Backend> backend;  // null: the processor
+  std::shared_ptr<Backend> backend;   // null: the processor
   // Of the processor's products; a backend that is given brings its own.
   FieldPrecision precision = FieldPrecision::bf16;
   // A backend that fails is replaced by the processor, which goes on from what was last kept.
@@ -107,6 +113,7 @@ struct TrainOptions {
 struct TrainStatus {
   std::uint64_t step = 0;
   double seconds = 0, loss = 0, train_psnr_db = 0, rays_per_s = 0;
+  double samples_per_ray = 0;  // of late
 };
 
 // A look at the avatar while it is being trained. Changes no bit of what is learnt.
