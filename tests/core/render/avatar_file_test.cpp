@@ -38,10 +38,10 @@ TEST_F(AvatarFile, DetailIsKeptAndTakesNoPlaceWhereThereIsNone) {
             std::string_view::npos);
   ExpressionDetail& d = a.detail;
   d.vertices = {1, 5, 6};
-  d.mean = Eigen::Vector3f(0.001f, -0.002f, 0.0005f);
+  d.mean = Eigen::VectorXf::LinSpaced(3, -0.002f, 0.001f);
   d.basis = Eigen::MatrixXf::Random(3, 2) * 0.001f;
   d.middle = Eigen::VectorXf::Random(5), d.rows = Eigen::MatrixXf::Random(2, 5);  // 2 expressions and the jaw
-  d.low = Eigen::Vector2f(-1, -2), d.high = Eigen::Vector2f(2, 1);
+  d.low = Eigen::VectorXf::LinSpaced(2, -2, -1), d.high = Eigen::VectorXf::LinSpaced(2, 1, 3);
   ASSERT_TRUE(write_avatar(path_, a).ok());
   const auto b = read_avatar(path_);
   ASSERT_TRUE(b.ok()) << b.error().what;
