@@ -17,6 +17,7 @@
 #include "core/camera/align.h"
 #include "core/capture/capture.h"
 #include "core/capture/split.h"
+#include "core/head/detail_maps.h"
 #include "core/head/read_person.h"
 #include "core/matte/matte.h"
 #include "core/project/build_forecast.h"
@@ -37,6 +38,7 @@ struct BuildArguments {
   fs::path input, project, out;
   ProjectOptions options;
   std::string identity;            // a file, or "none"
+  std::string displacement;        // a folder, or "none"
   std::string leave_out;           // "12,40-60", or "none"
   std::vector<std::string> refit;  // each like that
   bool forecast = false;
@@ -96,6 +98,15 @@ Result<void> check_identity(const ProjectOptions& options) {
   if (!model) return model.error();
   const auto person = read_person(options.identity, *model);
   return person ? Result<void>() : Result<void>(person.error());
+}
+
+// The same of detail maps.
+Result<void> check_displacement(const ProjectOptions& options) {
+  if (options.displacement.empty()) return {};
+  const auto model = project_head_model(options);
+  if (!model) return model.error();
+  const auto maps = read_detail_maps(options.displacement, *model);
+  return maps ? Result<void>() : Result<void>(maps.error());
 }
 
 // What a build would take, before anything is done.
@@ -197,9 +208,12 @@ int run_new(const BuildArguments& arguments, Stage last) {
   if (const auto earlier = open_project(arguments.project);
       earlier && fs::equivalent(earlier->options.video, options.video, other))
     options.left_out = earlier->options.left_out, options.refits = earlier->options.refits,
-    options.identity = earlier->options.identity;
+    options.identity = earlier->options.identity, options.displacement = earlier->options.displacement;
   if (!arguments.identity.empty()) options.identity = arguments.identity == "none" ? "" : arguments.identity;
+  if (!arguments.displacement.empty())
+    options.displacement = arguments.displacement == "none" ? "" : arguments.displacement;
   if (const auto fine = check_identity(options); !fine) return report_failure(fine.error());
+  if (const auto fine = check_displacement(options); !fine) return report_failure(fine.error());
   auto project = open_or_create_project(arguments.project, options);
   if (!project) return report_failure(project.error());
   const int code = run(*project, last, arguments.common, *backend);
@@ -228,6 +242,10 @@ int run_existing(const BuildArguments& arguments, Stage last, const CLI::App& ve
   if (given("--identity")) options.identity = arguments.identity == "none" ? "" : arguments.identity;
   if (given("--identity") || given("--head-model"))
     if (const auto fine = check_identity(options); !fine) return report_failure(fine.error());
+  if (given("--displacement"))
+    options.displacement = arguments.displacement == "none" ? "" : arguments.displacement;
+  if (given("--displacement") || given("--head-model"))
+    if (const auto fine = check_displacement(options); !fine) return report_failure(fine.error());
   if (given("--leave-out")) {
     auto frames = parse_frames(arguments.leave_out, "--leave-out");
     if (!frames) return report_failure(frames.error());
@@ -304,6 +322,14 @@ void add_identity_option(CLI::App& verb, BuildArguments& a) {
       "identity.npy for FLAME) or its vertices in metres, as .npy, .npz or .obj; none: fitted again");
 }
 
+void add_displacement_option(CLI::App& verb, BuildArguments& a) {
+  verb.add_option(
+      "--displacement", a.displacement,
+      "A folder of detail maps, one a frame: heights in mm along the normal on the head model's texture, "
+      "000360.npy, .exr or .tif of floats or .png of 16 bits (32768 is zero, a step a micrometre); none: "
+      "without from now on");
+}
+
 void add_capture_options(CLI::App& verb, BuildArguments& a) {
   verb.add_option("video", a.input, "The clip")->required();
   verb.add_option("--project", a.project, "The project folder, made if absent")->required();
@@ -335,6 +361,7 @@ void add_build_commands(CLI::App& program, int& exit_code) {
   add_capture_options(*build, *a);
   add_training_options(*build, *a);
   add_identity_option(*build, *a);
+  add_displacement_option(*build, *a);
   build->add_flag("!--no-latent", a->options.use_latent, "Ablation: without the per-frame code");
   build->add_flag("--refine-track", a->options.refine_track,
                   "Correct the training frames' poses and faces through the field while it learns");
@@ -373,6 +400,7 @@ void add_build_commands(CLI::App& program, int& exit_code) {
          "190-204 or 12,40-60, beside those before; none takes all back")
       ->allow_extra_args(false);
   add_identity_option(*fit, *a);
+  add_displacement_option(*fit, *a);
   add_common_options(*fit, a->common);
   fit->callback([a, fit, &exit_code] { exit_code = run_existing(*a, Stage::matte, *fit); });
 

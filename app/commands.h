@@ -19,6 +19,8 @@ void add_study_command(CLI::App& program, int& exit_code);  // study PROJECT, tr
 void add_model_study(CLI::App& study, int& exit_code);      // of the verb itself, without another
 void add_camera_study(CLI::App& study, int& exit_code);
 void add_matte_study(CLI::App& study, int& exit_code);
+void add_cull_study(CLI::App& study, int& exit_code);
+void add_true_detail(CLI::App& study, int& exit_code);
 void add_gain_study(CLI::App& study, int& exit_code);
 void add_landmark_study(CLI::App& study, int& exit_code);
 void add_live_study(CLI::App& study, int& exit_code);

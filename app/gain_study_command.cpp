@@ -68,7 +68,8 @@ nlohmann::json to_json(const GainRow& row) {
                       {"lmk_error_px", number(s.landmarks_px.inner)},
                       {"lmk_mouth_px", number(s.landmarks_px.mouth)},
                       {"lmk_eyes_px", number(s.landmarks_px.eyes)},
-                      {"train_seconds", s.train_seconds}});
+                      {"train_seconds", s.train_seconds},
+                      {"samples_per_ray", number(s.samples_per_ray)}});
   return {{"variant", row.variant}, {"about", row.about}, {"scores", scores}};
 }
 
@@ -76,6 +77,7 @@ void print_rows(const std::vector<GainRow>& rows, const GainOptions& options) {
   const bool several = options.seeds > 1;
   fmt::print("{:<14} {:>12} {:>12} {:>12} {:>12} {:>12} {:>12} {:>12}", "variant", "full", "person", "head",
              "face", "landmarks px", "mouth px", "eyes px");
+  fmt::print(" {:>12}", "samples/ray");
   if (options.refit) fmt::print(" {:>12} {:>12} {:>12}", "refit full", "refit head", "refit face");
   fmt::print("\n");
   for (const GainRow& row : rows) {
@@ -88,6 +90,7 @@ void print_rows(const std::vector<GainRow>& rows, const GainOptions& options) {
     print([](const GainScore& s) { return std::optional(s.landmarks_px.inner); });
     print([](const GainScore& s) { return std::optional(s.landmarks_px.mouth); });
     print([](const GainScore& s) { return std::optional(s.landmarks_px.eyes); });
+    print([](const GainScore& s) { return s.samples_per_ray; });
     if (options.refit) {
       print([](const GainScore& s) { return s.psnr_refit_db; });
       print([](const GainScore& s) { return s.psnr_refit_head_db; });

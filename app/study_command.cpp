@@ -353,6 +353,8 @@ void add_study_command(CLI::App& program, int& exit_code) {
   add_live_study(*study, exit_code);
   add_mark_study(*study, exit_code);
   add_render_study(*study, exit_code);
+  add_cull_study(*study, exit_code);
+  add_true_detail(*study, exit_code);
 }
 
 }  // namespace likeness::app

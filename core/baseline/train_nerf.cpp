@@ -213,7 +213,8 @@ Result<NerfAvatar> train_nerf(const TrainingSet& set, const NerfOptions& options
                                                mode.expression ? ConditionOptions{} : kNoCondition);
   const Volumes volumes = make_volumes(set, shape);
   const WarpFrame warp =
-      mode.warp ? make_warp_frame(set.model, shape, typical_articulation(set)) : WarpFrame{};
+      mode.warp ? make_warp_frame(set.model, shape, typical_articulation(set), kWarpCell, &set.detail)
+                : WarpFrame{};
   const std::vector<AvatarPose> poses = corrected_poses(set, map, {});
 
   Training t{.options = options};

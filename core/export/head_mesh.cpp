@@ -10,7 +10,8 @@ namespace likeness {
 HeadMesh head_mesh(const Avatar& avatar, const HeadModel& model, const FilmPose& pose) {
   HeadMesh mesh;
   mesh.triangles = model.triangles;
-  mesh.positions = pose_head(model, shape_head(model, avatar.person), pose.articulation);
+  mesh.positions =
+      pose_detailed_head(model, shape_head(model, avatar.person), pose.articulation, avatar.detail);
   const Pose typical_from_world = avatar.world_from_head.inverse();
   const Eigen::Isometry3f head = (typical_from_world * pose.world_from_head).cast<float>();
   // How the torso left its typical place, and the model's shoulders with it.

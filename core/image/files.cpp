@@ -8,12 +8,14 @@
 #include <zlib.h>
 
 #include <algorithm>
+#include <cmath>
 #include <exception>
 #include <optional>
 #include <string>
 
 #include "core/base/check.h"
 #include "core/base/files.h"
+#include "core/image/read_numbers.h"
 
 namespace likeness {
 namespace {
@@ -176,7 +178,10 @@ int image_orientation(const std::filesystem::path& path) {
   }
 }
 
-Result<Image8> read_image(const std::filesystem::path& path) {
+namespace {
+
+// The file's bytes' number, once it is a picture that may be opened.
+Result<std::size_t> whole_picture(const std::filesystem::path& path) {
   const std::string name = path.filename().string();
   std::error_code ignored;
   if (!std::filesystem::is_regular_file(path, ignored)) {
@@ -193,10 +198,50 @@ Result<Image8> read_image(const std::filesystem::path& path) {
     return unreadable(path, fmt::format("\"{}\" breaks off: the end of the PNG data is missing.", name));
   }
   if (auto refused = webp_claims_too_much(path, *bytes)) return *refused;
+  return bytes->size();
+}
+
+Result<NumberPicture> decode_numbers(const std::filesystem::path& path, std::size_t file_bytes) {
+  const std::string name = path.filename().string();
+  const auto input = OIIO::ImageInput::open(path.string());
+  if (!input)
+    return unreadable(path, fmt::format("\"{}\" is not a picture that can be read: {}.", name,
+                                        first_line(OIIO::geterror())));
+  const OIIO::ImageSpec& spec = input->spec();
+  if (spec.width <= 0 || spec.height <= 0 || spec.nchannels < 1 || spec.nchannels > 4 || spec.depth > 1 ||
+      std::int64_t(spec.width) * spec.height > largest_claim(file_bytes) / 16)
+    return too_large_a_claim(path, spec.width, spec.height, spec.nchannels);
+  NumberPicture numbers{
+      spec.width, spec.height, int(8 * spec.format.size()), !spec.format.is_floating_point(), {}};
+  numbers.values.resize(std::size_t(spec.width) * std::size_t(spec.height));
+  if (!input->read_image(0, 0, 0, 1, OIIO::TypeDesc::FLOAT, numbers.values.data()))
+    return unreadable(path, fmt::format("\"{}\" ({} x {}) breaks off or is damaged: {}.", name, spec.width,
+                                        spec.height, first_line(input->geterror())));
+  // Whole numbers came as shares of the largest.
+  if (numbers.whole && numbers.bits <= 16)
+    for (float& value : numbers.values) value = std::round(value * float((1 << numbers.bits) - 1));
+  return numbers;
+}
+
+}  // namespace
+
+Result<Image8> read_image(const std::filesystem::path& path) {
+  const auto bytes = whole_picture(path);
+  if (!bytes) return bytes.error();
   try {
-    return decode(path, bytes->size());
+    return decode(path, *bytes);
   } catch (const std::exception& e) {
-    return unreadable(path, fmt::format("\"{}\" cannot be decoded: {}.", name, e.what()));
+    return unreadable(path, fmt::format("\"{}\" cannot be decoded: {}.", path.filename().string(), e.what()));
+  }
+}
+
+Result<NumberPicture> read_numbers(const std::filesystem::path& path) {
+  const auto bytes = whole_picture(path);
+  if (!bytes) return bytes.error();
+  try {
+    return decode_numbers(path, *bytes);
+  } catch (const std::exception& e) {
+    return unreadable(path, fmt::format("\"{}\" cannot be decoded: {}.", path.filename().string(), e.what()));
   }
 }
 

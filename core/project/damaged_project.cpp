@@ -76,6 +76,7 @@ std::optional<DamagedProject> find_damaged_project(const fs::path& folder) {
   options.landmark_model = string_named(*text, "landmark_model");
   options.matting_network = string_named(*text, "matting_network");
   options.identity = string_named(*text, "identity");
+  options.displacement = string_named(*text, "displacement");
   if (const auto capture = read_capture(capture_path({.folder = folder}))) {
     named.push_back(capture->video);
     options.size = capture->size;

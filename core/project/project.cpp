@@ -59,6 +59,7 @@ json to_json(const ProjectOptions& options) {
           {"landmark_model", options.landmark_model.string()},
           {"matting_network", options.matting_network.string()},
           {"identity", options.identity.string()},
+          {"displacement", options.displacement.string()},
           {"size_px", options.size},
           {"split", split_name(options.split)},
           {"budget_s", options.budget_s},
@@ -110,6 +111,7 @@ ProjectOptions options_from_json(const json& j, int version) {
   options.landmark_model = j.at("landmark_model").get<std::string>();
   options.matting_network = j.value("matting_network", "");
   options.identity = j.value("identity", "");
+  options.displacement = j.value("displacement", "");
   options.size = j.at("size_px");
   options.split = split_from_json(j);
   options.budget_s = j.at("budget_s");
@@ -177,6 +179,7 @@ fs::path plate_path(const Project& project) { return project.folder / "plate.png
 fs::path plate_known_path(const Project& project) { return project.folder / "plate_known.png"; }
 fs::path plate_info_path(const Project& project) { return project.folder / "plate.json"; }
 fs::path room_path(const Project& project) { return project.folder / "room.bin"; }
+fs::path detail_path(const Project& project) { return project.folder / "detail.npz"; }
 fs::path regions_path(const Project& project) { return project.folder / "regions"; }
 fs::path corrections_path(const Project& project) { return project.folder / "corrections"; }
 
@@ -244,6 +247,7 @@ Result<Project> open_or_create_project(const fs::path& folder, const ProjectOpti
   project.options.landmark_model = remembered(options.landmark_model);
   project.options.matting_network = remembered(options.matting_network);
   project.options.identity = remembered(options.identity);
+  project.options.displacement = remembered(options.displacement);
   if (const auto saved = save_project(project); !saved) return saved.error();
   return project;
 }

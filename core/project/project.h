@@ -1,7 +1,7 @@
 // A project folder: every stage's result, and what is stale.
 //
 //   NAME.likeness/   project.json  capture.json cameras.json track.json  frames/ masks/ regions/ plate.png
-//   room.bin
+//   room.bin detail.npz (what the given detail maps say: core/project/project_detail.h)
 //                    track_first.json refits.json (spans fitted again: core/project/refits.h)
 //                    corrections/ (strokes painted on masks: core/project/corrections.h)
 //                    checkpoint.bin avatar.bin training_curve.json
@@ -48,6 +48,7 @@ struct ProjectOptions {
   std::filesystem::path landmark_model;   // empty = the system's
   std::filesystem::path matting_network;  // ONNX; empty = none
   std::filesystem::path identity;         // the person's shape, known from elsewhere; empty = fitted
+  std::filesystem::path displacement;     // a folder of detail maps (core/head/detail_maps.h); empty: none
   int size = 256;                         // px
   Split split = Split::tail;              // what is held out
   double budget_s = 300;                  // of training
@@ -94,7 +95,8 @@ std::filesystem::path checkpoint_path(const Project& project);
 std::filesystem::path plate_path(const Project& project);
 std::filesystem::path plate_known_path(const Project& project);  // absent: the whole plate was seen
 std::filesystem::path plate_info_path(const Project& project);
-std::filesystem::path room_path(const Project& project);  // absent: no moving camera filmed
+std::filesystem::path room_path(const Project& project);    // absent: no moving camera filmed
+std::filesystem::path detail_path(const Project& project);  // absent: no detail maps were given
 std::filesystem::path regions_path(const Project& project);
 std::filesystem::path corrections_path(const Project& project);  // absent: nobody painted on the masks
 

@@ -9,6 +9,7 @@
 #include "core/image/files.h"
 #include "core/matte/matte.h"
 #include "core/project/further_clips.h"
+#include "core/project/project_detail.h"
 
 namespace likeness {
 
@@ -144,6 +145,9 @@ Result<TrainingSet> load_training_views(const Project& project, const HeadModel&
                  project.folder.string()};
   }
   if (const auto added = add_further_views(project, model, set); !added) return added.error();
+  const auto detail = read_project_detail(project, model);
+  if (!detail) return detail.error();
+  if (*detail) take_detail(**detail, set);
   return set;
 }
 

@@ -17,6 +17,7 @@
 #include "core/capture/capture.h"
 #include "core/capture/split.h"
 #include "core/head/builtin_head.h"
+#include "core/head/detail_maps.h"
 #include "core/head/load_head_model.h"
 #include "core/head/read_person.h"
 #include "core/matte/matte.h"
@@ -26,6 +27,7 @@
 #include "core/project/further_clips.h"
 #include "core/project/learn_room.h"
 #include "core/project/project_attributes.h"
+#include "core/project/project_detail.h"
 #include "core/project/project_views.h"
 #include "core/project/refits.h"
 #include "core/project/training_curve.h"
@@ -42,7 +44,8 @@ namespace {
 
 // Raised when a stage's method changes so that its old results should be made anew.
 constexpr std::array<int, kStages.size()> kStageVersion{1, 2, 4, 4, 4};
-constexpr int kRefitVersion = 1;  // the same for spans fitted again
+constexpr int kDetailVersion = 1;  // of what is learnt from detail maps
+constexpr int kRefitVersion = 1;   // the same for spans fitted again
 
 std::string content_of(const fs::path& path) {
   if (path.empty()) return "none";
@@ -196,11 +199,36 @@ Result<void> run_align(const StageContext& context) {
   return write_cameras(cameras_path(context.project), aligned->cameras);
 }
 
-// As if no span had been fitted again.
+// As if no span had been fitted again, and without the maps, which are read beside the finished track.
 std::string first_fit_inputs(const Project& project) {
   Project first = project;
   first.options.refits.clear();
+  first.options.displacement.clear();
   return input_hash(first, Stage::fit);
+}
+
+// Whether track.json is the whole clip's fit from these inputs, without spans fitted again.
+bool first_track_is_there(const StageContext& context, const HeadModel& model, const std::string& inputs) {
+  if (!is_there(track_path(context.project))) return false;
+  if (context.before.state == StageState::done && context.before.input_hash == inputs) return true;
+  if (is_there(refits_path(context.project))) return false;
+  const auto detail = read_project_detail(context.project, model);
+  return detail && *detail && (*detail)->track_inputs == inputs;
+}
+
+// The project's detail.npz as its options ask for it.
+Result<void> keep_detail(const StageContext& context, const Capture& capture, const Track& track,
+                         const HeadModel& model, const std::string& track_inputs) {
+  const fs::path& maps = context.project.options.displacement;
+  if (maps.empty() || is_further(context.project)) return forget_project_detail(context.project);
+  DetailReport report;
+  auto detail = learn_project_detail(maps, capture, track, model, report);
+  if (!detail) return detail.error();
+  detail->track_inputs = track_inputs;
+  context.record.message += " " + report.message;
+  context.record.warnings.insert(context.record.warnings.end(), report.warnings.begin(),
+                                 report.warnings.end());
+  return write_project_detail(context.project, *detail);
 }
 
 Result<void> run_fit(const StageContext& context) {
@@ -212,8 +240,7 @@ Result<void> run_fit(const StageContext& context) {
   if (!model) return model.error();
   RefitWork work{*capture, *cameras, *model, {}, first_fit_inputs(context.project)};
   work.options.predictor = context.project.options.landmark_model;
-  work.fitted = context.before.state == StageState::done && context.before.input_hash == work.fit_inputs &&
-                is_there(track_path(context.project));
+  work.fitted = first_track_is_there(context, *model, work.fit_inputs);
   if (is_further(context.project)) {
     auto track = read_track(track_path({.folder = context.project.first_clip}));
     if (!track) return track.error();
@@ -261,7 +288,7 @@ Result<void> run_fit(const StageContext& context) {
     context.record.message += fmt::format(" The person's shape is that of {}.",
                                           context.project.options.identity.filename().string());
   if (!outcomes.empty()) context.record.message += " " + refits_words(outcomes);
-  return {};
+  return keep_detail(context, *capture, *track, *model, work.fit_inputs);
 }
 
 Result<void> run_matte(const StageContext& context) {
@@ -504,6 +531,11 @@ std::string input_hash(const Project& project, Stage stage) {
         inputs += " of " + person_inputs(project.first_clip);
       else if (!o.identity.empty())
         inputs += " person " + content_of(o.identity);
+      // Only where they are given: other projects stay as they are.
+      if (!o.displacement.empty() && !is_further(project)) {
+        const auto maps = detail_maps_hash(o.displacement);
+        inputs += fmt::format(" displacement {} {}", kDetailVersion, maps ? *maps : "absent");
+      }
       // Only where there are any: other projects stay as they are.
       if (!o.refits.empty()) {
         inputs += fmt::format(" again {}:", kRefitVersion);
@@ -533,6 +565,7 @@ std::string input_hash(const Project& project, Stage stage) {
       if (o.landmark_loss != 0) inputs += fmt::format(" landmarks {}", o.landmark_loss);
       if (const auto attributes = attributes_hash(project); !attributes.empty())
         inputs.append(" attributes ").append(attributes);
+      if (is_there(detail_path(project))) inputs += " detail " + content_of(detail_path(project));
       if (!o.left_out.empty()) inputs += fmt::format(" left out {}", fmt::join(o.left_out, ","));
       for (const int number : project.further_clips) inputs += further_content(project, number);
       break;

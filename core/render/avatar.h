@@ -12,6 +12,7 @@
 #include "core/base/result.h"
 #include "core/camera/camera.h"
 #include "core/field/field.h"
+#include "core/head/expression_detail.h"
 #include "core/head/head_model.h"
 #include "core/image/image.h"
 #include "core/render/attribute.h"
@@ -89,6 +90,7 @@ struct Avatar {
   std::optional<FieldPart> torso;
   ConditionMap condition;
   PersonShape person;
+  ExpressionDetail detail;  // of the surface that the deformation follows; empty: the model's own
   std::string head_model_name, head_model_hash, head_model_file;
   Articulation neutral;                     // the person's calibrated neutral; the canonical face
   float warp_cell = 0;                      // m between nodes of the warp lattice; 0: the field is not warped

@@ -298,6 +298,35 @@ NeckZone neck_from_json(const json& j) {
   return neck;
 }
 
+ExpressionDetail detail_from(const json& j, const Sections& sections, int expressions) {
+  ExpressionDetail d;
+  const auto k = std::size_t(whole(j.at("vertices"), "detail", 1, 1 << 24)),
+             r = std::size_t(whole(j.at("components"), "components of the detail", 0, 256)),
+             inputs = std::size_t(expressions) + 3;
+  std::vector<float> numbers;
+  if (!from_section(sections, "detail.vertices", k, d.vertices) ||
+      !from_section(sections, "detail.numbers", k * (1 + r) + inputs * (1 + r) + 2 * r, numbers))
+    throw Bad{"a section of the detail has a wrong size"};
+  const float* at = numbers.data();
+  const auto take = [&](std::size_t rows, std::size_t columns) {
+    Eigen::MatrixXf taken = Eigen::Map<const Eigen::MatrixXf>(at, Eigen::Index(rows), Eigen::Index(columns));
+    at += rows * columns;
+    return taken;
+  };
+  d.mean = take(k, 1), d.basis = take(k, r), d.middle = take(inputs, 1), d.rows = take(r, inputs);
+  d.low = take(r, 1), d.high = take(r, 1);
+  if (!is_consistent(d, 1 << 24, expressions)) throw Bad{"the detail's numbers do not fit each other"};
+  return d;
+}
+
+void add_detail_sections(Sections& sections, const ExpressionDetail& d) {
+  std::vector<float> numbers;
+  const auto add = [&](const auto& m) { numbers.insert(numbers.end(), m.data(), m.data() + m.size()); };
+  add(d.mean), add(d.basis), add(d.middle), add(d.rows), add(d.low), add(d.high);
+  sections["detail.vertices"] = to_section(d.vertices);
+  sections["detail.numbers"] = to_section(numbers);
+}
+
 json meta_of(const Sections& sections) {
   const auto meta = sections.find("meta");
   if (meta == sections.end()) throw Bad{"section 'meta' is missing"};
@@ -349,6 +378,8 @@ Avatar avatar_from(const Sections& sections) {
   a.head_model_hash = j.at("head_model_hash").get<std::string>();
   a.head_model_file = j.at("head_model_file").get<std::string>();
   a.neutral = articulation_from_json(j.at("neutral"));
+  if (j.contains("detail"))
+    a.detail = detail_from(j.at("detail"), sections, int(a.neutral.expression.size()));
   a.warp_cell = float(finite(j.at("warp_cell"), "warp lattice"));
   if (a.warp_cell != 0 && !(a.warp_cell > 0.001f && a.warp_cell < 0.1f))
     throw Bad{"the warp lattice's cells are impossible"};
@@ -414,6 +445,8 @@ Result<void> write_avatar(const std::filesystem::path& path, const Avatar& avata
             {"plate_width", avatar.plate.width},
             {"plate_height", avatar.plate.height}};
   if (avatar.room) j["room"] = part_to_json(*avatar.room);
+  if (!avatar.detail.empty())
+    j["detail"] = {{"vertices", avatar.detail.vertices.size()}, {"components", avatar.detail.components()}};
   for (const ActionRange& range : avatar.seen) j["seen"].push_back(to_json(range));
   for (const AttributeRegion& region : avatar.attributes) j["attributes"].push_back(to_json(region));
   if (!avatar.parts.empty()) j["parts"] = json::array();
@@ -427,6 +460,7 @@ Result<void> write_avatar(const std::filesystem::path& path, const Avatar& avata
   if (avatar.room) add_part(sections, *avatar.room, "room");
   for (std::size_t i = 0; i < avatar.attributes.size(); ++i)
     sections[weights_section(i)] = to_section(avatar.attributes[i].weights);
+  if (!avatar.detail.empty()) add_detail_sections(sections, avatar.detail);
   std::vector<float> offsets;
   for (const Vec3f& v : avatar.person.offsets) offsets.insert(offsets.end(), {v.x(), v.y(), v.z()});
   if (!offsets.empty()) sections["offsets"] = to_section(offsets);

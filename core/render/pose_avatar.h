@@ -14,9 +14,10 @@ namespace likeness {
 struct AvatarRig {
   const HeadModel* model = nullptr;
   HeadShape shape;
-  WarpFrame warp;      // of the person's neutral face
-  bool warps = false;  // the field was trained in the canonical face
-  TorsoModes torso;    // empty: a rigid torso
+  WarpFrame warp;             // of the person's neutral face
+  bool warps = false;         // the field was trained in the canonical face
+  TorsoModes torso;           // empty: a rigid torso
+  ExpressionDetail detail{};  // empty: none
 };
 
 // model: the one the avatar was made with.
@@ -28,6 +29,7 @@ struct AvatarPose {
   Articulation articulation;
   TorsoShape torso_shape{};
   std::vector<float> attributes{};  // as in RenderState
+  Eigen::VectorXf detail{};         // scores of the rig's detail, where a frame's own are known
 };
 
 // About 10 ms where the avatar warps.

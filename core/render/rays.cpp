@@ -7,6 +7,7 @@
 #include "core/base/check.h"
 #include "core/base/parallel.h"
 #include "core/render/march_math.h"
+#include "core/scene/warp_lattice.h"
 
 namespace likeness {
 namespace {
@@ -52,6 +53,37 @@ void mark_bricks(const OccupancyGrid& grid, std::vector<std::uint8_t>& bricks) {
     }
 }
 
+// The canonical face's cells for the rays of one view.
+struct CanonicalView {
+  const CanonicalCells* cells = nullptr;  // null: the grid is of the posed head
+  const WarpLattice* lattice = nullptr;   // null: nothing moves
+};
+
+CanonicalView canonical_view(const RayRequest& ray, const MarchVolumes& volumes, int field) {
+  if (field != 0 || volumes.canonical == nullptr) return {};
+  const CanonicalCells& cells = *volumes.canonical;
+  return {&cells, cells.count == 0 ? nullptr : &cells.lattices[std::size_t(ray.view) % cells.count]};
+}
+
+// What is in the cell of the canonical face to which the middle of a posed cell is brought.
+CellContent canonical_content(const CanonicalView& view, const MarchVolume& volume, const OccupancyGrid* core,
+                              const NeckBend* bend, const int (&cell)[3]) {
+  const CanonicalCells& cells = *view.cells;
+  const int n = cells.occupancy->resolution;
+  Vec3f at = Vec3f(float(cell[0]) + 0.5f, float(cell[1]) + 0.5f, float(cell[2]) + 0.5f) /
+             float(volume.occupancy->resolution);
+  if (view.lattice)
+    at += displacement_at(*view.lattice, cells.cube.origin + cells.cube.side * at) / cells.cube.side;
+  if (bend && at.y() < bend->top) at = straightened_in_lanes(*bend, at);
+  int place[3];
+  for (int a = 0; a < 3; ++a) place[a] = std::clamp(int(at[a] * float(n)), 0, n - 1);
+  const bool kept = cells.kept && cells.kept->resolution == volume.occupancy->resolution &&
+                    cells.kept->occupied(cell[0], cell[1], cell[2]);
+  return {kept || cells.occupancy->occupied(place[0], place[1], place[2]),
+          core && core->occupied(cell[0], cell[1], cell[2]),
+          cells.opacity.empty() ? std::uint8_t(0) : cells.opacity[index_of(n, place)]};
+}
+
 // What cells and bricks hold, the neck bent.
 struct CellContents {
   const MarchVolume& volume;
@@ -60,8 +92,10 @@ struct CellContents {
   const MarchNeck* neck = nullptr;  // of `bend`
   float top = 0;                    // of the neck, cells
   Eigen::AlignedBox3f box{};        // of what is bent, cells
+  CanonicalView canonical;
 
-  CellContents(const MarchVolume& v, const MarchNeck* neck) : volume(v), core(nullptr), bend(nullptr) {
+  CellContents(const MarchVolume& v, const MarchNeck* neck, const CanonicalView& view)
+      : volume(v), core(nullptr), bend(nullptr), canonical(view) {
     const int n = volume.occupancy->resolution;
     if (volume.core && volume.core->resolution == n) core = volume.core;
     if (!neck || neck->bend->straight) return;
@@ -84,6 +118,11 @@ struct CellContents {
   CellContent at(const int (&cell)[3]) const {
     const OccupancyGrid& occupancy = *volume.occupancy;
     const bool own = occupancy.occupied(cell[0], cell[1], cell[2]);
+    if (canonical.cells) {
+      const Vec3f middle(float(cell[0]) + 0.5f, float(cell[1]) + 0.5f, float(cell[2]) + 0.5f);
+      const bool of_neck = bend && middle.y() < top && box.contains(middle);
+      return own || of_neck ? canonical_content(canonical, volume, core, bend, cell) : CellContent{};
+    }
     if (bend && float(cell[1]) + 0.5f < top) {
       if (const CellContent* known = looked_up(cell)) return *known;
       const Vec3f centre(float(cell[0]) + 0.5f, float(cell[1]) + 0.5f, float(cell[2]) + 0.5f);
@@ -105,9 +144,9 @@ struct CellContents {
 };
 
 template <class Visit>
-float walk_volume(const FieldRay& ray, const MarchVolume& volume, const MarchNeck* neck, float near,
-                  float far, const Visit& visit) {
-  const CellContents contents(volume, neck);
+float walk_volume(const FieldRay& ray, const MarchVolume& volume, const MarchNeck* neck,
+                  const CanonicalView& view, float near, float far, const Visit& visit) {
+  const CellContents contents(volume, neck, view);
   return walk_cells(plain(ray), volume.occupancy->resolution, contents, near, far, visit);
 }
 
@@ -226,15 +265,24 @@ void look_up_neck(const MarchVolume& head, MarchNeck& neck) {
   });
 }
 
-float occupied_intervals(const FieldRay& ray, const MarchVolume& volume, float near, float far,
-                         std::vector<Interval>& intervals, const MarchNeck* neck) {
+namespace {
+
+float add_intervals(const FieldRay& ray, const MarchVolume& volume, float near, float far,
+                    std::vector<Interval>& intervals, const MarchNeck* neck, const CanonicalView& view) {
   const std::size_t first = intervals.size();
   const float cells_per_m = float(volume.occupancy->resolution) * ray.direction.norm();
-  return walk_volume(ray, volume, neck, near, far, [&](float t, float leave, std::uint8_t opacity) {
+  return walk_volume(ray, volume, neck, view, near, far, [&](float t, float leave, std::uint8_t opacity) {
     const float depth = opacity == 0 ? 0 : depth_of_opacity()[opacity] * (leave - t) * cells_per_m;
     append(intervals, first, {t, leave, depth});
     return true;
   });
+}
+
+}  // namespace
+
+float occupied_intervals(const FieldRay& ray, const MarchVolume& volume, float near, float far,
+                         std::vector<Interval>& intervals, const MarchNeck* neck) {
+  return add_intervals(ray, volume, near, far, intervals, neck, {});
 }
 
 MarchVolumes march_volumes(const FieldPart& head, const FieldPart* torso, std::span<const NeckBend> necks) {
@@ -266,9 +314,10 @@ struct RayIntervals {
     std::vector<Interval>* lists[2] = {&head, &torso};
     for (int f = 0; f < 2; ++f)
       if (volumes.fields[f].occupancy)
-        far = std::min(far, occupied_intervals(ray.fields[f], volumes.fields[f],
-                                               std::max(volumes.near, ray.nothing_before[std::size_t(f)]),
-                                               far, *lists[f], neck_of(ray, volumes, f)));
+        far = std::min(
+            far, add_intervals(ray.fields[f], volumes.fields[f],
+                               std::max(volumes.near, ray.nothing_before[std::size_t(f)]), far, *lists[f],
+                               neck_of(ray, volumes, f), canonical_view(ray, volumes, f)));
     if (far >= volumes.far) return;
     while (!head.empty() && head.back().near >= far) head.pop_back();
     if (head.empty() || head.back().far <= far) return;
@@ -284,9 +333,9 @@ bool meets_volume(RayRequest& ray, const MarchVolumes& volumes) {
   float before[2];
   const auto walk = [&](int f, float far, const auto& visit) {
     const MarchVolume& volume = volumes.fields[f];
-    return volume.occupancy
-               ? walk_volume(ray.fields[f], volume, neck_of(ray, volumes, f), volumes.near, far, visit)
-               : far;
+    return volume.occupancy ? walk_volume(ray.fields[f], volume, neck_of(ray, volumes, f),
+                                          canonical_view(ray, volumes, f), volumes.near, far, visit)
+                            : far;
   };
   const bool met = meets_cells(walk, volumes.far, before);
   ray.nothing_before = {before[0], before[1]};
@@ -336,7 +385,7 @@ int keep_occupied(const RayRequest& ray, const MarchVolumes& volumes, std::span<
   for (int f = 0; f < 2; ++f) {
     const MarchVolume& volume = volumes.fields[f];
     if (!volume.occupancy) continue;
-    const CellContents contents(volume, neck_of(ray, volumes, f));
+    const CellContents contents(volume, neck_of(ray, volumes, f), canonical_view(ray, volumes, f));
     const auto n = float(volume.occupancy->resolution);
     for (RaySample& s : samples) {
       if (s.field != f) continue;

@@ -105,9 +105,24 @@ struct RayRequest {
   std::array<float, 2> nothing_before{};  // m, of each field: where its walk may begin
 };
 
+struct WarpLattice;
+
+// The head's cells in the canonical face: a place of the posed head is looked up where the head model's
+// deformation brings it, and nothing else (Li 2022 looks into a voxel grid of the canonical face so). The
+// head's own grid then only bounds the walk.
+struct CanonicalCells {
+  const OccupancyGrid* occupancy = nullptr;  // of the canonical face
+  std::span<const std::uint8_t> opacity;     // as in FieldPart, of the canonical face
+  const OccupancyGrid* kept = nullptr;       // of the posed head: cells that are occupied whatever is there
+  FieldCube cube;                            // of both
+  const WarpLattice* lattices = nullptr;     // a ray's by its view modulo their number
+  std::size_t count = 0;
+};
+
 struct MarchVolumes {
   std::array<MarchVolume, 2> fields;
-  std::vector<MarchNeck> necks;  // of the head, a ray's by its view modulo their number; or none
+  std::vector<MarchNeck> necks;               // of the head, a ray's by its view modulo their number; or none
+  const CanonicalCells* canonical = nullptr;  // null: the head's grid is of the posed head
   int max_samples = 16;
   float min_step = 0.0015f;       // m
   float even_share = kEvenShare;  // of a ray's samples, as in place_samples

@@ -40,6 +40,15 @@ std::vector<float> reach_of_vertices(const HeadModel& model, const HeadShape& sh
   return reach;
 }
 
+// What the detail's components move the vertices by at most.
+void add_reach(const ExpressionDetail& detail, std::vector<float>& reach) {
+  if (detail.empty()) return;
+  const Eigen::VectorXf most = detail.low.cwiseAbs().cwiseMax(detail.high.cwiseAbs());
+  const Eigen::VectorXf moved = detail.basis.cwiseAbs() * most;
+  for (std::size_t k = 0; k < detail.vertices.size(); ++k)
+    reach[std::size_t(detail.vertices[k])] += moved[Eigen::Index(k)];
+}
+
 constexpr std::size_t kLayers = 4;  // of nodes along z, a thread's share
 
 // The field at the nodes. Arrays of (z, y, row): a group of nodes may begin at any node of a row.
@@ -215,12 +224,15 @@ void store(const Nodes& nodes, WarpLattice& lattice) {
 }  // namespace
 
 WarpFrame make_warp_frame(const HeadModel& model, const HeadShape& shape, const Articulation& rest,
-                          float cell) {
+                          float cell, const ExpressionDetail* detail) {
   LIKENESS_CHECK(cell > 1e-4f, "warp lattice with cells of %g m", double(cell));
   WarpFrame frame;
   frame.cell = cell;
-  const std::vector<float> reach = reach_of_vertices(model, shape);
-  const std::vector<Vec3f> posed = pose_head(model, shape, rest);
+  const ExpressionDetail none;
+  if (detail == nullptr) detail = &none;
+  std::vector<float> reach = reach_of_vertices(model, shape);
+  add_reach(*detail, reach);
+  const std::vector<Vec3f> posed = pose_detailed_head(model, shape, rest, *detail);
   Vec3f low = Vec3f::Constant(1e9f), high = -low;
   std::vector<std::size_t> still;
   for (std::size_t v = 0; v < reach.size(); ++v) {

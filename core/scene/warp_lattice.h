@@ -12,6 +12,7 @@
 #include <span>
 #include <vector>
 
+#include "core/head/expression_detail.h"
 #include "core/head/pose_head.h"
 #include "core/scene/mouth_pocket.h"
 
@@ -28,8 +29,10 @@ struct WarpFrame {
 };
 
 // rest: the articulation of the canonical face. cell: halving it costs eight times the memory a frame.
+// detail: of the surface that lattices are made of, or null; the canonical face has its own at rest.
+inline constexpr float kWarpCell = 0.0055f;  // m
 WarpFrame make_warp_frame(const HeadModel& model, const HeadShape& shape, const Articulation& rest,
-                          float cell = 0.0055f);
+                          float cell = kWarpCell, const ExpressionDetail* detail = nullptr);
 
 // One frame's field. Of each column of nodes along z only the stretch from the first to the last that moves
 // is kept, a quarter of all: training holds as many lattices as pictures.

@@ -10,9 +10,11 @@
 #include "core/base/hash.h"
 #include "core/camera/camera.h"
 #include "core/capture/capture.h"
+#include "core/head/detail_maps.h"
 #include "core/matte/matte.h"
 #include "core/project/corrections.h"
 #include "core/project/project_attributes.h"
+#include "core/project/project_detail.h"
 #include "core/project/project_views.h"
 #include "core/project/run_stages.h"
 #include "core/study/evaluate.h"
@@ -84,29 +86,71 @@ Result<fs::path> make_track(const Inputs& inputs, const std::string& step, const
   return path;
 }
 
-// A project folder that shares the pictures of the studied one and has a track of its own.
+// Shows what lies in a folder in another one, too. What is there already stays.
+Result<void> share(const fs::path& from, const fs::path& to, std::initializer_list<const char*> names) {
+  std::error_code failure;
+  for (const char* name : names) {
+    const fs::path source = fs::absolute(from / name);
+    if (failure || !fs::exists(source, failure) || fs::exists(to / name, failure)) continue;
+    fs::is_directory(source) ? fs::create_directory_symlink(source, to / name, failure)
+                             : fs::create_symlink(source, to / name, failure);
+  }
+  if (failure) return file_error(to, "write", failure.value());
+  return {};
+}
+
+Result<void> matte(const Inputs& inputs, const fs::path& folder, const Track& track, const Progress& progress,
+                   std::stop_token stop) {
+  auto strokes = read_corrections(inputs.project);
+  if (!strokes) return strokes.error();
+  const auto matted =
+      matte_clip(folder, inputs.capture, inputs.cameras, track, inputs.model,
+                 {.size = inputs.capture.size, .strokes = std::move(*strokes)}, progress, stop);
+  return matted ? Result<void>() : Result<void>(matted.error());
+}
+
+// The mattes by a track, made once for all variants and seeds that leave it as it is.
+Result<fs::path> make_mattes(const Inputs& inputs, const Track& track, const std::string& content,
+                             const fs::path& folder, const Progress& progress, std::stop_token stop) {
+  const fs::path path = folder / fmt::format("mattes-{}", hash_text(content).substr(0, 8));
+  std::error_code failure;
+  if (fs::exists(path, failure)) return path;
+  const fs::path part = folder / fmt::format(".{}.part", path.filename().string());
+  if (const auto made = make_writable_folder(part); !made) return made.error();
+  if (const auto shared = share(inputs.project.folder, part, {"frames", "regions"}); !shared)
+    return shared.error();
+  if (const auto matted = matte(inputs, part, track, progress, stop); !matted) return matted.error();
+  fs::rename(part, path, failure);
+  if (failure) return file_error(path, "write", failure.value());
+  return path;
+}
+
+// A project folder that shares the pictures of the studied one and has a track of its own. mattes: a folder
+// of make_mattes; empty: made of this track here.
 Result<Project> make_workplace(const Inputs& inputs, const fs::path& folder, const Track& track,
-                               const Progress& progress, std::stop_token stop) {
+                               const fs::path& mattes, bool maps, const Progress& progress,
+                               std::stop_token stop) {
   Project work = inputs.project;
   work.folder = folder;
   work.further_clips.clear();  // the parts are compared on one clip
   if (const auto made = make_writable_folder(folder); !made) return made.error();
-  std::error_code failure;
-  const auto share = [&](const fs::path& name) {
-    if (failure || fs::exists(folder / name)) return;
-    const fs::path source = fs::absolute(inputs.project.folder / name);
-    fs::is_directory(source) ? fs::create_directory_symlink(source, folder / name, failure)
-                             : fs::create_symlink(source, folder / name, failure);
-  };
-  for (const char* name : {"frames", "regions", "capture.json", "cameras.json"}) share(name);
-  if (failure) return file_error(folder, "write", failure.value());
+  if (const auto shared =
+          share(inputs.project.folder, folder, {"frames", "regions", "capture.json", "cameras.json"});
+      !shared)
+    return shared.error();
   if (const auto written = write_track(track_path(work), track); !written) return written.error();
-  auto strokes = read_corrections(inputs.project);
-  if (!strokes) return strokes.error();
-  const auto matte =
-      matte_clip(folder, inputs.capture, inputs.cameras, track, inputs.model,
-                 {.size = inputs.capture.size, .strokes = std::move(*strokes)}, progress, stop);
-  if (!matte) return matte.error();
+  if (const auto forgotten = forget_project_detail(work); !forgotten) return forgotten.error();
+  if (maps && !work.options.displacement.empty()) {
+    DetailReport report;
+    const auto detail =
+        learn_project_detail(work.options.displacement, inputs.capture, track, inputs.model, report);
+    if (!detail) return detail.error();
+    if (const auto written = write_project_detail(work, *detail); !written) return written.error();
+  }
+  const auto matted = mattes.empty()
+                          ? matte(inputs, folder, track, progress, stop)
+                          : share(mattes, folder, {"masks", "plate.png", "plate_known.png", "plate.json"});
+  if (!matted) return matted.error();
   return work;
 }
 
@@ -126,7 +170,8 @@ nlohmann::json to_json(const GainScore& s) {
           {"psnr_refit_db", finite_or_null(s.psnr_refit_db)},
           {"psnr_refit_head_db", finite_or_null(s.psnr_refit_head_db)},
           {"psnr_refit_face_db", finite_or_null(s.psnr_refit_face_db)},
-          {"train_seconds", s.train_seconds}};
+          {"train_seconds", s.train_seconds},
+          {"samples_per_ray", finite_or_null(s.samples_per_ray)}};
 }
 
 // Absent where there is none, or where it was made from other inputs.
@@ -148,6 +193,7 @@ std::optional<GainScore> read_score(const fs::path& path, const std::string& con
     s.psnr_refit_head_db = optional_number(json->at("psnr_refit_head_db"));
     s.psnr_refit_face_db = optional_number(json->at("psnr_refit_face_db"));
     s.train_seconds = json->at("train_seconds").get<double>();
+    if (json->contains("samples_per_ray")) s.samples_per_ray = optional_number(json->at("samples_per_ray"));
     return s;
   } catch (const nlohmann::json::exception&) {
     return std::nullopt;
@@ -180,9 +226,10 @@ Result<GainScore> train_and_score(const Inputs& inputs, const GainVariant& varia
   training.rays_per_step = options.rays;
   training.seed = seed;
   if (variant.train != nullptr) variant.train(training);
+  double samples_per_ray = 0;
   auto avatar = train_avatar(
-      *set, training, checkpoint_path(work), progress.stage(0, 0.8, "train"), [](const TrainStatus&) {},
-      stop);
+      *set, training, checkpoint_path(work), progress.stage(0, 0.8, "train"),
+      [&](const TrainStatus& status) { samples_per_ray = status.samples_per_ray; }, stop);
   if (!avatar) return avatar.error();
   avatar->plate = plate;  // pictures are made before it, whatever was learnt
   if (const auto written = write_avatar(avatar_path(work), *avatar); !written) return written.error();
@@ -196,6 +243,7 @@ Result<GainScore> train_and_score(const Inputs& inputs, const GainVariant& varia
   s.psnr_face_db = e->psnr_face_db;
   s.landmarks_px = e->landmarks_px;
   s.train_seconds = avatar->train_seconds;
+  if (samples_per_ray > 0) s.samples_per_ray = samples_per_ray;
   if (e->refit) {
     s.psnr_refit_db = e->refit->psnr_db;
     s.psnr_refit_head_db = e->refit->psnr_head_db;
@@ -215,14 +263,27 @@ Result<GainScore> run_variant(const Inputs& inputs, const GainVariant& variant, 
   if (variant.change != nullptr) variant.change(*track, inputs.model);
   const auto track_hash = hash_file(*tracked);
   if (!track_hash) return track_hash.error();
-  const std::string content = hash_text(fmt::format("{} {} {} {} {} {} {}{}", inputs.content, *track_hash,
+  std::string maps;
+  if (variant.maps && !inputs.project.options.displacement.empty()) {
+    const auto hash = detail_maps_hash(inputs.project.options.displacement);
+    if (!hash) return hash.error();
+    maps = " maps " + *hash;
+  }
+  const std::string content = hash_text(fmt::format("{} {} {} {} {} {} {}{}{}", inputs.content, *track_hash,
                                                     variant.name, options.steps, options.rays, seed,
-                                                    options.refit, corrections_hash(inputs.project)) +
+                                                    options.refit, corrections_hash(inputs.project), maps) +
                                         (variant.attributes ? attributes_hash(inputs.project) : ""));
   const std::string name = fmt::format("{}-{}", variant.name, seed);
   if (auto done = read_score(folder / (name + ".json"), content)) return *done;
-  const auto work =
-      make_workplace(inputs, folder / (name + ".likeness"), *track, progress.stage(0.5, 0.6, "matte"), stop);
+  fs::path mattes;
+  if (variant.change == nullptr) {
+    const auto made = make_mattes(inputs, *track, *track_hash + corrections_hash(inputs.project), folder,
+                                  progress.stage(0.5, 0.6, "matte"), stop);
+    if (!made) return made.error();
+    mattes = *made;
+  }
+  const auto work = make_workplace(inputs, folder / (name + ".likeness"), *track, mattes, variant.maps,
+                                   progress.stage(0.5, 0.6, "matte"), stop);
   if (!work) return work.error();
   auto score = train_and_score(inputs, variant, options, seed, *work, progress.stage(0.6, 1, name), stop);
   if (!score) return score.error();
@@ -269,6 +330,8 @@ const std::vector<GainVariant>& gain_variants() {
        [](TrainOptions& o) { o.mode = FieldMode::hyper; }},
       {"no-slice", "the deformation, and psi beside the features", "photometric", nullptr,
        [](TrainOptions& o) { o.mode = FieldMode::warp; }},
+      {"no-displacement", "without the detail maps that the project was given", "photometric", nullptr,
+       nullptr, nullptr, false},
       {"no-expression", "a field that knows no expression: neither slice nor deformation", "photometric",
        nullptr, [](TrainOptions& o) { o.mode = FieldMode::static_; }},
       {"no-gaze-slice", "a slice that is not told where the eyes look", "photometric", nullptr, nullptr,
@@ -293,6 +356,8 @@ const std::vector<GainVariant>& gain_variants() {
        [](TrainOptions& o) { o.use_still = false; }},
       {"no-occupancy", "every carved cell occupied, samples spread evenly", "photometric", nullptr,
        [](TrainOptions& o) { o.use_occupancy = false; }},
+      {"canonical-occupancy", "empty cells known in the canonical face, looked up through the deformation",
+       "photometric", nullptr, [](TrainOptions& o) { o.canonical_occupancy = true; }},
       {"samples-even", "training's samples spread evenly over occupied cells", "photometric", nullptr,
        [](TrainOptions& o) { o.even_samples = 1; }},
       {"samples-quarter", "a quarter of training's samples spread evenly", "photometric", nullptr,

@@ -30,6 +30,7 @@ struct GainVariant {
   void (*train)(TrainOptions& options) = nullptr;
   void (*parts)(ChosenParts& parts) = nullptr;  // of those chosen for the capture
   bool attributes = false;                      // with those that were painted
+  bool maps = true;                             // with the project's detail maps, where it has any
 };
 const std::vector<GainVariant>& gain_variants();  // the first is the default of a build
 
@@ -51,6 +52,8 @@ struct GainScore {
   LandmarkErrors landmarks_px;
   std::optional<double> psnr_refit_db, psnr_refit_head_db, psnr_refit_face_db;
   double train_seconds = 0;
+  std::optional<double>
+      samples_per_ray;  // of the training's last steps; absent of studies before it was kept
 };
 
 struct GainRow {

@@ -98,6 +98,7 @@ Avatar capture_avatar(const TrainingSet& set, const ConditionMap& map, float war
   Avatar avatar;
   avatar.condition = map;
   avatar.person = set.person;
+  avatar.detail = set.detail;
   avatar.torso_modes = set.torso_modes;
   avatar.head_model_name = set.model.name;
   avatar.head_model_hash = set.model.hash;

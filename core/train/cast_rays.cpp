@@ -417,6 +417,7 @@ CasterChoice make_ray_caster(FieldLearner& learner, const TrainingState& state, 
   const auto processor = [](const std::string& why) {
     return CasterChoice{nullptr, why + " The processor casts the rays."};
   };
+  if (state.head.canonical) return processor("Cells of the canonical face are looked up by the processor.");
   if (source.patches) return processor("The landmark loss chooses its own pixels.");
   const double gib = double(1 << 30);
   std::size_t bytes = picture_bytes(*source.set);

@@ -45,6 +45,22 @@ std::string view_fingerprint(const TrainingView& view) {
   return hash_text(text);
 }
 
+std::string detail_fingerprint(const TrainingSet& set) {
+  const ExpressionDetail& d = set.detail;
+  std::string text;
+  add_hash(text, d.vertices);
+  for (const auto& [data, size] : {std::pair(d.mean.data(), d.mean.size()),
+                                   {d.basis.data(), d.basis.size()},
+                                   {d.middle.data(), d.middle.size()},
+                                   {d.rows.data(), d.rows.size()},
+                                   {d.low.data(), d.low.size()},
+                                   {d.high.data(), d.high.size()}})
+    add_hash(text, std::vector<float>(data, data + size));
+  for (const TrainingView& view : set.views)
+    add_hash(text, std::vector<float>(view.detail.begin(), view.detail.end()));
+  return hash_text(text);
+}
+
 void add_field(Sections& sections, const std::string& name, const TrainedField& field) {
   sections[name + ".params"] = to_section(field.part.field.parameters);
   sections[name + ".first"] = to_section(field.adam.first);
@@ -53,14 +69,26 @@ void add_field(Sections& sections, const std::string& name, const TrainedField& 
   sections[name + ".learnt"] = to_section(field.learnt.density);
   sections[name + ".occ"] = to_section(field.part.occupancy.bits);
   sections[name + ".opacity"] = to_section(field.part.opacity);  // empty until the first look
+  if (!field.canonical) return;
+  sections[name + ".canon"] = to_section(field.canonical->density);
+  sections[name + ".canocc"] = to_section(field.canonical->occupancy.bits);
+  sections[name + ".canopac"] = to_section(field.canonical->opacity);
 }
 
 std::size_t cells(const OccupancyGrid& grid) {
   return std::size_t(grid.resolution) * grid.resolution * grid.resolution;
 }
 
+bool read_canonical(const Sections& sections, const std::string& name, CanonicalState& state) {
+  return from_section(sections, name + ".canon", state.density.size(), state.density) &&
+         from_section(sections, name + ".canocc", state.occupancy.bits.size(), state.occupancy.bits) &&
+         (from_section(sections, name + ".canopac", state.density.size(), state.opacity) ||
+          from_section(sections, name + ".canopac", 0, state.opacity));
+}
+
 bool read_field(const Sections& sections, const std::string& name, TrainedField& field) {
-  return from_section(sections, name + ".params", field.part.field.parameters.size(),
+  return (!field.canonical || read_canonical(sections, name, *field.canonical)) &&
+         from_section(sections, name + ".params", field.part.field.parameters.size(),
                       field.part.field.parameters) &&
          from_section(sections, name + ".first", field.adam.first.size(), field.adam.first) &&
          from_section(sections, name + ".second", field.adam.second.size(), field.adam.second) &&
@@ -112,6 +140,8 @@ std::string training_fingerprint(const TrainingSet& set, const TrainOptions& opt
     for (const TrainingView& view : set.views)
       text += fmt::format("{} ", view.attributes.empty() ? 0.f : view.attributes[a]);
   }
+  if (options.canonical_occupancy) text += "canonical occupancy\n";
+  if (!set.detail.empty()) text += "detail " + detail_fingerprint(set) + "\n";
   for (const std::string& view : views) text += view + "\n";
   for (const float v : set.person.identity) text += fmt::format("{} ", v);
   for (const Vec3f& v : set.person.offsets) text += fmt::format("{} {} {} ", v.x(), v.y(), v.z());

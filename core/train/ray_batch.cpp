@@ -168,7 +168,14 @@ RaySource make_ray_source(const TrainingSet& set, std::span<const AvatarPose> po
     // -- Box of the landmarks, a sixth larger on each side.
     const std::vector<Vec3f> posed = pose_head(set.model, shape, pose.articulation);
     if (!source.torsos.empty()) source.torsos[v] = torso_field(set.torso_modes, pose.torso_shape);
-    if (!source.warps.empty()) source.warps[v] = make_warp_lattice(*warp, posed);
+    if (!source.warps.empty()) {
+      std::vector<Vec3f> detailed = posed;
+      if (!set.detail.empty())
+        add_detail(set.model, set.detail,
+                   pose.detail.size() > 0 ? pose.detail : detail_scores(set.detail, pose.articulation),
+                   detailed);
+      source.warps[v] = make_warp_lattice(*warp, detailed);
+    }
     const auto landmarks = landmark_positions(set.model, posed);
     const Pose cam_from_head = view.camera.cam_from_world * pose.world_from_head;
     Vec2d low = Vec2d::Constant(1e9), high = -low;

@@ -25,7 +25,8 @@ Eigen::VectorXd bounds(const RefineOptions& options, Eigen::Index count) {
 }  // namespace
 
 AvatarPose tracked_pose(const TrainingView& view) {
-  return {view.world_from_head, view.world_from_torso, view.articulation, view.torso_shape, view.attributes};
+  return {view.world_from_head, view.world_from_torso, view.articulation,
+          view.torso_shape,     view.attributes,       view.detail};
 }
 
 Image8 head_box(const TrainingView& view, const AvatarRig& rig) {

@@ -33,8 +33,9 @@ struct TrainingView {
   Articulation articulation;
   TorsoShape torso_shape{};
   std::vector<float> attributes{};  // amounts, one for each of the set's; empty: all at rest
-  Image8 rgb;                       // (size, size, 3)
-  TiledMask alpha;                  // (size, size) person's matte; empty = unknown
+  Eigen::VectorXf detail{};  // scores of this frame's own map; empty: those that its articulation tells
+  Image8 rgb;                // (size, size, 3)
+  TiledMask alpha;           // (size, size) person's matte; empty = unknown
   bool has_plate = true;  // the background of this view is its clip's plate; otherwise its matte separates it
   // Number of a further clip of the person, 0: the avatar's own. Another place, another light, other clothes:
   // its head alone is learnt from, before its own plate, and with the view's own code wherever the first clip
@@ -57,8 +58,9 @@ struct TrainingSet {
   std::map<int, FurtherPlate> further_plates;  // by the clip's number; none of a moving camera
   HeadModel model;
   PersonShape person;
-  TorsoModes torso_modes;  // empty: a rigid torso
-  Articulation neutral;    // the person's resting face; no expression at all = not known
+  ExpressionDetail detail{};  // of the surface, on top of model and person; empty: none
+  TorsoModes torso_modes;     // empty: a rigid torso
+  Articulation neutral;       // the person's resting face; no expression at all = not known
   bool has_torso = true;
   std::vector<AttributeRegion> attributes;  // whose amounts the views have
 };
@@ -89,7 +91,11 @@ struct TrainOptions {
   std::uint64_t seed = 0;
   FieldMode mode = kDefaultMode;
   bool use_latent = true, use_occupancy = true;  // ablation switches
-  bool use_gaze = true;                          // the field is told where the eyes look
+  // The head's empty cells are known in the canonical face and looked up through the head model's deformation
+  // (canonical_cells.h) instead of where the training's poses have the face. For studies: the avatar that
+  // comes of it has the usual grid. The processor casts the rays.
+  bool canonical_occupancy = false;
+  bool use_gaze = true;  // the field is told where the eyes look
   FieldSizes sizes;
   float even_samples = kEvenShare;  // share of them spread evenly along a ray (place_samples)
   bool use_still = true;            // where no expression moves anything the field knows none (still_cells.h)
@@ -109,6 +115,7 @@ struct TrainOptions {
 struct TrainStatus {
   std::uint64_t step = 0;
   double seconds = 0, loss = 0, train_psnr_db = 0, rays_per_s = 0;
+  double samples_per_ray = 0;  // of late
 };
 
 // A look at the avatar while it is being trained. Changes no bit of what is learnt.

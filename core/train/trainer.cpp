@@ -123,7 +123,7 @@ struct Run {
   double start = now();
   double earlier = 0;  // seconds of earlier runs
   double last_report = 0, last_checkpoint = 0;
-  double mean_loss = 0, step_seconds = 0;
+  double mean_loss = 0, mean_samples = 0, step_seconds = 0;
   double held =
       0;  // seconds spent in reports and looks: whoever listens may hold up the work, as a pause does
 
@@ -155,7 +155,8 @@ struct Run {
     progress.report(share(state), fmt::format("step {}, training PSNR {:.1f} dB", state.step, psnr));
     if (observe)
       observe({state.step, reached, mean_loss, psnr,
-               step_seconds > 0 ? options.rays_per_step / step_seconds : 0});
+               step_seconds > 0 ? options.rays_per_step / step_seconds : 0,
+               mean_samples / options.rays_per_step});
     held += now() - told;
     last_report = reached;
   }
@@ -271,6 +272,8 @@ struct Steps {
     before = now;
     run.step_seconds = run.step_seconds == 0 ? taken : 0.95 * run.step_seconds + 0.05 * taken;
     run.mean_loss = run.mean_loss == 0 ? result.loss : 0.95 * run.mean_loss + 0.05 * result.loss;
+    const double samples = double(result.samples);
+    run.mean_samples = run.mean_samples == 0 ? samples : 0.95 * run.mean_samples + 0.05 * samples;
     settle(state.schedule, state.step, now, run.step_seconds);
     if (now - run.last_report >= kReportEvery) run.report(state);
     if (now - run.last_checkpoint >= run.options.checkpoint_every_s)
@@ -368,7 +371,8 @@ Result<Avatar> train_avatar(const TrainingSet& set, const TrainOptions& options,
   for (const AttributeRegion& region : set.attributes)
     clear_region(region, volumes.head.cube, volumes.head.still);
   const WarpFrame warp =
-      parts.warp ? make_warp_frame(set.model, shape, typical_articulation(set)) : WarpFrame{};
+      parts.warp ? make_warp_frame(set.model, shape, typical_articulation(set), kWarpCell, &set.detail)
+                 : WarpFrame{};
   TrainingState state = make_training_state(set, options, map, volumes);
   std::optional<LandmarkPatches> patches;
   if (options.landmark_weight > 0) {

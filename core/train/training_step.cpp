@@ -61,8 +61,10 @@ TrainedField make_trained_field(const FieldConfig& config, const Volume& volume,
 Result<void> refresh(TrainedField& field, FieldLearner& learner, int index, const TrainingState& state,
                      std::size_t views, const std::function<void(FieldSamples&)>& to_canonical,
                      std::uint64_t seed) {
-  const auto densities = [&](const FieldInputs& inputs, std::vector<float>& sigma) {
-    return learner.densities(index, inputs, sigma);
+  const auto densities = [&](const FieldInputs& inputs, std::vector<float>& sigma) -> Result<void> {
+    if (auto found = learner.densities(index, inputs, sigma); !found) return found;
+    if (field.canonical) take_looks(*field.canonical, inputs, sigma);
+    return {};
   };
   if (auto done = refresh_occupancy(field.learnt, field.part.occupancy.resolution, state.conditions.data(),
                                     views, to_canonical, densities, seed, state.step);
@@ -93,6 +95,8 @@ TrainingState make_training_state(const TrainingSet& set, const TrainOptions& op
   const int k = int(map.rows.rows());
   const auto seed = std::uint32_t(options.seed * 2);
   state.head = make_trained_field(head_config(k, int(set.attributes.size()), options), volumes.head, seed);
+  if (options.canonical_occupancy)
+    state.head.canonical = make_canonical_state(volumes.head.allowed.resolution);
   if (volumes.torso) state.torso = make_trained_field(torso_config(options.sizes), *volumes.torso, seed + 1);
   const std::size_t length = std::size_t(state.head.part.field.config.latent_count);
   state.codes.assign(2 * views * length, 0.f);
@@ -134,6 +138,13 @@ void cast_rays(TrainingState& state, const RaySource& source, const StepOptions&
       march_volumes(state.head.part, state.torso ? &state.torso->part : nullptr, source.necks);
   volumes.max_samples = kTrainingSamples;
   volumes.even_share = options.even_samples;
+  CanonicalCells canonical;
+  if (state.head.canonical) {
+    const Volume& posed = state.head.volume;
+    canonical = canonical_cells(*state.head.canonical, posed, source.warps);
+    volumes.fields[0] = march_volume(posed.allowed, posed.core, posed.cube.side);
+    volumes.canonical = &canonical;
+  }
   choose_rays(source, volumes, options.use_latent, options.seed, state.step, options.rays, state.rays);
   sample_rays(state.rays.requests, volumes, state.samples);
   warp_samples(source.warps, state.head.part.cube, state.samples.fields[0]);

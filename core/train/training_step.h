@@ -10,6 +10,7 @@
 #include "core/field/adam.h"
 #include "core/render/backend.h"
 #include "core/render/rays.h"
+#include "core/train/canonical_cells.h"
 #include "core/train/occupancy_refresh.h"
 #include "core/train/ray_batch.h"
 #include "core/train/schedule.h"
@@ -23,6 +24,7 @@ struct TrainedField {
   FieldPart part;
   AdamState adam;
   OccupancyState learnt;
+  std::optional<CanonicalState> canonical;  // where training asks the canonical face for empty cells
 };
 
 struct TrainingState {

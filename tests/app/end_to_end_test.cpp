@@ -96,6 +96,19 @@ TEST_F(EndToEnd, AShapeThatCannotBeTheirsIsRefusedAndNothingChanges) {
   EXPECT_EQ(fs::last_write_time(project / "project.json"), before);
 }
 
+TEST_F(EndToEnd, MapsThatCannotBeTheirsAreRefusedAndNothingChanges) {
+  const fs::path project = folder_ / "p.likeness", maps = folder_ / "maps";
+  fs::create_directories(maps);
+  std::ofstream(maps / "000003.png") << "no picture";
+  const auto before = fs::last_write_time(project / "project.json");
+  for (const auto& [folder, words] : {std::pair(maps, "000003.png"), {folder_ / "no maps", "no folder"}}) {
+    const ProgramResult refused = likeness({"fit", project.string(), "--displacement", folder.string()});
+    EXPECT_EQ(refused.exit_code, 1);
+    EXPECT_NE(refused.err.find(words), std::string::npos) << refused.err;
+  }
+  EXPECT_EQ(fs::last_write_time(project / "project.json"), before);
+}
+
 TEST_F(EndToEnd, TheAvatarResemblesFramesItNeverSaw) {
   EXPECT_EQ(report().at("frames_test"), 4);
   EXPECT_EQ(report().at("split"), "tail");

@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <limits>
 #include <random>
+#include <string_view>
 
 #include "core/base/files.h"
 #include "core/render/avatar.h"
@@ -27,6 +28,34 @@ class AvatarFile : public testing::Test {
   void TearDown() override { std::filesystem::remove_all(folder_); }
   std::filesystem::path folder_, path_;
 };
+
+TEST_F(AvatarFile, DetailIsKeptAndTakesNoPlaceWhereThereIsNone) {
+  Avatar a = tiny_avatar();
+  ASSERT_TRUE(write_avatar(path_, a).ok());
+  const auto plain = read_file(path_);
+  ASSERT_TRUE(plain.ok());
+  EXPECT_EQ(std::string_view(reinterpret_cast<const char*>(plain->data()), plain->size()).find("detail"),
+            std::string_view::npos);
+  ExpressionDetail& d = a.detail;
+  d.vertices = {1, 5, 6};
+  d.mean = Eigen::VectorXf::LinSpaced(3, -0.002f, 0.001f);
+  d.basis = Eigen::MatrixXf::Random(3, 2) * 0.001f;
+  d.middle = Eigen::VectorXf::Random(5), d.rows = Eigen::MatrixXf::Random(2, 5);  // 2 expressions and the jaw
+  d.low = Eigen::VectorXf::LinSpaced(2, -2, -1), d.high = Eigen::VectorXf::LinSpaced(2, 1, 3);
+  ASSERT_TRUE(write_avatar(path_, a).ok());
+  const auto b = read_avatar(path_);
+  ASSERT_TRUE(b.ok()) << b.error().what;
+  EXPECT_EQ(b->detail.vertices, d.vertices);
+  EXPECT_EQ(b->detail.mean, d.mean);
+  EXPECT_EQ(b->detail.basis, d.basis);
+  EXPECT_EQ(b->detail.middle, d.middle);
+  EXPECT_EQ(b->detail.rows, d.rows);
+  EXPECT_EQ(b->detail.low, d.low);
+  EXPECT_EQ(b->detail.high, d.high);
+  d.rows(1, 2) = std::numeric_limits<float>::infinity();
+  ASSERT_TRUE(write_avatar(path_, a).ok());
+  EXPECT_FALSE(read_avatar(path_).ok());
+}
 
 TEST_F(AvatarFile, RoundTripKeepsEverything) {
   Avatar a = tiny_avatar();

@@ -65,6 +65,59 @@ TEST_F(WarpLatticeTest, SkinGoesBackToItsRestingPlace) {
   }
 }
 
+TEST_F(WarpLatticeTest, DetailBringsTheSurfaceItMakesBackToRest) {
+  // A smile pushes 3 mm of skin out over both cheeks, which the model knows nothing of.
+  const auto count = Eigen::Index(model_->vertices.size());
+  ExpressionDetail detail;
+  const NamedAction* smile = find_action(*model_, "mouthSmile_L");
+  ASSERT_NE(smile, nullptr);
+  const std::array<Vec3f, kLandmarkCount> marks = landmark_positions(*model_, shape_->vertices);
+  std::vector<float> heights;
+  for (Eigen::Index v = 0; v < count; ++v) {
+    const Vec3f& p = shape_->vertices[std::size_t(v)];
+    const float near = std::min((p - marks[48]).norm(), (p - marks[54]).norm());
+    const float height = 0.003f * std::exp(-near * near / (0.02f * 0.02f));
+    if (model_->parts[std::size_t(v)] != HeadPart::face || height < 1e-4f) continue;
+    detail.vertices.push_back(std::int32_t(v));
+    heights.push_back(height);
+  }
+  ASSERT_GT(heights.size(), 50u);
+  detail.basis = Eigen::Map<Eigen::VectorXf>(heights.data(), Eigen::Index(heights.size()));
+  detail.mean = Eigen::VectorXf::Zero(detail.basis.rows());
+  detail.middle = Eigen::VectorXf::Zero(model_->expression_count() + 3);
+  detail.rows = Eigen::MatrixXf::Zero(1, detail.middle.size());
+  detail.rows.row(0).head(model_->expression_count()) = smile->expression.transpose();
+  detail.rows /= smile->expression.squaredNorm();
+  detail.low = Eigen::VectorXf::Zero(1), detail.high = Eigen::VectorXf::Ones(1);
+
+  Articulation smiling = neutral_articulation(*model_);
+  smiling.expression = smile->expression;
+  const WarpFrame plain = frame(),
+                  f = make_warp_frame(*model_, *shape_, neutral_articulation(*model_), kWarpCell, &detail);
+  const std::vector<Vec3f> bare = posed("mouthSmile_L", 1),
+                           now = pose_detailed_head(*model_, *shape_, smiling, detail);
+  const WarpLattice with = make_warp_lattice(f, now), without = make_warp_lattice(plain, bare);
+  std::vector<float> known, unknown;
+  for (std::size_t k = 0; k < detail.vertices.size(); ++k) {
+    if (heights[k] < 0.002f) continue;
+    const auto v = std::size_t(detail.vertices[k]);
+    const Vec3f rest = shape_->vertices[v];
+    ASSERT_GT((now[v] - bare[v]).norm(), 0.0019f);
+    known.push_back((now[v] + displacement_at(with, now[v]) - rest).norm());
+    unknown.push_back((now[v] + displacement_at(without, now[v]) - rest).norm());
+  }
+  ASSERT_GT(known.size(), 5u);
+  const auto median = [](std::vector<float> x) {
+    std::nth_element(x.begin(), x.begin() + std::ptrdiff_t(x.size() / 2), x.end());
+    return x[x.size() / 2];
+  };
+  EXPECT_LT(median(known), 0.4f * median(unknown));
+  // No detail at all is no other field, to the bit.
+  const ExpressionDetail none;
+  const WarpFrame same = make_warp_frame(*model_, *shape_, neutral_articulation(*model_), kWarpCell, &none);
+  EXPECT_EQ(make_warp_lattice(same, bare).displacement, without.displacement);
+}
+
 TEST_F(WarpLatticeTest, EqualsPlainLoops) {
   const WarpFrame f = frame();
   for (const std::string name : {"jawOpen", "mouthPucker"}) {

@@ -125,6 +125,78 @@ TEST_F(TrainAvatar, AStoppedAndResumedRunEqualsAnUncutOneBitForBit) {
   EXPECT_EQ(uncut->head.occupancy.bits, resumed->head.occupancy.bits);
 }
 
+TEST_F(TrainAvatar, ItsCanonicalCellsSurviveAStop) {
+  const TrainingSet set = ball_set(12, 24);
+  TrainOptions options = short_options(200, 64);  // past three looks into the cells
+  options.canonical_occupancy = true;
+  double samples = 0;
+  const auto uncut = train(set, options, {}, {}, [&](const TrainStatus& s) { samples = s.samples_per_ray; });
+  ASSERT_TRUE(uncut.ok()) << uncut.error().what;
+  EXPECT_GT(samples, 0.5);
+  EXPECT_LE(samples, 16);
+  std::stop_source source;
+  TrainOptions slow = options;
+  slow.checkpoint_every_s = 0;
+  (void)train(set, slow, checkpoint_, source.get_token(), [&](const TrainStatus& status) {
+    if (status.step > 3) source.request_stop();
+  });
+  ASSERT_TRUE(std::filesystem::exists(checkpoint_));
+  const auto resumed = train(set, options, checkpoint_);
+  ASSERT_TRUE(resumed.ok());
+  EXPECT_EQ(uncut->head.field.parameters, resumed->head.field.parameters);
+  // They cull other samples than the posed head's cells do, and are no continuation of those.
+  options.canonical_occupancy = false;
+  const auto posed = train(set, options, checkpoint_);
+  ASSERT_TRUE(posed.ok());
+  EXPECT_NE(uncut->head.field.parameters, posed->head.field.parameters);
+}
+
+// Heights on the ball's lower front, by its expression; of three views their own.
+TrainingSet with_detail(TrainingSet set) {
+  std::vector<DetailFrame> frames;
+  for (std::size_t v = 0; v < set.views.size(); ++v) {
+    DetailFrame& frame = frames.emplace_back();
+    frame.frame = int(v), frame.articulation = set.views[v].articulation;
+    frame.height = Eigen::VectorXf::Zero(set.model.vertex_count());
+    for (Eigen::Index i = 0; i < frame.height.size(); ++i)
+      if (const Vec3f& p = set.model.vertices[std::size_t(i)]; p.y() < 0 && p.z() > 0)
+        frame.height[i] = 0.05f * p.y() * frame.articulation.expression[0];
+  }
+  const LearntDetail learnt = learn_detail(frames);
+  set.detail = learnt.detail;
+  for (const std::size_t v : {0u, 3u, 5u})
+    set.views[v].detail = learnt.scores.row(Eigen::Index(v)).transpose();
+  return set;
+}
+
+TEST_F(TrainAvatar, DetailMovesTheSurfaceItLearnsOnAndStaysInTheAvatar) {
+  const TrainingSet plain = ball_set(12, 24), detailed = with_detail(plain);
+  ASSERT_GT(detailed.detail.components(), 0);
+  const TrainOptions options = short_options(8, 64);
+  const auto without = train(plain, options, checkpoint_), with = train(detailed, options, checkpoint_),
+             fresh = train(detailed, options);
+  ASSERT_TRUE(without.ok() && with.ok() && fresh.ok());
+  EXPECT_EQ(with->head.field.parameters, fresh->head.field.parameters);  // another surface: no continuation
+  EXPECT_NE(with->head.field.parameters, without->head.field.parameters);
+  EXPECT_TRUE(without->detail.empty());
+  EXPECT_EQ(with->detail.basis, detailed.detail.basis);
+  // A face that no view showed has its own heights: the lattice of the pose is another one.
+  const AvatarRig rig = make_rig(*with, detailed.model);
+  AvatarPose pose{with->world_from_head, with->world_from_torso, with->neutral};
+  pose.articulation.expression[0] =
+      0.5f * (detailed.views[0].articulation.expression[0] + detailed.views[6].articulation.expression[0]) +
+      0.1f;
+  AvatarRig bare = rig;
+  bare.detail = {};
+  EXPECT_NE(pose_avatar(rig, pose).warp.displacement, pose_avatar(bare, pose).warp.displacement);
+  // A view's own scores win over those that its expression tells.
+  AvatarPose own = pose;
+  own.detail = detail_scores(rig.detail, pose.articulation);
+  EXPECT_EQ(pose_avatar(rig, pose).warp.displacement, pose_avatar(rig, own).warp.displacement);
+  own.detail = own.detail.array() + 1;
+  EXPECT_NE(pose_avatar(rig, pose).warp.displacement, pose_avatar(rig, own).warp.displacement);
+}
+
 TEST_F(TrainAvatar, StartsAnewAfterADamagedCheckpoint) {
   const TrainingSet set = ball_set(8, 24);
   ASSERT_TRUE(train(set, short_options(4, 64), checkpoint_).ok());

@@ -1,0 +1,59 @@
+// Maps of fine shape as other programs deliver them, one a frame: heights along the normal over a head
+// model's texture coordinates (DECA's displacement maps, Feng et al., SIGGRAPH 2021), brought to its
+// vertices.
+#pragma once
+
+#include <array>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "core/base/result.h"
+#include "core/head/head_model.h"
+
+namespace likeness {
+
+// A folder of files named by their frame's number in the source (000360.png), one a frame, all of one size;
+// frames may be missing:
+//   .npy            (H, W) or (H, W, 1) floats, mm outwards
+//   .exr .tif .tiff floats, mm outwards; or 16 bits as .png
+//   .png            16 bits: 32768 is zero, a step is a micrometre
+// Row 0 is the top of the texture, whose coordinates have their origin at the bottom left. A head model
+// without texture coordinates takes them from an .obj of itself in the same folder (FLAME's
+// head_template.obj). Other files are passed over.
+//
+// A vertex gets the mean of the texels of its triangles, each by its share in the triangle: what is finer
+// than the mesh does not alias into it. Eyeballs, teeth and the mouth's inside stay as they are.
+struct DetailMap {
+  int frame = 0;
+  Eigen::VectorXf height;  // (V) m along the normal
+};
+
+// Ascending frames, at least one. An Error names the file and says what is needed: another size, no numbers,
+// not finite, higher than 10 mm, two files of one frame, no texture coordinates.
+Result<std::vector<DetailMap>> read_detail_maps(const std::filesystem::path& folder, const HeadModel& model);
+
+// Of the names and contents of the files that read_detail_maps reads.
+Result<std::string> detail_maps_hash(const std::filesystem::path& folder);
+
+// Texture coordinates of the triangles' corners, origin bottom left. (F, 3)
+using TextureCorners = std::vector<std::array<Vec2f, 3>>;
+
+// Brings maps of one size to the vertices.
+class MapToVertices {
+ public:
+  MapToVertices(const HeadModel& model, const TextureCorners& corners, int width, int height);
+  // map: (height, width), row 0 at the top. (V), 0 where a vertex has no place in the texture.
+  Eigen::VectorXf operator()(const std::vector<float>& map) const;
+
+ private:
+  struct Share {
+    std::uint32_t texel;
+    std::uint32_t vertex;
+    float weight;
+  };
+  int vertices_ = 0;
+  std::vector<Share> shares_;  // by vertex they sum to 1
+};
+
+}  // namespace likeness

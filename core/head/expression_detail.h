@@ -1,0 +1,74 @@
+// Fine shape that comes and goes with the expression - creases beside a smile, a furrowed forehead - as a
+// height along the normal of the posed head, on top of what the head model can make. After DECA (Feng et
+// al., SIGGRAPH 2021), whose detail displacement is decoded from expression and jaw; here the decoder is
+// linear and learnt from one person's maps: a mean, a few components, and a ridge regression that says from
+// expression and jaw how much of each there is.
+//
+//   height(a) = mean + basis * clamp(rows * ([expression (E), jaw (3)] of a - middle), low, high)
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "core/base/linalg.h"
+#include "core/head/head_model.h"
+#include "core/head/pose_head.h"
+
+namespace likeness {
+
+struct ExpressionDetail {
+  std::vector<std::int32_t> vertices;  // (K) of the model, those that are ever displaced; ascending
+  Eigen::VectorXf mean;                // (K) m, outwards
+  Eigen::MatrixXf basis;               // (K, R) m per unit of a score; columns are orthogonal
+  Eigen::VectorXf middle;              // (E + 3) expression and jaw about which it is linear
+  Eigen::MatrixXf rows;                // (R, E + 3)
+  Eigen::VectorXf low, high;           // (R) the scores that the maps showed: nothing is made beyond
+
+  bool empty() const { return vertices.empty(); }
+  int components() const { return int(basis.cols()); }
+};
+
+inline constexpr float kHighestDetail = 0.010f;  // m: no crease of a face is deeper
+
+// (R) scores of an expression.
+Eigen::VectorXf detail_scores(const ExpressionDetail& detail, const Articulation& articulation);
+
+// Moves posed vertices of the head frame, m, along their normals by the heights of these scores.
+void add_detail(const HeadModel& model, const ExpressionDetail& detail, const Eigen::VectorXf& scores,
+                std::vector<Vec3f>& posed);
+
+// pose_head with its detail: of these scores, or where there are none of those that the articulation tells.
+std::vector<Vec3f> pose_detailed_head(const HeadModel& model, const HeadShape& shape,
+                                      const Articulation& articulation, const ExpressionDetail& detail,
+                                      const Eigen::VectorXf& scores = {});
+
+// Whether all numbers fit each other and a model with so many vertices and expressions, and are finite.
+bool is_consistent(const ExpressionDetail& detail, int vertices, int expressions);
+
+// One frame's heights and what the face does in it.
+struct DetailFrame {
+  int frame = 0;           // number in the source video
+  Eigen::VectorXf height;  // (V) m along the normal
+  Articulation articulation;
+};
+
+struct DetailOptions {
+  int most_components = 12;
+  double share = 0.98;  // of the maps' variance about their mean; fewer components where they reach it
+};
+
+struct LearntDetail {
+  ExpressionDetail detail;
+  Eigen::MatrixXf scores;  // (F, R) of each frame's own map
+  double kept = 0;         // share of the maps' variance about their mean that the components hold
+  // Share of it that expression and jaw tell of frames the regression did not see, in blocks of neighbouring
+  // frames; below zero: worse than the mean.
+  double told = 0;
+  double ridge = 0;  // chosen so that the latter is best
+};
+
+// frames: at least 10, of training pictures alone, in the order of time. Where nothing that could be learnt
+// predicts frames kept out (told <= 0), rows are zero: a new expression gets the mean. Deterministic.
+LearntDetail learn_detail(const std::vector<DetailFrame>& frames, const DetailOptions& options = {});
+
+}  // namespace likeness
