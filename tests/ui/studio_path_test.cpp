@@ -15,7 +15,7 @@ class StudioPath : public test::DrivenStudio {
   void SetUp() override {
     DrivenStudio::SetUp();
     options_.project.steps = 60;  // some seconds: longer than until the first preview
-    options_.study = {.models = {"moved-picture", kDefaultModel},
+    options_.study = {.models = {"static-grid", kDefaultModel},
                       .steps = 60,
                       .size = 48,
                       .frames = 2,
@@ -148,8 +148,9 @@ TEST_F(StudioPath, FromTheStartScreenToAnExportedPicture) {
   click("Start the comparison");
   EXPECT_TRUE(studio_->is_working());
   EXPECT_FALSE(studio_->snapshot().situation.running);
-  ASSERT_TRUE(until(60, [](const Snapshot& s) {
-    return s.study.job.text.find("step") != std::string::npos || !is_working(s.study.job);
+  const fs::path comparison = folder_ / "projects" / "demo.likeness" / "comparison";
+  ASSERT_TRUE(until(120, [&](const Snapshot& s) {
+    return fs::exists(comparison / "static-grid-0.json") || !is_working(s.study.job);
   }));
   ASSERT_TRUE(is_working(studio_->snapshot().study.job))
       << studio_->snapshot().study.job.error.value_or(Error{}).what;
@@ -159,12 +160,11 @@ TEST_F(StudioPath, FromTheStartScreenToAnExportedPicture) {
   EXPECT_EQ(studio_->snapshot().study.job.state, JobState::stopped);
   ASSERT_TRUE(
       until(10, [](const Snapshot& s) { return s.study.forecast && s.study.forecast->finished == 1; }));
-  const fs::path comparison = folder_ / "projects" / "demo.likeness" / "comparison";
-  const auto kept = fs::last_write_time(comparison / "moved-picture-0.json");
+  const auto kept = fs::last_write_time(comparison / "static-grid-0.json");
   click("Start the comparison");  // it says: go on
   ASSERT_TRUE(until(120, [](const Snapshot& s) { return s.study.finished != nullptr; }))
       << studio_->snapshot().study.job.error.value_or(Error{}).what;
-  EXPECT_EQ(fs::last_write_time(comparison / "moved-picture-0.json"), kept);
+  EXPECT_EQ(fs::last_write_time(comparison / "static-grid-0.json"), kept);
   EXPECT_TRUE(fs::exists(comparison / "report.html"));
   EXPECT_EQ(studio_->snapshot().study.finished->summary.tables.at(0).rows.size(), 2u);
   frame();

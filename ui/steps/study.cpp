@@ -20,7 +20,8 @@ struct TableWords {
 };
 constexpr TableWords kTables[] = {
     {"models", "Other methods",
-     "Those of five papers and ours, each given the same time. Three of them learn slowly: their pictures are "
+     "Those of five papers and ours, each given the same time. Three of them learn slowly: their pictures "
+     "are "
      "still blurred then."},
     {"time", "How soon",
      "The best known of them given forty times the time, and ours from a quarter of it to five times as "
@@ -86,6 +87,12 @@ void draw_choices(const StudyChoice& now, Requests& requests) {
   if (!(asked == now)) requests.study_choice = asked;
 }
 
+// The model at work in words, where the stage is one.
+std::string model_words(const std::string& stage) {
+  const auto spec = std::ranges::find(study_models(), stage, &ModelSpec::name);
+  return spec == study_models().end() ? stage : spec->about;
+}
+
 void draw_work(const Snapshot& snapshot, Requests& requests) {
   const JobStatus& job = snapshot.study.job;
   const bool stopping = job.state == JobState::stopping;
@@ -94,7 +101,7 @@ void draw_work(const Snapshot& snapshot, Requests& requests) {
   std::string words = stopping            ? "Stopping; what is finished is kept"
                       : job.text.empty()  ? "Reading the pictures"
                       : job.stage.empty() ? job.text
-                                          : job.stage + ": " + job.text;
+                                          : model_words(job.stage) + ", " + job.text;
   faint_text(words + (left.empty() ? "" : "  \u00b7  " + left));
   ImGui::Dummy({0, px(2)});
   if (command_button(Command::stop_study, snapshot.situation)) requests.ask(Command::stop_study);

@@ -154,9 +154,8 @@ TEST_F(BakedBall, ItsPicturesAreNearTheAvatarsOwn) {
     const Image truth = to_float(view.rgb);
     const Image own = composite(render_frame(avatar(), view.camera, state).rgba, set().plate),
                 stored = composite(render_baked(baked(), view.camera, state).rgba, set().plate);
-    const double own_db = psnr_from_mse(mse(own, truth)), stored_db = psnr_from_mse(mse(stored, truth));
-    EXPECT_GT(psnr_from_mse(mse(own, stored)), 26) << v;
-    EXPECT_GT(stored_db, own_db - 4) << v;
+    EXPECT_GT(psnr_from_mse(mse(own, stored)), 32) << v;
+    EXPECT_GT(psnr_from_mse(mse(stored, truth)), 34) << v;  // the avatar itself: 43 in the last one
   }
 }
 
