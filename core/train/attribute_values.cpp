@@ -24,7 +24,8 @@ constexpr float kDark = 0.02f;
 constexpr float kFewest = 0.4f;  // of the points that must be seen
 constexpr int kComponents = 10;
 constexpr double kAsideRidge = 0.02;  // of the frames' number
-constexpr double kDrift_per_s = 4;    // an amount may well change by so much in a second
+constexpr double kSaid = 0.03;        // what somebody said of a frame is off by so much
+constexpr double kDrift_per_s = 6;    // an amount may well change by so much in a second
 
 using Matrix = Eigen::MatrixXd;
 using Vector = Eigen::VectorXd;
@@ -235,7 +236,8 @@ void smooth_runs(std::span<const LookedFrame> frames, double noise, std::vector<
       // Never wider than not knowing at all.
       ahead[i] = i == 0 ? 1 : std::min(1.0, variance[i - 1] + kDrift_per_s * kDrift_per_s * gap * gap);
       const double doubt = double(amounts[members[i]].doubt);
-      const double observed = noise * noise + doubt * doubt / std::max(1e-3, 1 - doubt * doubt);
+      const double observed =
+          frame.annotated ? kSaid * kSaid : noise * noise + doubt * doubt / std::max(1e-3, 1 - doubt * doubt);
       const double gain = ahead[i] / (ahead[i] + observed);
       mean[i] = before + gain * (double(amounts[members[i]].value) - before);
       variance[i] = (1 - gain) * ahead[i];
