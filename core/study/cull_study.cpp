@@ -18,6 +18,7 @@
 #include "core/train/cell_math.h"
 #include "core/train/occupancy_refresh.h"
 #include "core/train/random_stream.h"
+#include "core/train/refine_track.h"
 
 namespace likeness {
 namespace {
@@ -261,9 +262,7 @@ Result<CullStudy> study_culling(const Project& project, int frames, const Progre
   std::vector<NeckBend> necks(avatar.neck.empty() ? 0 : own.size());
   parallel_for(own.size(), [&](std::size_t v) {
     const TrainingView& view = own[v];
-    lattices[v] = pose_avatar(rig, {view.world_from_head, view.world_from_torso, view.articulation,
-                                    view.torso_shape, view.detail})
-                      .warp;
+    lattices[v] = pose_avatar(rig, tracked_pose(view)).warp;
     if (!necks.empty())
       necks[v] = make_neck_bend(avatar.neck, view.world_from_head.inverse() * view.world_from_torso,
                                 cube.origin, cube.side);
