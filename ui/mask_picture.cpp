@@ -39,16 +39,16 @@ Ink chequer(int x, int y, int side) {
   return light ? Ink{214, 214, 214} : Ink{166, 166, 166};
 }
 
-void draw_over_picture(Image8& picture, const Image8& alpha, const StrokeCover& cover) {
+void draw_over_picture(Image8& picture, const Image8& alpha, const StrokeCover& cover, bool attribute) {
   for (int y = 0; y < picture.height; ++y)
     for (int x = 0; x < picture.width; ++x) {
       std::uint8_t* pixel = picture.at(x, y);
-      mix(pixel, kTint, kTintShare * (1 - float(*alpha.at(x, y)) / 255));
+      if (!attribute) mix(pixel, kTint, kTintShare * (1 - float(*alpha.at(x, y)) / 255));
       if (!cover.empty()) {
         mix(pixel, stroke_ink(StrokeMark::person), kStrokeShare * *cover.person.at(x, y));
         mix(pixel, stroke_ink(StrokeMark::background), kStrokeShare * *cover.background.at(x, y));
       }
-      mix(pixel, kOutline, outline_share(alpha, x, y));
+      if (!attribute) mix(pixel, kOutline, outline_share(alpha, x, y));
     }
 }
 
@@ -71,13 +71,13 @@ Result<MaskSource> read_mask_source(const fs::path& folder, int frame) {
 }
 
 Image8 draw_mask(const MaskSource& source, std::span<const Stroke> strokes, const SquareCrop& crop,
-                 MaskLook look) {
+                 MaskLook look, bool attribute) {
   const int side = std::max(kLeastSide, source.rgb.width);
   Image8 picture = resize(source.rgb, side, side), alpha = resize(source.alpha, side, side);
   const StrokeCover cover = cover_strokes(strokes, crop, side);
-  apply_strokes(cover, alpha);
+  if (!attribute) apply_strokes(cover, alpha);
   if (look == MaskLook::picture) {
-    draw_over_picture(picture, alpha, cover);
+    draw_over_picture(picture, alpha, cover, attribute);
     return picture;
   }
   for (int y = 0; y < side; ++y)

@@ -27,10 +27,11 @@ struct MaskSource {
 // Of a project's folder. Errors are one sentence for the place of the picture.
 Result<MaskSource> read_mask_source(const std::filesystem::path& folder, int frame);
 
+// attribute: the strokes say where an attribute is; the mask itself stays, and its background is not tinted.
 // Large enough that outline and strokes are smooth. The matte is shown as its strokes change it at once; the
 // cut about them is made by the matte stage. look: any but the plate.
 Image8 draw_mask(const MaskSource& source, std::span<const Stroke> strokes, const SquareCrop& crop,
-                 MaskLook look);
+                 MaskLook look, bool attribute = false);
 Result<Image8> draw_plate(const std::filesystem::path& folder);
 
 // The colour a stroke is drawn in, sRGB.

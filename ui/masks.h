@@ -12,6 +12,7 @@
 
 #include "core/base/result.h"
 #include "core/matte/strokes.h"
+#include "ui/attribute_paint.h"
 #include "ui/mask_picture.h"
 
 namespace likeness::ui {
@@ -27,7 +28,8 @@ struct MasksView {
   std::map<int, Error> unreadable;  // frames whose strokes' files are damaged: nothing is painted on these
   std::uint64_t edit = 0;           // rises with every change of strokes
   bool can_undo = false, can_redo = false;
-  bool unmade = false;  // the masks were made before the last change
+  bool unmade = false;        // the masks were made before the last change
+  AttributesView attributes;  // painted on the same pictures; while they are, strokes and undo are theirs
 };
 
 // What the panels ask for.
@@ -38,6 +40,7 @@ struct MaskRequests {
   std::optional<Stroke> stroke;  // painted on the frame shown
   bool clear = false;            // its strokes
   std::optional<int> set_aside;  // this frame's unreadable file
+  AttributeRequests attributes;
 };
 
 class Masks {

@@ -10,6 +10,7 @@
 #include "core/project/care.h"
 #include "core/project/corrections.h"
 #include "core/project/further_clips.h"
+#include "core/project/project_attributes.h"
 #include "core/project/project_views.h"
 #include "core/project/refits.h"
 #include "core/project/run_stages.h"
@@ -60,6 +61,14 @@ void read_strokes_of(const Project& project, ProjectContents& contents) {
       contents.strokes[frame] = std::move(*strokes);
     }
   }
+}
+
+void read_attributes_of(const Project& project, ProjectContents& contents) {
+  auto attributes = read_project_attributes(project);
+  if (attributes)
+    contents.attributes = std::move(*attributes);
+  else
+    contents.unreadable_attributes = attributes.error();
 }
 
 FurtherClip read_further(const Project& project, int number) {
@@ -174,6 +183,7 @@ Result<std::shared_ptr<const ProjectContents>> read_contents(const std::filesyst
   contents->card = read_card(*contents);
   contents->curve = shared_or_none(read_training_curve(training_curve_path(p)));
   read_strokes_of(p, *contents);
+  read_attributes_of(p, *contents);
   contents->plan = make_plan(*contents);
   return std::shared_ptr<const ProjectContents>(std::move(contents));
 }

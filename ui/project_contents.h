@@ -15,6 +15,7 @@
 #include "core/direct/presets.h"
 #include "core/direct/seen_limits.h"
 #include "core/head/head_model.h"
+#include "core/matte/attributes.h"
 #include "core/matte/strokes.h"
 #include "core/project/build_forecast.h"
 #include "core/project/project.h"
@@ -82,6 +83,8 @@ struct ProjectContents {
   std::shared_ptr<const TrainingCurve> curve;  // of the last training
   FrameStrokes strokes;                        // painted on the masks
   std::map<int, Error> unreadable_strokes;     // of frames whose file of them is damaged
+  PaintedAttributes attributes;
+  std::optional<Error> unreadable_attributes;  // their file is damaged
   Plan plan;
 
   bool is_current(Stage stage) const { return current[std::size_t(stage)]; }

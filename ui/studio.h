@@ -128,6 +128,10 @@ class Studio {
   void settle_strokes();
   void set_aside(int frame);
   void take_masks(bool first, std::uint64_t edit);
+  std::uint64_t painted_edit() const { return masks_.edit() + attributes_.edit(); }
+  bool paint(const MaskRequests& requests);  // whether anything changed
+  bool change(const AttributeRequests& requests);
+  Result<void> check_attribute(const std::string& name) const;  // on the frame shown
   MasksView masks_view() const;
   // Of the Direct step (studio_direct.cpp).
   Wish direct(Command command);
@@ -192,6 +196,7 @@ class Studio {
   bool comparing_ = false;
   FramePicture clip_picture_, check_picture_, face_picture_, compare_picture_;
   Masks masks_;
+  AttributePaint attributes_;
   MaskPicture mask_picture_;
   std::uint64_t masks_read_ = 0;                   // how often the project's were
   std::shared_ptr<const MaskSource> mask_source_;  // of the picture, or of one like it

@@ -162,7 +162,7 @@ void Studio::load(const fs::path& folder) {
   const std::uint64_t number = ++load_number_;
   background_.run("contents",
                   [this, folder = folder_, number, earlier = contents_,
-                   edit = masks_.edit()](std::stop_token) -> Background::Delivery {
+                   edit = painted_edit()](std::stop_token) -> Background::Delivery {
                     auto contents = read_contents(folder, earlier.get());
                     auto damaged = contents ? std::nullopt : find_damaged_project(folder);
                     auto overlay = contents && (!earlier || earlier->track != (*contents)->track)
@@ -219,6 +219,7 @@ void Studio::loaded(std::shared_ptr<const ProjectContents> contents, std::uint64
 void Studio::close_project() {
   save_strokes();
   masks_.open({}, {});
+  attributes_.open({}, {});
   masks_.set_frames({});
   mask_picture_ = {};
   mask_source_.reset();

@@ -60,6 +60,8 @@ struct MaskSight {
   Image cover;
   Texture ink;
   std::uint64_t until_edit = 0;
+  float amount = 1;             // that a stroke gives its frame, of an attribute
+  std::array<char, 41> name{};  // typed, of a new attribute
 };
 
 // What is marked on a strip of frames, by dragging over it.

@@ -65,8 +65,9 @@ void draw_unreadable(const Snapshot& snapshot, Requests& requests) {
 bool can_paint(const Snapshot& snapshot) {
   const MasksView& masks = snapshot.masks;
   const MaskPicture& picture = snapshot.mask_picture;
+  if (masks.attributes.on && masks.attributes.unreadable) return false;
   return !snapshot.situation.running && masks.look != MaskLook::plate &&
-         !masks.unreadable.contains(masks.frame) && picture.picture.image &&
+         (masks.attributes.on || !masks.unreadable.contains(masks.frame)) && picture.picture.image &&
          picture.picture.frame == masks.frame;
 }
 
@@ -118,6 +119,7 @@ void paint(const Snapshot& snapshot, MaskSight& sight, const Fitted& place, Requ
   if (ImGui::IsItemActive()) add_point(sight, crop, at);
   if (ImGui::IsItemDeactivated()) {
     if (!sight.stroke->points.empty()) requests.masks.stroke = *sight.stroke;
+    requests.masks.attributes.value = sight.amount;
     sight.stroke.reset();
   }
 }
@@ -183,10 +185,78 @@ void draw_looks(const Snapshot& snapshot, Requests& requests) {
   ImGui::Dummy({0, px(6)});
 }
 
+// Whether strokes correct the mask, or say where an attribute is.
+void draw_subject(const Snapshot& snapshot, Requests& requests) {
+  const bool on = snapshot.masks.attributes.on;
+  if (choice("Correct the mask", !on)) requests.masks.attributes.on = false;
+  ImGui::SameLine(0, px(18));
+  if (choice("Paint an attribute", on)) requests.masks.attributes.on = true;
+  ImGui::Dummy({0, px(4)});
+}
+
+// How much of the attribute the frame shows.
+void draw_amount(const Snapshot& snapshot, MaskSight& sight, Requests& requests) {
+  const AttributesView& view = snapshot.masks.attributes;
+  const AttributeAnnotation* own = find_annotation(*view.all, view.name, snapshot.masks.frame);
+  float amount = own ? float(own->value) : sight.amount;
+  ImGui::AlignTextToFramePadding();
+  ImGui::TextUnformatted("Amount here");
+  ImGui::SameLine(0, px(10));
+  if (slider("##amount", &amount, {-1, 1, 0, 0, 0}, "%.2f",
+             std::min(px(240), ImGui::GetContentRegionAvail().x)))
+    sight.amount = std::round(100 * amount) / 100;
+  // Once it is let go, so that one move is one step of undo.
+  if (own && ImGui::IsItemDeactivated() && double(sight.amount) != own->value)
+    requests.masks.attributes.set = sight.amount;
+  if (plain_button("None of it here", !snapshot.situation.running)) requests.masks.attributes.set = 0.f;
+  tooltip("This frame shows how the person mostly is: amount 0, nothing needs to be painted on it.");
+}
+
+// The attributes, of which one is painted; a name for a new one.
+void draw_attributes(const Snapshot& snapshot, MaskSight& sight, Requests& requests) {
+  const AttributesView& view = snapshot.masks.attributes;
+  if (view.unreadable) note("unreadable attributes", Tone::bad, view.unreadable->what, view.unreadable->fix);
+  ImGui::PushFont(theme().fonts.strong);
+  ImGui::TextUnformatted("Attributes");
+  ImGui::PopFont();
+  bool listed = false;
+  for (const PaintedAttribute& attribute : *view.all) {
+    ImGui::PushID(attribute.name.c_str());
+    const bool chosen = attribute.name == view.name;
+    listed |= chosen;
+    if (choice(attribute.name.c_str(), chosen)) requests.masks.attributes.name = attribute.name;
+    std::string frames;
+    for (const AttributeAnnotation& one : attribute.annotations)
+      frames += fmt::format("{}frame {}: {:.2f}", frames.empty() ? "" : ", ", one.frame, one.value);
+    faint_text(frames);
+    if (chosen && plain_button(fmt::format("Delete {}", attribute.name).c_str(), !snapshot.situation.running))
+      requests.masks.attributes.remove = attribute.name;
+    ImGui::PopID();
+  }
+  if (!listed) faint_text(fmt::format("'{}' is not painted on any frame yet.", view.name));
+  ImGui::SetNextItemWidth(std::min(px(180), 0.6f * ImGui::GetContentRegionAvail().x));
+  ImGui::InputTextWithHint("##attribute name", "a name, such as cheek puff", sight.name.data(),
+                           sight.name.size());
+  note_widget("attribute name");
+  ImGui::SameLine(0, px(8));
+  if (plain_button("New attribute", sight.name[0] != 0)) {
+    requests.masks.attributes.name = std::string(sight.name.data());
+    sight.name.fill(0);
+  }
+  ImGui::Dummy({0, px(4)});
+  draw_amount(snapshot, sight, requests);
+  ImGui::Dummy({0, px(6)});
+}
+
 void draw_brushes(const Snapshot& snapshot, MaskSight& sight, Requests& requests) {
-  constexpr std::pair<const char*, StrokeMark> kMarks[] = {{"This is the person", StrokeMark::person},
-                                                           {"This is background", StrokeMark::background},
-                                                           {"Erase strokes", StrokeMark::erase}};
+  using Marks = std::vector<std::pair<const char*, StrokeMark>>;
+  static const Marks kOfMask{{"This is the person", StrokeMark::person},
+                             {"This is background", StrokeMark::background},
+                             {"Erase strokes", StrokeMark::erase}},
+      kOfAttribute{{"It is here", StrokeMark::person}, {"Erase strokes", StrokeMark::erase}};
+  const bool attribute = snapshot.masks.attributes.on;
+  const Marks& kMarks = attribute ? kOfAttribute : kOfMask;
+  if (attribute && sight.mark == StrokeMark::background) sight.mark = StrokeMark::person;
   ImGui::PushFont(theme().fonts.strong);
   ImGui::TextUnformatted("Brush");
   ImGui::PopFont();
@@ -209,8 +279,10 @@ void draw_brushes(const Snapshot& snapshot, MaskSight& sight, Requests& requests
   (void)same_line_if_fits(command_info(Command::redo).words.data());
   if (command_button(Command::redo, snapshot.situation)) requests.ask(Command::redo);
   (void)same_line_if_fits("Clear this frame");
-  if (plain_button("Clear this frame", !snapshot.situation.running && !snapshot.masks.strokes->empty()))
-    requests.masks.clear = true;
+  const AttributesView& view = snapshot.masks.attributes;
+  const bool something = attribute ? find_annotation(*view.all, view.name, snapshot.masks.frame) != nullptr
+                                   : !snapshot.masks.strokes->empty();
+  if (plain_button("Clear this frame", !snapshot.situation.running && something)) requests.masks.clear = true;
   ImGui::Dummy({0, px(6)});
 }
 
@@ -225,10 +297,26 @@ void draw_frame_choice(const Snapshot& snapshot, Requests& requests) {
   ImGui::Dummy({0, px(6)});
 }
 
+void draw_attribute_advice(const Snapshot& snapshot, const CaptureFrame* own) {
+  if (snapshot.situation.running)
+    faint_text("Strokes are painted when the work is done or stopped.");
+  else if (!own || !own->used)
+    faint_text("Nothing is learnt from this frame: paint on one that trains.");
+  else
+    faint_text(
+        "For what no expression carries: paint where it is on a few frames that show it, say how much, and "
+        "mark some that show none. The next training makes a slider of it.");
+  if (snapshot.masks.attributes.unlearnt)
+    note("unlearnt attributes", Tone::warn, "The avatar was trained before the last change.",
+         "Make the avatar: it is trained again, and nothing else.");
+  ImGui::Dummy({0, px(6)});
+}
+
 // What a stroke does here, or why none can be painted; once something was, what is to be done.
 void draw_advice(const Snapshot& snapshot) {
   const int frame = snapshot.masks.frame;
   const CaptureFrame* own = capture_frame(snapshot, frame);
+  if (snapshot.masks.attributes.on) return draw_attribute_advice(snapshot, own);
   if (snapshot.situation.running) {
     faint_text("Strokes are painted when the work is done or stopped: it is using the masks.");
   } else if (snapshot.masks.unreadable.contains(frame)) {
@@ -266,6 +354,8 @@ void draw_masks(const Snapshot& snapshot, Views& views, Requests& requests) {
   draw_unreadable(snapshot, requests);
   draw_frame_choice(snapshot, requests);
   if (low) draw_strip(snapshot, requests);
+  draw_subject(snapshot, requests);
+  if (snapshot.masks.attributes.on) draw_attributes(snapshot, views.masks, requests);
   draw_brushes(snapshot, views.masks, requests);
   draw_advice(snapshot);
   draw_looks(snapshot, requests);
