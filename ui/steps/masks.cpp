@@ -255,12 +255,12 @@ void draw_brushes(const Snapshot& snapshot, MaskSight& sight, Requests& requests
                              {"Erase strokes", StrokeMark::erase}},
       kOfAttribute{{"It is here", StrokeMark::person}, {"Erase strokes", StrokeMark::erase}};
   const bool attribute = snapshot.masks.attributes.on;
-  const Marks& kMarks = attribute ? kOfAttribute : kOfMask;
+  const Marks& marks = attribute ? kOfAttribute : kOfMask;
   if (attribute && sight.mark == StrokeMark::background) sight.mark = StrokeMark::person;
   ImGui::PushFont(theme().fonts.strong);
   ImGui::TextUnformatted("Brush");
   ImGui::PopFont();
-  for (const auto& [words, mark] : kMarks) {
+  for (const auto& [words, mark] : marks) {
     if (choice(words, sight.mark == mark)) sight.mark = mark;
     const ImVec2 low = ImGui::GetItemRectMin(), high = ImGui::GetItemRectMax();
     const ImVec2 centre{high.x + px(14), 0.5f * (low.y + high.y)};
