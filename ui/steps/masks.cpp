@@ -227,7 +227,7 @@ void draw_attributes(const Snapshot& snapshot, MaskSight& sight, Requests& reque
     if (choice(attribute.name.c_str(), chosen)) requests.masks.attributes.name = attribute.name;
     std::string frames;
     for (const AttributeAnnotation& one : attribute.annotations)
-      frames += fmt::format("{}frame {}: {:.2f}", frames.empty() ? "" : ", ", one.frame, one.value);
+      frames += fmt::format("{}frame {}: {:.2g}", frames.empty() ? "" : ", ", one.frame, one.value);
     faint_text(frames);
     if (chosen && plain_button(fmt::format("Delete {}", attribute.name).c_str(), !snapshot.situation.running))
       requests.masks.attributes.remove = attribute.name;
@@ -235,7 +235,7 @@ void draw_attributes(const Snapshot& snapshot, MaskSight& sight, Requests& reque
   }
   if (!listed) faint_text(fmt::format("'{}' is not painted on any frame yet.", view.name));
   ImGui::SetNextItemWidth(std::min(px(180), 0.6f * ImGui::GetContentRegionAvail().x));
-  ImGui::InputTextWithHint("##attribute name", "a name, such as cheek puff", sight.name.data(),
+  ImGui::InputTextWithHint("##attribute name", "such as: cheek puff", sight.name.data(),
                            sight.name.size());
   note_widget("attribute name");
   ImGui::SameLine(0, px(8));
