@@ -108,7 +108,7 @@ int remove(const AttributeArguments& a) {
         Error{ErrorCode::not_found,
               a.frame < 0 ? fmt::format("There is no attribute '{}'.", a.name)
                           : fmt::format("'{}' was not painted on frame {}.", a.name, a.frame),
-              fmt::format("See what there is: likeness attribute {} list", a.project.string()), ""});
+              fmt::format("See what there is: likeness attribute list {}", a.project.string()), ""});
   if (const auto saved = save_project_attributes(*project, *attributes); !saved)
     return report_failure(saved.error());
   return done(a, fmt::format("'{}' was taken back.", a.name));
@@ -152,7 +152,7 @@ Result<std::vector<FoundAttribute>> find_now(const AttributeArguments& a, const 
     return Error{
         ErrorCode::not_found,
         a.name.empty() ? "No attributes were painted." : fmt::format("There is no attribute '{}'.", a.name),
-        "Paint one: likeness attribute PROJECT add NAME --frame N --value V --region FILE.png", ""};
+        "Paint one: likeness attribute add PROJECT NAME --frame N --value V --region FILE.png", ""};
   const auto model = project_head_model(project->options);
   if (!model) return model.error();
   const auto set = load_training_set(*project, *model);
@@ -200,10 +200,13 @@ void add_attribute_command(CLI::App& program, int& exit_code) {
       program.add_subcommand("attribute",
                              "Paint what no expression carries - a puffed cheek, a dimple - on a few frames; "
                              "the next training makes a slider of it");
-  verb->add_option("project", a->project, "Project folder")->required();
   verb->require_subcommand(1);
+  const auto add_project = [&a](CLI::App* of) {
+    of->add_option("project", a->project, "Project folder")->required();
+  };
 
   CLI::App* add_verb = verb->add_subcommand("add", "Say how much of it a frame shows, and where");
+  add_project(add_verb);
   add_verb->add_option("name", a->name, "Its name, as the slider's")->required();
   add_verb->add_option("--frame", a->frame, "Number of the frame in the clip")
       ->required()
@@ -221,17 +224,20 @@ void add_attribute_command(CLI::App& program, int& exit_code) {
   add_verb->callback([a, &exit_code] { exit_code = add(*a); });
 
   CLI::App* remove_verb = verb->add_subcommand("remove", "Take it back, on one frame or altogether");
+  add_project(remove_verb);
   remove_verb->add_option("name", a->name, "Its name")->required();
   remove_verb->add_option("--frame", a->frame, "Only this frame")->check(CLI::NonNegativeNumber);
   add_common_options(*remove_verb, a->common);
   remove_verb->callback([a, &exit_code] { exit_code = remove(*a); });
 
   CLI::App* list_verb = verb->add_subcommand("list", "What was painted");
+  add_project(list_verb);
   add_common_options(*list_verb, a->common);
   list_verb->callback([a, &exit_code] { exit_code = list(*a); });
 
   CLI::App* values_verb =
       verb->add_subcommand("values", "How much of it every tracked frame shows, as a training would take it");
+  add_project(values_verb);
   values_verb->add_option("name", a->name, "Only this one");
   add_common_options(*values_verb, a->common);
   values_verb->callback([a, &exit_code] { exit_code = values(*a); });

@@ -91,7 +91,7 @@ std::vector<Eigen::VectorXf> asides_of(const Frames& frames, const TrainingSet& 
 Error too_little(const PaintedAttribute& attribute, const std::string& what) {
   return {ErrorCode::bad_input, fmt::format("The attribute '{}' cannot be learnt: {}.", attribute.name, what),
           fmt::format("Paint it on more training frames, some that show it and some that do not, or take it "
-                      "out: likeness attribute PROJECT remove \"{}\"",
+                      "out: likeness attribute remove PROJECT \"{}\"",
                       attribute.name),
           "attributes.json"};
 }

@@ -29,7 +29,7 @@ float corrected(float rate, std::uint64_t step) {
 // The kernels give every sample of a picture the same condition.
 Error painted_attributes() {
   return {ErrorCode::bad_input, "Attributes that were painted are computed by the processor only.",
-          "Use --backend cpu, or train without them (likeness attribute PROJECT remove NAME).",
+          "Use --backend cpu, or train without them (likeness attribute remove PROJECT NAME).",
           "CUDA, attributes"};
 }
 

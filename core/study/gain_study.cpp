@@ -310,7 +310,7 @@ Result<std::vector<GainVariant>> chosen_variants(const std::vector<std::string>&
     }
     if (found->attributes && !has_attributes)
       return Error{ErrorCode::not_found, "The project has no painted attributes.",
-                   "Paint one: likeness attribute PROJECT add NAME ...", "attributes.json"};
+                   "Paint one: likeness attribute add PROJECT NAME ...", "attributes.json"};
     chosen.push_back(*found);
   }
   return chosen;

@@ -51,8 +51,9 @@ class AttributeCommand : public testing::Test {
   static void TearDownTestSuite() { fs::remove_all(root_); }
 
   static ProgramResult add(int frame, double value, std::vector<std::string> region) {
-    std::vector<std::string> command{"attribute", project_.string(),     "add",     "cheek puff",
-                                     "--frame",   std::to_string(frame), "--value", std::to_string(value)};
+    std::vector<std::string> command{
+        "attribute",           "add",     project_.string(),    "cheek puff", "--frame",
+        std::to_string(frame), "--value", std::to_string(value)};
     command.insert(command.end(), region.begin(), region.end());
     return likeness(command);
   }
@@ -77,9 +78,9 @@ TEST_F(AttributeCommand, SaysWhatCannotBePainted) {
   Image8 small(10, 10, 1, 255);
   ASSERT_TRUE(write_image(root_ / "small.png", small).ok());
   EXPECT_NE(why(add(5, 1, {"--region", (root_ / "small.png").string()})).find("10 x 10"), std::string::npos);
-  EXPECT_NE(why(likeness({"attribute", project_.string(), "remove", "cheek puff"})).find("no attribute"),
+  EXPECT_NE(why(likeness({"attribute", "remove", project_.string(), "cheek puff"})).find("no attribute"),
             std::string::npos);
-  EXPECT_NE(why(likeness({"attribute", project_.string(), "values"})).find("No attributes"),
+  EXPECT_NE(why(likeness({"attribute", "values", project_.string()})).find("No attributes"),
             std::string::npos);
   EXPECT_FALSE(fs::exists(project_ / "attributes.json"));
 }
@@ -98,11 +99,11 @@ TEST_F(AttributeCommand, AHabitIsPaintedFoundTrainedAndTakenBack) {
     painted += added.exit_code == 0;
   }
   ASSERT_GE(painted, 7);
-  const json list = ask({"attribute", project_.string(), "list", "--json"});
+  const json list = ask({"attribute", "list", project_.string(), "--json"});
   EXPECT_EQ(list.at("attributes")[0].at("annotations").size(), std::size_t(painted));
 
   // -- Amounts against the truth, of frames nobody painted on.
-  const json values = ask({"attribute", project_.string(), "values", "--json"}).at("attributes")[0];
+  const json values = ask({"attribute", "values", project_.string(), "--json"}).at("attributes")[0];
   std::vector<double> found, truth;
   for (std::size_t i = 0; i < values.at("frames").size(); ++i) {
     found.push_back(values.at("values")[i]);
@@ -142,7 +143,7 @@ TEST_F(AttributeCommand, AHabitIsPaintedFoundTrainedAndTakenBack) {
   EXPECT_NE(driven.err.find("cheek puff"), std::string::npos) << driven.err;
 
   // -- Taken back, the project is as it was.
-  ASSERT_EQ(likeness({"attribute", project_.string(), "remove", "cheek puff"}).exit_code, 0);
+  ASSERT_EQ(likeness({"attribute", "remove", project_.string(), "cheek puff"}).exit_code, 0);
   EXPECT_FALSE(fs::exists(project_ / "attributes.json"));
 }
 
