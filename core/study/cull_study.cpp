@@ -175,14 +175,14 @@ void add_culled(const CullScene& scene, const OccupancyGrid& trained, const Lear
 
 namespace {
 
-// The conditions of views as one array of rows.
+// The conditions of views as one array of rows, painted attributes at rest.
 struct Conditions {
-  const ConditionMap& map;
+  const Avatar& avatar;
   std::vector<float> rows;
   std::int32_t count = 0;
 
   std::int32_t add(const Articulation& articulation) {
-    const Eigen::VectorXf psi = condition(map, articulation);
+    const Eigen::VectorXf psi = condition(avatar.condition, articulation, avatar.attributes, {});
     rows.insert(rows.end(), psi.begin(), psi.end());
     return count++;
   }
@@ -256,7 +256,7 @@ Result<CullStudy> study_culling(const Project& project, int frames, const Progre
   // -- The training's views, the face at rest, and the density of all.
   const Volumes volumes = make_volumes(*set, rig.shape);
   const FieldCube& cube = volumes.head.cube;
-  Conditions conditions{avatar.condition, {}};
+  Conditions conditions{avatar, {}};
   const std::span<const TrainingView> own = own_views(*set);
   std::vector<WarpLattice> lattices(own.size());
   std::vector<NeckBend> necks(avatar.neck.empty() ? 0 : own.size());
@@ -269,10 +269,13 @@ Result<CullStudy> study_culling(const Project& project, int frames, const Progre
   });
   for (const TrainingView& view : own) conditions.add(view.articulation);
   conditions.add(avatar.neutral);
-  const CullScene scene{
-      volumes.head, lattices, necks, [&](const FieldSamples& at, std::vector<float>& sigma) {
-        evaluate_density(avatar.head.field, at.inputs(conditions.rows.data(), nullptr), sigma);
-      }};
+  const CullScene scene{volumes.head, lattices, necks,
+                        [&](const FieldSamples& at, std::vector<float>& sigma) {
+                          const std::vector<float> weights(avatar.attributes.size() * at.count(), 0.f);
+                          FieldInputs inputs = at.inputs(conditions.rows.data(), nullptr);
+                          if (!weights.empty()) inputs.local = weights.data();
+                          evaluate_density(avatar.head.field, inputs, sigma);
+                        }};
   if (stop.stop_requested()) return cancelled_error();
   progress.report(0.1, "looking into the cells");
   const LearntCells cells = learn_cells(scene, kLooks, avatar.seed);
