@@ -1,0 +1,1 @@
+// CMake precompiles headers for targets with a source only.
