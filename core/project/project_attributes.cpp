@@ -351,15 +351,17 @@ Result<std::vector<AttributeCourse>> read_attribute_values(const fs::path& path)
   }
 }
 
+float amount_at(const AttributeCourse& course, int frame) {
+  const auto at = std::ranges::lower_bound(course.frames, frame);
+  return at != course.frames.end() && *at == frame ? course.values[std::size_t(at - course.frames.begin())]
+                                                   : 0;
+}
+
 std::vector<float> frame_amounts(const Avatar& avatar, std::span<const AttributeCourse> courses, int frame) {
   std::vector<float> amounts(avatar.attributes.size(), 0.f);
   for (std::size_t a = 0; a < amounts.size(); ++a)
-    for (const AttributeCourse& course : courses) {
-      if (course.name != avatar.attributes[a].name) continue;
-      const auto at = std::ranges::lower_bound(course.frames, frame);
-      if (at != course.frames.end() && *at == frame)
-        amounts[a] = course.values[std::size_t(at - course.frames.begin())];
-    }
+    for (const AttributeCourse& course : courses)
+      if (course.name == avatar.attributes[a].name) amounts[a] = amount_at(course, frame);
   return amounts;
 }
 

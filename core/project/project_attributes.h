@@ -73,6 +73,9 @@ Result<void> write_attribute_values(const std::filesystem::path& path,
                                     std::span<const AttributeCourse> courses);
 Result<std::vector<AttributeCourse>> read_attribute_values(const std::filesystem::path& path);
 
+// 0 where the course has no such frame.
+float amount_at(const AttributeCourse& course, int frame);
+
 // The amounts of an avatar's attributes in a frame of its project, in the avatar's order; empty for an avatar
 // without any. 0 where the frame has none.
 std::vector<float> frame_amounts(const Avatar& avatar, std::span<const AttributeCourse> courses, int frame);

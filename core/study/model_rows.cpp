@@ -19,6 +19,11 @@ const std::vector<ModelSpec>& study_models() {
        .mode = hyper,
        .once = true},
       {.name = "warp-mlp", .about = "RigNeRF-like", .kind = mlp, .mode = warp, .once = true},
+      {.name = "painted-grid",
+       .about = "CoNeRF-like: a slice chosen by painted attributes alone",
+       .mode = hyper,
+       .painted = true,
+       .change = [](TrainOptions& o) { o.use_expression = false; }},
       {.name = "moved-picture",
        .about = "FOMM-like: one picture moved by landmarks",
        .kind = moved,
@@ -66,8 +71,8 @@ const std::vector<StudyTable>& study_tables() {
        "All trained for the same time. grid: hash grids; mlp: positional encoding and perceptrons of 8 x 256 "
        "with "
        "a coarse and a fine pass of 32 samples.",
-       {"moved-picture", "concat-mlp", "hyper-mlp", "warp-mlp", "static-grid", "concat-grid", "hyper-grid",
-        "warp-grid", kDefaultModel}},
+       {"moved-picture", "concat-mlp", "hyper-mlp", "warp-mlp", "painted-grid", "static-grid", "concat-grid",
+        "hyper-grid", "warp-grid", kDefaultModel}},
       {"time",
        "Time to quality",
        "The baseline that the papers compare with is given forty times the time; ours a quarter of it to "

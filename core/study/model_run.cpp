@@ -27,7 +27,8 @@ constexpr std::size_t kTimedFrames = 3;
 
 double worked() { return clock_seconds(WorkClock::processor); }
 
-using Paint = std::function<Image(const Camera&, const AvatarPose&)>;  // premultiplied
+using Paint =
+    std::function<Image(const Camera&, const HeldOutFrame&)>;  // premultiplied, as the frame poses it
 
 struct PaintedFrames {
   std::vector<FrameScore> scores;
@@ -47,7 +48,7 @@ PaintedFrames paint_frames(const StudyBench& bench, const std::vector<std::size_
     const HeldOutFrame& frame = bench.clip.held_out[bench.measured[i]];
     const auto before = processor_joules();
     const double start = worked();
-    const Image rgba = paint(frame.camera, frame.pose);
+    const Image rgba = paint(frame.camera, frame);
     out.seconds += worked() - start;
     const auto after = processor_joules();
     if (before && after && *after >= *before) out.joules = joules += *after - *before;
@@ -88,7 +89,7 @@ std::vector<SizeCost> time_sizes(const StudyBench& bench, std::vector<int> sizes
       if (stop.stop_requested()) break;
       const HeldOutFrame& frame = bench.clip.held_out[bench.measured[i]];
       const double start = worked();
-      (void)paint(resized(frame.camera, size), frame.pose);
+      (void)paint(resized(frame.camera, size), frame);
       seconds += worked() - start;
     }
     costs.push_back({size, seconds / double(chosen.size())});
@@ -165,7 +166,9 @@ class MarkPlan {
 };
 
 Paint paint_with(const Avatar& avatar, const AvatarRig& rig, const RenderOptions& options) {
-  return [&avatar, &rig, options](const Camera& camera, const AvatarPose& pose) {
+  return [&avatar, &rig, options](const Camera& camera, const HeldOutFrame& frame) {
+    AvatarPose pose = frame.pose;
+    if (!avatar.attributes.empty()) pose.attributes = frame.amounts;
     return render_frame(avatar, camera, pose_avatar(rig, pose), options).rgba;
   };
 }
@@ -173,8 +176,8 @@ Paint paint_with(const Avatar& avatar, const AvatarRig& rig) {
   return paint_with(avatar, rig, render_options(RenderQuality::final));
 }
 Paint paint_with(const NerfAvatar& avatar, const AvatarRig& rig) {
-  return [&](const Camera& camera, const AvatarPose& pose) {
-    return render_nerf(avatar, camera, pose_avatar(rig, pose));
+  return [&](const Camera& camera, const HeldOutFrame& frame) {
+    return render_nerf(avatar, camera, pose_avatar(rig, frame.pose));
   };
 }
 
@@ -221,8 +224,8 @@ Result<void> time_baked(const StudyBench& bench, const Avatar& avatar, const Ava
                                    progress.stage(double(k) * part, double(k + 1) * part, "stored"), stop);
     if (!baked) return baked.error();
     for (const RenderSetting& setting : quality_ladder()) {
-      const Paint paint = [&](const Camera& camera, const AvatarPose& pose) {
-        return render_baked(*baked, camera, pose_avatar(rig, pose), setting.options).rgba;
+      const Paint paint = [&](const Camera& camera, const HeldOutFrame& frame) {
+        return render_baked(*baked, camera, pose_avatar(rig, frame.pose), setting.options).rgba;
       };
       costs.push_back(cost_of(bench, fmt::format("baked, {} cells, {}", cells[k], setting.name), paint,
                               stored_bytes(*baked), stop));
@@ -257,19 +260,22 @@ std::vector<PictureCost> time_qualities(const StudyBench& bench, const Avatar& a
   return costs;
 }
 
-TrainingSet thinned(const TrainingSet& set, const ModelSpec& spec) {
+TrainingSet thinned(const StudyBench& bench, const ModelSpec& spec) {
+  const TrainingSet& set = bench.clip.set;
   TrainingSet some = set;
+  if (spec.painted) take_attributes(bench.attributes, some);
   if (spec.keep_every <= 1) return some;
-  some.views.clear();
+  std::vector<TrainingView> kept;
   for (std::size_t v = 0; v < set.views.size(); v += std::size_t(spec.keep_every))
-    some.views.push_back(set.views[v]);
+    kept.push_back(some.views[v]);
+  some.views = std::move(kept);
   return some;
 }
 
 Result<ModelScore> run_grid(const StudyBench& bench, const ModelSpec& spec, std::uint64_t seed,
                             std::uint64_t steps, const Progress& progress, std::stop_token stop) {
   TrainOptions options;
-  TrainingSet set = thinned(bench.clip.set, spec);
+  TrainingSet set = thinned(bench, spec);
   ChosenParts parts = chosen_parts(bench, spec.mode);
   if (spec.parts != nullptr) spec.parts(parts);
   apply_parts(parts, set, options);
@@ -354,8 +360,8 @@ Result<ModelScore> run_moved(const StudyBench& bench, const ModelSpec& spec, std
   if (stop.stop_requested()) return cancelled_error();
   const double start = worked();
   const LandmarkWarp warp = make_landmark_warp(bench.clip.set);
-  const Paint paint = [&](const Camera& camera, const AvatarPose& pose) {
-    return render_landmark_warp(warp, bench.clip.set.model, camera, pose);
+  const Paint paint = [&](const Camera& camera, const HeldOutFrame& frame) {
+    return render_landmark_warp(warp, bench.clip.set.model, camera, frame.pose);
   };
   return score_model(bench, spec, paint, {seed, 0, worked() - start}, {}, stop);
 }

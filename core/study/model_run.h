@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <optional>
 
+#include "core/project/project_attributes.h"
 #include "core/study/model_study.h"
 #include "core/study/perceptual_network.h"
 #include "core/study/sized_clip.h"
@@ -19,6 +20,8 @@ struct StudyBench {
   int full_size = 0;  // px: of the project
   FaceDetector detector;
   std::optional<PerceptualNetwork> perceptual;
+  std::vector<FoundAttribute> attributes;  // of a model that is told of them; otherwise not looked for
+  std::string painted;                     // hash of what the user painted of them; empty: nothing
   std::vector<std::size_t> measured;       // of clip.held_out
   std::vector<std::size_t> marked, shown;  // of `measured`
 };

@@ -13,10 +13,12 @@
 #include "core/baseline/sparse_voxels.h"
 #include "core/capture/capture.h"
 #include "core/image/files.h"
+#include "core/project/project_views.h"
 #include "core/study/finished_rows.h"
 #include "core/study/model_report.h"
 #include "core/study/model_run.h"
 #include "core/study/study_forecast.h"
+#include "core/study/track_annotations.h"
 
 namespace likeness {
 namespace {
@@ -111,8 +113,8 @@ Result<ModelScore> finished_model(const StudyBench& bench, const ModelSpec& spec
                                   const Progress& progress, std::stop_token stop) {
   const ModelStudyOptions& o = bench.options;
   const std::string asked = asked_training(o, spec, seed);
-  const std::string content =
-      hash_text(fmt::format("{} {} {}", bench.clip.content, bench.measured.size(), asked));
+  std::string content = hash_text(fmt::format("{} {} {}", bench.clip.content, bench.measured.size(), asked));
+  if (spec.painted) content = hash_text(content + bench.painted);
   const fs::path path = training_path(bench.folder, spec, seed);
   if (auto done = read_score(path, content)) return *done;
   auto score = run_model(bench, spec, seed, asked_steps(o, spec, seed), progress, stop);
@@ -138,6 +140,38 @@ Result<void> check_names(const std::vector<std::string>& asked, const std::vecto
   return {};
 }
 
+// The attributes of the clip at its full size, whose amounts the held-out frames are given; those that cannot
+// be learnt are left out if nobody painted them.
+Result<void> find_painted(const Project& project, StudyBench& bench, const Progress& progress,
+                          std::stop_token stop) {
+  Project one = project;
+  one.further_clips.clear();  // as the sized clip
+  auto set = load_training_set(one, bench.clip.set.model);
+  if (!set) return set.error();
+  const auto painted = read_project_attributes(project);
+  if (!painted) return painted.error();
+  bench.painted = attributes_hash(project);
+  if (!painted->empty()) {
+    auto found = find_attributes(one, *painted, *set, progress, stop);
+    if (!found) return found.error();
+    bench.attributes = std::move(*found);
+  } else {
+    const auto capture = read_capture(capture_path(project));
+    if (!capture) return capture.error();
+    for (const PaintedAttribute& attribute : annotate_from_track(*set, *capture)) {
+      auto found = find_attributes(one, {attribute}, *set, progress, stop);
+      if (found)
+        bench.attributes.push_back(std::move(found->front()));
+      else if (found.error().code == ErrorCode::cancelled)
+        return found.error();
+    }
+  }
+  for (HeldOutFrame& frame : bench.clip.held_out)
+    for (const FoundAttribute& attribute : bench.attributes)
+      frame.amounts.push_back(amount_at(attribute.course, frame.frame));
+  return {};
+}
+
 Result<StudyBench> prepare(const Project& project, const fs::path& folder, const ModelStudyOptions& options) {
   const auto capture = read_capture(capture_path(project));
   if (!capture) return capture.error();
@@ -153,8 +187,7 @@ Result<StudyBench> prepare(const Project& project, const fs::path& folder, const
   }
   if (const auto made = make_writable_folder(folder); !made) return made.error();
   StudyBench bench{
-      options, folder, std::move(*clip), capture->size, std::move(*detector), std::move(perceptual), {},
-      {},      {}};
+      options, folder, std::move(*clip), capture->size, std::move(*detector), std::move(perceptual)};
   bench.measured = evenly_chosen(bench.clip.held_out.size(), std::size_t(options.frames));
   bench.marked = evenly_chosen(bench.measured.size(), std::min(kMarkFrames, bench.measured.size()));
   bench.shown = evenly_chosen(bench.measured.size(), std::min(kShownFrames, bench.measured.size()));
@@ -222,7 +255,7 @@ Result<ModelStudy> study_models_of(const Project& project, const fs::path& folde
   if (models.empty())
     return Error{ErrorCode::bad_input, "None of these models stands in these tables.",
                  "Leave out --tables or --models.", ""};
-  const auto bench = prepare(project, folder, options);
+  auto bench = prepare(project, folder, options);
   if (!bench) return bench.error();
   study.clip = project.options.video.filename().string();
   study.size = bench->clip.set.size, study.full_size = bench->full_size;
@@ -244,6 +277,11 @@ Result<ModelStudy> study_models_of(const Project& project, const fs::path& folde
     for (int k = 0; k < trainings(spec); ++k) all += training_work(spec, options, k == 0);
   for (const ModelSpec& spec : models) {
     ModelRow& row = study.rows.emplace_back(ModelRow{spec, {}, {}});
+    if (spec.painted)
+      if (const auto found =
+              find_painted(project, *bench, progress.stage(done / all, done / all, spec.name), stop);
+          !found)
+        return found.error();
     for (int k = 0; k < trainings(spec); ++k) {
       const double after = done + training_work(spec, options, k == 0);
       const auto score =

@@ -40,6 +40,9 @@ struct ModelSpec {
   double share = 1;    // of the study's seconds
   bool once = false;   // the first seed alone
   int keep_every = 1;  // of the training frames: 10 leaves a tenth
+  // Of a grid: told of painted attributes instead of the track's expression; of those that the track would
+  // have been painted with (track_annotations.h) where nobody painted any.
+  bool painted = false;
   bool costs = false;  // its pictures are also timed at other sizes and, of a grid, other qualities
   // Of a grid, what is changed of the parts that the trainer chooses for the capture and of its options.
   void (*parts)(ChosenParts& parts) = nullptr;

@@ -20,6 +20,7 @@ struct HeldOutFrame {
   Image8 truth;
   Image8 plate;  // empty where the background is not known
   Regions regions;
+  std::vector<float> amounts{};  // of the attributes of a model that knows these; empty: none
 };
 
 struct SizedClip {

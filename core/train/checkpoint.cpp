@@ -131,6 +131,7 @@ std::string training_fingerprint(const TrainingSet& set, const TrainOptions& opt
   if (options.landmark_weight > 0) text += fmt::format("landmarks {}\n", options.landmark_weight);
   // Only where they differ: earlier checkpoints go on.
   if (!options.use_gaze) text += "no gaze\n";
+  if (!options.use_expression) text += "no expression\n";
   if (const FieldSizes& s = options.sizes; s != FieldSizes{})
     text += fmt::format("sizes {} {} {} {} {}\n", s.head_log2_entries, s.head_finest, s.torso_log2_entries,
                         s.torso_finest, s.code_length);

@@ -95,7 +95,8 @@ struct TrainOptions {
   // (canonical_cells.h) instead of where the training's poses have the face. For studies: the avatar that
   // comes of it has the usual grid. The processor casts the rays.
   bool canonical_occupancy = false;
-  bool use_gaze = true;  // the field is told where the eyes look
+  bool use_gaze = true;        // the field is told where the eyes look
+  bool use_expression = true;  // and what the face does; otherwise painted attributes alone
   FieldSizes sizes;
   float even_samples = kEvenShare;  // share of them spread evenly along a ray (place_samples)
   bool use_still = true;            // where no expression moves anything the field knows none (still_cells.h)

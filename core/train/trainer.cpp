@@ -363,7 +363,7 @@ Result<Avatar> train_avatar(const TrainingSet& set, const TrainOptions& options,
   std::vector<Articulation> articulations;
   for (const TrainingView& view : set.views) articulations.push_back(view.articulation);
   const ModeParts parts = mode_parts(options.mode);
-  ConditionOptions told = parts.expression ? ConditionOptions{} : kNoCondition;
+  ConditionOptions told = parts.expression && options.use_expression ? ConditionOptions{} : kNoCondition;
   told.gaze &= options.use_gaze;
   const ConditionMap map = learn_condition_map(set.model, shape, articulations, told);
   Volumes volumes = make_volumes(set, shape);

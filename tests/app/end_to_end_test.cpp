@@ -121,16 +121,17 @@ TEST_F(EndToEnd, TheAvatarResemblesFramesItNeverSaw) {
 TEST_F(EndToEnd, TheModelsStandSideBySideAreTrainedOnceAndCanBeTrainedAgain) {
   const fs::path out = folder_ / "models", again = folder_ / "models again";
   const auto command = [&](const fs::path& to, const std::vector<std::string>& how) {
-    std::vector<std::string> all{"study",       (folder_ / "p.likeness").string(),
-                                 "--out",       to.string(),
-                                 "--models",    "moved-picture",
-                                 "concat-grid", "warp+hyper-grid",
-                                 "concat-mlp",  "--rays",
-                                 "512",         "--size",
-                                 "32",          "--frames",
-                                 "2",           "--seeds",
-                                 "1",           "--baked-cells",
-                                 "24",          "--json"};
+    std::vector<std::string> all{"study",         (folder_ / "p.likeness").string(),
+                                 "--out",         to.string(),
+                                 "--models",      "moved-picture",
+                                 "concat-grid",   "warp+hyper-grid",
+                                 "concat-mlp",    "painted-grid",
+                                 "--rays",        "512",
+                                 "--size",        "32",
+                                 "--frames",      "2",
+                                 "--seeds",       "1",
+                                 "--baked-cells", "24",
+                                 "--json"};
     all.insert(all.end(), how.begin(), how.end());
     return likeness(all);
   };
@@ -138,7 +139,7 @@ TEST_F(EndToEnd, TheModelsStandSideBySideAreTrainedOnceAndCanBeTrainedAgain) {
   const ProgramResult first = command(out, steps);
   ASSERT_EQ(first.exit_code, 0) << first.err;
   const json table = json::parse(first.out);
-  ASSERT_EQ(table.at("rows").size(), 4u);
+  ASSERT_EQ(table.at("rows").size(), 5u);
   for (const json& row : table.at("rows")) {
     const json& score = row.at("scores").at(0);
     EXPECT_EQ(score.at("steps"), row.at("kind") == "grid" ? 8 : row.at("kind") == "mlp" ? 2 : 0);
@@ -171,7 +172,7 @@ TEST_F(EndToEnd, TheModelsStandSideBySideAreTrainedOnceAndCanBeTrainedAgain) {
   const ProgramResult replayed = command(again, {"--replay", (out / "results.json").string()});
   ASSERT_EQ(replayed.exit_code, 0) << replayed.err;
   const json repeated = json::parse(replayed.out);
-  for (std::size_t r = 0; r < 4; ++r)
+  for (std::size_t r = 0; r < 5; ++r)
     for (const char* figure : {"steps", "psnr_head_db", "psnr_person_db", "ssim", "face_mse"})
       EXPECT_EQ(repeated.at("rows").at(r).at("scores").at(0).at(figure),
                 table.at("rows").at(r).at("scores").at(0).at(figure))
