@@ -40,10 +40,12 @@ void print_rows(const ModelStudy& study, const std::filesystem::path& folder) {
                  s.seed, number(s.psnr_db, 2), number(s.psnr_person_db, 2), number(s.psnr_head_db, 2),
                  number(s.psnr_face_db, 2), number(s.ssim, 4), number(s.landmark_error_px, 2),
                  s.frame_seconds, s.train_seconds, s.steps);
+  for (const ModelRow& row : study.rows)
+    if (!row.failed.empty()) fmt::print("{:<16} not trained: {}\n", row.spec.name, row.failed);
   if (const auto r = study_ratios(study)) {
     fmt::print(
-        "head {:.2f} dB; the baseline {:.2f} after {:.0f} times the time, {:.2f} less after the same\n",
-        r->ours_db, r->baseline_db, kBaselineShare, r->equal_time_db);
+        "head {:.2f} dB; the baseline {:.2f} after {:.0f} times the time, {:.2f} less after {:.0f} s\n",
+        r->ours_db, r->baseline_db, r->times_longer, r->equal_time_db, r->equal_seconds);
     if (!r->sooner.empty())
       fmt::print("its long training is reached by {} in 1/{:.1f} of its time\n", r->sooner, r->times_sooner);
     fmt::print("a picture takes 1/{:.1f} of its time", r->times_faster);

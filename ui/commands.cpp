@@ -18,8 +18,8 @@ bool idle(S s) { return !s.running && !s.exporting && !s.recording && !s.studyin
 bool directing(S s) { return s.directing && s.avatar; }
 bool stepping(S s) { return directing(s) || s.masking; }
 bool chosen(S s) { return directing(s) && s.keys_chosen; }
-bool can_drive(S s) { return directing(s) && s.consent && !s.driven; }
-bool can_export(S s) { return s.avatar && s.consent && (!s.running || s.paused); }
+bool can_drive(S s) { return directing(s) && s.consent && !s.driven && !s.studying; }
+bool can_export(S s) { return s.avatar && s.consent && (!s.running || s.paused) && !s.studying; }
 
 constexpr CommandInfo kTable[] = {
     {Command::open_clip, Menu::file, "Open a clip...", "Ctrl+N", idle},
@@ -87,7 +87,8 @@ constexpr CommandInfo kTable[] = {
     {Command::record_drive, Menu::avatar, "Record the drive", "Ctrl+Shift+E", [](S s) { return s.driven; }},
     {Command::stop_driving, Menu::avatar, "Stop driving", "Ctrl+Shift+X", [](S s) { return s.driven; }},
     {Command::check_clip, Menu::avatar, "Check the clip", "Ctrl+K",
-     [](S s) { return s.project && s.can_check && s.consent && !s.running && !s.checking; }, true},
+     [](S s) { return s.project && s.can_check && s.consent && !s.running && !s.checking && !s.studying; },
+     true},
     {Command::make_avatar, Menu::avatar, "Make the avatar", "Ctrl+Enter",
      [](S s) { return s.project && s.clip_there && s.consent && !s.running && !s.finished && !s.studying; }},
     {Command::pause, Menu::avatar, "Pause", "Ctrl+P", [](S s) { return s.running && !s.paused; }},
@@ -98,7 +99,10 @@ constexpr CommandInfo kTable[] = {
      [](S s) { return s.project && s.finished && s.consent && !s.running && !s.studying; }},
     {Command::compare_methods, Menu::avatar, "Compare with other methods...", "", with_project, true},
     {Command::start_study, Menu::avatar, "Start the comparison", "",
-     [](S s) { return s.can_study && s.consent && !s.running && !s.studying; }},
+     [](S s) {  // its times are those of the whole program
+       return s.can_study && s.consent && !s.running && !s.studying && !s.exporting && !s.checking &&
+              !s.driven;
+     }},
     {Command::stop_study, Menu::avatar, "Stop the comparison", "", [](S s) { return s.studying; }},
     {Command::show_study, Menu::avatar, "Show the comparison's folder", "", [](S s) { return s.studied; }},
     {Command::export_still, Menu::avatar, "Export a still", "Ctrl+E", can_export, true},

@@ -21,12 +21,11 @@ constexpr Stage kNeeded[] = {Stage::import, Stage::align, Stage::fit, Stage::mat
 
 // What keeps a project from being studied, in words with what to do; empty: nothing.
 std::string missing_words(const ProjectContents& contents) {
-  if (!std::ranges::all_of(kNeeded, [&](Stage s) { return contents.is_current(s); }))
-    return "There is nothing to compare yet. Make the avatar first: every method learns from the same "
-           "pictures, "
-           "track and masks.";
   if (std::ranges::any_of(kNeeded, [&](Stage s) { return contents.is_stale(s); }))
     return "The track or the masks are older than what you chose since. Make the avatar again first.";
+  if (!std::ranges::all_of(kNeeded, [&](Stage s) { return contents.is_current(s); }))
+    return "There is nothing to compare yet. Make the avatar first: every method learns from the same "
+           "pictures, track and masks.";
   return {};
 }
 
@@ -113,6 +112,7 @@ void Studio::take_study() {
     read_study();
     if (!study_open_) message_ = study_->status().outcome;
   }
+  if (now == JobState::failed && !study_open_ && study_->status().error) fail(*study_->status().error);
 }
 
 void Studio::forget_study() {

@@ -335,6 +335,9 @@ double loss_of_all(const DenseNetworkSpec& network, const std::vector<float>& pa
   return sum / double(rays.count());
 }
 
+constexpr std::size_t kMostLooks = 64;
+std::size_t looks_of(std::size_t poses) { return std::min(poses, kMostLooks); }
+
 FieldPart without_parameters(const FieldPart& part) {
   return {{part.field.config, {}}, part.cube, part.occupancy, part.core, part.opacity};
 }
@@ -352,28 +355,46 @@ Result<BakedAvatar> bake_avatar(const Avatar& avatar, const TrainingSet& set, co
   const double start = clock_seconds(WorkClock::processor);
   const auto conditions_count = std::size_t(avatar.condition.rows.rows());
 
+  // -- Where something is
+  const AvatarRig rig = make_rig(avatar, set.model);
+  const std::vector<AvatarPose> poses = corrected_poses(set, avatar.condition, {});
+  const RaySource source =
+      make_ray_source(set, poses, rig.shape, avatar.head.cube, avatar.torso ? &avatar.torso->cube : nullptr,
+                      rig.warps ? &rig.warp : nullptr, avatar.neck);
+  // Of training poses spread over the clip.
+  const auto spread = [&](FieldSamples& samples) {
+    for (std::int32_t& view : samples.view)
+      view = std::int32_t(std::size_t(view) * poses.size() / looks_of(poses.size()));
+  };
+  const OccupancyGrid head_cells =
+      moved_occupancy(avatar.head.occupancy, looks_of(poses.size()), [&](FieldSamples& samples) {
+        spread(samples);
+        warp_samples(source.warps, avatar.head.cube, samples);
+        straighten_samples(source.necks, samples);
+      });
+  if (stop.stop_requested()) return cancelled_error();
+
   // -- Density and colour
   const int given = avatar.head.field.config.geometry_features;
   const std::vector<float> middle(conditions_count, 0.f);  // psi of the training frames' mean
   progress.report(0, "storing the head");
   const ConditionedField head_field(avatar.head.field, middle, FieldPrecision::exact);
-  const SparseVoxels head = bake_voxels(options.head_resolution, 4, avatar.head.occupancy,
+  const SparseVoxels head = bake_voxels(options.head_resolution, 4, head_cells,
                                         source_of(head_field, seen_directions(set, options.views)));
   if (stop.stop_requested()) return cancelled_error();
   BakedAvatar baked;
   if (avatar.torso) {
     progress.report(0.3, "storing the torso");
     const ConditionedField torso_field(avatar.torso->field, {}, FieldPrecision::exact);
-    baked.torso = bake_voxels(options.torso_resolution, 4, avatar.torso->occupancy,
-                              source_of(torso_field, {Vec3f(0, 0, 1)}));
+    const OccupancyGrid cells =
+        moved_occupancy(avatar.torso->occupancy, looks_of(poses.size()), [&](FieldSamples& samples) {
+          spread(samples);
+          warp_samples(source.torsos, avatar.torso->cube, samples);
+        });
+    baked.torso = bake_voxels(options.torso_resolution, 4, cells, source_of(torso_field, {Vec3f(0, 0, 1)}));
   }
 
   // -- Training rays through them
-  const AvatarRig rig = make_rig(avatar, set.model);
-  const std::vector<AvatarPose> poses = corrected_poses(set, avatar.condition, {});
-  const RaySource source =
-      make_ray_source(set, poses, rig.shape, avatar.head.cube, avatar.torso ? &avatar.torso->cube : nullptr,
-                      rig.warps ? &rig.warp : nullptr, avatar.neck);
   Gathering gathering{source, avatar, head_field, {&head, baked.torso ? &*baked.torso : nullptr}, {}};
   gathering.volumes = march_volumes(avatar.head, avatar.torso ? &*avatar.torso : nullptr, source.necks);
   gathering.volumes.max_samples = options.samples;

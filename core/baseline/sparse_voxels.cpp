@@ -96,6 +96,44 @@ void interpolate(const SparseVoxels& voxels, const VoxelPlace& place, int count,
     for (int i = 0; i < count; ++i) out[i] += weights[k] * corners[k][i];
 }
 
+OccupancyGrid moved_occupancy(const OccupancyGrid& posed, std::size_t views,
+                              const std::function<void(FieldSamples& samples)>& move) {
+  const int n = posed.resolution;
+  if (n == 0) return posed;
+  FieldSamples places;  // eight of each occupied cell
+  for (int z = 0; z < 2 * n; ++z)
+    for (int y = 0; y < 2 * n; ++y)
+      for (int x = 0; x < 2 * n; ++x) {
+        if (!posed.occupied(x / 2, y / 2, z / 2)) continue;
+        const float half = 0.5f / float(n);
+        places.x.push_back(half * (float(x) + 0.5f));
+        places.y.push_back(half * (float(y) + 0.5f));
+        places.z.push_back(half * (float(z) + 0.5f));
+      }
+  const std::size_t count = places.x.size();
+  places.dx.assign(count, 0), places.dy.assign(count, 0), places.dz.assign(count, 1);
+  OccupancyGrid met = make_occupancy(n, false), moved = met;
+  for (std::size_t v = 0; v < views; ++v) {
+    FieldSamples there = places;
+    there.view.assign(count, std::int32_t(v));
+    move(there);
+    for (std::size_t i = 0; i < count; ++i) {
+      const auto cell = [n](float at) { return std::clamp(int(at * float(n)), 0, n - 1); };
+      set_occupied(met, cell(there.x[i]), cell(there.y[i]), cell(there.z[i]), true);
+    }
+  }
+  for (int z = 0; z < n; ++z)
+    for (int y = 0; y < n; ++y)
+      for (int x = 0; x < n; ++x) {
+        if (!met.occupied(x, y, z)) continue;
+        for (int w = std::max(0, z - 1); w <= std::min(n - 1, z + 1); ++w)
+          for (int v = std::max(0, y - 1); v <= std::min(n - 1, y + 1); ++v)
+            for (int u = std::max(0, x - 1); u <= std::min(n - 1, x + 1); ++u)
+              set_occupied(moved, u, v, w, true);
+      }
+  return moved;
+}
+
 SparseVoxels bake_voxels(int resolution, int channels, const OccupancyGrid& occupancy,
                          const VoxelSource& source, float least) {
   LIKENESS_CHECK(resolution > 0 && resolution % kVoxelBlock == 0 && channels > 0, "%d cells of %d channels",

@@ -46,6 +46,12 @@ struct VoxelSource {
   std::function<void(const FieldSamples& places, std::span<float> values)> values;
 };
 
+// Where what an occupied cell holds lies once it was moved: the cells of that place and their neighbours.
+// move: to the space that is stored, for view 0, 1, ...; a posed mouth's inside lies somewhere else there,
+// and so may whatever a deformation moves.
+OccupancyGrid moved_occupancy(const OccupancyGrid& posed, std::size_t views,
+                              const std::function<void(FieldSamples& samples)>& move);
+
 // A block is stored where it touches an occupied cell (an empty grid: all are) and where a cell of a node's
 // density takes more than `least` of the light.
 SparseVoxels bake_voxels(int resolution, int channels, const OccupancyGrid& occupancy,

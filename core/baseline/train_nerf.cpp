@@ -166,11 +166,7 @@ Result<void> run(Training& t, double start, const Progress& progress, std::stop_
                  const NerfTap& tap) {
   const auto clock = [&] { return clock_seconds(t.options.clock); };
   double held = 0, mean_loss = 0, step_seconds = 0, before = clock() - start;
-  const auto finished = [&] {
-    if (t.schedule.total_steps > 0 && t.step >= t.schedule.total_steps) return true;
-    return t.schedule.budget_s > 0 && before >= t.schedule.budget_s;
-  };
-  while (!finished()) {
+  while (!is_over(t.schedule, t.step, before)) {
     if (stop.stop_requested()) return cancelled_error();
     const double loss = training_step(t);
     if (!std::isfinite(loss))

@@ -15,7 +15,6 @@
 #include "core/image/files.h"
 #include "core/project/project_views.h"
 #include "core/project/run_stages.h"
-#include "core/train/attribute_region.h"
 #include "core/train/attribute_values.h"
 #include "core/train/capture_summary.h"
 #include "core/train/condition_map.h"
@@ -113,7 +112,7 @@ std::vector<Annotated> annotated_frames(const PaintedAttribute& attribute, const
 
 Result<FoundAttribute> find_attribute(const PaintedAttribute& attribute, const TrainingSet& set,
                                       const Frames& frames, const std::vector<Eigen::VectorXf>& asides,
-                                      std::span<const Vec3f> rest) {
+                                      std::span<const Vec3f> rest, const RegionOptions& region) {
   const std::vector<Annotated> annotated = annotated_frames(attribute, set);
   const auto value = [](const Annotated& a) { return a.annotation->value; };
   if (annotated.size() < 2)
@@ -133,12 +132,13 @@ Result<FoundAttribute> find_attribute(const PaintedAttribute& attribute, const T
         carry_paint(set.model, frames.posed[v], view.camera, view.world_from_head, cover.person);
     for (std::size_t i = 0; i < paint.size(); ++i) paint[i] = std::max(paint[i], carried[i]);
   }
-  const std::vector<float> distance = distance_to_paint(rest, paint), weights = soft_weights(distance);
+  const std::vector<float> distance = distance_to_paint(rest, paint),
+                           weights = soft_weights(distance, region);
   const LookPoints points = look_points(set.model, distance);
   if (points.region.empty() || points.around.empty())
     return too_little(attribute, "what was painted covers no part of the head, or all of it");
   FoundAttribute found;
-  found.region = make_region(attribute.name, set.model, rest, weights);
+  found.region = make_region(attribute.name, set.model, rest, weights, region);
 
   // -- The amounts
   std::vector<LookedFrame> looked(frames.all.size());
@@ -257,7 +257,7 @@ std::string course_words(const AttributeCourse& course) {
 
 Result<std::vector<FoundAttribute>> find_attributes(const Project& project, const PaintedAttributes& painted,
                                                     const TrainingSet& set, const Progress& progress,
-                                                    std::stop_token stop) {
+                                                    std::stop_token stop, const RegionOptions& region) {
   std::vector<FoundAttribute> found;
   if (painted.empty()) return found;
   if (painted.size() > std::size_t(kMostAttributes))
@@ -271,7 +271,7 @@ Result<std::vector<FoundAttribute>> find_attributes(const Project& project, cons
   for (std::size_t a = 0; a < painted.size(); ++a) {
     if (stop.stop_requested()) return cancelled_error();
     progress.report(double(a) / double(painted.size()), fmt::format("attribute {}", painted[a].name));
-    auto one = find_attribute(painted[a], set, *frames, asides, rest);
+    auto one = find_attribute(painted[a], set, *frames, asides, rest, region);
     if (!one) return one.error();
     found.push_back(std::move(*one));
   }

@@ -16,6 +16,7 @@
 #include "core/matte/attributes.h"
 #include "core/project/project.h"
 #include "core/render/avatar.h"
+#include "core/train/attribute_region.h"
 #include "core/train/train.h"
 
 namespace likeness {
@@ -62,7 +63,7 @@ struct FoundAttribute {
 // pixel meets the head.
 Result<std::vector<FoundAttribute>> find_attributes(const Project& project, const PaintedAttributes& painted,
                                                     const TrainingSet& set, const Progress& progress,
-                                                    std::stop_token stop);
+                                                    std::stop_token stop, const RegionOptions& region = {});
 // Gives the set its attributes and the views their amounts.
 void take_attributes(const std::vector<FoundAttribute>& found, TrainingSet& set);
 // Both, for whatever was painted in the project.

@@ -149,8 +149,10 @@ std::string hold_it(const std::vector<const ClipFrame*>& frames, const Avatar& a
   for (const ClipFrame* frame : frames) {
     if (!frame->tracked) continue;
     const Eigen::VectorXf shown = action_amounts(basis, frame->tracked->articulation) - rest;
-    for (Eigen::Index a = 0; a < shown.size(); ++a)
-      amounts[without_side(basis.actions[std::size_t(a)].name)] += shown[a] / float(frames.size());
+    for (Eigen::Index a = 0; a < shown.size(); ++a) {
+      const std::string_view name = basis.actions[std::size_t(a)].name, both = without_side(name);
+      amounts[both] += shown[a] / float(frames.size()) / (both == name ? 1 : 2);  // the mean of two sides
+    }
   }
   const Request* strongest = nullptr;
   float most = kLittle;

@@ -92,6 +92,7 @@ Result<void> share(const fs::path& from, const fs::path& to, std::initializer_li
   for (const char* name : names) {
     const fs::path source = fs::absolute(from / name);
     if (failure || !fs::exists(source, failure) || fs::exists(to / name, failure)) continue;
+    fs::remove(to / name, failure);  // a link to where the project once was
     fs::is_directory(source) ? fs::create_directory_symlink(source, to / name, failure)
                              : fs::create_symlink(source, to / name, failure);
   }
@@ -269,9 +270,10 @@ Result<GainScore> run_variant(const Inputs& inputs, const GainVariant& variant, 
     if (!hash) return hash.error();
     maps = " maps " + *hash;
   }
-  const std::string content = hash_text(fmt::format("{} {} {} {} {} {} {}{}{}", inputs.content, *track_hash,
-                                                    variant.name, options.steps, options.rays, seed,
-                                                    options.refit, corrections_hash(inputs.project), maps) +
+  const std::string content = hash_text(fmt::format("{} {} {} {} {} {} {}{}{} {}", inputs.content,
+                                                    *track_hash, variant.name, options.steps, options.rays,
+                                                    seed, options.refit, corrections_hash(inputs.project),
+                                                    maps, fmt::join(inputs.project.options.left_out, ",")) +
                                         (variant.attributes ? attributes_hash(inputs.project) : ""));
   const std::string name = fmt::format("{}-{}", variant.name, seed);
   if (auto done = read_score(folder / (name + ".json"), content)) return *done;
@@ -282,8 +284,9 @@ Result<GainScore> run_variant(const Inputs& inputs, const GainVariant& variant, 
     if (!made) return made.error();
     mattes = *made;
   }
-  const auto work = make_workplace(inputs, folder / (name + ".likeness"), *track, mattes, variant.maps,
-                                   progress.stage(0.5, 0.6, "matte"), stop);
+  // Named by what it is made from, so that nothing of other inputs is left in it.
+  const auto work = make_workplace(inputs, folder / fmt::format("{}-{}.likeness", name, content.substr(0, 8)),
+                                   *track, mattes, variant.maps, progress.stage(0.5, 0.6, "matte"), stop);
   if (!work) return work.error();
   auto score = train_and_score(inputs, variant, options, seed, *work, progress.stage(0.6, 1, name), stop);
   if (!score) return score.error();
@@ -292,11 +295,14 @@ Result<GainScore> run_variant(const Inputs& inputs, const GainVariant& variant, 
   return *score;
 }
 
-// All of them, but of a project without attributes their row.
-Result<std::vector<GainVariant>> chosen_variants(const std::vector<std::string>& names, bool has_attributes) {
+// All of them, but of a project without attributes or maps the row with or without them.
+Result<std::vector<GainVariant>> chosen_variants(const std::vector<std::string>& names, bool has_attributes,
+                                                 bool has_maps) {
   if (names.empty()) {
     std::vector<GainVariant> all = gain_variants();
-    if (!has_attributes) std::erase_if(all, [](const GainVariant& v) { return v.attributes; });
+    std::erase_if(all, [&](const GainVariant& v) {
+      return (v.attributes && !has_attributes) || (!v.maps && !has_maps);
+    });
     return all;
   }
   std::vector<GainVariant> chosen;
@@ -320,7 +326,7 @@ Result<std::vector<GainVariant>> chosen_variants(const std::vector<std::string>&
 
 const std::vector<GainVariant>& gain_variants() {
   static const std::vector<GainVariant> variants{
-      {"default", "as built", "photometric"},
+      {"default", "as built, from the clip and its strokes alone", "photometric"},
       {"landmarks", "landmark fit alone", "landmarks"},
       {"no-pictures", "dense poses, without the photometric step", "dense"},
       {"own-shape", "with the silhouettes and a shape of the person's own", "shape"},
@@ -383,7 +389,8 @@ const std::vector<GainVariant>& gain_variants() {
 Result<std::vector<GainRow>> study_gains(const Project& project, const fs::path& folder,
                                          const GainOptions& options, const Progress& progress,
                                          std::stop_token stop) {
-  const auto variants = chosen_variants(options.variants, !attributes_hash(project).empty());
+  const auto variants = chosen_variants(options.variants, !attributes_hash(project).empty(),
+                                        !project.options.displacement.empty());
   if (!variants) return variants.error();
   const auto inputs = load_inputs(project);
   if (!inputs) return inputs.error();

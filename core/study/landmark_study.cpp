@@ -75,12 +75,12 @@ OffsetAgreement agreement(const Vec2d& one, const Vec2d& other) {
   return {one.dot(other), one.squaredNorm(), other.squaredNorm()};
 }
 
-// Adds one frame to the rows. places: of its true picture.
-void compare_frame(const LandmarkPatches& patches, std::span<const PatchPlace> places,
+// Adds one frame to the rows; false where no face is found in it. places: of its true picture.
+bool compare_frame(const LandmarkPatches& patches, std::span<const PatchPlace> places,
                    const FaceDetector& detector, const Image8& truth, const Image8& render,
                    std::vector<LandmarkRow>& rows) {
   const FrameDetector in_frame(detector, truth);
-  if (!in_frame.has_face()) return;
+  if (!in_frame.has_face()) return false;
   const auto true_points = in_frame.points(truth);
   const auto offsets_in = [&](const Image8& picture) {
     const auto points = in_frame.points(picture);
@@ -119,6 +119,7 @@ void compare_frame(const LandmarkPatches& patches, std::span<const PatchPlace> p
       row->shifted_map.add(agreement(of_render[i].by_map - in_render[i].by_map, shift));
     }
   }
+  return true;
 }
 
 }  // namespace
@@ -174,13 +175,14 @@ Result<LandmarkStudy> study_landmarks(const Project& project, int frames, const 
                             .world_from_head = t->world_from_head,
                             .articulation = t->articulation,
                             .rgb = *truth};
-    compare_frame(*patches, patch_places(*model, rig.shape, view, patches->stride), *detector, *truth,
-                  picture, study.rows);
-    ++study.frames;
+    study.frames += compare_frame(*patches, patch_places(*model, rig.shape, view, patches->stride), *detector,
+                                  *truth, picture, study.rows);
   }
   if (study.frames == 0)
-    return Error{ErrorCode::failed, "None of the held-out frames has a track, so nothing can be measured.",
-                 "Film a longer clip in which the face stays in view to the end.", project.folder.string()};
+    return Error{
+        ErrorCode::failed,
+        "None of the held-out frames has a track and a face that is found, so nothing can be measured.",
+        "Film a longer clip in which the face stays in view to the end.", project.folder.string()};
   progress.report(1);
   return study;
 }

@@ -95,8 +95,13 @@ std::string rows_of(const ModelStudy& study, const StudyTable& table) {
     if (has_column(study, column)) html += fmt::format("<th>{}</th>", column.heading);
   html += "</tr>\n";
   for (const std::string& name : table.models) {
-    const ModelRow* row = find_row(study, name);
-    if (row == nullptr) continue;
+    const auto row = std::ranges::find(study.rows, name, [](const ModelRow& r) { return r.spec.name; });
+    if (row == study.rows.end()) continue;
+    if (!row->failed.empty()) {
+      html += fmt::format("<tr><th>{}</th><td class=\"about\">{}. Not trained: {}</td></tr>\n", escaped(name),
+                          escaped(row->spec.about), escaped(row->failed));
+      continue;
+    }
     html +=
         fmt::format("<tr><th>{}</th><td class=\"about\">{}</td>", escaped(name), escaped(row->spec.about));
     for (const Column& column : kColumns)
@@ -120,8 +125,8 @@ std::string ratios_of(const ModelStudy& study) {
   if (!r) return "";
   std::string html = fmt::format(
       "<ul>\n<li>Held-out head: {:.2f} dB, the baseline {:.2f} dB after {:.0f} times the time.</li>\n"
-      "<li>At equal time {:+.2f} dB before it.</li>\n",
-      r->ours_db, r->baseline_db, kBaselineShare, r->equal_time_db);
+      "<li>{:+.2f} dB before it after its {:.0f} s.</li>\n",
+      r->ours_db, r->baseline_db, r->times_longer, r->equal_time_db, r->equal_seconds);
   html += r->sooner.empty() ? std::string("<li>The baseline's long training is not reached.</li>\n")
                             : fmt::format(
                                   "<li>{} reaches the baseline's long training in a {:.0f}th of its "
@@ -178,7 +183,8 @@ Result<std::string> gallery(const ModelStudy& study, const fs::path& folder) {
   };
   if (const auto added = add("truth", study.truths); !added) return added.error();
   for (const ModelRow& row : study.rows)
-    if (const auto added = add(row.spec.name, row.pictures); !added) return added.error();
+    if (row.failed.empty())
+      if (const auto added = add(row.spec.name, row.pictures); !added) return added.error();
   return html + "</table>\n";
 }
 
@@ -281,6 +287,7 @@ nlohmann::json to_json(const ModelRow& row) {
           {"about", row.spec.about},
           {"kind", kModelKinds[int(row.spec.kind)]},
           {"mode", mode_name(row.spec.mode)},
+          {"failed", row.failed},
           {"scores", std::move(scores)}};
 }
 
@@ -383,8 +390,10 @@ std::vector<StudyPlot> study_plots(const ModelStudy& study) {
 }
 
 Result<std::string> models_page(const ModelStudy& study, const fs::path& folder) {
-  const std::string time = study.seconds > 0 ? fmt::format("{:g} processor seconds a training", study.seconds)
-                                             : "trained by steps";
+  const std::string time =
+      study.seconds > 0 ? fmt::format("{:g} processor seconds a training{}", study.seconds,
+                                      study.some_by_steps ? ", but for those that were given steps" : "")
+                        : "trained by steps";
   std::string html = fmt::format(
       "<!DOCTYPE html>\n<html lang=\"en\">\n<head><meta charset=\"utf-8\"><title>Models side by side: {0}"
       "</title><style>{1}</style></head>\n<body>\n<h1>Models side by side: {0}</h1>\n"

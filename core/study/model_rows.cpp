@@ -68,7 +68,8 @@ const std::vector<StudyTable>& study_tables() {
   static const std::vector<StudyTable> tables{
       {"models",
        "The papers' models",
-       "All trained for the same time. grid: hash grids; mlp: positional encoding and perceptrons of 8 x 256 "
+       "All trained for the same time, if not by steps. grid: hash grids; mlp: positional encoding and "
+       "perceptrons of 8 x 256 "
        "with "
        "a coarse and a fine pass of 32 samples.",
        {"moved-picture", "concat-mlp", "hyper-mlp", "warp-mlp", "painted-grid", "static-grid", "concat-grid",
@@ -81,7 +82,8 @@ const std::vector<StudyTable>& study_tables() {
        {kLongBaseline, "ours-quarter", "ours-half", kDefaultModel, "ours-long"}},
       {"parts",
        "With a part more or less",
-       "Equal time. Without the slice is warp-grid, without the deformation hyper-grid, without either "
+       "Equal time, if not by steps. Without the slice is warp-grid, without the deformation hyper-grid, "
+       "without either "
        "concat-grid.",
        {kDefaultModel, "warp-grid", "hyper-grid", "concat-grid", "static-grid", "no-code", "no-torso",
         "tenth", "landmark-loss", "k-preset", "grid-half", "grid-double", "grid-coarse"}},

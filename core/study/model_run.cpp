@@ -35,6 +35,7 @@ struct PaintedFrames {
   std::vector<Image8> pictures;
   double seconds = 0;
   std::optional<double> joules;
+  int joule_frames = 0;  // fewer than all: the machine's counter starts again now and then
   bool background_known = true;
 };
 
@@ -51,7 +52,7 @@ PaintedFrames paint_frames(const StudyBench& bench, const std::vector<std::size_
     const Image rgba = paint(frame.camera, frame);
     out.seconds += worked() - start;
     const auto after = processor_joules();
-    if (before && after && *after >= *before) out.joules = joules += *after - *before;
+    if (before && after && *after >= *before) out.joules = joules += *after - *before, ++out.joule_frames;
     out.background_known &= !frame.plate.empty();
     out.pictures.push_back(to_bytes(composite(rgba, frame.plate)));  // scored as exported: 8 bits
     out.scores.push_back(
@@ -136,7 +137,7 @@ Result<ModelScore> score_model(const StudyBench& bench, const ModelSpec& spec, c
   s.landmark_error_px = mean_finite(scores, [](const FrameScore& f) { return f.landmarks_px.inner; });
   s.mouth_error_px = mean_finite(scores, [](const FrameScore& f) { return f.landmarks_px.mouth; });
   s.frame_seconds = painted.seconds / n;
-  if (painted.joules) s.frame_joules = *painted.joules / n;
+  if (painted.joules) s.frame_joules = *painted.joules / painted.joule_frames;
   s.train_seconds = told.train_seconds;
   if (told.seed != bench.options.first_seed) return s;
 
@@ -215,10 +216,9 @@ Result<void> time_baked(const StudyBench& bench, const Avatar& avatar, const Ava
     options.head_resolution = cells[k];
     options.torso_resolution = std::max(kVoxelBlock, cells[k] * 3 / 4 / kVoxelBlock * kVoxelBlock);
     options.seed = avatar.seed;
-    if (bench.options.steps > 0) {  // a study of few steps is a trial: what is stored of it learns as little
-      options.steps = std::min<std::uint64_t>(options.steps, 10 * bench.options.steps);
-      options.rays = int(std::min<std::uint64_t>(std::uint64_t(options.rays), 1000 * bench.options.steps));
-    }
+    // What is stored of a training of few steps, a trial's, learns as little.
+    options.steps = std::min<std::uint64_t>(options.steps, 10 * avatar.steps);
+    options.rays = int(std::min<std::uint64_t>(std::uint64_t(options.rays), 1000 * avatar.steps));
     const double part = 1.0 / double(cells.size());
     const auto baked = bake_avatar(avatar, set, options,
                                    progress.stage(double(k) * part, double(k + 1) * part, "stored"), stop);

@@ -117,6 +117,10 @@ Result<ModelScore> finished_model(const StudyBench& bench, const ModelSpec& spec
   if (spec.painted) content = hash_text(content + bench.painted);
   const fs::path path = training_path(bench.folder, spec, seed);
   if (auto done = read_score(path, content)) return *done;
+  // Its pictures are written before its scores: whatever is there goes first, so that they are of one
+  // training.
+  std::error_code ignored;
+  fs::remove(path, ignored);
   auto score = run_model(bench, spec, seed, asked_steps(o, spec, seed), progress, stop);
   if (!score) return score.error();
   nlohmann::json row = to_json(*score);
@@ -140,6 +144,10 @@ Result<void> check_names(const std::vector<std::string>& asked, const std::vecto
   return {};
 }
 
+// The model that is told of attributes moves no sample to the canonical face: its regions reach as far as
+// what they hold moves, a lip with the jaw.
+constexpr RegionOptions kWideRegion{.rim = 0.03f, .reach = 0.04f, .far = 0.06f, .cell = 0.005f};
+
 // The attributes of the clip at its full size, whose amounts the held-out frames are given; those that cannot
 // be learnt are left out if nobody painted them.
 Result<void> find_painted(const Project& project, StudyBench& bench, const Progress& progress,
@@ -152,29 +160,48 @@ Result<void> find_painted(const Project& project, StudyBench& bench, const Progr
   if (!painted) return painted.error();
   bench.painted = attributes_hash(project);
   if (!painted->empty()) {
-    auto found = find_attributes(one, *painted, *set, progress, stop);
+    auto found = find_attributes(one, *painted, *set, progress, stop, kWideRegion);
     if (!found) return found.error();
     bench.attributes = std::move(*found);
   } else {
     const auto capture = read_capture(capture_path(project));
     if (!capture) return capture.error();
     for (const PaintedAttribute& attribute : annotate_from_track(*set, *capture)) {
-      auto found = find_attributes(one, {attribute}, *set, progress, stop);
+      auto found = find_attributes(one, {attribute}, *set, progress, stop, kWideRegion);
       if (found)
         bench.attributes.push_back(std::move(found->front()));
-      else if (found.error().code == ErrorCode::cancelled)
+      else if (found.error().code != ErrorCode::bad_input)
         return found.error();
     }
+    if (bench.attributes.empty())
+      return Error{ErrorCode::bad_input,
+                   "The track shows neither a mouth nor eyes that move enough to be annotated.",
+                   "Paint an attribute: likeness attribute add PROJECT NAME ...", ""};
   }
+  for (const FoundAttribute& attribute : bench.attributes)
+    if (attribute.view_values.size() != bench.clip.set.views.size())
+      return Error{ErrorCode::io, "The project was changed while it was read.", "Start the study again.",
+                   project.folder.string()};
   for (HeldOutFrame& frame : bench.clip.held_out)
     for (const FoundAttribute& attribute : bench.attributes)
       frame.amounts.push_back(amount_at(attribute.course, frame.frame));
   return {};
 }
 
+// What one capture cannot teach one model says nothing of the others.
+bool is_the_model_s(const Error& error) {
+  return error.code == ErrorCode::bad_input || error.code == ErrorCode::failed ||
+         error.code == ErrorCode::not_found;
+}
+
 Result<StudyBench> prepare(const Project& project, const fs::path& folder, const ModelStudyOptions& options) {
   const auto capture = read_capture(capture_path(project));
   if (!capture) return capture.error();
+  if (options.size > capture->size)
+    return Error{
+        ErrorCode::bad_input,
+        fmt::format("The project's pictures have {} px, fewer than {}.", capture->size, options.size),
+        fmt::format("Give --size {} or less, or import the clip larger.", capture->size), ""};
   auto clip = read_sized_clip(project, options.size);
   if (!clip) return clip.error();
   auto detector = FaceDetector::load(project.options.landmark_model);
@@ -225,7 +252,9 @@ std::optional<StudyRatios> study_ratios(const ModelStudy& study) {
   StudyRatios r;
   r.baseline_db = mean_head_db(*baseline);
   r.ours_db = mean_head_db(*ours);
+  r.times_longer = mean_train_seconds(*baseline) / std::max(1e-9, mean_train_seconds(*ours));
   r.equal_time_db = r.ours_db - mean_head_db(*equal);
+  r.equal_seconds = mean_train_seconds(*equal);
   for (const char* name : {"ours-quarter", "ours-half", kDefaultModel, "ours-long"}) {
     const ModelRow* row = find_row(study, name);
     if (row == nullptr || mean_head_db(*row) < r.baseline_db) continue;
@@ -252,9 +281,10 @@ Result<ModelStudy> study_models_of(const Project& project, const fs::path& folde
                    fmt::format("Take a multiple of {}, e.g. --baked-cells 128 256.", kVoxelBlock), ""};
   ModelStudy study;
   const std::vector<ModelSpec> models = chosen_models(options, study.tables);
-  if (models.empty())
-    return Error{ErrorCode::bad_input, "None of these models stands in these tables.",
-                 "Leave out --tables or --models.", ""};
+  for (const std::string& name : options.models)
+    if (std::ranges::find(models, name, &ModelSpec::name) == models.end())
+      return Error{ErrorCode::bad_input, fmt::format("The model {} stands in none of these tables.", name),
+                   "Leave out --tables, or that model.", ""};
   auto bench = prepare(project, folder, options);
   if (!bench) return bench.error();
   study.clip = project.options.video.filename().string();
@@ -262,7 +292,10 @@ Result<ModelStudy> study_models_of(const Project& project, const fs::path& folde
   study.training_frames = int(bench->clip.set.views.size());
   study.parts = chosen_parts(*bench, kDefaultMode).parts;
   study.threads = current_thread_limit();
-  study.seconds = options.steps > 0 || options.mlp_steps > 0 || !options.replay.empty() ? 0 : options.seconds;
+  const bool grids = options.steps > 0, perceptrons = options.mlp_steps > 0,
+             replayed = !options.replay.empty();
+  study.seconds = replayed || (grids && perceptrons) ? 0 : options.seconds;
+  study.some_by_steps = grids || perceptrons;
   for (const std::size_t i : bench->measured) study.frames.push_back(bench->clip.held_out[i].frame);
   for (const std::size_t i : bench->shown) {
     const HeldOutFrame& frame = bench->clip.held_out[bench->measured[i]];
@@ -275,21 +308,35 @@ Result<ModelStudy> study_models_of(const Project& project, const fs::path& folde
   double all = 0, done = 0;
   for (const ModelSpec& spec : models)
     for (int k = 0; k < trainings(spec); ++k) all += training_work(spec, options, k == 0);
+  // Before hours are spent: what the user painted may say too little.
+  std::optional<Error> unpainted;
+  if (std::ranges::any_of(models, &ModelSpec::painted))
+    if (const auto found = find_painted(project, *bench, progress.stage(0, 0, "attributes"), stop); !found) {
+      if (!is_the_model_s(found.error())) return found.error();
+      unpainted = found.error();
+    }
   for (const ModelSpec& spec : models) {
     ModelRow& row = study.rows.emplace_back(ModelRow{spec, {}, {}});
-    if (spec.painted)
-      if (const auto found =
-              find_painted(project, *bench, progress.stage(done / all, done / all, spec.name), stop);
-          !found)
-        return found.error();
+    if (spec.painted && unpainted) {
+      row.failed = unpainted->what;
+      continue;
+    }
     for (int k = 0; k < trainings(spec); ++k) {
       const double after = done + training_work(spec, options, k == 0);
       const auto score =
           finished_model(*bench, spec, options.first_seed + std::uint64_t(k),
                          progress.stage(done / all, std::min(1.0, after / all), spec.name), stop);
-      if (!score) return score.error();
-      row.scores.push_back(*score);
+      if (!score && !is_the_model_s(score.error())) return score.error();
       done = after;
+      if (!score) {
+        row.failed = score.error().what;
+        break;
+      }
+      row.scores.push_back(*score);
+    }
+    if (!row.failed.empty()) {
+      row.scores.clear();
+      continue;
     }
     for (const int frame : study.shown) row.pictures.push_back(picture_name(spec, frame));
   }

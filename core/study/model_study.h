@@ -120,13 +120,15 @@ struct ModelRow {
   ModelSpec spec;
   std::vector<ModelScore> scores;     // one a seed
   std::vector<std::string> pictures;  // of the first seed: file names in the study's folder, by shown frame
+  std::string failed;  // why there are no scores: this capture cannot teach the model; empty: it could
 };
 
 struct ModelStudy {
   std::string clip;
   int size = 0, full_size = 0;  // px: of the study, of the project
   int training_frames = 0, threads = 0;
-  double seconds = 0;               // processor, of a training of share 1; 0: by steps
+  double seconds = 0;               // processor, of a training of share 1; 0: all by steps
+  bool some_by_steps = false;       // those of one kind, or of an earlier study
   std::vector<int> frames;          // held out, measured
   std::vector<int> shown;           // of these, those with pictures
   std::vector<std::string> truths;  // their files
@@ -141,7 +143,9 @@ const ModelRow* find_row(const ModelStudy& study, std::string_view name);
 // baseline.
 struct StudyRatios {
   double baseline_db = 0, ours_db = 0;  // of the head, held out, all measured frames
-  double equal_time_db = 0;             // ours before the same baseline, both trained the study's seconds
+  double times_longer = 0;              // the baseline was trained, of processor seconds
+  double equal_time_db = 0;             // ours before the same baseline, trained `equal_seconds`
+  double equal_seconds = 0;
   std::string sooner;       // the least trained of ours that reaches baseline_db; empty: none does
   double times_sooner = 0;  // of its training's seconds
   double times_faster = 0;  // a picture of the study's size

@@ -70,8 +70,10 @@ void draw_axes(PageCanvas& page, const Plot& plot, const Axes& axes) {
   page.text(8, kField.y - 24, plot.y_label, small);
 }
 
-void draw_mark(PageCanvas& page, const Vec2d& at, const PageColour& colour) {
+// other: the colours' second time.
+void draw_mark(PageCanvas& page, const Vec2d& at, const PageColour& colour, bool other) {
   page.fill({int(at.x()) - 4, int(at.y()) - 4, 9, 9}, colour);
+  if (other) page.fill({int(at.x()) - 2, int(at.y()) - 2, 5, 5}, kWhite);
 }
 
 }  // namespace
@@ -106,9 +108,12 @@ Image8 draw_plot(const Plot& plot) {
   axes.x.widen(0.06), axes.y.widen(0.06);
   PageCanvas page(kWidth, kHeight);
   draw_axes(page, plot, axes);
+  const int series = int(plot.series.size()), room = kHeight - kField.y - 16;
+  const int row_height = std::clamp(room / std::max(1, series), 18, 26);
   int row = 0;
   for (const PlotSeries& series : plot.series) {
     const PageColour& colour = kColours[std::size_t(row) % std::size(kColours)];
+    const bool other = std::size_t(row) / std::size(kColours) % 2 == 1;
     const Vec2d* before = nullptr;
     for (const Vec2d& p : series.points) {
       if (!is_drawn(p, plot.log_x)) continue;
@@ -117,12 +122,13 @@ Image8 draw_plot(const Plot& plot) {
         const Vec2d from = axes.place(*before);
         page.line(from.x(), from.y(), at.x(), at.y(), colour, 2);
       }
-      draw_mark(page, at, colour);
+      draw_mark(page, at, colour, other);
       before = &p;
     }
-    const int x = kField.x + kField.width + 20, y = kField.y + 8 + 26 * row++;
-    page.fill({x, y + 3, 14, 14}, colour);
+    const int x = kField.x + kField.width + 20, y = kField.y + 8 + row_height * row;
+    draw_mark(page, {x + 7.0, y + 10.0}, colour, other);
     page.text(x + 22, y, series.name, {.size = 16});
+    ++row;
   }
   return page.finish(kHeight);
 }

@@ -24,6 +24,7 @@ std::string content_of(const Project& project, const HeadModel& model) {
     const auto hash = hash_file(path);
     text += hash ? *hash : "absent";
   }
+  if (const auto hash = hash_file(detail_path(project))) text += *hash;  // most projects have none
   return hash_text(fmt::format("{} {}", text, fmt::join(project.options.left_out, ",")));
 }
 

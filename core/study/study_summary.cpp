@@ -27,6 +27,7 @@ struct Mean {
 SummaryRow row_of(const nlohmann::json& j) {
   SummaryRow row;
   j.at("name").get_to(row.name), j.at("about").get_to(row.about);
+  row.failed = j.value("failed", "");
   Mean full, head, face, train, speed;
   for (const nlohmann::json& score : j.at("scores")) {
     ++row.seeds;

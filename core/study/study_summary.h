@@ -12,6 +12,7 @@ namespace likeness {
 
 struct SummaryRow {
   std::string name, about;
+  std::string failed;  // why it has no figures; empty: it has
   int seeds = 0;
   // Means over the seeds; the spread is half their range. Absent where the model has none.
   std::optional<double> psnr_db, head_db, face_db, head_spread_db;

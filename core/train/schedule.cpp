@@ -25,6 +25,12 @@ void settle(Schedule& schedule, std::uint64_t step, double seconds, double step_
   schedule.total_steps = std::max({least, step + std::uint64_t(remaining), std::uint64_t(1)});
 }
 
+bool is_over(const Schedule& schedule, std::uint64_t step, double seconds) {
+  constexpr double kOverrun = 1.15;
+  if (schedule.total_steps > 0 && step >= schedule.total_steps) return true;
+  return step > 0 && schedule.budget_s > 0 && seconds >= kOverrun * schedule.budget_s;
+}
+
 bool resume_schedule(Schedule& schedule, std::uint64_t step, double seconds, std::uint64_t asked_steps,
                      double asked_budget_s) {
   const bool flat = schedule.total_steps == 0 || double(step) <= kFlatShare * double(schedule.total_steps);

@@ -25,6 +25,10 @@ double learning_rate(std::uint64_t step, const Schedule& schedule);
 // earlier runs included; step_seconds: recent mean of one step.
 void settle(Schedule& schedule, std::uint64_t step, double seconds, double step_seconds);
 
+// Whether a run is over: at its planned steps, or, however slow the machine, with one step at least, when it
+// is a seventh beyond its budget.
+bool is_over(const Schedule& schedule, std::uint64_t step, double seconds);
+
 // Fits the schedule of an interrupted or finished run at `step` to what is asked for now. False when the run
 // cannot become the one asked for (steps > 0 means: exactly the run of that many steps).
 bool resume_schedule(Schedule& schedule, std::uint64_t step, double seconds, std::uint64_t asked_steps,

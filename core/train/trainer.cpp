@@ -27,7 +27,6 @@ constexpr int kRecoveries = 3;
 constexpr double kReportEvery = 0.25;                 // s
 constexpr double kRefineShares[] = {0.4, 0.55, 0.7};  // of the steps, when the track is refined
 constexpr double kRegisterShare = 0.25;  // of the steps, before which further clips are not learnt from
-constexpr double kOverrun = 1.15;        // of the budget, before a run is ended short of its planned steps
 
 Result<void> check_options(const TrainOptions& options) {
   if (!(options.landmark_weight >= 0) || !std::isfinite(options.landmark_weight))
@@ -130,11 +129,7 @@ struct Run {
   double now() const { return clock_seconds(options.clock); }
   double elapsed() const { return earlier + now() - start - held; }
 
-  bool finished(const TrainingState& state) const {
-    if (state.schedule.total_steps > 0 && state.step >= state.schedule.total_steps) return true;
-    // However slow the machine: an avatar without a step is none.
-    return state.step > 0 && state.schedule.budget_s > 0 && elapsed() >= kOverrun * state.schedule.budget_s;
-  }
+  bool finished(const TrainingState& state) const { return is_over(state.schedule, state.step, elapsed()); }
 
   Result<void> save(TrainingState& state) {
     state.seconds = elapsed();

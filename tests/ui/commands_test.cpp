@@ -45,6 +45,7 @@ TEST(Commands, AnAvatarNeedsAProjectAndAnAnswer) {
 
 TEST(Commands, NothingElseIsMadeWhileMethodsAreCompared) {
   Situation now{.project = true, .clip_there = true, .finished = true, .consent = true};
+  now.avatar = now.directing = now.can_check = true;
   EXPECT_TRUE(is_enabled(Command::compare_methods, now));
   EXPECT_FALSE(is_enabled(Command::start_study, now)) << "nothing to compare yet";
   now.can_study = true;
@@ -56,9 +57,21 @@ TEST(Commands, NothingElseIsMadeWhileMethodsAreCompared) {
   EXPECT_FALSE(is_enabled(Command::start_study, now));
   now.running = false, now.studying = true;
   EXPECT_TRUE(is_enabled(Command::stop_study, now));
-  for (const Command c : {Command::start_study, Command::train_longer, Command::make_avatar,
-                          Command::open_clip, Command::close_project})
+  for (const Command c :
+       {Command::start_study, Command::train_longer, Command::make_avatar, Command::open_clip,
+        Command::close_project, Command::export_orbit, Command::check_clip, Command::drive_webcam})
     EXPECT_FALSE(is_enabled(c, now)) << command_info(c).words;
+  now.studying = false;
+  EXPECT_TRUE(is_enabled(Command::export_orbit, now));
+  EXPECT_TRUE(is_enabled(Command::check_clip, now));
+  EXPECT_TRUE(is_enabled(Command::drive_webcam, now));
+  // Nor are methods compared beside other work: its time would count as theirs.
+  for (bool Situation::*work : {&Situation::exporting, &Situation::checking, &Situation::driven}) {
+    now.*work = true;
+    EXPECT_FALSE(is_enabled(Command::start_study, now));
+    now.*work = false;
+  }
+  EXPECT_TRUE(is_enabled(Command::start_study, now));
   now.consent = now.studying = false;
   EXPECT_FALSE(is_enabled(Command::start_study, now));
 }

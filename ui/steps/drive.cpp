@@ -93,6 +93,7 @@ void draw_drive(const Snapshot& snapshot, Views& views, Requests& requests) {
   const float width = ImGui::GetContentRegionAvail().x;
   if (!live.on) {
     if (!now.consent) faint_text("Say first, in the step Film, whether the filmed person agreed.");
+    if (now.studying) faint_text("Methods are being compared: wait for the end or stop it first.");
     for (const Command command : {Command::drive_video, Command::drive_webcam})
       if (command_button(command, now, false, width)) requests.ask(command);
   } else {

@@ -310,6 +310,9 @@ void draw_export_step(const Snapshot& snapshot, Views& views, Requests& requests
          "Answer it in the step Film.");
   if (snapshot.situation.running && !snapshot.situation.paused)
     note("busy", Tone::plain, "The training is at work: pause or finish it before exporting.");
+  if (snapshot.situation.studying)
+    note("compared", Tone::plain,
+         "Methods are being compared: wait for the end or stop it before exporting.");
   // In a low window the whole step scrolls, so that the queue is never pressed to nothing.
   const bool narrow = ImGui::GetContentRegionAvail().x < px(520);  // large letters: one card below the other
   const bool low = narrow || ImGui::GetContentRegionAvail().y < px(430);

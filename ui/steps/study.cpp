@@ -20,8 +20,7 @@ struct TableWords {
 };
 constexpr TableWords kTables[] = {
     {"models", "Other methods",
-     "Those of five papers and ours, each given the same time. Three of them learn slowly: their pictures "
-     "are "
+     "Those of six papers and ours, each given the same time. Three of them learn slowly: their pictures are "
      "still blurred then."},
     {"time", "How soon",
      "The best known of them given forty times the time, and ours from a quarter of it to five times as "
@@ -130,15 +129,18 @@ void draw_start(const Snapshot& snapshot, Requests& requests) {
   std::string words = study.choice.tables.empty() ? "Choose what to compare first."
                       : study.forecast            ? forecast_words(*study.forecast)
                                                   : "Reckoning\u2026";
+  if (snapshot.situation.exporting || snapshot.situation.checking || snapshot.situation.driven)
+    words = "Something else is at work, whose time would count as theirs: wait for its end, or stop it.";
   if (snapshot.situation.running) words = "The avatar is being made: wait for its end, or stop it.";
   if (!snapshot.situation.consent) words = "Whether the filmed person agreed was not answered yet: see Film.";
   if (same_line_if_fits((words + "    ").c_str())) ImGui::AlignTextToFramePadding();
   body_text(words);
   if (!complete)
     faint_text(
-        "The computer is busy for that time, and everything else on it is slower. Stop it whenever you like: "
-        "it "
-        "goes on where it stopped.");
+        "The computer is busy for that time, and everything else on it is slower. Leave this window alone "
+        "meanwhile: what it draws of the avatar counts as the methods' time. Stop it whenever you like: it "
+        "goes "
+        "on where it stopped.");
 }
 
 std::string number(const std::optional<double>& value, int digits) {
@@ -163,15 +165,18 @@ void draw_table(const SummaryTable& table) {
       ImGui::TableNextRow();
       ImGui::TableNextColumn();
       clipped_text(row.about.empty() ? row.name : row.about, ImGui::GetContentRegionAvail().x);
-      tooltip(row.name + (row.about.empty() ? "" : ": " + row.about));
+      tooltip(row.name + (row.about.empty() ? "" : ": " + row.about) +
+              (row.failed.empty() ? "" : "\nNot trained: " + row.failed));
       const auto cell = [](const std::string& words) {
         ImGui::TableNextColumn();
         ImGui::TextUnformatted(words.c_str());
       };
       cell(number(row.psnr_db, 1)), cell(number(row.head_db, 1)), cell(number(row.face_db, 1));
       if (wide) cell(number(row.head_spread_db, 1));
-      if (wide) cell(seconds_words(row.train_seconds));
-      cell(fmt::format("{:.{}f}", row.frames_per_second, row.frames_per_second < 1 ? 2 : 1));
+      if (wide) cell(row.failed.empty() ? seconds_words(row.train_seconds) : "\u2013");
+      cell(!row.failed.empty()
+               ? "\u2013"
+               : fmt::format("{:.{}f}", row.frames_per_second, row.frames_per_second < 1 ? 2 : 1));
     }
     ImGui::EndTable();
   }

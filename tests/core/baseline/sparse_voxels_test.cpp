@@ -93,6 +93,28 @@ TEST(SparseVoxels, OnlyBlocksThatHoldSomethingAreStored) {
   EXPECT_EQ(all.bytes(), all.stored_blocks() * 9 * 9 * 9 * 3 * 4 + 8 * 8 * 8 * 4);
 }
 
+TEST(SparseVoxels, WhatADeformationMovesIsStoredWhereItLies) {
+  OccupancyGrid posed =
+      make_occupancy(16, false);  // one cell, which the second view carries to the other side
+  set_occupied(posed, 3, 8, 8, true);
+  const auto carry = [](FieldSamples& samples) {
+    for (std::size_t i = 0; i < samples.count(); ++i)
+      if (samples.view[i] == 1) samples.x[i] += 0.5f;
+  };
+  const OccupancyGrid moved = moved_occupancy(posed, 2, carry);
+  for (int x = 0; x < 16; ++x)
+    EXPECT_EQ(moved.occupied(x, 8, 8), std::abs(x - 3) <= 1 || std::abs(x - 11) <= 1) << x;
+  EXPECT_TRUE(moved.occupied(11, 7, 9));
+  EXPECT_FALSE(moved.occupied(11, 6, 8));
+  // Carried out of the cube it lies at its border; nothing stays nothing, and no grid is one that holds all.
+  const OccupancyGrid beyond =
+      moved_occupancy(posed, 1, [](FieldSamples& samples) { std::ranges::fill(samples.x, 1.5f); });
+  EXPECT_TRUE(beyond.occupied(15, 8, 8));
+  EXPECT_FALSE(beyond.occupied(3, 8, 8));
+  EXPECT_EQ(moved_occupancy(make_occupancy(16, false), 2, carry).bits, make_occupancy(16, false).bits);
+  EXPECT_EQ(moved_occupancy({}, 2, carry).resolution, 0);
+}
+
 TEST(SparseVoxels, OutsideTheCubeNothingIsStored) {
   const auto full = [](double, double, double) { return 100.0; };
   const SparseVoxels voxels = bake_voxels(8, 3, {}, analytic(full, wave));

@@ -164,6 +164,8 @@ TEST_F(ModelReport, RatiosAreOfTheRowsTheyName) {
   const auto r = study_ratios(study_);
   ASSERT_TRUE(r);
   EXPECT_DOUBLE_EQ(r->equal_time_db, -2);
+  EXPECT_DOUBLE_EQ(r->equal_seconds, 9);
+  EXPECT_DOUBLE_EQ(r->times_longer, kBaselineShare);
   EXPECT_EQ(r->sooner, "");
   EXPECT_DOUBLE_EQ(r->times_faster, 100);
   EXPECT_DOUBLE_EQ(r->times_faster_full.value_or(0), 100);
@@ -173,6 +175,25 @@ TEST_F(ModelReport, RatiosAreOfTheRowsTheyName) {
   EXPECT_DOUBLE_EQ(better->times_sooner, kBaselineShare);
   study_.rows.pop_back();
   EXPECT_FALSE(study_ratios(study_));
+}
+
+TEST_F(ModelReport, AModelThatCouldNotBeTrainedIsNamedWithItsReason) {
+  ModelRow failed{study_models().front(), {}, {}};
+  failed.failed = "No <ray> meets the head.";
+  study_.tables.front().models.push_back(failed.spec.name);
+  study_.rows.push_back(failed);
+  ASSERT_TRUE(write_model_report(study_, folder_).ok());
+  const auto page = read_text(folder_ / "report.html");
+  ASSERT_TRUE(page.ok());
+  EXPECT_NE(page->find("Not trained: No &lt;ray&gt; meets the head."), std::string::npos);
+  const auto summary = read_study_summary(folder_);
+  ASSERT_TRUE(summary.ok()) << summary.error().what;
+  const auto& rows = summary->tables.front().rows;
+  const auto row = std::ranges::find(rows, failed.spec.name, &SummaryRow::name);
+  ASSERT_NE(row, rows.end());
+  EXPECT_EQ(row->failed, failed.failed);
+  EXPECT_FALSE(row->head_db);
+  EXPECT_TRUE(study_ratios(study_)) << "the other rows stay comparable";
 }
 
 TEST_F(ModelReport, TheFrontLeavesOutWhatIsBothSlowerAndWorse) {

@@ -46,6 +46,18 @@ TEST(Plot, HigherIsHigherAndLaterIsFurtherRight) {
   EXPECT_GT(a.y, b.y + 200);
 }
 
+TEST(Plot, TwentySeriesAreAllNamedAndNoTwoLookAlike) {
+  Plot plot{"t", "s", "dB", true, {}};
+  for (int k = 0; k < 20; ++k) plot.series.push_back({"series", {{1.0 + k, 20.0 + k}}});
+  const Image8 picture = draw_plot(plot);
+  // The first and the eleventh share a colour, and the second time it is drawn hollow; both twice: mark and
+  // name.
+  const int full = 81, rim = 81 - 25;
+  EXPECT_EQ(look_for(picture, 31, 119, 180, picture.width).count, 2 * (full + rim));
+  EXPECT_EQ(look_for(picture, 23, 190, 207, picture.width).count,
+            2 * (full + rim));  // the last is the twentieth
+}
+
 TEST(Plot, WithoutAnyPointIsEmptyAxes) {
   const Image8 picture = draw_plot({"t", "s", "dB", true, {{"a", {}}}});
   EXPECT_EQ(look_for(picture, 31, 119, 180, 740).count, 0);

@@ -36,6 +36,15 @@ TEST(Settle, HoldsEvenWhenStepsBecomeSlower) {
   EXPECT_LE(100, kFlatShare * double(budgeted.total_steps));
 }
 
+TEST(IsOver, AtThePlannedStepsOrASeventhBeyondTheBudget) {
+  EXPECT_FALSE(is_over({.total_steps = 0, .budget_s = 10}, 50, 11.4));
+  EXPECT_TRUE(is_over({.total_steps = 0, .budget_s = 10}, 50, 11.6));
+  EXPECT_TRUE(is_over({.total_steps = 50, .budget_s = 10}, 50, 8));
+  EXPECT_FALSE(is_over({.total_steps = 50, .budget_s = 10}, 49, 10.5));
+  EXPECT_FALSE(is_over({.total_steps = 50}, 49, 1e9));              // steps were asked for
+  EXPECT_FALSE(is_over({.total_steps = 0, .budget_s = 1}, 0, 20));  // a model without a step is none
+}
+
 TEST(ResumeSchedule, RefusesToTurnARunIntoADifferentOne) {
   Schedule done{100};
   EXPECT_FALSE(resume_schedule(done, 100, 5, 150, 0));
