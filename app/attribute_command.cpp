@@ -54,7 +54,11 @@ Result<Strokes> region_of(const AttributeArguments& a, const Project& project) {
       first.data[i] = mask->data[i * std::size_t(mask->channels)];
     strokes = strokes_of_mask(first);
   } else if (!a.box.empty()) {
-    const Vec2d low(a.box[0], a.box[1]), high(a.box[2], a.box[3]);
+    const Vec2d picture(capture->width, capture->height);
+    const auto within = [&](double x, double y) {
+      return Vec2d(Vec2d(std::isfinite(x) ? x : 0, std::isfinite(y) ? y : 0).cwiseMax(0).cwiseMin(picture));
+    };
+    const Vec2d low = within(a.box[0], a.box[1]), high = within(a.box[2], a.box[3]);
     if (!((high - low).minCoeff() >= 1))
       return Error{ErrorCode::bad_input, "The box is empty.",
                    "Give its left, upper, right and lower edge in the clip's pixels: --box X0,Y0,X1,Y1", ""};

@@ -81,13 +81,13 @@ bool AttributePaint::change(PaintedAttributes after) {
 }
 
 bool AttributePaint::undo() {
-  if (!can_undo()) return false;
+  if (unreadable_ || !can_undo()) return false;
   place(history_[--present_].first);
   return true;
 }
 
 bool AttributePaint::redo() {
-  if (!can_redo()) return false;
+  if (unreadable_ || !can_redo()) return false;
   place(history_[present_++].second);
   return true;
 }

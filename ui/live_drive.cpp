@@ -15,7 +15,9 @@ namespace {
 constexpr double kRate_s = 2;  // over which pictures on the screen are counted
 
 void pose(PictureRequest& request, const DrivenFrame& frame) {
-  request.pose = {frame.world_from_head, frame.world_from_torso, frame.articulation, {}};
+  std::vector<float> attributes = std::move(request.pose.attributes);  // held as the sliders have them
+  request.pose = {
+      frame.world_from_head, frame.world_from_torso, frame.articulation, {}, std::move(attributes)};
   const SeenViews& views = request.avatar->views;
   if (views.views.empty()) return;
   const ViewAngle view = view_angle(request.camera.cam_from_world * frame.world_from_head);

@@ -69,6 +69,12 @@ void read_attributes_of(const Project& project, ProjectContents& contents) {
     contents.attributes = std::move(*attributes);
   else
     contents.unreadable_attributes = attributes.error();
+  const auto courses = [](const std::filesystem::path& path) {
+    auto read = read_attribute_values(path);
+    return read ? std::move(*read) : std::vector<AttributeCourse>{};
+  };
+  contents.courses = courses(attribute_values_path(project));
+  contents.next_courses = courses(next_attribute_values_path(project));
 }
 
 FurtherClip read_further(const Project& project, int number) {

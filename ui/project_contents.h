@@ -19,6 +19,7 @@
 #include "core/matte/strokes.h"
 #include "core/project/build_forecast.h"
 #include "core/project/project.h"
+#include "core/project/project_attributes.h"
 #include "core/project/training_curve.h"
 #include "core/render/pose_avatar.h"
 #include "core/study/card.h"
@@ -85,6 +86,8 @@ struct ProjectContents {
   std::map<int, Error> unreadable_strokes;     // of frames whose file of them is damaged
   PaintedAttributes attributes;
   std::optional<Error> unreadable_attributes;  // their file is damaged
+  std::vector<AttributeCourse> courses;        // amounts of the avatar's attributes over the clip
+  std::vector<AttributeCourse> next_courses;   // of the training at work, or of one that was stopped
   Plan plan;
 
   bool is_current(Stage stage) const { return current[std::size_t(stage)]; }

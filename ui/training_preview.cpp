@@ -90,9 +90,10 @@ PreviewPictures render_preview(const Scene& scene, const std::shared_ptr<const A
   pictures.truth = scene.truth;
   pictures.step = avatar.steps;
   pictures.training_s = avatar.train_seconds;
+  AvatarPose pose = scene.view.pose;
+  pose.attributes = frame_amounts(avatar, scene.contents->next_courses, scene.view.frame);
   pictures.same = over_plate(
-      avatar, renderer.render(shared, scene.view.camera, pose_avatar(rig, scene.view.pose), options).rgba,
-      true);
+      avatar, renderer.render(shared, scene.view.camera, pose_avatar(rig, pose), options).rgba, true);
   if (pictures.same.width == scene.truth.width && pictures.same.height == scene.truth.height)
     pictures.psnr_db = psnr_from_mse(mse(to_float(pictures.same), to_float(scene.truth)));
   const double turn = kTurns_deg[number % std::size(kTurns_deg)];

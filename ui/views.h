@@ -61,6 +61,7 @@ struct MaskSight {
   Texture ink;
   std::uint64_t until_edit = 0;
   float amount = 1;             // that a stroke gives its frame, of an attribute
+  bool moving_amount = false;   // the frame's own, by its slider
   std::array<char, 41> name{};  // typed, of a new attribute
 };
 

@@ -112,7 +112,10 @@ Result<void> check_performance(const Performance& performance, const HeadModel& 
     if (attribute_index(attributes, name) < 0) actions.emplace_back(name, 0.0f);
   }
   const auto known = articulate(model, neutral_articulation(model), actions);
-  return known ? Result<void>{} : Result<void>(known.error());
+  if (known) return {};
+  Error error = known.error();
+  error.fix += " Of a painted attribute that was taken out: delete its keys, or paint it again and train.";
+  return error;
 }
 
 DirectedMoment direct_moment(const DirectedAvatar& directed, const Performance& performance, double time_s) {

@@ -39,9 +39,14 @@ Error wrong(const fs::path& path, std::string what, std::string fix = kNeeded) {
 }
 
 // The number a file is named by; nullopt: it is no map.
-std::optional<int> frame_of(const fs::path& path) {
+std::string lower_extension(const fs::path& path) {
   std::string extension = path.extension().string();
   std::ranges::transform(extension, extension.begin(), [](unsigned char c) { return char(std::tolower(c)); });
+  return extension;
+}
+
+std::optional<int> frame_of(const fs::path& path) {
+  const std::string extension = lower_extension(path);
   if (std::ranges::find(kExtensions, extension) == std::end(kExtensions)) return std::nullopt;
   const std::string stem = path.stem().string();
   int frame = 0;
@@ -63,7 +68,7 @@ Result<MapFiles> list_files(const fs::path& folder) {
                  fmt::format("Check the name. {}", kNeeded), folder.string()};
   MapFiles files;
   for (fs::directory_iterator it(folder, failure), end; !failure && it != end; it.increment(failure)) {
-    if (it->path().extension() == ".obj") files.meshes.push_back(it->path());
+    if (lower_extension(it->path()) == ".obj") files.meshes.push_back(it->path());
     const auto frame = frame_of(it->path());
     if (!frame) continue;
     const auto [other, added] = files.maps.emplace(*frame, it->path());
@@ -112,7 +117,7 @@ Result<Heights> read_picture(const fs::path& path) {
 }
 
 Result<Heights> read_heights(const fs::path& path) {
-  auto map = path.extension() == ".npy" ? read_npy(path) : read_picture(path);
+  auto map = lower_extension(path) == ".npy" ? read_npy(path) : read_picture(path);
   if (!map) return map;
   const std::string name = path.filename().string();
   if (std::min(map->width, map->height) < kSmallestMap || std::max(map->width, map->height) > kLargestMap)

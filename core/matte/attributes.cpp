@@ -40,6 +40,10 @@ Result<void> check_attribute_name(std::string_view name) {
     return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == ' ' ||
            c == '-' || c == '_';
   });
+  if (name.ends_with("_L") || name.ends_with("_R"))
+    return Error{ErrorCode::bad_input, fmt::format("'{}' cannot name an attribute.", name),
+                 "Names that end in _L and _R are two sides of one action. Say it otherwise: \"left cheek\".",
+                 "attribute"};
   if (written && !name.empty() && name.size() <= kLongestName && name.front() != ' ' && name.back() != ' ')
     return {};
   return Error{
@@ -78,11 +82,17 @@ Strokes strokes_of_mask(const Image8& mask) {
       if (inside(x, y)) first = std::min(first, y), last = y;
   Strokes strokes;
   const int step = std::max(1, (last - first + 1) / kMaskRows);
-  for (int y = first + step / 2; y <= last; y += step)
+  for (int y = first; y <= last; y += step) {
+    const auto in_rows = [&](int x) {  // any of the step's: two marks far apart may be lower than a step
+      for (int row = y; row < std::min(y + step, mask.height); ++row)
+        if (inside(x, row)) return true;
+      return false;
+    };
     for (int x = 0, end = 0; x < mask.width; x = end + 1) {
-      for (end = x; end < mask.width && inside(end, y);) ++end;
-      if (end > x) strokes.push_back(band(x, end, y + 0.5, std::max(1.0, 0.75 * step)));
+      for (end = x; end < mask.width && in_rows(end);) ++end;
+      if (end > x) strokes.push_back(band(x, end, y + step / 2 + 0.5, std::max(1.0, 0.75 * step)));
     }
+  }
   return strokes;
 }
 

@@ -39,12 +39,10 @@ bool is_there(const fs::path& path) {
 struct Frames {
   std::vector<TrainingView> held_out;  // with their pictures
   std::vector<const TrainingView*> all;
-  std::vector<std::vector<Vec3f>> posed;  // (all) vertices in the head frame
   Capture capture;
 };
 
-Result<Frames> gather_frames(const Project& project, const TrainingSet& set, const HeadShape& shape,
-                             std::stop_token stop) {
+Result<Frames> gather_frames(const Project& project, const TrainingSet& set, std::stop_token stop) {
   auto read = read_tracked_capture(project);
   if (!read) return read.error();
   Frames frames;
@@ -55,14 +53,15 @@ Result<Frames> gather_frames(const Project& project, const TrainingSet& set, con
     if (stop.stop_requested()) return cancelled_error();
     auto rgb = read_image(project.folder / "frames" / fmt::format("{:06}.png", view.camera.frame));
     if (!rgb) return rgb.error();
+    if (rgb->width != set.size || rgb->height != set.size || rgb->channels != 3)
+      return Error{ErrorCode::bad_input,
+                   fmt::format("Frame {} is {} x {} px and not {} x {} in three colours.", view.camera.frame,
+                               rgb->width, rgb->height, set.size, set.size),
+                   "Delete the project's frames folder and run the build again.", project.folder.string()};
     view.rgb = std::move(*rgb);
   }
   for (const TrainingView& view : set.views) frames.all.push_back(&view);
   for (const TrainingView& view : frames.held_out) frames.all.push_back(&view);
-  frames.posed.resize(frames.all.size());
-  parallel_for(frames.all.size(), [&](std::size_t i) {
-    frames.posed[i] = pose_head(set.model, shape, frames.all[i]->articulation);
-  });
   return frames;
 }
 
@@ -111,8 +110,9 @@ std::vector<Annotated> annotated_frames(const PaintedAttribute& attribute, const
 }
 
 Result<FoundAttribute> find_attribute(const PaintedAttribute& attribute, const TrainingSet& set,
-                                      const Frames& frames, const std::vector<Eigen::VectorXf>& asides,
-                                      std::span<const Vec3f> rest, const RegionOptions& region) {
+                                      const Frames& frames, const HeadShape& shape,
+                                      const std::vector<Eigen::VectorXf>& asides, std::span<const Vec3f> rest,
+                                      const RegionOptions& region) {
   const std::vector<Annotated> annotated = annotated_frames(attribute, set);
   const auto value = [](const Annotated& a) { return a.annotation->value; };
   if (annotated.size() < 2)
@@ -128,8 +128,8 @@ Result<FoundAttribute> find_attribute(const PaintedAttribute& attribute, const T
     const TrainingView& view = *frames.all[v];
     const StrokeCover cover = cover_strokes(annotation->region, frames.capture.crop, set.size);
     if (cover.empty()) continue;
-    const auto carried =
-        carry_paint(set.model, frames.posed[v], view.camera, view.world_from_head, cover.person);
+    const auto carried = carry_paint(set.model, pose_head(set.model, shape, view.articulation), view.camera,
+                                     view.world_from_head, cover.person);
     for (std::size_t i = 0; i < paint.size(); ++i) paint[i] = std::max(paint[i], carried[i]);
   }
   const std::vector<float> distance = distance_to_paint(rest, paint),
@@ -145,7 +145,8 @@ Result<FoundAttribute> find_attribute(const PaintedAttribute& attribute, const T
   parallel_for(looked.size(), [&](std::size_t i) {
     const TrainingView& view = *frames.all[i];
     LookedFrame& frame = looked[i];
-    frame.look = region_look(set.model, frames.posed[i], view.camera, view.world_from_head, view.rgb, points);
+    frame.look = region_look(set.model, pose_head(set.model, shape, view.articulation), view.camera,
+                             view.world_from_head, view.rgb, points);
     frame.aside = asides[i];
     frame.training = i < set.views.size();
     frame.time_s = view.camera.frame / std::max(1.0, frames.capture.frames_per_second);
@@ -153,6 +154,8 @@ Result<FoundAttribute> find_attribute(const PaintedAttribute& attribute, const T
   });
   for (const auto& [v, annotation] : annotated)
     looked[v].annotated = true, looked[v].value = annotation->value;
+  if (!can_regress(looked))
+    return too_little(attribute, "too few of its frames show the region and the skin around it well");
   const AmountFit fit = regress_amounts(looked);
 
   // -- What was found, frame by frame
@@ -184,6 +187,9 @@ Result<FoundAttribute> find_attribute(const PaintedAttribute& attribute, const T
 
 fs::path attributes_path(const Project& project) { return project.folder / "attributes.json"; }
 fs::path attribute_values_path(const Project& project) { return project.folder / "attribute_values.json"; }
+fs::path next_attribute_values_path(const Project& project) {
+  return project.folder / "attribute_values.next.json";
+}
 
 Result<PaintedAttributes> read_project_attributes(const Project& project) {
   if (!is_there(attributes_path(project))) return PaintedAttributes{};
@@ -230,6 +236,12 @@ Result<void> check_annotation(const Project& project, std::string_view name,
   if (find_action(*model, name) != nullptr)
     return Error{ErrorCode::bad_input, fmt::format("The head model has an action '{}' of its own.", name),
                  "Use that one, or give the attribute another name.", "attribute"};
+  if (const auto painted = read_project_attributes(project);
+      painted && painted->size() >= std::size_t(kMostAttributes) &&
+      std::ranges::find(*painted, name, &PaintedAttribute::name) == painted->end())
+    return Error{ErrorCode::bad_input,
+                 fmt::format("There are {} attributes already, the most.", kMostAttributes),
+                 "Remove one first.", "attribute"};
   const auto capture = read_capture(capture_path(project));
   if (!capture) return capture.error();
   const auto frame = std::ranges::find(capture->frames, annotation.frame, &CaptureFrame::frame);
@@ -264,14 +276,14 @@ Result<std::vector<FoundAttribute>> find_attributes(const Project& project, cons
     return Error{ErrorCode::bad_input, fmt::format("{} attributes are too many.", painted.size()),
                  fmt::format("Keep {} at most.", kMostAttributes), attributes_path(project).string()};
   const HeadShape shape = shape_head(set.model, set.person);
-  const auto frames = gather_frames(project, set, shape, stop);
+  const auto frames = gather_frames(project, set, stop);
   if (!frames) return frames.error();
   const std::vector<Eigen::VectorXf> asides = asides_of(*frames, set, shape);
   const std::vector<Vec3f> rest = pose_head(set.model, shape, typical_articulation(set));
   for (std::size_t a = 0; a < painted.size(); ++a) {
     if (stop.stop_requested()) return cancelled_error();
     progress.report(double(a) / double(painted.size()), fmt::format("attribute {}", painted[a].name));
-    auto one = find_attribute(painted[a], set, *frames, asides, rest, region);
+    auto one = find_attribute(painted[a], set, *frames, shape, asides, rest, region);
     if (!one) return one.error();
     found.push_back(std::move(*one));
   }
@@ -314,13 +326,14 @@ Result<void> write_attribute_values(const fs::path& path, std::span<const Attrib
 }
 
 Result<std::vector<AttributeCourse>> read_attribute_values(const fs::path& path) {
-  const auto text = read_text(path);
-  if (!text) return text.error();
   const auto refused = [&](const std::string& why) {
     return Error{ErrorCode::bad_input,
                  fmt::format("The attributes' values in {} cannot be read: {}.", path.string(), why),
-                 "Train again: they are found anew.", path.string()};
+                 "Delete the file and run likeness train: they are found anew.", path.string()};
   };
+  if (!is_there(path)) return refused("there is no such file");
+  const auto text = read_text(path);
+  if (!text) return text.error();
   try {
     const json j = json::parse(*text);
     if (j.at("format").get<std::string>() != "likeness-attribute-values")

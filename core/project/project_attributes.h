@@ -2,7 +2,8 @@
 // canonical face each, and how much of it every frame shows.
 //
 //   attributes.json        what was painted; absent: nothing
-//   attribute_values.json  what the last training made of it, for every tracked frame
+//   attribute_values.json       what the avatar's training made of it, for every tracked frame
+//   attribute_values.next.json  of the training at work, or of one that was stopped
 #pragma once
 
 #include <filesystem>
@@ -23,6 +24,7 @@ namespace likeness {
 
 std::filesystem::path attributes_path(const Project& project);
 std::filesystem::path attribute_values_path(const Project& project);
+std::filesystem::path next_attribute_values_path(const Project& project);
 
 // None where the file is absent.
 Result<PaintedAttributes> read_project_attributes(const Project& project);

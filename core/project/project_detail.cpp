@@ -31,8 +31,7 @@ NpyArray array_of(const Eigen::VectorXf& v) {
 
 Error damaged(const fs::path& path) {
   return {ErrorCode::bad_input, fmt::format("{} is damaged.", path.string()),
-          "Delete it and run likeness fit again, so that it is made anew from the detail maps.",
-          path.string()};
+          "Delete it and run likeness train, so that it is made anew from the detail maps.", path.string()};
 }
 
 // Throws std::out_of_range where an array is missing.
@@ -121,7 +120,7 @@ Result<std::optional<ProjectDetail>> read_project_detail(const Project& project,
   const fs::path path = detail_path(project);
   if (std::error_code ignored; !fs::exists(path, ignored)) return std::optional<ProjectDetail>();
   const auto archive = read_npz(path);
-  if (!archive) return archive.error();
+  if (!archive) return damaged(path);
   ProjectDetail kept;
   ExpressionDetail& d = kept.detail;
   try {

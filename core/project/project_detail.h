@@ -1,5 +1,5 @@
-// What the detail maps given to a project (fit --displacement) say of its clip, kept in detail.npz so that
-// training needs the folder no more:
+// What the detail maps given to a project (fit --displacement) say of its clip, kept in detail.npz for the
+// trainings. The folder must stay where it is as long as the project asks for it:
 //
 //   vertices (K) int32; mean (K), basis (K, R), middle (E + 3), rows (R, E + 3), low (R), high (R) float32:
 //   core/head/expression_detail.h; frames (F) int32, scores (F, R) float32: of the training frames' own maps

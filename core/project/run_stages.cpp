@@ -76,6 +76,8 @@ bool is_there(const fs::path& path) {
   return fs::exists(path, ignored);
 }
 
+bool is_further(const Project& project) { return !project.first_clip.empty(); }
+
 bool results_exist(const Project& project, Stage stage) {
   switch (stage) {
     case Stage::import:
@@ -83,16 +85,16 @@ bool results_exist(const Project& project, Stage stage) {
     case Stage::align:
       return is_there(cameras_path(project));
     case Stage::fit:
-      return is_there(track_path(project));
+      return is_there(track_path(project)) &&
+             (project.options.displacement.empty() || is_further(project) || is_there(detail_path(project)));
     case Stage::matte:
       return is_there(project.folder / "masks");
     case Stage::train:
-      return is_there(avatar_path(project));
+      return is_there(avatar_path(project)) &&
+             (!is_there(attributes_path(project)) || is_there(attribute_values_path(project)));
   }
   return false;
 }
-
-bool is_further(const Project& project) { return !project.first_clip.empty(); }
 
 struct StageContext {
   Project& project;
@@ -351,7 +353,8 @@ class CurveKeeper {
   double written_at_s_ = -1e9;
 };
 
-// What is told of painted attributes, and kept for pictures of the clip's own frames.
+// What is told of painted attributes, and kept for pictures of the clip's own frames by the avatar that
+// learns them now: beside what the last one knows, which stays until there is a new one.
 Result<void> keep_courses(const StageContext& context, const std::vector<FoundAttribute>& found) {
   if (found.empty()) return {};
   std::vector<AttributeCourse> courses;
@@ -364,7 +367,7 @@ Result<void> keep_courses(const StageContext& context, const std::vector<FoundAt
           "Of attribute '{}', {} of {} frames look like none that was painted; paint it on some of those.",
           course.name, course.unlike_any, course.frames.size()));
   }
-  return write_attribute_values(attribute_values_path(context.project), courses);
+  return write_attribute_values(next_attribute_values_path(context.project), courses);
 }
 
 Result<void> run_train(const StageContext& context) {
@@ -407,7 +410,14 @@ Result<void> run_train(const StageContext& context) {
   context.record.message = fmt::format("{} steps in {:.0f} s.", avatar->steps, avatar->train_seconds);
   for (const FoundAttribute& attribute : *attributes)
     context.record.message += " Attribute " + course_words(attribute.course);
-  return write_avatar(avatar_path(context.project), *avatar);
+  if (const auto written = write_avatar(avatar_path(context.project), *avatar); !written) return written;
+  std::error_code failure;
+  if (attributes->empty())
+    fs::remove(attribute_values_path(context.project), failure);
+  else
+    fs::rename(next_attribute_values_path(context.project), attribute_values_path(context.project), failure);
+  return failure ? Result<void>(file_error(attribute_values_path(context.project), "write", failure.value()))
+                 : Result<void>();
 }
 
 Result<void> run_stage(Stage stage, const StageContext& context) {

@@ -23,7 +23,7 @@ namespace likeness {
 struct AttributeRegion {
   std::string name;
   float low = 0, high = 0;  // amounts that the training frames show; 0 is how the person mostly is
-  float coverage = 0;       // share of the training frames that show more than a fifth of either end
+  float coverage = 0;  // share of the training frames whose amount is more than a fifth of the larger end
   // w at the nodes of a lattice in the head frame, over the canonical face; trilinear between them, 0
   // outside.
   Vec3f origin = Vec3f::Zero();       // m, of the first node

@@ -204,6 +204,14 @@ struct Process {
   }
 };
 
+// The annotated frames that show enough to be learnt from.
+std::vector<std::size_t> teaching(std::span<const LookedFrame> frames) {
+  std::vector<std::size_t> taught;
+  for (std::size_t i = 0; i < frames.size(); ++i)
+    if (frames[i].annotated && frames[i].training && frames[i].look.share >= kFewest) taught.push_back(i);
+  return taught;
+}
+
 // How unlike all annotated looks each frame's is, 0..1, whichever kernel was chosen: 0.6 where the nearest
 // lies 1.35 times as far as they lie from each other.
 std::vector<float> novelty_of(const Matrix& all, const std::vector<std::size_t>& annotated) {
@@ -298,11 +306,16 @@ FrameLook region_look(const HeadModel& model, std::span<const Vec3f> posed, cons
   return look;
 }
 
+bool can_regress(std::span<const LookedFrame> frames) {
+  const auto taught = teaching(frames);
+  return std::ranges::any_of(taught, [&](std::size_t i) {
+    return std::abs(frames[i].value - frames[taught.front()].value) >= 0.05;
+  });
+}
+
 AmountFit regress_amounts(std::span<const LookedFrame> frames) {
-  std::vector<std::size_t> annotated;
-  for (std::size_t i = 0; i < frames.size(); ++i)
-    if (frames[i].annotated) annotated.push_back(i);
-  LIKENESS_CHECK(annotated.size() >= 2, "%zu annotated frames", annotated.size());
+  LIKENESS_CHECK(can_regress(frames), "%zu frames", frames.size());
+  const std::vector<std::size_t> annotated = teaching(frames);
   Vector values(Eigen::Index(annotated.size()));
   for (std::size_t i = 0; i < annotated.size(); ++i) values[Eigen::Index(i)] = frames[annotated[i]].value;
 
@@ -333,9 +346,13 @@ AmountFit regress_amounts(std::span<const LookedFrame> frames) {
     fit.frames[i] = best->foretell(chosen.row(Eigen::Index(i)));
     fit.frames[i].doubt = std::max(fit.frames[i].doubt, novelty[i]);
   }
-  for (const std::size_t i : annotated) fit.frames[i] = {float(frames[i].value), 0};
+  const auto as_said = [&] {
+    for (std::size_t i = 0; i < frames.size(); ++i)
+      if (frames[i].annotated) fit.frames[i] = {float(frames[i].value), 0};
+  };
+  as_said();
   smooth_runs(frames, best->kernel.noise, fit.frames);
-  for (const std::size_t i : annotated) fit.frames[i] = {float(frames[i].value), 0};
+  as_said();
   for (const FrameAmount& frame : fit.frames) fit.unlike_any += frame.doubt > kUnlikeAny;
   return fit;
 }

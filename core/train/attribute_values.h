@@ -66,7 +66,10 @@ struct AmountFit {
   bool without_aside = false;
   int unlike_any = 0;  // frames with a doubt above kUnlikeAny
 };
-// At least two annotated frames, not all of one value; all of them training frames.
+// Whether two annotated frames of different value, or more, show the region and the skin beside it well
+// enough to be learnt from.
+bool can_regress(std::span<const LookedFrame> frames);
+// Frames that can be regressed. An annotated one that shows too little keeps its value and teaches nothing.
 AmountFit regress_amounts(std::span<const LookedFrame> frames);
 
 }  // namespace likeness

@@ -74,6 +74,8 @@ TEST_F(AttributeCommand, SaysWhatCannotBePainted) {
   EXPECT_NE(why(add(59, 1, {"--box", "100,100,150,150"})).find("held out"), std::string::npos);
   EXPECT_NE(why(add(999, 1, {"--box", "100,100,150,150"})).find("does not hold"), std::string::npos);
   EXPECT_NE(why(add(5, 1, {"--box", "9,9,9,20"})).find("empty"), std::string::npos);
+  EXPECT_NE(why(add(5, 1, {"--box", "nan,9,0,inf"})).find("empty"), std::string::npos);
+  EXPECT_NE(why(add(5, 1, {"--box", "5000,5000,9e9,9e9"})).find("empty"), std::string::npos);
   EXPECT_NE(why(add(5, 1, {"--region", (root_ / "none.png").string()})).find("none.png"), std::string::npos);
   Image8 small(10, 10, 1, 255);
   ASSERT_TRUE(write_image(root_ / "small.png", small).ok());

@@ -198,15 +198,18 @@ void draw_subject(const Snapshot& snapshot, Requests& requests) {
 void draw_amount(const Snapshot& snapshot, MaskSight& sight, Requests& requests) {
   const AttributesView& view = snapshot.masks.attributes;
   const AttributeAnnotation* own = find_annotation(*view.all, view.name, snapshot.masks.frame);
-  float amount = own ? float(own->value) : sight.amount;
+  // While the slider is held it shows what it was moved to, not what the frame still has.
+  float amount = own && !sight.moving_amount ? float(own->value) : sight.amount;
   ImGui::AlignTextToFramePadding();
   ImGui::TextUnformatted("Amount here");
   ImGui::SameLine(0, px(10));
   if (slider("##amount", &amount, {-1, 1, 0, 0, 0}, "%.2f",
-             std::min(px(240), ImGui::GetContentRegionAvail().x)))
+             std::min(px(240), ImGui::GetContentRegionAvail().x)) ||
+      ImGui::IsItemActivated())
     sight.amount = std::round(100 * amount) / 100;
+  sight.moving_amount = ImGui::IsItemActive();
   // Once it is let go, so that one move is one step of undo.
-  if (own && ImGui::IsItemDeactivated() && double(sight.amount) != own->value)
+  if (own && ImGui::IsItemDeactivated() && std::abs(double(sight.amount) - own->value) > 0.005)
     requests.masks.attributes.set = sight.amount;
   if (plain_button("None of it here", !snapshot.situation.running)) requests.masks.attributes.set = 0.f;
   tooltip("This frame shows how the person mostly is: amount 0, nothing needs to be painted on it.");
@@ -235,8 +238,7 @@ void draw_attributes(const Snapshot& snapshot, MaskSight& sight, Requests& reque
   }
   if (!listed) faint_text(fmt::format("'{}' is not painted on any frame yet.", view.name));
   ImGui::SetNextItemWidth(std::min(px(180), 0.6f * ImGui::GetContentRegionAvail().x));
-  ImGui::InputTextWithHint("##attribute name", "such as: cheek puff", sight.name.data(),
-                           sight.name.size());
+  ImGui::InputTextWithHint("##attribute name", "such as: cheek puff", sight.name.data(), sight.name.size());
   note_widget("attribute name");
   ImGui::SameLine(0, px(8));
   if (plain_button("New attribute", sight.name[0] != 0)) {
@@ -300,7 +302,9 @@ void draw_frame_choice(const Snapshot& snapshot, Requests& requests) {
 void draw_attribute_advice(const Snapshot& snapshot, const CaptureFrame* own) {
   if (snapshot.situation.running)
     faint_text("Strokes are painted when the work is done or stopped.");
-  else if (!own || !own->used)
+  else if (!own || !own->used ||
+           std::ranges::find(snapshot.contents->project.options.left_out, own->frame) !=
+               snapshot.contents->project.options.left_out.end())
     faint_text("Nothing is learnt from this frame: paint on one that trains.");
   else
     faint_text(

@@ -92,7 +92,7 @@ TEST(Attributes, KeepOneAnnotationAFrameInOrder) {
 TEST(Attributes, HaveNamesThatCanBeTyped) {
   for (const char* name : {"cheek puff", "a", "brow_L-2"})
     EXPECT_TRUE(check_attribute_name(name).ok()) << name;
-  for (const char* name : {"", " a", "a ", "a=b", "a,b", "caf\xc3\xa9", "a\n"})
+  for (const char* name : {"", " a", "a ", "a=b", "a,b", "caf\xc3\xa9", "a\n", "cheek_L", "cheek_R"})
     EXPECT_FALSE(check_attribute_name(name).ok()) << name;
   EXPECT_FALSE(check_attribute_name(std::string(41, 'a')).ok());
 }
@@ -119,6 +119,14 @@ TEST(Attributes, StrokesOfAMaskCoverIt) {
     EXPECT_LT(share_wrong(cover.person, mask), size < 100 ? 0.15 : 0.06) << size;
   }
   EXPECT_TRUE(strokes_of_mask(Image8(30, 20, 1)).empty());
+  // Two marks, lower than the strokes lie apart, far from each other.
+  Image8 marks(900, 900, 1);
+  for (const int y : {100, 698})
+    for (int row = y; row < y + 3; ++row)
+      for (int x = 400; x < 440; ++x) *marks.at(x, row) = 255;
+  const StrokeCover both = cover_strokes(strokes_of_mask(marks), {0, 0, 900}, 900);
+  ASSERT_FALSE(both.empty());
+  for (const int y : {101, 699}) EXPECT_GT(both.person.data[std::size_t(y) * 900 + 420], 0.5f) << y;
 }
 
 TEST(Attributes, StrokesOfABoxFillIt) {

@@ -106,6 +106,34 @@ TEST(AttributeValues, HeldOutFramesTeachNothing) {
   for (std::size_t i = 0; i < 130; ++i) ASSERT_EQ(fit.frames[i].value, other.frames[i].value) << i;
 }
 
+TEST(AttributeValues, AnnotatedFramesThatShowTooLittleTeachNothing) {
+  Clip clip = made_up(150, 8);
+  annotate(clip, {2, 10, 23, 35, 60, 71, 95, 110});
+  const AmountFit fit = regress_amounts(clip.frames);
+  LookedFrame& turned = clip.frames[45];  // told amount 1, but the region is not seen
+  turned.look = {Eigen::VectorXf::Zero(180), std::vector<std::uint8_t>(60), 0};
+  turned.annotated = true, turned.value = 1;
+  const AmountFit other = regress_amounts(clip.frames);
+  EXPECT_EQ(other.frames[45].value, 1);
+  EXPECT_NEAR(other.left_out_error, fit.left_out_error, 0.02);
+  EXPECT_GT(correlation(clip, other, 50, 150), 0.97);
+}
+
+TEST(AttributeValues, TwoThatShowItDifferentlyAreNeeded) {
+  Clip clip = made_up(60, 9);
+  EXPECT_FALSE(can_regress(clip.frames));
+  annotate(clip, {20});
+  EXPECT_FALSE(can_regress(clip.frames));
+  clip.frames[5].annotated = true, clip.frames[5].value = clip.frames[20].value;
+  EXPECT_FALSE(can_regress(clip.frames)) << "both show the same";
+  clip.frames[5].value = clip.frames[20].value - 0.5;
+  EXPECT_TRUE(can_regress(clip.frames));
+  clip.frames[5].look.share = 0;
+  EXPECT_FALSE(can_regress(clip.frames)) << "one of them is turned away";
+  for (LookedFrame& frame : clip.frames) frame.look.share = 0;
+  EXPECT_FALSE(can_regress(clip.frames));
+}
+
 TEST(AttributeValues, StayInRangeWhateverTheLooks) {
   Clip clip = made_up(60, 7, 5.0);
   annotate(clip, {2, 40});
