@@ -285,7 +285,7 @@ void Studio::request_picture() {
                              : std::nullopt) {
     request.camera = frame->camera;
     request.pose = frame->pose;
-    request.pose.attributes = frame_amounts(*avatar->avatar, contents_->courses, frame->frame);
+    request.pose.attributes = frame_amounts(avatar->avatar, contents_->courses, frame->frame);
     request.origin.frame = frame->frame;
     request.moving = false;
   } else {
