@@ -22,6 +22,7 @@ const std::vector<ModelSpec>& study_models() {
       {.name = "painted-grid",
        .about = "CoNeRF-like: a slice chosen by painted attributes alone",
        .mode = hyper,
+       .once = true,
        .painted = true,
        .change = [](TrainOptions& o) { o.use_expression = false; }},
       {.name = "moved-picture",
