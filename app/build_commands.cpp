@@ -195,6 +195,15 @@ int run(Project& project, Stage last, const CommonOptions& common, const ChosenB
   return kExitDone;
 }
 
+// Whether this is the project's clip, perhaps moved or copied since: what was decided of it still holds.
+bool is_clip_of(const Project& project, const fs::path& video) {
+  std::error_code other;
+  if (fs::equivalent(project.options.video, video, other)) return true;
+  const auto capture = read_capture(capture_path(project));
+  const auto hash = hash_video(video);
+  return capture && hash && capture->video_hash == *hash;
+}
+
 // A first build that fails on its clip leaves no folder behind: there is nothing in it to keep.
 int run_new(const BuildArguments& arguments, Stage last) {
   const auto backend = chosen_backend(arguments.common, arguments.precision);
@@ -204,9 +213,7 @@ int run_new(const BuildArguments& arguments, Stage last) {
   ProjectOptions options = arguments.options;
   options.video = arguments.input;
   options.seed = arguments.common.seed;
-  std::error_code other;
-  if (const auto earlier = open_project(arguments.project);
-      earlier && fs::equivalent(earlier->options.video, options.video, other))
+  if (const auto earlier = open_project(arguments.project); earlier && is_clip_of(*earlier, options.video))
     options.left_out = earlier->options.left_out, options.refits = earlier->options.refits,
     options.identity = earlier->options.identity, options.displacement = earlier->options.displacement;
   if (!arguments.identity.empty()) options.identity = arguments.identity == "none" ? "" : arguments.identity;
@@ -235,6 +242,7 @@ int run_existing(const BuildArguments& arguments, Stage last, const CLI::App& ve
   ProjectOptions options = opened->options;
   if (given("--budget")) options.budget_s = arguments.options.budget_s, options.steps = 0;
   if (given("--steps")) options.steps = arguments.options.steps;
+  if (given("--checkpoint-every")) options.checkpoint_every_s = arguments.options.checkpoint_every_s;
   if (given("--mode")) options.mode = arguments.options.mode;
   if (given("--landmark-loss")) options.landmark_loss = arguments.options.landmark_loss;
   if (given("--seed")) options.seed = arguments.common.seed;

@@ -186,6 +186,7 @@ Result<int> render_driven(const RenderArguments& arguments, const OpenedAvatar& 
   FilmOptions options = film_options(arguments);
   // What is wrong with the film is said before the clip is tracked.
   if (const auto apart = check_out(request, options.out); !apart) return apart.error();
+  if (const auto free = check_not_taken(opened, options); !free) return free.error();
   const auto info = probe_video(request.video);
   if (!info) return info.error();
   const auto expected = std::size_t(std::max(2, info->frame_count));

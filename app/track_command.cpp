@@ -78,6 +78,12 @@ Result<void> write_results(const TrackArguments& arguments, const VideoInfo& inf
 
 int run(const TrackArguments& arguments) {
   const ThreadLimit limit(arguments.common.threads);
+  for (const fs::path& written : {arguments.out, arguments.overlay, arguments.strip}) {
+    std::error_code ignored;
+    if (!written.empty() && fs::equivalent(written, arguments.video, ignored))
+      return report_failure({ErrorCode::bad_input, "What is written would replace the clip.",
+                             "Give --out, --overlay and --strip names of their own.", written.string()});
+  }
   const auto info = probe_video(arguments.video);
   if (!info) return report_failure(info.error());
   const auto model = project_head_model(arguments.models);

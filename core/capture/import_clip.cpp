@@ -160,6 +160,7 @@ Result<void> write_frames(const Capture& capture, const fs::path& folder, const 
     }
     return {};
   };
+  std::size_t count = 0;
   for (const CaptureFrame& wanted : capture.frames) {
     if (stop.stop_requested()) return cancelled_error();
     auto frame = reader->next();
@@ -172,8 +173,9 @@ Result<void> write_frames(const Capture& capture, const fs::path& folder, const 
     if (batch.size() == kBatch) {
       if (auto flushed = flush(); !flushed) return flushed;
     }
-    progress.report(double(wanted.frame + 1) / double(capture.frames.size()),
-                    fmt::format("Writing picture {} of {}", wanted.frame + 1, capture.frames.size()));
+    ++count;
+    progress.report(double(count) / double(capture.frames.size()),
+                    fmt::format("Writing picture {} of {}", count, capture.frames.size()));
   }
   return flush();
 }

@@ -90,7 +90,7 @@ class FaceFinder {
     const double longer = std::max(frame.rgb.width, frame.rgb.height);
     if (scale_ == 0) scale_ = std::min(1.0, kFirstLook / longer);
     if (++looks_since_ > kRecall) last_.reset();
-    for (double scale = scale_; scale * longer <= kLastLook; scale *= 2) {
+    for (double scale = scale_; scale * longer < kLastLook + 0.5; scale *= 2) {
       const FaceSample sample = judge(frame.index, detect_at(detector_, frame.rgb, scale, last_));
       if (!sample.face) continue;
       last_ = sample.face, looks_since_ = 0;

@@ -8,6 +8,8 @@
 
 #include "core/direct/direct_avatar.h"
 #include "core/export/head_mesh.h"
+#include "core/project/care.h"
+#include "core/project/further_clips.h"
 #include "core/render/render.h"
 #include "core/video/decode.h"
 
@@ -66,10 +68,22 @@ Result<int> write_keys(const OpenedAvatar& opened, const DrivenClip& clip, const
   return int(clip.frames.size());
 }
 
-// Pictures are made from these files; none of them is ever replaced by what is made.
-std::optional<Error> taken_name(const OpenedAvatar& opened, const FilmOptions& options) {
-  for (const std::filesystem::path& used :
-       {opened.project.options.video, std::filesystem::path(options.background)}) {
+// A file of the project's own.
+bool is_kept_in(const Project& project, const std::filesystem::path& out) {
+  std::error_code ignored;
+  return is_project_name(out.filename().string()) &&
+         std::filesystem::equivalent(out.parent_path().empty() ? "." : out.parent_path(), project.folder,
+                                     ignored);
+}
+
+}  // namespace
+
+Result<void> check_not_taken(const OpenedAvatar& opened, const FilmOptions& options) {
+  std::vector<std::filesystem::path> all{opened.project.options.video, options.background};
+  for (const int number : opened.project.further_clips)
+    if (const auto further = open_further_clip(opened.project, number)) all.push_back(further->options.video);
+  if (is_kept_in(opened.project, options.out)) all.push_back(options.out);
+  for (const std::filesystem::path& used : all) {
     std::error_code ignored;
     if (used.empty() || (used.lexically_normal() != options.out.lexically_normal() &&
                          !std::filesystem::equivalent(used, options.out, ignored)))
@@ -77,10 +91,8 @@ std::optional<Error> taken_name(const OpenedAvatar& opened, const FilmOptions& o
     return Error{ErrorCode::bad_input, "--out names a file that the avatar or its pictures are made from.",
                  "Give --out a name of its own.", options.out.string()};
   }
-  return std::nullopt;
+  return {};
 }
-
-}  // namespace
 
 Result<void> check_output(const Avatar& avatar, const Intrinsics& picture, std::size_t frames,
                           const FilmOptions& options) {
@@ -97,7 +109,7 @@ Result<void> check_output(const Avatar& avatar, const Intrinsics& picture, std::
 
 Result<int> write_posed(const OpenedAvatar& opened, const Film& film, const FilmOptions& options,
                         const Progress& progress, std::stop_token stop) {
-  if (auto taken = taken_name(opened, options)) return *taken;
+  if (const auto free = check_not_taken(opened, options); !free) return free.error();
   if (!is_mesh_name(options.out)) return write_film(opened, film, options, progress, stop);
   const Intrinsics& picture = film.cameras.front().intrinsics;
   if (const auto fine = check_output(opened.avatar, picture, film.poses.size(), options); !fine)
@@ -128,6 +140,7 @@ Result<DrivenOutput> write_driven(const OpenedAvatar& opened, const DriveRequest
   if (!info) return info.error();
   // What is wrong with the picture is said before the clip is tracked.
   if (const auto apart = check_out(request, options.out); !apart) return apart.error();
+  if (const auto free = check_not_taken(opened, options); !free) return free.error();
   const bool to_keys = is_keys_name(options.out);
   const auto expected = std::size_t(std::max(2, info->frame_count));
   if (side_by_side) options.beside_width = 1;  // not known yet, but not none

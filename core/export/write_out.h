@@ -15,6 +15,10 @@
 
 namespace likeness {
 
+// That --out names neither a file that the avatar or its pictures are made from, further clips included, nor
+// one that the project keeps: none of these is ever replaced.
+Result<void> check_not_taken(const OpenedAvatar& opened, const FilmOptions& options);
+
 // What is wrong with writing so many frames of this picture there, if anything; cheap, so that it can be said
 // before long work. What only pictures have is refused of a mesh.
 Result<void> check_output(const Avatar& avatar, const Intrinsics& picture, std::size_t frames,

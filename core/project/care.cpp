@@ -116,6 +116,8 @@ Result<ClipGuard> clip_guard(const fs::path& folder) {
 
 }  // namespace
 
+bool is_project_name(const std::string& name) { return std::ranges::find(kNames, name) != std::end(kNames); }
+
 std::optional<Error> missing_clip(const Project& project) {
   std::error_code ignored;
   if (fs::exists(project.options.video, ignored)) return std::nullopt;

@@ -19,6 +19,10 @@ std::optional<Error> missing_clip(const Project& project);
 // nothing yet takes any clip. Takes the project's lock.
 Result<Project> relink_clip(const std::filesystem::path& folder, const std::filesystem::path& clip);
 
+// Whether a project keeps a file or folder of this name in its own folder, performances and what was painted
+// apart.
+bool is_project_name(const std::string& name);
+
 // Whether these frames may be left out of the training: known ones that train. Held-out frames measure the
 // avatar; leaving one out would flatter it, so they are refused by number.
 Result<void> check_left_out(const Capture& capture, const std::vector<int>& frames);

@@ -136,11 +136,13 @@ ProjectOptions options_from_json(const json& j, int version) {
 }
 
 json to_json(const StageRecord& record) {
-  return {{"state", kStateNames[std::size_t(record.state)]},
-          {"input_hash", record.input_hash},
-          {"seconds", record.seconds},
-          {"message", record.message},
-          {"warnings", record.warnings}};
+  json j{{"state", kStateNames[std::size_t(record.state)]},
+         {"input_hash", record.input_hash},
+         {"seconds", record.seconds},
+         {"message", record.message},
+         {"warnings", record.warnings}};
+  if (!record.track_inputs.empty()) j["track_inputs"] = record.track_inputs;
+  return j;
 }
 
 StageRecord record_from_json(const json& j) {
@@ -153,6 +155,7 @@ StageRecord record_from_json(const json& j) {
   record.seconds = j.at("seconds");
   record.message = j.at("message");
   record.warnings = j.at("warnings").get<std::vector<std::string>>();
+  record.track_inputs = j.value("track_inputs", "");
   return record;
 }
 
@@ -222,25 +225,39 @@ Result<Project> open_project(const fs::path& folder) {
   }
 }
 
+namespace {
+
+// Whether there is anything in a folder but what a run that was killed at once left there.
+bool holds_other_files(const fs::path& folder) {
+  std::error_code failure;
+  for (fs::directory_iterator it(folder, failure), end; !failure && it != end; it.increment(failure)) {
+    const std::string name = it->path().filename().string();
+    if (name != ".lock" && !(name.starts_with(".project.") && name.ends_with(".part.json"))) return true;
+  }
+  return false;
+}
+
+}  // namespace
+
 Result<Project> open_or_create_project(const fs::path& folder, const ProjectOptions& options) {
   Project project;
   project.folder = folder;
   std::error_code failure;
   const bool exists = fs::exists(project_file(folder), failure);
   if (failure) return file_error(folder, "open", failure.value());
+  if (!exists && fs::is_directory(folder, failure) && holds_other_files(folder))
+    return Error{ErrorCode::bad_input,
+                 fmt::format("The folder {} holds other files and no project.json.", folder.string()),
+                 "Name a new or empty folder for the project.", folder.string()};
+  if (const auto writable = make_writable_folder(folder); !writable) return writable.error();
+  // Another process that works on the project writes project.json too: the lock first, then the newest of it.
+  const auto lock = ProjectLock::acquire(project);
+  if (!lock) return lock.error();
   if (exists) {
     auto opened = open_project(folder);
     if (!opened) return opened.error();
     project = std::move(*opened);
-  } else if (fs::is_directory(folder, failure) && !fs::is_empty(folder, failure) && !failure) {
-    return Error{ErrorCode::bad_input,
-                 fmt::format("The folder {} holds other files and no project.json.", folder.string()),
-                 "Name a new or empty folder for the project.", folder.string()};
   }
-  if (const auto writable = make_writable_folder(folder); !writable) return writable.error();
-  // Another process that works on the project writes project.json too.
-  const auto lock = ProjectLock::acquire(project);
-  if (!lock) return lock.error();
   project.options = options;
   project.options.video = remembered(options.video);
   project.options.head_model = remembered(options.head_model);
@@ -270,8 +287,12 @@ Result<ProjectLock> ProjectLock::acquire(const Project& project) {
   const fs::path path = project.folder / ".lock";
   const int fd = ::open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644);
   if (fd < 0) return file_error(path, "write", errno);
-  if (::flock(fd, LOCK_EX | LOCK_NB) != 0) {
+  int failed = ::flock(fd, LOCK_EX | LOCK_NB);
+  while (failed != 0 && errno == EINTR) failed = ::flock(fd, LOCK_EX | LOCK_NB);
+  if (failed != 0) {
+    const int why = errno;
     ::close(fd);
+    if (why != EWOULDBLOCK) return file_error(path, "lock", why);  // a file system without locks
     return Error{ErrorCode::failed,
                  fmt::format("Another Likeness is working on {}.", project.folder.string()),
                  "Wait for it to finish, or stop it, then run this again.", project.folder.string()};

@@ -39,6 +39,9 @@ struct StageRecord {
   double seconds = 0;      // spent on it, over all runs
   std::string message;     // what was found, or why it failed
   std::vector<std::string> warnings;
+  // Of the fit: what the whole clip's track was fitted from, spans fitted again and detail maps apart, while
+  // track.json is that track, however the stage ended. Empty otherwise.
+  std::string track_inputs{};
 };
 
 // What the user chose. Everything else has one default, kept by the stages themselves.

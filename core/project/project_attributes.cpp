@@ -51,13 +51,9 @@ Result<Frames> gather_frames(const Project& project, const TrainingSet& set, std
   frames.held_out = tracked_views(*read);
   for (TrainingView& view : frames.held_out) {
     if (stop.stop_requested()) return cancelled_error();
-    auto rgb = read_image(project.folder / "frames" / fmt::format("{:06}.png", view.camera.frame));
+    auto rgb =
+        read_own_picture(project.folder / "frames", fmt::format("{:06}.png", view.camera.frame), set.size, 3);
     if (!rgb) return rgb.error();
-    if (rgb->width != set.size || rgb->height != set.size || rgb->channels != 3)
-      return Error{ErrorCode::bad_input,
-                   fmt::format("Frame {} is {} x {} px and not {} x {} in three colours.", view.camera.frame,
-                               rgb->width, rgb->height, set.size, set.size),
-                   "Delete the project's frames folder and run the build again.", project.folder.string()};
     view.rgb = std::move(*rgb);
   }
   for (const TrainingView& view : set.views) frames.all.push_back(&view);

@@ -68,19 +68,28 @@ Result<void> check_track_fits(const Track& track, const HeadModel& model) {
                "Run likeness fit, so that the track is made anew.", "track.json"};
 }
 
+Result<Image8> read_own_picture(const std::filesystem::path& folder, const std::string& name, int size,
+                                int channels) {
+  auto picture = read_image(folder / name);
+  const bool fits =
+      picture && picture->width == size && picture->height == size && picture->channels == channels;
+  if (fits) return picture;
+  return Error{
+      ErrorCode::bad_input,
+      picture ? fmt::format("{} is not of the project's {} x {} px.", (folder / name).string(), size, size)
+              : fmt::format("{} is missing or damaged.", (folder / name).string()),
+      fmt::format("Delete {} and run the build again: it is made anew.", folder.string()),
+      (folder / name).string()};
+}
+
 Result<void> load_view_pictures(const Project& project, TrainingView& view) {
   const std::string name = fmt::format("{:06}.png", view.camera.frame);
-  auto rgb = read_image(project.folder / "frames" / name);
+  const int width = view.camera.intrinsics.width;
+  auto rgb = read_own_picture(project.folder / "frames", name, width, 3);
   if (!rgb) return rgb.error();
   view.rgb = std::move(*rgb);
-  auto alpha = read_image(project.folder / "masks" / name);
+  auto alpha = read_own_picture(project.folder / "masks", name, width, 1);
   if (!alpha) return alpha.error();
-  const int width = view.camera.intrinsics.width;
-  if (view.rgb.width != width || view.rgb.channels != 3 || alpha->width != width || alpha->channels != 1) {
-    return Error{ErrorCode::bad_input,
-                 fmt::format("Frame or mask {} does not have the project's size of {} px.", name, width),
-                 "Delete the project's frames folder and run the build again.", project.folder.string()};
-  }
   view.alpha = TiledMask(*alpha);
   return {};
 }

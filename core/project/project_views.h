@@ -38,7 +38,11 @@ Capture without_left_out(Capture capture, const std::vector<int>& left_out);
 // One view a used frame with a good or weak track whose camera is known, without pictures; has_plate is not
 // known here.
 std::vector<TrainingView> tracked_views(const TrackedCapture& tracked);
-// Frame and matte of a view of the project. A whole file of another size is an error.
+// One of the project's own pictures, frames/000360.png or masks/000360.png. One that is missing, damaged or
+// of another size is an Error that says which folder to delete, so that it is made anew.
+Result<Image8> read_own_picture(const std::filesystem::path& folder, const std::string& name, int size,
+                                int channels);
+// Frame and matte of a view of the project, by read_own_picture.
 Result<void> load_view_pictures(const Project& project, TrainingView& view);
 
 // The background plate and where it was seen; both stay empty where there is none.

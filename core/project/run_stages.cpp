@@ -117,10 +117,16 @@ Result<void> drop_foreign_regions(const Project& project, const Capture& capture
 
 // Strokes on another clip's masks and faces say nothing about this one's; somebody's work is not removed,
 // though.
-Result<void> set_aside_foreign_strokes(const Project& project, const Capture& capture,
+Result<void> set_aside_foreign_strokes(Project& project, const Capture& capture,
                                        std::vector<std::string>& warnings) {
   const auto before = read_capture(capture_path(project));
   if (!before || before->video_hash == capture.video_hash) return {};
+  // Nor does what was answered of its person.
+  project.consent = Consent::not_asked;
+  if (!project.further_clips.empty()) {
+    project.further_clips.clear();
+    warnings.push_back("The further clips were of the person before; add those of this one anew.");
+  }
   if (is_there(attributes_path(project))) {
     const auto aside = set_aside_attributes(project);
     if (!aside) return aside.error();
@@ -212,6 +218,7 @@ std::string first_fit_inputs(const Project& project) {
 // Whether track.json is the whole clip's fit from these inputs, without spans fitted again.
 bool first_track_is_there(const StageContext& context, const HeadModel& model, const std::string& inputs) {
   if (!is_there(track_path(context.project))) return false;
+  if (context.before.track_inputs == inputs) return true;
   if (context.before.state == StageState::done && context.before.input_hash == inputs) return true;
   if (is_there(refits_path(context.project))) return false;
   const auto detail = read_project_detail(context.project, model);
@@ -243,6 +250,7 @@ Result<void> run_fit(const StageContext& context) {
   RefitWork work{*capture, *cameras, *model, {}, first_fit_inputs(context.project)};
   work.options.predictor = context.project.options.landmark_model;
   work.fitted = first_track_is_there(context, *model, work.fit_inputs);
+  context.record.track_inputs = work.fitted ? work.fit_inputs : "";
   if (is_further(context.project)) {
     auto track = read_track(track_path({.folder = context.project.first_clip}));
     if (!track) return track.error();
@@ -271,6 +279,7 @@ Result<void> run_fit(const StageContext& context) {
   auto track =
       apply_refits(context.project, work, **first, outcomes, context.record.warnings, rest, context.stop);
   if (!track) return track.error();
+  context.record.track_inputs = context.project.options.refits.empty() ? work.fit_inputs : "";
   if (!track->metre_known) {
     context.record.warnings.push_back(
         "The camera moved too little to tell its distances in metres; for a better avatar walk a wider arc "
@@ -529,6 +538,7 @@ std::string input_hash(const Project& project, Stage stage) {
       inputs += fmt::format("{} {}", clip_content(project), o.size);
       if (is_further(project)) inputs += " further";
       if (o.split != Split::tail) inputs.append(" ").append(split_name(o.split));
+      if (o.split == Split::views && o.resting_camera) inputs += " rests";  // what such a split refuses
       break;
     case Stage::align:
       inputs += fmt::format("{} {}{}", clip_content(project), o.seed, o.resting_camera ? " rests" : "");

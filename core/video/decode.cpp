@@ -12,6 +12,7 @@ extern "C" {
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
 #include <mutex>
 #include <string_view>
 #include <vector>
@@ -110,9 +111,32 @@ int find_stream_info(AVFormatContext& format) {
   return error;
 }
 
-double rate_of(AVFormatContext& format, AVStream& stream) {
-  const AVRational rate =
-      stream.avg_frame_rate.num > 0 ? stream.avg_frame_rate : av_guess_frame_rate(&format, &stream, nullptr);
+// Frames a second by the times of the first packets; 0 where they tell nothing.
+double measured_rate(const std::filesystem::path& path, int stream) {
+  constexpr std::size_t kPackets = 240;
+  constexpr int kMostRead = 10 * int(kPackets);
+  AVFormatContext* raw = nullptr;
+  if (avformat_open_input(&raw, ("file:" + path.string()).c_str(), nullptr, nullptr) < 0) return 0;
+  const std::unique_ptr<AVFormatContext, CloseFormat> format(raw);
+  const std::unique_ptr<AVPacket, FreePacket> packet(av_packet_alloc());
+  std::vector<std::int64_t> times;
+  for (int read = 0; read < kMostRead && times.size() < kPackets; ++read) {
+    if (av_read_frame(raw, packet.get()) < 0) break;
+    const std::int64_t time = packet->pts != AV_NOPTS_VALUE ? packet->pts : packet->dts;
+    if (packet->stream_index == stream && time != AV_NOPTS_VALUE) times.push_back(time);
+    av_packet_unref(packet.get());
+  }
+  if (times.size() < 2 || stream >= int(raw->nb_streams)) return 0;
+  const auto [first, last] = std::ranges::minmax(times);  // they come in the decoder's order
+  const double seconds = double(last - first) * av_q2d(raw->streams[stream]->time_base);
+  return seconds > 0 ? double(times.size() - 1) / seconds : 0;
+}
+
+double rate_of(const std::filesystem::path& path, AVFormatContext& format, AVStream& stream) {
+  if (stream.avg_frame_rate.num > 0 && stream.avg_frame_rate.den > 0) return av_q2d(stream.avg_frame_rate);
+  // What is left to guess from may be the clock's ticks: browsers write WebM that says nothing else.
+  if (const double measured = measured_rate(path, stream.index); measured > 0) return measured;
+  const AVRational rate = av_guess_frame_rate(&format, &stream, nullptr);
   return rate.num > 0 && rate.den > 0 ? av_q2d(rate) : 0;
 }
 
@@ -259,7 +283,7 @@ void VideoReader::Impl::fill_info() {
   info.width = orientation.transposed ? height : width;
   info.height = orientation.transposed ? width : height;
   info.rotation_deg = orientation.clockwise_deg;
-  info.frames_per_second = rate_of(*format, *stream);
+  info.frames_per_second = rate_of(path, *format, *stream);
   info.codec = avcodec_get_name(stream->codecpar->codec_id);
   if (stream->duration > 0) {
     info.duration_s = double(stream->duration) * av_q2d(stream->time_base);

@@ -68,11 +68,12 @@ Result<Recording> record_clip(FrameSource& source, const std::filesystem::path& 
                  "Name a file that is not there yet: a recording replaces nothing.", path.string()};
   std::optional<SteadyWriter> writer;
   int width = 0, height = 0;
-  // What was filmed is kept, however the filming ended.
+  // What was filmed is kept, however the filming ended, if the film can still be finished.
   const auto ended = [&](Error error) -> Result<Recording> {
     if (!writer) return error;
     auto recording = writer->finish();
-    if (recording) recording->broken_off = std::move(error);
+    if (!recording) return error;  // the disk is full: nothing can be finished on it
+    recording->broken_off = std::move(error);
     return recording;
   };
   while (!stop.stop_requested() && (!writer || writer->seconds() < options.longest_s)) {
@@ -94,7 +95,7 @@ Result<Recording> record_clip(FrameSource& source, const std::filesystem::path& 
                     "Record again without turning the camera or changing its settings meanwhile.",
                     path.string()});
     if (seen) seen(picture);
-    if (auto added = writer->add(picture); !added) return added.error();
+    if (auto added = writer->add(picture); !added) return ended(added.error());
   }
   if (!writer) return stop.stop_requested() ? cancelled_error() : no_picture(path);
   return writer->finish();

@@ -3,6 +3,8 @@
 
 #include <gmock/gmock.h>
 
+#include <algorithm>
+#include <array>
 #include <cstdlib>
 #include <fstream>
 
@@ -130,6 +132,29 @@ TEST_F(Decode, KeepsVariableFrameTimes) {
     ASSERT_TRUE(frame && *frame) << i;
     EXPECT_NEAR((*frame)->time_s, i < 10 ? i / 25.0 : 0.4 + (i - 10) * 0.12, 2e-3) << i;
   }
+}
+
+TEST_F(Decode, MeasuresTheRateOfAFileThatDoesNotTellIt) {
+  if (!have_ffmpeg()) GTEST_SKIP() << "needs the ffmpeg program to make a WebM file";
+  write_clip(folder_ / "a.mp4", 64, 64, 90);
+  ASSERT_EQ(
+      ffmpeg("-i a.mp4 -vf \"setpts='(N+0.4*mod(7*N,5)/5)/30/TB'\" -vsync passthrough -c:v libvpx b.webm"),
+      0);
+  // As browsers write it: without the track's default duration (EBML element 0x23E383), here made void.
+  auto bytes = *read_file(folder_ / "b.webm");
+  const std::array<std::byte, 3> wanted{std::byte(0x23), std::byte(0xe3), std::byte(0x83)};
+  const auto at = std::ranges::search(bytes, wanted).begin();
+  if (at != bytes.end()) {
+    const int length = int(at[3]) & 0x7f;  // of its data, one byte said how many
+    ASSERT_LE(length, 8);
+    at[0] = std::byte(0xec), at[1] = std::byte(0x80 | (length + 2));
+  }
+  ASSERT_TRUE(write_file(folder_ / "c.webm", bytes).ok());
+  const auto info = probe_video(folder_ / "c.webm");
+  ASSERT_TRUE(info) << info.error().what;
+  EXPECT_NEAR(info->frames_per_second, 30, 1);
+  EXPECT_NEAR(info->frame_count, 90, 4);
+  EXPECT_EQ(sampling_stride(*info), 1);
 }
 
 TEST_F(Decode, ReadsFullRangeTenBitAndMatroska) {
