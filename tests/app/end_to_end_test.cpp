@@ -109,6 +109,21 @@ TEST_F(EndToEnd, MapsThatCannotBeTheirsAreRefusedAndNothingChanges) {
   EXPECT_EQ(fs::last_write_time(project / "project.json"), before);
 }
 
+TEST_F(EndToEnd, MapsOfOtherFramesCostNoNewTrack) {
+  const fs::path project = folder_ / "p.likeness", maps = folder_ / "foreign maps";
+  fs::create_directories(maps);
+  ASSERT_TRUE(write_image(maps / "777777.png", Image8(64, 64, 1, 128)).ok());
+  const auto track = fs::last_write_time(project / "track.json"),
+             avatar = fs::last_write_time(project / "avatar.bin");
+  const ProgramResult refused = likeness({"fit", project.string(), "--displacement", maps.string()});
+  EXPECT_EQ(refused.exit_code, 1);
+  EXPECT_NE(refused.err.find("frames of this clip"), std::string::npos) << refused.err;
+  ASSERT_EQ(likeness({"fit", project.string(), "--displacement", "none"}).exit_code, 0);
+  ASSERT_EQ(likeness({"train", project.string()}).exit_code, 0);
+  EXPECT_EQ(fs::last_write_time(project / "track.json"), track);
+  EXPECT_EQ(fs::last_write_time(project / "avatar.bin"), avatar);
+}
+
 TEST_F(EndToEnd, TheAvatarResemblesFramesItNeverSaw) {
   EXPECT_EQ(report().at("frames_test"), 4);
   EXPECT_EQ(report().at("split"), "tail");
