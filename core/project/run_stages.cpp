@@ -85,15 +85,22 @@ bool results_exist(const Project& project, Stage stage) {
     case Stage::align:
       return is_there(cameras_path(project));
     case Stage::fit:
-      return is_there(track_path(project)) &&
-             (project.options.displacement.empty() || is_further(project) || is_there(detail_path(project)));
+      return is_there(track_path(project));
     case Stage::matte:
       return is_there(project.folder / "masks");
     case Stage::train:
-      return is_there(avatar_path(project)) &&
-             (!is_there(attributes_path(project)) || is_there(attribute_values_path(project)));
+      return is_there(avatar_path(project));
   }
   return false;
+}
+
+// What a stage writes beside its result if it was asked to: deleted, it is made anew.
+bool lesser_results_exist(const Project& project, Stage stage) {
+  if (stage == Stage::fit)
+    return project.options.displacement.empty() || is_further(project) || is_there(detail_path(project));
+  if (stage == Stage::train)
+    return !is_there(attributes_path(project)) || is_there(attribute_values_path(project));
+  return true;
 }
 
 struct StageContext {
@@ -606,7 +613,7 @@ std::pair<double, double> stage_span(const ProjectOptions& options, Stage last, 
 bool is_current_alone(const Project& project, Stage stage) {
   const StageRecord& record = project.record(stage);
   return record.state == StageState::done && results_exist(project, stage) &&
-         record.input_hash == input_hash(project, stage);
+         lesser_results_exist(project, stage) && record.input_hash == input_hash(project, stage);
 }
 
 bool is_current(const Project& project, Stage stage) {

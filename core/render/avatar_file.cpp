@@ -334,18 +334,19 @@ json meta_of(const Sections& sections) {
   return json::parse(text, text + meta->second.size());
 }
 
-FieldPart room_from(const json& j, const Sections& sections) {
-  FieldPart room = part_from(j, sections, "room");
-  if (room.field.config.condition_count != 0) throw Bad{"the room depends on an expression"};
-  return room;
+// Torso and room, which know no expression.
+FieldPart unconditioned_from(const json& j, const Sections& sections, const char* name) {
+  FieldPart part = part_from(j, sections, name);
+  if (part.field.config.condition_count != 0) throw Bad{fmt::format("the {} depends on an expression", name)};
+  return part;
 }
 
 Avatar avatar_from(const Sections& sections) {
   const json j = meta_of(sections);
   Avatar a;
   a.head = part_from(j.at("head"), sections, "head");
-  if (!j.at("torso").is_null()) a.torso = part_from(j.at("torso"), sections, "torso");
-  if (j.contains("room")) a.room = room_from(j.at("room"), sections);
+  if (!j.at("torso").is_null()) a.torso = unconditioned_from(j.at("torso"), sections, "torso");
+  if (j.contains("room")) a.room = unconditioned_from(j.at("room"), sections, "room");
   a.condition.mean = vector_from_json(j.at("condition_mean"), "condition mean");
   if (j.contains("attributes")) {
     const json& attributes = j.at("attributes");
@@ -481,7 +482,7 @@ Result<FieldPart> read_room(const std::filesystem::path& path) {
   if (!sections) return sections.error();
   std::string detail;
   try {
-    FieldPart room = room_from(meta_of(*sections), *sections);
+    FieldPart room = unconditioned_from(meta_of(*sections), *sections, "room");
     round_tables(room.field);
     return room;
   } catch (const Bad& bad) {

@@ -136,7 +136,9 @@ std::string training_fingerprint(const TrainingSet& set, const TrainOptions& opt
     text += fmt::format("sizes {} {} {} {} {}\n", s.head_log2_entries, s.head_finest, s.torso_log2_entries,
                         s.torso_finest, s.code_length);
   for (std::size_t a = 0; a < set.attributes.size(); ++a) {
-    text += fmt::format("attribute {}", set.attributes[a].cell);
+    const AttributeRegion& region = set.attributes[a];
+    text += fmt::format("attribute {} {} {} {} {}", region.cell, region.origin.x(), region.origin.y(),
+                        region.origin.z(), fmt::join(region.count, " "));
     add_hash(text, set.attributes[a].weights);
     for (const TrainingView& view : set.views)
       text += fmt::format("{} ", view.attributes.empty() ? 0.f : view.attributes[a]);
@@ -145,6 +147,9 @@ std::string training_fingerprint(const TrainingSet& set, const TrainOptions& opt
   if (!set.detail.empty()) text += "detail " + detail_fingerprint(set) + "\n";
   for (const std::string& view : views) text += view + "\n";
   for (const float v : set.person.identity) text += fmt::format("{} ", v);
+  // The canonical face is the resting one.
+  for (const float v : set.neutral.expression) text += fmt::format("{} ", v);
+  text += fmt::format("{} {} {}\n", set.neutral.jaw.x(), set.neutral.jaw.y(), set.neutral.jaw.z());
   for (const Vec3f& v : set.person.offsets) text += fmt::format("{} {} {} ", v.x(), v.y(), v.z());
   const TorsoGrid& grid = set.torso_modes.grid;
   text +=

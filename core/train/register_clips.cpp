@@ -44,6 +44,7 @@ void smooth(std::vector<float>& values, int width, int height, int radius) {
 // light is what a colour channel is multiplied by, nearly the same from pixel to pixel; where it changes
 // sooner, features and edges are left to say where the head is.
 Image8 in_avatars_light(const TrainingView& view, const Avatar& avatar, const RenderState& state) {
+  if (view.alpha.empty()) return view.rgb;  // nothing says where the head is
   const int width = view.rgb.width, height = view.rgb.height;
   const int radius = std::max(1, width / kLightShare);
   const RenderedFrame seen = render_frame(avatar, view.camera, state);

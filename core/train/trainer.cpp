@@ -271,11 +271,14 @@ struct Steps {
     run.mean_samples = run.mean_samples == 0 ? samples : 0.95 * run.mean_samples + 0.05 * samples;
     settle(state.schedule, state.step, now, run.step_seconds);
     if (now - run.last_report >= kReportEvery) run.report(state);
-    if (now - run.last_checkpoint >= run.options.checkpoint_every_s)
+    if (now - run.last_checkpoint >= run.options.checkpoint_every_s) {
       if (auto saved = save(); !saved) return saved;
+      before = run.elapsed();  // neither is a file a step
+    }
     if (state.step % kSnapshotEvery == 0) {
       if (auto fetched = fetch(); !fetched) return fetched;
       snapshot = state;
+      before = run.elapsed();
     }
     return run.tap.wanted && run.tap.wanted() ? show() : Result<void>();
   }
@@ -368,6 +371,8 @@ Result<Avatar> train_avatar(const TrainingSet& set, const TrainOptions& options,
   const WarpFrame warp =
       parts.warp ? make_warp_frame(set.model, shape, typical_articulation(set), kWarpCell, &set.detail)
                  : WarpFrame{};
+  if (parts.warp)
+    clear_mouth(warp.mouth, set.model, shape, articulations, volumes.head.cube, volumes.head.still);
   TrainingState state = make_training_state(set, options, map, volumes);
   std::optional<LandmarkPatches> patches;
   if (options.landmark_weight > 0) {

@@ -112,7 +112,11 @@ TEST_F(EndToEnd, MapsThatCannotBeTheirsAreRefusedAndNothingChanges) {
 TEST_F(EndToEnd, MapsOfOtherFramesCostNoNewTrack) {
   const fs::path project = folder_ / "p.likeness", maps = folder_ / "foreign maps";
   fs::create_directories(maps);
-  ASSERT_TRUE(write_image(maps / "777777.png", Image8(64, 64, 1, 128)).ok());
+  std::string header = "{'descr': '<f4', 'fortran_order': False, 'shape': (16, 16), }";
+  header.resize(117, ' ');
+  header += '\n';
+  std::ofstream(maps / "777777.npy", std::ios::binary)
+      << std::string("\x93NUMPY\x01\x00\x76\x00", 10) << header << std::string(16 * 16 * sizeof(float), '\0');
   const auto track = fs::last_write_time(project / "track.json"),
              avatar = fs::last_write_time(project / "avatar.bin");
   const ProgramResult refused = likeness({"fit", project.string(), "--displacement", maps.string()});
@@ -209,7 +213,10 @@ TEST_F(EndToEnd, TheModelsStandSideBySideAreTrainedOnceAndCanBeTrainedAgain) {
 
   EXPECT_EQ(command(out, {"--tables", "magic"}).exit_code, 1);
   EXPECT_EQ(command(out, {"--tables", "time"}).exit_code, 1);  // concat-grid stands in none of them
-  EXPECT_EQ(command(out, {"--size", "999"}).exit_code, 1);     // more than the pictures have
+  const ProgramResult larger =                                 // than the pictures are
+      likeness({"study", (folder_ / "p.likeness").string(), "--out", out.string(), "--size", "999"});
+  EXPECT_EQ(larger.exit_code, 1);
+  EXPECT_NE(larger.err.find("fewer than 999"), std::string::npos) << larger.err;
   EXPECT_EQ(command(out, {"--baked-cells", "20"}).exit_code, 1);
   EXPECT_EQ(likeness({"study", (folder_ / "p.likeness").string()}).exit_code, 1);  // where to?
 }

@@ -60,6 +60,9 @@ TEST(TrainingFingerprint, ChangesWithEveryPixelAndPose) {
   landmarks.landmark_weight = 0.1;
   EXPECT_NE(before, training_fingerprint(set, landmarks));
   set.views[2].rgb.data[10] ^= 1;
+  TrainingSet smiling = set;  // another resting face, another canonical space
+  smiling.neutral.jaw.x() += 0.01f;
+  EXPECT_NE(before, training_fingerprint(smiling, {}));
   const std::string pixel = training_fingerprint(set, {});
   EXPECT_NE(before, pixel);
   set.views[2].rgb.data[10] ^= 1;

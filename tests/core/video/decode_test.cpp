@@ -137,8 +137,10 @@ TEST_F(Decode, KeepsVariableFrameTimes) {
 TEST_F(Decode, MeasuresTheRateOfAFileThatDoesNotTellIt) {
   if (!have_ffmpeg()) GTEST_SKIP() << "needs the ffmpeg program to make a WebM file";
   write_clip(folder_ / "a.mp4", 64, 64, 90);
+  // Thirty a second, each a little late.
   ASSERT_EQ(
-      ffmpeg("-i a.mp4 -vf \"setpts='(N+0.4*mod(7*N,5)/5)/30/TB'\" -vsync passthrough -c:v libvpx b.webm"),
+      ffmpeg("-i a.mp4 -vf \"settb=1/1000,setpts='floor((N+0.4*mod(7*N,5)/5)/30/TB)'\" -vsync passthrough "
+             "-enc_time_base 1/1000 -c:v libvpx b.webm"),
       0);
   // As browsers write it: without the track's default duration (EBML element 0x23E383), here made void.
   auto bytes = *read_file(folder_ / "b.webm");
