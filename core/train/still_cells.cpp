@@ -68,32 +68,6 @@ void clear_region(const AttributeRegion& region, const FieldCube& cube, Occupanc
         }
 }
 
-void clear_mouth(const MouthFrame& mouth, const HeadModel& model, const HeadShape& shape,
-                 std::span<const Articulation> articulations, const FieldCube& cube, OccupancyGrid& still) {
-  const int n = still.resolution;
-  if (n == 0) return;
-  const float cell = cube.side / float(n), step = 0.5f * cell;
-  const std::size_t count = std::min(articulations.size(), kMostPosed);
-  for (std::size_t i = 0; i < count; ++i) {
-    const MouthGap gap =
-        make_mouth_gap(mouth, pose_head(model, shape, articulations[i * articulations.size() / count]));
-    if (gap.open <= 0) continue;
-    for (float z = gap.low.z(); z <= gap.high.z(); z += step)
-      for (float y = gap.low.y(); y <= gap.high.y(); y += step)
-        for (float x = gap.low.x(); x <= gap.high.x(); x += step) {
-          const Vec3f point(x, y, z);
-          if (!in_gap(gap, point)) continue;
-          const Vec3f at = (point + way_to_pocket(gap, point) - cube.origin) / cell;
-          for (int k = 0; k < 27; ++k) {  // its neighbours, too: the gap is sampled
-            const int cx = int(std::floor(at.x())) + k % 3 - 1, cy = int(std::floor(at.y())) + k / 3 % 3 - 1,
-                      cz = int(std::floor(at.z())) + k / 9 - 1;
-            if (std::min({cx, cy, cz}) >= 0 && std::max({cx, cy, cz}) < n)
-              set_occupied(still, cx, cy, cz, false);
-          }
-        }
-  }
-}
-
 void shuffle_conditions(const OccupancyGrid& still, std::size_t views, std::size_t own, std::uint64_t seed,
                         std::uint64_t step, FieldSamples& samples) {
   const int n = still.resolution;

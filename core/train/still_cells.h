@@ -9,7 +9,6 @@
 #include "core/head/pose_head.h"
 #include "core/render/avatar.h"
 #include "core/render/rays.h"
-#include "core/scene/mouth_pocket.h"
 
 namespace likeness {
 
@@ -26,11 +25,6 @@ OccupancyGrid still_cells(const HeadModel& model, const HeadShape& shape,
 
 // Takes out the cells in which an attribute acts: there the field must be told its amount.
 void clear_region(const AttributeRegion& region, const FieldCube& cube, OccupancyGrid& still);
-
-// Takes out the cells of the pocket that the inside of an open mouth is moved to: it lies deep in the still
-// skull, and what is seen of it follows the mouth.
-void clear_mouth(const MouthFrame& mouth, const HeadModel& model, const HeadShape& shape,
-                 std::span<const Articulation> articulations, const FieldCube& cube, OccupancyGrid& still);
 
 // Samples in still cells get the condition of a random view, without its code, so that the field learns to
 // give the same under all of them. What is learnt there needs no condition when a picture is rendered.

@@ -371,8 +371,6 @@ Result<Avatar> train_avatar(const TrainingSet& set, const TrainOptions& options,
   const WarpFrame warp =
       parts.warp ? make_warp_frame(set.model, shape, typical_articulation(set), kWarpCell, &set.detail)
                  : WarpFrame{};
-  if (parts.warp)
-    clear_mouth(warp.mouth, set.model, shape, articulations, volumes.head.cube, volumes.head.still);
   TrainingState state = make_training_state(set, options, map, volumes);
   std::optional<LandmarkPatches> patches;
   if (options.landmark_weight > 0) {

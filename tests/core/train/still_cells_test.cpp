@@ -3,7 +3,6 @@
 
 #include <gtest/gtest.h>
 
-#include <cmath>
 #include <set>
 
 #include "core/head/builtin_head.h"
@@ -43,40 +42,6 @@ TEST(StillCells, AreHairAndSkullAndNotTheMouthThatSpeaks) {
   EXPECT_TRUE(face.still(grid, landmarks[27]));  // root of the nose: no brow was raised
   const std::vector<Articulation> frown = {face.acting("browInnerUp_L", 0), face.acting("browInnerUp_L", 1)};
   EXPECT_FALSE(face.still(still_cells(face.model, face.shape, frown, face.cube, 48), landmarks[22]));
-}
-
-TEST(StillCells, AreNotThePocketOfAnOpenMouth) {
-  const Face face;
-  const std::vector<Articulation> speech = {face.acting("jawOpen", 0), face.acting("jawOpen", 0.6f)};
-  const std::vector<Vec3f> rest = pose_head(face.model, face.shape, speech[0]),
-                           open = pose_head(face.model, face.shape, speech[1]);
-  const MouthFrame mouth = make_mouth_frame(face.model, face.shape, rest);
-  const MouthGap gap = make_mouth_gap(mouth, open);
-  ASSERT_GT(gap.open, 0.003f);
-  OccupancyGrid grid = still_cells(face.model, face.shape, speech, face.cube, 48);
-  const OccupancyGrid before = grid;
-  clear_mouth(mouth, face.model, face.shape, speech, face.cube, grid);
-  int inside = 0, was_still = 0;
-  for (int i = 0; i < 20000; ++i) {
-    const auto part = [&](int prime) { return std::fmod(0.5f + float(i) * std::sqrt(float(prime)), 1.f); };
-    const Vec3f point = gap.low + Vec3f(part(2), part(3), part(5)).cwiseProduct(gap.high - gap.low);
-    if (!in_gap(gap, point)) continue;
-    const Vec3f at = point + way_to_pocket(gap, point);
-    ++inside, was_still += face.still(before, at);
-    ASSERT_FALSE(face.still(grid, at)) << at.transpose();
-  }
-  EXPECT_GT(inside, 500);
-  EXPECT_GT(was_still, inside / 2) << "it lies deep in the skull";
-  // Nothing else is taken out, and nothing of a mouth that never opens.
-  int cleared = 0, all = 0;
-  for (int z = 0; z < 48; ++z)
-    for (int y = 0; y < 48; ++y)
-      for (int x = 0; x < 48; ++x)
-        all += before.occupied(x, y, z), cleared += before.occupied(x, y, z) != grid.occupied(x, y, z);
-  EXPECT_LT(cleared, all / 8);
-  OccupancyGrid shut = before;
-  clear_mouth(mouth, face.model, face.shape, std::span(speech).first(1), face.cube, shut);
-  EXPECT_EQ(shut.bits, before.bits);
 }
 
 TEST(StillCells, AreAllOfAFaceThatNeverMoves) {
