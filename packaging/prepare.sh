@@ -83,8 +83,9 @@ configure_and_build() {
   local launcher=()
   if command -v ccache >/dev/null; then
     launcher=(-DCMAKE_CXX_COMPILER_LAUNCHER=ccache)
-    # Precompiled headers are cached only where their macros of time may be taken as they were.
-    export CCACHE_NOHASHDIR=1 CCACHE_SLOPPINESS=pch_defines,time_macros
+    # Precompiled headers are cached only where their macros of time may be taken as they were, and shared between
+    # build folders only where paths are seen from these.
+    export CCACHE_NOHASHDIR=1 CCACHE_BASEDIR=$root CCACHE_SLOPPINESS=pch_defines,time_macros
   fi
   local folder=${build_folder:-$root/build/$preset}
   (cd "$root" && cmake --preset "$preset" -B "$folder" "${launcher[@]}" "$@" && cmake --build "$folder" ${build_target:+--target "$build_target"})

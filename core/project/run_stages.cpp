@@ -124,8 +124,8 @@ Result<void> drop_foreign_regions(const Project& project, const Capture& capture
 
 // Strokes on another clip's masks and faces say nothing about this one's; somebody's work is not removed,
 // though.
-Result<void> set_aside_foreign_strokes(Project& project, const Capture& capture,
-                                       std::vector<std::string>& warnings) {
+Result<void> part_from_foreign_clip(Project& project, const Capture& capture,
+                                    std::vector<std::string>& warnings) {
   const auto before = read_capture(capture_path(project));
   if (!before || before->video_hash == capture.video_hash) return {};
   // Nor does what was answered of its person.
@@ -189,8 +189,7 @@ Result<void> run_import(const StageContext& context) {
                   int(capture->frames.size()) - used - held_out);
   context.record.warnings = capture->warnings;
   if (const auto dropped = drop_foreign_regions(context.project, *capture); !dropped) return dropped.error();
-  if (const auto aside = set_aside_foreign_strokes(context.project, *capture, context.record.warnings);
-      !aside)
+  if (const auto aside = part_from_foreign_clip(context.project, *capture, context.record.warnings); !aside)
     return aside.error();
   return write_capture(capture_path(context.project), *capture);
 }
@@ -429,7 +428,8 @@ Result<void> run_train(const StageContext& context) {
   if (const auto written = write_avatar(avatar_path(context.project), *avatar); !written) return written;
   std::error_code failure;
   if (attributes->empty())
-    fs::remove(attribute_values_path(context.project), failure);
+    fs::remove(next_attribute_values_path(context.project), failure),
+        fs::remove(attribute_values_path(context.project), failure);
   else
     fs::rename(next_attribute_values_path(context.project), attribute_values_path(context.project), failure);
   return failure ? Result<void>(file_error(attribute_values_path(context.project), "write", failure.value()))
