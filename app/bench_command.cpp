@@ -144,7 +144,7 @@ nlohmann::json to_json(const ProjectSpeed& s) {
           {"frames", s.frames},
           {"final_fps", s.final_fps},
           {"preview_fps", s.preview_fps},
-          {"preview_loss_db", s.preview_loss_db ? nlohmann::json(*s.preview_loss_db) : nlohmann::json(nullptr)},
+          {"preview_loss_db", finite_or_null(s.preview_loss_db)},
           {"preview_loss_head_db", s.preview_loss_head_db},
           {"rays_per_s", s.rays_per_s}};
 }
@@ -177,8 +177,8 @@ nlohmann::json to_json(const FullReport& full) {
 // -- Text
 
 void print_project(const ProjectSpeed& s) {
-  fmt::print("\n{} held-out frames of {} px, {} threads: final {:.2f} pictures/s, preview {:.2f} for ", s.frames,
-             s.size, current_thread_limit(), s.final_fps, s.preview_fps);
+  fmt::print("\n{} held-out frames of {} px, {} threads: final {:.2f} pictures/s, preview {:.2f} for ",
+             s.frames, s.size, current_thread_limit(), s.final_fps, s.preview_fps);
   if (s.preview_loss_db) fmt::print("{:.2f} dB less, ", *s.preview_loss_db);
   fmt::print("{:.2f} dB less at the head; {:.0f} rays/s of training\n", s.preview_loss_head_db, s.rays_per_s);
 }

@@ -1,5 +1,4 @@
 // likeness eval: held-out figures of a project.
-#include <cmath>
 #include <memory>
 
 #include <fmt/format.h>
@@ -23,41 +22,34 @@ struct EvalArguments {
   EvalOptions options;
 };
 
-nlohmann::json number(double value) {
-  return std::isfinite(value) ? nlohmann::json(value) : nlohmann::json(nullptr);
-}
-nlohmann::json number(const std::optional<double>& value) {
-  return value ? number(*value) : nlohmann::json(nullptr);
-}
-
 nlohmann::json to_json(const Evaluation& e, const Avatar& avatar, RenderQuality quality, bool up_to_date) {
   nlohmann::json frames = nlohmann::json::array();
   for (const FrameScore& f : e.frames) {
     frames.push_back({{"frame", f.frame},
-                      {"mse", number(f.mse)},
-                      {"person_mse", number(f.person_mse)},
-                      {"head_mse", number(f.head_mse)},
-                      {"face_mse", number(f.face_mse)},
-                      {"lmk_error_px", number(f.landmarks_px.inner)},
-                      {"lmk_mouth_px", number(f.landmarks_px.mouth)},
-                      {"lmk_eyes_px", number(f.landmarks_px.eyes)}});
+                      {"mse", finite_or_null(f.mse)},
+                      {"person_mse", finite_or_null(f.person_mse)},
+                      {"head_mse", finite_or_null(f.head_mse)},
+                      {"face_mse", finite_or_null(f.face_mse)},
+                      {"lmk_error_px", finite_or_null(f.landmarks_px.inner)},
+                      {"lmk_mouth_px", finite_or_null(f.landmarks_px.mouth)},
+                      {"lmk_eyes_px", finite_or_null(f.landmarks_px.eyes)}});
   }
-  return {{"psnr_db", number(e.psnr_db)},
-          {"psnr_person_db", number(e.psnr_person_db)},
-          {"psnr_head_db", number(e.psnr_head_db)},
-          {"psnr_face_db", number(e.psnr_face_db)},
-          {"psnr_pooled_db", number(e.psnr_pooled_db)},
-          {"psnr_refit_db", e.refit ? number(e.refit->psnr_db) : nlohmann::json(nullptr)},
-          {"psnr_refit_head_db", e.refit ? number(e.refit->psnr_head_db) : nlohmann::json(nullptr)},
-          {"psnr_refit_face_db", e.refit ? number(e.refit->psnr_face_db) : nlohmann::json(nullptr)},
-          {"lmk_error_px", number(e.landmarks_px.inner)},
-          {"lmk_mouth_px", number(e.landmarks_px.mouth)},
-          {"lmk_eyes_px", number(e.landmarks_px.eyes)},
-          {"ssim", number(e.ssim)},
-          {"gmsd", number(e.gmsd)},
-          {"lpips", number(e.lpips)},
-          {"mse", number(e.mse)},
-          {"face_mse", number(e.face_mse)},
+  return {{"psnr_db", finite_or_null(e.psnr_db)},
+          {"psnr_person_db", finite_or_null(e.psnr_person_db)},
+          {"psnr_head_db", finite_or_null(e.psnr_head_db)},
+          {"psnr_face_db", finite_or_null(e.psnr_face_db)},
+          {"psnr_pooled_db", finite_or_null(e.psnr_pooled_db)},
+          {"psnr_refit_db", e.refit ? finite_or_null(e.refit->psnr_db) : nlohmann::json(nullptr)},
+          {"psnr_refit_head_db", e.refit ? finite_or_null(e.refit->psnr_head_db) : nlohmann::json(nullptr)},
+          {"psnr_refit_face_db", e.refit ? finite_or_null(e.refit->psnr_face_db) : nlohmann::json(nullptr)},
+          {"lmk_error_px", finite_or_null(e.landmarks_px.inner)},
+          {"lmk_mouth_px", finite_or_null(e.landmarks_px.mouth)},
+          {"lmk_eyes_px", finite_or_null(e.landmarks_px.eyes)},
+          {"ssim", finite_or_null(e.ssim)},
+          {"gmsd", finite_or_null(e.gmsd)},
+          {"lpips", finite_or_null(e.lpips)},
+          {"mse", finite_or_null(e.mse)},
+          {"face_mse", finite_or_null(e.face_mse)},
           {"frames_test", e.frames_test},
           {"frames_lost", e.frames_lost},
           {"free_numbers_per_frame", e.free_numbers_per_frame},

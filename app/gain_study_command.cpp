@@ -1,6 +1,5 @@
 // likeness study gains: what each part of the method brings to held-out pictures.
 #include <algorithm>
-#include <cmath>
 #include <limits>
 #include <memory>
 #include <optional>
@@ -48,28 +47,24 @@ std::string cell(const std::optional<Spread>& spread, bool several) {
                  : fmt::format("{:.2f}", spread->mean);
 }
 
-nlohmann::json number(const std::optional<double>& value) {
-  return value && std::isfinite(*value) ? nlohmann::json(*value) : nlohmann::json(nullptr);
-}
-
 nlohmann::json to_json(const GainRow& row) {
   nlohmann::json scores = nlohmann::json::array();
   for (const GainScore& s : row.scores)
     scores.push_back({{"seed", s.seed},
                       {"frames", s.frames},
                       {"lost", s.lost},
-                      {"psnr_db", number(s.psnr_db)},
-                      {"psnr_person_db", number(s.psnr_person_db)},
-                      {"psnr_head_db", number(s.psnr_head_db)},
-                      {"psnr_face_db", number(s.psnr_face_db)},
-                      {"psnr_refit_db", number(s.psnr_refit_db)},
-                      {"psnr_refit_head_db", number(s.psnr_refit_head_db)},
-                      {"psnr_refit_face_db", number(s.psnr_refit_face_db)},
-                      {"lmk_error_px", number(s.landmarks_px.inner)},
-                      {"lmk_mouth_px", number(s.landmarks_px.mouth)},
-                      {"lmk_eyes_px", number(s.landmarks_px.eyes)},
+                      {"psnr_db", finite_or_null(s.psnr_db)},
+                      {"psnr_person_db", finite_or_null(s.psnr_person_db)},
+                      {"psnr_head_db", finite_or_null(s.psnr_head_db)},
+                      {"psnr_face_db", finite_or_null(s.psnr_face_db)},
+                      {"psnr_refit_db", finite_or_null(s.psnr_refit_db)},
+                      {"psnr_refit_head_db", finite_or_null(s.psnr_refit_head_db)},
+                      {"psnr_refit_face_db", finite_or_null(s.psnr_refit_face_db)},
+                      {"lmk_error_px", finite_or_null(s.landmarks_px.inner)},
+                      {"lmk_mouth_px", finite_or_null(s.landmarks_px.mouth)},
+                      {"lmk_eyes_px", finite_or_null(s.landmarks_px.eyes)},
                       {"train_seconds", s.train_seconds},
-                      {"samples_per_ray", number(s.samples_per_ray)}});
+                      {"samples_per_ray", finite_or_null(s.samples_per_ray)}});
   return {{"variant", row.variant}, {"about", row.about}, {"scores", scores}};
 }
 

@@ -1,5 +1,4 @@
 // likeness study landmarks: what the landmark loss measures, beside a detector.
-#include <cmath>
 #include <memory>
 #include <optional>
 
@@ -21,10 +20,6 @@ struct LandmarkStudyArguments {
   fs::path project;
   int frames = 24;
 };
-
-nlohmann::json finite_or_null(double value) {
-  return std::isfinite(value) ? nlohmann::json(value) : nlohmann::json(nullptr);
-}
 
 nlohmann::json to_json(const OffsetAgreement& agreement) { return finite_or_null(agreement.correlation()); }
 

@@ -21,10 +21,6 @@ struct RenderStudyArguments {
   int frames = 12;
 };
 
-nlohmann::json finite_or_null(double value) {
-  return std::isfinite(value) ? nlohmann::json(value) : nlohmann::json(nullptr);
-}
-
 nlohmann::json to_json(const RenderRow& row) {
   const RenderOptions& o = row.setting.options;
   return {{"name", row.setting.name},
@@ -38,7 +34,7 @@ nlohmann::json to_json(const RenderRow& row) {
           {"shade_weight", o.shade_weight},
           {"opacities", row.setting.opacities},
           {"exact", o.precision == FieldPrecision::exact},
-          {"psnr_db", row.psnr_db ? nlohmann::json(*row.psnr_db) : nlohmann::json(nullptr)},
+          {"psnr_db", finite_or_null(row.psnr_db)},
           {"psnr_head_db", finite_or_null(row.psnr_head_db)},
           {"psnr_face_db", finite_or_null(row.psnr_face_db)},
           {"to_final_db", finite_or_null(row.to_final_db)},

@@ -34,8 +34,7 @@ struct TrackStudyArguments {
 
 nlohmann::json to_json(const TruthScore& score) {
   nlohmann::json correlations = nlohmann::json::object();
-  for (const TruthCorrelation& c : score.correlations)
-    correlations[c.name] = c.value ? nlohmann::json(*c.value) : nlohmann::json(nullptr);
+  for (const TruthCorrelation& c : score.correlations) correlations[c.name] = finite_or_null(c.value);
   const PoseErrors& p = score.pose;
   return {{"frames", score.frames},
           {"good", score.good},
@@ -300,8 +299,7 @@ int run(const DriveStudyArguments& a) {
     nlohmann::json actions = nlohmann::json::array();
     for (const DrivenAction& action : s.actions)
       actions.push_back({{"name", action.name},
-                         {"correlation",
-                          action.correlation ? nlohmann::json(*action.correlation) : nlohmann::json(nullptr)},
+                         {"correlation", finite_or_null(action.correlation)},
                          {"gain", action.gain},
                          {"jitter_ratio", action.jitter_ratio}});
     print_json({{"frames", s.frames},

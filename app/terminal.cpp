@@ -82,6 +82,13 @@ void print_json(const nlohmann::json& value) {
   fmt::print("{}\n", value.dump(2, ' ', false, nlohmann::json::error_handler_t::replace));
 }
 
+nlohmann::json finite_or_null(double value) {
+  return std::isfinite(value) ? nlohmann::json(value) : nlohmann::json(nullptr);
+}
+nlohmann::json finite_or_null(const std::optional<double>& value) {
+  return value ? finite_or_null(*value) : nlohmann::json(nullptr);
+}
+
 struct ProgressLine::State {
   bool terminal = false;
   Clock::time_point start = Clock::now(), drawn{};

@@ -36,6 +36,9 @@ enum class StoppedWork { lost, kept };
 // Prints what happened and the remedy to stderr; returns the exit code (130 for a stop, 1 otherwise).
 int report_failure(const Error& error, StoppedWork stopped = StoppedWork::lost);
 void print_json(const nlohmann::json& value);
+// What could not be measured has no number in JSON: null.
+nlohmann::json finite_or_null(double value);
+nlohmann::json finite_or_null(const std::optional<double>& value);
 
 // A progress line on stderr when that is a terminal: stage, percent, time left once the rate has settled; one
 // line a stage otherwise. Nothing with --json.

@@ -43,7 +43,7 @@ class AttributeCommand : public testing::Test {
                                          "--moving-share", "0", "--samples", "1", "--habit"});
     ASSERT_EQ(demo.exit_code, 0) << demo.err;
     const ProgramResult built = likeness({"build", (root_ / "demo" / "demo.mp4").string(), "--project",
-                                          project_.string(), "--steps", "40", "--json"});
+                                          project_.string(), "--steps", "12", "--json"});
     ASSERT_EQ(built.exit_code, 0) << built.err;
     std::ifstream file(root_ / "demo" / "habit_truth.json");
     strengths_ = json::parse(file).at("strengths").get<std::vector<double>>();
@@ -115,7 +115,7 @@ TEST_F(AttributeCommand, AHabitIsPaintedFoundTrainedAndTakenBack) {
   EXPECT_GT(correlation(found, truth), 0.7);
 
   // -- Trained, measured and used by name.
-  const ProgramResult trained = likeness({"train", project_.string(), "--steps", "40"});
+  const ProgramResult trained = likeness({"train", project_.string(), "--steps", "24"});
   ASSERT_EQ(trained.exit_code, 0) << trained.err;
   EXPECT_NE(trained.err.find("cheek puff"), std::string::npos) << "the training says so: " << trained.err;
   EXPECT_GT(ask({"eval", project_.string(), "--json"}).at("frames_test").get<int>(), 2);

@@ -33,7 +33,7 @@ class EndToEnd : public testing::Test {
     ASSERT_NE(::mkdtemp(name.data()), nullptr);
     folder_ = name;
     const ProgramResult demo = likeness({"demo", (folder_ / "demo").string(), "--size", "320", "--frames",
-                                         "40", "--moving-share", "0", "--samples", "1"});
+                                         "32", "--moving-share", "0", "--samples", "1"});
     ASSERT_EQ(demo.exit_code, 0) << demo.err;
     const ProgramResult built = build(folder_ / "p.likeness");
     ASSERT_EQ(built.exit_code, 0) << built.err;
@@ -59,7 +59,7 @@ class EndToEnd : public testing::Test {
     return measured;
   }
 
-  static constexpr const char* kSteps = "120";
+  static constexpr const char* kSteps = "60";
   static inline fs::path folder_;
   static inline json summary_;
 };
@@ -129,7 +129,7 @@ TEST_F(EndToEnd, MapsOfOtherFramesCostNoNewTrack) {
 }
 
 TEST_F(EndToEnd, TheAvatarResemblesFramesItNeverSaw) {
-  EXPECT_EQ(report().at("frames_test"), 4);
+  EXPECT_EQ(report().at("frames_test"), 3);
   EXPECT_EQ(report().at("split"), "tail");
   // A person painted as one mean colour scores about 14 dB on the head.
   EXPECT_GT(report().at("psnr_db").get<double>(), 22);
@@ -339,15 +339,15 @@ TEST_F(EndToEnd, TurningTheHeadMovesNoShoulder) {
 TEST_F(EndToEnd, AStudyOfGainsMeasuresWhatAPartBringsAndGoesOnWhereItStopped) {
   const fs::path project = folder_ / "p.likeness", out = folder_ / "gains";
   const auto track_before = fs::last_write_time(project / "track.json");
-  const std::vector<std::string> study{"study",      "gains",      project.string(), "--out",
-                                       out.string(), "--variants", "default",        "no-torso",
-                                       "--steps",    "30",         "--json"};
+  const std::vector<std::string> study{"study",      "gains",   project.string(), "--out",   out.string(),
+                                       "--variants", "default", "no-torso",       "--steps", "30",
+                                       "--rays",     "2048",    "--json"};
   const ProgramResult first = likeness(study);
   ASSERT_EQ(first.exit_code, 0) << first.err;
   const json rows = json::parse(first.out).at("rows");
   ASSERT_EQ(rows.size(), 2u);
   const json with = rows[0].at("scores").at(0), without = rows[1].at("scores").at(0);
-  EXPECT_EQ(with.at("frames"), 4);
+  EXPECT_EQ(with.at("frames"), 3);
   // A dark hole where the shoulders should be costs the whole person, not the head.
   EXPECT_GT(with.at("psnr_person_db").get<double>(), without.at("psnr_person_db").get<double>() + 1);
   EXPECT_EQ(fs::last_write_time(project / "track.json"), track_before);
@@ -409,15 +409,15 @@ TEST_F(EndToEnd, AFolderOfPhotographsBecomesAnAvatarLikeAClip) {
   const fs::path photos = folder_ / "photos", project = folder_ / "photos.likeness";
   fs::create_directories(photos);
   int taken = 0;
-  for (int i = 0; i < 40; ++i) {
+  for (int i = 0; i < 32; ++i) {
     const auto frame = read_image(folder_ / "p.likeness" / "frames" / fmt::format("{:06}.png", i));
     if (!frame) continue;  // refused by the import
     ASSERT_TRUE(write_image(photos / fmt::format("IMG_{:03}.jpg", i), *frame).ok());
     ++taken;
   }
-  ASSERT_GE(taken, 36);
+  ASSERT_GE(taken, 30);
   const ProgramResult built = likeness({"build", photos.string(), "--project", project.string(), "--steps",
-                                        "60", "--resting-camera", "--json"});
+                                        "30", "--resting-camera", "--json"});
   ASSERT_EQ(built.exit_code, 0) << built.err;
   const json measured = evaluate(project);
   EXPECT_EQ(measured.at("frames_test"), taken / 10);
@@ -449,7 +449,7 @@ TEST_F(EndToEnd, TrainingThatWillNotFitInMemoryIsRefusedAndNothingIsLost) {
   fs::copy(folder_ / "p.likeness", project, fs::copy_options::recursive);
   const auto before = fs::last_write_time(project / "avatar.bin");
   const auto train = [&](const char* kib) {
-    return run_program({"sh", "-c", "ulimit -v \"$1\" && exec \"$2\" train \"$3\" --steps 122 --threads 1",
+    return run_program({"sh", "-c", "ulimit -v \"$1\" && exec \"$2\" train \"$3\" --steps 8 --threads 1",
                         "sh", kib, likeness_path(), project.string()});
   };
   // Room for the program, but not for its fields.

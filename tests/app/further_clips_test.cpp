@@ -27,13 +27,13 @@ TEST(FurtherClipsCommand, ASecondClipIsLearntFromAndCanBeTakenOut) {
   ASSERT_NE(::mkdtemp(name.data()), nullptr);
   const fs::path root = name, project = root / "p.likeness";
   const auto film = [&](const char* to, const char* light) {
-    const ProgramResult demo = likeness({"demo", (root / to).string(), "--size", "320", "--frames", "40",
+    const ProgramResult demo = likeness({"demo", (root / to).string(), "--size", "320", "--frames", "32",
                                          "--moving-share", "0", "--samples", "1", "--light", light});
     EXPECT_EQ(demo.exit_code, 0) << demo.err;
     return (root / to / "demo.mp4").string();
   };
   const std::string first = film("first", "0"), second = film("second", "1");
-  const json built = ask({"build", first, "--project", project.string(), "--steps", "40", "--json"});
+  const json built = ask({"build", first, "--project", project.string(), "--steps", "16", "--json"});
   ASSERT_TRUE(built.at("stages").at("train").at("done").get<bool>());
 
   const json listed = ask({"clips", project.string(), "--add", second, "--resting-camera", "--json"});
@@ -41,14 +41,14 @@ TEST(FurtherClipsCommand, ASecondClipIsLearntFromAndCanBeTakenOut) {
   EXPECT_EQ(listed.at("clips")[1].at("number"), 2);
   EXPECT_EQ(likeness({"clips", project.string(), "--add", second}).exit_code, 1);  // is there already
 
-  const ProgramResult trained = likeness({"train", project.string(), "--steps", "40"});
+  const ProgramResult trained = likeness({"train", project.string(), "--steps", "24"});
   ASSERT_EQ(trained.exit_code, 0) << trained.err;
   EXPECT_NE(trained.err.find("Clip 2 (demo.mp4)"), std::string::npos) << trained.err;
-  const json again = ask({"train", project.string(), "--steps", "40", "--json"});
+  const json again = ask({"train", project.string(), "--steps", "24", "--json"});
   for (const auto& [stage, state] : again.at("stages").items())
     EXPECT_TRUE(state.at("done").get<bool>()) << stage;
   // Nothing of the second clip is held out: the first alone is measured.
-  EXPECT_EQ(ask({"eval", project.string(), "--json"}).at("frames_test"), 4);
+  EXPECT_EQ(ask({"eval", project.string(), "--json"}).at("frames_test"), 3);
   const json card = ask({"card", project.string(), "--json"});
   EXPECT_GT(card.at("frames").at("trained").get<int>(), 50);
   // One person has one shape.
