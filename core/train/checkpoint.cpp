@@ -181,6 +181,7 @@ Result<void> write_checkpoint(const std::filesystem::path& path, const TrainingS
   const json meta = {{"fingerprint", fingerprint},
                      {"step", state.step},
                      {"seconds", state.seconds},
+                     {"pass_seconds", state.pass_seconds},
                      {"total_steps", state.schedule.total_steps},
                      {"budget_s", state.schedule.budget_s},
                      {"refinements", state.refinements},
@@ -210,6 +211,7 @@ Result<void> read_checkpoint(const std::filesystem::path& path, const std::strin
     read = state;
     read.step = j.at("step").get<std::uint64_t>();
     read.seconds = j.at("seconds").get<double>();
+    read.pass_seconds = j.value("pass_seconds", 0.0);
     read.schedule.total_steps = j.at("total_steps").get<std::uint64_t>();
     read.schedule.budget_s = j.at("budget_s").get<double>();
     read.schedule.rate_scale = j.at("rate_scale").get<double>();
@@ -226,13 +228,13 @@ Result<void> read_checkpoint(const std::filesystem::path& path, const std::strin
   } catch (const json::exception& e) {
     return unusable(path, e.what());
   }
-  if (!(read.seconds >= 0) || !std::isfinite(read.seconds)) return unusable(path, "its time is not a number");
+  if (!(read.seconds >= read.pass_seconds && read.pass_seconds >= 0) || !std::isfinite(read.seconds))
+    return unusable(path, "its time is not a number");
   if (!read_field(*sections, "head", read.head) ||
       (read.torso && !read_field(*sections, "torso", *read.torso)) ||
       !from_section(*sections, "codes", state.codes.size(), read.codes))
     return unusable(path, "its parts have other sizes than this training's");
-  for (const float v : read.head.part.field.parameters)
-    if (!std::isfinite(v)) return unusable(path, "a parameter is not a finite number");
+  if (!is_finite(read)) return unusable(path, "a parameter is not a finite number");
   state = std::move(read);
   return {};
 }

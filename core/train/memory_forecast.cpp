@@ -9,12 +9,19 @@
 namespace likeness {
 namespace {
 
-// Beside what grows with the clip: two fields with gradients and moments, twice (a copy is kept to go back
-// to), and the program with its head model.
+// Beside what grows with the clip: two fields of the usual sizes with gradients and moments, twice (a copy is
+// kept to go back to), and the program with its head model.
 constexpr std::uint64_t kEngine = 420ull << 20;
+constexpr std::uint64_t kEntry =
+    8 * 4 * 32;                          // of a grid, all levels: numbers, halves, gradients, moments, copies
 constexpr std::uint64_t kSample = 1600;  // of a step: features, hidden layers, gradients, place
 constexpr int kMostSamples = 16;         // a ray
 constexpr double kMatteByte = 0.2;       // a pixel, in tiles; 0.14 of a plain cut-out, more of wild hair
+
+// Of both grids, as if every level had room for all its entries.
+std::uint64_t grid_bytes(const FieldSizes& sizes) {
+  return kEntry * ((1ull << sizes.head_log2_entries) + (1ull << sizes.torso_log2_entries));
+}
 
 double gib(std::uint64_t bytes) { return double(bytes) / double(1ull << 30); }
 
@@ -33,7 +40,8 @@ MemoryForecast forecast(std::uint64_t views, std::uint64_t size, const HeadModel
     const WarpFrame warp = make_warp_frame(model, shape, rest);
     forecast.lattices = views * make_warp_lattice(warp, pose_head(model, shape, moved)).bytes();
   }
-  forecast.engine = kEngine + std::uint64_t(options.rays_per_step) * kMostSamples * kSample;
+  forecast.engine = kEngine + grid_bytes(options.sizes) - grid_bytes({}) +
+                    std::uint64_t(options.rays_per_step) * kMostSamples * kSample;
   return forecast;
 }
 

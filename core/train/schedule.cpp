@@ -33,9 +33,9 @@ bool is_over(const Schedule& schedule, std::uint64_t step, double seconds) {
 
 bool resume_schedule(Schedule& schedule, std::uint64_t step, double seconds, std::uint64_t asked_steps,
                      double asked_budget_s) {
-  const bool flat = schedule.total_steps == 0 || double(step) <= kFlatShare * double(schedule.total_steps);
+  const bool flat = schedule.total_steps == 0 || double(step) < kFlatShare * double(schedule.total_steps);
   if (asked_steps > 0) {
-    if (schedule.total_steps != asked_steps && !(flat && double(step) <= kFlatShare * double(asked_steps)))
+    if (schedule.total_steps != asked_steps && !(flat && double(step) < kFlatShare * double(asked_steps)))
       return false;
     schedule.total_steps = asked_steps;
     schedule.budget_s = 0;

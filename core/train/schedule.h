@@ -2,7 +2,7 @@
 //
 // A budgeted run cannot know its steps beforehand: the rate is flat until kFlatShare of the steps, and the
 // total is settled from the measured speed before that, so that a replay with exactly that total takes the
-// same steps.
+// same steps. Whatever else happens at a share of the steps must not happen before kFlatShare either.
 #pragma once
 
 #include <cstdint>

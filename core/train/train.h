@@ -115,7 +115,8 @@ struct TrainOptions {
 
 struct TrainStatus {
   std::uint64_t step = 0;
-  double seconds = 0, loss = 0, train_psnr_db = 0, rays_per_s = 0;
+  double seconds = 0;  // of the budget: passes that correct tracks come on top
+  double loss = 0, train_psnr_db = 0, rays_per_s = 0;
   double samples_per_ray = 0;  // of late
 };
 

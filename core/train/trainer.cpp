@@ -26,7 +26,8 @@ constexpr std::uint64_t kSnapshotEvery = 500;
 constexpr int kRecoveries = 3;
 constexpr double kReportEvery = 0.25;                 // s
 constexpr double kRefineShares[] = {0.4, 0.55, 0.7};  // of the steps, when the track is refined
-constexpr double kRegisterShare = 0.25;  // of the steps, before which further clips are not learnt from
+constexpr double kRegisterShare = kFlatShare;  // of the steps, before which further clips are not learnt from
+static_assert(kRefineShares[0] >= kFlatShare && kRegisterShare >= kFlatShare, "a replay would do it sooner");
 
 Result<void> check_options(const TrainOptions& options) {
   if (!(options.landmark_weight >= 0) || !std::isfinite(options.landmark_weight))
@@ -83,6 +84,7 @@ struct Scene {
   // Rays and conditions of the views as corrected so far.
   void place_views(TrainingState& state) {
     const std::vector<AvatarPose> poses = corrected_poses(set, map, state.corrections);
+    rays = {};  // the lattices before the new ones: not both at once
     rays = make_ray_source(set, poses, shape, volumes.head.cube,
                            volumes.torso ? &volumes.torso->cube : nullptr, &warp, volumes.neck);
     rays.patches = patches;
@@ -121,6 +123,7 @@ struct Run {
 
   double start = now();
   double earlier = 0;  // seconds of earlier runs
+  double passes = 0;   // seconds in corrections of tracks, earlier runs included
   double last_report = 0, last_checkpoint = 0;
   double mean_loss = 0, mean_samples = 0, step_seconds = 0;
   double held =
@@ -129,10 +132,14 @@ struct Run {
   double now() const { return clock_seconds(options.clock); }
   double elapsed() const { return earlier + now() - start - held; }
 
-  bool finished(const TrainingState& state) const { return is_over(state.schedule, state.step, elapsed()); }
+  // A budget is for steps: its share before the rate falls is measured, and what comes then was not.
+  double spent() const { return elapsed() - passes; }
+
+  bool finished(const TrainingState& state) const { return is_over(state.schedule, state.step, spent()); }
 
   Result<void> save(TrainingState& state) {
     state.seconds = elapsed();
+    state.pass_seconds = passes;
     last_checkpoint = state.seconds;
     if (path.empty()) return {};
     return write_checkpoint(path, state, fingerprint);
@@ -140,20 +147,20 @@ struct Run {
 
   double share(const TrainingState& state) const {
     return state.schedule.total_steps > 0 ? double(state.step) / double(state.schedule.total_steps)
-                                          : elapsed() / std::max(1e-9, state.schedule.budget_s);
+                                          : spent() / std::max(1e-9, state.schedule.budget_s);
   }
 
   void report(const TrainingState& state) {
     const double psnr = mean_loss > 0 ? psnr_from_mse(mean_loss) : 0;
     const double told = now();
-    const double reached = elapsed();
+    const double reached = spent();
     progress.report(share(state), fmt::format("step {}, training PSNR {:.1f} dB", state.step, psnr));
     if (observe)
       observe({state.step, reached, mean_loss, psnr,
                step_seconds > 0 ? options.rays_per_step / step_seconds : 0,
                mean_samples / options.rays_per_step});
     held += now() - told;
-    last_report = reached;
+    last_report = elapsed();
   }
 };
 
@@ -233,9 +240,22 @@ struct Steps {
   }
   Result<void> place_views() { return caster ? caster->place_views(scene.rays) : Result<void>(); }
 
-  Result<void> save() {
+  // What may be kept: numbers. Otherwise back to what was.
+  Result<void> take_snapshot() {
     if (auto fetched = fetch(); !fetched) return fetched;
-    if (run.options.fall_back) snapshot = state;
+    if (!is_finite(state)) return recover();
+    snapshot = state;
+    return {};
+  }
+
+  Result<void> save() {
+    if (run.options.fall_back) {
+      if (auto taken = take_snapshot(); !taken) return taken;
+    } else {
+      if (auto fetched = fetch(); !fetched) return fetched;
+      if (!is_finite(state))
+        if (auto recovered = recover(); !recovered) return recovered;
+    }
     return run.save(state);
   }
 
@@ -269,21 +289,27 @@ struct Steps {
     run.mean_loss = run.mean_loss == 0 ? result.loss : 0.95 * run.mean_loss + 0.05 * result.loss;
     const double samples = double(result.samples);
     run.mean_samples = run.mean_samples == 0 ? samples : 0.95 * run.mean_samples + 0.05 * samples;
-    settle(state.schedule, state.step, now, run.step_seconds);
+    settle(state.schedule, state.step, run.spent(), run.step_seconds);
     if (now - run.last_report >= kReportEvery) run.report(state);
     if (now - run.last_checkpoint >= run.options.checkpoint_every_s) {
       if (auto saved = save(); !saved) return saved;
       before = run.elapsed();  // neither is a file a step
     }
     if (state.step % kSnapshotEvery == 0) {
-      if (auto fetched = fetch(); !fetched) return fetched;
-      snapshot = state;
+      if (auto taken = take_snapshot(); !taken) return taken;
       before = run.elapsed();
     }
     return run.tap.wanted && run.tap.wanted() ? show() : Result<void>();
   }
 
-  Result<void> take(const StepOptions& options) {
+  void end_pass() {
+    const double now = run.elapsed();
+    run.passes += now - before;
+    before = now;
+  }
+
+  // All steps and what falls due between them.
+  Result<void> take_steps(const StepOptions& options) {
     before = run.elapsed();
     while (!run.finished(state)) {
       if (stop.stop_requested()) {
@@ -295,14 +321,14 @@ struct Steps {
         register_further(state, scene, run, stop);
         if (auto placed = place(); !placed) return placed;
         if (auto placed = place_views(); !placed) return placed;
-        before = run.elapsed();
+        end_pass();
         continue;
       }
       if (run.options.refine_track && refinement_due(state)) {
         if (auto fetched = fetch(); !fetched) return fetched;
         refine(state, scene, run, stop);
         if (auto placed = place_views(); !placed) return placed;
-        before = run.elapsed();
+        end_pass();
         continue;
       }
       const auto result = training_step(state, learner, scene.rays, options, caster);
@@ -316,8 +342,16 @@ struct Steps {
                      "Look at the track's overlay; fit the head again.", "training"};
       if (auto done = after_step(*result); !done) return done;
     }
-    run.report(state);
-    return save();
+    return {};
+  }
+
+  Result<void> take(const StepOptions& options) {
+    do {  // again where the last steps were not to be kept
+      if (auto taken = take_steps(options); !taken) return taken;
+      run.report(state);
+      if (auto saved = save(); !saved) return saved;
+    } while (!run.finished(state));
+    return {};
   }
 };
 
@@ -386,9 +420,11 @@ Result<Avatar> train_avatar(const TrainingSet& set, const TrainOptions& options,
     TrainingState earlier = state;
     const Result<void> read = read_checkpoint(checkpoint, fingerprint, earlier);
     if (read && fits(earlier.corrections, set, map) &&
-        resume_schedule(earlier.schedule, earlier.step, earlier.seconds, options.steps, options.budget_s)) {
+        resume_schedule(earlier.schedule, earlier.step, earlier.seconds - earlier.pass_seconds, options.steps,
+                        options.budget_s)) {
       state = std::move(earlier);
       run.earlier = run.last_checkpoint = state.seconds;
+      run.passes = state.pass_seconds;
       progress.report(0, fmt::format("continuing at step {}", state.step));
     } else if (!read && read.error().code != ErrorCode::not_found) {
       progress.report(0, "Training starts anew. " + read.error().what);

@@ -88,6 +88,17 @@ void blur_conditions(TrainingState& state, std::size_t views, std::uint64_t seed
 
 }  // namespace
 
+bool is_finite(const TrainingState& state) {
+  const auto finite = [](const std::vector<float>& values) {
+    return std::ranges::all_of(values, [](float v) { return std::isfinite(v); });
+  };
+  const auto field = [&](const TrainedField& f) {
+    return finite(f.part.field.parameters) && finite(f.adam.first) && finite(f.adam.second);
+  };
+  return field(state.head) && (!state.torso || field(*state.torso)) && finite(state.codes) &&
+         finite(state.codes_adam.first) && finite(state.codes_adam.second);
+}
+
 TrainingState make_training_state(const TrainingSet& set, const TrainOptions& options,
                                   const ConditionMap& map, const Volumes& volumes) {
   TrainingState state;

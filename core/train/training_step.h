@@ -38,12 +38,16 @@ struct TrainingState {
   std::vector<Eigen::VectorXd> corrections;  // of the views' tracks; empty: none
   int refinements = 0;                       // that have been made
   std::uint64_t step = 0;
-  double seconds = 0;  // spent in training so far, earlier runs included
+  double seconds = 0;       // spent in training so far, earlier runs included
+  double pass_seconds = 0;  // of them, in corrections of tracks, which no budget is spent on
   Schedule schedule;
   // Scratch.
   RayBatch rays;
   SampleBatch samples;
 };
+
+// Whether all that was learnt is a number. The loss does not tell: max() hides a layer's NaN from it.
+bool is_finite(const TrainingState& state);
 
 inline constexpr int kTrainingSamples = 16;  // of a ray, at most
 

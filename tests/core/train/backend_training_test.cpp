@@ -4,7 +4,10 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <cmath>
 #include <filesystem>
+#include <limits>
+#include <set>
 
 #include "core/render/backend.h"
 #include "core/train/train.h"
@@ -37,7 +40,7 @@ class BackendTraining : public testing::Test {
     std::stop_source source;
     const AvatarTap tap{[] { return true; },
                         [&](const Avatar& avatar) {
-                          if (avatar.steps == stop_at) source.request_stop();
+                          if (stop_at > 0 && avatar.steps == stop_at) source.request_stop();
                         }};
     return train_avatar(set_, options, checkpoint.empty() ? std::filesystem::path{} : folder_ / checkpoint,
                         progress, {}, source.get_token(), tap);
@@ -46,6 +49,49 @@ class BackendTraining : public testing::Test {
   std::filesystem::path folder_;
   std::string said_;
   FieldPrecision precision_ = FieldPrecision::exact;  // of the processor
+};
+
+// The processor, in whose moments something that is no number turns up after some steps. The loss does not
+// show it.
+class SpoiltBackend : public Backend {
+ public:
+  explicit SpoiltBackend(std::set<int> after) : after_(std::move(after)) {}
+  std::string name() const override { return "cpu"; }
+  Result<std::unique_ptr<FieldLearner>> make_learner(const LearntParts& parts,
+                                                     const LearnerShape& shape) override {
+    auto learner = sound_->make_learner(parts, shape);
+    if (!learner) return learner.error();
+    return std::unique_ptr<FieldLearner>(new Learner(std::move(*learner), parts, *this));
+  }
+  Result<std::unique_ptr<FrameRenderer>> make_renderer(const Avatar& avatar) override {
+    return sound_->make_renderer(avatar);
+  }
+
+ private:
+  class Learner : public FieldLearner {
+   public:
+    Learner(std::unique_ptr<FieldLearner> sound, const LearntParts& parts, SpoiltBackend& owner)
+        : sound_(std::move(sound)), parts_(parts), owner_(owner) {}
+    Result<LearningResult> step(const LearningStep& step) override {
+      auto result = sound_->step(step);
+      if (owner_.after_.contains(++owner_.steps_))
+        parts_.fields[0].adam->second.back() = std::numeric_limits<float>::quiet_NaN();
+      return result;
+    }
+    Result<void> densities(int field, const FieldInputs& inputs, std::vector<float>& sigma) override {
+      return sound_->densities(field, inputs, sigma);
+    }
+    Result<void> fetch() override { return sound_->fetch(); }
+    Result<void> place() override { return sound_->place(); }
+
+   private:
+    std::unique_ptr<FieldLearner> sound_;
+    LearntParts parts_;
+    SpoiltBackend& owner_;
+  };
+  std::shared_ptr<Backend> sound_ = cpu_backend(FieldPrecision::exact);
+  std::set<int> after_;
+  int steps_ = 0;
 };
 
 double apart(const Avatar& a, const Avatar& b) {
@@ -144,6 +190,20 @@ TEST_F(BackendTraining, OnRequestTheProcessorGoesOn) {
   const auto never = train(5, device_backend(emulated_device({.memory_bytes = 1 << 20})), true);
   ASSERT_TRUE(alone.ok() && never.ok());
   EXPECT_EQ(never->head.field.parameters, alone->head.field.parameters);  // no step was the device's
+}
+
+TEST_F(BackendTraining, WhatIsNoNumberIsNeitherKeptNorTheEnd) {
+  const auto recovered = train(4, std::make_shared<SpoiltBackend>(std::set{3}), false, "spoilt.bin");
+  ASSERT_TRUE(recovered.ok()) << recovered.error().what;
+  EXPECT_EQ(recovered->steps, 4u);
+  for (const float p : recovered->head.field.parameters) ASSERT_TRUE(std::isfinite(p));
+  // The last step is looked at, too, and there is an end to starting over.
+  ASSERT_TRUE(train(4, std::make_shared<SpoiltBackend>(std::set{4})).ok());
+  const auto never =
+      train(4, std::make_shared<SpoiltBackend>(std::set{1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12}), false,
+            "never.bin");
+  ASSERT_FALSE(never.ok());
+  EXPECT_THAT(never.error().what, HasSubstr("diverged"));
 }
 
 TEST_F(BackendTraining, AStopIsNoFailureOfTheBackend) {

@@ -5,6 +5,7 @@
 #include <unistd.h>
 
 #include <filesystem>
+#include <limits>
 
 #include "core/base/files.h"
 #include "core/train/condition_map.h"
@@ -26,13 +27,15 @@ TEST(Checkpoint, RefusesCutFilesAndLeavesTheStateAlone) {
       std::filesystem::temp_directory_path() / ("likeness_checkpoint_" + std::to_string(getpid()) + ".bin");
   const TrainingSet set = ball_set(5, 24);
   TrainingState state = ball_state(set);
-  state.step = 77;
+  state.step = 77, state.seconds = 9, state.pass_seconds = 4;
   state.head.part.field.parameters[5] = 0.25f;
   ASSERT_TRUE(write_checkpoint(path, state, "print").ok());
 
   TrainingState read = ball_state(set);
   ASSERT_TRUE(read_checkpoint(path, "print", read).ok());
   EXPECT_EQ(read.step, 77u);
+  EXPECT_EQ(read.seconds, 9);
+  EXPECT_EQ(read.pass_seconds, 4);
   EXPECT_EQ(read.head.part.field.parameters, state.head.part.field.parameters);
 
   TrainingState other = ball_state(set);
@@ -44,6 +47,10 @@ TEST(Checkpoint, RefusesCutFilesAndLeavesTheStateAlone) {
     ASSERT_TRUE(write_file(path, std::span(bytes.data(), std::size_t(share * double(bytes.size())))).ok());
     EXPECT_FALSE(read_checkpoint(path, "print", other).ok());
   }
+  EXPECT_EQ(other.step, 0u);
+  state.head.adam.second[7] = std::numeric_limits<float>::infinity();
+  ASSERT_TRUE(write_checkpoint(path, state, "print").ok());
+  EXPECT_FALSE(read_checkpoint(path, "print", other).ok());
   EXPECT_EQ(other.step, 0u);
   std::filesystem::remove(path);
   EXPECT_EQ(read_checkpoint(path, "print", other).error().code, ErrorCode::not_found);

@@ -33,6 +33,16 @@ TEST(MemoryForecast, CountsPicturesAndLatticesAsTheyAreStored) {
   EXPECT_EQ(forecast_memory(set, rigid).lattices, 0u);
 }
 
+TEST(MemoryForecast, CountsWhatLargerGridsTake) {
+  const TrainingSet set = ball_set(3, 32);
+  TrainOptions small, large;
+  small.sizes.head_log2_entries = 14, large.sizes.head_log2_entries = 20;
+  const auto engine = [&](const TrainOptions& options) { return forecast_memory(set, options).engine; };
+  EXPECT_LT(engine(small), engine({}));
+  // Thirty-two numbers an entry, of which each is kept with two moments and, while it learns, a gradient.
+  EXPECT_GT(engine(large), engine({}) + ((1ull << 20) - (1ull << 16)) * 32 * 16);
+}
+
 TEST(MemoryForecast, TwoThousandPicturesTrainInThreeGigabytes) {
   const HeadModel model = make_builtin_head();
   const MemoryForecast forecast = forecast_memory(2000, 512, model, {});

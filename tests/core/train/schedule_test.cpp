@@ -53,6 +53,8 @@ TEST(ResumeSchedule, RefusesToTurnARunIntoADifferentOne) {
   Schedule early{100};
   EXPECT_TRUE(resume_schedule(early, 20, 5, 150, 0));
   EXPECT_EQ(early.total_steps, 150u);
+  Schedule fallen{100};  // what is due where the rate begins to fall may be done already
+  EXPECT_FALSE(resume_schedule(fallen, 35, 5, 150, 0));
 }
 
 TEST(ResumeSchedule, ALongerBudgetContinuesAFinishedRun) {
