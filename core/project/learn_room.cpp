@@ -58,6 +58,7 @@ LearnRoom room_learner(const Project& project, const TrackedCapture& read) {
     options.seed = project.options.seed;
     if (pass == RoomPass::last) options.steps = kLastSteps;
     auto room = train_room(views, room_cube(views, *points), options, progress, stop);
+    if (!room && room.error().code == ErrorCode::not_found) return RoomBehind{};
     if (!room) return room.error();
     if (auto written = write_room(room_path(project), *room); !written) return written.error();
     round_tables(room->field);

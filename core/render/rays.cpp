@@ -288,6 +288,7 @@ float occupied_intervals(const FieldRay& ray, const MarchVolume& volume, float n
 MarchVolumes march_volumes(const FieldPart& head, const FieldPart* torso, std::span<const NeckBend> necks) {
   MarchVolumes volumes;
   volumes.fields[0] = march_volume(head.occupancy, head.core, head.cube.side, head.opacity);
+  volumes.far = std::max(volumes.far, 4 * head.cube.side);  // a whole room, from beside it
   if (torso)
     volumes.fields[1] = march_volume(torso->occupancy, torso->core, torso->cube.side, torso->opacity);
   volumes.necks.resize(necks.size());

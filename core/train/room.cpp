@@ -84,6 +84,14 @@ bool is_background(const TiledMask& alpha, int x, int y) {
   return true;
 }
 
+bool shows_background(const TrainingView& view) {
+  constexpr int kStep = 4;  // px
+  for (int y = 0; y < view.alpha.height; y += kStep)
+    for (int x = 0; x < view.alpha.width; x += kStep)
+      if (is_background(view.alpha, x, y)) return true;
+  return false;
+}
+
 struct RoomRays {
   std::vector<RayRequest> requests;
   std::vector<Vec3f> target, behind;  // sRGB-encoded
@@ -227,6 +235,7 @@ RoomTraining start_room(std::span<const TrainingView> views, const FieldCube& cu
 }  // namespace
 
 FieldCube room_cube(std::span<const TrainingView> views, std::span<const Vec3f> points) {
+  const Vec3f head = views.front().world_from_head.translation().cast<float>();
   Vec3f low, high;
   if (points.size() >= kLeastPoints) {
     for (int axis = 0; axis < 3; ++axis) {
@@ -237,11 +246,14 @@ FieldCube room_cube(std::span<const TrainingView> views, std::span<const Vec3f> 
       low[axis] -= margin, high[axis] += margin;
     }
   } else {
-    const Vec3f head = views.front().world_from_head.translation().cast<float>();
     low = head - Vec3f::Constant(kUsualReach), high = head + Vec3f::Constant(kUsualReach);
   }
   const float side = std::clamp((high - low).maxCoeff(), 0.1f, kLargestSide);
-  return {0.5f * (low + high) - Vec3f::Constant(0.5f * side), side};
+  Vec3f centre = 0.5f * (low + high);
+  // Of a landscape the part about the person: whatever is farther is painted on the sides.
+  const Vec3f reach = Vec3f::Constant(0.5f * kLargestSide - kUsualReach);
+  if (side == kLargestSide) centre = centre.cwiseMax(head - reach).cwiseMin(head + reach);
+  return {centre - Vec3f::Constant(0.5f * side), side};
 }
 
 Result<FieldPart> train_room(std::span<const TrainingView> views, const FieldCube& cube,
@@ -249,6 +261,9 @@ Result<FieldPart> train_room(std::span<const TrainingView> views, const FieldCub
   if (views.empty() || std::ranges::any_of(views, [](const TrainingView& v) { return v.alpha.empty(); }))
     return Error{ErrorCode::bad_input, "There is no picture with a matte to learn the room from.",
                  "Run the matting again.", "training"};
+  if (std::ranges::none_of(views, shows_background))
+    return Error{ErrorCode::not_found, "The person fills every picture: nothing of the room is seen.",
+                 "Film from farther away.", "training"};
   std::vector<UnitFromCamera> maps;
   for (const TrainingView& view : views)
     maps.push_back(unit_from_camera(cube, view.camera.cam_from_world, Pose::Identity()));

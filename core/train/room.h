@@ -24,11 +24,12 @@ struct RoomOptions {
 inline constexpr std::size_t kLeastRoomViews = 8;
 
 // The cube that holds what the cameras see. points: of the room, world frame, m; outliers may be among them.
-// Too few of them: as far about the head of the first view as rooms usually reach.
+// Too few of them: as far about the head of the first view as rooms usually reach. At most 30 m, with that
+// head in it.
 FieldCube room_cube(std::span<const TrainingView> views, std::span<const Vec3f> points);
 
 // Of the views, camera, head, picture and matte are read. Deterministic for one seed and exact steps,
-// whatever the threads. Refuses mattes that leave no background.
+// whatever the threads. not_found where the mattes leave no background.
 Result<FieldPart> train_room(std::span<const TrainingView> views, const FieldCube& cube,
                              const RoomOptions& options, const Progress& progress, std::stop_token stop);
 

@@ -105,6 +105,9 @@ TEST(Room, StopsWhenAskedAndWantsMattes) {
   std::stop_source stop;
   stop.request_stop();
   EXPECT_EQ(train_room(views, kCube, {}, {}, stop.get_token()).error().code, ErrorCode::cancelled);
+  auto close = views;
+  for (TrainingView& view : close) view.alpha = TiledMask(Image8(view.rgb.width, view.rgb.height, 1, 255));
+  EXPECT_EQ(train_room(close, kCube, {}, {}, {}).error().code, ErrorCode::not_found);
   views[2].alpha = {};
   EXPECT_FALSE(train_room(views, kCube, {}, {}, {}).ok());
 }
@@ -119,6 +122,21 @@ TEST(RoomCube, HoldsThePointsButForOutliers) {
   EXPECT_LT(cube.origin.x(), -0.9f);
   const FieldCube unknown = room_cube(views_of(8), {});
   EXPECT_GT(unknown.side, 4);
+}
+
+TEST(RoomCube, OfALandscapeHoldsThePartAboutThePerson) {
+  std::vector<Vec3f> points;  // from where they stand to far hills
+  for (int i = 0; i < 500; ++i) points.emplace_back(std::sin(float(i)), 0.1f, 1 + float(i));
+  const auto views = views_of(8);
+  const FieldCube cube = room_cube(views, points);
+  for (const TrainingView& view : views)
+    for (const Vec3f& at : {Vec3f(view.world_from_head.translation().cast<float>()),
+                            Vec3f(view.camera.cam_from_world.inverse().translation().cast<float>())}) {
+      const Vec3f inside = (at - cube.origin) / cube.side;
+      EXPECT_GT(inside.minCoeff(), 0) << at.transpose();
+      EXPECT_LT(inside.maxCoeff(), 1) << at.transpose();
+    }
+  EXPECT_GT(cube.origin.z() + cube.side, 20);
 }
 
 }  // namespace
