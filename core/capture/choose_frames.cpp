@@ -35,24 +35,30 @@ std::vector<double> face_distance(const std::vector<CaptureFrame>& frames,
   return distance;
 }
 
-// Median sharpness of the frames around `index`, itself included; frames without a known face do not count.
+// Median sharpness of the training frames around `index`, itself included; frames without a known face do not
+// count.
 double neighbour_median(const std::vector<CaptureFrame>& frames, std::size_t index) {
   std::vector<double> around;
   const std::size_t begin = index - std::min<std::size_t>(index, kNeighbours);
   const std::size_t end = std::min(frames.size(), index + kNeighbours + 1);
   for (std::size_t i = begin; i < end; ++i) {
-    if (frames[i].sharpness > 0) around.push_back(frames[i].sharpness);
+    if (frames[i].sharpness > 0 && !frames[i].held_out) around.push_back(frames[i].sharpness);
   }
   return median(std::move(around));
 }
 
 // A way through the clip on which a step is half time and half change, both as shares of the whole: frames at
-// rest are near-duplicates, but none so much that a long rest should keep no more than a blink.
+// rest are near-duplicates, but none so much that a long rest should keep no more than a blink. Of training
+// frames: what held-out ones show decides nothing.
 std::vector<double> way_through(const std::vector<CaptureFrame>& frames, const std::vector<float>& change) {
   double all = 0;
-  std::vector<float> calm(change);
+  std::vector<float> calm(change), trained;
+  for (std::size_t i = 0; i < std::min(calm.size(), frames.size()); ++i) {
+    if (frames[i].held_out) calm[i] = 0;
+    if (!frames[i].held_out) trained.push_back(calm[i]);
+  }
   // A cut, or a face found anew, is no movement.
-  const float most = calm.empty() ? 0 : 8 * std::max(0.1f, median(std::vector<float>(calm)));
+  const float most = trained.empty() ? 0 : 8 * std::max(0.1f, median(std::move(trained)));
   for (float& value : calm) all += value = std::min(value, most);
   std::vector<double> way;
   double moved = 0;

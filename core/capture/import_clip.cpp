@@ -69,6 +69,11 @@ void remove_abandoned_parts(const fs::path& project) {
   for (const fs::path& path : abandoned) fs::remove_all(path, ignored);
 }
 
+bool is_photos(const fs::path& video) {
+  std::error_code ignored;
+  return fs::is_directory(video, ignored);
+}
+
 Error refused(ErrorCode code, const fs::path& video, std::string what, std::string_view fix) {
   return {code, std::move(what), std::string(fix), video.string()};
 }
@@ -76,10 +81,15 @@ Error refused(ErrorCode code, const fs::path& video, std::string what, std::stri
 // The faces of the sampled frames, or why the clip cannot be used.
 Result<std::vector<FaceBox>> judge_clip(const ClipScan& scan, const fs::path& video) {
   if (scan.frames.size() < kFewestFrames) {
-    return refused(
-        ErrorCode::bad_input, video,
-        fmt::format("The video has {} frames; at least {} are needed.", scan.frames.size(), kFewestFrames),
-        "Film about a minute: the head turning and the face making expressions.");
+    return is_photos(video)
+               ? refused(ErrorCode::bad_input, video,
+                         fmt::format("The folder has {} photographs; at least {} are needed.",
+                                     scan.frames.size(), kFewestFrames),
+                         "Take more: from different sides, the face making expressions.")
+               : refused(ErrorCode::bad_input, video,
+                         fmt::format("The video has {} frames; at least {} are needed.", scan.frames.size(),
+                                     kFewestFrames),
+                         "Film about a minute: the head turning and the face making expressions.");
   }
   std::vector<FaceBox> faces;
   std::size_t crowded = 0;
@@ -223,7 +233,8 @@ Result<Capture> make_capture(const fs::path& video, const ClipScan& scan, const 
   if (training < std::min(kFewestTraining, options.max_frames)) {
     return refused(ErrorCode::bad_input, video,
                    fmt::format("Only {} of {} frames show a sharp face.", training, capture.frames.size()),
-                   "Film again in brighter light and move more slowly.");
+                   is_photos(video) ? "Take them again in brighter light, holding still."
+                                    : "Film again in brighter light and move more slowly.");
   }
   const CropChoice crop = choose_crop(*faces, capture.width, capture.height);
   capture.crop = crop.crop;

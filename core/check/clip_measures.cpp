@@ -109,7 +109,8 @@ class FaceFit {
     options.identity_frames = kIdentityFrames;
     options.sweeps = 1;  // looks are too far apart to lean on each other
     Eigen::VectorXd identity = Eigen::VectorXd::Zero(head_.identity_count());
-    start_clip(head_, identity, prior_, faces_);
+    if (auto started = start_clip(head_, identity, prior_, faces_, {}, stop); !started)
+      return started.error();
     auto fitted =
         fit_identity(head_, prior_, options, identity, faces_, progress.stage(0, 0.5, "face"), stop);
     if (!fitted) return fitted.error();

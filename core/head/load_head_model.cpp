@@ -305,17 +305,20 @@ void read_parts(Reader& reader, HeadModel& model) {
     model.parts[v] = HeadPart(ids[v]);  // the enumeration is in file order
 }
 
-// Names in a text file, one a line; `*_expression_names.txt` beside the model, where one holds as many as
-// needed.
-std::vector<std::string> names_beside(const std::filesystem::path& model_path, std::size_t count) {
+// `*_expression_names.txt` beside the model, in order.
+std::vector<std::filesystem::path> name_files_beside(const std::filesystem::path& model_path) {
   std::error_code ignored;
-  std::vector<std::filesystem::path> candidates;
+  std::vector<std::filesystem::path> files;
   const std::filesystem::path folder = model_path.has_parent_path() ? model_path.parent_path() : ".";
   for (const auto& entry : std::filesystem::directory_iterator(folder, ignored))
-    if (entry.path().filename().string().ends_with("_expression_names.txt"))
-      candidates.push_back(entry.path());
-  std::sort(candidates.begin(), candidates.end());
-  for (const std::filesystem::path& candidate : candidates) {
+    if (entry.path().filename().string().ends_with("_expression_names.txt")) files.push_back(entry.path());
+  std::sort(files.begin(), files.end());
+  return files;
+}
+
+// Names in a text file, one a line: of the first that holds as many as needed.
+std::vector<std::string> names_beside(const std::filesystem::path& model_path, std::size_t count) {
+  for (const std::filesystem::path& candidate : name_files_beside(model_path)) {
     const Result<std::string> text = read_text(candidate);
     if (!text) continue;
     std::vector<std::string> names;
@@ -408,6 +411,8 @@ Result<std::string> head_model_files_hash(const std::filesystem::path& path) {
   } else {
     files = {path};
     for (const std::filesystem::path& file : landmark_files_beside(path)) files.push_back(file);
+    if (path.extension() == ".npz")
+      for (const std::filesystem::path& file : name_files_beside(path)) files.push_back(file);
   }
   std::string list;
   for (const std::filesystem::path& file : files) {

@@ -21,6 +21,7 @@ struct CoarseState {
   FaceDetector detector;
   std::vector<FaceBox> last;    // believed in the last picture that had any
   std::vector<FaceBox> unsure;  // not believed in the last picture
+  int frame = -1;               // the last one's number
 };
 
 bool is_among(const FaceBox& face, const std::vector<FaceBox>& others) {
@@ -72,7 +73,7 @@ Result<PersonMask> coarse_person_mask(const std::filesystem::path& predictor, Pi
   auto detector = FaceDetector::load(predictor);
   if (!detector) return detector.error();
   auto state = std::make_shared<CoarseState>(std::move(*detector));
-  return PersonMask([state, pictures](int, const Image8& rgb) {
+  return PersonMask([state, pictures](int frame, const Image8& rgb) {
     Image8 mask(rgb.width, rgb.height, 1, 0);
     const double scale = std::min(1.0, double(kDetectionSide) / std::max(rgb.width, rgb.height));
     std::vector<FaceBox> boxes;
@@ -82,6 +83,9 @@ Result<PersonMask> coarse_person_mask(const std::filesystem::path& predictor, Pi
                         : state->detector.detect(rgb);
       for (auto& box : boxes)
         box = {box.x / scale, box.y / scale, box.width / scale, box.height / scale, box.score};
+      // The clip begins again: where its end had a face says nothing.
+      if (frame < state->frame) state->last.clear(), state->unsure.clear();
+      state->frame = frame;
       boxes = believed(*state, boxes, pictures);
     }
     cv::Mat view(mask.height, mask.width, CV_8U, mask.data.data());

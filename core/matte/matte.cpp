@@ -114,12 +114,19 @@ Result<cv::Mat> network_alpha(const Stage& stage, const cv::Mat& picture) {
   return view(*alpha).clone();
 }
 
-// The tracked frame nearest in number: heads do not leap where the track is lost.
-const TrackedFrame* nearest_tracked(const Track& track, int frame) {
+// The tracked frame nearest in number: heads do not leap where the track is lost. No held-out one for a frame
+// that teaches.
+const TrackedFrame* nearest_tracked(const Stage& stage, const CaptureFrame& frame) {
+  const auto may_know = [&](const TrackedFrame& candidate) {
+    if (candidate.status == FrameStatus::lost) return false;
+    if (frame.held_out) return true;
+    const auto own = std::ranges::find(stage.capture.frames, candidate.frame, &CaptureFrame::frame);
+    return own == stage.capture.frames.end() || !own->held_out;
+  };
   const TrackedFrame* best = nullptr;
-  for (const auto& candidate : track.frames)
-    if (candidate.status != FrameStatus::lost &&
-        (!best || std::abs(candidate.frame - frame) < std::abs(best->frame - frame)))
+  for (const auto& candidate : stage.track.frames)
+    if ((!best || std::abs(candidate.frame - frame.frame) < std::abs(best->frame - frame.frame)) &&
+        may_know(candidate))
       best = &candidate;
   return best;
 }
@@ -132,8 +139,7 @@ std::vector<Job> list_jobs(const Stage& stage) {
             nullptr};
     job.camera = find_camera(stage.cameras, frame.frame);
     job.tracked = find_tracked(stage.track, frame.frame);
-    if (!job.tracked || job.tracked->status == FrameStatus::lost)
-      job.tracked = nearest_tracked(stage.track, frame.frame);
+    if (!job.tracked || job.tracked->status == FrameStatus::lost) job.tracked = nearest_tracked(stage, frame);
     if (job.camera && job.tracked) jobs.push_back(job);
   }
   return jobs;

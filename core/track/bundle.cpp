@@ -286,8 +286,11 @@ Result<BundleSummary> bundle_adjust(std::vector<BundleFrame>& frames, std::vecto
   std::vector<int> known, keys;
   for (std::size_t f = 0; f < frames.size(); ++f)
     if (frames[f].known) known.push_back(static_cast<int>(f));
-  const std::size_t stride =
-      std::clamp<std::size_t>((known.size() + options.key_frames - 1) / options.key_frames, 1, 4);
+  const auto stride_for = [&](int keys) {
+    return (known.size() + std::size_t(keys) - 1) / std::size_t(keys);
+  };
+  const std::size_t stride = std::clamp<std::size_t>(
+      stride_for(options.key_frames), 1, std::max<std::size_t>(4, stride_for(options.most_key_frames)));
   for (std::size_t k = 0; k < known.size(); k += stride) keys.push_back(known[k]);
   BundleOptions used = options;
   if (options.neck_rest > 0 && !neck_rests(frames, keys)) used.neck_rest = 0;

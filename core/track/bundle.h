@@ -33,7 +33,10 @@ struct BundleFrame {
 };
 
 struct BundleOptions {
-  int key_frames = 150;  // at most; cost grows with its square
+  // Poses that are solved for together: every frame up to so many, then every second to fourth. Only where
+  // that leaves more than `most_key_frames`, in clips of minutes, fewer: the cost of an iteration grows with
+  // their cube. The poses between follow from the points.
+  int key_frames = 150, most_key_frames = 500;
   int most_dense = 200;  // key frames up to which the poses are solved for as one full matrix
   int rounds = 3;
   double turn_prior = 20;    // per rad, robust: the landmark pose says no more than this

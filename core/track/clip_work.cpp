@@ -5,8 +5,10 @@
 #include <cmath>
 
 #include "core/base/parallel.h"
+#include "core/base/parallel_batches.h"
 #include "core/track/brow_line.h"
 #include "core/track/face_look.h"
+#include "core/track/frame_spacing.h"
 #include "core/track/observe_face.h"
 
 namespace likeness {
@@ -24,6 +26,7 @@ bool eyes_shut(const ClipWork& work, std::size_t i) {
 
 void prepare(const CameraSet& cameras, const HeadModel& model, ClipWork& work) {
   const std::size_t n = work.clip.frames.size();
+  work.spacing = frame_spacing(work.clip.frames);
   work.head = reduce_head(model, kIdentityDirections);
   work.prior = expression_prior(model);
   work.identity = Eigen::VectorXd::Zero(work.head.identity_count());
@@ -133,7 +136,7 @@ Result<void> watch_lids(const HeadModel& model, ClipWork& work, std::stop_token 
     for (int k = 0; k < kLandmarkCount; ++k)
       views[i].landmarks[k] = (source.landmarks->points[k] - corner) * work.clip.scale;
   }
-  const HeadShape person = shape_head(model, work.full_identity(model));
+  const HeadShape person = work.shape(model);
   auto read = read_lids(eye_balls(model, person), views, stop);
   if (!read) return read.error();
   for (std::size_t i = 0; i < views.size(); ++i)
@@ -142,19 +145,21 @@ Result<void> watch_lids(const HeadModel& model, ClipWork& work, std::stop_token 
   return {};
 }
 
-void measure_eyes(const HeadModel& model, ClipWork& work) {
+Result<void> measure_eyes(const HeadModel& model, ClipWork& work, const Progress& progress,
+                          std::stop_token stop) {
   const HeadShape person = work.shape(model);
   const EyeBalls eyes = eye_balls(model, person);
   const Vec2d corner(work.clip.region.x, work.clip.region.y);
   std::vector<std::optional<Gaze>> raw(work.faces.size());
-  parallel_for(work.faces.size(), [&](std::size_t i) {
+  const auto measure = [&](std::size_t i) {
     if (!work.faces[i].seen || eyes_shut(work, i)) return;
     std::array<Vec2d, kLandmarkCount> px;
     for (int k = 0; k < kLandmarkCount; ++k)
       px[k] = (work.clip.frames[i].landmarks->points[k] - corner) * work.clip.scale;
     raw[i] = measure_gaze(work.clip.frames[i].grey, work.intrinsics[i], work.faces[i].state.cam_from_head,
                           eyes, px);
-  });
+  };
+  if (auto measured = parallel_batches(raw.size(), 16, measure, progress, stop); !measured) return measured;
   // Through a blink the last gaze holds; single frames are steadied by their neighbours, held-out ones by
   // none.
   std::optional<Gaze> last, last_training;
@@ -162,7 +167,8 @@ void measure_eyes(const HeadModel& model, ClipWork& work) {
     const bool held_out = work.faces[i].held_out;
     Gaze sum;
     double weight = 0;
-    for (int k = held_out ? 0 : -1; k <= (held_out ? 0 : 1); ++k) {
+    const int reach = held_out || work.spacing == 0 ? 0 : 1;
+    for (int k = -reach; k <= reach; ++k) {
       const std::ptrdiff_t j = static_cast<std::ptrdiff_t>(i) + k;
       if (j < 0 || j >= static_cast<std::ptrdiff_t>(raw.size()) || !raw[j] ||
           (!held_out && work.faces[j].held_out))
@@ -177,6 +183,7 @@ void measure_eyes(const HeadModel& model, ClipWork& work) {
     last = work.gaze[i];
     if (!held_out) last_training = work.gaze[i];
   }
+  return {};
 }
 
 }  // namespace likeness

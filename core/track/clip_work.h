@@ -26,6 +26,7 @@ inline constexpr int kIdentityDirections = 60;  // landmarks say nothing about t
 // Everything known of the clip while it is fitted; one entry a decoded frame in each array.
 struct ClipWork {
   ClipFrames clip;
+  int spacing = 1;                     // of the clip's frames (frame_spacing.h)
   std::vector<const Camera*> cameras;  // null: unknown
   std::vector<Intrinsics> intrinsics;  // of the working pictures
   std::vector<FaceFrame> faces;
@@ -66,7 +67,8 @@ Result<void> find_lost_brows(ClipWork& work, std::stop_token stop);
 // How far the lids are open, by the pixels; evidence for every fit from here on.
 Result<void> watch_lids(const HeadModel& model, ClipWork& work, std::stop_token stop);
 // Where the eyes look.
-void measure_eyes(const HeadModel& model, ClipWork& work);
+Result<void> measure_eyes(const HeadModel& model, ClipWork& work, const Progress& progress,
+                          std::stop_token stop);
 
 // The fitted frames as a track tells them, each with its verdict; lost ones are bridged.
 std::vector<TrackedFrame> describe_frames(const ClipWork& work, const HeadModel& model,

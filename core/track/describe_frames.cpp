@@ -66,7 +66,9 @@ std::vector<TrackedFrame> describe_frames(const ClipWork& work, const HeadModel&
     frames[i].status = verdict.status;
     frames[i].reason = verdict.reason;
   }
-  bridge_lost(frames);
+  std::vector<bool> held_out;
+  for (const FaceFrame& face : work.faces) held_out.push_back(face.held_out);
+  bridge_lost(frames, held_out);
   return frames;
 }
 

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "core/base/parallel.h"
+#include "core/base/parallel_batches.h"
 
 namespace likeness {
 namespace {
@@ -123,11 +124,11 @@ FaceState moved_jointly(const FaceState& state, const Eigen::VectorXd& own, bool
 }
 
 // The neighbour at `offset` frames if it is one this frame may lean on, else null.
-const FaceFrame* neighbour(const std::vector<FaceFrame>& frames, std::size_t i, int offset) {
+const FaceFrame* neighbour(const std::vector<FaceFrame>& frames, std::size_t i, int offset, int spacing) {
   const std::ptrdiff_t j = static_cast<std::ptrdiff_t>(i) + offset;
   if (j < 0 || j >= static_cast<std::ptrdiff_t>(frames.size())) return nullptr;
   const FaceFrame& n = frames[j];
-  if (!n.seen || n.frame != frames[i].frame + offset) return nullptr;
+  if (!n.seen || n.frame != frames[i].frame + offset * spacing) return nullptr;
   if (frames[i].held_out ? offset > 0 : n.held_out) return nullptr;
   return &n;
 }
@@ -135,8 +136,8 @@ const FaceFrame* neighbour(const std::vector<FaceFrame>& frames, std::size_t i, 
 FramePull temporal_pull(const std::vector<FaceFrame>& frames, std::size_t i, const ClipFitOptions& options) {
   FramePull pull;
   const FaceFrame& own = frames[i];
-  const FaceFrame *a2 = neighbour(frames, i, -2), *a1 = neighbour(frames, i, -1),
-                  *b1 = neighbour(frames, i, 1), *b2 = neighbour(frames, i, 2);
+  const auto near = [&](int offset) { return neighbour(frames, i, offset, options.spacing); };
+  const FaceFrame *a2 = near(-2), *a1 = near(-1), *b1 = near(1), *b2 = near(2);
   // -- First differences of the face.
   double count = 0;
   pull.expression = Eigen::VectorXd::Zero(own.state.expression.size());
@@ -175,12 +176,14 @@ FramePull temporal_pull(const std::vector<FaceFrame>& frames, std::size_t i, con
 
 }  // namespace
 
-void start_clip(const ReducedHead& head, const Eigen::VectorXd& identity, const ExpressionPrior& prior,
-                std::vector<FaceFrame>& frames) {
+Result<void> start_clip(const ReducedHead& head, const Eigen::VectorXd& identity,
+                        const ExpressionPrior& prior, std::vector<FaceFrame>& frames,
+                        const Progress& progress, std::stop_token stop) {
   const ReducedPerson person = reduced_person(head, identity);
-  parallel_for(frames.size(), [&](std::size_t i) {
+  const auto start = [&](std::size_t i) {
     if (frames[i].seen) frames[i].state = start_frame(head, person, frames[i].observation, prior);
-  });
+  };
+  return parallel_batches(frames.size(), 64, start, progress, stop);
 }
 
 Result<IdentityFit> fit_identity(const ReducedHead& head, const ExpressionPrior& usual_prior,

@@ -32,12 +32,14 @@ struct ClipFitOptions {
   double turn_change = 60;        // second difference, per rad
   double shift_change = 150;      // second difference, per m
   bool hold_identity = false;     // fit_identity finds the registration alone
-  int sweeps = 3;                 // passes over all frames with their neighbours' latest states
+  int spacing = 1;  // numbers from a frame to the next (frame_spacing.h); 0: none leans on another
+  int sweeps = 3;   // passes over all frames with their neighbours' latest states
 };
 
 // Rigid start of every seen frame from its inner landmarks.
-void start_clip(const ReducedHead& head, const Eigen::VectorXd& identity, const ExpressionPrior& prior,
-                std::vector<FaceFrame>& frames);
+Result<void> start_clip(const ReducedHead& head, const Eigen::VectorXd& identity,
+                        const ExpressionPrior& prior, std::vector<FaceFrame>& frames,
+                        const Progress& progress = {}, std::stop_token stop = {});
 
 struct IdentityFit {
   Eigen::VectorXd identity;  // (I)

@@ -46,17 +46,29 @@ FrameVerdict judge_frame(const FrameEvidence& e, double usual_error_px) {
   return {};
 }
 
-void bridge_lost(std::vector<TrackedFrame>& frames) {
-  std::vector<int> known;
-  for (std::size_t i = 0; i < frames.size(); ++i)
-    if (frames[i].status != FrameStatus::lost) known.push_back(static_cast<int>(i));
-  if (known.empty()) return;
+namespace {
+
+// The nearest frame that is not lost and that `may_know` allows, in that direction; or none.
+template <class MayKnow>
+const TrackedFrame* nearest(const std::vector<TrackedFrame>& frames, std::size_t from, int step,
+                            const MayKnow& may_know) {
+  for (auto j = std::ptrdiff_t(from) + step; j >= 0 && j < std::ptrdiff_t(frames.size()); j += step)
+    if (frames[std::size_t(j)].status != FrameStatus::lost && may_know(std::size_t(j)))
+      return &frames[std::size_t(j)];
+  return nullptr;
+}
+
+}  // namespace
+
+void bridge_lost(std::vector<TrackedFrame>& frames, const std::vector<bool>& held_out) {
+  const auto is_held_out = [&](std::size_t i) { return i < held_out.size() && held_out[i]; };
   for (std::size_t i = 0; i < frames.size(); ++i) {
     TrackedFrame& f = frames[i];
     if (f.status != FrameStatus::lost) continue;
-    const auto after = std::lower_bound(known.begin(), known.end(), static_cast<int>(i));
-    const TrackedFrame& b = frames[after == known.end() ? known.back() : *after];
-    const TrackedFrame& a = frames[after == known.begin() ? known.front() : *(after - 1)];
+    const auto may_know = [&](std::size_t j) { return is_held_out(i) ? j < i : !is_held_out(j); };
+    const TrackedFrame *before = nearest(frames, i, -1, may_know), *after = nearest(frames, i, 1, may_know);
+    if (!before && !after) continue;
+    const TrackedFrame &a = before ? *before : *after, &b = after ? *after : *before;
     const double t = b.frame > a.frame ? static_cast<double>(f.frame - a.frame) / (b.frame - a.frame) : 0.0;
     const float s = static_cast<float>(t);
     f.world_from_head = pose_between(a.world_from_head, b.world_from_head, t);

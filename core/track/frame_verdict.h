@@ -34,7 +34,9 @@ FrameVerdict judge_frame(const FrameEvidence& evidence, double usual_error_px);
 // The pose a share t of the way from a to b.
 Pose pose_between(const Pose& a, const Pose& b, double t);
 
-// Lost frames get the pose and face between their neighbours, so that players need no special case.
-void bridge_lost(std::vector<TrackedFrame>& frames);
+// Lost frames get the pose and face between their neighbours, so that players need no special case. held_out:
+// of the frames, or empty: a training frame lies between training frames, a held-out one goes on from what
+// came before it. Where no such neighbour is, it stays as it is.
+void bridge_lost(std::vector<TrackedFrame>& frames, const std::vector<bool>& held_out = {});
 
 }  // namespace likeness

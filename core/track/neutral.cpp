@@ -8,6 +8,7 @@
 
 #include "core/base/quantile.h"
 #include "core/head/action_amounts.h"
+#include "core/track/frame_spacing.h"
 
 namespace likeness {
 namespace {
@@ -75,6 +76,13 @@ Signs signs_of(const HeadModel& model, const std::vector<const TrackedFrame*>& f
   const int jaw = action_index(basis, "jawOpen"), left = action_index(basis, "eyeBlink_L"),
             right = action_index(basis, "eyeBlink_R");
   const std::size_t n = frames.size();
+  struct Moment {
+    int frame;
+    double time_s;
+  };
+  std::vector<Moment> moments;
+  for (const TrackedFrame* frame : frames) moments.push_back({frame->frame, frame->time_s});
+  const int spacing = frame_spacing(moments);
   Signs signs{std::vector<float>(n), std::vector<float>(n), std::vector<float>(n)};
   std::vector<Eigen::VectorXf> mouth(n);
   for (std::size_t i = 0; i < n; ++i) {
@@ -95,7 +103,7 @@ Signs signs_of(const HeadModel& model, const std::vector<const TrackedFrame*>& f
       const std::ptrdiff_t j = std::ptrdiff_t(i) + k;
       if (j < 0 || j + 1 >= std::ptrdiff_t(n)) continue;
       const std::size_t a = std::size_t(j);
-      if (frames[a + 1]->frame - frames[a]->frame > 2) continue;
+      if (frames[a + 1]->frame - frames[a]->frame > 2 * spacing) continue;
       sum += (mouth[a + 1] - mouth[a]).norm();
       ++count;
     }

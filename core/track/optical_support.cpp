@@ -6,6 +6,7 @@
 
 #include "core/base/parallel.h"
 #include "core/base/quantile.h"
+#include "core/track/frame_spacing.h"
 #include "core/track/point_tracks.h"
 
 namespace likeness {
@@ -37,7 +38,8 @@ struct Sum {
 
 class Support {
  public:
-  Support(ClipFrames& clip, const OpticalOptions& options) : clip_(clip), options_(options) {
+  Support(ClipFrames& clip, const OpticalOptions& options)
+      : clip_(clip), options_(options), spacing_(frame_spacing(clip.frames)) {
     for (std::size_t i = 0; i < clip.frames.size(); ++i) {
       const ClipFrame& f = clip.frames[i];
       before_.push_back(f.landmarks);
@@ -68,7 +70,8 @@ class Support {
 
  private:
   bool near(std::size_t a, std::size_t b) const {
-    return std::abs(clip_.frames[training_[a]].frame - clip_.frames[training_[b]].frame) <= options_.reach;
+    return std::abs(clip_.frames[training_[a]].frame - clip_.frames[training_[b]].frame) <=
+           options_.reach * spacing_;
   }
 
   // Votes of one frame's landmarks in another's picture, per inner point.
@@ -167,6 +170,7 @@ class Support {
 
   ClipFrames& clip_;
   const OpticalOptions options_;
+  const int spacing_;
   std::vector<int> training_;  // frames that have landmarks and are not held out
   std::vector<int> level_;     // 0: sure of itself; n: carried over n frames; more than carry: doubtful
   std::vector<std::optional<Landmarks>> before_;  // what votes are taken from: not what is being changed

@@ -18,8 +18,8 @@ namespace likeness {
 struct OpticalOptions {
   double forward_backward_px = 0.7;  // working px the way there and back may miss
   double drift_px = 0.5;             // working px a vote's doubt grows with each frame it was followed
-  int reach = 3;                     // frames of the source between a frame and a voter, at most
-  int carry = 12;                    // frames that landmarks are carried through where the face is not found
+  int reach = 3;   // frames that were read (frame_spacing.h) from a frame to a voter, at most
+  int carry = 12;  // frames that landmarks are carried through where the face is not found
 };
 
 // What the neighbours say about a frame's inner landmarks.

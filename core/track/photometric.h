@@ -26,7 +26,8 @@ struct PhotometricOptions {
   double shift_hold = 10000;     // per m
   double expression_change = 4;  // first difference between training frames, per unit
   double own_hold = 2;           // of a held-out frame's expression towards its landmark fit, per unit
-  bool read_mouth = true;        // how far the mouth is open, by the pixels
+  int spacing = 1;         // numbers from a frame to the next (frame_spacing.h); 0: none has a neighbour
+  bool read_mouth = true;  // how far the mouth is open, by the pixels
 };
 
 struct PhotometricFrame {

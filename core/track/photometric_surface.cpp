@@ -190,18 +190,12 @@ PosedSurface posed_surface(const MovingSurface& surface, const Eigen::VectorXd& 
   const ReducedHead& head = surface.points;
   ReducedPerson shaped = surface.person;  // the expression in one product, point by point only the jaw
   shaped.base.noalias() += head.expression * expression;
-  const double c = std::cos(jaw), s = std::sin(jaw);
-  Mat3d turn;
-  turn << 1, 0, 0, 0, c, -s, 0, s, c;
+  const JawTurn turned(jaw);
   for (int p = 0; p < head.points; ++p) {
-    const Vec3d shape = shaped.base.segment<3>(3 * p);
+    const Vec3d shape = shaped.base.segment<3>(3 * p) + turned.corrected(head, p);
     const double w = head.jaw_weight[p];
-    const auto corrective = head.jaw_corrective.middleRows(3 * p, 3);
-    const Vec3d corrected =
-        (c - 1) * (corrective.col(4) + corrective.col(8)) + s * (corrective.col(7) - corrective.col(5));
     posed.points[p] =
-        ((1 - w) * shape + w * (turn * (shape - shaped.jaw_joint) + shaped.jaw_joint) + corrected)
-            .cast<float>();
+        ((1 - w) * shape + w * (turned.turn * (shape - shaped.jaw_joint) + shaped.jaw_joint)).cast<float>();
   }
   posed.normals = vertex_normals(posed.points, surface.triangles);
   return posed;

@@ -139,27 +139,36 @@ ReducedPerson reduced_person(const ReducedHead& head, const Eigen::VectorXd& ide
   return {head.base + head.identity * identity, head.jaw_joint + head.jaw_joint_identity * identity};
 }
 
+JawTurn::JawTurn(double jaw) : cosine(std::cos(jaw)), sine(std::sin(jaw)) {
+  turn << 1, 0, 0, 0, cosine, -sine, 0, sine, cosine;
+  rate << 0, 0, 0, 0, -sine, -cosine, 0, cosine, -sine;
+}
+
+// R - I of a turn about x: rows (0,0,0), (0, c-1, -s), (0, s, c-1).
+Vec3d JawTurn::corrected(const ReducedHead& head, int point) const {
+  const auto c = head.jaw_corrective.middleRows(3 * point, 3);
+  return (cosine - 1) * (c.col(4) + c.col(8)) + sine * (c.col(7) - c.col(5));
+}
+
+Vec3d JawTurn::corrected_rate(const ReducedHead& head, int point) const {
+  const auto c = head.jaw_corrective.middleRows(3 * point, 3);
+  return -sine * (c.col(4) + c.col(8)) + cosine * (c.col(7) - c.col(5));
+}
+
 Vec3d reduced_point(const ReducedHead& head, const ReducedPerson& person, int point,
                     const Eigen::VectorXd& expression, double jaw, PointDerivatives* derivatives) {
-  const double w = head.jaw_weight[point], c = std::cos(jaw), s = std::sin(jaw);
-  const Vec3d shape =
-      person.base.segment<3>(3 * point) + head.expression.middleRows(3 * point, 3) * expression;
-  Mat3d turn;
-  turn << 1, 0, 0, 0, c, -s, 0, s, c;
-  const auto corrective = head.jaw_corrective.middleRows(3 * point, 3);
-  // R - I of a turn about x: rows (0,0,0), (0, c-1, -s), (0, s, c-1).
-  const Vec3d corrected =
-      (c - 1) * (corrective.col(4) + corrective.col(8)) + s * (corrective.col(7) - corrective.col(5));
+  const double w = head.jaw_weight[point];
+  const JawTurn turned(jaw);
+  const Vec3d shape = person.base.segment<3>(3 * point) +
+                      head.expression.middleRows(3 * point, 3) * expression + turned.corrected(head, point);
   const Vec3d arm = shape - person.jaw_joint;
   if (derivatives) {
-    Mat3d turn_rate;
-    turn_rate << 0, 0, 0, 0, -s, -c, 0, c, -s;
-    derivatives->by_jaw = w * (turn_rate * arm) - s * (corrective.col(4) + corrective.col(8)) +
-                          c * (corrective.col(7) - corrective.col(5));
-    derivatives->by_shape = (1 - w) * Mat3d::Identity() + w * turn;
-    derivatives->by_joint = w * (Mat3d::Identity() - turn);
+    derivatives->by_shape = (1 - w) * Mat3d::Identity() + w * turned.turn;
+    derivatives->by_joint = w * (Mat3d::Identity() - turned.turn);
+    derivatives->by_jaw =
+        w * (turned.rate * arm) + derivatives->by_shape * turned.corrected_rate(head, point);
   }
-  return (1 - w) * shape + w * (turn * arm + person.jaw_joint) + corrected;
+  return (1 - w) * shape + w * (turned.turn * arm + person.jaw_joint);
 }
 
 }  // namespace likeness

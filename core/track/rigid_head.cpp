@@ -17,9 +17,9 @@ bool outer(const HeadModel& model, int vertex) {
 
 }  // namespace
 
-RigidHead rigid_head(const HeadModel& model, const Eigen::VectorXf& identity) {
+RigidHead rigid_head(const HeadModel& model, const HeadShape& person) {
   RigidHead head;
-  head.vertices = shape_head(model, identity).vertices;
+  head.vertices = person.vertices;
   const auto landmarks = landmark_positions(model, head.vertices);
   const float nose_base = landmarks[33].y();
   float brow = -1e9f;

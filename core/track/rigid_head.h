@@ -8,7 +8,7 @@
 
 #include "core/base/linalg.h"
 #include "core/camera/camera.h"
-#include "core/head/head_model.h"
+#include "core/head/pose_head.h"
 #include "core/image/image.h"
 #include "core/scene/mesh_scene.h"
 
@@ -23,7 +23,8 @@ struct RigidHead {
   std::shared_ptr<const MeshScene> surface, hair_surface;
 };
 
-RigidHead rigid_head(const HeadModel& model, const Eigen::VectorXf& identity);
+// person: the neutral head, what is the person's own on top of the identity included.
+RigidHead rigid_head(const HeadModel& model, const HeadShape& person);
 
 struct HeadSurfacePoint {
   Vec3d point, normal;  // head frame; normal: unit, outwards

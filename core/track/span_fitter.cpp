@@ -7,6 +7,7 @@
 #include "core/base/parallel.h"
 #include "core/track/camera_scale.h"
 #include "core/track/clip_work.h"
+#include "core/track/frame_spacing.h"
 #include "core/track/frame_verdict.h"
 #include "core/track/rest.h"
 
@@ -41,13 +42,14 @@ SpanFitter::SpanFitter(const HeadModel& model, const Track& track, const RefitOp
       head_(reduce_head(model, kIdentityDirections, track.person)),
       person_(reduced_person(head_, track.person.identity.head(head_.identity_count()).cast<double>())),
       prior_(prior_from_rest(expression_prior(model), track.neutral.expression.cast<double>())),
-      rigid_(rigid_head(model, track.person.identity)),
+      rigid_(rigid_head(model, shape_)),
       eyes_(eye_balls(model, shape_)),
       surface_(face_surface(model, shape_)) {}
 
 void SpanFitter::take(ClipFrames clip, const CameraSet& cameras, const Track& track, const RefitSpan& span) {
   std::erase_if(clip.frames, [&](const ClipFrame& frame) { return !find_tracked(track, frame.frame); });
   clip_ = std::move(clip);
+  spacing_ = frame_spacing(track.frames);
   frames_.clear();
   for (const ClipFrame& source : clip_.frames) {
     SpanFrame& f = frames_.emplace_back();

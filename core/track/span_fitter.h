@@ -108,6 +108,7 @@ class SpanFitter {
   EyeBalls eyes_;
   FaceSurface surface_;
   ClipFrames clip_;
+  int spacing_ = 1;  // of the track's frames (frame_spacing.h)
   std::vector<SpanFrame> frames_;
   std::optional<Appearance> appearance_;
 };

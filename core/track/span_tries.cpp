@@ -19,8 +19,8 @@ constexpr double kFacePull = 2;                              // to the expressio
 constexpr double kSameFace = 0.3;     // overlap of the detector's box with the expected one
 constexpr double kStrangeLook = 0.4;  // unlike the face elsewhere: judge_frame's own limit
 constexpr int kFewLooks = 4, kFewPictures = 5;
-constexpr double kNearFrames = 3;  // a neighbour in time that steadies
-constexpr double kCertain = 0.2;   // of the dense poses' hold: what photometric.cpp gives landmark poses
+constexpr int kNearFrames = 3;    // that were read: a neighbour in time that steadies
+constexpr double kCertain = 0.2;  // of the dense poses' hold: what photometric.cpp gives landmark poses
 // What is equal in verdict must be nearer by this to be taken: of noise alone nothing changes.
 constexpr double kNearerGood = 0.7, kNearerWeak = 0.95, kSamePicture = 1.02;
 // Plainly more like the face elsewhere: then landmarks, which jump where the net did, may say a little less.
@@ -150,7 +150,7 @@ FramePull SpanFitter::pull_of(std::size_t k, const std::vector<std::optional<Spa
       const SpanFrame& f = frames_[std::size_t(j)];
       const double away = std::abs(f.tracked.frame - frames_[k].tracked.frame);
       if (f.held_out) continue;
-      if (away <= kNearFrames && (f.target ? tries[std::size_t(j)].has_value() : f.usable()))
+      if (away <= kNearFrames * spacing_ && (f.target ? tries[std::size_t(j)].has_value() : f.usable()))
         near.push_back({f.target ? &tries[std::size_t(j)]->state : &f.state, away});
       break;
     }

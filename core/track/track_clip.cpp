@@ -26,7 +26,7 @@ Result<void> refine_poses(const HeadModel& model, const TrackOptions& options, b
     work.dense[i].intrinsics = work.intrinsics[i];
     work.dense[i].cam_from_head = work.faces[i].state.cam_from_head;
   }
-  const RigidHead rigid = rigid_head(model, work.full_identity(model));
+  const RigidHead rigid = rigid_head(model, work.shape(model));
   auto summary =
       track_dense_head(work.clip, rigid, resting_camera, work.dense, progress, stop, options.withheld.get());
   if (!summary) return summary.error();
@@ -74,7 +74,8 @@ Result<void> fit_faces(const ExpressionPrior& prior, bool person_known, ClipWork
     if (dense.solved) dense.cam_from_head = dense.cam_from_head * fit->registration;
   const Pose new_from_old = fit->registration.inverse();
   for (HeadPoint& point : work.points) point.track.point = new_from_old * point.track.point;
-  return fit_states(work.head, work.identity, prior, {}, work.faces, progress.stage(0.5, 1, "frames"), stop);
+  return fit_states(work.head, work.identity, prior, {.spacing = work.spacing}, work.faces,
+                    progress.stage(0.5, 1, "frames"), stop);
 }
 
 // The person's own surface on top of the identity, and every frame's expression on it.
@@ -91,8 +92,8 @@ Result<void> fit_shape(const HeadModel& model, ClipWork& work, const Progress& p
   if (!offsets) return offsets.error();
   work.offsets = std::move(*offsets);
   work.head = reduce_head(model, kIdentityDirections, work.offsets);
-  return fit_states(work.head, work.identity, work.prior, {}, work.faces, progress.stage(0.7, 1, "frames"),
-                    stop);
+  return fit_states(work.head, work.identity, work.prior, {.spacing = work.spacing}, work.faces,
+                    progress.stage(0.7, 1, "frames"), stop);
 }
 
 // Pose, jaw and expression by the pictures themselves, where the dense poses hold the head.
@@ -106,7 +107,7 @@ Result<void> refine_on_pictures(const HeadModel& model, ClipWork& work, const Pr
   }
   auto refined =
       refine_photometric(model, work.shape(model), work.head, reduced_person(work.head, work.identity),
-                         work.prior, pictures, {}, work.faces, progress, stop);
+                         work.prior, pictures, {.spacing = work.spacing}, work.faces, progress, stop);
   if (!refined) return refined.error();
   return {};
 }
@@ -169,7 +170,7 @@ Result<Track> track_clip(const std::filesystem::path& video, const TrackRegion& 
                  "track"};
   StageClock clock(options.seconds.get());
   ClipWork work;
-  auto clip = read_clip_frames(video, region, held_out, options, progress.stage(0, 0.4, "landmarks"), stop);
+  auto clip = read_clip_frames(video, region, held_out, options, progress.stage(0, 0.38, "landmarks"), stop);
   if (!clip) return clip.error();
   work.clip = std::move(*clip);
   prepare(cameras, model, work);
@@ -194,7 +195,10 @@ Result<Track> track_clip(const std::filesystem::path& video, const TrackRegion& 
   if (auto alone = check_alone(work.clip, video); !alone) return alone.error();
   const bool person_known = options.person.has_value();
   if (person_known) take_person(model, *options.person, work);
-  start_clip(work.head, work.identity, work.prior, work.faces);
+  if (auto started = start_clip(work.head, work.identity, work.prior, work.faces,
+                                progress.stage(0.38, 0.40, "faces"), stop);
+      !started)
+    return started.error();
   if (auto fitted =
           fit_faces(placing_prior(model), person_known, work, progress.stage(0.40, 0.45, "first fit"), stop);
       !fitted)
@@ -227,17 +231,19 @@ Result<Track> track_clip(const std::filesystem::path& video, const TrackRegion& 
         return done.error();
       clock.lap("own shape");
     }
-    auto settled = fit_from_rest(model, work.head, work.identity, work.prior, {}, work.faces,
-                                 progress.stage(0.9, 0.91, "rest"), stop);
+    auto settled = fit_from_rest(model, work.head, work.identity, work.prior, {.spacing = work.spacing},
+                                 work.faces, progress.stage(0.9, 0.91, "rest"), stop);
     if (!settled) return settled.error();
     work.prior = std::move(*settled);
     clock.lap("rest");
     if (options.photometric)
-      if (auto done = refine_on_pictures(model, work, progress.stage(0.91, 0.96, "pictures"), stop); !done)
+      if (auto done = refine_on_pictures(model, work, progress.stage(0.91, 0.955, "pictures"), stop); !done)
         return done.error();
     clock.lap("pictures");
   }
-  if (options.gaze) measure_eyes(model, work);
+  if (options.gaze)
+    if (auto measured = measure_eyes(model, work, progress.stage(0.955, 0.96, "gaze"), stop); !measured)
+      return measured.error();
   clock.lap("eyes");
 
   Track track;

@@ -208,6 +208,15 @@ TEST_F(FlameFolder, TheFilesHashSeesTheModelAndItsEmbedding) {
   EXPECT_NE(*both, *other);
 }
 
+TEST_F(FlameFolder, TheFilesHashSeesTheNamesBesideAnNpz) {
+  const auto path = put("head.npz", "model");
+  const auto alone = head_model_files_hash(path);
+  put("any_expression_names.txt", "jawOpen");
+  const auto named = head_model_files_hash(path);
+  ASSERT_TRUE(alone.ok() && named.ok());
+  EXPECT_NE(*alone, *named);
+}
+
 TEST(Flame, RelativesAreRefusedByName) {
   const auto refusal = [](std::size_t vertices, std::size_t joints) {
     PickleWriter w;

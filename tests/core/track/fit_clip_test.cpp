@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include "core/track/frame_spacing.h"
 #include "tests/core/track/synthetic_face.h"
 
 namespace likeness {
@@ -48,7 +49,7 @@ Fitted fit(std::vector<FaceFrame> frames) {
   const ReducedHead& head = test_reduced_head();
   const ExpressionPrior prior = expression_prior(test_head());
   Eigen::VectorXd identity = Eigen::VectorXd::Zero(head.identity_count());
-  start_clip(head, identity, prior, frames);
+  EXPECT_TRUE(start_clip(head, identity, prior, frames).ok());
   auto found = fit_identity(head, prior, {}, identity, frames, {}, {});
   EXPECT_TRUE(found.ok());
   EXPECT_TRUE(fit_states(head, found->identity, prior, {}, frames, {}, {}).ok());
@@ -77,6 +78,37 @@ TEST(FitClip, FindsAShapeThatExplainsAllFrames) {
   }
   EXPECT_LT(error, 0.6 * start);
   for (const FaceFrame& f : fitted.frames) EXPECT_LT(inner_error(head, person, f.observation, f.state), 1.5);
+}
+
+TEST(FrameSpacing, IsOneUnlessFramesWereLeftOutAndNoneOfPhotographs) {
+  struct Moment {
+    int frame;
+    double time_s;
+  };
+  EXPECT_EQ(frame_spacing(std::vector<Moment>{}), 1);
+  EXPECT_EQ(frame_spacing(std::vector<Moment>{{0, 0}, {1, 0.04}, {5, 0.2}}), 1);
+  EXPECT_EQ(frame_spacing(std::vector<Moment>{{0, 0}, {8, 0.066}, {12, 0.1}, {16, 0.133}}), 4);
+  EXPECT_EQ(frame_spacing(std::vector<Moment>{{0, 0}, {1, 1}, {2, 2}}), 0);
+}
+
+TEST(FitClip, FramesOfAFastClipLeanOnTheNextOnesThatWereRead) {
+  const ReducedHead& head = test_reduced_head();
+  const Eigen::VectorXd identity = Eigen::VectorXd::Zero(head.identity_count());
+  const ExpressionPrior prior = expression_prior(test_head());
+  const auto fitted = [&](int apart, int spacing) {
+    std::vector<FaceFrame> frames = make_clip(head, identity, 0);
+    for (FaceFrame& frame : frames) frame.frame *= apart;
+    EXPECT_TRUE(start_clip(head, identity, prior, frames).ok());
+    EXPECT_TRUE(fit_states(head, identity, prior, {.spacing = spacing}, frames, {}, {}).ok());
+    return frames;
+  };
+  const auto usual = fitted(1, 1), fast = fitted(4, 4), alone = fitted(4, 1);
+  double leaned = 0;
+  for (std::size_t i = 0; i < usual.size(); ++i) {
+    EXPECT_EQ(usual[i].state.expression, fast[i].state.expression);
+    leaned += (usual[i].state.expression - alone[i].state.expression).norm();
+  }
+  EXPECT_GT(leaned, 0.01) << "numbers that are not each other's next have no pull";
 }
 
 TEST(FitClip, HeldOutPicturesChangeNothingShared) {

@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "core/head/pose_head.h"
 #include "core/track/photometric_mouth.h"
 #include "tests/core/track/synthetic_face.h"
@@ -24,9 +26,29 @@ FaceState some_state(const ReducedHead& head, double yaw) {
   return state;
 }
 
-TEST(ReducedHead, PosesTheLandmarksAsTheWholeHeadDoes) {
-  const HeadModel& model = test_head();
-  const ReducedHead& head = test_reduced_head();
+// The built-in head with jaw correctives of FLAME's kind: some millimetres as the jaw drops.
+const HeadModel& corrected_head() {
+  static const HeadModel model = [] {
+    HeadModel m = test_head();
+    m.pose_basis = decltype(m.pose_basis)::Zero(3 * m.vertex_count(), kPoseFeatureCount);
+    for (Eigen::Index row = 0; row < m.pose_basis.rows(); ++row)
+      for (int k = 9; k < 18; ++k)
+        m.pose_basis(row, k) = 0.02f * std::sin(0.001f * float(row) + 2 * float(k));
+    return m;
+  }();
+  return model;
+}
+
+class ReducedHeads : public testing::TestWithParam<bool> {
+ protected:
+  const HeadModel& model_ = GetParam() ? corrected_head() : test_head();
+  const ReducedHead head_ = reduce_head(model_, 20);
+};
+INSTANTIATE_TEST_SUITE_P(WithAndWithoutCorrectives, ReducedHeads, testing::Bool());
+
+TEST_P(ReducedHeads, PoseTheLandmarksAsTheWholeHeadDoes) {
+  const HeadModel& model = model_;
+  const ReducedHead& head = head_;
   const Eigen::VectorXd identity = some_identity(head.identity_count());
   const FaceState state = some_state(head, 0);
   Articulation whole = neutral_articulation(model);
@@ -38,6 +60,32 @@ TEST(ReducedHead, PosesTheLandmarksAsTheWholeHeadDoes) {
   for (int i = 0; i < kLandmarkCount; ++i) {
     const Vec3d found = reduced_point(head, person, i, state.expression, state.jaw);
     EXPECT_LT((found - expected[i].cast<double>()).norm(), 2e-5) << "landmark " << i;
+  }
+}
+
+TEST_P(ReducedHeads, DerivativesMatchFiniteDifferences) {
+  const ReducedPerson person = reduced_person(head_, some_identity(head_.identity_count()));
+  const FaceState state = some_state(head_, 0);
+  const double jaw = 0.3, h = 1e-6;
+  for (const int point : {8, 30, 57, 66}) {
+    PointDerivatives by;
+    (void)reduced_point(head_, person, point, state.expression, jaw, &by);
+    const auto at = [&](double j, const Vec3d& shape, const Vec3d& joint) {
+      ReducedPerson other = person;
+      other.base.segment<3>(3 * point) += shape;
+      other.jaw_joint += joint;
+      return reduced_point(head_, other, point, state.expression, j);
+    };
+    const Vec3d none = Vec3d::Zero();
+    const Vec3d by_jaw = (at(jaw + h, none, none) - at(jaw - h, none, none)) / (2 * h);
+    EXPECT_LT((by.by_jaw - by_jaw).norm(), 1e-8) << "point " << point;
+    for (int axis = 0; axis < 3; ++axis) {
+      const Vec3d step = h * Vec3d::Unit(axis);
+      EXPECT_LT((by.by_shape.col(axis) - (at(jaw, step, none) - at(jaw, -step, none)) / (2 * h)).norm(),
+                1e-8);
+      EXPECT_LT((by.by_joint.col(axis) - (at(jaw, none, step) - at(jaw, none, -step)) / (2 * h)).norm(),
+                1e-8);
+    }
   }
 }
 

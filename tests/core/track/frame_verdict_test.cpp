@@ -85,6 +85,19 @@ TEST(BridgeLost, LiesBetweenItsNeighbours) {
   }
 }
 
+TEST(BridgeLost, NothingIsLearntAcrossTheSplit) {
+  std::vector<TrackedFrame> frames(6);
+  for (int i = 0; i < 6; ++i) {
+    frames[i].frame = i;
+    frames[i].articulation.expression = Eigen::VectorXf::Zero(1);
+    frames[i].world_from_head.translation().x() = i;
+    if (i == 2 || i == 4) frames[i].status = FrameStatus::lost;
+  }
+  bridge_lost(frames, {false, false, false, true, true, true});
+  EXPECT_EQ(frames[2].world_from_head.translation().x(), 1) << "it trains: what comes next is held out";
+  EXPECT_EQ(frames[4].world_from_head.translation().x(), 3) << "held out: what comes next is not known yet";
+}
+
 TEST(BridgeLost, NothingKnownChangesNothing) {
   std::vector<TrackedFrame> frames(2);
   for (TrackedFrame& f : frames) f.status = FrameStatus::lost;

@@ -1,0 +1,28 @@
+// How far apart in number the pictures of a clip are that follow each other in time. Of a clip of many frames
+// a second, or of very many, only every n-th is read (core/video/decode.h: sampled), and keeps its number in
+// the source; a folder of photographs has no picture that follows another.
+#pragma once
+
+#include <cmath>
+
+namespace likeness {
+
+// frames: anything with members `frame`, ascending, and `time_s`. The smallest difference of two numbers: 1
+// where there are fewer than two frames, 0 where even those lie farther apart in time than a face keeps
+// still.
+template <class Frames>
+int frame_spacing(const Frames& frames) {
+  constexpr double kFollows = 0.25;  // s
+  int spacing = 0;
+  double gap = 0;
+  for (std::size_t i = 1; i < frames.size(); ++i) {
+    const int apart = frames[i].frame - frames[i - 1].frame;
+    if (apart <= 0 || (spacing != 0 && apart >= spacing)) continue;
+    spacing = apart;
+    gap = std::abs(frames[i].time_s - frames[i - 1].time_s);
+  }
+  if (spacing == 0) return 1;
+  return gap > kFollows ? 0 : spacing;
+}
+
+}  // namespace likeness
