@@ -240,7 +240,9 @@ int run_existing(const BuildArguments& arguments, Stage last, const CLI::App& ve
   auto opened = open_project(arguments.input);
   if (!opened) return report_failure(opened.error());
   ProjectOptions options = opened->options;
-  if (given("--budget")) options.budget_s = arguments.options.budget_s, options.steps = 0;
+  if (given("--budget")) {
+    options.budget_s = arguments.options.budget_s, options.full_budget_s = 0, options.steps = 0;
+  }
   if (given("--steps")) options.steps = arguments.options.steps;
   if (given("--checkpoint-every")) options.checkpoint_every_s = arguments.options.checkpoint_every_s;
   if (given("--mode")) options.mode = arguments.options.mode;
@@ -312,7 +314,9 @@ int run_align_photos(const BuildArguments& arguments) {
 }
 
 void add_training_options(CLI::App& verb, BuildArguments& a) {
-  verb.add_option("--budget", a.options.budget_s, "Seconds of training")->check(CLI::Range(1.0, 1e6));
+  verb.add_option("--budget", a.options.budget_s,
+                  "Seconds of training; placing further clips and --refine-track take theirs on top")
+      ->check(CLI::Range(1.0, 1e6));
   verb.add_option("--checkpoint-every", a.options.checkpoint_every_s, "Seconds between checkpoints")
       ->check(CLI::Range(0.1, 3600.0));
   verb.add_option("--steps", a.options.steps, "Exact training steps instead of a budget");

@@ -70,6 +70,15 @@ Result<ActionSweep> parse_action(const std::string& text) {
   return ActionSweep{text.substr(0, equals), *from, *to};
 }
 
+// What was written; words: what else is to be said of it.
+struct Rendered {
+  int frames = 0;
+  std::string words;
+};
+Result<Rendered> rendered(const Result<int>& frames) {
+  return frames ? Result<Rendered>(Rendered{*frames, ""}) : Result<Rendered>(frames.error());
+}
+
 Result<std::vector<Camera>> film_cameras(const RenderArguments& arguments, const Project& project,
                                          const Avatar& avatar, int frames) {
   if (arguments.camera == "still" || arguments.camera == "orbit") {
@@ -79,6 +88,9 @@ Result<std::vector<Camera>> film_cameras(const RenderArguments& arguments, const
       cameras.push_back(orbit_camera(avatar, avatar.world_from_head, yaw));
     return cameras;
   }
+  if (arguments.frames > 0)
+    return Error{ErrorCode::bad_input, "The cameras to follow say how many frames there are.",
+                 "Leave out --frames, or --camera.", arguments.camera};
   auto set = read_cameras(arguments.camera);
   if (!set) return set.error();
   const Intrinsics& first = set->cameras.front().intrinsics;
@@ -174,11 +186,12 @@ Result<int> render_performance(const RenderArguments& arguments, const OpenedAva
 }
 
 // The avatar doing what somebody does in a clip, seen from the film's cameras.
-Result<int> render_driven(const RenderArguments& arguments, const OpenedAvatar& opened,
-                          const Progress& progress, std::stop_token stop) {
-  if (!arguments.expressions.empty() || !arguments.pose_deg.empty() || arguments.frames > 0) {
-    return Error{ErrorCode::bad_input, "The clip says what face and head do, and for how long.",
-                 "Leave out --expression, --pose and --frames, or --drive.", ""};
+Result<Rendered> render_driven(const RenderArguments& arguments, const OpenedAvatar& opened,
+                               const Progress& progress, std::stop_token stop) {
+  if (!arguments.expressions.empty() || !arguments.pose_deg.empty() || arguments.frames > 0 ||
+      arguments.frames_per_second > 0) {
+    return Error{ErrorCode::bad_input, "The clip says what face and head do, for how long and how fast.",
+                 "Leave out --expression, --pose, --frames and --fps, or --drive.", ""};
   }
   DriveRequest request;
   request.video = arguments.drive;
@@ -204,18 +217,24 @@ Result<int> render_driven(const RenderArguments& arguments, const OpenedAvatar& 
   const std::size_t frames = std::min(film.cameras.size(), film.poses.size());
   film.cameras.resize(frames), film.poses.resize(frames);
   options.frames_per_second = clip->frames_per_second;
-  return write_posed(opened, film, options, progress.stage(0.5, 1, "render"), stop);
+  auto written = rendered(write_posed(opened, film, options, progress.stage(0.5, 1, "render"), stop));
+  if (!written || options.out.extension() != ".mp4") return written;
+  const auto sound = copy_sound(request.video, options.out);
+  if (!sound) return sound.error();
+  written->words = sound->copied ? ", with the clip's sound" : ", without sound: " + sound->why_not;
+  return written;
 }
 
-Result<int> render_film(const RenderArguments& arguments, const Progress& progress, std::stop_token stop) {
+Result<Rendered> render_film(const RenderArguments& arguments, const Progress& progress,
+                             std::stop_token stop) {
   if (const auto fine = check_camera(arguments); !fine) return fine.error();
   const auto opened = open_avatar(arguments.project);
   if (!opened) return opened.error();
-  if (!arguments.performance.empty()) return render_performance(arguments, *opened, progress, stop);
+  if (!arguments.performance.empty()) return rendered(render_performance(arguments, *opened, progress, stop));
   if (!arguments.drive.empty()) return render_driven(arguments, *opened, progress, stop);
   const auto film = make_film(arguments, *opened);
   if (!film) return film.error();
-  return write_posed(*opened, *film, film_options(arguments), progress, stop);
+  return rendered(write_posed(*opened, *film, film_options(arguments), progress, stop));
 }
 
 // What the sliders are, and how much of each the capture showed.
@@ -264,16 +283,17 @@ int run(RenderArguments& arguments) {
   auto place = chosen_place(arguments.common);
   if (!place) return report_failure(place.error());
   arguments.place = std::move(*place);
-  std::optional<Result<int>> frames;
+  std::optional<Result<Rendered>> done;
   {
     const ProgressLine line(arguments.common);
-    frames = render_film(arguments, line.progress().stage(0, 1, "render"), stop_on_signals());
+    done = render_film(arguments, line.progress().stage(0, 1, "render"), stop_on_signals());
   }
-  if (!*frames) return report_failure(frames->error());
+  if (!*done) return report_failure(done->error());
+  const Rendered& film = **done;
   if (arguments.common.json) {
-    print_json({{"out", arguments.out.string()}, {"frames", **frames}});
+    print_json({{"out", arguments.out.string()}, {"frames", film.frames}});
   } else {
-    fmt::print(stderr, "Wrote {} ({} frames).\n", arguments.out.string(), **frames);
+    fmt::print(stderr, "Wrote {} ({} frames{}).\n", arguments.out.string(), film.frames, film.words);
   }
   return kExitDone;
 }

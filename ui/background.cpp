@@ -2,6 +2,7 @@
 #include "ui/background.h"
 
 #include <exception>
+#include <memory>
 #include <utility>
 
 namespace likeness::ui {
@@ -18,6 +19,16 @@ void Background::run(std::string key, Work work) {
     queue_.push_back({std::move(key), std::move(work)});
   }
   changed_.notify_one();
+}
+
+std::shared_future<void> Background::after_waiting() {
+  auto reached = std::make_shared<std::promise<void>>();
+  std::shared_future<void> ready = reached->get_future().share();
+  run("", [reached = std::move(reached)](std::stop_token) -> Delivery {
+    reached->set_value();
+    return {};
+  });
+  return ready;
 }
 
 void Background::deliver() {

@@ -5,6 +5,7 @@
 #include <condition_variable>
 #include <deque>
 #include <functional>
+#include <future>
 #include <mutex>
 #include <stop_token>
 #include <thread>
@@ -23,6 +24,8 @@ class Background {
 
   // key: earlier work of the same key that has not begun is dropped; empty: keep all.
   void run(std::string key, Work work);
+  // Ready once all that waits now has run, or never will: to be waited for, not to be asked.
+  std::shared_future<void> after_waiting();
   void deliver();  // on the window's thread
   bool busy() const;
 

@@ -4,6 +4,7 @@
 
 #include <array>
 #include <filesystem>
+#include <map>
 #include <memory>
 #include <stop_token>
 #include <string>
@@ -61,6 +62,7 @@ struct ExportOrder {
   double time_s = 0;  // of the moment that stills, orbits and resting meshes show
   std::filesystem::path out;
   OpenBackend open = {};  // where its pictures are rendered; the processor goes on where that fails
+  std::map<std::string, float> gains = {};  // of named actions, as a live drive has them
 };
 // What is wrong with the choice before any work, if anything.
 Result<void> check_order(const ExportOrder& order);

@@ -35,6 +35,7 @@ class LiveDrive {
   bool toggle_recording();  // true: it records now
   std::vector<DrivenFrame> take_recording();
   void set_gains(std::map<std::string, float> gains);
+  const std::map<std::string, float>& gains() const { return gains_; }
 
   void shown(const std::shared_ptr<const AvatarPicture>& picture);
   LiveView view() const;

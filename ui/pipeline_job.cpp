@@ -21,14 +21,16 @@ void thin(std::vector<TrainStatus>& points) {
 }  // namespace
 
 PipelineJob::PipelineJob(Project project, Stage last, bool previews, std::function<void()> wake,
-                         ComputePlace place)
+                         std::shared_future<void> written, ComputePlace place)
     : project_(std::move(project)), last_(last), place_(std::move(place)) {
   status_.records = project_.stages;
   if (previews && last == Stage::train)
     preview_ = std::make_unique<TrainingPreview>(project_, wake, place_.open);
   job_ = std::make_unique<Job>(
-      [this](const Progress& progress, std::stop_token stop) -> Result<std::string> {
+      [this, written = std::move(written)](const Progress& progress,
+                                           std::stop_token stop) -> Result<std::string> {
         made_.wait();
+        written.wait();
         Project working = project_;
         RunObserver observer;
         observer.stage_changed = [this](Stage s, const StageRecord& record) { stage_changed(s, record); };

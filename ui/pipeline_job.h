@@ -3,6 +3,7 @@
 
 #include <array>
 #include <functional>
+#include <future>
 #include <latch>
 #include <memory>
 #include <mutex>
@@ -39,14 +40,14 @@ struct ComputePlace {
 class PipelineJob {
  public:
   // Makes what is not there yet, up to and including `last`. previews: show the avatar while it is trained.
+  // written: ready once the project's files are as they are meant.
   PipelineJob(Project project, Stage last, bool previews, std::function<void()> wake,
-              ComputePlace place = {});
+              std::shared_future<void> written, ComputePlace place = {});
 
   PipelineStatus status() const;
   void stop() { job_->stop(); }
   void pause() { job_->pause(); }
   void go_on() { job_->go_on(); }
-  const Project& started_with() const { return project_; }
 
  private:
   void stage_changed(Stage stage, const StageRecord& record);

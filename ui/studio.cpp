@@ -83,11 +83,12 @@ void Studio::tick() {
     load(folder_);
     if (pipeline_.job.state == JobState::done && follow_ && shown_ == Step::train) shown_ = Step::direct;
     if (pipeline_.job.state == JobState::stopped && finish_at_s_ && contents_) {
-      ProjectOptions finished = pipeline_job_->started_with().options;
-      finished.steps = 0;
-      finished.budget_s = std::max(1.0, *finish_at_s_ / kOverrunOfTraining);
+      const double budget_s = std::max(1.0, *finish_at_s_ / kOverrunOfTraining);
       finish_at_s_.reset();
-      start_pipeline(finished);
+      start_pipeline([&](ProjectOptions& o) {
+        if (o.steps == 0 && o.full_budget_s == 0) o.full_budget_s = o.budget_s;
+        o.steps = 0, o.budget_s = budget_s;
+      });
       return;
     }
     finish_at_s_.reset();

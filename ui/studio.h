@@ -98,7 +98,8 @@ class Studio {
   void load(const std::filesystem::path& folder);
   void loaded(std::shared_ptr<const ProjectContents> contents, std::uint64_t masks_edit);
   void close_project();
-  void start_pipeline(ProjectOptions options, Stage last = Stage::train);
+  // change: of the options as they are on the disk by then.
+  void start_pipeline(const std::function<void(ProjectOptions&)>& change, Stage last = Stage::train);
   // Fits a span again, or takes that back.
   void refit(const RefitSpan& span, bool again);
   void tell_refit();
@@ -118,7 +119,7 @@ class Studio {
   Project latest_project() const;
   void start_export(ExportKind kind);
   void change_clips(const std::function<Result<std::string>(Project&)>& change);
-  void edit_options(const std::function<void(ProjectOptions&)>& change);
+  bool edit_options(const std::function<void(ProjectOptions&)>& change);  // false: could not be saved now
   // Of the masks (studio_masks.cpp).
   bool masking() const;  // they are shown
   void apply(const MaskRequests& requests);

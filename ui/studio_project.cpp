@@ -47,9 +47,15 @@ void Studio::open(const fs::path& path) {
     if (records()) {
       fail({ErrorCode::failed, "A clip is being recorded just now.",
             "Stop recording first; what is recorded is kept.", ""});
+    } else if (studies()) {
+      fail({ErrorCode::failed, "Methods are being compared just now.",
+            "Stop the comparison first; what is finished of it is kept.", ""});
+    } else if (demo_ && ui::is_working(demo_->status())) {
+      fail({ErrorCode::failed, "The demo is being filmed just now.", "Stop it first, or wait for its end.",
+            ""});
     } else {
       fail({ErrorCode::failed, "An avatar is being made or exported just now.",
-            "Pause or stop it first; what is made of the avatar so far is kept.", ""});
+            "Stop it first; what is made of the avatar so far is kept.", ""});
     }
     return;
   }
@@ -274,17 +280,19 @@ void Studio::change_clips(const std::function<Result<std::string>(Project&)>& ch
       });
 }
 
-void Studio::edit_options(const std::function<void(ProjectOptions&)>& change) {
-  if (!contents_ || changing_clips_ || ui::is_working(pipeline_.job)) return;
-  auto contents = std::make_shared<ProjectContents>(*contents_);
-  contents->project = latest_project();
-  change(contents->project.options);
-  if (const auto saved = save_project(contents->project); !saved) {
-    fail(saved.error());
-    return;
+bool Studio::edit_options(const std::function<void(ProjectOptions&)>& change) {
+  if (!contents_ || changing_clips_ || ui::is_working(pipeline_.job)) return false;
+  // What a command line did to the project meanwhile stays.
+  auto changed = change_project(folder_, [&](Project& project) { change(project.options); });
+  if (!changed) {
+    fail(changed.error());
+    return false;
   }
+  auto contents = std::make_shared<ProjectContents>(*contents_);
+  contents->project = std::move(*changed);
   contents_ = std::move(contents);
   load(folder_);
+  return true;
 }
 
 }  // namespace likeness::ui

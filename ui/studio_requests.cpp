@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "core/base/files.h"
 #include "core/project/care.h"
@@ -19,11 +20,13 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr double kLeastBudget_s = 120;
+// A training that was finished early left its seconds as the budget: too little for one that starts anew.
+void restore_budget(ProjectOptions& options) {
+  if (options.full_budget_s > 0) options.budget_s = std::exchange(options.full_budget_s, 0);
+}
 
-// A training that was finished early left its few seconds as the budget: too little for one that starts anew.
-void repair_budget(ProjectOptions& options) {
-  if (options.steps == 0 && options.budget_s < kLeastBudget_s) options.budget_s = ProjectOptions{}.budget_s;
+void choose_budget(ProjectOptions& options, double budget_s) {
+  options.budget_s = budget_s, options.full_budget_s = 0, options.steps = 0;
 }
 
 }  // namespace
@@ -41,9 +44,9 @@ Wish Studio::apply(const Requests& requests) {
   }
   if (requests.consent && contents_) {
     // The folder's own file is written at once, and read back.
-    Project project = latest_project();
-    project.consent = *requests.consent;
-    if (const auto saved = save_project(project); !saved) fail(saved.error());
+    const auto answered =
+        change_project(folder_, [&](Project& project) { project.consent = *requests.consent; });
+    if (!answered) fail(answered.error());
     load(folder_);
   }
   if (requests.nobody_agreed && contents_) {
@@ -80,7 +83,7 @@ Wish Studio::apply(const Requests& requests) {
     } else {
       edit_options([&](ProjectOptions& o) {
         o.left_out = *requests.left_out;
-        repair_budget(o);
+        restore_budget(o);
       });
     }
   }
@@ -115,12 +118,11 @@ Wish Studio::apply(const Requests& requests) {
     }
   }
   if (requests.forget_export) exports_.forget(*requests.forget_export);
-  if (requests.budget_s)
-    edit_options([&](ProjectOptions& o) { o.budget_s = *requests.budget_s, o.steps = 0; });
+  if (requests.budget_s) edit_options([&](ProjectOptions& o) { choose_budget(o, *requests.budget_s); });
   if (requests.picture_size)
     edit_options([&](ProjectOptions& o) {
       o.size = *requests.picture_size;
-      repair_budget(o);
+      restore_budget(o);
     });
   if (requests.study_choice && !studies()) {
     study_choice_ = *requests.study_choice;
@@ -202,7 +204,7 @@ Wish Studio::carry_out(Command command) {
       break;
     case Command::make_avatar:
       follow_ = true;
-      start_pipeline(contents_->project.options);
+      start_pipeline(restore_budget);  // what is not finished starts anew
       break;
     case Command::check_clip:
       start_check();
@@ -225,13 +227,12 @@ Wish Studio::carry_out(Command command) {
       pipeline_job_->stop();
       break;
     case Command::train_longer: {
-      ProjectOptions longer = contents_->project.options;
-      const double spent = contents_->avatar ? contents_->avatar->avatar.train_seconds : longer.budget_s;
-      longer.budget_s = std::max(1.0, std::round(spent)) + options_.longer_s;
-      longer.steps = 0;
       follow_ = true;
       shown_ = Step::train;
-      start_pipeline(longer);
+      start_pipeline([&](ProjectOptions& o) {
+        const double spent = contents_->avatar ? contents_->avatar->avatar.train_seconds : o.budget_s;
+        choose_budget(o, std::max(1.0, std::round(spent)) + options_.longer_s);
+      });
       break;
     }
     case Command::undo:

@@ -89,9 +89,11 @@ void Studio::read_study() {
 void Studio::start_study() {
   retire(std::move(study_));
   seen_study_ = JobState::running;
+  save_strokes();
   study_ = std::make_unique<Job>(
-      [project = latest_project(), options = study_options()](const Progress& progress,
-                                                              std::stop_token stop) -> Result<std::string> {
+      [project = latest_project(), options = study_options(), written = background_.after_waiting()](
+          const Progress& progress, std::stop_token stop) -> Result<std::string> {
+        written.wait();
         const auto study = study_models_of(project, comparison_folder(project), options,
                                            progress.stage(0, 1, "comparison"), stop);
         if (!study) return study.error();

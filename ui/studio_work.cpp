@@ -24,12 +24,11 @@ fs::path export_path(const fs::path& folder, const ExportChoice& choice, const E
 
 }  // namespace
 
-void Studio::start_pipeline(ProjectOptions options, Stage last) {
+void Studio::start_pipeline(const std::function<void(ProjectOptions&)>& change, Stage last) {
   if (!contents_) return;
-  save_strokes();  // that could not be written when they were painted
-  edit_options([&](ProjectOptions& o) { o = options; });
-  Project project = latest_project();
-  project.options = options;
+  save_strokes();  // that could not be written when they were painted, and those just painted
+  if (!edit_options(change)) return;
+  const Project& project = contents_->project;
   pipeline_ = {};
   study_open_ = false;
   refit_.reset();
@@ -37,7 +36,8 @@ void Studio::start_pipeline(ProjectOptions options, Stage last) {
   seen_states_ = {};
   for (const Stage stage : kStages) seen_states_[std::size_t(stage)] = project.record(stage).state;
   retire(std::move(pipeline_job_));
-  pipeline_job_ = std::make_unique<PipelineJob>(project, last, options_.previews, wake_, options_.compute);
+  pipeline_job_ = std::make_unique<PipelineJob>(project, last, options_.previews, wake_,
+                                                background_.after_waiting(), options_.compute);
   pipeline_ = pipeline_job_->status();
 }
 
@@ -48,21 +48,22 @@ void Studio::refit(const RefitSpan& span, bool again) {
           "Stop the comparison first, or wait for its end.", ""});
     return;
   }
-  ProjectOptions options = contents_->project.options;
-  if (again) {
-    options.refits.push_back(span);
-    options.refits = merged_spans(std::move(options.refits));
-    if (const auto fine = check_project_refits(latest_project(), options.refits); !fine) {
-      fail(fine.error());
-      return;
-    }
-  } else {
-    std::erase_if(options.refits, [&](const RefitSpan& other) {
-      return other.first <= span.last && span.first <= other.last;
-    });
+  const auto with_span = [&](ProjectOptions& options) {
+    if (!again)
+      std::erase_if(options.refits, [&](const RefitSpan& other) {
+        return other.first <= span.last && span.first <= other.last;
+      });
+    if (again) options.refits.push_back(span), options.refits = merged_spans(std::move(options.refits));
+  };
+  ProjectOptions known = contents_->project.options;
+  with_span(known);
+  if (const auto fine = again ? check_project_refits(latest_project(), known.refits) : Result<void>();
+      !fine) {
+    fail(fine.error());
+    return;
   }
   follow_ = false;  // the Face step stays in sight
-  start_pipeline(options, Stage::fit);
+  start_pipeline(with_span, Stage::fit);
   refit_ = span;
 }
 
@@ -147,7 +148,8 @@ void Studio::start_export(ExportKind kind) {
                     directing_.performance(),
                     time_s,
                     export_path(folder_, choice, exports_),
-                    options_.compute.open};
+                    options_.compute.open,
+                    drive_.gains()};
   if (const auto fine = check_order(order); !fine) {
     fail(fine.error());
     return;

@@ -9,7 +9,6 @@
 #include "core/direct/direct_avatar.h"
 #include "core/export/head_mesh.h"
 #include "core/project/care.h"
-#include "core/project/further_clips.h"
 #include "core/render/render.h"
 #include "core/video/decode.h"
 
@@ -68,30 +67,17 @@ Result<int> write_keys(const OpenedAvatar& opened, const DrivenClip& clip, const
   return int(clip.frames.size());
 }
 
-// A file of the project's own.
-bool is_kept_in(const Project& project, const std::filesystem::path& out) {
-  std::error_code ignored;
-  return is_project_name(out.filename().string()) &&
-         std::filesystem::equivalent(out.parent_path().empty() ? "." : out.parent_path(), project.folder,
-                                     ignored);
-}
-
 }  // namespace
 
 Result<void> check_not_taken(const OpenedAvatar& opened, const FilmOptions& options) {
-  std::vector<std::filesystem::path> all{opened.project.options.video, options.background};
-  for (const int number : opened.project.further_clips)
-    if (const auto further = open_further_clip(opened.project, number)) all.push_back(further->options.video);
-  if (is_kept_in(opened.project, options.out)) all.push_back(options.out);
-  for (const std::filesystem::path& used : all) {
-    std::error_code ignored;
-    if (used.empty() || (used.lexically_normal() != options.out.lexically_normal() &&
-                         !std::filesystem::equivalent(used, options.out, ignored)))
-      continue;
-    return Error{ErrorCode::bad_input, "--out names a file that the avatar or its pictures are made from.",
-                 "Give --out a name of its own.", options.out.string()};
-  }
-  return {};
+  if (auto free = check_free(opened.project, options.out, "--out"); !free) return free;
+  const std::filesystem::path background = options.background;  // or a colour, or a word
+  std::error_code ignored;
+  if (background.empty() || (background.lexically_normal() != options.out.lexically_normal() &&
+                             !std::filesystem::equivalent(background, options.out, ignored)))
+    return {};
+  return Error{ErrorCode::bad_input, "--out names the background that the pictures are made before.",
+               "Give --out a name of its own.", options.out.string()};
 }
 
 Result<void> check_output(const Avatar& avatar, const Intrinsics& picture, std::size_t frames,

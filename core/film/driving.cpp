@@ -13,6 +13,7 @@
 #include "core/project/project_views.h"
 #include "core/project/run_stages.h"
 #include "core/study/drive_study.h"
+#include "core/track/frame_spacing.h"
 #include "core/track/track_clip.h"
 #include "core/video/decode.h"
 
@@ -48,8 +49,8 @@ bool is_there(const fs::path& path) {
   return !path.empty() && fs::exists(path, ignored);
 }
 
-Result<Track> driver_track(const DriveRequest& request, const HeadModel& model, const Progress& progress,
-                           std::stop_token stop) {
+Result<Track> driver_track(const DriveRequest& request, const VideoInfo& info, const HeadModel& model,
+                           const Progress& progress, std::stop_token stop) {
   if (is_there(request.track)) {
     auto track = read_track(request.track);
     if (!track) return track.error();
@@ -58,17 +59,22 @@ Result<Track> driver_track(const DriveRequest& request, const HeadModel& model, 
                    "Name the track's own head model with --head-model, or leave out --track.",
                    request.track.string()};
     }
+    const auto last = std::ranges::max_element(track->frames, {}, &TrackedFrame::frame);
+    // The container only declares how many frames there are.
+    if (last != track->frames.end() && info.frame_count > 0 && last->frame > info.frame_count * 1.05 + 5)
+      return Error{ErrorCode::bad_input,
+                   fmt::format("The track has a frame {}, and {} has about {}.", last->frame,
+                               request.video.filename().string(), info.frame_count),
+                   "Give the track of this clip, or leave out --track.", request.track.string()};
     return track;
   }
-  const auto info = probe_video(request.video);
-  if (!info) return info.error();
-  const auto region = face_region(request.video, *info, request.landmark_model,
+  const auto region = face_region(request.video, info, request.landmark_model,
                                   progress.stage(0, 0.15, "looking for the face"), stop);
   if (!region) return region.error();
   TrackOptions options;
   options.predictor = request.landmark_model;
   options.every_frame = true;  // what is driven has the clip's own rate
-  auto track = track_clip(request.video, *region, assumed_camera(*info), {}, model, options,
+  auto track = track_clip(request.video, *region, assumed_camera(info), {}, model, options,
                           progress.stage(0.15, 1, "tracking the driver"), stop);
   if (!track) return track.error();
   track->head_model_file = request.head_model.string();
@@ -114,7 +120,7 @@ Result<DrivenClip> drive_clip(const OpenedAvatar& opened, const DriveRequest& re
     other = std::move(*model);
   }
   const HeadModel& model = request.head_model.empty() ? opened.model : other;
-  auto track = driver_track(request, model, progress, stop);
+  auto track = driver_track(request, *info, model, progress, stop);
   if (!track) return track.error();
   const auto driver = puppet_from_track(*track, model);
   if (!driver) return driver.error();
@@ -125,7 +131,9 @@ Result<DrivenClip> drive_clip(const OpenedAvatar& opened, const DriveRequest& re
   const std::vector<float> gains = drive_gains(*driver, avatar, request.options);
   for (std::size_t a = 0; a < gains.size(); ++a)
     if (gains[a] != 1) clip.gains.emplace_back(opened.model.actions[a].name, gains[a]);
-  if (info->frames_per_second > 0) clip.frames_per_second = std::clamp(info->frames_per_second, 1.0, 240.0);
+  // A project's track may know some of the frames only.
+  const double rate = info->frames_per_second / std::max(1, frame_spacing(clip.track.frames));
+  if (rate > 0) clip.frames_per_second = std::clamp(rate, 1.0, 240.0);
   return clip;
 }
 

@@ -118,6 +118,28 @@ Result<ClipGuard> clip_guard(const fs::path& folder) {
 
 bool is_project_name(const std::string& name) { return std::ranges::find(kNames, name) != std::end(kNames); }
 
+Result<void> check_free(const Project& project, const fs::path& out, std::string_view option) {
+  const auto taken = [&](std::string_view what) {
+    return Error{ErrorCode::bad_input, fmt::format("{} names {}.", option, what),
+                 fmt::format("Give {} a name of its own.", option), out.string()};
+  };
+  std::vector<fs::path> clips{project.options.video};
+  for (const int number : project.further_clips)
+    if (const auto further = open_further_clip(project, number)) clips.push_back(further->options.video);
+  for (const fs::path& clip : clips)
+    if (!clip.empty() && (clip.lexically_normal() == out.lexically_normal() || same_file(clip, out)))
+      return taken("a clip that the avatar is made from");
+  std::error_code failure;
+  for (fs::path at = fs::weakly_canonical(fs::absolute(out, failure), failure);
+       !failure && at.has_relative_path(); at = at.parent_path()) {
+    const std::string name = at.filename().string();
+    const bool own =
+        is_project_name(name) || (fs::exists(at) && (is_performance(name) || is_attributes_file(name)));
+    if (own && same_file(at.parent_path(), project.folder)) return taken("what the project keeps");
+  }
+  return {};
+}
+
 std::optional<Error> missing_clip(const Project& project) {
   std::error_code ignored;
   if (fs::exists(project.options.video, ignored)) return std::nullopt;

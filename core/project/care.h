@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "core/base/result.h"
@@ -22,6 +23,11 @@ Result<Project> relink_clip(const std::filesystem::path& folder, const std::file
 // Whether a project keeps a file or folder of this name in its own folder, performances and what was painted
 // apart.
 bool is_project_name(const std::string& name);
+
+// That something may be written there: `out` is neither a clip of the project, further ones included, nor
+// what the project keeps or what lies in it; a performance that exists, or what was painted, is no more
+// replaced than the track. option: what the path was given as, for the message.
+Result<void> check_free(const Project& project, const std::filesystem::path& out, std::string_view option);
 
 // Whether these frames may be left out of the training: known ones that train. Held-out frames measure the
 // avatar; leaving one out would flatter it, so they are refused by number.

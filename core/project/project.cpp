@@ -63,6 +63,7 @@ json to_json(const ProjectOptions& options) {
           {"size_px", options.size},
           {"split", split_name(options.split)},
           {"budget_s", options.budget_s},
+          {"full_budget_s", options.full_budget_s},
           {"steps", options.steps},
           {"seed", options.seed},
           {"checkpoint_every_s", options.checkpoint_every_s},
@@ -115,6 +116,7 @@ ProjectOptions options_from_json(const json& j, int version) {
   options.size = j.at("size_px");
   options.split = split_from_json(j);
   options.budget_s = j.at("budget_s");
+  options.full_budget_s = j.value("full_budget_s", 0.0);
   options.steps = j.at("steps");
   options.seed = j.at("seed");
   options.checkpoint_every_s = j.value("checkpoint_every_s", options.checkpoint_every_s);
@@ -281,6 +283,16 @@ Result<void> save_project(const Project& project) {
   // A path need not be valid UTF-8; the odd byte is replaced rather than refused.
   return write_text(project_file(project.folder),
                     j.dump(2, ' ', false, json::error_handler_t::replace) + "\n");
+}
+
+Result<Project> change_project(const fs::path& folder, const std::function<void(Project&)>& change) {
+  const auto lock = ProjectLock::acquire({.folder = folder});
+  if (!lock) return lock.error();
+  auto project = open_project(folder);
+  if (!project) return project.error();
+  change(*project);
+  if (const auto saved = save_project(*project); !saved) return saved.error();
+  return project;
 }
 
 Result<ProjectLock> ProjectLock::acquire(const Project& project) {

@@ -13,6 +13,7 @@
 #include <array>
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -55,6 +56,7 @@ struct ProjectOptions {
   int size = 256;                         // px
   Split split = Split::tail;              // what is held out
   double budget_s = 300;                  // of training
+  double full_budget_s = 0;               // before a training was finished early; 0: none was
   std::uint64_t steps = 0;                // exact training steps instead of a budget
   std::uint64_t seed = 0;
   double checkpoint_every_s = 30;  // what a killed training loses at most
@@ -107,6 +109,10 @@ Result<Project> open_project(const std::filesystem::path& folder);
 // Opens the project in `folder`, or makes one; `options` replace the stored ones either way.
 Result<Project> open_or_create_project(const std::filesystem::path& folder, const ProjectOptions& options);
 Result<void> save_project(const Project& project);
+// The project as it is on the disk now, changed and written back, under its lock. An Error where another
+// process works on it.
+Result<Project> change_project(const std::filesystem::path& folder,
+                               const std::function<void(Project&)>& change);
 
 // Held while a process works on a project: two at once would overwrite each other's results. Ends with the
 // process.

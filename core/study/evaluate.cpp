@@ -12,6 +12,7 @@
 #include "core/capture/split.h"
 #include "core/image/files.h"
 #include "core/image/metrics.h"
+#include "core/project/care.h"
 #include "core/project/project_attributes.h"
 #include "core/project/project_views.h"
 #include "core/project/run_stages.h"
@@ -64,6 +65,9 @@ Result<Evaluation> evaluate(const Project& project, const EvalOptions& options, 
     perceptual.emplace(std::move(*network));
   }
   const fs::path regions_folder = options.regions.empty() ? regions_path(project) : options.regions;
+  for (const auto& [path, option] : {std::pair(options.video, "--video"), {options.pictures, "--pictures"}})
+    if (const auto free = path.empty() ? Result<void>() : check_free(project, path, option); !free)
+      return free.error();
   std::optional<VideoWriter> video;
   if (!options.video.empty()) {
     auto writer =

@@ -297,6 +297,27 @@ TEST_F(EndToEnd, SpansAreFittedAgainInAnyOrderAndTakenBack) {
     EXPECT_TRUE(back.at(stage).at("done").get<bool>()) << stage;
 }
 
+TEST_F(EndToEnd, NoPictureIsWrittenOverTheClipOrTheFrames) {
+  const fs::path project = folder_ / "p.likeness", clip = folder_ / "demo" / "demo.mp4";
+  const auto before = fs::last_write_time(clip);
+  const ProgramResult film = likeness({"eval", project.string(), "--video", clip.string()});
+  EXPECT_EQ(film.exit_code, 1);
+  EXPECT_NE(film.err.find("--video names a clip"), std::string::npos) << film.err;
+  EXPECT_EQ(fs::last_write_time(clip), before);
+  EXPECT_EQ(likeness({"eval", project.string(), "--pictures", (project / "frames").string()}).exit_code, 1);
+  // What the clip or the cameras say is not asked for twice.
+  const std::string out = (folder_ / "x.mp4").string();
+  for (const std::vector<std::string>& twice :
+       {std::vector<std::string>{"--drive", clip.string(), "--fps", "50"},
+        {"--camera", (project / "cameras.json").string(), "--frames", "10"}}) {
+    std::vector<std::string> command{"render", project.string(), "--out", out};
+    command.insert(command.end(), twice.begin(), twice.end());
+    const ProgramResult refused = likeness(command);
+    EXPECT_EQ(refused.exit_code, 1);
+    EXPECT_NE(refused.err.find("Leave out"), std::string::npos) << refused.err;
+  }
+}
+
 TEST_F(EndToEnd, AnOrbitIsAVideoOfItsLength) {
   const fs::path out = folder_ / "orbit.mp4";
   const ProgramResult result = likeness({"render", (folder_ / "p.likeness").string(), "--camera", "orbit",

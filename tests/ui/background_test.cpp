@@ -5,6 +5,7 @@
 
 #include <atomic>
 #include <chrono>
+#include <future>
 #include <stdexcept>
 #include <string>
 #include <thread>
@@ -47,6 +48,30 @@ TEST(Background, ANewerAskOfTheSameKindReplacesTheWaitingOne) {
   EXPECT_EQ(delivered.back(), 6);
   EXPECT_LE(delivered.size(), 3u);
   EXPECT_EQ(delivered[delivered.size() - 2], 5);
+}
+
+TEST(Background, ItsEndCanBeWaitedForElsewhere) {
+  std::shared_future<void> never;
+  {
+    Background background([](const std::string&) {}, [] {});
+    std::atomic<bool> go = false, written = false;
+    background.run("stroke", [&](std::stop_token) -> Background::Delivery {
+      while (!go) std::this_thread::yield();
+      written = true;
+      return {};
+    });
+    const auto ready = background.after_waiting();
+    EXPECT_EQ(ready.wait_for(std::chrono::milliseconds(20)), std::future_status::timeout);
+    go = true;
+    ready.wait();
+    EXPECT_TRUE(written);
+    background.run("", [](std::stop_token stop) -> Background::Delivery {
+      while (!stop.stop_requested()) std::this_thread::yield();
+      return {};
+    });
+    never = background.after_waiting();
+  }
+  never.wait();  // nobody waits for work that will not be done
 }
 
 TEST(Background, WorkThatBreaksIsToldOfAndTheNextIsDone) {

@@ -195,6 +195,31 @@ TEST_F(StudioState, AFurtherClipIsAddedMakesTheAvatarOldAndIsTakenOut) {
   EXPECT_TRUE(open_project(project_.folder())->further_clips.empty());
 }
 
+TEST_F(StudioState, WhatACommandLineChoseMeanwhileStays) {
+  open();
+  ASSERT_TRUE(change_project(project_.folder(), [](Project& p) { p.options.left_out = {3}; }).ok());
+  Requests wanted;
+  wanted.budget_s = 900;
+  ask(wanted);
+  const auto stored = open_project(project_.folder());
+  ASSERT_TRUE(stored.ok());
+  EXPECT_EQ(stored->options.budget_s, 900);
+  EXPECT_EQ(stored->options.left_out, std::vector<int>{3});
+}
+
+TEST_F(StudioState, ATrainingThatWasFinishedEarlyIsNotTheMeasureOfTheNext) {
+  ASSERT_TRUE(change_project(project_.folder(), [](Project& p) {
+                p.options.budget_s = 52, p.options.full_budget_s = 600, p.options.steps = 0;
+                p.consent = Consent::own;
+              }).ok());
+  open();
+  ask(Command::make_avatar);
+  const auto stored = open_project(project_.folder());
+  ASSERT_TRUE(stored.ok());
+  EXPECT_EQ(stored->options.budget_s, 600);
+  EXPECT_EQ(stored->options.full_budget_s, 0);
+}
+
 TEST_F(StudioState, ADeletedPersonIsGoneAndForgotten) {
   open();
   EXPECT_FALSE(studio_->snapshot().settings.recent.empty());

@@ -43,9 +43,9 @@ void draw_choices(const Snapshot& snapshot, Requests& requests) {
   ImGui::NewLine();
   faint_text("Larger pictures show more and take about four times as long a step.");
   choice_label("Training", px(94));
+  const double chosen_s = options.full_budget_s > 0 ? options.full_budget_s : options.budget_s;
   for (const int minutes : {2, 5, 15, 60}) {
-    if (choice(fmt::format("{} min", minutes).c_str(),
-               options.steps == 0 && options.budget_s == 60 * minutes))
+    if (choice(fmt::format("{} min", minutes).c_str(), options.steps == 0 && chosen_s == 60 * minutes))
       requests.budget_s = 60 * minutes;
     ImGui::SameLine();
   }
@@ -97,7 +97,8 @@ void draw_further_clips(const Snapshot& snapshot, Requests& requests) {
     clipped_text(fmt::format("{}  {}", further.number, further.name), room - button - px(8));
     ImGui::SameLine();
     ImGui::SetCursorPosX(left + room - button);
-    if (plain_button("Take out", !snapshot.situation.running, button)) requests.remove_clip = further.number;
+    if (plain_button("Take out", is_enabled(Command::close_project, snapshot.situation), button))
+      requests.remove_clip = further.number;
     if (further.state == StageState::failed) {
       note("failed", Tone::bad, further.words);
     } else {

@@ -52,6 +52,31 @@ TEST(Driving, AFinishedTrackIsCarriedOverFrameByFrame) {
   EXPECT_GT(turned, 0.3);
 }
 
+TEST(Driving, ATrackOfEveryFourthFrameHasTheFilmsTime) {
+  const TinyProject project;
+  Track track = acted_driver(40);
+  std::erase_if(track.frames, [](const TrackedFrame& frame) { return frame.frame % 4 != 0; });
+  DriveRequest request;
+  request.video = grey_clip(project.root / "clip.mp4", 40);
+  request.track = project.root / "track.json";
+  ASSERT_TRUE(write_track(request.track, track).ok());
+  const auto clip = drive_clip(tiny_opened(), request, Progress(), {});
+  ASSERT_TRUE(clip.ok()) << clip.error().what;
+  EXPECT_EQ(clip->frames.size(), 10u);
+  EXPECT_DOUBLE_EQ(clip->frames_per_second, 7.5);
+}
+
+TEST(Driving, ATrackOfALongerClipIsRefused) {
+  const TinyProject project;
+  DriveRequest request;
+  request.video = grey_clip(project.root / "clip.mp4", 20);
+  request.track = project.root / "track.json";
+  ASSERT_TRUE(write_track(request.track, acted_driver(40)).ok());
+  const auto clip = drive_clip(tiny_opened(), request, Progress(), {});
+  ASSERT_FALSE(clip.ok());
+  EXPECT_NE(clip.error().what.find("frame 39"), std::string::npos) << clip.error().what;
+}
+
 TEST(Driving, ATrackOfAnotherHeadModelIsRefused) {
   const TinyProject project;
   Track track = acted_driver(8);

@@ -175,6 +175,21 @@ TEST_F(Care, AStageThatNeedsTheMissingClipSaysHowToFindIt) {
   EXPECT_NE(outcome.error().fix.find("relink"), std::string::npos);
 }
 
+TEST_F(Care, NothingIsWrittenOverAClipOrWhatTheProjectKeeps) {
+  const Project project = *open_project(folder_);
+  for (const fs::path& taken :
+       {clip_, root_ / "." / "clip.mp4", folder_ / "frames", folder_ / "frames" / "000000.png",
+        folder_ / "track.json", folder_ / "performance.json", folder_ / "comparison" / "pictures"}) {
+    const auto refused = check_free(project, taken, "--pictures");
+    ASSERT_FALSE(refused.ok()) << taken;
+    EXPECT_NE(refused.error().fix.find("--pictures"), std::string::npos);
+  }
+  for (const fs::path& free :
+       {root_ / "film.mp4", folder_ / "exports" / "film.mp4", folder_ / "performance-7.json",
+        root_ / "frames", fs::path("track.json"), root_ / "other.likeness" / "frames" / "000000.png"})
+    EXPECT_TRUE(check_free(project, free, "--out").ok()) << free;
+}
+
 TEST_F(Care, HeldOutFramesCannotBeLeftOut) {
   const auto capture = read_capture(folder_ / "capture.json");
   EXPECT_TRUE(check_left_out(*capture, {}).ok());

@@ -43,6 +43,7 @@ TEST_F(ProjectFolder, RemembersOptionsAndStages) {
   options.video = root_ / "clip.mp4";
   options.size = 512;
   options.steps = 123;
+  options.full_budget_s = 600;
   options.seed = 7;
   options.use_latent = false;
   options.mode = FieldMode::warp;
@@ -57,6 +58,7 @@ TEST_F(ProjectFolder, RemembersOptionsAndStages) {
   EXPECT_EQ(opened->options.video, options.video);
   EXPECT_EQ(opened->options.size, 512);
   EXPECT_EQ(opened->options.steps, 123u);
+  EXPECT_EQ(opened->options.full_budget_s, 600);
   EXPECT_EQ(opened->options.seed, 7u);
   EXPECT_FALSE(opened->options.use_latent);
   EXPECT_EQ(opened->options.mode, FieldMode::warp);
@@ -205,6 +207,27 @@ TEST_F(ProjectFolder, OptionsDoNotChangeWhileAnotherWorksOnIt) {
   const auto opened = open_project(root_ / "p");
   ASSERT_TRUE(opened.ok());
   EXPECT_EQ(opened->options.seed, 1u);
+}
+
+TEST_F(ProjectFolder, AChangeKeepsWhatOthersDidMeanwhile) {
+  auto made = open_or_create_project(root_ / "p", {.seed = 1});
+  ASSERT_TRUE(made.ok()) << made.error().what;
+  Project other = *made;
+  other.record(Stage::align).state = StageState::done;
+  ASSERT_TRUE(save_project(other).ok());
+  const auto asked = [](Project& project) { project.options.seed = 2; };
+  const auto changed = change_project(root_ / "p", asked);
+  ASSERT_TRUE(changed.ok()) << changed.error().what;
+  const auto opened = open_project(root_ / "p");
+  ASSERT_TRUE(opened.ok());
+  for (const Project& project : {*changed, *opened}) {
+    EXPECT_EQ(project.options.seed, 2u);
+    EXPECT_EQ(project.record(Stage::align).state, StageState::done);
+  }
+  const auto lock = ProjectLock::acquire(*made);
+  ASSERT_TRUE(lock.ok());
+  EXPECT_FALSE(change_project(root_ / "p", asked).ok());
+  EXPECT_EQ(change_project(root_ / "none", asked).ok(), false);
 }
 
 }  // namespace
