@@ -70,13 +70,13 @@ Result<ActionSweep> parse_action(const std::string& text) {
   return ActionSweep{text.substr(0, equals), *from, *to};
 }
 
-// What was written; words: what else is to be said of it.
+// What was written, and of an mp4 that follows a clip whether with its sound.
 struct Rendered {
   int frames = 0;
-  std::string words;
+  std::optional<CopiedSound> sound;
 };
 Result<Rendered> rendered(const Result<int>& frames) {
-  return frames ? Result<Rendered>(Rendered{*frames, ""}) : Result<Rendered>(frames.error());
+  return frames ? Result<Rendered>(Rendered{*frames, {}}) : Result<Rendered>(frames.error());
 }
 
 Result<std::vector<Camera>> film_cameras(const RenderArguments& arguments, const Project& project,
@@ -219,9 +219,9 @@ Result<Rendered> render_driven(const RenderArguments& arguments, const OpenedAva
   options.frames_per_second = clip->frames_per_second;
   auto written = rendered(write_posed(opened, film, options, progress.stage(0.5, 1, "render"), stop));
   if (!written || options.out.extension() != ".mp4") return written;
-  const auto sound = copy_sound(request.video, options.out);
+  auto sound = copy_sound(request.video, options.out);
   if (!sound) return sound.error();
-  written->words = sound->copied ? ", with the clip's sound" : ", without sound: " + sound->why_not;
+  written->sound = std::move(*sound);
   return written;
 }
 
@@ -291,9 +291,14 @@ int run(RenderArguments& arguments) {
   if (!*done) return report_failure(done->error());
   const Rendered& film = **done;
   if (arguments.common.json) {
-    print_json({{"out", arguments.out.string()}, {"frames", film.frames}});
+    nlohmann::json told = {{"out", arguments.out.string()}, {"frames", film.frames}};
+    if (film.sound) told["sound"] = film.sound->copied, told["sound_left_out"] = film.sound->why_not;
+    print_json(told);
   } else {
-    fmt::print(stderr, "Wrote {} ({} frames{}).\n", arguments.out.string(), film.frames, film.words);
+    const std::string sound = !film.sound          ? ""
+                              : film.sound->copied ? ", with the clip's sound"
+                                                   : ", without sound: " + film.sound->why_not;
+    fmt::print(stderr, "Wrote {} ({} frames{}).\n", arguments.out.string(), film.frames, sound);
   }
   return kExitDone;
 }

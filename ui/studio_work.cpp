@@ -49,11 +49,14 @@ void Studio::refit(const RefitSpan& span, bool again) {
     return;
   }
   const auto with_span = [&](ProjectOptions& options) {
-    if (!again)
+    if (again) {
+      options.refits.push_back(span);
+      options.refits = merged_spans(std::move(options.refits));
+    } else {
       std::erase_if(options.refits, [&](const RefitSpan& other) {
         return other.first <= span.last && span.first <= other.last;
       });
-    if (again) options.refits.push_back(span), options.refits = merged_spans(std::move(options.refits));
+    }
   };
   ProjectOptions known = contents_->project.options;
   with_span(known);

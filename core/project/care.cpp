@@ -56,6 +56,9 @@ constexpr std::string_view kNames[] = {"frames",
                                        "refits.json",
                                        "project.json"};
 
+// Performances and what was painted apart.
+bool is_project_name(const std::string& name) { return std::ranges::find(kNames, name) != std::end(kNames); }
+
 // A file that a killed process was writing: .NAME.PID-N.part, perhaps with an ending (core/base/files).
 bool is_abandoned_part(const std::string& name) {
   static const std::regex form(R"(\.[^/]+\.\d+-\d+\.part(\.[^./]+)?)");
@@ -115,8 +118,6 @@ Result<ClipGuard> clip_guard(const fs::path& folder) {
 }
 
 }  // namespace
-
-bool is_project_name(const std::string& name) { return std::ranges::find(kNames, name) != std::end(kNames); }
 
 Result<void> check_free(const Project& project, const fs::path& out, std::string_view option) {
   const auto taken = [&](std::string_view what) {

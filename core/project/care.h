@@ -20,10 +20,6 @@ std::optional<Error> missing_clip(const Project& project);
 // nothing yet takes any clip. Takes the project's lock.
 Result<Project> relink_clip(const std::filesystem::path& folder, const std::filesystem::path& clip);
 
-// Whether a project keeps a file or folder of this name in its own folder, performances and what was painted
-// apart.
-bool is_project_name(const std::string& name);
-
 // That something may be written there: `out` is neither a clip of the project, further ones included, nor
 // what the project keeps or what lies in it; a performance that exists, or what was painted, is no more
 // replaced than the track. option: what the path was given as, for the message.

@@ -54,29 +54,21 @@ Result<void> find_landmarks_again(const TrackOptions& options, ClipWork& work, c
   if (!detector) return detector.error();
   const ReducedPerson person = reduced_person(work.head, work.identity);
   const Vec2d corner(work.clip.region.x, work.clip.region.y);
-  constexpr std::size_t kBatch = 16;
-  for (std::size_t from = 0; from < work.faces.size(); from += kBatch) {
-    if (stop.stop_requested()) return cancelled_error();
-    progress.report(static_cast<double>(from) / work.faces.size(), "landmarks from the dense poses");
-    parallel_for(std::min(kBatch, work.faces.size() - from), [&](std::size_t k) {
-      const std::size_t i = from + k;
-      FaceFrame& face = work.faces[i];
-      if (!face.pose_given || stop.stop_requested()) return;
-      const ExpectedFace expected =
-          expect_face(work.head, person, work.intrinsics[i], face.state.cam_from_head);
-      Landmarks found =
-          detector->landmarks(work.clip.frames[i].grey, expected.box, 0, &expected.hint, {8, 32});
-      for (int p = 0; p < kLandmarkCount; ++p) {
-        found.points[p] = found.points[p] / work.clip.scale + corner;
-        found.spread[p] /= work.clip.scale;
-      }
-      face.observation = observe_face(found, work.cameras[i]->intrinsics, work.clip.scale,
-                                      work.intrinsics[i].fx, face.observation);
-      work.clip.frames[i].landmarks = found;
-    });
-  }
-  progress.report(1);
-  return {};
+  const auto find = [&](std::size_t i) {
+    FaceFrame& face = work.faces[i];
+    if (!face.pose_given || stop.stop_requested()) return;
+    const ExpectedFace expected =
+        expect_face(work.head, person, work.intrinsics[i], face.state.cam_from_head);
+    Landmarks found = detector->landmarks(work.clip.frames[i].grey, expected.box, 0, &expected.hint, {8, 32});
+    for (int p = 0; p < kLandmarkCount; ++p) {
+      found.points[p] = found.points[p] / work.clip.scale + corner;
+      found.spread[p] /= work.clip.scale;
+    }
+    face.observation = observe_face(found, work.cameras[i]->intrinsics, work.clip.scale,
+                                    work.intrinsics[i].fx, face.observation);
+    work.clip.frames[i].landmarks = found;
+  };
+  return parallel_batches(work.faces.size(), 16, find, progress, stop);
 }
 
 Result<void> cross_check(ClipWork& work, const Progress& progress, std::stop_token stop) {

@@ -3,9 +3,8 @@
 //
 // Notation: point = (1 - w) s + w (R(jaw) (s - j) + j),  s = base + B identity + D expression +
 // C vec(R(jaw) - I), w = skinning weight of the jaw, j = jaw joint (moves with the identity), C = the jaw's
-// pose correctives, which come before the turn (Li et al., FLAME, 2017, equation 1). In the whole head
-// (core/head/pose_head.h) the joint moves with the expression, too: by 0.6 mm at most in ICT-FaceKit's, so
-// that an open jaw lies a tenth of that off.
+// pose correctives, which come before the turn as in the whole head (core/head/pose_head.h). That the joint
+// also moves with the expression there is left out.
 #pragma once
 
 #include <array>
@@ -52,19 +51,20 @@ struct ReducedPerson {
 };
 ReducedPerson reduced_person(const ReducedHead& head, const Eigen::VectorXd& identity);
 
-// One point in the head frame and, where asked for, its derivatives.
-struct PointDerivatives {
-  Vec3d by_jaw;    // m/rad
-  Mat3d by_shape;  // d point / d s: (1 - w) I + w R; expression's is by_shape * D
-  Mat3d by_joint;  // d point / d j
-};
-// The jaw turned by so much, as the correctives see it: R, d R / d jaw, C vec(R - I) and its derivative.
+// The jaw turned by so much, rad: R, d R / d jaw, C vec(R - I) and its derivative.
 struct JawTurn {
   explicit JawTurn(double jaw);
   Mat3d turn, rate;
   Vec3d corrected(const ReducedHead& head, int point) const;       // m
   Vec3d corrected_rate(const ReducedHead& head, int point) const;  // m/rad
   double cosine, sine;
+};
+
+// One point in the head frame and, where asked for, its derivatives.
+struct PointDerivatives {
+  Vec3d by_jaw;    // m/rad
+  Mat3d by_shape;  // d point / d s: (1 - w) I + w R; expression's is by_shape * D
+  Mat3d by_joint;  // d point / d j
 };
 Vec3d reduced_point(const ReducedHead& head, const ReducedPerson& person, int point,
                     const Eigen::VectorXd& expression, double jaw, PointDerivatives* derivatives = nullptr);
