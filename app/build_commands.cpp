@@ -247,6 +247,7 @@ int run_existing(const BuildArguments& arguments, Stage last, const CLI::App& ve
   if (given("--checkpoint-every")) options.checkpoint_every_s = arguments.options.checkpoint_every_s;
   if (given("--mode")) options.mode = arguments.options.mode;
   if (given("--landmark-loss")) options.landmark_loss = arguments.options.landmark_loss;
+  if (given("--lens")) options.lens_mm = arguments.options.lens_mm;
   if (given("--seed")) options.seed = arguments.common.seed;
   if (given("--head-model")) options.head_model = arguments.options.head_model;
   if (given("--identity")) options.identity = arguments.identity == "none" ? "" : arguments.identity;
@@ -342,6 +343,14 @@ void add_displacement_option(CLI::App& verb, BuildArguments& a) {
       "without from now on");
 }
 
+void add_lens_option(CLI::App& verb, BuildArguments& a) {
+  verb.add_option(
+          "--lens", a.options.lens_mm,
+          "Focal length of a resting camera, in mm as on 35 mm film (36 mm the longer side); default: as "
+          "the clip tells, or a usual one. 0: the default again")
+      ->check(CLI::Range(8.0, 2000.0) | CLI::Range(0.0, 0.0));
+}
+
 void add_capture_options(CLI::App& verb, BuildArguments& a) {
   verb.add_option("video", a.input, "The clip")->required();
   verb.add_option("--project", a.project, "The project folder, made if absent")->required();
@@ -356,6 +365,7 @@ void add_capture_options(CLI::App& verb, BuildArguments& a) {
       ->transform(CLI::CheckedTransformer(std::move(splits)));
   verb.add_flag("--resting-camera", a.options.resting_camera,
                 "The camera rests, whatever its background does: skip finding out");
+  add_lens_option(verb, a);
   verb.add_option("--head-model", a.options.head_model,
                   "A head model: FLAME's .pkl, ICT-FaceKit's folder, or a .npz; default: the built-in head");
   verb.add_option("--matting-network", a.options.matting_network,
@@ -392,6 +402,7 @@ void add_build_commands(CLI::App& program, int& exit_code) {
   CLI::App* align = program.add_subcommand("align", "Cameras of a project, or of a folder of photographs");
   align->add_option("input", a->input, "Project folder, or folder of photographs")->required();
   align->add_option("--out", a->out, "cameras.json to write, for photographs");
+  add_lens_option(*align, *a);
   add_common_options(*align, a->common);
   align->callback([a, align, &exit_code] {
     if (std::error_code ignored; fs::exists(a->input / "project.json", ignored)) {
@@ -413,6 +424,7 @@ void add_build_commands(CLI::App& program, int& exit_code) {
       ->allow_extra_args(false);
   add_identity_option(*fit, *a);
   add_displacement_option(*fit, *a);
+  add_lens_option(*fit, *a);
   add_common_options(*fit, a->common);
   fit->callback([a, fit, &exit_code] { exit_code = run_existing(*a, Stage::matte, *fit); });
 

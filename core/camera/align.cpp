@@ -9,6 +9,7 @@
 #include <set>
 
 #include "core/base/hash.h"
+#include "core/camera/assumed_lens.h"
 #include "core/camera/colmap.h"
 #include "core/camera/motion.h"
 #include "core/camera/resect.h"
@@ -24,37 +25,23 @@ namespace fs = std::filesystem;
 constexpr double kHardlyMoving = 20;
 constexpr int kRestSamples = 8;  // frames of a rest that are solved and averaged
 
-Intrinsics centred_intrinsics(int width, int height, double focal_over_width) {
-  Intrinsics k;
-  k.width = width;
-  k.height = height;
-  k.fx = k.fy = focal_over_width * width;
-  k.cx = width / 2.0;
-  k.cy = height / 2.0;
-  return k;
-}
-
-AlignResult static_result(const BackgroundMotion& motion, const AlignOptions& options, std::string evidence) {
+AlignResult static_result(const VideoInfo& info, const AlignOptions& options, std::size_t frames,
+                          std::string evidence) {
+  const Intrinsics usual = assumed_intrinsics(info.width, info.height, 0),
+                   lens = options.lens_mm > 0 ? film_intrinsics(info.width, info.height, options.lens_mm)
+                                              : assumed_intrinsics(info.width, info.height, info.focal_35mm);
   AlignResult result;
   result.cameras.is_static = true;
   result.cameras.scale = CameraScale::metric;
-  result.cameras.cameras.push_back(
-      {-1, centred_intrinsics(motion.width, motion.height, options.focal_over_width), Pose::Identity()});
+  result.cameras.cameras.push_back({-1, lens, Pose::Identity()});
   result.evidence = std::move(evidence);
-  result.frames = result.registered = int(motion.frames.size());
-  return result;
-}
-
-Result<AlignResult> told_to_rest(const fs::path& video, const AlignOptions& options,
-                                 const Progress& progress) {
-  const auto info = probe_video(video);
-  if (!info) return info.error();
-  BackgroundMotion unmeasured;
-  unmeasured.width = info->width;
-  unmeasured.height = info->height;
-  auto result = static_result(unmeasured, options, "The camera was said to rest; nothing was measured.");
-  result.frames = result.registered = info->frame_count;
-  progress.report(1);
+  if (options.lens_mm > 0)
+    result.evidence += fmt::format(" Its lens was said to be one of {:.3g} mm, as on 35 mm film: {:.0f} px.",
+                                   options.lens_mm, lens.fx);
+  else if (lens.fx != usual.fx)
+    result.evidence += fmt::format(" The film speaks of a lens of {:.3g} mm, as on 35 mm film: {:.0f} px.",
+                                   info.focal_35mm, lens.fx);
+  result.frames = result.registered = int(frames);
   return result;
 }
 
@@ -206,13 +193,19 @@ std::string moving_evidence(const BackgroundMotion& motion) {
 
 Result<AlignResult> align_clip(const fs::path& video, const PersonMask& person, const fs::path& work,
                                const AlignOptions& options, const Progress& progress, std::stop_token stop) {
-  if (options.resting) return told_to_rest(video, options, progress);
+  const auto info = probe_video(video);
+  if (!info) return info.error();
+  if (options.resting) {
+    progress.report(1);
+    return static_result(*info, options, std::size_t(info->frame_count),
+                         "The camera was said to rest; nothing was measured.");
+  }
   const auto motion = measure_background_motion(video, person, rest_limit(options),
                                                 progress.stage(0, 0.2, "background"), stop);
   if (!motion) return motion.error();
   if (motion->tracks < kLeastTracks) {
     auto result = static_result(
-        *motion, options,
+        *info, options, motion->frames.size(),
         fmt::format("The camera rests: the background has too little texture to tell ({:.1f} feature "
                     "tracks on average, {} needed), so the camera is taken to be at rest.",
                     motion->tracks, kLeastTracks));
@@ -221,7 +214,7 @@ Result<AlignResult> align_clip(const fs::path& video, const PersonMask& person, 
   }
   if (motion->motion <= options.static_motion_px_per_1000) {
     auto result = static_result(
-        *motion, options,
+        *info, options, motion->frames.size(),
         fmt::format("The camera rests: the background moves by {:.2f} thousandths of the picture's width "
                     "over {} frames ({:.0f} feature tracks on average; limit {:.2f}).",
                     motion->motion, motion->frames.size(), motion->tracks,
@@ -237,7 +230,7 @@ Result<AlignResult> align_clip(const fs::path& video, const PersonMask& person, 
     const bool nowhere = motion->motion <= kHardlyMoving || is_shaking(sway);
     if (model.error().code != ErrorCode::failed || !nowhere) return model.error();
     auto result = static_result(
-        *motion, options,
+        *info, options, motion->frames.size(),
         fmt::format("The camera rests: the background strays by only {:.0f} thousandths of the picture's "
                     "width and comes back {:.1f} times a second, which is no path to solve for.",
                     sway.reach, sway.crossings));

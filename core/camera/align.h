@@ -21,12 +21,12 @@ using PersonMask = std::function<Image8(int frame, const Image8& rgb)>;
 
 struct AlignOptions {
   double static_motion_px_per_1000 = 1.5;  // median background motion, in px per 1000 px of picture width
-  double focal_over_width = 2.0;           // assumed focal length of a static camera without metadata
   bool resting = false;                    // the user's word that the camera rests: nothing is measured
-  int keyframes = 80;                      // at most this many go through colmap
-  int colmap_width = 540;                  // px the keyframes are reduced to; raising it costs quadratically
-  int colmap_features = 2000;              // per keyframe
-  std::string colmap = "colmap";           // the program: a name looked up in PATH, or a path
+  double lens_mm = 0;             // and on its lens, as film_intrinsics takes it; 0: as the clip tells
+  int keyframes = 80;             // at most this many go through colmap
+  int colmap_width = 540;         // px the keyframes are reduced to; raising it costs quadratically
+  int colmap_features = 2000;     // per keyframe
+  std::string colmap = "colmap";  // the program: a name looked up in PATH, or a path
   int seed = 0;
 };
 

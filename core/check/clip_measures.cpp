@@ -7,6 +7,7 @@
 
 #include "core/base/parallel.h"
 #include "core/camera/align.h"
+#include "core/camera/assumed_lens.h"
 #include "core/camera/motion.h"
 #include "core/capture/scan_clip.h"
 #include "core/head/action_amounts.h"
@@ -75,15 +76,15 @@ double cut_share(const FaceBox& face, int width, int height) {
   return 1 - inside / ((right - left) * (bottom - top));
 }
 
-// Poses and deeds of the looks by a fit of the built-in head to their landmarks, with a usual focal length.
+// Poses and deeds of the looks by a fit of the built-in head to their landmarks, with the focal length that
+// the file tells, or a usual one.
 class FaceFit {
  public:
   explicit FaceFit(const VideoInfo& info)
       : model_(make_builtin_head()),
         head_(reduce_head(model_, kIdentityDirections)),
         prior_(expression_prior(model_)) {
-    const double focal = AlignOptions{}.focal_over_width * info.width;
-    lens_ = {info.width, info.height, focal, focal, info.width / 2.0, info.height / 2.0};
+    lens_ = assumed_intrinsics(info.width, info.height, info.focal_35mm);
   }
 
   void add(std::size_t look, int frame, const Landmarks& landmarks) {

@@ -6,8 +6,8 @@
 
 namespace likeness {
 
-// One camera at rest for the whole clip, with a usual focal length: for when it matters what the head does,
-// not where the camera is.
+// One camera at rest for the whole clip, with the focal length that its file tells, or a usual one: for when
+// it matters what the head does, not where the camera is.
 CameraSet assumed_camera(const VideoInfo& info);
 
 }  // namespace likeness

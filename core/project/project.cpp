@@ -71,6 +71,7 @@ json to_json(const ProjectOptions& options) {
           {"mode", mode_name(options.mode.value_or(kDefaultMode))},
           {"mode_asked", options.mode.has_value()},
           {"resting_camera", options.resting_camera},
+          {"lens_mm", options.lens_mm},
           {"refine_track", options.refine_track},
           {"landmark_loss", options.landmark_loss},
           {"use_latent", options.use_latent},
@@ -122,6 +123,7 @@ ProjectOptions options_from_json(const json& j, int version) {
   options.checkpoint_every_s = j.value("checkpoint_every_s", options.checkpoint_every_s);
   options.mode = asked_mode(j, version == 1 ? mode_of_switches(j) : mode_from_json(j));
   options.resting_camera = j.value("resting_camera", false);
+  options.lens_mm = j.value("lens_mm", 0.0);
   options.refine_track = j.value("refine_track", false);
   options.landmark_loss = j.value("landmark_loss", 0.0);
   options.use_latent = j.at("use_latent");

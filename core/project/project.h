@@ -62,9 +62,10 @@ struct ProjectOptions {
   double checkpoint_every_s = 30;  // what a killed training loses at most
   std::optional<FieldMode> mode;   // empty: chosen from the capture (core/train/choose_parts.h)
   bool use_latent = true, use_occupancy = true;
-  bool resting_camera = false;    // the user's word; otherwise the align stage finds out
-  bool refine_track = false;      // correct the training frames through the field
-  double landmark_loss = 0;       // weight of the training's landmark loss; 0: without
+  bool resting_camera = false;  // the user's word; otherwise the align stage finds out
+  double lens_mm = 0;           // of a resting camera, as on 35 mm film; 0: as the clip tells, or a usual one
+  bool refine_track = false;    // correct the training frames through the field
+  double landmark_loss = 0;     // weight of the training's landmark loss; 0: without
   std::vector<RefitSpan> refits;  // of the track, fitted again; ascending, apart from each other
   std::vector<int> left_out;  // frames the user takes out of the training, ascending; held-out ones cannot be
 };

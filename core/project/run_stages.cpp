@@ -43,7 +43,7 @@ namespace fs = std::filesystem;
 namespace {
 
 // Raised when a stage's method changes so that its old results should be made anew.
-constexpr std::array<int, kStages.size()> kStageVersion{1, 2, 5, 4, 4};
+constexpr std::array<int, kStages.size()> kStageVersion{1, 3, 5, 4, 4};
 constexpr int kDetailVersion = 1;  // of what is learnt from detail maps
 constexpr int kRefitVersion = 1;   // the same for spans fitted again
 
@@ -199,6 +199,7 @@ Result<void> run_align(const StageContext& context) {
   AlignOptions options;
   options.seed = int(context.project.options.seed);
   options.resting = context.project.options.resting_camera;
+  options.lens_mm = context.project.options.lens_mm;
   std::error_code ignored;
   const bool photographs = fs::is_directory(video, ignored) && !options.resting;
   const auto person = coarse_person_mask(context.project.options.landmark_model,
@@ -549,6 +550,7 @@ std::string input_hash(const Project& project, Stage stage) {
       break;
     case Stage::align:
       inputs += fmt::format("{} {}{}", clip_content(project), o.seed, o.resting_camera ? " rests" : "");
+      if (o.lens_mm > 0) inputs += fmt::format(" {} mm", o.lens_mm);
       break;
     case Stage::fit:
       inputs +=

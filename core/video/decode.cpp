@@ -20,6 +20,7 @@ extern "C" {
 #include "core/base/files.h"
 #include "core/base/hash.h"
 #include "core/video/frame_to_rgb.h"
+#include "core/video/lens_tag.h"
 #include "core/video/libav.h"
 #include "core/video/mp4_boxes.h"
 #include "core/video/photos.h"
@@ -212,6 +213,7 @@ Result<void> VideoReader::Impl::open() {
   }
   cut_off = scan_mp4_boxes(path).cut_off;
   fill_info();
+  info.focal_35mm = read_focal_35mm(path);
   if (std::int64_t(info.width) * info.height > kMostPixels) {
     return bad_video(path,
                      fmt::format("\"{}\" says that its pictures are {} x {} pixels, more than 8192 x 8192.",

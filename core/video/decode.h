@@ -20,6 +20,7 @@ struct VideoInfo {
   double frames_per_second = 0;  // average
   int frame_count = 0;           // as the container declares or estimates; the decoder may find others
   double duration_s = 0;
+  double focal_35mm = 0;  // of the lens, as the file tells (lens_tag.h); 0: it does not
   std::string codec;
 };
 

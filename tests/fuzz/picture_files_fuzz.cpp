@@ -6,8 +6,10 @@
 #include "core/video/copy_sound.h"
 #include "core/video/decode.h"
 #include "core/video/encode.h"
+#include "core/video/lens_tag.h"
 #include "core/video/mp4_boxes.h"
 #include "core/video/photos.h"
+#include "tests/core/video/film_boxes.h"
 #include "tests/fuzz/fuzz.h"
 
 namespace likeness {
@@ -89,6 +91,19 @@ TEST(Fuzz, Clip) {
       if (!*next) break;
     }
     return boxes.is_mp4;
+  };
+  fuzz(target);
+}
+
+TEST(Fuzz, LensTag) {
+  const ScratchFolder scratch;
+  FuzzTarget target;
+  target.name = "lens tag";
+  const std::string tagged = test::film(test::meta({{"other", 21, "12"}, {test::kFocalTag, 1, "26.00mm"}}),
+                                        test::meta({{test::kFocalTag, 67, test::number(48, 4)}}));
+  target.seeds = {tagged};
+  target.read = [&](std::span<const std::byte> damaged) {
+    return read_focal_35mm(scratch.put("film.mov", damaged)) > 0;
   };
   fuzz(target);
 }

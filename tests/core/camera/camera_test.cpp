@@ -6,6 +6,8 @@
 #include <cmath>
 #include <random>
 
+#include "core/camera/assumed_lens.h"
+
 namespace likeness {
 namespace {
 
@@ -78,6 +80,25 @@ TEST(FindCamera, StaticSetServesEveryFrameAndMovingSetOnlyItsOwn) {
   EXPECT_EQ(find_camera(moving, 7)->frame, 7);
   for (int absent : {0, 4, 8}) EXPECT_EQ(find_camera(moving, absent), nullptr);
   EXPECT_EQ(find_camera(CameraSet{}, 0), nullptr);
+}
+
+TEST(AssumedLens, IsAsLongHoweverThePhoneIsHeld) {
+  const Intrinsics upright = assumed_intrinsics(1080, 1920, 0), across = assumed_intrinsics(1920, 1080, 0);
+  EXPECT_DOUBLE_EQ(upright.fx, 1512);
+  EXPECT_DOUBLE_EQ(across.fx, upright.fx);
+  EXPECT_DOUBLE_EQ(across.fy, across.fx);
+  EXPECT_DOUBLE_EQ(across.cx, 960);
+  EXPECT_DOUBLE_EQ(across.cy, 540);
+  EXPECT_DOUBLE_EQ(assumed_intrinsics(512, 512, 0).fx, 1024);
+}
+
+TEST(AssumedLens, IsTheFilmsOwnWhereItIsTold) {
+  EXPECT_DOUBLE_EQ(assumed_intrinsics(1920, 1080, 27).fx, 1440);
+  EXPECT_DOUBLE_EQ(assumed_intrinsics(1080, 1920, 27).fx, 1440);
+  EXPECT_DOUBLE_EQ(assumed_intrinsics(1440, 1080, 27).fx, 1080);
+  EXPECT_DOUBLE_EQ(assumed_intrinsics(512, 512, 27).fx, 1024);  // was cut out
+  EXPECT_DOUBLE_EQ(film_intrinsics(512, 512, 27).fx, 384);
+  EXPECT_DOUBLE_EQ(assumed_intrinsics(300, 1000, 27).fx, 600);
 }
 
 }  // namespace

@@ -4,11 +4,14 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <cstdlib>
 #include <random>
 
 #include "core/camera/align.h"
+#include "core/camera/assumed_lens.h"
 #include "core/video/encode.h"
 #include "tests/core/camera/textured_room.h"
+#include "tests/core/video/film_boxes.h"
 
 namespace likeness {
 namespace {
@@ -78,10 +81,34 @@ TEST(BackgroundMotion, AStaticCameraWithAMovingPersonIsStatic) {
   ASSERT_EQ(result.cameras.cameras.size(), 1u);
   const Camera& camera = result.cameras.cameras[0];
   EXPECT_EQ(camera.frame, -1);
-  EXPECT_EQ(camera.intrinsics.fx, 2.0 * kWidth);
+  EXPECT_EQ(camera.intrinsics.fx, kPhoneFocal * kHeight);
   EXPECT_EQ(camera.intrinsics.cx, kWidth / 2.0);
   EXPECT_EQ(camera.intrinsics.cy, kHeight / 2.0);
   EXPECT_EQ(result.registered, 60);
+}
+
+TEST(Align, ARestingCameraHasTheLensThatTheFilmSpeaksOf) {
+  const Clip clip(8, [&](int) { return wall_window(0); });
+  const fs::path tagged = clip.folder / "tagged.mov";
+  const std::string command = "ffmpeg -loglevel error -i '" + clip.video.string() +
+                              "' -c copy -movflags use_metadata_tags -metadata " + test::kFocalTag + "=27 '" +
+                              tagged.string() + "' > /dev/null 2>&1";
+  if (std::system(command.c_str()) != 0) GTEST_SKIP() << "needs the ffmpeg program";
+  for (const bool told : {true, false}) {
+    AlignOptions options;
+    options.resting = told;
+    const auto result = align_clip(tagged, {}, clip.folder / "work", options, {}, {});
+    ASSERT_TRUE(result.ok()) << result.error().what;
+    EXPECT_DOUBLE_EQ(result->cameras.cameras[0].intrinsics.fx, 27.0 / 36 * kWidth);
+    EXPECT_NE(result->evidence.find("27 mm"), std::string::npos) << result->evidence;
+  }
+  EXPECT_EQ(align_or_throw(clip).evidence.find(" mm"), std::string::npos);
+  AlignOptions options;  // whoever knows better is believed
+  options.lens_mm = 54;
+  const auto result = align_clip(tagged, {}, clip.folder / "work", options, {}, {});
+  ASSERT_TRUE(result.ok()) << result.error().what;
+  EXPECT_DOUBLE_EQ(result->cameras.cameras[0].intrinsics.fx, 54.0 / 36 * kWidth);
+  EXPECT_NE(result->evidence.find("54 mm"), std::string::npos) << result->evidence;
 }
 
 TEST(BackgroundMotion, APanIsMovingAndItsPathIsTheShift) {

@@ -97,7 +97,9 @@ TEST(Driving, AClipWithoutASolveIsSeenByACameraAtRest) {
   ASSERT_EQ(set.cameras.size(), 1u);
   EXPECT_TRUE(set.is_static);
   EXPECT_DOUBLE_EQ(set.cameras[0].intrinsics.cx, 540);
-  EXPECT_GT(set.cameras[0].intrinsics.fx, 1920 * 0.7);
+  EXPECT_DOUBLE_EQ(set.cameras[0].intrinsics.fx, 1512);
+  info.focal_35mm = 27;
+  EXPECT_DOUBLE_EQ(assumed_camera(info).cameras[0].intrinsics.fx, 1440);
 }
 
 }  // namespace

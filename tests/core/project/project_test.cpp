@@ -45,6 +45,7 @@ TEST_F(ProjectFolder, RemembersOptionsAndStages) {
   options.steps = 123;
   options.full_budget_s = 600;
   options.seed = 7;
+  options.lens_mm = 51;
   options.use_latent = false;
   options.mode = FieldMode::warp;
   options.landmark_loss = 0.1;
@@ -59,6 +60,7 @@ TEST_F(ProjectFolder, RemembersOptionsAndStages) {
   EXPECT_EQ(opened->options.size, 512);
   EXPECT_EQ(opened->options.steps, 123u);
   EXPECT_EQ(opened->options.full_budget_s, 600);
+  EXPECT_EQ(opened->options.lens_mm, 51);
   EXPECT_EQ(opened->options.seed, 7u);
   EXPECT_FALSE(opened->options.use_latent);
   EXPECT_EQ(opened->options.mode, FieldMode::warp);
