@@ -166,6 +166,7 @@ Result<void> run(Training& t, double start, const Progress& progress, std::stop_
                  const NerfTap& tap) {
   const auto clock = [&] { return clock_seconds(t.options.clock); };
   double held = 0, mean_loss = 0, step_seconds = 0, before = clock() - start;
+  HalfWay half_way;
   while (!is_over(t.schedule, t.step, before)) {
     if (stop.stop_requested()) return cancelled_error();
     const double loss = training_step(t);
@@ -177,7 +178,7 @@ Result<void> run(Training& t, double start, const Progress& progress, std::stop_
     step_seconds = step_seconds == 0 ? now - before : 0.9 * step_seconds + 0.1 * (now - before);
     mean_loss = mean_loss == 0 ? loss : 0.95 * mean_loss + 0.05 * loss;
     before = now;
-    if (t.step >= kTimedSteps) settle(t.schedule, t.step, now, step_seconds);
+    if (t.step >= kTimedSteps) settle(t.schedule, half_way, t.step, now, step_seconds);
     const TrainStatus status{t.step, now, mean_loss, psnr_from_mse(mean_loss),
                              t.options.rays_per_step / std::max(step_seconds, 1e-9)};
     t.avatar.scene.steps = t.step, t.avatar.scene.train_seconds = now;

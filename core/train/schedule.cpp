@@ -16,9 +16,16 @@ double learning_rate(std::uint64_t step, const Schedule& schedule) {
   return warmup * (kFinalRate + (1 - kFinalRate) * 0.5 * (1 + std::cos(std::numbers::pi * fall)));
 }
 
-void settle(Schedule& schedule, std::uint64_t step, double seconds, double step_seconds) {
-  if (schedule.budget_s <= 0 || schedule.total_steps != 0 || seconds < kSettleShare * schedule.budget_s)
-    return;
+void settle(Schedule& schedule, HalfWay& half_way, std::uint64_t step, double seconds,
+            double recent_step_seconds) {
+  if (schedule.budget_s <= 0 || schedule.total_steps != 0) return;
+  constexpr std::uint64_t kStretch = 10;
+  const double due = kSettleShare * schedule.budget_s;
+  if (half_way.seconds == 0 && seconds >= due / 2 && seconds < due) half_way = {step, seconds};
+  if (seconds < due) return;
+  const double step_seconds = half_way.seconds > 0 && step >= half_way.step + kStretch
+                                  ? (seconds - half_way.seconds) / double(step - half_way.step)
+                                  : recent_step_seconds;
   const double remaining = std::max(0.0, schedule.budget_s - seconds) / std::max(step_seconds, 1e-6);
   // Never fewer than puts this step into the flat part, where nothing has depended on the total yet.
   const auto least = std::uint64_t(std::ceil(double(step) / kFlatShare));

@@ -21,9 +21,19 @@ inline constexpr std::uint64_t kWarmupSteps = 10;
 // Factor on the learning rates at a step: linear warm-up, flat, then a half cosine down to kFinalRate.
 double learning_rate(std::uint64_t step, const Schedule& schedule);
 
-// Settles the total of a budgeted run once kSettleShare of the budget is spent. seconds: spent so far,
-// earlier runs included; step_seconds: recent mean of one step.
-void settle(Schedule& schedule, std::uint64_t step, double seconds, double step_seconds);
+// Where half of the time until a total is settled had been spent, by the run that settles it. To be forgotten
+// when the steps go back: the seconds do not.
+struct HalfWay {
+  std::uint64_t step = 0;
+  double seconds = 0;  // 0: not there yet
+};
+
+// Settles the total of a budgeted run once kSettleShare of the budget is spent, by the pace since half of
+// that time: that of the last moments is another from one second to the next. seconds: spent so far, earlier
+// runs included; recent_step_seconds: mean of the last steps, which serves where hardly a step was taken
+// since then.
+void settle(Schedule& schedule, HalfWay& half_way, std::uint64_t step, double seconds,
+            double recent_step_seconds);
 
 // Whether a run is over: at its planned steps, or, however slow the machine, with one step at least, when it
 // is a seventh beyond its budget.

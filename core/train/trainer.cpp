@@ -126,6 +126,7 @@ struct Run {
   double passes = 0;   // seconds in corrections of tracks, earlier runs included
   double last_report = 0, last_checkpoint = 0;
   double mean_loss = 0, mean_samples = 0, step_seconds = 0;
+  HalfWay half_way;
   double held =
       0;  // seconds spent in reports and looks: whoever listens may hold up the work, as a pause does
 
@@ -264,6 +265,7 @@ struct Steps {
     if (++recoveries > kRecoveries) return diverged(state.step);
     const double scale = 0.5 * state.schedule.rate_scale;
     state = snapshot;
+    run.half_way = {};
     state.schedule.rate_scale = scale;
     if (run.options.refine_track || scene.has_further()) {
       scene.place_views(state);
@@ -278,7 +280,7 @@ struct Steps {
     state.seconds = run.elapsed();
     run.tap.take(avatar_so_far(scene, run, state));
     run.held += run.now() - look;
-    before = run.elapsed();  // a look is no step: the plan must not take it for one
+    before = run.elapsed();  // a look is no step
     return {};
   }
 
@@ -289,7 +291,7 @@ struct Steps {
     run.mean_loss = run.mean_loss == 0 ? result.loss : 0.95 * run.mean_loss + 0.05 * result.loss;
     const double samples = double(result.samples);
     run.mean_samples = run.mean_samples == 0 ? samples : 0.95 * run.mean_samples + 0.05 * samples;
-    settle(state.schedule, state.step, run.spent(), run.step_seconds);
+    settle(state.schedule, run.half_way, state.step, run.spent(), run.step_seconds);
     if (now - run.last_report >= kReportEvery) run.report(state);
     if (now - run.last_checkpoint >= run.options.checkpoint_every_s) {
       if (auto saved = save(); !saved) return saved;
@@ -374,6 +376,7 @@ Result<void> run_steps(TrainingState& state, Scene& scene, Run& run, std::stop_t
     if (done || !run.options.fall_back || !failed_where_it_was_done(done.error())) return done;
     run.progress.report(run.share(state), going_on_with_processor(done.error()));
     state = snapshot;
+    run.half_way = {};
     if (run.options.refine_track || scene.has_further()) scene.place_views(state);
     backend = cpu_backend(run.options.precision);
   }

@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 namespace likeness {
 namespace {
 
@@ -18,10 +20,11 @@ TEST(LearningRate, RisesStaysAndFallsToItsEnd) {
 TEST(Settle, ARunByBudgetHasTheSameRatesAsItsReplayBySteps) {
   Schedule budgeted;
   budgeted.budget_s = 10;
+  HalfWay half_way;
   std::vector<double> rates;
   for (std::uint64_t step = 0; budgeted.total_steps == 0 || step < budgeted.total_steps; ++step) {
     rates.push_back(learning_rate(step, budgeted));
-    settle(budgeted, step + 1, 0.05 * double(step + 1), 0.05);
+    settle(budgeted, half_way, step + 1, 0.05 * double(step + 1), 0.05);
   }
   EXPECT_NEAR(double(rates.size()), 200, 3);
   const Schedule replay{rates.size()};
@@ -32,8 +35,41 @@ TEST(Settle, ARunByBudgetHasTheSameRatesAsItsReplayBySteps) {
 TEST(Settle, HoldsEvenWhenStepsBecomeSlower) {
   Schedule budgeted;
   budgeted.budget_s = 10;
-  settle(budgeted, 100, 2.9, 1.0);  // 100 quick steps, then one a second: 107 in all would be too few
+  HalfWay half_way;
+  settle(budgeted, half_way, 100, 2.9,
+         1.0);  // 100 quick steps, then one a second: 107 in all would be too few
   EXPECT_LE(100, kFlatShare * double(budgeted.total_steps));
+}
+
+TEST(Settle, RestsOnMoreThanThePaceOfTheMoment) {
+  Schedule budgeted;
+  budgeted.budget_s = 600;
+  HalfWay half_way;
+  double seconds = 0;
+  std::uint64_t step = 0;
+  while (budgeted.total_steps == 0) {  // three quick steps, three slow ones, 0.13 s in the mean
+    const double taken = step / 3 % 2 == 0 ? 0.11 : 0.15;
+    settle(budgeted, half_way, ++step, seconds += taken, taken);
+  }
+  EXPECT_NEAR(double(budgeted.total_steps), 600 / 0.13, 10);
+}
+
+TEST(Settle, OfARunTakenUpAgain) {
+  Schedule budgeted;
+  budgeted.budget_s = 100;
+  HalfWay half_way;
+  settle(budgeted, half_way, 270, 27, 0.5);
+  EXPECT_EQ(budgeted.total_steps, 0u);
+  settle(budgeted, half_way, 281, 28.1, 0.5);  // eleven steps tell more than the last ones' mean
+  EXPECT_NEAR(double(budgeted.total_steps), 1000, 2);
+  for (const double before : {27.95, 40.0}) {  // hardly a step before it is due, and none
+    Schedule late;
+    late.budget_s = 100;
+    HalfWay none;
+    settle(late, none, 280, before, 0.1);
+    settle(late, none, 281, std::max(28.1, before), 0.1);
+    EXPECT_NEAR(double(late.total_steps), before < 28 ? 1000 : 880, 2) << before;
+  }
 }
 
 TEST(IsOver, AtThePlannedStepsOrASeventhBeyondTheBudget) {
