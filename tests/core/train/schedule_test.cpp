@@ -36,8 +36,8 @@ TEST(Settle, HoldsEvenWhenStepsBecomeSlower) {
   Schedule budgeted;
   budgeted.budget_s = 10;
   HalfWay half_way;
-  settle(budgeted, half_way, 100, 2.9,
-         1.0);  // 100 quick steps, then one a second: 107 in all would be too few
+  // 100 quick steps, then one a second: 107 in all would be too few.
+  settle(budgeted, half_way, 100, 2.9, 1.0);
   EXPECT_LE(100, kFlatShare * double(budgeted.total_steps));
 }
 
