@@ -9,6 +9,7 @@
 #include "app/backend_option.h"
 #include "app/commands.h"
 #include "app/device_bench.h"
+#include "app/project_speed_report.h"
 #include "app/terminal.h"
 #include "core/base/parallel.h"
 #include "core/bench/field_speed.h"
@@ -139,16 +140,6 @@ nlohmann::json kernels_json(const BenchReport& report) {
   return kernels;
 }
 
-nlohmann::json to_json(const ProjectSpeed& s) {
-  return {{"size", s.size},
-          {"frames", s.frames},
-          {"final_fps", s.final_fps},
-          {"preview_fps", s.preview_fps},
-          {"preview_loss_db", finite_or_null(s.preview_loss_db)},
-          {"preview_loss_head_db", s.preview_loss_head_db},
-          {"rays_per_s", s.rays_per_s}};
-}
-
 nlohmann::json to_json(const FullReport& full) {
   const BenchReport& report = full.field;
   const Processor processor = this_processor();
@@ -171,17 +162,10 @@ nlohmann::json to_json(const FullReport& full) {
           {"doubt", why.empty() ? nlohmann::json(nullptr) : nlohmann::json(why)},
           {"field", field},
           {"kernels", kernels_json(report)},
-          {"project", full.project ? to_json(*full.project) : nlohmann::json(nullptr)}};
+          {"project", full.project ? project_speed_json(*full.project) : nlohmann::json(nullptr)}};
 }
 
 // -- Text
-
-void print_project(const ProjectSpeed& s) {
-  fmt::print("\n{} held-out frames of {} px, {} threads: final {:.2f} pictures/s, preview {:.2f} for ",
-             s.frames, s.size, current_thread_limit(), s.final_fps, s.preview_fps);
-  if (s.preview_loss_db) fmt::print("{:.2f} dB less, ", *s.preview_loss_db);
-  fmt::print("{:.2f} dB less at the head; {:.0f} rays/s of training\n", s.preview_loss_head_db, s.rays_per_s);
-}
 
 void print_report(const FullReport& full) {
   const BenchReport& report = full.field;
@@ -215,7 +199,7 @@ void print_report(const FullReport& full) {
   fmt::print("\n");
   print_error("", report.error);
   if (report.bf16_error) print_error(", bf16", *report.bf16_error);
-  if (full.project) print_project(*full.project);
+  if (full.project) print_project_speed(*full.project);
   if (const std::string why = doubt(report); !why.empty())
     fmt::print("These figures do not count. {}\n", why);
 }
@@ -226,7 +210,10 @@ int run_cuda(const BenchArguments& arguments, bool batches_given) {
   if (batches_given) options.batches = arguments.options.batches;
   options.rounds = std::max(options.rounds, arguments.options.rounds);
   options.seed = std::uint32_t(arguments.common.seed) + 1;
-  return run_device_bench(arguments.common, options);
+  if (arguments.project.empty()) return run_device_bench(arguments.common, options, nullptr);
+  const auto project = open_project(arguments.project);
+  if (!project) return report_failure(project.error());
+  return run_device_bench(arguments.common, options, &*project);
 }
 
 int run(BenchArguments arguments) {
@@ -280,11 +267,6 @@ void add_bench_command(CLI::App& program, int& exit_code) {
   add_common_options_with_cuda(*verb, a->common);
   verb->callback([a, verb, &exit_code] {
     const bool cuda = a->common.backend == "cuda" || (a->common.backend == "auto" && open_cuda_device().ok());
-    if (cuda && !a->project.empty()) {
-      exit_code = report_failure({ErrorCode::bad_input, "Of a project only the processor is measured.",
-                                  "Leave out the project, or use --backend cpu.", ""});
-      return;
-    }
     exit_code = cuda ? run_cuda(*a, verb->count("--batch") > 0) : run(*a);
   });
 }

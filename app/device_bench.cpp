@@ -1,10 +1,15 @@
 // likeness bench --backend cuda: see device_bench.h.
 #include "app/device_bench.h"
 
+#include <optional>
+
 #include <fmt/format.h>
 
+#include "app/project_speed_report.h"
 #include "core/bench/device_report.h"
 #include "core/device/load_device.h"
+#include "core/render/backend.h"
+#include "core/study/project_speed.h"
 
 namespace likeness::app {
 namespace {
@@ -44,18 +49,33 @@ void print_report(const DeviceBenchReport& report) {
 
 }  // namespace
 
-int run_device_bench(const CommonOptions& common, const DeviceBenchOptions& options) {
+int run_device_bench(const CommonOptions& common, const DeviceBenchOptions& options, const Project* project) {
   auto device = open_cuda_device();
   if (!device) return report_failure(device.error());
-  const auto report = [&] {
+  std::optional<ProjectSpeed> speed;
+  const auto report = [&]() -> Result<DeviceBenchReport> {
     const ProgressLine line(common);
-    return measure_device(*device, options, line.progress(), stop_on_signals());
+    const std::stop_token stop = stop_on_signals();
+    auto measured =
+        measure_device(*device, options, line.progress().stage(0, project ? 0.5 : 1, "device"), stop);
+    if (!measured || !project) return measured;
+    ProjectSpeedOptions of_project;
+    of_project.frames = 0;
+    of_project.backend = device_backend(*device);
+    const auto pictures =
+        measure_project_speed(*project, of_project, line.progress().stage(0.5, 1, "project"), stop);
+    if (!pictures) return pictures.error();
+    speed = *pictures;
+    return measured;
   }();
   if (!report) return report_failure(report.error());
   if (common.json) {
-    print_json(to_json(*report));
+    nlohmann::json all = to_json(*report);
+    if (speed) all["project"] = project_speed_json(*speed);
+    print_json(all);
   } else {
     print_report(*report);
+    if (speed) print_project_speed(*speed);
   }
   return kExitDone;
 }

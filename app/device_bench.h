@@ -3,10 +3,11 @@
 
 #include "app/terminal.h"
 #include "core/bench/device_speed.h"
+#include "core/project/project.h"
 
 namespace likeness::app {
 
-// Measures and prints; the exit code.
-int run_device_bench(const CommonOptions& common, const DeviceBenchOptions& options);
+// Measures and prints; of a project, if there is one, also its pictures and its training. The exit code.
+int run_device_bench(const CommonOptions& common, const DeviceBenchOptions& options, const Project* project);
 
 }  // namespace likeness::app

@@ -55,6 +55,10 @@ cudaError_t bound_necks(const Launch& launch, const NeckBoxArgs& args, std::size
 cudaError_t read_write(const Launch& launch, const CeilingArgs& args, std::size_t items);
 cudaError_t matrix_rate(const Launch& launch, const CeilingArgs& args, std::size_t items);
 
+// A network on the matrix units; `taken`: false where they do not cover it, and nothing was queued.
+cudaError_t matrix_network(const Launch& launch, const NetworkArgs& args, std::size_t items, bool backward,
+                           bool& taken);
+
 // Whether the module holds code for the device.
 cudaError_t has_code();
 

@@ -35,7 +35,7 @@ struct DeviceFacts {
 };
 
 // Raised whenever the table or an argument of a kernel changes.
-constexpr std::uint32_t kDeviceApiVersion = 4;
+constexpr std::uint32_t kDeviceApiVersion = 5;
 
 struct DeviceApi {
   std::uint32_t version;

@@ -1,5 +1,5 @@
-// Adam on a CUDA device: a thread a line of the tables or a parameter of the networks; the codes in one
-// block.
+// Adam on a CUDA device: four threads a line of the tables, a thread a parameter of the networks; the codes
+// in one block.
 #include "core/cuda/launch.h"
 #include "core/field/device_math.h"
 
@@ -16,9 +16,34 @@ struct OneBlock {
   }
 };
 
+// adam_line by four threads, each of which has four of its values.
 __global__ void __launch_bounds__(kThreads) lines_kernel(AdamLinesArgs args) {
-  const std::uint32_t line = blockIdx.x * kThreads + threadIdx.x;
-  if (line < args.lines) adam_line(args, line);
+  static_assert(kTableLine == 16);
+  const std::uint32_t item = blockIdx.x * kThreads + threadIdx.x, line = item / 4, lane = threadIdx.x % 32;
+  const bool there = line < args.lines;
+  float4* const gradients = reinterpret_cast<float4*>(args.gradients) + item;
+  const float4 g = there ? *gradients : make_float4(0, 0, 0, 0);
+  const unsigned voters = __ballot_sync(~0u, g.x != 0 || g.y != 0 || g.z != 0 || g.w != 0);
+  const bool any = (voters >> (lane & ~3u) & 15u) != 0;
+  const bool moves = is_finite(args.sums->error);
+  const std::uint32_t step = any && moves ? args.line_steps[line] + 1 : 0;
+  __syncwarp();  // all have read it
+  if (!any) return;
+  if (moves) {
+    const float rate = line_rate(args, step);
+    float4 value = reinterpret_cast<float4*>(args.parameters)[item],
+           first = reinterpret_cast<float4*>(args.first)[item],
+           second = reinterpret_cast<float4*>(args.second)[item];
+    adam_table_value(args, value.x, g.x, first.x, second.x, rate);
+    adam_table_value(args, value.y, g.y, first.y, second.y, rate);
+    adam_table_value(args, value.z, g.z, first.z, second.z, rate);
+    adam_table_value(args, value.w, g.w, first.w, second.w, rate);
+    reinterpret_cast<float4*>(args.parameters)[item] = value;
+    reinterpret_cast<float4*>(args.first)[item] = first;
+    reinterpret_cast<float4*>(args.second)[item] = second;
+    if (lane % 4 == 0) args.line_steps[line] = step;
+  }
+  *gradients = make_float4(0, 0, 0, 0);
 }
 
 __global__ void __launch_bounds__(kThreads) networks_kernel(AdamNetworksArgs args) {
@@ -34,7 +59,7 @@ __global__ void __launch_bounds__(kThreads, 1) codes_kernel(AdamCodesArgs args) 
 }  // namespace
 
 cudaError_t adam_lines(const Launch& launch, const AdamLinesArgs& args, std::size_t items) {
-  lines_kernel<<<blocks_of(items, kThreads), kThreads, 0, launch.stream>>>(args);
+  lines_kernel<<<blocks_of(4 * items, kThreads), kThreads, 0, launch.stream>>>(args);
   return cudaGetLastError();
 }
 

@@ -46,6 +46,20 @@ struct BatchRows {
   std::size_t all() const { return features + slice + density + colour; }
 };
 
+// Blocks of threads that may each keep their own sums of a network's gradients.
+std::size_t blocks_that_sum(const DeviceFacts& facts) { return 2 * std::size_t(facts.multiprocessors); }
+
+std::size_t widest_network(const FieldLayout& layout) {
+  std::size_t most = 0;
+  for (const std::vector<DenseLayer>* network : {&layout.slice, &layout.density, &layout.colour}) {
+    std::size_t parameters = 0;
+    for (const DenseLayer& layer : *network)
+      parameters += std::size_t(layer.outputs) * std::size_t(layer.inputs + 1);
+    most = std::max(most, parameters);
+  }
+  return most;
+}
+
 }  // namespace
 
 std::vector<float> adam_corrections(const AdamOptions& options, std::size_t count) {
@@ -77,7 +91,7 @@ std::size_t device_field_bytes(const FieldConfig& config, const DeviceFieldOptio
   std::size_t floats = layout.parameter_count * (options.training ? 4 : 1) + options.capacity * rows;
   floats +=
       options.views * std::size_t(config.condition_count + config.latent_count * (options.training ? 2 : 1));
-  return 4 * (floats + 1) + (options.training ? 5 * lines + 4 * kCorrections : 0);
+  return 4 * (floats + 1) + (options.training ? 4 * (lines + kCorrections) : 0);
 }
 
 struct DeviceField::Impl {
@@ -86,8 +100,7 @@ struct DeviceField::Impl {
   FieldLayout layout;
   DeviceFieldOptions options;
   bool has_codes = false;
-  DeviceArray<float> parameters, gradients, first, second, corrections;
-  DeviceArray<std::uint8_t> touched;
+  DeviceArray<float> parameters, gradients, first, second, corrections, partial;
   DeviceArray<std::uint32_t> line_steps, number;  // number: of samples
   DeviceArray<float> samples, conditions, codes, d_codes;
   DeviceArray<std::int32_t> view;
@@ -145,7 +158,8 @@ Result<void> DeviceField::Impl::allocate() {
   if (auto made = make(number, 1); !made) return made;
   if (!options.training) return {};
   const std::size_t lines = layout.table_count / kTableLine;
-  if (auto made = make(touched, lines); !made) return made;
+  if (auto made = make(partial, blocks_that_sum(device->facts()) * widest_network(layout)); !made)
+    return made;
   return make(line_steps, lines);
 }
 
@@ -158,7 +172,6 @@ Result<void> DeviceField::Impl::clear_state() {
   if (!options.training) return {};
   for (DeviceArray<float>* array : {&gradients, &first, &second, &d_codes, &d_density})
     if (auto done = zero(*array); !done) return done;
-  if (auto done = zero(touched); !done) return done;
   if (auto done = zero(line_steps); !done) return done;
   host_corrections = adam_corrections({}, kCorrections);
   return device->copy_in(corrections.data(), host_corrections.data(), kCorrections * sizeof(float));
@@ -168,12 +181,16 @@ NetworkArgs DeviceField::Impl::network(const std::vector<DenseLayer>& layers, Ne
                                        float* out) const {
   NetworkArgs a{};
   a.network = device_network(layers);
-  a.output = output,
-  a.precision = output == NetworkOutput::slice ? NetworkPrecision::single : options.precision;
+  a.output = output;
+  // A slice's rounding would move its samples by a part of a fine cell.
+  const bool halves = options.precision == NetworkPrecision::bf16;
+  a.precision = halves && output == NetworkOutput::slice ? NetworkPrecision::split : options.precision;
   a.parameters = parameters.data(), a.gradients = gradients.data();
   a.view = options.views > 1 ? view.data() : nullptr, a.count = number.data(),
   a.capacity = std::uint32_t(options.capacity);
   a.out = out;
+  a.partial = halves ? partial.data() : nullptr,
+  a.partial_blocks = std::uint32_t(blocks_that_sum(device->facts()));
   for (std::size_t k = 0; k < 3; ++k) a.direction[k] = axis(3 + k);
   return a;
 }
@@ -204,8 +221,8 @@ void DeviceField::Impl::describe() {
   colour_net.direction_count = layout.direction_features;
   colour_net.code_count = config.latent_count;
   if (!options.training) return;
-  position_back = {position.grid,  parameters.data(), {},      d_features.data(), {}, gradients.data(),
-                   touched.data(), number.data(),     capacity};
+  position_back = {position.grid,    parameters.data(), {},      d_features.data(), {},
+                   gradients.data(), number.data(),     capacity};
   std::copy(position.point, position.point + 3, position_back.point);
   if (layout.has_ambient()) {
     ambient_back = position_back;
@@ -361,15 +378,14 @@ Result<void> DeviceField::step_tables(const StepNumbers* numbers, const StepSums
                            i.gradients.data(),
                            i.first.data(),
                            i.second.data(),
-                           i.touched.data(),
                            i.line_steps.data(),
                            i.corrections.data(),
                            kCorrections,
                            {options.beta1, options.beta2, options.table_epsilon},
                            numbers,
                            sums,
-                           std::uint32_t(i.touched.size())};
-  return i.device->launch(Kernel::adam_lines, args, i.touched.size());
+                           std::uint32_t(i.line_steps.size())};
+  return i.device->launch(Kernel::adam_lines, args, i.line_steps.size());
 }
 
 Result<void> DeviceField::step_networks(const StepNumbers* numbers, const StepSums* sums, int index) {
@@ -399,8 +415,7 @@ float* DeviceField::codes() const { return impl_->codes.data(); }
 float* DeviceField::d_codes() const { return impl_->d_codes.data(); }
 std::uint32_t* DeviceField::count() const { return impl_->number.data(); }
 float* DeviceField::gradients() const { return impl_->gradients.data(); }
-std::uint8_t* DeviceField::touched() const { return impl_->touched.data(); }
-std::size_t DeviceField::lines() const { return impl_->touched.size(); }
+std::size_t DeviceField::lines() const { return impl_->line_steps.size(); }
 std::size_t DeviceField::capacity() const { return impl_->options.capacity; }
 
 }  // namespace likeness

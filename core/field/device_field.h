@@ -64,8 +64,7 @@ class DeviceField {
   float *d_sigma() const, *d_colours() const;
   float *codes() const, *d_codes() const;  // (views, L), or null without latents
   std::uint32_t* count() const;
-  float* gradients() const;       // of the parameters
-  std::uint8_t* touched() const;  // (lines) of the tables
+  float* gradients() const;  // of the parameters
   std::size_t lines() const;
   std::size_t capacity() const;
 

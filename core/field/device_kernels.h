@@ -37,7 +37,6 @@ struct EncodeBackwardArgs {
   const float* d_features;  // (levels x features, capacity)
   float* d_point[3];        // (capacity), all set, or all null
   float* gradients;         // as the parameters; added to
-  std::uint8_t* touched;    // (tables / kTableLine) set to 1 where a gradient went
   const std::uint32_t* count;
   std::uint32_t capacity;
 };
@@ -63,7 +62,8 @@ enum class NetworkOutput : std::int32_t {
   density,  // the first is a density, the rest are as they are
   colour    // sigmoid
 };
-enum class NetworkPrecision : std::int32_t { single, bf16 };
+// split: of factors in two bfloat16 parts each, where there are matrix units; otherwise single.
+enum class NetworkPrecision : std::int32_t { single, bf16, split };
 
 struct NetworkArgs {
   DeviceNetwork network;
@@ -90,6 +90,8 @@ struct NetworkArgs {
   float* d_codes;            // (views, code_count), added to, or null
   float* gradients;          // as the parameters; added to
   std::int32_t shared_sums;  // 1: a block sums its gradients in shared memory first
+  float* partial;            // (partial_blocks, the network's parameters) work space, or null
+  std::uint32_t partial_blocks;
 };
 
 // -- Adam. Nothing moves where the loss of the step is not finite, or no sample fell into the field.
@@ -115,10 +117,9 @@ struct AdamMoments {
   float beta1, beta2, epsilon;
 };
 
-// Items: lines of the tables.
+// Items: lines of the tables. Those without any gradient stay as they are.
 struct AdamLinesArgs {
   float *parameters, *gradients, *first, *second;
-  std::uint8_t* touched;
   std::uint32_t* line_steps;
   const float* corrections;  // (correction_count): factor on the rate of a line's n-th step
   std::uint32_t correction_count;

@@ -19,6 +19,24 @@ LIKENESS_HOST_DEVICE inline void add_to(float* at, float value) {
 #endif
 }
 
+// The same for entries of a grid, which lie at multiples of their size.
+template <int kCount>
+LIKENESS_HOST_DEVICE inline void add_entry(float* at, const float (&value)[kCount]) {
+#if defined(__CUDA_ARCH__) && __CUDA_ARCH__ >= 900
+  if (kCount == 2) {
+    atomicAdd(reinterpret_cast<float2*>(at), make_float2(value[0], value[kCount - 1]));
+    return;
+  }
+  if (kCount % 4 == 0) {
+    for (int k = 0; k + 3 < kCount; k += 4)
+      atomicAdd(reinterpret_cast<float4*>(at + k),
+                make_float4(value[k], value[k + 1], value[k + 2], value[k + 3]));
+    return;
+  }
+#endif
+  for (int k = 0; k < kCount; ++k) add_to(at + k, value[k]);
+}
+
 LIKENESS_HOST_DEVICE inline bool is_finite(double value) {
   return value - value == 0;  // neither infinite nor not a number
 }
@@ -78,23 +96,29 @@ LIKENESS_HOST_DEVICE inline void adam_value(float& value, float gradient, float&
   value -= rate * first / (sqrtf(second) + m.epsilon);
 }
 
+// A line of the tables takes its next step: the rate of it.
+LIKENESS_HOST_DEVICE inline float line_rate(const AdamLinesArgs& a, std::uint32_t step) {
+  return a.numbers->table_rate * a.corrections[step < a.correction_count ? step : a.correction_count - 1];
+}
+
+LIKENESS_HOST_DEVICE inline void adam_table_value(const AdamLinesArgs& a, float& value, float gradient,
+                                                  float& first, float& second, float rate) {
+  value *= a.numbers->table_keep;
+  adam_value(value, gradient, first, second, a.moments, rate);
+}
+
 // A line of the tables: its gradient is consumed, and unless the step is void its values move.
 LIKENESS_HOST_DEVICE inline void adam_line(const AdamLinesArgs& a, std::size_t line) {
-  if (!a.touched[line]) return;
-  a.touched[line] = 0;
-  const bool moves = is_finite(a.sums->error);
-  float rate = 0;
-  if (moves) {
-    const std::uint32_t step = ++a.line_steps[line];
-    rate = a.numbers->table_rate * a.corrections[step < a.correction_count ? step : a.correction_count - 1];
+  const std::size_t begin = line * kTableLine, end = begin + kTableLine;
+  bool any = false;
+  for (std::size_t i = begin; i < end; ++i) any = any || a.gradients[i] != 0;
+  if (!any) return;
+  if (is_finite(a.sums->error)) {
+    const float rate = line_rate(a, ++a.line_steps[line]);
+    for (std::size_t i = begin; i < end; ++i)
+      adam_table_value(a, a.parameters[i], a.gradients[i], a.first[i], a.second[i], rate);
   }
-  for (std::size_t i = line * kTableLine; i < (line + 1) * kTableLine; ++i) {
-    if (moves) {
-      a.parameters[i] *= a.numbers->table_keep;
-      adam_value(a.parameters[i], a.gradients[i], a.first[i], a.second[i], a.moments, rate);
-    }
-    a.gradients[i] = 0;
-  }
+  for (std::size_t i = begin; i < end; ++i) a.gradients[i] = 0;
 }
 
 LIKENESS_HOST_DEVICE inline void adam_network(const AdamNetworksArgs& a, std::size_t item) {

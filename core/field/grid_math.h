@@ -76,45 +76,68 @@ LIKENESS_HOST_DEVICE void encode_sample(const EncodeArgs& args, std::size_t n, i
     args.features[(std::size_t(l) * kFeatures + f) * args.capacity + n] = sum[f];
 }
 
-// Adds to the table's gradients, and to `d_point` where slopes are wanted. A sample without gradient touches
-// nothing.
-template <int kDims, int kFeatures, bool kSlopes>
-LIKENESS_HOST_DEVICE void encode_sample_backward(const EncodeBackwardArgs& args, std::size_t n, int l,
-                                                 float* d_point) {
-  const GridLevel& level = args.grid.level[l];
-  float gradient[kFeatures];
+// Of a sample's features in a level; false: none, and the sample adds to nothing.
+template <int kFeatures>
+LIKENESS_HOST_DEVICE bool level_gradient(const EncodeBackwardArgs& args, std::size_t n, int l,
+                                         float (&gradient)[kFeatures]) {
   bool any = false;
   for (int f = 0; f < kFeatures; ++f) {
     gradient[f] = args.d_features[(std::size_t(l) * kFeatures + f) * args.capacity + n];
     any = any || gradient[f] != 0;
   }
-  if (!any) return;
-  const GridCell<kDims> cell(level, args.point, n);
+  return any;
+}
+
+// To the table's.
+template <int kDims, int kFeatures>
+LIKENESS_HOST_DEVICE void add_gradients(const EncodeBackwardArgs& args, const GridLevel& level,
+                                        const GridCell<kDims>& cell, const float (&gradient)[kFeatures]) {
 #ifdef __CUDA_ARCH__
 #pragma unroll
 #endif
   for (int c = 0; c < 1 << kDims; ++c) {
-    const std::size_t at = level.offset + std::size_t(cell.entry(level, c)) * kFeatures;
     const float weight = cell.weight(c);
-    if (weight != 0) {
-      for (int f = 0; f < kFeatures; ++f) add_to(args.gradients + at + f, weight * gradient[f]);
-      args.touched[at / kTableLine] = 1;
-    }
-    if (kSlopes) {
-      const GridEntry<kFeatures> entry = *reinterpret_cast<const GridEntry<kFeatures>*>(args.parameters + at);
-      float dot = 0;
-      for (int f = 0; f < kFeatures; ++f) dot += entry.value[f] * gradient[f];
-      for (int a = 0; a < kDims; ++a) d_point[a] += cell.weight_slope(c, a) * dot;
-    }
+    if (weight == 0) continue;
+    float own[kFeatures];
+    for (int f = 0; f < kFeatures; ++f) own[f] = weight * gradient[f];
+    add_entry(args.gradients + level.offset + std::size_t(cell.entry(level, c)) * kFeatures, own);
   }
+}
+
+// To the place's.
+template <int kDims, int kFeatures>
+LIKENESS_HOST_DEVICE void add_slopes(const EncodeBackwardArgs& args, const GridLevel& level,
+                                     const GridCell<kDims>& cell, const float (&gradient)[kFeatures],
+                                     float* d_point) {
+  const auto* table = reinterpret_cast<const GridEntry<kFeatures>*>(args.parameters + level.offset);
+#ifdef __CUDA_ARCH__
+#pragma unroll
+#endif
+  for (int c = 0; c < 1 << kDims; ++c) {
+    const GridEntry<kFeatures> entry = table[cell.entry(level, c)];
+    float dot = 0;
+    for (int f = 0; f < kFeatures; ++f) dot += entry.value[f] * gradient[f];
+    for (int a = 0; a < kDims; ++a) d_point[a] += cell.weight_slope(c, a) * dot;
+  }
+}
+
+// What a level takes back from a sample; d_point: or null.
+template <int kDims, int kFeatures>
+LIKENESS_HOST_DEVICE void encode_sample_backward(const EncodeBackwardArgs& args, std::size_t n, int l,
+                                                 float* d_point) {
+  float gradient[kFeatures];
+  if (!level_gradient(args, n, l, gradient)) return;
+  const GridLevel& level = args.grid.level[l];
+  const GridCell<kDims> cell(level, args.point, n);
+  add_gradients(args, level, cell, gradient);
+  if (d_point) add_slopes(args, level, cell, gradient, d_point);
 }
 
 // Through all levels, with the slopes of the point.
 template <int kDims, int kFeatures>
 LIKENESS_HOST_DEVICE void encode_sample_slopes(const EncodeBackwardArgs& args, std::size_t n) {
   float d_point[kDims] = {};
-  for (int l = 0; l < args.grid.levels; ++l)
-    encode_sample_backward<kDims, kFeatures, true>(args, n, l, d_point);
+  for (int l = 0; l < args.grid.levels; ++l) encode_sample_backward<kDims, kFeatures>(args, n, l, d_point);
   for (int a = 0; a < kDims; ++a) args.d_point[a][n] = d_point[a];
 }
 

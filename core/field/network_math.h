@@ -6,8 +6,8 @@
 // read (float or bfloat16); sums, outputs and gradients of weights are in single precision.
 //
 // A Block offers index(), blocks(), for_each(count, f), where f(i) runs once for every i < count and all are
-// done when it returns, and the three products of LoopProducts below, which are also how they are meant.
-// PieceProducts has the same for matrix units.
+// done when it returns, and the three products of LoopProducts below. matrix_networks.cu does the same on
+// matrix units.
 #pragma once
 
 #include <cstddef>
@@ -23,8 +23,7 @@ LIKENESS_HOST_DEVICE constexpr std::int32_t padded(std::int32_t count) { return 
 // A little more than the samples: rows start in other banks.
 LIKENESS_HOST_DEVICE inline std::int32_t row_of(const NetworkArgs& a) { return a.rows + 16; }
 
-// For the matrix units: what a warp's 16 x 16 sums pass through.
-constexpr std::size_t kBlockThreads = 128, kStagingBytes = kBlockThreads / 32 * 256 * sizeof(float);
+constexpr std::size_t kBlockThreads = 128;
 
 // Where things lie in shared memory, bytes.
 struct NetworkMemory {
@@ -34,7 +33,7 @@ struct NetworkMemory {
 LIKENESS_HOST_DEVICE inline NetworkMemory network_memory(const NetworkArgs& a, std::size_t value_bytes,
                                                          bool backward) {
   NetworkMemory m{};
-  std::size_t at = kStagingBytes;
+  std::size_t at = 0;
   const auto take = [&](std::size_t bytes) {
     const std::size_t here = at;
     at += (bytes + 127) / 128 * 128;
@@ -105,70 +104,6 @@ struct LoopProducts {
         sum += float(gradient[std::size_t(o) * row + r]) * float(in[std::size_t(i) * row + r]);
       add(o, i, sum);
     });
-  }
-};
-
-// How a 16 x 16 matrix lies in memory: (r, c) at r * stride + c, or at c * stride + r.
-enum class Order { rows, columns };
-
-// The same products in 16 x 16 pieces by whole warps, for matrix units. A warp's sums pass through memory of
-// its own, so that every lane knows which of them it holds. The block that inherits this offers warp() and
-// warps(); a type Sum; zero(sum); multiply<a's Order, b's Order>(sum, a, a's stride, b, b's stride), which
-// adds a product of two pieces; store<Order>(sum, memory), rows 16 apart; staging(), 256 floats a warp;
-// for_lanes(count, f), after which and before which all lanes see what the others wrote; and sync().
-template <class Derived>
-struct PieceProducts {
-  template <class Value, class Finish>
-  LIKENESS_HOST_DEVICE void product(const Value* in, const Value* weights, int stride, int inputs,
-                                    int outputs, int rows, int row, const Finish& finish) {
-    const auto piece = [&](auto& self, auto& sum, int r, int o) {
-      for (int i = 0; i < inputs; i += 16)
-        self.template multiply<Order::columns, Order::columns>(sum, in + i * row + r, row,
-                                                               weights + o * stride + i, stride);
-    };
-    pieces<Order::columns>(rows, outputs, piece, [&](int r, int o, float sum) { finish(o, r, sum); });
-  }
-  template <class Value, class Finish>
-  LIKENESS_HOST_DEVICE void product_transposed(const Value* gradient, const Value* weights, int stride,
-                                               int inputs, int outputs, int rows, int row,
-                                               const Finish& finish) {
-    const auto piece = [&](auto& self, auto& sum, int r, int i) {
-      for (int o = 0; o < outputs; o += 16)
-        self.template multiply<Order::columns, Order::rows>(sum, gradient + o * row + r, row,
-                                                            weights + o * stride + i, stride);
-    };
-    pieces<Order::columns>(rows, inputs, piece, [&](int r, int i, float sum) { finish(i, r, sum); });
-  }
-  template <class Value, class Add>
-  LIKENESS_HOST_DEVICE void outer(const Value* gradient, const Value* in, int inputs, int outputs, int rows,
-                                  int row, const Add& add) {
-    const auto piece = [&](auto& self, auto& sum, int o, int i) {
-      for (int r = 0; r < rows; r += 16)
-        self.template multiply<Order::rows, Order::columns>(sum, gradient + o * row + r, row,
-                                                            in + i * row + r, row);
-    };
-    pieces<Order::rows>(outputs, inputs, piece, add);
-  }
-
- private:
-  // emit(row, column, sum): what lies beside each other in memory goes to lanes beside each other.
-  template <Order kOrder, class Piece, class Emit>
-  LIKENESS_HOST_DEVICE void pieces(int rows, int columns, const Piece& piece, const Emit& emit) {
-    Derived& self = *static_cast<Derived*>(this);
-    float* staging = self.staging();
-    for (int p = self.warp(); p < rows / 16 * (columns / 16); p += self.warps()) {
-      const int first = p % (rows / 16) * 16, second = p / (rows / 16) * 16;
-      typename Derived::Sum sum;
-      self.zero(sum);
-      piece(self, sum, first, second);
-      self.template store<kOrder>(sum, staging);
-      self.for_lanes(256, [&](int e) {
-        const int fast = e % 16, slow = e / 16;
-        const bool columns_beside = kOrder == Order::rows;
-        emit(first + (columns_beside ? slow : fast), second + (columns_beside ? fast : slow), staging[e]);
-      });
-    }
-    self.sync();
   }
 };
 

@@ -78,7 +78,7 @@ struct MarchRaysArgs {
   MarchScene scene;
   ListMemory lists;
   const float* direction;
-  const std::uint8_t* wanted;  // (rays), or null: all
+  const std::uint32_t *wanted, *wanted_count;  // those of the rays that are marched; or null: all
   PlacedRays out;
 };
 
@@ -130,7 +130,8 @@ struct PickArgs {
   const std::uint32_t* block;  // (pixels)
   const BlockPlace* place;     // (blocks)
   PlacedRays strata, refined, out;
-  std::uint8_t* alone;  // (pixels) set to 1 where the block's ray met nothing although the pixel may
+  std::uint32_t *alone,
+      *alone_count;  // (pixels) those where the block's ray met nothing although the pixel may
 };
 
 // Items: pixels.
@@ -333,8 +334,9 @@ LIKENESS_HOST_DEVICE inline void march_strata(const MarchStrataArgs& a, std::siz
 }
 
 LIKENESS_HOST_DEVICE inline void march_rays(const MarchRaysArgs& a, std::size_t lane) {
-  for (std::size_t r = lane; r < a.out.rays; r += a.lists.lanes) {
-    if (a.wanted && !a.wanted[r]) continue;
+  const std::size_t rays = a.wanted ? *a.wanted_count : a.out.rays;
+  for (std::size_t i = lane; i < rays; i += a.lists.lanes) {
+    const std::size_t r = a.wanted ? a.wanted[i] : i;
     RayLists lists(a.lists, lane);
     place_by_grids(a.scene, *a.scene.frame, MarchedRay{a.direction + 3 * r}, lists, a.out, r);
   }

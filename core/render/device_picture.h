@@ -214,7 +214,7 @@ LIKENESS_HOST_DEVICE inline void pick_samples(const PickArgs& a, std::size_t pix
   const std::uint32_t block = a.block[pixel];
   const RayRow from(a.refined, block);
   int count[2] = {0, 0};
-  a.alone[pixel] = from.all == 0 && near_volume(a, block) ? 1 : 0;
+  if (from.all == 0 && near_volume(a, block)) a.alone[add_count(a.alone_count, 1)] = std::uint32_t(pixel);
   const std::size_t to = pixel * std::size_t(a.out.most);
   for (int f = 0; f < 2; ++f) {
     const int begin = f == 0 ? 0 : from.head, end = f == 0 ? from.head : from.all;

@@ -91,7 +91,7 @@ struct Picture {
   RayMemory strata, refined, pixels;
   DeviceArray<float> near, far, depth, weights;
   DeviceArray<std::uint32_t> list_count;
-  DeviceArray<std::uint8_t> alone;
+  DeviceArray<std::uint32_t> alone, alone_count;
   DeviceArray<PictureSums> sums;
   std::size_t lanes = 0;
 };
@@ -245,6 +245,7 @@ class DeviceRenderer : public FrameRenderer {
       if (auto done = p.refined.allocate(device_, shape.blocks, most); !done) return done;
       if (auto done = make(device_, p.weights, shape.blocks * strata); !done) return done;
       if (auto done = make(device_, p.alone, shape.pixels); !done) return done;
+      if (auto done = make(device_, p.alone_count, 1); !done) return done;
     }
     p.lanes = shape.lanes;
     const std::size_t rows = parts_[0].rows() + parts_[1].rows();
@@ -305,18 +306,22 @@ class DeviceRenderer : public FrameRenderer {
       if (auto done = device_->launch(Kernel::neck_cells, args, neck_cells_.size() / 2); !done) return done;
     }
     for (const PictureBand& band : p.tiles.bands) {
-      if (auto done = p.options.strata > 0 ? queue_strata(band) : queue_march(band, nullptr); !done)
+      if (auto done = p.options.strata > 0 ? queue_strata(band) : queue_march(band, false); !done)
         return done;
       if (auto done = queue_pixels(band); !done) return done;
     }
     return {};
   }
 
-  // Where samples of the grids' own choice go: all pixels of a band, or those that are wanted.
-  Result<void> queue_march(const PictureBand& band, const std::uint8_t* wanted) {
+  // Where samples of the grids' own choice go: all pixels of a band, or those that their blocks left alone.
+  Result<void> queue_march(const PictureBand& band, bool alone) {
     const Picture& p = *picture_;
     const std::size_t lanes = std::min(p.lanes, band.pixels);
-    const MarchRaysArgs args{scene(), lists(lanes), p.directions.data() + 3 * band.first_pixel, wanted,
+    const MarchRaysArgs args{scene(),
+                             lists(lanes),
+                             p.directions.data() + 3 * band.first_pixel,
+                             alone ? p.alone.data() : nullptr,
+                             p.alone_count.data(),
                              p.pixels.of(band.pixels, p.options.max_samples)};
     return device_->launch(Kernel::march_rays, args, lanes);
   }
@@ -362,9 +367,11 @@ class DeviceRenderer : public FrameRenderer {
                         strata,
                         refined,
                         p.pixels.of(band.pixels, p.options.max_samples),
-                        p.alone.data()};
+                        p.alone.data(),
+                        p.alone_count.data()};
+    if (auto done = device_->clear(p.alone_count.data(), sizeof(std::uint32_t)); !done) return done;
     if (auto done = device_->launch(Kernel::pick_samples, pick, band.pixels); !done) return done;
-    return queue_march(band, p.alone.data());
+    return queue_march(band, true);
   }
 
   Result<void> queue_pixels(const PictureBand& band) {

@@ -6,6 +6,9 @@ namespace likeness::cuda {
 namespace {
 
 constexpr unsigned kThreads = 128;
+// Walks differ in length, and there are few: of a warp every fourth thread has one, so that they wait less
+// for each other and for their memory.
+constexpr unsigned kThreadsPerWalk = 4;
 
 __device__ std::size_t item_of_thread() { return std::size_t(blockIdx.x) * blockDim.x + threadIdx.x; }
 
@@ -17,7 +20,8 @@ __global__ void __launch_bounds__(kThreads) neck_kernel(const __grid_constant__ 
 }
 
 __global__ void __launch_bounds__(kThreads) strata_kernel(const __grid_constant__ MarchStrataArgs args) {
-  if (const std::size_t r = item_of_thread(); r < args.out.rays) likeness::march_strata(args, r);
+  const std::size_t item = item_of_thread(), r = item / kThreadsPerWalk;
+  if (item % kThreadsPerWalk == 0 && r < args.out.rays) likeness::march_strata(args, r);
 }
 
 __global__ void __launch_bounds__(kThreads) rays_kernel(const __grid_constant__ MarchRaysArgs args) {
@@ -71,7 +75,7 @@ cudaError_t neck_cells(const Launch& launch, const NeckCellsArgs& args, std::siz
 }
 
 cudaError_t march_strata(const Launch& launch, const MarchStrataArgs& args, std::size_t items) {
-  return queue(launch, strata_kernel, args, items);
+  return queue(launch, strata_kernel, args, items * kThreadsPerWalk);
 }
 
 cudaError_t march_rays(const Launch& launch, const MarchRaysArgs& args, std::size_t items) {

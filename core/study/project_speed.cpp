@@ -68,6 +68,7 @@ Result<double> training_rays_per_s(const Project& project, const ProjectSpeedOpt
   TrainOptions training = training_options(project.options);
   (void)take_parts(project, *set, training);
   training.precision = options.precision;
+  training.backend = options.backend;
   training.steps = 0;
   training.budget_s = options.train_seconds;
   std::error_code failure;
@@ -89,14 +90,17 @@ Result<double> training_rays_per_s(const Project& project, const ProjectSpeedOpt
 
 Result<ProjectSpeed> measure_project_speed(const Project& project, const ProjectSpeedOptions& options,
                                            const Progress& progress, std::stop_token stop) {
-  const auto pictures =
-      study_rendering(project, options.frames, quality_ladder(), progress.stage(0, 0.4, "pictures"), stop);
+  const auto pictures = study_rendering(project, options.frames, quality_ladder(), options.backend,
+                                        progress.stage(0, 0.4, "pictures"), stop);
   if (!pictures) return pictures.error();
   const RenderRow &best = pictures->rows[0], &quick = pictures->rows[1];
   ProjectSpeed speed{.size = pictures->size,
                      .frames = pictures->frames,
+                     .backend = options.backend ? options.backend->name() : "cpu",
                      .final_fps = best.frames_per_second,
                      .preview_fps = quick.frames_per_second,
+                     .final_ms = best.milliseconds,
+                     .preview_ms = quick.milliseconds,
                      .preview_loss_head_db = best.psnr_head_db - quick.psnr_head_db};
   if (best.psnr_db && quick.psnr_db) speed.preview_loss_db = *best.psnr_db - *quick.psnr_db;
   const auto rays = training_rays_per_s(project, options, progress.stage(0.4, 1, "training"), stop);

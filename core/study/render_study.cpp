@@ -5,6 +5,7 @@
 #include <chrono>
 #include <ctime>
 #include <iterator>
+#include <memory>
 #include <set>
 #include <string>
 
@@ -68,21 +69,37 @@ Avatar without_opacities(const Avatar& avatar) {
   return bare;
 }
 
-// Adds one frame to the sums of every row. The first picture of a pose finds its tables cold, so one is
-// rendered before any is timed.
-void add_frame(const Avatar& avatar, const Avatar& bare, const Camera& camera, const RenderState& state,
-               const Truth& truth, std::vector<RenderRow>& rows) {
-  (void)render_frame(avatar, camera, state, rows.front().setting.options);
+// One for each row, since a device prepares itself for the options of its pictures.
+using Renderers = std::vector<std::unique_ptr<FrameRenderer>>;
+
+Result<Renderers> make_renderers(Backend& backend, const Avatar& avatar, const Avatar& bare,
+                                 const std::vector<RenderRow>& rows) {
+  Renderers renderers;
+  for (const RenderRow& row : rows) {
+    auto made = backend.make_renderer(row.setting.opacities ? avatar : bare);
+    if (!made) return made.error();
+    renderers.push_back(std::move(*made));
+  }
+  return renderers;
+}
+
+// Adds one frame to the sums of every row. The first picture of a pose finds its tables cold, and a device's
+// first of all makes room, so one of each is rendered before any is timed.
+Result<void> add_frame(const Renderers& renderers, const Camera& camera, const RenderState& state,
+                       const Truth& truth, bool first, std::vector<RenderRow>& rows) {
+  for (std::size_t r = 0; r < (first ? rows.size() : 1); ++r)
+    if (auto done = renderers[r]->render(camera, state, rows[r].setting.options); !done) return done.error();
   Image final_picture;
-  for (RenderRow& row : rows) {
+  for (std::size_t r = 0; r < rows.size(); ++r) {
+    RenderRow& row = rows[r];
     const auto start = std::chrono::steady_clock::now();
     const std::clock_t worked = std::clock();
-    const RenderedFrame frame =
-        render_frame(row.setting.opacities ? avatar : bare, camera, state, row.setting.options);
+    const auto frame = renderers[r]->render(camera, state, row.setting.options);
+    if (!frame) return frame.error();
     row.processor_milliseconds += 1000.0 * double(std::clock() - worked) / CLOCKS_PER_SEC;
     row.milliseconds += milliseconds_since(start);
-    row.samples_per_ray += frame.samples_per_ray;
-    const Image picture = to_float(to_bytes(composite(frame.rgba, truth.plate)));
+    row.samples_per_ray += frame->samples_per_ray;
+    const Image picture = to_float(to_bytes(composite(frame->rgba, truth.plate)));
     if (final_picture.empty()) final_picture = picture;
     row.to_final_db += mse(final_picture, picture);  // pooled: two pictures may be equal
     if (truth.plate.empty())
@@ -92,6 +109,7 @@ void add_frame(const Avatar& avatar, const Avatar& bare, const Camera& camera, c
     row.psnr_head_db += psnr_from_mse(mse(truth.picture, picture, truth.regions.head));
     row.psnr_face_db += psnr_from_mse(mse(truth.picture, picture, truth.regions.face));
   }
+  return {};
 }
 
 }  // namespace
@@ -152,7 +170,8 @@ std::vector<RenderSetting> render_settings() {
 }
 
 Result<RenderStudy> study_rendering(const Project& project, int frames, std::vector<RenderSetting> settings,
-                                    const Progress& progress, std::stop_token stop) {
+                                    std::shared_ptr<Backend> backend, const Progress& progress,
+                                    std::stop_token stop) {
   const auto set = read_held_out(project);
   if (!set) return set.error();
   const auto model = project_head_model(project.options);
@@ -172,6 +191,9 @@ Result<RenderStudy> study_rendering(const Project& project, int frames, std::vec
   for (RenderSetting& setting : settings)
     study.rows.push_back({.setting = std::move(setting), .psnr_db = 0.0});
   const Avatar bare = without_opacities(set->avatar);
+  if (!backend) backend = cpu_backend();
+  const auto renderers = make_renderers(*backend, set->avatar, bare, study.rows);
+  if (!renderers) return renderers.error();
   for (std::size_t k = 0; k < chosen.size(); ++k) {
     if (stop.stop_requested()) return cancelled_error();
     progress.report(double(k) / double(chosen.size()), fmt::format("frame {}", chosen[k].tracked->frame));
@@ -183,7 +205,8 @@ Result<RenderStudy> study_rendering(const Project& project, int frames, std::vec
         pose_avatar(rig, {t.world_from_head, t.world_from_torso, t.articulation, t.torso_shape,
                           frame_amounts(set->avatar, *courses, t.frame)});
     study.pose_milliseconds += milliseconds_since(start);
-    add_frame(set->avatar, bare, chosen[k].camera, state, *truth, study.rows);
+    const auto added = add_frame(*renderers, chosen[k].camera, state, *truth, k == 0, study.rows);
+    if (!added) return added.error();
   }
 
   const double n = double(chosen.size());

@@ -2,6 +2,7 @@
 // timed and compared with the truth and with the final picture.
 #pragma once
 
+#include <memory>
 #include <optional>
 #include <stop_token>
 #include <string>
@@ -10,6 +11,7 @@
 #include "core/base/progress.h"
 #include "core/base/result.h"
 #include "core/project/project.h"
+#include "core/render/backend.h"
 #include "core/render/render.h"
 
 namespace likeness {
@@ -44,8 +46,11 @@ struct RenderStudy {
 };
 
 // `frames` of the held-out frames, evenly chosen; 0: all. Settings take turns frame by frame, so that what
-// else the machine does falls on all alike; the first of them is the one that to_final_db compares with.
+// else the machine does falls on all alike; the first of them is the one that to_final_db compares with. On a
+// device (backend; null: the processor) a picture's time is from the pose that goes there to the picture that
+// is back.
 Result<RenderStudy> study_rendering(const Project& project, int frames, std::vector<RenderSetting> settings,
-                                    const Progress& progress, std::stop_token stop);
+                                    std::shared_ptr<Backend> backend, const Progress& progress,
+                                    std::stop_token stop);
 
 }  // namespace likeness

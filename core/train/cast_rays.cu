@@ -5,17 +5,22 @@
 namespace likeness::cuda {
 namespace {
 
-constexpr unsigned kThreads = 128, kWalkThreads = 64;  // walks differ in length: small blocks end sooner
+constexpr unsigned kThreads = 128;
+// Walks differ in length, and there are few: of a warp every fourth thread has one, so that they wait less
+// for each other and for their memory.
+constexpr unsigned kWalkThreads = 64, kThreadsPerWalk = 4;
 
 __device__ std::size_t item_of_thread() { return std::size_t(blockIdx.x) * blockDim.x + threadIdx.x; }
 
 __global__ void __launch_bounds__(kWalkThreads, 8)
     choose_kernel(const __grid_constant__ ChooseRaysArgs args) {
-  if (const std::size_t r = item_of_thread(); r < args.rays.rays) choose_ray_of_step(args, r);
+  const std::size_t item = item_of_thread(), r = item / kThreadsPerWalk;
+  if (item % kThreadsPerWalk == 0 && r < args.rays.rays) choose_ray_of_step(args, r);
 }
 
 __global__ void __launch_bounds__(kWalkThreads) march_kernel(const __grid_constant__ MarchChosenArgs args) {
-  if (const std::size_t lane = item_of_thread(); lane < args.lists.lanes) likeness::march_chosen(args, lane);
+  const std::size_t item = item_of_thread(), lane = item / kThreadsPerWalk;
+  if (item % kThreadsPerWalk == 0 && lane < args.lists.lanes) likeness::march_chosen(args, lane);
 }
 
 struct Threads {
@@ -76,11 +81,11 @@ cudaError_t queue(const Launch& launch, void (*kernel)(Args...), unsigned thread
 }  // namespace
 
 cudaError_t choose_rays(const Launch& launch, const ChooseRaysArgs& args, std::size_t items) {
-  return queue(launch, choose_kernel, kWalkThreads, items, args);
+  return queue(launch, choose_kernel, kWalkThreads, items * kThreadsPerWalk, args);
 }
 
 cudaError_t march_chosen(const Launch& launch, const MarchChosenArgs& args, std::size_t items) {
-  return queue(launch, march_kernel, kWalkThreads, items, args);
+  return queue(launch, march_kernel, kWalkThreads, items * kThreadsPerWalk, args);
 }
 
 cudaError_t ordered_offsets(const Launch& launch, const OrderedOffsetsArgs& args, std::size_t items) {

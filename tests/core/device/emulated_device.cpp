@@ -56,39 +56,8 @@ struct Threads {
   }
 };
 
-struct SingleBlock : Threads, LoopProducts<SingleBlock> {
+struct LoopBlock : Threads, LoopProducts<LoopBlock> {
   unsigned char* memory = nullptr;
-};
-
-// A warp's sums as one matrix, and the matrix units as three loops.
-struct MatrixBlock : Threads, PieceProducts<MatrixBlock> {
-  unsigned char* memory = nullptr;
-  struct Sum {
-    float value[16][16];
-  };
-  int warp() const { return thread; }
-  int warps() const { return threads; }
-  float* staging() const { return reinterpret_cast<float*>(memory) + thread * 256; }
-  static void zero(Sum& sum) { sum = {}; }
-  template <Order kA, Order kB>
-  static void multiply(Sum& sum, const Bf16* a, int a_stride, const Bf16* b, int b_stride) {
-    for (int r = 0; r < 16; ++r)
-      for (int c = 0; c < 16; ++c)
-        for (int k = 0; k < 16; ++k) {
-          const Bf16 left = kA == Order::rows ? a[r * a_stride + k] : a[k * a_stride + r];
-          const Bf16 right = kB == Order::rows ? b[k * b_stride + c] : b[c * b_stride + k];
-          sum.value[r][c] += float(left) * float(right);
-        }
-  }
-  template <Order kOrder>
-  static void store(const Sum& sum, float* to) {
-    for (int r = 0; r < 16; ++r)
-      for (int c = 0; c < 16; ++c) to[kOrder == Order::rows ? 16 * r + c : 16 * c + r] = sum.value[r][c];
-  }
-  template <class F>
-  static void for_lanes(int items, const F& f) {
-    for (int i = 0; i < items; ++i) f(i);
-  }
 };
 
 constexpr std::uint32_t kHostBlocks = 3;  // so that several add to one sum, and some find nothing to do
@@ -118,8 +87,8 @@ void network(const NetworkArgs& args, bool backward, bool threads) {
 
 void networks(const NetworkArgs& args, bool backward) {
   const bool threads = state.faults.threads;
-  args.precision == NetworkPrecision::bf16 ? network<Bf16, MatrixBlock>(args, backward, threads)
-                                           : network<float, SingleBlock>(args, backward, threads);
+  args.precision == NetworkPrecision::bf16 ? network<Bf16, LoopBlock>(args, backward, threads)
+                                           : network<float, LoopBlock>(args, backward, threads);
 }
 
 void encode(const EncodeArgs& a, std::size_t items) {
@@ -140,7 +109,7 @@ void encode_back(const EncodeBackwardArgs& a, std::size_t items) {
   if (a.d_point[0])                   \
     encode_sample_slopes<D, F>(a, n); \
   else                                \
-    encode_sample_backward<D, F, false>(a, n, int(l), nullptr);
+    encode_sample_backward<D, F>(a, n, int(l), nullptr);
     LIKENESS_FOR_GRID(a.grid, LIKENESS_ENCODE)
 #undef LIKENESS_ENCODE
   }

@@ -148,7 +148,6 @@ TEST_P(DeviceFieldTest, AStepOfAdamMovesWhatTheProcessorMoves) {
   fill(*on, batch);
   EXPECT_TRUE(
       device_->copy_in(on->gradients(), gradients.parameters.data(), 4 * gradients.parameters.size()).ok());
-  EXPECT_TRUE(device_->copy_in(on->touched(), gradients.touched.data(), gradients.touched.size()).ok());
   AdamState adam = make_adam_state(field);
   AdamOptions options;
   options.table_rate = 3e-2f, options.network_rate = 1e-2f, options.table_decay = 0.2f;
@@ -190,9 +189,7 @@ TEST_P(DeviceFieldTest, AStepWhoseLossIsNotFiniteMovesNothing) {
   const Batch batch = random_batch(field.config, 64, kViews, 9);
   fill(*on, batch);
   const std::vector<float> gradients(field.parameters.size(), NAN);
-  const std::vector<std::uint8_t> touched(field.parameters.size() / kTableLine, 1);
   EXPECT_TRUE(device_->copy_in(on->gradients(), gradients.data(), 4 * gradients.size()).ok());
-  EXPECT_TRUE(device_->copy_in(on->touched(), touched.data(), on->lines()).ok());
   const StepNumbers numbers{{64, 0}, 1, 1, 1, 0.5f, {1, 0}, 0};
   const StepSums sums{INFINITY};
   auto device_numbers = DeviceArray<StepNumbers>::make(device_, 1);

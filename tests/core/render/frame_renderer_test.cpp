@@ -248,10 +248,10 @@ TEST_F(FrameRendererTest, MarchedSamplesAreTheProcessors) {
   GatherArgs gather{scene, placed, ints(offsets), directions.data(), {}};
   for (std::size_t k = 0; k < 12; ++k) gather.point[k / 6][k % 6] = points.data() + k * capacity;
   ASSERT_TRUE(device_->launch(Kernel::neck_cells, NeckCellsArgs{scene, cells}, 24 * 24 * 24).ok());
-  ASSERT_TRUE(
-      device_
-          ->launch(Kernel::march_rays, MarchRaysArgs{scene, lists, directions.data(), nullptr, placed}, lanes)
-          .ok());
+  ASSERT_TRUE(device_
+                  ->launch(Kernel::march_rays,
+                           MarchRaysArgs{scene, lists, directions.data(), nullptr, nullptr, placed}, lanes)
+                  .ok());
   ASSERT_TRUE(device_->launch(Kernel::ray_offsets, scan, rays).ok());
   ASSERT_TRUE(device_->launch(Kernel::gather_samples, gather, capacity).ok());
   std::vector<float> got(12 * capacity);
