@@ -52,6 +52,7 @@ cudaError_t set_cell_bits(const Launch& launch, const CellBitsArgs& args, std::s
 cudaError_t mark_bricks(const Launch& launch, const BricksArgs& args, std::size_t items);
 cudaError_t bound_layers(const Launch& launch, const LayersArgs& args, std::size_t items);
 cudaError_t bound_necks(const Launch& launch, const NeckBoxArgs& args, std::size_t items);
+cudaError_t fill_necks(const Launch& launch, const FillNecksArgs& args, std::size_t items);
 cudaError_t read_write(const Launch& launch, const CeilingArgs& args, std::size_t items);
 cudaError_t matrix_rate(const Launch& launch, const CeilingArgs& args, std::size_t items);
 

@@ -166,6 +166,8 @@ DeviceStatus launch(void* context, std::int32_t kernel, const void* args, std::s
       return run<LayersArgs>(c, bound_layers, args, bytes, items);
     case Kernel::bound_necks:
       return run<NeckBoxArgs>(c, bound_necks, args, bytes, items);
+    case Kernel::fill_necks:
+      return run<FillNecksArgs>(c, fill_necks, args, bytes, items);
     case Kernel::read_write:
       return run<CeilingArgs>(c, read_write, args, bytes, items);
     case Kernel::matrix_rate:

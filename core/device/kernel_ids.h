@@ -32,6 +32,7 @@ enum class Kernel : std::int32_t {
   mark_bricks,       // BricksArgs
   bound_layers,      // LayersArgs
   bound_necks,       // NeckBoxArgs
+  fill_necks,        // FillNecksArgs
   read_write,        // core/bench/device_ceilings.h: CeilingArgs
   matrix_rate,       // CeilingArgs
   count

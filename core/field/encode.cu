@@ -107,8 +107,10 @@ __global__ void __launch_bounds__(kThreads) slopes_kernel(const __grid_constant_
   const bool there = n < *args.count;
   if (!__any_sync(~0u, there)) return;
   float d_point[kDims] = {};
-  for (int l = 0; l < args.grid.levels; ++l)
-    warp_backward<kDims, kFeatures, true>(args, n, there, l, d_point);
+  // Blocks begin with levels of their own: otherwise all would add to the few cells of the coarsest at once.
+  for (int k = 0; k < args.grid.levels; ++k)
+    warp_backward<kDims, kFeatures, true>(
+        args, n, there, int((unsigned(k) + blockIdx.x) % unsigned(args.grid.levels)), d_point);
   for (int a = 0; a < kDims && there; ++a) args.d_point[a][n] = d_point[a];
 }
 

@@ -38,8 +38,9 @@ struct MarchGrid {
 
 struct MarchScene {
   MarchGrid grid[2];
-  const float* depth_of_opacity;   // (256)
-  const FrameNumbers* frame;       // of all rays; a training's have each their own
+  const float* depth_of_opacity;  // (256)
+  // Of all rays; a training's have each their own.
+  const FrameNumbers* frame;
   const std::uint8_t* neck_cells;  // (cells of the neck's box, 2): 1 occupied + 2 core; opacity; or null
   float near, far, min_step;       // m
 };
@@ -176,10 +177,9 @@ struct GridContents {
   const FrameNumbers* frame;  // of a bent neck, or null
   const std::uint8_t* neck_cells;
 
-  LIKENESS_HOST_DEVICE GridContents(const MarchScene& scene, const FrameNumbers& of, int field)
-      : grid(scene.grid[field]),
-        frame(field == 0 && of.neck.bends ? &of : nullptr),
-        neck_cells(scene.neck_cells) {}
+  LIKENESS_HOST_DEVICE GridContents(const MarchScene& scene, const FrameNumbers& of,
+                                    const std::uint8_t* cells, int field)
+      : grid(scene.grid[field]), frame(field == 0 && of.neck.bends ? &of : nullptr), neck_cells(cells) {}
   LIKENESS_HOST_DEVICE bool is_empty(const int (&brick)[3]) const {
     const int m = bricks_along(grid.resolution);
     if (grid.bricks[(std::size_t(brick[2]) * m + brick[1]) * m + brick[0]]) return false;
@@ -214,14 +214,18 @@ LIKENESS_HOST_DEVICE inline std::size_t neck_cell_count(const FrameNumbers& fram
          std::size_t(frame.neck_count[2]);
 }
 
-LIKENESS_HOST_DEVICE inline void neck_cell(const NeckCellsArgs& a, std::size_t i) {
-  const FrameNumbers& frame = *a.scene.frame;
+// Of the neck's box; out: as MarchScene::neck_cells.
+LIKENESS_HOST_DEVICE inline void neck_cell(const MarchGrid& head, const FrameNumbers& frame, std::size_t i,
+                                           std::uint8_t* out) {
   const std::size_t nx = std::size_t(frame.neck_count[0]), ny = std::size_t(frame.neck_count[1]);
   const int cell[3] = {frame.neck_first[0] + int(i % nx), frame.neck_first[1] + int(i / nx % ny),
                        frame.neck_first[2] + int(i / nx / ny)};
-  const CellContent found = content_of_neck(a.scene.grid[0], frame.neck, cell);
-  a.out[2 * i] = std::uint8_t((found.occupied ? 1 : 0) + (found.core ? 2 : 0));
-  a.out[2 * i + 1] = found.opacity;
+  const CellContent found = content_of_neck(head, frame.neck, cell);
+  out[2 * i] = std::uint8_t((found.occupied ? 1 : 0) + (found.core ? 2 : 0));
+  out[2 * i + 1] = found.opacity;
+}
+LIKENESS_HOST_DEVICE inline void fill_neck_cell(const NeckCellsArgs& a, std::size_t i) {
+  neck_cell(a.scene.grid[0], *a.scene.frame, i, a.out);
 }
 
 // -- Stretches and the samples in them
@@ -281,7 +285,8 @@ struct MarchedRay {
 
 // Nothing beyond a core cell of one field is seen in the other either.
 LIKENESS_HOST_DEVICE inline void walk_ray(const MarchScene& scene, const FrameNumbers& frame,
-                                          const MarchedRay& marched, RayLists& lists) {
+                                          const std::uint8_t* neck_cells, const MarchedRay& marched,
+                                          RayLists& lists) {
   float far = scene.far;
   for (int f = 0; f < 2; ++f) {
     if (!scene.grid[f].there) continue;
@@ -294,7 +299,7 @@ LIKENESS_HOST_DEVICE inline void walk_ray(const MarchScene& scene, const FrameNu
       return true;
     };
     const float near = larger(scene.near, marched.from[f]);
-    far = smaller(far, walk_cells(ray, n, GridContents(scene, frame, f), near, far, visit));
+    far = smaller(far, walk_cells(ray, n, GridContents(scene, frame, neck_cells, f), near, far, visit));
   }
   if (far >= scene.far) return;
   while (lists.counts[0] > 0 && lists.interval(0, lists.counts[0] - 1).near >= far) --lists.counts[0];
@@ -312,9 +317,9 @@ LIKENESS_HOST_DEVICE inline void set_counts(const PlacedRays& rays, std::size_t 
 
 // Walks ray r and puts samples into its strata.
 LIKENESS_HOST_DEVICE inline void place_by_grids(const MarchScene& scene, const FrameNumbers& frame,
-                                                const MarchedRay& ray, RayLists& lists, const PlacedRays& out,
-                                                std::size_t r) {
-  walk_ray(scene, frame, ray, lists);
+                                                const std::uint8_t* neck_cells, const MarchedRay& ray,
+                                                RayLists& lists, const PlacedRays& out, std::size_t r) {
+  walk_ray(scene, frame, neck_cells, ray, lists);
   int count[2] = {0, 0};
   Placing<RayLists> placing(lists);
   const std::size_t row = r * std::size_t(out.most);
@@ -328,7 +333,8 @@ LIKENESS_HOST_DEVICE inline void place_by_grids(const MarchScene& scene, const F
 
 LIKENESS_HOST_DEVICE inline void march_strata(const MarchStrataArgs& a, std::size_t r) {
   RayLists lists(a.lists, r);
-  place_by_grids(a.scene, *a.scene.frame, MarchedRay{a.direction + 3 * r}, lists, a.out, r);
+  place_by_grids(a.scene, *a.scene.frame, a.scene.neck_cells, MarchedRay{a.direction + 3 * r}, lists, a.out,
+                 r);
   for (int f = 0; f < 2; ++f)
     a.lists.count[std::size_t(f) * a.lists.lanes + r] = std::uint32_t(lists.counts[f]);
 }
@@ -338,7 +344,8 @@ LIKENESS_HOST_DEVICE inline void march_rays(const MarchRaysArgs& a, std::size_t 
   for (std::size_t i = lane; i < rays; i += a.lists.lanes) {
     const std::size_t r = a.wanted ? a.wanted[i] : i;
     RayLists lists(a.lists, lane);
-    place_by_grids(a.scene, *a.scene.frame, MarchedRay{a.direction + 3 * r}, lists, a.out, r);
+    place_by_grids(a.scene, *a.scene.frame, a.scene.neck_cells, MarchedRay{a.direction + 3 * r}, lists, a.out,
+                   r);
   }
 }
 

@@ -220,7 +220,7 @@ LIKENESS_HOST_DEVICE inline void pick_samples(const PickArgs& a, std::size_t pix
     const int begin = f == 0 ? 0 : from.head, end = f == 0 ? from.head : from.all;
     if (begin == end) continue;
     const UnitRay ray = unit_ray(*a.scene.frame, f, a.direction + 3 * pixel);
-    const GridContents contents(a.scene, *a.scene.frame, f);
+    const GridContents contents(a.scene, *a.scene.frame, a.scene.neck_cells, f);
     const int n = a.scene.grid[f].resolution;
     for (int k = begin; k < end; ++k) {
       const float t = a.refined.t[from.first + std::size_t(k)],

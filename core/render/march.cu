@@ -16,7 +16,7 @@ __device__ std::size_t item_of_thread() { return std::size_t(blockIdx.x) * block
 __global__ void __launch_bounds__(kThreads) neck_kernel(const __grid_constant__ NeckCellsArgs args) {
   if (!args.scene.frame->neck.bends) return;
   const std::size_t count = neck_cell_count(*args.scene.frame), all = std::size_t(gridDim.x) * blockDim.x;
-  for (std::size_t i = item_of_thread(); i < count; i += all) neck_cell(args, i);
+  for (std::size_t i = item_of_thread(); i < count; i += all) fill_neck_cell(args, i);
 }
 
 __global__ void __launch_bounds__(kThreads) strata_kernel(const __grid_constant__ MarchStrataArgs args) {
@@ -25,7 +25,8 @@ __global__ void __launch_bounds__(kThreads) strata_kernel(const __grid_constant_
 }
 
 __global__ void __launch_bounds__(kThreads) rays_kernel(const __grid_constant__ MarchRaysArgs args) {
-  if (const std::size_t lane = item_of_thread(); lane < args.lists.lanes) likeness::march_rays(args, lane);
+  const std::size_t item = item_of_thread(), lane = item / kThreadsPerWalk;
+  if (item % kThreadsPerWalk == 0 && lane < args.lists.lanes) likeness::march_rays(args, lane);
 }
 
 struct Threads {
@@ -79,7 +80,7 @@ cudaError_t march_strata(const Launch& launch, const MarchStrataArgs& args, std:
 }
 
 cudaError_t march_rays(const Launch& launch, const MarchRaysArgs& args, std::size_t items) {
-  return queue(launch, rays_kernel, args, items);
+  return queue(launch, rays_kernel, args, items * kThreadsPerWalk);
 }
 
 cudaError_t ray_offsets(const Launch& launch, const RayOffsetsArgs& args, std::size_t items) {

@@ -4,7 +4,7 @@
 namespace likeness::cuda {
 namespace {
 
-constexpr unsigned kThreads = 128;
+constexpr unsigned kThreads = 32;  // there are few rays, and each takes a while
 
 __global__ void __launch_bounds__(kThreads) loss_kernel(RayLossArgs args) {
   const std::uint32_t ray = blockIdx.x * kThreads + threadIdx.x;

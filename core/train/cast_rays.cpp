@@ -17,6 +17,9 @@ RayCaster::~RayCaster() = default;
 
 namespace {
 
+constexpr std::size_t kMostNeckViews = 65535,
+                      kMostNeckBytes = std::size_t{1} << 30;  // and an eighth of what is free
+
 template <class T>
 Result<void> make(const std::shared_ptr<Device>& device, DeviceArray<T>& array, std::size_t count) {
   auto made = DeviceArray<T>::make(device, std::max<std::size_t>(1, count));
@@ -147,6 +150,7 @@ class Caster : public RayCaster {
     if (auto done = upload(device_, still_, state.head.volume.still.bits); !done) return done;
     if (auto done = upload(device_, sides_, source.sides.bits); !done) return done;
     still_n_ = state.head.volume.still.resolution, sides_n_ = source.sides.resolution;
+    if (auto done = make_room_for_necks(source); !done) return done;
     if (auto done = device_->wait(); !done) return done;
     if (auto done = place_cells(state); !done) return done;
     return place_views(source);
@@ -308,7 +312,8 @@ class Caster : public RayCaster {
             usual.min_step};
   }
   RayViews ray_views() const {
-    return {view_.data(), pixels_.data(), teaches_.data(), frames_.data(), std::uint32_t(views_)};
+    return {view_.data(),          pixels_.data(),     teaches_.data(),          frames_.data(),
+            std::uint32_t(views_), neck_cells_.data(), std::uint32_t(neck_room_)};
   }
 
   // Bricks, and the boxes of the necks by them.
@@ -323,7 +328,19 @@ class Caster : public RayCaster {
     const LayersArgs layers{n, cells_[0].bricks.data(), layers_.data()};
     if (auto done = device_->launch(Kernel::bound_layers, layers, layers_.size()); !done) return done;
     const NeckBoxArgs necks{n, layers_.data(), ray_views()};
-    return device_->launch(Kernel::bound_necks, necks, views_);
+    if (auto done = device_->launch(Kernel::bound_necks, necks, views_); !done) return done;
+    if (neck_room_ == 0) return {};
+    const FillNecksArgs fill{cells_[0].grid(), ray_views()};
+    return device_->launch(Kernel::fill_necks, fill, views_ * neck_room_);
+  }
+
+  // A bent neck's cells are looked up for every view once in a while instead of by every ray, as far as there
+  // is room for them.
+  Result<void> make_room_for_necks(const RaySource& source) {
+    if (source.necks.empty() || views_ > kMostNeckViews) return {};
+    const std::size_t most = std::min(kMostNeckBytes, std::size_t(device_->facts().free_bytes / 8));
+    neck_room_ = std::min(cells_[0].count() / 4, most / (2 * views_));
+    return make(device_, neck_cells_, 2 * views_ * neck_room_);
   }
 
   // Once: pictures do not change. A picture at a time, so that the host holds one more of them at most.
@@ -389,7 +406,8 @@ class Caster : public RayCaster {
   std::vector<RayView> host_views_;
   DeviceArray<RayView> view_;
   DeviceArray<std::uint32_t> pixels_, count_, offset_;
-  DeviceArray<std::uint8_t> teaches_, still_, sides_;
+  DeviceArray<std::uint8_t> teaches_, still_, sides_, neck_cells_;
+  std::size_t neck_room_ = 0;  // cells a view
   DeviceArray<unsigned char> frames_;
   DeviceArray<float> direction_, from_, t_, dt_, near_, far_, depth_, depths_;
   DeviceArray<std::uint64_t> jitter_, step_;

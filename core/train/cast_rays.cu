@@ -12,10 +12,31 @@ constexpr unsigned kWalkThreads = 64, kThreadsPerWalk = 4;
 
 __device__ std::size_t item_of_thread() { return std::size_t(blockIdx.x) * blockDim.x + threadIdx.x; }
 
+// choose_ray by kTries threads, each of which makes one of the tries; the first that met something goes on.
 __global__ void __launch_bounds__(kWalkThreads, 8)
     choose_kernel(const __grid_constant__ ChooseRaysArgs args) {
-  const std::size_t item = item_of_thread(), r = item / kThreadsPerWalk;
-  if (item % kThreadsPerWalk == 0 && r < args.rays.rays) choose_ray_of_step(args, r);
+  const std::size_t item = item_of_thread(), r = item / kTries;
+  if (r >= args.rays.rays) return;  // all of a ray's threads
+  const int own = int(item % kTries), first = int(threadIdx.x % 32) - own;
+  const unsigned mates = ((1u << kTries) - 1u) << first;
+  DeviceViews views(args);
+  const ChoiceNumbers numbers = numbers_of_step(args);
+  const RayDraw draw = begin_choice(views, numbers, r);
+  RandomStream random = draw.random;
+  random.skip(std::uint64_t(own * kDrawsOfTry));
+  for (int attempt = own;; attempt += kTries) {
+    PixelPlace pixel;
+    const bool met = try_pixel(views, draw, attempt, random, pixel);
+    const unsigned found = __ballot_sync(mates, met) >> first;
+    const bool over = attempt - own + kTries >= draw.tries;
+    if (found == 0 && !over) {
+      random.skip(std::uint64_t((kTries - 1) * kDrawsOfTry));
+      continue;
+    }
+    const int last = found != 0 ? __ffs(int(found)) - 1 : kTries - 1;
+    if (own == last) set_chosen(args, r, views, end_choice(views, numbers, draw.view, pixel, random));
+    return;
+  }
 }
 
 __global__ void __launch_bounds__(kWalkThreads) march_kernel(const __grid_constant__ MarchChosenArgs args) {
@@ -71,6 +92,12 @@ __global__ void __launch_bounds__(kThreads) necks_kernel(const __grid_constant__
   if (const std::size_t v = item_of_thread(); v < args.views.count) bound_neck_of_view(args, v);
 }
 
+__global__ void __launch_bounds__(kThreads) fill_kernel(const __grid_constant__ FillNecksArgs args) {
+  const std::size_t count = neck_cell_count(frame_of(args.views, blockIdx.y));
+  for (std::size_t i = item_of_thread(); i < count; i += std::size_t(gridDim.x) * blockDim.x)
+    fill_neck(args, blockIdx.y, i);
+}
+
 template <class... Args>
 cudaError_t queue(const Launch& launch, void (*kernel)(Args...), unsigned threads, std::size_t items,
                   const Args&... args) {
@@ -81,7 +108,7 @@ cudaError_t queue(const Launch& launch, void (*kernel)(Args...), unsigned thread
 }  // namespace
 
 cudaError_t choose_rays(const Launch& launch, const ChooseRaysArgs& args, std::size_t items) {
-  return queue(launch, choose_kernel, kWalkThreads, items * kThreadsPerWalk, args);
+  return queue(launch, choose_kernel, kWalkThreads, items * kTries, args);
 }
 
 cudaError_t march_chosen(const Launch& launch, const MarchChosenArgs& args, std::size_t items) {
@@ -118,6 +145,12 @@ cudaError_t bound_layers(const Launch& launch, const LayersArgs& args, std::size
 
 cudaError_t bound_necks(const Launch& launch, const NeckBoxArgs& args, std::size_t items) {
   return queue(launch, necks_kernel, kThreads, items, args);
+}
+
+cudaError_t fill_necks(const Launch& launch, const FillNecksArgs& args, std::size_t) {
+  constexpr unsigned kBlocksOfView = 64;
+  fill_kernel<<<dim3(kBlocksOfView, args.views.count), kThreads, 0, launch.stream>>>(args);
+  return cudaGetLastError();
 }
 
 }  // namespace likeness::cuda

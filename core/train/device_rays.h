@@ -40,6 +40,10 @@ struct RayViews {
   const std::uint8_t* teaches;  // bits
   unsigned char* frames;
   std::uint32_t count;
+  // (count, neck_room, 2) what the cells of the necks' boxes hold, as MarchScene::neck_cells; a box with more
+  // than so many is not looked up here. 0: there are none.
+  std::uint8_t* neck_cells;
+  std::uint32_t neck_room;
 };
 
 // The rays of a step.
@@ -158,11 +162,30 @@ struct NeckBoxArgs {
   const BrickLayer* layers;
   RayViews views;
 };
+// Items: views times neck_room. What the boxes hold.
+struct FillNecksArgs {
+  MarchGrid head;
+  RayViews views;
+};
 
 // -- Rays
 
 LIKENESS_HOST_DEVICE inline FrameNumbers& frame_of(const RayViews& views, std::size_t view) {
   return *reinterpret_cast<FrameNumbers*>(views.frames + views.view[view].frame);
+}
+
+// What the box of a view's neck holds, or null: each cell is to be looked up where it is on the straight
+// neck.
+LIKENESS_HOST_DEVICE inline std::uint8_t* neck_cells_of(const RayViews& views, std::size_t view,
+                                                        const FrameNumbers& frame) {
+  if (!frame.neck.bends || neck_cell_count(frame) > views.neck_room) return nullptr;
+  return views.neck_cells + 2 * view * views.neck_room;
+}
+
+LIKENESS_HOST_DEVICE inline void fill_neck(const FillNecksArgs& a, std::size_t view, std::size_t i) {
+  const FrameNumbers& frame = frame_of(a.views, view);
+  std::uint8_t* const out = neck_cells_of(a.views, view, frame);
+  if (out && i < neck_cell_count(frame)) neck_cell(a.head, frame, i, out);
 }
 
 // As ray_choice.h asks for them.
@@ -211,7 +234,8 @@ struct DeviceViews {
     const auto walk = [&](int f, float far, const auto& visit) {
       if (!a.scene.grid[f].there || (f == 1 && further(v))) return far;
       return walk_cells(unit_ray(frame, f, direction), a.scene.grid[f].resolution,
-                        GridContents(a.scene, frame, f), a.scene.near, far, visit);
+                        GridContents(a.scene, frame, neck_cells_of(a.views, v, frame), f), a.scene.near, far,
+                        visit);
     };
     const bool met = meets_cells(walk, a.scene.far, from);
     if (further(v)) from[1] = INFINITY;
@@ -219,11 +243,14 @@ struct DeviceViews {
   }
 };
 
-LIKENESS_HOST_DEVICE inline void choose_ray_of_step(const ChooseRaysArgs& a, std::size_t r) {
-  DeviceViews views(a);
+LIKENESS_HOST_DEVICE inline ChoiceNumbers numbers_of_step(const ChooseRaysArgs& a) {
   ChoiceNumbers numbers = a.numbers;
   numbers.step = *a.step;
-  const ChosenRay ray = choose_ray(views, numbers, r);
+  return numbers;
+}
+
+LIKENESS_HOST_DEVICE inline void set_chosen(const ChooseRaysArgs& a, std::size_t r, const DeviceViews& views,
+                                            const ChosenRay& ray) {
   for (int c = 0; c < 3; ++c) {
     a.rays.direction[3 * r + std::size_t(c)] = views.direction[c];
     a.target[3 * r + std::size_t(c)] = ray.target[c];
@@ -233,9 +260,14 @@ LIKENESS_HOST_DEVICE inline void choose_ray_of_step(const ChooseRaysArgs& a, std
   a.rays.jitter[r] = ray.jitter, a.rays.row[r] = ray.view;
 }
 
-LIKENESS_HOST_DEVICE inline const FrameNumbers& frame_of_ray(const RayViews& views, const CastRays& rays,
-                                                             std::size_t r) {
-  return frame_of(views, std::size_t(rays.row[r]) % views.count);
+LIKENESS_HOST_DEVICE inline void choose_ray_of_step(const ChooseRaysArgs& a, std::size_t r) {
+  DeviceViews views(a);
+  set_chosen(a, r, views, choose_ray(views, numbers_of_step(a), r));
+}
+
+LIKENESS_HOST_DEVICE inline std::size_t view_of_ray(const RayViews& views, const CastRays& rays,
+                                                    std::size_t r) {
+  return std::size_t(rays.row[r]) % views.count;
 }
 
 LIKENESS_HOST_DEVICE inline void march_chosen(const MarchChosenArgs& a, std::size_t lane) {
@@ -245,7 +277,9 @@ LIKENESS_HOST_DEVICE inline void march_chosen(const MarchChosenArgs& a, std::siz
                          {a.rays.from[2 * r], a.rays.from[2 * r + 1]},
                          a.rays.jitter[r],
                          a.even_share};
-    place_by_grids(a.scene, frame_of_ray(a.views, a.rays, r), ray, lists, a.out, r);
+    const std::size_t view = view_of_ray(a.views, a.rays, r);
+    const FrameNumbers& frame = frame_of(a.views, view);
+    place_by_grids(a.scene, frame, neck_cells_of(a.views, view, frame), ray, lists, a.out, r);
   }
 }
 
@@ -289,8 +323,8 @@ LIKENESS_HOST_DEVICE inline void gather_chosen(const GatherChosenArgs& a, std::s
   const SampleSlot at(a.placed, a.offset, r, row, k);
   const float* const t = a.placed.t + row.first;
   float* const* point = a.point[at.field];
-  set_sample(a.scene, frame_of_ray(a.views, a.rays, r), at.field, a.rays.direction + 3 * r, t[k],
-             a.point[at.field], at.slot);
+  set_sample(a.scene, frame_of(a.views, view_of_ray(a.views, a.rays, r)), at.field, a.rays.direction + 3 * r,
+             t[k], a.point[at.field], at.slot);
   const auto held_by = [&](const CellBits& grid) {
     return bit_at(grid.bits, cell_of_place(grid.n, point[0][at.slot], point[1][at.slot], point[2][at.slot]));
   };

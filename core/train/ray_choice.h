@@ -97,24 +97,42 @@ LIKENESS_HOST_DEVICE void paint(const Views& views, std::size_t v, PixelPlace pi
   }
 }
 
-// Ray n of those that are chosen one by one.
+// Of a ray before its pixel is found.
+struct RayDraw {
+  RandomStream random;  // as it is before the first try
+  std::size_t view;
+  bool in_face, on_person;
+  int tries;
+};
+
 template <class Views>
-LIKENESS_HOST_DEVICE ChosenRay choose_ray(Views& views, const ChoiceNumbers& numbers, std::size_t n) {
-  RandomStream random(numbers.seed, numbers.step, numbers.first + n);
-  const std::size_t v =
-      draw_view(numbers.own, numbers.drawn, double(n) + double(random.uniform()), double(numbers.rays));
-  const float kind = random.uniform();
-  const bool in_face = kind < kFaceShare;
-  const bool on_person = !in_face && kind < kFaceShare + kPersonShare && views.has_alpha(v);
+LIKENESS_HOST_DEVICE RayDraw begin_choice(const Views& views, const ChoiceNumbers& numbers, std::size_t n) {
+  RayDraw draw{{numbers.seed, numbers.step, numbers.first + n}, 0, false, false, 0};
+  draw.view =
+      draw_view(numbers.own, numbers.drawn, double(n) + double(draw.random.uniform()), double(numbers.rays));
+  const float kind = draw.random.uniform();
+  draw.in_face = kind < kFaceShare;
+  draw.on_person = !draw.in_face && kind < kFaceShare + kPersonShare && views.has_alpha(draw.view);
+  draw.tries = views.masked(draw.view) ? kMaskedTries : kTries;
+  return draw;
+}
+
+// Try number `attempt`, which takes kDrawsOfTry numbers from `random`; whether it is the last that is needed.
+constexpr int kDrawsOfTry = 2;
+template <class Views>
+LIKENESS_HOST_DEVICE bool try_pixel(Views& views, const RayDraw& draw, int attempt, RandomStream& random,
+                                    PixelPlace& pixel) {
+  const std::size_t v = draw.view;
+  pixel = draw_pixel(views.face(v), views.width(v), views.height(v), draw.in_face, random);
+  if (draw.on_person && attempt + 1 < draw.tries && views.alpha(v, pixel.x, pixel.y) == 0) return false;
+  return views.teaches(v, pixel.x, pixel.y) && views.meets(v, pixel.x, pixel.y);
+}
+
+// random: behind the last try, which gave `pixel`.
+template <class Views>
+LIKENESS_HOST_DEVICE ChosenRay end_choice(const Views& views, const ChoiceNumbers& numbers, std::size_t v,
+                                          PixelPlace pixel, RandomStream random) {
   ChosenRay ray{};
-  PixelPlace pixel{0, 0};
-  const int tries = views.masked(v) ? kMaskedTries : kTries;
-  for (int attempt = 0; attempt < tries; ++attempt) {
-    pixel = draw_pixel(views.face(v), views.width(v), views.height(v), in_face, random);
-    if (on_person && attempt + 1 < tries && views.alpha(v, pixel.x, pixel.y) == 0) continue;
-    if (!views.teaches(v, pixel.x, pixel.y)) continue;
-    if (views.meets(v, pixel.x, pixel.y)) break;
-  }
   const bool drop = numbers.drop_codes && random.uniform() < 0.5f;
   ray.view = std::int32_t(v + (drop && !views.further(v) ? numbers.views : 0));
   ray.jitter = random.bits() | 1;
@@ -127,6 +145,17 @@ LIKENESS_HOST_DEVICE ChosenRay choose_ray(Views& views, const ChoiceNumbers& num
   const bool swap = random.uniform() < kRandomBackgroundShare && views.has_alpha(v);
   paint(views, v, pixel, other, swap, ray.target, ray.background);
   return ray;
+}
+
+// Ray n of those that are chosen one by one.
+template <class Views>
+LIKENESS_HOST_DEVICE ChosenRay choose_ray(Views& views, const ChoiceNumbers& numbers, std::size_t n) {
+  const RayDraw draw = begin_choice(views, numbers, n);
+  RandomStream random = draw.random;
+  PixelPlace pixel{0, 0};
+  for (int attempt = 0; attempt < draw.tries; ++attempt)
+    if (try_pixel(views, draw, attempt, random, pixel)) break;
+  return end_choice(views, numbers, draw.view, pixel, random);
 }
 
 // -- Rows of conditions of single samples, once they are where their field knows them. n: cells an axis;

@@ -136,7 +136,7 @@ void run_picture_kernel(Kernel kernel, const std::vector<unsigned char>& args, s
     case Kernel::neck_cells: {
       const FrameNumbers& frame = *as<NeckCellsArgs>(args).scene.frame;
       const std::size_t count = frame.neck.bends ? neck_cell_count(frame) : 0;
-      return each<NeckCellsArgs>(args, std::min(items, count), neck_cell);
+      return each<NeckCellsArgs>(args, std::min(items, count), fill_neck_cell);
     }
     case Kernel::march_strata:
       return each<MarchStrataArgs>(args, items, march_strata);
@@ -189,6 +189,10 @@ void run_training_kernel(Kernel kernel, const std::vector<unsigned char>& args, 
       return each<LayersArgs>(args, items, bound_layer);
     case Kernel::bound_necks:
       return each<NeckBoxArgs>(args, items, bound_neck_of_view);
+    case Kernel::fill_necks:
+      return each<FillNecksArgs>(args, items, [](const FillNecksArgs& a, std::size_t i) {
+        fill_neck(a, i / a.views.neck_room, i % a.views.neck_room);
+      });
     default:
       return run_picture_kernel(kernel, args, items);
   }
