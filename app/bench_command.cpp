@@ -210,6 +210,7 @@ int run_cuda(const BenchArguments& arguments, bool batches_given) {
   if (batches_given) options.batches = arguments.options.batches;
   options.rounds = std::max(options.rounds, arguments.options.rounds);
   options.seed = std::uint32_t(arguments.common.seed) + 1;
+  const ThreadLimit limit(arguments.common.threads);
   if (arguments.project.empty()) return run_device_bench(arguments.common, options, nullptr);
   const auto project = open_project(arguments.project);
   if (!project) return report_failure(project.error());

@@ -5,7 +5,6 @@
 
 #include <fmt/format.h>
 
-#include "app/backend_option.h"
 #include "app/commands.h"
 #include "app/terminal.h"
 #include "core/base/parallel.h"
@@ -64,13 +63,11 @@ int run(const RenderStudyArguments& a) {
   const ThreadLimit limit(a.common.threads);
   const auto project = open_project(a.project);
   if (!project) return report_failure(project.error());
-  const auto chosen = chosen_backend(a.common, FieldPrecision::bf16);
-  if (!chosen) return report_failure(chosen.error());
   std::optional<Result<RenderStudy>> study;
   {
     const ProgressLine line(a.common);
-    study = study_rendering(*project, a.frames, render_settings(), chosen->backend, line.progress(),
-                            stop_on_signals());
+    study =
+        study_rendering(*project, a.frames, render_settings(), nullptr, line.progress(), stop_on_signals());
   }
   if (!*study) return report_failure(study->error());
   if (!a.common.json) {
@@ -94,7 +91,7 @@ void add_render_study(CLI::App& study, int& exit_code) {
   verb->add_option("project", a->project, "A project with a trained avatar")->required();
   verb->add_option("--frames", a->frames, "Held-out frames to render, evenly chosen; 0: all")
       ->check(CLI::Range(0, 1'000'000));
-  add_common_options_with_cuda(*verb, a->common);
+  add_common_options(*verb, a->common);
   verb->callback([a, &exit_code] { exit_code = run(*a); });
 }
 

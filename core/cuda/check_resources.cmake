@@ -1,6 +1,6 @@
-# What every kernel takes of a multiprocessor, as ptxas said: fails where registers are spilled to memory or a
-# kernel could not run with its threads.
-#   -D FOLDER=of the logs -D REGISTERS=most a thread
+# What every kernel takes of a multiprocessor, as ptxas said: fails where registers are spilled to memory. That
+# a kernel can run with its threads is what its launch bounds make ptxas see to.
+#   -D FOLDER=of the logs
 file(GLOB logs ${FOLDER}/*.ptxas)
 set(kernels 0)
 set(faults "")
@@ -25,8 +25,8 @@ foreach(log ${logs})
     endif()
     math(EXPR kernels "${kernels} + 1")
     message(NOTICE "${target} ${registers} registers, ${stack} B stack, ${spilled} B spilled, ${shared} B static shared: ${name}")
-    if(spilled GREATER 0 OR registers GREATER ${REGISTERS})
-      string(APPEND faults "${name} (${target}): ${registers} registers, ${spilled} bytes spilled\n")
+    if(spilled GREATER 0)
+      string(APPEND faults "${name} (${target}): ${spilled} bytes spilled\n")
     endif()
   endforeach()
 endforeach()
@@ -34,6 +34,6 @@ if(kernels EQUAL 0)
   message(FATAL_ERROR "no kernel in ${FOLDER}")
 endif()
 if(faults)
-  message(FATAL_ERROR "These kernels spill or take more than ${REGISTERS} registers:\n${faults}")
+  message(FATAL_ERROR "These kernels spill:\n${faults}")
 endif()
 message(NOTICE "${kernels} kernels, none spills.")

@@ -60,6 +60,12 @@ std::size_t widest_network(const FieldLayout& layout) {
   return most;
 }
 
+// Of the blocks' own sums, which only the matrix units keep.
+std::size_t partial_floats(const FieldLayout& layout, const DeviceFieldOptions& options,
+                           const DeviceFacts& facts) {
+  return options.precision == NetworkPrecision::bf16 ? blocks_that_sum(facts) * widest_network(layout) : 0;
+}
+
 }  // namespace
 
 std::vector<float> adam_corrections(const AdamOptions& options, std::size_t count) {
@@ -84,14 +90,16 @@ bool fit_network(NetworkArgs& args, std::size_t shared_bytes, bool backward) {
   return false;
 }
 
-std::size_t device_field_bytes(const FieldConfig& config, const DeviceFieldOptions& options) {
+std::size_t device_field_bytes(const FieldConfig& config, const DeviceFieldOptions& options,
+                               const DeviceFacts& facts) {
   const FieldLayout layout = make_layout(config);
   const std::size_t lines = layout.table_count / kTableLine;
   const std::size_t rows = kSampleArrays + BatchRows(layout).all() * (options.training ? 2 : 1);
   std::size_t floats = layout.parameter_count * (options.training ? 4 : 1) + options.capacity * rows;
   floats +=
       options.views * std::size_t(config.condition_count + config.latent_count * (options.training ? 2 : 1));
-  return 4 * (floats + 1) + (options.training ? 4 * (lines + kCorrections) : 0);
+  if (options.training) floats += lines + kCorrections + partial_floats(layout, options, facts);
+  return 4 * (floats + 1);
 }
 
 struct DeviceField::Impl {
@@ -158,8 +166,7 @@ Result<void> DeviceField::Impl::allocate() {
   if (auto made = make(number, 1); !made) return made;
   if (!options.training) return {};
   const std::size_t lines = layout.table_count / kTableLine;
-  if (auto made = make(partial, blocks_that_sum(device->facts()) * widest_network(layout)); !made)
-    return made;
+  if (auto made = make(partial, partial_floats(layout, options, device->facts())); !made) return made;
   return make(line_steps, lines);
 }
 
@@ -259,6 +266,8 @@ DeviceField::~DeviceField() = default;
 Result<std::unique_ptr<DeviceField>> DeviceField::make(std::shared_ptr<Device> device,
                                                        const FieldConfig& config,
                                                        const DeviceFieldOptions& options) {
+  LIKENESS_CHECK(options.precision != NetworkPrecision::split, "a whole field of split factors (%d views)",
+                 int(options.views));
   LIKENESS_CHECK(options.capacity > 0 && options.capacity <= (std::size_t{1} << 30) && options.views > 0,
                  "a batch of %zu samples, %zu views", options.capacity, options.views);
   auto impl = std::make_unique<Impl>();
@@ -415,7 +424,6 @@ float* DeviceField::codes() const { return impl_->codes.data(); }
 float* DeviceField::d_codes() const { return impl_->d_codes.data(); }
 std::uint32_t* DeviceField::count() const { return impl_->number.data(); }
 float* DeviceField::gradients() const { return impl_->gradients.data(); }
-std::size_t DeviceField::lines() const { return impl_->line_steps.size(); }
 std::size_t DeviceField::capacity() const { return impl_->options.capacity; }
 
 }  // namespace likeness

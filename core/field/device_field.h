@@ -18,13 +18,15 @@ struct DeviceFieldOptions {
   std::size_t capacity = 131072;  // samples of a batch, at most
   std::size_t views = 1;          // rows of conditions and codes; of one, the samples need no view
   bool training = false;
-  // Of the density and colour networks; w and its network are always in single precision, since ambient
-  // levels turn a small error of w into a large one of a. bf16 needs a device with matrix units.
+  // Of the density and colour networks: single or bf16, which needs a device with matrix units. w and its
+  // network stay near single precision (then split), since ambient levels turn a small error of w into a
+  // large one of a.
   NetworkPrecision precision = NetworkPrecision::bf16;
 };
 
 // Bytes that a field takes of the device's memory.
-std::size_t device_field_bytes(const FieldConfig& config, const DeviceFieldOptions& options);
+std::size_t device_field_bytes(const FieldConfig& config, const DeviceFieldOptions& options,
+                               const DeviceFacts& facts);
 
 // What a block of threads takes on at a time, and where it sums its gradients: the largest choice that fits.
 // False where none does.
@@ -65,7 +67,6 @@ class DeviceField {
   float *codes() const, *d_codes() const;  // (views, L), or null without latents
   std::uint32_t* count() const;
   float* gradients() const;  // of the parameters
-  std::size_t lines() const;
   std::size_t capacity() const;
 
  private:

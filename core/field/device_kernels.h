@@ -41,7 +41,8 @@ struct EncodeBackwardArgs {
   std::uint32_t capacity;
 };
 
-// -- Networks. Items: samples; a block of threads takes `rows` of them at a time.
+// -- Networks. Items: samples; where a block takes them through plain loops (network_math.h), `rows` at a
+// time.
 
 // A layer in a block's shared memory: weights (outputs padded to 16, stride), stride = inputs padded to 16,
 // plus 8 so that the rows of a matrix start in other banks.
@@ -90,7 +91,9 @@ struct NetworkArgs {
   float* d_codes;            // (views, code_count), added to, or null
   float* gradients;          // as the parameters; added to
   std::int32_t shared_sums;  // 1: a block sums its gradients in shared memory first
-  float* partial;            // (partial_blocks, the network's parameters) work space, or null
+  // (partial_blocks, the network's parameters) what blocks on the matrix units summed; null without training
+  // and in single precision.
+  float* partial;
   std::uint32_t partial_blocks;
 };
 

@@ -22,7 +22,7 @@ LIKENESS_HOST_DEVICE inline void add_to(float* at, float value) {
 // The same for entries of a grid, which lie at multiples of their size.
 template <int kCount>
 LIKENESS_HOST_DEVICE inline void add_entry(float* at, const float (&value)[kCount]) {
-#if defined(__CUDA_ARCH__) && __CUDA_ARCH__ >= 900
+#if defined(__CUDA_ARCH__) && __CUDA_ARCH__ >= 900 && __CUDACC_VER_MAJOR__ >= 13
   if (kCount == 2) {
     atomicAdd(reinterpret_cast<float2*>(at), make_float2(value[0], value[kCount - 1]));
     return;

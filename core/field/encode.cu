@@ -73,8 +73,8 @@ __device__ void warp_backward(const EncodeBackwardArgs& args, std::size_t n, boo
         float value[kCount];
 #pragma unroll
         for (int c = 0; c < kCorners; ++c) {
-          const float weight = own ? cell.weight(c) : 0.0f;
-          for (int f = 0; f < kFeatures; ++f) value[c * kFeatures + f] = weight * gradient[f];
+          const float weight = cell.weight(c);
+          for (int f = 0; f < kFeatures; ++f) value[c * kFeatures + f] = own ? weight * gradient[f] : 0.0f;
         }
         const float sum = warp_sum(value);
         constexpr int kShare = 32 / kCount;

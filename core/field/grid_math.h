@@ -1,5 +1,6 @@
-// Look-ups in the levels of a grid, and their gradients, for one sample: what a thread of a device does.
-// Plain C++17. Dimensions and features are known when compiling, so that everything stays in registers.
+// Look-ups in the levels of a grid, and their gradients, for one sample. A device sums the gradients of a
+// warp's samples before it adds them (encode.cu); the rest is what its threads do. Plain C++17. Dimensions
+// and features are known when compiling, so that everything stays in registers.
 #pragma once
 
 #include <cmath>
@@ -141,7 +142,7 @@ LIKENESS_HOST_DEVICE void encode_sample_slopes(const EncodeBackwardArgs& args, s
   for (int a = 0; a < kDims; ++a) args.d_point[a][n] = d_point[a];
 }
 
-// Calls use.template operator()<dimensions, features>(); false: no such grid.
+// CALL(dimensions, features) of the grid; nothing where there is no such grid.
 #define LIKENESS_FOR_GRID(grid, CALL)                 \
   switch ((grid).dimensions * 10 + (grid).features) { \
     case 11:                                          \

@@ -56,7 +56,7 @@ __host__ __device__ inline std::uint32_t layer_parameters(const DeviceLayer& lay
 
 #ifdef LIKENESS_MATRIX_UNITS
 
-// One value of kCopies rounded parts each.
+// Values of one rounded part, or of two that add up to them.
 template <bool kSplit>
 struct Pieces {
   Piece part[kSplit ? 2 : 1];
@@ -203,7 +203,7 @@ struct MatrixNetwork {
     return {{b[0], b[1], b[0], b[1]}};
   }
 
-  // Values of hidden layer l.
+  // Values of hidden layer l by those of the layer below, a piece at a time.
   template <class Left>
   __device__ void hidden(int l, int pieces, const Left& left, Hidden& out) const {
     Sums sums[kPieces][2];
@@ -256,7 +256,7 @@ struct MatrixNetwork {
     }
   }
 
-  // Calls f(output, row of the tile, k): which outputs and rows the thread's four sums of each half are of.
+  // Calls f(output, row of the tile, half, k): which output and row the thread's sum k of a half is of.
   template <class F>
   __device__ void for_outputs(const F& f) const {
     const int g = lane_id() / 4, t = lane_id() % 4;
@@ -573,12 +573,13 @@ cudaError_t queue(const Launch& launch, const NetworkArgs& args, std::size_t ite
 bool is_covered(const Launch& launch, const NetworkArgs& args, bool backward) {
   const DeviceNetwork& network = args.network;
   if (args.precision == NetworkPrecision::single || !launch.facts.matrix_units) return false;
+  if (network.layers < 2 || network.layers > 3 || network.layer[0].outputs > 64) return false;
   if (padded(network.layer[0].inputs) > kMostInputs || network.layer[network.layers - 1].outputs > kOutputs)
     return false;
   if (args.precision == NetworkPrecision::split && network.layers != 2) return false;
   if (network.layers == 3 && network.layer[1].outputs != network.layer[0].outputs) return false;
-  if (backward && (!args.partial || args.code_count > 16)) return false;
-  return network.layers >= 2 && network.layers <= 3 && network.layer[0].outputs <= 64;
+  if (backward && (!args.partial || (args.d_codes && args.code_count > 16))) return false;
+  return true;
 }
 
 }  // namespace

@@ -47,7 +47,7 @@ class DeviceLearner : public FieldLearner {
     std::size_t bytes = 0;
     const DeviceFieldOptions options{most, 2 * shape_.views, true, precision};
     for (const LearntParts::Part& part : parts_.fields)
-      if (part.field) bytes += device_field_bytes(part.field->config, options);
+      if (part.field) bytes += device_field_bytes(part.field->config, options, device_->facts());
     if (const auto free = device_->facts().free_bytes; bytes > free)
       return Error{ErrorCode::failed,
                    fmt::format("Training takes {:.2f} GiB of the GPU's memory, and {:.2f} are free.",

@@ -131,8 +131,8 @@ struct PickArgs {
   const std::uint32_t* block;  // (pixels)
   const BlockPlace* place;     // (blocks)
   PlacedRays strata, refined, out;
-  std::uint32_t *alone,
-      *alone_count;  // (pixels) those where the block's ray met nothing although the pixel may
+  // (pixels) those where the block's ray met nothing although the pixel may, and how many: 0 before.
+  std::uint32_t *alone, *alone_count;
 };
 
 // Items: pixels.

@@ -178,8 +178,10 @@ class DeviceRenderer : public FrameRenderer {
     std::size_t bytes = shape.lanes * (parts_[0].rows() + parts_[1].rows()) * 3 * sizeof(float);
     bytes += 8 * (shape.blocks * std::size_t(options.strata + options.max_samples) +
                   shape.pixels * std::size_t(options.max_samples));
+    bytes += 4 * shape.pixels;  // those left alone
     for (const DevicePart& part : parts_)
-      if (part.part) bytes += device_field_bytes(part.part->field.config, field_options(options, shape));
+      if (part.part)
+        bytes += device_field_bytes(part.part->field.config, field_options(options, shape), device_->facts());
     return bytes;
   }
   struct BandShape {

@@ -17,8 +17,8 @@ RayCaster::~RayCaster() = default;
 
 namespace {
 
-constexpr std::size_t kMostNeckViews = 65535,
-                      kMostNeckBytes = std::size_t{1} << 30;  // and an eighth of what is free
+constexpr std::size_t kMostNeckViews = 65535;                 // a row of blocks a view
+constexpr std::size_t kMostNeckBytes = std::size_t{1} << 30;  // and an eighth of what is free
 
 template <class T>
 Result<void> make(const std::shared_ptr<Device>& device, DeviceArray<T>& array, std::size_t count) {
@@ -150,10 +150,12 @@ class Caster : public RayCaster {
     if (auto done = upload(device_, still_, state.head.volume.still.bits); !done) return done;
     if (auto done = upload(device_, sides_, source.sides.bits); !done) return done;
     still_n_ = state.head.volume.still.resolution, sides_n_ = source.sides.resolution;
-    if (auto done = make_room_for_necks(source); !done) return done;
     if (auto done = device_->wait(); !done) return done;
     if (auto done = place_cells(state); !done) return done;
-    return place_views(source);
+    if (auto done = place_views(source); !done) return done;
+    make_room_for_necks(source);
+    if (auto done = queue_bounds(); !done) return done;
+    return device_->wait();
   }
 
   Result<void> place_views(const RaySource& source) override {
@@ -334,13 +336,15 @@ class Caster : public RayCaster {
     return device_->launch(Kernel::fill_necks, fill, views_ * neck_room_);
   }
 
-  // A bent neck's cells are looked up for every view once in a while instead of by every ray, as far as there
-  // is room for them.
-  Result<void> make_room_for_necks(const RaySource& source) {
-    if (source.necks.empty() || views_ > kMostNeckViews) return {};
+  // A bent neck's cells are looked up for every view once in a while instead of by every ray, if there is
+  // room for them.
+  void make_room_for_necks(const RaySource& source) {
+    if (source.necks.empty() || views_ > kMostNeckViews) return;
     const std::size_t most = std::min(kMostNeckBytes, std::size_t(device_->facts().free_bytes / 8));
-    neck_room_ = std::min(cells_[0].count() / 4, most / (2 * views_));
-    return make(device_, neck_cells_, 2 * views_ * neck_room_);
+    const std::size_t room = std::min(cells_[0].count() / 4, most / (2 * views_));
+    if (!make(device_, neck_cells_, 2 * views_ * room)) return;  // every ray then looks for itself
+    neck_room_ = room;
+    ++version_;
   }
 
   // Once: pictures do not change. A picture at a time, so that the host holds one more of them at most.

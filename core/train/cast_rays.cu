@@ -12,7 +12,9 @@ constexpr unsigned kWalkThreads = 64, kThreadsPerWalk = 4;
 
 __device__ std::size_t item_of_thread() { return std::size_t(blockIdx.x) * blockDim.x + threadIdx.x; }
 
-// choose_ray by kTries threads, each of which makes one of the tries; the first that met something goes on.
+// choose_ray by kTries threads, which make the tries in turn; the one whose try comes first of those that met
+// something goes on.
+static_assert(32 % kTries == 0 && kTries < 32 && kMaskedTries % kTries == 0 && kWalkThreads % 32 == 0);
 __global__ void __launch_bounds__(kWalkThreads, 8)
     choose_kernel(const __grid_constant__ ChooseRaysArgs args) {
   const std::size_t item = item_of_thread(), r = item / kTries;
@@ -93,7 +95,9 @@ __global__ void __launch_bounds__(kThreads) necks_kernel(const __grid_constant__
 }
 
 __global__ void __launch_bounds__(kThreads) fill_kernel(const __grid_constant__ FillNecksArgs args) {
-  const std::size_t count = neck_cell_count(frame_of(args.views, blockIdx.y));
+  const FrameNumbers& frame = frame_of(args.views, blockIdx.y);
+  if (!neck_cells_of(args.views, blockIdx.y, frame)) return;
+  const std::size_t count = neck_cell_count(frame);
   for (std::size_t i = item_of_thread(); i < count; i += std::size_t(gridDim.x) * blockDim.x)
     fill_neck(args, blockIdx.y, i);
 }

@@ -17,7 +17,7 @@ struct EmulatedFaults {
   std::size_t shared_bytes = 227 * 1024;
   bool matrix_units = true;
   long lost_after = -1;  // launches until the device is lost; < 0: never
-  // Blocks of the networks have four threads, each a warp, that wait for each other where a device's do: what
+  // Blocks of the networks have four threads that wait for each other where a device's do: what
   // they may not do at once the thread sanitizer sees. Otherwise one thread does it all.
   bool threads = false;
 };

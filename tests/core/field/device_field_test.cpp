@@ -19,6 +19,12 @@ namespace {
 
 constexpr double kSingleError = 1e-5, kHalfError = 2e-2;
 constexpr std::size_t kSamples = 201, kViews = 5;  // no multiple of a tile
+#ifdef LIKENESS_TEST_GPU
+constexpr std::size_t kManySamples =
+    36001;  // more tiles than blocks on any GPU: blocks go on to further ones
+#else
+constexpr std::size_t kManySamples = 601;
+#endif
 
 struct Passed {
   FieldOutputs out;
@@ -28,6 +34,9 @@ struct Passed {
 struct Case {
   NamedConfig named;
   NetworkPrecision precision;
+  std::size_t samples = kSamples;
+  // Of tables and conditions. What rounding turns over at the folds of many units grows with it.
+  float scale = 1;
 };
 
 std::vector<float> fetched(Device& device, const float* from, std::size_t count) {
@@ -69,7 +78,7 @@ class DeviceFieldTest : public testing::TestWithParam<Case> {
   }
 
   Passed pass(const Field& field, const Batch& batch) const {
-    const std::size_t n = batch.x.size(), capacity = 256;
+    const std::size_t n = batch.x.size(), capacity = (n + 255) / 256 * 256;
     auto on = make(field, capacity);
     fill(*on, batch);
     EXPECT_TRUE(on->density().ok() && on->colour().ok());
@@ -105,9 +114,11 @@ Batch settled(const FieldConfig& config, const Field& field, Batch batch, double
 
 TEST_P(DeviceFieldTest, OutputsAndGradientsAreThoseOfTheReference) {
   const FieldConfig& config = GetParam().named.config;
-  const Field field = trained_like_field(config, 3);
+  const Field field = trained_like_field(config, 3, 0.5f * GetParam().scale);
   const bool single = GetParam().precision == NetworkPrecision::single;
-  const Batch batch = settled(config, field, random_batch(config, kSamples, kViews, 9), single ? 1e-4 : 4e-3);
+  Batch drawn = random_batch(config, GetParam().samples, kViews, 9);
+  for (float& condition : drawn.conditions) condition *= GetParam().scale;
+  const Batch batch = settled(config, field, std::move(drawn), single ? 1e-4 : 4e-3);
   const std::vector<double> parameters(field.parameters.begin(), field.parameters.end());
   const auto samples = reference_samples<double>(config, batch.inputs(), batch.views);
   const auto truth = reference_forward<double>(config, parameters, samples);
@@ -208,6 +219,19 @@ TEST_P(DeviceFieldTest, AStepWhoseLossIsNotFiniteMovesNothing) {
   for (const float g : fetched(*device_, on->gradients(), gradients.size())) ASSERT_EQ(g, 0.0f);
 }
 
+TEST_P(DeviceFieldTest, AnEmptyBatchAddsNothing) {
+  const FieldConfig& config = GetParam().named.config;
+  const Field field = trained_like_field(config, 3);
+  auto on = make(field, 256);
+  const Batch batch = random_batch(config, 64, kViews, 9);
+  fill(*on, batch);
+  EXPECT_TRUE(on->set_count(0).ok());
+  EXPECT_TRUE(on->density().ok() && on->colour().ok() && on->backward().ok());
+  for (const float g : fetched(*device_, on->gradients(), field.parameters.size())) ASSERT_EQ(g, 0.0f);
+  if (batch.latents.empty()) return;
+  for (const float g : fetched(*device_, on->d_codes(), batch.latents.size())) ASSERT_EQ(g, 0.0f);
+}
+
 #ifndef LIKENESS_TEST_GPU
 // The same numbers whether a block has one thread or several: nobody reads what another is still writing.
 // Built with the thread sanitizer, this also finds who would on a device.
@@ -230,6 +254,17 @@ std::vector<Case> cases() {
   for (const NamedConfig& named : small_configs(false))
     for (const NetworkPrecision precision : {NetworkPrecision::single, NetworkPrecision::bf16})
       all.push_back({named, precision});
+  // Networks as trainings have them, and too wide or too long for the matrix units.
+  FieldConfig usual;
+  usual.position = {3, 4, 4, 10, 4, 24}, usual.ambient_grid = {2, 3, 4, 9, 4, 12};
+  usual.condition_count = 18, usual.latent_count = 8;
+  all.push_back({{"Usual", usual}, NetworkPrecision::bf16, kManySamples, 0.2f});
+  FieldConfig wide = usual;
+  wide.density_width = 80, wide.colour_width = 80, wide.latent_count = 20, wide.slice_width = 72;
+  all.push_back({{"Wide", wide}, NetworkPrecision::bf16, kSamples, 0.2f});
+  FieldConfig long_input = usual;
+  long_input.ambient = false, long_input.condition_count = 90;
+  all.push_back({{"LongInput", long_input}, NetworkPrecision::bf16, kSamples, 0.2f});
   return all;
 }
 
