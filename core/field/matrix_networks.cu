@@ -203,6 +203,16 @@ struct MatrixNetwork {
     return {{b[0], b[1], b[0], b[1]}};
   }
 
+  __device__ static void cut_off(Sums (&sums)[kPieces][2], Hidden& out) {
+#pragma unroll
+    for (int p = 0; p < kPieces; ++p) {
+#pragma unroll
+      for (int h = 0; h < 2; ++h)
+        for (float& value : sums[p][h].value) value = value > 0 ? value : 0.0f;
+      out[p] = pieces_of<kSplit>(sums[p][0], sums[p][1]);
+    }
+  }
+
   // Values of hidden layer l by those of the layer below, a piece at a time.
   template <class Left>
   __device__ void hidden(int l, int pieces, const Left& left, Hidden& out) const {
@@ -220,13 +230,7 @@ struct MatrixNetwork {
         multiply(sums[p][1], own, right, 1);
       }
     }
-#pragma unroll
-    for (int p = 0; p < kPieces; ++p) {
-#pragma unroll
-      for (int h = 0; h < 2; ++h)
-        for (float& value : sums[p][h].value) value = value > 0 ? value : 0.0f;
-      out[p] = pieces_of<kSplit>(sums[p][0], sums[p][1]);
-    }
+    cut_off(sums, out);
   }
 
   __device__ void first_hidden(Hidden& out) const {
@@ -247,13 +251,7 @@ struct MatrixNetwork {
         multiply(sums[p][1], in[k], right, 1);
       }
     }
-#pragma unroll
-    for (int p = 0; p < kPieces; ++p) {
-#pragma unroll
-      for (int h = 0; h < 2; ++h)
-        for (float& value : sums[p][h].value) value = value > 0 ? value : 0.0f;
-      out[p] = pieces_of<kSplit>(sums[p][0], sums[p][1]);
-    }
+    cut_off(sums, out);
   }
 
   // Calls f(output, row of the tile, half, k): which output and row the thread's sum k of a half is of.

@@ -73,7 +73,7 @@ class LiveDriver::Session {
 
   Step next(const CapturedFrame& frame) {
     Step step;
-    step.tracked = tracker_.next(frame.rgb, frame.time_s);
+    step.tracked = tracker_.next(frame.rgb, frame.time_s, frame.focal_35mm);
     if (resting_since_s_) {
       const double rested_s = frame.time_s - *resting_since_s_;
       const bool enough = rested_s >= options_.rest_s && tracker_.rest_frames() >= kLeastRest;

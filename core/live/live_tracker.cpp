@@ -178,14 +178,15 @@ struct LiveTracker::Impl {
 
   std::optional<Gaze> last_gaze;
 
-  TrackedFrame next(const Image8& rgb, double time_s) {
+  TrackedFrame next(const Image8& rgb, double time_s, double focal_35mm) {
     const double scale = std::min(1.0, double(options.working_size) / std::max(rgb.width, rgb.height));
     const int w = std::max(1, int(std::lround(rgb.width * scale))),
               h = std::max(1, int(std::lround(rgb.height * scale)));
     const Image8 grey = to_grey(w == rgb.width && h == rgb.height ? rgb : resize(rgb, w, h));
     if (intrinsics.width != w || intrinsics.height != h) {
       before.clear();
-      intrinsics = assumed_camera({.width = w, .height = h}).cameras.front().intrinsics;
+      intrinsics =
+          assumed_camera({.width = w, .height = h, .focal_35mm = focal_35mm}).cameras.front().intrinsics;
     }
     TrackedFrame lost;
     lost.frame = number++, lost.time_s = time_s;
@@ -283,7 +284,9 @@ Result<LiveTracker> LiveTracker::create(const HeadModel& model, const LiveTrackO
   return LiveTracker(std::move(impl));
 }
 
-TrackedFrame LiveTracker::next(const Image8& rgb, double time_s) { return impl_->next(rgb, time_s); }
+TrackedFrame LiveTracker::next(const Image8& rgb, double time_s, double focal_35mm) {
+  return impl_->next(rgb, time_s, focal_35mm);
+}
 
 void LiveTracker::begin_rest() {
   impl_->rest.clear();

@@ -26,8 +26,9 @@ class LiveTracker {
   ~LiveTracker();
   LiveTracker(LiveTracker&&) noexcept;
 
-  // A lost frame says why. world_from_head is the head in the camera.
-  TrackedFrame next(const Image8& rgb, double time_s);
+  // A lost frame says why. world_from_head is the head in the camera, whose lens is as assumed_camera takes
+  // it.
+  TrackedFrame next(const Image8& rgb, double time_s, double focal_35mm = 0);
 
   // From here on, frames are kept for settle().
   void begin_rest();

@@ -36,11 +36,11 @@ class ClipSource : public FrameSource {
       if (now > due + std::chrono::duration<double>(kLate_s)) {
         // Passed over to catch up; a clip that is never decoded in time still gives one now and then.
         if (now < asked + std::chrono::duration<double>(kLongestGap_s)) continue;
-        return std::optional(CapturedFrame{std::move((*frame)->rgb), time_s - first_s_, now});
+        return std::optional(CapturedFrame{std::move((*frame)->rgb), time_s - first_s_, now, focal_35mm()});
       }
       wait_until(due, stop);
       if (!stop.stop_requested())
-        return std::optional(CapturedFrame{std::move((*frame)->rgb), time_s - first_s_, due});
+        return std::optional(CapturedFrame{std::move((*frame)->rgb), time_s - first_s_, due, focal_35mm()});
     }
     return std::optional<CapturedFrame>();
   }
@@ -48,6 +48,7 @@ class ClipSource : public FrameSource {
   std::string name() const override { return name_; }
 
  private:
+  double focal_35mm() const { return reader_.info().focal_35mm; }
   static void wait_until(Clock::time_point due, std::stop_token stop) {
     std::mutex mutex;
     std::condition_variable_any stopped;

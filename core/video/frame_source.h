@@ -17,6 +17,7 @@ struct CapturedFrame {
   Image8 rgb;         // 3 channels
   double time_s = 0;  // since the first; never falls
   std::chrono::steady_clock::time_point captured;
+  double focal_35mm = 0;  // of the lens, as a file tells (lens_tag.h); 0: nothing does
 };
 
 // One thread asks for one picture after the other.

@@ -434,11 +434,11 @@ TEST_F(EndToEnd, AFolderOfPhotographsBecomesAnAvatarLikeAClip) {
   int taken = 0;
   for (int i = 0; i < 32; ++i) {
     const auto frame = read_image(folder_ / "p.likeness" / "frames" / fmt::format("{:06}.png", i));
-    if (!frame) continue;  // refused by the import
+    if (!frame) continue;  // refused by the import: a turn's few blurred ones
     ASSERT_TRUE(write_image(photos / fmt::format("IMG_{:03}.jpg", i), *frame).ok());
     ++taken;
   }
-  ASSERT_GE(taken, 30);
+  ASSERT_GE(taken, 28);
   const ProgramResult built = likeness({"build", photos.string(), "--project", project.string(), "--steps",
                                         "30", "--resting-camera", "--json"});
   ASSERT_EQ(built.exit_code, 0) << built.err;

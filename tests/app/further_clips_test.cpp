@@ -50,7 +50,7 @@ TEST(FurtherClipsCommand, ASecondClipIsLearntFromAndCanBeTakenOut) {
   // Nothing of the second clip is held out: the first alone is measured.
   EXPECT_EQ(ask({"eval", project.string(), "--json"}).at("frames_test"), 3);
   const json card = ask({"card", project.string(), "--json"});
-  EXPECT_GT(card.at("frames").at("trained").get<int>(), 50);
+  EXPECT_GT(card.at("frames").at("trained").get<int>(), 45);  // of 61, without the blurred ones
   // One person has one shape.
   const auto identity = [](const fs::path& folder) {
     std::ifstream file(folder / "track.json");

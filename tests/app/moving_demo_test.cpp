@@ -23,12 +23,13 @@ TEST(MovingDemo, IsSolvedTrainedAndMeasured) {
       likeness({"demo", (folder / "demo").string(), "--size", "384", "--frames", "120", "--samples", "1"});
   ASSERT_EQ(demo.exit_code, 0) << demo.err;
   const ProgramResult built = likeness({"build", (folder / "demo" / "demo.mp4").string(), "--project",
-                                        project.string(), "--steps", "300", "--json"});
+                                        project.string(), "--steps", "300", "--lens", "40", "--json"});
   ASSERT_EQ(built.exit_code, 0) << built.err;
 
   std::ifstream file(project / "cameras.json");
   const json cameras = json::parse(file);
   EXPECT_FALSE(cameras.at("static").get<bool>());
+  EXPECT_NE(built.out.find("--lens is not used"), std::string::npos) << built.out;
   // 35 % of the frames film with a moving camera; nearly all of those must be found.
   const auto moving = std::ranges::count_if(
       cameras.at("cameras"), [](const json& camera) { return camera.at("frame").get<int>() < 42; });

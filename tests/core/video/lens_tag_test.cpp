@@ -14,6 +14,7 @@
 
 #include "core/base/files.h"
 #include "core/video/decode.h"
+#include "core/video/frame_source.h"
 #include "tests/core/video/film_boxes.h"
 #include "tests/core/video/video_test_clip.h"
 
@@ -97,6 +98,11 @@ TEST_F(LensTag, ComesWithWhatIsKnownOfAFilm) {
                       .c_str()),
       0);
   EXPECT_DOUBLE_EQ(probe_video(tagged)->focal_35mm, 26);
+  const auto source = open_clip_source(tagged);
+  ASSERT_TRUE(source.ok());
+  const auto frame = (*source)->next({});
+  ASSERT_TRUE(frame.ok() && *frame);
+  EXPECT_DOUBLE_EQ((*frame)->focal_35mm, 26);  // what drives an avatar live
 }
 
 }  // namespace
