@@ -23,24 +23,28 @@ __global__ void __launch_bounds__(kThreads) encode_kernel(const __grid_constant_
 
 constexpr int kMostGroups = 6;  // cells of a warp that are worth it
 
-// The sums over a warp of kCount values, a power of two up to 32: that of value lane / (32 / kCount).
+// The sums over a warp of kCount values, a power of two up to 32: that of value lane / (32 / kCount). Each
+// step halves what a thread holds; sizes are known when compiling, so that all of it stays in registers.
+template <int kLeft, int kBit, int kCount>
+__device__ void sum_halves(float (&value)[kCount]) {
+  if constexpr (kBit > 0) {
+    constexpr int kHalf = kLeft > 1 ? kLeft / 2 : 1;
+    if constexpr (kLeft == 1) {
+      value[0] += __shfl_xor_sync(~0u, value[0], kBit);
+    } else {
+      const bool upper = (threadIdx.x & unsigned(kBit)) != 0;
+#pragma unroll
+      for (int k = 0; k < kHalf; ++k) {
+        const float given = upper ? value[k] : value[k + kHalf], kept = upper ? value[k + kHalf] : value[k];
+        value[k] = kept + __shfl_xor_sync(~0u, given, kBit);
+      }
+    }
+    sum_halves<kHalf, kBit / 2>(value);
+  }
+}
 template <int kCount>
 __device__ float warp_sum(float (&value)[kCount]) {
-  int left = kCount;
-#pragma unroll
-  for (int bit = 16; bit > 0; bit /= 2) {
-    if (left == 1) {
-      value[0] += __shfl_xor_sync(~0u, value[0], bit);
-      continue;
-    }
-    left /= 2;
-    const bool upper = (threadIdx.x & unsigned(bit)) != 0;
-#pragma unroll
-    for (int k = 0; k < left; ++k) {
-      const float given = upper ? value[k] : value[k + left], kept = upper ? value[k + left] : value[k];
-      value[k] = kept + __shfl_xor_sync(~0u, given, bit);
-    }
-  }
+  sum_halves<kCount, 16>(value);
   return value[0];
 }
 
