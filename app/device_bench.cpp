@@ -71,7 +71,7 @@ int run_device_bench(const CommonOptions& common, const DeviceBenchOptions& opti
   if (!report) return report_failure(report.error());
   if (common.json) {
     nlohmann::json all = to_json(*report);
-    if (speed) all["project"] = project_speed_json(*speed);
+    all["project"] = speed ? project_speed_json(*speed) : nlohmann::json(nullptr);
     print_json(all);
   } else {
     print_report(*report);

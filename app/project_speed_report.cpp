@@ -23,9 +23,8 @@ nlohmann::json project_speed_json(const ProjectSpeed& s) {
 
 void print_project_speed(const ProjectSpeed& s) {
   fmt::print(
-      "\n{} held-out frames of {} px, {}: final {:.2f} pictures/s ({:.2f} ms without the pose), preview "
-      "{:.2f} "
-      "({:.2f} ms) for ",
+      "\n{} held-out frames of {} px, {}: final {:.2f} pictures/s ({:.2f} ms without the pose), "
+      "preview {:.2f} ({:.2f} ms) for ",
       s.frames, s.size, s.backend == "cpu" ? fmt::format("{} threads", current_thread_limit()) : s.backend,
       s.final_fps, s.final_ms, s.preview_fps, s.preview_ms);
   if (s.preview_loss_db) fmt::print("{:.2f} dB less, ", *s.preview_loss_db);

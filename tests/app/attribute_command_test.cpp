@@ -88,9 +88,9 @@ TEST_F(AttributeCommand, SaysWhatCannotBePainted) {
 }
 
 TEST_F(AttributeCommand, AHabitIsPaintedFoundTrainedAndTakenBack) {
-  // -- Three frames of each of the two swells, and three without.
+  // -- Frames of each of the two swells, and some without. Import may have refused one or two for their blur.
   int painted = 0;
-  for (const int frame : {1, 5, 6, 7, 12, 18, 20, 32, 33, 40}) {
+  for (const int frame : {1, 5, 6, 7, 12, 16, 18, 20, 21, 32, 33, 40}) {
     std::vector<std::string> region;
     if (strengths_[std::size_t(frame)] >= 0.95) region = {"--region", truth_mask(frame)};
     if (painted == 0) {  // somebody starts with one that shows it
@@ -112,7 +112,7 @@ TEST_F(AttributeCommand, AHabitIsPaintedFoundTrainedAndTakenBack) {
     truth.push_back(strengths_[values.at("frames")[i].get<std::size_t>()]);
   }
   ASSERT_GT(found.size(), 40u);
-  EXPECT_GT(correlation(found, truth), 0.6);
+  EXPECT_GT(correlation(found, truth), 0.7);
 
   // -- Trained, measured and used by name.
   const ProgramResult trained = likeness({"train", project_.string(), "--steps", "24"});

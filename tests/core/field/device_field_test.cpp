@@ -20,8 +20,7 @@ namespace {
 constexpr double kSingleError = 1e-5, kHalfError = 2e-2;
 constexpr std::size_t kSamples = 201, kViews = 5;  // no multiple of a tile
 #ifdef LIKENESS_TEST_GPU
-constexpr std::size_t kManySamples =
-    36001;  // more tiles than blocks on any GPU: blocks go on to further ones
+constexpr std::size_t kManySamples = 36001;  // more tiles than an H100 has blocks: they go on to further ones
 #else
 constexpr std::size_t kManySamples = 601;
 #endif
