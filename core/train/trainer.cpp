@@ -167,7 +167,7 @@ struct Run {
 
 Error diverged(std::uint64_t step) {
   return {ErrorCode::failed,
-          fmt::format("Training diverged at step {}: the loss is not a finite number.", step),
+          fmt::format("Training diverged at step {}: what it computes is no longer finite.", step),
           "Look at the track's overlay: a wrong fit is the usual cause. Otherwise try another --seed.",
           "training"};
 }
@@ -183,8 +183,9 @@ void refine(TrainingState& state, Scene& scene, Run& run, std::stop_token stop) 
   const AvatarRig rig = make_rig(avatar, scene.set.model);
   RefineOptions options;
   options.seed = run.options.seed + std::uint64_t(state.refinements) * scene.set.views.size();
-  state.corrections = refine_track(scene.set, avatar, rig, state.corrections, options, stop);
-  if (stop.stop_requested()) return;
+  auto corrections = refine_track(scene.set, avatar, rig, state.corrections, options, stop);
+  if (stop.stop_requested()) return;  // all of it or nothing: it is due again where training goes on
+  state.corrections = std::move(corrections);
   ++state.refinements;
   scene.place_views(state);
 }
@@ -212,8 +213,9 @@ void register_further(TrainingState& state, Scene& scene, Run& run, std::stop_to
   const AvatarRig rig = make_rig(avatar, scene.set.model);
   RegisterOptions options;
   options.seed = run.options.seed;
-  state.corrections = register_clips(scene.set, avatar, rig, options, stop);
-  if (stop.stop_requested()) return;
+  auto corrections = register_clips(scene.set, avatar, rig, options, stop);
+  if (stop.stop_requested()) return;  // as above
+  state.corrections = std::move(corrections);
   scene.place_views(state);
   start_further_codes(scene.rays, state);
 }
