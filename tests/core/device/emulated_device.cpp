@@ -8,6 +8,7 @@
 #include <functional>
 #include <map>
 #include <thread>
+#include <utility>
 #include <vector>
 
 #include "core/base/check.h"
@@ -258,13 +259,14 @@ DeviceStatus open(void** context, DeviceFacts* facts) {
 }
 
 DeviceStatus allocate(void*, std::size_t bytes, void** memory) {
+  if (state.lost) return DeviceStatus::lost;  // whoever is told so has nothing to release
   if (state.counts.bytes + bytes > state.faults.memory_bytes) return DeviceStatus::out_of_memory;
   *memory = ::operator new(bytes);
   std::memset(*memory, 0xff, bytes);  // not a number: whoever forgets to set something sees it
   state.memory[*memory] = bytes;
   state.counts.bytes += bytes;
   state.counts.most_bytes = std::max(state.counts.most_bytes, state.counts.bytes);
-  return answer();
+  return DeviceStatus::ok;
 }
 
 void release(void*, void* memory) {
@@ -288,9 +290,10 @@ DeviceStatus launch(void*, std::int32_t kernel, const void* args, std::size_t by
 
 DeviceStatus end_record(void*, void** recording) {
   state.recording = false;
-  *recording = new Recording(std::move(state.recorded));
-  state.recorded.clear();
-  return answer();
+  Recording recorded = std::exchange(state.recorded, {});
+  if (state.lost) return DeviceStatus::lost;
+  *recording = new Recording(std::move(recorded));
+  return DeviceStatus::ok;
 }
 
 DeviceStatus replay(void*, void* recording) {
