@@ -14,6 +14,7 @@ namespace likeness {
 namespace {
 
 constexpr int kCells = 16;
+const OccupancyGrid kNoCore;  // outlives the volumes that point to it
 
 OccupancyGrid blob(const std::array<int, 3>& moved) {
   OccupancyGrid grid = make_occupancy(kCells, false);
@@ -54,7 +55,7 @@ TEST(CanonicalCells, AreFoundWhereTheDeformationHasThem) {
   const std::vector<RayRequest> rays = some_rays(300);
 
   MarchVolumes through;
-  through.fields[0] = march_volume(all, {}, head.cube.side);
+  through.fields[0] = march_volume(all, kNoCore, head.cube.side);
   const CanonicalCells cells{&rest, {}, &nothing, head.cube, lattices.data(), lattices.size()};
   through.canonical = &cells;
   SampleBatch found, wanted;
@@ -62,7 +63,7 @@ TEST(CanonicalCells, AreFoundWhereTheDeformationHasThem) {
   std::size_t samples = 0;
   for (const int view : {0, 1}) {
     MarchVolumes plain;
-    plain.fields[0] = march_volume(moved[std::size_t(view)], {}, head.cube.side);
+    plain.fields[0] = march_volume(moved[std::size_t(view)], kNoCore, head.cube.side);
     sample_rays(rays, plain, wanted);
     for (std::size_t r = 0; r < rays.size(); ++r) {
       if (rays[r].view != view) continue;
@@ -80,7 +81,7 @@ TEST(CanonicalCells, KeptOnesAreOccupiedWhateverIsThere) {
   const OccupancyGrid all = make_occupancy(kCells, true), nothing = make_occupancy(kCells, false);
   const std::vector<RayRequest> rays = some_rays(50);
   MarchVolumes volumes;
-  volumes.fields[0] = march_volume(all, {}, 0.2f);
+  volumes.fields[0] = march_volume(all, kNoCore, 0.2f);
   CanonicalCells cells{&nothing, {}, &all, {Vec3f::Constant(-0.1f), 0.2f}};
   volumes.canonical = &cells;
   SampleBatch batch;
