@@ -19,6 +19,10 @@ constexpr TorsoRow kCertainTorso[] = {{0.07, 0.045}, {0.11, 0.075}, {0.6, 0.075}
 constexpr TorsoRow kLikelyTorso[] = {{-0.05, 0.06}, {0.02, 0.07}, {0.06, 0.16}, {0.12, 0.21}, {0.6, 0.23}};
 constexpr TorsoRow kPossibleTorso[] = {{-0.06, 0.1}, {0.0, 0.17}, {0.05, 0.26},
                                        {0.12, 0.3},  {0.3, 0.36}, {0.6, 0.42}};
+constexpr double kErosion = 0.012;        // m that the head's outline may lie within the model's
+constexpr double kSkullErosion = 0.004;   // m, the same of a skull above the brow, most of the time
+constexpr double kSkullAboveBrow = 0.03;  // m
+constexpr float kSkullPlace = 1.2f;       // what the place says there beyond a head's usual surroundings
 constexpr double kHairThickness = 0.03;   // m of hair that most heads have
 constexpr double kHairMargin = 0.08;      // m around the bare head
 constexpr double kShoulderMargin = 0.05;  // m beyond a torso of usual width
@@ -124,7 +128,9 @@ PersonPrior person_prior(const PersonModel& person, const PersonPlace& place, co
   PersonPrior prior;
   const double scale = place.px_per_metre;
   const cv::Mat head = head_silhouette(person, place, picture, false);
-  cv::erode(head, prior.certain, disc(0.012 * scale));
+  cv::erode(head, prior.certain, disc(kErosion * scale));
+  cv::Mat skull;
+  cv::erode(head, skull, disc(kSkullErosion * scale));
   draw_torso(prior.certain, place, kCertainTorso);
   const Vec2d middle = 0.5 * (place.jaw_corners + place.neck);
   cv::line(prior.certain, to_pixel(middle), to_pixel(place.neck + Vec2d(0, 0.1 * scale)), 255,
@@ -154,6 +160,13 @@ PersonPrior person_prior(const PersonModel& person, const PersonPlace& place, co
   cv::distanceTransform(255 - prior.likely, distance, cv::DIST_L2, 3);
   const float slope = float(2.2 / (kHairMargin * scale));
   prior.location = 0.8f - distance * slope;
+  // Hair before a wall of its colour: what covers the skull is the person's unless the colours strongly
+  // object. A skull lower than the model's is no reason to take the wall above it.
+  for (int y = 0; y < picture.height; ++y)
+    for (int x = 0; x < picture.width; ++x)
+      if (skull.at<unsigned char>(y, x) &&
+          (Vec2d(x + 0.5, y + 0.5) - place.brow).dot(place.up) > kSkullAboveBrow * scale)
+        prior.location.at<float>(y, x) += kSkullPlace;
   // Shoulders vary more than heads: there the place says less, and less far out.
   for (int y = 0; y < picture.height; ++y)
     for (int x = 0; x < picture.width; ++x)

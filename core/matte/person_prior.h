@@ -48,7 +48,7 @@ struct PersonPrior {
   cv::Mat possible;  // 8U, 255 = may be person (generous: hair, wide shoulders)
   cv::Mat likely;    // 8U, 255 = head with thin hair, neck and a torso of usual width
   cv::Mat below;     // 8U, 255 = below the neck's base: clothes rather than skin and hair
-  cv::Mat location;  // 32F, log-likelihood ratio of person over background from the place, -1.5..1
+  cv::Mat location;  // 32F, log-likelihood ratio of person over background from the place, -1.5..2
   cv::Mat excluded;  // 8U, 255 = surely background, as somebody said; empty where nobody did
 };
 PersonPrior person_prior(const PersonModel& person, const PersonPlace& place, const Intrinsics& picture);

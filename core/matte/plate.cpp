@@ -110,6 +110,25 @@ void settle_doubts(Plate& plate, const cv::Mat& variance) {
   plate.known.setTo(kSeen, settled);
 }
 
+// Takes small patches that nothing known touches out: rather hair that the cuts left free than a wall seen
+// through a gap, and a gap so small is filled in from its rim as well. What the picture's border cuts off
+// may be large.
+void drop_islands(int window, cv::Mat& known) {
+  cv::Mat labels, statistics, centres;
+  const int count = cv::connectedComponentsWithStats(known, labels, statistics, centres);
+  std::vector<char> dropped(std::size_t(count), 0);
+  for (int i = 1; i < count; ++i) {
+    const auto of = [&](int what) { return statistics.at<int>(i, what); };
+    const bool inside = of(cv::CC_STAT_LEFT) > 0 && of(cv::CC_STAT_TOP) > 0 &&
+                        of(cv::CC_STAT_LEFT) + of(cv::CC_STAT_WIDTH) < known.cols &&
+                        of(cv::CC_STAT_TOP) + of(cv::CC_STAT_HEIGHT) < known.rows;
+    dropped[std::size_t(i)] = inside && of(cv::CC_STAT_AREA) < window * window;
+  }
+  for (int y = 0; y < known.rows; ++y)
+    for (int x = 0; x < known.cols; ++x)
+      if (dropped[std::size_t(labels.at<int>(y, x))]) known.at<unsigned char>(y, x) = 0;
+}
+
 }  // namespace
 
 double Plate::coverage() const {
@@ -222,6 +241,7 @@ Plate estimate_plate(const std::vector<cv::Mat>& pictures, const std::vector<cv:
   cv::Mat inner;
   cv::erode(plate.known, inner, cv::getStructuringElement(cv::MORPH_ELLIPSE, {3, 3}));
   plate.known = inner;
+  if (doubt) drop_islands(texture_window(inner), plate.known);
   plate.colour = fill_holes(plate.colour, plate.known);
   return plate;
 }

@@ -131,6 +131,28 @@ TEST(Plate, AFoldOfTheShirtAtRestThatTheCutsLeftFreeIsNoWall) {
   EXPECT_EQ(plate_of(20).known.at<unsigned char>(30, 24), kSeen);  // nobody takes so much for a sliver
 }
 
+TEST(Plate, AShineInTheHairThatTheCutsLeftFreeIsNoWall) {
+  // It is of no colour of the person's, and at rest in every picture.
+  const cv::Rect person(16, 16, 40, 32);
+  const auto plate_of = [&](const cv::Rect& free) {
+    cv::Mat picture(48, 64, CV_8UC3, cv::Scalar(200, 210, 240)), mask(48, 64, CV_8U, cv::Scalar(0));
+    picture(person).setTo(cv::Scalar(60, 40, 30));
+    picture(free).setTo(cv::Scalar(140, 130, 120));
+    mask(person).setTo(255);
+    mask(free).setTo(0);
+    PlateDoubt doubt;
+    doubt.persons_own = [](const cv::Vec3b& colour) { return colour[0] < 100; };
+    doubt.near.assign(20, cv::Mat(48, 64, CV_8U, cv::Scalar(255)));
+    return estimate_plate(std::vector<cv::Mat>(20, picture), std::vector<cv::Mat>(20, mask), &doubt);
+  };
+  const cv::Rect shine(28, 24, 8, 3), gap(28, 24, 8, 8), at_the_border(28, 45, 8, 3);
+  EXPECT_EQ(plate_of(shine).known.at<unsigned char>(25, 32), 0);
+  EXPECT_EQ(plate_of(shine).known.at<unsigned char>(5, 5), kSeen);
+  EXPECT_EQ(plate_of(gap).known.at<unsigned char>(27, 32), kSeen);  // as between an arm and the body
+  EXPECT_EQ(plate_of(at_the_border).known.at<unsigned char>(47, 32),
+            kSeen);  // who knows what it is a part of
+}
+
 TEST(Plate, WhatIsNeverFreeIsFilledAndNotCountedAsCovered) {
   const cv::Mat picture = wall();
   cv::Mat mask(48, 64, CV_8U, cv::Scalar(0));
