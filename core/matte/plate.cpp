@@ -116,17 +116,13 @@ void settle_doubts(Plate& plate, const cv::Mat& variance) {
 void drop_islands(int window, cv::Mat& known) {
   cv::Mat labels, statistics, centres;
   const int count = cv::connectedComponentsWithStats(known, labels, statistics, centres);
-  std::vector<char> dropped(std::size_t(count), 0);
   for (int i = 1; i < count; ++i) {
     const auto of = [&](int what) { return statistics.at<int>(i, what); };
     const bool inside = of(cv::CC_STAT_LEFT) > 0 && of(cv::CC_STAT_TOP) > 0 &&
                         of(cv::CC_STAT_LEFT) + of(cv::CC_STAT_WIDTH) < known.cols &&
                         of(cv::CC_STAT_TOP) + of(cv::CC_STAT_HEIGHT) < known.rows;
-    dropped[std::size_t(i)] = inside && of(cv::CC_STAT_AREA) < window * window;
+    if (inside && of(cv::CC_STAT_AREA) < window * window) known.setTo(0, labels == i);
   }
-  for (int y = 0; y < known.rows; ++y)
-    for (int x = 0; x < known.cols; ++x)
-      if (dropped[std::size_t(labels.at<int>(y, x))]) known.at<unsigned char>(y, x) = 0;
 }
 
 }  // namespace
