@@ -29,24 +29,33 @@ constexpr double kUnexplained = 8;  // grey levels: a pixel of this spread after
 constexpr std::size_t kLeastViews = 8;
 constexpr int kRefineRounds = 3, kRefineSteps = 3;
 
-// The training frame among `teaching` whose head looks at the camera most and stands nearest to the usual
-// place.
+// The training frame among `teaching` whose head stands and looks most as it usually does. There the neck is
+// straight, so that it bends least over the clip; and which frame it is does not hang on where a head model
+// says that a face looks.
 int reference_frame(const std::vector<TorsoFrame>& frames, const std::vector<std::uint8_t>& teaching) {
-  std::vector<double> xs[3];
+  using Vec6d = Eigen::Matrix<double, 6, 1>;
+  constexpr double kPerMetre = 4;  // rad that count as much as 1 m
+  // Turn (rad, from facing the camera) and place (m).
+  const auto stance = [&](const TorsoFrame& f) {
+    const Mat3d facing = Vec3d(1, -1, -1).asDiagonal();
+    Vec6d numbers;
+    numbers << vector_from_turn((f.cam_from_world * f.world_from_head).linear() * facing.transpose()),
+        kPerMetre * f.world_from_head.translation();
+    return numbers;
+  };
+  std::vector<double> all[6];
   for (std::size_t i = 0; i < frames.size(); ++i)
     if (teaching[i])
-      for (int k = 0; k < 3; ++k) xs[k].push_back(frames[i].world_from_head.translation()[k]);
-  if (xs[0].empty()) return -1;
-  Vec3d usual;
-  for (int k = 0; k < 3; ++k) usual[k] = median(std::move(xs[k]));
+      for (int k = 0; k < 6; ++k) all[k].push_back(stance(frames[i])[k]);
+  if (all[0].empty()) return -1;
+  Vec6d usual;
+  for (int k = 0; k < 6; ++k) usual[k] = median(std::move(all[k]));
   int best = -1;
   double least = 1e30;
-  const Mat3d facing = Vec3d(1, -1, -1).asDiagonal();
   for (std::size_t i = 0; i < frames.size(); ++i) {
-    const TorsoFrame& f = frames[i];
     if (!teaching[i]) continue;
-    const Mat3d turn = (f.cam_from_world * f.world_from_head).linear() * facing.transpose();
-    const double score = vector_from_turn(turn).norm() + 4 * (f.world_from_head.translation() - usual).norm();
+    const Vec6d off = stance(frames[i]) - usual;
+    const double score = off.head<3>().norm() + off.tail<3>().norm();
     if (score < least) least = score, best = static_cast<int>(i);
   }
   return best;

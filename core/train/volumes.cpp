@@ -19,10 +19,9 @@ constexpr float kNeckRoot = 0.03f;      // m below the base that the head's fiel
 constexpr float kShortestNeck = 0.02f;  // m; models of less neck turn stiffly
 constexpr float kBustTop = 0.02f;       // m below the chin that the shoulders of a model may reach up to
 constexpr float kNeckBelowChin = 0.005f;  // m that the bend ends below the chin
-constexpr float kShoulderTop = 0.02f;     // m above the chin that collars beside the neck may reach
-constexpr float kBesideNeck = 0.012f;  // m beside the head's field that the torso keeps off above the collar
-constexpr float kCollar = 0.02f;       // m above the base that the torso may reach up along the neck
-constexpr float kBesideFace = 0.006f;  // m above the chin: collars end below, shoulders mostly too
+constexpr float kShoulderTop = 0.05f;     // m above the chin that collars beside the neck may reach
+constexpr float kCollar = 0.04f;          // m above the base that the torso may reach up along the neck
+constexpr float kBesideFace = 0.006f;     // m above the chin: collars end below, shoulders mostly too
 constexpr float kMouthMargin = 0.008f;
 constexpr float kSpacing = 0.005f;  // m between points of the skin
 
@@ -306,20 +305,13 @@ float neck_axis(const TrainingSet& set, const HeadShape& shape, const Marks& mar
 
 // Both frames coincide in the straight neck, so a place of the torso is one of the head. The neck above the
 // collar is the head's alone: a second one on the torso would stay behind when the head moves.
-bool is_neck(const Volume& head, float axis_z, const Marks& marks, const Vec3f& p) {
+bool is_neck(const Volume& head, const Marks& marks, const Vec3f& p) {
   if (p.y() < marks.base + kCollar) return false;
   const int n = head.allowed.resolution;
-  // Also what lies a little beside it: the skin between the two must not be shared out.
-  const Vec3f axis(0, p.y(), axis_z), out = p - axis;
-  for (const float inwards : {0.0f, kBesideNeck}) {
-    const Vec3f at = axis + out * std::max(0.0f, 1 - inwards / std::max(out.norm(), 1e-6f));
-    const Vec3f cell = (at - head.cube.origin) * (float(n) / head.cube.side);
-    if ((cell.array() < 0).any() || (cell.array() >= float(n)).any()) continue;
-    const int x = int(cell.x()), y = int(cell.y()), z = int(cell.z());
-    if (head.allowed.occupied(x, y, z) || (head.core.resolution == n && head.core.occupied(x, y, z)))
-      return true;
-  }
-  return false;
+  const Vec3f cell = (p - head.cube.origin) * (float(n) / head.cube.side);
+  if ((cell.array() < 0).any() || (cell.array() >= float(n)).any()) return false;
+  const int x = int(cell.x()), y = int(cell.y()), z = int(cell.z());
+  return head.allowed.occupied(x, y, z) || (head.core.resolution == n && head.core.occupied(x, y, z));
 }
 
 std::optional<Volume> torso_volume(const TrainingSet& set, const HeadShape& shape, const Volume& head,
@@ -356,7 +348,7 @@ std::optional<Volume> torso_volume(const TrainingSet& set, const HeadShape& shap
       for (int x = 0; x < n; ++x) {
         const Vec3f p = volume.cube.origin + (Vec3f(float(x), float(y), float(z)) + Vec3f::Constant(0.5f)) *
                                                  (volume.cube.side / float(n));
-        if (in_body(marks, axis_z, p) && !is_neck(head, axis_z, marks, p))
+        if (in_body(marks, axis_z, p) && !is_neck(head, marks, p))
           set_occupied(volume.allowed, x, y, z, true);
       }
   std::vector<std::uint8_t> classes(cell_count(n), kChest);
