@@ -4,6 +4,7 @@
 #include <ceres/rotation.h>
 
 #include <Eigen/Cholesky>
+#include <Eigen/SVD>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -173,6 +174,25 @@ bool neck_rests(const std::vector<BundleFrame>& frames, const std::vector<int>& 
   return double(away) <= kRoaming * double(keys.size());
 }
 
+// Rms angle of the key frames' poses about their mean, rad.
+double turn_about_mean(const std::vector<BundleFrame>& frames, const std::vector<int>& keys) {
+  Mat3d sum = Mat3d::Zero();
+  for (const int k : keys) sum += frames[k].cam_from_head.linear();
+  const Eigen::JacobiSVD<Mat3d> svd(sum, Eigen::ComputeFullU | Eigen::ComputeFullV);
+  const double mirrored = (svd.matrixU() * svd.matrixV().transpose()).determinant() < 0 ? -1 : 1;
+  const Mat3d mean = svd.matrixU() * Vec3d(1, 1, mirrored).asDiagonal() * svd.matrixV().transpose();
+  double squared = 0;
+  for (const int k : keys)
+    squared += vector_from_turn(frames[k].cam_from_head.linear() * mean.transpose()).squaredNorm();
+  return keys.empty() ? 0 : std::sqrt(squared / double(keys.size()));
+}
+
+double point_prior_for(double turn, const BundleOptions& options) {
+  const double most = std::max(options.most_point_prior, options.point_prior);
+  return std::clamp(options.point_prior * options.full_turn / std::max(turn, 1e-6), options.point_prior,
+                    most);
+}
+
 void solve_round(std::vector<BundleFrame>& frames, const std::vector<BundleFrame>& priors,
                  std::vector<BundleTrack>& tracks, const std::vector<Vec3d>& starts,
                  const std::vector<int>& keys, const BundleOptions& options, double loss_px,
@@ -294,6 +314,7 @@ Result<BundleSummary> bundle_adjust(std::vector<BundleFrame>& frames, std::vecto
   for (std::size_t k = 0; k < known.size(); k += stride) keys.push_back(known[k]);
   BundleOptions used = options;
   if (options.neck_rest > 0 && !neck_rests(frames, keys)) used.neck_rest = 0;
+  used.point_prior = point_prior_for(turn_about_mean(frames, keys), options);
   try {
     for (int round = 0; round < options.rounds; ++round) {
       if (stop.stop_requested()) return cancelled_error();

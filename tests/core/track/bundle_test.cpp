@@ -20,8 +20,9 @@ struct Scene {
 };
 
 // Points on a head-sized ellipsoid seen over turning frames; start poses off by degrees and millimetres, some
-// tracks stuck to the background, pixel noise on all.
-Scene make_scene(int frame_count, double noise_px) {
+// tracks stuck to the background, pixel noise on all. turn: share of half a radian to either side. drift_px:
+// how far a track slides off its point from its first sighting to its last.
+Scene make_scene(int frame_count, double noise_px, double turn = 1, double drift_px = 0) {
   std::mt19937 random(11);
   std::normal_distribution<double> normal;
   Scene scene;
@@ -29,8 +30,9 @@ Scene make_scene(int frame_count, double noise_px) {
   const Mat3d facing = Vec3d(1, -1, -1).asDiagonal();
   for (int i = 0; i < frame_count; ++i) {
     Pose pose = Pose::Identity();
-    pose.linear() = facing * Eigen::AngleAxisd(0.5 * std::sin(i * 0.08), Vec3d::UnitY()).toRotationMatrix() *
-                    Eigen::AngleAxisd(0.2 * std::sin(i * 0.05), Vec3d::UnitX()).toRotationMatrix();
+    pose.linear() = facing *
+                    Eigen::AngleAxisd(turn * 0.5 * std::sin(i * 0.08), Vec3d::UnitY()).toRotationMatrix() *
+                    Eigen::AngleAxisd(turn * 0.2 * std::sin(i * 0.05), Vec3d::UnitX()).toRotationMatrix();
     pose.translation() = Vec3d(0.02 * std::sin(i * 0.1), 0.01 * std::cos(i * 0.06), 0.7);
     scene.truth.push_back(pose);
     // The landmark fit's error changes slowly: what temporal smoothing cannot remove.
@@ -52,10 +54,12 @@ Scene make_scene(int frame_count, double noise_px) {
               to = std::clamp(start + 50 + static_cast<int>(random() % 50), from + 12, frame_count);
     BundleTrack track;
     track.point = point + 0.006 * Vec3d(normal(random), normal(random), normal(random));
+    const Vec2d slides = Vec2d(std::cos(t), std::sin(t)) * (drift_px / kFocal);
     for (int i = from; i < to; ++i) {
       const Pose& seen_at = stuck ? scene.truth[from] : scene.truth[i];
       const Vec2d noise(normal(random), normal(random));
-      track.seen.push_back({i, (seen_at * point).hnormalized() + noise * noise_px / kFocal});
+      track.seen.push_back({i, (seen_at * point).hnormalized() + noise * noise_px / kFocal +
+                                   slides * (double(i - from) / double(to - from))});
     }
     scene.points.push_back(point);
     scene.tracks.push_back(track);
@@ -179,6 +183,29 @@ TEST(Bundle, ANeckThatDoesNotRestIsNotHeld) {
   }
   for (std::size_t i = 0; i < found[0].size(); ++i)
     EXPECT_EQ(found[0][i].cam_from_head.matrix(), found[1][i].cam_from_head.matrix()) << i;
+}
+
+// Root mean square distance of the kept points from where they are, m.
+double points_off(const Scene& scene) {
+  double sum = 0;
+  int count = 0;
+  for (std::size_t t = 0; t < scene.tracks.size(); ++t)
+    if (scene.tracks[t].kept) sum += (scene.tracks[t].point - scene.points[t]).squaredNorm(), ++count;
+  return std::sqrt(sum / std::max(1, count));
+}
+
+TEST(Bundle, TheStartSaysMoreOfPointsOnAHeadThatHardlyTurns) {
+  BundleOptions same;
+  same.most_point_prior = same.point_prior;
+  Scene with = make_scene(90, 0.2, 0.08, 1), without = with;
+  ASSERT_TRUE(bundle_adjust(with.frames, with.tracks, {}, {}, {}).ok());
+  ASSERT_TRUE(bundle_adjust(without.frames, without.tracks, same, {}, {}).ok());
+  EXPECT_LT(points_off(with), 0.8 * points_off(without));
+  EXPECT_LT(worst_turn(with.truth, with.frames), worst_turn(without.truth, without.frames));
+  Scene turning = make_scene(90, 0.2), turning_same = turning;
+  ASSERT_TRUE(bundle_adjust(turning.frames, turning.tracks, {}, {}, {}).ok());
+  ASSERT_TRUE(bundle_adjust(turning_same.frames, turning_same.tracks, same, {}, {}).ok());
+  EXPECT_EQ(points_off(turning), points_off(turning_same)) << "a head that turns tells its depth itself";
 }
 
 TEST(Bundle, StopsWhenAsked) {
