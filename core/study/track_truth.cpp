@@ -4,7 +4,6 @@
 #include <fmt/format.h>
 
 #include <Eigen/Cholesky>
-#include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -16,6 +15,7 @@
 #include "core/head/pose_head.h"
 #include "core/scene/head_regions.h"
 #include "core/scene/mesh_scene.h"
+#include "core/track/nearest_rotation.h"
 
 namespace likeness {
 namespace {
@@ -35,13 +35,6 @@ struct Pair {
 
 double angle_between(const Mat3d& a, const Mat3d& b) {
   return Eigen::AngleAxisd(Mat3d(a.transpose() * b)).angle();
-}
-
-Mat3d nearest_rotation(const Mat3d& m) {
-  const Eigen::JacobiSVD<Mat3d> svd(m, Eigen::ComputeFullU | Eigen::ComputeFullV);
-  Mat3d sign = Mat3d::Identity();
-  sign(2, 2) = (svd.matrixU() * svd.matrixV().transpose()).determinant();
-  return svd.matrixU() * sign * svd.matrixV().transpose();
 }
 
 // Frames weigh by the inverse of their residual, so that a few bad ones do not move the offset.

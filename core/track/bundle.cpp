@@ -4,7 +4,6 @@
 #include <ceres/rotation.h>
 
 #include <Eigen/Cholesky>
-#include <Eigen/SVD>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -12,6 +11,7 @@
 #include "core/base/parallel.h"
 #include "core/base/quantile.h"
 #include "core/track/fit_frame.h"
+#include "core/track/nearest_rotation.h"
 
 namespace likeness {
 namespace {
@@ -178,9 +178,7 @@ bool neck_rests(const std::vector<BundleFrame>& frames, const std::vector<int>& 
 double turn_about_mean(const std::vector<BundleFrame>& frames, const std::vector<int>& keys) {
   Mat3d sum = Mat3d::Zero();
   for (const int k : keys) sum += frames[k].cam_from_head.linear();
-  const Eigen::JacobiSVD<Mat3d> svd(sum, Eigen::ComputeFullU | Eigen::ComputeFullV);
-  const double mirrored = (svd.matrixU() * svd.matrixV().transpose()).determinant() < 0 ? -1 : 1;
-  const Mat3d mean = svd.matrixU() * Vec3d(1, 1, mirrored).asDiagonal() * svd.matrixV().transpose();
+  const Mat3d mean = nearest_rotation(sum);
   double squared = 0;
   for (const int k : keys)
     squared += vector_from_turn(frames[k].cam_from_head.linear() * mean.transpose()).squaredNorm();

@@ -1,7 +1,6 @@
 // The mode of a face: see neutral.h.
 #include "core/track/neutral.h"
 
-#include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
 #include <vector>
@@ -9,6 +8,7 @@
 #include "core/base/quantile.h"
 #include "core/head/action_amounts.h"
 #include "core/track/frame_spacing.h"
+#include "core/track/nearest_rotation.h"
 
 namespace likeness {
 namespace {
@@ -126,8 +126,7 @@ std::vector<float> face_weights(const Signs& signs) {
 std::vector<double> turns_from_usual(const std::vector<const TrackedFrame*>& frames) {
   Mat3d sum = Mat3d::Zero();
   for (const TrackedFrame* frame : frames) sum += frame->world_from_head.linear();
-  const Eigen::JacobiSVD<Mat3d> svd(sum, Eigen::ComputeFullU | Eigen::ComputeFullV);
-  const Mat3d usual = svd.matrixU() * svd.matrixV().transpose();
+  const Mat3d usual = nearest_rotation(sum);
   std::vector<double> turns;
   for (const TrackedFrame* frame : frames)
     turns.push_back(Eigen::AngleAxisd(Mat3d(usual.transpose() * frame->world_from_head.linear())).angle());
