@@ -358,6 +358,8 @@ const std::vector<GainVariant>& gain_variants() {
        [](ChosenParts& p) { ++p.sizes.head_log2_entries, ++p.sizes.torso_log2_entries; }},
       {"grid-coarse", "grids whose finest cells are twice as wide", "photometric", nullptr, nullptr,
        [](ChosenParts& p) { p.sizes.head_finest /= 2, p.sizes.torso_finest /= 2; }},
+      {"still", "hair and skull told no expression, however little the head turns", "photometric", nullptr,
+       [](TrainOptions& o) { o.use_still = true; }},
       {"no-still", "expressions everywhere, hair and skull included", "photometric", nullptr,
        [](TrainOptions& o) { o.use_still = false; }},
       {"no-occupancy", "every carved cell occupied, samples spread evenly", "photometric", nullptr,

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "core/base/mean_rotation.h"
 #include "core/base/quantile.h"
 #include "core/head/action_amounts.h"
 #include "core/head/builtin_head.h"
@@ -15,7 +16,6 @@
 #include "core/head/pose_head.h"
 #include "core/scene/head_regions.h"
 #include "core/scene/mesh_scene.h"
-#include "core/track/nearest_rotation.h"
 
 namespace likeness {
 namespace {

@@ -8,10 +8,10 @@
 #include <array>
 #include <cmath>
 
+#include "core/base/mean_rotation.h"
 #include "core/base/parallel.h"
 #include "core/base/quantile.h"
 #include "core/track/fit_frame.h"
-#include "core/track/nearest_rotation.h"
 
 namespace likeness {
 namespace {
@@ -174,15 +174,10 @@ bool neck_rests(const std::vector<BundleFrame>& frames, const std::vector<int>& 
   return double(away) <= kRoaming * double(keys.size());
 }
 
-// Rms angle of the key frames' poses about their mean, rad.
-double turn_about_mean(const std::vector<BundleFrame>& frames, const std::vector<int>& keys) {
-  Mat3d sum = Mat3d::Zero();
-  for (const int k : keys) sum += frames[k].cam_from_head.linear();
-  const Mat3d mean = nearest_rotation(sum);
-  double squared = 0;
-  for (const int k : keys)
-    squared += vector_from_turn(frames[k].cam_from_head.linear() * mean.transpose()).squaredNorm();
-  return keys.empty() ? 0 : std::sqrt(squared / double(keys.size()));
+double turn_of(const std::vector<BundleFrame>& frames, const std::vector<int>& keys) {
+  std::vector<Mat3d> turns;
+  for (const int k : keys) turns.push_back(frames[k].cam_from_head.linear());
+  return turn_about_mean(turns);
 }
 
 double point_prior_for(double turn, const BundleOptions& options) {
@@ -312,7 +307,7 @@ Result<BundleSummary> bundle_adjust(std::vector<BundleFrame>& frames, std::vecto
   for (std::size_t k = 0; k < known.size(); k += stride) keys.push_back(known[k]);
   BundleOptions used = options;
   if (options.neck_rest > 0 && !neck_rests(frames, keys)) used.neck_rest = 0;
-  used.point_prior = point_prior_for(turn_about_mean(frames, keys), options);
+  used.point_prior = point_prior_for(turn_of(frames, keys), options);
   try {
     for (int round = 0; round < options.rounds; ++round) {
       if (stop.stop_requested()) return cancelled_error();

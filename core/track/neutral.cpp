@@ -5,10 +5,10 @@
 #include <cmath>
 #include <vector>
 
+#include "core/base/mean_rotation.h"
 #include "core/base/quantile.h"
 #include "core/head/action_amounts.h"
 #include "core/track/frame_spacing.h"
-#include "core/track/nearest_rotation.h"
 
 namespace likeness {
 namespace {
@@ -124,9 +124,9 @@ std::vector<float> face_weights(const Signs& signs) {
 
 // How far each frame's head is turned from the usual: their chordal mean, rad.
 std::vector<double> turns_from_usual(const std::vector<const TrackedFrame*>& frames) {
-  Mat3d sum = Mat3d::Zero();
-  for (const TrackedFrame* frame : frames) sum += frame->world_from_head.linear();
-  const Mat3d usual = nearest_rotation(sum);
+  std::vector<Mat3d> rotations;
+  for (const TrackedFrame* frame : frames) rotations.push_back(frame->world_from_head.linear());
+  const Mat3d usual = mean_rotation(rotations);
   std::vector<double> turns;
   for (const TrackedFrame* frame : frames)
     turns.push_back(Eigen::AngleAxisd(Mat3d(usual.transpose() * frame->world_from_head.linear())).angle());

@@ -87,10 +87,20 @@ void add_gaze(const CaptureMeasures& m, ChosenParts& chosen) {
                           chosen.gaze ? "told to the field" : "not told to the field", std::move(reason)});
 }
 
-void add_still(ChosenParts& chosen) {
-  chosen.parts.push_back({"still", chosen.still, false, "neither expression nor code changes them",
-                          "The same for every capture: where no expression moves anything, a field that may "
-                          "use it learns the track's errors by heart."});
+void add_still(const CaptureMeasures& m, ChosenParts& chosen) {
+  chosen.still = m.turn >= kHardlyTurns;
+  const std::string turns =
+      fmt::format("The head turns by {:.1f} degrees (root mean square)", m.turn * kDegrees);
+  if (chosen.still)
+    chosen.parts.push_back({"still", true, false, "neither expression nor code changes them",
+                            turns +
+                                ": a field that may use the expression where it moves nothing would learn "
+                                "the track's errors by heart."});
+  else
+    chosen.parts.push_back(
+        {"still", false, false, "they may follow the expression",
+         fmt::format("{}; from {:.0f} on, what the expression tells the hair would be the track's errors.",
+                     turns, kHardlyTurns * kDegrees)});
 }
 
 // -- Torso and background.
@@ -176,7 +186,7 @@ ChosenParts choose_parts(const CaptureMeasures& measures, const AskedParts& aske
   ChosenParts chosen;
   add_mode(measures, asked, chosen);
   add_gaze(measures, chosen);
-  add_still(chosen);
+  add_still(measures, chosen);
   add_torso(measures, chosen);
   add_background(measures, chosen);
   add_sizes(measures, asked, chosen);

@@ -26,6 +26,7 @@ struct CaptureMeasures {
   double plate_share = 0;     // of the frames, those before it
   bool has_room = false;      // a room behind the moving camera was learnt
   double yaw = 0, pitch = 0;  // of the camera as seen from the head: span, 2nd to 98th percentile
+  double turn = 0;            // of the head before the camera: rms about its mean rotation, clips and all
   double face_motion = 0;     // rms over frames and the face's vertices, by expression and jaw
   double gaze_pitch = 0, gaze_yaw = 0;  // rms about the mean
   std::optional<double> light_drift;    // rms between frames of the light on the background, of 1
@@ -53,6 +54,10 @@ inline constexpr double kTorsoShare = 0.02;  // of the picture; less is not wort
 // but an avatar of that mode cannot be directed, so only less than what tracks make of a face counts as
 // still.
 inline constexpr double kStillFace = 0.0005;
+// rad rms. Below, the track's errors hardly come under another expression in another pose, and a field that
+// knows the expression everywhere shows pictures never seen no worse, or better by up to 0.9 dB; above, by up
+// to a decibel worse (docs/PERFORMANCE.md, "Expressions where the face moves").
+inline constexpr double kHardlyTurns = 0.17;
 
 ChosenParts choose_parts(const CaptureMeasures& measures, const AskedParts& asked);
 

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/base/mean_rotation.h"
 #include "core/base/quantile.h"
 #include "core/train/choose_parts.h"
 #include "core/train/condition_map.h"
@@ -78,6 +79,10 @@ CaptureMeasures measure_capture(const TrainingSet& set, const HeadShape& shape) 
     m.plate_share += view.has_plate && m.has_plate ? 1.0 / double(own.size()) : 0;
   }
   m.yaw = span_of(yaw), m.pitch = span_of(pitch);
+  std::vector<Mat3d> turns;
+  for (const TrainingView& view : set.views)
+    turns.push_back((view.camera.cam_from_world * view.world_from_head).linear());
+  m.turn = turn_about_mean(turns);
 
   // -- What the face does.
   std::vector<Articulation> articulations;

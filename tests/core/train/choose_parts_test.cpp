@@ -22,6 +22,7 @@ CaptureMeasures usual() {
           .plate_share = 1,
           .yaw = 0.8,
           .pitch = 0.3,
+          .turn = 0.3,
           .face_motion = 0.002,
           .gaze_pitch = 0.05,
           .gaze_yaw = 0.08,
@@ -90,6 +91,20 @@ TEST(ChooseParts, EyesThatDoNotTurnAreNotTold) {
   EXPECT_TRUE(choose_parts(m, {}).gaze);
   m.gaze_pitch = m.gaze_yaw;
   EXPECT_FALSE(choose_parts(m, {}).gaze);
+}
+
+TEST(ChooseParts, HairMayFollowTheExpressionOnAHeadThatHardlyTurns) {
+  CaptureMeasures m = usual();
+  m.turn = kHardlyTurns;
+  EXPECT_TRUE(choose_parts(m, {}).still);
+  EXPECT_TRUE(part(choose_parts(m, {}), "still").on);
+  m.turn = std::nextafter(kHardlyTurns, 0.0);
+  EXPECT_FALSE(choose_parts(m, {}).still);
+  EXPECT_FALSE(part(choose_parts(m, {}), "still").on);
+  TrainingSet set = ball_set(4, 32);
+  TrainOptions options;
+  apply_parts(choose_parts(m, {}), set, options);
+  EXPECT_FALSE(options.use_still);
 }
 
 TEST(ChooseParts, TheUsersModeWinsAndIsToldAsTheirs) {
@@ -191,6 +206,7 @@ TEST(MeasureCapture, FindsWhatTheViewsShow) {
   EXPECT_DOUBLE_EQ(m.plate_share, 1);
   EXPECT_NEAR(m.yaw, 1.0, 0.1);  // the ball turns by half a radian to either side
   EXPECT_LT(m.pitch, 0.1);
+  EXPECT_NEAR(m.turn, 0.5 / std::sqrt(2.0), 0.03);
   ASSERT_TRUE(m.light_drift.has_value());
   EXPECT_LT(*m.light_drift, 1e-3);
   EXPECT_GT(m.face_motion, kStillFace);
