@@ -276,6 +276,12 @@ int run_existing(const BuildArguments& arguments, Stage last, const CLI::App& ve
   if (!backend) return report_failure(backend.error());
   auto project = open_or_create_project(arguments.input, options);
   if (!project) return report_failure(project.error());
+  // The window's "finish now" was for the avatar that it made; one of other inputs gets all of the budget.
+  if (project->options.full_budget_s > 0 && !is_current(*project, Stage::train)) {
+    restore_budget(options);
+    project = open_or_create_project(arguments.input, options);
+    if (!project) return report_failure(project.error());
+  }
   const bool nothing_new = given("--refit") && is_current(*project, Stage::fit);
   const int code = run(*project, last, arguments.common, *backend);
   if (code == kExitDone && nothing_new && !arguments.common.json)

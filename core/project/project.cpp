@@ -190,6 +190,10 @@ fs::path detail_path(const Project& project) { return project.folder / "detail.n
 fs::path regions_path(const Project& project) { return project.folder / "regions"; }
 fs::path corrections_path(const Project& project) { return project.folder / "corrections"; }
 
+void restore_budget(ProjectOptions& options) {
+  if (options.full_budget_s > 0) options.budget_s = std::exchange(options.full_budget_s, 0);
+}
+
 Result<Project> open_project(const fs::path& folder) {
   const fs::path file = project_file(folder);
   std::error_code failure;

@@ -106,6 +106,9 @@ std::filesystem::path detail_path(const Project& project);  // absent: no detail
 std::filesystem::path regions_path(const Project& project);
 std::filesystem::path corrections_path(const Project& project);  // absent: nobody painted on the masks
 
+// What a training that was finished early left of the budget is no measure of the next one.
+void restore_budget(ProjectOptions& options);
+
 Result<Project> open_project(const std::filesystem::path& folder);
 // Opens the project in `folder`, or makes one; `options` replace the stored ones either way.
 Result<Project> open_or_create_project(const std::filesystem::path& folder, const ProjectOptions& options);

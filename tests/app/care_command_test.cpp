@@ -133,5 +133,17 @@ TEST_F(CareCommand, FramesThatMeasureAreNotLeftOut) {
   EXPECT_TRUE(open_project(project_.folder())->options.left_out.empty());
 }
 
+TEST_F(CareCommand, ATrainingThatWasFinishedEarlyIsNotTheMeasureOfTheNext) {
+  const auto finished_early = [](Project& p) { p.options.budget_s = 52, p.options.full_budget_s = 600; };
+  ASSERT_TRUE(change_project(project_.folder(), finished_early).ok());
+  (void)likeness({"train", project(), "--seed", "7"});  // this project cannot train
+  EXPECT_EQ(open_project(project_.folder())->options.budget_s, 600);
+  EXPECT_EQ(open_project(project_.folder())->options.full_budget_s, 0);
+  ASSERT_TRUE(change_project(project_.folder(), finished_early).ok());
+  (void)likeness({"train", project(), "--budget", "90"});  // what is asked for wins
+  EXPECT_EQ(open_project(project_.folder())->options.budget_s, 90);
+  EXPECT_EQ(open_project(project_.folder())->options.full_budget_s, 0);
+}
+
 }  // namespace
 }  // namespace likeness::test
