@@ -54,9 +54,9 @@ inline constexpr double kTorsoShare = 0.02;  // of the picture; less is not wort
 // but an avatar of that mode cannot be directed, so only less than what tracks make of a face counts as
 // still.
 inline constexpr double kStillFace = 0.0005;
-// rad rms. Below, the track's errors hardly come under another expression in another pose, and a field that
-// knows the expression everywhere shows pictures never seen no worse, or better by up to 0.9 dB; above, by up
-// to a decibel worse (docs/PERFORMANCE.md, "Expressions where the face moves").
+// rad rms. Below, another pose hardly ever meets another expression, and a field that knows the expression
+// everywhere shows pictures never seen no worse, or better by up to a decibel; at twice that, by a decibel
+// worse (docs/PERFORMANCE.md, "Expressions where the face moves").
 inline constexpr double kHardlyTurns = 0.17;
 
 ChosenParts choose_parts(const CaptureMeasures& measures, const AskedParts& asked);
