@@ -20,7 +20,6 @@ namespace fs = std::filesystem;
 
 namespace {
 
-// A training that was finished early left its seconds as the budget: too little for one that starts anew.
 void choose_budget(ProjectOptions& options, double budget_s) {
   options.budget_s = budget_s, options.full_budget_s = 0, options.steps = 0;
 }

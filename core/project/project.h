@@ -106,7 +106,7 @@ std::filesystem::path detail_path(const Project& project);  // absent: no detail
 std::filesystem::path regions_path(const Project& project);
 std::filesystem::path corrections_path(const Project& project);  // absent: nobody painted on the masks
 
-// What a training that was finished early left of the budget is no measure of the next one.
+// A training that was finished early left its seconds as the budget: too little for one that starts anew.
 void restore_budget(ProjectOptions& options);
 
 Result<Project> open_project(const std::filesystem::path& folder);
