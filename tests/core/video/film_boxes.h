@@ -9,9 +9,10 @@ namespace likeness::test {
 
 inline constexpr const char* kFocalTag = "com.apple.quicktime.camera.focal_length.35mm_equivalent";
 
+// Of any width: what is wider than the number begins with zeros.
 inline std::string number(std::uint64_t value, int bytes) {
   std::string text;
-  for (int i = bytes - 1; i >= 0; --i) text += char(value >> (8 * i) & 0xff);
+  for (int i = bytes - 1; i >= 0; --i) text += i < 8 ? char(value >> (8 * i) & 0xff) : '\0';
   return text;
 }
 inline std::string box(const std::string& type, const std::string& held) {
