@@ -110,7 +110,7 @@ Result<void> follow(Work& work, const Progress& progress, std::stop_token stop, 
         work.states[i] ? *work.states[i] : (frames[i].held_out ? last : last_training).value_or(TorsoState{});
     work.states[i].reset();
     const bool keep = !work.pictures[i].empty();
-    if (!keep) work.pictures[i] = grey_pyramid(*frames[i].grey);
+    if (!keep) work.pictures[i] = relief_pyramid(*frames[i].grey);
     const double difference = align(i, &state);
     if (!keep) work.pictures[i].clear();
     // A motion that no body makes in a picture that still shows the head: keep the last good one.
@@ -133,7 +133,7 @@ void values_at(const Work& work, const std::vector<Pose>& poses, std::size_t lev
     float value;
     if (seen_at(work.view(i, level), moved ? poses[k] : Pose::Identity(), posed, &px) &&
         work.pictures[i][level].sample(px.x(), px.y(), &value, nullptr))
-      values->push_back(value + float(moved ? state.motion.brightness : 0));
+      values->push_back(value);
   }
 }
 
@@ -357,7 +357,7 @@ Result<TorsoTrack> track_torso(const std::vector<TorsoFrame>& frames, const Vec3
   choose_learning(work, teaching.frames, options.learning_frames);
   if (work.learning.empty()) return track;
   parallel_for(work.learning.size(), [&](std::size_t k) {
-    work.pictures[work.learning[k]] = grey_pyramid(*frames[work.learning[k]].grey);
+    work.pictures[work.learning[k]] = relief_pyramid(*frames[work.learning[k]].grey);
   });
   if (options.deform && teaching.deforms) {
     auto modes = learn(work, progress.stage(0.25, 0.7, ""), stop);

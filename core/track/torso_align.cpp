@@ -1,5 +1,5 @@
-// Rows of the Jacobian are sparse: four numbers of motion and brightness, then at most eight of the nodes
-// around the pixel, or one a mode.
+// Rows of the Jacobian are sparse: three numbers of motion, then at most eight of the nodes around the pixel,
+// or one a mode.
 #include "core/track/torso_align.h"
 
 #include <Eigen/Cholesky>
@@ -74,12 +74,12 @@ bool torso_row(const TorsoPixel& pixel, const TorsoView& view, const Pose& pose,
   const Mat3d to_cam = view.frame->cam_from_world.linear() * view.reference.linear();
   const Vec2d by = (to_cam.transpose() * by_cam).head<2>();  // of the reference torso's x and y
   const Vec2d arm = moved.head<2>() - pivot - state.motion.shift;
-  row->residual = value + state.motion.brightness - pixel.value;
+  row->residual = value - pixel.value;
   const double size = std::abs(row->residual);
   row->weight = pixel.weight * (size <= kTorsoHuber ? 1.0 : kTorsoHuber / size);
   row->cost =
       pixel.weight * (size <= kTorsoHuber ? 0.5 * size * size : kTorsoHuber * (size - 0.5 * kTorsoHuber));
-  row->by << arm.x() * by.y() - arm.y() * by.x(), by.x(), by.y(), 1;
+  row->by << arm.x() * by.y() - arm.y() * by.x(), by.x(), by.y();
   row->by_place = pose.linear().topLeftCorner<2, 2>().transpose() * by;
   row->at = place_in(grid, float(pixel.place.x()), float(pixel.place.y()));
   return true;
@@ -168,7 +168,6 @@ double align_torso(const std::vector<TorsoPixel>& pixels, const TorsoView& view,
     if (!step.allFinite()) return 1e9;
     motion.angle += step[0];
     motion.shift += step.segment<2>(1);
-    motion.brightness += step[3];
     double largest = 0.2 * std::abs(step[0]) + step.segment<2>(1).norm();
     if (freedom == TorsoFreedom::nodes) {
       for (int i = 0; i < extra; ++i) state->displacement[std::size_t(i)] += float(step[kTorsoRigid + i]);

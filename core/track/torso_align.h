@@ -15,7 +15,6 @@ namespace likeness {
 struct TorsoMotion {
   double angle = 0;             // rad, about z
   Vec2d shift = Vec2d::Zero();  // m
-  double brightness = 0;        // grey levels added to the frame
 };
 
 // What may change besides the motion.

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <opencv2/imgproc.hpp>
 
 namespace likeness {
 namespace {
@@ -19,6 +20,7 @@ constexpr double kLowest = 0.36;          // m below the chin: further down are 
 constexpr double kEdge = 4;               // grey levels a pixel
 constexpr double kNapeRise = 0.35;        // of the plane from the chin back under the skull
 constexpr int kEdgeReach = 3;             // px
+constexpr int kSurroundings = 10;         // px to each side, of any level
 
 GreyLevel reduced(const GreyLevel& from) {
   GreyLevel to{from.width / 2, from.height / 2, from.scale / 2, {}};
@@ -28,6 +30,17 @@ GreyLevel reduced(const GreyLevel& from) {
       to.data[static_cast<std::size_t>(y) * to.width + x] =
           0.25f * (from.at(2 * x, 2 * y) + from.at(2 * x + 1, 2 * y) + from.at(2 * x, 2 * y + 1) +
                    from.at(2 * x + 1, 2 * y + 1));
+  return to;
+}
+
+// What is left without the mean of the surroundings.
+GreyLevel relief(const GreyLevel& from) {
+  GreyLevel to = from;
+  const cv::Mat values(from.height, from.width, CV_32F, const_cast<float*>(from.data.data()));
+  cv::Mat mean;
+  cv::blur(values, mean, {2 * kSurroundings + 1, 2 * kSurroundings + 1}, {-1, -1}, cv::BORDER_REPLICATE);
+  cv::Mat made(to.height, to.width, CV_32F, to.data.data());
+  cv::subtract(values, mean, made);
   return to;
 }
 
@@ -60,12 +73,12 @@ bool GreyLevel::sample(double px, double py, float* value, Vec2d* slope) const {
   return true;
 }
 
-std::vector<GreyLevel> grey_pyramid(const Image8& grey) {
+std::vector<GreyLevel> relief_pyramid(const Image8& grey) {
   GreyLevel full{grey.width, grey.height, 1, std::vector<float>(grey.data.begin(), grey.data.end())};
   std::vector<GreyLevel> levels;
   for (int k = 0; k < 3; ++k) {
     full = reduced(full);
-    levels.push_back(full);
+    levels.push_back(relief(full));
   }
   return levels;
 }
@@ -78,7 +91,7 @@ TorsoTemplate make_torso_template(const TorsoFrame& f, const Vec3d& chin) {
   const double x0 = cam_from_head.translation().x() / cam_from_head.translation().z() * z0;
   const double chin_y = chin_cam.y() / chin_cam.z() * z0;
   made.pivot = (head_from_cam * Vec3d(x0, chin_y + kPivotBelow, z0)).head<2>();
-  for (const GreyLevel& level : grey_pyramid(*f.grey)) {
+  for (const GreyLevel& level : relief_pyramid(*f.grey)) {
     const bool finest = made.levels.empty();
     const std::vector<std::uint8_t> edges =
         finest ? near_edges(level) : std::vector<std::uint8_t>(level.data.size(), 1);

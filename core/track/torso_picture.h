@@ -1,5 +1,5 @@
-// Pictures as the torso's alignment sees them: grey pyramids, and a template of the torso in its own frame
-// that many training frames agree on.
+// Pictures as the torso's alignment sees them: pyramids of what stands out from its surroundings, and a
+// template of the torso in its own frame that many training frames agree on.
 #pragma once
 
 #include <vector>
@@ -14,7 +14,7 @@ namespace likeness {
 struct GreyLevel {
   int width = 0, height = 0;
   double scale = 1;         // of the working picture
-  std::vector<float> data;  // (height, width), 0..255
+  std::vector<float> data;  // (height, width), grey levels
 
   float at(int x, int y) const { return data[static_cast<std::size_t>(y) * width + x]; }
   // Value and slope at a place in this level's pixels (centres at +0.5); false outside.
@@ -22,12 +22,13 @@ struct GreyLevel {
 };
 
 // Halves of the picture: 1/2, 1/4, 1/8. The finest holds enough for a hundredth of a pixel over so many
-// pixels.
-std::vector<GreyLevel> grey_pyramid(const Image8& grey);
+// pixels. Of every pixel the mean of its surroundings is taken away: a shadow that the head throws would draw
+// edges to itself otherwise, one that stands out less draws them nowhere.
+std::vector<GreyLevel> relief_pyramid(const Image8& grey);
 
 struct TorsoPixel {
   Vec3d place;      // on the canonical torso, torso frame, m
-  float value = 0;  // grey
+  float value = 0;  // grey levels, beside its surroundings
   float weight = 1;
 };
 

@@ -73,6 +73,35 @@ TEST(Torso, FollowsADeformationThatTrainingFramesShow) {
   }
 }
 
+// The head's shadow on the chest: the picture above a soft edge, which keeps `left` of itself.
+Image8 shadowed(const Image8& picture, double edge, double left) {
+  Image8 made = picture;
+  for (int y = 0; y < made.height; ++y)
+    for (int x = 0; x < made.width; ++x) {
+      std::uint8_t& value = made.at(x, y)[0];
+      value = std::uint8_t(std::lround(value * (1 - (1 - left) / (1 + std::exp((y - edge) / 12)))));
+    }
+  return made;
+}
+
+TEST(Torso, AShadowDrawsItNowhere) {
+  const BoardClip lit = sagging_clip();
+  std::vector<Image8> images = lit.images;
+  for (std::size_t i = 30; i < images.size(); ++i) images[i] = shadowed(images[i], 215, 0.5);
+  BoardClip clip = show(std::move(images));
+  for (std::size_t i = 30; i < clip.frames.size(); ++i) clip.frames[i].held_out = true;
+  const auto track = track_torso(clip.frames, kChin, {}, {});
+  ASSERT_TRUE(track.ok());
+  for (const double x : {-0.12, 0.12}) {
+    const Vec3d canonical = clip.frames[0].world_from_head.inverse() * Vec3d(x, 0.1, kDepth);
+    for (const int i : {31, 34}) {
+      const Vec3d moved = posed_place(*track, std::size_t(i), canonical) - posed_place(*track, 2, canonical);
+      EXPECT_NEAR(moved.x(), shift_of(i) - shift_of(2), 0.0012) << "frame " << i << " at " << x;
+      EXPECT_NEAR(moved.y(), (sag_of(i) - sag_of(2)) * sunk(x), 0.0012) << "frame " << i << " at " << x;
+    }
+  }
+}
+
 TEST(Torso, HeldOutPicturesChangeNothingThatIsShared) {
   const BoardClip clip = sagging_clip();
   const auto track = track_torso(clip.frames, kChin, {}, {});
