@@ -11,7 +11,7 @@ namespace {
 
 constexpr double kChestForward = 0.04;    // m, chest before the head's origin
 constexpr double kBend = 1.75;            // 1/m, shoulders lie this much behind
-constexpr double kHalfWidth = 0.26;       // m of body used each side
+constexpr double kHalfWidth = 0.3;        // m of body used each side
 constexpr double kNeckHalf = 0.065;       // m, the neck moves with the head and is left out
 constexpr double kShouldersBelow = 0.01;  // m below the chin where shoulders may begin
 constexpr double kNeckBelow = 0.045;      // m below the chin where the neck's shadows end
