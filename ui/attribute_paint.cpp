@@ -28,12 +28,14 @@ void AttributePaint::open(PaintedAttributes attributes, std::optional<Error> unr
   if (!all_->empty()) name_ = all_->front().name;
 }
 
-void AttributePaint::refresh(const PaintedAttributes& attributes, std::optional<Error> unreadable) {
+bool AttributePaint::refresh(const PaintedAttributes& attributes, std::optional<Error> unreadable) {
   unreadable_ = std::move(unreadable);
-  if (unsaved_ || attributes == *all_) return;
+  if (unsaved_) return false;
+  if (attributes == *all_) return true;
   all_ = std::make_shared<const PaintedAttributes>(attributes);
   history_.clear(), present_ = 0;  // of what is no more
   ++edit_;
+  return true;
 }
 
 std::shared_ptr<const Strokes> AttributePaint::strokes(int frame) const {

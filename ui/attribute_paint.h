@@ -40,8 +40,8 @@ class AttributePaint {
  public:
   // Another project's, or none; nothing can be undone.
   void open(PaintedAttributes attributes, std::optional<Error> unreadable);
-  // The same project's, read again; what was not yet saved counts more.
-  void refresh(const PaintedAttributes& attributes, std::optional<Error> unreadable);
+  // The same project's, read again; what was not yet saved counts more. False: so it was, nothing is taken.
+  bool refresh(const PaintedAttributes& attributes, std::optional<Error> unreadable);
   void turn(bool on) { on_ = on, ++edit_; }
   void choose(std::string name) { name_ = std::move(name), ++edit_; }
 

@@ -198,6 +198,10 @@ class Studio {
   FramePicture clip_picture_, check_picture_, face_picture_, compare_picture_;
   Masks masks_;
   AttributePaint attributes_;
+  // What the window last read or wrote of them: after it was made only work of the background, which runs in
+  // order, touches it.
+  using SavedAttributes = std::shared_ptr<const PaintedAttributes>;
+  std::shared_ptr<SavedAttributes> attributes_saved_;
   MaskPicture mask_picture_;
   std::uint64_t masks_read_ = 0;                   // how often the project's were
   std::shared_ptr<const MaskSource> mask_source_;  // of the picture, or of one like it

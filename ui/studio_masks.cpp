@@ -132,9 +132,10 @@ void Studio::save_strokes() {
   if (!contents_ || (!masks_.has_unsaved() && !attributes_.has_unsaved())) return;
   if (attributes_.take_unsaved())
     background_.run("attributes " + folder_.string(),
-                    [this, project = contents_->project,
-                     all = attributes_.all()](std::stop_token) -> Background::Delivery {
-                      const auto saved = save_project_attributes(project, *all);
+                    [this, project = contents_->project, all = attributes_.all(),
+                     before = attributes_saved_](std::stop_token) -> Background::Delivery {
+                      const auto saved = save_attribute_changes(project, **before, *all);
+                      if (saved) *before = all;
                       return [this, folder = project.folder,
                               error = saved ? std::nullopt : std::optional(saved.error())] {
                         if (error) fail(*error);
@@ -186,9 +187,11 @@ void Studio::take_masks(bool first, std::uint64_t edit) {
   if (first) {
     masks_.open(contents_->strokes, contents_->unreadable_strokes);
     attributes_.open(contents_->attributes, contents_->unreadable_attributes);
+    attributes_saved_ = std::make_shared<SavedAttributes>(attributes_.all());
   } else if (edit == painted_edit()) {
     masks_.refresh(contents_->strokes, contents_->unreadable_strokes);
-    attributes_.refresh(contents_->attributes, contents_->unreadable_attributes);
+    if (attributes_.refresh(contents_->attributes, contents_->unreadable_attributes))
+      attributes_saved_ = std::make_shared<SavedAttributes>(attributes_.all());
   }
   masks_.set_frames(matted_frames(*contents_));
   mask_source_.reset();

@@ -37,6 +37,10 @@ void annotate(PaintedAttributes& attributes, std::string_view name, AttributeAnn
 // one.
 bool take_back(PaintedAttributes& attributes, std::string_view name, int frame = -1);
 
+// `theirs` with what `mine` changed since `base`, annotation by annotation; where both changed one, mine.
+PaintedAttributes merge_attributes(const PaintedAttributes& base, const PaintedAttributes& mine,
+                                   PaintedAttributes theirs);
+
 // Strokes that cover what a mask does: one channel in the source's pixels, of which those over 127 count. A
 // rim of about a pixel is rounded off.
 Strokes strokes_of_mask(const Image8& mask);

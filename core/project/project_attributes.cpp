@@ -200,6 +200,13 @@ Result<void> save_project_attributes(const Project& project, const PaintedAttrib
   return {};
 }
 
+Result<void> save_attribute_changes(const Project& project, const PaintedAttributes& base,
+                                    const PaintedAttributes& attributes) {
+  auto there = read_project_attributes(project);
+  if (!there) return there.error();
+  return save_project_attributes(project, merge_attributes(base, attributes, std::move(*there)));
+}
+
 Result<fs::path> set_aside_attributes(const Project& project) {
   fs::path aside = project.folder / "attributes.old.json";
   for (int number = 2; is_there(aside); ++number)

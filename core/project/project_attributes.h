@@ -30,6 +30,9 @@ std::filesystem::path next_attribute_values_path(const Project& project);
 Result<PaintedAttributes> read_project_attributes(const Project& project);
 // No attributes: the file goes, so that the project is as it was.
 Result<void> save_project_attributes(const Project& project, const PaintedAttributes& attributes);
+// Only what changed since `base`, so that what another program painted meanwhile stays.
+Result<void> save_attribute_changes(const Project& project, const PaintedAttributes& base,
+                                    const PaintedAttributes& attributes);
 // Renames the file to attributes.old.json, or with a number. Returns its new place.
 Result<std::filesystem::path> set_aside_attributes(const Project& project);
 // Whether a project's file of this name holds attributes, set aside or not.

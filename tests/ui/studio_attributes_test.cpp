@@ -92,6 +92,24 @@ TEST_F(StudioAttributes, IsPaintedTakenBackTrainedAndDirected) {
   click("Redo");
   EXPECT_TRUE(saved(1));
 
+  // -- What a command line painted meanwhile stays, whatever is painted here.
+  {
+    const auto project = open_project(project_);
+    ASSERT_TRUE(project.ok());
+    PaintedAttributes theirs = *read_project_attributes(*project);
+    annotate(theirs, "wink", {10, 1, {{StrokeMark::person, 3, {{5, 5}}}}});
+    ASSERT_TRUE(save_project_attributes(*project, theirs).ok());
+    click("Undo");
+    click("Redo");
+    ASSERT_TRUE(until(30, [&](const Snapshot&) { return read_project_attributes(*project)->size() == 2; }));
+    ASSERT_TRUE(until(60, [](const Snapshot& s) { return s.masks.attributes.all->size() == 2; }))
+        << "it is read again once the window rests";
+    click("wink");
+    click("Delete wink");
+    click("cheek puff");
+    EXPECT_TRUE(saved(1));
+  }
+
   // -- Others that show none.
   for (const int none : {6, 14, 20}) {
     go_to(none);

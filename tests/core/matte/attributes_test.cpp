@@ -89,6 +89,26 @@ TEST(Attributes, KeepOneAnnotationAFrameInOrder) {
   EXPECT_TRUE(attributes.empty());
 }
 
+TEST(Attributes, MergeWhatTwoProgramsChanged) {
+  const PaintedAttributes base = some();
+  PaintedAttributes mine = base, theirs = base;
+  annotate(mine, "cheek puff", {7, 0.25, {}});
+  annotate(mine, "cheek puff", {40, 0.5, {}});
+  take_back(mine, "dimple", 3);
+  annotate(theirs, "cheek puff", {7, 0.75, {}});
+  annotate(theirs, "cheek puff", {41, 1, {}});
+  annotate(theirs, "wink", {9, 1, {}});
+  PaintedAttributes expected = base;
+  annotate(expected, "cheek puff", {7, 0.25, {}});
+  annotate(expected, "cheek puff", {40, 0.5, {}});
+  annotate(expected, "cheek puff", {41, 1, {}});
+  take_back(expected, "dimple", 3);
+  annotate(expected, "wink", {9, 1, {}});
+  EXPECT_EQ(merge_attributes(base, mine, theirs), expected);
+  EXPECT_EQ(merge_attributes(base, base, theirs), theirs);
+  EXPECT_EQ(merge_attributes(base, mine, base), mine);
+}
+
 TEST(Attributes, HaveNamesThatCanBeTyped) {
   for (const char* name : {"cheek puff", "a", "brow_L-2"})
     EXPECT_TRUE(check_attribute_name(name).ok()) << name;
