@@ -11,14 +11,6 @@ constexpr std::size_t kMostChanges = 200;
 
 }  // namespace
 
-const AttributeAnnotation* find_annotation(const PaintedAttributes& attributes, const std::string& name,
-                                           int frame) {
-  const auto own = std::ranges::find(attributes, name, &PaintedAttribute::name);
-  if (own == attributes.end()) return nullptr;
-  const auto at = std::ranges::find(own->annotations, frame, &AttributeAnnotation::frame);
-  return at == own->annotations.end() ? nullptr : &*at;
-}
-
 void AttributePaint::open(PaintedAttributes attributes, std::optional<Error> unreadable) {
   const std::uint64_t edit = edit_;
   *this = {};

@@ -32,15 +32,11 @@ struct AttributeRequests {
   std::optional<std::string> remove;
 };
 
-// The annotation of a frame, or null.
-const AttributeAnnotation* find_annotation(const PaintedAttributes& attributes, const std::string& name,
-                                           int frame);
-
 class AttributePaint {
  public:
   // Another project's, or none; nothing can be undone.
   void open(PaintedAttributes attributes, std::optional<Error> unreadable);
-  // The same project's, read again; what was not yet saved counts more. False: so it was, nothing is taken.
+  // The same project's, read again; what was not yet saved counts more: false where there is such.
   bool refresh(const PaintedAttributes& attributes, std::optional<Error> unreadable);
   void turn(bool on) { on_ = on, ++edit_; }
   void choose(std::string name) { name_ = std::move(name), ++edit_; }

@@ -25,14 +25,6 @@ auto named(PaintedAttributes& attributes, std::string_view name) {
   return std::ranges::find_if(attributes, [&](const PaintedAttribute& a) { return a.name == name; });
 }
 
-const AttributeAnnotation* annotation_of(const PaintedAttributes& attributes, std::string_view name,
-                                         int frame) {
-  const auto own = std::ranges::find(attributes, name, &PaintedAttribute::name);
-  if (own == attributes.end()) return nullptr;
-  const auto at = std::ranges::find(own->annotations, frame, &AttributeAnnotation::frame);
-  return at == own->annotations.end() ? nullptr : &*at;
-}
-
 // A brush of this radius led over the middle line of a rectangle it may not leave, or a dab in its middle.
 Stroke band(double x0, double x1, double y, double radius) {
   const double inner = std::max(0.0, 0.5 * (x1 - x0) - radius), middle = 0.5 * (x0 + x1);
@@ -81,16 +73,29 @@ bool take_back(PaintedAttributes& attributes, std::string_view name, int frame) 
   return taken > 0;
 }
 
+const AttributeAnnotation* find_annotation(const PaintedAttributes& attributes, std::string_view name,
+                                           int frame) {
+  const auto own = std::ranges::find(attributes, name, &PaintedAttribute::name);
+  if (own == attributes.end()) return nullptr;
+  const auto at = std::ranges::find(own->annotations, frame, &AttributeAnnotation::frame);
+  return at == own->annotations.end() ? nullptr : &*at;
+}
+
 PaintedAttributes merge_attributes(const PaintedAttributes& base, const PaintedAttributes& mine,
                                    PaintedAttributes theirs) {
   for (const PaintedAttribute& attribute : mine)
     for (const AttributeAnnotation& now : attribute.annotations) {
-      const AttributeAnnotation* before = annotation_of(base, attribute.name, now.frame);
+      const AttributeAnnotation* before = find_annotation(base, attribute.name, now.frame);
       if (!before || !(*before == now)) annotate(theirs, attribute.name, now);
     }
   for (const PaintedAttribute& attribute : base)
     for (const AttributeAnnotation& before : attribute.annotations)
-      if (!annotation_of(mine, attribute.name, before.frame)) take_back(theirs, attribute.name, before.frame);
+      if (!find_annotation(mine, attribute.name, before.frame))
+        take_back(theirs, attribute.name, before.frame);
+  const auto place = [&](const PaintedAttribute& attribute) {
+    return std::ranges::find(mine, attribute.name, &PaintedAttribute::name) - mine.begin();
+  };
+  std::ranges::stable_sort(theirs, {}, place);
   return theirs;
 }
 

@@ -37,7 +37,12 @@ void annotate(PaintedAttributes& attributes, std::string_view name, AttributeAnn
 // one.
 bool take_back(PaintedAttributes& attributes, std::string_view name, int frame = -1);
 
-// `theirs` with what `mine` changed since `base`, annotation by annotation; where both changed one, mine.
+// The annotation of a frame, or null.
+const AttributeAnnotation* find_annotation(const PaintedAttributes& attributes, std::string_view name,
+                                           int frame);
+
+// `theirs` with what `mine` changed since `base`, annotation by annotation; where both changed one, mine. In
+// my order, what only they have last.
 PaintedAttributes merge_attributes(const PaintedAttributes& base, const PaintedAttributes& mine,
                                    PaintedAttributes theirs);
 

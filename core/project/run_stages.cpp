@@ -43,7 +43,7 @@ namespace fs = std::filesystem;
 namespace {
 
 // Raised when a stage's method changes so that its old results should be made anew.
-constexpr std::array<int, kStages.size()> kStageVersion{1, 3, 5, 4, 4};
+constexpr std::array<int, kStages.size()> kStageVersion{1, 3, 6, 4, 4};
 constexpr int kDetailVersion = 1;  // of what is learnt from detail maps
 constexpr int kRefitVersion = 1;   // the same for spans fitted again
 

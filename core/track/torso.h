@@ -36,7 +36,7 @@ struct TorsoTrack {
   std::vector<Pose> world_from_torso;  // one a frame
   TorsoModes modes;                    // from training frames; empty: rigid
   std::vector<TorsoShape> shapes;      // one a frame; zero where there are no modes
-  double residual_before = 0,          // mean grey-level difference to the template: unmoved,
+  double residual_before = 0,          // mean difference of relief to the template, grey levels: unmoved,
       residual_rigid = 0,              // best rigid motion,
       residual_after = 0;  // with its deformation; each frame by itself, over all that were tracked
 };

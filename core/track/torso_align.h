@@ -42,8 +42,9 @@ bool seen_at(const TorsoView& view, const Pose& motion, const Vec3d& posed, Vec2
 // Posed canonical point, torso frame before the motion: place + displacement.
 Vec3d displaced(const TorsoGrid& grid, const std::vector<float>& displacement, const Vec3d& place);
 
-// Mean absolute grey difference at the start of the last iteration; 1e9 where too little is seen. With
-// TorsoFreedom::nodes the grid is kept smooth; with modes the shape is drawn to the training frames' spread.
+// Mean absolute difference of relief, grey levels, at the start of the last iteration; 1e9 where too little
+// is seen. With TorsoFreedom::nodes the grid is kept smooth; with modes the shape is drawn to the training
+// frames' spread.
 double align_torso(const std::vector<TorsoPixel>& pixels, const TorsoView& view, const Vec2d& pivot,
                    const TorsoGrid& grid, const TorsoModes* modes, TorsoFreedom freedom, int iterations,
                    TorsoState* state);

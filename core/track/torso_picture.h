@@ -22,8 +22,9 @@ struct GreyLevel {
 };
 
 // Halves of the picture: 1/2, 1/4, 1/8. The finest holds enough for a hundredth of a pixel over so many
-// pixels. Of every pixel the mean of its surroundings is taken away: a shadow that the head throws would draw
-// edges to itself otherwise, one that stands out less draws them nowhere.
+// pixels. Of every pixel the mean of its surroundings is taken away, and what is left is called relief: in
+// plain grey levels the edge of the head's shadow would draw the torso's edges to itself. Near the outline of
+// a head that moves those surroundings hold some of it.
 std::vector<GreyLevel> relief_pyramid(const Image8& grey);
 
 struct TorsoPixel {

@@ -15,7 +15,8 @@ inline constexpr double kTorsoPixelsMeant = 4000;  // priors are stated for this
 inline constexpr double kTorsoMotionPrior = 1;     // tiny: keeps the system regular
 inline constexpr int kTorsoRigid = 3;              // angle, shift
 
-// The frame's grey level at a canonical point beside the template's, and how it changes.
+// The frame's relief (core/track/torso_picture.h) at a canonical point beside the template's, and how it
+// changes.
 struct TorsoRow {
   double residual = 0;                       // grey levels
   double weight = 0;                         // the template's, less where the residual is large (Huber)

@@ -107,6 +107,9 @@ TEST(Attributes, MergeWhatTwoProgramsChanged) {
   EXPECT_EQ(merge_attributes(base, mine, theirs), expected);
   EXPECT_EQ(merge_attributes(base, base, theirs), theirs);
   EXPECT_EQ(merge_attributes(base, mine, base), mine);
+  PaintedAttributes less = base;
+  take_back(less, base[0].name);
+  EXPECT_EQ(merge_attributes(less, base, less), base) << "one that comes back has its place again";
 }
 
 TEST(Attributes, HaveNamesThatCanBeTyped) {
