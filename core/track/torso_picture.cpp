@@ -34,14 +34,11 @@ GreyLevel reduced(const GreyLevel& from) {
 }
 
 // What is left without the mean of the surroundings.
-GreyLevel relief(const GreyLevel& from) {
-  GreyLevel to = from;
-  const cv::Mat values(from.height, from.width, CV_32F, const_cast<float*>(from.data.data()));
-  cv::Mat mean;
+GreyLevel relief(GreyLevel level) {
+  cv::Mat values(level.height, level.width, CV_32F, level.data.data()), mean;
   cv::blur(values, mean, {2 * kSurroundings + 1, 2 * kSurroundings + 1}, {-1, -1}, cv::BORDER_REPLICATE);
-  cv::Mat made(to.height, to.width, CV_32F, to.data.data());
-  cv::subtract(values, mean, made);
-  return to;
+  cv::subtract(values, mean, values);
+  return level;
 }
 
 // One flag a pixel: an edge is near.
