@@ -12,11 +12,11 @@
 #include "app/project_speed_report.h"
 #include "app/terminal.h"
 #include "core/base/parallel.h"
-#include "core/bench/field_speed.h"
-#include "core/bench/processor.h"
 #include "core/device/load_device.h"
+#include "core/lab/bench/field_speed.h"
+#include "core/lab/bench/processor.h"
+#include "core/lab/bench/project_speed.h"
 #include "core/project/project.h"
-#include "core/study/project_speed.h"
 
 namespace likeness::app {
 

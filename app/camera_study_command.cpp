@@ -10,8 +10,8 @@
 #include "app/terminal.h"
 #include "core/base/files.h"
 #include "core/base/parallel.h"
+#include "core/lab/truth/camera_truth.h"
 #include "core/matte/matte.h"
-#include "core/study/camera_truth.h"
 
 namespace likeness::app {
 namespace {

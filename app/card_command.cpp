@@ -8,7 +8,7 @@
 #include "app/parts.h"
 #include "app/terminal.h"
 #include "core/base/parallel.h"
-#include "core/study/card.h"
+#include "core/project/card.h"
 
 namespace likeness::app {
 

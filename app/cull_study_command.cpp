@@ -7,7 +7,7 @@
 #include "app/commands.h"
 #include "app/terminal.h"
 #include "core/base/parallel.h"
-#include "core/study/cull_study.h"
+#include "core/lab/study/cull_study.h"
 
 namespace likeness::app {
 namespace {

@@ -6,10 +6,10 @@
 #include <fmt/format.h>
 
 #include "app/project_speed_report.h"
-#include "core/bench/device_report.h"
 #include "core/device/load_device.h"
+#include "core/lab/bench/device_report.h"
+#include "core/lab/bench/project_speed.h"
 #include "core/render/backend.h"
-#include "core/study/project_speed.h"
 
 namespace likeness::app {
 namespace {

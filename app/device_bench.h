@@ -2,7 +2,7 @@
 #pragma once
 
 #include "app/terminal.h"
-#include "core/bench/device_speed.h"
+#include "core/lab/bench/device_speed.h"
 #include "core/project/project.h"
 
 namespace likeness::app {

@@ -13,7 +13,7 @@
 #include "core/base/parallel.h"
 #include "core/camera/process.h"
 #include "core/device/load_device.h"
-#include "core/track/landmarks.h"
+#include "core/face/landmarks.h"
 
 namespace likeness::app {
 

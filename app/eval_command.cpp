@@ -7,9 +7,9 @@
 #include "app/commands.h"
 #include "app/terminal.h"
 #include "core/base/parallel.h"
+#include "core/lab/score/evaluate.h"
 #include "core/project/run_stages.h"
 #include "core/render/avatar.h"
-#include "core/study/evaluate.h"
 #include "core/train/mode.h"
 
 namespace likeness::app {

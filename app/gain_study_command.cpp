@@ -9,7 +9,7 @@
 #include "app/commands.h"
 #include "app/terminal.h"
 #include "core/base/parallel.h"
-#include "core/study/gain_study.h"
+#include "core/lab/study/gain_study.h"
 
 namespace likeness::app {
 namespace {

@@ -7,7 +7,7 @@
 #include "app/commands.h"
 #include "app/terminal.h"
 #include "core/base/parallel.h"
-#include "core/study/landmark_study.h"
+#include "core/lab/study/landmark_study.h"
 #include "core/train/landmark_patches.h"
 
 namespace likeness::app {

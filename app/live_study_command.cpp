@@ -7,8 +7,8 @@
 #include "app/commands.h"
 #include "app/terminal.h"
 #include "core/base/parallel.h"
-#include "core/film/film.h"
-#include "core/live/live_figures.h"
+#include "core/export/write_film.h"
+#include "core/lab/bench/live_figures.h"
 
 namespace likeness::app {
 

@@ -6,10 +6,10 @@
 
 #include "app/commands.h"
 #include "app/terminal.h"
+#include "core/lab/truth/face_marks.h"
 #include "core/project/project_views.h"
 #include "core/project/run_stages.h"
-#include "core/study/face_marks.h"
-#include "core/track/track.h"
+#include "core/scene/track.h"
 
 namespace likeness::app {
 
@@ -83,7 +83,7 @@ void add_mark_study(CLI::App& study, int& exit_code) {
   auto a = std::make_shared<MarkStudyArguments>();
   CLI::App* verb = study.add_subcommand("marks", "A track beside what somebody saw in the clip's pictures");
   verb->add_option("track", a->track, "A track.json of the clip")->required();
-  verb->add_option("marks", a->marks, "The marks (core/study/face_marks.h)")->required();
+  verb->add_option("marks", a->marks, "The marks (core/lab/truth/face_marks.h)")->required();
   verb->add_option("--head-model", a->models.head_model,
                    "The head model of the track; default: the one it names, or the built-in head");
   add_common_options(*verb, a->common);

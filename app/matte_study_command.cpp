@@ -7,7 +7,7 @@
 #include "app/commands.h"
 #include "app/terminal.h"
 #include "core/base/parallel.h"
-#include "core/study/matte_truth.h"
+#include "core/lab/truth/matte_truth.h"
 
 namespace likeness::app {
 namespace {

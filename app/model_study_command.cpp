@@ -8,8 +8,8 @@
 #include "app/commands.h"
 #include "app/terminal.h"
 #include "core/base/parallel.h"
-#include "core/study/model_report.h"
-#include "core/study/model_study.h"
+#include "core/lab/study/model_report.h"
+#include "core/lab/study/model_study.h"
 
 namespace likeness::app {
 namespace {

@@ -3,7 +3,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "core/study/project_speed.h"
+#include "core/lab/bench/project_speed.h"
 
 namespace likeness::app {
 

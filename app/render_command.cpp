@@ -14,13 +14,13 @@
 #include "core/base/parallel.h"
 #include "core/direct/performance.h"
 #include "core/direct/seen_limits.h"
+#include "core/drive/drive_clip.h"
 #include "core/export/head_mesh.h"
+#include "core/export/write_film.h"
 #include "core/export/write_out.h"
-#include "core/film/driving.h"
-#include "core/film/film.h"
 #include "core/head/pose_head.h"
 #include "core/render/camera_path.h"
-#include "core/track/track.h"
+#include "core/scene/track.h"
 #include "core/video/decode.h"
 
 namespace likeness::app {
@@ -145,7 +145,10 @@ Result<Film> make_film(const RenderArguments& arguments, const OpenedAvatar& ope
     }
     auto articulation = articulate(model, avatar.neutral, actions);
     if (!articulation) return articulation.error();
-    film.poses.push_back({head, avatar.world_from_torso, std::move(*articulation), std::move(attributes)});
+    film.poses.push_back({.world_from_head = head,
+                          .world_from_torso = avatar.world_from_torso,
+                          .articulation = std::move(*articulation),
+                          .attributes = std::move(attributes)});
   }
   return film;
 }

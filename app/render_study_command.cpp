@@ -8,7 +8,7 @@
 #include "app/commands.h"
 #include "app/terminal.h"
 #include "core/base/parallel.h"
-#include "core/study/render_study.h"
+#include "core/lab/bench/render_study.h"
 
 namespace likeness::app {
 namespace {

@@ -8,13 +8,13 @@
 #include "app/commands.h"
 #include "app/terminal.h"
 #include "core/base/parallel.h"
+#include "core/camera/clip_camera.h"
 #include "core/capture/capture.h"
-#include "core/film/clip_camera.h"
-#include "core/film/driving.h"
-#include "core/film/film.h"
+#include "core/drive/drive_clip.h"
+#include "core/export/write_film.h"
+#include "core/lab/truth/drive_truth.h"
+#include "core/lab/truth/track_study.h"
 #include "core/project/run_stages.h"
-#include "core/study/drive_study.h"
-#include "core/study/track_study.h"
 #include "core/video/decode.h"
 
 namespace likeness::app {
@@ -244,7 +244,7 @@ void add_track_study(CLI::App& study, int& exit_code) {
       fmt::format("Steps to measure, of: {}; default: all", fmt::join(track_step_names(), ", ")));
   verb->add_option("--tracks", a->tracks, "A folder to keep each step's track in");
   verb->add_option("--marks", a->marks,
-                   "A file of what was seen of mouth and eyes in the clip (core/study/face_marks.h)");
+                   "A file of what was seen of mouth and eyes in the clip (core/lab/truth/face_marks.h)");
   verb->add_option("--head-model", a->models.head_model,
                    "A head model file (.npz); default: the project's, or the built-in head");
   verb->add_option("--landmark-model", a->models.landmark_model,

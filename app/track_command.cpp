@@ -8,12 +8,12 @@
 #include "app/commands.h"
 #include "app/terminal.h"
 #include "core/base/parallel.h"
-#include "core/film/clip_camera.h"
+#include "core/camera/clip_camera.h"
 #include "core/image/files.h"
 #include "core/project/run_stages.h"
-#include "core/track/error_strip.h"
-#include "core/track/overlay.h"
-#include "core/track/track_clip.h"
+#include "core/track/clip/error_strip.h"
+#include "core/track/clip/overlay.h"
+#include "core/track/clip/track_clip.h"
 #include "core/video/decode.h"
 
 namespace likeness::app {

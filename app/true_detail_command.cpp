@@ -7,7 +7,7 @@
 #include "app/commands.h"
 #include "app/terminal.h"
 #include "core/base/parallel.h"
-#include "core/study/true_detail.h"
+#include "core/lab/truth/true_detail.h"
 
 namespace likeness::app {
 namespace {

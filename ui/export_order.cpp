@@ -129,7 +129,7 @@ Result<std::string> follow_clip(const ExportOrder& order, const RenderPlace& pla
   request.options.gains = order.gains;
   // As a live drive: what is painted stays as the sliders have it.
   const ProjectAvatar& avatar = *order.contents->avatar;
-  const FilmPose directed = direct_moment(avatar.directed, *order.performance, order.time_s).pose;
+  const AvatarPose directed = direct_moment(avatar.directed, *order.performance, order.time_s).pose;
   for (std::size_t a = 0; a < directed.attributes.size(); ++a)
     request.attributes.emplace_back(avatar.avatar.attributes[a].name, directed.attributes[a]);
   const auto written = write_driven(opened, request, film_options(order, true, place),

@@ -4,7 +4,7 @@
 #include <memory>
 
 #include "core/image/image.h"
-#include "core/track/overlay.h"
+#include "core/track/clip/overlay.h"
 #include "ui/project_contents.h"
 
 namespace likeness::ui {

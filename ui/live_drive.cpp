@@ -5,7 +5,7 @@
 #include <utility>
 
 #include "core/direct/beyond_seen.h"
-#include "core/study/drive_study.h"
+#include "core/drive/drive.h"
 #include "ui/snapshot.h"
 
 namespace likeness::ui {

@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "core/live/live_driver.h"
+#include "core/drive/live_driver.h"
 #include "ui/avatar_renderer.h"
 
 namespace likeness::ui {

@@ -18,12 +18,12 @@
 #include "core/matte/attributes.h"
 #include "core/matte/strokes.h"
 #include "core/project/build_forecast.h"
+#include "core/project/card.h"
 #include "core/project/project.h"
 #include "core/project/project_attributes.h"
 #include "core/project/training_curve.h"
 #include "core/render/pose_avatar.h"
-#include "core/study/card.h"
-#include "core/track/track.h"
+#include "core/scene/track.h"
 #include "core/video/decode.h"
 
 namespace likeness::ui {

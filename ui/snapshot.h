@@ -12,8 +12,8 @@
 #include <vector>
 
 #include "core/check/verdict.h"
-#include "core/film/film.h"
-#include "core/live/live_driver.h"
+#include "core/drive/live_driver.h"
+#include "core/export/write_film.h"
 #include "core/project/damaged_project.h"
 #include "ui/avatar_renderer.h"
 #include "ui/clip_recorder.h"

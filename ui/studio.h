@@ -13,8 +13,8 @@
 
 #include "core/base/priority.h"
 #include "core/check/verdict.h"
+#include "core/lab/study/model_study.h"
 #include "core/project/damaged_project.h"
-#include "core/study/model_study.h"
 #include "core/synth/demo_capture.h"
 #include "ui/background.h"
 #include "ui/clip_recorder.h"

@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "core/image/image.h"
-#include "core/study/study_forecast.h"
-#include "core/study/study_summary.h"
+#include "core/lab/study/study_forecast.h"
+#include "core/lab/study/study_summary.h"
 #include "ui/job.h"
 
 namespace likeness::ui {

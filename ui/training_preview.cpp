@@ -71,9 +71,7 @@ Image render_directed(const Scene& scene, const AvatarRig& rig, const std::share
                       const Performance& performance, const RenderOptions& options,
                       PictureRenderer& renderer) {
   const DirectedMoment moment = direct_moment(direct_avatar(*avatar, *scene.contents->model), performance, 0);
-  const FilmPose& pose = moment.pose;
-  const RenderState state =
-      pose_avatar(rig, {pose.world_from_head, pose.world_from_torso, pose.articulation, {}, pose.attributes});
+  const RenderState state = pose_avatar(rig, moment.pose);
   return renderer.render(avatar, resized(moment.camera, avatar->size), state, options).rgba;
 }
 

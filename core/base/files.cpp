@@ -92,6 +92,11 @@ Error file_error(const fs::path& path, std::string_view action, int error_number
   }
 }
 
+bool path_exists(const fs::path& path) {
+  std::error_code ignored;
+  return !path.empty() && fs::exists(path, ignored);
+}
+
 Result<std::vector<std::byte>> read_file(const fs::path& path) {
   const FileDescriptor fd(::open(path.c_str(), O_RDONLY | O_CLOEXEC));
   if (fd.get() < 0) return file_error(path, "open", errno);

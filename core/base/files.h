@@ -12,6 +12,9 @@
 
 namespace likeness {
 
+// Whether there is a file or folder of that name that can be asked for.
+bool path_exists(const std::filesystem::path& path);
+
 Result<std::vector<std::byte>> read_file(const std::filesystem::path& path);
 Result<std::string> read_text(const std::filesystem::path& path);
 

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "core/capture/capture.h"
-#include "core/track/landmarks.h"
+#include "core/face/landmarks.h"
 
 namespace likeness {
 

@@ -10,7 +10,7 @@
 #include "core/base/progress.h"
 #include "core/base/result.h"
 #include "core/capture/capture.h"
-#include "core/track/landmarks.h"
+#include "core/face/landmarks.h"
 #include "core/video/decode.h"
 
 namespace likeness {

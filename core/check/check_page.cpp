@@ -8,7 +8,7 @@
 #include <map>
 #include <set>
 
-#include "core/check/page_canvas.h"
+#include "core/image/page_canvas.h"
 #include "core/video/decode.h"
 
 namespace likeness {

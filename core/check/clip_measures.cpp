@@ -10,10 +10,10 @@
 #include "core/camera/assumed_lens.h"
 #include "core/camera/motion.h"
 #include "core/capture/scan_clip.h"
+#include "core/face/fit_clip.h"
 #include "core/head/action_amounts.h"
 #include "core/head/builtin_head.h"
 #include "core/matte/matte.h"
-#include "core/track/fit_clip.h"
 
 namespace likeness {
 namespace {

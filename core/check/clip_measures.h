@@ -11,7 +11,7 @@
 #include "core/base/progress.h"
 #include "core/base/result.h"
 #include "core/camera/motion.h"
-#include "core/track/landmarks.h"
+#include "core/face/landmarks.h"
 #include "core/video/decode.h"
 
 namespace likeness {

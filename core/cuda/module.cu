@@ -6,9 +6,12 @@
 #include <new>
 #include <string>
 
-#include "core/cuda/launch.h"
+#include "core/device/cuda_launchers.h"
 #include "core/device/device_api.h"
 #include "core/device/kernel_ids.h"
+#include "core/field/cuda_launchers.h"
+#include "core/render/cuda_launchers.h"
+#include "core/train/cuda_launchers.h"
 
 namespace likeness::cuda {
 namespace {

@@ -33,7 +33,7 @@ enum class Kernel : std::int32_t {
   bound_layers,      // LayersArgs
   bound_necks,       // NeckBoxArgs
   fill_necks,        // FillNecksArgs
-  read_write,        // core/bench/device_ceilings.h: CeilingArgs
+  read_write,        // core/device/device_ceilings.h: CeilingArgs
   matrix_rate,       // CeilingArgs
   count
 };

@@ -126,7 +126,7 @@ DirectedMoment direct_moment(const DirectedAvatar& directed, const Performance& 
   moment.view = {rad("camera yaw"), rad("camera pitch"),  at("camera distance"),
                  at("camera zoom"), at("camera shift x"), at("camera shift y")};
   moment.camera = directed_camera(directed, moment.view);
-  FilmPose& pose = moment.pose;
+  AvatarPose& pose = moment.pose;
   const Vec3d shift(at("head x"), at("head y"), at("head z"));
   Pose shifted = avatar.world_from_head;
   shifted.translate(shift);

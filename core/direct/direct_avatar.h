@@ -6,8 +6,9 @@
 
 #include "core/base/result.h"
 #include "core/direct/performance.h"
-#include "core/film/driving.h"
-#include "core/film/film.h"
+#include "core/drive/drive_clip.h"
+#include "core/project/open_avatar.h"
+#include "core/render/film.h"
 
 namespace likeness {
 
@@ -36,7 +37,7 @@ struct ViewPoint {
 struct DirectedMoment {
   ViewPoint view;
   Camera camera;  // of the avatar's picture size
-  FilmPose pose;
+  AvatarPose pose;
 };
 // Actions that neither model nor avatar knows do nothing. The torso rests; where the head is shifted beyond
 // the neck's reach (as in DriveOptions), all of the body moves on.

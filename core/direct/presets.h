@@ -7,8 +7,8 @@
 
 #include "core/direct/performance.h"
 #include "core/direct/set_values.h"
+#include "core/head/action_amounts.h"
 #include "core/head/head_model.h"
-#include "core/track/drive.h"
 
 namespace likeness {
 

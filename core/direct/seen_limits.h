@@ -7,9 +7,9 @@
 #include <vector>
 
 #include "core/direct/performance.h"
+#include "core/head/action_amounts.h"
 #include "core/project/seen_views.h"
 #include "core/render/avatar.h"
-#include "core/track/drive.h"
 
 namespace likeness {
 

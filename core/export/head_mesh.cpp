@@ -7,7 +7,7 @@
 
 namespace likeness {
 
-HeadMesh head_mesh(const Avatar& avatar, const HeadModel& model, const FilmPose& pose) {
+HeadMesh head_mesh(const Avatar& avatar, const HeadModel& model, const AvatarPose& pose) {
   HeadMesh mesh;
   mesh.triangles = model.triangles;
   mesh.positions =
@@ -46,12 +46,12 @@ Result<void> check_head(const std::filesystem::path& out, std::size_t frames) {
       out.string()};
 }
 
-Result<int> write_head(const OpenedAvatar& opened, std::span<const FilmPose> poses, double frames_per_second,
-                       const std::filesystem::path& out, const Provenance& provenance,
-                       const Progress& progress, std::stop_token stop) {
+Result<int> write_head(const OpenedAvatar& opened, std::span<const AvatarPose> poses,
+                       double frames_per_second, const std::filesystem::path& out,
+                       const Provenance& provenance, const Progress& progress, std::stop_token stop) {
   if (const auto fits = check_head(out, poses.size()); !fits) return fits.error();
   std::vector<HeadMesh> meshes;
-  for (const FilmPose& pose : poses) {
+  for (const AvatarPose& pose : poses) {
     if (stop.stop_requested()) return cancelled_error();
     progress.report(double(meshes.size()) / double(poses.size()),
                     fmt::format("mesh {} of {}", meshes.size() + 1, poses.size()));

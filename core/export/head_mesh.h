@@ -13,8 +13,8 @@
 
 #include "core/base/progress.h"
 #include "core/base/result.h"
-#include "core/film/film.h"
-#include "core/film/provenance.h"
+#include "core/export/provenance.h"
+#include "core/export/write_film.h"
 
 namespace likeness {
 
@@ -26,7 +26,7 @@ struct HeadMesh {
 
 // The head goes where it is posed, the shoulders with the torso, the neck between them by the model's
 // skinning weights.
-HeadMesh head_mesh(const Avatar& avatar, const HeadModel& model, const FilmPose& pose);
+HeadMesh head_mesh(const Avatar& avatar, const HeadModel& model, const AvatarPose& pose);
 
 inline constexpr std::size_t kMostMeshFrames = 500;
 
@@ -46,8 +46,8 @@ bool is_mesh_name(const std::filesystem::path& path);
 Result<void> check_head(const std::filesystem::path& out, std::size_t frames);
 
 // The poses of an avatar as .glb or, a single one, as .ply. Number of frames written.
-Result<int> write_head(const OpenedAvatar& opened, std::span<const FilmPose> poses, double frames_per_second,
-                       const std::filesystem::path& out, const Provenance& provenance,
-                       const Progress& progress, std::stop_token stop);
+Result<int> write_head(const OpenedAvatar& opened, std::span<const AvatarPose> poses,
+                       double frames_per_second, const std::filesystem::path& out,
+                       const Provenance& provenance, const Progress& progress, std::stop_token stop);
 
 }  // namespace likeness

@@ -9,8 +9,8 @@
 #include "core/base/progress.h"
 #include "core/base/result.h"
 #include "core/direct/performance.h"
-#include "core/film/driving.h"
-#include "core/film/film.h"
+#include "core/drive/drive_clip.h"
+#include "core/export/write_film.h"
 #include "core/video/copy_sound.h"
 
 namespace likeness {

@@ -1,6 +1,6 @@
 // Adam on a CUDA device: four threads a line of the tables, a thread a parameter of the networks; the codes
 // in one block.
-#include "core/cuda/launch.h"
+#include "core/field/cuda_launchers.h"
 #include "core/field/device_math.h"
 
 namespace likeness::cuda {

@@ -1,6 +1,6 @@
 // Look-ups in grids and their gradients on a CUDA device: a thread a sample and level, the samples of one
 // level beside each other, so that a level's table is what the cache holds.
-#include "core/cuda/launch.h"
+#include "core/field/cuda_launchers.h"
 #include "core/field/grid_math.h"
 
 namespace likeness::cuda {

@@ -4,7 +4,7 @@
 //
 // With NetworkPrecision::split every factor is the sum of two bfloat16 values, and a product three of theirs:
 // about single precision.
-#include "core/cuda/launch.h"
+#include "core/field/cuda_launchers.h"
 #include "core/field/device_math.h"
 #include "core/field/network_math.h"
 

@@ -2,7 +2,7 @@
 // plain loops. The usual networks in bfloat16 go through matrix_networks.cu instead.
 #include <cuda_bf16.h>
 
-#include "core/cuda/launch.h"
+#include "core/field/cuda_launchers.h"
 #include "core/field/network_math.h"
 
 namespace likeness::cuda {

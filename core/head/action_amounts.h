@@ -7,6 +7,7 @@
 // of the coefficients' own distance breaks ties.
 #pragma once
 
+#include <string>
 #include <string_view>
 #include <vector>
 
@@ -25,6 +26,12 @@ Eigen::VectorXf face_amounts(const ActionBasis& basis, const Articulation& artic
 
 // (A) as above, but actions that turn an eyeball (eyeLook*) are judged by how far it is turned, >= 0.
 Eigen::VectorXf action_amounts(const ActionBasis& basis, const Articulation& articulation);
+
+// How much of an action a person's capture shows, 1 = full.
+struct SeenAction {
+  std::string name;
+  float low = 0, high = 0;
+};
 
 // -1 where the basis knows no such action.
 int action_index(const ActionBasis& basis, std::string_view name);

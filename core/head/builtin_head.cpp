@@ -17,14 +17,14 @@ namespace {
 
 using namespace builtin;
 
-constexpr double kMetre = 1e-3;  // per millimetre
+constexpr double kMetrePerMillimetre = 1e-3;  // per millimetre
 constexpr float kJawOpenAngle = 25 * std::numbers::pi_v<float> / 180;
 
 Eigen::MatrixXf basis_of(const std::vector<NamedField>& fields, std::size_t vertices) {
   Eigen::MatrixXf basis(3 * vertices, fields.size());
   for (std::size_t c = 0; c < fields.size(); ++c)
     for (std::size_t v = 0; v < vertices; ++v)
-      basis.block<3, 1>(3 * v, c) = (fields[c].field[v] * kMetre).cast<float>();
+      basis.block<3, 1>(3 * v, c) = (fields[c].field[v] * kMetrePerMillimetre).cast<float>();
   return basis;
 }
 
@@ -109,7 +109,7 @@ HeadModel make_builtin_head() {
   HeadModel model;
   model.name = "built-in";
   for (const HalfVertex& v : head.vertices) {
-    model.vertices.push_back((v.position * kMetre).cast<float>());
+    model.vertices.push_back((v.position * kMetrePerMillimetre).cast<float>());
     model.parts.push_back(v.part);
     model.uvs.push_back(v.uv.cast<float>());
   }

@@ -20,8 +20,8 @@ Vec3d landmark_place(const HeadModel& model, int landmark) {
 }
 
 // Against ICT-FaceKit's list, of one-hot vertices: medians over five people's clips of the offset between
-// landmarks found anew and the fitted model's (core/study/track_checks.h), mirrored halves averaged. From one
-// person to the next they differ by 0.003 to 0.01; what is smaller than that is left out.
+// landmarks found anew and the fitted model's (core/lab/truth/track_checks.h), mirrored halves averaged. From
+// one person to the next they differ by 0.003 to 0.01; what is smaller than that is left out.
 constexpr std::array kIctShifts = std::to_array<DrawnLandmark>({
     {17, {0.006f, -0.015f}},  {18, {-0.008f, -0.003f}}, {20, {-0.007f, -0.007f}}, {21, {-0.009f, -0.023f}},
     {27, {0, 0.009f}},        {29, {0, -0.013f}},       {31, {0.004f, 0.008f}},   {33, {0, -0.014f}},

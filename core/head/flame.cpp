@@ -16,7 +16,7 @@ namespace {
 constexpr std::array kArrays{"v_template", "shapedirs",     "posedirs", "J_regressor",
                              "weights",    "kintree_table", "f"};
 
-constexpr const char* kFix =
+constexpr const char* kNoFlame =
     "Choose FLAME's generic_model.pkl, female_model.pkl, male_model.pkl, flame2023.pkl or "
     "flame2023_no_jaw.pkl "
     "(https://flame.is.tue.mpg.de), an ICT-FaceKit folder or a .npz, or leave the head model out.";
@@ -35,7 +35,7 @@ Result<NpzArchive> read_flame_pickle(std::span<const std::byte> file, const std:
   const auto document = read_pickle(file, where);
   if (!document) return document.error();
   const auto wrong = [&](std::string what) {
-    return Error{ErrorCode::bad_input, std::move(what), kFix, where};
+    return Error{ErrorCode::bad_input, std::move(what), kNoFlame, where};
   };
   if (document->node(document->root).kind != PickleKind::dict)
     return wrong("The pickle holds no dictionary, which a FLAME model is.");

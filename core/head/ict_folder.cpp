@@ -18,7 +18,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr float kMetre = 0.01f;           // per centimetre
+constexpr float kMetrePerCentimetre = 0.01f;           // per centimetre
 constexpr std::size_t kVertices = 24591;  // up to the eyeballs
 constexpr int kMaxIdentities = 1000;
 constexpr const char* kNeutral = "generic_neutral_mesh.obj";
@@ -83,7 +83,7 @@ struct FolderFiles {
   std::vector<std::string> expression_names;
 };
 
-FolderFiles list_files(const fs::path& meshes) {
+FolderFiles find_meshes(const fs::path& meshes) {
   std::error_code ignored;
   FolderFiles files;
   for (int i = 0; i < kMaxIdentities; ++i) {
@@ -111,7 +111,7 @@ std::optional<Error> read_target(const fs::path& file, const std::vector<Vec3f>&
     return bad_folder(file, fmt::format("{} has {} vertices where the neutral mesh has {}.", file.string(),
                                         mesh->vertices.size(), neutral_cm.size()));
   for (std::size_t v = 0; v < kVertices; ++v)
-    column.segment<3>(3 * Eigen::Index(v)) = kMetre * (mesh->vertices[v] - neutral_cm[v]);
+    column.segment<3>(3 * Eigen::Index(v)) = kMetrePerCentimetre * (mesh->vertices[v] - neutral_cm[v]);
   return std::nullopt;
 }
 
@@ -151,7 +151,7 @@ Vec3d sphere_centre(std::vector<Vec3d> points) {
 
 // Of all weights over these vertices that sum to one and put their mean at the joint, the ones closest to
 // equal.
-bool regress_joint(const HeadModel& model, const Vec3d& joint, const std::vector<int>& vertices,
+bool regress_joint_on(const HeadModel& model, const Vec3d& joint, const std::vector<int>& vertices,
                    Eigen::MatrixXf& regressor, int row) {
   const Eigen::Index n = Eigen::Index(vertices.size());
   if (n < 8) return false;
@@ -181,9 +181,9 @@ bool lay_joints(HeadModel& model) {
       return skin(part) && std::abs(p.y() - float(joint.y())) < half && std::abs(p.x()) < 0.1f;
     });
   };
-  bool good = regress_joint(model, kRootJoint, ring(kRootJoint, 0.012f), model.joint_regressor, kRoot) &&
-              regress_joint(model, kNeckJoint, ring(kNeckJoint, 0.014f), model.joint_regressor, kNeck) &&
-              regress_joint(model, kJawJoint, select([&](HeadPart part, const Vec3f& p) {
+  bool good = regress_joint_on(model, kRootJoint, ring(kRootJoint, 0.012f), model.joint_regressor, kRoot) &&
+              regress_joint_on(model, kNeckJoint, ring(kNeckJoint, 0.014f), model.joint_regressor, kNeck) &&
+              regress_joint_on(model, kJawJoint, select([&](HeadPart part, const Vec3f& p) {
                               return skin(part) && std::abs(p.y() - float(kJawJoint.y())) < 0.014f &&
                                      p.z() > -0.025f && p.z() < 0.06f;
                             }),
@@ -193,7 +193,7 @@ bool lay_joints(HeadModel& model) {
     const std::vector<int> ball = select([part = part](HeadPart p, const Vec3f&) { return p == part; });
     std::vector<Vec3d> points;
     for (const int v : ball) points.push_back(model.vertices[std::size_t(v)].cast<double>());
-    good = good && regress_joint(model, sphere_centre(points), ball, model.joint_regressor, joint);
+    good = good && regress_joint_on(model, sphere_centre(points), ball, model.joint_regressor, joint);
   }
   return good;
 }
@@ -253,7 +253,7 @@ bool lay_landmarks(HeadModel& model) {
 std::vector<fs::path> ict_folder_files(const fs::path& folder) {
   const auto meshes = mesh_folder(folder);
   if (!meshes) return {};
-  FolderFiles files = list_files(*meshes);
+  FolderFiles files = find_meshes(*meshes);
   std::vector<fs::path> all{*meshes / kNeutral};
   all.insert(all.end(), files.identities.begin(), files.identities.end());
   all.insert(all.end(), files.expressions.begin(), files.expressions.end());
@@ -271,14 +271,14 @@ Result<HeadModel> load_ict_folder(const fs::path& folder) {
   if (neutral->vertices.size() < kVertices)
     return bad_folder(neutral_file, fmt::format("{} has {} vertices; ICT-FaceKit's mesh has 26719.",
                                                 neutral_file.string(), neutral->vertices.size()));
-  const FolderFiles files = list_files(*meshes);
+  const FolderFiles files = find_meshes(*meshes);
   const auto open = std::find(files.expression_names.begin(), files.expression_names.end(), kJawOpen);
   if (open == files.expression_names.end())
     return bad_folder(folder, fmt::format("{} has no {}.obj.", meshes->string(), kJawOpen));
 
   HeadModel model;
   model.name = "ICT-FaceKit";
-  for (std::size_t v = 0; v < kVertices; ++v) model.vertices.push_back(kMetre * neutral->vertices[v]);
+  for (std::size_t v = 0; v < kVertices; ++v) model.vertices.push_back(kMetrePerCentimetre * neutral->vertices[v]);
   for (const PartRange& range : kParts) model.parts.resize(range.end, range.part);
   for (const Triangle& t : neutral->triangles)
     if (std::size_t(t.maxCoeff()) < kVertices) model.triangles.push_back(t);

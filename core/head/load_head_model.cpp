@@ -24,7 +24,7 @@
 namespace likeness {
 namespace {
 
-constexpr const char* kFix =
+constexpr const char* kNoHead =
     "Choose FLAME's .pkl, a folder of ICT-FaceKit's .obj files, or a .npz in the FLAME key schema "
     "(v_template, "
     "shapedirs, posedirs, J_regressor, weights, kintree_table, f, lmk_faces_idx, lmk_bary_coords), or leave "
@@ -50,7 +50,7 @@ class Reader {
     if (!error_) error_ = std::move(error);
   }
   void fail(std::string what) {
-    if (!error_) error_ = Error{ErrorCode::bad_input, std::move(what), kFix, file_};
+    if (!error_) error_ = Error{ErrorCode::bad_input, std::move(what), kNoHead, file_};
   }
 
   // Numeric array of exactly this shape; nullptr after a fault.
@@ -397,7 +397,7 @@ Result<HeadModel> load_head_model(const std::filesystem::path& path) {
     archive = read_flame_pickle(*bytes, path.string());
     if (!archive) return archive.error();
   } else {
-    return Error{ErrorCode::bad_input, "The file is neither a .npz nor a .pkl head model.", kFix,
+    return Error{ErrorCode::bad_input, "The file is neither a .npz nor a .pkl head model.", kNoHead,
                  path.string()};
   }
   return head_model_from_archive(*archive, path);

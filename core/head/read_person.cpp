@@ -23,7 +23,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr float kMostDeviations = 10;              // of a coefficient; faces lie within three
-constexpr double kSmallest = 0.7, kLargest = 1.4;  // heights of heads beside the model's
+constexpr double kSmallestHead = 0.7, kLargestHead = 1.4;  // heights of heads beside the model's
 constexpr double kFrameOff = 0.06;                 // m between the middles of mesh and model
 constexpr double kUsuallyOff = 0.025;              // m between a vertex and the model's, on the average
 constexpr double kFitted = 1e-4;                   // m to which the identity is to explain the mesh
@@ -42,7 +42,7 @@ std::string needed(const HeadModel& model) {
       model.vertex_count(), model.vertex_count());
 }
 
-Error wrong(const fs::path& path, std::string what, std::string fix) {
+Error wrong_person(const fs::path& path, std::string what, std::string fix) {
   return {ErrorCode::bad_input, std::move(what), std::move(fix), path.string()};
 }
 
@@ -54,7 +54,7 @@ Result<NpyArray> array_of_archive(const fs::path& path, const HeadModel& model) 
   if (archive->size() == 1) return std::move(archive->begin()->second);
   std::vector<std::string> keys;
   for (const auto& [key, value] : *archive) keys.push_back(key);
-  return wrong(path,
+  return wrong_person(path,
                fmt::format("{} holds {}, and neither identity, shape nor vertices.", path.filename().string(),
                            keys.empty() ? "nothing" : fmt::format("{}", fmt::join(keys, ", "))),
                needed(model));
@@ -71,14 +71,14 @@ Result<PersonShape> person_of_coefficients(const fs::path& path, std::span<const
                                            const HeadModel& model) {
   const std::string name = path.filename().string();
   if (int(values.size()) != model.identity_count())
-    return wrong(path,
+    return wrong_person(path,
                  fmt::format("{} holds {} coefficients, and the {} head has {}.", name, values.size(),
                              model.name, model.identity_count()),
                  fmt::format("Build with the head model that they are of (MICA's 300 are FLAME's). {}",
                              needed(model)));
   for (std::size_t i = 0; i < values.size(); ++i)
     if (std::abs(values[i]) > kMostDeviations)
-      return wrong(path,
+      return wrong_person(path,
                    fmt::format("Coefficient {} in {} is {:.4g} standard deviations; a head lies within {:g}.",
                                i, name, values[i], kMostDeviations),
                    "These are no identity coefficients, or another model's. " + needed(model));
@@ -112,7 +112,7 @@ std::string unit_remedy(double ratio) {
   };
   for (const Unit unit :
        {Unit{1000, "millimetres"}, {100, "centimetres"}, {10, "decimetres"}, {39.37, "inches"}})
-    if (ratio > kSmallest * unit.per_metre && ratio < kLargest * unit.per_metre)
+    if (ratio > kSmallestHead * unit.per_metre && ratio < kLargestHead * unit.per_metre)
       return fmt::format("It looks like {}: divide all by {:g}, so that they are metres.", unit.name,
                          unit.per_metre);
   return "Give the vertices in metres.";
@@ -122,19 +122,19 @@ Result<void> check_mesh(const fs::path& path, std::span<const Vec3f> vertices, c
   const std::string name = path.filename().string();
   const Extent found = extent_of(vertices), own = extent_of(model.vertices);
   const double ratio = found.height / own.height;
-  if (!(ratio > kSmallest && ratio < kLargest))
-    return wrong(path,
+  if (!(ratio > kSmallestHead && ratio < kLargestHead))
+    return wrong_person(path,
                  fmt::format("The mesh in {} is {:.4g} units tall, and the {} head is {:.3g} m.", name,
                              found.height, model.name, own.height),
                  unit_remedy(ratio));
   if (const double off = (found.middle - own.middle).norm(); off > kFrameOff)
-    return wrong(
+    return wrong_person(
         path, fmt::format("The mesh in {} lies {:.2f} m from where the {} head lies.", name, off, model.name),
         "Give it in the model's own frame, neither moved nor turned: x to the person's left, y up.");
   double sum = 0;
   for (std::size_t v = 0; v < vertices.size(); ++v) sum += double((vertices[v] - model.vertices[v]).norm());
   if (const double usual = sum / double(vertices.size()); usual > kUsuallyOff)
-    return wrong(path,
+    return wrong_person(path,
                  fmt::format("The vertices in {} lie {:.1f} cm from those of the {} head, on the average.",
                              name, 100 * usual, model.name),
                  "They are in another order, of another topology, or turned. " + needed(model));
@@ -156,7 +156,7 @@ Result<void> check_faces(const fs::path& path, const ObjMesh& mesh, const HeadMo
   for (const Triangle& t : mesh.triangles) common += own.contains(from_smallest(t));
   // Quads may be cut the other way; meshes of another topology share hardly a triangle.
   if (2 * common >= std::min(mesh.triangles.size(), own.size())) return {};
-  return wrong(path,
+  return wrong_person(path,
                fmt::format("Of the {} triangles in {} {} are the {} head's.", mesh.triangles.size(),
                            path.filename().string(), common, model.name),
                "The mesh is of another topology. " + needed(model));
@@ -187,7 +187,7 @@ PersonShape person_of_vertices(std::span<const Vec3f> vertices, const HeadModel&
 Result<PersonShape> person_of_mesh(const fs::path& path, std::span<const Vec3f> vertices,
                                    const HeadModel& model) {
   if (int(vertices.size()) != model.vertex_count())
-    return wrong(path,
+    return wrong_person(path,
                  fmt::format("The mesh in {} has {} vertices, and the {} head has {}.",
                              path.filename().string(), vertices.size(), model.name, model.vertex_count()),
                  "The mesh is of another topology. " + needed(model));
@@ -202,7 +202,7 @@ Result<PersonShape> person_of_obj(const fs::path& path, const HeadModel& model) 
   if (!mesh) return mesh.error();
   for (std::size_t v = 0; v < mesh->vertices.size(); ++v)
     if (!mesh->vertices[v].allFinite())
-      return wrong(path, fmt::format("Vertex {} in {} is not finite.", v, path.filename().string()),
+      return wrong_person(path, fmt::format("Vertex {} in {} is not finite.", v, path.filename().string()),
                    "Export the mesh again. " + needed(model));
   if (int(mesh->vertices.size()) == model.vertex_count())
     if (const auto fine = check_faces(path, *mesh, model); !fine) return fine.error();
@@ -215,17 +215,17 @@ Result<PersonShape> read_person(const fs::path& path, const HeadModel& model) {
   if (path.extension() == ".obj") return person_of_obj(path, model);
   const std::string name = path.filename().string();
   if (path.extension() != ".npy" && path.extension() != ".npz")
-    return wrong(path, fmt::format("{} is neither .npy, .npz nor .obj.", name), needed(model));
+    return wrong_person(path, fmt::format("{} is neither .npy, .npz nor .obj.", name), needed(model));
   const auto array = read_array(path, model);
   if (!array) return array.error();
   if (array->kind != 'f' && array->kind != 'i' && array->kind != 'u')
-    return wrong(path, fmt::format("{} holds no numbers.", name), needed(model));
+    return wrong_person(path, fmt::format("{} holds no numbers.", name), needed(model));
   std::vector<std::size_t> shape = array->shape;
   while (shape.size() > 1 && shape.front() == 1) shape.erase(shape.begin());
   const std::vector<float> values = array->as_float();
   const auto bad = std::ranges::find_if(values, [](float value) { return !std::isfinite(value); });
   if (bad != values.end())
-    return wrong(path, fmt::format("{} holds a value that is not finite, at {}.", name, bad - values.begin()),
+    return wrong_person(path, fmt::format("{} holds a value that is not finite, at {}.", name, bad - values.begin()),
                  "Have it made again. " + needed(model));
   if (shape.size() == 1) return person_of_coefficients(path, values, model);
   if (shape.size() == 2 && shape[1] == 3 && shape[0] > 0) {
@@ -234,7 +234,7 @@ Result<PersonShape> read_person(const fs::path& path, const HeadModel& model) {
       vertices.emplace_back(values[3 * v], values[3 * v + 1], values[3 * v + 2]);
     return person_of_mesh(path, vertices, model);
   }
-  return wrong(path, fmt::format("{} holds numbers of shape ({}).", name, fmt::join(array->shape, ", ")),
+  return wrong_person(path, fmt::format("{} holds numbers of shape ({}).", name, fmt::join(array->shape, ", ")),
                needed(model));
 }
 

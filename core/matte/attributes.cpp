@@ -17,7 +17,7 @@ namespace {
 
 using nlohmann::json;
 
-constexpr int kVersion = 1;
+constexpr int kAttributesVersion = 1;
 constexpr std::size_t kLongestName = 40;
 constexpr int kMaskRows = 100;  // of strokes that a mask becomes, about
 
@@ -139,7 +139,7 @@ Result<void> write_attributes(const std::filesystem::path& path, const PaintedAt
   std::string text = fmt::format(
       "{{\n\"format\":\"likeness-attributes\",\"version\":{},\"unit\":\"px of the "
       "source\",\n\"attributes\":[",
-      kVersion);
+      kAttributesVersion);
   for (std::size_t a = 0; a < attributes.size(); ++a) {
     text += fmt::format("{}\n{{\"name\":{},\"annotations\":[", a ? "," : "", json(attributes[a].name).dump());
     for (std::size_t i = 0; i < attributes[a].annotations.size(); ++i) {
@@ -165,7 +165,7 @@ Result<PaintedAttributes> read_attributes(const std::filesystem::path& path) {
     const json j = json::parse(*text);
     if (j.at("format").get<std::string>() != "likeness-attributes") return refused("it holds something else");
     const int version = j.at("version").get<int>();
-    if (version > kVersion) return refused("it was made by a newer Likeness");
+    if (version > kAttributesVersion) return refused("it was made by a newer Likeness");
     if (version < 1) return refused("it is damaged");
     PaintedAttributes attributes;
     for (const json& entry : j.at("attributes")) {

@@ -5,8 +5,8 @@
 #include <mutex>
 #include <opencv2/imgproc.hpp>
 
+#include "core/face/landmarks.h"
 #include "core/matte/matte.h"
-#include "core/track/landmarks.h"
 
 namespace likeness {
 namespace {

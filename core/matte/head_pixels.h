@@ -6,7 +6,7 @@
 #include "core/camera/camera.h"
 #include "core/head/head_model.h"
 #include "core/image/image.h"
-#include "core/track/track.h"
+#include "core/scene/track.h"
 
 namespace likeness {
 

@@ -16,7 +16,7 @@
 #include "core/head/head_model.h"
 #include "core/image/image.h"
 #include "core/matte/strokes.h"
-#include "core/track/track.h"
+#include "core/scene/track.h"
 
 namespace likeness {
 

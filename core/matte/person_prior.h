@@ -12,7 +12,7 @@
 #include "core/head/pose_head.h"
 #include "core/image/image.h"
 #include "core/scene/head_regions.h"
-#include "core/track/track.h"
+#include "core/scene/track.h"
 
 namespace likeness {
 

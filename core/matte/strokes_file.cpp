@@ -16,7 +16,7 @@ namespace {
 
 using nlohmann::json;
 
-constexpr int kVersion = 1;
+constexpr int kStrokesVersion = 1;
 constexpr std::array<std::string_view, 3> kMarks{"person", "background", "erase"};
 // Far outside any picture; what is larger was never painted.
 constexpr double kFarthest_px = 1e6;
@@ -77,7 +77,7 @@ Result<void> write_strokes(const std::filesystem::path& path, std::span<const St
   return write_text(path,
                     fmt::format("{{\n\"format\":\"likeness-strokes\",\"version\":{},\"unit\":\"px of the "
                                 "source\",\n\"strokes\":{}\n}}\n",
-                                kVersion, strokes_text(strokes)));
+                                kStrokesVersion, strokes_text(strokes)));
 }
 
 Result<Strokes> read_strokes(const std::filesystem::path& path) {
@@ -94,7 +94,7 @@ Result<Strokes> read_strokes(const std::filesystem::path& path) {
     const json j = json::parse(*text);
     if (j.at("format").get<std::string>() != "likeness-strokes") return refused("it holds something else");
     const int version = j.at("version").get<int>();
-    if (version > kVersion) return refused("it was made by a newer Likeness");
+    if (version > kStrokesVersion) return refused("it was made by a newer Likeness");
     if (version < 1) return refused("it is damaged");
     auto read = strokes_of_text(j.at("strokes").dump());
     if (!read) return refused("it is damaged");

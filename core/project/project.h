@@ -21,7 +21,7 @@
 
 #include "core/base/result.h"
 #include "core/capture/capture.h"
-#include "core/track/refit_span.h"
+#include "core/track/clip/refit_span.h"
 #include "core/train/mode.h"
 
 namespace likeness {

@@ -27,13 +27,8 @@ namespace {
 
 using nlohmann::json;
 
-constexpr int kVersion = 1;
+constexpr int kValuesVersion = 1;
 constexpr float kShown = 0.2f;  // of the larger end of what was seen
-
-bool is_there(const fs::path& path) {
-  std::error_code ignored;
-  return fs::exists(path, ignored);
-}
 
 // Whatever of the project a frame's amounts are found from, held-out frames behind the training's views.
 struct Frames {
@@ -188,7 +183,7 @@ fs::path next_attribute_values_path(const Project& project) {
 }
 
 Result<PaintedAttributes> read_project_attributes(const Project& project) {
-  if (!is_there(attributes_path(project))) return PaintedAttributes{};
+  if (!path_exists(attributes_path(project))) return PaintedAttributes{};
   return read_attributes(attributes_path(project));
 }
 
@@ -209,7 +204,7 @@ Result<void> save_attribute_changes(const Project& project, const PaintedAttribu
 
 Result<fs::path> set_aside_attributes(const Project& project) {
   fs::path aside = project.folder / "attributes.old.json";
-  for (int number = 2; is_there(aside); ++number)
+  for (int number = 2; path_exists(aside); ++number)
     aside = project.folder / fmt::format("attributes-{}.old.json", number);
   std::error_code failure;
   fs::rename(attributes_path(project), aside, failure);
@@ -223,7 +218,7 @@ bool is_attributes_file(const std::string& name) {
 }
 
 std::string attributes_hash(const Project& project) {
-  if (!is_there(attributes_path(project))) return {};
+  if (!path_exists(attributes_path(project))) return {};
   const auto hash = hash_file(attributes_path(project));
   return hash ? *hash : "unreadable";
 }
@@ -324,7 +319,7 @@ Result<void> write_attribute_values(const fs::path& path, std::span<const Attrib
                     {"skipped_frames", course.skipped_frames},
                     {"left_out_error", course.left_out_error},
                     {"unlike_any", course.unlike_any}});
-  const json all = {{"format", "likeness-attribute-values"}, {"version", kVersion}, {"attributes", list}};
+  const json all = {{"format", "likeness-attribute-values"}, {"version", kValuesVersion}, {"attributes", list}};
   return write_text(path, all.dump(1) + "\n");
 }
 
@@ -334,14 +329,14 @@ Result<std::vector<AttributeCourse>> read_attribute_values(const fs::path& path)
                  fmt::format("The attributes' values in {} cannot be read: {}.", path.string(), why),
                  "Delete the file and run likeness train: they are found anew.", path.string()};
   };
-  if (!is_there(path)) return refused("there is no such file");
+  if (!path_exists(path)) return refused("there is no such file");
   const auto text = read_text(path);
   if (!text) return text.error();
   try {
     const json j = json::parse(*text);
     if (j.at("format").get<std::string>() != "likeness-attribute-values")
       return refused("the file holds something else");
-    if (j.at("version").get<int>() != kVersion) return refused("they were made by another Likeness");
+    if (j.at("version").get<int>() != kValuesVersion) return refused("they were made by another Likeness");
     std::vector<AttributeCourse> courses;
     for (const json& entry : j.at("attributes")) {
       AttributeCourse& course = courses.emplace_back();

@@ -15,7 +15,7 @@
 #include "core/capture/capture.h"
 #include "core/head/expression_detail.h"
 #include "core/project/project.h"
-#include "core/track/track.h"
+#include "core/scene/track.h"
 #include "core/train/train.h"
 
 namespace likeness {

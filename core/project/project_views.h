@@ -7,7 +7,7 @@
 #include "core/camera/camera.h"
 #include "core/capture/capture.h"
 #include "core/project/project.h"
-#include "core/track/track.h"
+#include "core/scene/track.h"
 #include "core/train/train.h"
 
 namespace likeness {

@@ -16,12 +16,7 @@ using nlohmann::json;
 
 namespace {
 
-constexpr int kVersion = 1;
-
-bool is_there(const fs::path& path) {
-  std::error_code ignored;
-  return fs::exists(path, ignored);
-}
+constexpr int kRefitsVersion = 1;
 
 // Bit for bit: whoever takes all spans back has the very file of before.
 Result<void> copy_bits(const fs::path& from, const fs::path& to) {
@@ -40,7 +35,7 @@ Result<void> remove_file(const fs::path& path) {
 // Of the first track that is kept, where it was made from these inputs.
 std::optional<Refits> kept_refits(const Project& project, const std::string& fit_inputs) {
   auto kept = read_refits(project);
-  if (!kept || kept->fit_inputs != fit_inputs || !is_there(first_track_path(project))) return std::nullopt;
+  if (!kept || kept->fit_inputs != fit_inputs || !path_exists(first_track_path(project))) return std::nullopt;
   return std::move(*kept);
 }
 
@@ -55,7 +50,7 @@ Result<Refits> read_refits(const Project& project) {
   if (!text) return text.error();
   try {
     const json j = json::parse(*text);
-    if (j.at("version").get<int>() > kVersion)
+    if (j.at("version").get<int>() > kRefitsVersion)
       return Error{ErrorCode::bad_input, path.string() + " was made by a newer Likeness.", "Update Likeness.",
                    path.string()};
     Refits refits;
@@ -84,7 +79,7 @@ Result<void> write_refits(const Project& project, const Refits& refits) {
                      {"good_before", o.good_before}});
   return write_text(
       refits_path(project),
-      json{{"version", kVersion}, {"fit_inputs", refits.fit_inputs}, {"spans", spans}}.dump(1) + "\n");
+      json{{"version", kRefitsVersion}, {"fit_inputs", refits.fit_inputs}, {"spans", spans}}.dump(1) + "\n");
 }
 
 const RefitOutcome* find_refit(const std::vector<RefitOutcome>& outcomes, int frame) {
@@ -113,8 +108,8 @@ std::string refits_words(const std::vector<RefitOutcome>& outcomes) {
 Result<void> check_project_refits(const Project& project, const std::vector<RefitSpan>& spans) {
   // A re-fit that was stopped left the first track.
   const bool fitted =
-      project.record(Stage::fit).state == StageState::done || is_there(first_track_path(project));
-  if (!fitted || !is_there(track_path(project)))
+      project.record(Stage::fit).state == StageState::done || path_exists(first_track_path(project));
+  if (!fitted || !path_exists(track_path(project)))
     return Error{ErrorCode::not_found, "This project is not fitted yet.",
                  fmt::format("Fit the whole clip first: likeness fit {}", project.folder.string()),
                  project.folder.string()};

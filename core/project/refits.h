@@ -1,4 +1,4 @@
-// Spans of a project's track that were fitted again (core/track/refit_span).
+// Spans of a project's track that were fitted again (core/track/clip/refit_span).
 //
 //   track_first.json  the track as the fit of the whole clip left it; absent where no span was fitted again
 //   refits.json       from which inputs that was, and what became of each span
@@ -15,7 +15,7 @@
 
 #include "core/base/result.h"
 #include "core/project/project.h"
-#include "core/track/refit_span.h"
+#include "core/track/clip/refit_span.h"
 
 namespace likeness {
 

@@ -32,7 +32,7 @@
 #include "core/project/refits.h"
 #include "core/project/training_curve.h"
 #include "core/render/room_picture.h"
-#include "core/track/track_clip.h"
+#include "core/track/clip/track_clip.h"
 #include "core/train/memory_forecast.h"
 #include "core/video/decode.h"
 
@@ -71,25 +71,20 @@ std::string clip_content(const Project& project) {
   return hash ? *hash : "absent";
 }
 
-bool is_there(const fs::path& path) {
-  std::error_code ignored;
-  return fs::exists(path, ignored);
-}
-
 bool is_further(const Project& project) { return !project.first_clip.empty(); }
 
 bool results_exist(const Project& project, Stage stage) {
   switch (stage) {
     case Stage::import:
-      return is_there(capture_path(project)) && is_there(project.folder / "frames");
+      return path_exists(capture_path(project)) && path_exists(project.folder / "frames");
     case Stage::align:
-      return is_there(cameras_path(project));
+      return path_exists(cameras_path(project));
     case Stage::fit:
-      return is_there(track_path(project));
+      return path_exists(track_path(project));
     case Stage::matte:
-      return is_there(project.folder / "masks");
+      return path_exists(project.folder / "masks");
     case Stage::train:
-      return is_there(avatar_path(project));
+      return path_exists(avatar_path(project));
   }
   return false;
 }
@@ -97,9 +92,9 @@ bool results_exist(const Project& project, Stage stage) {
 // What a stage writes beside its result if it was asked to: deleted, it is made anew.
 bool lesser_results_exist(const Project& project, Stage stage) {
   if (stage == Stage::fit)
-    return project.options.displacement.empty() || is_further(project) || is_there(detail_path(project));
+    return project.options.displacement.empty() || is_further(project) || path_exists(detail_path(project));
   if (stage == Stage::train)
-    return !is_there(attributes_path(project)) || is_there(attribute_values_path(project));
+    return !path_exists(attributes_path(project)) || path_exists(attribute_values_path(project));
   return true;
 }
 
@@ -134,7 +129,7 @@ Result<void> part_from_foreign_clip(Project& project, const Capture& capture,
     project.further_clips.clear();
     warnings.push_back("The further clips were of the person before; add those of this one anew.");
   }
-  if (is_there(attributes_path(project))) {
+  if (path_exists(attributes_path(project))) {
     const auto aside = set_aside_attributes(project);
     if (!aside) return aside.error();
     warnings.push_back(fmt::format(
@@ -228,10 +223,10 @@ std::string first_fit_inputs(const Project& project) {
 
 // Whether track.json is the whole clip's fit from these inputs, without spans fitted again.
 bool first_track_is_there(const StageContext& context, const HeadModel& model, const std::string& inputs) {
-  if (!is_there(track_path(context.project))) return false;
+  if (!path_exists(track_path(context.project))) return false;
   if (context.before.track_inputs == inputs) return true;
   if (context.before.state == StageState::done && context.before.input_hash == inputs) return true;
-  if (is_there(refits_path(context.project))) return false;
+  if (path_exists(refits_path(context.project))) return false;
   const auto detail = read_project_detail(context.project, model);
   return detail && *detail && (*detail)->track_inputs == inputs;
 }
@@ -335,7 +330,7 @@ Result<void> run_matte(const StageContext& context) {
   context.record.message =
       matte->has_plate ? fmt::format("Background plate, {:.0f} % of it seen.", 100 * matte->plate_coverage)
                        : "No background plate: the camera moves throughout.";
-  if (is_there(room_path(context.project)))
+  if (path_exists(room_path(context.project)))
     context.record.message += " The room behind the moving camera was learnt.";
   if (const std::size_t painted = options.strokes.size(); painted > 0)
     context.record.message +=
@@ -420,7 +415,7 @@ Result<void> run_train(const StageContext& context) {
                              context.stop, context.observer.tap);
   curve.write();
   if (!avatar) return avatar.error();
-  if (is_there(room_path(context.project))) {
+  if (path_exists(room_path(context.project))) {
     auto room = read_room(room_path(context.project));
     if (!room) return room.error();
     avatar->room = std::move(*room);
@@ -444,7 +439,7 @@ Result<void> run_train(const StageContext& context) {
 Result<void> run_stage(Stage stage, const StageContext& context) {
   // The stages that read the clip itself. Of one that was never imported, its reader says more.
   const bool reads_clip = stage == Stage::import || stage == Stage::align || stage == Stage::fit;
-  if (reads_clip && is_there(capture_path(context.project)))
+  if (reads_clip && path_exists(capture_path(context.project)))
     if (auto missing = missing_clip(context.project)) return *missing;
   switch (stage) {
     case Stage::import:
@@ -518,7 +513,7 @@ ChosenParts take_parts(const Project& project, TrainingSet& set, TrainOptions& o
                          .refine_track = o.refine_track,
                          .landmark_weight = o.landmark_loss};
   CaptureMeasures measures = measure_capture(set, shape_head(set.model, set.person));
-  measures.has_room = is_there(room_path(project));
+  measures.has_room = path_exists(room_path(project));
   ChosenParts chosen = choose_parts(measures, asked);
   apply_parts(chosen, set, options);
   return chosen;
@@ -598,7 +593,7 @@ std::string input_hash(const Project& project, Stage stage) {
       if (o.landmark_loss != 0) inputs += fmt::format(" landmarks {}", o.landmark_loss);
       if (const auto attributes = attributes_hash(project); !attributes.empty())
         inputs.append(" attributes ").append(attributes);
-      if (is_there(detail_path(project))) inputs += " detail " + content_of(detail_path(project));
+      if (path_exists(detail_path(project))) inputs += " detail " + content_of(detail_path(project));
       if (!o.left_out.empty()) inputs += fmt::format(" left out {}", fmt::join(o.left_out, ","));
       for (const int number : project.further_clips) inputs += further_content(project, number);
       break;

@@ -5,7 +5,7 @@
 
 #include "core/camera/camera.h"
 #include "core/capture/capture.h"
-#include "core/track/track.h"
+#include "core/scene/track.h"
 
 namespace likeness {
 

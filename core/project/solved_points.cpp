@@ -1,6 +1,7 @@
 // See solved_points.h.
 #include "core/project/solved_points.h"
 
+#include "core/base/files.h"
 #include <algorithm>
 #include <system_error>
 
@@ -15,16 +16,11 @@ namespace {
 constexpr int kLeastViews = 3;
 constexpr double kMostError_px = 2;
 
-bool is_there(const fs::path& path) {
-  std::error_code ignored;
-  return fs::exists(path, ignored);
-}
-
 }  // namespace
 
 Result<std::vector<Vec3f>> solved_points(const Project& project, const Track& track) {
   const fs::path folder = solved_model_path(project.folder / "colmap");
-  if (!is_there(folder / "points3D.bin")) return std::vector<Vec3f>{};
+  if (!path_exists(folder / "points3D.bin")) return std::vector<Vec3f>{};
   const auto model = read_colmap_model(folder);
   if (!model) return model.error();
   std::vector<std::pair<std::int64_t, Vec3f>> good;

@@ -6,7 +6,7 @@
 #include "core/base/linalg.h"
 #include "core/base/result.h"
 #include "core/project/project.h"
-#include "core/track/track.h"
+#include "core/scene/track.h"
 
 namespace likeness {
 

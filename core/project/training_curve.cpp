@@ -15,7 +15,7 @@ using nlohmann::json;
 
 namespace {
 
-constexpr int kVersion = 1;
+constexpr int kCurveVersion = 1;
 constexpr std::size_t kMostPoints = 1000;
 
 // Every second point goes, but never the newest.
@@ -53,7 +53,7 @@ Result<void> write_training_curve(const fs::path& path, const TrainingCurve& cur
                         std::round(p.rays_per_s), p.loss});
   for (const HeldOutScore& s : curve.held_out)
     held_out.push_back({rounded(s.training_s, 0.01), rounded(s.psnr_db, 0.001)});
-  return write_text(path, json{{"version", kVersion},
+  return write_text(path, json{{"version", kCurveVersion},
                                {"training_columns", {"step", "seconds", "psnr_db", "rays_per_s", "loss"}},
                                {"training", training},
                                {"held_out_columns", {"seconds", "psnr_db"}},
@@ -71,7 +71,7 @@ Result<TrainingCurve> read_training_curve(const fs::path& path) {
   };
   try {
     const json j = json::parse(*text);
-    if (j.at("version").get<int>() > kVersion) return damaged("it was made by a newer Likeness");
+    if (j.at("version").get<int>() > kCurveVersion) return damaged("it was made by a newer Likeness");
     TrainingCurve curve;
     for (const json& p : j.at("training"))
       curve.training.push_back({p.at(0).get<std::uint64_t>(), p.at(1).get<double>(), p.at(4).get<double>(),

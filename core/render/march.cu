@@ -1,5 +1,5 @@
 // From pixels to samples on a CUDA device: a thread a ray, or a sample.
-#include "core/cuda/launch.h"
+#include "core/render/cuda_launchers.h"
 #include "core/render/device_picture.h"
 
 namespace likeness::cuda {

@@ -6,6 +6,7 @@
 #include "core/head/pose_head.h"
 #include "core/render/rays.h"
 #include "core/render/render.h"
+#include "core/scene/avatar_pose.h"
 #include "core/scene/warp_lattice.h"
 
 namespace likeness {
@@ -22,15 +23,6 @@ struct AvatarRig {
 
 // model: the one the avatar was made with.
 AvatarRig make_rig(const Avatar& avatar, const HeadModel& model);
-
-// Where an avatar is and what it does.
-struct AvatarPose {
-  Pose world_from_head = Pose::Identity(), world_from_torso = Pose::Identity();  // m
-  Articulation articulation;
-  TorsoShape torso_shape{};
-  std::vector<float> attributes{};  // as in RenderState
-  Eigen::VectorXf detail{};         // scores of the rig's detail, where a frame's own are known
-};
 
 // About 10 ms where the avatar warps.
 RenderState pose_avatar(const AvatarRig& rig, const AvatarPose& pose);

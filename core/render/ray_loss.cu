@@ -1,5 +1,5 @@
 // The rays' loss and its gradients on a CUDA device: a thread a ray, a sum a warp.
-#include "core/cuda/launch.h"
+#include "core/render/cuda_launchers.h"
 
 namespace likeness::cuda {
 namespace {

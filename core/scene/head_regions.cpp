@@ -13,7 +13,7 @@ namespace {
 using Landmarks = std::array<Vec3f, kLandmarkCount>;
 using Outline = std::vector<Vec2f>;  // convex, counter-clockwise
 
-float cross(const Vec2f& a, const Vec2f& b) { return a.x() * b.y() - a.y() * b.x(); }
+float cross_2d(const Vec2f& a, const Vec2f& b) { return a.x() * b.y() - a.y() * b.x(); }
 
 // Andrew's monotone chain.
 Outline convex_hull(std::vector<Vec2f> points) {
@@ -24,7 +24,7 @@ Outline convex_hull(std::vector<Vec2f> points) {
     const std::size_t start = hull.size();
     for (auto point = first; point != last; ++point) {
       while (hull.size() >= start + 2 &&
-             cross(hull.back() - hull[hull.size() - 2], *point - hull.back()) <= 0)
+             cross_2d(hull.back() - hull[hull.size() - 2], *point - hull.back()) <= 0)
         hull.pop_back();
       hull.push_back(*point);
     }
@@ -37,7 +37,7 @@ Outline convex_hull(std::vector<Vec2f> points) {
 
 bool inside(const Outline& hull, const Vec2f& point) {
   for (std::size_t i = 0; i < hull.size(); ++i)
-    if (cross(hull[(i + 1) % hull.size()] - hull[i], point - hull[i]) < 0) return false;
+    if (cross_2d(hull[(i + 1) % hull.size()] - hull[i], point - hull[i]) < 0) return false;
   return true;
 }
 

@@ -5,7 +5,7 @@
 // A point p of the straight neck, at height y, lies at T(s(y)) p where the head is turned: T(0) is the
 // identity, T(1) the torso's motion as the head sees it, between them turn and shift grow evenly about the
 // neck's middle; s falls smoothly from 1 at the base to 0 at the top. The neck is straight where head frame
-// and torso frame coincide (core/track/torso.h).
+// and torso frame coincide (core/track/torso/torso.h).
 #pragma once
 
 #include <array>

@@ -27,15 +27,16 @@ Vec3f StraightenedInLanes(const NeckBend& bend, const Vec3f& posed) {
   const auto& [by_x, by_y, by_z, rest] = bend.height;
   const float per_height = 1 / (bend.top - bend.base);
   const Vf x = hn::Set(d, posed.x()), y = hn::Set(d, posed.y()), z = hn::Set(d, posed.z()),
-           top = hn::Set(d, bend.top), per = hn::Set(d, per_height), zero = hn::Zero(d), one = hn::Set(d, 1.f);
+           top = hn::Set(d, bend.top), per = hn::Set(d, per_height), zero = hn::Zero(d),
+           one = hn::Set(d, 1.f);
   // The last step is never below what its height asks for: it is looked at only where no other is met.
   alignas(64) float excess[kNeckSteps + 1];
   int high = kNeckSteps;
   for (std::size_t k = 0; k < std::size_t(kNeckSteps); k += hn::Lanes(d)) {
-    const Vf height = hn::MulAdd(
-        hn::LoadU(d, by_x.data() + k), x,
-        hn::MulAdd(hn::LoadU(d, by_y.data() + k), y,
-                   hn::MulAdd(hn::LoadU(d, by_z.data() + k), z, hn::LoadU(d, rest.data() + k))));
+    const Vf height =
+        hn::MulAdd(hn::LoadU(d, by_x.data() + k), x,
+                   hn::MulAdd(hn::LoadU(d, by_y.data() + k), y,
+                              hn::MulAdd(hn::LoadU(d, by_z.data() + k), z, hn::LoadU(d, rest.data() + k))));
     const Vf u = hn::Min(hn::Max(hn::Mul(hn::Sub(top, height), per), zero), one);
     const Vf asked = hn::Mul(hn::Mul(u, u), hn::NegMulAdd(hn::Set(d, 2.f), u, hn::Set(d, 3.f)));
     const Vf step = hn::Mul(hn::Iota(d, float(k)), hn::Set(d, 1.f / kNeckSteps));

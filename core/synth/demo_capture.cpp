@@ -13,9 +13,9 @@
 #include "core/head/builtin_head.h"
 #include "core/image/files.h"
 #include "core/scene/mesh_scene.h"
+#include "core/scene/track.h"
 #include "core/synth/cast.h"
 #include "core/synth/demo_stage.h"
-#include "core/track/track.h"
 #include "core/video/encode.h"
 
 namespace likeness {

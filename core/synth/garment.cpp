@@ -11,7 +11,7 @@
 namespace likeness {
 namespace {
 
-constexpr int kAround = 160, kCollarRows = 10, kBodyRows = 44;
+constexpr int kAroundBody = 160, kCollarRows = 10, kBodyRows = 44;
 
 // Half-widths of the skin at the collar's height: across, to the front and to the back of centre z.
 struct Neck {
@@ -43,9 +43,9 @@ Garment make_garment(const std::vector<Vec3f>& skin, const std::array<Vec3f, kLa
   const Neck neck = measure_neck(skin, collar_y + 0.006f);
   Garment garment;
   for (int row = 0; row < kCollarRows + kBodyRows; ++row) {
-    for (int k = 0; k < kAround; ++k) {
+    for (int k = 0; k < kAroundBody; ++k) {
       const float angle =
-          2 * std::numbers::pi_v<float> * float(k) / kAround;  // 0 at the front, to the subject's left
+          2 * std::numbers::pi_v<float> * float(k) / kAroundBody;  // 0 at the front, to the subject's left
       const float sine = std::sin(angle), cosine = std::cos(angle);
       float rx, rz, y, along;
       const float base_y = collar_y - 0.012f * cosine + 0.010f * sine * sine;
@@ -80,9 +80,9 @@ Garment make_garment(const std::vector<Vec3f>& skin, const std::array<Vec3f, kLa
   }
   const int rows = kCollarRows + kBodyRows;
   for (int row = 0; row + 1 < rows; ++row) {
-    for (int k = 0; k < kAround; ++k) {
-      const int a = row * kAround + k, b = row * kAround + (k + 1) % kAround, c = a + kAround,
-                d = b + kAround;
+    for (int k = 0; k < kAroundBody; ++k) {
+      const int a = row * kAroundBody + k, b = row * kAroundBody + (k + 1) % kAroundBody, c = a + kAroundBody,
+                d = b + kAroundBody;
       garment.triangles.push_back(Triangle(a, c, b));
       garment.triangles.push_back(Triangle(b, c, d));
     }

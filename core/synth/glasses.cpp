@@ -10,8 +10,8 @@
 namespace likeness {
 namespace {
 
-constexpr int kAround = 6, kOutline = 44;
-constexpr float kTurn = 2 * std::numbers::pi_v<float>;
+constexpr int kAroundWire = 6, kOutline = 44;
+constexpr float kWholeTurn = 2 * std::numbers::pi_v<float>;
 
 // A tube along a line of points.
 void add_tube(Glasses& g, const std::vector<Vec3f>& line, float radius, bool closed) {
@@ -23,17 +23,17 @@ void add_tube(Glasses& g, const std::vector<Vec3f>& line, float radius, bool clo
     const Vec3f side =
         (std::abs(along.z()) < 0.8f ? along.cross(Vec3f::UnitZ()) : along.cross(Vec3f::UnitY())).normalized();
     const Vec3f over = side.cross(along);
-    for (int k = 0; k < kAround; ++k) {
-      const float angle = kTurn * float(k) / kAround;
+    for (int k = 0; k < kAroundWire; ++k) {
+      const float angle = kWholeTurn * float(k) / kAroundWire;
       g.frame_vertices.push_back(line[std::size_t(i)] +
                                  radius * (std::cos(angle) * side + std::sin(angle) * over));
     }
   }
   for (int i = 0; i + (closed ? 0 : 1) < n; ++i) {
-    for (int k = 0; k < kAround; ++k) {
-      const int a = first + i * kAround + k, b = first + i * kAround + (k + 1) % kAround,
-                c = first + ((i + 1) % n) * kAround + k,
-                d = first + ((i + 1) % n) * kAround + (k + 1) % kAround;
+    for (int k = 0; k < kAroundWire; ++k) {
+      const int a = first + i * kAroundWire + k, b = first + i * kAroundWire + (k + 1) % kAroundWire,
+                c = first + ((i + 1) % n) * kAroundWire + k,
+                d = first + ((i + 1) % n) * kAroundWire + (k + 1) % kAroundWire;
       g.frame_triangles.push_back(Triangle(a, b, c));
       g.frame_triangles.push_back(Triangle(b, d, c));
     }
@@ -60,7 +60,7 @@ Glasses make_glasses(const Scalp& skin, const std::array<Vec3f, 2>& eyes, const 
                 cx = sign * (0.5f * (eyes[0].x() - eyes[1].x()) + 0.0022f * unit);
     std::vector<Vec3f> rim;
     for (int i = 0; i < kOutline; ++i) {
-      const float a = kTurn * float(i) / kOutline, c = std::cos(a), s = std::sin(a);
+      const float a = kWholeTurn * float(i) / kOutline, c = std::cos(a), s = std::sin(a);
       const auto rounded = [&](float x) { return std::copysign(std::pow(std::abs(x), square), x); };
       rim.push_back(bent(cx + half_w * rounded(c), height + half_h * rounded(s) * (s < 0 ? 1.0f : 0.94f)));
     }

@@ -8,7 +8,7 @@
 
 #include "core/base/parallel.h"
 #include "core/base/quantile.h"
-#include "core/track/face_look.h"
+#include "core/track/photo/face_look.h"
 #include "core/video/decode.h"
 
 namespace likeness {

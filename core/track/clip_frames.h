@@ -11,8 +11,9 @@
 
 #include "core/base/progress.h"
 #include "core/base/result.h"
-#include "core/track/landmarks.h"
-#include "core/track/track_clip.h"
+#include "core/face/landmarks.h"
+#include "core/image/image.h"
+#include "core/track/track_options.h"
 
 namespace likeness {
 

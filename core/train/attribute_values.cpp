@@ -19,8 +19,8 @@ namespace {
 constexpr float kPaintedWithin = 1e-4f;                    // m: vertices that are painted
 constexpr float kAroundFrom = 0.004f, kAroundTo = 0.016f;  // m from the paint
 constexpr std::size_t kMostPoints = 400;                   // of each kind
-constexpr float kBehind = 0.004f, kSlanted = 0.25f;        // m; cosine below which skin says little
-constexpr float kDark = 0.02f;
+constexpr float kHiddenBehind = 0.004f, kSlanted = 0.25f;        // m; cosine below which skin says little
+constexpr float kNoLight = 0.02f;
 constexpr float kFewest = 0.4f;  // of the points that must be seen
 constexpr int kComponents = 10;
 constexpr double kAsideRidge = 0.02;  // of the frames' number
@@ -57,7 +57,7 @@ struct Sampler {
     const int x = int(std::floor(pixel.x())), y = int(std::floor(pixel.y()));
     if (x < 1 || y < 1 || x + 1 >= rgb.width || y + 1 >= rgb.height) return false;
     const float depth = raster.depth[std::size_t(y) * std::size_t(rgb.width) + std::size_t(x)];
-    if (depth > 0 && float(p.z()) > depth + kBehind) return false;
+    if (depth > 0 && float(p.z()) > depth + kHiddenBehind) return false;
     // Bilinear between pixel centres.
     const double u = pixel.x() - 0.5, v = pixel.y() - 0.5;
     const int x0 = int(std::floor(u)), y0 = int(std::floor(v));
@@ -297,10 +297,10 @@ FrameLook region_look(const HeadModel& model, std::span<const Vec3f> posed, cons
   for (const LookPoints::Point& point : points.around)
     if (sampler.look(point, colour)) light += colour, ++lit;
   if (lit < 0.25f * float(points.around.size()) || points.region.empty()) return look;
-  const Vec3f reference = ((light / std::max(1.f, lit)).array() + kDark).log();
+  const Vec3f reference = ((light / std::max(1.f, lit)).array() + kNoLight).log();
   for (std::size_t i = 0; i < points.region.size(); ++i) {
     if (!sampler.look(points.region[i], colour)) continue;
-    look.colours.segment<3>(Eigen::Index(3 * i)) = Vec3f((colour.array() + kDark).log()) - reference;
+    look.colours.segment<3>(Eigen::Index(3 * i)) = Vec3f((colour.array() + kNoLight).log()) - reference;
     look.seen[i] = 1, look.share += 1 / float(points.region.size());
   }
   return look;

@@ -10,7 +10,7 @@
 namespace likeness {
 namespace {
 
-constexpr float kInitial = 10.0f;  // occupied until some looks have found nothing
+constexpr float kInitialOccupancy = 10.0f;  // occupied until some looks have found nothing
 
 std::size_t cell_of(int n, float x, float y, float z) {
   const auto along = [n](float at) { return std::size_t(std::clamp(int(at * float(n)), 0, n - 1)); };
@@ -38,7 +38,7 @@ OccupancyGrid spread_bits(const std::vector<float>& density, int n) {
 CanonicalState make_canonical_state(int resolution) {
   CanonicalState state;
   state.resolution = resolution;
-  state.density.assign(std::size_t(resolution) * resolution * resolution, kInitial);
+  state.density.assign(std::size_t(resolution) * resolution * resolution, kInitialOccupancy);
   state.occupancy = make_occupancy(resolution, true);
   return state;
 }

@@ -1,6 +1,6 @@
 // A training's rays and its looks into cells on a CUDA device: a thread a ray, a sample, a cell, a brick or a
 // view.
-#include "core/cuda/launch.h"
+#include "core/train/cuda_launchers.h"
 
 namespace likeness::cuda {
 namespace {

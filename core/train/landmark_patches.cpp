@@ -28,7 +28,7 @@ constexpr double kLeastInterocular_px = 8;
 constexpr int kDraws = 8;  // made-up offsets of a landmark in a view
 constexpr std::size_t kMostViews = 240, kLeastViews = 8;
 constexpr int kFolds = 4;
-constexpr int kRightEyeCorner = 36, kLeftEyeCorner = 45, kRightEar = 0, kLeftEar = 16;
+constexpr int kRightEyeCorner = 36, kLeftEyeCorner = 45, kRightEarPoint = 0, kLeftEarPoint = 16;
 
 using PatchMatrix = Eigen::Matrix<double, kPatchRays, kPatchRays>;
 using PatchRow = Eigen::Matrix<float, 1, kPatchRays>;
@@ -87,7 +87,7 @@ ViewLandmarks view_landmarks(const HeadModel& model, const HeadShape& shape, con
   const auto in_camera = [&](int k) {
     return Vec3d(cam_from_head * out.in_head[std::size_t(k)].cast<double>());
   };
-  const Vec3d middle = 0.5 * (in_camera(kRightEar) + in_camera(kLeftEar));
+  const Vec3d middle = 0.5 * (in_camera(kRightEarPoint) + in_camera(kLeftEarPoint));
   for (int k = 0; k < kLandmarkCount; ++k) {
     const Vec3d p = in_camera(k);
     if (p.z() < 1e-3) return out;

@@ -60,11 +60,11 @@ void match_faces(const TrainingSet& set, std::vector<RaySource::View>& views) {
     ColourSum& clip = clips[set.views[v].further_clip];
     clip.sum += face.sum, clip.count += face.count;
   }
-  constexpr float kDark = 0.02f, kMost = 4;
+  constexpr float kDarkest = 0.02f, kMost = 4;
   for (std::size_t v = 0; v < views.size(); ++v) {
     const int clip = set.views[v].further_clip;
     if (clip == 0 || clips[0].count == 0 || clips[clip].count == 0) continue;
-    const Vec3f gain = (clips[0].mean().array() + kDark) / (clips[clip].mean().array() + kDark);
+    const Vec3f gain = (clips[0].mean().array() + kDarkest) / (clips[clip].mean().array() + kDarkest);
     views[v].gain = gain.cwiseMin(kMost).cwiseMax(1 / kMost);
   }
 }

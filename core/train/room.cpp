@@ -28,18 +28,18 @@ constexpr std::size_t kLeastPoints = 50;
 constexpr double kOutliers = 0.02, kMargin = 0.1;  // of the points at either end; of their extent
 constexpr float kUsualReach = 3.0f;                // m about the head, where no points say more
 constexpr float kLargestSide = 30.0f;              // m
-constexpr int kCells = 96, kMaxSamples = 24, kTries = 12;
+constexpr int kRoomCells = 96, kMaxSamples = 24, kTries = 12;
 constexpr int kBesidePerson = 2;       // px beside the person whose colours may be mixed
 constexpr double kFreeWay = 0.6;       // of the way from a camera to the head: nothing is in between
 constexpr float kPersonsPlace = 0.3f;  // m about the head's origin and the body below it
 constexpr float kBody = 0.6f;          // m
-constexpr float kInitialDensity = 4;   // per cube side
-constexpr float kTableRate = 1e-2f, kNetworkRate = 3e-3f;
-constexpr std::uint64_t kFirstRefresh = 64, kRefreshEvery = 32;
+constexpr float kRoomInitialDensity = 4;   // per cube side
+constexpr float kRoomTableRate = 1e-2f, kRoomNetworkRate = 3e-3f;
+constexpr std::uint64_t kRoomFirstRefresh = 64, kRoomRefreshEvery = 32;
 
 FieldConfig room_config() {
   FieldConfig config;
-  config.initial_density = kInitialDensity;
+  config.initial_density = kRoomInitialDensity;
   config.position = {3, 8, 4, 17, 16, 2048};
   config.density_width = 32, config.density_layers = 1;
   config.colour_width = 32, config.colour_layers = 1;
@@ -56,12 +56,12 @@ OccupancyGrid free_cells(std::span<const TrainingView> views, const FieldCube& c
     heads.push_back(views[i].world_from_head.translation().cast<float>());
     downs.push_back(-views[i].world_from_torso.linear().col(1).cast<float>());
   }
-  OccupancyGrid grid = make_occupancy(kCells, false);
-  for (int z = 0; z < kCells; ++z)
-    for (int y = 0; y < kCells; ++y)
-      for (int x = 0; x < kCells; ++x) {
+  OccupancyGrid grid = make_occupancy(kRoomCells, false);
+  for (int z = 0; z < kRoomCells; ++z)
+    for (int y = 0; y < kRoomCells; ++y)
+      for (int x = 0; x < kRoomCells; ++x) {
         const Vec3f at = cube.origin + (Vec3f(float(x), float(y), float(z)) + Vec3f::Constant(0.5f)) *
-                                           (cube.side / float(kCells));
+                                           (cube.side / float(kRoomCells));
         bool free = true;
         for (std::size_t i = 0; i < eyes.size() && free; ++i) {
           const Vec3f from_head = at - heads[i];
@@ -202,9 +202,9 @@ double room_step(RoomTraining& room, std::uint64_t step, double rate) {
   const FieldInputs inputs = samples.inputs(nullptr, nullptr);
   const double loss = train_on_rays(room, inputs);
   AdamOptions adam;
-  adam.table_rate = float(kTableRate * rate), adam.network_rate = float(kNetworkRate * rate);
+  adam.table_rate = float(kRoomTableRate * rate), adam.network_rate = float(kRoomNetworkRate * rate);
   adam_step(room.part.field, room.gradients, room.adam, adam);
-  if (step + 1 >= kFirstRefresh && (step + 1) % kRefreshEvery == 0) {
+  if (step + 1 >= kRoomFirstRefresh && (step + 1) % kRoomRefreshEvery == 0) {
     const auto densities = [&](const FieldInputs& places, std::vector<float>& sigma) -> Result<void> {
       evaluate_density(room.part.field, places, sigma);
       return {};
@@ -222,7 +222,7 @@ RoomTraining start_room(std::span<const TrainingView> views, const FieldCube& cu
   RoomTraining room;
   room.volume.cube = cube;
   room.volume.allowed = free_cells(views, cube);
-  room.volume.kept = make_occupancy(kCells, false);
+  room.volume.kept = make_occupancy(kRoomCells, false);
   room.part.field = make_field(room_config(), std::uint32_t(2 * seed + 77));
   room.part.cube = cube;
   room.part.occupancy = room.volume.allowed;

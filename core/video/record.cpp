@@ -11,7 +11,7 @@
 namespace likeness {
 namespace {
 
-constexpr double kLongestGap_s = 1;  // pictures are repeated over; longer ones are cut out
+constexpr double kLongestRepeat_s = 1;  // pictures are repeated over; longer ones are cut out
 
 Error no_picture(const std::filesystem::path& path) {
   return {ErrorCode::failed, "The camera gave no picture.",
@@ -33,7 +33,7 @@ class SteadyWriter {
       return {};
     }
     // The clock of a camera that stood still goes on from where the file is.
-    if (double(slot - recording_.frames) > kLongestGap_s * rate_) {
+    if (double(slot - recording_.frames) > kLongestRepeat_s * rate_) {
       start_s_ = picture.time_s - recording_.frames / rate_;
       slot = recording_.frames;
     }

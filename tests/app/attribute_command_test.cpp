@@ -12,7 +12,7 @@
 #include <nlohmann/json.hpp>
 
 #include "core/image/files.h"
-#include "tests/app/run_program.h"
+#include "tests/support/run_program.h"
 
 namespace likeness::test {
 namespace {

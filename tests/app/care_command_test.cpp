@@ -8,8 +8,8 @@
 #include "core/base/hash.h"
 #include "core/capture/capture.h"
 #include "core/video/encode.h"
-#include "tests/app/run_program.h"
-#include "tests/core/film/tiny_project.h"
+#include "tests/core/export/tiny_project.h"
+#include "tests/support/run_program.h"
 
 namespace likeness::test {
 namespace {

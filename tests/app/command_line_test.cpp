@@ -15,7 +15,7 @@
 
 #include "core/image/image.h"
 #include "core/video/encode.h"
-#include "tests/app/run_program.h"
+#include "tests/support/run_program.h"
 
 namespace likeness::test {
 namespace {

@@ -9,12 +9,12 @@
 #include "core/capture/capture.h"
 #include "core/direct/edit_keys.h"
 #include "core/image/files.h"
-#include "core/track/track.h"
+#include "core/scene/track.h"
 #include "core/video/decode.h"
 #include "core/video/encode.h"
-#include "tests/app/run_program.h"
-#include "tests/core/film/tiny_project.h"
-#include "tests/core/study/acted_track.h"
+#include "tests/core/export/tiny_project.h"
+#include "tests/core/lab/truth/acted_track.h"
+#include "tests/support/run_program.h"
 
 namespace likeness::test {
 namespace {

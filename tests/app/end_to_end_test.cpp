@@ -18,7 +18,7 @@
 
 #include "core/image/files.h"
 #include "core/video/decode.h"
-#include "tests/app/run_program.h"
+#include "tests/support/run_program.h"
 
 namespace likeness::test {
 namespace {

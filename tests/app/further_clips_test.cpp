@@ -9,7 +9,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "tests/app/run_program.h"
+#include "tests/support/run_program.h"
 
 namespace likeness::test {
 namespace {

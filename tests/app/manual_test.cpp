@@ -6,7 +6,7 @@
 #include <regex>
 #include <set>
 
-#include "tests/app/run_program.h"
+#include "tests/support/run_program.h"
 
 namespace likeness::test {
 namespace {

@@ -4,7 +4,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "tests/app/run_program.h"
+#include "tests/support/run_program.h"
 
 namespace likeness::test {
 namespace {
@@ -43,9 +43,9 @@ TEST(RealCapture, MouthAndEyesAreAsMarkedByHand) {
   for (const std::string name : {"wojtek", "duda"}) {
     const fs::path clip = shared / "captures" / (name + ".mp4");
     if (!fs::exists(clip) || !fs::exists(model)) GTEST_SKIP() << "the real captures are not here: " << shared;
-    const ProgramResult studied =
-        likeness({"study", "track", clip.string(), "--steps", "photometric", "--head-model", model.string(),
-                  "--marks", std::string(LIKENESS_MARKS) + "/" + name + ".json", "--json"});
+    const ProgramResult studied = likeness(
+        {"study", "track", clip.string(), "--steps", "photometric", "--head-model", model.string(), "--marks",
+         std::string(LIKENESS_SOURCE "/tests/core/lab/truth/marks/") + name + ".json", "--json"});
     ASSERT_EQ(studied.exit_code, 0) << studied.err;
     const auto row = nlohmann::json::parse(studied.out).at("rows").at(0);
     const int mouths = row.at("marked_mouths"), eyes = row.at("marked_eyes");

@@ -4,7 +4,7 @@
 
 #include <random>
 
-#include "core/track/bundle.h"
+#include "core/track/points/bundle.h"
 
 namespace likeness {
 namespace {

@@ -4,8 +4,8 @@
 
 #include <algorithm>
 
-#include "core/bench/standard_field.h"
 #include "core/field/field_kernels.h"
+#include "core/lab/bench/standard_field.h"
 #include "tests/bench/field_variants.h"
 
 namespace likeness {

@@ -3,7 +3,7 @@
 #include <benchmark/benchmark.h>
 
 #include "core/head/builtin_head.h"
-#include "core/track/photometric_surface.h"
+#include "core/track/photo/photometric_surface.h"
 
 namespace likeness {
 namespace {

@@ -8,9 +8,9 @@
 #include <benchmark/benchmark.h>
 
 #include "core/base/parallel.h"
-#include "core/bench/standard_field.h"
-#include "core/bench/stopwatch.h"
 #include "core/field/adam.h"
+#include "core/lab/bench/standard_field.h"
+#include "core/lab/bench/stopwatch.h"
 
 namespace likeness {
 namespace {

@@ -6,7 +6,7 @@
 #include <chrono>
 #include <cmath>
 
-#include "tests/core/film/tiny_project.h"
+#include "tests/core/export/tiny_project.h"
 #include "tests/ui/studio_window.h"
 
 namespace likeness::ui {

@@ -90,7 +90,7 @@ std::string small_protocols(int which) {
   }
 }
 
-TEST(Fuzz, Pickle) {
+TEST(FuzzHeadFiles, Pickle) {
   FuzzTarget target;
   target.name = "pickle";
   const HeadModel model = tiny_head();
@@ -108,7 +108,7 @@ TEST(Fuzz, Pickle) {
   fuzz(target);
 }
 
-TEST(Fuzz, LandmarkEmbedding) {
+TEST(FuzzHeadFiles, LandmarkEmbedding) {
   FuzzTarget target;
   target.name = "landmark embedding";
   const std::size_t rows = 3;
@@ -130,7 +130,7 @@ TEST(Fuzz, LandmarkEmbedding) {
   fuzz(target);
 }
 
-TEST(Fuzz, Npz) {
+TEST(FuzzHeadFiles, Npz) {
   FuzzTarget target;
   target.name = "npz";
   const ScratchFolder scratch;
@@ -152,7 +152,7 @@ TEST(Fuzz, Npz) {
   fuzz(target);
 }
 
-TEST(Fuzz, Npy) {
+TEST(FuzzHeadFiles, Npy) {
   FuzzTarget target;
   target.name = "npy";
   target.seeds = {npy("{'descr': '<f8', 'fortran_order': True, 'shape': (2, 3), }\n", std::string(48, 'x')),
@@ -169,7 +169,7 @@ TEST(Fuzz, Npy) {
   fuzz(target);
 }
 
-TEST(Fuzz, Obj) {
+TEST(FuzzHeadFiles, Obj) {
   FuzzTarget target;
   target.name = "obj";
   target.seeds = {
@@ -185,7 +185,7 @@ TEST(Fuzz, Obj) {
   fuzz(target);
 }
 
-TEST(Fuzz, ExpressionNames) {
+TEST(FuzzHeadFiles, ExpressionNames) {
   FuzzTarget target;
   target.name = "expression names";
   const ScratchFolder scratch;
@@ -200,7 +200,7 @@ TEST(Fuzz, ExpressionNames) {
 }
 
 // The folder as a whole: its list of files and their agreement. Any mesh this small must be refused.
-TEST(Fuzz, IctFolder) {
+TEST(FuzzHeadFiles, IctFolder) {
   FuzzTarget target;
   target.name = "ICT folder";
   const ScratchFolder scratch;

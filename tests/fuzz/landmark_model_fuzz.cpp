@@ -1,14 +1,14 @@
 // Damaged files of dlib's shape predictor, read and then used.
 #include <gtest/gtest.h>
 
-#include "core/track/landmarks.h"
-#include "tests/core/track/tiny_predictor.h"
+#include "core/face/landmarks.h"
+#include "tests/core/face/tiny_predictor.h"
 #include "tests/fuzz/fuzz.h"
 
 namespace likeness {
 namespace {
 
-TEST(Fuzz, LandmarkModel) {
+TEST(FuzzLandmarkModel, LandmarkModel) {
   const ScratchFolder scratch;
   FuzzTarget target;
   target.name = "landmark model";

@@ -36,7 +36,7 @@ std::string with_orientation(std::string jpeg, char tag) {
   return jpeg.insert(2, segment);
 }
 
-TEST(Fuzz, Picture) {
+TEST(FuzzPictureFiles, Picture) {
   const ScratchFolder scratch;
   FuzzTarget target;
   target.name = "picture";
@@ -70,7 +70,7 @@ void write_clip(const std::filesystem::path& path) {
   ASSERT_TRUE(writer->finish());
 }
 
-TEST(Fuzz, Clip) {
+TEST(FuzzPictureFiles, Clip) {
   const ScratchFolder scratch;
   FuzzTarget target;
   target.name = "clip";
@@ -95,7 +95,7 @@ TEST(Fuzz, Clip) {
   fuzz(target);
 }
 
-TEST(Fuzz, LensTag) {
+TEST(FuzzPictureFiles, LensTag) {
   const ScratchFolder scratch;
   FuzzTarget target;
   target.name = "lens tag";
@@ -131,7 +131,7 @@ std::string silent_aac() {
   return stream;
 }
 
-TEST(Fuzz, Sound) {
+TEST(FuzzPictureFiles, Sound) {
   const ScratchFolder scratch;
   FuzzTarget target;
   target.name = "sound of a clip";

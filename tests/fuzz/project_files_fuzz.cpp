@@ -25,11 +25,11 @@
 #include "core/project/training_curve.h"
 #include "core/render/avatar.h"
 #include "core/render/room_picture.h"
-#include "core/track/track.h"
+#include "core/scene/track.h"
 #include "core/train/checkpoint.h"
 #include "tests/core/render/tiny_avatar.h"
-#include "tests/core/support/onnx_bytes.h"
 #include "tests/fuzz/fuzz.h"
+#include "tests/support/onnx_bytes.h"
 #include "ui/platform/settings.h"
 
 namespace likeness {
@@ -65,7 +65,7 @@ Camera some_camera(int frame) {
   return camera;
 }
 
-TEST(Fuzz, Performance) {
+TEST(FuzzProjectFiles, Performance) {
   Performance performance;
   performance.channels["head yaw"] = {{0, 5, Easing::hold}, {0.5, -5, Easing::linear}, {1.25, 0.1f}};
   performance.channels["action jawOpen"] = {{0.7, 0.3f, Easing::ease_in}};
@@ -75,7 +75,7 @@ TEST(Fuzz, Performance) {
       [](const auto& path) { return read_performance(path); });
 }
 
-TEST(Fuzz, TrainingCurve) {
+TEST(FuzzProjectFiles, TrainingCurve) {
   TrainingCurve curve;
   for (std::uint64_t step : {1u, 5u, 9u}) add_point(curve, {step, 0.5 * double(step), 0.01, 21.5, 45000});
   add_score(curve, {2.5, 24.25});
@@ -85,7 +85,7 @@ TEST(Fuzz, TrainingCurve) {
       [](const auto& path) { return read_training_curve(path).ok(); });
 }
 
-TEST(Fuzz, Refits) {
+TEST(FuzzProjectFiles, Refits) {
   const Refits refits{"0123", {{{3, 5}, 3, 2, 1, 0}, {{9, 9}, 1, 1, 1, 0}}};
   fuzz_file(
       "refits", "refits.json",
@@ -93,7 +93,7 @@ TEST(Fuzz, Refits) {
       [](const auto& path) { return read_refits({.folder = path.parent_path()}).ok(); });
 }
 
-TEST(Fuzz, Track) {
+TEST(FuzzProjectFiles, Track) {
   Track track;
   track.head_model_name = std::string("a"), track.head_model_hash = std::string("b");
   track.person.identity = Eigen::VectorXf::LinSpaced(3, -1, 1);
@@ -111,7 +111,7 @@ TEST(Fuzz, Track) {
       [](const auto& path) { return read_track(path).ok(); });
 }
 
-TEST(Fuzz, Cameras) {
+TEST(FuzzProjectFiles, Cameras) {
   CameraSet set;
   set.is_static = false;
   set.scale = CameraScale::arbitrary;
@@ -121,7 +121,7 @@ TEST(Fuzz, Cameras) {
       [](const auto& path) { return read_cameras(path).ok(); });
 }
 
-TEST(Fuzz, Capture) {
+TEST(FuzzProjectFiles, Capture) {
   Capture capture;
   capture.video = "clip.mp4", capture.video_hash = "0123";
   capture.width = 640, capture.height = 480, capture.frames_per_second = 30;
@@ -134,7 +134,7 @@ TEST(Fuzz, Capture) {
       [](const auto& path) { return read_capture(path).ok(); });
 }
 
-TEST(Fuzz, Project) {
+TEST(FuzzProjectFiles, Project) {
   Project project;
   project.options.video = "/clip.mp4";
   project.record(Stage::fit).warnings = {"one"};
@@ -147,7 +147,7 @@ TEST(Fuzz, Project) {
       [](const auto& path) { return open_project(path.parent_path()).ok(); });
 }
 
-TEST(Fuzz, Plate) {
+TEST(FuzzProjectFiles, Plate) {
   PlateInfo info;
   info.coverage = 0.5, info.frames = {1, 2, 30};
   fuzz_file(
@@ -156,7 +156,7 @@ TEST(Fuzz, Plate) {
 }
 
 // Read and painted: what a file says must also end in a picture.
-TEST(Fuzz, Strokes) {
+TEST(FuzzProjectFiles, Strokes) {
   const Strokes strokes{{StrokeMark::person, 12.5, {{10, 20}, {300.25, 40}}},
                         {StrokeMark::background, 3, {{1, 2}}},
                         {StrokeMark::erase, 40, {{100, 200}, {10, 20}, {3, 4}}}};
@@ -169,7 +169,7 @@ TEST(Fuzz, Strokes) {
       });
 }
 
-TEST(Fuzz, Attributes) {
+TEST(FuzzProjectFiles, Attributes) {
   PaintedAttributes attributes;
   annotate(attributes, "cheek puff", {12, 1, {{StrokeMark::person, 12.5, {{10, 20}, {300.25, 40}}}}});
   annotate(attributes, "cheek puff", {30, 0, {}});
@@ -187,7 +187,7 @@ TEST(Fuzz, Attributes) {
       [](const auto& path) { return read_attribute_values(path).ok(); });
 }
 
-TEST(Fuzz, Avatar) {
+TEST(FuzzProjectFiles, Avatar) {
   Avatar avatar = tiny_avatar();
   avatar.room = *avatar.torso;
   FieldConfig config = avatar.head.field.config;
@@ -201,13 +201,13 @@ TEST(Fuzz, Avatar) {
       [](const auto& path) { return read_avatar(path).ok(); }, repair_checksum);
 }
 
-TEST(Fuzz, Room) {
+TEST(FuzzProjectFiles, Room) {
   fuzz_file(
       "room.bin", "room.bin", [](const auto& path) { return write_room(path, *tiny_avatar().torso).ok(); },
       [](const auto& path) { return read_room(path).ok(); }, repair_checksum);
 }
 
-TEST(Fuzz, Checkpoint) {
+TEST(FuzzProjectFiles, Checkpoint) {
   const Avatar avatar = tiny_avatar();
   TrainingState state;
   const auto fill = [](TrainedField& field, const FieldPart& part) {
@@ -230,7 +230,7 @@ TEST(Fuzz, Checkpoint) {
 }
 
 // The three files of a COLMAP model, joined by a line that no file holds; each input damages any of them.
-TEST(Fuzz, ColmapModel) {
+TEST(FuzzProjectFiles, ColmapModel) {
   const auto put = [](std::string& text, auto value) {
     text.append(reinterpret_cast<const char*>(&value), sizeof value);
   };
@@ -274,7 +274,7 @@ TEST(Fuzz, ColmapModel) {
   fuzz(target);
 }
 
-TEST(Fuzz, ColmapDatabase) {
+TEST(FuzzProjectFiles, ColmapDatabase) {
   fuzz_file(
       "COLMAP database", "database.db",
       [](const auto& path) {
@@ -294,7 +294,7 @@ TEST(Fuzz, ColmapDatabase) {
       [](const auto& path) { return count_database(path).ok(); });
 }
 
-TEST(Fuzz, StudioSettings) {
+TEST(FuzzProjectFiles, StudioSettings) {
   ui::Settings settings;
   settings.recent = {"/home/a.likeness", "/home/b.likeness"};
   fuzz_file(
@@ -305,7 +305,7 @@ TEST(Fuzz, StudioSettings) {
       });
 }
 
-TEST(Fuzz, MattingNetworkFormat) {
+TEST(FuzzProjectFiles, MattingNetworkFormat) {
   const ScratchFolder scratch;
   const std::string network = tiny_network(16, {0.5f, 0.2f, 0.1f, -0.5f, -0.2f, -0.1f}, {0, 0});
   scratch.put("net.onnx", std::as_bytes(std::span(network)));

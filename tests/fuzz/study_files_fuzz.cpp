@@ -4,16 +4,16 @@
 #include <gtest/gtest.h>
 
 #include "core/image/files.h"
-#include "core/study/camera_truth.h"
-#include "core/study/face_marks.h"
-#include "core/study/finished_rows.h"
-#include "core/study/held_out.h"
+#include "core/lab/score/held_out.h"
+#include "core/lab/study/finished_rows.h"
+#include "core/lab/truth/camera_truth.h"
+#include "core/lab/truth/face_marks.h"
 #include "tests/fuzz/fuzz.h"
 
 namespace likeness {
 namespace {
 
-TEST(Fuzz, PublishedCameras) {
+TEST(FuzzStudyFiles, PublishedCameras) {
   const ScratchFolder scratch;
   std::filesystem::create_directories(scratch.path() / "images");
   std::string frames;
@@ -32,7 +32,7 @@ TEST(Fuzz, PublishedCameras) {
   fuzz(target);
 }
 
-TEST(Fuzz, FaceMarks) {
+TEST(FuzzStudyFiles, FaceMarks) {
   const ScratchFolder scratch;
   FuzzTarget target;
   target.name = "marks";
@@ -43,7 +43,7 @@ TEST(Fuzz, FaceMarks) {
   fuzz(target);
 }
 
-TEST(Fuzz, Regions) {
+TEST(FuzzStudyFiles, Regions) {
   const ScratchFolder scratch;
   Image8 picture(24, 16, 3);
   for (std::size_t i = 0; i < picture.data.size(); ++i) picture.data[i] = i % 5 < 2 ? 255 : 0;
@@ -64,7 +64,7 @@ TEST(Fuzz, Regions) {
   fuzz(target);
 }
 
-TEST(Fuzz, FinishedRows) {
+TEST(FuzzStudyFiles, FinishedRows) {
   const ScratchFolder scratch;
   ASSERT_TRUE(write_finished(scratch.path() / "row.json", "print", {{"psnr_db", 31.5}, {"seed", 3}}));
   FuzzTarget target;

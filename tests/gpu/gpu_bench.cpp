@@ -2,8 +2,8 @@
 // machine that has a GPU and nothing else.
 #include <fmt/format.h>
 
-#include "core/bench/device_report.h"
 #include "core/device/load_device.h"
+#include "core/lab/bench/device_report.h"
 
 int main() {
   using namespace likeness;

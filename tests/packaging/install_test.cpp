@@ -7,7 +7,7 @@
 #include <regex>
 
 #include "core/base/files.h"
-#include "tests/app/run_program.h"
+#include "tests/support/run_program.h"
 
 namespace likeness::test {
 namespace {

@@ -8,7 +8,7 @@
 #include <set>
 
 #include "tests/core/device/emulated_device.h"
-#include "tests/core/film/tiny_project.h"
+#include "tests/core/export/tiny_project.h"
 
 namespace likeness::ui {
 namespace {

@@ -15,7 +15,7 @@
 #include "core/image/files.h"
 #include "core/video/decode.h"
 #include "tests/core/device/emulated_device.h"
-#include "tests/core/film/tiny_project.h"
+#include "tests/core/export/tiny_project.h"
 
 namespace likeness::ui {
 namespace {

@@ -13,7 +13,7 @@
 #include "core/image/files.h"
 #include "core/project/project.h"
 #include "core/video/encode.h"
-#include "tests/app/run_program.h"
+#include "tests/support/run_program.h"
 #include "ui/platform/settings.h"
 
 namespace likeness::test {

@@ -7,7 +7,7 @@
 
 #include <algorithm>
 
-#include "tests/app/run_program.h"
+#include "tests/support/run_program.h"
 #include "tests/ui/studio_window.h"
 #include "ui/run_window.h"
 

@@ -8,7 +8,7 @@
 
 #include "core/base/files.h"
 #include "core/video/encode.h"
-#include "tests/core/film/tiny_project.h"
+#include "tests/core/export/tiny_project.h"
 
 namespace likeness::ui {
 namespace {

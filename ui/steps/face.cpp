@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "core/project/refits.h"
-#include "core/track/error_strip.h"
+#include "core/track/clip/error_strip.h"
 #include "ui/steps/steps.h"
 #include "ui/theme.h"
 #include "ui/widgets.h"

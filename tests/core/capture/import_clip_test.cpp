@@ -11,8 +11,8 @@
 
 #include "core/base/files.h"
 #include "core/capture/capture.h"
+#include "core/face/landmarks.h"
 #include "core/image/files.h"
-#include "core/track/landmarks.h"
 #include "core/video/decode.h"
 #include "core/video/encode.h"
 

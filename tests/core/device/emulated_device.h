@@ -33,8 +33,9 @@ const DeviceApi& emulated_api(const EmulatedFaults& faults = {});
 EmulatedCounts emulated_counts();
 std::shared_ptr<Device> emulated_device(const EmulatedFaults& faults = {});
 
-// The device that a program tests: tested_device_emulated.cpp or, of those labelled gpu, _cuda.cpp; null
-// where there is none; `why` then says why.
+// The device that a program tests: the emulated one, or with LIKENESS_TEST_DEVICE=cuda in the environment a
+// GPU; null where there is none; `why` then says why.
+bool tests_cuda();
 std::shared_ptr<Device> tested_device(std::string& why);
 
 }  // namespace likeness

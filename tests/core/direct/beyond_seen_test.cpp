@@ -6,7 +6,7 @@
 #include <numbers>
 
 #include "core/direct/set_values.h"
-#include "tests/core/film/tiny_project.h"
+#include "tests/core/export/tiny_project.h"
 
 namespace likeness::test {
 namespace {

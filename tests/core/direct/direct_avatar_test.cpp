@@ -7,7 +7,7 @@
 
 #include "core/direct/edit_keys.h"
 #include "core/render/camera_path.h"
-#include "tests/core/film/tiny_project.h"
+#include "tests/core/export/tiny_project.h"
 
 namespace likeness::test {
 namespace {
@@ -80,7 +80,7 @@ TEST(DirectMoment, GazeTurnsBothEyesTheSameWayAndTakesTheLidsAlong) {
 TEST(DirectMoment, TheTorsoRestsUntilTheNeckIsStretched) {
   const auto& avatar = opened().avatar;
   const auto away = [&](float shift) {
-    const FilmPose pose = moment_of({{"head x", shift}, {"head yaw", 30}}).pose;
+    const AvatarPose pose = moment_of({{"head x", shift}, {"head yaw", 30}}).pose;
     return (pose.world_from_torso.translation() - avatar.world_from_torso.translation()).norm();
   };
   EXPECT_NEAR(away(0), 0, 1e-9);
@@ -143,7 +143,7 @@ TEST(PerformanceOf, ADrivenClipComesBackOutOfItsKeys) {
   EXPECT_EQ(performance.channels.at("head yaw").size(), 20u);
   EXPECT_FALSE(performance.channels.contains("camera yaw"));
   for (int i = 0; i < 20; ++i) {
-    const FilmPose pose = direct_moment(directed, performance, i / 30.0).pose;
+    const AvatarPose pose = direct_moment(directed, performance, i / 30.0).pose;
     const DrivenFrame& frame = clip.frames[std::size_t(i)];
     EXPECT_TRUE(pose.world_from_head.isApprox(frame.world_from_head, 1e-5)) << i;
     EXPECT_LT((pose.articulation.jaw - frame.articulation.jaw).norm(), 0.02f) << i;

@@ -7,7 +7,7 @@
 
 #include "core/direct/edit_keys.h"
 #include "core/direct/seen_limits.h"
-#include "tests/core/film/tiny_project.h"
+#include "tests/core/export/tiny_project.h"
 
 namespace likeness::test {
 namespace {

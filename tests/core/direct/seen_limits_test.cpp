@@ -5,7 +5,7 @@
 
 #include <numbers>
 
-#include "tests/core/film/tiny_project.h"
+#include "tests/core/export/tiny_project.h"
 
 namespace likeness::test {
 namespace {

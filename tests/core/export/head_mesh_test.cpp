@@ -13,8 +13,8 @@
 #include "core/base/files.h"
 #include "core/head/pose_head.h"
 #include "core/render/camera_path.h"
-#include "tests/app/run_program.h"
-#include "tests/core/film/tiny_project.h"
+#include "tests/core/export/tiny_project.h"
+#include "tests/support/run_program.h"
 
 namespace likeness::test {
 namespace {
@@ -105,7 +105,7 @@ struct Glb {
   }
 };
 
-FilmPose posed(double yaw, float jaw) {
+AvatarPose posed(double yaw, float jaw) {
   const Avatar avatar = filmed_avatar();
   const Vec3d neck = shape_head(tiny_head(), avatar.person).joints[kNeck].cast<double>();
   return {turned_head(avatar.world_from_head, neck, yaw, 0, 0), avatar.world_from_torso,
@@ -134,7 +134,7 @@ TEST(HeadMesh, IsThePosedHeadInTheTypicalHeadsAxes) {
   EXPECT_GT(resting, 100);
   const auto marks_at_rest = landmark_positions(tiny_head(), rest.positions);
   EXPECT_NEAR((marks[36] - marks[45]).norm(), (marks_at_rest[36] - marks_at_rest[45]).norm(), 1e-5f);
-  FilmPose moved = posed(0, 0);
+  AvatarPose moved = posed(0, 0);
   moved.world_from_torso.pretranslate(Vec3d(0.1, 0, 0));
   const HeadMesh body = head_mesh(avatar, tiny_head(), moved);
   const auto most =
@@ -282,7 +282,7 @@ TEST(Ply, HoldsWhatItsHeaderSays) {
 TEST(WriteHead, SaysWhatDoesNotFit) {
   const TinyProject project;
   const OpenedAvatar opened = tiny_opened();
-  const std::vector<FilmPose> many(kMostMeshFrames + 1, posed(0, 0));
+  const std::vector<AvatarPose> many(kMostMeshFrames + 1, posed(0, 0));
   const auto write = [&](const char* name, std::size_t frames, std::stop_token stop) {
     return write_head(opened, std::span(many).first(frames), 25, project.root / name, kMade, Progress(),
                       stop);

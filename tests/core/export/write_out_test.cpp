@@ -1,5 +1,5 @@
-// Claims about what leaves the program: the name decides what is written, and what cannot be is refused before
-// long work.
+// Claims about what leaves the program: the name decides what is written, and what cannot be is refused
+// before long work.
 #include "core/export/write_out.h"
 
 #include <gtest/gtest.h>
@@ -9,7 +9,7 @@
 #include "core/render/render.h"
 #include "core/video/decode.h"
 #include "core/video/encode.h"
-#include "tests/core/film/tiny_project.h"
+#include "tests/core/export/tiny_project.h"
 
 namespace likeness::test {
 namespace {

@@ -15,7 +15,7 @@
 #include "core/base/files.h"
 #include "core/image/files.h"
 #include "tests/core/matte/made_scene.h"
-#include "tests/core/support/onnx_bytes.h"
+#include "tests/support/onnx_bytes.h"
 
 namespace likeness {
 namespace {

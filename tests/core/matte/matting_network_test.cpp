@@ -9,7 +9,7 @@
 #include <filesystem>
 
 #include "core/base/files.h"
-#include "tests/core/support/onnx_bytes.h"
+#include "tests/support/onnx_bytes.h"
 
 namespace likeness {
 namespace {

@@ -10,7 +10,7 @@
 #include "core/base/files.h"
 #include "core/base/hash.h"
 #include "core/project/run_stages.h"
-#include "core/track/track.h"
+#include "core/scene/track.h"
 
 namespace likeness {
 namespace {

@@ -6,8 +6,8 @@
 #include <numbers>
 
 #include "core/render/camera_path.h"
-#include "tests/core/film/tiny_project.h"
-#include "tests/core/study/acted_track.h"
+#include "tests/core/export/tiny_project.h"
+#include "tests/core/lab/truth/acted_track.h"
 
 namespace likeness::test {
 namespace {

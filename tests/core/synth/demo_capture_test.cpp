@@ -11,8 +11,8 @@
 #include "core/head/builtin_head.h"
 #include "core/head/pose_head.h"
 #include "core/image/files.h"
+#include "core/scene/track.h"
 #include "core/synth/demo_stage.h"
-#include "core/track/track.h"
 
 namespace likeness {
 namespace {

@@ -8,10 +8,10 @@
 #include <cstdlib>
 #include <filesystem>
 
+#include "core/face/landmarks.h"
 #include "core/head/builtin_head.h"
 #include "core/image/files.h"
 #include "core/scene/mesh_scene.h"
-#include "core/track/landmarks.h"
 #include "tests/golden/expect_golden.h"
 
 namespace likeness {

@@ -1,0 +1,157 @@
+// The driver's track and its mapping: see driving.h.
+#include "core/drive/drive_clip.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <system_error>
+
+#include "core/base/files.h"
+#include "core/camera/clip_camera.h"
+#include "core/capture/choose_crop.h"
+#include "core/capture/scan_clip.h"
+#include "core/project/project_views.h"
+#include "core/project/run_stages.h"
+#include "core/track/clip/track_clip.h"
+#include "core/track/frame_spacing.h"
+#include "core/video/decode.h"
+
+namespace likeness {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+constexpr int kWholePicture = 640;  // px; larger pictures are cut to head and shoulders, as an import does
+
+Result<TrackRegion> face_region(const fs::path& video, const VideoInfo& info, const fs::path& landmark_model,
+                                const Progress& progress, std::stop_token stop) {
+  const TrackRegion whole{0, 0, info.width, info.height};
+  if (std::max(info.width, info.height) <= kWholePicture) return whole;
+  const auto detector = FaceDetector::load(landmark_model);
+  if (!detector) return detector.error();
+  const auto scan = scan_clip(video, *detector, {}, progress, stop);
+  if (!scan) return scan.error();
+  std::vector<FaceBox> faces;
+  for (const FaceSample& sample : scan->samples)
+    if (sample.face) faces.push_back(*sample.face);
+  if (faces.empty()) {
+    return Error{ErrorCode::no_face, fmt::format("No face was found in {}.", video.filename().string()),
+                 "Use a driving clip in which the face is near and well lit.", video.string()};
+  }
+  const SquareCrop crop = choose_crop(faces, info.width, info.height).crop;
+  return TrackRegion{crop.x, crop.y, crop.side, crop.side};
+}
+
+Result<Track> driver_track(const DriveRequest& request, const VideoInfo& info, const HeadModel& model,
+                           const Progress& progress, std::stop_token stop) {
+  if (path_exists(request.track)) {
+    auto track = read_track(request.track);
+    if (!track) return track.error();
+    if (const auto fits = check_track_fits(*track, model); !fits) {
+      return Error{ErrorCode::bad_input, fits.error().what,
+                   "Name the track's own head model with --head-model, or leave out --track.",
+                   request.track.string()};
+    }
+    const auto last = std::ranges::max_element(track->frames, {}, &TrackedFrame::frame);
+    // The container only declares how many frames there are.
+    if (last != track->frames.end() && info.frame_count > 0 && last->frame > info.frame_count * 1.05 + 5)
+      return Error{ErrorCode::bad_input,
+                   fmt::format("The track has a frame {}, and {} has about {}.", last->frame,
+                               request.video.filename().string(), info.frame_count),
+                   "Give the track of this clip, or leave out --track.", request.track.string()};
+    return track;
+  }
+  const auto region = face_region(request.video, info, request.landmark_model,
+                                  progress.stage(0, 0.15, "looking for the face"), stop);
+  if (!region) return region.error();
+  TrackOptions options;
+  options.predictor = request.landmark_model;
+  options.every_frame = true;  // what is driven has the clip's own rate
+  auto track = track_clip(request.video, *region, assumed_camera(info), {}, model, options,
+                          progress.stage(0.15, 1, "tracking the driver"), stop);
+  if (!track) return track.error();
+  track->head_model_file = request.head_model.string();
+  if (!request.track.empty()) {
+    if (const auto written = write_track(request.track, *track); !written) return written.error();
+  }
+  return track;
+}
+
+// The amounts the request holds, in the avatar's order.
+Result<std::vector<float>> held_attributes(const Avatar& avatar, const DriveRequest& request) {
+  std::vector<float> amounts(avatar.attributes.size(), 0.f);
+  for (const auto& [name, amount] : request.attributes) {
+    const int a = attribute_index(avatar.attributes, name);
+    if (a < 0) {
+      std::string known;
+      for (const AttributeRegion& region : avatar.attributes)
+        known += (known.empty() ? "" : ", ") + region.name;
+      return Error{ErrorCode::bad_input, "The avatar has no attribute '" + name + "'.",
+                   known.empty() ? "It has none: paint one (likeness attribute) and train again."
+                                 : "Choose from: " + known + ".",
+                   ""};
+    }
+    amounts[std::size_t(a)] = amount;
+  }
+  return amounts;
+}
+
+}  // namespace
+
+Result<DrivenClip> drive_clip(const OpenedAvatar& opened, const DriveRequest& request,
+                              const Progress& progress, std::stop_token stop) {
+  auto held = held_attributes(opened.avatar, request);
+  if (!held) return held.error();
+  const auto info = probe_video(request.video);
+  if (!info) return info.error();
+  HeadModel other;
+  if (!request.head_model.empty()) {
+    ProjectOptions models;
+    models.head_model = request.head_model;
+    auto model = project_head_model(models);
+    if (!model) return model.error();
+    other = std::move(*model);
+  }
+  const HeadModel& model = request.head_model.empty() ? opened.model : other;
+  auto track = driver_track(request, *info, model, progress, stop);
+  if (!track) return track.error();
+  const auto driver = puppet_from_track(*track, model);
+  if (!driver) return driver.error();
+  const Puppet avatar = avatar_puppet(opened.avatar, opened.model);
+  auto frames = drive(*track, *driver, avatar, request.options);
+  if (!frames) return frames.error();
+  DrivenClip clip{std::move(*track), std::move(*frames), {}, 25, std::move(*held)};
+  const std::vector<float> gains = drive_gains(*driver, avatar, request.options);
+  for (std::size_t a = 0; a < gains.size(); ++a)
+    if (gains[a] != 1) clip.gains.emplace_back(opened.model.actions[a].name, gains[a]);
+  // A project's track may know some of the frames only.
+  const double rate = info->frames_per_second / std::max(1, frame_spacing(clip.track.frames));
+  if (rate > 0) clip.frames_per_second = std::clamp(rate, 1.0, 240.0);
+  return clip;
+}
+
+Result<void> check_out(const DriveRequest& request, const std::filesystem::path& out) {
+  for (const std::filesystem::path& used : {request.video, request.track}) {
+    std::error_code ignored;
+    if (used.empty() || (used.lexically_normal() != out.lexically_normal() &&
+                         !std::filesystem::equivalent(used, out, ignored)))
+      continue;
+    return Error{ErrorCode::bad_input, "--out names a file that is read or written besides.",
+                 "Give --out a name of its own.", out.string()};
+  }
+  return {};
+}
+
+std::vector<AvatarPose> film_poses(const DrivenClip& clip) {
+  std::vector<AvatarPose> poses;
+  for (const DrivenFrame& frame : clip.frames)
+    poses.push_back({.world_from_head = frame.world_from_head,
+                     .world_from_torso = frame.world_from_torso,
+                     .articulation = frame.articulation,
+                     .attributes = clip.attributes});
+  return poses;
+}
+
+}  // namespace likeness

@@ -1,0 +1,43 @@
+// A clip of somebody's performance made into a film of an avatar.
+#pragma once
+
+#include <filesystem>
+#include <stop_token>
+#include <vector>
+
+#include "core/base/progress.h"
+#include "core/base/result.h"
+#include "core/drive/drive.h"
+#include "core/project/open_avatar.h"
+#include "core/scene/track.h"
+
+namespace likeness {
+
+struct DriveRequest {
+  std::filesystem::path video;
+  std::filesystem::path track;       // of the clip: read if it is there, otherwise written; empty = neither
+  std::filesystem::path head_model;  // the driver's; empty = the one the avatar was made with
+  std::filesystem::path landmark_model;  // empty = the system's
+  DriveOptions options;
+  std::vector<std::pair<std::string, float>> attributes;  // of the avatar's, held at these amounts
+};
+
+struct DrivenClip {
+  Track track;
+  std::vector<DrivenFrame> frames;
+  std::vector<std::pair<std::string, float>> gains;  // calibrated and asked for, those that are not 1
+  double frames_per_second = 25;
+  std::vector<float> attributes;  // amounts, in the avatar's order
+};
+
+// Tracks the clip and carries its performance over. Pictures of varying length (phones) become as many frames
+// of the mean length.
+Result<DrivenClip> drive_clip(const OpenedAvatar& opened, const DriveRequest& request,
+                              const Progress& progress, std::stop_token stop);
+
+// That `out` is none of the files the request reads or writes besides.
+Result<void> check_out(const DriveRequest& request, const std::filesystem::path& out);
+
+std::vector<AvatarPose> film_poses(const DrivenClip& clip);
+
+}  // namespace likeness

@@ -1,0 +1,132 @@
+// The parts of driving that a clip and a stream of frames share. Internal to drive and drive_stream.
+#pragma once
+
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <utility>
+#include <vector>
+
+#include "core/drive/drive.h"
+#include "core/head/action_amounts.h"
+
+namespace likeness {
+
+// What the driver does in one frame, relative to the driver's rest.
+struct Beat {
+  Eigen::VectorXf face;  // (E + 3) expression and jaw
+  Vec3f left_eye, right_eye;
+  Vec3d turn;   // rotation vector in the typical head frame
+  Vec3d shift;  // of the neck's top in the typical head frame, m
+  bool bridged = false;
+};
+
+Beat beat_of(const TrackedFrame& frame, const Puppet& driver, const Vec3d& neck);
+Beat between(const Beat& a, const Beat& b, double t);
+
+// One-euro filter (Casiez 2012): a low-pass whose cut-off rises with the speed.
+class OneEuro {
+ public:
+  OneEuro(double cutoff_hz, double beta) : cutoff_(cutoff_hz), beta_(beta) {}
+  double next(double x, double dt) {
+    if (!started_) {
+      started_ = true, value_ = x;
+      return x;
+    }
+    const double speed = (x - value_) / dt;
+    speed_ += share(1.0, dt) * (speed - speed_);
+    value_ += share(cutoff_ + beta_ * std::abs(speed_), dt) * (x - value_);
+    return value_;
+  }
+
+ private:
+  static double share(double cutoff_hz, double dt) {
+    const double r = 2 * std::numbers::pi * cutoff_hz * dt;
+    return r / (r + 1);
+  }
+  double cutoff_, beta_, value_ = 0, speed_ = 0;
+  bool started_ = false;
+};
+
+// All of a beat through filters of their own.
+class BeatFilter {
+ public:
+  Beat next(Beat beat, double dt);
+
+ private:
+  std::vector<OneEuro> filters_;
+};
+
+// What the seen range of an avatar's action allows, widened so that its own rest is inside.
+struct ActionLimits {
+  float low = -std::numeric_limits<float>::infinity(), high = std::numeric_limits<float>::infinity();
+  float margin = 1;
+};
+
+// From the driver's actions to the avatar's. Refers to the avatar, which must outlive it.
+class FaceMap {
+ public:
+  FaceMap(const Puppet& driver, const Puppet& avatar, const DriveOptions& options);
+
+  // How much of each of the avatar's actions a beat performs.
+  Eigen::VectorXf amounts(const Beat& beat) const;
+  // steady: the beat's amounts without tremor.
+  Articulation articulation(const Beat& beat, const Eigen::VectorXf& amounts,
+                            const Eigen::VectorXf& steady) const;
+  // Of each of the avatar's actions, as drive_gains gives them.
+  void set_gains(std::vector<float> gains) { gains_ = std::move(gains); }
+
+ private:
+  Vec3f gaze(const Vec3f& rest, const Vec3f& change, Vec3f NamedAction::*eye) const;
+
+  const Puppet& avatar_;
+  bool clamp_, same_;
+  ActionBasis driver_basis_, avatar_basis_;
+  Eigen::MatrixXf match_;
+  std::vector<float> gains_;
+  Eigen::VectorXf rest_;  // the avatar's amounts at rest
+  std::vector<ActionLimits> limits_, eye_limits_;
+};
+
+// Critically damped: follows without overshoot; exact for a target that rests between two frames.
+class Follower {
+ public:
+  explicit Follower(double time_s) : rate_(1 / time_s) {}
+  Vec3d next(const Vec3d& target, double dt) {
+    if (!started_) {
+      started_ = true, place_ = target;
+      return place_;
+    }
+    const Vec3d off = place_ - target, pull = speed_ + rate_ * off;
+    const double decay = std::exp(-rate_ * dt);
+    place_ = target + (off + pull * dt) * decay;
+    speed_ = (speed_ - rate_ * pull * dt) * decay;
+    return place_;
+  }
+
+ private:
+  double rate_;
+  Vec3d place_ = Vec3d::Zero(), speed_ = Vec3d::Zero();
+  bool started_ = false;
+};
+
+// Head and torso of one beat.
+class HeadMap {
+ public:
+  HeadMap(const Puppet& driver, const Puppet& avatar, const DriveOptions& options);
+  void place(const Beat& beat, double dt, DrivenFrame& frame);
+
+ private:
+  const Puppet& avatar_;
+  DriveOptions options_;
+  Vec3d neck_;
+  double ratio_;
+  Follower torso_;
+};
+
+Vec3d neck_of(const Puppet& puppet);
+const SeenAction* find_seen(const std::vector<SeenAction>& seen, const std::string& name);
+// That a driver's frames and the avatar's model fit, and that every gain names an action.
+Result<void> check_drive(const Puppet& driver, const Puppet& avatar, const DriveOptions& options);
+
+}  // namespace likeness

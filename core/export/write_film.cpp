@@ -1,0 +1,288 @@
+// Rendering and writing frame by frame: see write_film.h.
+#include "core/export/write_film.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <optional>
+#include <system_error>
+
+#include "core/export/mark.h"
+#include "core/image/files.h"
+#include "core/render/pose_avatar.h"
+#include "core/render/room_picture.h"
+#include "core/video/encode.h"
+
+namespace likeness {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+constexpr int kLargestSide = 16384;  // px, that encoders take
+constexpr double kSameShape = 0.02;  // of width to height: a rounded side is no other shape
+
+constexpr const char* kPlainBackground = "#e6e6e6";
+
+Result<Vec3f> parse_colour(const std::string& text) {
+  unsigned value = 0;
+  if (text.size() == 7 && text.front() == '#') {
+    const char* begin = text.data() + 1;
+    const auto [end, failure] = std::from_chars(begin, begin + 6, value, 16);
+    if (failure == std::errc{} && end == begin + 6) {
+      return Vec3f(Vec3f(float(value >> 16), float(value >> 8 & 255), float(value & 255)) / 255.0f);
+    }
+  }
+  return Error{ErrorCode::bad_input, fmt::format("\"{}\" is not a background.", text),
+               "Write plate, room, a colour such as #e8e8e8, or the name of a picture", ""};
+}
+
+// What stands behind the avatar in every frame.
+struct Ground {
+  Image8 picture;  // empty: the colour
+  Vec3f colour = Vec3f::Constant(0.9f);
+  std::optional<RoomScene> room;  // seen from each frame's camera, instead of either
+};
+
+// Names like these are no words and no colours; whether the picture is there, is asked when it is read.
+bool names_picture(const std::string& background) {
+  return !background.starts_with('#') && background.find('.') != std::string::npos;
+}
+
+// The middle of a picture, as large as it fits, at another size.
+Image8 cover(const Image8& picture, int width, int height) {
+  const double scale = std::max(double(width) / picture.width, double(height) / picture.height);
+  const int w = std::clamp(int(std::lround(width / scale)), 1, picture.width),
+            h = std::clamp(int(std::lround(height / scale)), 1, picture.height);
+  return resize(crop(picture, (picture.width - w) / 2, (picture.height - h) / 2, w, h), width, height);
+}
+
+// Colours only: what a picture has of transparency, or lacks of colours, is no background's.
+Image8 three_channels(const Image8& picture) {
+  Image8 rgb(picture.width, picture.height, 3);
+  for (std::size_t i = 0; i < picture.pixels(); ++i)
+    for (std::size_t c = 0; c < 3; ++c)
+      rgb.data[3 * i + c] = picture.data[i * std::size_t(picture.channels) + (picture.channels >= 3 ? c : 0)];
+  return rgb;
+}
+
+bool same_shape(const Image8& plate, const Intrinsics& picture) {
+  const double shape = double(plate.width) / plate.height;
+  return std::abs(shape - double(picture.width) / std::max(1, picture.height)) < kSameShape * shape;
+}
+
+Result<Ground> open_ground(const Avatar& avatar, const std::string& background, const Intrinsics& picture) {
+  Ground ground;
+  if (background == "plate") {
+    const bool same = avatar.plate.width == picture.width && avatar.plate.height == picture.height;
+    ground.picture = same ? avatar.plate : resize(avatar.plate, picture.width, picture.height);
+  } else if (background == "room") {
+    ground.room = make_room_scene(*avatar.room);
+  } else if (names_picture(background)) {
+    const auto read = read_image(background);
+    if (!read) return read.error();
+    ground.picture = cover(three_channels(*read), picture.width, picture.height);
+  } else {
+    const auto colour = parse_colour(background);
+    if (!colour) return colour.error();
+    ground.colour = *colour;
+  }
+  return ground;
+}
+
+Camera with_width(const Camera& camera, int width) {
+  return width > 0 && width != camera.intrinsics.width ? resized(camera, width) : camera;
+}
+
+std::string chosen_background(const Avatar& avatar, const FilmOptions& options) {
+  if (!options.background.empty()) return options.background;
+  if (!options.camera_rests) return kPlainBackground;
+  return !avatar.plate.empty() ? "plate" : avatar.room ? "room" : kPlainBackground;
+}
+
+// A colour where neither is known.
+Result<void> check_known(const Avatar& avatar, const std::string& background, const Intrinsics& picture) {
+  const bool room = background == "room";
+  const char* fix = "Choose a colour, e.g. --background #e6e6e6";
+  if (room && !avatar.room)
+    return Error{ErrorCode::bad_input,
+                 avatar.plate.empty() ? "This avatar knows no room round it."
+                                      : "This avatar knows no room round it: its camera rested.",
+                 avatar.plate.empty() ? fix : "Choose plate, or a colour, e.g. --background #e6e6e6", ""};
+  if (room) return {};
+  if (avatar.plate.empty())
+    return Error{ErrorCode::bad_input, "This avatar has no background plate: its camera moved.",
+                 avatar.room ? "Choose room, or a colour, e.g. --background #e6e6e6" : fix, ""};
+  if (same_shape(avatar.plate, picture)) return {};
+  return Error{ErrorCode::bad_input,
+               fmt::format("The plate has {} x {} px, the pictures have another shape: {} x {}.",
+                           avatar.plate.width, avatar.plate.height, picture.width, picture.height),
+               fix, ""};
+}
+
+// Frames to an mp4, to a folder of PNGs, or to one PNG.
+// Those of a sequence that does not come to its end are removed again.
+class FrameSink {
+ public:
+  FrameSink() = default;
+  FrameSink(FrameSink&&) = default;
+  FrameSink& operator=(FrameSink&&) = delete;
+  ~FrameSink() {
+    std::error_code ignored;
+    for (const fs::path& picture : pictures_) fs::remove(picture, ignored);
+  }
+  static Result<FrameSink> open(const FilmOptions& options, const Provenance& provenance, int width,
+                                int height) {
+    FrameSink sink;
+    sink.out_ = options.out;
+    sink.picture_.texts = png_provenance(provenance);
+    if (options.out.extension() == ".mp4") {
+      auto writer = VideoWriter::create(
+          options.out, width, height,
+          {.frames_per_second = options.frames_per_second, .tags = mp4_provenance(provenance)});
+      if (!writer) return writer.error();
+      sink.video_.emplace(std::move(*writer));
+    }
+    return sink;
+  }
+  Result<void> add(const Image8& picture, std::size_t index) {
+    if (video_) return video_->add(picture);
+    if (out_.extension() == ".png") return write_image(out_, picture, picture_);
+    const fs::path name = out_ / fmt::format("{:06}.png", index);
+    auto written = write_image(name, picture, picture_);
+    if (written) pictures_.push_back(name);
+    return written;
+  }
+  Result<void> finish() {
+    pictures_.clear();
+    return video_ ? video_->finish() : Result<void>{};
+  }
+
+ private:
+  fs::path out_;
+  ImageWriteOptions picture_;
+  std::optional<VideoWriter> video_;
+  std::vector<fs::path> pictures_;  // of an unfinished sequence
+};
+
+// Alpha straight on disk, premultiplied inside.
+Image8 straight_alpha(Image rgba) {
+  for (std::size_t i = 0; i < rgba.data.size(); i += 4) {
+    const float alpha = rgba.data[i + 3];
+    for (int c = 0; c < 3; ++c)
+      rgba.data[i + std::size_t(c)] = alpha > 1e-4f ? rgba.data[i + std::size_t(c)] / alpha : 0;
+  }
+  return to_bytes(rgba);
+}
+
+// The left picture is cut or padded in black to the right one's height, about its middle.
+Image8 side_by_side(const Image8& left, const Image8& right) {
+  Image8 both(left.width + right.width, right.height, 3);
+  const int shift = (right.height - left.height) / 2;
+  for (int y = 0; y < right.height; ++y) {
+    if (y >= shift && y - shift < left.height)
+      std::copy_n(left.at(0, y - shift), 3 * left.width, both.at(0, y));
+    std::copy_n(right.at(0, y), 3 * right.width, both.at(left.width, y));
+  }
+  return both;
+}
+
+}  // namespace
+
+Provenance provenance_of(const OpenedAvatar& opened, std::chrono::system_clock::time_point made_at) {
+  std::error_code failure;
+  const fs::path absolute = fs::absolute(opened.project.folder, failure).lexically_normal();
+  const fs::path folder = absolute.has_filename() ? absolute : absolute.parent_path();
+  return provenance(folder.stem().string(), opened.avatar_hash, made_at);
+}
+
+Result<void> check_film(const Avatar& avatar, const Intrinsics& camera, std::size_t frames,
+                        const FilmOptions& options) {
+  Camera asked;
+  asked.intrinsics = camera;
+  const Intrinsics picture = with_width(asked, options.width).intrinsics;
+  const std::string ending = options.out.extension().string();
+  if (!ending.empty() && ending != ".mp4" && ending != ".png") {
+    return Error{
+        ErrorCode::bad_input,
+        fmt::format("\"{}\" is no film or picture that can be written.", options.out.filename().string()),
+        "Name FILE.mp4, FILE.png, or a folder without a dot as --out.", options.out.string()};
+  }
+  std::error_code ignored;
+  if (ending.empty() && fs::is_directory(options.out, ignored) && !fs::is_empty(options.out, ignored)) {
+    return Error{ErrorCode::bad_input, fmt::format("The folder {} is not empty.", options.out.string()),
+                 "Name a new folder as --out.", options.out.string()};
+  }
+  if (picture.width + options.beside_width > kLargestSide || picture.height > kLargestSide) {
+    return Error{ErrorCode::bad_input,
+                 fmt::format("Pictures of {} x {} px are too large.", picture.width + options.beside_width,
+                             picture.height),
+                 fmt::format("Use cameras, or a driving clip, of at most {} px.", kLargestSide), ""};
+  }
+  if (options.out.extension() == ".png" && frames > 1) {
+    return Error{ErrorCode::bad_input, fmt::format("{} frames do not fit into one picture.", frames),
+                 "Name an .mp4 or a folder as --out.", options.out.string()};
+  }
+  if (options.alpha && options.out.extension() == ".mp4") {
+    return Error{ErrorCode::bad_input, "An mp4 holds no transparency.",
+                 "With --alpha name a folder or a .png as --out.", ""};
+  }
+  if (options.alpha && options.beside_width > 0) {
+    return Error{ErrorCode::bad_input, "Pictures side by side have no transparency.",
+                 "Leave out --alpha or --side-by-side.", ""};
+  }
+  const std::string background = chosen_background(avatar, options);
+  if (options.alpha) return {};
+  if (names_picture(background)) {
+    if (fs::is_regular_file(background, ignored)) return {};
+    return Error{ErrorCode::not_found, fmt::format("There is no picture {}.", background),
+                 "Name a picture that is there, plate, room, or a colour such as #e8e8e8", background};
+  }
+  if (background == "plate" || background == "room") return check_known(avatar, background, picture);
+  const auto colour = parse_colour(background);
+  return colour ? Result<void>{} : Result<void>(colour.error());
+}
+
+Result<int> write_film(const OpenedAvatar& opened, const Film& film, const FilmOptions& options,
+                       const Progress& progress, std::stop_token stop) {
+  const Avatar& avatar = opened.avatar;
+  const Intrinsics picture = with_width(film.cameras.front(), options.width).intrinsics;
+  const std::size_t frames = film.cameras.size();
+  if (const auto checked = check_film(avatar, picture, frames, options); !checked) return checked.error();
+  const auto ground = options.alpha ? Result<Ground>(Ground{})
+                                    : open_ground(avatar, chosen_background(avatar, options), picture);
+  if (!ground) return ground.error();
+  const AvatarRig rig = make_rig(avatar, opened.model);
+  const Provenance made = provenance_of(opened, options.made_at);
+  const auto renderer = make_renderer(options.place, avatar);
+  if (!renderer) return renderer.error();
+  auto sink = FrameSink::open(options, made, options.beside_width + picture.width, picture.height);
+  if (!sink) return sink.error();
+  for (std::size_t i = 0; i < frames; ++i) {
+    if (stop.stop_requested()) return cancelled_error();
+    progress.report(double(i) / double(frames), fmt::format("frame {} of {}", i + 1, frames));
+    const Camera camera = with_width(film.cameras[i], options.width);
+    const auto frame =
+        (*renderer)->render(camera, pose_avatar(rig, film.poses[i]), render_options(options.quality));
+    if (!frame) return frame.error();
+    Image8 shown =
+        options.alpha ? straight_alpha(frame->rgba)
+        : ground->room
+            ? to_bytes(composite(frame->rgba, room_picture(*ground->room, camera, options.quality)))
+            : to_bytes(composite(frame->rgba, ground->picture, ground->colour));
+    if (options.mark) draw_mark(shown);
+    if (options.beside_width > 0) {
+      const auto left = options.beside(i);
+      if (!left) return left.error();
+      shown = side_by_side(*left, shown);
+    }
+    if (const auto added = sink->add(shown, i); !added) return added.error();
+  }
+  if (const auto finished = sink->finish(); !finished) return finished.error();
+  progress.report(1);
+  return int(frames);
+}
+
+}  // namespace likeness

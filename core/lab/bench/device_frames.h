@@ -1,0 +1,28 @@
+// Pictures of a made-up avatar on a device: how fast, beside their floor, and how near to the processor's.
+// Part of `likeness bench --backend cuda` (device_speed.h).
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <stop_token>
+#include <vector>
+
+#include "core/lab/bench/device_speed.h"
+#include "core/render/avatar.h"
+#include "core/render/backend.h"
+
+namespace likeness {
+
+// The standard field (standard_field.h) as a head in a grid of 96^3 cells, of which an egg's are occupied,
+// over a torso whose field takes no condition, in a picture of size x size pixels of which they fill about
+// half.
+Avatar standard_avatar(std::uint32_t seed, int size);
+
+// A frame goes all the way: its pose to the device, the picture back. The floor is that of the torso's field,
+// the cheaper of the two, on as many samples (inference_work). Error against the processor's picture with the
+// same options in single precision.
+Result<std::vector<DeviceFrameSpeed>> measure_frames(std::shared_ptr<Device> device,
+                                                     const DeviceCeilings& ceilings,
+                                                     const DeviceBenchOptions& options, std::stop_token stop);
+
+}  // namespace likeness

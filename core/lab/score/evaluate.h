@@ -1,0 +1,61 @@
+// How well an avatar reproduces frames it never saw. A held-out frame is rendered from the track of its own
+// picture: head pose, expression, jaw, eyes and torso pose are its only free numbers; its latent code is
+// zero.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <stop_token>
+#include <string>
+#include <vector>
+
+#include "core/base/progress.h"
+#include "core/base/result.h"
+#include "core/lab/score/frame_score.h"
+#include "core/project/project.h"
+#include "core/render/backend.h"
+#include "core/render/render.h"
+
+namespace likeness {
+
+struct EvalOptions {
+  // One PNG per held-out frame, named by its number in the source (000360.png), in source pixels: red person,
+  // green head, blue face. Empty = the project's own, written once by the matte stage.
+  std::filesystem::path regions;
+  // Where held-out frames go as PNG (truth | avatar | difference x 4), and as mp4; empty = not written.
+  std::filesystem::path pictures;
+  std::filesystem::path video;
+  std::filesystem::path
+      lpips;  // a network that measures perceptual distance (perceptual_network.h); empty = none
+  RenderQuality quality = RenderQuality::final;
+  RenderPlace place;   // where the avatar is rendered
+  bool refit = false;  // also fit every frame's pose and expression to the frozen field; about 3 s a frame
+};
+
+struct Evaluation {
+  // Means of the frames' dB, but for the pooled one. Full-frame figures are absent where the background of a
+  // held-out frame is not modelled (a moving camera has no plate).
+  std::optional<double> psnr_db, psnr_pooled_db, ssim, gmsd, mse, lpips;
+  double psnr_person_db = 0, psnr_head_db = 0, psnr_face_db = 0, face_mse = 0;
+  LandmarkErrors landmarks_px;           // px at `size`
+  int frames_test = 0, frames_lost = 0;  // lost: held-out frames without a track, which cannot be rendered
+  int size = 0;
+  int free_numbers_per_frame = 0;  // of the track of one held-out frame
+  double render_fps = 0, samples_per_ray = 0;
+  // The oracle of core/train/field_fit.h, under its own name: never a result of the avatar as tracked.
+  struct RefitScores {
+    std::optional<double> psnr_db;  // as psnr_db above
+    double psnr_head_db = 0, psnr_face_db = 0;
+    int free_numbers_per_frame = 0;  // that were fitted to the field
+  };
+  std::optional<RefitScores> refit;
+  std::string split;
+  std::string backend = "cpu";  // that rendered the last frame
+  std::vector<FrameScore> frames;
+};
+
+Result<Evaluation> evaluate(const Project& project, const EvalOptions& options, const Progress& progress,
+                            std::stop_token stop);
+
+}  // namespace likeness

@@ -1,0 +1,348 @@
+// The study's tables, model after model: see model_study.h.
+#include "core/lab/study/model_study.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/base/files.h"
+#include "core/base/hash.h"
+#include "core/base/parallel.h"
+#include "core/capture/capture.h"
+#include "core/image/files.h"
+#include "core/lab/study/finished_rows.h"
+#include "core/lab/study/model_report.h"
+#include "core/lab/study/model_run.h"
+#include "core/lab/study/study_forecast.h"
+#include "core/lab/study/track_annotations.h"
+#include "core/papers/sparse_voxels.h"
+#include "core/project/project_views.h"
+
+namespace likeness {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::size_t kMarkFrames = 4, kShownFrames = 3;
+
+// -- Finished trainings
+
+nlohmann::json to_json(const ModelScore& s) {
+  nlohmann::json marks = nlohmann::json::array(), qualities = marks, sizes = marks;
+  for (const ModelMark& m : s.marks)
+    marks.push_back({{"seconds", m.seconds},
+                     {"step", m.step},
+                     {"psnr_db", finite_or_null(m.psnr_db)},
+                     {"psnr_head_db", finite_or_null(m.psnr_head_db)}});
+  for (const PictureCost& q : s.qualities)
+    qualities.push_back({{"name", q.name},
+                         {"psnr_db", finite_or_null(q.psnr_db)},
+                         {"psnr_head_db", finite_or_null(q.psnr_head_db)},
+                         {"frame_seconds", q.frame_seconds},
+                         {"psnr_face_db", finite_or_null(q.psnr_face_db)},
+                         {"bytes", q.bytes}});
+  for (const SizeCost& z : s.sizes) sizes.push_back({{"size", z.size}, {"frame_seconds", z.frame_seconds}});
+  return {{"format", "likeness-model"},
+          {"version", 1},
+          {"seed", s.seed},
+          {"steps", s.steps},
+          {"parameters", s.parameters},
+          {"frames", s.frames},
+          {"psnr_db", finite_or_null(s.psnr_db)},
+          {"mse", finite_or_null(s.mse)},
+          {"ssim", finite_or_null(s.ssim)},
+          {"gmsd", finite_or_null(s.gmsd)},
+          {"lpips", finite_or_null(s.lpips)},
+          {"psnr_person_db", finite_or_null(s.psnr_person_db)},
+          {"psnr_head_db", finite_or_null(s.psnr_head_db)},
+          {"psnr_face_db", finite_or_null(s.psnr_face_db)},
+          {"face_mse", finite_or_null(s.face_mse)},
+          {"lmk_error_px", finite_or_null(s.landmark_error_px)},
+          {"lmk_mouth_px", finite_or_null(s.mouth_error_px)},
+          {"frame_seconds", s.frame_seconds},
+          {"frame_joules", finite_or_null(s.frame_joules)},
+          {"train_seconds", s.train_seconds},
+          {"marks", std::move(marks)},
+          {"qualities", std::move(qualities)},
+          {"sizes", std::move(sizes)}};
+}
+
+std::optional<ModelScore> read_model_score(const fs::path& path, const std::string& content) {
+  const auto j = read_finished(path, content);
+  if (!j) return std::nullopt;
+  try {
+    ModelScore s;
+    j->at("seed").get_to(s.seed), j->at("steps").get_to(s.steps);
+    j->at("parameters").get_to(s.parameters), j->at("frames").get_to(s.frames);
+    s.psnr_db = optional_number(j->at("psnr_db"));
+    s.mse = optional_number(j->at("mse"));
+    s.ssim = optional_number(j->at("ssim"));
+    s.gmsd = optional_number(j->at("gmsd"));
+    s.lpips = optional_number(j->at("lpips"));
+    s.psnr_person_db = number_or_nan(j->at("psnr_person_db"));
+    s.psnr_head_db = number_or_nan(j->at("psnr_head_db"));
+    s.psnr_face_db = number_or_nan(j->at("psnr_face_db"));
+    s.face_mse = number_or_nan(j->at("face_mse"));
+    s.landmark_error_px = number_or_nan(j->at("lmk_error_px"));
+    s.mouth_error_px = number_or_nan(j->at("lmk_mouth_px"));
+    j->at("frame_seconds").get_to(s.frame_seconds), j->at("train_seconds").get_to(s.train_seconds);
+    s.frame_joules = optional_number(j->at("frame_joules"));
+    for (const nlohmann::json& m : j->at("marks"))
+      s.marks.push_back({.seconds = m.at("seconds").get<double>(),
+                         .step = m.at("step").get<std::uint64_t>(),
+                         .psnr_db = optional_number(m.at("psnr_db")),
+                         .psnr_head_db = number_or_nan(m.at("psnr_head_db"))});
+    for (const nlohmann::json& q : j->at("qualities"))
+      s.qualities.push_back({.name = q.at("name").get<std::string>(),
+                             .psnr_db = optional_number(q.at("psnr_db")),
+                             .psnr_head_db = number_or_nan(q.at("psnr_head_db")),
+                             .frame_seconds = q.at("frame_seconds").get<double>(),
+                             .psnr_face_db = number_or_nan(q.at("psnr_face_db")),
+                             .bytes = q.at("bytes").get<std::uint64_t>()});
+    for (const nlohmann::json& z : j->at("sizes"))
+      s.sizes.push_back({z.at("size").get<int>(), z.at("frame_seconds").get<double>()});
+    return s;
+  } catch (const nlohmann::json::exception&) {
+    return std::nullopt;
+  }
+}
+
+Result<ModelScore> finished_model(const StudyBench& bench, const ModelSpec& spec, std::uint64_t seed,
+                                  const Progress& progress, std::stop_token stop) {
+  const ModelStudyOptions& o = bench.options;
+  const std::string asked = asked_training(o, spec, seed);
+  std::string content = hash_text(fmt::format("{} {} {}", bench.clip.content, bench.measured.size(), asked));
+  if (spec.painted) content = hash_text(content + bench.painted);
+  const fs::path path = training_path(bench.folder, spec, seed);
+  if (auto done = read_model_score(path, content)) return *done;
+  // Its pictures are written before its scores: whatever is there goes first, so that they are of one
+  // training.
+  std::error_code ignored;
+  fs::remove(path, ignored);
+  auto score = run_model(bench, spec, seed, asked_steps(o, spec, seed), progress, stop);
+  if (!score) return score.error();
+  nlohmann::json row = to_json(*score);
+  row["asked"] = asked;
+  if (const auto written = write_finished(path, content, std::move(row)); !written) return written.error();
+  return score;
+}
+
+// -- What is asked for
+
+template <class Named>
+Result<void> check_names(const std::vector<std::string>& asked, const std::vector<Named>& known,
+                         std::string_view what) {
+  for (const std::string& name : asked)
+    if (std::ranges::find(known, name, &Named::name) == known.end()) {
+      std::vector<std::string> names;
+      for (const Named& one : known) names.push_back(one.name);
+      return Error{ErrorCode::bad_input, fmt::format("There is no {} named \"{}\".", what, name),
+                   fmt::format("Choose from: {}.", fmt::join(names, ", ")), ""};
+    }
+  return {};
+}
+
+// The model that is told of attributes moves no sample to the canonical face: its regions reach as far as
+// what they hold moves, a lip with the jaw.
+constexpr RegionOptions kWideRegion{.rim = 0.03f, .reach = 0.04f, .far = 0.06f, .cell = 0.005f};
+
+// The attributes of the clip at its full size, whose amounts the held-out frames are given; those that cannot
+// be learnt are left out if nobody painted them.
+Result<void> find_painted(const Project& project, StudyBench& bench, const Progress& progress,
+                          std::stop_token stop) {
+  Project one = project;
+  one.further_clips.clear();  // as the sized clip
+  auto set = load_training_set(one, bench.clip.set.model);
+  if (!set) return set.error();
+  const auto painted = read_project_attributes(project);
+  if (!painted) return painted.error();
+  bench.painted = attributes_hash(project);
+  if (!painted->empty()) {
+    auto found = find_attributes(one, *painted, *set, progress, stop, kWideRegion);
+    if (!found) return found.error();
+    bench.attributes = std::move(*found);
+  } else {
+    const auto capture = read_capture(capture_path(project));
+    if (!capture) return capture.error();
+    for (const PaintedAttribute& attribute : annotate_from_track(*set, *capture)) {
+      auto found = find_attributes(one, {attribute}, *set, progress, stop, kWideRegion);
+      if (found)
+        bench.attributes.push_back(std::move(found->front()));
+      else if (found.error().code != ErrorCode::bad_input)
+        return found.error();
+    }
+    if (bench.attributes.empty())
+      return Error{ErrorCode::bad_input,
+                   "The track shows neither a mouth nor eyes that move enough to be annotated.",
+                   "Paint an attribute: likeness attribute add PROJECT NAME ...", ""};
+  }
+  for (const FoundAttribute& attribute : bench.attributes)
+    if (attribute.view_values.size() != bench.clip.set.views.size())
+      return Error{ErrorCode::io, "The project was changed while it was read.", "Start the study again.",
+                   project.folder.string()};
+  for (HeldOutFrame& frame : bench.clip.held_out)
+    for (const FoundAttribute& attribute : bench.attributes)
+      frame.amounts.push_back(amount_at(attribute.course, frame.frame));
+  return {};
+}
+
+// What one capture cannot teach one model says nothing of the others.
+bool is_the_model_s(const Error& error) {
+  return error.code == ErrorCode::bad_input || error.code == ErrorCode::failed ||
+         error.code == ErrorCode::not_found;
+}
+
+Result<StudyBench> prepare(const Project& project, const fs::path& folder, const ModelStudyOptions& options) {
+  const auto capture = read_capture(capture_path(project));
+  if (!capture) return capture.error();
+  if (options.size > capture->size)
+    return Error{
+        ErrorCode::bad_input,
+        fmt::format("The project's pictures have {} px, fewer than {}.", capture->size, options.size),
+        fmt::format("Give --size {} or less, or import the clip larger.", capture->size), ""};
+  auto clip = read_sized_clip(project, options.size);
+  if (!clip) return clip.error();
+  auto detector = FaceDetector::load(project.options.landmark_model);
+  if (!detector) return detector.error();
+  std::optional<PerceptualNetwork> perceptual;
+  if (!options.lpips.empty()) {
+    auto network = PerceptualNetwork::load(options.lpips);
+    if (!network) return network.error();
+    perceptual.emplace(std::move(*network));
+  }
+  if (const auto made = make_writable_folder(folder); !made) return made.error();
+  StudyBench bench{
+      options, folder, std::move(*clip), capture->size, std::move(*detector), std::move(perceptual)};
+  bench.measured = evenly_chosen(bench.clip.held_out.size(), std::size_t(options.frames));
+  bench.marked = evenly_chosen(bench.measured.size(), std::min(kMarkFrames, bench.measured.size()));
+  bench.shown = evenly_chosen(bench.measured.size(), std::min(kShownFrames, bench.measured.size()));
+  return bench;
+}
+
+double mean_head_db(const ModelRow& row) {
+  double sum = 0;
+  for (const ModelScore& s : row.scores) sum += s.psnr_head_db / double(row.scores.size());
+  return sum;
+}
+double mean_train_seconds(const ModelRow& row) {
+  double sum = 0;
+  for (const ModelScore& s : row.scores) sum += s.train_seconds / double(row.scores.size());
+  return sum;
+}
+std::optional<double> size_seconds(const ModelRow& row, int size) {
+  for (const SizeCost& cost : row.scores.front().sizes)
+    if (cost.size == size) return cost.frame_seconds;
+  return std::nullopt;
+}
+
+}  // namespace
+
+const ModelRow* find_row(const ModelStudy& study, std::string_view name) {
+  const auto at =
+      std::ranges::find_if(study.rows, [&](const ModelRow& row) { return row.spec.name == name; });
+  return at == study.rows.end() || at->scores.empty() ? nullptr : &*at;
+}
+
+std::optional<StudyRatios> study_ratios(const ModelStudy& study) {
+  const ModelRow *ours = find_row(study, kDefaultModel), *baseline = find_row(study, kLongBaseline),
+                 *equal = find_row(study, "concat-mlp");
+  if (ours == nullptr || baseline == nullptr || equal == nullptr) return std::nullopt;
+  StudyRatios r;
+  r.baseline_db = mean_head_db(*baseline);
+  r.ours_db = mean_head_db(*ours);
+  r.times_longer = mean_train_seconds(*baseline) / std::max(1e-9, mean_train_seconds(*ours));
+  r.equal_time_db = r.ours_db - mean_head_db(*equal);
+  r.equal_seconds = mean_train_seconds(*equal);
+  for (const char* name : {"ours-quarter", "ours-half", kDefaultModel, "ours-long"}) {
+    const ModelRow* row = find_row(study, name);
+    if (row == nullptr || mean_head_db(*row) < r.baseline_db) continue;
+    r.sooner = name;
+    r.times_sooner = mean_train_seconds(*baseline) / std::max(1e-9, mean_train_seconds(*row));
+    break;
+  }
+  r.times_faster =
+      baseline->scores.front().frame_seconds / std::max(1e-9, ours->scores.front().frame_seconds);
+  const auto full = size_seconds(*baseline, study.full_size), own = size_seconds(*ours, study.full_size);
+  if (full && own) r.times_faster_full = *full / std::max(1e-9, *own);
+  return r;
+}
+
+Result<ModelStudy> study_models_of(const Project& project, const fs::path& folder,
+                                   const ModelStudyOptions& options, const Progress& progress,
+                                   std::stop_token stop) {
+  if (const auto known = check_names(options.tables, study_tables(), "table"); !known) return known.error();
+  if (const auto known = check_names(options.models, study_models(), "model"); !known) return known.error();
+  for (const int cells : options.baked_cells)
+    if (cells <= 0 || cells % kVoxelBlock != 0)
+      return Error{ErrorCode::bad_input,
+                   fmt::format("An avatar cannot be stored in {} cells along an axis.", cells),
+                   fmt::format("Take a multiple of {}, e.g. --baked-cells 128 256.", kVoxelBlock), ""};
+  ModelStudy study;
+  const std::vector<ModelSpec> models = chosen_models(options, study.tables);
+  for (const std::string& name : options.models)
+    if (std::ranges::find(models, name, &ModelSpec::name) == models.end())
+      return Error{ErrorCode::bad_input, fmt::format("The model {} stands in none of these tables.", name),
+                   "Leave out --tables, or that model.", ""};
+  auto bench = prepare(project, folder, options);
+  if (!bench) return bench.error();
+  study.clip = project.options.video.filename().string();
+  study.size = bench->clip.set.size, study.full_size = bench->full_size;
+  study.training_frames = int(bench->clip.set.views.size());
+  study.parts = chosen_parts(*bench, kDefaultMode).parts;
+  study.threads = current_thread_limit();
+  const bool grids = options.steps > 0, perceptrons = options.mlp_steps > 0,
+             replayed = !options.replay.empty();
+  study.seconds = replayed || (grids && perceptrons) ? 0 : options.seconds;
+  study.some_by_steps = grids || perceptrons;
+  for (const std::size_t i : bench->measured) study.frames.push_back(bench->clip.held_out[i].frame);
+  for (const std::size_t i : bench->shown) {
+    const HeldOutFrame& frame = bench->clip.held_out[bench->measured[i]];
+    study.shown.push_back(frame.frame);
+    study.truths.push_back(fmt::format("truth-{:06}.png", frame.frame));
+    if (const auto written = write_image(folder / study.truths.back(), frame.truth); !written)
+      return written.error();
+  }
+  const auto trainings = [&](const ModelSpec& spec) { return spec.once ? 1 : options.seeds; };
+  double all = 0, done = 0;
+  for (const ModelSpec& spec : models)
+    for (int k = 0; k < trainings(spec); ++k) all += training_work(spec, options, k == 0);
+  // Before hours are spent: what the user painted may say too little.
+  std::optional<Error> unpainted;
+  if (std::ranges::any_of(models, &ModelSpec::painted))
+    if (const auto found = find_painted(project, *bench, progress.stage(0, 0, "attributes"), stop); !found) {
+      if (!is_the_model_s(found.error())) return found.error();
+      unpainted = found.error();
+    }
+  for (const ModelSpec& spec : models) {
+    ModelRow& row = study.rows.emplace_back(ModelRow{spec, {}, {}});
+    if (spec.painted && unpainted) {
+      row.failed = unpainted->what;
+      continue;
+    }
+    for (int k = 0; k < trainings(spec); ++k) {
+      const double after = done + training_work(spec, options, k == 0);
+      const auto score =
+          finished_model(*bench, spec, options.first_seed + std::uint64_t(k),
+                         progress.stage(done / all, std::min(1.0, after / all), spec.name), stop);
+      if (!score && !is_the_model_s(score.error())) return score.error();
+      done = after;
+      if (!score) {
+        row.failed = score.error().what;
+        break;
+      }
+      row.scores.push_back(*score);
+    }
+    if (!row.failed.empty()) {
+      row.scores.clear();
+      continue;
+    }
+    for (const int frame : study.shown) row.pictures.push_back(picture_name(spec, frame));
+  }
+  if (const auto written = write_model_report(study, folder); !written) return written.error();
+  progress.report(1);
+  return study;
+}
+
+}  // namespace likeness

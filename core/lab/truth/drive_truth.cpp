@@ -1,0 +1,103 @@
+// Correlation, jitter and the picture at rest: see drive_study.h.
+#include "core/lab/truth/drive_truth.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "core/head/action_amounts.h"
+#include "core/image/metrics.h"
+#include "core/render/pose_avatar.h"
+#include "core/render/render.h"
+
+namespace likeness {
+namespace {
+
+constexpr double kSame_db = 99;
+
+double second_difference(const std::vector<double>& course) {
+  double sum = 0;
+  for (std::size_t i = 1; i + 1 < course.size(); ++i)
+    sum += std::pow(course[i - 1] - 2 * course[i] + course[i + 1], 2);
+  return course.size() > 2 ? std::sqrt(sum / double(course.size() - 2)) : 0;
+}
+
+// The picture that a driver at rest in the typical pose gives, against the avatar's own neutral.
+Result<void> compare_rest(const Avatar& avatar, const HeadModel& avatar_model, const Puppet& driver,
+                          const Puppet& puppet, const DriveOptions& options, DriveScore& score) {
+  Track rest;
+  rest.head_model_name = driver.model->name;
+  rest.head_model_hash = driver.model->hash;
+  rest.person = driver.person;
+  rest.neutral = driver.neutral;
+  TrackedFrame frame;
+  frame.articulation = driver.neutral;
+  frame.world_from_head = driver.world_from_head;
+  rest.frames = {frame};
+  const auto driven = drive(rest, driver, puppet, options);
+  if (!driven) return driven.error();
+  const AvatarRig rig = make_rig(avatar, avatar_model);
+  const auto picture = [&](const Pose& head, const Pose& torso, const Articulation& articulation) {
+    const RenderedFrame rendered =
+        render_frame(avatar, typical_camera(avatar), pose_avatar(rig, {head, torso, articulation, {}}));
+    return to_bytes(composite(rendered.rgba, Image8{}));
+  };
+  const DrivenFrame& d = driven->front();
+  const Image8 own = picture(avatar.world_from_head, avatar.world_from_torso, avatar.neutral);
+  const Image8 other = picture(d.world_from_head, d.world_from_torso, d.articulation);
+  for (std::size_t i = 0; i < own.data.size(); ++i)
+    score.neutral_difference = std::max(score.neutral_difference, std::abs(own.data[i] - other.data[i]));
+  const double error = mse(to_float(own), to_float(other));
+  score.neutral_psnr_db = error > 0 ? std::min(kSame_db, psnr_from_mse(error)) : kSame_db;
+  return {};
+}
+
+}  // namespace
+
+Result<DriveScore> score_drive(const Avatar& avatar, const HeadModel& avatar_model, const Track& track,
+                               const HeadModel& driver_model, const TrackTruth& truth,
+                               const DriveOptions& options) {
+  const Puppet puppet = avatar_puppet(avatar, avatar_model);
+  const auto driver = puppet_from_track(track, driver_model);
+  if (!driver) return driver.error();
+  const auto driven = drive(track, *driver, puppet, options);
+  if (!driven) return driven.error();
+  DriveScore score;
+  score.frames = int(driven->size());
+  const ActionBasis avatar_basis = action_basis(avatar_model), driver_basis = action_basis(driver_model),
+                    truth_basis = action_basis(truth.model);
+  const std::vector<float> gains = drive_gains(*driver, puppet, options);
+  std::vector<Eigen::VectorXf> shown, tracked, performed;
+  for (std::size_t i = 0; i < driven->size(); ++i) {
+    score.bridged += (*driven)[i].bridged;
+    const TrackedFrame* true_frame = find_tracked(truth.track, (*driven)[i].frame);
+    if ((*driven)[i].bridged || true_frame == nullptr) continue;
+    shown.push_back(face_amounts(avatar_basis, (*driven)[i].articulation));
+    tracked.push_back(face_amounts(driver_basis, track.frames[i].articulation));
+    performed.push_back(face_amounts(truth_basis, true_frame->articulation));
+  }
+  double sum = 0;
+  int counted = 0;
+  for (const std::string& name : compared_actions()) {
+    const int a = action_index(avatar_basis, name), d = action_index(driver_basis, name),
+              t = action_index(truth_basis, name);
+    if (a < 0 || d < 0 || t < 0) continue;
+    std::vector<double> avatar_course, driver_course, true_course;
+    for (std::size_t i = 0; i < shown.size(); ++i) {
+      avatar_course.push_back(shown[i][a]);
+      driver_course.push_back(tracked[i][d]);
+      true_course.push_back(performed[i][t]);
+    }
+    DrivenAction action{name, course_correlation(true_course, avatar_course), double(gains[std::size_t(a)])};
+    const double before = second_difference(driver_course);
+    action.jitter_ratio = before > 0 ? second_difference(avatar_course) / before : 1;
+    if (action.correlation) sum += *action.correlation, ++counted;
+    score.actions.push_back(std::move(action));
+  }
+  score.mean_correlation = counted > 0 ? sum / counted : 0;
+  if (const auto rest = compare_rest(avatar, avatar_model, *driver, puppet, options, score); !rest)
+    return rest.error();
+  return score;
+}
+
+}  // namespace likeness

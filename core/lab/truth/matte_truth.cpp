@@ -1,0 +1,133 @@
+// True masks brought into the project's crop, and the comparison: see matte_truth.h.
+#include "core/lab/truth/matte_truth.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <system_error>
+
+#include "core/camera/camera.h"
+#include "core/capture/capture.h"
+#include "core/image/files.h"
+#include "core/scene/track.h"
+
+namespace likeness {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr int kBeside = 2;  // px to either side of the mixed ones that the border is taken to be
+constexpr int kMixedLow = 6, kMixedHigh = 249;  // of 255
+
+// 255 within kBeside px of a pixel that is mixed, or where the matte steps from one side to the other.
+std::vector<std::uint8_t> border_of(const Image8& truth) {
+  std::vector<std::uint8_t> edge(truth.pixels(), 0), border(truth.pixels(), 0);
+  for (int y = 0; y < truth.height; ++y)
+    for (int x = 0; x < truth.width; ++x) {
+      const int own = *truth.at(x, y);
+      const bool mixed = own > kMixedLow && own < kMixedHigh;
+      const bool step = (x + 1 < truth.width && std::abs(*truth.at(x + 1, y) - own) > 127) ||
+                        (y + 1 < truth.height && std::abs(*truth.at(x, y + 1) - own) > 127);
+      if (mixed || step) edge[std::size_t(y) * std::size_t(truth.width) + std::size_t(x)] = 255;
+    }
+  for (int y = 0; y < truth.height; ++y)
+    for (int x = 0; x < truth.width; ++x) {
+      if (!edge[std::size_t(y) * std::size_t(truth.width) + std::size_t(x)]) continue;
+      for (int v = std::max(0, y - kBeside); v <= std::min(truth.height - 1, y + kBeside); ++v)
+        for (int u = std::max(0, x - kBeside); u <= std::min(truth.width - 1, x + kBeside); ++u)
+          border[std::size_t(v) * std::size_t(truth.width) + std::size_t(u)] = 255;
+    }
+  return border;
+}
+
+// The frames that share their true camera with a neighbour: there it rests.
+bool rests(const CameraSet& truth, int frame) {
+  if (truth.is_static) return true;
+  const Camera* own = find_camera(truth, frame);
+  for (const int other : {frame - 1, frame + 1}) {
+    const Camera* beside = find_camera(truth, other);
+    if (own && beside && own->cam_from_world.isApprox(beside->cam_from_world, 1e-9)) return true;
+  }
+  return false;
+}
+
+void add(MatteRow& row, int frame, const MatteErrors& errors) {
+  row.iou_mean += errors.iou;
+  row.border += errors.border;
+  row.hair += errors.hair;
+  if (errors.iou < row.iou_worst) row.iou_worst = errors.iou, row.worst_frame = frame;
+  ++row.frames;
+}
+
+}  // namespace
+
+MatteErrors compare_mattes(const Image8& found, const Image8& truth, double hair_above) {
+  MatteErrors errors;
+  std::size_t both = 0, either = 0;
+  for (std::size_t i = 0; i < truth.pixels(); ++i) {
+    const bool a = found.data[i] > 127, b = truth.data[i] > 127;
+    both += a && b, either += a || b;
+  }
+  errors.iou = either ? double(both) / double(either) : 1;
+  const auto border = border_of(truth);
+  double sum = 0, hair_sum = 0;
+  std::size_t count = 0, hair_count = 0;
+  for (std::size_t i = 0; i < border.size(); ++i) {
+    if (!border[i]) continue;
+    const double difference = std::abs(int(found.data[i]) - int(truth.data[i])) / 255.0;
+    sum += difference, ++count;
+    if (double(i / std::size_t(truth.width)) < hair_above) hair_sum += difference, ++hair_count;
+  }
+  errors.border = count ? sum / double(count) : 0;
+  errors.hair = hair_count ? hair_sum / double(hair_count) : 0;
+  return errors;
+}
+
+Result<std::vector<MatteRow>> study_mattes(const Project& project, const fs::path& demo,
+                                           const Progress& progress, std::stop_token stop) {
+  const auto capture = read_capture(capture_path(project));
+  if (!capture) return capture.error();
+  const auto cameras = read_cameras(demo / "cameras_truth.json");
+  if (!cameras) return cameras.error();
+  const auto track = read_track(demo / "track_truth.json");
+  if (!track) return track.error();
+  MatteRow moving{"camera moves"}, resting{"camera rests"}, held_out{"held out"};
+  const SquareCrop& square = capture->crop;
+  std::size_t done = 0;
+  for (const CaptureFrame& frame : capture->frames) {
+    if (stop.stop_requested()) return cancelled_error();
+    progress.report(double(++done) / double(capture->frames.size()), fmt::format("frame {}", frame.frame));
+    const fs::path name = frame_name(frame.frame).filename();
+    std::error_code ignored;
+    if (!fs::exists(project.folder / "masks" / name, ignored)) continue;  // refused, or its camera was lost
+    const auto found = read_image(project.folder / "masks" / name);
+    if (!found) return found.error();
+    const auto whole = read_image(demo / "masks_truth" / fmt::format("{:06d}.png", frame.frame));
+    if (!whole) return whole.error();
+    const Image8 truth =
+        resize(crop(*whole, square.x, square.y, square.side, square.side), found->width, found->height);
+    const TrackedFrame* tracked = find_tracked(*track, frame.frame);
+    if (!tracked) continue;
+    const double ears = 0.5 * (tracked->landmarks[0].y() + tracked->landmarks[16].y());
+    const MatteErrors errors =
+        compare_mattes(*found, truth, (ears - square.y) * found->height / double(square.side));
+    add(rests(*cameras, frame.frame) ? resting : moving, frame.frame, errors);
+    if (frame.held_out) add(held_out, frame.frame, errors);
+  }
+  std::vector<MatteRow> rows;
+  for (MatteRow* row : {&moving, &resting, &held_out}) {
+    if (row->frames == 0) continue;
+    row->iou_mean /= row->frames;
+    row->border /= row->frames;
+    row->hair /= row->frames;
+    rows.push_back(*row);
+  }
+  if (rows.empty())
+    return Error{ErrorCode::bad_input, "The project has no mattes.", "Run `likeness fit` on it first.",
+                 project.folder.string()};
+  progress.report(1);
+  return rows;
+}
+
+}  // namespace likeness

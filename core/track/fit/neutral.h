@@ -1,0 +1,20 @@
+// A person's resting face, from their track. Landmark fits leave a constant of the person's looks in the
+// expression (a low brow reads as a frown); driving, sliders and gains count from here instead of from zero.
+#pragma once
+
+#include <set>
+#include <span>
+
+#include "core/head/head_model.h"
+#include "core/scene/track.h"
+
+namespace likeness {
+
+// The mode of each coefficient over the frames that may show the rest. Frames weigh less the more the lower
+// face moves within 0.2 s (speech), the wider the mouth is open and the more the lids are shut; eyes count
+// where the head faces its typical way. Held-out, lost and weak frames take no part, as long as 10 others
+// remain. Zero with no frame at all.
+Articulation calibrate_neutral(const HeadModel& model, std::span<const TrackedFrame> frames,
+                               const std::set<int>& held_out);
+
+}  // namespace likeness

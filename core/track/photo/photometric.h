@@ -1,0 +1,62 @@
+// The head track refined on the pictures themselves: albedo and light of the face from training frames, then
+// pose (tight), jaw and expression of every frame by the photometric error, landmarks and the usual priors.
+//
+// Grey pictures decide; display-referred values are linearised inside (lighting.h). Held-out frames take no
+// part in what is shared and are fitted on their own picture against it, leaning on no neighbour.
+#pragma once
+
+#include <stop_token>
+#include <vector>
+
+#include "core/base/progress.h"
+#include "core/base/result.h"
+#include "core/face/fit_clip.h"
+#include "core/head/pose_head.h"
+#include "core/image/image.h"
+#include "core/track/photo/photometric_frame.h"
+
+namespace likeness {
+
+struct PhotometricOptions {
+  int rounds = 2;                // appearance, then all frames; each costs about half of the time
+  int appearance_frames = 60;    // training frames the appearance comes from
+  double weight = 0.3;           // of a picture residual against a landmark's
+  double landmark_doubt = 1.5;   // times the landmarks' sigma: pictures now say the same, and finer
+  double turn_hold = 3000;       // per rad, towards the dense pose, which is right to a fraction of a pixel
+  double shift_hold = 10000;     // per m
+  double expression_change = 4;  // first difference between training frames, per unit
+  double own_hold = 2;           // of a held-out frame's expression towards its landmark fit, per unit
+  int spacing = 1;         // numbers from a frame to the next (frame_spacing.h); 0: none has a neighbour
+  bool read_mouth = true;  // how far the mouth is open, by the pixels
+};
+
+struct PhotometricFrame {
+  const Image8* grey = nullptr;  // working picture; null: leave the frame alone
+  Intrinsics intrinsics;         // of the working picture
+  Mat3d world_from_cam = Mat3d::Identity();
+};
+
+struct PhotometricSummary {
+  int refined = 0, mouths_changed = 0;
+  double error_before = 0,
+         error_after = 0;  // usual difference to the picture, encoded levels; training frames
+};
+
+// Albedo, light and the mouth's inside from the frames `chosen` (indices into faces and pictures), as their
+// states have them. What a stop leaves unfinished is an empty appearance.
+Appearance find_appearance(const FaceSurface& surface, const ReducedHead& head,
+                           const ReducedPerson& landmark_person,
+                           const std::vector<PhotometricFrame>& pictures, const std::vector<FaceFrame>& faces,
+                           const std::vector<std::size_t>& chosen, std::stop_token stop);
+
+// pictures: one for each of `faces`, whose states are refined in place. person: the shape that `head` and
+// `landmark_person` describe. On an error or a stop the states may be partly refined.
+Result<PhotometricSummary> refine_photometric(const HeadModel& model, const HeadShape& person,
+                                              const ReducedHead& head, const ReducedPerson& landmark_person,
+                                              const ExpressionPrior& prior,
+                                              const std::vector<PhotometricFrame>& pictures,
+                                              const PhotometricOptions& options,
+                                              std::vector<FaceFrame>& faces, const Progress& progress,
+                                              std::stop_token stop);
+
+}  // namespace likeness

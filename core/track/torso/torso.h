@@ -1,0 +1,51 @@
+// Where the torso is and how it deforms: direct alignment of the picture below the chin to a template that
+// the training frames agree on. Nine numbers a frame: turn and shift in the plane, and six coefficients of
+// deformation modes learnt from training frames (core/scene/torso_warp.h).
+#pragma once
+
+#include <stop_token>
+#include <vector>
+
+#include "core/base/progress.h"
+#include "core/base/result.h"
+#include "core/camera/camera.h"
+#include "core/image/image.h"
+#include "core/scene/torso_warp.h"
+#include "core/track/torso/convex_outline.h"
+
+namespace likeness {
+
+struct TorsoFrame {
+  const Image8* grey = nullptr;  // working picture, one channel
+  bool usable = false;           // head pose and camera known
+  bool held_out = false;
+  Intrinsics intrinsics;                   // of the working picture
+  Pose cam_from_world = Pose::Identity();  // metric
+  Pose world_from_head = Pose::Identity();
+  ConvexOutline head_outline;  // px of the working picture: hides the torso; empty = unknown
+};
+
+struct TorsoOptions {
+  int learning_frames = 120;  // training frames that template and modes come from; cost grows with them
+  bool deform = true;         // false: a rigid torso
+};
+
+struct TorsoTrack {
+  bool has_torso = false;
+  int reference = -1;                  // index of the frame whose head frame is the torso frame
+  std::vector<Pose> world_from_torso;  // one a frame
+  TorsoModes modes;                    // from training frames; empty: rigid
+  std::vector<TorsoShape> shapes;      // one a frame; zero where there are no modes
+  double residual_before = 0,          // mean difference of relief to the template, grey levels: unmoved,
+      residual_rigid = 0,              // best rigid motion,
+      residual_after = 0;  // with its deformation; each frame by itself, over all that were tracked
+};
+
+// chin: of the person, head frame, m. Template, weights and modes come from training frames alone; a held-out
+// frame finds its nine numbers on its own picture. Where somebody walks round a person who holds still, all
+// frames share the numbers of the training frames that see the torso most as the template does.
+Result<TorsoTrack> track_torso(const std::vector<TorsoFrame>& frames, const Vec3d& chin,
+                               const Progress& progress, std::stop_token stop,
+                               const TorsoOptions& options = {});
+
+}  // namespace likeness

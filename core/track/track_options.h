@@ -1,0 +1,38 @@
+// What a tracker may be asked for, and what of a clip's pictures it looks at.
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "core/head/head_model.h"
+#include "core/track/stage_clock.h"
+
+namespace likeness {
+
+struct WithheldPoints;  // core/track/points/withheld_points.h
+
+struct TrackOptions {
+  int working_size = 512;    // px, the longer side of the region tracked; raising it costs time quadratically
+  bool every_frame = false;  // also of fast and long clips, of which otherwise some are tracked
+                             // (core/video/decode.h: sampled)
+  bool own_shape = false;    // the person's own surface on top of the identity: a truer face at rest, no
+                             // clearly better pictures so far; not of a person who is given
+  // Known from another clip, so that both have one head frame, or from elsewhere (core/head/read_person.h):
+  // held to the last bit.
+  std::optional<PersonShape> person;
+  bool photometric = true;          // pose, jaw and expression refined on the pictures, after the dense fit
+  bool gaze = true;                 // measure where the eyes look; off: straight ahead
+  bool dense = true;                // point tracks and bundle adjustment after the landmark fit
+  std::filesystem::path predictor;  // landmark model; empty = the system's
+  std::shared_ptr<WithheldPoints> withheld;  // for studies: takes point tracks away from the dense step
+  std::shared_ptr<std::vector<StageSeconds>> seconds;  // where to note what each stage took, or null
+};
+
+// What of the source picture to track: a rectangle in source pixels.
+struct TrackRegion {
+  int x = 0, y = 0, width = 0, height = 0;
+};
+
+}  // namespace likeness

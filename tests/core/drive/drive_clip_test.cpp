@@ -1,0 +1,106 @@
+// Claims about driving from a finished track: no clip is tracked twice, and a foreign track is refused.
+#include "core/drive/drive_clip.h"
+
+#include <gtest/gtest.h>
+
+#include "core/camera/clip_camera.h"
+#include "core/video/encode.h"
+#include "tests/core/export/tiny_project.h"
+#include "tests/core/lab/truth/acted_track.h"
+
+namespace likeness::test {
+namespace {
+
+namespace fs = std::filesystem;
+
+fs::path grey_clip(const fs::path& path, int frames) {
+  auto writer = VideoWriter::create(path, 64, 48, {.frames_per_second = 30});
+  EXPECT_TRUE(writer.ok());
+  for (int i = 0; i < frames; ++i) EXPECT_TRUE(writer->add(Image8(64, 48, 3, 128)).ok());
+  EXPECT_TRUE(writer->finish().ok());
+  return path;
+}
+
+Track acted_driver(int frames) {
+  Track track = acted_truth(frames).track;
+  track.neutral = neutral_articulation(tiny_head());
+  for (TrackedFrame& frame : track.frames) frame.landmarks.fill(Vec2d::Zero());
+  return track;
+}
+
+TEST(Driving, AFinishedTrackIsCarriedOverFrameByFrame) {
+  const TinyProject project;
+  const OpenedAvatar opened = tiny_opened();
+  Track track = acted_driver(40);
+  DriveRequest request;
+  request.video = grey_clip(project.root / "clip.mp4", 40);
+  request.track = project.root / "track.json";
+  ASSERT_TRUE(write_track(request.track, track).ok());
+  const auto clip = drive_clip(opened, request, Progress(), {});
+  ASSERT_TRUE(clip.ok()) << clip.error().what;
+  EXPECT_EQ(clip->frames.size(), 40u);
+  EXPECT_DOUBLE_EQ(clip->frames_per_second, 30);
+  const auto poses = film_poses(*clip);
+  ASSERT_EQ(poses.size(), 40u);
+  EXPECT_TRUE(poses[7].world_from_head.isApprox(clip->frames[7].world_from_head));
+  // The driver turns by half a radian to either side of the typical pose, and so does the avatar.
+  double turned = 0;
+  for (const AvatarPose& pose : poses)
+    turned = std::max(turned, Eigen::AngleAxisd(opened.avatar.world_from_head.linear().transpose() *
+                                                pose.world_from_head.linear())
+                                  .angle());
+  EXPECT_GT(turned, 0.3);
+}
+
+TEST(Driving, ATrackOfEveryFourthFrameHasTheFilmsTime) {
+  const TinyProject project;
+  Track track = acted_driver(40);
+  std::erase_if(track.frames, [](const TrackedFrame& frame) { return frame.frame % 4 != 0; });
+  DriveRequest request;
+  request.video = grey_clip(project.root / "clip.mp4", 40);
+  request.track = project.root / "track.json";
+  ASSERT_TRUE(write_track(request.track, track).ok());
+  const auto clip = drive_clip(tiny_opened(), request, Progress(), {});
+  ASSERT_TRUE(clip.ok()) << clip.error().what;
+  EXPECT_EQ(clip->frames.size(), 10u);
+  EXPECT_DOUBLE_EQ(clip->frames_per_second, 7.5);
+}
+
+TEST(Driving, ATrackOfALongerClipIsRefused) {
+  const TinyProject project;
+  DriveRequest request;
+  request.video = grey_clip(project.root / "clip.mp4", 20);
+  request.track = project.root / "track.json";
+  ASSERT_TRUE(write_track(request.track, acted_driver(40)).ok());
+  const auto clip = drive_clip(tiny_opened(), request, Progress(), {});
+  ASSERT_FALSE(clip.ok());
+  EXPECT_NE(clip.error().what.find("frame 39"), std::string::npos) << clip.error().what;
+}
+
+TEST(Driving, ATrackOfAnotherHeadModelIsRefused) {
+  const TinyProject project;
+  Track track = acted_driver(8);
+  track.head_model_hash = std::string(32, '0');
+  DriveRequest request;
+  request.video = grey_clip(project.root / "clip.mp4", 8);
+  request.track = project.root / "track.json";
+  ASSERT_TRUE(write_track(request.track, track).ok());
+  const auto clip = drive_clip(tiny_opened(), request, Progress(), {});
+  ASSERT_FALSE(clip.ok());
+  EXPECT_NE(clip.error().fix.find("--head-model"), std::string::npos);
+}
+
+TEST(Driving, AClipWithoutASolveIsSeenByACameraAtRest) {
+  VideoInfo info;
+  info.width = 1080, info.height = 1920;
+  const CameraSet set = assumed_camera(info);
+  ASSERT_EQ(set.cameras.size(), 1u);
+  EXPECT_TRUE(set.is_static);
+  EXPECT_DOUBLE_EQ(set.cameras[0].intrinsics.cx, 540);
+  EXPECT_DOUBLE_EQ(set.cameras[0].intrinsics.fx, 1512);
+  info.focal_35mm = 27;
+  EXPECT_DOUBLE_EQ(assumed_camera(info).cameras[0].intrinsics.fx, 1440);
+}
+
+}  // namespace
+}  // namespace likeness::test

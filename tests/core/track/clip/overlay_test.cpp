@@ -1,0 +1,81 @@
+// Claims about a track drawn over its clip.
+#include "core/track/clip/overlay.h"
+
+#include <gtest/gtest.h>
+
+#include "core/head/builtin_head.h"
+#include "core/head/pose_head.h"
+
+namespace likeness {
+namespace {
+
+struct Scene {
+  HeadModel model = make_builtin_head();
+  CameraSet cameras;
+  Track track;
+  Scene() {
+    cameras.cameras = {Camera{-1, {320, 240, 500, 500, 160, 120}}};
+    track.person.identity = Eigen::VectorXf::Zero(model.identity_count());
+    TrackedFrame f;
+    f.articulation = neutral_articulation(model);
+    f.world_from_head.linear() = Vec3d(1, -1, -1).asDiagonal();
+    const auto points = landmark_positions(model, shape_head(model, track.person).vertices);
+    f.world_from_head.translation() =
+        Vec3d(0, 0, 0.9) - f.world_from_head.linear() * points[30].cast<double>();
+    for (int i = 0; i < kLandmarkCount; ++i)
+      f.landmarks[i] =
+          project<double>(cameras.cameras[0].intrinsics, Vec3d(f.world_from_head * points[i].cast<double>()));
+    track.frames = {f};
+  }
+};
+
+// Pixels of the picture part that are not as given.
+int drawn(const Image8& overlay, std::uint8_t level, int rows) {
+  int count = 0;
+  for (std::size_t i = 0; i < static_cast<std::size_t>(rows) * overlay.width * 3; ++i)
+    count += overlay.data[i] != level;
+  return count;
+}
+
+TEST(TrackOverlay, DrawsTheHeadWhereItIsAndNothingInTheCorners) {
+  const Scene s;
+  OverlayOptions options;
+  options.longer_side = 320;
+  const TrackOverlay overlay(s.track, s.model, s.cameras, options);
+  const Image8 picture = overlay.draw(Image8(320, 240, 3, 90), s.track.frames[0]);
+  EXPECT_GT(picture.height, 240);
+  EXPECT_GT(drawn(picture, 90, 240), 2000);
+  for (const auto& [x, y] : {std::pair{2, 2}, {317, 2}}) EXPECT_EQ(picture.at(x, y)[0], 90);
+}
+
+TEST(TrackOverlay, ALostFrameKeepsItsPictureAndSaysWhy) {
+  Scene s;
+  s.track.frames[0].status = FrameStatus::lost;
+  OverlayOptions options;
+  options.longer_side = 320;
+  const TrackOverlay overlay(s.track, s.model, s.cameras, options);
+  const Image8 silent = overlay.draw(Image8(320, 240, 3, 90), s.track.frames[0]);
+  EXPECT_EQ(drawn(silent, 90, 240), 0);
+  s.track.frames[0].reason = "no face found";
+  EXPECT_NE(overlay.draw(Image8(320, 240, 3, 90), s.track.frames[0]).data, silent.data);
+}
+
+TEST(TrackOverlay, DoubtfulLandmarksAreRedder) {
+  Scene s;
+  OverlayOptions options;
+  options.longer_side = 320;
+  const TrackOverlay overlay(s.track, s.model, s.cameras, options);
+  const auto red = [&] {
+    const Image8 picture = overlay.draw(Image8(320, 240, 3, 0), s.track.frames[0]);
+    int count = 0;
+    for (std::size_t i = 0; i < std::size_t{240} * 320 * 3; i += 3)
+      count += picture.data[i] > 200 && picture.data[i + 1] < 40 && picture.data[i + 2] < 40;
+    return count;
+  };
+  const int sure = red();
+  s.track.frames[0].landmark_spread.fill(20);
+  EXPECT_GT(red(), sure + 50);
+}
+
+}  // namespace
+}  // namespace likeness
