@@ -54,7 +54,7 @@ std::string state_words(const StepView& view) {
 }
 
 // height: of the row; low ones have no second line.
-void draw_row(const Snapshot& snapshot, Step step, float height, Requests& requests) {
+void draw_step_row(const Snapshot& snapshot, Step step, float height, Requests& requests) {
   const Palette& p = theme().colours;
   const StepView& view = snapshot.step(step);
   const ImVec2 at = ImGui::GetCursorScreenPos();
@@ -132,7 +132,7 @@ void draw_path(const Snapshot& snapshot, Requests& requests) {
   ImGui::PushStyleVar(ImGuiStyleVar_ItemSpacing, ImVec2(px(10), px(4)));
   const float foot = 2 * ImGui::GetFrameHeightWithSpacing() + px(14);
   const float row = (ImGui::GetContentRegionAvail().y - foot) / float(kSteps.size()) - px(4);
-  for (const Step step : kSteps) draw_row(snapshot, step, std::clamp(row, px(28), px(54)), requests);
+  for (const Step step : kSteps) draw_step_row(snapshot, step, std::clamp(row, px(28), px(54)), requests);
   ImGui::PopStyleVar();
   if (ImGui::GetContentRegionAvail().y > foot)
     ImGui::SetCursorPosY(ImGui::GetCursorPosY() + ImGui::GetContentRegionAvail().y - foot);

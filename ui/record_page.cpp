@@ -109,7 +109,7 @@ void draw_cue_list(std::size_t first) {
 }
 
 // Drawings side by side, as large as the line and `most` allow.
-void draw_row(std::initializer_list<FilmDrawing> drawings, float most) {
+void draw_drawings(std::initializer_list<FilmDrawing> drawings, float most) {
   const float count = float(drawings.size()), gap = px(8), width = ImGui::GetContentRegionAvail().x;
   const float side = std::min(most, (width - (count - 1) * gap) / count);
   ImVec2 at = ImGui::GetCursorScreenPos();
@@ -124,7 +124,7 @@ void draw_row(std::initializer_list<FilmDrawing> drawings, float most) {
 
 void draw_before(Requests& requests, const Situation& now) {
   heading("Before you begin");
-  draw_row({FilmDrawing::light, FilmDrawing::camera_rests, FilmDrawing::framing}, px(110));
+  draw_drawings({FilmDrawing::light, FilmDrawing::camera_rests, FilmDrawing::framing}, px(110));
   body_text(
       "Even light from the front, the camera at the height of the eyes, head and shoulders in the picture.");
   if (command_button(Command::film_guide, now)) requests.ask(Command::film_guide);
@@ -151,7 +151,7 @@ void draw_during(const RecorderStatus& status) {
   note_widget("cue");
   ImGui::PopFont();
   // With large letters in a small window the drawing takes what the words have left.
-  draw_row({cue.drawing}, std::clamp(ImGui::GetContentRegionAvail().y, px(60), px(160)));
+  draw_drawings({cue.drawing}, std::clamp(ImGui::GetContentRegionAvail().y, px(60), px(160)));
   ImGui::Dummy({0, px(6)});
   draw_cue_list(place.cue + 1);
 }

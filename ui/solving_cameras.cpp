@@ -10,7 +10,7 @@ namespace likeness::ui {
 
 namespace {
 
-constexpr double kRadius = 0.5, kFarthestPoint = 6;
+constexpr double kRadius = 0.5, kFarthestDrawn = 6;
 constexpr double kMost = 0.7, kFarthestReach = 3;  // of the points
 
 // The rotation that turns `up` to y.
@@ -49,7 +49,7 @@ std::shared_ptr<const SolvingCameras> solving_cameras(const ColmapModel& model) 
   const std::size_t stride = (keys.size() + kSolvingPoints - 1) / kSolvingPoints;
   for (std::size_t i = 0; i < keys.size(); i += stride) {
     const Vec3d at = placed(model.points.at(keys[i]).position);
-    if (at.norm() < kFarthestPoint) solving->points.push_back(at);
+    if (at.norm() < kFarthestDrawn) solving->points.push_back(at);
   }
   distances.clear();
   for (const Vec3d& point : solving->points) distances.push_back(point.norm());

@@ -22,7 +22,7 @@ namespace likeness::ui {
 
 namespace {
 
-using Clock = std::chrono::steady_clock;
+using PreviewClock = std::chrono::steady_clock;
 
 // What all previews of one training share.
 struct Scene {
@@ -122,8 +122,8 @@ TrainingPreview::TrainingPreview(Project project, std::function<void()> wake, Op
 AvatarTap TrainingPreview::tap() {
   return {[this] {
             const std::lock_guard lock(mutex_);
-            if (!training_since_) training_since_ = Clock::now();
-            return wanted_ && Clock::now() - *training_since_ >= std::chrono::duration<double>(kFirst_s);
+            if (!training_since_) training_since_ = PreviewClock::now();
+            return wanted_ && PreviewClock::now() - *training_since_ >= std::chrono::duration<double>(kFirst_s);
           },
           [this](const Avatar& avatar) {
             {
@@ -156,7 +156,7 @@ void TrainingPreview::loop(std::stop_token stop) {
       if (!changed_.wait(lock, stop, [&] { return avatar_ != nullptr; })) return;
       avatar = std::exchange(avatar_, nullptr);
     }
-    const auto start = Clock::now();
+    const auto start = PreviewClock::now();
     std::shared_ptr<const PreviewPictures> pictures;
     try {
       if (!scene) scene = open_scene(project_);
@@ -169,7 +169,7 @@ void TrainingPreview::loop(std::stop_token stop) {
       return;  // memory ran out over a preview: the training needs it more
     }
     avatar.reset();
-    const double took = std::chrono::duration<double>(Clock::now() - start).count();
+    const double took = std::chrono::duration<double>(PreviewClock::now() - start).count();
     {
       const std::lock_guard lock(mutex_);
       if (pictures->held_out && pictures->psnr_db > 0)

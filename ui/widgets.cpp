@@ -332,4 +332,10 @@ void tooltip(const std::string& words) {
   ImGui::EndTooltip();
 }
 
+void strong_text(const char* words) {
+  ImGui::PushFont(theme().fonts.strong);
+  ImGui::TextUnformatted(words);
+  ImGui::PopFont();
+}
+
 }  // namespace likeness::ui

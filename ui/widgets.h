@@ -69,4 +69,7 @@ std::string shortened(const std::string& words, float width);
 void clipped_text(const std::string& words, float width);
 void tooltip(const std::string& words);  // of the item drawn last
 
+// A line in the strong letters of headings.
+void strong_text(const char* words);
+
 }  // namespace likeness::ui

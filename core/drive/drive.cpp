@@ -14,6 +14,7 @@
 #include "core/face/fit_frame.h"
 #include "core/head/action_amounts.h"
 #include "core/head/pose_head.h"
+#include "core/render/avatar.h"
 #include "core/track/fit/neutral.h"
 
 namespace likeness {

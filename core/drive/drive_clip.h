@@ -9,6 +9,7 @@
 #include "core/base/result.h"
 #include "core/drive/drive.h"
 #include "core/project/open_avatar.h"
+#include "core/scene/avatar_pose.h"
 #include "core/scene/track.h"
 
 namespace likeness {

@@ -161,7 +161,7 @@ Matrix components_of(const Matrix& looks, const std::vector<std::size_t>& traini
 
 // -- The Gaussian process
 
-struct Kernel {
+struct CovarianceKernel {
   double length = 1;  // of the squared exponential; 0: linear, with a constant
   double noise = 0.1;
   double at(const Vector& a, const Vector& b) const {
@@ -171,14 +171,14 @@ struct Kernel {
 };
 
 struct Process {
-  Kernel kernel;
+  CovarianceKernel kernel;
   Matrix known;  // (n, C)
   Eigen::LDLT<Matrix> factor;
   Vector weights;
 
   double log_density = 0, error = 0;  // leave-one-out: sum of ln p, rms
 
-  Process(const Kernel& k, Matrix rows, const Vector& values) : kernel(k), known(std::move(rows)) {
+  Process(const CovarianceKernel& k, Matrix rows, const Vector& values) : kernel(k), known(std::move(rows)) {
     const Eigen::Index n = known.rows();
     Matrix gram(n, n);
     for (Eigen::Index i = 0; i < n; ++i)

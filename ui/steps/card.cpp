@@ -19,9 +19,7 @@ constexpr double kDegrees = 180 / std::numbers::pi;
 
 void title(const char* words) {
   ImGui::Dummy({0, px(4)});
-  ImGui::PushFont(theme().fonts.strong);
-  ImGui::TextUnformatted(words);
-  ImGui::PopFont();
+  strong_text(words);
 }
 
 void draw_expressions(const Card& card) {

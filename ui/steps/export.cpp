@@ -32,12 +32,6 @@ const KindWords& words_of(ExportKind kind) {
   return kWords[std::size_t(kind)];
 }
 
-void title(const char* words) {
-  ImGui::PushFont(theme().fonts.strong);
-  ImGui::TextUnformatted(words);
-  ImGui::PopFont();
-}
-
 void row_label(const char* words) {
   const float start = ImGui::GetCursorPosX();
   ImGui::AlignTextToFramePadding();
@@ -77,7 +71,7 @@ void draw_orbit_choices(ExportChoice& asked) {
 }
 
 void draw_kinds(const Snapshot& snapshot, ExportChoice& asked, Requests& requests) {
-  title("What");
+  strong_text("What");
   for (const ExportKind kind : kExportKinds)
     if (choice(words_of(kind).words, asked.kind == kind)) asked.kind = kind;
   ImGui::Dummy({0, px(4)});
@@ -154,7 +148,7 @@ void draw_rate(ExportChoice& asked) {
 }
 
 void draw_manner(const Snapshot& snapshot, ExportChoice& asked, Requests& requests) {
-  title("How");
+  strong_text("How");
   const bool moves = asked.kind == ExportKind::orbit || asked.kind == ExportKind::performance;
   if (!makes_pictures(asked)) {
     choice_label("File", px(kLabel));
@@ -267,7 +261,7 @@ void draw_item(const ExportItem& item, Requests& requests) {
 
 void draw_queue(const Snapshot& snapshot, Requests& requests) {
   if (!snapshot.exports.empty()) ImGui::AlignTextToFramePadding();
-  title("Exports");
+  strong_text("Exports");
   if (snapshot.exports.empty()) {
     faint_text("Files go to " + (snapshot.contents->project.folder / "exports").string());
     return;

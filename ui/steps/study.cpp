@@ -27,12 +27,6 @@ constexpr TableWords kTables[] = {
      "much."},
     {"parts", "What each part brings", "Ours with one part more or less."}};
 
-void title(const char* words) {
-  ImGui::PushFont(theme().fonts.strong);
-  ImGui::TextUnformatted(words);
-  ImGui::PopFont();
-}
-
 std::string seconds_words(double seconds) {
   return seconds < 60 ? fmt::format("{:.0f} s", seconds) : fmt::format("{:.3g} min", seconds / 60);
 }
@@ -53,9 +47,9 @@ std::string forecast_words(const StudyForecast& forecast) {
                      forecast.trainings, long_words(forecast.left_seconds));
 }
 
-void draw_choices(const StudyChoice& now, Requests& requests) {
+void draw_study_choices(const StudyChoice& now, Requests& requests) {
   StudyChoice asked = now;
-  title("What");
+  strong_text("What");
   for (const TableWords& table : kTables) {
     const auto at = std::ranges::find(asked.tables, table.name);
     bool on = at != asked.tables.end();
@@ -68,7 +62,7 @@ void draw_choices(const StudyChoice& now, Requests& requests) {
     faint_text(table.about);
   }
   ImGui::Dummy({0, px(4)});
-  title("How long");
+  strong_text("How long");
   faint_text("Each training, in seconds of the processor:");
   bool first = true;
   for (const double seconds : kStudySeconds) {
@@ -148,7 +142,7 @@ std::string number(const std::optional<double>& value, int digits) {
 }
 
 void draw_table(const SummaryTable& table) {
-  title(table.title.c_str());
+  strong_text(table.title.c_str());
   const bool wide = ImGui::GetContentRegionAvail().x > px(500);
   ImGui::PushStyleVar(ImGuiStyleVar_CellPadding, ImVec2(px(6), px(3)));
   if (ImGui::BeginTable(table.name.c_str(), wide ? 7 : 5,
@@ -224,7 +218,7 @@ void draw_study_page(const Snapshot& snapshot, Views& views, Requests& requests)
   if (plain_button("Back to the training")) requests.close_study = true;
   ImGui::SameLine(0, px(14));
   ImGui::AlignTextToFramePadding();
-  title("Compare with other methods");
+  strong_text("Compare with other methods");
   const StudyView& study = snapshot.study;
   if (!study.missing.empty() && !study.finished) {
     draw_nothing_yet(study.missing.c_str());
@@ -244,7 +238,7 @@ void draw_study_page(const Snapshot& snapshot, Views& views, Requests& requests)
   begin_card("study choices",
              {below ? 0 : std::min(px(360), 0.4f * area.x), below ? views.study_choices : area.y}, true);
   ImGui::BeginDisabled(is_working(study.job));
-  draw_choices(study.choice, requests);
+  draw_study_choices(study.choice, requests);
   ImGui::EndDisabled();
   views.study_choices =
       ImGui::GetCursorPosY() - ImGui::GetStyle().ItemSpacing.y + ImGui::GetStyle().WindowPadding.y;

@@ -12,7 +12,7 @@ namespace likeness::ui {
 
 namespace {
 
-void draw_buttons(const Snapshot& snapshot, Requests& requests) {
+void draw_training_buttons(const Snapshot& snapshot, Requests& requests) {
   const Situation& now = snapshot.situation;
   if (now.running) {
     const Command next = now.paused ? Command::go_on : Command::pause;
@@ -177,7 +177,7 @@ void draw_train_step(const Snapshot& snapshot, Views& views, Requests& requests)
     draw_nothing_yet("Here the avatar will be seen while it learns.");
     return;
   }
-  draw_buttons(snapshot, requests);
+  draw_training_buttons(snapshot, requests);
   draw_numbers(snapshot);
   ImGui::Dummy({0, px(2)});
   const bool curve = snapshot.curve.training.size() >= 2;

@@ -15,6 +15,7 @@
 #include "core/lab/truth/track_checks.h"
 #include "core/lab/truth/track_truth.h"
 #include "core/track/clip/track_clip.h"
+#include "core/track/points/withheld_points.h"
 
 namespace likeness {
 
