@@ -243,7 +243,6 @@ TEST_P(DeviceFieldTest, ThreadsOfABlockDoWhatOneDoes) {
   EXPECT_EQ(together.gradients, alone.gradients);
   EXPECT_EQ(together.d_codes, alone.d_codes);
 }
-#endif
 
 std::vector<Case> cases() {
   std::vector<Case> all;
