@@ -3,7 +3,9 @@
 // the program itself, with --parse-only.
 //
 // Rules, for whoever writes a page:
-// - Links: `[words](target)` and `<img src="target">`; a target with a scheme is not looked at.
+// - `code` stands on one line. Links: `[words](target)` and `<img src="target">`; a target with a scheme is
+// not
+//   looked at.
 // - A file or folder is named by `code` without blanks that begins with a top-level folder and a slash, or
 // that
 //   is a page of the root (`CONTRIBUTING.md`). Without an ending it stands for all files of that stem
@@ -63,7 +65,7 @@ struct Page {
 
 // A line of four blanks after an empty one, or after another such line, is code; in a list it is not.
 Page read_page(const fs::path& file) {
-  Page page{file, fs::relative(file, kSource), "", "", {}};
+  Page page{file, file.lexically_relative(kSource), "", "", {}};
   const auto text = read_text(file);
   EXPECT_TRUE(text.ok()) << file;
   std::istringstream lines(text.ok() ? *text : "");
@@ -94,6 +96,14 @@ std::vector<Page> all_pages() {
 }
 
 bool is_history(const Page& page) { return page.name == "CHANGELOG.md"; }
+
+TEST(Docs, CodeStandsOnOneLine) {
+  for (const Page& page : all_pages()) {
+    std::istringstream lines(page.text);
+    for (std::string line; std::getline(lines, line);)
+      EXPECT_EQ(std::count(line.begin(), line.end(), '`') % 2, 0) << page.name << ": " << line;
+  }
+}
 
 // -- Links
 
