@@ -43,6 +43,13 @@ int main(int argc, char** argv) {
   program.set_version_flag("--version", LIKENESS_VERSION);
   add_manual_flag(program, manual_text());
   program.require_subcommand(1);
+  // Not listed: ends once the command line is understood, before anything is done. For the commands in the
+  // pages.
+  bool parse_only = false;
+  program.add_flag("--parse-only", parse_only)->group("");
+  program.parse_complete_callback([&parse_only] {
+    if (parse_only) throw CLI::Success();
+  });
   int exit_code = kExitDone;
   add_build_commands(program, exit_code);
   add_check_command(program, exit_code);

@@ -42,6 +42,8 @@ test_packages=(
   "libgmock-dev:the tests"
   "ffmpeg:making odd video files for the tests, and reading exported ones"
   "python3-vtk9:reading exported meshes"
+  "python3:checking the structure"
+  "clang-format:checking the format"
   "xvfb:a display for the window's tests"
   "xauth:needed by xvfb-run"
   "xdotool:real clicks on the window"

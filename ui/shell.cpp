@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "ui/keyboard.h"
-#include "ui/steps/steps.h"
+#include "ui/steps.h"
 #include "ui/theme.h"
 #include "ui/widgets.h"
 

@@ -123,7 +123,8 @@ AvatarTap TrainingPreview::tap() {
   return {[this] {
             const std::lock_guard lock(mutex_);
             if (!training_since_) training_since_ = PreviewClock::now();
-            return wanted_ && PreviewClock::now() - *training_since_ >= std::chrono::duration<double>(kFirst_s);
+            return wanted_ &&
+                   PreviewClock::now() - *training_since_ >= std::chrono::duration<double>(kFirst_s);
           },
           [this](const Avatar& avatar) {
             {

@@ -22,7 +22,7 @@ namespace {
 
 constexpr int kLongestWeak = 10;       // pictures before the detector is asked whether a face is there at all
 constexpr int kDirections = 40;        // of the identity: landmarks say nothing about the finer ones
-constexpr int kLeastSettled = 5;          // frames a person is settled from
+constexpr int kLeastSettled = 5;       // frames a person is settled from
 constexpr std::size_t kMostRest = 12;  // more only take longer
 constexpr double kLongAgo_s = 0.35;    // frames further back say nothing about this one
 constexpr double kSameFace = 0.3;      // overlap of the detector's box with the expected one

@@ -18,8 +18,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr float kMetrePerCentimetre = 0.01f;           // per centimetre
-constexpr std::size_t kVertices = 24591;  // up to the eyeballs
+constexpr float kMetrePerCentimetre = 0.01f;  // per centimetre
+constexpr std::size_t kVertices = 24591;      // up to the eyeballs
 constexpr int kMaxIdentities = 1000;
 constexpr const char* kNeutral = "generic_neutral_mesh.obj";
 constexpr const char* kJawOpen = "jawOpen";
@@ -152,7 +152,7 @@ Vec3d sphere_centre(std::vector<Vec3d> points) {
 // Of all weights over these vertices that sum to one and put their mean at the joint, the ones closest to
 // equal.
 bool regress_joint_on(const HeadModel& model, const Vec3d& joint, const std::vector<int>& vertices,
-                   Eigen::MatrixXf& regressor, int row) {
+                      Eigen::MatrixXf& regressor, int row) {
   const Eigen::Index n = Eigen::Index(vertices.size());
   if (n < 8) return false;
   Eigen::MatrixXd a(4, n);
@@ -184,10 +184,10 @@ bool lay_joints(HeadModel& model) {
   bool good = regress_joint_on(model, kRootJoint, ring(kRootJoint, 0.012f), model.joint_regressor, kRoot) &&
               regress_joint_on(model, kNeckJoint, ring(kNeckJoint, 0.014f), model.joint_regressor, kNeck) &&
               regress_joint_on(model, kJawJoint, select([&](HeadPart part, const Vec3f& p) {
-                              return skin(part) && std::abs(p.y() - float(kJawJoint.y())) < 0.014f &&
-                                     p.z() > -0.025f && p.z() < 0.06f;
-                            }),
-                            model.joint_regressor, kJaw);
+                                 return skin(part) && std::abs(p.y() - float(kJawJoint.y())) < 0.014f &&
+                                        p.z() > -0.025f && p.z() < 0.06f;
+                               }),
+                               model.joint_regressor, kJaw);
   for (const auto& [part, joint] :
        {std::pair{HeadPart::left_eyeball, kLeftEye}, std::pair{HeadPart::right_eyeball, kRightEye}}) {
     const std::vector<int> ball = select([part = part](HeadPart p, const Vec3f&) { return p == part; });
@@ -278,7 +278,8 @@ Result<HeadModel> load_ict_folder(const fs::path& folder) {
 
   HeadModel model;
   model.name = "ICT-FaceKit";
-  for (std::size_t v = 0; v < kVertices; ++v) model.vertices.push_back(kMetrePerCentimetre * neutral->vertices[v]);
+  for (std::size_t v = 0; v < kVertices; ++v)
+    model.vertices.push_back(kMetrePerCentimetre * neutral->vertices[v]);
   for (const PartRange& range : kParts) model.parts.resize(range.end, range.part);
   for (const Triangle& t : neutral->triangles)
     if (std::size_t(t.maxCoeff()) < kVertices) model.triangles.push_back(t);

@@ -22,12 +22,12 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr float kMostDeviations = 10;              // of a coefficient; faces lie within three
+constexpr float kMostDeviations = 10;                      // of a coefficient; faces lie within three
 constexpr double kSmallestHead = 0.7, kLargestHead = 1.4;  // heights of heads beside the model's
-constexpr double kFrameOff = 0.06;                 // m between the middles of mesh and model
-constexpr double kUsuallyOff = 0.025;              // m between a vertex and the model's, on the average
-constexpr double kFitted = 1e-4;                   // m to which the identity is to explain the mesh
-constexpr float kNothingLeft = 1e-5f;              // m; less is rounding
+constexpr double kFrameOff = 0.06;                         // m between the middles of mesh and model
+constexpr double kUsuallyOff = 0.025;  // m between a vertex and the model's, on the average
+constexpr double kFitted = 1e-4;       // m to which the identity is to explain the mesh
+constexpr float kNothingLeft = 1e-5f;  // m; less is rounding
 
 constexpr std::array<const char*, 2> kCoefficientKeys{"identity", "shape"};
 constexpr const char* kVertexKey = "vertices";
@@ -54,10 +54,11 @@ Result<NpyArray> array_of_archive(const fs::path& path, const HeadModel& model) 
   if (archive->size() == 1) return std::move(archive->begin()->second);
   std::vector<std::string> keys;
   for (const auto& [key, value] : *archive) keys.push_back(key);
-  return wrong_person(path,
-               fmt::format("{} holds {}, and neither identity, shape nor vertices.", path.filename().string(),
-                           keys.empty() ? "nothing" : fmt::format("{}", fmt::join(keys, ", "))),
-               needed(model));
+  return wrong_person(
+      path,
+      fmt::format("{} holds {}, and neither identity, shape nor vertices.", path.filename().string(),
+                  keys.empty() ? "nothing" : fmt::format("{}", fmt::join(keys, ", "))),
+      needed(model));
 }
 
 Result<NpyArray> read_array(const fs::path& path, const HeadModel& model) {
@@ -72,16 +73,17 @@ Result<PersonShape> person_of_coefficients(const fs::path& path, std::span<const
   const std::string name = path.filename().string();
   if (int(values.size()) != model.identity_count())
     return wrong_person(path,
-                 fmt::format("{} holds {} coefficients, and the {} head has {}.", name, values.size(),
-                             model.name, model.identity_count()),
-                 fmt::format("Build with the head model that they are of (MICA's 300 are FLAME's). {}",
-                             needed(model)));
+                        fmt::format("{} holds {} coefficients, and the {} head has {}.", name, values.size(),
+                                    model.name, model.identity_count()),
+                        fmt::format("Build with the head model that they are of (MICA's 300 are FLAME's). {}",
+                                    needed(model)));
   for (std::size_t i = 0; i < values.size(); ++i)
     if (std::abs(values[i]) > kMostDeviations)
-      return wrong_person(path,
-                   fmt::format("Coefficient {} in {} is {:.4g} standard deviations; a head lies within {:g}.",
-                               i, name, values[i], kMostDeviations),
-                   "These are no identity coefficients, or another model's. " + needed(model));
+      return wrong_person(
+          path,
+          fmt::format("Coefficient {} in {} is {:.4g} standard deviations; a head lies within {:g}.", i, name,
+                      values[i], kMostDeviations),
+          "These are no identity coefficients, or another model's. " + needed(model));
   PersonShape person;
   person.identity = Eigen::Map<const Eigen::VectorXf>(values.data(), Eigen::Index(values.size()));
   return person;
@@ -124,9 +126,9 @@ Result<void> check_mesh(const fs::path& path, std::span<const Vec3f> vertices, c
   const double ratio = found.height / own.height;
   if (!(ratio > kSmallestHead && ratio < kLargestHead))
     return wrong_person(path,
-                 fmt::format("The mesh in {} is {:.4g} units tall, and the {} head is {:.3g} m.", name,
-                             found.height, model.name, own.height),
-                 unit_remedy(ratio));
+                        fmt::format("The mesh in {} is {:.4g} units tall, and the {} head is {:.3g} m.", name,
+                                    found.height, model.name, own.height),
+                        unit_remedy(ratio));
   if (const double off = (found.middle - own.middle).norm(); off > kFrameOff)
     return wrong_person(
         path, fmt::format("The mesh in {} lies {:.2f} m from where the {} head lies.", name, off, model.name),
@@ -134,10 +136,11 @@ Result<void> check_mesh(const fs::path& path, std::span<const Vec3f> vertices, c
   double sum = 0;
   for (std::size_t v = 0; v < vertices.size(); ++v) sum += double((vertices[v] - model.vertices[v]).norm());
   if (const double usual = sum / double(vertices.size()); usual > kUsuallyOff)
-    return wrong_person(path,
-                 fmt::format("The vertices in {} lie {:.1f} cm from those of the {} head, on the average.",
-                             name, 100 * usual, model.name),
-                 "They are in another order, of another topology, or turned. " + needed(model));
+    return wrong_person(
+        path,
+        fmt::format("The vertices in {} lie {:.1f} cm from those of the {} head, on the average.", name,
+                    100 * usual, model.name),
+        "They are in another order, of another topology, or turned. " + needed(model));
   return {};
 }
 
@@ -157,9 +160,9 @@ Result<void> check_faces(const fs::path& path, const ObjMesh& mesh, const HeadMo
   // Quads may be cut the other way; meshes of another topology share hardly a triangle.
   if (2 * common >= std::min(mesh.triangles.size(), own.size())) return {};
   return wrong_person(path,
-               fmt::format("Of the {} triangles in {} {} are the {} head's.", mesh.triangles.size(),
-                           path.filename().string(), common, model.name),
-               "The mesh is of another topology. " + needed(model));
+                      fmt::format("Of the {} triangles in {} {} are the {} head's.", mesh.triangles.size(),
+                                  path.filename().string(), common, model.name),
+                      "The mesh is of another topology. " + needed(model));
 }
 
 // The identity that explains the mesh, and the rest. min |B x - d|^2 / kFitted^2 + |x|^2.
@@ -187,10 +190,11 @@ PersonShape person_of_vertices(std::span<const Vec3f> vertices, const HeadModel&
 Result<PersonShape> person_of_mesh(const fs::path& path, std::span<const Vec3f> vertices,
                                    const HeadModel& model) {
   if (int(vertices.size()) != model.vertex_count())
-    return wrong_person(path,
-                 fmt::format("The mesh in {} has {} vertices, and the {} head has {}.",
-                             path.filename().string(), vertices.size(), model.name, model.vertex_count()),
-                 "The mesh is of another topology. " + needed(model));
+    return wrong_person(
+        path,
+        fmt::format("The mesh in {} has {} vertices, and the {} head has {}.", path.filename().string(),
+                    vertices.size(), model.name, model.vertex_count()),
+        "The mesh is of another topology. " + needed(model));
   if (const auto fine = check_mesh(path, vertices, model); !fine) return fine.error();
   return person_of_vertices(vertices, model);
 }
@@ -203,7 +207,7 @@ Result<PersonShape> person_of_obj(const fs::path& path, const HeadModel& model) 
   for (std::size_t v = 0; v < mesh->vertices.size(); ++v)
     if (!mesh->vertices[v].allFinite())
       return wrong_person(path, fmt::format("Vertex {} in {} is not finite.", v, path.filename().string()),
-                   "Export the mesh again. " + needed(model));
+                          "Export the mesh again. " + needed(model));
   if (int(mesh->vertices.size()) == model.vertex_count())
     if (const auto fine = check_faces(path, *mesh, model); !fine) return fine.error();
   return person_of_mesh(path, mesh->vertices, model);
@@ -225,8 +229,9 @@ Result<PersonShape> read_person(const fs::path& path, const HeadModel& model) {
   const std::vector<float> values = array->as_float();
   const auto bad = std::ranges::find_if(values, [](float value) { return !std::isfinite(value); });
   if (bad != values.end())
-    return wrong_person(path, fmt::format("{} holds a value that is not finite, at {}.", name, bad - values.begin()),
-                 "Have it made again. " + needed(model));
+    return wrong_person(
+        path, fmt::format("{} holds a value that is not finite, at {}.", name, bad - values.begin()),
+        "Have it made again. " + needed(model));
   if (shape.size() == 1) return person_of_coefficients(path, values, model);
   if (shape.size() == 2 && shape[1] == 3 && shape[0] > 0) {
     std::vector<Vec3f> vertices;
@@ -234,8 +239,9 @@ Result<PersonShape> read_person(const fs::path& path, const HeadModel& model) {
       vertices.emplace_back(values[3 * v], values[3 * v + 1], values[3 * v + 2]);
     return person_of_mesh(path, vertices, model);
   }
-  return wrong_person(path, fmt::format("{} holds numbers of shape ({}).", name, fmt::join(array->shape, ", ")),
-               needed(model));
+  return wrong_person(path,
+                      fmt::format("{} holds numbers of shape ({}).", name, fmt::join(array->shape, ", ")),
+                      needed(model));
 }
 
 }  // namespace likeness

@@ -319,7 +319,8 @@ Result<void> write_attribute_values(const fs::path& path, std::span<const Attrib
                     {"skipped_frames", course.skipped_frames},
                     {"left_out_error", course.left_out_error},
                     {"unlike_any", course.unlike_any}});
-  const json all = {{"format", "likeness-attribute-values"}, {"version", kValuesVersion}, {"attributes", list}};
+  const json all = {
+      {"format", "likeness-attribute-values"}, {"version", kValuesVersion}, {"attributes", list}};
   return write_text(path, all.dump(1) + "\n");
 }
 

@@ -1,9 +1,9 @@
 // See solved_points.h.
 #include "core/project/solved_points.h"
 
-#include "core/base/files.h"
 #include <algorithm>
 #include <system_error>
+#include "core/base/files.h"
 
 #include "core/camera/colmap.h"
 

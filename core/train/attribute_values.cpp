@@ -19,7 +19,7 @@ namespace {
 constexpr float kPaintedWithin = 1e-4f;                    // m: vertices that are painted
 constexpr float kAroundFrom = 0.004f, kAroundTo = 0.016f;  // m from the paint
 constexpr std::size_t kMostPoints = 400;                   // of each kind
-constexpr float kHiddenBehind = 0.004f, kSlanted = 0.25f;        // m; cosine below which skin says little
+constexpr float kHiddenBehind = 0.004f, kSlanted = 0.25f;  // m; cosine below which skin says little
 constexpr float kNoLight = 0.02f;
 constexpr float kFewest = 0.4f;  // of the points that must be seen
 constexpr int kComponents = 10;

@@ -29,11 +29,11 @@ constexpr double kOutliers = 0.02, kMargin = 0.1;  // of the points at either en
 constexpr float kUsualReach = 3.0f;                // m about the head, where no points say more
 constexpr float kLargestSide = 30.0f;              // m
 constexpr int kRoomCells = 96, kMaxSamples = 24, kTries = 12;
-constexpr int kBesidePerson = 2;       // px beside the person whose colours may be mixed
-constexpr double kFreeWay = 0.6;       // of the way from a camera to the head: nothing is in between
-constexpr float kPersonsPlace = 0.3f;  // m about the head's origin and the body below it
-constexpr float kBody = 0.6f;          // m
-constexpr float kRoomInitialDensity = 4;   // per cube side
+constexpr int kBesidePerson = 2;          // px beside the person whose colours may be mixed
+constexpr double kFreeWay = 0.6;          // of the way from a camera to the head: nothing is in between
+constexpr float kPersonsPlace = 0.3f;     // m about the head's origin and the body below it
+constexpr float kBody = 0.6f;             // m
+constexpr float kRoomInitialDensity = 4;  // per cube side
 constexpr float kRoomTableRate = 1e-2f, kRoomNetworkRate = 3e-3f;
 constexpr std::uint64_t kRoomFirstRefresh = 64, kRoomRefreshEvery = 32;
 

@@ -68,6 +68,17 @@ TEST_F(CommandLine, WrongUsageExitsWithTwo) {
   EXPECT_EQ(likeness({"build", "clip.mp4", "--project", "p", "--size", "300"}).exit_code, 2);
 }
 
+TEST_F(CommandLine, ParseOnlyJudgesACommandAndDoesNothing) {
+  const fs::path demo = folder_ / "demo";
+  EXPECT_EQ(likeness({"--parse-only", "demo", demo.string(), "--person", "3"}).exit_code, 0);
+  EXPECT_FALSE(fs::exists(demo));
+  EXPECT_EQ(likeness({"--parse-only", "eval", "/nowhere.likeness"}).exit_code, 0);
+  EXPECT_EQ(likeness({"--parse-only", "demo", demo.string(), "--person", "99"}).exit_code, 2);
+  EXPECT_EQ(likeness({"--parse-only", "build", "clip.mp4"}).exit_code, 2);  // no --project
+  EXPECT_EQ(likeness({"--parse-only", "bulid"}).exit_code, 2);
+  EXPECT_EQ(likeness({"--help"}).out.find("--parse-only"), std::string::npos);
+}
+
 TEST_F(CommandLine, HelpAndVersionExitWithZero) {
   EXPECT_EQ(likeness({"--help"}).exit_code, 0);
   EXPECT_EQ(likeness({"build", "--help"}).exit_code, 0);

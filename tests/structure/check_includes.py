@@ -14,9 +14,9 @@ import sys
 
 ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
 INCLUDE = re.compile(r'^\s*#\s*include\s+"((?:app|core|ui)/[^"]+)"', re.MULTILINE)
-OUTSIDE = ("app", "ui")  # stand above core; core includes neither
-# Longer than this a file has two ideas (shared with docs/CONTRIBUTING.md).
-MOST_LINES = 620
+OUTSIDE = ("app", "ui", "cuda")  # stand above the rooms, which include none of them
+# Longer than this a file surely has two ideas.
+MOST_LINES = 650
 
 
 def read_table():
@@ -34,6 +34,8 @@ def room_of(path, rooms):
     top, _, rest = path.partition("/")
     if top in OUTSIDE:
         return top
+    if rest.startswith("cuda/"):
+        return "cuda"
     folder = os.path.dirname(rest)
     while folder and folder not in rooms:
         folder = os.path.dirname(folder)
@@ -111,10 +113,10 @@ def main():
     for room, others in uses.items():
         for other, where in others.items():
             if room in OUTSIDE:
-                if other == "app":
-                    problems.append(f"{where[0]}: nothing includes app")
+                if other in ("app", "cuda"):
+                    problems.append(f"{where[0]}: nothing includes {other}")
             elif other in OUTSIDE:
-                problems.append(f"{where[0]}: core includes neither app nor ui")
+                problems.append(f"{where[0]}: rooms of core include nothing of {other}")
             elif order.get(other, len(order)) >= order[room]:
                 problems.append(f"{where[0]}: {other} stands above {room}")
             elif other not in rooms[room]:
@@ -129,11 +131,11 @@ def main():
             problems.append(f"{path} has {count} lines; {MOST_LINES} are the most")
 
     floor = {}
-    for room in list(rooms) + ["ui", "app"]:
+    for room in list(rooms) + ["cuda", "ui", "app"]:
         floor[room] = 1 + max((floor[other] for other in uses[room] if other in floor), default=-1)
     if "--quiet" not in sys.argv:
         print(f"{'room':12} {'floor':>5} {'files':>5} {'lines':>6}  uses")
-        for room in list(rooms) + ["ui", "app"]:
+        for room in list(rooms) + ["cuda", "ui", "app"]:
             print(f"{room:12} {floor[room]:5} {files[room]:5} {lines[room]:6}  {' '.join(sorted(uses[room]))}")
         print(f"{sum(lines.values())} lines in {sum(files.values())} files, {max(floor.values()) + 1} floors")
         print("Longest files: " + ", ".join(f"{path} {count}" for count, path in sorted(longest)[:-9:-1]))

@@ -2,7 +2,7 @@
 // pictures.
 #include <fmt/format.h>
 
-#include "ui/steps/steps.h"
+#include "ui/steps.h"
 #include "ui/theme.h"
 #include "ui/widgets.h"
 

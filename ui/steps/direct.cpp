@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "ui/channel_words.h"
-#include "ui/steps/steps.h"
+#include "ui/steps.h"
 #include "ui/theme.h"
 #include "ui/widgets.h"
 

@@ -4,7 +4,7 @@
 #include <algorithm>
 
 #include "ui/channel_words.h"
-#include "ui/steps/steps.h"
+#include "ui/steps.h"
 #include "ui/theme.h"
 #include "ui/widgets.h"
 

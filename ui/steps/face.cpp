@@ -7,7 +7,7 @@
 
 #include "core/project/refits.h"
 #include "core/track/clip/error_strip.h"
-#include "ui/steps/steps.h"
+#include "ui/steps.h"
 #include "ui/theme.h"
 #include "ui/widgets.h"
 

@@ -3,7 +3,7 @@
 
 #include <cmath>
 
-#include "ui/steps/steps.h"
+#include "ui/steps.h"
 #include "ui/theme.h"
 #include "ui/widgets.h"
 

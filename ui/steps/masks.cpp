@@ -5,7 +5,7 @@
 #include <cmath>
 #include <vector>
 
-#include "ui/steps/steps.h"
+#include "ui/steps.h"
 #include "ui/theme.h"
 #include "ui/widgets.h"
 

@@ -7,7 +7,7 @@
 #include <cmath>
 
 #include "ui/keyboard.h"
-#include "ui/steps/steps.h"
+#include "ui/steps.h"
 #include "ui/theme.h"
 #include "ui/widgets.h"
 

@@ -9,7 +9,7 @@
 #include <string_view>
 
 #include "ui/channel_words.h"
-#include "ui/steps/steps.h"
+#include "ui/steps.h"
 #include "ui/steps/timeline.h"
 #include "ui/widgets.h"
 

@@ -6,12 +6,12 @@
 #include <functional>
 #include <span>
 
-#include "core/lab/bench/relative_l2.h"
 #include "core/device/device_ceilings.h"
 #include "core/field/field_reference.h"
 #include "core/lab/bench/device_frames.h"
 #include "core/lab/bench/device_step.h"
 #include "core/lab/bench/field_work.h"
+#include "core/lab/bench/relative_l2.h"
 #include "core/lab/bench/standard_field.h"
 
 namespace likeness {

@@ -6,10 +6,10 @@
 #include <span>
 #include <vector>
 
-#include "core/lab/bench/relative_l2.h"
 #include "core/field/adam.h"
 #include "core/field/field_reference.h"
 #include "core/field/train_fields.h"
+#include "core/lab/bench/relative_l2.h"
 
 namespace likeness {
 namespace {

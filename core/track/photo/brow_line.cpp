@@ -14,10 +14,10 @@ namespace {
 
 constexpr int kFirstBrow = 17, kBrowPoints = 5;
 constexpr int kBrowColumns = 20, kBrowRows = 61;
-constexpr double kRowStep = 0.0006, kLowestRow = -0.010;    // m along the forehead from the model's brow
-constexpr double kHalfBrow = 0.007;                      // m of the strip that make a brow's picture
-constexpr double kSlideDown = -0.008, kSlideUp = 0.014;  // m searched
-constexpr double kNearRest = 0.0015;                     // m: frames that show the brows at rest
+constexpr double kRowStep = 0.0006, kLowestRow = -0.010;  // m along the forehead from the model's brow
+constexpr double kHalfBrow = 0.007;                       // m of the strip that make a brow's picture
+constexpr double kSlideDown = -0.008, kSlideUp = 0.014;   // m searched
+constexpr double kNearRest = 0.0015;                      // m: frames that show the brows at rest
 constexpr std::size_t kMostReferences = 60, kFewestReferences = 5;
 constexpr double kLeastLikeness = 0.60, kLeastGain = 0.15;  // correlations
 constexpr double kLeastMove = 0.002;                        // m from the predictor's points

@@ -16,11 +16,11 @@ constexpr int kEyeColumns = 34, kEyeRows = 30;
 constexpr double kChartLift = 1.1;              // of the eyeball's radius: lids lie on it
 constexpr double kLow = -0.45, kHigh = 0.55;    // of the eye's width: rows of the grid
 constexpr double kLeft = -0.06, kRight = 1.06;  // along the corners' line
-constexpr double kLeastEyeFacing = 0.3;            // cosine; more slanted eyes are not looked at
+constexpr double kLeastEyeFacing = 0.3;         // cosine; more slanted eyes are not looked at
 constexpr double kFrontal = 0.85;               // cosine of the head's axis to the view: teaches the outline
-constexpr double kLeastEyeWidth = 5;               // px of an eye in the picture
-constexpr double kFirstColumn = 0.1, kLastColumn = 0.9;  // that are judged: corners look alike, open or not
-constexpr double kLowestJudged = -0.30, kHighest = 0.36;       // rows that are judged, without the brow
+constexpr double kLeastEyeWidth = 5;            // px of an eye in the picture
+constexpr double kFirstColumn = 0.1, kLastColumn = 0.9;   // that are judged: corners look alike, open or not
+constexpr double kLowestJudged = -0.30, kHighest = 0.36;  // rows that are judged, without the brow
 constexpr int kTones = 26;
 constexpr double kDarkestTone = -1.9, kBrightest = 0.7;  // log of level over the skin's
 constexpr int kOpenings = 40, kShifts = 3;
@@ -35,7 +35,8 @@ constexpr double kFarthest = 0.25;      // widths; corners' landmarks farther of
 constexpr double kFullBlinks = 0.02;    // quantile of the openings that counts as closed
 constexpr double kDeepEnough = 0.65;    // of the usual opening; clips without blinks do not come down so far
 constexpr double kUntoldClosed = 0.25;  // then, of the usual opening
-constexpr double kDoubtfulCorner = 0.10;   // widths that corners may be off before their eye's landmarks are doubted
+constexpr double kDoubtfulCorner =
+    0.10;                          // widths that corners may be off before their eye's landmarks are doubted
 constexpr double kLidDoubt = 2.5;  // times the sigma of landmarks on lids whose opening is known better
 constexpr double kEyesTogether = 0.2;             // the eyes' openings differ by so much, usually
 constexpr double kWide = 1.3, kWideSigma = 0.12;  // of the usual opening: hardly any eye is open wider
@@ -191,8 +192,9 @@ double column_along(int i) { return kLeft + (kRight - kLeft) * (i + 0.5) / kEyeC
 
 // What an eye looks like in its chart.
 struct EyePatch {
-  std::vector<float> tone;  // (kEyeRows, kEyeColumns) log of the level over the skin's around; NaN where not seen
-  double facing = 0;        // cosine
+  std::vector<float>
+      tone;           // (kEyeRows, kEyeColumns) log of the level over the skin's around; NaN where not seen
+  double facing = 0;  // cosine
   bool seen = false;
 };
 
@@ -246,7 +248,8 @@ EyePatch look_at(const EyeSite& site, const LidView& view) {
       if (cosine(at) < 0.5 * kLeastEyeFacing) continue;
       const Vec2d px = pixel(at);
       if (!inside_bilinear(*view.grey, px.x(), px.y())) continue;
-      patch.tone[j * kEyeColumns + i] = static_cast<float>(std::log(bilinear(*view.grey, px.x(), px.y()) + 5));
+      patch.tone[j * kEyeColumns + i] =
+          static_cast<float>(std::log(bilinear(*view.grey, px.x(), px.y()) + 5));
       ++found;
     }
   patch.seen = found > kEyeColumns * kEyeRows / 2 && relate_to_skin(site, patch.tone);
@@ -264,13 +267,16 @@ Cut cut_at(const EyeSite& site, double s, double opening, double shift) {
   return {upper + kLashesAbove, upper - kLashesBelow, std::min(lower, upper - kLashesBelow)};
 }
 
-bool judged(double s, double h) { return s > kFirstColumn && s < kLastColumn && h > kLowestJudged && h < kHighest; }
+bool judged(double s, double h) {
+  return s > kFirstColumn && s < kLastColumn && h > kLowestJudged && h < kHighest;
+}
 
 struct ToneModel {
   std::array<std::array<double, kTones>, kFamilies> count{}, cost{};
 
   static int bin(float tone) {
-    return std::clamp(static_cast<int>((tone - kDarkestTone) / (kBrightest - kDarkestTone) * kTones), 0, kTones - 1);
+    return std::clamp(static_cast<int>((tone - kDarkestTone) / (kBrightest - kDarkestTone) * kTones), 0,
+                      kTones - 1);
   }
   void learn(const EyeSite& site, const EyePatch& patch, double opening, double shift) {
     for (int i = 0; i < kEyeColumns; ++i) {
@@ -322,7 +328,8 @@ RawOpening explain(const EyeSite& site, const EyePatch& patch, const ToneModel& 
         sum[f][j + 1] = sum[f][j] + (counts ? tones.cost[f][ToneModel::bin(t)] / kTogether : 0);
     }
     const auto below = [&](Family f, double h) {
-      const double at = std::clamp((h - kLow) / (kHigh - kLow) * kEyeRows, 0.0, static_cast<double>(kEyeRows));
+      const double at =
+          std::clamp((h - kLow) / (kHigh - kLow) * kEyeRows, 0.0, static_cast<double>(kEyeRows));
       const int j = std::min(static_cast<int>(at), kEyeRows - 1);
       return sum[f][j] + (at - j) * (sum[f][j + 1] - sum[f][j]);
     };

@@ -11,11 +11,11 @@
 namespace likeness {
 namespace {
 
-constexpr double kKink = 1.5;         // spreads: where an error counts linearly
+constexpr double kKink = 1.5;             // spreads: where an error counts linearly
 constexpr double kLeastSkinFacing = 0.2;  // cosine; more slanted skin is not looked at
 constexpr float kDepthSlack = 0.003f;
 constexpr double kFeatureWeight = 1.3;  // lids and lips: few points decide
-constexpr double kLeastResidual = 5;      // encoded levels
+constexpr double kLeastResidual = 5;    // encoded levels
 
 double robust_cost(double r) { return r <= kKink ? 0.5 * r * r : kKink * (r - 0.5 * kKink); }
 

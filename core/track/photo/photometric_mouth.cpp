@@ -11,15 +11,15 @@ namespace likeness {
 namespace {
 
 constexpr double kJawStep = 0.035, kWidestJaw = 0.42;  // rad, of the states asked
-constexpr double kOwnJaw = 0.05;        // rad: a face whose lips part with less is closed from there
-constexpr int kLeastPixels = 150;       // in the picture that all states explain
-constexpr double kLeastSigma = 0.0008;  // m: the steps between the states, and errors of the surface
-constexpr double kDoubtfulLips = 0.002;       // m that landmarks may be off before they are doubted
-constexpr double kMostDoubt = 8;        // times their sigma
-constexpr double kWindow = 0.040;       // m, half side of the pixels asked
-constexpr double kPixelsTogether = 12;  // neighbouring pixels err together
-constexpr double kOutlierShare = 0.05;  // of skin pixels: anything may be there
-constexpr double kLeastTones = 400;     // pixels seen inside open mouths before their tones are believed
+constexpr double kOwnJaw = 0.05;         // rad: a face whose lips part with less is closed from there
+constexpr int kLeastPixels = 150;        // in the picture that all states explain
+constexpr double kLeastSigma = 0.0008;   // m: the steps between the states, and errors of the surface
+constexpr double kDoubtfulLips = 0.002;  // m that landmarks may be off before they are doubted
+constexpr double kMostDoubt = 8;         // times their sigma
+constexpr double kWindow = 0.040;        // m, half side of the pixels asked
+constexpr double kPixelsTogether = 12;   // neighbouring pixels err together
+constexpr double kOutlierShare = 0.05;   // of skin pixels: anything may be there
+constexpr double kLeastTones = 400;      // pixels seen inside open mouths before their tones are believed
 
 struct MouthView {
   const MouthSurface& surface;

@@ -8,9 +8,9 @@ namespace {
 
 constexpr int kPoints = 300, kFewPoints = 200;  // alive; below the second, new ones are taken
 constexpr int kLeastInliers = 12;
-constexpr double kLeastAgreeing = 0.5;                   // of the followed points must agree
+constexpr double kLeastAgreeing = 0.5;                // of the followed points must agree
 constexpr double kCornerQuality = 0.01;               // of the best corner
-constexpr double kLeastPointFacing = 0.35;                 // cosine
+constexpr double kLeastPointFacing = 0.35;            // cosine
 constexpr double kBackAndForth = 0.5, kAgrees = 2.5;  // px
 
 }  // namespace

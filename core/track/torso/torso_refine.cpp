@@ -144,7 +144,8 @@ Eigen::VectorXd modes_step(const std::vector<TorsoSystem>& systems, const std::v
   });
   for (int k = 0; k < kBlocks; ++k) {
     const Eigen::VectorXd at = Eigen::Map<const Eigen::VectorXf>(block(modes, k).data(), size).cast<double>();
-    add_smoothness(modes.grid, kRefineStiffness * used_share(systems), &at, k * size, &hessian, &gradient, nullptr);
+    add_smoothness(modes.grid, kRefineStiffness * used_share(systems), &at, k * size, &hessian, &gradient,
+                   nullptr);
   }
   const Eigen::LLT<Eigen::MatrixXd> root(damped(hessian, damping));
   if (root.info() != Eigen::Success) return {};
