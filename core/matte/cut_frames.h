@@ -1,0 +1,24 @@
+// The person cut out of every frame, and the room behind a moving camera learnt from such cuts.
+#pragma once
+
+#include <opencv2/core.hpp>
+#include <vector>
+
+#include "core/base/progress.h"
+#include "core/base/result.h"
+#include "core/matte/learn_background.h"
+
+namespace likeness::matting {
+
+// Cuts of all jobs, each on its own picture. Kept small: one byte a pixel at the cut's size.
+Result<std::vector<cv::Mat>> cut_all(const Stage& stage, const std::vector<Job>& jobs,
+                                     const Statistics& statistics, const Progress& progress);
+
+// The room behind the frames off the plate, learnt from rough cuts of the training frames among them.
+Result<RoomBehind> room_behind(const Stage& stage, const std::vector<Job>& jobs, const Statistics& statistics,
+                               const LearnRoom& learn_room, const Progress& progress);
+// The room again, from the cuts that the first one led to, and with it the plate's unseen part.
+Result<void> learn_room_again(Stage& stage, const std::vector<Job>& jobs, const std::vector<cv::Mat>& cuts,
+                              const LearnRoom& learn_room, Statistics& statistics, const Progress& progress);
+
+}  // namespace likeness::matting

@@ -1,0 +1,161 @@
+// Frames of the matte stage: see matte_frames.h.
+#include "core/matte/matte_frames.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cstring>
+#include <opencv2/imgproc.hpp>
+
+#include "core/image/files.h"
+
+namespace likeness::matting {
+
+cv::Mat view(const Image8& image) {
+  return cv::Mat(image.height, image.width, image.channels == 3 ? CV_8UC3 : CV_8U,
+                 const_cast<std::uint8_t*>(image.data.data()));
+}
+
+cv::Mat reduced(const cv::Mat& picture, int size) {
+  cv::Mat small;
+  cv::resize(picture, small, {size, size}, 0, 0, cv::INTER_AREA);
+  return small;
+}
+
+Intrinsics crop_of(const Stage& stage, const Camera& camera, int size) {
+  const SquareCrop& crop = stage.capture.crop;
+  return crop_intrinsics(camera.intrinsics, crop.x, crop.y, crop.side, size);
+}
+
+Result<cv::Mat> read_frame(const Stage& stage, int frame) {
+  const auto image = read_image(stage.folder / frame_name(frame));
+  if (!image) return image.error();
+  if (image->channels != 3 || image->width != image->height)
+    return Error{ErrorCode::bad_input,
+                 fmt::format("A frame of {} x {} px with {} channels; a square RGB picture is expected.",
+                             image->width, image->height, image->channels),
+                 "Run `likeness import` again.", (stage.folder / frame_name(frame)).string()};
+  cv::Mat picture = view(*image).clone();
+  return picture.cols == stage.size ? picture : reduced(picture, stage.size);
+}
+
+Result<cv::Mat> network_alpha(const Stage& stage, const cv::Mat& picture) {
+  if (!stage.network) return cv::Mat();
+  Image8 rgb(picture.cols, picture.rows, 3);
+  std::memcpy(rgb.data.data(), picture.data, rgb.data.size());
+  const auto alpha = stage.network->alpha(rgb);
+  if (!alpha) return alpha.error();
+  return view(*alpha).clone();
+}
+
+namespace {
+
+// The tracked frame nearest in number: heads do not leap where the track is lost. No held-out one for a frame
+// that teaches.
+const TrackedFrame* nearest_tracked(const Stage& stage, const CaptureFrame& frame) {
+  const auto may_know = [&](const TrackedFrame& candidate) {
+    if (candidate.status == FrameStatus::lost) return false;
+    if (frame.held_out) return true;
+    const auto own = std::ranges::find(stage.capture.frames, candidate.frame, &CaptureFrame::frame);
+    return own == stage.capture.frames.end() || !own->held_out;
+  };
+  const TrackedFrame* best = nullptr;
+  for (const auto& candidate : stage.track.frames)
+    if ((!best || std::abs(candidate.frame - frame.frame) < std::abs(best->frame - frame.frame)) &&
+        may_know(candidate))
+      best = &candidate;
+  return best;
+}
+
+}  // namespace
+
+std::vector<Job> list_jobs(const Stage& stage) {
+  std::vector<Job> jobs;
+  for (const auto& frame : stage.capture.frames) {
+    if (!frame.used && !frame.held_out) continue;
+    Job job{frame.frame, frame.used && !frame.held_out, frame.held_out, stage.cameras.is_static, nullptr,
+            nullptr};
+    job.camera = find_camera(stage.cameras, frame.frame);
+    job.tracked = find_tracked(stage.track, frame.frame);
+    if (!job.tracked || job.tracked->status == FrameStatus::lost) job.tracked = nearest_tracked(stage, frame);
+    if (job.camera && job.tracked) jobs.push_back(job);
+  }
+  return jobs;
+}
+
+void mark_rest(const Stage& stage, std::vector<Job>& jobs) {
+  if (stage.cameras.is_static) return;
+  const auto same = [](const Job& a, const Job& b) {
+    return a.camera->cam_from_world.matrix() == b.camera->cam_from_world.matrix();
+  };
+  std::size_t best_begin = 0, best_end = 0;
+  int length = 0;
+  for (std::size_t begin = 0; begin < jobs.size();) {
+    std::size_t end = begin + 1;
+    while (end < jobs.size() && same(jobs[begin], jobs[end])) ++end;
+    const int frames = jobs[end - 1].frame - jobs[begin].frame + 1;
+    if (frames > length) length = frames, best_begin = begin, best_end = end;
+    begin = end;
+  }
+  const auto trains = std::count_if(jobs.begin() + long(best_begin), jobs.begin() + long(best_end),
+                                    [](const Job& job) { return job.trains; });
+  if (length < std::max(8.0, stage.capture.frames_per_second) || trains < 5) return;
+  for (std::size_t i = best_begin; i < best_end; ++i) jobs[i].on_plate = true;
+}
+
+std::optional<PersonPlace> place_of(const Stage& stage, const Job& job, const Intrinsics& picture) {
+  return place_person(stage.person, *job.tracked, *job.camera, picture, stage.track.metres_per_unit);
+}
+
+StrokeCover strokes_on(const Stage& stage, const Job& job, int size) {
+  const auto own = stage.strokes.find(job.frame);
+  if (own == stage.strokes.end()) return {};
+  return cover_strokes(own->second, stage.capture.crop, size);
+}
+
+namespace {
+
+// What the track says of a frame. `hull` may be empty.
+PersonPrior tracked_prior(const Stage& stage, const Job& job, int size, const PersonHull& hull) {
+  const Intrinsics picture = crop_of(stage, *job.camera, size);
+  if (const auto place = place_of(stage, job, picture)) {
+    PersonPrior prior = person_prior(stage.person, *place, picture);
+    sharpen_prior(prior, hull, *place, picture);
+    return prior;
+  }
+  PersonPrior nothing;
+  nothing.certain = nothing.likely = nothing.below = cv::Mat(size, size, CV_8U, cv::Scalar(0));
+  nothing.possible = cv::Mat(size, size, CV_8U, cv::Scalar(255));
+  nothing.location = cv::Mat(size, size, CV_32F, cv::Scalar(0));
+  return nothing;
+}
+
+}  // namespace
+
+PersonPrior prior_of(const Stage& stage, const Job& job, int size, const PersonHull& hull) {
+  PersonPrior prior = tracked_prior(stage, job, size, hull);
+  constrain_prior(prior, strokes_on(stage, job, size));
+  return prior;
+}
+
+std::vector<const Job*> choose(const std::vector<Job>& jobs, bool on_plate, std::size_t count) {
+  std::vector<const Job*> all, chosen;
+  for (const auto& job : jobs)
+    if (job.trains && job.on_plate == on_plate) all.push_back(&job);
+  const std::size_t kept = std::min(count, all.size());
+  for (std::size_t i = 0; i < kept; ++i) chosen.push_back(all[i * all.size() / kept]);
+  return chosen;
+}
+
+Plate room_of(const Stage& stage, const Job& job, const cv::Mat& picture, const cv::Mat& possible) {
+  if (job.on_plate || !stage.room) return {};
+  const Image8 room = stage.room(job.frame);
+  if (room.empty()) return {};
+  cv::Mat seen = view(room), reach = possible;
+  if (seen.cols != picture.cols) seen = reduced(seen, picture.cols);
+  if (reach.cols != picture.cols)
+    cv::resize(reach, reach, {picture.cols, picture.rows}, 0, 0, cv::INTER_NEAREST);
+  return room_plate(picture, seen.clone(), reach == 0, reach);
+}
+
+}  // namespace likeness::matting

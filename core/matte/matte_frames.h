@@ -1,0 +1,67 @@
+// The matte stage's work and its frames: what there is of each, and what the track says of it. Internal to
+// the stage (matte.cpp), as are learn_background.h, cut_frames.h and write_mattes.h.
+#pragma once
+
+#include <filesystem>
+#include <opencv2/core.hpp>
+#include <optional>
+#include <stop_token>
+#include <vector>
+
+#include "core/camera/camera.h"
+#include "core/capture/capture.h"
+#include "core/matte/matte.h"
+#include "core/matte/matting_network.h"
+#include "core/matte/person_hull.h"
+#include "core/matte/person_prior.h"
+#include "core/matte/plate.h"
+#include "core/matte/stroke_constraints.h"
+#include "core/scene/track.h"
+
+namespace likeness::matting {
+
+struct Stage {
+  std::filesystem::path folder;
+  const Capture& capture;
+  const CameraSet& cameras;
+  const Track& track;
+  PersonModel person;
+  int size = 256, cut_size = 256;
+  const MattingNetwork* network = nullptr;  // or none
+  const FrameStrokes& strokes;
+  std::stop_token stop;
+  RoomBehind room;  // empty: not known
+};
+
+// One frame that gets a matte.
+struct Job {
+  int frame = 0;
+  bool trains = false, held_out = false, on_plate = false;
+  const TrackedFrame* tracked = nullptr;
+  const Camera* camera = nullptr;
+};
+
+// A picture's pixels, which it keeps.
+cv::Mat view(const Image8& image);
+cv::Mat reduced(const cv::Mat& picture, int size);
+Intrinsics crop_of(const Stage& stage, const Camera& camera, int size);
+Result<cv::Mat> read_frame(const Stage& stage, int frame);
+// What the network says of a picture, at its size; empty without one.
+Result<cv::Mat> network_alpha(const Stage& stage, const cv::Mat& picture);
+
+// The frames that get a matte: those with a camera and a tracked head.
+std::vector<Job> list_jobs(const Stage& stage);
+// Of a moving camera: the frames of the longest run that shares one pose bit for bit, if it lasts a second.
+void mark_rest(const Stage& stage, std::vector<Job>& jobs);
+// Evenly spread training frames, on the plate or off it.
+std::vector<const Job*> choose(const std::vector<Job>& jobs, bool on_plate, std::size_t count);
+
+std::optional<PersonPlace> place_of(const Stage& stage, const Job& job, const Intrinsics& picture);
+// What strokes cover of a frame's picture; empty where nobody painted.
+StrokeCover strokes_on(const Stage& stage, const Job& job, int size);
+// What the track and somebody's strokes say of a frame. `hull` may be empty.
+PersonPrior prior_of(const Stage& stage, const Job& job, int size, const PersonHull& hull);
+// The room behind a frame off the plate, as a plate; empty where it is not known.
+Plate room_of(const Stage& stage, const Job& job, const cv::Mat& picture, const cv::Mat& possible);
+
+}  // namespace likeness::matting

@@ -1,0 +1,140 @@
+// Files of the matte stage: see write_mattes.h.
+#include "core/matte/write_mattes.h"
+
+#include <fmt/format.h>
+
+#include <atomic>
+#include <cmath>
+#include <cstring>
+#include <mutex>
+#include <opencv2/imgproc.hpp>
+
+#include "core/base/files.h"
+#include "core/base/parallel.h"
+#include "core/image/files.h"
+#include "core/matte/regions.h"
+#include "core/matte/replace_folder.h"
+#include "core/matte/segment.h"
+
+namespace likeness::matting {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+// Majority of a frame and its two neighbours, where these are the next frames of the video. A training frame
+// asks no held-out neighbour: nothing of a held-out picture may reach training.
+cv::Mat steady(const std::vector<Job>& jobs, const std::vector<cv::Mat>& cuts, std::size_t i) {
+  const auto usable = [&](std::size_t other) {
+    return std::abs(jobs[other].frame - jobs[i].frame) <= 2 && (jobs[i].held_out || !jobs[other].held_out);
+  };
+  if (i == 0 || i + 1 >= jobs.size() || !usable(i - 1) || !usable(i + 1)) return cuts[i];
+  // Only flicker is taken out: a pixel changes only where both neighbours disagree with it over a small area.
+  const cv::Mat agreed = (cuts[i - 1] & cuts[i + 1]) | (cuts[i] & (cuts[i - 1] | cuts[i + 1]));
+  return agreed;
+}
+
+}  // namespace
+
+Result<void> write_masks(const Stage& stage, const std::vector<Job>& jobs, const std::vector<cv::Mat>& cuts,
+                         const Statistics& statistics, const fs::path& folder, const Progress& progress) {
+  std::mutex mutex;
+  std::optional<Error> fault;
+  std::atomic<std::size_t> done = 0;
+  parallel_for(jobs.size(), [&](std::size_t i) {
+    if (stage.stop.stop_requested()) return;
+    const auto picture = read_frame(stage, jobs[i].frame);
+    Result<void> written = picture ? Result<void>() : Result<void>(picture.error());
+    const auto network = picture ? network_alpha(stage, *picture) : Result<cv::Mat>(cv::Mat());
+    if (!network) written = network.error();
+    if (picture && network) {
+      cv::Mat person = steady(jobs, cuts, i).clone();
+      hold_cut(person, strokes_on(stage, jobs[i], person.cols));
+      if (person.cols != stage.size) {
+        cv::resize(person, person, {stage.size, stage.size}, 0, 0, cv::INTER_LINEAR);
+        person = person > 127;
+      }
+      const Plate room = room_of(stage, jobs[i], *picture, cv::Mat(person.size(), CV_8U, cv::Scalar(255)));
+      const Plate* plate = jobs[i].on_plate && statistics.has_plate ? &statistics.plate
+                           : room.colour.empty()                    ? nullptr
+                                                                    : &room;
+      const int radius = std::max(2, stage.size / 80);
+      const cv::Mat alpha = network->empty() ? soften(*picture, person, plate, radius)
+                                             : soften_by_network(*network, person, 2 * radius);
+      Image8 out(stage.size, stage.size, 1);
+      std::memcpy(out.data.data(), alpha.data, out.data.size());
+      apply_strokes(strokes_on(stage, jobs[i], stage.size), out);
+      written = write_image(folder / frame_name(jobs[i].frame).filename(), out);
+    }
+    const std::lock_guard lock(mutex);
+    if (!written && !fault) fault = written.error();
+    progress.report(double(++done) / double(jobs.size()), fmt::format("frame {}", jobs[i].frame));
+  });
+  if (stage.stop.stop_requested()) return cancelled_error();
+  if (fault) return *fault;
+  return {};
+}
+
+bool regions_complete(const Stage& stage) {
+  std::error_code ignored;
+  for (const auto& frame : stage.capture.frames)
+    if (frame.held_out && !fs::exists(stage.folder / "regions" / frame_name(frame.frame).filename(), ignored))
+      return false;
+  return true;
+}
+
+Result<void> write_regions(const Stage& stage, const std::vector<Job>& jobs, const fs::path& masks,
+                           const Progress& progress) {
+  const auto folder = fresh_folder(stage.folder / "regions.part");
+  if (!folder) return folder.error();
+  std::size_t done = 0;
+  for (const auto& job : jobs) {
+    if (stage.stop.stop_requested()) return cancelled_error();
+    if (!job.held_out) continue;
+    // Frozen once drawn: two tracks of one capture are scored on the same pixels.
+    const fs::path name = frame_name(job.frame).filename();
+    std::error_code fault;
+    if (fs::exists(stage.folder / "regions" / name, fault)) {
+      fs::copy_file(stage.folder / "regions" / name, *folder / name, fault);
+      if (fault) return file_error(*folder / name, "write", fault.value());
+      continue;
+    }
+    const auto alpha = read_image(masks / frame_name(job.frame).filename());
+    if (!alpha) return alpha.error();
+    const Intrinsics& source = job.camera->intrinsics;
+    const auto place =
+        place_person(stage.person, *job.tracked, *job.camera, source, stage.track.metres_per_unit);
+    if (!place) continue;
+    const Image8 regions = draw_regions(stage.capture, view(*alpha), stage.person, *place, source);
+    if (auto written = write_image(*folder / frame_name(job.frame).filename(), regions); !written)
+      return written;
+    progress.report(double(++done) / double(jobs.size()), fmt::format("regions of frame {}", job.frame));
+  }
+  return replace_folder(*folder, stage.folder / "regions");
+}
+
+Result<void> write_plate(const Stage& stage, const std::vector<Job>& jobs, const Statistics& statistics,
+                         MatteResult& result) {
+  std::error_code ignored;
+  const fs::path picture = stage.folder / "plate.png", info = stage.folder / "plate.json",
+                 seen = stage.folder / "plate_known.png";
+  if (!statistics.has_plate) {
+    fs::remove(info, ignored);
+    fs::remove(picture, ignored);
+    fs::remove(seen, ignored);
+    return {};
+  }
+  result.has_plate = true;
+  result.plate_coverage = statistics.plate.coverage();
+  for (const auto& job : jobs)
+    if (job.on_plate) result.plate_frames.push_back(job.frame);
+  Image8 out(stage.size, stage.size, 3);
+  std::memcpy(out.data.data(), statistics.plate.colour.data, out.data.size());
+  if (auto written = write_image(picture, out); !written) return written;
+  Image8 known(stage.size, stage.size, 1);
+  std::memcpy(known.data.data(), statistics.plate.known.data, known.data.size());
+  if (auto written = write_image(seen, known); !written) return written;
+  return write_plate_info(info, {result.plate_coverage, result.plate_frames});
+}
+
+}  // namespace likeness::matting
