@@ -36,11 +36,11 @@ nlohmann::json to_json(const Look& look) {
   if (!look.posed) return j;
   j["yaw_deg"] = look.yaw_deg;
   j["pitch_deg"] = look.pitch_deg;
-  j["open_mouth"] = look.deeds[std::size_t(Deed::open_mouth)];
-  j["smile"] = look.deeds[std::size_t(Deed::smile)];
-  j["pucker"] = look.deeds[std::size_t(Deed::pucker)];
-  j["raise_brows"] = look.deeds[std::size_t(Deed::raise_brows)];
-  j["shut_eyes"] = look.deeds[std::size_t(Deed::shut_eyes)];
+  j["open_mouth"] = look.expressions[std::size_t(KeyExpression::open_mouth)];
+  j["smile"] = look.expressions[std::size_t(KeyExpression::smile)];
+  j["pucker"] = look.expressions[std::size_t(KeyExpression::pucker)];
+  j["raise_brows"] = look.expressions[std::size_t(KeyExpression::raise_brows)];
+  j["shut_eyes"] = look.expressions[std::size_t(KeyExpression::shut_eyes)];
   return j;
 }
 

@@ -23,48 +23,48 @@ double WindowLoop::rest_s() const {
   return std::max(0.0, kBusyFrame_s - since.count());
 }
 
-void WindowLoop::carry_out(Wish wish) {
-  switch (wish) {
-    case Wish::none:
+void WindowLoop::carry_out(WindowRequest request) {
+  switch (request) {
+    case WindowRequest::none:
       return;
-    case Wish::quit:
+    case WindowRequest::quit:
       if (studio_.is_working()) {
         shell_.ask(Question::closing);
       } else {
         quit_ = true;
       }
       return;
-    case Wish::pick_clip:
+    case WindowRequest::pick_clip:
       shell_.browse(Wanted::clip, home_folder() / "Videos");
       return;
-    case Wish::pick_project:
+    case WindowRequest::pick_project:
       shell_.browse(Wanted::project, projects_folder());
       return;
-    case Wish::pick_performance:
+    case WindowRequest::pick_performance:
       shell_.browse(Wanted::performance, studio_.folder());
       return;
-    case Wish::pick_driver:
+    case WindowRequest::pick_driver:
       shell_.browse(Wanted::driver, home_folder() / "Videos");
       return;
-    case Wish::name_performance:
+    case WindowRequest::name_performance:
       shell_.browse(Wanted::new_performance, studio_.folder());
       return;
-    case Wish::pick_further_clip:
+    case WindowRequest::pick_further_clip:
       shell_.browse(Wanted::further_clip, home_folder() / "Videos");
       return;
-    case Wish::find_clip:
+    case WindowRequest::find_clip:
       shell_.browse(Wanted::moved_clip, home_folder());
       return;
-    case Wish::delete_person:
+    case WindowRequest::delete_person:
       shell_.ask(Question::delete_person);
       return;
-    case Wish::film_guide:
+    case WindowRequest::film_guide:
       shell_.ask(Question::film_guide);
       return;
-    case Wish::shortcuts:
+    case WindowRequest::shortcuts:
       shell_.ask(Question::shortcuts);
       return;
-    case Wish::licences:
+    case WindowRequest::licences:
       shell_.ask(Question::licences);
       return;
   }

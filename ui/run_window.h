@@ -27,7 +27,7 @@ class WindowLoop {
   void touched() { lively_frames_ = 3; }
 
  private:
-  void carry_out(Wish wish);
+  void carry_out(WindowRequest request);
 
   Window& window_;
   Studio& studio_;

@@ -39,7 +39,7 @@ struct StudioOptions {
 };
 
 // Told to the window after the requests were carried out.
-enum class Wish {
+enum class WindowRequest {
   none,
   quit,
   pick_clip,
@@ -64,7 +64,7 @@ class Studio {
   // Takes in what threads have finished. Call before each snapshot.
   void tick();
   Snapshot snapshot() const;
-  Wish apply(const Requests& requests);
+  WindowRequest apply(const Requests& requests);
 
   // Window size and place, to be remembered.
   void remember_window(int width, int height, bool maximised);
@@ -92,7 +92,7 @@ class Studio {
     Performance keys() const;  // of a long take a while
   };
 
-  Wish carry_out(Command command);
+  WindowRequest carry_out(Command command);
   void open(const std::filesystem::path& path);
   void open_clip(const std::filesystem::path& clip, Consent consent, ProjectOptions options);
   void load(const std::filesystem::path& folder);
@@ -135,7 +135,7 @@ class Studio {
   Result<void> check_attribute(const std::string& name) const;  // on the frame shown
   MasksView masks_view() const;
   // Of the Direct step (studio_direct.cpp).
-  Wish direct(Command command);
+  WindowRequest direct(Command command);
   void apply(const DirectRequests& requests);
   void open_performance(const std::filesystem::path& file);
   void save_performance_as(const std::filesystem::path& file);

@@ -62,7 +62,7 @@ void Studio::apply(const DirectRequests& requests) {
   if (directing_.performance() != before || directing_.playhead_s() != playhead) request_picture();
 }
 
-Wish Studio::direct(Command command) {
+WindowRequest Studio::direct(Command command) {
   const ValueEdit edit = directing_.value_edit();
   const auto rest = [&](const char* what, ChannelPart part) {
     edit_performance(what, [&](Performance& p) { set_to_rest(p, part, edit); });
@@ -105,9 +105,9 @@ Wish Studio::direct(Command command) {
       directing_.paste_pose();
       break;
     case Command::open_performance:
-      return Wish::pick_performance;
+      return WindowRequest::pick_performance;
     case Command::save_performance:
-      return Wish::name_performance;
+      return WindowRequest::name_performance;
     case Command::play:
       directing_.toggle_playing(Directing::Clock::now());
       break;
@@ -163,7 +163,7 @@ Wish Studio::direct(Command command) {
       edit_performance("camera dolly", [](Performance& p) { set_dolly(p, 1, kDollyTo); });
       break;
     case Command::drive_video:
-      return Wish::pick_driver;
+      return WindowRequest::pick_driver;
     case Command::drive_webcam:
       start_driving([] { return open_webcam({}, kToDrive); });
       break;
@@ -182,7 +182,7 @@ Wish Studio::direct(Command command) {
       break;
   }
   request_picture();
-  return Wish::none;
+  return WindowRequest::none;
 }
 
 void Studio::open_performance(const fs::path& file) {

@@ -26,7 +26,7 @@ void choose_budget(ProjectOptions& options, double budget_s) {
 
 }  // namespace
 
-Wish Studio::apply(const Requests& requests) {
+WindowRequest Studio::apply(const Requests& requests) {
   if (requests.dismiss_error) error_.reset(), damaged_.reset();
   if (requests.dismiss_message) message_.clear();
   if (requests.open) open(*requests.open);
@@ -124,15 +124,15 @@ Wish Studio::apply(const Requests& requests) {
     forecast_the_study();
   }
   if (requests.close_study) open_study(false);
-  Wish wish = Wish::none;
+  WindowRequest wanted = WindowRequest::none;
   for (const Command command : requests.commands) {
     if (!is_enabled(command, snapshot().situation)) continue;
-    if (const Wish w = carry_out(command); w != Wish::none) wish = w;
+    if (const WindowRequest w = carry_out(command); w != WindowRequest::none) wanted = w;
   }
-  return wish;
+  return wanted;
 }
 
-Wish Studio::carry_out(Command command) {
+WindowRequest Studio::carry_out(Command command) {
   const auto show = [&](int by) {
     study_open_ = false;
     shown_ = kSteps[std::size_t(std::clamp(int(shown_) + by, 0, int(kSteps.size()) - 1))];
@@ -143,7 +143,7 @@ Wish Studio::carry_out(Command command) {
   };
   switch (command) {
     case Command::open_clip:
-      return Wish::pick_clip;
+      return WindowRequest::pick_clip;
     case Command::record_clip:
       start_recorder();
       break;
@@ -160,21 +160,21 @@ Wish Studio::carry_out(Command command) {
       leave_recorder();
       break;
     case Command::open_project:
-      return Wish::pick_project;
+      return WindowRequest::pick_project;
     case Command::add_clip:
-      return Wish::pick_further_clip;
+      return WindowRequest::pick_further_clip;
     case Command::quit:
-      return Wish::quit;
+      return WindowRequest::quit;
     case Command::film_guide:
-      return Wish::film_guide;
+      return WindowRequest::film_guide;
     case Command::shortcuts:
-      return Wish::shortcuts;
+      return WindowRequest::shortcuts;
     case Command::licences:
-      return Wish::licences;
+      return WindowRequest::licences;
     case Command::find_clip:
-      return Wish::find_clip;
+      return WindowRequest::find_clip;
     case Command::delete_person:
-      return Wish::delete_person;
+      return WindowRequest::delete_person;
     case Command::try_demo:
       start_demo();
       break;
@@ -316,7 +316,7 @@ Wish Studio::carry_out(Command command) {
       save_diagnostics();
       break;
   }
-  return Wish::none;
+  return WindowRequest::none;
 }
 
 void Studio::save_diagnostics() {

@@ -184,17 +184,17 @@ void draw_angles(Page& page, int x, int top) {
                    "from the front", {14, kPale});
 }
 
-void draw_deeds(Page& page, int x, int top, int width) {
+void draw_key_expressions(Page& page, int x, int top, int width) {
   constexpr int kLabel = 190, kHeight = 22;
   int y = top + 6;
-  for (const DeedShown& deed : deeds_shown(page.clip)) {
-    const bool enough = deed.range >= deed.needed;
-    page.canvas.text(x, y + 3, deed.words, {15});
+  for (const KeyExpressionShown& expression : key_expressions_shown(page.clip)) {
+    const bool enough = expression.range >= expression.needed;
+    page.canvas.text(x, y + 3, expression.words, {15});
     const int left = x + kLabel, room = width - kLabel;
     page.canvas.fill({left, y, room, kHeight}, {244, 245, 247});
-    page.canvas.fill({left, y, int(room * std::clamp(deed.range, 0.0, 1.0)), kHeight},
+    page.canvas.fill({left, y, int(room * std::clamp(expression.range, 0.0, 1.0)), kHeight},
                      enough ? kGood : kFair);
-    const int mark = left + int(room * deed.needed);
+    const int mark = left + int(room * expression.needed);
     page.canvas.line(mark, y - 4, mark, y + kHeight + 3, kInk, 2);
     y += kHeight + 20;
   }
@@ -202,12 +202,12 @@ void draw_deeds(Page& page, int x, int top, int width) {
 }
 
 void draw_coverage(Page& page) {
-  const int columns = int(2 * kYawSpan / kCell) * 38, deeds_x = kMargin + columns + 60;
+  const int columns = int(2 * kYawSpan / kCell) * 38, expressions_x = kMargin + columns + 60;
   const int top = page.y;
   page.canvas.text(kMargin, top, "Angles seen (pictures, 10 degrees a field)", {21, kInk, true});
-  page.canvas.text(deeds_x, top, "Expressions shown", {21, kInk, true});
+  page.canvas.text(expressions_x, top, "Expressions shown", {21, kInk, true});
   draw_angles(page, kMargin, top + 38);
-  draw_deeds(page, deeds_x, top + 38, kWidth - kMargin - deeds_x);
+  draw_key_expressions(page, expressions_x, top + 38, kWidth - kMargin - expressions_x);
   page.y = top + 38 + int(2 * kPitchSpan / kCell) * 38 + 50;
 }
 
@@ -247,12 +247,15 @@ Sample most(const ClipMeasures& clip, std::string_view words, F value) {
 }
 
 std::vector<Sample> samples_of(const ClipMeasures& clip) {
-  const auto deed = [](Deed d) { return [d](const Look& l) { return l.deeds[std::size_t(d)]; }; };
+  const auto expression = [](KeyExpression d) {
+    return [d](const Look& l) { return l.expressions[std::size_t(d)]; };
+  };
   return {
       most(clip, "furthest to the right", [](const Look& l) { return -l.yaw_deg; }),
       most(clip, "most from the front", [](const Look& l) { return -std::hypot(l.yaw_deg, l.pitch_deg); }),
       most(clip, "furthest to the left", [](const Look& l) { return l.yaw_deg; }),
-      most(clip, "mouth most open", deed(Deed::open_mouth)), most(clip, "broadest smile", deed(Deed::smile))};
+      most(clip, "mouth most open", expression(KeyExpression::open_mouth)),
+      most(clip, "broadest smile", expression(KeyExpression::smile))};
 }
 
 void draw_samples(Page& page) {

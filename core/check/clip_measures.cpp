@@ -76,8 +76,8 @@ double cut_share(const FaceBox& face, int width, int height) {
   return 1 - inside / ((right - left) * (bottom - top));
 }
 
-// Poses and deeds of the looks by a fit of the built-in head to their landmarks, with the focal length that
-// the file tells, or a usual one.
+// Poses and expressions of the looks by a fit of the built-in head to their landmarks, with the focal length
+// that the file tells, or a usual one.
 class FaceFit {
  public:
   explicit FaceFit(const VideoInfo& info)
@@ -143,10 +143,10 @@ class FaceFit {
         if (const int a = action_index(basis, name); a >= 0) amount = std::max<double>(amount, amounts[a]);
       return amount;
     };
-    look.deeds = {most({"jawOpen"}), most({"mouthSmile_L", "mouthSmile_R"}),
-                  most({"mouthPucker", "mouthFunnel"}),
-                  most({"browInnerUp", "browInnerUp_L", "browInnerUp_R", "browOuterUp_L", "browOuterUp_R"}),
-                  most({"eyeBlink_L", "eyeBlink_R"})};
+    look.expressions = {
+        most({"jawOpen"}), most({"mouthSmile_L", "mouthSmile_R"}), most({"mouthPucker", "mouthFunnel"}),
+        most({"browInnerUp", "browInnerUp_L", "browInnerUp_R", "browOuterUp_L", "browOuterUp_R"}),
+        most({"eyeBlink_L", "eyeBlink_R"})};
   }
 
   const HeadModel model_;

@@ -17,9 +17,10 @@
 namespace likeness {
 
 // What an avatar has to have seen of a face to show it, each by one or two named actions.
-enum class Deed { open_mouth, smile, pucker, raise_brows, shut_eyes };
-inline constexpr std::array kDeeds{Deed::open_mouth, Deed::smile, Deed::pucker, Deed::raise_brows,
-                                   Deed::shut_eyes};
+enum class KeyExpression { open_mouth, smile, pucker, raise_brows, shut_eyes };
+inline constexpr std::array kKeyExpressions{KeyExpression::open_mouth, KeyExpression::smile,
+                                            KeyExpression::pucker, KeyExpression::raise_brows,
+                                            KeyExpression::shut_eyes};
 
 // One picture looked at.
 struct Look {
@@ -34,7 +35,7 @@ struct Look {
   double cut_share = 0;                     // of the head's surroundings, outside of the picture
   bool posed = false;                       // the landmarks agreed; what follows holds
   double yaw_deg = 0, pitch_deg = 0;  // of the head against the line of sight: to the subject's left, up
-  std::array<double, kDeeds.size()> deeds{};  // amounts, 0 none .. 1 full
+  std::array<double, kKeyExpressions.size()> expressions{};  // amounts, 0 none .. 1 full
 };
 
 struct CameraMeasures {

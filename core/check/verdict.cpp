@@ -29,15 +29,16 @@ constexpr double kLightRatio = 1.35;  // of the face's brightness, between calm 
 constexpr double kFewTracks = 25;     // background features: too few to solve a moving camera from
 constexpr double kGap_s = 1.0;        // a stretch goes on over
 
-struct DeedInfo {
+struct KeyExpressionInfo {
   std::string_view words;
   double range;  // of its amount, from which it was shown
 };
-constexpr std::array<DeedInfo, kDeeds.size()> kDeedInfo{{{"open the mouth wide", 0.18},
-                                                         {"smile", 0.25},
-                                                         {"purse the lips", 0.25},
-                                                         {"raise the brows", 0.25},
-                                                         {"blink", 0.3}}};
+constexpr std::array<KeyExpressionInfo, kKeyExpressions.size()> kKeyExpressionInfo{
+    {{"open the mouth wide", 0.18},
+     {"smile", 0.25},
+     {"purse the lips", 0.25},
+     {"raise the brows", 0.25},
+     {"blink", 0.3}}};
 
 using Test = std::function<bool(const Look&)>;
 
@@ -179,9 +180,9 @@ class Judge {
           fmt::format("The head is seen from {:.0f} degrees side to side and {:.0f} up and down.", turn, nod),
           "Turn the head slowly to both sides as far as to a half profile, then raise and lower it; or "
           "walk round the resting head.");
-    const auto shown = deeds_shown(clip_);
+    const auto shown = key_expressions_shown(clip_);
     std::string missing;
-    for (std::size_t d = 0; d < kDeeds.size(); ++d)
+    for (std::size_t d = 0; d < kKeyExpressions.size(); ++d)
       if (shown[d].range < shown[d].needed)
         missing += (missing.empty() ? "" : ", ") + std::string(shown[d].words);
     if (!missing.empty())
@@ -265,12 +266,12 @@ std::string_view verdict_words(Verdict verdict) {
   return kWords[static_cast<std::size_t>(verdict)];
 }
 
-std::array<DeedShown, kDeeds.size()> deeds_shown(const ClipMeasures& measures) {
-  std::array<DeedShown, kDeeds.size()> shown;
-  for (std::size_t d = 0; d < kDeeds.size(); ++d) {
-    shown[d] = {kDeedInfo[d].words, 0, kDeedInfo[d].range};
+std::array<KeyExpressionShown, kKeyExpressions.size()> key_expressions_shown(const ClipMeasures& measures) {
+  std::array<KeyExpressionShown, kKeyExpressions.size()> shown;
+  for (std::size_t d = 0; d < kKeyExpressions.size(); ++d) {
+    shown[d] = {kKeyExpressionInfo[d].words, 0, kKeyExpressionInfo[d].range};
     const std::vector<double> amounts =
-        values_of(measures.looks, is_posed, [&](const Look& look) { return look.deeds[d]; });
+        values_of(measures.looks, is_posed, [&](const Look& look) { return look.expressions[d]; });
     if (amounts.size() < 2) continue;
     // In two looks at least: one may be a mistake of the fit, and a blink is hardly ever in more.
     const double most = quantile(amounts, 1 - 1.0 / static_cast<double>(amounts.size() - 1));

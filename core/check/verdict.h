@@ -48,11 +48,11 @@ struct CaptureVerdict {
 };
 
 // One of the expressions an avatar needs, as far as the clip shows it.
-struct DeedShown {
+struct KeyExpressionShown {
   std::string_view words;        // "smile"
   double range = 0, needed = 0;  // how much its amount varies, 0..1; from where on it counts as shown
 };
-std::array<DeedShown, kDeeds.size()> deeds_shown(const ClipMeasures& measures);
+std::array<KeyExpressionShown, kKeyExpressions.size()> key_expressions_shown(const ClipMeasures& measures);
 
 // Whether this one picture shows the fault; of faults of the whole clip every picture does.
 bool shows_fault(const Look& look, Fault fault);

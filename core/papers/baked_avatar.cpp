@@ -91,7 +91,7 @@ struct Gathering {
   std::array<const SparseVoxels*, 2> voxels;  // density and colour; the torso's may be absent
   MarchVolumes volumes;
 
-  void bring_home(SampleBatch& batch) const {
+  void to_canonical(SampleBatch& batch) const {
     warp_samples(source.warps, avatar.head.cube, batch.fields[0]);
     straighten_samples(source.necks, batch.fields[0]);
     if (avatar.torso) warp_samples(source.torsos, avatar.torso->cube, batch.fields[1]);
@@ -103,7 +103,7 @@ void place_rays(const Gathering& g, const RayBatch& rays, int samples, SampleBat
   RayStrata strata;
   stratify_rays(rays.requests, g.volumes, kStrata, batch, strata);
   const std::vector<std::uint32_t> begin = batch.begin;
-  g.bring_home(batch);
+  g.to_canonical(batch);
   std::array<std::vector<float>, 2> sigma;
   for (std::size_t f = 0; f < 2; ++f)
     if (batch.fields[f].count() > 0) look_up_densities(*g.voxels[f], batch.fields[f], sigma[f]);
@@ -125,7 +125,7 @@ void place_rays(const Gathering& g, const RayBatch& rays, int samples, SampleBat
   }
   batch.placed = std::move(placed);
   collect_samples(rays.requests, g.volumes, most, counts, batch);
-  g.bring_home(batch);
+  g.to_canonical(batch);
 }
 
 void gather(const Gathering& g, const RayBatch& rays, int samples, BakedRays& out) {

@@ -257,7 +257,7 @@ Result<void> check_annotation(const Project& project, std::string_view name,
 }
 
 std::string course_words(const AttributeCourse& course) {
-  std::string words = fmt::format("{}: {} painted frames, foretold by each other to {:.2f}", course.name,
+  std::string words = fmt::format("{}: {} painted frames, predicted by each other to {:.2f}", course.name,
                                   course.painted_frames, course.left_out_error);
   if (course.skipped_frames > 0) words += fmt::format("; {} others do not train", course.skipped_frames);
   if (course.unlike_any > 0)

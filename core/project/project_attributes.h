@@ -52,7 +52,7 @@ struct AttributeCourse {
   std::vector<float> values, doubts;  // as FrameAmount (core/train/attribute_values.h)
   std::vector<std::uint8_t> annotated;
   int painted_frames = 0, skipped_frames = 0;  // annotations used; of frames that do not train any more
-  double left_out_error = 0;                   // rms of the annotated values, each foretold by the others
+  double left_out_error = 0;                   // rms of the annotated values, each predicted by the others
   int unlike_any = 0;                          // frames that look like none of the annotated ones
 };
 // In words, one line.

@@ -176,7 +176,7 @@ RayRequest request_of(const Scene& scene, const Vec3f& direction) {
 }
 
 // Samples to where their fields know them.
-void bring_home(const Scene& scene, SampleBatch& batch) {
+void to_canonical(const Scene& scene, SampleBatch& batch) {
   warp_samples(scene.warp, scene.avatar.head.cube, batch.fields[0]);
   straighten_samples(scene.neck, batch.fields[0]);
   weigh_attributes(scene.attributes, scene.avatar.head.cube, batch.fields[0]);
@@ -245,7 +245,7 @@ std::size_t place_by_blocks(const Scene& scene, const Band& pixels, BandScratch&
   for (std::size_t k = 0; k < pixels.blocks.size(); ++k)
     band.block_requests[k] = request_of(scene, pixels.blocks[k]);
   stratify_rays(band.block_requests, scene.volumes, scene.options.strata, band.block_batch, band.strata);
-  bring_home(scene, band.block_batch);
+  to_canonical(scene, band.block_batch);
   const std::size_t looked_up = weigh_strata(scene, band);
 
   const auto most = std::size_t(scene.options.max_samples);
@@ -282,7 +282,7 @@ BandCount render_band(const Scene& scene, const Band& pixels, BandScratch& band,
   else
     sample_rays(band.requests, scene.volumes, band.batch);
   const SampleBatch& batch = band.batch;
-  bring_home(scene, band.batch);
+  to_canonical(scene, band.batch);
   band.rays.assign(count, {});
   sum.samples += march(scene, band);
   for (std::size_t i = 0; i < count; ++i) {

@@ -196,7 +196,7 @@ struct Process {
   }
 
   // Mean and the share of the prior's deviation that is left.
-  FrameAmount foretell(const Vector& at) const {
+  FrameAmount predict(const Vector& at) const {
     Vector k(known.rows());
     for (Eigen::Index i = 0; i < k.size(); ++i) k[i] = kernel.at(known.row(i), at);
     const double prior = kernel.at(at, at), left = std::max(0.0, prior - k.dot(factor.solve(k)));
@@ -343,7 +343,7 @@ AmountFit regress_amounts(std::span<const LookedFrame> frames) {
   const std::vector<float> novelty = novelty_of(plain, annotated);
   for (std::size_t i = 0; i < frames.size(); ++i) {
     if (frames[i].look.share < kFewest) continue;
-    fit.frames[i] = best->foretell(chosen.row(Eigen::Index(i)));
+    fit.frames[i] = best->predict(chosen.row(Eigen::Index(i)));
     fit.frames[i].doubt = std::max(fit.frames[i].doubt, novelty[i]);
   }
   const auto as_said = [&] {

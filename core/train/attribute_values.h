@@ -5,7 +5,7 @@
 // the skin around it, so that neither exposure nor the colour of the light counts. What the head's turn and
 // the face's expression linearly explain over the training frames may be taken out; principal components of
 // the training frames' looks are left. Which kernel is used, and whether that is taken out, is whatever tells
-// the annotated frames best from each other, each foretold by the others (leave-one-out, Rasmussen and
+// the annotated frames best from each other, each predicted by the others (leave-one-out, Rasmussen and
 // Williams 2006, section 5.4.2). A frame's amount is then smoothed in time by how sure it is.
 //
 // CoNeRF learns the amounts of all frames together with its field, from the pictures' loss; here they are
@@ -62,7 +62,7 @@ inline constexpr float kUnlikeAny = 0.6f;
 
 struct AmountFit {
   std::vector<FrameAmount> frames;
-  double left_out_error = 0;  // rms of the annotated values, each foretold by the others
+  double left_out_error = 0;  // rms of the annotated values, each predicted by the others
   bool without_aside = false;
   int unlike_any = 0;  // frames with a doubt above kUnlikeAny
 };

@@ -83,10 +83,10 @@ std::vector<Webcam> list_webcams() {
   return webcams;
 }
 
-Result<std::unique_ptr<FrameSource>> open_webcam(const std::string& device, const WebcamWish& wish) {
+Result<std::unique_ptr<FrameSource>> open_webcam(const std::string& device, const WebcamOptions& wanted) {
   if (device.empty()) {
     const std::vector<Webcam> webcams = list_webcams();
-    if (!webcams.empty()) return open_webcam(webcams.front().device, wish);
+    if (!webcams.empty()) return open_webcam(webcams.front().device, wanted);
     return Error{ErrorCode::not_found, "No webcam was found.",
                  "Plug one in; or use a video, of a phone for instance.", "webcam"};
   }
@@ -99,14 +99,14 @@ Result<std::unique_ptr<FrameSource>> open_webcam(const std::string& device, cons
     if (!capture.isOpened())
       return Error{ErrorCode::failed, fmt::format("The webcam {} cannot be opened.", device),
                    "Close other programs that use it; you may have to be in the group `video`.", device};
-    if (wish.newest) {
+    if (wanted.newest) {
       capture.set(cv::CAP_PROP_BUFFERSIZE, 1);
     } else {  // large pictures come fast enough only compressed
       capture.set(cv::CAP_PROP_FOURCC, cv::VideoWriter::fourcc('M', 'J', 'P', 'G'));
     }
-    capture.set(cv::CAP_PROP_FRAME_WIDTH, wish.width);
-    capture.set(cv::CAP_PROP_FRAME_HEIGHT, wish.height);
-    if (!wish.newest) capture.set(cv::CAP_PROP_FPS, 30);
+    capture.set(cv::CAP_PROP_FRAME_WIDTH, wanted.width);
+    capture.set(cv::CAP_PROP_FRAME_HEIGHT, wanted.height);
+    if (!wanted.newest) capture.set(cv::CAP_PROP_FPS, 30);
     return std::unique_ptr<FrameSource>(std::make_unique<WebcamSource>(std::move(capture), device));
   } catch (const std::exception& fault) {
     return Error{ErrorCode::failed, fmt::format("The webcam {} failed: {}.", device, fault.what()),

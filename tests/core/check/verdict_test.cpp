@@ -24,8 +24,8 @@ ClipMeasures good_clip() {
     look.sharpness = 400, look.level = 120, look.posed = true;
     const double wave = std::sin(2 * std::numbers::pi * i / 75.0);
     look.yaw_deg = 40 * wave, look.pitch_deg = 12 * std::cos(2 * std::numbers::pi * i / 75.0);
-    for (std::size_t d = 0; d < kDeeds.size(); ++d)
-      look.deeds[d] = 0.5 + 0.5 * std::sin(0.9 * i + static_cast<double>(d));
+    for (std::size_t d = 0; d < kKeyExpressions.size(); ++d)
+      look.expressions[d] = 0.5 + 0.5 * std::sin(0.9 * i + static_cast<double>(d));
     clip.looks.push_back(look);
   }
   return clip;
@@ -83,7 +83,7 @@ TEST(Verdict, EachFaultAloneIsNamedAlone) {
   EXPECT_THAT(each([](Look& l) { l.face->width = 60; }), ElementsAre(Fault::small_face));
   EXPECT_THAT(each([](Look& l) { l.cut_share = 0.3; }), ElementsAre(Fault::head_cut));
   EXPECT_THAT(each([](Look& l) { l.yaw_deg = l.pitch_deg = 3; }), ElementsAre(Fault::few_angles));
-  EXPECT_THAT(each([](Look& l) { l.deeds.fill(0.1); }), ElementsAre(Fault::few_expressions));
+  EXPECT_THAT(each([](Look& l) { l.expressions.fill(0.1); }), ElementsAre(Fault::few_expressions));
   EXPECT_THAT(each([](Look& l) { l.second_face = true; }), ElementsAre(Fault::second_person));
   EXPECT_THAT(each([](Look& l) {
                 if (l.time_s > 30) l.level = 40;
@@ -129,7 +129,8 @@ TEST(Verdict, WithoutAFaceNothingElseOfItIsSaid) {
 
 TEST(Verdict, OfAFaceThatCannotBeReadNoExpressionIsMissed) {
   const CaptureVerdict verdict = spoilt([](ClipMeasures& clip) {
-    for (Look& look : clip.looks) look.posed = false, look.yaw_deg = look.pitch_deg = 0, look.deeds = {};
+    for (Look& look : clip.looks)
+      look.posed = false, look.yaw_deg = look.pitch_deg = 0, look.expressions = {};
   });
   ASSERT_THAT(faults(verdict), ElementsAre(Fault::few_angles));
   EXPECT_THAT(verdict.remarks[0].what, testing::HasSubstr("could not be made out"));
