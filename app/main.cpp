@@ -1,6 +1,8 @@
 // likeness: the command line. Exit codes: 0 done, 1 failed (reason and remedy on stderr), 2 usage, 130
 // stopped.
 #include <exception>
+#include <iostream>
+#include <sstream>
 
 #include <fmt/format.h>
 #include <CLI/CLI.hpp>
@@ -32,6 +34,25 @@ likeness::app::ManualText manual_text() {
                    {"likeness render me.likeness --camera orbit --out orbit.mp4", "Film it from all sides."},
                    {"likeness doctor", "What is installed, what is missing, what to do."}},
       .see_also = {"likeness-studio(1)"}};
+}
+
+// --parse-only by itself: command lines from standard input, their words parted by tabs. Prints those that
+// are not understood, and why.
+int judge_command_lines(CLI::App& program) {
+  int exit_code = likeness::app::kExitDone;
+  for (std::string line; std::getline(std::cin, line);) {
+    std::istringstream cells("--parse-only\t" + line);
+    std::vector<std::string> words;  // last first, as the parser takes them
+    for (std::string word; std::getline(cells, word, '\t');) words.insert(words.begin(), word);
+    try {
+      program.parse(std::move(words));
+    } catch (const CLI::ParseError& error) {
+      if (error.get_exit_code() == 0) continue;
+      fmt::print("{}\n{}\n", line, error.what());
+      exit_code = likeness::app::kExitUsage;
+    }
+  }
+  return exit_code;
 }
 
 }  // namespace
@@ -66,6 +87,7 @@ int main(int argc, char** argv) {
   add_record_command(program, exit_code);
   add_demo_command(program, exit_code);
   add_doctor_command(program, exit_code);
+  if (argc == 2 && std::string_view(argv[1]) == "--parse-only") return judge_command_lines(program);
   stop_on_signals();  // from here on Ctrl-C ends work between two steps, with a message
   try {
     program.parse(argc, argv);

@@ -77,6 +77,14 @@ TEST_F(CommandLine, ParseOnlyJudgesACommandAndDoesNothing) {
   EXPECT_EQ(likeness({"--parse-only", "build", "clip.mp4"}).exit_code, 2);  // no --project
   EXPECT_EQ(likeness({"--parse-only", "bulid"}).exit_code, 2);
   EXPECT_EQ(likeness({"--help"}).out.find("--parse-only"), std::string::npos);
+  // Many at once, from standard input.
+  std::ofstream(folder_ / "lines") << "demo\t" << demo.string() << "\nbulid\neval\tin two words\n";
+  const ProgramResult many =
+      run_program({"sh", "-c", likeness_path() + " --parse-only < " + (folder_ / "lines").string()});
+  EXPECT_EQ(many.exit_code, 2);
+  EXPECT_EQ(many.out.find("bulid\n"), 0u) << many.out;
+  EXPECT_EQ(many.out.find("in two words"), std::string::npos) << many.out;
+  EXPECT_FALSE(fs::exists(demo));
 }
 
 TEST_F(CommandLine, HelpAndVersionExitWithZero) {
