@@ -1,4 +1,5 @@
-// By version where a thing is done in another way, by what is there where only its name changed: see imgui_versions.h.
+// By version where a thing is done in another way, by what is there where only its name changed: see
+// imgui_versions.h.
 #include "ui/imgui_versions.h"
 
 #define GLFW_INCLUDE_NONE
@@ -6,6 +7,7 @@
 #include <imgui_internal.h>
 
 #include <cstdint>
+#include <utility>
 
 namespace likeness::ui {
 
@@ -42,51 +44,59 @@ ImGuiID focus_scope() { return ImGui::GetCurrentWindow()->DC.NavFocusScopeIdCurr
 
 namespace {
 
-// ImGui's key in that place of the keyboard; ImGuiKey_None: it has none.
+// ImGui's keys by GLFW's numbers; ImGuiKey_None: it has none.
+std::array<ImGuiKey, kKeys> matching_keys() {
+  std::array<ImGuiKey, kKeys> keys;
+  keys.fill(ImGuiKey_None);
+  const auto row = [&](int first, int last, ImGuiKey to) {
+    for (int key = first; key <= last; ++key) keys[std::size_t(key)] = ImGuiKey(int(to) + key - first);
+  };
+  row(GLFW_KEY_A, GLFW_KEY_Z, ImGuiKey_A);
+  row(GLFW_KEY_0, GLFW_KEY_9, ImGuiKey_0);
+  row(GLFW_KEY_F1, GLFW_KEY_F12, ImGuiKey_F1);
+  row(GLFW_KEY_KP_0, GLFW_KEY_KP_9, ImGuiKey_Keypad0);
+  constexpr std::pair<int, ImGuiKey> kSingle[] = {{GLFW_KEY_LEFT, ImGuiKey_LeftArrow},
+                                                  {GLFW_KEY_RIGHT, ImGuiKey_RightArrow},
+                                                  {GLFW_KEY_UP, ImGuiKey_UpArrow},
+                                                  {GLFW_KEY_DOWN, ImGuiKey_DownArrow},
+                                                  {GLFW_KEY_PAGE_UP, ImGuiKey_PageUp},
+                                                  {GLFW_KEY_PAGE_DOWN, ImGuiKey_PageDown},
+                                                  {GLFW_KEY_HOME, ImGuiKey_Home},
+                                                  {GLFW_KEY_END, ImGuiKey_End},
+                                                  {GLFW_KEY_INSERT, ImGuiKey_Insert},
+                                                  {GLFW_KEY_DELETE, ImGuiKey_Delete},
+                                                  {GLFW_KEY_BACKSPACE, ImGuiKey_Backspace},
+                                                  {GLFW_KEY_SPACE, ImGuiKey_Space},
+                                                  {GLFW_KEY_ENTER, ImGuiKey_Enter},
+                                                  {GLFW_KEY_ESCAPE, ImGuiKey_Escape},
+                                                  {GLFW_KEY_APOSTROPHE, ImGuiKey_Apostrophe},
+                                                  {GLFW_KEY_COMMA, ImGuiKey_Comma},
+                                                  {GLFW_KEY_MINUS, ImGuiKey_Minus},
+                                                  {GLFW_KEY_PERIOD, ImGuiKey_Period},
+                                                  {GLFW_KEY_SLASH, ImGuiKey_Slash},
+                                                  {GLFW_KEY_SEMICOLON, ImGuiKey_Semicolon},
+                                                  {GLFW_KEY_EQUAL, ImGuiKey_Equal},
+                                                  {GLFW_KEY_LEFT_BRACKET, ImGuiKey_LeftBracket},
+                                                  {GLFW_KEY_BACKSLASH, ImGuiKey_Backslash},
+                                                  {GLFW_KEY_RIGHT_BRACKET, ImGuiKey_RightBracket},
+                                                  {GLFW_KEY_GRAVE_ACCENT, ImGuiKey_GraveAccent},
+                                                  {GLFW_KEY_KP_ADD, ImGuiKey_KeypadAdd},
+                                                  {GLFW_KEY_KP_SUBTRACT, ImGuiKey_KeypadSubtract},
+                                                  {GLFW_KEY_KP_MULTIPLY, ImGuiKey_KeypadMultiply},
+                                                  {GLFW_KEY_KP_DIVIDE, ImGuiKey_KeypadDivide},
+                                                  {GLFW_KEY_KP_DECIMAL, ImGuiKey_KeypadDecimal},
+                                                  {GLFW_KEY_KP_ENTER, ImGuiKey_KeypadEnter},
+                                                  {GLFW_KEY_LEFT_ALT, ImGuiKey_LeftAlt},
+                                                  {GLFW_KEY_RIGHT_ALT, ImGuiKey_RightAlt}};
+  for (const auto& [key, to] : kSingle) keys[std::size_t(key)] = to;
+  // One that ImGui does nothing with: with Tab itself it would go to the next field that is typed in.
+  keys[GLFW_KEY_TAB] = ImGuiKey_ScrollLock;
+  return keys;
+}
+
 ImGuiKey imgui_key(int key) {
-  const auto after = [&](ImGuiKey first, int from) { return ImGuiKey(int(first) + key - from); };
-  if (key >= GLFW_KEY_A && key <= GLFW_KEY_Z) return after(ImGuiKey_A, GLFW_KEY_A);
-  if (key >= GLFW_KEY_0 && key <= GLFW_KEY_9) return after(ImGuiKey_0, GLFW_KEY_0);
-  if (key >= GLFW_KEY_F1 && key <= GLFW_KEY_F12) return after(ImGuiKey_F1, GLFW_KEY_F1);
-  if (key >= GLFW_KEY_KP_0 && key <= GLFW_KEY_KP_9) return after(ImGuiKey_Keypad0, GLFW_KEY_KP_0);
-  switch (key) {
-    // One that ImGui does nothing with: with Tab itself it would go to the next field that is typed in.
-    case GLFW_KEY_TAB: return ImGuiKey_ScrollLock;
-    case GLFW_KEY_LEFT: return ImGuiKey_LeftArrow;
-    case GLFW_KEY_RIGHT: return ImGuiKey_RightArrow;
-    case GLFW_KEY_UP: return ImGuiKey_UpArrow;
-    case GLFW_KEY_DOWN: return ImGuiKey_DownArrow;
-    case GLFW_KEY_PAGE_UP: return ImGuiKey_PageUp;
-    case GLFW_KEY_PAGE_DOWN: return ImGuiKey_PageDown;
-    case GLFW_KEY_HOME: return ImGuiKey_Home;
-    case GLFW_KEY_END: return ImGuiKey_End;
-    case GLFW_KEY_INSERT: return ImGuiKey_Insert;
-    case GLFW_KEY_DELETE: return ImGuiKey_Delete;
-    case GLFW_KEY_BACKSPACE: return ImGuiKey_Backspace;
-    case GLFW_KEY_SPACE: return ImGuiKey_Space;
-    case GLFW_KEY_ENTER: return ImGuiKey_Enter;
-    case GLFW_KEY_ESCAPE: return ImGuiKey_Escape;
-    case GLFW_KEY_APOSTROPHE: return ImGuiKey_Apostrophe;
-    case GLFW_KEY_COMMA: return ImGuiKey_Comma;
-    case GLFW_KEY_MINUS: return ImGuiKey_Minus;
-    case GLFW_KEY_PERIOD: return ImGuiKey_Period;
-    case GLFW_KEY_SLASH: return ImGuiKey_Slash;
-    case GLFW_KEY_SEMICOLON: return ImGuiKey_Semicolon;
-    case GLFW_KEY_EQUAL: return ImGuiKey_Equal;
-    case GLFW_KEY_LEFT_BRACKET: return ImGuiKey_LeftBracket;
-    case GLFW_KEY_BACKSLASH: return ImGuiKey_Backslash;
-    case GLFW_KEY_RIGHT_BRACKET: return ImGuiKey_RightBracket;
-    case GLFW_KEY_GRAVE_ACCENT: return ImGuiKey_GraveAccent;
-    case GLFW_KEY_KP_ADD: return ImGuiKey_KeypadAdd;
-    case GLFW_KEY_KP_SUBTRACT: return ImGuiKey_KeypadSubtract;
-    case GLFW_KEY_KP_MULTIPLY: return ImGuiKey_KeypadMultiply;
-    case GLFW_KEY_KP_DIVIDE: return ImGuiKey_KeypadDivide;
-    case GLFW_KEY_KP_DECIMAL: return ImGuiKey_KeypadDecimal;
-    case GLFW_KEY_KP_ENTER: return ImGuiKey_KeypadEnter;
-    case GLFW_KEY_LEFT_ALT: return ImGuiKey_LeftAlt;
-    case GLFW_KEY_RIGHT_ALT: return ImGuiKey_RightAlt;
-    default: return ImGuiKey_None;
-  }
+  static const std::array<ImGuiKey, kKeys> keys = matching_keys();
+  return key >= 0 && key < kKeys ? keys[std::size_t(key)] : ImGuiKey_None;
 }
 
 }  // namespace

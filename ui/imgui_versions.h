@@ -1,6 +1,6 @@
-// What the versions of Dear ImGui do differently, in one place: 1.86 of Debian 12, which keeps keys under GLFW's
-// numbers, and those from 1.89 on, which have keys of their own and a queue of events (Debian 13). On this side keys
-// are always GLFW's.
+// What the versions of Dear ImGui do differently, in one place: 1.86 of Debian 12, which keeps keys under
+// GLFW's numbers, and those from 1.89 on, which have keys of their own and a queue of events (Debian 13). On
+// this side keys are always GLFW's.
 #pragma once
 
 #include <imgui.h>
@@ -22,7 +22,8 @@ struct Mouse {
   std::array<bool, 3> down{};  // left, right, middle
   float wheel = 0;
 };
-// Tab is not ImGui's: walk_by_keyboard() goes where it leads. Where the keyboard shows its place, Enter presses.
+// Tab is not ImGui's: walk_by_keyboard() goes where it leads. Where the keyboard shows its place, Enter
+// presses.
 void give_keys(const Keys& keys);
 // All of it holds in the frame that follows, where ImGui would spread it over several.
 void give_mouse(const Mouse& mouse, const std::string& typed);

@@ -1,5 +1,6 @@
-// Claims about the bundle that packaging/bundle makes of this build: it names nothing by an absolute path, holds all
-// that it does not leave to the system, asks for no newer C library than it says, and brings every licence.
+// Claims about the bundle that packaging/bundle makes of this build: it names nothing by an absolute path,
+// holds all that it does not leave to the system, asks for no newer C library than it says, and brings every
+// licence.
 #include <gmock/gmock.h>
 #include <gnu/libc-version.h>
 #include <gtest/gtest.h>
@@ -80,7 +81,8 @@ class Bundle : public testing::Test {
     return said.substr(0, said.find('\n'));
   }
   static bool of_the_c_library(const std::string& library) {
-    static const std::regex names(R"((ld-linux.*|lib(c|m|mvec|pthread|dl|rt|resolv|util|anl)\.so\..*|libnsl\.so\.1))");
+    static const std::regex names(
+        R"((ld-linux.*|lib(c|m|mvec|pthread|dl|rt|resolv|util|anl)\.so\..*|libnsl\.so\.1))");
     return std::regex_match(library, names);
   }
 
@@ -92,7 +94,8 @@ TEST_F(Bundle, NothingIsFoundByAnAbsolutePath) {
   for (const fs::path& binary : binaries_) {
     const std::string dynamic = run_program({"readelf", "-dW", binary.string()}).out;
     for (const std::string& path : found_in(dynamic, R"(\((?:RPATH|RUNPATH)\)[^\[]*\[([^\]]*)\])"))
-      EXPECT_TRUE(path.starts_with("$ORIGIN") && path.find(':') == std::string::npos) << binary << ": " << path;
+      EXPECT_TRUE(path.starts_with("$ORIGIN") && path.find(':') == std::string::npos)
+          << binary << ": " << path;
     for (const std::string& needed : found_in(dynamic, R"(\(NEEDED\)[^\[]*\[([^\]]*)\])"))
       EXPECT_EQ(needed.find('/'), std::string::npos) << binary;
   }
@@ -111,7 +114,8 @@ TEST_F(Bundle, EveryLibraryIsInItOrIsTheCLibrary) {
 
 TEST_F(Bundle, DriversAndDisplaysComeFromTheSystemWhereItHasThem) {
   for (const fs::path& binary : binaries_)
-    if (std::regex_search(binary.filename().string(), std::regex("^lib(X|xcb|GL[.X]|GLdispatch|EGL|OpenGL|wayland|drm|va[.-])"))) {
+    if (std::regex_search(binary.filename().string(),
+                          std::regex("^lib(X|xcb|GL[.X]|GLdispatch|EGL|OpenGL|wayland|drm|va[.-])"))) {
       EXPECT_EQ(binary.parent_path().parent_path(), root_ / "lib/if-absent") << binary;
     }
   for (const char* name : {"libstdc++.so.6", "libgcc_s.so.1"}) {
@@ -133,8 +137,10 @@ TEST_F(Bundle, ItAsksForNoNewerCLibraryThanItSays) {
 
 TEST_F(Bundle, EveryLibraryBringsItsLicence) {
   // Where the bundled libraries came from is what the loader of this system says of the same programs.
-  std::map<std::string, std::set<std::string>> names;  // by their files here, as packages may have registered them
-  for (const std::string& program : {likeness_path(), std::string(LIKENESS_BIN "/likeness-studio"), which("colmap")}) {
+  std::map<std::string, std::set<std::string>>
+      names;  // by their files here, as packages may have registered them
+  for (const std::string& program :
+       {likeness_path(), std::string(LIKENESS_BIN "/likeness-studio"), which("colmap")}) {
     const std::regex line(R"((\S+) => (/\S+) \()");
     const std::string said = run_program({"ldd", program}).out;
     for (std::sregex_iterator match(said.begin(), said.end(), line), end; match != end; ++match) {
@@ -178,7 +184,8 @@ TEST_F(Bundle, ItStartsFromAnywhereAndFindsItsOwn) {
     EXPECT_TRUE(fs::exists(root_ / "share/likeness" / file)) << file;
 }
 
-// What stands for the library holds nothing but a version: one newer than the system's is taken, and does not load.
+// What stands for the library holds nothing but a version: one newer than the system's is taken, and does not
+// load.
 TEST_F(Bundle, OfTheCompilersLibrariesTheNewerIsTaken) {
   const fs::path library = root_ / "lib/if-newer/libstdc++.so.6/libstdc++.so.6", kept = place_ / "kept";
   fs::rename(library, kept);
