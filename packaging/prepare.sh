@@ -1,5 +1,5 @@
 # Sourced by packaging/run and packaging/test: installs what is missing, configures and builds.
-# Needs: $root, the checkout. Debian 12's package names; other systems get the list to install by hand.
+# Needs: $root, the checkout. The package names of Debian 12 and 13; other systems get the list to install by hand.
 
 # package:why
 packages=(
@@ -50,7 +50,15 @@ test_packages=(
   "man-db:reading the manual pages"
   "desktop-file-utils:checking the desktop entry"
   "libgl1-mesa-dri:drawing the window without a graphics card"
+  "patchelf:the bundle, and what it asks for"
 )
+bundle_packages=(
+  "patchelf:libraries found by where they lie"
+  "binutils:reading what libraries ask for"
+  "xz-utils:packing"
+)
+# Packages of which something is compiled into the programs: packaging/copyright names them too.
+compiled_in=(libimgui-dev libstb-dev libcli11-dev nlohmann-json3-dev libeigen3-dev libhwy-dev libdlib-dev libceres-dev)
 
 say() { printf '%s\n' "$*"; }
 

@@ -3,8 +3,9 @@
 # suite sets up is set up once.
 #   -D PROGRAM=file -D NAME=engine -D FILE=to be written -D TIMEOUT=s -D SLOWER=1 -D LABELS=unit
 #   -D RULES=SUITE:PROPERTY=VALUE+...;...: of single suites -D RUNNER=command before the program
+#   -D EMULATOR=of a program of another processor, and its arguments
 cmake_minimum_required(VERSION 3.25)
-execute_process(COMMAND ${PROGRAM} --gtest_list_tests OUTPUT_VARIABLE list RESULT_VARIABLE failed TIMEOUT 60)
+execute_process(COMMAND ${EMULATOR} ${PROGRAM} --gtest_list_tests OUTPUT_VARIABLE list RESULT_VARIABLE failed TIMEOUT 60)
 if(failed)
   message(FATAL_ERROR "${PROGRAM} cannot list its tests: ${failed}")
 endif()

@@ -61,9 +61,9 @@ void fill(vtkTable* table, std::size_t rows, const auto& seconds, const auto& ps
 }
 
 void set_letters(vtkTextProperty* text, const ImVec4& ink, float size) {
-  if (*letter_file()) {
+  if (const std::string file = letter_file(); !file.empty()) {
     text->SetFontFamily(VTK_FONT_FILE);
-    text->SetFontFile(letter_file());
+    text->SetFontFile(file.c_str());
   }
   text->SetColor(ink.x, ink.y, ink.z);
   text->SetFontSize(int(size));

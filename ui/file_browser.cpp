@@ -1,6 +1,8 @@
 // See file_browser.h.
 #include "ui/file_browser.h"
 
+#define GLFW_INCLUDE_NONE
+#include <GLFW/glfw3.h>
 #include <fmt/format.h>
 #include <imgui.h>
 #include <imgui_stdlib.h>
@@ -8,6 +10,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "ui/imgui_versions.h"
 #include "ui/platform/settings.h"
 #include "ui/theme.h"
 #include "ui/widgets.h"
@@ -208,7 +211,7 @@ std::optional<fs::path> FileBrowser::draw() {
     }
   }
   ImGui::SameLine();
-  const bool escape = ImGui::IsKeyPressed(ImGui::GetIO().KeyMap[ImGuiKey_Escape]);
+  const bool escape = key_pressed(GLFW_KEY_ESCAPE);
   if (plain_button("Cancel", true, px(120)) || escape || picked) {
     open_ = false;
     ImGui::CloseCurrentPopup();

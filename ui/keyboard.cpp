@@ -10,6 +10,8 @@
 #include <utility>
 #include <vector>
 
+#include "ui/imgui_versions.h"
+
 namespace likeness::ui {
 
 namespace {
@@ -27,8 +29,8 @@ Item first_menu;
 Item last_item() {
   const ImGuiContext& g = *ImGui::GetCurrentContext();
   const ImGuiLastItemData& last = g.LastItemData;
-  return {last.ID, g.CurrentWindow->DC.NavFocusScopeIdCurrent, g.CurrentWindow, last.Rect,
-          (last.InFlags & ImGuiItemFlags_Inputable) != 0};
+  return {last.ID, focus_scope(), g.CurrentWindow, last.Rect,
+          (last_item_flags() & ImGuiItemFlags_Inputable) != 0};
 }
 
 void go_to(const Item& item, ImGuiNavLayer layer) {
@@ -36,8 +38,7 @@ void go_to(const Item& item, ImGuiNavLayer layer) {
   ImGui::ClearActiveID();
   ImGui::FocusWindow(item.window);
   ImGui::SetNavID(item.id, layer, item.scope, ImGui::WindowRectAbsToRel(item.window, item.place));
-  g.NavDisableHighlight = false;
-  g.NavDisableMouseHover = true;
+  show_keyboard_place();
   if (layer == ImGuiNavLayer_Main) ImGui::ScrollToBringRectIntoView(item.window, item.place);
   if (item.typed) {
     g.NavNextActivateId = item.id;
@@ -54,7 +55,7 @@ void forget_reachable() {
 
 void note_reachable() {
   const Item item = last_item();
-  const ImGuiItemFlags flags = ImGui::GetCurrentContext()->LastItemData.InFlags;
+  const ImGuiItemFlags flags = last_item_flags();
   if (item.id == 0 || (flags & (ImGuiItemFlags_Disabled | ImGuiItemFlags_NoNav)) != 0) return;
   if (!reachable.empty() && reachable.back().id == item.id) return;
   reachable.push_back(item);
@@ -67,9 +68,9 @@ void walk_by_keyboard() {
   const ImGuiIO& io = g.IO;
   // Over a question or an open menu there is nothing else.
   const ImGuiWindow* top = g.OpenPopupStack.empty() ? nullptr : g.OpenPopupStack.back().Window;
-  if (ImGui::IsKeyPressed(GLFW_KEY_F10, false) && !top && first_menu.id != 0)
+  if (key_pressed(GLFW_KEY_F10, false) && !top && first_menu.id != 0)
     return go_to(first_menu, ImGuiNavLayer_Menu);
-  if (!ImGui::IsKeyPressed(GLFW_KEY_TAB) || io.KeyCtrl) return;
+  if (!key_pressed(GLFW_KEY_TAB) || io.KeyCtrl) return;
   if (top)
     std::erase_if(reachable,
                   [&](const Item& item) { return item.window != top && item.window->RootWindow != top; });
@@ -92,15 +93,12 @@ void scroll_by_keys() {
                                   {GLFW_KEY_PAGE_UP, -page},
                                   {GLFW_KEY_END, most},
                                   {GLFW_KEY_HOME, -most}})
-    if (ImGui::IsKeyPressed(key)) to += step;
+    if (key_pressed(key)) to += step;
   if (to = std::clamp(to, 0.f, most); to != ImGui::GetScrollY()) ImGui::SetScrollY(to);
 }
 
 bool keyboard_is_at_it() { return ImGui::GetIO().NavVisible && ImGui::IsItemFocused(); }
 
-void draw_keyboard_ring() {
-  const ImGuiLastItemData& last = ImGui::GetCurrentContext()->LastItemData;
-  ImGui::RenderNavHighlight(last.Rect, last.ID);
-}
+void draw_keyboard_ring() { draw_keyboard_place(); }
 
 }  // namespace likeness::ui

@@ -168,7 +168,7 @@ ImTextureID RenderView::draw(int width, int height, const Backdrop& backdrop) {
   glBindVertexArray(0);
   glUseProgram(0);
   glBindFramebuffer(GL_FRAMEBUFFER, 0);
-  return reinterpret_cast<ImTextureID>(std::uintptr_t(target_));
+  return texture_id(target_);
 }
 
 }  // namespace likeness::ui

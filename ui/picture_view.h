@@ -9,6 +9,7 @@
 
 #include "core/base/result.h"
 #include "core/image/image.h"
+#include "ui/imgui_versions.h"
 
 namespace likeness::ui {
 
@@ -27,7 +28,7 @@ class Texture {
   int width() const { return width_; }
   int height() const { return height_; }
   unsigned id() const { return id_; }
-  ImTextureID imgui_id() const { return reinterpret_cast<ImTextureID>(std::uintptr_t(id_)); }
+  ImTextureID imgui_id() const { return texture_id(id_); }
 
  private:
   unsigned id_ = 0;

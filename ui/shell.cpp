@@ -11,6 +11,7 @@
 #include <string_view>
 #include <vector>
 
+#include "ui/imgui_versions.h"
 #include "ui/keyboard.h"
 #include "ui/steps.h"
 #include "ui/theme.h"
@@ -54,7 +55,7 @@ int glfw_key(const std::string& key) {
 bool is_pressed(const Shortcut& keys) {
   const ImGuiIO& io = ImGui::GetIO();
   if (io.KeyCtrl != keys.ctrl) return false;
-  const auto pressed = [](int key) { return key >= 0 && ImGui::IsKeyPressed(key, false); };
+  const auto pressed = [](int key) { return key_pressed(key, false); };
   // The sign is on the number pad as well, and in many layouts only with Shift.
   const bool plus = keys.key == "Plus";
   if (plus && (pressed(GLFW_KEY_KP_ADD) || pressed(glfw_key(keys.key)))) return true;
@@ -342,7 +343,7 @@ void Shell::draw_questions(const Snapshot& snapshot, Requests& requests) {
     shown_ = Question::none;
     return;
   }
-  bool close = ImGui::IsKeyPressed(ImGui::GetIO().KeyMap[ImGuiKey_Escape]);
+  bool close = key_pressed(GLFW_KEY_ESCAPE);
   if (shown_ == Question::closing) {
     draw_closing(snapshot);
     if (primary_button(keeps_work(snapshot) ? "Keep and stop" : "Stop and quit")) {

@@ -3,9 +3,14 @@
 
 #include <backends/imgui_impl_opengl3.h>
 
+#include <array>
 #include <cmath>
 #include <filesystem>
-#include <initializer_list>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "core/base/program_files.h"
 
 namespace likeness::ui {
 
@@ -13,10 +18,24 @@ namespace {
 
 Theme current;
 
-constexpr const char* kRegular[] = {"/usr/share/fonts/opentype/inter/Inter-Regular.otf",
-                                    "/usr/share/fonts/truetype/dejavu/DejaVuSans.ttf"};
-constexpr const char* kStrong[] = {"/usr/share/fonts/opentype/inter/Inter-SemiBold.otf",
-                                   "/usr/share/fonts/truetype/dejavu/DejaVuSans-Bold.ttf"};
+// In order of liking; a path without a slash at its start is of the program's own folders.
+constexpr std::array kRegular{"share/likeness/fonts/Inter-Regular.otf",
+                              "/usr/share/fonts/opentype/inter/Inter-Regular.otf",
+                              "/usr/share/fonts/truetype/dejavu/DejaVuSans.ttf"};
+constexpr std::array kStrong{"share/likeness/fonts/Inter-SemiBold.otf",
+                             "/usr/share/fonts/opentype/inter/Inter-SemiBold.otf",
+                             "/usr/share/fonts/truetype/dejavu/DejaVuSans-Bold.ttf"};
+
+// Those of them that are there.
+std::vector<std::string> present(std::span<const char* const> files) {
+  std::vector<std::string> found;
+  std::error_code unknown;
+  for (const std::filesystem::path file : files)
+    if (const auto path = file.is_absolute() ? std::optional(file) : bundled_file(file);
+        path && std::filesystem::exists(*path, unknown))
+      found.push_back(path->string());
+  return found;
+}
 
 ImVec4 rgb(unsigned value, float alpha = 1) {
   return {float(value >> 16 & 255) / 255, float(value >> 8 & 255) / 255, float(value & 255) / 255, alpha};
@@ -32,14 +51,10 @@ Palette light_palette() {
           rgb(0x1f66e5), rgb(0x1557cc), rgb(0xffffff), rgb(0x178549), rgb(0xa86505), rgb(0xc9302c)};
 }
 
-template <std::size_t N>
-ImFont* load_font(const char* const (&files)[N], float size, const ImWchar* ranges) {
+ImFont* load_font(const std::vector<std::string>& files, float size, const ImWchar* ranges) {
   ImFontAtlas& atlas = *ImGui::GetIO().Fonts;
-  for (const char* file : files) {
-    std::error_code ignored;
-    if (!std::filesystem::exists(file, ignored)) continue;
-    if (ImFont* font = atlas.AddFontFromFileTTF(file, std::round(size), nullptr, ranges)) return font;
-  }
+  for (const std::string& file : files)
+    if (ImFont* font = atlas.AddFontFromFileTTF(file.c_str(), std::round(size), nullptr, ranges)) return font;
   ImFontConfig config;
   config.SizePixels = std::round(size);
   return atlas.AddFontDefault(&config);
@@ -50,11 +65,12 @@ void make_fonts() {
   static const ImWchar kWords[] = {0x20, 0xff, 0x2010, 0x2026, 0x2190, 0x2193, 0};
   ImGui::GetIO().Fonts->Clear();
   const float s = current.scale;
-  current.fonts.body = load_font(kRegular, 16 * s, kNames);
-  current.fonts.strong = load_font(kStrong, 16 * s, kNames);
-  current.fonts.small = load_font(kRegular, 14 * s, kWords);
-  current.fonts.heading = load_font(kStrong, 22 * s, kWords);
-  current.fonts.title = load_font(kStrong, 34 * s, kWords);
+  const std::vector<std::string> regular = present(kRegular), strong = present(kStrong);
+  current.fonts.body = load_font(regular, 16 * s, kNames);
+  current.fonts.strong = load_font(strong, 16 * s, kNames);
+  current.fonts.small = load_font(regular, 14 * s, kWords);
+  current.fonts.heading = load_font(strong, 22 * s, kWords);
+  current.fonts.title = load_font(strong, 34 * s, kWords);
   ImGui_ImplOpenGL3_DestroyFontsTexture();
   ImGui_ImplOpenGL3_CreateFontsTexture();
 }
@@ -102,11 +118,9 @@ void set_colours(ImGuiStyle& style) {
 
 const Theme& theme() { return current; }
 
-const char* letter_file() {
-  std::error_code ignored;
-  for (const char* file : kRegular)
-    if (std::filesystem::exists(file, ignored)) return file;
-  return "";
+std::string letter_file() {
+  const std::vector<std::string> files = present(kRegular);
+  return files.empty() ? "" : files.front();
 }
 
 void apply_theme(bool dark, float scale) {

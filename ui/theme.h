@@ -3,6 +3,8 @@
 
 #include <imgui.h>
 
+#include <string>
+
 namespace likeness::ui {
 
 struct Palette {
@@ -26,12 +28,12 @@ struct Theme {
 // The one in use.
 const Theme& theme();
 
-// Makes letters and style for this scale. Between frames only. Inter if it is installed, DejaVu Sans, or
-// ImGui's own letters.
+// Makes letters and style for this scale. Between frames only. Inter, beside the program or installed, DejaVu
+// Sans, or ImGui's own letters.
 void apply_theme(bool dark, float scale);
 
 // The file of the letters in use, for those who draw them without ImGui; empty: none.
-const char* letter_file();
+std::string letter_file();
 
 inline float px(float units) { return units * theme().scale; }
 inline ImU32 colour(const ImVec4& c, float alpha = 1) {

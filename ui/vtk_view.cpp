@@ -14,6 +14,7 @@
 #include <algorithm>
 #include <array>
 
+#include "ui/imgui_versions.h"
 #include "ui/widgets.h"
 
 namespace likeness::ui {
@@ -130,8 +131,8 @@ void VtkView::draw(const char* name, ImVec2 size) {
   }
   auto* texture = my.window->GetDisplayFramebuffer()->GetColorAttachmentAsTextureObject(0);
   if (!texture) return;
-  ImGui::GetWindowDrawList()->AddImage(reinterpret_cast<ImTextureID>(std::uintptr_t(texture->GetHandle())),
-                                       at, {at.x + float(w), at.y + float(h)}, {0, 1}, {1, 0});
+  ImGui::GetWindowDrawList()->AddImage(texture_id(texture->GetHandle()), at,
+                                       {at.x + float(w), at.y + float(h)}, {0, 1}, {1, 0});
 }
 
 }  // namespace likeness::ui

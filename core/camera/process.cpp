@@ -16,6 +16,8 @@
 #include <cstdlib>
 #include <cstring>
 
+#include "core/base/program_files.h"
+
 namespace likeness {
 namespace {
 
@@ -90,6 +92,8 @@ std::optional<std::filesystem::path> find_program(const std::string& name) {
   };
   if (name.find('/') != std::string::npos)
     return runnable(name) ? std::optional<std::filesystem::path>(name) : std::nullopt;
+  if (auto own = bundled_file(std::filesystem::path("lib/likeness") / name); own && runnable(*own))
+    return own;
   const char* variable = std::getenv("PATH");
   std::string_view folders = variable ? variable : "/usr/local/bin:/usr/bin:/bin";
   while (!folders.empty()) {

@@ -18,7 +18,8 @@ struct ProcessEnd {
   std::string tail;   // the last few thousand characters of its output
 };
 
-// The program's file: `name` itself where it holds a slash, otherwise looked up in PATH.
+// The program's file: `name` itself where it holds a slash, otherwise that which came along with this
+// program, or the first in PATH.
 std::optional<std::filesystem::path> find_program(const std::string& name);
 
 // Runs arguments[0] with the rest as arguments, standard output and error together to on_line. On stop the

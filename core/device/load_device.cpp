@@ -7,6 +7,8 @@
 #include <algorithm>
 #include <cstdlib>
 
+#include "core/base/program_files.h"
+
 namespace likeness {
 namespace {
 
@@ -36,9 +38,8 @@ ModuleLoader system_loader() {
   if (const char* given = std::getenv("LIKENESS_CUDA_MODULE")) {
     loader.places = {given};
   } else {
-    std::error_code failed;
-    const std::filesystem::path program = std::filesystem::read_symlink("/proc/self/exe", failed);
-    if (!failed)
+    const std::filesystem::path program = program_file();
+    if (!program.empty())
       loader.places = {program.parent_path() / kCudaModuleName,
                        program.parent_path().parent_path() / "lib" / "likeness" / kCudaModuleName};
   }

@@ -27,8 +27,7 @@ std::map<std::string, std::vector<Key>> take_out(const Performance& performance,
     if (const Key* key = find_key(performance, place)) taken[place.channel].push_back(*key);
   for (auto& [channel, keys] : taken) {
     std::ranges::sort(keys, {}, &Key::time_s);
-    const auto twice = std::ranges::unique(keys);
-    keys.erase(twice.begin(), twice.end());
+    keys.erase(std::unique(keys.begin(), keys.end()), keys.end());
   }
   return taken;
 }

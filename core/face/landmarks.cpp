@@ -18,6 +18,7 @@
 #include <numbers>
 
 #include "core/base/check.h"
+#include "core/base/program_files.h"
 #include "core/base/quantile.h"
 #include "core/face/predictor_file.h"
 
@@ -25,6 +26,7 @@ namespace likeness {
 namespace {
 
 constexpr const char* kSystemPredictor = "/usr/share/dlib/shape_predictor_68_face_landmarks.dat";
+constexpr const char* kBundledPredictor = "share/likeness/shape_predictor_68_face_landmarks.dat";
 constexpr double kDetectionSide =
     1024;  // px; larger pictures are reduced first, faces of 80 px remain findable
 // Of faces where one was before. Of 107 pictures of nine people six held a chance pattern that scores more,
@@ -175,7 +177,8 @@ FaceDetector::FaceDetector(FaceDetector&&) noexcept = default;
 FaceDetector& FaceDetector::operator=(FaceDetector&&) noexcept = default;
 
 Result<FaceDetector> FaceDetector::load(const std::filesystem::path& predictor) {
-  const std::filesystem::path path = predictor.empty() ? std::filesystem::path(kSystemPredictor) : predictor;
+  const std::filesystem::path path =
+      predictor.empty() ? bundled_file(kBundledPredictor).value_or(kSystemPredictor) : predictor;
   std::error_code ignored;
   if (!std::filesystem::exists(path, ignored)) {
     if (predictor.empty())

@@ -49,7 +49,8 @@ struct LandmarkHint {
 // Holds dlib's models, which detectors of one file share. The const members may run on many threads at once.
 class FaceDetector {
  public:
-  // predictor: empty = the system's shape_predictor_68_face_landmarks.dat.
+  // predictor: empty = shape_predictor_68_face_landmarks.dat that came along with the program, or the
+  // system's.
   static Result<FaceDetector> load(const std::filesystem::path& predictor = {});
   ~FaceDetector();
   FaceDetector(FaceDetector&&) noexcept;

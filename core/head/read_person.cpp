@@ -147,7 +147,7 @@ Result<void> check_mesh(const fs::path& path, std::span<const Vec3f> vertices, c
 // Whichever corner is named first.
 std::array<int, 3> from_smallest(const Triangle& t) {
   std::array<int, 3> corners{t[0], t[1], t[2]};
-  std::ranges::rotate(corners, std::ranges::min_element(corners));
+  std::rotate(corners.begin(), std::ranges::min_element(corners), corners.end());
   return corners;
 }
 

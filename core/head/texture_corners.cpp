@@ -19,8 +19,8 @@ using CornersByFace = std::map<std::array<int, 3>, std::array<Vec2f, 3>>;
 // Turned so that the smallest vertex comes first, the corners with it.
 void turn_to_smallest(std::array<int, 3>& vertices, std::array<Vec2f, 3>* corners) {
   const auto first = std::ranges::min_element(vertices) - vertices.begin();
-  std::ranges::rotate(vertices, vertices.begin() + first);
-  if (corners) std::ranges::rotate(*corners, corners->begin() + first);
+  std::rotate(vertices.begin(), vertices.begin() + first, vertices.end());
+  if (corners) std::rotate(corners->begin(), corners->begin() + first, corners->end());
 }
 
 struct Corner {

@@ -11,6 +11,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "ui/imgui_versions.h"
+
 namespace likeness::ui {
 
 struct Window::Impl {
@@ -19,10 +21,9 @@ struct Window::Impl {
   bool touched = false;  // something came since the last wait
   std::vector<std::filesystem::path> drops;
   std::optional<InjectedInput> injected;
-  int injected_key = 0;
   // Keys pressed since the last frame, with their modifiers: one that is let go before the next frame counts
   // as well.
-  std::vector<std::array<int, 2>> pressed, shown;
+  std::vector<std::array<int, 2>> pressed;
 };
 
 namespace {
@@ -38,10 +39,6 @@ void watch_input(GLFWwindow* window) {
   glfwSetCursorEnterCallback(window, [](GLFWwindow* w, int) { impl_of(w).touched = true; });
   glfwSetMouseButtonCallback(window, [](GLFWwindow* w, int, int, int) { impl_of(w).touched = true; });
   glfwSetScrollCallback(window, [](GLFWwindow* w, double, double) { impl_of(w).touched = true; });
-  glfwSetKeyCallback(window, [](GLFWwindow* w, int key, int, int action, int modifiers) {
-    impl_of(w).touched = true;
-    if (action == GLFW_PRESS && key >= 0) impl_of(w).pressed.push_back({key, modifiers});
-  });
   glfwSetCharCallback(window, [](GLFWwindow* w, unsigned) { impl_of(w).touched = true; });
   glfwSetWindowFocusCallback(window, [](GLFWwindow* w, int) { impl_of(w).touched = true; });
   glfwSetFramebufferSizeCallback(window, [](GLFWwindow* w, int, int) { impl_of(w).touched = true; });
@@ -51,6 +48,29 @@ void watch_input(GLFWwindow* window) {
     for (int i = 0; i < count; ++i) impl_of(w).drops.emplace_back(paths[i]);
     impl_of(w).touched = true;
   });
+}
+
+void watch_keys(GLFWwindow* window) {
+  glfwSetKeyCallback(window, [](GLFWwindow* w, int key, int, int action, int modifiers) {
+    impl_of(w).touched = true;
+    if (action == GLFW_PRESS && key >= 0) impl_of(w).pressed.push_back({key, modifiers});
+  });
+}
+
+// What is held down, and what was since the last frame.
+Keys keys_of(GLFWwindow* window, const std::vector<std::array<int, 2>>& pressed) {
+  Keys keys;
+  for (int key = GLFW_KEY_SPACE; key < kKeys; ++key)
+    keys.down[std::size_t(key)] = glfwGetKey(window, key) == GLFW_PRESS;
+  int modifiers = 0;
+  for (const auto& [key, with] : pressed) keys.down[std::size_t(key)] = true, modifiers |= with;
+  const auto held = [&](int left, int right, int modifier) {
+    return keys.down[std::size_t(left)] || keys.down[std::size_t(right)] || (modifiers & modifier) != 0;
+  };
+  keys.ctrl = held(GLFW_KEY_LEFT_CONTROL, GLFW_KEY_RIGHT_CONTROL, GLFW_MOD_CONTROL);
+  keys.shift = held(GLFW_KEY_LEFT_SHIFT, GLFW_KEY_RIGHT_SHIFT, GLFW_MOD_SHIFT);
+  keys.alt = held(GLFW_KEY_LEFT_ALT, GLFW_KEY_RIGHT_ALT, GLFW_MOD_ALT);
+  return keys;
 }
 
 Error no_window(std::string what) {
@@ -91,7 +111,8 @@ Result<std::unique_ptr<Window>> Window::open(const WindowOptions& options) {
   io.ConfigFlags |= ImGuiConfigFlags_NavEnableKeyboard;
   io.ConfigWindowsMoveFromTitleBarOnly = true;
   ImGui_ImplGlfw_InitForOpenGL(impl->window, true);
-  io.KeyMap[ImGuiKey_Tab] = -1;  // walk_by_keyboard() goes where it leads
+  keep_keys_free();
+  watch_keys(impl->window);  // instead of ImGui's: begin_frame() gives them
   ImGui_ImplOpenGL3_Init("#version 330 core");
   return std::unique_ptr<Window>(new Window(std::move(impl)));
 }
@@ -120,44 +141,25 @@ void Window::wake() { glfwPostEmptyEvent(); }
 void Window::begin_frame() {
   ImGui_ImplOpenGL3_NewFrame();
   ImGui_ImplGlfw_NewFrame();
+  Keys keys = keys_of(impl_->window, std::exchange(impl_->pressed, {}));
   ImGuiIO& io = ImGui::GetIO();
-  for (const auto& [key, modifiers] : std::exchange(impl_->shown, {}))
-    io.KeysDown[key] = glfwGetKey(impl_->window, key) == GLFW_PRESS;
-  const auto held = [&](int left, int right) {
-    return glfwGetKey(impl_->window, left) == GLFW_PRESS || glfwGetKey(impl_->window, right) == GLFW_PRESS;
-  };
-  io.KeyCtrl = held(GLFW_KEY_LEFT_CONTROL, GLFW_KEY_RIGHT_CONTROL);
-  io.KeyShift = held(GLFW_KEY_LEFT_SHIFT, GLFW_KEY_RIGHT_SHIFT);
-  impl_->shown = std::exchange(impl_->pressed, {});
-  for (const auto& [key, modifiers] : impl_->shown) {
-    io.KeysDown[key] = true;
-    io.KeyCtrl |= (modifiers & GLFW_MOD_CONTROL) != 0;
-    io.KeyShift |= (modifiers & GLFW_MOD_SHIFT) != 0;
-  }
-  if (std::exchange(impl_->injected_key, 0) != 0 || impl_->injected)
-    std::fill(std::begin(io.KeysDown), std::end(io.KeysDown), false);
+  leave_input_to_backend();
   if (const auto& input = impl_->injected) {
-    io.MousePos = {input->mouse_x, input->mouse_y};
-    for (std::size_t b = 0; b < 3; ++b) io.MouseDown[b] = input->down[b];
-    io.MouseWheel = input->wheel;
-    io.KeyCtrl = input->ctrl, io.KeyShift = input->shift;
-    if (input->key != 0) io.KeysDown[input->key] = true;
-    impl_->injected_key = input->key;
-    io.AddInputCharactersUTF8(input->text.c_str());
+    keys = {.ctrl = input->ctrl, .shift = input->shift};
+    if (input->key != 0) keys.down[std::size_t(input->key)] = true;
+    give_mouse({input->mouse_x, input->mouse_y, input->down, input->wheel}, input->text);
     impl_->injected->text.clear();
     impl_->injected->wheel = 0;
     io.DeltaTime = 1.0f / 60;
   }
+  give_keys(keys);
   // Home, End and, with Ctrl or Shift, arrows are commands, and do not move the keyboard's place as well.
-  const auto down = [&](std::initializer_list<int> keys) {
-    return std::ranges::any_of(keys, [&](int key) { return io.KeysDown[key]; });
+  const auto down = [&](std::initializer_list<int> several) {
+    return std::ranges::any_of(several, [&](int key) { return keys.down[std::size_t(key)]; });
   };
   const bool command =
       down({GLFW_KEY_HOME, GLFW_KEY_END}) ||
-      ((io.KeyCtrl || io.KeyShift) && down({GLFW_KEY_LEFT, GLFW_KEY_RIGHT, GLFW_KEY_UP, GLFW_KEY_DOWN}));
-  // Where the keyboard has come to, Enter presses as Space does.
-  if (io.NavVisible && !io.WantTextInput && !io.KeyCtrl && down({GLFW_KEY_ENTER, GLFW_KEY_KP_ENTER}))
-    io.NavInputs[ImGuiNavInput_Activate] = 1;
+      ((keys.ctrl || keys.shift) && down({GLFW_KEY_LEFT, GLFW_KEY_RIGHT, GLFW_KEY_UP, GLFW_KEY_DOWN}));
   if (command) {
     io.ConfigFlags &= ~ImGuiConfigFlags_NavEnableKeyboard;
   } else {

@@ -1,8 +1,11 @@
 // What several steps draw alike: see steps.h.
+#define GLFW_INCLUDE_NONE
+#include <GLFW/glfw3.h>
 #include <fmt/format.h>
 
 #include <algorithm>
 
+#include "ui/imgui_versions.h"
 #include "ui/keyboard.h"
 #include "ui/steps.h"
 #include "ui/theme.h"
@@ -62,8 +65,7 @@ namespace {
 
 // The frame that the arrow keys lead to.
 std::optional<int> stepped(const std::vector<StripBar>& bars, int chosen) {
-  const auto key = [](ImGuiKey k) { return ImGui::IsKeyPressed(ImGui::GetIO().KeyMap[k]); };
-  const int step = int(key(ImGuiKey_RightArrow)) - int(key(ImGuiKey_LeftArrow));
+  const int step = int(key_pressed(GLFW_KEY_RIGHT)) - int(key_pressed(GLFW_KEY_LEFT));
   const auto own = std::ranges::find(bars, chosen, &StripBar::frame);
   if (step == 0 || own == bars.end()) return std::nullopt;
   const auto to = own - bars.begin() + step;
@@ -79,7 +81,7 @@ void mark_span(StripSpan& span, const std::vector<StripBar>& bars, bool held, bo
   if (held && span.pressed && (frame != *span.pressed || span.span))
     span.span = RefitSpan{std::min(frame, *span.pressed), std::max(frame, *span.pressed)};
   if (let_go || !held) span.pressed.reset();
-  if (span.span && ImGui::IsKeyPressed(ImGui::GetIO().KeyMap[ImGuiKey_Escape])) span = {};
+  if (span.span && key_pressed(GLFW_KEY_ESCAPE)) span = {};
 }
 
 }  // namespace

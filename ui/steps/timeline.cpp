@@ -25,8 +25,8 @@ std::vector<double> merged(const std::vector<double>& a, const std::vector<doubl
   std::vector<double> both;
   both.reserve(std::max(a.size(), b.size()));
   std::ranges::merge(a, b, std::back_inserter(both));
-  const auto twice = std::ranges::unique(both, [](double x, double y) { return y - x <= kSameTime_s; });
-  both.erase(twice.begin(), twice.end());
+  const auto same = [](double x, double y) { return y - x <= kSameTime_s; };
+  both.erase(std::unique(both.begin(), both.end(), same), both.end());
   return both;
 }
 

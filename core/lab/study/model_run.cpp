@@ -80,8 +80,7 @@ ModelMark mark_of(std::span<const FrameScore> scores, bool background_known, dou
 std::vector<SizeCost> time_sizes(const StudyBench& bench, std::vector<int> sizes, const Paint& paint,
                                  const std::stop_token& stop) {
   std::ranges::sort(sizes);
-  const auto unique = std::ranges::unique(sizes);
-  sizes.erase(unique.begin(), unique.end());
+  sizes.erase(std::unique(sizes.begin(), sizes.end()), sizes.end());
   std::vector<SizeCost> costs;
   for (const int size : sizes) {
     const std::vector<std::size_t> chosen = evenly_chosen(bench.measured.size(), kTimedFrames);

@@ -145,7 +145,7 @@ TEST_F(Decode, MeasuresTheRateOfAFileThatDoesNotTellIt) {
   // As browsers write it: without the track's default duration (EBML element 0x23E383), here made void.
   auto bytes = *read_file(folder_ / "b.webm");
   const std::array<std::byte, 3> wanted{std::byte(0x23), std::byte(0xe3), std::byte(0x83)};
-  const auto at = std::ranges::search(bytes, wanted).begin();
+  const auto at = std::search(bytes.begin(), bytes.end(), wanted.begin(), wanted.end());
   if (at != bytes.end()) {
     const int length = int(at[3]) & 0x7f;  // of its data, one byte said how many
     ASSERT_LE(length, 8);
