@@ -15,7 +15,7 @@ namespace {
 constexpr double kTurnStep = 0.002, kShiftStep = 0.0003, kComponentStep = 0.05;  // rad, m, psi
 constexpr double kTurnPrior = 0.5, kShiftPrior = 4;  // per rad and m; times kColourNoise, of one colour
 constexpr double kComponentPrior = 0.01;             // per psi
-constexpr double kColourNoise = 0.02;                      // of a colour
+constexpr double kColourNoise = 0.02;                // of a colour
 
 // What moves the condition by one component and nothing else: the map's pseudo-inverse. (E + 9, C)
 Eigen::MatrixXd component_directions(const ConditionMap& map, Eigen::Index components) {
@@ -44,7 +44,7 @@ struct Problem {
   Eigen::VectorXd residuals(const Eigen::VectorXd& x, const RenderState* same_face) const {
     const AvatarPose pose = changed_pose(tracked, avatar.condition, x);
     RenderState state = same_face ? *same_face : pose_avatar(rig, pose);
-    state.world_from_head = pose.world_from_head;
+    state.pose.world_from_head = pose.world_from_head;
     const std::vector<float> rgba = render_pixels(avatar, camera, state, pixels, picture_options());
     const bool plate = target.plate && !target.plate->empty();
     Eigen::VectorXd r(Eigen::Index(3 * pixels.size()));
@@ -129,7 +129,8 @@ FieldFit fit_to_field(const Avatar& avatar, const AvatarRig& rig, const Camera& 
     steps[k] = k < 3 ? kTurnStep : k < kPoseChange ? kShiftStep : kComponentStep;
     priors[k] = k < 3 ? kTurnPrior : k < kPoseChange ? kShiftPrior : kComponentPrior;
   }
-  const Eigen::VectorXd weights = 3.0 * double(problem.pixels.size()) * kColourNoise * kColourNoise * priors.cwiseAbs2();
+  const Eigen::VectorXd weights =
+      3.0 * double(problem.pixels.size()) * kColourNoise * kColourNoise * priors.cwiseAbs2();
   const auto cost_of = [&](const Eigen::VectorXd& r, const Eigen::VectorXd& at) {
     return r.squaredNorm() + weights.dot(at.cwiseAbs2());
   };

@@ -16,7 +16,7 @@ constexpr double kFollowedTurn = 100, kFollowedShift = 300;  // pulls to a follo
 constexpr double kGuessedTurn = 40, kGuessedShift = 100;     // to one between or beyond the anchors
 constexpr double kClearShare = 0.4, kMostDoubt = 5;          // share of runs; times sigma
 constexpr double kFacePull = 2;                              // to the expression expected, per unit
-constexpr double kSameFace = 0.3;     // overlap of the detector's box with the expected one
+constexpr double kSameFace = 0.3;      // overlap of the detector's box with the expected one
 constexpr double kUnlikeOthers = 0.4;  // unlike the face elsewhere: judge_frame's own limit
 constexpr int kFewLooks = 4, kFewPictures = 5;
 constexpr int kNearFrames = 3;    // that were read: a neighbour in time that steadies
@@ -259,9 +259,9 @@ void SpanFitter::decide(std::size_t k, SpanTry found) {
   f.state = found.state;
   TrackedFrame& out = f.tracked;
   out.status = found.status, out.reason = found.reason;
-  out.world_from_head = f.cam_from_world.inverse() * found.state.cam_from_head;
-  out.articulation.expression = found.state.expression.cast<float>();
-  out.articulation.jaw = Vec3f(float(found.state.jaw), 0, 0);
+  out.pose.world_from_head = f.cam_from_world.inverse() * found.state.cam_from_head;
+  out.pose.articulation.expression = found.state.expression.cast<float>();
+  out.pose.articulation.jaw = Vec3f(float(found.state.jaw), 0, 0);
   out.landmarks = found.landmarks.points;
   out.landmark_spread = found.landmarks.spread;
   out.look = found.look;
