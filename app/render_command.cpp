@@ -216,7 +216,7 @@ Result<Rendered> render_driven(const RenderArguments& arguments, const OpenedAva
   if (!clip) return clip.error();
   auto cameras = film_cameras(arguments, opened.project, opened.avatar, int(clip->frames.size()));
   if (!cameras) return cameras.error();
-  Film film{std::move(*cameras), film_poses(*clip)};
+  Film film{.cameras = std::move(*cameras), .poses = film_poses(*clip)};
   const std::size_t frames = std::min(film.cameras.size(), film.poses.size());
   film.cameras.resize(frames), film.poses.resize(frames);
   options.frames_per_second = clip->frames_per_second;

@@ -16,11 +16,11 @@ constexpr double kRate_s = 2;  // over which pictures on the screen are counted
 
 void pose(PictureRequest& request, const DrivenFrame& frame) {
   std::vector<float> attributes = std::move(request.pose.attributes);  // held as the sliders have them
-  request.pose = {
-      frame.world_from_head, frame.world_from_torso, frame.articulation, {}, std::move(attributes)};
+  request.pose = frame.pose;
+  request.pose.attributes = std::move(attributes);
   const SeenViews& views = request.avatar->views;
   if (views.views.empty()) return;
-  const ViewAngle view = view_angle(request.camera.cam_from_world * frame.world_from_head);
+  const ViewAngle view = view_angle(request.camera.cam_from_world * frame.pose.world_from_head);
   request.origin.doubt = view_doubt(from_nearest_view(views, view.yaw, view.pitch));
 }
 

@@ -199,10 +199,7 @@ std::optional<FrameView> frame_view(const ProjectContents& contents, int frame) 
   const TrackedFrame* tracked = find_tracked(*contents.track, frame);
   const auto camera = picture_camera(*contents.capture, *contents.cameras, *contents.track, frame);
   if (!tracked || tracked->status == FrameStatus::lost || !camera) return std::nullopt;
-  return FrameView{
-      frame,
-      *camera,
-      {tracked->world_from_head, tracked->world_from_torso, tracked->articulation, tracked->torso_shape}};
+  return FrameView{.tracked = tracked, .camera = *camera};
 }
 
 std::vector<int> shown_frames(const ProjectContents& contents, bool held_out) {

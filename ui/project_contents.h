@@ -98,11 +98,11 @@ struct ProjectContents {
 Result<std::shared_ptr<const ProjectContents>> read_contents(const std::filesystem::path& folder,
                                                              const ProjectContents* earlier);
 
-// A tracked frame for the renderer: its camera for pictures of the project's size, and its pose.
+// A tracked frame for the renderer, with its camera for pictures of the project's size. frame_pose
+// (core/project/project_attributes.h) says how an avatar stands in it.
 struct FrameView {
-  int frame = 0;
+  const TrackedFrame* tracked = nullptr;  // of the contents, which must outlive this
   Camera camera;
-  AvatarPose pose;
 };
 std::optional<FrameView> frame_view(const ProjectContents& contents, int frame);
 

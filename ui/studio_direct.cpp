@@ -284,19 +284,14 @@ void Studio::request_picture() {
                              ? frame_view(*contents_, compare_picture_.frame)
                              : std::nullopt) {
     request.camera = frame->camera;
-    request.pose = frame->pose;
-    request.pose.attributes = frame_amounts(avatar->avatar, contents_->courses, frame->frame);
-    request.origin.frame = frame->frame;
+    request.pose = frame_pose(avatar->avatar, contents_->courses, *frame->tracked);
+    request.origin.frame = frame->tracked->frame;
     request.moving = false;
   } else {
     const Performance& performance = *directing_.performance();
     DirectedMoment moment = direct_moment(avatar->directed, performance, directing_.playhead_s());
     request.camera = moment.camera;
-    request.pose = {moment.pose.world_from_head,
-                    moment.pose.world_from_torso,
-                    std::move(moment.pose.articulation),
-                    {},
-                    std::move(moment.pose.attributes)};
+    request.pose = std::move(moment.pose);
     request.origin.view = moment.view;
     request.origin.doubt = view_doubt(
         beyond_seen(avatar->directed, avatar->views, avatar->limits, performance, directing_.playhead_s())

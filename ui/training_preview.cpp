@@ -55,7 +55,7 @@ std::optional<Scene> open_scene(const Project& project) {
   if (frames.empty()) return std::nullopt;
   frames = well_tracked(**contents, frames);
   scene.view = *frame_view(**contents, frames[frames.size() / 2]);
-  auto truth = read_image(project.folder / frame_name(scene.view.frame));
+  auto truth = read_image(project.folder / frame_name(scene.view.tracked->frame));
   if (!truth || truth->channels != 3) return std::nullopt;
   scene.truth = std::move(*truth);
   return scene;
@@ -83,13 +83,12 @@ PreviewPictures render_preview(const Scene& scene, const std::shared_ptr<const A
   const AvatarRig rig = make_rig(avatar, *scene.contents->model);
   RenderOptions options = render_options(RenderQuality::preview);
   PreviewPictures pictures;
-  pictures.frame = scene.view.frame;
+  pictures.frame = scene.view.tracked->frame;
   pictures.held_out = scene.held_out;
   pictures.truth = scene.truth;
   pictures.step = avatar.steps;
   pictures.training_s = avatar.train_seconds;
-  AvatarPose pose = scene.view.pose;
-  pose.attributes = frame_amounts(avatar, scene.contents->next_courses, scene.view.frame);
+  const AvatarPose pose = frame_pose(avatar, scene.contents->next_courses, *scene.view.tracked);
   pictures.same = over_plate(
       avatar, renderer.render(shared, scene.view.camera, pose_avatar(rig, pose), options).rgba, true);
   if (pictures.same.width == scene.truth.width && pictures.same.height == scene.truth.height)

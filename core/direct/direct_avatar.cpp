@@ -70,10 +70,10 @@ std::array<float, 3> turn_degrees(const Mat3d& r) {
 std::vector<float> channel_values(const DrivenFrame& frame, const DirectedAvatar& directed,
                                   const ActionBasis& basis) {
   const Avatar& avatar = *directed.avatar;
-  const Pose motion = avatar.world_from_head.inverse() * frame.world_from_head;
+  const Pose motion = avatar.world_from_head.inverse() * frame.pose.world_from_head;
   const Vec3d shift = motion.translation() - (directed.neck - motion.linear() * directed.neck);
   const auto turn = turn_degrees(motion.linear());
-  const Articulation &face = frame.articulation, &rest = avatar.neutral;
+  const Articulation &face = frame.pose.articulation, &rest = avatar.neutral;
   const Vec3f look = 0.5f * (face.left_eye - rest.left_eye + face.right_eye - rest.right_eye);
   Articulation gaze = rest;
   add_gaze(gaze, *directed.model, look.y(), -look.x());

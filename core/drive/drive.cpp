@@ -62,7 +62,7 @@ Result<void> check(const Track& track, const Puppet& driver, const Puppet& avata
                  "Name the track's own head model, or track the clip again.", "drive"};
   }
   if (!std::ranges::all_of(track.frames, [&](const TrackedFrame& frame) {
-        return frame.articulation.expression.size() == driver.model->expression_count();
+        return frame.pose.articulation.expression.size() == driver.model->expression_count();
       })) {
     return Error{ErrorCode::bad_input, "The numbers of expressions of track, avatar and head models differ.",
                  "Track the clip again, and train the avatar again if that does not help.", "drive"};
@@ -83,7 +83,8 @@ Result<Puppet> puppet_from_track(const Track& track, const HeadModel& model) {
   puppet.person = track.person;
   std::vector<const TrackedFrame*> frames;
   for (const TrackedFrame& frame : track.frames)
-    if (frame.status != FrameStatus::lost && frame.articulation.expression.size() == model.expression_count())
+    if (frame.status != FrameStatus::lost &&
+        frame.pose.articulation.expression.size() == model.expression_count())
       frames.push_back(&frame);
   if (frames.empty()) {
     return Error{ErrorCode::no_face, "The face is lost in every frame of the driving track.",
@@ -95,7 +96,7 @@ Result<Puppet> puppet_from_track(const Track& track, const HeadModel& model) {
   const ActionBasis basis = action_basis(model);
   std::vector<std::vector<float>> amounts(basis.actions.size());
   for (const TrackedFrame* frame : frames) {
-    const Eigen::VectorXf own = action_amounts(basis, frame->articulation);
+    const Eigen::VectorXf own = action_amounts(basis, frame->pose.articulation);
     for (std::size_t a = 0; a < amounts.size(); ++a) amounts[a].push_back(own[Eigen::Index(a)]);
   }
   for (std::size_t a = 0; a < amounts.size(); ++a)
@@ -106,11 +107,11 @@ Result<Puppet> puppet_from_track(const Track& track, const HeadModel& model) {
   for (std::size_t i = 0; i < frames.size(); i += stride) {
     double sum = 0;
     for (std::size_t j = 0; j < frames.size(); j += stride) {
-      const Pose difference = frames[i]->world_from_head.inverse() * frames[j]->world_from_head;
+      const Pose difference = frames[i]->pose.world_from_head.inverse() * frames[j]->pose.world_from_head;
       sum +=
           difference.translation().norm() + kMetresPerRadian * vector_from_turn(difference.linear()).norm();
     }
-    if (sum < best) best = sum, puppet.world_from_head = frames[i]->world_from_head;
+    if (sum < best) best = sum, puppet.world_from_head = frames[i]->pose.world_from_head;
   }
   return puppet;
 }
@@ -179,7 +180,7 @@ Result<std::vector<DrivenFrame>> drive(const Track& track, const Puppet& driver,
     DrivenFrame frame;
     frame.frame = track.frames[i].frame, frame.time_s = track.frames[i].time_s;
     frame.bridged = beats[i].bridged;
-    frame.articulation = face.articulation(beats[i], amounts[i], steady[i]);
+    frame.pose.articulation = face.articulation(beats[i], amounts[i], steady[i]);
     head.place(beats[i], steps_s[i], frame);
     driven.push_back(std::move(frame));
   }

@@ -13,6 +13,7 @@
 #include "core/base/result.h"
 #include "core/head/action_amounts.h"
 #include "core/head/head_model.h"
+#include "core/scene/avatar_pose.h"
 #include "core/scene/track.h"
 
 namespace likeness {
@@ -47,9 +48,8 @@ struct DriveOptions {
 struct DrivenFrame {
   int frame = 0;
   double time_s = 0;
-  bool bridged = false;                                                          // the driver was lost here
-  Pose world_from_head = Pose::Identity(), world_from_torso = Pose::Identity();  // avatar's world, m
-  Articulation articulation;                                                     // avatar's head model
+  bool bridged = false;  // the driver was lost here
+  AvatarPose pose;       // in the avatar's world, of the avatar's head model; attributes at rest
 };
 
 // The driver as a puppet: typical pose (medoid of the good frames) and seen ranges (2nd to 98th percentile)

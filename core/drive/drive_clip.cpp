@@ -146,11 +146,7 @@ Result<void> check_out(const DriveRequest& request, const std::filesystem::path&
 
 std::vector<AvatarPose> film_poses(const DrivenClip& clip) {
   std::vector<AvatarPose> poses;
-  for (const DrivenFrame& frame : clip.frames)
-    poses.push_back({.world_from_head = frame.world_from_head,
-                     .world_from_torso = frame.world_from_torso,
-                     .articulation = frame.articulation,
-                     .attributes = clip.attributes});
+  for (const DrivenFrame& frame : clip.frames) poses.emplace_back(frame.pose).attributes = clip.attributes;
   return poses;
 }
 

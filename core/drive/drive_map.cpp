@@ -100,10 +100,10 @@ float soft_clamp(float x, float low, float high, float margin) {
 }
 
 Beat beat_of(const TrackedFrame& frame, const Puppet& driver, const Vec3d& neck) {
-  const Pose motion = driver.world_from_head.inverse() * frame.world_from_head;
-  return {face_of(frame.articulation) - face_of(driver.neutral),
-          frame.articulation.left_eye - driver.neutral.left_eye,
-          frame.articulation.right_eye - driver.neutral.right_eye,
+  const Pose motion = driver.world_from_head.inverse() * frame.pose.world_from_head;
+  return {face_of(frame.pose.articulation) - face_of(driver.neutral),
+          frame.pose.articulation.left_eye - driver.neutral.left_eye,
+          frame.pose.articulation.right_eye - driver.neutral.right_eye,
           vector_from_turn(motion.linear()),
           motion * neck - neck,
           frame.status == FrameStatus::lost};
@@ -215,8 +215,8 @@ HeadMap::HeadMap(const Puppet& driver, const Puppet& avatar, const DriveOptions&
       torso_(options.torso_s) {}
 
 void HeadMap::place(const Beat& beat, double dt, DrivenFrame& frame) {
-  frame.world_from_head = avatar_.world_from_head;
-  frame.world_from_torso = avatar_.world_from_torso;
+  frame.pose.world_from_head = avatar_.world_from_head;
+  frame.pose.world_from_torso = avatar_.world_from_torso;
   if (!options_.move_head) return;
   const Vec3d shift = within_span(ratio_ * beat.shift, options_.span_m),
               near = within_reach(shift, options_.reach_m);
@@ -225,9 +225,9 @@ void HeadMap::place(const Beat& beat, double dt, DrivenFrame& frame) {
   Pose motion = Pose::Identity();
   motion.linear() = turn_from_vector(beat.turn);
   motion.translation() = neck_ + near + far - motion.linear() * neck_;
-  frame.world_from_head = avatar_.world_from_head * motion;
+  frame.pose.world_from_head = avatar_.world_from_head * motion;
   const Vec3d body = torso_.next(options_.torso_share * near + far, dt);
-  frame.world_from_torso.pretranslate(avatar_.world_from_head.linear() * body);
+  frame.pose.world_from_torso.pretranslate(avatar_.world_from_head.linear() * body);
 }
 
 Result<void> check_drive(const Puppet& driver, const Puppet& avatar, const DriveOptions& options) {

@@ -50,8 +50,9 @@ DrivenFrame DriveStream::next(const TrackedFrame& frame) {
   if (frame.status == FrameStatus::lost) {
     DrivenFrame held = my.last.value_or(DrivenFrame{});
     if (!my.last) {
-      held.world_from_head = my.avatar.world_from_head, held.world_from_torso = my.avatar.world_from_torso;
-      held.articulation = my.avatar.neutral;
+      held.pose.world_from_head = my.avatar.world_from_head,
+      held.pose.world_from_torso = my.avatar.world_from_torso;
+      held.pose.articulation = my.avatar.neutral;
     }
     held.frame = frame.frame, held.time_s = frame.time_s;
     held.bridged = true;
@@ -62,7 +63,7 @@ DrivenFrame DriveStream::next(const TrackedFrame& frame) {
   const Eigen::VectorXf amounts = my.face.amounts(beat);
   DrivenFrame driven;
   driven.frame = frame.frame, driven.time_s = frame.time_s;
-  driven.articulation = my.face.articulation(beat, amounts, amounts);
+  driven.pose.articulation = my.face.articulation(beat, amounts, amounts);
   my.head.place(beat, dt, driven);
   my.last = driven;
   return driven;

@@ -166,11 +166,11 @@ struct LiveTracker::Impl {
   TrackedFrame describe(const Found& found, const std::optional<Gaze>& gaze, double scale) const {
     TrackedFrame frame;
     frame.status = found.verdict.status, frame.reason = found.verdict.reason;
-    frame.articulation = neutral_articulation(*model);
-    frame.articulation.expression = found.state.expression.cast<float>();
-    frame.articulation.jaw.x() = float(found.state.jaw);
-    if (gaze) frame.articulation.left_eye = frame.articulation.right_eye = eye_rotation(*gaze);
-    frame.world_from_head = found.state.cam_from_head;
+    frame.pose.articulation = neutral_articulation(*model);
+    frame.pose.articulation.expression = found.state.expression.cast<float>();
+    frame.pose.articulation.jaw.x() = float(found.state.jaw);
+    if (gaze) frame.pose.articulation.left_eye = frame.pose.articulation.right_eye = eye_rotation(*gaze);
+    frame.pose.world_from_head = found.state.cam_from_head;
     frame.inner_error_px = found.error_px / scale;
     for (int k = 0; k < kLandmarkCount; ++k) frame.landmarks[k] = found.landmarks.points[k] / scale;
     return frame;
@@ -191,7 +191,7 @@ struct LiveTracker::Impl {
     TrackedFrame lost;
     lost.frame = number++, lost.time_s = time_s;
     lost.status = FrameStatus::lost;
-    lost.articulation = neutral_articulation(*model);
+    lost.pose.articulation = neutral_articulation(*model);
     lost.reason = "no face found";
     std::optional<Found> found;
     const auto face = expected(grey);

@@ -146,7 +146,7 @@ Result<DrivenOutput> write_driven(const OpenedAvatar& opened, const DriveRequest
     output.sound.why_not = "a performance holds no sound";
     return output;
   }
-  const Film film{std::vector<Camera>(clip->frames.size(), camera), film_poses(*clip)};
+  const Film film{.cameras = std::vector<Camera>(clip->frames.size(), camera), .poses = film_poses(*clip)};
   options.frames_per_second = clip->frames_per_second;
   if (side_by_side) {
     const Intrinsics& k = camera.intrinsics;

@@ -88,11 +88,11 @@ std::optional<PersonPlace> place_person(const PersonModel& person, const Tracked
                                         double metres_per_unit) {
   PersonPlace place;
   const Pose cam_from_world = metric(camera.cam_from_world, metres_per_unit);
-  place.cam_from_head = cam_from_world * tracked.world_from_head;
+  place.cam_from_head = cam_from_world * tracked.pose.world_from_head;
   const double depth = place.cam_from_head.translation().z();
   if (!(depth > 0.05)) return std::nullopt;
   place.px_per_metre = picture.fx / depth;
-  place.vertices = pose_head(*person.model, person.shape, tracked.articulation);
+  place.vertices = pose_head(*person.model, person.shape, tracked.pose.articulation);
   const auto landmarks = landmark_positions(*person.model, place.vertices);
   place.jaw_corners = mean_pixel(landmarks, {3, 4, 12, 13}, place.cam_from_head, picture);
   place.brow = mean_pixel(landmarks, {21, 22, 0, 16}, place.cam_from_head, picture);
@@ -103,7 +103,7 @@ std::optional<PersonPlace> place_person(const PersonModel& person, const Tracked
     return std::nullopt;
   // The neck's base hangs on the torso's frame; where that is nowhere near, on the head's.
   const Vec3d on_head = place.cam_from_head * person.neck_base;
-  place.cam_from_torso = cam_from_world * tracked.world_from_torso;
+  place.cam_from_torso = cam_from_world * tracked.pose.world_from_torso;
   const Vec3d on_torso = place.cam_from_torso * person.neck_base;
   place.torso_known = (on_torso - on_head).norm() < 0.2;
   place.neck = project<double>(picture, place.torso_known ? on_torso : on_head);

@@ -32,7 +32,7 @@ std::vector<Vec3f> seen_directions(const TrainingSet& set, int count) {
   const std::size_t n = std::min<std::size_t>(views.size(), std::size_t(std::max(1, count)));
   for (std::size_t k = 0; k < n; ++k) {
     const TrainingView& view = views[k * views.size() / n];
-    const Vec3d eye = (view.camera.cam_from_world * view.world_from_head).inverse().translation();
+    const Vec3d eye = (view.camera.cam_from_world * view.pose.world_from_head).inverse().translation();
     directions.push_back((-eye).normalized().cast<float>());
   }
   return directions;
@@ -496,7 +496,7 @@ void BakedFields::colours(const std::array<WeightedSamples, 2>& parts, std::span
 
 RenderedFrame render_baked(const BakedAvatar& avatar, const Camera& camera, const RenderState& state,
                            const RenderOptions& options) {
-  return render_frame(avatar.scene, BakedFields(avatar, state.articulation), camera, state, options);
+  return render_frame(avatar.scene, BakedFields(avatar, state.pose.articulation), camera, state, options);
 }
 
 }  // namespace likeness

@@ -121,11 +121,11 @@ Image render_nerf(const NerfAvatar& avatar, const Camera& camera, const RenderSt
   const Avatar& a = avatar.scene;
   std::vector<NeckBend> neck;
   if (!a.neck.empty())
-    neck.push_back(make_neck_bend(a.neck, state.world_from_head.inverse() * state.world_from_torso,
+    neck.push_back(make_neck_bend(a.neck, state.pose.world_from_head.inverse() * state.pose.world_from_torso,
                                   a.head.cube.origin, a.head.cube.side));
   const std::span<const WarpLattice> warp(&state.warp, state.warp.empty() ? 0 : 1);
   const std::span<const TorsoField> torso(&state.torso, state.torso.empty() ? 0 : 1);
-  const Eigen::VectorXf psi = condition(a.condition, state.articulation);
+  const Eigen::VectorXf psi = condition(a.condition, state.pose.articulation);
   NerfScene scene{&avatar.head, avatar.torso ? &*avatar.torso : nullptr, {}, psi.data(), {}};
   scene.volumes = march_volumes(a.head, a.torso ? &*a.torso : nullptr, neck);
   for (MarchNeck& m : scene.volumes.necks) look_up_neck(scene.volumes.fields[0], m);
@@ -135,8 +135,8 @@ Image render_nerf(const NerfAvatar& avatar, const Camera& camera, const RenderSt
     if (a.torso) warp_samples(torso, a.torso->cube, batch.fields[1]);
   };
   std::array<UnitFromCamera, 2> maps;
-  maps[0] = unit_from_camera(a.head.cube, camera.cam_from_world, state.world_from_head);
-  if (a.torso) maps[1] = unit_from_camera(a.torso->cube, camera.cam_from_world, state.world_from_torso);
+  maps[0] = unit_from_camera(a.head.cube, camera.cam_from_world, state.pose.world_from_head);
+  if (a.torso) maps[1] = unit_from_camera(a.torso->cube, camera.cam_from_world, state.pose.world_from_torso);
 
   Image rgba(camera.intrinsics.width, camera.intrinsics.height, 4);
   const std::vector<Vec3f> directions = pixel_directions(camera.intrinsics);

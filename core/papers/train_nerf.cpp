@@ -205,7 +205,7 @@ Result<NerfAvatar> train_nerf(const TrainingSet& set, const NerfOptions& options
   const ModeParts mode = mode_parts(options.mode);
   const HeadShape shape = shape_head(set.model, set.person);
   std::vector<Articulation> articulations;
-  for (const TrainingView& view : set.views) articulations.push_back(view.articulation);
+  for (const TrainingView& view : set.views) articulations.push_back(view.pose.articulation);
   const ConditionMap map = learn_condition_map(set.model, shape, articulations,
                                                mode.expression ? ConditionOptions{} : kNoCondition);
   const Volumes volumes = make_volumes(set, shape);

@@ -130,7 +130,7 @@ std::vector<ClipFrame> clip_frames(const Capture& capture, const CameraSet& came
       frame.badness = frame.tracked->inner_error_px / usual;
       if (frame.tracked->status == FrameStatus::weak) frame.badness = std::max(frame.badness, kWeakBadness);
       if (const auto camera = picture_camera(capture, cameras, track, captured.frame)) {
-        const ViewAngle view = view_angle(camera->cam_from_world * frame.tracked->world_from_head);
+        const ViewAngle view = view_angle(camera->cam_from_world * frame.tracked->pose.world_from_head);
         frame.turned = std::hypot(view.yaw, view.pitch) > kFarTurn;
       }
     }
@@ -148,7 +148,7 @@ std::string hold_it(const std::vector<const ClipFrame*>& frames, const Avatar& a
   std::map<std::string_view, float> amounts;
   for (const ClipFrame* frame : frames) {
     if (!frame->tracked) continue;
-    const Eigen::VectorXf shown = action_amounts(basis, frame->tracked->articulation) - rest;
+    const Eigen::VectorXf shown = action_amounts(basis, frame->tracked->pose.articulation) - rest;
     for (Eigen::Index a = 0; a < shown.size(); ++a) {
       const std::string_view name = basis.actions[std::size_t(a)].name, both = without_side(name);
       amounts[both] += shown[a] / float(frames.size()) / (both == name ? 1 : 2);  // the mean of two sides

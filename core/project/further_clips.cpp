@@ -52,8 +52,8 @@ std::vector<TrainingView> further_views(const TrackedCapture& tracked, int numbe
   for (TrainingView& view : views) {
     view.has_plate = false;
     view.further_clip = number;
-    view.world_from_torso = view.world_from_head;
-    view.torso_shape = {};
+    view.pose.world_from_torso = view.pose.world_from_head;
+    view.pose.torso_shape = {};
   }
   return views;
 }

@@ -25,8 +25,7 @@ Result<TrainingView> room_view(const Project& project, const TrackedCapture& rea
   if (!rgb) return rgb.error();
   TrainingView view;
   view.camera = *camera;
-  view.world_from_head = tracked->world_from_head;
-  view.world_from_torso = tracked->world_from_torso;
+  view.pose = tracked->pose;
   view.rgb = std::move(*rgb);
   view.alpha = TiledMask(matte.alpha);
   view.has_plate = false;

@@ -60,13 +60,13 @@ Result<Frames> gather_frames(const Project& project, const TrainingSet& set, std
 // expressions do.
 std::vector<Eigen::VectorXf> asides_of(const Frames& frames, const TrainingSet& set, const HeadShape& shape) {
   std::vector<Articulation> learnt;
-  for (const TrainingView& view : own_views(set)) learnt.push_back(view.articulation);
+  for (const TrainingView& view : own_views(set)) learnt.push_back(view.pose.articulation);
   const ConditionMap map = learn_condition_map(set.model, shape, learnt);
   std::vector<Eigen::VectorXf> asides;
   for (const TrainingView* view : frames.all) {
-    const Eigen::AngleAxisd turn((view->camera.cam_from_world * view->world_from_head).linear());
+    const Eigen::AngleAxisd turn((view->camera.cam_from_world * view->pose.world_from_head).linear());
     const Mat3d r = turn.toRotationMatrix();
-    const Eigen::VectorXf psi = condition(map, view->articulation);
+    const Eigen::VectorXf psi = condition(map, view->pose.articulation);
     Eigen::VectorXf aside(6 + psi.size());
     const float x = float(r(0, 2)), y = float(r(1, 2));  // where the face looks
     aside[0] = x, aside[1] = y, aside[2] = float(r(0, 1));
@@ -119,8 +119,8 @@ Result<FoundAttribute> find_attribute(const PaintedAttribute& attribute, const T
     const TrainingView& view = *frames.all[v];
     const StrokeCover cover = cover_strokes(annotation->region, frames.capture.crop, set.size);
     if (cover.empty()) continue;
-    const auto carried = carry_paint(set.model, pose_head(set.model, shape, view.articulation), view.camera,
-                                     view.world_from_head, cover.person);
+    const auto carried = carry_paint(set.model, pose_head(set.model, shape, view.pose.articulation),
+                                     view.camera, view.pose.world_from_head, cover.person);
     for (std::size_t i = 0; i < paint.size(); ++i) paint[i] = std::max(paint[i], carried[i]);
   }
   const std::vector<float> distance = distance_to_paint(rest, paint),
@@ -136,8 +136,8 @@ Result<FoundAttribute> find_attribute(const PaintedAttribute& attribute, const T
   parallel_for(looked.size(), [&](std::size_t i) {
     const TrainingView& view = *frames.all[i];
     LookedFrame& frame = looked[i];
-    frame.look = region_look(set.model, pose_head(set.model, shape, view.articulation), view.camera,
-                             view.world_from_head, view.rgb, points);
+    frame.look = region_look(set.model, pose_head(set.model, shape, view.pose.articulation), view.camera,
+                             view.pose.world_from_head, view.rgb, points);
     frame.aside = asides[i];
     frame.training = i < set.views.size();
     frame.time_s = view.camera.frame / std::max(1.0, frames.capture.frames_per_second);
@@ -290,11 +290,11 @@ Result<std::vector<FoundAttribute>> find_attributes(const Project& project, cons
 
 void take_attributes(const std::vector<FoundAttribute>& found, TrainingSet& set) {
   set.attributes.clear();
-  for (TrainingView& view : set.views) view.attributes.clear();
+  for (TrainingView& view : set.views) view.pose.attributes.clear();
   for (const FoundAttribute& attribute : found) {
     set.attributes.push_back(attribute.region);
     for (std::size_t v = 0; v < set.views.size(); ++v)
-      set.views[v].attributes.push_back(attribute.view_values[v]);
+      set.views[v].pose.attributes.push_back(attribute.view_values[v]);
   }
 }
 
@@ -375,6 +375,13 @@ std::vector<float> frame_amounts(const Avatar& avatar, std::span<const Attribute
     for (const AttributeCourse& course : courses)
       if (course.name == avatar.attributes[a].name) amounts[a] = amount_at(course, frame);
   return amounts;
+}
+
+AvatarPose frame_pose(const Avatar& avatar, std::span<const AttributeCourse> courses,
+                      const TrackedFrame& tracked) {
+  AvatarPose pose = tracked.pose;
+  pose.attributes = frame_amounts(avatar, courses, tracked.frame);
+  return pose;
 }
 
 Result<std::vector<AttributeCourse>> read_courses(const Project& project, const Avatar& avatar) {

@@ -17,6 +17,8 @@
 #include "core/matte/attributes.h"
 #include "core/project/project.h"
 #include "core/render/avatar.h"
+#include "core/scene/avatar_pose.h"
+#include "core/scene/track.h"
 #include "core/train/attribute_region.h"
 #include "core/train/train.h"
 
@@ -85,6 +87,11 @@ float amount_at(const AttributeCourse& course, int frame);
 // The amounts of an avatar's attributes in a frame of its project, in the avatar's order; empty for an avatar
 // without any. 0 where the frame has none.
 std::vector<float> frame_amounts(const Avatar& avatar, std::span<const AttributeCourse> courses, int frame);
+// A tracked frame's pose with these amounts, as an avatar of its project is asked for that frame. No detail:
+// the scores of a frame's own map are for the trainings (take_detail), and without them an avatar shows those
+// that the articulation tells, in held-out frames and all others alike.
+AvatarPose frame_pose(const Avatar& avatar, std::span<const AttributeCourse> courses,
+                      const TrackedFrame& tracked);
 // The courses of the avatar's project; none of an avatar without attributes.
 Result<std::vector<AttributeCourse>> read_courses(const Project& project, const Avatar& avatar);
 

@@ -60,7 +60,7 @@ Result<ProjectDetail> learn_project_detail(const fs::path& maps, const Capture& 
     const TrackedFrame* tracked = find_tracked(track, frame.frame);
     if (!frame.used || tracked == nullptr || tracked->status == FrameStatus::lost) continue;
     ++trained;
-    if (given) frames.push_back({frame.frame, std::move(map->height), tracked->articulation});
+    if (given) frames.push_back({frame.frame, std::move(map->height), tracked->pose.articulation});
   }
   if (frames.size() < kFewestFrames)
     return Error{
@@ -147,7 +147,7 @@ void take_detail(const ProjectDetail& detail, TrainingSet& set) {
   for (TrainingView& view : set.views) {
     if (view.further_clip != 0) continue;
     const auto own = detail.scores.find(view.camera.frame);
-    if (own != detail.scores.end()) view.detail = own->second;
+    if (own != detail.scores.end()) view.pose.detail = own->second;
   }
 }
 

@@ -59,7 +59,7 @@ Result<void> check_track_fits(const Track& track, const HeadModel& model) {
       track.head_model_hash == model.hash && track.person.identity.size() == model.identity_count() &&
       (track.person.offsets.empty() || int(track.person.offsets.size()) == model.vertex_count()) &&
       std::ranges::all_of(track.frames, [&](const TrackedFrame& frame) {
-        return frame.articulation.expression.size() == model.expression_count();
+        return frame.pose.articulation.expression.size() == model.expression_count();
       });
   if (fits) return {};
   return Error{ErrorCode::bad_input,
@@ -104,10 +104,7 @@ std::vector<TrainingView> tracked_views(const TrackedCapture& tracked) {
     if (found == nullptr || found->status == FrameStatus::lost || !camera) continue;
     TrainingView& view = views.emplace_back();
     view.camera = *camera;
-    view.world_from_head = found->world_from_head;
-    view.world_from_torso = found->world_from_torso;
-    view.torso_shape = found->torso_shape;
-    view.articulation = found->articulation;
+    view.pose = found->pose;
   }
   return views;
 }

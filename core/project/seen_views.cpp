@@ -45,7 +45,7 @@ SeenViews seen_views(const Capture& capture, const CameraSet& cameras, const Tra
     const TrackedFrame* tracked = find_tracked(track, frame.frame);
     const auto camera = picture_camera(capture, cameras, track, frame.frame);
     if (!frame.used || tracked == nullptr || tracked->status == FrameStatus::lost || !camera) continue;
-    seen.views.push_back(view_angle(camera->cam_from_world * tracked->world_from_head));
+    seen.views.push_back(view_angle(camera->cam_from_world * tracked->pose.world_from_head));
   }
   set_range(seen);
   return seen;

@@ -136,16 +136,16 @@ void pack_frame(const Avatar& avatar, const Camera& camera, const RenderState& s
                 std::vector<unsigned char>& out) {
   FrameParts parts;
   const UnitFromCamera head_map =
-      unit_from_camera(avatar.head.cube, camera.cam_from_world, state.world_from_head);
+      unit_from_camera(avatar.head.cube, camera.cam_from_world, state.pose.world_from_head);
   parts.maps[0] = &head_map;
   UnitFromCamera torso_map;
   if (avatar.torso) {
-    torso_map = unit_from_camera(avatar.torso->cube, camera.cam_from_world, state.world_from_torso);
+    torso_map = unit_from_camera(avatar.torso->cube, camera.cam_from_world, state.pose.world_from_torso);
     parts.maps[1] = &torso_map;
   }
   NeckBend neck;
   if (!avatar.neck.empty()) {
-    neck = make_neck_bend(avatar.neck, state.world_from_head.inverse() * state.world_from_torso,
+    neck = make_neck_bend(avatar.neck, state.pose.world_from_head.inverse() * state.pose.world_from_torso,
                           avatar.head.cube.origin, avatar.head.cube.side);
     parts.neck = &neck;
   }

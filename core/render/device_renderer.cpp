@@ -148,7 +148,7 @@ class DeviceRenderer : public FrameRenderer {
       if (auto done = record(); !done) return done.error();
     if (auto done = device_->copy_in(frame_.data(), packed_.data(), packed_.size()); !done)
       return done.error();
-    const Eigen::VectorXf psi = condition(avatar_.condition, state.articulation);
+    const Eigen::VectorXf psi = condition(avatar_.condition, state.pose.articulation);
     if (psi.size() > 0)
       if (auto done = parts_[0].field->set_conditions(psi.data(), 1); !done) return done.error();
     if (auto done = device_->replay(recording_); !done) return done.error();

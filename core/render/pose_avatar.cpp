@@ -23,12 +23,7 @@ AvatarRig make_rig(const Avatar& avatar, const HeadModel& model) {
 }
 
 RenderState pose_avatar(const AvatarRig& rig, const AvatarPose& pose) {
-  RenderState state{pose.world_from_head,
-                    pose.world_from_torso,
-                    pose.articulation,
-                    {},
-                    torso_field(rig.torso, pose.torso_shape),
-                    pose.attributes};
+  RenderState state{.pose = pose, .torso = torso_field(rig.torso, pose.torso_shape)};
   if (rig.warps)
     state.warp = make_warp_lattice(
         rig.warp, pose_detailed_head(*rig.model, rig.shape, pose.articulation, rig.detail, pose.detail));

@@ -306,11 +306,11 @@ Scene make_scene(const Avatar& avatar, const Camera& camera, const RenderState& 
   LIKENESS_CHECK(avatar.warp_cell == 0 || !state.warp.empty(),
                  "an avatar with a warp needs pose_avatar's state (cell %g m)", double(avatar.warp_cell));
   Scene scene{avatar, options, {}, {}, {}, stand_in, {}, {}, {}, {}};
-  scene.maps[0] = unit_from_camera(avatar.head.cube, camera.cam_from_world, state.world_from_head);
+  scene.maps[0] = unit_from_camera(avatar.head.cube, camera.cam_from_world, state.pose.world_from_head);
   if (avatar.torso)
-    scene.maps[1] = unit_from_camera(avatar.torso->cube, camera.cam_from_world, state.world_from_torso);
+    scene.maps[1] = unit_from_camera(avatar.torso->cube, camera.cam_from_world, state.pose.world_from_torso);
   const Eigen::VectorXf psi =
-      condition(avatar.condition, state.articulation, avatar.attributes, state.attributes);
+      condition(avatar.condition, state.pose.articulation, avatar.attributes, state.pose.attributes);
   // What the rays need before the first of them can start: a piece for each thread.
   std::array<std::optional<ConditionedField>, 2> fields;
   const std::size_t parts = avatar.torso ? 2 : 1;
@@ -330,7 +330,8 @@ Scene make_scene(const Avatar& avatar, const Camera& camera, const RenderState& 
   if (!state.warp.empty()) scene.warp = {&state.warp, 1};
   if (!state.torso.empty()) scene.torso = {&state.torso, 1};
   if (!avatar.neck.empty()) {
-    scene.neck.push_back(make_neck_bend(avatar.neck, state.world_from_head.inverse() * state.world_from_torso,
+    scene.neck.push_back(make_neck_bend(avatar.neck,
+                                        state.pose.world_from_head.inverse() * state.pose.world_from_torso,
                                         avatar.head.cube.origin, avatar.head.cube.side));
   }
   for (const NeckBend& neck : scene.neck)
@@ -444,7 +445,9 @@ std::vector<float> render_pixels(const Avatar& avatar, const Camera& camera, con
 Camera typical_camera(const Avatar& avatar) { return {-1, avatar.intrinsics, avatar.cam_from_world}; }
 
 RenderState typical_state(const Avatar& avatar) {
-  return {avatar.world_from_head, avatar.world_from_torso, avatar.neutral};
+  return {.pose = {.world_from_head = avatar.world_from_head,
+                   .world_from_torso = avatar.world_from_torso,
+                   .articulation = avatar.neutral}};
 }
 
 Image composite(const Image& rgba, const Image8& plate, const Vec3f& colour) {

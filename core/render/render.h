@@ -9,16 +9,16 @@
 #include "core/field/conditioned_field.h"
 #include "core/image/image.h"
 #include "core/render/avatar.h"
+#include "core/scene/avatar_pose.h"
 #include "core/scene/warp_lattice.h"
 
 namespace likeness {
 
 struct RenderState {
-  Pose world_from_head = Pose::Identity(), world_from_torso = Pose::Identity();  // m
-  Articulation articulation;
-  WarpLattice warp;                 // of an avatar that warps (core/render/pose_avatar.h); otherwise empty
-  TorsoField torso;                 // empty: a rigid torso
-  std::vector<float> attributes{};  // amounts, in the avatar's order; empty: all at rest
+  AvatarPose pose;
+  // What the pose makes of the avatar's rig (core/render/pose_avatar.h).
+  WarpLattice warp;  // of an avatar that warps; otherwise empty
+  TorsoField torso;  // empty: a rigid torso
 };
 
 // Of a picture of usual size, which RenderOptions::edge_contrast and most_rays speak of.

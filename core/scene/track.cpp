@@ -134,14 +134,14 @@ TorsoModes torso_modes_from(const json& j) {
 json frame_json(const TrackedFrame& f) {
   json points = json::array();
   for (const Vec2d& p : f.landmarks) points.push_back({p.x(), p.y()});
-  json frame = articulation_json(f.articulation);
+  json frame = articulation_json(f.pose.articulation);
   frame.update({{"frame", f.frame},
                 {"time_s", f.time_s},
                 {"status", status_name(f.status)},
                 {"reason", f.reason},
-                {"world_from_head", pose_json(f.world_from_head)},
-                {"world_from_torso", pose_json(f.world_from_torso)},
-                {"torso_shape", f.torso_shape},
+                {"world_from_head", pose_json(f.pose.world_from_head)},
+                {"world_from_torso", pose_json(f.pose.world_from_torso)},
+                {"torso_shape", f.pose.torso_shape},
                 {"landmarks", std::move(points)},
                 {"landmark_spread", f.landmark_spread},
                 {"look", f.look},
@@ -155,14 +155,14 @@ TrackedFrame frame_from(const json& j) {
   f.time_s = j.at("time_s").get<double>();
   f.status = status_from(j.at("status").get<std::string>());
   f.reason = j.at("reason").get<std::string>();
-  f.world_from_head = pose_from(j.at("world_from_head"));
-  f.world_from_torso = pose_from(j.at("world_from_torso"));
+  f.pose.world_from_head = pose_from(j.at("world_from_head"));
+  f.pose.world_from_torso = pose_from(j.at("world_from_torso"));
   if (j.contains("torso_shape")) {
     const auto shape = take_shape(j.at("torso_shape").get<std::vector<float>>());
     if (!shape) throw std::runtime_error("a torso's shape has too many numbers");
-    f.torso_shape = *shape;
+    f.pose.torso_shape = *shape;
   }
-  f.articulation = articulation_from(j);
+  f.pose.articulation = articulation_from(j);
   const json& points = j.at("landmarks");
   if (points.size() != kLandmarkCount) throw std::runtime_error("a frame needs 68 landmarks");
   for (int i = 0; i < kLandmarkCount; ++i)
@@ -198,10 +198,10 @@ Result<void> write_track(const std::filesystem::path& path, const Track& track) 
                      {"metres_per_unit", track.metres_per_unit},
                      {"metre_known", track.metre_known}};
   for (const TrackedFrame& f : track.frames) {
-    bool finite = f.world_from_head.matrix().allFinite() && f.world_from_torso.matrix().allFinite() &&
-                  is_finite(f.articulation) && std::isfinite(f.inner_error_px) && std::isfinite(f.look) &&
-                  std::isfinite(f.time_s);
-    for (float s : f.torso_shape) finite = finite && std::isfinite(s);
+    bool finite = f.pose.world_from_head.matrix().allFinite() &&
+                  f.pose.world_from_torso.matrix().allFinite() && is_finite(f.pose.articulation) &&
+                  std::isfinite(f.inner_error_px) && std::isfinite(f.look) && std::isfinite(f.time_s);
+    for (float s : f.pose.torso_shape) finite = finite && std::isfinite(s);
     for (double d : f.landmark_spread) finite = finite && std::isfinite(d);
     for (const Vec2d& p : f.landmarks) finite = finite && p.allFinite();
     if (!finite)

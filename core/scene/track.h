@@ -8,6 +8,7 @@
 #include "core/base/linalg.h"
 #include "core/base/result.h"
 #include "core/head/head_model.h"
+#include "core/scene/avatar_pose.h"
 #include "core/scene/torso_warp.h"
 
 namespace likeness {
@@ -18,11 +19,11 @@ struct TrackedFrame {
   int frame = 0;  // number in the source video
   double time_s = 0;
   FrameStatus status = FrameStatus::good;
-  std::string reason;                        // why it is weak or lost; empty for good
-  Pose world_from_head = Pose::Identity();   // m
-  Articulation articulation;                 // neck stays zero: the torso has a frame of its own
-  Pose world_from_torso = Pose::Identity();  // m; the torso frame is the head frame of the reference frame
-  TorsoShape torso_shape{};                  // of the track's torso modes
+  std::string reason;  // why it is weak or lost; empty for good
+  // The neck stays zero: the torso has a frame of its own, and its shape is of the track's torso modes. A
+  // track knows no attributes and no detail: core/project/project_attributes.h and project_detail.h add a
+  // project's.
+  AvatarPose pose;
   std::array<Vec2d, kLandmarkCount> landmarks{};         // px, uncropped source picture
   std::array<double, kLandmarkCount> landmark_spread{};  // px, rms of the runs that agree: their doubt
   double look = 1;            // correlation of the face's picture with the person's other frames

@@ -115,9 +115,9 @@ Truth truth_of(const DemoStage& stage, const DemoOptions& options) {
     TrackedFrame tracked;
     tracked.frame = frame;
     tracked.time_s = frame / options.frames_per_second;
-    tracked.world_from_head = world * shot.world_from_head;
-    tracked.world_from_torso = world * shot.world_from_torso;
-    tracked.articulation = shot.articulation;
+    tracked.pose.world_from_head = world * shot.world_from_head;
+    tracked.pose.world_from_torso = world * shot.world_from_torso;
+    tracked.pose.articulation = shot.articulation;
     const auto points = landmark_positions(stage.model(), stage.posed(shot));
     const Pose cam_from_head = shot.camera.cam_from_world * shot.world_from_head;
     for (std::size_t i = 0; i < points.size(); ++i) {

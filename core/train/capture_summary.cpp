@@ -37,7 +37,7 @@ Articulation typical_articulation(const TrainingSet& set) {
   std::vector<float> values(set.views.size());
   for (Eigen::Index i = 0; i < e + 9; ++i) {
     for (std::size_t v = 0; v < values.size(); ++v)
-      values[v] = articulation_vector(set.views[v].articulation)[i];
+      values[v] = articulation_vector(set.views[v].pose.articulation)[i];
     const float median = quantile(values, 0.5);
     if (i < e)
       typical.expression[i] = median;
@@ -56,7 +56,7 @@ std::size_t typical_view(const TrainingSet& set) {
   const std::size_t count = views.size(), stride = std::max<std::size_t>(1, count / 200);
   std::vector<Pose> poses(count);
   for (std::size_t v = 0; v < count; ++v)
-    poses[v] = views[v].camera.cam_from_world * views[v].world_from_head;
+    poses[v] = views[v].camera.cam_from_world * views[v].pose.world_from_head;
   double best = std::numeric_limits<double>::infinity();
   std::size_t chosen = 0;
   for (std::size_t v = 0; v < count; v += stride) {
@@ -76,7 +76,7 @@ std::vector<ActionRange> action_ranges(const TrainingSet& set) {
   const ActionBasis basis = action_basis(set.model);
   std::vector<std::vector<float>> values(basis.actions.size());
   for (const TrainingView& view : set.views) {
-    const Eigen::VectorXf amounts = action_amounts(basis, view.articulation);
+    const Eigen::VectorXf amounts = action_amounts(basis, view.pose.articulation);
     for (std::size_t a = 0; a < values.size(); ++a) values[a].push_back(amounts[Eigen::Index(a)]);
   }
   std::vector<ActionRange> ranges;
@@ -108,8 +108,8 @@ Avatar capture_avatar(const TrainingSet& set, const ConditionMap& map, float war
   avatar.warp_cell = warp_cell;
   avatar.neck = neck;
   const TrainingView& view = set.views[typical_view(set)];
-  avatar.world_from_head = view.world_from_head;
-  avatar.world_from_torso = view.world_from_torso;
+  avatar.world_from_head = view.pose.world_from_head;
+  avatar.world_from_torso = view.pose.world_from_torso;
   avatar.intrinsics = view.camera.intrinsics;
   avatar.cam_from_world = view.camera.cam_from_world;
   avatar.plate = set.plate;

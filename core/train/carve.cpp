@@ -66,7 +66,7 @@ std::vector<CarveView> head_carve_views(const TrainingSet& set, int count) {
   parallel_for(chosen.size(), [&](std::size_t i) {
     const TrainingView& view = *chosen[i];
     views[i] = {view.camera.intrinsics,
-                view.camera.cam_from_world * view.world_from_head,
+                view.camera.cam_from_world * view.pose.world_from_head,
                 {},
                 {},
                 dilated(to_image(view.alpha)),
@@ -88,14 +88,14 @@ std::vector<CarveView> torso_carve_views(const TrainingSet& set, const HeadShape
   std::vector<CarveView> views(chosen.size());
   parallel_for(chosen.size(), [&](std::size_t i) {
     const TrainingView& view = *chosen[i];
-    const Pose cam_from_head = view.camera.cam_from_world * view.world_from_head;
+    const Pose cam_from_head = view.camera.cam_from_world * view.pose.world_from_head;
     views[i] = {view.camera.intrinsics,
-                view.camera.cam_from_world * view.world_from_torso,
+                view.camera.cam_from_world * view.pose.world_from_torso,
                 set.torso_modes.grid,
                 set.torso_modes.empty() ? std::vector<float>()
-                                        : posed_displacement(set.torso_modes, view.torso_shape),
+                                        : posed_displacement(set.torso_modes, view.pose.torso_shape),
                 dilated(to_image(view.alpha)),
-                dilated(silhouette(pose_head(set.model, shape, view.articulation), above,
+                dilated(silhouette(pose_head(set.model, shape, view.pose.articulation), above,
                                    view.camera.intrinsics, cam_from_head))};
   });
   return views;

@@ -68,14 +68,14 @@ Result<void> check_training_set(const TrainingSet& set) {
     if (plate && !known.empty() &&
         (known.width != behind.width || known.height != behind.height || known.channels != 1))
       return bad("The mask of the plate's seen pixels is not of the plate's size.", "Run the matting again.");
-    if (view.articulation.expression.size() != set.model.expression_count())
+    if (view.pose.articulation.expression.size() != set.model.expression_count())
       return bad(fmt::format("Picture {} has {} expression numbers, the head model {}.", v,
-                             view.articulation.expression.size(), set.model.expression_count()),
+                             view.pose.articulation.expression.size(), set.model.expression_count()),
                  "Fit the head again with this head model.");
     if (!is_finite(view.camera))
       return bad(fmt::format("The camera of picture {} is not finite.", v), "Solve the cameras again.");
-    if (!view.world_from_head.matrix().allFinite() || !view.world_from_torso.matrix().allFinite() ||
-        !articulation_vector(view.articulation).allFinite() || !all_finite(view.torso_shape))
+    if (!view.pose.world_from_head.matrix().allFinite() || !view.pose.world_from_torso.matrix().allFinite() ||
+        !articulation_vector(view.pose.articulation).allFinite() || !all_finite(view.pose.torso_shape))
       return bad(fmt::format("The track of picture {} is not finite.", v), "Fit the head again.");
   }
   return {};

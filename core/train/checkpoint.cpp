@@ -34,10 +34,10 @@ std::string view_fingerprint(const TrainingView& view) {
   std::string text = fmt::format("{} {} {} {} {} {} {} {} {} {} {} {}\n", view.camera.frame, k.width,
                                  k.height, k.fx, k.fy, k.cx, k.cy, k.k1, k.k2, k.p1, k.p2, view.has_plate);
   add_pose(text, view.camera.cam_from_world);
-  add_pose(text, view.world_from_head);
-  add_pose(text, view.world_from_torso);
-  for (const float v : articulation_vector(view.articulation)) text += fmt::format("{} ", v);
-  for (const float v : view.torso_shape) text += fmt::format("{} ", v);
+  add_pose(text, view.pose.world_from_head);
+  add_pose(text, view.pose.world_from_torso);
+  for (const float v : articulation_vector(view.pose.articulation)) text += fmt::format("{} ", v);
+  for (const float v : view.pose.torso_shape) text += fmt::format("{} ", v);
   add_hash(text, view.rgb.data);
   add_hash(text, to_image(view.alpha).data);
   if (view.further_clip != 0) text += fmt::format("clip {}\n", view.further_clip);
@@ -57,7 +57,7 @@ std::string detail_fingerprint(const TrainingSet& set) {
                                    {d.high.data(), d.high.size()}})
     add_hash(text, std::vector<float>(data, data + size));
   for (const TrainingView& view : set.views)
-    add_hash(text, std::vector<float>(view.detail.begin(), view.detail.end()));
+    add_hash(text, std::vector<float>(view.pose.detail.begin(), view.pose.detail.end()));
   return hash_text(text);
 }
 
@@ -141,7 +141,7 @@ std::string training_fingerprint(const TrainingSet& set, const TrainOptions& opt
                         region.origin.z(), fmt::join(region.count, " "));
     add_hash(text, set.attributes[a].weights);
     for (const TrainingView& view : set.views)
-      text += fmt::format("{} ", view.attributes.empty() ? 0.f : view.attributes[a]);
+      text += fmt::format("{} ", view.pose.attributes.empty() ? 0.f : view.pose.attributes[a]);
   }
   if (options.canonical_occupancy) text += "canonical occupancy\n";
   if (!set.detail.empty()) text += "detail " + detail_fingerprint(set) + "\n";

@@ -44,7 +44,7 @@ struct Problem {
   Eigen::VectorXd residuals(const Eigen::VectorXd& x, const RenderState* same_face) const {
     const AvatarPose pose = changed_pose(tracked, avatar.condition, x);
     RenderState state = same_face ? *same_face : pose_avatar(rig, pose);
-    state.world_from_head = pose.world_from_head;
+    state.pose.world_from_head = pose.world_from_head;
     const std::vector<float> rgba = render_pixels(avatar, camera, state, pixels, picture_options());
     const bool plate = target.plate && !target.plate->empty();
     Eigen::VectorXd r(Eigen::Index(3 * pixels.size()));

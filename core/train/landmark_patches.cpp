@@ -82,8 +82,8 @@ float visibility_of(const Vec3d& point, const Vec3d& middle) {
 
 ViewLandmarks view_landmarks(const HeadModel& model, const HeadShape& shape, const TrainingView& view) {
   ViewLandmarks out;
-  out.in_head = landmark_positions(model, pose_head(model, shape, view.articulation));
-  const Pose cam_from_head = view.camera.cam_from_world * view.world_from_head;
+  out.in_head = landmark_positions(model, pose_head(model, shape, view.pose.articulation));
+  const Pose cam_from_head = view.camera.cam_from_world * view.pose.world_from_head;
   const auto in_camera = [&](int k) {
     return Vec3d(cam_from_head * out.in_head[std::size_t(k)].cast<double>());
   };
@@ -175,7 +175,7 @@ struct ExampleSource {
       const std::size_t other = random.below(std::uint32_t(all.size()));
       const float way = random.uniform() - 0.5f;
       const TrainingView& of = set.views[view];
-      warp = expression_warp(own, all[other].in_head, of.camera.cam_from_world * of.world_from_head,
+      warp = expression_warp(own, all[other].in_head, of.camera.cam_from_world * of.pose.world_from_head,
                              of.camera.intrinsics, way, centre);
       const double share = std::min(1.0, reach / std::max(1e-9, warp.shift.norm()));
       warp.shift *= share;

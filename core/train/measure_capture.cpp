@@ -19,7 +19,7 @@ constexpr double kEnoughWall = 0.02;  // of the pixels read
 // Of the picture: the person's pixels beyond the base of the neck, in the direction in which the torso lies.
 double torso_share(const TrainingView& view, double base) {
   if (view.alpha.empty()) return 0;
-  const Pose cam_from_torso = view.camera.cam_from_world * view.world_from_torso;
+  const Pose cam_from_torso = view.camera.cam_from_world * view.pose.world_from_torso;
   const Vec3d top = cam_from_torso * Vec3d(0, base, 0), below = cam_from_torso * Vec3d(0, base - 0.05, 0);
   if (top.z() < 0.05 || below.z() < 0.05) return 0;
   const Vec2d at = project<double>(view.camera.intrinsics, top);
@@ -72,7 +72,7 @@ CaptureMeasures measure_capture(const TrainingSet& set, const HeadShape& shape) 
   // -- Where the camera stands as seen from the head.
   std::vector<double> yaw, pitch;
   for (const TrainingView& view : own) {
-    const Pose cam_from_head = view.camera.cam_from_world * view.world_from_head;
+    const Pose cam_from_head = view.camera.cam_from_world * view.pose.world_from_head;
     const Vec3d to_camera = cam_from_head.inverse().translation().normalized();
     yaw.push_back(std::atan2(to_camera.x(), to_camera.z()));
     pitch.push_back(std::asin(std::clamp(to_camera.y(), -1.0, 1.0)));
@@ -81,12 +81,12 @@ CaptureMeasures measure_capture(const TrainingSet& set, const HeadShape& shape) 
   m.yaw = span_of(yaw), m.pitch = span_of(pitch);
   std::vector<Mat3d> turns;
   for (const TrainingView& view : set.views)
-    turns.push_back((view.camera.cam_from_world * view.world_from_head).linear());
+    turns.push_back((view.camera.cam_from_world * view.pose.world_from_head).linear());
   m.turn = turn_about_mean(turns);
 
   // -- What the face does.
   std::vector<Articulation> articulations;
-  for (const TrainingView& view : set.views) articulations.push_back(view.articulation);
+  for (const TrainingView& view : set.views) articulations.push_back(view.pose.articulation);
   const ArticulationSpread spread = articulation_spread(set.model, shape, articulations);
   m.face_motion = spread.face, m.gaze_pitch = spread.gaze_pitch, m.gaze_yaw = spread.gaze_yaw;
 

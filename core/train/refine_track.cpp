@@ -24,14 +24,10 @@ Eigen::VectorXd bounds(const RefineOptions& options, Eigen::Index count) {
 
 }  // namespace
 
-AvatarPose tracked_pose(const TrainingView& view) {
-  return {view.world_from_head, view.world_from_torso, view.articulation,
-          view.torso_shape,     view.attributes,       view.detail};
-}
-
 Image8 head_box(const TrainingView& view, const AvatarRig& rig) {
-  const auto landmarks = landmark_positions(*rig.model, pose_head(*rig.model, rig.shape, view.articulation));
-  const Pose cam_from_head = view.camera.cam_from_world * view.world_from_head;
+  const auto landmarks =
+      landmark_positions(*rig.model, pose_head(*rig.model, rig.shape, view.pose.articulation));
+  const Pose cam_from_head = view.camera.cam_from_world * view.pose.world_from_head;
   Vec2d low = Vec2d::Constant(1e9), high = -low;
   Image8 region(view.rgb.width, view.rgb.height, 1);
   for (const Vec3f& landmark : landmarks) {
@@ -52,8 +48,8 @@ std::vector<AvatarPose> corrected_poses(const TrainingSet& set, const ConditionM
                                         const std::vector<Eigen::VectorXd>& corrections) {
   std::vector<AvatarPose> poses;
   for (std::size_t v = 0; v < set.views.size(); ++v)
-    poses.push_back(changed_pose(tracked_pose(set.views[v]), map,
-                                 corrections.empty() ? Eigen::VectorXd() : corrections[v]));
+    poses.push_back(
+        changed_pose(set.views[v].pose, map, corrections.empty() ? Eigen::VectorXd() : corrections[v]));
   return poses;
 }
 
@@ -67,10 +63,9 @@ std::vector<Eigen::VectorXd> refine_track(const TrainingSet& set, const Avatar& 
     const Image8 region = within_matte(head_box(view, rig), view), none;
     const bool plate = view.has_plate && !set.plate.empty();
     const FieldFitOptions fit{options.pixels, 1, options.components, options.seed + v};
-    refined[v] =
-        fit_to_field(avatar, rig, view.camera, {&view.rgb, plate ? &set.plate : &none, &region},
-                     tracked_pose(view), corrections.empty() ? Eigen::VectorXd() : corrections[v], fit)
-            .change;
+    refined[v] = fit_to_field(avatar, rig, view.camera, {&view.rgb, plate ? &set.plate : &none, &region},
+                              view.pose, corrections.empty() ? Eigen::VectorXd() : corrections[v], fit)
+                     .change;
   });
   if (stop.stop_requested() || refined.empty()) return corrections;
   const Eigen::VectorXd most = bounds(options, refined.front().size());

@@ -18,8 +18,6 @@ struct RefineOptions {
   std::uint64_t seed = 0;
 };
 
-AvatarPose tracked_pose(const TrainingView& view);
-
 // (size, size, 1), 255: the box of the head's posed landmarks, half as large again.
 Image8 head_box(const TrainingView& view, const AvatarRig& rig);
 

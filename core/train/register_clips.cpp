@@ -72,7 +72,7 @@ using Motion = std::array<double, kPoseChange>;
 
 Motion view_motion(const TrainingView& view, const Avatar& avatar, const AvatarRig& rig,
                    const RegisterOptions& options, std::uint64_t seed) {
-  const AvatarPose tracked = tracked_pose(view);
+  const AvatarPose tracked = view.pose;
   Image8 region = head_box(view, rig);
   for (int y = 0; y < region.height; ++y)
     for (int x = 0; x < region.width; ++x)
@@ -106,10 +106,10 @@ Pose common_motion(const std::vector<Motion>& motions, const RegisterOptions& op
 
 // The change (core/train/field_fit.h) that moves a view's head frame so.
 Eigen::VectorXd change_of(const TrainingView& view, const Pose& motion) {
-  const Pose moved = view.world_from_head * motion;
-  const Eigen::AngleAxisd turn(moved.linear() * view.world_from_head.linear().transpose());
+  const Pose moved = view.pose.world_from_head * motion;
+  const Eigen::AngleAxisd turn(moved.linear() * view.pose.world_from_head.linear().transpose());
   Eigen::VectorXd change(kPoseChange);
-  change << turn.angle() * turn.axis(), moved.translation() - view.world_from_head.translation();
+  change << turn.angle() * turn.axis(), moved.translation() - view.pose.world_from_head.translation();
   return change;
 }
 

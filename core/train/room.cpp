@@ -53,8 +53,8 @@ OccupancyGrid free_cells(std::span<const TrainingView> views, const FieldCube& c
   std::vector<Vec3f> eyes, heads, downs;
   for (std::size_t i = 0; i < views.size(); i += std::max<std::size_t>(1, views.size() / 32)) {
     eyes.push_back(views[i].camera.cam_from_world.inverse().translation().cast<float>());
-    heads.push_back(views[i].world_from_head.translation().cast<float>());
-    downs.push_back(-views[i].world_from_torso.linear().col(1).cast<float>());
+    heads.push_back(views[i].pose.world_from_head.translation().cast<float>());
+    downs.push_back(-views[i].pose.world_from_torso.linear().col(1).cast<float>());
   }
   OccupancyGrid grid = make_occupancy(kRoomCells, false);
   for (int z = 0; z < kRoomCells; ++z)
@@ -235,7 +235,7 @@ RoomTraining start_room(std::span<const TrainingView> views, const FieldCube& cu
 }  // namespace
 
 FieldCube room_cube(std::span<const TrainingView> views, std::span<const Vec3f> points) {
-  const Vec3f head = views.front().world_from_head.translation().cast<float>();
+  const Vec3f head = views.front().pose.world_from_head.translation().cast<float>();
   Vec3f low, high;
   if (points.size() >= kLeastPoints) {
     for (int axis = 0; axis < 3; ++axis) {

@@ -20,6 +20,7 @@
 #include "core/image/tiled_mask.h"
 #include "core/render/avatar.h"
 #include "core/render/strata.h"
+#include "core/scene/avatar_pose.h"
 #include "core/train/mode.h"
 
 namespace likeness {
@@ -28,14 +29,10 @@ class Backend;  // core/render/backend.h
 
 // One training picture.
 struct TrainingView {
-  Camera camera;  // crop intrinsics at `size`; translation in metres
-  Pose world_from_head = Pose::Identity(), world_from_torso = Pose::Identity();
-  Articulation articulation;
-  TorsoShape torso_shape{};
-  std::vector<float> attributes{};  // amounts, one for each of the set's; empty: all at rest
-  Eigen::VectorXf detail{};  // scores of this frame's own map; empty: those that its articulation tells
-  Image8 rgb;                // (size, size, 3)
-  TiledMask alpha;           // (size, size) person's matte; empty = unknown
+  Camera camera;          // crop intrinsics at `size`; translation in metres
+  AvatarPose pose;        // attributes: one for each of the set's
+  Image8 rgb;             // (size, size, 3)
+  TiledMask alpha;        // (size, size) person's matte; empty = unknown
   bool has_plate = true;  // the background of this view is its clip's plate; otherwise its matte separates it
   // Number of a further clip of the person, 0: the avatar's own. Another place, another light, other clothes:
   // its head alone is learnt from, before its own plate, and with the view's own code wherever the first clip

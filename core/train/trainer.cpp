@@ -398,7 +398,7 @@ Result<Avatar> train_avatar(const TrainingSet& set, const TrainOptions& options,
 
   const HeadShape shape = shape_head(set.model, set.person);
   std::vector<Articulation> articulations;
-  for (const TrainingView& view : set.views) articulations.push_back(view.articulation);
+  for (const TrainingView& view : set.views) articulations.push_back(view.pose.articulation);
   const ModeParts parts = mode_parts(options.mode);
   ConditionOptions told = parts.expression && options.use_expression ? ConditionOptions{} : kNoCondition;
   told.gaze &= options.use_gaze;

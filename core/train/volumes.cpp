@@ -116,7 +116,7 @@ std::vector<Articulation> envelope_poses(const TrainingSet& set) {
     }
   const std::size_t n = std::min<std::size_t>(set.views.size(), kPoses);
   for (std::size_t i = 0; i < n; ++i) {
-    Articulation a = set.views[i * set.views.size() / n].articulation;
+    Articulation a = set.views[i * set.views.size() / n].pose.articulation;
     a.neck.setZero();
     poses.push_back(std::move(a));
   }
@@ -323,7 +323,7 @@ std::optional<Volume> torso_volume(const TrainingSet& set, const HeadShape& shap
   const std::size_t views = std::min<std::size_t>(own.size(), 32);
   for (std::size_t i = 0; i < views; ++i) {
     const TrainingView& view = own[i * own.size() / views];
-    const Pose cam_from_torso = view.camera.cam_from_world * view.world_from_torso;
+    const Pose cam_from_torso = view.camera.cam_from_world * view.pose.world_from_torso;
     const double depth = (cam_from_torso * chest).z();
     if (depth < 0.05) continue;
     const Intrinsics& k = view.camera.intrinsics;
@@ -374,7 +374,7 @@ Volumes make_volumes(const TrainingSet& set, const HeadShape& shape, const Volum
   Volumes volumes;
   volumes.head = head_volume(set, shape, marks, options);
   std::vector<Articulation> articulations;
-  for (const TrainingView& view : set.views) articulations.push_back(view.articulation);
+  for (const TrainingView& view : set.views) articulations.push_back(view.pose.articulation);
   volumes.head.still =
       still_cells(set.model, shape, articulations, volumes.head.cube, options.head_resolution);
   if (set.has_torso) {

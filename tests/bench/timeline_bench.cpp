@@ -31,7 +31,7 @@ std::shared_ptr<const ProjectContents> long_contents() {
       capture.frames.push_back({i, i / 30.0, 100 + 40 * std::sin(i * 0.7), held_out, !held_out, ""});
       TrackedFrame frame;
       frame.frame = i, frame.time_s = i / 30.0;
-      frame.articulation = neutral_articulation(*made->model);
+      frame.pose.articulation = neutral_articulation(*made->model);
       frame.inner_error_px = 1 + 0.8 * std::sin(i * 0.5);
       track.frames.push_back(frame);
     }

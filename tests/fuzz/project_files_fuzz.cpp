@@ -102,7 +102,7 @@ TEST(FuzzProjectFiles, Track) {
   for (int i = 0; i < 2; ++i) {
     TrackedFrame frame;
     frame.frame = i;
-    frame.articulation.expression = Eigen::VectorXf::Constant(2, 0.5f);
+    frame.pose.articulation.expression = Eigen::VectorXf::Constant(2, 0.5f);
     for (Vec2d& p : frame.landmarks) p = {1.5, 2.5};
     track.frames.push_back(frame);
   }

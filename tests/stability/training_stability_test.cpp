@@ -31,10 +31,8 @@ Result<Avatar> train(const TrainingSet& set, const TrainOptions& options, double
 }
 
 Image picture(const Avatar& avatar, const HeadModel& model, TrainingView view) {
-  const RenderedFrame frame = render_frame(
-      avatar, view.camera,
-      pose_avatar(make_rig(avatar, model),
-                  {view.world_from_head, view.world_from_torso, view.articulation, view.torso_shape}));
+  const RenderedFrame frame =
+      render_frame(avatar, view.camera, pose_avatar(make_rig(avatar, model), view.pose));
   return composite(frame.rgba, {}, Vec3f::Constant(0.5f));
 }
 
@@ -75,12 +73,12 @@ TEST(TrainingStability, FiveDeviationsOutsideTheFaceIsStillAFace) {
   ASSERT_TRUE(avatar.ok()) << avatar.error().what;
   double sum = 0, squares = 0;
   for (const TrainingView& view : set.views)
-    sum += view.articulation.expression[0], squares += std::pow(view.articulation.expression[0], 2);
+    sum += view.pose.articulation.expression[0], squares += std::pow(view.pose.articulation.expression[0], 2);
   const double n = double(set.views.size()), mean = sum / n, deviation = std::sqrt(squares / n - mean * mean);
   for (const double sigmas : {-5.0, 5.0}) {
     TrainingView view = set.views[3], edge = view;
-    view.articulation.expression[0] = float(mean + sigmas * deviation);
-    edge.articulation.expression[0] = sigmas < 0 ? 0.f : 1.f;
+    view.pose.articulation.expression[0] = float(mean + sigmas * deviation);
+    edge.pose.articulation.expression[0] = sigmas < 0 ? 0.f : 1.f;
     const Image far = picture(*avatar, set.model, view), near = picture(*avatar, set.model, edge);
     ASSERT_TRUE(is_picture(far));
     EXPECT_GT(psnr_from_mse(mse(far, near)), 20) << sigmas;
@@ -114,15 +112,15 @@ TEST(TrainingStability, NumbersThatAreNoneAreRefusedByName) {
     const char* name;
     std::function<void(TrainingSet&, double)> spoil;
   } cases[] = {
-      {"track", [](TrainingSet& s, double v) { s.views[2].world_from_head.translation().x() = v; }},
-      {"track", [](TrainingSet& s, double v) { s.views[2].world_from_torso.matrix()(0, 1) = v; }},
-      {"track", [](TrainingSet& s, double v) { s.views[2].articulation.expression[1] = float(v); }},
-      {"track", [](TrainingSet& s, double v) { s.views[2].torso_shape[0] = float(v); }},
+      {"track", [](TrainingSet& s, double v) { s.views[2].pose.world_from_head.translation().x() = v; }},
+      {"track", [](TrainingSet& s, double v) { s.views[2].pose.world_from_torso.matrix()(0, 1) = v; }},
+      {"track", [](TrainingSet& s, double v) { s.views[2].pose.articulation.expression[1] = float(v); }},
+      {"track", [](TrainingSet& s, double v) { s.views[2].pose.torso_shape[0] = float(v); }},
       {"camera", [](TrainingSet& s, double v) { s.views[2].camera.intrinsics.fx = v; }},
       {"camera", [](TrainingSet& s, double v) { s.views[2].camera.cam_from_world.translation().z() = v; }},
       {"person", [](TrainingSet& s, double v) { s.person.identity[0] = float(v); }},
       {"neutral", [](TrainingSet& s, double v) {
-         s.neutral = s.views[0].articulation;
+         s.neutral = s.views[0].pose.articulation;
          s.neutral.jaw.x() = float(v);
        }}};
   for (const auto& c : cases)

@@ -30,7 +30,7 @@ PictureRequest at_rest(std::uint64_t moment) {
   PictureRequest request;
   request.avatar = avatar;
   request.camera = shown.camera;
-  request.pose = {shown.pose.world_from_head, shown.pose.world_from_torso, shown.pose.articulation, {}};
+  request.pose = shown.pose;
   request.origin.moment = moment;
   request.finest = 96;
   return request;

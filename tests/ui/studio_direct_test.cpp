@@ -279,9 +279,9 @@ TEST_F(StudioDirect, ViewsThatWereNeverSeenFadeAndAreTold) {
   track.person = avatar.person;
   track.neutral = avatar.neutral;
   track.frames.resize(1);
-  track.frames[0].world_from_head = avatar.world_from_head;
-  track.frames[0].world_from_torso = avatar.world_from_torso;
-  track.frames[0].articulation = avatar.neutral;
+  track.frames[0].pose.world_from_head = avatar.world_from_head;
+  track.frames[0].pose.world_from_torso = avatar.world_from_torso;
+  track.frames[0].pose.articulation = avatar.neutral;
   const auto project = open_project(project_.folder());
   ASSERT_TRUE(write_capture(capture_path(*project), capture).ok());
   ASSERT_TRUE(write_cameras(cameras_path(*project), cameras).ok());

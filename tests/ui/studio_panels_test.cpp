@@ -71,9 +71,7 @@ std::shared_ptr<const ProjectContents> ball_contents() {
       TrackedFrame frame;
       frame.frame = i;
       frame.time_s = i / 30.0;
-      frame.world_from_head = set.views[std::size_t(i)].world_from_head;
-      frame.world_from_torso = set.views[std::size_t(i)].world_from_torso;
-      frame.articulation = set.views[std::size_t(i)].articulation;
+      frame.pose = set.views[std::size_t(i)].pose;
       frame.inner_error_px = 1 + 0.8 * std::sin(i * 0.5);
       frame.status = i == 9 ? FrameStatus::lost : i % 6 == 5 ? FrameStatus::weak : FrameStatus::good;
       frame.reason = i == 9 ? "no face was found" : "";
@@ -193,12 +191,7 @@ Snapshot snapshot_of(Step step, Look look) {
       auto picture = std::make_shared<AvatarPicture>();
       const ProjectAvatar& a = *s.contents->avatar;
       const DirectedMoment rest = direct_moment(a.directed, {}, 0);
-      picture->rgba =
-          render_frame(
-              a.avatar, resized(rest.camera, 64),
-              pose_avatar(
-                  a.rig, {rest.pose.world_from_head, rest.pose.world_from_torso, rest.pose.articulation, {}}))
-              .rgba;
+      picture->rgba = render_frame(a.avatar, resized(rest.camera, 64), pose_avatar(a.rig, rest.pose)).rgba;
       picture->last = true;
       s.picture = picture;
     }

@@ -49,9 +49,9 @@ Field torso_field_of(std::uint32_t seed) {
 std::size_t rays_met(const Avatar& avatar, const Camera& camera, const RenderState& state) {
   const MarchVolumes volumes = march_volumes(avatar.head, avatar.torso ? &*avatar.torso : nullptr);
   const UnitFromCamera head =
-      unit_from_camera(avatar.head.cube, camera.cam_from_world, state.world_from_head);
+      unit_from_camera(avatar.head.cube, camera.cam_from_world, state.pose.world_from_head);
   const UnitFromCamera torso =
-      unit_from_camera(avatar.torso->cube, camera.cam_from_world, state.world_from_torso);
+      unit_from_camera(avatar.torso->cube, camera.cam_from_world, state.pose.world_from_torso);
   std::size_t met = 0;
   for (const Vec3f& direction : pixel_directions(camera.intrinsics)) {
     RayRequest ray;
@@ -72,7 +72,7 @@ Result<DeviceFrameSpeed> measure_quality(std::shared_ptr<Device> device, const A
   Result<RenderedFrame> frame = Error{};
   for (int k = 0; k <= options.rounds; ++k) {
     RenderState state = typical_state(avatar);
-    state.world_from_head.rotate(Eigen::AngleAxisd(0.01 * k, Vec3d::UnitY()));
+    state.pose.world_from_head.rotate(Eigen::AngleAxisd(0.01 * k, Vec3d::UnitY()));
     if (auto done = device->mark(0); !done) return done.error();
     frame = (*made)->render(camera, state, asked);
     if (!frame) return frame.error();
@@ -84,7 +84,7 @@ Result<DeviceFrameSpeed> measure_quality(std::shared_ptr<Device> device, const A
   }
   std::nth_element(seconds.begin(), seconds.begin() + std::ptrdiff_t(seconds.size() / 2), seconds.end());
   RenderState last = typical_state(avatar);
-  last.world_from_head.rotate(Eigen::AngleAxisd(0.01 * options.rounds, Vec3d::UnitY()));
+  last.pose.world_from_head.rotate(Eigen::AngleAxisd(0.01 * options.rounds, Vec3d::UnitY()));
   RenderOptions exact = device_options(asked);
   exact.precision = FieldPrecision::exact;
   const Image truth = render_frame(avatar, camera, last, exact).rgba;

@@ -64,8 +64,7 @@ Result<LiveFigures> measure_live(const Avatar& avatar, const HeadModel& model,
     if (!next && status.state == LiveState::ended) break;
     if (!next) continue;
     const auto start = Clock::now();
-    const RenderState state = pose_avatar(
-        rig, {next->frame.world_from_head, next->frame.world_from_torso, next->frame.articulation, {}});
+    const RenderState state = pose_avatar(rig, next->frame.pose);
     const RenderedFrame picture = render_frame(avatar, camera, state, quality);
     renders.push_back(seconds_since(start));
     latencies.push_back(seconds_since(next->captured));

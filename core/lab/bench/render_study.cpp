@@ -201,9 +201,7 @@ Result<RenderStudy> study_rendering(const Project& project, int frames, std::vec
     if (!truth) return truth.error();
     const TrackedFrame& t = *chosen[k].tracked;
     const auto start = std::chrono::steady_clock::now();
-    const RenderState state =
-        pose_avatar(rig, {t.world_from_head, t.world_from_torso, t.articulation, t.torso_shape,
-                          frame_amounts(set->avatar, *courses, t.frame)});
+    const RenderState state = pose_avatar(rig, frame_pose(set->avatar, *courses, t));
     study.pose_milliseconds += milliseconds_since(start);
     const auto added = add_frame(*renderers, chosen[k].camera, state, *truth, k == 0, study.rows);
     if (!added) return added.error();

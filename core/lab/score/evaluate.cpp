@@ -87,7 +87,7 @@ Result<Evaluation> evaluate(const Project& project, const EvalOptions& options, 
   result.split = split_name(capture.split);
   result.size = capture.size;
   result.free_numbers_per_frame =
-      6 + int(track.frames.front().articulation.expression.size()) + 3 + 6 + (track.has_torso ? 6 : 0);
+      6 + int(track.frames.front().pose.articulation.expression.size()) + 3 + 6 + (track.has_torso ? 6 : 0);
   std::vector<double> ssims, gmsds, distances;
   std::vector<FrameScore> refitted;
   bool background_known = true;
@@ -110,8 +110,7 @@ Result<Evaluation> evaluate(const Project& project, const EvalOptions& options, 
     if (!regions) return regions.error();
 
     const auto start = std::chrono::steady_clock::now();
-    const AvatarPose pose{tracked->world_from_head, tracked->world_from_torso, tracked->articulation,
-                          tracked->torso_shape, frame_amounts(avatar, *courses, frame)};
+    const AvatarPose pose = frame_pose(avatar, *courses, *tracked);
     const auto rendered = (*renderer)->render(*camera, pose_avatar(rig, pose), quality);
     if (!rendered) return rendered.error();
     render_s += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();

@@ -86,13 +86,12 @@ Result<SizedClip> read_sized_clip(const Project& project, int size) {
     auto regions = read_regions(regions_path(project), capture, frame);
     if (!regions) return regions.error();
     const bool known = std::ranges::binary_search(plate_info->frames, frame);
-    clip.held_out.push_back(
-        {frame,
-         {tracked->world_from_head, tracked->world_from_torso, tracked->articulation, tracked->torso_shape},
-         *camera,
-         fitted(*truth, size),
-         known ? clip.set.plate : Image8{},
-         std::move(*regions)});
+    clip.held_out.push_back({.frame = frame,
+                             .pose = tracked->pose,
+                             .camera = *camera,
+                             .truth = fitted(*truth, size),
+                             .plate = known ? clip.set.plate : Image8{},
+                             .regions = std::move(*regions)});
   }
   if (clip.held_out.empty())
     return Error{ErrorCode::failed, "None of the held-out frames has a track, so nothing can be measured.",

@@ -18,7 +18,6 @@
 #include "core/train/cell_math.h"
 #include "core/train/occupancy_refresh.h"
 #include "core/train/random_stream.h"
-#include "core/train/refine_track.h"
 
 namespace likeness {
 namespace {
@@ -210,7 +209,7 @@ std::vector<PosedView> acted_views(const Avatar& avatar, const HeadModel& model)
     if (action.name.starts_with("eyeLook")) continue;  // gaze moves no lattice
     PosedView& view = views.emplace_back();
     view.camera.intrinsics = avatar.intrinsics, view.camera.cam_from_world = avatar.cam_from_world;
-    view.pose = {avatar.world_from_head, avatar.world_from_torso, avatar.neutral};
+    view.pose = typical_state(avatar).pose;
     add_action(view.pose.articulation, action, 1);
   }
   return views;
@@ -222,7 +221,7 @@ std::vector<PosedView> held_out_views(const HeldOutSet& set, int most) {
     const TrackedFrame* t = find_tracked(set.track, frame);
     const auto camera = picture_camera(set.capture, set.cameras, set.track, frame);
     if (t == nullptr || t->status == FrameStatus::lost || !camera) continue;
-    all.push_back({*camera, {t->world_from_head, t->world_from_torso, t->articulation, t->torso_shape}});
+    all.push_back({.camera = *camera, .pose = t->pose});
   }
   if (most <= 0 || std::size_t(most) >= all.size()) return all;
   for (std::size_t k = 0; k < std::size_t(most); ++k)
@@ -262,12 +261,12 @@ Result<CullStudy> study_culling(const Project& project, int frames, const Progre
   std::vector<NeckBend> necks(avatar.neck.empty() ? 0 : own.size());
   parallel_for(own.size(), [&](std::size_t v) {
     const TrainingView& view = own[v];
-    lattices[v] = pose_avatar(rig, tracked_pose(view)).warp;
+    lattices[v] = pose_avatar(rig, view.pose).warp;
     if (!necks.empty())
-      necks[v] = make_neck_bend(avatar.neck, view.world_from_head.inverse() * view.world_from_torso,
+      necks[v] = make_neck_bend(avatar.neck, view.pose.world_from_head.inverse() * view.pose.world_from_torso,
                                 cube.origin, cube.side);
   });
-  for (const TrainingView& view : own) conditions.add(view.articulation);
+  for (const TrainingView& view : own) conditions.add(view.pose.articulation);
   conditions.add(avatar.neutral);
   const CullScene scene{volumes.head, lattices, necks,
                         [&](const FieldSamples& at, std::vector<float>& sigma) {

@@ -31,8 +31,8 @@ constexpr const char* kAttributeRow = "attribute";
 void look_ahead(Track& track, const HeadModel& model) {
   const Articulation rest = neutral_articulation(model);
   for (TrackedFrame& frame : track.frames) {
-    frame.articulation.left_eye = rest.left_eye;
-    frame.articulation.right_eye = rest.right_eye;
+    frame.pose.articulation.left_eye = rest.left_eye;
+    frame.pose.articulation.right_eye = rest.right_eye;
   }
   track.neutral.left_eye = rest.left_eye;
   track.neutral.right_eye = rest.right_eye;

@@ -165,16 +165,12 @@ Result<LandmarkStudy> study_landmarks(const Project& project, int frames, const 
     if (!t || t->status == FrameStatus::lost || !camera) continue;
     const auto truth = read_image(project.folder / frame_name(frame));
     if (!truth) return truth.error();
-    const RenderState state = pose_avatar(rig, {t->world_from_head, t->world_from_torso, t->articulation,
-                                                t->torso_shape, frame_amounts(set->avatar, *courses, frame)});
+    const RenderState state = pose_avatar(rig, frame_pose(set->avatar, *courses, *t));
     const RenderedFrame rendered =
         render_frame(set->avatar, *camera, state, render_options(RenderQuality::final));
     const bool known = std::ranges::binary_search(set->plate_info.frames, frame);
     const Image8 picture = to_bytes(composite(rendered.rgba, known ? set->avatar.plate : Image8{}));
-    const TrainingView view{.camera = *camera,
-                            .world_from_head = t->world_from_head,
-                            .articulation = t->articulation,
-                            .rgb = *truth};
+    const TrainingView view{.camera = *camera, .pose = t->pose, .rgb = *truth};
     study.frames += compare_frame(*patches, patch_places(*model, rig.shape, view, patches->stride), *detector,
                                   *truth, picture, study.rows);
   }

@@ -26,10 +26,6 @@ constexpr double kTorsoPoints[][3] = {
 using Complex = std::complex<double>;
 Complex complex(const Vec2d& p) { return {p.x(), p.y()}; }
 
-AvatarPose pose_of(const TrainingView& view) {
-  return {view.world_from_head, view.world_from_torso, view.articulation, view.torso_shape};
-}
-
 Image cut_out(const TrainingView& view) {
   const Image8 alpha = to_image(view.alpha);
   Image out(view.rgb.width, view.rgb.height, 4);
@@ -95,7 +91,7 @@ LandmarkWarp make_landmark_warp(const TrainingSet& set) {
   const auto views = own_views(set);
   std::vector<std::vector<Vec2d>> points(views.size());
   parallel_for(views.size(), [&](std::size_t v) {
-    points[v] = control_points(set.model, warp.rig, views[v].camera, pose_of(views[v]));
+    points[v] = control_points(set.model, warp.rig, views[v].camera, views[v].pose);
   });
   std::vector<Vec2d> mean(points.front().size(), Vec2d::Zero());
   for (const auto& own : points)

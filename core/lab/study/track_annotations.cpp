@@ -29,8 +29,8 @@ float percentile(const std::vector<float>& sorted, double share) {
 // The landmarks' box in the source's pixels; none of a face behind the camera.
 std::optional<Strokes> painted_box(const TrainingSet& set, const HeadShape& shape, const TrainingView& view,
                                    const SquareCrop& crop, const Followed& followed) {
-  const auto landmarks = landmark_positions(set.model, pose_head(set.model, shape, view.articulation));
-  const Pose cam_from_head = view.camera.cam_from_world * view.world_from_head;
+  const auto landmarks = landmark_positions(set.model, pose_head(set.model, shape, view.pose.articulation));
+  const Pose cam_from_head = view.camera.cam_from_world * view.pose.world_from_head;
   Vec2d low = Vec2d::Constant(1e9), high = -low;
   for (int i = followed.first_landmark; i <= followed.last_landmark; ++i) {
     const Vec3d point = cam_from_head * landmarks[std::size_t(i)].cast<double>();
@@ -53,7 +53,7 @@ PaintedAttributes annotate_from_track(const TrainingSet& set, const Capture& cap
   const HeadShape shape = shape_head(set.model, set.person);
   const ActionBasis basis = action_basis(set.model);
   std::vector<Eigen::VectorXf> amounts;
-  for (const TrainingView& view : views) amounts.push_back(face_amounts(basis, view.articulation));
+  for (const TrainingView& view : views) amounts.push_back(face_amounts(basis, view.pose.articulation));
   const std::size_t count =
       std::min(views.size(), std::max(kFewest, std::size_t(std::lround(share * double(views.size())))));
   for (const Followed& followed : kFollowed) {

@@ -31,20 +31,18 @@ Result<void> compare_rest(const Avatar& avatar, const HeadModel& avatar_model, c
   rest.person = driver.person;
   rest.neutral = driver.neutral;
   TrackedFrame frame;
-  frame.articulation = driver.neutral;
-  frame.world_from_head = driver.world_from_head;
+  frame.pose.articulation = driver.neutral;
+  frame.pose.world_from_head = driver.world_from_head;
   rest.frames = {frame};
   const auto driven = drive(rest, driver, puppet, options);
   if (!driven) return driven.error();
   const AvatarRig rig = make_rig(avatar, avatar_model);
-  const auto picture = [&](const Pose& head, const Pose& torso, const Articulation& articulation) {
-    const RenderedFrame rendered =
-        render_frame(avatar, typical_camera(avatar), pose_avatar(rig, {head, torso, articulation, {}}));
+  const auto picture = [&](const AvatarPose& pose) {
+    const RenderedFrame rendered = render_frame(avatar, typical_camera(avatar), pose_avatar(rig, pose));
     return to_bytes(composite(rendered.rgba, Image8{}));
   };
-  const DrivenFrame& d = driven->front();
-  const Image8 own = picture(avatar.world_from_head, avatar.world_from_torso, avatar.neutral);
-  const Image8 other = picture(d.world_from_head, d.world_from_torso, d.articulation);
+  const Image8 own = picture(typical_state(avatar).pose);
+  const Image8 other = picture(driven->front().pose);
   for (std::size_t i = 0; i < own.data.size(); ++i)
     score.neutral_difference = std::max(score.neutral_difference, std::abs(own.data[i] - other.data[i]));
   const double error = mse(to_float(own), to_float(other));
@@ -72,9 +70,9 @@ Result<DriveScore> score_drive(const Avatar& avatar, const HeadModel& avatar_mod
     score.bridged += (*driven)[i].bridged;
     const TrackedFrame* true_frame = find_tracked(truth.track, (*driven)[i].frame);
     if ((*driven)[i].bridged || true_frame == nullptr) continue;
-    shown.push_back(face_amounts(avatar_basis, (*driven)[i].articulation));
-    tracked.push_back(face_amounts(driver_basis, track.frames[i].articulation));
-    performed.push_back(face_amounts(truth_basis, true_frame->articulation));
+    shown.push_back(face_amounts(avatar_basis, (*driven)[i].pose.articulation));
+    tracked.push_back(face_amounts(driver_basis, track.frames[i].pose.articulation));
+    performed.push_back(face_amounts(truth_basis, true_frame->pose.articulation));
   }
   double sum = 0;
   int counted = 0;

@@ -41,7 +41,7 @@ std::vector<Openings> openings(const Track& track, const HeadModel& model) {
   parallel_for(all.size(), [&](std::size_t i) {
     const TrackedFrame& frame = track.frames[i];
     if (frame.status == FrameStatus::lost) return;
-    const auto points = landmark_positions(model, pose_head(model, shape, frame.articulation));
+    const auto points = landmark_positions(model, pose_head(model, shape, frame.pose.articulation));
     all[i] = {true, mean_height(points, kLips), mean_height(points, kLids)};
   });
   return all;

@@ -68,8 +68,8 @@ std::vector<ProjectedLandmarks> project_track(const Track& track, const HeadMode
     const TrackRegion cut = inside(region, camera->intrinsics.width, camera->intrinsics.height);
     const double scale = double(working_size) / std::max(cut.width, cut.height);
     const Pose cam_from_head =
-        metric_camera(camera->cam_from_world, track.metres_per_unit) * frame.world_from_head;
-    const auto points = landmark_positions(model, pose_head(model, shape, frame.articulation));
+        metric_camera(camera->cam_from_world, track.metres_per_unit) * frame.pose.world_from_head;
+    const auto points = landmark_positions(model, pose_head(model, shape, frame.pose.articulation));
     for (std::size_t k = 0; k < points.size(); ++k) {
       const Vec2d source =
           project<double>(camera->intrinsics, Vec3d(cam_from_head * points[k].cast<double>()));

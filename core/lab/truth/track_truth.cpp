@@ -94,8 +94,8 @@ std::vector<TruthCorrelation> correlations(const std::vector<Pair>& pairs, const
                                            const ActionBasis& basis) {
   std::vector<Eigen::VectorXf> truth, found;
   for (const Pair& p : pairs) {
-    truth.push_back(face_amounts(truth_basis, p.truth->articulation));
-    found.push_back(face_amounts(basis, p.estimate->articulation));
+    truth.push_back(face_amounts(truth_basis, p.truth->pose.articulation));
+    found.push_back(face_amounts(basis, p.estimate->pose.articulation));
   }
   std::vector<TruthCorrelation> list;
   std::vector<double> a, b;
@@ -111,8 +111,8 @@ std::vector<TruthCorrelation> correlations(const std::vector<Pair>& pairs, const
     a.clear(), b.clear();
     for (std::size_t i = 0; i < pairs.size(); ++i) {
       if (blink >= 0 && truth[i][blink] > kEyesShut) continue;
-      a.push_back(gaze_of(pairs[i].truth->articulation)[axis]);
-      b.push_back(gaze_of(pairs[i].estimate->articulation)[axis]);
+      a.push_back(gaze_of(pairs[i].truth->pose.articulation)[axis]);
+      b.push_back(gaze_of(pairs[i].estimate->pose.articulation)[axis]);
     }
     list.push_back({axis == 0 ? "gazeYaw" : "gazePitch", course_correlation(a, b)});
   }
@@ -202,8 +202,8 @@ Result<TruthComparison> compare_with_truth(const Track& estimate, const HeadMode
     score.lost += frame.status == FrameStatus::lost;
     if (frame.status == FrameStatus::lost) continue;
     (is_held_out ? tested : training)
-        .push_back({true_frame, &frame, camera->cam_from_world * true_frame->world_from_head,
-                    camera->cam_from_world * frame.world_from_head});
+        .push_back({true_frame, &frame, camera->cam_from_world * true_frame->pose.world_from_head,
+                    camera->cam_from_world * frame.pose.world_from_head});
   }
   if (training.size() < 5) {
     return Error{ErrorCode::failed,

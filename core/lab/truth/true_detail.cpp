@@ -120,8 +120,8 @@ Result<TrueDetailReport> write_true_detail(const Project& project, const fs::pat
     const TrackedFrame* played = find_tracked(truth->track, frame.frame);
     if (frame.status == FrameStatus::lost || played == nullptr) continue;
     progress.report(double(i) / double(read->track.frames.size()), fmt::format("frame {}", frame.frame));
-    const std::vector<Vec3f> there = play.pose(played->articulation),
-                             posed = pose_head(*model, shape, frame.articulation),
+    const std::vector<Vec3f> there = play.pose(played->pose.articulation),
+                             posed = pose_head(*model, shape, frame.pose.articulation),
                              normals = vertex_normals(posed, model->triangles);
     Eigen::VectorXf height = Eigen::VectorXf::Zero(model->vertex_count());
     parallel_ranges(vertices.size(), 256, [&](std::size_t begin, std::size_t end) {

@@ -46,7 +46,7 @@ std::vector<TrackedFrame> describe_frames(const ClipWork& work, const HeadModel&
     const FaceFrame& face = work.faces[i];
     out.frame = face.frame;
     out.time_s = work.clip.frames[i].time_s;
-    out.articulation = neutral_articulation(model);
+    out.pose.articulation = neutral_articulation(model);
     out.landmarks.fill(Vec2d::Zero());
     if (!face.seen) continue;
     out.landmarks = work.clip.frames[i].landmarks->points;
@@ -54,11 +54,12 @@ std::vector<TrackedFrame> describe_frames(const ClipWork& work, const HeadModel&
     out.landmark_spread = work.clip.frames[i].landmarks->spread;
     out.inner_error_px = inner_error(work.head, person, face.observation, face.state) / work.clip.scale;
     if (!face.held_out) errors.push_back(out.inner_error_px * work.clip.scale);
-    out.articulation.expression = face.state.expression.cast<float>();
-    out.articulation.jaw.x() = static_cast<float>(face.state.jaw);
-    if (work.gaze[i]) out.articulation.left_eye = out.articulation.right_eye = eye_rotation(*work.gaze[i]);
+    out.pose.articulation.expression = face.state.expression.cast<float>();
+    out.pose.articulation.jaw.x() = static_cast<float>(face.state.jaw);
+    if (work.gaze[i])
+      out.pose.articulation.left_eye = out.pose.articulation.right_eye = eye_rotation(*work.gaze[i]);
     const Pose world_from_cam = metric_camera(work.cameras[i]->cam_from_world, metres_per_unit).inverse();
-    out.world_from_head = world_from_cam * face.state.cam_from_head;
+    out.pose.world_from_head = world_from_cam * face.state.cam_from_head;
   }
   const double usual = median(errors);
   for (std::size_t i = 0; i < frames.size(); ++i) {

@@ -71,11 +71,13 @@ void bridge_lost(std::vector<TrackedFrame>& frames, const std::vector<bool>& hel
     const TrackedFrame &a = before ? *before : *after, &b = after ? *after : *before;
     const double t = b.frame > a.frame ? static_cast<double>(f.frame - a.frame) / (b.frame - a.frame) : 0.0;
     const float s = static_cast<float>(t);
-    f.world_from_head = pose_between(a.world_from_head, b.world_from_head, t);
-    f.articulation.expression = (1 - s) * a.articulation.expression + s * b.articulation.expression;
-    f.articulation.jaw = (1 - s) * a.articulation.jaw + s * b.articulation.jaw;
-    f.articulation.left_eye = (1 - s) * a.articulation.left_eye + s * b.articulation.left_eye;
-    f.articulation.right_eye = (1 - s) * a.articulation.right_eye + s * b.articulation.right_eye;
+    f.pose.world_from_head = pose_between(a.pose.world_from_head, b.pose.world_from_head, t);
+    f.pose.articulation.expression =
+        (1 - s) * a.pose.articulation.expression + s * b.pose.articulation.expression;
+    f.pose.articulation.jaw = (1 - s) * a.pose.articulation.jaw + s * b.pose.articulation.jaw;
+    f.pose.articulation.left_eye = (1 - s) * a.pose.articulation.left_eye + s * b.pose.articulation.left_eye;
+    f.pose.articulation.right_eye =
+        (1 - s) * a.pose.articulation.right_eye + s * b.pose.articulation.right_eye;
   }
 }
 

@@ -216,10 +216,10 @@ Image8 TrackOverlay::draw(const Image8& rgb, const TrackedFrame& frame) const {
     const double sx = static_cast<double>(w) / k.width, sy = static_cast<double>(h) / k.height;
     k.width = w, k.height = h, k.fx *= sx, k.cx *= sx, k.fy *= sy, k.cy *= sy;
     const Pose cam_from_head =
-        metric_camera(camera->cam_from_world, my.track.metres_per_unit) * frame.world_from_head;
-    const std::vector<Vec3f> posed = pose_head(my.model, my.shape, frame.articulation);
+        metric_camera(camera->cam_from_world, my.track.metres_per_unit) * frame.pose.world_from_head;
+    const std::vector<Vec3f> posed = pose_head(my.model, my.shape, frame.pose.articulation);
     my.draw_head(picture, k, cam_from_head, posed);
-    my.draw_gaze(picture, k, cam_from_head, frame.articulation);
+    my.draw_gaze(picture, k, cam_from_head, frame.pose.articulation);
     if (has_landmarks) my.draw_landmarks(picture, k, cam_from_head, posed, frame, sx);
   }
   draw_verdict(all.rowRange(h, h + kBand), frame);

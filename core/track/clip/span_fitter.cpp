@@ -60,8 +60,8 @@ void SpanFitter::take(ClipFrames clip, const CameraSet& cameras, const Track& tr
     if (!f.camera) continue;
     f.intrinsics = working_intrinsics(f.camera->intrinsics, clip_);
     f.cam_from_world = metric_camera(f.camera->cam_from_world, metres_per_unit_);
-    f.state = {f.cam_from_world * f.tracked.world_from_head, f.tracked.articulation.jaw.x(),
-               f.tracked.articulation.expression.cast<double>()};
+    f.state = {f.cam_from_world * f.tracked.pose.world_from_head, f.tracked.pose.articulation.jaw.x(),
+               f.tracked.pose.articulation.expression.cast<double>()};
   }
   const Vec2d corner(clip_.region.x, clip_.region.y);
   parallel_for(frames_.size(), [&](std::size_t k) {
@@ -186,14 +186,14 @@ void SpanFitter::look_where(const Indices& changed) {
       sum.yaw += w * other.yaw, sum.pitch += w * other.pitch, weight += w;
     }
     if (weight > 0) {
-      f.tracked.articulation.left_eye = f.tracked.articulation.right_eye =
+      f.tracked.pose.articulation.left_eye = f.tracked.pose.articulation.right_eye =
           eye_rotation({sum.yaw / weight, sum.pitch / weight, 0});
       continue;
     }
     for (std::size_t j = changed[i]; j-- > 0;) {
       if (!frames_[j].usable() || (frames_[j].held_out && !f.held_out)) continue;
-      f.tracked.articulation.left_eye = frames_[j].tracked.articulation.left_eye;
-      f.tracked.articulation.right_eye = frames_[j].tracked.articulation.right_eye;
+      f.tracked.pose.articulation.left_eye = frames_[j].tracked.pose.articulation.left_eye;
+      f.tracked.pose.articulation.right_eye = frames_[j].tracked.pose.articulation.right_eye;
       break;
     }
   }

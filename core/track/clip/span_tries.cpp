@@ -259,9 +259,9 @@ void SpanFitter::decide(std::size_t k, SpanTry found) {
   f.state = found.state;
   TrackedFrame& out = f.tracked;
   out.status = found.status, out.reason = found.reason;
-  out.world_from_head = f.cam_from_world.inverse() * found.state.cam_from_head;
-  out.articulation.expression = found.state.expression.cast<float>();
-  out.articulation.jaw = Vec3f(float(found.state.jaw), 0, 0);
+  out.pose.world_from_head = f.cam_from_world.inverse() * found.state.cam_from_head;
+  out.pose.articulation.expression = found.state.expression.cast<float>();
+  out.pose.articulation.jaw = Vec3f(float(found.state.jaw), 0, 0);
   out.landmarks = found.landmarks.points;
   out.landmark_spread = found.landmarks.spread;
   out.look = found.look;

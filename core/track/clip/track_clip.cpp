@@ -144,7 +144,7 @@ Result<void> add_torso(const ClipWork& work, const HeadModel& model, Track& trac
     frames[i].intrinsics = work.intrinsics[i];
     if (work.cameras[i])
       frames[i].cam_from_world = metric_camera(work.cameras[i]->cam_from_world, track.metres_per_unit);
-    frames[i].world_from_head = track.frames[i].world_from_head;
+    frames[i].world_from_head = track.frames[i].pose.world_from_head;
     if (frames[i].usable)
       frames[i].head_outline = head_outline(
           person.vertices, chin, frames[i].cam_from_world * frames[i].world_from_head, frames[i].intrinsics);
@@ -154,8 +154,8 @@ Result<void> add_torso(const ClipWork& work, const HeadModel& model, Track& trac
   track.has_torso = torso->has_torso;
   track.torso_modes = std::move(torso->modes);
   for (std::size_t i = 0; i < frames.size(); ++i) {
-    track.frames[i].world_from_torso = torso->world_from_torso[i];
-    track.frames[i].torso_shape = torso->shapes[i];
+    track.frames[i].pose.world_from_torso = torso->world_from_torso[i];
+    track.frames[i].pose.torso_shape = torso->shapes[i];
   }
   return {};
 }

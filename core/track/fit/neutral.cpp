@@ -86,15 +86,15 @@ Signs signs_of(const HeadModel& model, const std::vector<const TrackedFrame*>& f
   Signs signs{std::vector<float>(n), std::vector<float>(n), std::vector<float>(n)};
   std::vector<Eigen::VectorXf> mouth(n);
   for (std::size_t i = 0; i < n; ++i) {
-    Eigen::VectorXf amounts = face_amounts(basis, frames[i]->articulation);
-    signs.jaw[i] = jaw >= 0 ? amounts[jaw] : frames[i]->articulation.jaw.norm();
+    Eigen::VectorXf amounts = face_amounts(basis, frames[i]->pose.articulation);
+    signs.jaw[i] = jaw >= 0 ? amounts[jaw] : frames[i]->pose.articulation.jaw.norm();
     signs.lids[i] = std::max(left >= 0 ? amounts[left] : 0, right >= 0 ? amounts[right] : 0);
     // Speech is told by jaw and mouth alone: brows and lids move at rest too.
     for (Eigen::Index a = 0; a < amounts.size(); ++a) {
       const std::string& name = basis.actions[std::size_t(a)].name;
       if (!name.starts_with("mouth") && !name.starts_with("jaw")) amounts[a] = 0;
     }
-    mouth[i] = amounts.size() > 0 ? amounts : Eigen::VectorXf(frames[i]->articulation.jaw);
+    mouth[i] = amounts.size() > 0 ? amounts : Eigen::VectorXf(frames[i]->pose.articulation.jaw);
   }
   for (std::size_t i = 0; i < n; ++i) {
     float sum = 0;
@@ -125,11 +125,12 @@ std::vector<float> face_weights(const Signs& signs) {
 // How far each frame's head is turned from the usual: their chordal mean, rad.
 std::vector<double> turns_from_usual(const std::vector<const TrackedFrame*>& frames) {
   std::vector<Mat3d> rotations;
-  for (const TrackedFrame* frame : frames) rotations.push_back(frame->world_from_head.linear());
+  for (const TrackedFrame* frame : frames) rotations.push_back(frame->pose.world_from_head.linear());
   const Mat3d usual = mean_rotation(rotations);
   std::vector<double> turns;
   for (const TrackedFrame* frame : frames)
-    turns.push_back(Eigen::AngleAxisd(Mat3d(usual.transpose() * frame->world_from_head.linear())).angle());
+    turns.push_back(
+        Eigen::AngleAxisd(Mat3d(usual.transpose() * frame->pose.world_from_head.linear())).angle());
   return turns;
 }
 
@@ -149,7 +150,8 @@ Articulation calibrate_neutral(const HeadModel& model, std::span<const TrackedFr
   const std::vector<float> weights = face_weights(signs_of(model, chosen));
   std::vector<Weighted> samples(chosen.size());
   const auto mode = [&](const std::vector<float>& weight, auto&& value) {
-    for (std::size_t i = 0; i < chosen.size(); ++i) samples[i] = {value(chosen[i]->articulation), weight[i]};
+    for (std::size_t i = 0; i < chosen.size(); ++i)
+      samples[i] = {value(chosen[i]->pose.articulation), weight[i]};
     return mode_of(samples);
   };
   for (Eigen::Index e = 0; e < neutral.expression.size(); ++e)

@@ -17,10 +17,10 @@ Eigen::VectorXd rest_of(const HeadModel& model, const std::vector<FaceFrame>& fr
     if (frame.held_out) held_out.insert(frame.frame);
     TrackedFrame& out = shown.emplace_back();
     out.frame = frame.frame;
-    out.world_from_head = frame.state.cam_from_head;
-    out.articulation = neutral_articulation(model);
-    out.articulation.expression = frame.state.expression.cast<float>();
-    out.articulation.jaw.x() = static_cast<float>(frame.state.jaw);
+    out.pose.world_from_head = frame.state.cam_from_head;
+    out.pose.articulation = neutral_articulation(model);
+    out.pose.articulation.expression = frame.state.expression.cast<float>();
+    out.pose.articulation.jaw.x() = static_cast<float>(frame.state.jaw);
   }
   return calibrate_neutral(model, shown, held_out).expression.cast<double>();
 }

@@ -68,7 +68,7 @@ WithheldScore score_withheld(const WithheldPoints& points, const Track& track, c
       const Camera* camera = find_camera(cameras, o.frame);
       if (!frame || !camera || frame->status == FrameStatus::lost) continue;
       const Pose cam_from_world = metric_camera(camera->cam_from_world, track.metres_per_unit);
-      (k % 2 == 0 ? even : odd).push_back({cam_from_world * frame->world_from_head, o.ray, o.focal_px});
+      (k % 2 == 0 ? even : odd).push_back({cam_from_world * frame->pose.world_from_head, o.ray, o.focal_px});
     }
     if (even.size() < kFewestViews || odd.empty()) continue;
     ++score.tracks;

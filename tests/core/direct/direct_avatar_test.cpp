@@ -110,8 +110,8 @@ TEST(PerformanceOf, FramesKeepTheTimesTheyCameAt) {
   const DirectedAvatar directed = direct_avatar(avatar, model);
   std::vector<DrivenFrame> frames(3);
   for (DrivenFrame& frame : frames) {
-    frame.world_from_head = turned_head(avatar.world_from_head, directed.neck, 0.2, 0, 0);
-    frame.articulation = avatar.neutral;
+    frame.pose.world_from_head = turned_head(avatar.world_from_head, directed.neck, 0.2, 0, 0);
+    frame.pose.articulation = avatar.neutral;
   }
   frames[0].time_s = 5, frames[1].time_s = 5.05, frames[2].time_s = 5.3;
   const Performance performance = performance_of(frames, 25, directed);
@@ -132,10 +132,10 @@ TEST(PerformanceOf, ADrivenClipComesBackOutOfItsKeys) {
     const float wave = std::sin(0.4f * float(i));
     Pose shifted = avatar.world_from_head;
     shifted.translate(Vec3d(0.01 * wave, 0, 0.005));
-    frame.world_from_head = turned_head(shifted, directed.neck, 0.3 * wave, 0.1, -0.2 * wave);
-    frame.articulation =
+    frame.pose.world_from_head = turned_head(shifted, directed.neck, 0.3 * wave, 0.1, -0.2 * wave);
+    frame.pose.articulation =
         *articulate(model, avatar.neutral, {{"jawOpen", 0.4f + 0.3f * wave}, {"mouthSmile_L", 0.5f}});
-    frame.articulation.left_eye = frame.articulation.right_eye = {0, 0.1f * wave, 0};
+    frame.pose.articulation.left_eye = frame.pose.articulation.right_eye = {0, 0.1f * wave, 0};
     clip.frames.push_back(frame);
   }
   const Performance performance = performance_of(clip, directed);
@@ -145,12 +145,12 @@ TEST(PerformanceOf, ADrivenClipComesBackOutOfItsKeys) {
   for (int i = 0; i < 20; ++i) {
     const AvatarPose pose = direct_moment(directed, performance, i / 30.0).pose;
     const DrivenFrame& frame = clip.frames[std::size_t(i)];
-    EXPECT_TRUE(pose.world_from_head.isApprox(frame.world_from_head, 1e-5)) << i;
-    EXPECT_LT((pose.articulation.jaw - frame.articulation.jaw).norm(), 0.02f) << i;
-    EXPECT_LT((pose.articulation.left_eye - frame.articulation.left_eye).norm(), 2e-3f) << i;
+    EXPECT_TRUE(pose.world_from_head.isApprox(frame.pose.world_from_head, 1e-5)) << i;
+    EXPECT_LT((pose.articulation.jaw - frame.pose.articulation.jaw).norm(), 0.02f) << i;
+    EXPECT_LT((pose.articulation.left_eye - frame.pose.articulation.left_eye).norm(), 2e-3f) << i;
     const HeadShape shape = shape_head(model, avatar.person);
     // Lids follow the gaze in a performance; the mouth has to be where it was.
-    Articulation wanted = frame.articulation, got = pose.articulation;
+    Articulation wanted = frame.pose.articulation, got = pose.articulation;
     const auto a = landmark_positions(model, pose_head(model, shape, wanted));
     const auto b = landmark_positions(model, pose_head(model, shape, got));
     for (std::size_t l = 48; l < 68; ++l) EXPECT_LT((a[l] - b[l]).norm(), 1e-3f) << i << " " << l;

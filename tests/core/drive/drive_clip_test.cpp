@@ -42,7 +42,7 @@ TEST(Driving, AFinishedTrackIsCarriedOverFrameByFrame) {
   EXPECT_DOUBLE_EQ(clip->frames_per_second, 30);
   const auto poses = film_poses(*clip);
   ASSERT_EQ(poses.size(), 40u);
-  EXPECT_TRUE(poses[7].world_from_head.isApprox(clip->frames[7].world_from_head));
+  EXPECT_TRUE(poses[7].world_from_head.isApprox(clip->frames[7].pose.world_from_head));
   // The driver turns by half a radian to either side of the typical pose, and so does the avatar.
   double turned = 0;
   for (const AvatarPose& pose : poses)

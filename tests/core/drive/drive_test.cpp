@@ -42,17 +42,17 @@ Track performed(const HeadModel& model, const Articulation& rest, double noise =
     TrackedFrame f;
     f.frame = i;
     f.time_s = i / 25.0;
-    f.articulation = rest;
-    add_action(f.articulation, *find_action(model, "jawOpen"), 0.6f * play);
-    add_action(f.articulation, *find_action(model, "mouthSmile_L"), 0.7f * slow);
-    add_action(f.articulation, *find_action(model, "browInnerUp_L"), 0.5f * play * slow);
-    f.articulation.left_eye.y() += 0.2f * float(std::sin(t)),
-        f.articulation.right_eye.y() += 0.2f * float(std::sin(t));
-    f.world_from_head =
+    f.pose.articulation = rest;
+    add_action(f.pose.articulation, *find_action(model, "jawOpen"), 0.6f * play);
+    add_action(f.pose.articulation, *find_action(model, "mouthSmile_L"), 0.7f * slow);
+    add_action(f.pose.articulation, *find_action(model, "browInnerUp_L"), 0.5f * play * slow);
+    f.pose.articulation.left_eye.y() += 0.2f * float(std::sin(t)),
+        f.pose.articulation.right_eye.y() += 0.2f * float(std::sin(t));
+    f.pose.world_from_head =
         facing_pose(0.4 * std::sin(t), 0.2 * std::sin(2 * t), {0.02 * std::sin(t), 0.01, 0.7});
     if (noise > 0) {
-      for (float& v : f.articulation.expression) v += float(noise) * normal(random);
-      f.articulation.jaw.x() += 0.3f * float(noise) * normal(random);
+      for (float& v : f.pose.articulation.expression) v += float(noise) * normal(random);
+      f.pose.articulation.jaw.x() += 0.3f * float(noise) * normal(random);
     }
     track.frames.push_back(f);
   }
@@ -81,11 +81,12 @@ TEST(Drive, APersonDrivenByThemselvesIsThemselves) {
   ASSERT_TRUE(driven.ok()) << driven.error().what;
   for (std::size_t i = 0; i < driven->size(); ++i) {
     const DrivenFrame& f = (*driven)[i];
-    EXPECT_LT((f.articulation.expression - track.frames[i].articulation.expression).cwiseAbs().maxCoeff(),
-              1e-5);
-    EXPECT_LT((f.articulation.jaw - track.frames[i].articulation.jaw).norm(), 1e-5);
-    EXPECT_LT((f.articulation.left_eye - track.frames[i].articulation.left_eye).norm(), 1e-5);
-    EXPECT_LT((f.world_from_head.matrix() - track.frames[i].world_from_head.matrix()).norm(), 1e-9);
+    EXPECT_LT(
+        (f.pose.articulation.expression - track.frames[i].pose.articulation.expression).cwiseAbs().maxCoeff(),
+        1e-5);
+    EXPECT_LT((f.pose.articulation.jaw - track.frames[i].pose.articulation.jaw).norm(), 1e-5);
+    EXPECT_LT((f.pose.articulation.left_eye - track.frames[i].pose.articulation.left_eye).norm(), 1e-5);
+    EXPECT_LT((f.pose.world_from_head.matrix() - track.frames[i].pose.world_from_head.matrix()).norm(), 1e-9);
   }
 }
 
@@ -94,18 +95,18 @@ TEST(Drive, TheDriversRestIsTheAvatarsRestWhateverBothLookLike) {
   Track track = performed(model, acted(model, {{"browDown_L", 0.4f}, {"mouthFrown_R", 0.2f}}));
   track.frames.resize(1);  // the first frame rests
   Puppet driver = self_of(performed(model, track.neutral), model), avatar = driver;
-  driver.world_from_head = track.frames[0].world_from_head;
+  driver.world_from_head = track.frames[0].pose.world_from_head;
   avatar.neutral = acted(model, {{"mouthSmile_L", 0.25f}, {"jawOpen", 0.1f}, {"eyeLookUp_L", 0.3f}});
   avatar.seen = {{"mouthSmile_L", 0.0f, 0.1f}, {"jawOpen", 0.2f, 0.4f}, {"eyeLookUp_L", 0.0f, 0.1f}};
   avatar.world_from_head = facing_pose(0.2, -0.1, {0, 0, 0.5});
   const auto driven = drive(track, driver, avatar, {});
   ASSERT_TRUE(driven.ok());
   const DrivenFrame& f = driven->front();
-  EXPECT_EQ(f.articulation.expression, avatar.neutral.expression);
-  EXPECT_EQ(f.articulation.jaw, avatar.neutral.jaw);
-  EXPECT_EQ(f.articulation.left_eye, avatar.neutral.left_eye);
-  EXPECT_LT((f.world_from_head.matrix() - avatar.world_from_head.matrix()).norm(), 1e-12);
-  EXPECT_LT((f.world_from_torso.matrix() - avatar.world_from_torso.matrix()).norm(), 1e-12);
+  EXPECT_EQ(f.pose.articulation.expression, avatar.neutral.expression);
+  EXPECT_EQ(f.pose.articulation.jaw, avatar.neutral.jaw);
+  EXPECT_EQ(f.pose.articulation.left_eye, avatar.neutral.left_eye);
+  EXPECT_LT((f.pose.world_from_head.matrix() - avatar.world_from_head.matrix()).norm(), 1e-12);
+  EXPECT_LT((f.pose.world_from_torso.matrix() - avatar.world_from_torso.matrix()).norm(), 1e-12);
 }
 
 TEST(Drive, AGainScalesItsActionAndNoOther) {
@@ -118,8 +119,8 @@ TEST(Drive, AGainScalesItsActionAndNoOther) {
   const auto twice = drive(track, self, self, {.gains = {{"jawOpen", 2.0f}}, .clamp = false});
   ASSERT_TRUE(once.ok() && twice.ok());
   for (std::size_t i = 0; i < once->size(); ++i) {
-    const Eigen::VectorXf a = face_amounts(basis, (*once)[i].articulation),
-                          b = face_amounts(basis, (*twice)[i].articulation);
+    const Eigen::VectorXf a = face_amounts(basis, (*once)[i].pose.articulation),
+                          b = face_amounts(basis, (*twice)[i].pose.articulation);
     EXPECT_NEAR(b[jaw], 2 * a[jaw], 0.01);  // of a course over 40 frames; what is quicker gains less
     EXPECT_NEAR(b[smile], a[smile], 1e-3);
   }
@@ -138,9 +139,9 @@ TEST(Drive, WhatTheAvatarNeverShowedIsHeldBackUnlessAsked) {
   const auto free = drive(track, driver, avatar, {.calibrate_gains = false, .clamp = false});
   ASSERT_TRUE(held.ok() && free.ok());
   for (std::size_t i = 0; i < held->size(); ++i) {
-    most = std::max(most, face_amounts(basis, (*held)[i].articulation)[jaw]);
-    most_smile = std::max(most_smile, face_amounts(basis, (*held)[i].articulation)[smile]);
-    most_free = std::max(most_free, face_amounts(basis, (*free)[i].articulation)[jaw]);
+    most = std::max(most, face_amounts(basis, (*held)[i].pose.articulation)[jaw]);
+    most_smile = std::max(most_smile, face_amounts(basis, (*held)[i].pose.articulation)[smile]);
+    most_free = std::max(most_free, face_amounts(basis, (*free)[i].pose.articulation)[jaw]);
   }
   EXPECT_LE(most, 0.2f + 0.05f + 1e-3f);
   EXPECT_GT(most, 0.2f);
@@ -177,8 +178,8 @@ TEST(Drive, AnotherHeadModelShowsTheSameActions) {
   const Eigen::VectorXf from_rest = face_amounts(from, driver.neutral),
                         to_rest = face_amounts(to, avatar.neutral);
   for (std::size_t i = 0; i < driven->size(); i += 7) {
-    const Eigen::VectorXf a = face_amounts(from, track.frames[i].articulation) - from_rest,
-                          b = face_amounts(to, (*driven)[i].articulation) - to_rest;
+    const Eigen::VectorXf a = face_amounts(from, track.frames[i].pose.articulation) - from_rest,
+                          b = face_amounts(to, (*driven)[i].pose.articulation) - to_rest;
     for (const char* name : {"jawOpen", "mouthSmile_L", "mouthSmile_R", "browInnerUp_L", "eyeBlink_L"})
       EXPECT_NEAR(b[action_index(to, name)], a[action_index(from, name)], 0.03) << name;
   }
@@ -198,9 +199,9 @@ TEST(Drive, TrembleIsNotRaisedAndSmoothingLowersIt) {
     const int a = action_index(basis, name);
     std::vector<float> before, after, smoothed;
     for (std::size_t i = 0; i < plain->size(); ++i) {
-      before.push_back(face_amounts(basis, track.frames[i].articulation)[a]);
-      after.push_back(face_amounts(basis, (*plain)[i].articulation)[a]);
-      smoothed.push_back(face_amounts(basis, (*smooth)[i].articulation)[a]);
+      before.push_back(face_amounts(basis, track.frames[i].pose.articulation)[a]);
+      after.push_back(face_amounts(basis, (*plain)[i].pose.articulation)[a]);
+      smoothed.push_back(face_amounts(basis, (*smooth)[i].pose.articulation)[a]);
     }
     EXPECT_LE(rms_second_difference(after), 1.01 * rms_second_difference(before)) << name;
     EXPECT_LT(rms_second_difference(smoothed), 0.7 * rms_second_difference(before)) << name;
@@ -220,9 +221,9 @@ TEST(Drive, AGainMagnifiesTheCourseAndNotItsTremor) {
     std::vector<float> before, after;
     double with = 0, of = 0;
     for (std::size_t i = 0; i < gained->size(); ++i) {
-      before.push_back(face_amounts(basis, track.frames[i].articulation)[a]);
-      after.push_back(face_amounts(basis, (*gained)[i].articulation)[a]);
-      const double truth = face_amounts(basis, still.frames[i].articulation)[a];
+      before.push_back(face_amounts(basis, track.frames[i].pose.articulation)[a]);
+      after.push_back(face_amounts(basis, (*gained)[i].pose.articulation)[a]);
+      const double truth = face_amounts(basis, still.frames[i].pose.articulation)[a];
       with += truth * after.back(), of += truth * truth;
     }
     EXPECT_NEAR(with / of, 1.5, 0.05) << name;
@@ -239,19 +240,19 @@ TEST(Drive, TurningTheHeadMovesNoShoulderAndLeaningIsFollowedDamped) {
     Pose turn = Pose::Identity();
     turn.linear() = Eigen::AngleAxisd(0.5 * std::sin(i / 6.0), Vec3d::UnitY()).toRotationMatrix();
     turn.translation() = neck - turn.linear() * neck;
-    track.frames[i].world_from_head = self.world_from_head * turn;
+    track.frames[i].pose.world_from_head = self.world_from_head * turn;
   }
   const auto turned = drive(track, self, self, {});
   ASSERT_TRUE(turned.ok());
   for (const DrivenFrame& f : *turned)
-    EXPECT_LT((f.world_from_torso.translation() - self.world_from_torso.translation()).norm(), 1e-9);
+    EXPECT_LT((f.pose.world_from_torso.translation() - self.world_from_torso.translation()).norm(), 1e-9);
 
   for (std::size_t i = 0; i < track.frames.size(); ++i)  // a step of 1 cm
-    track.frames[i].world_from_head =
+    track.frames[i].pose.world_from_head =
         self.world_from_head * Pose(Eigen::Translation3d(i < 40 ? 0 : 0.01, 0, 0));
   const auto leaned = drive(track, self, self, {});
   const auto moved = [&](std::size_t i) {
-    return ((*leaned)[i].world_from_torso.translation() - self.world_from_torso.translation()).norm();
+    return ((*leaned)[i].pose.world_from_torso.translation() - self.world_from_torso.translation()).norm();
   };
   EXPECT_LT(moved(39), 1e-9);
   EXPECT_LT(moved(41), 0.0004);
@@ -266,7 +267,7 @@ TEST(Drive, ADriverWhoDriftsAwayCarriesNobodyOutOfThePicture) {
   const Puppet self = self_of(track, model);
   for (const Vec3d& way : {Vec3d(1, 0, 0), Vec3d(0, 1, 0), Vec3d(-0.6, 0.8, 0), Vec3d(0, -1, 0)}) {
     for (std::size_t i = 0; i < track.frames.size(); ++i)
-      track.frames[i].world_from_head =
+      track.frames[i].pose.world_from_head =
           self.world_from_head * Pose(Eigen::Translation3d(0.005 * double(i) * way));
     const auto driven = drive(track, self, self, {});
     ASSERT_TRUE(driven.ok());
@@ -275,9 +276,9 @@ TEST(Drive, ADriverWhoDriftsAwayCarriesNobodyOutOfThePicture) {
     for (std::size_t i = 0; i < driven->size(); ++i) {
       const DrivenFrame& f = (*driven)[i];
       const Vec3d moved =
-          head_from_world * (f.world_from_head.translation() - self.world_from_head.translation());
+          head_from_world * (f.pose.world_from_head.translation() - self.world_from_head.translation());
       const Vec3d body =
-          head_from_world * (f.world_from_torso.translation() - self.world_from_torso.translation());
+          head_from_world * (f.pose.world_from_torso.translation() - self.world_from_torso.translation());
       if (i <= 3) {
         EXPECT_NEAR((moved - 0.005 * double(i) * way).norm(), 0, 1e-9) << i;
       }
@@ -297,8 +298,8 @@ TEST(Drive, LostFramesAreBridged) {
   Track holed = whole;
   for (std::size_t i : {50u, 51u, 52u, 119u}) {
     holed.frames[i].status = FrameStatus::lost;
-    holed.frames[i].articulation.expression.setConstant(5);
-    holed.frames[i].world_from_head.translation().setConstant(9);
+    holed.frames[i].pose.articulation.expression.setConstant(5);
+    holed.frames[i].pose.world_from_head.translation().setConstant(9);
   }
   const Puppet self = self_of(whole, model);
   const auto a = drive(whole, self, self, {}), b = drive(holed, self, self, {});
@@ -306,8 +307,10 @@ TEST(Drive, LostFramesAreBridged) {
   EXPECT_TRUE((*b)[51].bridged);
   EXPECT_FALSE((*b)[53].bridged);
   for (std::size_t i : {50u, 51u, 52u, 119u}) {
-    EXPECT_LT(((*a)[i].articulation.expression - (*b)[i].articulation.expression).cwiseAbs().maxCoeff(), 0.1);
-    EXPECT_LT(((*a)[i].world_from_head.matrix() - (*b)[i].world_from_head.matrix()).norm(), 0.15);
+    EXPECT_LT(
+        ((*a)[i].pose.articulation.expression - (*b)[i].pose.articulation.expression).cwiseAbs().maxCoeff(),
+        0.1);
+    EXPECT_LT(((*a)[i].pose.world_from_head.matrix() - (*b)[i].pose.world_from_head.matrix()).norm(), 0.15);
   }
 }
 
@@ -334,9 +337,11 @@ TEST(DriveStream, OneByOneIsWhatTheSmoothedClipIs) {
   for (std::size_t i = 0; i < track.frames.size(); ++i) {
     const DrivenFrame frame = (*stream)->next(track.frames[i]);
     EXPECT_EQ(frame.frame, int(i));
-    EXPECT_LT((frame.world_from_head.matrix() - (*clip)[i].world_from_head.matrix()).norm(), 1e-9) << i;
-    EXPECT_LT((frame.articulation.expression - (*clip)[i].articulation.expression).cwiseAbs().maxCoeff(),
-              1e-4)
+    EXPECT_LT((frame.pose.world_from_head.matrix() - (*clip)[i].pose.world_from_head.matrix()).norm(), 1e-9)
+        << i;
+    EXPECT_LT(
+        (frame.pose.articulation.expression - (*clip)[i].pose.articulation.expression).cwiseAbs().maxCoeff(),
+        1e-4)
         << i;
   }
 }
@@ -351,7 +356,7 @@ TEST(DriveStream, ALostFrameHoldsTheLastOneAndGainsChangeOnTheWay) {
   lost.status = FrameStatus::lost, lost.time_s = 0;
   const DrivenFrame none = (*stream)->next(lost);
   EXPECT_TRUE(none.bridged);
-  EXPECT_EQ(none.articulation.expression, self.neutral.expression);
+  EXPECT_EQ(none.pose.articulation.expression, self.neutral.expression);
   for (int i = 0; i < 20; ++i) (*stream)->next(track.frames[std::size_t(i)]);
   TrackedFrame open = track.frames[19];
   open.time_s = 0.8;
@@ -359,11 +364,11 @@ TEST(DriveStream, ALostFrameHoldsTheLastOneAndGainsChangeOnTheWay) {
   lost.time_s = 0.84;
   const DrivenFrame held = (*stream)->next(lost);
   EXPECT_TRUE(held.bridged);
-  EXPECT_EQ(held.articulation.jaw, before.articulation.jaw);
+  EXPECT_EQ(held.pose.articulation.jaw, before.pose.articulation.jaw);
   EXPECT_FALSE((*stream)->set_gains({{"grin", 2.0f}}).ok());
   ASSERT_TRUE((*stream)->set_gains({{"jawOpen", 2.0f}}).ok());
   open.time_s = 0.88;
-  EXPECT_GT((*stream)->next(open).articulation.jaw.norm(), 1.7f * before.articulation.jaw.norm());
+  EXPECT_GT((*stream)->next(open).pose.articulation.jaw.norm(), 1.7f * before.pose.articulation.jaw.norm());
 }
 
 }  // namespace

@@ -95,12 +95,12 @@ TEST(LiveDriver, DropsWhatItCannotFollowAndKeepsTheOrder) {
 TEST(LiveDriver, AFileIsDrivenFromAtItsOwnPace) {
   std::atomic<int> turned = 0;
   const Pose rest = driven_puppet().world_from_head;
-  LiveDriver driver([] { return open_clip_source(demo_folder() / "demo.mp4"); }, driven_puppet(),
-                    {.rest_s = 0.5},
-                    [&](const DrivenFrame& frame, Clock::time_point captured) {
-                      EXPECT_LE(captured, Clock::now());
-                      turned += (rest.inverse() * frame.world_from_head).linear().isIdentity(0.02) ? 0 : 1;
-                    });
+  LiveDriver driver(
+      [] { return open_clip_source(demo_folder() / "demo.mp4"); }, driven_puppet(), {.rest_s = 0.5},
+      [&](const DrivenFrame& frame, Clock::time_point captured) {
+        EXPECT_LE(captured, Clock::now());
+        turned += (rest.inverse() * frame.pose.world_from_head).linear().isIdentity(0.02) ? 0 : 1;
+      });
   const auto start = Clock::now();
   ASSERT_TRUE(until(driver, is_over));
   EXPECT_GE(Clock::now() - start, milliseconds(2500));  // no faster than it was filmed
@@ -142,7 +142,7 @@ TEST(LiveDriver, GainsMagnifyAnAction) {
     std::atomic<int> shown = 0;
     LiveDriver driver(frames(kNoEnd, 30), driven_puppet(), {.rest_s = 0.3},
                       [&](const DrivenFrame& frame, Clock::time_point) {
-                        most = std::max(most, frame.articulation.jaw.norm());
+                        most = std::max(most, frame.pose.articulation.jaw.norm());
                         ++shown;
                       });
     driver.set_gains({{"jawOpen", gain}});

@@ -39,10 +39,10 @@ TEST(LiveTracker, FollowsAKnownPerformanceFrameByFrame) {
     ASSERT_NE(frame.status, FrameStatus::lost) << i << ": " << frame.reason;
     EXPECT_EQ(frame.frame, int(i));
     const Pose& camera = truth->cameras.cameras.front().cam_from_world;
-    yaw.push_back(yaw_of(frame.world_from_head));
-    yaw_truth.push_back(yaw_of(camera * known->world_from_head));
-    open.push_back(double(face_amounts(basis, frame.articulation)[jaw]));
-    open_truth.push_back(double(face_amounts(basis, known->articulation)[jaw]));
+    yaw.push_back(yaw_of(frame.pose.world_from_head));
+    yaw_truth.push_back(yaw_of(camera * known->pose.world_from_head));
+    open.push_back(double(face_amounts(basis, frame.pose.articulation)[jaw]));
+    open_truth.push_back(double(face_amounts(basis, known->pose.articulation)[jaw]));
   }
   EXPECT_GT(course_correlation(yaw_truth, yaw).value_or(0), 0.95);
   EXPECT_GT(course_correlation(open_truth, open).value_or(0), 0.4);  // lips of 320 px, by landmarks alone

@@ -108,8 +108,9 @@ struct Glb {
 AvatarPose posed(double yaw, float jaw) {
   const Avatar avatar = filmed_avatar();
   const Vec3d neck = shape_head(tiny_head(), avatar.person).joints[kNeck].cast<double>();
-  return {turned_head(avatar.world_from_head, neck, yaw, 0, 0), avatar.world_from_torso,
-          *articulate(tiny_head(), avatar.neutral, {{"jawOpen", jaw}})};
+  return {.world_from_head = turned_head(avatar.world_from_head, neck, yaw, 0, 0),
+          .world_from_torso = avatar.world_from_torso,
+          .articulation = *articulate(tiny_head(), avatar.neutral, {{"jawOpen", jaw}})};
 }
 
 const Provenance kMade = provenance("someone", "0123abcd", {});

@@ -32,7 +32,7 @@ class ProvenanceOfFiles : public testing::Test {
     const Avatar& avatar = opened->avatar;
     Film film;
     film.cameras.assign(frames, typical_camera(avatar));
-    film.poses.assign(frames, {avatar.world_from_head, avatar.world_from_torso, avatar.neutral});
+    film.poses.assign(frames, typical_state(avatar).pose);
     FilmOptions options{.out = project_.root / name, .alpha = alpha, .mark = mark};
     options.made_at = std::chrono::system_clock::from_time_t(1'700'000'000);  // 2023-11-14 22:13:20 UTC
     const auto written = write_film(*opened, film, options, Progress(), {});

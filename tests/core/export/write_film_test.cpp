@@ -24,7 +24,7 @@ using testing::Not;
 Film resting_film(const Avatar& avatar, std::size_t frames) {
   Film film;
   film.cameras.assign(frames, typical_camera(avatar));
-  film.poses.assign(frames, {avatar.world_from_head, avatar.world_from_torso, avatar.neutral});
+  film.poses.assign(frames, typical_state(avatar).pose);
   return film;
 }
 

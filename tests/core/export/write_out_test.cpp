@@ -17,7 +17,7 @@ namespace {
 namespace fs = std::filesystem;
 
 Film resting_film(const Avatar& avatar) {
-  return {{typical_camera(avatar)}, {{avatar.world_from_head, avatar.world_from_torso, avatar.neutral}}};
+  return {.cameras = {typical_camera(avatar)}, .poses = {typical_state(avatar).pose}};
 }
 
 TEST(WriteOut, AMeshHasNothingThatOnlyPicturesHave) {

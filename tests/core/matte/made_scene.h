@@ -76,17 +76,17 @@ struct Scene {
   void add_frame(int frame, const Camera& camera, double wall_shift) {
     TrackedFrame tracked;
     tracked.frame = frame;
-    tracked.articulation = neutral_articulation(head_model());
+    tracked.pose.articulation = neutral_articulation(head_model());
     const double sway = 0.045 * std::sin(frame * 0.55), yaw = 0.3 * std::sin(frame * 0.4);
     Pose cam_from_head = Pose::Identity();  // the head looks back at the camera: x and z turned about
     cam_from_head.linear() =
         (Eigen::AngleAxisd(M_PI, Vec3d::UnitX()) * Eigen::AngleAxisd(yaw, Vec3d::UnitY())).toRotationMatrix();
     cam_from_head.translation() = Vec3d(sway, -0.05, 0.95);
-    tracked.world_from_head = camera.cam_from_world.inverse() * cam_from_head;
+    tracked.pose.world_from_head = camera.cam_from_world.inverse() * cam_from_head;
     Pose rest = cam_from_head;
     rest.linear() = Eigen::AngleAxisd(M_PI, Vec3d::UnitX()).toRotationMatrix();
     rest.translation().x() = 0.3 * sway;
-    tracked.world_from_torso = camera.cam_from_world.inverse() * rest;
+    tracked.pose.world_from_torso = camera.cam_from_world.inverse() * rest;
     track.frames.push_back(tracked);
 
     const PersonModel person = make_person_model(head_model(), track);

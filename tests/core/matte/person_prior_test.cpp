@@ -21,8 +21,8 @@ TEST(PersonPrior, OverTheSkullThePlaceSaysPersonBeforeItIsCertain) {
   track.person.identity = Eigen::VectorXf::Zero(model.identity_count());
   const PersonModel person = make_person_model(model, track);
   TrackedFrame tracked;
-  tracked.articulation = neutral_articulation(model);
-  tracked.world_from_head = tracked.world_from_torso =
+  tracked.pose.articulation = neutral_articulation(model);
+  tracked.pose.world_from_head = tracked.pose.world_from_torso =
       Pose(Eigen::Translation3d(0, 0, 1) * Eigen::AngleAxisd(EIGEN_PI, Vec3d::UnitX()));
   Intrinsics k;
   k.width = k.height = 512, k.fx = k.fy = 800, k.cx = k.cy = 256;

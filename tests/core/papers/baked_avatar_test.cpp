@@ -149,8 +149,7 @@ TEST_F(BakedBall, ItsPicturesAreNearTheAvatarsOwn) {
   const AvatarRig rig = make_rig(avatar(), set().model);
   for (const std::size_t v : {1u, 6u, 11u}) {
     const TrainingView& view = set().views[v];
-    const RenderState state =
-        pose_avatar(rig, {view.world_from_head, view.world_from_torso, view.articulation});
+    const RenderState state = pose_avatar(rig, view.pose);
     const Image truth = to_float(view.rgb);
     const Image own = composite(render_frame(avatar(), view.camera, state).rgba, set().plate),
                 stored = composite(render_baked(baked(), view.camera, state).rgba, set().plate);
@@ -170,11 +169,11 @@ TEST_F(BakedBall, TheExpressionChangesColoursAndNoShape) {
   const AvatarRig rig = make_rig(avatar(), set().model);
   const TrainingView& view = set().views[0];
   const auto render = [&](float bulge) {
-    Articulation articulation = view.articulation;
+    Articulation articulation = view.pose.articulation;
     articulation.expression[0] = bulge;
     // The rest's lattice: the deformation would move the shape.
-    RenderState state = pose_avatar(rig, {view.world_from_head, view.world_from_torso, view.articulation});
-    state.articulation = articulation;
+    RenderState state = pose_avatar(rig, view.pose);
+    state.pose.articulation = articulation;
     return render_baked(baked(), view.camera, state).rgba;
   };
   const Image rest = render(0), bulged = render(1);

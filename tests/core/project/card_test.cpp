@@ -27,13 +27,13 @@ struct Clip {
     capture.width = capture.height = 512, capture.crop = {0, 0, 512};
     for (TrackedFrame& frame : track.frames) {
       frame.inner_error_px = 1.5;
-      frame.articulation = neutral_articulation(acting_head());
+      frame.pose.articulation = neutral_articulation(acting_head());
       capture.frames.push_back({frame.frame, frame.time_s, 100, false, true, ""});
     }
   }
   void turn(int from, int to, double yaw) {
     for (int i = from; i < to; ++i) {
-      Pose& pose = track.frames[std::size_t(i)].world_from_head;
+      Pose& pose = track.frames[std::size_t(i)].pose.world_from_head;
       pose.translation() = Vec3d(0, 0, 0.6);
       pose.linear() =
           Mat3d(Vec3d(1, -1, -1).asDiagonal()) * Eigen::AngleAxisd(yaw, Vec3d::UnitY()).toRotationMatrix();
@@ -59,9 +59,9 @@ TEST(Card, TheSpoiltMomentsAreFoundWorstFirstWithTheirCause) {
   for (int i = 40; i < 65; ++i) clip.track.frames[std::size_t(i)].status = FrameStatus::lost;
   for (int i = 125; i < 150; ++i) {
     clip.track.frames[std::size_t(i)].inner_error_px = 3.6;
-    add_action(clip.track.frames[std::size_t(i)].articulation, *find_action(acting_head(), "browDown_L"),
+    add_action(clip.track.frames[std::size_t(i)].pose.articulation, *find_action(acting_head(), "browDown_L"),
                0.9f);
-    add_action(clip.track.frames[std::size_t(i)].articulation, *find_action(acting_head(), "browDown_R"),
+    add_action(clip.track.frames[std::size_t(i)].pose.articulation, *find_action(acting_head(), "browDown_R"),
                0.9f);
   }
   for (int i = 220; i < 245; ++i) {

@@ -35,8 +35,8 @@ class ProjectDetailTest : public testing::Test {
       frame.held_out = i >= kFirstHeldOut, frame.used = !frame.held_out;
       TrackedFrame& tracked = track_.frames.emplace_back();
       tracked.frame = 2 * i;
-      tracked.articulation = neutral_articulation(model_);
-      tracked.articulation.expression[2] = float(0.5 + 0.5 * std::sin(0.4 * i));
+      tracked.pose.articulation = neutral_articulation(model_);
+      tracked.pose.articulation.expression[2] = float(0.5 + 0.5 * std::sin(0.4 * i));
     }
   }
   void TearDown() override { fs::remove_all(root_); }
@@ -57,7 +57,7 @@ class ProjectDetailTest : public testing::Test {
   }
   void put_maps(int first, int last) const {
     for (int i = first; i < last; ++i)
-      put_map(2 * i, track_.frames[std::size_t(i)].articulation.expression[2]);
+      put_map(2 * i, track_.frames[std::size_t(i)].pose.articulation.expression[2]);
   }
   Result<ProjectDetail> learn() {
     report_ = {};
@@ -95,8 +95,8 @@ TEST_F(ProjectDetailTest, WhatWasLearntComesBack) {
   TrainingSet set;
   for (const int frame : {8, 60}) set.views.emplace_back().camera.frame = frame;
   take_detail(**read, set);
-  EXPECT_EQ(set.views[0].detail, learnt->scores.at(8));
-  EXPECT_EQ(set.views[1].detail.size(), 0);  // what its expression tells
+  EXPECT_EQ(set.views[0].pose.detail, learnt->scores.at(8));
+  EXPECT_EQ(set.views[1].pose.detail.size(), 0);  // what its expression tells
   ASSERT_TRUE(forget_project_detail(project_).ok());
   EXPECT_FALSE(read_project_detail(project_, model_)->has_value());
 }

@@ -28,7 +28,7 @@ class ProjectRefits : public testing::Test {
     for (int i = 0; i < 30; ++i) {
       TrackedFrame& frame = first_.frames.emplace_back();
       frame.frame = i;
-      frame.articulation = neutral_articulation(model_);
+      frame.pose.articulation = neutral_articulation(model_);
       frame.inner_error_px = 1 + 0.1 * i;
     }
     ASSERT_TRUE(write_track(track_path(project_), first_).ok());

@@ -100,7 +100,7 @@ TEST_F(AttributeFile, WithImpossibleRegionsIsRefused) {
 
 Image picture(const Avatar& a, const std::vector<float>& amounts, FieldPrecision precision) {
   RenderState state = posed_state(a, 0);
-  state.attributes = amounts;
+  state.pose.attributes = amounts;
   RenderOptions options;
   options.strata = 8, options.precision = precision;
   return render_frame(a, typical_camera(a), state, options).rgba;

@@ -166,13 +166,14 @@ TEST_F(FrameRendererTest, PosesAndSizesFollowEachOther) {
 // Positions and directions of the samples of all pixels, by field, ray after ray.
 std::array<std::vector<Vec3f>, 4> processors_samples(const Avatar& avatar, const RenderState& state,
                                                      const PictureTiles& tiles, int most) {
-  const NeckBend bend = make_neck_bend(avatar.neck, state.world_from_head.inverse() * state.world_from_torso,
-                                       avatar.head.cube.origin, avatar.head.cube.side);
+  const NeckBend bend =
+      make_neck_bend(avatar.neck, state.pose.world_from_head.inverse() * state.pose.world_from_torso,
+                     avatar.head.cube.origin, avatar.head.cube.side);
   MarchVolumes volumes = march_volumes(avatar.head, &*avatar.torso, {&bend, 1});
   volumes.max_samples = most;
   const Pose cam = typical_camera(avatar).cam_from_world;
-  const UnitFromCamera maps[2] = {unit_from_camera(avatar.head.cube, cam, state.world_from_head),
-                                  unit_from_camera(avatar.torso->cube, cam, state.world_from_torso)};
+  const UnitFromCamera maps[2] = {unit_from_camera(avatar.head.cube, cam, state.pose.world_from_head),
+                                  unit_from_camera(avatar.torso->cube, cam, state.pose.world_from_torso)};
   std::vector<RayRequest> rays(tiles.place.size());
   for (std::size_t r = 0; r < rays.size(); ++r)
     for (std::size_t f = 0; f < 2; ++f)

@@ -78,9 +78,9 @@ inline WarpLattice made_up_lattice(float phase) {
 inline RenderState posed_state(const Avatar& avatar, int number) {
   RenderState state = typical_state(avatar);
   const double turn = 0.25 + 0.1 * number;
-  state.world_from_head.rotate(Eigen::AngleAxisd(turn, Vec3d(0.3, 1, 0.2).normalized()));
+  state.pose.world_from_head.rotate(Eigen::AngleAxisd(turn, Vec3d(0.3, 1, 0.2).normalized()));
   state.warp = made_up_lattice(float(number));
-  state.articulation.expression *= float(number + 1);
+  state.pose.articulation.expression *= float(number + 1);
   TorsoField& torso = state.torso;
   torso.grid = {Vec2f(-0.1f, -0.3f), 0.05f, 4 + number, 5};
   for (int i = 0; i < 2 * torso.grid.nodes(); ++i)

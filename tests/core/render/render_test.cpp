@@ -18,9 +18,10 @@ namespace {
 RayRequest ray_of(const Avatar& a, const Camera& camera, const RenderState& state, int x, int y) {
   const Vec3f d = ray_direction(camera.intrinsics, Vec2d(x + 0.5, y + 0.5)).normalized().cast<float>();
   RayRequest ray;
-  ray.fields[0] = field_ray(unit_from_camera(a.head.cube, camera.cam_from_world, state.world_from_head), d);
+  ray.fields[0] =
+      field_ray(unit_from_camera(a.head.cube, camera.cam_from_world, state.pose.world_from_head), d);
   ray.fields[1] =
-      field_ray(unit_from_camera(a.torso->cube, camera.cam_from_world, state.world_from_torso), d);
+      field_ray(unit_from_camera(a.torso->cube, camera.cam_from_world, state.pose.world_from_torso), d);
   return ray;
 }
 
@@ -32,7 +33,7 @@ TEST(RenderFrame, EqualsCompositingEveryPixelAlone) {
   options.stop_transmittance = options.shade_weight = 0;
   options.max_samples = 16, options.strata = 0;
   const RenderedFrame frame = render_frame(a, camera, state, options);
-  const Eigen::VectorXf psi = condition(a.condition, state.articulation);
+  const Eigen::VectorXf psi = condition(a.condition, state.pose.articulation);
   const MarchVolumes volumes = march_volumes(a.head, &*a.torso);
   int seen = 0;
   for (int y = 1; y < 24; y += 4)
@@ -77,7 +78,7 @@ TEST(RenderFrame, DeferredShadingLooksUpOneColourForTheMeanOfARaysFeatures) {
   const Image each = render_frame(a, camera, state, options).rgba;
   options.deferred = true;
   const Image deferred = render_frame(a, camera, state, options).rgba;
-  const Eigen::VectorXf psi = condition(a.condition, state.articulation);
+  const Eigen::VectorXf psi = condition(a.condition, state.pose.articulation);
   const ConditionedField fields[] = {{a.head.field, {psi.data(), 2}, FieldPrecision::exact},
                                      {a.torso->field, {}, FieldPrecision::exact}};
   const MarchVolumes volumes = march_volumes(a.head, &*a.torso);
@@ -300,7 +301,7 @@ TEST(RenderFrame, TurningTheHeadMovesNoPixelOfTheTorsoAlone) {
   Avatar a = tiny_avatar();
   a.head.occupancy = make_occupancy(8, false);
   RenderState turned = typical_state(a);
-  turned.world_from_head.rotate(Eigen::AngleAxisd(0.5, Vec3d::UnitY()));
+  turned.pose.world_from_head.rotate(Eigen::AngleAxisd(0.5, Vec3d::UnitY()));
   const RenderedFrame before = render_frame(a, typical_camera(a), typical_state(a));
   const RenderedFrame after = render_frame(a, typical_camera(a), turned);
   EXPECT_EQ(before.rgba.data, after.rgba.data);

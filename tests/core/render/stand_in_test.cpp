@@ -43,7 +43,7 @@ TEST(StandIn, TheFieldsInTheirOwnPlaceGiveTheirOwnPicture) {
   const Avatar avatar = tiny_avatar();
   const Camera camera = typical_camera(avatar);
   const RenderState state = typical_state(avatar);
-  const Themselves fields(avatar, state.articulation);
+  const Themselves fields(avatar, state.pose.articulation);
   RenderOptions blocks = render_options(RenderQuality::final);
   blocks.precision = FieldPrecision::exact;
   RenderOptions few = render_options(RenderQuality::preview);
@@ -62,7 +62,7 @@ TEST(StandIn, TheFieldsAreNotRead) {
   const Camera camera = typical_camera(avatar);
   const RenderState state = typical_state(avatar);
   const Avatar whole = avatar;
-  const Themselves of_whole(whole, state.articulation);
+  const Themselves of_whole(whole, state.pose.articulation);
   avatar.head.field.parameters.clear(), avatar.torso->field.parameters.clear();
   EXPECT_EQ(render_frame(avatar, of_whole, camera, state).rgba.data,
             render_frame(whole, camera, state).rgba.data);

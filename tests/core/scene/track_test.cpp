@@ -31,13 +31,13 @@ Track random_track() {
     f.status = static_cast<FrameStatus>(i);
     f.reason = i ? "too dark" : "";
     const Vec3d axis = Vec3d(normal(random), normal(random), normal(random)).normalized();
-    f.world_from_head.linear() = Eigen::AngleAxisd(normal(random), axis).toRotationMatrix();
-    f.world_from_head.translation() = Vec3d(normal(random), 1e-17, -0.0);
-    f.world_from_torso = f.world_from_head.inverse();
-    f.articulation.expression =
+    f.pose.world_from_head.linear() = Eigen::AngleAxisd(normal(random), axis).toRotationMatrix();
+    f.pose.world_from_head.translation() = Vec3d(normal(random), 1e-17, -0.0);
+    f.pose.world_from_torso = f.pose.world_from_head.inverse();
+    f.pose.articulation.expression =
         Eigen::VectorXf::NullaryExpr(5, [&] { return static_cast<float>(normal(random)); });
-    f.articulation.jaw = Vec3f(0.1f, 1e-30f, -0.3f);
-    f.articulation.left_eye = Vec3f(0.7f, 0.1f, 1.0f / 7.0f);
+    f.pose.articulation.jaw = Vec3f(0.1f, 1e-30f, -0.3f);
+    f.pose.articulation.left_eye = Vec3f(0.7f, 0.1f, 1.0f / 7.0f);
     for (Vec2d& p : f.landmarks) p = Vec2d(1000 * normal(random), normal(random) / 3);
     f.inner_error_px = std::abs(normal(random));
     track.frames.push_back(f);
@@ -73,11 +73,11 @@ TEST(TrackFile, ReadsBackTheSameBits) {
     EXPECT_EQ(a.status, b.status);
     EXPECT_EQ(a.reason, b.reason);
     EXPECT_EQ(a.time_s, b.time_s);
-    EXPECT_TRUE((a.world_from_head.matrix().array() == b.world_from_head.matrix().array()).all());
-    EXPECT_TRUE((a.world_from_torso.matrix().array() == b.world_from_torso.matrix().array()).all());
-    EXPECT_EQ(a.articulation.expression, b.articulation.expression);
-    EXPECT_EQ(a.articulation.jaw, b.articulation.jaw);
-    EXPECT_EQ(a.articulation.left_eye, b.articulation.left_eye);
+    EXPECT_TRUE((a.pose.world_from_head.matrix().array() == b.pose.world_from_head.matrix().array()).all());
+    EXPECT_TRUE((a.pose.world_from_torso.matrix().array() == b.pose.world_from_torso.matrix().array()).all());
+    EXPECT_EQ(a.pose.articulation.expression, b.pose.articulation.expression);
+    EXPECT_EQ(a.pose.articulation.jaw, b.pose.articulation.jaw);
+    EXPECT_EQ(a.pose.articulation.left_eye, b.pose.articulation.left_eye);
     for (int k = 0; k < kLandmarkCount; ++k) EXPECT_EQ(a.landmarks[k], b.landmarks[k]);
     EXPECT_EQ(a.inner_error_px, b.inner_error_px);
   }

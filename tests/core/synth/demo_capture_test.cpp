@@ -50,9 +50,9 @@ void expect_truth_agrees(const fs::path& folder, const DemoOptions& options, boo
     const Camera* camera = find_camera(*cameras, f.frame);
     ASSERT_NE(camera, nullptr);
     EXPECT_TRUE(!is_static || camera->cam_from_world.isApprox(Pose::Identity()));
-    const auto points = landmark_positions(model, pose_head(model, shape, f.articulation));
+    const auto points = landmark_positions(model, pose_head(model, shape, f.pose.articulation));
     for (std::size_t i = 0; i < points.size(); ++i) {
-      const Vec3d in_cam = camera->cam_from_world * f.world_from_head * points[i].cast<double>();
+      const Vec3d in_cam = camera->cam_from_world * f.pose.world_from_head * points[i].cast<double>();
       ASSERT_GT(in_cam.z(), 0.3);
       const double off = (project<double>(camera->intrinsics, in_cam) - f.landmarks[i]).norm();
       const bool firm = (i >= 27 && i <= 30) || (i >= 36 && i <= 47);

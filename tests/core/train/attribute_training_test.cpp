@@ -49,15 +49,14 @@ TrainingSet blushing_set(int views, int size) {
     shown = amount_of(v);
     const TrainingView drawn = ball_view(gradient_plate(size), size, 0.37 * v, 0, blushing);
     view.rgb = drawn.rgb, view.alpha = drawn.alpha;
-    view.world_from_head = drawn.world_from_head, view.world_from_torso = drawn.world_from_torso;
-    view.articulation = drawn.articulation;
+    view.pose = drawn.pose;
   }
   return set;
 }
 
 void with_amounts(TrainingSet& set) {
   set.attributes = {patch_region()};
-  for (std::size_t v = 0; v < set.views.size(); ++v) set.views[v].attributes = {amount_of(int(v))};
+  for (std::size_t v = 0; v < set.views.size(); ++v) set.views[v].pose.attributes = {amount_of(int(v))};
 }
 
 TrainOptions options(FieldMode mode) {
@@ -71,7 +70,7 @@ Result<Avatar> train(const TrainingSet& set, FieldMode mode) {
 }
 
 Image picture(const Avatar& avatar, const HeadModel& model, const TrainingView& view, float amount) {
-  AvatarPose pose{view.world_from_head, view.world_from_torso, view.articulation, view.torso_shape};
+  AvatarPose pose = view.pose;
   if (!avatar.attributes.empty()) pose.attributes = {amount};
   return composite(render_frame(avatar, view.camera, pose_avatar(make_rig(avatar, model), pose)).rgba,
                    gradient_plate(view.rgb.width));
@@ -115,7 +114,7 @@ TEST_P(AttributeTraining, UnseenAmountsAreDrawnBetterThanWithoutAndTheRestOfTheF
   const TrainingView& view = set.views[4];
   const Image low = picture(*with, set.model, view, 0.1f), high = picture(*with, set.model, view, 1);
   const UnitFromCamera map =
-      unit_from_camera({Vec3f::Zero(), 1}, view.camera.cam_from_world, view.world_from_head);
+      unit_from_camera({Vec3f::Zero(), 1}, view.camera.cam_from_world, view.pose.world_from_head);
   double inside = 0;
   int outside = 0;
   for (int y = 0; y < kSize; ++y)

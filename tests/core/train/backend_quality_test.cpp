@@ -29,9 +29,7 @@ double quality(const TrainingSet& set, std::uint64_t seed, std::shared_ptr<Backe
   const double times[] = {0.2, 1.3, 2.9};
   for (const double time : times) {
     const TrainingView truth = ball_view(gradient_plate(set.size), set.size, time);
-    const RenderedFrame frame = render_frame(*avatar, truth.camera,
-                                             pose_avatar(rig, {truth.world_from_head, truth.world_from_torso,
-                                                               truth.articulation, truth.torso_shape}));
+    const RenderedFrame frame = render_frame(*avatar, truth.camera, pose_avatar(rig, truth.pose));
     sum += psnr_from_mse(mse(composite(frame.rgba, gradient_plate(set.size)), to_float(truth.rgb)));
   }
   return sum / std::size(times);

@@ -13,8 +13,8 @@ namespace {
 TEST(CaptureSummary, OneWildFrameChangesNeitherNeutralNorTypicalView) {
   TrainingSet set = ball_set(31, 16);
   const Articulation before = typical_articulation(set);
-  set.views[4].articulation.expression[0] = 50;
-  set.views[4].world_from_head.translate(Vec3d(3, 0, 0));
+  set.views[4].pose.articulation.expression[0] = 50;
+  set.views[4].pose.world_from_head.translate(Vec3d(3, 0, 0));
   EXPECT_NEAR(typical_articulation(set).expression[0], before.expression[0], 0.2);
   EXPECT_NE(typical_view(set), 4u);
 }
@@ -22,7 +22,7 @@ TEST(CaptureSummary, OneWildFrameChangesNeitherNeutralNorTypicalView) {
 TEST(CaptureSummary, RangesOfActionsAreThoseOfTheirCoefficients) {
   TrainingSet set = ball_set(101, 16);
   for (std::size_t v = 0; v < set.views.size(); ++v)
-    set.views[v].articulation.expression[0] = 0.008f * float(v);
+    set.views[v].pose.articulation.expression[0] = 0.008f * float(v);
   const auto ranges = action_ranges(set);
   ASSERT_EQ(ranges.size(), 1u);
   EXPECT_EQ(ranges[0].name, "bulge");
@@ -33,7 +33,7 @@ TEST(CaptureSummary, RangesOfActionsAreThoseOfTheirCoefficients) {
 TEST(CaptureSummary, CoverageIsTheShareOfFramesBeyondAFifth) {
   TrainingSet set = ball_set(101, 16);
   for (std::size_t v = 0; v < set.views.size(); ++v)
-    set.views[v].articulation.expression[0] = v < 25 ? 0.9f : 0.05f;
+    set.views[v].pose.articulation.expression[0] = v < 25 ? 0.9f : 0.05f;
   const ActionRange range = action_ranges(set).at(0);
   EXPECT_NEAR(range.coverage, 25 / 101.0, 1e-3);
   EXPECT_NEAR(range.histogram.front(), 76 / 101.0, 1e-3);

@@ -73,7 +73,7 @@ TEST(Carve, TheBustIsNoHead) {
   TrainingSet set = ball_set(6, 64);
   set.model = make_builtin_head();
   set.person.identity = Eigen::VectorXf::Zero(set.model.identity_count());
-  for (TrainingView& view : set.views) view.articulation = neutral_articulation(set.model);
+  for (TrainingView& view : set.views) view.pose.articulation = neutral_articulation(set.model);
   const HeadShape shape = shape_head(set.model, set.person);
   const auto covered = [&](float base) {
     int count = 0;

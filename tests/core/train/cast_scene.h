@@ -109,14 +109,14 @@ struct CastScene {
   }
   void place_view(const Avatar& avatar, int number, int turn) {
     const auto v = std::size_t(number);
-    const RenderState pose = posed_state(avatar, number + turn);
+    const RenderState posed = posed_state(avatar, number + turn);
     const Pose& cam = set.views[v].camera.cam_from_world;
     // One neck of all is straight.
-    const Pose& torso = number == 1 ? pose.world_from_head : pose.world_from_torso;
-    source.views[v].maps[0] = unit_from_camera(avatar.head.cube, cam, pose.world_from_head);
+    const Pose& torso = number == 1 ? posed.pose.world_from_head : posed.pose.world_from_torso;
+    source.views[v].maps[0] = unit_from_camera(avatar.head.cube, cam, posed.pose.world_from_head);
     source.views[v].maps[1] = unit_from_camera(avatar.torso->cube, cam, torso);
-    source.warps[v] = pose.warp, source.torsos[v] = pose.torso;
-    source.necks[v] = make_neck_bend(avatar.neck, pose.world_from_head.inverse() * torso,
+    source.warps[v] = posed.warp, source.torsos[v] = posed.torso;
+    source.necks[v] = make_neck_bend(avatar.neck, posed.pose.world_from_head.inverse() * torso,
                                      avatar.head.cube.origin, avatar.head.cube.side);
   }
 };

@@ -17,7 +17,7 @@ namespace {
 TrainingState ball_state(const TrainingSet& set) {
   const HeadShape shape = shape_head(set.model, set.person);
   std::vector<Articulation> articulations;
-  for (const TrainingView& view : set.views) articulations.push_back(view.articulation);
+  for (const TrainingView& view : set.views) articulations.push_back(view.pose.articulation);
   return make_training_state(set, {}, learn_condition_map(set.model, shape, articulations),
                              make_volumes(set, shape));
 }
@@ -73,7 +73,7 @@ TEST(TrainingFingerprint, ChangesWithEveryPixelAndPose) {
   const std::string pixel = training_fingerprint(set, {});
   EXPECT_NE(before, pixel);
   set.views[2].rgb.data[10] ^= 1;
-  set.views[4].world_from_torso.translate(Vec3d(0, 1e-9, 0));
+  set.views[4].pose.world_from_torso.translate(Vec3d(0, 1e-9, 0));
   EXPECT_NE(before, training_fingerprint(set, {}));
 }
 

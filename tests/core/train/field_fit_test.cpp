@@ -18,10 +18,6 @@ TrainOptions short_training(std::uint64_t steps) {
   return options;
 }
 
-AvatarPose pose_of(const TrainingView& view) {
-  return {view.world_from_head, view.world_from_torso, view.articulation, view.torso_shape};
-}
-
 class FieldFitTest : public ::testing::Test {
  protected:
   static void SetUpTestSuite() {
@@ -40,7 +36,7 @@ Avatar* FieldFitTest::avatar_ = nullptr;
 TEST_F(FieldFitTest, FindsAShiftedHeadAgain) {
   const AvatarRig rig = make_rig(*avatar_, set_->model);
   const TrainingView& view = set_->views[8];
-  AvatarPose wrong = pose_of(view);
+  AvatarPose wrong = view.pose;
   wrong.world_from_head.translation() += Vec3d(0.004, -0.003, 0);
   Image8 everywhere(view.rgb.width, view.rgb.height, 1);
   std::fill(everywhere.data.begin(), everywhere.data.end(), std::uint8_t(255));
@@ -50,7 +46,7 @@ TEST_F(FieldFitTest, FindsAShiftedHeadAgain) {
       fit_to_field(*avatar_, rig, view.camera, {&view.rgb, &set_->plate, &everywhere}, wrong, {}, options);
   EXPECT_LT(fit.mse_after, 0.6 * fit.mse_before);
   const AvatarPose found = changed_pose(wrong, avatar_->condition, fit.change);
-  const Vec3d left = found.world_from_head.translation() - view.world_from_head.translation();
+  const Vec3d left = found.world_from_head.translation() - view.pose.world_from_head.translation();
   EXPECT_LT(left.head<2>().norm(), 0.0015);
 }
 
@@ -59,7 +55,7 @@ TEST_F(FieldFitTest, AnEmptyRegionChangesNothing) {
   const TrainingView& view = set_->views[0];
   const Image8 nowhere(view.rgb.width, view.rgb.height, 1);
   const FieldFit fit =
-      fit_to_field(*avatar_, rig, view.camera, {&view.rgb, &set_->plate, &nowhere}, pose_of(view), {}, {});
+      fit_to_field(*avatar_, rig, view.camera, {&view.rgb, &set_->plate, &nowhere}, view.pose, {}, {});
   EXPECT_EQ(fit.change.norm(), 0);
 }
 
@@ -67,7 +63,7 @@ TEST_F(FieldFitTest, CorrectionsHaveZeroMeanAndBounds) {
   const AvatarRig rig = make_rig(*avatar_, set_->model);
   TrainingSet shifted = *set_;
   for (std::size_t v = 0; v < shifted.views.size(); ++v)
-    shifted.views[v].world_from_head.translation().x() += v % 2 ? 0.02 : -0.02;  // further than allowed
+    shifted.views[v].pose.world_from_head.translation().x() += v % 2 ? 0.02 : -0.02;  // further than allowed
   RefineOptions options;
   const auto corrections = refine_track(shifted, *avatar_, rig, {}, options, {});
   ASSERT_EQ(corrections.size(), shifted.views.size());
@@ -84,7 +80,7 @@ TEST(RefineTrack, WrongTrainingPosesComeNearerToTheTruth) {
   const TrainingSet truth = ball_set(16, 32);
   TrainingSet wrong = truth;
   for (std::size_t v = 0; v < wrong.views.size(); ++v)
-    wrong.views[v].world_from_head.translation().x() += 0.003 * (v % 2 ? 1 : -1);
+    wrong.views[v].pose.world_from_head.translation().x() += 0.003 * (v % 2 ? 1 : -1);
   TrainOptions options = short_training(120);
   options.refine_track = true;
   const auto refined = train_avatar(wrong, options, {}, Progress(), {}, {});
@@ -96,7 +92,7 @@ TEST(RefineTrack, WrongTrainingPosesComeNearerToTheTruth) {
     double error = 0;
     for (const TrainingView& view : truth.views) {
       const Image seen =
-          composite(render_frame(avatar, view.camera, pose_avatar(rig, pose_of(view))).rgba, truth.plate);
+          composite(render_frame(avatar, view.camera, pose_avatar(rig, view.pose)).rgba, truth.plate);
       for (std::size_t i = 0; i < seen.data.size(); ++i)
         error += std::pow(seen.data[i] - float(view.rgb.data[i]) / 255.f, 2);
     }

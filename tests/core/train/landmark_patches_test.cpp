@@ -147,7 +147,7 @@ struct Bench {
 
   Bench() {
     std::vector<Articulation> articulations;
-    for (const TrainingView& view : set.views) articulations.push_back(view.articulation);
+    for (const TrainingView& view : set.views) articulations.push_back(view.pose.articulation);
     map = learn_condition_map(set.model, shape, articulations);
     poses = corrected_poses(set, map, {});
     source = make_ray_source(set, poses, shape, volumes.head.cube, nullptr);

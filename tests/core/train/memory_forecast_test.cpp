@@ -16,14 +16,14 @@ TEST(MemoryForecast, CountsPicturesAndLatticesAsTheyAreStored) {
   TrainingSet set = ball_set(8, 128);
   set.neutral = neutral_articulation(set.model);
   for (std::size_t v = 0; v < set.views.size(); ++v)  // an acting face: none of them rests
-    set.views[v].articulation.expression.setConstant(v % 2 == 0 ? 0.1f : -0.1f);
+    set.views[v].pose.articulation.expression.setConstant(v % 2 == 0 ? 0.1f : -0.1f);
   const MemoryForecast forecast = forecast_memory(set, {});
   std::uint64_t pictures = 0, lattices = 0;
   const HeadShape shape = shape_head(set.model, set.person);
   const WarpFrame warp = make_warp_frame(set.model, shape, typical_articulation(set));
   for (const TrainingView& view : set.views) {
     pictures += view.rgb.data.size() + view.alpha.bytes();
-    const WarpLattice lattice = make_warp_lattice(warp, pose_head(set.model, shape, view.articulation));
+    const WarpLattice lattice = make_warp_lattice(warp, pose_head(set.model, shape, view.pose.articulation));
     lattices += lattice.bytes();
   }
   EXPECT_NEAR(double(forecast.pictures), double(pictures), 0.05 * double(pictures));

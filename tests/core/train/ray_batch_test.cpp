@@ -68,8 +68,7 @@ TEST(ChooseRays, AFurtherClipTeachesItsHeadAloneAndAlwaysWithItsCode) {
   for (MarchVolume& volume : volumes.fields) volume = march_volume(everywhere, none);
   const FieldCube cube{Vec3f::Constant(-0.2f), 0.4f};
   std::vector<AvatarPose> poses;
-  for (const TrainingView& view : set.views)
-    poses.push_back({view.world_from_head, view.world_from_torso, view.articulation, view.torso_shape});
+  for (const TrainingView& view : set.views) poses.push_back(view.pose);
   RaySource source = make_ray_source(set, poses, shape_head(set.model, set.person), cube, &cube);
   RayBatch batch;
   choose_rays(source, volumes, true, 3, 0, kRays, batch);

@@ -36,7 +36,7 @@ TrainingView of_further_clip(TrainingView view, double light) {
 // Mean square difference of what is seen of the head from a truth in a light.
 double head_error(const Avatar& avatar, const HeadModel& model, const TrainingView& truth, double light = 1) {
   const AvatarRig rig = make_rig(avatar, model);
-  const RenderState state = pose_avatar(rig, tracked_pose(truth));
+  const RenderState state = pose_avatar(rig, truth.pose);
   const RenderedFrame seen = render_frame(avatar, truth.camera, state);
   double error = 0;
   int count = 0;
@@ -64,16 +64,15 @@ TEST(RegisterClips, AFurtherClipsHeadIsFoundWhateverItsLight) {
   std::vector<Pose> truth;
   for (int v = 0; v < 8; ++v) {
     set.views.push_back(of_further_clip(ball_view(plate, kSize, 0.2 + 0.41 * v), 0.6));
-    truth.push_back(set.views.back().world_from_head);
-    set.views.back().world_from_head = truth.back() * astray.inverse();
+    truth.push_back(set.views.back().pose.world_from_head);
+    set.views.back().pose.world_from_head = truth.back() * astray.inverse();
   }
   const AvatarRig rig = make_rig(*avatar, set.model);
   const auto corrections = register_clips(set, *avatar, rig, {}, {});
   ASSERT_EQ(corrections.size(), set.views.size());
   for (std::size_t v = 0; v < 16; ++v) EXPECT_EQ(corrections[v].norm(), 0) << v;
   for (std::size_t v = 16; v < set.views.size(); ++v) {
-    const Pose found =
-        changed_pose(tracked_pose(set.views[v]), avatar->condition, corrections[v]).world_from_head;
+    const Pose found = changed_pose(set.views[v].pose, avatar->condition, corrections[v]).world_from_head;
     const Pose left = found.inverse() * truth[v - 16];
     EXPECT_LT(Eigen::AngleAxisd(left.linear()).angle(), 0.03) << v;  // of 0.06
     EXPECT_LT(left.translation().head<2>().norm(), 0.0025) << v;     // of 0.0064
@@ -90,7 +89,7 @@ TEST(RegisterClips, ViewsThatAreOfSomethingElseMoveNothing) {
   RegisterOptions options;
   options.largest_turn = options.largest_shift = 0;  // whatever is found is beyond belief
   set.views.push_back(of_further_clip(set.views[3], 1));
-  set.views.back().world_from_head.translation().x() += 0.01;
+  set.views.back().pose.world_from_head.translation().x() += 0.01;
   const auto corrections = register_clips(set, *avatar, make_rig(*avatar, set.model), options, {});
   for (const Eigen::VectorXd& correction : corrections) EXPECT_EQ(correction.norm(), 0);
 }

@@ -130,7 +130,7 @@ TEST(RoomCube, OfALandscapeHoldsThePartAboutThePerson) {
   const auto views = views_of(8);
   const FieldCube cube = room_cube(views, points);
   for (const TrainingView& view : views)
-    for (const Vec3f& at : {Vec3f(view.world_from_head.translation().cast<float>()),
+    for (const Vec3f& at : {Vec3f(view.pose.world_from_head.translation().cast<float>()),
                             Vec3f(view.camera.cam_from_world.inverse().translation().cast<float>())}) {
       const Vec3f inside = (at - cube.origin) / cube.side;
       EXPECT_GT(inside.minCoeff(), 0) << at.transpose();

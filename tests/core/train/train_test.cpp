@@ -44,9 +44,7 @@ class TrainAvatar : public testing::Test {
 };
 
 RenderedFrame render_view(const Avatar& avatar, const HeadModel& model, const TrainingView& view) {
-  return render_frame(avatar, view.camera,
-                      pose_avatar(make_rig(avatar, model), {view.world_from_head, view.world_from_torso,
-                                                            view.articulation, view.torso_shape}));
+  return render_frame(avatar, view.camera, pose_avatar(make_rig(avatar, model), view.pose));
 }
 
 double held_out_psnr(const Avatar& avatar, const TrainingSet& set, double time) {
@@ -156,7 +154,7 @@ TrainingSet with_detail(TrainingSet set) {
   std::vector<DetailFrame> frames;
   for (std::size_t v = 0; v < set.views.size(); ++v) {
     DetailFrame& frame = frames.emplace_back();
-    frame.frame = int(v), frame.articulation = set.views[v].articulation;
+    frame.frame = int(v), frame.articulation = set.views[v].pose.articulation;
     frame.height = Eigen::VectorXf::Zero(set.model.vertex_count());
     for (Eigen::Index i = 0; i < frame.height.size(); ++i)
       if (const Vec3f& p = set.model.vertices[std::size_t(i)]; p.y() < 0 && p.z() > 0)
@@ -165,7 +163,7 @@ TrainingSet with_detail(TrainingSet set) {
   const LearntDetail learnt = learn_detail(frames);
   set.detail = learnt.detail;
   for (const std::size_t v : {0u, 3u, 5u})
-    set.views[v].detail = learnt.scores.row(Eigen::Index(v)).transpose();
+    set.views[v].pose.detail = learnt.scores.row(Eigen::Index(v)).transpose();
   return set;
 }
 
@@ -182,10 +180,10 @@ TEST_F(TrainAvatar, DetailMovesTheSurfaceItLearnsOnAndStaysInTheAvatar) {
   EXPECT_EQ(with->detail.basis, detailed.detail.basis);
   // A face that no view showed has its own heights: the lattice of the pose is another one.
   const AvatarRig rig = make_rig(*with, detailed.model);
-  AvatarPose pose{with->world_from_head, with->world_from_torso, with->neutral};
-  pose.articulation.expression[0] =
-      0.5f * (detailed.views[0].articulation.expression[0] + detailed.views[6].articulation.expression[0]) +
-      0.1f;
+  AvatarPose pose = typical_state(*with).pose;
+  pose.articulation.expression[0] = 0.5f * (detailed.views[0].pose.articulation.expression[0] +
+                                            detailed.views[6].pose.articulation.expression[0]) +
+                                    0.1f;
   AvatarRig bare = rig;
   bare.detail = {};
   EXPECT_NE(pose_avatar(rig, pose).warp.displacement, pose_avatar(bare, pose).warp.displacement);
@@ -216,7 +214,7 @@ TEST_F(TrainAvatar, StartsAnewAfterADamagedCheckpoint) {
 TEST_F(TrainAvatar, AnotherTrackDoesNotContinueTheCheckpoint) {
   TrainingSet set = ball_set(8, 24);
   ASSERT_TRUE(train(set, short_options(4, 64), checkpoint_).ok());
-  set.views[3].world_from_head.pretranslate(Vec3d(0.001, 0, 0));
+  set.views[3].pose.world_from_head.pretranslate(Vec3d(0.001, 0, 0));
   const auto moved = train(set, short_options(4, 64), checkpoint_);
   const auto fresh = train(set, short_options(4, 64));
   ASSERT_TRUE(moved.ok() && fresh.ok());
@@ -250,7 +248,7 @@ TEST_F(TrainAvatar, SaysWhatIsWrongWithASet) {
   small_plate.plate = gradient_plate(20);
   EXPECT_NE(train(small_plate, short_options(1)).error().what.find("20x20"), std::string::npos);
   TrainingSet lost = ball_set(2, 24);
-  lost.views[1].world_from_head.translation().x() = std::numeric_limits<double>::quiet_NaN();
+  lost.views[1].pose.world_from_head.translation().x() = std::numeric_limits<double>::quiet_NaN();
   EXPECT_FALSE(train(lost, short_options(1)).ok());
   TrainingSet unmatted = ball_set(2, 24, false);
   unmatted.views[0].alpha = {};

@@ -96,7 +96,7 @@ TEST(MakeVolumes, TheNeckAboveTheCollarBelongsToTheHeadAlone) {
   set.has_torso = true;
   for (TrainingView& view : set.views) {
     view.alpha = {};
-    view.articulation = neutral_articulation(set.model);
+    view.pose.articulation = neutral_articulation(set.model);
   }
   const HeadShape shape = shape_head(set.model, set.person);
   const Volumes volumes = make_volumes(set, shape);

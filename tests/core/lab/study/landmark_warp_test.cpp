@@ -38,9 +38,7 @@ TEST(LandmarkWarp, APictureMovedToItsOwnPoseIsItself) {
   const TrainingSet set = ball_set(5, 32);
   const LandmarkWarp warp = make_landmark_warp(set);
   const TrainingView& view = set.views[std::size_t(warp.view)];
-  const Image moved = render_landmark_warp(
-      warp, set.model, view.camera,
-      {view.world_from_head, view.world_from_torso, view.articulation, view.torso_shape});
+  const Image moved = render_landmark_warp(warp, set.model, view.camera, view.pose);
   ASSERT_EQ(moved.data.size(), warp.picture.data.size());
   for (std::size_t i = 0; i < moved.data.size(); ++i) ASSERT_NEAR(moved.data[i], warp.picture.data[i], 1e-4f);
 }
@@ -49,13 +47,14 @@ TEST(LandmarkWarp, APersonWhoStepsAsideIsSeenThere) {
   const TrainingSet set = ball_set(5, 32);
   const LandmarkWarp warp = make_landmark_warp(set);
   const TrainingView& view = set.views[std::size_t(warp.view)];
-  const Pose cam_from_head = view.camera.cam_from_world * view.world_from_head;
+  const Pose cam_from_head = view.camera.cam_from_world * view.pose.world_from_head;
   const Pose aside(
       Eigen::Translation3d(4 * cam_from_head.translation().z() / view.camera.intrinsics.fx, 0, 0));
   const Pose world = view.camera.cam_from_world.inverse() * aside * view.camera.cam_from_world;  // 4 px
-  const Image moved = render_landmark_warp(
-      warp, set.model, view.camera,
-      {world * view.world_from_head, world * view.world_from_torso, view.articulation, view.torso_shape});
+  AvatarPose stepped = view.pose;
+  stepped.world_from_head = world * stepped.world_from_head;
+  stepped.world_from_torso = world * stepped.world_from_torso;
+  const Image moved = render_landmark_warp(warp, set.model, view.camera, stepped);
   const auto centre = [](const Image& rgba) {
     double x = 0, all = 0;
     for (int v = 0; v < rgba.height; ++v)

@@ -27,11 +27,11 @@ TrainingSet acted_set() {
     TrainingView view;
     view.camera.frame = 3 * (v + 1);
     view.camera.intrinsics = {kSize, kSize, 300, 300, 100, 100};
-    view.world_from_head.linear() = Vec3d(1, -1, -1).asDiagonal();
-    view.world_from_head.translation() = Vec3d(0, 0, 0.6);
-    view.articulation = neutral_articulation(set.model);
-    add_action(view.articulation, *jaw, float(v) / kViews);
-    add_action(view.articulation, *lid, v % 5 == 4 ? 1.f : 0.f);
+    view.pose.world_from_head.linear() = Vec3d(1, -1, -1).asDiagonal();
+    view.pose.world_from_head.translation() = Vec3d(0, 0, 0.6);
+    view.pose.articulation = neutral_articulation(set.model);
+    add_action(view.pose.articulation, *jaw, float(v) / kViews);
+    add_action(view.pose.articulation, *lid, v % 5 == 4 ? 1.f : 0.f);
     set.views.push_back(std::move(view));
   }
   return set;
@@ -79,10 +79,10 @@ TEST(TrackAnnotations, ThePaintCoversTheLipsAndNotTheEyes) {
   const auto view =
       std::ranges::find(set.views, last.frame, [](const TrainingView& v) { return v.camera.frame; });
   const auto landmarks = landmark_positions(
-      set.model, pose_head(set.model, shape_head(set.model, set.person), view->articulation));
+      set.model, pose_head(set.model, shape_head(set.model, set.person), view->pose.articulation));
   for (int i = 36; i < kLandmarkCount; ++i) {
     const Vec3d point =
-        view->camera.cam_from_world * view->world_from_head * landmarks[std::size_t(i)].cast<double>();
+        view->camera.cam_from_world * view->pose.world_from_head * landmarks[std::size_t(i)].cast<double>();
     const Vec2d pixel = project(view->camera.intrinsics, point);
     const float painted_here = cover.person.data[std::size_t(pixel.y()) * kSize + std::size_t(pixel.x())];
     if (i < 48)

@@ -26,18 +26,18 @@ inline TrackTruth acted_truth(int frames) {
     TrackedFrame frame;
     frame.frame = i;
     frame.time_s = i / 25.0;
-    frame.world_from_head.linear() =
+    frame.pose.world_from_head.linear() =
         Mat3d(Vec3d(1, -1, -1).asDiagonal()) *
         Eigen::AngleAxisd(0.5 * std::sin(t), Vec3d::UnitY()).toRotationMatrix() *
         Eigen::AngleAxisd(0.2 * std::cos(2 * t), Vec3d::UnitX()).toRotationMatrix();
-    frame.world_from_head.translation() =
+    frame.pose.world_from_head.translation() =
         Vec3d(0.02 * std::sin(t), 0.01 * std::cos(t), 0.6 + 0.03 * std::sin(3 * t));
-    frame.articulation = neutral_articulation(truth.model);
+    frame.pose.articulation = neutral_articulation(truth.model);
     double phase = 0;
     for (const std::string& name : compared_actions())
       if (const NamedAction* action = find_action(truth.model, name))
-        add_action(frame.articulation, *action, float(0.3 + 0.3 * std::sin(t + phase++)));
-    frame.articulation.left_eye = frame.articulation.right_eye =
+        add_action(frame.pose.articulation, *action, float(0.3 + 0.3 * std::sin(t + phase++)));
+    frame.pose.articulation.left_eye = frame.pose.articulation.right_eye =
         Vec3f(0.1f * float(std::sin(5 * t)), 0.2f * float(std::cos(3 * t)), 0);
     truth.track.frames.push_back(frame);
   }

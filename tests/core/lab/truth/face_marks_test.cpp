@@ -20,11 +20,11 @@ Track acted(const HeadModel& model) {
   for (int i = 0; i < 10; ++i) {
     TrackedFrame frame;
     frame.frame = i;
-    frame.articulation = neutral_articulation(model);
-    if (i % 2 == 0) add_action(frame.articulation, *find_action(model, "jawOpen"), 0.5f);
+    frame.pose.articulation = neutral_articulation(model);
+    if (i % 2 == 0) add_action(frame.pose.articulation, *find_action(model, "jawOpen"), 0.5f);
     if (i == 4 || i == 8)
       for (const char* name : {"eyeBlink_L", "eyeBlink_R"})
-        add_action(frame.articulation, *find_action(model, name), 1.0f);
+        add_action(frame.pose.articulation, *find_action(model, name), 1.0f);
     track.frames.push_back(frame);
   }
   return track;

@@ -53,7 +53,7 @@ WithheldPoints seen_points(const TrackTruth& truth, double noise_px) {
     const Vec3d at(place(random), place(random), 0.08 + 0.3 * place(random));
     WithheldTrack track{at + Vec3d::Constant(0.003), {}};
     for (const TrackedFrame& frame : truth.track.frames) {
-      const Vec3d p = frame.world_from_head * at;
+      const Vec3d p = frame.pose.world_from_head * at;
       track.seen.push_back(
           {frame.frame, p.hnormalized() + Vec2d(normal(random), normal(random)) * noise_px / 700, 700});
     }
@@ -110,7 +110,7 @@ TEST(TrackChecks, WithheldPointsAgreeWithTheTruthAndNotWithAWrongPose) {
   EXPECT_LT(right.median_px, 0.2);
   Track wrong = truth.track;
   for (std::size_t i = 0; i < wrong.frames.size(); ++i)
-    wrong.frames[i].world_from_head.translation().x() += i % 4 < 2 ? 0.001 : 0.0;  // 1.2 px
+    wrong.frames[i].pose.world_from_head.translation().x() += i % 4 < 2 ? 0.001 : 0.0;  // 1.2 px
   EXPECT_GT(score_withheld(points, wrong, truth.cameras).median_px, 2 * right.median_px);
 }
 

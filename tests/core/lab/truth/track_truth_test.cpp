@@ -38,8 +38,8 @@ TEST(TrackTruth, AnotherScaleAndAnotherOriginAreNoError) {
   constexpr double kScale = 0.93;
   Track other = truth.track;
   for (TrackedFrame& frame : other.frames) {  // the camera is the world
-    frame.world_from_head = frame.world_from_head * offset;
-    frame.world_from_head.translation() *= kScale;
+    frame.pose.world_from_head = frame.pose.world_from_head * offset;
+    frame.pose.world_from_head.translation() *= kScale;
   }
   const auto result = compare_with_truth(other, truth.model, truth, {});
   ASSERT_TRUE(result.ok());
@@ -69,7 +69,7 @@ TEST(TrackTruth, ErrorsPutInAreFound) {
   Track other = truth.track;
   for (std::size_t i = 0; i < other.frames.size(); ++i) {
     const double sign = i % 2 == 0 ? 1 : -1;  // a constant error would be an offset
-    Pose& pose = other.frames[i].world_from_head;
+    Pose& pose = other.frames[i].pose.world_from_head;
     // One degree about the middle of the eyes, and 2 mm sideways.
     const HeadShape shape = shape_head(truth.model, other.person);
     const Vec3d eyes = 0.5 * (shape.joints[kLeftEye] + shape.joints[kRightEye]).cast<double>();
@@ -90,7 +90,7 @@ TEST(TrackTruth, HeldOutFramesDoNotMoveTheAlignment) {
   std::set<int> held_out;
   for (int i = 50; i < 60; ++i) {
     held_out.insert(i);
-    other.frames[std::size_t(i)].world_from_head.translation().x() += 0.05;
+    other.frames[std::size_t(i)].pose.world_from_head.translation().x() += 0.05;
   }
   const auto result = compare_with_truth(other, truth.model, truth, held_out);
   ASSERT_TRUE(result.ok());

@@ -70,18 +70,18 @@ TEST(BridgeLost, LiesBetweenItsNeighbours) {
   std::vector<TrackedFrame> frames(5);
   for (int i = 0; i < 5; ++i) {
     frames[i].frame = i;
-    frames[i].articulation.expression = Eigen::VectorXf::Constant(2, static_cast<float>(i));
-    frames[i].world_from_head.translation() = Vec3d(i, 0, 1);
+    frames[i].pose.articulation.expression = Eigen::VectorXf::Constant(2, static_cast<float>(i));
+    frames[i].pose.world_from_head.translation() = Vec3d(i, 0, 1);
     frames[i].status = i % 4 == 0 ? FrameStatus::good : FrameStatus::lost;
   }
   for (int i = 1; i < 4; ++i) {
-    frames[i].articulation.expression.setConstant(99);
-    frames[i].world_from_head.translation().setConstant(99);
+    frames[i].pose.articulation.expression.setConstant(99);
+    frames[i].pose.world_from_head.translation().setConstant(99);
   }
   bridge_lost(frames);
   for (int i = 0; i < 5; ++i) {
-    EXPECT_NEAR(frames[i].articulation.expression[0], i, 1e-5);
-    EXPECT_NEAR(frames[i].world_from_head.translation().x(), i, 1e-9);
+    EXPECT_NEAR(frames[i].pose.articulation.expression[0], i, 1e-5);
+    EXPECT_NEAR(frames[i].pose.world_from_head.translation().x(), i, 1e-9);
   }
 }
 
@@ -89,20 +89,21 @@ TEST(BridgeLost, NothingIsLearntAcrossTheSplit) {
   std::vector<TrackedFrame> frames(6);
   for (int i = 0; i < 6; ++i) {
     frames[i].frame = i;
-    frames[i].articulation.expression = Eigen::VectorXf::Zero(1);
-    frames[i].world_from_head.translation().x() = i;
+    frames[i].pose.articulation.expression = Eigen::VectorXf::Zero(1);
+    frames[i].pose.world_from_head.translation().x() = i;
     if (i == 2 || i == 4) frames[i].status = FrameStatus::lost;
   }
   bridge_lost(frames, {false, false, false, true, true, true});
-  EXPECT_EQ(frames[2].world_from_head.translation().x(), 1) << "it trains: what comes next is held out";
-  EXPECT_EQ(frames[4].world_from_head.translation().x(), 3) << "held out: what comes next is not known yet";
+  EXPECT_EQ(frames[2].pose.world_from_head.translation().x(), 1) << "it trains: what comes next is held out";
+  EXPECT_EQ(frames[4].pose.world_from_head.translation().x(), 3)
+      << "held out: what comes next is not known yet";
 }
 
 TEST(BridgeLost, NothingKnownChangesNothing) {
   std::vector<TrackedFrame> frames(2);
   for (TrackedFrame& f : frames) f.status = FrameStatus::lost;
   bridge_lost(frames);
-  EXPECT_TRUE(frames[0].world_from_head.isApprox(Pose::Identity()));
+  EXPECT_TRUE(frames[0].pose.world_from_head.isApprox(Pose::Identity()));
 }
 
 }  // namespace

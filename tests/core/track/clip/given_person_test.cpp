@@ -49,7 +49,7 @@ Off off_from(const Track& track, const Track& truth) {
   for (const TrackedFrame& frame : track.frames) {
     const TrackedFrame* own = find_tracked(truth, frame.frame);
     EXPECT_NE(own, nullptr);
-    const Pose &a = frame.world_from_head, &b = own->world_from_head;
+    const Pose &a = frame.pose.world_from_head, &b = own->pose.world_from_head;
     off.turn_deg += vector_from_turn(a.linear() * b.linear().transpose()).norm() * 180 / std::numbers::pi /
                     double(track.frames.size());
     off.place_m += (a.translation() - b.translation()).norm() / double(track.frames.size());

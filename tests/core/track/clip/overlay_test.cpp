@@ -17,14 +17,14 @@ struct Scene {
     cameras.cameras = {Camera{-1, {320, 240, 500, 500, 160, 120}}};
     track.person.identity = Eigen::VectorXf::Zero(model.identity_count());
     TrackedFrame f;
-    f.articulation = neutral_articulation(model);
-    f.world_from_head.linear() = Vec3d(1, -1, -1).asDiagonal();
+    f.pose.articulation = neutral_articulation(model);
+    f.pose.world_from_head.linear() = Vec3d(1, -1, -1).asDiagonal();
     const auto points = landmark_positions(model, shape_head(model, track.person).vertices);
-    f.world_from_head.translation() =
-        Vec3d(0, 0, 0.9) - f.world_from_head.linear() * points[30].cast<double>();
+    f.pose.world_from_head.translation() =
+        Vec3d(0, 0, 0.9) - f.pose.world_from_head.linear() * points[30].cast<double>();
     for (int i = 0; i < kLandmarkCount; ++i)
-      f.landmarks[i] =
-          project<double>(cameras.cameras[0].intrinsics, Vec3d(f.world_from_head * points[i].cast<double>()));
+      f.landmarks[i] = project<double>(cameras.cameras[0].intrinsics,
+                                       Vec3d(f.pose.world_from_head * points[i].cast<double>()));
     track.frames = {f};
   }
 };

@@ -30,11 +30,12 @@ double turn_deg(const Pose& a, const Pose& b) {
 bool same_bits(const TrackedFrame& a, const TrackedFrame& b) {
   return a.status == b.status && a.reason == b.reason && a.look == b.look &&
          a.inner_error_px == b.inner_error_px && a.landmarks == b.landmarks &&
-         a.landmark_spread == b.landmark_spread && a.torso_shape == b.torso_shape &&
-         a.world_from_head.matrix() == b.world_from_head.matrix() &&
-         a.world_from_torso.matrix() == b.world_from_torso.matrix() &&
-         a.articulation.expression == b.articulation.expression && a.articulation.jaw == b.articulation.jaw &&
-         a.articulation.left_eye == b.articulation.left_eye;
+         a.landmark_spread == b.landmark_spread && a.pose.torso_shape == b.pose.torso_shape &&
+         a.pose.world_from_head.matrix() == b.pose.world_from_head.matrix() &&
+         a.pose.world_from_torso.matrix() == b.pose.world_from_torso.matrix() &&
+         a.pose.articulation.expression == b.pose.articulation.expression &&
+         a.pose.articulation.jaw == b.pose.articulation.jaw &&
+         a.pose.articulation.left_eye == b.pose.articulation.left_eye;
 }
 
 // One film and its truth for all tests.
@@ -89,9 +90,9 @@ class RefitSpans : public testing::Test {
         frame.reason = "no face found";
         frame.landmarks.fill(Vec2d::Zero());
       }
-      frame.world_from_head.linear() =
-          frame.world_from_head.linear() * Eigen::AngleAxisd(0.45, Vec3d::UnitY()).toRotationMatrix();
-      frame.world_from_head.translation() += Vec3d(0.02, 0, 0.03);
+      frame.pose.world_from_head.linear() =
+          frame.pose.world_from_head.linear() * Eigen::AngleAxisd(0.45, Vec3d::UnitY()).toRotationMatrix();
+      frame.pose.world_from_head.translation() += Vec3d(0.02, 0, 0.03);
     }
     return track;
   }
@@ -120,11 +121,12 @@ TEST_F(RefitSpans, SpoiltFramesComeBackToTheTruth) {
   ASSERT_EQ(fitted->frames.size(), 8u);
   for (const TrackedFrame& frame : fitted->frames) {
     const TrackedFrame& truth = *find_tracked(truth_, frame.frame);
-    EXPECT_LT(turn_deg(frame.world_from_head, truth.world_from_head), 3.0) << frame.frame;
-    EXPECT_LT((frame.world_from_head.translation() - truth.world_from_head.translation()).norm(), 0.015)
+    EXPECT_LT(turn_deg(frame.pose.world_from_head, truth.pose.world_from_head), 3.0) << frame.frame;
+    EXPECT_LT((frame.pose.world_from_head.translation() - truth.pose.world_from_head.translation()).norm(),
+              0.015)
         << frame.frame;
     EXPECT_NE(frame.status, FrameStatus::lost) << frame.frame;
-    EXPECT_EQ(frame.world_from_torso.matrix(), truth.world_from_torso.matrix());
+    EXPECT_EQ(frame.pose.world_from_torso.matrix(), truth.pose.world_from_torso.matrix());
   }
   Track whole = track;
   put_frames(fitted->frames, whole);

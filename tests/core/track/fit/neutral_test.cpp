@@ -27,10 +27,10 @@ std::vector<TrackedFrame> perform(const Articulation& rest, const Take& take) {
   for (int i = 0; i < take.frames; ++i) {
     TrackedFrame f;
     f.frame = i;
-    f.articulation = rest;
+    f.pose.articulation = rest;
     const double share = double(i) / take.frames;
     const auto act = [&](const char* name, float amount) {
-      add_action(f.articulation, *find_action(model, name), amount);
+      add_action(f.pose.articulation, *find_action(model, name), amount);
     };
     if (share < take.speech) {
       const double syllable = i / 6.0;
@@ -42,9 +42,9 @@ std::vector<TrackedFrame> perform(const Articulation& rest, const Take& take) {
       act("mouthSmile_L", 0.8f), act("mouthSmile_R", 0.8f), act("cheekSquint_L", 0.5f);
     }
     if (i % 50 < 6) act("eyeBlink_L", 0.9f), act("eyeBlink_R", 0.9f);
-    for (float& v : f.articulation.expression) v += float(take.noise) * normal(random);
-    f.articulation.jaw.x() += 0.2f * float(take.noise) * normal(random);
-    f.world_from_head.linear() =
+    for (float& v : f.pose.articulation.expression) v += float(take.noise) * normal(random);
+    f.pose.articulation.jaw.x() += 0.2f * float(take.noise) * normal(random);
+    f.pose.world_from_head.linear() =
         Eigen::AngleAxisd(0.3 * std::sin(i / 20.0), Vec3d::UnitY()).toRotationMatrix();
     frames.push_back(f);
   }
@@ -81,7 +81,7 @@ TEST(Neutral, HeldOutAndLostFramesTakeNoPart) {
   const Articulation before = calibrate_neutral(test_head(), std::span(frames).first(270), {});
   std::set<int> held_out;
   for (int i = 270; i < 300; ++i) {
-    frames[std::size_t(i)].articulation.expression.setConstant(0.9f);
+    frames[std::size_t(i)].pose.articulation.expression.setConstant(0.9f);
     if (i < 285)
       held_out.insert(i);
     else
