@@ -11,8 +11,8 @@
 #include "core/base/parallel.h"
 #include "core/image/files.h"
 #include "core/project/project_attributes.h"
-#include "core/project/project_views.h"
-#include "core/project/run_stages.h"
+#include "core/project/project_head_model.h"
+#include "core/project/training_set.h"
 #include "core/train/attribute_values.h"
 
 namespace likeness::app {

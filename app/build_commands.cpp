@@ -23,8 +23,10 @@
 #include "core/project/build_forecast.h"
 #include "core/project/care.h"
 #include "core/project/further_clips.h"
+#include "core/project/project_head_model.h"
 #include "core/project/refits.h"
 #include "core/project/run_stages.h"
+#include "core/project/staleness.h"
 #include "core/render/avatar.h"
 
 namespace likeness::app {
@@ -160,8 +162,6 @@ nlohmann::json summary(const Project& project) {
 int run(Project& project, Stage last, const CommonOptions& common, const ChosenBackend& backend) {
   const ThreadLimit limit(common.threads);
   RunObserver observer;
-  observer.backend = backend.backend, observer.fall_back = backend.fall_back;
-  observer.precision = backend.precision;
   if (!common.json) {
     observer.parts = [](const std::vector<AvatarPart>& parts) {
       fmt::print(stderr, "\r\033[K  parts of this avatar, and why\n");
@@ -183,7 +183,8 @@ int run(Project& project, Stage last, const CommonOptions& common, const ChosenB
   Result<void> outcome;
   {
     const ProgressLine line(common);
-    outcome = run_stages(project, last, line.progress(), observer, stop_on_signals());
+    outcome = run_stages(project, last, line.progress(), observer, stop_on_signals(),
+                         {backend.backend, backend.fall_back, backend.precision});
   }
   if (!outcome) return report_failure(outcome.error(), StoppedWork::kept);
   if (common.json) {

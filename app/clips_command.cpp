@@ -7,8 +7,8 @@
 
 #include "app/commands.h"
 #include "app/terminal.h"
+#include "core/project/care.h"
 #include "core/project/further_clips.h"
-#include "core/project/run_stages.h"
 
 namespace likeness::app {
 

@@ -8,7 +8,7 @@
 #include "app/terminal.h"
 #include "core/base/parallel.h"
 #include "core/lab/score/evaluate.h"
-#include "core/project/run_stages.h"
+#include "core/project/staleness.h"
 #include "core/render/avatar.h"
 #include "core/train/mode.h"
 

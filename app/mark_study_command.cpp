@@ -7,8 +7,8 @@
 #include "app/commands.h"
 #include "app/terminal.h"
 #include "core/lab/truth/face_marks.h"
+#include "core/project/project_head_model.h"
 #include "core/project/project_views.h"
-#include "core/project/run_stages.h"
 #include "core/scene/track.h"
 
 namespace likeness::app {

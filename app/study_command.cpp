@@ -14,7 +14,7 @@
 #include "core/export/write_film.h"
 #include "core/lab/truth/drive_truth.h"
 #include "core/lab/truth/track_study.h"
-#include "core/project/run_stages.h"
+#include "core/project/project_head_model.h"
 #include "core/video/decode.h"
 
 namespace likeness::app {

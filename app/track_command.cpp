@@ -10,7 +10,7 @@
 #include "core/base/parallel.h"
 #include "core/camera/clip_camera.h"
 #include "core/image/files.h"
-#include "core/project/run_stages.h"
+#include "core/project/project_head_model.h"
 #include "core/track/clip/error_strip.h"
 #include "core/track/clip/overlay.h"
 #include "core/track/clip/track_clip.h"

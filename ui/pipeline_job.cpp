@@ -33,6 +33,7 @@ PipelineJob::PipelineJob(Project project, Stage last, bool previews, std::functi
         written.wait();
         Project working = project_;
         RunObserver observer;
+        TrainingPlace place;
         observer.stage_changed = [this](Stage s, const StageRecord& record) { stage_changed(s, record); };
         observer.further_changed = [this](Stage s, int, const Project& clip) {
           further_changed(s, clip.record(s).state);
@@ -47,16 +48,16 @@ PipelineJob::PipelineJob(Project project, Stage last, bool previews, std::functi
           auto opened = place_.open();
           if (!opened && !place_.fall_back) return opened.error();
           if (opened)
-            observer.backend = std::move(*opened);
+            place.backend = std::move(*opened);
           else
             progress.report(0, going_on_with_processor(opened.error()));
-          observer.fall_back = place_.fall_back;
+          place.fall_back = place_.fall_back;
         }
         if (auto earlier = read_training_curve(training_curve_path(working))) {
           const std::lock_guard lock(mutex_);
           status_.curve = std::move(*earlier);
         }
-        const auto outcome = run_stages(working, last_, progress, observer, stop);
+        const auto outcome = run_stages(working, last_, progress, observer, stop, place);
         keep_scores();
         if (!outcome) return outcome.error();
         return working.record(last_).message;

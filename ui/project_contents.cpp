@@ -10,11 +10,13 @@
 #include "core/project/care.h"
 #include "core/project/corrections.h"
 #include "core/project/further_clips.h"
+#include "core/project/further_views.h"
 #include "core/project/project_attributes.h"
+#include "core/project/project_head_model.h"
 #include "core/project/project_views.h"
 #include "core/project/refits.h"
-#include "core/project/run_stages.h"
 #include "core/project/solved_points.h"
+#include "core/project/staleness.h"
 
 namespace likeness::ui {
 

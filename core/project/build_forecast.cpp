@@ -12,6 +12,8 @@
 
 #include "core/base/memory.h"
 #include "core/capture/capture.h"
+#include "core/project/stage_inputs.h"
+#include "core/project/training_options.h"
 #include "core/train/memory_forecast.h"
 
 namespace likeness {
@@ -65,11 +67,12 @@ double BuildForecast::total_seconds() const { return std::accumulate(seconds.beg
 
 BuildForecast forecast_build(const VideoInfo& clip, const ProjectOptions& options, const HeadModel& model,
                              int threads) {
+  const StageInputs inputs = stage_inputs(options);
   const ImportOptions import;
   BuildForecast forecast;
   forecast.frames = clip_frames(clip);
   const double frames = forecast.frames, source = double(clip.width) * clip.height / 1e6,
-               picture = double(options.size) * options.size;
+               picture = double(inputs.import.size) * inputs.import.size;
   const double trained = std::min((1 - import.held_out_share) * frames, double(import.max_frames)),
                kept = trained + import.held_out_share * frames;
   const double slower = double(kMeasuredThreads) / std::clamp(threads, 1, kMostThreads);
@@ -79,14 +82,15 @@ BuildForecast forecast_build(const VideoInfo& clip, const ProjectOptions& option
   seconds(Stage::fit) = slower * (kFit_s + kFitFrame_s * frames);
   seconds(Stage::matte) = slower * kept * (kMatteFrame_s + kMatteMegapixel_s * picture / 1e6);
   seconds(Stage::train) =
-      kTrainOpening_s + (options.steps > 0 ? slower * kStep_s * double(options.steps) : options.budget_s);
+      kTrainOpening_s +
+      (inputs.train.steps > 0 ? slower * kStep_s * double(inputs.train.steps) : inputs.train.budget_s);
   forecast.seconds_if_moving = slower * kMovingFrame_s * frames;
 
   forecast.disk =
       std::uint64_t(kept * picture * (kFrameByte + kMaskByte) + frames * kTrackFrame + kAvatarAndCheckpoint);
-  TrainOptions train;
-  train.mode = options.mode.value_or(kDefaultMode);
-  const auto training = forecast_memory(std::size_t(trained), options.size, model, train).total();
+  const auto training =
+      forecast_memory(std::size_t(trained), inputs.import.size, model, training_options(inputs.train))
+          .total();
   const auto fitting = std::uint64_t(kProgram + frames * (kGreySide * kGreySide + kFitFrame));
   forecast.memory = std::max(training, fitting);
   return forecast;
@@ -100,9 +104,10 @@ void add_further_clip(const VideoInfo& clip, const ProjectOptions& options, cons
   for (const Stage stage : kStages)
     if (stage != Stage::train) forecast.seconds[std::size_t(stage)] += further.seconds[std::size_t(stage)];
   forecast.seconds_if_moving += further.seconds_if_moving;
-  TrainOptions train;
-  train.mode = options.mode.value_or(kDefaultMode);
-  const auto training = forecast_memory(std::size_t(forecast.frames), options.size, model, train).total();
+  const StageInputs inputs = stage_inputs(options);
+  const auto training =
+      forecast_memory(std::size_t(forecast.frames), inputs.import.size, model, training_options(inputs.train))
+          .total();
   forecast.memory = std::max({forecast.memory, further.memory, training});
 }
 

@@ -11,9 +11,9 @@
 
 #include "core/base/quantile.h"
 #include "core/head/action_amounts.h"
-#include "core/project/further_clips.h"
+#include "core/project/further_views.h"
+#include "core/project/project_head_model.h"
 #include "core/project/project_views.h"
-#include "core/project/run_stages.h"
 
 namespace likeness {
 namespace {

@@ -241,4 +241,24 @@ Result<DeletedPerson> delete_person(const fs::path& folder, bool keep_exports) {
   return deleted;
 }
 
+Result<void> remove_further_clip(Project& project, int number) {
+  const auto lock = ProjectLock::acquire(project);
+  if (!lock) return lock.error();
+  auto newest = open_project(project.folder);
+  if (!newest) return newest.error();
+  if (std::erase(newest->further_clips, number) == 0)
+    return Error{ErrorCode::not_found, fmt::format("This project has no clip {}.", number),
+                 fmt::format("See its clips: likeness clips {}", project.folder.string()),
+                 project.folder.string()};
+  if (const auto saved = save_project(*newest); !saved) return saved.error();
+  project = std::move(*newest);
+  // Forgotten in any case; what is left of a folder that cannot be removed belongs to no clip.
+  const fs::path folder = further_clip_folder(project, number);
+  if (std::error_code ignored; fs::exists(folder, ignored))
+    if (const auto deleted = delete_person(folder, false); !deleted) return deleted.error();
+  std::error_code ignored;
+  fs::remove(project.folder / "clips", ignored);  // where it is empty
+  return {};
+}
+
 }  // namespace likeness

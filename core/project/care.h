@@ -48,4 +48,7 @@ std::string deletion_words(const DeletedPerson& deleted);
 // is damaged (core/project/damaged_project.h).
 Result<DeletedPerson> delete_person(const std::filesystem::path& folder, bool keep_exports);
 
+// Forgets a further clip (core/project/further_clips.h), and what was made of it; never the clip itself.
+Result<void> remove_further_clip(Project& project, int number);
+
 }  // namespace likeness

@@ -8,12 +8,7 @@
 #include <fmt/format.h>
 
 #include "core/base/hash.h"
-#include "core/base/parallel.h"
-#include "core/matte/head_pixels.h"
-#include "core/matte/matte.h"
-#include "core/project/care.h"
-#include "core/project/project_views.h"
-#include "core/project/run_stages.h"
+#include "core/capture/capture.h"
 #include "core/video/decode.h"
 
 namespace likeness {
@@ -47,18 +42,9 @@ std::string holder_of(const Project& project, const std::string& hash) {
   return "";
 }
 
-std::vector<TrainingView> further_views(const TrackedCapture& tracked, int number) {
-  std::vector<TrainingView> views = tracked_views(tracked);
-  for (TrainingView& view : views) {
-    view.has_plate = false;
-    view.further_clip = number;
-    view.pose.world_from_torso = view.pose.world_from_head;
-    view.pose.torso_shape = {};
-  }
-  return views;
-}
-
 }  // namespace
+
+bool is_further(const Project& project) { return !project.first_clip.empty(); }
 
 fs::path further_clip_folder(const Project& project, int number) {
   return project.folder / "clips" / std::to_string(number);
@@ -108,93 +94,8 @@ Result<int> add_further_clip(Project& project, const fs::path& video, bool resti
   return number;
 }
 
-Result<void> remove_further_clip(Project& project, int number) {
-  const auto lock = ProjectLock::acquire(project);
-  if (!lock) return lock.error();
-  auto newest = open_project(project.folder);
-  if (!newest) return newest.error();
-  if (std::erase(newest->further_clips, number) == 0)
-    return Error{ErrorCode::not_found, fmt::format("This project has no clip {}.", number),
-                 fmt::format("See its clips: likeness clips {}", project.folder.string()),
-                 project.folder.string()};
-  if (const auto saved = save_project(*newest); !saved) return saved.error();
-  project = std::move(*newest);
-  // Forgotten in any case; what is left of a folder that cannot be removed belongs to no clip.
-  const fs::path folder = further_clip_folder(project, number);
-  if (std::error_code ignored; fs::exists(folder, ignored))
-    if (const auto deleted = delete_person(folder, false); !deleted) return deleted.error();
-  std::error_code ignored;
-  fs::remove(project.folder / "clips", ignored);  // where it is empty
-  return {};
-}
-
 std::string further_clip_name(const Project& further, int number) {
   return fmt::format("Clip {} ({})", number, further.options.video.filename().string());
-}
-
-Result<void> add_further_views(const Project& project, const HeadModel& model, TrainingSet& set) {
-  for (const int number : project.further_clips) {
-    const auto further = open_further_clip(project, number);
-    if (!further) return further.error();
-    const auto tracked = read_tracked_capture(*further);
-    if (!tracked) return tracked.error();
-    if (const auto fits = check_track_fits(tracked->track, model); !fits) return fits.error();
-    if (tracked->track.person.identity != set.person.identity || tracked->capture.size != set.size)
-      return Error{
-          ErrorCode::bad_input,
-          fmt::format("{} was tracked with another person's shape.", further_clip_name(*further, number)),
-          fmt::format("Fit it again: likeness fit {}", project.folder.string()), further->folder.string()};
-    const auto plate_info = read_plate_info(plate_info_path(*further));
-    if (!plate_info) return plate_info.error();
-    FurtherPlate plate;
-    if (const auto read = read_project_plate(*further, plate.rgb, plate.known); !read) return read.error();
-    std::vector<TrainingView> views = further_views(*tracked, number);
-    for (TrainingView& view : views)
-      view.has_plate =
-          !plate.rgb.empty() && std::ranges::binary_search(plate_info->frames, view.camera.frame);
-    if (!plate.rgb.empty()) set.further_plates[number] = std::move(plate);
-    std::ranges::move(views, std::back_inserter(set.views));
-  }
-  return {};
-}
-
-Result<void> load_further_pictures(const Project& project, TrainingSet& set) {
-  std::size_t begin = own_views(set).size();
-  for (const int number : project.further_clips) {
-    const auto further = open_further_clip(project, number);
-    if (!further) return further.error();
-    const auto tracked = read_tracked_capture(*further);
-    if (!tracked) return tracked.error();
-    const CameraSet& cameras = tracked->cameras;
-    const Track& track = tracked->track;
-    const HeadPixels head(set.model, track);
-    const std::size_t count = further_views(*tracked, number).size();
-    std::vector<Result<void>> loaded(count);
-    parallel_for(count, [&](std::size_t i) {
-      TrainingView& view = set.views[begin + i];
-      loaded[i] = load_view_pictures(*further, view);
-      if (!loaded[i]) return;
-      const int frame = view.camera.frame;
-      view.teaches = TiledMask(head.taught(*find_tracked(track, frame), *find_camera(cameras, frame),
-                                           view.camera.intrinsics, to_image(view.alpha)));
-    });
-    for (const auto& outcome : loaded)
-      if (!outcome) return outcome.error();
-    begin += count;
-  }
-  return {};
-}
-
-SeenViews learnt_further_views(const Project& project) {
-  SeenViews seen;
-  if (project.further_clips.empty() || !is_current(project, Stage::train)) return seen;
-  for (const int number : project.further_clips) {
-    const auto further = open_further_clip(project, number);
-    if (!further) continue;
-    if (const auto read = read_tracked_capture(*further))
-      seen = joined(seen, seen_views(read->capture, read->cameras, read->track));
-  }
-  return seen;
 }
 
 }  // namespace likeness

@@ -41,9 +41,9 @@ struct Look {
 
 }  // namespace
 
-LearnRoom room_learner(const Project& project, const TrackedCapture& read) {
-  return [&project, &read](const std::vector<RoughMatte>& mattes, RoomPass pass, const Progress& progress,
-                           std::stop_token stop) -> Result<RoomBehind> {
+LearnRoom room_learner(const Project& project, std::uint64_t seed, const TrackedCapture& read) {
+  return [&project, seed, &read](const std::vector<RoughMatte>& mattes, RoomPass pass,
+                                 const Progress& progress, std::stop_token stop) -> Result<RoomBehind> {
     if (mattes.size() < kLeastRoomViews) return RoomBehind{};
     std::vector<TrainingView> views;
     for (const RoughMatte& matte : mattes) {
@@ -54,7 +54,7 @@ LearnRoom room_learner(const Project& project, const TrackedCapture& read) {
     const auto points = solved_points(project, read.track);
     if (!points) return points.error();
     RoomOptions options;
-    options.seed = project.options.seed;
+    options.seed = seed;
     if (pass == RoomPass::last) options.steps = kLastSteps;
     auto room = train_room(views, room_cube(views, *points), options, progress, stop);
     if (!room && room.error().code == ErrorCode::not_found) return RoomBehind{};

@@ -2,13 +2,15 @@
 // project as room.bin, and shown behind any frame.
 #pragma once
 
+#include <cstdint>
+
 #include "core/matte/matte.h"
 #include "core/project/project.h"
 #include "core/project/project_views.h"
 
 namespace likeness {
 
-// Refers to its arguments. What it returns does not.
-LearnRoom room_learner(const Project& project, const TrackedCapture& read);
+// Refers to its arguments, all but the seed. What it returns does not.
+LearnRoom room_learner(const Project& project, std::uint64_t seed, const TrackedCapture& read);
 
 }  // namespace likeness

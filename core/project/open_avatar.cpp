@@ -6,8 +6,8 @@
 #include <system_error>
 
 #include "core/base/hash.h"
+#include "core/project/project_head_model.h"
 #include "core/project/project_views.h"
-#include "core/project/run_stages.h"
 
 namespace likeness {
 

@@ -1,13 +1,10 @@
 // The attributes painted in a project (core/matte/attributes.h), carried over its clip: a region of the
 // canonical face each, and how much of it every frame shows.
 //
-//   attributes.json        what was painted; absent: nothing
-//   attribute_values.json       what the avatar's training made of it, for every tracked frame
-//   attribute_values.next.json  of the training at work, or of one that was stopped
+//   attributes.json  what was painted; absent: nothing
 #pragma once
 
 #include <filesystem>
-#include <span>
 #include <stop_token>
 #include <string>
 #include <vector>
@@ -15,18 +12,14 @@
 #include "core/base/progress.h"
 #include "core/base/result.h"
 #include "core/matte/attributes.h"
+#include "core/project/attribute_courses.h"
 #include "core/project/project.h"
-#include "core/render/avatar.h"
-#include "core/scene/avatar_pose.h"
-#include "core/scene/track.h"
 #include "core/train/attribute_region.h"
 #include "core/train/train.h"
 
 namespace likeness {
 
 std::filesystem::path attributes_path(const Project& project);
-std::filesystem::path attribute_values_path(const Project& project);
-std::filesystem::path next_attribute_values_path(const Project& project);
 
 // None where the file is absent.
 Result<PaintedAttributes> read_project_attributes(const Project& project);
@@ -47,19 +40,6 @@ std::string attributes_hash(const Project& project);
 Result<void> check_annotation(const Project& project, std::string_view name,
                               const AttributeAnnotation& annotation);
 
-// An attribute's amounts over the clip.
-struct AttributeCourse {
-  std::string name;
-  std::vector<int> frames;            // numbers in the source, ascending
-  std::vector<float> values, doubts;  // as FrameAmount (core/train/attribute_values.h)
-  std::vector<std::uint8_t> annotated;
-  int painted_frames = 0, skipped_frames = 0;  // annotations used; of frames that do not train any more
-  double left_out_error = 0;                   // rms of the annotated values, each predicted by the others
-  int unlike_any = 0;                          // frames that look like none of the annotated ones
-};
-// In words, one line.
-std::string course_words(const AttributeCourse& course);
-
 struct FoundAttribute {
   AttributeRegion region;
   AttributeCourse course;          // of the project's own frames, held-out ones included
@@ -76,23 +56,5 @@ void take_attributes(const std::vector<FoundAttribute>& found, TrainingSet& set)
 // Both, for whatever was painted in the project.
 Result<std::vector<FoundAttribute>> add_attributes(const Project& project, TrainingSet& set,
                                                    const Progress& progress, std::stop_token stop);
-
-Result<void> write_attribute_values(const std::filesystem::path& path,
-                                    std::span<const AttributeCourse> courses);
-Result<std::vector<AttributeCourse>> read_attribute_values(const std::filesystem::path& path);
-
-// 0 where the course has no such frame.
-float amount_at(const AttributeCourse& course, int frame);
-
-// The amounts of an avatar's attributes in a frame of its project, in the avatar's order; empty for an avatar
-// without any. 0 where the frame has none.
-std::vector<float> frame_amounts(const Avatar& avatar, std::span<const AttributeCourse> courses, int frame);
-// A tracked frame's pose with these amounts, as an avatar of its project is asked for that frame. No detail:
-// the scores of a frame's own map are for the trainings (take_detail), and without them an avatar shows those
-// that the articulation tells, in held-out frames and all others alike.
-AvatarPose frame_pose(const Avatar& avatar, std::span<const AttributeCourse> courses,
-                      const TrackedFrame& tracked);
-// The courses of the avatar's project; none of an avatar without attributes.
-Result<std::vector<AttributeCourse>> read_courses(const Project& project, const Avatar& avatar);
 
 }  // namespace likeness

@@ -48,10 +48,4 @@ Result<void> load_view_pictures(const Project& project, TrainingView& view);
 // The background plate and where it was seen; both stay empty where there is none.
 Result<void> read_project_plate(const Project& project, Image8& plate, Image8& known);
 
-// Training views (used frames with a good or weak track that were not left out), plate and person of a
-// project, then the views of further clips. All but the pictures, which load_training_pictures adds.
-Result<TrainingSet> load_training_views(const Project& project, const HeadModel& model);
-Result<void> load_training_pictures(const Project& project, TrainingSet& set);
-Result<TrainingSet> load_training_set(const Project& project, const HeadModel& model);
-
 }  // namespace likeness

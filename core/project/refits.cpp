@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "core/base/files.h"
+#include "core/project/stage_inputs.h"
 
 namespace likeness {
 
@@ -135,9 +136,10 @@ Result<std::optional<Track>> first_track(const Project& project, const RefitWork
 Result<Track> apply_refits(const Project& project, const RefitWork& work, const Track& first,
                            std::vector<RefitOutcome>& outcomes, std::vector<std::string>& warnings,
                            const Progress& progress, std::stop_token stop) {
+  const FitInputs inputs = stage_inputs(project.options).fit;
   const fs::path first_path = first_track_path(project), path = track_path(project);
   std::vector<RefitSpan> spans;
-  for (const RefitSpan& span : merged_spans(project.options.refits)) {
+  for (const RefitSpan& span : inputs.refits) {
     if (const auto fine = check_refits(first, {span}); fine)
       spans.push_back(span);
     else
@@ -181,8 +183,8 @@ Result<Track> apply_refits(const Project& project, const RefitWork& work, const 
                              work.capture.crop.side};
     RefitOptions options;
     options.track = work.options;
-    auto refit = refit_span(project.options.video, region, work.cameras, held_out_frames(work.capture),
-                            work.model, first, span, options,
+    auto refit = refit_span(inputs.video, region, work.cameras, held_out_frames(work.capture), work.model,
+                            first, span, options,
                             progress.stage(double(i) / double(spans.size()),
                                            double(i + 1) / double(spans.size()), "fitting a span again"),
                             stop);

@@ -124,15 +124,19 @@ Error unusable(const std::filesystem::path& path, const std::string& detail) {
 std::string training_fingerprint(const TrainingSet& set, const TrainOptions& options) {
   std::vector<std::string> views(set.views.size());
   parallel_for(views.size(), [&](std::size_t v) { views[v] = view_fingerprint(set.views[v]); });
+  // All of them by name, so that one more does not compile until it is named here: it changes what is learnt,
+  // or it does not, as the run's length, where it computes and when it is kept.
+  const auto& [budget_s, steps, rays_per_step, seed, mode, use_latent, use_occupancy, canonical_occupancy,
+               use_gaze, use_expression, sizes, even_samples, use_still, refine_track, landmark_weight, rate,
+               checkpoint_every_s, clock, backend, precision, fall_back] = options;
   std::string text = fmt::format("{} {} {} {} {} {} {} {} {} {} {} {} {}\n", set.size, set.model.hash,
-                                 set.has_torso, set.views.size(), options.rays_per_step, options.seed,
-                                 mode_name(options.mode), options.use_latent, options.use_occupancy,
-                                 options.use_still, options.refine_track, options.rate, options.even_samples);
-  if (options.landmark_weight > 0) text += fmt::format("landmarks {}\n", options.landmark_weight);
+                                 set.has_torso, set.views.size(), rays_per_step, seed, mode_name(mode),
+                                 use_latent, use_occupancy, use_still, refine_track, rate, even_samples);
+  if (landmark_weight > 0) text += fmt::format("landmarks {}\n", landmark_weight);
   // Only where they differ: earlier checkpoints go on.
-  if (!options.use_gaze) text += "no gaze\n";
-  if (!options.use_expression) text += "no expression\n";
-  if (const FieldSizes& s = options.sizes; s != FieldSizes{})
+  if (!use_gaze) text += "no gaze\n";
+  if (!use_expression) text += "no expression\n";
+  if (const FieldSizes& s = sizes; s != FieldSizes{})
     text += fmt::format("sizes {} {} {} {} {}\n", s.head_log2_entries, s.head_finest, s.torso_log2_entries,
                         s.torso_finest, s.code_length);
   for (std::size_t a = 0; a < set.attributes.size(); ++a) {
@@ -143,7 +147,7 @@ std::string training_fingerprint(const TrainingSet& set, const TrainOptions& opt
     for (const TrainingView& view : set.views)
       text += fmt::format("{} ", view.pose.attributes.empty() ? 0.f : view.pose.attributes[a]);
   }
-  if (options.canonical_occupancy) text += "canonical occupancy\n";
+  if (canonical_occupancy) text += "canonical occupancy\n";
   if (!set.detail.empty()) text += "detail " + detail_fingerprint(set) + "\n";
   for (const std::string& view : views) text += view + "\n";
   for (const float v : set.person.identity) text += fmt::format("{} ", v);

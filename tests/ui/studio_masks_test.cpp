@@ -6,6 +6,7 @@
 #include "core/base/files.h"
 #include "core/project/corrections.h"
 #include "core/project/run_stages.h"
+#include "core/project/staleness.h"
 #include "core/synth/demo_capture.h"
 #include "tests/ui/driven_studio.h"
 

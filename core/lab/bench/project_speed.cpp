@@ -11,8 +11,10 @@
 
 #include "core/base/files.h"
 #include "core/lab/bench/render_study.h"
-#include "core/project/project_views.h"
-#include "core/project/run_stages.h"
+#include "core/project/project_head_model.h"
+#include "core/project/stage_inputs.h"
+#include "core/project/training_options.h"
+#include "core/project/training_set.h"
 
 namespace likeness {
 namespace {
@@ -65,7 +67,7 @@ Result<double> training_rays_per_s(const Project& project, const ProjectSpeedOpt
   const auto scratch = ScratchFolder::make();
   if (!scratch) return scratch.error();
   const fs::path checkpoint = scratch->path() / "checkpoint.bin";
-  TrainOptions training = training_options(project.options);
+  TrainOptions training = training_options(stage_inputs(project.options).train);
   (void)take_parts(project, *set, training);
   training.precision = options.precision;
   training.backend = options.backend;

@@ -15,8 +15,8 @@
 #include "core/image/metrics.h"
 #include "core/lab/score/held_out.h"
 #include "core/project/project_attributes.h"
+#include "core/project/project_head_model.h"
 #include "core/project/project_views.h"
-#include "core/project/run_stages.h"
 #include "core/render/pose_avatar.h"
 
 namespace likeness {

@@ -9,8 +9,9 @@
 #include "core/base/hash.h"
 #include "core/base/parallel.h"
 #include "core/image/files.h"
+#include "core/project/project_head_model.h"
 #include "core/project/project_views.h"
-#include "core/project/run_stages.h"
+#include "core/project/training_set.h"
 
 namespace likeness {
 namespace {

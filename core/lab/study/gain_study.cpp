@@ -18,8 +18,8 @@
 #include "core/project/corrections.h"
 #include "core/project/project_attributes.h"
 #include "core/project/project_detail.h"
-#include "core/project/project_views.h"
-#include "core/project/run_stages.h"
+#include "core/project/project_head_model.h"
+#include "core/project/training_set.h"
 
 namespace likeness {
 namespace {

@@ -13,8 +13,9 @@
 #include "core/image/files.h"
 #include "core/lab/score/held_out.h"
 #include "core/project/project_attributes.h"
+#include "core/project/project_head_model.h"
 #include "core/project/project_views.h"
-#include "core/project/run_stages.h"
+#include "core/project/training_set.h"
 #include "core/render/pose_avatar.h"
 #include "core/train/landmark_patches.h"
 

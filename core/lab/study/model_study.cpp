@@ -18,7 +18,7 @@
 #include "core/lab/study/study_forecast.h"
 #include "core/lab/study/track_annotations.h"
 #include "core/papers/sparse_voxels.h"
-#include "core/project/project_views.h"
+#include "core/project/training_set.h"
 
 namespace likeness {
 namespace {

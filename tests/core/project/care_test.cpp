@@ -12,6 +12,7 @@
 #include "core/capture/capture.h"
 #include "core/project/project_views.h"
 #include "core/project/run_stages.h"
+#include "core/project/staleness.h"
 
 namespace likeness {
 namespace {

@@ -11,6 +11,7 @@
 #include "core/base/hash.h"
 #include "core/head/builtin_head.h"
 #include "core/project/run_stages.h"
+#include "core/project/staleness.h"
 #include "core/scene/track.h"
 
 namespace likeness {

@@ -8,7 +8,7 @@
 #include "core/base/files.h"
 #include "core/project/care.h"
 #include "core/project/damaged_project.h"
-#include "core/project/run_stages.h"
+#include "core/project/staleness.h"
 #include "core/video/encode.h"
 
 namespace likeness {

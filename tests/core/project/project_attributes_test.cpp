@@ -9,7 +9,7 @@
 
 #include "core/base/files.h"
 #include "core/base/hash.h"
-#include "core/project/run_stages.h"
+#include "core/project/staleness.h"
 #include "core/scene/track.h"
 
 namespace likeness {

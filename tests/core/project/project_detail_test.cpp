@@ -11,7 +11,7 @@
 #include "core/base/files.h"
 #include "core/base/npz.h"
 #include "core/head/builtin_head.h"
-#include "core/project/run_stages.h"
+#include "core/project/staleness.h"
 
 namespace likeness {
 namespace {

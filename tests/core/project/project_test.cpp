@@ -7,7 +7,7 @@
 #include <fstream>
 
 #include "core/base/files.h"
-#include "core/project/run_stages.h"
+#include "core/project/staleness.h"
 
 namespace likeness {
 namespace {

@@ -1,0 +1,37 @@
+// The cameras of a project's clip: see stage_run.h.
+#include <filesystem>
+#include <system_error>
+
+#include "core/camera/align.h"
+#include "core/matte/matte.h"
+#include "core/project/stage_run.h"
+
+namespace likeness {
+
+namespace fs = std::filesystem;
+
+Result<void> run_align(const StageContext& context) {
+  const AlignInputs& inputs = context.inputs.align;
+  AlignOptions options;
+  options.seed = int(inputs.seed);
+  options.resting = inputs.resting_camera;
+  options.lens_mm = inputs.lens_mm;
+  std::error_code ignored;
+  const bool photographs = fs::is_directory(inputs.video, ignored) && !options.resting;
+  const auto person =
+      coarse_person_mask(inputs.landmark_model, photographs ? Pictures::single : Pictures::in_sequence);
+  if (!person) return person.error();
+  const auto align = photographs ? align_photos : align_clip;
+  const auto aligned = align(inputs.video, *person, context.project.folder / "colmap", options,
+                             context.progress, context.stop);
+  if (!aligned) return aligned.error();
+  context.record.message = aligned->evidence;
+  context.record.warnings = aligned->warnings;
+  if (options.lens_mm > 0 && !aligned->cameras.is_static)
+    context.record.warnings.push_back(
+        "The camera moves, so its lens was found together with its path; the one given by --lens is not "
+        "used.");
+  return write_cameras(cameras_path(context.project), aligned->cameras);
+}
+
+}  // namespace likeness

@@ -1,0 +1,248 @@
+// What makes each stage stale: see staleness.h.
+//
+// The options' hashes bind all of a stage's inputs by name: one more does not compile until it is named here.
+#include "core/project/staleness.h"
+
+#include <algorithm>
+#include <filesystem>
+#include <system_error>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include "core/base/files.h"
+#include "core/base/hash.h"
+#include "core/capture/capture.h"
+#include "core/capture/split.h"
+#include "core/head/detail_maps.h"
+#include "core/head/load_head_model.h"
+#include "core/matte/matting_network.h"
+#include "core/project/corrections.h"
+#include "core/project/further_clips.h"
+#include "core/project/project_attributes.h"
+#include "core/project/stage_inputs.h"
+#include "core/video/decode.h"
+
+namespace likeness {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+// Raised when a stage's method changes so that its old results should be made anew.
+constexpr std::array<int, kStages.size()> kStageVersion{1, 3, 6, 4, 4};
+constexpr int kDetailVersion = 1;  // of what is learnt from detail maps
+constexpr int kRefitVersion = 1;   // the same for spans fitted again
+
+std::string content_of(const fs::path& path) {
+  if (path.empty()) return "none";
+  const auto hash = hash_file(path);
+  return hash ? *hash : "absent";
+}
+
+// A head model may be a folder, or a file that is read together with others beside it.
+std::string head_model_content(const fs::path& path) {
+  if (path.empty()) return "none";
+  const auto hash = head_model_files_hash(path);
+  return hash ? *hash : "absent";
+}
+
+// The clip's content. A clip that was moved or deleted after its import is known by what the import wrote
+// down, so that training goes on without it.
+std::string clip_content(const Project& project, const fs::path& video) {
+  std::error_code ignored;
+  if (!fs::exists(video, ignored)) {
+    if (const auto capture = read_capture(capture_path(project))) return capture->video_hash;
+  }
+  const auto hash = hash_video(video);
+  return hash ? *hash : "absent";
+}
+
+// Import and align find the face with it. Only where one is named: other projects stay as they are.
+std::string landmark_model_text(const fs::path& landmark_model) {
+  return landmark_model.empty() ? "" : " landmark model " + content_of(landmark_model);
+}
+
+std::string import_text(const Project& project, const ImportInputs& inputs) {
+  const auto& [video, landmark_model, size, split, resting_camera] = inputs;
+  std::string text = fmt::format("{} {}", clip_content(project, video), size);
+  if (is_further(project)) text += " further";
+  if (split != Split::tail) text.append(" ").append(split_name(split));
+  if (split == Split::views && resting_camera) text += " rests";  // what such a split refuses
+  return text + landmark_model_text(landmark_model);
+}
+
+std::string align_text(const Project& project, const AlignInputs& inputs) {
+  const auto& [video, landmark_model, seed, resting_camera, lens_mm] = inputs;
+  std::string text =
+      fmt::format("{} {}{}", clip_content(project, video), seed, resting_camera ? " rests" : "");
+  if (lens_mm > 0) text += fmt::format(" {} mm", lens_mm);
+  return text + landmark_model_text(landmark_model);
+}
+
+// What the person's shape in a project's track was made from. Spans that were fitted again leave it as it is.
+std::string person_content(const fs::path& folder) {
+  const auto project = open_project(folder);
+  return project ? first_track_hash(*project) : "absent";
+}
+
+// video: the capture and the cameras, which count by content, are of it.
+std::string fit_text(const Project& project, const FitInputs& inputs) {
+  const auto& [video, head_model, landmark_model, identity, displacement, refits] = inputs;
+  std::string text =
+      fmt::format("{} {} {} {}", content_of(capture_path(project)), content_of(cameras_path(project)),
+                  head_model_content(head_model), content_of(landmark_model));
+  if (is_further(project))
+    text += " of " + person_content(project.first_clip);
+  else if (!identity.empty())
+    text += " person " + content_of(identity);
+  // Only where they are given: other projects stay as they are.
+  if (!displacement.empty() && !is_further(project)) {
+    const auto maps = detail_maps_hash(displacement);
+    text += fmt::format(" displacement {} {}", kDetailVersion, maps ? *maps : "absent");
+  }
+  // Only where there are any: other projects stay as they are.
+  if (!refits.empty()) {
+    text += fmt::format(" again {}:", kRefitVersion);
+    for (const RefitSpan& span : refits) text += fmt::format(" {}-{}", span.first, span.last);
+  }
+  return text;
+}
+
+// seed: of the room behind a moving camera, whose path was found with the same seed and counts by content.
+std::string matte_text(const Project& project, const MatteInputs& inputs) {
+  const auto& [head_model, matting_network, seed] = inputs;
+  std::string text =
+      fmt::format("{} {} {} {}", content_of(capture_path(project)), content_of(cameras_path(project)),
+                  content_of(track_path(project)), head_model_content(head_model));
+  if (!matting_network.empty()) text.append(" ").append(matting_network_hash(matting_network));
+  // Only where somebody painted: projects without strokes stay as they are.
+  if (const auto strokes = corrections_hash(project); !strokes.empty())
+    text.append(" strokes ").append(strokes);
+  return text;
+}
+
+// What a training sees of a further clip.
+std::string further_content(const Project& project, int number) {
+  const auto further = open_further_clip(project, number);
+  if (!further) return fmt::format(" clip {} absent", number);
+  return fmt::format(" clip {} {} {}", number, further->record(Stage::matte).input_hash,
+                     content_of(track_path(*further)));
+}
+
+// head_model: the matte's hash names it. checkpoint_every_s: changes nothing of what is learnt.
+std::string train_text(const Project& project, const TrainInputs& inputs) {
+  const auto& [head_model, budget_s, steps, seed, checkpoint_every_s, mode, use_latent, use_occupancy,
+               refine_track, landmark_loss, left_out] = inputs;
+  const ModeParts parts = mode_parts(mode.value_or(kDefaultMode));
+  std::string text = fmt::format(
+      "{} {} {} {} {} {} {} {} {} {} {} {}", project.record(Stage::matte).input_hash,
+      content_of(track_path(project)), content_of(plate_path(project)), content_of(plate_known_path(project)),
+      budget_s, steps, seed, parts.ambient, use_latent, use_occupancy, parts.warp, refine_track);
+  // Only where they are chosen: projects from before these choices stay as they are.
+  if (!parts.expression) text += " static";
+  // Where nothing was asked for, the choice follows from the inputs above.
+  if (mode == kDefaultMode) text += " asked";
+  if (landmark_loss != 0) text += fmt::format(" landmarks {}", landmark_loss);
+  if (const auto attributes = attributes_hash(project); !attributes.empty())
+    text.append(" attributes ").append(attributes);
+  if (path_exists(detail_path(project))) text += " detail " + content_of(detail_path(project));
+  if (!left_out.empty()) text += fmt::format(" left out {}", fmt::join(left_out, ","));
+  for (const int number : project.further_clips) text += further_content(project, number);
+  return text;
+}
+
+std::string inputs_text(const Project& project, const StageInputs& inputs, Stage stage) {
+  switch (stage) {
+    case Stage::import:
+      return import_text(project, inputs.import);
+    case Stage::align:
+      return align_text(project, inputs.align);
+    case Stage::fit:
+      return fit_text(project, inputs.fit);
+    case Stage::matte:
+      return matte_text(project, inputs.matte);
+    case Stage::train:
+      return train_text(project, inputs.train);
+  }
+  return {};
+}
+
+std::string hash_of(const Project& project, const StageInputs& inputs, Stage stage) {
+  return hash_text(fmt::format("{} {}\n", stage_name(stage), kStageVersion[std::size_t(stage)]) +
+                   inputs_text(project, inputs, stage));
+}
+
+bool results_exist(const Project& project, Stage stage) {
+  switch (stage) {
+    case Stage::import:
+      return path_exists(capture_path(project)) && path_exists(project.folder / "frames");
+    case Stage::align:
+      return path_exists(cameras_path(project));
+    case Stage::fit:
+      return path_exists(track_path(project));
+    case Stage::matte:
+      return path_exists(project.folder / "masks");
+    case Stage::train:
+      return path_exists(avatar_path(project));
+  }
+  return false;
+}
+
+// What a stage writes beside its result if it was asked to: deleted, it is made anew.
+bool lesser_results_exist(const Project& project, Stage stage) {
+  if (stage == Stage::fit)
+    return stage_inputs(project.options).fit.displacement.empty() || is_further(project) ||
+           path_exists(detail_path(project));
+  if (stage == Stage::train)
+    return !path_exists(attributes_path(project)) || path_exists(attribute_values_path(project));
+  return true;
+}
+
+}  // namespace
+
+std::string input_hash(const Project& project, Stage stage) {
+  return hash_of(project, stage_inputs(project.options), stage);
+}
+
+std::string first_track_hash(const Project& project) {
+  StageInputs inputs = stage_inputs(project.options);
+  inputs.fit.refits.clear();
+  inputs.fit.displacement.clear();
+  return hash_of(project, inputs, Stage::fit);
+}
+
+bool is_current_alone(const Project& project, Stage stage) {
+  const StageRecord& record = project.record(stage);
+  return record.state == StageState::done && results_exist(project, stage) &&
+         lesser_results_exist(project, stage) && record.input_hash == input_hash(project, stage);
+}
+
+bool is_current(const Project& project, Stage stage) {
+  if (!is_current_alone(project, stage)) return false;
+  if (stage == Stage::train) return true;  // its inputs name the further clips
+  return std::ranges::all_of(project.further_clips, [&](int number) {
+    const auto further = open_further_clip(project, number);
+    return further && is_current_alone(*further, stage);
+  });
+}
+
+Freshness read_freshness(const Project& project) {
+  Freshness fresh;
+  std::array<bool, kStages.size()> there{};
+  for (const Stage stage : kStages) {
+    const auto i = std::size_t(stage);
+    there[i] = project.record(stage).state == StageState::done && results_exist(project, stage);
+    fresh.current[i] = there[i] && is_current(project, stage);
+  }
+  for (const Stage stage : kStages)
+    for (const Stage earlier : kStages) {
+      if (earlier > stage) break;
+      if (stage == Stage::align && earlier == Stage::import) continue;  // reads the clip, not the import
+      const auto e = std::size_t(earlier);
+      fresh.stale[std::size_t(stage)] |= there[std::size_t(stage)] && there[e] && !fresh.current[e];
+    }
+  return fresh;
+}
+
+}  // namespace likeness

@@ -1,0 +1,209 @@
+// Claims about what makes a stage's result stale: every option, one by one, and nothing else.
+#include "core/project/staleness.h"
+
+#include <gtest/gtest.h>
+#include <stdlib.h>
+
+#include <algorithm>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "core/base/files.h"
+#include "core/base/hash.h"
+#include "core/project/stage_inputs.h"
+#include "core/project/training_options.h"
+#include "core/train/checkpoint.h"
+#include "core/video/decode.h"
+
+namespace likeness {
+namespace {
+
+namespace fs = std::filesystem;
+
+// A project whose stages have all come to their end.
+class Staleness : public testing::Test {
+ protected:
+  void SetUp() override {
+    std::string name = (fs::temp_directory_path() / "likeness_staleness_XXXXXX").string();
+    ASSERT_NE(::mkdtemp(name.data()), nullptr);
+    root_ = name;
+    ASSERT_TRUE(write_text(root_ / "clip.mp4", "the clip").ok());
+    ASSERT_TRUE(write_text(root_ / "other", "another file").ok());
+    const auto made = open_or_create_project(root_ / "me.likeness", {.video = root_ / "clip.mp4"});
+    ASSERT_TRUE(made.ok()) << made.error().what;
+    project_ = *made;
+    for (const char* file : {"capture.json", "cameras.json", "track.json", "frames/000000.png",
+                             "masks/000000.png", "plate.png", "avatar.bin"})
+      ASSERT_TRUE(write_text(project_.folder / file, file).ok());
+    finish();
+  }
+  void TearDown() override { fs::remove_all(root_); }
+
+  void finish() {
+    for (const Stage stage : kStages) {
+      project_.record(stage).state = StageState::done;
+      project_.record(stage).input_hash = input_hash(project_, stage);
+    }
+  }
+
+  fs::path root_;
+  Project project_;
+};
+
+std::vector<Stage> to_do(const Project& project) {
+  const Freshness fresh = read_freshness(project);
+  std::vector<Stage> stages;
+  for (const Stage stage : kStages)
+    if (!fresh.current[std::size_t(stage)]) stages.push_back(stage);
+  return stages;
+}
+
+std::string names(const std::vector<Stage>& stages) {
+  std::string text;
+  for (const Stage stage : stages) text.append(stage_name(stage)).append(" ");
+  return text;
+}
+
+struct OptionCase {
+  const char* key;  // in project.json
+  std::function<void(ProjectOptions&, const fs::path& other)> change;
+  std::vector<Stage> stale;       // by the option itself; those after them build on their results
+  bool another_training = false;  // a checkpoint of before does not go on
+};
+
+const std::vector<OptionCase>& option_cases() {
+  using enum Stage;
+  using O = ProjectOptions;
+  static const std::vector<OptionCase> cases{
+      {"video", [](O& o, const fs::path& other) { o.video = other; }, {import, align}},
+      {"head_model", [](O& o, const fs::path& other) { o.head_model = other; }, {fit, matte}},
+      {"landmark_model", [](O& o, const fs::path& other) { o.landmark_model = other; }, {import, align, fit}},
+      {"matting_network", [](O& o, const fs::path& other) { o.matting_network = other; }, {matte}},
+      {"identity", [](O& o, const fs::path& other) { o.identity = other; }, {fit}},
+      {"displacement", [](O& o, const fs::path& other) { o.displacement = other; }, {fit}},
+      {"size_px", [](O& o, const fs::path&) { o.size = 512; }, {import}},
+      {"split", [](O& o, const fs::path&) { o.split = Split::views; }, {import}},
+      {"budget_s", [](O& o, const fs::path&) { o.budget_s = 60; }, {train}},
+      {"full_budget_s", [](O& o, const fs::path&) { o.full_budget_s = 600; }, {}},
+      {"steps", [](O& o, const fs::path&) { o.steps = 100; }, {train}},
+      {"seed", [](O& o, const fs::path&) { o.seed = 1; }, {align, train}, true},
+      {"checkpoint_every_s", [](O& o, const fs::path&) { o.checkpoint_every_s = 5; }, {}},
+      {"mode", [](O& o, const fs::path&) { o.mode = FieldMode::concat; }, {train}, true},
+      {"mode_asked", [](O& o, const fs::path&) { o.mode = kDefaultMode; }, {train}},
+      {"resting_camera", [](O& o, const fs::path&) { o.resting_camera = true; }, {align}},
+      {"lens_mm", [](O& o, const fs::path&) { o.lens_mm = 51; }, {align}},
+      {"refine_track", [](O& o, const fs::path&) { o.refine_track = true; }, {train}, true},
+      {"landmark_loss", [](O& o, const fs::path&) { o.landmark_loss = 0.1; }, {train}, true},
+      {"use_latent", [](O& o, const fs::path&) { o.use_latent = false; }, {train}, true},
+      {"use_occupancy", [](O& o, const fs::path&) { o.use_occupancy = false; }, {train}, true},
+      {"refits",
+       [](O& o, const fs::path&) {
+         o.refits = {{4, 6}};
+       },
+       {fit}},
+      {"left_out", [](O& o, const fs::path&) { o.left_out = {3}; }, {train}},
+  };
+  return cases;
+}
+
+TEST_F(Staleness, EachOptionMakesTheStagesStaleThatReadIt) {
+  ASSERT_EQ(names(to_do(project_)), "");
+  for (const OptionCase& option : option_cases()) {
+    Project changed = project_;
+    option.change(changed.options, root_ / "other");
+    EXPECT_EQ(names(to_do(changed)), names(option.stale)) << option.key;
+    // What builds on them is stale with them; the cameras are found in the clip itself, not in the import.
+    const Freshness fresh = read_freshness(changed);
+    for (const Stage stage : kStages) {
+      const bool builds = std::ranges::any_of(option.stale, [&](Stage s) {
+        return s == stage || (s < stage && !(s == Stage::import && stage == Stage::align));
+      });
+      EXPECT_EQ(fresh.stale[std::size_t(stage)], builds) << option.key << ": " << stage_name(stage);
+    }
+  }
+}
+
+TEST_F(Staleness, NoOptionOfAProjectIsForgottenHere) {
+  const auto text = read_text(project_.folder / "project.json");
+  ASSERT_TRUE(text.ok()) << text.error().what;
+  for (const auto& option : nlohmann::json::parse(*text).at("options").items())
+    EXPECT_EQ(std::ranges::count(option_cases(), option.key(), &OptionCase::key), 1) << option.key();
+}
+
+TEST_F(Staleness, ACheckpointGoesOnUnlessAnOptionChangesWhatIsLearnt) {
+  const auto fingerprint = [](const ProjectOptions& options) {
+    return training_fingerprint({}, training_options(stage_inputs(options).train));
+  };
+  for (const OptionCase& option : option_cases()) {
+    ProjectOptions changed = project_.options;
+    option.change(changed, root_ / "other");
+    EXPECT_EQ(fingerprint(changed) != fingerprint(project_.options), option.another_training) << option.key;
+    EXPECT_TRUE(!option.another_training || std::ranges::count(option.stale, Stage::train)) << option.key;
+  }
+}
+
+TEST_F(Staleness, AnotherLandmarkModelMakesImportAndAlignStale) {
+  project_.options.landmark_model = root_ / "model.dat";
+  ASSERT_TRUE(write_text(root_ / "model.dat", "one").ok());
+  finish();
+  ASSERT_EQ(names(to_do(project_)), "");
+  ASSERT_TRUE(write_text(root_ / "model.dat", "another").ok());  // under the same name
+  EXPECT_EQ(names(to_do(project_)), "import align fit ");
+  ASSERT_TRUE(write_text(root_ / "moved.dat", "one").ok());  // the same one under another
+  project_.options.landmark_model = root_ / "moved.dat";
+  EXPECT_EQ(names(to_do(project_)), "");
+}
+
+TEST_F(Staleness, ARestingCameraIsReadByTheImportThatHoldsOutViews) {
+  project_.options.split = Split::views;
+  finish();
+  project_.options.resting_camera = true;
+  EXPECT_EQ(names(to_do(project_)), "import align ");
+}
+
+// What such projects were hashed from before the landmark model was named.
+TEST_F(Staleness, AProjectThatNamesNoLandmarkModelIsNotStaleByAnUpdate) {
+  const auto content = [&](const char* file) { return *hash_file(project_.folder / file); };
+  const std::string clip = *hash_video(project_.options.video), capture = content("capture.json"),
+                    cameras = content("cameras.json"), track = content("track.json"),
+                    plate = content("plate.png");
+  EXPECT_EQ(input_hash(project_, Stage::import), hash_text(fmt::format("import 1\n{} 256", clip)));
+  EXPECT_EQ(input_hash(project_, Stage::align), hash_text(fmt::format("align 3\n{} 0", clip)));
+  EXPECT_EQ(input_hash(project_, Stage::fit),
+            hash_text(fmt::format("fit 6\n{} {} none none", capture, cameras)));
+  EXPECT_EQ(input_hash(project_, Stage::matte),
+            hash_text(fmt::format("matte 4\n{} {} {} none", capture, cameras, track)));
+  EXPECT_EQ(input_hash(project_, Stage::train),
+            hash_text(fmt::format("train 4\n{} {} {} absent {} 0 0 true true true true false",
+                                  project_.record(Stage::matte).input_hash, track, plate, 300.0)));
+  ProjectOptions& o = project_.options;
+  o.split = Split::views, o.resting_camera = true, o.lens_mm = 51, o.seed = 3, o.use_latent = false;
+  o.refits = {{20, 22}, {4, 6}, {7, 9}}, o.left_out = {3, 5}, o.landmark_loss = 0.1;
+  EXPECT_EQ(input_hash(project_, Stage::import),
+            hash_text(fmt::format("import 1\n{} 256 views rests", clip)));
+  EXPECT_EQ(input_hash(project_, Stage::align),
+            hash_text(fmt::format("align 3\n{} 3 rests {} mm", clip, 51.0)));
+  EXPECT_EQ(input_hash(project_, Stage::fit),
+            hash_text(fmt::format("fit 6\n{} {} none none again 1: 4-9 20-22", capture, cameras)));
+  EXPECT_EQ(input_hash(project_, Stage::train),
+            hash_text(fmt::format("train 4\n{} {} {} absent {} 0 3 true false true true false landmarks {} "
+                                  "left out 3,5",
+                                  project_.record(Stage::matte).input_hash, track, plate, 300.0, 0.1)));
+}
+
+TEST_F(Staleness, TheFirstTrackKnowsNeitherSpansNorMaps) {
+  const std::string first = first_track_hash(project_);
+  EXPECT_EQ(first, input_hash(project_, Stage::fit));
+  project_.options.refits = {{4, 6}};
+  project_.options.displacement = root_;
+  EXPECT_EQ(first_track_hash(project_), first);
+  project_.options.identity = root_ / "other";
+  EXPECT_NE(first_track_hash(project_), first);
+}
+
+}  // namespace
+}  // namespace likeness
