@@ -10,7 +10,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "ui/imgui_versions.h"
+#include "ui/platform/imgui_versions.h"
 #include "ui/platform/settings.h"
 #include "ui/theme.h"
 #include "ui/widgets.h"

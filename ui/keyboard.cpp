@@ -10,7 +10,7 @@
 #include <utility>
 #include <vector>
 
-#include "ui/imgui_versions.h"
+#include "ui/platform/imgui_versions.h"
 
 namespace likeness::ui {
 

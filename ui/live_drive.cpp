@@ -34,7 +34,7 @@ void LiveDrive::start(std::shared_ptr<const ProjectAvatar> avatar, LiveDriver::O
   shown_.clear();
   latency_s_ = 0;
   options.drive.gains = gains_;
-  driver_ = std::make_unique<LiveDriver>(std::move(open), avatar_puppet(avatar_->avatar, *avatar_->model),
+  driver_ = std::make_unique<LiveDriver>(std::move(open), avatar_subject(avatar_->avatar, *avatar_->model),
                                          std::move(options),
                                          [sight = sight_, avatar = avatar_, &renderer = renderer_](
                                              const DrivenFrame& frame, Clock::time_point captured) {

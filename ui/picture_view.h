@@ -9,7 +9,7 @@
 
 #include "core/base/result.h"
 #include "core/image/image.h"
-#include "ui/imgui_versions.h"
+#include "ui/platform/imgui_versions.h"
 
 namespace likeness::ui {
 

@@ -11,8 +11,8 @@
 #include <string_view>
 #include <vector>
 
-#include "ui/imgui_versions.h"
 #include "ui/keyboard.h"
+#include "ui/platform/imgui_versions.h"
 #include "ui/steps.h"
 #include "ui/theme.h"
 #include "ui/widgets.h"

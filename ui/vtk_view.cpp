@@ -14,7 +14,7 @@
 #include <algorithm>
 #include <array>
 
-#include "ui/imgui_versions.h"
+#include "ui/platform/imgui_versions.h"
 #include "ui/widgets.h"
 
 namespace likeness::ui {

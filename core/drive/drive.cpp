@@ -23,18 +23,18 @@ namespace {
 constexpr double kMetresPerRadian = 0.17;  // a turn of ten degrees counts as 3 cm
 constexpr float kWorthCalibrating = 0.15f, kGainDeadZone = 1.1f, kLeastGain = 0.75f, kLargestGain = 1.33f;
 
-void bridge_gaps(std::vector<Beat>& beats, const Track& track) {
+void bridge_gaps(std::vector<DriverMotion>& motions, const Track& track) {
   std::vector<std::size_t> known;
-  for (std::size_t i = 0; i < beats.size(); ++i)
-    if (!beats[i].bridged) known.push_back(i);
-  for (std::size_t i = 0; i < beats.size(); ++i) {
-    if (!beats[i].bridged) continue;
+  for (std::size_t i = 0; i < motions.size(); ++i)
+    if (!motions[i].bridged) known.push_back(i);
+  for (std::size_t i = 0; i < motions.size(); ++i) {
+    if (!motions[i].bridged) continue;
     const auto after = std::ranges::lower_bound(known, i);
     const std::size_t b = after == known.end() ? known.back() : *after;
     const std::size_t a = after == known.begin() ? known.front() : *(after - 1);
     const double span = track.frames[b].time_s - track.frames[a].time_s;
     const double t = b > a && span > 0 ? (track.frames[i].time_s - track.frames[a].time_s) / span : 0;
-    beats[i] = between(beats[a], beats[b], std::clamp(t, 0.0, 1.0));
+    motions[i] = between(motions[a], motions[b], std::clamp(t, 0.0, 1.0));
   }
 }
 
@@ -53,7 +53,7 @@ std::vector<Eigen::VectorXf> without_tremor(const std::vector<Eigen::VectorXf>& 
   return steady;
 }
 
-Result<void> check(const Track& track, const Puppet& driver, const Puppet& avatar,
+Result<void> check(const Track& track, const DriveSubject& driver, const DriveSubject& avatar,
                    const DriveOptions& options) {
   if (track.head_model_hash != driver.model->hash) {
     return Error{ErrorCode::bad_input,
@@ -77,10 +77,10 @@ Result<void> check(const Track& track, const Puppet& driver, const Puppet& avata
 
 }  // namespace
 
-Result<Puppet> puppet_from_track(const Track& track, const HeadModel& model) {
-  Puppet puppet;
-  puppet.model = &model;
-  puppet.person = track.person;
+Result<DriveSubject> subject_from_track(const Track& track, const HeadModel& model) {
+  DriveSubject subject;
+  subject.model = &model;
+  subject.person = track.person;
   std::vector<const TrackedFrame*> frames;
   for (const TrackedFrame& frame : track.frames)
     if (frame.status != FrameStatus::lost &&
@@ -90,9 +90,9 @@ Result<Puppet> puppet_from_track(const Track& track, const HeadModel& model) {
     return Error{ErrorCode::no_face, "The face is lost in every frame of the driving track.",
                  "Use a driving clip in which the face is near and well lit.", "drive"};
   }
-  puppet.neutral = track.neutral.expression.size() == model.expression_count()
-                       ? track.neutral
-                       : calibrate_neutral(model, track.frames, {});
+  subject.neutral = track.neutral.expression.size() == model.expression_count()
+                        ? track.neutral
+                        : calibrate_neutral(model, track.frames, {});
   const ActionBasis basis = action_basis(model);
   std::vector<std::vector<float>> amounts(basis.actions.size());
   for (const TrackedFrame* frame : frames) {
@@ -100,7 +100,7 @@ Result<Puppet> puppet_from_track(const Track& track, const HeadModel& model) {
     for (std::size_t a = 0; a < amounts.size(); ++a) amounts[a].push_back(own[Eigen::Index(a)]);
   }
   for (std::size_t a = 0; a < amounts.size(); ++a)
-    puppet.seen.push_back({basis.actions[a].name, quantile(amounts[a], 0.02), quantile(amounts[a], 0.98)});
+    subject.seen.push_back({basis.actions[a].name, quantile(amounts[a], 0.02), quantile(amounts[a], 0.98)});
   // Medoid of the poses, among up to 200 frames.
   const std::size_t stride = std::max<std::size_t>(1, frames.size() / 200);
   double best = std::numeric_limits<double>::infinity();
@@ -111,23 +111,24 @@ Result<Puppet> puppet_from_track(const Track& track, const HeadModel& model) {
       sum +=
           difference.translation().norm() + kMetresPerRadian * vector_from_turn(difference.linear()).norm();
     }
-    if (sum < best) best = sum, puppet.world_from_head = frames[i]->pose.world_from_head;
+    if (sum < best) best = sum, subject.world_from_head = frames[i]->pose.world_from_head;
   }
-  return puppet;
+  return subject;
 }
 
-Puppet avatar_puppet(const Avatar& avatar, const HeadModel& model) {
-  Puppet puppet;
-  puppet.model = &model;
-  puppet.person = avatar.person;
-  puppet.neutral = avatar.neutral;
-  for (const ActionRange& range : avatar.seen) puppet.seen.push_back({range.name, range.low, range.high});
-  puppet.world_from_head = avatar.world_from_head;
-  puppet.world_from_torso = avatar.world_from_torso;
-  return puppet;
+DriveSubject avatar_subject(const Avatar& avatar, const HeadModel& model) {
+  DriveSubject subject;
+  subject.model = &model;
+  subject.person = avatar.person;
+  subject.neutral = avatar.neutral;
+  for (const ActionRange& range : avatar.seen) subject.seen.push_back({range.name, range.low, range.high});
+  subject.world_from_head = avatar.world_from_head;
+  subject.world_from_torso = avatar.world_from_torso;
+  return subject;
 }
 
-std::vector<float> drive_gains(const Puppet& driver, const Puppet& avatar, const DriveOptions& options) {
+std::vector<float> drive_gains(const DriveSubject& driver, const DriveSubject& avatar,
+                               const DriveOptions& options) {
   const ActionBasis basis = action_basis(*avatar.model), other = action_basis(*driver.model);
   const Eigen::VectorXf rest = action_amounts(basis, avatar.neutral);
   const Eigen::VectorXf driver_rest = action_amounts(other, driver.neutral);
@@ -153,35 +154,36 @@ std::vector<float> drive_gains(const Puppet& driver, const Puppet& avatar, const
   return gains;
 }
 
-Result<std::vector<DrivenFrame>> drive(const Track& track, const Puppet& driver, const Puppet& avatar,
-                                       const DriveOptions& options) {
+Result<std::vector<DrivenFrame>> drive(const Track& track, const DriveSubject& driver,
+                                       const DriveSubject& avatar, const DriveOptions& options) {
   if (const auto checked = check(track, driver, avatar, options); !checked) return checked.error();
   const Vec3d driver_neck = neck_of(driver);
-  std::vector<Beat> beats;
+  std::vector<DriverMotion> motions;
   std::vector<double> steps_s;
   for (std::size_t i = 0; i < track.frames.size(); ++i) {
-    beats.push_back(beat_of(track.frames[i], driver, driver_neck));
+    motions.push_back(motion_of(track.frames[i], driver, driver_neck));
     const double step = i > 0 ? track.frames[i].time_s - track.frames[i - 1].time_s : 0.04;
     steps_s.push_back(step > 1e-4 && step < 1 ? step : 0.04);
   }
-  bridge_gaps(beats, track);
+  bridge_gaps(motions, track);
   if (options.smooth) {
-    BeatFilter filter;
-    for (std::size_t i = 0; i < beats.size(); ++i) beats[i] = filter.next(std::move(beats[i]), steps_s[i]);
+    MotionFilter filter;
+    for (std::size_t i = 0; i < motions.size(); ++i)
+      motions[i] = filter.next(std::move(motions[i]), steps_s[i]);
   }
 
   const FaceMap face(driver, avatar, options);
   std::vector<Eigen::VectorXf> amounts;
-  for (const Beat& beat : beats) amounts.push_back(face.amounts(beat));
+  for (const DriverMotion& motion : motions) amounts.push_back(face.amounts(motion));
   const std::vector<Eigen::VectorXf> steady = without_tremor(amounts);
   HeadMap head(driver, avatar, options);
   std::vector<DrivenFrame> driven;
-  for (std::size_t i = 0; i < beats.size(); ++i) {
+  for (std::size_t i = 0; i < motions.size(); ++i) {
     DrivenFrame frame;
     frame.frame = track.frames[i].frame, frame.time_s = track.frames[i].time_s;
-    frame.bridged = beats[i].bridged;
-    frame.pose.articulation = face.articulation(beats[i], amounts[i], steady[i]);
-    head.place(beats[i], steps_s[i], frame);
+    frame.bridged = motions[i].bridged;
+    frame.pose.articulation = face.articulation(motions[i], amounts[i], steady[i]);
+    head.place(motions[i], steps_s[i], frame);
     driven.push_back(std::move(frame));
   }
   return driven;

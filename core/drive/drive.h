@@ -21,7 +21,7 @@ namespace likeness {
 struct Avatar;  // core/render/avatar.h
 
 // One side of the transfer.
-struct Puppet {
+struct DriveSubject {
   const HeadModel* model = nullptr;
   PersonShape person;
   Articulation neutral;
@@ -52,20 +52,21 @@ struct DrivenFrame {
   AvatarPose pose;       // in the avatar's world, of the avatar's head model; attributes at rest
 };
 
-// The driver as a puppet: typical pose (medoid of the good frames) and seen ranges (2nd to 98th percentile)
+// The driver as a subject: typical pose (medoid of the good frames) and seen ranges (2nd to 98th percentile)
 // of the track.
-Result<Puppet> puppet_from_track(const Track& track, const HeadModel& model);
+Result<DriveSubject> subject_from_track(const Track& track, const HeadModel& model);
 
-// The avatar as the driven side. model: the one the avatar was made with; must outlive the puppet.
-Puppet avatar_puppet(const Avatar& avatar, const HeadModel& model);
+// The avatar as the driven side. model: the one the avatar was made with; must outlive the subject.
+DriveSubject avatar_subject(const Avatar& avatar, const HeadModel& model);
 
 // Applied gain of each of the avatar's actions, 1 = as performed.
-std::vector<float> drive_gains(const Puppet& driver, const Puppet& avatar, const DriveOptions& options);
+std::vector<float> drive_gains(const DriveSubject& driver, const DriveSubject& avatar,
+                               const DriveOptions& options);
 
 // One frame per frame of the track. Fails on an unknown action in `gains`, a track without a usable frame, or
 // a track that is not of the driver's model.
-Result<std::vector<DrivenFrame>> drive(const Track& track, const Puppet& driver, const Puppet& avatar,
-                                       const DriveOptions& options);
+Result<std::vector<DrivenFrame>> drive(const Track& track, const DriveSubject& driver,
+                                       const DriveSubject& avatar, const DriveOptions& options);
 
 // x within [low, high]; beyond, it bends smoothly towards a limit `margin` further out.
 float soft_clamp(float x, float low, float high, float margin);

@@ -117,9 +117,9 @@ Result<DrivenClip> drive_clip(const OpenedAvatar& opened, const DriveRequest& re
   const HeadModel& model = request.head_model.empty() ? opened.model : other;
   auto track = driver_track(request, *info, model, progress, stop);
   if (!track) return track.error();
-  const auto driver = puppet_from_track(*track, model);
+  const auto driver = subject_from_track(*track, model);
   if (!driver) return driver.error();
-  const Puppet avatar = avatar_puppet(opened.avatar, opened.model);
+  const DriveSubject avatar = avatar_subject(opened.avatar, opened.model);
   auto frames = drive(*track, *driver, avatar, request.options);
   if (!frames) return frames.error();
   DrivenClip clip{std::move(*track), std::move(*frames), {}, 25, std::move(*held)};

@@ -21,11 +21,11 @@ Eigen::VectorXf face_of(const Articulation& a) {
   return v;
 }
 
-// A beat as an articulation of the driver's model, relative to the driver's rest.
-Articulation change_of(const Beat& beat) {
+// A motion as an articulation of the driver's model, relative to the driver's rest.
+Articulation change_of(const DriverMotion& motion) {
   Articulation change;
-  change.expression = beat.face.head(beat.face.size() - 3);
-  change.jaw = beat.face.tail<3>();
+  change.expression = motion.face.head(motion.face.size() - 3);
+  change.jaw = motion.face.tail<3>();
   return change;
 }
 
@@ -49,7 +49,7 @@ Eigen::MatrixXf matched_actions(const ActionBasis& driver, const ActionBasis& av
   return match;
 }
 
-ActionLimits limits_of(const Puppet& avatar, const std::string& name, float at_rest) {
+ActionLimits limits_of(const DriveSubject& avatar, const std::string& name, float at_rest) {
   const SeenAction* seen = find_seen(avatar.seen, name);
   if (!seen) return {};
   constexpr float kRounding = 1e-5f;  // rest itself must come out untouched
@@ -58,13 +58,13 @@ ActionLimits limits_of(const Puppet& avatar, const std::string& name, float at_r
   return {low, high, std::max(kLeastMargin, kMargin * (high - low))};
 }
 
-double eye_distance(const Puppet& puppet) {
-  const HeadShape shape = shape_head(*puppet.model, puppet.person);
+double eye_distance(const DriveSubject& subject) {
+  const HeadShape shape = shape_head(*subject.model, subject.person);
   return double((shape.joints[kLeftEye] - shape.joints[kRightEye]).norm());
 }
 
 // Heads differ in size; a length that is no head's is not believed.
-double size_ratio(const Puppet& driver, const Puppet& avatar) {
+double size_ratio(const DriveSubject& driver, const DriveSubject& avatar) {
   const double d = eye_distance(driver), a = eye_distance(avatar);
   return d > 0.02 && a > 0.02 ? std::clamp(a / d, 0.8, 1.25) : 1;
 }
@@ -99,7 +99,7 @@ float soft_clamp(float x, float low, float high, float margin) {
   return x;
 }
 
-Beat beat_of(const TrackedFrame& frame, const Puppet& driver, const Vec3d& neck) {
+DriverMotion motion_of(const TrackedFrame& frame, const DriveSubject& driver, const Vec3d& neck) {
   const Pose motion = driver.world_from_head.inverse() * frame.pose.world_from_head;
   return {face_of(frame.pose.articulation) - face_of(driver.neutral),
           frame.pose.articulation.left_eye - driver.neutral.left_eye,
@@ -109,7 +109,7 @@ Beat beat_of(const TrackedFrame& frame, const Puppet& driver, const Vec3d& neck)
           frame.status == FrameStatus::lost};
 }
 
-Beat between(const Beat& a, const Beat& b, double t) {
+DriverMotion between(const DriverMotion& a, const DriverMotion& b, double t) {
   const float s = float(t);
   const Eigen::Quaterniond p(turn_from_vector(a.turn)), q(turn_from_vector(b.turn));
   return {(1 - s) * a.face + s * b.face,
@@ -120,23 +120,23 @@ Beat between(const Beat& a, const Beat& b, double t) {
           true};
 }
 
-Beat BeatFilter::next(Beat beat, double dt) {
+DriverMotion MotionFilter::next(DriverMotion motion, double dt) {
   std::size_t used = 0;
   const auto filter = [&](auto& value, double beta) {
     if (used == filters_.size()) filters_.emplace_back(1.5, beta);
     value = std::remove_cvref_t<decltype(value)>(filters_[used++].next(double(value), dt));
   };
-  for (float& value : beat.face) filter(value, 2);
+  for (float& value : motion.face) filter(value, 2);
   for (int k = 0; k < 3; ++k) {
-    filter(beat.left_eye[k], 4);
-    filter(beat.right_eye[k], 4);
-    filter(beat.turn[k], 6);
-    filter(beat.shift[k], 30);
+    filter(motion.left_eye[k], 4);
+    filter(motion.right_eye[k], 4);
+    filter(motion.turn[k], 6);
+    filter(motion.shift[k], 30);
   }
-  return beat;
+  return motion;
 }
 
-FaceMap::FaceMap(const Puppet& driver, const Puppet& avatar, const DriveOptions& options)
+FaceMap::FaceMap(const DriveSubject& driver, const DriveSubject& avatar, const DriveOptions& options)
     : avatar_(avatar),
       clamp_(options.clamp),
       same_(driver.model->hash == avatar.model->hash),
@@ -155,16 +155,16 @@ FaceMap::FaceMap(const Puppet& driver, const Puppet& avatar, const DriveOptions&
   }
 }
 
-Eigen::VectorXf FaceMap::amounts(const Beat& beat) const {
-  const Eigen::VectorXf performed = face_amounts(driver_basis_, change_of(beat));
+Eigen::VectorXf FaceMap::amounts(const DriverMotion& motion) const {
+  const Eigen::VectorXf performed = face_amounts(driver_basis_, change_of(motion));
   return same_ ? performed : Eigen::VectorXf(match_ * performed);
 }
 
-Articulation FaceMap::articulation(const Beat& beat, const Eigen::VectorXf& amounts,
+Articulation FaceMap::articulation(const DriverMotion& motion, const Eigen::VectorXf& amounts,
                                    const Eigen::VectorXf& steady) const {
   Articulation out = avatar_.neutral;
   if (same_) {
-    const Articulation change = change_of(beat);
+    const Articulation change = change_of(motion);
     out.expression += change.expression, out.jaw += change.jaw;
   }
   for (Eigen::Index a = 0; a < amounts.size(); ++a) {
@@ -179,8 +179,8 @@ Articulation FaceMap::articulation(const Beat& beat, const Eigen::VectorXf& amou
     if (action.expression.size() == out.expression.size()) out.expression += added * action.expression;
     out.jaw += added * action.jaw;
   }
-  out.left_eye = gaze(avatar_.neutral.left_eye, beat.left_eye, &NamedAction::left_eye);
-  out.right_eye = gaze(avatar_.neutral.right_eye, beat.right_eye, &NamedAction::right_eye);
+  out.left_eye = gaze(avatar_.neutral.left_eye, motion.left_eye, &NamedAction::left_eye);
+  out.right_eye = gaze(avatar_.neutral.right_eye, motion.right_eye, &NamedAction::right_eye);
   return out;
 }
 
@@ -203,34 +203,35 @@ Vec3f FaceMap::gaze(const Vec3f& rest, const Vec3f& change, Vec3f NamedAction::*
   return out;
 }
 
-Vec3d neck_of(const Puppet& puppet) {
-  return shape_head(*puppet.model, puppet.person).joints[kNeck].cast<double>();
+Vec3d neck_of(const DriveSubject& subject) {
+  return shape_head(*subject.model, subject.person).joints[kNeck].cast<double>();
 }
 
-HeadMap::HeadMap(const Puppet& driver, const Puppet& avatar, const DriveOptions& options)
+HeadMap::HeadMap(const DriveSubject& driver, const DriveSubject& avatar, const DriveOptions& options)
     : avatar_(avatar),
       options_(options),
       neck_(neck_of(avatar)),
       ratio_(size_ratio(driver, avatar)),
       torso_(options.torso_s) {}
 
-void HeadMap::place(const Beat& beat, double dt, DrivenFrame& frame) {
+void HeadMap::place(const DriverMotion& motion, double dt, DrivenFrame& frame) {
   frame.pose.world_from_head = avatar_.world_from_head;
   frame.pose.world_from_torso = avatar_.world_from_torso;
   if (!options_.move_head) return;
-  const Vec3d shift = within_span(ratio_ * beat.shift, options_.span_m),
+  const Vec3d shift = within_span(ratio_ * motion.shift, options_.span_m),
               near = within_reach(shift, options_.reach_m);
   Vec3d far = shift - near;  // the body's part; y is up in the head's frame
   far.y() = bent(far.y(), options_.rise_m);
-  Pose motion = Pose::Identity();
-  motion.linear() = turn_from_vector(beat.turn);
-  motion.translation() = neck_ + near + far - motion.linear() * neck_;
-  frame.pose.world_from_head = avatar_.world_from_head * motion;
+  Pose moved = Pose::Identity();
+  moved.linear() = turn_from_vector(motion.turn);
+  moved.translation() = neck_ + near + far - moved.linear() * neck_;
+  frame.pose.world_from_head = avatar_.world_from_head * moved;
   const Vec3d body = torso_.next(options_.torso_share * near + far, dt);
   frame.pose.world_from_torso.pretranslate(avatar_.world_from_head.linear() * body);
 }
 
-Result<void> check_drive(const Puppet& driver, const Puppet& avatar, const DriveOptions& options) {
+Result<void> check_drive(const DriveSubject& driver, const DriveSubject& avatar,
+                         const DriveOptions& options) {
   if (driver.neutral.expression.size() != driver.model->expression_count() ||
       avatar.neutral.expression.size() != avatar.model->expression_count()) {
     return Error{ErrorCode::bad_input, "The numbers of expressions of track, avatar and head models differ.",

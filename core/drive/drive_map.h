@@ -13,7 +13,7 @@
 namespace likeness {
 
 // What the driver does in one frame, relative to the driver's rest.
-struct Beat {
+struct DriverMotion {
   Eigen::VectorXf face;  // (E + 3) expression and jaw
   Vec3f left_eye, right_eye;
   Vec3d turn;   // rotation vector in the typical head frame
@@ -21,8 +21,8 @@ struct Beat {
   bool bridged = false;
 };
 
-Beat beat_of(const TrackedFrame& frame, const Puppet& driver, const Vec3d& neck);
-Beat between(const Beat& a, const Beat& b, double t);
+DriverMotion motion_of(const TrackedFrame& frame, const DriveSubject& driver, const Vec3d& neck);
+DriverMotion between(const DriverMotion& a, const DriverMotion& b, double t);
 
 // One-euro filter (Casiez 2012): a low-pass whose cut-off rises with the speed.
 class OneEuro {
@@ -48,10 +48,10 @@ class OneEuro {
   bool started_ = false;
 };
 
-// All of a beat through filters of their own.
-class BeatFilter {
+// All of a motion through filters of their own.
+class MotionFilter {
  public:
-  Beat next(Beat beat, double dt);
+  DriverMotion next(DriverMotion motion, double dt);
 
  private:
   std::vector<OneEuro> filters_;
@@ -66,12 +66,12 @@ struct ActionLimits {
 // From the driver's actions to the avatar's. Refers to the avatar, which must outlive it.
 class FaceMap {
  public:
-  FaceMap(const Puppet& driver, const Puppet& avatar, const DriveOptions& options);
+  FaceMap(const DriveSubject& driver, const DriveSubject& avatar, const DriveOptions& options);
 
-  // How much of each of the avatar's actions a beat performs.
-  Eigen::VectorXf amounts(const Beat& beat) const;
-  // steady: the beat's amounts without tremor.
-  Articulation articulation(const Beat& beat, const Eigen::VectorXf& amounts,
+  // How much of each of the avatar's actions a motion performs.
+  Eigen::VectorXf amounts(const DriverMotion& motion) const;
+  // steady: the motion's amounts without tremor.
+  Articulation articulation(const DriverMotion& motion, const Eigen::VectorXf& amounts,
                             const Eigen::VectorXf& steady) const;
   // Of each of the avatar's actions, as drive_gains gives them.
   void set_gains(std::vector<float> gains) { gains_ = std::move(gains); }
@@ -79,7 +79,7 @@ class FaceMap {
  private:
   Vec3f gaze(const Vec3f& rest, const Vec3f& change, Vec3f NamedAction::*eye) const;
 
-  const Puppet& avatar_;
+  const DriveSubject& avatar_;
   bool clamp_, same_;
   ActionBasis driver_basis_, avatar_basis_;
   Eigen::MatrixXf match_;
@@ -110,23 +110,23 @@ class Follower {
   bool started_ = false;
 };
 
-// Head and torso of one beat.
+// Head and torso of one motion.
 class HeadMap {
  public:
-  HeadMap(const Puppet& driver, const Puppet& avatar, const DriveOptions& options);
-  void place(const Beat& beat, double dt, DrivenFrame& frame);
+  HeadMap(const DriveSubject& driver, const DriveSubject& avatar, const DriveOptions& options);
+  void place(const DriverMotion& motion, double dt, DrivenFrame& frame);
 
  private:
-  const Puppet& avatar_;
+  const DriveSubject& avatar_;
   DriveOptions options_;
   Vec3d neck_;
   double ratio_;
   Follower torso_;
 };
 
-Vec3d neck_of(const Puppet& puppet);
+Vec3d neck_of(const DriveSubject& subject);
 const SeenAction* find_seen(const std::vector<SeenAction>& seen, const std::string& name);
 // That a driver's frames and the avatar's model fit, and that every gain names an action.
-Result<void> check_drive(const Puppet& driver, const Puppet& avatar, const DriveOptions& options);
+Result<void> check_drive(const DriveSubject& driver, const DriveSubject& avatar, const DriveOptions& options);
 
 }  // namespace likeness

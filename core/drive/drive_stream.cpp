@@ -9,7 +9,7 @@
 namespace likeness {
 
 struct DriveStream::Impl {
-  Impl(Puppet the_driver, Puppet the_avatar, DriveOptions the_options)
+  Impl(DriveSubject the_driver, DriveSubject the_avatar, DriveOptions the_options)
       : driver(std::move(the_driver)),
         avatar(std::move(the_avatar)),
         options(std::move(the_options)),
@@ -23,20 +23,20 @@ struct DriveStream::Impl {
     return options;
   }
 
-  Puppet driver, avatar;
+  DriveSubject driver, avatar;
   DriveOptions options;
   Vec3d neck;
   std::vector<float> calibrated;  // of the avatar's actions
-  FaceMap face;                   // refers to the puppets above
+  FaceMap face;                   // refers to the subjects above
   HeadMap head;
-  BeatFilter filter;
+  MotionFilter filter;
   std::optional<DrivenFrame> last;
 };
 
 DriveStream::DriveStream(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
 DriveStream::~DriveStream() = default;
 
-Result<std::unique_ptr<DriveStream>> DriveStream::create(Puppet driver, Puppet avatar,
+Result<std::unique_ptr<DriveStream>> DriveStream::create(DriveSubject driver, DriveSubject avatar,
                                                          const DriveOptions& options) {
   if (const auto fine = check_drive(driver, avatar, options); !fine) return fine.error();
   auto impl = std::make_unique<Impl>(std::move(driver), std::move(avatar), options);
@@ -59,12 +59,12 @@ DrivenFrame DriveStream::next(const TrackedFrame& frame) {
     return held;
   }
   const double dt = since > 1e-4 && since < 1 ? since : kUsual_s;
-  const Beat beat = my.filter.next(beat_of(frame, my.driver, my.neck), dt);
-  const Eigen::VectorXf amounts = my.face.amounts(beat);
+  const DriverMotion motion = my.filter.next(motion_of(frame, my.driver, my.neck), dt);
+  const Eigen::VectorXf amounts = my.face.amounts(motion);
   DrivenFrame driven;
   driven.frame = frame.frame, driven.time_s = frame.time_s;
-  driven.pose.articulation = my.face.articulation(beat, amounts, amounts);
-  my.head.place(beat, dt, driven);
+  driven.pose.articulation = my.face.articulation(motion, amounts, amounts);
+  my.head.place(motion, dt, driven);
   my.last = driven;
   return driven;
 }

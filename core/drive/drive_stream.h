@@ -12,7 +12,7 @@ namespace likeness {
 class DriveStream {
  public:
   // driver: at rest as its neutral and world_from_head say; its seen ranges may be empty.
-  static Result<std::unique_ptr<DriveStream>> create(Puppet driver, Puppet avatar,
+  static Result<std::unique_ptr<DriveStream>> create(DriveSubject driver, DriveSubject avatar,
                                                      const DriveOptions& options);
   ~DriveStream();
 

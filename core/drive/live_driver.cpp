@@ -57,7 +57,7 @@ struct LiveDriver::Step {
 // The tracking thread's own: the tracker, and the mapping once the driver's rest is known.
 class LiveDriver::Session {
  public:
-  Session(LiveTracker tracker, const Puppet& avatar, const LiveOptions& options)
+  Session(LiveTracker tracker, const DriveSubject& avatar, const LiveOptions& options)
       : tracker_(std::move(tracker)), avatar_(avatar), options_(options) {}
 
   void begin_rest(double time_s) {
@@ -97,14 +97,14 @@ class LiveDriver::Session {
   }
 
   LiveTracker tracker_;
-  Puppet avatar_;
+  DriveSubject avatar_;
   LiveOptions options_;
   std::unique_ptr<DriveStream> stream_;
   std::optional<double> resting_since_s_;
   int looked_ = 0;  // pictures since then
 };
 
-LiveDriver::LiveDriver(Open open, Puppet avatar, LiveOptions options, OnFrame on_frame)
+LiveDriver::LiveDriver(Open open, DriveSubject avatar, LiveOptions options, OnFrame on_frame)
     : open_(std::move(open)),
       avatar_(std::move(avatar)),
       options_(std::move(options)),

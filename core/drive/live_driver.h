@@ -56,7 +56,7 @@ class LiveDriver {
   using OnFrame = std::function<void(const DrivenFrame& frame, Clock::time_point captured)>;
 
   // avatar: refers to its model, which must outlive the driver; the driver is tracked with that model, too.
-  LiveDriver(Open open, Puppet avatar, LiveOptions options, OnFrame on_frame);
+  LiveDriver(Open open, DriveSubject avatar, LiveOptions options, OnFrame on_frame);
   ~LiveDriver();  // stops and waits
 
   LiveStatus status() const;
@@ -79,7 +79,7 @@ class LiveDriver {
   void fail(Error error);
 
   Open open_;
-  Puppet avatar_;
+  DriveSubject avatar_;
   LiveOptions options_;
   OnFrame on_frame_;
   mutable std::mutex mutex_;

@@ -224,7 +224,7 @@ struct LiveTracker::Impl {
     return frame;
   }
 
-  Result<Puppet> settle() {
+  Result<DriveSubject> settle() {
     resting = false;
     if (int(rest.size()) < kLeastSettled) {
       return Error{ErrorCode::no_face,
@@ -241,7 +241,7 @@ struct LiveTracker::Impl {
     auto who = fit_identity(head, usual, fit, identity, faces, Progress(), {});
     if (!who) return who.error();
     become(who->identity);
-    Puppet puppet{model, full_person(), neutral_articulation(*model), {}};
+    DriveSubject subject{model, full_person(), neutral_articulation(*model), {}};
     std::vector<double> jaws, yaws, pitches;
     std::vector<std::vector<double>> shapes(std::size_t(head.expression_count()));
     for (std::size_t i = 0; i < faces.size(); ++i) {
@@ -254,16 +254,16 @@ struct LiveTracker::Impl {
     Eigen::VectorXd still(head.expression_count());
     for (std::size_t e = 0; e < shapes.size(); ++e) still[Eigen::Index(e)] = median(shapes[e]);
     prior = prior_from_rest(usual, still);
-    puppet.neutral.expression = still.cast<float>();
-    puppet.neutral.jaw.x() = float(median(jaws));
+    subject.neutral.expression = still.cast<float>();
+    subject.neutral.jaw.x() = float(median(jaws));
     if (!yaws.empty())
-      puppet.neutral.left_eye = puppet.neutral.right_eye = eye_rotation({median(yaws), median(pitches), 0});
-    puppet.world_from_head = faces[faces.size() / 2].state.cam_from_head;
+      subject.neutral.left_eye = subject.neutral.right_eye = eye_rotation({median(yaws), median(pitches), 0});
+    subject.world_from_head = faces[faces.size() / 2].state.cam_from_head;
     before.clear();
     before.push_back({-1e9, faces.back().state});  // where it is, but not how it moves
     errors_px.clear();
     rest.clear();
-    return puppet;
+    return subject;
   }
 };
 
@@ -295,6 +295,6 @@ void LiveTracker::begin_rest() {
 
 int LiveTracker::rest_frames() const { return int(impl_->rest.size()); }
 
-Result<Puppet> LiveTracker::settle() { return impl_->settle(); }
+Result<DriveSubject> LiveTracker::settle() { return impl_->settle(); }
 
 }  // namespace likeness

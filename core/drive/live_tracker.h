@@ -35,7 +35,7 @@ class LiveTracker {
   int rest_frames() const;
   // The person, from the frames since begin_rest(): who it is, and that this is how they rest. Later frames
   // are fitted to that. Takes some tenths of a second. Fails where too few frames show a face.
-  Result<Puppet> settle();
+  Result<DriveSubject> settle();
 
  private:
   struct Impl;

@@ -11,7 +11,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "ui/imgui_versions.h"
+#include "ui/platform/imgui_versions.h"
 
 namespace likeness::ui {
 

@@ -5,8 +5,8 @@
 
 #include <algorithm>
 
-#include "ui/imgui_versions.h"
 #include "ui/keyboard.h"
+#include "ui/platform/imgui_versions.h"
 #include "ui/steps.h"
 #include "ui/theme.h"
 #include "ui/widgets.h"

@@ -40,7 +40,7 @@ Result<LiveFigures> measure_live(const Avatar& avatar, const HeadModel& model,
   std::optional<Waiting> newest;
   LiveOptions live;
   live.track = options.track;
-  LiveDriver driver([&] { return open_clip_source(clip); }, avatar_puppet(avatar, model), live,
+  LiveDriver driver([&] { return open_clip_source(clip); }, avatar_subject(avatar, model), live,
                     [&](const DrivenFrame& frame, Clock::time_point captured) {
                       const std::lock_guard lock(mutex);
                       ++figures.driven, figures.lost += frame.bridged;

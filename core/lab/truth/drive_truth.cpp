@@ -23,8 +23,8 @@ double second_difference(const std::vector<double>& course) {
 }
 
 // The picture that a driver at rest in the typical pose gives, against the avatar's own neutral.
-Result<void> compare_rest(const Avatar& avatar, const HeadModel& avatar_model, const Puppet& driver,
-                          const Puppet& puppet, const DriveOptions& options, DriveScore& score) {
+Result<void> compare_rest(const Avatar& avatar, const HeadModel& avatar_model, const DriveSubject& driver,
+                          const DriveSubject& subject, const DriveOptions& options, DriveScore& score) {
   Track rest;
   rest.head_model_name = driver.model->name;
   rest.head_model_hash = driver.model->hash;
@@ -34,7 +34,7 @@ Result<void> compare_rest(const Avatar& avatar, const HeadModel& avatar_model, c
   frame.pose.articulation = driver.neutral;
   frame.pose.world_from_head = driver.world_from_head;
   rest.frames = {frame};
-  const auto driven = drive(rest, driver, puppet, options);
+  const auto driven = drive(rest, driver, subject, options);
   if (!driven) return driven.error();
   const AvatarRig rig = make_rig(avatar, avatar_model);
   const auto picture = [&](const AvatarPose& pose) {
@@ -55,16 +55,16 @@ Result<void> compare_rest(const Avatar& avatar, const HeadModel& avatar_model, c
 Result<DriveScore> score_drive(const Avatar& avatar, const HeadModel& avatar_model, const Track& track,
                                const HeadModel& driver_model, const TrackTruth& truth,
                                const DriveOptions& options) {
-  const Puppet puppet = avatar_puppet(avatar, avatar_model);
-  const auto driver = puppet_from_track(track, driver_model);
+  const DriveSubject subject = avatar_subject(avatar, avatar_model);
+  const auto driver = subject_from_track(track, driver_model);
   if (!driver) return driver.error();
-  const auto driven = drive(track, *driver, puppet, options);
+  const auto driven = drive(track, *driver, subject, options);
   if (!driven) return driven.error();
   DriveScore score;
   score.frames = int(driven->size());
   const ActionBasis avatar_basis = action_basis(avatar_model), driver_basis = action_basis(driver_model),
                     truth_basis = action_basis(truth.model);
-  const std::vector<float> gains = drive_gains(*driver, puppet, options);
+  const std::vector<float> gains = drive_gains(*driver, subject, options);
   std::vector<Eigen::VectorXf> shown, tracked, performed;
   for (std::size_t i = 0; i < driven->size(); ++i) {
     score.bridged += (*driven)[i].bridged;
@@ -93,7 +93,7 @@ Result<DriveScore> score_drive(const Avatar& avatar, const HeadModel& avatar_mod
     score.actions.push_back(std::move(action));
   }
   score.mean_correlation = counted > 0 ? sum / counted : 0;
-  if (const auto rest = compare_rest(avatar, avatar_model, *driver, puppet, options, score); !rest)
+  if (const auto rest = compare_rest(avatar, avatar_model, *driver, subject, options, score); !rest)
     return rest.error();
   return score;
 }

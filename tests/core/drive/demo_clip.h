@@ -22,12 +22,13 @@ inline const HeadModel& driven_head() {
   return model;
 }
 
-inline Puppet driven_puppet() {
+inline DriveSubject driven_subject() {
   const HeadModel& model = driven_head();
-  Puppet puppet{&model, {Eigen::VectorXf::Zero(model.identity_count()), {}}, neutral_articulation(model), {}};
-  puppet.world_from_head.translate(Vec3d(0, 0, 0.8));
-  puppet.world_from_torso = puppet.world_from_head;
-  return puppet;
+  DriveSubject subject{
+      &model, {Eigen::VectorXf::Zero(model.identity_count()), {}}, neutral_articulation(model), {}};
+  subject.world_from_head.translate(Vec3d(0, 0, 0.8));
+  subject.world_from_torso = subject.world_from_head;
+  return subject;
 }
 
 // Its folder: demo.mp4 with its truth. Removed when the program ends.

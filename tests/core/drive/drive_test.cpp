@@ -60,10 +60,10 @@ Track performed(const HeadModel& model, const Articulation& rest, double noise =
 }
 
 // The performer as an avatar of their own.
-Puppet self_of(const Track& track, const HeadModel& model) {
-  Puppet puppet = *puppet_from_track(track, model);
-  puppet.world_from_torso = facing_pose(0.1, 0, {0, -0.2, 0.8});
-  return puppet;
+DriveSubject self_of(const Track& track, const HeadModel& model) {
+  DriveSubject subject = *subject_from_track(track, model);
+  subject.world_from_torso = facing_pose(0.1, 0, {0, -0.2, 0.8});
+  return subject;
 }
 
 double rms_second_difference(const std::vector<float>& course) {
@@ -76,7 +76,7 @@ double rms_second_difference(const std::vector<float>& course) {
 TEST(Drive, APersonDrivenByThemselvesIsThemselves) {
   const HeadModel& model = test_head();
   const Track track = performed(model, acted(model, {{"browDown_L", 0.3f}}));
-  const Puppet self = self_of(track, model);
+  const DriveSubject self = self_of(track, model);
   const auto driven = drive(track, self, self, {.clamp = false});
   ASSERT_TRUE(driven.ok()) << driven.error().what;
   for (std::size_t i = 0; i < driven->size(); ++i) {
@@ -94,7 +94,7 @@ TEST(Drive, TheDriversRestIsTheAvatarsRestWhateverBothLookLike) {
   const HeadModel& model = test_head();
   Track track = performed(model, acted(model, {{"browDown_L", 0.4f}, {"mouthFrown_R", 0.2f}}));
   track.frames.resize(1);  // the first frame rests
-  Puppet driver = self_of(performed(model, track.neutral), model), avatar = driver;
+  DriveSubject driver = self_of(performed(model, track.neutral), model), avatar = driver;
   driver.world_from_head = track.frames[0].pose.world_from_head;
   avatar.neutral = acted(model, {{"mouthSmile_L", 0.25f}, {"jawOpen", 0.1f}, {"eyeLookUp_L", 0.3f}});
   avatar.seen = {{"mouthSmile_L", 0.0f, 0.1f}, {"jawOpen", 0.2f, 0.4f}, {"eyeLookUp_L", 0.0f, 0.1f}};
@@ -112,7 +112,7 @@ TEST(Drive, TheDriversRestIsTheAvatarsRestWhateverBothLookLike) {
 TEST(Drive, AGainScalesItsActionAndNoOther) {
   const HeadModel& model = test_head();
   const Track track = performed(model, neutral_articulation(model));
-  const Puppet self = self_of(track, model);
+  const DriveSubject self = self_of(track, model);
   const ActionBasis basis = action_basis(model);
   const int jaw = action_index(basis, "jawOpen"), smile = action_index(basis, "mouthSmile_L");
   const auto once = drive(track, self, self, {.clamp = false});
@@ -129,8 +129,8 @@ TEST(Drive, AGainScalesItsActionAndNoOther) {
 TEST(Drive, WhatTheAvatarNeverShowedIsHeldBackUnlessAsked) {
   const HeadModel& model = test_head();
   const Track track = performed(model, neutral_articulation(model));
-  const Puppet driver = self_of(track, model);
-  Puppet avatar = driver;
+  const DriveSubject driver = self_of(track, model);
+  DriveSubject avatar = driver;
   avatar.seen = {{"jawOpen", 0.0f, 0.2f}, {"mouthSmile_L", -0.1f, 1.0f}};
   const ActionBasis basis = action_basis(model);
   const int jaw = action_index(basis, "jawOpen"), smile = action_index(basis, "mouthSmile_L");
@@ -167,8 +167,8 @@ TEST(Drive, AnotherHeadModelShowsTheSameActions) {
   const auto ict = load_head_model(ict_path());
   ASSERT_TRUE(ict.ok()) << ict.error().what;
   const Track track = performed(*ict, acted(*ict, {{"browDown_L", 0.3f}}));
-  const Puppet driver = self_of(track, *ict);
-  Puppet avatar;
+  const DriveSubject driver = self_of(track, *ict);
+  DriveSubject avatar;
   avatar.model = &built_in;
   avatar.person.identity = Eigen::VectorXf::Zero(built_in.identity_count());
   avatar.neutral = acted(built_in, {{"mouthPucker", 0.1f}});
@@ -188,8 +188,8 @@ TEST(Drive, AnotherHeadModelShowsTheSameActions) {
 TEST(Drive, TrembleIsNotRaisedAndSmoothingLowersIt) {
   const HeadModel& model = test_head();
   const Track track = performed(model, neutral_articulation(model), 0.03);
-  const Puppet driver = self_of(track, model);
-  Puppet avatar = driver;
+  const DriveSubject driver = self_of(track, model);
+  DriveSubject avatar = driver;
   avatar.neutral = acted(model, {{"mouthFrown_L", 0.2f}});
   const ActionBasis basis = action_basis(model);
   const auto plain = drive(track, driver, avatar, {.calibrate_gains = false});
@@ -212,7 +212,7 @@ TEST(Drive, AGainMagnifiesTheCourseAndNotItsTremor) {
   const HeadModel& model = test_head();
   const Track track = performed(model, neutral_articulation(model), 0.03),
               still = performed(model, neutral_articulation(model));
-  const Puppet self = self_of(track, model);
+  const DriveSubject self = self_of(track, model);
   const ActionBasis basis = action_basis(model);
   for (const char* name : {"jawOpen", "mouthSmile_L"}) {
     const int a = action_index(basis, name);
@@ -235,7 +235,7 @@ TEST(Drive, TurningTheHeadMovesNoShoulderAndLeaningIsFollowedDamped) {
   const HeadModel& model = test_head();
   Track track = performed(model, neutral_articulation(model));
   const Vec3d neck = shape_head(model, track.person).joints[kNeck].cast<double>();
-  const Puppet self = self_of(track, model);
+  const DriveSubject self = self_of(track, model);
   for (std::size_t i = 0; i < track.frames.size(); ++i) {  // about the neck alone
     Pose turn = Pose::Identity();
     turn.linear() = Eigen::AngleAxisd(0.5 * std::sin(i / 6.0), Vec3d::UnitY()).toRotationMatrix();
@@ -264,7 +264,7 @@ TEST(Drive, TurningTheHeadMovesNoShoulderAndLeaningIsFollowedDamped) {
 TEST(Drive, ADriverWhoDriftsAwayCarriesNobodyOutOfThePicture) {
   const HeadModel& model = test_head();
   Track track = performed(model, neutral_articulation(model));
-  const Puppet self = self_of(track, model);
+  const DriveSubject self = self_of(track, model);
   for (const Vec3d& way : {Vec3d(1, 0, 0), Vec3d(0, 1, 0), Vec3d(-0.6, 0.8, 0), Vec3d(0, -1, 0)}) {
     for (std::size_t i = 0; i < track.frames.size(); ++i)
       track.frames[i].pose.world_from_head =
@@ -301,7 +301,7 @@ TEST(Drive, LostFramesAreBridged) {
     holed.frames[i].pose.articulation.expression.setConstant(5);
     holed.frames[i].pose.world_from_head.translation().setConstant(9);
   }
-  const Puppet self = self_of(whole, model);
+  const DriveSubject self = self_of(whole, model);
   const auto a = drive(whole, self, self, {}), b = drive(holed, self, self, {});
   ASSERT_TRUE(a.ok() && b.ok());
   EXPECT_TRUE((*b)[51].bridged);
@@ -317,7 +317,7 @@ TEST(Drive, LostFramesAreBridged) {
 TEST(Drive, WhatCannotBeDrivenIsRefusedWithAReason) {
   const HeadModel& model = test_head();
   Track track = performed(model, neutral_articulation(model));
-  const Puppet self = self_of(track, model);
+  const DriveSubject self = self_of(track, model);
   const auto unknown = drive(track, self, self, {.gains = {{"wiggleEars", 2.0f}}});
   ASSERT_FALSE(unknown.ok());
   EXPECT_NE(unknown.error().what.find("wiggleEars"), std::string::npos);
@@ -330,7 +330,7 @@ TEST(Drive, WhatCannotBeDrivenIsRefusedWithAReason) {
 TEST(DriveStream, OneByOneIsWhatTheSmoothedClipIs) {
   const HeadModel& model = test_head();
   const Track track = performed(model, neutral_articulation(model));
-  const Puppet self = self_of(track, model);
+  const DriveSubject self = self_of(track, model);
   const auto clip = drive(track, self, self, {.smooth = true});
   const auto stream = DriveStream::create(self, self, {});
   ASSERT_TRUE(clip.ok() && stream.ok());
@@ -349,7 +349,7 @@ TEST(DriveStream, OneByOneIsWhatTheSmoothedClipIs) {
 TEST(DriveStream, ALostFrameHoldsTheLastOneAndGainsChangeOnTheWay) {
   const HeadModel& model = test_head();
   const Track track = performed(model, neutral_articulation(model));
-  const Puppet self = self_of(track, model);
+  const DriveSubject self = self_of(track, model);
   const auto stream = DriveStream::create(self, self, {.clamp = false});
   ASSERT_TRUE(stream.ok());
   TrackedFrame lost = track.frames[20];

@@ -66,7 +66,7 @@ TEST(LiveDriver, DropsWhatItCannotFollowAndKeepsTheOrder) {
   std::vector<DrivenFrame> shown;
   std::atomic<int> pictures = 0;
   std::atomic<bool> over = false;
-  LiveDriver driver(frames(kNoEnd, 5, true, false, &over), driven_puppet(), {.rest_s = 0.3},
+  LiveDriver driver(frames(kNoEnd, 5, true, false, &over), driven_subject(), {.rest_s = 0.3},
                     [&](const DrivenFrame& frame, Clock::time_point) {
                       shown.push_back(frame);
                       ++pictures;
@@ -94,9 +94,9 @@ TEST(LiveDriver, DropsWhatItCannotFollowAndKeepsTheOrder) {
 
 TEST(LiveDriver, AFileIsDrivenFromAtItsOwnPace) {
   std::atomic<int> turned = 0;
-  const Pose rest = driven_puppet().world_from_head;
+  const Pose rest = driven_subject().world_from_head;
   LiveDriver driver(
-      [] { return open_clip_source(demo_folder() / "demo.mp4"); }, driven_puppet(), {.rest_s = 0.5},
+      [] { return open_clip_source(demo_folder() / "demo.mp4"); }, driven_subject(), {.rest_s = 0.5},
       [&](const DrivenFrame& frame, Clock::time_point captured) {
         EXPECT_LE(captured, Clock::now());
         turned += (rest.inverse() * frame.pose.world_from_head).linear().isIdentity(0.02) ? 0 : 1;
@@ -114,7 +114,7 @@ TEST(LiveDriver, AFileIsDrivenFromAtItsOwnPace) {
 
 TEST(LiveDriver, ALostFaceIsToldAndNothingIsDriven) {
   std::atomic<int> driven = 0;
-  LiveDriver driver(frames(kNoEnd, 5, false), driven_puppet(), {.rest_s = 0.1},
+  LiveDriver driver(frames(kNoEnd, 5, false), driven_subject(), {.rest_s = 0.1},
                     [&](const DrivenFrame&, Clock::time_point) { ++driven; });
   ASSERT_TRUE(until(driver, [](const LiveStatus& s) { return s.state == LiveState::lost && s.error; }));
   EXPECT_FALSE(driver.status().reason.empty());
@@ -125,12 +125,12 @@ TEST(LiveDriver, ALostFaceIsToldAndNothingIsDriven) {
 }
 
 TEST(LiveDriver, ASourceThatBreaksIsAFailureInWords) {
-  LiveDriver driver(frames(3, 5, true, true), driven_puppet(), {},
+  LiveDriver driver(frames(3, 5, true, true), driven_subject(), {},
                     [](const DrivenFrame&, Clock::time_point) {});
   ASSERT_TRUE(until(driver, is_over));
   EXPECT_EQ(driver.status().state, LiveState::failed);
   EXPECT_EQ(driver.status().error->what, "The camera is gone.");
-  LiveDriver absent([] { return open_clip_source("/no/such.mp4"); }, driven_puppet(), {},
+  LiveDriver absent([] { return open_clip_source("/no/such.mp4"); }, driven_subject(), {},
                     [](const DrivenFrame&, Clock::time_point) {});
   ASSERT_TRUE(until(absent, is_over));
   EXPECT_FALSE(absent.status().error->fix.empty());
@@ -140,7 +140,7 @@ TEST(LiveDriver, GainsMagnifyAnAction) {
   const auto widest = [](float gain) {
     float most = 0;
     std::atomic<int> shown = 0;
-    LiveDriver driver(frames(kNoEnd, 30), driven_puppet(), {.rest_s = 0.3},
+    LiveDriver driver(frames(kNoEnd, 30), driven_subject(), {.rest_s = 0.3},
                       [&](const DrivenFrame& frame, Clock::time_point) {
                         most = std::max(most, frame.pose.articulation.jaw.norm());
                         ++shown;

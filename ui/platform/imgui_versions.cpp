@@ -1,6 +1,6 @@
 // By version where a thing is done in another way, by what is there where only its name changed: see
 // imgui_versions.h.
-#include "ui/imgui_versions.h"
+#include "ui/platform/imgui_versions.h"
 
 #define GLFW_INCLUDE_NONE
 #include <GLFW/glfw3.h>
