@@ -16,7 +16,7 @@ ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__)
 INCLUDE = re.compile(r'^\s*#\s*include\s+"((?:app|core|ui)/[^"]+)"', re.MULTILINE)
 OUTSIDE = ("app", "ui", "cuda")  # stand above the rooms, which include none of them
 # Longer than this a file surely has two ideas.
-MOST_LINES = 650
+MOST_LINES = 600
 
 
 def read_table():
