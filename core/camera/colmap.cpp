@@ -229,9 +229,9 @@ bool agree(const SparseModel& a, const SparseModel& b) {
 
 // What the mapper is asked in turn. A lens without distortion first, which is refined afterwards: with the
 // distortion free from the first two pictures on, it often settles on a wrong focal length. Even so it may,
-// nearly always where it starts from a shorter one than the true (docs/PERFORMANCE.md): so from several
-// starts, until two find the same. Then ever less parallax and fewer matches, for sweeps of few degrees and
-// pictures that are mostly person.
+// nearly always where it starts from a shorter one than the true (docs/measurements/cameras.md): so from
+// several starts, until two find the same. Then ever less parallax and fewer matches, for sweeps of few
+// degrees and pictures that are mostly person.
 struct MapperTry {
   const char* folder;
   double focal;  // that it starts from, of the picture's longer side; most phones film with 0.7 to 1
@@ -421,9 +421,9 @@ Result<void> map_pictures(const Commands& commands, const ColmapCounts& counts, 
 
 // Two focal lengths, four terms of distortion and the principal point of the best reconstruction, as far as
 // its pictures show them. So many numbers more fit the noise of any pictures a little better: by less than a
-// thousandth where the lens had no distortion to find, by 5 % with a phone (docs/PERFORMANCE.md). A principal
-// point that few pictures leave open may be carried away; that phone had it 1.4 % of the width off the
-// centre.
+// thousandth where the lens had no distortion to find, by 5 % with a phone (docs/measurements/cameras.md). A
+// principal point that few pictures leave open may be carried away; that phone had it 1.4 % of the width off
+// the centre.
 Result<ColmapModel> refine_lens(const Commands& commands, const Progress& progress, std::stop_token stop) {
   constexpr double kPlausible = 0.03, kWorthwhile = 0.02;
   const fs::path found_in = best_model(commands.sparse()).folder;

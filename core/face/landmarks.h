@@ -1,5 +1,5 @@
 // Faces and their 68 landmarks in one picture: dlib's HOG detector, and its shape predictor run from many
-// perturbed boxes, of which the densest cluster is averaged (notes in docs/ARCHITECTURE.md). Pixels of the
+// perturbed boxes, of which the densest cluster is averaged (docs/METHOD.md). Pixels of the
 // picture given.
 #pragma once
 

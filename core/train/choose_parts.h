@@ -56,7 +56,7 @@ inline constexpr double kTorsoShare = 0.02;  // of the picture; less is not wort
 inline constexpr double kStillFace = 0.0005;
 // rad rms. Below, another pose hardly ever meets another expression, and a field that knows the expression
 // everywhere shows pictures never seen no worse, or better by up to a decibel; at twice that, by a decibel
-// worse (docs/PERFORMANCE.md, "Expressions where the face moves").
+// worse (docs/measurements/parts.md).
 inline constexpr double kHardlyTurns = 0.17;
 
 ChosenParts choose_parts(const CaptureMeasures& measures, const AskedParts& asked);
