@@ -6,7 +6,7 @@
 #include <cstring>
 
 // As in core/field/field_simd.cpp.
-#define HWY_DISABLED_TARGETS (HWY_SSE4 | HWY_AVX3_DL)
+#define HWY_DISABLED_TARGETS (HWY_SSE4 | HWY_AVX3_DL | HWY_SVE | HWY_SVE2 | HWY_SVE_256 | HWY_SVE2_128)
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "core/scene/displace_simd.cpp"
 #include "hwy/foreach_target.h"
