@@ -14,7 +14,7 @@ namespace fs = std::filesystem;
 TEST(ProgramFiles, TheRunningProgramIsThisTest) {
   const fs::path program = program_file();
   EXPECT_TRUE(program.is_absolute());
-  EXPECT_EQ(program.filename(), "base_test");
+  EXPECT_EQ(program.filename(), "basics_test");
   EXPECT_TRUE(fs::is_regular_file(program));
 }
 
