@@ -1,4 +1,4 @@
-// The driver's track and its mapping: see driving.h.
+// The driver's track and its mapping: see drive_clip.h.
 #include "core/drive/drive_clip.h"
 
 #include <fmt/format.h>

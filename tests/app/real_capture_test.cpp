@@ -36,7 +36,7 @@ TEST(RealCapture, AShortBuildOfARealFaceBeatsThePlateByFar) {
   fs::remove_all(folder);
 }
 
-// Frames of the clip and what was seen in them; tests/core/study/marks.
+// Frames of the clip and what was seen in them; tests/core/lab/truth/marks.
 TEST(RealCapture, MouthAndEyesAreAsMarkedByHand) {
   const fs::path shared = LIKENESS_SHARED;
   const fs::path model = shared / "head_models" / "ict_head_flame_schema.npz";

@@ -1,4 +1,4 @@
-// Correlation, jitter and the picture at rest: see drive_study.h.
+// Correlation, jitter and the picture at rest: see drive_truth.h.
 #include "core/lab/truth/drive_truth.h"
 
 #include <algorithm>
