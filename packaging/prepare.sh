@@ -98,5 +98,9 @@ configure_and_build() {
     export CCACHE_NOHASHDIR=1 CCACHE_BASEDIR=$root CCACHE_SLOPPINESS=pch_defines,time_macros
   fi
   local folder=${build_folder:-$root/build/$preset}
-  (cd "$root" && cmake --preset "$preset" -B "$folder" "${launcher[@]}" "$@" && cmake --build "$folder" ${build_target:+--target "$build_target"})
+  # A folder's sources compiled together take up to 3 GB.
+  local jobs
+  jobs=$(awk -v most="$(($(nproc) + 1))" '/^MemAvailable/ { room = int($2 / 3e6); print room < 1 ? 1 : room < most ? room : most }' /proc/meminfo)
+  (cd "$root" && cmake --preset "$preset" -B "$folder" "${launcher[@]}" "$@" &&
+    cmake --build "$folder" --parallel "${jobs:-1}" ${build_target:+--target "$build_target"})
 }

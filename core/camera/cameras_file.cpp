@@ -7,6 +7,7 @@
 #include <string>
 
 #include "core/base/files.h"
+#include "core/base/json_text.h"
 #include "core/camera/camera.h"
 
 namespace likeness {
@@ -77,7 +78,7 @@ Result<CameraSet> read_cameras(const std::filesystem::path& path) {
   if (!text) return text.error();
   CameraSet set;
   try {
-    const auto json = nlohmann::json::parse(*text);
+    const auto json = parse_json(*text);
     const int version = json.value("version", kVersion);
     if (version > kVersion)
       return Error{ErrorCode::bad_input,

@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "core/base/files.h"
+#include "core/base/json_text.h"
 #include "core/capture/split.h"
 
 namespace likeness {
@@ -98,14 +99,14 @@ Result<void> write_capture(const std::filesystem::path& path, const Capture& cap
       {"warnings", capture.warnings},
       {"frames", frames}};
   // A file name need not be valid UTF-8; the odd byte is replaced rather than refused.
-  return write_text(path, document.dump(1, ' ', false, json::error_handler_t::replace) + "\n");
+  return write_text(path, json_text_replacing(document, 1) + "\n");
 }
 
 Result<Capture> read_capture(const std::filesystem::path& path) {
   const auto text = read_text(path);
   if (!text) return text.error();
   try {
-    const json document = json::parse(*text);
+    const json document = parse_json(*text);
     if (document.value("format", "") != kFormat) return unreadable(path, "it is some other kind of file");
     if (const int version = document.at("version").get<int>(); version != kVersion) {
       return unreadable(path, fmt::format("it has version {}, and this program knows {}", version, kVersion));

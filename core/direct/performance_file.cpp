@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "core/base/files.h"
+#include "core/base/json_text.h"
 #include "core/direct/performance.h"
 
 namespace likeness {
@@ -53,7 +54,7 @@ Easing easing(const json& key, const std::string& where) {
   for (std::size_t i = 0; i < std::size(kEasings); ++i)
     if (value == kEasings[i]) return Easing(i);
   throw Wrong{where + "easing", fmt::format("is {}, not one of linear, smooth, hold, ease_in, ease_out",
-                                            value.dump(-1, ' ', false, json::error_handler_t::replace))};
+                                            json_text_replacing(value))};
 }
 
 std::vector<Key> read_keys(const json& list, const std::string& channel) {
@@ -105,7 +106,7 @@ Result<void> write_performance(const fs::path& path, const Performance& performa
                      {"duration_s", performance.duration_s},
                      {"frames_per_second", performance.frames_per_second},
                      {"channels", std::move(channels)}};
-  return write_text(path, file.dump(1) + "\n");
+  return write_text(path, json_text(file, 1) + "\n");
 }
 
 Result<Performance> read_performance(const fs::path& path) {
@@ -116,7 +117,7 @@ Result<Performance> read_performance(const fs::path& path) {
                  "Correct the file, or save the performance again from Likeness.", path.string()};
   };
   try {
-    return from_json(json::parse(*text));
+    return from_json(parse_json(*text));
   } catch (const Wrong& wrong) {
     return refused(fmt::format("{}: {} {}.", path.string(), wrong.field, wrong.what));
   } catch (const json::exception& e) {

@@ -8,6 +8,7 @@
 
 #include "core/base/check.h"
 #include "core/base/files.h"
+#include "core/base/json_text.h"
 #include "core/export/head_mesh.h"
 
 namespace likeness {
@@ -120,7 +121,7 @@ Result<void> write_glb(const std::filesystem::path& path, std::span<const HeadMe
   json file = {{"asset",
                 {{"version", "2.0"},
                  {"generator", provenance.program},
-                 {"extras", json::parse(provenance_json(provenance))}}},
+                 {"extras", parse_json(provenance_json(provenance))}}},
                {"scene", 0},
                {"scenes", {{{"nodes", {0}}}}},
                {"nodes", {{{"name", provenance.project}, {"mesh", 0}}}},
@@ -146,7 +147,7 @@ Result<void> write_glb(const std::filesystem::path& path, std::span<const HeadMe
   file["buffers"] = json::array({{{"byteLength", arrays.bytes.size()}}});
   file["bufferViews"] = std::move(arrays.views), file["accessors"] = std::move(arrays.accessors);
 
-  const std::string text = file.dump();
+  const std::string text = json_text(file);
   std::vector<std::byte> glb(12);
   append_chunk(glb, kJsonChunk, std::as_bytes(std::span(text)), std::byte(' '));
   append_chunk(glb, kBinChunk, arrays.bytes, std::byte(0));

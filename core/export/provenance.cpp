@@ -6,13 +6,15 @@
 
 #include <nlohmann/json.hpp>
 
+#include "core/base/json_text.h"
+
 namespace likeness {
+
 Provenance provenance(const std::string& project, const std::string& avatar_hash,
                       std::chrono::system_clock::time_point made_at) {
   const std::time_t seconds = std::chrono::system_clock::to_time_t(made_at);
   // Through JSON, whose writer replaces what is not UTF-8.
-  const std::string readable = nlohmann::json::parse(
-      nlohmann::json(project).dump(-1, ' ', false, nlohmann::json::error_handler_t::replace));
+  const std::string readable = parse_json(json_text_replacing(nlohmann::json(project)));
   return {"Likeness " LIKENESS_VERSION, readable, avatar_hash,
           fmt::format("{:%Y-%m-%dT%H:%M:%SZ}", fmt::gmtime(seconds))};
 }
@@ -23,13 +25,12 @@ std::string provenance_sentence(const Provenance& p) {
 }
 
 std::string provenance_json(const Provenance& p) {
-  return nlohmann::json({{"synthetic", true},
-                         {"digital_source_type", kDigitalSourceType},
-                         {"made_by", p.program},
-                         {"project", p.project},
-                         {"avatar_hash", p.avatar_hash},
-                         {"made_at", p.made_at}})
-      .dump();
+  return json_text({{"synthetic", true},
+                    {"digital_source_type", kDigitalSourceType},
+                    {"made_by", p.program},
+                    {"project", p.project},
+                    {"avatar_hash", p.avatar_hash},
+                    {"made_at", p.made_at}});
 }
 
 std::string provenance_xmp(const Provenance& p) {

@@ -1,9 +1,9 @@
 #include "core/face/fit_clip.h"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 
+#include "core/base/dense_solves.h"
 #include "core/base/parallel.h"
 #include "core/base/parallel_batches.h"
 
@@ -95,8 +95,8 @@ bool schur_step(std::vector<JointFrame>& joint, const Eigen::VectorXd& prior, co
     Eigen::MatrixXd own = s.hessian.topLeftCorner(s.own, s.own);
     own.diagonal() *= 1 + damping;
     const Eigen::MatrixXd cross = s.hessian.topRightCorner(s.own, shared);
-    const Eigen::LDLT<Eigen::MatrixXd> factor(own);
-    s.gain = factor.solve(cross);
+    const SymmetricFactor factor(own);
+    s.gain = factor.solve_columns(cross);
     s.offset = factor.solve(s.gradient.head(s.own));
     reduced[f] = s.hessian.bottomRightCorner(shared, shared) - cross.transpose() * s.gain;
     right[f] = s.gradient.tail(shared) - cross.transpose() * s.offset;
@@ -106,7 +106,7 @@ bool schur_step(std::vector<JointFrame>& joint, const Eigen::VectorXd& prior, co
   for (std::size_t f = 0; f < n; ++f)
     hessian += reduced[f], gradient += right[f];  // in order: repeatable sums
   hessian.diagonal() *= 1 + damping;
-  *shared_step = -hessian.ldlt().solve(gradient);
+  *shared_step = -solve_symmetric(hessian, gradient);
   if (!shared_step->allFinite()) return false;
   frame_steps->resize(n);
   for (std::size_t f = 0; f < n; ++f) (*frame_steps)[f] = -joint[f].offset - joint[f].gain * *shared_step;

@@ -1,12 +1,12 @@
 #include "core/face/fit_frame.h"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <string>
 #include <string_view>
 
 #include "core/base/check.h"
+#include "core/base/dense_solves.h"
 
 namespace likeness {
 namespace {
@@ -335,7 +335,7 @@ FaceState fit_frame(const ReducedHead& head, const ReducedPerson& person, const 
     for (int attempt = 0; attempt < 6 && !better; ++attempt) {
       Eigen::MatrixXd damped = system.hessian;
       damped.diagonal() *= 1 + damping;
-      const Eigen::VectorXd step = -damped.ldlt().solve(system.gradient);
+      const Eigen::VectorXd step = -solve_symmetric(damped, system.gradient);
       if (!step.allFinite()) break;
       const FaceState trial = moved(state, step);
       const double trial_cost = frame_cost(head, person, observation, line, prior, pull, options, trial);

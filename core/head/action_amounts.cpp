@@ -1,10 +1,10 @@
 // Least squares on the surface: see action_amounts.h.
 #include "core/head/action_amounts.h"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 
 #include "core/base/check.h"
+#include "core/base/dense_solves.h"
 #include "core/head/pose_head.h"
 
 namespace likeness {
@@ -70,7 +70,7 @@ ActionBasis action_basis(const HeadModel& model) {
   const double largest = normal.diagonal().maxCoeff();
   // An action that moves no vertex (eyeballs only) gets the amount zero.
   for (Eigen::Index a = 0; a < count; ++a) normal(a, a) += kRidge * normal(a, a) + 1e-9 * largest + 1e-30;
-  basis.amounts_from_face = normal.ldlt().solve(coefficients.transpose() * metric).cast<float>();
+  basis.amounts_from_face = solve_symmetric_columns(normal, coefficients.transpose() * metric).cast<float>();
   return basis;
 }
 

@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "core/base/check.h"
+#include "core/base/dense_solves.h"
 #include "core/head/builtin_fields.h"
 #include "core/head/builtin_landmarks.h"
 #include "core/head/builtin_sculpt.h"
@@ -57,7 +58,7 @@ void regress_joint(const WholeHead& head, const Vec3d& joint, const std::vector<
   const Eigen::VectorXd equal = Eigen::VectorXd::Constant(n, 1.0 / n);
   const Eigen::Vector4d wanted(joint.x(), joint.y(), joint.z(), 1);
   const Eigen::Matrix4d gram = a * a.transpose();
-  const Eigen::VectorXd w = equal + a.transpose() * gram.ldlt().solve(wanted - a * equal);
+  const Eigen::VectorXd w = equal + a.transpose() * solve_symmetric<4>(gram, wanted - a * equal);
   for (int k = 0; k < n; ++k) regressor(row, vertices[k]) = float(w[k]);
 }
 

@@ -1,12 +1,11 @@
 // Principal components of the heights, and a ridge regression on expression and jaw: see expression_detail.h.
 #include "core/head/expression_detail.h"
 
-#include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 
 #include "core/base/check.h"
+#include "core/base/dense_solves.h"
 
 namespace likeness {
 namespace {
@@ -26,7 +25,7 @@ Eigen::VectorXd told_by(const Articulation& a) {
 Eigen::MatrixXd regress(const Eigen::MatrixXd& x, const Eigen::MatrixXd& s, double ridge) {
   Eigen::MatrixXd normal = x.transpose() * x;
   normal.diagonal().array() += ridge;
-  return normal.ldlt().solve(x.transpose() * s);
+  return solve_symmetric_columns(normal, x.transpose() * s);
 }
 
 // Squared error of the scores of blocks that the regression did not see, about the means of those it saw.
@@ -123,19 +122,19 @@ LearntDetail learn_detail(const std::vector<DetailFrame>& frames, const DetailOp
   detail.mean = mean.transpose().cast<float>(), detail.middle = middle.transpose().cast<float>();
 
   // -- Components, by the frames' inner products: there are fewer frames than vertices.
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> spectrum(height * height.transpose());
+  const SymmetricEigen spectrum = eigen_of_symmetric(height * height.transpose());
   const double total = height.squaredNorm();
   Eigen::Index r = 0;
   double held = 0;
   while (r < std::min<Eigen::Index>(options.most_components, n - 1) && held < options.share * total &&
-         spectrum.eigenvalues()[n - 1 - r] > kSmallest)
-    held += spectrum.eigenvalues()[n - 1 - r++];
+         spectrum.values[n - 1 - r] > kSmallest)
+    held += spectrum.values[n - 1 - r++];
   learnt.kept = total > 0 ? held / total : 1;
   Eigen::MatrixXd scores(n, r), basis(count, r);
   for (Eigen::Index c = 0; c < r; ++c) {
     // A score's mean square is 1, so that ridge and bounds mean the same for all.
-    scores.col(c) = spectrum.eigenvectors().col(n - 1 - c) * std::sqrt(double(n));
-    basis.col(c) = height.transpose() * spectrum.eigenvectors().col(n - 1 - c) / std::sqrt(double(n));
+    scores.col(c) = spectrum.vectors.col(n - 1 - c) * std::sqrt(double(n));
+    basis.col(c) = height.transpose() * spectrum.vectors.col(n - 1 - c) / std::sqrt(double(n));
     // Eigenvectors have no sign of their own.
     if (basis.col(c).sum() < 0) scores.col(c) = -scores.col(c), basis.col(c) = -basis.col(c);
   }

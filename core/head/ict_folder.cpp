@@ -8,6 +8,7 @@
 #include <numbers>
 #include <optional>
 
+#include "core/base/dense_solves.h"
 #include "core/base/files.h"
 #include "core/base/parallel.h"
 #include "core/head/drawn_landmarks.h"
@@ -137,7 +138,7 @@ Vec3d sphere_centre(std::vector<Vec3d> points) {
       a.row(Eigen::Index(i)) << 2 * points[i].transpose(), 1;
       b[Eigen::Index(i)] = points[i].squaredNorm();
     }
-    const Eigen::Vector4d solution = (a.transpose() * a).ldlt().solve(a.transpose() * b);
+    const Eigen::Vector4d solution = solve_symmetric<4>(a.transpose() * a, a.transpose() * b);
     centre = solution.head<3>();
     const double radius = std::sqrt(std::max(0.0, solution[3] + centre.squaredNorm()));
     std::vector<Vec3d> on;
@@ -161,7 +162,7 @@ bool regress_joint_on(const HeadModel& model, const Vec3d& joint, const std::vec
   const Eigen::VectorXd equal = Eigen::VectorXd::Constant(n, 1.0 / double(n));
   const Eigen::Vector4d wanted(joint.x(), joint.y(), joint.z(), 1);
   const Eigen::Matrix4d gram = a * a.transpose();
-  const Eigen::VectorXd w = equal + a.transpose() * gram.ldlt().solve(wanted - a * equal);
+  const Eigen::VectorXd w = equal + a.transpose() * solve_symmetric<4>(gram, wanted - a * equal);
   if (!w.allFinite()) return false;
   for (Eigen::Index k = 0; k < n; ++k) regressor(row, vertices[std::size_t(k)]) = float(w[k]);
   return true;

@@ -1,8 +1,9 @@
 #include "core/head/nearest_barycentric.h"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <limits>
+
+#include "core/base/dense_solves.h"
 
 namespace likeness {
 
@@ -22,7 +23,7 @@ Vec3d nearest_barycentric(const Vec3d& p, const Vec3d& a, const Vec3d& b, const 
   edge(a, b, 0, 1), edge(b, c, 1, 2), edge(c, a, 2, 0);
   Eigen::Matrix<double, 3, 2> e;
   e << b - a, c - a;
-  const Vec2d st = (e.transpose() * e).ldlt().solve(e.transpose() * (p - a));
+  const Vec2d st = solve_symmetric<2>(e.transpose() * e, e.transpose() * (p - a));
   if (st.x() >= 0 && st.y() >= 0 && st.sum() <= 1) consider({1 - st.sum(), st.x(), st.y()});
   return best;
 }

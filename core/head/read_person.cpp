@@ -4,7 +4,6 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -13,6 +12,7 @@
 #include <string>
 #include <vector>
 
+#include "core/base/dense_solves.h"
 #include "core/base/files.h"
 #include "core/base/npz.h"
 #include "core/head/ict_folder.h"
@@ -178,7 +178,7 @@ PersonShape person_of_vertices(std::span<const Vec3f> vertices, const HeadModel&
     Eigen::MatrixXd normal = (basis.transpose() * basis).cast<double>();
     normal.diagonal().array() += kFitted * kFitted;
     const Eigen::VectorXd right = (basis.transpose() * off).cast<double>();
-    person.identity = normal.ldlt().solve(right).cast<float>();
+    person.identity = solve_symmetric(normal, right).cast<float>();
     off -= basis * person.identity;
   }
   if (off.cwiseAbs().maxCoeff() <= kNothingLeft) return person;

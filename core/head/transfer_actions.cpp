@@ -1,7 +1,6 @@
 // Actions carried from one head to another: see transfer_actions.h.
 #include "core/head/transfer_actions.h"
 
-#include <Eigen/Cholesky>
 #include <Eigen/Geometry>
 #include <Eigen/LU>
 #include <algorithm>
@@ -9,6 +8,7 @@
 #include <limits>
 #include <optional>
 
+#include "core/base/dense_solves.h"
 #include "core/base/parallel.h"
 #include "core/head/pose_head.h"
 
@@ -185,7 +185,7 @@ std::vector<NamedAction> transfer_actions(const HeadModel& source, const HeadMod
         pairs[i].weight * target.expression_basis.middleRows<3>(3 * pairs[i].target);
   Eigen::MatrixXd gram = (basis.transpose() * basis).cast<double>();
   gram.diagonal().array() += options.ridge * gram.trace() / count + 1e-12;
-  const Eigen::LDLT<Eigen::MatrixXd> solver(gram);
+  const SymmetricFactor factor(gram);
 
   const HeadShape source_shape = shape_head(source, PersonShape{}),
                   target_shape = shape_head(target, PersonShape{});
@@ -215,7 +215,7 @@ std::vector<NamedAction> transfer_actions(const HeadModel& source, const HeadMod
       for (std::size_t i = 0; i < pairs.size(); ++i)
         wanted.segment<3>(3 * Eigen::Index(i)) -= pairs[i].weight * by_jaw[std::size_t(pairs[i].target)];
     }
-    made.expression = solver.solve((basis.transpose() * wanted).cast<double>()).cast<float>();
+    made.expression = factor.solve((basis.transpose() * wanted).cast<double>()).cast<float>();
     made.residual = (wanted - basis * made.expression).norm() / size;
     if (made.expression.allFinite() && made.residual < options.worst) actions.push_back(std::move(made));
   }

@@ -9,6 +9,7 @@
 
 #include "core/base/check.h"
 #include "core/base/files.h"
+#include "core/base/json_text.h"
 #include "core/matte/strokes_text.h"
 
 namespace likeness {
@@ -141,7 +142,8 @@ Result<void> write_attributes(const std::filesystem::path& path, const PaintedAt
       "source\",\n\"attributes\":[",
       kAttributesVersion);
   for (std::size_t a = 0; a < attributes.size(); ++a) {
-    text += fmt::format("{}\n{{\"name\":{},\"annotations\":[", a ? "," : "", json(attributes[a].name).dump());
+    text +=
+        fmt::format("{}\n{{\"name\":{},\"annotations\":[", a ? "," : "", json_text(json(attributes[a].name)));
     for (std::size_t i = 0; i < attributes[a].annotations.size(); ++i) {
       const AttributeAnnotation& annotation = attributes[a].annotations[i];
       text += fmt::format("{}\n{{\"frame\":{},\"value\":{},\"strokes\":{}}}", i ? "," : "", annotation.frame,
@@ -162,7 +164,7 @@ Result<PaintedAttributes> read_attributes(const std::filesystem::path& path) {
                  path.string()};
   };
   try {
-    const json j = json::parse(*text);
+    const json j = parse_json(*text);
     if (j.at("format").get<std::string>() != "likeness-attributes") return refused("it holds something else");
     const int version = j.at("version").get<int>();
     if (version > kAttributesVersion) return refused("it was made by a newer Likeness");
@@ -178,7 +180,7 @@ Result<PaintedAttributes> read_attributes(const std::filesystem::path& path) {
         AttributeAnnotation annotation{painted.at("frame").get<int>(), painted.at("value").get<double>(), {}};
         if (annotation.frame < 0 || !(std::abs(annotation.value) <= 1))
           return refused(fmt::format("a frame or value of '{}' is out of range", name));
-        auto strokes = strokes_of_text(painted.at("strokes").dump());
+        auto strokes = strokes_of_text(json_text(painted.at("strokes")));
         if (!strokes || strokes->damaged > 0)
           return refused(fmt::format("a region of '{}' is damaged", name));
         annotation.region = std::move(strokes->strokes);

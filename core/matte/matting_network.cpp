@@ -13,6 +13,7 @@
 
 #include "core/base/files.h"
 #include "core/base/hash.h"
+#include "core/base/json_text.h"
 
 namespace likeness {
 namespace {
@@ -37,7 +38,7 @@ Result<MattingNetworkFormat> read_format(const fs::path& onnx) {
   const auto text = read_text(path);
   if (!text) return text.error();
   try {
-    const auto json = nlohmann::json::parse(*text);
+    const auto json = parse_json(*text);
     format.size_px = json.value("size_px", format.size_px);
     if (json.contains("mean")) format.mean = json.at("mean").get<std::array<double, 3>>();
     format.scale = json.value("scale", format.scale);

@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "core/base/files.h"
+#include "core/base/json_text.h"
 #include "core/matte/matte.h"
 
 namespace likeness {
@@ -24,7 +25,7 @@ Result<PlateInfo> read_plate_info(const std::filesystem::path& path) {
   const Error bad{ErrorCode::bad_input, "This is not a plate.json of a version read here.",
                   "Delete it and run the matte stage again (`likeness fit`).", path.string()};
   try {
-    const auto json = nlohmann::json::parse(*text);
+    const auto json = parse_json(*text);
     if (json.value("version", 0) != 1) return bad;
     return PlateInfo{json.at("coverage").get<double>(), json.at("frames").get<std::vector<int>>()};
   } catch (const nlohmann::json::exception&) {

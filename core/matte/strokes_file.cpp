@@ -8,6 +8,7 @@
 #include <string_view>
 
 #include "core/base/files.h"
+#include "core/base/json_text.h"
 #include "core/matte/strokes_text.h"
 
 namespace likeness {
@@ -57,7 +58,7 @@ std::string strokes_text(std::span<const Stroke> strokes) {
 std::optional<ReadStrokes> strokes_of_text(const std::string& text) {
   try {
     ReadStrokes read;
-    const json list = json::parse(text);
+    const json list = parse_json(text);
     if (!list.is_array()) return std::nullopt;
     for (const json& entry : list) {
       Stroke stroke = stroke_from_json(entry);
@@ -91,12 +92,12 @@ Result<Strokes> read_strokes(const std::filesystem::path& path) {
                  path.string()};
   };
   try {
-    const json j = json::parse(*text);
+    const json j = parse_json(*text);
     if (j.at("format").get<std::string>() != "likeness-strokes") return refused("it holds something else");
     const int version = j.at("version").get<int>();
     if (version > kStrokesVersion) return refused("it was made by a newer Likeness");
     if (version < 1) return refused("it is damaged");
-    auto read = strokes_of_text(j.at("strokes").dump());
+    auto read = strokes_of_text(json_text(j.at("strokes")));
     if (!read) return refused("it is damaged");
     if (read->damaged > 0) return refused(fmt::format("stroke {} is damaged", read->damaged));
     return std::move(read->strokes);

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "core/base/json_text.h"
 #include "core/field/conditioned_field.h"
 #include "core/render/avatar.h"
 #include "core/render/room_picture.h"
@@ -331,7 +332,7 @@ json meta_of(const Sections& sections) {
   const auto meta = sections.find("meta");
   if (meta == sections.end()) throw Bad{"section 'meta' is missing"};
   const char* text = reinterpret_cast<const char*>(meta->second.data());
-  return json::parse(text, text + meta->second.size());
+  return parse_json({text, meta->second.size()});
 }
 
 // Torso and room, which know no expression.
@@ -454,7 +455,7 @@ Result<void> write_avatar(const std::filesystem::path& path, const Avatar& avata
   for (const AvatarPart& part : avatar.parts) j["parts"].push_back(to_json(part));
   Sections sections;
   // A non-UTF-8 file name must not make the avatar unwritable.
-  const std::string text = j.dump(-1, ' ', false, json::error_handler_t::replace);
+  const std::string text = json_text_replacing(j);
   sections["meta"] = to_section(std::span<const char>(text.data(), text.size()));
   add_part(sections, avatar.head, "head");
   if (avatar.torso) add_part(sections, *avatar.torso, "torso");
@@ -471,7 +472,7 @@ Result<void> write_avatar(const std::filesystem::path& path, const Avatar& avata
 
 Result<void> write_room(const std::filesystem::path& path, const FieldPart& room) {
   Sections sections;
-  const std::string text = part_to_json(room).dump();
+  const std::string text = json_text(part_to_json(room));
   sections["meta"] = to_section(std::span<const char>(text.data(), text.size()));
   add_part(sections, room, "room");
   return write_sections(path, kRoomFormat, sections);

@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "core/base/files.h"
+#include "core/base/json_text.h"
 
 namespace likeness {
 namespace {
@@ -212,13 +213,13 @@ Result<void> write_track(const std::filesystem::path& path, const Track& track) 
   // One line a frame: readable, and a difference between two tracks shows the frames that differ.
   std::string text;
   try {
-    text = head.dump(1);
+    text = json_text(head, 1);
     text.erase(text.find_last_of('}'));
     while (!text.empty() && (text.back() == '\n' || text.back() == ' ')) text.pop_back();
-    text += ",\n \"offsets\": " + offsets_json(track.person.offsets).dump();
+    text += ",\n \"offsets\": " + json_text(offsets_json(track.person.offsets));
     text += ",\n \"frames\": [";
     for (std::size_t i = 0; i < track.frames.size(); ++i)
-      text += (i ? ",\n  " : "\n  ") + frame_json(track.frames[i]).dump();
+      text += (i ? ",\n  " : "\n  ") + json_text(frame_json(track.frames[i]));
     text += "\n ]\n}\n";
   } catch (const std::exception& e) {
     return Error{ErrorCode::failed, "The track could not be written as text: " + std::string(e.what()),
@@ -231,7 +232,7 @@ Result<Track> read_track(const std::filesystem::path& path) {
   auto text = read_text(path);
   if (!text) return text.error();
   try {
-    const json j = json::parse(*text);
+    const json j = parse_json(*text);
     if (j.value("format", "") != "likeness-track")
       return Error{ErrorCode::bad_input, "This file is not a track.", "Run the fit again to write it anew.",
                    path.string()};

@@ -9,6 +9,7 @@
 #include <system_error>
 
 #include "core/base/files.h"
+#include "core/base/json_text.h"
 #include "core/camera/camera.h"
 #include "core/head/builtin_head.h"
 #include "core/image/files.h"
@@ -178,7 +179,8 @@ Result<void> write_habit_truth(const DemoStage& stage, const fs::path& folder, c
     const fs::path path = folder / "habit_truth" / fmt::format("{:06d}.png", frame);
     if (auto written = write_image(path, habit_mask(stage, shot)); !written) return written;
   }
-  return write_text(folder / "habit_truth.json", nlohmann::json{{"strengths", strengths}}.dump(1) + "\n");
+  return write_text(folder / "habit_truth.json",
+                    json_text(nlohmann::json{{"strengths", strengths}}, 1) + "\n");
 }
 
 }  // namespace

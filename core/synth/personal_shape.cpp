@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "core/base/check.h"
+#include "core/base/dense_solves.h"
 #include "core/head/builtin_head.h"
 #include "core/synth/noise.h"
 
@@ -151,7 +152,7 @@ double residual_rms(const HeadModel& model, const std::vector<Vec3f>& displaceme
   // The diagonal grows by so little that only directions which do nothing on the face feel it.
   const Eigen::MatrixXd damped =
       gram + 1e-9 * gram.trace() / double(gram.rows()) * Eigen::MatrixXd::Identity(gram.rows(), gram.cols());
-  const Eigen::VectorXd fit = damped.ldlt().solve(span.transpose() * wanted);
+  const Eigen::VectorXd fit = solve_symmetric(damped, span.transpose() * wanted);
   return std::sqrt((wanted - span * fit).squaredNorm() / double(chosen.size()));
 }
 

@@ -1,8 +1,6 @@
 // See attribute_values.h.
 #include "core/train/attribute_values.h"
 
-#include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -10,6 +8,7 @@
 #include <optional>
 
 #include "core/base/check.h"
+#include "core/base/dense_solves.h"
 #include "core/base/quantile.h"
 #include "core/scene/mesh_scene.h"
 
@@ -123,7 +122,7 @@ Matrix without_aside(const Looks& looks) {
   const Matrix x = rows_of(looks.aside, looks.training), y = rows_of(looks.colours, looks.training);
   Matrix gram = x.transpose() * x;
   gram.diagonal().array() += kAsideRidge * double(looks.training.size());
-  return looks.colours - looks.aside * gram.ldlt().solve(x.transpose() * y);
+  return looks.colours - looks.aside * solve_symmetric_columns(gram, x.transpose() * y);
 }
 
 // Coordinates (N, C) along the training looks' principal components, all together of variance 1 over the
@@ -136,13 +135,13 @@ Matrix components_of(const Matrix& looks, const std::vector<std::size_t>& traini
   Matrix axes;
   Vector variance;
   if (centred.rows() < centred.cols()) {
-    const Eigen::SelfAdjointEigenSolver<Matrix> solver(centred * centred.transpose());
-    variance = solver.eigenvalues().reverse();
-    axes = centred.transpose() * solver.eigenvectors().rowwise().reverse();
+    const SymmetricEigen solved = eigen_of_symmetric(centred * centred.transpose());
+    variance = solved.values.reverse();
+    axes = centred.transpose() * solved.vectors.rowwise().reverse();
   } else {
-    const Eigen::SelfAdjointEigenSolver<Matrix> solver(centred.transpose() * centred);
-    variance = solver.eigenvalues().reverse();
-    axes = solver.eigenvectors().rowwise().reverse();
+    const SymmetricEigen solved = eigen_of_symmetric(centred.transpose() * centred);
+    variance = solved.values.reverse();
+    axes = solved.vectors.rowwise().reverse();
   }
   Eigen::Index count = 0;
   while (count < std::min<Eigen::Index>(kComponents, variance.size()) &&
@@ -173,7 +172,7 @@ struct CovarianceKernel {
 struct Process {
   CovarianceKernel kernel;
   Matrix known;  // (n, C)
-  Eigen::LDLT<Matrix> factor;
+  SymmetricFactor factor;
   Vector weights;
 
   double log_density = 0, error = 0;  // leave-one-out: sum of ln p, rms
@@ -184,9 +183,9 @@ struct Process {
     for (Eigen::Index i = 0; i < n; ++i)
       for (Eigen::Index j = 0; j < n; ++j) gram(i, j) = kernel.at(known.row(i), known.row(j));
     gram.diagonal().array() += kernel.noise * kernel.noise;
-    factor.compute(gram);
+    factor = SymmetricFactor(gram);
     weights = factor.solve(values);
-    const Matrix inverse = factor.solve(Matrix::Identity(n, n));
+    const Matrix inverse = factor.solve_columns(Matrix::Identity(n, n));
     for (Eigen::Index i = 0; i < n; ++i) {
       const double variance = 1 / inverse(i, i), off = weights[i] * variance;
       log_density -= 0.5 * (std::log(variance) + off * off / variance);

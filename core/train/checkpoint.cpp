@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "core/base/hash.h"
+#include "core/base/json_text.h"
 #include "core/base/parallel.h"
 #include "core/render/section_file.h"
 
@@ -195,7 +196,7 @@ Result<void> write_checkpoint(const std::filesystem::path& path, const TrainingS
                      {"torso_steps", state.torso ? state.torso->adam.step : 0},
                      {"codes_steps", state.codes_adam.step},
                      {"codes_moments", state.codes_adam.first.size()}};
-  const std::string text = meta.dump();
+  const std::string text = json_text(meta);
   sections["meta"] = to_section(std::span<const char>(text.data(), text.size()));
   return write_sections(path, kFormat, sections);
 }
@@ -209,7 +210,7 @@ Result<void> read_checkpoint(const std::filesystem::path& path, const std::strin
   TrainingState read;
   try {
     const char* text = reinterpret_cast<const char*>(meta->second.data());
-    const json j = json::parse(text, text + meta->second.size());
+    const json j = parse_json({text, meta->second.size()});
     if (j.at("fingerprint").get<std::string>() != fingerprint)
       return unusable(path, "it belongs to other pictures, another track or other options");
     read = state;

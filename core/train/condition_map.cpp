@@ -1,11 +1,11 @@
 // Principal components of the training track's articulations in the metric of vertex motion.
 #include "core/train/condition_map.h"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 
 #include "core/base/check.h"
+#include "core/base/dense_solves.h"
 
 namespace likeness {
 namespace {
@@ -75,19 +75,18 @@ ConditionMap learn_condition_map(const HeadModel& model, const HeadShape& shape,
 
   // -- metric = B^T B; its square root S turns coefficients into metres of rms motion.
   const Eigen::MatrixXd basis = motion_basis(model, shape).cast<double>();
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> metric(basis.transpose() * basis);
-  const Eigen::MatrixXd root = metric.eigenvectors() *
-                               metric.eigenvalues().cwiseMax(0).cwiseSqrt().asDiagonal() *
-                               metric.eigenvectors().transpose();
+  const SymmetricEigen metric = eigen_of_symmetric(basis.transpose() * basis);
+  const Eigen::MatrixXd root =
+      metric.vectors * metric.values.cwiseMax(0).cwiseSqrt().asDiagonal() * metric.vectors.transpose();
   const Eigen::MatrixXd motion = data.leftCols(m) * root;
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> components(motion.transpose() * motion /
-                                                                  std::max<double>(1, double(data.rows())));
+  const SymmetricEigen components =
+      eigen_of_symmetric(motion.transpose() * motion / std::max<double>(1, double(data.rows())));
   std::vector<Eigen::VectorXd> rows;
-  const double first = std::sqrt(std::max(0.0, components.eigenvalues()[m - 1]));
+  const double first = std::sqrt(std::max(0.0, components.values[m - 1]));
   for (Eigen::Index k = m - 1; k >= 0 && int(rows.size()) < options.components; --k) {
-    if (std::sqrt(std::max(0.0, components.eigenvalues()[k])) < kSmallestMotion) break;
+    if (std::sqrt(std::max(0.0, components.values[k])) < kSmallestMotion) break;
     Eigen::VectorXd row = Eigen::VectorXd::Zero(n);
-    row.head(m) = root * components.eigenvectors().col(k) * (kFirstDeviation / first);
+    row.head(m) = root * components.vectors.col(k) * (kFirstDeviation / first);
     if (row.sum() < 0) row = -row;  // a component's sign is arbitrary: fix it
     rows.push_back(row);
   }

@@ -2,12 +2,12 @@
 // the rendering: exact enough at these step widths, and free of any assumption about the field.
 #include "core/train/field_fit.h"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <random>
 
 #include "core/base/check.h"
+#include "core/base/dense_solves.h"
 
 namespace likeness {
 namespace {
@@ -21,7 +21,8 @@ constexpr double kColourNoise = 0.02;                // of a colour
 Eigen::MatrixXd component_directions(const ConditionMap& map, Eigen::Index components) {
   const Eigen::MatrixXd rows = map.rows.cast<double>();
   const Eigen::MatrixXd one = Eigen::MatrixXd::Identity(rows.rows(), rows.rows());
-  return (rows.transpose() * (rows * rows.transpose() + 1e-9 * one).ldlt().solve(one)).leftCols(components);
+  return (rows.transpose() * solve_symmetric_columns(rows * rows.transpose() + 1e-9 * one, one))
+      .leftCols(components);
 }
 
 // As many samples as `final` takes, in single precision, whose derivatives by differences are smooth.
@@ -148,7 +149,7 @@ FieldFit fit_to_field(const Avatar& avatar, const AvatarRig& rig, const Camera& 
     for (int attempt = 0; attempt < 4 && !better; ++attempt) {
       Eigen::MatrixXd damped = hessian;
       damped.diagonal() *= 1 + damping;
-      const Eigen::VectorXd trial = x - damped.ldlt().solve(gradient);
+      const Eigen::VectorXd trial = x - solve_symmetric(damped, gradient);
       if (!trial.allFinite()) break;
       const Eigen::VectorXd trial_r = problem.residuals(trial, nullptr);
       const double trial_cost = cost_of(trial_r, trial);

@@ -1,6 +1,5 @@
 #include "core/track/fit/personal_shape.h"
 
-#include <Eigen/Cholesky>
 #include <Eigen/LU>
 #include <Eigen/SparseCholesky>
 #include <algorithm>
@@ -10,6 +9,7 @@
 #include <optional>
 #include <string>
 
+#include "core/base/dense_solves.h"
 #include "core/base/parallel.h"
 #include "core/base/quantile.h"
 #include "core/head/pose_head.h"
@@ -196,7 +196,7 @@ class ShapeSolver {
         hessian += weight * row * row.transpose();
         gradient += weight * off * row;
       }
-      const Vector7 step = -hessian.ldlt().solve(gradient);
+      const Vector7 step = -solve_symmetric(hessian, gradient);
       const Mat3d turn = turn_from_vector(step.segment<3>(3));
       for (Vec3d& p : places) p = centre + step.head<3>() + (1 + step[6]) * (turn * (p - centre));
     }

@@ -1,8 +1,9 @@
 #include "core/track/photo/lighting.h"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
+
+#include "core/base/dense_solves.h"
 
 namespace likeness {
 namespace {
@@ -84,7 +85,7 @@ LitPoints light_points(const std::vector<std::vector<LightSample>>& pictures, in
     const double prior = kLightPrior * mean_albedo2;
     hessian.diagonal().array() += prior;
     right[0] += prior;  // towards even light of strength 1
-    const ShVector light = hessian.ldlt().solve(right);
+    const ShVector light = solve_symmetric<9>(hessian, right);
     const double level = light.dot(mean) / weight;
     if (!light.allFinite() || level <= 0) break;
     lit.light = light / level;

@@ -1,9 +1,9 @@
 #include "core/track/photo/photometric_frame.h"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 
+#include "core/base/dense_solves.h"
 #include "core/base/quantile.h"
 #include "core/image/bilinear.h"
 #include "core/scene/mesh_scene.h"
@@ -235,7 +235,7 @@ FaceState refine_state(const FrameEvidenceTerms& terms, int level, int iteration
     for (int attempt = 0; attempt < 4 && !better; ++attempt) {
       Eigen::MatrixXd damped = system.hessian;
       damped.diagonal() *= 1 + damping;
-      const Eigen::VectorXd step = -damped.ldlt().solve(system.gradient);
+      const Eigen::VectorXd step = -solve_symmetric(damped, system.gradient);
       if (!step.allFinite()) break;
       const FaceState trial = moved(state, step);
       FrameSystem there;

@@ -3,11 +3,11 @@
 #include <ceres/ceres.h>
 #include <ceres/rotation.h>
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <array>
 #include <cmath>
 
+#include "core/base/dense_solves.h"
 #include "core/base/mean_rotation.h"
 #include "core/base/parallel.h"
 #include "core/base/quantile.h"
@@ -159,7 +159,7 @@ NeckRest find_neck(const std::vector<BundleFrame>& frames, const std::vector<int
     }
     normal.diagonal().head<3>().array() +=
         double(keys.size()) * kNeckSway * kNeckSway / (kNeckReach * kNeckReach);
-    solution = normal.ldlt().solve(right);
+    solution = solve_symmetric<6>(normal, right);
   }
   return {solution.head<3>(), solution[5]};
 }
@@ -370,7 +370,7 @@ std::optional<SolvedPose> solve_pose(const std::vector<PoseObservation>& seen, d
       hessian.diagonal().tail<3>().array() += ws;
       gradient.head<3>() += wt * turn;
       gradient.tail<3>() += ws * shift;
-      const Eigen::Matrix<double, 6, 1> step = -hessian.ldlt().solve(gradient);
+      const Eigen::Matrix<double, 6, 1> step = -solve_symmetric<6>(hessian, gradient);
       if (!step.allFinite()) return std::nullopt;
       pose.linear() = turn_from_vector(step.head<3>()) * pose.linear();
       pose.translation() += step.tail<3>();

@@ -1,10 +1,10 @@
 #include "core/track/points/patch_search.h"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <array>
 #include <cmath>
 
+#include "core/base/dense_solves.h"
 #include "core/image/bilinear.h"
 
 namespace likeness {
@@ -78,7 +78,6 @@ Template cut(const Image8& reference, const Vec2d& centre, const Mat2d& referenc
 std::optional<double> settle(const Template& t, const Image8& picture, double reach, Vec2d* at) {
   const Vec2d start = *at;
   std::array<double, kPixels> value;
-  const auto factor = t.hessian.ldlt();
   double correlation = 0;
   for (int iteration = 0; iteration < 15; ++iteration) {
     if (!inside(picture, *at, kReach + 1.5) || (*at - start).norm() > reach) return std::nullopt;
@@ -101,7 +100,7 @@ std::optional<double> settle(const Template& t, const Image8& picture, double re
       const double off = gain * value[i] - t.value[i];
       gradient += off * Vec2d(t.by_x[i], t.by_y[i]);
     }
-    const Vec2d step = factor.solve(gradient);
+    const Vec2d step = solve_symmetric<2>(t.hessian, gradient);
     if (!step.allFinite()) return std::nullopt;
     *at -= step;
     if (step.norm() < 0.01) break;

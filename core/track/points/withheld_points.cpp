@@ -1,9 +1,9 @@
 // Points from even observations, errors of odd ones: see withheld_points.h.
 #include "core/track/points/withheld_points.h"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 
+#include "core/base/dense_solves.h"
 #include "core/base/quantile.h"
 #include "core/track/points/camera_scale.h"
 
@@ -43,7 +43,7 @@ Vec3d solve_point(const std::vector<View>& views, const Vec3d& start) {
         hessian += weight * rows.transpose() * rows;
         gradient += weight * rows.transpose() * r;
       }
-      point -= hessian.ldlt().solve(gradient);
+      point -= solve_symmetric<3>(hessian, gradient);
     }
   }
   return point;

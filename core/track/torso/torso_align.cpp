@@ -2,11 +2,11 @@
 // or one a mode.
 #include "core/track/torso/torso_align.h"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <array>
 #include <cmath>
 
+#include "core/base/dense_solves.h"
 #include "core/track/torso/torso_rows.h"
 
 namespace likeness {
@@ -164,7 +164,7 @@ double align_torso(const std::vector<TorsoPixel>& pixels, const TorsoView& view,
         gradient[kTorsoRigid + m] +=
             kTorsoShapeNoise * kTorsoShapeNoise * share * state->shape[std::size_t(m)];
       }
-    const Eigen::VectorXd step = -hessian.ldlt().solve(gradient);
+    const Eigen::VectorXd step = -solve_symmetric(hessian, gradient);
     if (!step.allFinite()) return 1e9;
     motion.angle += step[0];
     motion.shift += step.segment<2>(1);

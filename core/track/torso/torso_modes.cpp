@@ -2,10 +2,9 @@
 // there is the mode L^-T v.
 #include "core/track/torso/torso_modes.h"
 
-#include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
-#include <Eigen/QR>
 #include <cmath>
+
+#include "core/base/dense_solves.h"
 
 namespace likeness {
 
@@ -13,14 +12,14 @@ TorsoModes learn_torso_modes(const TorsoGrid& grid, const std::vector<std::vecto
                              const Eigen::MatrixXd& metric, const Vec2d& pivot) {
   TorsoModes learnt;
   const Eigen::Index size = 2 * grid.nodes(), count = Eigen::Index(displacements.size());
-  const Eigen::LLT<Eigen::MatrixXd> root(metric);
-  if (count < kMinimumTorsoFrames || size == 0 || root.info() != Eigen::Success) return learnt;
+  const auto root = cholesky_factor(metric);
+  if (count < kMinimumTorsoFrames || size == 0 || !root) return learnt;
   Eigen::MatrixXd x(count, size);
   for (Eigen::Index i = 0; i < count; ++i)
     x.row(i) = Eigen::Map<const Eigen::VectorXf>(displacements[std::size_t(i)].data(), size).cast<double>();
   const Eigen::VectorXd mean = x.colwise().mean();
   x.rowwise() -= mean.transpose();
-  const Eigen::MatrixXd lower = root.matrixL();
+  const Eigen::MatrixXd& lower = *root;
   Eigen::MatrixXd scaled = x * lower;
 
   // -- The rigid motions in the plane, seen in the same metric.
@@ -33,18 +32,17 @@ TorsoModes learn_torso_modes(const TorsoGrid& grid, const std::vector<std::vecto
       rigid(i + 1, 2) = grid.origin.x() + grid.cell * float(column) - pivot.x();
     }
   const Eigen::MatrixXd seen = lower.transpose() * rigid;
-  const Eigen::MatrixXd basis =
-      Eigen::HouseholderQR<Eigen::MatrixXd>(seen).householderQ() * Eigen::MatrixXd::Identity(size, 3);
+  const Eigen::MatrixXd basis = orthonormal_columns(seen);
   scaled -= scaled * basis * basis.transpose();
 
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(scaled.transpose() * scaled / double(count));
-  if (solver.info() != Eigen::Success) return learnt;
+  const SymmetricEigen spread = eigen_of_symmetric(scaled.transpose() * scaled / double(count));
+  if (!spread.converged) return learnt;
   learnt.mean.resize(std::size_t(size));
   Eigen::VectorXf::Map(learnt.mean.data(), size) = mean.cast<float>();
   for (int k = 0; k < kTorsoModes; ++k) {
     const Eigen::Index at = size - 1 - k;
-    Eigen::VectorXd mode = root.matrixU().solve(solver.eigenvectors().col(at)) *
-                           std::sqrt(std::max(0.0, solver.eigenvalues()[at]));
+    Eigen::VectorXd mode =
+        solve_transposed(lower, spread.vectors.col(at)) * std::sqrt(std::max(0.0, spread.values[at]));
     Eigen::Index largest = 0;
     mode.cwiseAbs().maxCoeff(&largest);
     if (mode[largest] < 0) mode = -mode;

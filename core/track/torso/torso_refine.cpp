@@ -4,10 +4,10 @@
 // did, so that hiding the torso gains nothing.
 #include "core/track/torso/torso_refine.h"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <utility>
 
+#include "core/base/dense_solves.h"
 #include "core/base/parallel.h"
 #include "core/track/torso/torso_rows.h"
 
@@ -125,7 +125,8 @@ Eigen::VectorXd modes_step(const std::vector<TorsoSystem>& systems, const std::v
   parallel_for(systems.size(), [&](std::size_t i) {
     const TorsoSystem& s = systems[i];
     if (!s.used) return;
-    const Eigen::MatrixXd solved = damped(s.own, damping).ldlt().solve(s.mixed.transpose());  // (kOwn, 2P)
+    const Eigen::MatrixXd solved =
+        solve_symmetric_columns(damped(s.own, damping), s.mixed.transpose());  // (kOwn, 2P)
     by_nodes[i] = s.by_nodes - solved.transpose() * s.by_own;
     nodes[i] = s.nodes - s.mixed * solved;
   });
@@ -147,9 +148,9 @@ Eigen::VectorXd modes_step(const std::vector<TorsoSystem>& systems, const std::v
     add_smoothness(modes.grid, kRefineStiffness * used_share(systems), &at, k * size, &hessian, &gradient,
                    nullptr);
   }
-  const Eigen::LLT<Eigen::MatrixXd> root(damped(hessian, damping));
-  if (root.info() != Eigen::Success) return {};
-  Eigen::VectorXd step = -root.solve(gradient);
+  const auto root = cholesky_factor(damped(hessian, damping));
+  if (!root) return {};
+  Eigen::VectorXd step = -solve_by_cholesky(*root, gradient);
   return step.allFinite() ? step : Eigen::VectorXd();
 }
 
@@ -177,7 +178,7 @@ TorsoState stepped(const TorsoSystem& s, const TorsoState& state, const Eigen::V
   Eigen::VectorXd displaced = Eigen::VectorXd::Zero(size);
   for (int k = 0; k < kBlocks; ++k) displaced += amount(state, k) * step.segment(k * size, size);
   const Eigen::VectorXd own =
-      -damped(s.own, damping).ldlt().solve(s.by_own + s.mixed.transpose() * displaced);
+      -solve_symmetric(damped(s.own, damping), s.by_own + s.mixed.transpose() * displaced);
   if (!own.allFinite()) return moved;
   moved.motion.angle += own[0];
   moved.motion.shift += own.segment<2>(1);
