@@ -3,7 +3,7 @@
 
 A room may include only what the table's third column lists for it, and only rooms above it in the table; the table
 lists nothing that no file needs. Prints the floors (a room stands one above the highest room it uses), the lines of
-each room, the longest files, and the pairs of sources that include each other. Exit code 1 where something is wrong.
+each room, the longest files and functions, and the pairs of sources that include each other. Exit code 1 where something is wrong.
 
     tests/structure/check_includes.py [--quiet]
 """
@@ -75,6 +75,30 @@ def circles(graph):
     return found
 
 
+def functions(text):
+    """Name and lines of each function; clang-format indents nothing in a namespace, and ends a function by a brace in
+    the first column."""
+    begin, header, inside = 0, "", False
+    for number, line in enumerate(text.split("\n")):
+        line = re.sub(r"\s*//.*", "", line)
+        if inside:
+            if line.startswith("}"):
+                called = re.search(r"([\w:~]+)\(", header)
+                if called:
+                    yield called.group(1), number + 1 - begin
+                inside, header = False, ""
+            continue
+        if not header:
+            begin = number
+            if not re.match(r"[A-Za-z]", line):
+                continue
+        header += line
+        if line.endswith("{") and not re.search(r"\b(namespace|struct|class|enum|union)\b[^(]*$", header):
+            inside = True
+        elif line.endswith(("{", ";", "}")) or not line:
+            header = ""
+
+
 def main():
     rooms = read_table()
     if not rooms:
@@ -85,7 +109,7 @@ def main():
     lines, files = collections.Counter(), collections.Counter()
     uses = collections.defaultdict(lambda: collections.defaultdict(list))
     folders, pairs = collections.defaultdict(set), collections.defaultdict(set)
-    longest = []
+    longest, longest_functions = [], []
     for path in sources():
         with open(os.path.join(ROOT, path), encoding="utf-8") as file:
             text = file.read()
@@ -96,6 +120,7 @@ def main():
         lines[room] += text.count("\n")
         files[room] += 1
         longest.append((text.count("\n"), path))
+        longest_functions += [(count, f"{path} {name}") for name, count in functions(text)]
         for included in INCLUDE.findall(text):
             if not os.path.exists(os.path.join(ROOT, included)) and not included.startswith("ui/shaders"):
                 problems.append(f"{path}: there is no {included}")
@@ -139,6 +164,7 @@ def main():
             print(f"{room:12} {floor[room]:5} {files[room]:5} {lines[room]:6}  {' '.join(sorted(uses[room]))}")
         print(f"{sum(lines.values())} lines in {sum(files.values())} files, {max(floor.values()) + 1} floors")
         print("Longest files: " + ", ".join(f"{path} {count}" for count, path in sorted(longest)[:-9:-1]))
+        print("Longest functions: " + ", ".join(f"{where} {count}" for count, where in sorted(longest_functions)[:-9:-1]))
         for circle in circles(pairs):
             print("Sources that include each other: " + ", ".join(circle))
     for problem in problems:
