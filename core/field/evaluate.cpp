@@ -32,7 +32,7 @@ namespace {
 // there takes as long as reading them for some ten thousand samples.
 constexpr std::size_t kEncodeChunk = 65536;
 
-float* thread_scratch(std::size_t floats) {
+float* evaluation_scratch(std::size_t floats) {
   thread_local AlignedFloats scratch;
   return scratch.reserve(floats);
 }
@@ -58,9 +58,9 @@ void evaluate(const KernelContext& context, std::size_t chunk, float* sigma, flo
         samples * (context.density_inputs() + std::size_t(context.layout.ambient_dimensions)));
     float* slice = features + samples * context.density_inputs();
     const SampleRun run{begin, end, 0};
-    encode_positions(context, {&run, 1}, thread_scratch(scratch), features);
-    forward_tiles(context, {begin, end, features, slice, nullptr, thread_scratch(scratch), sigma, red, green,
-                            blue, geometry});
+    encode_positions(context, {&run, 1}, evaluation_scratch(scratch), features);
+    forward_tiles(context, {begin, end, features, slice, nullptr, evaluation_scratch(scratch), sigma, red,
+                            green, blue, geometry});
   });
 }
 
@@ -93,7 +93,7 @@ void evaluate(const KernelContext& context, std::size_t chunk, const GeometryFea
   for (std::vector<float>* array : {&out.red, &out.green, &out.blue}) array->resize(chosen.size());
   const std::size_t scratch = scratch_floats(context.config, context.layout);
   parallel_ranges(chosen.size(), chunk, [&](std::size_t begin, std::size_t end) {
-    colour_tiles(context, {begin, end, chosen.data(), geometry.values.data(), thread_scratch(scratch),
+    colour_tiles(context, {begin, end, chosen.data(), geometry.values.data(), evaluation_scratch(scratch),
                            out.red.data(), out.green.data(), out.blue.data()});
   });
 }

@@ -144,7 +144,7 @@ void lay_out(Part& part) {
   step.tape.partials.reserve(part.runs.size() * part.partial.count);
 }
 
-float* thread_scratch(std::size_t floats) {
+float* training_scratch(std::size_t floats) {
   thread_local AlignedFloats scratch;
   return scratch.reserve(floats);
 }
@@ -165,7 +165,7 @@ class Walk {
       ForwardRange range;
       range.begin = start_of(ahead_), range.end = end_of(ahead_);
       range.features = features(ahead_), range.slice = slice(ahead_), range.kept = kept(ahead_);
-      range.scratch = thread_scratch(part_.scratch);
+      range.scratch = training_scratch(part_.scratch);
       range.sigma = out.sigma.data(), range.red = out.red.data();
       range.green = out.green.data(), range.blue = out.blue.data();
       forward_tiles(c, range);
@@ -177,7 +177,7 @@ class Walk {
       BackwardRange range;
       range.begin = start_of(back_), range.end = end_of(back_);
       range.features = features(back_), range.slice = slice(back_), range.kept = kept(back_);
-      range.scratch = thread_scratch(part_.scratch);
+      range.scratch = training_scratch(part_.scratch);
       range.gradients = part_.step.slopes;
       range.want_conditions = part_.step.gradients.want_conditions;
       range.codes = part_.step.tape.codes.data() + (run_.tile + back_) * part_.codes * kTile;
@@ -212,7 +212,7 @@ void encode(const Part& part) {
   const std::size_t share = (part.runs.size() + shares - 1) / shares;
   parallel_ranges(part.runs.size(), share, [&](std::size_t begin, std::size_t end) {
     encode_positions(part.context, std::span(part.runs).subspan(begin, end - begin),
-                     thread_scratch(part.scratch), part.step.tape.features.data());
+                     training_scratch(part.scratch), part.step.tape.features.data());
   });
 }
 
