@@ -85,7 +85,7 @@ Error file_error(const fs::path& path, std::string_view action, int error_number
     case ENOENT:
       return {ErrorCode::not_found, what, "Check the spelling of the path.", path.string()};
     case ENOTDIR:
-      return {ErrorCode::io, what, "A file stands where a folder is needed; choose another name.",
+      return {ErrorCode::io, what, "There is a file where a folder is needed; choose another name.",
               path.string()};
     default:
       return {ErrorCode::io, what, "Check the disk and the path, then run it again.", path.string()};

@@ -22,8 +22,8 @@ namespace {
 using Bytes = std::span<const std::byte>;
 
 Error bad_npz(const std::string& where, const std::string& what) {
-  return {ErrorCode::bad_input, what,
-          "The file is damaged or of another kind; get it again from where it came from.", where};
+  return {ErrorCode::bad_input, what, "The file is damaged or of another kind; get a fresh copy of it.",
+          where};
 }
 
 template <class T>
@@ -315,8 +315,8 @@ Result<NpyArray> parse_npy(Bytes bytes, const std::string& name) {
   const std::string_view descr = header_value(header, "descr");
   const auto shape = parse_shape(header_value(header, "shape"));
   if (descr.size() < 4 || !shape || (descr[1] != '<' && descr[1] != '|')) {
-    return bad_npz(
-        name, fmt::format("{} has an array header Likeness does not read: {}", name, header.substr(0, 80)));
+    return bad_npz(name, fmt::format("{} has an array header that Likeness cannot read: {}", name,
+                                     header.substr(0, 80)));
   }
   NpyArray array;
   array.shape = *shape;
@@ -340,7 +340,7 @@ Result<NpyArray> parse_npy(Bytes bytes, const std::string& name) {
       (array.kind == 'b' && array.item_bytes == 1) ||
       ((array.kind == 'U' || array.kind == 'S') && array.item_bytes > 0);
   if (!known)
-    return bad_npz(name, fmt::format("{} holds elements of a kind Likeness does not read: {}", name,
+    return bad_npz(name, fmt::format("{} holds elements of a type that Likeness cannot read: {}", name,
                                      descr.substr(0, 12)));
   std::size_t expected = std::size_t(array.item_bytes);
   const Bytes body = bytes.subspan(header_begin + header_size);

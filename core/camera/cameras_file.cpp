@@ -17,7 +17,7 @@ constexpr int kVersion = 1;
 
 Error bad_cameras(const std::filesystem::path& path, std::string what) {
   return {ErrorCode::bad_input, std::move(what),
-          "Run `likeness align` again to write the file anew, or restore it from a copy.", path.string()};
+          "Run `likeness align` again to rewrite the file, or restore it from a copy.", path.string()};
 }
 
 std::string camera_line(const Camera& camera) {
@@ -54,7 +54,7 @@ std::string parse_camera(const nlohmann::json& entry, Camera& camera) {
   const Mat3d rotation = camera.cam_from_world.linear();
   const double error = (rotation * rotation.transpose() - Mat3d::Identity()).cwiseAbs().maxCoeff();
   if (!(error < 1e-4) || rotation.determinant() < 0)
-    return "a cam_from_world that is no rotation and translation";
+    return "a cam_from_world that is not a rotation and translation";
   return {};
 }
 
@@ -81,9 +81,10 @@ Result<CameraSet> read_cameras(const std::filesystem::path& path) {
     const auto json = parse_json(*text);
     const int version = json.value("version", kVersion);
     if (version > kVersion)
-      return Error{ErrorCode::bad_input,
-                   fmt::format("The file is of version {}; this program reads up to {}.", version, kVersion),
-                   "Install a newer Likeness, or run `likeness align` again with this one.", path.string()};
+      return Error{
+          ErrorCode::bad_input,
+          fmt::format("The file has version {}; this program reads versions up to {}.", version, kVersion),
+          "Install a newer Likeness, or run `likeness align` again with this one.", path.string()};
     for (const auto& entry : json.at("cameras")) {
       Camera camera;
       const std::string fault = parse_camera(entry, camera);
@@ -96,12 +97,12 @@ Result<CameraSet> read_cameras(const std::filesystem::path& path) {
                                                                           : CameraScale::arbitrary;
     set.reprojection_px = json.value("reprojection_px", 0.0);
   } catch (const nlohmann::json::exception& fault) {
-    return bad_cameras(path, fmt::format("Not a cameras.json: {}.", fault.what()));
+    return bad_cameras(path, fmt::format("This is not a cameras.json: {}.", fault.what()));
   }
   if (set.cameras.empty()) return bad_cameras(path, "The file holds no camera.");
   if (set.is_static && set.cameras.size() != 1)
-    return bad_cameras(path,
-                       fmt::format("A static camera is one camera; the file holds {}.", set.cameras.size()));
+    return bad_cameras(
+        path, fmt::format("A static camera is a single camera; the file holds {}.", set.cameras.size()));
   std::sort(set.cameras.begin(), set.cameras.end(),
             [](const Camera& a, const Camera& b) { return a.frame < b.frame; });
   for (std::size_t i = 1; i < set.cameras.size(); ++i)

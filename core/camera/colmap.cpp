@@ -135,7 +135,7 @@ Result<ProcessEnd> run_step(const Step& step, int pictures, const Progress& prog
 Error step_failed(const Step& step, const ProcessEnd& end) {
   const std::string command = fmt::format("`colmap {}`", step.arguments[1]);
   if (end.exit_code > 128)
-    return {ErrorCode::io, fmt::format("{} was ended by signal {}.", command, end.exit_code - 128),
+    return {ErrorCode::io, fmt::format("{} was killed by signal {}.", command, end.exit_code - 128),
             "Memory may have run out: close other programs, then run the same command again; finished steps "
             "are kept.",
             "camera"};
@@ -143,7 +143,7 @@ Error step_failed(const Step& step, const ProcessEnd& end) {
   std::replace(last.begin(), last.end(), '\n', ' ');
   if (end.tail.find("unrecognised option") != std::string::npos)
     return {ErrorCode::missing_dependency,
-            fmt::format("The installed colmap does not know an option of its version 3.8: {}", last),
+            fmt::format("The installed colmap lacks an option of version 3.8: {}", last),
             "Install version 3.8 to 3.11 of colmap (Debian 12: `apt install colmap`).", "camera"};
   if (end.tail.find("disk is full") != std::string::npos ||
       end.tail.find("No space left") != std::string::npos)
@@ -176,8 +176,8 @@ Error hardly_moved(const ColmapCounts& counts) {
               "The camera hardly moved, or only turned on the spot: {} pairs of pictures match, but none of "
               "them shows enough parallax.",
               counts.verified_pairs),
-          "Walk round the head in an arc of at least 30 degrees, or keep the camera entirely still; a camera "
-          "that did rest can be said to (`likeness build --resting-camera`).",
+          "Walk round the head in an arc of at least 30 degrees, or keep the camera entirely still; if it "
+          "did rest, say so with `likeness build --resting-camera`.",
           "camera"};
 }
 

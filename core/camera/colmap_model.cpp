@@ -89,7 +89,8 @@ Result<void> read_cameras_bin(const std::filesystem::path& path, ColmapModel& mo
     const auto width = in.next<std::uint64_t>(), height = in.next<std::uint64_t>();
     const int parameters = parameter_count(kind);
     if (parameters == 0 && !in.broken)
-      return broken_model(path, fmt::format("Camera {} has the model {}, which is not read here.", id, kind));
+      return broken_model(path,
+                          fmt::format("Camera {} has the model {}, which Likeness does not read.", id, kind));
     double values[8] = {};
     for (int k = 0; k < parameters; ++k) values[k] = in.next<double>();
     Intrinsics intrinsics = intrinsics_of(kind, values);
@@ -100,7 +101,7 @@ Result<void> read_cameras_bin(const std::filesystem::path& path, ColmapModel& mo
     model.cameras[id] = intrinsics;
   }
   if (in.broken || model.cameras.empty())
-    return broken_model(path, "The file breaks off or holds no camera.");
+    return broken_model(path, "The file is cut short or holds no camera.");
   return {};
 }
 
@@ -131,7 +132,7 @@ Result<void> read_images_bin(const std::filesystem::path& path, ColmapModel& mod
     image.cam_from_world.translation() = Vec3d(t[0], t[1], t[2]);
     model.images.push_back(std::move(image));
   }
-  if (in.broken) return broken_model(path, "The file breaks off.");
+  if (in.broken) return broken_model(path, "The file is cut short.");
   std::sort(model.images.begin(), model.images.end(),
             [](const ColmapImage& a, const ColmapImage& b) { return a.name < b.name; });
   return {};
@@ -154,7 +155,7 @@ Result<void> read_points_bin(const std::filesystem::path& path, ColmapModel& mod
     point.views = int(views);
     model.points.emplace(id, point);
   }
-  if (in.broken) return broken_model(path, "The file breaks off.");
+  if (in.broken) return broken_model(path, "The file is cut short.");
   return {};
 }
 

@@ -19,7 +19,7 @@ constexpr int kVersion = 1;
 
 Error unreadable(const std::filesystem::path& path, std::string_view why) {
   return {ErrorCode::bad_input, fmt::format("{} is not a capture that can be read: {}.", path.string(), why),
-          "Import the video again; the file is rewritten.", path.string()};
+          "Import the video again, which rewrites the file.", path.string()};
 }
 
 json to_json(const CaptureFrame& f) {

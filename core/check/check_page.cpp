@@ -198,13 +198,13 @@ void draw_key_expressions(Page& page, int x, int top, int width) {
     page.canvas.line(mark, y - 4, mark, y + kHeight + 3, kInk, 2);
     y += kHeight + 20;
   }
-  page.canvas.text(x + kLabel, y, "the mark: from here on it counts as shown", {14, kPale});
+  page.canvas.text(x + kLabel, y, "from the mark on, it counts as shown", {14, kPale});
 }
 
 void draw_coverage(Page& page) {
   const int columns = int(2 * kYawSpan / kCell) * 38, expressions_x = kMargin + columns + 60;
   const int top = page.y;
-  page.canvas.text(kMargin, top, "Angles seen (pictures, 10 degrees a field)", {21, kInk, true});
+  page.canvas.text(kMargin, top, "Angles seen (pictures per field of 10 degrees)", {21, kInk, true});
   page.canvas.text(expressions_x, top, "Expressions shown", {21, kInk, true});
   draw_angles(page, kMargin, top + 38);
   draw_key_expressions(page, expressions_x, top + 38, kWidth - kMargin - expressions_x);
@@ -214,7 +214,7 @@ void draw_coverage(Page& page) {
 // -- Remarks and sample pictures
 
 void draw_remarks(Page& page) {
-  page.heading(page.verdict.remarks.empty() ? "No remarks" : "Remarks");
+  page.heading(page.verdict.remarks.empty() ? "No problems found" : "Remarks");
   for (const Remark& remark : page.verdict.remarks) {
     const int top = page.y, text_x = kMargin + kThumb + 24, width = kWidth - kMargin - text_x;
     const int frame = remark_frame(page.clip, remark);
@@ -250,12 +250,11 @@ std::vector<Sample> samples_of(const ClipMeasures& clip) {
   const auto expression = [](KeyExpression d) {
     return [d](const Look& l) { return l.expressions[std::size_t(d)]; };
   };
-  return {
-      most(clip, "furthest to the right", [](const Look& l) { return -l.yaw_deg; }),
-      most(clip, "most from the front", [](const Look& l) { return -std::hypot(l.yaw_deg, l.pitch_deg); }),
-      most(clip, "furthest to the left", [](const Look& l) { return l.yaw_deg; }),
-      most(clip, "mouth most open", expression(KeyExpression::open_mouth)),
-      most(clip, "broadest smile", expression(KeyExpression::smile))};
+  return {most(clip, "furthest to the right", [](const Look& l) { return -l.yaw_deg; }),
+          most(clip, "most frontal", [](const Look& l) { return -std::hypot(l.yaw_deg, l.pitch_deg); }),
+          most(clip, "furthest to the left", [](const Look& l) { return l.yaw_deg; }),
+          most(clip, "mouth most open", expression(KeyExpression::open_mouth)),
+          most(clip, "widest smile", expression(KeyExpression::smile))};
 }
 
 void draw_samples(Page& page) {

@@ -162,13 +162,13 @@ class Judge {
                  "Film from nearer, or at a higher resolution: head and shoulders should fill the picture.");
     remark_looks(Fault::head_cut, find(clip_.looks, has_face, is_cut), kMostLooks,
                  "The picture's edge cuts the head",
-                 "Leave room above and beside the head, also while it turns.");
+                 "Leave room above and beside the head, even while it turns.");
   }
 
   void judge_performance() {
     if (find(clip_.looks, has_face, is_posed).share() < kLeastPosed) {
       remark_all(Fault::few_angles, false,
-                 "Eyes, nose and mouth could not be made out, so that angles and expressions are not known.",
+                 "Eyes, nose and mouth could not be made out, so the angles and expressions are not known.",
                  "Film in better light, from nearer, and hold the camera still.");
       return;
     }
@@ -187,7 +187,7 @@ class Judge {
         missing += (missing.empty() ? "" : ", ") + std::string(shown[d].words);
     if (!missing.empty())
       remark_all(Fault::few_expressions, false,
-                 "The avatar will not learn from this clip to: " + missing + ".",
+                 "From this clip the avatar will not learn to: " + missing + ".",
                  "Speak a few sentences, smile with and without teeth, purse the lips, raise the brows and "
                  "blink.");
   }
@@ -225,18 +225,17 @@ class Judge {
     const CameraMeasures& camera = clip_.camera;
     if (camera.rests) return;
     if (is_shaking(camera.sway))
-      remark_all(
-          Fault::camera_shakes, false,
-          fmt::format("The camera shakes: the background strays by {:.0f} % of the picture's width and "
-                      "comes back {:.1f} times a second.",
-                      camera.sway.reach / 10, camera.sway.crossings),
-          "Rest the camera on something; or walk round the resting head first and rest the camera "
-          "then.");
+      remark_all(Fault::camera_shakes, false,
+                 fmt::format("The camera shakes: the background moves by {:.0f} % of the picture's width, to "
+                             "and fro {:.1f} times a second.",
+                             camera.sway.reach / 10, camera.sway.crossings),
+                 "Rest the camera on something; or first walk round the resting head, then rest the camera.");
     else if (camera.tracks < kFewTracks)
-      remark_all(Fault::plain_background, true,
-                 fmt::format("The camera moves before a background with hardly a feature ({:.0f} followed).",
-                             camera.tracks),
-                 "Rest the camera on something, or film before a background with detail.");
+      remark_all(
+          Fault::plain_background, true,
+          fmt::format("The camera moves in front of a background with hardly any features ({:.0f} followed).",
+                      camera.tracks),
+          "Rest the camera on something, or film in front of a background with detail.");
   }
 
   const ClipMeasures& clip_;
@@ -262,7 +261,7 @@ std::string_view verdict_name(Verdict verdict) {
 std::string_view verdict_words(Verdict verdict) {
   static constexpr std::array<std::string_view, 3> kWords{
       "Ready: this clip will make a good avatar.", "Usable, but the avatar will show these faults.",
-      "Film again: no good avatar will come of this clip."};
+      "Film again: this clip will not make a good avatar."};
   return kWords[static_cast<std::size_t>(verdict)];
 }
 

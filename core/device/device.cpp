@@ -21,22 +21,22 @@ Error device_error(DeviceStatus status, const DeviceFacts& facts, const std::str
   const std::string where = doing.empty() ? "CUDA" : "CUDA, " + doing;
   switch (status) {
     case DeviceStatus::no_driver:
-      return {ErrorCode::missing_dependency, "There is no NVIDIA driver, or it does not answer.",
+      return {ErrorCode::missing_dependency, "There is no NVIDIA driver, or it does not respond.",
               fmt::format("Install NVIDIA's driver, or load its kernel module. {}", kUseProcessor), where};
     case DeviceStatus::driver_too_old:
       return {ErrorCode::missing_dependency,
-              fmt::format("The NVIDIA driver knows CUDA {}, but this program was built with CUDA {}.",
+              fmt::format("The NVIDIA driver supports CUDA {}, but this program was built with CUDA {}.",
                           version_text(facts.driver), version_text(facts.toolkit)),
               fmt::format("Install a newer driver, or build with an older toolkit. {}", kUseProcessor),
               where};
     case DeviceStatus::no_device:
       return {ErrorCode::missing_dependency, "The NVIDIA driver finds no GPU.",
-              fmt::format("Look whether `nvidia-smi` lists one and CUDA_VISIBLE_DEVICES hides none. {}",
+              fmt::format("Check that `nvidia-smi` lists one and that CUDA_VISIBLE_DEVICES hides none. {}",
                           kUseProcessor),
               where};
     case DeviceStatus::device_too_old:
       return {ErrorCode::missing_dependency,
-              fmt::format("{} has compute capability {}.{}, for which this build holds no code.",
+              fmt::format("{} has compute capability {}.{}, for which this build has no code.",
                           device_name(facts), facts.major, facts.minor),
               fmt::format("Build with -DLIKENESS_CUDA_ARCHITECTURES={}{}. {}", facts.major, facts.minor,
                           kUseProcessor),
@@ -45,8 +45,8 @@ Error device_error(DeviceStatus status, const DeviceFacts& facts, const std::str
       return {ErrorCode::failed,
               fmt::format("{} is out of memory ({:.1f} GiB in all).", device_name(facts),
                           double(facts.memory_bytes) / double(1 << 30)),
-              fmt::format("Close what else uses the GPU, or use --backend cpu. {}",
-                          "What has been trained is kept up to the last checkpoint."),
+              fmt::format("Close other programs that use the GPU, or use --backend cpu. {}",
+                          "The training is kept up to the last checkpoint."),
               where};
     case DeviceStatus::too_large:
       return {ErrorCode::failed,
@@ -54,21 +54,20 @@ Error device_error(DeviceStatus status, const DeviceFacts& facts, const std::str
                           device_name(facts), facts.shared_bytes / 1024),
               "Use --backend cpu.", where};
     case DeviceStatus::lost:
-      return {
-          ErrorCode::failed,
-          fmt::format("{} stopped answering ({}).", device_name(facts), said.empty() ? "lost" : said),
-          "The same command continues from the last checkpoint; with --backend cpu on the processor. If it "
-          "happens again, look at the driver's messages (dmesg).",
-          where};
+      return {ErrorCode::failed,
+              fmt::format("{} stopped responding ({}).", device_name(facts), said.empty() ? "lost" : said),
+              "The same command continues from the last checkpoint, and does so on the processor with "
+              "--backend cpu. If it happens again, see the driver's messages (dmesg).",
+              where};
     case DeviceStatus::unknown_request:
-      return {ErrorCode::missing_dependency, "The CUDA module is of another version than this program.",
+      return {ErrorCode::missing_dependency, "The CUDA module and this program differ in version.",
               fmt::format("Install both from one build. {}", kUseProcessor), where};
     case DeviceStatus::ok:
     case DeviceStatus::failed:
       break;
   }
   return {ErrorCode::failed, fmt::format("CUDA reports an error: {}.", said.empty() ? "unknown" : said),
-          "Try again; with --backend cpu on the processor.", where};
+          "Try again, or use the processor: --backend cpu.", where};
 }
 
 Result<std::shared_ptr<Device>> Device::open(const DeviceApi& api) {

@@ -21,7 +21,7 @@ const DeviceApi* load_module(const std::filesystem::path& path, std::string& why
   }
   const auto function = reinterpret_cast<DeviceApiFunction>(::dlsym(library, kDeviceApiSymbol));
   const DeviceApi* api = function ? function(kDeviceApiVersion) : nullptr;
-  if (!api) why = "it is of another version than this program";
+  if (!api) why = "its version differs from this program's";
   return api;
 }
 

@@ -114,7 +114,8 @@ Result<void> check_performance(const Performance& performance, const HeadModel& 
   const auto known = articulate(model, neutral_articulation(model), actions);
   if (known) return {};
   Error error = known.error();
-  error.fix += " Of a painted attribute that was taken out: delete its keys, or paint it again and train.";
+  error.fix +=
+      " If it is a painted attribute that was removed, delete its keys, or paint it again and train.";
   return error;
 }
 

@@ -121,7 +121,7 @@ Result<Performance> read_performance(const fs::path& path) {
   } catch (const Wrong& wrong) {
     return refused(fmt::format("{}: {} {}.", path.string(), wrong.field, wrong.what));
   } catch (const json::exception& e) {
-    return refused(fmt::format("{} is no performance: {}.", path.string(), e.what()));
+    return refused(fmt::format("{} is not a performance: {}.", path.string(), e.what()));
   }
 }
 

@@ -64,13 +64,13 @@ Result<void> check(const Track& track, const DriveSubject& driver, const DriveSu
   if (!std::ranges::all_of(track.frames, [&](const TrackedFrame& frame) {
         return frame.pose.articulation.expression.size() == driver.model->expression_count();
       })) {
-    return Error{ErrorCode::bad_input, "The numbers of expressions of track, avatar and head models differ.",
+    return Error{ErrorCode::bad_input, "Track, avatar and head models differ in their number of expressions.",
                  "Track the clip again, and train the avatar again if that does not help.", "drive"};
   }
   if (std::ranges::all_of(track.frames,
                           [](const TrackedFrame& f) { return f.status == FrameStatus::lost; })) {
     return Error{ErrorCode::no_face, "The face is lost in every frame of the driving track.",
-                 "Use a driving clip in which the face is near and well lit.", "drive"};
+                 "Use a driving clip in which the face is close and well lit.", "drive"};
   }
   return check_drive(driver, avatar, options);
 }
@@ -88,7 +88,7 @@ Result<DriveSubject> subject_from_track(const Track& track, const HeadModel& mod
       frames.push_back(&frame);
   if (frames.empty()) {
     return Error{ErrorCode::no_face, "The face is lost in every frame of the driving track.",
-                 "Use a driving clip in which the face is near and well lit.", "drive"};
+                 "Use a driving clip in which the face is close and well lit.", "drive"};
   }
   subject.neutral = track.neutral.expression.size() == model.expression_count()
                         ? track.neutral

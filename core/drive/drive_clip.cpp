@@ -38,7 +38,7 @@ Result<TrackRegion> face_region(const fs::path& video, const VideoInfo& info, co
     if (sample.face) faces.push_back(*sample.face);
   if (faces.empty()) {
     return Error{ErrorCode::no_face, fmt::format("No face was found in {}.", video.filename().string()),
-                 "Use a driving clip in which the face is near and well lit.", video.string()};
+                 "Use a driving clip in which the face is close and well lit.", video.string()};
   }
   const SquareCrop crop = choose_crop(faces, info.width, info.height).crop;
   return TrackRegion{crop.x, crop.y, crop.side, crop.side};
@@ -58,7 +58,7 @@ Result<Track> driver_track(const DriveRequest& request, const VideoInfo& info, c
     // The container only declares how many frames there are.
     if (last != track->frames.end() && info.frame_count > 0 && last->frame > info.frame_count * 1.05 + 5)
       return Error{ErrorCode::bad_input,
-                   fmt::format("The track has a frame {}, and {} has about {}.", last->frame,
+                   fmt::format("The track has a frame {}, but {} has only about {}.", last->frame,
                                request.video.filename().string(), info.frame_count),
                    "Give the track of this clip, or leave out --track.", request.track.string()};
     return track;
@@ -138,7 +138,7 @@ Result<void> check_out(const DriveRequest& request, const std::filesystem::path&
     if (used.empty() || (used.lexically_normal() != out.lexically_normal() &&
                          !std::filesystem::equivalent(used, out, ignored)))
       continue;
-    return Error{ErrorCode::bad_input, "--out names a file that is read or written besides.",
+    return Error{ErrorCode::bad_input, "--out names a file that is also read or written otherwise.",
                  "Give --out a name of its own.", out.string()};
   }
   return {};

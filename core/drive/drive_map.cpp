@@ -234,7 +234,7 @@ Result<void> check_drive(const DriveSubject& driver, const DriveSubject& avatar,
                          const DriveOptions& options) {
   if (driver.neutral.expression.size() != driver.model->expression_count() ||
       avatar.neutral.expression.size() != avatar.model->expression_count()) {
-    return Error{ErrorCode::bad_input, "The numbers of expressions of track, avatar and head models differ.",
+    return Error{ErrorCode::bad_input, "Track, avatar and head models differ in their number of expressions.",
                  "Track the clip again, and train the avatar again if that does not help.", "drive"};
   }
   for (const auto& [name, gain] : options.gains) {

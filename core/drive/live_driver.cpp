@@ -157,7 +157,7 @@ void LiveDriver::fail(Error error) {
 
 void LiveDriver::read(std::stop_token stop) {
   const auto broke = [&](const char* what) {
-    fail({ErrorCode::failed, std::string("Reading the pictures broke off: ") + what + ".",
+    fail({ErrorCode::failed, std::string("Reading the pictures failed: ") + what + ".",
           "Close other programs and start again.", "live"});
   };
   try {
@@ -259,7 +259,7 @@ void LiveDriver::track(std::stop_token stop) {
       note(step, *frame, rate.count(now), std::move(picture));
     }
   } catch (const std::exception& e) {
-    fail({ErrorCode::failed, std::string("Tracking broke off: ") + e.what() + ".",
+    fail({ErrorCode::failed, std::string("Tracking failed: ") + e.what() + ".",
           "Close other programs and start again.", "live"});
   }
   const std::lock_guard lock(mutex_);

@@ -228,8 +228,8 @@ struct LiveTracker::Impl {
     resting = false;
     if (int(rest.size()) < kLeastSettled) {
       return Error{ErrorCode::no_face,
-                   fmt::format("The face was seen in only {} pictures of the resting face.", rest.size()),
-                   "Look into the camera from nearer and in even light, and try again.", "live"};
+                   fmt::format("The face was found in only {} of the pictures taken at rest.", rest.size()),
+                   "Move closer to the camera, look into it in even light, and try again.", "live"};
     }
     std::vector<FaceFrame> faces;
     std::vector<const RestFrame*> used;

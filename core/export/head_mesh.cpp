@@ -41,8 +41,9 @@ Result<void> check_head(const std::filesystem::path& out, std::size_t frames) {
   return Error{
       ErrorCode::bad_input, fmt::format("{} frames do not fit into {}.", frames, out.filename().string()),
       ply ? "Name a .glb as --out, or leave out what moves."
-          : fmt::format("A .glb takes {} frames: give it a shorter clip or performance, or fewer --frames.",
-                        kMostMeshFrames),
+          : fmt::format(
+                "A .glb holds at most {} frames: give a shorter clip or performance, or fewer --frames.",
+                kMostMeshFrames),
       out.string()};
 }
 

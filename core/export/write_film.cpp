@@ -108,8 +108,8 @@ Result<void> check_known(const Avatar& avatar, const std::string& background, co
   const char* fix = "Choose a colour, e.g. --background #e6e6e6";
   if (room && !avatar.room)
     return Error{ErrorCode::bad_input,
-                 avatar.plate.empty() ? "This avatar knows no room round it."
-                                      : "This avatar knows no room round it: its camera rested.",
+                 avatar.plate.empty() ? "This avatar has no room round it."
+                                      : "This avatar has no room round it: its camera rested.",
                  avatar.plate.empty() ? fix : "Choose plate, or a colour, e.g. --background #e6e6e6", ""};
   if (room) return {};
   if (avatar.plate.empty())
@@ -117,7 +117,7 @@ Result<void> check_known(const Avatar& avatar, const std::string& background, co
                  avatar.room ? "Choose room, or a colour, e.g. --background #e6e6e6" : fix, ""};
   if (same_shape(avatar.plate, picture)) return {};
   return Error{ErrorCode::bad_input,
-               fmt::format("The plate has {} x {} px, the pictures have another shape: {} x {}.",
+               fmt::format("The plate's {} x {} px differ in shape from the pictures' {} x {}.",
                            avatar.plate.width, avatar.plate.height, picture.width, picture.height),
                fix, ""};
 }
@@ -207,7 +207,7 @@ Result<void> check_film(const Avatar& avatar, const Intrinsics& camera, std::siz
   if (!ending.empty() && ending != ".mp4" && ending != ".png") {
     return Error{
         ErrorCode::bad_input,
-        fmt::format("\"{}\" is no film or picture that can be written.", options.out.filename().string()),
+        fmt::format("\"{}\" is not a film or picture that can be written.", options.out.filename().string()),
         "Name FILE.mp4, FILE.png, or a folder without a dot as --out.", options.out.string()};
   }
   std::error_code ignored;
@@ -226,8 +226,8 @@ Result<void> check_film(const Avatar& avatar, const Intrinsics& camera, std::siz
                  "Name an .mp4 or a folder as --out.", options.out.string()};
   }
   if (options.alpha && options.out.extension() == ".mp4") {
-    return Error{ErrorCode::bad_input, "An mp4 holds no transparency.",
-                 "With --alpha name a folder or a .png as --out.", ""};
+    return Error{ErrorCode::bad_input, "An mp4 cannot hold transparency.",
+                 "With --alpha, name a folder or a .png as --out.", ""};
   }
   if (options.alpha && options.beside_width > 0) {
     return Error{ErrorCode::bad_input, "Pictures side by side have no transparency.",
@@ -238,7 +238,7 @@ Result<void> check_film(const Avatar& avatar, const Intrinsics& camera, std::siz
   if (names_picture(background)) {
     if (fs::is_regular_file(background, ignored)) return {};
     return Error{ErrorCode::not_found, fmt::format("There is no picture {}.", background),
-                 "Name a picture that is there, plate, room, or a colour such as #e8e8e8", background};
+                 "Name an existing picture, plate, room, or a colour such as #e8e8e8", background};
   }
   if (background == "plate" || background == "room") return check_known(avatar, background, picture);
   const auto colour = parse_colour(background);

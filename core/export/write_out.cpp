@@ -76,7 +76,7 @@ Result<void> check_not_taken(const OpenedAvatar& opened, const FilmOptions& opti
   if (background.empty() || (background.lexically_normal() != options.out.lexically_normal() &&
                              !std::filesystem::equivalent(background, options.out, ignored)))
     return {};
-  return Error{ErrorCode::bad_input, "--out names the background that the pictures are made before.",
+  return Error{ErrorCode::bad_input, "--out names the picture that is the background.",
                "Give --out a name of its own.", options.out.string()};
 }
 

@@ -38,19 +38,20 @@ class Walk {
   // Each of what is counted takes a byte at least.
   std::uint64_t count() {
     const auto n = next<unsigned long>();
-    if (n > bytes_) throw Fault{fmt::format("it counts {} parts in a file of {} bytes", n, bytes_)};
+    if (n > bytes_) throw Fault{fmt::format("it claims {} parts in a file of {} bytes", n, bytes_)};
     return n;
   }
   void number() {
-    if (!(std::abs(next<float>()) <= kLargest)) throw Fault{"a number of it is no offset within a face"};
+    if (!(std::abs(next<float>()) <= kLargest))
+      throw Fault{"one of its numbers is not an offset within a face"};
   }
   // dlib writes both sides negative; it did not always.
   void shape() {
     const auto rows = next<long>(), columns = next<long>();
     const bool fits = (rows == kCoordinates && columns == 1) || (rows == -kCoordinates && columns == -1);
     if (!fits)
-      throw Fault{
-          fmt::format("a shape of it has {} x {} numbers instead of {} x 1", rows, columns, kCoordinates)};
+      throw Fault{fmt::format("one of its shapes has {} x {} numbers instead of {} x 1", rows, columns,
+                              kCoordinates)};
     for (long i = 0; i < kCoordinates; ++i) number();
   }
   // The pixels that a forest compares, at least.
@@ -60,7 +61,7 @@ class Walk {
       const std::uint64_t splits = count();
       for (std::uint64_t s = 0; s < splits; ++s) {
         const auto first = next<unsigned long>(), second = next<unsigned long>();
-        if (std::max(first, second) > bytes_) throw Fault{"a tree compares pixels that there are none of"};
+        if (std::max(first, second) > bytes_) throw Fault{"a tree compares pixels that do not exist"};
         pixels = std::max<std::uint64_t>(pixels, std::max(first, second) + 1);
         static_cast<void>(next<float>());
       }
@@ -93,12 +94,12 @@ void walk(Walk& file) {
     return pixels;
   };
   const auto anchored = for_each_forest([&] {
-    if (file.next<unsigned long>() >= kLandmarkCount) throw Fault{"a pixel hangs on no landmark"};
+    if (file.next<unsigned long>() >= kLandmarkCount) throw Fault{"a pixel is anchored to no landmark"};
   });
   const auto placed = for_each_forest([&] { file.number(), file.number(); });
-  if (anchored != placed) throw Fault{"its pixels differ in number from their places"};
+  if (anchored != placed) throw Fault{"its pixels and their places differ in number"};
   for (std::size_t f = 0; f < compared.size(); ++f)
-    if (compared[f] > placed[f]) throw Fault{"a tree compares pixels that there are none of"};
+    if (compared[f] > placed[f]) throw Fault{"a tree compares pixels that do not exist"};
 }
 
 }  // namespace

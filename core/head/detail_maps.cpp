@@ -29,9 +29,8 @@ constexpr float kMmPerMetre = 1000;
 constexpr const char* kExtensions[] = {".npy", ".png", ".exr", ".tif", ".tiff"};
 
 const char* const kNeeded =
-    "Give heights in millimetres along the normal, one file a frame, named by the frame's number in the "
-    "clip: "
-    "000360.npy, .exr or .tif of floats, or a .png of 16 bits in which 32768 is zero and a step a "
+    "Give heights in millimetres along the normal, one file per frame, named after the frame's number in the "
+    "clip: 000360.npy, .exr or .tif of floats, or a 16-bit .png in which 32768 is zero and a step is a "
     "micrometre.";
 
 Error wrong(const fs::path& path, std::string what, std::string fix = kNeeded) {
@@ -76,11 +75,11 @@ Result<MapFiles> list_files(const fs::path& folder) {
       return wrong(folder,
                    fmt::format("{} and {} are both of frame {}.", other->second.filename().string(),
                                it->path().filename().string(), *frame),
-                   "Take one of them away.");
+                   "Remove one of them.");
   }
   if (failure) return file_error(folder, "read", failure.value());
   if (files.maps.empty())
-    return wrong(folder, fmt::format("No file in {} is named by a frame.", folder.string()));
+    return wrong(folder, fmt::format("No file in {} is named after a frame.", folder.string()));
   std::ranges::sort(files.meshes);
   return files;
 }
@@ -100,7 +99,7 @@ Result<Heights> read_npy(const fs::path& path) {
   if (shape.size() == 3 && shape.back() == 1) shape.pop_back();
   if (shape.size() == 3 && shape.front() == 1) shape.erase(shape.begin());
   if (array->kind != 'f' || shape.size() != 2 || shape[0] > kLargestMap || shape[1] > kLargestMap)
-    return wrong(path, fmt::format("{} holds an array of kind '{}' and shape ({}), which is no map.", name,
+    return wrong(path, fmt::format("{} holds an array of kind '{}' and shape ({}), which is not a map.", name,
                                    array->kind, fmt::join(array->shape, ", ")));
   return Heights{int(shape[1]), int(shape[0]), array->as_float()};
 }
@@ -110,7 +109,7 @@ Result<Heights> read_picture(const fs::path& path) {
   auto numbers = read_numbers(path);
   if (!numbers) return numbers.error();
   if (numbers->whole && numbers->bits != 16)
-    return wrong(path, fmt::format("{} has {} bits a pixel, too few for heights.", name, numbers->bits));
+    return wrong(path, fmt::format("{} has {} bits per pixel, too few for heights.", name, numbers->bits));
   if (numbers->whole)
     for (float& value : numbers->values) value = (value - kZeroCount) * kMmPerCount;
   return Heights{numbers->width, numbers->height, std::move(numbers->values)};
@@ -128,7 +127,7 @@ Result<Heights> read_heights(const fs::path& path) {
     const std::size_t x = i % std::size_t(map->width), y = i / std::size_t(map->width);
     if (!std::isfinite(mm))
       return wrong(path, fmt::format("{} holds a value that is not finite, at ({}, {}).", name, x, y),
-                   fmt::format("Have it made again, or take it away: frames may be missing. {}", kNeeded));
+                   fmt::format("Make it again, or remove it: frames may be missing. {}", kNeeded));
     if (std::abs(mm) > kMmPerMetre * kHighestDetail)
       return wrong(path, fmt::format("{} is {:.4g} mm high at ({}, {}); no crease of a face is above {:g}.",
                                      name, mm, x, y, kMmPerMetre * kHighestDetail));
@@ -139,8 +138,7 @@ Result<Heights> read_heights(const fs::path& path) {
 Result<TextureCorners> corners_of(const fs::path& folder, const MapFiles& files, const HeadModel& model) {
   if (!model.uvs.empty()) return own_corners(model);
   if (!files.meshes.empty()) return read_corners(files.meshes.front(), model);
-  return wrong(folder,
-               fmt::format("The {} head has no texture coordinates that maps could lie on.", model.name),
+  return wrong(folder, fmt::format("The {} head has no texture coordinates for maps to lie on.", model.name),
                fmt::format("Put an .obj of this head model with texture coordinates into {}, e.g. FLAME's "
                            "head_template.obj.",
                            folder.string()));
@@ -220,7 +218,7 @@ Result<std::vector<DetailMap>> read_detail_maps(const fs::path& folder, const He
       return wrong(path,
                    fmt::format("{} is {} x {}, and {} is {} x {}.", path.filename().string(), map->width,
                                map->height, files->maps.begin()->second.filename().string(), width, height),
-                   "Have all maps made in one size.");
+                   "Make all maps in one size.");
     maps.push_back({frame, (*to_vertices)(map->mm) / kMmPerMetre});
   }
   return maps;

@@ -38,7 +38,7 @@ Result<NpzArchive> read_flame_pickle(std::span<const std::byte> file, const std:
     return Error{ErrorCode::bad_input, std::move(what), kNoFlame, where};
   };
   if (document->node(document->root).kind != PickleKind::dict)
-    return wrong("The pickle holds no dictionary, which a FLAME model is.");
+    return wrong("The pickle does not hold a dictionary, which a FLAME model is.");
   NpzArchive archive;
   for (const char* key : kArrays) {
     const PickleRef* found = find_key(*document, document->root, key);

@@ -24,8 +24,8 @@ constexpr std::size_t kMaxRows = 361;                        // one a degree, al
 
 Error bad_embedding(const std::string& where, const std::string& what) {
   return {ErrorCode::bad_input, "The landmark embedding cannot be used: " + what,
-          "Get landmark_embedding.npy, or flame_static_embedding.pkl with flame_dynamic_embedding.npy, again "
-          "from where it came from.",
+          "Get a fresh copy of landmark_embedding.npy, or of flame_static_embedding.pkl with "
+          "flame_dynamic_embedding.npy.",
           where};
 }
 
@@ -49,7 +49,7 @@ Result<std::vector<SurfacePoint>> read_points(const PickleDocument& document, Pi
     const Vec3f w(weight[3 * i], weight[3 * i + 1], weight[3 * i + 2]);
     if (!(index[i] >= 0 && index[i] < 1e7f) || !w.allFinite() || std::abs(w.sum() - 1) > 1e-2f ||
         w.minCoeff() < -0.5f)
-      return bad_embedding(where, fmt::format("entry {} of {} is no point of a triangle.", i, index_key));
+      return bad_embedding(where, fmt::format("entry {} of {} is not a point of a triangle.", i, index_key));
     points.push_back({int(index[i]), w / w.sum()});
   }
   return points;
@@ -115,7 +115,7 @@ Error missing(const fs::path& model_file, const char* name) {
       fmt::format("FLAME's model file does not say where the landmarks are, and {} is not beside it.", name),
       fmt::format("Put landmark_embedding.npy (it comes with DECA), or flame_static_embedding.pkl and "
                   "flame_dynamic_embedding.npy (they come with RingNet and FLAME_PyTorch), into {}. Their "
-                  "licence does not allow Likeness to bring them along.",
+                  "licence does not allow Likeness to include them.",
                   folder.string()),
       model_file.string()};
 }

@@ -66,8 +66,8 @@ constexpr std::array<PartRange, 9> kParts{{{HeadPart::face, 9409},
 
 Error bad_folder(const fs::path& where, std::string what) {
   return {ErrorCode::bad_input, std::move(what),
-          "Choose the folder FaceXModel of ICT-FaceKit (https://github.com/ICT-VGL/ICT-FaceKit), whole and "
-          "unchanged.",
+          "Choose the folder FaceXModel of ICT-FaceKit (https://github.com/ICT-VGL/ICT-FaceKit), complete "
+          "and unchanged.",
           where.string()};
 }
 
@@ -291,8 +291,8 @@ Result<HeadModel> load_ict_folder(const fs::path& folder) {
   model.expression_min = Eigen::VectorXf::Zero(model.expression_count());
   model.expression_max = Eigen::VectorXf::Ones(model.expression_count());
   if (!lay_joints(model) || !lay_landmarks(model))
-    return bad_folder(folder, fmt::format("{} is no mesh of a head in ICT-FaceKit's order of vertices.",
-                                          neutral_file.string()));
+    return bad_folder(
+        folder, fmt::format("{} is not a head mesh in ICT-FaceKit's vertex order.", neutral_file.string()));
   draw_landmarks(model, ict_shifts());
   lay_skin(model, model.expression_basis.col(open - files.expression_names.begin()));
   model.actions = make_named_actions(model);

@@ -42,7 +42,7 @@ class ObjReader {
     const auto line =
         1 + std::count(text_.begin(), text_.begin() + std::ptrdiff_t(std::min(at_, text_.size())), '\n');
     error_ = Error{ErrorCode::bad_input, fmt::format("Line {} of {} {}.", line, where_, what),
-                   "The file is damaged or of another kind; get it again from where it came from.", where_};
+                   "The file is damaged or of another kind; get a fresh copy of it.", where_};
   }
   static void skip_blanks(std::string_view& line) {
     const std::size_t from = line.find_first_not_of(" \t\r");
@@ -62,7 +62,7 @@ class ObjReader {
     for (int axis = 0; axis < 3; ++axis) {
       skip_blanks(line);
       double value = 0;  // what is too small for a float becomes zero
-      if (!take(line, value) || !(std::abs(value) < 1e9)) return fail("holds no three coordinates");
+      if (!take(line, value) || !(std::abs(value) < 1e9)) return fail("does not hold three coordinates");
       vertex[axis] = float(value);
     }
     mesh_.vertices.push_back(vertex);
@@ -74,12 +74,11 @@ class ObjReader {
     int corners = 0;
     for (skip_blanks(line); !line.empty(); skip_blanks(line)) {
       std::int64_t index = 0;
-      if (!take(line, index)) return fail("holds a corner that is no number");
+      if (!take(line, index)) return fail("holds a corner that is not a number");
       const std::size_t rest = line.find_first_of(" \t\r");
       line.remove_prefix(std::min(rest, line.size()));  // texture coordinate and normal
       if (index < 0) index += std::int64_t(mesh_.vertices.size()) + 1;
-      if (index < 1 || index > std::numeric_limits<int>::max())
-        return fail("refers to a vertex that cannot be");
+      if (index < 1 || index > std::numeric_limits<int>::max()) return fail("refers to an impossible vertex");
       --index;
       if (index > largest_) largest_ = index, largest_at_ = at_;
       if (++corners == 1)

@@ -173,7 +173,7 @@ class Machine {
   void memoize(std::uint64_t index) {
     if (error_) return;
     if (stack_.size() <= floor()) return fail("the stack is empty");
-    if (index > file_.size()) return fail(fmt::format("memo {} is out of reach", index));
+    if (index > file_.size()) return fail(fmt::format("memo {} is out of range", index));
     if (index >= memo_.size()) memo_.resize(std::size_t(index) + 1, kNoRef);
     memo_[std::size_t(index)] = stack_.back();
     ++memo_count_;
@@ -236,7 +236,7 @@ class Machine {
   void push_quoted() {
     std::string_view text = line();
     if (text.size() < 2 || text.front() != text.back() || (text.front() != '\'' && text.front() != '"'))
-      return fail("a text in quotes is expected");
+      return fail("quoted text is expected");
     text = text.substr(1, text.size() - 2);
     if (text.find('\\') == std::string_view::npos) return push_text(Kind::bytes, text);
     std::string plain;
@@ -486,7 +486,7 @@ void Machine::step(std::uint8_t code) {
   switch (code) {
     case 0x80:  // protocol
       if (const std::uint8_t version = byte(); version > 5)
-        fail(fmt::format("it has protocol {}, and Likeness knows 0 to 5", version));
+        fail(fmt::format("it has protocol {}, and Likeness reads 0 to 5", version));
       return;
     case 0x95:  // frame: only a hint how much to read at once
       if (const std::uint64_t length = unsigned_of(8); length > file_.size() - at_)

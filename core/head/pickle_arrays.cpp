@@ -29,10 +29,10 @@ class Rebuilder {
 
  private:
   Error fault(PickleRef ref, const std::string& what) const {
-    return {
-        ErrorCode::bad_input,
-        fmt::format("The pickled value at byte {} is no array Likeness reads: {}.", node(ref).offset, what),
-        "Choose the file as its site delivers it; a damaged one must be downloaded again.", document_.name};
+    return {ErrorCode::bad_input,
+            fmt::format("The pickled value at byte {} is not an array that Likeness reads: {}.",
+                        node(ref).offset, what),
+            "Choose the file as it was downloaded; if it is damaged, download it again.", document_.name};
   }
   const PickleNode& node(PickleRef ref) const { return document_.node(ref); }
   bool is_tuple(PickleRef ref, std::size_t least) const {
@@ -302,7 +302,7 @@ Result<NpyArray> Rebuilder::chumpy(PickleRef ref, int depth) {
   for (const std::size_t n : extent.value_or(Shape{0}))
     count = n != 0 && count > values->count() / n ? 0 : count * n;
   if (!extent || count != values->count())
-    return fault(ref, "the chumpy array has another shape than is asked for");
+    return fault(ref, "the chumpy array does not have the shape asked for");
   values->shape = *extent;
   return values;
 }
@@ -359,7 +359,7 @@ Result<NpyArray> Rebuilder::tensor(PickleRef ref) const {
 }
 
 Result<NpyArray> Rebuilder::array(PickleRef ref, int depth) {
-  if (depth > kMaxDepth) return fault(ref, "it is wrapped too often");
+  if (depth > kMaxDepth) return fault(ref, "it is wrapped too deeply");
   const Kind kind = node(ref).kind;
   if (kind == Kind::list || kind == Kind::tuple || kind == Kind::integer || kind == Kind::boolean ||
       kind == Kind::real)

@@ -72,18 +72,18 @@ Result<PersonShape> person_of_coefficients(const fs::path& path, std::span<const
                                            const HeadModel& model) {
   const std::string name = path.filename().string();
   if (int(values.size()) != model.identity_count())
-    return wrong_person(path,
-                        fmt::format("{} holds {} coefficients, and the {} head has {}.", name, values.size(),
-                                    model.name, model.identity_count()),
-                        fmt::format("Build with the head model that they are of (MICA's 300 are FLAME's). {}",
-                                    needed(model)));
+    return wrong_person(
+        path,
+        fmt::format("{} holds {} coefficients, and the {} head has {}.", name, values.size(), model.name,
+                    model.identity_count()),
+        fmt::format("Build with the head model they belong to (MICA's 300 are FLAME's). {}", needed(model)));
   for (std::size_t i = 0; i < values.size(); ++i)
     if (std::abs(values[i]) > kMostDeviations)
       return wrong_person(
           path,
           fmt::format("Coefficient {} in {} is {:.4g} standard deviations; a head lies within {:g}.", i, name,
                       values[i], kMostDeviations),
-          "These are no identity coefficients, or another model's. " + needed(model));
+          "These are not identity coefficients, or they are another model's. " + needed(model));
   PersonShape person;
   person.identity = Eigen::Map<const Eigen::VectorXf>(values.data(), Eigen::Index(values.size()));
   return person;
@@ -136,11 +136,10 @@ Result<void> check_mesh(const fs::path& path, std::span<const Vec3f> vertices, c
   double sum = 0;
   for (std::size_t v = 0; v < vertices.size(); ++v) sum += double((vertices[v] - model.vertices[v]).norm());
   if (const double usual = sum / double(vertices.size()); usual > kUsuallyOff)
-    return wrong_person(
-        path,
-        fmt::format("The vertices in {} lie {:.1f} cm from those of the {} head, on the average.", name,
-                    100 * usual, model.name),
-        "They are in another order, of another topology, or turned. " + needed(model));
+    return wrong_person(path,
+                        fmt::format("The vertices in {} lie {:.1f} cm from those of the {} head on average.",
+                                    name, 100 * usual, model.name),
+                        "They are in another order, of another topology, or turned. " + needed(model));
   return {};
 }
 
@@ -160,7 +159,7 @@ Result<void> check_faces(const fs::path& path, const ObjMesh& mesh, const HeadMo
   // Quads may be cut the other way; meshes of another topology share hardly a triangle.
   if (2 * common >= std::min(mesh.triangles.size(), own.size())) return {};
   return wrong_person(path,
-                      fmt::format("Of the {} triangles in {} {} are the {} head's.", mesh.triangles.size(),
+                      fmt::format("Of the {} triangles in {}, {} are the {} head's.", mesh.triangles.size(),
                                   path.filename().string(), common, model.name),
                       "The mesh is of another topology. " + needed(model));
 }
@@ -231,7 +230,7 @@ Result<PersonShape> read_person(const fs::path& path, const HeadModel& model) {
   if (bad != values.end())
     return wrong_person(
         path, fmt::format("{} holds a value that is not finite, at {}.", name, bad - values.begin()),
-        "Have it made again. " + needed(model));
+        "Make it again. " + needed(model));
   if (shape.size() == 1) return person_of_coefficients(path, values, model);
   if (shape.size() == 2 && shape[1] == 3 && shape[0] > 0) {
     std::vector<Vec3f> vertices;

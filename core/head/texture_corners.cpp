@@ -135,7 +135,7 @@ Result<TextureCorners> read_corners(const std::filesystem::path& path, const Hea
   // Quads may be cut the other way; meshes of another topology share hardly a triangle.
   if (2 * found < model.triangles.size())
     return wrong(path,
-                 fmt::format("Of the {} head's {} triangles {} are in {}.", model.name,
+                 fmt::format("Of the {} head's {} triangles, {} are in {}.", model.name,
                              model.triangles.size(), found, name),
                  model);
   return corners;

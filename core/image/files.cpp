@@ -86,7 +86,7 @@ std::int64_t largest_claim(std::size_t file_bytes) {
 }
 
 Error too_large_a_claim(const std::filesystem::path& path, int width, int height, int channels) {
-  return unreadable(path, fmt::format("\"{}\" claims a size of {} x {} x {}, which is no ordinary picture.",
+  return unreadable(path, fmt::format("\"{}\" claims a size of {} x {} x {}, which no ordinary picture has.",
                                       path.filename().string(), width, height, channels));
 }
 
@@ -129,7 +129,7 @@ Result<Image8> decode(const std::filesystem::path& path, std::size_t file_bytes)
   }
   Image8 image(spec.width, spec.height, spec.nchannels);
   if (!input->read_image(0, 0, 0, spec.nchannels, OIIO::TypeDesc::UINT8, image.data.data())) {
-    return unreadable(path, fmt::format("\"{}\" ({} x {}) breaks off or is damaged: {}.", name, spec.width,
+    return unreadable(path, fmt::format("\"{}\" ({} x {}) is cut short or damaged: {}.", name, spec.width,
                                         spec.height, first_line(input->geterror())));
   }
   return image.channels == 2 ? grey_alpha_to_rgba(image) : std::move(image);
@@ -192,10 +192,10 @@ Result<std::size_t> whole_picture(const std::filesystem::path& path) {
   if (!bytes) return bytes.error();
   if (bytes->empty()) return unreadable(path, fmt::format("\"{}\" is empty (0 bytes).", name));
   if (is_jpeg(*bytes) && !jpeg_is_whole(*bytes)) {
-    return unreadable(path, fmt::format("\"{}\" breaks off: the end of the JPEG data is missing.", name));
+    return unreadable(path, fmt::format("\"{}\" is cut short: the end of the JPEG data is missing.", name));
   }
   if (is_png(*bytes) && !png_is_whole(*bytes)) {
-    return unreadable(path, fmt::format("\"{}\" breaks off: the end of the PNG data is missing.", name));
+    return unreadable(path, fmt::format("\"{}\" is cut short: the end of the PNG data is missing.", name));
   }
   if (auto refused = webp_claims_too_much(path, *bytes)) return *refused;
   return bytes->size();
@@ -215,7 +215,7 @@ Result<NumberPicture> decode_numbers(const std::filesystem::path& path, std::siz
       spec.width, spec.height, int(8 * spec.format.size()), !spec.format.is_floating_point(), {}};
   numbers.values.resize(std::size_t(spec.width) * std::size_t(spec.height));
   if (!input->read_image(0, 0, 0, 1, OIIO::TypeDesc::FLOAT, numbers.values.data()))
-    return unreadable(path, fmt::format("\"{}\" ({} x {}) breaks off or is damaged: {}.", name, spec.width,
+    return unreadable(path, fmt::format("\"{}\" ({} x {}) is cut short or damaged: {}.", name, spec.width,
                                         spec.height, first_line(input->geterror())));
   // Whole numbers came as shares of the largest.
   if (numbers.whole && numbers.bits <= 16)
@@ -275,7 +275,7 @@ Result<void> write_image(const std::filesystem::path& path, const Image8& image,
     return refused(e.what());
   }
   if (!options.texts.empty()) {
-    if (path.extension() != ".png") return refused("only a PNG takes texts along");
+    if (path.extension() != ".png") return refused("only a PNG can carry texts");
     add_texts(encoded, options.texts);
   }
   return write_file(path, std::as_bytes(std::span(encoded)));

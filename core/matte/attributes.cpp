@@ -42,9 +42,10 @@ Result<void> check_attribute_name(std::string_view name) {
            c == '-' || c == '_';
   });
   if (name.ends_with("_L") || name.ends_with("_R"))
-    return Error{ErrorCode::bad_input, fmt::format("'{}' cannot name an attribute.", name),
-                 "Names that end in _L and _R are two sides of one action. Say it otherwise: \"left cheek\".",
-                 "attribute"};
+    return Error{
+        ErrorCode::bad_input, fmt::format("'{}' cannot name an attribute.", name),
+        "Names ending in _L and _R are the two sides of one action. Put it differently: \"left cheek\".",
+        "attribute"};
   if (written && !name.empty() && name.size() <= kLongestName && name.front() != ' ' && name.back() != ' ')
     return {};
   return Error{
@@ -160,7 +161,7 @@ Result<PaintedAttributes> read_attributes(const std::filesystem::path& path) {
   const auto refused = [&](const std::string& why) {
     return Error{ErrorCode::bad_input,
                  fmt::format("The painted attributes in {} cannot be read: {}.", path.string(), why),
-                 "Put a good copy of this file back; or rename it and paint the attributes anew.",
+                 "Restore a good copy of this file; or rename it and paint the attributes again.",
                  path.string()};
   };
   try {
@@ -172,9 +173,8 @@ Result<PaintedAttributes> read_attributes(const std::filesystem::path& path) {
     PaintedAttributes attributes;
     for (const json& entry : j.at("attributes")) {
       const auto name = entry.at("name").get<std::string>();
-      if (!check_attribute_name(name)) return refused("a name is none");
-      if (named(attributes, name) != attributes.end())
-        return refused(fmt::format("'{}' is there twice", name));
+      if (!check_attribute_name(name)) return refused("a name is not valid");
+      if (named(attributes, name) != attributes.end()) return refused(fmt::format("'{}' occurs twice", name));
       if (entry.at("annotations").empty()) return refused(fmt::format("'{}' has no frames", name));
       for (const json& painted : entry.at("annotations")) {
         AttributeAnnotation annotation{painted.at("frame").get<int>(), painted.at("value").get<double>(), {}};

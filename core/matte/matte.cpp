@@ -25,8 +25,7 @@ Result<MatteResult> run(Stage& stage, const LearnRoom& learn_room, const Progres
   const auto trains = std::count_if(jobs.begin(), jobs.end(), [](const Job& job) { return job.trains; });
   if (trains == 0)
     return Error{ErrorCode::failed, "No training frame has both a camera and a tracked head.",
-                 "Look at the warnings of the camera and track stages; film again where they say so.",
-                 "matte"};
+                 "See the warnings of the camera and track stages, and film again if they say so.", "matte"};
   mark_rest(stage, jobs);
   auto statistics = learn_in_rounds(stage, jobs, progress.stage(0, 0.15, "background"));
   if (!statistics) return statistics.error();

@@ -32,7 +32,7 @@ Result<cv::Mat> read_frame(const Stage& stage, int frame) {
   if (!image) return image.error();
   if (image->channels != 3 || image->width != image->height)
     return Error{ErrorCode::bad_input,
-                 fmt::format("A frame of {} x {} px with {} channels; a square RGB picture is expected.",
+                 fmt::format("A frame has {} x {} px and {} channels; a square RGB picture is expected.",
                              image->width, image->height, image->channels),
                  "Run `likeness import` again.", (stage.folder / frame_name(frame)).string()};
   cv::Mat picture = view(*image).clone();

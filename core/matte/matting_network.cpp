@@ -23,11 +23,10 @@ namespace fs = std::filesystem;
 fs::path format_path(const fs::path& onnx) { return fs::path(onnx).replace_extension(".json"); }
 
 Error bad_network(const fs::path& path, std::string what) {
-  return {
-      ErrorCode::bad_input, std::move(what),
-      "Give a network in ONNX (opset 9 to 13) that turns one RGB picture into a map of the person, and say "
-      "in a .json file of the same name what it expects (core/matte/matting_network.h).",
-      path.string()};
+  return {ErrorCode::bad_input, std::move(what),
+          "Give a network in ONNX (opset 9 to 13) that turns one RGB picture into a map of the person, and "
+          "describe what it expects in a .json file of the same name (core/matte/matting_network.h).",
+          path.string()};
 }
 
 Result<MattingNetworkFormat> read_format(const fs::path& onnx) {
@@ -46,16 +45,15 @@ Result<MattingNetworkFormat> read_format(const fs::path& onnx) {
     format.activation = json.value("activation", format.activation);
     format.person_channels = json.value("person_channels", format.person_channels);
   } catch (const nlohmann::json::exception& fault) {
-    return bad_network(path, fmt::format("Not the format of a network: {}.", fault.what()));
+    return bad_network(path, fmt::format("This does not describe a network's format: {}.", fault.what()));
   }
   const bool known =
       format.activation == "none" || format.activation == "sigmoid" || format.activation == "softmax";
   if (format.size_px < 16 || format.size_px > 2048 || !known || format.person_channels.empty() ||
       !std::isfinite(format.scale))
-    return bad_network(
-        path, fmt::format("A format with pictures of {} px, the activation \"{}\" and {} channels of "
-                          "the person is none that can be used.",
-                          format.size_px, format.activation, format.person_channels.size()));
+    return bad_network(path, fmt::format("A format with pictures of {} px, the activation \"{}\" and {} "
+                                         "channels of the person cannot be used.",
+                                         format.size_px, format.activation, format.person_channels.size()));
   return format;
 }
 
@@ -99,13 +97,13 @@ struct MattingNetwork::Impl {
     }
     if (output.dims != 4 || output.size[0] != 1 || output.type() != CV_32F || output.size[2] < 8 ||
         output.size[3] < 8)
-      return bad_network(path,
-                         "The network's output is no map: one picture, its channels, rows and columns are "
-                         "expected.");
+      return bad_network(
+          path,
+          "The network's output is not a map: one picture, its channels, rows and columns are expected.");
     const int most = *std::ranges::max_element(format.person_channels);
     if (most >= output.size[1] || *std::ranges::min_element(format.person_channels) < 0)
       return bad_network(
-          path, fmt::format("The network's output has {} channels; channel {} was said to be the person.",
+          path, fmt::format("The network's output has {} channels; the person is said to be in channel {}.",
                             output.size[1], most));
     return output;
   }

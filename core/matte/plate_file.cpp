@@ -22,7 +22,7 @@ Result<PlateInfo> read_plate_info(const std::filesystem::path& path) {
   if (!std::filesystem::exists(path, ignored)) return PlateInfo{};
   const auto text = read_text(path);
   if (!text) return text.error();
-  const Error bad{ErrorCode::bad_input, "This is not a plate.json of a version read here.",
+  const Error bad{ErrorCode::bad_input, "This is not a plate.json of a version that Likeness reads.",
                   "Delete it and run the matte stage again (`likeness fit`).", path.string()};
   try {
     const auto json = parse_json(*text);

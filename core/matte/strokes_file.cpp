@@ -87,8 +87,8 @@ Result<Strokes> read_strokes(const std::filesystem::path& path) {
   const auto refused = [&](const std::string& why) {
     return Error{ErrorCode::bad_input,
                  fmt::format("The mask's strokes in {} cannot be read: {}.", path.string(), why),
-                 "Put a good copy of this file back; or set it aside, in the Cameras step under Masks and "
-                 "background or by renaming it, and paint the frame anew.",
+                 "Restore a good copy of this file; or set it aside, in the Cameras step under Masks and "
+                 "background or by renaming it, and paint the frame again.",
                  path.string()};
   };
   try {

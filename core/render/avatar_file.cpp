@@ -19,8 +19,7 @@ using json = nlohmann::json;
 
 constexpr SectionFormat kFormat{
     "LKNSAVTR", 6, "avatar", "Train the avatar again (likeness build), or restore the file from a backup."};
-constexpr SectionFormat kRoomFormat{"LKNSROOM", 1, "room",
-                                    "Run `likeness fit` again: it learns the room anew."};
+constexpr SectionFormat kRoomFormat{"LKNSROOM", 1, "room", "Run `likeness fit` again: it relearns the room."};
 constexpr int kLargestResolution = 512, kLargestWidth = 512;  // as core/field allows
 
 // -- To JSON
@@ -97,7 +96,7 @@ int whole(const json& value, const char* name, int low, int high) {
 }
 
 GridConfig grid_from_json(const json& j) {
-  if (!j.is_array() || j.size() != 6) throw Bad{"a grid has not 6 numbers"};
+  if (!j.is_array() || j.size() != 6) throw Bad{"a grid does not have 6 numbers"};
   GridConfig g;
   g.dimensions = whole(j[0], "grid dimensions", 1, 3);
   g.levels = whole(j[1], "grid levels", 1, 32);
@@ -123,7 +122,7 @@ Vec3f vec3_from_json(const json& j, const char* name) {
 }
 
 Pose pose_from_json(const json& j, const char* name) {
-  if (!j.is_array() || j.size() != 12) throw Bad{fmt::format("{} has not 12 numbers", name)};
+  if (!j.is_array() || j.size() != 12) throw Bad{fmt::format("{} does not have 12 numbers", name)};
   Pose pose = Pose::Identity();
   for (int i = 0; i < 12; ++i) pose.matrix()(i / 4, i % 4) = finite(j[i], name);
   const Mat3d r = pose.linear();
@@ -169,7 +168,7 @@ ActionRange range_from_json(const json& j) {
                     float(finite(j.at("coverage"), "coverage")),
                     {}};
   const Eigen::VectorXf shares = vector_from_json(j.at("histogram"), "histogram");
-  if (shares.size() != Eigen::Index(range.histogram.size())) throw Bad{"a histogram has not 8 numbers"};
+  if (shares.size() != Eigen::Index(range.histogram.size())) throw Bad{"a histogram does not have 8 numbers"};
   std::ranges::copy(shares, range.histogram.begin());
   return range;
 }
@@ -205,7 +204,7 @@ OccupancyGrid occupancy_from(const Sections& sections, const std::string& name, 
   if (resolution == 0) return grid;
   const std::size_t cells = std::size_t(resolution) * resolution * resolution;
   if (!from_section(sections, name, (cells + 7) / 8, grid.bits))
-    throw Bad{"section '" + name + "' has a wrong size"};
+    throw Bad{"section '" + name + "' has the wrong size"};
   return grid;
 }
 
@@ -218,12 +217,12 @@ AttributeRegion attribute_from(const json& j, const Sections& sections, std::siz
   region.origin = vec3_from_json(j.at("origin_m"), "region of an attribute");
   region.cell = float(finite(j.at("cell_m"), "region of an attribute"));
   if (!(region.cell > 1e-4f && region.cell < 1)) throw Bad{"the region of an attribute is impossible"};
-  if (j.at("count").size() != 3) throw Bad{"the region of an attribute has not 3 axes"};
+  if (j.at("count").size() != 3) throw Bad{"the region of an attribute does not have 3 axes"};
   for (std::size_t a = 0; a < 3; ++a) region.count[a] = whole(j.at("count").at(a), "region", 2, 256);
   const std::size_t nodes =
       std::size_t(region.count[0]) * std::size_t(region.count[1]) * std::size_t(region.count[2]);
   if (!from_section(sections, weights_section(number), nodes, region.weights))
-    throw Bad{"section '" + weights_section(number) + "' has a wrong size"};
+    throw Bad{"section '" + weights_section(number) + "' has the wrong size"};
   return region;
 }
 
@@ -231,7 +230,7 @@ FieldPart part_from(const json& j, const Sections& sections, const std::string& 
   FieldPart part;
   FieldConfig& c = part.field.config;
   c.position = grid_from_json(j.at("position"));
-  if (c.position.dimensions != 3) throw Bad{"the position grid has not 3 dimensions"};
+  if (c.position.dimensions != 3) throw Bad{"the position grid does not have 3 dimensions"};
   c.condition_count = whole(j.at("condition_count"), "condition count", 0, 256);
   c.ambient = j.at("ambient").get<bool>();
   c.ambient_grid = grid_from_json(j.at("ambient_grid"));
@@ -256,7 +255,7 @@ FieldPart part_from(const json& j, const Sections& sections, const std::string& 
   for (const ParameterBlock& block : parameter_layout(c))
     expected = std::max(expected, block.offset + block.count);
   if (!from_section(sections, name + ".params", expected, part.field.parameters))
-    throw Bad{"section '" + name + ".params' has a wrong size"};
+    throw Bad{"section '" + name + ".params' has the wrong size"};
   for (const float v : part.field.parameters)
     if (!std::isfinite(v)) throw Bad{"a parameter is not a finite number"};
   part.occupancy =
@@ -268,7 +267,7 @@ FieldPart part_from(const json& j, const Sections& sections, const std::string& 
       std::size_t(part.occupancy.resolution) * part.occupancy.resolution * part.occupancy.resolution;
   if (!from_section(sections, name + ".opacity", cells, part.opacity) &&
       !from_section(sections, name + ".opacity", 0, part.opacity))
-    throw Bad{"section '" + name + ".opacity' has a wrong size"};
+    throw Bad{"section '" + name + ".opacity' has the wrong size"};
   return part;
 }
 
@@ -287,7 +286,7 @@ TorsoModes torso_modes_from_json(const json& j) {
   m.grid.columns = grid.at(3).get<int>(), m.grid.rows = grid.at(4).get<int>();
   m.mean = j.at("torso_mean").get<std::vector<float>>();
   if (!take_modes(j.at("torso_modes").get<std::vector<std::vector<float>>>(), m) || !is_consistent(m))
-    throw Bad{"the torso's modes do not fit their grid"};
+    throw Bad{"the torso's modes do not match their grid"};
   return m;
 }
 
@@ -307,7 +306,7 @@ ExpressionDetail detail_from(const json& j, const Sections& sections, int expres
   std::vector<float> numbers;
   if (!from_section(sections, "detail.vertices", k, d.vertices) ||
       !from_section(sections, "detail.numbers", k * (1 + r) + inputs * (1 + r) + 2 * r, numbers))
-    throw Bad{"a section of the detail has a wrong size"};
+    throw Bad{"a section of the detail has the wrong size"};
   const float* at = numbers.data();
   const auto take = [&](std::size_t rows, std::size_t columns) {
     Eigen::MatrixXf taken = Eigen::Map<const Eigen::MatrixXf>(at, Eigen::Index(rows), Eigen::Index(columns));
@@ -316,7 +315,7 @@ ExpressionDetail detail_from(const json& j, const Sections& sections, int expres
   };
   d.mean = take(k, 1), d.basis = take(k, r), d.middle = take(inputs, 1), d.rows = take(r, inputs);
   d.low = take(r, 1), d.high = take(r, 1);
-  if (!is_consistent(d, 1 << 24, expressions)) throw Bad{"the detail's numbers do not fit each other"};
+  if (!is_consistent(d, 1 << 24, expressions)) throw Bad{"the detail's numbers do not match each other"};
   return d;
 }
 
@@ -360,18 +359,18 @@ Avatar avatar_from(const Sections& sections) {
   const int k = config.condition_count - config.local_conditions;
   if (k < 0) throw Bad{"the field knows fewer conditions than there are attributes"};
   const Eigen::VectorXf rows = vector_from_json(j.at("condition_rows"), "condition rows");
-  if (rows.size() != k * a.condition.mean.size()) throw Bad{"the condition map does not fit the field"};
+  if (rows.size() != k * a.condition.mean.size()) throw Bad{"the condition map does not match the field"};
   a.condition.rows = Eigen::Map<const Eigen::Matrix<float, -1, -1, Eigen::RowMajor>>(rows.data(), k,
                                                                                      a.condition.mean.size());
   a.condition.low = vector_from_json(j.at("condition_low"), "condition range");
   a.condition.high = vector_from_json(j.at("condition_high"), "condition range");
   if (a.condition.low.size() != k || a.condition.high.size() != k)
-    throw Bad{"the range of the condition does not fit the field"};
+    throw Bad{"the range of the condition does not match the field"};
   a.person.identity = vector_from_json(j.at("identity"), "identity");
   const int offsets = whole(j.at("offsets"), "personal shape", 0, 1 << 24);
   std::vector<float> flat;
   if (offsets > 0 && !from_section(sections, "offsets", 3 * std::size_t(offsets), flat))
-    throw Bad{"section 'offsets' has a wrong size"};
+    throw Bad{"section 'offsets' has the wrong size"};
   if (!std::ranges::all_of(flat, [](float v) { return std::isfinite(v); }))
     throw Bad{"the personal shape is not finite"};
   for (int v = 0; v < offsets; ++v)
@@ -386,7 +385,7 @@ Avatar avatar_from(const Sections& sections) {
   if (a.warp_cell != 0 && !(a.warp_cell > 0.001f && a.warp_cell < 0.1f))
     throw Bad{"the warp lattice's cells are impossible"};
   if (k > 0 && a.neutral.expression.size() + 9 != a.condition.mean.size())
-    throw Bad{"the neutral expression does not fit the condition map"};
+    throw Bad{"the neutral expression does not match the condition map"};
   for (const json& range : j.at("seen")) a.seen.push_back(range_from_json(range));
   a.world_from_head = pose_from_json(j.at("world_from_head"), "world_from_head");
   a.world_from_torso = pose_from_json(j.at("world_from_torso"), "world_from_torso");
@@ -405,7 +404,7 @@ Avatar avatar_from(const Sections& sections) {
   if (width > 0 && height > 0) {
     a.plate.width = width, a.plate.height = height, a.plate.channels = 3;
     if (!from_section(sections, "plate", std::size_t(width) * height * 3, a.plate.data))
-      throw Bad{"section 'plate' has a wrong size"};
+      throw Bad{"section 'plate' has the wrong size"};
   }
   return a;
 }

@@ -28,7 +28,7 @@ float corrected(float rate, std::uint64_t step) {
 
 // The kernels give every sample of a picture the same condition.
 Error painted_attributes() {
-  return {ErrorCode::bad_input, "Attributes that were painted are computed by the processor only.",
+  return {ErrorCode::bad_input, "Painted attributes are computed only on the processor.",
           "Use --backend cpu, or train without them (likeness attribute remove PROJECT NAME).",
           "CUDA, attributes"};
 }
@@ -52,7 +52,7 @@ class DeviceLearner : public FieldLearner {
       return Error{ErrorCode::failed,
                    fmt::format("Training takes {:.2f} GiB of the GPU's memory, and {:.2f} are free.",
                                double(bytes) / double(1 << 30), double(free) / double(1 << 30)),
-                   "Close what else uses the GPU, or use --backend cpu.", "CUDA"};
+                   "Close other programs that use the GPU, or use --backend cpu.", "CUDA"};
     for (std::size_t f = 0; f < 2; ++f) {
       if (!parts_.fields[f].field) continue;
       auto made = DeviceField::make(device_, parts_.fields[f].field->config, options);
@@ -295,7 +295,7 @@ class DeviceBackend : public Backend {
   Result<std::unique_ptr<FieldLearner>> make_learner(const LearntParts& parts,
                                                      const LearnerShape& shape) override {
     if (shape.patches)
-      return Error{ErrorCode::bad_input, "The landmark loss is computed by the processor only.",
+      return Error{ErrorCode::bad_input, "The landmark loss is computed only on the processor.",
                    "Use --backend cpu, or train without --landmark-loss.", "CUDA, landmark loss"};
     if (const Field* head = parts.fields[0].field; head && head->config.local_conditions > 0)
       return painted_attributes();

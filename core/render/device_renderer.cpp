@@ -133,7 +133,8 @@ class DeviceRenderer : public FrameRenderer {
     if (frame) return frame;
     Error error = frame.error();
     if (error.where.starts_with("CUDA"))
-      error.where = "CUDA, rendering", error.fix = "Close what else uses the GPU, or use --backend cpu.";
+      error.where = "CUDA, rendering",
+      error.fix = "Close other programs that use the GPU, or use --backend cpu.";
     return error;
   }
   std::string backend() const override { return "cuda"; }

@@ -44,7 +44,7 @@ class FallingBack : public FrameRenderer {
 bool failed_where_it_was_done(const Error& error) { return error.where.starts_with("CUDA"); }
 
 std::string going_on_with_processor(const Error& error) {
-  return error.what + " Going on with the processor.";
+  return error.what + " Continuing on the processor.";
 }
 
 RenderOptions device_options(RenderOptions options) {

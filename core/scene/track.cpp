@@ -128,7 +128,7 @@ TorsoModes torso_modes_from(const json& j) {
   m.grid.columns = j.at("columns").get<int>(), m.grid.rows = j.at("rows").get<int>();
   m.mean = j.at("mean_m").get<std::vector<float>>();
   if (!take_modes(j.at("modes_m").get<std::vector<std::vector<float>>>(), m) || !is_consistent(m))
-    throw std::runtime_error("the torso's modes do not fit their grid");
+    throw std::runtime_error("the torso's modes do not match their grid");
   return m;
 }
 
@@ -207,7 +207,7 @@ Result<void> write_track(const std::filesystem::path& path, const Track& track) 
     for (const Vec2d& p : f.landmarks) finite = finite && p.allFinite();
     if (!finite)
       return Error{ErrorCode::failed,
-                   "Frame " + std::to_string(f.frame) + " of the track holds no finite numbers.",
+                   "Frame " + std::to_string(f.frame) + " of the track holds a number that is not finite.",
                    "Run the fit again; if it fails again, leave this frame out.", path.string()};
   }
   // One line a frame: readable, and a difference between two tracks shows the frames that differ.
@@ -234,7 +234,7 @@ Result<Track> read_track(const std::filesystem::path& path) {
   try {
     const json j = parse_json(*text);
     if (j.value("format", "") != "likeness-track")
-      return Error{ErrorCode::bad_input, "This file is not a track.", "Run the fit again to write it anew.",
+      return Error{ErrorCode::bad_input, "This file is not a track.", "Run the fit again to rewrite it.",
                    path.string()};
     if (j.at("version").get<int>() != kVersion)
       return Error{ErrorCode::bad_input,
@@ -260,7 +260,7 @@ Result<Track> read_track(const std::filesystem::path& path) {
     return track;
   } catch (const std::exception& e) {
     return Error{ErrorCode::bad_input, "The track could not be read: " + std::string(e.what()),
-                 "Run the fit again to write it anew.", path.string()};
+                 "Run the fit again to rewrite it.", path.string()};
   }
 }
 

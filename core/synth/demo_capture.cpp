@@ -81,11 +81,11 @@ Result<void> check_options(const DemoOptions& o) {
   const int people = int(demo_people().size()), lights = int(demo_lights().size());
   if (o.person < 0 || o.person >= people) {
     return bad_option(fmt::format("There is no demo person {}.", o.person),
-                      fmt::format("Choose 0 to {}; `likeness demo --list` names them.", people - 1));
+                      fmt::format("Choose 0 to {}; `likeness demo --list` lists them.", people - 1));
   }
   if (o.light < 0 || o.light >= lights) {
     return bad_option(fmt::format("There is no demo light {}.", o.light),
-                      fmt::format("Choose 0 to {}; `likeness demo --list` names them.", lights - 1));
+                      fmt::format("Choose 0 to {}; `likeness demo --list` lists them.", lights - 1));
   }
   return {};
 }

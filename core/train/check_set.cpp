@@ -52,11 +52,11 @@ Result<void> check_training_set(const TrainingSet& set) {
                  "Run the matting again.");
     if (!view.teaches.empty() &&
         (view.teaches.width != view.rgb.width || view.teaches.height != view.rgb.height))
-      return bad(fmt::format("The mask of what picture {} teaches is {}x{}, the picture {}x{}.", v,
+      return bad(fmt::format("The training mask of picture {} is {}x{}, the picture {}x{}.", v,
                              view.teaches.width, view.teaches.height, view.rgb.width, view.rgb.height),
                  "Run the matting again.");
     if (view.further_clip != 0 && v < own_views(set).size())
-      return bad(fmt::format("Picture {} of a further clip lies before the first clip's.", v),
+      return bad(fmt::format("Picture {} of a further clip comes before the first clip's.", v),
                  "Run the matting again.");
     if (!plate && view.alpha.empty())
       return bad(fmt::format("Picture {} has neither a background plate nor a matte.", v),
@@ -67,7 +67,8 @@ Result<void> check_training_set(const TrainingSet& set) {
                  "Run the matting again.");
     if (plate && !known.empty() &&
         (known.width != behind.width || known.height != behind.height || known.channels != 1))
-      return bad("The mask of the plate's seen pixels is not of the plate's size.", "Run the matting again.");
+      return bad("The mask of the plate's seen pixels does not have the plate's size.",
+                 "Run the matting again.");
     if (view.pose.articulation.expression.size() != set.model.expression_count())
       return bad(fmt::format("Picture {} has {} expression numbers, the head model {}.", v,
                              view.pose.articulation.expression.size(), set.model.expression_count()),

@@ -18,7 +18,7 @@ namespace {
 using json = nlohmann::json;
 
 constexpr SectionFormat kFormat{"LKNSCKPT", 5, "checkpoint",
-                                "Training starts anew; nothing needs to be done."};
+                                "Training starts over; nothing needs to be done."};
 
 template <class T>
 void add_hash(std::string& text, const std::vector<T>& values) {
@@ -116,7 +116,7 @@ bool read_corrections(const Sections& sections, std::size_t views, TrainingState
 }
 
 Error unusable(const std::filesystem::path& path, const std::string& detail) {
-  return {ErrorCode::bad_input, fmt::format("The checkpoint cannot be continued: {}.", detail),
+  return {ErrorCode::bad_input, fmt::format("Training cannot continue from the checkpoint: {}.", detail),
           std::string(kFormat.remedy), path.string()};
 }
 
@@ -225,11 +225,11 @@ Result<void> read_checkpoint(const std::filesystem::path& path, const std::strin
     read.codes_adam.step = j.at("codes_steps").get<std::uint64_t>();
     read.refinements = j.at("refinements").get<int>();
     if (!read_corrections(*sections, j.at("corrected_views").get<std::size_t>(), read))
-      return unusable(path, "the corrections of the track have a wrong size");
+      return unusable(path, "the corrections of the track have the wrong size");
     const auto moments = j.at("codes_moments").get<std::size_t>();
     if (!from_section(*sections, "codes.first", moments, read.codes_adam.first) ||
         !from_section(*sections, "codes.second", moments, read.codes_adam.second))
-      return unusable(path, "the moments of the codes have a wrong size");
+      return unusable(path, "the moments of the codes have the wrong size");
   } catch (const json::exception& e) {
     return unusable(path, e.what());
   }
@@ -238,7 +238,7 @@ Result<void> read_checkpoint(const std::filesystem::path& path, const std::strin
   if (!read_field(*sections, "head", read.head) ||
       (read.torso && !read_field(*sections, "torso", *read.torso)) ||
       !from_section(*sections, "codes", state.codes.size(), read.codes))
-    return unusable(path, "its parts have other sizes than this training's");
+    return unusable(path, "its parts differ in size from this training's");
   if (!is_finite(read)) return unusable(path, "a parameter is not a finite number");
   state = std::move(read);
   return {};

@@ -26,8 +26,8 @@ constexpr std::array<std::pair<std::string_view, std::string_view>, 12> kTitles{
     {"code", "Code for each frame"},
     {"grid", "Grid"},
     {"clips", "Further clips"},
-    {"occupancy", "Empty space passed over"},
-    {"refine_track", "Track corrected in training"},
+    {"occupancy", "Empty space skipped"},
+    {"refine_track", "Track corrected during training"},
     {"landmark_loss", "Landmark loss"},
 }};
 
@@ -44,12 +44,11 @@ std::string mode_reason(const CaptureMeasures& m, const AskedParts& asked) {
   const std::string moves = fmt::format("he face moves by {} (root mean square over {} frames)",
                                         millimetres(m.face_motion), m.frames + m.further_frames);
   if (asked.mode)
-    return fmt::format("You asked for --mode {}; by itself it would be {}: t{}.", mode_name(*asked.mode),
+    return fmt::format("You asked for --mode {}; otherwise it would be {}: t{}.", mode_name(*asked.mode),
                        mode_name(own), moves);
   if (own == FieldMode::static_)
     return fmt::format(
-        "T{}: less than {}, too little to learn from. With --mode {} the head model moves it "
-        "all the same.",
+        "T{}: less than {}, too little to learn from. With --mode {} the head model would still move it.",
         moves, millimetres(kStillFace), mode_name(kDefaultMode));
   return fmt::format("T{}; less than {} would be too little to learn from.", moves, millimetres(kStillFace));
 }
@@ -59,15 +58,15 @@ void add_mode(const CaptureMeasures& m, const AskedParts& asked, ChosenParts& ch
   const ModeParts parts = mode_parts(chosen.mode);
   const std::string reason = mode_reason(m, asked);
   chosen.parts.push_back({"expression", parts.expression, asked.mode.has_value(),
-                          !parts.expression ? "not told to the field"
+                          !parts.expression ? "not an input of the field"
                           : parts.ambient   ? "chooses a slice of a hyper-space"
-                                            : "its numbers beside the features",
+                                            : "its numbers are inputs beside the features",
                           reason});
   const std::string turns =
-      fmt::format(" The head is seen from {:.0f} degrees of sides and {:.0f} of heights.", m.yaw * kDegrees,
-                  m.pitch * kDegrees);
+      fmt::format(" The head is seen from {:.0f} degrees side to side and {:.0f} up and down.",
+                  m.yaw * kDegrees, m.pitch * kDegrees);
   chosen.parts.push_back({"deformation", parts.warp, asked.mode.has_value(),
-                          parts.warp ? "samples go to the face at rest with the head model" : "none",
+                          parts.warp ? "the head model takes samples to the face at rest" : "none",
                           reason + turns});
 }
 
@@ -78,13 +77,14 @@ void add_gaze(const CaptureMeasures& m, ChosenParts& chosen) {
   const double most = std::max(m.gaze_pitch, m.gaze_yaw);
   chosen.gaze = told && most >= kSmallestGaze;
   std::string reason =
-      !told ? std::string("The field is not told the expression, of which the eyes are a part.")
+      !told ? std::string("The field is not conditioned on the expression, which includes the eyes.")
             : fmt::format(
-                  "The eyes turn by {:.1f} degrees to the sides and {:.1f} up and down (root mean "
-                  "square); {:.1f} are asked for.",
+                  "The eyes turn by {:.1f} degrees from side to side and {:.1f} up and down (root mean "
+                  "square); {:.1f} are needed.",
                   m.gaze_yaw * kDegrees, m.gaze_pitch * kDegrees, kSmallestGaze * kDegrees);
   chosen.parts.push_back({"gaze", chosen.gaze, false,
-                          chosen.gaze ? "told to the field" : "not told to the field", std::move(reason)});
+                          chosen.gaze ? "an input of the field" : "not an input of the field",
+                          std::move(reason)});
 }
 
 void add_still(const CaptureMeasures& m, ChosenParts& chosen) {
@@ -93,13 +93,12 @@ void add_still(const CaptureMeasures& m, ChosenParts& chosen) {
       fmt::format("The head turns by {:.1f} degrees (root mean square)", m.turn * kDegrees);
   if (chosen.still)
     chosen.parts.push_back({"still", true, false, "neither expression nor code changes them",
-                            turns +
-                                ": a field that may use the expression where it moves nothing would learn "
-                                "the track's errors by heart."});
+                            turns + ": a field that may use the expression where it moves nothing would "
+                                    "memorise the track's errors."});
   else
     chosen.parts.push_back(
         {"still", false, false, "they may follow the expression",
-         fmt::format("{}; from {:.0f} on, what the expression tells the hair would be the track's errors.",
+         fmt::format("{}; from {:.0f} on, the hair would learn only the track's errors from the expression.",
                      turns, kHardlyTurns * kDegrees)});
 }
 
@@ -109,8 +108,8 @@ void add_torso(const CaptureMeasures& m, ChosenParts& chosen) {
   chosen.torso = m.torso_followed && m.torso_share >= kTorsoShare;
   std::string reason =
       !m.torso_followed
-          ? std::string("The track followed no torso: there is too little of one in the picture.")
-          : fmt::format("Below the neck the person fills {:.0f} % of the picture; {:.0f} % are asked for.",
+          ? std::string("The track followed no torso: too little of it is in the picture.")
+          : fmt::format("Below the neck the person fills {:.0f} % of the picture; {:.0f} % is needed.",
                         100 * m.torso_share, 100 * kTorsoShare);
   chosen.parts.push_back({"torso", chosen.torso, false,
                           chosen.torso ? "a field of its own, which follows collar and shoulders" : "none",
@@ -126,17 +125,17 @@ void add_background(const CaptureMeasures& m, ChosenParts& chosen) {
     chosen.parts.push_back({"background", on, false, value, std::move(reason)});
   };
   if (chosen.plate && m.has_room)
-    add(true, "a picture of the wall, and a room behind the moving camera",
+    add(true, "a picture of the background, and a room for the moving camera",
         fmt::format("The camera rests in {:.0f} % of {} frames and moves in the others.{}",
                     100 * m.plate_share, m.frames, light));
   else if (chosen.plate)
-    add(true, "one picture of the wall",
+    add(true, "one picture of the background",
         fmt::format("The camera rests in {:.0f} % of {} frames.{}", 100 * m.plate_share, m.frames, light));
   else if (m.has_room)
     add(true, "a room of its own, seen from where the camera is", "The camera moves throughout.");
   else
     add(false, "none: the mattes separate the person",
-        "The camera moves, or no frame showed the wall behind the person.");
+        "The camera moves, or no frame showed the background behind the person.");
 }
 
 // -- Sizes.
@@ -148,20 +147,19 @@ void add_sizes(const CaptureMeasures& m, const AskedParts& asked, ChosenParts& c
   if (asked.no_latent)
     chosen.parts.push_back({"code", false, true, "none", "You asked for --no-latent."});
   else
-    chosen.parts.push_back(
-        {"code", true, false, fmt::format("{} numbers", chosen.sizes.code_length),
-         fmt::format("They take up what differs between {} frames and no expression explains"
-                     "{}. The same for every capture.",
-                     m.frames + m.further_frames, light)});
+    chosen.parts.push_back({"code", true, false, fmt::format("{} numbers", chosen.sizes.code_length),
+                            fmt::format("They absorb what differs between {} frames and no expression "
+                                        "explains{}. The same for every capture.",
+                                        m.frames + m.further_frames, light)});
   const FieldSizes& s = chosen.sizes;
   std::string value =
       fmt::format("{} entries a level, {} cells along an axis", 1 << s.head_log2_entries, s.head_finest);
   if (chosen.torso)
     value += fmt::format("; the torso's {} and {}", 1 << s.torso_log2_entries, s.torso_finest);
-  chosen.parts.push_back({"grid", true, false, std::move(value),
-                          fmt::format("The same for every capture: no other was measured to be better for "
-                                      "pictures of {} px.",
-                                      m.size)});
+  chosen.parts.push_back(
+      {"grid", true, false, std::move(value),
+       fmt::format("The same for every capture: no other size measured better for pictures of {} px.",
+                   m.size)});
 }
 
 // -- What is there only where there is a reason to tell of it.
@@ -169,7 +167,7 @@ void add_sizes(const CaptureMeasures& m, const AskedParts& asked, ChosenParts& c
 void add_others(const CaptureMeasures& m, const AskedParts& asked, ChosenParts& chosen) {
   if (m.further_frames > 0)
     chosen.parts.push_back({"clips", true, true, "teach the head",
-                            fmt::format("You added clips, of which {} frames train.", m.further_frames)});
+                            fmt::format("You added clips; {} of their frames train.", m.further_frames)});
   if (asked.no_occupancy)
     chosen.parts.push_back({"occupancy", false, true, "no", "You asked for --no-occupancy."});
   if (asked.refine_track)

@@ -262,7 +262,7 @@ Result<FieldPart> train_room(std::span<const TrainingView> views, const FieldCub
     return Error{ErrorCode::bad_input, "There is no picture with a matte to learn the room from.",
                  "Run the matting again.", "training"};
   if (std::ranges::none_of(views, shows_background))
-    return Error{ErrorCode::not_found, "The person fills every picture: nothing of the room is seen.",
+    return Error{ErrorCode::not_found, "The person fills every picture: none of the room is seen.",
                  "Film from farther away.", "training"};
   std::vector<UnitFromCamera> maps;
   for (const TrainingView& view : views)

@@ -32,12 +32,12 @@ static_assert(kRefineShares[0] >= kFlatShare && kRegisterShare >= kFlatShare, "a
 Result<void> check_options(const TrainOptions& options) {
   if (!(options.landmark_weight >= 0) || !std::isfinite(options.landmark_weight))
     return Error{ErrorCode::bad_input,
-                 fmt::format("A landmark loss of weight {} is none.", options.landmark_weight),
+                 fmt::format("A landmark loss cannot have the weight {}.", options.landmark_weight),
                  "Give a number that is not negative, e.g. --landmark-loss 0.1.", "training"};
   if (options.landmark_weight > 0 && options.rays_per_step < 4 * kPatchRays)
     return Error{
         ErrorCode::bad_input,
-        fmt::format("A quarter of {} rays a step holds no patch of {}, which the landmark loss needs.",
+        fmt::format("A quarter of {} rays a step is less than a patch of {}, which the landmark loss needs.",
                     options.rays_per_step, kPatchRays),
         "Train with more rays a step, or without --landmark-loss.", "training"};
   const FieldSizes& sizes = options.sizes;
@@ -55,8 +55,8 @@ Result<void> check_options(const TrainOptions& options) {
                  "Give 2^10 to 2^22 entries, 17 to 4096 cells and 1 to 16 numbers.", "training"};
   if (options.rays_per_step >= 1 && (options.steps > 0 || options.budget_s > 0)) return {};
   return Error{ErrorCode::bad_input,
-               fmt::format("A budget of {} s and {} rays a step is no training.", options.budget_s,
-                           options.rays_per_step),
+               fmt::format("Nothing can be trained with a budget of {} s and {} rays a step.",
+                           options.budget_s, options.rays_per_step),
                "Give a positive budget in seconds, e.g. --budget 300.", "training"};
 }
 
@@ -432,7 +432,7 @@ Result<Avatar> train_avatar(const TrainingSet& set, const TrainOptions& options,
       run.passes = state.pass_seconds;
       progress.report(0, fmt::format("continuing at step {}", state.step));
     } else if (!read && read.error().code != ErrorCode::not_found) {
-      progress.report(0, "Training starts anew. " + read.error().what);
+      progress.report(0, "Training starts over. " + read.error().what);
     }
   }
   scene.place_views(state);

@@ -139,7 +139,7 @@ Result<CopiedSound> copy_sound(const std::filesystem::path& from, const std::fil
   if (!sound.stream) return CopiedSound{false, "the clip has no sound"};
   const AVOutputFormat* mp4 = av_guess_format("mp4", nullptr, nullptr);
   if (!mp4 || avformat_query_codec(mp4, sound.stream->codecpar->codec_id, FF_COMPLIANCE_NORMAL) != 1) {
-    return CopiedSound{false, fmt::format("an mp4 does not hold the clip's kind of sound ({})",
+    return CopiedSound{false, fmt::format("an mp4 cannot hold the clip's kind of sound ({})",
                                           avcodec_get_name(sound.stream->codecpar->codec_id))};
   }
   Source pictures = open_source(film, AVMEDIA_TYPE_VIDEO);

@@ -68,7 +68,8 @@ Error cannot_open(const std::filesystem::path& path, int error) {
   if (boxes.is_mp4 && (boxes.cut_off || !boxes.has_index)) {
     return bad_video(
         path,
-        fmt::format("\"{}\" breaks off before its index: the recording or the copy was not completed.", name),
+        fmt::format("\"{}\" is cut short before its index: the recording or the copy was not completed.",
+                    name),
         kCopyAgain);
   }
   return bad_video(path, fmt::format("\"{}\" is not a video that can be read ({}).", name, av_text(error)),
@@ -216,7 +217,7 @@ Result<void> VideoReader::Impl::open() {
   info.focal_35mm = read_focal_35mm(path);
   if (std::int64_t(info.width) * info.height > kMostPixels) {
     return bad_video(path,
-                     fmt::format("\"{}\" says that its pictures are {} x {} pixels, more than 8192 x 8192.",
+                     fmt::format("\"{}\" claims pictures of {} x {} pixels, more than 8192 x 8192.",
                                  path.filename().string(), info.width, info.height),
                      kCopyAgain);
   }
@@ -389,19 +390,19 @@ Error VideoReader::Impl::broken_off() const {
       info.frame_count > next_index ? fmt::format(" of about {}", info.frame_count) : "";
   return bad_video(path,
                    next_index == 0
-                       ? fmt::format("The video breaks off before its first frame{} is complete.", total)
-                       : fmt::format("The video breaks off after frame {}{}.", next_index, total),
+                       ? fmt::format("The video is cut short before its first frame{} is complete.", total)
+                       : fmt::format("The video is cut short after frame {}{}.", next_index, total),
                    kCopyAgain);
 }
 
 Error VideoReader::Impl::damaged() const {
   const std::string total =
       info.frame_count > next_index ? fmt::format(" of about {}", info.frame_count) : "";
-  return bad_video(path,
-                   fmt::format("The video is damaged after frame {}{}, {:.1f} s from its start.", next_index,
-                               total, last_time_s),
-                   "Copy it again from the phone; if the phone shows the same flaw, cut that part away and "
-                   "keep one side.");
+  return bad_video(
+      path,
+      fmt::format("The video is damaged after frame {}{}, {:.1f} s from its start.", next_index, total,
+                  last_time_s),
+      "Copy it again from the phone; if the phone shows the same flaw, cut that part out and keep one side.");
 }
 
 Result<VideoReader> VideoReader::open(const std::filesystem::path& path, VideoPixels pixels,

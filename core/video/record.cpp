@@ -65,7 +65,7 @@ Result<Recording> record_clip(FrameSource& source, const std::filesystem::path& 
                               const std::function<void(const CapturedFrame&)>& seen, std::stop_token stop) {
   if (std::error_code ignored; std::filesystem::exists(path, ignored))
     return Error{ErrorCode::bad_input, "There is a file of this name already.",
-                 "Name a file that is not there yet: a recording replaces nothing.", path.string()};
+                 "Name a new file: a recording never replaces one.", path.string()};
   std::optional<SteadyWriter> writer;
   int width = 0, height = 0;
   // What was filmed is kept, however the filming ended, if the film can still be finished.
@@ -92,8 +92,7 @@ Result<Recording> record_clip(FrameSource& source, const std::filesystem::path& 
       return ended({ErrorCode::failed,
                     fmt::format("The camera changed its picture from {} x {} to {} x {} px.", width, height,
                                 picture.rgb.width, picture.rgb.height),
-                    "Record again without turning the camera or changing its settings meanwhile.",
-                    path.string()});
+                    "Record again without turning the camera or changing its settings.", path.string()});
     if (seen) seen(picture);
     if (auto added = writer->add(picture); !added) return ended(added.error());
   }

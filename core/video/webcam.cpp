@@ -88,17 +88,17 @@ Result<std::unique_ptr<FrameSource>> open_webcam(const std::string& device, cons
     const std::vector<Webcam> webcams = list_webcams();
     if (!webcams.empty()) return open_webcam(webcams.front().device, wanted);
     return Error{ErrorCode::not_found, "No webcam was found.",
-                 "Plug one in; or use a video, of a phone for instance.", "webcam"};
+                 "Plug one in, or use a video, for instance from a phone.", "webcam"};
   }
   std::error_code ignored;
   if (!fs::exists(device, ignored))
     return Error{ErrorCode::not_found, fmt::format("There is no webcam {}.", device),
-                 "Plug one in; `likeness record --list` names those that are there.", device};
+                 "Plug one in; `likeness record --list` lists those present.", device};
   try {
     cv::VideoCapture capture(device, cv::CAP_V4L2);
     if (!capture.isOpened())
       return Error{ErrorCode::failed, fmt::format("The webcam {} cannot be opened.", device),
-                   "Close other programs that use it; you may have to be in the group `video`.", device};
+                   "Close other programs that use it; you may need to be in the group `video`.", device};
     if (wanted.newest) {
       capture.set(cv::CAP_PROP_BUFFERSIZE, 1);
     } else {  // large pictures come fast enough only compressed

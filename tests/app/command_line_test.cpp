@@ -209,7 +209,7 @@ TEST_F(CommandLine, AClipOfFiveFramesIsRefused) { expect_refused(write_clip("sho
 TEST_F(CommandLine, ATruncatedClipIsRefused) {
   const fs::path whole = write_clip("whole.mp4", 60);
   fs::resize_file(whole, fs::file_size(whole) / 2);
-  expect_refused(whole, "breaks off");
+  expect_refused(whole, "is cut short");
 }
 
 TEST_F(CommandLine, AFileWhereTheProjectShouldBeIsRefusedAndKept) {
@@ -277,7 +277,7 @@ TEST_F(CommandLine, TrackRefusesWhatIsNoClipOfAFaceAndLeavesNothing) {
   fs::resize_file(broken, fs::file_size(broken) / 2);
   const std::pair<fs::path, std::string> cases[] = {{folder_ / "absent.mp4", "absent.mp4"},
                                                     {folder_ / "notes.mp4", "notes.mp4"},
-                                                    {broken, "breaks off"},
+                                                    {broken, "is cut short"},
                                                     {write_clip("nobody.mp4", 20), "face"}};
   for (const auto& [video, word] : cases) {
     const fs::path out = folder_ / "out";

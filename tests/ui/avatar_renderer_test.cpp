@@ -111,8 +111,8 @@ TEST(AvatarRenderer, ALostDeviceIsSaidOnceAndNoPictureIsLost) {
   EXPECT_FALSE(renderer.on_device());
   const auto note = renderer.take_note();
   ASSERT_TRUE(note.has_value());
-  EXPECT_THAT(*note, testing::HasSubstr("stopped answering"));
-  EXPECT_THAT(*note, testing::HasSubstr("Going on with the processor"));
+  EXPECT_THAT(*note, testing::HasSubstr("stopped responding"));
+  EXPECT_THAT(*note, testing::HasSubstr("Continuing on the processor"));
   EXPECT_EQ(renderer.take_note(), std::nullopt);
 }
 

@@ -108,7 +108,7 @@ TEST(ExportOrder, ADeviceRendersItAndOneThatFailsIsSaidAndLeavesItToTheProcessor
     if (lost_after < 0)
       EXPECT_EQ(*written, "written");
     else
-      EXPECT_THAT(*written, testing::HasSubstr("Going on with the processor"));
+      EXPECT_THAT(*written, testing::HasSubstr("Continuing on the processor"));
     const auto still = read_image(out);
     ASSERT_TRUE(still.ok() && truth.ok());
     ASSERT_EQ(still->data.size(), truth->data.size());

@@ -136,7 +136,7 @@ void add_exports(Snapshot& s) {
                 folder / "driven-001.mp4",
                 {.state = JobState::failed,
                  .error = Error{ErrorCode::no_face, "No face was found in friend.mp4.",
-                                "Use a driving clip in which the face is near and well lit.", ""}}},
+                                "Use a driving clip in which the face is close and well lit.", ""}}},
                {3, folder / "head-001.glb", {.state = JobState::stopped}},
                {4, folder / "orbit-001.mp4", s.exporting},
                {5, folder / "orbit-002.mp4", {}}};

@@ -347,8 +347,7 @@ Result<std::vector<Vec3f>> fit_personal_shape(const HeadModel& model, const Eige
   try {
     ShapeSolver solver(model, identity, points, frames, options);
     if (!solver.ready())
-      return Error{ErrorCode::failed,
-                   "The mesh of this head model is too irregular for a shape of one's own.",
+      return Error{ErrorCode::failed, "The mesh of this head model is too irregular for a personal shape.",
                    "Use another head model.", "personal shape"};
     for (int round = 0; round < options.rounds; ++round) {
       progress.report(static_cast<double>(round) / options.rounds, "fitting the person's own shape");

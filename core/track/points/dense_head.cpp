@@ -251,7 +251,8 @@ Result<DenseSummary> track_dense_head(const ClipFrames& clip, const RigidHead& h
   const FrameAlone solver(clip, tracks, frames, frozen, cloud, poses);
   for (std::size_t k = 0; k < alone.size(); k += kLoneBatch) {
     if (stop.stop_requested()) return cancelled_error();
-    progress.report(0.85 + 0.15 * static_cast<double>(k) / alone.size(), "tracking held-out frames alone");
+    progress.report(0.85 + 0.15 * static_cast<double>(k) / alone.size(),
+                    "tracking held-out frames by themselves");
     try {
       parallel_for(std::min(kLoneBatch, alone.size() - k), [&](std::size_t j) {
         if (!stop.stop_requested()) solver.solve(alone[k + j], training);

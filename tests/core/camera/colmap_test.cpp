@@ -219,7 +219,7 @@ TEST_F(Colmap, AKilledStepGoesOnFromItsDatabase) {
       done)");
   options_.threads = 1;
   const Error error = failure();
-  EXPECT_THAT(error.what, HasSubstr("was ended by signal 9"));
+  EXPECT_THAT(error.what, HasSubstr("was killed by signal 9"));
   EXPECT_THAT(error.fix, HasSubstr("finished steps are kept"));
   EXPECT_FALSE(fs::exists(work_ / "features.done"));
   const auto stored = count_database(work_ / "database.db");
@@ -257,7 +257,7 @@ TEST_F(Colmap, AKilledMatcherKeepsTheFeaturesAndThePairsItHad) {
       done)");
   options_.threads = 1;
   const Error error = failure();
-  EXPECT_THAT(error.what, HasSubstr("`colmap sequential_matcher` was ended by signal 9"));
+  EXPECT_THAT(error.what, HasSubstr("`colmap sequential_matcher` was killed by signal 9"));
   EXPECT_THAT(error.fix, HasSubstr("finished steps are kept"));
   EXPECT_TRUE(fs::exists(work_ / "features.done"));
   EXPECT_FALSE(fs::exists(work_ / "matches.done"));
@@ -282,7 +282,7 @@ TEST_F(Colmap, AKilledSolveKeepsFeaturesAndMatches) {
   options_.program =
       stand_in("[ $1 != mapper ] && exec " + real + " \"$@\"\necho Registering image; kill -KILL $$");
   const Error error = failure();
-  EXPECT_THAT(error.what, HasSubstr("`colmap mapper` was ended by signal 9"));
+  EXPECT_THAT(error.what, HasSubstr("`colmap mapper` was killed by signal 9"));
   EXPECT_THAT(error.fix, HasSubstr("finished steps are kept"));
 
   options_.program =

@@ -208,7 +208,7 @@ TEST_F(ImportFace, ATruncatedVideoLeavesAnEarlierImportAsItWas) {
   const auto capture = import(folder_ / "cut.mp4");
   ASSERT_FALSE(capture);
   EXPECT_EQ(capture.error().code, ErrorCode::bad_input);
-  EXPECT_THAT(capture.error().what, HasSubstr("breaks off after frame"));
+  EXPECT_THAT(capture.error().what, HasSubstr("is cut short after frame"));
   EXPECT_EQ(entries(), before);
 }
 

@@ -32,9 +32,9 @@ TEST(DeviceErrors, EachHasItsOwnSentenceAndARemedy) {
 TEST(DeviceOpen, AFailedOneIsAnErrorThatSaysWhichItWas) {
   const std::pair<DeviceStatus, const char*> cases[] = {
       {DeviceStatus::no_driver, "no NVIDIA driver"},
-      {DeviceStatus::driver_too_old, "driver knows CUDA 12.4"},
+      {DeviceStatus::driver_too_old, "driver supports CUDA 12.4"},
       {DeviceStatus::no_device, "finds no GPU"},
-      {DeviceStatus::device_too_old, "holds no code"},
+      {DeviceStatus::device_too_old, "has no code"},
       {DeviceStatus::out_of_memory, "out of memory"}};
   for (const auto& [status, words] : cases) {
     const auto device = Device::open(emulated_api({.open = status}));
@@ -48,7 +48,7 @@ TEST(DeviceOpen, AModuleOfAnotherVersionIsRefused) {
   other.version = kDeviceApiVersion + 1;
   const auto device = Device::open(other);
   ASSERT_FALSE(device.ok());
-  EXPECT_THAT(device.error().what, HasSubstr("another version"));
+  EXPECT_THAT(device.error().what, HasSubstr("differ in version"));
 }
 
 TEST(DeviceArrays, GiveBackTheirMemoryAndSayWhenThereIsNone) {

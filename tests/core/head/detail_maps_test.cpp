@@ -215,7 +215,7 @@ TEST_F(DetailMaps, AModelWithoutATextureTakesThatOfAnObjBesideTheMaps) {
 
 TEST_F(DetailMaps, WhatIsNoMapIsToldByName) {
   std::vector<float> map = map_of(hills);
-  expect_told({"named by a frame", "000360.npy"});
+  expect_told({"named after a frame", "000360.npy"});
   put("1.npy", npy(map, kSide, kSide));
   put("2.npy", npy(map_of(hills, 64), 64, 64));
   expect_told({"2.npy is 64 x 64", "1.npy is 96 x 96", "one size"});

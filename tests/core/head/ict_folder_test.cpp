@@ -172,14 +172,14 @@ TEST(ParseObj, FaultsNameTheLine) {
     const auto mesh = parse_obj(bytes_of(text), "x.obj");
     return mesh ? "no fault found" : mesh.error().what;
   };
-  EXPECT_THAT(fault("v 0 0 0\nv 1 2\n"), HasSubstr("Line 2 of x.obj holds no three coordinates"));
+  EXPECT_THAT(fault("v 0 0 0\nv 1 2\n"), HasSubstr("Line 2 of x.obj does not hold three coordinates"));
   EXPECT_THAT(fault("v 0 0 nan\n"), HasSubstr("Line 1"));
   EXPECT_THAT(fault("v 0 0 1e300\n"), HasSubstr("Line 1"));
   EXPECT_THAT(fault("v 0 0 0\n\nf 1 2 3\n"), HasSubstr("Line 3 of x.obj refers to vertex 3 of 1"));
-  EXPECT_THAT(fault("v 0 0 0\nf 1 1 -2\n"), HasSubstr("Line 2 of x.obj refers to a vertex that cannot be"));
+  EXPECT_THAT(fault("v 0 0 0\nf 1 1 -2\n"), HasSubstr("Line 2 of x.obj refers to an impossible vertex"));
   EXPECT_THAT(fault("v 0 0 0\nf 1 1 99999999999999999999\n"), HasSubstr("Line 2"));
   EXPECT_THAT(fault("v 0 0 0\nf 1 1\n"), HasSubstr("fewer than three corners"));
-  EXPECT_THAT(fault("f 1 x 2\n"), HasSubstr("no number"));
+  EXPECT_THAT(fault("f 1 x 2\n"), HasSubstr("not a number"));
 }
 
 }  // namespace

@@ -112,7 +112,7 @@ TEST(PickleArray, AChumpyObjectInsideItselfIsRefused) {
   const std::string pickle =
       "\x80\x02"
       "cchumpy.ch\nCh\n)\x81q\x00}U\x01xh\x00sb."s;
-  EXPECT_THAT(fault(pickle), HasSubstr("wrapped too often"));
+  EXPECT_THAT(fault(pickle), HasSubstr("wrapped too deeply"));
 }
 
 // Where a Python with numpy and scipy is at hand, what it writes in every protocol must be read.

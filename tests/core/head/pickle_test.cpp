@@ -113,7 +113,7 @@ TEST(ReadPickle, FaultsNameTheByte) {
               HasSubstr("at byte 2: 2147483647 bytes are needed and 4"));
   EXPECT_THAT(fault("\x80\x04\x8e\xff\xff\xff\xff\xff\xff\xff\xff."s), HasSubstr("bytes are needed"));
   EXPECT_THAT(fault("h\x07."s), HasSubstr("memo 7 was never set"));
-  EXPECT_THAT(fault("Nr\xff\xff\xff\xff."s), HasSubstr("memo 4294967295 is out of reach"));
+  EXPECT_THAT(fault("Nr\xff\xff\xff\xff."s), HasSubstr("memo 4294967295 is out of range"));
   EXPECT_THAT(fault("NNa."), HasSubstr("a list is expected"));
   EXPECT_THAT(fault("}(Nu."), HasSubstr("a key has no value"));
   EXPECT_THAT(fault("\x97."s), HasSubstr("0x97"));
@@ -136,7 +136,7 @@ TEST(ReadPickle, DeepAndCyclicValuesAreReadAndDropped) {
 TEST(ReadPickle, ASmallFileTakesLittleMemory) {
   EXPECT_THAT(fault(std::string(600000, ']') + "."), HasSubstr("more than 500000 values"));
   // A memo index far beyond what was pickled takes nothing.
-  EXPECT_THAT(fault("Np999999999\n."), HasSubstr("out of reach"));
+  EXPECT_THAT(fault("Np999999999\n."), HasSubstr("out of range"));
 }
 
 TEST(FindKey, TakesTheLastOfARepeatedKeyAndOnlyText) {

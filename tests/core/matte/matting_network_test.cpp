@@ -90,7 +90,7 @@ TEST_F(Network, WhatIsNoSuchNetworkIsRefused) {
   const auto lacking = MattingNetwork::load(
       write(tiny_network(32, {1, 0, 0}, {0}), R"({"size_px": 32, "person_channels": [4]})"));
   ASSERT_FALSE(lacking.ok());
-  EXPECT_THAT(lacking.error().what, HasSubstr("1 channels; channel 4"));
+  EXPECT_THAT(lacking.error().what, HasSubstr("1 channels; the person is said to be in channel 4"));
   const auto odd =
       MattingNetwork::load(write(tiny_network(32, {1, 0, 0}, {0}), R"({"activation": "guesswork"})"));
   ASSERT_FALSE(odd.ok());

@@ -91,12 +91,12 @@ TEST_F(FrameRendererTest, AnAvatarWithAttributesIsLeftToTheProcessorWithAWord) {
   const auto backend = device_backend(device_, false);
   const auto refused = backend->make_renderer(avatar);
   ASSERT_FALSE(refused.ok());
-  EXPECT_THAT(refused.error().what, HasSubstr("processor only"));
+  EXPECT_THAT(refused.error().what, HasSubstr("only on the processor"));
   std::string said;
   const auto made = make_renderer({backend, true, [&](const std::string& words) { said = words; }}, avatar);
   ASSERT_TRUE(made.ok());
   EXPECT_EQ((*made)->backend(), "cpu");
-  EXPECT_THAT(said, HasSubstr("Going on with the processor"));
+  EXPECT_THAT(said, HasSubstr("Continuing on the processor"));
 }
 
 TEST_F(FrameRendererTest, EachPartOfThePoseTells) {
@@ -333,7 +333,7 @@ TEST(EmulatedFrames, AFullDeviceSaysSoAndTheProcessorGoesOn) {
        {EmulatedFaults{.memory_bytes = 1 << 19}, EmulatedFaults{.memory_bytes = 1 << 10},
         EmulatedFaults{.lost_after = 40}}) {
     const auto backend = device_backend(emulated_device(faults), false);
-    const char* const words = faults.lost_after >= 0 ? "stopped answering" : "out of memory";
+    const char* const words = faults.lost_after >= 0 ? "stopped responding" : "out of memory";
     Error error{};
     {
       const auto made = make_renderer({backend, false, {}}, avatar);
@@ -360,7 +360,7 @@ TEST(EmulatedFrames, AFullDeviceSaysSoAndTheProcessorGoesOn) {
     }
     EXPECT_EQ((*made)->backend(), "cpu");
     ASSERT_EQ(said.size(), 1u);
-    EXPECT_THAT(said.front(), HasSubstr("Going on with the processor"));
+    EXPECT_THAT(said.front(), HasSubstr("Continuing on the processor"));
   }
 }
 

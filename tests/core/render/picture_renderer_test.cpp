@@ -71,7 +71,7 @@ TEST(PictureRenderer, OpensOnce) {
   for (int k = 0; k < 3; ++k) EXPECT_EQ(shown.off(shown.picture(renderer, shown.avatar), *shown.avatar), 0);
   EXPECT_EQ(opened, 1);
   EXPECT_FALSE(renderer.on_device());
-  EXPECT_THAT(shown.said, ElementsAre(HasSubstr("There is none. Going on with the processor.")));
+  EXPECT_THAT(shown.said, ElementsAre(HasSubstr("There is none. Continuing on the processor.")));
 }
 
 TEST(PictureRenderer, ADeviceThatFailsLosesNoPicture) {
@@ -82,7 +82,7 @@ TEST(PictureRenderer, ADeviceThatFailsLosesNoPicture) {
     for (int k = 0; k < 3; ++k)
       EXPECT_LT(shown.off(shown.picture(renderer, shown.avatar), *shown.avatar), 2e-5);
     EXPECT_FALSE(renderer.on_device());
-    EXPECT_THAT(shown.said, ElementsAre(HasSubstr("Going on with the processor.")));
+    EXPECT_THAT(shown.said, ElementsAre(HasSubstr("Continuing on the processor.")));
   }
 }
 

@@ -160,7 +160,7 @@ TEST_F(BackendTraining, TheLandmarkLossIsRefusedAndNotLeftOut) {
   // With --backend auto the processor takes it over, and says so.
   EXPECT_TRUE(failed_where_it_was_done(learner.error()));
   EXPECT_EQ(going_on_with_processor(learner.error()),
-            "The landmark loss is computed by the processor only. Going on with the processor.");
+            "The landmark loss is computed only on the processor. Continuing on the processor.");
 }
 
 TEST_F(BackendTraining, TooLittleMemoryIsSaidBeforeAnythingIsTrained) {
@@ -173,7 +173,7 @@ TEST_F(BackendTraining, TooLittleMemoryIsSaidBeforeAnythingIsTrained) {
 TEST_F(BackendTraining, ALostDeviceIsSaidAndTheCheckpointStays) {
   const auto avatar = train(6, device_backend(emulated_device({.lost_after = 40})), false, "lost.bin");
   ASSERT_FALSE(avatar.ok());
-  EXPECT_THAT(avatar.error().what, HasSubstr("stopped answering"));
+  EXPECT_THAT(avatar.error().what, HasSubstr("stopped responding"));
   EXPECT_THAT(avatar.error().fix, HasSubstr("continues from the last checkpoint"));
   const auto resumed = train(6, nullptr, false, "lost.bin");
   ASSERT_TRUE(resumed.ok());
@@ -185,7 +185,7 @@ TEST_F(BackendTraining, OnRequestTheProcessorGoesOn) {
   const auto alone = train(5, nullptr);
   const auto fallen = train(5, device_backend(emulated_device({.lost_after = 40})), true);
   ASSERT_TRUE(fallen.ok()) << fallen.error().what;
-  EXPECT_THAT(said_, HasSubstr("Going on with the processor"));
+  EXPECT_THAT(said_, HasSubstr("Continuing on the processor"));
   EXPECT_EQ(fallen->steps, 5u);
   const auto never = train(5, device_backend(emulated_device({.memory_bytes = 1 << 20})), true);
   ASSERT_TRUE(alone.ok() && never.ok());

@@ -203,7 +203,7 @@ TEST_F(TrainAvatar, StartsAnewAfterADamagedCheckpoint) {
   ASSERT_TRUE(write_file(checkpoint_, bytes).ok());
   std::string warning;
   const Progress progress([&](const ProgressReport& report) {
-    if (report.text.find("anew") != std::string::npos) warning = report.text;
+    if (report.text.find("starts over") != std::string::npos) warning = report.text;
   });
   const auto avatar = train_avatar(set, short_options(4, 64), checkpoint_, progress, {}, {});
   ASSERT_TRUE(avatar.ok());

@@ -220,7 +220,7 @@ TEST_F(Decode, ATruncatedFileNamesTheLastFrame) {
   for (const double share : {0.5, 0.9}) {
     const Error error = error_of(cut(folder_ / "a.mp4", share));
     EXPECT_EQ(error.code, ErrorCode::bad_input) << error.what;
-    EXPECT_THAT(error.what, HasSubstr("breaks off"));
+    EXPECT_THAT(error.what, HasSubstr("is cut short"));
     EXPECT_THAT(error.what, HasSubstr("of about 80"));
     EXPECT_THAT(error.fix, HasSubstr("Copy it again"));
   }
@@ -232,7 +232,7 @@ TEST_F(Decode, ATruncatedFileWithItsIndexAtTheEndIsNamedIncomplete) {
   ASSERT_EQ(ffmpeg("-i a.mp4 -c copy -movflags -faststart b.mp4"), 0);
   const Error error = error_of(cut(folder_ / "b.mp4", 0.8));
   EXPECT_EQ(error.code, ErrorCode::bad_input);
-  EXPECT_THAT(error.what, HasSubstr("breaks off before its index"));
+  EXPECT_THAT(error.what, HasSubstr("is cut short before its index"));
 }
 
 TEST_F(Decode, DamageInTheMiddleIsAnErrorThatSaysWhere) {

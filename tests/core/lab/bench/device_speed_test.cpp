@@ -112,7 +112,7 @@ TEST(DeviceSpeed, AStepIsMoreWorkThanAForwardPassAndTablesAreMovedOnce) {
 TEST(DeviceSpeed, ALostDeviceIsAnError) {
   const auto report = measure_device(emulated_device({.lost_after = 10}), small_options(), Progress(), {});
   ASSERT_FALSE(report.ok());
-  EXPECT_NE(report.error().what.find("stopped answering"), std::string::npos);
+  EXPECT_NE(report.error().what.find("stopped responding"), std::string::npos);
 }
 
 }  // namespace
