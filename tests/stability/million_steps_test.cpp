@@ -70,7 +70,7 @@ INSTANTIATE_TEST_SUITE_P(Precisions, MillionSteps,
                            return info.param == FieldPrecision::exact ? "Exact" : "Bf16";
                          });
 
-TEST_P(MillionSteps, NeitherDriftNorBecomeNotANumber) {
+TEST_P(MillionSteps, NeitherDriftNorBecomeNaN) {
   TinyTraining training(GetParam());
   constexpr std::uint32_t kBlock = 20000, kBlocks = 50;
   double early = 0, worst = 0;

@@ -48,7 +48,7 @@ INSTANTIATE_TEST_SUITE_P(Stability, TrainingInPrecision,
                            return info.param == FieldPrecision::exact ? "Exact" : "Bf16";
                          });
 
-TEST_P(TrainingInPrecision, SaturatedPixelsAreLearntWithoutRunningAway) {
+TEST_P(TrainingInPrecision, SaturatedPixelsAreLearntWithoutDivergence) {
   for (const std::uint8_t level : {0, 255}) {
     TrainingSet set = ball_set(12, 24, false);
     for (TrainingView& view : set.views)
@@ -106,7 +106,7 @@ TEST_P(TrainingInPrecision, RatesFarTooHighRecoverOrStopWithAMessage) {
 }
 
 // What is no number is named, not trained on.
-TEST(TrainingStability, NumbersThatAreNoneAreRefusedByName) {
+TEST(TrainingStability, RefusesNonFiniteNumbersByName) {
   const double nan = std::numeric_limits<double>::quiet_NaN(), inf = std::numeric_limits<double>::infinity();
   const struct {
     const char* name;

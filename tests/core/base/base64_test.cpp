@@ -10,7 +10,7 @@ namespace {
 
 std::string encoded(std::string_view text) { return base64(std::as_bytes(std::span(text))); }
 
-TEST(Base64, EqualsThePublishedVectors) {
+TEST(Base64, MatchesThePublishedVectors) {
   EXPECT_EQ(encoded(""), "");
   EXPECT_EQ(encoded("f"), "Zg==");
   EXPECT_EQ(encoded("fo"), "Zm8=");

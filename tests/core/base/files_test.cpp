@@ -45,7 +45,7 @@ TEST_F(Files, AFailedWriteKeepsTheOldFileAndSaysWhy) {
   EXPECT_EQ(std::distance(fs::directory_iterator(folder_), fs::directory_iterator()), 1);
 }
 
-TEST_F(Files, AFileWhereAFolderIsNeededIsAnErrorWithARemedy) {
+TEST_F(Files, FileInPlaceOfAFolderIsAnErrorWithARemedy) {
   std::ofstream(folder_ / "file") << "x";
   const auto made = make_writable_folder(folder_ / "file");
   ASSERT_FALSE(made.ok());

@@ -14,7 +14,7 @@ Mat3d turned(double angle, const Vec3d& axis) {
   return Eigen::AngleAxisd(angle, axis.normalized()).toRotationMatrix();
 }
 
-TEST(NearestRotation, OfAScaledRotationIsTheRotationAndOfAMirrorNoMirror) {
+TEST(NearestRotation, RecoversAScaledRotationAndNeverReflects) {
   const Mat3d r = turned(0.7, {1, -2, 0.5});
   EXPECT_LT((nearest_rotation(3.5 * r) - r).norm(), 1e-12);
   const Mat3d mirror = Vec3d(1, 1, -0.5).asDiagonal();
@@ -29,7 +29,7 @@ TEST(MeanRotation, LiesBetweenTurnsToEitherSide) {
   EXPECT_NEAR(turn_about_mean(rotations), std::sqrt((0.16 + 0.01) / 2), 1e-9);
 }
 
-TEST(MeanRotation, OfNoneIsNoTurn) {
+TEST(MeanRotation, OfNoneIsTheIdentity) {
   EXPECT_EQ(mean_rotation({}), Mat3d::Identity());
   EXPECT_EQ(turn_about_mean({}), 0);
   const std::vector<Mat3d> one{turned(1, {0, 1, 0})};

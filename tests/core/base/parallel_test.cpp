@@ -24,12 +24,12 @@ TEST(Parallel, RangesCoverEveryIndexOnceInFixedChunks) {
   EXPECT_EQ(short_chunks, 1);
 }
 
-TEST(Parallel, NothingToDoCallsNothing) {
+TEST(Parallel, EmptyRangeCallsNothing) {
   parallel_ranges(0, 16, [](std::size_t, std::size_t) { FAIL(); });
   parallel_for(0, [](std::size_t) { FAIL(); });
 }
 
-TEST(Parallel, ALimitHoldsWhileItLives) {
+TEST(Parallel, LimitHoldsWhileItsObjectLives) {
   const int before = current_thread_limit();
   {
     const ThreadLimit limit(1);

@@ -20,7 +20,7 @@ constexpr int kFarBack = 10;
 
 int niceness() { return ::getpriority(PRIO_PROCESS, id_t(::syscall(SYS_gettid))); }
 
-TEST(Priority, AThreadThatStepsBackComesAfterOthersAndThoseItStartsDoToo) {
+TEST(Priority, BackgroundThreadsAndThoseTheyStartYieldToOthers) {
   const int usual = niceness();
   if (usual >= kFarBack) GTEST_SKIP() << "all of this program was started after others";
   int stepped = usual, started = usual;
@@ -34,7 +34,7 @@ TEST(Priority, AThreadThatStepsBackComesAfterOthersAndThoseItStartsDoToo) {
   EXPECT_EQ(niceness(), usual);
 }
 
-TEST(Priority, LoopsBorrowThreadsThatStepBackButTheCallerDoesNot) {
+TEST(Priority, LoopsUseBackgroundThreadsButTheCallerStaysNormal) {
   if (hardware_threads() < 2) GTEST_SKIP() << "one processor: loops borrow no thread";
   const int usual = niceness();
   if (usual >= kFarBack) GTEST_SKIP() << "all of this program was started after others";

@@ -42,7 +42,7 @@ TEST(Progress, CountsReportsFromManyThreads) {
   EXPECT_EQ(reports, 4000);
 }
 
-TEST(Progress, WithoutAListenerIsFree) { Progress().stage(0, 1, "x").report(0.5); }
+TEST(Progress, WithoutAListenerDoesNothing) { Progress().stage(0, 1, "x").report(0.5); }
 
 }  // namespace
 }  // namespace likeness

@@ -9,7 +9,7 @@
 namespace likeness {
 namespace {
 
-TEST(WorkClock, WaitingIsNoWork) {
+TEST(WorkClock, WaitingDoesNotCount) {
   const double wall = clock_seconds(WorkClock::wall), worked = clock_seconds(WorkClock::processor);
   std::this_thread::sleep_for(std::chrono::milliseconds(200));
   const double waited = clock_seconds(WorkClock::wall) - wall;

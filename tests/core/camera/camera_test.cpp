@@ -82,7 +82,7 @@ TEST(FindCamera, StaticSetServesEveryFrameAndMovingSetOnlyItsOwn) {
   EXPECT_EQ(find_camera(CameraSet{}, 0), nullptr);
 }
 
-TEST(AssumedLens, IsAsLongHoweverThePhoneIsHeld) {
+TEST(AssumedLens, IsTheSameHoweverThePhoneIsHeld) {
   const Intrinsics upright = assumed_intrinsics(1080, 1920, 0), across = assumed_intrinsics(1920, 1080, 0);
   EXPECT_DOUBLE_EQ(upright.fx, 1512);
   EXPECT_DOUBLE_EQ(across.fx, upright.fx);
@@ -92,7 +92,7 @@ TEST(AssumedLens, IsAsLongHoweverThePhoneIsHeld) {
   EXPECT_DOUBLE_EQ(assumed_intrinsics(512, 512, 0).fx, 1024);
 }
 
-TEST(AssumedLens, IsTheFilmsOwnWhereItIsTold) {
+TEST(AssumedLens, IsTheFilmsOwnWhereItIsRecorded) {
   EXPECT_DOUBLE_EQ(assumed_intrinsics(1920, 1080, 27).fx, 1440);
   EXPECT_DOUBLE_EQ(assumed_intrinsics(1080, 1920, 27).fx, 1440);
   EXPECT_DOUBLE_EQ(assumed_intrinsics(1440, 1080, 27).fx, 1080);

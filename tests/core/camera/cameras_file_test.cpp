@@ -55,7 +55,7 @@ TEST(CamerasFile, KeepsEveryNumberBitForBit) {
   }
 }
 
-TEST(CamerasFile, ReadsTheBareContractWithoutOurExtras) {
+TEST(CamerasFile, ReadsAFileWithoutOptionalFields) {
   Folder folder;
   std::ofstream(folder.path / "bare.json")
       << R"({"cameras":[{"frame":3,"width":64,"height":48,"fx":70,"fy":71,"cx":32,"cy":24,)"

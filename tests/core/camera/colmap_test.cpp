@@ -143,7 +143,7 @@ TEST_F(Colmap, TwoSolvesThatAgreeOnTheLensAreEnough) {
   EXPECT_EQ(count_of(*text, "mapper"), 2);
 }
 
-TEST_F(Colmap, ALensIsBentOnlyWhereThePicturesAre) {
+TEST_F(Colmap, DistortionIsFittedOnlyWhereThePicturesAreDistorted) {
   if (!have_colmap()) GTEST_SKIP() << "colmap is not installed";
   add_walk(6);
   const auto plain = solve();
@@ -187,7 +187,7 @@ TEST_F(Colmap, WhereTwoSolvesDisagreeTheirPointsDecide) {
 
 // -- What can be seen of a solve at work, by the real program
 
-TEST_F(Colmap, ASolveAtWorkShowsThePicturesThatItHasPlaced) {
+TEST_F(Colmap, RunningSolveReportsThePicturesPlacedSoFar) {
   if (!have_colmap()) GTEST_SKIP() << "colmap is not installed";
   EXPECT_FALSE(solve_so_far(work_));
   add_walk(7);
@@ -209,7 +209,7 @@ TEST_F(Colmap, ASolveAtWorkShowsThePicturesThatItHasPlaced) {
 
 // -- What becomes of a killed step, by the real program
 
-TEST_F(Colmap, AKilledStepGoesOnFromItsDatabase) {
+TEST_F(Colmap, KilledStepContinuesFromItsDatabase) {
   if (!have_colmap()) GTEST_SKIP() << "colmap is not installed";
   add_walk(6);
   // Dies after the third picture's features are stored, and says how.
@@ -292,7 +292,7 @@ TEST_F(Colmap, AKilledSolveKeepsFeaturesAndMatches) {
   EXPECT_EQ(model->images.size(), 6u);
 }
 
-TEST_F(Colmap, AnUnreadableDatabaseIsMadeAnew) {
+TEST_F(Colmap, UnreadableDatabaseIsRebuilt) {
   if (!have_colmap()) GTEST_SKIP() << "colmap is not installed";
   add_walk(6);
   ASSERT_TRUE(write_text(work_ / "database.db", "no database at all, whatever its name may say"));
@@ -322,7 +322,7 @@ TEST_F(Colmap, AFullDiskIsNamed) {
   EXPECT_THAT(error.fix, HasSubstr("Free some space"));
 }
 
-TEST_F(Colmap, AnUnknownFailureQuotesTheProgramsLastWords) {
+TEST_F(Colmap, UnknownFailureQuotesTheProgramsLastOutput) {
   add_walk(2);
   options_.program = stand_in("echo 'something nobody foresaw'; exit 3");
   const Error error = failure();
@@ -332,7 +332,7 @@ TEST_F(Colmap, AnUnknownFailureQuotesTheProgramsLastWords) {
   EXPECT_FALSE(error.fix.empty());
 }
 
-TEST_F(Colmap, PicturesItDroppedAreMissed) {
+TEST_F(Colmap, DroppedPicturesAreReported) {
   if (!have_colmap()) GTEST_SKIP() << "colmap is not installed";
   add_walk(4);
   // The extractor exits with 0 whatever becomes of single pictures.
@@ -343,7 +343,7 @@ TEST_F(Colmap, PicturesItDroppedAreMissed) {
 }
 
 // colmap takes a mask of another name or size without a word.
-TEST_F(Colmap, MasksHaveTheNameAndSizeThatItLooksFor) {
+TEST_F(Colmap, MasksHaveTheNameAndSizeColmapExpects) {
   const Image8 picture(240, 180, 3, 90);
   Image8 mask(240, 180, 1, 0);
   for (int y = 0; y < 180; ++y) *mask.at(10, y) = *mask.at(11, y) = 255;
@@ -360,7 +360,7 @@ TEST_F(Colmap, MasksHaveTheNameAndSizeThatItLooksFor) {
 
 // -- Photographs are looked at before colmap is
 
-TEST_F(Colmap, APhotographCutOffOrOfAnotherSizeIsRefusedByName) {
+TEST_F(Colmap, TruncatedOrOddlySizedPhotographIsRefusedByName) {
   const fs::path photos = folder_ / "photos";
   for (int i = 0; i < 4; ++i)
     ASSERT_TRUE(write_image(photos / fmt::format("p{}.jpg", i),

@@ -10,7 +10,7 @@
 namespace likeness {
 namespace {
 
-TEST(Process, GivesLinesAsTheyComeAndTheExitCode) {
+TEST(Process, ReportsLinesAsTheyComeAndTheExitCode) {
   std::vector<std::string> lines;
   const auto end = run_process({"/bin/sh", "-c", "echo one; echo two >&2; printf three; exit 7"},
                                [&](std::string_view line) { lines.emplace_back(line); }, {});

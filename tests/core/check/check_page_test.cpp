@@ -86,7 +86,7 @@ TEST_F(CheckPage, TheVerdictHasItsColour) {
   EXPECT_GT(refilm.height, ready.height + 100);  // the remark takes its room
 }
 
-TEST_F(CheckPage, ARemarksPictureIsOfAFrameThatShowsTheFault) {
+TEST_F(CheckPage, RemarksPictureShowsTheFault) {
   ClipMeasures clip = measures();
   for (const int i : {22, 23}) clip.looks[std::size_t(i)].sharpness = 2;
   const Remark remark{Fault::blurred, false, 0, 20, "Blurred in places.", "Hold still."};
@@ -99,7 +99,7 @@ TEST_F(CheckPage, ARemarksPictureIsOfAFrameThatShowsTheFault) {
   EXPECT_GT(count(page, shown.data[0], shown.data[1], shown.data[2]), 130 * 130);
 }
 
-TEST_F(CheckPage, AClipWithoutAFaceOrALookIsDrawnToo) {
+TEST_F(CheckPage, ClipWithoutAFaceOrALookStillGivesAPage) {
   ClipMeasures clip = measures();
   for (Look& look : clip.looks) look = {.frame = look.frame, .time_s = look.time_s};
   EXPECT_FALSE(draw(clip, judge_capture(clip)).empty());

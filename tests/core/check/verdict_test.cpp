@@ -52,7 +52,7 @@ TEST(Verdict, AGoodClipIsReady) {
   EXPECT_TRUE(verdict.remarks.empty());
 }
 
-TEST(Verdict, AFaultOfAStretchIsNamedWithItsTime) {
+TEST(Verdict, FaultOfOneStretchIsNamedWithItsTime) {
   const CaptureVerdict verdict = spoilt([](ClipMeasures& clip) {
     for (Look& look : clip.looks)
       if (look.time_s >= 20 && look.time_s < 35) look.sharpness = 5;
@@ -64,7 +64,7 @@ TEST(Verdict, AFaultOfAStretchIsNamedWithItsTime) {
   EXPECT_FALSE(verdict.remarks[0].remedy.empty());
 }
 
-TEST(Verdict, AFaultOfTheWholeClipIsGrave) {
+TEST(Verdict, FaultOfTheWholeClipMeansFilmingAgain) {
   const CaptureVerdict verdict = spoilt([](ClipMeasures& clip) {
     for (Look& look : clip.looks) look.sharpness = 5;
   });
@@ -72,7 +72,7 @@ TEST(Verdict, AFaultOfTheWholeClipIsGrave) {
   EXPECT_THAT(faults(verdict), ElementsAre(Fault::blurred));
 }
 
-TEST(Verdict, EachFaultAloneIsNamedAlone) {
+TEST(Verdict, EachSingleFaultIsTheOnlyOneNamed) {
   const auto each = [](auto spoil) {
     return faults(spoilt([&](ClipMeasures& clip) {
       for (Look& look : clip.looks) spoil(look);
@@ -100,7 +100,7 @@ TEST(Verdict, EachFaultAloneIsNamedAlone) {
               ElementsAre(Fault::plain_background));
 }
 
-TEST(Verdict, AHandThatShakesWidelyIsNotTakenForACameraThatIsLed) {
+TEST(Verdict, WidelyShakingHandIsNotTakenForAGuidedCamera) {
   // Three percent of the width to either side, four times a second: its swings add up to a long way.
   EXPECT_THAT(faults(spoilt([](ClipMeasures& clip) {
                 clip.camera = {false, 9000, 8000, {60, 8}, 200};
@@ -112,14 +112,14 @@ TEST(Verdict, AHandThatShakesWidelyIsNotTakenForACameraThatIsLed) {
               ElementsAre(Fault::camera_shakes));
 }
 
-TEST(Verdict, AMovedCameraBeforeARichBackgroundIsNoFault) {
+TEST(Verdict, MovingCameraBeforeARichBackgroundIsNotAFault) {
   EXPECT_EQ(spoilt([](ClipMeasures& clip) {
               clip.camera = {false, 900, 800, {700, 0.1}, 150};
             }).verdict,
             Verdict::ready);
 }
 
-TEST(Verdict, WithoutAFaceNothingElseOfItIsSaid) {
+TEST(Verdict, WithoutAFaceNothingElseAboutItIsReported) {
   const CaptureVerdict verdict = spoilt([](ClipMeasures& clip) {
     for (Look& look : clip.looks) look = {.frame = look.frame, .time_s = look.time_s};
   });
@@ -127,7 +127,7 @@ TEST(Verdict, WithoutAFaceNothingElseOfItIsSaid) {
   EXPECT_EQ(verdict.verdict, Verdict::refilm);
 }
 
-TEST(Verdict, OfAFaceThatCannotBeReadNoExpressionIsMissed) {
+TEST(Verdict, UnreadableFaceIsNotReportedAsMissingExpressions) {
   const CaptureVerdict verdict = spoilt([](ClipMeasures& clip) {
     for (Look& look : clip.looks)
       look.posed = false, look.yaw_deg = look.pitch_deg = 0, look.expressions = {};
@@ -139,7 +139,7 @@ TEST(Verdict, OfAFaceThatCannotBeReadNoExpressionIsMissed) {
 
 TEST(Verdict, AnUndecodedClipIsJudgedWithoutACrash) { EXPECT_EQ(judge_capture({}).verdict, Verdict::refilm); }
 
-TEST(Verdict, EveryNameIsOfItsOwn) {
+TEST(Verdict, NamesAreDistinct) {
   std::set<std::string_view> names;
   for (int f = 0; f <= static_cast<int>(Fault::plain_background); ++f)
     names.insert(fault_name(static_cast<Fault>(f)));

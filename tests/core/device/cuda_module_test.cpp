@@ -31,7 +31,7 @@ TEST(CudaModule, LoadsWithoutADriverAndFillsItsTable) {
   }
 }
 
-TEST(CudaModule, KnowsNoOtherVersion) {
+TEST(CudaModule, RejectsOtherVersions) {
   ASSERT_NE(module(), nullptr);
   void* library = ::dlopen(system_loader().places.front().c_str(), RTLD_NOW | RTLD_LOCAL);
   ASSERT_NE(library, nullptr);

@@ -29,7 +29,7 @@ TEST(DeviceErrors, EachHasItsOwnSentenceAndARemedy) {
   EXPECT_THAT(device_error(DeviceStatus::lost, facts, "code 719", "").what, HasSubstr("code 719"));
 }
 
-TEST(DeviceOpen, AFailedOneIsAnErrorThatSaysWhichItWas) {
+TEST(DeviceOpen, FailureNamesItsCause) {
   const std::pair<DeviceStatus, const char*> cases[] = {
       {DeviceStatus::no_driver, "no NVIDIA driver"},
       {DeviceStatus::driver_too_old, "driver supports CUDA 12.4"},
@@ -51,7 +51,7 @@ TEST(DeviceOpen, AModuleOfAnotherVersionIsRefused) {
   EXPECT_THAT(device.error().what, HasSubstr("differ in version"));
 }
 
-TEST(DeviceArrays, GiveBackTheirMemoryAndSayWhenThereIsNone) {
+TEST(DeviceArrays, ReleaseTheirMemoryAndReportWhenItRunsOut) {
   const auto device = emulated_device({.memory_bytes = 1000});
   {
     auto first = DeviceArray<float>::make(device, 200);
@@ -66,7 +66,7 @@ TEST(DeviceArrays, GiveBackTheirMemoryAndSayWhenThereIsNone) {
   EXPECT_TRUE(DeviceArray<float>::make(device, 250).ok());
 }
 
-TEST(DeviceArrays, ComeBackAsTheyWentIn) {
+TEST(DeviceArrays, RoundTripUnchanged) {
   const auto device = emulated_device();
   auto array = DeviceArray<int>::make(device, 3);
   const int in[3] = {1, 2, 3};

@@ -61,7 +61,7 @@ TEST(SystemLoader, LooksOnlyWhereTheVariableSays) {
   EXPECT_THAT(open_cuda_device(loader).error().what, HasSubstr("computes on the processor"));
 }
 
-TEST(SystemLoader, AFileThatIsNoModuleIsNamed) {
+TEST(SystemLoader, NamesAFileThatIsNotAModule) {
   const ModuleLoader loader = system_loader();
   std::string why;
   EXPECT_EQ(loader.load("/proc/self/status", why), nullptr);

@@ -13,7 +13,7 @@ namespace {
 
 constexpr double kDegree = std::numbers::pi / 180;
 
-TEST(BeyondSeen, ATurnOfTheHeadAndAWalkRoundItAreTheSame) {
+TEST(BeyondSeen, HeadTurnAndCameraOrbitCountAlike) {
   const OpenedAvatar opened = tiny_opened();
   const DirectedAvatar directed = direct_avatar(opened.avatar, opened.model);
   const ViewAngle typical = view_angle(opened.avatar.cam_from_world * opened.avatar.world_from_head);
@@ -30,7 +30,7 @@ TEST(BeyondSeen, ATurnOfTheHeadAndAWalkRoundItAreTheSame) {
   EXPECT_GT(view_doubt(20 * kDegree), view_doubt(10 * kDegree));
 }
 
-TEST(BeyondSeen, ActionsAreNamedWhenTheyGoFurtherThanTheyWereSeen) {
+TEST(BeyondSeen, NamesActionsBeyondTheirSeenRange) {
   const OpenedAvatar opened = tiny_opened();
   const DirectedAvatar directed = direct_avatar(opened.avatar, opened.model);
   const std::map<std::string, ValueRange> limits{{"action jawOpen", {0, 0.4f}}};

@@ -29,7 +29,7 @@ TEST(SetOrbit, GoesToBothSidesAndEndsWhereItBegan) {
   EXPECT_FLOAT_EQ(value_at(performance, "camera distance", 8), 0.6f);
 }
 
-TEST(OrbitRange, IsWhatWasSeenWithinReason) {
+TEST(OrbitRange, IsTheSeenRangeWithinLimits) {
   const ValueRange range = orbit_range({{"camera yaw", {-80, 3}}});
   EXPECT_EQ(range.low, -45);
   EXPECT_EQ(range.high, 10);

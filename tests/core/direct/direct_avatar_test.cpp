@@ -34,7 +34,7 @@ TEST(DirectMoment, WithoutKeysTheAvatarIsAtRest) {
   EXPECT_EQ(moment.pose.articulation.expression, avatar.neutral.expression);
 }
 
-TEST(DirectMoment, TurnsAndActionsAreThoseOfTheCommandLine) {
+TEST(DirectMoment, TurnsAndActionsMatchTheCommandLine) {
   const auto& [project, avatar, model, hash] = opened();
   const DirectedMoment moment =
       moment_of({{"head yaw", 20}, {"head pitch", -5}, {"head roll", 3}, {"action jawOpen", 0.5f}});
@@ -67,7 +67,7 @@ TEST(DirectMoment, ZoomAndShiftMoveThePictureAboutItsMiddle) {
   EXPECT_NEAR(k.cy - 0.5 * plain.height, 2 * (plain.cy - 0.5 * plain.height), 1e-6);
 }
 
-TEST(DirectMoment, GazeTurnsBothEyesTheSameWayAndTakesTheLidsAlong) {
+TEST(DirectMoment, GazeTurnsBothEyesAlikeAndMovesTheLids) {
   const Articulation left = moment_of({{"gaze yaw", 12}}).pose.articulation;
   EXPECT_NEAR(left.left_eye.y(), 12 * kRad, 1e-4);
   EXPECT_NEAR(left.right_eye.y(), 12 * kRad, 1e-4);
@@ -88,7 +88,7 @@ TEST(DirectMoment, TheTorsoRestsUntilTheNeckIsStretched) {
   EXPECT_NEAR(away(1), 1 - DriveOptions{}.reach_m, 1e-3);
 }
 
-TEST(DirectFilm, HasOneMomentAFrameAndRefusesUnknownActions) {
+TEST(DirectFilm, HasOneMomentPerFrameAndRefusesUnknownActions) {
   Performance performance;
   performance.duration_s = 2;
   set_key(performance, "camera yaw", {0, 0});
@@ -105,7 +105,7 @@ TEST(DirectFilm, HasOneMomentAFrameAndRefusesUnknownActions) {
   EXPECT_NE(refused.error().fix.find("jawOpen"), std::string::npos);
 }
 
-TEST(PerformanceOf, FramesKeepTheTimesTheyCameAt) {
+TEST(PerformanceOf, FramesKeepTheirTimes) {
   const auto& [project, avatar, model, hash] = opened();
   const DirectedAvatar directed = direct_avatar(avatar, model);
   std::vector<DrivenFrame> frames(3);
@@ -120,7 +120,7 @@ TEST(PerformanceOf, FramesKeepTheTimesTheyCameAt) {
   EXPECT_NEAR(performance.duration_s, 0.34, 1e-9);
 }
 
-TEST(PerformanceOf, ADrivenClipComesBackOutOfItsKeys) {
+TEST(PerformanceOf, KeysReproduceADrivenClip) {
   const auto& [project, avatar, model, hash] = opened();
   const DirectedAvatar directed = direct_avatar(avatar, model);
   // A clip as an avatar is driven: named actions on top of rest, eyes that move together.

@@ -47,7 +47,7 @@ TEST(EditKeys, ErasingTheLastKeyEndsTheChannel) {
   EXPECT_EQ(p.channels.at("head yaw").size(), 2u);
 }
 
-TEST(EditKeys, KeysMoveTogetherAndReplaceWhatTheyMeet) {
+TEST(EditKeys, KeysMoveTogetherAndReplaceThoseTheyMeet) {
   Performance p = two_channels();
   const std::vector<KeyPlace> both{{"head yaw", 0}, {"head yaw", 1}};
   const auto now = move_keys(p, both, 1);
@@ -67,7 +67,7 @@ TEST(EditKeys, NothingMovesBeforeTheStart) {
   EXPECT_TRUE(in_order(p));
 }
 
-TEST(EditKeys, APasteIsTheCopySomewhereElse) {
+TEST(EditKeys, PasteRepeatsTheCopyAtAnotherTime) {
   Performance p = two_channels();
   const std::vector<KeyPlace> some{{"head yaw", 1}, {"action jawOpen", 0.5}};
   const KeyClip clip = copy_keys(p, some);
@@ -119,7 +119,7 @@ TEST(LinkedChannel, IsTheOtherSideOfTheFace) {
     EXPECT_EQ(linked_channel(linked_channel(channel)), channel);
 }
 
-TEST(LayOver, ATakeReplacesWhatHeadAndFaceDoAndNothingElse) {
+TEST(LayOver, TakeReplacesOnlyHeadAndFace) {
   Performance performance;
   performance.duration_s = 3;
   set_key(performance, "head yaw", {0, 10});

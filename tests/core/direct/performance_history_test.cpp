@@ -8,7 +8,7 @@
 namespace likeness::test {
 namespace {
 
-TEST(PerformanceHistory, UndoAndRedoGiveBackExactlyWhatWas) {
+TEST(PerformanceHistory, UndoAndRedoRestoreExactly) {
   PerformanceHistory history(Performance{});
   std::vector<Performance> states{history.present()};
   for (int i = 0; i < 5; ++i) {

@@ -46,7 +46,7 @@ TEST(ValueAt, EasingsDifferAsTheirNamesSay) {
   EXPECT_GT(at(Easing::ease_out, 0.5), 0.8f);
 }
 
-TEST(ValueAt, SmoothNeverGoesBeyondItsKeysAndHasNoCorner) {
+TEST(ValueAt, SmoothNeverOvershootsItsKeysAndHasNoCorner) {
   const auto keys = keys_of(Easing::smooth, {{0, 0}, {0.2, 0.1f}, {1, 4}, {1.5, 4}, {2.5, -3}, {2.6, -3.2f}});
   for (std::size_t i = 0; i + 1 < keys.size(); ++i) {
     const float low = std::min(keys[i].value, keys[i + 1].value),
@@ -107,13 +107,13 @@ class PerformanceFile : public testing::Test {
   json file_;
 };
 
-TEST_F(PerformanceFile, ComesBackExactly) {
+TEST_F(PerformanceFile, RoundTripsExactly) {
   const auto read = read_performance(path());
   ASSERT_TRUE(read.ok()) << read.error().what;
   EXPECT_EQ(*read, performance_);
 }
 
-TEST_F(PerformanceFile, WhatIsWrongIsNamedByItsField) {
+TEST_F(PerformanceFile, NamesTheFieldThatIsWrong) {
   const auto changed = [&](const char* pointer, const json& value) {
     json copy = file_;
     copy[json::json_pointer(pointer)] = value;
@@ -137,7 +137,7 @@ TEST_F(PerformanceFile, WhatIsWrongIsNamedByItsField) {
   EXPECT_THAT(refusal(json::array()), HasSubstr("not an object"));
 }
 
-TEST_F(PerformanceFile, AFileThatBreaksOffIsRefused) {
+TEST_F(PerformanceFile, RefusesATruncatedFile) {
   const std::string whole = *read_text(path());
   ASSERT_TRUE(write_text(path(), whole.substr(0, whole.size() / 2)).ok());
   EXPECT_FALSE(read_performance(path()).ok());

@@ -12,7 +12,7 @@
 namespace likeness::test {
 namespace {
 
-TEST(Presets, StayWithinWhatWasSeenAndSayHowMuchThatIs) {
+TEST(Presets, StayWithinTheSeenRangeAndSayHowFarTheyGo) {
   const auto seen = seen_from_rest(filmed_avatar(), tiny_head());
   const auto list = presets(tiny_head(), seen);
   ASSERT_EQ(list.size(), 9u);
@@ -34,7 +34,7 @@ TEST(Presets, StayWithinWhatWasSeenAndSayHowMuchThatIs) {
     EXPECT_FLOAT_EQ(preset.seen, 1) << preset.name;
 }
 
-TEST(Presets, ReplaceTheExpressionThatWasThere) {
+TEST(Presets, ReplaceThePreviousExpression) {
   Performance performance;
   set_key(performance, "action browDown_L", {0, 1});
   set_key(performance, "head yaw", {0, 10});

@@ -41,7 +41,7 @@ TEST(RandomWalk, IsSmoothSeededAndWithinItsLimits) {
   EXPECT_GE(value_at(walk, "head yaw", 30), -25);  // no owl
 }
 
-TEST(SetWalk, TakesThePlaceOfHeadAndFaceButNotOfTheCamera) {
+TEST(SetWalk, ReplacesHeadAndFaceButNotTheCamera) {
   Performance performance;
   performance.duration_s = 6;
   set_value(performance, "head x", 0.01f, {});

@@ -28,7 +28,7 @@ TEST(SetValue, RecordingKeepsWhatWasThereBefore) {
   EXPECT_EQ(value_at(performance, "head roll", 3), 9);
 }
 
-TEST(SetValue, ACourseGetsKeysEvenWithoutRecording) {
+TEST(SetValue, ChannelWithSeveralKeysGetsAKeyEvenWithoutRecording) {
   Performance performance;
   set_key(performance, "head yaw", {0, 0});
   set_key(performance, "head yaw", {2, 20, Easing::hold});
@@ -40,7 +40,7 @@ TEST(SetValue, ACourseGetsKeysEvenWithoutRecording) {
   EXPECT_EQ(performance.channels.at("head yaw").back(), (Key{2, 30, Easing::hold}));
 }
 
-TEST(SetValue, LinkedHalvesDoTheSame) {
+TEST(SetValue, LinkedSidesChangeTogether) {
   Performance performance;
   set_value(performance, "action mouthSmile_L", 0.5f, {.linked = true});
   EXPECT_EQ(value_at(performance, "action mouthSmile_R", 0), 0.5f);
@@ -48,7 +48,7 @@ TEST(SetValue, LinkedHalvesDoTheSame) {
   EXPECT_EQ(value_at(performance, "action mouthSmile_L", 0), 0.5f);
 }
 
-TEST(SetToRest, IsOfOnePart) {
+TEST(SetToRest, ResetsOnlyOnePart) {
   Performance performance;
   set_value(performance, "head yaw", 5, {});
   set_value(performance, "action jawOpen", 1, {});
@@ -60,7 +60,7 @@ TEST(SetToRest, IsOfOnePart) {
   EXPECT_TRUE(performance.channels.contains("camera yaw"));
 }
 
-TEST(PoseAt, IsHeadAndFaceAndCanBeGivenToAnotherMoment) {
+TEST(PoseAt, HoldsHeadAndFaceAndCanBeSetAtAnotherTime) {
   Performance performance;
   set_value(performance, "head yaw", 5, {});
   set_value(performance, "action jawOpen", 1, {.time_s = 2, .record = true});

@@ -28,7 +28,7 @@ Track acted_driver(int frames) {
   return track;
 }
 
-TEST(Driving, AFinishedTrackIsCarriedOverFrameByFrame) {
+TEST(Driving, CarriesAFinishedTrackOverFrameByFrame) {
   const TinyProject project;
   const OpenedAvatar opened = tiny_opened();
   Track track = acted_driver(40);
@@ -52,7 +52,7 @@ TEST(Driving, AFinishedTrackIsCarriedOverFrameByFrame) {
   EXPECT_GT(turned, 0.3);
 }
 
-TEST(Driving, ATrackOfEveryFourthFrameHasTheFilmsTime) {
+TEST(Driving, TrackOfEveryFourthFrameKeepsTheFilmsTiming) {
   const TinyProject project;
   Track track = acted_driver(40);
   std::erase_if(track.frames, [](const TrackedFrame& frame) { return frame.frame % 4 != 0; });
@@ -66,7 +66,7 @@ TEST(Driving, ATrackOfEveryFourthFrameHasTheFilmsTime) {
   EXPECT_DOUBLE_EQ(clip->frames_per_second, 7.5);
 }
 
-TEST(Driving, ATrackOfALongerClipIsRefused) {
+TEST(Driving, RefusesATrackOfALongerClip) {
   const TinyProject project;
   DriveRequest request;
   request.video = grey_clip(project.root / "clip.mp4", 20);
@@ -77,7 +77,7 @@ TEST(Driving, ATrackOfALongerClipIsRefused) {
   EXPECT_NE(clip.error().what.find("frame 39"), std::string::npos) << clip.error().what;
 }
 
-TEST(Driving, ATrackOfAnotherHeadModelIsRefused) {
+TEST(Driving, RefusesATrackOfAnotherHeadModel) {
   const TinyProject project;
   Track track = acted_driver(8);
   track.head_model_hash = std::string(32, '0');
@@ -90,7 +90,7 @@ TEST(Driving, ATrackOfAnotherHeadModelIsRefused) {
   EXPECT_NE(clip.error().fix.find("--head-model"), std::string::npos);
 }
 
-TEST(Driving, AClipWithoutASolveIsSeenByACameraAtRest) {
+TEST(Driving, ClipWithoutSolvedCamerasGetsARestingCamera) {
   VideoInfo info;
   info.width = 1080, info.height = 1920;
   const CameraSet set = assumed_camera(info);

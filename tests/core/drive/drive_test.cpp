@@ -73,7 +73,7 @@ double rms_second_difference(const std::vector<float>& course) {
   return std::sqrt(sum / double(course.size() - 2));
 }
 
-TEST(Drive, APersonDrivenByThemselvesIsThemselves) {
+TEST(Drive, PersonDrivenByThemselvesIsReproduced) {
   const HeadModel& model = test_head();
   const Track track = performed(model, acted(model, {{"browDown_L", 0.3f}}));
   const DriveSubject self = self_of(track, model);
@@ -90,7 +90,7 @@ TEST(Drive, APersonDrivenByThemselvesIsThemselves) {
   }
 }
 
-TEST(Drive, TheDriversRestIsTheAvatarsRestWhateverBothLookLike) {
+TEST(Drive, DriversRestMapsToTheAvatarsRestWhateverTheirLooks) {
   const HeadModel& model = test_head();
   Track track = performed(model, acted(model, {{"browDown_L", 0.4f}, {"mouthFrown_R", 0.2f}}));
   track.frames.resize(1);  // the first frame rests
@@ -109,7 +109,7 @@ TEST(Drive, TheDriversRestIsTheAvatarsRestWhateverBothLookLike) {
   EXPECT_LT((f.pose.world_from_torso.matrix() - avatar.world_from_torso.matrix()).norm(), 1e-12);
 }
 
-TEST(Drive, AGainScalesItsActionAndNoOther) {
+TEST(Drive, GainScalesOnlyItsOwnAction) {
   const HeadModel& model = test_head();
   const Track track = performed(model, neutral_articulation(model));
   const DriveSubject self = self_of(track, model);
@@ -126,7 +126,7 @@ TEST(Drive, AGainScalesItsActionAndNoOther) {
   }
 }
 
-TEST(Drive, WhatTheAvatarNeverShowedIsHeldBackUnlessAsked) {
+TEST(Drive, ExpressionsNeverSeenAreLimitedUnlessRequested) {
   const HeadModel& model = test_head();
   const Track track = performed(model, neutral_articulation(model));
   const DriveSubject driver = self_of(track, model);
@@ -185,7 +185,7 @@ TEST(Drive, AnotherHeadModelShowsTheSameActions) {
   }
 }
 
-TEST(Drive, TrembleIsNotRaisedAndSmoothingLowersIt) {
+TEST(Drive, JitterIsNotAmplifiedAndSmoothingReducesIt) {
   const HeadModel& model = test_head();
   const Track track = performed(model, neutral_articulation(model), 0.03);
   const DriveSubject driver = self_of(track, model);
@@ -208,7 +208,7 @@ TEST(Drive, TrembleIsNotRaisedAndSmoothingLowersIt) {
   }
 }
 
-TEST(Drive, AGainMagnifiesTheCourseAndNotItsTremor) {
+TEST(Drive, GainAmplifiesTheMotionButNotItsJitter) {
   const HeadModel& model = test_head();
   const Track track = performed(model, neutral_articulation(model), 0.03),
               still = performed(model, neutral_articulation(model));
@@ -231,7 +231,7 @@ TEST(Drive, AGainMagnifiesTheCourseAndNotItsTremor) {
   }
 }
 
-TEST(Drive, TurningTheHeadMovesNoShoulderAndLeaningIsFollowedDamped) {
+TEST(Drive, HeadTurnsLeaveTheShouldersStillAndLeaningIsDamped) {
   const HeadModel& model = test_head();
   Track track = performed(model, neutral_articulation(model));
   const Vec3d neck = shape_head(model, track.person).joints[kNeck].cast<double>();
@@ -261,7 +261,7 @@ TEST(Drive, TurningTheHeadMovesNoShoulderAndLeaningIsFollowedDamped) {
 }
 
 // As when the driver's camera is held in a hand that wanders off.
-TEST(Drive, ADriverWhoDriftsAwayCarriesNobodyOutOfThePicture) {
+TEST(Drive, DriftingDriverLeavesTheAvatarInThePicture) {
   const HeadModel& model = test_head();
   Track track = performed(model, neutral_articulation(model));
   const DriveSubject self = self_of(track, model);
@@ -314,7 +314,7 @@ TEST(Drive, LostFramesAreBridged) {
   }
 }
 
-TEST(Drive, WhatCannotBeDrivenIsRefusedWithAReason) {
+TEST(Drive, RefusesWhatCannotBeDrivenWithAReason) {
   const HeadModel& model = test_head();
   Track track = performed(model, neutral_articulation(model));
   const DriveSubject self = self_of(track, model);
@@ -327,7 +327,7 @@ TEST(Drive, WhatCannotBeDrivenIsRefusedWithAReason) {
   EXPECT_EQ(drive(track, self, self, {}).error().code, ErrorCode::bad_input);
 }
 
-TEST(DriveStream, OneByOneIsWhatTheSmoothedClipIs) {
+TEST(DriveStream, FrameByFrameMatchesTheSmoothedClip) {
   const HeadModel& model = test_head();
   const Track track = performed(model, neutral_articulation(model));
   const DriveSubject self = self_of(track, model);
@@ -346,7 +346,7 @@ TEST(DriveStream, OneByOneIsWhatTheSmoothedClipIs) {
   }
 }
 
-TEST(DriveStream, ALostFrameHoldsTheLastOneAndGainsChangeOnTheWay) {
+TEST(DriveStream, LostFrameHoldsThePreviousOneAndGainsMayChange) {
   const HeadModel& model = test_head();
   const Track track = performed(model, neutral_articulation(model));
   const DriveSubject self = self_of(track, model);

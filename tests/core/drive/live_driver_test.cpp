@@ -62,7 +62,7 @@ bool is_over(const LiveStatus& status) {
   return status.state == LiveState::ended || status.state == LiveState::failed;
 }
 
-TEST(LiveDriver, DropsWhatItCannotFollowAndKeepsTheOrder) {
+TEST(LiveDriver, DropsFramesItCannotKeepUpWithAndKeepsTheOrder) {
   std::vector<DrivenFrame> shown;
   std::atomic<int> pictures = 0;
   std::atomic<bool> over = false;
@@ -92,7 +92,7 @@ TEST(LiveDriver, DropsWhatItCannotFollowAndKeepsTheOrder) {
   EXPECT_TRUE(driver.take_recording().empty());
 }
 
-TEST(LiveDriver, AFileIsDrivenFromAtItsOwnPace) {
+TEST(LiveDriver, DrivesFromAFileAtItsOwnPace) {
   std::atomic<int> turned = 0;
   const Pose rest = driven_subject().world_from_head;
   LiveDriver driver(
@@ -112,7 +112,7 @@ TEST(LiveDriver, AFileIsDrivenFromAtItsOwnPace) {
   EXPECT_TRUE(turned > 0 || driver.status().tracked < kFollowed) << driver.status().tracked;
 }
 
-TEST(LiveDriver, ALostFaceIsToldAndNothingIsDriven) {
+TEST(LiveDriver, ReportsALostFaceAndDrivesNothing) {
   std::atomic<int> driven = 0;
   LiveDriver driver(frames(kNoEnd, 5, false), driven_subject(), {.rest_s = 0.1},
                     [&](const DrivenFrame&, Clock::time_point) { ++driven; });
@@ -124,7 +124,7 @@ TEST(LiveDriver, ALostFaceIsToldAndNothingIsDriven) {
   EXPECT_TRUE(until(driver, is_over));
 }
 
-TEST(LiveDriver, ASourceThatBreaksIsAFailureInWords) {
+TEST(LiveDriver, ReportsASourceThatFails) {
   LiveDriver driver(frames(3, 5, true, true), driven_subject(), {},
                     [](const DrivenFrame&, Clock::time_point) {});
   ASSERT_TRUE(until(driver, is_over));
@@ -136,7 +136,7 @@ TEST(LiveDriver, ASourceThatBreaksIsAFailureInWords) {
   EXPECT_FALSE(absent.status().error->fix.empty());
 }
 
-TEST(LiveDriver, GainsMagnifyAnAction) {
+TEST(LiveDriver, GainsAmplifyAnAction) {
   const auto widest = [](float gain) {
     float most = 0;
     std::atomic<int> shown = 0;
@@ -155,7 +155,7 @@ TEST(LiveDriver, GainsMagnifyAnAction) {
   EXPECT_GT(widest(1), 1.5f * widest(0));
 }
 
-TEST(ClipSource, WhoeverIsLateLosesThePicturesInBetween) {
+TEST(ClipSource, LateReaderSkipsThePicturesInBetween) {
   auto source = open_clip_source(demo_folder() / "demo.mp4");
   ASSERT_TRUE(source.ok());
   const auto first = (*source)->next({});

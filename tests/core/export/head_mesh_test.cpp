@@ -280,7 +280,7 @@ TEST(Ply, HoldsWhatItsHeaderSays) {
   EXPECT_EQ(facts.at("avatar_hash"), "0123abcd");
 }
 
-TEST(WriteHead, SaysWhatDoesNotFit) {
+TEST(WriteHead, RefusesMoreFramesThanTheFormatHolds) {
   const TinyProject project;
   const OpenedAvatar opened = tiny_opened();
   const std::vector<AvatarPose> many(kMostMeshFrames + 1, posed(0, 0));

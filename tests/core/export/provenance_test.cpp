@@ -74,7 +74,7 @@ TEST_F(ProvenanceOfFiles, EveryPictureOfASequenceHasIt) {
   }
 }
 
-TEST_F(ProvenanceOfFiles, FfprobeReadsItFromAnMp4AlsoAfterSoundWasAdded) {
+TEST_F(ProvenanceOfFiles, FfprobeReadsItFromAnMp4EvenAfterSoundIsAdded) {
   const fs::path video = film("film.mp4", 5), sound = project_.root / "sound.mp4";
   const auto tags = [&]() -> json {
     const ProgramResult probed =
@@ -101,7 +101,7 @@ TEST_F(ProvenanceOfFiles, FfprobeReadsItFromAnMp4AlsoAfterSoundWasAdded) {
   EXPECT_EQ(both.at("format").at("tags").at("provenance"), silent.at("provenance"));
 }
 
-TEST(Provenance, NamesOfProjectsBreakNoFormat) {
+TEST(Provenance, ProjectNamesAreEscapedInEveryFormat) {
   const Provenance odd = provenance("a \"b\" <c> & \xFF\n", "12", {});
   EXPECT_TRUE(
       json::parse(provenance_json(odd)).at("project").get<std::string>().starts_with("a \"b\" <c> & "));

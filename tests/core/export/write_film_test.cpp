@@ -48,7 +48,7 @@ TEST(Film, AnAvatarOfAnotherHeadModelIsRefused) {
   EXPECT_EQ(opened.error().code, ErrorCode::bad_input);
 }
 
-TEST(Film, WhatDoesNotFitTogetherIsSaidBeforeLongWork) {
+TEST(Film, RefusesIncompatibleOptionsBeforeLongWork) {
   const Avatar avatar = filmed_avatar();
   const auto wrong = [&](std::size_t frames, const FilmOptions& options) {
     return !check_film(avatar, avatar.intrinsics, frames, options).ok();
@@ -73,7 +73,7 @@ TEST(Film, WhatDoesNotFitTogetherIsSaidBeforeLongWork) {
   EXPECT_TRUE(wrong(1, {.out = "a.png", .width = 20000}));
 }
 
-TEST(Film, AnotherSizeShowsTheSameAndThePlateGoesWithIt) {
+TEST(Film, AnotherSizeScalesPictureAndPlateAlike) {
   const TinyProject project;
   const OpenedAvatar opened = tiny_opened();
   const Film film = resting_film(opened.avatar, 1);
@@ -92,7 +92,7 @@ TEST(Film, AnotherSizeShowsTheSameAndThePlateGoesWithIt) {
   EXPECT_LT(difference / double(shrunk.data.size()), 6);
 }
 
-TEST(Film, APictureStandsBehindTheAvatarCutToShape) {
+TEST(Film, PictureBehindTheAvatarIsCroppedToShape) {
   const TinyProject project;
   const OpenedAvatar opened = tiny_opened();
   Image8 wall(40, 80, 3, 10);  // upright: its middle 40 x 27 px are shown
@@ -135,7 +135,7 @@ TEST(Film, ARoomIsSeenFromEveryFramesCamera) {
   EXPECT_FALSE(std::equal(first.at(2, 2), first.at(2, 2) + 3, second.at(2, 2)));
 }
 
-TEST(Film, WhatIsNotKnownOfTheBackgroundIsSaidWithWhatIs) {
+TEST(Film, MissingBackgroundIsReportedWithTheOneThereIs) {
   Avatar avatar = filmed_avatar();
   const auto fault = [&](const std::string& background) {
     const auto checked = check_film(avatar, avatar.intrinsics, 1, {.out = "a.png", .background = background});
@@ -166,7 +166,7 @@ TEST(Film, WithoutAPlateARestingCameraSeesTheRoom) {
             (std::vector<int>{230, 230, 230}));
 }
 
-TEST(Film, AFolderGetsAPictureAFrameAndAnMp4AllOfThem) {
+TEST(Film, FolderGetsOnePicturePerFrameAndAnMp4AllOfThem) {
   const TinyProject project;
   const OpenedAvatar opened = tiny_opened();
   const Film film = resting_film(opened.avatar, 3);
@@ -184,7 +184,7 @@ TEST(Film, AFolderGetsAPictureAFrameAndAnMp4AllOfThem) {
   EXPECT_EQ(info->width, 96);
 }
 
-TEST(Film, AlphaLiesStraightOnDiskAndTheBackgroundShowsThroughIt) {
+TEST(Film, AlphaIsStoredStraightAndCompositesOverTheBackground) {
   const TinyProject project;
   const OpenedAvatar opened = tiny_opened();
   const Film film = resting_film(opened.avatar, 1);
@@ -205,7 +205,7 @@ TEST(Film, AlphaLiesStraightOnDiskAndTheBackgroundShowsThroughIt) {
   EXPECT_GT(open, 20);
 }
 
-TEST(Film, PicturesBesideAreOnTheLeft) {
+TEST(Film, SideBySidePicturesAreOnTheLeft) {
   const TinyProject project;
   const OpenedAvatar opened = tiny_opened();
   FilmOptions options{.out = project.root / "both.png", .beside_width = 10};
@@ -218,7 +218,7 @@ TEST(Film, PicturesBesideAreOnTheLeft) {
   EXPECT_EQ(*both->at(12, 2), 77);  // the avatar's plate
 }
 
-TEST(Film, StoppedHalfwayNothingIsLeft) {
+TEST(Film, StoppingHalfwayLeavesNothing) {
   const OpenedAvatar opened = tiny_opened();
   for (const char* out : {"film.mp4", "frames"}) {
     const TinyProject project;

@@ -20,7 +20,7 @@ Film resting_film(const Avatar& avatar) {
   return {.cameras = {typical_camera(avatar)}, .poses = {typical_state(avatar).pose}};
 }
 
-TEST(WriteOut, AMeshHasNothingThatOnlyPicturesHave) {
+TEST(WriteOut, RefusesPictureOptionsForAMesh) {
   const OpenedAvatar opened = tiny_opened();
   const Intrinsics& picture = opened.avatar.intrinsics;
   const auto fine = [&](const FilmOptions& options, std::size_t frames = 1) {
@@ -35,7 +35,7 @@ TEST(WriteOut, AMeshHasNothingThatOnlyPicturesHave) {
   EXPECT_TRUE(fine({.out = "still.png", .background = "plate"}));
 }
 
-TEST(WriteOut, TheNameDecides) {
+TEST(WriteOut, FileNameDecidesTheFormat) {
   const TinyProject project;
   const OpenedAvatar opened = tiny_opened();
   const Film film = resting_film(opened.avatar);

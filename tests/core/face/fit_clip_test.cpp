@@ -80,7 +80,7 @@ TEST(FitClip, FindsAShapeThatExplainsAllFrames) {
   for (const FaceFrame& f : fitted.frames) EXPECT_LT(inner_error(head, person, f.observation, f.state), 1.5);
 }
 
-TEST(FrameSpacing, IsOneUnlessFramesWereLeftOutAndNoneOfPhotographs) {
+TEST(FrameSpacing, IsOneUnlessFramesWereSkippedAndZeroForPhotographs) {
   struct Moment {
     int frame;
     double time_s;
@@ -91,7 +91,7 @@ TEST(FrameSpacing, IsOneUnlessFramesWereLeftOutAndNoneOfPhotographs) {
   EXPECT_EQ(frame_spacing(std::vector<Moment>{{0, 0}, {1, 1}, {2, 2}}), 0);
 }
 
-TEST(FitClip, FramesOfAFastClipLeanOnTheNextOnesThatWereRead) {
+TEST(FitClip, FramesOfAFastClipAreSmoothedWithTheNearestOnesRead) {
   const ReducedHead& head = test_reduced_head();
   const Eigen::VectorXd identity = Eigen::VectorXd::Zero(head.identity_count());
   const ExpressionPrior prior = expression_prior(test_head());
@@ -127,7 +127,7 @@ TEST(FitClip, HeldOutPicturesChangeNothingShared) {
 }
 
 // What dense tracks leave open: poses that move truly, about a head frame that is not the face's.
-TEST(FitClip, FindsWhereInTheGivenFrameTheFaceIs) {
+TEST(FitClip, RegistersTheFaceInTheGivenFrame) {
   const ReducedHead& head = test_reduced_head();
   std::vector<FaceFrame> frames = make_clip(head, Eigen::VectorXd::Zero(head.identity_count()), 0);
   Pose astray = Pose::Identity();  // the face's frame in the given one
@@ -152,7 +152,7 @@ TEST(FitClip, FindsWhereInTheGivenFrameTheFaceIs) {
 }
 
 // Another clip of a person whose shape is known: only where the face lies in the given frame is sought.
-TEST(FitClip, AHeldIdentityStaysAndTheFrameIsFoundAllTheSame) {
+TEST(FitClip, KeepsAGivenIdentityAndStillRegistersTheFrame) {
   const ReducedHead& head = test_reduced_head();
   Eigen::VectorXd truth = Eigen::VectorXd::Zero(head.identity_count());
   for (int i = 0; i < truth.size(); ++i) truth[i] = i % 2 == 0 ? 0.8 : -0.5;

@@ -19,7 +19,7 @@ TEST(FaceDetector, MissingModelNamesTheRemedy) {
   EXPECT_NE(absent.error().fix.find("libdlib-data"), std::string::npos);
 }
 
-TEST(FaceDetector, FileThatIsNoModelIsRefused) {
+TEST(FaceDetector, RefusesAFileThatIsNotAModel) {
   const auto path = std::filesystem::temp_directory_path() / "likeness_no_model.dat";
   std::ofstream(path) << "this is no shape predictor";
   const auto bad = FaceDetector::load(path);
@@ -38,7 +38,7 @@ Result<FaceDetector> load_bytes(const std::string& bytes) {
   return loaded;
 }
 
-TEST(FaceDetector, AModelOfOnesOwnIsUsedAsItIs) {
+TEST(FaceDetector, UsesAUsersOwnModelUnchanged) {
   const auto detector = load_bytes(tiny_predictor(2));
   ASSERT_TRUE(detector.ok()) << detector.error().what;
   const Landmarks found = detector->landmarks(Image8(80, 80, 1, 90), {20, 20, 40, 40}, 0, nullptr, {1, 1});
@@ -46,7 +46,7 @@ TEST(FaceDetector, AModelOfOnesOwnIsUsedAsItIs) {
 }
 
 // dlib would follow them out of its memory.
-TEST(FaceDetector, AModelThatLeadsAstrayIsRefused) {
+TEST(FaceDetector, RefusesADamagedModel) {
   const std::string good = tiny_predictor(2);
   const struct {
     const char* what;

@@ -51,7 +51,7 @@ TEST(Adam, FindsTheMinimumOfAQuadraticOverEveryParameter) {
 }
 
 // A rate far too high takes all of a table's values, and does not turn their signs and blow them up.
-TEST(Adam, DecayTakesNoMoreThanThereIs) {
+TEST(Adam, DecayNeverTakesMoreThanTheWholeValue) {
   AdamOptions options;
   options.table_rate = 1e4f, options.table_decay = 0.1f;
   EXPECT_EQ(options.table_keep(), 0);

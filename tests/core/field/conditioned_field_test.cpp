@@ -63,12 +63,12 @@ void expect_near_reference(const Field& field, const Batch& batch, FieldPrecisio
 
 class Conditioned : public testing::TestWithParam<NamedConfig> {};
 
-TEST_P(Conditioned, IsTheFieldUnderItsCondition) {
+TEST_P(Conditioned, MatchesTheFieldUnderItsCondition) {
   const Field field = trained_like_field(GetParam().config, 3);
   expect_near_reference(field, picture_batch(field.config, 333, 4), FieldPrecision::exact, 1e-5);
 }
 
-TEST_P(Conditioned, InBf16IsThreeThousandthsOff) {
+TEST_P(Conditioned, InBf16IsWithinThreeThousandths) {
   const Field field = trained_like_field(GetParam().config, 3);
   expect_near_reference(field, picture_batch(field.config, 333, 4), FieldPrecision::bf16, 6e-3);
 }
@@ -132,7 +132,7 @@ TEST(ConditionedFull, TablesRoundedBeforehandAreTheSame) {
 
 // A condition that acts in a region moves nothing outside it, to the bit, and something inside; of one that
 // is 0 everywhere nothing is left to be paid for.
-TEST(ConditionedFull, AConditionOfARegionIsFeltThereAlone) {
+TEST(ConditionedFull, ConditionOfARegionActsOnlyThere) {
   for (const bool ambient : {true, false}) {
     FieldConfig config = picture_config();
     config.ambient = ambient, config.local_conditions = 2;
@@ -193,7 +193,7 @@ struct Rows {
   }
 };
 
-TEST(Bf16, LooksUpWhatThePlainLoopsDo) {
+TEST(Bf16, LooksUpLikeThePlainLoops) {
   if (!cpu_has_bf16()) GTEST_SKIP() << "this processor has no AVX-512 BF16";
   for (const NamedConfig& named : small_configs()) {
     if (!grid_has_bf16(named.config.position)) continue;
@@ -216,7 +216,7 @@ TEST(Bf16, LooksUpWhatThePlainLoopsDo) {
   }
 }
 
-TEST(Bf16, NetworksOfAnyWidthAreThoseOfThePlainLoops) {
+TEST(Bf16, NetworksOfAnyWidthMatchThePlainLoops) {
   if (!cpu_has_bf16()) GTEST_SKIP() << "this processor has no AVX-512 BF16";
   std::mt19937 random(13);
   std::normal_distribution<float> value;

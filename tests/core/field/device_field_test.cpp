@@ -108,7 +108,7 @@ Batch settled(const FieldConfig& config, const Field& field, Batch batch, double
   return batch;
 }
 
-TEST_P(DeviceFieldTest, OutputsAndGradientsAreThoseOfTheReference) {
+TEST_P(DeviceFieldTest, OutputsAndGradientsMatchTheReference) {
   const FieldConfig& config = GetParam().named.config;
   const Field field = trained_like_field(config, 3, 0.5f * GetParam().scale);
   const bool single = GetParam().precision == NetworkPrecision::single;
@@ -142,7 +142,7 @@ TEST_P(DeviceFieldTest, OutputsAndGradientsAreThoseOfTheReference) {
 }
 
 // One step of both: the host's after its own gradients.
-TEST_P(DeviceFieldTest, AStepOfAdamMovesWhatTheProcessorMoves) {
+TEST_P(DeviceFieldTest, AdamStepMatchesTheProcessor) {
   const FieldConfig& config = GetParam().named.config;
   Field field = trained_like_field(config, 3);
   const Batch batch = settled(config, field, random_batch(config, kSamples, kViews, 9), 1e-4);
@@ -190,7 +190,7 @@ TEST_P(DeviceFieldTest, AStepOfAdamMovesWhatTheProcessorMoves) {
   for (const float g : fetched(*device_, on->gradients(), before.size())) ASSERT_EQ(g, 0.0f);
 }
 
-TEST_P(DeviceFieldTest, AStepWhoseLossIsNotFiniteMovesNothing) {
+TEST_P(DeviceFieldTest, StepWithANonFiniteLossChangesNothing) {
   const Field field = trained_like_field(GetParam().named.config, 3);
   auto on = make(field, 256);
   const Batch batch = random_batch(field.config, 64, kViews, 9);
@@ -230,7 +230,7 @@ TEST_P(DeviceFieldTest, AnEmptyBatchAddsNothing) {
 
 // The same numbers whether a block has one thread or several: nobody reads what another is still writing.
 // Built with the thread sanitizer, this also finds who would on a device.
-TEST_P(DeviceFieldTest, ThreadsOfABlockDoWhatOneDoes) {
+TEST_P(DeviceFieldTest, ThreadsOfABlockMatchASingleThread) {
   if (tests_cuda()) GTEST_SKIP() << "of the emulated device";
   const FieldConfig& config = GetParam().named.config;
   const Field field = trained_like_field(config, 3);

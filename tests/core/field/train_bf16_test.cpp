@@ -93,7 +93,7 @@ std::vector<std::vector<int>> all_widths() {
 
 // Small integers are exact in bfloat16, and so are their sums in any order in single precision; sums of the
 // second layer are rounded alike.
-TEST(TrainBf16, NetworksGoBackAsThePlainLoopsDoBitForBit) {
+TEST(TrainBf16, NetworksBackpropagateLikeThePlainLoopsBitForBit) {
   if (!cpu_has_bf16()) GTEST_SKIP() << "this processor has no AVX-512 BF16";
   std::mt19937 random(1);
   for (const std::vector<int>& widths : all_widths()) {
@@ -107,7 +107,7 @@ TEST(TrainBf16, NetworksGoBackAsThePlainLoopsDoBitForBit) {
 }
 
 // A sum that lies between two neighbours may be rounded otherwise in another order of additions.
-TEST(TrainBf16, NetworksOfAnyNumbersGoBackAsThePlainLoopsDo) {
+TEST(TrainBf16, NetworksOfAnyNumbersBackpropagateLikeThePlainLoops) {
   if (!cpu_has_bf16()) GTEST_SKIP() << "this processor has no AVX-512 BF16";
   std::mt19937 random(2);
   std::normal_distribution<float> normal;
@@ -143,7 +143,7 @@ Passed pass(const Field& field, const Batch& batch, FieldTape& tape,
 class TrainInBf16 : public testing::TestWithParam<NamedConfig> {};
 
 // Samples near a fold of a ReLU or near a border of a cell may fall on its other side.
-TEST_P(TrainInBf16, GradientsAreNearThoseOfDoubles) {
+TEST_P(TrainInBf16, GradientsAreCloseToDoublePrecision) {
   const FieldConfig& config = GetParam().config;
   if (!has_bf16(config)) GTEST_SKIP() << "not in bfloat16";
   const Field field = trained_like_field(config, 3);
@@ -229,7 +229,7 @@ TEST(TrainBf16, GivesTheOutputsOfAnEvaluation) {
 }
 
 // Whoever changes the parameters between two steps, a tape keeps nothing of the older ones.
-TEST(TrainBf16, KnowsNothingOfEarlierParameters) {
+TEST(TrainBf16, DoesNotDependOnEarlierParameters) {
   Field field = trained_like_field(whole_config(), 7), other = trained_like_field(whole_config(), 8);
   const Batch batch = random_batch(field.config, 1000, 3, 9);
   const auto used = make_tape(), fresh = make_tape();

@@ -85,7 +85,7 @@ TEST_P(TrainFields, BlocksOfAnySizeGiveTheGradientsOfOneBatch) {
   }
 }
 
-TEST_P(TrainFields, ALossFindsTheOutputsOfItsBlockInEveryFieldAndItsSlopesCount) {
+TEST_P(TrainFields, LossSeesItsBlocksOutputsInEveryFieldAndItsGradientsAreUsed) {
   constexpr std::size_t kBlocks = 61, kHead = 2500, kTorso = 1111;
   const std::vector<std::size_t> head_ends = uneven(kHead, kBlocks), torso_ends = uneven(kTorso, kBlocks);
   const auto two = [&](bool by_loss) {

@@ -27,9 +27,9 @@ void expect_found_again(const HeadModel& model) {
     EXPECT_NEAR(found[Eigen::Index(a)], amounts[a], 0.02) << model.actions[a].name;
 }
 
-TEST(ActionAmounts, AMixtureOfActionsIsFoundAgainBuiltIn) { expect_found_again(make_builtin_head()); }
+TEST(ActionAmounts, RecoversAMixtureOfActionsBuiltIn) { expect_found_again(make_builtin_head()); }
 
-TEST(ActionAmounts, AMixtureOfActionsIsFoundAgainIct) {
+TEST(ActionAmounts, RecoversAMixtureOfActionsIct) {
   LIKENESS_NEED_ICT_HEAD(model);
   expect_found_again(model);
 }
@@ -45,7 +45,7 @@ TEST(ActionAmounts, AreLinearInTheFace) {
   EXPECT_LT((face_amounts(basis, sum) - expected).cwiseAbs().maxCoeff(), 1e-4);
 }
 
-TEST(ActionAmounts, GazeIsJudgedByTheEyeball) {
+TEST(ActionAmounts, GazeIsReadFromTheEyeball) {
   const HeadModel model = make_builtin_head();
   const ActionBasis basis = action_basis(model);
   const NamedAction* look = find_action(model, "eyeLookOut_L");

@@ -213,7 +213,7 @@ TEST_F(DetailMaps, AModelWithoutATextureTakesThatOfAnObjBesideTheMaps) {
   expect_told({"head.obj", "Line 4", "texture coordinate"}, bare);
 }
 
-TEST_F(DetailMaps, WhatIsNoMapIsToldByName) {
+TEST_F(DetailMaps, NamesAFileThatIsNotAMap) {
   std::vector<float> map = map_of(hills);
   expect_told({"named after a frame", "000360.npy"});
   put("1.npy", npy(map, kSide, kSide));
@@ -240,7 +240,7 @@ TEST_F(DetailMaps, WhatIsNoMapIsToldByName) {
   EXPECT_EQ(read_detail_maps(folder_ / "none", head()).error().code, ErrorCode::not_found);
 }
 
-TEST_F(DetailMaps, TheirHashKnowsContentsAndNames) {
+TEST_F(DetailMaps, HashCoversContentsAndNames) {
   put("1.npy", npy(map_of(hills), kSide, kSide));
   const auto before = detail_maps_hash(folder_);
   ASSERT_TRUE(before.ok());

@@ -45,7 +45,7 @@ TEST(DrawnLandmarks, MoveBothHalvesAsSeenFromTheFrontAndStayOnTheSurface) {
 }
 
 // An open mouth tells which lip a landmark lies on.
-TEST(DrawnLandmarks, OfOneLipStayOnIt) {
+TEST(DrawnLandmarks, LipLandmarksStayOnTheirLip) {
   HeadModel model = make_builtin_head();
   const HeadShape shape = shape_head(model, {Eigen::VectorXf::Zero(model.identity_count()), {}});
   Articulation open = neutral_articulation(model);

@@ -67,7 +67,7 @@ Eigen::VectorXf made(const ExpressionDetail& detail, const Eigen::VectorXf& scor
   return all;
 }
 
-TEST(ExpressionDetail, FacesNeverSeenGetTheirCreases) {
+TEST(ExpressionDetail, PredictsTheCreasesOfUnseenFaces) {
   const Person person;
   const LearntDetail learnt = learn_detail(frames_of(person, 240));
   EXPECT_EQ(learnt.detail.components(), 2);
@@ -84,7 +84,7 @@ TEST(ExpressionDetail, FacesNeverSeenGetTheirCreases) {
   EXPECT_LT(error, 0.02 * varied);
 }
 
-TEST(ExpressionDetail, AFramesOwnScoresGiveItsOwnMap) {
+TEST(ExpressionDetail, FramesOwnScoresReproduceItsMap) {
   const Person person;
   const std::vector<DetailFrame> frames = frames_of(person, 60);
   const LearntDetail learnt = learn_detail(frames);
@@ -95,7 +95,7 @@ TEST(ExpressionDetail, AFramesOwnScoresGiveItsOwnMap) {
               2.5e-5f);
 }
 
-TEST(ExpressionDetail, MapsThatDoNotFollowTheExpressionGiveTheirMean) {
+TEST(ExpressionDetail, MapsUnrelatedToTheExpressionGiveTheirMean) {
   const Person person;
   std::vector<DetailFrame> frames = frames_of(person, 120);
   std::mt19937 random(5);
@@ -107,7 +107,7 @@ TEST(ExpressionDetail, MapsThatDoNotFollowTheExpressionGiveTheirMean) {
   EXPECT_LT(scores.cwiseAbs().maxCoeff(), 0.5f);  // of deviations
 }
 
-TEST(ExpressionDetail, NothingIsMadeBeyondWhatTheMapsShowed) {
+TEST(ExpressionDetail, NeverGoesBeyondWhatTheMapsShowed) {
   const LearntDetail learnt = learn_detail(frames_of(Person(), 100));
   Articulation far = performed(3);
   far.expression.setConstant(0), far.expression[3] = 50;
@@ -148,7 +148,7 @@ TEST(ExpressionDetail, HeightsMoveVerticesAlongTheirNormals) {
   EXPECT_LT(error, 0.02 * height);
 }
 
-TEST(ExpressionDetail, WhatDoesNotFitIsTold) {
+TEST(ExpressionDetail, DetectsInconsistentDetail) {
   const LearntDetail learnt = learn_detail(frames_of(Person(), 30));
   const int v = head().vertex_count(), e = head().expression_count();
   ASSERT_TRUE(is_consistent(learnt.detail, v, e));

@@ -86,7 +86,7 @@ std::string landmark_embedding() {
   return as_npy(w);
 }
 
-TEST_F(FlameFolder, AModelOfFlamesSizeComesBackWhole) {
+TEST_F(FlameFolder, RoundTripsAModelOfFlamesSize) {
   const HeadModel& model = flame_sized();
   const auto path = put("generic_model.pkl", flame_pickle(model));
   put("landmark_embedding.npy", landmark_embedding());
@@ -153,7 +153,7 @@ TEST_F(FlameFolder, TheContourFollowsTheYawToBothSides) {
   EXPECT_GT(sense, 0);
 }
 
-TEST_F(FlameFolder, TheTwoOlderFilesServeAsWell) {
+TEST_F(FlameFolder, ReadsTheTwoOlderFilesToo) {
   const auto path = folder_ / "flame2023.pkl";
   PickleWriter fixed, table;
   fixed.raw("}(");
@@ -185,7 +185,7 @@ TEST_F(FlameFolder, WithoutAnEmbeddingTheErrorSaysWhichFileGoesWhere) {
   EXPECT_THAT(read.error().fix, HasSubstr(folder_.string()));
 }
 
-TEST_F(FlameFolder, AnEmbeddingForAnotherMeshIsRefused) {
+TEST_F(FlameFolder, RefusesAnEmbeddingForAnotherMesh) {
   HeadModel model = flame_sized();
   model.triangles.resize(5000);
   put("landmark_embedding.npy", landmark_embedding());
@@ -196,7 +196,7 @@ TEST_F(FlameFolder, AnEmbeddingForAnotherMeshIsRefused) {
   EXPECT_THAT(attached.error().what, HasSubstr("beyond the model's 5000"));
 }
 
-TEST_F(FlameFolder, TheFilesHashSeesTheModelAndItsEmbedding) {
+TEST_F(FlameFolder, FilesHashCoversTheModelAndItsEmbedding) {
   const auto path = put("generic_model.pkl", "model");
   const auto alone = head_model_files_hash(path);
   put("landmark_embedding.npy", "embedding");
@@ -208,7 +208,7 @@ TEST_F(FlameFolder, TheFilesHashSeesTheModelAndItsEmbedding) {
   EXPECT_NE(*both, *other);
 }
 
-TEST_F(FlameFolder, TheFilesHashSeesTheNamesBesideAnNpz) {
+TEST_F(FlameFolder, FilesHashCoversTheNamesBesideAnNpz) {
   const auto path = put("head.npz", "model");
   const auto alone = head_model_files_hash(path);
   put("any_expression_names.txt", "jawOpen");
@@ -217,7 +217,7 @@ TEST_F(FlameFolder, TheFilesHashSeesTheNamesBesideAnNpz) {
   EXPECT_NE(*alone, *named);
 }
 
-TEST(Flame, RelativesAreRefusedByName) {
+TEST(Flame, RefusesRelatedModelsByName) {
   const auto refusal = [](std::size_t vertices, std::size_t joints) {
     PickleWriter w;
     w.raw("}(").text("v_template").array(npy_from_doubles({vertices, 3}, std::vector<float>(3 * vertices)));
@@ -235,7 +235,7 @@ TEST(Flame, RelativesAreRefusedByName) {
   EXPECT_EQ(refusal(5023, 5), "accepted");
 }
 
-TEST(Flame, NamesItselfByItsFiles) {
+TEST(Flame, TakesItsNameFromItsFiles) {
   EXPECT_EQ(flame_name("a/FLAME2020/female_model.pkl"), "FLAME 2020 (female)");
   EXPECT_EQ(flame_name("a/male_model.pkl"), "FLAME (male)");
   EXPECT_EQ(flame_name("a/flame2023_no_jaw.pkl"), "FLAME 2023 (expressions without jaw)");

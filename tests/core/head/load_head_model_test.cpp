@@ -175,7 +175,7 @@ TEST_F(LoadHeadModel, RefusesIndicesThatPointNowhere) {
               HasSubstr("n_shape 7 and n_expr 4"));
 }
 
-TEST_F(LoadHeadModel, RefusesValuesThatMakeNoHead) {
+TEST_F(LoadHeadModel, RefusesValuesThatCannotBeAHead) {
   const auto set_float = [](NpyArray& array, std::size_t index, float value) {
     std::memcpy(array.data.data() + 4 * index, &value, 4);
   };

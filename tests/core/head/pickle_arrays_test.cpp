@@ -44,7 +44,7 @@ TEST(PickleArray, ReadsBothOrdersAndBothEndians) {
   EXPECT_THAT(array->as_int(), ElementsAre(258, -2));
 }
 
-TEST(PickleArray, ReadsTheTextThatPythonThreeMakesOfBytes) {
+TEST(PickleArray, ReadsBytesThatPythonThreeStoredAsText) {
   // bytes([0, 255, 65, 194]) in protocol 2: _codecs.encode(u'\0\u00ff A \u00c2', 'latin1').
   PickleWriter good;
   good.global("numpy._core.multiarray", "_reconstruct").global("numpy", "ndarray").integer(0).raw("\x85");
@@ -90,7 +90,7 @@ TEST(PickleArray, NumbersAndListsOfNumbersAreArrays) {
   EXPECT_THAT(array->as_int(), ElementsAre(7));
 }
 
-TEST(PickleArray, RefusesWhatIsNotItsSize) {
+TEST(PickleArray, RefusesDataOfTheWrongSize) {
   EXPECT_THAT(fault(PickleWriter().array({2, 4}, "f8", std::string(48, 'x')).finish()),
               HasSubstr("48 bytes"));
   EXPECT_THAT(fault(PickleWriter().array({std::size_t(1) << 40, std::size_t(1) << 40}, "f8", "").finish()),
@@ -101,14 +101,14 @@ TEST(PickleArray, RefusesWhatIsNotItsSize) {
   EXPECT_THAT(fault("S'x'\n."), HasSubstr("text"));
 }
 
-TEST(PickleArray, ASparseMatrixCannotPromiseAWorld) {
+TEST(PickleArray, RefusesASparseMatrixThatClaimsAHugeSize) {
   std::string pickle = PickleWriter().csc(npy_from_doubles({2, 3}, {0, 7, 0, 0, 0, -2})).finish();
   const std::string small = "(K\x02K\x03t"s;
   pickle.replace(pickle.find(small), small.size(), "(J\xff\xff\xff\x7fJ\xff\xff\xff\x7ft"s);
   EXPECT_THAT(fault(pickle), HasSubstr("too large for its file"));
 }
 
-TEST(PickleArray, AChumpyObjectInsideItselfIsRefused) {
+TEST(PickleArray, RefusesAChumpyObjectInsideItself) {
   const std::string pickle =
       "\x80\x02"
       "cchumpy.ch\nCh\n)\x81q\x00}U\x01xh\x00sb."s;

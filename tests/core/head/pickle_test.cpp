@@ -89,7 +89,7 @@ TEST(ReadPickle, ReadsBinaryProtocolsTwoToFive) {
   EXPECT_EQ(read("\x80\x04\x8f(K\x01\x90."s), "<1,>");
 }
 
-TEST(ReadPickle, CallsBecomeRecordsAndAreNeverMade) {
+TEST(ReadPickle, CallsBecomeRecordsAndAreNeverExecuted) {
   EXPECT_EQ(read("cos\nsystem\n(S'touch /tmp/never'\ntR."), "!@os system,('touch /tmp/never',),!");
   EXPECT_EQ(read("(ios\nsystem\n."), "!@os system,(),!");
   EXPECT_EQ(read("\x80\x04\x8c\x02os\x8c\x06system\x93)\x81}b."s), "!@os system,(),{},!");

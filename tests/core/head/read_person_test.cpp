@@ -95,7 +95,7 @@ class ReadPerson : public testing::Test {
   fs::path folder_;
 };
 
-TEST_F(ReadPerson, CoefficientsComeBackToTheBit) {
+TEST_F(ReadPerson, CoefficientsRoundTripBitForBit) {
   const Eigen::VectorXf identity = someone();
   const std::vector<float> values(identity.begin(), identity.end());
   const std::size_t n = values.size();
@@ -127,7 +127,7 @@ TEST_F(ReadPerson, AMeshIsExplainedByTheIdentityItWasMadeOf) {
   }
 }
 
-TEST_F(ReadPerson, WhatNoIdentityExplainsStaysInTheOffsets) {
+TEST_F(ReadPerson, OffsetsHoldWhatNoIdentityExplains) {
   std::vector<Vec3f> mesh = mesh_of(someone(0.5f));
   for (std::size_t v = 0; v < mesh.size(); v += 7) mesh[v] += Vec3f(0.001f, 0, 0.003f);  // a rash
   const auto person = read_person(npy("m.npy", {mesh.size(), 3}, flat(mesh)), head());
@@ -137,7 +137,7 @@ TEST_F(ReadPerson, WhatNoIdentityExplainsStaysInTheOffsets) {
   for (std::size_t v = 0; v < mesh.size(); ++v) ASSERT_LT((again[v] - mesh[v]).norm(), 2e-5f);
 }
 
-TEST_F(ReadPerson, WrongSizesAreToldWithBoth) {
+TEST_F(ReadPerson, WrongSizeErrorsNameBothSizes) {
   const std::string own = std::to_string(head().identity_count()),
                     vertices = std::to_string(head().vertex_count());
   expect_told(npy("mica.npy", {1, 300}, std::vector<float>(300, 0.1f)), {"mica.npy holds 300", own, "MICA"});
@@ -148,7 +148,7 @@ TEST_F(ReadPerson, WrongSizesAreToldWithBoth) {
               {"cam, pose", "identity, shape nor vertices"});
 }
 
-TEST_F(ReadPerson, WhatIsNoNumberIsTold) {
+TEST_F(ReadPerson, RefusesValuesThatAreNotFinite) {
   std::vector<float> values(std::size_t(head().identity_count()), 0.f);
   values[5] = std::numeric_limits<float>::quiet_NaN();
   expect_told(npy("nan.npy", {values.size()}, values), {"not finite, at 5"});
@@ -159,7 +159,7 @@ TEST_F(ReadPerson, WhatIsNoNumberIsTold) {
   expect_told(npy("mesh.npy", {mesh.size(), 3}, flat(mesh)), {"not finite, at 28"});
 }
 
-TEST_F(ReadPerson, AUnitThatIsNoMetreIsTold) {
+TEST_F(ReadPerson, RefusesUnitsOtherThanMetres) {
   const std::vector<Vec3f> mesh = mesh_of(someone());
   const auto scaled = [&](float by) {
     std::vector<Vec3f> other = mesh;
@@ -172,7 +172,7 @@ TEST_F(ReadPerson, AUnitThatIsNoMetreIsTold) {
   expect_told(npy("dot.npy", {mesh.size(), 3}, std::vector<float>(3 * mesh.size(), 0.f)), {"0 units tall"});
 }
 
-TEST_F(ReadPerson, AnotherFrameOrTopologyIsTold) {
+TEST_F(ReadPerson, RefusesAnotherFrameOrTopology) {
   std::vector<Vec3f> mesh = mesh_of(someone());
   std::vector<Vec3f> moved = mesh;
   for (Vec3f& v : moved) v += Vec3f(0, 0.3f, 0.3f);
@@ -185,7 +185,7 @@ TEST_F(ReadPerson, AnotherFrameOrTopologyIsTold) {
   expect_told(obj("faces.obj", mesh, faces), {"another topology"});
 }
 
-TEST_F(ReadPerson, AFileThatIsNoneIsTold) {
+TEST_F(ReadPerson, RefusesFilesThatHoldNoPerson) {
   expect_told(folder_ / "mesh.ply", {"neither .npy, .npz nor .obj"});
   EXPECT_FALSE(read_person(folder_ / "absent.npy", head()).ok());
   ASSERT_TRUE(write_text(folder_ / "bad.npy", "no array").ok());

@@ -56,7 +56,7 @@ double relative_error(const std::vector<Vec3f>& got, const std::vector<Vec3f>& w
   return std::sqrt(off / size);
 }
 
-TEST(TransferActions, AreFoundAgainInAMixedBasis) {
+TEST(TransferActions, AreRecoveredInAMixedBasis) {
   const HeadModel target = nameless(builtin());
   const std::vector<NamedAction> actions = transfer_actions(builtin(), target);
   EXPECT_EQ(actions.size(), builtin().actions.size());
@@ -99,7 +99,7 @@ TEST(TransferActions, OfAnotherPersonStayTheSameActions) {
   EXPECT_GE(good, int(actions.size()) * 8 / 10);
 }
 
-TEST(TransferActions, WhatAModelCannotMakeIsLeftOutOrSaysSo) {
+TEST(TransferActions, ActionsAModelCannotMakeAreLeftOutOrMarked) {
   HeadModel target = nameless(builtin());
   target.expression_basis = builtin().expression_basis.leftCols(3);  // brows only
   target.expression_min = Eigen::VectorXf::Zero(3), target.expression_max = Eigen::VectorXf::Ones(3);
@@ -108,7 +108,7 @@ TEST(TransferActions, WhatAModelCannotMakeIsLeftOutOrSaysSo) {
         << action.name;
 }
 
-TEST(TransferActions, AFaceOfAnotherFormGetsNone) {
+TEST(TransferActions, FaceThatDoesNotCorrespondGetsNone) {
   HeadModel target = nameless(builtin());
   std::mt19937 random(1);
   for (int& triangle : target.landmark_triangle) triangle = int(random() % target.triangles.size());

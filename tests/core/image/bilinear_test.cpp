@@ -17,7 +17,7 @@ Image sheet() {
   return picture;
 }
 
-TEST(Bilinear, MeetsABilinearSheetAndItsSlopeBetweenPixels) {
+TEST(Bilinear, ReproducesABilinearSheetAndItsSlopeBetweenPixels) {
   const Image picture = sheet();
   for (const auto& [x, y] : {std::pair{0.5, 0.5}, {1.0, 1.3}, {3.77, 2.02}, {6.3, 4.4}}) {
     ASSERT_TRUE(inside_bilinear(picture, x, y));
@@ -28,7 +28,7 @@ TEST(Bilinear, MeetsABilinearSheetAndItsSlopeBetweenPixels) {
   }
 }
 
-TEST(Bilinear, TheOuterHalfPixelIsOutsideAndGoesOnFromTheBorder) {
+TEST(Bilinear, OuterHalfPixelIsOutsideAndExtrapolatesFromTheBorder) {
   const Image picture = sheet();
   EXPECT_FALSE(inside_bilinear(picture, 0.49, 2));
   EXPECT_FALSE(inside_bilinear(picture, 3, 4.5));

@@ -51,7 +51,7 @@ Image8 gradient(int width, int height) {
   return image;
 }
 
-TEST_F(ImageFiles, PngGivesBackEveryByteForOneThreeAndFourChannels) {
+TEST_F(ImageFiles, PngRoundTripsEveryByteForOneThreeAndFourChannels) {
   for (const int channels : {1, 3, 4}) {
     for (const int level : {1, 6}) {
       const Image8 image =
@@ -68,7 +68,7 @@ TEST_F(ImageFiles, PngGivesBackEveryByteForOneThreeAndFourChannels) {
   }
 }
 
-TEST_F(ImageFiles, JpegComesBackClose) {
+TEST_F(ImageFiles, JpegRoundTripIsClose) {
   const Image8 image = gradient(64, 48);
   ASSERT_TRUE(write_image(folder_ / "a.jpg", image));
   const auto read = read_image(folder_ / "a.jpg");
@@ -113,7 +113,7 @@ TEST_F(ImageFiles, RefusesAHeaderThatClaimsMoreThanTheFileCanHold) {
   EXPECT_THAT(refused.error().what, HasSubstr("claims a size of 15000 x 15000"));
 }
 
-TEST_F(ImageFiles, AWebpWhoseHeaderClaimsMoreThanItsBytesUnfoldToIsRefusedBeforeMemoryIsTaken) {
+TEST_F(ImageFiles, RefusesAWebpOfImplausibleSizeBeforeTakingMemory) {
   // RIFF and a VP8L chunk: signature, 14 bits each of width and height less one, alpha, version; then
   // nothing.
   std::vector<std::byte> bytes;
@@ -142,7 +142,7 @@ TEST_F(ImageFiles, ReadsAnOrdinaryWebp) {
   EXPECT_EQ(read->data, image.data);
 }
 
-TEST_F(ImageFiles, TellsMissingEmptyAndTextFilesApart) {
+TEST_F(ImageFiles, DistinguishesMissingEmptyAndTextFiles) {
   const auto missing = read_image(folder_ / "missing.png");
   ASSERT_FALSE(missing);
   EXPECT_EQ(missing.error().code, ErrorCode::not_found);

@@ -28,7 +28,7 @@ TEST(ToBytes, InvertsToFloatForEveryValue) {
   EXPECT_EQ(to_bytes(to_float(ramp)).data, ramp.data);
 }
 
-TEST(ToBytes, ClampsWhatIsOutsideAndTurnsNanIntoBlack) {
+TEST(ToBytes, ClampsValuesOutsideAndTurnsNanIntoBlack) {
   Image image(4, 1, 1);
   image.data = {-3.0f, 7.0f, std::numeric_limits<float>::quiet_NaN(), 0.5f};
   EXPECT_EQ(to_bytes(image).data, (std::vector<std::uint8_t>{0, 255, 0, 128}));

@@ -10,7 +10,7 @@
 namespace likeness {
 namespace {
 
-TEST(TiledMask, GivesBackEveryPixelWhateverTheSize) {
+TEST(TiledMask, RoundTripsEveryPixelWhateverTheSize) {
   std::mt19937 random(1);
   for (const auto& [width, height] : {std::pair{1, 1}, {16, 16}, {17, 31}, {64, 48}, {100, 5}}) {
     Image8 noise(width, height, 1);

@@ -39,20 +39,20 @@ PaintedAttributes some() {
   return attributes;
 }
 
-TEST_F(AttributesFile, GivesBackWhatWasWritten) {
+TEST_F(AttributesFile, RoundTrips) {
   ASSERT_TRUE(write_attributes(path_, some()).ok());
   const auto read = read_attributes(path_);
   ASSERT_TRUE(read.ok()) << read.error().what;
   EXPECT_EQ(*read, some());
 }
 
-TEST_F(AttributesFile, IsRefusedWhereverItIsCutOff) {
+TEST_F(AttributesFile, RefusesAnyTruncation) {
   ASSERT_TRUE(write_attributes(path_, some()).ok());
   const std::string whole = *read_text(path_);
   for (std::size_t length = 0; length + 2 < whole.size(); ++length) refused(whole.substr(0, length));
 }
 
-TEST_F(AttributesFile, IsRefusedWithWhatIsWrong) {
+TEST_F(AttributesFile, RefusalSaysWhatIsWrong) {
   const std::string head = R"({"format":"likeness-attributes","version":1,"attributes":[)";
   const auto with = [&](const std::string& attribute) { return head + attribute + "]}"; };
   EXPECT_NE(refused(R"({"format":"likeness-strokes","version":1})").what.find("something else"),

@@ -22,7 +22,7 @@ HullView ball(double yaw, bool with_furniture) {
   return view;
 }
 
-TEST(Hull, KeepsTheBodyAndDropsWhatOneDirectionAloneTakesForIt) {
+TEST(Hull, KeepsTheBodyAndDropsWhatOnlyOneDirectionShows) {
   std::vector<HullView> views;
   for (int direction = -2; direction <= 2; ++direction)
     for (int i = 0; i < 4; ++i) views.push_back(ball(0.3 * direction + 0.01 * i, direction == 0));

@@ -63,7 +63,7 @@ Balloon add_balloon(Scene& scene, int frame) {
   return balloon;
 }
 
-TEST(MatteStrokes, NoneChangeNothing) {
+TEST(MatteStrokes, WithoutStrokesNothingChanges) {
   const Scene plain("strokes_none");
   ASSERT_TRUE(plain.matte().ok());
   const auto before = results(plain);
@@ -74,7 +74,7 @@ TEST(MatteStrokes, NoneChangeNothing) {
   EXPECT_EQ(results(plain), before);
 }
 
-TEST(MatteStrokes, WhatWasTakenForThePersonIsTakenBack) {
+TEST(MatteStrokes, BackgroundStrokesRemoveWhatWasTakenForThePerson) {
   constexpr int kFrame = 10;
   Scene scene("strokes_background");
   // In the frames beside it, too: what is there for one frame alone is taken for flicker.
@@ -98,7 +98,7 @@ TEST(MatteStrokes, WhatWasTakenForThePersonIsTakenBack) {
   EXPECT_EQ(*after.at(kSize / 2, kSize - 6), 255) << "the person stays";
 }
 
-TEST(MatteStrokes, WhatWasTakenForBackgroundBecomesThePersonWithASoftRim) {
+TEST(MatteStrokes, PersonStrokesAddWhatWasTakenForBackgroundWithASoftRim) {
   constexpr int kFrame = 10;
   const Scene scene("strokes_person");
   ASSERT_TRUE(matte_with(scene, {{kFrame, {dab(StrokeMark::person, 12, 20, 8)}}}).ok());
@@ -112,7 +112,7 @@ TEST(MatteStrokes, WhatWasTakenForBackgroundBecomesThePersonWithASoftRim) {
   EXPECT_EQ(*mask_of(scene, kFrame + 3).at(12, 20), 0) << "other frames keep theirs";
 }
 
-TEST(MatteStrokes, AHoleThatSomebodyPaintedStaysOpen) {
+TEST(MatteStrokes, PaintedHoleStaysOpen) {
   constexpr int kFrame = 7;
   const Scene scene("strokes_hole");
   ASSERT_TRUE(matte_with(scene, {{kFrame, {dab(StrokeMark::background, kSize / 2, kSize - 10, 6)}}}).ok());
@@ -134,7 +134,7 @@ FrameStrokes in_training_frames(const Stroke& stroke) {
   return strokes;
 }
 
-TEST(MatteStrokes, ThePersonsOnesNeverTeachThePlate) {
+TEST(MatteStrokes, PersonStrokesNeverReachThePlate) {
   const Scene scene("strokes_plate");
   ASSERT_TRUE(scene.matte().ok());
   ASSERT_EQ(known_at(scene, 12, 20), 255);
@@ -143,7 +143,7 @@ TEST(MatteStrokes, ThePersonsOnesNeverTeachThePlate) {
   EXPECT_EQ(known_at(scene, 12, 60), 255);
 }
 
-TEST(MatteStrokes, TheBackgroundsOnesMayTeachIt) {
+TEST(MatteStrokes, BackgroundStrokesMayReachThePlate) {
   const Scene scene("strokes_free");
   const int x = kSize / 2, y = kSize - 10;
   ASSERT_TRUE(scene.matte().ok());
@@ -155,7 +155,7 @@ TEST(MatteStrokes, TheBackgroundsOnesMayTeachIt) {
   EXPECT_GT(plate->at(x, y)[0], 100) << "the cloth's red, since that is what was said to be background";
 }
 
-TEST(MatteStrokes, OfHeldOutFramesReachTheirOwnMasksAlone) {
+TEST(MatteStrokes, HeldOutFramesStrokesReachOnlyTheirOwnMasks) {
   const Scene scene("strokes_leak");
   ASSERT_TRUE(scene.matte().ok());
   const auto before = results(scene);
@@ -170,7 +170,7 @@ TEST(MatteStrokes, OfHeldOutFramesReachTheirOwnMasksAlone) {
   }
 }
 
-TEST(MatteStrokes, OfAMovingCameraHoldToo) {
+TEST(MatteStrokes, HoldForAMovingCameraToo) {
   constexpr int kFrame = 12;
   const Scene scene("strokes_moving", Moves::always);
   ASSERT_TRUE(matte_with(scene, {{kFrame,

@@ -100,7 +100,7 @@ TEST(MatteClip, HeldOutPicturesChangeNeitherPlateNorTrainingMasks) {
 
 // What the room is learnt from is part of it: a learner whose room is the mean of its training pictures'
 // colours.
-TEST(MatteClip, HeldOutPicturesChangeNothingOfARoomOrThePlateThatItCompletes) {
+TEST(MatteClip, HeldOutPicturesChangeNeitherARoomNorThePlateItCompletes) {
   const Scene scene("leak_room", Moves::at_first);
   std::vector<double> learnt;
   const LearnRoom learn = [&](const std::vector<RoughMatte>& mattes, RoomPass, const Progress&,
@@ -188,7 +188,7 @@ TEST(MatteClip, TheRoomBehindAMovingCameraSharpensItsMattes) {
   EXPECT_TRUE(learnt_from.empty());
 }
 
-TEST(MatteClip, ARoomThatCannotBeLearntEndsTheStage) {
+TEST(MatteClip, FailsWhenTheRoomCannotBeLearnt) {
   const Scene scene("no_room", Moves::always);
   const auto result =
       scene.matte({}, {}, {}, [](const auto&, RoomPass, const auto&, auto) -> Result<RoomBehind> {
@@ -199,7 +199,7 @@ TEST(MatteClip, ARoomThatCannotBeLearntEndsTheStage) {
   EXPECT_FALSE(fs::exists(scene.folder / "masks"));
 }
 
-TEST(MatteClip, ANetworkIsFollowedWhereItIsSure) {
+TEST(MatteClip, FollowsTheNetworkWhereItIsConfident) {
   const Scene scene("network", Moves::always);
   const fs::path network = scene.folder / "net.onnx";
   const std::string format = R"({"size_px": 128, "mean": [0, 0, 0], "scale": 1, "activation": "sigmoid"})";
@@ -269,7 +269,7 @@ TEST(MatteClip, TheRoomCompletesThePlateOfARest) {
   for (int frame : result->plate_frames) EXPECT_GT(scene.overlap(frame), 0.93) << frame;
 }
 
-TEST(MatteClip, RegionsAreOfHeldOutFramesNestAndStayFrozen) {
+TEST(MatteClip, RegionsOfHeldOutFramesAreNestedAndStayFrozen) {
   const Scene scene("regions");
   ASSERT_TRUE(scene.matte().ok());
   for (int frame = 0; frame < kFrames; ++frame)

@@ -50,7 +50,7 @@ class Network : public testing::Test {
   fs::path folder_;
 };
 
-TEST_F(Network, ItsMapIsTheAlpha) {
+TEST_F(Network, MapIsTheAlpha) {
   // Red minus blue of channels in -1..1: 1 for the person, -1 elsewhere, cut at nought.
   const auto network =
       MattingNetwork::load(write(tiny_network(32, {0.5f, 0, -0.5f}, {0}), R"({"size_px": 32})"));
@@ -74,14 +74,14 @@ TEST_F(Network, LogitsAndClassesAreTurnedIntoShares) {
   expect_left_half(network->alpha(scene()));
 }
 
-TEST_F(Network, ItsHashIsThatOfNetworkAndFormat) {
+TEST_F(Network, HashCoversNetworkAndFormat) {
   const fs::path file = write(tiny_network(32, {1, 0, 0}, {0}), R"({"size_px": 32})");
   const std::string before = matting_network_hash(file);
   write(tiny_network(32, {1, 0, 0}, {0}), R"({"size_px": 48})");
   EXPECT_NE(matting_network_hash(file), before);
 }
 
-TEST_F(Network, WhatIsNoSuchNetworkIsRefused) {
+TEST_F(Network, RefusesFilesThatAreNotSuchANetwork) {
   EXPECT_EQ(MattingNetwork::load(folder_ / "none.onnx").error().code, ErrorCode::not_found);
   const auto text = MattingNetwork::load(write("Dear diary, this is no network.", ""));
   ASSERT_FALSE(text.ok());

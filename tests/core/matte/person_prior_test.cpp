@@ -15,7 +15,7 @@ int first_row(const cv::Mat& mask, int column) {
 }
 
 // Hair before a wall of its colour would be lost to the wall.
-TEST(PersonPrior, OverTheSkullThePlaceSaysPersonBeforeItIsCertain) {
+TEST(PersonPrior, AboveTheSkullThePersonIsLikelyButNotCertain) {
   const HeadModel& model = test::head_model();
   Track track;
   track.person.identity = Eigen::VectorXf::Zero(model.identity_count());

@@ -31,7 +31,7 @@ double largest_difference(const cv::Mat& a, const cv::Mat& b, const cv::Mat& whe
   return most;
 }
 
-TEST(Plate, IsTheWallBehindSomebodyWhoMovesAndItsCoverageIsWhatWasSeen) {
+TEST(Plate, RecoversTheWallBehindAMovingPersonAndCoversWhatWasSeen) {
   std::mt19937 random(5);
   std::vector<cv::Mat> pictures, masks;
   cv::Mat ever_free(48, 64, CV_8U, cv::Scalar(0));
@@ -57,7 +57,7 @@ TEST(Plate, IsTheWallBehindSomebodyWhoMovesAndItsCoverageIsWhatWasSeen) {
   EXPECT_GE(cv::countNonZero(plate.known & beside), cv::countNonZero(beside) * 9 / 10);
 }
 
-TEST(Plate, HairThatACutLeftFreeDoesNotBecomeTheWall) {
+TEST(Plate, HairMissedByACutDoesNotBecomeTheWall) {
   // Brown hair rests in nine pictures of ten, and the cut missed its upper half in all of these.
   const cv::Vec3b brown(90, 60, 40);
   const cv::Rect hair(24, 16, 16, 8), missed(24, 16, 16, 4);
@@ -90,7 +90,7 @@ TEST(Plate, HairThatACutLeftFreeDoesNotBecomeTheWall) {
   EXPECT_EQ(never_sure.known.at<unsigned char>(5, 5), 255);  // near, but of no colour of the person's
 }
 
-TEST(Plate, TextureThatStaysPutIsTheRoomsWhateverItsColour) {
+TEST(Plate, StaticTextureIsTheRoomsWhateverItsColour) {
   // Every colour might be the person's, and they are near all the time.
   constexpr int kHair = 32;  // from here on a texture that sways by a pixel or two
   std::vector<cv::Mat> pictures, masks(20, cv::Mat(48, 64, CV_8U, cv::Scalar(0)));
@@ -113,7 +113,7 @@ TEST(Plate, TextureThatStaysPutIsTheRoomsWhateverItsColour) {
   EXPECT_EQ(plate.known.at<unsigned char>(40, 12), 0);
 }
 
-TEST(Plate, AFoldOfTheShirtAtRestThatTheCutsLeftFreeIsNoWall) {
+TEST(Plate, RestingShirtFoldMissedByTheCutsIsNotTheWall) {
   // Striped cloth rests before a plain wall; the cuts end `missed` rows below its edge.
   const auto plate_of = [](int missed) {
     cv::Mat picture(48, 64, CV_8UC3, cv::Scalar(200, 210, 240)), mask(48, 64, CV_8U, cv::Scalar(0));
@@ -131,7 +131,7 @@ TEST(Plate, AFoldOfTheShirtAtRestThatTheCutsLeftFreeIsNoWall) {
   EXPECT_EQ(plate_of(20).known.at<unsigned char>(30, 24), kSeen);  // nobody takes so much for a sliver
 }
 
-TEST(Plate, AShineInTheHairThatTheCutsLeftFreeIsNoWall) {
+TEST(Plate, HairHighlightMissedByTheCutsIsNotTheWall) {
   // It is of no colour of the person's, and at rest in every picture.
   const cv::Rect person(16, 16, 40, 32);
   const auto plate_of = [&](const cv::Rect& free) {
@@ -153,7 +153,7 @@ TEST(Plate, AShineInTheHairThatTheCutsLeftFreeIsNoWall) {
             kSeen);  // who knows what it is a part of
 }
 
-TEST(Plate, WhatIsNeverFreeIsFilledAndNotCountedAsCovered) {
+TEST(Plate, PixelsNeverSeenAreFilledAndNotCountedAsCovered) {
   const cv::Mat picture = wall();
   cv::Mat mask(48, 64, CV_8U, cv::Scalar(0));
   mask(cv::Rect(16, 12, 32, 36)).setTo(255);
@@ -202,7 +202,7 @@ TEST(PlateInfo, SurvivesTheFileAndAMissingFileMeansNoPlate) {
   EXPECT_TRUE(none->frames.empty());
 }
 
-TEST(RoomPlate, IsBelievedAsFarAsItAgreesBesideThePerson) {
+TEST(RoomPlate, IsTrustedAsFarAsItAgreesBesideThePerson) {
   const cv::Mat picture = wall();
   cv::Mat wrong = picture.clone(), free(48, 64, CV_8U, cv::Scalar(255)), reach(48, 64, CV_8U, cv::Scalar(0));
   wrong(cv::Rect(0, 0, 20, 48)) += cv::Scalar::all(40);  // a room that was learnt badly on the left
@@ -215,7 +215,7 @@ TEST(RoomPlate, IsBelievedAsFarAsItAgreesBesideThePerson) {
   EXPECT_EQ(cv::norm(good.known, (reach != 0) & kOfRoom, cv::NORM_INF), 0);
 }
 
-TEST(CompletePlate, ShowsTheRoomWhereNobodySawTheWall) {
+TEST(CompletePlate, ShowsTheRoomWhereTheWallWasNeverSeen) {
   cv::Mat mask(48, 64, CV_8U, cv::Scalar(0));
   mask(cv::Rect(16, 12, 32, 36)).setTo(255);
   Plate plate = estimate_plate(std::vector<cv::Mat>(6, wall()), std::vector<cv::Mat>(6, mask));

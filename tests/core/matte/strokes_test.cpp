@@ -45,14 +45,14 @@ TEST(Strokes, ALineIsCoveredFromEndToEnd) {
   EXPECT_EQ(*cover.background.at(50, 45), 0);
 }
 
-TEST(Strokes, SayTheSameAtEverySizeOfThePicture) {
+TEST(Strokes, CoverTheSameAtEveryPictureSize) {
   const Strokes line{{StrokeMark::person, 24, {at(0.3, 0.25), at(0.7, 0.6)}}};
   const double small = sum(cover_strokes(line, kCrop, 64).person) / (64 * 64),
                large = sum(cover_strokes(line, kCrop, 512).person) / (512 * 512);
   EXPECT_NEAR(small, large, 0.03 * large);
 }
 
-TEST(Strokes, LaterOnesLieOverEarlierOnesAndAnEraserTakesBoth) {
+TEST(Strokes, LaterOnesLieOverEarlierOnesAndAnEraserRemovesBoth) {
   const Stroke person{StrokeMark::person, 40, {at(0.5, 0.5)}},
       background{StrokeMark::background, 20, {at(0.5, 0.5)}}, erase{StrokeMark::erase, 10, {at(0.5, 0.5)}};
   const StrokeCover cover = cover_strokes(Strokes{person, background, erase}, kCrop, 100);
@@ -74,7 +74,7 @@ TEST(Strokes, OutsideTheCropTheyCoverNothing) {
   EXPECT_TRUE(cover_strokes({}, kCrop, 64).empty());
 }
 
-TEST(Strokes, AlphaIsWhatTheySayAndElsewhereWhatItWas) {
+TEST(Strokes, SetAlphaWhereTheyAreAndLeaveItElsewhere) {
   Image8 alpha(100, 100, 1, 90);
   const Strokes both{{StrokeMark::person, 20, {at(0.3, 0.5)}}, {StrokeMark::background, 20, {at(0.7, 0.5)}}};
   apply_strokes(cover_strokes(both, kCrop, 100), alpha);
@@ -103,7 +103,7 @@ class StrokesFile : public testing::Test {
   fs::path folder_, file_;
 };
 
-TEST_F(StrokesFile, GivesBackWhatWasPainted) {
+TEST_F(StrokesFile, RoundTrips) {
   ASSERT_TRUE(write_strokes(file_, some_).ok());
   const auto read = read_strokes(file_);
   ASSERT_TRUE(read.ok()) << read.error().what;
@@ -112,7 +112,7 @@ TEST_F(StrokesFile, GivesBackWhatWasPainted) {
   EXPECT_TRUE(read_strokes(file_)->empty());
 }
 
-TEST_F(StrokesFile, ThatIsDamagedOrNewerIsRefusedWithARemedyAndKept) {
+TEST_F(StrokesFile, RefusesADamagedOrNewerFileWithARemedyAndKeepsIt) {
   ASSERT_TRUE(write_strokes(file_, some_).ok());
   const std::string whole = *read_text(file_);
   const auto replaced = [&](const std::string& what, const std::string& with) {

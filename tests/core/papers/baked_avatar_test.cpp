@@ -79,7 +79,7 @@ TEST(BakedAvatar, RaysThatMissTheHeadTeachNothing) {
   EXPECT_TRUE(rays.given.empty() && rays.target.empty());
 }
 
-TEST(BakedAvatar, GradientsOfTheNetworkARayAreFiniteDifferences) {
+TEST(BakedAvatar, NetworkGradientsPerRayMatchFiniteDifferences) {
   constexpr int kConditions = 2;
   const BakedRays rays = made_rays(24);
   const DenseNetworkSpec network = ray_network(kGiven, kConditions);
@@ -145,7 +145,7 @@ class BakedBall : public testing::Test {
   }
 };
 
-TEST_F(BakedBall, ItsPicturesAreNearTheAvatarsOwn) {
+TEST_F(BakedBall, PicturesAreCloseToTheAvatars) {
   const AvatarRig rig = make_rig(avatar(), set().model);
   for (const std::size_t v : {1u, 6u, 11u}) {
     const TrainingView& view = set().views[v];
@@ -165,7 +165,7 @@ TEST_F(BakedBall, TheFieldsThemselvesAreNotNeeded) {
 }
 
 // Of the expression only what is added a ray remains.
-TEST_F(BakedBall, TheExpressionChangesColoursAndNoShape) {
+TEST_F(BakedBall, ExpressionChangesColoursButNotShape) {
   const AvatarRig rig = make_rig(avatar(), set().model);
   const TrainingView& view = set().views[0];
   const auto render = [&](float bulge) {

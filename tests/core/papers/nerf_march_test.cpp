@@ -78,14 +78,14 @@ TEST(NerfMarch, FineSamplesGatherWhereTheCoarseFieldLosesTheLight) {
   EXPECT_NEAR(sum, 1 - c.fine().rays[0].transmittance, 1e-5);
 }
 
-TEST(NerfMarch, WithoutAnythingInItsWayTheFineSamplesStayEven) {
+TEST(NerfMarch, FineSamplesStayEvenInEmptySpace) {
   const Cast c = cast(false, 0);
   EXPECT_GT(c.fine().rays[0].transmittance, 0.99f);
   for (int k = 0; k < 32; ++k)
     EXPECT_NEAR(c.fine().batch.fields[0].z[std::size_t(k)], (k + 0.5f) / 32, 1e-3f);
 }
 
-TEST(NerfMarch, ASeedPlacesEveryRaysSamplesAnew) {
+TEST(NerfMarch, AnotherSeedMovesEveryRaysSamples) {
   const Cast a = cast(true, 7), b = cast(true, 7), other = cast(true, 8);
   EXPECT_EQ(a.coarse().batch.fields[0].z, b.coarse().batch.fields[0].z);
   EXPECT_NE(a.coarse().batch.fields[0].z, other.coarse().batch.fields[0].z);

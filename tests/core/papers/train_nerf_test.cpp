@@ -58,7 +58,7 @@ TEST(TrainNerf, ItsPicturesResembleTheirTruth) {
   EXPECT_GT(psnr_from_mse(mse(composite(rgba, gradient_plate(24)), to_float(truth.rgb))), 20);
 }
 
-TEST(TrainNerf, TheSameSeedGivesTheSameBitsWhateverTheThreadsAndTheLooks) {
+TEST(TrainNerf, SameSeedGivesTheSameBitsWhateverTheThreadsAndSnapshots) {
   const NerfOptions options = small_options(FieldMode::hyper, 6);
   const auto a = train_nerf(ball(), options, Progress(), {});
   const ThreadLimit one(1);
@@ -75,7 +75,7 @@ TEST(TrainNerf, TheSameSeedGivesTheSameBitsWhateverTheThreadsAndTheLooks) {
   EXPECT_NE(train_nerf(ball(), other, Progress(), {})->head[1].parameters, b->head[1].parameters);
 }
 
-TEST(TrainNerf, ATorsoHasASmallerPairOfItsOwn) {
+TEST(TrainNerf, TorsoHasItsOwnSmallerPairOfFields) {
   TrainingSet set = ball();
   set.has_torso = true;
   const auto avatar = train_nerf(set, small_options(FieldMode::concat, 2), Progress(), {});
@@ -86,7 +86,7 @@ TEST(TrainNerf, ATorsoHasASmallerPairOfItsOwn) {
             2 * avatar->head[0].parameters.size() + 2 * (*avatar->torso)[0].parameters.size());
 }
 
-TEST(TrainNerf, StoppedIsStoppedAndABadSetIsRefused) {
+TEST(TrainNerf, StopsOnRequestAndRefusesABadSet) {
   std::stop_source source;
   source.request_stop();
   const auto stopped =

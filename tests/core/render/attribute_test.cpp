@@ -55,7 +55,7 @@ class AttributeFile : public testing::Test {
   std::filesystem::path path_;
 };
 
-TEST_F(AttributeFile, GivesBackEveryAttribute) {
+TEST_F(AttributeFile, RoundTripsEveryAttribute) {
   const Avatar a = with_attributes();
   ASSERT_TRUE(write_avatar(path_, a).ok());
   const auto b = read_avatar(path_);
@@ -74,13 +74,13 @@ TEST_F(AttributeFile, GivesBackEveryAttribute) {
   }
 }
 
-TEST_F(AttributeFile, OfAnAvatarWithoutSaysNothingOfThem) {
+TEST_F(AttributeFile, AvatarWithoutAttributesStoresNone) {
   ASSERT_TRUE(write_avatar(path_, posable_avatar()).ok());
   EXPECT_EQ(read_text(path_)->find("attribute"), std::string::npos);
   EXPECT_TRUE(read_avatar(path_)->attributes.empty());
 }
 
-TEST_F(AttributeFile, WithImpossibleRegionsIsRefused) {
+TEST_F(AttributeFile, RefusesImpossibleRegions) {
   Avatar a = with_attributes();
   const auto refused = [&](const std::function<void(Avatar&)>& spoil) {
     Avatar spoilt = a;
@@ -106,7 +106,7 @@ Image picture(const Avatar& a, const std::vector<float>& amounts, FieldPrecision
   return render_frame(a, typical_camera(a), state, options).rgba;
 }
 
-TEST(Attribute, AtRestIsAnAvatarThatHasNone) {
+TEST(Attribute, AtRestMatchesAnAvatarWithoutOne) {
   const Avatar a = with_attributes();
   // The same field without the columns of the two entries.
   Avatar none = a;
@@ -131,7 +131,7 @@ TEST(Attribute, AtRestIsAnAvatarThatHasNone) {
   }
 }
 
-TEST(Attribute, TwoOfThemMoveEachItsOwnPixels) {
+TEST(Attribute, TwoAttributesEachChangeTheirOwnPixels) {
   const Avatar a = with_attributes();
   const Image rest = picture(a, {0.01f, 0.01f}, FieldPrecision::exact),
               left = picture(a, {1, 0.01f}, FieldPrecision::exact),
@@ -155,7 +155,7 @@ TEST(Attribute, TwoOfThemMoveEachItsOwnPixels) {
   EXPECT_GT(by_right, 20);
 }
 
-TEST(Attribute, IsHeldWithinWhatWasSeen) {
+TEST(Attribute, IsLimitedToTheSeenRange) {
   const Avatar a = with_attributes();
   const auto psi = [&](const std::vector<float>& amounts) {
     return condition(a.condition, a.neutral, a.attributes, amounts);

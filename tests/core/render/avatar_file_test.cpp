@@ -29,7 +29,7 @@ class AvatarFile : public testing::Test {
   std::filesystem::path folder_, path_;
 };
 
-TEST_F(AvatarFile, DetailIsKeptAndTakesNoPlaceWhereThereIsNone) {
+TEST_F(AvatarFile, DetailIsStoredOnlyWhereThereIsSome) {
   Avatar a = tiny_avatar();
   ASSERT_TRUE(write_avatar(path_, a).ok());
   const auto plain = read_file(path_);
@@ -108,7 +108,7 @@ TEST_F(AvatarFile, RoundTripKeepsEverything) {
   EXPECT_EQ(a.train_seconds, b.train_seconds);
 }
 
-TEST_F(AvatarFile, ARoomByItselfIsReadBackAndRefusedWhenDamaged) {
+TEST_F(AvatarFile, SeparateRoomRoundTripsAndIsRefusedWhenDamaged) {
   const FieldPart room = *tiny_avatar().torso;
   ASSERT_TRUE(write_room(path_, room).ok());
   const auto read = read_room(path_);
@@ -125,7 +125,7 @@ TEST_F(AvatarFile, ARoomByItselfIsReadBackAndRefusedWhenDamaged) {
   EXPECT_NE(cut.error().fix.find("likeness fit"), std::string::npos);
 }
 
-TEST_F(AvatarFile, AnyCutIsRefusedWithARemedy) {
+TEST_F(AvatarFile, RefusesAnyTruncationWithARemedy) {
   ASSERT_TRUE(write_avatar(path_, tiny_avatar()).ok());
   const auto bytes = *read_file(path_);
   for (const double share : {0.0, 0.00001, 0.001, 0.3, 0.9, 0.99999}) {
@@ -137,7 +137,7 @@ TEST_F(AvatarFile, AnyCutIsRefusedWithARemedy) {
   }
 }
 
-TEST_F(AvatarFile, AnyFlippedByteIsRefused) {
+TEST_F(AvatarFile, RefusesAnyFlippedByte) {
   ASSERT_TRUE(write_avatar(path_, tiny_avatar()).ok());
   const auto whole = *read_file(path_);
   std::mt19937 engine(1);
@@ -151,7 +151,7 @@ TEST_F(AvatarFile, AnyFlippedByteIsRefused) {
 }
 
 // A hostile writer can compute checksums: the contents themselves must be checked.
-TEST_F(AvatarFile, ContentsThatLieAboutTheirSizeAreRefused) {
+TEST_F(AvatarFile, RefusesSizesThatContradictTheContents) {
   const SectionFormat format{"LKNSAVTR", 6, "avatar", "fix"};
   ASSERT_TRUE(write_avatar(path_, tiny_avatar()).ok());
   const auto sections = read_sections(path_, format);

@@ -29,7 +29,7 @@ class BackendTest : public testing::Test {
   std::shared_ptr<Device> device_;
 };
 
-TEST_F(BackendTest, AStepIsTheProcessors) {
+TEST_F(BackendTest, StepMatchesTheProcessor) {
   TwoFields here(1), there(1);
   const auto cpu = learner(*cpu_backend(FieldPrecision::exact), here),
              device = learner(*device_backend(device_, false), there);
@@ -58,7 +58,7 @@ TEST_F(BackendTest, AStepIsTheProcessors) {
   EXPECT_LE(relative_l2(there.codes, here.codes), 1e-3);
 }
 
-TEST_F(BackendTest, TheLossFallsAsTheProcessorsDoes) {
+TEST_F(BackendTest, LossFallsAsOnTheProcessor) {
   for (const bool halves : {false, true}) {
     TwoFields here(2), there(2);
     const auto cpu = learner(*cpu_backend(FieldPrecision::exact), here),
@@ -74,7 +74,7 @@ TEST_F(BackendTest, TheLossFallsAsTheProcessorsDoes) {
   }
 }
 
-TEST_F(BackendTest, WhatOneLearntTheOtherGoesOnWith) {
+TEST_F(BackendTest, EitherBackendContinuesWhatTheOtherLearnt) {
   TwoFields uncut(3), moved(3);
   const auto all = learner(*cpu_backend(FieldPrecision::exact), uncut);
   auto part = learner(*cpu_backend(FieldPrecision::exact), moved);
@@ -92,7 +92,7 @@ TEST_F(BackendTest, WhatOneLearntTheOtherGoesOnWith) {
   EXPECT_EQ(moved.adam[0].step, uncut.adam[0].step);
 }
 
-TEST_F(BackendTest, DensitiesAreTheProcessorsForAnyNumberOfSamples) {
+TEST_F(BackendTest, DensitiesMatchTheProcessorForAnyNumberOfSamples) {
   TwoFields here(4), there(4);
   const auto cpu = learner(*cpu_backend(FieldPrecision::exact), here),
              device = learner(*device_backend(device_, false), there);

@@ -20,7 +20,7 @@ TEST(OrbitCamera, KeepsTheHeadInItsPlaceAtItsDistance) {
     }
 }
 
-TEST(OrbitCamera, TurnsByExactlyTheAskedAngle) {
+TEST(OrbitCamera, TurnsByExactlyTheRequestedAngle) {
   const Avatar a = tiny_avatar();
   const Camera camera = orbit_camera(a, a.world_from_head, 0.5);
   const Mat3d turn = a.cam_from_world.linear() * camera.cam_from_world.linear().transpose();

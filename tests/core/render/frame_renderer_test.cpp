@@ -66,7 +66,7 @@ RenderOptions with_strata(int strata, int block) {
   return options;
 }
 
-TEST_F(FrameRendererTest, PicturesAreTheProcessors) {
+TEST_F(FrameRendererTest, PicturesMatchTheProcessor) {
   const Avatar avatar = posable_avatar();
   const auto on_device = renderer(avatar);
   const RenderState state = posed_state(avatar, 0);
@@ -85,7 +85,7 @@ TEST_F(FrameRendererTest, PicturesAreTheProcessors) {
   }
 }
 
-TEST_F(FrameRendererTest, AnAvatarWithAttributesIsLeftToTheProcessorWithAWord) {
+TEST_F(FrameRendererTest, AvatarsWithAttributesFallBackToTheProcessorAndSaySo) {
   Avatar avatar = posable_avatar();
   avatar.attributes.resize(1);
   const auto backend = device_backend(device_, false);
@@ -99,7 +99,7 @@ TEST_F(FrameRendererTest, AnAvatarWithAttributesIsLeftToTheProcessorWithAWord) {
   EXPECT_THAT(said, HasSubstr("Continuing on the processor"));
 }
 
-TEST_F(FrameRendererTest, EachPartOfThePoseTells) {
+TEST_F(FrameRendererTest, EachPartOfThePoseChangesThePicture) {
   // The test above would not see a warp, bend or deformation that neither side makes.
   const Avatar avatar = posable_avatar();
   const RenderState posed = posed_state(avatar, 0);
@@ -117,7 +117,7 @@ TEST_F(FrameRendererTest, EachPartOfThePoseTells) {
   EXPECT_GT(difference(whole, picture(*renderer(stiff), stiff, posed, with_strata(8, 1))).mean, 1e-4);
 }
 
-TEST_F(FrameRendererTest, AnAvatarWithoutGridsTorsoOrPoseIsThePlainOne) {
+TEST_F(FrameRendererTest, AvatarsWithoutATorsoOrGridMatchTheProcessor) {
   Avatar avatar = tiny_avatar();
   avatar.torso.reset();
   for (const bool grid : {true, false}) {
@@ -128,7 +128,7 @@ TEST_F(FrameRendererTest, AnAvatarWithoutGridsTorsoOrPoseIsThePlainOne) {
   }
 }
 
-TEST_F(FrameRendererTest, QualitiesAreTheProcessorsWithARayAPixel) {
+TEST_F(FrameRendererTest, QualitiesMatchTheProcessorAtOneRayPerPixel) {
   const Avatar avatar = posable_avatar();
   const auto on_device = renderer(avatar, true);
   for (const RenderQuality quality : {RenderQuality::final, RenderQuality::preview}) {
@@ -142,7 +142,7 @@ TEST_F(FrameRendererTest, QualitiesAreTheProcessorsWithARayAPixel) {
   }
 }
 
-TEST_F(FrameRendererTest, PosesAndSizesFollowEachOther) {
+TEST_F(FrameRendererTest, PosesAndSizesMayChangeBetweenFrames) {
   const Avatar avatar = posable_avatar();
   const auto on_device = renderer(avatar);
   const RenderOptions options = with_strata(8, 2);
@@ -192,7 +192,7 @@ std::array<std::vector<Vec3f>, 4> processors_samples(const Avatar& avatar, const
   return out;
 }
 
-TEST_F(FrameRendererTest, MarchedSamplesAreTheProcessors) {
+TEST_F(FrameRendererTest, MarchedSamplesMatchTheProcessor) {
   const Avatar avatar = posable_avatar();
   const RenderState state = posed_state(avatar, 2);
   const int most = 12;
@@ -290,7 +290,7 @@ TEST_F(FrameRendererTest, MarchedSamplesAreTheProcessors) {
 
 // -- What only a device that fails on request shows
 
-TEST(EmulatedFrames, WaitOnceAndTakeNoNewMemory) {
+TEST(EmulatedFrames, WaitOnceAndAllocateNothing) {
   const Avatar avatar = posable_avatar();
   const auto made = device_backend(emulated_device(), false)->make_renderer(avatar);
   const auto frame = [&](int number) {
@@ -324,7 +324,7 @@ TEST(EmulatedFrames, LittleMemoryCutsThePictureIntoBands) {
   EXPECT_EQ(bands.data, whole.data);
 }
 
-TEST(EmulatedFrames, AFullDeviceSaysSoAndTheProcessorGoesOn) {
+TEST(EmulatedFrames, FullDeviceIsReportedAndTheProcessorContinues) {
   const Avatar avatar = posable_avatar();
   const RenderState state = posed_state(avatar, 0);
   const RenderOptions options = with_strata(8, 1);

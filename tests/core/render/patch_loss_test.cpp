@@ -20,7 +20,7 @@ std::vector<float> random_map(std::size_t rays, std::uint32_t seed) {
   return map;
 }
 
-TEST(PatchLoss, SlopesAreFiniteDifferences) {
+TEST(PatchLoss, GradientMatchesFiniteDifferences) {
   constexpr std::size_t kRays = 9;
   constexpr double kWeight = 0.7, kStep = 1e-6;
   const std::vector<float> map = random_map(kRays, 1);
@@ -40,7 +40,7 @@ TEST(PatchLoss, SlopesAreFiniteDifferences) {
   }
 }
 
-TEST(PatchLoss, IsNothingAndFlatWhereThePicturesAgree) {
+TEST(PatchLoss, IsZeroWithZeroGradientWhereThePicturesAgree) {
   const std::vector<float> map = random_map(4, 3);
   const std::vector<double> difference(12, 0.0);
   std::vector<double> slopes(12, 1.0);
@@ -72,7 +72,7 @@ double whole_loss(const PatchedProblem& problem, float weight, std::size_t field
 }
 
 // Along the gradient itself, in which the single precision of the fields drowns least.
-TEST(PatchLoss, LearnersGradientIsThatOfTheWholeLoss) {
+TEST(PatchLoss, LearnersGradientMatchesTheWholeLoss) {
   constexpr float kWeight = 0.2f;
   const PatchedProblem problem;
   TwoFields fields(1);
@@ -93,7 +93,7 @@ TEST(PatchLoss, LearnersGradientIsThatOfTheWholeLoss) {
   }
 }
 
-TEST(PatchLoss, OfWeightNothingChangesNothingButTheBlocks) {
+TEST(PatchLoss, ZeroWeightChangesOnlyTheBlocks) {
   const PatchedProblem problem;
   TwoFields with(1), without(1);
   const auto one = cpu_backend(FieldPrecision::exact)->make_learner(with.parts(), with.shape());

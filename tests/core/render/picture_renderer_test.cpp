@@ -43,7 +43,7 @@ OpenBackend emulated(const EmulatedFaults& faults = {}) {
   };
 }
 
-TEST(PictureRenderer, FollowsTheAvatarAtHandAndLetsTheLastOneGo) {
+TEST(PictureRenderer, FollowsTheCurrentAvatarAndReleasesTheLastOne) {
   Shown shown;
   PictureRenderer renderer = shown.renderer(emulated());
   Avatar changed = *shown.avatar;
@@ -61,7 +61,7 @@ TEST(PictureRenderer, FollowsTheAvatarAtHandAndLetsTheLastOneGo) {
   EXPECT_EQ(other.use_count(), 1);
 }
 
-TEST(PictureRenderer, OpensOnce) {
+TEST(PictureRenderer, OpensTheDeviceOnce) {
   Shown shown;
   int opened = 0;
   PictureRenderer renderer = shown.renderer([&]() -> Result<std::shared_ptr<Backend>> {
@@ -74,7 +74,7 @@ TEST(PictureRenderer, OpensOnce) {
   EXPECT_THAT(shown.said, ElementsAre(HasSubstr("There is none. Continuing on the processor.")));
 }
 
-TEST(PictureRenderer, ADeviceThatFailsLosesNoPicture) {
+TEST(PictureRenderer, FailingDeviceLosesNoPicture) {
   for (const EmulatedFaults& faults :
        {EmulatedFaults{.memory_bytes = 5000}, EmulatedFaults{.lost_after = 10}}) {
     Shown shown;

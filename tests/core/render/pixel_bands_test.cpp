@@ -11,7 +11,7 @@
 namespace likeness {
 namespace {
 
-TEST(EdgeCells, AreThoseAcrossAStep) {
+TEST(EdgeCells, LieAcrossAStep) {
   Image picture(6, 3, 4);
   for (int y = 0; y < 3; ++y)
     for (int x = 3; x < 6; ++x) picture.at(x, y)[2] = 0.5f;
@@ -20,7 +20,7 @@ TEST(EdgeCells, AreThoseAcrossAStep) {
   EXPECT_TRUE(edge_cells(picture, 0.5f, 100).empty());
 }
 
-TEST(EdgeCells, OfTooManyAreThoseThatDifferTheMost) {
+TEST(EdgeCells, KeepTheLargestStepsWhenThereAreTooMany) {
   Image picture(9, 1, 1);
   for (int x = 0; x < 9; ++x) picture.at(x, 0)[0] = float(x * x) / 64;  // steps grow with x
   EXPECT_EQ(edge_cells(picture, 0.f, 2), (std::vector<Eigen::Vector2i>{{7, -1}, {7, 0}}));
@@ -30,7 +30,7 @@ TEST(EdgeCells, OfTooManyAreThoseThatDifferTheMost) {
 }
 
 // An outline steps from nothing to opaque all along.
-TEST(EdgeCells, OfEqualsAreTakenEverywhere) {
+TEST(EdgeCells, EqualStepsAreTakenAllOverThePicture) {
   Image picture(4, 100, 1);
   for (int y = 0; y < 100; ++y) picture.at(2, y)[0] = picture.at(3, y)[0] = 1;
   const auto cells = edge_cells(picture, 0.5f, 60);
@@ -41,7 +41,7 @@ TEST(EdgeCells, OfEqualsAreTakenEverywhere) {
 
 // Whatever the sizes, every pixel of the whole picture lies in one cell, between the centres of that cell's
 // corners.
-TEST(EdgeBand, CellsShareOutThePixels) {
+TEST(EdgeBand, CellsPartitionThePixels) {
   for (const auto& [width, height, reduce] : {std::tuple(12, 9, 3),
                                               {16, 16, 2},
                                               {47, 48, 2},

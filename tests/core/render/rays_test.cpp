@@ -67,7 +67,7 @@ TEST(OccupiedIntervals, StopAtTheFirstCoreCell) {
 }
 
 // Most of a sparse grid's bricks are empty, and 20 cells are no whole number of bricks.
-TEST(OccupiedIntervals, LoseNothingByPassingOverEmptyBricks) {
+TEST(OccupiedIntervals, LoseNothingBySkippingEmptyBricks) {
   for (const int n : {20, 32}) {
     const OccupancyGrid grid = random_grid(n, 0.002, 3), none;
     const MarchVolume quick = march_volume(grid, none);
@@ -108,7 +108,7 @@ TEST(OccupiedIntervals, WithKnownOpacitiesEveryCellHasItsOpticalDepth) {
 }
 
 // Below the base all follows the torso, which has moved a quarter of the cube along x.
-TEST(OccupiedIntervals, FindABentNeckWhereItWentAndNothingFromOutsideTheCube) {
+TEST(OccupiedIntervals, FollowABentNeckAndIgnoreWhatLiesOutsideTheCube) {
   OccupancyGrid grid = make_occupancy(8, false), core = make_occupancy(8, false);
   for (int z = 2; z < 6; ++z) set_occupied(grid, 4, 0, z, true);
   set_occupied(core, 4, 0, 4, true);
@@ -165,7 +165,7 @@ TEST(OccupiedIntervals, MissNothingOfABentNeckOutsideItsBox) {
 }
 
 // Looked up once, the cells of a bent neck hold what every ray would find in them.
-TEST(OccupiedIntervals, AreTheSameThroughANeckLookedUpBefore) {
+TEST(OccupiedIntervals, AreTheSameThroughAPrecomputedNeck) {
   std::mt19937 engine(9);
   const OccupancyGrid grid = random_grid(32, 0.1, 10), core = random_grid(32, 0.002, 11);
   std::vector<std::uint8_t> opacity(32 * 32 * 32);
@@ -255,7 +255,7 @@ TEST(SampleRays, GiveEachSampleItsPlaceInItsField) {
 }
 
 // What meets_volume noted spares a walk, and changes no sample: not behind a core either.
-TEST(SampleRays, BeginWhereSomethingWasMet) {
+TEST(SampleRays, BeginAtTheFirstOccupiedStretch) {
   const OccupancyGrid head = random_grid(16, 0.1, 7), torso = random_grid(16, 0.1, 8),
                       core = random_grid(16, 0.02, 9), none;
   MarchVolumes volumes;
@@ -288,7 +288,7 @@ TEST(SampleRays, BeginWhereSomethingWasMet) {
 }
 
 // The strata of a ray are its samples without jitter, and their intervals are those of its walk.
-TEST(StratifyRays, AreTheMidpointsThatSampleRaysTakes) {
+TEST(StratifyRays, MatchTheMidpointsThatSampleRaysTakes) {
   const OccupancyGrid head = random_grid(8, 0.4, 3), torso = random_grid(8, 0.4, 4), none;
   MarchVolumes volumes;
   volumes.fields[0] = {&head, &none, 1.f};

@@ -25,7 +25,7 @@ RayRequest ray_of(const Avatar& a, const Camera& camera, const RenderState& stat
   return ray;
 }
 
-TEST(RenderFrame, EqualsCompositingEveryPixelAlone) {
+TEST(RenderFrame, EqualsCompositingEachPixelSeparately) {
   const Avatar a = tiny_avatar();
   const Camera camera = typical_camera(a);
   const RenderState state = typical_state(a);
@@ -140,7 +140,7 @@ TEST(RenderFrame, StoppingEarlyAndShadingWhatCountsChangesNoPixelVisibly) {
   EXPECT_LE(fast.samples_per_ray, full.samples_per_ray);
 }
 
-TEST(RenderPixels, AreThoseOfTheFrame) {
+TEST(RenderPixels, MatchTheFrame) {
   const Avatar a = tiny_avatar();
   RenderOptions options;
   options.block = 1;  // a listed pixel is its own block
@@ -187,7 +187,7 @@ TEST(RenderFrame, EachQualityIsNearTheExactPictureAndOfItsSize) {
 }
 
 // Fields whose tables and networks are rounded give the same picture to the eye.
-TEST(RenderFrame, InBf16DiffersByLessThanABytesStep) {
+TEST(RenderFrame, InBf16DiffersByLessThanOneByteStep) {
   const Avatar a = tiny_avatar();
   RenderOptions rounded;
   rounded.precision = FieldPrecision::bf16;
@@ -213,7 +213,7 @@ TEST(RenderFrame, RepeatsBitForBitWithAnyNumberOfThreads) {
 }
 
 // A reduced picture takes every pixel at an edge from a ray of its own.
-TEST(RenderFrame, EdgesOfAReducedPictureAreThoseOfTheWhole) {
+TEST(RenderFrame, EdgesOfAReducedPictureMatchTheFullOne) {
   const Avatar a = tiny_avatar();
   Camera camera = typical_camera(a);
   Intrinsics& k = camera.intrinsics;
@@ -238,7 +238,7 @@ TEST(RenderFrame, EdgesOfAReducedPictureAreThoseOfTheWhole) {
 }
 
 // The same, as far as the rays suffice; with a ray for each pixel it is the whole picture.
-TEST(RenderFrame, RaysOfAPictureGoWhereItDiffersTheMost) {
+TEST(RenderFrame, ExtraRaysGoWhereThePictureVariesTheMost) {
   const Avatar a = tiny_avatar();
   Camera camera = typical_camera(a);
   Intrinsics& k = camera.intrinsics;

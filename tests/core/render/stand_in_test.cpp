@@ -39,7 +39,7 @@ class Themselves final : public StandInFields {
   std::array<ConditionedField, 2> fields_;
 };
 
-TEST(StandIn, TheFieldsInTheirOwnPlaceGiveTheirOwnPicture) {
+TEST(StandIn, FieldsStandingInForThemselvesGiveTheSamePicture) {
   const Avatar avatar = tiny_avatar();
   const Camera camera = typical_camera(avatar);
   const RenderState state = typical_state(avatar);
@@ -57,7 +57,7 @@ TEST(StandIn, TheFieldsInTheirOwnPlaceGiveTheirOwnPicture) {
   }
 }
 
-TEST(StandIn, TheFieldsAreNotRead) {
+TEST(StandIn, NeverReadsTheFields) {
   Avatar avatar = tiny_avatar();
   const Camera camera = typical_camera(avatar);
   const RenderState state = typical_state(avatar);

@@ -187,7 +187,7 @@ TEST(RefineStrata, CoverTheLengthWhateverTheWeights) {
 
 // A wall in fog, somewhere in cells as coarse as an avatar's: 8 strata looked into and 8 samples by what they
 // showed come nearer to the true colour than 16 samples by the cells' opacity.
-TEST(RefineStrata, AreWorthMoreThanAsManySamplesPlacedByTheGrid) {
+TEST(RefineStrata, BeatTheSameNumberOfSamplesPlacedByTheGrid) {
   std::mt19937 engine(14);
   std::uniform_real_distribution<float> uniform(0, 1);
   double by_grid = 0, by_strata = 0;
@@ -227,7 +227,7 @@ TEST(RefineStrata, AreWorthMoreThanAsManySamplesPlacedByTheGrid) {
   EXPECT_LT(by_strata, by_grid);
 }
 
-TEST(RefineStrata, OfNothingAreNothing) {
+TEST(RefineStrata, EmptyInputGivesNoStrata) {
   std::vector<RaySample> samples(4);
   EXPECT_EQ(refine_strata({}, {}, {}, {}, samples), 0);
 }

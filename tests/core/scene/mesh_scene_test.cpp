@@ -127,7 +127,7 @@ TEST(MeshScene, ClosestPointIsTheBestOfDenseSamplesOnEveryTriangle) {
   }
 }
 
-TEST(MeshScene, MovedVerticesAnswerAsAFreshScene) {
+TEST(MeshScene, MovedVerticesMatchAFreshScene) {
   const SphereMesh start = sphere_mesh(kRadius, kCentre, 80),
                    elsewhere = sphere_mesh(0.17f, {0.4f, 0.1f, -0.2f}, 80);
   const MeshScene fresh(elsewhere.vertices, elsewhere.triangles);

@@ -52,7 +52,7 @@ TEST(NeckBend, StraightensWhatWasBent) {
 }
 
 // The steps in lanes find the meeting that the walk from the head's end finds.
-TEST(NeckBend, LanesStraightenAsTheReference) {
+TEST(NeckBend, LanesMatchTheReference) {
   std::mt19937 random(4);
   std::uniform_real_distribution<float> x(-0.08f, 0.08f), y(-0.22f, -0.08f);
   for (const Pose& pose : poses()) {

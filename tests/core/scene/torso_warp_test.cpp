@@ -35,7 +35,7 @@ Vec2f posed_at(const TorsoModes& modes, const TorsoShape& shape, const Vec2f& ca
   return p;
 }
 
-TEST(TorsoWarp, TheFieldLeadsBackToTheCanonicalTorso) {
+TEST(TorsoWarp, MapsBackToTheCanonicalTorso) {
   const TorsoModes modes = wavy_modes();
   const TorsoShape shape{1.5f, -2.f, 1.f};
   const TorsoField field = torso_field(modes, shape);
@@ -48,7 +48,7 @@ TEST(TorsoWarp, TheFieldLeadsBackToTheCanonicalTorso) {
   }
 }
 
-TEST(TorsoWarp, DepthChangesNothingAndTheBorderCarriesOn) {
+TEST(TorsoWarp, IgnoresDepthAndContinuesBeyondTheBorder) {
   const TorsoField field = torso_field(wavy_modes(), {1.f, 1.f, -1.f});
   const Vec3f near = torso_displacement(field, {0.05f, -0.2f, 0.1f});
   const Vec3f far = torso_displacement(field, {0.05f, -0.2f, -0.2f});

@@ -85,7 +85,7 @@ TEST(TrackFile, ReadsBackTheSameBits) {
   EXPECT_EQ(find_tracked(*back, 7), nullptr);
 }
 
-TEST(TrackFile, RefusesWhatIsNoTrack) {
+TEST(TrackFile, RefusesAFileThatIsNotATrack) {
   const auto path = scratch("bad.json");
   for (const std::string text : {"{}", "[1, 2", "{\"format\":\"likeness-track\",\"version\":99}",
                                  "{\"format\":\"likeness-track\",\"version\":1,\"frames\":[{}]}"}) {

@@ -44,7 +44,7 @@ TEST_F(WarpLatticeTest, TheRestingFaceIsNotMoved) {
   for (const Vec3f& v : shape_->vertices) EXPECT_LT(displacement_at(lattice, v).norm(), 1e-5f);
 }
 
-TEST_F(WarpLatticeTest, SkinGoesBackToItsRestingPlace) {
+TEST_F(WarpLatticeTest, SkinMapsBackToItsRestingPlace) {
   const WarpFrame f = frame();
   for (const std::string name : {"jawOpen", "mouthSmile_L", "mouthPucker", "browInnerUp_L"}) {
     const std::vector<Vec3f> now = posed(name, 1);
@@ -65,7 +65,7 @@ TEST_F(WarpLatticeTest, SkinGoesBackToItsRestingPlace) {
   }
 }
 
-TEST_F(WarpLatticeTest, DetailBringsTheSurfaceItMakesBackToRest) {
+TEST_F(WarpLatticeTest, SurfaceWithDetailMapsBackToRest) {
   // A smile pushes 3 mm of skin out over both cheeks, which the model knows nothing of.
   const auto count = Eigen::Index(model_->vertices.size());
   ExpressionDetail detail;
@@ -137,7 +137,7 @@ TEST_F(WarpLatticeTest, EqualsPlainLoops) {
   }
 }
 
-TEST_F(WarpLatticeTest, LooksUpAsIfEveryNodeWereKept) {
+TEST_F(WarpLatticeTest, MatchesALatticeThatKeepsEveryNode) {
   const WarpFrame f = frame();
   const WarpLattice lattice = make_warp_lattice(f, posed("jawOpen", 1));
   const DenseLattice dense = dense_lattice(lattice);
@@ -194,7 +194,7 @@ TEST_F(WarpLatticeTest, AModelThatDoesNotMoveHasNoLattice) {
   EXPECT_TRUE(make_warp_lattice(f, shape_->vertices).empty());
 }
 
-TEST_F(WarpLatticeTest, MovesManyPointsAsOneByOne) {
+TEST_F(WarpLatticeTest, ManyPointsMatchPointsOneByOne) {
   const WarpFrame f = frame();
   const WarpLattice lattice = make_warp_lattice(f, posed("jawOpen", 0.8f));
   ASSERT_GT(lattice.mouth.open, 0);

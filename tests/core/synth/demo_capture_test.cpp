@@ -95,7 +95,7 @@ TEST(WriteDemoCapture, TruthOfTheTrackIsTheTrueSurface) {
     ASSERT_LT((told.vertices[v] - stage.shape().vertices[v]).norm(), 2e-6f) << v;
 }
 
-TEST(WriteDemoCapture, RestingCameraMakesTheCameraTheWorld) {
+TEST(WriteDemoCapture, RestingCameraIsTheWorldFrame) {
   const ScratchFolder scratch;
   DemoOptions options = tiny();
   options.moving_share = 0;
@@ -103,7 +103,7 @@ TEST(WriteDemoCapture, RestingCameraMakesTheCameraTheWorld) {
   expect_truth_agrees(scratch.path, options, true);
 }
 
-TEST(WriteDemoCapture, StoppedMidwayItLeavesNothingBehind) {
+TEST(WriteDemoCapture, StoppingMidwayLeavesNothingBehind) {
   const ScratchFolder scratch;
   std::stop_source source;
   const Progress progress([&](const ProgressReport& report) {
@@ -115,7 +115,7 @@ TEST(WriteDemoCapture, StoppedMidwayItLeavesNothingBehind) {
   EXPECT_FALSE(fs::exists(scratch.path));
 }
 
-TEST(WriteDemoCapture, StoppedBeforeItBeginsItKeepsWhatTheFolderHeld) {
+TEST(WriteDemoCapture, StoppingBeforehandKeepsTheFoldersContents) {
   const ScratchFolder scratch;
   fs::create_directories(scratch.path);
   std::ofstream(scratch.path / "demo.mp4") << "older";

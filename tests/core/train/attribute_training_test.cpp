@@ -95,7 +95,7 @@ INSTANTIATE_TEST_SUITE_P(Modes, AttributeTraining, testing::Values(FieldMode::wa
                            return info.param == FieldMode::concat ? "Concat" : "WarpHyper";
                          });
 
-TEST_P(AttributeTraining, UnseenAmountsAreDrawnBetterThanWithoutAndTheRestOfTheFaceStaysToTheBit) {
+TEST_P(AttributeTraining, RendersUnseenAmountsBetterAndLeavesTheRestOfTheFaceIdentical) {
   constexpr int kSize = 40;
   TrainingSet set = blushing_set(36, kSize);
   const auto without = train(set, GetParam());
@@ -142,7 +142,7 @@ TEST_P(AttributeTraining, UnseenAmountsAreDrawnBetterThanWithoutAndTheRestOfTheF
   EXPECT_EQ(picture(*with, set.model, view, -3).data, picture(*with, set.model, view, 0).data);
 }
 
-TEST(AttributeCells, AreToldInTheWholeRegion) {
+TEST(AttributeCells, AreConditionedInTheWholeRegion) {
   TrainingSet set = ball_set(8, 24);
   const FieldCube cube{Vec3f::Constant(-0.15f), 0.3f};
   OccupancyGrid still = make_occupancy(32, true);

@@ -54,7 +54,7 @@ double correlation(const Clip& clip, const AmountFit& fit, std::size_t first, st
   return (n * xy - x * y) / std::sqrt((n * xx - x * x) * (n * yy - y * y));
 }
 
-TEST(AttributeValues, ComeBackFromEightAnnotatedFrames) {
+TEST(AttributeValues, AreRecoveredFromEightAnnotatedFrames) {
   for (const std::uint32_t seed : {1u, 2u, 3u}) {
     Clip clip = made_up(150, seed);
     annotate(clip, {2, 10, 23, 35, 60, 71, 95, 110});
@@ -70,7 +70,7 @@ TEST(AttributeValues, ComeBackFromEightAnnotatedFrames) {
   }
 }
 
-TEST(AttributeValues, FramesLikeNoneOfTheAnnotatedSaySo) {
+TEST(AttributeValues, FramesUnlikeAnyAnnotatedOneAreMarked) {
   Clip clip = made_up(200, 4);
   annotate(clip, {2, 10, 23, 35, 60, 71, 95, 110});
   const AmountFit fit = regress_amounts(clip.frames);
@@ -119,7 +119,7 @@ TEST(AttributeValues, AnnotatedFramesThatShowTooLittleTeachNothing) {
   EXPECT_GT(correlation(clip, other, 50, 150), 0.97);
 }
 
-TEST(AttributeValues, TwoThatShowItDifferentlyAreNeeded) {
+TEST(AttributeValues, NeedTwoFramesThatShowItDifferently) {
   Clip clip = made_up(60, 9);
   EXPECT_FALSE(can_regress(clip.frames));
   annotate(clip, {20});

@@ -149,7 +149,7 @@ TEST(DeviceSteps, AreOneReplayAndOneWaitEach) {
   EXPECT_EQ(after.waits_while_recording, 0u);
 }
 
-TEST_F(BackendTraining, TheLandmarkLossIsRefusedAndNotLeftOut) {
+TEST_F(BackendTraining, RefusesTheLandmarkLossRatherThanIgnoringIt) {
   TwoFields fields(1);
   LearnerShape shape = TwoFields::shape();
   shape.patches = true;
@@ -163,14 +163,14 @@ TEST_F(BackendTraining, TheLandmarkLossIsRefusedAndNotLeftOut) {
             "The landmark loss is computed only on the processor. Continuing on the processor.");
 }
 
-TEST_F(BackendTraining, TooLittleMemoryIsSaidBeforeAnythingIsTrained) {
+TEST_F(BackendTraining, ReportsTooLittleMemoryBeforeTraining) {
   const auto avatar = train(2, device_backend(emulated_device({.memory_bytes = 1 << 20})));
   ASSERT_FALSE(avatar.ok());
   EXPECT_THAT(avatar.error().what, HasSubstr("GiB"));
   EXPECT_THAT(avatar.error().fix, HasSubstr("--backend cpu"));
 }
 
-TEST_F(BackendTraining, ALostDeviceIsSaidAndTheCheckpointStays) {
+TEST_F(BackendTraining, ReportsALostDeviceAndKeepsTheCheckpoint) {
   const auto avatar = train(6, device_backend(emulated_device({.lost_after = 40})), false, "lost.bin");
   ASSERT_FALSE(avatar.ok());
   EXPECT_THAT(avatar.error().what, HasSubstr("stopped responding"));
@@ -181,7 +181,7 @@ TEST_F(BackendTraining, ALostDeviceIsSaidAndTheCheckpointStays) {
   EXPECT_EQ(resumed->steps, 6u);
 }
 
-TEST_F(BackendTraining, OnRequestTheProcessorGoesOn) {
+TEST_F(BackendTraining, ContinuesOnTheProcessorOnRequest) {
   const auto alone = train(5, nullptr);
   const auto fallen = train(5, device_backend(emulated_device({.lost_after = 40})), true);
   ASSERT_TRUE(fallen.ok()) << fallen.error().what;
@@ -192,7 +192,7 @@ TEST_F(BackendTraining, OnRequestTheProcessorGoesOn) {
   EXPECT_EQ(never->head.field.parameters, alone->head.field.parameters);  // no step was the device's
 }
 
-TEST_F(BackendTraining, WhatIsNoNumberIsNeitherKeptNorTheEnd) {
+TEST_F(BackendTraining, NonFiniteStepsAreDroppedAndTrainingRecovers) {
   const auto recovered = train(4, std::make_shared<SpoiltBackend>(std::set{3}), false, "spoilt.bin");
   ASSERT_TRUE(recovered.ok()) << recovered.error().what;
   EXPECT_EQ(recovered->steps, 4u);
@@ -206,7 +206,7 @@ TEST_F(BackendTraining, WhatIsNoNumberIsNeitherKeptNorTheEnd) {
   EXPECT_THAT(never.error().what, HasSubstr("diverged"));
 }
 
-TEST_F(BackendTraining, AStopIsNoFailureOfTheBackend) {
+TEST_F(BackendTraining, StoppingIsNotABackendFailure) {
   const auto stopped = train(5, device_backend(emulated_device()), true, "", 2);
   ASSERT_FALSE(stopped.ok());
   EXPECT_EQ(stopped.error().code, ErrorCode::cancelled);

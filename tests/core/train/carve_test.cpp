@@ -46,7 +46,7 @@ TEST(Carve, UnderTheHeadTheMatteSaysNothingAboutTheTorso) {
   EXPECT_EQ(cells_left(views, {0.8f, true}), 64);
 }
 
-TEST(Carve, WhereNoViewVotesNothingIsKept) {
+TEST(Carve, KeepsNothingWhereNoViewVotes) {
   const std::vector<CarveView> views(5, plain_view(255, 255));
   EXPECT_EQ(cells_left(views, {0.8f, true}), 0);
   EXPECT_EQ(cells_left({}, {0.8f, true}), 64);
@@ -69,7 +69,7 @@ TEST(Carve, ATorsoIsLookedForWhereItsDeformationCarriesIt) {
   EXPECT_EQ(cells_left({view}, {0.8f, false}), 0);
 }
 
-TEST(Carve, TheBustIsNoHead) {
+TEST(Carve, BustIsNotPartOfTheHead) {
   TrainingSet set = ball_set(6, 64);
   set.model = make_builtin_head();
   set.person.identity = Eigen::VectorXf::Zero(set.model.identity_count());

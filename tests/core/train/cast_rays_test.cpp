@@ -139,7 +139,7 @@ void expect_the_same_rays(Trained& there, Trained& here) {
   }
 }
 
-TEST_F(CastRaysTest, RaysAreTheProcessors) {
+TEST_F(CastRaysTest, RaysMatchTheProcessor) {
   Trained there, here;
   start(there, here);
   for (const std::uint64_t step : {0, 7}) {
@@ -148,7 +148,7 @@ TEST_F(CastRaysTest, RaysAreTheProcessors) {
   }
 }
 
-TEST_F(CastRaysTest, EveryKindOfViewIsAmongThem) {
+TEST_F(CastRaysTest, CoverEveryKindOfView) {
   // The test above would not see what no ray met.
   Trained there, here;
   start(there, here);
@@ -167,7 +167,7 @@ TEST_F(CastRaysTest, EveryKindOfViewIsAmongThem) {
   EXPECT_LT(nowhere, 300);
 }
 
-TEST_F(CastRaysTest, PosesThatChangeAreFollowed) {
+TEST_F(CastRaysTest, FollowsChangedPoses) {
   Trained there, here;
   start(there, here);
   expect_the_same_rays(there, here);
@@ -180,7 +180,7 @@ TEST_F(CastRaysTest, PosesThatChangeAreFollowed) {
   expect_the_same_rays(there, here);
 }
 
-TEST_F(CastRaysTest, LooksIntoCellsAreTheProcessors) {
+TEST_F(CastRaysTest, CellLookUpsMatchTheProcessor) {
   Trained there, here;
   start(there, here);
   TrainingState &own = there.scene.state, &truth = here.scene.state;
@@ -214,7 +214,7 @@ TEST_F(CastRaysTest, LooksIntoCellsAreTheProcessors) {
   }
 }
 
-TEST_F(CastRaysTest, StepsAreTheProcessors) {
+TEST_F(CastRaysTest, StepsMatchTheProcessor) {
   Trained there, here;
   start(there, here);
   for (int k = 0; k < 6; ++k) {
@@ -233,7 +233,7 @@ TEST_F(CastRaysTest, StepsAreTheProcessors) {
 
 // -- What only the emulated device shows
 
-TEST(EmulatedCasting, AStepWaitsOnceAndTakesNoNewMemory) {
+TEST(EmulatedCasting, StepWaitsOnceAndAllocatesNothing) {
   Trained there;
   const auto device = emulated_device();
   there.learn_on(*device_backend(device, false)), there.cast_there();
@@ -252,7 +252,7 @@ TEST(EmulatedCasting, AStepWaitsOnceAndTakesNoNewMemory) {
   EXPECT_EQ(emulated_counts().waits, after.waits);
 }
 
-TEST(EmulatedCasting, PicturesThatDoNotFitLeaveTheRaysToTheProcessor) {
+TEST(EmulatedCasting, PicturesTooLargeForTheDeviceLeaveTheRaysToTheProcessor) {
   const std::size_t free = std::size_t{64} << 20;
   Trained there, here;
   there.learn_on(*device_backend(emulated_device({.memory_bytes = free}), false));
@@ -271,7 +271,7 @@ TEST(EmulatedCasting, PicturesThatDoNotFitLeaveTheRaysToTheProcessor) {
   EXPECT_EQ(other.samples, one.samples);
 }
 
-TEST(EmulatedCasting, PatchesAndProcessorsCastTheirOwn) {
+TEST(EmulatedCasting, PatchesAndTheProcessorBackendUseNoRayCaster) {
   Trained there, here;
   there.learn_on(*device_backend(emulated_device(), false));
   here.learn_on(*cpu_backend(FieldPrecision::exact));
@@ -287,7 +287,7 @@ TEST(EmulatedCasting, PatchesAndProcessorsCastTheirOwn) {
   EXPECT_EQ(processor.why_not, "");
 }
 
-TEST(EmulatedCasting, AFullDeviceStillLearns) {
+TEST(EmulatedCasting, FullDeviceStillTrains) {
   Trained there, here;
   there.learn_on(*device_backend(emulated_device(), false));
   here.learn_on(*cpu_backend(FieldPrecision::exact));

@@ -60,7 +60,7 @@ TEST(ChooseParts, AFaceThatOnlyTheTrackMovesIsStatic) {
   EXPECT_FALSE(part(still, "gaze").on);
 }
 
-TEST(ChooseParts, NoTorsoInThePictureNoTorsoField) {
+TEST(ChooseParts, WithoutATorsoInThePictureThereIsNoTorsoField) {
   CaptureMeasures m = usual();
   m.torso_share = kTorsoShare;
   EXPECT_TRUE(choose_parts(m, {}).torso);
@@ -72,7 +72,7 @@ TEST(ChooseParts, NoTorsoInThePictureNoTorsoField) {
   EXPECT_FALSE(choose_parts(m, {}).torso);
 }
 
-TEST(ChooseParts, AMovingCameraHasNoPlateButARoom) {
+TEST(ChooseParts, MovingCameraGetsARoomAndNoPlate) {
   CaptureMeasures m = usual();
   m.has_plate = false, m.plate_share = 0, m.light_drift.reset();
   EXPECT_FALSE(choose_parts(m, {}).plate);
@@ -85,7 +85,7 @@ TEST(ChooseParts, AMovingCameraHasNoPlateButARoom) {
   EXPECT_NE(part(choose_parts(m, {}), "background").reason.find("40 %"), std::string::npos);
 }
 
-TEST(ChooseParts, EyesThatDoNotTurnAreNotTold) {
+TEST(ChooseParts, EyesThatDoNotTurnAreNotAnInput) {
   CaptureMeasures m = usual();
   m.gaze_yaw = std::nextafter(kSmallestGaze, 0.0), m.gaze_pitch = kSmallestGaze;
   EXPECT_TRUE(choose_parts(m, {}).gaze);
@@ -107,7 +107,7 @@ TEST(ChooseParts, HairMayFollowTheExpressionOnAHeadThatHardlyTurns) {
   EXPECT_FALSE(options.use_still);
 }
 
-TEST(ChooseParts, TheUsersModeWinsAndIsToldAsTheirs) {
+TEST(ChooseParts, UsersModeWinsAndIsReportedAsTheirs) {
   CaptureMeasures m = usual();
   for (const FieldMode mode : kFieldModes) {
     const ChosenParts chosen = choose_parts(m, {.mode = mode});
@@ -122,7 +122,7 @@ TEST(ChooseParts, TheUsersModeWinsAndIsToldAsTheirs) {
   EXPECT_FALSE(part(choose_parts(m, {}), "expression").asked);
 }
 
-TEST(ChooseParts, TheUsersOtherChoicesAreKeptAndTold) {
+TEST(ChooseParts, UsersOtherChoicesAreKeptAndReported) {
   const ChosenParts chosen = choose_parts(
       usual(), {.no_latent = true, .no_occupancy = true, .refine_track = true, .landmark_weight = 0.1});
   EXPECT_FALSE(chosen.latent);
@@ -150,7 +150,7 @@ TEST(ChooseParts, EveryPartHasATitleAValueAndAReasonThatEndsLikeASentence) {
   EXPECT_EQ(part_title("nothing of the kind"), "nothing of the kind");
 }
 
-TEST(ApplyParts, ATrainingHasWhatWasChosen) {
+TEST(ApplyParts, TrainingUsesTheChosenParts) {
   TrainingSet set = ball_set(4, 32);
   set.has_torso = true;
   TrainOptions options;
@@ -176,7 +176,7 @@ TEST(ApplyParts, ATrainingHasWhatWasChosen) {
   EXPECT_TRUE(set.views[3].has_plate);
 }
 
-TEST(ApplyParts, AnAvatarIsOfTheSizesThatWereChosen) {
+TEST(ApplyParts, AvatarHasTheChosenSizes) {
   TrainingSet set = ball_set(6, 32);
   TrainOptions options;
   options.steps = 2, options.rays_per_step = 256;
@@ -213,7 +213,7 @@ TEST(MeasureCapture, FindsWhatTheViewsShow) {
   EXPECT_EQ(m.gaze_yaw, 0);
 }
 
-TEST(MeasureCapture, ALampThatFlickersIsADriftOfTheLight) {
+TEST(MeasureCapture, FlickeringLampCountsAsDriftingLight) {
   TrainingSet set = ball_set(40, 32);
   // Every second picture is a tenth darker: 5 % either way of the mean, 0.95 of the plate's.
   for (std::size_t v = 0; v < set.views.size(); v += 2)

@@ -30,7 +30,7 @@ struct MadeUpViews {
   static bool meets(std::size_t, int x, int y) { return (x * 31 + y * 17) % 7 == 0; }
 };
 
-TEST(RayChoice, TriesSideBySideChooseWhatOneAfterTheOtherDo) {
+TEST(RayChoice, ParallelTriesChooseWhatSequentialOnesDo) {
   const ChoiceNumbers numbers{11, 5, 8, 6, 8, 0, 500, 1};
   int late = 0, in_vain = 0;
   for (std::size_t n = 0; n < 500; ++n) {
@@ -61,7 +61,7 @@ TEST(RayChoice, TriesSideBySideChooseWhatOneAfterTheOtherDo) {
   EXPECT_GT(in_vain, 0);
 }
 
-TEST(NeckTables, HoldWhatEachCellWouldBeFoundToHold) {
+TEST(NeckTables, MatchALookUpOfEachCell) {
   constexpr int kCells = 24;
   std::mt19937 random(3);
   std::vector<std::uint8_t> bits(kCells * kCells * kCells / 8), opacity(kCells * kCells * kCells);

@@ -33,7 +33,7 @@ class FieldFitTest : public ::testing::Test {
 TrainingSet* FieldFitTest::set_ = nullptr;
 Avatar* FieldFitTest::avatar_ = nullptr;
 
-TEST_F(FieldFitTest, FindsAShiftedHeadAgain) {
+TEST_F(FieldFitTest, RecoversAShiftedHead) {
   const AvatarRig rig = make_rig(*avatar_, set_->model);
   const TrainingView& view = set_->views[8];
   AvatarPose wrong = view.pose;
@@ -76,7 +76,7 @@ TEST_F(FieldFitTest, CorrectionsHaveZeroMeanAndBounds) {
   EXPECT_LT(mean.norm(), 1e-9);
 }
 
-TEST(RefineTrack, WrongTrainingPosesComeNearerToTheTruth) {
+TEST(RefineTrack, MovesWrongTrainingPosesTowardsTheTruth) {
   const TrainingSet truth = ball_set(16, 32);
   TrainingSet wrong = truth;
   for (std::size_t v = 0; v < wrong.views.size(); ++v)

@@ -121,7 +121,7 @@ TEST(LandmarkPatches, AreAcceptedByTheirOwnHeldOutCorrelationAndWeighedByTheirSp
     for (const PatchPlace& place : places) EXPECT_GT(patches->maps[std::size_t(place.landmark)].weight, 0);
 }
 
-TEST(LandmarkPatches, OfAFaceWithoutAPatternAreRefused) {
+TEST(LandmarkPatches, RefuseAFaceWithoutTexture) {
   const auto patches = learn(wide_ball_set(16, one_colour));
   ASSERT_FALSE(patches.ok());
   EXPECT_THAT(patches.error().what, HasSubstr("No landmark"));
@@ -216,7 +216,7 @@ Result<Avatar> train(const TrainingSet& set, const TrainOptions& options) {
   return train_avatar(set, options, {}, Progress(), {}, {});
 }
 
-TEST(LandmarkLoss, TrainingRepeatsBitForBitAndIsNotTheOneWithout) {
+TEST(LandmarkLoss, TrainingRepeatsBitForBitAndDiffersFromTrainingWithoutIt) {
   const TrainingSet set = wide_ball_set(12);
   TrainOptions options;
   options.steps = 20, options.rays_per_step = 600, options.landmark_weight = 0.1;
@@ -229,7 +229,7 @@ TEST(LandmarkLoss, TrainingRepeatsBitForBitAndIsNotTheOneWithout) {
   EXPECT_NE(one->head.field.parameters, without->head.field.parameters);
 }
 
-TEST(LandmarkLoss, WeightsThatAreNoneAndTooFewRaysAreRefused) {
+TEST(LandmarkLoss, RefusesInvalidWeightsAndTooFewRays) {
   const TrainingSet set = wide_ball_set(8);
   TrainOptions options;
   options.steps = 1;

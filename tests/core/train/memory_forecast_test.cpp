@@ -60,7 +60,7 @@ TEST(MemoryForecast, RefusesWhatWillNotFitWithFiguresAndAdvice) {
   EXPECT_NE(refused.error().fix.find("--size"), std::string::npos);
 }
 
-TEST(AvailableMemory, IsKnownHereAndNotNothing) {
+TEST(AvailableMemory, IsKnownAndPositive) {
   const auto bytes = available_memory();
   ASSERT_TRUE(bytes.has_value());
   EXPECT_GT(*bytes, 100ull << 20);

@@ -12,7 +12,7 @@
 namespace likeness {
 namespace {
 
-TEST(FieldModes, EachHasANameThatLeadsBackToIt) {
+TEST(FieldModes, EachNameReadsBackAsItsMode) {
   for (const FieldMode mode : kFieldModes) EXPECT_EQ(mode_named(mode_name(mode)), mode);
   EXPECT_EQ(mode_named("warp+hyper"), kDefaultMode);
   EXPECT_FALSE(mode_named("warp + hyper").has_value());
@@ -43,7 +43,7 @@ std::pair<double, Avatar> trained(FieldMode mode, std::uint64_t steps) {
   return {loss, avatar ? *avatar : Avatar{}};
 }
 
-TEST(FieldModes, EachLearnsAndTheAvatarTellsWhichItIs) {
+TEST(FieldModes, EachLearnsAndTheAvatarRecordsWhichItIs) {
   for (const FieldMode mode : kFieldModes) {
     const auto [first, fresh] = trained(mode, 1);
     const auto [last, avatar] = trained(mode, 60);

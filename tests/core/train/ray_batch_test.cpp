@@ -10,7 +10,7 @@ namespace {
 
 // A picture whose red says where a pixel is, before a plate of one colour that was seen on the left third,
 // shown by a model of the room in the middle, and filled in on the right.
-TEST(ChooseRays, APlateIsABackgroundOnlyWhereItWasSeen) {
+TEST(ChooseRays, PlateIsABackgroundOnlyWhereItWasSeen) {
   constexpr int kSize = 60, kSeenTo = 20, kRays = 3000;
   const Vec3f plate_colour = Vec3f(10, 200, 30) / 255;
   TrainingSet set;
@@ -51,7 +51,7 @@ TEST(ChooseRays, APlateIsABackgroundOnlyWhereItWasSeen) {
 }
 
 // Two views of one size, the second of a further clip that teaches on its left half alone.
-TEST(ChooseRays, AFurtherClipTeachesItsHeadAloneAndAlwaysWithItsCode) {
+TEST(ChooseRays, FurtherClipTrainsOnlyTheHeadAndAlwaysWithItsCode) {
   constexpr int kSize = 48, kRays = 6000;
   TrainingSet set = ball_set(2, kSize, false);
   set.views[1].further_clip = 2;

@@ -50,7 +50,7 @@ double head_error(const Avatar& avatar, const HeadModel& model, const TrainingVi
   return error / count;
 }
 
-TEST(RegisterClips, AFurtherClipsHeadIsFoundWhateverItsLight) {
+TEST(RegisterClips, FindsAFurtherClipsHeadWhateverItsLight) {
   TrainingSet set = ball_set(16, kSize);
   TrainOptions training = short_training();
   training.steps = 500;  // until it knows the stripes
@@ -82,7 +82,7 @@ TEST(RegisterClips, AFurtherClipsHeadIsFoundWhateverItsLight) {
   EXPECT_TRUE(register_clips(set, *avatar, rig, {}, stopped.get_token()).empty());
 }
 
-TEST(RegisterClips, ViewsThatAreOfSomethingElseMoveNothing) {
+TEST(RegisterClips, ViewsOfSomethingElseMoveNothing) {
   TrainingSet set = ball_set(12, kSize);
   const auto avatar = train_avatar(set, short_training(), {}, Progress(), {}, {});
   ASSERT_TRUE(avatar.ok());
@@ -141,7 +141,7 @@ TEST(FurtherClips, DropTheirCodesOnlyOnSidesThatTheFirstClipNeverShows) {
   EXPECT_NEAR(double(dropped) / double(further), 0.5, 0.05);
 }
 
-TEST(FurtherClips, TheirLightStaysTheirs) {
+TEST(FurtherClips, KeepTheirOwnLight) {
   TrainingSet set = ball_set(12, kSize);
   const Image8 plate = gradient_plate(kSize);
   for (int v = 0; v < 24; ++v)

@@ -74,7 +74,7 @@ TEST(Room, IsSeenFromNewPlacesWithoutThePerson) {
   EXPECT_LT(mse(truth, seen, person), 0.2 * mse(truth, red, person));
 }
 
-TEST(Room, IsTheSameOfOneSeed) {
+TEST(Room, IsTheSameForOneSeed) {
   const auto views = views_of(8);
   RoomOptions options;
   options.steps = 12, options.rays_per_step = 256;
@@ -100,7 +100,7 @@ TEST(Room, HoldsNothingBetweenCameraAndPerson) {
   }
 }
 
-TEST(Room, StopsWhenAskedAndWantsMattes) {
+TEST(Room, StopsWhenAskedAndNeedsMattes) {
   auto views = views_of(8);
   std::stop_source stop;
   stop.request_stop();

@@ -41,7 +41,7 @@ TEST(Settle, HoldsEvenWhenStepsBecomeSlower) {
   EXPECT_LE(100, kFlatShare * double(budgeted.total_steps));
 }
 
-TEST(Settle, RestsOnMoreThanThePaceOfTheMoment) {
+TEST(Settle, UsesMoreThanTheMomentaryPace) {
   Schedule budgeted;
   budgeted.budget_s = 600;
   HalfWay half_way;
@@ -54,7 +54,7 @@ TEST(Settle, RestsOnMoreThanThePaceOfTheMoment) {
   EXPECT_NEAR(double(budgeted.total_steps), 600 / 0.13, 10);
 }
 
-TEST(Settle, OfARunTakenUpAgain) {
+TEST(Settle, WorksForAResumedRun) {
   Schedule budgeted;
   budgeted.budget_s = 100;
   HalfWay half_way;

@@ -26,7 +26,7 @@ struct Face {
   }
 };
 
-TEST(StillCells, AreHairAndSkullAndNotTheMouthThatSpeaks) {
+TEST(StillCells, AreHairAndSkullButNotASpeakingMouth) {
   const Face face;
   const auto landmarks = landmark_positions(face.model, face.model.vertices);
   const std::vector<Articulation> speech = {face.acting("jawOpen", 0), face.acting("jawOpen", 0.6f)};

@@ -83,7 +83,7 @@ TEST_F(TrainAvatar, TheSameSeedGivesTheSameBits) {
   EXPECT_EQ(a->head.field.parameters, b->head.field.parameters);
 }
 
-TEST_F(TrainAvatar, ALookAtTheRunningTrainingChangesNoBit) {
+TEST_F(TrainAvatar, SnapshotOfARunningTrainingChangesNoBit) {
   const TrainingSet set = ball_set(12, 24);
   const auto unseen = train(set, short_options(40, 64));
   std::vector<std::uint64_t> steps;
@@ -101,7 +101,7 @@ TEST_F(TrainAvatar, ALookAtTheRunningTrainingChangesNoBit) {
   EXPECT_EQ(last, seen->head.field.parameters);  // what was handed out last is what came out
 }
 
-TEST_F(TrainAvatar, AStoppedAndResumedRunEqualsAnUncutOneBitForBit) {
+TEST_F(TrainAvatar, StoppedAndResumedRunEqualsAnUninterruptedOneBitForBit) {
   const TrainingSet set = ball_set(12, 24);
   const TrainOptions options = short_options(160, 64);  // past the first refresh of the occupancy
   const auto uncut = train(set, options, folder_ / "other.bin");
@@ -123,7 +123,7 @@ TEST_F(TrainAvatar, AStoppedAndResumedRunEqualsAnUncutOneBitForBit) {
   EXPECT_EQ(uncut->head.occupancy.bits, resumed->head.occupancy.bits);
 }
 
-TEST_F(TrainAvatar, ItsCanonicalCellsSurviveAStop) {
+TEST_F(TrainAvatar, CanonicalCellsSurviveAStop) {
   const TrainingSet set = ball_set(12, 24);
   TrainOptions options = short_options(200, 64);  // past three looks into the cells
   options.canonical_occupancy = true;
@@ -195,7 +195,7 @@ TEST_F(TrainAvatar, DetailMovesTheSurfaceItLearnsOnAndStaysInTheAvatar) {
   EXPECT_NE(pose_avatar(rig, pose).warp.displacement, pose_avatar(rig, own).warp.displacement);
 }
 
-TEST_F(TrainAvatar, StartsAnewAfterADamagedCheckpoint) {
+TEST_F(TrainAvatar, StartsOverAfterADamagedCheckpoint) {
   const TrainingSet set = ball_set(8, 24);
   ASSERT_TRUE(train(set, short_options(4, 64), checkpoint_).ok());
   auto bytes = *read_file(checkpoint_);

@@ -45,7 +45,7 @@ TEST(CopySound, AClipWithoutSoundLeavesTheFilmAsItIs) {
   fs::remove(silent), fs::remove(film);
 }
 
-TEST(CopySound, TheFilmKeepsItsPicturesAndHasTheSound) {
+TEST(CopySound, FilmKeepsItsPicturesAndGainsTheSound) {
   const fs::path talking = fs::path(LIKENESS_SHARED) / "driving" / "talking_1.mp4";
   if (!fs::exists(talking)) GTEST_SKIP() << "needs " << talking.string();
   const fs::path film = write_film("with", 20), next = write_film("next", 20);

@@ -47,7 +47,7 @@ void expect_near(const std::uint8_t* pixel, int r, int g, int b, int tolerance, 
   EXPECT_NEAR(pixel[2], b, tolerance) << what;
 }
 
-TEST_F(Decode, GivesBackColoursTimesAndNumbersOfWhatWasEncoded) {
+TEST_F(Decode, RoundTripsColoursTimesAndNumbers) {
   write_clip(folder_ / "a.mp4", 128, 96, 60, 30);
   auto reader = VideoReader::open(folder_ / "a.mp4");
   ASSERT_TRUE(reader) << reader.error().what;
@@ -107,7 +107,7 @@ TEST_F(Decode, AppliesTheRotationTag) {
   }
 }
 
-TEST_F(Decode, RefusesPicturesOfASizeThatNoCameraTakes) {
+TEST_F(Decode, RefusesPicturesLargerThanAnyCameras) {
   if (!have_ffmpeg()) GTEST_SKIP() << "needs the ffmpeg program to make a clip of odd pixels";
   write_clip(folder_ / "a.mp4", 1024, 1024, 2);
   ASSERT_EQ(ffmpeg("-i a.mp4 -vf setsar=60/1 wide.mp4"), 0);
@@ -134,7 +134,7 @@ TEST_F(Decode, KeepsVariableFrameTimes) {
   }
 }
 
-TEST_F(Decode, MeasuresTheRateOfAFileThatDoesNotTellIt) {
+TEST_F(Decode, MeasuresTheRateOfAFileThatDoesNotStateIt) {
   if (!have_ffmpeg()) GTEST_SKIP() << "needs the ffmpeg program to make a WebM file";
   write_clip(folder_ / "a.mp4", 64, 64, 90);
   // Thirty a second, each a little late.
@@ -180,7 +180,7 @@ TEST_F(Decode, ReadsFullRangeTenBitAndMatroska) {
   }
 }
 
-TEST_F(Decode, BringsHighDynamicRangeToNaturalGreys) {
+TEST_F(Decode, MapsHighDynamicRangeToNaturalGreys) {
   if (!have_ffmpeg()) GTEST_SKIP() << "needs the ffmpeg program to make an HLG clip";
   // HLG signal 0.75 is diffuse white, near the top of what is left after highlights are compressed; half the
   // signal is a middle grey. Neutral stays neutral.
@@ -262,7 +262,7 @@ TEST_F(Decode, AnErrorIsRepeatedByLaterCalls) {
   EXPECT_EQ(again.error().what, first);
 }
 
-TEST_F(Decode, TellsMissingEmptyTextFolderAndSoundOnlyApart) {
+TEST_F(Decode, DistinguishesMissingEmptyTextFolderAndSoundOnly) {
   EXPECT_EQ(error_of(folder_ / "missing.mp4").code, ErrorCode::not_found);
 
   std::ofstream(folder_ / "empty.mp4").close();

@@ -33,7 +33,7 @@ class LensTag : public InFolder {
   }
 };
 
-TEST_F(LensTag, IsANumberOfAnyKind) {
+TEST_F(LensTag, AcceptsNumbersOfAnyType) {
   for (const auto& [type, bytes, focal] : std::vector<std::tuple<std::uint64_t, std::string, double>>{
            {1, "26", 26},
            {1, "25.50mm", 25.5},
@@ -49,7 +49,7 @@ TEST_F(LensTag, IsANumberOfAnyKind) {
         << type << " of " << bytes.size() << " bytes";
 }
 
-TEST_F(LensTag, OfTheTrackComesBeforeThatOfTheFilm) {
+TEST_F(LensTag, TrackTagTakesPrecedenceOverTheFilms) {
   const std::string track = meta({{kFocalTag, 1, "26"}}), whole = meta({{kFocalTag, 1, "48"}});
   EXPECT_DOUBLE_EQ(of(film(track, whole)), 26);
   EXPECT_DOUBLE_EQ(of(film("", whole)), 48);
@@ -58,7 +58,7 @@ TEST_F(LensTag, OfTheTrackComesBeforeThatOfTheFilm) {
   EXPECT_DOUBLE_EQ(of(film(meta({{kFocalTag, 1, "26"}}, number(0, 4)))), 26);  // ISO's form, with a version
 }
 
-TEST_F(LensTag, IsNoneWhereItTellsWhatNoLensHas) {
+TEST_F(LensTag, IgnoresImpossibleFocalLengths) {
   for (const auto& [type, bytes] :
        std::vector<std::pair<std::uint64_t, std::string>>{{1, ""},
                                                           {1, "wide"},
@@ -81,13 +81,13 @@ TEST_F(LensTag, IsNoneWhereItTellsWhatNoLensHas) {
   EXPECT_EQ(read_focal_35mm(folder_ / "absent.mov"), 0);
 }
 
-TEST_F(LensTag, OfAFilmThatBreaksOffIsNone) {
+TEST_F(LensTag, IsAbsentForATruncatedFilm) {
   const std::string whole = film(meta({{kFocalTag, 1, "26"}}));
   ASSERT_GT(of(whole), 0);
   for (std::size_t length = 0; length < whole.size(); ++length) EXPECT_EQ(of(whole.substr(0, length)), 0);
 }
 
-TEST_F(LensTag, ComesWithWhatIsKnownOfAFilm) {
+TEST_F(LensTag, IsReportedByTheProbe) {
   write_clip(folder_ / "plain.mp4", 64, 48, 5, 25);
   EXPECT_EQ(probe_video(folder_ / "plain.mp4")->focal_35mm, 0);
   if (std::system("ffmpeg -version > /dev/null 2>&1") != 0) GTEST_SKIP() << "needs the ffmpeg program";

@@ -100,7 +100,7 @@ TEST_F(PhoneFile, APortraitFilmIsUprightInEveryContainerThatTagsIt) {
   }
 }
 
-TEST_F(PhoneFile, SlowMotionKeepsEveryOneOfItsTimes) {
+TEST_F(PhoneFile, SlowMotionKeepsAllItsTimes) {
   write_clip(folder_ / "fast.mp4", 96, 64, 120, 240);
   const auto info = probe_video(folder_ / "fast.mp4");
   ASSERT_TRUE(info.ok()) << info.error().what;
@@ -108,7 +108,7 @@ TEST_F(PhoneFile, SlowMotionKeepsEveryOneOfItsTimes) {
   EXPECT_EQ(read_all(folder_ / "fast.mp4", 240, "240 frames a second"), 120);
 }
 
-TEST_F(PhoneFile, ASampledReaderGivesSomeFramesOfAFastFilmWithTheirOwnNumbersAndTimes) {
+TEST_F(PhoneFile, SampledReaderKeepsTheNumbersAndTimesOfAFastFilmsFrames) {
   write_clip(folder_ / "fast.mp4", 96, 64, 50, 240);
   auto all = VideoReader::open(folder_ / "fast.mp4");
   auto some = VideoReader::open(folder_ / "fast.mp4", VideoPixels::rgb, VideoFrames::sampled);

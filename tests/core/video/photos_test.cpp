@@ -65,7 +65,7 @@ void tag_orientation(const fs::path& jpeg, int tag) {
   ASSERT_TRUE(write_file(jpeg, tagged));
 }
 
-TEST_F(Photos, AreAClipOfOnePictureASecondInTheOrderOfNames) {
+TEST_F(Photos, AreAClipOfOnePicturePerSecondInOrderOfNames) {
   for (const char* name : {"b.png", "a.PNG", "c.png"}) {
     ASSERT_TRUE(write_image(folder_ / "made.png", quadrant_frame(64, 48, name[0] - 'a')));
     fs::rename(folder_ / "made.png", folder_ / name);
@@ -88,7 +88,7 @@ TEST_F(Photos, AreAClipOfOnePictureASecondInTheOrderOfNames) {
   EXPECT_EQ((*luma->next())->rgb.channels, 1);
 }
 
-TEST_F(Photos, StandUprightWhateverTheirTagSays) {
+TEST_F(Photos, AreUprightWhateverTheirTag) {
   // Two by one quadrants would hide a mirrored one: the four differ.
   const Image8 upright = quadrant_frame(48, 64, 20);
   for (int tag = 1; tag <= 8; ++tag) {
@@ -154,7 +154,7 @@ TEST_F(Photos, AnOddOneAnEmptyFolderAndABrokenFileAreNamed) {
   EXPECT_FALSE(reader->next().ok());  // and again
 }
 
-TEST_F(Photos, TheirHashIsThatOfNamesAndContents) {
+TEST_F(Photos, HashCoversNamesAndContents) {
   for (const char* name : {"a.png", "b.png", "c.png"})
     ASSERT_TRUE(write_image(folder_ / name, quadrant_frame(32, 32, name[0])));
   const auto before = hash_video(folder_);

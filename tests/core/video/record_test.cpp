@@ -48,7 +48,7 @@ std::vector<int> shown(const std::filesystem::path& file) {
   return pictures;
 }
 
-TEST_F(Record, PicturesStandWhereTheirTimesPutThem) {
+TEST_F(Record, PicturesAreWrittenAtTheirTimes) {
   // 10 a second: on time, late by one slot, two within one slot, on time again.
   Playback camera({5.0, 5.1, 5.3, 5.4, 5.43, 5.5});
   const auto recording = record_clip(camera, folder_ / "a.mp4", {.frames_per_second = 10, .crf = 8}, {}, {});
@@ -88,7 +88,7 @@ TEST_F(Record, AStopKeepsWhatWasRecordedAndTheTimeIsLimited) {
   EXPECT_EQ(limited->frames, 20);
 }
 
-TEST_F(Record, ACameraThatChangesLeavesWhatItGave) {
+TEST_F(Record, ChangedCameraKeepsWhatWasRecorded) {
   Playback changing({0, 0.1, 0.2});
   changing.change_size_at(2);
   const auto changed = record_clip(changing, folder_ / "a.mp4", {}, {}, {});
@@ -100,7 +100,7 @@ TEST_F(Record, ACameraThatChangesLeavesWhatItGave) {
   EXPECT_EQ(files(), 1u);
 }
 
-TEST_F(Record, ReplacesNoFile) {
+TEST_F(Record, NeverReplacesAFile) {
   std::ofstream(folder_ / "a.mp4") << "mine";
   Playback source({0, 0.1, 0.2});
   const auto refused = record_clip(source, folder_ / "a.mp4", {}, {}, {});
@@ -116,7 +116,7 @@ TEST_F(Record, ASilentCameraLeavesNoFile) {
   EXPECT_EQ(files(), 0u);
 }
 
-TEST_F(Record, AWebcamThatIsNotThereIsSaidToBe) {
+TEST_F(Record, ReportsAMissingWebcam) {
   const auto none = open_webcam("/dev/video_that_is_not", kToRecord);
   ASSERT_FALSE(none.ok());
   EXPECT_EQ(none.error().code, ErrorCode::not_found);

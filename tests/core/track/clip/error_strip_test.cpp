@@ -40,7 +40,7 @@ TEST(ErrorStrip, EveryFrameHasItsColumn) {
   EXPECT_EQ(error_strip(track_of(3000)).height, error_strip(track_of(10)).height);
 }
 
-TEST(ErrorStrip, AnEmptyTrackIsAPictureToo) { EXPECT_FALSE(error_strip(Track()).empty()); }
+TEST(ErrorStrip, EmptyTrackStillGivesAPicture) { EXPECT_FALSE(error_strip(Track()).empty()); }
 
 TEST(ErrorStrip, SpreadLeavesTheJawLineOut) {
   TrackedFrame f;

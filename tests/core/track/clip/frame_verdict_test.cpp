@@ -22,7 +22,7 @@ TEST(FrameVerdict, ClearFrameIsGoodAndHasNoReason) {
   EXPECT_TRUE(verdict.reason.empty());
 }
 
-TEST(FrameVerdict, WhatIsMissingMakesItLostAndIsNamed) {
+TEST(FrameVerdict, MissingEvidenceMakesItLostAndIsNamed) {
   FrameEvidence no_camera = clear_frame(), no_face = clear_frame();
   no_camera.camera_known = false;
   no_face.seen = false;
@@ -43,7 +43,7 @@ TEST(FrameVerdict, GrowingErrorNeverImprovesTheVerdict) {
   EXPECT_EQ(last, FrameStatus::lost);
 }
 
-TEST(FrameVerdict, EveryDoubtAloneMakesItWeakWithItsOwnReason) {
+TEST(FrameVerdict, EachSingleDoubtMakesItWeakWithItsOwnReason) {
   std::vector<FrameEvidence> doubts(5, clear_frame());
   doubts[0].cluster_share = 0.2;
   doubts[1].spread = 0.2;
@@ -59,7 +59,7 @@ TEST(FrameVerdict, EveryDoubtAloneMakesItWeakWithItsOwnReason) {
   EXPECT_FALSE(reasons.contains(""));
 }
 
-TEST(FrameVerdict, ReasonSpeaksOfThePixelsOfTheSource) {
+TEST(FrameVerdict, ReasonCountsInSourcePixels) {
   FrameEvidence e = clear_frame();
   e.inner_error_px = 5;
   e.source_px = 4;
@@ -99,7 +99,7 @@ TEST(BridgeLost, NothingIsLearntAcrossTheSplit) {
       << "held out: what comes next is not known yet";
 }
 
-TEST(BridgeLost, NothingKnownChangesNothing) {
+TEST(BridgeLost, WithoutKnownFramesNothingChanges) {
   std::vector<TrackedFrame> frames(2);
   for (TrackedFrame& f : frames) f.status = FrameStatus::lost;
   bridge_lost(frames);

@@ -20,7 +20,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-TEST(ReduceHead, OfAPersonHasWhatItsDirectionsCannotSay) {
+TEST(ReduceHead, KeepsAPersonsOffsetsOutsideTheIdentityDirections) {
   const HeadModel model = make_builtin_head();
   std::mt19937 engine(4);
   std::normal_distribution<float> normal;
@@ -57,7 +57,7 @@ Off off_from(const Track& track, const Track& truth) {
   return off;
 }
 
-TEST(TrackClip, ATrueShapeThatIsGivenIsHeldAndPlacesTheHeadAtLeastAsWell) {
+TEST(TrackClip, KeepsAGivenTrueShapeAndPlacesTheHeadAtLeastAsWell) {
   if (auto detector = FaceDetector::load(); !detector) GTEST_SKIP() << detector.error().what;
   std::string name = (fs::temp_directory_path() / "likeness_given_XXXXXX").string();
   ASSERT_NE(::mkdtemp(name.data()), nullptr);

@@ -60,7 +60,7 @@ TEST(TrackOverlay, ALostFrameKeepsItsPictureAndSaysWhy) {
   EXPECT_NE(overlay.draw(Image8(320, 240, 3, 90), s.track.frames[0]).data, silent.data);
 }
 
-TEST(TrackOverlay, DoubtfulLandmarksAreRedder) {
+TEST(TrackOverlay, UncertainLandmarksAreRedder) {
   Scene s;
   OverlayOptions options;
   options.longer_side = 320;

@@ -111,7 +111,7 @@ class RefitSpans : public testing::Test {
   static inline CameraSet cameras_;
 };
 
-TEST_F(RefitSpans, SpoiltFramesComeBackToTheTruth) {
+TEST_F(RefitSpans, RecoversSpoiltFrames) {
   const Track track = spoilt(kSpan);
   const auto fitted = refit(track, kSpan);
   ASSERT_TRUE(fitted.ok()) << fitted.error().what;
@@ -143,7 +143,7 @@ TEST_F(RefitSpans, SpoiltFramesComeBackToTheTruth) {
     EXPECT_TRUE(same_bits(again->frames[i], fitted->frames[i])) << again->frames[i].frame;
 }
 
-TEST_F(RefitSpans, WhatLiesWellStaysToTheBit) {
+TEST_F(RefitSpans, GoodFramesStayBitIdentical) {
   const auto fitted = refit(truth_, kSpan);
   ASSERT_TRUE(fitted.ok()) << fitted.error().what;
   EXPECT_EQ(fitted->outcome.better, 0) << refit_words(fitted->outcome);
@@ -151,7 +151,7 @@ TEST_F(RefitSpans, WhatLiesWellStaysToTheBit) {
     EXPECT_TRUE(same_bits(frame, *find_tracked(truth_, frame.frame))) << frame.frame;
 }
 
-TEST_F(RefitSpans, WhereNoFaceIsSeenNoneIsMadeUp) {
+TEST_F(RefitSpans, InventsNoFaceWhereNoneIsSeen) {
   const Track track = spoilt(kSpan);
   const auto in_span = [](int f) { return f >= kSpan.first && f <= kSpan.last; };
   const auto fitted = refit(track, kSpan, {}, clip_without("nobody", in_span));
@@ -196,7 +196,7 @@ TEST_F(RefitSpans, AHeldOutFrameKnowsNothingAfterIt) {
     EXPECT_TRUE(same_bits(whole->frames[i], shorter->frames[i])) << whole->frames[i].frame;
 }
 
-TEST_F(RefitSpans, RefusesAndStopsInWords) {
+TEST_F(RefitSpans, RefusesWithAReasonAndStopsOnRequest) {
   for (const RefitSpan& span : {RefitSpan{40, 50}, RefitSpan{100, 120}, RefitSpan{9, 3}}) {
     const auto refused = refit(truth_, span);
     ASSERT_FALSE(refused.ok());
@@ -217,7 +217,7 @@ TEST_F(RefitSpans, RefusesAndStopsInWords) {
   EXPECT_EQ(alone->outcome.better, 0);
 }
 
-TEST(RefitSpan, SpansThatMeetAreOne) {
+TEST(RefitSpan, MergesAdjoiningSpans) {
   EXPECT_EQ(merged_spans({{20, 22}, {4, 6}, {7, 9}, {21, 30}, {12, 12}}),
             (std::vector<RefitSpan>{{4, 9}, {12, 12}, {20, 30}}));
   EXPECT_TRUE(merged_spans({}).empty());

@@ -49,7 +49,7 @@ TEST(FaceContour, TheEdgeIsFoundToAFractionOfAPixel) {
   }
 }
 
-TEST(FaceContour, NoEdgeAndTwoEdgesAreNone) {
+TEST(FaceContour, RejectsMissingAndAmbiguousEdges) {
   EXPECT_FALSE(find_edge(step_picture(32, 100, 103), Vec2d(32, 20.5), Vec2d(1, 0), 8, 4));
   Image8 two = step_picture(29, 180, 60);
   for (int y = 0; y < 64; ++y)

@@ -113,7 +113,7 @@ PersonalShapeOptions sure_points() {
   return options;
 }
 
-TEST(PersonalShape, PointsGiveTheSurfaceThatNoIdentityReaches) {
+TEST(PersonalShape, PointsRecoverASurfaceThatNoIdentityReaches) {
   const Offsets truth = wavy_person();
   const double identity = best_identity_error(truth),
                found = error_of(fitted(points_on(truth), {}, sure_points()), truth);
@@ -219,7 +219,7 @@ TEST(PersonalShape, HeldOutFramesChangeNothing) {
   EXPECT_EQ(before, fitted({}, seen.frames, quick));
 }
 
-TEST(PersonalShape, OffsetsAreBoundedAndEyesMoveWhole) {
+TEST(PersonalShape, OffsetsAreBoundedAndEyesMoveRigidly) {
   Offsets truth = wavy_person();
   for (Vec3f& o : truth) o *= 3;
   const HeadModel& model = test_head();
@@ -235,7 +235,7 @@ TEST(PersonalShape, OffsetsAreBoundedAndEyesMoveWhole) {
   }
 }
 
-TEST(PersonalShape, NothingSeenIsNoShape) { EXPECT_TRUE(fitted({}).empty()); }
+TEST(PersonalShape, WithoutEvidenceThereIsNoShape) { EXPECT_TRUE(fitted({}).empty()); }
 
 TEST(PersonalShape, StopsWhenAsked) {
   std::stop_source source;

@@ -79,7 +79,7 @@ TEST(Rest, IsWhatAFaceWithoutEvidenceShows) {
   EXPECT_LT((found.expression - rest).cwiseAbs().maxCoeff(), 0.01);
 }
 
-TEST(Rest, AMouthDrawnNarrowAtRestIsNoPuckerThatComesAndGoes) {
+TEST(Rest, NarrowRestingMouthGivesNoFalsePucker) {
   const ReducedHead& head = test_reduced_head();
   const Eigen::VectorXd identity = Eigen::VectorXd::Zero(head.identity_count());
   const ExpressionPrior usual = expression_prior(test_head());

@@ -41,7 +41,7 @@ TEST(FaceLook, OtherFacesAndPointsBesideTheFaceLookDifferent) {
   EXPECT_LT(alike(look, face_look(blotches(1), upright_points({18, 0}))), 0.8);
 }
 
-TEST(FaceLook, WhereTheresNoFaceThereIsNoLook) {
+TEST(FaceLook, WithoutAFaceThereIsNoLook) {
   std::array<Vec2d, kLandmarkCount> heap;
   heap.fill(Vec2d(50, 50));
   EXPECT_TRUE(face_look(blotches(1), heap).values.empty());

@@ -87,7 +87,7 @@ TEST(Gaze, FollowsTheIrisThroughNoiseAndHeadTurns) {
   EXPECT_GT(correlation(pitch, found_pitch), 0.85);
 }
 
-TEST(Gaze, IsFinerThanAPixelFromNear) {
+TEST(Gaze, IsFinerThanAPixelAtCloseRange) {
   const EyeBalls eyes = eye_balls(test_head(), shape_head(test_head(), Eigen::VectorXf()));
   const Pose pose = at_distance(0.45, 0);
   for (double yaw : {-0.2, 0.0, 0.15}) {
@@ -98,14 +98,14 @@ TEST(Gaze, IsFinerThanAPixelFromNear) {
   }
 }
 
-TEST(Gaze, SaysNothingOfClosedEyes) {
+TEST(Gaze, GivesNoReadingForClosedEyes) {
   const EyeBalls eyes = eye_balls(test_head(), shape_head(test_head(), Eigen::VectorXf()));
   const Pose pose = at_distance(0.5, 0);
   const EyePicture picture = film_eyes({0.2, 0, 0}, pose, 3, 2, 1);
   EXPECT_FALSE(measure_gaze(picture.grey, lens(), pose, eyes, picture.landmarks));
 }
 
-TEST(Gaze, OneCoveredEyeLeavesTheOther) {
+TEST(Gaze, UsesTheOtherEyeWhenOneIsCovered) {
   const EyeBalls eyes = eye_balls(test_head(), shape_head(test_head(), Eigen::VectorXf()));
   const Pose pose = at_distance(0.5, 0);
   EyePicture picture = film_eyes({0.2, 0, 0}, pose, 2, 3);

@@ -171,7 +171,7 @@ TEST(Lids, AreFollowedOnDarkSkin) { expect_followed({.skin = 75, .white = 150, .
 TEST(Lids, AreFollowedBehindGlassesWithGlints) { expect_followed({.glasses = true}); }
 
 // The left lid, where it is shut, is as bright as the white of the eye: by itself it looks torn open.
-TEST(Lids, AShutEyeAsBrightAsItsWhiteIsToldByTheOther) {
+TEST(Lids, ShutEyeAsBrightAsItsWhiteIsReadFromTheOther) {
   for (const Look& look : {Look{.white = 175, .gaze = 0.6, .seldom = true, .shut_left = 185},
                            Look{.white = 190, .gaze = 0.6, .seldom = true, .shut_left = 185}}) {
     const Clip clip = make_clip(look);
@@ -199,7 +199,7 @@ TEST(Lids, HeldOutPicturesTeachTrainingFramesNothing) {
     }
 }
 
-TEST(Lids, FewViewsAndAStopAreAnswered) {
+TEST(Lids, HandlesFewViewsAndAStop) {
   Clip clip = make_clip({});
   clip.views.resize(3);
   const auto few = read_lids(eyes(), clip.views, {});

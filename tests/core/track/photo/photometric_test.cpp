@@ -274,7 +274,7 @@ Appearance known_appearance(double inside_level) {
 
 double gap_of(const FaceState& state) { return lip_gap(test_reduced_head(), person(), state); }
 
-TEST(PhotometricMouth, DarkPixelsBetweenTheLipsSpeakForAnOpenMouth) {
+TEST(PhotometricMouth, DarkPixelsBetweenTheLipsIndicateAnOpenMouth) {
   const FaceState open = state_of(0, 0.25, 0), closed = state_of(0, 0, 0);
   const Appearance appearance = known_appearance(12);
   ASSERT_TRUE(appearance.cavity_known);
@@ -287,7 +287,7 @@ TEST(PhotometricMouth, DarkPixelsBetweenTheLipsSpeakForAnOpenMouth) {
   EXPECT_NEAR(gain(of_open, closed, open), -gain(of_open, open, closed), 6);
 }
 
-TEST(PhotometricMouth, TheOpeningIsReadWhateverTheFitSaysOfItAndWhateverLiesInside) {
+TEST(PhotometricMouth, OpeningIsReadWhateverTheFitAndWhateverLiesInside) {
   for (double inside : {12.0, 215.0}) {  // a dark cavity; teeth and tongue in bright light
     const Appearance appearance = known_appearance(inside);
     ASSERT_TRUE(appearance.cavity_known);
@@ -306,13 +306,13 @@ TEST(PhotometricMouth, TheOpeningIsReadWhateverTheFitSaysOfItAndWhateverLiesInsi
   }
 }
 
-TEST(PhotometricMouth, UnknownTonesInsideReadNothing) {
+TEST(PhotometricMouth, UnknownTonesInsideGiveNoReading) {
   const FaceState state = state_of(0, 0.1, 0);
   EXPECT_FALSE(read_mouth(test_head(), test_reduced_head(), person(), surface(), Appearance(),
                           face_picture(film(state), kLens), Mat3d::Identity(), state));
 }
 
-TEST(PhotometricMouth, TheJawAloneOpensAFaceAndShutsItWhole) {
+TEST(PhotometricMouth, JawAloneOpensAndFullyShutsTheMouth) {
   FaceState face = state_of(0, 0.15, 0.3);
   for (int e = 0; e < test_head().expression_count(); ++e)
     if (test_head().expression_names[e].starts_with("mouthLowerDown")) face.expression[e] = 0.6;
@@ -326,7 +326,7 @@ TEST(PhotometricMouth, TheJawAloneOpensAFaceAndShutsItWhole) {
   EXPECT_NEAR(gap_of(with_jaw(test_head(), face, face.jaw)), gap_of(face), 1e-12);
 }
 
-TEST(PhotometricMouth, LandmarksAreDoubtedByHowFarTheyStrayed) {
+TEST(PhotometricMouth, LandmarkUncertaintyGrowsWithTheirError) {
   FaceObservation before;
   before.sigma_px.fill(1);
   const auto doubt = [&](double fitted) {

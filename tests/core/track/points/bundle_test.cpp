@@ -194,7 +194,7 @@ double points_off(const Scene& scene) {
   return std::sqrt(sum / std::max(1, count));
 }
 
-TEST(Bundle, TheStartSaysMoreOfPointsOnAHeadThatHardlyTurns) {
+TEST(Bundle, InitialPointsWeighMoreOnAHeadThatHardlyTurns) {
   BundleOptions same;
   same.most_point_prior = same.point_prior;
   Scene with = make_scene(90, 0.2, 0.08, 1), without = with;

@@ -50,7 +50,7 @@ TEST(CameraScale, RecoversTheMetreOfACaptureThatMostlyRests) {
   }
 }
 
-TEST(CameraScale, SaysNothingWhereTheCameraStands) {
+TEST(CameraScale, IsUnknownForAStillCamera) {
   EXPECT_FALSE(steady_metres_per_unit(arc(0.6, 0.0, 0.5, 0.002)).has_value());
   EXPECT_FALSE(steady_metres_per_unit(arc(0.6, 0.0005, 0.5, 0.004)).has_value());
 }

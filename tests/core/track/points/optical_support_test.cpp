@@ -73,7 +73,7 @@ TEST(OpticalSupport, NeighboursSteadyTheLandmarks) {
   EXPECT_LT(is, 0.9 * was);
 }
 
-TEST(OpticalSupport, AFrameWhereTheFaceIsNotFoundIsCarriedAndSaysSo) {
+TEST(OpticalSupport, FrameWithoutAFoundFaceIsCarriedOverAndMarked) {
   ClipFrames clip = moving_clip(0.3);
   for (int f : {8, 9, 10}) {
     clip.frames[f].detected = false;
@@ -88,7 +88,7 @@ TEST(OpticalSupport, AFrameWhereTheFaceIsNotFoundIsCarriedAndSaysSo) {
   EXPECT_FALSE((*verdicts)[5].carried);
 }
 
-TEST(OpticalSupport, AJumpAgainstTheMotionIsSeenAndRaisesTheDoubt) {
+TEST(OpticalSupport, JumpAgainstTheMotionRaisesTheUncertainty) {
   ClipFrames clip = moving_clip(0.3);
   for (Vec2d& p : clip.frames[10].landmarks->points) p += Vec2d(12, 0);
   const ClipFrames before = clip;

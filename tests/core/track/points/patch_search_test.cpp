@@ -84,7 +84,7 @@ struct Scene {
   Vec2d truth() const { return project<double>(camera(), to_pose * patch.point); }
 };
 
-TEST(PatchSearch, FindsAPatchTurnedAndLitOtherwiseToATenthOfAPixel) {
+TEST(PatchSearch, FindsARotatedAndRelitPatchToATenthOfAPixel) {
   for (double yaw : {-35.0, 0.0, 20.0, 40.0}) {
     const Scene scene(yaw, 0.6, 20);
     Pose predicted = scene.to_pose;

@@ -24,7 +24,7 @@ int in_stretch(const std::vector<int>& stretches, int number) {
   return int(std::ranges::count(stretches, number));
 }
 
-TEST(RestingTorso, IsThatOfAHeadHeldStillBeforeACameraThatWalks) {
+TEST(RestingTorso, IsFoundForAStillHeadBeforeAWalkingCamera) {
   const auto still = resting_torso(walk_then_stand(20, 30, 0.4, 0.002));
   EXPECT_EQ(in_stretch(still, 0), 20);
   for (std::size_t i = 0; i < 30; ++i) EXPECT_EQ(still[i], i < 20 ? 0 : -1) << i;
@@ -48,7 +48,7 @@ TEST(RestingTorso, ALostFrameDoesNotEndAStretchAndAHeldOutOneDoesNotDecide) {
 
 // The template's depth is a guess. Pictures of a board that rests, but elsewhere in depth than is guessed:
 // its shift in the picture, as the camera goes aside, is none that it makes.
-TEST(RestingTorso, SharesOnePlaceWhileTheCameraWalksAndFollowsItAfterwards) {
+TEST(RestingTorso, SharesOnePlaceWhileTheCameraWalksAndIsFollowedAfterwards) {
   constexpr int kWalk = 16, kCount = 44;
   const double way = 0.16, nearer = 1.25;
   std::vector<Image8> images;

@@ -36,7 +36,7 @@ TEST(Torso, FollowsARollInThePicture) {
   EXPECT_NEAR(vector_from_turn(off).z(), 0.042, 0.012);
 }
 
-TEST(Torso, RestsWhereThePictureShowsNone) {
+TEST(Torso, StaysAtRestWhereThePictureShowsNoMotion) {
   BoardClip clip = make_clip({{0, 0, 0}, {0, 0, 0}});
   for (TorsoFrame& f : clip.frames)
     f.world_from_head = facing_pose(0, 0, {0, 0.15, 0.7});  // the chin at the lower edge
@@ -84,7 +84,7 @@ Image8 shadowed(const Image8& picture, double edge, double left) {
   return made;
 }
 
-TEST(Torso, AShadowDrawsItNowhere) {
+TEST(Torso, ShadowDoesNotMoveIt) {
   const BoardClip lit = sagging_clip();
   std::vector<Image8> images = lit.images;
   for (std::size_t i = 30; i < images.size(); ++i) images[i] = shadowed(images[i], 215, 0.5);
