@@ -53,7 +53,7 @@ void print_part(const LandmarkStudy& study, const char* name, int first, int las
     if (!row.accepted) continue;
     ++accepted;
     learnt += row.learnt_correlation;
-    hold += row.shifted.correlation() >= kLeastCorrelation;
+    hold += row.shifted.correlation() >= kMinCorrelation;
     truth.add(row.truth), truth_map.add(row.truth_map), truth_dlib.add(row.truth_dlib);
     shifted.add(row.shifted), shifted_map.add(row.shifted_map), render.add(row.render);
   }
@@ -70,7 +70,7 @@ void print(const LandmarkStudy& study) {
       "{:<6} {:>10} {:>8} {:>26} {:>17} {:>8} {:>11}\n{:<6} {:>10} {:>8} {:>8} {:>8} {:>8} {:>8} {:>8} {:>8} "
       "{:>11}\n",
       "", "", "", "shifted truth", "shifted render", "render", "render", "", "accepted", "made up", "map",
-      "dlib", "both", "map", "both", "both", fmt::format(">= {}", kLeastCorrelation));
+      "dlib", "both", "map", "both", "both", fmt::format(">= {}", kMinCorrelation));
   print_part(study, "brows", 17, 26);
   print_part(study, "nose", 27, 35);
   print_part(study, "eyes", 36, 47);

@@ -52,14 +52,14 @@ int run(const RecordArguments& arguments) {
   }
   if (!*recording) return report_failure(recording->error());
   const Recording& r = **recording;
-  if (r.broken_off)
-    fmt::print(stderr, "The recording broke off: {} {}\n", r.broken_off->what, r.broken_off->fix);
+  if (r.interruption)
+    fmt::print(stderr, "The recording broke off: {} {}\n", r.interruption->what, r.interruption->fix);
   if (arguments.common.json) {
     print_json({{"video", arguments.clip.string()},
                 {"frames", r.frames},
                 {"seconds", r.seconds},
                 {"repeated", r.repeated},
-                {"broken_off", r.broken_off.has_value()},
+                {"broken_off", r.interruption.has_value()},
                 {"left_out", r.left_out}});
   } else {
     fmt::print(stderr, "Wrote {:.1f} s to {}. Next: likeness check {}\n", r.seconds, arguments.clip.string(),

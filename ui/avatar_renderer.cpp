@@ -23,7 +23,7 @@ constexpr double kStep = 6;       // times the cost of a rung is that of the nex
 // The lower rungs are small pictures: the view enlarges them.
 RenderOptions rung_options(Rung rung) {
   RenderOptions options = render_options(rung >= Rung::final ? RenderQuality::final : RenderQuality::preview);
-  options.reduce = 1, options.most_rays = 0;
+  options.reduce = 1, options.max_rays = 0;
   if (rung < Rung::final) options.max_samples = 8;
   return options;
 }
@@ -110,7 +110,7 @@ bool AvatarRenderer::publish(std::uint64_t number, AvatarPicture picture) {
 }
 
 void AvatarRenderer::loop(std::stop_token stop) {
-  step_back();
+  lower_thread_priority();
   while (true) {
     PictureRequest request;
     std::uint64_t number = 0;

@@ -220,7 +220,7 @@ Result<std::string> write_order(const ExportOrder& order, const Progress& progre
     if (backend)
       place.backend = std::move(*backend);
     else
-      place.say(going_on_with_processor(backend.error()));
+      place.say(continuing_on_processor(backend.error()));
   }
   auto written = [&]() -> Result<std::string> {
     if (order.choice.kind == ExportKind::driven) return follow_clip(order, place, opened, progress, stop);

@@ -21,7 +21,7 @@ double estimate_left(double from, double now, double to, double seconds) {
 Job::Job(Work work, std::function<void()> wake) : wake_(std::move(wake)) {
   status_.state = JobState::running;
   thread_ = std::jthread([this, work = std::move(work)](std::stop_token stop) {
-    step_back();
+    lower_thread_priority();
     const Progress progress([&](const ProgressReport& report) {
       std::unique_lock lock(mutex_);
       wait_while_paused(lock, stop);

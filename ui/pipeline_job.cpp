@@ -50,7 +50,7 @@ PipelineJob::PipelineJob(Project project, Stage last, bool previews, std::functi
           if (opened)
             place.backend = std::move(*opened);
           else
-            progress.report(0, going_on_with_processor(opened.error()));
+            progress.report(0, continuing_on_processor(opened.error()));
           place.fall_back = place_.fall_back;
         }
         if (auto earlier = read_training_curve(training_curve_path(working))) {

@@ -174,7 +174,7 @@ class Studio {
   void repair();
   void delete_person(bool keep_exports);
 
-  const LoopsStepBack loops_step_back_;  // whatever is computed, the window comes first
+  const LowPriorityLoops loops_step_back_;  // whatever is computed, the window comes first
   StudioOptions options_;
   std::function<void()> wake_;
   Settings settings_;

@@ -37,7 +37,7 @@ void Studio::take_recording() {
   const RecorderStatus status = recorder_->status();
   if (status.state != RecorderState::kept) return;
   retire(std::move(recorder_));
-  if (const auto& fault = status.recording->broken_off)
+  if (const auto& fault = status.recording->interruption)
     fail({fault->code,
           fmt::format("The recording broke off after {:.0f} s. {}", status.recording->seconds, fault->what),
           "What was recorded until then is kept. " + fault->fix, fault->where});

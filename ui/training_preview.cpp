@@ -146,7 +146,7 @@ std::vector<HeldOutScore> TrainingPreview::scores() const {
 }
 
 void TrainingPreview::loop(std::stop_token stop) {
-  step_back();
+  lower_thread_priority();
   std::optional<Scene> scene;
   PictureRenderer renderer(open_, {});  // where its device fails, the training's own tells
   for (std::size_t number = 0;; ++number) {

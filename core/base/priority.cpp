@@ -12,7 +12,7 @@ constexpr int kBack = 10;  // nice: a tenth of the processor beside a thread tha
 
 }  // namespace
 
-void step_back() {
+void lower_thread_priority() {
   thread_local bool stepped = false;
   if (stepped) return;
   stepped = true;
@@ -21,15 +21,15 @@ void step_back() {
   if (::getpriority(PRIO_PROCESS, thread) < kBack) (void)::setpriority(PRIO_PROCESS, thread, kBack);
 }
 
-struct LoopsStepBack::Impl final : tbb::task_scheduler_observer {
+struct LowPriorityLoops::Impl final : tbb::task_scheduler_observer {
   Impl() { observe(true); }
   ~Impl() override { observe(false); }
   void on_scheduler_entry(bool lends_itself) override {
-    if (lends_itself) step_back();
+    if (lends_itself) lower_thread_priority();
   }
 };
 
-LoopsStepBack::LoopsStepBack() : impl_(std::make_unique<Impl>()) {}
-LoopsStepBack::~LoopsStepBack() = default;
+LowPriorityLoops::LowPriorityLoops() : impl_(std::make_unique<Impl>()) {}
+LowPriorityLoops::~LowPriorityLoops() = default;
 
 }  // namespace likeness

@@ -6,16 +6,16 @@
 namespace likeness {
 
 // This thread from now on, and what it starts. Where the system does not allow it, nothing happens.
-void step_back();
+void lower_thread_priority();
 
 // While alive, the threads that lend themselves to the loops of core/base/parallel.h step back, for good. The
 // thread that calls a loop works in it, too, and keeps its own priority.
-class LoopsStepBack {
+class LowPriorityLoops {
  public:
-  LoopsStepBack();
-  ~LoopsStepBack();
-  LoopsStepBack(const LoopsStepBack&) = delete;
-  LoopsStepBack& operator=(const LoopsStepBack&) = delete;
+  LowPriorityLoops();
+  ~LowPriorityLoops();
+  LowPriorityLoops(const LowPriorityLoops&) = delete;
+  LowPriorityLoops& operator=(const LowPriorityLoops&) = delete;
 
  private:
   struct Impl;

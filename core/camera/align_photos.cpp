@@ -79,7 +79,7 @@ Result<AlignResult> align_photos(const fs::path& folder, const PersonMask& perso
   colmap.features = options.colmap_features;
   colmap.seed = options.seed;
   colmap.enough = kEnoughPhotos;
-  colmap.most_for_all_pairs = kMostForAllPairs;
+  colmap.max_for_all_pairs = kMostForAllPairs;
   const auto model = solve_colmap(work, colmap, progress.stage(0.1, 1, "structure from motion"), stop);
   if (!model) return model.error();
   AlignResult result;

@@ -183,7 +183,7 @@ Error hardly_moved(const ColmapCounts& counts) {
 
 // Where so many pairs say nothing of depth, and the points' own depth hangs on such small angles, the camera
 // turned on the spot.
-constexpr double kFlatShare = 0.9, kLeastParallax = 0.1;  // rad
+constexpr double kFlatShare = 0.9, kMinParallax = 0.1;  // rad
 
 struct SparseModel {
   fs::path folder;  // empty: none
@@ -472,7 +472,7 @@ Result<ColmapModel> solve_pairs(const Commands& commands, const Progress& progre
   auto model = read_colmap_model(commands.refined());
   // Asked for ever less parallax, the mapper makes a path of noise out of a camera that only turned.
   if (model && double(counts->flat_pairs) >= kFlatShare * counts->verified_pairs &&
-      median_parallax(*model) < kLeastParallax)
+      median_parallax(*model) < kMinParallax)
     return hardly_moved(*counts);
   return model;
 }
@@ -529,7 +529,7 @@ Result<ColmapModel> solve_colmap(const fs::path& work, const ColmapOptions& opti
   const auto counts = count_database(work / "database.db");
   const auto placed = [](const Result<ColmapModel>& m) { return m ? m->images.size() : std::size_t(0); };
   // A path that crosses itself is held together by pairs that are not neighbours.
-  if (counts && counts->pictures <= options.most_for_all_pairs &&
+  if (counts && counts->pictures <= options.max_for_all_pairs &&
       double(placed(model)) < options.enough * counts->pictures) {
     Commands all = commands;
     all.pairs = Pairs::all;

@@ -20,7 +20,7 @@ struct ColmapOptions {
   int features = 2000;            // per picture; raising it costs matching time quadratically
   int overlap = 7;                // pairs with +1..+(overlap-1) and +2^0..+2^(overlap-1)
   double enough = kEnoughPlaced;  // share of the pictures to place; below it every pair is matched instead
-  int most_for_all_pairs = 35;    // pictures; all pairs of more cost minutes
+  int max_for_all_pairs = 35;     // pictures; all pairs of more cost minutes
   int threads = 0;                // 0: the current limit
   int seed = 0;
 };

@@ -172,7 +172,7 @@ Result<ColmapModel> read_colmap_model(const std::filesystem::path& folder) {
 double median_parallax(const ColmapModel& model) {
   struct Seen {
     Vec3d first = Vec3d::Zero();  // unit, from the point to the first picture
-    double least_cosine = 1;
+    double min_cosine = 1;
     bool any = false;
   };
   std::unordered_map<std::int64_t, Seen> seen;
@@ -185,11 +185,11 @@ double median_parallax(const ColmapModel& model) {
       Seen& one = seen[observation.point];
       if (!one.any) one.first = towards;
       one.any = true;
-      one.least_cosine = std::min(one.least_cosine, one.first.dot(towards));
+      one.min_cosine = std::min(one.min_cosine, one.first.dot(towards));
     }
   }
   std::vector<double> angles;
-  for (const auto& [id, one] : seen) angles.push_back(std::acos(std::clamp(one.least_cosine, -1.0, 1.0)));
+  for (const auto& [id, one] : seen) angles.push_back(std::acos(std::clamp(one.min_cosine, -1.0, 1.0)));
   return median(std::move(angles));
 }
 

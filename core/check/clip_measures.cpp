@@ -20,11 +20,11 @@ namespace {
 
 constexpr LandmarkEffort kEffort{4, 12};  // a look is one of hundreds
 constexpr double kSurroundings = 0.8;     // of the box's width, kept round it for the landmarks
-constexpr int kMostPatch = 640;           // px a kept patch is reduced to: the face is then 250 px wide
+constexpr int kMaxPatch = 640;            // px a kept patch is reduced to: the face is then 250 px wide
 constexpr std::size_t kBatch = 32;        // patches looked at side by side
 constexpr int kDark = 24, kBright = 250;  // luma: shadows and lights beyond have lost their drawing
 constexpr double kFaceEllipse = 0.42;     // of the box: half axes of the part that is surely skin
-constexpr double kLeastAgreement = 0.45;  // share of the landmark runs
+constexpr double kMinAgreement = 0.45;    // share of the landmark runs
 constexpr int kIdentityDirections = 30, kIdentityFrames = 40;
 constexpr double kHeadAbove = 0.5, kHeadBelow = 0.25, kHeadBeside = 0.3;  // of the box, to the whole head
 
@@ -42,8 +42,8 @@ Patch cut_patch(const Image8& picture, const FaceBox& face, std::size_t look) {
             width = static_cast<int>(std::ceil((1 + 2 * kSurroundings) * face.width)),
             height = static_cast<int>(std::ceil((1 + 2 * kSurroundings) * face.height));
   Patch patch{look, crop(picture, x, y, width, height), double(x), double(y), 1, {}};
-  if (const int longer = std::max(width, height); longer > kMostPatch) {
-    patch.scale = double(longer) / kMostPatch;
+  if (const int longer = std::max(width, height); longer > kMaxPatch) {
+    patch.scale = double(longer) / kMaxPatch;
     patch.luma = resize(patch.luma, std::max(1, int(std::lround(width / patch.scale))),
                         std::max(1, int(std::lround(height / patch.scale))));
   }
@@ -198,7 +198,7 @@ Result<ClipMeasures> measure_clip(const std::filesystem::path& video,
     });
     for (std::size_t i = 0; i < patches.size(); ++i) {
       const Patch& patch = patches[i];
-      if (found[i].cluster_share < kLeastAgreement) continue;
+      if (found[i].cluster_share < kMinAgreement) continue;
       for (int k = 0; k < kLandmarkCount; ++k) {
         found[i].points[k] = found[i].points[k] * patch.scale + Vec2d(patch.x, patch.y);
         found[i].spread[k] *= patch.scale;

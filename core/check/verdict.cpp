@@ -14,7 +14,7 @@ namespace likeness {
 namespace {
 
 // Share of the looks that may show a fault before it is remarked on, and before it is grave.
-constexpr double kSomeLooks = 0.15, kMostLooks = 0.5;
+constexpr double kSomeLooks = 0.15, kMaxLooks = 0.5;
 constexpr double kShortest_s = 6, kShort_s = 14;
 constexpr double kBlurred = 20;                       // sharpness of a face, 8-bit units squared
 constexpr double kDarkLevel = 45, kDarkShare = 0.35;  // luma; share of a face's pixels
@@ -23,7 +23,7 @@ constexpr double kTinyFace = 80, kSmallFace = 120;    // px across the detector'
 constexpr double kCut = 0.06;                         // of the head's surroundings
 constexpr double kFewTurn_deg = 30;                   // from side to side
 constexpr double kFewNod_deg = 8;
-constexpr double kLeastPosed = 0.1;   // of the faces: fewer say nothing of what the clip shows
+constexpr double kMinPosed = 0.1;     // of the faces: fewer say nothing of what the clip shows
 constexpr double kFrontal_deg = 15;   // looks nearer to the front than that are compared in their light
 constexpr double kLightRatio = 1.35;  // of the face's brightness, between calm moments of the clip
 constexpr double kFewTracks = 25;     // background features: too few to solve a moving camera from
@@ -133,7 +133,7 @@ class Judge {
                  "expressions.");
     const Findings faceless = find(clip_.looks, any, [](const Look& look) { return !look.face; });
     share_of_faces_ = clip_.looks.empty() ? 0 : 1 - faceless.share();
-    remark_looks(Fault::no_face, faceless, kMostLooks, "No face was found",
+    remark_looks(Fault::no_face, faceless, kMaxLooks, "No face was found",
                  "Keep the face in the picture and free of hands, hair and sunglasses; film upright, in good "
                  "light, and turn the head no further than to a half profile.");
     const Findings crowd = find(clip_.looks, any, [](const Look& look) { return look.second_face; });
@@ -145,12 +145,12 @@ class Judge {
   }
 
   void judge_pictures() {
-    remark_looks(Fault::blurred, find(clip_.looks, has_face, is_blurred), kMostLooks, "The face is blurred",
+    remark_looks(Fault::blurred, find(clip_.looks, has_face, is_blurred), kMaxLooks, "The face is blurred",
                  "Wipe the lens, tap the face on the screen to focus on it, film in brighter light and move "
                  "slowly.");
-    remark_looks(Fault::too_dark, find(clip_.looks, has_face, is_dark), kMostLooks, "The face is too dark",
+    remark_looks(Fault::too_dark, find(clip_.looks, has_face, is_dark), kMaxLooks, "The face is too dark",
                  "Face a window or a lamp behind the camera; do not film against the light.");
-    remark_looks(Fault::too_bright, find(clip_.looks, has_face, is_burnt), kMostLooks,
+    remark_looks(Fault::too_bright, find(clip_.looks, has_face, is_burnt), kMaxLooks,
                  "Parts of the face are burnt out",
                  "Move away from the lamp or the sun, or tap the face on the screen so that the camera "
                  "exposes for it.");
@@ -160,13 +160,13 @@ class Judge {
       remark_all(Fault::small_face, width < kTinyFace,
                  fmt::format("The face is about {:.0f} px wide.", width),
                  "Film from nearer, or at a higher resolution: head and shoulders should fill the picture.");
-    remark_looks(Fault::head_cut, find(clip_.looks, has_face, is_cut), kMostLooks,
+    remark_looks(Fault::head_cut, find(clip_.looks, has_face, is_cut), kMaxLooks,
                  "The picture's edge cuts the head",
                  "Leave room above and beside the head, even while it turns.");
   }
 
   void judge_performance() {
-    if (find(clip_.looks, has_face, is_posed).share() < kLeastPosed) {
+    if (find(clip_.looks, has_face, is_posed).share() < kMinPosed) {
       remark_all(Fault::few_angles, false,
                  "Eyes, nose and mouth could not be made out, so the angles and expressions are not known.",
                  "Film in better light, from nearer, and hold the camera still.");

@@ -21,7 +21,7 @@ constexpr int kVersion = 1;
 constexpr const char* kFormat = "likeness performance";
 constexpr const char* kUnits =
     "seconds, degrees, metres; actions: 1 = full; camera distance and zoom: 1 = as captured";
-constexpr std::size_t kMostKeys = 2'000'000;
+constexpr std::size_t kMaxKeys = 2'000'000;
 
 // What is wrong with which field; caught where the file is read.
 struct Wrong {
@@ -61,7 +61,7 @@ std::vector<Key> read_keys(const json& list, const std::string& channel) {
   const std::string name = "channels.\"" + channel + "\"";
   if (!is_channel(channel)) throw Wrong{name, "is not a channel; actions are written as \"action NAME\""};
   if (!list.is_array() || list.empty()) throw Wrong{name, "is not a list of keys"};
-  if (list.size() > kMostKeys) throw Wrong{name, fmt::format("has {} keys", list.size())};
+  if (list.size() > kMaxKeys) throw Wrong{name, fmt::format("has {} keys", list.size())};
   std::vector<Key> keys;
   for (std::size_t i = 0; i < list.size(); ++i) {
     const std::string where = fmt::format("{}[{}]", name, i);

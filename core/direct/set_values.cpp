@@ -19,7 +19,7 @@ Key key_near(const std::vector<Key>& keys, double time_s, double frame_s) {
 }
 
 void set_one(Performance& performance, const std::string& channel, float value, const ValueEdit& edit) {
-  const bool course = has_course(performance, channel);
+  const bool course = is_animated(performance, channel);
   const auto found = performance.channels.find(channel);
   const float rest = rest_value(channel);
   if (!course && !edit.record) {
@@ -48,7 +48,7 @@ std::vector<std::string> channels_of(const Performance& performance, ChannelPart
 
 }  // namespace
 
-bool has_course(const Performance& performance, const std::string& channel) {
+bool is_animated(const Performance& performance, const std::string& channel) {
   const auto found = performance.channels.find(channel);
   return found != performance.channels.end() && found->second.size() > 1;
 }

@@ -19,7 +19,7 @@ struct ValueEdit {
   bool linked = false;  // the channel of the face's other side does the same
 };
 
-bool has_course(const Performance& performance, const std::string& channel);
+bool is_animated(const Performance& performance, const std::string& channel);
 
 // A key within half a frame of the time is changed; its easing stays. A constant at rest needs no key.
 void set_value(Performance& performance, const std::string& channel, float value, const ValueEdit& edit);

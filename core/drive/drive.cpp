@@ -21,7 +21,7 @@ namespace likeness {
 namespace {
 
 constexpr double kMetresPerRadian = 0.17;  // a turn of ten degrees counts as 3 cm
-constexpr float kWorthCalibrating = 0.15f, kGainDeadZone = 1.1f, kLeastGain = 0.75f, kLargestGain = 1.33f;
+constexpr float kWorthCalibrating = 0.15f, kGainDeadZone = 1.1f, kMinGain = 0.75f, kLargestGain = 1.33f;
 
 void bridge_gaps(std::vector<DriverMotion>& motions, const Track& track) {
   std::vector<std::size_t> known;
@@ -145,7 +145,7 @@ std::vector<float> drive_gains(const DriveSubject& driver, const DriveSubject& a
       if (to > kWorthCalibrating && from > kWorthCalibrating) {
         const float ratio = to / from;
         if (ratio > kGainDeadZone) gain = std::min(ratio / kGainDeadZone, kLargestGain);
-        if (ratio < 1 / kGainDeadZone) gain = std::max(ratio * kGainDeadZone, kLeastGain);
+        if (ratio < 1 / kGainDeadZone) gain = std::max(ratio * kGainDeadZone, kMinGain);
       }
     }
     const auto user = options.gains.find(action.name);

@@ -13,7 +13,7 @@ namespace likeness {
 namespace {
 
 constexpr float kMargin = 0.15f;  // of an action's seen range, beyond which the soft clamp holds
-constexpr float kLeastMargin = 0.05f;
+constexpr float kMinMargin = 0.05f;
 
 Eigen::VectorXf face_of(const Articulation& a) {
   Eigen::VectorXf v(a.expression.size() + 3);
@@ -55,7 +55,7 @@ ActionLimits limits_of(const DriveSubject& avatar, const std::string& name, floa
   constexpr float kRounding = 1e-5f;  // rest itself must come out untouched
   const float low = std::min(seen->low, at_rest - kRounding),
               high = std::max(seen->high, at_rest + kRounding);
-  return {low, high, std::max(kLeastMargin, kMargin * (high - low))};
+  return {low, high, std::max(kMinMargin, kMargin * (high - low))};
 }
 
 double eye_distance(const DriveSubject& subject) {

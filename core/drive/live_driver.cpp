@@ -14,10 +14,10 @@ namespace {
 constexpr double kRate_s = 2;       // over which the rate is counted
 constexpr double kPicture_s = 0.2;  // between two pictures of the driver
 constexpr int kPictureSide = 160;   // px, its longer side
-constexpr int kLeastRest = 5;       // pictures of a face that a rest is learnt from
+constexpr int kMinRest = 5;         // pictures of a face that a rest is learnt from
 // So many looked at over so many times the wanted seconds, with fewer faces among them, are told as a
 // failure.
-constexpr int kMostLooks = 20;
+constexpr int kMaxLooks = 20;
 constexpr double kLongest_rest = 3;
 
 using Clock = std::chrono::steady_clock;
@@ -76,8 +76,8 @@ class LiveDriver::Session {
     step.tracked = tracker_.next(frame.rgb, frame.time_s, frame.focal_35mm);
     if (resting_since_s_) {
       const double rested_s = frame.time_s - *resting_since_s_;
-      const bool enough = rested_s >= options_.rest_s && tracker_.rest_frames() >= kLeastRest;
-      if (enough || (++looked_ >= kMostLooks && rested_s >= kLongest_rest * options_.rest_s))
+      const bool enough = rested_s >= options_.rest_s && tracker_.rest_frames() >= kMinRest;
+      if (enough || (++looked_ >= kMaxLooks && rested_s >= kLongest_rest * options_.rest_s))
         step.unsettled = settle();
       step.rest_share = resting_since_s_ ? std::clamp(rested_s / options_.rest_s, 0.0, 1.0) : 1;
     }

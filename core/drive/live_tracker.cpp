@@ -20,12 +20,12 @@
 namespace likeness {
 namespace {
 
-constexpr int kLongestWeak = 10;       // pictures before the detector is asked whether a face is there at all
-constexpr int kDirections = 40;        // of the identity: landmarks say nothing about the finer ones
-constexpr int kLeastSettled = 5;       // frames a person is settled from
-constexpr std::size_t kMostRest = 12;  // more only take longer
-constexpr double kLongAgo_s = 0.35;    // frames further back say nothing about this one
-constexpr double kSameFace = 0.3;      // overlap of the detector's box with the expected one
+constexpr int kLongestWeak = 10;      // pictures before the detector is asked whether a face is there at all
+constexpr int kDirections = 40;       // of the identity: landmarks say nothing about the finer ones
+constexpr int kMinSettled = 5;        // frames a person is settled from
+constexpr std::size_t kMaxRest = 12;  // more only take longer
+constexpr double kLongAgo_s = 0.35;   // frames further back say nothing about this one
+constexpr double kSameFace = 0.3;     // overlap of the detector's box with the expected one
 constexpr std::size_t kErrorsKept = 60;  // frames that say what error is usual
 
 struct Sight {
@@ -226,18 +226,18 @@ struct LiveTracker::Impl {
 
   Result<DriveSubject> settle() {
     resting = false;
-    if (int(rest.size()) < kLeastSettled) {
+    if (int(rest.size()) < kMinSettled) {
       return Error{ErrorCode::no_face,
                    fmt::format("The face was found in only {} of the pictures taken at rest.", rest.size()),
                    "Move closer to the camera, look into it in even light, and try again.", "live"};
     }
     std::vector<FaceFrame> faces;
     std::vector<const RestFrame*> used;
-    const std::size_t step = std::max<std::size_t>(1, rest.size() / kMostRest);
+    const std::size_t step = std::max<std::size_t>(1, rest.size() / kMaxRest);
     for (std::size_t i = 0; i < rest.size(); i += step)
       faces.push_back(rest[i].face), used.push_back(&rest[i]);
     ClipFitOptions fit;
-    fit.identity_frames = int(kMostRest);
+    fit.identity_frames = int(kMaxRest);
     auto who = fit_identity(head, usual, fit, identity, faces, Progress(), {});
     if (!who) return who.error();
     become(who->identity);

@@ -37,13 +37,13 @@ bool is_mesh_name(const std::filesystem::path& path) {
 
 Result<void> check_head(const std::filesystem::path& out, std::size_t frames) {
   const bool ply = out.extension() == ".ply";
-  if (frames <= (ply ? 1 : kMostMeshFrames)) return {};
+  if (frames <= (ply ? 1 : kMaxMeshFrames)) return {};
   return Error{
       ErrorCode::bad_input, fmt::format("{} frames do not fit into {}.", frames, out.filename().string()),
       ply ? "Name a .glb as --out, or leave out what moves."
           : fmt::format(
                 "A .glb holds at most {} frames: give a shorter clip or performance, or fewer --frames.",
-                kMostMeshFrames),
+                kMaxMeshFrames),
       out.string()};
 }
 

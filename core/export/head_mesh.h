@@ -28,7 +28,7 @@ struct HeadMesh {
 // skinning weights.
 HeadMesh head_mesh(const Avatar& avatar, const HeadModel& model, const AvatarPose& pose);
 
-inline constexpr std::size_t kMostMeshFrames = 500;
+inline constexpr std::size_t kMaxMeshFrames = 500;
 
 // One mesh, or with several the same mesh moving: every frame after the first is a morph target, and an
 // animation goes from one to the next, so that a viewer shows exactly these vertices at the frames' times and

@@ -31,7 +31,7 @@ constexpr double kDetectionSide =
     1024;  // px; larger pictures are reduced first, faces of 80 px remain findable
 // Of faces where one was before. Of 107 pictures of nine people six held a chance pattern that scores more,
 // none in the face's place; a bearded face with spectacles by lamplight lies below 0 in four of five.
-constexpr double kLeastScore = -0.5, kSamePlace = 0.35;
+constexpr double kMinScore = -0.5, kSamePlace = 0.35;
 constexpr int kScales = 4, kShifts = 8;
 constexpr double kCalmShare = 0.7, kCalmSpread = 0.012;  // of the runs, of the box's width: enough agreement
 
@@ -235,7 +235,7 @@ std::vector<FaceBox> FaceDetector::detect(const Image8& rgb, const FaceBox* befo
                               std::max(1, static_cast<int>(std::lround(rgb.height * s))));
     dlib::frontal_face_detector detector = frontal_detector();  // its scan keeps state: one copy a call
     std::vector<dlib::rect_detection> found;
-    detector(grey, found, before ? kLeastScore : 0.0);
+    detector(grey, found, before ? kMinScore : 0.0);
     const double sx = static_cast<double>(rgb.width) / static_cast<double>(grey.nc()),
                  sy = static_cast<double>(rgb.height) / static_cast<double>(grey.nr());
     std::optional<FaceBox> doubted;  // in the place of the one before

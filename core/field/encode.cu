@@ -21,7 +21,7 @@ __global__ void __launch_bounds__(kThreads) encode_kernel(const __grid_constant_
 // slice hardly moves, in the same cell: theirs are summed before they go to memory, which takes what goes to
 // one address one by one.
 
-constexpr int kMostGroups = 6;  // cells of a warp that are worth it
+constexpr int kMaxGroups = 6;  // cells of a warp that are worth it
 
 // The sums over a warp of kCount values, a power of two up to 32: that of value lane / (32 / kCount). Each
 // step halves what a thread holds; sizes are known when compiling, so that all of it stays in registers.
@@ -67,7 +67,7 @@ __device__ void warp_backward(const EncodeBackwardArgs& args, std::size_t n, boo
     const unsigned mates = __match_any_sync(~0u, any ? place : ~0u) & busy;
     const bool leads = any && __ffs(int(mates)) - 1 == int(threadIdx.x % 32);
     unsigned leaders = __ballot_sync(~0u, leads);
-    if (level.resolution <= 1024 && __popc(leaders) <= kMostGroups) {
+    if (level.resolution <= 1024 && __popc(leaders) <= kMaxGroups) {
       direct = false;
       while (leaders != 0) {
         const int leader = __ffs(int(leaders)) - 1;

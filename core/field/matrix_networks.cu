@@ -18,7 +18,7 @@ namespace {
 
 constexpr int kWarps = 8, kThreads = 32 * kWarps;
 constexpr int kRows = 16 * kWarps;  // samples of a tile
-constexpr int kMostInputs = 96;     // padded
+constexpr int kMaxInputs = 96;      // padded
 constexpr int kOutputs = 16;        // padded
 
 extern __shared__ __align__(128) unsigned char block_memory[];
@@ -443,7 +443,7 @@ struct MatrixNetwork {
     constexpr int kLastTiles = (kWidth / 8 + kWarps - 1) / kWarps, kStep = kWarps / kPieces;
     LayerSums<1, kLastTiles> last{};
     LayerSums<kPieces, kWidth / 8 / kStep> middle{};
-    LayerSums<kPieces, kMostInputs / 8 / kStep> lowest{};
+    LayerSums<kPieces, kMaxInputs / 8 / kStep> lowest{};
     const Values<kSplit> in = tile_inputs(), values = tile_hidden(), slopes = tile_slopes();
     for (std::uint32_t first = blockIdx.x * kRows; first < count; first += gridDim.x * kRows) {
       load_inputs(first, count);
@@ -572,7 +572,7 @@ bool is_covered(const Launch& launch, const NetworkArgs& args, bool backward) {
   const DeviceNetwork& network = args.network;
   if (args.precision == NetworkPrecision::single || !launch.facts.matrix_units) return false;
   if (network.layers < 2 || network.layers > 3 || network.layer[0].outputs > 64) return false;
-  if (padded(network.layer[0].inputs) > kMostInputs || network.layer[network.layers - 1].outputs > kOutputs)
+  if (padded(network.layer[0].inputs) > kMaxInputs || network.layer[network.layers - 1].outputs > kOutputs)
     return false;
   if (args.precision == NetworkPrecision::split && network.layers != 2) return false;
   if (network.layers == 3 && network.layer[1].outputs != network.layer[0].outputs) return false;

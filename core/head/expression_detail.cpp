@@ -15,7 +15,7 @@ constexpr int kBlocks = 5;       // of neighbouring frames, each kept out once
 constexpr double kRidges[] = {1e-4, 1e-3, 1e-2, 1e-1, 1, 10, 100};  // times the inputs' mean square
 constexpr double kSmallest = 1e-14;                                 // m^2; less is rounding
 
-Eigen::VectorXd told_by(const Articulation& a) {
+Eigen::VectorXd detail_inputs(const Articulation& a) {
   Eigen::VectorXd x(a.expression.size() + 3);
   x << a.expression.cast<double>(), a.jaw.cast<double>();
   return x;
@@ -104,18 +104,18 @@ LearntDetail learn_detail(const std::vector<DetailFrame>& frames, const DetailOp
   for (Eigen::Index v = 0; v < most.size(); ++v)
     if (most[v] > kStill) detail.vertices.push_back(std::int32_t(v));
   if (detail.empty()) {  // flat maps
-    const Eigen::VectorXd x = told_by(frames.front().articulation);
+    const Eigen::VectorXd x = detail_inputs(frames.front().articulation);
     detail.middle = Eigen::VectorXf::Zero(x.size());
     detail.rows.resize(0, x.size()), detail.basis.resize(0, 0);
     learnt.scores.resize(n, 0);
     return learnt;
   }
   const auto count = Eigen::Index(detail.vertices.size());
-  Eigen::MatrixXd height(n, count), x(n, told_by(frames.front().articulation).size());
+  Eigen::MatrixXd height(n, count), x(n, detail_inputs(frames.front().articulation).size());
   for (Eigen::Index i = 0; i < n; ++i) {
     for (Eigen::Index k = 0; k < count; ++k)
       height(i, k) = double(frames[std::size_t(i)].height[detail.vertices[std::size_t(k)]]);
-    x.row(i) = told_by(frames[std::size_t(i)].articulation).transpose();
+    x.row(i) = detail_inputs(frames[std::size_t(i)].articulation).transpose();
   }
   const Eigen::RowVectorXd mean = height.colwise().mean(), middle = x.colwise().mean();
   height.rowwise() -= mean, x.rowwise() -= middle;
@@ -126,7 +126,7 @@ LearntDetail learn_detail(const std::vector<DetailFrame>& frames, const DetailOp
   const double total = height.squaredNorm();
   Eigen::Index r = 0;
   double held = 0;
-  while (r < std::min<Eigen::Index>(options.most_components, n - 1) && held < options.share * total &&
+  while (r < std::min<Eigen::Index>(options.max_components, n - 1) && held < options.share * total &&
          spectrum.values[n - 1 - r] > kSmallest)
     held += spectrum.values[n - 1 - r++];
   learnt.kept = total > 0 ? held / total : 1;
@@ -153,7 +153,7 @@ LearntDetail learn_detail(const std::vector<DetailFrame>& frames, const DetailOp
     best = error, learnt.ridge = ridge;
     w = regress(x, scores, ridge * unit);
   }
-  learnt.told = total > 0 ? (weighted.squaredNorm() - best) / total : 0;
+  learnt.explained = total > 0 ? (weighted.squaredNorm() - best) / total : 0;
   detail.rows = w.transpose().cast<float>();
   return learnt;
 }

@@ -53,7 +53,7 @@ struct DetailFrame {
 };
 
 struct DetailOptions {
-  int most_components = 12;
+  int max_components = 12;
   double share = 0.98;  // of the maps' variance about their mean; fewer components where they reach it
 };
 
@@ -63,12 +63,12 @@ struct LearntDetail {
   double kept = 0;         // share of the maps' variance about their mean that the components hold
   // Share of it that expression and jaw tell of frames the regression did not see, in blocks of neighbouring
   // frames; below zero: worse than the mean.
-  double told = 0;
+  double explained = 0;
   double ridge = 0;  // chosen so that the latter is best
 };
 
 // frames: at least 10, of training pictures alone, in the order of time. Where nothing that could be learnt
-// predicts frames kept out (told <= 0), rows are zero: a new expression gets the mean. Deterministic.
+// predicts frames kept out (explained <= 0), rows are zero: a new expression gets the mean. Deterministic.
 LearntDetail learn_detail(const std::vector<DetailFrame>& frames, const DetailOptions& options = {});
 
 }  // namespace likeness

@@ -22,7 +22,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr float kMostDeviations = 10;                      // of a coefficient; faces lie within three
+constexpr float kMaxDeviations = 10;                       // of a coefficient; faces lie within three
 constexpr double kSmallestHead = 0.7, kLargestHead = 1.4;  // heights of heads beside the model's
 constexpr double kFrameOff = 0.06;                         // m between the middles of mesh and model
 constexpr double kUsuallyOff = 0.025;  // m between a vertex and the model's, on the average
@@ -78,11 +78,11 @@ Result<PersonShape> person_of_coefficients(const fs::path& path, std::span<const
                     model.identity_count()),
         fmt::format("Build with the head model they belong to (MICA's 300 are FLAME's). {}", needed(model)));
   for (std::size_t i = 0; i < values.size(); ++i)
-    if (std::abs(values[i]) > kMostDeviations)
+    if (std::abs(values[i]) > kMaxDeviations)
       return wrong_person(
           path,
           fmt::format("Coefficient {} in {} is {:.4g} standard deviations; a head lies within {:g}.", i, name,
-                      values[i], kMostDeviations),
+                      values[i], kMaxDeviations),
           "These are not identity coefficients, or they are another model's. " + needed(model));
   PersonShape person;
   person.identity = Eigen::Map<const Eigen::VectorXf>(values.data(), Eigen::Index(values.size()));

@@ -36,7 +36,7 @@ struct Warp {
 };
 
 // nullopt where the landmarks of the two heads have different forms.
-std::optional<Warp> fit_warp(const Points& from, const Points& to, double most_misfit) {
+std::optional<Warp> fit_warp(const Points& from, const Points& to, double max_misfit) {
   Warp warp;
   warp.similarity = Eigen::umeyama(from, to, true);
   if (!warp.similarity.allFinite()) return std::nullopt;
@@ -44,7 +44,7 @@ std::optional<Warp> fit_warp(const Points& from, const Points& to, double most_m
   const Points centred = to.colwise() - to.rowwise().mean();
   const double size = std::sqrt(centred.squaredNorm() / double(to.cols()));
   const double misfit = std::sqrt((moved - to).squaredNorm() / double(to.cols()));
-  if (!(misfit < most_misfit * size)) return std::nullopt;
+  if (!(misfit < max_misfit * size)) return std::nullopt;
   // Landmarks that coincide (closed lips) would make the system singular: a little smoothing keeps it
   // regular.
   Eigen::MatrixXd kernel(from.cols(), from.cols());
@@ -171,7 +171,7 @@ std::vector<Vec3f> motion_of(const HeadModel& model, const HeadShape& shape, con
 
 std::vector<NamedAction> transfer_actions(const HeadModel& source, const HeadModel& target,
                                           const TransferOptions& options) {
-  const auto warp = fit_warp(landmarks_of(source), landmarks_of(target), options.most_misfit);
+  const auto warp = fit_warp(landmarks_of(source), landmarks_of(target), options.max_misfit);
   const int count = target.expression_count();
   if (!warp || count == 0) return {};
   const std::vector<Correspondence> pairs = correspond(source, target, *warp, options.reach);

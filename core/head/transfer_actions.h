@@ -14,10 +14,10 @@
 namespace likeness {
 
 struct TransferOptions {
-  float reach = 0.012f;       // m: a target vertex further from the warped source takes no part
-  float most_misfit = 0.25f;  // of the landmarks after the similarity, as a share of the face's size
-  float ridge = 1e-4f;        // on coefficients, relative to the basis' mean square motion
-  float worst = 0.85f;        // actions of which more than this share cannot be made are left out
+  float reach = 0.012f;      // m: a target vertex further from the warped source takes no part
+  float max_misfit = 0.25f;  // of the landmarks after the similarity, as a share of the face's size
+  float ridge = 1e-4f;       // on coefficients, relative to the basis' mean square motion
+  float worst = 0.85f;       // actions of which more than this share cannot be made are left out
 };
 
 // One action per action of `source` that `target` can make; jaw rotations stay rotations of the jaw joint,

@@ -23,7 +23,7 @@ namespace {
 // Bytes decoded, in numbers as wide as the file's; a larger claim is a broken header. A claim beyond what any
 // picture's bytes unfold to is one, too, unless it is small: then memory would be taken for nothing.
 constexpr std::int64_t kLargestPicture = std::int64_t(1) << 30, kSmallPicture = std::int64_t(64) << 20;
-constexpr std::int64_t kMostUnfolded = 4000;  // decoded bytes of a file's; deflate reaches 1032
+constexpr std::int64_t kMaxUnfolded = 4000;  // decoded bytes of a file's; deflate reaches 1032
 
 Error unreadable(const std::filesystem::path& path, std::string what) {
   return {ErrorCode::bad_input, std::move(what), "Copy or export the picture again, as PNG or JPEG.",
@@ -82,7 +82,7 @@ bool png_is_whole(std::span<const std::byte> bytes) {
 
 // The most bytes that a picture may claim to unfold to.
 std::int64_t largest_claim(std::size_t file_bytes) {
-  return std::min(kLargestPicture, std::max(kSmallPicture, kMostUnfolded * std::int64_t(file_bytes)));
+  return std::min(kLargestPicture, std::max(kSmallPicture, kMaxUnfolded * std::int64_t(file_bytes)));
 }
 
 Error too_large_a_claim(const std::filesystem::path& path, int width, int height, int channels) {

@@ -14,8 +14,8 @@ namespace {
 constexpr int kBins = 16;
 constexpr float kCertain = 5.0f;  // a likelihood ratio beyond which a pixel needs no cut
 constexpr float kSmoothness = 2.5f;
-constexpr float kLeastOfRoom = -0.9f;  // evidence that a room which agrees gives for background
-constexpr double kContinues = 0.08;    // of the width: how far a background is taken to go on as it was seen
+constexpr float kMinOfRoom = -0.9f;  // evidence that a room which agrees gives for background
+constexpr double kContinues = 0.08;  // of the width: how far a background is taken to go on as it was seen
 
 int bin_of(const cv::Vec3b& colour) {
   return (colour[0] / (256 / kBins) * kBins + colour[1] / (256 / kBins)) * kBins + colour[2] / (256 / kBins);
@@ -109,7 +109,7 @@ cv::Mat likelihoods(const SegmentInput& in) {
         // A model of the room is off by more than a plate: that it agrees says less, colour and place say
         // more.
         value = in.plate->known.at<unsigned char>(y, x) == kOfRoom
-                    ? 1.1f * std::max(difference, kLeastOfRoom) + 0.8f * colour + 0.8f * place
+                    ? 1.1f * std::max(difference, kMinOfRoom) + 0.8f * colour + 0.8f * place
                     : 1.3f * difference + 0.4f * colour + 0.5f * place;
       } else if (in.prior->possible.at<unsigned char>(y, x)) {
         value = colour + place;

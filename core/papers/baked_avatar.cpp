@@ -21,8 +21,8 @@ namespace likeness {
 namespace {
 
 constexpr std::size_t kRaysAtOnce = 4096;
-constexpr int kStrata = 16;            // of a training ray, whose densities say where its samples go
-constexpr float kLeastLight = 0.001f;  // of the head's, of a ray that R is asked of
+constexpr int kStrata = 16;          // of a training ray, whose densities say where its samples go
+constexpr float kMinLight = 0.001f;  // of the head's, of a ray that R is asked of
 constexpr int kHeadValues = 3 + kBakedFeatures;
 
 // Directions of the training cameras' middles, in the head's frame.
@@ -223,7 +223,7 @@ void add_ray(std::span<const BakedSample> samples, const Vec3f& direction, std::
       for (int c = 0; c < 3; ++c) rest[c] += weight * s.values[c];
     }
   }
-  if (light < kLeastLight) return;
+  if (light < kMinLight) return;
   rest += transmittance * background;
   for (std::size_t i = 0; i < 3; ++i) rays.diffuse.push_back(mean[i] / light);
   for (std::size_t i = 0; i < features; ++i) rays.given.push_back(mean[3 + i] / light);
@@ -335,8 +335,8 @@ double loss_of_all(const DenseNetworkSpec& network, const std::vector<float>& pa
   return sum / double(rays.count());
 }
 
-constexpr std::size_t kMostLooks = 64;
-std::size_t looks_of(std::size_t poses) { return std::min(poses, kMostLooks); }
+constexpr std::size_t kMaxLooks = 64;
+std::size_t looks_of(std::size_t poses) { return std::min(poses, kMaxLooks); }
 
 FieldPart without_parameters(const FieldPart& part) {
   return {{part.field.config, {}}, part.cube, part.occupancy, part.core, part.opacity};

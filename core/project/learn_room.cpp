@@ -44,7 +44,7 @@ struct Look {
 LearnRoom room_learner(const Project& project, std::uint64_t seed, const TrackedCapture& read) {
   return [&project, seed, &read](const std::vector<RoughMatte>& mattes, RoomPass pass,
                                  const Progress& progress, std::stop_token stop) -> Result<RoomBehind> {
-    if (mattes.size() < kLeastRoomViews) return RoomBehind{};
+    if (mattes.size() < kMinRoomViews) return RoomBehind{};
     std::vector<TrainingView> views;
     for (const RoughMatte& matte : mattes) {
       auto view = room_view(project, read, matte);

@@ -158,9 +158,9 @@ Result<FoundAttribute> find_attribute(const PaintedAttribute& attribute, const T
   std::ranges::sort(order, {}, [&](std::size_t i) { return frames.all[i]->camera.frame; });
   for (const std::size_t i : order) {
     course.frames.push_back(frames.all[i]->camera.frame);
-    course.values.push_back(fit.frames[i].value), course.doubts.push_back(fit.frames[i].doubt);
+    course.values.push_back(fit.frames[i].value), course.doubts.push_back(fit.frames[i].uncertainty);
     course.annotated.push_back(looked[i].annotated);
-    course.unlike_any += fit.frames[i].doubt > kUnlikeAny;
+    course.unlike_any += fit.frames[i].uncertainty > kUnlikeAny;
   }
   for (std::size_t v = 0; v < set.views.size(); ++v) found.view_values.push_back(fit.frames[v].value);
   const auto [low, high] = std::ranges::minmax(found.view_values);
@@ -228,10 +228,10 @@ Result<void> check_annotation(const Project& project, std::string_view name,
     return Error{ErrorCode::bad_input, fmt::format("The head model has an action '{}' of its own.", name),
                  "Use that one, or give the attribute another name.", "attribute"};
   if (const auto painted = read_project_attributes(project);
-      painted && painted->size() >= std::size_t(kMostAttributes) &&
+      painted && painted->size() >= std::size_t(kMaxAttributes) &&
       std::ranges::find(*painted, name, &PaintedAttribute::name) == painted->end())
     return Error{ErrorCode::bad_input,
-                 fmt::format("There are {} attributes already, the most.", kMostAttributes),
+                 fmt::format("There are {} attributes already, the most.", kMaxAttributes),
                  "Remove one first.", "attribute"};
   const auto capture = read_capture(capture_path(project));
   if (!capture) return capture.error();
@@ -254,9 +254,9 @@ Result<std::vector<FoundAttribute>> find_attributes(const Project& project, cons
                                                     std::stop_token stop, const RegionOptions& region) {
   std::vector<FoundAttribute> found;
   if (painted.empty()) return found;
-  if (painted.size() > std::size_t(kMostAttributes))
+  if (painted.size() > std::size_t(kMaxAttributes))
     return Error{ErrorCode::bad_input, fmt::format("{} attributes are too many.", painted.size()),
-                 fmt::format("Keep {} at most.", kMostAttributes), attributes_path(project).string()};
+                 fmt::format("Keep {} at most.", kMaxAttributes), attributes_path(project).string()};
   const HeadShape shape = shape_head(set.model, set.person);
   const auto frames = gather_frames(project, set, stop);
   if (!frames) return frames.error();

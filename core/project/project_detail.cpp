@@ -76,15 +76,15 @@ Result<ProjectDetail> learn_project_detail(const fs::path& maps, const Capture& 
     detail.scores.emplace(frames[i].frame, learnt.scores.row(Eigen::Index(i)).transpose());
   report.message = fmt::format(
       "Detail of {} of {} training frames: {} components hold {:.0f} %, the expression tells {:.0f} % of it.",
-      frames.size(), trained, detail.detail.components(), 100 * learnt.kept, 100 * learnt.told);
+      frames.size(), trained, detail.detail.components(), 100 * learnt.kept, 100 * learnt.explained);
   if (detail.detail.empty())
     report.warnings.push_back("The detail maps are flat: they change nothing.");
-  else if (learnt.told < kHardlyTold)
+  else if (learnt.explained < kHardlyTold)
     report.warnings.push_back(
         fmt::format("The detail maps hardly follow the expression ({:.0f} %): a new expression gets little "
                     "more than their "
                     "mean.",
-                    100 * learnt.told));
+                    100 * learnt.explained));
   return detail;
 }
 

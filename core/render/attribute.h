@@ -32,7 +32,7 @@ struct AttributeRegion {
   std::vector<std::uint8_t> weights;  // (z, y, x), 255 = 1; those on the lattice's border are 0
 };
 
-inline constexpr int kMostAttributes = 16;
+inline constexpr int kMaxAttributes = 16;
 
 float region_weight(const AttributeRegion& region, const Vec3f& canonical);  // m, head frame; 0..1
 

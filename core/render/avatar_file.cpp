@@ -350,7 +350,7 @@ Avatar avatar_from(const Sections& sections) {
   a.condition.mean = vector_from_json(j.at("condition_mean"), "condition mean");
   if (j.contains("attributes")) {
     const json& attributes = j.at("attributes");
-    if (attributes.size() > std::size_t(kMostAttributes)) throw Bad{"there are too many attributes"};
+    if (attributes.size() > std::size_t(kMaxAttributes)) throw Bad{"there are too many attributes"};
     for (std::size_t i = 0; i < attributes.size(); ++i)
       a.attributes.push_back(attribute_from(attributes.at(i), sections, i));
   }

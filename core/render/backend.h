@@ -149,7 +149,7 @@ std::unique_ptr<FrameRenderer> cpu_renderer(const Avatar& avatar);
 Result<std::unique_ptr<FrameRenderer>> make_renderer(const RenderPlace& place, const Avatar& avatar);
 
 // Whether work failed because of where it was done, and what to say where the processor takes it over.
-bool failed_where_it_was_done(const Error& error);
-std::string going_on_with_processor(const Error& error);
+bool failed_on_device(const Error& error);
+std::string continuing_on_processor(const Error& error);
 
 }  // namespace likeness

@@ -18,9 +18,9 @@
 namespace likeness {
 namespace {
 
-constexpr std::size_t kMostBytes = std::size_t{3}
-                                   << 30;  // of the bands' buffers, and a quarter of what is free
-constexpr std::size_t kLanes = 16384;      // rays whose stretches are kept at once where no strata need them
+constexpr std::size_t kMaxBytes = std::size_t{3}
+                                  << 30;  // of the bands' buffers, and a quarter of what is free
+constexpr std::size_t kLanes = 16384;     // rays whose stretches are kept at once where no strata need them
 
 template <class T>
 Result<void> make(const std::shared_ptr<Device>& device, DeviceArray<T>& array, std::size_t count) {
@@ -212,7 +212,7 @@ class DeviceRenderer : public FrameRenderer {
     for (DevicePart& part : parts_) part.field.reset();
     Picture made;
     made.intrinsics = intrinsics, made.options = options;
-    const std::size_t most = std::min(kMostBytes, std::size_t(device_->facts().free_bytes / 4));
+    const std::size_t most = std::min(kMaxBytes, std::size_t(device_->facts().free_bytes / 4));
     std::size_t tiles = tile_count(intrinsics);
     while (tiles > 1 && bytes_of(options, tiles) > most) tiles = (tiles + 1) / 2;
     const BandShape shape = band_shape(options, tiles);

@@ -26,8 +26,8 @@ class FallingBack : public FrameRenderer {
   Result<RenderedFrame> render(const Camera& camera, const RenderState& state,
                                const RenderOptions& options) override {
     auto frame = renderer_->render(camera, state, options);
-    if (frame || !failed_where_it_was_done(frame.error())) return frame;
-    if (say_) say_(going_on_with_processor(frame.error()));
+    if (frame || !failed_on_device(frame.error())) return frame;
+    if (say_) say_(continuing_on_processor(frame.error()));
     renderer_ = cpu_renderer(avatar_);
     return renderer_->render(camera, state, options);
   }
@@ -41,14 +41,14 @@ class FallingBack : public FrameRenderer {
 
 }  // namespace
 
-bool failed_where_it_was_done(const Error& error) { return error.where.starts_with("CUDA"); }
+bool failed_on_device(const Error& error) { return error.where.starts_with("CUDA"); }
 
-std::string going_on_with_processor(const Error& error) {
+std::string continuing_on_processor(const Error& error) {
   return error.what + " Continuing on the processor.";
 }
 
 RenderOptions device_options(RenderOptions options) {
-  options.reduce = 1, options.most_rays = 0, options.deferred = false;
+  options.reduce = 1, options.max_rays = 0, options.deferred = false;
   return options;
 }
 
@@ -61,8 +61,8 @@ Result<std::unique_ptr<FrameRenderer>> make_renderer(const RenderPlace& place, c
   auto made = place.backend->make_renderer(avatar);
   if (made && place.fall_back)
     return std::unique_ptr<FrameRenderer>(std::make_unique<FallingBack>(std::move(*made), avatar, place.say));
-  if (made || !place.fall_back || !failed_where_it_was_done(made.error())) return made;
-  if (place.say) place.say(going_on_with_processor(made.error()));
+  if (made || !place.fall_back || !failed_on_device(made.error())) return made;
+  if (place.say) place.say(continuing_on_processor(made.error()));
   return cpu_renderer(avatar);
 }
 

@@ -8,10 +8,10 @@ namespace likeness {
 PictureRenderer::PictureRenderer(OpenBackend open, std::function<void(const std::string&)> say)
     : open_(std::move(open)), say_(std::move(say)) {}
 
-void PictureRenderer::go_on_with_processor(const Error& error) {
+void PictureRenderer::continue_on_processor(const Error& error) {
   let_go();
   backend_.reset();
-  if (say_) say_(going_on_with_processor(error));
+  if (say_) say_(continuing_on_processor(error));
 }
 
 bool PictureRenderer::on_device() {
@@ -19,7 +19,7 @@ bool PictureRenderer::on_device() {
     if (auto opened = open(); opened)
       backend_ = std::move(*opened);
     else
-      go_on_with_processor(opened.error());
+      continue_on_processor(opened.error());
   }
   return backend_ != nullptr;
 }
@@ -31,14 +31,14 @@ RenderedFrame PictureRenderer::render(std::shared_ptr<const Avatar> avatar, cons
     let_go();  // before the next one takes its place
     auto made = backend_->make_renderer(*avatar);
     if (!made) {
-      go_on_with_processor(made.error());
+      continue_on_processor(made.error());
       return render_frame(*avatar, camera, state, options);
     }
     renderer_ = std::move(*made), avatar_ = avatar;
   }
   auto frame = renderer_->render(camera, state, options);
   if (frame) return std::move(*frame);
-  go_on_with_processor(frame.error());
+  continue_on_processor(frame.error());
   return render_frame(*avatar, camera, state, options);
 }
 

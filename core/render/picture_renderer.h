@@ -32,7 +32,7 @@ class PictureRenderer {
   void let_go() { renderer_.reset(), avatar_.reset(); }
 
  private:
-  void go_on_with_processor(const Error& error);
+  void continue_on_processor(const Error& error);
 
   OpenBackend open_;  // empty from its first use, or failure, on
   std::function<void(const std::string&)> say_;

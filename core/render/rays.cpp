@@ -359,10 +359,10 @@ void sample_rays(std::span<const RayRequest> rays, const MarchVolumes& volumes, 
   collect_samples(rays, volumes, most, counts, batch);
 }
 
-void stratify_rays(std::span<const RayRequest> rays, const MarchVolumes& volumes, int most_strata,
+void stratify_rays(std::span<const RayRequest> rays, const MarchVolumes& volumes, int max_strata,
                    SampleBatch& batch, RayStrata& out) {
-  LIKENESS_CHECK(most_strata > 0, "at most %d strata", most_strata);
-  const auto most = std::size_t(most_strata);
+  LIKENESS_CHECK(max_strata > 0, "at most %d strata", max_strata);
+  const auto most = std::size_t(max_strata);
   out.strata.clear(), out.intervals.clear(), out.intervals_begin.assign(1, 0);
   batch.placed.resize(rays.size() * most);
   std::vector<int> counts(rays.size());

@@ -376,7 +376,7 @@ RenderOptions render_options(RenderQuality quality) {
     options.reduce = 2;
   } else {
     options.max_samples = 14, options.strata = 8, options.block = 3;
-    options.most_rays = 39200, options.edge_contrast = 0.05f;
+    options.max_rays = 39200, options.edge_contrast = 0.05f;
   }
   return options;
 }
@@ -385,12 +385,12 @@ namespace {
 
 RenderedFrame render_scene(const Scene& scene, const Camera& camera) {
   const RenderOptions& options = scene.options;
-  LIKENESS_CHECK(options.reduce > 0 && options.most_rays >= 0, "reduce %d, most_rays %d", options.reduce,
-                 options.most_rays);
+  LIKENESS_CHECK(options.reduce > 0 && options.max_rays >= 0, "reduce %d, max_rays %d", options.reduce,
+                 options.max_rays);
   RenderedFrame frame;
   const Intrinsics& full = camera.intrinsics;
   const float size = float(full.width) * float(full.height) / float(kUsualPixels);
-  const auto rays = std::size_t(float(options.most_rays) * std::max(size, 1.f));
+  const auto rays = std::size_t(float(options.max_rays) * std::max(size, 1.f));
   const int reduce = rays > 0 ? reduction(full, rays) : options.reduce;
   const Intrinsics fewer = reduced(full, reduce);
   frame.rgba = Image(fewer.width, fewer.height, 4);
@@ -429,9 +429,9 @@ RenderedFrame render_frame(const Avatar& avatar, const StandInFields& fields, co
 
 std::vector<float> render_pixels(const Avatar& avatar, const Camera& camera, const RenderState& state,
                                  std::span<const std::uint32_t> pixels, const RenderOptions& options) {
-  LIKENESS_CHECK(options.reduce == 1 && options.most_rays == 0,
+  LIKENESS_CHECK(options.reduce == 1 && options.max_rays == 0,
                  "single pixels are rendered whole, not reduced by %d or to %d rays", options.reduce,
-                 options.most_rays);
+                 options.max_rays);
   const Scene scene = make_scene(avatar, camera, state, options);
   std::vector<float> rgba(4 * pixels.size());
   const auto part = [&](std::size_t i) {

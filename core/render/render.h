@@ -21,7 +21,7 @@ struct RenderState {
   TorsoField torso;  // empty: a rigid torso
 };
 
-// Of a picture of usual size, which RenderOptions::edge_contrast and most_rays speak of.
+// Of a picture of usual size, which RenderOptions::edge_contrast and max_rays speak of.
 inline constexpr int kUsualPixels = 512 * 512;
 
 struct RenderOptions {
@@ -47,7 +47,7 @@ struct RenderOptions {
   // Rays that a picture of up to kUsualPixels may take, larger ones in proportion to their pixels: instead of
   // by `reduce` it is reduced until a quarter of them or more is left for the pixels between those that
   // differ the most, and not at all where each pixel can have one. 0: by `reduce`, and as many as differ.
-  int most_rays = 0;
+  int max_rays = 0;
   FieldPrecision precision = FieldPrecision::exact;  // of the fields
 };
 

@@ -17,20 +17,20 @@ namespace {
 
 constexpr float kPaintedWithin = 1e-4f;                    // m: vertices that are painted
 constexpr float kAroundFrom = 0.004f, kAroundTo = 0.016f;  // m from the paint
-constexpr std::size_t kMostPoints = 400;                   // of each kind
+constexpr std::size_t kMaxPoints = 400;                    // of each kind
 constexpr float kHiddenBehind = 0.004f, kSlanted = 0.25f;  // m; cosine below which skin says little
 constexpr float kNoLight = 0.02f;
 constexpr float kFewest = 0.4f;  // of the points that must be seen
 constexpr int kComponents = 10;
-constexpr double kAsideRidge = 0.02;  // of the frames' number
-constexpr double kSaid = 0.03;        // what somebody said of a frame is off by so much
-constexpr double kDrift_per_s = 6;    // an amount may well change by so much in a second
+constexpr double kAsideRidge = 0.02;       // of the frames' number
+constexpr double kAnnotationNoise = 0.03;  // what somebody said of a frame is off by so much
+constexpr double kDrift_per_s = 6;         // an amount may well change by so much in a second
 
 using Matrix = Eigen::MatrixXd;
 using Vector = Eigen::VectorXd;
 
 std::vector<LookPoints::Point> thinned(std::vector<LookPoints::Point> points) {
-  const std::size_t count = std::min(points.size(), kMostPoints);
+  const std::size_t count = std::min(points.size(), kMaxPoints);
   std::vector<LookPoints::Point> kept;
   for (std::size_t i = 0; i < count; ++i) kept.push_back(points[i * points.size() / count]);
   return kept;
@@ -242,9 +242,11 @@ void smooth_runs(std::span<const LookedFrame> frames, double noise, std::vector<
       const double before = i == 0 ? 0 : mean[i - 1];
       // Never wider than not knowing at all.
       ahead[i] = i == 0 ? 1 : std::min(1.0, variance[i - 1] + kDrift_per_s * kDrift_per_s * gap * gap);
-      const double doubt = double(amounts[members[i]].doubt);
+      const double uncertainty = double(amounts[members[i]].uncertainty);
       const double observed =
-          frame.annotated ? kSaid * kSaid : noise * noise + doubt * doubt / std::max(1e-3, 1 - doubt * doubt);
+          frame.annotated
+              ? kAnnotationNoise * kAnnotationNoise
+              : noise * noise + uncertainty * uncertainty / std::max(1e-3, 1 - uncertainty * uncertainty);
       const double gain = ahead[i] / (ahead[i] + observed);
       mean[i] = before + gain * (double(amounts[members[i]].value) - before);
       variance[i] = (1 - gain) * ahead[i];
@@ -343,7 +345,7 @@ AmountFit regress_amounts(std::span<const LookedFrame> frames) {
   for (std::size_t i = 0; i < frames.size(); ++i) {
     if (frames[i].look.share < kFewest) continue;
     fit.frames[i] = best->predict(chosen.row(Eigen::Index(i)));
-    fit.frames[i].doubt = std::max(fit.frames[i].doubt, novelty[i]);
+    fit.frames[i].uncertainty = std::max(fit.frames[i].uncertainty, novelty[i]);
   }
   const auto as_said = [&] {
     for (std::size_t i = 0; i < frames.size(); ++i)
@@ -352,7 +354,7 @@ AmountFit regress_amounts(std::span<const LookedFrame> frames) {
   as_said();
   smooth_runs(frames, best->kernel.noise, fit.frames);
   as_said();
-  for (const FrameAmount& frame : fit.frames) fit.unlike_any += frame.doubt > kUnlikeAny;
+  for (const FrameAmount& frame : fit.frames) fit.unlike_any += frame.uncertainty > kUnlikeAny;
   return fit;
 }
 

@@ -55,7 +55,8 @@ struct LookedFrame {
 
 struct FrameAmount {
   float value = 0;  // -1..1
-  float doubt = 1;  // 0: as sure as an annotated frame; 1: its look says nothing, it is like none of them
+  float uncertainty =
+      1;  // 0: as sure as an annotated frame; 1: its look says nothing, it is like none of them
 };
 // From here on a frame looks like none of those that were annotated.
 inline constexpr float kUnlikeAny = 0.6f;
@@ -64,7 +65,7 @@ struct AmountFit {
   std::vector<FrameAmount> frames;
   double left_out_error = 0;  // rms of the annotated values, each predicted by the others
   bool without_aside = false;
-  int unlike_any = 0;  // frames with a doubt above kUnlikeAny
+  int unlike_any = 0;  // frames with an uncertainty above kUnlikeAny
 };
 // Whether two annotated frames of different value, or more, show the region and the skin beside it well
 // enough to be learnt from.

@@ -43,7 +43,7 @@ CanonicalState make_canonical_state(int resolution) {
   return state;
 }
 
-void take_looks(CanonicalState& state, const FieldInputs& looks, std::span<const float> sigma) {
+void add_cell_samples(CanonicalState& state, const FieldInputs& looks, std::span<const float> sigma) {
   LIKENESS_CHECK(looks.count == sigma.size(), "%zu looks and %zu densities", looks.count, sigma.size());
   for (float& density : state.density) density *= kCellDecay;
   for (std::size_t i = 0; i < looks.count; ++i) {

@@ -24,7 +24,7 @@ struct CanonicalState {
 CanonicalState make_canonical_state(int resolution);
 
 // looks: places in the canonical face's unit cube with the density found there, the same in number.
-void take_looks(CanonicalState& state, const FieldInputs& looks, std::span<const float> sigma);
+void add_cell_samples(CanonicalState& state, const FieldInputs& looks, std::span<const float> sigma);
 
 // For a march: posed is the head's volume, whose `kept` cells are never culled. Refers to its arguments.
 CanonicalCells canonical_cells(const CanonicalState& state, const Volume& posed,

@@ -17,8 +17,8 @@ RayCaster::~RayCaster() = default;
 
 namespace {
 
-constexpr std::size_t kMostNeckViews = 65535;                 // a row of blocks a view
-constexpr std::size_t kMostNeckBytes = std::size_t{1} << 30;  // and an eighth of what is free
+constexpr std::size_t kMaxNeckViews = 65535;                 // a row of blocks a view
+constexpr std::size_t kMaxNeckBytes = std::size_t{1} << 30;  // and an eighth of what is free
 
 template <class T>
 Result<void> make(const std::shared_ptr<Device>& device, DeviceArray<T>& array, std::size_t count) {
@@ -284,7 +284,7 @@ class Caster : public RayCaster {
                       field.rows(),
                       field.count()};
         for (int k = 0; k < 6; ++k) look.point[k] = field.point(k);
-        if (auto done = device_->launch(Kernel::look_into_cells, look, count); !done) return done;
+        if (auto done = device_->launch(Kernel::look_up_cells, look, count); !done) return done;
         if (auto done = field.density(count); !done) return done;
         const DecayArgs decay{cells.cells.data(), std::uint32_t(first), std::uint32_t(count), field.sigma(),
                               cells.density.data()};
@@ -339,8 +339,8 @@ class Caster : public RayCaster {
   // A bent neck's cells are looked up for every view once in a while instead of by every ray, if there is
   // room for them.
   void make_room_for_necks(const RaySource& source) {
-    if (source.necks.empty() || views_ > kMostNeckViews) return;
-    const std::size_t most = std::min(kMostNeckBytes, std::size_t(device_->facts().free_bytes / 8));
+    if (source.necks.empty() || views_ > kMaxNeckViews) return;
+    const std::size_t most = std::min(kMaxNeckBytes, std::size_t(device_->facts().free_bytes / 8));
     const std::size_t room = std::min(cells_[0].count() / 4, most / (2 * views_));
     if (!make(device_, neck_cells_, 2 * views_ * room)) return;  // every ray then looks for itself
     neck_room_ = room;

@@ -68,7 +68,7 @@ __global__ void __launch_bounds__(kThreads) gather_kernel(const __grid_constant_
 }
 
 __global__ void __launch_bounds__(kThreads) look_kernel(const __grid_constant__ LookArgs args) {
-  if (const std::size_t i = item_of_thread(); i < args.count) look_into_cell(args, i);
+  if (const std::size_t i = item_of_thread(); i < args.count) look_up_cell(args, i);
 }
 
 __global__ void __launch_bounds__(kThreads) decay_kernel(const __grid_constant__ DecayArgs args) {
@@ -127,7 +127,7 @@ cudaError_t gather_chosen(const Launch& launch, const GatherChosenArgs& args, st
   return queue(launch, gather_kernel, kThreads, items, args);
 }
 
-cudaError_t look_into_cells(const Launch& launch, const LookArgs& args, std::size_t items) {
+cudaError_t look_up_cells(const Launch& launch, const LookArgs& args, std::size_t items) {
   return queue(launch, look_kernel, kThreads, items, args);
 }
 

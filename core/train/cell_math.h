@@ -16,13 +16,13 @@ constexpr float kCellThreshold = 7.0f;  // density per cube side; through one of
 constexpr std::uint64_t kCellStream = 0xcccull;
 
 // Where a look goes and under which view's condition.
-struct CellLook {
+struct CellSample {
   float place[3];  // unit cube
   std::int32_t view;
 
   // cell: (z, y, x) index in a grid of n an axis; item: its number among those that are looked into.
-  LIKENESS_HOST_DEVICE CellLook(std::uint32_t cell, int n, std::uint32_t views, std::uint64_t seed,
-                                std::uint64_t step, std::size_t item) {
+  LIKENESS_HOST_DEVICE CellSample(std::uint32_t cell, int n, std::uint32_t views, std::uint64_t seed,
+                                  std::uint64_t step, std::size_t item) {
     RandomStream random(seed ^ kCellStream, step, item);
     const int at[3] = {int(cell) % n, int(cell) / n % n, int(cell) / (n * n)};
     for (int a = 0; a < 3; ++a) place[a] = (float(at[a]) + random.uniform()) / float(n);

@@ -351,9 +351,9 @@ LIKENESS_HOST_DEVICE inline void gather_chosen(const GatherChosenArgs& a, std::s
 
 // -- Cells
 
-LIKENESS_HOST_DEVICE inline void look_into_cell(const LookArgs& a, std::size_t i) {
+LIKENESS_HOST_DEVICE inline void look_up_cell(const LookArgs& a, std::size_t i) {
   const int n = a.scene.grid[a.field].resolution;
-  CellLook look(a.cells[a.first + i], n, a.views.count, a.seed, a.step, a.first + i);
+  CellSample look(a.cells[a.first + i], n, a.views.count, a.seed, a.step, a.first + i);
   const FrameNumbers& frame = frame_of(a.views, std::size_t(look.view));
   a.field == 0 ? head_to_canonical(a.scene, frame, look.place)
                : torso_to_canonical(a.scene, frame, look.place);

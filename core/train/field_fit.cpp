@@ -28,7 +28,7 @@ Eigen::MatrixXd component_directions(const ConditionMap& map, Eigen::Index compo
 // As many samples as `final` takes, in single precision, whose derivatives by differences are smooth.
 RenderOptions picture_options() {
   RenderOptions options = render_options(RenderQuality::final);
-  options.reduce = 1, options.most_rays = 0;
+  options.reduce = 1, options.max_rays = 0;
   options.precision = FieldPrecision::exact;
   return options;
 }

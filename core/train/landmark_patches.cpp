@@ -24,9 +24,9 @@ constexpr double kNeighbourhood = 0.15;  // within which landmarks move alike, i
 constexpr double kBrightness = 0.05;     // largest change of the contrast
 constexpr double kNoise = 0.02;          // of a rendered picture's grey values
 constexpr double kSoft_px = 1;           // of the softest patches
-constexpr double kLeastInterocular_px = 8;
+constexpr double kMinInterocular_px = 8;
 constexpr int kDraws = 8;  // made-up offsets of a landmark in a view
-constexpr std::size_t kMostViews = 240, kLeastViews = 8;
+constexpr std::size_t kMaxViews = 240, kMinViews = 8;
 constexpr int kFolds = 4;
 constexpr int kRightEyeCorner = 36, kLeftEyeCorner = 45, kRightEarPoint = 0, kLeftEarPoint = 16;
 
@@ -111,7 +111,7 @@ bool is_whole(const TrainingView& view, const PatchPlace& place, int stride) {
 
 std::vector<PatchPlace> places_in(const TrainingView& view, const ViewLandmarks& landmarks, int stride) {
   std::vector<PatchPlace> places;
-  if (landmarks.interocular_px < kLeastInterocular_px) return places;
+  if (landmarks.interocular_px < kMinInterocular_px) return places;
   for (int k = kFirstPatchLandmark; k < kLandmarkCount; ++k) {
     const Vec2d& at = landmarks.px[std::size_t(k)];
     const PatchPlace place{k, int(std::floor(at.x())), int(std::floor(at.y())),
@@ -264,7 +264,7 @@ struct Normal {
 LandmarkMap learn_map(const Examples& examples) {
   const Eigen::Index count = examples.offsets.rows();
   LandmarkMap learnt;
-  if (count < Eigen::Index(kLeastViews) * kDraws) return learnt;
+  if (count < Eigen::Index(kMinViews) * kDraws) return learnt;
   const auto end = [&](int fold) { return count / kDraws * fold / kFolds * kDraws; };
   std::array<Normal, kFolds> folds;
   Normal all;
@@ -290,7 +290,7 @@ LandmarkMap learn_map(const Examples& examples) {
   }
   learnt.correlation = both / std::max(1e-12, std::sqrt(predicted * truth));
   learnt.spread = std::sqrt(error / (2 * double(count)));
-  if (learnt.correlation >= kLeastCorrelation)
+  if (learnt.correlation >= kMinCorrelation)
     learnt.weight = float(1 / (1 + std::pow(learnt.spread / kUsualSpread, 2)));
   const Eigen::Matrix<float, 2, kPatchRays, Eigen::RowMajor> map = all.solve().transpose().cast<float>();
   learnt.map.assign(map.data(), map.data() + map.size());
@@ -302,7 +302,7 @@ std::vector<std::size_t> learning_views(const std::vector<std::vector<PatchPlace
   std::vector<std::size_t> all, chosen;
   for (std::size_t v = 0; v < places.size(); ++v)
     if (!places[v].empty()) all.push_back(v);
-  const std::size_t count = std::min(all.size(), kMostViews);
+  const std::size_t count = std::min(all.size(), kMaxViews);
   for (std::size_t i = 0; i < count; ++i) chosen.push_back(all[i * all.size() / count]);
   return chosen;
 }

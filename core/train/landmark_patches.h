@@ -13,7 +13,7 @@
 // The maps are ridge regressions. They learn from patches of the training views that were shifted, sheared
 // and warped as the other views' expressions would move the landmarks about, and made softer and brighter, of
 // which they must take no notice. A landmark whose held-out offsets are not predicted with a correlation of
-// kLeastCorrelation is left out.
+// kMinCorrelation is left out.
 #pragma once
 
 #include <array>
@@ -30,7 +30,7 @@ namespace likeness {
 inline constexpr int kPatchSide = 11;  // P, samples: 7 and 9 find fewer landmarks
 inline constexpr int kPatchRays = kPatchSide * kPatchSide;
 inline constexpr int kFirstPatchLandmark = 17;  // brows, nose, eyes and mouth: the jaw's line is no corner
-inline constexpr double kLeastCorrelation = 0.9;
+inline constexpr double kMinCorrelation = 0.9;
 inline constexpr double kUsualSpread = 0.02;  // interocular distances
 
 struct LandmarkMap {

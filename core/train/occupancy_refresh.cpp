@@ -34,7 +34,7 @@ Result<void> refresh_occupancy(OccupancyState& state, int resolution, const floa
   samples.resize(count);
   parallel_ranges(count, 4096, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
-      const CellLook look(state.cells[i], n, std::uint32_t(views), seed, step, i);
+      const CellSample look(state.cells[i], n, std::uint32_t(views), seed, step, i);
       samples.x[i] = look.place[0], samples.y[i] = look.place[1], samples.z[i] = look.place[2];
       samples.view[i] = look.view;
     }

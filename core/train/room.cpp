@@ -24,7 +24,7 @@
 namespace likeness {
 namespace {
 
-constexpr std::size_t kLeastPoints = 50;
+constexpr std::size_t kMinPoints = 50;
 constexpr double kOutliers = 0.02, kMargin = 0.1;  // of the points at either end; of their extent
 constexpr float kUsualReach = 3.0f;                // m about the head, where no points say more
 constexpr float kLargestSide = 30.0f;              // m
@@ -237,7 +237,7 @@ RoomTraining start_room(std::span<const TrainingView> views, const FieldCube& cu
 FieldCube room_cube(std::span<const TrainingView> views, std::span<const Vec3f> points) {
   const Vec3f head = views.front().pose.world_from_head.translation().cast<float>();
   Vec3f low, high;
-  if (points.size() >= kLeastPoints) {
+  if (points.size() >= kMinPoints) {
     for (int axis = 0; axis < 3; ++axis) {
       std::vector<float> along;
       for (const Vec3f& point : points) along.push_back(point[axis]);

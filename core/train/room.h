@@ -21,7 +21,7 @@ struct RoomOptions {
 };
 
 // Fewer views say too little.
-inline constexpr std::size_t kLeastRoomViews = 8;
+inline constexpr std::size_t kMinRoomViews = 8;
 
 // The cube that holds what the cameras see. points: of the room, world frame, m; outliers may be among them.
 // Too few of them: as far about the head of the first view as rooms usually reach. At most 30 m, with that

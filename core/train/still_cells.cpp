@@ -9,12 +9,12 @@
 namespace likeness {
 namespace {
 
-constexpr std::size_t kMostPosed = 64;  // articulations looked at, spread evenly
+constexpr std::size_t kMaxPosed = 64;  // articulations looked at, spread evenly
 
 // Largest displacement of each vertex from its mean place over the articulations, m.
 std::vector<float> largest_motion(const HeadModel& model, const HeadShape& shape,
                                   std::span<const Articulation> articulations) {
-  const std::size_t count = std::min(articulations.size(), kMostPosed);
+  const std::size_t count = std::min(articulations.size(), kMaxPosed);
   std::vector<std::vector<Vec3f>> posed(count);
   parallel_for(count, [&](std::size_t i) {
     posed[i] = pose_head(model, shape, articulations[i * articulations.size() / count]);

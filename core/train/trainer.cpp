@@ -375,8 +375,8 @@ Result<void> run_steps(TrainingState& state, Scene& scene, Run& run, std::stop_t
   };
   while (true) {
     const Result<void> done = learn();
-    if (done || !run.options.fall_back || !failed_where_it_was_done(done.error())) return done;
-    run.progress.report(run.share(state), going_on_with_processor(done.error()));
+    if (done || !run.options.fall_back || !failed_on_device(done.error())) return done;
+    run.progress.report(run.share(state), continuing_on_processor(done.error()));
     state = snapshot;
     run.half_way = {};
     if (run.options.refine_track || scene.has_further()) scene.place_views(state);

@@ -63,7 +63,7 @@ Result<void> refresh(TrainedField& field, FieldLearner& learner, int index, cons
                      std::uint64_t seed) {
   const auto densities = [&](const FieldInputs& inputs, std::vector<float>& sigma) -> Result<void> {
     if (auto found = learner.densities(index, inputs, sigma); !found) return found;
-    if (field.canonical) take_looks(*field.canonical, inputs, sigma);
+    if (field.canonical) add_cell_samples(*field.canonical, inputs, sigma);
     return {};
   };
   if (auto done = refresh_occupancy(field.learnt, field.part.occupancy.resolution, state.conditions.data(),

@@ -103,11 +103,11 @@ Image8 luma_of(const Image8& rgb) {
 
 // A damaged header may claim any size; FFmpeg itself would take gigabytes for it before the first frame
 // fails.
-constexpr std::int64_t kMostPixels = std::int64_t(8192) * 8192;
+constexpr std::int64_t kMaxPixels = std::int64_t(8192) * 8192;
 
 int find_stream_info(AVFormatContext& format) {
   std::vector<AVDictionary*> options(format.nb_streams);
-  for (AVDictionary*& each : options) av_dict_set_int(&each, "max_pixels", kMostPixels, 0);
+  for (AVDictionary*& each : options) av_dict_set_int(&each, "max_pixels", kMaxPixels, 0);
   const int error = avformat_find_stream_info(&format, options.data());
   for (AVDictionary*& each : options) av_dict_free(&each);
   return error;
@@ -116,13 +116,13 @@ int find_stream_info(AVFormatContext& format) {
 // Frames a second by the times of the first packets; 0 where they tell nothing.
 double measured_rate(const std::filesystem::path& path, int stream) {
   constexpr std::size_t kPackets = 240;
-  constexpr int kMostRead = 10 * int(kPackets);
+  constexpr int kMaxRead = 10 * int(kPackets);
   AVFormatContext* raw = nullptr;
   if (avformat_open_input(&raw, ("file:" + path.string()).c_str(), nullptr, nullptr) < 0) return 0;
   const std::unique_ptr<AVFormatContext, CloseFormat> format(raw);
   const std::unique_ptr<AVPacket, FreePacket> packet(av_packet_alloc());
   std::vector<std::int64_t> times;
-  for (int read = 0; read < kMostRead && times.size() < kPackets; ++read) {
+  for (int read = 0; read < kMaxRead && times.size() < kPackets; ++read) {
     if (av_read_frame(raw, packet.get()) < 0) break;
     const std::int64_t time = packet->pts != AV_NOPTS_VALUE ? packet->pts : packet->dts;
     if (packet->stream_index == stream && time != AV_NOPTS_VALUE) times.push_back(time);
@@ -215,7 +215,7 @@ Result<void> VideoReader::Impl::open() {
   cut_off = scan_mp4_boxes(path).cut_off;
   fill_info();
   info.focal_35mm = read_focal_35mm(path);
-  if (std::int64_t(info.width) * info.height > kMostPixels) {
+  if (std::int64_t(info.width) * info.height > kMaxPixels) {
     return bad_video(path,
                      fmt::format("\"{}\" claims pictures of {} x {} pixels, more than 8192 x 8192.",
                                  path.filename().string(), info.width, info.height),
@@ -270,7 +270,7 @@ Result<void> VideoReader::Impl::open_decoder() {
   if (!codec || avcodec_parameters_to_context(codec.get(), stream->codecpar) < 0)
     return refused("its header is damaged");
   codec->thread_count = 0;  // all
-  codec->max_pixels = kMostPixels;
+  codec->max_pixels = kMaxPixels;
   codec->pkt_timebase = stream->time_base;
   if (const int error = avcodec_open2(codec.get(), decoder, nullptr); error < 0)
     return refused(av_text(error));

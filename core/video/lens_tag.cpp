@@ -18,8 +18,8 @@ namespace likeness {
 namespace {
 
 constexpr std::string_view kFocalKey = "com.apple.quicktime.camera.focal_length.35mm_equivalent";
-constexpr std::uint64_t kMostBytes = 1 << 20;     // of a list of keys or of values: a page is usual
-constexpr int kMostBoxes = 10000;                 // a film has some hundred; a damaged one may claim millions
+constexpr std::uint64_t kMaxBytes = 1 << 20;      // of a list of keys or of values: a page is usual
+constexpr int kMaxBoxes = 10000;                  // a film has some hundred; a damaged one may claim millions
 constexpr double kLeast_mm = 10, kMost_mm = 400;  // the widest phones have 13
 
 struct Film {
@@ -27,7 +27,7 @@ struct Film {
   int boxes = 0;  // looked at so far
 
   void for_each_box(std::uint64_t begin, std::uint64_t end, const std::function<void(const Box&)>& visit) {
-    while (++boxes < kMostBoxes) {
+    while (++boxes < kMaxBoxes) {
       const auto box = read_box(file, begin, end);
       if (!box || box->end < box->begin || box->end > end) return;
       visit(*box);
@@ -36,7 +36,7 @@ struct Film {
   }
 
   std::string bytes_of(const Box& box) {
-    std::string bytes(std::size_t(std::min(box.end - box.begin, kMostBytes)), '\0');
+    std::string bytes(std::size_t(std::min(box.end - box.begin, kMaxBytes)), '\0');
     file.clear();
     file.seekg(std::streamoff(box.begin));
     file.read(bytes.data(), std::streamsize(bytes.size()));

@@ -15,7 +15,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::size_t kLeastPhotos = 3;
+constexpr std::size_t kMinPhotos = 3;
 
 // Of the tag's eight values: how the stored picture lies (Exif 2.3, 4.6.4 A).
 Orientation orientation_of_tag(int tag) {
@@ -54,10 +54,10 @@ Result<std::vector<fs::path>> list_photos(const fs::path& folder) {
   if (fault)
     return Error{ErrorCode::not_found, fmt::format("The folder cannot be read: {}.", fault.message()),
                  "Give the folder that holds the photographs.", folder.string()};
-  if (photos.size() < kLeastPhotos)
+  if (photos.size() < kMinPhotos)
     return Error{ErrorCode::bad_input,
                  fmt::format("\"{}\" is a folder with {} photographs; at least {} are needed.",
-                             folder.string(), photos.size(), kLeastPhotos),
+                             folder.string(), photos.size(), kMinPhotos),
                  "Give a folder of JPEG or PNG photographs of one scene from different places.",
                  folder.string()};
   std::sort(photos.begin(), photos.end());

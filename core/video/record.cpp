@@ -73,7 +73,7 @@ Result<Recording> record_clip(FrameSource& source, const std::filesystem::path& 
     if (!writer) return error;
     auto recording = writer->finish();
     if (!recording) return error;  // the disk is full: nothing can be finished on it
-    recording->broken_off = std::move(error);
+    recording->interruption = std::move(error);
     return recording;
   };
   while (!stop.stop_requested() && (!writer || writer->seconds() < options.longest_s)) {

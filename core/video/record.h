@@ -20,7 +20,8 @@ struct Recording {
   int frames = 0;
   double seconds = 0;
   int repeated = 0, left_out = 0;
-  std::optional<Error> broken_off;  // why it ended before it was asked to; what was filmed until then is kept
+  std::optional<Error>
+      interruption;  // why it ended before it was asked to; what was filmed until then is kept
 };
 // Records until the source ends, the time is up, or `stop`, which is how a recording usually ends: the clip
 // is kept. seen: every picture as it comes, to be shown; may be empty. An existing file is never

@@ -51,13 +51,13 @@ const Turning& turning() {
 
 void BM_Bundle(benchmark::State& state) {
   BundleOptions options;
-  options.most_dense = int(state.range(0));
+  options.max_dense = int(state.range(0));
   for (auto _ : state) {
     Turning scene = turning();
     benchmark::DoNotOptimize(bundle_adjust(scene.frames, scene.tracks, options, Progress(), {}).ok());
   }
 }
-BENCHMARK(BM_Bundle)->ArgName("most_dense")->Arg(200)->Arg(0)->Unit(benchmark::kMillisecond);
+BENCHMARK(BM_Bundle)->ArgName("max_dense")->Arg(200)->Arg(0)->Unit(benchmark::kMillisecond);
 
 }  // namespace
 }  // namespace likeness

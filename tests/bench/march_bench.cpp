@@ -13,13 +13,13 @@ namespace likeness {
 namespace {
 
 constexpr int kCells = 96;
-constexpr float kRadius = 0.35f;         // of the head, in cube sides
-constexpr float kThickness = 0.012f;     // of its skin
-constexpr float kMostDensity = 1500.0f;  // per cube side
+constexpr float kRadius = 0.35f;        // of the head, in cube sides
+constexpr float kThickness = 0.012f;    // of its skin
+constexpr float kMaxDensity = 1500.0f;  // per cube side
 
 float density_at(const Vec3f& p) {
   const float off = ((p - Vec3f::Constant(0.5f)).norm() - kRadius) / kThickness;
-  return kMostDensity * std::exp(-off * off);
+  return kMaxDensity * std::exp(-off * off);
 }
 
 Vec3f colour_at(const Vec3f& p) {

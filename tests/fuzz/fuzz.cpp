@@ -206,7 +206,7 @@ FuzzFigures fuzz(const FuzzTarget& target) {
     const std::size_t peak = g_peak - before;
     if (n == 100) settled = g_alive;  // caches and buffers of the libraries are made by then
     EXPECT_LE(peak, target.memory_floor + target.memory_times * input.size()) << g_place;
-    EXPECT_LE(seconds, target.most_cpu_s) << g_place;
+    EXPECT_LE(seconds, target.max_cpu_s) << g_place;
     figures.inputs += 1;
     figures.taken += taken;
     figures.slowest_s = std::max(figures.slowest_s, seconds);
@@ -215,7 +215,7 @@ FuzzFigures fuzz(const FuzzTarget& target) {
   ::alarm(0);
   const std::size_t alive = g_alive;
   if (settled != 0 && alive > settled) figures.leaked_bytes = alive - settled;
-  EXPECT_LE(figures.leaked_bytes, target.most_kept) << target.name;
+  EXPECT_LE(figures.leaked_bytes, target.max_kept) << target.name;
   std::printf("%-22s %llu inputs, %llu taken, slowest %.0f ms, most memory %.1f MB, kept %zu bytes\n",
               target.name.c_str(), static_cast<unsigned long long>(figures.inputs),
               static_cast<unsigned long long>(figures.taken), 1000 * figures.slowest_s,

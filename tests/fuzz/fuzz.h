@@ -24,8 +24,8 @@ struct FuzzTarget {
   std::function<void(std::string&)> repair;          // puts checksums right, for every second input; or none
   std::size_t memory_floor = std::size_t(48) << 20;  // bytes any file may take
   std::size_t memory_times = 200;                    // bytes per byte of the file
-  double most_cpu_s = 5;                             // of one input
-  std::size_t most_kept = 65536;                     // bytes alive after all inputs
+  double max_cpu_s = 5;                              // of one input
+  std::size_t max_kept = 65536;                      // bytes alive after all inputs
 };
 
 struct FuzzFigures {

@@ -51,7 +51,7 @@ TEST(FuzzPictureFiles, Picture) {
   // A header of a few bytes may claim 64 MiB, see read_image(); the libraries hold that several times.
   target.memory_floor = std::size_t(512) << 20;
   target.memory_times = 8000;
-  target.most_kept = std::size_t(1) << 20;  // the libraries keep a few messages: 1.5 bytes an input
+  target.max_kept = std::size_t(1) << 20;  // the libraries keep a few messages: 1.5 bytes an input
   target.read = [&](std::span<const std::byte> bytes) {
     return read_photo(scratch.put("picture", bytes)).ok();
   };
@@ -74,12 +74,12 @@ TEST(FuzzPictureFiles, Clip) {
   const ScratchFolder scratch;
   FuzzTarget target;
   target.name = "clip";
-  target.most_kept =
+  target.max_kept =
       std::size_t(1) << 20;  // a library's buffer once grown: as much after 30,000 as after 100,000
   write_clip(scratch.path() / "seed.mp4");
   target.seeds = {scratch.get("seed.mp4")};
   target.memory_floor = std::size_t(512) << 20;  // pictures as large as the header says
-  target.most_cpu_s = kWalk_s;
+  target.max_cpu_s = kWalk_s;
   target.read = [&](std::span<const std::byte> bytes) {
     const auto path = scratch.put("clip.mp4", bytes);
     const Mp4Boxes boxes = scan_mp4_boxes(path);
@@ -143,7 +143,7 @@ TEST(FuzzPictureFiles, Sound) {
   ASSERT_TRUE(first->copied) << first->why_not;
   target.seeds = {scratch.get("film.mp4"), aac, wave()};
   target.memory_floor = std::size_t(512) << 20;
-  target.most_cpu_s = kWalk_s;
+  target.max_cpu_s = kWalk_s;
   target.read = [&](std::span<const std::byte> bytes) {
     const auto path = scratch.put("sound", bytes);
     return copy_sound(path, scratch.put("film.mp4", std::as_bytes(std::span(film)))).ok();

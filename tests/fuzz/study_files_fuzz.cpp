@@ -56,7 +56,7 @@ TEST(FuzzStudyFiles, Regions) {
   target.seeds = {scratch.get("000007.png")};
   target.memory_floor = std::size_t(512) << 20;  // as of any picture
   target.memory_times = 8000;
-  target.most_kept = std::size_t(1) << 20;
+  target.max_kept = std::size_t(1) << 20;
   target.read = [&](std::span<const std::byte> bytes) {
     scratch.put("000007.png", bytes);
     return read_regions(scratch.path(), capture, 7).ok();

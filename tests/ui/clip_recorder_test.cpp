@@ -70,7 +70,7 @@ TEST_F(Recorder, WhatIsRecordedIsKeptAsAClip) {
   ASSERT_TRUE(until(RecorderState::kept));
   const RecorderStatus status = recorder_->status();
   ASSERT_TRUE(status.recording.has_value());
-  EXPECT_FALSE(status.recording->broken_off.has_value());
+  EXPECT_FALSE(status.recording->interruption.has_value());
   EXPECT_EQ(status.clip.parent_path(), folder_);
   EXPECT_EQ(files(), 1u);
   EXPECT_EQ(cameras_->in_use, 0) << "the camera is still on";
@@ -102,8 +102,8 @@ TEST_F(Recorder, ACameraThatBreaksLeavesWhatItGave) {
   cameras_->broken = true;
   ASSERT_TRUE(until(RecorderState::kept));
   const RecorderStatus status = recorder_->status();
-  ASSERT_TRUE(status.recording->broken_off.has_value());
-  EXPECT_FALSE(status.recording->broken_off->fix.empty());
+  ASSERT_TRUE(status.recording->interruption.has_value());
+  EXPECT_FALSE(status.recording->interruption->fix.empty());
   EXPECT_TRUE(probe_video(status.clip).ok());
 }
 

@@ -180,7 +180,7 @@ void draw_channel(const Snapshot& snapshot, const ChannelGroup& group, const std
   for (std::string* side : {&words, &shown})
     if (both) side->erase(side->find(", left"));
   ImGui::AlignTextToFramePadding();
-  const bool course = has_course(*directing.performance, channel);
+  const bool course = is_animated(*directing.performance, channel);
   if (course) ImGui::PushStyleColor(ImGuiCol_Text, theme().colours.accent);
   clipped_text(shown, label - px(6));
   if (course) ImGui::PopStyleColor();

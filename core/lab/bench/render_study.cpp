@@ -163,7 +163,7 @@ std::vector<RenderSetting> render_settings() {
   }
   for (const int rays : {20000, 30000, 60000, 80000}) {
     RenderOptions options = render_options(RenderQuality::preview);
-    options.most_rays = rays;
+    options.max_rays = rays;
     settings.push_back({fmt::format("preview of {} rays", rays), options});
   }
   return settings;

@@ -68,7 +68,7 @@ LearntCells learn_cells(const CullScene& scene, int looks, std::uint64_t seed) {
   for (int look = 0; look < looks; ++look) {
     samples.resize(posed.cells.size());
     for (std::size_t i = 0; i < posed.cells.size(); ++i) {
-      const CellLook at(posed.cells[i], n, views, seed, std::uint64_t(look), i);
+      const CellSample at(posed.cells[i], n, views, seed, std::uint64_t(look), i);
       samples.x[i] = at.place[0], samples.y[i] = at.place[1], samples.z[i] = at.place[2];
       samples.view[i] = at.view;
     }
@@ -89,7 +89,7 @@ LearntCells learn_cells(const CullScene& scene, int looks, std::uint64_t seed) {
   // Spread to the neighbours, as training does.
   for (CanonicalState* state : {&canonical, &resting}) {
     for (float& density : state->density) density /= kCellDecay;  // a look lets all fade before it adds
-    take_looks(*state, none, {});
+    add_cell_samples(*state, none, {});
   }
   return {occupancy_bits(posed, scene.head), std::move(canonical.occupancy), std::move(resting.occupancy)};
 }

@@ -1,6 +1,6 @@
 // Whether what the landmark loss measures (core/train/landmark_patches.h) is where landmarks are: offsets by
 // its maps on held-out frames, beside those by dlib, which knows nothing of the maps, and beside the truth
-// where a picture was shifted by a known way. A map is worth learning from if it agrees by kLeastCorrelation
+// where a picture was shifted by a known way. A map is worth learning from if it agrees by kMinCorrelation
 // on shifted renders, too, not only on the made-up patches it was learnt on.
 #pragma once
 

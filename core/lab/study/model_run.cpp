@@ -249,7 +249,7 @@ std::vector<PictureCost> time_qualities(const StudyBench& bench, const Avatar& a
   }
   for (const int rays : {2500, 5000, 20000}) {
     RenderOptions options = render_options(RenderQuality::preview);
-    options.most_rays = rays;
+    options.max_rays = rays;
     settings.push_back({fmt::format("preview of {} rays", rays), options});
   }
   std::vector<PictureCost> costs;

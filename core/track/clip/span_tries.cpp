@@ -176,7 +176,7 @@ FaceState SpanFitter::settled(std::size_t k, const SpanTry& found, const FramePu
   if (!appearance_) return fit_frame(head_, person_, found.observation, prior_, pull, {}, found.state);
   const PhotometricOptions usual;
   FaceObservation observation = found.observation;
-  for (double& s : observation.sigma_px) s *= usual.landmark_doubt;
+  for (double& s : observation.sigma_px) s *= usual.landmark_sigma_factor;
   const FacePicture picture = face_picture(clip_.frames[k].grey, f.intrinsics);
   const FrameEvidenceTerms terms{head_,        person_, observation,
                                  prior_,       pull,    surface_,

@@ -20,7 +20,7 @@ constexpr float kMouth = 0.012f;     // m from the line between the lips: they o
 constexpr double kCell = 2;          // px between contour points
 constexpr double kStep = 0.5;        // px between samples of a profile
 constexpr double kBlur = 1.2;        // px, of the profile's derivative
-constexpr double kLeastSlope = 3.5;  // levels a px of an edge
+constexpr double kMinSlope = 3.5;    // levels a px of an edge
 constexpr double kRival = 0.6;       // of the best edge's score: a second one as good makes both unsure
 
 // Derivative of the profile blurred by a Gaussian, per px; `margin` samples at both ends are left out.
@@ -125,7 +125,7 @@ std::optional<double> find_edge(const Image8& grey, const Vec2d& pixel, const Ve
   double best = 0, second = 0, place = 0;
   for (int i = 1; i + 1 < static_cast<int>(slope.size()); ++i) {
     const double a = std::abs(slope[i - 1]), b = std::abs(slope[i]), c = std::abs(slope[i + 1]);
-    if (b < kLeastSlope || b < a || b <= c) continue;
+    if (b < kMinSlope || b < a || b <= c) continue;
     const double bend = a - 2 * b + c;
     const double at = (i - half + (bend < 0 ? 0.5 * (a - c) / bend : 0)) * kStep;
     const double score = b * std::exp(-0.5 * at * at / (usual_px * usual_px));

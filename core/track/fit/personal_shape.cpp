@@ -20,7 +20,7 @@
 namespace likeness {
 namespace {
 
-constexpr std::size_t kLeastTerms = 50;  // with fewer there is nothing to say of a person's shape
+constexpr std::size_t kMinTerms = 50;  // with fewer there is nothing to say of a person's shape
 constexpr int kReweights = 2;
 constexpr double kDoubt = 2.5;         // residual in sigmas at which a term has lost most of its say
 constexpr double kTrackPx = 0.5;       // usual residual of a followed point
@@ -29,7 +29,7 @@ constexpr double kPointReach = 0.008;  // m; further from the skin a point is no
 constexpr int kSettles = 6;            // passes of carrying the points onto the skin, each with a prior
 constexpr double kShiftSlack = 0.003, kTurnSlack = 0.05, kSizeSlack = 0.03;  // m, rad, share, a pass
 constexpr double kPrecision = 1e-3;  // of the first residual, where a solve ends
-constexpr int kMostSteps = 150;
+constexpr int kMaxSteps = 150;
 
 // sum_k by[k] . offset(vertex[k]) = wanted, in units of its sigma.
 struct Term {
@@ -267,7 +267,7 @@ class ShapeSolver {
     Field pull = prior_.solve(residual), direction = pull;
     double size = residual.cwiseProduct(pull).sum();
     const double enough = kPrecision * kPrecision * size;
-    for (int i = 0; i < kMostSteps && size > enough; ++i) {
+    for (int i = 0; i < kMaxSteps && size > enough; ++i) {
       const Field along = applied(terms, direction);
       const double step = size / direction.cwiseProduct(along).sum();
       x += step * direction;
@@ -279,7 +279,7 @@ class ShapeSolver {
     }
     for (std::size_t v = 0; v < offsets_.size(); ++v)
       if (const int node = field_.node_of[v]; node >= 0)
-        offsets_[v] = bounded(x.row(node).transpose(), options_.most_m).cast<float>();
+        offsets_[v] = bounded(x.row(node).transpose(), options_.max_m).cast<float>();
   }
 
   void add_along(const Term& term, double amount, Field& sum) const {
@@ -354,7 +354,7 @@ Result<std::vector<Vec3f>> fit_personal_shape(const HeadModel& model, const Eige
       const double along = options.rounds > 1 ? static_cast<double>(round) / (options.rounds - 1) : 0;
       const Terms terms = solver.find_terms(options.contour_reach_m * std::exp2(-along), stop);
       if (stop.stop_requested()) return cancelled_error();
-      if (terms.size() < kLeastTerms) {
+      if (terms.size() < kMinTerms) {
         progress.report(1);
         return std::vector<Vec3f>{};
       }

@@ -49,7 +49,7 @@ struct PersonalShapeOptions {
   double contour_m = 0.003;        // of one edge: neighbouring ones err together
   double landmark_px = 2;          // of a landmark's mean over all frames
   double contour_reach_m = 0.005;  // in the first round; it halves until the last
-  double most_m = 0.008;           // no offset is longer; beyond half of it they are shortened
+  double max_m = 0.008;            // no offset is longer; beyond half of it they are shortened
   bool points = true, contours = true, landmarks = true;
 };
 

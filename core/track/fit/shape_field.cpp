@@ -12,10 +12,10 @@
 namespace likeness {
 namespace {
 
-constexpr double kLeastShare = 0.03;  // of the usual size; what has less of it stays as it is
-constexpr float kLidReach = 0.006f;   // m from the eyeball's surface
-constexpr float kLipReach = 0.006f;   // m from the line between the lips
-constexpr double kTie = 3;            // times the springs' play: of lids to eyeballs and lips to teeth
+constexpr double kMinShare = 0.03;   // of the usual size; what has less of it stays as it is
+constexpr float kLidReach = 0.006f;  // m from the eyeball's surface
+constexpr float kLipReach = 0.006f;  // m from the line between the lips
+constexpr double kTie = 3;           // times the springs' play: of lids to eyeballs and lips to teeth
 
 using Triplets = std::vector<Eigen::Triplet<double>>;
 using Landmarks3 = std::array<Vec3f, kLandmarkCount>;
@@ -43,7 +43,7 @@ Nodes number_nodes(const HeadModel& model, const std::vector<double>& share) {
                   : part == HeadPart::right_eyeball ? &nodes.eyeball[1]
                   : is_hard_mouth(part)             ? &nodes.mouth
                                                     : nullptr;
-    if (part == HeadPart::torso || share[v] < kLeastShare) continue;
+    if (part == HeadPart::torso || share[v] < kMinShare) continue;
     if (shared && *shared < 0) *shared = nodes.count++;
     nodes.of[v] = shared ? *shared : nodes.count++;
   }

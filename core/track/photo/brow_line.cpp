@@ -18,11 +18,11 @@ constexpr double kRowStep = 0.0006, kLowestRow = -0.010;  // m along the forehea
 constexpr double kHalfBrow = 0.007;                       // m of the strip that make a brow's picture
 constexpr double kSlideDown = -0.008, kSlideUp = 0.014;   // m searched
 constexpr double kNearRest = 0.0015;                      // m: frames that show the brows at rest
-constexpr std::size_t kMostReferences = 60, kFewestReferences = 5;
-constexpr double kLeastLikeness = 0.60, kLeastGain = 0.15;  // correlations
-constexpr double kLeastMove = 0.002;                        // m from the predictor's points
-constexpr double kSigma_px = 1.0;                           // of a point placed by the picture
-constexpr int kHalfColumns[2][2] = {{0, 11}, {9, 20}};      // of the points' order: 0..2 and 2..4
+constexpr std::size_t kMaxReferences = 60, kFewestReferences = 5;
+constexpr double kMinLikeness = 0.60, kMinGain = 0.15;  // correlations
+constexpr double kMinMove = 0.002;                      // m from the predictor's points
+constexpr double kSigma_px = 1.0;                       // of a point placed by the picture
+constexpr int kHalfColumns[2][2] = {{0, 11}, {9, 20}};  // of the points' order: 0..2 and 2..4
 
 using Strip = std::array<float, kBrowColumns * kBrowRows>;  // (row, column), levels; rows go up the forehead
 
@@ -96,7 +96,7 @@ std::optional<Reference> resting_brow(const std::vector<BrowFrame>& frames,
         std::abs(0.5 * (mean_rise(frames[i], 0) + mean_rise(frames[i], 1)) - usual) < kNearRest)
       at_rest.push_back(&frames[i]);
   if (at_rest.size() < kFewestReferences) return std::nullopt;
-  const std::size_t step = (at_rest.size() + kMostReferences - 1) / kMostReferences;
+  const std::size_t step = (at_rest.size() + kMaxReferences - 1) / kMaxReferences;
   Reference reference;
   std::array<std::vector<double>, kBrowPoints> rise, aside;
   double count = 0;
@@ -144,9 +144,9 @@ std::optional<double> raised_by(const Reference& reference, const BrowFrame& fra
     if (const double like = likeness_at(reference, frame, half, rows); like > most) most = like, best = rows;
   if (best == lowest || best == highest) return std::nullopt;  // still rising: no brow, but a shade beyond
   const double rise = best * kRowStep;
-  if (most < kLeastLikeness || std::abs(rise - predicted) < kLeastMove) return std::nullopt;
+  if (most < kMinLikeness || std::abs(rise - predicted) < kMinMove) return std::nullopt;
   const int there = std::clamp(static_cast<int>(std::lround(predicted / kRowStep)), lowest, highest);
-  if (most - likeness_at(reference, frame, half, there) < kLeastGain) return std::nullopt;
+  if (most - likeness_at(reference, frame, half, there) < kMinGain) return std::nullopt;
   return rise;
 }
 

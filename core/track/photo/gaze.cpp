@@ -11,15 +11,15 @@
 namespace likeness {
 namespace {
 
-constexpr double kLeastOpenness = 0.12;                // below, lashes are as dark as the iris
-constexpr double kLeastWidth = 8;                      // px of the eye in the picture
-constexpr double kLeastContrast = 10;                  // levels between iris and white
+constexpr double kMinOpenness = 0.12;                  // below, lashes are as dark as the iris
+constexpr double kMinWidth = 8;                        // px of the eye in the picture
+constexpr double kMinContrast = 10;                    // levels between iris and white
 constexpr double kYawLimit = 0.6, kPitchLimit = 0.45;  // rad
 constexpr double kIrisShare = 0.49;                    // iris radius over eyeball radius
 constexpr int kAngles = 40;                            // places along the circle
 constexpr double kDarkWeight = 0.6;                    // of the dark disc against the edge
 constexpr double kStraightPull = 0.12;  // score a radian^2 from straight ahead: what decides with lids low
-constexpr double kLeastConfidence = 0.12;
+constexpr double kMinConfidence = 0.12;
 constexpr double kDisagreement = 0.30;  // rad between the eyes: then the surer one alone counts
 
 using Outline = std::array<Vec2d, 6>;
@@ -58,7 +58,7 @@ class EyeView {
     bright_ = levels[levels.size() * 8 / 10];
   }
 
-  bool usable() const { return bright_ - dark_ >= kLeastContrast; }
+  bool usable() const { return bright_ - dark_ >= kMinContrast; }
 
   struct Score {
     double value = -1e9;
@@ -176,13 +176,13 @@ std::optional<Gaze> measure_gaze(const Image8& grey, const Intrinsics& intrinsic
     const double width = (outline[3] - outline[0]).norm();
     const double height = 0.5 * ((outline[1] - outline[5]).norm() + (outline[2] - outline[4]).norm());
     gaze.openness += 0.5 * height / std::max(1.0, width);
-    if (width < kLeastWidth || height < kLeastOpenness * width) continue;
+    if (width < kMinWidth || height < kMinOpenness * width) continue;
     const EyeView view(grey, intrinsics, cam_from_head, eyes.centre[side], eyes.radius, outline);
     if (!view.usable()) continue;
     EyeGaze& eye = gaze.eye[side];
     eye = search(view);
-    eye.confidence *= std::clamp((height / width - kLeastOpenness) / 0.08, 0.2, 1.0);
-    if (eye.confidence < kLeastConfidence) eye.confidence = 0;
+    eye.confidence *= std::clamp((height / width - kMinOpenness) / 0.08, 0.2, 1.0);
+    if (eye.confidence < kMinConfidence) eye.confidence = 0;
   }
   const EyeGaze &right = gaze.eye[0], &left = gaze.eye[1];
   double w_right = right.confidence, w_left = left.confidence;

@@ -16,9 +16,9 @@ constexpr int kEyeColumns = 34, kEyeRows = 30;
 constexpr double kChartLift = 1.1;              // of the eyeball's radius: lids lie on it
 constexpr double kLow = -0.45, kHigh = 0.55;    // of the eye's width: rows of the grid
 constexpr double kLeft = -0.06, kRight = 1.06;  // along the corners' line
-constexpr double kLeastEyeFacing = 0.3;         // cosine; more slanted eyes are not looked at
+constexpr double kMinEyeFacing = 0.3;           // cosine; more slanted eyes are not looked at
 constexpr double kFrontal = 0.85;               // cosine of the head's axis to the view: teaches the outline
-constexpr double kLeastEyeWidth = 5;            // px of an eye in the picture
+constexpr double kMinEyeWidth = 5;              // px of an eye in the picture
 constexpr double kFirstColumn = 0.1, kLastColumn = 0.9;   // that are judged: corners look alike, open or not
 constexpr double kLowestJudged = -0.30, kHighest = 0.36;  // rows that are judged, without the brow
 constexpr int kTones = 26;
@@ -30,7 +30,7 @@ constexpr double kEven = 0.12;     // share of a tone family that may be anythin
 constexpr double kLashesAbove = 0.03, kLashesBelow = 0.06;  // widths off the upper margin
 constexpr double kSafe = 0.02;  // widths from a margin; what is nearer teaches nothing
 constexpr int kPasses = 4;
-constexpr std::size_t kLeastViews = 5, kTurnedAlike = 25;
+constexpr std::size_t kMinViews = 5, kTurnedAlike = 25;
 constexpr double kFarthest = 0.25;      // widths; corners' landmarks farther off are lost
 constexpr double kFullBlinks = 0.02;    // quantile of the openings that counts as closed
 constexpr double kDeepEnough = 0.65;    // of the usual opening; clips without blinks do not come down so far
@@ -126,13 +126,13 @@ EyeSite find_site(const EyeBalls& eyes, const std::vector<LidView>& views, int s
   site.radius = kChartLift * eyes.radius;
   std::vector<Six> seen;
   for (bool any : {false, true}) {
-    if (seen.size() >= kLeastViews) break;
+    if (seen.size() >= kMinViews) break;
     seen.clear();
     for (const LidView& v : views)
       if (v.grey && !v.held_out && (any || frontal(v)))
         if (const auto six = chart_landmarks(site, v, side)) seen.push_back(*six);
   }
-  if (seen.size() < kLeastViews) return site;
+  if (seen.size() < kMinViews) return site;
   const auto middle = [&](int k) {
     std::vector<double> x, y;
     for (const Six& s : seen) x.push_back(s[k].x()), y.push_back(s[k].y());
@@ -170,7 +170,7 @@ std::vector<EyeSite> sites_in_views(const EyeSite& usual, const std::vector<LidV
   }
   std::vector<EyeSite> sites(views.size(), usual);
   parallel_for(views.size(), [&](std::size_t i) {
-    if (!views[i].grey || training.size() < kLeastViews) return;
+    if (!views[i].grey || training.size() < kMinViews) return;
     std::vector<std::pair<double, std::size_t>> order;
     for (std::size_t k = 0; k < training.size(); ++k)
       order.push_back({(training[k].turn - views[i].cam_from_head.linear()).squaredNorm(), k});
@@ -238,14 +238,14 @@ EyePatch look_at(const EyeSite& site, const LidView& view) {
     return project<double>(view.intrinsics, Vec3d(view.cam_from_head * site.point(at)));
   };
   patch.facing = cosine(site.chart(0.5, 0));
-  if (patch.facing < kLeastEyeFacing || (pixel(site.inner) - pixel(site.outer)).norm() < kLeastEyeWidth)
+  if (patch.facing < kMinEyeFacing || (pixel(site.inner) - pixel(site.outer)).norm() < kMinEyeWidth)
     return patch;
   patch.tone.assign(kEyeColumns * kEyeRows, std::numeric_limits<float>::quiet_NaN());
   int found = 0;
   for (int j = 0; j < kEyeRows; ++j)
     for (int i = 0; i < kEyeColumns; ++i) {
       const Vec2d at = site.chart(column_along(i), row_height(j));
-      if (cosine(at) < 0.5 * kLeastEyeFacing) continue;
+      if (cosine(at) < 0.5 * kMinEyeFacing) continue;
       const Vec2d px = pixel(at);
       if (!inside_bilinear(*view.grey, px.x(), px.y())) continue;
       patch.tone[j * kEyeColumns + i] =
@@ -369,7 +369,7 @@ RawOpening explain(const EyeSite& site, const EyePatch& patch, const ToneModel& 
 struct Belief {
   bool known = false;
   std::array<double, kOpenings> opening{}, cost{};
-  double least_sigma = 0.03;
+  double min_sigma = 0.03;
   double astray = 0;
 };
 
@@ -404,7 +404,7 @@ void read_side(const EyeSite& site, const std::vector<LidView>& views, int side,
   std::vector<double> training;
   for (std::size_t i = 0; i < n; ++i)
     if (patches[i].seen && !views[i].held_out) training.push_back(raw[i].opening);
-  if (training.size() < kLeastViews) return;
+  if (training.size() < kMinViews) return;
   std::sort(training.begin(), training.end());
   const double usual = training[training.size() / 2],
                least = training[static_cast<std::size_t>(kFullBlinks * training.size())];
@@ -420,7 +420,7 @@ void read_side(const EyeSite& site, const std::vector<LidView>& views, int side,
       out.opening[a] = std::clamp((a * kOpeningStep - closed) * scale, 0.0, 1.6);
       out.cost[a] = raw[i].cost[a] / (slant * slant);
     }
-    out.least_sigma = 0.03 * scale * slant;
+    out.min_sigma = 0.03 * scale * slant;
     out.astray = landmarks_astray(sites[i], views[i], side);
   }
 }
@@ -442,7 +442,7 @@ LidOpening opening_of(const Belief& own, const Belief& other) {
   }
   if (!(sum > 0)) return {};
   const double mean = first / sum;
-  const double sigma = std::sqrt(std::max(0.0, second / sum - mean * mean)) + own.least_sigma;
+  const double sigma = std::sqrt(std::max(0.0, second / sum - mean * mean)) + own.min_sigma;
   return {true, mean, sigma, own.astray};
 }
 

@@ -8,12 +8,12 @@
 namespace likeness {
 namespace {
 
-constexpr double kDarkest = 0.05;                          // of the mean light
-constexpr double kOutlier = 0.15;                          // relative error from which a sample counts half
-constexpr double kAlternations = 6;                        // albedo, light, weights
-constexpr double kLightPrior = 0.02;                       // of the samples' weight, towards even light
-constexpr int kLeastPictures = 3;                          // a point must be seen in
-constexpr float kLeastSpread = 3.0f, kMostSpread = 60.0f;  // encoded levels
+constexpr double kDarkest = 0.05;                       // of the mean light
+constexpr double kOutlier = 0.15;                       // relative error from which a sample counts half
+constexpr double kAlternations = 6;                     // albedo, light, weights
+constexpr double kLightPrior = 0.02;                    // of the samples' weight, towards even light
+constexpr int kMinPictures = 3;                         // a point must be seen in
+constexpr float kMinSpread = 3.0f, kMaxSpread = 60.0f;  // encoded levels
 
 // Weight of a relative error; falls with its square, so that a glint has no say.
 double trust(double error) {
@@ -100,12 +100,12 @@ LitPoints light_points(const std::vector<std::vector<LightSample>>& pictures, in
       total[s.point] += s.weight;
     }
   lit.albedo.assign(points, 0);
-  lit.spread.assign(points, kMostSpread);
+  lit.spread.assign(points, kMaxSpread);
   for (int p = 0; p < points; ++p) {
-    if (seen[p] < kLeastPictures || total[p] <= 0 || albedo[p] <= 0) continue;
+    if (seen[p] < kMinPictures || total[p] <= 0 || albedo[p] <= 0) continue;
     lit.albedo[p] = static_cast<float>(albedo[p]);
     // 1.25: from the mean of absolute values to a standard deviation
-    lit.spread[p] = std::clamp(static_cast<float>(1.25 * error2[p] / total[p]), kLeastSpread, kMostSpread);
+    lit.spread[p] = std::clamp(static_cast<float>(1.25 * error2[p] / total[p]), kMinSpread, kMaxSpread);
   }
   return lit;
 }

@@ -135,7 +135,7 @@ class ClipRefiner {
     const FacePicture picture = picture_of(i);
     const FramePull pull = pull_of(i, before);
     FaceObservation observation = before[i].observation;
-    for (double& s : observation.sigma_px) s *= options_.landmark_doubt;
+    for (double& s : observation.sigma_px) s *= options_.landmark_sigma_factor;
     const auto terms = [&](const FaceObservation& o) {
       return FrameEvidenceTerms{head_,
                                 landmark_person_,

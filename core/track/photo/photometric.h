@@ -18,10 +18,10 @@
 namespace likeness {
 
 struct PhotometricOptions {
-  int rounds = 2;                // appearance, then all frames; each costs about half of the time
-  int appearance_frames = 60;    // training frames the appearance comes from
-  double weight = 0.3;           // of a picture residual against a landmark's
-  double landmark_doubt = 1.5;   // times the landmarks' sigma: pictures now say the same, and finer
+  int rounds = 2;                      // appearance, then all frames; each costs about half of the time
+  int appearance_frames = 60;          // training frames the appearance comes from
+  double weight = 0.3;                 // of a picture residual against a landmark's
+  double landmark_sigma_factor = 1.5;  // times the landmarks' sigma: pictures now say the same, and finer
   double turn_hold = 3000;       // per rad, towards the dense pose, which is right to a fraction of a pixel
   double shift_hold = 10000;     // per m
   double expression_change = 4;  // first difference between training frames, per unit

@@ -11,11 +11,11 @@
 namespace likeness {
 namespace {
 
-constexpr double kKink = 1.5;             // spreads: where an error counts linearly
-constexpr double kLeastSkinFacing = 0.2;  // cosine; more slanted skin is not looked at
+constexpr double kKink = 1.5;           // spreads: where an error counts linearly
+constexpr double kMinSkinFacing = 0.2;  // cosine; more slanted skin is not looked at
 constexpr float kDepthSlack = 0.003f;
 constexpr double kFeatureWeight = 1.3;  // lids and lips: few points decide
-constexpr double kLeastResidual = 5;    // encoded levels
+constexpr double kMinResidual = 5;      // encoded levels
 
 double robust_cost(double r) { return r <= kKink ? 0.5 * r * r : kKink * (r - 0.5 * kKink); }
 
@@ -68,7 +68,7 @@ double facing(const SeenSurface& seen, const FaceState& state, int point, Vec3d*
   if (in_cam->z() < 0.05) return 0;
   const double cosine =
       -(state.cam_from_head.linear() * seen.posed.normals[point].cast<double>()).dot(in_cam->normalized());
-  if (!(cosine > kLeastSkinFacing)) return 0;
+  if (!(cosine > kMinSkinFacing)) return 0;
   const Vec2d px = project<double>(seen.intrinsics, *in_cam);
   const int x = static_cast<int>(px.x()), y = static_cast<int>(px.y());
   if (px.x() < 0 || px.y() < 0 || x >= seen.raster.width || y >= seen.raster.height) return 0;
@@ -141,7 +141,7 @@ FaceTarget face_target(const FaceSurface& surface, const Appearance& appearance,
         std::sqrt(std::min(1.0, 2 * cosine)) * (surface.zone[p] == FaceZone::skin ? 1.0 : kFeatureWeight);
     target.point.push_back(p);
     target.value.push_back(value);
-    target.scale.push_back(weight / std::max<double>(kLeastResidual, lit.spread[p]));
+    target.scale.push_back(weight / std::max<double>(kMinResidual, lit.spread[p]));
     if (value > 10 && level_there > 5) gains.push_back(level_there / value);
   }
   // The camera's exposure drifts: one factor a frame, found in closed form and kept nowhere.

@@ -12,14 +12,14 @@ namespace {
 
 constexpr double kJawStep = 0.035, kWidestJaw = 0.42;  // rad, of the states asked
 constexpr double kOwnJaw = 0.05;         // rad: a face whose lips part with less is closed from there
-constexpr int kLeastPixels = 150;        // in the picture that all states explain
-constexpr double kLeastSigma = 0.0008;   // m: the steps between the states, and errors of the surface
+constexpr int kMinPixels = 150;          // in the picture that all states explain
+constexpr double kMinSigma = 0.0008;     // m: the steps between the states, and errors of the surface
 constexpr double kDoubtfulLips = 0.002;  // m that landmarks may be off before they are doubted
-constexpr double kMostDoubt = 8;         // times their sigma
+constexpr double kMaxDoubt = 8;          // times their sigma
 constexpr double kWindow = 0.040;        // m, half side of the pixels asked
 constexpr double kPixelsTogether = 12;   // neighbouring pixels err together
 constexpr double kOutlierShare = 0.05;   // of skin pixels: anything may be there
-constexpr double kLeastTones = 400;      // pixels seen inside open mouths before their tones are believed
+constexpr double kMinTones = 400;        // pixels seen inside open mouths before their tones are believed
 
 struct MouthView {
   const MouthSurface& surface;
@@ -164,7 +164,7 @@ bool cavity_from_counts(const std::array<double, Appearance::kTones>& counts,
   constexpr int n = Appearance::kTones;
   double total = 0;
   for (double c : counts) total += c;
-  if (total < kLeastTones) return false;
+  if (total < kMinTones) return false;
   for (int t = 0; t < n; ++t) {
     double smooth = 0, weight = 0;
     for (int k = -1; k <= 1; ++k)
@@ -203,7 +203,7 @@ std::optional<MouthReading> read_mouth(const HeadModel& model, const ReducedHead
     ++pixels;
     for (std::size_t k = 0; k < cost.size(); ++k) cost[k] += costs[k][i] / kPixelsTogether;
   }
-  if (pixels < kLeastPixels) return std::nullopt;
+  if (pixels < kMinPixels) return std::nullopt;
   const std::size_t best =
       static_cast<std::size_t>(std::min_element(cost.begin(), cost.end()) - cost.begin());
   MouthReading reading;
@@ -216,14 +216,14 @@ std::optional<MouthReading> read_mouth(const HeadModel& model, const ReducedHead
   reading.lips.known = true;
   reading.lips.gap_m = first / sum;
   const double spread = std::sqrt(std::max(0.0, second / sum - reading.lips.gap_m * reading.lips.gap_m));
-  reading.lips.sigma_m = std::hypot(spread, kLeastSigma);
+  reading.lips.sigma_m = std::hypot(spread, kMinSigma);
   return reading;
 }
 
 void observe_mouth(const LipEvidence& lips, double fitted_gap_m, FaceObservation* out) {
   out->lips = lips;
   const double astray = (fitted_gap_m - lips.gap_m) / std::hypot(kDoubtfulLips, lips.sigma_m);
-  const double doubt = std::min(kMostDoubt, 1 + astray * astray);
+  const double doubt = std::min(kMaxDoubt, 1 + astray * astray);
   for (int k = 48; k < kLandmarkCount; ++k) out->sigma_px[k] *= doubt;
   for (int k = 4; k <= 12; ++k) out->sigma_px[k] *= doubt;  // the chin goes with the jaw
 }

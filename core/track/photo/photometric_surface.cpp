@@ -14,7 +14,7 @@
 namespace likeness {
 namespace {
 
-constexpr int kMostSplits = 2;
+constexpr int kMaxSplits = 2;
 constexpr float kLidReach = 0.008f, kLipReach = 0.008f, kMouthReach = 0.034f;       // m
 constexpr float kCoarseStep = 0.0055f, kSkinStep = 0.004f, kFeatureStep = 0.0019f;  // m
 
@@ -170,7 +170,7 @@ FaceSurface face_surface(const HeadModel& model, const HeadShape& person, double
     }
     if (outer) surface.triangles.push_back(own);
   }
-  for (int i = 0; i < kMostSplits && median_edge(mixes, surface.triangles, person.vertices) > spacing_m; ++i)
+  for (int i = 0; i < kMaxSplits && median_edge(mixes, surface.triangles, person.vertices) > spacing_m; ++i)
     split_once(mixes, surface.triangles);
   fill_points(model, person, mixes, surface);
 

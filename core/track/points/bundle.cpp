@@ -181,7 +181,7 @@ double turn_of(const std::vector<BundleFrame>& frames, const std::vector<int>& k
 }
 
 double point_prior_for(double turn, const BundleOptions& options) {
-  const double most = std::max(options.most_point_prior, options.point_prior);
+  const double most = std::max(options.max_point_prior, options.point_prior);
   return std::clamp(options.point_prior * options.full_turn / std::max(turn, 1e-6), options.point_prior,
                     most);
 }
@@ -240,7 +240,7 @@ void solve_round(std::vector<BundleFrame>& frames, const std::vector<BundleFrame
   ceres::Solver::Options solver;
   // Points are seen again throughout a clip: what their elimination leaves is full, and sparse only in name.
   solver.linear_solver_type =
-      int(keys.size()) <= options.most_dense ? ceres::DENSE_SCHUR : ceres::SPARSE_SCHUR;
+      int(keys.size()) <= options.max_dense ? ceres::DENSE_SCHUR : ceres::SPARSE_SCHUR;
   solver.linear_solver_ordering = ordering;
   solver.max_num_iterations = 20;
   solver.function_tolerance = 1e-4;
@@ -303,7 +303,7 @@ Result<BundleSummary> bundle_adjust(std::vector<BundleFrame>& frames, std::vecto
     return (known.size() + std::size_t(keys) - 1) / std::size_t(keys);
   };
   const std::size_t stride = std::clamp<std::size_t>(
-      stride_for(options.key_frames), 1, std::max<std::size_t>(4, stride_for(options.most_key_frames)));
+      stride_for(options.key_frames), 1, std::max<std::size_t>(4, stride_for(options.max_key_frames)));
   for (std::size_t k = 0; k < known.size(); k += stride) keys.push_back(known[k]);
   BundleOptions used = options;
   if (options.neck_rest > 0 && !neck_rests(frames, keys)) used.neck_rest = 0;

@@ -34,17 +34,17 @@ struct BundleFrame {
 
 struct BundleOptions {
   // Poses that are solved for together: every frame up to so many, then every second to fourth. Only where
-  // that leaves more than `most_key_frames`, in clips of minutes, fewer: the cost of an iteration grows with
+  // that leaves more than `max_key_frames`, in clips of minutes, fewer: the cost of an iteration grows with
   // their cube. The poses between follow from the points.
-  int key_frames = 150, most_key_frames = 500;
-  int most_dense = 200;  // key frames up to which the poses are solved for as one full matrix
+  int key_frames = 150, max_key_frames = 500;
+  int max_dense = 200;  // key frames up to which the poses are solved for as one full matrix
   int rounds = 3;
   double turn_prior = 20;   // per rad, robust: the landmark pose says no more than this
   double shift_prior = 60;  // per m
-  // Per m, of heads that turn by full_turn and more (rms about the mean, rad), and up to most_point_prior of
+  // Per m, of heads that turn by full_turn and more (rms about the mean, rad), and up to max_point_prior of
   // those that turn less. Followed points drift with the light by some tenths of a pixel, all sightings of
   // one alike, and how far that throws its depth goes with 1 / turn: there the start knows better.
-  double point_prior = 30, most_point_prior = 120, full_turn = 0.17;
+  double point_prior = 30, max_point_prior = 120, full_turn = 0.17;
   double turn_smooth = 20;   // second difference between neighbouring frames, per rad
   double shift_smooth = 50;  // per m
   // Per m, robust, in depth: a head turns about its neck, and the neck of one who sits stays where it is.

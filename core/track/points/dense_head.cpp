@@ -15,7 +15,7 @@ namespace {
 
 constexpr int kAnchors = 3;             // training frames a held-out frame is compared with
 constexpr std::size_t kLoneBatch = 64;  // frames whose pyramids are in memory at once
-constexpr int kFewestTracks = 20, kMostPatches = 3000;
+constexpr int kFewestTracks = 20, kMaxPatches = 3000;
 constexpr double kNeckRest = 60;           // per m; five times as much draws the face away from its landmarks
 constexpr double kPatchReach[] = {12, 5};  // px; the first poses have drifted, the second hardly
 
@@ -201,7 +201,7 @@ Result<DenseSummary> track_dense_head(const ClipFrames& clip, const RigidHead& h
   const std::vector<BundleTrack> first_tracks = tracks;
   double from = 0.6;
   for (double reach : kPatchReach) {
-    choose_patches(tracks, normals, poses, kMostPatches, &cloud);
+    choose_patches(tracks, normals, poses, kMaxPatches, &cloud);
     observe_again(cloud, poses, training, reach, &tracks, stop);
     const auto known_again =
         std::count_if(tracks.begin(), tracks.end(), [](const BundleTrack& t) { return t.kept; });

@@ -7,10 +7,10 @@ namespace likeness {
 namespace {
 
 constexpr int kPoints = 300, kFewPoints = 200;  // alive; below the second, new ones are taken
-constexpr int kLeastInliers = 12;
-constexpr double kLeastAgreeing = 0.5;                // of the followed points must agree
+constexpr int kMinInliers = 12;
+constexpr double kMinAgreeing = 0.5;                  // of the followed points must agree
 constexpr double kCornerQuality = 0.01;               // of the best corner
-constexpr double kLeastPointFacing = 0.35;            // cosine
+constexpr double kMinPointFacing = 0.35;              // cosine
 constexpr double kBackAndForth = 0.5, kAgrees = 2.5;  // px
 
 }  // namespace
@@ -36,7 +36,7 @@ FollowedFrame HeadFollower::next(const Intrinsics& intrinsics, const Image8& gre
     seen.push_back({points_[i].place, ray_direction(intrinsics, *found[i]).head<2>()});
   }
   const auto pose = solve_pose(seen, intrinsics.fx, pose_, {});
-  if (!pose || pose->inliers < std::max<double>(kLeastInliers, kLeastAgreeing * double(seen.size())))
+  if (!pose || pose->inliers < std::max<double>(kMinInliers, kMinAgreeing * double(seen.size())))
     return followed;
   followed.solved = true;
   followed.cam_from_head = pose->cam_from_head;
@@ -66,7 +66,7 @@ std::optional<Vec3d> HeadFollower::place_of(const Vec2d& pixel) const {
   const auto place = point_on_head(head_, pose_, ray_direction(intrinsics_, pixel).head<2>());
   if (!place || place->hair) return std::nullopt;
   const Vec3d in_cam = pose_ * place->point;
-  if (-(pose_.linear() * place->normal).dot(in_cam.normalized()) < kLeastPointFacing) return std::nullopt;
+  if (-(pose_.linear() * place->normal).dot(in_cam.normalized()) < kMinPointFacing) return std::nullopt;
   return place->point;
 }
 

@@ -17,7 +17,7 @@ constexpr double kOwnFloor = 0.4;        // working px: the predictor rounds to 
 constexpr double kVoteWeight = 0.5;      // voters repeat the predictor's own systematic errors
 constexpr double kDoubtfulWeight = 0.1;  // of points found beside a carried box, against 1
 constexpr double kGate = 3;              // sigmas beyond which a vote is counted but not followed
-constexpr double kLeastShare = 0.4;      // of the runs that must agree before a frame may vote
+constexpr double kMinShare = 0.4;        // of the runs that must agree before a frame may vote
 constexpr std::size_t kChunk = 16;       // frames whose pyramids are in memory at once
 
 struct Vote {
@@ -44,7 +44,7 @@ class Support {
       const ClipFrame& f = clip.frames[i];
       before_.push_back(f.landmarks);
       if (f.landmarks && !f.held_out) training_.push_back(static_cast<int>(i));
-      const bool trusted = f.landmarks && f.detected && f.landmarks->cluster_share >= kLeastShare;
+      const bool trusted = f.landmarks && f.detected && f.landmarks->cluster_share >= kMinShare;
       level_.push_back(trusted ? 0 : options.carry + 1);
     }
     verdicts_.resize(clip.frames.size());

@@ -13,10 +13,10 @@ namespace {
 // 11 px square in the view, at each size: the skin under wider ones is no plane, and poses err more.
 constexpr int kReach = 5, kSide = 2 * kReach + 1;
 constexpr int kPixels = kSide * kSide;
-constexpr double kLeastFacing = 0.5;
-constexpr double kLeastContrast = 2.0;      // levels, standard deviation
-constexpr double kLeastCorrelation = 0.80;  // below: hidden, or something else
-constexpr double kMostStretch = 2.5;        // of area between reference and view
+constexpr double kMinFacing = 0.5;
+constexpr double kMinContrast = 2.0;      // levels, standard deviation
+constexpr double kMinCorrelation = 0.80;  // below: hidden, or something else
+constexpr double kMaxStretch = 2.5;       // of area between reference and view
 
 using Mat2d = Eigen::Matrix2d;
 
@@ -92,7 +92,7 @@ std::optional<double> settle(const Template& t, const Image8& picture, double re
       cross += value[i] * t.value[i];
     }
     const double contrast = std::sqrt(square / kPixels);
-    if (contrast < 0.5 * kLeastContrast) return std::nullopt;
+    if (contrast < 0.5 * kMinContrast) return std::nullopt;
     correlation = cross / (kPixels * contrast * t.contrast);
     const double gain = t.contrast / contrast;
     Vec2d gradient = Vec2d::Zero();
@@ -129,7 +129,7 @@ double patch_facing(const HeadPatch& patch, const Pose& cam_from_head) {
 
 std::optional<PatchMatch> find_patch(const HeadPatch& patch, const PatchView& reference,
                                      const PatchView& view, double reach) {
-  if (patch_facing(patch, view.cam_from_head) < kLeastFacing) return std::nullopt;
+  if (patch_facing(patch, view.cam_from_head) < kMinFacing) return std::nullopt;
   const Vec3d in_cam = view.cam_from_head * patch.point;
   if (in_cam.z() < 0.05) return std::nullopt;
   const Vec3d a = patch.normal.unitOrthogonal(), b = patch.normal.cross(a);
@@ -137,7 +137,7 @@ std::optional<PatchMatch> find_patch(const HeadPatch& patch, const PatchView& re
               here = pixels_from_plane(view, patch.point, a, b);
   const Mat2d reference_from_view = there * here.inverse();
   const double stretch = std::abs(reference_from_view.determinant());
-  if (!reference_from_view.allFinite() || stretch > kMostStretch || stretch < 1 / kMostStretch)
+  if (!reference_from_view.allFinite() || stretch > kMaxStretch || stretch < 1 / kMaxStretch)
     return std::nullopt;
   Vec2d at = project<double>(view.intrinsics, in_cam);
   const Vec2d predicted = at;
@@ -152,14 +152,14 @@ std::optional<PatchMatch> find_patch(const HeadPatch& patch, const PatchView& re
     const Template t = cut(from, centre, reference_from_view);
     // A patch whose texture runs along one line alone slides along it.
     const double trace = t.hessian.trace(), least = t.hessian.determinant() / std::max(1e-9, trace);
-    if (t.contrast < kLeastContrast || least < 0.05 * trace) return std::nullopt;
+    if (t.contrast < kMinContrast || least < 0.05 * trace) return std::nullopt;
     Vec2d scaled = size * at;
     const auto reached = settle(t, to, level == 1 ? size * reach : 0.5 * reach, &scaled);
     if (!reached) return std::nullopt;
     at = scaled / size;
     correlation = *reached;
   }
-  if (correlation < kLeastCorrelation || (at - predicted).norm() > reach) return std::nullopt;
+  if (correlation < kMinCorrelation || (at - predicted).norm() > reach) return std::nullopt;
   return PatchMatch{at, correlation};
 }
 

@@ -26,7 +26,7 @@ namespace {
 
 constexpr double kCell = 0.042;     // m between nodes
 constexpr double kUnexplained = 8;  // grey levels: a pixel of this spread after alignment counts half
-constexpr std::size_t kLeastViews = 8;
+constexpr std::size_t kMinViews = 8;
 constexpr int kRefineRounds = 3, kRefineSteps = 3;
 
 // The training frame among `teaching` whose head stands and looks most as it usually does. There the neck is
@@ -157,10 +157,10 @@ void renew_template(Work& work) {
       std::vector<float> values;
       TorsoPixel& t = pixels[p];
       values_at(work, poses, level, t, false, &values);
-      const float still = values.size() < kLeastViews ? 1e9f : agree(values).second;
+      const float still = values.size() < kMinViews ? 1e9f : agree(values).second;
       values_at(work, poses, level, t, true, &values);
       t.weight = 0;
-      if (values.size() < std::max(kLeastViews, work.learning.size() / 4)) return;
+      if (values.size() < std::max(kMinViews, work.learning.size() / 4)) return;
       const auto [median, spread] = agree(values);
       t.value = median;
       if (spread > 1.15f * still + 1) return;

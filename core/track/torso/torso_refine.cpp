@@ -18,7 +18,7 @@ namespace {
 // picture says, is kept a hundred times as stiff.
 constexpr double kRefineStiffness = 1e6;  // grey levels^2 / m^2
 constexpr int kOwn = kTorsoRigid + kTorsoModes, kBlocks = 1 + kTorsoModes;
-constexpr int kLeastPixels = 50;
+constexpr int kMinPixels = 50;
 
 struct TorsoSystem {
   bool used = false;
@@ -67,7 +67,7 @@ TorsoSystem frame_system(const Problem& problem, std::size_t view, const TorsoMo
     s.own += row.weight * own * own.transpose();
     s.by_own += row.weight * row.residual * own;
   }
-  s.used = count >= kLeastPixels;
+  s.used = count >= kMinPixels;
   s.share = weights / kTorsoPixelsMeant;
   for (int i = 0; i < kTorsoRigid; ++i) s.own(i, i) += kTorsoMotionPrior;
   for (int m = 0; m < kTorsoModes; ++m) {

@@ -9,8 +9,8 @@
 namespace likeness {
 namespace {
 
-constexpr std::size_t kLeastFrames = 8;
-constexpr double kLeastWay = 0.1;              // m that the camera goes
+constexpr std::size_t kMinFrames = 8;
+constexpr double kMinWay = 0.1;                // m that the camera goes
 constexpr double kSway = 0.015, kTurn = 0.07;  // m, rad: of a head that is held still
 constexpr double kMost = 0.9;                  // of the frames; the others may be tracked badly
 constexpr double kPlainly = 2;                 // times as far: the person moves in that frame
@@ -38,7 +38,7 @@ std::vector<std::size_t> still_frames(const std::vector<TorsoFrame>& frames,
     way.extend(centre_of(frames[i].cam_from_world));
     for (int k = 0; k < 3; ++k) along[k].push_back(frames[i].world_from_head.translation()[k]);
   }
-  if (training.size() < kLeastFrames || way.diagonal().norm() < kLeastWay) return {};
+  if (training.size() < kMinFrames || way.diagonal().norm() < kMinWay) return {};
   Vec3d usual;
   for (int k = 0; k < 3; ++k) usual[k] = median(std::move(along[k]));
   const auto away = [&](std::size_t i) { return (frames[i].world_from_head.translation() - usual).norm(); };

@@ -25,7 +25,7 @@ TEST(Priority, BackgroundThreadsAndThoseTheyStartYieldToOthers) {
   if (usual >= kFarBack) GTEST_SKIP() << "all of this program was started after others";
   int stepped = usual, started = usual;
   std::thread([&] {
-    step_back();
+    lower_thread_priority();
     stepped = niceness();
     std::thread([&] { started = niceness(); }).join();
   }).join();
@@ -39,7 +39,7 @@ TEST(Priority, LoopsUseBackgroundThreadsButTheCallerStaysNormal) {
   const int usual = niceness();
   if (usual >= kFarBack) GTEST_SKIP() << "all of this program was started after others";
   const auto caller = std::this_thread::get_id();
-  const LoopsStepBack back;
+  const LowPriorityLoops back;
   std::atomic<int> lent{0}, forward{0};
   // Long enough for a second thread to join.
   for (int round = 0; round < 200 && lent == 0; ++round)

@@ -178,8 +178,8 @@ void run_training_kernel(Kernel kernel, const std::vector<unsigned char>& args, 
       return;
     case Kernel::gather_chosen:
       return each<GatherChosenArgs>(args, items, gather_chosen);
-    case Kernel::look_into_cells:
-      return each<LookArgs>(args, items, look_into_cell);
+    case Kernel::look_up_cells:
+      return each<LookArgs>(args, items, look_up_cell);
     case Kernel::decay_cells:
       return each<DecayArgs>(args, items, decay_cell);
     case Kernel::set_cell_bits:
@@ -265,7 +265,7 @@ DeviceStatus allocate(void*, std::size_t bytes, void** memory) {
   std::memset(*memory, 0xff, bytes);  // not a number: whoever forgets to set something sees it
   state.memory[*memory] = bytes;
   state.counts.bytes += bytes;
-  state.counts.most_bytes = std::max(state.counts.most_bytes, state.counts.bytes);
+  state.counts.max_bytes = std::max(state.counts.max_bytes, state.counts.bytes);
   return DeviceStatus::ok;
 }
 

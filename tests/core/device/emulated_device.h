@@ -23,7 +23,7 @@ struct EmulatedFaults {
 };
 
 struct EmulatedCounts {
-  std::size_t launches = 0, waits = 0, replays = 0, bytes = 0, most_bytes = 0;
+  std::size_t launches = 0, waits = 0, replays = 0, bytes = 0, max_bytes = 0;
   std::size_t waits_while_recording = 0;
   std::size_t bytes_in = 0;  // copied from the host
 };

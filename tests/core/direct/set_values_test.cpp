@@ -12,7 +12,7 @@ TEST(SetValue, WithoutRecordingAChannelIsConstant) {
   Performance performance;
   set_value(performance, "head yaw", 12, {.time_s = 2});
   for (const double t : {0.0, 2.0, 4.0}) EXPECT_EQ(value_at(performance, "head yaw", t), 12);
-  EXPECT_FALSE(has_course(performance, "head yaw"));
+  EXPECT_FALSE(is_animated(performance, "head yaw"));
   set_value(performance, "head yaw", 0, {.time_s = 1});
   EXPECT_EQ(performance, Performance{});  // rest needs no key
 }

@@ -134,19 +134,19 @@ TEST(Drive, ExpressionsNeverSeenAreLimitedUnlessRequested) {
   avatar.seen = {{"jawOpen", 0.0f, 0.2f}, {"mouthSmile_L", -0.1f, 1.0f}};
   const ActionBasis basis = action_basis(model);
   const int jaw = action_index(basis, "jawOpen"), smile = action_index(basis, "mouthSmile_L");
-  float most = 0, most_free = 0, most_smile = 0;
+  float most = 0, max_free = 0, max_smile = 0;
   const auto held = drive(track, driver, avatar, {.calibrate_gains = false});
   const auto free = drive(track, driver, avatar, {.calibrate_gains = false, .clamp = false});
   ASSERT_TRUE(held.ok() && free.ok());
   for (std::size_t i = 0; i < held->size(); ++i) {
     most = std::max(most, face_amounts(basis, (*held)[i].pose.articulation)[jaw]);
-    most_smile = std::max(most_smile, face_amounts(basis, (*held)[i].pose.articulation)[smile]);
-    most_free = std::max(most_free, face_amounts(basis, (*free)[i].pose.articulation)[jaw]);
+    max_smile = std::max(max_smile, face_amounts(basis, (*held)[i].pose.articulation)[smile]);
+    max_free = std::max(max_free, face_amounts(basis, (*free)[i].pose.articulation)[jaw]);
   }
   EXPECT_LE(most, 0.2f + 0.05f + 1e-3f);
   EXPECT_GT(most, 0.2f);
-  EXPECT_NEAR(most_free, 0.6, 1e-2);
-  EXPECT_NEAR(most_smile, 0.7, 1e-2) << "what was seen is not touched";
+  EXPECT_NEAR(max_free, 0.6, 1e-2);
+  EXPECT_NEAR(max_smile, 0.7, 1e-2) << "what was seen is not touched";
 }
 
 TEST(Drive, TheSoftClampIsTheIdentityInsideAndBoundedOutside) {

@@ -283,7 +283,7 @@ TEST(Ply, HoldsWhatItsHeaderSays) {
 TEST(WriteHead, RefusesMoreFramesThanTheFormatHolds) {
   const TinyProject project;
   const OpenedAvatar opened = tiny_opened();
-  const std::vector<AvatarPose> many(kMostMeshFrames + 1, posed(0, 0));
+  const std::vector<AvatarPose> many(kMaxMeshFrames + 1, posed(0, 0));
   const auto write = [&](const char* name, std::size_t frames, std::stop_token stop) {
     return write_head(opened, std::span(many).first(frames), 25, project.root / name, kMade, Progress(),
                       stop);

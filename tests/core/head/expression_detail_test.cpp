@@ -72,7 +72,7 @@ TEST(ExpressionDetail, PredictsTheCreasesOfUnseenFaces) {
   const LearntDetail learnt = learn_detail(frames_of(person, 240));
   EXPECT_EQ(learnt.detail.components(), 2);
   EXPECT_GT(learnt.kept, 0.999);
-  EXPECT_GT(learnt.told, 0.95);
+  EXPECT_GT(learnt.explained, 0.95);
   ASSERT_TRUE(is_consistent(learnt.detail, head().vertex_count(), head().expression_count()));
   double error = 0, varied = 0;
   for (int i = 0; i < 40; ++i) {
@@ -102,7 +102,7 @@ TEST(ExpressionDetail, MapsUnrelatedToTheExpressionGiveTheirMean) {
   std::normal_distribution<float> normal;
   for (DetailFrame& f : frames) f.height = person.constant + normal(random) * person.smile;
   const LearntDetail learnt = learn_detail(frames);
-  EXPECT_LT(learnt.told, 0.1);
+  EXPECT_LT(learnt.explained, 0.1);
   const Eigen::VectorXf scores = detail_scores(learnt.detail, performed(7.5));
   EXPECT_LT(scores.cwiseAbs().maxCoeff(), 0.5f);  // of deviations
 }

@@ -302,7 +302,7 @@ TEST(EmulatedFrames, WaitOnceAndAllocateNothing) {
   const EmulatedCounts third = emulated_counts();
   EXPECT_EQ(third.waits, first.waits + 2);
   EXPECT_EQ(third.replays, first.replays + 2);
-  EXPECT_EQ(third.most_bytes, first.most_bytes);
+  EXPECT_EQ(third.max_bytes, first.max_bytes);
   EXPECT_EQ(third.bytes, first.bytes);
   EXPECT_EQ(third.waits_while_recording, 0u);
 }
@@ -314,7 +314,7 @@ TEST(EmulatedFrames, LittleMemoryCutsThePictureIntoBands) {
     const auto made = device_backend(emulated_device({.memory_bytes = memory}), false)->make_renderer(avatar);
     auto frame = (*made)->render(typical_camera(avatar), state, with_strata(8, 2));
     EXPECT_TRUE(frame.ok());
-    most = emulated_counts().most_bytes;
+    most = emulated_counts().max_bytes;
     return frame ? frame->rgba : Image();
   };
   std::size_t much = 0, little = 0;

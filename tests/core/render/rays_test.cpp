@@ -255,7 +255,7 @@ TEST(SampleRays, GiveEachSampleItsPlaceInItsField) {
 }
 
 // What meets_volume noted spares a walk, and changes no sample: not behind a core either.
-TEST(SampleRays, BeginAtTheFirstOccupiedStretch) {
+TEST(SampleRays, StartingAtTheFirstHitChangesNothing) {
   const OccupancyGrid head = random_grid(16, 0.1, 7), torso = random_grid(16, 0.1, 8),
                       core = random_grid(16, 0.02, 9), none;
   MarchVolumes volumes;

@@ -175,7 +175,7 @@ TEST(RenderFrame, EachQualityIsNearTheExactPictureAndOfItsSize) {
   for (const auto& [quality, most] :
        {std::pair(RenderQuality::final, 0.06), {RenderQuality::preview, 0.15}}) {
     RenderOptions options = render_options(quality);
-    if (options.most_rays > 0) options.most_rays = camera.intrinsics.width * camera.intrinsics.height / 6;
+    if (options.max_rays > 0) options.max_rays = camera.intrinsics.width * camera.intrinsics.height / 6;
     const Image quick = render_frame(a, camera, state, options).rgba;
     ASSERT_EQ(quick.width, whole.width);
     ASSERT_EQ(quick.height, whole.height);
@@ -203,7 +203,7 @@ TEST(RenderFrame, RepeatsBitForBitWithAnyNumberOfThreads) {
   for (const RenderQuality quality : {RenderQuality::final, RenderQuality::preview}) {
     const auto render = [&] {
       RenderOptions options = render_options(quality);
-      if (options.most_rays > 0) options.most_rays = 200;  // of 24 x 24 pixels
+      if (options.max_rays > 0) options.max_rays = 200;  // of 24 x 24 pixels
       return render_frame(a, typical_camera(a), typical_state(a), options).rgba.data;
     };
     const std::vector<float> many = render();
@@ -245,9 +245,9 @@ TEST(RenderFrame, ExtraRaysGoWhereThePictureVariesTheMost) {
   for (double* v : {&k.fx, &k.fy, &k.cx, &k.cy}) *v *= 4;
   k.width *= 4, k.height *= 4;
   const int pixels = k.width * k.height;
-  const auto render = [&](int most_rays, float edge_contrast) {
+  const auto render = [&](int max_rays, float edge_contrast) {
     RenderOptions options;
-    options.edge_contrast = edge_contrast, options.most_rays = most_rays;
+    options.edge_contrast = edge_contrast, options.max_rays = max_rays;
     return render_frame(a, camera, typical_state(a), options).rgba;
   };
   const Image truth = render_frame(a, camera, typical_state(a)).rgba;
@@ -279,7 +279,7 @@ TEST(RenderFrame, RaysOfAPreviewGrowWithThePicture) {
     RenderOptions preview = render_options(RenderQuality::preview);
     preview.edge_contrast = 1e6f;
     RenderOptions third = preview;
-    third.most_rays = 0, third.reduce = 3;
+    third.max_rays = 0, third.reduce = 3;
     const RenderState state = typical_state(a);
     return render_frame(a, camera, state, third).rgba.data ==
            render_frame(a, camera, state, preview).rgba.data;

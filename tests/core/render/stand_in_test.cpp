@@ -47,7 +47,7 @@ TEST(StandIn, FieldsStandingInForThemselvesGiveTheSamePicture) {
   RenderOptions blocks = render_options(RenderQuality::final);
   blocks.precision = FieldPrecision::exact;
   RenderOptions few = render_options(RenderQuality::preview);
-  few.precision = FieldPrecision::exact, few.most_rays = 300;
+  few.precision = FieldPrecision::exact, few.max_rays = 300;
   for (const RenderOptions& options : {RenderOptions{}, blocks, few}) {
     const RenderedFrame own = render_frame(avatar, camera, state, options),
                         other = render_frame(avatar, fields, camera, state, options);

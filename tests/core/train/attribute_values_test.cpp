@@ -65,7 +65,7 @@ TEST(AttributeValues, AreRecoveredFromEightAnnotatedFrames) {
     for (std::size_t i = 0; i < 150; ++i)
       if (clip.frames[i].annotated) {
         EXPECT_EQ(fit.frames[i].value, float(clip.truth[i]));
-        EXPECT_EQ(fit.frames[i].doubt, 0);
+        EXPECT_EQ(fit.frames[i].uncertainty, 0);
       }
   }
 }
@@ -75,8 +75,8 @@ TEST(AttributeValues, FramesUnlikeAnyAnnotatedOneAreMarked) {
   annotate(clip, {2, 10, 23, 35, 60, 71, 95, 110});
   const AmountFit fit = regress_amounts(clip.frames);
   int strange = 0, usual = 0;
-  for (std::size_t i = 0; i < 150; ++i) usual += fit.frames[i].doubt > kUnlikeAny;
-  for (std::size_t i = 150; i < 200; ++i) strange += fit.frames[i].doubt > kUnlikeAny;
+  for (std::size_t i = 0; i < 150; ++i) usual += fit.frames[i].uncertainty > kUnlikeAny;
+  for (std::size_t i = 150; i < 200; ++i) strange += fit.frames[i].uncertainty > kUnlikeAny;
   EXPECT_LT(usual, 15);
   EXPECT_GT(strange, 40);
   EXPECT_EQ(fit.unlike_any, usual + strange);
@@ -90,7 +90,7 @@ TEST(AttributeValues, FramesThatAreNotSeenTakeTheirNeighboursAmounts) {
     clip.frames[i].look = {Eigen::VectorXf::Zero(180), std::vector<std::uint8_t>(60), 0};
   const AmountFit fit = regress_amounts(clip.frames);
   for (std::size_t i = 20; i < 23; ++i) {
-    EXPECT_EQ(fit.frames[i].doubt, 1) << i;
+    EXPECT_EQ(fit.frames[i].uncertainty, 1) << i;
     EXPECT_NEAR(fit.frames[i].value, whole.frames[i].value, 0.2f) << i;
   }
 }
@@ -140,8 +140,8 @@ TEST(AttributeValues, StayInRangeWhateverTheLooks) {
   clip.frames[40].value = -1, clip.frames[2].value = 1;
   for (const FrameAmount& frame : regress_amounts(clip.frames).frames) {
     EXPECT_LE(std::abs(frame.value), 1);
-    EXPECT_GE(frame.doubt, 0);
-    EXPECT_LE(frame.doubt, 1);
+    EXPECT_GE(frame.uncertainty, 0);
+    EXPECT_LE(frame.uncertainty, 1);
   }
 }
 

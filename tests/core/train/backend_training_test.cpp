@@ -158,8 +158,8 @@ TEST_F(BackendTraining, RefusesTheLandmarkLossRatherThanIgnoringIt) {
   EXPECT_THAT(learner.error().what, HasSubstr("landmark loss"));
   EXPECT_THAT(learner.error().fix, HasSubstr("--backend cpu"));
   // With --backend auto the processor takes it over, and says so.
-  EXPECT_TRUE(failed_where_it_was_done(learner.error()));
-  EXPECT_EQ(going_on_with_processor(learner.error()),
+  EXPECT_TRUE(failed_on_device(learner.error()));
+  EXPECT_EQ(continuing_on_processor(learner.error()),
             "The landmark loss is computed only on the processor. Continuing on the processor.");
 }
 

@@ -98,7 +98,7 @@ TEST(CanonicalCells, RememberTheMostAndForgetSlowly) {
     const float place = 0.5f;
     FieldInputs inputs;
     inputs.count = 1, inputs.x = inputs.y = inputs.z = &place;
-    take_looks(state, inputs, std::span(&density, 1));
+    add_cell_samples(state, inputs, std::span(&density, 1));
   };
   EXPECT_TRUE(state.occupancy.occupied(1, 2, 3));  // nothing is known yet
   for (int i = 0; i < 10; ++i) look(50);

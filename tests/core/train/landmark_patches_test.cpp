@@ -113,7 +113,7 @@ TEST(LandmarkPatches, AreAcceptedByTheirOwnHeldOutCorrelationAndWeighedByTheirSp
   ASSERT_TRUE(patches.ok());
   for (int k = 0; k < kLandmarkCount; ++k) {
     const LandmarkMap& map = patches->maps[std::size_t(k)];
-    EXPECT_EQ(map.weight > 0, k >= kFirstPatchLandmark && map.correlation >= kLeastCorrelation) << k;
+    EXPECT_EQ(map.weight > 0, k >= kFirstPatchLandmark && map.correlation >= kMinCorrelation) << k;
     if (map.weight == 0) continue;
     EXPECT_NEAR(map.weight, 1 / (1 + std::pow(map.spread / kUsualSpread, 2)), 1e-6) << k;
   }

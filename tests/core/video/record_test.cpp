@@ -93,9 +93,9 @@ TEST_F(Record, ChangedCameraKeepsWhatWasRecorded) {
   changing.change_size_at(2);
   const auto changed = record_clip(changing, folder_ / "a.mp4", {}, {}, {});
   ASSERT_TRUE(changed.ok());
-  ASSERT_TRUE(changed->broken_off);
-  EXPECT_NE(changed->broken_off->what.find("64 x 48 to 32 x 48"), std::string::npos)
-      << changed->broken_off->what;
+  ASSERT_TRUE(changed->interruption);
+  EXPECT_NE(changed->interruption->what.find("64 x 48 to 32 x 48"), std::string::npos)
+      << changed->interruption->what;
   EXPECT_GT(changed->frames, 0);
   EXPECT_EQ(files(), 1u);
 }

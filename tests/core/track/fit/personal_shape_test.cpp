@@ -224,7 +224,7 @@ TEST(PersonalShape, OffsetsAreBoundedAndEyesMoveRigidly) {
   for (Vec3f& o : truth) o *= 3;
   const HeadModel& model = test_head();
   PersonalShapeOptions options;
-  options.most_m = 0.001;
+  options.max_m = 0.001;
   const Offsets found = fitted(points_on(truth), {}, options);
   Vec3f eye = Vec3f::Zero();
   for (int v = 0; v < model.vertex_count(); ++v) {

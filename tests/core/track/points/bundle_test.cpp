@@ -196,7 +196,7 @@ double points_off(const Scene& scene) {
 
 TEST(Bundle, InitialPointsWeighMoreOnAHeadThatHardlyTurns) {
   BundleOptions same;
-  same.most_point_prior = same.point_prior;
+  same.max_point_prior = same.point_prior;
   Scene with = make_scene(90, 0.2, 0.08, 1), without = with;
   ASSERT_TRUE(bundle_adjust(with.frames, with.tracks, {}, {}, {}).ok());
   ASSERT_TRUE(bundle_adjust(without.frames, without.tracks, same, {}, {}).ok());
@@ -241,7 +241,7 @@ TEST(Bundle, AFullMatrixAndASparseOneGiveTheSamePoses) {
   Scene full = make_scene(100, 0.5), sparse = make_scene(100, 0.5);
   BundleOptions options;
   ASSERT_TRUE(bundle_adjust(full.frames, full.tracks, options, Progress(), {}).ok());
-  options.most_dense = 0;
+  options.max_dense = 0;
   ASSERT_TRUE(bundle_adjust(sparse.frames, sparse.tracks, options, Progress(), {}).ok());
   for (std::size_t i = 0; i < full.frames.size(); ++i)
     EXPECT_TRUE(full.frames[i].cam_from_head.isApprox(sparse.frames[i].cam_from_head, 1e-6)) << i;

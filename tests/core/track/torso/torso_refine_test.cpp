@@ -95,7 +95,7 @@ TEST(TorsoRow, DerivativesAgreeWithFiniteDifferences) {
   EXPECT_GT(checked, 100);
 }
 
-TEST(TorsoRefine, FindsHowFarTheBoardSagsFromAModeOfItsShape) {
+TEST(TorsoRefine, LearnsTheTrueSagFromAModeOfTheWrongShape) {
   Fixture f;
   const TorsoRefinement report = f.refine(12);
   EXPECT_GT(report.steps, 2);
