@@ -1,4 +1,4 @@
-// Bytes as text (RFC 4648, with padding), for files inside of files.
+// Bytes as text (RFC 4648, with padding), for files inside files.
 #pragma once
 
 #include <cstddef>

@@ -1,5 +1,5 @@
-// LIKENESS_CHECK: for programmer mistakes only (wrong shapes at a public edge). Files and users get a Result
-// instead.
+// LIKENESS_CHECK: for programmer mistakes only (wrong shapes passed to a public function). Files and users
+// get a Result instead.
 #pragma once
 
 #include <cstdio>

@@ -13,7 +13,7 @@ std::optional<double> processor_joules(const std::filesystem::path& powercap) {
   std::error_code failure;
   for (fs::directory_iterator at(powercap, failure), end; !failure && at != end; at.increment(failure)) {
     const std::string name = at->path().filename().string();
-    // intel-rapl:0 is a package (of AMD's processors, too), intel-rapl:0:1 a part of it.
+    // intel-rapl:0 is a package (for AMD's processors too), intel-rapl:0:1 a part of it.
     if (!name.starts_with("intel-rapl:") || std::ranges::count(name, ':') != 1) continue;
     std::ifstream file(at->path() / "energy_uj");
     double microjoules = 0;

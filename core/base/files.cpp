@@ -151,7 +151,7 @@ Result<void> make_writable_folder(const fs::path& folder) {
   const fs::path probe = temporary_name(folder / "probe");
   const FileDescriptor fd(::open(probe.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644));
   if (fd.get() < 0) return file_error(folder, "write into", errno);
-  // An empty file costs no block; a byte shows a full disk now rather than after an hour's work.
+  // An empty file costs no block; a byte reveals a full disk now rather than after an hour's work.
   const std::byte byte{};
   int error_number = write_all(fd.get(), std::span(&byte, 1));
   if (error_number == 0 && ::fsync(fd.get()) != 0) error_number = errno;

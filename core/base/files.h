@@ -12,7 +12,7 @@
 
 namespace likeness {
 
-// Whether there is a file or folder of that name that can be asked for.
+// Whether there is an accessible file or folder of that name.
 bool path_exists(const std::filesystem::path& path);
 
 Result<std::vector<std::byte>> read_file(const std::filesystem::path& path);

@@ -1,5 +1,5 @@
-// LIKENESS_HOST_DEVICE: before functions that the processor and a CUDA device both run. Such headers are
-// plain C++17 with pointers and sizes, so that nvcc and the compiler of the rest read the same text.
+// LIKENESS_HOST_DEVICE: marks functions that both the processor and a CUDA device run. Such headers are plain
+// C++17 with pointers and sizes, so that nvcc and the compiler of everything else read the same text.
 #pragma once
 
 #ifdef __CUDACC__

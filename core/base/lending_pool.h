@@ -1,4 +1,4 @@
-// Scratch memory lent to whoever works and kept for the next one: fresh memory is slow to touch. Not one a
+// Scratch memory lent to a piece of work and kept for the next: fresh memory is slow to touch. Not one per
 // thread: a thread that waits for others inside a loop may begin another piece of work meanwhile.
 #pragma once
 

@@ -38,7 +38,7 @@ std::optional<std::uint64_t> available_memory() {
   while (info >> key >> value && std::getline(info, unit))
     if (key == "MemAvailable:") available = value * 1024;
   const auto limit = number_in("/sys/fs/cgroup/memory.max");
-  // What programs hold; the cache of files counts against the limit, too, but gives way.
+  // What programs hold; the file cache counts against the limit too, but gives way.
   std::ifstream group("/sys/fs/cgroup/memory.stat");
   std::optional<std::uint64_t> used;
   while (group >> key >> value)

@@ -7,7 +7,7 @@
 namespace likeness {
 
 // Bytes free for new allocations without swapping: what the system has, and no more than the program's
-// control group and its limit of address space allow it. nullopt where the system does not say.
+// control group and its address-space limit allow. nullopt where the system does not say.
 std::optional<std::uint64_t> available_memory();
 
 }  // namespace likeness

@@ -104,7 +104,7 @@ Result<std::vector<ZipEntry>> read_directory(Bytes file, const std::string& wher
   return entries;
 }
 
-// `budget`: bytes that may still be unpacked; reduced by what was.
+// `budget`: bytes that may still be unpacked; reduced by what is unpacked here.
 Result<std::vector<std::byte>> unpack(Bytes file, const ZipEntry& entry, const std::string& where,
                                       std::size_t& budget) {
   const Error damaged =
@@ -126,9 +126,9 @@ Result<std::vector<std::byte>> unpack(Bytes file, const ZipEntry& entry, const s
     if (entry.size != entry.compressed) return damaged;
     return std::vector<std::byte>(packed.begin(), packed.end());
   }
-  // Deflate cannot expand more than about 1032 times: a larger claim is a lie, not a reason to take memory.
+  // Deflate cannot expand more than about 1032 times: a larger claim is false, and no reason to take memory.
   if (entry.method != 8 || entry.size / 1040 > entry.compressed + 64) return damaged;
-  // Memory is taken as data appears: what is promised and never comes costs nothing.
+  // Memory is taken as data arrives: what is claimed but missing costs nothing.
   std::vector<std::byte> plain(std::size_t(std::min<std::uint64_t>(entry.size, 4 * entry.compressed + 4096)));
   z_stream stream{};
   if (inflateInit2(&stream, -MAX_WBITS) != Z_OK) return damaged;

@@ -27,9 +27,9 @@
 namespace likeness {
 namespace {
 
-// What was before a loop is before each of its bodies, and these are before what comes after it. oneTBB's
-// library is built without the thread sanitizer, which therefore has to be told; bodies stay unordered among
-// each other. Without that sanitizer this is nothing.
+// What happens before a loop happens before each of its bodies, and these before what comes after the loop.
+// oneTBB's library is built without the thread sanitizer, so the sanitizer has to be informed; bodies stay
+// unordered among themselves. Without that sanitizer this compiles to nothing.
 struct LoopOrder {
 #ifdef LIKENESS_THREAD_SANITIZER
   char start = 0, end = 0;
@@ -43,7 +43,8 @@ struct LoopOrder {
 #endif
 };
 
-// The tasks' own copies of a body are oneTBB's affair, so reading them goes unseen; the body does not.
+// The tasks' own copies of a body are oneTBB's affair, so reading them is hidden from the sanitizer; the body
+// itself is not.
 template <class Body>
 void run_tasks(std::size_t count, const Body& body) {
   LoopOrder order;

@@ -10,7 +10,7 @@
 
 namespace likeness {
 
-// body(i) for every i in [0, count), `batch` of them between two reports. On a stop some are left out.
+// body(i) for every i in [0, count), `batch` of them between two reports. If stopped, some are left out.
 inline Result<void> parallel_batches(std::size_t count, std::size_t batch,
                                      const std::function<void(std::size_t)>& body, const Progress& progress,
                                      const std::stop_token& stop) {

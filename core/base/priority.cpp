@@ -8,7 +8,7 @@
 namespace likeness {
 namespace {
 
-constexpr int kBack = 10;  // nice: a tenth of the processor beside a thread that does not step back
+constexpr int kBack = 10;  // nice: a tenth of the processor beside a thread of normal priority
 
 }  // namespace
 

@@ -1,15 +1,17 @@
-// Threads that step back where another wants the processor: long work beside a window that is to stay lively.
+// Threads of low priority, which yield the processor to others: long work beside a window that must stay
+// responsive.
 #pragma once
 
 #include <memory>
 
 namespace likeness {
 
-// This thread from now on, and what it starts. Where the system does not allow it, nothing happens.
+// Applies to this thread from now on, and to those it starts. Does nothing where the system does not allow
+// it.
 void lower_thread_priority();
 
-// While alive, the threads that lend themselves to the loops of core/base/parallel.h step back, for good. The
-// thread that calls a loop works in it, too, and keeps its own priority.
+// While alive, the worker threads of the loops of core/base/parallel.h are given low priority, which they
+// keep for good. The thread that calls a loop also works in it, and keeps its own priority.
 class LowPriorityLoops {
  public:
   LowPriorityLoops();

@@ -8,7 +8,7 @@
 
 namespace likeness {
 
-// The value that `share` of the others lie below, at the nearest rank; 0 of no values. share: 0..1.
+// The value that `share` of the others lie below, at the nearest rank; 0 for no values. share: 0..1.
 template <class T>
 T quantile(std::vector<T> values, double share) {
   if (values.empty()) return T{};
@@ -18,7 +18,7 @@ T quantile(std::vector<T> values, double share) {
   return *at;
 }
 
-// The upper one of an even number.
+// For an even number, the upper of the two middle values.
 template <class T>
 T median(std::vector<T> values) {
   return quantile(std::move(values), 0.5);

@@ -9,9 +9,9 @@
 namespace likeness {
 
 enum class ErrorCode {
-  bad_input,           // a file or option of the user's is not what it should be
+  bad_input,           // a file or option given by the user is not valid
   not_found,           // a file or folder is absent
-  no_face,             // the picture material holds no usable face
+  no_face,             // the pictures hold no usable face
   io,                  // reading or writing failed
   no_space,            // the disk or folder cannot take the result
   missing_dependency,  // a program or data file that Likeness needs is not installed

@@ -1,4 +1,4 @@
-// What the seconds of a long work are counted of.
+// What the seconds of long work are measured by.
 #pragma once
 
 #include <chrono>
@@ -8,10 +8,10 @@ namespace likeness {
 
 enum class WorkClock {
   wall,
-  processor  // worked by all threads of this process together: says the same where others use the machine too
+  processor  // CPU time of all threads of this process together: the same when others use the machine too
 };
 
-// Seconds since a moment that is the same for every call.
+// Seconds since a fixed moment.
 inline double clock_seconds(WorkClock clock) {
   if (clock == WorkClock::processor) return double(std::clock()) / CLOCKS_PER_SEC;
   return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();

@@ -30,11 +30,12 @@ enum class CameraScale { arbitrary, metric };
 struct CameraSet {
   bool is_static = true;  // one camera for every frame; world = camera
   CameraScale scale = CameraScale::metric;
-  double reprojection_px = 0;   // mean, of a structure-from-motion solve
-  std::vector<Camera> cameras;  // static: exactly one, frame = -1; moving: ascending frame, may miss frames
+  double reprojection_px = 0;  // mean, of a structure-from-motion solve
+  std::vector<Camera>
+      cameras;  // static: exactly one, frame = -1; moving: ascending frame, frames may be missing
 };
 
-// Camera of a source frame; nullptr where the solve lost it.
+// Camera of a source frame; nullptr where the solve has none.
 const Camera* find_camera(const CameraSet& set, int frame);
 
 // Pixel of a point in the camera frame (z > 0), distortion applied. Scalar may be double or a Ceres Jet.
@@ -53,7 +54,7 @@ Vec3d ray_direction(const Intrinsics& k, const Vec2d& pixel);
 // Intrinsics of the square [x, x+side) x [y, y+side) of the picture, resampled to size x size pixels.
 Intrinsics crop_intrinsics(const Intrinsics& k, double x, double y, double side, int size);
 
-// The same view in pictures of another width.
+// The same view at another picture width.
 Camera resized(Camera camera, int width);
 
 // cameras.json of the command-line contract: versioned, with units; poses are row-major 3x4.

@@ -1,4 +1,4 @@
-// cameras.json: one line a camera, so that a person can read it and a diff shows what changed.
+// cameras.json: one line per camera, so that a person can read it and a diff shows what changed.
 #include <fmt/format.h>
 
 #include <algorithm>

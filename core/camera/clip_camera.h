@@ -6,8 +6,8 @@
 
 namespace likeness {
 
-// One camera at rest for the whole clip, with the focal length that its file tells, or a usual one: for when
-// it matters what the head does, not where the camera is.
+// One camera at rest for the whole clip, with the focal length recorded in its file, or a usual one: for uses
+// where the head's motion matters, not the camera's place.
 CameraSet assumed_camera(const VideoInfo& info);
 
 }  // namespace likeness

@@ -48,8 +48,8 @@ struct Database {
   ~Database() { sqlite3_close(handle); }
 };
 
-// Id of a camera that an interrupted extraction left; -1 when there is none. Without it colmap adds a second
-// one.
+// Id of a camera that an interrupted extraction left behind; -1 if there is none. Without it colmap adds a
+// second one.
 int stored_camera(const fs::path& path) {
   std::error_code ignored;
   if (!fs::exists(path, ignored)) return -1;
@@ -63,8 +63,8 @@ int stored_camera(const fs::path& path) {
                                                                  : sqlite3_column_int(statement.handle, 0);
 }
 
-// Gives the database's cameras that focal length, of a picture's longer side, and no distortion (colmap's
-// model RADIAL).
+// Gives the database's cameras this focal length, as a share of a picture's longer side, and no distortion
+// (colmap's model RADIAL).
 Result<void> start_from_focal(const fs::path& path, double focal) {
   const Error unwritable{ErrorCode::io, "The feature database of the camera solve cannot be written.",
                          "Check the disk, then run the same command again; finished steps are kept.",
@@ -131,7 +131,7 @@ Result<ProcessEnd> run_step(const Step& step, int pictures, const Progress& prog
   return end;
 }
 
-// Why a step of colmap ended badly, as far as its exit code and last words tell.
+// Why a step of colmap failed, as far as its exit code and last output tell.
 Error step_failed(const Step& step, const ProcessEnd& end) {
   const std::string command = fmt::format("`colmap {}`", step.arguments[1]);
   if (end.exit_code > 128)
@@ -181,8 +181,8 @@ Error hardly_moved(const ColmapCounts& counts) {
           "camera"};
 }
 
-// Where so many pairs say nothing of depth, and the points' own depth hangs on such small angles, the camera
-// turned on the spot.
+// Where this share of the pairs says nothing of depth, and the points' own depth depends on such small
+// angles, the camera turned on the spot.
 constexpr double kFlatShare = 0.9, kMinParallax = 0.1;  // rad
 
 struct SparseModel {
@@ -202,9 +202,9 @@ SparseModel describe(const fs::path& folder) {
           model->cameras.begin()->second.fx};
 }
 
-// The best reconstruction anywhere under a folder, where every try writes one, and several where the pictures
-// fall apart: of those that place about the most pictures by about the most features the one that does so
-// most exactly. A wrong lens drops features that it cannot place.
+// The best reconstruction anywhere under a folder, where every try writes one, or several if the pictures
+// fall into separate groups: among those that place nearly the most pictures with nearly the most features,
+// the one with the least error. A wrong lens drops features that it cannot place.
 SparseModel best_model(const fs::path& folder) {
   constexpr double kAboutAsMany = 0.9;
   std::vector<SparseModel> models;
@@ -221,20 +221,20 @@ SparseModel best_model(const fs::path& folder) {
   return best == models.end() ? SparseModel{} : *best;
 }
 
-// Two solves from different starts found one lens.
+// Two solves from different starts found the same lens.
 bool agree(const SparseModel& a, const SparseModel& b) {
   constexpr double kSameFocal = 0.02;
   return std::abs(a.focal - b.focal) <= kSameFocal * std::max(a.focal, b.focal);
 }
 
-// What the mapper is asked in turn. A lens without distortion first, which is refined afterwards: with the
-// distortion free from the first two pictures on, it often settles on a wrong focal length. Even so it may,
-// nearly always where it starts from a shorter one than the true (docs/measurements/cameras.md): so from
-// several starts, until two find the same. Then ever less parallax and fewer matches, for sweeps of few
-// degrees and pictures that are mostly person.
+// The mapper's tries, in order. A lens without distortion first, which is refined afterwards: with the
+// distortion free from the first two pictures on, it often settles on a wrong focal length. Even so this
+// happens, nearly always from a start shorter than the true one (docs/measurements/cameras.md): hence several
+// starts, until two agree. Then ever less parallax and fewer matches, for sweeps of few degrees and pictures
+// that are mostly person.
 struct MapperTry {
   const char* folder;
-  double focal;  // that it starts from, of the picture's longer side; most phones film with 0.7 to 1
+  double focal;  // the start, as a share of the picture's longer side; most phones film with 0.7 to 1
   int seed;      // beyond the first
   std::vector<std::string> arguments;
 };
@@ -257,7 +257,7 @@ const MapperTry kMapperTries[] = {
       "--Mapper.init_max_forward_motion", "1", "--Mapper.abs_pose_min_num_inliers", "15",
       "--Mapper.abs_pose_min_inlier_ratio", "0.15", "--Mapper.filter_min_tri_angle", "0.7"}}};
 constexpr int kPicturesASnapshot = 3;
-constexpr std::size_t kStarts = 5;  // of these tries: after them one that places enough is all that is asked
+constexpr std::size_t kStarts = 5;  // of these tries; after them one that places enough is accepted
 
 enum class Pairs { neighbours, all };
 
@@ -269,10 +269,10 @@ struct Commands {
 
   // The solve of all pairs has folders of its own: neither solve's results replace the other's.
   fs::path sparse() const { return work / (pairs == Pairs::all ? "all_sparse" : "sparse"); }
-  fs::path snapshots() const { return work / "snapshots"; }  // of the try at work
+  fs::path snapshots() const { return work / "snapshots"; }  // of the running try
   fs::path refined() const { return work / (pairs == Pairs::all ? "all_refined" : "refined"); }
 
-  // beyond: what is added to the seed.
+  // beyond: added to the seed.
   Step base(const char* command, std::string what, int beyond = 0) const {
     return {{options.program, command, "--random_seed", std::to_string(options.seed + beyond)},
             nullptr,
@@ -327,8 +327,7 @@ struct Commands {
   }
 };
 
-// A database that a crash or a full disk left unreadable is made anew: it holds nothing but colmap's own
-// work.
+// A database that a crash or a full disk left unreadable is rebuilt: it holds only colmap's own work.
 Result<void> drop_broken_database(const fs::path& work) {
   const fs::path database = work / "database.db";
   std::error_code fault;
@@ -386,8 +385,8 @@ Result<void> make_empty(const fs::path& folder) {
   return {};
 }
 
-// Sparse reconstruction, until two tries agree on the lens or all starts are used up. Of all that were made
-// the best counts, whichever agreed.
+// Sparse reconstruction, until two tries agree on the lens or all starts are used up. The best of all solves
+// is kept, whichever two agreed.
 Result<void> map_pictures(const Commands& commands, const ColmapCounts& counts, const Progress& progress,
                           std::stop_token stop) {
   if (counts.verified_pairs < 2) return too_few_matches(counts);
@@ -413,17 +412,18 @@ Result<void> map_pictures(const Commands& commands, const ColmapCounts& counts, 
     const bool no_start = end->tail.find("failed to create sparse model") != std::string::npos ||
                           end->tail.find("initial image pair") != std::string::npos;
     if (end->exit_code != 0 && !no_start)
-      return enough.empty() ? step_failed(step, *end) : Result<void>{};  // another start was only to confirm
+      return enough.empty() ? step_failed(step, *end)
+                            : Result<void>{};  // another start would only have confirmed it
   }
   if (best_model(commands.sparse()).pictures == 0) return hardly_moved(counts);
   return {};
 }
 
 // Two focal lengths, four terms of distortion and the principal point of the best reconstruction, as far as
-// its pictures show them. So many numbers more fit the noise of any pictures a little better: by less than a
-// thousandth where the lens had no distortion to find, by 5 % with a phone (docs/measurements/cameras.md). A
-// principal point that few pictures leave open may be carried away; that phone had it 1.4 % of the width off
-// the centre.
+// its pictures show them. So many more parameters fit the noise of any pictures a little better: by less than
+// a thousandth where the lens had no distortion to find, by 5 % with a phone (docs/measurements/cameras.md).
+// A principal point that few pictures constrain may drift; that phone's was 1.4 % of the width off the
+// centre.
 Result<ColmapModel> refine_lens(const Commands& commands, const Progress& progress, std::stop_token stop) {
   constexpr double kPlausible = 0.03, kWorthwhile = 0.02;
   const fs::path found_in = best_model(commands.sparse()).folder;
@@ -441,7 +441,7 @@ Result<ColmapModel> refine_lens(const Commands& commands, const Progress& progre
                  principal_point ? progress.stage(0, 0.5, "lens") : progress.stage(0.5, 1, "lens"), stop);
     if (!end) return end.error();
     auto refined = read_colmap_model(commands.refined());
-    if (end->exit_code != 0 || !refined) break;  // what was found stands
+    if (end->exit_code != 0 || !refined) break;  // what was found is kept
     const Intrinsics& k = refined->cameras.begin()->second;
     const bool plausible = std::abs(k.cx - k.width / 2.0) <= kPlausible * k.width &&
                            std::abs(k.cy - k.height / 2.0) <= kPlausible * k.height;
@@ -470,14 +470,14 @@ Result<ColmapModel> solve_pairs(const Commands& commands, const Progress& progre
   }
   progress.report(1);
   auto model = read_colmap_model(commands.refined());
-  // Asked for ever less parallax, the mapper makes a path of noise out of a camera that only turned.
+  // Allowed ever less parallax, the mapper makes a path out of noise for a camera that only turned.
   if (model && double(counts->flat_pairs) >= kFlatShare * counts->verified_pairs &&
       median_parallax(*model) < kMinParallax)
     return hardly_moved(*counts);
   return model;
 }
 
-// Leaves the solve that counts where everybody looks for it.
+// Puts the chosen solve where its readers expect it.
 Result<void> keep_solve(const Commands& commands) {
   const fs::path folder = solved_model_path(commands.work);
   if (auto made = make_empty(folder); !made) return made;
@@ -515,7 +515,7 @@ Result<ColmapModel> solve_colmap(const fs::path& work, const ColmapOptions& opti
                                  std::stop_token stop) {
   const int threads = options.threads > 0 ? options.threads : current_thread_limit();
   Commands commands{work, options, Pairs::neighbours, std::to_string(std::max(1, threads))};
-  const struct Watched {  // only while it is solved
+  const struct Watched {  // only while solving
     fs::path folder;
     explicit Watched(fs::path f) : folder(std::move(f)) { clear(); }
     ~Watched() { clear(); }

@@ -50,7 +50,7 @@ Result<void> write_colmap_cameras(const std::filesystem::path& folder,
 double mean_reprojection_px(const ColmapModel& model);
 
 // Median over the points of the largest angle, rad, between the first picture that shows a point and another:
-// what its depth hangs on. 0 without points.
+// on which its depth depends. 0 if there are no points.
 double median_parallax(const ColmapModel& model);
 
 }  // namespace likeness

@@ -1,4 +1,4 @@
-// Running another program: its output read line by line while it works, ended when asked to stop.
+// Running another program: its output is read line by line as it runs, and it is ended on request.
 #pragma once
 
 #include <filesystem>
@@ -18,13 +18,13 @@ struct ProcessEnd {
   std::string tail;   // the last few thousand characters of its output
 };
 
-// The program's file: `name` itself where it holds a slash, otherwise that which came along with this
-// program, or the first in PATH.
+// The program's file: `name` itself where it holds a slash, otherwise the one bundled with this program, or
+// the first in PATH.
 std::optional<std::filesystem::path> find_program(const std::string& name);
 
 // Runs arguments[0] with the rest as arguments, standard output and error together to on_line. On stop the
-// child gets SIGTERM, then SIGKILL after three seconds, and is waited for: none is left behind. A child also
-// gets SIGTERM when this process dies.
+// child gets SIGTERM, then SIGKILL after three seconds, and is waited for, so none is left behind. A child
+// also gets SIGTERM when this process dies.
 Result<ProcessEnd> run_process(const std::vector<std::string>& arguments,
                                const std::function<void(std::string_view line)>& on_line,
                                std::stop_token stop);

@@ -1,4 +1,4 @@
-// Pictures and masks for colmap, and the hash that says whose they are.
+// Pictures and masks for colmap, and the hash that identifies their inputs.
 #include "core/camera/workplace.h"
 
 #include <fmt/format.h>

@@ -1,4 +1,4 @@
-// The folder in which colmap works on one clip: emptied when what it holds belongs to other inputs, kept
+// The folder in which colmap works on one clip: emptied if its contents belong to other inputs, kept
 // otherwise.
 #pragma once
 
@@ -10,7 +10,7 @@
 
 namespace likeness {
 
-// Makes the folder ready for inputs with this hash. Removes only what this library writes there.
+// Prepares the folder for inputs with this hash. Removes only what this library writes there.
 Result<void> prepare_work_folder(const std::filesystem::path& work, const std::string& inputs_hash);
 
 bool pictures_ready(const std::filesystem::path& work);

@@ -56,7 +56,7 @@ Capture capture_from_json(const json& j) {
   return c;
 }
 
-// What later stages rely on without asking again; empty when all is well.
+// What later stages rely on without checking again; empty when all is well.
 std::string contradiction(const Capture& c) {
   if (c.width <= 0 || c.height <= 0 || c.crop.side <= 0 || c.size <= 0) return "a size in it is not positive";
   for (std::size_t i = 0; i < c.frames.size(); ++i) {

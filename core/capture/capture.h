@@ -22,11 +22,11 @@ struct CaptureFrame {
   std::string refused;    // why it does not train; empty when it does or is held out
 };
 
-// What is held out to be measured on (core/capture/split.h).
+// Which frames are held out for measuring (core/capture/split.h).
 enum class Split {
   tail,     // the last tenth of the frames
-  views,    // a tenth of those that a moving camera filmed, in a row
-  random30  // three tenths, by chance
+  views,    // a run of a tenth of those filmed by a moving camera
+  random30  // three tenths, at random
 };
 
 // Frames first..last (numbers in the source).

@@ -13,7 +13,7 @@ namespace {
 
 constexpr double kAbove = 0.6, kBelow = 1.1, kBeside = 1.0;               // head and shoulders
 constexpr double kHeadAbove = 0.5, kHeadBelow = 0.2, kHeadBeside = 0.25;  // the head alone
-constexpr double kNearlyWhole = 0.9;  // of the picture's shorter side: from there the crop takes all of it
+constexpr double kNearlyWhole = 0.9;  // of the picture's shorter side: from there on the crop takes all of it
 
 struct Extent {
   double left = 1e30, top = 1e30, right = -1e30, bottom = -1e30;
@@ -66,7 +66,7 @@ CropChoice choose_crop(const std::vector<FaceBox>& all_faces, int width, int hei
   const std::vector<FaceBox> faces = plausible(all_faces);
   const Extent bust = extent_of(faces, kBeside, kAbove, kBelow);
   Extent head = extent_of(faces, kHeadBeside, kHeadAbove, kHeadBelow);
-  // What the camera did not see cannot ask for room.
+  // What the camera did not see needs no room.
   head = {std::max(head.left, 0.0), std::max(head.top, 0.0), std::min(head.right, double(width)),
           std::min(head.bottom, double(height))};
   const double shorter = std::min(width, height);

@@ -10,7 +10,7 @@ namespace likeness {
 
 struct CropChoice {
   SquareCrop crop;
-  double head_cut_share = 0;  // of the faces, how many have the top of the head above the picture's edge
+  double head_cut_share = 0;  // share of the faces whose top of the head is above the picture's edge
 };
 
 // faces: not empty, source px; boxes far from the usual size are left out as mistakes of the detector. The

@@ -12,7 +12,7 @@
 namespace likeness {
 namespace {
 
-constexpr double kFaceReach = 1.5;  // s; HOG misses turned heads for a while that a tracker follows
+constexpr double kFaceReach = 1.5;  // s; for a while HOG misses turned heads that a tracker follows
 constexpr int kNeighbours = 12;     // frames to either side
 
 // Gap between each frame and the nearest sample with a face, in seconds.
@@ -47,9 +47,9 @@ double neighbour_median(const std::vector<CaptureFrame>& frames, std::size_t ind
   return median(std::move(around));
 }
 
-// A way through the clip on which a step is half time and half change, both as shares of the whole: frames at
-// rest are near-duplicates, but none so much that a long rest should keep no more than a blink. Of training
-// frames: what held-out ones show decides nothing.
+// A path length through the clip to which time and change contribute equally, both as shares of the whole:
+// frames at rest are near-duplicates, but a long rest should still keep more than a blink. For training
+// frames only: what held-out ones show decides nothing.
 std::vector<double> way_through(const std::vector<CaptureFrame>& frames, const std::vector<float>& change) {
   double all = 0;
   std::vector<float> calm(change), trained;
@@ -57,7 +57,7 @@ std::vector<double> way_through(const std::vector<CaptureFrame>& frames, const s
     if (frames[i].held_out) calm[i] = 0;
     if (!frames[i].held_out) trained.push_back(calm[i]);
   }
-  // A cut, or a face found anew, is no movement.
+  // A cut, or a face found again, is not movement.
   const float most = trained.empty() ? 0 : 8 * std::max(0.1f, median(std::move(trained)));
   for (float& value : calm) all += value = std::min(value, most);
   std::vector<double> way;
@@ -70,8 +70,8 @@ std::vector<double> way_through(const std::vector<CaptureFrame>& frames, const s
   return way;
 }
 
-// Cuts the way into `limit` equal slots and keeps the sharpest frame of each; slots that hold none leave
-// their share to the others, in another round.
+// Cuts the path into `limit` equal slots and keeps the sharpest frame of each; slots that hold none leave
+// their share to the others in another round.
 void thin(const std::vector<CaptureFrame*>& kept, const std::vector<double>& way, int limit) {
   const std::size_t count = kept.size();
   if (count <= std::size_t(limit)) return;

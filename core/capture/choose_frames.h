@@ -10,9 +10,9 @@ namespace likeness {
 
 // Refuses training frames without a face in a sample near them, then those much blurrier than their
 // neighbours, then thins the rest down to max_frames; marks what remains as used. Held-out frames are left
-// alone. change: of the face since the frame before, one for each frame; empty where it is not known.
-// Thinning goes by it: a face that turns or speaks keeps more of its frames than one at rest, whose frames
-// are nearly the same, and of frames that may stand for each other the sharpest stays.
+// alone. change: of the face since the previous frame, one per frame; empty if not known. Thinning uses it: a
+// face that turns or speaks keeps more of its frames than one at rest, whose frames are nearly the same, and
+// among interchangeable frames the sharpest stays.
 void choose_training_frames(std::vector<CaptureFrame>& frames, const std::vector<FaceSample>& samples,
                             const std::vector<float>& change, const ImportOptions& options);
 

@@ -1,5 +1,5 @@
-// Which frames are held out of training to be measured on: fixed by the source's time before any frame is
-// refused, so that whatever is refused later, the split stays the same.
+// Which frames are held out of training for measuring: fixed by the source's time before any frame is
+// refused, so that the split stays the same whatever is refused later.
 #pragma once
 
 #include <array>
@@ -19,9 +19,9 @@ std::optional<Split> split_named(std::string_view name);
 
 // The last `share` of the frames.
 void hold_out_tail(std::vector<CaptureFrame>& frames, double share);
-// `share` of the frames within `moving`, in a row in its middle: views between those that train.
+// A run of `share` of the frames within `moving`, in its middle: views between those that train.
 void hold_out_views(std::vector<CaptureFrame>& frames, const FrameSpan& moving, double share);
-// `share` of the frames, spread by chance: the same ones of any two clips of as many frames.
+// `share` of the frames, spread at random: the same ones for any two clips of equal length.
 void hold_out_random(std::vector<CaptureFrame>& frames, double share);
 
 }  // namespace likeness

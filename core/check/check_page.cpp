@@ -17,7 +17,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr int kWidth = 1240, kMargin = 50, kHighest = 6000;   // px
-constexpr int kLabels = 190;                                  // px, left of the courses
+constexpr int kLabels = 190;                                  // px, left of the curves
 constexpr int kThumb = 150, kSample = 216;                    // px, sides of pictures
 constexpr double kYawSpan = 65, kPitchSpan = 35, kCell = 10;  // degrees
 
@@ -70,7 +70,7 @@ void draw_head(Page& page, const std::string& name) {
 
 // -- What happens when
 
-// One course over time: value(look), clipped to [low, high]; looks without a face break it.
+// One curve over time: value(look), clipped to [low, high]; looks without a face interrupt it.
 template <class F>
 void draw_course(Page& page, std::string_view label, double low, double high, F value) {
   constexpr int kHeight = 44;
@@ -163,7 +163,7 @@ void draw_angles(Page& page, int x, int top) {
   for (int r = 0; r < rows; ++r)
     for (int c = 0; c < columns; ++c) {
       const int n = count[std::size_t(r * columns + c)];
-      // A cell is well covered by a second's looks.
+      // A second's worth of looks covers a cell well.
       const double share = std::min(1.0, n / 5.0);
       PageColour colour{};
       for (std::size_t k = 0; k < 3; ++k)
@@ -307,7 +307,7 @@ int remark_frame(const ClipMeasures& measures, const Remark& remark) {
   int frame = -1;
   double nearest = 1e18;
   for (const Look& look : measures.looks) {
-    // A look that does not show the fault counts only where none does.
+    // A look that does not show the fault counts only if none does.
     const double away = std::abs(look.time_s - middle) + (shows_fault(look, remark.fault) ? 0 : 1e9);
     if (away < nearest) nearest = away, frame = look.frame;
   }

@@ -1,5 +1,5 @@
-// The capture check on one page: the verdict, what happens when, the angles and expressions seen, and for
-// each remark the moment that shows it and what to do.
+// The capture check on one page: the verdict, curves over time, the angles and expressions seen, and for each
+// remark the moment that shows it and what to do.
 #pragma once
 
 #include <filesystem>
@@ -13,11 +13,11 @@
 
 namespace likeness {
 
-// The number of the frame that shows a remark best: of its faulty looks the one nearest the middle of its
-// stretch. -1 where the clip has no look at all.
+// The number of the frame that shows a remark best: of the looks that show it, the one nearest the middle of
+// its stretch. -1 if the clip has no looks at all.
 int remark_frame(const ClipMeasures& measures, const Remark& remark);
 
-// 1240 px wide, as high as it takes. Reads the frames it shows from `video`, which was measured.
+// 1240 px wide, as high as needed. Reads the frames it shows from `video`, the measured clip.
 Result<Image8> draw_check_page(const std::filesystem::path& video, const ClipMeasures& measures,
                                const CaptureVerdict& verdict, const Progress& progress, std::stop_token stop);
 

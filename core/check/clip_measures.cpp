@@ -21,8 +21,8 @@ namespace {
 constexpr LandmarkEffort kEffort{4, 12};  // a look is one of hundreds
 constexpr double kSurroundings = 0.8;     // of the box's width, kept round it for the landmarks
 constexpr int kMaxPatch = 640;            // px a kept patch is reduced to: the face is then 250 px wide
-constexpr std::size_t kBatch = 32;        // patches looked at side by side
-constexpr int kDark = 24, kBright = 250;  // luma: shadows and lights beyond have lost their drawing
+constexpr std::size_t kBatch = 32;        // patches examined in parallel
+constexpr int kDark = 24, kBright = 250;  // luma: beyond these, shadows and highlights have lost their detail
 constexpr double kFaceEllipse = 0.42;     // of the box: half axes of the part that is surely skin
 constexpr double kMinAgreement = 0.45;    // share of the landmark runs
 constexpr int kIdentityDirections = 30, kIdentityFrames = 40;
@@ -77,7 +77,7 @@ double cut_share(const FaceBox& face, int width, int height) {
 }
 
 // Poses and expressions of the looks by a fit of the built-in head to their landmarks, with the focal length
-// that the file tells, or a usual one.
+// recorded in the file, or a usual one.
 class FaceFit {
  public:
   explicit FaceFit(const VideoInfo& info)
@@ -108,7 +108,7 @@ class FaceFit {
     if (faces_.size() < 3) return {};
     ClipFitOptions options;
     options.identity_frames = kIdentityFrames;
-    options.sweeps = 1;  // looks are too far apart to lean on each other
+    options.sweeps = 1;  // looks are too far apart to support each other
     Eigen::VectorXd identity = Eigen::VectorXd::Zero(head_.identity_count());
     if (auto started = start_clip(head_, identity, prior_, faces_, {}, stop); !started)
       return started.error();
@@ -127,7 +127,7 @@ class FaceFit {
  private:
   void describe(const ActionBasis& basis, const FaceState& state, Look& look) const {
     constexpr double kDegree = 180 / std::numbers::pi;
-    // Where the camera is, seen from the head: a face at the picture's edge is seen from the side as well.
+    // Where the camera is, seen from the head: a face at the picture's edge is seen partly from the side.
     const Vec3d camera = (state.cam_from_head.inverse().translation()).normalized();
     look.posed = camera.allFinite();
     if (!look.posed) return;

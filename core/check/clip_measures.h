@@ -16,13 +16,13 @@
 
 namespace likeness {
 
-// What an avatar has to have seen of a face to show it, each by one or two named actions.
+// Expressions an avatar must have seen to be able to show them, each measured by one or two named actions.
 enum class KeyExpression { open_mouth, smile, pucker, raise_brows, shut_eyes };
 inline constexpr std::array kKeyExpressions{KeyExpression::open_mouth, KeyExpression::smile,
                                             KeyExpression::pucker, KeyExpression::raise_brows,
                                             KeyExpression::shut_eyes};
 
-// One picture looked at.
+// The measures of one sampled picture.
 struct Look {
   int frame = 0;
   double time_s = 0;
@@ -32,7 +32,7 @@ struct Look {
   double sharpness = 0;                     // core/capture/scan_clip.h
   double level = 0;                         // mean luma of the face, 0..255
   double dark_share = 0, bright_share = 0;  // of the face's pixels: nearly black, burnt out
-  double cut_share = 0;                     // of the head's surroundings, outside of the picture
+  double cut_share = 0;                     // of the head's surroundings, outside the picture
   bool posed = false;                       // the landmarks agreed; what follows holds
   double yaw_deg = 0, pitch_deg = 0;  // of the head against the line of sight: to the subject's left, up
   std::array<double, kKeyExpressions.size()> expressions{};  // amounts, 0 none .. 1 full
@@ -40,10 +40,10 @@ struct Look {
 
 struct CameraMeasures {
   bool rests = false;
-  double motion = 0;  // length of the background's way, in 1/1000 of the width (core/camera/motion.h)
+  double motion = 0;  // length of the background's path, in 1/1000 of the width (core/camera/motion.h)
   double travel = 0;  // the same without small shaking
-  Sway sway;          // what tells shaking from leading
-  double tracks = 0;  // background features that told so
+  Sway sway;          // what distinguishes shaking from deliberate movement
+  double tracks = 0;  // background features this is based on
 };
 
 struct ClipMeasures {
@@ -54,7 +54,8 @@ struct ClipMeasures {
   CameraMeasures camera;
 };
 
-// landmark_model: empty = the system's. Refuses what cannot be decoded; a clip without a face is measured.
+// landmark_model: empty = the system's. Refuses what cannot be decoded; a clip without a face is still
+// measured.
 Result<ClipMeasures> measure_clip(const std::filesystem::path& video,
                                   const std::filesystem::path& landmark_model, const Progress& progress,
                                   std::stop_token stop);

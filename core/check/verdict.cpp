@@ -13,7 +13,7 @@
 namespace likeness {
 namespace {
 
-// Share of the looks that may show a fault before it is remarked on, and before it is grave.
+// Share of the looks that may show a fault before there is a remark, and before it is grave.
 constexpr double kSomeLooks = 0.15, kMaxLooks = 0.5;
 constexpr double kShortest_s = 6, kShort_s = 14;
 constexpr double kBlurred = 20;                       // sharpness of a face, 8-bit units squared
@@ -23,15 +23,15 @@ constexpr double kTinyFace = 80, kSmallFace = 120;    // px across the detector'
 constexpr double kCut = 0.06;                         // of the head's surroundings
 constexpr double kFewTurn_deg = 30;                   // from side to side
 constexpr double kFewNod_deg = 8;
-constexpr double kMinPosed = 0.1;     // of the faces: fewer say nothing of what the clip shows
-constexpr double kFrontal_deg = 15;   // looks nearer to the front than that are compared in their light
+constexpr double kMinPosed = 0.1;     // of the faces: fewer say nothing about what the clip shows
+constexpr double kFrontal_deg = 15;   // the light is compared among looks nearer to the front than this
 constexpr double kLightRatio = 1.35;  // of the face's brightness, between calm moments of the clip
 constexpr double kFewTracks = 25;     // background features: too few to solve a moving camera from
-constexpr double kGap_s = 1.0;        // a stretch goes on over
+constexpr double kGap_s = 1.0;        // gaps up to this do not end a stretch
 
 struct KeyExpressionInfo {
   std::string_view words;
-  double range;  // of its amount, from which it was shown
+  double range;  // of its amount, from which it counts as shown
 };
 constexpr std::array<KeyExpressionInfo, kKeyExpressions.size()> kKeyExpressionInfo{
     {{"open the mouth wide", 0.18},
@@ -67,7 +67,7 @@ bool any(const Look&) { return true; }
 bool has_face(const Look& look) { return look.face.has_value(); }
 bool is_posed(const Look& look) { return look.posed; }
 bool is_dark(const Look& look) { return look.level < kDarkLevel && look.dark_share > kDarkShare; }
-// What is dark or small has no detail to be sharp by, and is remarked on as such.
+// A dark or small face has no detail that could be sharp; that is a remark of its own.
 bool is_blurred(const Look& look) {
   return look.sharpness < kBlurred && !is_dark(look) && look.face->width >= kTinyFace;
 }
@@ -115,7 +115,7 @@ class Judge {
   void remark_all(Fault fault, bool grave, std::string what, std::string remedy) {
     remark(fault, grave, 0, clip_.duration_s, std::move(what), std::move(remedy));
   }
-  // A fault of single pictures.
+  // A fault of individual pictures.
   void remark_looks(Fault fault, const Findings& findings, double grave_share, std::string_view what,
                     std::string remedy) {
     if (findings.share() < kSomeLooks) return;
@@ -272,7 +272,7 @@ std::array<KeyExpressionShown, kKeyExpressions.size()> key_expressions_shown(con
     const std::vector<double> amounts =
         values_of(measures.looks, is_posed, [&](const Look& look) { return look.expressions[d]; });
     if (amounts.size() < 2) continue;
-    // In two looks at least: one may be a mistake of the fit, and a blink is hardly ever in more.
+    // In at least two looks: one may be an error of the fit, and a blink is hardly ever in more.
     const double most = quantile(amounts, 1 - 1.0 / static_cast<double>(amounts.size() - 1));
     shown[d].range = std::max(0.0, most - quantile(amounts, 0.1));
   }

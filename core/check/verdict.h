@@ -1,6 +1,6 @@
 // Whether a clip will make an avatar, in words: what is wrong with it, when, and what to do about it.
 //
-// The thresholds are argued from measurements: docs/CAPTURE_CHECK.md lists them beside the figures of good
+// The thresholds are derived from measurements: docs/CAPTURE_CHECK.md lists them beside the figures of good
 // clips and of the same clips spoilt in known ways.
 #pragma once
 
@@ -32,9 +32,9 @@ std::string_view fault_name(Fault fault);  // as written above
 
 struct Remark {
   Fault fault = Fault::no_face;
-  bool grave = false;  // no good avatar will come of it
+  bool grave = false;  // it will not make a good avatar
   double from_s = 0,
-         to_s = 0;           // the longest stretch that shows it; the whole clip where it is one of the whole
+         to_s = 0;           // the longest stretch that shows it; the whole clip for a fault of the whole
   std::string what, remedy;  // sentences
 };
 
@@ -50,11 +50,11 @@ struct CaptureVerdict {
 // One of the expressions an avatar needs, as far as the clip shows it.
 struct KeyExpressionShown {
   std::string_view words;        // "smile"
-  double range = 0, needed = 0;  // how much its amount varies, 0..1; from where on it counts as shown
+  double range = 0, needed = 0;  // how much its amount varies, 0..1; the range from which it counts as shown
 };
 std::array<KeyExpressionShown, kKeyExpressions.size()> key_expressions_shown(const ClipMeasures& measures);
 
-// Whether this one picture shows the fault; of faults of the whole clip every picture does.
+// Whether this one picture shows the fault; for faults of the whole clip, true for every picture.
 bool shows_fault(const Look& look, Fault fault);
 
 CaptureVerdict judge_capture(const ClipMeasures& measures);

@@ -1,4 +1,4 @@
-// Compiled when configuring: whether nvcc and its host compiler know the language that the kernels are
+// Compiled when configuring: whether nvcc and its host compiler support the language that the kernels are
 // written in.
 #include <cstddef>
 

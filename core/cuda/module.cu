@@ -1,5 +1,5 @@
-// The module's table of functions (core/device/device_api.h) on the CUDA runtime, which is linked in: the
-// driver is all that must be there, and only where the module is opened.
+// The module's table of functions (core/device/device_api.h) on the CUDA runtime, which is linked in: only
+// the driver need be installed, and only where the module is opened.
 #include <cuda_runtime.h>
 
 #include <cstring>
@@ -24,7 +24,7 @@ struct Context {
   DeviceFacts facts{};
 };
 
-thread_local std::string last_said;  // of the thread that opens, then of the one that owns the context
+thread_local std::string last_said;  // of the opening thread, then of the one that owns the context
 
 DeviceStatus status_of(cudaError_t error) {
   if (error == cudaSuccess) return DeviceStatus::ok;

@@ -1,4 +1,4 @@
-// The table of functions with errors in words: see device.h.
+// The table of functions, its errors turned into messages: see device.h.
 #include "core/device/device.h"
 
 #include <fmt/format.h>

@@ -14,7 +14,7 @@
 
 namespace likeness {
 
-// What happened and what to do about it. `doing`: the work that was under way, e.g. "training".
+// What happened and what to do about it. `doing`: the work in progress, e.g. "training".
 Error device_error(DeviceStatus status, const DeviceFacts& facts, const std::string& said,
                    const std::string& doing);
 

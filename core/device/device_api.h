@@ -1,9 +1,9 @@
-// What the program asks of a compute device, as a table of C functions. The CUDA module (core/cuda) fills one
-// in and is loaded at run time, so that the program starts without a driver; tests fill in their own. Plain
-// C++17: nvcc reads this, too.
+// What the program needs of a compute device, as a table of C functions. The CUDA module (core/cuda) fills
+// one in and is loaded at run time, so that the program starts without a driver; tests fill in their own.
+// Plain C++17: nvcc reads this too.
 //
 // A context belongs to one thread at a time. Copies, clears and launches are queued and run in order; `wait`
-// waits for all of them. What went wrong in queued work is told by a later call, `wait` at the latest.
+// waits for all of them. Errors in queued work are reported by a later call, `wait` at the latest.
 #pragma once
 
 #include <cstddef>
@@ -13,14 +13,14 @@ namespace likeness {
 
 enum class DeviceStatus : std::int32_t {
   ok = 0,
-  no_driver,        // there is no driver, or it does not answer
+  no_driver,        // there is no driver, or it does not respond
   driver_too_old,   // older than the module's toolkit needs
-  no_device,        // a driver, but nothing it drives
-  device_too_old,   // the module holds no code for this device
+  no_device,        // a driver, but no device
+  device_too_old,   // the module has no code for this device
   out_of_memory,    // the allocation did not fit
-  too_large,        // a kernel needs more of a multiprocessor than there is
-  lost,             // the device does not answer any more, or a kernel broke it
-  unknown_request,  // the module is of another version than the program
+  too_large,        // a kernel needs more resources than a multiprocessor has
+  lost,             // the device no longer responds, or a kernel crashed it
+  unknown_request,  // module and program differ in version
   failed
 };
 
@@ -39,7 +39,7 @@ constexpr std::uint32_t kDeviceApiVersion = 5;
 
 struct DeviceApi {
   std::uint32_t version;
-  // `context` is null unless the status is ok; `facts` holds what could be found out.
+  // `context` is null unless the status is ok; `facts` holds whatever could be determined.
   DeviceStatus (*open)(void** context, DeviceFacts* facts);
   void (*close)(void* context);
   DeviceStatus (*allocate)(void* context, std::size_t bytes, void** memory);
@@ -61,7 +61,7 @@ struct DeviceApi {
   // 8).
   DeviceStatus (*mark)(void* context, std::int32_t number);
   DeviceStatus (*between)(void* context, std::int32_t first, std::int32_t second, double* seconds);
-  // What the driver said of the last status that was not ok.
+  // The driver's message for the last status that was not ok.
   const char* (*last_message)(void* context);
 };
 

@@ -1,4 +1,4 @@
-// What the device can do at most: see device_ceilings.h.
+// The device's peak rates: see device_ceilings.h.
 #include "core/device/device_ceilings.h"
 
 #include <cuda_bf16.h>

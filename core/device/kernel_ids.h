@@ -1,4 +1,4 @@
-// Numbers of the kernels, and beside each the arguments it takes.
+// Numbers of the kernels, each with its argument struct.
 #pragma once
 
 #include <cstdint>

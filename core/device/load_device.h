@@ -14,7 +14,7 @@ namespace likeness {
 
 inline constexpr const char* kCudaModuleName = "liblikeness_cuda.so";
 
-// How libraries are found and loaded; tests put their own in its place.
+// How libraries are found and loaded; tests substitute their own.
 struct ModuleLoader {
   std::vector<std::filesystem::path> places;  // of the module, in order
   std::function<bool(const std::filesystem::path&)> exists;

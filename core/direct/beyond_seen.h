@@ -1,5 +1,5 @@
-// How far a moment of a performance leaves what the capture showed: what warnings and the fading of the view
-// are made of.
+// How far a moment of a performance goes beyond what the capture showed: the basis of warnings and of fading
+// the view.
 #pragma once
 
 #include <map>
@@ -13,14 +13,14 @@ namespace likeness {
 
 struct BeyondSeen {
   double view = 0;                   // rad between the view of the head and the nearest one that was seen
-  std::vector<std::string> actions;  // names of those that go clearly further than they were seen to
+  std::vector<std::string> actions;  // names of those clearly beyond their seen range
 };
 BeyondSeen beyond_seen(const DirectedAvatar& directed, const SeenViews& views,
                        const std::map<std::string, ValueRange>& limits, const Performance& performance,
                        double time_s);
 
-// 0 where the view was seen, 1 where nothing there was: rises between a few degrees beyond and thirty.
+// 0 where the view was seen, 1 where nothing near it was: rises between a few degrees beyond and thirty.
 double view_doubt(double beyond_rad);
-inline constexpr double kViewMargin_deg = 4;  // so far beyond, nothing is doubted yet
+inline constexpr double kViewMargin_deg = 4;  // up to this far beyond, the view still counts as seen
 
 }  // namespace likeness

@@ -10,7 +10,7 @@ namespace likeness {
 void set_orbit(Performance& performance, ValueRange yaw_deg) {
   performance.channels.erase("camera yaw");
   const double end = performance.duration_s;
-  // The way is shared out by the angles, so that the camera keeps its pace.
+  // Time is divided in proportion to the angles, so that the camera keeps its pace.
   const double high = double(yaw_deg.high), low = double(-yaw_deg.low), whole = 2 * (high + low);
   set_key(performance, "camera yaw", {0, 0});
   if (whole <= 0) return;

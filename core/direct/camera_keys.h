@@ -1,4 +1,4 @@
-// Camera paths as keys: they replace what the camera did, and can be edited like any others.
+// Camera paths as keys: they replace the camera's keys, and can be edited like any others.
 #pragma once
 
 #include <map>

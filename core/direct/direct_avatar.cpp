@@ -17,7 +17,7 @@ constexpr double kRadians = std::numbers::pi / 180;
 constexpr float kNearest = 0.2f, kFarthest = 5;   // times the typical distance
 constexpr float kWidest = 0.1f, kNarrowest = 20;  // times the typical focal length
 
-// One eye's look along one axis: by its named action, which takes the lids along, where the model has one.
+// One eye's look along one axis: by its named action, which also moves the lids, if the model has one.
 void add_look(Articulation& articulation, const HeadModel& model, const std::string& action_name, bool left,
               const Vec3f& turn) {
   const float angle = turn.norm();
@@ -66,7 +66,7 @@ std::array<float, 3> turn_degrees(const Mat3d& r) {
   return {float(yaw / kRadians), float(pitch / kRadians), float(roll / kRadians)};
 }
 
-// Values of the channels of one driven frame, those of actions by the basis' order after them.
+// Values of the channels of one driven frame, followed by those of the actions in the basis's order.
 std::vector<float> channel_values(const DrivenFrame& frame, const DirectedAvatar& directed,
                                   const ActionBasis& basis) {
   const Avatar& avatar = *directed.avatar;
@@ -164,7 +164,7 @@ Result<Film> direct_film(const OpenedAvatar& opened, const Performance& performa
 }
 
 Performance performance_of(const DrivenClip& clip, const DirectedAvatar& directed) {
-  std::vector<DrivenFrame> frames = clip.frames;  // pictures of varying length count as of the mean one
+  std::vector<DrivenFrame> frames = clip.frames;  // pictures of varying duration count as having the mean
   for (std::size_t i = 0; i < frames.size(); ++i) frames[i].time_s = double(i) / clip.frames_per_second;
   Performance performance = performance_of(frames, clip.frames_per_second, directed);
   for (std::size_t a = 0; a < clip.attributes.size(); ++a)
@@ -177,7 +177,7 @@ Performance performance_of(const DrivenClip& clip, const DirectedAvatar& directe
 Performance performance_of(std::span<const DrivenFrame> frames, double frames_per_second,
                            const DirectedAvatar& directed) {
   constexpr float kAtRest = 1e-3f;
-  constexpr int kHeadChannels = 8;  // of kPoseChannels; the camera's are not a clip's to say
+  constexpr int kHeadChannels = 8;  // of kPoseChannels; a clip does not determine the camera's
   const ActionBasis basis = action_basis(*directed.model);
   std::vector<std::string> channels(kPoseChannels, kPoseChannels + kHeadChannels);
   for (const NamedAction& action : basis.actions) channels.push_back(action_channel(action.name));

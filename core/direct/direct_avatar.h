@@ -1,5 +1,4 @@
-// From a performance to what the renderer is given: where the head is, what the face does, where the camera
-// stands.
+// From a performance to the renderer's inputs: where the head is, what the face does, where the camera is.
 #pragma once
 
 #include <span>
@@ -26,7 +25,7 @@ DirectedAvatar direct_avatar(const Avatar& avatar, const HeadModel& model);
 Result<void> check_performance(const Performance& performance, const HeadModel& model,
                                std::span<const AttributeRegion> attributes = {});
 
-// From where a moment is seen: the camera channels' values.
+// The view of a moment: the camera channels' values.
 struct ViewPoint {
   double yaw = 0, pitch = 0;  // rad, of orbit_camera
   float distance = 1, zoom = 1;
@@ -40,16 +39,16 @@ struct DirectedMoment {
   AvatarPose pose;
 };
 // Actions that neither model nor avatar knows do nothing. The torso rests; where the head is shifted beyond
-// the neck's reach (as in DriveOptions), all of the body moves on.
+// the neck's reach (as in DriveOptions), the whole body moves along.
 DirectedMoment direct_moment(const DirectedAvatar& directed, const Performance& performance, double time_s);
 
-// One moment a frame.
+// One moment per frame.
 Result<Film> direct_film(const OpenedAvatar& opened, const Performance& performance);
 
-// What a clip made the avatar do, as dense keys that can be edited: one a frame, linear, of every channel
+// What a clip made the avatar do, as dense keys that can be edited: one per frame, linear, for every channel
 // that is ever away from rest. The torso's lag and what an eye does by itself are left out.
 Performance performance_of(const DrivenClip& clip, const DirectedAvatar& directed);
-// The same of frames at times of their own, as a camera delivered them; counted from the first.
+// The same for frames with times of their own, as a camera delivered them; counted from the first.
 Performance performance_of(std::span<const DrivenFrame> frames, double frames_per_second,
                            const DirectedAvatar& directed);
 

@@ -132,7 +132,7 @@ void lay_over(Performance& performance, const Performance& take, double at_s) {
     if (channel.starts_with("camera ")) continue;
     const float rest = rest_value(channel);
     std::vector<Key>& out = laid[channel];
-    // What was there holds up to the take's edges, and is at rest within where the take says nothing.
+    // Existing keys hold up to the take's edges; within it, channels that the take does not have are at rest.
     for (const Key& key : keys)
       if (key.time_s < at_s - frame_s) out.push_back(key);
     if (at_s > frame_s) out.push_back({at_s - frame_s, value_at(keys, at_s - frame_s, rest), Easing::linear});

@@ -1,4 +1,4 @@
-// A performance: what an artist directs, as keys on a timeline, one sparse row of them a channel.
+// A performance: what an artist directs, as keys on a timeline, a sparse list of them for each channel.
 //
 // Channels are named:
 //
@@ -25,7 +25,7 @@ namespace likeness {
 // The way from a key to the next one.
 enum class Easing {
   linear,
-  smooth,   // a cubic through the keys around, without a corner and never beyond them
+  smooth,   // a cubic through the neighbouring keys, without corners or overshoot
   hold,     // stays, then jumps
   ease_in,  // starts slowly
   ease_out  // ends slowly
@@ -39,7 +39,7 @@ struct Key {
   bool operator==(const Key&) const = default;
 };
 
-inline constexpr double kSameTime_s = 1e-4;  // keys of one channel lie further apart than this
+inline constexpr double kSameTime_s = 1e-4;  // keys of one channel are further apart than this
 inline constexpr double kLongest_s = 3600;
 
 struct Performance {
@@ -58,10 +58,10 @@ inline constexpr const char* kPoseChannels[] = {
 std::string action_channel(std::string_view action);
 // Of the list above, or of an action.
 bool is_channel(std::string_view name);
-// What a channel without keys is at.
+// The value of a channel without keys.
 float rest_value(std::string_view channel);
 
-// keys: ascending. Before the first key its value, after the last one that one's; `rest` without keys.
+// keys: ascending. Before the first key, its value; after the last, that one's; `rest` if there are no keys.
 float value_at(const std::vector<Key>& keys, double time_s, float rest);
 float value_at(const Performance& performance, const std::string& channel, double time_s);
 

@@ -1,4 +1,4 @@
-// A line of states with a present: see performance_history.h.
+// A list of states with a current one: see performance_history.h.
 #include "core/direct/performance_history.h"
 
 #include <utility>

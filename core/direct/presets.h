@@ -1,4 +1,4 @@
-// Expression presets: named actions together, scaled to what an avatar was seen doing.
+// Expression presets: sets of named actions, scaled to what the capture showed.
 #pragma once
 
 #include <string>

@@ -11,11 +11,11 @@
 namespace likeness {
 namespace {
 
-// A head that was filmed from all around does not turn like an owl. Degrees to either side.
+// Even a head filmed from all around must not turn like an owl's. Degrees to either side.
 constexpr float kTurnMost[] = {25, 15, 12};
-constexpr double kBusy = 0.2;  // share of an action's beats in which it is not at rest
+constexpr double kBusy = 0.2;  // share of an action's steps in which it is not at rest
 
-// Of a channel's own, so that a channel more or less changes none of the others. Standard distributions
+// One per channel, so that adding or removing a channel changes none of the others. Standard distributions
 // differ between libraries, the engine does not.
 class Chance {
  public:

@@ -21,8 +21,8 @@ struct ValueRange {
   float low = 0, high = 0;
 };
 
-// Channels that show nothing beyond the capture while they stay within their range and the others at rest.
-// Left out: places, distance and gaze, which show nothing of the head that a turn does not.
+// Ranges within which a channel shows nothing beyond the capture while the others rest. Left out: places,
+// distance and gaze, which reveal nothing of the head that a turn does not.
 std::map<std::string, ValueRange> seen_limits(const Avatar& avatar, const HeadModel& model,
                                               const SeenViews& views);
 

@@ -34,7 +34,7 @@ void set_one(Performance& performance, const std::string& channel, float value, 
     key.value = value;
   } else if (edit.time_s >= 0.5 * frame_s) {
     if (value == rest) return;
-    set_key(performance, channel, {0, rest});  // what was seen at the start stays
+    set_key(performance, channel, {0, rest});  // the start keeps its value
   }
   set_key(performance, channel, key);
 }

@@ -38,7 +38,7 @@ void bridge_gaps(std::vector<DriverMotion>& motions, const Track& track) {
   }
 }
 
-// Each course through a binomial window of five frames (weights 1 4 6 4 1), which has no lag; the ends are
+// Each curve filtered by a binomial window of five frames (weights 1 4 6 4 1), which has no lag; the ends are
 // held.
 std::vector<Eigen::VectorXf> without_tremor(const std::vector<Eigen::VectorXf>& courses) {
   constexpr std::array kWeights{1.0f, 4.0f, 6.0f, 4.0f, 1.0f};

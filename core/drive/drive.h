@@ -1,8 +1,8 @@
 // Carrying a performance over from one person's track to another person's avatar.
 //
-// What travels is the difference from each person's own rest: expression and jaw through named actions, gaze
-// as eyeball turns, the head's motion relative to its typical pose about the neck. Both persons at rest are
-// the same picture; nothing is copied of how the driver looks.
+// What is carried over is the difference from each person's own rest: expression and jaw through named
+// actions, gaze as eyeball turns, the head's motion relative to its typical pose about the neck. The driver
+// at rest gives the avatar at rest; nothing of the driver's looks is copied.
 #pragma once
 
 #include <map>
@@ -32,15 +32,15 @@ struct DriveSubject {
 
 struct DriveOptions {
   std::map<std::string, float> gains = {};  // per named action, on top of the calibrated ones
-  // A gain above 1 carries the course of an action and leaves its tremor as it was.
+  // A gain above 1 amplifies the motion of an action but not its jitter.
   bool calibrate_gains = true;  // bring the driver's seen range nearer to the avatar's, by a third at most
   bool clamp = true;            // keep to what the avatar's capture showed, softly
   bool move_head = true;        // false: the head rests in its typical pose
   double torso_share = 0.1;     // of the neck's travel that the torso follows
-  double torso_s = 0.3;         // time constant of that following
-  double reach_m = 0.03;        // the head leaves the torso by no more; further, all of the body moves
-  // The head leaves its typical place by half as much again at most: a driver filmed from the hand would
-  // carry the avatar out of its picture. The body hardly rises, for below the picture's edge there is none.
+  double torso_s = 0.3;         // time constant with which it follows
+  double reach_m = 0.03;  // the head leaves the torso by no more than this; beyond, the whole body moves
+  // The head leaves its typical place by at most half as much again: a driver filmed hand-held would carry
+  // the avatar out of its picture. The body hardly rises, since below the picture's edge it was never seen.
   double span_m = 0.06, rise_m = 0.003;
   bool smooth = false;  // one-euro filter on pose and face; costs a little lag
 };
@@ -64,7 +64,7 @@ std::vector<float> drive_gains(const DriveSubject& driver, const DriveSubject& a
                                const DriveOptions& options);
 
 // One frame per frame of the track. Fails on an unknown action in `gains`, a track without a usable frame, or
-// a track that is not of the driver's model.
+// a track made with a model other than the driver's.
 Result<std::vector<DrivenFrame>> drive(const Track& track, const DriveSubject& driver,
                                        const DriveSubject& avatar, const DriveOptions& options);
 

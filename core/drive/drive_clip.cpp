@@ -23,7 +23,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr int kWholePicture = 640;  // px; larger pictures are cut to head and shoulders, as an import does
+constexpr int kWholePicture = 640;  // px; larger pictures are cropped to head and shoulders, as on import
 
 Result<TrackRegion> face_region(const fs::path& video, const VideoInfo& info, const fs::path& landmark_model,
                                 const Progress& progress, std::stop_token stop) {
@@ -68,7 +68,7 @@ Result<Track> driver_track(const DriveRequest& request, const VideoInfo& info, c
   if (!region) return region.error();
   TrackOptions options;
   options.predictor = request.landmark_model;
-  options.every_frame = true;  // what is driven has the clip's own rate
+  options.every_frame = true;  // the result has the clip's own rate
   auto track = track_clip(request.video, *region, assumed_camera(info), {}, model, options,
                           progress.stage(0.15, 1, "tracking the driver"), stop);
   if (!track) return track.error();
@@ -79,7 +79,7 @@ Result<Track> driver_track(const DriveRequest& request, const VideoInfo& info, c
   return track;
 }
 
-// The amounts the request holds, in the avatar's order.
+// The requested amounts, in the avatar's order.
 Result<std::vector<float>> held_attributes(const Avatar& avatar, const DriveRequest& request) {
   std::vector<float> amounts(avatar.attributes.size(), 0.f);
   for (const auto& [name, amount] : request.attributes) {
@@ -126,7 +126,7 @@ Result<DrivenClip> drive_clip(const OpenedAvatar& opened, const DriveRequest& re
   const std::vector<float> gains = drive_gains(*driver, avatar, request.options);
   for (std::size_t a = 0; a < gains.size(); ++a)
     if (gains[a] != 1) clip.gains.emplace_back(opened.model.actions[a].name, gains[a]);
-  // A project's track may know some of the frames only.
+  // A project's track may have only some of the frames.
   const double rate = info->frames_per_second / std::max(1, frame_spacing(clip.track.frames));
   if (rate > 0) clip.frames_per_second = std::clamp(rate, 1.0, 240.0);
   return clip;

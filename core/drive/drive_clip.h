@@ -1,4 +1,4 @@
-// A clip of somebody's performance made into a film of an avatar.
+// Turning a clip of a driver's performance into a film of an avatar.
 #pragma once
 
 #include <filesystem>
@@ -16,8 +16,8 @@ namespace likeness {
 
 struct DriveRequest {
   std::filesystem::path video;
-  std::filesystem::path track;       // of the clip: read if it is there, otherwise written; empty = neither
-  std::filesystem::path head_model;  // the driver's; empty = the one the avatar was made with
+  std::filesystem::path track;           // of the clip: read if it exists, otherwise written; empty = neither
+  std::filesystem::path head_model;      // the driver's; empty = the one the avatar was made with
   std::filesystem::path landmark_model;  // empty = the system's
   DriveOptions options;
   std::vector<std::pair<std::string, float>> attributes;  // of the avatar's, held at these amounts
@@ -26,17 +26,17 @@ struct DriveRequest {
 struct DrivenClip {
   Track track;
   std::vector<DrivenFrame> frames;
-  std::vector<std::pair<std::string, float>> gains;  // calibrated and asked for, those that are not 1
+  std::vector<std::pair<std::string, float>> gains;  // calibrated and requested ones that are not 1
   double frames_per_second = 25;
   std::vector<float> attributes;  // amounts, in the avatar's order
 };
 
-// Tracks the clip and carries its performance over. Pictures of varying length (phones) become as many frames
-// of the mean length.
+// Tracks the clip and carries its performance over. Pictures of varying duration (phones) become as many
+// frames of the mean duration.
 Result<DrivenClip> drive_clip(const OpenedAvatar& opened, const DriveRequest& request,
                               const Progress& progress, std::stop_token stop);
 
-// That `out` is none of the files the request reads or writes besides.
+// Checks that `out` is not a file that the request reads, or writes for another purpose.
 Result<void> check_out(const DriveRequest& request, const std::filesystem::path& out);
 
 std::vector<AvatarPose> film_poses(const DrivenClip& clip);

@@ -29,7 +29,8 @@ Articulation change_of(const DriverMotion& motion) {
   return change;
 }
 
-// (A avatar, A driver): one name for one, a two-sided action for both sides, or the mean of both for it.
+// (A avatar, A driver): by name, or a two-sided action for both sides, or the mean of both sides for a
+// two-sided one.
 Eigen::MatrixXf matched_actions(const ActionBasis& driver, const ActionBasis& avatar) {
   Eigen::MatrixXf match =
       Eigen::MatrixXf::Zero(Eigen::Index(avatar.actions.size()), Eigen::Index(driver.actions.size()));
@@ -52,7 +53,7 @@ Eigen::MatrixXf matched_actions(const ActionBasis& driver, const ActionBasis& av
 ActionLimits limits_of(const DriveSubject& avatar, const std::string& name, float at_rest) {
   const SeenAction* seen = find_seen(avatar.seen, name);
   if (!seen) return {};
-  constexpr float kRounding = 1e-5f;  // rest itself must come out untouched
+  constexpr float kRounding = 1e-5f;  // rest itself must come out unchanged
   const float low = std::min(seen->low, at_rest - kRounding),
               high = std::max(seen->high, at_rest + kRounding);
   return {low, high, std::max(kMinMargin, kMargin * (high - low))};
@@ -63,13 +64,13 @@ double eye_distance(const DriveSubject& subject) {
   return double((shape.joints[kLeftEye] - shape.joints[kRightEye]).norm());
 }
 
-// Heads differ in size; a length that is no head's is not believed.
+// Heads differ in size; an implausible length is ignored.
 double size_ratio(const DriveSubject& driver, const DriveSubject& avatar) {
   const double d = eye_distance(driver), a = eye_distance(avatar);
   return d > 0.02 && a > 0.02 ? std::clamp(a / d, 0.8, 1.25) : 1;
 }
 
-// Untouched up to `free`; beyond, bending towards half as much again.
+// Unchanged up to `free`; beyond, bending towards half as much again.
 double bent(double x, double free) {
   return x > free ? free + 0.5 * free * std::tanh((x - free) / (0.5 * free)) : x;
 }
@@ -149,7 +150,7 @@ FaceMap::FaceMap(const DriveSubject& driver, const DriveSubject& avatar, const D
   for (std::size_t a = 0; a < avatar_basis_.actions.size(); ++a) {
     const NamedAction& action = avatar_basis_.actions[a];
     const bool eye = !action.left_eye.isZero() || !action.right_eye.isZero();
-    // The lids of a gaze are free: its range says how far the eyeball went.
+    // The lids of a gaze are not limited: its range says how far the eyeball went.
     limits_.push_back(eye ? ActionLimits{} : limits_of(avatar, action.name, rest_[Eigen::Index(a)]));
     eye_limits_.push_back(eye ? limits_of(avatar, action.name, rest_eyes[Eigen::Index(a)]) : ActionLimits{});
   }
@@ -169,7 +170,7 @@ Articulation FaceMap::articulation(const DriverMotion& motion, const Eigen::Vect
   }
   for (Eigen::Index a = 0; a < amounts.size(); ++a) {
     const std::size_t i = std::size_t(a);
-    // More of an action is more of its course: a gain above 1 must not magnify what the track trembles.
+    // A gain above 1 amplifies the smoothed motion only, not the track's jitter.
     float wanted = gains_[i] > 1 ? amounts[a] + (gains_[i] - 1) * steady[a] : gains_[i] * amounts[a];
     if (clamp_)
       wanted = soft_clamp(rest_[a] + wanted, limits_[i].low, limits_[i].high, limits_[i].margin) - rest_[a];

@@ -48,7 +48,7 @@ class OneEuro {
   bool started_ = false;
 };
 
-// All of a motion through filters of their own.
+// Filters every component of a motion separately.
 class MotionFilter {
  public:
   DriverMotion next(DriverMotion motion, double dt);
@@ -57,7 +57,7 @@ class MotionFilter {
   std::vector<OneEuro> filters_;
 };
 
-// What the seen range of an avatar's action allows, widened so that its own rest is inside.
+// The seen range of an avatar's action, widened to include its own rest.
 struct ActionLimits {
   float low = -std::numeric_limits<float>::infinity(), high = std::numeric_limits<float>::infinity();
   float margin = 1;
@@ -70,10 +70,10 @@ class FaceMap {
 
   // How much of each of the avatar's actions a motion performs.
   Eigen::VectorXf amounts(const DriverMotion& motion) const;
-  // steady: the motion's amounts without tremor.
+  // steady: the motion's amounts without jitter.
   Articulation articulation(const DriverMotion& motion, const Eigen::VectorXf& amounts,
                             const Eigen::VectorXf& steady) const;
-  // Of each of the avatar's actions, as drive_gains gives them.
+  // One for each of the avatar's actions, as drive_gains returns them.
   void set_gains(std::vector<float> gains) { gains_ = std::move(gains); }
 
  private:
@@ -126,7 +126,7 @@ class HeadMap {
 
 Vec3d neck_of(const DriveSubject& subject);
 const SeenAction* find_seen(const std::vector<SeenAction>& seen, const std::string& name);
-// That a driver's frames and the avatar's model fit, and that every gain names an action.
+// Checks that a driver's frames match the avatar's model, and that every gain names an action.
 Result<void> check_drive(const DriveSubject& driver, const DriveSubject& avatar, const DriveOptions& options);
 
 }  // namespace likeness

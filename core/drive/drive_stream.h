@@ -1,4 +1,4 @@
-// Carrying a performance over as it happens, one frame after the other, without a look ahead.
+// Carrying a performance over live, frame by frame, without looking ahead.
 #pragma once
 
 #include <memory>
@@ -7,8 +7,8 @@
 
 namespace likeness {
 
-// What a lost frame shows is the last one before it. Frames are steadied by a one-euro filter whatever
-// options.smooth says: nothing comes after a frame to judge it by.
+// A lost frame repeats the one before it. Frames are always smoothed by a one-euro filter, whatever
+// options.smooth says: there are no later frames to judge by.
 class DriveStream {
  public:
   // driver: at rest as its neutral and world_from_head say; its seen ranges may be empty.
@@ -16,9 +16,9 @@ class DriveStream {
                                                      const DriveOptions& options);
   ~DriveStream();
 
-  // Times rise from frame to frame.
+  // Times must increase from frame to frame.
   DrivenFrame next(const TrackedFrame& frame);
-  // Fails on an action the avatar's model does not know; the gains stay then.
+  // Fails on an action the avatar's model does not know; the gains then stay as they were.
   Result<void> set_gains(const std::map<std::string, float>& gains);
 
  private:

@@ -14,9 +14,9 @@ namespace {
 constexpr double kRate_s = 2;       // over which the rate is counted
 constexpr double kPicture_s = 0.2;  // between two pictures of the driver
 constexpr int kPictureSide = 160;   // px, its longer side
-constexpr int kMinRest = 5;         // pictures of a face that a rest is learnt from
-// So many looked at over so many times the wanted seconds, with fewer faces among them, are told as a
-// failure.
+constexpr int kMinRest = 5;         // pictures of a face from which a rest is learnt
+// With fewer faces than that in this many pictures, over as many times the wanted seconds, learning the rest
+// fails.
 constexpr int kMaxLooks = 20;
 constexpr double kLongest_rest = 3;
 
@@ -31,7 +31,7 @@ Image8 small(const Image8& rgb) {
   return resize(rgb, std::max(1, int(rgb.width * scale)), std::max(1, int(rgb.height * scale)));
 }
 
-// How many frames a second came of late.
+// The recent frame rate.
 class Rate {
  public:
   double count(Clock::time_point now) {
@@ -49,7 +49,7 @@ class Rate {
 
 struct LiveDriver::Step {
   TrackedFrame tracked;
-  std::optional<DrivenFrame> driven;  // none while the rest is learnt
+  std::optional<DrivenFrame> driven;  // empty while the rest is learnt
   std::optional<Error> unsettled;     // why the rest could not be learnt
   double rest_share = 1;
 };
@@ -67,7 +67,7 @@ class LiveDriver::Session {
   }
 
   void set_gains(std::map<std::string, float> gains) {
-    if (stream_ && !stream_->set_gains(gains)) return;  // of an action the model has not
+    if (stream_ && !stream_->set_gains(gains)) return;  // of an action the model does not have
     options_.drive.gains = std::move(gains);
   }
 
@@ -168,7 +168,7 @@ void LiveDriver::read(std::stop_token stop) {
       status_.source = (*source)->name();
     }
     {
-      // A file's clock starts with its first picture: not before somebody looks.
+      // A file's clock starts with its first picture: not before the tracker is ready.
       std::unique_lock lock(mutex_);
       changed_.wait(lock, stop, [this] { return ready_ || ended_; });
     }
@@ -178,7 +178,7 @@ void LiveDriver::read(std::stop_token stop) {
       const bool end = !*frame;
       {
         const std::lock_guard lock(mutex_);
-        if (status_.state == LiveState::failed) return;  // nobody takes its pictures any more
+        if (status_.state == LiveState::failed) return;  // its pictures are no longer used
         if (end) {
           ended_ = true;
         } else {
@@ -216,7 +216,7 @@ void LiveDriver::note(const Step& step, const CapturedFrame& frame, double frame
   status_.rest_share = step.rest_share;
   if (step.unsettled) {
     status_.error = step.unsettled;
-    rest_wanted_ = true;  // and again, until a face rests
+    rest_wanted_ = true;  // tried again until it succeeds
   } else if (step.driven) {
     status_.error.reset();
   }

@@ -1,5 +1,5 @@
-// An avatar driven as it happens: a thread takes pictures from the source, another tracks the newest and
-// carries it over. Pictures that come while one is tracked are dropped, so that the delay never grows.
+// An avatar driven live: one thread takes pictures from the source, another tracks the newest and carries it
+// over. Pictures that arrive while one is being tracked are dropped, so that the delay never grows.
 #pragma once
 
 #include <chrono>
@@ -21,7 +21,7 @@ namespace likeness {
 
 enum class LiveState {
   opening,  // the source
-  resting,  // learning who drives, and that this is their rest
+  resting,  // learning the driver's identity and rest
   driving,
   lost,   // no face: the avatar holds still
   ended,  // the source came to its end, or stop() was called
@@ -32,11 +32,11 @@ struct LiveStatus {
   LiveState state = LiveState::opening;
   std::string source;          // its name
   std::string reason;          // of a lost face
-  std::optional<Error> error;  // of a failure; of a rest that could not be learnt, which is tried again
-  double rest_share = 0;       // of the resting face that is learnt, 0..1
+  std::optional<Error> error;  // of a failure; or why the rest could not be learnt, which is tried again
+  double rest_share = 0;       // of the resting face learnt so far, 0..1
   int captured = 0, tracked = 0, dropped = 0;  // pictures
-  double frames_per_second = 0;                // tracked, of late
-  double track_s = 0;                          // of the last picture, from capture to what the avatar does
+  double frames_per_second = 0;                // tracked, recently
+  double track_s = 0;                          // of the last picture, from capture to the avatar's pose
   bool recording = false;
   double recorded_s = 0;
   std::shared_ptr<const Image8> picture;  // of the driver, small, a few times a second
@@ -45,14 +45,14 @@ struct LiveStatus {
 struct LiveOptions {
   LiveTrackOptions track;
   DriveOptions drive;
-  double rest_s = 1;  // of pictures that say who drives and what their rest is
+  double rest_s = 1;  // of pictures from which the driver's identity and rest are learnt
 };
 
 class LiveDriver {
  public:
   using Clock = std::chrono::steady_clock;
   using Open = std::function<Result<std::unique_ptr<FrameSource>>()>;
-  // Told of every driven frame, on the tracking thread: what takes long here costs frames, not delay.
+  // Called for every driven frame, on the tracking thread: slow work here costs frames, not delay.
   using OnFrame = std::function<void(const DrivenFrame& frame, Clock::time_point captured)>;
 
   // avatar: refers to its model, which must outlive the driver; the driver is tracked with that model, too.
@@ -61,10 +61,10 @@ class LiveDriver {
 
   LiveStatus status() const;
   void stop();
-  // "This is my resting face": the next second is.
+  // "This is my resting face": it is learnt from the next second.
   void rest_now();
   void set_gains(std::map<std::string, float> gains);
-  // What is driven from now on is kept; turning it off keeps what there is.
+  // Keeps what is driven from now on; turning it off keeps what has been recorded.
   void record(bool on);
   std::vector<DrivenFrame> take_recording();
 
@@ -90,7 +90,7 @@ class LiveDriver {
   std::optional<std::map<std::string, float>> gains_wanted_;
   std::vector<DrivenFrame> recorded_;
   LiveStatus status_;
-  std::jthread tracker_, reader_;  // last: they stop before the rest goes
+  std::jthread tracker_, reader_;  // last: they stop before the other members are destroyed
 };
 
 }  // namespace likeness

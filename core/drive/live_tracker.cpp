@@ -22,11 +22,11 @@ namespace {
 
 constexpr int kLongestWeak = 10;      // pictures before the detector is asked whether a face is there at all
 constexpr int kDirections = 40;       // of the identity: landmarks say nothing about the finer ones
-constexpr int kMinSettled = 5;        // frames a person is settled from
-constexpr std::size_t kMaxRest = 12;  // more only take longer
+constexpr int kMinSettled = 5;        // frames needed to settle a person
+constexpr std::size_t kMaxRest = 12;  // more only takes longer
 constexpr double kLongAgo_s = 0.35;   // frames further back say nothing about this one
 constexpr double kSameFace = 0.3;     // overlap of the detector's box with the expected one
-constexpr std::size_t kErrorsKept = 60;  // frames that say what error is usual
+constexpr std::size_t kErrorsKept = 60;  // frames from which the usual error is taken
 
 struct Sight {
   double time_s = 0;
@@ -77,7 +77,7 @@ struct LiveTracker::Impl {
     return {full, {}};
   }
 
-  // The pull of the last frames: the face stays, the head goes on as it went.
+  // The pull of the last frames: the face stays as it is, the head keeps its motion.
   FramePull pull_from(double time_s) const {
     FramePull pull;
     if (before.empty() || time_s - before.back().time_s > kLongAgo_s) return pull;
@@ -94,13 +94,13 @@ struct LiveTracker::Impl {
     const Vec3d shift = last.state.cam_from_head.translation() - older.state.cam_from_head.translation();
     pull.cam_from_head.linear() = turn_from_vector(ahead * turn) * last.state.cam_from_head.linear();
     pull.cam_from_head.translation() = last.state.cam_from_head.translation() + ahead * shift;
-    // A prediction over a longer gap is worth less.
+    // A prediction over a longer gap has less weight.
     const double worth = std::min(1.0, 0.04 / std::max(1e-3, time_s - last.time_s));
     pull.turn_weight = worth * usual_pull.turn_change, pull.shift_weight = worth * usual_pull.shift_change;
     return pull;
   }
 
-  // Where the face is expected, unless the detector, now and then, sees it elsewhere.
+  // Where the face is expected, unless the detector, which is asked now and then, sees it elsewhere.
   std::optional<ExpectedFace> expected(const Image8& picture) {
     if (before.empty()) return std::nullopt;
     ExpectedFace face = expect_face(head, person, intrinsics, before.back().state.cam_from_head);
@@ -113,7 +113,7 @@ struct LiveTracker::Impl {
     const auto found = detector->detect(picture, &box);
     const bool there =
         std::ranges::any_of(found, [&](const FaceBox& seen) { return overlap(seen, box) > kSameFace; });
-    // A face turned far away is none to the detector: then the fit's own word counts.
+    // The detector misses a face turned far away: then the fit is believed.
     return there || found.empty() ? std::optional(face) : std::nullopt;
   }
 
@@ -196,7 +196,7 @@ struct LiveTracker::Impl {
     std::optional<Found> found;
     const auto face = expected(grey);
     if (face) found = follow(grey, *face, time_s);
-    // What was followed weakly for a while may follow a face where there is none any more.
+    // After a while of weak tracking there may be no face any more.
     weak_run = found && found->verdict.status == FrameStatus::weak ? weak_run + 1 : 0;
     if (weak_run >= kLongestWeak && detector->detect(grey, face ? &face->box : nullptr).empty()) {
       before.clear();
@@ -210,7 +210,7 @@ struct LiveTracker::Impl {
     }
     if (const auto gaze =
             measure_gaze(grey, intrinsics, found->state.cam_from_head, eyes, found->landmarks.points))
-      last_gaze = gaze;  // through a blink the last one holds
+      last_gaze = gaze;  // during a blink the last one is kept
     before.push_back({time_s, found->state});
     if (before.size() > 2) before.pop_front();
     if (found->verdict.status == FrameStatus::good) {
@@ -260,7 +260,7 @@ struct LiveTracker::Impl {
       subject.neutral.left_eye = subject.neutral.right_eye = eye_rotation({median(yaws), median(pitches), 0});
     subject.world_from_head = faces[faces.size() / 2].state.cam_from_head;
     before.clear();
-    before.push_back({-1e9, faces.back().state});  // where it is, but not how it moves
+    before.push_back({-1e9, faces.back().state});  // its place, but not its motion
     errors_px.clear();
     rest.clear();
     return subject;

@@ -1,5 +1,5 @@
-// The head in one picture after the other, cheaply enough to keep up with a camera: landmarks from where the
-// last fit expects them, one fit with the last frames as its prior, and where the eyes look. No dense and no
+// The head in one picture after the other, cheaply enough to keep up with a camera: landmarks found from
+// where the last fit expects them, one fit with the last frames as its prior, and the gaze. No dense and no
 // photometric step.
 #pragma once
 
@@ -13,9 +13,9 @@
 namespace likeness {
 
 struct LiveTrackOptions {
-  int working_size = 480;           // px, the longer side of what is looked at
+  int working_size = 480;           // px, longer side of the picture examined
   int runs = 8;                     // of the landmark predictor; each costs about a millisecond
-  int look_again = 12;              // frames between two looks of the detector
+  int look_again = 12;              // frames between two runs of the detector
   std::filesystem::path predictor;  // landmark model; empty = the system's
 };
 
@@ -26,15 +26,14 @@ class LiveTracker {
   ~LiveTracker();
   LiveTracker(LiveTracker&&) noexcept;
 
-  // A lost frame says why. world_from_head is the head in the camera, whose lens is as assumed_camera takes
-  // it.
+  // A lost frame says why. world_from_head is the head in the camera, whose lens is that of assumed_camera.
   TrackedFrame next(const Image8& rgb, double time_s, double focal_35mm = 0);
 
   // From here on, frames are kept for settle().
   void begin_rest();
   int rest_frames() const;
-  // The person, from the frames since begin_rest(): who it is, and that this is how they rest. Later frames
-  // are fitted to that. Takes some tenths of a second. Fails where too few frames show a face.
+  // Learns the person's identity and rest from the frames since begin_rest(); later frames are fitted to
+  // them. Takes a few tenths of a second. Fails if too few frames show a face.
   Result<DriveSubject> settle();
 
  private:

@@ -23,10 +23,11 @@ static_assert(std::endian::native == std::endian::little, "glTF's arrays are lit
 constexpr std::uint32_t kMagic = 0x46546C67, kJsonChunk = 0x4E4F534A, kBinChunk = 0x004E4942;
 constexpr int kFloat = 5126, kUnsignedInt = 5125, kVertexBuffer = 34962, kIndexBuffer = 34963;
 
-// The arrays of a file: bytes, and what the JSON says of them. One view an accessor.
+// The arrays of a file: bytes, and what the JSON says of them. One view per accessor.
 class Arrays {
  public:
-  // Row-major values of `columns` a row; returns the accessor's index. target 0: not of vertices or indices.
+  // Row-major values of `columns` a row; returns the accessor's index. target 0: neither vertices nor
+  // indices.
   int add(const float* values, std::size_t rows, int columns, bool bounds, int target) {
     constexpr const char* kTypes[] = {"", "SCALAR", "VEC2", "VEC3"};
     json accessor = place(values, rows * std::size_t(columns) * sizeof(float), target);

@@ -24,7 +24,7 @@ HeadMesh head_mesh(const Avatar& avatar, const HeadModel& model, const AvatarPos
     position = (1 - still) * (head * position) + still * (torso * position);
   }
   mesh.normals = vertex_normals(mesh.positions, mesh.triangles);
-  // A vertex of no triangle has no normal, which a file may not leave out.
+  // A vertex in no triangle has no normal, but the file must have one.
   for (Vec3f& normal : mesh.normals)
     if (!(normal.squaredNorm() > 0.5f)) normal = Vec3f::UnitZ();
   mesh.uvs = model.uvs;

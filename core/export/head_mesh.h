@@ -1,8 +1,8 @@
 // The posed head as a mesh for other programs: glTF 2.0 (.glb) and PLY.
 //
 // Metres, in the axes of the typical head: x to the subject's left, y up, z out of the face, which are glTF's
-// own for something that faces the viewer. It is the fitted head model, without colour and hair: those are in
-// the radiance field alone.
+// own for something that faces the viewer. It is the fitted head model, without colour and hair: those exist
+// only in the radiance field.
 #pragma once
 
 #include <filesystem>
@@ -42,7 +42,7 @@ Result<void> write_ply(const std::filesystem::path& path, const HeadMesh& mesh, 
 // Whether a file name asks for a mesh.
 bool is_mesh_name(const std::filesystem::path& path);
 
-// Whether a mesh of so many frames can be written there; cheap, so that it can be said before long work.
+// Whether a mesh of so many frames can be written there; cheap, so that it can be reported before long work.
 Result<void> check_head(const std::filesystem::path& out, std::size_t frames);
 
 // The poses of an avatar as .glb or, a single one, as .ply. Number of frames written.

@@ -23,7 +23,7 @@ Result<void> write_ply(const std::filesystem::path& path, const HeadMesh& mesh,
                        const Provenance& provenance) {
   const bool has_uvs = !mesh.uvs.empty();
   std::string header = "ply\nformat binary_little_endian 1.0\n";
-  // Both are single lines: a project's name is quoted as JSON does it.
+  // Both are single lines: a project's name is quoted as in JSON.
   header += fmt::format("comment provenance {}\n", provenance_json(provenance));
   header += fmt::format("comment Synthetic media, not a recording: made by {}\n", provenance.program);
   header += fmt::format("element vertex {}\n", mesh.positions.size());

@@ -22,7 +22,7 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr int kLargestSide = 16384;  // px, that encoders take
-constexpr double kSameShape = 0.02;  // of width to height: a rounded side is no other shape
+constexpr double kSameShape = 0.02;  // of width to height: rounding a side does not change the shape
 
 constexpr const char* kPlainBackground = "#e6e6e6";
 
@@ -46,7 +46,7 @@ struct Ground {
   std::optional<RoomScene> room;  // seen from each frame's camera, instead of either
 };
 
-// Names like these are no words and no colours; whether the picture is there, is asked when it is read.
+// Such names are neither keywords nor colours; whether the picture exists is checked when it is read.
 bool names_picture(const std::string& background) {
   return !background.starts_with('#') && background.find('.') != std::string::npos;
 }
@@ -59,7 +59,7 @@ Image8 cover(const Image8& picture, int width, int height) {
   return resize(crop(picture, (picture.width - w) / 2, (picture.height - h) / 2, w, h), width, height);
 }
 
-// Colours only: what a picture has of transparency, or lacks of colours, is no background's.
+// Three colour channels: a background has no transparency and is never grey-only.
 Image8 three_channels(const Image8& picture) {
   Image8 rgb(picture.width, picture.height, 3);
   for (std::size_t i = 0; i < picture.pixels(); ++i)
@@ -102,7 +102,7 @@ std::string chosen_background(const Avatar& avatar, const FilmOptions& options) 
   return !avatar.plate.empty() ? "plate" : avatar.room ? "room" : kPlainBackground;
 }
 
-// A colour where neither is known.
+// Checks that the avatar has the named background; a colour always works.
 Result<void> check_known(const Avatar& avatar, const std::string& background, const Intrinsics& picture) {
   const bool room = background == "room";
   const char* fix = "Choose a colour, e.g. --background #e6e6e6";
@@ -122,8 +122,7 @@ Result<void> check_known(const Avatar& avatar, const std::string& background, co
                fix, ""};
 }
 
-// Frames to an mp4, to a folder of PNGs, or to one PNG.
-// Those of a sequence that does not come to its end are removed again.
+// Frames to an mp4, to a folder of PNGs, or to one PNG. Pictures of an unfinished sequence are removed again.
 class FrameSink {
  public:
   FrameSink() = default;

@@ -1,5 +1,5 @@
-// A film of an avatar: one picture after the other to an mp4, a folder of PNGs, or one PNG. Shared by
-// whatever renders: the command line and the window.
+// A film of an avatar, picture by picture, to an mp4, a folder of PNGs, or one PNG. Shared by the command
+// line and the window.
 #pragma once
 
 #include <chrono>
@@ -24,24 +24,25 @@ Provenance provenance_of(const OpenedAvatar& opened, std::chrono::system_clock::
 
 struct FilmOptions {
   std::filesystem::path out;  // .mp4, .png, or a folder
-  // "plate": as the resting camera saw it. "room": as a moving one taught it, seen from each frame's camera.
-  // A colour such as #e8e8e8, or a picture file. Empty: where the film's camera rests the plate, or the room
-  // where there is none; else a light grey.
+  // "plate": the background as the resting camera saw it. "room": the surroundings as a moving camera taught
+  // them, seen from each frame's camera. A colour such as #e8e8e8, or a picture file. Empty: if the film's
+  // camera rests, the plate, or else the room; otherwise a light grey.
   std::string background;
   bool camera_rests = true;
   int width = 0;  // px of every picture; 0 = as the film's cameras have it
   RenderQuality quality = RenderQuality::final;
-  RenderPlace place;   // where the avatar is rendered; a room behind it is the processor's
+  RenderPlace place;   // where the avatar is rendered; a room behind it is always rendered on the processor
   bool alpha = false;  // transparent background, PNG only
   bool mark = false;   // a visible line of text (mark.h); what the file says of itself is always written
-  std::chrono::system_clock::time_point made_at = std::chrono::system_clock::now();  // as the file says it
+  std::chrono::system_clock::time_point made_at =
+      std::chrono::system_clock::now();  // as recorded in the file
   double frames_per_second = 25;
   int beside_width = 0;  // px; > 0: `beside` gives a picture of this width for the left of every frame
   std::function<Result<Image8>(std::size_t frame)> beside;
 };
 
-// What is wrong with these options for this avatar, if anything; cheap, so that it can be said before long
-// work.
+// What is wrong with these options for this avatar, if anything; cheap, so that it can be reported before
+// long work.
 Result<void> check_film(const Avatar& avatar, const Intrinsics& picture, std::size_t frames,
                         const FilmOptions& options);
 

@@ -1,4 +1,4 @@
-// Choosing what is written and by whom: see write_out.h.
+// Choosing what is written, and the function that writes it: see write_out.h.
 #include "core/export/write_out.h"
 
 #include <algorithm>
@@ -34,12 +34,12 @@ class DriverPictures {
 
  private:
   explicit DriverPictures(VideoReader reader) : reader_(std::move(reader)) {}
-  // frame: not before the one asked for last.
+  // frame: not before the one requested last.
   Result<Image8> at(int frame) {
     while (index_ < frame) {
       auto next = reader_.next();
       if (!next) return next.error();
-      if (!next->has_value()) break;  // the track has frames that the clip has not: the last one stays
+      if (!next->has_value()) break;  // the track has frames that the clip does not: the last picture stays
       index_ = (*next)->index;
       if (index_ == frame) picture_ = resize((*next)->rgb, width_, height_);
     }
@@ -71,7 +71,7 @@ Result<int> write_keys(const OpenedAvatar& opened, const DrivenClip& clip, const
 
 Result<void> check_not_taken(const OpenedAvatar& opened, const FilmOptions& options) {
   if (auto free = check_free(opened.project, options.out, "--out"); !free) return free;
-  const std::filesystem::path background = options.background;  // or a colour, or a word
+  const std::filesystem::path background = options.background;  // or a colour, or a keyword
   std::error_code ignored;
   if (background.empty() || (background.lexically_normal() != options.out.lexically_normal() &&
                              !std::filesystem::equivalent(background, options.out, ignored)))
@@ -124,12 +124,12 @@ Result<DrivenOutput> write_driven(const OpenedAvatar& opened, const DriveRequest
   const Camera camera = typical_camera(opened.avatar);
   const auto info = probe_video(request.video);
   if (!info) return info.error();
-  // What is wrong with the picture is said before the clip is tracked.
+  // Errors about the picture are reported before the clip is tracked.
   if (const auto apart = check_out(request, options.out); !apart) return apart.error();
   if (const auto free = check_not_taken(opened, options); !free) return free.error();
   const bool to_keys = is_keys_name(options.out);
   const auto expected = std::size_t(std::max(2, info->frame_count));
-  if (side_by_side) options.beside_width = 1;  // not known yet, but not none
+  if (side_by_side) options.beside_width = 1;  // not known yet, but not 0
   const auto fine = to_keys ? check_keys(options, side_by_side)
                             : check_output(opened.avatar, camera.intrinsics, expected, options);
   if (!fine) return fine.error();

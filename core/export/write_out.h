@@ -1,5 +1,5 @@
-// What leaves the program, whichever way it was asked for: an avatar posed, performing, or following a clip,
-// as pictures, a film or a mesh. Shared by the command line and the window.
+// All output of the program, however it was requested: an avatar posed, performing, or following a clip, as
+// pictures, a film or a mesh. Shared by the command line and the window.
 #pragma once
 
 #include <stop_token>
@@ -15,12 +15,12 @@
 
 namespace likeness {
 
-// That --out names neither a file that the avatar or its pictures are made from, further clips included, nor
-// one that the project keeps: none of these is ever replaced.
+// Checks that --out names neither a file that the avatar or its pictures are made from, further clips
+// included, nor one that the project keeps: none of these is ever replaced.
 Result<void> check_not_taken(const OpenedAvatar& opened, const FilmOptions& options);
 
-// What is wrong with writing so many frames of this picture there, if anything; cheap, so that it can be said
-// before long work. What only pictures have is refused of a mesh.
+// What is wrong with writing so many frames of this picture there, if anything; cheap, so that it can be
+// reported before long work. Options for pictures only are refused for a mesh.
 Result<void> check_output(const Avatar& avatar, const Intrinsics& picture, std::size_t frames,
                           const FilmOptions& options);
 
@@ -40,8 +40,8 @@ struct DrivenOutput {
   std::vector<std::pair<std::string, float>> gains;  // that are not 1
 };
 
-// What somebody does in a clip: an mp4 with the clip's sound, pictures, a mesh, or (.json) the performance as
-// keys. The frame rate is the clip's. side_by_side: the driver on the left of every picture.
+// What the driver does in a clip: an mp4 with the clip's sound, pictures, a mesh, or (.json) the performance
+// as keys. The frame rate is the clip's. side_by_side: the driver on the left of every picture.
 Result<DrivenOutput> write_driven(const OpenedAvatar& opened, const DriveRequest& request,
                                   FilmOptions options, bool side_by_side, const Progress& progress,
                                   std::stop_token stop);
