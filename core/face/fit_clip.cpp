@@ -33,8 +33,7 @@ struct JointFrame {
   Eigen::VectorXd offset;  // (own)
 };
 
-// A pose that is given moves with the head frame alone: what would have been its increment is the turned
-// registration.
+// A given pose moves only with the head frame: its increment is replaced by the rotated registration.
 JointFrame joint_frame(const FrameSystem& system, const FaceState& state, bool pose_given, int identities) {
   const Eigen::Index all = system.hessian.rows(), face = all - identities - kRegistration;
   const Eigen::Index own = pose_given ? face : kRegistration + face, shared = kRegistration + identities;
@@ -74,7 +73,7 @@ JointFrame joint_frame(const FrameSystem& system, const FaceState& state, bool p
   return joint;
 }
 
-// Nothing pulls at the identity any more, nor it at anything: its step is zero.
+// Decouples the identity from everything else: its step is zero.
 void hold_identity(int identities, JointFrame& joint) {
   joint.hessian.rightCols(identities).setZero();
   joint.hessian.bottomRows(identities).setZero();
@@ -83,7 +82,7 @@ void hold_identity(int identities, JointFrame& joint) {
 }
 
 // One damped Schur step: increments of the frames' own unknowns and of the shared ones. prior: (shared)
-// weights, squared; at: where the shared ones are.
+// weights, squared; at: the shared ones' current values.
 bool schur_step(std::vector<JointFrame>& joint, const Eigen::VectorXd& prior, const Eigen::VectorXd& at,
                 double damping, Eigen::VectorXd* shared_step, std::vector<Eigen::VectorXd>* frame_steps) {
   const std::size_t n = joint.size();
@@ -123,7 +122,7 @@ FaceState moved_jointly(const FaceState& state, const Eigen::VectorXd& own, bool
   return moved(state, increment);
 }
 
-// The neighbour at `offset` frames if it is one this frame may lean on, else null.
+// The neighbour at `offset` frames if this frame may be smoothed with it, else null.
 const FaceFrame* neighbour(const std::vector<FaceFrame>& frames, std::size_t i, int offset, int spacing) {
   const std::ptrdiff_t j = static_cast<std::ptrdiff_t>(i) + offset;
   if (j < 0 || j >= static_cast<std::ptrdiff_t>(frames.size())) return nullptr;
@@ -151,7 +150,7 @@ FramePull temporal_pull(const std::vector<FaceFrame>& frames, std::size_t i, con
         2 * options.expression_change * std::sqrt(count);  // a full opening is about half a radian
   }
   if (own.held_out || own.pose_given) return pull;
-  // -- Second differences of the pose: each says where this frame should be, seen from its present place.
+  // -- Second differences of the pose: each gives where this frame should be, relative to its current pose.
   const Pose here = own.state.cam_from_head;
   const auto turn = [&](const FaceFrame* n) {
     return vector_from_turn(n->state.cam_from_head.linear() * here.linear().transpose());
@@ -196,7 +195,7 @@ Result<IdentityFit> fit_identity(const ReducedHead& head, const ExpressionPrior&
   const auto given = [&](std::size_t f) { return frames[chosen[f]].pose_given; };
   ExpressionPrior prior = usual_prior;
   prior.weight *= options.joint_expression;
-  // -- What all frames share: the registration, from where it starts, and the identity.
+  // -- Shared unknowns: the registration, relative to its start, and the identity.
   const double count = static_cast<double>(n) / 100.0;
   Eigen::VectorXd shared = Eigen::VectorXd::Zero(kRegistration + identities);
   shared.tail(identities) = start;
@@ -264,7 +263,7 @@ Result<IdentityFit> fit_identity(const ReducedHead& head, const ExpressionPrior&
       if (!better || gain < 1e-4 * cost) break;
     }
   }
-  // -- Every given pose moves, looked at or not.
+  // -- Every given pose moves, whether its frame was used or not.
   for (FaceFrame& frame : frames)
     if (frame.pose_given) frame.state.cam_from_head = frame.state.cam_from_head * registration;
   for (std::size_t f = 0; f < n; ++f) frames[chosen[f]].state = states[f];
@@ -289,7 +288,8 @@ Result<void> fit_states(const ReducedHead& head, const Eigen::VectorXd& identity
     if (sweep == 0) {
       parallel_for(frames.size(), [&](std::size_t i) { fit_one(i, false); });
     } else {
-      // A frame leans on two neighbours each side: every third frame can be fitted at once, in any order.
+      // A frame depends on two neighbours on each side: every third frame can be fitted at once, in any
+      // order.
       for (std::size_t colour = 0; colour < 3; ++colour) {
         const std::size_t count = (frames.size() + 2 - colour) / 3;
         parallel_for(count, [&](std::size_t k) {
@@ -299,7 +299,7 @@ Result<void> fit_states(const ReducedHead& head, const Eigen::VectorXd& identity
     }
     if (stop.stop_requested()) return cancelled_error();
   }
-  for (std::size_t i = 0; i < frames.size(); ++i)  // held-out frames lean on the one before: in order, once
+  for (std::size_t i = 0; i < frames.size(); ++i)  // held-out frames depend on the one before: in order, once
     if (frames[i].held_out) fit_one(i, true);
   if (stop.stop_requested()) return cancelled_error();
   progress.report(1);

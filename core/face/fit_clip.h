@@ -1,7 +1,7 @@
 // Fits one identity to the training frames of a clip, then pose, expression and jaw of every frame.
 //
-// Held-out frames influence nothing shared: they take no part in the identity, are no temporal neighbour of a
-// training frame, and are themselves only pulled towards the frame before them.
+// Held-out frames influence nothing shared: they take no part in the identity, are never a temporal neighbour
+// of a training frame, and are themselves pulled only towards the frame before them.
 #pragma once
 
 #include <stop_token>
@@ -17,7 +17,7 @@ struct FaceFrame {
   int frame = 0;      // number in the source
   bool seen = false;  // has landmarks
   bool held_out = false;
-  bool pose_given = false;  // the pose is held: dense tracks know better than landmarks
+  bool pose_given = false;  // the pose is held: dense tracks are more accurate than landmarks
   FaceObservation observation;
   FaceState state;  // guess in, fit out
 };
@@ -31,8 +31,8 @@ struct ClipFitOptions {
   double expression_change = 4;   // first difference, per unit
   double turn_change = 60;        // second difference, per rad
   double shift_change = 150;      // second difference, per m
-  bool hold_identity = false;     // fit_identity finds the registration alone
-  int spacing = 1;  // numbers from a frame to the next (frame_spacing.h); 0: none leans on another
+  bool hold_identity = false;     // fit_identity finds only the registration
+  int spacing = 1;  // frame numbers from one frame to the next (frame_spacing.h); 0: frames are independent
   int sweeps = 3;   // passes over all frames with their neighbours' latest states
 };
 
@@ -43,14 +43,14 @@ Result<void> start_clip(const ReducedHead& head, const Eigen::VectorXd& identity
 
 struct IdentityFit {
   Eigen::VectorXd identity;  // (I)
-  // Where in its old frame the head's frame was moved to. Dense tracks tell how the head moves, not where in
-  // it the face is: that, common to all frames, is the landmarks' to say.
+  // Pose of the new head frame in the old one. Dense tracks say how the head moves, not where in it the face
+  // is: that, common to all frames, comes from the landmarks.
   Pose registration = Pose::Identity();
 };
 
-// Joint fit of the identity (unless it is held where it starts), the chosen frames' states (which are
-// updated) and, where poses are given, the one rigid motion of the head frame that all of them share (which
-// all given poses then undergo). Schur complement on the frames.
+// Joint fit of the identity (unless held at its start), the chosen frames' states (which are updated) and,
+// where poses are given, the one rigid motion of the head frame that all of them share (which all given poses
+// then undergo). Schur complement on the frames.
 Result<IdentityFit> fit_identity(const ReducedHead& head, const ExpressionPrior& prior,
                                  const ClipFitOptions& options, const Eigen::VectorXd& start,
                                  std::vector<FaceFrame>& frames, const Progress& progress,

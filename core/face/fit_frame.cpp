@@ -29,7 +29,7 @@ Mat3d cross_matrix(const Vec3d& v) {
   return m;
 }
 
-// Residual of one landmark in sigmas, and the 2x2 matrix that made it from working pixels.
+// Residual of one landmark in sigmas, and the 2x2 matrix that maps working pixels to it.
 struct Weighted {
   Vec2d residual;
   Eigen::Matrix2d scale;
@@ -81,7 +81,7 @@ void add_priors(const ExpressionPrior& prior, const FramePull& pull, const Frame
   }
 }
 
-// The halves of a face move together, unless the evidence parts them.
+// The halves of a face move together, unless the evidence says otherwise.
 void add_pairs(const ExpressionPrior& prior, const FaceState& state, FrameSystem* s) {
   const double w = prior.pair_weight * prior.pair_weight;
   for (const auto& [left, right] : prior.pairs) {
@@ -177,12 +177,13 @@ ExpressionPrior expression_prior(const HeadModel& model) {
     if (model.expression_min.size() == count) p.low[e] = model.expression_min[e];
     if (model.expression_max.size() == count) p.high[e] = model.expression_max[e];
     if (static_cast<int>(model.expression_names.size()) != count) {
-      // Statistical directions (FLAME): the range says how far a coefficient usually goes.
+      // Statistical directions (FLAME): the range says how large a coefficient usually gets.
       p.weight[e] = 2.5 / std::max(1.0, 0.5 * (p.high[e] - p.low[e]));
       continue;
     }
     const std::string_view name = model.expression_names[e];
-    // Shapes that move no landmark explain noise for free, so they are held back; blinks are clearly seen.
+    // Shapes that move no landmark would explain noise for free, so they are penalised; blinks are clearly
+    // seen.
     if (starts_with_any(
             name, {"eyeLook", "eyeSquint", "cheek", "noseSneer", "mouthRoll", "mouthPress", "mouthDimple",
                    "mouthShrug", "mouthClose", "jawLeft", "jawRight", "jawForward", "tongue"}))
@@ -191,9 +192,9 @@ ExpressionPrior expression_prior(const HeadModel& model) {
       p.weight[e] = 1.0, p.change[e] = kBlinkChange;
     else if (name == "jawOpen")
       p.weight[e] = 1e4;  // the jaw joint opens the mouth; both together are not observable
-    // Lips are drawn in by a pucker far more often than by a funnel, and both look alike from the side; a
-    // mouth stretched or frowning is what an error of the head's turn looks like, and a mouth shifted aside
-    // that of a lopsided face, too, which then takes the pucker's part away from it.
+    // A pucker is far more common than a funnel, and both look alike from the side; an error of the head's
+    // rotation looks like a stretched or frowning mouth, and so does a lopsided face like a mouth shifted
+    // aside, which then takes over part of the pucker.
     else if (name == "mouthPucker")
       p.weight[e] = 1.5;
     else if (name == "mouthFunnel")

@@ -1,7 +1,8 @@
 // Fits head pose, expression and jaw of one frame to its 68 landmarks, the person's identity given.
 //
-// Landmarks are rays of the camera (x/z, y/z), so distortion and crop are behind us; errors are in working
-// pixels, focal_px * (x/z, y/z). Robust (Huber), with quadratic one-sided penalties instead of hard bounds.
+// Landmarks are rays of the camera (x/z, y/z), so distortion and crop are already accounted for; errors are
+// in working pixels, focal_px * (x/z, y/z). Robust (Huber), with quadratic one-sided penalties instead of
+// hard bounds.
 #pragma once
 
 #include <array>
@@ -38,10 +39,10 @@ struct FaceState {
 };
 
 struct ExpressionPrior {
-  Eigen::VectorXd weight;     // (E) residual per unit; shapes that landmarks do not see weigh more
-  Eigen::VectorXd rest;       // (E) from which `weight` and pairs count; the person's resting face (rest.h)
-  Eigen::VectorXd low, high;  // (E) range in which the expression is meant
-  Eigen::VectorXd change;     // (E) share of a pull's weight: what moves faster is pulled less
+  Eigen::VectorXd weight;     // (E) residual per unit; shapes that landmarks hardly see weigh more
+  Eigen::VectorXd rest;       // (E) origin for `weight` and pairs; the person's resting face (rest.h)
+  Eigen::VectorXd low, high;  // (E) valid range of the expression
+  Eigen::VectorXd change;     // (E) share of a pull's weight: faster shapes are pulled less
   std::vector<std::array<int, 2>> pairs;  // left and right half of a shape: faces mostly move both
   double pair_weight = 8;                 // per unit of difference between the halves
   double jaw_weight = 1.0;                // per rad

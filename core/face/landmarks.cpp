@@ -1,9 +1,10 @@
-// dlib's frontal HOG detector and its 68-point shape predictor, steadied by a consensus of perturbed starts.
+// dlib's frontal HOG detector and its 68-point shape predictor, stabilised by a consensus of perturbed
+// starts.
 //
 // One run of the predictor depends on its start box and jitters by several pixels from frame to frame; a bad
 // start snaps the jaw to a collar. So it is run from 4 scales x up to 8 shifts of the box; the runs that
 // agree best form a cluster, and each point is that cluster's trimmed mean, with the cluster's rms as its
-// stated doubt. Where the first few runs agree already, the others would only repeat them.
+// uncertainty. If the first few runs already agree, the others are skipped.
 #include "core/face/landmarks.h"
 
 #include <dlib/array2d.h>
@@ -29,8 +30,9 @@ constexpr const char* kSystemPredictor = "/usr/share/dlib/shape_predictor_68_fac
 constexpr const char* kBundledPredictor = "share/likeness/shape_predictor_68_face_landmarks.dat";
 constexpr double kDetectionSide =
     1024;  // px; larger pictures are reduced first, faces of 80 px remain findable
-// Of faces where one was before. Of 107 pictures of nine people six held a chance pattern that scores more,
-// none in the face's place; a bearded face with spectacles by lamplight lies below 0 in four of five.
+// For faces where one was before. Of 107 pictures of nine people, six held a chance pattern with a higher
+// score, none in the face's place; a bearded face with spectacles by lamplight scores below 0 in four of
+// five.
 constexpr double kMinScore = -0.5, kSamePlace = 0.35;
 constexpr int kScales = 4, kShifts = 8;
 constexpr double kCalmShare = 0.7, kCalmSpread = 0.012;  // of the runs, of the box's width: enough agreement
@@ -59,15 +61,15 @@ Grey to_grey(const Image8& picture, int width, int height) {
   return grey;
 }
 
-// Inner points only: the jaw line is the least certain part and would split honest clusters.
+// Inner points only: the jaw line is the least certain part and would split genuine clusters.
 double shape_distance(const Shape& a, const Shape& b) {
   double sum = 0;
   for (int i = 17; i < kLandmarkCount; ++i) sum += (a[i] - b[i]).squaredNorm();
   return std::sqrt(sum / (kLandmarkCount - 17));
 }
 
-// Start boxes on rings round a slightly raised centre: a smaller, raised box is what a bowed head needs.
-// Every kScales boxes in a row hold all scales, and few of them already lie on different sides.
+// Start boxes on rings round a slightly raised centre: a bowed head needs a smaller, raised box. Every
+// kScales consecutive boxes hold all scales, and even a few of them lie on different sides.
 std::vector<FaceBox> perturbed_boxes(const FaceBox& box, std::uint32_t seed) {
   static constexpr double kScale[kScales] = {0.84, 0.93, 1.02, 1.11};
   static constexpr int kOrder[kShifts] = {0, 5, 2, 7, 4, 1, 6, 3};
@@ -87,7 +89,7 @@ std::vector<FaceBox> perturbed_boxes(const FaceBox& box, std::uint32_t seed) {
   return boxes;
 }
 
-// Distance of a run to the hint over points that no expression moves: nose and eye corners.
+// Distance of a run from the hint over points that no expression moves: nose and eye corners.
 double hint_distance(const Shape& run, const LandmarkHint& hint) {
   static constexpr int kRigid[] = {27, 28, 29, 30, 31, 33, 35, 36, 39, 42, 45};
   double sum = 0;
@@ -121,7 +123,7 @@ Landmarks consensus(const std::vector<Shape>& runs, double box_width, const Land
   result.cluster_share = static_cast<double>(members.size()) / n;
   std::vector<std::pair<double, int>> by_distance(members.size());
   for (int p = 0; p < kLandmarkCount; ++p) {
-    // The median is the centre; the furthest quarter is left out of the mean but not of the doubt.
+    // The median is the centre; the furthest quarter is left out of the mean but not of the uncertainty.
     std::vector<double> xs, ys;
     for (int m : members) xs.push_back(runs[m][p].x()), ys.push_back(runs[m][p].y());
     const Vec2d centre(median(std::move(xs)), median(std::move(ys)));
@@ -146,7 +148,7 @@ bool is_calm(const Landmarks& found, double box_width, const LandmarkHint* hint)
   return !hint || hint_distance(found.points, *hint) <= 2 * hint->sigma;
 }
 
-// Unpacking it takes longer than a detector's use: once for all.
+// Unpacking it takes longer than using it, so it is done once.
 const dlib::frontal_face_detector& frontal_detector() {
   static const dlib::frontal_face_detector detector = dlib::get_frontal_face_detector();
   return detector;
@@ -191,7 +193,7 @@ Result<FaceDetector> FaceDetector::load(const std::filesystem::path& predictor) 
                  "Check the path, or leave it out to use the system's model (package libdlib-data).",
                  path.string()};
   }
-  // The file is 100 MB: detectors on one path share what was read.
+  // The file is 100 MB: detectors of the same path share what was read.
   static std::mutex mutex;
   static std::filesystem::path loaded_path;
   static std::weak_ptr<const Impl> loaded;
@@ -204,7 +206,7 @@ Result<FaceDetector> FaceDetector::load(const std::filesystem::path& predictor) 
         path.string()};
   };
   try {
-    if (!predictor.empty()) {  // the system's comes checked, and reading it twice would take half a second
+    if (!predictor.empty()) {  // the system's is trusted, and reading it twice would take half a second
       std::ifstream file(path, std::ios::binary);
       if (const auto sound = check_predictor(file, std::filesystem::file_size(path)); !sound)
         return unreadable(sound.error().what);
@@ -257,7 +259,7 @@ std::vector<FaceBox> FaceDetector::detect(const Image8& rgb, const FaceBox* befo
     detect_at(scale);
     if (boxes.empty() && scale <= 1) detect_at(std::min(1.5, scale * 2));  // small faces
   } catch (const std::exception&) {
-    return {};  // dlib throws only when out of memory here; a picture without a face is the honest answer
+    return {};  // dlib throws only when out of memory here; no face is then the best answer
   }
   std::sort(boxes.begin(), boxes.end(), [](const FaceBox& a, const FaceBox& b) { return a.score > b.score; });
   return boxes;
@@ -267,8 +269,8 @@ Landmarks FaceDetector::landmarks(const Image8& rgb, const FaceBox& box, std::ui
                                   const LandmarkHint* hint, const LandmarkEffort& effort) const {
   LIKENESS_CHECK(!rgb.empty() && box.width > 0 && box.height > 0, "picture %dx%d, box %gx%g", rgb.width,
                  rgb.height, box.width, box.height);
-  // Only the surroundings of the face are converted; faces over 300 px are reduced, the predictor gains
-  // nothing.
+  // Only the surroundings of the face are converted; faces over 300 px are reduced, as the predictor gains
+  // nothing from them.
   const int x0 = static_cast<int>(std::floor(box.x - 0.75 * box.width)),
             y0 = static_cast<int>(std::floor(box.y - 0.75 * box.height));
   const int w = static_cast<int>(std::ceil(2.5 * box.width)),

@@ -18,7 +18,7 @@ namespace likeness {
 
 struct FaceBox {
   double x = 0, y = 0, width = 0, height = 0;  // px
-  double score = 0;  // of the detector, higher is surer; below 0 only where a face was a moment ago
+  double score = 0;  // of the detector, higher is more certain; below 0 only where a face was a moment ago
 };
 
 // Shared area over joint area, 0..1.
@@ -26,13 +26,13 @@ double overlap(const FaceBox& a, const FaceBox& b);
 
 struct Landmarks {
   std::array<Vec2d, kLandmarkCount> points;     // px
-  std::array<double, kLandmarkCount> spread{};  // px, rms over the cluster: honest doubt
+  std::array<double, kLandmarkCount> spread{};  // px, rms over the cluster: the uncertainty
   double cluster_share = 0;                     // share of the perturbed runs that agree, 0..1
-  int runs = 0;                                 // of the predictor that were made
+  int runs = 0;                                 // of the predictor
 };
 
-// How many perturbed boxes the predictor runs from; each costs about a millisecond. The first runs suffice
-// where they agree with each other and with the hint; else the rest are made too.
+// How many perturbed boxes the predictor runs from; each costs about a millisecond. The first runs suffice if
+// they agree with each other and with the hint; otherwise the rest are made too.
 struct LandmarkEffort {
   int first = 32, most = 32;  // rounded up to whole rings of 4 scales
 };
@@ -40,7 +40,7 @@ struct LandmarkEffort {
 // Mean spread of the inner points (17..67), px.
 double inner_spread(const Landmarks& landmarks);
 
-// Where a tracked head says the landmarks lie; decides between clusters, not where a point is.
+// Where a tracked head predicts the landmarks; it selects the cluster, not the points' places.
 struct LandmarkHint {
   std::array<Vec2d, kLandmarkCount> points;  // px
   double sigma = 4;                          // px, of its rigid points (nose, eye corners)
@@ -49,15 +49,14 @@ struct LandmarkHint {
 // Holds dlib's models, which detectors of one file share. The const members may run on many threads at once.
 class FaceDetector {
  public:
-  // predictor: empty = shape_predictor_68_face_landmarks.dat that came along with the program, or the
-  // system's.
+  // predictor: empty = shape_predictor_68_face_landmarks.dat bundled with the program, or the system's.
   static Result<FaceDetector> load(const std::filesystem::path& predictor = {});
   ~FaceDetector();
   FaceDetector(FaceDetector&&) noexcept;
   FaceDetector& operator=(FaceDetector&&) noexcept;
 
-  // Best first; faces of at least about 60 px. before: where a face was a moment ago. A face in its place is
-  // found with less evidence than another: heads turn, lamps go dim and hands cover mouths, but faces do not
+  // Best first; faces of at least about 60 px. before: where a face was a moment ago. A face in its expected
+  // place needs less evidence than another: heads turn, lamps go dim and hands cover mouths, but faces do not
   // vanish (the two thresholds of Canny's edges, IEEE PAMI 8 (1986)).
   std::vector<FaceBox> detect(const Image8& rgb, const FaceBox* before = nullptr) const;
   // rgb: one or three channels.

@@ -1,5 +1,5 @@
-// Between landmarks in a picture and what a fit takes and gives: pixels to rays, and the way back from a
-// fitted pose to where the landmarks of the next look should be.
+// Between landmarks in a picture and a fit: pixels to rays, and back from a fitted pose to where the next
+// landmarks are expected.
 #pragma once
 
 #include "core/camera/camera.h"
@@ -15,7 +15,7 @@ FaceObservation observe_face(const Landmarks& landmarks, const Intrinsics& sourc
 
 // Where a head of this pose shows its landmarks, at a neutral face; px of the intrinsics' picture.
 struct ExpectedFace {
-  FaceBox box;  // as the predictor wants its start
+  FaceBox box;  // as the predictor expects its start box
   LandmarkHint hint;
 };
 ExpectedFace expect_face(const ReducedHead& head, const ReducedPerson& person, const Intrinsics& intrinsics,

@@ -1,6 +1,6 @@
 // The walk through the file: see predictor_file.h. The order of its parts is that of dlib's
 // serialize(shape_predictor): version, mean shape, forests of regression trees, then for each forest the
-// landmarks that its pixels hang on and the pixels' offsets from them.
+// landmarks to which its pixels are anchored and the pixels' offsets from them.
 #include "core/face/predictor_file.h"
 
 #include <dlib/serialize.h>
@@ -17,8 +17,8 @@ namespace likeness {
 namespace {
 
 constexpr long kCoordinates = 2 * kLandmarkCount;
-// Of shapes and their changes, in sides of the face's box: far beyond any face, far within what a pixel's
-// number holds.
+// Of shapes and their changes, in sides of the face's box: far beyond any face, well within the range of a
+// pixel coordinate.
 constexpr float kLargest = 1000;
 
 struct Fault {
@@ -35,7 +35,7 @@ class Walk {
     dlib::deserialize(value, in_);
     return value;
   }
-  // Each of what is counted takes a byte at least.
+  // Every counted element takes at least a byte.
   std::uint64_t count() {
     const auto n = next<unsigned long>();
     if (n > bytes_) throw Fault{fmt::format("it claims {} parts in a file of {} bytes", n, bytes_)};
@@ -45,7 +45,7 @@ class Walk {
     if (!(std::abs(next<float>()) <= kLargest))
       throw Fault{"one of its numbers is not an offset within a face"};
   }
-  // dlib writes both sides negative; it did not always.
+  // dlib writes both dimensions negated; older versions did not.
   void shape() {
     const auto rows = next<long>(), columns = next<long>();
     const bool fits = (rows == kCoordinates && columns == 1) || (rows == -kCoordinates && columns == -1);
@@ -54,7 +54,7 @@ class Walk {
                               kCoordinates)};
     for (long i = 0; i < kCoordinates; ++i) number();
   }
-  // The pixels that a forest compares, at least.
+  // The least number of pixels that a forest compares.
   std::uint64_t forest() {
     std::uint64_t pixels = 0;
     for (std::uint64_t trees = count(); trees > 0; --trees) {

@@ -1,5 +1,5 @@
-// Whether a file of dlib's shape predictor keeps what dlib's code takes for granted: it follows a file's
-// indices without a look and takes the memory that a file's counts ask for. Internal to core/track.
+// Checks what dlib's code takes for granted in a shape predictor's file: dlib follows the file's indices
+// unchecked and allocates whatever its counts ask for. Internal to core/track.
 #pragma once
 
 #include <cstdint>
@@ -10,7 +10,7 @@
 namespace likeness {
 
 // in: the file from its start; bytes: its length. Reads all of it and keeps none of it. The error's `what`
-// tells the fault; its other fields are the caller's.
+// names the fault; its other fields are filled in by the caller.
 Result<void> check_predictor(std::istream& in, std::uint64_t bytes);
 
 }  // namespace likeness

@@ -11,9 +11,9 @@ namespace {
 
 constexpr double kContourReach =
     0.045;                              // m, how far along the surface a landmark may slide to the silhouette
-constexpr double kContourBand = 0.028;  // m, skin further from the jaw line is no jaw line
-constexpr double kContourBelow = 0.010;    // m, under the jaw line begins the neck
-constexpr std::size_t kContourLimit = 90;  // points a landmark; thinned evenly above
+constexpr double kContourBand = 0.028;  // m, skin further away does not count as jaw line
+constexpr double kContourBelow = 0.010;    // m, below the jaw line the neck begins
+constexpr std::size_t kContourLimit = 90;  // points per landmark; thinned evenly above that
 
 double segment_distance(const Vec3d& p, const Vec3d& a, const Vec3d& b) {
   const Vec3d d = b - a;

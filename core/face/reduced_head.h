@@ -1,10 +1,10 @@
-// The head model cut down to the few surface points that landmarks see: the 68 landmarks and, for the jaw
+// The head model reduced to the few surface points that landmarks see: the 68 landmarks and, for the jaw
 // line, the skin near it. Linear in identity and expression, plus the jaw's opening; with derivatives.
 //
-// Notation: point = (1 - w) s + w (R(jaw) (s - j) + j),  s = base + B identity + D expression +
-// C vec(R(jaw) - I), w = skinning weight of the jaw, j = jaw joint (moves with the identity), C = the jaw's
-// pose correctives, which come before the turn as in the whole head (core/head/pose_head.h). That the joint
-// also moves with the expression there is left out.
+// Notation: point = (1 - w) s + w (R(jaw) (s - j) + j),  s = base + B identity + D expression + C vec(R(jaw)
+// - I), w = skinning weight of the jaw, j = jaw joint (moves with the identity), C = the jaw's pose
+// correctives, which come before the turn as in the whole head (core/head/pose_head.h). There the joint also
+// moves with the expression; this is left out here.
 #pragma once
 
 #include <array>
@@ -40,8 +40,7 @@ struct ReducedHead {
 // belongs to the base, m; or empty.
 ReducedHead reduce_head(const HeadModel& model, int max_identity, std::span<const Vec3f> offsets = {});
 
-// Of a person who is known: what their identity has beyond the directions kept, and their offsets, are part
-// of the base.
+// For a known person: their identity beyond the directions kept, and their offsets, become part of the base.
 ReducedHead reduce_head(const HeadModel& model, int max_identity, const PersonShape& person);
 
 // The reduced head of one person: identity applied.
@@ -51,7 +50,7 @@ struct ReducedPerson {
 };
 ReducedPerson reduced_person(const ReducedHead& head, const Eigen::VectorXd& identity);
 
-// The jaw turned by so much, rad: R, d R / d jaw, C vec(R - I) and its derivative.
+// The jaw turned by an angle, rad: R, d R / d jaw, C vec(R - I) and its derivative.
 struct JawTurn {
   explicit JawTurn(double jaw);
   Mat3d turn, rate;
@@ -60,7 +59,7 @@ struct JawTurn {
   double cosine, sine;
 };
 
-// One point in the head frame and, where asked for, its derivatives.
+// One point in the head frame and, if requested, its derivatives.
 struct PointDerivatives {
   Vec3d by_jaw;    // m/rad
   Mat3d by_shape;  // d point / d s: (1 - w) I + w R; expression's is by_shape * D

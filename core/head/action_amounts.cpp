@@ -61,7 +61,8 @@ ActionBasis action_basis(const HeadModel& model) {
     coefficients.col(a).tail<3>() = action.jaw.cast<double>();
   }
   Eigen::MatrixXd metric = face_metric(model).cast<double>();
-  // Two shapes that undo each other (the mouth to the left and to the right) are told apart by their names.
+  // Two shapes that undo each other (the mouth to the left and to the right) are distinguished by their
+  // names.
   if (e > 0) {
     const double mean = metric.diagonal().head(e).mean();
     metric.diagonal().head(e).array() += kTie * mean;

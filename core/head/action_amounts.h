@@ -1,7 +1,7 @@
-// How much of each named action a face shows: the way back from a model's own coefficients to actions, which
-// is what two head models have in common.
+// How much of each named action a face shows: from a model's own coefficients back to actions, which are what
+// two head models have in common.
 //
-// Solved in the motion of the surface (m), not in coefficients, whose sizes mean nothing: expression x and
+// Solved in the motion of the surface (m), not in coefficients, whose sizes are arbitrary: expression x and
 // jaw rotation j move the vertices by D [x; j], D = [expression basis | derivative by the jaw at rest]; the
 // amounts minimise |D (A a - [x; j])|^2 + a little ridge, A = the actions' coefficients. Linear. A thousandth
 // of the coefficients' own distance breaks ties.
@@ -21,7 +21,7 @@ struct ActionBasis {
 };
 ActionBasis action_basis(const HeadModel& model);  // costs about 0.1 s: keep it
 
-// (A) 1 = full; from expression and jaw alone. The eyeballs do not count: trackers measure gaze by itself.
+// (A) 1 = full; from expression and jaw alone. The eyeballs are ignored: trackers measure gaze separately.
 Eigen::VectorXf face_amounts(const ActionBasis& basis, const Articulation& articulation);
 
 // (A) as above, but actions that turn an eyeball (eyeLook*) are judged by how far it is turned, >= 0.
@@ -33,7 +33,7 @@ struct SeenAction {
   float low = 0, high = 0;
 };
 
-// -1 where the basis knows no such action.
+// -1 if the basis has no such action.
 int action_index(const ActionBasis& basis, std::string_view name);
 
 // Squared size of a change of the face on the surface, m^2 summed over vertices: d^T G d for d = [x; j].

@@ -29,7 +29,7 @@ constexpr std::array<RowNode, 11> kNodes{{{0, 48, 10, 90, 90},
                                           {76, -85, -5, -38, -18},
                                           {79, -112, -9, -27, -10}}};
 
-// Wanted distance between rows, mm, at a node's row number; rows crowd at the nose's underside and the lips.
+// Target distance between rows, mm, at a node's row number; rows crowd at the nose's underside and the lips.
 constexpr std::array<Vec2d::Scalar, 11> kSpacing{11, 8, 4.6, 3.5, 1.8, 3.4, 4.0, 5.0, 6.5, 8.0, 8.5};
 
 // Natural cubic spline through (x, y) at the whole numbers x.front() .. x.back().
@@ -94,7 +94,7 @@ Chart make_chart() {
   raw.back_elevation = spline_at_integers(row, back);
   const std::vector<double> wanted = spline_at_integers(row, spacing);
 
-  // Number of rows of the wanted spacing above each quarter of a raw row, measured on the front and the
+  // Number of rows of the target spacing above each quarter of a raw row, measured on the front and the
   // cheek.
   constexpr int kFine = 4;
   const double cheek = chart_of(raw, frontal_hit(48, 0)).x();

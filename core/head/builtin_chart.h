@@ -22,7 +22,7 @@ Chart make_chart();
 // at = (column, row).
 Vec3d skin_at(const Chart& chart, const Vec2d& at);
 
-// Where on the chart a point lies (its ray goes through the point).
+// The place of a point on the chart (its ray goes through the point).
 Vec2d chart_of(const Chart& chart, const Vec3d& point);
 
 }  // namespace likeness::builtin

@@ -15,7 +15,7 @@ struct Push {
   Lip lip = Lip::both;
 };
 
-// A symmetric field of pushes on skin. Lids keep to their eyeball; teeth, tongue and ears stay.
+// A symmetric field of pushes on skin. Lids stay on their eyeball; teeth, tongue and ears stay.
 Field push_field(const WholeHead& head, const std::vector<Push>& pushes) {
   Field left(head.left_count, Vec3d::Zero());
   for (int i = 0; i < head.left_count; ++i) {
@@ -53,8 +53,8 @@ Field mouth_shift_field(const WholeHead& head, double shift) {
 // How far the jaw can be open with the lips still closed, rad: half of jawOpen.
 constexpr double kClosableOpening = 12.5 * std::numbers::pi / 180;
 
-// Closes the lips over a jaw open so far: both are brought to where the opening's first third would have put
-// them.
+// Closes the lips over a jaw open by this much: both are moved to where the opening's first third would have
+// put them.
 Field mouth_close_field(const WholeHead& head) {
   const Mat3d open = Eigen::AngleAxisd(kClosableOpening, Vec3d::UnitX()).toRotationMatrix();
   Field left(head.left_count, Vec3d::Zero());

@@ -20,7 +20,7 @@ struct WholeHead {
 };
 WholeHead make_whole_head();
 
-// Share of a vertex that the jaw carries, 0..1.
+// Skinning weight of the jaw at a vertex, 0..1.
 double jaw_weight(const HalfVertex& vertex);
 inline const Vec3d kJawJoint(0, 3, 16), kNeckJoint(0, -88, -14), kRootJoint(0, -165, -24);  // mm
 
@@ -37,7 +37,7 @@ Vec3d bump_at(const Bump& bump, const Vec3d& point);
 Field mirrored(const WholeHead& head, const Field& left);
 // The part of a symmetric field on one side; the two sides add up to the field.
 Field one_side(const WholeHead& head, const Field& symmetric, bool left);
-// What changing the opening between the lids does.
+// The effect of changing the opening between the lids.
 Field lid_field(const WholeHead& head, const EyeOpening& opening);
 
 struct NamedField {

@@ -46,9 +46,8 @@ Eigen::MatrixXf skinning_of(const WholeHead& head) {
   return weights;
 }
 
-// Weights of the vertices within `reach` of a joint's height whose mean is the joint: of all those that add
-// up to one and put the joint exactly there, the ones closest to equal. So the joint follows the flesh around
-// it.
+// Weights of the vertices within `reach` of a joint's height whose mean is the joint: of all that add up to
+// one and put the joint exactly there, those closest to equal. The joint thus follows the tissue around it.
 void regress_joint(const WholeHead& head, const Vec3d& joint, const std::vector<int>& vertices,
                    Eigen::MatrixXf& regressor, int row) {
   const int n = int(vertices.size());

@@ -1,4 +1,4 @@
-// The built-in head: made by this code alone, so that everything works without a downloaded model.
+// The built-in head: made entirely by this code, so that everything works without a downloaded model.
 #pragma once
 
 #include <string>
@@ -8,7 +8,7 @@
 
 namespace likeness {
 
-// Deterministic; built anew at every call, in about half a second: keep the result.
+// Deterministic; built afresh at every call, in about half a second: keep the result.
 HeadModel make_builtin_head();
 
 // What its identity directions mean, in their order: "jaw_width", "nose_length", ...

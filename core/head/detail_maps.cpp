@@ -185,7 +185,7 @@ MapToVertices::MapToVertices(const HeadModel& model, const TextureCorners& corne
         }
       }
   }
-  // Of coarse maps a vertex may have no texel of its own.
+  // With coarse maps a vertex may have no texel of its own.
   constexpr double kNone = 1e-3;
   std::erase_if(shares_, [&](const Share& s) { return sum[s.vertex] < kNone; });
   for (Share& s : shares_) s.weight = float(double(s.weight) / sum[s.vertex]);

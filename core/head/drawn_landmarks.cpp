@@ -20,8 +20,8 @@ Vec3d landmark_place(const HeadModel& model, int landmark) {
 }
 
 // Against ICT-FaceKit's list, of one-hot vertices: medians over five people's clips of the offset between
-// landmarks found anew and the fitted model's (core/lab/truth/track_checks.h), mirrored halves averaged. From
-// one person to the next they differ by 0.003 to 0.01; what is smaller than that is left out.
+// newly detected landmarks and the fitted model's (core/lab/truth/track_checks.h), mirrored halves averaged.
+// From one person to the next they differ by 0.003 to 0.01; smaller shifts are left out.
 constexpr std::array kIctShifts = std::to_array<DrawnLandmark>({
     {17, {0.006f, -0.015f}},  {18, {-0.008f, -0.003f}}, {20, {-0.007f, -0.007f}}, {21, {-0.009f, -0.023f}},
     {27, {0, 0.009f}},        {29, {0, -0.013f}},       {31, {0.004f, 0.008f}},   {33, {0, -0.014f}},
@@ -31,10 +31,10 @@ constexpr std::array kIctShifts = std::to_array<DrawnLandmark>({
     {65, {-0.022f, 0.002f}},  {66, {0, 0.007f}},
 });
 
-// Against the built-in head's: medians of the same offsets over the landmark fits of five other people's
-// clips than figures are trained on, by a program changed to hold the identity fifty times as firmly as a fit
-// does: left free, it takes most of an offset upon itself, and the head's pitch with it. What is smaller than
-// 0.004 is left out, and the inner lips stay: the mouth's pocket is cut along them.
+// Against the built-in head's: medians of the same offsets over landmark fits of clips of five people on whom
+// no figures are measured, with the identity held fifty times as firmly as in a normal fit: left free,
+// identity and head pitch absorb most of an offset. Shifts below 0.004 are left out, and the inner lips stay:
+// the mouth's pocket is cut along them.
 constexpr std::array kBuiltinShifts = std::to_array<DrawnLandmark>({
     {17, {-0.021f, -0.016f}}, {18, {-0.010f, 0.003f}},  {19, {0.005f, 0.004f}},  {20, {-0.005f, 0.001f}},
     {21, {-0.010f, -0.015f}}, {27, {0, 0.011f}},        {29, {0, -0.011f}},      {30, {0, -0.015f}},
@@ -79,7 +79,7 @@ void draw_landmarks(HeadModel& model, std::span<const DrawnLandmark> shifts) {
   std::vector<std::vector<int>> of_vertex(model.vertices.size());
   for (std::size_t t = 0; t < model.triangles.size(); ++t)
     for (int k = 0; k < 3; ++k) of_vertex[std::size_t(model.triangles[t][k])].push_back(int(t));
-  // What counts is where a place is seen from the front; its depth only parts surfaces over each other.
+  // Only the place seen from the front counts; depth merely separates overlapping surfaces.
   const auto seen = [](const Vec3d& p) { return Vec3d(p.x(), p.y(), 0.2 * p.z()); };
   const auto move = [&](int landmark, const Vec3d& shift) {
     const Vec3d from = landmark_place(model, landmark), to = seen(from + eyes * shift);

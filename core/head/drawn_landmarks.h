@@ -1,6 +1,6 @@
-// The 68 landmarks where a shape predictor draws them. A head model's own list follows iBUG's drawing as its
-// author read it; a predictor trained on iBUG 300-W draws some of them elsewhere, the same way on everybody.
-// A fit that takes the two for one point pays with a bent shape, expression and pose.
+// The 68 landmarks where a shape predictor draws them. A head model's own list follows its author's reading
+// of iBUG's drawing; a predictor trained on iBUG 300-W puts some of them elsewhere, consistently for
+// everybody. A fit that equates the two distorts shape, expression and pose.
 #pragma once
 
 #include <array>
@@ -16,7 +16,7 @@ struct LandmarkShift {
   float x = 0, y = 0;
 };
 
-// One landmark of a pair is enough, or one in the middle: the face's halves are drawn alike.
+// One landmark of a pair, or one in the middle: both halves of the face are treated alike.
 struct DrawnLandmark {
   int landmark = 0;
   LandmarkShift shift;

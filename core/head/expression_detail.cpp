@@ -10,8 +10,8 @@
 namespace likeness {
 namespace {
 
-constexpr float kStill = 2e-5f;  // m; a vertex that no map moves further is left out
-constexpr int kBlocks = 5;       // of neighbouring frames, each kept out once
+constexpr float kStill = 2e-5f;  // m; vertices that no map moves further are left out
+constexpr int kBlocks = 5;       // of neighbouring frames, each held out once
 constexpr double kRidges[] = {1e-4, 1e-3, 1e-2, 1e-1, 1, 10, 100};  // times the inputs' mean square
 constexpr double kSmallest = 1e-14;                                 // m^2; less is rounding
 
@@ -28,7 +28,7 @@ Eigen::MatrixXd regress(const Eigen::MatrixXd& x, const Eigen::MatrixXd& s, doub
   return solve_symmetric_columns(normal, x.transpose() * s);
 }
 
-// Squared error of the scores of blocks that the regression did not see, about the means of those it saw.
+// Squared error of the scores of blocks held out from the regression, about the means of the others.
 double unseen_error(const Eigen::MatrixXd& x, const Eigen::MatrixXd& s, double ridge) {
   const Eigen::Index n = x.rows();
   double sum = 0;
@@ -141,7 +141,7 @@ LearntDetail learn_detail(const std::vector<DetailFrame>& frames, const DetailOp
   detail.basis = basis.cast<float>(), learnt.scores = scores.cast<float>();
   detail.low = learnt.scores.colwise().minCoeff(), detail.high = learnt.scores.colwise().maxCoeff();
 
-  // -- What expression and jaw tell of them, weighed as the surface is.
+  // -- What expression and jaw explain of them, weighted as on the surface.
   const Eigen::RowVectorXd weight = basis.colwise().norm();
   const Eigen::MatrixXd weighted = scores * weight.asDiagonal();
   const double unit = std::max(1e-12, x.squaredNorm() / double(x.cols()));

@@ -66,7 +66,8 @@ Result<void> unpack_objects(NpzArchive& archive, const std::string& where) {
     const auto elements = pickle_elements(*document, document->root);
     if (!elements || elements->size() != 1) continue;
     auto inner = pickle_array(*document, elements->front());
-    if (inner) array = std::move(*inner);  // what is no array stays unread; the loader asks for numbers
+    if (inner)
+      array = std::move(*inner);  // what is not an array stays unread; the loader will ask for numbers
   }
   return {};
 }

@@ -19,14 +19,13 @@ namespace likeness {
 // models of the family (SMPL, SMPL-X, MANO) are refused by name.
 Result<NpzArchive> read_flame_pickle(std::span<const std::byte> file, const std::string& where);
 
-// The relative of FLAME that a model of so many vertices and joints is: "SMPL, a body model"; nullptr for
-// none.
+// The relative of FLAME with this many vertices and joints: "SMPL, a body model"; nullptr if there is none.
 const char* flame_relative(std::size_t vertices, std::size_t joints);
 
 // Arrays of Python objects (NpyArray kind O) in an .npz that hold one numeric array each, unpacked.
 Result<void> unpack_objects(NpzArchive& archive, const std::string& where);
 
-// "FLAME 2020" by the names of file and folder; "FLAME" where they do not tell.
+// "FLAME 2020" by the names of file and folder; "FLAME" if they do not say.
 std::string flame_name(const std::filesystem::path& path);
 
 }  // namespace likeness

@@ -20,7 +20,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr int kInnerCount = kLandmarkCount - kContourCount;  // 51
-constexpr std::size_t kMaxRows = 361;                        // one a degree, all round
+constexpr std::size_t kMaxRows = 361;                        // one per degree, all round
 
 Error bad_embedding(const std::string& where, const std::string& what) {
   return {ErrorCode::bad_input, "The landmark embedding cannot be used: " + what,
@@ -91,7 +91,7 @@ std::vector<fs::path> folders_of(const fs::path& model_file) {
   return {beside, beside / ".."};
 }
 
-// The first of the candidates that exists, parsed; nothing where none exists.
+// The first of the candidates that exists, parsed; nullopt if none exists.
 Result<std::optional<LandmarkEmbedding>> first_present(const std::vector<fs::path>& folders,
                                                        const Names& names) {
   for (const fs::path& folder : folders)

@@ -1,4 +1,4 @@
-// Where the 68 iBUG landmarks lie on FLAME. The model files do not say; the embedding comes beside them:
+// Where the 68 iBUG landmarks lie on FLAME. The model files do not say; separate embedding files do:
 //   landmark_embedding.npy      DECA's and its successors': 51 inner landmarks, a contour table, often all 68
 //   flame_static_embedding.pkl and flame_dynamic_embedding.npy      RingNet's, FLAME_PyTorch's: 51 + the
 //   table flame_static_embedding_68.pkl      TF_FLAME's: 68 at once
@@ -35,12 +35,12 @@ Result<LandmarkEmbedding> parse_landmark_embedding(std::span<const std::byte> fi
 // Looks beside the model file, then in the folder above. An Error (not_found) says which file to put where.
 Result<FlameLandmarks> read_flame_landmarks(const std::filesystem::path& model_file);
 
-// The embedding files that read_flame_landmarks would read; empty where there are none.
+// The embedding files that read_flame_landmarks would read; empty if there are none.
 std::vector<std::filesystem::path> landmark_files_beside(const std::filesystem::path& model_file);
 
 // Puts the landmarks on the model; every index is checked against its triangles. The table's sense of yaw
-// differs between the programs that use it, so it is taken from the mesh: on the side that turns away the
-// contour moves forward.
+// differs between the programs that use it, so it is determined from the mesh: on the side that turns away
+// the contour moves forward.
 Result<void> attach_landmarks(const FlameLandmarks& landmarks, const std::string& where, HeadModel& model);
 
 }  // namespace likeness

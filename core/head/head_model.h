@@ -19,7 +19,7 @@ enum Joint : int { kRoot = 0, kNeck = 1, kJaw = 2, kLeftEye = 3, kRightEye = 4, 
 inline constexpr int kLandmarkCount = 68;     // iBUG-68, subject's right jaw first
 inline constexpr int kPoseFeatureCount = 36;  // (R - I) of joints 1..4, row-major
 
-// What a vertex belongs to. unknown where a model file does not say.
+// What a vertex belongs to. unknown if a model file does not say.
 enum class HeadPart : std::uint8_t {
   face,
   scalp_neck,
@@ -40,10 +40,11 @@ struct NamedAction {
   Eigen::VectorXf expression;                                 // (E) coefficients at full action
   Vec3f jaw = Vec3f::Zero();                                  // rotation vector, rad, at full action
   Vec3f left_eye = Vec3f::Zero(), right_eye = Vec3f::Zero();  // of the eyeballs, rad (eyeLook*)
-  float residual = 0;  // share of the motion that the model cannot make, 0..1; 0 where it is the model's own
+  float residual =
+      0;  // share of the motion that the model cannot represent, 0..1; 0 if it is the model's own
 };
 
-// Who somebody is, in a head model's terms.
+// A person's shape, in a head model's terms.
 struct PersonShape {
   Eigen::VectorXf identity;    // (I) standard deviations
   std::vector<Vec3f> offsets;  // (V) personal shape beyond the identity, head frame at rest, m; or empty
@@ -65,7 +66,7 @@ struct HeadModel {
   std::vector<HeadPart> parts;                // (V)
   std::vector<std::string> expression_names;  // (E), or empty where the model names none (FLAME)
   std::vector<NamedAction> actions;
-  Eigen::VectorXf expression_min, expression_max;  // (E) the range in which an expression is meant, e.g. 0..1
+  Eigen::VectorXf expression_min, expression_max;  // (E) valid range of an expression, e.g. 0..1
   std::vector<Vec2f> uvs;                          // (V) texture coordinates, or empty
   std::optional<DynamicContour> dynamic_contour;   // of models whose jaw line is known per yaw (FLAME)
 
@@ -85,7 +86,7 @@ Articulation neutral_articulation(const HeadModel& model);
 // Hash of everything that decides how the model poses and what its coefficients mean (not of its name).
 std::string content_hash(const HeadModel& model);
 
-// nullptr where the model knows no such action.
+// nullptr if the model has no such action.
 const NamedAction* find_action(const HeadModel& model, std::string_view name);
 // Adds `amount` (1 = full) of an action to what is already there. Rotation vectors are added.
 void add_action(Articulation& articulation, const NamedAction& action, float amount);

@@ -207,7 +207,7 @@ double smoothstep(double from, double to, double x) {
 // Weights, and the corrective that makes the jaw's turn equal to the jawOpen shape everywhere.
 void lay_skin(HeadModel& model, const Eigen::VectorXf& jaw_open) {
   const Mat3d turn = Eigen::AngleAxisd(kJawAngle, Vec3d::UnitX()).toRotationMatrix();
-  constexpr double kSteady = 0.001;  // m: near the axis the turn moves too little to tell a weight from
+  constexpr double kSteady = 0.001;  // m: near the axis the turn moves too little to determine a weight
   constexpr Eigen::Index kSineFeature = 9 + 7;  // R(2, 1) of the jaw, the second of four joints
   model.skinning_weights = Eigen::MatrixXf::Zero(model.vertex_count(), kJointCount);
   model.pose_basis = Eigen::MatrixXf::Zero(3 * model.vertex_count(), kPoseFeatureCount);

@@ -1,4 +1,4 @@
-// ICT-FaceKit's own folder: generic_neutral_mesh.obj, identity000.obj ..., one .obj an expression, as
+// ICT-FaceKit's own folder: generic_neutral_mesh.obj, identity000.obj ..., one .obj per expression, as
 // https://github.com/ICT-VGL/ICT-FaceKit delivers them in FaceXModel (Li et al., "Learning Formation of
 // Physically-Based Face Attributes", CVPR 2020; light version, MIT licence). Centimetres, quads and
 // triangles.
@@ -8,7 +8,7 @@
 // eyeballs left 21451..23020 and right 23021..24590; lacrimal fluid, eye blend, eye occlusion and lashes
 // after that are left out.
 //
-// ICT has no skeleton; ours is laid into it:
+// ICT has no skeleton; this one is added:
 //   root and neck   fixed places 15.5 and 8.5 cm below its origin, the neck fading into the shoulders
 //   eyes            the centres of the eyeballs, which turn with them
 //   jaw             near the joints of the real jaw, 0.55 cm below and 1.8 cm before the origin; a turn of
@@ -32,7 +32,7 @@ struct ObjMesh {
   std::vector<Vec3f> vertices;      // in the file's unit
   std::vector<Triangle> triangles;  // polygons are cut into fans
 };
-// The positions and faces of an .obj; what else is in it is passed over. An Error names the line.
+// The positions and faces of an .obj; the rest is ignored. An Error names the line.
 Result<ObjMesh> parse_obj(std::span<const std::byte> file, const std::string& where, bool with_faces = true);
 
 // The folder itself or the one that holds FaceXModel. About three seconds: 154 files of 3 MB.

@@ -1,5 +1,5 @@
 // Reads head models in the FLAME key schema, trusting nothing in them: every shape, index, sum and value is
-// checked, and what is wrong is told with the key and both sizes.
+// checked, and errors name the key and both sizes.
 #include "core/head/load_head_model.h"
 
 #include <fmt/format.h>
@@ -39,7 +39,7 @@ using RowMajor = Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::Row
 std::string shape_text(const Shape& shape) { return fmt::format("({})", fmt::join(shape, ", ")); }
 
 // The archive with the first fault found in it: checks after a fault do nothing, so that the reading below
-// stays one line a key.
+// stays one line per key.
 class Reader {
  public:
   Reader(const NpzArchive& archive, std::string file) : archive_(archive), file_(std::move(file)) {}
@@ -292,7 +292,7 @@ void read_landmarks(Reader& reader, const std::filesystem::path& path, HeadModel
 void read_parts(Reader& reader, HeadModel& model) {
   model.parts.assign(model.vertices.size(), HeadPart::unknown);
   if (!reader.has("part_id")) {
-    // What hangs on an eye's joint is that eyeball: the one part that FLAME's files tell.
+    // Vertices bound to an eye's joint are that eyeball: the one part that FLAME's files identify.
     for (int v = 0; v < model.vertex_count(); ++v)
       for (const auto& [joint, part] :
            {std::pair{kLeftEye, HeadPart::left_eyeball}, std::pair{kRightEye, HeadPart::right_eyeball}})
@@ -316,7 +316,7 @@ std::vector<std::filesystem::path> name_files_beside(const std::filesystem::path
   return files;
 }
 
-// Names in a text file, one a line: of the first that holds as many as needed.
+// Names in a text file, one per line: the first file that holds as many as needed.
 std::vector<std::string> names_beside(const std::filesystem::path& model_path, std::size_t count) {
   for (const std::filesystem::path& candidate : name_files_beside(model_path)) {
     const Result<std::string> text = read_text(candidate);
@@ -345,7 +345,7 @@ void read_names(Reader& reader, const NpzArchive& archive, const std::filesystem
   }
   const bool named = !model.expression_names.empty();
   const Eigen::Index size = Eigen::Index(count);
-  // Named shapes are meant from none to full; unnamed ones are principal components, in standard deviations.
+  // Named shapes range from 0 to 1; unnamed ones are principal components, in standard deviations.
   model.expression_min = Eigen::VectorXf::Constant(size, named ? 0.0f : -3.0f);
   model.expression_max = Eigen::VectorXf::Constant(size, named ? 1.0f : 3.0f);
 }

@@ -17,10 +17,10 @@ namespace likeness {
 Result<HeadModel> load_head_model(const std::filesystem::path& path);
 
 // The model of an archive in the schema above, its actions and hash included, `where` for messages. Without
-// the lmk_* keys the landmarks are looked for as FLAME's.
+// the lmk_* keys the landmarks are sought as for FLAME.
 Result<HeadModel> head_model_from_archive(const NpzArchive& archive, const std::filesystem::path& where);
 
-// Hash of everything load_head_model would read for a path: the file, what lies beside it, a folder's files.
+// Hash of everything load_head_model would read for a path: the file and its companions, or a folder's files.
 Result<std::string> head_model_files_hash(const std::filesystem::path& path);
 
 }  // namespace likeness

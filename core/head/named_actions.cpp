@@ -11,9 +11,9 @@ namespace likeness {
 namespace {
 
 constexpr float kDegree = std::numbers::pi_v<float> / 180;
-// Comfortable limits of gaze; a full eyeLook* shape of the lids goes with about this much.
+// Comfortable limits of gaze; a full eyeLook* shape of the lids corresponds to about this much.
 constexpr float kLookUp = 25 * kDegree, kLookDown = 30 * kDegree, kLookSide = 30 * kDegree;
-// Below this share of unexplained motion the jaw joint stands for the jawOpen shape.
+// Below this share of unexplained motion the jaw joint replaces the jawOpen shape.
 constexpr float kSameMotion = 0.05f;
 
 bool starts_with(const std::string& text, const char* start) { return text.rfind(start, 0) == 0; }

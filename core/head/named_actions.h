@@ -7,7 +7,7 @@
 
 namespace likeness {
 
-// One action per expression name, being that coefficient at the top of its range, except that
+// One action per expression name: that coefficient at the top of its range, except that
 // - jawOpen becomes the jaw rotation that makes the same motion, where the model has one (in ICT-FaceKit the
 // shape
 //   and a rotation of 25.33 degrees are equal): shape and joint must not both be free in a fit;

@@ -61,7 +61,7 @@ class ObjReader {
     Vec3f vertex = Vec3f::Zero();
     for (int axis = 0; axis < 3; ++axis) {
       skip_blanks(line);
-      double value = 0;  // what is too small for a float becomes zero
+      double value = 0;  // values too small for a float become zero
       if (!take(line, value) || !(std::abs(value) < 1e9)) return fail("does not hold three coordinates");
       vertex[axis] = float(value);
     }

@@ -158,7 +158,7 @@ class Machine {
   void add_items(PickleNode* container, const std::vector<PickleRef>& items) {
     if (container) container->items.insert(container->items.end(), items.begin(), items.end());
   }
-  // Elements for a list that is on top; objects that extend list or dict keep them out of sight.
+  // Elements for a list that is on top; those of objects that extend list or dict are dropped.
   void append(const std::vector<PickleRef>& items) {
     PickleNode* list = top(Kind::list, Kind::object, "a list");
     if (list && list->kind == Kind::list) add_items(list, items);
@@ -258,7 +258,7 @@ class Machine {
     document_.decoded.push_back(std::move(plain));
     push_text(Kind::bytes, document_.decoded.back());
   }
-  // Protocol 0's Unicode: Latin-1 with \uXXXX and \UXXXXXXXX for what that cannot say.
+  // Protocol 0's Unicode: Latin-1 with \uXXXX and \UXXXXXXXX for other characters.
   void push_escaped(std::string_view text) {
     std::string plain;
     const auto append = [&plain](unsigned code) {
@@ -488,7 +488,7 @@ void Machine::step(std::uint8_t code) {
       if (const std::uint8_t version = byte(); version > 5)
         fail(fmt::format("it has protocol {}, and Likeness reads 0 to 5", version));
       return;
-    case 0x95:  // frame: only a hint how much to read at once
+    case 0x95:  // frame: only a hint of how much to read at once
       if (const std::uint64_t length = unsigned_of(8); length > file_.size() - at_)
         fail(fmt::format("a frame of {} bytes is promised and {} are left", length, file_.size() - at_));
       return;
@@ -541,7 +541,7 @@ Result<PickleDocument> read_pickle(std::span<const std::byte> file, const std::s
 const PickleRef* find_key(const PickleDocument& document, PickleRef dict, std::string_view key) {
   const PickleNode& node = document.node(dict);
   if (node.kind != PickleKind::dict) return nullptr;
-  const PickleRef* found = nullptr;  // of a repeated key the last one counts, as in Python
+  const PickleRef* found = nullptr;  // the last of a repeated key counts, as in Python
   for (std::size_t i = 0; i + 1 < node.items.size(); i += 2) {
     const PickleNode& name = document.node(node.items[i]);
     if ((name.kind == PickleKind::text || name.kind == PickleKind::bytes) && name.text == key)

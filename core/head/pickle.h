@@ -1,6 +1,6 @@
 // Python pickles read as data: nothing in them is executed. A pickle is a program for a small stack machine
 // (Python's pickletools describes protocols 0 to 5); this reader runs only the instructions that build data.
-// What would call Python - GLOBAL, REDUCE, NEWOBJ, BUILD - becomes an inert record of what was asked for; the
+// Instructions that would call Python - GLOBAL, REDUCE, NEWOBJ, BUILD - become inert records of the call; the
 // records of numpy, scipy and chumpy are understood by pickle_arrays.h.
 //
 // All values lie in one flat table and refer to each other by index, so that shared and even cyclic values
@@ -31,7 +31,7 @@ enum class PickleKind : std::uint8_t {
   dict,       // items: key, value, key, value, ...
   set,        // items: elements
   global,     // text: "module name" of a class or function, never looked up
-  object,     // items: callable or class, argument tuple, and its state where BUILD gave one
+  object,     // items: callable or class, argument tuple, and its state if BUILD gave one
   persistent  // items: the identity by which a pickler stored the value outside the pickle
 };
 
@@ -57,10 +57,10 @@ struct PickleDocument {
   const PickleNode& node(PickleRef ref) const { return nodes[ref]; }
 };
 
-// Reads the pickle at the start of `file`. An Error names the byte where it cannot go on.
+// Reads the pickle at the start of `file`. An Error names the byte where reading fails.
 Result<PickleDocument> read_pickle(std::span<const std::byte> file, const std::string& name);
 
-// The value of a text key in a dict; nullptr where there is none or `dict` is not a dict.
+// The value of a text key in a dict; nullptr if it is missing or `dict` is not a dict.
 const PickleRef* find_key(const PickleDocument& document, PickleRef dict, std::string_view key);
 
 // "module name" of the class or function an object is made by; empty for everything else.

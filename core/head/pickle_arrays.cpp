@@ -42,7 +42,7 @@ class Rebuilder {
     return node(ref).kind == Kind::integer || node(ref).kind == Kind::boolean;
   }
   bool is_text(PickleRef ref) const { return node(ref).kind == Kind::text || node(ref).kind == Kind::bytes; }
-  // Names of one thing over the versions of its library: the last word counts, and the package's name.
+  // Names vary over a library's versions: only the last component and the package's name are compared.
   static bool is_named(std::string_view type, std::string_view package, std::string_view name) {
     return type.starts_with(package) && type.ends_with(name) && type.size() > name.size() &&
            type[type.size() - name.size() - 1] == ' ' &&
@@ -241,8 +241,7 @@ Result<NpyArray> Rebuilder::sparse(PickleRef ref, bool by_column, int depth) {
     if (!*array) return array->error();
   const std::size_t rows = (*extent)[0], columns = (*extent)[1], outer = by_column ? columns : rows;
   const std::size_t inner = by_column ? rows : columns;
-  // A file that holds the matrix holds a start for each of its columns; beyond that its dense form is
-  // bounded.
+  // A file with the matrix has a start for each of its columns; its dense form is bounded as well.
   const std::size_t most = std::max(kFreeBytes, document_.file.size());
   if (rows == 0 || columns == 0 || rows > most / columns / sizeof(double))
     return fault(ref, fmt::format("the sparse matrix of {} x {} is too large for its file", rows, columns));

@@ -1,4 +1,4 @@
-// The arrays inside a pickle: what numpy, scipy.sparse, chumpy and torch wrote, rebuilt from the inert
+// The arrays inside a pickle: those written by numpy, scipy.sparse, chumpy and torch, rebuilt from the inert
 // records of pickle.h. Layouts after numpy's __reduce__ of ndarray, dtype and scalars (also of numpy 2 and of
 // protocol 5), scipy's csc_matrix and csr_matrix, chumpy's Ch and its Select and Reshape (the types FLAME's
 // and its relatives' files hold), and torch's storages in their older form.
@@ -11,7 +11,7 @@
 namespace likeness {
 
 // A numeric array, C order. Sparse matrices become dense; numbers and lists of numbers become arrays too. An
-// Error says what stands there instead. Never takes more memory than a small multiple of the file.
+// Error says what is there instead. Never takes more memory than a small multiple of the file.
 Result<NpyArray> pickle_array(const PickleDocument& document, PickleRef ref);
 
 // The elements of a numpy array of objects, or of a list or tuple; an Error for anything else.

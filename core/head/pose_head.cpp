@@ -30,7 +30,7 @@ std::array<Vec3f, kJointCount> regress_joints(const HeadModel& model, const std:
   return out;
 }
 
-// Per joint: the transform of a point of the unposed head that hangs on this joint alone.
+// Per joint: the transform of a point of the unposed head bound to this joint alone.
 struct Skeleton {
   std::array<Mat3f, kJointCount> rotation;
   std::array<Vec3f, kJointCount> translation;
@@ -180,14 +180,14 @@ std::vector<Vec3f> vertex_normals(const std::vector<Vec3f>& vertices,
   std::vector<Vec3f> normals(vertices.size(), Vec3f::Zero());
   for (const Triangle& triangle : triangles) {
     const Vec3f& corner = vertices[triangle[0]];
-    // Twice the area times the unit normal: the sum is area-weighted by itself.
+    // Twice the area times the unit normal, so the sum is area-weighted.
     const Vec3f normal = (vertices[triangle[1]] - corner).cross(vertices[triangle[2]] - corner);
     for (int k = 0; k < 3; ++k) normals[triangle[k]] += normal;
   }
   for (Vec3f& normal : normals) {
     const float length = normal.norm();
     normal = length > 0 ? Vec3f(normal / length)
-                        : Vec3f(0, 0, 1);  // a vertex of no triangle still gets a unit vector
+                        : Vec3f(0, 0, 1);  // a vertex in no triangle still gets a unit vector
   }
   return normals;
 }

@@ -15,7 +15,7 @@ struct HeadShape {
 
 // identity: (I) standard deviations; shorter is padded with zero.
 HeadShape shape_head(const HeadModel& model, const Eigen::VectorXf& identity);
-// With the personal shape; offsets that are not the model's are a caller's mistake.
+// With the personal shape; offsets of another model are a programmer's mistake.
 HeadShape shape_head(const HeadModel& model, const PersonShape& person);
 
 // (V) vertices in the head frame, m.

@@ -23,10 +23,10 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr float kMaxDeviations = 10;                       // of a coefficient; faces lie within three
-constexpr double kSmallestHead = 0.7, kLargestHead = 1.4;  // heights of heads beside the model's
+constexpr double kSmallestHead = 0.7, kLargestHead = 1.4;  // heights of heads relative to the model's
 constexpr double kFrameOff = 0.06;                         // m between the middles of mesh and model
-constexpr double kUsuallyOff = 0.025;  // m between a vertex and the model's, on the average
-constexpr double kFitted = 1e-4;       // m to which the identity is to explain the mesh
+constexpr double kUsuallyOff = 0.025;                      // m between a vertex and the model's, on average
+constexpr double kFitted = 1e-4;       // m within which the identity should explain the mesh
 constexpr float kNothingLeft = 1e-5f;  // m; less is rounding
 
 constexpr std::array<const char*, 2> kCoefficientKeys{"identity", "shape"};
@@ -143,7 +143,7 @@ Result<void> check_mesh(const fs::path& path, std::span<const Vec3f> vertices, c
   return {};
 }
 
-// Whichever corner is named first.
+// Rotated to begin at the smallest corner.
 std::array<int, 3> from_smallest(const Triangle& t) {
   std::array<int, 3> corners{t[0], t[1], t[2]};
   std::rotate(corners.begin(), std::ranges::min_element(corners), corners.end());
@@ -156,7 +156,7 @@ Result<void> check_faces(const fs::path& path, const ObjMesh& mesh, const HeadMo
   for (const Triangle& t : model.triangles) own.insert(from_smallest(t));
   std::size_t common = 0;
   for (const Triangle& t : mesh.triangles) common += own.contains(from_smallest(t));
-  // Quads may be cut the other way; meshes of another topology share hardly a triangle.
+  // Quads may be split the other way; meshes of another topology share hardly a triangle.
   if (2 * common >= std::min(mesh.triangles.size(), own.size())) return {};
   return wrong_person(path,
                       fmt::format("Of the {} triangles in {}, {} are the {} head's.", mesh.triangles.size(),
@@ -164,7 +164,7 @@ Result<void> check_faces(const fs::path& path, const ObjMesh& mesh, const HeadMo
                       "The mesh is of another topology. " + needed(model));
 }
 
-// The identity that explains the mesh, and the rest. min |B x - d|^2 / kFitted^2 + |x|^2.
+// The identity that explains the mesh, and the remainder as offsets. min |B x - d|^2 / kFitted^2 + |x|^2.
 PersonShape person_of_vertices(std::span<const Vec3f> vertices, const HeadModel& model) {
   const Eigen::Index n = 3 * Eigen::Index(vertices.size()), count = model.identity_count();
   Eigen::VectorXf off(n);

@@ -1,6 +1,6 @@
-// A person's shape as other programs deliver it: identity coefficients of the head model, or the person's
+// A person's shape as delivered by other programs: identity coefficients of the head model, or the person's
 // mesh in its topology. MICA (Zielonka et al., ECCV 2022) writes both for FLAME, from a single photograph and
-// with a metre.
+// in metres.
 #pragma once
 
 #include <filesystem>
@@ -12,13 +12,14 @@ namespace likeness {
 
 // Reads
 //   .npy   (I) or (1, I): identity coefficients, standard deviations; or (V, 3) or (1, V, 3): vertices, m
-//   .npz   the same under the key identity or shape, or vertices; or the only array there is
-//   .obj   vertices, m, with the model's own faces where it has any
+//   .npz   the same under the key identity or shape, or vertices; or the only array in the file
+//   .obj   vertices, m, with the model's own faces if it has any
 // Vertices are those of the face at rest in the model's own frame, in its order. They become the identity
-// that explains them best, and what it leaves as the person's offsets, so that both together are the mesh.
+// that explains them best, and the remainder becomes the person's offsets, so that both together reproduce
+// the mesh.
 //
-// An Error says what was found and what is needed: another number of coefficients or vertices, values that
-// are not finite, coefficients that no head has, other faces, another unit than the metre, another frame.
+// An Error says what was found and what is needed: wrong number of coefficients or vertices, values that are
+// not finite, implausible coefficients, other faces, a unit other than the metre, another frame.
 Result<PersonShape> read_person(const std::filesystem::path& path, const HeadModel& model);
 
 }  // namespace likeness

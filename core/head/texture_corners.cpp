@@ -27,7 +27,7 @@ struct Corner {
   int vertex = 0, place = 0;  // from 0
 };
 
-// What an .obj says besides positions.
+// What an .obj holds besides positions.
 struct ObjTexture {
   std::vector<Vec2f> places;
   int vertices = 0;
@@ -132,7 +132,7 @@ Result<TextureCorners> read_corners(const std::filesystem::path& path, const Hea
     std::ranges::rotate(own, own.begin() + (3 - first) % 3);  // back to the model's order
     ++found;
   }
-  // Quads may be cut the other way; meshes of another topology share hardly a triangle.
+  // Quads may be split the other way; meshes of another topology share hardly a triangle.
   if (2 * found < model.triangles.size())
     return wrong(path,
                  fmt::format("Of the {} head's {} triangles, {} are in {}.", model.name,

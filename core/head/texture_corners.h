@@ -11,8 +11,8 @@ namespace likeness {
 // The model's own texture coordinates, which it must have.
 TextureCorners own_corners(const HeadModel& model);
 
-// Those of an .obj of this model, with seams where corners of one vertex lie apart (v/vt). Triangles that the
-// file lacks have all corners in one point, and so no area. An Error names what is missing: texture
+// Those of an .obj of this model, with seams where corners of one vertex lie apart (v/vt). Triangles missing
+// from the file have all corners in one point, and so no area. An Error names what is missing: texture
 // coordinates, or the model's vertices and faces.
 Result<TextureCorners> read_corners(const std::filesystem::path& path, const HeadModel& model);
 

@@ -35,7 +35,7 @@ struct Warp {
   }
 };
 
-// nullopt where the landmarks of the two heads have different forms.
+// nullopt if the landmarks of the two heads do not correspond.
 std::optional<Warp> fit_warp(const Points& from, const Points& to, double max_misfit) {
   Warp warp;
   warp.similarity = Eigen::umeyama(from, to, true);
@@ -60,7 +60,7 @@ struct Correspondence {
   int target = 0;   // vertex
   Triangle source;  // corners of the closest triangle
   Vec3f barycentric;
-  float weight = 1;  // less where the surfaces lie apart: teeth under a lip are not the lip
+  float weight = 1;  // less if the surfaces are apart: teeth under a lip are not the lip
 };
 
 // Barycentric coordinates of the point of a triangle closest to p.
@@ -143,7 +143,7 @@ std::vector<Correspondence> correspond(const HeadModel& source, const HeadModel&
       const Triangle& c = source.triangles[std::size_t(t)];
       const Vec3d &a = warped[std::size_t(c[0])], &b = warped[std::size_t(c[1])],
                   &d = warped[std::size_t(c[2])];
-      // Upper and lower lip touch: only surfaces that look the same way belong together.
+      // Upper and lower lip touch: only surfaces that face the same way are matched.
       if ((b - a).cross(d - a).dot(normals[v].cast<double>()) <= 0) continue;
       const Vec3d w = closest_on_triangle(p, a, b, d);
       const double distance = (w[0] * a + w[1] * b + w[2] * d - p).norm();
@@ -192,7 +192,7 @@ std::vector<NamedAction> transfer_actions(const HeadModel& source, const HeadMod
   const Eigen::Matrix3f turn = warp->similarity.topLeftCorner<3, 3>().cast<float>();
   std::vector<NamedAction> actions;
   for (const NamedAction& action : source.actions) {
-    // -- The wanted motion
+    // -- The target motion
     const std::vector<Vec3f> moved = motion_of(source, source_shape, action);
     Eigen::VectorXf wanted(rows);
     for (std::size_t i = 0; i < pairs.size(); ++i) {
@@ -204,7 +204,7 @@ std::vector<NamedAction> transfer_actions(const HeadModel& source, const HeadMod
     }
     const float size = wanted.norm();
     if (size == 0) continue;
-    // -- What the jaw does of it, then what expressions do of the rest
+    // -- The jaw's part of it, then the expressions' part of the rest
     NamedAction made;
     made.name = action.name;
     made.jaw = action.jaw;

@@ -20,13 +20,14 @@ using nlohmann::json;
 
 constexpr int kAttributesVersion = 1;
 constexpr std::size_t kLongestName = 40;
-constexpr int kMaskRows = 100;  // of strokes that a mask becomes, about
+constexpr int kMaskRows = 100;  // of strokes into which a mask is turned, approximately
 
 auto named(PaintedAttributes& attributes, std::string_view name) {
   return std::ranges::find_if(attributes, [&](const PaintedAttribute& a) { return a.name == name; });
 }
 
-// A brush of this radius led over the middle line of a rectangle it may not leave, or a dab in its middle.
+// A brush stroke of this radius along the middle line of a rectangle it may not leave, or a dab in its
+// middle.
 Stroke band(double x0, double x1, double y, double radius) {
   const double inner = std::max(0.0, 0.5 * (x1 - x0) - radius), middle = 0.5 * (x0 + x1);
   Stroke stroke{StrokeMark::person, radius, {{middle - inner, y}}};
@@ -111,7 +112,7 @@ Strokes strokes_of_mask(const Image8& mask) {
   Strokes strokes;
   const int step = std::max(1, (last - first + 1) / kMaskRows);
   for (int y = first; y <= last; y += step) {
-    const auto in_rows = [&](int x) {  // any of the step's: two marks far apart may be lower than a step
+    const auto in_rows = [&](int x) {  // any row of the step: distant marks may be thinner than a step
       for (int row = y; row < std::min(y + step, mask.height); ++row)
         if (inside(x, row)) return true;
       return false;

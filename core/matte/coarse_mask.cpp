@@ -1,5 +1,5 @@
 // The coarse person mask: from a face box alone, since it only has to keep the person out of camera solves;
-// no larger than that, or it takes the background away from them.
+// no larger than needed, or it hides the background from them.
 #include <algorithm>
 #include <memory>
 #include <mutex>
@@ -19,8 +19,8 @@ struct CoarseState {
   explicit CoarseState(FaceDetector loaded) : detector(std::move(loaded)) {}
   std::mutex mutex;  // the detector is not thread-safe
   FaceDetector detector;
-  std::vector<FaceBox> last;    // believed in the last picture that had any
-  std::vector<FaceBox> unsure;  // not believed in the last picture
+  std::vector<FaceBox> last;    // accepted in the last picture that had any
+  std::vector<FaceBox> unsure;  // not accepted in the last picture
   int frame = -1;               // the last one's number
 };
 
@@ -33,7 +33,7 @@ bool is_among(const FaceBox& face, const std::vector<FaceBox>& others) {
   });
 }
 
-// The faces of this picture that are surely some, or were there before.
+// The faces of this picture that are certain, or were there before.
 std::vector<FaceBox> believed(CoarseState& state, const std::vector<FaceBox>& found, Pictures pictures) {
   std::vector<FaceBox> faces, unsure;
   for (const FaceBox& face : found) {
@@ -50,7 +50,7 @@ std::vector<FaceBox> believed(CoarseState& state, const std::vector<FaceBox>& fo
 
 // Head ellipse with hair, neck, and shoulders that slope down to the lower border. The detector's box spans
 // about the brows to the chin and is as wide as the face; every part is some 10 % larger than an upright
-// adult's, no more: what lies close beside the head is the background with most parallax.
+// adult's, no more: the background close beside the head has the most parallax.
 void draw_person(cv::Mat& mask, const FaceBox& box) {
   const double cx = box.x + box.width / 2, w = box.width, h = box.height;
   cv::ellipse(mask, {cv::Point2d(cx, box.y + 0.36 * h), cv::Size2d(1.44 * w, 1.85 * h), 0}, 255, cv::FILLED);
@@ -83,7 +83,7 @@ Result<PersonMask> coarse_person_mask(const std::filesystem::path& predictor, Pi
                         : state->detector.detect(rgb);
       for (auto& box : boxes)
         box = {box.x / scale, box.y / scale, box.width / scale, box.height / scale, box.score};
-      // The clip begins again: where its end had a face says nothing.
+      // The clip begins again: faces at its end say nothing.
       if (frame < state->frame) state->last.clear(), state->unsure.clear();
       state->frame = frame;
       boxes = believed(*state, boxes, pictures);

@@ -46,7 +46,7 @@ Result<std::vector<cv::Mat>> cut_all(const Stage& stage, const std::vector<Job>&
 
 namespace {
 
-constexpr std::size_t kRoomFrames = 160;  // that the room behind a moving camera is learnt from, at most
+constexpr std::size_t kRoomFrames = 160;  // at most, from which the room behind a moving camera is learnt
 
 RoughMatte matte_of(const Stage& stage, const Job& job, const cv::Mat& cut, int grow,
                     const cv::Mat& besides) {
@@ -71,7 +71,7 @@ Result<RoomBehind> room_behind(const Stage& stage, const std::vector<Job>& jobs,
   if (!cuts) return cuts.error();
   std::vector<RoughMatte> mattes;
   for (std::size_t i = 0; i < chosen.size(); ++i) {
-    // Generously: what is left out here is seen from elsewhere, but hair must not become a part of the room.
+    // Generously: what is excluded here is seen from elsewhere, but hair must not become part of the room.
     const PersonPrior prior = prior_of(stage, chosen[i], stage.cut_size, {});
     mattes.push_back(matte_of(stage, chosen[i], (*cuts)[i], std::max(3, stage.cut_size / 50),
                               prior.possible & (prior.below == 0)));

@@ -17,7 +17,7 @@ Result<std::vector<cv::Mat>> cut_all(const Stage& stage, const std::vector<Job>&
 // The room behind the frames off the plate, learnt from rough cuts of the training frames among them.
 Result<RoomBehind> room_behind(const Stage& stage, const std::vector<Job>& jobs, const Statistics& statistics,
                                const LearnRoom& learn_room, const Progress& progress);
-// The room again, from the cuts that the first one led to, and with it the plate's unseen part.
+// Learns the room again, from the cuts made with the first one, and with it the plate's unseen part.
 Result<void> learn_room_again(Stage& stage, const std::vector<Job>& jobs, const std::vector<cv::Mat>& cuts,
                               const LearnRoom& learn_room, Statistics& statistics, const Progress& progress);
 

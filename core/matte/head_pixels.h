@@ -1,4 +1,4 @@
-// What a picture teaches of the head alone, whatever the person wears and wherever they are.
+// The pixels of a picture that train only the head, whatever the person wears and wherever they are.
 #pragma once
 
 #include <memory>
@@ -21,8 +21,8 @@ class HeadPixels {
   HeadPixels& operator=(const HeadPixels&) = delete;
 
   // (height, width, 1) of `picture`, whose matte is `alpha`: 255 on the head with its hair above the neck,
-  // and where there is surely nobody; 0 on neck, torso and hands. All 0 where the head is out of the picture.
-  // source: the frame's camera, in the cameras' own unit.
+  // and where there is certainly no person; 0 on neck, torso and hands. All 0 if the head is outside the
+  // picture. source: the frame's camera, in the cameras' own unit.
   Image8 taught(const TrackedFrame& tracked, const Camera& source, const Intrinsics& picture,
                 const Image8& alpha) const;
 

@@ -1,5 +1,5 @@
-// Carving by voting: a mean per direction of view, then the least mean over the directions, so that many like
-// views do not outvote the few that see past the part.
+// Carving by voting: a mean per direction of view, then the least mean over the directions, so that many
+// similar views do not outvote the few that see past the part.
 #include "core/matte/hull.h"
 
 #include <algorithm>

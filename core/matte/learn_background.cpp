@@ -1,4 +1,4 @@
-// Samples, what they teach, and the rounds: see learn_background.h.
+// Samples, statistics learnt from them, and the rounds: see learn_background.h.
 #include "core/matte/learn_background.h"
 
 #include <fmt/format.h>
@@ -14,8 +14,8 @@ namespace {
 
 constexpr std::size_t kPlateSamples = 80, kOtherSamples = 32;
 constexpr int kRounds = 4;
-// Log-likelihood ratio from which a colour is rather the person's. Below zero: the certain part of a head
-// shows little of its hair.
+// Log-likelihood ratio above which a colour is more likely the person's. Below zero: the certain part of a
+// head shows little of its hair.
 constexpr float kRatherPersons = -1.5f;
 
 struct Sample {
@@ -71,7 +71,7 @@ PersonHull hull_of(const Stage& stage, const std::vector<Sample>& samples) {
   return carve_person(stage.person, views);
 }
 
-// `background` less what near the person has rather the person's colours.
+// `background` without pixels near the person that have the person's colours.
 cv::Mat without_persons_own(const Sample& sample, const cv::Mat& background, const PlateDoubt& doubt) {
   cv::Mat kept = background.clone();
   for (int y = 0; y < kept.rows; ++y)
@@ -82,7 +82,7 @@ cv::Mat without_persons_own(const Sample& sample, const cv::Mat& background, con
   return kept;
 }
 
-// What the plate's camera would see of the room; empty where it was not learnt.
+// What the plate's camera would see of the room; empty if the room was not learnt.
 cv::Mat room_at_rest(const Stage& stage, const std::vector<Sample>& samples) {
   const auto resting =
       std::ranges::find_if(samples, [](const Sample& sample) { return sample.job->on_plate; });
@@ -91,9 +91,9 @@ cv::Mat room_at_rest(const Stage& stage, const std::vector<Sample>& samples) {
   return room.empty() ? cv::Mat() : view(room).clone();
 }
 
-// Plate, hull and colour statistics from the samples as they are cut now.
-// What a cut leaves free teaches the background only as far as `first`, the statistics before any cut, does
-// not call it the person's; nullptr before the first cut, when everything near the person is left out.
+// Plate, hull and colour statistics from the samples as they are cut now. What a cut leaves free is learnt as
+// background only if `first`, the statistics before any cut, does not assign it to the person; nullptr before
+// the first cut, when everything near the person is left out.
 Statistics learn(const Stage& stage, const std::vector<Sample>& samples, const Statistics* first) {
   Statistics statistics;
   std::vector<cv::Mat> pictures, small, occupied, small_occupied;
@@ -105,7 +105,7 @@ Statistics learn(const Stage& stage, const std::vector<Sample>& samples, const S
   for (const auto& sample : samples) {
     const cv::Mat taken = occupied_of(sample);
     const cv::Mat background = first ? without_persons_own(sample, taken == 0, doubt) : cv::Mat(taken == 0);
-    // What only the cut calls person may be furniture that is never freed: it does not teach colours.
+    // What only the cut calls person may be furniture that is never uncovered: its colours are not learnt.
     const cv::Mat person = sample.person.empty()
                                ? sample.prior.certain
                                : sample.person & (sample.prior.likely | sample.prior.certain);

@@ -1,4 +1,4 @@
-// Plate, hull and colour statistics from samples of the training frames, cut and learnt from in rounds.
+// Plate, hull and colour statistics from samples of the training frames, alternating cuts and learning.
 #pragma once
 
 #include <opencv2/core.hpp>

@@ -1,5 +1,5 @@
-// The matte stage: samples -> plate and colour statistics in three rounds -> of a moving camera the room, and
-// the rounds again -> cuts of every frame -> the room again -> alpha -> frozen regions.
+// The matte stage: samples -> plate and colour statistics in three rounds -> for a moving camera the room,
+// and the rounds again -> cuts of every frame -> the room again -> alpha -> frozen regions.
 #include "core/matte/matte.h"
 
 #include <fmt/format.h>
@@ -18,7 +18,7 @@ namespace matting {
 namespace {
 
 constexpr int kCutSide =
-    256;  // px at which person and background are told apart; the edge is done at full size
+    256;  // px at which person and background are separated; the edge is done at full size
 
 Result<MatteResult> run(Stage& stage, const LearnRoom& learn_room, const Progress& progress) {
   std::vector<Job> jobs = list_jobs(stage);

@@ -1,5 +1,5 @@
-// Who is person and who is background: a coarse mask before the cameras, then alpha mattes, the plate and the
-// frozen evaluation regions after the track.
+// What is person and what is background: a coarse mask before the cameras, then alpha mattes, the plate and
+// the frozen evaluation regions after the track.
 #pragma once
 
 #include <filesystem>
@@ -21,9 +21,8 @@
 namespace likeness {
 
 // Landmark-free person mask for the cameras: head ellipse and the shoulders below it, dilated. Detects per
-// frame.
-// in_sequence: asked about the pictures of a clip in their order; a face that the detector doubts counts
-// where it was a moment ago, and one that it misses is still there.
+// frame. in_sequence: called for the pictures of a clip in order; an uncertain detection counts if a face was
+// there a moment ago, and a missed face is taken to be still there.
 enum class Pictures { in_sequence, single };
 Result<PersonMask> coarse_person_mask(const std::filesystem::path& predictor = {},
                                       Pictures pictures = Pictures::in_sequence);
@@ -33,37 +32,36 @@ struct RoughMatte {
   int frame = 0;
   Image8 alpha;  // one channel, at `size`
 };
-// What a moving camera would see of the room in a frame if nobody were there: 8-bit RGB at `size`; empty
-// where the frame has no camera. Safe from several threads.
+// What a moving camera would see of the room in a frame without the person: 8-bit RGB at `size`; empty where
+// the frame has no camera. Safe from several threads.
 using RoomBehind = std::function<Image8(int frame)>;
-// Learns the room from what mattes leave of their pictures: first, quickly, from generous guesses, so that it
-// helps to cut the person out; then, as well as it can be shown, from those cuts. An empty function: nothing
-// can be said.
+// Learns the room from the pictures outside the mattes: first, quickly, from generous guesses, to help cut
+// the person out; then, at full quality, from those cuts. An empty function: no room is known.
 enum class RoomPass { first, last };
 using LearnRoom = std::function<Result<RoomBehind>(const std::vector<RoughMatte>& mattes, RoomPass pass,
                                                    const Progress& progress, std::stop_token stop)>;
 
 struct MatteOptions {
   int size = 256;
-  // Asked twice where a camera moves; its pictures then take the plate's part there. Empty: mattes of a
-  // moving camera go by colour and place alone.
+  // Called twice if the camera moves; its pictures then serve as the plate there. Empty: mattes of a moving
+  // camera use only colour and place.
   LearnRoom learn_room;
-  // A matting or parsing network (core/matte/matting_network.h) that is asked about every frame; empty: none.
+  // A matting or parsing network (core/matte/matting_network.h) that is run on every frame; empty: none.
   std::filesystem::path network;
-  // What somebody painted: hard constraints of their own frame's cut and alpha. Those of training frames also
-  // say what may teach the plate; those of held-out frames teach nothing. Without any, nothing changes.
+  // What the user painted: hard constraints on their own frame's cut and alpha. Those of training frames also
+  // decide what the plate is learnt from; nothing is learnt from those of held-out frames.
   FrameStrokes strokes;
 };
 
 struct MatteResult {
   bool has_plate = false;         // static camera: the background behind the person
   double plate_coverage = 0;      // share of the plate's pixels seen unoccluded in some training frame
-  std::vector<int> plate_frames;  // frames whose background the plate is: all of a static camera, the longest
-                                  // rest of a camera that moves and then rests; ascending
+  std::vector<int> plate_frames;  // frames whose background the plate shows: all of a static camera, the
+                                  // longest rest of a camera that moves and then rests; ascending
   std::vector<std::string> warnings;
 };
 
-// What plate.json beside plate.png says. A missing file means no plate.
+// The contents of plate.json beside plate.png. A missing file means no plate.
 struct PlateInfo {
   double coverage = 0;
   std::vector<int> frames;

@@ -50,8 +50,8 @@ Result<cv::Mat> network_alpha(const Stage& stage, const cv::Mat& picture) {
 
 namespace {
 
-// The tracked frame nearest in number: heads do not leap where the track is lost. No held-out one for a frame
-// that teaches.
+// The tracked frame nearest in number: heads do not leap where the track is lost. Never a held-out one for a
+// training frame.
 const TrackedFrame* nearest_tracked(const Stage& stage, const CaptureFrame& frame) {
   const auto may_know = [&](const TrackedFrame& candidate) {
     if (candidate.status == FrameStatus::lost) return false;
@@ -115,7 +115,7 @@ StrokeCover strokes_on(const Stage& stage, const Job& job, int size) {
 
 namespace {
 
-// What the track says of a frame. `hull` may be empty.
+// What the track says about a frame. `hull` may be empty.
 PersonPrior tracked_prior(const Stage& stage, const Job& job, int size, const PersonHull& hull) {
   const Intrinsics picture = crop_of(stage, *job.camera, size);
   if (const auto place = place_of(stage, job, picture)) {

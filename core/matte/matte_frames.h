@@ -1,4 +1,4 @@
-// The matte stage's work and its frames: what there is of each, and what the track says of it. Internal to
+// The matte stage's work and its frames: what is known of each, and what the track says about it. Internal to
 // the stage (matte.cpp), as are learn_background.h, cut_frames.h and write_mattes.h.
 #pragma once
 
@@ -46,20 +46,21 @@ cv::Mat view(const Image8& image);
 cv::Mat reduced(const cv::Mat& picture, int size);
 Intrinsics crop_of(const Stage& stage, const Camera& camera, int size);
 Result<cv::Mat> read_frame(const Stage& stage, int frame);
-// What the network says of a picture, at its size; empty without one.
+// The network's alpha for a picture, at its size; empty without a network.
 Result<cv::Mat> network_alpha(const Stage& stage, const cv::Mat& picture);
 
 // The frames that get a matte: those with a camera and a tracked head.
 std::vector<Job> list_jobs(const Stage& stage);
-// Of a moving camera: the frames of the longest run that shares one pose bit for bit, if it lasts a second.
+// For a moving camera: marks the frames of the longest run that shares one pose bit for bit, if it lasts a
+// second.
 void mark_rest(const Stage& stage, std::vector<Job>& jobs);
 // Evenly spread training frames, on the plate or off it.
 std::vector<const Job*> choose(const std::vector<Job>& jobs, bool on_plate, std::size_t count);
 
 std::optional<PersonPlace> place_of(const Stage& stage, const Job& job, const Intrinsics& picture);
-// What strokes cover of a frame's picture; empty where nobody painted.
+// What strokes cover of a frame's picture; empty if nothing was painted.
 StrokeCover strokes_on(const Stage& stage, const Job& job, int size);
-// What the track and somebody's strokes say of a frame. `hull` may be empty.
+// What the track and the user's strokes say about a frame. `hull` may be empty.
 PersonPrior prior_of(const Stage& stage, const Job& job, int size, const PersonHull& hull);
 // The room behind a frame off the plate, as a plate; empty where it is not known.
 Plate room_of(const Stage& stage, const Job& job, const cv::Mat& picture, const cv::Mat& possible);

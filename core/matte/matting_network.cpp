@@ -126,7 +126,7 @@ Result<MattingNetwork> MattingNetwork::load(const fs::path& onnx) {
     impl->net.setPreferableTarget(cv::dnn::DNN_TARGET_CPU);
   } catch (const cv::Exception& fault) {
     return bad_network(onnx, fmt::format("The network cannot be read: {}.", fault.err));
-  } catch (const std::exception& fault) {  // sizes that the file claims, as the standard library sees them
+  } catch (const std::exception& fault) {  // thrown by the standard library for sizes that the file claims
     return bad_network(onnx, fmt::format("The network cannot be read: {}.", fault.what()));
   }
   MattingNetwork network(std::move(impl));

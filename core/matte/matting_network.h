@@ -1,4 +1,4 @@
-// A matting or parsing network somebody else trained, as an ONNX file, run by OpenCV's dnn.
+// A third-party matting or parsing network, as an ONNX file, run by OpenCV's dnn.
 #pragma once
 
 #include <array>
@@ -12,12 +12,12 @@
 
 namespace likeness {
 
-// How a network wants its pictures and what its output means. Read from FILE.json beside FILE.onnx where
-// there is one: {"size_px":512,"mean":[127.5,127.5,127.5],"scale":0.00784,"output":"","activation":"none",
+// The format of a network's input and the meaning of its output. Read from FILE.json beside FILE.onnx if it
+// exists: {"size_px":512,"mean":[127.5,127.5,127.5],"scale":0.00784,"output":"","activation":"none",
 // "person_channels":[0]}, all of them optional.
 struct MattingNetworkFormat {
   int size_px = 512;  // side of the square picture it is given, RGB, one picture a batch
-  std::array<double, 3> mean{127.5, 127.5, 127.5};  // taken off the 8-bit channels,
+  std::array<double, 3> mean{127.5, 127.5, 127.5};  // subtracted from the 8-bit channels,
   double scale = 1 / 127.5;                         // then multiplied by this
   std::string output;                               // name of the output; empty: the last
   std::string activation = "none";                  // none, sigmoid, or softmax over the channels
@@ -26,7 +26,7 @@ struct MattingNetworkFormat {
 
 class MattingNetwork {
  public:
-  // Reads the file and tries it on a picture: a network that does not give a map is refused here.
+  // Reads the file and tries it on a picture: a network whose output is not a map is refused here.
   static Result<MattingNetwork> load(const std::filesystem::path& onnx);
   ~MattingNetwork();
   MattingNetwork(MattingNetwork&&) noexcept;

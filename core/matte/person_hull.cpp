@@ -9,8 +9,8 @@ namespace {
 constexpr double kHeadStep = 0.005, kTorsoStep = 0.01;  // m, about the tracked poses' precision
 constexpr double kHair = 0.08;                          // m beyond the bare head
 constexpr double kTorsoDepth = 0.4;                     // m below the neck's base that the hull reaches
-// Evidence at shares of nought, a half and one. Below a half several views of one direction see past the
-// voxel; a hull is never smaller than the person, so that being inside says less.
+// Evidence at shares of 0, 1/2 and 1. Below 1/2, several views from one direction see past the voxel; a hull
+// is never smaller than the person, so being inside says less.
 constexpr float kOutside = -3.0f, kInside = 1.2f;
 
 }  // namespace
@@ -34,7 +34,7 @@ void sharpen_prior(PersonPrior& prior, const PersonHull& hull, const PersonPlace
   if (hull.empty()) return;
   const cv::Mat head = hull_share(hull.head, place.cam_from_head, picture);
   cv::Mat share = head;
-  // Beyond the torso's box, or without a torso, the hulls know nothing.
+  // Beyond the torso's box, or without a torso, the hulls say nothing.
   const bool torso = place.torso_known && !hull.torso.empty();
   if (torso) share = cv::max(share, hull_share(hull.torso, place.cam_from_torso, picture));
   const double known_to = torso ? place.neck.y() + 0.8 * kTorsoDepth * place.px_per_metre
@@ -43,8 +43,8 @@ void sharpen_prior(PersonPrior& prior, const PersonHull& hull, const PersonPlace
   for (int y = 0; y < bottom; ++y)
     for (int x = 0; x < picture.width; ++x) {
       const float s = share.at<float>(y, x);
-      // A torso at rest before a camera at rest takes the furniture beside it into its hull: inside says
-      // nothing.
+      // The hull of a torso at rest before a camera at rest includes the furniture beside it: being inside
+      // says nothing.
       const float inside = head.at<float>(y, x);
       const float evidence = s < 0.5f        ? kOutside * (1 - 2 * s)
                              : inside > 0.5f ? kInside * (2 * inside - 1)

@@ -1,4 +1,4 @@
-// Hulls of head and torso from the mattes so far, and what they say about one picture.
+// Hulls of head and torso from the mattes so far, and their evidence for one picture.
 #pragma once
 
 #include <opencv2/core.hpp>
@@ -23,7 +23,7 @@ struct PersonHull {
 
 PersonHull carve_person(const PersonModel& person, const std::vector<MattedView>& views);
 
-// Takes the hull's word into the prior: what most directions of view see past is hardly the person.
+// Adds the hull's evidence to the prior: what most directions of view see past is hardly the person.
 void sharpen_prior(PersonPrior& prior, const PersonHull& hull, const PersonPlace& place,
                    const Intrinsics& picture);
 

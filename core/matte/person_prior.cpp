@@ -19,14 +19,14 @@ constexpr TorsoRow kCertainTorso[] = {{0.07, 0.045}, {0.11, 0.075}, {0.6, 0.075}
 constexpr TorsoRow kLikelyTorso[] = {{-0.05, 0.06}, {0.02, 0.07}, {0.06, 0.16}, {0.12, 0.21}, {0.6, 0.23}};
 constexpr TorsoRow kPossibleTorso[] = {{-0.06, 0.1}, {0.0, 0.17}, {0.05, 0.26},
                                        {0.12, 0.3},  {0.3, 0.36}, {0.6, 0.42}};
-constexpr double kErosion = 0.012;        // m that the head's outline may lie within the model's
+constexpr double kErosion = 0.012;        // m by which the head's outline may lie inside the model's
 constexpr double kSkullErosion = 0.004;   // m, the same of a skull above the brow, most of the time
 constexpr double kSkullAboveBrow = 0.03;  // m
-constexpr float kSkullPlace = 1.2f;       // what the place says there beyond a head's usual surroundings
+constexpr float kSkullPlace = 1.2f;       // evidence of the place there, beyond a head's usual surroundings
 constexpr double kHairThickness = 0.03;   // m of hair that most heads have
 constexpr double kHairMargin = 0.08;      // m around the bare head
 constexpr double kShoulderMargin = 0.05;  // m beyond a torso of usual width
-constexpr double kSideMargin = 0.008;     // m beside face and neck that the bare head's outline may be off by
+constexpr double kSideMargin = 0.008;  // m by which the bare head's outline may be off beside face and neck
 
 cv::Point to_pixel(const Vec2d& p) { return {int(std::lround(p.x())), int(std::lround(p.y()))}; }
 
@@ -101,7 +101,7 @@ std::optional<PersonPlace> place_person(const PersonModel& person, const Tracked
   const double side = std::max(picture.width, picture.height);
   if ((place.brow - Vec2d(picture.width / 2.0, picture.height / 2.0)).norm() > 1.5 * side)
     return std::nullopt;
-  // The neck's base hangs on the torso's frame; where that is nowhere near, on the head's.
+  // The neck's base is fixed in the torso's frame or, if that is nowhere near, in the head's.
   const Vec3d on_head = place.cam_from_head * person.neck_base;
   place.cam_from_torso = cam_from_world * tracked.pose.world_from_torso;
   const Vec3d on_torso = place.cam_from_torso * person.neck_base;
@@ -161,13 +161,13 @@ PersonPrior person_prior(const PersonModel& person, const PersonPlace& place, co
   const float slope = float(2.2 / (kHairMargin * scale));
   prior.location = 0.8f - distance * slope;
   // Hair before a wall of its colour: what covers the skull is the person's unless the colours strongly
-  // object. A skull lower than the model's is no reason to take the wall above it.
+  // disagree. But the wall above a skull lower than the model's must not be taken.
   for (int y = 0; y < picture.height; ++y)
     for (int x = 0; x < picture.width; ++x)
       if (skull.at<unsigned char>(y, x) &&
           (Vec2d(x + 0.5, y + 0.5) - place.brow).dot(place.up) > kSkullAboveBrow * scale)
         prior.location.at<float>(y, x) += kSkullPlace;
-  // Shoulders vary more than heads: there the place says less, and less far out.
+  // Shoulders vary more than heads: there the place says less, and even less far out.
   for (int y = 0; y < picture.height; ++y)
     for (int x = 0; x < picture.width; ++x)
       if (prior.below.at<unsigned char>(y, x) && !prior.certain.at<unsigned char>(y, x)) {

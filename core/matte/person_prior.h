@@ -16,7 +16,7 @@
 
 namespace likeness {
 
-// The head model of the person, posed for every frame from here.
+// The person's head model, from which every frame's pose is made.
 struct PersonModel {
   const HeadModel* model = nullptr;
   HeadShape shape;
@@ -36,9 +36,9 @@ struct PersonPlace {
   Vec2d jaw_corners = Vec2d::Zero();  // px, the middle between them: the neck line goes through it
   Vec2d brow = Vec2d::Zero();         // px, between the brows and the ears' tops: hair is mostly above it
   double px_per_metre = 0;
-  bool torso_known = false;  // cam_from_torso is near the head; otherwise the neck hangs on the head
+  bool torso_known = false;  // cam_from_torso is near the head; otherwise the neck follows the head
 };
-// nullopt where the head is behind the camera or far outside the picture.
+// nullopt if the head is behind the camera or far outside the picture.
 std::optional<PersonPlace> place_person(const PersonModel& person, const TrackedFrame& tracked,
                                         const Camera& camera, const Intrinsics& picture,
                                         double metres_per_unit);
@@ -49,7 +49,7 @@ struct PersonPrior {
   cv::Mat likely;    // 8U, 255 = head with thin hair, neck and a torso of usual width
   cv::Mat below;     // 8U, 255 = below the neck's base: clothes rather than skin and hair
   cv::Mat location;  // 32F, log-likelihood ratio of person over background from the place, -1.5..2
-  cv::Mat excluded;  // 8U, 255 = surely background, as somebody said; empty where nobody did
+  cv::Mat excluded;  // 8U, 255 = certainly background, as painted; empty if nothing was painted
 };
 PersonPrior person_prior(const PersonModel& person, const PersonPlace& place, const Intrinsics& picture);
 

@@ -1,4 +1,4 @@
-// Per-pixel median and spread, then pull-push for what was never free.
+// Per-pixel median and spread, then pull-push for pixels that were never free.
 #include "core/matte/plate.h"
 
 #include <algorithm>
@@ -19,7 +19,7 @@ void blend(cv::Vec3f& value, const cv::Vec3f& with, float share) {
 
 using Channels = std::array<std::vector<int>, 3>;
 
-// Median colour, and the largest spread about it of a channel. The values are used up.
+// Median colour, and the largest spread about it of a channel. Reorders the values.
 float usual_colour(Channels& seen, cv::Vec3b& colour) {
   float spread = 0;
   for (std::size_t c = 0; c < 3; ++c) {
@@ -32,10 +32,10 @@ float usual_colour(Channels& seen, cv::Vec3b& colour) {
 }
 
 constexpr unsigned char kDoubtful = 1;  // free, but of a colour that the person is more likely to have
-constexpr float kStill = 0.5f;          // from which texture is the room's
+constexpr float kStill = 0.5f;          // above which texture is the room's
 
-// How surely texture stays put, 0..1: a body that breathes moves its texture by about a pixel, variance as
-// large as the contrast. The room's is noise. Both in squared 8-bit units, of grey values.
+// How certainly texture is static, 0..1: a body that breathes moves its texture by about a pixel, variance as
+// large as the contrast. The room's variance is noise. Both in squared 8-bit units, of grey values.
 float stillness(float contrast, float variance) {
   return contrast / (contrast + 2) * std::clamp(1.5f - 4 * variance / (contrast + 0.5f), 0.0f, 1.0f);
 }
@@ -44,8 +44,8 @@ int texture_window(const cv::Mat& picture) { return std::max(5, picture.cols / 2
 
 int grey_of(const cv::Vec3b& colour) { return (colour[0] + 2 * colour[1] + colour[2]) / 4; }
 
-// Of the grey values at a pixel, all but a tenth, which a bad cut may have spoilt. As of a normal
-// distribution.
+// Variance of the grey values at a pixel, from all but a tenth, which a bad cut may have spoilt; as for a
+// normal distribution.
 float usual_variance(std::vector<int>& grey) {
   constexpr float kNinth = 1.645f;  // standard deviations that hold nine tenths
   const int usual = median(grey);
@@ -54,8 +54,8 @@ float usual_variance(std::vector<int>& grey) {
   return deviation * deviation;
 }
 
-// Takes `settled` patches smaller than the window that decided on them out where they hang on what is not
-// known: rather a fold of a shoulder at rest that the cuts left free.
+// Removes `settled` patches smaller than the window that decided on them where they adjoin unknown pixels:
+// more likely a fold of a resting shoulder that the cuts missed.
 void drop_slivers(const cv::Mat& known, int window, cv::Mat& settled) {
   cv::Mat beside, labels, statistics, centres;
   cv::dilate((known == 0) & (settled == 0), beside, cv::Mat());
@@ -73,9 +73,9 @@ void drop_slivers(const cv::Mat& known, int window, cv::Mat& settled) {
     }
 }
 
-// Doubtful pixels amid doubtful texture that stayed put are the room's: hair moves with the head. Where
-// doubtful meets seen is an outline, which says nothing of what it bounds. variance: of the grey values over
-// time.
+// Doubtful pixels amid static doubtful texture are the room's: hair moves with the head. The border between
+// doubtful and seen pixels is an outline, which says nothing about either side. variance: of the grey values
+// over time.
 void settle_doubts(Plate& plate, const cv::Mat& variance) {
   cv::Mat contrast(plate.known.size(), CV_32F, cv::Scalar(0)), spread = contrast.clone(),
                                                                count = contrast.clone();
@@ -110,8 +110,8 @@ void settle_doubts(Plate& plate, const cv::Mat& variance) {
   plate.known.setTo(kSeen, settled);
 }
 
-// Takes small patches that nothing known touches out: rather hair that the cuts left free than a wall seen
-// through a gap, and a gap so small is filled in from its rim as well. What the picture's border cuts off
+// Removes small patches that touch nothing known: more likely hair that the cuts missed than a wall seen
+// through a gap, and so small a gap can be filled in from its rim. Patches cut off by the picture's border
 // may be large.
 void drop_islands(int window, cv::Mat& known) {
   cv::Mat labels, statistics, centres;
@@ -150,8 +150,7 @@ cv::Mat fill_holes(const cv::Mat& colour, const cv::Mat& known) {
     value = smaller;
     weight = smaller_weight;
   }
-  // -- Push: each level completes the finer one where that knows too little, then evens out what it
-  // completed.
+  // -- Push: each level completes the finer one where it has too little, then smooths what it completed.
   cv::Mat filled(values.back().size(), CV_32FC3, cv::Scalar::all(128));
   for (std::size_t level = values.size(); level-- > 0;) {
     cv::Mat coarse;
@@ -160,7 +159,7 @@ cv::Mat fill_holes(const cv::Mat& colour, const cv::Mat& known) {
     for (int y = 0; y < coarse.rows; ++y)
       for (int x = 0; x < coarse.cols; ++x) {
         const float w = weights[level].at<float>(y, x);
-        // The coarsest level has nobody to ask.
+        // The coarsest level has no coarser one.
         share.at<float>(y, x) = level + 1 == values.size() && w > 0 ? 1.0f : std::min(1.0f, 2 * w);
         if (w > 1e-6f)
           blend(coarse.at<cv::Vec3f>(y, x), values[level].at<cv::Vec3f>(y, x) / w, share.at<float>(y, x));
@@ -196,7 +195,7 @@ Plate estimate_plate(const std::vector<cv::Mat>& pictures, const std::vector<cv:
   cv::Mat variance(height, width, CV_32F, cv::Scalar(0));  // of doubtful pixels
   const std::size_t enough = std::min(pictures.size(), std::max<std::size_t>(2, pictures.size() / 20));
   parallel_ranges(std::size_t(height), 8, [&](std::size_t begin, std::size_t end) {
-    Channels free, away;  // away: also where nobody is near
+    Channels free, away;  // away: free and not near the person
     std::vector<int> grey;
     for (int y = int(begin); y < int(end); ++y)
       for (int x = 0; x < width; ++x) {
@@ -225,7 +224,7 @@ Plate estimate_plate(const std::vector<cv::Mat>& pictures, const std::vector<cv:
       }
   });
   if (doubt) settle_doubts(plate, variance);
-  // A colour at an edge is doubtful by what half a pixel of sway would change.
+  // A colour at an edge is uncertain by what half a pixel of sway would change.
   cv::Mat grey, dx, dy;
   cv::cvtColor(plate.colour, grey, cv::COLOR_RGB2GRAY);
   cv::Sobel(grey, dx, CV_32F, 1, 0, 3, 1.0 / 8);
@@ -258,7 +257,7 @@ Plate room_plate(const cv::Mat& picture, const cv::Mat& room, const cv::Mat& fre
   cv::boxFilter(worst, error, -1, {side, side});
   cv::boxFilter(weight, count, -1, {side, side});
   const double usual = cv::sum(worst)[0] / std::max(1.0, cv::sum(weight)[0]);
-  constexpr float kPrior = 0.1f;  // of a window that the whole picture's error counts for
+  constexpr float kPrior = 0.1f;  // weight of the whole picture's error, as a share of a window
   error = (error + kPrior * usual) / (count + kPrior);
   cv::Mat grey, dx, dy, gradient;
   cv::cvtColor(room, grey, cv::COLOR_RGB2GRAY);

@@ -9,7 +9,7 @@
 namespace likeness {
 namespace {
 
-constexpr double kHairReach = 0.12;  // m from the bare head; what is farther is not the head's
+constexpr double kHairReach = 0.12;  // m from the bare head; anything farther is not the head's
 
 // The matte of the crop at its place in the source picture, zero outside the crop.
 cv::Mat matte_in_source(const Capture& capture, const cv::Mat& alpha) {

@@ -9,8 +9,8 @@
 
 namespace likeness {
 
-// 8U of the picture, 255: the bare head, and what of the matte (8U, not 0: person) is hair about it, above
-// the neck line.
+// 8U of the picture, 255: the bare head and the part of the matte (8U, not 0: person) that is hair around it,
+// above the neck line.
 cv::Mat head_with_hair(const cv::Mat& matte, const PersonModel& person, const PersonPlace& place,
                        const Intrinsics& picture);
 

@@ -1,4 +1,4 @@
-// Folders of pictures that are made beside their place and put there when they are whole.
+// Folders of pictures that are made beside their destination and moved there when complete.
 #pragma once
 
 #include <filesystem>
@@ -7,7 +7,7 @@
 
 namespace likeness {
 
-// An empty folder at this path, whatever was there.
+// Makes an empty folder at this path, removing whatever was there.
 Result<std::filesystem::path> fresh_folder(const std::filesystem::path& path);
 
 // Puts a finished folder in place of an old one, which is named TARGET.old meanwhile; on a failure the old

@@ -14,8 +14,8 @@ namespace {
 constexpr int kBins = 16;
 constexpr float kCertain = 5.0f;  // a likelihood ratio beyond which a pixel needs no cut
 constexpr float kSmoothness = 2.5f;
-constexpr float kMinOfRoom = -0.9f;  // evidence that a room which agrees gives for background
-constexpr double kContinues = 0.08;  // of the width: how far a background is taken to go on as it was seen
+constexpr float kMinOfRoom = -0.9f;  // evidence for background from a room that agrees
+constexpr double kContinues = 0.08;  // of the width: how far a background is assumed to continue as seen
 
 int bin_of(const cv::Vec3b& colour) {
   return (colour[0] / (256 / kBins) * kBins + colour[1] / (256 / kBins)) * kBins + colour[2] / (256 / kBins);
@@ -53,14 +53,14 @@ float plate_ratio(const cv::Vec3b& pixel, const cv::Vec3b& plate, float noise) {
   return ratio;
 }
 
-// Of an alpha; no surer than fifty to one.
+// Log odds of an alpha; limited to fifty to one.
 float log_odds(unsigned char alpha) {
   const float share = std::clamp(float(alpha) / 255, 0.02f, 0.98f);
   return std::log(share / (1 - share));
 }
 
-// How far what the plate never saw may be told from what it saw beside it: 32F, 1 at its rim, less further
-// in.
+// How far the plate's unseen part can be predicted from what it saw beside it: 32F, 1 at its rim, less
+// further in.
 cv::Mat plate_continues(const Plate& plate) {
   cv::Mat distance, share;
   cv::distanceTransform(255 - plate.known, distance, cv::DIST_L2, 3);
@@ -68,7 +68,7 @@ cv::Mat plate_continues(const Plate& plate) {
   return share;
 }
 
-// Evidence for background where a pixel looks as the plate goes on behind the person.
+// Evidence for background where a pixel looks like the plate's continuation behind the person.
 float continued_ratio(const cv::Vec3b& pixel, const cv::Vec3b& filled, float share) {
   float difference = 0;
   for (int c = 0; c < 3; ++c) difference = std::max(difference, std::abs(float(pixel[c]) - float(filled[c])));
@@ -96,7 +96,7 @@ cv::Mat likelihoods(const SegmentInput& in) {
         value = -2 * kCertain;
         continue;
       }
-      // A network outweighs colours and place together where it is sure.
+      // A network outweighs colours and place together where it is confident.
       constexpr float kNetwork = 1.5f;
       const float opinion = in.network ? kNetwork * log_odds(in.network->at<unsigned char>(y, x)) : 0;
       const auto& pixel = picture.at<cv::Vec3b>(y, x);
@@ -106,7 +106,7 @@ cv::Mat likelihoods(const SegmentInput& in) {
       if (in.plate && in.plate->known.at<unsigned char>(y, x)) {
         const float difference =
             plate_ratio(pixel, in.plate->colour.at<cv::Vec3b>(y, x), in.plate->noise.at<float>(y, x));
-        // A model of the room is off by more than a plate: that it agrees says less, colour and place say
+        // A model of the room is less accurate than a plate: its agreement says less, colour and place say
         // more.
         value = in.plate->known.at<unsigned char>(y, x) == kOfRoom
                     ? 1.1f * std::max(difference, kMinOfRoom) + 0.8f * colour + 0.8f * place
@@ -115,7 +115,7 @@ cv::Mat likelihoods(const SegmentInput& in) {
         value = colour + place;
         // Texture at rest away from the body is the room's, not an arm's.
         if (in.still && place < 0) value -= 3.0f * in.still->at<float>(y, x);
-        // Shoulders and arms that hardly move never free what is beside them.
+        // Shoulders and arms that hardly move never uncover what is beside them.
         if (rests && below)
           value += continued_ratio(pixel, in.plate->colour.at<cv::Vec3b>(y, x), continues.at<float>(y, x));
       } else {
@@ -128,7 +128,7 @@ cv::Mat likelihoods(const SegmentInput& in) {
   return ratio;
 }
 
-// Contrast between two neighbours with what the plate shows there taken off.
+// Contrast between two neighbours less the plate's contrast there.
 struct Contrast {
   const cv::Mat& picture;
   const Plate* plate;
@@ -167,7 +167,7 @@ float contrast_scale(const cv::Mat& picture) {
   return count && sum > 0 ? float(0.5 * double(count) / sum) : 0;
 }
 
-// Minimum cut over the pixels that are not certain; the others only pull at their neighbours.
+// Minimum cut over the pixels that are not certain; the others only influence their neighbours.
 cv::Mat minimum_cut(const cv::Mat& ratio, const Contrast& contrast) {
   cv::Mat person(ratio.size(), CV_8U), node(ratio.size(), CV_32S, cv::Scalar(-1));
   int nodes = 0;
@@ -211,8 +211,8 @@ cv::Mat minimum_cut(const cv::Mat& ratio, const Contrast& contrast) {
   return person;
 }
 
-// Keeps the parts that touch the certain person, and closes holes that are small or that no plate speaks for;
-// not those that somebody said are background.
+// Keeps the parts that touch the certain person, and closes holes that are small or that no plate supports,
+// except those painted as background.
 void tidy(cv::Mat& person, const SegmentInput& in) {
   cv::Mat labels, stats, centres;
   int count = cv::connectedComponentsWithStats(person, labels, stats, centres, 8, CV_32S);
@@ -296,7 +296,7 @@ cv::Mat cut_person(const SegmentInput& input) {
 
 cv::Mat soften(const cv::Mat& picture, const cv::Mat& person, const Plate* plate, int radius) {
   const cv::Mat disc = cv::getStructuringElement(cv::MORPH_ELLIPSE, {2 * radius + 1, 2 * radius + 1});
-  // The picture's rim is no boundary of the person.
+  // The picture's edge is not a boundary of the person.
   cv::Mat inner, outer, inner_weight, outer_weight, blurred;
   cv::erode(person, inner, disc);
   cv::dilate(person, outer, disc);
@@ -318,7 +318,7 @@ cv::Mat soften(const cv::Mat& picture, const cv::Mat& person, const Plate* plate
         const cv::Vec3f axis = front - back, offset = cv::Vec3f(picture.at<cv::Vec3b>(y, x)) - back;
         const float length = axis.dot(axis);
         mixed = std::clamp(offset.dot(axis) / std::max(1.0f, length), 0.0f, 1.0f);
-        // Colours that differ by less than about 25 of 255 do not tell person from background.
+        // Colours that differ by less than about 25 of 255 do not separate person from background.
         trust = length / (length + 25.0f * 25.0f);
       }
       // Nothing far outside the cut turns solid and nothing deep inside vanishes.

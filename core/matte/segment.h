@@ -28,10 +28,10 @@ struct SegmentInput {
   const PersonPrior* prior = nullptr;
   const Plate* plate = nullptr;                // may be null
   const ColourModel* colours = nullptr;        // of head and neck
-  const ColourModel* lower_colours = nullptr;  // of what is below the neck's base; null = as above it
+  const ColourModel* lower_colours = nullptr;  // of the region below the neck's base; null = as above it
   const cv::Mat* still = nullptr;              // 32F, 0..1: texture that never moves; may be null
-  const cv::Mat* network = nullptr;            // 8U alpha that a matting network gives; may be null
-  bool plate_is_room = false;                  // a model's picture of it, from where the camera is
+  const cv::Mat* network = nullptr;            // 8U alpha from a matting network; may be null
+  bool plate_is_room = false;                  // a model's picture of the background, from the camera's place
 };
 
 // 8U, 255 = person.

@@ -8,8 +8,8 @@
 
 namespace likeness {
 
-// Makes what strokes call the person certain, and what they call background impossible. The cover is of the
-// prior's size; an empty one changes nothing.
+// Makes pixels that strokes mark as person certain, and those marked as background impossible. The cover is
+// of the prior's size; an empty one changes nothing.
 void constrain_prior(PersonPrior& prior, const StrokeCover& cover);
 
 // Holds a finished cut (8U, 255 = person) to its strokes. An empty cover changes nothing.

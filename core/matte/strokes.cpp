@@ -19,7 +19,7 @@ double squared_distance(const Vec2d& p, const Vec2d& a, const Vec2d& b) {
   return (to - at * along).squaredNorm();
 }
 
-// The pixels [first, last) of an axis that a brush between two places can reach.
+// The pixels [first, last) along an axis that a brush between two places can reach.
 struct Reach {
   int first = 0, last = 0;
   Reach(double a, double b, double radius, int size)

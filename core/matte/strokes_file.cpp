@@ -19,12 +19,12 @@ using nlohmann::json;
 
 constexpr int kStrokesVersion = 1;
 constexpr std::array<std::string_view, 3> kMarks{"person", "background", "erase"};
-// Far outside any picture; what is larger was never painted.
+// Far outside any picture; larger values were never painted.
 constexpr double kFarthest_px = 1e6;
 
 bool is_place(double px) { return std::isfinite(px) && std::abs(px) <= kFarthest_px; }
 
-// Throws json::exception where something is absent or of another type; empty points: not a stroke.
+// Throws json::exception if something is absent or of another type; empty points: not a stroke.
 Stroke stroke_from_json(const json& j) {
   Stroke stroke;
   const auto mark = std::ranges::find(kMarks, j.at("mark").get<std::string>());

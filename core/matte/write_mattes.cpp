@@ -23,13 +23,13 @@ namespace fs = std::filesystem;
 namespace {
 
 // Majority of a frame and its two neighbours, where these are the next frames of the video. A training frame
-// asks no held-out neighbour: nothing of a held-out picture may reach training.
+// uses no held-out neighbour: nothing of a held-out picture may reach training.
 cv::Mat steady(const std::vector<Job>& jobs, const std::vector<cv::Mat>& cuts, std::size_t i) {
   const auto usable = [&](std::size_t other) {
     return std::abs(jobs[other].frame - jobs[i].frame) <= 2 && (jobs[i].held_out || !jobs[other].held_out);
   };
   if (i == 0 || i + 1 >= jobs.size() || !usable(i - 1) || !usable(i + 1)) return cuts[i];
-  // Only flicker is taken out: a pixel changes only where both neighbours disagree with it over a small area.
+  // Only flicker is removed: a pixel changes only where both neighbours disagree with it over a small area.
   const cv::Mat agreed = (cuts[i - 1] & cuts[i + 1]) | (cuts[i] & (cuts[i - 1] | cuts[i + 1]));
   return agreed;
 }
@@ -91,7 +91,7 @@ Result<void> write_regions(const Stage& stage, const std::vector<Job>& jobs, con
   for (const auto& job : jobs) {
     if (stage.stop.stop_requested()) return cancelled_error();
     if (!job.held_out) continue;
-    // Frozen once drawn: two tracks of one capture are scored on the same pixels.
+    // Frozen once made: two tracks of one capture are scored on the same pixels.
     const fs::path name = frame_name(job.frame).filename();
     std::error_code fault;
     if (fs::exists(stage.folder / "regions" / name, fault)) {

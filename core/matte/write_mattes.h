@@ -21,7 +21,7 @@ bool regions_complete(const Stage& stage);
 Result<void> write_regions(const Stage& stage, const std::vector<Job>& jobs,
                            const std::filesystem::path& masks, const Progress& progress);
 
-// Plate, what of it was seen and plate.json; none of them remains without a plate. Notes it in the result.
+// The plate, its seen part and plate.json; without a plate all are removed. Recorded in the result.
 Result<void> write_plate(const Stage& stage, const std::vector<Job>& jobs, const Statistics& statistics,
                          MatteResult& result);
 

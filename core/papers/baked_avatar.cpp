@@ -1,4 +1,4 @@
-// Storing an avatar's fields and teaching what is added a ray: see baked_avatar.h.
+// Storing an avatar's fields and training the network that adds to each ray: see baked_avatar.h.
 #include "core/papers/baked_avatar.h"
 
 #include <fmt/format.h>
@@ -21,8 +21,8 @@ namespace likeness {
 namespace {
 
 constexpr std::size_t kRaysAtOnce = 4096;
-constexpr int kStrata = 16;          // of a training ray, whose densities say where its samples go
-constexpr float kMinLight = 0.001f;  // of the head's, of a ray that R is asked of
+constexpr int kStrata = 16;          // of a training ray, whose densities place its samples
+constexpr float kMinLight = 0.001f;  // of the head's, for a ray on which R is evaluated
 constexpr int kHeadValues = 3 + kBakedFeatures;
 
 // Directions of the training cameras' middles, in the head's frame.
@@ -87,7 +87,7 @@ void look_up_densities(const SparseVoxels& voxels, const FieldSamples& samples, 
 struct Gathering {
   const RaySource& source;
   const Avatar& avatar;
-  const ConditionedField& head;               // for what its colour network takes
+  const ConditionedField& head;               // for the inputs of its colour network
   std::array<const SparseVoxels*, 2> voxels;  // density and colour; the torso's may be absent
   MarchVolumes volumes;
 
@@ -185,7 +185,7 @@ DenseNodes<Real> nodes_of(const DenseNetworkSpec& network, const BakedRays& rays
   return nodes;
 }
 
-// R without the map to features, as pictures ask it: the features are stored.
+// R without the map to features, as used for pictures: there the features are stored.
 DenseNetworkSpec picture_network(int conditions) {
   DenseNetworkSpec spec{{kBakedFeatures, 3, kViewTerms, conditions}, {}};
   for (int l = 0; l < kRayNetworkLayers; ++l)
@@ -355,13 +355,13 @@ Result<BakedAvatar> bake_avatar(const Avatar& avatar, const TrainingSet& set, co
   const double start = clock_seconds(WorkClock::processor);
   const auto conditions_count = std::size_t(avatar.condition.rows.rows());
 
-  // -- Where something is
+  // -- Occupancy
   const AvatarRig rig = make_rig(avatar, set.model);
   const std::vector<AvatarPose> poses = corrected_poses(set, avatar.condition, {});
   const RaySource source =
       make_ray_source(set, poses, rig.shape, avatar.head.cube, avatar.torso ? &avatar.torso->cube : nullptr,
                       rig.warps ? &rig.warp : nullptr, avatar.neck);
-  // Of training poses spread over the clip.
+  // From training poses spread over the clip.
   const auto spread = [&](FieldSamples& samples) {
     for (std::int32_t& view : samples.view)
       view = std::int32_t(std::size_t(view) * poses.size() / looks_of(poses.size()));
@@ -406,7 +406,7 @@ Result<BakedAvatar> bake_avatar(const Avatar& avatar, const TrainingSet& set, co
     conditions.insert(conditions.end(), psi.begin(), psi.end());
   }
 
-  // -- What is added to them, and the features that it needs
+  // -- The network that adds to them, and the features it needs
   const DenseNetworkSpec network = ray_network(given, int(conditions_count));
   const auto parameters = teach(network, *rays, conditions, options, progress.stage(0.6, 1, "network"), stop);
   if (!parameters) return parameters.error();
@@ -457,7 +457,7 @@ void BakedFields::colours(const std::array<WeightedSamples, 2>& parts, std::span
     rays[torso.rays[k]] += torso.weights[k] * Vec3f(values[1], values[2], values[3]);
   }
 
-  // Sums of the head's, a column a ray that meets it.
+  // Sums of the head's samples, a column for each ray that meets it.
   const WeightedSamples& head = parts[0];
   std::vector<std::uint32_t> met;
   std::vector<float> light;

@@ -1,18 +1,18 @@
 // An avatar's fields stored: density, diffuse colour and a 4-D feature at the nodes of sparse voxels in the
-// canonical face, and one small network a ray for what depends on view and expression. After SNeRG (Hedman et
-// al. 2021) as Li 2022 takes it up.
+// canonical face, and one small network per ray for what depends on view and expression. After SNeRG (Hedman
+// et al. 2021) as adopted by Li 2022.
 //
 //   C = sum_i w_i diffuse_i + A R(F / A, D / A, d, psi)     over the head's samples, A = sum_i w_i
 //   D = sum_i w_i diffuse_i,  F = sum_i w_i feature_i        R: 2 layers of 16
 //
-// Samples come to canonical by the head model's deformation, as ever. The density is that of one expression,
-// the mean of the training frames: whatever the field's slice says of others is lost, and only R, after the
-// compositing, is told the expression. A torso's field knows neither view nor expression: its density and
-// colour are stored, and no network follows.
+// Samples are mapped to canonical space by the head model's deformation, as usual. The density is that of one
+// expression, the mean of the training frames: the field's slices for other expressions are lost, and only R,
+// after the compositing, is conditioned on the expression. A torso's field depends on neither view nor
+// expression: its density and colour are stored, and no network follows.
 //
-// The field's own colour network takes 15 numbers a sample. The feature is a linear map of these, learnt with
-// R from the training pictures: along a ray the map of the mean is the mean of the maps, so that rays are
-// composited once, with all 15, and the map is stored afterwards.
+// The field's own colour network takes 15 numbers per sample. The feature is a linear map of these, learnt
+// with R from the training pictures: along a ray the map of the mean is the mean of the maps, so that rays
+// are composited once, with all 15, and the map is stored afterwards.
 #pragma once
 
 #include <cstdint>
@@ -33,7 +33,7 @@ namespace likeness {
 inline constexpr int kBakedFeatures = 4, kRayNetworkWidth = 16, kRayNetworkLayers = 2;
 
 struct BakedAvatar {
-  Avatar scene;                       // all of the avatar but its fields' parameters
+  Avatar scene;                       // all of the avatar except its fields' parameters
   SparseVoxels head;                  // density, diffuse (3), feature (4)
   std::optional<SparseVoxels> torso;  // density, colour (3)
   // R: inputs feature, diffuse, view (kViewTerms), psi; parameters as in dense_network.h.
@@ -45,7 +45,7 @@ std::size_t stored_bytes(const BakedAvatar& avatar);  // voxels and network, in 
 struct BakeOptions {
   int head_resolution = 256, torso_resolution = 192;  // cells along an axis
   int views = 8;       // directions, of the training views, that a diffuse colour is the mean over
-  int rays = 262'144;  // of the training pictures, that teach the network
+  int rays = 262'144;  // of the training pictures, on which the network is trained
   int samples = 32;    // of each
   int rays_per_step = 4096;
   std::uint64_t steps = 3000;
@@ -53,12 +53,12 @@ struct BakeOptions {
   std::uint64_t seed = 0;
 };
 
-// What the network is told of a direction in the head's frame: spherical harmonics of the first and second
+// The network's inputs for a direction in the head's frame: spherical harmonics of the first and second
 // order, without their factors.
 inline constexpr int kViewTerms = 8;
 void view_terms(float x, float y, float z, float* out);
 
-// Training rays composited. Of a head's samples alone but `rest`.
+// Composited training rays. From the head's samples only, except `rest`.
 struct BakedRays {
   int features = 0;                     // that the field's colour network takes
   std::vector<float> given;             // (R, features) means by the light each sample takes
@@ -82,8 +82,8 @@ void add_ray(std::span<const BakedSample> samples, const Vec3f& direction, std::
 // R with the map to features before it: inputs given, diffuse, view, psi.
 DenseNetworkSpec ray_network(int given, int conditions);
 
-// Mean squared error over the chosen rays and, where it is asked for, its gradient (added). In float, or in
-// double for finite differences. conditions: (rows, K).
+// Mean squared error over the chosen rays and, if requested, its gradient (added). In float, or in double for
+// finite differences. conditions: (rows, K).
 template <class Real>
 Real ray_loss(const DenseNetworkSpec& network, const Real* parameters, const BakedRays& rays,
               std::span<const std::uint32_t> chosen, const std::vector<float>& conditions, Real* gradients);
@@ -98,7 +98,7 @@ struct BakeReport {
 Result<BakedAvatar> bake_avatar(const Avatar& avatar, const TrainingSet& set, const BakeOptions& options,
                                 const Progress& progress, std::stop_token stop, BakeReport* report = nullptr);
 
-// What stands in for the fields in one expression.
+// The stand-in for the fields in one expression.
 class BakedFields final : public StandInFields {
  public:
   BakedFields(const BakedAvatar& avatar, const Articulation& articulation);  // refers to the avatar

@@ -77,7 +77,7 @@ void network_backward(const DenseNetworkSpec& spec, const Real* parameters, cons
     const DenseLayerSpec& layer = spec.layers[l];
     end -= layer_count(spec, layer);
     DenseMatrix<Real>& slope = slopes[given + l];
-    if (slope.size() == 0) continue;  // nothing reads it
+    if (slope.size() == 0) continue;  // nothing depends on it
     if (layer.activation == Activation::relu)
       slope = (nodes[given + l].array() > Real(0)).select(slope, Real(0));
     std::size_t at = end;

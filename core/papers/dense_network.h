@@ -43,12 +43,12 @@ using DenseMatrix = Eigen::Matrix<Real, Eigen::Dynamic, Eigen::Dynamic>;
 template <class Real>
 using DenseNodes = std::vector<DenseMatrix<Real>>;
 
-// nodes: the inputs are given, the rest is filled.
+// nodes: the inputs are given, the others are filled in.
 template <class Real>
 void network_forward(const DenseNetworkSpec& spec, const Real* parameters, DenseNodes<Real>& nodes);
 
 // slopes: of the loss by each node; given for the nodes that the loss reads, zero-sized for the others.
-// Overwritten: afterwards they hold the slopes by the inputs that were asked for.
+// Overwritten: afterwards they hold the slopes by the requested inputs.
 template <class Real>
 void network_backward(const DenseNetworkSpec& spec, const Real* parameters, const DenseNodes<Real>& nodes,
                       std::span<const int> wanted_inputs, DenseNodes<Real>& slopes,

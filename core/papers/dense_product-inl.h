@@ -1,5 +1,5 @@
-// The products for one instruction set. Included once by a source file of its own flags, which names Eigen's
-// namespace anew: two versions of one template must not meet in the linker.
+// The products for one instruction set. Included once by a source file with its own compiler flags, which
+// renames Eigen's namespace: two versions of one template must not meet in the linker.
 #include <Eigen/Core>
 
 #include "core/papers/dense_product.h"

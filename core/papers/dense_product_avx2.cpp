@@ -1,4 +1,4 @@
-// The float products, compiled for AVX2 (its flags stand in CMakeLists.txt).
+// The float products, compiled for AVX2 (its flags are in CMakeLists.txt).
 #define Eigen Eigen_avx2
 #define LIKENESS_PRODUCTS products_avx2
 #include "core/papers/dense_product-inl.h"

@@ -23,7 +23,7 @@ struct NerfConfig {
   int width = 256, layers = 8;
   int skip = 5;             // the layer that reads the inputs again
   int condition_count = 0;  // K: entries of psi; 0 = no expression
-  // H: 6 layers of 64 to two coordinates, encoded anew. False: psi is concatenated.
+  // H: 6 layers of 64 to two coordinates, which are encoded in turn. False: psi is concatenated.
   bool slice = false;
   int slice_width = 64, slice_layers = 6, slice_skip = 4, slice_count = 2, slice_frequencies = 4;
 };
@@ -47,7 +47,7 @@ struct NerfInputs {
 NerfInputs<float> nerf_inputs(const NerfConfig& config, const FieldSamples& samples, std::size_t begin,
                               std::size_t end, const float* conditions);
 
-// What forward leaves for backward.
+// What the forward pass keeps for the backward pass.
 template <class Real>
 struct NerfTape {
   DenseNodes<Real> slice, radiance;
@@ -56,7 +56,7 @@ struct NerfTape {
 template <class Real>
 struct NerfOutputs {
   DenseMatrix<Real> sigma;   // (1, N) per cube side
-  DenseMatrix<Real> colour;  // (3, N) in [0, 1]; no columns where only densities were asked for
+  DenseMatrix<Real> colour;  // (3, N) in [0, 1]; no columns if only densities were requested
 };
 
 enum class NerfWanted { density, all };

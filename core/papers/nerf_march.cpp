@@ -12,7 +12,7 @@ namespace {
 
 constexpr std::size_t kPictureRays = 1024;  // at once
 
-// Each sample anywhere in the stretch it stands for.
+// Moves each sample to a random place in its stretch.
 void jitter(std::span<RaySample> samples, std::uint64_t seed, std::uint64_t pass, std::uint64_t ray) {
   if (seed == 0) return;
   RandomStream random(seed, pass, ray);

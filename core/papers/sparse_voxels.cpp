@@ -141,7 +141,7 @@ SparseVoxels bake_voxels(int resolution, int channels, const OccupancyGrid& occu
   const int n = resolution / kVoxelBlock;
   SparseVoxels voxels{resolution, channels, {}, {}};
   voxels.blocks.assign(std::size_t(n) * std::size_t(n) * std::size_t(n), -1);
-  const float floor = -std::log1p(-least) * float(resolution);  // density of a cell that takes so much
+  const float floor = -std::log1p(-least) * float(resolution);  // density of a cell that takes this much
   const auto c = std::size_t(channels);
   for (int bz = 0; bz < n; ++bz) {  // a layer of blocks at once
     std::vector<BlockAt> candidates;

@@ -29,7 +29,7 @@ struct SparseVoxels {
   std::size_t bytes() const { return nodes.size() * sizeof(float) + blocks.size() * sizeof(std::int32_t); }
 };
 
-// Where a place lies between its eight nodes.
+// A place between its eight nodes.
 struct VoxelPlace {
   const float* node = nullptr;  // the one of the lowest coordinates; null: nothing is stored there
   float x = 0, y = 0, z = 0;    // in [0, 1], between it and the highest ones
@@ -46,9 +46,9 @@ struct VoxelSource {
   std::function<void(const FieldSamples& places, std::span<float> values)> values;
 };
 
-// Where what an occupied cell holds lies once it was moved: the cells of that place and their neighbours.
-// move: to the space that is stored, for view 0, 1, ...; a posed mouth's inside lies somewhere else there,
-// and so may whatever a deformation moves.
+// Cells that hold the moved contents of occupied cells, and their neighbours. move: to the space that is
+// stored, for view 0, 1, ...; a posed mouth's inside lies somewhere else there, and so may whatever a
+// deformation moves.
 OccupancyGrid moved_occupancy(const OccupancyGrid& posed, std::size_t views,
                               const std::function<void(FieldSamples& samples)>& move);
 
@@ -57,7 +57,7 @@ OccupancyGrid moved_occupancy(const OccupancyGrid& posed, std::size_t views,
 SparseVoxels bake_voxels(int resolution, int channels, const OccupancyGrid& occupancy,
                          const VoxelSource& source, float least = 1e-3f);
 
-// The same with `more` channels behind those there are; values as in VoxelSource, of the stored nodes only.
+// The same with `more` channels after the existing ones; values as in VoxelSource, of the stored nodes only.
 SparseVoxels with_channels(
     const SparseVoxels& voxels, int more,
     const std::function<void(const FieldSamples& places, std::span<float> values)>& values);

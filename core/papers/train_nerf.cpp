@@ -160,8 +160,8 @@ std::vector<float> conditions_of(const ConditionMap& map, std::span<const Avatar
   return all;
 }
 
-// Steps until the budget or the number asked for; the clock stands still while the tap looks. start: of the
-// clock, preparations included, as in core/train.
+// Steps until the budget or the requested number; the clock stops while the tap is called. start: the
+// clock's, preparations included, as in core/train.
 Result<void> run(Training& t, double start, const Progress& progress, std::stop_token stop,
                  const NerfTap& tap) {
   const auto clock = [&] { return clock_seconds(t.options.clock); };

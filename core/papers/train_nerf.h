@@ -1,6 +1,6 @@
 // Trains the baselines' fields on the same set as core/train does: rays drawn alike, the same track, torso
-// modes, neck, plate and loss. Head and torso have a pair of fields each, the torso's smaller and told
-// nothing but the position, as in our own trainer. There is no per-frame code. Deterministic for one seed,
+// modes, neck, plate and loss. Head and torso have a pair of fields each, the torso's smaller and a function
+// of the position only, as in our own trainer. There is no per-frame code. Deterministic for one seed,
 // whatever the threads.
 #pragma once
 
@@ -15,7 +15,7 @@
 namespace likeness {
 
 struct NerfOptions {
-  FieldMode mode = FieldMode::concat;  // any but warp+hyper, which is no paper's
+  FieldMode mode = FieldMode::concat;  // any but warp+hyper, which no paper uses
   double budget_s = 300;               // by `clock`; ignored when steps > 0
   std::uint64_t steps = 0;
   WorkClock clock = WorkClock::wall;
@@ -27,7 +27,7 @@ struct NerfOptions {
   NerfConfig torso{.direction_frequencies = 0, .width = 128, .layers = 4, .skip = 2};
 };
 
-// A look at the running training. The training's clock stands still meanwhile.
+// A look at the running training, during which its clock stops.
 struct NerfTap {
   std::function<bool(const TrainStatus&)> wanted;  // asked after every step
   std::function<void(const NerfAvatar&, const TrainStatus&)> take;
