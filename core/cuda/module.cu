@@ -158,7 +158,7 @@ DeviceStatus launch(void* context, std::int32_t kernel, const void* args, std::s
     case Kernel::gather_chosen:
       return run<GatherChosenArgs>(c, gather_chosen, args, bytes, items);
     case Kernel::look_up_cells:
-      return run<LookArgs>(c, look_up_cells, args, bytes, items);
+      return run<LookUpArgs>(c, look_up_cells, args, bytes, items);
     case Kernel::decay_cells:
       return run<DecayArgs>(c, decay_cells, args, bytes, items);
     case Kernel::set_cell_bits:

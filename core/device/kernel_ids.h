@@ -26,7 +26,7 @@ enum class Kernel : std::int32_t {
   march_chosen,      // MarchChosenArgs
   ordered_offsets,   // OrderedOffsetsArgs
   gather_chosen,     // GatherChosenArgs
-  look_up_cells,     // LookArgs
+  look_up_cells,     // LookUpArgs
   decay_cells,       // DecayArgs
   set_cell_bits,     // CellBitsArgs
   mark_bricks,       // BricksArgs

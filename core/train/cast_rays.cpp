@@ -272,17 +272,17 @@ class Caster : public RayCaster {
       const std::size_t all = cells.field->learnt.cells.size();
       for (std::size_t first = 0; first < all; first += field.capacity()) {
         const std::size_t count = std::min(field.capacity(), all - first);
-        LookArgs look{scene(),
-                      ray_views(),
-                      cells.cells.data(),
-                      std::uint32_t(first),
-                      std::uint32_t(count),
-                      std::int32_t(f),
-                      options_.seed,
-                      step,
-                      {},
-                      field.rows(),
-                      field.count()};
+        LookUpArgs look{scene(),
+                        ray_views(),
+                        cells.cells.data(),
+                        std::uint32_t(first),
+                        std::uint32_t(count),
+                        std::int32_t(f),
+                        options_.seed,
+                        step,
+                        {},
+                        field.rows(),
+                        field.count()};
         for (int k = 0; k < 6; ++k) look.point[k] = field.point(k);
         if (auto done = device_->launch(Kernel::look_up_cells, look, count); !done) return done;
         if (auto done = field.density(count); !done) return done;

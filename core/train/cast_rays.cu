@@ -67,7 +67,7 @@ __global__ void __launch_bounds__(kThreads) gather_kernel(const __grid_constant_
     likeness::gather_chosen(args, item);
 }
 
-__global__ void __launch_bounds__(kThreads) look_kernel(const __grid_constant__ LookArgs args) {
+__global__ void __launch_bounds__(kThreads) look_kernel(const __grid_constant__ LookUpArgs args) {
   if (const std::size_t i = item_of_thread(); i < args.count) look_up_cell(args, i);
 }
 
@@ -127,7 +127,7 @@ cudaError_t gather_chosen(const Launch& launch, const GatherChosenArgs& args, st
   return queue(launch, gather_kernel, kThreads, items, args);
 }
 
-cudaError_t look_up_cells(const Launch& launch, const LookArgs& args, std::size_t items) {
+cudaError_t look_up_cells(const Launch& launch, const LookUpArgs& args, std::size_t items) {
   return queue(launch, look_kernel, kThreads, items, args);
 }
 

@@ -10,7 +10,7 @@ cudaError_t choose_rays(const Launch& launch, const ChooseRaysArgs& args, std::s
 cudaError_t march_chosen(const Launch& launch, const MarchChosenArgs& args, std::size_t items);
 cudaError_t ordered_offsets(const Launch& launch, const OrderedOffsetsArgs& args, std::size_t items);
 cudaError_t gather_chosen(const Launch& launch, const GatherChosenArgs& args, std::size_t items);
-cudaError_t look_up_cells(const Launch& launch, const LookArgs& args, std::size_t items);
+cudaError_t look_up_cells(const Launch& launch, const LookUpArgs& args, std::size_t items);
 cudaError_t decay_cells(const Launch& launch, const DecayArgs& args, std::size_t items);
 cudaError_t set_cell_bits(const Launch& launch, const CellBitsArgs& args, std::size_t items);
 cudaError_t mark_bricks(const Launch& launch, const BricksArgs& args, std::size_t items);

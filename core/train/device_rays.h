@@ -113,7 +113,7 @@ struct GatherChosenArgs {
 // -- Cells. density is kept of all cells of a grid, (z, y, x), 0 of those that are not allowed.
 
 // Items: cells of a batch.
-struct LookArgs {
+struct LookUpArgs {
   MarchScene scene;
   RayViews views;
   const std::uint32_t* cells;
@@ -351,7 +351,7 @@ LIKENESS_HOST_DEVICE inline void gather_chosen(const GatherChosenArgs& a, std::s
 
 // -- Cells
 
-LIKENESS_HOST_DEVICE inline void look_up_cell(const LookArgs& a, std::size_t i) {
+LIKENESS_HOST_DEVICE inline void look_up_cell(const LookUpArgs& a, std::size_t i) {
   const int n = a.scene.grid[a.field].resolution;
   CellSample look(a.cells[a.first + i], n, a.views.count, a.seed, a.step, a.first + i);
   const FrameNumbers& frame = frame_of(a.views, std::size_t(look.view));

@@ -179,7 +179,7 @@ void run_training_kernel(Kernel kernel, const std::vector<unsigned char>& args, 
     case Kernel::gather_chosen:
       return each<GatherChosenArgs>(args, items, gather_chosen);
     case Kernel::look_up_cells:
-      return each<LookArgs>(args, items, look_up_cell);
+      return each<LookUpArgs>(args, items, look_up_cell);
     case Kernel::decay_cells:
       return each<DecayArgs>(args, items, decay_cell);
     case Kernel::set_cell_bits:
