@@ -23,7 +23,7 @@ namespace likeness {
 
 // psi = clamp(rows * ([expression (E), jaw (3), left eye (3), right eye (3)] - mean), low, high): the
 // low-dimensional condition of the ambient slice, learnt from the training track (principal components
-// weighted by the vertex motion they cause). The bounds are what training saw: beyond them the field has
+// weighted by the vertex motion they cause). The bounds are those of the training: beyond them the field has
 // learnt nothing.
 struct ConditionMap {
   Eigen::VectorXf mean;       // (E + 9)
@@ -32,8 +32,8 @@ struct ConditionMap {
 };
 Eigen::VectorXf articulation_vector(const Articulation& articulation);  // (E + 9), in the order above
 Eigen::VectorXf condition(const ConditionMap& map, const Articulation& articulation);
-// What the head's field is told: the condition, then the attributes' amounts, each within what was seen.
-// amounts: one an attribute, or none, which is all at rest.
+// The inputs that condition the head's field: psi, then the attributes' amounts, each limited to its seen
+// range. amounts: one per attribute, or empty, which is all at rest.
 Eigen::VectorXf condition(const ConditionMap& map, const Articulation& articulation,
                           std::span<const AttributeRegion> attributes, std::span<const float> amounts);
 
@@ -43,7 +43,7 @@ struct FieldCube {
   float side = 1;
 };
 
-// Which cells of a field's cube may hold density. One bit a cell, (z, y, x).
+// Which cells of a field's cube may hold density. One bit per cell, (z, y, x).
 struct OccupancyGrid {
   int resolution = 0;              // cells along an axis
   std::vector<std::uint8_t> bits;  // (resolution^3 / 8)
@@ -62,18 +62,17 @@ struct FieldPart {
   FieldCube cube;
   OccupancyGrid occupancy;
   OccupancyGrid core;  // cells deep inside the head, which end every ray that meets them; empty = none
-  // Light lost along a cell's width, 0..255, of the cells of `occupancy`: where a ray's samples are best
-  // spent.
+  // Light lost along a cell's width, 0..255, for the cells of `occupancy`: tells where a ray's samples are
+  // best placed.
   std::vector<std::uint8_t> opacity;  // (resolution^3), (z, y, x); empty = not known
 };
 
-// What the capture showed of an action, 1 = full, in its training frames.
+// The range of an action in the capture's training frames, 1 = full.
 struct ActionRange {
   std::string name;
-  float low = 0, high = 0;  // 2nd and 98th percentile
-  float coverage = 0;       // share of the frames that show more than a fifth of it
-  std::array<float, 8>
-      histogram{};  // shares of the frames by eighths of 0..1, the outermost open to their side
+  float low = 0, high = 0;           // 2nd and 98th percentile
+  float coverage = 0;                // share of the frames that show more than a fifth of it
+  std::array<float, 8> histogram{};  // shares of the frames by eighths of 0..1, the outermost open-ended
 };
 
 // A part of the method as this avatar was made, and why (core/train/choose_parts.h).
@@ -82,7 +81,7 @@ struct AvatarPart {
   bool on = true;      // the avatar has it
   bool asked = false;  // the user's choice; otherwise the capture's measurements decided
   std::string value;   // what it is, in words: "a field of its own"
-  std::string reason;  // in words, with the number that it rests on
+  std::string reason;  // in words, with the figure it is based on
 };
 
 struct Avatar {
@@ -95,7 +94,7 @@ struct Avatar {
   Articulation neutral;                     // the person's calibrated neutral; the canonical face
   float warp_cell = 0;                      // m between nodes of the warp lattice; 0: the field is not warped
   std::vector<ActionRange> seen;            // per named action
-  std::vector<AttributeRegion> attributes;  // painted by the user; each the field's psi has an entry of
+  std::vector<AttributeRegion> attributes;  // painted by the user; each has an entry in the field's psi
   Pose world_from_head = Pose::Identity();  // typical, for orbit and sliders
   Pose world_from_torso = Pose::Identity();
   TorsoModes torso_modes;                  // empty: a rigid torso
@@ -107,7 +106,7 @@ struct Avatar {
   int size = 256;
   std::uint64_t steps = 0, seed = 0;
   double train_seconds = 0;
-  std::vector<AvatarPart> parts;  // what was chosen for its capture; empty: made before that was kept
+  std::vector<AvatarPart> parts;  // what was chosen for its capture; empty: made before this was stored
 };
 
 // avatar.bin: versioned, checksummed, whole or not at all.

@@ -237,7 +237,7 @@ FieldPart part_from(const json& j, const Sections& sections, const std::string& 
   c.slice_width = whole(j.at("slice_width"), "slice width", 1, kLargestWidth);
   c.slice_levels = j.contains("slice_levels")
                        ? whole(j.at("slice_levels"), "levels of the slice", 1, 64)
-                       : c.position.levels;  // an avatar from before there was a choice
+                       : c.position.levels;  // an avatar from before this was configurable
   c.density_width = whole(j.at("density_width"), "density width", 1, kLargestWidth);
   c.density_layers = whole(j.at("density_layers"), "density layers", 1, 2);
   c.colour_layers = whole(j.at("colour_layers"), "colour layers", 1, 2);
@@ -334,7 +334,7 @@ json meta_of(const Sections& sections) {
   return parse_json({text, meta->second.size()});
 }
 
-// Torso and room, which know no expression.
+// Torso and room, which do not depend on the expression.
 FieldPart unconditioned_from(const json& j, const Sections& sections, const char* name) {
   FieldPart part = part_from(j, sections, name);
   if (part.field.config.condition_count != 0) throw Bad{fmt::format("the {} depends on an expression", name)};

@@ -27,7 +27,7 @@ Vec3d head_centre(const Avatar& avatar) {
 }
 
 Camera orbit_camera(const Avatar& avatar, const Pose& world_from_head, double yaw, double pitch) {
-  // Moving the camera by R about the centre is seeing the world turned by R^-1 about it.
+  // Rotating the camera by R about the centre is the same as rotating the world by R^-1 about it.
   const Vec3d centre = world_from_head * head_centre(avatar);
   const Vec3d up = world_from_head.linear() * Vec3d::UnitY();
   const Vec3d side = world_from_head.linear() * Vec3d::UnitX();

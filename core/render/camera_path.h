@@ -1,4 +1,4 @@
-// Where to look from and what to do: orbits about the head, head turns, and articulations from named actions.
+// Views and poses: orbits about the head, head turns, and articulations from named actions.
 #pragma once
 
 #include <string>
@@ -10,11 +10,10 @@
 
 namespace likeness {
 
-// The point of the head that stays put in an orbit: the middle of the head's occupied cells, in the head
-// frame, m.
+// The fixed point of an orbit: the middle of the head's occupied cells, in the head frame, m.
 Vec3d head_centre(const Avatar& avatar);
 
-// The typical camera carried round the head by yaw (about the head's vertical axis, positive towards the
+// The typical camera moved round the head by yaw (about the head's vertical axis, positive towards the
 // subject's left) and pitch (positive above), rad; the head's centre keeps its distance and its place in the
 // picture.
 Camera orbit_camera(const Avatar& avatar, const Pose& world_from_head, double yaw, double pitch = 0);

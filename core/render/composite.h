@@ -1,5 +1,5 @@
 // Emission-absorption compositing of one ray's samples, front to back, and its derivatives. Plain C++17: the
-// CUDA kernels use it, too.
+// CUDA kernels use it too.
 //
 //   s_i = sigma_i dt_i,  T_1 = 1,  T_{i+1} = T_i exp(-s_i),  w_i = T_i - T_{i+1}
 //   C = sum_i w_i c_i + T_{n+1} b
@@ -35,13 +35,13 @@ LIKENESS_HOST_DEVICE Composited<T> composite_ray(int n, const T* sigma, const T*
   return out;
 }
 
-// Gradients of a loss L through C (d_colour = dL/dC) and, beside it, through the ray's transmittance, sample
-// by sample from the front.
+// Gradients of a loss L through C (d_colour = dL/dC) and through the ray's transmittance, sample by sample
+// from the front.
 template <class T>
 struct CompositeSlopes {
   T behind[3];  // colour of what lies behind the last sample, weighted by the ray's transmittance up to there
   T before = 1;
-  T d_colour[3], lost;  // lost: what a depth takes through the transmittance
+  T d_colour[3], lost;  // lost: effect of a depth through the transmittance
 
   LIKENESS_HOST_DEVICE CompositeSlopes(const Composited<T>& forward, const T* background, const T* d_pixel,
                                        T d_transmittance) {
@@ -51,7 +51,7 @@ struct CompositeSlopes {
     }
     lost = -d_transmittance * forward.transmittance;
   }
-  // Of the next sample: dL/ds_i is returned, d_sample_colour (3) is set.
+  // The next sample: returns dL/ds_i and sets d_sample_colour (3).
   LIKENESS_HOST_DEVICE T next(T depth, const T* sample_colour, T* d_sample_colour) {
     const T after = before * std::exp(-depth);
     const T weight = before - after;

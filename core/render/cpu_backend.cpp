@@ -14,10 +14,10 @@ namespace {
 
 constexpr int kMaxSamples = 16;
 
-// Rays whose samples go forward and back together.
+// Rays whose samples are evaluated and backpropagated together.
 constexpr std::size_t kBlockRays = 16;
 
-// What a field in training works with.
+// Scratch of a field in training.
 struct Scratch {
   std::shared_ptr<FieldTape> tape = make_tape();
   FieldGradients gradients;
@@ -30,7 +30,7 @@ struct Scratch {
   }
 };
 
-// Consecutive rays; patch: that they are, or null.
+// Consecutive rays; patch: the patch they form, or null.
 struct RayBlock {
   std::size_t begin = 0, end = 0;
   const RayPatch* patch = nullptr;

@@ -186,7 +186,7 @@ class DeviceLearner : public FieldLearner {
     return device_->copy_in(to.data(), from, bytes);
   }
 
-  // What a step takes in any case; the counts of rays that are cast here are set here.
+  // Copies what every step needs; counts of rays cast on the device are set here.
   Result<void> copy_numbers(const LearningStep& step, std::size_t rays) {
     host_numbers_ = {};
     host_numbers_.rays = std::uint32_t(rays);
@@ -266,7 +266,7 @@ class DeviceLearner : public FieldLearner {
     return device_->launch(Kernel::adam_codes, codes, 1);
   }
 
-  // As adam_step does where the fields lie with the host.
+  // As adam_step does for fields on the host.
   void count_step(const LearningResult& result) {
     for (std::size_t f = 0; f < 2; ++f)
       if (fields_[f] && result.samples[f] > 0) ++parts_.fields[f].adam->step;

@@ -1,5 +1,5 @@
-// What goes to a device for a picture: the order of its pixels, once a size, and the pose, once a frame; of a
-// training (core/train/cast_rays.h) the poses of its views.
+// What is copied to a device for a picture: the order of its pixels, once per size, and the pose, once per
+// frame; for training (core/train/cast_rays.h) the poses of its views.
 #pragma once
 
 #include <array>
@@ -34,11 +34,11 @@ struct PictureTiles {
 std::size_t tile_count(const Intrinsics& k);
 PictureTiles picture_tiles(const Intrinsics& k, int block, std::size_t tiles_per_band);
 
-// Whether what was recorded for one picture serves for another.
+// Whether a recording made for one picture is valid for another.
 bool same_picture(const Intrinsics& a, const Intrinsics& b);
 bool same_options(const RenderOptions& a, const RenderOptions& b);
 
-// A pose as the device takes it. Null: nothing of the kind, or nothing moves.
+// A pose in the device's form. Null: there is none, or nothing moves.
 struct FrameParts {
   std::array<const UnitFromCamera*, 2> maps{};  // head, torso
   const NeckBend* neck = nullptr;               // of the head's unit cube
@@ -46,9 +46,9 @@ struct FrameParts {
   const TorsoField* torso = nullptr;
 };
 // The bytes of FrameNumbers and the tables behind it, in place of what `out` holds. head: for the neck's box;
-// null: the box is left to others.
+// null: the box is computed elsewhere.
 void pack_frame(const FrameParts& parts, const MarchVolume* head, std::vector<unsigned char>& out);
-// The same of an avatar.
+// The same for an avatar.
 void pack_frame(const Avatar& avatar, const Camera& camera, const RenderState& state, const MarchVolume& head,
                 std::vector<unsigned char>& out);
 

@@ -1,4 +1,4 @@
-// The loss of rays and its gradients by their samples, for processor and device. Plain C++17.
+// The loss of rays and its gradients with respect to their samples, for processor and device. Plain C++17.
 #pragma once
 
 #include <cstddef>
@@ -10,7 +10,7 @@
 
 namespace likeness {
 
-// What the loss reads and writes of a field's batch.
+// The parts of a field's batch that the loss reads and writes.
 struct LossField {
   const float* sigma;   // (capacity)
   const float* colour;  // (3, capacity)

@@ -1,4 +1,4 @@
-// Pictures on a device: what its kernels take, and from a pixel's ray to its samples. Plain C++17: the walk
+// Pictures on a device: the kernels' arguments, and from a pixel's ray to its samples. Plain C++17: the walk
 // and the cuts are those of rays.h and strata.h, the same header for processor and device.
 //
 // A band of a picture goes through these kernels. Rays of pixels and of blocks of pixels keep their samples
@@ -16,8 +16,8 @@
 
 namespace likeness {
 
-// What changes from frame to frame. One in the device's memory, and behind it the tables of the lattice and
-// of the torso.
+// What changes from frame to frame. One in the device's memory, followed by the tables of the lattice and of
+// the torso.
 struct FrameNumbers {
   float linear[2][9], offset[2][3];           // camera to unit cube (UnitFromCamera), row-major
   NeckTable neck;                             // of the head's unit cube
@@ -28,7 +28,7 @@ struct FrameNumbers {
   std::uint32_t columns_at, rows_at, displacement_at;  // bytes behind this struct
 };
 
-// A field's grids. Null pointers: there is no such grid.
+// A field's grids. Null pointers: no such grid.
 struct MarchGrid {
   std::int32_t there;       // 0: no such field
   std::int32_t resolution;  // 0: all is occupied
@@ -39,13 +39,13 @@ struct MarchGrid {
 struct MarchScene {
   MarchGrid grid[2];
   const float* depth_of_opacity;  // (256)
-  // Of all rays; a training's have each their own.
+  // Shared by all rays; in training each ray has its own.
   const FrameNumbers* frame;
   const std::uint8_t* neck_cells;  // (cells of the neck's box, 2): 1 occupied + 2 core; opacity; or null
   float near, far, min_step;       // m
 };
 
-// Stretches of as many rays at a time as there are lanes. Row i of lane l is at i * lanes + l.
+// Stretches of as many simultaneous rays as there are lanes. Row i of lane l is at i * lanes + l.
 struct ListMemory {
   float *near, *far, *depth;  // (rows of head and torso, lanes)
   std::uint32_t* count;       // (2, lanes)
@@ -92,7 +92,7 @@ struct RayOffsetsArgs {
   std::uint32_t *samples, *met;  // added to: samples; rays that have any
 };
 
-// Items: rays times most. Samples to where their fields know them.
+// Items: rays times most. Maps samples to their fields' canonical space.
 struct GatherArgs {
   MarchScene scene;
   PlacedRays rays;
@@ -101,14 +101,14 @@ struct GatherArgs {
   float* point[2][6];  // of each field, (capacity): position, direction
 };
 
-// What a field answers of its batch.
+// A field's outputs for its batch.
 struct FieldAnswer {
   const float *sigma, *colour;  // (capacity); (3, capacity)
   std::uint32_t capacity;
   float side;  // m
 };
 
-// Items: rays of blocks. Their strata are cut again by the light that they lose.
+// Items: rays of blocks. Their strata are refined by the light that is lost in them.
 struct RefineArgs {
   ListMemory lists;
   PlacedRays strata;
@@ -131,7 +131,7 @@ struct PickArgs {
   const std::uint32_t* block;  // (pixels)
   const BlockPlace* place;     // (blocks)
   PlacedRays strata, refined, out;
-  // (pixels) those where the block's ray met nothing although the pixel may, and how many: 0 before.
+  // (pixels) those whose block's ray met nothing although theirs may, and their number, initially 0.
   std::uint32_t *alone, *alone_count;
 };
 
@@ -155,7 +155,7 @@ LIKENESS_HOST_DEVICE inline std::size_t cell_index(int n, const int (&cell)[3]) 
          std::size_t(cell[0]);
 }
 
-// A cell's own occupancy, and the rest by where its place on the straight neck is.
+// A cell's own occupancy, the rest looked up at its place on the straight neck.
 LIKENESS_HOST_DEVICE inline CellContent content_of_neck(const MarchGrid& grid, const NeckTable& neck,
                                                         const int (&cell)[3]) {
   const int n = grid.resolution;
@@ -261,7 +261,7 @@ struct RayLists {
   }
   LIKENESS_HOST_DEVICE float weight(int i) const { return memory.depth[at(i)]; }
   LIKENESS_HOST_DEVICE void set_weight(int i, float weight) { memory.depth[at(i)] = weight; }
-  // Stretches that touch and of which nothing is known become one, as in occupied_intervals.
+  // Adjoining stretches without known depth are merged, as in occupied_intervals.
   LIKENESS_HOST_DEVICE void push(int field, const Interval& next) {
     if (next.far <= next.near) return;
     if (const int last = counts[field] - 1; last >= 0 && next.depth == 0) {
@@ -275,10 +275,10 @@ struct RayLists {
   }
 };
 
-// A ray's own: where it goes, and how its samples are placed.
+// One ray: its direction, and how its samples are placed.
 struct MarchedRay {
   const float* direction;    // (3) unit, camera frame
-  float from[2] = {0, 0};    // m, of each field: where its walk may begin; infinite: it is not met
+  float from[2] = {0, 0};    // m, for each field: where its walk may begin; infinite: not met
   std::uint64_t jitter = 0;  // as in place_samples
   float even_share = kEvenShare;
 };

@@ -1,5 +1,5 @@
-// Pictures on a device: from samples on rays to the fields' batches, and from what the fields answer to
-// pixels. Plain C++17. Arguments and layout as in device_march.h.
+// Pictures on a device: from samples on rays to the fields' batches, and from the fields' outputs to pixels.
+// Plain C++17. Arguments and layout as in device_march.h.
 #pragma once
 
 #include <cmath>
@@ -11,8 +11,8 @@
 
 namespace likeness {
 
-// Calls visit(k) for the samples of a ray in depth order; visit ends it by false. t: of the ray's samples,
-// the first `head` of `all` of them the head's.
+// Calls visit(k) for the samples of a ray in depth order; visit returns false to stop. t: of the ray's
+// samples, the first `head` of `all` of them the head's.
 template <class Visit>
 LIKENESS_HOST_DEVICE void in_depth_order(const float* t, int head, int all, const Visit& visit) {
   int h = 0, s = head;
@@ -41,7 +41,7 @@ struct SampleSlot {
         slot(offset[std::size_t(field) * rays.rays + r] + std::size_t(field == 0 ? k : k - row.head)) {}
 };
 
-// *at += value; returns what it was.
+// *at += value; returns the old value.
 LIKENESS_HOST_DEVICE inline std::uint32_t add_count(std::uint32_t* at, std::uint32_t value) {
 #ifdef __CUDA_ARCH__
   return atomicAdd(at, value);
@@ -53,7 +53,7 @@ LIKENESS_HOST_DEVICE inline std::uint32_t add_count(std::uint32_t* at, std::uint
 }
 
 // By the threads of one block: sums along rows of kScanRays numbers. sums, next: (rows, kScanRays); returns
-// the one that holds them in the end.
+// the one with the result.
 template <class Block>
 LIKENESS_HOST_DEVICE std::uint32_t* prefix_sums(Block& block, int rows, std::uint32_t* sums,
                                                 std::uint32_t* next) {
@@ -72,7 +72,7 @@ LIKENESS_HOST_DEVICE inline std::uint32_t count_of(const PlacedRays& rays, std::
   return r < rays.rays ? rays.count[std::size_t(f) * rays.rays + r] : 0u;
 }
 
-// By the threads of one block, for kScanRays rays: a prefix sum among them, behind what other blocks have
+// By the threads of one block, for kScanRays rays: a prefix sum among them, offset by what other blocks have
 // taken. shared: (7, kScanRays).
 template <class Block>
 LIKENESS_HOST_DEVICE void ray_offsets(Block& block, const RayOffsetsArgs& a, std::uint32_t* shared) {
@@ -126,7 +126,7 @@ LIKENESS_HOST_DEVICE inline void torso_to_canonical(const MarchScene& scene, con
   for (int a = 0; a < 2; ++a) p[a] = within(p[a] + way[a] / grid.side, 0.f, 1.f);
 }
 
-// A place on a ray to where its field knows it; sets the position and direction of a field's sample.
+// Maps a place on a ray to its field's canonical space; sets the position and direction of a field's sample.
 LIKENESS_HOST_DEVICE inline void set_sample(const MarchScene& scene, const FrameNumbers& frame, int field,
                                             const float* direction, float t, float* const (&point)[6],
                                             std::size_t slot) {
@@ -259,8 +259,8 @@ LIKENESS_HOST_DEVICE inline void composite_pixel(const CompositeArgs& a, std::si
     }
     return after >= a.stop_transmittance;
   });
-  // A ray that was cut off would have met more; it counts as opaque. What was not looked up has the mean
-  // colour of what was.
+  // A ray that was cut off would have met more; it counts as opaque. Samples not looked up are given the mean
+  // colour of those that were.
   const float alpha = transmittance < a.stop_transmittance ? 1 : 1 - transmittance;
   const float scale = shaded > 0 ? alpha / shaded : 0;
   float* to = a.rgba + 4 * std::size_t(a.place[pixel]);

@@ -1,7 +1,7 @@
-// Pictures on a device: see FrameRenderer in backend.h. The avatar's fields and grids lie on the device. What
-// a frame takes there is recorded once for a size of picture and replayed: its pose goes in, one replay, the
-// picture comes out, on which alone the host waits. A picture is cut into bands of tiles, so that the largest
-// batch there can be has its place.
+// Pictures on a device: see FrameRenderer in backend.h. The avatar's fields and grids are on the device. A
+// frame's work is recorded once per picture size and replayed: its pose is copied in, one replay, the picture
+// is copied out, and the host waits only for that. A picture is cut into bands of tiles, so that the largest
+// possible batch fits.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -19,7 +19,7 @@ namespace likeness {
 namespace {
 
 constexpr std::size_t kMaxBytes = std::size_t{3}
-                                  << 30;  // of the bands' buffers, and a quarter of what is free
+                                  << 30;  // for the bands' buffers, and at most a quarter of what is free
 constexpr std::size_t kLanes = 16384;     // rays whose stretches are kept at once where no strata need them
 
 template <class T>
@@ -80,7 +80,7 @@ struct PictureSums {
   std::uint32_t samples, met, ignored, no_field;
 };
 
-// What a picture of one size with one set of options takes.
+// Buffers and recording for one picture size and one set of options.
 struct Picture {
   Intrinsics intrinsics;
   RenderOptions options;
@@ -173,7 +173,7 @@ class DeviceRenderer : public FrameRenderer {
 
   // -- Buffers
 
-  // What bands of so many tiles take of the device's memory.
+  // Device memory for bands of this many tiles.
   std::size_t bytes_of(const RenderOptions& options, std::size_t tiles) const {
     const BandShape shape = band_shape(options, tiles);
     std::size_t bytes = shape.lanes * (parts_[0].rows() + parts_[1].rows()) * 3 * sizeof(float);
@@ -316,7 +316,7 @@ class DeviceRenderer : public FrameRenderer {
     return {};
   }
 
-  // Where samples of the grids' own choice go: all pixels of a band, or those that their blocks left alone.
+  // Places samples by the grids alone: for all pixels of a band, or those that their blocks left out.
   Result<void> queue_march(const PictureBand& band, bool alone) {
     const Picture& p = *picture_;
     const std::size_t lanes = std::min(p.lanes, band.pixels);
@@ -329,7 +329,7 @@ class DeviceRenderer : public FrameRenderer {
     return device_->launch(Kernel::march_rays, args, lanes);
   }
 
-  // Packs samples of rays into the fields' batches and brings them to where the fields know them.
+  // Packs samples of rays into the fields' batches and maps them to canonical space.
   Result<void> queue_gather(const RayMemory& memory, const PlacedRays& rays, const float* directions,
                             bool of_pixels) {
     PictureSums* const sums = picture_->sums.data();
@@ -351,7 +351,7 @@ class DeviceRenderer : public FrameRenderer {
     return {};
   }
 
-  // Samples of a band's pixels by what the rays of their blocks find.
+  // Places the samples of a band's pixels by what the rays of their blocks find.
   Result<void> queue_strata(const PictureBand& band) {
     const Picture& p = *picture_;
     const PlacedRays strata = p.strata.of(band.blocks, p.options.strata);

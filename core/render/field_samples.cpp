@@ -1,4 +1,4 @@
-// A field's samples as the field takes them: see rays.h.
+// A field's samples as inputs of the field: see rays.h.
 #include "core/render/rays.h"
 
 namespace likeness {

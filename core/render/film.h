@@ -1,4 +1,4 @@
-// What an avatar does and from where it is seen, picture by picture.
+// An avatar's poses and cameras, picture by picture.
 #pragma once
 
 #include <vector>

@@ -17,7 +17,7 @@ class CpuRenderer : public FrameRenderer {
   const Avatar& avatar_;
 };
 
-// Another's until it fails, then the processor's.
+// Uses another renderer until it fails, then the processor's.
 class FallingBack : public FrameRenderer {
  public:
   FallingBack(std::unique_ptr<FrameRenderer> first, const Avatar& avatar,

@@ -6,13 +6,13 @@ namespace likeness::cuda {
 namespace {
 
 constexpr unsigned kThreads = 128;
-// Walks differ in length, and there are few: of a warp every fourth thread has one, so that they wait less
-// for each other and for their memory.
+// Walks differ in length, and there are few: only every fourth thread of a warp has one, so that they wait
+// less for each other and for memory.
 constexpr unsigned kThreadsPerWalk = 4;
 
 __device__ std::size_t item_of_thread() { return std::size_t(blockIdx.x) * blockDim.x + threadIdx.x; }
 
-// As many as there are in this frame, which only the device knows.
+// The number in this frame is known only to the device.
 __global__ void __launch_bounds__(kThreads) neck_kernel(const __grid_constant__ NeckCellsArgs args) {
   if (!args.scene.frame->neck.bends) return;
   const std::size_t count = neck_cell_count(*args.scene.frame), all = std::size_t(gridDim.x) * blockDim.x;

@@ -1,4 +1,4 @@
-// The walk of a ray through a field's grid (Amanatides & Woo 1987), over empty bricks in one step, for
+// The walk of a ray through a field's grid (Amanatides & Woo 1987), crossing empty bricks in one step, for
 // processor and device. Plain C++17.
 #pragma once
 
@@ -19,7 +19,7 @@ struct UnitRay {
   float origin[3], direction[3];
 };
 
-// Where the ray is inside the unit cube; near > far when it misses, or is no ray.
+// Where the ray is inside the unit cube; near > far if it misses, or is not a valid ray.
 LIKENESS_HOST_DEVICE inline Interval cube_interval(const UnitRay& ray, float near, float far) {
   for (int a = 0; a < 3; ++a) {
     const float d = ray.direction[a], o = ray.origin[a];
@@ -40,7 +40,7 @@ LIKENESS_HOST_DEVICE inline int cell_at(float place, int first, int last) {
   return int(bounded(place, float(first), float(last)));  // none is negative
 }
 
-// A ray's way through cells, in units of cells.
+// A ray's path through cells, in units of cells.
 struct CellWalk {
   float origin[3], direction[3];
   float next[3], delta[3];  // distance (m) at which the ray leaves its cell along an axis; between two such
@@ -67,7 +67,7 @@ struct CellWalk {
     if (next[2] < smaller(next[0], next[1])) return advance(2);
     return next[0] < next[1] ? advance(0) : advance(1);
   }
-  // From distance t to the cell behind the brick: exact along the axis it is left by, inside the brick along
+  // From distance t to the cell after the brick: exact along the axis it is left by, inside the brick along
   // the others. Returns that distance; infinity beyond the grid.
   LIKENESS_HOST_DEVICE float to_next_brick(const int (&brick)[3], float t) {
     int axis = -1;
@@ -98,9 +98,9 @@ struct CellWalk {
   }
 };
 
-// Contents: is_empty(brick), at(cell) -> CellContent. resolution 0: all of the cube is occupied.
-// visit(near, far, opacity) is called for every occupied cell and ends the walk by false. Returns the
-// distance at which the ray enters a core cell, or `far`.
+// Contents: is_empty(brick), at(cell) -> CellContent. resolution 0: all of the cube is occupied. visit(near,
+// far, opacity) is called for every occupied cell and returns false to end the walk. Returns the distance at
+// which the ray enters a core cell, or `far`.
 template <class Contents, class Visit>
 LIKENESS_HOST_DEVICE float walk_cells(const UnitRay& ray, int resolution, const Contents& contents,
                                       float near, float far, const Visit& visit) {
@@ -132,7 +132,7 @@ LIKENESS_HOST_DEVICE float walk_cells(const UnitRay& ray, int resolution, const 
 }
 
 // Whether a ray meets an occupied cell of either field, hidden by the other's core or not. walk(f, far,
-// visit): through field f, as walk_cells. before: of each field, where its walk may begin the next time.
+// visit): through field f, as walk_cells. before: for each field, where its next walk may begin.
 template <class Walk>
 LIKENESS_HOST_DEVICE bool meets_cells(const Walk& walk, float far, float (&before)[2]) {
   before[0] = before[1] = 0;
@@ -144,7 +144,7 @@ LIKENESS_HOST_DEVICE bool meets_cells(const Walk& walk, float far, float (&befor
     };
     far = smaller(far, walk(f, far, note));
     if (met) return true;
-    before[f] = far;  // the core of a field is found there again
+    before[f] = far;  // a field's core is found there again
   }
   return false;
 }

@@ -1,6 +1,5 @@
-// A loss that sees a patch of rays as a whole: the L1 norm of a linear map of how far its grey values are
-// from the truth. What the map measures is its owner's business (core/train/landmark_patches.h: where a
-// landmark lies).
+// A loss that sees a patch of rays as a whole: the L1 norm of a linear map of the errors of its grey values.
+// What the map measures is up to its owner (core/train/landmark_patches.h: where a landmark lies).
 //
 //   L = weight sum_o | sum_i map[o, i] grey(rendered_i - true_i) |
 #pragma once
@@ -18,7 +17,7 @@ struct RayPatch {
   std::size_t first = 0, count = 0;
   int landmark = 0;
   float weight = 0;
-  std::span<const float> map;  // (2, count) per grey level of [0, 1]; of a longer-lived owner
+  std::span<const float> map;  // (2, count) per grey level of [0, 1]; owned elsewhere, and outliving this
 };
 
 // difference: (n, 3) rendered - true; d_difference: (n, 3) is set to dL / d difference. Where a row of the

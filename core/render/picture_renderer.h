@@ -1,5 +1,5 @@
-// Pictures of whatever avatar is at hand, for a thread that shows them: on a device while there is one, on
-// the processor otherwise and from the moment on at which the device fails.
+// Pictures of the current avatar, for a thread that shows them: on a device if there is one, otherwise, and
+// once the device fails, on the processor.
 #pragma once
 
 #include <functional>
@@ -12,23 +12,22 @@
 
 namespace likeness {
 
-// A device belongs to one thread at a time: whoever computes on a thread of its own opens its own. Empty: the
-// processor.
+// A device belongs to one thread at a time: each computing thread opens its own. Empty: the processor.
 using OpenBackend = std::function<Result<std::shared_ptr<Backend>>()>;
 
-// Of one thread. Opens the backend with the first picture and keeps the last avatar's parameters there.
+// For one thread. Opens the backend with the first picture and keeps the last avatar's parameters there.
 class PictureRenderer {
  public:
   PictureRenderer() = default;  // the processor
-  // say: told once, from the thread that renders, why the processor goes on.
+  // say: called once, on the rendering thread, with the reason why the processor takes over.
   PictureRenderer(OpenBackend open, std::function<void(const std::string&)> say);
 
   // As render_frame. The avatar must not change.
   RenderedFrame render(std::shared_ptr<const Avatar> avatar, const Camera& camera, const RenderState& state,
                        const RenderOptions& options);
-  // Whether the next picture is a device's: then whole pictures are as quick as parts of them.
+  // Whether the next picture is rendered on a device: then whole pictures are as quick as parts of them.
   bool on_device();
-  // The avatar's memory is not needed for now.
+  // Releases the avatar's memory for now.
   void let_go() { renderer_.reset(), avatar_.reset(); }
 
  private:

@@ -52,7 +52,7 @@ int reduction(const Intrinsics& full, std::size_t rays) {
 std::vector<Eigen::Vector2i> edge_cells(const Image& picture, float contrast, std::size_t most) {
   const int width = picture.width, height = picture.height, columns = width + 1;
   std::vector<float> differs(std::size_t(columns) * std::size_t(height + 1), 0.f);
-  // A step between two pixels is a side of the cells on both sides of the line between them.
+  // A step between two pixels is shared by the cells on both sides of the line between them.
   const auto raise = [&](int column, int row, float step) {
     float& cell = differs[std::size_t(row) * std::size_t(columns) + std::size_t(column)];
     cell = std::max(cell, step);
@@ -74,7 +74,7 @@ std::vector<Eigen::Vector2i> edge_cells(const Image& picture, float contrast, st
   for (std::size_t i = 0; i < differs.size(); ++i)
     if (differs[i] > contrast) edges.push_back(std::uint32_t(i));
   if (edges.size() > most) {
-    // Of equals - whole outlines, which step from nothing to opaque - some everywhere.
+    // Among equal steps - whole outlines, from transparent to opaque - some are taken everywhere.
     const auto scattered = [](std::uint32_t i) { return i * 2654435761u; };
     const auto before = [&](std::uint32_t a, std::uint32_t b) {
       return differs[a] != differs[b] ? differs[a] > differs[b] : scattered(a) < scattered(b);
@@ -90,7 +90,7 @@ std::vector<Eigen::Vector2i> edge_cells(const Image& picture, float contrast, st
 }
 
 Band edge_band(const Intrinsics& k, const Intrinsics& fewer, std::span<const Eigen::Vector2i> cells) {
-  // The first pixel whose centre lies at or behind that of the reduced picture's pixel `cell`.
+  // The first pixel whose centre lies at or beyond that of the reduced picture's pixel `cell`.
   const auto first = [](int cell, int from, int to) {
     return cell < 0 ? 0 : int(std::ceil((cell + 0.5) * to / from - 0.5));
   };

@@ -1,4 +1,4 @@
-// Posing an avatar: its head model turns an articulation into the state that the renderer draws.
+// Posing an avatar: its head model turns an articulation into the state that the renderer uses.
 #pragma once
 
 #include <span>
@@ -24,18 +24,18 @@ struct AvatarRig {
 // model: the one the avatar was made with.
 AvatarRig make_rig(const Avatar& avatar, const HeadModel& model);
 
-// About 10 ms where the avatar warps.
+// About 10 ms if the avatar warps.
 RenderState pose_avatar(const AvatarRig& rig, const AvatarPose& pose);
 
 // Moves samples of the head field to canonical, by the lattice of their view (row modulo the number of
 // lattices). No lattices: nothing to do. In parallel.
 void warp_samples(std::span<const WarpLattice> lattices, const FieldCube& cube, FieldSamples& samples);
 // Moves samples of the head field near a bent neck to the straight one, by the bend of their view in the
-// field's unit cube. After the lattices: a chin that the jaw lowers is no neck.
+// field's unit cube. After the lattices: a chin lowered by the jaw is not neck.
 void straighten_samples(std::span<const NeckBend> necks, FieldSamples& samples);
-// How far each attribute acts on the samples, which are where the field knows them. No regions: none.
+// Weights of the attributes at the samples, which are in canonical space. No regions: none.
 void weigh_attributes(std::span<const AttributeRegion> regions, const FieldCube& cube, FieldSamples& samples);
-// The way of torso samples to canonical.
+// Moves torso samples to canonical.
 void warp_samples(std::span<const TorsoField> fields, const FieldCube& cube, FieldSamples& samples);
 
 }  // namespace likeness

@@ -1,10 +1,10 @@
-// The rays' loss and its gradients on a CUDA device: a thread a ray, a sum a warp.
+// The rays' loss and its gradients on a CUDA device: a thread per ray, a sum per warp.
 #include "core/render/cuda_launchers.h"
 
 namespace likeness::cuda {
 namespace {
 
-constexpr unsigned kThreads = 32;  // there are few rays, and each takes a while
+constexpr unsigned kThreads = 32;  // there are few rays, and each is slow
 
 __global__ void __launch_bounds__(kThreads) loss_kernel(RayLossArgs args) {
   const std::uint32_t ray = blockIdx.x * kThreads + threadIdx.x;

@@ -21,8 +21,8 @@ std::size_t index_of(int n, const int (&cell)[3]) {
   return (std::size_t(cell[2]) * n + cell[1]) * n + cell[0];
 }
 
-// The grid tells what the training poses showed in a cell; in another pose the neck that belongs there is
-// looked up where it lies when straight.
+// The grid holds what the training poses showed in a cell; in another pose the neck there is looked up at its
+// place on the straight neck.
 CellContent content_of_neck(const NeckBend& neck, const MarchVolume& volume, const OccupancyGrid* core,
                             const int (&cell)[3]) {
   const int n = volume.occupancy->resolution;
@@ -65,7 +65,7 @@ CanonicalView canonical_view(const RayRequest& ray, const MarchVolumes& volumes,
   return {&cells, cells.count == 0 ? nullptr : &cells.lattices[std::size_t(ray.view) % cells.count]};
 }
 
-// What is in the cell of the canonical face to which the middle of a posed cell is brought.
+// Contents of the cell of the canonical face to which the middle of a posed cell is mapped.
 CellContent canonical_content(const CanonicalView& view, const MarchVolume& volume, const OccupancyGrid* core,
                               const NeckBend* bend, const int (&cell)[3]) {
   const CanonicalCells& cells = *view.cells;
@@ -84,7 +84,7 @@ CellContent canonical_content(const CanonicalView& view, const MarchVolume& volu
           cells.opacity.empty() ? std::uint8_t(0) : cells.opacity[index_of(n, place)]};
 }
 
-// What cells and bricks hold, the neck bent.
+// Contents of cells and bricks, with the neck bent.
 struct CellContents {
   const MarchVolume& volume;
   const OccupancyGrid* core;        // or null
@@ -223,7 +223,7 @@ MarchNeck march_neck(const NeckBend& bend, const MarchVolume& head) {
   float margin = 0;
   for (const Eigen::AlignedBox3f& layer : head.layers) {
     if (layer.isEmpty() || layer.min().y() >= bend.top) continue;
-    margin = 0.25f * layer.sizes().y();  // what lies within bends less evenly than the corners do
+    margin = 0.25f * layer.sizes().y();  // points within bend less evenly than the corners do
     for (int corner = 0; corner < 8; ++corner) {
       Vec3f at = layer.corner(Eigen::AlignedBox3f::CornerType(corner));
       at.y() = std::min(at.y(), bend.top);

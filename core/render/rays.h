@@ -39,7 +39,8 @@ FieldRay field_ray(const UnitFromCamera& map, const Vec3f& direction_in_cam);
 // row-major.
 std::vector<Vec3f> pixel_directions(const Intrinsics& intrinsics);
 
-// What rays need of a field's grids. bricks: one byte a block of 8^3 cells, (z, y, x), 0 where all are empty.
+// What rays need of a field's grids. bricks: one byte per block of 8^3 cells, (z, y, x), 0 where all are
+// empty.
 struct MarchVolume {
   const OccupancyGrid* occupancy = nullptr;  // null: the field is absent; empty: all occupied
   const OccupancyGrid* core = nullptr;       // null or empty: none
@@ -52,28 +53,29 @@ struct MarchVolume {
 MarchVolume march_volume(const OccupancyGrid& occupancy, const OccupancyGrid& core, float side = 1,
                          std::span<const std::uint8_t> opacity = {});
 
-// A bent neck and the box that holds, in this bend, whatever the grids hold below the neck's top.
+// A bent neck and the box that encloses, in this bend, everything the grids hold below the neck's top.
 struct MarchNeck {
   const NeckBend* bend = nullptr;
   Eigen::AlignedBox3f box;  // unit cube
-  // What the cells in the box below the top hold, found once for all rays; empty: every ray finds it anew.
+  // Contents of the cells in the box below the top, found once for all rays; empty: every ray looks them up
+  // itself.
   std::array<int, 3> first{}, count{};  // cells
   std::vector<CellContent> cells;       // (z, y, x)
 };
 MarchNeck march_neck(const NeckBend& bend, const MarchVolume& head);
 // Sets `first` and `count`.
 void bound_neck(const MarchVolume& head, MarchNeck& neck);
-// Fills `cells`, too: pays for a picture's rays, not for the few that training casts at a view.
+// Also fills `cells`: worthwhile for a picture's rays, not for the few that training casts per view.
 void look_up_neck(const MarchVolume& head, MarchNeck& neck);
 
-// Optical depth of a cell's width by its opacity; that of the most opaque ones is open upwards.
+// Optical depth of a cell's width by its opacity; for the most opaque it is a lower bound.
 const std::array<float, 256>& depth_of_opacity();
 
 // Appends the ray's stretches through occupied cells, in depth order, at most `far` away, and returns the
 // distance at which it enters a core cell (nothing is seen beyond), or `far`. With known opacities every cell
 // is a stretch of its own with its optical depth; otherwise stretches that touch are merged.
 //
-// neck: of the head's field, or null. A cell of a bent neck also counts as occupied where its place on the
+// neck: of the head's field, or null. A cell of a bent neck also counts as occupied if its place on the
 // straight neck is; one whose place lies outside the cube is empty.
 float occupied_intervals(const FieldRay& ray, const MarchVolume& volume, float near, float far,
                          std::vector<Interval>& intervals, const MarchNeck* neck = nullptr);
@@ -97,7 +99,7 @@ struct SampleBatch {
   std::vector<RaySample> placed;  // (R, most a ray)
 };
 
-// One ray to be sampled. `fields[1]` is ignored where there is no torso.
+// One ray to be sampled. `fields[1]` is ignored if there is no torso.
 struct RayRequest {
   std::array<FieldRay, 2> fields;
   std::int32_t view = 0;
@@ -107,13 +109,13 @@ struct RayRequest {
 
 struct WarpLattice;
 
-// The head's cells in the canonical face: a place of the posed head is looked up where the head model's
-// deformation brings it, and nothing else (Li 2022 looks into a voxel grid of the canonical face so). The
-// head's own grid then only bounds the walk.
+// The head's cells in the canonical face: a place of the posed head is looked up only where the head model's
+// deformation maps it (as Li 2022 does with a voxel grid of the canonical face). The head's own grid then
+// only bounds the walk.
 struct CanonicalCells {
   const OccupancyGrid* occupancy = nullptr;  // of the canonical face
   std::span<const std::uint8_t> opacity;     // as in FieldPart, of the canonical face
-  const OccupancyGrid* kept = nullptr;       // of the posed head: cells that are occupied whatever is there
+  const OccupancyGrid* kept = nullptr;       // of the posed head: cells that always count as occupied
   FieldCube cube;                            // of both
   const WarpLattice* lattices = nullptr;     // a ray's by its view modulo their number
   std::size_t count = 0;
@@ -148,7 +150,7 @@ struct RayStrata {
 // At most `most` a ray; fills `batch` with the samples in their midpoints. In one thread.
 void stratify_rays(std::span<const RayRequest> rays, const MarchVolumes& volumes, int most,
                    SampleBatch& batch, RayStrata& out);
-// Takes out the samples of a ray that lie in no occupied cell; returns how many are left, their order kept.
+// Removes the samples of a ray that lie in no occupied cell; returns how many are left, their order kept.
 int keep_occupied(const RayRequest& ray, const MarchVolumes& volumes, std::span<RaySample> samples);
 // Samples at given places: of ray r, the first counts[r] of batch.placed[r * stride ...], in depth order.
 void collect_samples(std::span<const RayRequest> rays, const MarchVolumes& volumes, std::size_t stride,

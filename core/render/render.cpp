@@ -1,5 +1,5 @@
 // Rendering in bands of rays, shared among the threads. Each band evaluates the densities of all its samples,
-// which lie where light is lost, so few are in vain; and colours only where they count.
+// which lie where light is lost, so few are wasted, and colours only where they count.
 #include "core/render/render.h"
 
 #include <algorithm>
@@ -40,7 +40,7 @@ struct Scene {
   std::span<const AttributeRegion> attributes;  // none where all of them are at rest
 };
 
-// What a band works with, kept for the next one: fresh memory is slow to touch.
+// A band's scratch, kept for the next one: fresh memory is slow to touch.
 struct BandScratch {
   std::vector<RayRequest> requests;  // of the pixels
   SampleBatch batch;
@@ -56,15 +56,15 @@ struct BandScratch {
     std::vector<float> sigma;
     GeometryFeatures geometry;
     std::vector<std::uint32_t> shaded;       // samples whose colour counts,
-    std::vector<std::uint32_t> shaded_rays;  // whose they are,
-    std::vector<float> weights;              // and by how much
+    std::vector<std::uint32_t> shaded_rays;  // their rays,
+    std::vector<float> weights;              // and their weights
     FieldOutputs colours;
   };
   std::array<OfField, 2> fields;
   std::vector<Vec3f> stand_in_colours;  // (rays)
 };
 
-// The light that every sample takes, and the list of those whose colour counts.
+// The share of light of every sample, and the list of those whose colour counts.
 void weigh_samples(const Scene& scene, BandScratch& band) {
   const SampleBatch& batch = band.batch;
   for (std::uint32_t r = 0; r < band.rays.size(); ++r) {
@@ -85,8 +85,7 @@ void weigh_samples(const Scene& scene, BandScratch& band) {
   }
 }
 
-// Each ray's samples of a field become one, the heaviest, with all their weight and the mean of their
-// geometry features.
+// Merges each ray's samples of a field into the heaviest, with their total weight and mean geometry features.
 void merge_shaded(BandScratch::OfField& own) {
   const std::size_t stride = own.geometry.values.size() / std::max<std::size_t>(1, own.sigma.size());
   const auto features = [&](std::size_t k) { return own.geometry.values.data() + own.shaded[k] * stride; };
@@ -113,7 +112,7 @@ void merge_shaded(BandScratch::OfField& own) {
   own.shaded.resize(merged), own.shaded_rays.resize(merged), own.weights.resize(merged);
 }
 
-// The same of what stands in for the fields.
+// The same for a stand-in for the fields.
 void march_stand_in(const Scene& scene, BandScratch& band) {
   std::array<WeightedSamples, 2> parts;
   for (int f = 0; f < 2; ++f) {
@@ -133,7 +132,7 @@ void march_stand_in(const Scene& scene, BandScratch& band) {
   for (std::size_t r = 0; r < band.rays.size(); ++r) band.rays[r].colour = band.stand_in_colours[r];
 }
 
-// The rays' colours and transmittances from their samples; returns how many those were.
+// The rays' colours and transmittances from their samples; returns the number of samples.
 std::size_t march(const Scene& scene, BandScratch& band) {
   if (scene.stand_in != nullptr) {
     march_stand_in(scene, band);
@@ -175,7 +174,7 @@ RayRequest request_of(const Scene& scene, const Vec3f& direction) {
   return request;
 }
 
-// Samples to where their fields know them.
+// Maps samples to their fields' canonical space.
 void to_canonical(const Scene& scene, SampleBatch& batch) {
   warp_samples(scene.warp, scene.avatar.head.cube, batch.fields[0]);
   straighten_samples(scene.neck, batch.fields[0]);
@@ -183,8 +182,8 @@ void to_canonical(const Scene& scene, SampleBatch& batch) {
   if (scene.avatar.torso) warp_samples(scene.torso, scene.avatar.torso->cube, batch.fields[1]);
 }
 
-// The light that every stratum of the blocks takes, by the density in its middle; returns how many were
-// looked up.
+// The share of light of every stratum of the blocks, by the density in its middle; returns the number of
+// look-ups.
 std::size_t weigh_strata(const Scene& scene, BandScratch& band) {
   const SampleBatch& batch = band.block_batch;
   for (int f = 0; f < 2; ++f) {
@@ -208,7 +207,7 @@ std::size_t weigh_strata(const Scene& scene, BandScratch& band) {
   return band.strata.strata.size();
 }
 
-// Pixels whose block's ray met nothing although they may, at the volume's edge, walk alone.
+// Pixels at the volume's edge whose block's ray met nothing, although theirs may, are walked separately.
 void place_at_edges(const Scene& scene, const Band& pixels, std::span<const int> counts, BandScratch& band) {
   const int columns = pixels.block_columns, rows = columns > 0 ? int(counts.size()) / columns : 0;
   if (columns == 0 && !pixels.empty_blocks_walk) return;
@@ -238,8 +237,8 @@ void place_at_edges(const Scene& scene, const Band& pixels, std::span<const int>
   }
 }
 
-// Where the pixels' samples lie: at the distances that their block's ray found worth it. Returns how many
-// densities that took.
+// Places the pixels' samples at the distances found by their block's ray. Returns the number of densities
+// evaluated.
 std::size_t place_by_blocks(const Scene& scene, const Band& pixels, BandScratch& band) {
   band.block_requests.resize(pixels.blocks.size());
   for (std::size_t k = 0; k < pixels.blocks.size(); ++k)
@@ -290,7 +289,7 @@ BandCount render_band(const Scene& scene, const Band& pixels, BandScratch& band,
     const RayState& ray = band.rays[i];
     // A ray that was cut off would have met more; it counts as opaque.
     const float alpha = ray.transmittance < scene.options.stop_transmittance ? 1 : 1 - ray.transmittance;
-    // What was not looked up has the mean colour of what was.
+    // Samples not looked up are given the mean colour of those that were.
     const float scale = ray.shaded > 0 ? alpha / ray.shaded : 0;
     float* to = out + 4 * std::size_t(pixels.place[i]);
     for (int c = 0; c < 3; ++c) to[c] = scale * ray.colour[c];
@@ -311,7 +310,7 @@ Scene make_scene(const Avatar& avatar, const Camera& camera, const RenderState& 
     scene.maps[1] = unit_from_camera(avatar.torso->cube, camera.cam_from_world, state.pose.world_from_torso);
   const Eigen::VectorXf psi =
       condition(avatar.condition, state.pose.articulation, avatar.attributes, state.pose.attributes);
-  // What the rays need before the first of them can start: a piece for each thread.
+  // Preparations for the rays, divided among the threads.
   std::array<std::optional<ConditionedField>, 2> fields;
   const std::size_t parts = avatar.torso ? 2 : 1;
   parallel_for(2 * parts, [&](std::size_t i) {

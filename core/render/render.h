@@ -16,28 +16,27 @@ namespace likeness {
 
 struct RenderState {
   AvatarPose pose;
-  // What the pose makes of the avatar's rig (core/render/pose_avatar.h).
+  // The avatar's rig in one pose (core/render/pose_avatar.h).
   WarpLattice warp;  // of an avatar that warps; otherwise empty
   TorsoField torso;  // empty: a rigid torso
 };
 
-// Of a picture of usual size, which RenderOptions::edge_contrast and max_rays speak of.
+// Pixels of a picture of usual size, to which RenderOptions::edge_contrast and max_rays refer.
 inline constexpr int kUsualPixels = 512 * 512;
 
 struct RenderOptions {
-  // Per ray, head and torso together. Too few leave specks where a ray passes lips or nostrils at a slant: a
-  // sample beside the thin skin stands for it.
+  // Per ray, head and torso together. Too few leave specks where a ray grazes lips or nostrils: thin skin is
+  // then represented by a sample beside it.
   int max_samples = 32;
-  // Stretches of a ray, or of the ray in the middle of a block of pixels, whose densities say where its
-  // samples go (refine_strata). 0: they go where the opacities of the grid say.
+  // Stretches of a ray, or of the ray in the middle of a block of pixels, whose densities decide where its
+  // samples go (refine_strata). 0: the grid's opacities decide.
   int strata = 16;
   int block = 1;  // pixels a side
   float stop_transmittance = 1e-4f;
   float min_step = 0.0015f;     // m between the strata's samples, or those of a ray without strata, at least
   float shade_weight = 0.001f;  // share of the light a sample must take for its colour to be looked up
-  // Deferred shading: what the colour network takes from a field's samples is averaged along the ray by the
-  // light they take, and looked up once (the idea of SNeRG, Hedman et al. 2021, with the field's own
-  // network).
+  // Deferred shading: the colour network's inputs from a field's samples are averaged along the ray by their
+  // light, and it is evaluated once (the idea of SNeRG, Hedman et al. 2021, with the field's own network).
   bool deferred = false;
   // One ray for reduce x reduce pixels, the picture enlarged from that, but a ray for each pixel between such
   // rays that differ by more than edge_contrast; in pictures of fewer than kUsualPixels, whose pixels hold
@@ -45,15 +44,15 @@ struct RenderOptions {
   int reduce = 1;
   float edge_contrast = 0.2f;
   // Rays that a picture of up to kUsualPixels may take, larger ones in proportion to their pixels: instead of
-  // by `reduce` it is reduced until a quarter of them or more is left for the pixels between those that
-  // differ the most, and not at all where each pixel can have one. 0: by `reduce`, and as many as differ.
+  // by `reduce`, the picture is reduced until a quarter of them or more is left for the pixels that differ
+  // the most, and not at all if each pixel can have one. 0: by `reduce`, and as many as differ.
   int max_rays = 0;
   FieldPrecision precision = FieldPrecision::exact;  // of the fields
 };
 
-// The quality ladder, both in bf16 where the processor has it. The default options are what both are measured
-// by: a ray a pixel, each with its own strata, in single precision. `likeness study render` says how fast
-// each is and how near to the truth.
+// The quality ladder, both in bf16 if the processor has it. The default options are the reference for both: a
+// ray a pixel, each with its own strata, in single precision. `likeness study render` reports their speed and
+// accuracy.
 enum class RenderQuality {
   final,   // a ray for 2 x 2 pixels where they hardly differ, else a ray a pixel; 20 samples
   preview  // 39200 rays for 512 x 512 pixels, those left over go where pixels differ; 14 samples
@@ -69,7 +68,7 @@ struct RenderedFrame {
 RenderedFrame render_frame(const Avatar& avatar, const Camera& camera, const RenderState& state,
                            const RenderOptions& options = {});
 
-// Some pixels only: premultiplied colour and alpha, (N, 4). pixels: row-major indices.
+// Only some pixels: premultiplied colour and alpha, (N, 4). pixels: row-major indices.
 std::vector<float> render_pixels(const Avatar& avatar, const Camera& camera, const RenderState& state,
                                  std::span<const std::uint32_t> pixels, const RenderOptions& options = {});
 

@@ -1,4 +1,4 @@
-// A room is rendered as a head at the world's origin that no expression moves.
+// A room is rendered like a head at the world's origin that no expression moves.
 #include "core/render/room_picture.h"
 
 namespace likeness {

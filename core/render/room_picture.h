@@ -19,7 +19,7 @@ struct RoomScene {
 };
 RoomScene make_room_scene(const FieldPart& room);
 
-// (h, w, 3) sRGB-encoded. What no sample explains is grey.
+// (h, w, 3) sRGB-encoded. Where there is no sample, grey.
 Image8 room_picture(const RoomScene& room, const Camera& camera,
                     RenderQuality quality = RenderQuality::final);
 

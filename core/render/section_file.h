@@ -28,7 +28,7 @@ struct SectionFormat {
   std::string_view magic;  // 8 characters
   std::uint32_t version = 1;
   std::string_view content;  // what the file is, for messages: "avatar"
-  std::string_view remedy;   // what to do when it cannot be used
+  std::string_view remedy;   // what to do if it cannot be used
 };
 
 Result<void> write_sections(const std::filesystem::path& path, const SectionFormat& format,

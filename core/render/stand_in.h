@@ -1,5 +1,5 @@
-// Something that stands in for an avatar's fields behind the same rays - stored values, say - so that nothing
-// but the fields differs between two pictures that are compared.
+// A stand-in for an avatar's fields behind the same rays - stored values, say - so that two compared pictures
+// differ in nothing but the fields.
 #pragma once
 
 #include <array>
@@ -16,7 +16,7 @@ namespace likeness {
 struct WeightedSamples {
   const FieldSamples* samples = nullptr;
   std::span<const std::uint32_t> slots;  // (N) of the samples
-  std::span<const std::uint32_t> rays;   // (N) whose they are, ascending
+  std::span<const std::uint32_t> rays;   // (N) their rays, ascending
   std::span<const float> weights;        // (N) share of their ray's light
 };
 
@@ -30,7 +30,7 @@ class StandInFields {
   virtual void colours(const std::array<WeightedSamples, 2>& parts, std::span<Vec3f> rays) const = 0;
 };
 
-// As render_frame, of an avatar whose fields are not read. options.deferred and precision are the fields'
+// As render_frame, for an avatar whose fields are not read. options.deferred and precision are the fields'
 // own.
 RenderedFrame render_frame(const Avatar& avatar, const StandInFields& fields, const Camera& camera,
                            const RenderState& state, const RenderOptions& options = {});

@@ -22,7 +22,7 @@ struct HostLists {
   void set_weight(int i, float weight) { weights[i] = weight; }
 };
 
-// The same memory for every ray of a thread.
+// The same memory is used for all rays of a thread.
 HostLists host_lists(std::span<const Interval> head, std::span<const Interval> torso) {
   static thread_local std::vector<float> weights;
   weights.resize(head.size() + torso.size());

@@ -12,7 +12,7 @@
 
 namespace likeness {
 
-// Share of the pieces of refined strata that goes by length, whatever the weights say.
+// Share of the pieces of refined strata distributed by length, regardless of the weights.
 constexpr float kRefineEvenShare = 0.25f;
 
 LIKENESS_HOST_DEVICE inline float smaller(float a, float b) { return b < a ? b : a; }
@@ -31,7 +31,7 @@ LIKENESS_HOST_DEVICE float lost_light(Lists& lists) {
   while (h < head || t < torso) {
     const bool from_head = t == torso || (h < head && lists.interval(0, h).near <= lists.interval(1, t).near);
     const float d = from_head ? lists.interval(0, h).depth : lists.interval(1, t).depth;
-    // exp(d) by its first terms: where the light goes need not be known better.
+    // exp(d) by its first terms: this is accurate enough to place samples.
     const float after = transmittance / (1 + d * (1 + d * (0.5f + d * (1.f / 6 + d * (1.f / 24)))));
     lists.set_weight(from_head ? h : head + t, transmittance - after);
     transmittance = after;
@@ -49,7 +49,7 @@ LIKENESS_HOST_DEVICE inline float place_in_stratum(std::uint64_t jitter, int k) 
   return float((v ^ (v >> 31)) >> 40) * 0x1p-24f;
 }
 
-// Lengths along the two lists, asked for in rising order, to places on the ray.
+// Maps lengths along the two lists, requested in rising order, to places on the ray.
 template <class Lists>
 struct Placing {
   const Lists& lists;
@@ -135,17 +135,17 @@ LIKENESS_HOST_DEVICE int cut_strata(Lists& lists, float min_step, float even_sha
 
 // -- Strata cut again (refine_strata)
 
-// Mass of a stratum whose weight is `own`, by those of its neighbours in depth, too.
+// Mass of a stratum whose weight is `own`, taking its neighbours in depth into account.
 LIKENESS_HOST_DEVICE inline float blurred_weight(float before, float own, float after) {
   return larger(before, own) + larger(own, after);
 }
 
-// What a stratum's share of the pieces is made of: scale times its blurred weight, and `even`.
+// A stratum's share of the pieces: scale times its blurred weight, plus `even`.
 struct RefineShares {
   float scale, even;
 
-  // lost, blurred: sums of the strata's weights, and of their blurred ones. What passes may yet be lost in
-  // any of them.
+  // lost, blurred: sums of the strata's weights, and of their blurred ones. Light that passes may still be
+  // lost in any of them.
   LIKENESS_HOST_DEVICE RefineShares(float lost, float blurred, int strata) {
     const float directed = blurred > 0 ? (1 - kRefineEvenShare) * smaller(lost, 1.f) : 0;
     scale = blurred > 0 ? directed / blurred : 0, even = (1 - directed) / float(strata);

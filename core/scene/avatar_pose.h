@@ -1,5 +1,5 @@
-// Where a person or an avatar is and what the face does: the one pose that tracks, trainings, performances
-// and pictures share.
+// Where a person or an avatar is and what the face does: the pose shared by tracks, training, performances
+// and pictures.
 #pragma once
 
 #include <vector>
@@ -16,7 +16,7 @@ struct AvatarPose {
   Articulation articulation;
   TorsoShape torso_shape{};         // of the torso's modes
   std::vector<float> attributes{};  // amounts, in the avatar's or the set's order; empty: all at rest
-  // Scores of this frame's own detail map; empty: those that the articulation tells.
+  // Scores of this frame's own detail map; empty: predicted from the articulation.
   Eigen::VectorXf detail{};
 };
 

@@ -90,7 +90,7 @@ HeadRegions head_regions(const HeadModel& model) {
   const Landmarks landmarks = landmark_positions(model, model.vertices);
   const Outline outline = face_outline(landmarks);
   const NeckCut cut = neck_cut(landmarks);
-  const float back = std::min(landmarks[0].z(), landmarks[16].z());  // the ears: behind them is no face
+  const float back = std::min(landmarks[0].z(), landmarks[16].z());  // the ears: there is no face behind them
 
   const std::size_t count = model.triangles.size();
   HeadRegions regions;

@@ -1,5 +1,5 @@
-// Which part of the picture a triangle of the head belongs to: what masks, region scores and contour searches
-// ask.
+// Which part of the picture a triangle of the head belongs to: as masks, region scores and contour searches
+// need.
 #pragma once
 
 #include <cstdint>
@@ -9,8 +9,8 @@
 
 namespace likeness {
 
-// One flag a triangle (F), 1 = belongs. From the parts where the model knows them; geometry decides what
-// parts cannot say (where a face ends, where a neck begins), on the template with its landmarks.
+// One flag per triangle (F), 1 = belongs. From the parts if the model has them; geometry decides what parts
+// cannot (where a face ends, where a neck begins), on the template with its landmarks.
 struct HeadRegions {
   std::vector<std::uint8_t> face;  // inside the landmark outline and the forehead; lids, lips, eyeballs too
   std::vector<std::uint8_t> head;  // everything but neck and torso

@@ -1,4 +1,4 @@
-// Ray and closest-point queries through Embree 3 or 4; nothing outside this file knows which.
+// Ray and closest-point queries through Embree 3 or 4; only this file depends on which.
 #include "core/scene/mesh_scene.h"
 
 #if LIKENESS_EMBREE_MAJOR >= 4
@@ -37,7 +37,7 @@ RTCRay make_ray(const Vec3f& origin, const Vec3f& direction, float near, float f
   return ray;
 }
 
-// Weights at the nearest point of the nearest edge: for triangles without area, where the plane says nothing.
+// Weights at the nearest point of the nearest edge: for triangles without area, which have no plane.
 Vec3f closest_on_edges(const Vec3f& p, const std::array<Vec3f, 3>& corners) {
   Vec3f best = Vec3f::UnitX();
   float least = std::numeric_limits<float>::infinity();
@@ -60,7 +60,7 @@ Vec3f closest_on_triangle(const Vec3f& p, const Vec3f& a, const Vec3f& b, const 
     return whole > 0 ? std::clamp(part / whole, 0.0f, 1.0f) : 0.0f;
   };
   const Vec3f ab = b - a, ac = c - a, ap = p - a, bp = p - b, cp = p - c;
-  // Squared sine of the corner at a; under it, single precision no longer knows the plane.
+  // Squared sine of the corner at a; below this, single precision cannot resolve the plane.
   if (ab.cross(ac).squaredNorm() <= 1e-8f * ab.squaredNorm() * ac.squaredNorm())
     return closest_on_edges(p, {a, b, c});
   const float d1 = ab.dot(ap), d2 = ac.dot(ap);
@@ -122,7 +122,7 @@ struct MeshScene::Impl {
   std::vector<Triangle> triangles;
   RTCScene scene = nullptr;
   RTCGeometry geometry = nullptr;
-  float* embree_vertices = nullptr;  // (V, 3) Embree's own copy, padded as it asks
+  float* embree_vertices = nullptr;  // (V, 3) Embree's own copy, padded as it requires
 
   void copy_vertices() {
     for (std::size_t v = 0; v < vertices.size(); ++v)

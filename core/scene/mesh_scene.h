@@ -1,5 +1,4 @@
-// A triangle mesh that can be asked for ray hits, closest points and silhouettes. Embree behind it, in one
-// place.
+// A triangle mesh with queries for ray hits, closest points and silhouettes, through Embree.
 #pragma once
 
 #include <memory>
@@ -26,9 +25,9 @@ struct ClosestPoint {
   Vec3f barycentric;  // weights of the triangle's three vertices
 };
 
-// What to make fast. Moving 9,000 vertices costs about 4 ms with many_queries (the tree is rebuilt) and 0.2
-// ms with many_moves (refitted); a closest-point query then costs 1.1 and 1.7 us. They break even near 8,000
-// queries a move.
+// What to optimise for. Moving 9,000 vertices costs about 4 ms with many_queries (the tree is rebuilt) and
+// 0.2 ms with many_moves (refitted); a closest-point query then costs 1.1 and 1.7 us. They break even near
+// 8,000 queries a move.
 enum class MeshUse { many_queries, many_moves };
 
 class MeshScene {
@@ -42,8 +41,8 @@ class MeshScene {
   std::optional<RayHit> intersect(const Vec3f& origin, const Vec3f& direction, float near = 0,
                                   float far = 1e30f) const;
   bool occluded(const Vec3f& origin, const Vec3f& direction, float near, float far) const;
-  // Nearest surface point no further than `radius`; a smaller radius is quicker. Thread-safe, as the queries
-  // above.
+  // Nearest surface point no further than `radius`; a smaller radius is quicker. Thread-safe, like the
+  // queries above.
   std::optional<ClosestPoint> closest(const Vec3f& point, float radius = 1e30f) const;
 
   const std::vector<Vec3f>& vertices() const;
@@ -56,10 +55,10 @@ class MeshScene {
   std::unique_ptr<Impl> impl_;
 };
 
-// What is seen at every pixel centre: a z-buffer of the mesh under cam_from_mesh, both sides of a triangle
-// counting. Distortion is applied to the vertices (exact at them, straight between). Triangles reaching
-// behind the camera are clipped; those beyond the angle where the distortion folds back are left out.
-// Parallel; the result does not depend on the number of threads.
+// The visible triangle at every pixel centre: a z-buffer of the mesh under cam_from_mesh, both sides of a
+// triangle counting. Distortion is applied to the vertices (exact at them, straight between). Triangles
+// reaching behind the camera are clipped; those beyond the angle where the distortion folds back are left
+// out. Parallel; the result does not depend on the number of threads.
 struct Raster {
   int width = 0, height = 0;
   std::vector<int> triangle;       // (height, width) -1 where none
@@ -69,7 +68,7 @@ struct Raster {
 Raster rasterise(std::span<const Vec3f> vertices, std::span<const Triangle> triangles,
                  const Intrinsics& intrinsics, const Pose& cam_from_mesh);
 
-// The triangles alone. (height, width), -1 where none.
+// The triangles only. (height, width), -1 where none.
 std::vector<int> rasterise_triangles(std::span<const Vec3f> vertices, std::span<const Triangle> triangles,
                                      const Intrinsics& intrinsics, const Pose& cam_from_mesh);
 // 255 where the mesh is seen. One channel.

@@ -29,7 +29,7 @@ Vec3f mean_place(const std::array<MouthFrame::Mark, N>& marks, std::span<const V
 }
 
 // Catmull-Rom tangent, but in height no steeper than either neighbour allows: an open mouth is boxy, and the
-// curve must not swing past its landmarks into the lips.
+// curve must not overshoot its landmarks into the lips.
 Vec3f tangent(const Vec3f& before, const Vec3f& at, const Vec3f& after) {
   Vec3f t = 0.5f * (after - before);
   const float up = at.y() - before.y(), on = after.y() - at.y();
@@ -107,7 +107,7 @@ float bite_height(std::span<const Vec3f> upper, std::span<const Vec3f> lower, fl
   return above > 1e8f || below < -1e8f ? none : 0.5f * (above + below);
 }
 
-// The plane from the model's teeth, front and back; without teeth level and a little under the lips' seam.
+// The plane from the model's teeth, front and back; without teeth, level and a little below the lips' seam.
 void place_bite(const HeadModel& model, const HeadShape& shape, std::span<const Vec3f> rest,
                 const Vec3f& seam, MouthFrame& frame) {
   Articulation open = neutral_articulation(model);

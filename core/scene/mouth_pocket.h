@@ -1,11 +1,11 @@
-// The inside of an open mouth in canonical space. The resting face has none: its lips are closed, and the
-// way back of the lips would fold everything between them onto their seam. So what lies in the gap is moved
-// to a pocket, a copy of the mouth deep inside the skull, where a resting head is never looked at.
+// The inside of an open mouth in canonical space. The resting face has none: its lips are closed, and mapping
+// the lips back would fold everything between them onto their seam. So points in the gap are moved to a
+// pocket, a copy of the mouth deep inside the skull, where a resting head is never seen.
 //
-// In the pocket the jaw is always open by one angle. The upper teeth hang on the skull and the lower ones on
-// the jaw, so the gap between the planes of the two rows is stretched and what lies beyond follows its row
-// rigidly: teeth stay where they are in the pocket however far the mouth opens, and an opening wider than any
-// seen shows the same pocket.
+// In the pocket the jaw is always open by one angle. The upper teeth are fixed to the skull and the lower
+// ones to the jaw, so the gap between the planes of the two rows is stretched and everything beyond follows
+// its row rigidly: teeth stay where they are in the pocket however far the mouth opens, and an opening wider
+// than any seen shows the same pocket.
 //
 // A point is in the gap when it lies between the inner edges of the lips, a margin off them; behind the lips
 // the gap widens. The decision is sharp, as lips are: along their edge the canonical place jumps.
@@ -38,7 +38,7 @@ struct MouthFrame {
   Vec3f chin_rest = Vec3f::Zero();          // their mean at rest, m
   Vec3f jaw = Vec3f::Zero();                // the jaw's joint, m
   Vec3f bite = Vec3f::Zero();               // a point where the rows of teeth meet, m
-  Vec3f up = Vec3f::UnitY();                // normal of the plane in which they do
+  Vec3f up = Vec3f::UnitY();                // normal of the plane in which they meet
   Vec3f pocket = Vec3f::Zero();             // from the open mouth to the pocket, m
   std::array<float, kLipColumns> margin{};  // m off the edge of a lip
 };
@@ -61,7 +61,7 @@ MouthGap make_mouth_gap(const MouthFrame& frame, std::span<const Vec3f> posed);
 
 // Whether a point of the head frame lies in the gap.
 bool in_gap(const MouthGap& gap, const Vec3f& point);
-// Its way into the pocket, m. Of points in the gap.
+// Displacement of a point in the gap into the pocket, m.
 Vec3f way_to_pocket(const MouthGap& gap, const Vec3f& point);
 
 }  // namespace likeness

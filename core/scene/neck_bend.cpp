@@ -1,6 +1,6 @@
-// The inverse of the bend by a walk up its table from the head's end: the step and the share that the height
-// it leads to asks for meet at least once, however the head is turned. Where a bowed chin folds the throat
-// they meet more often; the first meeting is what lies nearest to the head, which is what is seen.
+// The inverse of the bend by a walk up its table from the head's end: the step meets the share required by
+// the height it leads to at least once, however the head is turned. Where a bowed chin folds the throat they
+// meet more often; the first meeting is nearest to the head, which is what is seen.
 #include "core/scene/neck_bend.h"
 
 #include <algorithm>
@@ -44,8 +44,8 @@ NeckBend make_neck_bend(const NeckZone& zone, const Pose& head_from_torso, const
 
 Vec3f straightened(const NeckBend& bend, const Vec3f& posed) {
   if (bend.straight || posed.y() >= bend.top) return posed;
-  // How much more each step takes than the height it leads to asks for: never above 0 at the first, never
-  // below 0 at the last. All at once: plain arrays make it a few instructions.
+  // How much each step exceeds the share required by the height it leads to: never above 0 at the first,
+  // never below 0 at the last. All at once: plain arrays make it a few instructions.
   std::array<float, kNeckSteps + 1> excess;
   const auto& [by_x, by_y, by_z, rest] = bend.height;
   const float per_height = 1 / (bend.top - bend.base);

@@ -1,9 +1,9 @@
 // The neck between head and torso. The head's field is glued to the head above the chin and to the torso at
-// the base of the neck; between the two it turns and shifts with height, so that a head which leaves the
-// shoulders takes its neck along without tearing it off and without dragging the collar.
+// the base of the neck; between the two it turns and shifts with height, so that a head that moves off the
+// shoulders takes its neck along without tearing it and without dragging the collar.
 //
 // A point p of the straight neck, at height y, lies at T(s(y)) p where the head is turned: T(0) is the
-// identity, T(1) the torso's motion as the head sees it, between them turn and shift grow evenly about the
+// identity, T(1) the torso's motion relative to the head; in between, turn and shift grow evenly about the
 // neck's middle; s falls smoothly from 1 at the base to 0 at the top. The neck is straight where head frame
 // and torso frame coincide (core/track/torso/torso.h).
 #pragma once
@@ -14,7 +14,7 @@
 
 namespace likeness {
 
-// Where a person's neck is, head frame, m. top <= base: there is none to bend.
+// Where a person's neck is, head frame, m. top <= base: no neck to bend.
 struct NeckZone {
   float base = 0, top = 0;  // heights: below the base the torso leads, above the top the head
   Vec3f middle = Vec3f::Zero();
@@ -30,7 +30,7 @@ struct NeckBend {
   float base = 0, top = 0;  // as in the zone
   std::array<Eigen::Matrix3f, kNeckSteps + 1> turn;
   std::array<Vec3f, kNeckSteps + 1> shift;  // straight = turn * posed + shift
-  // The same's height alone, an array for each factor: of x, y, z and 1.
+  // Its height row alone, an array for each factor: of x, y, z and 1.
   std::array<std::array<float, kNeckSteps + 1>, 4> height;
 };
 
@@ -39,11 +39,11 @@ struct NeckBend {
 NeckBend make_neck_bend(const NeckZone& zone, const Pose& head_from_torso,
                         const Vec3f& origin = Vec3f::Zero(), float side = 1);
 
-// Where a point near the posed neck lies on the straight one; a point above the top stays. Continuous but for
-// folds, where of several places that nearest to the head counts.
+// Where a point near the posed neck lies on the straight one; a point above the top stays. Continuous except
+// at folds, where the place nearest to the head is taken.
 Vec3f straightened(const NeckBend& bend, const Vec3f& posed);
-// The same, up to rounding, with the table's steps side by side in the processor's lanes: what a march asks
-// for in every cell of a neck.
+// The same, up to rounding, with the table's steps in parallel SIMD lanes, since a march needs it for every
+// cell of a neck.
 Vec3f straightened_in_lanes(const NeckBend& bend, const Vec3f& posed);
 
 // Where a point of the straight neck lies in this bend; one above the top stays.

@@ -9,19 +9,19 @@
 
 namespace likeness {
 
-// A vertex: where it is, in cells, and its way back, m.
+// A vertex: its place, in cells, and its displacement to rest, m.
 struct Pull {
   Vec3f place, way;
 };
 
-inline constexpr int kSplatGroup = 8;  // nodes along x that are summed at once
+inline constexpr int kSplatGroup = 8;  // nodes along x summed together
 
 // Sums at the nodes, arrays of (z, y, row). A group of nodes may begin at any node of a row, so rows are
 // kSplatGroup - 1 numbers longer than there are nodes.
 struct SplatGrid {
   std::array<int, 3> nodes{};  // along x, y, z
   std::size_t row = 0, plane = 0;
-  float *x = nullptr, *y = nullptr, *z = nullptr;  // weighted ways, m
+  float *x = nullptr, *y = nullptr, *z = nullptr;  // weighted displacements, m
   float* weight = nullptr;
   float reach = 0, softness = 0;  // cells
 };

@@ -1,5 +1,4 @@
-// A place on the straight neck, the steps of the bend's table in lanes: see straightened_in_lanes in
-// neck_bend.h.
+// Straightening with the steps of the bend's table in lanes: see straightened_in_lanes in neck_bend.h.
 #include "core/scene/neck_bend.h"
 
 #include <algorithm>
@@ -29,7 +28,7 @@ Vec3f StraightenedInLanes(const NeckBend& bend, const Vec3f& posed) {
   const Vf x = hn::Set(d, posed.x()), y = hn::Set(d, posed.y()), z = hn::Set(d, posed.z()),
            top = hn::Set(d, bend.top), per = hn::Set(d, per_height), zero = hn::Zero(d),
            one = hn::Set(d, 1.f);
-  // The last step is never below what its height asks for: it is looked at only where no other is met.
+  // The last step is never below what its height requires: it is used only if no other is met.
   alignas(64) float excess[kNeckSteps + 1];
   int high = kNeckSteps;
   for (std::size_t k = 0; k < std::size_t(kNeckSteps); k += hn::Lanes(d)) {

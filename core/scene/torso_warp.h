@@ -1,5 +1,5 @@
 // How a torso deforms: shoulders, collar and chest do not move as one rigid piece. A few displacement modes,
-// learnt from the training frames, lie on a grid in the torso frame's x-y plane and carry on unchanged along
+// learnt from the training frames, lie on a grid in the torso frame's x-y plane and continue unchanged along
 // z and beyond the grid's border.
 //
 // A frame's torso is nine numbers: three of its pose (turn about the torso's z axis, shift along x and y) and
@@ -16,7 +16,7 @@
 
 namespace likeness {
 
-// Three left the shoulders of a speaker who leans as he never did before behind by a pixel of 256.
+// With three, the shoulders of a speaker leaning further than in training lagged by a pixel of 256.
 inline constexpr int kTorsoModes = 6;
 
 // Coefficients of one frame, in standard deviations over the training frames.
@@ -49,18 +49,18 @@ struct TorsoModes {
   bool empty() const { return grid.empty(); }
 };
 
-// Of a file; one of an earlier version holds fewer, and the rest never moves. False, and nullopt, for more
-// than there are. `modes.mean` is set.
+// Takes modes from a file; an earlier version holds fewer, and the rest stay zero. False, and nullopt, for
+// more than kTorsoModes. `modes.mean` is set.
 bool take_modes(std::vector<std::vector<float>> from_file, TorsoModes& modes);
 std::optional<TorsoShape> take_shape(std::span<const float> from_file);
 
-// False where a file's numbers cannot be modes: sizes that disagree, values that are not finite.
+// False if a file's numbers cannot be modes: sizes that disagree, values that are not finite.
 bool is_consistent(const TorsoModes& modes);
 
 // Posed minus canonical at the nodes, (rows, columns, 2), m.
 std::vector<float> posed_displacement(const TorsoModes& modes, const TorsoShape& shape);
 
-// One frame's way back: canonical minus posed, at nodes of the posed torso.
+// One frame's inverse: canonical minus posed, at nodes of the posed torso.
 struct TorsoField {
   TorsoGrid grid;
   std::vector<float> displacement;  // (rows, columns, 2), m

@@ -20,12 +20,12 @@ struct TrackedFrame {
   double time_s = 0;
   FrameStatus status = FrameStatus::good;
   std::string reason;  // why it is weak or lost; empty for good
-  // The neck stays zero: the torso has a frame of its own, and its shape is of the track's torso modes. A
-  // track knows no attributes and no detail: core/project/project_attributes.h and project_detail.h add a
+  // The neck stays zero: the torso has a frame of its own, and its shape is in the track's torso modes. A
+  // track has no attributes and no detail: core/project/project_attributes.h and project_detail.h add a
   // project's.
   AvatarPose pose;
   std::array<Vec2d, kLandmarkCount> landmarks{};         // px, uncropped source picture
-  std::array<double, kLandmarkCount> landmark_spread{};  // px, rms of the runs that agree: their doubt
+  std::array<double, kLandmarkCount> landmark_spread{};  // px, rms of the runs that agree: the uncertainty
   double look = 1;            // correlation of the face's picture with the person's other frames
   double inner_error_px = 0;  // mean distance of the fitted to the detected landmarks 17..67
 };
@@ -34,11 +34,11 @@ struct Track {
   std::string head_model_name, head_model_hash;
   std::string head_model_file;  // empty for the built-in head
   PersonShape person;
-  Articulation neutral;              // the person's resting face, from training frames
-  bool has_torso = true;             // enough torso in the picture to model
-  TorsoModes torso_modes;            // how this torso deforms, from training frames; empty: rigid
-  double metres_per_unit = 1;        // of the cameras' world; camera translations times this are metres
-  bool metre_known = true;           // false: the camera moved too little to tell, metres_per_unit is 1
+  Articulation neutral;        // the person's resting face, from training frames
+  bool has_torso = true;       // enough torso in the picture to model
+  TorsoModes torso_modes;      // how this torso deforms, from training frames; empty: rigid
+  double metres_per_unit = 1;  // of the cameras' world; camera translations times this are metres
+  bool metre_known = true;     // false: the camera moved too little to determine it, metres_per_unit is 1
   std::vector<TrackedFrame> frames;  // ascending frame
 };
 

@@ -1,5 +1,5 @@
-// Vertices are splatted onto the nodes near them; what lies further off takes the mean of its neighbours,
-// layer by layer, and fades.
+// Vertices are splatted onto the nodes near them; nodes further off take the mean of their neighbours, layer
+// by layer, fading out.
 #include "core/scene/warp_lattice.h"
 
 #include <algorithm>
@@ -17,7 +17,7 @@ namespace {
 constexpr float kSoftness = 0.003f;      // m
 constexpr float kReach = 0.012f;         // m around a vertex in which the field is its neighbours' mean
 constexpr float kFadeEnd = 0.035f;       // m from the surface
-constexpr float kStillVertex = 0.0003f;  // m; a vertex that never moves further pulls nothing
+constexpr float kStillVertex = 0.0003f;  // m; vertices that never move further are left out
 constexpr float kAnchorSpacing = 0.02f;  // m around moving vertices in which still ones hold the field down
 
 bool carries(HeadPart part) {
@@ -26,7 +26,7 @@ bool carries(HeadPart part) {
          part == HeadPart::gums_tongue || part == HeadPart::unknown;
 }
 
-// Largest way of each vertex over the model's expressions and the jaw, m.
+// Largest displacement of each vertex over the model's expressions and the jaw, m.
 std::vector<float> reach_of_vertices(const HeadModel& model, const HeadShape& shape) {
   std::vector<float> reach(shape.vertices.size(), 0.f);
   for (Eigen::Index e = 0; e < model.expression_basis.cols(); ++e)
@@ -40,7 +40,7 @@ std::vector<float> reach_of_vertices(const HeadModel& model, const HeadShape& sh
   return reach;
 }
 
-// What the detail's components move the vertices by at most.
+// Adds the largest displacement by the detail's components.
 void add_reach(const ExpressionDetail& detail, std::vector<float>& reach) {
   if (detail.empty()) return;
   const Eigen::VectorXf most = detail.low.cwiseAbs().cwiseMax(detail.high.cwiseAbs());
@@ -103,7 +103,7 @@ void find_edge(const WarpFrame& frame, const Nodes& nodes, int y, int z, std::ve
   const auto [nx, ny, nz] = frame.nodes;
   const std::uint8_t* const own =
       nodes.known.data() + std::size_t(z) * nodes.plane + std::size_t(y) * nodes.row;
-  // A row beyond the lattice knows no more than this one, whose known nodes are left out.
+  // Beyond the lattice this row itself is used, whose known nodes are excluded anyway.
   const std::uint8_t* const below = y > 0 ? own - nodes.row : own;
   const std::uint8_t* const above = y + 1 < ny ? own + nodes.row : own;
   const std::uint8_t* const before = z > 0 ? own - nodes.plane : own;
@@ -165,7 +165,7 @@ void spread(const WarpFrame& frame, Nodes& nodes) {
   }
 }
 
-// What a displacement is in whole counts.
+// A displacement in whole counts.
 inline std::int16_t counts(float way, float per_unit) {
   return std::int16_t(way * per_unit + std::copysign(0.5f, way));
 }
@@ -245,14 +245,14 @@ WarpFrame make_warp_frame(const HeadModel& model, const HeadShape& shape, const 
     low = low.cwiseMin(posed[v]), high = high.cwiseMax(posed[v]);
   }
   if (frame.vertices.empty()) return frame;
-  // Still skin beside moving skin says that the field ends there.
+  // Still skin beside moving skin makes the field end there.
   for (const std::size_t v : still)
     if (((posed[v] - low).array() > -kAnchorSpacing).all() &&
         ((high - posed[v]).array() > -kAnchorSpacing).all())
       frame.vertices.push_back(int(v));
   for (const int v : frame.vertices) frame.rest.push_back(posed[std::size_t(v)]);
   frame.mouth = make_mouth_frame(model, shape, posed);
-  // Room for the widest jaw, and for the fading.
+  // Margin for the widest jaw, and for the fading.
   low.array() -= kFadeEnd, high.array() += kFadeEnd;
   low.y() -= 0.02f;
   frame.origin = low;

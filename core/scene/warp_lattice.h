@@ -1,9 +1,9 @@
-// The 3DMM deformation field: where a point near the posed face lies when the face rests (RigNeRF's
-// canonical map; Li 2022, section on the deformation field). Tabulated on a lattice a frame, since the walk
-// of a ray asks for it at every sample.
+// The 3DMM deformation field: the place of a point near the posed face when the face is at rest (RigNeRF's
+// canonical map; Li 2022, section on the deformation field). Tabulated on a lattice per frame, since it is
+// needed at every sample of a ray.
 //
-// At a posed vertex the field is that vertex's way back to rest; between vertices a mean weighted by
-// 1 / (d^2 + s^2)^2, s = 3 mm; off the surface it carries on and fades out, being zero from about 35 mm on.
+// At a posed vertex the field is that vertex's displacement to rest; between vertices a mean weighted by 1 /
+// (d^2 + s^2)^2, s = 3 mm; off the surface it continues and fades out, reaching zero at about 35 mm.
 #pragma once
 
 #include <array>
@@ -28,8 +28,8 @@ struct WarpFrame {
   MouthFrame mouth;
 };
 
-// rest: the articulation of the canonical face. cell: halving it costs eight times the memory a frame.
-// detail: of the surface that lattices are made of, or null; the canonical face has its own at rest.
+// rest: the articulation of the canonical face. cell: halving it costs eight times the memory per frame.
+// detail: of the surface from which lattices are made, or null; the canonical face has its own at rest.
 inline constexpr float kWarpCell = 0.0055f;  // m
 WarpFrame make_warp_frame(const HeadModel& model, const HeadShape& shape, const Articulation& rest,
                           float cell = kWarpCell, const ExpressionDetail* detail = nullptr);
@@ -48,7 +48,7 @@ struct WarpLattice {
   float unit = 0;               // m a count
   std::vector<Column> columns;  // (y, x)
   // (rows, 3) canonical minus posed, in units. A row of zeros lies before and after every column's, so that
-  // the cells at its ends need no choice; the first two rows are zeros, for cells beyond.
+  // the cells at its ends need no special case; the first two rows are zeros, for cells beyond.
   std::vector<std::int16_t> displacement;
   MouthGap mouth;
 

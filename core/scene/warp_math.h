@@ -1,6 +1,6 @@
-// A sample's way to where its field knows it - the face at rest, the straight neck, the canonical torso - as
-// plain tables and arithmetic for a device. Plain C++17. The same as core/scene/warp_lattice.h,
-// mouth_pocket.h, neck_bend.h and torso_warp.h, which say what the numbers mean.
+// Mapping a sample to canonical space - the face at rest, the straight neck, the canonical torso - as plain
+// tables and arithmetic for a device. Plain C++17. The same as core/scene/warp_lattice.h, mouth_pocket.h,
+// neck_bend.h and torso_warp.h, which define the numbers.
 #pragma once
 
 #include <cmath>
@@ -83,7 +83,7 @@ LIKENESS_HOST_DEVICE inline bool in_gap(const MouthTable& gap, const float (&p)[
   return inside - beyond - look(gap.margin) + widens > 0;
 }
 
-// Its way into the pocket, m.
+// Its displacement into the pocket, m.
 LIKENESS_HOST_DEVICE inline void way_to_pocket(const MouthTable& gap, const float (&p)[3], float (&way)[3]) {
   const float arm[3] = {p[0] - gap.jaw[0], p[1] - gap.jaw[1], p[2] - gap.jaw[2]};
   const float below_upper = gap.upper_height - dot3(arm, gap.upper_normal);
@@ -143,7 +143,7 @@ LIKENESS_HOST_DEVICE inline void straighten(const NeckTable& bend, float (&p)[3]
   for (int a = 0; a < 3; ++a) p[a] = straight[a];
 }
 
-// The other way round: where a point of the straight neck lies in this bend.
+// The inverse: where a point of the straight neck lies in this bend.
 LIKENESS_HOST_DEVICE inline void bend_neck(const NeckTable& bend, float (&p)[3]) {
   if (!bend.bends || p[1] >= bend.top) return;
   const float u = within((bend.top - p[1]) / (bend.top - bend.base), 0.f, 1.f);
