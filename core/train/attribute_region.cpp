@@ -12,7 +12,7 @@
 namespace likeness {
 namespace {
 
-constexpr float kBehind = 0.004f;  // m by which a vertex may lie behind what is seen at its pixel
+constexpr float kBehind = 0.004f;  // m by which a vertex may lie behind the surface seen at its pixel
 constexpr float kPainted = 0.5f;
 constexpr int kMostNodes = 64;  // along an axis
 

@@ -1,6 +1,6 @@
-// From what was painted on pictures to a region of the canonical face: the paint is carried to the posed
-// head's vertices through the frame's track, united over the frames, softened, and laid into a lattice around
-// the resting face.
+// From paint on pictures to a region of the canonical face: the paint is transferred to the posed head's
+// vertices through the frame's track, merged over the frames, softened, and stored in a lattice around the
+// resting face.
 #pragma once
 
 #include <span>
@@ -15,10 +15,10 @@
 namespace likeness {
 
 struct RegionOptions {
-  float rim = 0.006f;    // m beyond what was painted over which the weight fades on the surface
-  float reach = 0.012f;  // m off the surface where the weight is whole: a cheek rises
-  float far = 0.022f;    // m off the surface where it is gone
-  float cell = 0.003f;   // m between the lattice's nodes; grows where it would take more than 64 an axis
+  float rim = 0.006f;    // m beyond the paint over which the weight fades on the surface
+  float reach = 0.012f;  // m off the surface up to which the weight is full: a cheek rises
+  float far = 0.022f;    // m off the surface at which it reaches zero
+  float cell = 0.003f;   // m between the lattice's nodes; grows if it would take more than 64 per axis
 };
 
 // How far each vertex lies under the paint, 0..1 (V); 0 where it is not seen. cover: (h, w, 1) of the
@@ -27,7 +27,7 @@ std::vector<float> carry_paint(const HeadModel& model, std::span<const Vec3f> po
                                const Pose& world_from_head, const Image& cover);
 
 // Distance of every vertex to the nearest with paint of a half or more, m (V), along straight lines over the
-// resting face; infinite without any paint.
+// resting face; infinite if there is no paint.
 std::vector<float> distance_to_paint(std::span<const Vec3f> rest, std::span<const float> paint);
 
 // 1 where painted, 0 from the rim's end on (V).

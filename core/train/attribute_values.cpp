@@ -18,13 +18,13 @@ namespace {
 constexpr float kPaintedWithin = 1e-4f;                    // m: vertices that are painted
 constexpr float kAroundFrom = 0.004f, kAroundTo = 0.016f;  // m from the paint
 constexpr std::size_t kMaxPoints = 400;                    // of each kind
-constexpr float kHiddenBehind = 0.004f, kSlanted = 0.25f;  // m; cosine below which skin says little
+constexpr float kHiddenBehind = 0.004f, kSlanted = 0.25f;  // m; cosine below which skin is uninformative
 constexpr float kNoLight = 0.02f;
 constexpr float kFewest = 0.4f;  // of the points that must be seen
 constexpr int kComponents = 10;
 constexpr double kAsideRidge = 0.02;       // of the frames' number
-constexpr double kAnnotationNoise = 0.03;  // what somebody said of a frame is off by so much
-constexpr double kDrift_per_s = 6;         // an amount may well change by so much in a second
+constexpr double kAnnotationNoise = 0.03;  // error of the amounts that the user sets
+constexpr double kDrift_per_s = 6;         // an amount may well change by this much in a second
 
 using Matrix = Eigen::MatrixXd;
 using Vector = Eigen::VectorXd;
@@ -44,7 +44,7 @@ struct Sampler {
   const Image8& rgb;
   Raster raster;
 
-  // False where it is not seen well.
+  // False if it is not seen well.
   bool look(const LookPoints::Point& point, Vec3f& colour) const {
     const Triangle& t = model.triangles[std::size_t(point.triangle)];
     const Vec3f &a = posed[std::size_t(t[0])], &b = posed[std::size_t(t[1])], &c = posed[std::size_t(t[2])];
@@ -117,7 +117,7 @@ Matrix rows_of(const Matrix& all, const std::vector<std::size_t>& chosen) {
   return rows;
 }
 
-// What the aside explains, taken out.
+// Removes what the aside explains.
 Matrix without_aside(const Looks& looks) {
   const Matrix x = rows_of(looks.aside, looks.training), y = rows_of(looks.colours, looks.training);
   Matrix gram = x.transpose() * x;
@@ -125,13 +125,13 @@ Matrix without_aside(const Looks& looks) {
   return looks.colours - looks.aside * solve_symmetric_columns(gram, x.transpose() * y);
 }
 
-// Coordinates (N, C) along the training looks' principal components, all together of variance 1 over the
-// training. power: of each component's deviation it is divided by; 0 keeps their proportion.
+// Coordinates (N, C) along the training looks' principal components, with total variance 1 over the training
+// frames. power: of the deviation by which each component is divided; 0 keeps their proportion.
 Matrix components_of(const Matrix& looks, const std::vector<std::size_t>& training, double power) {
   const Matrix learnt = rows_of(looks, training);
   const Vector mean = learnt.colwise().mean();
   const Matrix centred = learnt.rowwise() - mean.transpose();
-  // Of the smaller Gram matrix: there are more points than frames, or fewer.
+  // From the smaller Gram matrix: there may be more points than frames, or fewer.
   Matrix axes;
   Vector variance;
   if (centred.rows() < centred.cols()) {
@@ -194,7 +194,7 @@ struct Process {
     error = std::sqrt(error);
   }
 
-  // Mean and the share of the prior's deviation that is left.
+  // Mean, and the remaining share of the prior's deviation.
   FrameAmount predict(const Vector& at) const {
     Vector k(known.rows());
     for (Eigen::Index i = 0; i < k.size(); ++i) k[i] = kernel.at(known.row(i), at);
@@ -211,8 +211,8 @@ std::vector<std::size_t> teaching(std::span<const LookedFrame> frames) {
   return taught;
 }
 
-// How unlike all annotated looks each frame's is, 0..1, whichever kernel was chosen: 0.6 where the nearest
-// lies 1.35 times as far as they lie from each other.
+// How unlike all annotated looks each frame's is, 0..1, whichever kernel was chosen: 0.6 if the nearest is
+// 1.35 times as far as they are from each other.
 std::vector<float> novelty_of(const Matrix& all, const std::vector<std::size_t>& annotated) {
   double apart = 0, pairs = 0;
   for (std::size_t i = 0; i < annotated.size(); ++i)

@@ -1,15 +1,15 @@
-// How much of an attribute every frame shows, from the few frames whose amount somebody said: the look of its
-// region on each frame, and a Gaussian process from looks to amounts.
+// How much of an attribute every frame shows, from the few frames whose amount the user set: the look of its
+// region in each frame, and a Gaussian process from looks to amounts.
 //
 // A look is the logarithm of the colours of points of the region, as the frame's track poses it, less that of
-// the skin around it, so that neither exposure nor the colour of the light counts. What the head's turn and
-// the face's expression linearly explain over the training frames may be taken out; principal components of
-// the training frames' looks are left. Which kernel is used, and whether that is taken out, is whatever tells
-// the annotated frames best from each other, each predicted by the others (leave-one-out, Rasmussen and
-// Williams 2006, section 5.4.2). A frame's amount is then smoothed in time by how sure it is.
+// the skin around it, so that neither exposure nor the colour of the light matters. What the head's turn and
+// the face's expression linearly explain over the training frames may be removed; principal components of the
+// training frames' looks remain. The kernel, and whether that is removed, are chosen to predict each
+// annotated frame best from the others (leave-one-out, Rasmussen and Williams 2006, section 5.4.2). A frame's
+// amount is then smoothed in time according to its certainty.
 //
 // CoNeRF learns the amounts of all frames together with its field, from the pictures' loss; here they are
-// found before, and the field is told them.
+// found beforehand, and the field is conditioned on them.
 #pragma once
 
 #include <Eigen/Core>
@@ -45,7 +45,7 @@ FrameLook region_look(const HeadModel& model, std::span<const Vec3f> posed, cons
 // A frame as the regression takes it.
 struct LookedFrame {
   FrameLook look;
-  Eigen::VectorXf aside;  // what else changes the look: turn of the head, expression; of one length
+  Eigen::VectorXf aside;  // other causes of a changed look: turn of the head, expression; all of one length
   double time_s = 0;      // ascending within a run
   int run = 0;            // frames of one run are smoothed together
   bool training = true;   // otherwise nothing is learnt from it
@@ -56,9 +56,9 @@ struct LookedFrame {
 struct FrameAmount {
   float value = 0;  // -1..1
   float uncertainty =
-      1;  // 0: as sure as an annotated frame; 1: its look says nothing, it is like none of them
+      1;  // 0: as certain as an annotated frame; 1: its look says nothing, it resembles none of them
 };
-// From here on a frame looks like none of those that were annotated.
+// From here on a frame resembles no annotated one.
 inline constexpr float kUnlikeAny = 0.6f;
 
 struct AmountFit {
@@ -70,7 +70,8 @@ struct AmountFit {
 // Whether two annotated frames of different value, or more, show the region and the skin beside it well
 // enough to be learnt from.
 bool can_regress(std::span<const LookedFrame> frames);
-// Frames that can be regressed. An annotated one that shows too little keeps its value and teaches nothing.
+// For frames that can be regressed. An annotated one that shows too little keeps its value, but nothing is
+// learnt from it.
 AmountFit regress_amounts(std::span<const LookedFrame> frames);
 
 }  // namespace likeness

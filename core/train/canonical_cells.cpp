@@ -1,4 +1,4 @@
-// Looks into the canonical face's cells: see canonical_cells.h.
+// Sampling the canonical face's cells: see canonical_cells.h.
 #include "core/train/canonical_cells.h"
 
 #include <algorithm>
@@ -10,15 +10,15 @@
 namespace likeness {
 namespace {
 
-constexpr float kInitialOccupancy = 10.0f;  // occupied until some looks have found nothing
+constexpr float kInitialOccupancy = 10.0f;  // occupied until some samples have found nothing
 
 std::size_t cell_of(int n, float x, float y, float z) {
   const auto along = [n](float at) { return std::size_t(std::clamp(int(at * float(n)), 0, n - 1)); };
   return (along(z) * std::size_t(n) + along(y)) * std::size_t(n) + along(x);
 }
 
-// Cells over the threshold and their neighbours: a cell is looked up by its middle, and what lies in it may
-// be brought to the next.
+// Cells over the threshold and their neighbours: a cell is looked up by its middle, and its contents may be
+// mapped to the next.
 OccupancyGrid spread_bits(const std::vector<float>& density, int n) {
   OccupancyGrid grid = make_occupancy(n, false);
   for (int z = 0; z < n; ++z)

@@ -1,7 +1,7 @@
-// Empty cells known in the canonical face instead of the posed one: Li 2022 keeps a voxel grid of the
-// canonical face and looks samples up where the head model's deformation brings them, taking for granted that
-// what the field adds to that deformation - a learnt residual there, the ambient slice here - does not move
-// density across cells. How true that is, likeness study occupancy measures.
+// Empty cells of the canonical face instead of the posed one: Li 2022 keeps a voxel grid of the canonical
+// face and looks samples up where the head model's deformation maps them, assuming that what the field adds
+// to that deformation - a learnt residual there, the ambient slice here - does not move density across cells.
+// `likeness study occupancy` measures how true that is.
 //
 // One grid then stands for all expressions without being the union of their surfaces.
 #pragma once
@@ -19,7 +19,7 @@ struct CanonicalState {
   int resolution = 0;
   std::vector<float> density;         // (z, y, x) decaying maximum, per cube side; starts as occupied
   OccupancyGrid occupancy;            // cells over the threshold, and their neighbours
-  std::vector<std::uint8_t> opacity;  // as in FieldPart; empty until the first look
+  std::vector<std::uint8_t> opacity;  // as in FieldPart; empty until the first samples
 };
 CanonicalState make_canonical_state(int resolution);
 

@@ -1,5 +1,5 @@
 // What a training set says about its person as a whole: the neutral face, the typical view, the range of each
-// action, and the avatar that these make up.
+// action, and the avatar made up of these.
 #pragma once
 
 #include <vector>
@@ -14,8 +14,8 @@ Articulation typical_articulation(const TrainingSet& set);
 // The view whose head pose is nearest to all others' (medoid; 10 degrees count as 3 cm).
 std::size_t typical_view(const TrainingSet& set);
 
-// All of an avatar that the capture says: the fields, and what the training tells of itself, are left empty.
-// warp_cell, neck: as in Avatar.
+// Everything in an avatar that follows from the capture: the fields, and facts about the training, are left
+// empty. warp_cell, neck: as in Avatar.
 Avatar capture_avatar(const TrainingSet& set, const ConditionMap& map, float warp_cell, const NeckZone& neck);
 
 // Per named action of the model, what the views show of it.

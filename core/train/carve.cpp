@@ -77,7 +77,7 @@ std::vector<CarveView> head_carve_views(const TrainingSet& set, int count) {
 
 std::vector<CarveView> torso_carve_views(const TrainingSet& set, const HeadShape& shape, float bottom,
                                          int count) {
-  // -- Necks and busts go on below; what is seen there may be torso.
+  // -- Necks and busts continue below; what is seen there may be torso.
   const std::vector<Vec3f> neutral = pose_head(set.model, shape, neutral_articulation(set.model));
   std::vector<Triangle> above;
   for (const Triangle& t : set.model.triangles)

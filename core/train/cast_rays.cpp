@@ -17,8 +17,8 @@ RayCaster::~RayCaster() = default;
 
 namespace {
 
-constexpr std::size_t kMaxNeckViews = 65535;                 // a row of blocks a view
-constexpr std::size_t kMaxNeckBytes = std::size_t{1} << 30;  // and an eighth of what is free
+constexpr std::size_t kMaxNeckViews = 65535;                 // a row of blocks per view
+constexpr std::size_t kMaxNeckBytes = std::size_t{1} << 30;  // and an eighth of the free memory
 
 template <class T>
 Result<void> make(const std::shared_ptr<Device>& device, DeviceArray<T>& array, std::size_t count) {
@@ -89,7 +89,7 @@ struct Cells {
             bricks.data()};
   }
 
-  // What never changes.
+  // Allocates what never changes.
   Result<void> allocate(const std::shared_ptr<Device>& device) {
     if (auto done = upload(device, cells, field->learnt.cells); !done) return done;
     if (auto done = upload(device, allowed, field->volume.allowed.bits); !done) return done;
@@ -336,18 +336,18 @@ class Caster : public RayCaster {
     return device_->launch(Kernel::fill_necks, fill, views_ * neck_room_);
   }
 
-  // A bent neck's cells are looked up for every view once in a while instead of by every ray, if there is
-  // room for them.
+  // A bent neck's cells are looked up for every view at intervals instead of by every ray, if there is memory
+  // for them.
   void make_room_for_necks(const RaySource& source) {
     if (source.necks.empty() || views_ > kMaxNeckViews) return;
     const std::size_t most = std::min(kMaxNeckBytes, std::size_t(device_->facts().free_bytes / 8));
     const std::size_t room = std::min(cells_[0].count() / 4, most / (2 * views_));
-    if (!make(device_, neck_cells_, 2 * views_ * room)) return;  // every ray then looks for itself
+    if (!make(device_, neck_cells_, 2 * views_ * room)) return;  // every ray then looks them up itself
     neck_room_ = room;
     ++version_;
   }
 
-  // Once: pictures do not change. A picture at a time, so that the host holds one more of them at most.
+  // Once: pictures do not change. One picture at a time, so that the host holds at most one copy.
   Result<void> place_pictures() {
     const auto plates = plates_of(set_);
     host_views_.assign(views_, {});
@@ -411,7 +411,7 @@ class Caster : public RayCaster {
   DeviceArray<RayView> view_;
   DeviceArray<std::uint32_t> pixels_, count_, offset_;
   DeviceArray<std::uint8_t> teaches_, still_, sides_, neck_cells_;
-  std::size_t neck_room_ = 0;  // cells a view
+  std::size_t neck_room_ = 0;  // cells per view
   DeviceArray<unsigned char> frames_;
   DeviceArray<float> direction_, from_, t_, dt_, near_, far_, depth_, depths_;
   DeviceArray<std::uint64_t> jitter_, step_;
@@ -419,7 +419,7 @@ class Caster : public RayCaster {
   DeviceArray<BrickLayer> layers_;
   int still_n_ = 0, sides_n_ = 0;
   std::uint64_t host_step_ = 0, version_ = 0;
-  bool refreshed_ = false;  // what the device knows of the cells is newer than what the host knows
+  bool refreshed_ = false;  // the device's cells are newer than the host's
 };
 
 }  // namespace

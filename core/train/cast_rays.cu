@@ -1,19 +1,18 @@
-// A training's rays and its looks into cells on a CUDA device: a thread a ray, a sample, a cell, a brick or a
-// view.
+// A training's rays and cell look-ups on a CUDA device: a thread per ray, sample, cell, brick or view.
 #include "core/train/cuda_launchers.h"
 
 namespace likeness::cuda {
 namespace {
 
 constexpr unsigned kThreads = 128;
-// Walks differ in length, and there are few: of a warp every fourth thread has one, so that they wait less
-// for each other and for their memory.
+// Walks differ in length, and there are few: only every fourth thread of a warp has one, so that they wait
+// less for each other and for memory.
 constexpr unsigned kWalkThreads = 64, kThreadsPerWalk = 4;
 
 __device__ std::size_t item_of_thread() { return std::size_t(blockIdx.x) * blockDim.x + threadIdx.x; }
 
-// choose_ray by kTries threads, which make the tries in turn; the one whose try comes first of those that met
-// something goes on.
+// choose_ray by kTries threads, which make the tries in turn; the one with the first successful try
+// continues.
 static_assert(32 % kTries == 0 && kTries < 32 && kMaskedTries % kTries == 0 && kWalkThreads % 32 == 0);
 __global__ void __launch_bounds__(kWalkThreads, 8)
     choose_kernel(const __grid_constant__ ChooseRaysArgs args) {

@@ -1,5 +1,4 @@
-// What a look into the cells of a grid makes of them (occupancy_refresh.h), for processor and device. Plain
-// C++17.
+// Updating the cells of a grid from samples (occupancy_refresh.h), for processor and device. Plain C++17.
 #pragma once
 
 #include <cmath>
@@ -11,16 +10,16 @@
 
 namespace likeness {
 
-constexpr float kCellDecay = 0.9f;      // per look
+constexpr float kCellDecay = 0.9f;      // per update
 constexpr float kCellThreshold = 7.0f;  // density per cube side; through one of 96 cells an opacity of 0.07
 constexpr std::uint64_t kCellStream = 0xcccull;
 
-// Where a look goes and under which view's condition.
+// A random place in a cell, and the view whose condition is used.
 struct CellSample {
   float place[3];  // unit cube
   std::int32_t view;
 
-  // cell: (z, y, x) index in a grid of n an axis; item: its number among those that are looked into.
+  // cell: (z, y, x) index in a grid of n an axis; item: its number among the sampled cells.
   LIKENESS_HOST_DEVICE CellSample(std::uint32_t cell, int n, std::uint32_t views, std::uint64_t seed,
                                   std::uint64_t step, std::size_t item) {
     RandomStream random(seed ^ kCellStream, step, item);

@@ -1,4 +1,4 @@
-// What must hold of a training set before anything is learnt from it.
+// Conditions on a training set before anything is learnt from it.
 #pragma once
 
 #include "core/base/result.h"
@@ -6,8 +6,8 @@
 
 namespace likeness {
 
-// Pictures, mattes, plate, cameras and track fit each other and are finite; otherwise which does not, and
-// what to do.
+// Checks that pictures, mattes, plate, cameras and track match each other and are finite; the error says
+// which does not, and what to do.
 Result<void> check_training_set(const TrainingSet& set);
 
 }  // namespace likeness

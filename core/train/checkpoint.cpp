@@ -69,7 +69,7 @@ void add_field(Sections& sections, const std::string& name, const TrainedField& 
   sections[name + ".lines"] = to_section(field.adam.line_steps);
   sections[name + ".learnt"] = to_section(field.learnt.density);
   sections[name + ".occ"] = to_section(field.part.occupancy.bits);
-  sections[name + ".opacity"] = to_section(field.part.opacity);  // empty until the first look
+  sections[name + ".opacity"] = to_section(field.part.opacity);  // empty until the first update
   if (!field.canonical) return;
   sections[name + ".canon"] = to_section(field.canonical->density);
   sections[name + ".canocc"] = to_section(field.canonical->occupancy.bits);
@@ -125,8 +125,8 @@ Error unusable(const std::filesystem::path& path, const std::string& detail) {
 std::string training_fingerprint(const TrainingSet& set, const TrainOptions& options) {
   std::vector<std::string> views(set.views.size());
   parallel_for(views.size(), [&](std::size_t v) { views[v] = view_fingerprint(set.views[v]); });
-  // All of them by name, so that one more does not compile until it is named here: it changes what is learnt,
-  // or it does not, as the run's length, where it computes and when it is kept.
+  // All of them by name, so that a new option does not compile until it is listed here: either it changes
+  // what is learnt, or it does not, like the run's length, its device and when it is saved.
   const auto& [budget_s, steps, rays_per_step, seed, mode, use_latent, use_occupancy, canonical_occupancy,
                use_gaze, use_expression, sizes, even_samples, use_still, refine_track, landmark_weight, rate,
                checkpoint_every_s, clock, backend, precision, fall_back] = options;
@@ -134,7 +134,7 @@ std::string training_fingerprint(const TrainingSet& set, const TrainOptions& opt
                                  set.has_torso, set.views.size(), rays_per_step, seed, mode_name(mode),
                                  use_latent, use_occupancy, use_still, refine_track, rate, even_samples);
   if (landmark_weight > 0) text += fmt::format("landmarks {}\n", landmark_weight);
-  // Only where they differ: earlier checkpoints go on.
+  // Only if they differ, so that earlier checkpoints stay valid.
   if (!use_gaze) text += "no gaze\n";
   if (!use_expression) text += "no expression\n";
   if (const FieldSizes& s = sizes; s != FieldSizes{})

@@ -1,4 +1,4 @@
-// checkpoint.bin: everything a training run needs to go on as if it had never stopped.
+// checkpoint.bin: everything a training run needs to continue as if it had never stopped.
 #pragma once
 
 #include <filesystem>
@@ -10,7 +10,7 @@
 namespace likeness {
 
 // Hash of everything that must agree for a checkpoint to continue: pictures, track, cameras, model, seed,
-// switches. Not the length of the run: a longer budget may continue a shorter one.
+// switches. The length of the run is excluded: a longer budget may continue a shorter one.
 std::string training_fingerprint(const TrainingSet& set, const TrainOptions& options);
 
 Result<void> write_checkpoint(const std::filesystem::path& path, const TrainingState& state,

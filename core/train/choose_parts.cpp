@@ -70,7 +70,7 @@ void add_mode(const CaptureMeasures& m, const AskedParts& asked, ChosenParts& ch
                           reason + turns});
 }
 
-// -- What the field is told besides.
+// -- Further inputs of the field.
 
 void add_gaze(const CaptureMeasures& m, ChosenParts& chosen) {
   const bool told = mode_parts(chosen.mode).expression;
@@ -162,7 +162,7 @@ void add_sizes(const CaptureMeasures& m, const AskedParts& asked, ChosenParts& c
                    m.size)});
 }
 
-// -- What is there only where there is a reason to tell of it.
+// -- Parts that are listed only when there is something to say.
 
 void add_others(const CaptureMeasures& m, const AskedParts& asked, ChosenParts& chosen) {
   if (m.further_frames > 0)

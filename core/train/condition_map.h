@@ -11,9 +11,9 @@ namespace likeness {
 
 struct ConditionOptions {
   int components = 6;  // of expression and jaw; more overfit (measured: 16 whitened ones lose 1 dB)
-  bool gaze = true;    // two more: mean yaw and pitch of the eyes, where the track has them
+  bool gaze = true;    // two more: mean yaw and pitch of the eyes, if the track has them
 };
-// Eyes whose mean turn varies less than this about an axis (rms, rad) are not told the field about.
+// Below this variation of the eyes' mean turn about an axis (rms, rad) the field is not conditioned on it.
 inline constexpr double kSmallestGaze = 0.01;
 inline constexpr ConditionOptions kNoCondition{.components = 0, .gaze = false};  // psi is empty
 
@@ -27,7 +27,7 @@ ConditionMap learn_condition_map(const HeadModel& model, const HeadShape& shape,
 
 // How much a track's faces differ from each other: root mean squares about the mean.
 struct ArticulationSpread {
-  double face = 0;                      // m, over the face's vertices, too: what expression and jaw move
+  double face = 0;                      // m, also over the face's vertices: motion by expression and jaw
   double gaze_pitch = 0, gaze_yaw = 0;  // rad, mean of both eyes
 };
 ArticulationSpread articulation_spread(const HeadModel& model, const HeadShape& shape,

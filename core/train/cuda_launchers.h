@@ -1,4 +1,4 @@
-// The launchers of the kernels that choose a training's rays and look into cells (core/device/cuda_launch.h).
+// The launchers of the kernels that choose a training's rays and look cells up (core/device/cuda_launch.h).
 #pragma once
 
 #include "core/device/cuda_launch.h"

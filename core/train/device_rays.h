@@ -1,9 +1,9 @@
-// A training's rays on a device: what its kernels take and do, from the choice of a pixel to the samples of
-// the fields' batches, and the looks into the cells of the grids. Plain C++17: the choice, the walk and the
+// A training's rays on a device: the kernels' arguments and work, from the choice of a pixel to the samples
+// of the fields' batches, and the look-ups of the grids' cells. Plain C++17: the choice, the walk and the
 // cuts are those of ray_choice.h, march_math.h and strata_math.h, the same headers for processor and device.
 //
 // A step's samples take the places in the fields' batches that they take on the processor, ray after ray, so
-// that random numbers by a sample's place are the same, too.
+// that random numbers drawn by a sample's place are also the same.
 #pragma once
 
 #include <cmath>
@@ -20,7 +20,7 @@
 
 namespace likeness {
 
-// A picture that is learnt from.
+// A training picture.
 struct RayView {
   LensNumbers lens;
   std::int32_t width, height;
@@ -35,13 +35,13 @@ struct RayView {
 
 struct RayViews {
   const RayView* view;  // (count)
-  // Red, green, blue from the lowest byte, and above them the matte, of a plate 255 where it was seen.
+  // Red, green, blue from the lowest byte, and above them the matte, or for a plate 255 where it was seen.
   const std::uint32_t* pixels;
   const std::uint8_t* teaches;  // bits
   unsigned char* frames;
   std::uint32_t count;
-  // (count, neck_room, 2) what the cells of the necks' boxes hold, as MarchScene::neck_cells; a box with more
-  // than so many is not looked up here. 0: there are none.
+  // (count, neck_room, 2) contents of the cells in the necks' boxes, as MarchScene::neck_cells; a box with
+  // more cells is not looked up here. 0: there are none.
   std::uint8_t* neck_cells;
   std::uint32_t neck_room;
 };
@@ -59,7 +59,7 @@ struct CastRays {
 struct ChooseRaysArgs {
   MarchScene scene;
   RayViews views;
-  ChoiceNumbers numbers;      // but for the step
+  ChoiceNumbers numbers;      // except the step
   const std::uint64_t* step;  // one number
   CastRays rays;
   float *target, *background;  // (rays, 3)
@@ -85,13 +85,13 @@ struct OrderedOffsetsArgs {
   StepSums* sums;
 };
 
-// A grid's bits. n: cells an axis, 0: there is no grid.
+// A grid's bits. n: cells per axis, 0: no grid.
 struct CellBits {
   std::int32_t n;
   const std::uint8_t* bits;
 };
 
-// Items: rays times most. Samples to where their fields know them, and to their rays.
+// Items: rays times most. Maps samples to their fields' canonical space, and back to their rays.
 struct GatherChosenArgs {
   MarchScene scene;
   RayViews views;
@@ -174,7 +174,7 @@ LIKENESS_HOST_DEVICE inline FrameNumbers& frame_of(const RayViews& views, std::s
   return *reinterpret_cast<FrameNumbers*>(views.frames + views.view[view].frame);
 }
 
-// What the box of a view's neck holds, or null: each cell is to be looked up where it is on the straight
+// Contents of the box of a view's neck, or null: each cell must be looked up at its place on the straight
 // neck.
 LIKENESS_HOST_DEVICE inline std::uint8_t* neck_cells_of(const RayViews& views, std::size_t view,
                                                         const FrameNumbers& frame) {
@@ -188,7 +188,7 @@ LIKENESS_HOST_DEVICE inline void fill_neck(const FillNecksArgs& a, std::size_t v
   if (out && i < neck_cell_count(frame)) neck_cell(a.head, frame, i, out);
 }
 
-// As ray_choice.h asks for them.
+// As ray_choice.h requires them.
 struct DeviceViews {
   const ChooseRaysArgs& a;
   float direction[3] = {0, 0, 1}, from[2] = {0, 0};
@@ -217,7 +217,7 @@ struct DeviceViews {
   LIKENESS_HOST_DEVICE void colour(std::size_t v, int x, int y, float (&out)[3]) const {
     in_avatars_light(a.views.pixels[view(v).pixels + index(v, x, y)], v, out);
   }
-  // A guessed plate is no background: there the matte separates the person, as without a plate.
+  // A guessed plate is not used as background: there the matte separates the person, as without a plate.
   LIKENESS_HOST_DEVICE bool plate(std::size_t v, int x, int y, float (&out)[3]) const {
     if (view(v).plate < 0) return false;
     const std::uint32_t pixel = a.views.pixels[std::size_t(view(v).plate) + index(v, x, y)];
@@ -283,8 +283,8 @@ LIKENESS_HOST_DEVICE inline void march_chosen(const MarchChosenArgs& a, std::siz
   }
 }
 
-// By the threads of one block, for kScanRays rays: a prefix sum among them, behind all rays before. shared:
-// (8, kScanRays).
+// By the threads of one block, for kScanRays rays: a prefix sum among them, offset by all earlier rays.
+// shared: (8, kScanRays).
 template <class Block>
 LIKENESS_HOST_DEVICE void ordered_offsets(Block& block, const OrderedOffsetsArgs& a, std::uint32_t* shared) {
   const std::size_t first = std::size_t(block.index()) * kScanRays;
@@ -338,7 +338,7 @@ LIKENESS_HOST_DEVICE inline void gather_chosen(const GatherChosenArgs& a, std::s
     of_conditions = row_on_side(of_conditions, a.views.count, a.own, held_by(a.sides), random);
   }
   a.row[at.field][at.slot] = of_conditions;
-  // -- Its place among the ray's samples in depth order: the other field's that lie before it.
+  // -- Its place among the ray's samples in depth order, counting the other field's before it.
   int before = at.field == 0 ? k : k - row.head;
   if (at.field == 0)
     for (int s = row.head; s < row.all && t[s] < t[k]; ++s) ++before;
@@ -367,7 +367,7 @@ LIKENESS_HOST_DEVICE inline void decay_cell(const DecayArgs& a, std::size_t i) {
   density = decayed_density(density, a.sigma[i]);
 }
 
-// As occupancy_bits and cell_opacities: a cell is occupied where it or a neighbour holds something.
+// As occupancy_bits and cell_opacities: a cell is occupied if it or a neighbour holds something.
 LIKENESS_HOST_DEVICE inline bool near_dense_cell(const CellBitsArgs& a, int x, int y, int z) {
   const int n = a.n;
   for (int k = z > 0 ? z - 1 : 0; k <= z + 1 && k < n; ++k)
@@ -424,7 +424,7 @@ LIKENESS_HOST_DEVICE inline void bound_layer(const LayersArgs& a, std::size_t y)
     a.layers[y].high[k] = size * float(low[k] < m ? high[k] + 1 : -1);
 }
 
-// The box around whatever the grids hold below the neck's top, in this view's bend: march_neck and
+// The box around everything the grids hold below the neck's top, in this view's bend: march_neck and
 // bound_neck of rays.h.
 LIKENESS_HOST_DEVICE inline void bound_neck_of_view(const NeckBoxArgs& a, std::size_t view) {
   FrameNumbers& frame = frame_of(a.views, view);

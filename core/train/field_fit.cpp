@@ -17,7 +17,7 @@ constexpr double kTurnPrior = 0.5, kShiftPrior = 4;  // per rad and m; times kCo
 constexpr double kComponentPrior = 0.01;             // per psi
 constexpr double kColourNoise = 0.02;                // of a colour
 
-// What moves the condition by one component and nothing else: the map's pseudo-inverse. (E + 9, C)
+// Changes that move the condition by one component only: the map's pseudo-inverse. (E + 9, C)
 Eigen::MatrixXd component_directions(const ConditionMap& map, Eigen::Index components) {
   const Eigen::MatrixXd rows = map.rows.cast<double>();
   const Eigen::MatrixXd one = Eigen::MatrixXd::Identity(rows.rows(), rows.rows());
@@ -25,7 +25,7 @@ Eigen::MatrixXd component_directions(const ConditionMap& map, Eigen::Index compo
       .leftCols(components);
 }
 
-// As many samples as `final` takes, in single precision, whose derivatives by differences are smooth.
+// As many samples as `final`, but in single precision, so that finite differences are smooth.
 RenderOptions picture_options() {
   RenderOptions options = render_options(RenderQuality::final);
   options.reduce = 1, options.max_rays = 0;

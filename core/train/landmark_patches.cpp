@@ -1,4 +1,4 @@
-// Learning the maps: places of the landmarks, made-up offsets around them, ridge regressions.
+// Learning the maps: places of the landmarks, random offsets around them, ridge regressions.
 #include "core/train/landmark_patches.h"
 
 #include <fmt/format.h>
@@ -18,14 +18,14 @@ namespace likeness {
 namespace {
 
 constexpr double kPatchWidth = 0.6;      // of the interocular distance
-constexpr double kReach = 0.06;          // longest made-up shift, interocular distances
+constexpr double kReach = 0.06;          // longest random shift, interocular distances
 constexpr double kShear = 0.03;          // largest change of a patch's axes
 constexpr double kNeighbourhood = 0.15;  // within which landmarks move alike, interocular distances
 constexpr double kBrightness = 0.05;     // largest change of the contrast
 constexpr double kNoise = 0.02;          // of a rendered picture's grey values
 constexpr double kSoft_px = 1;           // of the softest patches
 constexpr double kMinInterocular_px = 8;
-constexpr int kDraws = 8;  // made-up offsets of a landmark in a view
+constexpr int kDraws = 8;  // random offsets of a landmark in a view
 constexpr std::size_t kMaxViews = 240, kMinViews = 8;
 constexpr int kFolds = 4;
 constexpr int kRightEyeCorner = 36, kLeftEyeCorner = 45, kRightEarPoint = 0, kLeftEarPoint = 16;
@@ -70,10 +70,10 @@ struct ViewLandmarks {
   Landmarks3 in_head{};
   std::array<Vec2d, kLandmarkCount> px{};
   std::array<float, kLandmarkCount> visibility{};
-  double interocular_px = 0;  // as long as from the front; 0: the face is not before the camera
+  double interocular_px = 0;  // as seen from the front; 0: the face is not before the camera
 };
 
-// What lies in front of the head's middle and looks at the camera. Coarse: a nose may still hide the far eye.
+// Visible if in front of the head's middle and facing the camera. Coarse: a nose may still hide the far eye.
 float visibility_of(const Vec3d& point, const Vec3d& middle) {
   constexpr double kHidden = 0.2, kSeen = 0.5;  // cosines
   const double facing = (point - middle).normalized().dot(-point.normalized());
@@ -99,7 +99,7 @@ ViewLandmarks view_landmarks(const HeadModel& model, const HeadShape& shape, con
   return out;
 }
 
-// Whether all of a patch lies in the picture and teaches.
+// Whether a whole patch lies in the picture and is trained on.
 bool is_whole(const TrainingView& view, const PatchPlace& place, int stride) {
   for (int i = 0; i < kPatchRays; ++i) {
     const PatchPixel p = patch_pixel(place, stride, i);
@@ -121,14 +121,14 @@ std::vector<PatchPlace> places_in(const TrainingView& view, const ViewLandmarks&
   return places;
 }
 
-// The picture around a place is asked at c + axes (x - c) + shift for its value at x.
+// The value at x is read from the picture at c + axes (x - c) + shift.
 struct PatchWarp {
   Eigen::Matrix2d axes = Eigen::Matrix2d::Identity();
   Vec2d shift = Vec2d::Zero();  // px
 };
 
-// How the landmarks about `at` would move, px, if the view's expression went some of the way to another
-// view's. A smooth field through the landmarks' own moves, and its slope.
+// How the landmarks around `at` would move, px, if the view's expression moved part of the way to another
+// view's. A smooth field through the landmarks' displacements, and its slope.
 PatchWarp expression_warp(const ViewLandmarks& view, const Landmarks3& other, const Pose& cam_from_head,
                           const Intrinsics& intrinsics, float way, const Vec2d& at) {
   std::array<Vec2d, kLandmarkCount> moves;
@@ -155,7 +155,7 @@ PatchWarp expression_warp(const ViewLandmarks& view, const Landmarks3& other, co
   return warp;
 }
 
-// One made-up offset: the patches' difference, its mean removed, and where the landmark went.
+// One random offset: the patches' difference, its mean removed, and the landmark's displacement.
 struct Example {
   PatchRow difference;
   Vec2f offset;  // interocular distances
@@ -204,7 +204,7 @@ struct ExampleSource {
       example.difference[i] = float(contrast * value) - *grey.at(p.x, p.y);
     }
     example.difference.array() -= example.difference.mean();
-    // What was at the centre is now where the warp reads it from.
+    // The centre has moved to where the warp reads it.
     example.offset = (-warp.axes.inverse() * warp.shift / all[view].interocular_px).cast<float>();
     return example;
   }

@@ -1,7 +1,7 @@
 // Where a landmark lies, read from a patch of the picture: for each landmark a linear map from the difference
 // of two patches to the landmark's offset between them, one step of supervised descent (Xiong & De la Torre,
-// CVPR 2013), learnt on the person's own training views and on nothing else. It makes the landmark loss of
-// Kwak & Ko 2024 a function that can be differentiated:
+// CVPR 2013), learnt only on the person's own training views. It makes the landmark loss of Kwak & Ko 2024
+// differentiable:
 //
 //   L = L_rec + lambda L_lmk,   L_lmk = mean over the step's patches of  w | R (g - t) |_1
 //
@@ -11,8 +11,8 @@
 //   w            visibility in the view times 1 / (1 + (spread / kUsualSpread)^2) of the landmark
 //
 // The maps are ridge regressions. They learn from patches of the training views that were shifted, sheared
-// and warped as the other views' expressions would move the landmarks about, and made softer and brighter, of
-// which they must take no notice. A landmark whose held-out offsets are not predicted with a correlation of
+// and warped as the other views' expressions would move the landmarks about, and made softer and brighter, to
+// which they must be invariant. A landmark whose held-out offsets are not predicted with a correlation of
 // kMinCorrelation is left out.
 #pragma once
 
@@ -29,13 +29,13 @@ namespace likeness {
 
 inline constexpr int kPatchSide = 11;  // P, samples: 7 and 9 find fewer landmarks
 inline constexpr int kPatchRays = kPatchSide * kPatchSide;
-inline constexpr int kFirstPatchLandmark = 17;  // brows, nose, eyes and mouth: the jaw's line is no corner
+inline constexpr int kFirstPatchLandmark = 17;  // brows, nose, eyes and mouth: the jaw line has no corners
 inline constexpr double kMinCorrelation = 0.9;
 inline constexpr double kUsualSpread = 0.02;  // interocular distances
 
 struct LandmarkMap {
   std::vector<float> map;  // (2, P^2) interocular distances per grey level; empty: never seen
-  // Of predicted and true offsets of training views that were kept out, both axes together.
+  // Of predicted and true offsets of held-out training views, both axes together.
   double correlation = 0;
   double spread = 0;  // rms of their difference along an axis, interocular distances
   float weight = 0;   // 0: not accepted
@@ -56,13 +56,13 @@ struct LandmarkPatches {
   int accepted() const;
 };
 
-// Of the first clip's views; further clips have another light. Takes seconds. An error where no landmark can
-// be measured so.
+// From the first clip's views; further clips have another light. Takes seconds. An error if no landmark can
+// be measured.
 Result<LandmarkPatches> learn_landmark_patches(const TrainingSet& set, const HeadShape& shape,
                                                std::uint64_t seed);
 
-// Where the patches of a view's landmarks lie: of those that are seen and whose patch lies in the picture and
-// teaches, all of it.
+// Places of the patches of a view's landmarks: those that are visible and whose whole patch lies in the
+// picture and is trained on.
 std::vector<PatchPlace> patch_places(const HeadModel& model, const HeadShape& shape, const TrainingView& view,
                                      int stride);
 

@@ -1,4 +1,4 @@
-// What a training set's views say of their capture: see choose_parts.h.
+// Measures of a capture from a training set's views: see choose_parts.h.
 #include <algorithm>
 #include <cmath>
 
@@ -31,7 +31,7 @@ double torso_share(const TrainingView& view, double base) {
   return double(torso) / double(std::max<std::size_t>(read, 1));
 }
 
-// Light on the wall beside the person, 1: as in the plate. nullopt: too little of it is seen.
+// Light on the background beside the person, 1: as in the plate. nullopt: too little of it is seen.
 std::optional<double> light_on_wall(const TrainingSet& set, const TrainingView& view) {
   if (!view.has_plate || set.plate.empty() || view.alpha.empty() || view.rgb.empty()) return std::nullopt;
   double seen = 0, plate = 0;

@@ -9,14 +9,14 @@
 namespace likeness {
 namespace {
 
-// Beside what grows with the clip: two fields of the usual sizes with gradients and moments, twice (a copy is
-// kept to go back to), and the program with its head model.
+// Independent of the clip: two fields of the usual sizes with gradients and moments, twice (a copy is kept to
+// go back to), and the program with its head model.
 constexpr std::uint64_t kEngine = 420ull << 20;
 constexpr std::uint64_t kEntry =
     8 * 4 * 32;                          // of a grid, all levels: numbers, halves, gradients, moments, copies
 constexpr std::uint64_t kSample = 1600;  // of a step: features, hidden layers, gradients, place
 constexpr int kMostSamples = 16;         // a ray
-constexpr double kMatteByte = 0.2;       // a pixel, in tiles; 0.14 of a plain cut-out, more of wild hair
+constexpr double kMatteByte = 0.2;       // a pixel, in tiles; 0.14 for a plain cut-out, more for wild hair
 
 // Of both grids, as if every level had room for all its entries.
 std::uint64_t grid_bytes(const FieldSizes& sizes) {
@@ -31,7 +31,7 @@ MemoryForecast forecast(std::uint64_t views, std::uint64_t size, const HeadModel
   MemoryForecast forecast;
   forecast.pictures = views * std::uint64_t(double(size * size) * (3 + kMatteByte));
   if (warps) {
-    // How a face moves changes little of how many nodes a lattice keeps: one that moves everywhere stands for
+    // How a face moves hardly changes how many nodes a lattice keeps: one that moves everywhere represents
     // all.
     Articulation moved = rest;
     moved.expression.array() += 0.1f;

@@ -1,4 +1,4 @@
-// What a training will take of memory, known before its pictures are read.
+// The memory a training will take, known before its pictures are read.
 #pragma once
 
 #include <cstdint>
@@ -16,11 +16,11 @@ struct MemoryForecast {
 
 // For a set whose pictures need not be loaded.
 MemoryForecast forecast_memory(const TrainingSet& set, const TrainOptions& options);
-// Before anything is known of the clip but how many pictures of what size will train.
+// When only the number and size of the training pictures are known.
 MemoryForecast forecast_memory(std::size_t views, int size, const HeadModel& model,
                                const TrainOptions& options);
 
-// Not enough: says how much is needed and what to do. available: bytes.
+// If there is not enough, the error says how much is needed and what to do. available: bytes.
 Result<void> check_memory(const MemoryForecast& forecast, std::uint64_t available);
 
 }  // namespace likeness

@@ -1,5 +1,5 @@
-// Which of the models that are compared on one capture is trained: what the head's field knows of the
-// expression, and how. DESIGN: K = Kwak & Ko 2024, L = Li 2022.
+// Which of the models that are compared on one capture is trained: how the head's field depends on the
+// expression. DESIGN: K = Kwak & Ko 2024, L = Li 2022.
 #pragma once
 
 #include <array>
@@ -14,14 +14,14 @@ enum class FieldMode {
   static_,    // a head that only moves rigidly
   concat,     // psi concatenated to the features (NeRFace-like)
   hyper,      // psi chooses a slice of a hyper-space (K)
-  warp,       // samples brought back by the head model's deformation, psi concatenated (RigNeRF-like, L)
+  warp,       // samples mapped back by the head model's deformation, psi concatenated (RigNeRF-like, L)
   warp_hyper  // both the deformation and the slice
 };
 inline constexpr std::array kFieldModes{FieldMode::static_, FieldMode::concat, FieldMode::hyper,
                                         FieldMode::warp, FieldMode::warp_hyper};
 inline constexpr FieldMode kDefaultMode = FieldMode::warp_hyper;
 
-// What a mode is made of.
+// The parts of a mode.
 struct ModeParts {
   bool expression = true;  // the field is given psi
   bool ambient = true;     // as a slice; otherwise concatenated
@@ -34,7 +34,8 @@ ModeParts mode_parts(FieldMode mode);
 std::string_view mode_name(FieldMode mode);  // static, concat, hyper, warp, warp+hyper
 std::optional<FieldMode> mode_named(std::string_view name);
 
-// By what its fields have. A capture without any expression leaves psi empty, and a slice of nothing is none.
+// Determined from its fields. A capture without any expression leaves psi empty, and without psi there is no
+// slice.
 FieldMode mode_of(const Avatar& avatar);
 
 }  // namespace likeness

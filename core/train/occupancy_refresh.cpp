@@ -9,7 +9,7 @@
 namespace likeness {
 namespace {
 
-constexpr float kInitial = 10.0f;  // occupied until some looks have found nothing
+constexpr float kInitial = 10.0f;  // occupied until some updates have found nothing
 
 }  // namespace
 

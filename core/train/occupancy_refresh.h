@@ -19,9 +19,9 @@ struct OccupancyState {
 };
 OccupancyState make_occupancy_state(const Volume& volume);
 
-// Looks once into every allowed cell, at a random point under a random one of `views` rows of `conditions`;
-// to_canonical moves the samples to where the field knows them, densities tells what is there. resolution: of
-// the grid.
+// Samples every allowed cell once, at a random point under a random one of `views` rows of `conditions`;
+// to_canonical maps the samples to canonical space, densities evaluates the field there. resolution: of the
+// grid.
 using Densities = std::function<Result<void>(const FieldInputs&, std::vector<float>& sigma)>;
 Result<void> refresh_occupancy(OccupancyState& state, int resolution, const float* conditions,
                                std::size_t views, const std::function<void(FieldSamples&)>& to_canonical,

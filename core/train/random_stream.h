@@ -1,5 +1,5 @@
-// A counter-based random stream: the same numbers for (seed, step, index) whatever the threads do and
-// wherever a run was interrupted, on processor and device. Plain C++17.
+// A counter-based random stream: the same numbers for (seed, step, index) regardless of threads and of where
+// a run was interrupted, on processor and device. Plain C++17.
 #pragma once
 
 #include <cstdint>
@@ -18,7 +18,7 @@ class RandomStream {
   LIKENESS_HOST_DEVICE std::uint32_t below(std::uint32_t n) {                      // [0, n)
     return std::uint32_t((bits() >> 32) * n >> 32);
   }
-  // Past the next `count` numbers, at once.
+  // Skips the next `count` numbers in one step.
   LIKENESS_HOST_DEVICE void skip(std::uint64_t count) { state_ += count * kStride; }
 
  private:

@@ -15,7 +15,7 @@ namespace {
 
 constexpr double kPatchShare = 0.25;
 constexpr std::uint64_t kPatchStream = 0x9a7c4ull;
-// Past every unit cube.
+// Beyond every unit cube.
 const FieldRay kNowhere{Vec3f::Constant(3), Vec3f::UnitX()};
 
 // The rays through a pixel.
@@ -41,7 +41,7 @@ struct ColourSum {
   Vec3f mean() const { return sum / std::max(1.f, count); }
 };
 
-// Of what is the person's in the face's box, every few pixels.
+// Sums the person's colours in the face's box, every few pixels.
 ColourSum face_colour(const TrainingView& view, const RaySource::View& box) {
   constexpr int kStep = 3;
   ColourSum colour;
@@ -69,7 +69,7 @@ void match_faces(const TrainingSet& set, std::vector<RaySource::View>& views) {
   }
 }
 
-// As ray_choice.h asks for them.
+// As ray_choice.h requires them.
 struct HostViews {
   const RaySource& source;
   const MarchVolumes& volumes;
@@ -95,7 +95,7 @@ struct HostViews {
   }
   bool plate(std::size_t v, int x, int y, float (&out)[3]) const {
     const auto [behind, known] = plate_of(*source.set, view(v));
-    // A guessed plate is no background: there the matte separates the person, as without a plate.
+    // A guessed plate is not used as background: there the matte separates the person, as without a plate.
     if (behind->empty() || (!known->empty() && has_alpha(v) && known->at(x, y)[0] != 255)) return false;
     in_avatars_light(*behind, v, x, y, out);
     return true;

@@ -31,11 +31,11 @@ struct RaySource {
     int face_x0 = 0, face_y0 = 0, face_x1 = 0, face_y1 = 0;  // px, half open; empty: whole picture
   };
   std::vector<View> views;
-  std::size_t drawn = SIZE_MAX;    // rays are of the first so many
-  std::vector<WarpLattice> warps;  // one a view, or none: the head field is not warped
-  std::vector<TorsoField> torsos;  // one a view, or none: a rigid torso
-  std::vector<NeckBend> necks;     // one a view, or none: no neck to bend
-  OccupancyGrid sides;             // of the head that the first clip shows; empty without further clips
+  std::size_t drawn = SIZE_MAX;    // rays are drawn from this many first views
+  std::vector<WarpLattice> warps;  // one per view, or none: the head field is not warped
+  std::vector<TorsoField> torsos;  // one per view, or none: a rigid torso
+  std::vector<NeckBend> necks;     // one per view, or none: no neck to bend
+  OccupancyGrid sides;             // sides of the head that the first clip shows; empty without further clips
   const LandmarkPatches* patches = nullptr;  // null: no rays in patches
 };
 // poses: of the views, as tracked or corrected. warp: of the canonical face; null: none. neck: empty: none.
@@ -44,7 +44,7 @@ RaySource make_ray_source(const TrainingSet& set, std::span<const AvatarPose> po
                           const NeckZone& neck = {});
 
 // Views in turn; a quarter of the rays in the face's box, half on the person, the rest anywhere, all but a
-// few where an occupied cell can be seen; of further clips at most a third, only the head's and the
+// few where an occupied cell can be seen; at most a third from further clips, only the head's and the
 // background's, each with its view's code. A third of the rays with a matte get a random background, so that
 // the person does not borrow the plate's colour. Every number depends only on seed, step and the ray's index.
 //

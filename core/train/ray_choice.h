@@ -1,5 +1,5 @@
-// The choice of one ray of a training step - which view, which pixel, what it should be over what - for
-// processor and device. Plain C++17. What it promises is said in ray_batch.h.
+// The choice of one ray of a training step - which view, which pixel, which colour over which background -
+// for processor and device. Plain C++17. The contract is in ray_batch.h.
 //
 // Views: the pictures that are learnt from. It offers, of view v and pixel (x, y),
 //   width(v), height(v), face(v) -> PixelBox     px
@@ -20,9 +20,9 @@
 namespace likeness {
 
 constexpr float kFaceShare = 0.25f, kPersonShare = 0.5f, kRandomBackgroundShare = 1.f / 3;
-// Of a step, of all further clips: torso and background are learnt from the first clip alone.
+// Share of a step's rays for all further clips: torso and background are learnt only from the first clip.
 constexpr double kFurtherShare = 1.0 / 3;
-constexpr int kTries = 8, kMaskedTries = 32;  // the second where only a part of the picture teaches
+constexpr int kTries = 8, kMaskedTries = 32;  // the second where only part of the picture is trained on
 
 struct PixelBox {
   std::int32_t x0, y0, x1, y1;  // half open; empty: the whole picture
@@ -31,17 +31,17 @@ struct PixelPlace {
   std::int32_t x, y;
 };
 
-// What all rays of a step share.
+// Shared by all rays of a step.
 struct ChoiceNumbers {
   std::uint64_t seed, step;
   std::uint32_t views, own, drawn;  // all; of the first clip; those that are drawn from
-  std::uint32_t first, rays;        // the rays before are others'; their number without those
+  std::uint32_t first, rays;        // earlier rays are chosen elsewhere; their number without those
   std::int32_t drop_codes;          // 1: half of the rays have none
 };
 
 struct ChosenRay {
   std::int32_t view;     // row of conditions
-  std::int32_t nowhere;  // 1: every try was in vain; it meets nothing and is as its background is
+  std::int32_t nowhere;  // 1: every try failed; the ray meets nothing and shows its background
   std::uint64_t jitter;
   float target[3], background[3];
 };
@@ -75,7 +75,7 @@ LIKENESS_HOST_DEVICE inline std::size_t draw_view(std::size_t own, std::size_t d
                            : own + place_of_share((at - first * rays) / (share * rays), further);
 }
 
-// Over the plate, or with the matte over another colour: where there is no plate, or it is to be swapped.
+// Over the plate, or with the matte over another colour if there is no plate, or it is to be swapped.
 template <class Views>
 LIKENESS_HOST_DEVICE void paint(const Views& views, std::size_t v, PixelPlace pixel, const float (&other)[3],
                                 bool swap, float (&target)[3], float (&background)[3]) {
@@ -97,7 +97,7 @@ LIKENESS_HOST_DEVICE void paint(const Views& views, std::size_t v, PixelPlace pi
   }
 }
 
-// Of a ray before its pixel is found.
+// State of a ray before its pixel is found.
 struct RayDraw {
   RandomStream random;  // as it is before the first try
   std::size_t view;
@@ -117,7 +117,8 @@ LIKENESS_HOST_DEVICE RayDraw begin_choice(const Views& views, const ChoiceNumber
   return draw;
 }
 
-// Try number `attempt`, which takes kDrawsOfTry numbers from `random`; whether it is the last that is needed.
+// Try number `attempt`, which takes kDrawsOfTry numbers from `random`; returns whether it is the last one
+// needed.
 constexpr int kDrawsOfTry = 2;
 template <class Views>
 LIKENESS_HOST_DEVICE bool try_pixel(Views& views, const RayDraw& draw, int attempt, RandomStream& random,
@@ -128,7 +129,7 @@ LIKENESS_HOST_DEVICE bool try_pixel(Views& views, const RayDraw& draw, int attem
   return views.teaches(v, pixel.x, pixel.y) && views.meets(v, pixel.x, pixel.y);
 }
 
-// random: behind the last try, which gave `pixel`.
+// random: after the last try, which gave `pixel`.
 template <class Views>
 LIKENESS_HOST_DEVICE ChosenRay end_choice(const Views& views, const ChoiceNumbers& numbers, std::size_t v,
                                           PixelPlace pixel, RandomStream random) {
@@ -158,8 +159,8 @@ LIKENESS_HOST_DEVICE ChosenRay choose_ray(Views& views, const ChoiceNumbers& num
   return end_choice(views, numbers, draw.view, pixel, random);
 }
 
-// -- Rows of conditions of single samples, once they are where their field knows them. n: cells an axis;
-// sample: its number in the field's batch.
+// -- Rows of conditions of single samples, in canonical space. n: cells per axis; sample: its number in the
+// field's batch.
 
 LIKENESS_HOST_DEVICE inline std::size_t cell_of_place(int n, float x, float y, float z) {
   const float place[3] = {x, y, z};
@@ -179,7 +180,7 @@ bool holds(const Grid& grid, std::size_t cell) {
 }
 
 constexpr std::uint64_t kStillStream = 0x57117ull, kSideStream = 0x51de5ull;
-// Every so many samples begin a stream of their own.
+// Each run of this many samples has its own random stream.
 constexpr std::size_t kSampleStream = 4096;
 
 LIKENESS_HOST_DEVICE inline RandomStream stream_of_sample(std::uint64_t seed, std::uint64_t step,

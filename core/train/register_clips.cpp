@@ -16,9 +16,9 @@
 namespace likeness {
 namespace {
 
-constexpr float kSolid = 0.95f;  // opacity of pixels whose colour is the head's alone
-constexpr int kLightShare = 8;   // of a picture's side is the radius within which a light is even
-constexpr float kDark = 0.03f;   // what counts as no light, so that black is not raised to anything
+constexpr float kSolid = 0.95f;  // opacity of pixels whose colour is purely the head's
+constexpr int kLightShare = 8;   // fraction of a picture's side that is the radius within which light is even
+constexpr float kDark = 0.03f;   // below this counts as unlit, so that black is not amplified
 
 // (side, side) mean over squares of 2 radius + 1, twice, one axis at a time; what lies outside counts as
 // zero.
@@ -40,11 +40,11 @@ void smooth(std::vector<float>& values, int width, int height, int radius) {
   }
 }
 
-// The view's picture in the avatar's light, before white as what is fitted to it is: so the outline counts. A
-// light is what a colour channel is multiplied by, nearly the same from pixel to pixel; where it changes
-// sooner, features and edges are left to say where the head is.
+// The view's picture in the avatar's light, over white like the rendering fitted to it, so that the outline
+// counts. A light is a factor per colour channel that varies slowly over the picture; faster changes are
+// left, since features and edges say where the head is.
 Image8 in_avatars_light(const TrainingView& view, const Avatar& avatar, const RenderState& state) {
-  if (view.alpha.empty()) return view.rgb;  // nothing says where the head is
+  if (view.alpha.empty()) return view.rgb;  // the head cannot be separated
   const int width = view.rgb.width, height = view.rgb.height;
   const int radius = std::max(1, width / kLightShare);
   const RenderedFrame seen = render_frame(avatar, view.camera, state);
@@ -67,7 +67,7 @@ Image8 in_avatars_light(const TrainingView& view, const Avatar& avatar, const Re
   return matched;
 }
 
-// Where this view alone sees the head frame, in the tracked one: turn (rotation vector) and shift.
+// Pose of the head frame as this view alone sees it, in the tracked one: turn (rotation vector) and shift.
 using Motion = std::array<double, kPoseChange>;
 
 Motion view_motion(const TrainingView& view, const Avatar& avatar, const AvatarRig& rig,
@@ -88,7 +88,7 @@ Motion view_motion(const TrainingView& view, const Avatar& avatar, const AvatarR
   return {axis.x(), axis.y(), axis.z(), shift.x(), shift.y(), shift.z()};
 }
 
-// The views' median, or none where it is beyond belief.
+// The views' median, or the identity if it is implausible.
 Pose common_motion(const std::vector<Motion>& motions, const RegisterOptions& options) {
   Motion median{};
   for (std::size_t k = 0; k < median.size(); ++k) {
@@ -104,7 +104,7 @@ Pose common_motion(const std::vector<Motion>& motions, const RegisterOptions& op
   return motion;
 }
 
-// The change (core/train/field_fit.h) that moves a view's head frame so.
+// The change (core/train/field_fit.h) that moves a view's head frame accordingly.
 Eigen::VectorXd change_of(const TrainingView& view, const Pose& motion) {
   const Pose moved = view.pose.world_from_head * motion;
   const Eigen::AngleAxisd turn(moved.linear() * view.pose.world_from_head.linear().transpose());

@@ -1,6 +1,6 @@
-// Further clips brought to the head frame of the first one. Each clip's track says how its head moves, but
-// its landmarks alone say where in that head the face lies, which two clips see a millimetre or two
-// differently. What the field has learnt of the first clip tells the difference.
+// Registering further clips to the head frame of the first one. Each clip's track says how its head moves,
+// but where in that head the face lies comes only from its landmarks, which differ between clips by a
+// millimetre or two. The field learnt from the first clip measures that difference.
 #pragma once
 
 #include <cstdint>
@@ -21,9 +21,9 @@ struct RegisterOptions {
 };
 
 // Corrections of all views (core/train/refine_track.h), kPoseChange numbers each: zeros for the first clip's,
-// and for those of a further clip one motion of the head frame that its views share, the median of what each
-// fits to the frozen field by itself, its colours first brought to the avatar's light. avatar: learnt from
-// the first clip alone. None on a stop.
+// and for those of a further clip one motion of the head frame that its views share, the median of their
+// individual fits to the frozen field, after mapping their colours to the avatar's light. avatar: learnt from
+// the first clip only. Empty if stopped.
 std::vector<Eigen::VectorXd> register_clips(const TrainingSet& set, const Avatar& avatar,
                                             const AvatarRig& rig, const RegisterOptions& options,
                                             std::stop_token stop);

@@ -26,11 +26,11 @@ namespace {
 
 constexpr std::size_t kMinPoints = 50;
 constexpr double kOutliers = 0.02, kMargin = 0.1;  // of the points at either end; of their extent
-constexpr float kUsualReach = 3.0f;                // m about the head, where no points say more
+constexpr float kUsualReach = 3.0f;                // m about the head, without points
 constexpr float kLargestSide = 30.0f;              // m
 constexpr int kRoomCells = 96, kMaxSamples = 24, kTries = 12;
 constexpr int kBesidePerson = 2;          // px beside the person whose colours may be mixed
-constexpr double kFreeWay = 0.6;          // of the way from a camera to the head: nothing is in between
+constexpr double kFreeWay = 0.6;          // of the way from a camera to the head, which is assumed free
 constexpr float kPersonsPlace = 0.3f;     // m about the head's origin and the body below it
 constexpr float kBody = 0.6f;             // m
 constexpr float kRoomInitialDensity = 4;  // per cube side
@@ -48,7 +48,7 @@ FieldConfig room_config() {
 }
 
 // Cells that may hold something: neither between a camera and the person, nor where the person is, whose
-// edges stand as still as the room while the camera goes round.
+// edges are as still as the room while the camera goes round.
 OccupancyGrid free_cells(std::span<const TrainingView> views, const FieldCube& cube) {
   std::vector<Vec3f> eyes, heads, downs;
   for (std::size_t i = 0; i < views.size(); i += std::max<std::size_t>(1, views.size() / 32)) {
@@ -74,7 +74,7 @@ OccupancyGrid free_cells(std::span<const TrainingView> views, const FieldCube& c
   return grid;
 }
 
-// A pixel and its neighbours hold nothing of the person.
+// Whether a pixel and its neighbours hold nothing of the person.
 bool is_background(const TiledMask& alpha, int x, int y) {
   for (const auto& [dx, dy] : {std::array{0, 0}, {1, 0}, {-1, 0}, {0, 1}, {0, -1}}) {
     const int u = std::clamp(x + dx * kBesidePerson, 0, alpha.width - 1),
@@ -95,10 +95,10 @@ bool shows_background(const TrainingView& view) {
 struct RoomRays {
   std::vector<RayRequest> requests;
   std::vector<Vec3f> target, behind;  // sRGB-encoded
-  std::vector<float> weight;          // 0: no background was found to ask for
+  std::vector<float> weight;          // 0: no background pixel was found
 };
 
-// Views in turn, any pixel beside the person. Numbers depend on seed, step and the ray's index alone.
+// Views in turn, any pixel beside the person. Random numbers depend only on seed, step and the ray's index.
 void choose_room_rays(std::span<const TrainingView> views, const std::vector<UnitFromCamera>& maps,
                       std::uint64_t seed, std::uint64_t step, int count, RoomRays& rays) {
   rays.requests.resize(std::size_t(count)), rays.weight.resize(std::size_t(count));
@@ -144,7 +144,7 @@ struct RoomTraining {
 
 // Gradients of the field; returns the mean squared error over rays and channels.
 double train_on_rays(RoomTraining& room, const FieldInputs& inputs) {
-  constexpr std::size_t kBlockRays = 16;  // go forward and back together
+  constexpr std::size_t kBlockRays = 16;  // evaluated and backpropagated together
   const std::size_t rays = room.rays.requests.size(), count = inputs.count;
   for (auto* slopes : {&room.d_sigma, &room.d_red, &room.d_green, &room.d_blue}) slopes->resize(count);
   std::vector<double> errors((rays + kBlockRays - 1) / kBlockRays), weights(errors.size());
@@ -250,7 +250,7 @@ FieldCube room_cube(std::span<const TrainingView> views, std::span<const Vec3f> 
   }
   const float side = std::clamp((high - low).maxCoeff(), 0.1f, kLargestSide);
   Vec3f centre = 0.5f * (low + high);
-  // Of a landscape the part about the person: whatever is farther is painted on the sides.
+  // For a landscape, the part around the person: everything farther is painted on the sides.
   const Vec3f reach = Vec3f::Constant(0.5f * kLargestSide - kUsualReach);
   if (side == kLargestSide) centre = centre.cwiseMax(head - reach).cwiseMin(head + reach);
   return {centre - Vec3f::Constant(0.5f * side), side};

@@ -1,6 +1,5 @@
 // The room behind a person who was filmed by a moving camera: a static field in the world's frame, learnt
-// from what the mattes leave of its pictures. Closed: what lies beyond its cube is painted
-// on the cube's sides.
+// from the pictures outside the mattes. Closed: what lies beyond its cube is painted on the cube's sides.
 #pragma once
 
 #include <cstdint>
@@ -20,16 +19,16 @@ struct RoomOptions {
   std::uint64_t seed = 0;
 };
 
-// Fewer views say too little.
+// Fewer views are not enough.
 inline constexpr std::size_t kMinRoomViews = 8;
 
-// The cube that holds what the cameras see. points: of the room, world frame, m; outliers may be among them.
-// Too few of them: as far about the head of the first view as rooms usually reach. At most 30 m, with that
-// head in it.
+// The cube that holds what the cameras see. points: of the room, world frame, m; may include outliers. With
+// too few of them: the usual size of rooms around the head of the first view. At most 30 m, with that head in
+// it.
 FieldCube room_cube(std::span<const TrainingView> views, std::span<const Vec3f> points);
 
-// Of the views, camera, head, picture and matte are read. Deterministic for one seed and exact steps,
-// whatever the threads. not_found where the mattes leave no background.
+// Reads the views' camera, head, picture and matte. Deterministic for one seed and exact steps, whatever the
+// threads. not_found if the mattes leave no background.
 Result<FieldPart> train_room(std::span<const TrainingView> views, const FieldCube& cube,
                              const RoomOptions& options, const Progress& progress, std::stop_token stop);
 

@@ -27,7 +27,7 @@ void settle(Schedule& schedule, HalfWay& half_way, std::uint64_t step, double se
                                   ? (seconds - half_way.seconds) / double(step - half_way.step)
                                   : recent_step_seconds;
   const double remaining = std::max(0.0, schedule.budget_s - seconds) / std::max(step_seconds, 1e-6);
-  // Never fewer than puts this step into the flat part, where nothing has depended on the total yet.
+  // Never so few that this step is beyond the flat part, in which nothing yet depends on the total.
   const auto least = std::uint64_t(std::ceil(double(step) / kFlatShare));
   schedule.total_steps = std::max({least, step + std::uint64_t(remaining), std::uint64_t(1)});
 }
@@ -52,8 +52,8 @@ bool resume_schedule(Schedule& schedule, std::uint64_t step, double seconds, std
   schedule.budget_s = asked_budget_s;
   if (flat) {
     schedule.total_steps = 0;
-  } else {  // a longer run of one whose rate has already fallen: it rises again to where the longer run would
-            // be
+  } else {  // a longer run of one whose rate has already fallen: it rises again to what it would be in the
+            // longer one
     const double step_seconds = seconds / double(std::max<std::uint64_t>(step, 1));
     schedule.total_steps =
         step + std::uint64_t(std::max(0.0, asked_budget_s - seconds) / std::max(step_seconds, 1e-6));

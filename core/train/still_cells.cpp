@@ -54,7 +54,7 @@ OccupancyGrid still_cells(const HeadModel& model, const HeadShape& shape,
 void clear_region(const AttributeRegion& region, const FieldCube& cube, OccupancyGrid& still) {
   const int n = still.resolution;
   if (n == 0) return;
-  // Corners, too: a cell's middle may lie where the weight is 0 and its edge where it is not.
+  // Corners too: the weight may be 0 in a cell's middle and not at its edge.
   const float cell = cube.side / float(n);
   for (int z = 0; z < n; ++z)
     for (int y = 0; y < n; ++y)

@@ -1,6 +1,6 @@
 // Where no expression moves anything: hair, skull, ears, back of the neck. A field that may use psi there
-// learns the track's errors by heart, since a bowed head usually speaks, too, and draws hair elsewhere when
-// another expression meets the same pose.
+// memorises the track's errors, since a bowed head is usually also speaking, and renders hair elsewhere when
+// the same pose occurs with another expression.
 #pragma once
 
 #include <cstdint>
@@ -23,13 +23,13 @@ OccupancyGrid still_cells(const HeadModel& model, const HeadShape& shape,
                           std::span<const Articulation> articulations, const FieldCube& cube, int resolution,
                           const StillOptions& options = {});
 
-// Takes out the cells in which an attribute acts: there the field must be told its amount.
+// Removes the cells in which an attribute acts: there the field must be conditioned on its amount.
 void clear_region(const AttributeRegion& region, const FieldCube& cube, OccupancyGrid& still);
 
 // Samples in still cells get the condition of a random view, without its code, so that the field learns to
-// give the same under all of them. What is learnt there needs no condition when a picture is rendered.
-// view of the samples: row of conditions, v or v + views. Those of a view beyond the first `own` stay as they
-// are: without its code the colours of its light would be learnt.
+// give the same under all of them. Rendering then needs no condition there. view of the samples: row of
+// conditions, v or v + views. Samples of views beyond the first `own` are left unchanged: without their code,
+// the colours of their light would be learnt.
 void shuffle_conditions(const OccupancyGrid& still, std::size_t views, std::size_t own, std::uint64_t seed,
                         std::uint64_t step, FieldSamples& samples);
 

@@ -29,20 +29,21 @@ class Backend;  // core/render/backend.h
 
 // One training picture.
 struct TrainingView {
-  Camera camera;          // crop intrinsics at `size`; translation in metres
-  AvatarPose pose;        // attributes: one for each of the set's
-  Image8 rgb;             // (size, size, 3)
-  TiledMask alpha;        // (size, size) person's matte; empty = unknown
-  bool has_plate = true;  // the background of this view is its clip's plate; otherwise its matte separates it
+  Camera camera;    // crop intrinsics at `size`; translation in metres
+  AvatarPose pose;  // attributes: one for each of the set's
+  Image8 rgb;       // (size, size, 3)
+  TiledMask alpha;  // (size, size) person's matte; empty = unknown
+  bool has_plate =
+      true;  // the background of this view is its clip's plate; otherwise the matte separates the person
   // Number of a further clip of the person, 0: the avatar's own. Another place, another light, other clothes:
-  // its head alone is learnt from, before its own plate, and with the view's own code wherever the first clip
-  // shows that side, so that the light stays in the code; its torso stands where the neck is straight and is
-  // seen by no ray.
+  // only its head is learnt from, before its own plate, and with the view's own code wherever the first clip
+  // shows that side, so that the light stays in the code; its torso is placed where the neck is straight and
+  // is met by no ray.
   int further_clip = 0;
   TiledMask teaches;  // (size, size) 0: nothing is learnt from this pixel; empty: from all
 };
 
-// What is behind the person of a further clip before a resting camera: as plate and plate_known below.
+// The background of a further clip with a resting camera: as plate and plate_known below.
 struct FurtherPlate {
   Image8 rgb, known;
 };
@@ -57,25 +58,25 @@ struct TrainingSet {
   PersonShape person;
   ExpressionDetail detail{};  // of the surface, on top of model and person; empty: none
   TorsoModes torso_modes;     // empty: a rigid torso
-  Articulation neutral;       // the person's resting face; no expression at all = not known
+  Articulation neutral;       // the person's resting face; an empty expression = not known
   bool has_torso = true;
   std::vector<AttributeRegion> attributes;  // whose amounts the views have
 };
 
-// The views of the clip whose place, light and torso the avatar has.
+// The views of the clip that defines the avatar's surroundings, light and torso.
 std::span<const TrainingView> own_views(const TrainingSet& set);
 
-// The plate of a view's clip and where it was seen; empty ones where it has none, or the view lies elsewhere.
+// The plate of a view's clip and where it was seen; empty if it has none, or the view is elsewhere.
 struct PlateOfView {
   const Image8 *rgb = nullptr, *known = nullptr;
 };
 PlateOfView plate_of(const TrainingSet& set, const TrainingView& view);
 
-// How much the fields can hold.
+// Capacity of the fields.
 struct FieldSizes {
   int head_log2_entries = 16, head_finest = 512;  // of the head's grid: entries a level, cells along an axis
   int torso_log2_entries = 15, torso_finest = 384;  // the same of the torso's
-  int code_length = 4;                              // numbers that each frame may have of its own
+  int code_length = 4;                              // numbers of each frame's own code
 
   bool operator==(const FieldSizes&) const = default;
 };
@@ -83,49 +84,51 @@ struct FieldSizes {
 struct TrainOptions {
   double budget_s = 300;    // of this stage, by `clock`; ignored when steps > 0
   std::uint64_t steps = 0;  // exact number of steps (replay)
-  // 4096 reach a picture of the first minute sooner; from two minutes on they overfit, and specks show.
+  // 4096 give a better picture within the first minute; from two minutes on they overfit, with visible
+  // specks.
   int rays_per_step = 8192;
   std::uint64_t seed = 0;
   FieldMode mode = kDefaultMode;
   bool use_latent = true, use_occupancy = true;  // ablation switches
-  // The head's empty cells are known in the canonical face and looked up through the head model's deformation
-  // (canonical_cells.h) instead of where the training's poses have the face. For studies: the avatar that
-  // comes of it has the usual grid. The processor casts the rays.
+  // The head's empty cells are kept in the canonical face and looked up through the head model's deformation
+  // (canonical_cells.h) instead of in the posed face. For studies: the resulting avatar has the usual grid.
+  // The processor casts the rays.
   bool canonical_occupancy = false;
-  bool use_gaze = true;        // the field is told where the eyes look
-  bool use_expression = true;  // and what the face does; otherwise painted attributes alone
+  bool use_gaze = true;        // the field is conditioned on the gaze
+  bool use_expression = true;  // and on the expression; otherwise only on painted attributes
   FieldSizes sizes;
   float even_samples = kEvenShare;  // share of them spread evenly along a ray (place_samples)
-  bool use_still = true;            // where no expression moves anything the field knows none (still_cells.h)
-  bool refine_track = false;        // correct the training frames' tracks through the field (refine_track.h)
+  bool use_still =
+      true;  // where no expression moves anything, the field does not depend on it (still_cells.h)
+  bool refine_track = false;  // correct the training frames' tracks through the field (refine_track.h)
   // lambda of the landmark loss (landmark_patches.h), which takes a quarter of the rays; 0: without. K: 0.1.
   double landmark_weight = 0;
   double rate = 1;  // factor on the learning rates
   double checkpoint_every_s = 30;
-  WorkClock clock = WorkClock::wall;  // of every second that training speaks of
+  WorkClock clock = WorkClock::wall;  // by which all seconds of training are measured
   std::shared_ptr<Backend> backend;   // null: the processor
-  // Of the processor's products; a backend that is given brings its own.
+  // Of the processor's products; a given backend has its own.
   FieldPrecision precision = FieldPrecision::bf16;
-  // A backend that fails is replaced by the processor, which goes on from what was last kept.
+  // A failing backend is replaced by the processor, which continues from the last snapshot.
   bool fall_back = false;
 };
 
 struct TrainStatus {
   std::uint64_t step = 0;
-  double seconds = 0;  // of the budget: passes that correct tracks come on top
+  double seconds = 0;  // counted against the budget; passes that correct tracks are extra
   double loss = 0, train_psnr_db = 0, rays_per_s = 0;
-  double samples_per_ray = 0;  // of late
+  double samples_per_ray = 0;  // recently
 };
 
-// A look at the avatar while it is being trained. Changes no bit of what is learnt.
+// A look at the avatar while it is being trained. Does not change a bit of what is learnt.
 struct AvatarTap {
   std::function<bool()> wanted;             // asked after every step: keep it cheap
-  std::function<void(const Avatar&)> take;  // the avatar as it stands, from the training thread
+  std::function<void(const Avatar&)> take;  // the current avatar, on the training thread
 };
 
-// Continues from `checkpoint` when it exists and fits this set and these options; writes it at intervals and
-// on stop. checkpoint.bin holds parameters, optimiser moments, occupancy, random state, schedule and seconds
-// spent.
+// Continues from `checkpoint` if it exists and matches this set and these options; writes it at intervals and
+// when stopped. checkpoint.bin holds parameters, optimiser moments, occupancy, random state, schedule and
+// seconds spent.
 Result<Avatar> train_avatar(const TrainingSet& set, const TrainOptions& options,
                             const std::filesystem::path& checkpoint, const Progress& progress,
                             const std::function<void(const TrainStatus&)>& observe, std::stop_token stop,

@@ -26,7 +26,7 @@ constexpr std::uint64_t kSnapshotEvery = 500;
 constexpr int kRecoveries = 3;
 constexpr double kReportEvery = 0.25;                 // s
 constexpr double kRefineShares[] = {0.4, 0.55, 0.7};  // of the steps, when the track is refined
-constexpr double kRegisterShare = kFlatShare;  // of the steps, before which further clips are not learnt from
+constexpr double kRegisterShare = kFlatShare;  // of the steps, from which further clips are learnt from
 static_assert(kRefineShares[0] >= kFlatShare && kRegisterShare >= kFlatShare, "a replay would do it sooner");
 
 Result<void> check_options(const TrainOptions& options) {
@@ -71,7 +71,7 @@ Avatar make_avatar(const TrainingSet& set, const TrainOptions& options, const Co
   return avatar;
 }
 
-// What the views look like to the field: fixed but for the corrections of their tracks.
+// The views as seen by the field: fixed except for the corrections of their tracks.
 struct Scene {
   const TrainingSet& set;
   const HeadShape& shape;
@@ -84,7 +84,7 @@ struct Scene {
   // Rays and conditions of the views as corrected so far.
   void place_views(TrainingState& state) {
     const std::vector<AvatarPose> poses = corrected_poses(set, map, state.corrections);
-    rays = {};  // the lattices before the new ones: not both at once
+    rays = {};  // frees the old lattices first, so that there are not two sets at once
     rays = make_ray_source(set, poses, shape, volumes.head.cube,
                            volumes.torso ? &volumes.torso->cube : nullptr, &warp, volumes.neck);
     rays.patches = patches;
@@ -101,7 +101,7 @@ bool fits(const std::vector<Eigen::VectorXd>& corrections, const TrainingSet& se
           corrections.front().size() <= kPoseChange + map.rows.rows());
 }
 
-// Further clips are learnt from once it is known where their heads lie.
+// Further clips are learnt from once their heads are registered.
 bool registration_due(const TrainingState& state, const Scene& scene) {
   return scene.has_further() && state.corrections.empty() && state.schedule.total_steps > 0 &&
          double(state.step) >= kRegisterShare * double(state.schedule.total_steps);
@@ -128,12 +128,12 @@ struct Run {
   double mean_loss = 0, mean_samples = 0, step_seconds = 0;
   HalfWay half_way;
   double held =
-      0;  // seconds spent in reports and looks: whoever listens may hold up the work, as a pause does
+      0;  // seconds spent in reports and snapshots: a listener may hold up the work, as a pause does
 
   double now() const { return clock_seconds(options.clock); }
   double elapsed() const { return earlier + now() - start - held; }
 
-  // A budget is for steps: its share before the rate falls is measured, and what comes then was not.
+  // A budget is for steps: its share before the rate falls is measured, and later passes are not in it.
   double spent() const { return elapsed() - passes; }
 
   bool finished(const TrainingState& state) const { return is_over(state.schedule, state.step, spent()); }
@@ -176,7 +176,7 @@ Avatar avatar_so_far(const Scene& scene, const Run& run, const TrainingState& st
   return make_avatar(scene.set, run.options, scene.map, scene.warp_cell(), scene.volumes.neck, state);
 }
 
-// One refinement of the track; its views are then placed anew.
+// One refinement of the track; its views are then placed again.
 void refine(TrainingState& state, Scene& scene, Run& run, std::stop_token stop) {
   run.progress.report(run.share(state), "correcting the track through the field");
   const Avatar avatar = avatar_so_far(scene, run, state);
@@ -184,15 +184,15 @@ void refine(TrainingState& state, Scene& scene, Run& run, std::stop_token stop) 
   RefineOptions options;
   options.seed = run.options.seed + std::uint64_t(state.refinements) * scene.set.views.size();
   auto corrections = refine_track(scene.set, avatar, rig, state.corrections, options, stop);
-  if (stop.stop_requested()) return;  // all of it or nothing: it is due again where training goes on
+  if (stop.stop_requested()) return;  // all or nothing: it is due again when training continues
   state.corrections = std::move(corrections);
   ++state.refinements;
   scene.place_views(state);
 }
 
 // Views of a further clip begin as far from the code of zero as its faces' colours are from the first clip's,
-// each clip in a direction of its own: another light is then told apart from the first step on, and what is
-// in the same light is learnt for the avatar's own.
+// each clip in a direction of its own: another light is then distinguished from the first step on, and clips
+// in the same light are learnt as the avatar's own.
 void start_further_codes(const RaySource& rays, TrainingState& state) {
   constexpr float kEach = 2, kMost = 1;  // per natural logarithm of a channel's gain
   const TrainingSet& set = *rays.set;
@@ -220,8 +220,8 @@ void register_further(TrainingState& state, Scene& scene, Run& run, std::stop_to
   start_further_codes(scene.rays, state);
 }
 
-// The steps, where the backend may hold what was learnt: `fetch` before the state is looked at, `place` after
-// it was changed.
+// The steps. The backend may hold what was learnt: `fetch` before the state is read, `place` after it was
+// changed.
 struct Steps {
   TrainingState& state;
   Scene& scene;
@@ -243,7 +243,7 @@ struct Steps {
   }
   Result<void> place_views() { return caster ? caster->place_views(scene.rays) : Result<void>(); }
 
-  // What may be kept: numbers. Otherwise back to what was.
+  // Keeps a snapshot if everything is finite, otherwise goes back to the last one.
   Result<void> take_snapshot() {
     if (auto fetched = fetch(); !fetched) return fetched;
     if (!is_finite(state)) return recover();
@@ -282,7 +282,7 @@ struct Steps {
     state.seconds = run.elapsed();
     run.tap.take(avatar_so_far(scene, run, state));
     run.held += run.now() - look;
-    before = run.elapsed();  // a look is no step
+    before = run.elapsed();  // a snapshot is not a step
     return {};
   }
 
@@ -297,7 +297,7 @@ struct Steps {
     if (now - run.last_report >= kReportEvery) run.report(state);
     if (now - run.last_checkpoint >= run.options.checkpoint_every_s) {
       if (auto saved = save(); !saved) return saved;
-      before = run.elapsed();  // neither is a file a step
+      before = run.elapsed();  // nor is writing a file
     }
     if (state.step % kSnapshotEvery == 0) {
       if (auto taken = take_snapshot(); !taken) return taken;
@@ -312,7 +312,7 @@ struct Steps {
     before = now;
   }
 
-  // All steps and what falls due between them.
+  // All steps and the work due between them.
   Result<void> take_steps(const StepOptions& options) {
     before = run.elapsed();
     while (!run.finished(state)) {
@@ -350,7 +350,7 @@ struct Steps {
   }
 
   Result<void> take(const StepOptions& options) {
-    do {  // again where the last steps were not to be kept
+    do {  // repeated if the last steps could not be kept
       if (auto taken = take_steps(options); !taken) return taken;
       run.report(state);
       if (auto saved = save(); !saved) return saved;

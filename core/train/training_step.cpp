@@ -17,7 +17,7 @@ namespace {
 
 constexpr std::uint64_t kFirstRefresh = 128, kRefreshEvery = 32;
 constexpr float kTableRate = 1e-2f, kNetworkRate = 3e-3f, kCodeRate = 1e-3f;
-// Without it three thousand steps leave more specks about the lips.
+// Without it, three thousand steps leave more specks around the lips.
 constexpr float kTableDecay = 0.1f;
 constexpr float kConditionBlur = 0.2f;  // largest shift of psi, in deviations of each component
 constexpr float kInitialDensity = 4;    // per cube side: a haze, so that the first gradients see every depth
@@ -75,7 +75,8 @@ Result<void> refresh(TrainedField& field, FieldLearner& learner, int index, cons
   return {};
 }
 
-// Rays without a code also see their expression a little off, so that the slice is smooth between the frames.
+// The expression of rays without a code is also perturbed a little, so that the slice is smooth between the
+// frames.
 void blur_conditions(TrainingState& state, std::size_t views, std::uint64_t seed) {
   const std::size_t half = state.conditions.size() / 2, k = views == 0 ? 0 : half / views;
   for (std::size_t v = 0; v < views && k > 0; ++v) {

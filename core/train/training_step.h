@@ -24,7 +24,7 @@ struct TrainedField {
   FieldPart part;
   AdamState adam;
   OccupancyState learnt;
-  std::optional<CanonicalState> canonical;  // where training asks the canonical face for empty cells
+  std::optional<CanonicalState> canonical;  // if training looks empty cells up in the canonical face
 };
 
 struct TrainingState {
@@ -36,17 +36,17 @@ struct TrainingState {
   std::vector<float> conditions;  // (2 views, K), the second half repeats the first, blurred in each step
   std::vector<float> deviations;  // (K) of psi over the views
   std::vector<Eigen::VectorXd> corrections;  // of the views' tracks; empty: none
-  int refinements = 0;                       // that have been made
+  int refinements = 0;                       // made so far
   std::uint64_t step = 0;
   double seconds = 0;       // spent in training so far, earlier runs included
-  double pass_seconds = 0;  // of them, in corrections of tracks, which no budget is spent on
+  double pass_seconds = 0;  // of them, in corrections of tracks, which do not count against the budget
   Schedule schedule;
   // Scratch.
   RayBatch rays;
   SampleBatch samples;
 };
 
-// Whether all that was learnt is a number. The loss does not tell: max() hides a layer's NaN from it.
+// Whether everything learnt is finite. The loss does not show it: max() hides a layer's NaN.
 bool is_finite(const TrainingState& state);
 
 inline constexpr int kTrainingSamples = 16;  // of a ray, at most
@@ -69,7 +69,7 @@ struct StepResult {
 TrainingState make_training_state(const TrainingSet& set, const TrainOptions& options,
                                   const ConditionMap& map, const Volumes& volumes);
 
-// A learner of the state's fields, which must stay where they are.
+// A learner of the state's fields, which must not be moved.
 Result<std::unique_ptr<FieldLearner>> make_learner(Backend& backend, TrainingState& state,
                                                    const StepOptions& options, const TrainingSet& set);
 
@@ -77,16 +77,16 @@ Result<std::unique_ptr<FieldLearner>> make_learner(Backend& backend, TrainingSta
 void set_conditions(TrainingState& state, const ConditionMap& map, std::span<const AvatarPose> poses,
                     std::span<const AttributeRegion> attributes);
 
-// A step's rays and their samples, cast by the processor into the state's batches; and a look by the learner
-// into the cells of both fields.
+// A step's rays and their samples, cast by the processor into the state's batches; and an update of both
+// fields' cells by the learner.
 void cast_rays(TrainingState& state, const RaySource& source, const StepOptions& options);
 Result<void> refresh_fields(TrainingState& state, FieldLearner& learner, const RaySource& source,
                             std::uint64_t seed);
 
 class RayCaster;  // core/train/cast_rays.h
 
-// Where the backend fails, nothing but its own copy of the fields has changed. caster: casts the rays where
-// the learner computes, and looks into the cells there; null: the processor does.
+// If the backend fails, only its own copy of the fields has changed. caster: casts the rays and updates the
+// cells on the learner's device; null: the processor does.
 Result<StepResult> training_step(TrainingState& state, FieldLearner& learner, const RaySource& source,
                                  const StepOptions& options, RayCaster* caster = nullptr);
 

@@ -14,10 +14,10 @@ namespace {
 
 constexpr int kChin = 8, kRightEar = 0, kLeftEar = 16, kRightBrow = 19, kLeftBrow = 24, kNoseBase = 33;
 constexpr int kCarveViews = 64, kPoses = 12;
-constexpr float kNeckLength = 0.045f;   // m from the chin down to the base of the neck
-constexpr float kNeckRoot = 0.03f;      // m below the base that the head's field goes on, glued to the torso
-constexpr float kShortestNeck = 0.02f;  // m; models of less neck turn stiffly
-constexpr float kBustTop = 0.02f;       // m below the chin that the shoulders of a model may reach up to
+constexpr float kNeckLength = 0.045f;  // m from the chin down to the base of the neck
+constexpr float kNeckRoot = 0.03f;  // m below the base to which the head's field extends, fixed to the torso
+constexpr float kShortestNeck = 0.02f;    // m; models with less neck turn stiffly
+constexpr float kBustTop = 0.02f;         // m below the chin that the shoulders of a model may reach up to
 constexpr float kNeckBelowChin = 0.005f;  // m that the bend ends below the chin
 constexpr float kShoulderTop = 0.05f;     // m above the chin that collars beside the neck may reach
 constexpr float kCollar = 0.04f;          // m above the base that the torso may reach up along the neck
@@ -26,8 +26,8 @@ constexpr float kMouthMargin = 0.008f;
 constexpr float kSpacing = 0.005f;  // m between points of the skin
 
 // Hair, skin envelope (parts of it show only in a few expressions), chest and arms (arms come and go), collar
-// (the head that leans over it must not be taken for it), and what stands beside the face, which the head
-// covers in most views: hardly any of it is torso.
+// (a head leaning over it must not be taken for it), and the region beside the face, which the head covers in
+// most views: hardly any of it is torso.
 constexpr CarveRule kRules[] = {{0.9f}, {0.05f}, {0.3f}, {0.8f}, {0.8f, true}};
 enum CellClass : std::uint8_t { kHair = 0, kSkin = 1, kChest = 2, kCollarCell = 3, kShoulder = 4 };
 
@@ -99,12 +99,12 @@ float hairiness(const Marks& marks, const Vec3f& p) {
   return std::max(above, behind) * height;
 }
 
-// Busts flare out below the neck; what is there belongs to the torso.
+// Busts flare out below the neck; that region belongs to the torso.
 bool on_shoulder(const Marks& marks, const Vec3f& p) {
   return p.y() < marks.chin - kBustTop && Vec3f(p.x(), 0, p.z() - marks.ear_z).norm() > 0.08f;
 }
 
-// Neutral, the widest jaw a slider can ask for, and poses of the training track.
+// Neutral, the widest jaw a slider can set, and poses of the training track.
 std::vector<Articulation> envelope_poses(const TrainingSet& set) {
   std::vector<Articulation> poses{neutral_articulation(set.model)};
   for (const NamedAction& action : set.model.actions)
@@ -174,7 +174,8 @@ HeadBalls head_balls(const TrainingSet& set, const HeadShape& shape, const Marks
     }
     if (i > 0) continue;
     for (const Vec3f& p : surface_points(set.model, posed)) {
-      // As thick as nothing deeper can be core anyway: open eyes, mouths and coarse scalps stay closed.
+      // Thick enough that open eyes, mouths and coarse scalps stay closed; nothing shallower can be core
+      // anyway.
       balls.wall.push_back({p, options.core_depth});
       balls.near.push_back({p, options.core_depth});
     }
@@ -260,8 +261,8 @@ Volume head_volume(const TrainingSet& set, const HeadShape& shape, const Marks& 
       for (int x = 0; x < n; ++x) wall[(std::size_t(z) * n + y) * n + x] = 1;
   const std::vector<std::uint8_t> enclosed = enclosed_cells(wall, n);
 
-  // Skin lies between the margin outside and core_depth inside; what is enclosed and deeper is core. The
-  // mouth's inside belongs to the head wherever the model has it.
+  // Skin lies between the margin outside and core_depth inside; enclosed cells that are deeper are core. The
+  // mouth's inside always belongs to the head.
   std::vector<std::uint8_t> allowed(cell_count(n), 0), core = allowed, classes(cell_count(n), kHair);
   for (int z = 0; z < n; ++z)
     for (int y = 0; y < n; ++y)
@@ -282,7 +283,7 @@ Volume head_volume(const TrainingSet& set, const HeadShape& shape, const Marks& 
   return volume;
 }
 
-// Flat elliptic cylinder below the chin; generous, since the reference head may lean against the shoulders:
+// Flat elliptic cylinder below the chin; generous, since the reference head may lean towards the shoulders;
 // the mattes carve it. p in the torso frame.
 bool in_body(const Marks& marks, float axis_z, const Vec3f& p) {
   constexpr float kHalfWidth = 0.54f, kNeckDepth = 0.085f, kChestDepth = 0.13f;
@@ -304,7 +305,7 @@ float neck_axis(const TrainingSet& set, const HeadShape& shape, const Marks& mar
 }
 
 // Both frames coincide in the straight neck, so a place of the torso is one of the head. The neck above the
-// collar is the head's alone: a second one on the torso would stay behind when the head moves.
+// collar belongs only to the head: a second one on the torso would stay behind when the head moves.
 bool is_neck(const Volume& head, const Marks& marks, const Vec3f& p) {
   if (p.y() < marks.base + kCollar) return false;
   const int n = head.allowed.resolution;

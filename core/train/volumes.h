@@ -1,5 +1,5 @@
 // Where head and torso may be before anything is learnt: each field's cube, and the cells that the head mesh,
-// a body shape and the mattes leave possible. Tight volumes are what keeps floaters out and samples few.
+// a body shape and the mattes leave possible. Tight volumes avoid floaters and keep samples few.
 #pragma once
 
 #include "core/head/pose_head.h"
@@ -31,8 +31,8 @@ struct VolumeOptions {
   bool carve = true;                                // with the views' mattes
 };
 
-// Height (head frame y, m) of the base of the neck: below it the head's field, where there is a torso,
-// follows the torso, so that turning the head moves no shoulder; without a torso it holds nothing there.
+// Height (head frame y, m) of the base of the neck: below it the head's field follows the torso, if there is
+// one, so that turning the head moves no shoulder; without a torso it is empty there.
 float neck_base(const HeadModel& model, const HeadShape& shape);
 
 Volumes make_volumes(const TrainingSet& set, const HeadShape& shape, const VolumeOptions& options = {});
