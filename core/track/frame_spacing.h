@@ -1,6 +1,6 @@
-// How far apart in number the pictures of a clip are that follow each other in time. Of a clip of many frames
-// a second, or of very many, only every n-th is read (core/video/decode.h: sampled), and keeps its number in
-// the source; a folder of photographs has no picture that follows another.
+// The difference in frame number between consecutive pictures of a clip. Of a clip with a high frame rate, or
+// with very many frames, only every n-th is read (core/video/decode.h: sampled), and keeps its number in the
+// source; in a folder of photographs, no picture follows another.
 #pragma once
 
 #include <cmath>
@@ -8,8 +8,7 @@
 namespace likeness {
 
 // frames: anything with members `frame`, ascending, and `time_s`. The smallest difference of two numbers: 1
-// where there are fewer than two frames, 0 where even those lie farther apart in time than a face keeps
-// still.
+// if there are fewer than two frames, 0 if even those are too far apart in time to be related.
 template <class Frames>
 int frame_spacing(const Frames& frames) {
   constexpr double kFollows = 0.25;  // s

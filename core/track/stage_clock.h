@@ -1,5 +1,5 @@
-// Seconds per stage of long work: wall time, and the processor's over all threads, which a busy machine
-// hardly changes.
+// Seconds per stage of long work: wall time, and CPU time over all threads, which a busy computer hardly
+// changes.
 #pragma once
 
 #include <chrono>

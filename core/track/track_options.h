@@ -1,4 +1,4 @@
-// What a tracker may be asked for, and what of a clip's pictures it looks at.
+// Options of the tracker, and the region of a clip's pictures that it uses.
 #pragma once
 
 #include <filesystem>
@@ -27,7 +27,7 @@ struct TrackOptions {
   bool dense = true;                // point tracks and bundle adjustment after the landmark fit
   std::filesystem::path predictor;  // landmark model; empty = the system's
   std::shared_ptr<WithheldPoints> withheld;  // for studies: takes point tracks away from the dense step
-  std::shared_ptr<std::vector<StageSeconds>> seconds;  // where to note what each stage took, or null
+  std::shared_ptr<std::vector<StageSeconds>> seconds;  // receives the time of each stage, or null
 };
 
 // What of the source picture to track: a rectangle in source pixels.

@@ -15,13 +15,13 @@ namespace likeness {
 namespace {
 
 constexpr float kBehind = 0.012f;    // m of air behind an outline
-constexpr double kOutside = 0.0015;  // m beyond the surface, where it is looked past
+constexpr double kOutside = 0.0015;  // m beyond the surface, where the depth behind it is probed
 constexpr float kMouth = 0.012f;     // m from the line between the lips: they open and close
 constexpr double kCell = 2;          // px between contour points
 constexpr double kStep = 0.5;        // px between samples of a profile
 constexpr double kBlur = 1.2;        // px, of the profile's derivative
 constexpr double kMinSlope = 3.5;    // levels a px of an edge
-constexpr double kRival = 0.6;       // of the best edge's score: a second one as good makes both unsure
+constexpr double kRival = 0.6;       // of the best edge's score: a second one this good makes both uncertain
 
 // Derivative of the profile blurred by a Gaussian, per px; `margin` samples at both ends are left out.
 std::vector<double> slopes(const std::vector<float>& profile, int margin) {

@@ -3,7 +3,7 @@
 //
 // A contour point lies where n . (p - eye) changes sign over a triangle (Hertzmann and Zorin, SIGGRAPH 2000);
 // there the normal is at right angles to the line of sight, so that an edge found `shift` pixels further out
-// asks for n . displacement = shift / px_per_m of the surface.
+// requires n . displacement = shift / px_per_m of the surface.
 #pragma once
 
 #include <cstdint>
@@ -25,17 +25,17 @@ struct ContourPoint {
   double px_per_m = 0;            // of a displacement along the normal
 };
 
-// 1 for triangles (F) whose outline a picture can be asked for: skin of cheeks, jaw, chin and nose, from the
+// 1 for triangles (F) whose outline can be found in a picture: skin of cheeks, jaw, chin and nose, from the
 // brows down and in front of the ears, where neither hair nor collar is the outline.
 std::vector<std::uint8_t> contour_triangles(const HeadModel& model, const std::vector<Vec3f>& rest);
 
-// posed: (V) head frame, m. What lies less than 12 mm behind the outline makes it no outline.
+// posed: (V) head frame, m. A surface less than 12 mm behind it rules an outline out.
 std::vector<ContourPoint> face_contour(const HeadModel& model, const std::vector<std::uint8_t>& candidates,
                                        const std::vector<Vec3f>& posed, const Intrinsics& intrinsics,
                                        const Pose& cam_from_head);
 
-// How far outwards (px) along `outward` the picture has the one clear edge within `reach_px`, or nullopt
-// where it has none or several. usual_px: how far away edges are expected; nearer ones are preferred.
+// How far outwards (px) along `outward` the picture has the one clear edge within `reach_px`, or nullopt if
+// it has none or several. usual_px: the expected distance of edges; nearer ones are preferred.
 std::optional<double> find_edge(const Image8& grey, const Vec2d& pixel, const Vec2d& outward, double reach_px,
                                 double usual_px);
 

@@ -14,7 +14,7 @@ namespace likeness {
 namespace {
 
 constexpr std::size_t kFewestFrames = 10;
-constexpr int kNeighbours = 5;          // frames before and after that tell speech from rest
+constexpr int kNeighbours = 5;          // frames before and after that distinguish speech from rest
 constexpr float kSpeechMotion = 0.06f;  // of the jaw's full opening, mean change: half weight
 constexpr float kOpenMouth = 0.12f;     // of the jaw's full opening beyond its lower tenth: half weight
 constexpr float kShutLids = 0.3f;       // of eyeBlink beyond its lower tenth: half weight
@@ -44,7 +44,7 @@ std::vector<Weighted> shortest_stretch(const std::vector<Weighted>& sorted, floa
   return {sorted.begin() + std::ptrdiff_t(best_from), sorted.begin() + std::ptrdiff_t(best_to)};
 }
 
-// Mode by halving twice, then the median of what is left: as sure as a median, but of the densest quarter.
+// Mode by halving twice, then the median of the rest: as robust as a median, but of the densest quarter.
 float mode_of(std::vector<Weighted> samples) {
   std::erase_if(samples, [](const Weighted& s) { return !(s.weight > 0); });
   if (samples.empty()) return 0;
@@ -66,7 +66,7 @@ float falling(float value, float half) {
   return 1 / (1 + t * t);
 }
 
-// What tells rest from action, per frame.
+// Signs of rest or action, per frame.
 struct Signs {
   std::vector<float> jaw, lids, motion;
 };
@@ -89,7 +89,7 @@ Signs signs_of(const HeadModel& model, const std::vector<const TrackedFrame*>& f
     Eigen::VectorXf amounts = face_amounts(basis, frames[i]->pose.articulation);
     signs.jaw[i] = jaw >= 0 ? amounts[jaw] : frames[i]->pose.articulation.jaw.norm();
     signs.lids[i] = std::max(left >= 0 ? amounts[left] : 0, right >= 0 ? amounts[right] : 0);
-    // Speech is told by jaw and mouth alone: brows and lids move at rest too.
+    // Speech is detected by jaw and mouth alone: brows and lids move at rest too.
     for (Eigen::Index a = 0; a < amounts.size(); ++a) {
       const std::string& name = basis.actions[std::size_t(a)].name;
       if (!name.starts_with("mouth") && !name.starts_with("jaw")) amounts[a] = 0;

@@ -12,8 +12,8 @@ namespace likeness {
 
 // The mode of each coefficient over the frames that may show the rest. Frames weigh less the more the lower
 // face moves within 0.2 s (speech), the wider the mouth is open and the more the lids are shut; eyes count
-// where the head faces its typical way. Held-out, lost and weak frames take no part, as long as 10 others
-// remain. Zero with no frame at all.
+// where the head has its typical direction. Held-out, lost and weak frames take no part, as long as 10 others
+// remain. Zero if there is no frame at all.
 Articulation calibrate_neutral(const HeadModel& model, std::span<const TrackedFrame> frames,
                                const std::set<int>& held_out);
 

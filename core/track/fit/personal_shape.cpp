@@ -20,15 +20,15 @@
 namespace likeness {
 namespace {
 
-constexpr std::size_t kMinTerms = 50;  // with fewer there is nothing to say of a person's shape
+constexpr std::size_t kMinTerms = 50;  // with fewer, a person's shape cannot be estimated
 constexpr int kReweights = 2;
-constexpr double kDoubt = 2.5;         // residual in sigmas at which a term has lost most of its say
+constexpr double kDoubt = 2.5;         // residual in sigmas at which a term has lost most of its weight
 constexpr double kTrackPx = 0.5;       // usual residual of a followed point
-constexpr double kUnknown = 0.02;      // m: what is known of a point without any view
-constexpr double kPointReach = 0.008;  // m; further from the skin a point is none of it
-constexpr int kSettles = 6;            // passes of carrying the points onto the skin, each with a prior
-constexpr double kShiftSlack = 0.003, kTurnSlack = 0.05, kSizeSlack = 0.03;  // m, rad, share, a pass
-constexpr double kPrecision = 1e-3;  // of the first residual, where a solve ends
+constexpr double kUnknown = 0.02;      // m: uncertainty of a point without any view
+constexpr double kPointReach = 0.008;  // m; points further from the skin do not belong to it
+constexpr int kSettles = 6;            // passes of aligning the points to the skin, each with a prior
+constexpr double kShiftSlack = 0.003, kTurnSlack = 0.05, kSizeSlack = 0.03;  // m, rad, share, per pass
+constexpr double kPrecision = 1e-3;  // of the first residual, at which a solve ends
 constexpr int kMaxSteps = 150;
 
 // sum_k by[k] . offset(vertex[k]) = wanted, in units of its sigma.
@@ -62,7 +62,7 @@ std::vector<int> training_of(std::span<const ShapeFrame> frames) {
   return training;
 }
 
-// Each coefficient's median: how the face mostly is.
+// Each coefficient's median: the face's usual state.
 FaceState usual_state(const HeadModel& model, std::span<const ShapeFrame> frames,
                       const std::vector<int>& training) {
   FaceState usual;
@@ -79,7 +79,7 @@ FaceState usual_state(const HeadModel& model, std::span<const ShapeFrame> frames
   return usual;
 }
 
-// Up to half of `most` as it is, then ever less, never longer: what is beyond is an error of the evidence.
+// Unchanged up to half of `most`, then compressed, never longer: longer offsets are errors of the evidence.
 Vec3d bounded(const Vec3d& offset, double most) {
   const double length = offset.norm(), half = 0.5 * most;
   return length <= half ? offset : offset / length * (half + half * std::tanh((length - half) / half));
@@ -133,13 +133,13 @@ class ShapeSolver {
   bool ready() const { return prior_.info() == Eigen::Success; }
 
  private:
-  // What a displacement of the rest head does to the posed one: the jaw's turn, by its weight.
+  // Maps a displacement of the rest head to the posed one: the jaw's rotation, by its weight.
   Mat3d turned_by(int vertex, double jaw) const {
     const double w = model_.skinning_weights(vertex, kJaw);
     return (1 - w) * Mat3d::Identity() + w * Eigen::AngleAxisd(jaw, Vec3d::UnitX()).toRotationMatrix();
   }
 
-  // direction . displacement of a surface point = missing, on top of the offsets as they are.
+  // direction . displacement of a surface point = missing, on top of the current offsets.
   Term term_of(const Triangle& triangle, const Vec3d& weight, const Vec3d& direction, double missing,
                double jaw, double sigma) const {
     Term term;
@@ -170,7 +170,7 @@ class ShapeSolver {
     return std::sqrt(normal.dot(points_[i].covariance * normal) + options_.point_m * options_.point_m);
   }
 
-  // The points carried onto the skin by what their own reconstruction leaves open: place, turn and size.
+  // The points aligned to the skin by the similarity that their reconstruction leaves undetermined.
   std::vector<Vec3d> settled_points(const MeshScene& skin) const {
     std::vector<Vec3d> places;
     Vec3d centre = Vec3d::Zero();
@@ -225,7 +225,7 @@ class ShapeSolver {
     }
   }
 
-  // Two terms a landmark off the jaw line, whose landmarks slide along the outline.
+  // Two terms per landmark, except those of the jaw line, which slide along the outline.
   void add_landmarks(const ShapeFrame& frame, const std::vector<Vec3f>& posed, std::size_t frames,
                      Terms& terms) const {
     const auto places = landmark_positions(model_, posed);
@@ -251,7 +251,7 @@ class ShapeSolver {
     return 1 / ((1 + off * off) * (1 + off * off));
   }
 
-  // Conjugate gradients from the present offsets, preconditioned by the factored prior: its pieces differ in
+  // Conjugate gradients from the current offsets, preconditioned by the factored prior: its pieces differ in
   // stiffness by many orders, the terms by few.
   void solve_once(Terms terms) {
     for (Term& term : terms) {

@@ -7,7 +7,7 @@
 namespace likeness {
 namespace {
 
-constexpr int kRounds = 2;  // the second rest is found in states that already count from the first
+constexpr int kRounds = 2;  // the second rest is estimated from states that already count from the first
 
 Eigen::VectorXd rest_of(const HeadModel& model, const std::vector<FaceFrame>& frames) {
   std::vector<TrackedFrame> shown;

@@ -1,10 +1,10 @@
 // Expressions counted from the person's resting face.
 //
-// An identity fitted to landmarks does not take up all that is constant in a face: the predictor draws a
-// closed mouth narrower than it is and an open one not, so that a face at rest reads as a
-// pucker and a smile as none. While "no expression" means zero, the priors move such a constant from shape to
-// shape with whatever else the face does. So the resting face r is found in a first fit, and every prior and
-// the lower end of every range count from it: weight |x - r|, x >= low + r.
+// An identity fitted to landmarks does not absorb everything constant in a face: the predictor places a
+// closed mouth too narrow but not an open one, so that a face at rest reads as a pucker and a smile as no
+// expression. While "no expression" means zero, the priors shift such a constant from shape to shape with
+// whatever else the face does. So the resting face r is found in a first fit, and every prior and the lower
+// end of every range count from it: weight |x - r|, x >= low + r.
 #pragma once
 
 #include <stop_token>
@@ -17,7 +17,7 @@
 
 namespace likeness {
 
-// usual: the model's prior, of no person. rest: (E).
+// usual: the model's prior, not specific to a person. rest: (E).
 ExpressionPrior prior_from_rest(const ExpressionPrior& usual, const Eigen::VectorXd& rest);
 
 // Fits every frame's state again, from the states given, counted from the rest that the training frames show

@@ -12,10 +12,10 @@
 namespace likeness {
 namespace {
 
-constexpr double kMinShare = 0.03;   // of the usual size; what has less of it stays as it is
+constexpr double kMinShare = 0.03;   // of the usual size; vertices with less stay fixed
 constexpr float kLidReach = 0.006f;  // m from the eyeball's surface
 constexpr float kLipReach = 0.006f;  // m from the line between the lips
-constexpr double kTie = 3;           // times the springs' play: of lids to eyeballs and lips to teeth
+constexpr double kTie = 3;           // times the springs' play: ties of lids to eyeballs and lips to teeth
 
 using Triplets = std::vector<Eigen::Triplet<double>>;
 using Landmarks3 = std::array<Vec3f, kLandmarkCount>;
@@ -26,7 +26,8 @@ HeadPart part_of(const HeadModel& model, int v) {
   return model.parts.empty() ? HeadPart::unknown : model.parts[v];
 }
 
-// One node a vertex, but one for each eyeball and one for the mouth's hard parts; none for the torso.
+// One node per vertex, but a single one for each eyeball and one for the mouth's hard parts; none for the
+// torso.
 struct Nodes {
   std::vector<int> of;
   int count = 0;
@@ -81,7 +82,7 @@ std::vector<int> soft_rims(const HeadModel& model, const std::vector<Vec3f>& res
   return rim;
 }
 
-// How much of the usual size each vertex has: all of it on the face, fading away from it.
+// The share of the usual size at each vertex: 1 on the face, fading away from it.
 std::vector<double> share_of_size(const HeadModel& model, const std::vector<Vec3f>& rest, double fade_m) {
   const MeshScene face(rest, region_triangles(model, head_regions(model).face));
   std::vector<double> share(model.vertices.size(), 0);
@@ -157,7 +158,7 @@ ShapeField shape_field(const HeadModel& model, const std::vector<Vec3f>& rest,
   add_surface(model, rest, nodes, area, stiffness);
   const double k = std::sqrt(8.0) / options.range_m;
   for (int i = 0; i < n; ++i) {
-    area[i] = std::max(area[i], 1e-8);  // what belongs to no triangle is a speck of its own
+    area[i] = std::max(area[i], 1e-8);  // vertices in no triangle get a tiny area
     stiffness.push_back({i, i, k * k * area[i]});
   }
   Eigen::SparseMatrix<double> wave(n, n);

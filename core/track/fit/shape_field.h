@@ -1,11 +1,11 @@
-// What is known beforehand of how a person's surface differs from the head model's: a smooth random field on
-// the mesh. Its precision is that of a Matern field (Lindgren, Rue and Lindstrom, JRSS B 2011),
+// A prior on how a person's surface differs from the head model's: a smooth random field on the mesh. Its
+// precision is that of a Matern field (Lindgren, Rue and Lindstrom, JRSS B 2011),
 //   Q = S^-1 (k^2 M + L) M^-1 (k^2 M + L) S^-1 / (4 pi k^2),
-// M the vertices' areas, L the cotangent stiffness, sqrt(8) / k the distance at which two places hardly know
-// of each other, S the usual size, which fades to nothing away from the face.
+// M the vertices' areas, L the cotangent stiffness, sqrt(8) / k the distance at which two places are nearly
+// uncorrelated, S the usual size, which fades to nothing away from the face.
 //
 // Lids and lips are tied by springs, so that they keep their form; each eyeball, and the hard parts of the
-// mouth together, move as one piece with what surrounds them.
+// mouth together, move as one piece with their surroundings.
 #pragma once
 
 #include <Eigen/SparseCore>
@@ -24,7 +24,7 @@ struct ShapeFieldOptions {
 };
 
 struct ShapeField {
-  std::vector<int> node_of;               // (V) which unknown moves the vertex; -1: none
+  std::vector<int> node_of;               // (V) index of the unknown that moves the vertex; -1: none
   int nodes = 0;                          // N
   Eigen::SparseMatrix<double> precision;  // (N, N) 1/m^2, the same for x, y and z
 };

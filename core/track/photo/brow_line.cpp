@@ -15,7 +15,7 @@ namespace {
 constexpr int kFirstBrow = 17, kBrowPoints = 5;
 constexpr int kBrowColumns = 20, kBrowRows = 61;
 constexpr double kRowStep = 0.0006, kLowestRow = -0.010;  // m along the forehead from the model's brow
-constexpr double kHalfBrow = 0.007;                       // m of the strip that make a brow's picture
+constexpr double kHalfBrow = 0.007;                       // m, half height of a brow's strip
 constexpr double kSlideDown = -0.008, kSlideUp = 0.014;   // m searched
 constexpr double kNearRest = 0.0015;                      // m: frames that show the brows at rest
 constexpr std::size_t kMaxReferences = 60, kFewestReferences = 5;
@@ -76,7 +76,7 @@ double mean_rise(const BrowFrame& frame, int half) {
   return (frame.rise[2 * half] + frame.rise[2 * half + 1] + frame.rise[2 * half + 2]) / 3;
 }
 
-// The resting brow: mean strip of training frames, and where the predictor sees its points there.
+// The resting brow: mean strip of training frames, and the predictor's points in them.
 struct Reference {
   Strip strip{};
   std::array<double, kBrowPoints> rise{}, aside{};
@@ -111,7 +111,7 @@ std::optional<Reference> resting_brow(const std::vector<BrowFrame>& frames,
   return reference;
 }
 
-// Correlation of half a resting brow, slid by `rows`, with the frame; -1 where too little of it lies inside.
+// Correlation of half a resting brow, slid by `rows`, with the frame; -1 if too little of it lies inside.
 double likeness_at(const Reference& reference, const BrowFrame& frame, int half, int rows) {
   const double centre =
       (reference.rise[2 * half] + reference.rise[2 * half + 1] + reference.rise[2 * half + 2]) / 3;
@@ -131,7 +131,7 @@ double likeness_at(const Reference& reference, const BrowFrame& frame, int half,
   return (ab - a * b / n) / std::sqrt(va * vb);
 }
 
-// How far half a brow is above its rest where the picture says so clearly and the predictor otherwise, m.
+// How far half a brow is above its rest, m, if the picture shows it clearly and the predictor disagrees.
 std::optional<double> raised_by(const Reference& reference, const BrowFrame& frame, int half) {
   const double rest =
       (reference.rise[2 * half] + reference.rise[2 * half + 1] + reference.rise[2 * half + 2]) / 3;
@@ -142,7 +142,8 @@ std::optional<double> raised_by(const Reference& reference, const BrowFrame& fra
   double most = -1;
   for (int rows = lowest; rows <= highest; ++rows)
     if (const double like = likeness_at(reference, frame, half, rows); like > most) most = like, best = rows;
-  if (best == lowest || best == highest) return std::nullopt;  // still rising: no brow, but a shade beyond
+  if (best == lowest || best == highest)
+    return std::nullopt;  // still rising: not a brow, but a shadow beyond
   const double rise = best * kRowStep;
   if (most < kMinLikeness || std::abs(rise - predicted) < kMinMove) return std::nullopt;
   const int there = std::clamp(static_cast<int>(std::lround(predicted / kRowStep)), lowest, highest);
@@ -150,7 +151,7 @@ std::optional<double> raised_by(const Reference& reference, const BrowFrame& fra
   return rise;
 }
 
-// The observation's points of one brow; how many halves were moved.
+// Moves the observation's points of one brow; returns how many halves were moved.
 int move_points(const Brow& brow, int first, const Reference& reference, const BrowFrame& frame,
                 FaceFrame& face) {
   int moved = 0;

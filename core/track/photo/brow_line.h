@@ -1,8 +1,8 @@
-// Where the brows are, by the picture. The landmark predictor loses brows that are raised high: its points
-// fall onto the crease of the lids, further down than at rest, and agree with each other there. Dark brows on
-// dark skin it sees a centimetre up or down, as the head turns. The person's own resting brows, cut from
-// training frames in head coordinates, are slid along the forehead instead; where they are found clearly
-// elsewhere than the predictor's points, these are moved.
+// Locating the brows in the picture. The landmark predictor loses brows that are raised high: its points fall
+// onto the crease of the lids, further down than at rest, and agree with each other there. Dark brows on dark
+// skin it places up to a centimetre too high or low, depending on the head's turn. The person's own resting
+// brows, cut from training frames in head coordinates, are slid along the forehead instead; where they are
+// clearly not at the predictor's points, these are moved.
 #pragma once
 
 #include <stop_token>
@@ -26,7 +26,8 @@ struct BrowSummary {
 };
 
 // pictures: one for each of `faces`, of which those with a given pose take part; their observations of points
-// 17..26 are corrected in place. person: at rest. Held-out frames are corrected, and teach nothing.
+// 17..26 are corrected in place. person: at rest. Held-out frames are corrected, but nothing is learnt from
+// them.
 Result<BrowSummary> correct_brows(const ReducedHead& head, const ReducedPerson& person,
                                   const std::vector<BrowPicture>& pictures, std::vector<FaceFrame>& faces,
                                   std::stop_token stop);

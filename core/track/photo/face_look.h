@@ -1,5 +1,5 @@
-// How a face looks, by which a person is known again and a covered face gives itself away: the picture
-// levelled by eyes and mouth, with brightness and contrast taken out.
+// The look of a face, by which a person is recognised and a covered face detected: the picture aligned by
+// eyes and mouth, normalised for brightness and contrast.
 #pragma once
 
 #include <array>
@@ -15,15 +15,15 @@ struct FaceLook {
   std::vector<float> values;  // (24, 24) zero mean, unit norm; empty = unknown
 };
 
-// picture: one or three channels; points: its pixels. Unknown where the points are no upright face.
+// picture: one or three channels; points: its pixels. Unknown if the points are not an upright face.
 FaceLook face_look(const Image8& picture, const std::array<Vec2d, kLandmarkCount>& points);
 
-// Correlation, -1..1; 0 where either is unknown.
+// Correlation, -1..1; 0 if either is unknown.
 double alike(const FaceLook& a, const FaceLook& b);
 
-// How well each face agrees with what the clip shows of it elsewhere: the mean correlation with the quarter
-// of the reference frames that agree best, frames near in time left out; 1 where there is nothing to compare
-// with. references: indices into `looks`.
+// How well each face agrees with the clip's other frames: the mean correlation with the quarter of the
+// reference frames that agree best, frames near in time left out; 1 if there is nothing to compare with.
+// references: indices into `looks`.
 std::vector<double> agreement_of_looks(const std::vector<FaceLook>& looks,
                                        const std::vector<int>& references);
 

@@ -1,6 +1,6 @@
 // After Daugman's integro-differential operator (PAMI 1993), with the circle drawn on the eyeball: along it,
-// the picture should step from dark to bright outwards. Parts under the lids are left out; the circle inside
-// the opening should be dark.
+// brightness should step up outwards. Parts under the lids are left out; the disc inside the opening should
+// be dark.
 #include "core/track/photo/gaze.h"
 
 #include <algorithm>
@@ -18,9 +18,9 @@ constexpr double kYawLimit = 0.6, kPitchLimit = 0.45;  // rad
 constexpr double kIrisShare = 0.49;                    // iris radius over eyeball radius
 constexpr int kAngles = 40;                            // places along the circle
 constexpr double kDarkWeight = 0.6;                    // of the dark disc against the edge
-constexpr double kStraightPull = 0.12;  // score a radian^2 from straight ahead: what decides with lids low
+constexpr double kStraightPull = 0.12;  // score per radian^2 from straight ahead: decisive when lids are low
 constexpr double kMinConfidence = 0.12;
-constexpr double kDisagreement = 0.30;  // rad between the eyes: then the surer one alone counts
+constexpr double kDisagreement = 0.30;  // rad between the eyes: beyond it only the more confident one counts
 
 using Outline = std::array<Vec2d, 6>;
 
@@ -35,7 +35,7 @@ bool inside_polygon(const Outline& polygon, const Vec2d& p) {
   return in;
 }
 
-// What of an eye the search looks at, in levels relative to its own contrast.
+// The picture of an eye as used by the search, in levels relative to its own contrast.
 class EyeView {
  public:
   EyeView(const Image8& grey, const Intrinsics& intrinsics, const Pose& cam_from_head, const Vec3d& centre,
@@ -83,7 +83,7 @@ class EyeView {
     if (inside < kAngles / 5) return s;
     s.share = static_cast<double>(seen) / kAngles;
     s.edge = seen > 0 ? edge / seen : 0;
-    // A short arc proves little: the edge counts by what of it is seen.
+    // A short arc proves little: the edge is weighted by its visible share.
     s.value = edge / kAngles * 1.5 +
               kDarkWeight * darkness / inside * std::min(1.0, inside / (0.6 * kAngles)) -
               kStraightPull * (yaw * yaw + pitch * pitch);

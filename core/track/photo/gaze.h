@@ -18,21 +18,20 @@ struct EyeBalls {
 };
 EyeBalls eye_balls(const HeadModel& model, const HeadShape& person);
 
-// One eye's own answer. Iris radius: 5.9 mm of a 12 mm eyeball, the same share in every adult.
+// One eye's own measurement. Iris radius: 5.9 mm of a 12 mm eyeball, the same share in every adult.
 struct EyeGaze {
   double yaw = 0, pitch = 0;  // rad in the head frame: to the subject's left, upwards
   double confidence = 0;      // 0 nothing seen .. 1 a clear edge all round
 };
 
-// One direction for both eyes: vergence is below what this can see.
+// One direction for both eyes: vergence is too small to be measured here.
 struct Gaze {
   double yaw = 0, pitch = 0;     // rad, of the eyes together, by their confidence
   double openness = 0;           // height over width of the eyes' openings in the picture
-  std::array<EyeGaze, 2> eye{};  // subject's right, left; confidence 0 where an eye says nothing
+  std::array<EyeGaze, 2> eye{};  // subject's right, left; confidence 0 if an eye gives no reading
 };
 
-// grey: working picture; landmarks: its pixels. nullopt where the eyes are (nearly) closed or too small to
-// tell.
+// grey: working picture; landmarks: its pixels. nullopt if the eyes are (nearly) closed or too small.
 std::optional<Gaze> measure_gaze(const Image8& grey, const Intrinsics& intrinsics, const Pose& cam_from_head,
                                  const EyeBalls& eyes, const std::array<Vec2d, kLandmarkCount>& landmarks);
 

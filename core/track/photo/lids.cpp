@@ -16,9 +16,9 @@ constexpr int kEyeColumns = 34, kEyeRows = 30;
 constexpr double kChartLift = 1.1;              // of the eyeball's radius: lids lie on it
 constexpr double kLow = -0.45, kHigh = 0.55;    // of the eye's width: rows of the grid
 constexpr double kLeft = -0.06, kRight = 1.06;  // along the corners' line
-constexpr double kMinEyeFacing = 0.3;           // cosine; more slanted eyes are not looked at
-constexpr double kFrontal = 0.85;               // cosine of the head's axis to the view: teaches the outline
-constexpr double kMinEyeWidth = 5;              // px of an eye in the picture
+constexpr double kMinEyeFacing = 0.3;           // cosine; more slanted eyes are ignored
+constexpr double kFrontal = 0.85;   // cosine of the head's axis to the view: the outline is learnt from these
+constexpr double kMinEyeWidth = 5;  // px of an eye in the picture
 constexpr double kFirstColumn = 0.1, kLastColumn = 0.9;   // that are judged: corners look alike, open or not
 constexpr double kLowestJudged = -0.30, kHighest = 0.36;  // rows that are judged, without the brow
 constexpr int kTones = 26;
@@ -26,19 +26,19 @@ constexpr double kDarkestTone = -1.9, kBrightest = 0.7;  // log of level over th
 constexpr int kOpenings = 40, kShifts = 3;
 constexpr double kOpeningStep = 0.05, kShiftStep = 0.04, kShiftSigma = 0.02;  // shifts in widths, up and down
 constexpr double kTogether = 2.5;  // neighbouring samples err together
-constexpr double kEven = 0.12;     // share of a tone family that may be anything: glints, hair, frames
+constexpr double kEven = 0.12;     // share of a tone family spread over all tones: glints, hair, frames
 constexpr double kLashesAbove = 0.03, kLashesBelow = 0.06;  // widths off the upper margin
-constexpr double kSafe = 0.02;  // widths from a margin; what is nearer teaches nothing
+constexpr double kSafe = 0.02;  // widths from a margin; nothing nearer is learnt from
 constexpr int kPasses = 4;
 constexpr std::size_t kMinViews = 5, kTurnedAlike = 25;
 constexpr double kFarthest = 0.25;      // widths; corners' landmarks farther off are lost
 constexpr double kFullBlinks = 0.02;    // quantile of the openings that counts as closed
-constexpr double kDeepEnough = 0.65;    // of the usual opening; clips without blinks do not come down so far
+constexpr double kDeepEnough = 0.65;    // of the usual opening; clips without blinks do not get below it
 constexpr double kUntoldClosed = 0.25;  // then, of the usual opening
 constexpr double kDoubtfulCorner =
-    0.10;                          // widths that corners may be off before their eye's landmarks are doubted
-constexpr double kLidDoubt = 2.5;  // times the sigma of landmarks on lids whose opening is known better
-constexpr double kEyesTogether = 0.2;             // the eyes' openings differ by so much, usually
+    0.10;                          // widths that corners may be off before their eye's landmarks lose weight
+constexpr double kLidDoubt = 2.5;  // times the sigma of landmarks on lids with a better-known opening
+constexpr double kEyesTogether = 0.2;             // usual difference of the eyes' openings
 constexpr double kWide = 1.3, kWideSigma = 0.12;  // of the usual opening: hardly any eye is open wider
 
 // The chart of an eye (m), and where its corners and lids usually are in it.
@@ -61,7 +61,7 @@ struct EyeSite {
   // s: 0 at the inner corner, 1 at the outer; height over their line in widths.
   Vec2d chart(double s, double height) const { return inner + s * along() + height * up(); }
   static double arc(const Vec2d& c, double s) { return s * (1 - s) * (c[0] + c[1] * s); }
-  // Margins at an opening: the upper lid does most of the way, down to just under the lower one's place.
+  // Margins at an opening: the upper lid moves most of the way, down to just under the lower one's place.
   double upper_at(double s, double opening) const {
     const double low = 0.85 * arc(lower, s);
     return low + opening * (arc(upper, s) - low);
@@ -119,7 +119,7 @@ bool frontal(const LidView& view) {
   return -view.cam_from_head.linear().col(2).dot(to) > kFrontal;
 }
 
-// The usual outline: medians over training views, the frontal ones where there are enough.
+// The usual outline: medians over training views, the frontal ones if there are enough.
 EyeSite find_site(const EyeBalls& eyes, const std::vector<LidView>& views, int side) {
   EyeSite site;
   site.centre = eyes.centre[side];
@@ -152,8 +152,8 @@ EyeSite find_site(const EyeBalls& eyes, const std::vector<LidView>& views, int s
 }
 
 // The site as each view shows it. Errors of the head's shape and pose move an eye in its chart, slowly with
-// the turn of the head: by the median of the corners' landmarks in training views turned alike, which single
-// lost landmarks do not sway.
+// the turn of the head: corrected by the median of the corners' landmarks in training views with a similar
+// turn, which single lost landmarks do not affect.
 std::vector<EyeSite> sites_in_views(const EyeSite& usual, const std::vector<LidView>& views, int side) {
   struct Seen {
     Mat3d turn;
@@ -190,7 +190,7 @@ std::vector<EyeSite> sites_in_views(const EyeSite& usual, const std::vector<LidV
 double row_height(int j) { return kLow + (kHigh - kLow) * (j + 0.5) / kEyeRows; }
 double column_along(int i) { return kLeft + (kRight - kLeft) * (i + 0.5) / kEyeColumns; }
 
-// What an eye looks like in its chart.
+// The picture of an eye in its chart.
 struct EyePatch {
   std::vector<float>
       tone;           // (kEyeRows, kEyeColumns) log of the level over the skin's around; NaN where not seen
@@ -205,7 +205,7 @@ bool beside_lids(const EyeSite& site, double s, double h) {
   return (above > 0.10 && above < 0.24) || (below > 0.07 && below < 0.22);
 }
 
-// Takes the skin's tone, a level and a slope along the eye, off the patch. False where too little is seen.
+// Subtracts the skin's tone, a level and a slope along the eye, from the patch. False if too little is seen.
 bool relate_to_skin(const EyeSite& site, std::vector<float>& tone) {
   std::array<std::vector<double>, 3> part;
   std::vector<double> all;
@@ -365,7 +365,7 @@ RawOpening explain(const EyeSite& site, const EyePatch& patch, const ToneModel& 
   return raw;
 }
 
-// What one eye's picture says of its opening in the person's own scale.
+// The evidence of one eye's picture for its opening, in the person's own scale.
 struct Belief {
   bool known = false;
   std::array<double, kOpenings> opening{}, cost{};
@@ -425,9 +425,9 @@ void read_side(const EyeSite& site, const std::vector<LidView>& views, int side,
   }
 }
 
-// Each eye hears the other one: they open and close together, winks apart. All of what each says is weighed,
-// not its most likely opening alone: a shut eye whose skin is as bright as the white of the eye looks shut or
-// wide open, and only the other one knows which.
+// The eyes inform each other: apart from winks they open and close together. Their whole likelihoods are
+// combined, not just the most likely openings: a shut eye whose skin is as bright as the white of the eye
+// looks shut or wide open, and only the other one shows which.
 LidOpening opening_of(const Belief& own, const Belief& other) {
   if (!own.known) return {};
   double sum = 0, first = 0, second = 0;

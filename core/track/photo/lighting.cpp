@@ -12,10 +12,10 @@ constexpr double kDarkest = 0.05;                       // of the mean light
 constexpr double kOutlier = 0.15;                       // relative error from which a sample counts half
 constexpr double kAlternations = 6;                     // albedo, light, weights
 constexpr double kLightPrior = 0.02;                    // of the samples' weight, towards even light
-constexpr int kMinPictures = 3;                         // a point must be seen in
+constexpr int kMinPictures = 3;                         // in which a point must be seen
 constexpr float kMinSpread = 3.0f, kMaxSpread = 60.0f;  // encoded levels
 
-// Weight of a relative error; falls with its square, so that a glint has no say.
+// Weight of a relative error; falls with its square, so that a glint has no influence.
 double trust(double error) {
   const double t = error / kOutlier;
   return 1 / ((1 + t * t) * (1 + t * t));
@@ -53,7 +53,7 @@ LitPoints light_points(const std::vector<std::vector<LightSample>>& pictures, in
   for (const auto& picture : pictures)
     for (const LightSample& s : picture) ++seen[s.point];
   for (int round = 0; round < kAlternations; ++round) {
-    // -- Albedo under the present light.
+    // -- Albedo under the current light.
     std::fill(top.begin(), top.end(), 0.0);
     std::fill(bottom.begin(), bottom.end(), 0.0);
     for (const auto& picture : pictures)
@@ -66,7 +66,7 @@ LitPoints light_points(const std::vector<std::vector<LightSample>>& pictures, in
       }
     for (int p = 0; p < points; ++p) albedo[p] = bottom[p] > 0 ? top[p] / bottom[p] : 0;
     if (fixed_light || round + 1 == kAlternations) continue;
-    // -- Light under the present albedo.
+    // -- Light under the current albedo.
     Eigen::Matrix<double, 9, 9> hessian = Eigen::Matrix<double, 9, 9>::Zero();
     ShVector right = ShVector::Zero(), mean = ShVector::Zero();
     double weight = 0, mean_albedo2 = 0;
@@ -90,7 +90,7 @@ LitPoints light_points(const std::vector<std::vector<LightSample>>& pictures, in
     if (!light.allFinite() || level <= 0) break;
     lit.light = light / level;
   }
-  // -- What remains.
+  // -- The residuals.
   std::vector<double> error2(points, 0), total(points, 0);
   for (const auto& picture : pictures)
     for (const LightSample& s : picture) {

@@ -1,10 +1,9 @@
 // Albedo of surface points and one light for a whole clip, from grey pictures.
 //
-// Pictures are display-referred sRGB, grey; here, and nowhere else, they are linearised (the luma of encoded
-// colours is taken for encoded luminance). A point shows albedo * (light . basis(normal)), the light as
-// spherical harmonics of second order in the world frame (Ramamoorthi and Hanrahan, SIGGRAPH 2001): it
-// stands still while heads and cameras turn. Only the product is observable; the light's mean over what was
-// seen is 1.
+// Pictures are display-referred sRGB, grey; only here are they linearised (the luma of encoded colours is
+// taken for encoded luminance). A point shows albedo * (light . basis(normal)), the light as spherical
+// harmonics of second order in the world frame (Ramamoorthi and Hanrahan, SIGGRAPH 2001): it is fixed while
+// heads and cameras turn. Only the product is observable; the light's mean over everything seen is 1.
 #pragma once
 
 #include <vector>
@@ -17,7 +16,7 @@ using ShVector = Eigen::Matrix<double, 9, 1>;
 
 // The nine basis functions, up to constants that the light absorbs. Unit normal.
 ShVector sh_basis(const Vec3d& normal);
-// Light on a normal, never below a twentieth: what is darker is no light but a shadow.
+// Light on a normal, never below a twentieth: anything darker is a shadow.
 double shade(const ShVector& light, const Vec3d& normal);
 
 double linear_of_encoded(double level);  // 0..255 -> [0, 1]
@@ -36,8 +35,8 @@ struct LitPoints {
   ShVector light = ShVector::Zero();
 };
 
-// fixed_light: null, or the light to keep (then only albedo and spread are estimated). Robust against
-// glints, shadows and what covers the face in some pictures; repeats bit for bit.
+// fixed_light: null, or the light to keep (then only albedo and spread are estimated). Robust against glints,
+// shadows and occlusions in some pictures; repeats bit for bit.
 LitPoints light_points(const std::vector<std::vector<LightSample>>& pictures, int points,
                        const ShVector* fixed_light = nullptr);
 

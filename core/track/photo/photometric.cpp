@@ -12,13 +12,13 @@
 namespace likeness {
 namespace {
 
-constexpr std::size_t kBatch = 16;     // frames between two looks at the stop token
-constexpr int kIterations = 4;         // a picture size
-constexpr double kOpenMouth = 0.004;   // m: surely open, its inside may be looked at
-constexpr double kMouthMargin = 4;     // log likelihood by which another mouth must be better
-constexpr double kFarSigmas = 2;       // a reading nearer to the fitted opening says nothing new
-constexpr double kWorthAJump = 0.002;  // m: about what teeth between the lips cost a reading
-constexpr double kParted = 0.0015;     // m over the shut mouth's gap: it may yet be shut
+constexpr std::size_t kBatch = 16;     // frames between two checks of the stop token
+constexpr int kIterations = 4;         // per picture size
+constexpr double kOpenMouth = 0.004;   // m: certainly open, its inside may be sampled
+constexpr double kMouthMargin = 4;     // log likelihood by which another mouth opening must be better
+constexpr double kFarSigmas = 2;       // a reading nearer to the fitted opening adds nothing
+constexpr double kWorthAJump = 0.002;  // m: about the error of a reading due to teeth between the lips
+constexpr double kParted = 0.0015;     // m over the shut mouth's gap: it may still be shut
 constexpr double kShutSigma = 0.001;   // m
 
 class ClipRefiner {
@@ -52,7 +52,7 @@ class ClipRefiner {
     if (!stop.stop_requested()) appearance_ = found;
   }
 
-  // Every frame from the states of the round before: any order gives the same.
+  // Every frame starts from the states of the previous round, so the order does not matter.
   Result<void> refine_all(int round, const Progress& progress, std::stop_token stop) {
     const std::vector<FaceFrame> before = faces_;
     changed_.assign(faces_.size(), 0);
@@ -160,8 +160,8 @@ class ClipRefiner {
     faces_[i].state = state;
   }
 
-  // The state with the mouth as open as its pixels say: closed lips over a lowered chin and parted ones look
-  // alike to a fit that starts at the other, so each is solved for and the pixels are asked which it is.
+  // The state with the mouth as open as its pixels say: a fit started at closed lips over a lowered chin does
+  // not find parted ones, and vice versa, so both are solved for and the pixels decide.
   template <class Solve>
   FaceState with_mouth_read(std::size_t i, const FacePicture& picture, const FaceObservation& observation,
                             FaceState state, const Solve& solve) {
@@ -172,7 +172,7 @@ class ClipRefiner {
       observe_mouth(lips, fitted, &read);
       const FaceState other = solve(read, start);
       const double gain = mouth_gain(surface_, appearance_, picture, turn, state, other);
-      // Half a way is no answer: the fit did not believe what it was asked to try.
+      // Reaching it only half way does not count: the fit did not accept the proposed opening.
       const double got = lip_gap(head_, landmark_person_, other);
       const bool arrived = std::abs(got - lips.gap_m) < std::abs(got - fitted);
       if (gain <= kMouthMargin || !arrived || std::abs(got - fitted) < kWorthAJump) return;
@@ -253,7 +253,7 @@ Result<PhotometricSummary> refine_photometric(const HeadModel& model, const Head
   ClipRefiner refiner(model, person, head, landmark_person, prior, pictures, options, faces);
   if (refiner.training_frames() < 5) {
     progress.report(1);
-    return summary;  // too little to know an appearance from
+    return summary;  // too little to estimate an appearance
   }
   for (int round = 0; round < options.rounds; ++round) {
     const Progress part = progress.stage(static_cast<double>(round) / options.rounds,

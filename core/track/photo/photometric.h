@@ -2,7 +2,7 @@
 // pose (tight), jaw and expression of every frame by the photometric error, landmarks and the usual priors.
 //
 // Grey pictures decide; display-referred values are linearised inside (lighting.h). Held-out frames take no
-// part in what is shared and are fitted on their own picture against it, leaning on no neighbour.
+// part in what is shared and are fitted to it on their own picture, without neighbours.
 #pragma once
 
 #include <stop_token>
@@ -18,16 +18,17 @@
 namespace likeness {
 
 struct PhotometricOptions {
-  int rounds = 2;                      // appearance, then all frames; each costs about half of the time
-  int appearance_frames = 60;          // training frames the appearance comes from
-  double weight = 0.3;                 // of a picture residual against a landmark's
-  double landmark_sigma_factor = 1.5;  // times the landmarks' sigma: pictures now say the same, and finer
-  double turn_hold = 3000;       // per rad, towards the dense pose, which is right to a fraction of a pixel
-  double shift_hold = 10000;     // per m
+  int rounds = 2;              // appearance, then all frames; each costs about half of the time
+  int appearance_frames = 60;  // training frames from which the appearance is estimated
+  double weight = 0.3;         // of a picture residual relative to a landmark's
+  double landmark_sigma_factor =
+      1.5;  // factor on the landmarks' sigma: pictures now give the same information, more precisely
+  double turn_hold = 3000;    // per rad, towards the dense pose, which is accurate to a fraction of a pixel
+  double shift_hold = 10000;  // per m
   double expression_change = 4;  // first difference between training frames, per unit
   double own_hold = 2;           // of a held-out frame's expression towards its landmark fit, per unit
-  int spacing = 1;         // numbers from a frame to the next (frame_spacing.h); 0: none has a neighbour
-  bool read_mouth = true;  // how far the mouth is open, by the pixels
+  int spacing = 1;  // frame numbers from one frame to the next (frame_spacing.h); 0: none has a neighbour
+  bool read_mouth = true;  // measure the mouth's opening from the pixels
 };
 
 struct PhotometricFrame {
@@ -39,11 +40,11 @@ struct PhotometricFrame {
 struct PhotometricSummary {
   int refined = 0, mouths_changed = 0;
   double error_before = 0,
-         error_after = 0;  // usual difference to the picture, encoded levels; training frames
+         error_after = 0;  // usual difference from the picture, encoded levels; training frames
 };
 
-// Albedo, light and the mouth's inside from the frames `chosen` (indices into faces and pictures), as their
-// states have them. What a stop leaves unfinished is an empty appearance.
+// Albedo, light and the mouth's inside from the frames `chosen` (indices into faces and pictures), in their
+// current states. If stopped, an empty appearance.
 Appearance find_appearance(const FaceSurface& surface, const ReducedHead& head,
                            const ReducedPerson& landmark_person,
                            const std::vector<PhotometricFrame>& pictures, const std::vector<FaceFrame>& faces,

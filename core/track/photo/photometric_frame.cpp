@@ -11,8 +11,8 @@
 namespace likeness {
 namespace {
 
-constexpr double kKink = 1.5;           // spreads: where an error counts linearly
-constexpr double kMinSkinFacing = 0.2;  // cosine; more slanted skin is not looked at
+constexpr double kKink = 1.5;           // spreads: beyond this an error counts linearly
+constexpr double kMinSkinFacing = 0.2;  // cosine; more slanted skin is ignored
 constexpr float kDepthSlack = 0.003f;
 constexpr double kFeatureWeight = 1.3;  // lids and lips: few points decide
 constexpr double kMinResidual = 5;      // encoded levels
@@ -47,7 +47,7 @@ Eigen::Matrix<double, 2, 3> projection_derivative(const Intrinsics& k, const Vec
   return bend * flat;
 }
 
-// Posed, with a depth picture to tell what is hidden.
+// Posed, with a depth picture for visibility.
 struct SeenSurface {
   PosedSurface posed;
   Raster raster;
@@ -62,7 +62,7 @@ SeenSurface see(const FaceSurface& surface, const FacePicture& picture, const Fa
   return seen;
 }
 
-// Cosine to the viewer, or 0 where the point is hidden.
+// Cosine to the viewer, or 0 if the point is hidden.
 double facing(const SeenSurface& seen, const FaceState& state, int point, Vec3d* in_cam) {
   *in_cam = state.cam_from_head * seen.posed.points[point].cast<double>();
   if (in_cam->z() < 0.05) return 0;
@@ -144,7 +144,7 @@ FaceTarget face_target(const FaceSurface& surface, const Appearance& appearance,
     target.scale.push_back(weight / std::max<double>(kMinResidual, lit.spread[p]));
     if (value > 10 && level_there > 5) gains.push_back(level_there / value);
   }
-  // The camera's exposure drifts: one factor a frame, found in closed form and kept nowhere.
+  // The camera's exposure drifts: one factor per frame, found in closed form and not stored.
   const double gain = gains.empty() ? 1 : std::clamp(median(std::move(gains)), 0.7, 1.4);
   for (double& v : target.value) v *= gain;
   return target;
@@ -188,7 +188,8 @@ void add_photometric(const FaceSurface& surface, const FacePicture& picture, con
     Vec2d gradient;
     if (in_cam.z() < 0.05 ||
         !sample(image, project<double>(k, in_cam), &value, derivatives ? &gradient : nullptr)) {
-      system->cost += weight * weight * robust_cost(2 * kKink);  // left the picture: no gain in that
+      system->cost +=
+          weight * weight * robust_cost(2 * kKink);  // leaving the picture must not lower the cost
       continue;
     }
     const double r = target.scale[i] * (value - target.value[i]), size = std::abs(r);

@@ -3,8 +3,8 @@
 //
 // Residual of point i: (picture(project(p_i(state))) - appearance_i) / spread_i in encoded levels. The
 // appearance (albedo times light at the point's normal) and the set of visible points are frozen while the
-// state is solved for, and renewed between picture sizes; what is left depends on the state through the
-// picture's position only, so that its derivative is gradient * projection * motion of the point.
+// state is solved for, and renewed between picture sizes; the residual then depends on the state only through
+// the position in the picture, so that its derivative is gradient * projection * motion of the point.
 #pragma once
 
 #include <array>
@@ -36,14 +36,14 @@ struct Appearance {
   bool cavity_known = false;
 };
 
-// What the chosen points should look like from here.
+// The expected levels of the chosen points.
 struct FaceTarget {
   int level = 0;
   std::vector<int> point;     // visible ones
   std::vector<double> value;  // encoded levels
   std::vector<double> scale;  // residual per encoded level: 1 / spread, times the point's weight
 };
-// chosen: points to use. world_from_cam: of the frame; its turn counts.
+// chosen: points to use. world_from_cam: of the frame; only its rotation matters.
 FaceTarget face_target(const FaceSurface& surface, const Appearance& appearance, const FacePicture& picture,
                        int level, const std::vector<int>& chosen, const Mat3d& world_from_cam,
                        const FaceState& state);
@@ -52,12 +52,12 @@ FaceTarget face_target(const FaceSurface& surface, const Appearance& appearance,
 std::vector<LightSample> light_samples(const FaceSurface& surface, const FacePicture& picture, int level,
                                        const Mat3d& world_from_cam, const FaceState& state);
 
-// Adds weight^2 times the picture's robust terms to a system of 7 + E unknowns (fit_frame.h); without room
-// for derivatives only its cost.
+// Adds weight^2 times the picture's robust terms to a system of 7 + E unknowns (fit_frame.h); without space
+// for derivatives, only its cost.
 void add_photometric(const FaceSurface& surface, const FacePicture& picture, const FaceTarget& target,
                      double weight, const FaceState& state, FrameSystem* system);
 
-// Everything a frame is fitted to.
+// All terms of a frame's fit.
 struct FrameEvidenceTerms {
   const ReducedHead& head;  // landmarks
   const ReducedPerson& person;
@@ -68,7 +68,8 @@ struct FrameEvidenceTerms {
   const Appearance& appearance;
   const FacePicture& picture;
   Mat3d world_from_cam = Mat3d::Identity();
-  double weight = 0.3;  // of a photometric residual against a landmark's: neighbouring points err together
+  double weight = 0.3;  // of a photometric residual relative to a landmark's: errors of neighbouring points
+                        // are correlated
 };
 
 // Levenberg-Marquardt at one picture size; the appearance is renewed once.

@@ -10,15 +10,15 @@
 namespace likeness {
 namespace {
 
-constexpr double kJawStep = 0.035, kWidestJaw = 0.42;  // rad, of the states asked
-constexpr double kOwnJaw = 0.05;         // rad: a face whose lips part with less is closed from there
+constexpr double kJawStep = 0.035, kWidestJaw = 0.42;  // rad, of the states evaluated
+constexpr double kOwnJaw = 0.05;         // rad: a face whose lips part below this is closed from there on
 constexpr int kMinPixels = 150;          // in the picture that all states explain
 constexpr double kMinSigma = 0.0008;     // m: the steps between the states, and errors of the surface
-constexpr double kDoubtfulLips = 0.002;  // m that landmarks may be off before they are doubted
+constexpr double kDoubtfulLips = 0.002;  // m that landmarks may be off before they lose weight
 constexpr double kMaxDoubt = 8;          // times their sigma
-constexpr double kWindow = 0.040;        // m, half side of the pixels asked
+constexpr double kWindow = 0.040;        // m, half side of the window of pixels
 constexpr double kPixelsTogether = 12;   // neighbouring pixels err together
-constexpr double kOutlierShare = 0.05;   // of skin pixels: anything may be there
+constexpr double kOutlierShare = 0.05;   // of skin pixels that may show anything
 constexpr double kMinTones = 400;        // pixels seen inside open mouths before their tones are believed
 
 struct MouthView {
@@ -71,7 +71,7 @@ int tone_of(float level) {
   return std::clamp(static_cast<int>(level / 256 * Appearance::kTones), 0, Appearance::kTones - 1);
 }
 
-// What the skin points around the mouth should look like, encoded levels; -1 where not known.
+// Expected levels of the skin points around the mouth, encoded; -1 if not known.
 std::vector<float> expected_levels(const MouthView& view, const Appearance& appearance, const Mat3d& turn) {
   const LitPoints& lit = appearance.level[0];
   std::vector<float> value(view.surface.skin.size(), -1);
@@ -82,7 +82,7 @@ std::vector<float> expected_levels(const MouthView& view, const Appearance& appe
   return value;
 }
 
-// Level and usual spread at pixel i by the skin there; false where it is not known.
+// Level and usual spread of the skin at pixel i; false if not known.
 bool expect_skin(const MouthView& view, const std::vector<float>& value, const LitPoints& lit, std::size_t i,
                  double* level, double* spread) {
   *level = *spread = 0;
@@ -95,7 +95,7 @@ bool expect_skin(const MouthView& view, const std::vector<float>& value, const L
   return true;
 }
 
-// The picture's brightness around the mouth over the expected one: a median, which the lips do not sway.
+// The picture's brightness around the mouth over the expected one: a median, which the lips hardly affect.
 double exposure_of(const MouthView& view, const Appearance& appearance, const FacePicture& picture,
                    const Intrinsics& window, const Mat3d& turn) {
   const std::vector<float> value = expected_levels(view, appearance, turn);
@@ -169,7 +169,7 @@ bool cavity_from_counts(const std::array<double, Appearance::kTones>& counts,
     double smooth = 0, weight = 0;
     for (int k = -1; k <= 1; ++k)
       if (t + k >= 0 && t + k < n) smooth += (k == 0 ? 2 : 1) * counts[t + k], weight += k == 0 ? 2 : 1;
-    // Probability of a tone, per level; a tenth is spread evenly: lights and tongues not seen before.
+    // Probability of a tone, per level; a tenth is spread evenly, for lights and tongues not seen before.
     (*cost)[t] = -std::log(0.9 * smooth / weight / total * n / 256 + 0.1 / 256);
   }
   return true;
@@ -225,7 +225,7 @@ void observe_mouth(const LipEvidence& lips, double fitted_gap_m, FaceObservation
   const double astray = (fitted_gap_m - lips.gap_m) / std::hypot(kDoubtfulLips, lips.sigma_m);
   const double doubt = std::min(kMaxDoubt, 1 + astray * astray);
   for (int k = 48; k < kLandmarkCount; ++k) out->sigma_px[k] *= doubt;
-  for (int k = 4; k <= 12; ++k) out->sigma_px[k] *= doubt;  // the chin goes with the jaw
+  for (int k = 4; k <= 12; ++k) out->sigma_px[k] *= doubt;  // the chin moves with the jaw
 }
 
 double mouth_gain(const FaceSurface& surface, const Appearance& appearance, const FacePicture& picture,

@@ -20,7 +20,7 @@ constexpr float kCoarseStep = 0.0055f, kSkinStep = 0.004f, kFeatureStep = 0.0019
 
 using Mix = std::map<int, double>;  // model vertex -> weight
 
-// Every triangle into four; new points are the middles of edges.
+// Splits every triangle into four; new points are the midpoints of edges.
 void split_once(std::vector<Mix>& mixes, std::vector<Triangle>& triangles) {
   std::map<std::pair<int, int>, int> middles;
   const auto middle = [&](int a, int b) {
@@ -188,7 +188,8 @@ PosedSurface posed_surface(const MovingSurface& surface, const Eigen::VectorXd& 
   PosedSurface posed;
   posed.points.resize(surface.points.points);
   const ReducedHead& head = surface.points;
-  ReducedPerson shaped = surface.person;  // the expression in one product, point by point only the jaw
+  ReducedPerson shaped =
+      surface.person;  // the expression in one product; only the jaw is applied point by point
   shaped.base.noalias() += head.expression * expression;
   const JawTurn turned(jaw);
   for (int p = 0; p < head.points; ++p) {

@@ -1,4 +1,5 @@
-// The face as a fine set of skin points with derivatives: what carries albedo and is compared with pictures.
+// The face as a fine set of skin points with derivatives: it carries the albedo and is compared with
+// pictures.
 #pragma once
 
 #include <cstdint>
@@ -11,14 +12,14 @@ namespace likeness {
 
 enum class FaceZone : std::uint8_t { skin, lid, lip };
 
-// Points that follow expression and jaw, with triangles of them.
+// Points that follow expression and jaw, and their triangles.
 struct MovingSurface {
   ReducedHead points;    // (N) the person applied; no identity columns
   ReducedPerson person;  // matches `points`
   std::vector<Triangle> triangles;
 };
 
-// The mouth and what surrounds it, by itself: asked of many openings a picture, it is posed alone.
+// The mouth and its surroundings: evaluated for many openings per picture, it is posed separately.
 struct MouthSurface : MovingSurface {
   std::vector<int> skin;           // (S) the face's points that the first S points are; then the inside's
   std::size_t skin_triangles = 0;  // the first ones; then the inside's

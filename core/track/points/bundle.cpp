@@ -66,8 +66,8 @@ struct PosePrior {
   }
 };
 
-// b halfway (by `share`) between a and c; on rotation vectors, whose wrap-around the blocks are kept clear
-// of.
+// b halfway (by `share`) between a and c; on rotation vectors; the blocks are kept clear of their
+// wrap-around.
 struct Smooth {
   double share, turn_weight, shift_weight;
   template <class T>
@@ -78,7 +78,7 @@ struct Smooth {
   }
 };
 
-// The place that the head turns about, and its depth while it rests.
+// The point about which the head turns, and its depth while it rests.
 struct NeckRest {
   Vec3d place = Vec3d::Zero();  // head frame, m
   double depth = 0;             // camera frame, m
@@ -97,8 +97,8 @@ struct NeckDepth {
   }
 };
 
-// Of coordinates `first` and `first` + 1, as far as there are: rows of two, like those of the reprojections.
-// Ceres has its elimination of points compiled for one height of all rows, three to five times as fast.
+// For coordinates `first` and, if it exists, `first` + 1: rows of two, like those of the reprojections. Ceres
+// has its elimination of points compiled for a uniform row height, which is three to five times as fast.
 struct PointPrior {
   Vec3d start;
   double weight;
@@ -139,11 +139,11 @@ void unwrap(PoseBlock& block, const PoseBlock& before) {
     for (int k = 0; k < 3; ++k) block[k] = other[k];
 }
 
-// What moves least as the head turns: R place + t = rest, in the least squares of errors that count linearly
+// The point that moves least as the head turns: R place + t = rest, by least squares with errors linear
 // beyond kNeckSway.
 NeckRest find_neck(const std::vector<BundleFrame>& frames, const std::vector<int>& keys) {
   constexpr double kNeckSway = 0.004;  // m
-  constexpr double kNeckReach = 0.05;  // m from the model's origin; only turns tell where it is
+  constexpr double kNeckReach = 0.05;  // m from the model's origin; only turns determine it
   Eigen::Matrix<double, 6, 1> solution = Eigen::Matrix<double, 6, 1>::Zero();  // place, rest
   for (int round = 0; round < 10; ++round) {
     Eigen::Matrix<double, 6, 6> normal = Eigen::Matrix<double, 6, 6>::Zero();
@@ -164,8 +164,8 @@ NeckRest find_neck(const std::vector<BundleFrame>& frames, const std::vector<int
   return {solution.head<3>(), solution[5]};
 }
 
-// Whether the head's neck, by the given poses, keeps its depth: not where somebody comes nearer or the camera
-// draws back.
+// Whether the neck keeps its depth in the given poses: not if the person comes nearer or the camera moves
+// back.
 bool neck_rests(const std::vector<BundleFrame>& frames, const std::vector<int>& keys) {
   constexpr double kRoam = 0.05, kRoaming = 0.2;  // m; share of the frames
   const NeckRest neck = find_neck(frames, keys);
@@ -238,7 +238,7 @@ void solve_round(std::vector<BundleFrame>& frames, const std::vector<BundleFrame
         nullptr, blocks[k - 1].data(), blocks[k].data(), blocks[k + 1].data());
   }
   ceres::Solver::Options solver;
-  // Points are seen again throughout a clip: what their elimination leaves is full, and sparse only in name.
+  // Points reappear throughout a clip, so the reduced system is dense even if stored as sparse.
   solver.linear_solver_type =
       int(keys.size()) <= options.max_dense ? ceres::DENSE_SCHUR : ceres::SPARSE_SCHUR;
   solver.linear_solver_ordering = ordering;
@@ -358,8 +358,8 @@ std::optional<SolvedPose> solve_pose(const std::vector<PoseObservation>& seen, d
         hessian += weight * rows.transpose() * rows;
         gradient += weight * rows.transpose() * r;
       }
-      // The prior acts as one robust observation more: strong enough for a frame with few points, no bias
-      // otherwise.
+      // The prior acts as one more robust observation: strong enough for a frame with few points, without
+      // bias otherwise.
       const Vec3d turn = vector_from_turn(pose.linear() * prior.linear().transpose());
       const Vec3d shift = pose.translation() - prior.translation();
       const double off = options.turn_prior * options.turn_prior * turn.squaredNorm() +

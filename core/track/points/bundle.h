@@ -1,4 +1,4 @@
-// Rigid bundle adjustment of a head: one pose a key frame and one 3-D point a track, robust, around given
+// Rigid bundle adjustment of a head: one pose per key frame and one 3-D point per track, robust, around given
 // poses.
 //
 // Key frames bound the cost; every other frame's pose is then solved alone against the frozen points
@@ -33,22 +33,22 @@ struct BundleFrame {
 };
 
 struct BundleOptions {
-  // Poses that are solved for together: every frame up to so many, then every second to fourth. Only where
+  // Poses that are solved for together: every frame up to this many, then every second to fourth; only if
   // that leaves more than `max_key_frames`, in clips of minutes, fewer: the cost of an iteration grows with
   // their cube. The poses between follow from the points.
   int key_frames = 150, max_key_frames = 500;
   int max_dense = 200;  // key frames up to which the poses are solved for as one full matrix
   int rounds = 3;
-  double turn_prior = 20;   // per rad, robust: the landmark pose says no more than this
+  double turn_prior = 20;   // per rad, robust: the landmark pose is no more certain than this
   double shift_prior = 60;  // per m
-  // Per m, of heads that turn by full_turn and more (rms about the mean, rad), and up to max_point_prior of
-  // those that turn less. Followed points drift with the light by some tenths of a pixel, all sightings of
-  // one alike, and how far that throws its depth goes with 1 / turn: there the start knows better.
+  // Per m, for heads that turn by full_turn or more (rms about the mean, rad), and up to max_point_prior for
+  // those that turn less. Tracked points drift with the light by some tenths of a pixel, all observations of
+  // one alike, and the resulting depth error grows with 1 / turn: there the initial guess is better.
   double point_prior = 30, max_point_prior = 120, full_turn = 0.17;
   double turn_smooth = 20;   // second difference between neighbouring frames, per rad
   double shift_smooth = 50;  // per m
-  // Per m, robust, in depth: a head turns about its neck, and the neck of one who sits stays where it is.
-  // Views that share few points with the others say little of their depth. 0: the camera moves.
+  // Per m, robust, in depth: a head turns about its neck, and the neck of a seated person stays in place.
+  // Views that share few points with the others say little about their depth. 0: the camera moves.
   double neck_rest = 0;
 };
 
@@ -57,7 +57,7 @@ struct BundleSummary {
   double median_px = 0;  // residual of the kept observations
 };
 
-// `frames` must be ascending in time without gaps in the index; second differences run over known neighbours.
+// `frames` must be ascending in time without gaps in the index; second differences use known neighbours.
 Result<BundleSummary> bundle_adjust(std::vector<BundleFrame>& frames, std::vector<BundleTrack>& tracks,
                                     const BundleOptions& options, const Progress& progress,
                                     std::stop_token stop);

@@ -25,8 +25,9 @@ std::optional<double> steady_metres_per_unit(const std::vector<HeadSighting>& si
   for (std::size_t gap : {3, 7, 15, 31, 63})
     for (std::size_t i = 0; i + gap < a.size(); ++i) steps.push_back({a[i + gap] - a[i], b[i + gap] - b[i]});
   if (steps.empty()) return std::nullopt;
-  // Steps in which the camera moves most say most; the rest would only add the head's own motion. A capture
-  // may rest for most of its length, so a step must also be no mere jitter beside the long ones.
+  // Steps in which the camera moves most are the most informative; the others would only add the head's own
+  // motion. A capture may rest for most of its length, so a step must also be more than jitter compared with
+  // the long ones.
   std::vector<double> lengths;
   for (const auto& s : steps) lengths.push_back(s.second.norm());
   std::sort(lengths.begin(), lengths.end());

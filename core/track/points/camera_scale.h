@@ -1,4 +1,4 @@
-// The metre of a camera solve that knows none: the scale at which the metric head stands steadiest in the
+// The metric scale of a camera solve of unknown scale: that at which the metric head is steadiest in the
 // world.
 #pragma once
 
@@ -15,7 +15,7 @@ struct HeadSighting {
 };
 
 // Robust least squares on differences between frames a few to a few dozen apart: where the head itself moves,
-// those differences are outvoted. nullopt where the cameras hardly move, so that no scale is better than
+// those differences are outliers. nullopt if the cameras hardly move, so that no scale is better than
 // another.
 std::optional<double> steady_metres_per_unit(const std::vector<HeadSighting>& sightings);
 

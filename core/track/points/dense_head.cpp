@@ -16,7 +16,7 @@ namespace {
 constexpr int kAnchors = 3;             // training frames a held-out frame is compared with
 constexpr std::size_t kLoneBatch = 64;  // frames whose pyramids are in memory at once
 constexpr int kFewestTracks = 20, kMaxPatches = 3000;
-constexpr double kNeckRest = 60;           // per m; five times as much draws the face away from its landmarks
+constexpr double kNeckRest = 60;           // per m; five times as much pulls the face away from its landmarks
 constexpr double kPatchReach[] = {12, 5};  // px; the first poses have drifted, the second hardly
 
 Vec2d ray_of(const Intrinsics& k, const Vec2d& pixel) { return ray_direction(k, pixel).head<2>(); }
@@ -150,8 +150,8 @@ Result<DenseSummary> track_dense_head(const ClipFrames& clip, const RigidHead& h
   double length = 0;
   std::size_t index = 0;
   for (const PointTrack& t : *found) {
-    // The middle of a track starts its point: there the landmark pose is as good as anywhere, the view least
-    // slanted.
+    // A point is initialised from the middle of its track, where the view is least slanted and the landmark
+    // pose as good as anywhere.
     const PointObservation& middle = t.seen[t.seen.size() / 2];
     const DenseFrame& f = frames[middle.picture];
     const auto place = point_on_head(head, f.cam_from_head, ray_of(f.intrinsics, middle.pixel));
@@ -177,7 +177,7 @@ Result<DenseSummary> track_dense_head(const ClipFrames& clip, const RigidHead& h
   summary.mean_track_length = tracks.empty() ? 0 : length / static_cast<double>(tracks.size());
   if (static_cast<int>(tracks.size()) < kFewestTracks) {
     progress.report(1);
-    return summary;  // a smooth, blurred or tiny head: the landmark poses stand
+    return summary;  // a smooth, blurred or tiny head: the landmark poses are kept
   }
   // -- Bundle adjustment.
   std::vector<BundleFrame> poses(frames.size());
@@ -186,11 +186,12 @@ Result<DenseSummary> track_dense_head(const ClipFrames& clip, const RigidHead& h
   if (resting_camera) options.neck_rest = kNeckRest;
   auto bundle = bundle_adjust(poses, tracks, options, progress.stage(0.5, 0.6, "bundle"), stop);
   if (!bundle) return bundle.error();
-  std::vector<int> followed(frames.size(), 0);  // sightings behind each first pose
+  std::vector<int> followed(frames.size(), 0);  // observations behind each first pose
   for (const BundleTrack& t : tracks)
     if (t.kept)
       for (const BundleObservation& o : t.seen) ++followed[o.frame];
-  // -- Points followed from picture to picture have drifted with the light; as patches they are sought again.
+  // -- Points followed from picture to picture have drifted with the light; so they are searched for again as
+  // patches.
   PatchCloud cloud;
   cloud.pictures.resize(frames.size());
   for (const DenseFrame& f : frames) cloud.intrinsics.push_back(f.intrinsics);
@@ -205,7 +206,7 @@ Result<DenseSummary> track_dense_head(const ClipFrames& clip, const RigidHead& h
     observe_again(cloud, poses, training, reach, &tracks, stop);
     const auto known_again =
         std::count_if(tracks.begin(), tracks.end(), [](const BundleTrack& t) { return t.kept; });
-    if (known_again < kFewestTracks && !stop.stop_requested()) {  // blurred: the followed points stand
+    if (known_again < kFewestTracks && !stop.stop_requested()) {  // blurred: the tracked points are kept
       poses = first_poses, tracks = first_tracks;
       break;
     }
@@ -233,7 +234,7 @@ Result<DenseSummary> track_dense_head(const ClipFrames& clip, const RigidHead& h
     shift += (is.translation() - was.translation()).squaredNorm();
     auto& r = residuals[t];
     frames[t].points = static_cast<int>(r.size());
-    if (r.size() < 12) {  // no patch is known again here: the followed points' pose, or none
+    if (r.size() < 12) {  // no patch is found again here: the tracked points' pose, or none
       frames[t].solved = followed[t] >= 12;
       if (frames[t].solved) frames[t].cam_from_head = first_poses[t].cam_from_head;
       continue;

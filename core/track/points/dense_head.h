@@ -1,6 +1,6 @@
 // Dense rigid head tracking of a clip: point tracks and bundle adjustment on the training frames, then every
-// other frame alone against the frozen points, found by Lucas-Kanade from the training frames whose pose is
-// nearest.
+// other frame by itself against the frozen points, found by Lucas-Kanade from the training frames nearest in
+// pose.
 #pragma once
 
 #include <stop_token>
@@ -20,7 +20,7 @@ struct DenseFrame {
   bool solved = false;                    // the dense pose replaced it
   Intrinsics intrinsics;                  // of the working picture
   Pose cam_from_head = Pose::Identity();  // in: landmark pose; out: dense pose where solved
-  int points = 0;                         // that agree with the pose
+  int points = 0;                         // points that agree with the pose
   double median_px = 0;
 };
 
@@ -35,11 +35,11 @@ struct DenseSummary {
   BundleSummary bundle;
   int found_tracks = 0;
   double mean_track_length = 0;
-  double turn_change_deg = 0, shift_change_m = 0;  // rms of what the dense poses changed, training frames
+  double turn_change_deg = 0, shift_change_m = 0;  // rms change by the dense poses, training frames
 };
 
-// resting_camera: the neck then hardly comes nearer or goes away (BundleOptions::neck_rest).
-// withheld: null, or where a share of the point tracks goes instead of into the adjustment.
+// resting_camera: the neck's depth then hardly changes (BundleOptions::neck_rest). withheld: null, or
+// receives a share of the point tracks, which then do not enter the adjustment.
 Result<DenseSummary> track_dense_head(const ClipFrames& clip, const RigidHead& head, bool resting_camera,
                                       std::vector<DenseFrame>& frames, const Progress& progress,
                                       std::stop_token stop, WithheldPoints* withheld = nullptr);

@@ -10,7 +10,7 @@ namespace {
 
 constexpr std::size_t kFewestSightings = 8;
 
-// Index into the track's sightings, or -1.
+// Index into the track's observations, or -1.
 int best_reference(const BundleTrack& track, const HeadPatch& patch, const std::vector<BundleFrame>& frames) {
   int best = -1;
   double most = -1e9;

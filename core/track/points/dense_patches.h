@@ -1,5 +1,5 @@
 // Second half of the dense head tracking: the points of the adjusted tracks become patches with one reference
-// picture each, which are sought in every picture from its predicted pose.
+// picture each, which are searched for in every picture from its predicted pose.
 #pragma once
 
 #include <stop_token>
@@ -12,7 +12,7 @@ namespace likeness {
 
 struct PatchCloud {
   std::vector<HeadPatch> patches;
-  std::vector<int> track;              // of the bundle, one a patch
+  std::vector<int> track;              // of the bundle, one per patch
   std::vector<PatchPicture> pictures;  // of every frame
   std::vector<Intrinsics> intrinsics;  // of every frame's working picture
 };
@@ -30,7 +30,7 @@ struct FoundPatch {
 std::vector<FoundPatch> find_patches(const PatchCloud& cloud, const std::vector<BundleFrame>& reference_poses,
                                      int frame, const Pose& cam_from_head, double reach);
 
-// What the tracks saw is replaced by where their patches are found in the frames of `where`; tracks without a
+// Replaces the tracks' observations by the places of their patches in the frames of `where`; tracks without a
 // patch, or found in fewer than 8 frames, are dropped. Parallel; same result on any number of threads.
 void observe_again(const PatchCloud& cloud, const std::vector<BundleFrame>& frames,
                    const std::vector<int>& where, double reach, std::vector<BundleTrack>* tracks,

@@ -6,7 +6,7 @@
 namespace likeness {
 namespace {
 
-constexpr int kPoints = 300, kFewPoints = 200;  // alive; below the second, new ones are taken
+constexpr int kPoints = 300, kFewPoints = 200;  // tracked; below the second, new ones are added
 constexpr int kMinInliers = 12;
 constexpr double kMinAgreeing = 0.5;                  // of the followed points must agree
 constexpr double kCornerQuality = 0.01;               // of the best corner
@@ -61,7 +61,7 @@ void HeadFollower::correct(const Pose& cam_from_head) {
   points_ = std::move(kept);
 }
 
-// What is taken for hair may be the wall beside it, which stands still; slanted skin slides.
+// What is taken for hair may be the static wall beside it; points on slanted skin slide.
 std::optional<Vec3d> HeadFollower::place_of(const Vec2d& pixel) const {
   const auto place = point_on_head(head_, pose_, ray_direction(intrinsics_, pixel).head<2>());
   if (!place || place->hair) return std::nullopt;

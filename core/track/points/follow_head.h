@@ -1,9 +1,9 @@
-// A head followed from picture to picture by the points on it, from one whose pose is known: no landmark is
-// asked, so that reflections, hands and jumps of a predictor lead nowhere.
+// Tracking a head from picture to picture by points on it, from a picture of known pose: no landmarks are
+// used, so that reflections, hands and jumps of a predictor do no harm.
 //
-// Poses are solved against points placed on the person's own surface. On smooth skin points go with the light
-// rather than with the head, by half a degree a picture at worst: correct() after each picture where the face
-// itself can be fitted.
+// Poses are solved against points placed on the person's own surface. On smooth skin, points follow the light
+// rather than the head, by half a degree per picture at worst: call correct() after each picture in which the
+// face itself can be fitted.
 #pragma once
 
 #include <optional>
@@ -19,7 +19,7 @@ namespace likeness {
 
 struct FollowedFrame {
   bool solved = false;                    // enough points agree on the pose
-  Pose cam_from_head = Pose::Identity();  // where it is not: the last one that was
+  Pose cam_from_head = Pose::Identity();  // if not solved: the last solved pose
 };
 
 class HeadFollower {
@@ -27,10 +27,10 @@ class HeadFollower {
   // grey: the working picture that shows the head at this pose. The head must outlive the follower.
   HeadFollower(const RigidHead& head, const Intrinsics& intrinsics, const Image8& grey,
                const Pose& cam_from_head);
-  // The next picture, before or after in time. After one that does not show the head the same points are
-  // sought in the next one.
+  // The next picture, before or after in time. After one that does not show the head, the same points are
+  // searched for in the next.
   FollowedFrame next(const Intrinsics& intrinsics, const Image8& grey);
-  // Something surer than the points says where the head is in that picture: they are placed anew.
+  // Sets the head's pose in that picture from a more reliable source: the points are placed again.
   void correct(const Pose& cam_from_head);
 
  private:

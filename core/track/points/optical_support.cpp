@@ -12,10 +12,10 @@
 namespace likeness {
 namespace {
 
-constexpr int kFirstInner = 17;          // the jaw line slides along the silhouette: flow says nothing of it
-constexpr double kOwnFloor = 0.4;        // working px: the predictor rounds to whole pixels
-constexpr double kVoteWeight = 0.5;      // voters repeat the predictor's own systematic errors
-constexpr double kDoubtfulWeight = 0.1;  // of points found beside a carried box, against 1
+constexpr int kFirstInner = 17;      // the jaw line slides along the silhouette: flow says nothing about it
+constexpr double kOwnFloor = 0.4;    // working px: the predictor rounds to whole pixels
+constexpr double kVoteWeight = 0.5;  // voters repeat the predictor's own systematic errors
+constexpr double kDoubtfulWeight = 0.1;  // of points found beside a carried-over box, instead of 1
 constexpr double kGate = 3;              // sigmas beyond which a vote is counted but not followed
 constexpr double kMinShare = 0.4;        // of the runs that must agree before a frame may vote
 constexpr std::size_t kChunk = 16;       // frames whose pyramids are in memory at once
@@ -25,7 +25,7 @@ struct Vote {
   double sigma = 0;             // working px
 };
 
-// A weighted mean of points, with the squares and doubts that its spread is made of.
+// A weighted mean of points, with the sums needed for its spread.
 struct Sum {
   Vec2d point = Vec2d::Zero();
   double weight = 0, square = 0, doubt = 0;
@@ -56,7 +56,7 @@ class Support {
       progress.report(static_cast<double>(from) / training_.size(), "landmarks followed between frames");
       steady(from, std::min(training_.size(), from + kChunk), stop);
     }
-    // Doubtful frames lean on the nearest frames that are sure, one frame further each round.
+    // Uncertain frames depend on the nearest certain frames, one frame further each round.
     for (int round = 1; round <= options_.carry; ++round) {
       if (stop.stop_requested()) return cancelled_error();
       before_.clear();
@@ -107,7 +107,7 @@ class Support {
     });
   }
 
-  // False where no frame was left to carry to.
+  // False if no frame was left to carry over to.
   bool carry(int round) {
     std::vector<std::size_t> due;
     for (std::size_t at = 0; at < training_.size(); ++at) {
@@ -160,7 +160,7 @@ class Support {
       verdict.votes += voted;
       if (!voted || agrees) sum.add(at, doubtful ? kDoubtfulWeight : 1, sigma);
       const Vec2d mean = sum.point / sum.weight;
-      // What each voter doubts of itself, and how far they are apart.
+      // The voters' own uncertainties, and how far apart they are.
       const double apart = std::max(0.0, sum.square / sum.weight - mean.squaredNorm());
       own.points[k] = mean / clip_.scale + corner;
       own.spread[k] = std::max(0.0, std::sqrt(sum.doubt / sum.weight + apart) - kOwnFloor) / clip_.scale;
@@ -172,8 +172,8 @@ class Support {
   const OpticalOptions options_;
   const int spacing_;
   std::vector<int> training_;  // frames that have landmarks and are not held out
-  std::vector<int> level_;     // 0: sure of itself; n: carried over n frames; more than carry: doubtful
-  std::vector<std::optional<Landmarks>> before_;  // what votes are taken from: not what is being changed
+  std::vector<int> level_;     // 0: certain; n: carried over n frames; more than carry: uncertain
+  std::vector<std::optional<Landmarks>> before_;  // source of the votes: not the landmarks being changed
   std::vector<OpticalVerdict> verdicts_;
 };
 

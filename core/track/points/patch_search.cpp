@@ -10,7 +10,8 @@
 namespace likeness {
 namespace {
 
-// 11 px square in the view, at each size: the skin under wider ones is no plane, and poses err more.
+// 11 px square in the view, at each size: under wider ones the skin is not planar, and errors of the pose
+// matter more.
 constexpr int kReach = 5, kSide = 2 * kReach + 1;
 constexpr int kPixels = kSide * kSide;
 constexpr double kMinFacing = 0.5;
@@ -25,8 +26,8 @@ bool inside(const Image8& picture, const Vec2d& px, double margin) {
          px.y() <= picture.height - margin;
 }
 
-// Bilinear; pixel centres at +0.5; the caller keeps inside.
-// How a step in the patch's plane (tangents a, b) moves its picture, px per m.
+// Bilinear; pixel centres at +0.5; the caller stays inside. How a step in the patch's plane (tangents a, b)
+// moves its picture, px per m.
 Mat2d pixels_from_plane(const PatchView& view, const Vec3d& point, const Vec3d& a, const Vec3d& b) {
   const Vec3d p = view.cam_from_head * point;
   const double z = p.z();
@@ -44,7 +45,7 @@ struct Template {
   Mat2d hessian = Mat2d::Zero();
 };
 
-// What the reference shows at the offsets of the view's pixels.
+// The reference's values at the offsets of the view's pixels.
 Template cut(const Image8& reference, const Vec2d& centre, const Mat2d& reference_from_view) {
   constexpr int kWide = kSide + 2;
   std::array<double, kWide * kWide> wide;
@@ -74,7 +75,7 @@ Template cut(const Image8& reference, const Vec2d& centre, const Mat2d& referenc
   return t;
 }
 
-// Shifts `at` until the picture looks like the template; the correlation reached, or nothing.
+// Shifts `at` until the picture looks like the template; returns the correlation reached, or nullopt.
 std::optional<double> settle(const Template& t, const Image8& picture, double reach, Vec2d* at) {
   const Vec2d start = *at;
   std::array<double, kPixels> value;
@@ -150,7 +151,7 @@ std::optional<PatchMatch> find_patch(const HeadPatch& patch, const PatchView& re
     const double margin = (kReach + 1.5) * reference_from_view.cwiseAbs().rowwise().sum().maxCoeff();
     if (!inside(from, centre, margin)) return std::nullopt;
     const Template t = cut(from, centre, reference_from_view);
-    // A patch whose texture runs along one line alone slides along it.
+    // A patch whose texture varies in one direction only slides along the other.
     const double trace = t.hessian.trace(), least = t.hessian.determinant() / std::max(1e-9, trace);
     if (t.contrast < kMinContrast || least < 0.05 * trace) return std::nullopt;
     Vec2d scaled = size * at;

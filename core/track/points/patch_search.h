@@ -1,8 +1,8 @@
 // Small planar patches of the head, found again in any picture: the reference picture around a point is
 // warped as the plane through the point would look under a predicted pose, then shifted until it fits
-// (inverse compositional Gauss-Newton, Baker & Matthews, IJCV 2004, on values with their mean and contrast
-// taken out). Unlike points followed from picture to picture, nothing adds up: a view seen again is found
-// where it was, so loops close.
+// (inverse compositional Gauss-Newton, Baker & Matthews, IJCV 2004, on values normalised for mean and
+// contrast). Unlike points tracked from picture to picture, errors do not accumulate: a view seen again is
+// found where it was, so loops close.
 #pragma once
 
 #include <optional>
@@ -38,11 +38,11 @@ struct PatchMatch {
   double correlation = 0;  // normalised, of the patch with the picture there
 };
 
-// Cosine of the angle between the patch's normal and the way to the camera; <= 0: seen from behind.
+// Cosine of the angle between the patch's normal and the direction to the camera; <= 0: seen from behind.
 double patch_facing(const HeadPatch& patch, const Pose& cam_from_head);
 
-// nullopt where the patch is seen too slanted, lies at the border, has no texture, moves further than `reach`
-// px from the prediction or does not look alike.
+// nullopt if the patch is too slanted, lies at the border, has no texture, moves further than `reach` px from
+// the prediction or does not look alike.
 std::optional<PatchMatch> find_patch(const HeadPatch& patch, const PatchView& reference,
                                      const PatchView& view, double reach);
 

@@ -16,7 +16,7 @@
 namespace likeness {
 
 struct PointTrackOptions {
-  int corners = 1000;             // alive at a time; cost is linear in it
+  int corners = 1000;             // tracked at a time; cost is linear in it
   int top_up_every = 2;           // frames
   double corner_quality = 0.001;  // of the best corner
   double corner_distance_px = 3;
@@ -33,7 +33,7 @@ struct PointTrack {
   std::vector<PointObservation> seen;  // ascending picture
 };
 
-// An evened picture (CLAHE) with its pyramid, ready to be tracked in; OpenCV's behind it.
+// An equalised picture (CLAHE) with its pyramid, ready for tracking with OpenCV.
 class TrackPicture {
  public:
   TrackPicture() = default;
@@ -45,8 +45,8 @@ class TrackPicture {
   std::shared_ptr<const Impl> impl_;
 };
 
-// Where `points` of `from` are in `to`, nullopt where the way there and back does not close. guesses: empty,
-// or one per point.
+// Where `points` of `from` are in `to`, nullopt if the forward-backward check fails. guesses: empty, or one
+// per point.
 std::vector<std::optional<Vec2d>> follow_points(const TrackPicture& from, const TrackPicture& to,
                                                 std::span<const Vec2d> points, std::span<const Vec2d> guesses,
                                                 double forward_backward_px);

@@ -1,5 +1,5 @@
 // The rigid part of a person's head as dense tracking needs it: surfaces to start 3-D points on, and where in
-// the picture points may be sought. Everything in the head frame, neutral expression.
+// the picture points may be detected. Everything in the head frame, neutral expression.
 #pragma once
 
 #include <memory>
@@ -23,12 +23,12 @@ struct RigidHead {
   std::shared_ptr<const MeshScene> surface, hair_surface;
 };
 
-// person: the neutral head, what is the person's own on top of the identity included.
+// person: the neutral head, including the person's offsets.
 RigidHead rigid_head(const HeadModel& model, const HeadShape& person);
 
 struct HeadSurfacePoint {
   Vec3d point, normal;  // head frame; normal: unit, outwards
-  bool hair = false;    // on the larger hull: no part of the skin
+  bool hair = false;    // on the larger hull: not on the skin
 };
 // Where the ray through the camera's origin (ray: x/z, y/z, 1 in the camera frame) meets the head.
 std::optional<HeadSurfacePoint> point_on_head(const RigidHead& head, const Pose& cam_from_head,

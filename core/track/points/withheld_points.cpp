@@ -25,7 +25,7 @@ double residual_px(const View& view, const Vec3d& point) {
   return p.z() > 1e-3 ? (p.hnormalized() - view.ray).norm() * view.focal_px : 1e6;
 }
 
-// Gauss-Newton with Cauchy weights, pulled a little to the start: a few frames know no depth.
+// Gauss-Newton with Cauchy weights, pulled a little to the start: a few frames do not determine depth.
 Vec3d solve_point(const std::vector<View>& views, const Vec3d& start) {
   Vec3d point = start;
   for (const double loss : {3.0, 1.0, 0.5}) {

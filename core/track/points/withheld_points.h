@@ -1,5 +1,4 @@
-// Point tracks kept out of the dense adjustment, to judge its poses by: what a pose does not know it cannot
-// have been bent to fit.
+// Point tracks withheld from the dense adjustment to judge its poses: poses cannot have been fitted to them.
 #pragma once
 
 #include <cstddef>
@@ -31,12 +30,12 @@ struct WithheldPoints {
 bool is_withheld(std::size_t index, double share);
 
 struct WithheldScore {
-  int tracks = 0, on_head = 0;  // on_head: moved with the head, judged by the even observations alone
+  int tracks = 0, on_head = 0;  // on_head: moved with the head, judged by the even observations only
   int observations = 0;         // scored
   double median_px = 0, p90_px = 0;
 };
 
-// Each point is solved from its even observations with the track's poses as they are; the odd ones score.
+// Each point is solved from its even observations with the track's poses fixed; the odd ones are scored.
 WithheldScore score_withheld(const WithheldPoints& points, const Track& track, const CameraSet& cameras);
 
 }  // namespace likeness

@@ -18,7 +18,7 @@ struct ConvexOutline {
 
 ConvexOutline convex_outline(std::vector<Vec2d> points);
 
-// True where the outline, every side moved outwards by the margin (px), holds the place.
+// Whether the outline, with every side moved outwards by the margin (px), contains the place.
 bool holds(const ConvexOutline& outline, const Vec2d& place, double margin);
 
 }  // namespace likeness

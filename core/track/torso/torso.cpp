@@ -1,9 +1,9 @@
 // Rigid alignment of all frames to one picture, then twice: the median of the aligned training pictures
-// becomes the template, pixels that the torso's motion does not explain lose their say, and the training
-// frames are aligned anew with a free grid of displacements. Components of those grids are where the modes
-// start; they are fitted to all learning frames at once, the template renewed between. Every frame is then
-// aligned once more with the motion and the modes' coefficients alone. Frames in which the torso rests while
-// the camera goes round (torso_rest.h) teach nothing, where there are others, and share one state.
+// becomes the template, pixels that the torso's motion does not explain lose weight, and the training frames
+// are aligned again with a free grid of displacements. Components of those grids initialise the modes; they
+// are fitted to all learning frames at once, the template renewed between. Every frame is then aligned once
+// more with only the motion and the modes' coefficients. Frames in which the torso rests while the camera
+// goes round (torso_rest.h) are not learnt from if there are others, and share one state.
 #include "core/track/torso/torso.h"
 
 #include <algorithm>
@@ -29,12 +29,12 @@ constexpr double kUnexplained = 8;  // grey levels: a pixel of this spread after
 constexpr std::size_t kMinViews = 8;
 constexpr int kRefineRounds = 3, kRefineSteps = 3;
 
-// The training frame among `teaching` whose head stands and looks most as it usually does. There the neck is
-// straight, so that it bends least over the clip; and which frame it is does not hang on where a head model
-// says that a face looks.
+// The training frame among `teaching` whose head position and direction are the most usual. There the neck is
+// taken as straight, so that it bends least over the clip; and the choice does not depend on a head model's
+// notion of facing forward.
 int reference_frame(const std::vector<TorsoFrame>& frames, const std::vector<std::uint8_t>& teaching) {
   using Vec6d = Eigen::Matrix<double, 6, 1>;
-  constexpr double kPerMetre = 4;  // rad that count as much as 1 m
+  constexpr double kPerMetre = 4;  // rad equivalent to 1 m
   // Turn (rad, from facing the camera) and place (m).
   const auto stance = [&](const TorsoFrame& f) {
     const Mat3d facing = Vec3d(1, -1, -1).asDiagonal();
@@ -113,7 +113,7 @@ Result<void> follow(Work& work, const Progress& progress, std::stop_token stop, 
     if (!keep) work.pictures[i] = relief_pyramid(*frames[i].grey);
     const double difference = align(i, &state);
     if (!keep) work.pictures[i].clear();
-    // A motion that no body makes in a picture that still shows the head: keep the last good one.
+    // A motion impossible for a body while the head is still in the picture: keep the last good one.
     if (!believable(state.motion, difference)) continue;
     work.states[i] = last = state;
     if (!frames[i].held_out) last_training = state;
@@ -121,7 +121,7 @@ Result<void> follow(Work& work, const Progress& progress, std::stop_token stop, 
   return {};
 }
 
-// Values of the learning frames at one template pixel where they show it, unmoved or as aligned.
+// Values of the learning frames that show one template pixel, unmoved or as aligned.
 void values_at(const Work& work, const std::vector<Pose>& poses, std::size_t level, const TorsoPixel& t,
                bool moved, std::vector<float>* values) {
   values->clear();
@@ -146,7 +146,7 @@ std::pair<float, float> agree(const std::vector<float>& values) {
 }
 
 // The median of the aligned training pictures. Pixels that still differ count less; those that agree better
-// unmoved are background and count nothing.
+// unmoved are background and get no weight.
 void renew_template(Work& work) {
   std::vector<Pose> poses;
   for (const std::size_t i : work.learning)
@@ -169,8 +169,8 @@ void renew_template(Work& work) {
   }
 }
 
-// Modes, template and the learning frames' states by turns. The displacements of the frames that the modes
-// explain; the others are no longer learnt from.
+// Alternates modes, template and the learning frames' states. Returns the displacements of the frames that
+// the modes explain; the others are no longer learnt from.
 Result<std::vector<std::vector<float>>> refine(Work& work, TorsoModes* modes, const Progress& progress,
                                                std::stop_token stop) {
   for (const std::size_t i : work.learning) work.states[i]->shape = {};
@@ -236,7 +236,7 @@ Result<TorsoModes> learn(Work& work, const Progress& progress, std::stop_token s
   if (modes.empty()) return modes;
   const auto refined = refine(work, &modes, progress.stage(0.5, 1, ""), stop);
   if (!refined) return refined.error();
-  // Orthogonal again, and in standard deviations.
+  // Makes them orthogonal again, in standard deviations.
   return learn_torso_modes(work.grid, *refined, metric, work.body.pivot);
 }
 
@@ -248,10 +248,10 @@ void choose_learning(Work& work, const std::vector<std::uint8_t>& teaching, int 
   for (std::size_t k = 0; k < kept; ++k) work.learning.push_back(training[k * training.size() / kept]);
 }
 
-// Training frames that template and modes come from.
+// Training frames from which template and modes are learnt.
 struct Teaching {
-  std::vector<std::uint8_t> frames;  // those in which the torso moves, where there are enough
-  bool deforms = true;               // what they show is how the torso moves
+  std::vector<std::uint8_t> frames;  // those in which the torso moves, if there are enough
+  bool deforms = true;               // whether they show how the torso moves
 };
 
 Teaching teaching_frames(const std::vector<TorsoFrame>& frames, const std::vector<int>& rests) {
@@ -264,8 +264,8 @@ Teaching teaching_frames(const std::vector<TorsoFrame>& frames, const std::vecto
   return {training, moving == training};
 }
 
-// The state of a torso at rest, from the frames whose cameras stand nearest to the reference's: from there
-// the template's depth matters least. Nullopt where no training frame has one.
+// The state of a torso at rest, from the frames whose cameras are nearest to the reference's, for which the
+// template's depth matters least. nullopt if no training frame has one.
 std::optional<TorsoState> state_at_rest(const Work& work, const std::vector<std::size_t>& stretch) {
   constexpr std::size_t kNearest = 5;
   const auto& frames = *work.frames;
@@ -302,7 +302,7 @@ void rest(Work& work, const std::vector<int>& rests) {
       for (const std::size_t i : stretch) work.states[i] = state;
 }
 
-// Frames of which nothing could be said rest where the torso was seen last.
+// Frames without a result keep the torso's last known pose.
 void describe(const Work& work, TorsoTrack* track) {
   const auto& frames = *work.frames;
   const TorsoState* last = nullptr;
@@ -367,7 +367,7 @@ Result<TorsoTrack> track_torso(const std::vector<TorsoFrame>& frames, const Vec3
     renew_template(work);
   }
 
-  // -- Every frame against what is now frozen.
+  // -- Every frame against the now frozen template and modes.
   double before = 0, moved = 0, after = 0;
   int counted = 0;
   const auto all = [&](std::size_t i, TorsoState* state) {

@@ -26,8 +26,9 @@ struct TorsoFrame {
 };
 
 struct TorsoOptions {
-  int learning_frames = 120;  // training frames that template and modes come from; cost grows with them
-  bool deform = true;         // false: a rigid torso
+  int learning_frames =
+      120;             // training frames from which template and modes are learnt; cost grows with them
+  bool deform = true;  // false: a rigid torso
 };
 
 struct TorsoTrack {
@@ -35,15 +36,15 @@ struct TorsoTrack {
   int reference = -1;                  // index of the frame whose head frame is the torso frame
   std::vector<Pose> world_from_torso;  // one a frame
   TorsoModes modes;                    // from training frames; empty: rigid
-  std::vector<TorsoShape> shapes;      // one a frame; zero where there are no modes
+  std::vector<TorsoShape> shapes;      // one per frame; zero if there are no modes
   double residual_before = 0,          // mean difference of relief to the template, grey levels: unmoved,
       residual_rigid = 0,              // best rigid motion,
       residual_after = 0;  // with its deformation; each frame by itself, over all that were tracked
 };
 
-// chin: of the person, head frame, m. Template, weights and modes come from training frames alone; a held-out
-// frame finds its nine numbers on its own picture. Where somebody walks round a person who holds still, all
-// frames share the numbers of the training frames that see the torso most as the template does.
+// chin: of the person, head frame, m. Template, weights and modes come only from training frames; a held-out
+// frame's nine numbers are found from its own picture. Where the camera walks round a person who holds still,
+// all frames share the numbers of the training frames whose view is most like the template's.
 Result<TorsoTrack> track_torso(const std::vector<TorsoFrame>& frames, const Vec3d& chin,
                                const Progress& progress, std::stop_token stop,
                                const TorsoOptions& options = {});

@@ -1,5 +1,5 @@
 // Rows of the Jacobian are sparse: three numbers of motion, then at most eight of the nodes around the pixel,
-// or one a mode.
+// or one per mode.
 #include "core/track/torso/torso_align.h"
 
 #include <algorithm>

@@ -35,22 +35,22 @@ struct TorsoView {
 
 Pose motion_pose(const TorsoMotion& motion, const Vec2d& pivot);
 
-// Where the picture shows a canonical point, in the level's pixels; false behind the camera or under the
-// head.
+// Where the picture shows a canonical point, in the level's pixels; false if behind the camera or hidden by
+// the head.
 bool seen_at(const TorsoView& view, const Pose& motion, const Vec3d& posed, Vec2d* px);
 
 // Posed canonical point, torso frame before the motion: place + displacement.
 Vec3d displaced(const TorsoGrid& grid, const std::vector<float>& displacement, const Vec3d& place);
 
-// Mean absolute difference of relief, grey levels, at the start of the last iteration; 1e9 where too little
-// is seen. With TorsoFreedom::nodes the grid is kept smooth; with modes the shape is drawn to the training
+// Mean absolute difference of relief, grey levels, at the start of the last iteration; 1e9 if too little is
+// seen. With TorsoFreedom::nodes the grid is kept smooth; with modes the shape is pulled towards the training
 // frames' spread.
 double align_torso(const std::vector<TorsoPixel>& pixels, const TorsoView& view, const Vec2d& pivot,
                    const TorsoGrid& grid, const TorsoModes* modes, TorsoFreedom freedom, int iterations,
                    TorsoState* state);
 
-// Sum over pixels of J^T J for displacements of the nodes as the template itself shows them, plus the
-// smoothness: the metric in which deformations count, (2P, 2P).
+// Sum over pixels of J^T J for displacements of the nodes, with the template itself as the picture, plus the
+// smoothness: the metric of deformations, (2P, 2P).
 Eigen::MatrixXd picture_metric(const std::vector<TorsoPixel>& pixels, const TorsoView& view,
                                const TorsoGrid& grid);
 

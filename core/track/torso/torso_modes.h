@@ -1,4 +1,4 @@
-// What of a torso's deformation the training frames share: principal components in the picture's metric.
+// Modes of a torso's deformation over the training frames: principal components in the picture's metric.
 #pragma once
 
 #include <Eigen/Core>
@@ -8,9 +8,9 @@
 
 namespace likeness {
 
-// displacements: (N) frames of (rows, columns, 2), m. metric: (2P, 2P), positive definite. Modes are freed of
-// turning about the pivot and shifting, which the pose does, and scaled to one standard deviation. Fewer than
-// kMinimumTorsoFrames: no modes, a rigid torso.
+// displacements: (N) frames of (rows, columns, 2), m. metric: (2P, 2P), positive definite. Rotation about the
+// pivot and translation, which belong to the pose, are removed from the modes, which are scaled to one
+// standard deviation. Fewer than kMinimumTorsoFrames: no modes, a rigid torso.
 inline constexpr int kMinimumTorsoFrames = 20;
 TorsoModes learn_torso_modes(const TorsoGrid& grid, const std::vector<std::vector<float>>& displacements,
                              const Eigen::MatrixXd& metric, const Vec2d& pivot);

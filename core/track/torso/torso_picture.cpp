@@ -33,7 +33,7 @@ GreyLevel reduced(const GreyLevel& from) {
   return to;
 }
 
-// What is left without the mean of the surroundings.
+// The level minus the mean of the surroundings.
 GreyLevel relief(GreyLevel level) {
   cv::Mat values(level.height, level.width, CV_32F, level.data.data()), mean;
   cv::blur(values, mean, {2 * kSurroundings + 1, 2 * kSurroundings + 1}, {-1, -1}, cv::BORDER_REPLICATE);
@@ -41,7 +41,7 @@ GreyLevel relief(GreyLevel level) {
   return level;
 }
 
-// One flag a pixel: an edge is near.
+// One flag per pixel: an edge is near.
 std::vector<std::uint8_t> near_edges(const GreyLevel& level) {
   std::vector<std::uint8_t> near(level.data.size(), 0);
   const int w = level.width, h = level.height;

@@ -1,5 +1,5 @@
-// Pictures as the torso's alignment sees them: pyramids of what stands out from its surroundings, and a
-// template of the torso in its own frame that many training frames agree on.
+// Pictures as used by the torso's alignment: pyramids of local contrast (relief), and a template of the torso
+// in its own frame on which many training frames agree.
 #pragma once
 
 #include <vector>
@@ -21,10 +21,10 @@ struct GreyLevel {
   bool sample(double px, double py, float* value, Vec2d* slope) const;
 };
 
-// Halves of the picture: 1/2, 1/4, 1/8. The finest holds enough for a hundredth of a pixel over so many
-// pixels. Of every pixel the mean of its surroundings is taken away, and what is left is called relief: in
-// plain grey levels the edge of the head's shadow would draw the torso's edges to itself. Near the outline of
-// a head that moves those surroundings hold some of it.
+// Halves of the picture: 1/2, 1/4, 1/8. The finest suffices for a hundredth of a pixel over this many pixels.
+// The mean of its surroundings is subtracted from every pixel, which gives the relief: in plain grey levels
+// the edge of the head's shadow would attract the torso's edges. Near the outline of a moving head those
+// surroundings include some of it.
 std::vector<GreyLevel> relief_pyramid(const Image8& grey);
 
 struct TorsoPixel {

@@ -1,7 +1,7 @@
 // Unknowns in blocks of one grid each: the mean, then the modes. A frame's Jacobian by block k is its
-// Jacobian by displacements times its coefficient of mode k, so one (2P, 2P) matrix a frame serves all
-// blocks. A step is judged by the pixels that were seen before it: one that comes to be hidden costs what it
-// did, so that hiding the torso gains nothing.
+// Jacobian by displacements times its coefficient of mode k, so one (2P, 2P) matrix per frame serves all
+// blocks. A step is judged by the pixels visible before it: a pixel that becomes hidden keeps its cost, so
+// that hiding the torso gains nothing.
 #include "core/track/torso/torso_refine.h"
 
 #include <algorithm>
@@ -14,8 +14,8 @@
 namespace likeness {
 namespace {
 
-// Between neighbouring nodes of mean and modes, a frame. A frame's free grid, which is all that its own
-// picture says, is kept a hundred times as stiff.
+// Between neighbouring nodes of mean and modes, per frame. A frame's free grid, which rests on its own
+// picture alone, is a hundred times as stiff.
 constexpr double kRefineStiffness = 1e6;  // grey levels^2 / m^2
 constexpr int kOwn = kTorsoRigid + kTorsoModes, kBlocks = 1 + kTorsoModes;
 constexpr int kMinPixels = 50;
@@ -25,7 +25,7 @@ struct TorsoSystem {
   double share = 0;                   // of kTorsoPixelsMeant
   Eigen::MatrixXd nodes, mixed, own;  // (2P, 2P), (2P, kOwn), (kOwn, kOwn)
   Eigen::VectorXd by_nodes, by_own;
-  std::vector<float> costs;  // a pixel; negative: not seen
+  std::vector<float> costs;  // per pixel; negative: not seen
 };
 
 struct Problem {
@@ -108,7 +108,7 @@ double used_share(const std::vector<TorsoSystem>& systems) {
   return share;
 }
 
-// Marquardt's, for a frame's own unknowns as for the modes'.
+// Marquardt's damping, for a frame's own unknowns and for the modes'.
 Eigen::MatrixXd damped(const Eigen::MatrixXd& hessian, double damping) {
   Eigen::MatrixXd result = hessian;
   result.diagonal() *= 1 + damping;
@@ -132,7 +132,7 @@ Eigen::VectorXd modes_step(const std::vector<TorsoSystem>& systems, const std::v
   });
   Eigen::MatrixXd hessian = Eigen::MatrixXd::Zero(kBlocks * size, kBlocks * size);  // lower triangle
   Eigen::VectorXd gradient = Eigen::VectorXd::Zero(kBlocks * size);
-  // A row of blocks each: every sum is made in the frames' order, whatever the threads.
+  // One row of blocks each: sums run in the frames' order, whatever the threads.
   parallel_for(kBlocks, [&](std::size_t row) {
     const int a = int(row);
     for (std::size_t i = 0; i < systems.size(); ++i) {
@@ -170,7 +170,7 @@ double total_cost(const Problem& problem, const TorsoModes& modes, const std::ve
   return sum;
 }
 
-// What a step of the modes leaves for a frame's own unknowns.
+// Back substitution: a frame's own unknowns after a step of the modes.
 TorsoState stepped(const TorsoSystem& s, const TorsoState& state, const Eigen::VectorXd& step, double damping,
                    int size) {
   TorsoState moved = state;

@@ -1,4 +1,4 @@
-// Runs of frames of a moving camera, and how far heads stray in them.
+// Runs of frames of a moving camera, and how far heads move in them.
 #include "core/track/torso/torso_rest.h"
 
 #include <algorithm>
@@ -10,9 +10,9 @@ namespace likeness {
 namespace {
 
 constexpr std::size_t kMinFrames = 8;
-constexpr double kMinWay = 0.1;                // m that the camera goes
+constexpr double kMinWay = 0.1;                // m that the camera travels
 constexpr double kSway = 0.015, kTurn = 0.07;  // m, rad: of a head that is held still
-constexpr double kMost = 0.9;                  // of the frames; the others may be tracked badly
+constexpr double kMost = 0.9;                  // of the frames; the others may be poorly tracked
 constexpr double kPlainly = 2;                 // times as far: the person moves in that frame
 
 Vec3d centre_of(const Pose& cam_from_world) { return cam_from_world.inverse().translation(); }
@@ -25,8 +25,8 @@ double turn_between(const Pose& a, const Pose& b) {
   return Eigen::AngleAxisd(a.linear().transpose() * b.linear()).angle();
 }
 
-// The frames of a run in which the head holds still; none where it does not for most of the time. indices: of
-// usable frames that follow each other.
+// The frames of a run in which the head holds still; none if it moves most of the time. indices: of
+// consecutive usable frames.
 std::vector<std::size_t> still_frames(const std::vector<TorsoFrame>& frames,
                                       const std::vector<std::size_t>& indices) {
   Eigen::AlignedBox3d way;
@@ -43,7 +43,7 @@ std::vector<std::size_t> still_frames(const std::vector<TorsoFrame>& frames,
   for (int k = 0; k < 3; ++k) usual[k] = median(std::move(along[k]));
   const auto away = [&](std::size_t i) { return (frames[i].world_from_head.translation() - usual).norm(); };
   const Pose& middle = frames[*std::ranges::min_element(training, {}, away)].world_from_head;
-  // 1: as far as a head strays that is held still.
+  // 1: as far as the sway of a head held still.
   const auto strays = [&](std::size_t i) {
     return std::max(away(i) / kSway, turn_between(middle, frames[i].world_from_head) / kTurn);
   };

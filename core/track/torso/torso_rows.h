@@ -1,5 +1,5 @@
-// What one pixel of the template says of one frame of the torso, and the prior of a smooth grid: shared by
-// the alignment of a frame and by the fit of the modes to all frames.
+// The residual of one template pixel in one frame, and the prior of a smooth grid: shared by the alignment of
+// a frame and by the fit of the modes to all frames.
 #pragma once
 
 #include <Eigen/Core>
@@ -9,14 +9,14 @@
 
 namespace likeness {
 
-inline constexpr double kTorsoHuber = 20;          // grey levels
-inline constexpr double kTorsoShapeNoise = 4.5;    // grey levels: how strongly shapes are drawn to the usual
+inline constexpr double kTorsoHuber = 20;        // grey levels
+inline constexpr double kTorsoShapeNoise = 4.5;  // grey levels: strength of the pull towards the usual shape
 inline constexpr double kTorsoPixelsMeant = 4000;  // priors are stated for this many pixels
 inline constexpr double kTorsoMotionPrior = 1;     // tiny: keeps the system regular
 inline constexpr int kTorsoRigid = 3;              // angle, shift
 
-// The frame's relief (core/track/torso/torso_picture.h) at a canonical point beside the template's, and how
-// it changes.
+// The frame's relief (core/track/torso/torso_picture.h) at a canonical point minus the template's, and its
+// derivatives.
 struct TorsoRow {
   double residual = 0;                       // grey levels
   double weight = 0;                         // the template's, less where the residual is large (Huber)
@@ -36,15 +36,14 @@ struct TorsoRow {
   }
 };
 
-// False where the pixel counts nothing, is not seen, or lies under the head. `pose` is
+// False if the pixel has no weight, is not seen, or is hidden by the head. `pose` is
 // motion_pose(state.motion).
 bool torso_row(const TorsoPixel& pixel, const TorsoView& view, const Pose& pose, const Vec2d& pivot,
                const TorsoGrid& grid, const TorsoState& state, TorsoRow* row);
 
 // 1/2 stiffness times the sum of squared differences between neighbouring nodes of a field, and weakly
-// between each and rest: added to the Hessian's block and the gradient's from `first` on, and to the cost,
-// where they are not null. stiffness: grey levels^2 / m^2; at: the field, (2P), m; null: only the Hessian is
-// asked for.
+// between each and rest: added to the Hessian's block and the gradient's from `first` on, and to the cost, if
+// not null. stiffness: grey levels^2 / m^2; at: the field, (2P), m; null: only the Hessian.
 void add_smoothness(const TorsoGrid& grid, double stiffness, const Eigen::VectorXd* at, int first,
                     Eigen::MatrixXd* hessian, Eigen::VectorXd* gradient, double* cost);
 
