@@ -13,8 +13,8 @@
 namespace likeness {
 namespace {
 
-// Learning rate with both bias corrections folded in: sqrt(1 - beta2^t) / (1 - beta1^t). Epsilon is so added
-// to the uncorrected root of the second moment, as in section 2 of the paper.
+// Learning rate with both bias corrections folded in: sqrt(1 - beta2^t) / (1 - beta1^t). Epsilon is thus
+// added to the uncorrected root of the second moment, as in section 2 of the paper.
 float corrected_rate(float rate, const AdamOptions& options, std::uint64_t step) {
   const double t = double(step);
   return float(rate * std::sqrt(1 - std::pow(double(options.beta2), t)) /
@@ -37,7 +37,7 @@ void step_tables(Field& field, FieldGradients& gradients, AdamState& state, cons
         ++line;
         continue;
       }
-      // Neighbours of the same age share one update.
+      // Neighbouring lines of the same age share one update.
       std::size_t stop = line;
       for (; stop < end && gradients.touched[stop] && (stop == line || age(stop) + 1 == age(line)); ++stop) {
         gradients.touched[stop] = 0;

@@ -1,5 +1,5 @@
-// Adam on a CUDA device: four threads a line of the tables, a thread a parameter of the networks; the codes
-// in one block.
+// Adam on a CUDA device: four threads per line of the tables, a thread per parameter of the networks; the
+// codes in one block.
 #include "core/field/cuda_launchers.h"
 #include "core/field/device_math.h"
 

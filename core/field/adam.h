@@ -1,5 +1,5 @@
-// Adam (Kingma & Ba 2015) on a field: dense for the networks, lazy for the hash tables, where only lines that
-// got a gradient move and each line counts its own steps.
+// Adam (Kingma & Ba 2015) on a field: dense for the networks, lazy for the hash tables, where only lines with
+// a gradient are updated and each line counts its own steps.
 #pragma once
 
 #include <algorithm>
@@ -18,10 +18,10 @@ struct AdamOptions {
         network_epsilon = 1e-10f;  // tiny: table gradients are tiny and must not be damped
   float network_l2 = 0;            // adds network_l2 * weight to the gradient of weights
   // Decoupled decay (Loshchilov & Hutter 2019): each step of a line also takes table_decay * table_rate of
-  // its values. Entries that only noise moves go back to nothing instead of astray.
+  // its values. Entries moved only by noise return to zero instead of drifting.
   float table_decay = 0;
 
-  // What is left of a table's values after a step's decay: all or less, never less than nothing.
+  // Factor on a table's values for a step's decay, in [0, 1].
   float table_keep() const { return std::max(0.0f, 1 - table_decay * table_rate); }
 };
 

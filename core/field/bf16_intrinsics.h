@@ -1,5 +1,5 @@
-// What the kernels by intrinsics (AVX-512 BF16) share. Functions between LIKENESS_BF16_BEGIN and
-// LIKENESS_BF16_END are compiled for such processors; nothing of the standard library may stand there.
+// Shared by the kernels with intrinsics (AVX-512 BF16). Functions between LIKENESS_BF16_BEGIN and
+// LIKENESS_BF16_END are compiled for such processors; nothing of the standard library may be used there.
 // Internal to core/field.
 #pragma once
 

@@ -14,11 +14,11 @@ cudaError_t adam_lines(const Launch& launch, const AdamLinesArgs& args, std::siz
 cudaError_t adam_networks(const Launch& launch, const AdamNetworksArgs& args, std::size_t items);
 cudaError_t adam_codes(const Launch& launch, const AdamCodesArgs& args, std::size_t items);
 
-// A network on the matrix units; `taken`: false where they do not cover it, and nothing was queued.
+// A network on the matrix units; `taken`: false if they do not support it, and nothing was queued.
 cudaError_t matrix_network(const Launch& launch, const NetworkArgs& args, std::size_t items, bool backward,
                            bool& taken);
 
-// Whether the module holds code for the device.
+// Whether the module has code for the device.
 cudaError_t has_code();
 
 }  // namespace likeness::cuda

@@ -35,7 +35,7 @@ DeviceNetwork device_network(const std::vector<DenseLayer>& layers) {
   return network;
 }
 
-// Rows of floats that a batch keeps of a sample.
+// Rows of floats that a batch keeps per sample.
 struct BatchRows {
   std::size_t features, slice, density, colour;
   explicit BatchRows(const FieldLayout& layout)
@@ -170,7 +170,7 @@ Result<void> DeviceField::Impl::allocate() {
   return make(line_steps, lines);
 }
 
-// What no copy from the host sets.
+// Clears what no copy from the host sets.
 Result<void> DeviceField::Impl::clear_state() {
   const auto zero = [&](auto& array) {
     return device->clear(array.data(), array.size() * sizeof(*array.data()));
@@ -189,7 +189,7 @@ NetworkArgs DeviceField::Impl::network(const std::vector<DenseLayer>& layers, Ne
   NetworkArgs a{};
   a.network = device_network(layers);
   a.output = output;
-  // A slice's rounding would move its samples by a part of a fine cell.
+  // Rounding a slice would move its samples by a fraction of a fine cell.
   const bool halves = options.precision == NetworkPrecision::bf16;
   a.precision = halves && output == NetworkOutput::slice ? NetworkPrecision::split : options.precision;
   a.parameters = parameters.data(), a.gradients = gradients.data();

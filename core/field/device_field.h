@@ -1,5 +1,5 @@
-// A field on a device: its parameters, a batch of samples, and the kernels over them, in the order in which a
-// pass takes them. Queues work; waits for nothing.
+// A field on a device: its parameters, a batch of samples, and the kernels over them, in the order of a pass.
+// Queues work; waits for nothing.
 #pragma once
 
 #include <cstddef>
@@ -16,20 +16,20 @@ namespace likeness {
 
 struct DeviceFieldOptions {
   std::size_t capacity = 131072;  // samples of a batch, at most
-  std::size_t views = 1;          // rows of conditions and codes; of one, the samples need no view
+  std::size_t views = 1;          // rows of conditions and codes; with one, the samples need no view
   bool training = false;
   // Of the density and colour networks: single or bf16, which needs a device with matrix units. w and its
-  // network stay near single precision (then split), since ambient levels turn a small error of w into a
+  // network are kept near single precision (then split), since ambient levels turn a small error of w into a
   // large one of a.
   NetworkPrecision precision = NetworkPrecision::bf16;
 };
 
-// Bytes that a field takes of the device's memory.
+// Device memory of a field, bytes.
 std::size_t device_field_bytes(const FieldConfig& config, const DeviceFieldOptions& options,
                                const DeviceFacts& facts);
 
-// What a block of threads takes on at a time, and where it sums its gradients: the largest choice that fits.
-// False where none does.
+// Chooses the number of samples per block of threads, and where it sums its gradients: the largest choice
+// that fits. False if none does.
 bool fit_network(NetworkArgs& args, std::size_t shared_bytes, bool backward);
 
 class DeviceField {
@@ -39,26 +39,27 @@ class DeviceField {
                                                    const DeviceFieldOptions& options);
   ~DeviceField();
 
-  // -- The host's copies. Moments where given. They must stay as they are until the device has been waited
-  // for.
+  // -- The host's copies, with the moments if given. They must stay as they are until the device has been
+  // waited for.
   Result<void> place(const Field& field, const AdamState* adam);
   Result<void> fetch(Field& field, AdamState* adam) const;
 
   // -- A batch. Counts go to `count`, a number in the device's memory that all kernels read.
-  Result<void> set_samples(const FieldInputs& inputs);  // positions, directions, views; codes are set apart
+  Result<void> set_samples(
+      const FieldInputs& inputs);  // positions, directions, views; codes are set separately
   Result<void> set_conditions(const float* conditions, std::size_t rows);
   Result<void> set_codes(const float* codes, std::size_t rows);  // null: zeros from now on
   Result<void> set_count(std::uint32_t count);
 
   // -- Passes over the batch.
   Result<void> density();                  // sigma and geometry features
-  Result<void> density(std::size_t most);  // where the batch is known to hold no more samples than that
+  Result<void> density(std::size_t most);  // if the batch is known to hold no more samples than that
   Result<void> colour();                   // after density
   Result<void> backward();                 // from d_sigma and d_colour; adds to the gradients
   Result<void> step_tables(const StepNumbers* numbers, const StepSums* sums);
   Result<void> step_networks(const StepNumbers* numbers, const StepSums* sums, int index);
 
-  // -- Where things lie in the device's memory.
+  // -- Addresses in the device's memory.
   float* point(int k) const;   // (capacity) a coordinate of the samples' positions, from 3 on of directions
   std::int32_t* rows() const;  // (capacity) of conditions and codes, of a field with several
   float* sigma() const;        // (capacity)

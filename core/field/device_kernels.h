@@ -1,7 +1,7 @@
 // Arguments of the field's kernels on a device (core/device). Plain C++17 with pointers and sizes.
 //
-// A batch has room for `capacity` samples, of which `*count` are there: the count lies on the device, so that
-// a recorded step serves every batch. An array "(rows, capacity)" holds one row of samples per component.
+// A batch has room for `capacity` samples, of which `*count` are valid: the count is on the device, so that a
+// recorded step serves every batch. An array "(rows, capacity)" holds one row of samples per component.
 #pragma once
 
 #include <cstddef>
@@ -29,7 +29,7 @@ struct EncodeArgs {
   std::uint32_t capacity;
 };
 
-// With slopes of the point items are samples, and each goes through all levels.
+// With slopes of the point, items are samples, each going through all levels.
 struct EncodeBackwardArgs {
   DeviceGrid grid;
   const float* parameters;
@@ -45,7 +45,7 @@ struct EncodeBackwardArgs {
 // time.
 
 // A layer in a block's shared memory: weights (outputs padded to 16, stride), stride = inputs padded to 16,
-// plus 8 so that the rows of a matrix start in other banks.
+// plus 8 so that the rows of a matrix start in different banks.
 struct DeviceLayer {
   std::int32_t inputs, outputs, stride;
   std::uint32_t weights, biases;  // offsets into the parameters
@@ -60,10 +60,10 @@ struct DeviceNetwork {
 
 enum class NetworkOutput : std::int32_t {
   slice,    // (tanh + 1) / 2
-  density,  // the first is a density, the rest are as they are
+  density,  // the first is a density, the others are unchanged
   colour    // sigmoid
 };
-// split: of factors in two bfloat16 parts each, where there are matrix units; otherwise single.
+// split: factors in two bfloat16 parts each, if there are matrix units; otherwise single.
 enum class NetworkPrecision : std::int32_t { single, bf16, split };
 
 struct NetworkArgs {
@@ -91,15 +91,15 @@ struct NetworkArgs {
   float* d_codes;            // (views, code_count), added to, or null
   float* gradients;          // as the parameters; added to
   std::int32_t shared_sums;  // 1: a block sums its gradients in shared memory first
-  // (partial_blocks, the network's parameters) what blocks on the matrix units summed; null without training
-  // and in single precision.
+  // (partial_blocks, the network's parameters) sums of blocks on the matrix units; null without training and
+  // in single precision.
   float* partial;
   std::uint32_t partial_blocks;
 };
 
-// -- Adam. Nothing moves where the loss of the step is not finite, or no sample fell into the field.
+// -- Adam. Nothing is updated if the loss of the step is not finite, or no sample fell into the field.
 
-// What changes from step to step. One in the device's memory.
+// Numbers that change from step to step. One in the device's memory.
 struct StepNumbers {
   std::uint32_t count[2];  // samples of each field
   std::uint32_t rays;
@@ -110,17 +110,17 @@ struct StepNumbers {
   float code_rate;        // corrected
 };
 
-// What a step gives back.
+// Results of a step.
 struct StepSums {
   double error;            // squared, over rays and channels
-  std::uint32_t count[2];  // samples of each field, where the device chose them
+  std::uint32_t count[2];  // samples of each field, if chosen on the device
 };
 
 struct AdamMoments {
   float beta1, beta2, epsilon;
 };
 
-// Items: lines of the tables. Those without any gradient stay as they are.
+// Items: lines of the tables. Those without any gradient are unchanged.
 struct AdamLinesArgs {
   float *parameters, *gradients, *first, *second;
   std::uint32_t* line_steps;

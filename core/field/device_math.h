@@ -10,7 +10,7 @@
 
 namespace likeness {
 
-// *at += value, whole also when threads of a device do it at once.
+// *at += value, atomic on a device.
 LIKENESS_HOST_DEVICE inline void add_to(float* at, float value) {
 #ifdef __CUDA_ARCH__
   atomicAdd(at, value);
@@ -41,7 +41,7 @@ LIKENESS_HOST_DEVICE inline bool is_finite(double value) {
   return value - value == 0;  // neither infinite nor not a number
 }
 
-// Density of the raw output, and its slope by it from the density itself.
+// Density of the raw output, and its derivative from the density itself.
 LIKENESS_HOST_DEVICE inline float density_of(float raw) {
   const float bounded = expf(raw < kDensityKnee ? raw : kDensityKnee);
   return raw > kDensityKnee ? bounded * (1 + raw - kDensityKnee) : bounded;
@@ -57,7 +57,7 @@ LIKENESS_HOST_DEVICE inline float network_output(NetworkOutput kind, int index, 
   return index == 0 ? density_of(raw) : raw;
 }
 
-// Derivative of the output by the raw output, from the output.
+// Derivative of the output with respect to the raw output, from the output.
 LIKENESS_HOST_DEVICE inline float network_output_slope(NetworkOutput kind, int index, float out) {
   if (kind == NetworkOutput::slice) return 2 * out * (1 - out);  // (1 - w^2) / 2, w = 2 out - 1
   if (kind == NetworkOutput::colour) return out * (1 - out);
@@ -96,7 +96,7 @@ LIKENESS_HOST_DEVICE inline void adam_value(float& value, float gradient, float&
   value -= rate * first / (sqrtf(second) + m.epsilon);
 }
 
-// A line of the tables takes its next step: the rate of it.
+// Counts a step of a line of the tables; returns its rate.
 LIKENESS_HOST_DEVICE inline float line_rate(const AdamLinesArgs& a, std::uint32_t step) {
   return a.numbers->table_rate * a.corrections[step < a.correction_count ? step : a.correction_count - 1];
 }
@@ -107,7 +107,7 @@ LIKENESS_HOST_DEVICE inline void adam_table_value(const AdamLinesArgs& a, float&
   adam_value(value, gradient, first, second, a.moments, rate);
 }
 
-// A line of the tables: its gradient is consumed, and unless the step is void its values move.
+// A line of the tables: its gradient is consumed and, unless the step is void, its values are updated.
 LIKENESS_HOST_DEVICE inline void adam_line(const AdamLinesArgs& a, std::size_t line) {
   const std::size_t begin = line * kTableLine, end = begin + kTableLine;
   bool any = false;

@@ -1,5 +1,5 @@
-// Look-ups in grids and their gradients on a CUDA device: a thread a sample and level, the samples of one
-// level beside each other, so that a level's table is what the cache holds.
+// Look-ups in grids and their gradients on a CUDA device: a thread per sample and level, the samples of one
+// level next to each other, so that the cache holds that level's table.
 #include "core/field/cuda_launchers.h"
 #include "core/field/grid_math.h"
 
@@ -8,8 +8,8 @@ namespace {
 
 constexpr unsigned kThreads = 256;
 
-// Batches of pictures have room for many more samples than they hold: blocks go on to further samples, so
-// that there need not be one for every place.
+// Batches of pictures have room for many more samples than they hold: blocks loop over samples, so that there
+// need not be one for every place.
 template <int kDims, int kFeatures>
 __global__ void __launch_bounds__(kThreads) encode_kernel(const __grid_constant__ EncodeArgs args) {
   const std::uint32_t count = *args.count;
@@ -17,14 +17,15 @@ __global__ void __launch_bounds__(kThreads) encode_kernel(const __grid_constant_
     encode_sample<kDims, kFeatures>(args, n, int(blockIdx.y));
 }
 
-// -- Gradients. Samples of a warp lie beside each other on their rays, and in the coarse levels, or where a
-// slice hardly moves, in the same cell: theirs are summed before they go to memory, which takes what goes to
-// one address one by one.
+// -- Gradients. Samples of a warp are neighbours on their rays and, in the coarse levels or where a slice
+// hardly moves, in the same cell: their gradients are summed before they go to memory, where additions to one
+// address are serialised.
 
-constexpr int kMaxGroups = 6;  // cells of a warp that are worth it
+constexpr int kMaxGroups = 6;  // cells of a warp for which it pays
 
-// The sums over a warp of kCount values, a power of two up to 32: that of value lane / (32 / kCount). Each
-// step halves what a thread holds; sizes are known when compiling, so that all of it stays in registers.
+// The sums over a warp of kCount values, a power of two up to 32; a lane gets that of value lane / (32 /
+// kCount). Each step halves what a thread holds; sizes are compile-time constants, so that everything stays
+// in registers.
 template <int kLeft, int kBit, int kCount>
 __device__ void sum_halves(float (&value)[kCount]) {
   if constexpr (kBit > 0) {
@@ -111,7 +112,7 @@ __global__ void __launch_bounds__(kThreads) slopes_kernel(const __grid_constant_
   const bool there = n < *args.count;
   if (!__any_sync(~0u, there)) return;
   float d_point[kDims] = {};
-  // Blocks begin with levels of their own: otherwise all would add to the few cells of the coarsest at once.
+  // Blocks begin with different levels: otherwise all would add to the few cells of the coarsest at once.
   for (int k = 0; k < args.grid.levels; ++k)
     warp_backward<kDims, kFeatures, true>(
         args, n, there, int((unsigned(k) + blockIdx.x) % unsigned(args.grid.levels)), d_point);

@@ -28,8 +28,8 @@ void check_inputs(const Field& field, const FieldLayout& layout, const FieldInpu
 
 namespace {
 
-// Samples a table level is used for before the next one takes its place in the L2 cache: bringing the tables
-// there takes as long as reading them for some ten thousand samples.
+// Samples for which a table level is used before the next one replaces it in the L2 cache: loading a table
+// takes as long as reading it for some ten thousand samples.
 constexpr std::size_t kEncodeChunk = 65536;
 
 float* evaluation_scratch(std::size_t floats) {
@@ -98,11 +98,11 @@ void evaluate(const KernelContext& context, std::size_t chunk, const GeometryFea
   });
 }
 
-// The samples of a picture's tile lie together, so tables stay in the cache by themselves, and features too
-// if they are few.
+// The samples of a picture's tile are close together, so tables stay in the cache anyway, and features too if
+// they are few.
 constexpr std::size_t kPictureChunk = 512;
 
-// The picture's own conditions, the same for all samples but for their weights.
+// The picture's own conditions, the same for all samples except for their weights.
 FieldInputs inputs_of(const ConditionedParts& parts, FieldInputs inputs) {
   LIKENESS_CHECK(inputs.local || parts.local.empty() || inputs.count == 0,
                  "no weights for %zu local conditions", parts.local.size());

@@ -41,15 +41,15 @@ struct FieldConfig {
   bool ambient = true;                          // false with K > 0: psi is concatenated (NeRFace-like)
   GridConfig ambient_grid{2, 8, 4, 14, 8, 64};  // its dimensions are those of w
   int slice_width = 32;                         // hidden units of H
-  int slice_levels = 4;  // of the position grid, the coarsest, that H sees: all, where it has no more. Finer
-                         // ones let w jump from point to point, which expressions never seen pay for
+  int slice_levels = 4;  // of the position grid, the coarsest, that H sees: all, if it has no more. Finer
+                         // ones let w jump from point to point, at the cost of unseen expressions
   int density_width = 64, density_layers = 2;  // hidden layers: 1 or 2
   int geometry_features = 15;
   int colour_width = 64, colour_layers = 2;  // hidden layers: 1 or 2
   bool view_direction = true;                // 2nd-order spherical harmonics of d
   int latent_count = 0;                      // L: entries of the per-frame code l
   float initial_density = 0.1f;              // sigma of a fresh field, per cube side
-  // The last so many entries of psi act in a region only: a sample's are multiplied by FieldInputs::local.
+  // This many last entries of psi act only in a region: a sample's are multiplied by FieldInputs::local.
   int local_conditions = 0;
 
   bool operator==(const FieldConfig&) const = default;
@@ -60,7 +60,7 @@ struct RoundedTables;  // in bfloat16, see precision.h
 struct Field {
   FieldConfig config;
   std::vector<float> parameters;  // all tables and weights; see parameter_layout()
-  // Of a field that does not change any more, or null: every picture rounds them anew.
+  // For a field that no longer changes, or null: then every picture rounds them again.
   std::shared_ptr<const RoundedTables> rounded = nullptr;
 };
 

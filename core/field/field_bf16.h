@@ -1,6 +1,6 @@
-// The parts of a field in bfloat16 and their kernels by intrinsics (AVX-512 BF16), which Highway 1.0 does not
-// know: grid_bf16.cpp and network_bf16.cpp, called from the kernels of Highway for whole tiles. Internal to
-// core/field.
+// The parts of a field in bfloat16 and their kernels with intrinsics (AVX-512 BF16), which Highway 1.0 does
+// not support: grid_bf16.cpp and network_bf16.cpp, called from the kernels of Highway for whole tiles.
+// Internal to core/field.
 //
 // A pair of neighbouring inputs of one sample is one 32-bit word, the first in the lower half, which is what
 // the processor's dot product takes. Sums are single precision.
@@ -33,10 +33,10 @@ PackedLayer pack_transposed(const DenseLayer& layer, const float* parameters, in
 // All columns of every layer but the first, which comes without weights.
 PackedNetwork pack_transposed(const std::vector<DenseLayer>& layers, const float* parameters);
 
-// W^T for the way back: a layer's outputs are its inputs here.
+// W^T for the backward pass: a layer's outputs are its inputs here.
 struct PackedSlopes {
-  // Layers as those of the networks; the first ones without weights, since not all of their inputs want a
-  // gradient, and these not at once:
+  // Layers as those of the networks; the first ones without weights, since not all of their inputs need a
+  // gradient, and not at the same time:
   PackedNetwork density, colour;
   PackedLayer density_position, density_rest, colour_geometry, colour_latents;
 };
@@ -44,7 +44,7 @@ PackedSlopes pack_slopes(const FieldConfig& config, const FieldLayout& layout, c
 
 struct Bf16Parts {
   const std::uint16_t* tables = nullptr;  // as the parameters' tables
-  std::size_t exact_levels = 0;           // of the position grid, the first, that are read as they are
+  std::size_t exact_levels = 0;           // of the position grid, the first, that are read unrounded
   PackedNetwork density, colour;
   PackedSlopes slopes;  // of a field in training
 };
@@ -76,7 +76,7 @@ struct SlopeScratch {
 };
 // From g (outputs, kTile), the gradients of the output, adds those of all layers to `partial`. Gradients are
 // rounded where they meet weights or inputs, and summed in single precision; those of biases are not rounded.
-// Returns the words of pairs of the first layer's gradients, which lie in the scratch.
+// Returns the words of pairs of the first layer's gradients, which are in the scratch.
 const std::uint32_t* network_backward_bf16(const PackedNetwork& transposed, const PairRows& kept,
                                            const float* g, const std::vector<PartialLayer>& to,
                                            float* partial, const SlopeScratch& scratch);

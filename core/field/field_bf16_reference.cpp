@@ -1,4 +1,4 @@
-// The kernels of field_bf16.h in plain loops: what is rounded is rounded at the same places.
+// The kernels of field_bf16.h in plain loops: rounding happens at the same places.
 #include "core/field/field_bf16.h"
 
 #include <algorithm>
@@ -62,7 +62,7 @@ void network_bf16_reference(const PackedNetwork& network, const float* in, std::
 
 PlainGradients network_backward_bf16_reference(const PackedNetwork& network, const float* in,
                                                const float* g) {
-  // What every layer saw, rounded.
+  // Inputs of every layer, rounded.
   std::vector<std::vector<float>> seen;
   for (std::size_t l = 0; l < network.size(); ++l) {
     const PackedNetwork below(network.begin(), network.begin() + std::ptrdiff_t(l));

@@ -25,8 +25,8 @@ inline constexpr std::size_t kTile = 64;
 inline constexpr std::size_t pair_count(std::size_t count) { return (count + 1) / 2; }
 inline constexpr std::size_t tiles_of(std::size_t count) { return (count + kTile - 1) / kTile; }
 
-// Floats on a 64-byte boundary, uninitialised; keeps its memory when asked for less, and grows by at least an
-// eighth, since batches of training differ a little and fresh memory is slow to touch.
+// Floats on a 64-byte boundary, uninitialised; keeps its memory when less is requested, and grows by at least
+// an eighth, since batches of training differ a little and fresh memory is slow to touch.
 class AlignedFloats {
  public:
   float* reserve(std::size_t count) {
@@ -64,7 +64,7 @@ PartialLayout make_partial_layout(const FieldLayout& layout);
 
 struct Bf16Parts;
 
-// What every kernel needs of the field and the batch.
+// What every kernel needs from the field and the batch.
 struct KernelContext {
   const FieldConfig& config;
   const FieldLayout& layout;
@@ -76,12 +76,13 @@ struct KernelContext {
   std::size_t density_inputs() const {
     return std::size_t(layout.position_features + layout.ambient_features + layout.concat_count);
   }
-  // What the colour network sees.
+  // Number of inputs of the colour network.
   std::size_t colour_inputs() const {
     return std::size_t(config.geometry_features + layout.direction_features + config.latent_count);
   }
-  // Rows that a training step keeps of a tile's forward pass until it goes back: what the slice network saw,
-  // what the hidden layers and the networks gave; about a kilobyte a sample, or with bf16 two thirds of it.
+  // Rows that a training step keeps of a tile's forward pass for the backward pass: inputs of the slice
+  // network, outputs of the hidden layers and of the networks; about a kilobyte per sample, or with bf16 two
+  // thirds of it.
   std::size_t kept_rows() const {
     const std::size_t slice =
         layout.has_ambient() ? std::size_t(config.condition_count + config.slice_width) : 0;
@@ -99,7 +100,7 @@ struct KernelContext {
   }
 };
 
-// Parameters and inputs that do not fit the layout are a programmer's mistake.
+// Parameters and inputs that do not match the layout are a programmer's mistake.
 void check_inputs(const Field& field, const FieldLayout& layout, const FieldInputs& inputs);
 
 // Floats of scratch a thread needs for the tiles of one field, forward and backward.
@@ -136,7 +137,7 @@ inline std::size_t geometry_stride(const FieldConfig& config) {
 struct ColourRange {
   std::size_t begin = 0, end = 0;
   const std::uint32_t* chosen = nullptr;
-  const float* geometry = nullptr;  // (N, geometry_stride) as forward_tiles left it
+  const float* geometry = nullptr;  // (N, geometry_stride) as left by forward_tiles
   float* scratch = nullptr;
   float *red = nullptr, *green = nullptr, *blue = nullptr;  // (chosen)
 };
@@ -144,9 +145,9 @@ void colour_tiles(const KernelContext& context, const ColourRange& range);
 
 struct BackwardRange {
   std::size_t begin = 0, end = 0;
-  float* features = nullptr;  // in: as forward left them; out: gradients of e (complete) and a or psi
+  float* features = nullptr;  // in: as left by forward; out: gradients of e (complete) and a or psi
   const float* slice = nullptr;
-  float* kept = nullptr;  // as forward left it; used up
+  float* kept = nullptr;  // as left by forward; overwritten
   float* scratch = nullptr;
   FieldOutputGradients gradients;
   bool want_conditions = false;

@@ -14,7 +14,7 @@ struct FieldLayout {
   std::vector<DenseLayer> slice, density, colour;    // hidden layers (ReLU), then the linear output layer
   std::size_t table_count = 0, parameter_count = 0;  // tables are [0, table_count), a multiple of kTableLine
   int position_features = 0;                         // of e
-  int slice_features = 0;                            // of e, the first, that H sees
+  int slice_features = 0;                            // of e, the first, the inputs of H
   int ambient_dimensions = 0, ambient_features = 0;  // of w, a
   int concat_count = 0;                              // entries of psi appended to the density input
   int direction_features = 0;
@@ -22,8 +22,8 @@ struct FieldLayout {
   bool has_ambient() const { return !ambient.empty(); }
 };
 
-// Levels of the position grid, the coarsest, that trainings read in single precision, since H sees them: what
-// rounding e would move w by is a tenth of a fine ambient cell, and turns derivatives by w.
+// Levels of the position grid, the coarsest, that training reads in single precision, since they are inputs
+// of H: rounding e would move w by a tenth of a fine ambient cell, and perturb derivatives with respect to w.
 inline std::size_t exact_levels(const FieldConfig& config, const FieldLayout& layout) {
   return layout.has_ambient() ? std::size_t(layout.slice_features / config.position.features) : 0;
 }

@@ -1,5 +1,5 @@
 // Levels, layers and constants that every implementation of the field shares. Plain C++17: the CUDA kernels
-// read it, too.
+// read it too.
 #pragma once
 
 #include <cstddef>

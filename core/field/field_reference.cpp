@@ -10,8 +10,8 @@
 namespace likeness {
 namespace {
 
-// A corner of the cell a point lies in: entry, multi-linear weight, and the weight's derivative by each
-// coordinate.
+// A corner of the cell a point lies in: entry, multi-linear weight, and the weight's derivative with respect
+// to each coordinate.
 template <class Real>
 struct Corner {
   std::size_t entry = 0;
@@ -104,7 +104,7 @@ void encode_backward(const std::vector<GridLevel>& levels, const GridConfig& gri
   }
 }
 
-// Activations of a network: values[0] the input, values[l + 1] the output of layer l (after ReLU but for the
+// Activations of a network: values[0] the input, values[l + 1] the output of layer l (after ReLU, except the
 // last).
 template <class Real>
 using Activations = std::vector<std::vector<Real>>;

@@ -1,5 +1,5 @@
-// The field written plainly, one sample at a time, in float or double: what the SIMD and CUDA kernels are
-// held against, and what finite differences are taken of. Slow.
+// The field written plainly, one sample at a time, in float or double: the reference for the SIMD and CUDA
+// kernels and for finite differences. Slow.
 #pragma once
 
 #include <cstddef>

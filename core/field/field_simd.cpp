@@ -1,5 +1,5 @@
-// The field's kernels over ranges of samples on the way forward, compiled for several instruction sets and
-// chosen at run time: see field_kernels.h. Symbols as in field.h.
+// The field's forward kernels over ranges of samples, compiled for several instruction sets and chosen at run
+// time: see field_kernels.h. Symbols as in field.h.
 #include "core/field/field_kernels.h"
 
 #include <algorithm>
@@ -42,7 +42,7 @@ void code_rows(const FieldInputs& inputs, const float* table, std::size_t width,
   fill_code_rows(view, table, width, rows);
 }
 
-// Entries of psi that act in a region only, times the samples' weights. psi: (condition_count, kTile).
+// Entries of psi that act only in a region, times the samples' weights. psi: (condition_count, kTile).
 void weigh_local_rows(const KernelContext& c, std::size_t begin, std::size_t count, float* psi) {
   const std::size_t local = std::size_t(c.config.local_conditions),
                     first = std::size_t(c.config.condition_count) - local;
@@ -53,7 +53,7 @@ void weigh_local_rows(const KernelContext& c, std::size_t begin, std::size_t cou
   }
 }
 
-// point (3, kTile) = (0, 0, 1), which is what missing directions mean.
+// point (3, kTile) = (0, 0, 1), the meaning of missing directions.
 void forward_directions(float* point) {
   std::fill(point, point + 2 * kTile, 0.0f);
   std::fill(point + 2 * kTile, point + 3 * kTile, 1.0f);
@@ -92,7 +92,7 @@ void direction_rows(const FieldInputs& inputs, std::size_t begin, std::size_t co
   harmonic_rows(copy, rows);
 }
 
-// rows (features, kTile): what a level holds at the points.
+// rows (features, kTile): a level's values at the points.
 void encode(const KernelContext& c, const GridLevel& level, const GridConfig& grid, bool exact,
             const float* const* point, const TileBuffers& b, float* rows) {
   if (!exact)
@@ -101,7 +101,7 @@ void encode(const KernelContext& c, const GridLevel& level, const GridConfig& gr
     encode_tile(level, grid, c.tables, point, *b.cells, rows);
 }
 
-// w and the ambient features, or psi, behind e in `features`; (w + 1) / 2 into `slice`.
+// w and the ambient features, or psi, after e in `features`; (w + 1) / 2 into `slice`.
 void complete_features(const KernelContext& c, const TileBuffers& b, std::size_t begin, std::size_t count,
                        float* features, float* slice) {
   const Df d;
@@ -129,7 +129,7 @@ void complete_features(const KernelContext& c, const TileBuffers& b, std::size_t
   }
 }
 
-// Density network: b.block, of which the density alone unless the rest is wanted, b.raw_density, and the
+// Density network: b.block, of which only the density unless the rest is wanted, b.raw_density, and the
 // hidden rows or words.
 void density_network(const KernelContext& c, const TileBuffers& b, const float* features, bool geometry) {
   const std::size_t outputs = geometry ? 1 + std::size_t(c.config.geometry_features) : 1;
@@ -141,12 +141,12 @@ void density_network(const KernelContext& c, const TileBuffers& b, const float* 
   if (b.raw_density != b.block) std::memcpy(b.raw_density, b.block, kTile * sizeof(float));
 }
 
-// Rows of b.block behind the geometry features.
+// Rows of b.block after the geometry features.
 float* direction_place(const KernelContext& c, const TileBuffers& b) {
   return b.block + (1 + std::size_t(c.config.geometry_features)) * kTile;
 }
 
-// b.rgb (before the sigmoid) and the hidden rows or words, from the rows of b.block behind the density.
+// b.rgb (before the sigmoid) and the hidden rows or words, from the rows of b.block after the density.
 void colour_network(const KernelContext& c, const TileBuffers& b) {
   if (c.bf16)
     network_bf16(c.bf16->colour, b.block + kTile, b.colour_words, 3, b.rgb);

@@ -4,8 +4,8 @@
 //
 // g and t name a thread: its lane is 4 g + t. A Piece is 16 x 16: a thread holds (row, columns 2t and 2t + 1)
 // of rows g and g + 8, then the same of columns 8 + 2t. Sums are 16 x 8: (g, 2t), (g, 2t + 1), (g + 8, 2t),
-// (g + 8, 2t + 1). So two sums beside each other, rounded, are a piece: what one layer answers the next one
-// reads without a way through memory.
+// (g + 8, 2t + 1). So two adjacent sums, rounded, are a piece: the next layer reads one layer's outputs
+// without going through memory.
 #pragma once
 
 #include <cuda_bf16.h>
@@ -29,13 +29,14 @@ __device__ inline std::uint32_t rounded_pair(float first, float second) {
   const __nv_bfloat162 pair = __floats2bfloat162_rn(first, second);
   return reinterpret_cast<const std::uint32_t&>(pair);
 }
-// What rounding left of them, rounded.
+// Their rounding errors, rounded.
 __device__ inline std::uint32_t rounded_rest(float first, float second) {
   return rounded_pair(first - __bfloat162float(__float2bfloat16_rn(first)),
                       second - __bfloat162float(__float2bfloat16_rn(second)));
 }
 
-// Four matrices of 8 x 8, whose rows of 16 bytes lie where lanes 0-7, 8-15, 16-23 and 24-31 say.
+// Four matrices of 8 x 8, whose rows of 16 bytes are at the addresses given by lanes 0-7, 8-15, 16-23 and
+// 24-31.
 template <bool kTransposed>
 __device__ inline void load_four(std::uint32_t (&to)[4], const Bf16* row) {
   const auto at = std::uint32_t(__cvta_generic_to_shared(row));
@@ -51,7 +52,7 @@ __device__ inline void load_four(std::uint32_t (&to)[4], const Bf16* row) {
                  : "memory");
 }
 
-// Ways to load what lies at m, rows `stride` apart. Left: (16, 16) as it is.
+// Ways to load the matrix at m, rows `stride` apart. Left: (16, 16) as it is.
 struct AsLeft {
   __device__ static Piece load(const Bf16* m, int stride) {
     const int lane = lane_id();
@@ -76,8 +77,8 @@ __device__ inline void store_piece(const Piece& piece, Bf16* m, int stride) {
     *reinterpret_cast<std::uint32_t*>(m + (g + k % 2 * 8) * stride + k / 2 * 8 + 2 * t) = piece.part[k];
 }
 
-// What a product reads from the right, for two sums beside each other: parts 0 and 1 are for the first.
-// Weights (16 outputs, 16 inputs), so that sums are of outputs.
+// The right factors of a product, for two adjacent sums: parts 0 and 1 are for the first. Weights (16
+// outputs, 16 inputs), so that sums are of outputs.
 struct ToOutputs {
   __device__ static Piece load(const Bf16* m, int stride) {
     const int lane = lane_id();

@@ -1,4 +1,4 @@
-// Rounding tables, and look-ups in them, by intrinsics: see field_bf16.h.
+// Rounding tables, and look-ups in them, with intrinsics: see field_bf16.h.
 #include <algorithm>
 
 #include "core/base/check.h"

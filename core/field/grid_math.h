@@ -1,6 +1,6 @@
 // Look-ups in the levels of a grid, and their gradients, for one sample. A device sums the gradients of a
-// warp's samples before it adds them (encode.cu); the rest is what its threads do. Plain C++17. Dimensions
-// and features are known when compiling, so that everything stays in registers.
+// warp's samples before it adds them (encode.cu); otherwise its threads run this code. Plain C++17.
+// Dimensions and features are compile-time constants, so that everything stays in registers.
 #pragma once
 
 #include <cmath>
@@ -21,8 +21,8 @@ struct alignas(kFeatures == 8 ? 16 : 4 * kFeatures) GridEntry {
 
 template <int kDims>
 struct GridCell {
-  float part[kDims];   // of the way through the cell
-  float slope[kDims];  // of the part by the coordinate: 0 where it was clamped
+  float part[kDims];   // position within the cell, 0..1
+  float slope[kDims];  // derivative of the part: 0 where it was clamped
   std::uint32_t vertex[kDims];
 
   LIKENESS_HOST_DEVICE GridCell(const GridLevel& level, const float* const* point, std::size_t n) {
@@ -50,7 +50,7 @@ struct GridCell {
     for (int a = 0; a < kDims; ++a) product *= side(corner, a);
     return product;
   }
-  // Of the corner's weight by coordinate a.
+  // Derivative of the corner's weight with respect to coordinate a.
   LIKENESS_HOST_DEVICE float weight_slope(int corner, int a) const {
     float product = corner >> a & 1 ? slope[a] : -slope[a];
     for (int b = 0; b < kDims; ++b)
@@ -77,7 +77,7 @@ LIKENESS_HOST_DEVICE void encode_sample(const EncodeArgs& args, std::size_t n, i
     args.features[(std::size_t(l) * kFeatures + f) * args.capacity + n] = sum[f];
 }
 
-// Of a sample's features in a level; false: none, and the sample adds to nothing.
+// Gradient of a sample's features in a level; false: all zero, and the sample adds nothing.
 template <int kFeatures>
 LIKENESS_HOST_DEVICE bool level_gradient(const EncodeBackwardArgs& args, std::size_t n, int l,
                                          float (&gradient)[kFeatures]) {
@@ -89,7 +89,7 @@ LIKENESS_HOST_DEVICE bool level_gradient(const EncodeBackwardArgs& args, std::si
   return any;
 }
 
-// To the table's.
+// Adds to the table's gradient.
 template <int kDims, int kFeatures>
 LIKENESS_HOST_DEVICE void add_gradients(const EncodeBackwardArgs& args, const GridLevel& level,
                                         const GridCell<kDims>& cell, const float (&gradient)[kFeatures]) {
@@ -105,7 +105,7 @@ LIKENESS_HOST_DEVICE void add_gradients(const EncodeBackwardArgs& args, const Gr
   }
 }
 
-// To the place's.
+// Adds to the point's gradient.
 template <int kDims, int kFeatures>
 LIKENESS_HOST_DEVICE void add_slopes(const EncodeBackwardArgs& args, const GridLevel& level,
                                      const GridCell<kDims>& cell, const float (&gradient)[kFeatures],
@@ -122,7 +122,7 @@ LIKENESS_HOST_DEVICE void add_slopes(const EncodeBackwardArgs& args, const GridL
   }
 }
 
-// What a level takes back from a sample; d_point: or null.
+// Gradients of one level for a sample; d_point: or null.
 template <int kDims, int kFeatures>
 LIKENESS_HOST_DEVICE void encode_sample_backward(const EncodeBackwardArgs& args, std::size_t n, int l,
                                                  float* d_point) {
@@ -142,7 +142,7 @@ LIKENESS_HOST_DEVICE void encode_sample_slopes(const EncodeBackwardArgs& args, s
   for (int a = 0; a < kDims; ++a) args.d_point[a][n] = d_point[a];
 }
 
-// CALL(dimensions, features) of the grid; nothing where there is no such grid.
+// CALL(dimensions, features) of the grid; nothing if there is no such grid.
 #define LIKENESS_FOR_GRID(grid, CALL)                 \
   switch ((grid).dimensions * 10 + (grid).features) { \
     case 11:                                          \

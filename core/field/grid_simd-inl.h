@@ -2,7 +2,7 @@
 // by field_simd.cpp once per target.
 //
 // Cells and weights are computed with samples in lanes. The look-ups then go sample by sample, since an entry
-// of two or four features is one load, which no gather beats.
+// of two or four features is one load, faster than a gather.
 #if defined(LIKENESS_GRID_SIMD_INL) == defined(HWY_TARGET_TOGGLE)
 #ifdef LIKENESS_GRID_SIMD_INL
 #undef LIKENESS_GRID_SIMD_INL
@@ -32,7 +32,7 @@ using Dg = hn::CappedTag<float, 16>;
 using Vg = hn::Vec<Dg>;
 using Vcell = hn::Vec<hn::RebindToSigned<Dg>>;
 
-// Cells along one axis of the points `x` in [0, 1], clamped, and how far into them the points lie.
+// Cells along one axis of the points `x` in [0, 1], clamped, and the points' positions within them.
 HWY_INLINE Vg cell_part(Vg x, int resolution, Vcell& cell) {
   const Dg d;
   const hn::RebindToSigned<Dg> di;
@@ -48,7 +48,7 @@ HWY_NOINLINE void cells_of(const GridLevel& level, int features, const float* co
   const hn::RebindToUnsigned<Dg> du;
   using U = hn::Vec<decltype(du)>;
   // Keys count parameters, not entries: the features of an entry are a power of two, which hashes and masks
-  // carry along.
+  // preserve.
   const std::uint32_t width = std::uint32_t(features);
   const U mask = hn::Set(du, level.mask * width);
   for (std::size_t s = 0; s < kTile; s += hn::Lanes(d)) {
@@ -112,7 +112,7 @@ HWY_INLINE void gather_quads(const float* table, const CellTile& cells, int feat
   }
 }
 
-// Two neighbouring entries of two features each, from anywhere: half a vector a sample.
+// Two neighbouring entries of two features each, from anywhere: half a vector per sample.
 HWY_INLINE hn::Vec<hn::FixedTag<float, 4>> two_pairs(const float* table, const std::uint32_t* entry) {
   const hn::FixedTag<float, 2> half;
   return hn::Combine(hn::FixedTag<float, 4>(), hn::LoadU(half, table + entry[1]),
@@ -146,7 +146,7 @@ HWY_INLINE void pair_weights(const float* weight, const float* next,
   out[2] = hn::InterleaveLower(d, high, high), out[3] = hn::InterleaveUpper(d, high, high);
 }
 
-// As gather_pairs, of a dense level: a corner's neighbour in x lies behind it, so one load reads both.
+// As gather_pairs, for a dense level: a corner's neighbour in x follows it, so one load reads both.
 template <int kCorners>
 HWY_INLINE void gather_neighbours(const float* table, const CellTile& cells, float* rows) {
   const hn::FixedTag<float, 4> d;
@@ -195,7 +195,7 @@ HWY_INLINE void gradient_sizes(const float* rows, int features, float* size) {
 }
 
 // Samples of a tile in an order that keeps neighbours apart: those of a ray often share a cell, and an update
-// of an entry must wait for the one before.
+// of an entry must wait for the previous one.
 constexpr std::size_t kApart = 16;
 template <class Update>
 HWY_INLINE void each_apart(const float* size, std::size_t count, const Update& update) {
@@ -229,7 +229,7 @@ HWY_INLINE void scatter_quads(float* table, const CellTile& cells, const float* 
   });
 }
 
-// (first, second) of every sample behind each other.
+// (first, second) of every sample one after the other.
 HWY_INLINE void interleave_pairs(const float* rows, float* pairs) {
   const hn::FixedTag<float, 4> d;
   for (std::size_t s = 0; s < kTile; s += 4) {
@@ -257,7 +257,7 @@ HWY_INLINE void scatter_pairs(float* table, const CellTile& cells, const float* 
   });
 }
 
-// As scatter_pairs, of a dense level: a corner's neighbour in x lies behind it, so both are one update.
+// As scatter_pairs, for a dense level: a corner's neighbour in x follows it, so both are one update.
 template <int kCorners>
 HWY_INLINE void scatter_neighbours(float* table, const CellTile& cells, const float* rows, const float* size,
                                    std::size_t count) {
@@ -308,12 +308,12 @@ HWY_INLINE void scatter_tile(float* table, bool hashed, const CellTile& cells, i
   }
 }
 
-// Marks the lines of a level's table that have a gradient. Done once, as the table still lies in the cache:
+// Marks the lines of a level's table that have a gradient. Done once, while the table is still in the cache:
 // marking with every update takes a third longer.
 HWY_NOINLINE inline void mark_lines(const float* gradients, std::size_t count, std::uint8_t* touched) {
   const Dg d;
   for (std::size_t i = 0; i < count; i += kTableLine, ++touched) {
-    Vg most = hn::Zero(d);  // whole lines: zeros fill the gap behind a table
+    Vg most = hn::Zero(d);  // whole lines: zeros fill the gap after a table
     for (std::size_t k = 0; k < kTableLine; k += hn::Lanes(d))
       most = hn::Or(most, hn::LoadU(d, gradients + i + k));
     if (!hn::AllFalse(d, hn::Ne(most, hn::Zero(d)))) *touched = 1;
@@ -401,7 +401,7 @@ HWY_INLINE void corner_dots(const float* table, const CellTile& cells, int featu
   }
 }
 
-// sum (kDims, kTile) += derivative by the point of the corners' weights, times `dots`.
+// sum (kDims, kTile) += derivative of the corners' weights with respect to the point, times `dots`.
 template <int kDims>
 HWY_INLINE void add_point_slopes(const GridLevel& level, const float* const* point,
                                  const float (*dots)[kTile], float* sum) {

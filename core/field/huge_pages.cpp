@@ -12,7 +12,7 @@ namespace likeness {
 void advise_huge_pages([[maybe_unused]] void* memory, [[maybe_unused]] std::size_t bytes) {
 #ifdef __linux__
   constexpr std::uintptr_t kPage = std::uintptr_t{1} << 21;
-  // Only whole pages inside the array: what lies around it belongs to others.
+  // Only whole pages inside the array: the memory around it belongs to others.
   const std::uintptr_t begin = (reinterpret_cast<std::uintptr_t>(memory) + kPage - 1) / kPage * kPage;
   const std::uintptr_t end = (reinterpret_cast<std::uintptr_t>(memory) + bytes) / kPage * kPage;
   // Advice only; a kernel without huge pages refuses it and nothing is lost.

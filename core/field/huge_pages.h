@@ -1,5 +1,5 @@
-// Backs large arrays with 2 MB pages where the system offers them: random look-ups in tables of some
-// megabytes otherwise miss the page tables' cache (4 % of training time). Internal to core/field.
+// Backs large arrays with 2 MB pages where the system offers them: random look-ups in tables of a few
+// megabytes otherwise miss the TLB (4 % of training time). Internal to core/field.
 #pragma once
 
 #include <cstddef>

@@ -1,9 +1,9 @@
 // The field's networks on matrix units: a warp takes 16 samples through all layers, their hidden values in
-// its registers. network_math.h says the same in plain loops, and is what networks this does not cover go
-// through: wider ones, more layers, devices without such units.
+// its registers. network_math.h does the same in plain loops, for networks not covered here: wider ones, more
+// layers, devices without such units.
 //
-// With NetworkPrecision::split every factor is the sum of two bfloat16 values, and a product three of theirs:
-// about single precision.
+// With NetworkPrecision::split every factor is the sum of two bfloat16 values, and a product is three of
+// theirs: about single precision.
 #include "core/field/cuda_launchers.h"
 #include "core/field/device_math.h"
 #include "core/field/network_math.h"
@@ -23,7 +23,7 @@ constexpr int kOutputs = 16;        // padded
 
 extern __shared__ __align__(128) unsigned char block_memory[];
 
-// Where things lie in shared memory, bytes; of what is kept in two parts, the second behind the first.
+// Layout of shared memory, bytes; of values kept in two parts, the second follows the first.
 struct MatrixMemory {
   int first, middle, last, biases, inputs, hidden, slopes, end;
 };
@@ -157,7 +157,7 @@ struct MatrixNetwork {
     __syncthreads();
   }
 
-  // Eight components of sample n's input from k on; zeros behind the last one.
+  // Eight components of sample n's input from k on; zeros after the last one.
   __device__ void load_eight(int k, std::uint32_t n, float (&value)[8]) const {
     if (k + 8 <= a.column_count) {
       const float* at = a.columns + std::size_t(k) * a.capacity + n;
@@ -170,8 +170,8 @@ struct MatrixNetwork {
       value[e] = k + e < a.network.layer[0].inputs ? network_input(a, k + e, n) : 0.0f;
   }
 
-  // The warp's samples, from `first` of the tile on; none beyond the last one. A thread brings 8 components
-  // at a time, twice, so that what it reads is on its way together.
+  // The warp's samples, from `first` of the tile on; none beyond the last one. A thread loads 8 components at
+  // a time, twice, so that the loads overlap.
   __device__ void load_inputs(std::uint32_t first, std::uint32_t count) const {
     const int lane = lane_id(), own = row + lane % 16;
     const bool there = first + std::uint32_t(own) < count;
@@ -213,7 +213,7 @@ struct MatrixNetwork {
     }
   }
 
-  // Values of hidden layer l by those of the layer below, a piece at a time.
+  // Values of hidden layer l from those of the layer below, a piece at a time.
   template <class Left>
   __device__ void hidden(int l, int pieces, const Left& left, Hidden& out) const {
     Sums sums[kPieces][2];
@@ -293,7 +293,7 @@ struct MatrixNetwork {
 
   // -- Backward
 
-  // By the raw outputs.
+  // Gradients with respect to the raw outputs.
   __device__ Pieces<kSplit> output_slopes(std::uint32_t first, std::uint32_t count) const {
     const int outputs = a.network.layer[kHidden].outputs;
     Sums slopes[2];
@@ -309,7 +309,7 @@ struct MatrixNetwork {
     return pieces_of<kSplit>(slopes[0], slopes[1]);
   }
 
-  // Slopes of the values below layer l, 16 from `column` on; slopes: of what the layer gives, kCount pieces.
+  // Slopes of the values below layer l, 16 from `column` on; slopes: of the layer's outputs, kCount pieces.
   template <int kCount>
   __device__ void slopes_below(int l, int column, const Pieces<kSplit> (&slopes)[kCount],
                                Sums (&sums)[2]) const {
@@ -323,7 +323,7 @@ struct MatrixNetwork {
     }
   }
 
-  // The same of hidden values: none where the value was cut off.
+  // The same for hidden values: zero where ReLU cut the value off.
   template <int kCount>
   __device__ void hidden_slopes(int l, const Pieces<kSplit> (&slopes)[kCount], const Hidden& values,
                                 Hidden& out) const {
@@ -342,8 +342,8 @@ struct MatrixNetwork {
     }
   }
 
-  // What a warp sums of a layer's gradients over all of its block's tiles: of 16 outputs, kTiles times 8
-  // inputs, and the biases.
+  // A warp's sums of a layer's gradients over all of its block's tiles: of 16 outputs, kTiles times 8 inputs,
+  // and the biases.
   template <int kOutputPieces, int kTiles>
   struct LayerSums {
     static constexpr int kStep = kWarps / kOutputPieces;  // warps that share 16 outputs
@@ -416,7 +416,7 @@ struct MatrixNetwork {
 
   __device__ void input_gradients(const Hidden& slopes, std::uint32_t first, std::uint32_t count) const {
     const int codes = a.column_count + a.direction_count, used = a.network.layer[0].inputs;
-    // Of the block's hidden values nobody reads any more; a warp's own rows.
+    // Reuses the block's hidden values, which are no longer read; a warp's own rows.
     float* own_codes = reinterpret_cast<float*>(tile_hidden().at + row * kStride);
     for (int column = 0; column < used; column += 16) {
       if (column >= a.column_count && !a.d_codes) break;
@@ -514,7 +514,8 @@ __global__ void __launch_bounds__(kThreads, 1) backward_kernel(const __grid_cons
 #endif
 }
 
-// Adds the rows of the work space that the blocks filled: 32 parameters a block, whose rows 8 threads share.
+// Adds the rows of the work space that the blocks filled: 32 parameters per block, whose rows are shared by 8
+// threads.
 __global__ void __launch_bounds__(256) sum_kernel(const __grid_constant__ NetworkArgs args, unsigned blocks) {
   __shared__ float sums[8][32];
   const std::uint32_t count = *args.count, tiles = (count + kRows - 1) / kRows;

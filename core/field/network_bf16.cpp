@@ -1,8 +1,8 @@
-// Dense layers in bfloat16 by intrinsics, forward and back: see field_bf16.h.
+// Dense layers in bfloat16 with intrinsics, forward and backward: see field_bf16.h.
 //
 // Forward as in network_simd-inl.h: lanes are samples, weights are broadcast, and a word holds two inputs of
 // a sample. The gradients of inputs are the same with transposed weights. For those of weights, lanes are
-// inputs, and a word holds what two neighbouring samples have of one.
+// inputs, and a word holds two neighbouring samples of one input.
 #include "core/base/check.h"
 #include "core/field/bf16_intrinsics.h"
 #include "core/field/field_bf16.h"
@@ -21,14 +21,14 @@ namespace {
 constexpr std::size_t kTilePairs = kTile / 2;  // of neighbouring samples
 static_assert(kPartialLanes == kWide);
 
-// What becomes of a layer's sums.
+// What is done with a layer's sums.
 enum class Finish {
   kRows,   // rows of floats
   kRelu,   // words of two outputs of max(sum, 0)
   kSlopes  // words of the sums where `mask`, the words that a ReLU gave, is not zero, and zero elsewhere
 };
 
-// Gradients of a layer's sums: what the layer below needs, what its weights need, what its biases need.
+// Gradients of a layer's sums, for the layer below, for its weights and for its biases.
 struct SlopeRows {
   std::uint32_t* pairs = nullptr;    // (pairs of rows, kTile) words
   std::uint32_t* samples = nullptr;  // (rows, kTilePairs) words
@@ -118,7 +118,7 @@ inline void layer_rows(const std::uint32_t* weights, const float* biases, const 
   }
 }
 
-// Of a layer without inputs: there is nothing to read, but pointers move on.
+// For a layer without inputs: there is nothing to read, but pointers advance.
 constexpr std::uint32_t kNoWeights[8] = {};
 
 template <Finish kFinish>
@@ -145,7 +145,7 @@ __attribute__((noinline)) void pair_rows(const float* rows, std::size_t count, s
 
 // -- Back
 
-// Gradients of the output layer's sums as the layers below have them.
+// Gradients of the output layer's sums in the layout of the layers below.
 __attribute__((noinline)) void slopes_of(const float* rows, std::size_t count, const SlopeRows& to) {
   const __m512 zero = _mm512_setzero_ps();
   for (std::size_t r = 0; r < count; r += 2)
@@ -178,7 +178,7 @@ inline void transpose_pairs(__m512i (&v)[8]) {
   }
 }
 
-// (pairs of inputs, kTile) words -> (kTilePairs, stride): a word holds what two samples have of one input.
+// (pairs of inputs, kTile) words -> (kTilePairs, stride): a word holds two samples of one input.
 __attribute__((noinline)) void turn_words(const std::uint32_t* words, std::size_t pairs, std::size_t stride,
                                           std::uint32_t* turned) {
   // Of two neighbouring samples' words (a, b), (a', b'): (a, a'), (b, b').

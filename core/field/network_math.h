@@ -1,8 +1,7 @@
-// A network for a tile of samples, all layers in one go: what a block of threads of a device does. Plain
-// C++17.
+// A network for a tile of samples, all layers in one go, by a block of threads of a device. Plain C++17.
 //
-// Weights and the tile's values lie in the block's shared memory; values are (component, sample) with rows of
-// `row` samples, so that threads beside each other are samples beside each other. `Value` is what products
+// Weights and the tile's values are in the block's shared memory; values are (component, sample) with rows of
+// `row` samples, so that neighbouring threads are neighbouring samples. `Value` is the type that products
 // read (float or bfloat16); sums, outputs and gradients of weights are in single precision.
 //
 // A Block offers index(), blocks(), for_each(count, f), where f(i) runs once for every i < count and all are
@@ -20,12 +19,12 @@
 namespace likeness {
 
 LIKENESS_HOST_DEVICE constexpr std::int32_t padded(std::int32_t count) { return (count + 15) / 16 * 16; }
-// A little more than the samples: rows start in other banks.
+// A little more than the samples, so that rows start in different banks.
 LIKENESS_HOST_DEVICE inline std::int32_t row_of(const NetworkArgs& a) { return a.rows + 16; }
 
 constexpr std::size_t kBlockThreads = 128;
 
-// Where things lie in shared memory, bytes.
+// Layout of shared memory, bytes.
 struct NetworkMemory {
   std::size_t weights, biases, value[kMaxLayers], gradient[2], sums, bias_sums, codes, end;
 };
@@ -152,7 +151,7 @@ LIKENESS_HOST_DEVICE void load_network(Block& block, const NetworkArgs& a, const
   }
 }
 
-// The inputs of samples from `first` on, and all values but those of the last layer.
+// The inputs of samples from `first` on, and all values except those of the last layer.
 template <class Value, class Block>
 LIKENESS_HOST_DEVICE void hidden_layers(Block& block, const NetworkArgs& a, const NetworkTile<Value>& tile,
                                         std::uint32_t first, std::uint32_t count) {
@@ -194,8 +193,7 @@ LIKENESS_HOST_DEVICE void network_forward(Block& block, const NetworkArgs& a, un
   }
 }
 
-// Gradients of the codes: samples of one view lie beside each other, so runs are summed before they are
-// added.
+// Gradients of the codes: samples of one view are adjacent, so runs are summed before they are added.
 template <class Block>
 LIKENESS_HOST_DEVICE void add_codes(Block& block, const NetworkArgs& a, const float* codes,
                                     std::uint32_t first, std::uint32_t count) {
@@ -273,7 +271,7 @@ LIKENESS_HOST_DEVICE void add_sums(Block& block, const NetworkArgs& a, const Net
   }
 }
 
-// The hidden layers are computed again: that is cheaper than to have kept them.
+// The hidden layers are computed again: that is cheaper than keeping them.
 template <class Value, class Block>
 LIKENESS_HOST_DEVICE void network_backward(Block& block, const NetworkArgs& a, unsigned char* shared) {
   const NetworkTile<Value> tile(a, shared, true);

@@ -1,7 +1,7 @@
 // Dense layers over one tile of samples, for every SIMD target. Included by field_simd.cpp once per target.
 //
 // Rows of kTile samples; lanes are samples; a block of outputs by two vectors of samples stays in registers
-// while weights are broadcast. Gradients of weights want the other order (inputs in lanes), hence the
+// while weights are broadcast. Gradients of weights need the other order (inputs in lanes), hence the
 // transposed inputs.
 #if defined(LIKENESS_NETWORK_SIMD_INL) == defined(HWY_TARGET_TOGGLE)
 #ifdef LIKENESS_NETWORK_SIMD_INL
@@ -24,8 +24,8 @@ namespace hn = hwy::HWY_NAMESPACE;
 using Df = hn::CappedTag<float, 16>;
 using Vf = hn::Vec<Df>;
 inline constexpr std::size_t kLanes = hn::MaxLanes(Df());
-// As many accumulators as registers allow: 32 registers with 16 lanes, else 16. Six rows would fit there,
-// too, but are no faster and leave a rest of every usual width.
+// As many accumulators as registers allow: 32 registers with 16 lanes, else 16. Six rows would fit there too,
+// but are no faster and leave a remainder for every usual width.
 inline constexpr int kOutputs = kLanes == 16 ? 8 : 4;
 
 enum class Finish {
@@ -35,8 +35,8 @@ enum class Finish {
   kAdd      // out += sum
 };
 
-// Rows of a tile in two pieces, (first_count, kTile) and (rest_count, kTile), so that none needs to be copied
-// to lie beside the other.
+// Rows of a tile in two pieces, (first_count, kTile) and (rest_count, kTile), so that neither needs to be
+// copied to adjoin the other.
 struct InputRows {
   const float* first = nullptr;
   std::size_t first_count = 0;
@@ -96,7 +96,7 @@ HWY_INLINE void dense_block(const MatrixView& w, const float* bias, const InputR
   }
 }
 
-// out (outputs, kTile) = finish(W in + bias); `bias` and, but for kMask, `mask` may be null.
+// out (outputs, kTile) = finish(W in + bias); `bias` and, except for kMask, `mask` may be null.
 template <Finish kFinish>
 HWY_NOINLINE void dense(MatrixView w, const float* bias, const InputRows& in, std::size_t outputs,
                         const float* mask, float* out) {

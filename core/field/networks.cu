@@ -31,7 +31,7 @@ __global__ void __launch_bounds__(kBlockThreads, 1) loop_kernel(const __grid_con
     likeness::network_forward<Value>(block, args, block_memory);
 }
 
-// As many blocks as run at once: each keeps its weights and sums over all of its tiles.
+// As many blocks as can run at once: each keeps its weights and sums over all of its tiles.
 template <class KernelFunction>
 cudaError_t queue(const Launch& launch, KernelFunction kernel, const NetworkArgs& args, std::size_t items,
                   bool backward) {

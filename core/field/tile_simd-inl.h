@@ -1,5 +1,5 @@
-// What the field's kernels share over one tile of samples, for every SIMD target: scratch, rows of points,
-// the outputs' functions. Included by field_simd.cpp and train_simd.cpp once per target.
+// Shared by the field's kernels over one tile of samples, for every SIMD target: scratch, rows of points, the
+// outputs' functions. Included by field_simd.cpp and train_simd.cpp once per target.
 #if defined(LIKENESS_TILE_SIMD_INL) == defined(HWY_TARGET_TOGGLE)
 #ifdef LIKENESS_TILE_SIMD_INL
 #undef LIKENESS_TILE_SIMD_INL
@@ -32,7 +32,7 @@ struct TileBuffers {
   float* slice_out;        // (3)
   float* density_hidden[2];
   float* block;        // (1 + G + directions + L): density's output, whose tail is the colour network's input
-  float* raw_density;  // (1): what backward needs of the block beside the colour network's input
+  float* raw_density;  // (1): what backward needs of the block besides the colour network's input
   float* colour_hidden[2];
   float* rgb;                            // (3)
   float* block_gradient;                 // as block
@@ -42,7 +42,7 @@ struct TileBuffers {
   float* turned;                         // (kTile, widest stride)
   float* samples;                        // (half of the widest layer)
   PairRows density_words, colour_words;  // of the networks in bfloat16, instead of hidden rows
-  SlopeScratch slopes;                   // for their way back, in rows that single precision uses
+  SlopeScratch slopes;                   // for their backward pass, in rows that single precision uses
   std::size_t size;                      // of all, floats
 };
 
@@ -52,7 +52,7 @@ inline std::size_t block_rows(const FieldConfig& config, const FieldLayout& layo
   return std::size_t(1 + config.geometry_features + layout.direction_features + config.latent_count);
 }
 
-// Without scratch, only `size` is of use.
+// Without scratch, only `size` is valid.
 inline TileBuffers carve(const FieldConfig& config, const FieldLayout& layout, float* scratch) {
   TileBuffers b;
   b.size = 0;
@@ -86,7 +86,7 @@ inline TileBuffers carve(const FieldConfig& config, const FieldLayout& layout, f
   return b;
 }
 
-// What backward needs of the forward pass lies in `kept` (kept rows, kTile) instead of the scratch.
+// What backward needs of the forward pass is in `kept` (kept rows, kTile) instead of the scratch.
 inline void use_kept(const KernelContext& c, float* kept, TileBuffers& b) {
   const auto rows = [&](std::size_t count) {
     float* start = kept;
@@ -121,7 +121,7 @@ inline void copy_padded(const float* from, std::size_t count, float* row) {
   std::fill(row + count, row + kTile, from[count - 1]);
 }
 
-// Rows of the batch's points for a tile; of a whole tile in place, of a padded one in `copy`.
+// Rows of the batch's points for a tile: in place for a whole tile, in `copy` for a padded one.
 inline void point_rows(const FieldInputs& inputs, std::size_t begin, std::size_t count, float* copy,
                        const float* (&point)[3]) {
   const float* axes[3] = {inputs.x, inputs.y, inputs.z};
@@ -154,29 +154,29 @@ inline void store_outputs(const float* row, std::size_t count, float* out) {
   std::memcpy(out, row, count * sizeof(float));
 }
 
-// What the slice network sees: the first rows of e, psi.
+// Inputs of the slice network: the first rows of e, psi.
 inline InputRows slice_input(const KernelContext& c, const TileBuffers& b, const float* features) {
   return {features, std::size_t(c.layout.slice_features), b.psi, std::size_t(c.config.condition_count)};
 }
 
-// What the colour network sees: the rows of b.block behind the density.
+// Inputs of the colour network: the rows of b.block after the density.
 inline InputRows colour_input(const KernelContext& c, const TileBuffers& b) {
   return {b.block + kTile, c.colour_inputs()};
 }
 
-// A level's rows of a tile lie far from the next tile's, which no processor foresees: they are asked for this
-// many tiles before.
+// A level's rows of a tile are far from the next tile's, which hardware prefetchers do not predict: they are
+// prefetched this many tiles ahead.
 constexpr std::size_t kTilesAhead = 4;
 
-// Asks for the lines of `count` rows, to be written or only read.
+// Prefetches the lines of `count` rows, for writing or only reading.
 template <int kWrite>
 HWY_INLINE void ask_for(const float* rows, std::size_t count) {
   for (std::size_t i = 0; i < count * kTile; i += kTableLine) __builtin_prefetch(rows + i, kWrite);
 }
 
-// Reads a table in order, which is faster than letting its lines come as they are hit, if most are.
+// Reads a table in order, which is faster than loading its lines as they are hit, if most are.
 inline void warm(const float* table, std::size_t count, std::size_t samples) {
-  constexpr std::size_t kHits = 1;  // samples a line at least
+  constexpr std::size_t kHits = 1;  // samples per line, at least
   if (samples < kHits * count / kTableLine) return;
   for (std::size_t i = 0; i < count; i += kTableLine) __builtin_prefetch(table + i);
 }

@@ -21,16 +21,16 @@
 namespace likeness {
 
 struct FieldTape {
-  AlignedFloats features, slice, codes, partials;  // see field_kernels.h; partials: one block a chunk
-  RoundedTables rounded;                           // the memory only: filled anew every step
+  AlignedFloats features, slice, codes, partials;  // see field_kernels.h; partials: one block per chunk
+  RoundedTables rounded;                           // only the memory: refilled every step
 };
 
 namespace {
 
-// Blocks that share one block of network gradients, and the samples of one where all are known.
+// Blocks that share one block of network gradients, and the samples of one if all are known beforehand.
 constexpr std::size_t kChunkBlocks = 16, kBlockSamples = 256;
 
-// Every gradient array has its place, and every row that a sample points at exists.
+// Checks that every gradient array is present, and that every row a sample refers to exists.
 void check_gradients(const Field& field, const FieldLayout& layout, const FieldInputs& inputs,
                      const FieldGradients& gradients) {
   LIKENESS_CHECK(gradients.parameters.size() == layout.parameter_count &&
@@ -89,7 +89,7 @@ void reduce_codes(const FieldInputs& inputs, std::span<const SampleRun> runs, co
   flush();
 }
 
-// The field as it is now; empty in single precision.
+// The field's current values; empty in single precision.
 std::optional<Bf16Parts> round_parts(const FieldStep& step, const FieldLayout& layout) {
   if (step.precision == FieldPrecision::exact || !has_bf16(step.field.config)) return std::nullopt;
   const float* parameters = step.field.parameters.data();
@@ -110,7 +110,7 @@ struct Part {
   std::vector<SampleRun> runs;  // of the chunks
   std::size_t codes = context.code_rows(step.gradients.want_conditions);
   std::size_t scratch = scratch_floats(step.field.config, layout);
-  std::size_t ring = 0;  // tiles that can be forward, but not back
+  std::size_t ring = 0;  // tiles that can be forward but not yet backward
 
   explicit Part(const FieldStep& s) : step(s) {}
   Part(const Part&) = delete;
@@ -149,8 +149,8 @@ float* training_scratch(std::size_t floats) {
   return scratch.reserve(floats);
 }
 
-// A thread's way through a chunk of one field: whole tiles go forward as far as a block needs them, and back
-// once all their samples have slopes.
+// A thread's pass through a chunk of one field: whole tiles go forward as far as a block needs them, and
+// backward once all their samples have slopes.
 class Walk {
  public:
   Walk(const Part& part, std::size_t chunk, float* kept) : part_(part), run_(part.runs[chunk]), kept_(kept) {

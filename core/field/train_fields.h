@@ -2,13 +2,13 @@
 // number of threads. Fast path with Highway (field_simd.cpp,
 // train_simd.cpp), whose reference is field_reference.h.
 //
-// What the networks computed on the way forward is needed on the way back, about a kilobyte a sample. So that
-// it stays in the cache, samples come in blocks, each a few rays that are whole in all fields: a block goes
-// forward, its loss is computed, and it goes back. Only features and their gradients cross the whole batch,
-// since hash tables want one level at a time for all samples.
+// The backward pass needs what the networks computed in the forward pass, about a kilobyte per sample. So
+// that it stays in the cache, samples come in blocks, each a few rays complete in all fields: a block goes
+// forward, its loss is computed, and it goes backward. Only features and their gradients cross the whole
+// batch, since hash tables need one level at a time for all samples.
 //
-// In bfloat16 (precision.h) the tables and weights are rounded anew at the start of every step, so that no
-// copy can be older than what it was made of.
+// In bfloat16 (precision.h) the tables and weights are rounded again at the start of every step, so that no
+// copy can be out of date.
 #pragma once
 
 #include <cstddef>
@@ -24,7 +24,7 @@
 
 namespace likeness {
 
-// Memory reused between steps, about 270 bytes a sample of the standard field, and in bfloat16 half the
+// Memory reused between steps, about 270 bytes per sample of the standard field, and in bfloat16 half the
 // tables'. One per field being trained.
 struct FieldTape;
 std::shared_ptr<FieldTape> make_tape();
@@ -43,22 +43,22 @@ struct FieldGradients {
 FieldGradients make_gradients(const Field& field, std::size_t views);
 void clear_gradients(FieldGradients& gradients);
 
-// One field's part in a step. Refers to its owner's.
+// One field's part in a step. Refers to its owner's data.
 struct FieldStep {
   const Field& field;
   FieldInputs inputs;
   std::span<const std::size_t>
       ends;                     // (blocks) samples of block b end before ends[b]; the last is inputs.count
   FieldOutputs& out;            // resized to inputs.count
-  FieldOutputGradients slopes;  // of a block's samples, there once its loss is computed
+  FieldOutputGradients slopes;  // of a block's samples, valid once its loss is computed
   FieldTape& tape;
   FieldGradients& gradients;  // added to; made for this field and at least as many views as the inputs use
   FieldPrecision precision = FieldPrecision::bf16;
 };
 
-// `loss`: called once for every block, on any thread, when the outputs of its samples are there, in all
-// fields; fills their slopes. It must not run parallel loops of its own. Without it the slopes are there
-// already. All steps have the same number of blocks.
+// `loss`: called once for every block, on any thread, when the outputs of its samples are ready in all
+// fields; fills their slopes. It must not run parallel loops of its own. Without it the slopes are already
+// given. All steps have the same number of blocks.
 using BlockLoss = std::function<void(std::size_t block)>;
 void train_fields(std::span<const FieldStep> steps, const BlockLoss& loss);
 

@@ -1,5 +1,5 @@
-// The field's kernels over ranges of samples on the way back, and Adam, compiled as those of field_simd.cpp:
-// see field_kernels.h. Symbols as in field.h.
+// The field's backward kernels over ranges of samples, and Adam, compiled as those of field_simd.cpp: see
+// field_kernels.h. Symbols as in field.h.
 #include "core/field/field_kernels.h"
 
 #include <algorithm>
@@ -96,7 +96,7 @@ void input_rows(const KernelContext& c, const DenseLayer& layer, PackedLayer Pac
     input_gradient<Finish::kLinear>(c.networks, layer, g.rows, first, count, rows);
 }
 
-// Gradients of psi's entries that act in a region only. rows: (condition_count, kTile).
+// Gradients of psi's entries that act only in a region. rows: (condition_count, kTile).
 void weigh_condition_slopes(const KernelContext& c, std::size_t begin, std::size_t count, float* rows) {
   const std::size_t local = std::size_t(c.config.local_conditions),
                     first = std::size_t(c.config.condition_count) - local;
@@ -118,7 +118,7 @@ void backward_tile(const KernelContext& c, const BackwardRange& r, const TileBuf
   input_rows(c, colour, &PackedSlopes::colour_latents, g, geometry + std::size_t(c.layout.direction_features),
              latents, codes);
   g = density_backward(c, r, b, features);
-  // The slice stands between the gradients of the density's inputs: e is needed until both are there.
+  // The slice depends on the gradients of the density's inputs: e is needed until both are computed.
   const std::size_t e = std::size_t(c.layout.position_features), rest = c.density_inputs() - e;
   input_rows(c, density, &PackedSlopes::density_rest, g, e, rest, features + e * kTile);
   float* condition_rows = r.want_conditions ? codes + latents * kTile : nullptr;
@@ -130,7 +130,7 @@ void backward_tile(const KernelContext& c, const BackwardRange& r, const TileBuf
     }
     return;
   }
-  // H is always in single precision; its scratch must not be where g lies.
+  // H is always in single precision; its scratch must not overlap g.
   const float* h = slice_backward(c, r, b, features, slice);
   input_rows(c, density, &PackedSlopes::density_position, g, 0, e, features);
   const std::size_t seen = std::size_t(c.layout.slice_features);

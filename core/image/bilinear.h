@@ -8,14 +8,14 @@
 
 namespace likeness {
 
-// Whether four pixels surround the place.
+// Whether the place lies between four pixel centres.
 template <class T>
 bool inside_bilinear(const BasicImage<T>& picture, double x, double y) {
   return x >= 0.5 && y >= 0.5 && x < picture.width - 0.5 && y < picture.height - 0.5;
 }
 
-// Places outside go on from the pixels at the border. slope: the exact derivative (d/dx, d/dy), or null.
-// The picture is at least 2 x 2.
+// Places outside extrapolate from the pixels at the border. slope: the exact derivative (d/dx, d/dy), or
+// null. The picture is at least 2 x 2.
 template <class T>
 double bilinear(const BasicImage<T>& picture, double x, double y, double* slope = nullptr) {
   x -= 0.5, y -= 0.5;

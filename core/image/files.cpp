@@ -20,8 +20,8 @@
 namespace likeness {
 namespace {
 
-// Bytes decoded, in numbers as wide as the file's; a larger claim is a broken header. A claim beyond what any
-// picture's bytes unfold to is one, too, unless it is small: then memory would be taken for nothing.
+// Bytes decoded, in numbers as wide as the file's; a larger claim is a broken header. So is a claim beyond
+// what any picture's bytes can decode to, unless it is small: memory would be taken for nothing.
 constexpr std::int64_t kLargestPicture = std::int64_t(1) << 30, kSmallPicture = std::int64_t(64) << 20;
 constexpr std::int64_t kMaxUnfolded = 4000;  // decoded bytes of a file's; deflate reaches 1032
 
@@ -68,7 +68,7 @@ bool is_png(std::span<const std::byte> bytes) {
 }
 
 // Walks the chunks: length, type, that many bytes, checksum. True when IEND lies within the file. Beyond the
-// end OpenImageIO's reader leaves by a jump and forgets the memory of its message.
+// end OpenImageIO's reader exits by a long jump and leaks its message.
 bool png_is_whole(std::span<const std::byte> bytes) {
   const auto at = [&](std::size_t i) { return std::to_integer<std::size_t>(bytes[i]); };
   for (std::size_t i = 8; bytes.size() - i >= 12;) {
@@ -80,7 +80,7 @@ bool png_is_whole(std::span<const std::byte> bytes) {
   return false;
 }
 
-// The most bytes that a picture may claim to unfold to.
+// The most bytes that a picture may claim to decode to.
 std::int64_t largest_claim(std::size_t file_bytes) {
   return std::min(kLargestPicture, std::max(kSmallPicture, kMaxUnfolded * std::int64_t(file_bytes)));
 }
@@ -90,14 +90,14 @@ Error too_large_a_claim(const std::filesystem::path& path, int width, int height
                                       path.filename().string(), width, height, channels));
 }
 
-// OpenImageIO takes the memory of a whole WebP when it opens the file, up to 1 GiB of a few hundred bytes, so
-// that its claim is read before.
+// OpenImageIO takes the memory of a whole WebP when it opens the file, up to 1 GiB for a few hundred bytes,
+// so its claim is read first.
 std::optional<Error> webp_claims_too_much(const std::filesystem::path& path,
                                           std::span<const std::byte> bytes) {
   WebPBitstreamFeatures claim;
   if (WebPGetFeatures(reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size(), &claim) !=
       VP8_STATUS_OK)
-    return std::nullopt;  // no WebP, or one that the reader will say more about
+    return std::nullopt;  // not a WebP, or one whose error the reader reports better
   const int channels = claim.has_alpha ? 4 : 3;
   if (std::int64_t(claim.width) * claim.height <= largest_claim(bytes.size()) / channels) return std::nullopt;
   return too_large_a_claim(path, claim.width, claim.height, channels);
@@ -115,7 +115,7 @@ Image8 grey_alpha_to_rgba(const Image8& image) {
 Result<Image8> decode(const std::filesystem::path& path, std::size_t file_bytes) {
   const std::string name = path.filename().string();
   OIIO::ImageSpec config;
-  config.attribute("oiio:UnassociatedAlpha", 1);  // alpha stays straight, as it lies on disk
+  config.attribute("oiio:UnassociatedAlpha", 1);  // alpha stays straight, as on disk
   const auto input = OIIO::ImageInput::open(path.string(), &config);
   if (!input) {
     return unreadable(path, fmt::format("\"{}\" is not a picture that can be read: {}.", name,
@@ -139,7 +139,7 @@ void append_number(std::vector<unsigned char>& bytes, std::uint32_t number) {
   for (int shift = 24; shift >= 0; shift -= 8) bytes.push_back((unsigned char)(number >> shift));
 }
 
-// An iTXt chunk: keyword, not compressed, of no language.
+// An iTXt chunk: keyword, not compressed, no language.
 std::vector<unsigned char> text_chunk(const std::string& keyword, const std::string& text) {
   LIKENESS_CHECK(!keyword.empty() && keyword.size() < 80, "a PNG text's keyword of %d letters",
                  int(keyword.size()));
@@ -154,7 +154,7 @@ std::vector<unsigned char> text_chunk(const std::string& keyword, const std::str
   return chunk;
 }
 
-// OpenImageIO writes XMP of the terms it knows only, so the chunks are put in here, after the header.
+// OpenImageIO writes only the XMP terms it knows, so the chunks are inserted here, after the header.
 void add_texts(std::vector<unsigned char>& png,
                const std::vector<std::pair<std::string, std::string>>& texts) {
   constexpr std::size_t kHeader = 8 + 25;  // signature and IHDR
@@ -180,7 +180,7 @@ int image_orientation(const std::filesystem::path& path) {
 
 namespace {
 
-// The file's bytes' number, once it is a picture that may be opened.
+// The file's size in bytes, if it is a picture that may be opened.
 Result<std::size_t> whole_picture(const std::filesystem::path& path) {
   const std::string name = path.filename().string();
   std::error_code ignored;
@@ -217,7 +217,7 @@ Result<NumberPicture> decode_numbers(const std::filesystem::path& path, std::siz
   if (!input->read_image(0, 0, 0, 1, OIIO::TypeDesc::FLOAT, numbers.values.data()))
     return unreadable(path, fmt::format("\"{}\" ({} x {}) is cut short or damaged: {}.", name, spec.width,
                                         spec.height, first_line(input->geterror())));
-  // Whole numbers came as shares of the largest.
+  // Whole numbers were read as shares of the largest.
   if (numbers.whole && numbers.bits <= 16)
     for (float& value : numbers.values) value = std::round(value * float((1 << numbers.bits) - 1));
   return numbers;

@@ -155,7 +155,7 @@ std::array<const float*, 4> tapped(const SplineTap& tap, const float* values, st
   return rows;
 }
 
-// kChannels numbers at a time: known to the compiler, they make one instruction.
+// kChannels numbers at a time: as a compile-time constant, they make one instruction.
 template <std::size_t kChannels>
 void spline_across(const std::vector<SplineTap>& taps, const float* values, float* out) {
   for (const SplineTap& tap : taps) {

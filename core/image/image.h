@@ -33,7 +33,7 @@ Image8 crop(const Image8& image, int x, int y, int width, int height);
 // Area filtering when shrinking, bilinear when enlarging; done on the encoded values.
 Image8 resize(const Image8& image, int width, int height);
 // A larger picture by Catmull-Rom splines, which pass through the given pixels and keep edges sharp; kept
-// between the least and the most of the four neighbours, so that there is no ringing.
+// between the minimum and maximum of the four neighbours, so that there is no ringing.
 Image enlarge(const Image& image, int width, int height);
 
 }  // namespace likeness

@@ -10,14 +10,14 @@ namespace likeness {
 namespace {
 
 constexpr int kFont = cv::FONT_HERSHEY_SIMPLEX;
-constexpr double kUnit = 29;  // px, height of this font's letters at scale 1, what hangs below included
+constexpr double kUnit = 29;  // px, height of this font's letters at scale 1, descenders included
 
 cv::Scalar scalar(const PageColour& c) { return {double(c[0]), double(c[1]), double(c[2])}; }
 cv::Rect rect(const PageBox& b) { return {b.x, b.y, std::max(0, b.width), std::max(0, b.height)}; }
 cv::Mat view(Image8& image) { return {image.height, image.width, CV_8UC3, image.data.data()}; }
 int thickness_of(const PageText& how) { return how.bold ? 2 : 1; }
 
-// The font knows no letters beyond these.
+// The font has no letters beyond these.
 std::string plain(std::string_view words) {
   std::string letters;
   for (const char c : words) {

@@ -1,4 +1,4 @@
-// A white page to draw on: text that wraps, boxes, courses over time, pictures.
+// A white page to draw on: wrapped text, boxes, curves over time, pictures.
 #pragma once
 
 #include <array>
@@ -19,7 +19,7 @@ struct PageBox {
 };
 
 struct PageText {
-  double size = 17;  // px, height of a capital letter and what hangs below it
+  double size = 17;  // px, height of a capital letter plus descender
   PageColour colour = kInk;
   bool bold = false;
 };

@@ -1,4 +1,4 @@
-// Pictures whose pixels are measurements, not colours: read without being brought to 8 bits.
+// Pictures whose pixels are measurements, not colours: read without conversion to 8 bits.
 #pragma once
 
 #include <filesystem>
@@ -12,10 +12,10 @@ struct NumberPicture {
   int width = 0, height = 0;
   int bits = 0;               // of a number in the file
   bool whole = false;         // they are whole counts, 0 .. 2^bits - 1; otherwise floating point
-  std::vector<float> values;  // (height, width) as they lie in the file, origin top left
+  std::vector<float> values;  // (height, width) as stored in the file, origin top left
 };
 
-// Of one channel; of pictures that have three or four, the first. PNG, TIFF, EXR.
+// From one channel; of pictures with three or four, the first. PNG, TIFF, EXR.
 Result<NumberPicture> read_numbers(const std::filesystem::path& path);
 
 }  // namespace likeness

@@ -1,5 +1,5 @@
 // One-channel pictures most of which is one value, as mattes are: 0 beside the person, 255 within. Kept in
-// tiles of which an even one costs four bytes. Lossless; any pixel is read in constant time.
+// tiles; a uniform one costs four bytes. Lossless; any pixel is read in constant time.
 #pragma once
 
 #include "core/image/image.h"
@@ -10,8 +10,8 @@ struct TiledMask {
   static constexpr int kTile = 16;  // px, a side
 
   int width = 0, height = 0;
-  // (rows, columns) of tiles: below 256 the value of all its pixels, otherwise 256 + its place in `pixels`.
-  // A tile that reaches over the border repeats the picture's last pixels there.
+  // (rows, columns) of tiles: below 256 the value of all its pixels, otherwise 256 + its place in `pixels`. A
+  // tile that extends beyond the border repeats the picture's last pixels there.
   std::vector<std::uint32_t> tiles;
   std::vector<std::uint8_t> pixels;  // (mixed tiles, kTile, kTile)
 
@@ -30,6 +30,6 @@ struct TiledMask {
   }
 };
 
-Image8 to_image(const TiledMask& mask);  // (height, width, 1); empty of an empty one
+Image8 to_image(const TiledMask& mask);  // (height, width, 1); empty for an empty one
 
 }  // namespace likeness

@@ -1,4 +1,4 @@
-// Who plays in the demo.
+// The people of the demo.
 #include "core/synth/cast.h"
 
 namespace likeness {

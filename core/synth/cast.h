@@ -56,14 +56,14 @@ struct DemoPerson {
   HairLook hair;
   ClothLook cloth;
   GlassesLook glasses;
-  // Directions of the built-in head by name, standard deviations; what `--seed` draws comes on top, times
-  // `scatter`.
+  // Directions of the built-in head by name, standard deviations; the random part drawn by `--seed` is added,
+  // times `scatter`.
   std::vector<std::pair<std::string, float>> identity;
   float scatter = 0.25f;
-  float lopsided = 1;  // sign and strength of the asymmetric play of the face
+  float lopsided = 1;  // sign and strength of the face's asymmetric expressions
 };
 
-// Always six, from the default person on.
+// Always six, beginning with the default person.
 const std::vector<DemoPerson>& demo_people();
 // The person of that number, or the default one.
 const DemoPerson& demo_person(int number);

@@ -1,5 +1,4 @@
-// Films the demo frame by frame into a folder of its own, which becomes visible only when everything is
-// there.
+// Films the demo frame by frame into a folder of its own, which becomes visible only when complete.
 #include "core/synth/demo_capture.h"
 
 #include <fmt/format.h>
@@ -24,13 +23,13 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Removes what it holds unless it was kept; also the target folder if that was made for this run alone.
+// Removes its contents unless they are kept; also the target folder if that was made for this run alone.
 class Unfinished {
  public:
   explicit Unfinished(const fs::path& folder) : folder_(folder), part_(folder / ".filming") {
     std::error_code ignored;
     made_ = !fs::exists(folder, ignored);
-    fs::remove_all(part_, ignored);  // what a killed run left would mix with this one's masks
+    fs::remove_all(part_, ignored);  // remains of a killed run would mix with this one's masks
   }
   ~Unfinished() {
     std::error_code ignored;
@@ -149,7 +148,7 @@ Result<void> film_all(DemoStage& stage, const fs::path& folder, const DemoOption
   return video->finish();
 }
 
-// Where the habit moves the skin by a third of its most or more, as one frame shows it.
+// Where the habit moves the skin by at least a third of its maximum, as seen in one frame.
 Image8 habit_mask(const DemoStage& stage, const Shot& shot) {
   const std::vector<Vec3f>& field = stage.play().habit();
   float most = 0;

@@ -16,21 +16,22 @@ struct DemoOptions {
   int frames = 240;
   double frames_per_second = 25;
   double moving_share = 0.35;  // of the frames, with the camera moving; 0 = static camera throughout
-  bool restless_head = false;  // the head turns already while the camera moves, as people are told not to do
+  bool restless_head = false;  // the head already turns while the camera moves, as people are asked not to do
   int samples_per_pixel = 4;
   int person = 0;  // 0..5, see core/synth/cast.h
   int light = 0;   // 0..2: soft window, ceiling light, lamp in the evening
   int seed = 0;
-  bool habit = false;  // now and then one cheek is puffed, whatever the face does (PersonalPlay::habit)
+  bool habit =
+      false;  // now and then one cheek is puffed, independent of the expression (PersonalPlay::habit)
 };
 
-// Writes folder/demo.mp4, cameras_truth.json, track_truth.json and masks_truth/NNNNNN.png.
-// track_truth.json is in the built-in head's terms: poses, the coefficients of the named actions performed,
-// and the person, whose identity and offsets give the true neutral surface. What a person plays beyond the
-// head's expressions (core/synth/personal_shape.h: a crooked smile, folds, one raised brow) is in the picture
-// and in `landmarks`, the true places in the picture, but in no coefficient. With `habit` also
-// habit_truth.json: how much of it every frame shows; and habit_truth/NNNNNN.png, where its skin is, of the
-// frames that show none and those that show the most.
+// Writes folder/demo.mp4, cameras_truth.json, track_truth.json and masks_truth/NNNNNN.png. track_truth.json
+// is in the built-in head's terms: poses, the coefficients of the named actions performed, and the person,
+// whose identity and offsets give the true neutral surface. A person's performance beyond the head's
+// expressions (core/synth/personal_shape.h: a crooked smile, folds, one raised brow) is in the picture and in
+// `landmarks`, the true places in the picture, but in no coefficient. With `habit` also habit_truth.json: its
+// amount in every frame; and habit_truth/NNNNNN.png, the skin it moves, for the frames that show none and
+// those that show the most.
 Result<void> write_demo_capture(const std::filesystem::path& folder, const DemoOptions& options,
                                 const Progress& progress, std::stop_token stop);
 

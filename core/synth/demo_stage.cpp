@@ -1,5 +1,5 @@
 // One ray per sample to the person, and where it misses to the room; the samples of a pixel lie on a fixed
-// pattern, so that nothing flickers that does not move.
+// pattern, so that static things do not flicker.
 #include "core/synth/demo_stage.h"
 
 #include <algorithm>

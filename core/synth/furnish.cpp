@@ -1,5 +1,5 @@
-// Where the things in the room stand. The head is at the origin and looks along +z; the back wall is 1.75 m
-// behind.
+// The placement of the things in the room. The head is at the origin and looks along +z; the back wall is
+// 1.75 m behind.
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -141,7 +141,7 @@ void desk(Builder& b, float floor) {
 }
 
 // Paper lanterns on strings and a tower of boxes between the person and the walls: without things at many
-// depths the room is two planes, and structure from motion bends.
+// depths the room is two planes, and structure from motion bends the path.
 void hang_lanterns(Builder& b, float ceiling) {
   const RoomPaint paints[] = {RoomPaint::poster, RoomPaint::cloth, RoomPaint::poster, RoomPaint::landscape};
   for (int i = 0; i < 18; ++i) {

@@ -102,7 +102,7 @@ Surface knitted(const Vec2f& cloth, const ClothLook& look, float detail_m, std::
   const Vec3f& ground = look.ground;
   Vec3f colour = ground;
   if (!collar && look.patterned) {
-    // Bands of a Fair-Isle kind: a few stitch-wide motifs, mirrored, one colour a band.
+    // Bands of a Fair-Isle kind: a few stitch-wide motifs, mirrored, one colour per band.
     const int band = r / 9, line = r % 9, period = 6 + 2 * int(hash_u32(std::uint32_t(band) + seed) % 4);
     const int mirrored = std::abs((c % period + period) % period - period / 2);
     const bool motif = line > 0 && line < 8 && (hash_cell(mirrored, std::abs(line - 4), band, seed) & 1u);

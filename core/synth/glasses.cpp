@@ -110,7 +110,7 @@ Vec3f shade_lens(const Glasses& glasses, const LightRig& rig, const Vec3f& up, c
   for (const AreaLight* light : {&rig.key, &rig.fill, &rig.rim})
     mirrored += glossy(*light, position, normal, to_eye, 0.12f, f0);
   const Vec3f away = 2 * normal.dot(to_eye) * normal - to_eye;
-  // A coated lens: what a bare one would mirror of a large light would hide the eye.
+  // A coated lens: the reflection of a large light in a bare one would hide the eye.
   return (0.22f * mirrored).cwiseMin(0.6f) +
          0.5f * fresnel(f0, normal.dot(to_eye)) * rig.glow(Vec3f(0, away.dot(up), 0));
 }

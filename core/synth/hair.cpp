@@ -1,4 +1,4 @@
-// Guides are walked over the skull along a combing field; strands follow their guide, spread at the root and
+// Guides are traced over the skull along a combing field; strands follow their guide, spread at the root and
 // gathered towards the tip; the light a lock receives is traced once, on the guides.
 #include "core/synth/hair.h"
 
@@ -59,8 +59,7 @@ float hairline_height(float azimuth) {
   return line.back()[1];
 }
 
-// Where the hair wants to go at a point: from a parting on the subject's left over the top, back at the
-// sides.
+// The combing direction at a point: from a parting on the subject's left over the top, back at the sides.
 Vec3f combing(const Vec3f& root, const Vec3f& normal, const Proportions& a, const HairLook& look,
               std::uint32_t seed) {
   const float top = smoothstep(0.25f, 0.75f, normal.y() + 0.35f * std::max(0.0f, normal.z()));
@@ -73,12 +72,12 @@ Vec3f combing(const Vec3f& root, const Vec3f& normal, const Proportions& a, cons
   return (d - d.dot(normal) * normal).normalized();
 }
 
-// What the guides grow on.
+// The surface on which the guides grow.
 struct Skull {
   const MeshScene& scene;
   const std::vector<Vec3f>& normals;  // of its vertices
 
-  // The nearest point of the skin and its normal; false when there is none within 5 cm.
+  // The nearest point of the skin and its normal; false if there is none within 5 cm.
   bool settle(const Vec3f& wanted, Vec3f& at, Vec3f& n) const {
     const auto next = scene.closest(wanted, 0.05f);
     if (!next) return false;
@@ -250,7 +249,7 @@ void light_guides(std::vector<Guide>& guides, const MeshScene& skull) {
   });
 }
 
-// Points drawn evenly over some triangles of the skin.
+// Points sampled uniformly over some triangles of the skin.
 class Sower {
  public:
   Sower(const Scalp& skin, const std::function<bool(const Vec3f& middle, const Vec3f& normal)>& wanted)
@@ -343,7 +342,7 @@ HairMesh grow_hair(const Scalp& skin, const HairOptions& options) {
   const MeshScene scene(skin.vertices, skin.triangles);
   const HairLook& look = options.look;
   const Sower sower(skin, [&](const Vec3f& middle, const Vec3f& n) {
-    // An ear's own skin faces all ways close to its plane; hair does not grow there.
+    // An ear's own skin faces in all directions close to its plane; hair does not grow there.
     const bool ear = std::abs(middle.x()) > 0.070f * a.unit && middle.y() < a.brow_y + 0.004f &&
                      middle.y() > a.brow_y - 0.08f && std::abs(middle.z() + 0.005f) < 0.045f &&
                      std::abs(n.x()) < 0.75f;

@@ -1,4 +1,4 @@
-// Deterministic noise on points of space: what every procedural texture of the demo is made from.
+// Deterministic noise on points of space: the basis of every procedural texture of the demo.
 #pragma once
 
 #include <cmath>

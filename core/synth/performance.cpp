@@ -1,6 +1,6 @@
 // Curves of the demo's performance. Each part of the clip is a cycle, played faster in short clips and
 // repeated in long ones, so that every clip shows every expression; blinks keep their natural speed. The last
-// tenth is a cycle of its own with everything once more, so that what is held out there is played there.
+// tenth is a cycle of its own that repeats everything, so that held-out frames there show it all.
 #include "core/synth/performance.h"
 
 #include <algorithm>
@@ -131,7 +131,7 @@ struct Cast {
   }
 };
 
-// Speech-like play of the mouth: syllables of changing vowel, at about four a second of clip time.
+// Speech-like movement of the mouth: syllables of changing vowel, at about four a second of clip time.
 void talk(const Cast& cast, double amount, double syllables, std::uint32_t seed) {
   if (amount <= 0) return;
   const int index = int(std::floor(syllables));
@@ -245,7 +245,8 @@ int moving_frames(const DemoOptions& options) {
 
 float habit_strength(const DemoOptions& options, int frame) {
   if (!options.habit) return 0;
-  // As the rest of the play faster in short clips: five swells in the clip, one of them in its last tenth.
+  // Like the rest of the performance, faster in short clips: five swells in the clip, one of them in its last
+  // tenth.
   const double at = double(frame) / std::max(1, options.frames - 1);
   const double swells[][3] = {
       {0.04, 0.17, 1.0}, {0.27, 0.42, 0.6}, {0.50, 0.62, 1.0}, {0.70, 0.84, 0.8}, {0.905, 0.985, 1.0}};
@@ -266,7 +267,7 @@ Shot perform(const HeadModel& model, const HeadShape& shape, const DemoOptions& 
 
   // -- Head and torso
   if (!m.walking || options.restless_head) {
-    // In the first part it comes back to rest before the second begins.
+    // In the first part it returns to rest before the second begins.
     const double end = m.walking ? ease((1 - m.share) / 0.08) : 1;
     const double start = ease((m.cycle + m.phase) / 0.08) * end, p = kTurn * m.phase, c = m.cycle;
     const double yaw = 30 * kDegree * std::sin(p) * start;

@@ -1,4 +1,4 @@
-// What happens in the demo: the path of the camera, the turns of the head and the play of the face, as
+// What happens in the demo: the path of the camera, the turns of the head and the expressions of the face, as
 // functions of the frame number. World: the rest position of the head frame (x to the subject's left, y up, z
 // out of the face).
 #pragma once
@@ -20,7 +20,7 @@ struct Shot {
   float habit = 0;  // 0..1, of the person's own (DemoOptions::habit)
 };
 
-// How much of the habit a frame shows: some swells of different lengths, at times of their own.
+// How much of the habit a frame shows: some swells of different lengths, at independent times.
 float habit_strength(const DemoOptions& options, int frame);
 
 // Number of frames, from the first, in which the camera moves and the head rests, unless it is restless.

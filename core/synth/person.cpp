@@ -1,6 +1,6 @@
-// Everything happens in the head frame: short hair is still there, so its tree is built once; lights and rays
-// are moved into it. The neck, and hair as long, are blended between the head's pose and the torso's by
-// height; a beard goes with the skin it grows on.
+// Everything happens in the head frame: short hair does not move there, so its tree is built once; lights and
+// rays are moved into it. The neck, and hair that long, are blended between the head's pose and the torso's
+// by height; a beard goes with the skin it grows on.
 #include "core/synth/person.h"
 
 #include <algorithm>
@@ -47,7 +47,7 @@ struct Person::Impl {
   std::array<Vec3f, kLandmarkCount> landmarks;
   Skin skin;
   Garment garment;
-  std::vector<Triangle> scalp_triangles;  // what hair grows on
+  std::vector<Triangle> scalp_triangles;  // the triangles on which hair grows
   HairMesh hair, beard;
   Glasses glasses;
   std::vector<Triangle> triangles;                      // head model's, then the garment's, then the glasses'
@@ -291,7 +291,7 @@ void Person::Impl::gather(const Vec3f& lens, std::stop_token stop) {
   plain = skin_light;
   plain.wrap = Vec3f::Zero();
   plain.bounce = 0.12f;
-  mouth = plain;  // what the lips shade is lit through them and by its own wet walls
+  mouth = plain;  // the region in the lips' shadow is lit through them and by its own wet walls
   mouth.bounce = 0.55f;
   mouth.wrap = Vec3f::Constant(0.3f);
   received.assign(posed.size(), Received());
@@ -374,7 +374,7 @@ Vec3f Person::Impl::shade_eye(const Surface& s, HeadPart part, const Vec3f& rest
   const float rim = fresnel(s.f0, normal.dot(to_eye));
   const Vec3f mirror = 2 * normal.dot(to_eye) * normal - to_eye;
   radiance += 0.7f * rim * light.sky_open * rig.glow(Vec3f(0, mirror.dot(up), 0));
-  // Of a large soft light the wet eye shows only the bright core, or its iris would drown in the reflection.
+  // The wet eye reflects only the bright core of a large soft light, or the reflection would hide the iris.
   const auto core = [](AreaLight light, float share) {
     light.half_u *= share;
     light.half_v *= share;

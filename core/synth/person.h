@@ -31,11 +31,11 @@ class Person {
   Person(Person&&) noexcept;
   Person& operator=(Person&&) noexcept;
 
-  // Takes the pose of a shot and gathers the light on all that its camera may see. Not thread-safe; returns
-  // early, with the person unusable until the next call, when stopped.
+  // Takes the pose of a shot and gathers the light on everything that its camera may see. Not thread-safe;
+  // returns early, with the person unusable until the next call, when stopped.
   void pose(const Shot& shot, std::stop_token stop);
 
-  // Linear radiance towards the origin of a world ray, or nothing where it misses. Thread-safe between poses.
+  // Linear radiance towards the origin of a world ray, or nullopt if it misses. Thread-safe between poses.
   std::optional<Vec3f> look(const Vec3f& origin, const Vec3f& direction) const;
 
  private:

@@ -76,7 +76,7 @@ struct Eyes {
 
 bool inside_mouth(HeadPart part) { return part == HeadPart::teeth || part == HeadPart::gums_tongue; }
 
-// The raw offsets of the whole head before anything is taken out of them, m, of arbitrary size.
+// The raw offsets of the whole head before anything is removed from them, m, of arbitrary size.
 std::vector<Vec3f> raw_offsets(const HeadModel& model, const HeadShape& shape, const DemoPerson& person,
                                std::uint32_t seed) {
   const Landmarks3 l = landmark_positions(model, shape.vertices);
@@ -95,7 +95,7 @@ std::vector<Vec3f> raw_offsets(const HeadModel& model, const HeadShape& shape, c
     Vec3f o = smooth_shape(p, seed);
     o.z() += person.skin.wrinkles *
              (0.55f * (nasolabial(p, l, true) + nasolabial(p, l, false)) + 0.22f * furrows(p, l));
-    // Lips and what lies behind them shift alike, or the teeth would come through.
+    // Lips and what lies behind them shift together, or the teeth would come through.
     const float oral =
         inside_mouth(model.parts[v])
             ? 1.0f
@@ -149,7 +149,7 @@ double residual_rms(const HeadModel& model, const std::vector<Vec3f>& displaceme
   const Eigen::MatrixXd span = span_over(model, chosen);
   const Eigen::VectorXd wanted = stacked(displacement, chosen);
   const Eigen::MatrixXd gram = span.transpose() * span;
-  // The diagonal grows by so little that only directions which do nothing on the face feel it.
+  // The diagonal grows by so little that only directions without effect on the face are affected.
   const Eigen::MatrixXd damped =
       gram + 1e-9 * gram.trace() / double(gram.rows()) * Eigen::MatrixXd::Identity(gram.rows(), gram.cols());
   const Eigen::VectorXd fit = solve_symmetric(damped, span.transpose() * wanted);

@@ -1,4 +1,4 @@
-// What a person of the demo has that no head model knows: the true surface of the face beyond the identity
+// What a person of the demo has beyond any head model: the true surface of the face beyond the identity
 // directions, and a way of smiling and frowning beyond the expressions. Without it, fitting the demo with the
 // head model that made it would be an inverse crime.
 #pragma once
@@ -17,7 +17,7 @@ namespace likeness {
 inline constexpr float kOffSpanRms = 0.0023f;  // m
 PersonShape make_personal_shape(const HeadModel& model, const DemoPerson& person, int number, int seed);
 
-// RMS over the face's vertices of what no identity, place and size of the model explains of the vertices, m.
+// RMS over the face's vertices of the part that no identity, place and size of the model explains, m.
 double off_span_rms(const HeadModel& model, const std::vector<Vec3f>& vertices);
 
 // A displacement that comes with named actions but lies outside the expressions' span.
@@ -26,16 +26,17 @@ struct PersonalAction {
   std::vector<Vec3f> field;  // (V) m at strength 1, in the unposed head
 };
 
-// The person's own play of the face: a crooked smile, deepening folds beside the nose, one raised brow with a
+// The person's own expressions: a crooked smile, deepening folds beside the nose, one raised brow with a
 // furrowed forehead, a skewed lower lip, a dimpled chin.
 class PersonalPlay {
  public:
   PersonalPlay(const HeadModel& model, const HeadShape& shape, const DemoPerson& person);
 
   const std::vector<PersonalAction>& actions() const { return actions_; }
-  // What comes with no action: the right cheek puffed, beyond the expressions' span. (V) m at strength 1.
+  // A change that accompanies no action: the right cheek puffed, beyond the expressions' span. (V) m at
+  // strength 1.
   const std::vector<Vec3f>& habit() const { return habit_; }
-  // Strength of each action, 0 .. about 1, that goes with what the face performs.
+  // Strength of each action, 0 .. about 1, that accompanies the face's performance.
   std::vector<float> strengths(const Articulation& articulation) const;
   // The true posed head: (V) vertices in the head frame, m.
   std::vector<Vec3f> pose(const Articulation& articulation, float habit = 0) const;

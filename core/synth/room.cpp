@@ -1,4 +1,5 @@
-// Light of the room: per patch a grid of about 8 cm, gathered once; looking then costs one ray and one paint.
+// Light of the room: per patch a grid of about 8 cm, gathered once; a look-up then costs one ray and one
+// evaluation of a paint.
 #include "core/synth/room.h"
 
 #include <algorithm>

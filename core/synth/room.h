@@ -39,7 +39,7 @@ Vec3f paint_patch(const RoomPatch& patch, float s, float t);
 
 std::vector<RoomPatch> furnish_room(std::uint32_t seed);
 
-// The room ready to be looked at. Thread-safe.
+// The room, ready for rendering. Thread-safe.
 class Room {
  public:
   Room(std::vector<RoomPatch> patches, const LightRig& rig);

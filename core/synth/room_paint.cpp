@@ -1,6 +1,5 @@
 // Procedural paints of the room. Lengths in metres, so that the texture of a large patch is not coarser than
-// that of a small one; features of 5 to 60 mm, which at the demo's distances are what a feature detector
-// wants.
+// that of a small one; features of 5 to 60 mm, which at the demo's distances suit a feature detector.
 #include <algorithm>
 #include <array>
 #include <cmath>

@@ -49,7 +49,7 @@ struct GatherOptions {
   Vec3f bounce_colour = Vec3f::Ones();
 };
 
-// pattern: any number; chooses the rotation of the sampling pattern, so that neighbours do not band together.
+// pattern: any number; chooses the rotation of the sampling pattern, so that neighbours do not show banding.
 Received gather_light(const LightRig& rig, const Vec3f& up, const Vec3f& position, const Vec3f& normal,
                       const Visible& visible, const GatherOptions& options, std::uint32_t pattern);
 

@@ -31,8 +31,8 @@ class Skin {
   // On the lips, 0..1.
   float lip(const Vec3f& point) const;
 
-  // `point` on the rest head; for an eyeball also turn it back by the eye's rotation before asking (rest
-  // vertices interpolated over the triangle do that by themselves).
+  // `point` on the rest head; for an eyeball, undo the eye's rotation first (rest vertices interpolated over
+  // the triangle need no such step).
   Surface at(const Vec3f& point, HeadPart part) const;
 
  private:

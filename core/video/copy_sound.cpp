@@ -41,7 +41,7 @@ struct Source {
     const std::int64_t at = packet->dts == AV_NOPTS_VALUE ? packet->pts : packet->dts;
     return double(at - start) * av_q2d(stream->time_base);
   }
-  // The next packet of the stream; `ended` at the end or where the file breaks off.
+  // The next packet of the stream; `ended` at the end or where the file is cut off.
   void advance() {
     do {
       av_packet_unref(packet.get());
@@ -57,7 +57,7 @@ Error sound_error(const std::filesystem::path& film, int error) {
           "Check the disk and the path, then run it again.", film.string()};
 }
 
-// Null `stream` where the file has none of the kind.
+// Null `stream` if the file has none of the kind.
 Source open_source(const std::filesystem::path& path, AVMediaType kind) {
   Source source;
   AVFormatContext* raw = nullptr;
@@ -91,7 +91,7 @@ int write_packet(AVFormatContext& output, Source& source, int index) {
   return av_interleaved_write_frame(&output, &packet);
 }
 
-// The film's own tags; those that say what kind of file it is are the writer's.
+// The film's own tags; those that state the kind of file are set by the writer.
 void copy_tags(AVFormatContext& output, const Source& film) {
   av_dict_copy(&output.metadata, film.file->metadata, 0);
   for (const char* key : {"major_brand", "minor_version", "compatible_brands", "encoder"})

@@ -14,7 +14,8 @@ struct CopiedSound {
 };
 
 // Adds the first sound track of `from` to the mp4 `film`, which is replaced whole or not at all; the sound
-// ends with the pictures. A clip without sound, or with one that mp4 does not hold, leaves the film as it is.
+// ends with the pictures. A clip without sound, or with a kind that mp4 cannot hold, leaves the film
+// unchanged.
 Result<CopiedSound> copy_sound(const std::filesystem::path& from, const std::filesystem::path& film);
 
 }  // namespace likeness

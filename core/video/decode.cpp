@@ -113,7 +113,7 @@ int find_stream_info(AVFormatContext& format) {
   return error;
 }
 
-// Frames a second by the times of the first packets; 0 where they tell nothing.
+// Frame rate from the times of the first packets; 0 if they do not show it.
 double measured_rate(const std::filesystem::path& path, int stream) {
   constexpr std::size_t kPackets = 240;
   constexpr int kMaxRead = 10 * int(kPackets);
@@ -136,7 +136,7 @@ double measured_rate(const std::filesystem::path& path, int stream) {
 
 double rate_of(const std::filesystem::path& path, AVFormatContext& format, AVStream& stream) {
   if (stream.avg_frame_rate.num > 0 && stream.avg_frame_rate.den > 0) return av_q2d(stream.avg_frame_rate);
-  // What is left to guess from may be the clock's ticks: browsers write WebM that says nothing else.
+  // FFmpeg's guess may be the clock's ticks: WebM written by browsers holds nothing else.
   if (const double measured = measured_rate(path, stream.index); measured > 0) return measured;
   const AVRational rate = av_guess_frame_rate(&format, &stream, nullptr);
   return rate.num > 0 && rate.den > 0 ? av_q2d(rate) : 0;
@@ -159,7 +159,7 @@ struct VideoReader::Impl {
   VideoInfo info;
   bool cut_off = false;  // by its outermost boxes
   bool draining = false, ended = false;
-  int read_error = 0;        // of the demuxer, when it stopped otherwise than at the end
+  int read_error = 0;        // of the demuxer, if it stopped before the end
   std::int64_t packets = 0;  // of the video stream, whole
   double end_s = 0;          // where the last packet ends, on the stream's clock
   int next_index = 0;
@@ -297,7 +297,7 @@ void VideoReader::Impl::fill_info() {
                                            : int(std::lround(info.duration_s * info.frames_per_second));
 }
 
-// Sends packets until the decoder has taken one of the video stream, or tells it that none follow.
+// Sends packets until the decoder has taken one of the video stream, or signals that none follow.
 Result<void> VideoReader::Impl::feed() {
   while (true) {
     const int error = av_read_frame(format.get(), packet.get());
@@ -338,7 +338,7 @@ double VideoReader::Impl::time_of_frame() const {
   return next_index == 0 ? 0 : last_time_s + step;
 }
 
-// nullopt for a frame that is left out.
+// nullopt for a skipped frame.
 Result<std::optional<VideoFrame>> VideoReader::Impl::take() {
   if (frame->flags & AV_FRAME_FLAG_CORRUPT || frame->decode_error_flags != 0) {
     if (cut_off || read_error != 0) return broken_off();
@@ -361,8 +361,8 @@ Result<std::optional<VideoFrame>> VideoReader::Impl::take() {
   return std::optional<VideoFrame>(std::move(result));
 }
 
-// A cut-off MP4 may still hold every video packet (sound or tags were lost); then nothing is amiss. Other
-// containers are judged by their declared duration, with a second of grace for sound that outlasts the
+// A cut-off MP4 may still hold every video packet (sound or tags were lost); then the video is complete.
+// Other containers are judged by their declared duration, with a second of grace for sound that outlasts the
 // picture.
 bool VideoReader::Impl::is_incomplete() const {
   if (read_error != 0) return true;

@@ -20,16 +20,15 @@ struct VideoInfo {
   double frames_per_second = 0;  // average
   int frame_count = 0;           // as the container declares or estimates; the decoder may find others
   double duration_s = 0;
-  double focal_35mm = 0;  // of the lens, as the file tells (lens_tag.h); 0: it does not
+  double focal_35mm = 0;  // of the lens, as recorded in the file (lens_tag.h); 0: not recorded
   std::string codec;
 };
 
-// What a reader turns frames into. Luma costs a fraction of RGB and is enough for finding and following
-// things.
+// The pixels a reader delivers. Luma costs a fraction of RGB and is enough for detection and tracking.
 enum class VideoPixels { rgb, luma };
 
-// Which frames a reader gives: each one, or every sampling_stride-th from the first on, with its own number
-// and time. What is left out is decoded, but neither converted nor handed out.
+// Which frames a reader delivers: every one, or every sampling_stride-th from the first on, with its own
+// number and time. Skipped frames are decoded, but neither converted nor delivered.
 enum class VideoFrames { all, sampled };
 
 struct VideoFrame {
@@ -38,8 +37,8 @@ struct VideoFrame {
   Image8 rgb;         // 3 channels; 1 from a reader of luma
 };
 
-// 1 up to 60 frames a second and 9,000 frames. Faster films are brought to about 30 a second, longer ones to
-// 9,000 frames in all: more of either teaches an avatar nothing and cannot be tracked in one piece.
+// 1 up to 60 frames a second and 9,000 frames. Faster films are reduced to about 30 a second, longer ones to
+// 9,000 frames in all: more would not improve an avatar and could not be tracked in one piece.
 int sampling_stride(const VideoInfo& info);
 
 // Of a file's bytes; of a folder's photographs.
@@ -47,8 +46,8 @@ Result<std::string> hash_video(const std::filesystem::path& path);
 
 Result<VideoInfo> probe_video(const std::filesystem::path& path);
 
-// Sequential reader. next() gives nullopt at the true end; a file that breaks off early is an Error of code
-// bad_input naming the last good frame.
+// Sequential reader. next() gives nullopt at the true end; a truncated file is an Error of code bad_input
+// naming the last good frame.
 class VideoReader {
  public:
   static Result<VideoReader> open(const std::filesystem::path& path, VideoPixels pixels = VideoPixels::rgb,
@@ -58,7 +57,7 @@ class VideoReader {
   VideoReader& operator=(VideoReader&&) noexcept;
 
   const VideoInfo& info() const;
-  // Frames before it are decoded, but neither converted nor handed out: a fraction of their cost.
+  // Frames before it are decoded, but neither converted nor delivered: a fraction of their cost.
   void start_at(int index);
   Result<std::optional<VideoFrame>> next();
 

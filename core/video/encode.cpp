@@ -94,8 +94,8 @@ Result<void> VideoWriter::Impl::open_encoder(const EncodeOptions& options) {
   codec->flags |= AV_CODEC_FLAG_GLOBAL_HEADER;
   av_opt_set(codec->priv_data, "crf", std::to_string(std::clamp(options.crf, 0, 51)).c_str(), 0);
   av_opt_set(codec->priv_data, "preset", "medium", 0);
-  // Otherwise the same frames now and then give other bytes: the fast macroblock tree rounds by what lies in
-  // memory.
+  // Otherwise the same frames occasionally give different bytes: the fast macroblock tree rounds by what lies
+  // in memory.
   av_opt_set(codec->priv_data, "x264-params", "cpu-independent=1", 0);
   if (const int error = avcodec_open2(codec.get(), encoder, nullptr); error < 0)
     return refused(av_text(error));
@@ -154,7 +154,7 @@ Result<void> VideoWriter::Impl::send(const AVFrame* picture) {
     packet->stream_index = stream->index;
     const int written = av_interleaved_write_frame(format.get(), packet.get());
     if (written < 0) return write_error(written);
-    if (format->pb->error < 0) return write_error(format->pb->error);  // a full disk shows here first
+    if (format->pb->error < 0) return write_error(format->pb->error);  // a full disk is noticed here first
   }
 }
 

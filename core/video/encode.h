@@ -18,7 +18,7 @@ struct EncodeOptions {
   std::vector<std::pair<std::string, std::string>> tags = {};  // of the file: key and UTF-8 text
 };
 
-// Frames go to a temporary file; finish() moves it into place. Destroyed unfinished, nothing remains.
+// Frames go to a temporary file; finish() moves it into place. If destroyed unfinished, nothing remains.
 class VideoWriter {
  public:
   static Result<VideoWriter> create(const std::filesystem::path& path, int width, int height,

@@ -1,4 +1,4 @@
-// A file as if it were filmed now: see frame_source.h.
+// A file played as if filmed live: see frame_source.h.
 #include "core/video/frame_source.h"
 
 #include <condition_variable>
@@ -12,8 +12,8 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-constexpr double kLate_s = 0.1;        // a picture this late is passed over
-constexpr double kLongestGap_s = 0.3;  // but whoever asks waits no longer than this for the next
+constexpr double kLate_s = 0.1;        // a picture this late is skipped
+constexpr double kLongestGap_s = 0.3;  // but a caller waits no longer than this for the next
 
 class ClipSource : public FrameSource {
  public:
@@ -34,7 +34,7 @@ class ClipSource : public FrameSource {
                                      std::chrono::duration<double>(time_s - first_s_));
       const auto now = Clock::now();
       if (now > due + std::chrono::duration<double>(kLate_s)) {
-        // Passed over to catch up; a clip that is never decoded in time still gives one now and then.
+        // Skipped to catch up; a clip that is never decoded in time still delivers one now and then.
         if (now < asked + std::chrono::duration<double>(kLongestGap_s)) continue;
         return std::optional(CapturedFrame{std::move((*frame)->rgb), time_s - first_s_, now, focal_35mm()});
       }

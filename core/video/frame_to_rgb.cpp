@@ -56,9 +56,9 @@ int matrix_of(const AVFrame& frame) {
   }
 }
 
-// -- High dynamic range: ITU-R BT.2100 signal to sRGB
-// Diffuse white (HLG signal 0.75, or 203 cd/m2 in PQ: ITU-R BT.2408) counts as 1; then what lies above the
-// knee is compressed, so that white itself is shown at 0.9 and highlights share the rest.
+// -- High dynamic range: ITU-R BT.2100 signal to sRGB Diffuse white (HLG signal 0.75, or 203 cd/m2 in PQ:
+// ITU-R BT.2408) counts as 1; then what lies above the knee is compressed, so that white itself is shown at
+// 0.9 and highlights share the remainder.
 
 double hlg_to_scene(double signal) {
   constexpr double a = 0.17883277, b = 0.28466892, c = 0.55991073;
@@ -185,7 +185,7 @@ bool FrameConverter::convert(const AVFrame& frame, int width, int height, int fo
   // second.
   const int* matrix = sws_getCoefficients(matrix_of(frame));
   sws_setColorspaceDetails(context_.get(), matrix, full_range, matrix, 1, 0, one, one);
-  // swscale may write a few bytes past the end of a row: rows are given room.
+  // swscale may write a few bytes past the end of a row, so rows are padded.
   stride_bytes_ = (std::size_t(width) * bytes_per_pixel + 127) / 64 * 64;
   pixels_.resize(stride_bytes_ / 2 * height + 64);
   std::uint8_t* planes[1] = {reinterpret_cast<std::uint8_t*>(pixels_.data())};
@@ -196,7 +196,7 @@ bool FrameConverter::convert(const AVFrame& frame, int width, int height, int fo
 Image8 FrameConverter::to_luma(const AVFrame& frame, int width, int height) {
   Image8 image(width, height, 1);
   if (is_hdr(frame)) {
-    // The signal's tone is mapped as a neutral colour's would be.
+    // The signal's tone is mapped like that of a neutral colour.
     if (!convert(frame, width, height, AV_PIX_FMT_GRAY16, 2)) return {};
     const HdrTables& tables = hdr_tables(is_hlg(frame));
     std::vector<std::uint8_t> tone(65536);

@@ -17,7 +17,7 @@ namespace likeness {
 // (x, y), or (y, x) if transposed, each counted from the other end if flipped.
 struct Orientation {
   bool transposed = false, flip_x = false, flip_y = false;  // flips count in coded coordinates
-  int clockwise_deg = 0;                                    // for the user; mirroring is not in it
+  int clockwise_deg = 0;                                    // for the user; without mirroring
 };
 
 // From a display matrix as MP4 stores it (16.16 fixed point, row-major 3 x 3), rounded to quarter turns.
@@ -36,7 +36,7 @@ class FrameConverter {
   // BT.601. HLG and PQ frames are mapped to display-referred sRGB. Empty on failure. Size of the result:
   // width x height.
   Image8 to_rgb(const AVFrame& frame, int width, int height);
-  // Full-range luma, one channel; of HLG and PQ frames with the tones of to_rgb.
+  // Full-range luma, one channel; for HLG and PQ frames with the tones of to_rgb.
   Image8 to_luma(const AVFrame& frame, int width, int height);
 
  private:

@@ -18,8 +18,8 @@ namespace likeness {
 namespace {
 
 constexpr std::string_view kFocalKey = "com.apple.quicktime.camera.focal_length.35mm_equivalent";
-constexpr std::uint64_t kMaxBytes = 1 << 20;      // of a list of keys or of values: a page is usual
-constexpr int kMaxBoxes = 10000;                  // a film has some hundred; a damaged one may claim millions
+constexpr std::uint64_t kMaxBytes = 1 << 20;  // of a list of keys or of values: usually a page
+constexpr int kMaxBoxes = 10000;              // a film has a few hundred; a damaged one may claim millions
 constexpr double kLeast_mm = 10, kMost_mm = 400;  // the widest phones have 13
 
 struct Film {
@@ -45,9 +45,9 @@ struct Film {
   }
 };
 
-// Number of the key in the list, from 1; 0 where it is not in it.
+// Number of the key in the list, from 1; 0 if absent.
 std::uint64_t key_number(const std::string& keys) {
-  std::uint64_t at = 8;  // behind version, flags and their count
+  std::uint64_t at = 8;  // after version, flags and their count
   for (std::uint64_t number = 1; at + 8 <= keys.size(); ++number) {
     const std::uint64_t size = big_endian(keys.data() + at, 4);
     if (size < 8 || size > keys.size() - at) return 0;
@@ -107,7 +107,7 @@ double value_of(Film& film, const Box& list, std::uint64_t number) {
 }
 
 double focal_of_meta(Film& film, const Box& meta) {
-  // QuickTime's has its boxes at once, ISO's behind version and flags; a handler comes first in both.
+  // QuickTime's has its boxes at once, ISO's after version and flags; a handler comes first in both.
   const auto first = read_box(film.file, meta.begin, meta.end);
   const std::uint64_t begin = first && first->type == "hdlr" ? meta.begin : meta.begin + 4;
   std::uint64_t number = 0;
@@ -117,14 +117,14 @@ double focal_of_meta(Film& film, const Box& meta) {
     if (box.type == "ilst") list = box;
   });
   const double value = number > 0 && list ? value_of(film, *list, number) : 0;
-  return value >= kLeast_mm && value <= kMost_mm ? value : 0;  // no number at all is neither
+  return value >= kLeast_mm && value <= kMost_mm ? value : 0;  // NaN is neither
 }
 
 struct Focals {
   double of_film = 0, of_track = 0;
 };
 
-// Of all there is in a box that holds others; editors put what they know below "udta".
+// Collects the tags in a box that holds others; editors put theirs below "udta".
 void look_into(Film& film, const Box& whole, bool in_track, Focals& found) {
   film.for_each_box(whole.begin, whole.end, [&](const Box& box) {
     if (box.type == "meta") {

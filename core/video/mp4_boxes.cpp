@@ -28,7 +28,7 @@ Mp4Boxes scan_mp4_boxes(const std::filesystem::path& path) {
     const auto box = read_box(file, position, file_size);
     if (!box) return boxes;
     if (position == 0) boxes.is_mp4 = may_come_first(box->type);
-    if (!boxes.is_mp4 || box->end < box->begin) return boxes;  // trailing bytes that are no box
+    if (!boxes.is_mp4 || box->end < box->begin) return boxes;  // trailing bytes that are not a box
     boxes.has_index |= box->type == "moov";
     boxes.cut_off |= box->end > file_size;
     if (boxes.cut_off) return boxes;

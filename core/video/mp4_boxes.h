@@ -1,5 +1,4 @@
-// The outermost boxes of an MP4 or MOV file: shows whether a file was cut off, whatever the demuxer makes of
-// it.
+// The outermost boxes of an MP4 or MOV file: shows whether a file is truncated, whatever the demuxer reports.
 #pragma once
 
 #include <filesystem>
@@ -7,11 +6,11 @@
 namespace likeness {
 
 struct Mp4Boxes {
-  bool is_mp4 = false;     // starts with a box that such files start with
-  bool has_index = false;  // the 'moov' box was met
+  bool is_mp4 = false;     // starts with a box typical of such files
+  bool has_index = false;  // there is a 'moov' box
   bool cut_off = false;    // a box claims more bytes than the file has
 };
 
-Mp4Boxes scan_mp4_boxes(const std::filesystem::path& path);  // of an unreadable file: all false
+Mp4Boxes scan_mp4_boxes(const std::filesystem::path& path);  // for an unreadable file: all false
 
 }  // namespace likeness

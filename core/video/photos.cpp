@@ -42,7 +42,7 @@ Result<std::vector<fs::path>> list_photos(const fs::path& folder) {
   std::vector<fs::path> photos;
   std::error_code fault;
   for (const auto& entry : fs::directory_iterator(folder, fault)) {
-    // Archives bring ._IMG_1.jpg files that are no pictures.
+    // Archives contain ._IMG_1.jpg files that are not pictures.
     std::error_code unknown;
     if (!entry.is_regular_file(unknown) || entry.path().filename().string().starts_with(".")) continue;
     std::string extension = entry.path().extension().string();

@@ -12,13 +12,13 @@ namespace likeness {
 // .jpg, .jpeg, .png, .tif, .tiff, .webp, by name; at least three.
 Result<std::vector<std::filesystem::path>> list_photos(const std::filesystem::path& folder);
 
-// RGB, upright by its orientation tag. Refuses a file that breaks off.
+// RGB, upright by its orientation tag. Refuses a truncated file.
 Result<Image8> read_photo(const std::filesystem::path& path);
 
 // One hash of the names and contents of all photographs.
 Result<std::string> hash_photos(const std::filesystem::path& folder);
 
-// Why a photograph does not go with the first one of its folder.
+// The error for a photograph whose size differs from the first one's in its folder.
 Error other_size_error(const std::filesystem::path& path, const Image8& photo, int width, int height);
 
 }  // namespace likeness

@@ -1,4 +1,4 @@
-// Live pictures brought to a steady rate: see record.h.
+// Live pictures written at a steady rate: see record.h.
 #include "core/video/record.h"
 
 #include <fmt/format.h>
@@ -11,7 +11,8 @@
 namespace likeness {
 namespace {
 
-constexpr double kLongestRepeat_s = 1;  // pictures are repeated over; longer ones are cut out
+constexpr double kLongestRepeat_s =
+    1;  // gaps up to this are filled by repeating pictures; longer ones are cut out
 
 Error no_picture(const std::filesystem::path& path) {
   return {ErrorCode::failed, "The camera gave no picture.",
@@ -19,7 +20,7 @@ Error no_picture(const std::filesystem::path& path) {
           path.string()};
 }
 
-// Puts pictures at the file's rate. Slot k of the file is the time k / rate from the first picture on.
+// Writes pictures at the file's rate. Slot k of the file is the time k / rate from the first picture on.
 class SteadyWriter {
  public:
   SteadyWriter(VideoWriter writer, const RecordOptions& options)
@@ -32,7 +33,7 @@ class SteadyWriter {
       ++recording_.left_out;
       return {};
     }
-    // The clock of a camera that stood still goes on from where the file is.
+    // After a camera stalled, its clock continues from the file's position.
     if (double(slot - recording_.frames) > kLongestRepeat_s * rate_) {
       start_s_ = picture.time_s - recording_.frames / rate_;
       slot = recording_.frames;
@@ -68,7 +69,7 @@ Result<Recording> record_clip(FrameSource& source, const std::filesystem::path& 
                  "Name a new file: a recording never replaces one.", path.string()};
   std::optional<SteadyWriter> writer;
   int width = 0, height = 0;
-  // What was filmed is kept, however the filming ended, if the film can still be finished.
+  // What was filmed is kept, however the recording ended, if the film can still be finished.
   const auto ended = [&](Error error) -> Result<Recording> {
     if (!writer) return error;
     auto recording = writer->finish();

@@ -1,4 +1,4 @@
-// A clip recorded in place, from a webcam or whatever else gives pictures one after the other.
+// Recording a clip from a webcam or another source of pictures.
 #pragma once
 
 #include <filesystem>
@@ -12,7 +12,7 @@
 namespace likeness {
 
 struct RecordOptions {
-  double frames_per_second = 30;  // of the file; a picture that came late is repeated, one too many left out
+  double frames_per_second = 30;  // of the file; late pictures are replaced by repeats, surplus ones dropped
   double longest_s = 180;
   int crf = 16;
 };
@@ -20,12 +20,11 @@ struct Recording {
   int frames = 0;
   double seconds = 0;
   int repeated = 0, left_out = 0;
-  std::optional<Error>
-      interruption;  // why it ended before it was asked to; what was filmed until then is kept
+  std::optional<Error> interruption;  // why it ended prematurely; what was filmed until then is kept
 };
-// Records until the source ends, the time is up, or `stop`, which is how a recording usually ends: the clip
-// is kept. seen: every picture as it comes, to be shown; may be empty. An existing file is never
-// replaced; a source that fails after its first picture leaves what it gave.
+// Records until the source ends, the time is up, or `stop`, the usual end of a recording: the clip is kept.
+// seen: called with every picture as it arrives, for display; may be empty. An existing file is never
+// replaced; if a source fails after its first picture, what it delivered is kept.
 Result<Recording> record_clip(FrameSource& source, const std::filesystem::path& path,
                               const RecordOptions& options,
                               const std::function<void(const CapturedFrame&)>& seen, std::stop_token stop);

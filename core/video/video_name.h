@@ -1,11 +1,11 @@
-// Which files are taken for films, by their names alone.
+// Which files count as films, by their names alone.
 #pragma once
 
 #include <filesystem>
 
 namespace likeness {
 
-// By its ending, in letters of either case.
+// By its extension, in either case.
 bool is_video_name(const std::filesystem::path& path);
 
 }  // namespace likeness

@@ -21,7 +21,7 @@ namespace {
 namespace fs = std::filesystem;
 using Clock = std::chrono::steady_clock;
 
-constexpr int kAttempts = 10;  // a cable that moves loses a picture or two
+constexpr int kAttempts = 10;  // a loose cable loses a picture or two
 
 class WebcamSource : public FrameSource {
  public:
@@ -65,11 +65,11 @@ std::vector<Webcam> list_webcams() {
   std::error_code fault;
   for (const auto& entry : fs::directory_iterator("/sys/class/video4linux", fault)) {
     const std::string device = entry.path().filename().string();
-    if (!device.starts_with("video")) continue;  // radios and teletext are there, too
+    if (!device.starts_with("video")) continue;  // radios and teletext are there too
     const std::string number = device.substr(std::strlen("video"));
     if (number.empty() || !std::ranges::all_of(number, [](unsigned char c) { return std::isdigit(c); }))
       continue;
-    // A camera's second device carries its data about the pictures, not pictures.
+    // A camera's second device carries metadata, not pictures.
     const auto index = read_text(entry.path() / "index");
     if (index && index->substr(0, 1) != "0") continue;
     auto name = read_text(entry.path() / "name");
@@ -101,7 +101,7 @@ Result<std::unique_ptr<FrameSource>> open_webcam(const std::string& device, cons
                    "Close other programs that use it; you may need to be in the group `video`.", device};
     if (wanted.newest) {
       capture.set(cv::CAP_PROP_BUFFERSIZE, 1);
-    } else {  // large pictures come fast enough only compressed
+    } else {  // large pictures are fast enough only when compressed
       capture.set(cv::CAP_PROP_FOURCC, cv::VideoWriter::fourcc('M', 'J', 'P', 'G'));
     }
     capture.set(cv::CAP_PROP_FRAME_WIDTH, wanted.width);
