@@ -370,11 +370,11 @@ struct Belief {
   bool known = false;
   std::array<double, kOpenings> opening{}, cost{};
   double min_sigma = 0.03;
-  double astray = 0;
+  double corners_off = 0;
 };
 
 // Mean distance of the corners' landmarks from where the corners are: corners do not move.
-double landmarks_astray(const EyeSite& site, const LidView& view, int side) {
+double corner_error(const EyeSite& site, const LidView& view, int side) {
   const auto six = chart_landmarks(site, view, side);
   if (!six) return 1;
   return 0.5 * (in_eye(site, (*six)[0]).norm() + (in_eye(site, (*six)[3]) - Vec2d(1, 0)).norm());
@@ -421,7 +421,7 @@ void read_side(const EyeSite& site, const std::vector<LidView>& views, int side,
       out.cost[a] = raw[i].cost[a] / (slant * slant);
     }
     out.min_sigma = 0.03 * scale * slant;
-    out.astray = landmarks_astray(sites[i], views[i], side);
+    out.corners_off = corner_error(sites[i], views[i], side);
   }
 }
 
@@ -443,7 +443,7 @@ LidOpening opening_of(const Belief& own, const Belief& other) {
   if (!(sum > 0)) return {};
   const double mean = first / sum;
   const double sigma = std::sqrt(std::max(0.0, second / sum - mean * mean)) + own.min_sigma;
-  return {true, mean, sigma, own.astray};
+  return {true, mean, sigma, own.corners_off};
 }
 
 }  // namespace
@@ -470,7 +470,7 @@ void observe_lids(const LidOpenings& seen, const std::array<double, 2>& usual_ga
     const LidOpening& lid = seen[side];
     if (!lid.known) continue;
     out->lids[side] = {true, lid.opening * usual_gap_m[side], lid.sigma * usual_gap_m[side]};
-    const double lost = 1 + std::pow(lid.astray / kDoubtfulCorner, 2);
+    const double lost = 1 + std::pow(lid.corners_off / kDoubtfulCorner, 2);
     for (int k = 0; k < 6; ++k) {
       const bool corner = k == 0 || k == 3;
       out->sigma_px[36 + 6 * side + k] *= lost * (corner ? 1 : kLidDoubt);

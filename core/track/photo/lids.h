@@ -33,9 +33,9 @@ struct LidView {
 
 struct LidOpening {
   bool known = false;
-  double opening = 1;  // height between the lids over this person's usual one
-  double sigma = 1;    // of it, 1 standard deviation
-  double astray = 0;   // how far the eye's landmarks are from its corners, widths of the eye
+  double opening = 1;      // height between the lids over this person's usual one
+  double sigma = 1;        // of it, 1 standard deviation
+  double corners_off = 0;  // how far the eye's landmarks are from its corners, widths of the eye
 };
 using LidOpenings = std::array<LidOpening, 2>;  // subject's right eye (landmarks 36..41), left (42..47)
 

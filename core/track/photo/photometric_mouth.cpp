@@ -222,10 +222,10 @@ std::optional<MouthReading> read_mouth(const HeadModel& model, const ReducedHead
 
 void observe_mouth(const LipEvidence& lips, double fitted_gap_m, FaceObservation* out) {
   out->lips = lips;
-  const double astray = (fitted_gap_m - lips.gap_m) / std::hypot(kDoubtfulLips, lips.sigma_m);
-  const double doubt = std::min(kMaxDoubt, 1 + astray * astray);
-  for (int k = 48; k < kLandmarkCount; ++k) out->sigma_px[k] *= doubt;
-  for (int k = 4; k <= 12; ++k) out->sigma_px[k] *= doubt;  // the chin moves with the jaw
+  const double deviation = (fitted_gap_m - lips.gap_m) / std::hypot(kDoubtfulLips, lips.sigma_m);
+  const double factor = std::min(kMaxDoubt, 1 + deviation * deviation);
+  for (int k = 48; k < kLandmarkCount; ++k) out->sigma_px[k] *= factor;
+  for (int k = 4; k <= 12; ++k) out->sigma_px[k] *= factor;  // the chin moves with the jaw
 }
 
 double mouth_gain(const FaceSurface& surface, const Appearance& appearance, const FacePicture& picture,

@@ -130,18 +130,18 @@ TEST(FitClip, HeldOutPicturesChangeNothingShared) {
 TEST(FitClip, RegistersTheFaceInTheGivenFrame) {
   const ReducedHead& head = test_reduced_head();
   std::vector<FaceFrame> frames = make_clip(head, Eigen::VectorXd::Zero(head.identity_count()), 0);
-  Pose astray = Pose::Identity();  // the face's frame in the given one
-  astray.linear() = turn_from_vector({0.06, -0.03, 0.02});
-  astray.translation() = Vec3d(0.004, -0.008, 0.02);
+  Pose offset = Pose::Identity();  // the face's frame in the given one
+  offset.linear() = turn_from_vector({0.06, -0.03, 0.02});
+  offset.translation() = Vec3d(0.004, -0.008, 0.02);
   for (FaceFrame& f : frames) {
     f.pose_given = true;
-    f.state.cam_from_head = true_pose(f.frame) * astray.inverse();
+    f.state.cam_from_head = true_pose(f.frame) * offset.inverse();
   }
   const ExpressionPrior prior = expression_prior(test_head());
   const Eigen::VectorXd identity = Eigen::VectorXd::Zero(head.identity_count());
   const auto found = fit_identity(head, prior, {}, identity, frames, {}, {});
   ASSERT_TRUE(found.ok());
-  const Pose left = found->registration.inverse() * astray;
+  const Pose left = found->registration.inverse() * offset;
   EXPECT_LT(vector_from_turn(left.linear()).norm(), 0.02);
   EXPECT_LT(left.translation().norm(), 0.005);
   // Held-out frames undergo the same motion.
@@ -157,17 +157,17 @@ TEST(FitClip, KeepsAGivenIdentityAndStillRegistersTheFrame) {
   Eigen::VectorXd truth = Eigen::VectorXd::Zero(head.identity_count());
   for (int i = 0; i < truth.size(); ++i) truth[i] = i % 2 == 0 ? 0.8 : -0.5;
   std::vector<FaceFrame> frames = make_clip(head, truth, 0);
-  const Pose astray(Eigen::Translation3d(0.004, -0.008, 0.02));
+  const Pose offset(Eigen::Translation3d(0.004, -0.008, 0.02));
   for (FaceFrame& f : frames) {
     f.pose_given = true;
-    f.state.cam_from_head = true_pose(f.frame) * astray.inverse();
+    f.state.cam_from_head = true_pose(f.frame) * offset.inverse();
   }
   ClipFitOptions options;
   options.hold_identity = true;
   const auto found = fit_identity(head, expression_prior(test_head()), options, truth, frames, {}, {});
   ASSERT_TRUE(found.ok());
   EXPECT_EQ(found->identity, truth);
-  EXPECT_LT((found->registration.translation() - astray.translation()).norm(), 0.004);
+  EXPECT_LT((found->registration.translation() - offset.translation()).norm(), 0.004);
 }
 
 TEST(FitClip, StopsWhenAsked) {

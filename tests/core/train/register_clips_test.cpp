@@ -56,16 +56,16 @@ TEST(RegisterClips, FindsAFurtherClipsHeadWhateverItsLight) {
   training.steps = 500;  // until it knows the stripes
   const auto avatar = train_avatar(set, training, {}, Progress(), {}, {});
   ASSERT_TRUE(avatar.ok()) << avatar.error().what;
-  Pose astray = Pose::Identity();
+  Pose offset = Pose::Identity();
   // Across the ball's stripes: along them nothing could be seen.
-  astray.linear() = Eigen::AngleAxisd(0.06, Vec3d(-4, 6, 0).normalized()).matrix();
-  astray.translation() = Vec3d(0.005, -0.004, 0);
+  offset.linear() = Eigen::AngleAxisd(0.06, Vec3d(-4, 6, 0).normalized()).matrix();
+  offset.translation() = Vec3d(0.005, -0.004, 0);
   const Image8 plate = gradient_plate(kSize);
   std::vector<Pose> truth;
   for (int v = 0; v < 8; ++v) {
     set.views.push_back(of_further_clip(ball_view(plate, kSize, 0.2 + 0.41 * v), 0.6));
     truth.push_back(set.views.back().pose.world_from_head);
-    set.views.back().pose.world_from_head = truth.back() * astray.inverse();
+    set.views.back().pose.world_from_head = truth.back() * offset.inverse();
   }
   const AvatarRig rig = make_rig(*avatar, set.model);
   const auto corrections = register_clips(set, *avatar, rig, {}, {});

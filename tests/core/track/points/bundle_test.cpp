@@ -146,7 +146,7 @@ Scene make_look_up(double start_error, double retreat = 0) {
 }
 
 // Mean depth of the look-up's poses beside that of the others, m off.
-double depth_astray(const Scene& scene) {
+double depth_error(const Scene& scene) {
   double sum[2] = {0, 0};
   int count[2] = {0, 0};
   for (std::size_t i = 0; i < scene.truth.size(); ++i) {
@@ -158,17 +158,17 @@ double depth_astray(const Scene& scene) {
 }
 
 TEST(Bundle, ARestingNeckHoldsTheDepthOfViewsThatShareNoPoints) {
-  double astray[2];
+  double error[2];
   for (const int rests : {0, 1}) {
     Scene scene = make_look_up(0.012);
     BundleOptions options;
     options.shift_prior = 10;  // landmarks alone do not know the depth either
     options.neck_rest = rests ? 60 : 0;
     ASSERT_TRUE(bundle_adjust(scene.frames, scene.tracks, options, {}, {}).ok());
-    astray[rests] = depth_astray(scene);
+    error[rests] = depth_error(scene);
   }
-  EXPECT_GT(astray[0], 0.004) << "m";
-  EXPECT_LT(astray[1], 0.6 * astray[0]) << "m";
+  EXPECT_GT(error[0], 0.004) << "m";
+  EXPECT_LT(error[1], 0.6 * error[0]) << "m";
 }
 
 // As where the camera draws back: near views must not be drawn away with it, nor far ones nearer.
