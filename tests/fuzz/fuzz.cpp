@@ -19,7 +19,7 @@
 namespace {
 
 std::atomic<std::size_t> g_alive{0}, g_peak{0};
-char g_place[256] = "no input\n";  // what is being read, for a crash's last words
+char g_place[256] = "no input\n";  // what is being read, for the message after a crash
 
 void* take(std::size_t size) {
   void* memory = std::malloc(size);
@@ -197,7 +197,7 @@ FuzzFigures fuzz(const FuzzTarget& target) {
     if (target.repair && n % 2 == 0) target.repair(input);
     std::snprintf(g_place, sizeof g_place, "fuzz: while %s read input %llu of %zu bytes\n",
                   target.name.c_str(), static_cast<unsigned long long>(n), input.size());
-    ::alarm(600);  // by the clock, of a machine that may be busy
+    ::alarm(600);  // wall time, since the computer may be busy
     const std::size_t before = g_alive;
     g_peak = before;
     const double start = cpu_seconds();

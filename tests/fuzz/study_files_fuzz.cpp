@@ -1,6 +1,6 @@
-// Damaged files of what a study reads: published cameras, marks of what somebody saw, pictures of regions,
-// rows that an earlier run finished. A track's or a camera path's truth has the format of track.json or
-// cameras.json.
+// Damaged files of what a study reads: published cameras, marks of landmarks seen by a person, pictures of
+// regions, rows that an earlier run finished. A track's or a camera path's truth has the format of track.json
+// or cameras.json.
 #include <gtest/gtest.h>
 
 #include "core/image/files.h"

@@ -1,4 +1,4 @@
-// A million steps on a tiny field: no drift, no number that is none.
+// A million steps on a tiny field: no drift, and no NaN.
 #include <gtest/gtest.h>
 
 #include <cmath>

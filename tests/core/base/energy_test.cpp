@@ -1,5 +1,5 @@
 // Claims about the machine's energy counters: packages are added up, parts of them and other devices are not,
-// and where nothing may be read nothing is said.
+// and without readable counters there is no result.
 #include "core/base/energy.h"
 
 #include <gtest/gtest.h>

@@ -99,7 +99,7 @@ TEST(Npy, AShapeLargerThanTheFileTakesNoMemory) {
   }
 }
 
-// Reading a pickle may run what is in it; this reader hands the bytes on untouched.
+// Reading a pickle may execute it; this reader passes the bytes on unchanged.
 TEST(Npy, ObjectsKeepTheirPickleUnread) {
   const std::string pickle = "cos\nsystem\n(S'false'\ntR.";
   const auto array = parse_npy(

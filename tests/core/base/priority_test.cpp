@@ -1,4 +1,4 @@
-// Claims about threads that step back: they do, and no other does.
+// Claims about threads of low priority: they yield, and no other does.
 #include "core/base/priority.h"
 
 #include <gtest/gtest.h>
@@ -15,7 +15,7 @@
 namespace likeness {
 namespace {
 
-// Started so (by nice), it has nowhere to step back to.
+// Started this way (by nice), its priority cannot be lowered further.
 constexpr int kFarBack = 10;
 
 int niceness() { return ::getpriority(PRIO_PROCESS, id_t(::syscall(SYS_gettid))); }

@@ -26,8 +26,8 @@ TEST(ProgramFiles, WhatLiesBesideAProgramIsFoundAndNothingElse) {
   EXPECT_EQ(bundled_file(inside, program), std::nullopt);
   ASSERT_TRUE(write_text(prefix / inside, "abc").ok());
   EXPECT_EQ(bundled_file(inside, program), prefix / inside);
-  EXPECT_EQ(bundled_file("share/likeness", program), std::nullopt);  // a folder is no file
-  EXPECT_EQ(bundled_file(inside, ""), std::nullopt);                 // a system that does not tell
+  EXPECT_EQ(bundled_file("share/likeness", program), std::nullopt);  // a folder is not a file
+  EXPECT_EQ(bundled_file(inside, ""), std::nullopt);                 // a system that does not report it
   fs::remove_all(prefix);
 }
 

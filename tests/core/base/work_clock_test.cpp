@@ -1,4 +1,4 @@
-// Claims about what seconds are counted of: waiting costs no processor, and work costs every thread's.
+// Claims about work clocks: waiting costs no processor time, and work costs every thread's.
 #include "core/base/work_clock.h"
 
 #include <gtest/gtest.h>

@@ -96,7 +96,7 @@ TEST(AssumedLens, IsTheFilmsOwnWhereItIsRecorded) {
   EXPECT_DOUBLE_EQ(assumed_intrinsics(1920, 1080, 27).fx, 1440);
   EXPECT_DOUBLE_EQ(assumed_intrinsics(1080, 1920, 27).fx, 1440);
   EXPECT_DOUBLE_EQ(assumed_intrinsics(1440, 1080, 27).fx, 1080);
-  EXPECT_DOUBLE_EQ(assumed_intrinsics(512, 512, 27).fx, 1024);  // was cut out
+  EXPECT_DOUBLE_EQ(assumed_intrinsics(512, 512, 27).fx, 1024);  // was cropped
   EXPECT_DOUBLE_EQ(film_intrinsics(512, 512, 27).fx, 384);
   EXPECT_DOUBLE_EQ(assumed_intrinsics(300, 1000, 27).fx, 600);
 }

@@ -1,6 +1,6 @@
 // Claims about colmap as a program that fails: every way of failing ends in a plain sentence with a remedy,
 // and what a killed step had done is not done again. The real program where it matters, a stand-in where only
-// its words do.
+// its output does.
 #include "core/camera/colmap.h"
 
 #include <fmt/format.h>
@@ -61,7 +61,7 @@ class Colmap : public testing::Test {
     for (int i = 0; i < pictures; ++i)
       add(render_room(lens, look_at({-0.7 + 0.2 * i, 0.05 * (i % 2), -0.9}, {0.1, 0, 1.4})));
   }
-  // A program of that name which does what the lines say. $1 is colmap's command.
+  // A program of that name that runs the given lines. $1 is colmap's command.
   std::string stand_in(const std::string& lines) const {
     const fs::path path = folder_ / "colmap";
     std::ofstream(path) << "#!/bin/sh\n" << lines << "\n";
@@ -82,7 +82,7 @@ class Colmap : public testing::Test {
   int count_ = 0;
 };
 
-// -- What the pictures lack, by the real program
+// -- Faults of the pictures, with the real program
 
 TEST_F(Colmap, FlatPicturesHaveTooLittleTexture) {
   if (!have_colmap()) GTEST_SKIP() << "colmap is not installed";
@@ -128,7 +128,7 @@ TEST_F(Colmap, ACameraThatOnlyTurnsSeesNoDepth) {
   EXPECT_THAT(error.fix, HasSubstr("at least 30 degrees"));
 }
 
-// -- Which of several solves counts, by the real program
+// -- Which of several solves is chosen, with the real program
 
 TEST_F(Colmap, TwoSolvesThatAgreeOnTheLensAreEnough) {
   if (!have_colmap()) GTEST_SKIP() << "colmap is not installed";
@@ -185,7 +185,7 @@ TEST_F(Colmap, WhereTwoSolvesDisagreeTheirPointsDecide) {
   EXPECT_EQ(count_of(*text, "mapper"), 3);
 }
 
-// -- What can be seen of a solve at work, by the real program
+// -- The snapshots of a running solve, with the real program
 
 TEST_F(Colmap, RunningSolveReportsThePicturesPlacedSoFar) {
   if (!have_colmap()) GTEST_SKIP() << "colmap is not installed";
@@ -195,7 +195,7 @@ TEST_F(Colmap, RunningSolveReportsThePicturesPlacedSoFar) {
   bool passed_over = false;
   const auto model = solve(Progress([&](const ProgressReport& report) {
     if (report.text.find("pictures placed") == std::string::npos) return;
-    if (most > 0 && !passed_over) {  // what is being written is passed over
+    if (most > 0 && !passed_over) {  // a snapshot being written is skipped
       ASSERT_TRUE(write_text(work_ / "snapshots" / "later" / "images.bin", "half of"));
       passed_over = true;
     }
@@ -207,12 +207,12 @@ TEST_F(Colmap, RunningSolveReportsThePicturesPlacedSoFar) {
   EXPECT_FALSE(solve_so_far(work_)) << "it is over";
 }
 
-// -- What becomes of a killed step, by the real program
+// -- A killed step, with the real program
 
 TEST_F(Colmap, KilledStepContinuesFromItsDatabase) {
   if (!have_colmap()) GTEST_SKIP() << "colmap is not installed";
   add_walk(6);
-  // Dies after the third picture's features are stored, and says how.
+  // Dies after the third picture's features are stored, with a message.
   const std::string real = find_program("colmap")->string();
   options_.program = stand_in("( exec " + real + R"( "$@" ) | while read -r line; do echo "$line"
         case "$line" in *"Processed file [4/"*) pkill -KILL -P $$ colmap; kill -KILL $$;; esac
@@ -302,7 +302,7 @@ TEST_F(Colmap, UnreadableDatabaseIsRebuilt) {
   EXPECT_EQ(model->images.size(), 6u);
 }
 
-// -- What only the program's words tell, by a stand-in
+// -- Errors known only from the program's output, with a stand-in
 
 TEST_F(Colmap, AnotherVersionsOptionsAreNamed) {
   add_walk(2);
@@ -326,7 +326,7 @@ TEST_F(Colmap, UnknownFailureQuotesTheProgramsLastOutput) {
   add_walk(2);
   options_.program = stand_in("echo 'something nobody foresaw'; exit 3");
   const Error error = failure();
-  EXPECT_EQ(error.code, ErrorCode::io);  // says nothing about the camera
+  EXPECT_EQ(error.code, ErrorCode::io);  // not a statement about the camera
   EXPECT_THAT(error.what, HasSubstr("ended with code 3"));
   EXPECT_THAT(error.what, HasSubstr("something nobody foresaw"));
   EXPECT_FALSE(error.fix.empty());
@@ -335,14 +335,14 @@ TEST_F(Colmap, UnknownFailureQuotesTheProgramsLastOutput) {
 TEST_F(Colmap, DroppedPicturesAreReported) {
   if (!have_colmap()) GTEST_SKIP() << "colmap is not installed";
   add_walk(4);
-  // The extractor exits with 0 whatever becomes of single pictures.
+  // The extractor exits with 0 whatever happens to single pictures.
   ASSERT_TRUE(write_image(work_ / "images" / "000009.png", Image8(100, 60, 3, 50)));
   const Error error = failure();
   EXPECT_THAT(error.what, HasSubstr("only 4 of the 5 pictures"));
   EXPECT_THAT(error.fix, HasSubstr("delete this folder"));
 }
 
-// colmap takes a mask of another name or size without a word.
+// colmap accepts a mask of another name or size silently.
 TEST_F(Colmap, MasksHaveTheNameAndSizeColmapExpects) {
   const Image8 picture(240, 180, 3, 90);
   Image8 mask(240, 180, 1, 0);
@@ -358,7 +358,7 @@ TEST_F(Colmap, MasksHaveTheNameAndSizeColmapExpects) {
   EXPECT_GT(*kept->at(60, 40), 0);
 }
 
-// -- Photographs are looked at before colmap is
+// -- Photographs are checked before colmap runs
 
 TEST_F(Colmap, TruncatedOrOddlySizedPhotographIsRefusedByName) {
   const fs::path photos = folder_ / "photos";

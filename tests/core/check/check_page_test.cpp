@@ -17,7 +17,7 @@ namespace fs = std::filesystem;
 
 constexpr int kFrames = 40;
 
-// Frames of one colour each: what is drawn of which can be told by it.
+// Frames of one colour each: so that what is drawn of which can be recognised.
 Image8 frame_picture(int frame) {
   Image8 picture(320, 240, 3);
   for (std::size_t i = 0; i < picture.pixels(); ++i) {
@@ -60,7 +60,7 @@ class CheckPage : public testing::Test {
     EXPECT_TRUE(page.ok()) << (page ? "" : page.error().what);
     return page ? *page : Image8();
   }
-  // How many pixels of the page have about this colour.
+  // Number of pixels of the page with about this colour.
   static int count(const Image8& page, int r, int g, int b) {
     int pixels = 0;
     for (std::size_t i = 0; i < page.pixels(); ++i)

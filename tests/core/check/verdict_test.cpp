@@ -11,7 +11,7 @@
 namespace likeness {
 namespace {
 
-// A minute of somebody who turns, nods and speaks before a resting camera.
+// A minute of a person who turns, nods and speaks before a resting camera.
 ClipMeasures good_clip() {
   ClipMeasures clip;
   clip.info.width = 1920, clip.info.height = 1080, clip.info.frames_per_second = 30;

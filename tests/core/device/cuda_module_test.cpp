@@ -1,5 +1,5 @@
-// Claims about the CUDA module as built: it loads without a driver, fills the whole table, and says what
-// keeps it from being used.
+// Claims about the CUDA module as built: it loads without a driver, fills the whole table, and reports what
+// prevents its use.
 #include <dlfcn.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

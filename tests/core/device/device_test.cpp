@@ -1,4 +1,4 @@
-// Claims about core/device/device.h: what a device answers becomes a sentence with a remedy.
+// Claims about core/device/device.h: a device's status becomes a sentence with a remedy.
 #include "core/device/device.h"
 
 #include <gmock/gmock.h>

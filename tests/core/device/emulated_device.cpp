@@ -259,10 +259,10 @@ DeviceStatus open(void** context, DeviceFacts* facts) {
 }
 
 DeviceStatus allocate(void*, std::size_t bytes, void** memory) {
-  if (state.lost) return DeviceStatus::lost;  // whoever is told so has nothing to release
+  if (state.lost) return DeviceStatus::lost;  // after this there is nothing to release
   if (state.counts.bytes + bytes > state.faults.memory_bytes) return DeviceStatus::out_of_memory;
   *memory = ::operator new(bytes);
-  std::memset(*memory, 0xff, bytes);  // not a number: whoever forgets to set something sees it
+  std::memset(*memory, 0xff, bytes);  // NaN, so that unset memory is noticed
   state.memory[*memory] = bytes;
   state.counts.bytes += bytes;
   state.counts.max_bytes = std::max(state.counts.max_bytes, state.counts.bytes);
@@ -299,7 +299,7 @@ DeviceStatus end_record(void*, void** recording) {
 DeviceStatus replay(void*, void* recording) {
   ++state.counts.replays;
   for (const auto& work : *static_cast<Recording*>(recording)) work();
-  return DeviceStatus::ok;  // a device in trouble says so when it is waited for
+  return DeviceStatus::ok;  // a device's errors are reported by wait
 }
 
 double now() {

@@ -17,8 +17,8 @@ struct EmulatedFaults {
   std::size_t shared_bytes = 227 * 1024;
   bool matrix_units = true;
   long lost_after = -1;  // launches until the device is lost; < 0: never
-  // Blocks of the networks have four threads that wait for each other where a device's do: what
-  // they may not do at once the thread sanitizer sees. Otherwise one thread does it all.
+  // Blocks of the networks have four threads that wait for each other where a device's do, so that the thread
+  // sanitizer finds races. Otherwise one thread does it all.
   bool threads = false;
 };
 
@@ -28,13 +28,13 @@ struct EmulatedCounts {
   std::size_t bytes_in = 0;  // copied from the host
 };
 
-// There is one at a time; a new one forgets the last one's counts.
+// There is one at a time; a new one resets the counts.
 const DeviceApi& emulated_api(const EmulatedFaults& faults = {});
 EmulatedCounts emulated_counts();
 std::shared_ptr<Device> emulated_device(const EmulatedFaults& faults = {});
 
 // The device that a program tests: the emulated one, or with LIKENESS_TEST_DEVICE=cuda in the environment a
-// GPU; null where there is none; `why` then says why.
+// GPU; null if there is none; `why` then gives the reason.
 bool tests_cuda();
 std::shared_ptr<Device> tested_device(std::string& why);
 

@@ -1,5 +1,5 @@
-// Claims about core/device/load_device.h: why there is no CUDA device is told apart, and nothing is loaded
-// that need not be.
+// Claims about core/device/load_device.h: the reasons why there is no CUDA device are distinguished, and
+// nothing is loaded unnecessarily.
 #include "core/device/load_device.h"
 
 #include <gmock/gmock.h>
@@ -14,7 +14,7 @@ using testing::HasSubstr;
 
 struct Setting {
   bool module = true, driver = true;
-  std::string broken;  // what the loader says of the module
+  std::string broken;  // the loader's error for the module
   EmulatedFaults faults;
   int loads = 0;
 

@@ -1,4 +1,4 @@
-// Claims about what was never seen: views by the nearest one, actions by their range.
+// Claims about what the capture never showed: views by the nearest one, actions by their range.
 #include "core/direct/beyond_seen.h"
 
 #include <gtest/gtest.h>

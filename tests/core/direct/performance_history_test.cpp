@@ -1,4 +1,4 @@
-// Claims about the history: undo gives back exactly what was, within its memory.
+// Claims about the history: undo restores exactly, within its memory.
 #include "core/direct/performance_history.h"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-// Claims about performances: what lies between keys, and that files are whole, exact and strictly read.
+// Claims about performances: values between keys; files are whole, exact and strictly read.
 #include "core/direct/performance.h"
 
 #include <gmock/gmock.h>
@@ -92,7 +92,7 @@ class PerformanceFile : public testing::Test {
   void TearDown() override { fs::remove_all(folder_); }
   fs::path path() const { return folder_ / "p.json"; }
 
-  // What the reader says of the file as changed.
+  // The reader's error for the changed file.
   std::string refusal(const json& changed) {
     EXPECT_TRUE(write_text(path(), changed.dump()).ok());
     const auto read = read_performance(path());

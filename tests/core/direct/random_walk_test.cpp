@@ -38,7 +38,7 @@ TEST(RandomWalk, IsSmoothSeededAndWithinItsLimits) {
     EXPECT_FLOAT_EQ(value_at(keys, 0, 9), 0);
     EXPECT_FLOAT_EQ(value_at(keys, 60, 9), 0);
   }
-  EXPECT_GE(value_at(walk, "head yaw", 30), -25);  // no owl
+  EXPECT_GE(value_at(walk, "head yaw", 30), -25);  // not like an owl
 }
 
 TEST(SetWalk, ReplacesHeadAndFaceButNotTheCamera) {

@@ -1,4 +1,5 @@
-// Claims about setting values: constants stay constants, courses get keys, and nothing before changes.
+// Claims about setting values: constants stay constants, animated channels get keys, and nothing earlier
+// changes.
 #include "core/direct/set_values.h"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-// A few seconds of the demo person, written once, and the built-in head as the one who is driven.
+// A few seconds of the demo person, written once, and the built-in head as the driven avatar.
 #pragma once
 
 #include <stdlib.h>
@@ -63,8 +63,8 @@ inline const std::vector<VideoFrame>& demo_frames() {
   return frames;
 }
 
-// The same forth and back, so long that even a machine busy with other things learns the rest and then
-// drives: a live drive loses what it is too slow for.
+// The same forth and back, so long that even a busy computer learns the rest and then drives: live driving
+// drops what it is too slow for.
 inline const std::filesystem::path& long_clip() {
   static const std::filesystem::path path = [] {
     constexpr int kTurns = 12;

@@ -121,7 +121,7 @@ TEST(Drive, GainScalesOnlyItsOwnAction) {
   for (std::size_t i = 0; i < once->size(); ++i) {
     const Eigen::VectorXf a = face_amounts(basis, (*once)[i].pose.articulation),
                           b = face_amounts(basis, (*twice)[i].pose.articulation);
-    EXPECT_NEAR(b[jaw], 2 * a[jaw], 0.01);  // of a course over 40 frames; what is quicker gains less
+    EXPECT_NEAR(b[jaw], 2 * a[jaw], 0.01);  // for a motion over 40 frames; quicker ones gain less
     EXPECT_NEAR(b[smile], a[smile], 1e-3);
   }
 }
@@ -260,7 +260,7 @@ TEST(Drive, HeadTurnsLeaveTheShouldersStillAndLeaningIsDamped) {
   for (std::size_t i = 41; i < 119; ++i) EXPECT_GE(moved(i + 1), moved(i) - 1e-9) << "overshoot";
 }
 
-// As when the driver's camera is held in a hand that wanders off.
+// As with a hand-held camera that wanders off.
 TEST(Drive, DriftingDriverLeavesTheAvatarInThePicture) {
   const HeadModel& model = test_head();
   Track track = performed(model, neutral_articulation(model));

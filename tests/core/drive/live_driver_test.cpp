@@ -1,5 +1,5 @@
-// Claims about driving live: what comes too fast is dropped in order, rest is learnt first, a lost face and a
-// lost source are told, and what is recorded is what was shown.
+// Claims about driving live: surplus pictures are dropped in order, rest is learnt first, a lost face and a
+// failed source are reported, and the recording is what was shown.
 #include "core/drive/live_driver.h"
 
 #include <gtest/gtest.h>
@@ -17,8 +17,8 @@ using std::chrono::milliseconds;
 
 constexpr int kNoEnd = std::numeric_limits<int>::max();
 
-// Frames of the demo, or grey ones, one in so many ms, as of a camera of 25 frames a second. They end after
-// `count`, or once `over`.
+// Frames of the demo, or grey ones, at a given interval in ms, as from a camera of 25 frames a second. They
+// end after `count`, or once `over`.
 class Frames : public FrameSource {
  public:
   Frames(int count, int pace_ms, bool faces, bool breaks, const std::atomic<bool>* over)
@@ -50,7 +50,7 @@ LiveDriver::Open frames(int count, int pace_ms, bool faces = true, bool breaks =
   };
 }
 
-// Waits until it is so; false after two minutes: it hangs, however busy the machine.
+// Waits until it is so; false after two minutes: then it hangs, however busy the computer.
 bool until(const LiveDriver& driver, const std::function<bool(const LiveStatus&)>& so) {
   for (int i = 0; i < 6000; ++i) {
     if (so(driver.status())) return true;
@@ -79,7 +79,7 @@ TEST(LiveDriver, DropsFramesItCannotKeepUpWithAndKeepsTheOrder) {
   ASSERT_TRUE(until(driver, is_over));
   const LiveStatus status = driver.status();
   EXPECT_EQ(status.state, LiveState::ended);
-  EXPECT_EQ(status.tracked + status.dropped, status.captured);  // none is lost otherwise
+  EXPECT_EQ(status.tracked + status.dropped, status.captured);  // none is lost in another way
   ASSERT_GE(shown.size(), 10u);
   for (std::size_t i = 1; i < shown.size(); ++i) EXPECT_GT(shown[i].time_s, shown[i - 1].time_s);
   EXPECT_GE(shown.front().time_s, 0.3);  // rest comes first

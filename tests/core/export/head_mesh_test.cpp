@@ -1,4 +1,4 @@
-// Claims about exported heads, checked by readers that know the formats and nothing of the writer.
+// Claims about exported heads, checked by readers that know the formats and are independent of the writer.
 #include "core/export/head_mesh.h"
 
 #include <gmock/gmock.h>
@@ -34,7 +34,7 @@ void demand(bool holds, const std::string& what) {
   if (!holds) throw std::runtime_error(what);
 }
 
-// A strict reader of what glTF 2.0 says of a .glb with one buffer. Throws at the first breach.
+// A strict reader of glTF 2.0's .glb with one buffer. Throws at the first violation.
 struct Glb {
   json document;
   std::vector<std::byte> file;

@@ -1,4 +1,4 @@
-// Claims about provenance: every file that a film writes says what it is, to programs other than ours.
+// Claims about provenance: every file written for a film states its provenance, readable by other programs.
 #include "core/export/provenance.h"
 
 #include <OpenImageIO/imageio.h>

@@ -1,4 +1,4 @@
-// A project whose avatar is made up in code, on the built-in head: enough to pose, film and export it.
+// A project whose avatar is made in code, on the built-in head: enough to pose, film and export it.
 #pragma once
 
 #include <stdlib.h>

@@ -1,4 +1,5 @@
-// Claims about films: what is refused before long work, what is written where, and that transparency is true.
+// Claims about films: what is refused before long work, what is written where, and that transparency is
+// correct.
 #include "core/export/write_film.h"
 
 #include <gmock/gmock.h>

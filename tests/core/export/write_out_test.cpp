@@ -1,5 +1,5 @@
-// Claims about what leaves the program: the name decides what is written, and what cannot be is refused
-// before long work.
+// Claims about output: the file name decides the format, and impossible requests are refused before long
+// work.
 #include "core/export/write_out.h"
 
 #include <gtest/gtest.h>

@@ -126,7 +126,7 @@ TEST(FitClip, HeldOutPicturesChangeNothingShared) {
   EXPECT_NE(a.frames[22].state.cam_from_head.matrix(), b.frames[22].state.cam_from_head.matrix());
 }
 
-// What dense tracks leave open: poses that move truly, about a head frame that is not the face's.
+// What dense tracks leave undetermined: correct motion of a head frame that is not the face's.
 TEST(FitClip, RegistersTheFaceInTheGivenFrame) {
   const ReducedHead& head = test_reduced_head();
   std::vector<FaceFrame> frames = make_clip(head, Eigen::VectorXd::Zero(head.identity_count()), 0);
@@ -151,7 +151,7 @@ TEST(FitClip, RegistersTheFaceInTheGivenFrame) {
   }
 }
 
-// Another clip of a person whose shape is known: only where the face lies in the given frame is sought.
+// Another clip of a person whose shape is known: only the place of the face in the given frame is fitted.
 TEST(FitClip, KeepsAGivenIdentityAndStillRegistersTheFrame) {
   const ReducedHead& head = test_reduced_head();
   Eigen::VectorXd truth = Eigen::VectorXd::Zero(head.identity_count());

@@ -45,7 +45,7 @@ TEST(FaceDetector, UsesAUsersOwnModelUnchanged) {
   EXPECT_NEAR((found.points[0] - found.points[31]).norm(), 0.8 * 40, 3);  // across the circle
 }
 
-// dlib would follow them out of its memory.
+// dlib would read beyond its memory.
 TEST(FaceDetector, RefusesADamagedModel) {
   const std::string good = tiny_predictor(2);
   const struct {
@@ -117,7 +117,7 @@ TEST_F(RealFace, AClearFaceNeedsOnlyTheFirstRuns) {
   for (int i = 17; i < kLandmarkCount; ++i)
     inner += (few.points[i] - all.points[i]).norm() / (kLandmarkCount - 17);
   EXPECT_LT(inner, 0.012 * faces[0].width);
-  // Nothing to agree on: all runs are made, and the doubt is stated.
+  // Nothing to agree on: all runs are made, and the uncertainty is reported.
   const Landmarks nothing =
       detector->landmarks(Image8(320, 320, 3, 90), {80, 80, 160, 160}, 0, nullptr, {8, 32});
   EXPECT_GE(nothing.runs, 8);

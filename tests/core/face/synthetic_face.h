@@ -1,4 +1,4 @@
-// The built-in head seen by a made-up camera: landmarks with known pose, expression and identity.
+// The built-in head seen by a synthetic camera: landmarks with known pose, expression and identity.
 #pragma once
 
 #include <random>

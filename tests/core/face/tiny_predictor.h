@@ -13,8 +13,8 @@
 
 namespace likeness {
 
-// depth: of the trees, >= 1. Of another number of parts, or comparing a pixel from 3 on, it is no model of
-// ours.
+// depth: of the trees, >= 1. With another number of parts, or comparing a pixel from 3 on, the model is
+// invalid.
 inline std::string tiny_predictor(int depth, int parts = kLandmarkCount, std::size_t pixel = 0) {
   dlib::matrix<float, 0, 1> shape(2 * parts), step(2 * parts);
   for (int p = 0; p < parts; ++p) {

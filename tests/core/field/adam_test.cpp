@@ -50,7 +50,7 @@ TEST(Adam, FindsTheMinimumOfAQuadraticOverEveryParameter) {
   for (std::size_t i = 0; i < count; ++i) ASSERT_NEAR(field.parameters[i], target(i), 2e-3f) << i;
 }
 
-// A rate far too high takes all of a table's values, and does not turn their signs and blow them up.
+// A rate far too high decays a table's values to zero, without changing their signs and diverging.
 TEST(Adam, DecayNeverTakesMoreThanTheWholeValue) {
   AdamOptions options;
   options.table_rate = 1e4f, options.table_decay = 0.1f;

@@ -1,5 +1,5 @@
-// Claims about core/field/conditioned_field.h and field_bf16.h: psi in the biases changes nothing, bfloat16
-// little, and its kernels compute what their plain loops do.
+// Claims about core/field/conditioned_field.h and field_bf16.h: folding psi into the biases changes nothing,
+// bfloat16 little, and its kernels match their plain loops.
 #include "core/field/conditioned_field.h"
 
 #include <cmath>
@@ -130,8 +130,8 @@ TEST(ConditionedFull, TablesRoundedBeforehandAreTheSame) {
   EXPECT_EQ(evaluate_picture(field, batch, FieldPrecision::bf16).sigma, anew.sigma);
 }
 
-// A condition that acts in a region moves nothing outside it, to the bit, and something inside; of one that
-// is 0 everywhere nothing is left to be paid for.
+// A condition that acts in a region moves nothing outside it, to the bit, and something inside; one that is 0
+// everywhere costs nothing.
 TEST(ConditionedFull, ConditionOfARegionActsOnlyThere) {
   for (const bool ambient : {true, false}) {
     FieldConfig config = picture_config();

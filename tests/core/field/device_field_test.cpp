@@ -1,6 +1,5 @@
-// Claims about core/field/device_field.h and the arithmetic of its kernels: outputs, gradients and Adam are
-// those of the reference in double. The same claims are made of the emulated device and, labelled gpu, of a
-// CUDA one.
+// Claims about core/field/device_field.h and the arithmetic of its kernels: outputs, gradients and Adam match
+// the reference in double. The same claims are made of the emulated device and, labelled gpu, of a CUDA one.
 #include "core/field/device_field.h"
 
 #include <gtest/gtest.h>
@@ -19,7 +18,7 @@ namespace {
 
 constexpr double kSingleError = 1e-5, kHalfError = 2e-2;
 constexpr std::size_t kSamples = 201, kViews = 5;  // no multiple of a tile
-// A GPU gets more tiles than an H100 has blocks: they go on to further ones.
+// A GPU gets more tiles than an H100 has blocks, so that blocks loop.
 std::size_t many_samples() { return tests_cuda() ? 36001 : 601; }
 
 struct Passed {
@@ -31,7 +30,7 @@ struct Case {
   NamedConfig named;
   NetworkPrecision precision;
   std::size_t samples = kSamples;
-  // Of tables and conditions. What rounding turns over at the folds of many units grows with it.
+  // Of tables and conditions. The effect of rounding at the folds of many units grows with it.
   float scale = 1;
 };
 
@@ -228,8 +227,8 @@ TEST_P(DeviceFieldTest, AnEmptyBatchAddsNothing) {
   for (const float g : fetched(*device_, on->d_codes(), batch.latents.size())) ASSERT_EQ(g, 0.0f);
 }
 
-// The same numbers whether a block has one thread or several: nobody reads what another is still writing.
-// Built with the thread sanitizer, this also finds who would on a device.
+// The same numbers whether a block has one thread or several: no thread reads what another is still writing.
+// Built with the thread sanitizer, this also finds races of the device code.
 TEST_P(DeviceFieldTest, ThreadsOfABlockMatchASingleThread) {
   if (tests_cuda()) GTEST_SKIP() << "of the emulated device";
   const FieldConfig& config = GetParam().named.config;
@@ -249,7 +248,7 @@ std::vector<Case> cases() {
   for (const NamedConfig& named : small_configs(false))
     for (const NetworkPrecision precision : {NetworkPrecision::single, NetworkPrecision::bf16})
       all.push_back({named, precision});
-  // Networks as trainings have them, and too wide or too long for the matrix units.
+  // Networks as used in training, and ones too wide or too deep for the matrix units.
   FieldConfig usual;
   usual.position = {3, 4, 4, 10, 4, 24}, usual.ambient_grid = {2, 3, 4, 9, 4, 12};
   usual.condition_count = 18, usual.latent_count = 8;

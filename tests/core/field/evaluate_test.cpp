@@ -1,5 +1,5 @@
-// Claims about core/field/evaluate.h: the fast path computes what the reference computes, on every
-// instruction set this machine has, with the same bits for any number of threads.
+// Claims about core/field/evaluate.h: the fast path matches the reference on every instruction set of this
+// processor, with the same bits for any number of threads.
 #include "core/field/evaluate.h"
 
 #include <cmath>

@@ -80,7 +80,7 @@ struct NamedConfig {
   std::string name;
   FieldConfig config;
 };
-// with_local: also some whose conditions act in a region, which devices do not know.
+// with_local: also some whose conditions act in a region, which devices do not support.
 inline std::vector<NamedConfig> small_configs(bool with_local = true) {
   FieldConfig base;
   base.position = {3, 3, 4, 8, 4, 13};  // the finest level is hashed: 14^3 > 2^8

@@ -1,5 +1,5 @@
-// Claims about training in bfloat16: its kernels compute what their plain loops do, its gradients are near
-// those of the reference in double, and nothing but the parameters of the moment counts.
+// Claims about training in bfloat16: its kernels match their plain loops, its gradients are close to the
+// reference in double, and only the current parameters count.
 #include <cmath>
 #include <functional>
 #include <memory>
@@ -228,7 +228,7 @@ TEST(TrainBf16, GivesTheOutputsOfAnEvaluation) {
   }
 }
 
-// Whoever changes the parameters between two steps, a tape keeps nothing of the older ones.
+// If the parameters change between two steps, a tape keeps nothing of the older ones.
 TEST(TrainBf16, DoesNotDependOnEarlierParameters) {
   Field field = trained_like_field(whole_config(), 7), other = trained_like_field(whole_config(), 8);
   const Batch batch = random_batch(field.config, 1000, 3, 9);

@@ -1,4 +1,4 @@
-// Claims about core/field/train_fields.h: how samples are shared among blocks and threads changes nothing but
+// Claims about core/field/train_fields.h: the division of samples among blocks and threads changes only
 // rounding, and a loss sees what it needs. Parity with the reference: evaluate_test.cpp.
 #include "core/field/train_fields.h"
 

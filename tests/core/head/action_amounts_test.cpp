@@ -1,4 +1,4 @@
-// Claims about the way back from coefficients to actions.
+// Claims about recovering actions from coefficients.
 #include "core/head/action_amounts.h"
 
 #include <gtest/gtest.h>

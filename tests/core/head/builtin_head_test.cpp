@@ -1,5 +1,5 @@
 // Claims about the built-in head: a sound mesh, a symmetric face of human proportions, lids and lips that
-// close, joints that follow the flesh.
+// close, joints that follow the tissue.
 #include "core/head/builtin_head.h"
 
 #include <gtest/gtest.h>

@@ -1,5 +1,5 @@
-// Claims about detail maps: the same heights come out of every kind of file, frames may be missing, and what
-// cannot be such a map is told with the file's name and what is needed.
+// Claims about detail maps: every kind of file gives the same heights, frames may be missing, and errors name
+// the file and what is needed.
 #include "core/head/detail_maps.h"
 
 #include <fmt/format.h>

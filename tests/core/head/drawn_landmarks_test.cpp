@@ -44,7 +44,7 @@ TEST(DrawnLandmarks, MoveBothHalvesAsSeenFromTheFrontAndStayOnTheSurface) {
   }
 }
 
-// An open mouth tells which lip a landmark lies on.
+// An open mouth shows which lip a landmark lies on.
 TEST(DrawnLandmarks, LipLandmarksStayOnTheirLip) {
   HeadModel model = make_builtin_head();
   const HeadShape shape = shape_head(model, {Eigen::VectorXf::Zero(model.identity_count()), {}});

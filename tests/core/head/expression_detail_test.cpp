@@ -1,5 +1,5 @@
-// Claims about detail by expression: what maps have in common with the expression is found and told of faces
-// never seen, what they do not is left alone, and heights move vertices along their normals.
+// Claims about detail by expression: what varies with the expression is learnt and predicted for unseen
+// faces, the rest is left alone, and heights move vertices along their normals.
 #include "core/head/expression_detail.h"
 
 #include <gtest/gtest.h>
@@ -37,7 +37,7 @@ struct Person {
   }
 };
 
-// Courses as faces have them: smooth, all expressions at once.
+// Motion like that of faces: smooth, all expressions at once.
 Articulation performed(double t, std::uint32_t seed = 1) {
   std::mt19937 random(seed);
   std::uniform_real_distribution<double> any(0, 6.283);

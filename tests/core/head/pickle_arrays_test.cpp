@@ -1,4 +1,4 @@
-// Claims about arrays in pickles: the numbers come back whatever wraps them, and a lie about a size is
+// Claims about arrays in pickles: the numbers are recovered however they are wrapped, and false sizes are
 // refused.
 #include "core/head/pickle_arrays.h"
 
@@ -115,7 +115,7 @@ TEST(PickleArray, RefusesAChumpyObjectInsideItself) {
   EXPECT_THAT(fault(pickle), HasSubstr("wrapped too deeply"));
 }
 
-// Where a Python with numpy and scipy is at hand, what it writes in every protocol must be read.
+// If a Python with numpy and scipy is installed, everything it writes in every protocol must be readable.
 TEST(PickleArray, ReadsWhatNumpyAndScipyWrite) {
   const char* chosen = std::getenv("LIKENESS_PYTHON");
   const std::string python = chosen ? chosen : "python3";

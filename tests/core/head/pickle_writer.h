@@ -1,5 +1,5 @@
-// Writes pickles as Python 2 does in protocol 2, with numpy's, scipy's and chumpy's records: what FLAME's
-// files are made of.
+// Writes pickles as Python 2 does in protocol 2, with numpy's, scipy's and chumpy's records: as in FLAME's
+// files.
 #pragma once
 
 #include <cstring>

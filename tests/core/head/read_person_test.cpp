@@ -1,5 +1,5 @@
-// Claims about a person's shape that is given: what was written comes back, as coefficients or as a mesh, and
-// what cannot be such a shape is told with what was found and what is needed.
+// Claims about a given person's shape: coefficients and meshes round-trip, and errors say what was found and
+// what is needed.
 #include "core/head/read_person.h"
 
 #include <fmt/format.h>
@@ -77,7 +77,7 @@ class ReadPerson : public testing::Test {
     EXPECT_TRUE(write_text(folder_ / name, text).ok());
     return folder_ / name;
   }
-  // The whole of what is told.
+  // The whole error message.
   static std::string refusal(const fs::path& path) {
     const auto person = read_person(path, head());
     EXPECT_FALSE(person.ok()) << path;

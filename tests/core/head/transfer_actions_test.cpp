@@ -1,4 +1,5 @@
-// Claims about named actions for a model without names: on a model that can make them they are found again.
+// Claims about named actions for a model without names: on a model that can represent them they are
+// recovered.
 #include "core/head/transfer_actions.h"
 
 #include <gtest/gtest.h>
@@ -35,7 +36,7 @@ HeadModel nameless(const HeadModel& model) {
   return mixed;
 }
 
-// Motion of the face's skin; the eyeballs' gaze is no expression's.
+// Motion of the face's skin; the gaze of the eyeballs is not part of an expression.
 std::vector<Vec3f> motion(const HeadModel& model, const NamedAction& action) {
   const HeadShape shape = shape_head(model, PersonShape{});
   Articulation articulation = neutral_articulation(model);

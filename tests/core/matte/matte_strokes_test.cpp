@@ -1,5 +1,5 @@
-// Claims about the matte stage where somebody painted on frames: the strokes hold, the plate learns from them
-// what it may and nothing else, and without them nothing changes.
+// Claims about the matte stage with painted frames: the strokes hold, the plate learns from them only what it
+// may, and without them nothing changes.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -77,7 +77,7 @@ TEST(MatteStrokes, WithoutStrokesNothingChanges) {
 TEST(MatteStrokes, BackgroundStrokesRemoveWhatWasTakenForThePerson) {
   constexpr int kFrame = 10;
   Scene scene("strokes_background");
-  // In the frames beside it, too: what is there for one frame alone is taken for flicker.
+  // In the neighbouring frames too: something in a single frame is taken for flicker.
   (void)add_balloon(scene, kFrame - 1);
   (void)add_balloon(scene, kFrame + 1);
   const Balloon balloon = add_balloon(scene, kFrame);

@@ -98,8 +98,7 @@ TEST(MatteClip, HeldOutPicturesChangeNeitherPlateNorTrainingMasks) {
         << frame;
 }
 
-// What the room is learnt from is part of it: a learner whose room is the mean of its training pictures'
-// colours.
+// The learner's room is the mean of its training pictures' colours, so that it depends on all of them.
 TEST(MatteClip, HeldOutPicturesChangeNeitherARoomNorThePlateItCompletes) {
   const Scene scene("leak_room", Moves::at_first);
   std::vector<double> learnt;
@@ -291,7 +290,7 @@ TEST(MatteClip, RegionsOfHeldOutFramesAreNestedAndStayFrozen) {
   const auto marker = scene.folder / "regions" / frame_name(kHeldFrom + 1).filename();
   ASSERT_TRUE(write_image(marker, Image8(kSize, kSize, 3, 1)).ok());
   const auto altered = bytes_of(marker);
-  // One frame without regions must not make the others be drawn anew.
+  // One frame without regions must not cause the others to be made again.
   fs::remove(scene.folder / "regions" / frame_name(kHeldFrom + 2).filename());
   ASSERT_TRUE(scene.matte().ok());
   EXPECT_TRUE(fs::exists(scene.folder / "regions" / frame_name(kHeldFrom + 2).filename()));

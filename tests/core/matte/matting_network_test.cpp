@@ -1,5 +1,5 @@
-// Claims about networks from files: what they say is brought to the picture's size, in each way of saying it,
-// and a file that is no such network is refused with a sentence.
+// Claims about networks from files: their output is scaled to the picture's size, for each output format, and
+// files that are not such networks are refused with a reason.
 #include "core/matte/matting_network.h"
 
 #include <gmock/gmock.h>

@@ -1,4 +1,4 @@
-// Claims about what the track says of where the person is.
+// Claims about the prior of the person's place from the track.
 #include "core/matte/person_prior.h"
 
 #include <gtest/gtest.h>

@@ -43,7 +43,7 @@ TEST(Plate, RecoversTheWallBehindAMovingPersonAndCoversWhatWasSeen) {
     const cv::Rect person(10 + i % 12, 12, 30, 36);
     picture(person).setTo(cv::Scalar(200, 30, 30));
     mask(person).setTo(255);
-    // Once in a while the mask misses the person: the median does not care.
+    // Once in a while the mask misses the person: the median is unaffected.
     if (i % 10 == 3) mask.setTo(0);
     pictures.push_back(picture);
     masks.push_back(mask);
@@ -87,7 +87,7 @@ TEST(Plate, HairMissedByACutDoesNotBecomeTheWall) {
   const Plate never_sure = estimate_plate(pictures, masks, &doubt);
   for (int y = missed.y; y < missed.br().y; ++y)
     for (int x = missed.x; x < missed.br().x; ++x) EXPECT_EQ(never_sure.known.at<unsigned char>(y, x), 0);
-  EXPECT_EQ(never_sure.known.at<unsigned char>(5, 5), 255);  // near, but of no colour of the person's
+  EXPECT_EQ(never_sure.known.at<unsigned char>(5, 5), 255);  // near, but not of the person's colours
 }
 
 TEST(Plate, StaticTextureIsTheRoomsWhateverItsColour) {
@@ -128,11 +128,11 @@ TEST(Plate, RestingShirtFoldMissedByTheCutsIsNotTheWall) {
   };
   EXPECT_EQ(plate_of(3).known.at<unsigned char>(21, 24), 0);
   EXPECT_EQ(plate_of(3).known.at<unsigned char>(10, 24), kSeen);
-  EXPECT_EQ(plate_of(20).known.at<unsigned char>(30, 24), kSeen);  // nobody takes so much for a sliver
+  EXPECT_EQ(plate_of(20).known.at<unsigned char>(30, 24), kSeen);  // too large to be a sliver
 }
 
 TEST(Plate, HairHighlightMissedByTheCutsIsNotTheWall) {
-  // It is of no colour of the person's, and at rest in every picture.
+  // It does not have the person's colours, and is at rest in every picture.
   const cv::Rect person(16, 16, 40, 32);
   const auto plate_of = [&](const cv::Rect& free) {
     cv::Mat picture(48, 64, CV_8UC3, cv::Scalar(200, 210, 240)), mask(48, 64, CV_8U, cv::Scalar(0));
@@ -150,7 +150,7 @@ TEST(Plate, HairHighlightMissedByTheCutsIsNotTheWall) {
   EXPECT_EQ(plate_of(shine).known.at<unsigned char>(5, 5), kSeen);
   EXPECT_EQ(plate_of(gap).known.at<unsigned char>(27, 32), kSeen);  // as between an arm and the body
   EXPECT_EQ(plate_of(at_the_border).known.at<unsigned char>(47, 32),
-            kSeen);  // who knows what it is a part of
+            kSeen);  // it may be part of anything
 }
 
 TEST(Plate, PixelsNeverSeenAreFilledAndNotCountedAsCovered) {

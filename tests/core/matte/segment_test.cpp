@@ -1,4 +1,4 @@
-// Claims about telling person from background in one picture, and about the soft edge.
+// Claims about separating person from background in one picture, and about the soft edge.
 #include "core/matte/segment.h"
 
 #include <gtest/gtest.h>

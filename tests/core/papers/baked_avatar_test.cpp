@@ -164,7 +164,7 @@ TEST_F(BakedBall, TheFieldsThemselvesAreNotNeeded) {
   EXPECT_EQ(baked().head.channels, 8);
 }
 
-// Of the expression only what is added a ray remains.
+// Only the term added per ray depends on the expression.
 TEST_F(BakedBall, ExpressionChangesColoursButNotShape) {
   const AvatarRig rig = make_rig(avatar(), set().model);
   const TrainingView& view = set().views[0];

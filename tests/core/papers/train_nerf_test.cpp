@@ -1,4 +1,5 @@
-// Claims about training the baselines: every mode learns, a run repeats, and a look changes nothing.
+// Claims about training the baselines: every mode learns, runs are reproducible, and snapshots change
+// nothing.
 #include "core/papers/train_nerf.h"
 
 #include <gtest/gtest.h>

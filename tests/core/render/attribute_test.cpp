@@ -1,5 +1,5 @@
-// Claims about attributes of an avatar: their file, their condition, and that a picture without any amount is
-// that of an avatar that has none.
+// Claims about attributes of an avatar: their file, their condition, and that a picture with zero amounts
+// equals that of an avatar without attributes.
 #include "core/render/attribute.h"
 
 #include <gtest/gtest.h>

@@ -1,5 +1,5 @@
-// Claims about core/render/backend.h: a device learns what the processor learns, waits once a step, and gives
-// up in order. The same claims are made of the emulated device and, labelled gpu, of a CUDA one.
+// Claims about core/render/backend.h: a device learns what the processor learns, waits once per step, and
+// fails cleanly. The same claims are made of the emulated device and, labelled gpu, of a CUDA one.
 #include "core/render/backend.h"
 
 #include <gmock/gmock.h>

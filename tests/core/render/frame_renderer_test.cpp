@@ -1,5 +1,5 @@
-// Claims about FrameRenderer in core/render/backend.h: a device's samples and pictures are the processor's,
-// it keeps what it has from frame to frame, and gives up in order. The same claims are made of the emulated
+// Claims about FrameRenderer in core/render/backend.h: a device's samples and pictures match the processor's,
+// it keeps its buffers from frame to frame, and fails cleanly. The same claims are made of the emulated
 // device and, labelled gpu, of a CUDA one.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -100,7 +100,7 @@ TEST_F(FrameRendererTest, AvatarsWithAttributesFallBackToTheProcessorAndSaySo) {
 }
 
 TEST_F(FrameRendererTest, EachPartOfThePoseChangesThePicture) {
-  // The test above would not see a warp, bend or deformation that neither side makes.
+  // The test above would not notice a warp, bend or deformation missing on both sides.
   const Avatar avatar = posable_avatar();
   const RenderState posed = posed_state(avatar, 0);
   const auto on_device = renderer(avatar);

@@ -1,5 +1,5 @@
-// Claims about core/render/picture_renderer.h: pictures follow the avatar at hand, and a device that cannot
-// be opened or fails costs none of them. On the emulated device.
+// Claims about core/render/picture_renderer.h: pictures follow the current avatar, and a device that cannot
+// be opened or fails loses none of them. On the emulated device.
 #include "core/render/picture_renderer.h"
 
 #include <gmock/gmock.h>

@@ -186,7 +186,7 @@ TEST(RenderFrame, EachQualityIsNearTheExactPictureAndOfItsSize) {
   }
 }
 
-// Fields whose tables and networks are rounded give the same picture to the eye.
+// Fields whose tables and networks are rounded give a visually identical picture.
 TEST(RenderFrame, InBf16DiffersByLessThanOneByteStep) {
   const Avatar a = tiny_avatar();
   RenderOptions rounded;

@@ -1,4 +1,4 @@
-// Claims about pictures of what stands in for an avatar's fields.
+// Claims about pictures with a stand-in for an avatar's fields.
 #include "core/render/stand_in.h"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-// A lattice over a cube that moves everything alike, for tests of who looks places up through one.
+// A lattice over a cube with a constant displacement, for tests of look-ups through one.
 #pragma once
 
 #include "core/scene/warp_lattice.h"

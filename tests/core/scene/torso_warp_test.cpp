@@ -1,5 +1,4 @@
-// Claims about the torso's deformation: it is undone exactly enough, and what lies beyond the grid goes
-// along.
+// Claims about the torso's deformation: it is inverted accurately enough, and continues beyond the grid.
 #include "core/scene/torso_warp.h"
 
 #include <gtest/gtest.h>

@@ -112,7 +112,7 @@ TEST_F(WarpLatticeTest, SurfaceWithDetailMapsBackToRest) {
     return x[x.size() / 2];
   };
   EXPECT_LT(median(known), 0.4f * median(unknown));
-  // No detail at all is no other field, to the bit.
+  // Without detail the field is identical, to the bit.
   const ExpressionDetail none;
   const WarpFrame same = make_warp_frame(*model_, *shape_, neutral_articulation(*model_), kWarpCell, &none);
   EXPECT_EQ(make_warp_lattice(same, bare).displacement, without.displacement);

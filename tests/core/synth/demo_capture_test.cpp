@@ -33,8 +33,9 @@ DemoOptions tiny() {
   return options;
 }
 
-// Landmarks of the track, projected anew from the two truth files alone: exact where nothing moves beyond the
-// model's expressions (bridge of the nose, lids), elsewhere off by what the person plays beyond them.
+// Landmarks of the track, projected again from the two truth files alone: exact where nothing moves beyond
+// the model's expressions (bridge of the nose, lids), elsewhere off by the person's own expressions beyond
+// them.
 void expect_truth_agrees(const fs::path& folder, const DemoOptions& options, bool is_static) {
   const auto cameras = read_cameras(folder / "cameras_truth.json");
   const auto track = read_track(folder / "track_truth.json");

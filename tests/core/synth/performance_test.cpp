@@ -112,7 +112,7 @@ TEST(Perform, EveryClipHoweverShortOpensTheMouthSmilesAndBlinks) {
   }
 }
 
-// What is learnt and what is held out (the last tenth) both contain it, whoever plays.
+// Both the training part and the held-out last tenth contain it, for every person.
 TEST(Perform, EveryPersonPlaysEverythingBeforeAndWithinTheLastTenth) {
   const Rehearsal& base = rehearsal();
   const HeadModel& model = base.model;

@@ -1,6 +1,6 @@
 // Claims about training with an attribute: a patch of a ball that changes its colour as no expression does is
-// learnt with its amounts, the slider moves that patch and nothing else, and a training without attributes is
-// what it was.
+// learnt with its amounts, the slider moves that patch and nothing else, and training without attributes is
+// unchanged.
 #include <gtest/gtest.h>
 
 #include "core/image/metrics.h"
@@ -137,7 +137,7 @@ TEST_P(AttributeTraining, RendersUnseenAmountsBetterAndLeavesTheRestOfTheFaceIde
     }
   EXPECT_GT(outside, 300);
   EXPECT_GT(inside, 0.15);
-  // Beyond what was seen nothing more happens.
+  // Beyond the seen range nothing more changes.
   EXPECT_EQ(picture(*with, set.model, view, 7).data, high.data);
   EXPECT_EQ(picture(*with, set.model, view, -3).data, picture(*with, set.model, view, 0).data);
 }

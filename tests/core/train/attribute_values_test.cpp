@@ -1,5 +1,5 @@
 // Claims about core/train/attribute_values.h: amounts of a made-up attribute come back from a few annotated
-// frames, frames like none of them say so, and held-out frames teach nothing.
+// frames, frames unlike any of them are marked, and nothing is learnt from held-out frames.
 #include "core/train/attribute_values.h"
 
 #include <gtest/gtest.h>
@@ -110,7 +110,7 @@ TEST(AttributeValues, AnnotatedFramesThatShowTooLittleTeachNothing) {
   Clip clip = made_up(150, 8);
   annotate(clip, {2, 10, 23, 35, 60, 71, 95, 110});
   const AmountFit fit = regress_amounts(clip.frames);
-  LookedFrame& turned = clip.frames[45];  // told amount 1, but the region is not seen
+  LookedFrame& turned = clip.frames[45];  // annotated with 1, but the region is not seen
   turned.look = {Eigen::VectorXf::Zero(180), std::vector<std::uint8_t>(60), 0};
   turned.annotated = true, turned.value = 1;
   const AmountFit other = regress_amounts(clip.frames);

@@ -1,5 +1,5 @@
-// Claims about training on a device (core/train/train.h): it goes on where the processor stopped and the
-// other way round, says what went wrong, and falls back on request. On the emulated device.
+// Claims about training on a device (core/train/train.h): it continues where the processor stopped and vice
+// versa, reports errors, and falls back on request. On the emulated device.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <unistd.h>
@@ -51,8 +51,7 @@ class BackendTraining : public testing::Test {
   FieldPrecision precision_ = FieldPrecision::exact;  // of the processor
 };
 
-// The processor, in whose moments something that is no number turns up after some steps. The loss does not
-// show it.
+// The processor, in whose moments a NaN turns up after some steps, which the loss does not show.
 class SpoiltBackend : public Backend {
  public:
   explicit SpoiltBackend(std::set<int> after) : after_(std::move(after)) {}

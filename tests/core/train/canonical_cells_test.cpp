@@ -1,5 +1,5 @@
-// Claims about cells of the canonical face: a march through them finds what one through a grid finds that was
-// moved by the same deformation, and looks are remembered where they were taken.
+// Claims about cells of the canonical face: a march through them matches one through a grid moved by the same
+// deformation, and samples are stored where they were taken.
 #include "core/train/canonical_cells.h"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-// Claims about what a training set says as a whole.
+// Claims about the summary of a training set.
 #include "core/train/capture_summary.h"
 
 #include <gtest/gtest.h>

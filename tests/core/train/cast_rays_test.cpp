@@ -1,6 +1,6 @@
-// Claims about core/train/cast_rays.h: rays that are cast on a device are the processor's, choice, samples
-// and all; so are looks into cells; a step takes no ray from the host and waits once. The same claims are
-// made of the emulated device and, labelled gpu, of a CUDA one.
+// Claims about core/train/cast_rays.h: rays cast on a device match the processor's in choice and samples; so
+// do cell look-ups; a step takes no ray from the host and waits once. The same claims are made of the
+// emulated device and, labelled gpu, of a CUDA one.
 #include "core/train/cast_rays.h"
 
 #include <gmock/gmock.h>
@@ -149,7 +149,7 @@ TEST_F(CastRaysTest, RaysMatchTheProcessor) {
 }
 
 TEST_F(CastRaysTest, CoverEveryKindOfView) {
-  // The test above would not see what no ray met.
+  // The test above would not notice what no ray met.
   Trained there, here;
   start(there, here);
   cast_rays(here.scene.state, here.scene.source, here.scene.options);

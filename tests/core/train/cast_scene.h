@@ -1,6 +1,6 @@
-// A training with all that a ray can pass, for tests of who casts it: views of two clips with distorted
+// A training set with everything a ray can pass, for tests of ray casting: views of two clips with distorted
 // lenses, mattes, a guessed plate and pixels that teach nothing; a warped face, a bent neck, a torso that
-// deforms, still cells and sides that the first clip does not show. The fields are small and nobody's.
+// deforms, still cells and sides that the first clip does not show. The fields are small and random.
 #pragma once
 
 #include <random>

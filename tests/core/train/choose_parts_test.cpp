@@ -1,5 +1,5 @@
-// Claims about the choice of parts: today's good captures keep every part, each rule turns at its border, the
-// user's word wins and is told as theirs, and what is measured is what was put in.
+// Claims about the choice of parts: good captures get every part, each rule switches at its threshold, the
+// user's choice wins and is reported as theirs, and the measures are those put in.
 #include "core/train/choose_parts.h"
 
 #include <gtest/gtest.h>
@@ -12,7 +12,7 @@
 namespace likeness {
 namespace {
 
-// Of a usual clip: head and shoulders before a resting camera, somebody who speaks.
+// Measures of a usual clip: head and shoulders of a speaking person before a resting camera.
 CaptureMeasures usual() {
   return {.size = 256,
           .frames = 300,
@@ -56,7 +56,7 @@ TEST(ChooseParts, AFaceThatOnlyTheTrackMovesIsStatic) {
   EXPECT_EQ(still.mode, FieldMode::static_);
   EXPECT_FALSE(part(still, "expression").on);
   EXPECT_FALSE(part(still, "deformation").on);
-  EXPECT_FALSE(still.gaze);  // it is an entry of what the field is told
+  EXPECT_FALSE(still.gaze);  // it would be an input of the field
   EXPECT_FALSE(part(still, "gaze").on);
 }
 
@@ -130,7 +130,7 @@ TEST(ChooseParts, UsersOtherChoicesAreKeptAndReported) {
     EXPECT_TRUE(part(chosen, name).asked) << name;
   EXPECT_FALSE(part(chosen, "code").on);
   EXPECT_TRUE(part(chosen, "landmark_loss").on);
-  // What nobody asked for is not spoken of.
+  // What was not requested is not listed.
   EXPECT_EQ(std::ranges::count(choose_parts(usual(), {}).parts, "occupancy", &AvatarPart::name), 0);
 }
 

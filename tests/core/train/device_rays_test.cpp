@@ -1,5 +1,5 @@
 // Claims about what a device's threads share in casting a training's rays: tries for a ray's pixel may be
-// made in any order (ray_choice.h), and a bent neck's cells looked up before (device_rays.h).
+// made in any order (ray_choice.h), and a bent neck's cells looked up beforehand (device_rays.h).
 #include "core/train/device_rays.h"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-// Fitting to a field: a wrong pose is found again, no correction leaves the bounds, and training with
+// Fitting to a field: a wrong pose is corrected, no correction leaves the bounds, and training with
 // corrections survives wrong training poses better than training without.
 #include "core/train/field_fit.h"
 

@@ -1,4 +1,4 @@
-// Claims about the modes: names and parts agree, every one learns, and an avatar shows which it is.
+// Claims about the modes: names and parts agree, every one learns, and an avatar records which it is.
 #include "core/train/mode.h"
 
 #include <gtest/gtest.h>
@@ -24,7 +24,7 @@ TEST(FieldModes, NoTwoAreMadeOfTheSameParts) {
   for (const FieldMode mode : kFieldModes) {
     const ModeParts parts = mode_parts(mode);
     seen.insert({parts.expression, parts.ambient, parts.warp});
-    EXPECT_TRUE(parts.expression || (!parts.ambient && !parts.warp));  // they have nothing to go by
+    EXPECT_TRUE(parts.expression || (!parts.ambient && !parts.warp));  // they would have no input
   }
   EXPECT_EQ(seen.size(), kFieldModes.size());
 }

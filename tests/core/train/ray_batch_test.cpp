@@ -1,4 +1,4 @@
-// Claims about which background a training ray is asked over.
+// Claims about the background over which a training ray is composited.
 #include "core/train/ray_batch.h"
 
 #include <gtest/gtest.h>
@@ -39,7 +39,7 @@ TEST(ChooseRays, PlateIsABackgroundOnlyWhereItWasSeen) {
   choose_rays(source, MarchVolumes{}, false, 3, 0, kRays, batch);
   int over_plate = 0, seen = 0;
   for (int i = 0; i < kRays; ++i) {
-    // Of a pixel that is all person, the target is its colour, whatever is behind.
+    // For a pixel that is all person, the target is its colour, whatever is behind.
     const bool is_seen = std::lround(255 * batch.target[std::size_t(i)].x()) < kSeenTo;
     const bool is_over_plate = (batch.background[std::size_t(i)] - plate_colour).norm() < 1e-6f;
     EXPECT_TRUE(is_seen || !is_over_plate) << i;
@@ -50,7 +50,7 @@ TEST(ChooseRays, PlateIsABackgroundOnlyWhereItWasSeen) {
   EXPECT_NEAR(over_plate, seen * 2 / 3, kRays / 20);
 }
 
-// Two views of one size, the second of a further clip that teaches on its left half alone.
+// Two views of one size, the second of a further clip that trains only on its left half.
 TEST(ChooseRays, FurtherClipTrainsOnlyTheHeadAndAlwaysWithItsCode) {
   constexpr int kSize = 48, kRays = 6000;
   TrainingSet set = ball_set(2, kSize, false);
@@ -86,7 +86,7 @@ TEST(ChooseRays, FurtherClipTrainsOnlyTheHeadAndAlwaysWithItsCode) {
   }
   EXPECT_NEAR(further, kRays / 3, kRays / 50);
   EXPECT_NEAR(dropped, kRays / 3, kRays / 30);  // half of the others
-  // Before it is known where the further clip's head lies, nothing is asked of it.
+  // Before the further clip's head is registered, it is not used.
   source.drawn = 1;
   choose_rays(source, volumes, true, 3, 1, kRays, batch);
   for (const RayRequest& ray : batch.requests) EXPECT_EQ(ray.view % 2, 0);

@@ -1,5 +1,5 @@
-// Claims about further clips of a person: their heads are brought to the first clip's frame whatever their
-// light, they teach what the first clip never showed, and their light stays theirs.
+// Claims about further clips of a person: their heads are registered to the first clip's frame whatever their
+// light, what the first clip never showed is learnt from them, and their light is not.
 #include "core/train/register_clips.h"
 
 #include <gtest/gtest.h>
@@ -25,7 +25,7 @@ TrainOptions short_training() {
   return options;
 }
 
-// As clip 2 of the same person, in a light that is weaker by a factor.
+// As clip 2 of the same person, in light weaker by a factor.
 TrainingView of_further_clip(TrainingView view, double light) {
   view.further_clip = 2;
   view.has_plate = false;
@@ -87,7 +87,7 @@ TEST(RegisterClips, ViewsOfSomethingElseMoveNothing) {
   const auto avatar = train_avatar(set, short_training(), {}, Progress(), {}, {});
   ASSERT_TRUE(avatar.ok());
   RegisterOptions options;
-  options.largest_turn = options.largest_shift = 0;  // whatever is found is beyond belief
+  options.largest_turn = options.largest_shift = 0;  // everything found counts as implausible
   set.views.push_back(of_further_clip(set.views[3], 1));
   set.views.back().pose.world_from_head.translation().x() += 0.01;
   const auto corrections = register_clips(set, *avatar, make_rig(*avatar, set.model), options, {});

@@ -1,5 +1,5 @@
-// Claims about the room behind a moving camera: learnt from what the mattes leave, it is seen from new
-// places, and the person leaves no trace in it.
+// Claims about the room behind a moving camera: learnt from the pictures outside the mattes, it can be seen
+// from new places, and the person leaves no trace in it.
 #include "core/train/room.h"
 
 #include <gtest/gtest.h>
@@ -64,7 +64,7 @@ TEST(Room, IsSeenFromNewPlacesWithoutThePerson) {
   const Image seen = to_float(room_picture(scene, between));
   Image grey(kSize, kSize, 3);
   for (float& v : grey.data) v = 0.5f;
-  // Coarse steps of a quick test: far nearer to the truth than no room, and nothing of the person.
+  // Coarse steps of a quick test: far nearer to the truth than without a room, and no trace of the person.
   EXPECT_LT(mse(truth, seen), 0.6 * mse(truth, grey));
   Image8 person(kSize, kSize, 1, 0);
   for (int y = 20; y < kSize; ++y)

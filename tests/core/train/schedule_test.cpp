@@ -60,7 +60,7 @@ TEST(Settle, WorksForAResumedRun) {
   HalfWay half_way;
   settle(budgeted, half_way, 270, 27, 0.5);
   EXPECT_EQ(budgeted.total_steps, 0u);
-  settle(budgeted, half_way, 281, 28.1, 0.5);  // eleven steps tell more than the last ones' mean
+  settle(budgeted, half_way, 281, 28.1, 0.5);  // eleven steps are more reliable than the last ones' mean
   EXPECT_NEAR(double(budgeted.total_steps), 1000, 2);
   for (const double before : {27.95, 40.0}) {  // hardly a step before it is due, and none
     Schedule late;
@@ -77,8 +77,9 @@ TEST(IsOver, AtThePlannedStepsOrASeventhBeyondTheBudget) {
   EXPECT_TRUE(is_over({.total_steps = 0, .budget_s = 10}, 50, 11.6));
   EXPECT_TRUE(is_over({.total_steps = 50, .budget_s = 10}, 50, 8));
   EXPECT_FALSE(is_over({.total_steps = 50, .budget_s = 10}, 49, 10.5));
-  EXPECT_FALSE(is_over({.total_steps = 50}, 49, 1e9));              // steps were asked for
-  EXPECT_FALSE(is_over({.total_steps = 0, .budget_s = 1}, 0, 20));  // a model without a step is none
+  EXPECT_FALSE(is_over({.total_steps = 50}, 49, 1e9));  // steps were requested
+  EXPECT_FALSE(
+      is_over({.total_steps = 0, .budget_s = 1}, 0, 20));  // a model without a step would be untrained
 }
 
 TEST(ResumeSchedule, RefusesToTurnARunIntoADifferentOne) {

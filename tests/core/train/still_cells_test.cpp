@@ -1,4 +1,4 @@
-// Claims about the places where a field knows no expression.
+// Claims about the places where a field does not depend on the expression.
 #include "core/train/still_cells.h"
 
 #include <gtest/gtest.h>

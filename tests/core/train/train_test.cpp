@@ -98,7 +98,7 @@ TEST_F(TrainAvatar, SnapshotOfARunningTrainingChangesNoBit) {
   EXPECT_EQ(steps.size(), 40u);
   EXPECT_TRUE(std::ranges::is_sorted(steps));
   EXPECT_EQ(unseen->head.field.parameters, seen->head.field.parameters);
-  EXPECT_EQ(last, seen->head.field.parameters);  // what was handed out last is what came out
+  EXPECT_EQ(last, seen->head.field.parameters);  // the last snapshot equals the result
 }
 
 TEST_F(TrainAvatar, StoppedAndResumedRunEqualsAnUninterruptedOneBitForBit) {
@@ -125,7 +125,7 @@ TEST_F(TrainAvatar, StoppedAndResumedRunEqualsAnUninterruptedOneBitForBit) {
 
 TEST_F(TrainAvatar, CanonicalCellsSurviveAStop) {
   const TrainingSet set = ball_set(12, 24);
-  TrainOptions options = short_options(200, 64);  // past three looks into the cells
+  TrainOptions options = short_options(200, 64);  // past three updates of the cells
   options.canonical_occupancy = true;
   double samples = 0;
   const auto uncut = train(set, options, {}, {}, [&](const TrainStatus& s) { samples = s.samples_per_ray; });
@@ -142,14 +142,14 @@ TEST_F(TrainAvatar, CanonicalCellsSurviveAStop) {
   const auto resumed = train(set, options, checkpoint_);
   ASSERT_TRUE(resumed.ok());
   EXPECT_EQ(uncut->head.field.parameters, resumed->head.field.parameters);
-  // They cull other samples than the posed head's cells do, and are no continuation of those.
+  // They cull other samples than the posed head's cells do, and cannot continue from those.
   options.canonical_occupancy = false;
   const auto posed = train(set, options, checkpoint_);
   ASSERT_TRUE(posed.ok());
   EXPECT_NE(uncut->head.field.parameters, posed->head.field.parameters);
 }
 
-// Heights on the ball's lower front, by its expression; of three views their own.
+// Heights on the ball's lower front, by its expression; three views with their own.
 TrainingSet with_detail(TrainingSet set) {
   std::vector<DetailFrame> frames;
   for (std::size_t v = 0; v < set.views.size(); ++v) {
@@ -187,7 +187,7 @@ TEST_F(TrainAvatar, DetailMovesTheSurfaceItLearnsOnAndStaysInTheAvatar) {
   AvatarRig bare = rig;
   bare.detail = {};
   EXPECT_NE(pose_avatar(rig, pose).warp.displacement, pose_avatar(bare, pose).warp.displacement);
-  // A view's own scores win over those that its expression tells.
+  // A view's own scores take precedence over those predicted from its expression.
   AvatarPose own = pose;
   own.detail = detail_scores(rig.detail, pose.articulation);
   EXPECT_EQ(pose_avatar(rig, pose).warp.displacement, pose_avatar(rig, own).warp.displacement);
@@ -233,7 +233,7 @@ TEST_F(TrainAvatar, StoppedBeforeTheStartDoesNothing) {
 TEST_F(TrainAvatar, ABudgetedRunEndsWithItsScheduleComplete) {
   const TrainingSet set = ball_set(8, 24);
   TrainOptions options = short_options(0, 64);
-  options.budget_s = 4;  // preparing counts, too, and a machine may be busy
+  options.budget_s = 4;  // preparation counts too, and the computer may be busy
   const auto avatar = train(set, options, checkpoint_);
   ASSERT_TRUE(avatar.ok());
   EXPECT_GT(avatar->steps, 0u);

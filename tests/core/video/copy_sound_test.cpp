@@ -1,4 +1,4 @@
-// Claims about taking a clip's sound over.
+// Claims about copying a clip's sound.
 #include "core/video/copy_sound.h"
 
 #include <gtest/gtest.h>

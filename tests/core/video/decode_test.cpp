@@ -1,4 +1,4 @@
-// Claims about decoding: colours, times and orientation are true, and every bad file is named for what it is.
+// Claims about decoding: colours, times and orientation are correct, and every bad file is diagnosed.
 #include "core/video/decode.h"
 
 #include <gmock/gmock.h>

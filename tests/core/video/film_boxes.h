@@ -1,4 +1,4 @@
-// The boxes of a QuickTime film that hold words about it, made by hand: no picture is in it.
+// The boxes of a QuickTime film that hold its metadata, made by hand, without pictures.
 #pragma once
 
 #include <cstdint>
@@ -9,7 +9,7 @@ namespace likeness::test {
 
 inline constexpr const char* kFocalTag = "com.apple.quicktime.camera.focal_length.35mm_equivalent";
 
-// Of any width: what is wider than the number begins with zeros.
+// Of any width, padded with leading zeros.
 inline std::string number(std::uint64_t value, int bytes) {
   std::string text;
   for (int i = bytes - 1; i >= 0; --i) text += i < 8 ? char(value >> (8 * i) & 0xff) : '\0';

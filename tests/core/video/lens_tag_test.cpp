@@ -1,5 +1,5 @@
 // Claims about a film's tag of its lens: found in the track as a phone writes it and in the film as editors
-// do, whatever kind of number it is, and taken for none where it is not one.
+// do, as any type of number, and ignored if it is not a valid one.
 #include "core/video/lens_tag.h"
 
 #include <gtest/gtest.h>

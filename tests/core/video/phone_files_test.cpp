@@ -1,6 +1,5 @@
 // Claims about the files that phones write: whatever the container, the codec, the rate and the range of
-// tones, the pictures come out upright, in their colours and at their times. The ffmpeg program makes the
-// files.
+// tones, the pictures are upright, with the right colours and times. The ffmpeg program makes the files.
 #include <gtest/gtest.h>
 
 #include <cstdlib>

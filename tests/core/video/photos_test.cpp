@@ -80,7 +80,7 @@ TEST_F(Photos, AreAClipOfOnePicturePerSecondInOrderOfNames) {
     ASSERT_TRUE(frame.ok() && frame->has_value()) << i;
     EXPECT_EQ((*frame)->index, i);
     EXPECT_DOUBLE_EQ((*frame)->time_s, i);
-    EXPECT_NEAR((*frame)->rgb.at(48, 36)[0], 40 + 5 * i, 3);  // the fourth quadrant tells the frames apart
+    EXPECT_NEAR((*frame)->rgb.at(48, 36)[0], 40 + 5 * i, 3);  // the fourth quadrant distinguishes the frames
   }
   EXPECT_FALSE(reader->next()->has_value());
   auto luma = VideoReader::open(folder_, VideoPixels::luma);

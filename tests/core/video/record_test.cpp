@@ -16,7 +16,7 @@ namespace {
 
 class Record : public InFolder {};
 
-// Gives a picture at each of the times; the grey quadrant tells which one.
+// Delivers a picture at each of the times; the grey quadrant identifies it.
 class Playback : public FrameSource {
  public:
   explicit Playback(std::vector<double> times, int width = 64) : times_(std::move(times)), width_(width) {}

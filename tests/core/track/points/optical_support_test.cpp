@@ -111,7 +111,7 @@ TEST(OpticalSupport, HeldOutFramesNeitherVoteNorChange) {
   ASSERT_TRUE(support_landmarks(other, {}, Progress(), {}).ok());
   for (int f = 0; f < kFrames; ++f)
     for (int k = 0; k < kLandmarkCount; ++k) {
-      // Below 14: nothing held out was heard; from 14 on: nothing was changed.
+      // Below 14: no held-out frame was used; from 14 on: nothing was changed.
       EXPECT_EQ(other.frames[f].landmarks->points[k],
                 (f < 14 ? clip : before).frames[f].landmarks->points[k]);
     }

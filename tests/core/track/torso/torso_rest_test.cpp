@@ -1,4 +1,4 @@
-// Claims about torsos that rest while somebody walks round them.
+// Claims about torsos that rest while the camera is walked round them.
 #include "core/track/torso/torso_rest.h"
 
 #include <gtest/gtest.h>
@@ -47,7 +47,7 @@ TEST(RestingTorso, ALostFrameDoesNotEndAStretchAndAHeldOutOneDoesNotDecide) {
 }
 
 // The template's depth is a guess. Pictures of a board that rests, but elsewhere in depth than is guessed:
-// its shift in the picture, as the camera goes aside, is none that it makes.
+// its shift in the picture, as the camera moves sideways, is only apparent.
 TEST(RestingTorso, SharesOnePlaceWhileTheCameraWalksAndIsFollowedAfterwards) {
   constexpr int kWalk = 16, kCount = 44;
   const double way = 0.16, nearer = 1.25;
@@ -64,7 +64,7 @@ TEST(RestingTorso, SharesOnePlaceWhileTheCameraWalksAndIsFollowedAfterwards) {
   }
   const auto track = track_torso(clip.frames, kChin, {}, {});
   ASSERT_TRUE(track.ok());
-  EXPECT_GE(track->reference, kWalk);  // what teaches is where it moves
+  EXPECT_GE(track->reference, kWalk);  // learnt from the frames in which it moves
   const auto& poses = track->world_from_torso;
   for (std::size_t i = 1; i < kWalk; ++i) {
     EXPECT_EQ(poses[i].matrix(), poses[0].matrix()) << i;
