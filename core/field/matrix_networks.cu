@@ -514,8 +514,7 @@ __global__ void __launch_bounds__(kThreads, 1) backward_kernel(const __grid_cons
 #endif
 }
 
-// Adds the rows of the work space that the blocks filled: 32 parameters per block, whose rows are shared by 8
-// threads.
+// Adds the rows of the work space that the blocks filled: 32 parameters per block, 8 threads for their rows.
 __global__ void __launch_bounds__(256) sum_kernel(const __grid_constant__ NetworkArgs args, unsigned blocks) {
   __shared__ float sums[8][32];
   const std::uint32_t count = *args.count, tiles = (count + kRows - 1) / kRows;
