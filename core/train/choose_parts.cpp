@@ -73,15 +73,16 @@ void add_mode(const CaptureMeasures& m, const AskedParts& asked, ChosenParts& ch
 // -- Further inputs of the field.
 
 void add_gaze(const CaptureMeasures& m, ChosenParts& chosen) {
-  const bool told = mode_parts(chosen.mode).expression;
+  const bool conditioned = mode_parts(chosen.mode).expression;
   const double most = std::max(m.gaze_pitch, m.gaze_yaw);
-  chosen.gaze = told && most >= kSmallestGaze;
+  chosen.gaze = conditioned && most >= kSmallestGaze;
   std::string reason =
-      !told ? std::string("The field is not conditioned on the expression, which includes the eyes.")
-            : fmt::format(
-                  "The eyes turn by {:.1f} degrees from side to side and {:.1f} up and down (root mean "
-                  "square); {:.1f} are needed.",
-                  m.gaze_yaw * kDegrees, m.gaze_pitch * kDegrees, kSmallestGaze * kDegrees);
+      !conditioned
+          ? std::string("The field is not conditioned on the expression, which includes the eyes.")
+          : fmt::format(
+                "The eyes turn by {:.1f} degrees from side to side and {:.1f} up and down (root mean "
+                "square); {:.1f} are needed.",
+                m.gaze_yaw * kDegrees, m.gaze_pitch * kDegrees, kSmallestGaze * kDegrees);
   chosen.parts.push_back({"gaze", chosen.gaze, false,
                           chosen.gaze ? "an input of the field" : "not an input of the field",
                           std::move(reason)});

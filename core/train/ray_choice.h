@@ -6,8 +6,8 @@
 //   has_alpha(v), alpha(v, x, y)                 0..255; only where it has one
 //   masked(v), teaches(v, x, y)                  whether anything is learnt from a pixel
 //   further(v)                                   whether it is of a further clip
-//   colour(v, x, y, out), plate(v, x, y, out)    in the avatar's light, [0, 1]; plate is false where there
-//                                                is none that may stand for the background
+//   colour(v, x, y, out), plate(v, x, y, out)    in the avatar's light, [0, 1]; plate is false where
+//                                                nothing may stand for the background
 //   meets(v, x, y)                               aims the ray; whether it meets an occupied cell
 #pragma once
 

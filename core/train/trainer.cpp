@@ -153,14 +153,14 @@ struct Run {
 
   void report(const TrainingState& state) {
     const double psnr = mean_loss > 0 ? psnr_from_mse(mean_loss) : 0;
-    const double told = now();
+    const double reported_at = now();
     const double reached = spent();
     progress.report(share(state), fmt::format("step {}, training PSNR {:.1f} dB", state.step, psnr));
     if (observe)
       observe({state.step, reached, mean_loss, psnr,
                step_seconds > 0 ? options.rays_per_step / step_seconds : 0,
                mean_samples / options.rays_per_step});
-    held += now() - told;
+    held += now() - reported_at;
     last_report = elapsed();
   }
 };
@@ -400,9 +400,9 @@ Result<Avatar> train_avatar(const TrainingSet& set, const TrainOptions& options,
   std::vector<Articulation> articulations;
   for (const TrainingView& view : set.views) articulations.push_back(view.pose.articulation);
   const ModeParts parts = mode_parts(options.mode);
-  ConditionOptions told = parts.expression && options.use_expression ? ConditionOptions{} : kNoCondition;
-  told.gaze &= options.use_gaze;
-  const ConditionMap map = learn_condition_map(set.model, shape, articulations, told);
+  ConditionOptions inputs = parts.expression && options.use_expression ? ConditionOptions{} : kNoCondition;
+  inputs.gaze &= options.use_gaze;
+  const ConditionMap map = learn_condition_map(set.model, shape, articulations, inputs);
   Volumes volumes = make_volumes(set, shape);
   if (!options.use_still) volumes.head.still = {};
   for (const AttributeRegion& region : set.attributes)

@@ -31,10 +31,10 @@ constexpr double kLashesAbove = 0.03, kLashesBelow = 0.06;  // widths off the up
 constexpr double kSafe = 0.02;  // widths from a margin; nothing nearer is learnt from
 constexpr int kPasses = 4;
 constexpr std::size_t kMinViews = 5, kTurnedAlike = 25;
-constexpr double kFarthest = 0.25;      // widths; corners' landmarks farther off are lost
-constexpr double kFullBlinks = 0.02;    // quantile of the openings that counts as closed
-constexpr double kDeepEnough = 0.65;    // of the usual opening; clips without blinks do not get below it
-constexpr double kUntoldClosed = 0.25;  // then, of the usual opening
+constexpr double kFarthest = 0.25;       // widths; corners' landmarks farther off are lost
+constexpr double kFullBlinks = 0.02;     // quantile of the openings that counts as closed
+constexpr double kDeepEnough = 0.65;     // of the usual opening; clips without blinks do not get below it
+constexpr double kAssumedClosed = 0.25;  // then, of the usual opening
 constexpr double kDoubtfulCorner =
     0.10;                          // widths that corners may be off before their eye's landmarks lose weight
 constexpr double kLidDoubt = 2.5;  // times the sigma of landmarks on lids with a better-known opening
@@ -408,7 +408,7 @@ void read_side(const EyeSite& site, const std::vector<LidView>& views, int side,
   std::sort(training.begin(), training.end());
   const double usual = training[training.size() / 2],
                least = training[static_cast<std::size_t>(kFullBlinks * training.size())];
-  const double closed = least < kDeepEnough * usual ? least : kUntoldClosed * usual;
+  const double closed = least < kDeepEnough * usual ? least : kAssumedClosed * usual;
   const double scale = 1 / std::max(0.05, usual - closed);
   for (std::size_t i = 0; i < n; ++i) {
     if (!patches[i].seen) continue;

@@ -159,14 +159,14 @@ TEST(FitFrame, LipsGoWhereTheirEvidenceIsSurerThanTheLandmarks) {
   FaceState shut = some_state(head, 0.2), open = shut;
   shut.jaw = 0.02, open.jaw = 0.22;
   const FaceObservation landmarks = observe_state(head, person, shut, 1.0, 5);
-  const double wanted = lip_gap(head, person, open), told = lip_gap(head, person, shut);
+  const double wanted = lip_gap(head, person, open), fitted = lip_gap(head, person, shut);
   const auto gap_with = [&](double sigma_m) {
     FaceObservation seen = landmarks;
-    observe_mouth({true, wanted, sigma_m}, told, &seen);
+    observe_mouth({true, wanted, sigma_m}, fitted, &seen);
     return lip_gap(head, person, fit_frame(head, person, seen, prior, {}, {}, shut));
   };
-  EXPECT_GT(gap_with(0.0001), told + 0.7 * (wanted - told));
-  EXPECT_LT(gap_with(0.05), told + 0.1 * (wanted - told));
+  EXPECT_GT(gap_with(0.0001), fitted + 0.7 * (wanted - fitted));
+  EXPECT_LT(gap_with(0.05), fitted + 0.1 * (wanted - fitted));
 }
 
 TEST(FitFrame, FollowsTheOpeningJaw) {

@@ -128,13 +128,13 @@ class DetailMaps : public testing::Test {
   void put(const std::string& name, const std::string& bytes) const {
     ASSERT_TRUE(write_text(folder_ / name, bytes).ok());
   }
-  void expect_told(const std::vector<std::string>& words, const HeadModel& model = head()) const {
+  void expect_refused(const std::vector<std::string>& words, const HeadModel& model = head()) const {
     const auto maps = read_detail_maps(folder_, model);
     ASSERT_FALSE(maps.ok());
     EXPECT_FALSE(maps.error().fix.empty());
-    const std::string told = maps.error().what + " " + maps.error().fix;
+    const std::string message = maps.error().what + " " + maps.error().fix;
     for (const std::string& word : words)
-      EXPECT_NE(told.find(word), std::string::npos) << word << ": " << told;
+      EXPECT_NE(message.find(word), std::string::npos) << word << ": " << message;
   }
 
   fs::path folder_;
@@ -193,7 +193,7 @@ TEST_F(DetailMaps, AModelWithoutATextureTakesThatOfAnObjBesideTheMaps) {
   ASSERT_TRUE(own.ok());
   HeadModel bare = head();
   bare.uvs.clear();
-  expect_told({"texture coordinates", ".obj"}, bare);
+  expect_refused({"texture coordinates", ".obj"}, bare);
   std::string text;
   for (const Vec3f& v : head().vertices) text += fmt::format("v {} {} {}\n", v.x(), v.y(), v.z());
   for (const Vec2f& uv : head().uvs) text += fmt::format("vt {:.9g} {:.9g}\n", uv.x(), uv.y());
@@ -208,33 +208,33 @@ TEST_F(DetailMaps, AModelWithoutATextureTakesThatOfAnObjBesideTheMaps) {
   ASSERT_TRUE(given.ok()) << given.error().what;
   EXPECT_LT((given->front().height - own->front().height).cwiseAbs().maxCoeff(), 1e-7f);
   put("head.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nf 1/1 2/1 3/1\n");
-  expect_told({"head.obj", "3 vertices"}, bare);
+  expect_refused({"head.obj", "3 vertices"}, bare);
   put("head.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
-  expect_told({"head.obj", "Line 4", "texture coordinate"}, bare);
+  expect_refused({"head.obj", "Line 4", "texture coordinate"}, bare);
 }
 
 TEST_F(DetailMaps, NamesAFileThatIsNotAMap) {
   std::vector<float> map = map_of(hills);
-  expect_told({"named after a frame", "000360.npy"});
+  expect_refused({"named after a frame", "000360.npy"});
   put("1.npy", npy(map, kSide, kSide));
   put("2.npy", npy(map_of(hills, 64), 64, 64));
-  expect_told({"2.npy is 64 x 64", "1.npy is 96 x 96", "one size"});
+  expect_refused({"2.npy is 64 x 64", "1.npy is 96 x 96", "one size"});
   put("2.npy", npy(std::vector<float>(64, 0.f), 8, 8));
-  expect_told({"2.npy is 8 x 8", "16 to 4096"});
+  expect_refused({"2.npy is 8 x 8", "16 to 4096"});
   map[kSide * 5 + 7] = std::numeric_limits<float>::quiet_NaN();
   put("2.npy", npy(map, kSide, kSide));
-  expect_told({"2.npy", "not finite", "(7, 5)"});
+  expect_refused({"2.npy", "not finite", "(7, 5)"});
   map[kSide * 5 + 7] = -10.5f;
   put("2.npy", npy(map, kSide, kSide));
-  expect_told({"2.npy", "-10.5 mm", "10", "millimetres"});
+  expect_refused({"2.npy", "-10.5 mm", "10", "millimetres"});
   fs::remove(folder_ / "2.npy");
   ASSERT_TRUE(write_image(folder_ / "2.png", Image8(kSide, kSide, 1, 128)).ok());
-  expect_told({"2.png", "8 bits"});
+  expect_refused({"2.png", "8 bits"});
   put("2.png", "not a picture");
-  expect_told({"2.png"});
+  expect_refused({"2.png"});
   fs::remove(folder_ / "2.png");
   put("001.tif", tiff(map_of(hills), kSide, kSide));
-  expect_told({"1.npy", "001.tif", "frame 1"});
+  expect_refused({"1.npy", "001.tif", "frame 1"});
   fs::remove(folder_ / "001.tif");
   EXPECT_TRUE(read_detail_maps(folder_, head()).ok());
   EXPECT_EQ(read_detail_maps(folder_ / "none", head()).error().code, ErrorCode::not_found);

@@ -86,10 +86,10 @@ class ReadPerson : public testing::Test {
     EXPECT_FALSE(person.error().fix.empty());
     return person.error().what + " " + person.error().fix;
   }
-  static void expect_told(const fs::path& path, const std::vector<std::string>& words) {
-    const std::string told = refusal(path);
+  static void expect_refused(const fs::path& path, const std::vector<std::string>& words) {
+    const std::string message = refusal(path);
     for (const std::string& word : words)
-      EXPECT_NE(told.find(word), std::string::npos) << word << ": " << told;
+      EXPECT_NE(message.find(word), std::string::npos) << word << ": " << message;
   }
 
   fs::path folder_;
@@ -140,23 +140,25 @@ TEST_F(ReadPerson, OffsetsHoldWhatNoIdentityExplains) {
 TEST_F(ReadPerson, WrongSizeErrorsNameBothSizes) {
   const std::string own = std::to_string(head().identity_count()),
                     vertices = std::to_string(head().vertex_count());
-  expect_told(npy("mica.npy", {1, 300}, std::vector<float>(300, 0.1f)), {"mica.npy holds 300", own, "MICA"});
-  expect_told(npy("few.npy", {17, 3}, std::vector<float>(51, 0.1f)), {"17 vertices", vertices, "topology"});
-  expect_told(npy("odd.npy", {4, 5}, std::vector<float>(20, 0.1f)), {"(4, 5)", own, vertices});
-  expect_told(npz("other.npz", {{"pose", npy_from_floats({1}, std::vector<float>{0})},
-                                {"cam", npy_from_floats({1}, std::vector<float>{0})}}),
-              {"cam, pose", "identity, shape nor vertices"});
+  expect_refused(npy("mica.npy", {1, 300}, std::vector<float>(300, 0.1f)),
+                 {"mica.npy holds 300", own, "MICA"});
+  expect_refused(npy("few.npy", {17, 3}, std::vector<float>(51, 0.1f)),
+                 {"17 vertices", vertices, "topology"});
+  expect_refused(npy("odd.npy", {4, 5}, std::vector<float>(20, 0.1f)), {"(4, 5)", own, vertices});
+  expect_refused(npz("other.npz", {{"pose", npy_from_floats({1}, std::vector<float>{0})},
+                                   {"cam", npy_from_floats({1}, std::vector<float>{0})}}),
+                 {"cam, pose", "identity, shape nor vertices"});
 }
 
 TEST_F(ReadPerson, RefusesValuesThatAreNotFinite) {
   std::vector<float> values(std::size_t(head().identity_count()), 0.f);
   values[5] = std::numeric_limits<float>::quiet_NaN();
-  expect_told(npy("nan.npy", {values.size()}, values), {"not finite, at 5"});
+  expect_refused(npy("nan.npy", {values.size()}, values), {"not finite, at 5"});
   values[5] = 37;
-  expect_told(npy("wild.npy", {values.size()}, values), {"Coefficient 5", "37"});
+  expect_refused(npy("wild.npy", {values.size()}, values), {"Coefficient 5", "37"});
   std::vector<Vec3f> mesh = mesh_of(someone());
   mesh[9].y() = std::numeric_limits<float>::infinity();
-  expect_told(npy("mesh.npy", {mesh.size(), 3}, flat(mesh)), {"not finite, at 28"});
+  expect_refused(npy("mesh.npy", {mesh.size(), 3}, flat(mesh)), {"not finite, at 28"});
 }
 
 TEST_F(ReadPerson, RefusesUnitsOtherThanMetres) {
@@ -166,27 +168,28 @@ TEST_F(ReadPerson, RefusesUnitsOtherThanMetres) {
     for (Vec3f& v : other) v *= by;
     return other;
   };
-  expect_told(npy("mm.npy", {mesh.size(), 3}, flat(scaled(1000))), {"units tall", "millimetres", "1000"});
-  expect_told(npy("cm.npy", {mesh.size(), 3}, flat(scaled(100))), {"units tall", "centimetres"});
-  expect_told(obj("what.obj", scaled(18), {}), {"units tall", "metres"});
-  expect_told(npy("dot.npy", {mesh.size(), 3}, std::vector<float>(3 * mesh.size(), 0.f)), {"0 units tall"});
+  expect_refused(npy("mm.npy", {mesh.size(), 3}, flat(scaled(1000))), {"units tall", "millimetres", "1000"});
+  expect_refused(npy("cm.npy", {mesh.size(), 3}, flat(scaled(100))), {"units tall", "centimetres"});
+  expect_refused(obj("what.obj", scaled(18), {}), {"units tall", "metres"});
+  expect_refused(npy("dot.npy", {mesh.size(), 3}, std::vector<float>(3 * mesh.size(), 0.f)),
+                 {"0 units tall"});
 }
 
 TEST_F(ReadPerson, RefusesAnotherFrameOrTopology) {
   std::vector<Vec3f> mesh = mesh_of(someone());
   std::vector<Vec3f> moved = mesh;
   for (Vec3f& v : moved) v += Vec3f(0, 0.3f, 0.3f);
-  expect_told(npy("moved.npy", {mesh.size(), 3}, flat(moved)), {"0.42 m", "own frame"});
+  expect_refused(npy("moved.npy", {mesh.size(), 3}, flat(moved)), {"0.42 m", "own frame"});
   std::vector<Vec3f> shuffled = mesh;
   std::shuffle(shuffled.begin(), shuffled.end(), std::mt19937(1));
-  expect_told(npy("shuffled.npy", {mesh.size(), 3}, flat(shuffled)), {"another order"});
+  expect_refused(npy("shuffled.npy", {mesh.size(), 3}, flat(shuffled)), {"another order"});
   std::vector<Triangle> faces = head().triangles;
   for (Triangle& t : faces) std::swap(t[0], t[1]), t[2] = (t[2] + 11) % head().vertex_count();
-  expect_told(obj("faces.obj", mesh, faces), {"another topology"});
+  expect_refused(obj("faces.obj", mesh, faces), {"another topology"});
 }
 
 TEST_F(ReadPerson, RefusesFilesThatHoldNoPerson) {
-  expect_told(folder_ / "mesh.ply", {"neither .npy, .npz nor .obj"});
+  expect_refused(folder_ / "mesh.ply", {"neither .npy, .npz nor .obj"});
   EXPECT_FALSE(read_person(folder_ / "absent.npy", head()).ok());
   ASSERT_TRUE(write_text(folder_ / "bad.npy", "no array").ok());
   EXPECT_FALSE(read_person(folder_ / "bad.npy", head()).ok());

@@ -91,9 +91,9 @@ TEST(WriteDemoCapture, TruthOfTheTrackIsTheTrueSurface) {
   const auto track = read_track(scratch.path / "track_truth.json");
   ASSERT_TRUE(track.ok()) << track.error().what;
   const DemoStage stage(make_builtin_head(), options);
-  const HeadShape told = shape_head(stage.model(), track->person);
-  for (std::size_t v = 0; v < told.vertices.size(); ++v)
-    ASSERT_LT((told.vertices[v] - stage.shape().vertices[v]).norm(), 2e-6f) << v;
+  const HeadShape recovered = shape_head(stage.model(), track->person);
+  for (std::size_t v = 0; v < recovered.vertices.size(); ++v)
+    ASSERT_LT((recovered.vertices[v] - stage.shape().vertices[v]).norm(), 2e-6f) << v;
 }
 
 TEST(WriteDemoCapture, RestingCameraIsTheWorldFrame) {

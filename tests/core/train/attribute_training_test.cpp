@@ -107,8 +107,9 @@ TEST_P(AttributeTraining, RendersUnseenAmountsBetterAndLeavesTheRestOfTheFaceIde
   ASSERT_TRUE(with.ok()) << with.error().what;
   ASSERT_EQ(with->attributes.size(), 1u);
   EXPECT_EQ(with->head.field.config.local_conditions, 1);
-  const double plain = unseen_psnr(*without, set.model, kSize), told = unseen_psnr(*with, set.model, kSize);
-  EXPECT_GT(told, plain + 1.5);
+  const double plain = unseen_psnr(*without, set.model, kSize),
+               conditioned = unseen_psnr(*with, set.model, kSize);
+  EXPECT_GT(conditioned, plain + 1.5);
 
   // -- Locality: of pixels none of whose samples the region reaches.
   const TrainingView& view = set.views[4];

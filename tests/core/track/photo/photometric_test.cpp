@@ -192,11 +192,11 @@ Clip make_clip(int count) {
     f.frame = i;
     f.seen = f.pose_given = true;
     f.held_out = i + 3 >= count;
-    FaceState told = clip.truth.back();
-    told.jaw += i % 2 ? 0.03 : -0.02;
-    f.observation = observe_state(test_reduced_head(), person(), told, 1.0, 7 + i);
+    FaceState wrong = clip.truth.back();
+    wrong.jaw += i % 2 ? 0.03 : -0.02;
+    f.observation = observe_state(test_reduced_head(), person(), wrong, 1.0, 7 + i);
     f.observation.focal_px = kLens.fx;
-    f.state = told;
+    f.state = wrong;
     f.state.cam_from_head.translation() += Vec3d(0.0004, -0.0003, 0.001);
     clip.faces.push_back(f);
   }
