@@ -95,19 +95,19 @@ Result<std::vector<RefitSpan>> asked_refits(std::vector<RefitSpan> spans,
 
 // A shape that does not fit the head model is told before anything is changed.
 Result<void> check_identity(const ProjectOptions& options) {
-  if (options.identity.empty()) return {};
+  if (options.fit.identity.empty()) return {};
   const auto model = project_head_model(options);
   if (!model) return model.error();
-  const auto person = read_person(options.identity, *model);
+  const auto person = read_person(options.fit.identity, *model);
   return person ? Result<void>() : Result<void>(person.error());
 }
 
 // The same of detail maps.
 Result<void> check_displacement(const ProjectOptions& options) {
-  if (options.displacement.empty()) return {};
+  if (options.fit.displacement.empty()) return {};
   const auto model = project_head_model(options);
   if (!model) return model.error();
-  const auto maps = read_detail_maps(options.displacement, *model);
+  const auto maps = read_detail_maps(options.fit.displacement, *model);
   return maps ? Result<void>() : Result<void>(maps.error());
 }
 
@@ -199,7 +199,7 @@ int run(Project& project, Stage last, const CommonOptions& common, const ChosenB
 // Whether this is the project's clip, perhaps moved or copied since: what was decided of it still holds.
 bool is_clip_of(const Project& project, const fs::path& video) {
   std::error_code other;
-  if (fs::equivalent(project.options.video, video, other)) return true;
+  if (fs::equivalent(project.options.shared.video, video, other)) return true;
   const auto capture = read_capture(capture_path(project));
   const auto hash = hash_video(video);
   return capture && hash && capture->video_hash == *hash;
@@ -212,14 +212,17 @@ int run_new(const BuildArguments& arguments, Stage last) {
   std::error_code unknown;
   const bool existed = fs::exists(arguments.project, unknown) || unknown;
   ProjectOptions options = arguments.options;
-  options.video = arguments.input;
-  options.seed = arguments.common.seed;
-  if (const auto earlier = open_project(arguments.project); earlier && is_clip_of(*earlier, options.video))
-    options.left_out = earlier->options.left_out, options.refits = earlier->options.refits,
-    options.identity = earlier->options.identity, options.displacement = earlier->options.displacement;
-  if (!arguments.identity.empty()) options.identity = arguments.identity == "none" ? "" : arguments.identity;
+  options.shared.video = arguments.input;
+  options.shared.seed = arguments.common.seed;
+  if (const auto earlier = open_project(arguments.project);
+      earlier && is_clip_of(*earlier, options.shared.video))
+    options.train.left_out = earlier->options.train.left_out,
+    options.fit.refits = earlier->options.fit.refits, options.fit.identity = earlier->options.fit.identity,
+    options.fit.displacement = earlier->options.fit.displacement;
+  if (!arguments.identity.empty())
+    options.fit.identity = arguments.identity == "none" ? "" : arguments.identity;
   if (!arguments.displacement.empty())
-    options.displacement = arguments.displacement == "none" ? "" : arguments.displacement;
+    options.fit.displacement = arguments.displacement == "none" ? "" : arguments.displacement;
   if (const auto fine = check_identity(options); !fine) return report_failure(fine.error());
   if (const auto fine = check_displacement(options); !fine) return report_failure(fine.error());
   auto project = open_or_create_project(arguments.project, options);
@@ -242,20 +245,22 @@ int run_existing(const BuildArguments& arguments, Stage last, const CLI::App& ve
   if (!opened) return report_failure(opened.error());
   ProjectOptions options = opened->options;
   if (given("--budget")) {
-    options.budget_s = arguments.options.budget_s, options.full_budget_s = 0, options.steps = 0;
+    options.train.budget_s = arguments.options.train.budget_s, options.train.full_budget_s = 0,
+    options.train.steps = 0;
   }
-  if (given("--steps")) options.steps = arguments.options.steps;
-  if (given("--checkpoint-every")) options.checkpoint_every_s = arguments.options.checkpoint_every_s;
-  if (given("--mode")) options.mode = arguments.options.mode;
-  if (given("--landmark-loss")) options.landmark_loss = arguments.options.landmark_loss;
-  if (given("--lens")) options.lens_mm = arguments.options.lens_mm;
-  if (given("--seed")) options.seed = arguments.common.seed;
-  if (given("--head-model")) options.head_model = arguments.options.head_model;
-  if (given("--identity")) options.identity = arguments.identity == "none" ? "" : arguments.identity;
+  if (given("--steps")) options.train.steps = arguments.options.train.steps;
+  if (given("--checkpoint-every"))
+    options.train.checkpoint_every_s = arguments.options.train.checkpoint_every_s;
+  if (given("--mode")) options.train.mode = arguments.options.train.mode;
+  if (given("--landmark-loss")) options.train.landmark_loss = arguments.options.train.landmark_loss;
+  if (given("--lens")) options.align.lens_mm = arguments.options.align.lens_mm;
+  if (given("--seed")) options.shared.seed = arguments.common.seed;
+  if (given("--head-model")) options.shared.head_model = arguments.options.shared.head_model;
+  if (given("--identity")) options.fit.identity = arguments.identity == "none" ? "" : arguments.identity;
   if (given("--identity") || given("--head-model"))
     if (const auto fine = check_identity(options); !fine) return report_failure(fine.error());
   if (given("--displacement"))
-    options.displacement = arguments.displacement == "none" ? "" : arguments.displacement;
+    options.fit.displacement = arguments.displacement == "none" ? "" : arguments.displacement;
   if (given("--displacement") || given("--head-model"))
     if (const auto fine = check_displacement(options); !fine) return report_failure(fine.error());
   if (given("--leave-out")) {
@@ -264,13 +269,13 @@ int run_existing(const BuildArguments& arguments, Stage last, const CLI::App& ve
     const auto capture = read_capture(capture_path(*opened));
     if (!capture) return report_failure(capture.error());
     if (const auto fine = check_left_out(*capture, *frames); !fine) return report_failure(fine.error());
-    options.left_out = std::move(*frames);
+    options.train.left_out = std::move(*frames);
   }
   if (given("--refit")) {
-    auto spans = asked_refits(options.refits, arguments.refit);
+    auto spans = asked_refits(options.fit.refits, arguments.refit);
     if (!spans) return report_failure(spans.error());
     if (const auto fine = check_project_refits(*opened, *spans); !fine) return report_failure(fine.error());
-    options.refits = std::move(*spans);
+    options.fit.refits = std::move(*spans);
     last = Stage::fit;  // seconds; what follows is for the next train
   }
   const auto backend = chosen_backend(arguments.common, arguments.precision);
@@ -278,7 +283,7 @@ int run_existing(const BuildArguments& arguments, Stage last, const CLI::App& ve
   auto project = open_or_create_project(arguments.input, options);
   if (!project) return report_failure(project.error());
   // The window's "finish now" was for the avatar that it made; one of other inputs gets all of the budget.
-  if (project->options.full_budget_s > 0 && !is_current(*project, Stage::train)) {
+  if (project->options.train.full_budget_s > 0 && !is_current(*project, Stage::train)) {
     restore_budget(options);
     project = open_or_create_project(arguments.input, options);
     if (!project) return report_failure(project.error());
@@ -301,7 +306,7 @@ int run_align_photos(const BuildArguments& arguments) {
   const auto start = std::chrono::steady_clock::now();
   const ProgressLine line(arguments.common);
   // Photographs may show a person or not: what the face detector finds is masked.
-  const auto person = coarse_person_mask(arguments.options.landmark_model, Pictures::single);
+  const auto person = coarse_person_mask(arguments.options.shared.landmark_model, Pictures::single);
   if (!person) return report_failure(person.error());
   const auto aligned =
       align_photos(arguments.input, *person, work, options, line.progress(), stop_on_signals());
@@ -322,14 +327,14 @@ int run_align_photos(const BuildArguments& arguments) {
 }
 
 void add_training_options(CLI::App& verb, BuildArguments& a) {
-  verb.add_option("--budget", a.options.budget_s,
+  verb.add_option("--budget", a.options.train.budget_s,
                   "Seconds of training; placing further clips and --refine-track take theirs on top")
       ->check(CLI::Range(1.0, 1e6));
-  verb.add_option("--checkpoint-every", a.options.checkpoint_every_s, "Seconds between checkpoints")
+  verb.add_option("--checkpoint-every", a.options.train.checkpoint_every_s, "Seconds between checkpoints")
       ->check(CLI::Range(0.1, 3600.0));
-  verb.add_option("--steps", a.options.steps, "Exact training steps instead of a budget");
-  add_mode_option(verb, a.options.mode);
-  verb.add_option("--landmark-loss", a.options.landmark_loss,
+  verb.add_option("--steps", a.options.train.steps, "Exact training steps instead of a budget");
+  add_mode_option(verb, a.options.train.mode);
+  verb.add_option("--landmark-loss", a.options.train.landmark_loss,
                   "Weight of a loss on where landmarks lie in the pictures, e.g. 0.1; default: 0, without")
       ->check(CLI::Range(0.0, 1e3));
   add_precision_option(verb, a.precision);
@@ -352,7 +357,7 @@ void add_displacement_option(CLI::App& verb, BuildArguments& a) {
 
 void add_lens_option(CLI::App& verb, BuildArguments& a) {
   verb.add_option(
-          "--lens", a.options.lens_mm,
+          "--lens", a.options.align.lens_mm,
           "Focal length of a resting camera, in mm as on 35 mm film (36 mm the longer side); default: as "
           "the clip tells, or a usual one. 0: the default again")
       ->check(CLI::Range(8.0, 2000.0) | CLI::Range(0.0, 0.0));
@@ -361,23 +366,23 @@ void add_lens_option(CLI::App& verb, BuildArguments& a) {
 void add_capture_options(CLI::App& verb, BuildArguments& a) {
   verb.add_option("video", a.input, "The clip")->required();
   verb.add_option("--project", a.project, "The project folder, made if absent")->required();
-  verb.add_option("--size", a.options.size, "Side of the pictures, px")
+  verb.add_option("--size", a.options.import.size, "Side of the pictures, px")
       ->check(CLI::IsMember({256, 512, 1024}));
   std::map<std::string, Split> splits;
   for (const Split split : kSplits) splits.emplace(split_name(split), split);
   verb.add_option(
-          "--split", a.options.split,
+          "--split", a.options.import.split,
           "What is held out to be measured on: the last tenth (tail, the default), a tenth of what a moving "
           "camera filmed, in a row (views), or three tenths by chance (random30)")
       ->transform(CLI::CheckedTransformer(std::move(splits)));
-  verb.add_flag("--resting-camera", a.options.resting_camera,
+  verb.add_flag("--resting-camera", a.options.align.resting_camera,
                 "The camera rests, whatever its background does: skip finding out");
   add_lens_option(verb, a);
-  verb.add_option("--head-model", a.options.head_model,
+  verb.add_option("--head-model", a.options.shared.head_model,
                   "A head model: FLAME's .pkl, ICT-FaceKit's folder, or a .npz; default: the built-in head");
-  verb.add_option("--matting-network", a.options.matting_network,
+  verb.add_option("--matting-network", a.options.matte.matting_network,
                   "A matting or parsing network (.onnx) to tell the person from the background with");
-  verb.add_option("--landmark-model", a.options.landmark_model,
+  verb.add_option("--landmark-model", a.options.shared.landmark_model,
                   "A dlib 68-point shape predictor; default: the system's");
 }
 
@@ -391,10 +396,10 @@ void add_build_commands(CLI::App& program, int& exit_code) {
   add_training_options(*build, *a);
   add_identity_option(*build, *a);
   add_displacement_option(*build, *a);
-  build->add_flag("!--no-latent", a->options.use_latent, "Ablation: without the per-frame code");
-  build->add_flag("--refine-track", a->options.refine_track,
+  build->add_flag("!--no-latent", a->options.train.use_latent, "Ablation: without the per-frame code");
+  build->add_flag("--refine-track", a->options.train.refine_track,
                   "Correct the training frames' poses and faces through the field while it learns");
-  build->add_flag("!--no-occupancy", a->options.use_occupancy, "Ablation: without the occupancy grid");
+  build->add_flag("!--no-occupancy", a->options.train.use_occupancy, "Ablation: without the occupancy grid");
   add_common_options_with_cuda(*build, a->common);
   build->add_flag("--forecast", a->forecast,
                   "Only tell what the build will take of disk, memory and minutes");
@@ -423,7 +428,7 @@ void add_build_commands(CLI::App& program, int& exit_code) {
 
   CLI::App* fit = program.add_subcommand("fit", "Track the head, cut out the person");
   fit->add_option("project", a->input, "Project folder")->required();
-  fit->add_option("--head-model", a->options.head_model, "Use another head model from now on");
+  fit->add_option("--head-model", a->options.shared.head_model, "Use another head model from now on");
   fit->add_option(
          "--refit", a->refit,
          "Fit spans of frames again by themselves, from the good ones around them, and nothing else: "

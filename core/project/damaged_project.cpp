@@ -72,23 +72,23 @@ std::optional<DamagedProject> find_damaged_project(const fs::path& folder) {
   DamagedProject damaged{.folder = folder, .error = opened.error(), .newer = is_newer(*text)};
   ProjectOptions& options = damaged.options;
   std::vector<fs::path> named{string_named(*text, "video")};
-  options.head_model = string_named(*text, "head_model");
-  options.landmark_model = string_named(*text, "landmark_model");
-  options.matting_network = string_named(*text, "matting_network");
-  options.identity = string_named(*text, "identity");
-  options.displacement = string_named(*text, "displacement");
+  options.shared.head_model = string_named(*text, "head_model");
+  options.shared.landmark_model = string_named(*text, "landmark_model");
+  options.matte.matting_network = string_named(*text, "matting_network");
+  options.fit.identity = string_named(*text, "identity");
+  options.fit.displacement = string_named(*text, "displacement");
   if (const auto capture = read_capture(capture_path({.folder = folder}))) {
     named.push_back(capture->video);
-    options.size = capture->size;
-    options.split = capture->split;
+    options.import.size = capture->size;
+    options.import.split = capture->split;
   }
   std::error_code ignored;
   for (const fs::path& clip : named) {
     if (clip.empty()) continue;
-    if (options.video.empty()) options.video = clip;
+    if (options.shared.video.empty()) options.shared.video = clip;
     if (fs::exists(clip, ignored)) damaged.clips.push_back(clip);
   }
-  if (!damaged.clips.empty()) options.video = damaged.clips.front();
+  if (!damaged.clips.empty()) options.shared.video = damaged.clips.front();
   const fs::path further = folder / "clips";
   for (fs::directory_iterator it(further, ignored), end; !ignored && it != end; it.increment(ignored)) {
     const std::string name = it->path().filename().string();

@@ -53,31 +53,31 @@ std::vector<int> further_clips_from_json(const json& j) {
 
 json to_json(const ProjectOptions& options) {
   json refits = json::array();
-  for (const RefitSpan& span : options.refits) refits.push_back({span.first, span.last});
-  return {{"video", options.video.string()},
-          {"head_model", options.head_model.string()},
-          {"landmark_model", options.landmark_model.string()},
-          {"matting_network", options.matting_network.string()},
-          {"identity", options.identity.string()},
-          {"displacement", options.displacement.string()},
-          {"size_px", options.size},
-          {"split", split_name(options.split)},
-          {"budget_s", options.budget_s},
-          {"full_budget_s", options.full_budget_s},
-          {"steps", options.steps},
-          {"seed", options.seed},
-          {"checkpoint_every_s", options.checkpoint_every_s},
+  for (const RefitSpan& span : options.fit.refits) refits.push_back({span.first, span.last});
+  return {{"video", options.shared.video.string()},
+          {"head_model", options.shared.head_model.string()},
+          {"landmark_model", options.shared.landmark_model.string()},
+          {"matting_network", options.matte.matting_network.string()},
+          {"identity", options.fit.identity.string()},
+          {"displacement", options.fit.displacement.string()},
+          {"size_px", options.import.size},
+          {"split", split_name(options.import.split)},
+          {"budget_s", options.train.budget_s},
+          {"full_budget_s", options.train.full_budget_s},
+          {"steps", options.train.steps},
+          {"seed", options.shared.seed},
+          {"checkpoint_every_s", options.train.checkpoint_every_s},
           // Versions that did not choose read the default here.
-          {"mode", mode_name(options.mode.value_or(kDefaultMode))},
-          {"mode_asked", options.mode.has_value()},
-          {"resting_camera", options.resting_camera},
-          {"lens_mm", options.lens_mm},
-          {"refine_track", options.refine_track},
-          {"landmark_loss", options.landmark_loss},
-          {"use_latent", options.use_latent},
-          {"use_occupancy", options.use_occupancy},
+          {"mode", mode_name(options.train.mode.value_or(kDefaultMode))},
+          {"mode_asked", options.train.mode.has_value()},
+          {"resting_camera", options.align.resting_camera},
+          {"lens_mm", options.align.lens_mm},
+          {"refine_track", options.train.refine_track},
+          {"landmark_loss", options.train.landmark_loss},
+          {"use_latent", options.train.use_latent},
+          {"use_occupancy", options.train.use_occupancy},
           {"refits", refits},
-          {"left_out", options.left_out}};
+          {"left_out", options.train.left_out}};
 }
 
 // Of a project of version 1, which always gave the field the expression.
@@ -108,33 +108,33 @@ Split split_from_json(const json& j) {
 
 ProjectOptions options_from_json(const json& j, int version) {
   ProjectOptions options;
-  options.video = j.at("video").get<std::string>();
-  options.head_model = j.at("head_model").get<std::string>();
-  options.landmark_model = j.at("landmark_model").get<std::string>();
-  options.matting_network = j.value("matting_network", "");
-  options.identity = j.value("identity", "");
-  options.displacement = j.value("displacement", "");
-  options.size = j.at("size_px");
-  options.split = split_from_json(j);
-  options.budget_s = j.at("budget_s");
-  options.full_budget_s = j.value("full_budget_s", 0.0);
-  options.steps = j.at("steps");
-  options.seed = j.at("seed");
-  options.checkpoint_every_s = j.value("checkpoint_every_s", options.checkpoint_every_s);
-  options.mode = asked_mode(j, version == 1 ? mode_of_switches(j) : mode_from_json(j));
-  options.resting_camera = j.value("resting_camera", false);
-  options.lens_mm = j.value("lens_mm", 0.0);
-  options.refine_track = j.value("refine_track", false);
-  options.landmark_loss = j.value("landmark_loss", 0.0);
-  options.use_latent = j.at("use_latent");
-  options.use_occupancy = j.at("use_occupancy");
-  options.left_out = j.value("left_out", options.left_out);
-  std::ranges::sort(options.left_out);
+  options.shared.video = j.at("video").get<std::string>();
+  options.shared.head_model = j.at("head_model").get<std::string>();
+  options.shared.landmark_model = j.at("landmark_model").get<std::string>();
+  options.matte.matting_network = j.value("matting_network", "");
+  options.fit.identity = j.value("identity", "");
+  options.fit.displacement = j.value("displacement", "");
+  options.import.size = j.at("size_px");
+  options.import.split = split_from_json(j);
+  options.train.budget_s = j.at("budget_s");
+  options.train.full_budget_s = j.value("full_budget_s", 0.0);
+  options.train.steps = j.at("steps");
+  options.shared.seed = j.at("seed");
+  options.train.checkpoint_every_s = j.value("checkpoint_every_s", options.train.checkpoint_every_s);
+  options.train.mode = asked_mode(j, version == 1 ? mode_of_switches(j) : mode_from_json(j));
+  options.align.resting_camera = j.value("resting_camera", false);
+  options.align.lens_mm = j.value("lens_mm", 0.0);
+  options.train.refine_track = j.value("refine_track", false);
+  options.train.landmark_loss = j.value("landmark_loss", 0.0);
+  options.train.use_latent = j.at("use_latent");
+  options.train.use_occupancy = j.at("use_occupancy");
+  options.train.left_out = j.value("left_out", options.train.left_out);
+  std::ranges::sort(options.train.left_out);
   if (j.contains("refits")) {
     for (const json& span : j.at("refits"))
-      options.refits.push_back({span.at(0).get<int>(), span.at(1).get<int>()});
-    std::erase_if(options.refits, [](const RefitSpan& s) { return s.first < 0 || s.last < s.first; });
-    options.refits = merged_spans(std::move(options.refits));
+      options.fit.refits.push_back({span.at(0).get<int>(), span.at(1).get<int>()});
+    std::erase_if(options.fit.refits, [](const RefitSpan& s) { return s.first < 0 || s.last < s.first; });
+    options.fit.refits = merged_spans(std::move(options.fit.refits));
   }
   return options;
 }
@@ -191,7 +191,7 @@ fs::path regions_path(const Project& project) { return project.folder / "regions
 fs::path corrections_path(const Project& project) { return project.folder / "corrections"; }
 
 void restore_budget(ProjectOptions& options) {
-  if (options.full_budget_s > 0) options.budget_s = std::exchange(options.full_budget_s, 0);
+  if (options.train.full_budget_s > 0) options.train.budget_s = std::exchange(options.train.full_budget_s, 0);
 }
 
 Result<Project> open_project(const fs::path& folder) {
@@ -267,12 +267,12 @@ Result<Project> open_or_create_project(const fs::path& folder, const ProjectOpti
     project = std::move(*opened);
   }
   project.options = options;
-  project.options.video = remembered(options.video);
-  project.options.head_model = remembered(options.head_model);
-  project.options.landmark_model = remembered(options.landmark_model);
-  project.options.matting_network = remembered(options.matting_network);
-  project.options.identity = remembered(options.identity);
-  project.options.displacement = remembered(options.displacement);
+  project.options.shared.video = remembered(options.shared.video);
+  project.options.shared.head_model = remembered(options.shared.head_model);
+  project.options.shared.landmark_model = remembered(options.shared.landmark_model);
+  project.options.matte.matting_network = remembered(options.matte.matting_network);
+  project.options.fit.identity = remembered(options.fit.identity);
+  project.options.fit.displacement = remembered(options.fit.displacement);
   if (const auto saved = save_project(project); !saved) return saved.error();
   return project;
 }

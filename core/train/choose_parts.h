@@ -61,8 +61,8 @@ inline constexpr double kHardlyTurns = 0.17;
 
 ChosenParts choose_parts(const CaptureMeasures& measures, const AskedParts& asked);
 
-// The set and the options of a training with these parts. options.landmark_weight, refine_track and
-// use_occupancy stay: they are the user's alone.
+// The set and the options of a training with these parts. losses.landmark_weight, refine_track and
+// rays.use_occupancy stay: they are the user's alone.
 void apply_parts(const ChosenParts& parts, TrainingSet& set, TrainOptions& options);
 
 // A part's name in words, e.g. "Code for each frame"; a name that is not known is its own.

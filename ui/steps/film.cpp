@@ -37,15 +37,16 @@ void draw_choices(const Snapshot& snapshot, Requests& requests) {
   ImGui::BeginDisabled(snapshot.situation.running);
   choice_label("Pictures", px(94));
   for (const int size : {256, 512, 1024}) {
-    if (choice(fmt::format("{} px", size).c_str(), options.size == size)) requests.picture_size = size;
+    if (choice(fmt::format("{} px", size).c_str(), options.import.size == size)) requests.picture_size = size;
     ImGui::SameLine();
   }
   ImGui::NewLine();
   faint_text("Larger pictures show more and take about four times as long a step.");
   choice_label("Training", px(94));
-  const double chosen_s = options.full_budget_s > 0 ? options.full_budget_s : options.budget_s;
+  const double chosen_s =
+      options.train.full_budget_s > 0 ? options.train.full_budget_s : options.train.budget_s;
   for (const int minutes : {2, 5, 15, 60}) {
-    if (choice(fmt::format("{} min", minutes).c_str(), options.steps == 0 && chosen_s == 60 * minutes))
+    if (choice(fmt::format("{} min", minutes).c_str(), options.train.steps == 0 && chosen_s == 60 * minutes))
       requests.budget_s = 60 * minutes;
     ImGui::SameLine();
   }
@@ -76,7 +77,7 @@ void draw_plan(const Snapshot& snapshot, Requests& requests) {
 void draw_facts(const Snapshot& snapshot) {
   const ProjectContents& contents = *snapshot.contents;
   ImGui::PushFont(theme().fonts.strong);
-  clipped_text(contents.project.options.video.filename().string(), ImGui::GetContentRegionAvail().x);
+  clipped_text(contents.project.options.shared.video.filename().string(), ImGui::GetContentRegionAvail().x);
   ImGui::PopFont();
   if (contents.clip)
     faint_text(fmt::format("{} \u00d7 {} px, {:.0f} pictures a second, {:.0f} s, {}", contents.clip->width,
