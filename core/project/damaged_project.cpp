@@ -14,6 +14,7 @@
 
 #include "core/base/files.h"
 #include "core/project/further_clips.h"
+#include "core/project/option_table.h"
 
 namespace likeness {
 
@@ -71,12 +72,11 @@ std::optional<DamagedProject> find_damaged_project(const fs::path& folder) {
   if (!text || !is_likeness_folder(folder, *text)) return std::nullopt;
   DamagedProject damaged{.folder = folder, .error = opened.error(), .newer = is_newer(*text)};
   ProjectOptions& options = damaged.options;
-  std::vector<fs::path> named{string_named(*text, "video")};
-  options.shared.head_model = string_named(*text, "head_model");
-  options.shared.landmark_model = string_named(*text, "landmark_model");
-  options.matte.matting_network = string_named(*text, "matting_network");
-  options.fit.identity = string_named(*text, "identity");
-  options.fit.displacement = string_named(*text, "displacement");
+  for (const OptionRow& row : option_table())
+    with_option(row, options, [&](auto& value) {
+      if constexpr (std::is_same_v<decltype(value), fs::path&>) value = string_named(*text, row.key);
+    });
+  std::vector<fs::path> named{options.shared.video};
   if (const auto capture = read_capture(capture_path({.folder = folder}))) {
     named.push_back(capture->video);
     options.import.size = capture->size;

@@ -9,6 +9,7 @@
 
 #include "core/base/hash.h"
 #include "core/capture/capture.h"
+#include "core/project/option_table.h"
 #include "core/video/decode.h"
 
 namespace likeness {
@@ -19,12 +20,8 @@ namespace {
 
 // The choices of a further clip: the first one's, but for what is of one clip alone.
 ProjectOptions further_options(const Project& project, ProjectOptions own) {
-  const ProjectOptions& first = project.options;
-  own.shared.head_model = first.shared.head_model;
-  own.shared.landmark_model = first.shared.landmark_model;
-  own.matte.matting_network = first.matte.matting_network;
-  own.import.size = first.import.size;
-  own.shared.seed = first.shared.seed;
+  for (const OptionRow& row : option_table())
+    if (row.of_the_person) copy_option(row, project.options, own);
   return own;
 }
 

@@ -7,13 +7,15 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <type_traits>
 #include <utility>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
 #include "core/base/files.h"
-#include "core/capture/split.h"
+#include "core/project/option_table.h"
+#include "core/project/options_json.h"
 
 namespace likeness {
 
@@ -27,7 +29,7 @@ constexpr std::array<const char*, 5> kStateNames{"to_do", "running", "done", "fa
 
 constexpr std::array<const char*, 4> kConsentNames{"not_asked", "own", "given", "no_real_person"};
 
-// An answer this version does not know is none.
+// An answer that this version does not know counts as not asked.
 Consent consent_from_json(const json& j) {
   const std::string answer = j.value("consent", kConsentNames[0]);
   for (std::size_t i = 0; i < kConsentNames.size(); ++i) {
@@ -49,94 +51,6 @@ std::vector<int> further_clips_from_json(const json& j) {
   std::ranges::sort(numbers);
   numbers.erase(std::unique(numbers.begin(), numbers.end()), numbers.end());
   return numbers;
-}
-
-json to_json(const ProjectOptions& options) {
-  json refits = json::array();
-  for (const RefitSpan& span : options.fit.refits) refits.push_back({span.first, span.last});
-  return {{"video", options.shared.video.string()},
-          {"head_model", options.shared.head_model.string()},
-          {"landmark_model", options.shared.landmark_model.string()},
-          {"matting_network", options.matte.matting_network.string()},
-          {"identity", options.fit.identity.string()},
-          {"displacement", options.fit.displacement.string()},
-          {"size_px", options.import.size},
-          {"split", split_name(options.import.split)},
-          {"budget_s", options.train.budget_s},
-          {"full_budget_s", options.train.full_budget_s},
-          {"steps", options.train.steps},
-          {"seed", options.shared.seed},
-          {"checkpoint_every_s", options.train.checkpoint_every_s},
-          // Versions that did not choose read the default here.
-          {"mode", mode_name(options.train.mode.value_or(kDefaultMode))},
-          {"mode_asked", options.train.mode.has_value()},
-          {"resting_camera", options.align.resting_camera},
-          {"lens_mm", options.align.lens_mm},
-          {"refine_track", options.train.refine_track},
-          {"landmark_loss", options.train.landmark_loss},
-          {"use_latent", options.train.use_latent},
-          {"use_occupancy", options.train.use_occupancy},
-          {"refits", refits},
-          {"left_out", options.train.left_out}};
-}
-
-// Of a project of version 1, which always gave the field the expression.
-FieldMode mode_of_switches(const json& j) {
-  const ModeParts parts{
-      .expression = true, .ambient = j.at("use_ambient"), .warp = j.value("use_warp", true)};
-  return *std::ranges::find(kFieldModes, parts, mode_parts);
-}
-
-FieldMode mode_from_json(const json& j) {
-  const auto mode = mode_named(j.at("mode").get<std::string>());
-  if (!mode) throw json::other_error::create(501, "there is no such mode", &j.at("mode"));
-  return *mode;
-}
-
-// Of a project from before parts were chosen, the default is nobody's wish.
-std::optional<FieldMode> asked_mode(const json& j, FieldMode mode) {
-  return j.value("mode_asked", mode != kDefaultMode) ? std::optional(mode) : std::nullopt;
-}
-
-// Projects from before this choice held out the tail.
-Split split_from_json(const json& j) {
-  if (!j.contains("split")) return Split::tail;
-  const auto split = split_named(j.at("split").get<std::string>());
-  if (!split) throw json::other_error::create(501, "there is no such split", &j.at("split"));
-  return *split;
-}
-
-ProjectOptions options_from_json(const json& j, int version) {
-  ProjectOptions options;
-  options.shared.video = j.at("video").get<std::string>();
-  options.shared.head_model = j.at("head_model").get<std::string>();
-  options.shared.landmark_model = j.at("landmark_model").get<std::string>();
-  options.matte.matting_network = j.value("matting_network", "");
-  options.fit.identity = j.value("identity", "");
-  options.fit.displacement = j.value("displacement", "");
-  options.import.size = j.at("size_px");
-  options.import.split = split_from_json(j);
-  options.train.budget_s = j.at("budget_s");
-  options.train.full_budget_s = j.value("full_budget_s", 0.0);
-  options.train.steps = j.at("steps");
-  options.shared.seed = j.at("seed");
-  options.train.checkpoint_every_s = j.value("checkpoint_every_s", options.train.checkpoint_every_s);
-  options.train.mode = asked_mode(j, version == 1 ? mode_of_switches(j) : mode_from_json(j));
-  options.align.resting_camera = j.value("resting_camera", false);
-  options.align.lens_mm = j.value("lens_mm", 0.0);
-  options.train.refine_track = j.value("refine_track", false);
-  options.train.landmark_loss = j.value("landmark_loss", 0.0);
-  options.train.use_latent = j.at("use_latent");
-  options.train.use_occupancy = j.at("use_occupancy");
-  options.train.left_out = j.value("left_out", options.train.left_out);
-  std::ranges::sort(options.train.left_out);
-  if (j.contains("refits")) {
-    for (const json& span : j.at("refits"))
-      options.fit.refits.push_back({span.at(0).get<int>(), span.at(1).get<int>()});
-    std::erase_if(options.fit.refits, [](const RefitSpan& s) { return s.first < 0 || s.last < s.first; });
-    options.fit.refits = merged_spans(std::move(options.fit.refits));
-  }
-  return options;
 }
 
 json to_json(const StageRecord& record) {
@@ -173,6 +87,15 @@ fs::path remembered(const fs::path& path) {
   return failure ? path : absolute;
 }
 
+Error unreadable(const fs::path& folder, std::string_view why) {
+  const std::string file = project_file(folder).string();
+  return {ErrorCode::bad_input, fmt::format("{} cannot be read: {}.", file, why),
+          fmt::format("Put a good copy of this file back, or let it be made again from the rest: likeness "
+                      "repair {}",
+                      folder.string()),
+          file};
+}
+
 }  // namespace
 
 std::string_view stage_name(Stage stage) { return kStageNames[std::size_t(stage)]; }
@@ -189,10 +112,6 @@ fs::path room_path(const Project& project) { return project.folder / "room.bin";
 fs::path detail_path(const Project& project) { return project.folder / "detail.npz"; }
 fs::path regions_path(const Project& project) { return project.folder / "regions"; }
 fs::path corrections_path(const Project& project) { return project.folder / "corrections"; }
-
-void restore_budget(ProjectOptions& options) {
-  if (options.train.full_budget_s > 0) options.train.budget_s = std::exchange(options.train.full_budget_s, 0);
-}
 
 Result<Project> open_project(const fs::path& folder) {
   const fs::path file = project_file(folder);
@@ -216,7 +135,9 @@ Result<Project> open_project(const fs::path& folder) {
     }
     Project project;
     project.folder = folder;
-    project.options = options_from_json(j.at("options"), version);
+    auto options = options_from_json(j.at("options"), version);
+    if (!options) return unreadable(folder, options.error().what);
+    project.options = std::move(*options);
     project.consent = consent_from_json(j);
     project.further_clips = further_clips_from_json(j);
     for (const Stage stage : kStages) {
@@ -224,12 +145,7 @@ Result<Project> open_project(const fs::path& folder) {
     }
     return project;
   } catch (const json::exception& e) {
-    return Error{
-        ErrorCode::bad_input, fmt::format("{} cannot be read: {}.", file.string(), e.what()),
-        fmt::format("Put a good copy of this file back, or let it be made anew from the rest: likeness "
-                    "repair {}",
-                    folder.string()),
-        file.string()};
+    return unreadable(folder, e.what());
   }
 }
 
@@ -267,12 +183,10 @@ Result<Project> open_or_create_project(const fs::path& folder, const ProjectOpti
     project = std::move(*opened);
   }
   project.options = options;
-  project.options.shared.video = remembered(options.shared.video);
-  project.options.shared.head_model = remembered(options.shared.head_model);
-  project.options.shared.landmark_model = remembered(options.shared.landmark_model);
-  project.options.matte.matting_network = remembered(options.matte.matting_network);
-  project.options.fit.identity = remembered(options.fit.identity);
-  project.options.fit.displacement = remembered(options.fit.displacement);
+  for (const OptionRow& row : option_table())
+    with_option(row, project.options, [](auto& value) {
+      if constexpr (std::is_same_v<decltype(value), fs::path&>) value = remembered(value);
+    });
   if (const auto saved = save_project(project); !saved) return saved.error();
   return project;
 }
@@ -283,7 +197,7 @@ Result<void> save_project(const Project& project) {
   json j{{"version", kProjectVersion},
          {"program", "Likeness"},
          {"consent", kConsentNames[std::size_t(project.consent)]},
-         {"options", to_json(project.options)},
+         {"options", options_to_json(project.options)},
          {"stages", stages}};
   if (!project.further_clips.empty()) j["further_clips"] = project.further_clips;
   // A path need not be valid UTF-8; the odd byte is replaced rather than refused.

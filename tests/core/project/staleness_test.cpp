@@ -5,7 +5,6 @@
 #include <stdlib.h>
 
 #include <algorithm>
-#include <functional>
 #include <string>
 #include <vector>
 
@@ -14,10 +13,12 @@
 
 #include "core/base/files.h"
 #include "core/base/hash.h"
+#include "core/project/option_table.h"
 #include "core/project/stage_inputs.h"
 #include "core/project/training_options.h"
 #include "core/train/checkpoint.h"
 #include "core/video/decode.h"
+#include "tests/core/project/other_choice.h"
 
 namespace likeness {
 namespace {
@@ -69,83 +70,53 @@ std::string names(const std::vector<Stage>& stages) {
   return text;
 }
 
-struct OptionCase {
-  const char* key;  // in project.json
-  std::function<void(ProjectOptions&, const fs::path& other)> change;
-  std::vector<Stage> stale;       // by the option itself; those after them build on their results
-  bool another_training = false;  // a checkpoint of before does not go on
-};
-
-const std::vector<OptionCase>& option_cases() {
-  using enum Stage;
-  using O = ProjectOptions;
-  static const std::vector<OptionCase> cases{
-      {"video", [](O& o, const fs::path& other) { o.shared.video = other; }, {import, align}},
-      {"head_model", [](O& o, const fs::path& other) { o.shared.head_model = other; }, {fit, matte}},
-      {"landmark_model",
-       [](O& o, const fs::path& other) { o.shared.landmark_model = other; },
-       {import, align, fit}},
-      {"matting_network", [](O& o, const fs::path& other) { o.matte.matting_network = other; }, {matte}},
-      {"identity", [](O& o, const fs::path& other) { o.fit.identity = other; }, {fit}},
-      {"displacement", [](O& o, const fs::path& other) { o.fit.displacement = other; }, {fit}},
-      {"size_px", [](O& o, const fs::path&) { o.import.size = 512; }, {import}},
-      {"split", [](O& o, const fs::path&) { o.import.split = Split::views; }, {import}},
-      {"budget_s", [](O& o, const fs::path&) { o.train.budget_s = 60; }, {train}},
-      {"full_budget_s", [](O& o, const fs::path&) { o.train.full_budget_s = 600; }, {}},
-      {"steps", [](O& o, const fs::path&) { o.train.steps = 100; }, {train}},
-      {"seed", [](O& o, const fs::path&) { o.shared.seed = 1; }, {align, train}, true},
-      {"checkpoint_every_s", [](O& o, const fs::path&) { o.train.checkpoint_every_s = 5; }, {}},
-      {"mode", [](O& o, const fs::path&) { o.train.mode = FieldMode::concat; }, {train}, true},
-      {"mode_asked", [](O& o, const fs::path&) { o.train.mode = kDefaultMode; }, {train}},
-      {"resting_camera", [](O& o, const fs::path&) { o.align.resting_camera = true; }, {align}},
-      {"lens_mm", [](O& o, const fs::path&) { o.align.lens_mm = 51; }, {align}},
-      {"refine_track", [](O& o, const fs::path&) { o.train.refine_track = true; }, {train}, true},
-      {"landmark_loss", [](O& o, const fs::path&) { o.train.landmark_loss = 0.1; }, {train}, true},
-      {"use_latent", [](O& o, const fs::path&) { o.train.use_latent = false; }, {train}, true},
-      {"use_occupancy", [](O& o, const fs::path&) { o.train.use_occupancy = false; }, {train}, true},
-      {"refits",
-       [](O& o, const fs::path&) {
-         o.fit.refits = {{4, 6}};
-       },
-       {fit}},
-      {"left_out", [](O& o, const fs::path&) { o.train.left_out = {3}; }, {train}},
-  };
-  return cases;
+// What builds on these is stale with them; the cameras are found in the clip itself, not in the import.
+bool builds_on(const std::vector<Stage>& stale, Stage stage) {
+  return std::ranges::any_of(stale, [&](Stage s) {
+    return s == stage || (s < stage && !(s == Stage::import && stage == Stage::align));
+  });
 }
 
-TEST_F(Staleness, EachOptionMakesTheStagesStaleThatReadIt) {
+TEST_F(Staleness, EachOptionMakesTheStagesStaleThatItsRowNames) {
   ASSERT_EQ(names(to_do(project_)), "");
-  for (const OptionCase& option : option_cases()) {
+  for (const OptionRow& row : option_table()) {
     Project changed = project_;
-    option.change(changed.options, root_ / "other");
-    EXPECT_EQ(names(to_do(changed)), names(option.stale)) << option.key;
-    // What builds on them is stale with them; the cameras are found in the clip itself, not in the import.
+    test::choose_other(row, changed.options, root_ / "other");
+    EXPECT_EQ(names(to_do(changed)), names(row.stale)) << row.key;
     const Freshness fresh = read_freshness(changed);
-    for (const Stage stage : kStages) {
-      const bool builds = std::ranges::any_of(option.stale, [&](Stage s) {
-        return s == stage || (s < stage && !(s == Stage::import && stage == Stage::align));
-      });
-      EXPECT_EQ(fresh.stale[std::size_t(stage)], builds) << option.key << ": " << stage_name(stage);
-    }
+    for (const Stage stage : kStages)
+      EXPECT_EQ(fresh.stale[std::size_t(stage)], builds_on(row.stale, stage))
+          << row.key << ": " << stage_name(stage);
   }
+}
+
+// The training is another one, though the mode is the same.
+TEST_F(Staleness, AModeThatIsAskedForMakesTheTrainingStale) {
+  project_.options.train.mode = kDefaultMode;
+  EXPECT_EQ(names(to_do(project_)), "train ");
 }
 
 TEST_F(Staleness, NoOptionOfAProjectIsForgottenHere) {
   const auto text = read_text(project_.folder / "project.json");
   ASSERT_TRUE(text.ok()) << text.error().what;
   for (const auto& option : nlohmann::json::parse(*text).at("options").items())
-    EXPECT_EQ(std::ranges::count(option_cases(), option.key(), &OptionCase::key), 1) << option.key();
+    EXPECT_EQ(std::ranges::count(option_table(), option.key(), &OptionRow::key),
+              option.key() == "mode_asked" ? 0 : 1)
+        << option.key();
 }
 
 TEST_F(Staleness, ACheckpointGoesOnUnlessAnOptionChangesWhatIsLearnt) {
+  const std::vector<std::string> another{"mode",         "landmark_loss", "use_latent",
+                                         "refine_track", "use_occupancy", "seed"};
   const auto fingerprint = [](const ProjectOptions& options) {
     return training_fingerprint({}, training_options(stage_inputs(options).train));
   };
-  for (const OptionCase& option : option_cases()) {
+  for (const OptionRow& row : option_table()) {
     ProjectOptions changed = project_.options;
-    option.change(changed, root_ / "other");
-    EXPECT_EQ(fingerprint(changed) != fingerprint(project_.options), option.another_training) << option.key;
-    EXPECT_TRUE(!option.another_training || std::ranges::count(option.stale, Stage::train)) << option.key;
+    test::choose_other(row, changed, root_ / "other");
+    const bool goes_on = fingerprint(changed) == fingerprint(project_.options);
+    EXPECT_EQ(!goes_on, std::ranges::count(another, row.key) == 1) << row.key;
+    EXPECT_TRUE(goes_on || std::ranges::count(row.stale, Stage::train)) << row.key;
   }
 }
 
