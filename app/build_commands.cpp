@@ -218,7 +218,7 @@ int run_existing(const BuildArguments& arguments, Stage last, const CLI::App& ve
   const bool nothing_new = refits && is_current(*project, Stage::fit);
   const int code = run(*project, last, arguments.common, *backend);
   if (code == kExitDone && nothing_new && !arguments.common.json)
-    fmt::print(stderr, "Nothing is to be done: {}\n", project->record(Stage::fit).message);
+    fmt::print(stderr, "Nothing to do: {}\n", project->record(Stage::fit).message);
   else if (code == kExitDone && refits && !arguments.common.json)
     fmt::print(stderr, "Masks and avatar are made from it by the next: likeness train {}\n",
                project->folder.string());

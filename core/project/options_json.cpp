@@ -10,6 +10,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "core/base/json_text.h"
 #include "core/capture/split.h"
 #include "core/project/option_table.h"
 
@@ -126,7 +127,7 @@ Error refusal(std::string what) { return {ErrorCode::bad_input, std::move(what),
 // As the file has it, cut to a length that a message can hold.
 std::string shown(const json& value) {
   constexpr std::size_t kMost = 60;
-  const std::string text = value.dump();
+  const std::string text = json_text(value);
   return text.size() <= kMost ? text : text.substr(0, kMost) + "...";
 }
 

@@ -14,6 +14,7 @@
 #include <nlohmann/json.hpp>
 
 #include "core/base/files.h"
+#include "core/base/json_text.h"
 #include "core/project/option_table.h"
 #include "core/project/options_json.h"
 
@@ -127,7 +128,7 @@ Result<Project> open_project(const fs::path& folder) {
   const auto text = read_text(file);
   if (!text) return text.error();
   try {
-    const json j = json::parse(*text);
+    const json j = parse_json(*text);
     const int version = j.at("version").get<int>();
     if (version > kProjectVersion) {
       return Error{ErrorCode::bad_input, fmt::format("{} was made by a newer Likeness.", file.string()),
@@ -201,8 +202,7 @@ Result<void> save_project(const Project& project) {
          {"stages", stages}};
   if (!project.further_clips.empty()) j["further_clips"] = project.further_clips;
   // A path need not be valid UTF-8; the odd byte is replaced rather than refused.
-  return write_text(project_file(project.folder),
-                    j.dump(2, ' ', false, json::error_handler_t::replace) + "\n");
+  return write_text(project_file(project.folder), json_text_replacing(j, 2) + "\n");
 }
 
 Result<Project> change_project(const fs::path& folder, const std::function<void(Project&)>& change) {

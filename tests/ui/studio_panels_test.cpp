@@ -1053,7 +1053,7 @@ TEST_F(Panels, ADamagedProjectIsRepairedOrDeletedByAButton) {
   s.settings.recent = {folder};
   s.damaged = DamagedProject{.folder = folder};
   s.error = Error{ErrorCode::bad_input, (folder / "project.json").string() + " cannot be read: cut off.",
-                  "Put a good copy of this file back, or let it be made anew from the rest.", ""};
+                  "Put a good copy of this file back, or let it be made again from the rest.", ""};
   s.situation = {.damaged = true, .repairable = true};
   settled(s);
   keep_shot("damaged");
