@@ -66,9 +66,10 @@ void expect_refused(const OptionRow& row, const std::string& value) {
 }
 
 void expect_taken(const OptionRow& row, const std::string& value) {
-  for (const ProjectVerb& verb : project_verbs())
-    if (row.verbs.*verb.takes)
-      EXPECT_EQ(judged(verb, row, value).exit_code, 0) << verb.name << " " << row.flag << " " << value;
+  for (const ProjectVerb& verb : project_verbs()) {
+    if (!(row.verbs.*verb.takes)) continue;
+    EXPECT_EQ(judged(verb, row, value).exit_code, 0) << verb.name << " " << row.flag << " " << value;
+  }
 }
 
 TEST(OptionFlags, AreInHelpAndManualOfTheirVerbsAndNoOthers) {
