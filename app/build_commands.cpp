@@ -1,10 +1,8 @@
 // likeness build|import|align|fit|train: run a project's stages, all or up to one.
 #include <algorithm>
-#include <charconv>
 #include <chrono>
 #include <cmath>
 #include <filesystem>
-#include <map>
 #include <memory>
 
 #include <fmt/format.h>
@@ -12,11 +10,11 @@
 #include "app/backend_option.h"
 #include "app/commands.h"
 #include "app/parts.h"
+#include "app/project_options.h"
 #include "app/terminal.h"
 #include "core/base/parallel.h"
 #include "core/camera/align.h"
 #include "core/capture/capture.h"
-#include "core/capture/split.h"
 #include "core/head/detail_maps.h"
 #include "core/head/read_person.h"
 #include "core/matte/matte.h"
@@ -38,76 +36,26 @@ namespace {
 struct BuildArguments {
   CommonOptions common;
   fs::path input, project, out;
-  ProjectOptions options;
-  std::string identity;            // a file, or "none"
-  std::string displacement;        // a folder, or "none"
-  std::string leave_out;           // "12,40-60", or "none"
-  std::vector<std::string> refit;  // each like that
+  GivenOptions given;
   bool forecast = false;
   FieldPrecision precision = FieldPrecision::bf16;
 };
 
-// "12,40-60" -> 12 to 12 and 40 to 60; "none": nothing. option: how the user wrote it, for the remedy.
-Result<std::vector<RefitSpan>> parse_spans(const std::string& text, std::string_view option) {
-  const Error wrong{ErrorCode::bad_input, fmt::format("\"{}\" is no list of frames.", text),
-                    fmt::format("Write numbers and spans, e.g. {} 12,40-60, or none.", option), ""};
-  std::vector<RefitSpan> spans;
-  if (text == "none") return spans;
-  constexpr int kMostFrames = 1'000'000;
-  const char *at = text.data(), *end = at + text.size();
-  const auto number = [&](int& value) {
-    const auto [rest, failure] = std::from_chars(at, end, value);
-    at = rest;
-    return failure == std::errc{} && value >= 0 && value < kMostFrames;
-  };
-  while (at != end) {
-    RefitSpan span;
-    if (!number(span.first)) return wrong;
-    span.last = span.first;
-    if (at != end && *at == '-' && (++at, !number(span.last) || span.last < span.first)) return wrong;
-    spans.push_back(span);
-    if (at != end && (*at++ != ',' || at == end)) return wrong;
-  }
-  if (spans.empty()) return wrong;
-  return spans;
-}
-
-Result<std::vector<int>> parse_frames(const std::string& text, std::string_view option) {
-  const auto spans = parse_spans(text, option);
-  if (!spans) return spans.error();
-  std::vector<int> frames;
-  for (const RefitSpan& span : merged_spans(*spans))
-    for (int frame = span.first; frame <= span.last; ++frame) frames.push_back(frame);
-  return frames;
-}
-
-// The project's spans with those named on the command line; the word none takes back all before it.
-Result<std::vector<RefitSpan>> asked_refits(std::vector<RefitSpan> spans,
-                                            const std::vector<std::string>& texts) {
-  for (const std::string& text : texts) {
-    const auto more = parse_spans(text, "--refit");
-    if (!more) return more.error();
-    if (more->empty()) spans.clear();
-    spans.insert(spans.end(), more->begin(), more->end());
-  }
-  return merged_spans(std::move(spans));
-}
-
-// A shape that does not fit the head model is told before anything is changed.
+// A shape that does not fit the head model is refused before anything is changed.
 Result<void> check_identity(const ProjectOptions& options) {
-  if (options.identity.empty()) return {};
+  if (options.fit.identity.empty()) return {};
   const auto model = project_head_model(options);
   if (!model) return model.error();
-  const auto person = read_person(options.identity, *model);
+  const auto person = read_person(options.fit.identity, *model);
   return person ? Result<void>() : Result<void>(person.error());
 }
 
 // The same of detail maps.
 Result<void> check_displacement(const ProjectOptions& options) {
-  if (options.displacement.empty()) return {};
+  if (options.fit.displacement.empty()) return {};
   const auto model = project_head_model(options);
   if (!model) return model.error();
-  const auto maps = read_detail_maps(options.displacement, *model);
+  const auto maps = read_detail_maps(options.fit.displacement, *model);
   return maps ? Result<void>() : Result<void>(maps.error());
 }
 
@@ -116,13 +64,13 @@ int run_forecast(const BuildArguments& arguments) {
   const ThreadLimit limit(arguments.common.threads);
   const auto clip = probe_video(arguments.input);
   if (!clip) return report_failure(clip.error());
-  const auto model = project_head_model(arguments.options);
+  const auto model = project_head_model(arguments.given.options);
   if (!model) return report_failure(model.error());
   const int threads = current_thread_limit();
-  const BuildForecast forecast = forecast_build(*clip, arguments.options, *model, threads);
+  const BuildForecast forecast = forecast_build(*clip, arguments.given.options, *model, threads);
   const Resources free = free_resources(arguments.project);
   const auto fits = check_forecast(forecast, free, folder_bytes(arguments.project));
-  const auto smaller = smaller_size(*clip, arguments.options, *model, threads, free);
+  const auto smaller = smaller_size(*clip, arguments.given.options, *model, threads, free);
   if (arguments.common.json) {
     nlohmann::json stages = nlohmann::json::object();
     for (const Stage stage : kStages)
@@ -199,27 +147,26 @@ int run(Project& project, Stage last, const CommonOptions& common, const ChosenB
 // Whether this is the project's clip, perhaps moved or copied since: what was decided of it still holds.
 bool is_clip_of(const Project& project, const fs::path& video) {
   std::error_code other;
-  if (fs::equivalent(project.options.video, video, other)) return true;
+  if (fs::equivalent(project.options.shared.video, video, other)) return true;
   const auto capture = read_capture(capture_path(project));
   const auto hash = hash_video(video);
   return capture && hash && capture->video_hash == *hash;
 }
 
 // A first build that fails on its clip leaves no folder behind: there is nothing in it to keep.
-int run_new(const BuildArguments& arguments, Stage last) {
+int run_new(const BuildArguments& arguments, Stage last, const CLI::App& verb) {
   const auto backend = chosen_backend(arguments.common, arguments.precision);
   if (!backend) return report_failure(backend.error());
   std::error_code unknown;
   const bool existed = fs::exists(arguments.project, unknown) || unknown;
-  ProjectOptions options = arguments.options;
-  options.video = arguments.input;
-  options.seed = arguments.common.seed;
-  if (const auto earlier = open_project(arguments.project); earlier && is_clip_of(*earlier, options.video))
-    options.left_out = earlier->options.left_out, options.refits = earlier->options.refits,
-    options.identity = earlier->options.identity, options.displacement = earlier->options.displacement;
-  if (!arguments.identity.empty()) options.identity = arguments.identity == "none" ? "" : arguments.identity;
-  if (!arguments.displacement.empty())
-    options.displacement = arguments.displacement == "none" ? "" : arguments.displacement;
+  ProjectOptions options;
+  options.shared.video = arguments.input;
+  if (const auto earlier = open_project(arguments.project);
+      earlier && is_clip_of(*earlier, options.shared.video))
+    for (const OptionRow& row : option_table())
+      if (row.kept_with_clip) copy_option(row, earlier->options, options);
+  if (const auto applied = apply_given(verb, arguments.given, options); !applied)
+    return report_failure(applied.error());
   if (const auto fine = check_identity(options); !fine) return report_failure(fine.error());
   if (const auto fine = check_displacement(options); !fine) return report_failure(fine.error());
   auto project = open_or_create_project(arguments.project, options);
@@ -232,62 +179,47 @@ int run_new(const BuildArguments& arguments, Stage last) {
   return code;
 }
 
+// What the new choices name must fit the project before anything is changed.
+Result<void> check_given(const CLI::App& verb, const Project& before, const ProjectOptions& options) {
+  const auto given = [&](const char* key) { return is_given(verb, key); };
+  if (given("identity") || given("head_model"))
+    if (const auto fine = check_identity(options); !fine) return fine;
+  if (given("displacement") || given("head_model"))
+    if (const auto fine = check_displacement(options); !fine) return fine;
+  if (given("left_out")) {
+    const auto capture = read_capture(capture_path(before));
+    if (!capture) return capture.error();
+    if (const auto fine = check_left_out(*capture, options.train.left_out); !fine) return fine;
+  }
+  return given("refits") ? check_project_refits(before, options.fit.refits) : Result<void>();
+}
+
 // Options named on the command line replace the project's, the others stay.
 int run_existing(const BuildArguments& arguments, Stage last, const CLI::App& verb) {
-  const auto given = [&](const char* name) {
-    const CLI::Option* option = verb.get_option_no_throw(name);
-    return option != nullptr && option->count() > 0;
-  };
   auto opened = open_project(arguments.input);
   if (!opened) return report_failure(opened.error());
   ProjectOptions options = opened->options;
-  if (given("--budget")) {
-    options.budget_s = arguments.options.budget_s, options.full_budget_s = 0, options.steps = 0;
-  }
-  if (given("--steps")) options.steps = arguments.options.steps;
-  if (given("--checkpoint-every")) options.checkpoint_every_s = arguments.options.checkpoint_every_s;
-  if (given("--mode")) options.mode = arguments.options.mode;
-  if (given("--landmark-loss")) options.landmark_loss = arguments.options.landmark_loss;
-  if (given("--lens")) options.lens_mm = arguments.options.lens_mm;
-  if (given("--seed")) options.seed = arguments.common.seed;
-  if (given("--head-model")) options.head_model = arguments.options.head_model;
-  if (given("--identity")) options.identity = arguments.identity == "none" ? "" : arguments.identity;
-  if (given("--identity") || given("--head-model"))
-    if (const auto fine = check_identity(options); !fine) return report_failure(fine.error());
-  if (given("--displacement"))
-    options.displacement = arguments.displacement == "none" ? "" : arguments.displacement;
-  if (given("--displacement") || given("--head-model"))
-    if (const auto fine = check_displacement(options); !fine) return report_failure(fine.error());
-  if (given("--leave-out")) {
-    auto frames = parse_frames(arguments.leave_out, "--leave-out");
-    if (!frames) return report_failure(frames.error());
-    const auto capture = read_capture(capture_path(*opened));
-    if (!capture) return report_failure(capture.error());
-    if (const auto fine = check_left_out(*capture, *frames); !fine) return report_failure(fine.error());
-    options.left_out = std::move(*frames);
-  }
-  if (given("--refit")) {
-    auto spans = asked_refits(options.refits, arguments.refit);
-    if (!spans) return report_failure(spans.error());
-    if (const auto fine = check_project_refits(*opened, *spans); !fine) return report_failure(fine.error());
-    options.refits = std::move(*spans);
-    last = Stage::fit;  // seconds; what follows is for the next train
-  }
+  if (is_given(verb, "budget_s")) options.train.full_budget_s = 0, options.train.steps = 0;
+  if (const auto applied = apply_given(verb, arguments.given, options); !applied)
+    return report_failure(applied.error());
+  if (const auto fine = check_given(verb, *opened, options); !fine) return report_failure(fine.error());
+  const bool refits = is_given(verb, "refits");
+  if (refits) last = Stage::fit;  // seconds; what follows is for the next train
   const auto backend = chosen_backend(arguments.common, arguments.precision);
   if (!backend) return report_failure(backend.error());
   auto project = open_or_create_project(arguments.input, options);
   if (!project) return report_failure(project.error());
   // The window's "finish now" was for the avatar that it made; one of other inputs gets all of the budget.
-  if (project->options.full_budget_s > 0 && !is_current(*project, Stage::train)) {
+  if (project->options.train.full_budget_s > 0 && !is_current(*project, Stage::train)) {
     restore_budget(options);
     project = open_or_create_project(arguments.input, options);
     if (!project) return report_failure(project.error());
   }
-  const bool nothing_new = given("--refit") && is_current(*project, Stage::fit);
+  const bool nothing_new = refits && is_current(*project, Stage::fit);
   const int code = run(*project, last, arguments.common, *backend);
   if (code == kExitDone && nothing_new && !arguments.common.json)
-    fmt::print(stderr, "Nothing is to be done: {}\n", project->record(Stage::fit).message);
-  else if (code == kExitDone && given("--refit") && !arguments.common.json)
+    fmt::print(stderr, "Nothing to do: {}\n", project->record(Stage::fit).message);
+  else if (code == kExitDone && refits && !arguments.common.json)
     fmt::print(stderr, "Masks and avatar are made from it by the next: likeness train {}\n",
                project->folder.string());
   return code;
@@ -296,12 +228,12 @@ int run_existing(const BuildArguments& arguments, Stage last, const CLI::App& ve
 int run_align_photos(const BuildArguments& arguments) {
   const ThreadLimit limit(arguments.common.threads);
   AlignOptions options;
-  options.seed = int(arguments.common.seed);
+  options.seed = int(arguments.given.options.shared.seed);
   const fs::path work = fs::path(arguments.out).concat(".colmap");
   const auto start = std::chrono::steady_clock::now();
   const ProgressLine line(arguments.common);
   // Photographs may show a person or not: what the face detector finds is masked.
-  const auto person = coarse_person_mask(arguments.options.landmark_model, Pictures::single);
+  const auto person = coarse_person_mask(arguments.given.options.shared.landmark_model, Pictures::single);
   if (!person) return report_failure(person.error());
   const auto aligned =
       align_photos(arguments.input, *person, work, options, line.progress(), stop_on_signals());
@@ -321,64 +253,9 @@ int run_align_photos(const BuildArguments& arguments) {
   return kExitDone;
 }
 
-void add_training_options(CLI::App& verb, BuildArguments& a) {
-  verb.add_option("--budget", a.options.budget_s,
-                  "Seconds of training; placing further clips and --refine-track take theirs on top")
-      ->check(CLI::Range(1.0, 1e6));
-  verb.add_option("--checkpoint-every", a.options.checkpoint_every_s, "Seconds between checkpoints")
-      ->check(CLI::Range(0.1, 3600.0));
-  verb.add_option("--steps", a.options.steps, "Exact training steps instead of a budget");
-  add_mode_option(verb, a.options.mode);
-  verb.add_option("--landmark-loss", a.options.landmark_loss,
-                  "Weight of a loss on where landmarks lie in the pictures, e.g. 0.1; default: 0, without")
-      ->check(CLI::Range(0.0, 1e3));
-  add_precision_option(verb, a.precision);
-}
-
-void add_identity_option(CLI::App& verb, BuildArguments& a) {
-  verb.add_option(
-      "--identity", a.identity,
-      "The person's shape, held instead of fitted: identity coefficients of the head model (MICA's "
-      "identity.npy for FLAME) or its vertices in metres, as .npy, .npz or .obj; none: fitted again");
-}
-
-void add_displacement_option(CLI::App& verb, BuildArguments& a) {
-  verb.add_option(
-      "--displacement", a.displacement,
-      "A folder of detail maps, one a frame: heights in mm along the normal on the head model's texture, "
-      "000360.npy, .exr or .tif of floats or .png of 16 bits (32768 is zero, a step a micrometre); none: "
-      "without from now on");
-}
-
-void add_lens_option(CLI::App& verb, BuildArguments& a) {
-  verb.add_option(
-          "--lens", a.options.lens_mm,
-          "Focal length of a resting camera, in mm as on 35 mm film (36 mm the longer side); default: as "
-          "the clip tells, or a usual one. 0: the default again")
-      ->check(CLI::Range(8.0, 2000.0) | CLI::Range(0.0, 0.0));
-}
-
-void add_capture_options(CLI::App& verb, BuildArguments& a) {
+void add_new_project(CLI::App& verb, BuildArguments& a) {
   verb.add_option("video", a.input, "The clip")->required();
   verb.add_option("--project", a.project, "The project folder, made if absent")->required();
-  verb.add_option("--size", a.options.size, "Side of the pictures, px")
-      ->check(CLI::IsMember({256, 512, 1024}));
-  std::map<std::string, Split> splits;
-  for (const Split split : kSplits) splits.emplace(split_name(split), split);
-  verb.add_option(
-          "--split", a.options.split,
-          "What is held out to be measured on: the last tenth (tail, the default), a tenth of what a moving "
-          "camera filmed, in a row (views), or three tenths by chance (random30)")
-      ->transform(CLI::CheckedTransformer(std::move(splits)));
-  verb.add_flag("--resting-camera", a.options.resting_camera,
-                "The camera rests, whatever its background does: skip finding out");
-  add_lens_option(verb, a);
-  verb.add_option("--head-model", a.options.head_model,
-                  "A head model: FLAME's .pkl, ICT-FaceKit's folder, or a .npz; default: the built-in head");
-  verb.add_option("--matting-network", a.options.matting_network,
-                  "A matting or parsing network (.onnx) to tell the person from the background with");
-  verb.add_option("--landmark-model", a.options.landmark_model,
-                  "A dlib 68-point shape predictor; default: the system's");
 }
 
 }  // namespace
@@ -387,29 +264,26 @@ void add_build_commands(CLI::App& program, int& exit_code) {
   auto a = std::make_shared<BuildArguments>();
 
   CLI::App* build = program.add_subcommand("build", "All stages: from a clip to a trained avatar");
-  add_capture_options(*build, *a);
-  add_training_options(*build, *a);
-  add_identity_option(*build, *a);
-  add_displacement_option(*build, *a);
-  build->add_flag("!--no-latent", a->options.use_latent, "Ablation: without the per-frame code");
-  build->add_flag("--refine-track", a->options.refine_track,
-                  "Correct the training frames' poses and faces through the field while it learns");
-  build->add_flag("!--no-occupancy", a->options.use_occupancy, "Ablation: without the occupancy grid");
+  add_new_project(*build, *a);
+  add_project_options(*build, &OptionVerbs::build, a->given);
+  add_precision_option(*build, a->precision);
   add_common_options_with_cuda(*build, a->common);
-  build->add_flag("--forecast", a->forecast,
-                  "Only tell what the build will take of disk, memory and minutes");
-  build->callback(
-      [a, &exit_code] { exit_code = a->forecast ? run_forecast(*a) : run_new(*a, Stage::train); });
+  build->add_flag("--forecast", a->forecast, "Only say what the build will take of disk, memory and minutes");
+  build->callback([a, build, &exit_code] {
+    exit_code = a->forecast ? run_forecast(*a) : run_new(*a, Stage::train, *build);
+  });
 
   CLI::App* import_verb = program.add_subcommand("import", "Decode a clip, choose frames, crop");
-  add_capture_options(*import_verb, *a);
+  add_new_project(*import_verb, *a);
+  add_project_options(*import_verb, &OptionVerbs::import, a->given);
   add_common_options(*import_verb, a->common);
-  import_verb->callback([a, &exit_code] { exit_code = run_new(*a, Stage::import); });
+  import_verb->callback(
+      [a, import_verb, &exit_code] { exit_code = run_new(*a, Stage::import, *import_verb); });
 
   CLI::App* align = program.add_subcommand("align", "Cameras of a project, or of a folder of photographs");
   align->add_option("input", a->input, "Project folder, or folder of photographs")->required();
   align->add_option("--out", a->out, "cameras.json to write, for photographs");
-  add_lens_option(*align, *a);
+  add_project_options(*align, &OptionVerbs::align, a->given);
   add_common_options(*align, a->common);
   align->callback([a, align, &exit_code] {
     if (std::error_code ignored; fs::exists(a->input / "project.json", ignored)) {
@@ -423,23 +297,14 @@ void add_build_commands(CLI::App& program, int& exit_code) {
 
   CLI::App* fit = program.add_subcommand("fit", "Track the head, cut out the person");
   fit->add_option("project", a->input, "Project folder")->required();
-  fit->add_option("--head-model", a->options.head_model, "Use another head model from now on");
-  fit->add_option(
-         "--refit", a->refit,
-         "Fit spans of frames again by themselves, from the good ones around them, and nothing else: "
-         "190-204 or 12,40-60, beside those before; none takes all back")
-      ->allow_extra_args(false);
-  add_identity_option(*fit, *a);
-  add_displacement_option(*fit, *a);
-  add_lens_option(*fit, *a);
+  add_project_options(*fit, &OptionVerbs::fit, a->given);
   add_common_options(*fit, a->common);
   fit->callback([a, fit, &exit_code] { exit_code = run_existing(*a, Stage::matte, *fit); });
 
   CLI::App* train = program.add_subcommand("train", "Train the avatar, or continue");
   train->add_option("project", a->input, "Project folder")->required();
-  add_training_options(*train, *a);
-  train->add_option("--leave-out", a->leave_out,
-                    "Frames that shall not train, from now on: 12,40-60, or none");
+  add_project_options(*train, &OptionVerbs::train, a->given);
+  add_precision_option(*train, a->precision);
   add_common_options_with_cuda(*train, a->common);
   train->callback([a, train, &exit_code] { exit_code = run_existing(*a, Stage::train, *train); });
 }

@@ -23,9 +23,9 @@ int run_relink(const CareArguments& arguments) {
   const auto project = relink_clip(arguments.project, arguments.clip);
   if (!project) return report_failure(project.error());
   if (arguments.common.json) {
-    print_json({{"project", project->folder.string()}, {"video", project->options.video.string()}});
+    print_json({{"project", project->folder.string()}, {"video", project->options.shared.video.string()}});
   } else {
-    fmt::print(stderr, "The project's clip is now {}.\n", project->options.video.string());
+    fmt::print(stderr, "The project's clip is now {}.\n", project->options.shared.video.string());
   }
   return kExitDone;
 }
@@ -37,15 +37,15 @@ int run_repair(const CareArguments& arguments) {
   if (arguments.common.json) {
     print_json({{"project", project->folder.string()},
                 {"repaired", damaged},
-                {"video", project->options.video.string()}});
+                {"video", project->options.shared.video.string()}});
   } else if (!damaged) {
     fmt::print(stderr, "The project is whole: nothing was changed.\n");
   } else {
     fmt::print(stderr,
                "The project is repaired. Its clip: {}.\nOther choices are the usual ones again: look through "
                "them before the next run.\n",
-               project->options.video.empty() ? "not known; name it with likeness relink"
-                                              : project->options.video.string());
+               project->options.shared.video.empty() ? "not known; name it with likeness relink"
+                                                     : project->options.shared.video.string());
   }
   return kExitDone;
 }

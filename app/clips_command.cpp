@@ -32,12 +32,12 @@ std::string state_words(const Project& clip) {
 nlohmann::json list(const Project& project) {
   nlohmann::json clips = nlohmann::json::array();
   clips.push_back({{"number", 1},
-                   {"video", project.options.video.string()},
+                   {"video", project.options.shared.video.string()},
                    {"message", project.record(Stage::fit).message}});
   for (const int number : project.further_clips) {
     const auto clip = open_further_clip(project, number);
     clips.push_back({{"number", number},
-                     {"video", clip ? clip->options.video.string() : ""},
+                     {"video", clip ? clip->options.shared.video.string() : ""},
                      {"message", clip ? state_words(*clip) : clip.error().what}});
   }
   return clips;

@@ -101,8 +101,8 @@ int run(const GainStudyArguments& a) {
   const ThreadLimit limit(a.common.threads);
   auto project = open_project(a.project);
   if (!project) return report_failure(project.error());
-  if (a.builtin_head) project->options.head_model.clear();
-  if (!a.head_model.empty()) project->options.head_model = a.head_model;
+  if (a.builtin_head) project->options.shared.head_model.clear();
+  if (!a.head_model.empty()) project->options.shared.head_model = a.head_model;
   std::optional<Result<std::vector<GainRow>>> rows;
   {
     const ProgressLine line(a.common);

@@ -32,7 +32,7 @@ Result<MarkStudy> study_marks(const MarkStudyArguments& a) {
   const auto track = read_track(a.track);
   if (!track) return track.error();
   ProjectOptions models = a.models;
-  if (models.head_model.empty()) models.head_model = track->head_model_file;
+  if (models.shared.head_model.empty()) models.shared.head_model = track->head_model_file;
   const auto model = project_head_model(models);
   if (!model) return model.error();
   if (const auto fits = check_track_fits(*track, *model); !fits) {
@@ -84,7 +84,7 @@ void add_mark_study(CLI::App& study, int& exit_code) {
   CLI::App* verb = study.add_subcommand("marks", "A track beside what somebody saw in the clip's pictures");
   verb->add_option("track", a->track, "A track.json of the clip")->required();
   verb->add_option("marks", a->marks, "The marks (core/lab/truth/face_marks.h)")->required();
-  verb->add_option("--head-model", a->models.head_model,
+  verb->add_option("--head-model", a->models.shared.head_model,
                    "The head model of the track; default: the one it names, or the built-in head");
   add_common_options(*verb, a->common);
   verb->callback([a, &exit_code] { exit_code = run(*a); });

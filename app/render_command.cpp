@@ -198,7 +198,7 @@ Result<Rendered> render_driven(const RenderArguments& arguments, const OpenedAva
   }
   DriveRequest request;
   request.video = arguments.drive;
-  request.landmark_model = opened.project.options.landmark_model;
+  request.landmark_model = opened.project.options.shared.landmark_model;
   FilmOptions options = film_options(arguments);
   // What is wrong with the film is said before the clip is tracked.
   if (const auto apart = check_out(request, options.out); !apart) return apart.error();

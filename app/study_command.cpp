@@ -168,11 +168,11 @@ Result<StudyClip> study_clip(const TrackStudyArguments& arguments) {
     if (!capture) return capture.error();
     auto cameras = read_cameras(cameras_path(*project));
     if (!cameras) return cameras.error();
-    clip.video = project->options.video;
+    clip.video = project->options.shared.video;
     clip.region = {capture->crop.x, capture->crop.y, capture->crop.side, capture->crop.side};
     clip.cameras = std::move(*cameras);
     clip.held_out = held_out_frames(*capture);
-    if (models.head_model.empty()) models.head_model = project->options.head_model;
+    if (models.shared.head_model.empty()) models.shared.head_model = project->options.shared.head_model;
   } else {
     const auto info = probe_video(arguments.clip);
     if (!info) return info.error();
@@ -210,7 +210,7 @@ int run(const TrackStudyArguments& arguments) {
                            "likeness study track CLIP, or likeness study track --demo FOLDER", ""});
   }
   TrackOptions base;
-  base.predictor = arguments.models.landmark_model;
+  base.predictor = arguments.models.shared.landmark_model;
   const auto steps = track_steps(arguments.steps, base);
   if (!steps) return report_failure(steps.error());
   if (!arguments.demo.empty()) {
@@ -245,9 +245,9 @@ void add_track_study(CLI::App& study, int& exit_code) {
   verb->add_option("--tracks", a->tracks, "A folder to keep each step's track in");
   verb->add_option("--marks", a->marks,
                    "A file of what was seen of mouth and eyes in the clip (core/lab/truth/face_marks.h)");
-  verb->add_option("--head-model", a->models.head_model,
+  verb->add_option("--head-model", a->models.shared.head_model,
                    "A head model file (.npz); default: the project's, or the built-in head");
-  verb->add_option("--landmark-model", a->models.landmark_model,
+  verb->add_option("--landmark-model", a->models.shared.landmark_model,
                    "A dlib 68-point shape predictor; default: the system's");
   add_common_options(*verb, a->common);
   verb->callback([a, &exit_code] { exit_code = run(*a); });
@@ -277,7 +277,7 @@ Result<DriveScore> study_drive(const DriveStudyArguments& a, const Progress& pro
   HeadModel other;
   if (!a.head_model.empty()) {
     ProjectOptions models;
-    models.head_model = a.head_model;
+    models.shared.head_model = a.head_model;
     auto model = project_head_model(models);
     if (!model) return model.error();
     other = std::move(*model);

@@ -14,6 +14,8 @@
 
 #include <fmt/format.h>
 
+#include "core/project/option_table.h"
+
 namespace likeness::app {
 
 namespace {
@@ -48,10 +50,7 @@ void add_mode_option(CLI::App& verb, std::optional<FieldMode>& mode) {
   std::vector<std::string> names{"auto"};
   for (const FieldMode known : kFieldModes) names.emplace_back(mode_name(known));
   verb.add_option_function<std::string>(
-          "--mode", [&mode](const std::string& name) { mode = mode_named(name); },
-          "What the field knows of the expression: nothing (static), its numbers (concat), a slice chosen by "
-          "them (hyper), the head model's deformation and the numbers (warp), or that and the slice "
-          "(warp+hyper); default: chosen from the capture (auto)")
+          "--mode", [&mode](const std::string& name) { mode = mode_named(name); }, option_row("mode").help)
       ->check(CLI::IsMember(std::move(names)));
 }
 
@@ -66,7 +65,8 @@ void add_common_options(CLI::App& verb, CommonOptions& options) {
   };
   verb.add_option("--backend", options.backend, "Where to compute")
       ->check(CLI::Validator(processor_only, "{cpu}"));
-  verb.add_option("--seed", options.seed, "Seed of everything random");
+  const OptionRow& seed = option_row("seed");
+  if (verb.get_option_no_throw(seed.flag) == nullptr) verb.add_option(seed.flag, options.seed, seed.help);
 }
 
 int report_failure(const Error& error, StoppedWork stopped) {

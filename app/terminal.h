@@ -26,6 +26,7 @@ struct CommonOptions {
   std::string backend = "cpu";
   std::uint64_t seed = 0;
 };
+// --seed only where the verb has none yet.
 void add_common_options(CLI::App& verb, CommonOptions& options);
 void add_quality_option(CLI::App& verb, RenderQuality& quality);  // --quality final | preview
 // --mode auto | static | concat | ...; auto: empty.

@@ -89,7 +89,7 @@ int run(const TrackArguments& arguments) {
   const auto model = project_head_model(arguments.models);
   if (!model) return report_failure(model.error());
   TrackOptions options;
-  options.predictor = arguments.models.landmark_model;
+  options.predictor = arguments.models.shared.landmark_model;
   options.every_frame = true;
   options.seconds = std::make_shared<std::vector<StageSeconds>>();
   const CameraSet cameras = assumed_camera(*info);
@@ -145,9 +145,9 @@ void add_track_command(CLI::App& program, int& exit_code) {
       ->check(ending_check(".mp4"));
   verb->add_option("--strip", a->strip, "A picture (.png) of every frame's error, spread and verdict")
       ->check(ending_check(".png"));
-  verb->add_option("--head-model", a->models.head_model,
+  verb->add_option("--head-model", a->models.shared.head_model,
                    "A head model: FLAME's .pkl, ICT-FaceKit's folder, or a .npz; default: the built-in head");
-  verb->add_option("--landmark-model", a->models.landmark_model,
+  verb->add_option("--landmark-model", a->models.shared.landmark_model,
                    "A dlib 68-point shape predictor; default: the system's");
   add_common_options(*verb, a->common);
   verb->callback([a, &exit_code] { exit_code = run(*a); });

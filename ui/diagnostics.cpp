@@ -17,8 +17,8 @@ std::string diagnostics_text(const std::optional<Error>& error, const ProjectCon
     text += fmt::format("last error: {}\nremedy: {}\nwhere: {}\n", error->what, error->fix, error->where);
   if (!contents) return text;
   const Project& p = contents->project;
-  text += fmt::format("picture size {} px, budget {} s, steps {}\n", p.options.size, p.options.budget_s,
-                      p.options.steps);
+  text += fmt::format("picture size {} px, budget {} s, steps {}\n", p.options.import.size,
+                      p.options.train.budget_s, p.options.train.steps);
   for (const Stage stage : kStages) {
     const StageRecord& record = p.record(stage);
     text += fmt::format("{}: {} {:.1f} s, {}\n", stage_name(stage),

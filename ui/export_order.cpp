@@ -124,7 +124,7 @@ Result<std::string> follow_clip(const ExportOrder& order, const RenderPlace& pla
                                 const OpenedAvatar& opened, const Progress& progress, std::stop_token stop) {
   DriveRequest request;
   request.video = order.choice.clip;
-  request.landmark_model = order.contents->project.options.landmark_model;
+  request.landmark_model = order.contents->project.options.shared.landmark_model;
   request.options.move_head = !order.choice.keep_head;
   request.options.gains = order.gains;
   // As a live drive: what is painted stays as the sliders have it.

@@ -127,19 +127,19 @@ PipelineStatus PipelineJob::status() const {
     // A training that continues does not start at nothing: its rate is that of this run.
     status.stage_seconds_left = estimate_left(from, now, to, stage_seconds);
     if (*status.stage == Stage::train && !status.training.empty()) {
-      const double budget = project_.options.budget_s, spent = status.training.back().seconds;
-      if (project_.options.steps == 0)
+      const double budget = project_.options.train.budget_s, spent = status.training.back().seconds;
+      if (project_.options.train.steps == 0)
         status.stage_seconds_left = std::max(0.0, budget - spent);
       else if (const auto rate = double(status.training.back().step - status.training.front().step);
                rate > 0 && spent > status.training.front().seconds + 2)
-        status.stage_seconds_left = double(project_.options.steps - status.training.back().step) *
+        status.stage_seconds_left = double(project_.options.train.steps - status.training.back().step) *
                                     (spent - status.training.front().seconds) / rate;
     }
     if (status.stage_seconds_left >= 0) {
       // The stages after it take what their shares say, beside the training's budget where there is one.
       const auto [train_from, train_to] = stage_span(project_.options, Stage::train, Stage::train);
-      const double whole = last_ == Stage::train && project_.options.steps == 0
-                               ? project_.options.budget_s / (train_to - train_from)
+      const double whole = last_ == Stage::train && project_.options.train.steps == 0
+                               ? project_.options.train.budget_s / (train_to - train_from)
                                : stage_seconds / std::max(1e-3, now - from);
       status.job.seconds_left = status.stage_seconds_left + whole * (1 - to);
     } else {

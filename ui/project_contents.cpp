@@ -48,7 +48,7 @@ std::shared_ptr<const Card> read_card(const ProjectContents& contents) {
   if (!contents.avatar || !contents.capture || !contents.cameras || !contents.track ||
       !check_track_fits(*contents.track, *contents.avatar->model))
     return nullptr;
-  const Capture trained = without_left_out(*contents.capture, contents.project.options.left_out);
+  const Capture trained = without_left_out(*contents.capture, contents.project.options.train.left_out);
   return std::make_shared<const Card>(make_card(trained, *contents.cameras, *contents.track,
                                                 learnt_further_views(contents.project),
                                                 contents.avatar->avatar, *contents.avatar->model));
@@ -86,8 +86,8 @@ FurtherClip read_further(const Project& project, int number) {
     further.state = StageState::failed, further.words = clip.error().what;
     return further;
   }
-  further.name = clip->options.video.filename().string();
-  if (auto info = probe_video(clip->options.video)) further.clip = std::move(*info);
+  further.name = clip->options.shared.video.filename().string();
+  if (auto info = probe_video(clip->options.shared.video)) further.clip = std::move(*info);
   further.state = StageState::done;
   for (const Stage stage : kStages) {
     if (stage == Stage::train || is_current_alone(*clip, stage)) continue;
@@ -167,12 +167,13 @@ Result<std::shared_ptr<const ProjectContents>> read_contents(const std::filesyst
   contents->current = fresh.current;
   contents->stale = fresh.stale;
   for (const int number : p.further_clips) contents->further.push_back(read_further(p, number));
-  if (auto info = probe_video(p.options.video)) contents->clip = std::move(*info);
+  if (auto info = probe_video(p.options.shared.video)) contents->clip = std::move(*info);
   const auto same_stage = [&](Stage stage) {
     return earlier && contents->is_current(stage) && earlier->is_current(stage) &&
            earlier->project.record(stage).input_hash == p.record(stage).input_hash;
   };
-  if (earlier && earlier->model && earlier->project.options.head_model == p.options.head_model) {
+  if (earlier && earlier->model &&
+      earlier->project.options.shared.head_model == p.options.shared.head_model) {
     contents->model = earlier->model;
   } else {
     contents->model = shared_or_none(project_head_model(p.options));

@@ -224,7 +224,7 @@ bool draw_deletion(const Snapshot& snapshot, Requests& requests) {
       "this computer, and cannot be brought back. Stop other programs that show them first.");
   ImGui::Dummy({0, px(4)});
   if (snapshot.contents) {
-    faint_text("The clip stays where it is: " + snapshot.contents->project.options.video.string());
+    faint_text("The clip stays where it is: " + snapshot.contents->project.options.shared.video.string());
   } else if (!snapshot.damaged->clips.empty()) {
     faint_text("The clip stays where it is: " + snapshot.damaged->clips.front().string());
   } else {

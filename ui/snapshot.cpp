@@ -31,9 +31,9 @@ std::vector<Stage> stages_of(Step step) {
 StepView film_view(const ProjectContents& contents) {
   StepView view;
   if (contents.clip)
-    view.found =
-        fmt::format("{}, {} \u00d7 {} px, {:.0f} s.", contents.project.options.video.filename().string(),
-                    contents.clip->width, contents.clip->height, contents.clip->duration_s);
+    view.found = fmt::format("{}, {} \u00d7 {} px, {:.0f} s.",
+                             contents.project.options.shared.video.filename().string(), contents.clip->width,
+                             contents.clip->height, contents.clip->duration_s);
   if (contents.project.consent == Consent::not_asked) {
     view.state = StepState::needs_you;
     view.next = "Say whether the filmed person agreed.";
@@ -47,7 +47,7 @@ StepView film_view(const ProjectContents& contents) {
     view.next = "Say where it is now: Find the clip.";
     view.error = Error{ErrorCode::not_found,
                        fmt::format("The clip {} is not where it was, or cannot be read.",
-                                   contents.project.options.video.string()),
+                                   contents.project.options.shared.video.string()),
                        "Put it back, or press Find the clip and say where it is now.", ""};
     return view;
   }

@@ -86,8 +86,8 @@ void Studio::tick() {
       const double budget_s = std::max(1.0, *finish_at_s_ / kOverrunOfTraining);
       finish_at_s_.reset();
       start_pipeline([&](ProjectOptions& o) {
-        if (o.steps == 0 && o.full_budget_s == 0) o.full_budget_s = o.budget_s;
-        o.steps = 0, o.budget_s = budget_s;
+        if (o.train.steps == 0 && o.train.full_budget_s == 0) o.train.full_budget_s = o.train.budget_s;
+        o.train.steps = 0, o.train.budget_s = budget_s;
       });
       return;
     }

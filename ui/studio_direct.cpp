@@ -311,7 +311,7 @@ void Studio::start_driving(LiveDriver::Open open) {
   directing_.stop_playing();
   comparing_ = false;
   LiveOptions options;
-  options.track.predictor = contents_->project.options.landmark_model;
+  options.track.predictor = contents_->project.options.shared.landmark_model;
   drive_.start(contents_->avatar, std::move(open), std::move(options));
   request_picture();
 }

@@ -74,7 +74,7 @@ Result<void> Studio::check_attribute(const std::string& name) const {
                    "Give the attribute another name.");
   const auto& frames = contents_->capture->frames;
   const auto own = std::ranges::find(frames, masks_.frame(), &CaptureFrame::frame);
-  const auto& left_out = contents_->project.options.left_out;
+  const auto& left_out = contents_->project.options.train.left_out;
   if (own == frames.end() || !own->used || std::ranges::find(left_out, own->frame) != left_out.end())
     return refused("Nothing is learnt from this frame, so it says nothing of an attribute.",
                    "Paint on a frame that trains.");

@@ -14,7 +14,7 @@ namespace fs = std::filesystem;
 void Studio::read_clip_picture() {
   clip_picture_ = {};
   background_.run("clip",
-                  [this, video = contents_->project.options.video,
+                  [this, video = contents_->project.options.shared.video,
                    folder = folder_](std::stop_token) -> Background::Delivery {
                     std::shared_ptr<const Image8> image;
                     std::string missing;

@@ -36,7 +36,7 @@ fs::path folder_for(const fs::path& projects, const fs::path& clip) {
     std::error_code ignored;
     if (!fs::exists(folder, ignored)) return folder;
     const auto project = open_project(folder);
-    if (project && same_place(project->options.video, clip)) return folder;
+    if (project && same_place(project->options.shared.video, clip)) return folder;
   }
 }
 
@@ -148,7 +148,7 @@ void Studio::open_clip(const fs::path& clip, Consent consent, ProjectOptions opt
     const fs::path folder = folder_for(options_.projects, clip);
     std::error_code ignored;
     if (!fs::exists(folder / "project.json", ignored)) {
-      options.video = clip;
+      options.shared.video = clip;
       auto made = open_or_create_project(folder, options);
       if (!made) return failed(made.error());
       made->consent = consent;

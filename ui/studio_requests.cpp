@@ -21,7 +21,7 @@ namespace fs = std::filesystem;
 namespace {
 
 void choose_budget(ProjectOptions& options, double budget_s) {
-  options.budget_s = budget_s, options.full_budget_s = 0, options.steps = 0;
+  options.train.budget_s = budget_s, options.train.full_budget_s = 0, options.train.steps = 0;
 }
 
 }  // namespace
@@ -77,7 +77,7 @@ WindowRequest Studio::apply(const Requests& requests) {
       fail(fine.error());
     } else {
       edit_options([&](ProjectOptions& o) {
-        o.left_out = *requests.left_out;
+        o.train.left_out = *requests.left_out;
         restore_budget(o);
       });
     }
@@ -116,7 +116,7 @@ WindowRequest Studio::apply(const Requests& requests) {
   if (requests.budget_s) edit_options([&](ProjectOptions& o) { choose_budget(o, *requests.budget_s); });
   if (requests.picture_size)
     edit_options([&](ProjectOptions& o) {
-      o.size = *requests.picture_size;
+      o.import.size = *requests.picture_size;
       restore_budget(o);
     });
   if (requests.study_choice && !studies()) {
@@ -225,7 +225,7 @@ WindowRequest Studio::carry_out(Command command) {
       follow_ = true;
       shown_ = Step::train;
       start_pipeline([&](ProjectOptions& o) {
-        const double spent = contents_->avatar ? contents_->avatar->avatar.train_seconds : o.budget_s;
+        const double spent = contents_->avatar ? contents_->avatar->avatar.train_seconds : o.train.budget_s;
         choose_budget(o, std::max(1.0, std::round(spent)) + options_.longer_s);
       });
       break;

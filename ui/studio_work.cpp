@@ -50,17 +50,17 @@ void Studio::refit(const RefitSpan& span, bool again) {
   }
   const auto with_span = [&](ProjectOptions& options) {
     if (again) {
-      options.refits.push_back(span);
-      options.refits = merged_spans(std::move(options.refits));
+      options.fit.refits.push_back(span);
+      options.fit.refits = merged_spans(std::move(options.fit.refits));
     } else {
-      std::erase_if(options.refits, [&](const RefitSpan& other) {
+      std::erase_if(options.fit.refits, [&](const RefitSpan& other) {
         return other.first <= span.last && span.first <= other.last;
       });
     }
   };
   ProjectOptions known = contents_->project.options;
   with_span(known);
-  if (const auto fine = again ? check_project_refits(latest_project(), known.refits) : Result<void>();
+  if (const auto fine = again ? check_project_refits(latest_project(), known.fit.refits) : Result<void>();
       !fine) {
     fail(fine.error());
     return;
@@ -130,8 +130,8 @@ void Studio::start_check() {
   check_ = std::make_unique<Job>(
       [options = contents_->project.options, into = checked_](const Progress& progress,
                                                               std::stop_token stop) -> Result<std::string> {
-        const auto measures =
-            measure_clip(options.video, options.landmark_model, progress.stage(0, 1, "check"), stop);
+        const auto measures = measure_clip(options.shared.video, options.shared.landmark_model,
+                                           progress.stage(0, 1, "check"), stop);
         if (!measures) return measures.error();
         *into = judge_capture(*measures);
         return std::string(verdict_words(into->verdict));

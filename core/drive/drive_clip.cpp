@@ -109,7 +109,7 @@ Result<DrivenClip> drive_clip(const OpenedAvatar& opened, const DriveRequest& re
   HeadModel other;
   if (!request.head_model.empty()) {
     ProjectOptions models;
-    models.head_model = request.head_model;
+    models.shared.head_model = request.head_model;
     auto model = project_head_model(models);
     if (!model) return model.error();
     other = std::move(*model);

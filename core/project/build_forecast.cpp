@@ -72,7 +72,7 @@ BuildForecast forecast_build(const VideoInfo& clip, const ProjectOptions& option
   BuildForecast forecast;
   forecast.frames = clip_frames(clip);
   const double frames = forecast.frames, source = double(clip.width) * clip.height / 1e6,
-               picture = double(inputs.import.size) * inputs.import.size;
+               picture = double(inputs.import.choices.size) * inputs.import.choices.size;
   const double trained = std::min((1 - import.held_out_share) * frames, double(import.max_frames)),
                kept = trained + import.held_out_share * frames;
   const double slower = double(kMeasuredThreads) / std::clamp(threads, 1, kMostThreads);
@@ -81,15 +81,15 @@ BuildForecast forecast_build(const VideoInfo& clip, const ProjectOptions& option
   seconds(Stage::align) = slower * frames * (kAlignFrame_s + kAlignMegapixel_s * source);
   seconds(Stage::fit) = slower * (kFit_s + kFitFrame_s * frames);
   seconds(Stage::matte) = slower * kept * (kMatteFrame_s + kMatteMegapixel_s * picture / 1e6);
-  seconds(Stage::train) =
-      kTrainOpening_s +
-      (inputs.train.steps > 0 ? slower * kStep_s * double(inputs.train.steps) : inputs.train.budget_s);
+  seconds(Stage::train) = kTrainOpening_s + (inputs.train.choices.steps > 0
+                                                 ? slower * kStep_s * double(inputs.train.choices.steps)
+                                                 : inputs.train.choices.budget_s);
   forecast.seconds_if_moving = slower * kMovingFrame_s * frames;
 
   forecast.disk =
       std::uint64_t(kept * picture * (kFrameByte + kMaskByte) + frames * kTrackFrame + kAvatarAndCheckpoint);
   const auto training =
-      forecast_memory(std::size_t(trained), inputs.import.size, model, training_options(inputs.train))
+      forecast_memory(std::size_t(trained), inputs.import.choices.size, model, training_options(inputs.train))
           .total();
   const auto fitting = std::uint64_t(kProgram + frames * (kGreySide * kGreySide + kFitFrame));
   forecast.memory = std::max(training, fitting);
@@ -105,9 +105,9 @@ void add_further_clip(const VideoInfo& clip, const ProjectOptions& options, cons
     if (stage != Stage::train) forecast.seconds[std::size_t(stage)] += further.seconds[std::size_t(stage)];
   forecast.seconds_if_moving += further.seconds_if_moving;
   const StageInputs inputs = stage_inputs(options);
-  const auto training =
-      forecast_memory(std::size_t(forecast.frames), inputs.import.size, model, training_options(inputs.train))
-          .total();
+  const auto training = forecast_memory(std::size_t(forecast.frames), inputs.import.choices.size, model,
+                                        training_options(inputs.train))
+                            .total();
   forecast.memory = std::max({forecast.memory, further.memory, training});
 }
 
@@ -140,9 +140,9 @@ std::optional<int> smaller_size(const VideoInfo& clip, const ProjectOptions& opt
                                 int threads, const Resources& free) {
   if (check_forecast(forecast_build(clip, options, model, threads), free)) return std::nullopt;
   for (const int size : {512, 256}) {
-    if (size >= options.size) continue;
+    if (size >= options.import.size) continue;
     ProjectOptions smaller = options;
-    smaller.size = size;
+    smaller.import.size = size;
     if (check_forecast(forecast_build(clip, smaller, model, threads), free)) return size;
   }
   return std::nullopt;

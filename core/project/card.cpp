@@ -246,7 +246,7 @@ Result<Card> project_card(const Project& project) {
   if (const auto fits = check_track_fits(track, *model); !fits) return fits.error();
   if (const auto fits = check_avatar_fits(*avatar, *model, project.folder.string()); !fits)
     return fits.error();
-  return make_card(without_left_out(capture, project.options.left_out), cameras, track,
+  return make_card(without_left_out(capture, project.options.train.left_out), cameras, track,
                    learnt_further_views(project), *avatar, *model);
 }
 

@@ -108,10 +108,10 @@ Result<ClipGuard> clip_guard(const fs::path& folder) {
   const auto with_further = [&](ClipGuard guard, const std::vector<int>& numbers) {
     for (const int number : numbers)
       if (const auto further = open_further_clip({.folder = folder}, number))
-        guard.clips.push_back(further->options.video);
+        guard.clips.push_back(further->options.shared.video);
     return guard;
   };
-  if (project) return with_further({{project->options.video}, true}, project->further_clips);
+  if (project) return with_further({{project->options.shared.video}, true}, project->further_clips);
   const auto damaged = find_damaged_project(folder);
   if (!damaged) return project.error();
   return with_further({damaged->clips, !damaged->clips.empty()}, damaged->further_clips);
@@ -124,9 +124,10 @@ Result<void> check_free(const Project& project, const fs::path& out, std::string
     return Error{ErrorCode::bad_input, fmt::format("{} names {}.", option, what),
                  fmt::format("Give {} a name of its own.", option), out.string()};
   };
-  std::vector<fs::path> clips{project.options.video};
+  std::vector<fs::path> clips{project.options.shared.video};
   for (const int number : project.further_clips)
-    if (const auto further = open_further_clip(project, number)) clips.push_back(further->options.video);
+    if (const auto further = open_further_clip(project, number))
+      clips.push_back(further->options.shared.video);
   for (const fs::path& clip : clips)
     if (!clip.empty() && (clip.lexically_normal() == out.lexically_normal() || same_file(clip, out)))
       return taken("a clip that the avatar is made from");
@@ -143,11 +144,12 @@ Result<void> check_free(const Project& project, const fs::path& out, std::string
 
 std::optional<Error> missing_clip(const Project& project) {
   std::error_code ignored;
-  if (fs::exists(project.options.video, ignored)) return std::nullopt;
+  if (fs::exists(project.options.shared.video, ignored)) return std::nullopt;
   return Error{
-      ErrorCode::not_found, fmt::format("The clip {} is not where it was.", project.options.video.string()),
+      ErrorCode::not_found,
+      fmt::format("The clip {} is not where it was.", project.options.shared.video.string()),
       fmt::format("Put it back, or say where it is now: likeness relink {} CLIP", project.folder.string()),
-      project.options.video.string()};
+      project.options.shared.video.string()};
 }
 
 Result<Project> relink_clip(const fs::path& folder, const fs::path& clip) {
@@ -168,7 +170,7 @@ Result<Project> relink_clip(const fs::path& folder, const fs::path& clip) {
   if (!project) return project.error();
   std::error_code failure;
   const fs::path absolute = fs::absolute(clip, failure).lexically_normal();
-  project->options.video = failure ? clip : absolute;
+  project->options.shared.video = failure ? clip : absolute;
   if (const auto saved = save_project(*project); !saved) return saved.error();
   return project;
 }

@@ -14,6 +14,7 @@
 
 #include "core/base/files.h"
 #include "core/project/further_clips.h"
+#include "core/project/option_table.h"
 
 namespace likeness {
 
@@ -71,24 +72,23 @@ std::optional<DamagedProject> find_damaged_project(const fs::path& folder) {
   if (!text || !is_likeness_folder(folder, *text)) return std::nullopt;
   DamagedProject damaged{.folder = folder, .error = opened.error(), .newer = is_newer(*text)};
   ProjectOptions& options = damaged.options;
-  std::vector<fs::path> named{string_named(*text, "video")};
-  options.head_model = string_named(*text, "head_model");
-  options.landmark_model = string_named(*text, "landmark_model");
-  options.matting_network = string_named(*text, "matting_network");
-  options.identity = string_named(*text, "identity");
-  options.displacement = string_named(*text, "displacement");
+  for (const OptionRow& row : option_table())
+    with_option(row, options, [&](auto& value) {
+      if constexpr (std::is_same_v<decltype(value), fs::path&>) value = string_named(*text, row.key);
+    });
+  std::vector<fs::path> named{options.shared.video};
   if (const auto capture = read_capture(capture_path({.folder = folder}))) {
     named.push_back(capture->video);
-    options.size = capture->size;
-    options.split = capture->split;
+    options.import.size = capture->size;
+    options.import.split = capture->split;
   }
   std::error_code ignored;
   for (const fs::path& clip : named) {
     if (clip.empty()) continue;
-    if (options.video.empty()) options.video = clip;
+    if (options.shared.video.empty()) options.shared.video = clip;
     if (fs::exists(clip, ignored)) damaged.clips.push_back(clip);
   }
-  if (!damaged.clips.empty()) options.video = damaged.clips.front();
+  if (!damaged.clips.empty()) options.shared.video = damaged.clips.front();
   const fs::path further = folder / "clips";
   for (fs::directory_iterator it(further, ignored), end; !ignored && it != end; it.increment(ignored)) {
     const std::string name = it->path().filename().string();

@@ -9,6 +9,7 @@
 
 #include "core/base/hash.h"
 #include "core/capture/capture.h"
+#include "core/project/option_table.h"
 #include "core/video/decode.h"
 
 namespace likeness {
@@ -19,12 +20,8 @@ namespace {
 
 // The choices of a further clip: the first one's, but for what is of one clip alone.
 ProjectOptions further_options(const Project& project, ProjectOptions own) {
-  const ProjectOptions& first = project.options;
-  own.head_model = first.head_model;
-  own.landmark_model = first.landmark_model;
-  own.matting_network = first.matting_network;
-  own.size = first.size;
-  own.seed = first.seed;
+  for (const OptionRow& row : option_table())
+    if (row.of_the_person) copy_option(row, project.options, own);
   return own;
 }
 
@@ -32,7 +29,7 @@ ProjectOptions further_options(const Project& project, ProjectOptions own) {
 std::string holder_of(const Project& project, const std::string& hash) {
   const auto of = [](const Project& any) {
     if (const auto capture = read_capture(capture_path(any))) return capture->video_hash;
-    const auto content = hash_video(any.options.video);
+    const auto content = hash_video(any.options.shared.video);
     return content ? *content : std::string();
   };
   if (of(project) == hash) return "the project's first clip";
@@ -83,8 +80,8 @@ Result<int> add_further_clip(Project& project, const fs::path& video, bool resti
   std::error_code ignored;
   while (fs::exists(further_clip_folder(*newest, number), ignored)) ++number;  // left by hand or by a failure
   ProjectOptions options;
-  options.video = video;
-  options.resting_camera = resting_camera;
+  options.shared.video = video;
+  options.align.resting_camera = resting_camera;
   const auto further =
       open_or_create_project(further_clip_folder(*newest, number), further_options(*newest, options));
   if (!further) return further.error();
@@ -95,7 +92,7 @@ Result<int> add_further_clip(Project& project, const fs::path& video, bool resti
 }
 
 std::string further_clip_name(const Project& further, int number) {
-  return fmt::format("Clip {} ({})", number, further.options.video.filename().string());
+  return fmt::format("Clip {} ({})", number, further.options.shared.video.filename().string());
 }
 
 }  // namespace likeness

@@ -7,13 +7,16 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <type_traits>
 #include <utility>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
 #include "core/base/files.h"
-#include "core/capture/split.h"
+#include "core/base/json_text.h"
+#include "core/project/option_table.h"
+#include "core/project/options_json.h"
 
 namespace likeness {
 
@@ -27,7 +30,7 @@ constexpr std::array<const char*, 5> kStateNames{"to_do", "running", "done", "fa
 
 constexpr std::array<const char*, 4> kConsentNames{"not_asked", "own", "given", "no_real_person"};
 
-// An answer this version does not know is none.
+// An answer that this version does not know counts as not asked.
 Consent consent_from_json(const json& j) {
   const std::string answer = j.value("consent", kConsentNames[0]);
   for (std::size_t i = 0; i < kConsentNames.size(); ++i) {
@@ -49,94 +52,6 @@ std::vector<int> further_clips_from_json(const json& j) {
   std::ranges::sort(numbers);
   numbers.erase(std::unique(numbers.begin(), numbers.end()), numbers.end());
   return numbers;
-}
-
-json to_json(const ProjectOptions& options) {
-  json refits = json::array();
-  for (const RefitSpan& span : options.refits) refits.push_back({span.first, span.last});
-  return {{"video", options.video.string()},
-          {"head_model", options.head_model.string()},
-          {"landmark_model", options.landmark_model.string()},
-          {"matting_network", options.matting_network.string()},
-          {"identity", options.identity.string()},
-          {"displacement", options.displacement.string()},
-          {"size_px", options.size},
-          {"split", split_name(options.split)},
-          {"budget_s", options.budget_s},
-          {"full_budget_s", options.full_budget_s},
-          {"steps", options.steps},
-          {"seed", options.seed},
-          {"checkpoint_every_s", options.checkpoint_every_s},
-          // Versions that did not choose read the default here.
-          {"mode", mode_name(options.mode.value_or(kDefaultMode))},
-          {"mode_asked", options.mode.has_value()},
-          {"resting_camera", options.resting_camera},
-          {"lens_mm", options.lens_mm},
-          {"refine_track", options.refine_track},
-          {"landmark_loss", options.landmark_loss},
-          {"use_latent", options.use_latent},
-          {"use_occupancy", options.use_occupancy},
-          {"refits", refits},
-          {"left_out", options.left_out}};
-}
-
-// Of a project of version 1, which always gave the field the expression.
-FieldMode mode_of_switches(const json& j) {
-  const ModeParts parts{
-      .expression = true, .ambient = j.at("use_ambient"), .warp = j.value("use_warp", true)};
-  return *std::ranges::find(kFieldModes, parts, mode_parts);
-}
-
-FieldMode mode_from_json(const json& j) {
-  const auto mode = mode_named(j.at("mode").get<std::string>());
-  if (!mode) throw json::other_error::create(501, "there is no such mode", &j.at("mode"));
-  return *mode;
-}
-
-// Of a project from before parts were chosen, the default is nobody's wish.
-std::optional<FieldMode> asked_mode(const json& j, FieldMode mode) {
-  return j.value("mode_asked", mode != kDefaultMode) ? std::optional(mode) : std::nullopt;
-}
-
-// Projects from before this choice held out the tail.
-Split split_from_json(const json& j) {
-  if (!j.contains("split")) return Split::tail;
-  const auto split = split_named(j.at("split").get<std::string>());
-  if (!split) throw json::other_error::create(501, "there is no such split", &j.at("split"));
-  return *split;
-}
-
-ProjectOptions options_from_json(const json& j, int version) {
-  ProjectOptions options;
-  options.video = j.at("video").get<std::string>();
-  options.head_model = j.at("head_model").get<std::string>();
-  options.landmark_model = j.at("landmark_model").get<std::string>();
-  options.matting_network = j.value("matting_network", "");
-  options.identity = j.value("identity", "");
-  options.displacement = j.value("displacement", "");
-  options.size = j.at("size_px");
-  options.split = split_from_json(j);
-  options.budget_s = j.at("budget_s");
-  options.full_budget_s = j.value("full_budget_s", 0.0);
-  options.steps = j.at("steps");
-  options.seed = j.at("seed");
-  options.checkpoint_every_s = j.value("checkpoint_every_s", options.checkpoint_every_s);
-  options.mode = asked_mode(j, version == 1 ? mode_of_switches(j) : mode_from_json(j));
-  options.resting_camera = j.value("resting_camera", false);
-  options.lens_mm = j.value("lens_mm", 0.0);
-  options.refine_track = j.value("refine_track", false);
-  options.landmark_loss = j.value("landmark_loss", 0.0);
-  options.use_latent = j.at("use_latent");
-  options.use_occupancy = j.at("use_occupancy");
-  options.left_out = j.value("left_out", options.left_out);
-  std::ranges::sort(options.left_out);
-  if (j.contains("refits")) {
-    for (const json& span : j.at("refits"))
-      options.refits.push_back({span.at(0).get<int>(), span.at(1).get<int>()});
-    std::erase_if(options.refits, [](const RefitSpan& s) { return s.first < 0 || s.last < s.first; });
-    options.refits = merged_spans(std::move(options.refits));
-  }
-  return options;
 }
 
 json to_json(const StageRecord& record) {
@@ -173,6 +88,15 @@ fs::path remembered(const fs::path& path) {
   return failure ? path : absolute;
 }
 
+Error unreadable(const fs::path& folder, std::string_view why) {
+  const std::string file = project_file(folder).string();
+  return {ErrorCode::bad_input, fmt::format("{} cannot be read: {}.", file, why),
+          fmt::format("Put a good copy of this file back, or let it be made again from the rest: likeness "
+                      "repair {}",
+                      folder.string()),
+          file};
+}
+
 }  // namespace
 
 std::string_view stage_name(Stage stage) { return kStageNames[std::size_t(stage)]; }
@@ -190,10 +114,6 @@ fs::path detail_path(const Project& project) { return project.folder / "detail.n
 fs::path regions_path(const Project& project) { return project.folder / "regions"; }
 fs::path corrections_path(const Project& project) { return project.folder / "corrections"; }
 
-void restore_budget(ProjectOptions& options) {
-  if (options.full_budget_s > 0) options.budget_s = std::exchange(options.full_budget_s, 0);
-}
-
 Result<Project> open_project(const fs::path& folder) {
   const fs::path file = project_file(folder);
   std::error_code failure;
@@ -208,7 +128,7 @@ Result<Project> open_project(const fs::path& folder) {
   const auto text = read_text(file);
   if (!text) return text.error();
   try {
-    const json j = json::parse(*text);
+    const json j = parse_json(*text);
     const int version = j.at("version").get<int>();
     if (version > kProjectVersion) {
       return Error{ErrorCode::bad_input, fmt::format("{} was made by a newer Likeness.", file.string()),
@@ -216,7 +136,9 @@ Result<Project> open_project(const fs::path& folder) {
     }
     Project project;
     project.folder = folder;
-    project.options = options_from_json(j.at("options"), version);
+    auto options = options_from_json(j.at("options"), version);
+    if (!options) return unreadable(folder, options.error().what);
+    project.options = std::move(*options);
     project.consent = consent_from_json(j);
     project.further_clips = further_clips_from_json(j);
     for (const Stage stage : kStages) {
@@ -224,12 +146,7 @@ Result<Project> open_project(const fs::path& folder) {
     }
     return project;
   } catch (const json::exception& e) {
-    return Error{
-        ErrorCode::bad_input, fmt::format("{} cannot be read: {}.", file.string(), e.what()),
-        fmt::format("Put a good copy of this file back, or let it be made anew from the rest: likeness "
-                    "repair {}",
-                    folder.string()),
-        file.string()};
+    return unreadable(folder, e.what());
   }
 }
 
@@ -267,12 +184,10 @@ Result<Project> open_or_create_project(const fs::path& folder, const ProjectOpti
     project = std::move(*opened);
   }
   project.options = options;
-  project.options.video = remembered(options.video);
-  project.options.head_model = remembered(options.head_model);
-  project.options.landmark_model = remembered(options.landmark_model);
-  project.options.matting_network = remembered(options.matting_network);
-  project.options.identity = remembered(options.identity);
-  project.options.displacement = remembered(options.displacement);
+  for (const OptionRow& row : option_table())
+    with_option(row, project.options, [](auto& value) {
+      if constexpr (std::is_same_v<decltype(value), fs::path&>) value = remembered(value);
+    });
   if (const auto saved = save_project(project); !saved) return saved.error();
   return project;
 }
@@ -283,12 +198,11 @@ Result<void> save_project(const Project& project) {
   json j{{"version", kProjectVersion},
          {"program", "Likeness"},
          {"consent", kConsentNames[std::size_t(project.consent)]},
-         {"options", to_json(project.options)},
+         {"options", options_to_json(project.options)},
          {"stages", stages}};
   if (!project.further_clips.empty()) j["further_clips"] = project.further_clips;
   // A path need not be valid UTF-8; the odd byte is replaced rather than refused.
-  return write_text(project_file(project.folder),
-                    j.dump(2, ' ', false, json::error_handler_t::replace) + "\n");
+  return write_text(project_file(project.folder), json_text_replacing(j, 2) + "\n");
 }
 
 Result<Project> change_project(const fs::path& folder, const std::function<void(Project&)>& change) {

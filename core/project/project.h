@@ -20,9 +20,7 @@
 #include <vector>
 
 #include "core/base/result.h"
-#include "core/capture/capture.h"
-#include "core/track/clip/refit_span.h"
-#include "core/train/mode.h"
+#include "core/project/project_options.h"
 
 namespace likeness {
 
@@ -45,31 +43,6 @@ struct StageRecord {
   std::string track_inputs{};
 };
 
-// What the user chose. Everything else has one default, kept by the stages themselves.
-struct ProjectOptions {
-  std::filesystem::path video;
-  std::filesystem::path head_model;       // empty = the built-in head
-  std::filesystem::path landmark_model;   // empty = the system's
-  std::filesystem::path matting_network;  // ONNX; empty = none
-  std::filesystem::path identity;         // the person's shape, known from elsewhere; empty = fitted
-  std::filesystem::path displacement;     // a folder of detail maps (core/head/detail_maps.h); empty: none
-  int size = 256;                         // px
-  Split split = Split::tail;              // what is held out
-  double budget_s = 300;                  // of training
-  double full_budget_s = 0;               // before a training was finished early; 0: none was
-  std::uint64_t steps = 0;                // exact training steps instead of a budget
-  std::uint64_t seed = 0;
-  double checkpoint_every_s = 30;  // what a killed training loses at most
-  std::optional<FieldMode> mode;   // empty: chosen from the capture (core/train/choose_parts.h)
-  bool use_latent = true, use_occupancy = true;
-  bool resting_camera = false;  // the user's word; otherwise the align stage finds out
-  double lens_mm = 0;           // of a resting camera, as on 35 mm film; 0: as the clip tells, or a usual one
-  bool refine_track = false;    // correct the training frames through the field
-  double landmark_loss = 0;     // weight of the training's landmark loss; 0: without
-  std::vector<RefitSpan> refits;  // of the track, fitted again; ascending, apart from each other
-  std::vector<int> left_out;  // frames the user takes out of the training, ascending; held-out ones cannot be
-};
-
 // Whether the filmed person agreed to an avatar of themselves. Asked when a clip is first imported in the
 // studio.
 enum class Consent {
@@ -85,7 +58,7 @@ struct Project {
   Consent consent = Consent::not_asked;
   std::vector<int> further_clips;    // numbers of the folders in clips/, ascending
   std::filesystem::path first_clip;  // of a further clip: the folder of the project it belongs to, known to
-                                     // who opened it and not stored
+                                     // whoever opened it, not stored
   std::array<StageRecord, kStages.size()> stages;
 
   StageRecord& record(Stage stage) { return stages[std::size_t(stage)]; }
@@ -105,9 +78,6 @@ std::filesystem::path room_path(const Project& project);    // absent: no moving
 std::filesystem::path detail_path(const Project& project);  // absent: no detail maps were given
 std::filesystem::path regions_path(const Project& project);
 std::filesystem::path corrections_path(const Project& project);  // absent: nobody painted on the masks
-
-// A training that was finished early left its seconds as the budget: too little for one that starts anew.
-void restore_budget(ProjectOptions& options);
 
 Result<Project> open_project(const std::filesystem::path& folder);
 // Opens the project in `folder`, or makes one; `options` replace the stored ones either way.

@@ -243,8 +243,8 @@ Result<void> check_annotation(const Project& project, std::string_view name,
   };
   if (frame == capture->frames.end()) return refused("the project does not hold it");
   if (frame->held_out) return refused("it is held out, to be measured on");
-  if (!frame->used ||
-      std::ranges::find(project.options.left_out, annotation.frame) != project.options.left_out.end())
+  if (!frame->used || std::ranges::find(project.options.train.left_out, annotation.frame) !=
+                          project.options.train.left_out.end())
     return refused("nothing is learnt from it");
   return {};
 }

@@ -7,7 +7,7 @@
 namespace likeness {
 
 Result<HeadModel> project_head_model(const ProjectOptions& options) {
-  return head_model_at(options.head_model);
+  return head_model_at(options.shared.head_model);
 }
 
 Result<HeadModel> head_model_at(const std::filesystem::path& path) {

@@ -139,7 +139,7 @@ Result<Track> apply_refits(const Project& project, const RefitWork& work, const 
   const FitInputs inputs = stage_inputs(project.options).fit;
   const fs::path first_path = first_track_path(project), path = track_path(project);
   std::vector<RefitSpan> spans;
-  for (const RefitSpan& span : inputs.refits) {
+  for (const RefitSpan& span : inputs.choices.refits) {
     if (const auto fine = check_refits(first, {span}); fine)
       spans.push_back(span);
     else

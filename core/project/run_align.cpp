@@ -14,8 +14,8 @@ Result<void> run_align(const StageContext& context) {
   const AlignInputs& inputs = context.inputs.align;
   AlignOptions options;
   options.seed = int(inputs.seed);
-  options.resting = inputs.resting_camera;
-  options.lens_mm = inputs.lens_mm;
+  options.resting = inputs.choices.resting_camera;
+  options.lens_mm = inputs.choices.lens_mm;
   std::error_code ignored;
   const bool photographs = fs::is_directory(inputs.video, ignored) && !options.resting;
   const auto person =

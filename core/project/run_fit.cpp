@@ -38,7 +38,7 @@ bool first_track_is_there(const StageContext& context, const HeadModel& model, c
 // The project's detail.npz as its options ask for it.
 Result<void> keep_detail(const StageContext& context, const Capture& capture, const Track& track,
                          const HeadModel& model, const std::string& track_inputs) {
-  const fs::path& maps = context.inputs.fit.displacement;
+  const fs::path& maps = context.inputs.fit.choices.displacement;
   if (maps.empty() || is_further(context.project)) return forget_project_detail(context.project);
   DetailReport report;
   auto detail = learn_project_detail(maps, capture, track, model, report);
@@ -57,7 +57,7 @@ Result<std::optional<PersonShape>> known_person(const StageContext& context, con
     if (!track) return track.error();
     return std::optional<PersonShape>(std::move(track->person));
   }
-  const fs::path& identity = context.inputs.fit.identity;
+  const fs::path& identity = context.inputs.fit.choices.identity;
   if (identity.empty()) return std::optional<PersonShape>{};
   auto person = read_person(identity, model);
   if (!person) return person.error();
@@ -99,7 +99,7 @@ Result<void> run_fit(const StageContext& context) {
   if (!*first) {
     work.fitted = false;
     const TrackRegion region{capture->crop.x, capture->crop.y, capture->crop.side, capture->crop.side};
-    const bool again = !inputs.refits.empty();
+    const bool again = !inputs.choices.refits.empty();
     auto whole = track_clip(inputs.video, region, *cameras, held_out_frames(*capture), *model, work.options,
                             rest.stage(0, again ? 0.9 : 1, "fit"), context.stop);
     if (!whole) return whole.error();
@@ -112,7 +112,7 @@ Result<void> run_fit(const StageContext& context) {
   auto track =
       apply_refits(context.project, work, **first, outcomes, context.record.warnings, rest, context.stop);
   if (!track) return track.error();
-  context.record.track_inputs = inputs.refits.empty() ? work.fit_inputs : "";
+  context.record.track_inputs = inputs.choices.refits.empty() ? work.fit_inputs : "";
   if (!track->metre_known) {
     context.record.warnings.push_back(
         "The camera moved too little to tell its distances in metres; for a better avatar walk a wider arc "
@@ -121,7 +121,7 @@ Result<void> run_fit(const StageContext& context) {
   context.record.message = track_words(*track, *model);
   if (work.options.person && !is_further(context.project))
     context.record.message +=
-        fmt::format(" The person's shape is that of {}.", inputs.identity.filename().string());
+        fmt::format(" The person's shape is that of {}.", inputs.choices.identity.filename().string());
   if (!outcomes.empty()) context.record.message += " " + refits_words(outcomes);
   return keep_detail(context, *capture, *track, *model, work.fit_inputs);
 }

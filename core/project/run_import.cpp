@@ -83,9 +83,9 @@ Result<std::optional<FrameSpan>> moving_frames(const StageContext& context, cons
 Result<void> run_import(const StageContext& context) {
   const ImportInputs& inputs = context.inputs.import;
   ImportOptions options;
-  options.size = inputs.size;
+  options.size = inputs.choices.size;
   options.landmark_model = inputs.landmark_model;
-  options.split = inputs.split;
+  options.split = inputs.choices.split;
   if (is_further(context.project)) options.held_out_share = 0;  // the first clip alone is measured
   Progress rest = context.progress;
   if (options.split == Split::views) {

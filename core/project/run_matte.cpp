@@ -29,7 +29,7 @@ Result<void> run_matte(const StageContext& context) {
   if (const auto fits = check_track_fits(track, *model); !fits) return fits.error();
   MatteOptions options;
   options.size = capture.size;
-  options.network = context.inputs.matte.matting_network;
+  options.network = context.inputs.matte.choices.matting_network;
   options.strokes = std::move(*strokes);
   std::error_code failure;
   fs::remove(room_path(context.project), failure);  // of other frames

@@ -1,11 +1,9 @@
-// Who watches a run of the stages, and where its training computes: neither changes what comes out.
+// Who watches a run of the stages: it changes nothing of what comes out.
 #pragma once
 
 #include <functional>
-#include <memory>
 #include <vector>
 
-#include "core/field/precision.h"
 #include "core/project/project.h"
 #include "core/render/avatar.h"
 #include "core/train/train.h"
@@ -21,14 +19,6 @@ struct RunObserver {
   // What the training's avatar is made of, and why: once, before its first step.
   std::function<void(const std::vector<AvatarPart>&)> parts = [](const std::vector<AvatarPart>&) {};
   AvatarTap tap;  // of the training
-};
-
-// Where a run's training computes, as in TrainOptions. No choice of the project: what comes out is the same
-// one.
-struct TrainingPlace {
-  std::shared_ptr<Backend> backend;  // null: the processor
-  bool fall_back = false;
-  FieldPrecision precision = FieldPrecision::bf16;
 };
 
 }  // namespace likeness

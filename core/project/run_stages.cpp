@@ -55,7 +55,7 @@ double expected_seconds(const TrainInputs& training, Stage stage) {
     case Stage::matte:
       return 40;
     case Stage::train:
-      return training.steps > 0 ? 200 : training.budget_s;
+      return training.choices.steps > 0 ? 200 : training.choices.budget_s;
   }
   return 1;
 }

@@ -79,8 +79,7 @@ Result<void> run_train(const StageContext& context) {
   auto set = load_training_views(context.project, *model);
   if (!set) return set.error();
   TrainOptions options = training_options(inputs);
-  options.backend = context.place.backend, options.fall_back = context.place.fall_back;
-  options.precision = context.place.precision;
+  options.place = context.place;
   const MemoryForecast forecast = forecast_memory(*set, options);
   context.progress.report(0, fmt::format("training takes about {:.1f} GiB of memory",
                                          double(forecast.total()) / double(1ull << 30)));

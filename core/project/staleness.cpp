@@ -29,7 +29,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-// Raised when a stage's method changes so that its old results should be made anew.
+// Raised when a stage's method changes so that its old results should be made again.
 constexpr std::array<int, kStages.size()> kStageVersion{1, 3, 6, 4, 4};
 constexpr int kDetailVersion = 1;  // of what is learnt from detail maps
 constexpr int kRefitVersion = 1;   // the same for spans fitted again
@@ -64,7 +64,8 @@ std::string landmark_model_text(const fs::path& landmark_model) {
 }
 
 std::string import_text(const Project& project, const ImportInputs& inputs) {
-  const auto& [video, landmark_model, size, split, resting_camera] = inputs;
+  const auto& [video, landmark_model, resting_camera, choices] = inputs;
+  const auto& [size, split] = choices;
   std::string text = fmt::format("{} {}", clip_content(project, video), size);
   if (is_further(project)) text += " further";
   if (split != Split::tail) text.append(" ").append(split_name(split));
@@ -73,7 +74,8 @@ std::string import_text(const Project& project, const ImportInputs& inputs) {
 }
 
 std::string align_text(const Project& project, const AlignInputs& inputs) {
-  const auto& [video, landmark_model, seed, resting_camera, lens_mm] = inputs;
+  const auto& [video, landmark_model, seed, choices] = inputs;
+  const auto& [resting_camera, lens_mm] = choices;
   std::string text =
       fmt::format("{} {}{}", clip_content(project, video), seed, resting_camera ? " rests" : "");
   if (lens_mm > 0) text += fmt::format(" {} mm", lens_mm);
@@ -88,7 +90,8 @@ std::string person_content(const fs::path& folder) {
 
 // video: the capture and the cameras, which count by content, are of it.
 std::string fit_text(const Project& project, const FitInputs& inputs) {
-  const auto& [video, head_model, landmark_model, identity, displacement, refits] = inputs;
+  const auto& [video, head_model, landmark_model, choices] = inputs;
+  const auto& [identity, displacement, refits] = choices;
   std::string text =
       fmt::format("{} {} {} {}", content_of(capture_path(project)), content_of(cameras_path(project)),
                   head_model_content(head_model), content_of(landmark_model));
@@ -111,7 +114,8 @@ std::string fit_text(const Project& project, const FitInputs& inputs) {
 
 // seed: of the room behind a moving camera, whose path was found with the same seed and counts by content.
 std::string matte_text(const Project& project, const MatteInputs& inputs) {
-  const auto& [head_model, matting_network, seed] = inputs;
+  const auto& [head_model, seed, choices] = inputs;
+  const auto& [matting_network] = choices;
   std::string text =
       fmt::format("{} {} {} {}", content_of(capture_path(project)), content_of(cameras_path(project)),
                   content_of(track_path(project)), head_model_content(head_model));
@@ -131,9 +135,11 @@ std::string further_content(const Project& project, int number) {
 }
 
 // head_model: the matte's hash names it. checkpoint_every_s: changes nothing of what is learnt.
+// full_budget_s: of the next training.
 std::string train_text(const Project& project, const TrainInputs& inputs) {
-  const auto& [head_model, budget_s, steps, seed, checkpoint_every_s, mode, use_latent, use_occupancy,
-               refine_track, landmark_loss, left_out] = inputs;
+  const auto& [head_model, seed, choices] = inputs;
+  const auto& [budget_s, full_budget_s, steps, checkpoint_every_s, mode, use_latent, use_occupancy,
+               refine_track, landmark_loss, left_out] = choices;
   const ModeParts parts = mode_parts(mode.value_or(kDefaultMode));
   std::string text = fmt::format(
       "{} {} {} {} {} {} {} {} {} {} {} {}", project.record(Stage::matte).input_hash,
@@ -189,10 +195,10 @@ bool results_exist(const Project& project, Stage stage) {
   return false;
 }
 
-// What a stage writes beside its result if it was asked to: deleted, it is made anew.
+// What a stage writes beside its result if it was asked to: deleted, it is made again.
 bool lesser_results_exist(const Project& project, Stage stage) {
   if (stage == Stage::fit)
-    return stage_inputs(project.options).fit.displacement.empty() || is_further(project) ||
+    return stage_inputs(project.options).fit.choices.displacement.empty() || is_further(project) ||
            path_exists(detail_path(project));
   if (stage == Stage::train)
     return !path_exists(attributes_path(project)) || path_exists(attribute_values_path(project));
@@ -207,8 +213,8 @@ std::string input_hash(const Project& project, Stage stage) {
 
 std::string first_track_hash(const Project& project) {
   StageInputs inputs = stage_inputs(project.options);
-  inputs.fit.refits.clear();
-  inputs.fit.displacement.clear();
+  inputs.fit.choices.refits.clear();
+  inputs.fit.choices.displacement.clear();
   return hash_of(project, inputs, Stage::fit);
 }
 

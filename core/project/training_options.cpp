@@ -8,20 +8,20 @@ namespace likeness {
 
 TrainOptions training_options(const TrainInputs& inputs) {
   TrainOptions training;
-  training.budget_s = inputs.budget_s;
-  training.steps = inputs.steps;
+  training.schedule.budget_s = inputs.choices.budget_s;
+  training.schedule.steps = inputs.choices.steps;
   training.seed = inputs.seed;
-  training.checkpoint_every_s = inputs.checkpoint_every_s;
-  training.mode = inputs.mode.value_or(kDefaultMode);
-  training.refine_track = inputs.refine_track;
-  training.landmark_weight = inputs.landmark_loss;
-  training.use_latent = inputs.use_latent;
-  training.use_occupancy = inputs.use_occupancy;
+  training.schedule.checkpoint_every_s = inputs.choices.checkpoint_every_s;
+  training.fields.mode = inputs.choices.mode.value_or(kDefaultMode);
+  training.refine_track = inputs.choices.refine_track;
+  training.losses.landmark_weight = inputs.choices.landmark_loss;
+  training.fields.use_latent = inputs.choices.use_latent;
+  training.rays.use_occupancy = inputs.choices.use_occupancy;
   return training;
 }
 
 ChosenParts take_parts(const Project& project, TrainingSet& set, TrainOptions& options) {
-  const TrainInputs o = stage_inputs(project.options).train;
+  const TrainChoices o = stage_inputs(project.options).train.choices;
   const AskedParts asked{.mode = o.mode,
                          .no_latent = !o.use_latent,
                          .no_occupancy = !o.use_occupancy,

@@ -19,7 +19,8 @@ namespace likeness {
 Result<TrainingSet> load_training_views(const Project& project, const HeadModel& model) {
   auto read = read_tracked_capture(project);
   if (!read) return read.error();
-  read->capture = without_left_out(std::move(read->capture), stage_inputs(project.options).train.left_out);
+  read->capture =
+      without_left_out(std::move(read->capture), stage_inputs(project.options).train.choices.left_out);
   const auto& [capture, cameras, track] = *read;
   if (const auto fits = check_track_fits(track, model); !fits) return fits.error();
   const auto plate_info = read_plate_info(plate_info_path(project));

@@ -127,9 +127,11 @@ std::string training_fingerprint(const TrainingSet& set, const TrainOptions& opt
   parallel_for(views.size(), [&](std::size_t v) { views[v] = view_fingerprint(set.views[v]); });
   // All of them by name, so that a new option does not compile until it is listed here: either it changes
   // what is learnt, or it does not, like the run's length, its device and when it is saved.
-  const auto& [budget_s, steps, rays_per_step, seed, mode, use_latent, use_occupancy, canonical_occupancy,
-               use_gaze, use_expression, sizes, even_samples, use_still, refine_track, landmark_weight, rate,
-               checkpoint_every_s, clock, backend, precision, fall_back] = options;
+  const auto& [seed, schedule, rays, fields, losses, refine_track, place] = options;
+  const auto& [budget_s, steps, rate, checkpoint_every_s, clock] = schedule;
+  const auto& [rays_per_step, even_samples, use_occupancy, canonical_occupancy] = rays;
+  const auto& [mode, sizes, use_latent, use_gaze, use_expression, use_still] = fields;
+  const auto& [landmark_weight] = losses;
   std::string text = fmt::format("{} {} {} {} {} {} {} {} {} {} {} {} {}\n", set.size, set.model.hash,
                                  set.has_torso, set.views.size(), rays_per_step, seed, mode_name(mode),
                                  use_latent, use_occupancy, use_still, refine_track, rate, even_samples);

@@ -200,11 +200,11 @@ void apply_parts(const ChosenParts& parts, TrainingSet& set, TrainOptions& optio
     for (TrainingView& view : set.views)
       if (view.further_clip == 0) view.has_plate = false;
   }
-  options.mode = parts.mode;
-  options.use_latent = parts.latent;
-  options.use_gaze = parts.gaze;
-  options.use_still = parts.still;
-  options.sizes = parts.sizes;
+  options.fields.mode = parts.mode;
+  options.fields.use_latent = parts.latent;
+  options.fields.use_gaze = parts.gaze;
+  options.fields.use_still = parts.still;
+  options.fields.sizes = parts.sizes;
 }
 
 std::string_view part_title(std::string_view name) {

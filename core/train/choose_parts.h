@@ -59,8 +59,8 @@ inline constexpr double kHardlyTurns = 0.17;
 
 ChosenParts choose_parts(const CaptureMeasures& measures, const AskedParts& asked);
 
-// The set and the options of a training with these parts. options.landmark_weight, refine_track and
-// use_occupancy stay: only the user sets them.
+// The set and the options of a training with these parts. losses.landmark_weight, refine_track and
+// rays.use_occupancy stay: only the user sets them.
 void apply_parts(const ChosenParts& parts, TrainingSet& set, TrainOptions& options);
 
 // A part's name in words, e.g. "Code for each frame"; an unknown name is returned as it is.

@@ -40,8 +40,8 @@ MemoryForecast forecast(std::uint64_t views, std::uint64_t size, const HeadModel
     const WarpFrame warp = make_warp_frame(model, shape, rest);
     forecast.lattices = views * make_warp_lattice(warp, pose_head(model, shape, moved)).bytes();
   }
-  forecast.engine = kEngine + grid_bytes(options.sizes) - grid_bytes({}) +
-                    std::uint64_t(options.rays_per_step) * kMostSamples * kSample;
+  forecast.engine = kEngine + grid_bytes(options.fields.sizes) - grid_bytes({}) +
+                    std::uint64_t(options.rays.per_step) * kMostSamples * kSample;
   return forecast;
 }
 
@@ -49,7 +49,7 @@ MemoryForecast forecast(std::uint64_t views, std::uint64_t size, const HeadModel
 
 MemoryForecast forecast_memory(const TrainingSet& set, const TrainOptions& options) {
   const Articulation rest = set.views.empty() ? set.neutral : typical_articulation(set);
-  const bool warps = mode_parts(options.mode).warp && !set.views.empty();
+  const bool warps = mode_parts(options.fields.mode).warp && !set.views.empty();
   return forecast(set.views.size(), std::uint64_t(set.size), set.model, set.person, rest, warps, options);
 }
 
@@ -58,7 +58,7 @@ MemoryForecast forecast_memory(std::size_t views, int size, const HeadModel& mod
   PersonShape person;
   person.identity = Eigen::VectorXf::Zero(model.identity_count());
   return forecast(views, std::uint64_t(size), model, person, neutral_articulation(model),
-                  mode_parts(options.mode).warp, options);
+                  mode_parts(options.fields.mode).warp, options);
 }
 
 Result<void> check_memory(const MemoryForecast& forecast, std::uint64_t available) {

@@ -81,36 +81,62 @@ struct FieldSizes {
   bool operator==(const FieldSizes&) const = default;
 };
 
-struct TrainOptions {
+// How long, how fast, and when what is learnt is kept.
+struct TrainSchedule {
   double budget_s = 300;    // of this stage, by `clock`; ignored when steps > 0
   std::uint64_t steps = 0;  // exact number of steps (replay)
+  double rate = 1;          // factor on the learning rates
+  double checkpoint_every_s = 30;
+  WorkClock clock = WorkClock::wall;  // by which all seconds of training are measured
+};
+
+// Which rays a step casts, and where their samples lie.
+struct TrainRays {
   // 4096 give a better picture within the first minute; from two minutes on they overfit, with visible
   // specks.
-  int rays_per_step = 8192;
-  std::uint64_t seed = 0;
-  FieldMode mode = kDefaultMode;
-  bool use_latent = true, use_occupancy = true;  // ablation switches
+  int per_step = 8192;
+  float even_samples = kEvenShare;  // share of them spread evenly along a ray (place_samples)
+  bool use_occupancy = true;        // ablation switch
   // The head's empty cells are kept in the canonical face and looked up through the head model's deformation
   // (canonical_cells.h) instead of in the posed face. For studies: the resulting avatar has the usual grid.
   // The processor casts the rays.
   bool canonical_occupancy = false;
+};
+
+// What the fields are, and what they depend on.
+struct TrainFields {
+  FieldMode mode = kDefaultMode;
+  FieldSizes sizes;
+  bool use_latent = true;      // ablation switch
   bool use_gaze = true;        // the field is conditioned on the gaze
   bool use_expression = true;  // and on the expression; otherwise only on painted attributes
-  FieldSizes sizes;
-  float even_samples = kEvenShare;  // share of them spread evenly along a ray (place_samples)
   bool use_still =
       true;  // where no expression moves anything, the field does not depend on it (still_cells.h)
-  bool refine_track = false;  // correct the training frames' tracks through the field (refine_track.h)
+};
+
+// Terms beside the squared error of single rays.
+struct TrainLosses {
   // lambda of the landmark loss (landmark_patches.h), which takes a quarter of the rays; 0: without. K: 0.1.
   double landmark_weight = 0;
-  double rate = 1;  // factor on the learning rates
-  double checkpoint_every_s = 30;
-  WorkClock clock = WorkClock::wall;  // by which all seconds of training are measured
-  std::shared_ptr<Backend> backend;   // null: the processor
-  // Of the processor's products; a given backend has its own.
-  FieldPrecision precision = FieldPrecision::bf16;
+};
+
+// Where it computes, which changes nothing of what is learnt.
+struct TrainingPlace {
+  std::shared_ptr<Backend> backend;  // null: the processor
   // A failing backend is replaced by the processor, which continues from the last snapshot.
   bool fall_back = false;
+  // Of the processor's products; a given backend has its own.
+  FieldPrecision precision = FieldPrecision::bf16;
+};
+
+struct TrainOptions {
+  std::uint64_t seed = 0;
+  TrainSchedule schedule{};
+  TrainRays rays{};
+  TrainFields fields{};
+  TrainLosses losses{};
+  bool refine_track = false;  // correct the training frames' tracks through the field (refine_track.h)
+  TrainingPlace place{};
 };
 
 struct TrainStatus {

@@ -30,17 +30,17 @@ constexpr double kRegisterShare = kFlatShare;  // of the steps, from which furth
 static_assert(kRefineShares[0] >= kFlatShare && kRegisterShare >= kFlatShare, "a replay would do it sooner");
 
 Result<void> check_options(const TrainOptions& options) {
-  if (!(options.landmark_weight >= 0) || !std::isfinite(options.landmark_weight))
+  if (!(options.losses.landmark_weight >= 0) || !std::isfinite(options.losses.landmark_weight))
     return Error{ErrorCode::bad_input,
-                 fmt::format("A landmark loss cannot have the weight {}.", options.landmark_weight),
+                 fmt::format("A landmark loss cannot have the weight {}.", options.losses.landmark_weight),
                  "Give a number that is not negative, e.g. --landmark-loss 0.1.", "training"};
-  if (options.landmark_weight > 0 && options.rays_per_step < 4 * kPatchRays)
+  if (options.losses.landmark_weight > 0 && options.rays.per_step < 4 * kPatchRays)
     return Error{
         ErrorCode::bad_input,
         fmt::format("A quarter of {} rays a step is less than a patch of {}, which the landmark loss needs.",
-                    options.rays_per_step, kPatchRays),
+                    options.rays.per_step, kPatchRays),
         "Train with more rays a step, or without --landmark-loss.", "training"};
-  const FieldSizes& sizes = options.sizes;
+  const FieldSizes& sizes = options.fields.sizes;
   const bool sized = std::ranges::all_of(std::array{sizes.head_log2_entries, sizes.torso_log2_entries},
                                          [](int log2) { return log2 >= 10 && log2 <= 22; }) &&
                      std::ranges::all_of(std::array{sizes.head_finest, sizes.torso_finest},
@@ -53,10 +53,10 @@ Result<void> check_options(const TrainOptions& options) {
                              sizes.head_log2_entries, sizes.torso_log2_entries, sizes.head_finest,
                              sizes.torso_finest, sizes.code_length),
                  "Give 2^10 to 2^22 entries, 17 to 4096 cells and 1 to 16 numbers.", "training"};
-  if (options.rays_per_step >= 1 && (options.steps > 0 || options.budget_s > 0)) return {};
+  if (options.rays.per_step >= 1 && (options.schedule.steps > 0 || options.schedule.budget_s > 0)) return {};
   return Error{ErrorCode::bad_input,
                fmt::format("Nothing can be trained with a budget of {} s and {} rays a step.",
-                           options.budget_s, options.rays_per_step),
+                           options.schedule.budget_s, options.rays.per_step),
                "Give a positive budget in seconds, e.g. --budget 300.", "training"};
 }
 
@@ -130,7 +130,7 @@ struct Run {
   double held =
       0;  // seconds spent in reports and snapshots: a listener may hold up the work, as a pause does
 
-  double now() const { return clock_seconds(options.clock); }
+  double now() const { return clock_seconds(options.schedule.clock); }
   double elapsed() const { return earlier + now() - start - held; }
 
   // A budget is for steps: its share before the rate falls is measured, and later passes are not in it.
@@ -158,8 +158,8 @@ struct Run {
     progress.report(share(state), fmt::format("step {}, training PSNR {:.1f} dB", state.step, psnr));
     if (observe)
       observe({state.step, reached, mean_loss, psnr,
-               step_seconds > 0 ? options.rays_per_step / step_seconds : 0,
-               mean_samples / options.rays_per_step});
+               step_seconds > 0 ? options.rays.per_step / step_seconds : 0,
+               mean_samples / options.rays.per_step});
     held += now() - reported_at;
     last_report = elapsed();
   }
@@ -252,7 +252,7 @@ struct Steps {
   }
 
   Result<void> save() {
-    if (run.options.fall_back) {
+    if (run.options.place.fall_back) {
       if (auto taken = take_snapshot(); !taken) return taken;
     } else {
       if (auto fetched = fetch(); !fetched) return fetched;
@@ -295,7 +295,7 @@ struct Steps {
     run.mean_samples = run.mean_samples == 0 ? samples : 0.95 * run.mean_samples + 0.05 * samples;
     settle(state.schedule, run.half_way, state.step, run.spent(), run.step_seconds);
     if (now - run.last_report >= kReportEvery) run.report(state);
-    if (now - run.last_checkpoint >= run.options.checkpoint_every_s) {
+    if (now - run.last_checkpoint >= run.options.schedule.checkpoint_every_s) {
       if (auto saved = save(); !saved) return saved;
       before = run.elapsed();  // nor is writing a file
     }
@@ -360,12 +360,13 @@ struct Steps {
 };
 
 Result<void> run_steps(TrainingState& state, Scene& scene, Run& run, std::stop_token stop) {
-  const StepOptions options{run.options.rays_per_step, run.options.seed,         run.options.use_latent,
-                            run.options.use_occupancy, run.options.even_samples, run.options.landmark_weight};
+  const StepOptions options{run.options.rays.per_step,     run.options.seed,
+                            run.options.fields.use_latent, run.options.rays.use_occupancy,
+                            run.options.rays.even_samples, run.options.losses.landmark_weight};
   TrainingState snapshot = state;
   int recoveries = 0;
   std::shared_ptr<Backend> backend =
-      run.options.backend ? run.options.backend : cpu_backend(run.options.precision);
+      run.options.place.backend ? run.options.place.backend : cpu_backend(run.options.place.precision);
   const auto learn = [&]() -> Result<void> {
     auto learner = make_learner(*backend, state, options, scene.set);
     if (!learner) return learner.error();
@@ -375,12 +376,12 @@ Result<void> run_steps(TrainingState& state, Scene& scene, Run& run, std::stop_t
   };
   while (true) {
     const Result<void> done = learn();
-    if (done || !run.options.fall_back || !failed_on_device(done.error())) return done;
+    if (done || !run.options.place.fall_back || !failed_on_device(done.error())) return done;
     run.progress.report(run.share(state), continuing_on_processor(done.error()));
     state = snapshot;
     run.half_way = {};
     if (run.options.refine_track || scene.has_further()) scene.place_views(state);
-    backend = cpu_backend(run.options.precision);
+    backend = cpu_backend(run.options.place.precision);
   }
 }
 
@@ -399,12 +400,13 @@ Result<Avatar> train_avatar(const TrainingSet& set, const TrainOptions& options,
   const HeadShape shape = shape_head(set.model, set.person);
   std::vector<Articulation> articulations;
   for (const TrainingView& view : set.views) articulations.push_back(view.pose.articulation);
-  const ModeParts parts = mode_parts(options.mode);
-  ConditionOptions inputs = parts.expression && options.use_expression ? ConditionOptions{} : kNoCondition;
-  inputs.gaze &= options.use_gaze;
+  const ModeParts parts = mode_parts(options.fields.mode);
+  ConditionOptions inputs =
+      parts.expression && options.fields.use_expression ? ConditionOptions{} : kNoCondition;
+  inputs.gaze &= options.fields.use_gaze;
   const ConditionMap map = learn_condition_map(set.model, shape, articulations, inputs);
   Volumes volumes = make_volumes(set, shape);
-  if (!options.use_still) volumes.head.still = {};
+  if (!options.fields.use_still) volumes.head.still = {};
   for (const AttributeRegion& region : set.attributes)
     clear_region(region, volumes.head.cube, volumes.head.still);
   const WarpFrame warp =
@@ -412,7 +414,7 @@ Result<Avatar> train_avatar(const TrainingSet& set, const TrainOptions& options,
                  : WarpFrame{};
   TrainingState state = make_training_state(set, options, map, volumes);
   std::optional<LandmarkPatches> patches;
-  if (options.landmark_weight > 0) {
+  if (options.losses.landmark_weight > 0) {
     auto learnt = learn_landmark_patches(set, shape, options.seed);
     if (!learnt) return learnt.error();
     patches = std::move(*learnt);
@@ -425,8 +427,8 @@ Result<Avatar> train_avatar(const TrainingSet& set, const TrainOptions& options,
     TrainingState earlier = state;
     const Result<void> read = read_checkpoint(checkpoint, fingerprint, earlier);
     if (read && fits(earlier.corrections, set, map) &&
-        resume_schedule(earlier.schedule, earlier.step, earlier.seconds - earlier.pass_seconds, options.steps,
-                        options.budget_s)) {
+        resume_schedule(earlier.schedule, earlier.step, earlier.seconds - earlier.pass_seconds,
+                        options.schedule.steps, options.schedule.budget_s)) {
       state = std::move(earlier);
       run.earlier = run.last_checkpoint = state.seconds;
       run.passes = state.pass_seconds;

@@ -26,12 +26,12 @@ constexpr float kCodePenalty = 1e-4f;   // weight of the codes' mean square in t
 FieldConfig head_config(int conditions, int attributes, const TrainOptions& options) {
   FieldConfig config;
   config.initial_density = kInitialDensity;
-  config.position = {3, 8, 4, options.sizes.head_log2_entries, 16, options.sizes.head_finest};
+  config.position = {3, 8, 4, options.fields.sizes.head_log2_entries, 16, options.fields.sizes.head_finest};
   config.condition_count = conditions + attributes, config.local_conditions = attributes;
-  config.ambient = mode_parts(options.mode).ambient;
+  config.ambient = mode_parts(options.fields.mode).ambient;
   config.ambient_grid = {2, 8, 4, 14, 8, 64};
   config.density_layers = 1;
-  config.latent_count = options.use_latent ? options.sizes.code_length : 0;
+  config.latent_count = options.fields.use_latent ? options.fields.sizes.code_length : 0;
   return config;
 }
 
@@ -107,15 +107,16 @@ TrainingState make_training_state(const TrainingSet& set, const TrainOptions& op
   const int k = int(map.rows.rows());
   const auto seed = std::uint32_t(options.seed * 2);
   state.head = make_trained_field(head_config(k, int(set.attributes.size()), options), volumes.head, seed);
-  if (options.canonical_occupancy)
+  if (options.rays.canonical_occupancy)
     state.head.canonical = make_canonical_state(volumes.head.allowed.resolution);
-  if (volumes.torso) state.torso = make_trained_field(torso_config(options.sizes), *volumes.torso, seed + 1);
+  if (volumes.torso)
+    state.torso = make_trained_field(torso_config(options.fields.sizes), *volumes.torso, seed + 1);
   const std::size_t length = std::size_t(state.head.part.field.config.latent_count);
   state.codes.assign(2 * views * length, 0.f);
   set_conditions(state, map, corrected_poses(set, map, {}), set.attributes);
-  state.schedule.total_steps = options.steps;
-  state.schedule.rate_scale = options.rate;
-  state.schedule.budget_s = options.steps > 0 ? 0 : options.budget_s;
+  state.schedule.total_steps = options.schedule.steps;
+  state.schedule.rate_scale = options.schedule.rate;
+  state.schedule.budget_s = options.schedule.steps > 0 ? 0 : options.schedule.budget_s;
   return state;
 }
 

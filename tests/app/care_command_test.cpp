@@ -82,7 +82,7 @@ TEST_F(CareCommand, AMovedClipIsToldAndFoundAgain) {
   const ProgramResult found = likeness({"relink", project(), moved.string(), "--json"});
   ASSERT_EQ(found.exit_code, 0) << found.err;
   EXPECT_EQ(json::parse(found.out).at("video"), moved.string());
-  EXPECT_EQ(open_project(project_.folder())->options.video, moved);
+  EXPECT_EQ(open_project(project_.folder())->options.shared.video, moved);
 }
 
 TEST_F(CareCommand, AForecastDoesNothingButTell) {
@@ -107,7 +107,7 @@ TEST_F(CareCommand, ARefitIsRefusedInPlainWords) {
     const ProgramResult refused = likeness({"fit", project(), "--refit", frames});
     EXPECT_EQ(refused.exit_code, 1) << frames;
     EXPECT_THAT(refused.err, HasSubstr(word));
-    EXPECT_TRUE(open_project(project_.folder())->options.refits.empty());
+    EXPECT_TRUE(open_project(project_.folder())->options.fit.refits.empty());
   }
 }
 
@@ -124,25 +124,27 @@ TEST_F(CareCommand, FramesThatMeasureAreNotLeftOut) {
     const ProgramResult refused = likeness({"train", project(), "--leave-out", frames});
     EXPECT_EQ(refused.exit_code, 1) << frames;
     EXPECT_THAT(refused.err, HasSubstr(word));
-    EXPECT_TRUE(open_project(project_.folder())->options.left_out.empty());
+    EXPECT_TRUE(open_project(project_.folder())->options.train.left_out.empty());
   }
   // This project cannot train; what shall be left out is remembered all the same.
   (void)likeness({"train", project(), "--leave-out", "2,4-6"});
-  EXPECT_EQ(open_project(project_.folder())->options.left_out, (std::vector<int>{2, 4, 5, 6}));
+  EXPECT_EQ(open_project(project_.folder())->options.train.left_out, (std::vector<int>{2, 4, 5, 6}));
   (void)likeness({"train", project(), "--leave-out", "none"});
-  EXPECT_TRUE(open_project(project_.folder())->options.left_out.empty());
+  EXPECT_TRUE(open_project(project_.folder())->options.train.left_out.empty());
 }
 
 TEST_F(CareCommand, ATrainingThatWasFinishedEarlyIsNotTheMeasureOfTheNext) {
-  const auto finished_early = [](Project& p) { p.options.budget_s = 52, p.options.full_budget_s = 600; };
+  const auto finished_early = [](Project& p) {
+    p.options.train.budget_s = 52, p.options.train.full_budget_s = 600;
+  };
   ASSERT_TRUE(change_project(project_.folder(), finished_early).ok());
   (void)likeness({"train", project(), "--seed", "7"});  // this project cannot train
-  EXPECT_EQ(open_project(project_.folder())->options.budget_s, 600);
-  EXPECT_EQ(open_project(project_.folder())->options.full_budget_s, 0);
+  EXPECT_EQ(open_project(project_.folder())->options.train.budget_s, 600);
+  EXPECT_EQ(open_project(project_.folder())->options.train.full_budget_s, 0);
   ASSERT_TRUE(change_project(project_.folder(), finished_early).ok());
   (void)likeness({"train", project(), "--budget", "90"});  // what is asked for wins
-  EXPECT_EQ(open_project(project_.folder())->options.budget_s, 90);
-  EXPECT_EQ(open_project(project_.folder())->options.full_budget_s, 0);
+  EXPECT_EQ(open_project(project_.folder())->options.train.budget_s, 90);
+  EXPECT_EQ(open_project(project_.folder())->options.train.full_budget_s, 0);
 }
 
 }  // namespace

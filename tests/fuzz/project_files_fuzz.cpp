@@ -136,7 +136,7 @@ TEST(FuzzProjectFiles, Capture) {
 
 TEST(FuzzProjectFiles, Project) {
   Project project;
-  project.options.video = "/clip.mp4";
+  project.options.shared.video = "/clip.mp4";
   project.record(Stage::fit).warnings = {"one"};
   fuzz_file(
       "project.json", "project.json",

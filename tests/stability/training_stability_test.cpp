@@ -15,9 +15,9 @@ namespace {
 
 TrainOptions options_of(std::uint64_t steps, FieldPrecision precision = FieldPrecision::bf16) {
   TrainOptions options;
-  options.precision = precision;
-  options.steps = steps;
-  options.rays_per_step = 256;
+  options.place.precision = precision;
+  options.schedule.steps = steps;
+  options.rays.per_step = 256;
   options.seed = 5;
   return options;
 }
@@ -89,7 +89,7 @@ TEST_P(TrainingInPrecision, RatesFarTooHighRecoverOrStopWithAMessage) {
   const TrainingSet set = ball_set(12, 24);
   for (const double rate : {10.0, 1e3, 1e6}) {
     TrainOptions options = options_of(150, GetParam());
-    options.rate = rate;
+    options.schedule.rate = rate;
     double loss = 1;
     const auto avatar = train(set, options, &loss);
     if (!avatar) {

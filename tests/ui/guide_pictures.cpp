@@ -24,7 +24,7 @@ class GuidePictures : public testing::Test {
     options.settings = folder_ / "studio.json";
     options.projects = folder_ / "Likeness";
     options.demo = {};  // the camera walks first: so the Cameras step has something to show
-    options.project.steps = 700;
+    options.project.train.steps = 700;
     Settings settings;
     settings.scale_percent = 125;  // letters that are read in a picture of two thirds of the size
     settings.licences_shown = true;

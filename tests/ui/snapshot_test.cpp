@@ -8,7 +8,7 @@ namespace {
 
 ProjectContents fresh() {
   ProjectContents contents;
-  contents.project.options.video = "/clips/me.mp4";
+  contents.project.options.shared.video = "/clips/me.mp4";
   contents.clip = VideoInfo{.width = 640, .height = 480, .duration_s = 12};
   return contents;
 }

@@ -25,8 +25,8 @@ class StudioAttributes : public test::DrivenStudio {
     ASSERT_TRUE(filmed.ok()) << filmed.error().what;
     project_ = folder_ / "projects" / "demo.likeness";
     ProjectOptions options;
-    options.video = folder_ / "demo" / "demo.mp4";
-    options.steps = 10;
+    options.shared.video = folder_ / "demo" / "demo.mp4";
+    options.train.steps = 10;
     auto project = open_or_create_project(project_, options);
     ASSERT_TRUE(project.ok()) << project.error().what;
     project->consent = Consent::no_real_person;

@@ -28,8 +28,8 @@ class StudioMasks : public test::DrivenStudio {
     const auto filmed = write_demo_capture(made_ / "demo", demo, Progress(), {});
     ASSERT_TRUE(filmed.ok()) << filmed.error().what;
     ProjectOptions options;
-    options.video = made_ / "demo" / "demo.mp4";
-    options.steps = 10;
+    options.shared.video = made_ / "demo" / "demo.mp4";
+    options.train.steps = 10;
     auto project = open_or_create_project(made_ / "demo.likeness", options);
     ASSERT_TRUE(project.ok()) << project.error().what;
     project->consent = Consent::no_real_person;

@@ -163,7 +163,7 @@ class StudioPace : public testing::Test {
     for (const fs::path& made :
          {avatar_path(*project), checkpoint_path(*project), training_curve_path(*project)})
       fs::remove(made);
-    project->options.steps = kSteps;
+    project->options.train.steps = kSteps;
     project->record(Stage::train) = {};
     EXPECT_TRUE(save_project(*project).ok());
     return folder;

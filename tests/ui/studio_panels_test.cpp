@@ -39,12 +39,12 @@ std::shared_ptr<const ProjectContents> ball_contents() {
   static const auto contents = [] {
     const TrainingSet set = ball_set(24, 32);
     TrainOptions options;
-    options.steps = 30;
-    options.rays_per_step = 256;
+    options.schedule.steps = 30;
+    options.rays.per_step = 256;
     auto avatar = train_avatar(set, options, {}, Progress(), {}, {});
     auto made = std::make_shared<ProjectContents>();
     made->project.folder = "/home/me/Likeness/Ball.likeness";
-    made->project.options.video = "/home/me/Videos/Ball.mp4";
+    made->project.options.shared.video = "/home/me/Videos/Ball.mp4";
     made->project.consent = Consent::own;
     made->current.fill(true);
     made->clip =
@@ -254,7 +254,7 @@ TEST_F(Panels, ASpanOfTheErrorStripIsMarkedAndAskedFor) {
   // Of a span that was fitted again: what came of it, and the way back.
   Snapshot again = snapshot;
   auto contents = std::make_shared<ProjectContents>(*snapshot.contents);
-  contents->project.options.refits = {{6, 9}};
+  contents->project.options.fit.refits = {{6, 9}};
   contents->refits = {{{6, 9}, 4, 3, 2, 1}};
   again.contents = contents;
   (void)settled(again);
@@ -957,7 +957,7 @@ TEST_F(Panels, ATrainingFrameIsLeftOutByAClickAndAHeldOutOneCannotBe) {
   test::click("Leave it out of the training", watch);
   EXPECT_EQ(left_out, std::vector<int>{8});
   auto contents = std::make_shared<ProjectContents>(*s.contents);
-  contents->project.options.left_out = {8, 12};
+  contents->project.options.train.left_out = {8, 12};
   s.contents = contents;
   settled(s);
   keep_shot("face_left_out");
@@ -1053,7 +1053,7 @@ TEST_F(Panels, ADamagedProjectIsRepairedOrDeletedByAButton) {
   s.settings.recent = {folder};
   s.damaged = DamagedProject{.folder = folder};
   s.error = Error{ErrorCode::bad_input, (folder / "project.json").string() + " cannot be read: cut off.",
-                  "Put a good copy of this file back, or let it be made anew from the rest.", ""};
+                  "Put a good copy of this file back, or let it be made again from the rest.", ""};
   s.situation = {.damaged = true, .repairable = true};
   settled(s);
   keep_shot("damaged");

@@ -14,7 +14,7 @@ class StudioPath : public test::DrivenStudio {
  protected:
   void SetUp() override {
     DrivenStudio::SetUp();
-    options_.project.steps = 60;  // some seconds: longer than until the first preview
+    options_.project.train.steps = 60;  // some seconds: longer than until the first preview
     options_.study = {.models = {"static-grid", kDefaultModel},
                       .steps = 60,
                       .size = 48,
@@ -195,7 +195,7 @@ TEST_F(StudioPath, FromTheStartScreenToAnExportedPicture) {
 
   // Everything of the person goes when asked for, and only after the question.
   const fs::path folder = studio_->snapshot().contents->project.folder;
-  const fs::path clip = studio_->snapshot().contents->project.options.video;
+  const fs::path clip = studio_->snapshot().contents->project.options.shared.video;
   const auto ask = [&] {
     TestWindow::get().shell->ask(Question::delete_person);
     frame();

@@ -113,7 +113,7 @@ TEST_F(StudioRecord, FromTheStartScreenToTheProjectOfTheClip) {
   EXPECT_EQ(now.shown, Step::film);
   EXPECT_EQ(now.contents->project.consent, Consent::not_asked);
   ASSERT_EQ(clips().size(), 1u);
-  EXPECT_EQ(now.contents->project.options.video, clips()[0]);
+  EXPECT_EQ(now.contents->project.options.shared.video, clips()[0]);
   EXPECT_EQ(now.settings.recent.size(), 1u);
   EXPECT_EQ(cameras_->in_use, 0);
   frame();
@@ -164,7 +164,7 @@ TEST_F(StudioRecord, ACameraThatBreaksLeavesItsClipAndSaysSo) {
   ASSERT_TRUE(until([](const Snapshot& s) { return s.contents != nullptr; }));
   const Snapshot now = studio_->snapshot();
   ASSERT_EQ(clips().size(), 1u);
-  EXPECT_EQ(now.contents->project.options.video, clips()[0]);
+  EXPECT_EQ(now.contents->project.options.shared.video, clips()[0]);
   ASSERT_TRUE(now.error.has_value());
   EXPECT_NE(now.error->what.find("broke off"), std::string::npos) << now.error->what;
   EXPECT_NE(now.error->fix.find("is kept"), std::string::npos) << now.error->fix;
@@ -212,7 +212,7 @@ TEST_F(StudioRecord, WhatIsDroppedWaitsForTheEndOfTheRecording) {
   TestWindow::get().window->drop({folder_ / "other.mp4"});
   ASSERT_TRUE(until([](const Snapshot& s) { return s.contents != nullptr; }));
   EXPECT_FALSE(studio_->snapshot().recorder.has_value());
-  EXPECT_EQ(studio_->snapshot().contents->project.options.video, folder_ / "other.mp4");
+  EXPECT_EQ(studio_->snapshot().contents->project.options.shared.video, folder_ / "other.mp4");
 }
 
 TEST_F(StudioRecord, OneOfSeveralWebcamsIsChosen) {

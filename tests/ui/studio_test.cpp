@@ -25,7 +25,7 @@ class StudioState : public testing::Test {
     ASSERT_TRUE(writer->finish().ok());
     auto stored = open_project(project_.folder());
     ASSERT_TRUE(stored.ok());
-    stored->options.video = clip_;
+    stored->options.shared.video = clip_;
     stored->consent = Consent::given;
     ASSERT_TRUE(save_project(*stored).ok());
     studio_ = std::make_unique<Studio>(
@@ -162,7 +162,7 @@ TEST_F(StudioState, AMovedClipIsFoundAgainAndAnotherOneRefused) {
   ask(requests);
   ASSERT_TRUE(until([](const Snapshot& s) { return s.contents->clip.has_value(); }));
   EXPECT_FALSE(studio_->snapshot().situation.clip_missing);
-  EXPECT_EQ(open_project(project_.folder())->options.video, moved);
+  EXPECT_EQ(open_project(project_.folder())->options.shared.video, moved);
 }
 
 TEST_F(StudioState, AFurtherClipIsAddedMakesTheAvatarOldAndIsTakenOut) {
@@ -197,27 +197,27 @@ TEST_F(StudioState, AFurtherClipIsAddedMakesTheAvatarOldAndIsTakenOut) {
 
 TEST_F(StudioState, WhatACommandLineChoseMeanwhileStays) {
   open();
-  ASSERT_TRUE(change_project(project_.folder(), [](Project& p) { p.options.left_out = {3}; }).ok());
+  ASSERT_TRUE(change_project(project_.folder(), [](Project& p) { p.options.train.left_out = {3}; }).ok());
   Requests wanted;
   wanted.budget_s = 900;
   ask(wanted);
   const auto stored = open_project(project_.folder());
   ASSERT_TRUE(stored.ok());
-  EXPECT_EQ(stored->options.budget_s, 900);
-  EXPECT_EQ(stored->options.left_out, std::vector<int>{3});
+  EXPECT_EQ(stored->options.train.budget_s, 900);
+  EXPECT_EQ(stored->options.train.left_out, std::vector<int>{3});
 }
 
 TEST_F(StudioState, ATrainingThatWasFinishedEarlyIsNotTheMeasureOfTheNext) {
   ASSERT_TRUE(change_project(project_.folder(), [](Project& p) {
-                p.options.budget_s = 52, p.options.full_budget_s = 600, p.options.steps = 0;
+                p.options.train.budget_s = 52, p.options.train.full_budget_s = 600, p.options.train.steps = 0;
                 p.consent = Consent::own;
               }).ok());
   open();
   ask(Command::make_avatar);
   const auto stored = open_project(project_.folder());
   ASSERT_TRUE(stored.ok());
-  EXPECT_EQ(stored->options.budget_s, 600);
-  EXPECT_EQ(stored->options.full_budget_s, 0);
+  EXPECT_EQ(stored->options.train.budget_s, 600);
+  EXPECT_EQ(stored->options.train.full_budget_s, 0);
 }
 
 TEST_F(StudioState, ADeletedPersonIsGoneAndForgotten) {
@@ -280,7 +280,7 @@ TEST_F(StudioState, ADamagedProjectIsRepairedFromTheWindow) {
   const Snapshot now = studio_->snapshot();
   EXPECT_FALSE(now.error.has_value());
   EXPECT_FALSE(now.damaged.has_value());
-  EXPECT_EQ(now.contents->project.options.video, clip_);
+  EXPECT_EQ(now.contents->project.options.shared.video, clip_);
   EXPECT_EQ(now.contents->project.consent, Consent::not_asked);
 }
 

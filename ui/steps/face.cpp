@@ -25,7 +25,7 @@ ImVec4 verdict_ink(FrameStatus status) {
 }
 
 bool is_left_out(const Snapshot& snapshot, int frame) {
-  return std::ranges::binary_search(snapshot.contents->project.options.left_out, frame);
+  return std::ranges::binary_search(snapshot.contents->project.options.train.left_out, frame);
 }
 
 // Training frames can be taken out by a click; those that measure cannot, or the measure would lie.
@@ -33,7 +33,7 @@ void draw_training_choice(const Snapshot& snapshot, int frame, Requests& request
   const auto& frames = snapshot.contents->capture->frames;
   const auto own = std::ranges::find(frames, frame, &CaptureFrame::frame);
   if (own == frames.end()) return;
-  std::vector<int> left_out = snapshot.contents->project.options.left_out;
+  std::vector<int> left_out = snapshot.contents->project.options.train.left_out;
   if (own->held_out) {
     faint_text("Held out: it measures the avatar and never trains. It cannot be left out.");
   } else if (!own->used) {
@@ -76,18 +76,18 @@ void draw_refit(const Snapshot& snapshot, const std::optional<RefitSpan>& marked
         "For a stretch in which the net does not lie on the face, between frames in which it does. Takes "
         "seconds; all other frames stay as they are.");
   }
-  const auto done = std::ranges::find_if(contents.project.options.refits, [&](const RefitSpan& span) {
+  const auto done = std::ranges::find_if(contents.project.options.fit.refits, [&](const RefitSpan& span) {
     return marked ? span.first <= marked->last && marked->first <= span.last
                   : span.first <= frame && frame <= span.last;
   });
-  if (done != contents.project.options.refits.end()) {
+  if (done != contents.project.options.fit.refits.end()) {
     if (const RefitOutcome* outcome = find_refit(contents.refits, done->first))
       body_text(refit_words(*outcome));
     else
       faint_text("To be fitted again by the next run.");
     if (plain_button("Take the re-fit back", idle)) requests.take_back = *done;
   }
-  if (marked || done != contents.project.options.refits.end()) ImGui::Dummy({0, px(6)});
+  if (marked || done != contents.project.options.fit.refits.end()) ImGui::Dummy({0, px(6)});
 }
 
 void draw_about(const Snapshot& snapshot, const TrackedFrame& frame, const std::optional<RefitSpan>& marked,

@@ -1,8 +1,11 @@
 // Step 1: the clip, the agreement of the person in it, and the one button.
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
+#include <optional>
 
+#include "core/project/option_table.h"
 #include "ui/steps.h"
 #include "ui/theme.h"
 #include "ui/widgets.h"
@@ -32,25 +35,31 @@ void draw_consent(const Snapshot& snapshot, Requests& requests) {
   note("consent", Tone::good, kWords[std::size_t(answer)]);
 }
 
+// A row of buttons with what is offered of an option, the one that is chosen pressed in. Returns the one that
+// was clicked.
+std::optional<double> draw_option(const OptionRow& row, std::optional<double> chosen) {
+  const StudioField& field = row.studio;
+  std::optional<double> clicked;
+  choice_label(field.label, px(94));
+  for (const double value : field.offered) {
+    if (choice(fmt::format("{} {}", value / field.one_unit, field.unit).c_str(), chosen == value))
+      clicked = value;
+    ImGui::SameLine();
+  }
+  ImGui::NewLine();
+  faint_text(field.hint);
+  return clicked;
+}
+
 void draw_choices(const Snapshot& snapshot, Requests& requests) {
   const ProjectOptions& options = snapshot.contents->project.options;
   ImGui::BeginDisabled(snapshot.situation.running);
-  choice_label("Pictures", px(94));
-  for (const int size : {256, 512, 1024}) {
-    if (choice(fmt::format("{} px", size).c_str(), options.size == size)) requests.picture_size = size;
-    ImGui::SameLine();
-  }
-  ImGui::NewLine();
-  faint_text("Larger pictures show more and take about four times as long a step.");
-  choice_label("Training", px(94));
-  const double chosen_s = options.full_budget_s > 0 ? options.full_budget_s : options.budget_s;
-  for (const int minutes : {2, 5, 15, 60}) {
-    if (choice(fmt::format("{} min", minutes).c_str(), options.steps == 0 && chosen_s == 60 * minutes))
-      requests.budget_s = 60 * minutes;
-    ImGui::SameLine();
-  }
-  ImGui::NewLine();
-  faint_text("Longer training sharpens teeth, eyes and hair. It can go on later, too.");
+  if (const auto size = draw_option(option_row("size_px"), options.import.size))
+    requests.picture_size = int(*size);
+  const TrainChoices& train = options.train;
+  std::optional<double> seconds = train.full_budget_s > 0 ? train.full_budget_s : train.budget_s;
+  if (train.steps > 0) seconds.reset();
+  if (const auto budget = draw_option(option_row("budget_s"), seconds)) requests.budget_s = budget;
   ImGui::EndDisabled();
 }
 
@@ -76,7 +85,7 @@ void draw_plan(const Snapshot& snapshot, Requests& requests) {
 void draw_facts(const Snapshot& snapshot) {
   const ProjectContents& contents = *snapshot.contents;
   ImGui::PushFont(theme().fonts.strong);
-  clipped_text(contents.project.options.video.filename().string(), ImGui::GetContentRegionAvail().x);
+  clipped_text(contents.project.options.shared.video.filename().string(), ImGui::GetContentRegionAvail().x);
   ImGui::PopFont();
   if (contents.clip)
     faint_text(fmt::format("{} \u00d7 {} px, {:.0f} pictures a second, {:.0f} s, {}", contents.clip->width,

@@ -303,8 +303,8 @@ void draw_attribute_advice(const Snapshot& snapshot, const CaptureFrame* own) {
   if (snapshot.situation.running)
     faint_text("Strokes are painted when the work is done or stopped.");
   else if (!own || !own->used ||
-           std::ranges::find(snapshot.contents->project.options.left_out, own->frame) !=
-               snapshot.contents->project.options.left_out.end())
+           std::ranges::find(snapshot.contents->project.options.train.left_out, own->frame) !=
+               snapshot.contents->project.options.train.left_out.end())
     faint_text("Nothing is learnt from this frame: paint on one that trains.");
   else
     faint_text(

@@ -69,23 +69,23 @@ Result<double> training_rays_per_s(const Project& project, const ProjectSpeedOpt
   const fs::path checkpoint = scratch->path() / "checkpoint.bin";
   TrainOptions training = training_options(stage_inputs(project.options).train);
   (void)take_parts(project, *set, training);
-  training.precision = options.precision;
-  training.backend = options.backend;
-  training.steps = 0;
-  training.budget_s = options.train_seconds;
+  training.place.precision = options.precision;
+  training.place.backend = options.backend;
+  training.schedule.steps = 0;
+  training.schedule.budget_s = options.train_seconds;
   std::error_code failure;
   if (fs::exists(checkpoint_path(project), failure)) {
     if (!fs::copy_file(checkpoint_path(project), checkpoint, failure))
       return file_error(checkpoint, "write", failure.value());
     const auto avatar = read_avatar(avatar_path(project));
     if (!avatar) return avatar.error();
-    training.budget_s += avatar->train_seconds;
+    training.schedule.budget_s += avatar->train_seconds;
   }
   Pace pace;
   const auto trained = train_avatar(
       *set, training, checkpoint, progress, [&](const TrainStatus& status) { pace.add(status); }, stop);
   if (!trained) return trained.error();
-  return double(training.rays_per_step) * pace.steps_per_s();
+  return double(training.rays.per_step) * pace.steps_per_s();
 }
 
 }  // namespace

@@ -56,7 +56,7 @@ Result<Evaluation> evaluate(const Project& project, const EvalOptions& options, 
   if (!model) return model.error();
   if (auto fits = check_track_fits(track, *model); !fits) return fits.error();
   const AvatarRig rig = make_rig(avatar, *model);
-  const auto detector = FaceDetector::load(project.options.landmark_model);
+  const auto detector = FaceDetector::load(project.options.shared.landmark_model);
   if (!detector) return detector.error();
   std::optional<PerceptualNetwork> perceptual;
   if (!options.lpips.empty()) {

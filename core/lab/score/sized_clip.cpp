@@ -26,7 +26,7 @@ std::string content_of(const Project& project, const HeadModel& model) {
     text += hash ? *hash : "absent";
   }
   if (const auto hash = hash_file(detail_path(project))) text += *hash;  // most projects have none
-  return hash_text(fmt::format("{} {}", text, fmt::join(project.options.left_out, ",")));
+  return hash_text(fmt::format("{} {}", text, fmt::join(project.options.train.left_out, ",")));
 }
 
 Image8 fitted(const Image8& image, int size) {

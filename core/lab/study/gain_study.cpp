@@ -63,7 +63,8 @@ Result<Inputs> load_inputs(const Project& project) {
   const auto capture_hash = hash_file(capture_path(project)), cameras_hash = hash_file(cameras_path(project));
   if (!capture_hash) return capture_hash.error();
   if (!cameras_hash) return cameras_hash.error();
-  std::string content = *capture_hash + *cameras_hash + model->hash + project.options.landmark_model.string();
+  std::string content =
+      *capture_hash + *cameras_hash + model->hash + project.options.shared.landmark_model.string();
   return Inputs{project, std::move(*capture), std::move(*cameras), std::move(*model), std::move(content)};
 }
 
@@ -74,12 +75,12 @@ Result<fs::path> make_track(const Inputs& inputs, const std::string& step, const
       folder / fmt::format("{}-{}.track.json", step, hash_text(inputs.content).substr(0, 8));
   if (std::error_code ignored; fs::exists(path, ignored)) return path;
   TrackOptions base;
-  base.predictor = inputs.project.options.landmark_model;
+  base.predictor = inputs.project.options.shared.landmark_model;
   const auto steps = track_steps({step}, base);
   if (!steps) return steps.error();
   const SquareCrop& crop = inputs.capture.crop;
   auto track =
-      track_clip(inputs.project.options.video, {crop.x, crop.y, crop.side, crop.side}, inputs.cameras,
+      track_clip(inputs.project.options.shared.video, {crop.x, crop.y, crop.side, crop.side}, inputs.cameras,
                  held_out_frames(inputs.capture), inputs.model, steps->front().options, progress, stop);
   if (!track) return track.error();
   if (const auto written = write_track(path, *track); !written) return written.error();
@@ -141,10 +142,10 @@ Result<Project> make_workplace(const Inputs& inputs, const fs::path& folder, con
     return shared.error();
   if (const auto written = write_track(track_path(work), track); !written) return written.error();
   if (const auto forgotten = forget_project_detail(work); !forgotten) return forgotten.error();
-  if (maps && !work.options.displacement.empty()) {
+  if (maps && !work.options.fit.displacement.empty()) {
     DetailReport report;
     const auto detail =
-        learn_project_detail(work.options.displacement, inputs.capture, track, inputs.model, report);
+        learn_project_detail(work.options.fit.displacement, inputs.capture, track, inputs.model, report);
     if (!detail) return detail.error();
     if (const auto written = write_project_detail(work, *detail); !written) return written.error();
   }
@@ -223,8 +224,8 @@ Result<GainScore> train_and_score(const Inputs& inputs, const GainVariant& varia
   const Image8 plate = set->plate;
   TrainOptions training;
   apply_parts(chosen, *set, training);
-  training.steps = options.steps;
-  training.rays_per_step = options.rays;
+  training.schedule.steps = options.steps;
+  training.rays.per_step = options.rays;
   training.seed = seed;
   if (variant.train != nullptr) variant.train(training);
   double samples_per_ray = 0;
@@ -260,21 +261,21 @@ Result<GainScore> run_variant(const Inputs& inputs, const GainVariant& variant, 
   if (!tracked) return tracked.error();
   auto track = read_track(*tracked);
   if (!track) return track.error();
-  track->head_model_file = inputs.project.options.head_model.string();
+  track->head_model_file = inputs.project.options.shared.head_model.string();
   if (variant.change != nullptr) variant.change(*track, inputs.model);
   const auto track_hash = hash_file(*tracked);
   if (!track_hash) return track_hash.error();
   std::string maps;
-  if (variant.maps && !inputs.project.options.displacement.empty()) {
-    const auto hash = detail_maps_hash(inputs.project.options.displacement);
+  if (variant.maps && !inputs.project.options.fit.displacement.empty()) {
+    const auto hash = detail_maps_hash(inputs.project.options.fit.displacement);
     if (!hash) return hash.error();
     maps = " maps " + *hash;
   }
-  const std::string content = hash_text(fmt::format("{} {} {} {} {} {} {}{}{} {}", inputs.content,
-                                                    *track_hash, variant.name, options.steps, options.rays,
-                                                    seed, options.refit, corrections_hash(inputs.project),
-                                                    maps, fmt::join(inputs.project.options.left_out, ",")) +
-                                        (variant.attributes ? attributes_hash(inputs.project) : ""));
+  const std::string content = hash_text(
+      fmt::format("{} {} {} {} {} {} {}{}{} {}", inputs.content, *track_hash, variant.name, options.steps,
+                  options.rays, seed, options.refit, corrections_hash(inputs.project), maps,
+                  fmt::join(inputs.project.options.train.left_out, ",")) +
+      (variant.attributes ? attributes_hash(inputs.project) : ""));
   const std::string name = fmt::format("{}-{}", variant.name, seed);
   if (auto done = read_gain_score(folder / (name + ".json"), content)) return *done;
   fs::path mattes;
@@ -333,13 +334,13 @@ const std::vector<GainVariant>& gain_variants() {
       {"no-gaze", "eyes that look straight ahead", "photometric", look_ahead},
       {"no-torso", "without a torso", "photometric", drop_torso},
       {"no-warp", "without the head model's deformation", "photometric", nullptr,
-       [](TrainOptions& o) { o.mode = FieldMode::hyper; }},
+       [](TrainOptions& o) { o.fields.mode = FieldMode::hyper; }},
       {"no-slice", "the deformation, and psi beside the features", "photometric", nullptr,
-       [](TrainOptions& o) { o.mode = FieldMode::warp; }},
+       [](TrainOptions& o) { o.fields.mode = FieldMode::warp; }},
       {"no-displacement", "without the detail maps that the project was given", "photometric", nullptr,
        nullptr, nullptr, false},
       {"no-expression", "a field that knows no expression: neither slice nor deformation", "photometric",
-       nullptr, [](TrainOptions& o) { o.mode = FieldMode::static_; }},
+       nullptr, [](TrainOptions& o) { o.fields.mode = FieldMode::static_; }},
       {"no-gaze-slice", "a slice that is not told where the eyes look", "photometric", nullptr, nullptr,
        [](ChosenParts& p) { p.gaze = false; }},
       {"no-torso-field", "tracked as ever, without the torso's field", "photometric", nullptr, nullptr,
@@ -359,27 +360,27 @@ const std::vector<GainVariant>& gain_variants() {
       {"grid-coarse", "grids whose finest cells are twice as wide", "photometric", nullptr, nullptr,
        [](ChosenParts& p) { p.sizes.head_finest /= 2, p.sizes.torso_finest /= 2; }},
       {"still", "hair and skull told no expression, however little the head turns", "photometric", nullptr,
-       [](TrainOptions& o) { o.use_still = true; }},
+       [](TrainOptions& o) { o.fields.use_still = true; }},
       {"no-still", "expressions everywhere, hair and skull included", "photometric", nullptr,
-       [](TrainOptions& o) { o.use_still = false; }},
+       [](TrainOptions& o) { o.fields.use_still = false; }},
       {"no-occupancy", "every carved cell occupied, samples spread evenly", "photometric", nullptr,
-       [](TrainOptions& o) { o.use_occupancy = false; }},
+       [](TrainOptions& o) { o.rays.use_occupancy = false; }},
       {"canonical-occupancy", "empty cells known in the canonical face, looked up through the deformation",
-       "photometric", nullptr, [](TrainOptions& o) { o.canonical_occupancy = true; }},
+       "photometric", nullptr, [](TrainOptions& o) { o.rays.canonical_occupancy = true; }},
       {"samples-even", "training's samples spread evenly over occupied cells", "photometric", nullptr,
-       [](TrainOptions& o) { o.even_samples = 1; }},
+       [](TrainOptions& o) { o.rays.even_samples = 1; }},
       {"samples-quarter", "a quarter of training's samples spread evenly", "photometric", nullptr,
-       [](TrainOptions& o) { o.even_samples = 0.25f; }},
+       [](TrainOptions& o) { o.rays.even_samples = 0.25f; }},
       {"refine-track", "training frames corrected through the field", "photometric", nullptr,
        [](TrainOptions& o) { o.refine_track = true; }},
       {"landmark-loss", "with the landmark loss, weight 0.1", "photometric", nullptr,
-       [](TrainOptions& o) { o.landmark_weight = 0.1; }},
+       [](TrainOptions& o) { o.losses.landmark_weight = 0.1; }},
       {"landmark-10th", "with the landmark loss, weight 0.01", "photometric", nullptr,
-       [](TrainOptions& o) { o.landmark_weight = 0.01; }},
+       [](TrainOptions& o) { o.losses.landmark_weight = 0.01; }},
       {"landmark-100th", "with the landmark loss, weight 0.001", "photometric", nullptr,
-       [](TrainOptions& o) { o.landmark_weight = 0.001; }},
+       [](TrainOptions& o) { o.losses.landmark_weight = 0.001; }},
       {"landmark-rays", "the landmark loss's patches of rays, the loss itself next to nothing", "photometric",
-       nullptr, [](TrainOptions& o) { o.landmark_weight = 1e-9; }},
+       nullptr, [](TrainOptions& o) { o.losses.landmark_weight = 1e-9; }},
       {.name = kAttributeRow,
        .about = "with the attributes that were painted",
        .track_step = "photometric",
@@ -392,7 +393,7 @@ Result<std::vector<GainRow>> study_gains(const Project& project, const fs::path&
                                          const GainOptions& options, const Progress& progress,
                                          std::stop_token stop) {
   const auto variants = chosen_variants(options.variants, !attributes_hash(project).empty(),
-                                        !project.options.displacement.empty());
+                                        !project.options.fit.displacement.empty());
   if (!variants) return variants.error();
   const auto inputs = load_inputs(project);
   if (!inputs) return inputs.error();

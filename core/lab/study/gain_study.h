@@ -37,7 +37,7 @@ const std::vector<GainVariant>& gain_variants();  // the first is the default of
 struct GainOptions {
   std::vector<std::string> variants;  // empty = all
   std::uint64_t steps = 300;          // of training, for each
-  int rays = TrainOptions().rays_per_step;
+  int rays = TrainOptions().rays.per_step;
   int seeds = 1;  // trainings of each
   std::uint64_t first_seed = 0;
   bool refit = false;  // beside the as-tracked scores, the oracle's (core/train/field_fit.h)

@@ -138,7 +138,7 @@ Result<LandmarkStudy> study_landmarks(const Project& project, int frames, const 
   if (!model) return model.error();
   const auto training = load_training_set(project, *model);
   if (!training) return training.error();
-  const auto detector = FaceDetector::load(project.options.landmark_model);
+  const auto detector = FaceDetector::load(project.options.shared.landmark_model);
   if (!detector) return detector.error();
   progress.report(0, "learning the patches");
   const auto patches =

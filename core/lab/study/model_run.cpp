@@ -278,10 +278,10 @@ Result<ModelScore> run_grid(const StudyBench& bench, const ModelSpec& spec, std:
   ChosenParts parts = chosen_parts(bench, spec.mode);
   if (spec.parts != nullptr) spec.parts(parts);
   apply_parts(parts, set, options);
-  options.budget_s = spec.share * bench.options.seconds;
-  options.clock = WorkClock::processor;
-  options.steps = steps;
-  options.rays_per_step = bench.options.rays;
+  options.schedule.budget_s = spec.share * bench.options.seconds;
+  options.schedule.clock = WorkClock::processor;
+  options.schedule.steps = steps;
+  options.rays.per_step = bench.options.rays;
   options.seed = seed;
   if (spec.change != nullptr) spec.change(options);
   const bool first = seed == bench.options.first_seed;
@@ -292,8 +292,9 @@ Result<ModelScore> run_grid(const StudyBench& bench, const ModelSpec& spec, std:
   double held = 0, share = 0;
   const AvatarTap tap{[&] {
                         ++step;
-                        share = options.steps > 0 ? double(step) / double(options.steps)
-                                                  : (worked() - start - held) / options.budget_s;
+                        share = options.schedule.steps > 0
+                                    ? double(step) / double(options.schedule.steps)
+                                    : (worked() - start - held) / options.schedule.budget_s;
                         return plan.is_due(share);
                       },
                       [&](const Avatar& avatar) {

@@ -204,7 +204,7 @@ Result<StudyBench> prepare(const Project& project, const fs::path& folder, const
         fmt::format("Give --size {} or less, or import the clip larger.", capture->size), ""};
   auto clip = read_sized_clip(project, options.size);
   if (!clip) return clip.error();
-  auto detector = FaceDetector::load(project.options.landmark_model);
+  auto detector = FaceDetector::load(project.options.shared.landmark_model);
   if (!detector) return detector.error();
   std::optional<PerceptualNetwork> perceptual;
   if (!options.lpips.empty()) {
@@ -287,7 +287,7 @@ Result<ModelStudy> study_models_of(const Project& project, const fs::path& folde
                    "Leave out --tables, or that model.", ""};
   auto bench = prepare(project, folder, options);
   if (!bench) return bench.error();
-  study.clip = project.options.video.filename().string();
+  study.clip = project.options.shared.video.filename().string();
   study.size = bench->clip.set.size, study.full_size = bench->full_size;
   study.training_frames = int(bench->clip.set.views.size());
   study.parts = chosen_parts(*bench, kDefaultMode).parts;

@@ -119,7 +119,8 @@ class BakedBall : public testing::Test {
   static const Avatar& avatar() {
     static const Avatar kAvatar = [] {
       TrainOptions options;
-      options.steps = 150, options.rays_per_step = 1024, options.precision = FieldPrecision::exact;
+      options.schedule.steps = 150, options.rays.per_step = 1024,
+      options.place.precision = FieldPrecision::exact;
       auto trained = train_avatar(set(), options, {}, Progress(), {}, {});
       EXPECT_TRUE(trained.ok()) << trained.error().what;
       return trained.ok() ? std::move(*trained) : Avatar{};

@@ -24,7 +24,7 @@ VideoInfo minute() {
 
 BuildForecast forecast(const VideoInfo& clip, int size, double budget_s = 300, int threads = 2) {
   ProjectOptions options;
-  options.size = size, options.budget_s = budget_s;
+  options.import.size = size, options.train.budget_s = budget_s;
   return forecast_build(clip, options, head(), threads);
 }
 
@@ -63,7 +63,7 @@ TEST(BuildForecast, FramesBeyondThoseThatTrainCostNoPictures) {
 
 TEST(BuildForecast, SaysNoWithFiguresAndOffersASmallerSize) {
   ProjectOptions options;
-  options.size = 1024;
+  options.import.size = 1024;
   const BuildForecast large = forecast_build(minute(), options, head(), 2);
   const BuildForecast small = forecast(minute(), 256);
   const Resources plenty{1ull << 45, 1ull << 45};

@@ -29,7 +29,7 @@ class Care : public testing::Test {
     folder_ = root_ / "me.likeness";
     ASSERT_TRUE(write_text(clip_, "the clip").ok());
     ProjectOptions options;
-    options.video = clip_;
+    options.shared.video = clip_;
     ASSERT_TRUE(open_or_create_project(folder_, options).ok());
     for (const char* file : {"frames/000000.png",
                              "masks/000000.png",
@@ -116,7 +116,7 @@ TEST_F(Care, AClipInsideTheFolderIsNeverDeleted) {
     ASSERT_TRUE(write_text(folder_ / inside, "the clip").ok());
     Project project;
     project.folder = folder_;
-    project.options.video = folder_ / inside;
+    project.options.shared.video = folder_ / inside;
     ASSERT_TRUE(save_project(project).ok());
     const auto deleted = delete_person(folder_, false);
     ASSERT_TRUE(deleted.ok()) << deleted.error().what;
@@ -163,7 +163,7 @@ TEST_F(Care, AMovedClipIsMissedAndFoundAgain) {
   EXPECT_FALSE(relink_clip(folder_, root_ / "absent.mp4").ok());
   const auto linked = relink_clip(folder_, moved);
   ASSERT_TRUE(linked.ok()) << linked.error().what;
-  EXPECT_EQ(open_project(folder_)->options.video, moved);
+  EXPECT_EQ(open_project(folder_)->options.shared.video, moved);
   EXPECT_FALSE(missing_clip(*open_project(folder_)).has_value());
 }
 
@@ -227,9 +227,9 @@ TEST_F(Care, ResultsOfOtherInputsAreOldAndAbsentOnesAreNot) {
 
 TEST_F(Care, LeftOutFramesAreRememberedInOrder) {
   auto project = open_project(folder_);
-  project->options.left_out = {7, 3};
+  project->options.train.left_out = {7, 3};
   ASSERT_TRUE(save_project(*project).ok());
-  EXPECT_EQ(open_project(folder_)->options.left_out, (std::vector<int>{3, 7}));
+  EXPECT_EQ(open_project(folder_)->options.train.left_out, (std::vector<int>{3, 7}));
 }
 
 }  // namespace

@@ -30,7 +30,7 @@ class Corrections : public testing::Test {
     root_ = name;
     ASSERT_TRUE(write_text(root_ / "clip.mp4", "the clip").ok());
     ProjectOptions options;
-    options.video = root_ / "clip.mp4";
+    options.shared.video = root_ / "clip.mp4";
     auto made = open_or_create_project(root_ / "me.likeness", options);
     ASSERT_TRUE(made.ok()) << made.error().what;
     project_ = *made;

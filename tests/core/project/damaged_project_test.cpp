@@ -27,9 +27,9 @@ class DamagedProjects : public testing::Test {
 
   static fs::path make(const fs::path& folder, const fs::path& clip) {
     ProjectOptions options;
-    options.video = clip;
-    options.size = 512;
-    options.head_model = "/heads/one.npz";
+    options.shared.video = clip;
+    options.import.size = 512;
+    options.shared.head_model = "/heads/one.npz";
     EXPECT_TRUE(open_or_create_project(folder, options).ok());
     for (const char* file : {"frames/000000.png", "exports/orbit-001.mp4", "avatar.bin", "room.bin"})
       EXPECT_TRUE(write_text(folder / file, "x").ok());
@@ -63,7 +63,7 @@ TEST_F(DamagedProjects, ACutOneStillNamesItsClip) {
   const auto damaged = find_damaged_project(folder_);
   ASSERT_TRUE(damaged.has_value());
   EXPECT_EQ(damaged->clips, std::vector{clip_});
-  EXPECT_EQ(damaged->options.head_model, "/heads/one.npz");
+  EXPECT_EQ(damaged->options.shared.head_model, "/heads/one.npz");
   EXPECT_FALSE(damaged->newer);
 }
 
@@ -127,10 +127,10 @@ TEST_F(DamagedProjects, AreRepairedFromWhatIsLeft) {
   ASSERT_TRUE(repaired.ok()) << repaired.error().what;
   const auto opened = open_project(folder_);
   ASSERT_TRUE(opened.ok());
-  EXPECT_EQ(opened->options.video, clip_);
-  EXPECT_EQ(opened->options.size, 512);
-  EXPECT_EQ(opened->options.split, Split::random30);
-  EXPECT_EQ(opened->options.head_model, "/heads/two.npz");
+  EXPECT_EQ(opened->options.shared.video, clip_);
+  EXPECT_EQ(opened->options.import.size, 512);
+  EXPECT_EQ(opened->options.import.split, Split::random30);
+  EXPECT_EQ(opened->options.shared.head_model, "/heads/two.npz");
   EXPECT_EQ(opened->consent, Consent::not_asked);
   EXPECT_EQ(opened->record(Stage::train).state, StageState::to_do);
   EXPECT_EQ(*read_text(folder_ / "avatar.bin"), "x");

@@ -25,9 +25,9 @@ class FurtherClips : public testing::Test {
     for (const auto& [file, grey] : {std::pair("first.mp4", 40), {"second.mp4", 90}, {"third.mp4", 160}})
       film(root_ / file, std::uint8_t(grey));
     ProjectOptions options;
-    options.video = root_ / "first.mp4";
-    options.size = 512;
-    options.seed = 7;
+    options.shared.video = root_ / "first.mp4";
+    options.import.size = 512;
+    options.shared.seed = 7;
     auto made = open_or_create_project(root_ / "me.likeness", options);
     ASSERT_TRUE(made.ok());
     project_ = std::move(*made);
@@ -56,14 +56,14 @@ TEST_F(FurtherClips, AreKeptInOrderAndFollowTheProjectsChoices) {
   auto again = open_project(project_.folder);
   ASSERT_TRUE(again.ok());
   EXPECT_EQ(again->further_clips, (std::vector<int>{2, 3}));
-  again->options.size = 256;
-  again->options.head_model = "/somewhere/head.npz";
+  again->options.import.size = 256;
+  again->options.shared.head_model = "/somewhere/head.npz";
   const auto clip = open_further_clip(*again, 3);
   ASSERT_TRUE(clip.ok());
-  EXPECT_EQ(clip->options.video, root_ / "third.mp4");
-  EXPECT_EQ(clip->options.size, 256);
-  EXPECT_EQ(clip->options.head_model, "/somewhere/head.npz");
-  EXPECT_EQ(clip->options.seed, 7u);
+  EXPECT_EQ(clip->options.shared.video, root_ / "third.mp4");
+  EXPECT_EQ(clip->options.import.size, 256);
+  EXPECT_EQ(clip->options.shared.head_model, "/somewhere/head.npz");
+  EXPECT_EQ(clip->options.shared.seed, 7u);
   EXPECT_EQ(clip->first_clip, project_.folder);
   EXPECT_EQ(further_clip_name(*clip, 3), "Clip 3 (third.mp4)");
 }

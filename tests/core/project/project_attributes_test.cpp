@@ -25,8 +25,8 @@ class ProjectAttributes : public testing::Test {
     root_ = name;
     ASSERT_TRUE(write_text(root_ / "clip.mp4", "the clip").ok());
     ProjectOptions options;
-    options.video = root_ / "clip.mp4";
-    options.left_out = {2};
+    options.shared.video = root_ / "clip.mp4";
+    options.train.left_out = {2};
     auto made = open_or_create_project(root_ / "me.likeness", options);
     ASSERT_TRUE(made.ok()) << made.error().what;
     project_ = *made;

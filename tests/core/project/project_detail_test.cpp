@@ -26,7 +26,7 @@ class ProjectDetailTest : public testing::Test {
     std::string name = (fs::temp_directory_path() / "likeness_detail_XXXXXX").string();
     ASSERT_NE(::mkdtemp(name.data()), nullptr);
     root_ = name;
-    auto made = open_or_create_project(root_ / "p", {.video = root_ / "gone.mp4"});
+    auto made = open_or_create_project(root_ / "p", {.shared = {.video = root_ / "gone.mp4"}});
     ASSERT_TRUE(made.ok());
     project_ = *made;
     for (int i = 0; i < kFrames; ++i) {
@@ -150,7 +150,7 @@ TEST_F(ProjectDetailTest, MapsCountForTheFitOnlyWhereTheyAreGiven) {
   const std::string before = input_hash(project_, Stage::fit), train = input_hash(project_, Stage::train);
   put_maps(0, 12);
   EXPECT_EQ(input_hash(project_, Stage::fit), before);
-  project_.options.displacement = root_ / "maps";
+  project_.options.fit.displacement = root_ / "maps";
   const std::string with = input_hash(project_, Stage::fit);
   EXPECT_NE(with, before);
   put_map(4, 0.9f);
@@ -159,7 +159,7 @@ TEST_F(ProjectDetailTest, MapsCountForTheFitOnlyWhereTheyAreGiven) {
   ASSERT_TRUE(write_project_detail(project_, *learn()).ok());
   EXPECT_NE(input_hash(project_, Stage::train), train);
   ASSERT_TRUE(save_project(project_).ok());
-  EXPECT_EQ(open_project(project_.folder)->options.displacement, root_ / "maps");
+  EXPECT_EQ(open_project(project_.folder)->options.fit.displacement, root_ / "maps");
 }
 
 TEST_F(ProjectDetailTest, AProjectFromBeforeThemOpens) {
@@ -170,7 +170,7 @@ TEST_F(ProjectDetailTest, AProjectFromBeforeThemOpens) {
   ASSERT_TRUE(write_text(project_.folder / "project.json", json).ok());
   const auto opened = open_project(project_.folder);
   ASSERT_TRUE(opened.ok()) << opened.error().what;
-  EXPECT_TRUE(opened->options.displacement.empty());
+  EXPECT_TRUE(opened->options.fit.displacement.empty());
 }
 
 }  // namespace

@@ -29,26 +29,26 @@ class ProjectFolder : public testing::Test {
 TEST_F(ProjectFolder, ALandmarkLossMakesTheTrainingAnotherOne) {
   Project project;
   project.folder = root_ / "p";
-  project.options.video = root_ / "clip.mp4";
+  project.options.shared.video = root_ / "clip.mp4";
   const std::string without = input_hash(project, Stage::train), fitted = input_hash(project, Stage::fit);
-  project.options.landmark_loss = 0.1;
+  project.options.train.landmark_loss = 0.1;
   EXPECT_NE(input_hash(project, Stage::train), without);
   EXPECT_EQ(input_hash(project, Stage::fit), fitted);
-  project.options.landmark_loss = 0;
+  project.options.train.landmark_loss = 0;
   EXPECT_EQ(input_hash(project, Stage::train), without);
 }
 
 TEST_F(ProjectFolder, RemembersOptionsAndStages) {
   ProjectOptions options;
-  options.video = root_ / "clip.mp4";
-  options.size = 512;
-  options.steps = 123;
-  options.full_budget_s = 600;
-  options.seed = 7;
-  options.lens_mm = 51;
-  options.use_latent = false;
-  options.mode = FieldMode::warp;
-  options.landmark_loss = 0.1;
+  options.shared.video = root_ / "clip.mp4";
+  options.import.size = 512;
+  options.train.steps = 123;
+  options.train.full_budget_s = 600;
+  options.shared.seed = 7;
+  options.align.lens_mm = 51;
+  options.train.use_latent = false;
+  options.train.mode = FieldMode::warp;
+  options.train.landmark_loss = 0.1;
   auto made = open_or_create_project(root_ / "p", options);
   ASSERT_TRUE(made.ok()) << made.error().what;
   made->record(Stage::fit) = {StageState::done, "0123", 4.5, "found", {"a warning"}};
@@ -56,15 +56,15 @@ TEST_F(ProjectFolder, RemembersOptionsAndStages) {
 
   const auto opened = open_project(root_ / "p");
   ASSERT_TRUE(opened.ok()) << opened.error().what;
-  EXPECT_EQ(opened->options.video, options.video);
-  EXPECT_EQ(opened->options.size, 512);
-  EXPECT_EQ(opened->options.steps, 123u);
-  EXPECT_EQ(opened->options.full_budget_s, 600);
-  EXPECT_EQ(opened->options.lens_mm, 51);
-  EXPECT_EQ(opened->options.seed, 7u);
-  EXPECT_FALSE(opened->options.use_latent);
-  EXPECT_EQ(opened->options.mode, FieldMode::warp);
-  EXPECT_EQ(opened->options.landmark_loss, 0.1);
+  EXPECT_EQ(opened->options.shared.video, options.shared.video);
+  EXPECT_EQ(opened->options.import.size, 512);
+  EXPECT_EQ(opened->options.train.steps, 123u);
+  EXPECT_EQ(opened->options.train.full_budget_s, 600);
+  EXPECT_EQ(opened->options.align.lens_mm, 51);
+  EXPECT_EQ(opened->options.shared.seed, 7u);
+  EXPECT_FALSE(opened->options.train.use_latent);
+  EXPECT_EQ(opened->options.train.mode, FieldMode::warp);
+  EXPECT_EQ(opened->options.train.landmark_loss, 0.1);
   const StageRecord& record = opened->record(Stage::fit);
   EXPECT_EQ(record.state, StageState::done);
   EXPECT_EQ(record.input_hash, "0123");
@@ -81,7 +81,7 @@ TEST_F(ProjectFolder, RemembersWhoAgreed) {
     made->consent = answer;
     ASSERT_TRUE(save_project(*made).ok());
     // Another run with other options keeps the answer.
-    const auto opened = open_or_create_project(root_ / "p", {.seed = 3});
+    const auto opened = open_or_create_project(root_ / "p", {.shared = {.seed = 3}});
     ASSERT_TRUE(opened.ok());
     EXPECT_EQ(opened->consent, answer);
   }
@@ -121,8 +121,8 @@ TEST_F(ProjectFolder, TheSwitchesOfAnOlderProjectAreItsMode) {
     const auto opened = open_project(root_ / "p");
     ASSERT_TRUE(opened.ok()) << given << ": " << opened.error().what;
     // The default was nobody's wish: it is chosen from the capture now.
-    EXPECT_EQ(opened->options.mode.value_or(kDefaultMode), expected) << given;
-    EXPECT_EQ(opened->options.mode.has_value(), expected != kDefaultMode) << given;
+    EXPECT_EQ(opened->options.train.mode.value_or(kDefaultMode), expected) << given;
+    EXPECT_EQ(opened->options.train.mode.has_value(), expected != kDefaultMode) << given;
   }
   ASSERT_TRUE(write_text(root_ / "p" / "project.json", replaced(text, mode, "\"mode\": \"guess\"")).ok());
   EXPECT_FALSE(open_project(root_ / "p").ok());
@@ -131,15 +131,15 @@ TEST_F(ProjectFolder, TheSwitchesOfAnOlderProjectAreItsMode) {
 TEST_F(ProjectFolder, AModeThatIsAskedForIsAnotherTrainingThanOneThatIsChosen) {
   auto chosen = open_or_create_project(root_ / "p", {});
   ASSERT_TRUE(chosen.ok()) << chosen.error().what;
-  EXPECT_FALSE(chosen->options.mode.has_value());
+  EXPECT_FALSE(chosen->options.train.mode.has_value());
   ProjectOptions options = chosen->options;
-  options.mode = kDefaultMode;  // which the capture may not be given by itself
+  options.train.mode = kDefaultMode;  // which the capture may not be given by itself
   auto asked = open_or_create_project(root_ / "p", options);
   ASSERT_TRUE(asked.ok()) << asked.error().what;
   EXPECT_NE(input_hash(*chosen, Stage::train), input_hash(*asked, Stage::train));
   const auto opened = open_project(root_ / "p");
   ASSERT_TRUE(opened.ok()) << opened.error().what;
-  EXPECT_EQ(opened->options.mode, kDefaultMode);
+  EXPECT_EQ(opened->options.train.mode, kDefaultMode);
   // A project of before, in which the default stands without anybody's wish, is trained as it was.
   std::string text = *read_text(root_ / "p" / "project.json");
   const std::string wish = "\"mode_asked\": true";
@@ -155,7 +155,7 @@ TEST_F(ProjectFolder, AShapeThatIsGivenIsAnInputOfTheFit) {
   ASSERT_TRUE(project.ok()) << project.error().what;
   const std::string fitted = input_hash(*project, Stage::fit), imported = input_hash(*project, Stage::import);
   ASSERT_TRUE(write_text(root_ / "identity.npy", "one").ok());
-  project->options.identity = root_ / "identity.npy";
+  project->options.fit.identity = root_ / "identity.npy";
   const std::string one = input_hash(*project, Stage::fit);
   EXPECT_NE(one, fitted);
   EXPECT_EQ(input_hash(*project, Stage::import), imported);
@@ -164,14 +164,14 @@ TEST_F(ProjectFolder, AShapeThatIsGivenIsAnInputOfTheFit) {
   ASSERT_TRUE(save_project(*project).ok());
   const auto opened = open_project(root_ / "p");
   ASSERT_TRUE(opened.ok()) << opened.error().what;
-  EXPECT_EQ(opened->options.identity, root_ / "identity.npy");
-  project->options.identity.clear();
+  EXPECT_EQ(opened->options.fit.identity, root_ / "identity.npy");
+  project->options.fit.identity.clear();
   EXPECT_EQ(input_hash(*project, Stage::fit), fitted);
 }
 
 TEST_F(ProjectFolder, APathThatIsNoTextBreaksNothing) {
   ProjectOptions options;
-  options.video = root_ / "clip\xff.mp4";
+  options.shared.video = root_ / "clip\xff.mp4";
   const auto made = open_or_create_project(root_ / "p", options);
   ASSERT_TRUE(made.ok()) << made.error().what;
   EXPECT_TRUE(open_project(root_ / "p").ok());
@@ -197,33 +197,33 @@ TEST_F(ProjectFolder, AFolderOfOtherFilesIsLeftAlone) {
 
 TEST_F(ProjectFolder, OptionsDoNotChangeWhileAnotherWorksOnIt) {
   ProjectOptions options;
-  options.seed = 1;
+  options.shared.seed = 1;
   const auto made = open_or_create_project(root_ / "p", options);
   ASSERT_TRUE(made.ok()) << made.error().what;
   const auto lock = ProjectLock::acquire(*made);
   ASSERT_TRUE(lock.ok()) << lock.error().what;
-  options.seed = 2;
+  options.shared.seed = 2;
   const auto second = open_or_create_project(root_ / "p", options);
   ASSERT_FALSE(second.ok());
   EXPECT_FALSE(second.error().fix.empty());
   const auto opened = open_project(root_ / "p");
   ASSERT_TRUE(opened.ok());
-  EXPECT_EQ(opened->options.seed, 1u);
+  EXPECT_EQ(opened->options.shared.seed, 1u);
 }
 
 TEST_F(ProjectFolder, AChangeKeepsWhatOthersDidMeanwhile) {
-  auto made = open_or_create_project(root_ / "p", {.seed = 1});
+  auto made = open_or_create_project(root_ / "p", {.shared = {.seed = 1}});
   ASSERT_TRUE(made.ok()) << made.error().what;
   Project other = *made;
   other.record(Stage::align).state = StageState::done;
   ASSERT_TRUE(save_project(other).ok());
-  const auto asked = [](Project& project) { project.options.seed = 2; };
+  const auto asked = [](Project& project) { project.options.shared.seed = 2; };
   const auto changed = change_project(root_ / "p", asked);
   ASSERT_TRUE(changed.ok()) << changed.error().what;
   const auto opened = open_project(root_ / "p");
   ASSERT_TRUE(opened.ok());
   for (const Project& project : {*changed, *opened}) {
-    EXPECT_EQ(project.options.seed, 2u);
+    EXPECT_EQ(project.options.shared.seed, 2u);
     EXPECT_EQ(project.record(Stage::align).state, StageState::done);
   }
   const auto lock = ProjectLock::acquire(*made);

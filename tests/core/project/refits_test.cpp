@@ -19,7 +19,7 @@ class ProjectRefits : public testing::Test {
     std::string name = (fs::temp_directory_path() / "likeness_refits_XXXXXX").string();
     ASSERT_NE(::mkdtemp(name.data()), nullptr);
     root_ = name;
-    auto made = open_or_create_project(root_ / "p", {.video = root_ / "gone.mp4"});
+    auto made = open_or_create_project(root_ / "p", {.shared = {.video = root_ / "gone.mp4"}});
     ASSERT_TRUE(made.ok());
     project_ = *made;
     first_.head_model_hash = model_.hash;
@@ -56,11 +56,11 @@ class ProjectRefits : public testing::Test {
 };
 
 TEST_F(ProjectRefits, AreRememberedMerged) {
-  project_.options.refits = {{20, 22}, {4, 6}, {7, 9}};
+  project_.options.fit.refits = {{20, 22}, {4, 6}, {7, 9}};
   ASSERT_TRUE(save_project(project_).ok());
   const auto opened = open_project(project_.folder);
   ASSERT_TRUE(opened.ok()) << opened.error().what;
-  EXPECT_EQ(opened->options.refits, (std::vector<RefitSpan>{{4, 9}, {20, 22}}));
+  EXPECT_EQ(opened->options.fit.refits, (std::vector<RefitSpan>{{4, 9}, {20, 22}}));
 }
 
 TEST_F(ProjectRefits, AProjectFromBeforeThemOpens) {
@@ -71,13 +71,13 @@ TEST_F(ProjectRefits, AProjectFromBeforeThemOpens) {
   ASSERT_TRUE(write_text(project_.folder / "project.json", json).ok());
   const auto opened = open_project(project_.folder);
   ASSERT_TRUE(opened.ok()) << opened.error().what;
-  EXPECT_TRUE(opened->options.refits.empty());
+  EXPECT_TRUE(opened->options.fit.refits.empty());
 }
 
 TEST_F(ProjectRefits, CountForTheFitOnlyWhereThereAreAny) {
   const auto hash = [&](std::vector<RefitSpan> spans, Stage stage) {
     Project other = project_;
-    other.options.refits = std::move(spans);
+    other.options.fit.refits = std::move(spans);
     return input_hash(other, stage);
   };
   const std::string none = input_hash(project_, Stage::fit);
@@ -104,12 +104,12 @@ TEST_F(ProjectRefits, OutcomesReadBack) {
 
 TEST_F(ProjectRefits, ASpanThatFailsLeavesTheTrackAsItWas) {
   const std::string before = text(track_path(project_));
-  project_.options.refits = {{3, 5}};
+  project_.options.fit.refits = {{3, 5}};
   EXPECT_FALSE(apply(true).ok());  // the clip is gone
   EXPECT_EQ(text(track_path(project_)), before);
   EXPECT_EQ(text(first_track_path(project_)), before);
   // Taken back, nothing is left of it.
-  project_.options.refits.clear();
+  project_.options.fit.refits.clear();
   ASSERT_TRUE(apply(false).ok());
   EXPECT_EQ(text(track_path(project_)), before);
   EXPECT_FALSE(fs::exists(first_track_path(project_)));
@@ -124,16 +124,16 @@ TEST_F(ProjectRefits, SpansThatAreThereStayAndEachCanBeTakenBack) {
   for (const int i : {3, 4, 5, 9}) fitted.frames[std::size_t(i)].inner_error_px = 0.5;
   ASSERT_TRUE(write_track(track_path(project_), fitted).ok());
   ASSERT_TRUE(write_refits(project_, {"inputs", {{{3, 5}, 3, 3, 3, 0}, {{9, 9}, 1, 1, 1, 0}}}).ok());
-  project_.options.refits = {{3, 5}, {9, 9}};
+  project_.options.fit.refits = {{3, 5}, {9, 9}};
   ASSERT_TRUE(apply(false).ok());
   EXPECT_EQ(outcomes_.size(), 2u);
-  project_.options.refits = {{9, 9}, {28, 40}};
+  project_.options.fit.refits = {{9, 9}, {28, 40}};
   const auto one = apply(false);
   ASSERT_TRUE(one.ok()) << one.error().what;
   EXPECT_EQ(warnings_.size(), 1u) << "frames 28 to 40 are not in the clip";
   EXPECT_EQ(one->frames[4].inner_error_px, first_.frames[4].inner_error_px);
   EXPECT_EQ(one->frames[9].inner_error_px, 0.5);
-  project_.options.refits.clear();
+  project_.options.fit.refits.clear();
   ASSERT_TRUE(apply(false).ok());
   EXPECT_EQ(text(track_path(project_)), before);
 }

@@ -5,7 +5,6 @@
 #include <stdlib.h>
 
 #include <algorithm>
-#include <functional>
 #include <string>
 #include <vector>
 
@@ -14,10 +13,12 @@
 
 #include "core/base/files.h"
 #include "core/base/hash.h"
+#include "core/project/option_table.h"
 #include "core/project/stage_inputs.h"
 #include "core/project/training_options.h"
 #include "core/train/checkpoint.h"
 #include "core/video/decode.h"
+#include "tests/core/project/other_choice.h"
 
 namespace likeness {
 namespace {
@@ -33,7 +34,8 @@ class Staleness : public testing::Test {
     root_ = name;
     ASSERT_TRUE(write_text(root_ / "clip.mp4", "the clip").ok());
     ASSERT_TRUE(write_text(root_ / "other", "another file").ok());
-    const auto made = open_or_create_project(root_ / "me.likeness", {.video = root_ / "clip.mp4"});
+    const auto made =
+        open_or_create_project(root_ / "me.likeness", {.shared = {.video = root_ / "clip.mp4"}});
     ASSERT_TRUE(made.ok()) << made.error().what;
     project_ = *made;
     for (const char* file : {"capture.json", "cameras.json", "track.json", "frames/000000.png",
@@ -68,107 +70,79 @@ std::string names(const std::vector<Stage>& stages) {
   return text;
 }
 
-struct OptionCase {
-  const char* key;  // in project.json
-  std::function<void(ProjectOptions&, const fs::path& other)> change;
-  std::vector<Stage> stale;       // by the option itself; those after them build on their results
-  bool another_training = false;  // a checkpoint of before does not go on
-};
-
-const std::vector<OptionCase>& option_cases() {
-  using enum Stage;
-  using O = ProjectOptions;
-  static const std::vector<OptionCase> cases{
-      {"video", [](O& o, const fs::path& other) { o.video = other; }, {import, align}},
-      {"head_model", [](O& o, const fs::path& other) { o.head_model = other; }, {fit, matte}},
-      {"landmark_model", [](O& o, const fs::path& other) { o.landmark_model = other; }, {import, align, fit}},
-      {"matting_network", [](O& o, const fs::path& other) { o.matting_network = other; }, {matte}},
-      {"identity", [](O& o, const fs::path& other) { o.identity = other; }, {fit}},
-      {"displacement", [](O& o, const fs::path& other) { o.displacement = other; }, {fit}},
-      {"size_px", [](O& o, const fs::path&) { o.size = 512; }, {import}},
-      {"split", [](O& o, const fs::path&) { o.split = Split::views; }, {import}},
-      {"budget_s", [](O& o, const fs::path&) { o.budget_s = 60; }, {train}},
-      {"full_budget_s", [](O& o, const fs::path&) { o.full_budget_s = 600; }, {}},
-      {"steps", [](O& o, const fs::path&) { o.steps = 100; }, {train}},
-      {"seed", [](O& o, const fs::path&) { o.seed = 1; }, {align, train}, true},
-      {"checkpoint_every_s", [](O& o, const fs::path&) { o.checkpoint_every_s = 5; }, {}},
-      {"mode", [](O& o, const fs::path&) { o.mode = FieldMode::concat; }, {train}, true},
-      {"mode_asked", [](O& o, const fs::path&) { o.mode = kDefaultMode; }, {train}},
-      {"resting_camera", [](O& o, const fs::path&) { o.resting_camera = true; }, {align}},
-      {"lens_mm", [](O& o, const fs::path&) { o.lens_mm = 51; }, {align}},
-      {"refine_track", [](O& o, const fs::path&) { o.refine_track = true; }, {train}, true},
-      {"landmark_loss", [](O& o, const fs::path&) { o.landmark_loss = 0.1; }, {train}, true},
-      {"use_latent", [](O& o, const fs::path&) { o.use_latent = false; }, {train}, true},
-      {"use_occupancy", [](O& o, const fs::path&) { o.use_occupancy = false; }, {train}, true},
-      {"refits",
-       [](O& o, const fs::path&) {
-         o.refits = {{4, 6}};
-       },
-       {fit}},
-      {"left_out", [](O& o, const fs::path&) { o.left_out = {3}; }, {train}},
-  };
-  return cases;
+// What builds on these is stale with them; the cameras are found in the clip itself, not in the import.
+bool builds_on(const std::vector<Stage>& stale, Stage stage) {
+  return std::ranges::any_of(stale, [&](Stage s) {
+    return s == stage || (s < stage && !(s == Stage::import && stage == Stage::align));
+  });
 }
 
-TEST_F(Staleness, EachOptionMakesTheStagesStaleThatReadIt) {
+TEST_F(Staleness, EachOptionMakesTheStagesStaleThatItsRowNames) {
   ASSERT_EQ(names(to_do(project_)), "");
-  for (const OptionCase& option : option_cases()) {
+  for (const OptionRow& row : option_table()) {
     Project changed = project_;
-    option.change(changed.options, root_ / "other");
-    EXPECT_EQ(names(to_do(changed)), names(option.stale)) << option.key;
-    // What builds on them is stale with them; the cameras are found in the clip itself, not in the import.
+    test::choose_other(row, changed.options, root_ / "other");
+    EXPECT_EQ(names(to_do(changed)), names(row.stale)) << row.key;
     const Freshness fresh = read_freshness(changed);
-    for (const Stage stage : kStages) {
-      const bool builds = std::ranges::any_of(option.stale, [&](Stage s) {
-        return s == stage || (s < stage && !(s == Stage::import && stage == Stage::align));
-      });
-      EXPECT_EQ(fresh.stale[std::size_t(stage)], builds) << option.key << ": " << stage_name(stage);
-    }
+    for (const Stage stage : kStages)
+      EXPECT_EQ(fresh.stale[std::size_t(stage)], builds_on(row.stale, stage))
+          << row.key << ": " << stage_name(stage);
   }
+}
+
+// The training is another one, though the mode is the same.
+TEST_F(Staleness, AModeThatIsAskedForMakesTheTrainingStale) {
+  project_.options.train.mode = kDefaultMode;
+  EXPECT_EQ(names(to_do(project_)), "train ");
 }
 
 TEST_F(Staleness, NoOptionOfAProjectIsForgottenHere) {
   const auto text = read_text(project_.folder / "project.json");
   ASSERT_TRUE(text.ok()) << text.error().what;
   for (const auto& option : nlohmann::json::parse(*text).at("options").items())
-    EXPECT_EQ(std::ranges::count(option_cases(), option.key(), &OptionCase::key), 1) << option.key();
+    EXPECT_EQ(std::ranges::count(option_table(), option.key(), &OptionRow::key),
+              option.key() == "mode_asked" ? 0 : 1)
+        << option.key();
 }
 
 TEST_F(Staleness, ACheckpointGoesOnUnlessAnOptionChangesWhatIsLearnt) {
+  const std::vector<std::string> another{"mode",         "landmark_loss", "use_latent",
+                                         "refine_track", "use_occupancy", "seed"};
   const auto fingerprint = [](const ProjectOptions& options) {
     return training_fingerprint({}, training_options(stage_inputs(options).train));
   };
-  for (const OptionCase& option : option_cases()) {
+  for (const OptionRow& row : option_table()) {
     ProjectOptions changed = project_.options;
-    option.change(changed, root_ / "other");
-    EXPECT_EQ(fingerprint(changed) != fingerprint(project_.options), option.another_training) << option.key;
-    EXPECT_TRUE(!option.another_training || std::ranges::count(option.stale, Stage::train)) << option.key;
+    test::choose_other(row, changed, root_ / "other");
+    const bool goes_on = fingerprint(changed) == fingerprint(project_.options);
+    EXPECT_EQ(!goes_on, std::ranges::count(another, row.key) == 1) << row.key;
+    EXPECT_TRUE(goes_on || std::ranges::count(row.stale, Stage::train)) << row.key;
   }
 }
 
 TEST_F(Staleness, AnotherLandmarkModelMakesImportAndAlignStale) {
-  project_.options.landmark_model = root_ / "model.dat";
+  project_.options.shared.landmark_model = root_ / "model.dat";
   ASSERT_TRUE(write_text(root_ / "model.dat", "one").ok());
   finish();
   ASSERT_EQ(names(to_do(project_)), "");
   ASSERT_TRUE(write_text(root_ / "model.dat", "another").ok());  // under the same name
   EXPECT_EQ(names(to_do(project_)), "import align fit ");
   ASSERT_TRUE(write_text(root_ / "moved.dat", "one").ok());  // the same one under another
-  project_.options.landmark_model = root_ / "moved.dat";
+  project_.options.shared.landmark_model = root_ / "moved.dat";
   EXPECT_EQ(names(to_do(project_)), "");
 }
 
 TEST_F(Staleness, ARestingCameraIsReadByTheImportThatHoldsOutViews) {
-  project_.options.split = Split::views;
+  project_.options.import.split = Split::views;
   finish();
-  project_.options.resting_camera = true;
+  project_.options.align.resting_camera = true;
   EXPECT_EQ(names(to_do(project_)), "import align ");
 }
 
 // What such projects were hashed from before the landmark model was named.
 TEST_F(Staleness, AProjectThatNamesNoLandmarkModelIsNotStaleByAnUpdate) {
   const auto content = [&](const char* file) { return *hash_file(project_.folder / file); };
-  const std::string clip = *hash_video(project_.options.video), capture = content("capture.json"),
+  const std::string clip = *hash_video(project_.options.shared.video), capture = content("capture.json"),
                     cameras = content("cameras.json"), track = content("track.json"),
                     plate = content("plate.png");
   EXPECT_EQ(input_hash(project_, Stage::import), hash_text(fmt::format("import 1\n{} 256", clip)));
@@ -181,8 +155,9 @@ TEST_F(Staleness, AProjectThatNamesNoLandmarkModelIsNotStaleByAnUpdate) {
             hash_text(fmt::format("train 4\n{} {} {} absent {} 0 0 true true true true false",
                                   project_.record(Stage::matte).input_hash, track, plate, 300.0)));
   ProjectOptions& o = project_.options;
-  o.split = Split::views, o.resting_camera = true, o.lens_mm = 51, o.seed = 3, o.use_latent = false;
-  o.refits = {{20, 22}, {4, 6}, {7, 9}}, o.left_out = {3, 5}, o.landmark_loss = 0.1;
+  o.import.split = Split::views, o.align.resting_camera = true, o.align.lens_mm = 51, o.shared.seed = 3,
+  o.train.use_latent = false;
+  o.fit.refits = {{20, 22}, {4, 6}, {7, 9}}, o.train.left_out = {3, 5}, o.train.landmark_loss = 0.1;
   EXPECT_EQ(input_hash(project_, Stage::import),
             hash_text(fmt::format("import 1\n{} 256 views rests", clip)));
   EXPECT_EQ(input_hash(project_, Stage::align),
@@ -198,10 +173,10 @@ TEST_F(Staleness, AProjectThatNamesNoLandmarkModelIsNotStaleByAnUpdate) {
 TEST_F(Staleness, TheFirstTrackKnowsNeitherSpansNorMaps) {
   const std::string first = first_track_hash(project_);
   EXPECT_EQ(first, input_hash(project_, Stage::fit));
-  project_.options.refits = {{4, 6}};
-  project_.options.displacement = root_;
+  project_.options.fit.refits = {{4, 6}};
+  project_.options.fit.displacement = root_;
   EXPECT_EQ(first_track_hash(project_), first);
-  project_.options.identity = root_ / "other";
+  project_.options.fit.identity = root_ / "other";
   EXPECT_NE(first_track_hash(project_), first);
 }
 

@@ -61,7 +61,7 @@ void with_amounts(TrainingSet& set) {
 
 TrainOptions options(FieldMode mode) {
   TrainOptions o;
-  o.steps = 250, o.rays_per_step = 1024, o.seed = 3, o.mode = mode;
+  o.schedule.steps = 250, o.rays.per_step = 1024, o.seed = 3, o.fields.mode = mode;
   return o;
 }
 

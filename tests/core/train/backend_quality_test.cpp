@@ -19,8 +19,8 @@ constexpr std::uint64_t kSteps = 144;  // past the first looks at the occupancy
 // Mean over unseen poses, dB.
 double quality(const TrainingSet& set, std::uint64_t seed, std::shared_ptr<Backend> backend) {
   TrainOptions options;
-  options.steps = kSteps, options.rays_per_step = 192, options.seed = seed,
-  options.backend = std::move(backend);
+  options.schedule.steps = kSteps, options.rays.per_step = 192, options.seed = seed,
+  options.place.backend = std::move(backend);
   const auto avatar = train_avatar(set, options, {}, Progress(), {}, {});
   EXPECT_TRUE(avatar.ok()) << avatar.error().what;
   if (!avatar) return 0;

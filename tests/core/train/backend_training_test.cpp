@@ -31,10 +31,10 @@ class BackendTraining : public testing::Test {
   Result<Avatar> train(std::uint64_t steps, std::shared_ptr<Backend> backend, bool fall_back = false,
                        const std::string& checkpoint = "", std::uint64_t stop_at = 0) {
     TrainOptions options;
-    options.steps = steps, options.rays_per_step = 48, options.seed = 3;
-    options.checkpoint_every_s = 0;
-    options.backend = std::move(backend), options.fall_back = fall_back;
-    options.precision = precision_;
+    options.schedule.steps = steps, options.rays.per_step = 48, options.seed = 3;
+    options.schedule.checkpoint_every_s = 0;
+    options.place.backend = std::move(backend), options.place.fall_back = fall_back;
+    options.place.precision = precision_;
     said_.clear();
     const Progress progress([this](const ProgressReport& report) { said_ += report.text + "\n"; });
     std::stop_source source;

@@ -61,10 +61,10 @@ TEST(TrainingFingerprint, ChangesWithEveryPixelAndPose) {
   const std::string before = training_fingerprint(set, {});
   EXPECT_EQ(before, training_fingerprint(set, {}));
   TrainOptions even;
-  even.even_samples = 1;
+  even.rays.even_samples = 1;
   EXPECT_NE(before, training_fingerprint(set, even));
   TrainOptions landmarks;
-  landmarks.landmark_weight = 0.1;
+  landmarks.losses.landmark_weight = 0.1;
   EXPECT_NE(before, training_fingerprint(set, landmarks));
   set.views[2].rgb.data[10] ^= 1;
   TrainingSet smiling = set;  // another resting face, another canonical space

@@ -38,11 +38,11 @@ const AvatarPart& part(const ChosenParts& chosen, const char* name) {
 TEST(ChooseParts, AUsualCaptureHasEveryPartOfADefaultTraining) {
   const ChosenParts chosen = choose_parts(usual(), {});
   const TrainOptions options;
-  EXPECT_EQ(chosen.mode, options.mode);
-  EXPECT_EQ(chosen.sizes, options.sizes);
-  EXPECT_EQ(chosen.latent, options.use_latent);
-  EXPECT_EQ(chosen.gaze, options.use_gaze);
-  EXPECT_EQ(chosen.still, options.use_still);
+  EXPECT_EQ(chosen.mode, options.fields.mode);
+  EXPECT_EQ(chosen.sizes, options.fields.sizes);
+  EXPECT_EQ(chosen.latent, options.fields.use_latent);
+  EXPECT_EQ(chosen.gaze, options.fields.use_gaze);
+  EXPECT_EQ(chosen.still, options.fields.use_still);
   EXPECT_TRUE(chosen.torso);
   EXPECT_TRUE(chosen.plate);
 }
@@ -104,7 +104,7 @@ TEST(ChooseParts, HairMayFollowTheExpressionOnAHeadThatHardlyTurns) {
   TrainingSet set = ball_set(4, 32);
   TrainOptions options;
   apply_parts(choose_parts(m, {}), set, options);
-  EXPECT_FALSE(options.use_still);
+  EXPECT_FALSE(options.fields.use_still);
 }
 
 TEST(ChooseParts, UsersModeWinsAndIsReportedAsTheirs) {
@@ -154,19 +154,19 @@ TEST(ApplyParts, TrainingUsesTheChosenParts) {
   TrainingSet set = ball_set(4, 32);
   set.has_torso = true;
   TrainOptions options;
-  options.landmark_weight = 0.1, options.use_occupancy = false;
+  options.losses.landmark_weight = 0.1, options.rays.use_occupancy = false;
   ChosenParts parts;
   parts.mode = FieldMode::hyper, parts.latent = parts.gaze = false, parts.sizes.code_length = 2;
   apply_parts(parts, set, options);
   EXPECT_TRUE(set.has_torso);
   EXPECT_FALSE(set.plate.empty());
   EXPECT_TRUE(set.views[0].has_plate);
-  EXPECT_EQ(options.mode, FieldMode::hyper);
-  EXPECT_FALSE(options.use_latent);
-  EXPECT_FALSE(options.use_gaze);
-  EXPECT_EQ(options.sizes.code_length, 2);
-  EXPECT_EQ(options.landmark_weight, 0.1);  // the user's alone
-  EXPECT_FALSE(options.use_occupancy);
+  EXPECT_EQ(options.fields.mode, FieldMode::hyper);
+  EXPECT_FALSE(options.fields.use_latent);
+  EXPECT_FALSE(options.fields.use_gaze);
+  EXPECT_EQ(options.fields.sizes.code_length, 2);
+  EXPECT_EQ(options.losses.landmark_weight, 0.1);  // the user's alone
+  EXPECT_FALSE(options.rays.use_occupancy);
   parts.torso = parts.plate = false;
   set.views[3].further_clip = 2;  // has its own
   apply_parts(parts, set, options);
@@ -179,7 +179,7 @@ TEST(ApplyParts, TrainingUsesTheChosenParts) {
 TEST(ApplyParts, AvatarHasTheChosenSizes) {
   TrainingSet set = ball_set(6, 32);
   TrainOptions options;
-  options.steps = 2, options.rays_per_step = 256;
+  options.schedule.steps = 2, options.rays.per_step = 256;
   ChosenParts parts;
   parts.sizes = {.head_log2_entries = 12, .head_finest = 64, .code_length = 2};
   apply_parts(parts, set, options);
@@ -189,7 +189,7 @@ TEST(ApplyParts, AvatarHasTheChosenSizes) {
   EXPECT_EQ(config.position.log2_entries, 12);
   EXPECT_EQ(config.position.max_resolution, 64);
   EXPECT_EQ(config.latent_count, 2);
-  options.sizes.code_length = 0;
+  options.fields.sizes.code_length = 0;
   const auto none = train_avatar(set, options, {}, Progress(), {}, {});
   ASSERT_FALSE(none.ok());
   EXPECT_NE(none.error().what.find("codes of 0"), std::string::npos);

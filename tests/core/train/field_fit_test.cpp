@@ -12,8 +12,8 @@ namespace {
 
 TrainOptions short_training(std::uint64_t steps) {
   TrainOptions options;
-  options.steps = steps;
-  options.rays_per_step = 768;
+  options.schedule.steps = steps;
+  options.rays.per_step = 768;
   options.seed = 3;
   return options;
 }

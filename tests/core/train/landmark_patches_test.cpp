@@ -194,7 +194,7 @@ TEST(LandmarkLoss, Falls) {
   const Bench bench;
   TrainOptions training;
   constexpr int kSteps = 400, kMeant = 20;  // one step's patches say little
-  training.steps = kSteps;
+  training.schedule.steps = kSteps;
   TrainingState state = make_training_state(bench.set, training, bench.map, bench.volumes);
   StepOptions options;
   options.rays = 1000, options.landmark_weight = 0.1;
@@ -219,11 +219,11 @@ Result<Avatar> train(const TrainingSet& set, const TrainOptions& options) {
 TEST(LandmarkLoss, TrainingRepeatsBitForBitAndDiffersFromTrainingWithoutIt) {
   const TrainingSet set = wide_ball_set(12);
   TrainOptions options;
-  options.steps = 20, options.rays_per_step = 600, options.landmark_weight = 0.1;
+  options.schedule.steps = 20, options.rays.per_step = 600, options.losses.landmark_weight = 0.1;
   const auto one = train(set, options), other = train(set, options);
   ASSERT_TRUE(one.ok() && other.ok());
   EXPECT_EQ(one->head.field.parameters, other->head.field.parameters);
-  options.landmark_weight = 0;
+  options.losses.landmark_weight = 0;
   const auto without = train(set, options);
   ASSERT_TRUE(without.ok());
   EXPECT_NE(one->head.field.parameters, without->head.field.parameters);
@@ -232,14 +232,14 @@ TEST(LandmarkLoss, TrainingRepeatsBitForBitAndDiffersFromTrainingWithoutIt) {
 TEST(LandmarkLoss, RefusesInvalidWeightsAndTooFewRays) {
   const TrainingSet set = wide_ball_set(8);
   TrainOptions options;
-  options.steps = 1;
+  options.schedule.steps = 1;
   for (const double weight : {-0.1, std::nan(""), std::numeric_limits<double>::infinity()}) {
-    options.landmark_weight = weight;
+    options.losses.landmark_weight = weight;
     const auto avatar = train(set, options);
     ASSERT_FALSE(avatar.ok()) << weight;
     EXPECT_THAT(avatar.error().fix, HasSubstr("--landmark-loss 0.1"));
   }
-  options.landmark_weight = 0.1, options.rays_per_step = 4 * kPatchRays - 1;
+  options.losses.landmark_weight = 0.1, options.rays.per_step = 4 * kPatchRays - 1;
   const auto avatar = train(set, options);
   ASSERT_FALSE(avatar.ok());
   EXPECT_THAT(avatar.error().what, HasSubstr("patch"));

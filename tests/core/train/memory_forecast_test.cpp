@@ -29,14 +29,14 @@ TEST(MemoryForecast, CountsPicturesAndLatticesAsTheyAreStored) {
   EXPECT_NEAR(double(forecast.pictures), double(pictures), 0.05 * double(pictures));
   EXPECT_NEAR(double(forecast.lattices), double(lattices), 0.1 * double(lattices));
   TrainOptions rigid;
-  rigid.mode = FieldMode::hyper;
+  rigid.fields.mode = FieldMode::hyper;
   EXPECT_EQ(forecast_memory(set, rigid).lattices, 0u);
 }
 
 TEST(MemoryForecast, CountsWhatLargerGridsTake) {
   const TrainingSet set = ball_set(3, 32);
   TrainOptions small, large;
-  small.sizes.head_log2_entries = 14, large.sizes.head_log2_entries = 20;
+  small.fields.sizes.head_log2_entries = 14, large.fields.sizes.head_log2_entries = 20;
   const auto engine = [&](const TrainOptions& options) { return forecast_memory(set, options).engine; };
   EXPECT_LT(engine(small), engine({}));
   // Thirty-two numbers an entry, of which each is kept with two moments and, while it learns, a gradient.

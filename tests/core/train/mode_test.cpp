@@ -33,9 +33,9 @@ TEST(FieldModes, NoTwoAreMadeOfTheSameParts) {
 std::pair<double, Avatar> trained(FieldMode mode, std::uint64_t steps) {
   static const TrainingSet set = ball_set(12, 24);
   TrainOptions options;
-  options.mode = mode;
-  options.steps = steps;
-  options.rays_per_step = 512;
+  options.fields.mode = mode;
+  options.schedule.steps = steps;
+  options.rays.per_step = 512;
   double loss = 0;
   auto avatar =
       train_avatar(set, options, {}, Progress(), [&](const TrainStatus& status) { loss = status.loss; }, {});

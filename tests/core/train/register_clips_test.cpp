@@ -19,8 +19,8 @@ constexpr int kSize = 32;
 
 TrainOptions short_training() {
   TrainOptions options;
-  options.steps = 160;
-  options.rays_per_step = 768;
+  options.schedule.steps = 160;
+  options.rays.per_step = 768;
   options.seed = 3;
   return options;
 }
@@ -53,7 +53,7 @@ double head_error(const Avatar& avatar, const HeadModel& model, const TrainingVi
 TEST(RegisterClips, FindsAFurtherClipsHeadWhateverItsLight) {
   TrainingSet set = ball_set(16, kSize);
   TrainOptions training = short_training();
-  training.steps = 500;  // until it knows the stripes
+  training.schedule.steps = 500;  // until it knows the stripes
   const auto avatar = train_avatar(set, training, {}, Progress(), {}, {});
   ASSERT_TRUE(avatar.ok()) << avatar.error().what;
   Pose offset = Pose::Identity();
@@ -103,7 +103,8 @@ TEST(FurtherClips, TeachTheSideThatTheFirstClipNeverShowed) {
     both.views.push_back(of_further_clip(ball_view(plate, kSize, 0.37 * v, kBack * v / 11.0), 1));
   const TrainingView behind = ball_view(plate, kSize, 1.1, 2.0);
   TrainOptions training = short_training();
-  training.steps = 400;  // a quarter of them must be enough to see where the further clip's head lies
+  training.schedule.steps =
+      400;  // a quarter of them must be enough to see where the further clip's head lies
   const auto one = train_avatar(first, training, {}, Progress(), {}, {});
   const auto two = train_avatar(both, training, {}, Progress(), {}, {});
   ASSERT_TRUE(one.ok() && two.ok());

@@ -35,8 +35,8 @@ class TrainAvatar : public testing::Test {
   }
   static TrainOptions short_options(std::uint64_t steps, int rays = 256) {
     TrainOptions options;
-    options.steps = steps;
-    options.rays_per_step = rays;
+    options.schedule.steps = steps;
+    options.rays.per_step = rays;
     options.seed = 3;
     return options;
   }
@@ -109,7 +109,7 @@ TEST_F(TrainAvatar, StoppedAndResumedRunEqualsAnUninterruptedOneBitForBit) {
   // A checkpoint after every step, and a stop at the first report past the third step.
   std::stop_source source;
   TrainOptions slow = options;
-  slow.checkpoint_every_s = 0;
+  slow.schedule.checkpoint_every_s = 0;
   const auto cut = train(set, slow, checkpoint_, source.get_token(), [&](const TrainStatus& status) {
     if (status.step > 3) source.request_stop();
   });
@@ -126,7 +126,7 @@ TEST_F(TrainAvatar, StoppedAndResumedRunEqualsAnUninterruptedOneBitForBit) {
 TEST_F(TrainAvatar, CanonicalCellsSurviveAStop) {
   const TrainingSet set = ball_set(12, 24);
   TrainOptions options = short_options(200, 64);  // past three updates of the cells
-  options.canonical_occupancy = true;
+  options.rays.canonical_occupancy = true;
   double samples = 0;
   const auto uncut = train(set, options, {}, {}, [&](const TrainStatus& s) { samples = s.samples_per_ray; });
   ASSERT_TRUE(uncut.ok()) << uncut.error().what;
@@ -134,7 +134,7 @@ TEST_F(TrainAvatar, CanonicalCellsSurviveAStop) {
   EXPECT_LE(samples, 16);
   std::stop_source source;
   TrainOptions slow = options;
-  slow.checkpoint_every_s = 0;
+  slow.schedule.checkpoint_every_s = 0;
   (void)train(set, slow, checkpoint_, source.get_token(), [&](const TrainStatus& status) {
     if (status.step > 3) source.request_stop();
   });
@@ -143,7 +143,7 @@ TEST_F(TrainAvatar, CanonicalCellsSurviveAStop) {
   ASSERT_TRUE(resumed.ok());
   EXPECT_EQ(uncut->head.field.parameters, resumed->head.field.parameters);
   // They cull other samples than the posed head's cells do, and cannot continue from those.
-  options.canonical_occupancy = false;
+  options.rays.canonical_occupancy = false;
   const auto posed = train(set, options, checkpoint_);
   ASSERT_TRUE(posed.ok());
   EXPECT_NE(uncut->head.field.parameters, posed->head.field.parameters);
@@ -233,7 +233,7 @@ TEST_F(TrainAvatar, StoppedBeforeTheStartDoesNothing) {
 TEST_F(TrainAvatar, ABudgetedRunEndsWithItsScheduleComplete) {
   const TrainingSet set = ball_set(8, 24);
   TrainOptions options = short_options(0, 64);
-  options.budget_s = 4;  // preparation counts too, and the computer may be busy
+  options.schedule.budget_s = 4;  // preparation counts too, and the computer may be busy
   const auto avatar = train(set, options, checkpoint_);
   ASSERT_TRUE(avatar.ok());
   EXPECT_GT(avatar->steps, 0u);

@@ -1,0 +1,85 @@
+// Flags of a project's choices: see project_options.h.
+#include "app/project_options.h"
+
+#include <cmath>
+#include <filesystem>
+#include <optional>
+
+#include "app/terminal.h"
+#include "core/capture/split.h"
+#include "core/project/option_text.h"
+
+namespace likeness::app {
+
+namespace {
+
+// Adds one row's flag, by the kind of its value.
+struct AddOption {
+  CLI::App& verb;
+  const OptionRow& row;
+
+  CLI::Option* plain(auto& value) const { return verb.add_option(row.flag, value, row.help); }
+  void number(auto& value) const {
+    CLI::Option* option = plain(value);
+    const auto& [low, high, or_zero] = row.range;
+    if (!row.choices.empty())
+      option->check(CLI::IsMember(row.choices));
+    else if (std::isfinite(high) && or_zero)
+      option->check(CLI::Range(low, high) | CLI::Range(0.0, 0.0));
+    else if (std::isfinite(high))
+      option->check(CLI::Range(low, high));
+  }
+
+  void operator()(std::filesystem::path& path) const { plain(path); }
+  void operator()(bool& on) const {
+    const std::string turns_off = on ? "!" : "";
+    verb.add_flag(turns_off + row.flag, on, row.help);
+  }
+  void operator()(int& value) const { number(value); }
+  void operator()(double& value) const { number(value); }
+  void operator()(std::uint64_t& value) const { number(value); }
+  void operator()(Split& split) const {
+    std::map<std::string, Split> names;
+    for (const Split known : kSplits) names.emplace(split_name(known), known);
+    plain(split)->transform(CLI::CheckedTransformer(std::move(names)));
+  }
+  void operator()(std::optional<FieldMode>& mode) const { add_mode_option(verb, mode); }
+  // Lists are kept with the clip: words, until the project is known.
+  template <class List>
+  void operator()(std::vector<List>&) const {}
+};
+
+}  // namespace
+
+void add_project_options(CLI::App& verb, bool OptionVerbs::*takes, GivenOptions& given) {
+  for (const OptionRow& row : option_table()) {
+    if (!(row.verbs.*takes)) continue;
+    if (!row.kept_with_clip) {
+      with_option(row, given.options, AddOption{verb, row});
+      continue;
+    }
+    CLI::Option* words = verb.add_option(row.flag, given.words[row.key], row.help)->allow_extra_args(false);
+    // Spans add up, whatever else is given is given once.
+    if (!std::holds_alternative<OptionMember<std::vector<RefitSpan>>>(row.member)) words->expected(1);
+  }
+}
+
+bool is_given(const CLI::App& verb, std::string_view key) {
+  const CLI::Option* option = verb.get_option_no_throw(option_row(key).flag);
+  return option != nullptr && option->count() > 0;
+}
+
+Result<void> apply_given(const CLI::App& verb, const GivenOptions& given, ProjectOptions& options) {
+  for (const OptionRow& row : option_table()) {
+    if (std::string_view(row.flag).empty() || !is_given(verb, row.key)) continue;
+    if (!row.kept_with_clip) {
+      copy_option(row, given.options, options);
+      continue;
+    }
+    for (const std::string& words : given.words.at(row.key))
+      if (const auto read = read_option_words(row, words, options); !read) return read.error();
+  }
+  return {};
+}
+
+}  // namespace likeness::app

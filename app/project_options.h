@@ -1,0 +1,34 @@
+// A project's choices as options of the verbs that run its stages, by the rows of
+// core/project/option_table.h.
+#pragma once
+
+#include <map>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <CLI/CLI.hpp>
+
+#include "core/base/result.h"
+#include "core/project/option_table.h"
+
+namespace likeness::app {
+
+// What the command line says of a project's choices.
+struct GivenOptions {
+  ProjectOptions options;
+  // By key, of choices that are kept with the clip: as they stand on the command line. What they mean depends
+  // on the project.
+  std::map<std::string, std::vector<std::string>, std::less<>> words;
+};
+
+// The flags of one verb, in the table's order. Before add_common_options, which adds --seed where it is not.
+void add_project_options(CLI::App& verb, bool OptionVerbs::*takes, GivenOptions& given);
+
+// Whether a choice's flag stands on the command line.
+bool is_given(const CLI::App& verb, std::string_view key);
+
+// Choices that are given replace those in `options`; the others stay.
+Result<void> apply_given(const CLI::App& verb, const GivenOptions& given, ProjectOptions& options);
+
+}  // namespace likeness::app
