@@ -52,8 +52,8 @@ struct RenderOptions {
 };
 
 // The quality ladder, both in bf16 where the processor has it. The default options are what both are measured
-// by: a ray a pixel, each with its own strata, in single precision. `likeness study render` says how fast
-// each is and how near to the truth.
+// by: a ray a pixel, each with its own strata, in single precision. `likeness bench PROJECT --tables
+// settings` says how fast each is and how near to the truth.
 enum class RenderQuality {
   final,   // a ray for 2 x 2 pixels where they hardly differ, else a ray a pixel; 20 samples
   preview  // 39200 rays for 512 x 512 pixels, those left over go where pixels differ; 14 samples

@@ -1,7 +1,7 @@
 // Empty cells known in the canonical face instead of the posed one: Li 2022 keeps a voxel grid of the
 // canonical face and looks samples up where the head model's deformation brings them, taking for granted that
 // what the field adds to that deformation - a learnt residual there, the ambient slice here - does not move
-// density across cells. How true that is, likeness study occupancy measures.
+// density across cells. How true that is, likeness study --tables occupancy measures.
 //
 // One grid then stands for all expressions without being the union of their surfaces.
 #pragma once
