@@ -1,4 +1,5 @@
-// likeness bench: how fast the field's kernels are, beside what the machine can do and how exact they are.
+// likeness bench: how fast the field's kernels are, beside what the machine can do and how exact they are; of
+// a project, what its pictures and its training cost, setting by setting, and how soon it is driven live.
 #include <algorithm>
 #include <filesystem>
 #include <memory>
@@ -7,10 +8,13 @@
 #include <fmt/format.h>
 
 #include "app/backend_option.h"
+#include "app/bench_tables.h"
 #include "app/commands.h"
 #include "app/device_bench.h"
 #include "app/project_speed_report.h"
+#include "app/tables.h"
 #include "app/terminal.h"
+#include "core/base/json_text.h"
 #include "core/base/parallel.h"
 #include "core/device/load_device.h"
 #include "core/lab/bench/field_speed.h"
@@ -27,13 +31,19 @@ constexpr double kQuiet = 0.9;
 
 struct BenchArguments {
   CommonOptions common;
+  TableOptions output;
   BenchOptions options;
-  std::filesystem::path project;  // empty: the field alone
+  std::filesystem::path project, clip;  // empty: the field alone; not driven live
+  int frames = 12;                      // of the settings
+  LiveStudyOptions live;
 };
 
+const std::vector<std::string> kBenchTables{"field", "project", "settings", "live"};
+
 struct FullReport {
-  BenchReport field;
+  std::optional<BenchReport> field;
   std::optional<ProjectSpeed> project;
+  std::vector<Table> more;  // settings, live
 };
 
 double gather_mps(const Ceilings& c) { return 1e-6 / gather_seconds(c, kFieldTable); }
@@ -140,8 +150,7 @@ nlohmann::json kernels_json(const BenchReport& report) {
   return kernels;
 }
 
-nlohmann::json to_json(const FullReport& full) {
-  const BenchReport& report = full.field;
+nlohmann::json to_json(const BenchReport& report) {
   const Processor processor = this_processor();
   nlohmann::json machine = to_json(report.threads.front().ceilings);
   machine["processor"] = processor.name;
@@ -161,48 +170,82 @@ nlohmann::json to_json(const FullReport& full) {
           {"counts", why.empty()},
           {"doubt", why.empty() ? nlohmann::json(nullptr) : nlohmann::json(why)},
           {"field", field},
-          {"kernels", kernels_json(report)},
-          {"project", full.project ? project_speed_json(*full.project) : nlohmann::json(nullptr)}};
+          {"kernels", kernels_json(report)}};
 }
 
-// -- Text
+nlohmann::json to_json(const FullReport& full) {
+  nlohmann::json all = full.field ? to_json(*full.field) : nlohmann::json::object();
+  if (full.field || full.project)
+    all["project"] = full.project ? project_speed_json(*full.project) : nlohmann::json(nullptr);
+  all.update(parse_json(tables_json(full.more)));
+  return all;
+}
 
-void print_report(const FullReport& full) {
-  const BenchReport& report = full.field;
+// -- Tables
+
+Table ceilings_table(const BenchReport& report) {
   const Processor processor = this_processor();
-  fmt::print("{}, {}\n\n{:>7} {:>12} {:>13} {:>12} {:>14} {:>14}\n", processor.name,
-             processor.instruction_set, "threads", "FMA GFLOP/s", "bf16 GFLOP/s", "memory GB/s", "reads M/s",
-             "updates M/s");
+  Table table{.name = "ceilings", .title = fmt::format("{}, {}", processor.name, processor.instruction_set)};
+  table.columns = {{"threads", "threads", 0},           {"fma_gflops", "FMA, GFLOP/s", 1},
+                   {"bf16_gflops", "bf16, GFLOP/s", 1}, {"bandwidth_gbs", "memory, GB/s", 1},
+                   {"gather_mps", "reads, M/s", 0},     {"rmw_mps", "updates, M/s", 0}};
   for (const ThreadSpeed& t : report.threads)
-    fmt::print("{:>7} {:>12.1f} {:>13.1f} {:>12.1f} {:>14.0f} {:>14.0f}\n", t.ceilings.threads,
-               t.ceilings.fma_gflops, t.ceilings.bf16_gflops, t.ceilings.bandwidth_gbs,
-               gather_mps(t.ceilings), rmw_mps(t.ceilings));
-  fmt::print(
-      "(8-byte entries at random places of 512 KB)\n\n{:>7} {:>8} {:<14} {:>12} {:>10} {:>9} {:>9} {:>9}\n",
-      "threads", "batch", "pass", "samples/s", "ns/sample", "GFLOP/s", "floor ns", "of floor");
+    table.rows.push_back({t.ceilings.threads, t.ceilings.fma_gflops, t.ceilings.bf16_gflops,
+                          t.ceilings.bandwidth_gbs, gather_mps(t.ceilings), rmw_mps(t.ceilings)});
+  table.notes = {"reads and updates of 8-byte entries at random places of 512 KB"};
+  return table;
+}
+
+Table passes_table(const BenchReport& report) {
+  Table table{.name = "passes"};
+  table.columns = {{"threads", "threads", 0},
+                   {"samples", "batch", 0},
+                   {"pass", "pass"},
+                   {"samples_per_s", "samples/s", 0},
+                   {"ns_per_sample", "ns/sample", 1},
+                   {"gflops", "GFLOP/s", 1},
+                   {"floor_ns_per_sample", "floor, ns", 1},
+                   {"fraction_of_floor", "of floor"}};
   for (const ThreadSpeed& t : report.threads)
     for (const BatchSpeed& b : t.batches) {
-      const auto print = [&](const char* pass, const PassSpeed& s) {
-        fmt::print("{:>7} {:>8} {:<14} {:>12.0f} {:>10.1f} {:>9.1f} {:>9.1f} {:>9.2f}\n", t.ceilings.threads,
-                   b.samples, pass, 1e6 * s.msamples_s, s.ns_per_sample, s.gflops, s.floor_ns_per_sample,
-                   s.fraction_of_floor);
+      const auto add = [&](const char* pass, const PassSpeed& s) {
+        table.rows.push_back({t.ceilings.threads, double(b.samples), pass, 1e6 * s.msamples_s,
+                              s.ns_per_sample, s.gflops, s.floor_ns_per_sample, s.fraction_of_floor});
       };
-      print("forward", b.single.inference), print("training", b.single.training);
-      if (b.bf16) print("forward bf16", b.bf16->inference), print("training bf16", b.bf16->training);
+      add("forward", b.single.inference), add("training", b.single.training);
+      if (b.bf16) add("forward bf16", b.bf16->inference), add("training bf16", b.bf16->training);
     }
-  const auto print_error = [](const char* precision, const FieldError& e) {
-    fmt::print(
-        "relative L2 against double{}: outputs {:.1e}, gradients of networks {:.1e} and tables {:.1e}, Adam "
-        "{:.1e}\n",
-        precision, e.outputs, e.networks, e.tables, e.adam);
-  };
-  fmt::print("\n");
-  print_error("", report.error);
-  if (report.bf16_error) print_error(", bf16", *report.bf16_error);
-  if (full.project) print_project_speed(*full.project);
-  if (const std::string why = doubt(report); !why.empty())
-    fmt::print("These figures do not count. {}\n", why);
+  return table;
 }
+
+Table errors_table(const BenchReport& report) {
+  Table table{.name = "errors", .title = "Relative L2 against double"};
+  table.columns = {{"precision", "precision"},
+                   {"outputs", "outputs", -1},
+                   {"network_gradients", "gradients of networks", -1},
+                   {"table_gradients", "of tables", -1},
+                   {"adam", "Adam", -1}};
+  const auto add = [&](const char* precision, const FieldError& e) {
+    table.rows.push_back({precision, e.outputs, e.networks, e.tables, e.adam});
+  };
+  add("single", report.error);
+  if (report.bf16_error) add("bf16", *report.bf16_error);
+  return table;
+}
+
+std::vector<Table> bench_tables(const FullReport& full) {
+  std::vector<Table> tables;
+  if (full.field)
+    tables = {ceilings_table(*full.field), passes_table(*full.field), errors_table(*full.field)};
+  if (full.field)
+    if (const std::string why = doubt(*full.field); !why.empty())
+      tables.back().notes.push_back("These figures do not count. " + why);
+  if (full.project) tables.push_back(project_speed_table(*full.project));
+  tables.insert(tables.end(), full.more.begin(), full.more.end());
+  return tables;
+}
+
+// -- Measuring
 
 // Of a GPU, whose batches are larger.
 int run_cuda(const BenchArguments& arguments, bool batches_given) {
@@ -211,10 +254,75 @@ int run_cuda(const BenchArguments& arguments, bool batches_given) {
   options.rounds = std::max(options.rounds, arguments.options.rounds);
   options.seed = std::uint32_t(arguments.common.seed) + 1;
   const ThreadLimit limit(arguments.common.threads);
-  if (arguments.project.empty()) return run_device_bench(arguments.common, options, nullptr);
+  if (arguments.project.empty())
+    return run_device_bench(arguments.common, arguments.output, options, nullptr);
   const auto project = open_project(arguments.project);
   if (!project) return report_failure(project.error());
-  return run_device_bench(arguments.common, options, &*project);
+  return run_device_bench(arguments.common, arguments.output, options, &*project);
+}
+
+bool is_asked_of_the_gpu(const BenchArguments& a) {
+  return (is_asked(a.output, "field") || is_asked(a.output, "project")) &&
+         (a.common.backend == "cuda" || (a.common.backend == "auto" && open_cuda_device().ok()));
+}
+
+Result<void> check_arguments(const BenchArguments& a) {
+  const bool live = is_asked(a.output, "live");
+  if (live == a.clip.empty())
+    return Error{ErrorCode::bad_input,
+                 live ? "Nothing says which clip drives the avatar." : "The clip drives an avatar live.",
+                 "likeness bench PROJECT --tables live --clip CLIP", ""};
+  if (live && a.common.backend == "cuda")
+    return Error{ErrorCode::bad_input, "An avatar is driven live on the processor.", "Leave out --backend.",
+                 ""};
+  if (is_asked_of_the_gpu(a) && (live || is_asked(a.output, "settings")))
+    return Error{ErrorCode::bad_input, "A GPU's field and pictures are measured by themselves.",
+                 "Ask for the other tables in a second call.", ""};
+  if (!a.project.empty()) return {};
+  for (const std::string& name : a.output.tables)
+    if (name != "field")
+      return Error{ErrorCode::bad_input, fmt::format("There is no project for the table {}.", name),
+                   fmt::format("likeness bench PROJECT --tables {}", name), ""};
+  return {};
+}
+
+Result<FullReport> measure(const BenchArguments& a, int all) {
+  const std::vector<std::string>& tables = a.output.tables;
+  std::optional<Project> project;  // a wrong folder is said before minutes are spent
+  if (!a.project.empty()) {
+    auto opened = open_project(a.project);
+    if (!opened) return opened.error();
+    project = std::move(*opened);
+  }
+  const ProgressLine line(quiet_if_csv(a.common, a.output));
+  const std::stop_token stop = stop_on_signals();
+  FullReport full;
+  for (std::size_t i = 0; i < tables.size(); ++i) {
+    const double n = double(tables.size());
+    const Progress progress = line.progress().stage(double(i) / n, double(i + 1) / n, tables[i]);
+    if (tables[i] == "field") {
+      auto field = measure_field(a.options, progress, stop);
+      if (!field) return field.error();
+      full.field = std::move(*field);
+      continue;
+    }
+    const ThreadLimit limit(all);
+    if (tables[i] == "project") {
+      const auto speed = measure_project_speed(*project, {}, progress, stop);
+      if (!speed) return speed.error();
+      full.project = *speed;
+      continue;
+    }
+    const auto table = [&]() -> Result<Table> {
+      if (tables[i] == "live") return live_table(a.project, a.clip, a.live, progress, stop);
+      auto place = chosen_place(a.common);
+      if (!place) return place.error();
+      return settings_table(*project, a.frames, place->backend, progress, stop);
+    }();
+    if (!table) return table.error();
+    full.more.push_back(*table);
+  }
+  return full;
 }
 
 int run(BenchArguments arguments) {
@@ -223,33 +331,22 @@ int run(BenchArguments arguments) {
   if (all > 1) arguments.options.threads.push_back(all);
   arguments.options.seed = std::uint32_t(arguments.common.seed) + 1;
   std::sort(arguments.options.batches.begin(), arguments.options.batches.end());
-  const Result<FullReport> report = [&]() -> Result<FullReport> {
-    std::optional<Project> project;  // a wrong folder is said before minutes are spent
-    if (!arguments.project.empty()) {
-      auto opened = open_project(arguments.project);
-      if (!opened) return opened.error();
-      project = std::move(*opened);
-    }
-    const ProgressLine line(arguments.common);
-    const Progress progress = line.progress();
-    const std::stop_token stop = stop_on_signals();
-    auto field = measure_field(arguments.options, progress.stage(0, project ? 0.5 : 1, "field"), stop);
-    if (!field) return field.error();
-    FullReport full{std::move(*field), std::nullopt};
-    if (!project) return full;
-    const ThreadLimit limit(all);
-    const auto speed = measure_project_speed(*project, {}, progress.stage(0.5, 1, "project"), stop);
-    if (!speed) return speed.error();
-    full.project = *speed;
-    return full;
-  }();
+  const auto report = measure(arguments, all);
   if (!report) return report_failure(report.error());
-  if (arguments.common.json) {
-    print_json(to_json(*report));
-  } else {
-    print_report(*report);
-  }
-  return kExitDone;
+  const ThreadLimit limit(all);
+  const nlohmann::json json = to_json(*report);
+  return report_tables(arguments.common, arguments.output, bench_tables(*report), &json);
+}
+
+// The field; of a project its pictures and its training, too; of a clip alone that it drives.
+void choose_tables(BenchArguments& a) {
+  if (!a.output.tables.empty()) return;
+  if (!a.clip.empty())
+    a.output.tables = {"live"};
+  else if (a.project.empty())
+    a.output.tables = {"field"};
+  else
+    a.output.tables = {"field", "project"};
 }
 
 }  // namespace
@@ -257,18 +354,34 @@ int run(BenchArguments arguments) {
 void add_bench_command(CLI::App& program, int& exit_code) {
   auto a = std::make_shared<BenchArguments>();
   CLI::App* verb = program.add_subcommand(
-      "bench", "How fast the field's kernels are, beside what the machine can do and how exact they are");
+      "bench",
+      "How fast the field's kernels are, beside what the machine can do and how exact they are; and what a "
+      "project's pictures cost");
   verb->add_option("project", a->project,
                    "A project with an avatar: its pictures and its training are measured, too; not changed");
+  add_tables_option(*verb, a->output, kBenchTables,
+                    "default: field and, of a project, project; settings: what the renderer's settings cost "
+                    "and lose; live: how soon the avatar follows a clip fed in real time");
+  verb->add_option("--frames", a->frames, "Held-out frames of the settings, evenly chosen; 0: all")
+      ->check(CLI::Range(0, 1'000'000))
+      ->capture_default_str();
+  verb->add_option("--clip", a->clip, "The clip that drives the avatar live");
+  add_quality_option(*verb, a->live.quality);
+  verb->add_option("--landmark-model", a->live.track.predictor,
+                   "A dlib 68-point shape predictor for driving live; default: the system's");
   verb->add_option("--batch", a->options.batches, "Samples of a batch; several are measured each")
       ->check(CLI::Range(64, 1 << 22));
   verb->add_option("--rounds", a->options.rounds,
                    "Repetitions, of which the best counts; more if others use the machine")
       ->check(CLI::Range(1, 1000));
   add_common_options_with_cuda(*verb, a->common);
+  add_table_options(*verb, a->output);
   verb->callback([a, verb, &exit_code] {
-    const bool cuda = a->common.backend == "cuda" || (a->common.backend == "auto" && open_cuda_device().ok());
-    exit_code = cuda ? run_cuda(*a, verb->count("--batch") > 0) : run(*a);
+    choose_tables(*a);
+    if (const auto fine = check_arguments(*a); !fine)
+      exit_code = report_failure(fine.error());
+    else
+      exit_code = is_asked_of_the_gpu(*a) ? run_cuda(*a, verb->count("--batch") > 0) : run(*a);
   });
 }
 

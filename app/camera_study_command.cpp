@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 
 #include "app/commands.h"
+#include "app/tables.h"
 #include "app/terminal.h"
 #include "core/base/files.h"
 #include "core/base/parallel.h"
@@ -20,49 +21,48 @@ namespace fs = std::filesystem;
 
 struct CameraStudyArguments {
   CommonOptions common;
+  TableOptions output;
   fs::path folder, landmark_model;
   std::vector<std::string> masks;
 };
 
-nlohmann::json to_json(const CameraRow& row) {
-  nlohmann::json j{{"masks", row.masks},
-                   {"outcome", row.outcome},
-                   {"seconds", row.seconds},
-                   {"processor_seconds", row.processor_seconds}};
-  if (!row.errors) return j;
-  const CameraErrors& e = *row.errors;
-  j.update({{"wanted", e.wanted},
-            {"found", e.found},
-            {"position_median_percent", e.position_median_percent},
-            {"position_max_percent", e.position_max_percent},
-            {"turn_median_deg", e.turn_median_deg},
-            {"turn_max_deg", e.turn_max_deg},
-            {"shared_turn_deg", e.shared_turn_deg},
-            {"own_turn_median_deg", e.own_turn_median_deg},
-            {"focal_percent", e.focal_percent}});
-  return j;
-}
-
-void print_rows(const std::vector<CameraRow>& rows) {
-  fmt::print("{:<8} {:>9} {:>10} {:>8} {:>8} {:>8} {:>8} {:>8} {:>8} {:>8}\n", "masks", "found", "position",
-             "worst", "turn", "worst", "shared", "own", "focal", "cpu");
+Table cameras_table(const std::vector<CameraRow>& rows) {
+  Table table{.name = "cameras", .title = "The camera stage, beside known cameras"};
+  table.columns = {{"masks", "masks"},
+                   {"found", "found", 0},
+                   {"wanted", "of", 0},
+                   {"position_median_percent", "position, %", 3},
+                   {"position_max_percent", "worst"},
+                   {"turn_median_deg", "turn, °", 3},
+                   {"turn_max_deg", "worst", 3},
+                   {"shared_turn_deg", "shared", 3},
+                   {"own_turn_median_deg", "own", 3},
+                   {"focal_percent", "focal length, %"},
+                   {"seconds", "", 0},
+                   {"processor_seconds", "processor, s", 0},
+                   {"outcome", ""}};
   for (const CameraRow& row : rows) {
+    std::vector<TableCell>& cells = table.rows.emplace_back();
+    cells = {row.masks};
     if (row.errors) {
       const CameraErrors& e = *row.errors;
-      fmt::print(
-          "{:<8} {:>4}/{:<4} {:>8.3f} % {:>6.2f} % {:>7.3f}° {:>7.3f}° {:>7.3f}° {:>7.3f}° {:>+6.2f} % "
-          "{:>6.0f} s\n",
-          row.masks, e.found, e.wanted, e.position_median_percent, e.position_max_percent, e.turn_median_deg,
-          e.turn_max_deg, e.shared_turn_deg, e.own_turn_median_deg, e.focal_percent, row.processor_seconds);
+      for (const TableCell& cell :
+           {TableCell(e.found), TableCell(e.wanted), TableCell(e.position_median_percent),
+            TableCell(e.position_max_percent), TableCell(e.turn_median_deg), TableCell(e.turn_max_deg),
+            TableCell(e.shared_turn_deg), TableCell(e.own_turn_median_deg), TableCell(e.focal_percent)})
+        cells.push_back(cell);
     } else {
-      fmt::print("{:<8} no path {:>76.0f} s\n", row.masks, row.processor_seconds);
+      cells.resize(10);  // no path was found
     }
+    cells.insert(cells.end(),
+                 {TableCell(row.seconds), TableCell(row.processor_seconds), TableCell(row.outcome)});
+    table.notes.push_back(fmt::format("{}: {}", row.masks, row.outcome));
   }
-  fmt::print(
+  table.notes.push_back(
       "median and worst camera after one similarity; position of the path's extent; shared: the turn that "
       "all\n"
-      "cameras have in common, own: the median without it\n");
-  for (const CameraRow& row : rows) fmt::print("{}: {}\n", row.masks, row.outcome);
+      "cameras have in common, own: the median without it");
+  return table;
 }
 
 // A folder of its own, removed when the study ends.
@@ -105,18 +105,12 @@ int run(const CameraStudyArguments& arguments) {
   options.seed = int(arguments.common.seed);
   std::optional<Result<std::vector<CameraRow>>> rows;
   {
-    const ProgressLine line(arguments.common);
+    const ProgressLine line(quiet_if_csv(arguments.common, arguments.output));
     rows = study_cameras(*truth, masks, work.path(), options, line.progress(), stop_on_signals());
   }
   if (!*rows) return report_failure(rows->error());
-  if (!arguments.common.json) {
-    print_rows(**rows);
-    return kExitDone;
-  }
-  nlohmann::json list = nlohmann::json::array();
-  for (const CameraRow& row : **rows) list.push_back(to_json(row));
-  print_json({{"rows", list}});
-  return kExitDone;
+  const Table table = cameras_table(**rows);
+  return report_tables(arguments.common, arguments.output, {&table, 1});
 }
 
 }  // namespace
@@ -134,6 +128,7 @@ void add_camera_study(CLI::App& study, int& exit_code) {
   verb->add_option("--landmark-model", a->landmark_model,
                    "A dlib 68-point shape predictor; default: the system's");
   add_common_options(*verb, a->common);
+  add_table_options(*verb, a->output);
   verb->callback([a, &exit_code] { exit_code = run(*a); });
 }
 

@@ -15,17 +15,10 @@ void add_care_commands(CLI::App& program, int& exit_code);  // relink, repair, d
 void add_eval_command(CLI::App& program, int& exit_code);
 void add_render_command(CLI::App& program, int& exit_code);
 void add_drive_command(CLI::App& program, int& exit_code);
-void add_study_command(CLI::App& program, int& exit_code);  // study PROJECT, track, drive, and those below
-void add_model_study(CLI::App& study, int& exit_code);      // of the verb itself, without another
+void add_study_command(CLI::App& program, int& exit_code);  // study PROJECT, and those below
+void add_truth_study(CLI::App& study, int& exit_code);
+void add_track_study(CLI::App& study, int& exit_code);
 void add_camera_study(CLI::App& study, int& exit_code);
-void add_matte_study(CLI::App& study, int& exit_code);
-void add_cull_study(CLI::App& study, int& exit_code);
-void add_true_detail(CLI::App& study, int& exit_code);
-void add_gain_study(CLI::App& study, int& exit_code);
-void add_landmark_study(CLI::App& study, int& exit_code);
-void add_live_study(CLI::App& study, int& exit_code);
-void add_mark_study(CLI::App& study, int& exit_code);
-void add_render_study(CLI::App& study, int& exit_code);
 void add_bench_command(CLI::App& program, int& exit_code);
 void add_record_command(CLI::App& program, int& exit_code);
 void add_demo_command(CLI::App& program, int& exit_code);

@@ -1,11 +1,14 @@
-// likeness demo: write the built-in capture with its ground truth, or list who can play in it.
+// likeness demo: write the built-in capture with its ground truth, or the detail maps that are true for it;
+// or list who can play in it.
 #include <memory>
+#include <optional>
 
 #include <fmt/format.h>
 
 #include "app/commands.h"
 #include "app/terminal.h"
 #include "core/base/parallel.h"
+#include "core/lab/truth/true_detail.h"
 #include "core/synth/cast.h"
 #include "core/synth/demo_capture.h"
 
@@ -16,6 +19,7 @@ namespace {
 struct DemoArguments {
   CommonOptions common;
   std::filesystem::path folder;
+  std::filesystem::path displacement, out;  // a project fitted to the demo, and where its true maps go
   DemoOptions options;
   bool list = false;
 };
@@ -36,9 +40,30 @@ int list_cast(bool json) {
   return kExitDone;
 }
 
+// The detail maps that a perfect estimator would give for a demo that is there, for fit --displacement.
+int write_maps(const DemoArguments& a) {
+  const auto project = open_project(a.displacement);
+  if (!project) return report_failure(project.error());
+  std::optional<Result<TrueDetailReport>> report;
+  {
+    const ProgressLine line(a.common);
+    report = write_true_detail(*project, a.folder, a.out, {.person = a.options.person}, line.progress(),
+                               stop_on_signals());
+  }
+  if (!*report) return report_failure(report->error());
+  const TrueDetailReport& r = **report;
+  if (a.common.json)
+    print_json({{"frames", r.frames}, {"rms_mm", r.rms_mm}, {"varying_mm", r.varying_mm}});
+  else
+    fmt::print("{} maps; the true face lies {:.2f} mm rms off the tracked one, {:.2f} of it come and go\n",
+               r.frames, r.rms_mm, r.varying_mm);
+  return kExitDone;
+}
+
 int run(DemoArguments arguments) {
   if (arguments.list) return list_cast(arguments.common.json);
   const ThreadLimit limit(arguments.common.threads);
+  if (!arguments.displacement.empty()) return write_maps(arguments);
   arguments.options.seed = int(arguments.common.seed);
   Result<void> outcome;
   {
@@ -73,6 +98,11 @@ void add_demo_command(CLI::App& program, int& exit_code) {
   verb->add_flag("--habit", a->options.habit,
                  "Now and then the person puffs one cheek, which no expression of a head model carries");
   verb->add_option("--samples", a->options.samples_per_pixel, "Rays a pixel")->check(CLI::Range(1, 64));
+  CLI::Option* maps = verb->add_option(
+      "--displacement", a->displacement,
+      "A project fitted to the demo in the folder: writes its true detail maps, for fit --displacement");
+  CLI::Option* out = verb->add_option("--out", a->out, "Folder for these maps");
+  maps->needs(out), out->needs(maps);
   add_common_options(*verb, a->common);
   verb->callback([a, folder, list, &exit_code] {
     if (list->count() == 0 && folder->count() == 0) throw CLI::RequiredError("folder");

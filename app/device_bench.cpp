@@ -14,47 +14,61 @@
 namespace likeness::app {
 namespace {
 
-void print_report(const DeviceBenchReport& report) {
-  fmt::print(
-      "{}, {:.0f} GB/s read and written, {:.0f} TFLOP/s of bf16 products\n\n{:>5} {:>8} {:<10} {:>10} {:>10} "
-      "{:>9}\n",
-      report.facts.name, report.ceilings.bandwidth_gbs, report.ceilings.matrix_tflops, "", "batch", "pass",
-      "ms", "Msamples/s", "of floor");
+std::vector<Table> device_tables(const DeviceBenchReport& report) {
+  Table passes{
+      .name = "passes",
+      .title = fmt::format("{}, {:.0f} GB/s read and written, {:.0f} TFLOP/s of bf16 products",
+                           report.facts.name, report.ceilings.bandwidth_gbs, report.ceilings.matrix_tflops)};
+  passes.columns = {
+      {"precision", "precision"}, {"samples", "batch", 0},         {"pass", "pass"},
+      {"milliseconds", "ms", 3},  {"msamples_s", "Msamples/s", 1}, {"fraction_of_floor", "of floor", 3}};
   for (const DeviceBatchSpeed& s : report.speeds)
     for (const bool training : {false, true}) {
       const DevicePass& pass = training ? s.training : s.inference;
-      fmt::print("{:>5} {:>8} {:<10} {:>10.3f} {:>10.1f} {:>9.3f}\n", precision_name(s.precision), s.samples,
-                 training ? "training" : "forward", 1e3 * pass.seconds, pass.msamples_s,
-                 pass.fraction_of_floor);
+      passes.rows.push_back({precision_name(s.precision), double(s.samples),
+                             training ? "training" : "forward", 1e3 * pass.seconds, pass.msamples_s,
+                             pass.fraction_of_floor});
     }
-  fmt::print("\n");
+  Table errors{.name = "errors", .title = "Relative L2 against double"};
+  errors.columns = {{"precision", "precision"},
+                    {"outputs", "outputs", -1},
+                    {"network_gradients", "gradients of networks", -1},
+                    {"table_gradients", "of tables", -1}};
   for (const DeviceFieldError& e : report.errors)
-    fmt::print(
-        "relative L2 against double, {}: outputs {:.1e}, gradients of networks {:.1e} and tables {:.1e}\n",
-        precision_name(e.precision), e.outputs, e.networks, e.tables);
+    errors.rows.push_back({precision_name(e.precision), e.outputs, e.networks, e.tables});
+  Table frames{.name = "frames", .title = "Pictures"};
+  frames.columns = {{"size_px", "px", 0},
+                    {"quality", "quality"},
+                    {"milliseconds", "ms"},
+                    {"frames_s", "frames/s", 0},
+                    {"fraction_of_floor", "of floor", 3},
+                    {"mean_error", "off by", -1},
+                    {"percent_over_0.02", "pixels off by more than 0.02, %"}};
   for (const DeviceFrameSpeed& s : report.frames)
-    fmt::print(
-        "{} x {} px, {}: {:.2f} ms a frame ({:.0f} frames/s), {:.3f} of the floor, off by {:.1e} on average, "
-        "{:.2f} % of pixels by more than 0.02\n",
-        s.size, s.size, s.quality, 1e3 * s.seconds, s.frames_s, s.fraction_of_floor, s.mean_error,
-        100 * s.share_over);
-  const DeviceStepSpeed& step = report.step;
-  fmt::print(
-      "a step of {} rays, {:.0f} samples: {:.2f} ms, {:.3f} of the floor; with the processor's rays {:.2f} "
-      "ms; a "
-      "look into all cells {:.2f} ms\n",
-      step.rays, step.samples, 1e3 * step.seconds, step.fraction_of_floor,
-      1e3 * step.rays_by_processor_seconds, 1e3 * step.look_seconds);
+    frames.rows.push_back({s.size, s.quality, 1e3 * s.seconds, s.frames_s, s.fraction_of_floor, s.mean_error,
+                           100 * s.share_over});
+  const DeviceStepSpeed& s = report.step;
+  Table step{.name = "step", .title = "A step of training"};
+  step.columns = {{"rays", "rays", 0},
+                  {"samples", "samples", 0},
+                  {"milliseconds", "ms"},
+                  {"fraction_of_floor", "of floor", 3},
+                  {"rays_by_processor_milliseconds", "with the processor's rays, ms"},
+                  {"look_milliseconds", "a look into all cells, ms"}};
+  step.rows = {{double(s.rays), double(s.samples), 1e3 * s.seconds, s.fraction_of_floor,
+                1e3 * s.rays_by_processor_seconds, 1e3 * s.look_seconds}};
+  return {std::move(passes), std::move(errors), std::move(frames), std::move(step)};
 }
 
 }  // namespace
 
-int run_device_bench(const CommonOptions& common, const DeviceBenchOptions& options, const Project* project) {
+int run_device_bench(const CommonOptions& common, const TableOptions& output,
+                     const DeviceBenchOptions& options, const Project* project) {
   auto device = open_cuda_device();
   if (!device) return report_failure(device.error());
   std::optional<ProjectSpeed> speed;
   const auto report = [&]() -> Result<DeviceBenchReport> {
-    const ProgressLine line(common);
+    const ProgressLine line(quiet_if_csv(common, output));
     const std::stop_token stop = stop_on_signals();
     auto measured =
         measure_device(*device, options, line.progress().stage(0, project ? 0.5 : 1, "device"), stop);
@@ -69,15 +83,11 @@ int run_device_bench(const CommonOptions& common, const DeviceBenchOptions& opti
     return measured;
   }();
   if (!report) return report_failure(report.error());
-  if (common.json) {
-    nlohmann::json all = to_json(*report);
-    all["project"] = speed ? project_speed_json(*speed) : nlohmann::json(nullptr);
-    print_json(all);
-  } else {
-    print_report(*report);
-    if (speed) print_project_speed(*speed);
-  }
-  return kExitDone;
+  nlohmann::json all = to_json(*report);
+  all["project"] = speed ? project_speed_json(*speed) : nlohmann::json(nullptr);
+  std::vector<Table> tables = device_tables(*report);
+  if (speed) tables.push_back(project_speed_table(*speed));
+  return report_tables(common, output, tables, &all);
 }
 
 }  // namespace likeness::app

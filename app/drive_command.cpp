@@ -1,4 +1,4 @@
-// likeness drive: an avatar that does what somebody does in a clip.
+// likeness drive: an avatar that does what the driver does in a clip.
 #include <algorithm>
 #include <charconv>
 #include <cmath>
@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 
 #include "app/backend_option.h"
+#include "app/camera_option.h"
 #include "app/commands.h"
 #include "app/terminal.h"
 #include "core/base/parallel.h"
@@ -25,6 +26,8 @@ struct DriveArguments {
   DriveRequest request;
   std::vector<std::string> gains, attributes;
   FilmOptions film;
+  CameraOptions camera;
+  std::vector<double> pose_deg;  // yaw, pitch, roll; empty: the head moves
   bool unclamped = false, keep_head = false, side_by_side = false;
 };
 
@@ -71,7 +74,13 @@ Result<DrivenOutput> drive_film(DriveArguments& a, const Progress& progress, std
   if (const auto parsed = parse_attributes(a.attributes, a.request); !parsed) return parsed.error();
   a.request.options.clamp = !a.unclamped;
   a.request.options.move_head = !a.keep_head;
-  return write_driven(*opened, a.request, a.film, a.side_by_side, progress, stop);
+  a.film.camera_rests = a.camera.rests();
+  if (const auto fine = check_camera(a.camera, a.film.out); !fine) return fine.error();
+  DrivenView view;
+  if (!a.camera.rests())
+    view.cameras = [&](std::size_t frames) { return film_cameras(a.camera, *opened, int(frames)); };
+  if (!a.pose_deg.empty()) view.turn = turn_of(a.pose_deg);
+  return write_driven(*opened, a.request, a.film, a.side_by_side, progress, stop, view);
 }
 
 int run(DriveArguments& a) {
@@ -111,7 +120,7 @@ int run(DriveArguments& a) {
 
 void add_drive_command(CLI::App& program, int& exit_code) {
   auto a = std::make_shared<DriveArguments>();
-  CLI::App* verb = program.add_subcommand("drive", "The avatar does what somebody does in a clip");
+  CLI::App* verb = program.add_subcommand("drive", "The avatar does what the driver does in a clip");
   verb->add_option("project", a->project, "Project folder of the avatar")->required();
   verb->add_option("video", a->request.video, "The driving clip")->required();
   verb->add_option(
@@ -123,7 +132,11 @@ void add_drive_command(CLI::App& program, int& exit_code) {
                    "NAME=AMOUNT: a painted attribute held at this throughout; may be repeated");
   add_quality_option(*verb, a->film.quality);
   verb->add_flag("--unclamped", a->unclamped, "Also what the avatar's capture never showed");
-  verb->add_flag("--keep-head", a->keep_head, "Only the face moves, the head stays");
+  CLI::Option* keep =
+      verb->add_flag("--keep-head", a->keep_head, "Only the face moves, the head stays as it typically is");
+  add_pose_option(*verb, a->pose_deg, "The same with the head turned by yaw,pitch,roll degrees");
+  verb->get_option("--pose")->excludes(keep);
+  add_camera_options(*verb, a->camera);
   verb->add_flag("--smooth", a->request.options.smooth, "Steadier, with a little lag (one-euro filter)");
   verb->add_option("--track", a->request.track, "track.json of the clip: read if it exists, else written");
   verb->add_option("--head-model", a->request.head_model,

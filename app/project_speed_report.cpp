@@ -21,14 +21,23 @@ nlohmann::json project_speed_json(const ProjectSpeed& s) {
           {"rays_per_s", s.rays_per_s}};
 }
 
-void print_project_speed(const ProjectSpeed& s) {
-  fmt::print(
-      "\n{} held-out frames of {} px, {}: final {:.2f} pictures/s ({:.2f} ms without the pose), "
-      "preview {:.2f} ({:.2f} ms) for ",
-      s.frames, s.size, s.backend == "cpu" ? fmt::format("{} threads", current_thread_limit()) : s.backend,
-      s.final_fps, s.final_ms, s.preview_fps, s.preview_ms);
-  if (s.preview_loss_db) fmt::print("{:.2f} dB less, ", *s.preview_loss_db);
-  fmt::print("{:.2f} dB less at the head; {:.0f} rays/s of training\n", s.preview_loss_head_db, s.rays_per_s);
+Table project_speed_table(const ProjectSpeed& s) {
+  Table table{.name = "project",
+              .title = fmt::format(
+                  "The project: {} held-out frames of {} px, {}", s.frames, s.size,
+                  s.backend == "cpu" ? fmt::format("{} threads", current_thread_limit()) : s.backend)};
+  table.columns = {{"size_px", "", 0},
+                   {"backend", ""},
+                   {"final_fps", "final, pictures/s"},
+                   {"final_ms", "ms without the pose"},
+                   {"preview_fps", "preview, pictures/s"},
+                   {"preview_ms", "ms without the pose"},
+                   {"preview_loss_db", "dB less"},
+                   {"preview_loss_head_db", "at the head"},
+                   {"rays_per_s", "training, rays/s", 0}};
+  table.rows = {{s.size, s.backend, s.final_fps, s.final_ms, s.preview_fps, s.preview_ms, s.preview_loss_db,
+                 s.preview_loss_head_db, s.rays_per_s}};
+  return table;
 }
 
 }  // namespace likeness::app

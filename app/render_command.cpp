@@ -3,25 +3,22 @@
 #include <charconv>
 #include <cmath>
 #include <memory>
-#include <numbers>
 #include <optional>
 
 #include <fmt/format.h>
 
 #include "app/backend_option.h"
+#include "app/camera_option.h"
 #include "app/commands.h"
+#include "app/removed.h"
 #include "app/terminal.h"
 #include "core/base/parallel.h"
 #include "core/direct/performance.h"
 #include "core/direct/seen_limits.h"
-#include "core/drive/drive_clip.h"
-#include "core/export/head_mesh.h"
 #include "core/export/write_film.h"
 #include "core/export/write_out.h"
 #include "core/head/pose_head.h"
 #include "core/render/camera_path.h"
-#include "core/scene/track.h"
-#include "core/video/decode.h"
 
 namespace likeness::app {
 
@@ -31,10 +28,11 @@ namespace {
 
 struct RenderArguments {
   CommonOptions common;
-  fs::path project, out, drive, performance;
-  std::string camera = "still", background;
-  double orbit_deg = 30, frames_per_second = 0;  // 0 = 25, or as the performance says
-  int frames = 0, size = 0;                      // 0 = as the path needs; as the avatar was made
+  fs::path project, out, performance;
+  CameraOptions camera;
+  std::string background;
+  double frames_per_second = 0;  // 0 = 25, or as the performance says
+  int frames = 0, size = 0;      // 0 = as the path needs; as the avatar was made
   std::vector<std::string> expressions;
   std::vector<double> pose_deg;  // yaw, pitch, roll
   RenderQuality quality = RenderQuality::final;
@@ -70,45 +68,6 @@ Result<ActionSweep> parse_action(const std::string& text) {
   return ActionSweep{text.substr(0, equals), *from, *to};
 }
 
-// What was written, and of an mp4 that follows a clip whether with its sound.
-struct Rendered {
-  int frames = 0;
-  std::optional<CopiedSound> sound;
-};
-Result<Rendered> rendered(const Result<int>& frames) {
-  return frames ? Result<Rendered>(Rendered{*frames, {}}) : Result<Rendered>(frames.error());
-}
-
-Result<std::vector<Camera>> film_cameras(const RenderArguments& arguments, const Project& project,
-                                         const Avatar& avatar, int frames) {
-  if (arguments.camera == "still" || arguments.camera == "orbit") {
-    const double amplitude = arguments.camera == "orbit" ? arguments.orbit_deg * std::numbers::pi / 180 : 0;
-    std::vector<Camera> cameras;
-    for (const double yaw : orbit_yaws(frames, amplitude))
-      cameras.push_back(orbit_camera(avatar, avatar.world_from_head, yaw));
-    return cameras;
-  }
-  if (arguments.frames > 0)
-    return Error{ErrorCode::bad_input, "The cameras to follow say how many frames there are.",
-                 "Leave out --frames, or --camera.", arguments.camera};
-  auto set = read_cameras(arguments.camera);
-  if (!set) return set.error();
-  const Intrinsics& first = set->cameras.front().intrinsics;
-  const bool one_size = std::ranges::all_of(set->cameras, [&](const Camera& camera) {
-    return camera.intrinsics.width == first.width && camera.intrinsics.height == first.height;
-  });
-  if (!one_size) {
-    return Error{ErrorCode::bad_input, "The cameras to follow differ in picture size.",
-                 "Give every camera of the file the same width and height.", arguments.camera};
-  }
-  if (set->scale == CameraScale::arbitrary) {  // the project's own solve: the track knows its metre
-    const auto track = read_track(track_path(project));
-    if (!track) return track.error();
-    for (Camera& camera : set->cameras) camera.cam_from_world.translation() *= track->metres_per_unit;
-  }
-  return std::move(set->cameras);
-}
-
 Result<Film> make_film(const RenderArguments& arguments, const OpenedAvatar& opened) {
   const auto& [project, avatar, model, hash] = opened;
   std::vector<ActionSweep> sweeps;
@@ -120,16 +79,17 @@ Result<Film> make_film(const RenderArguments& arguments, const OpenedAvatar& ope
   const bool sweeping =
       std::any_of(sweeps.begin(), sweeps.end(), [](const ActionSweep& s) { return s.from != s.to; });
   const bool still = arguments.out.extension() == ".png" || arguments.out.extension() == ".ply" ||
-                     (arguments.camera == "still" && !sweeping);
+                     (arguments.camera.rests() && !sweeping);
   const int wanted = arguments.frames > 0 ? arguments.frames : still ? 1 : 100;
 
+  if (arguments.camera.follows_a_file() && arguments.frames > 0)
+    return Error{ErrorCode::bad_input, "The cameras to follow say how many frames there are.",
+                 "Leave out --frames, or --camera.", arguments.camera.camera};
   Film film;
-  auto cameras = film_cameras(arguments, project, avatar, wanted);
+  auto cameras = film_cameras(arguments.camera, opened, wanted);
   if (!cameras) return cameras.error();
   film.cameras = std::move(*cameras);
-  std::array<double, 3> turn{};
-  for (std::size_t i = 0; i < arguments.pose_deg.size(); ++i)
-    turn[i] = arguments.pose_deg[i] * std::numbers::pi / 180;
+  const std::array<double, 3> turn = turn_of(arguments.pose_deg);
   const Vec3d pivot = shape_head(model, avatar.person).joints[kNeck].cast<double>();
   const Pose head = turned_head(avatar.world_from_head, pivot, turn[0], turn[1], turn[2]);
   for (std::size_t i = 0; i < film.cameras.size(); ++i) {
@@ -157,7 +117,7 @@ FilmOptions film_options(const RenderArguments& arguments) {
   FilmOptions options;
   options.out = arguments.out;
   options.background = arguments.background;
-  options.camera_rests = arguments.camera == "still";
+  options.camera_rests = arguments.camera.rests();
   options.alpha = arguments.alpha;
   options.mark = arguments.mark;
   options.quality = arguments.quality;
@@ -167,20 +127,14 @@ FilmOptions film_options(const RenderArguments& arguments) {
   return options;
 }
 
-Result<void> check_camera(const RenderArguments& arguments) {
-  if (arguments.camera == "still" || !is_mesh_name(arguments.out)) return {};
-  return Error{ErrorCode::bad_input, "A mesh has no camera.",
-               "Leave out --camera, or name pictures as --out.", arguments.out.string()};
-}
-
 // What an artist directed, its camera included.
 Result<int> render_performance(const RenderArguments& arguments, const OpenedAvatar& opened,
                                const Progress& progress, std::stop_token stop) {
-  if (!arguments.expressions.empty() || !arguments.pose_deg.empty() || !arguments.drive.empty() ||
-      arguments.camera != "still" || arguments.frames > 0) {
+  if (!arguments.expressions.empty() || !arguments.pose_deg.empty() || !arguments.camera.rests() ||
+      arguments.frames > 0) {
     return Error{ErrorCode::bad_input,
                  "The performance says what face, head and camera do, and for how long.",
-                 "Leave out --expression, --pose, --camera, --frames and --drive, or --performance.", ""};
+                 "Leave out --expression, --pose, --camera and --frames, or --performance.", ""};
   }
   auto performance = read_performance(arguments.performance);
   if (!performance) return performance.error();
@@ -188,56 +142,14 @@ Result<int> render_performance(const RenderArguments& arguments, const OpenedAva
   return write_performed(opened, *performance, film_options(arguments), progress, stop);
 }
 
-// The avatar doing what somebody does in a clip, seen from the film's cameras.
-Result<Rendered> render_driven(const RenderArguments& arguments, const OpenedAvatar& opened,
-                               const Progress& progress, std::stop_token stop) {
-  if (!arguments.expressions.empty() || !arguments.pose_deg.empty() || arguments.frames > 0 ||
-      arguments.frames_per_second > 0) {
-    return Error{ErrorCode::bad_input, "The clip says what face and head do, for how long and how fast.",
-                 "Leave out --expression, --pose, --frames and --fps, or --drive.", ""};
-  }
-  DriveRequest request;
-  request.video = arguments.drive;
-  request.landmark_model = opened.project.options.shared.landmark_model;
-  FilmOptions options = film_options(arguments);
-  // What is wrong with the film is said before the clip is tracked.
-  if (const auto apart = check_out(request, options.out); !apart) return apart.error();
-  if (const auto free = check_not_taken(opened, options); !free) return free.error();
-  const auto info = probe_video(request.video);
-  if (!info) return info.error();
-  const auto expected = std::size_t(std::max(2, info->frame_count));
-  const auto ahead = film_cameras(arguments, opened.project, opened.avatar, int(expected));
-  if (!ahead) return ahead.error();
-  if (const auto fine =
-          check_output(opened.avatar, ahead->front().intrinsics, std::min(ahead->size(), expected), options);
-      !fine)
-    return fine.error();
-  const auto clip = drive_clip(opened, request, progress.stage(0, 0.5, "driver"), stop);
-  if (!clip) return clip.error();
-  auto cameras = film_cameras(arguments, opened.project, opened.avatar, int(clip->frames.size()));
-  if (!cameras) return cameras.error();
-  Film film{.cameras = std::move(*cameras), .poses = film_poses(*clip)};
-  const std::size_t frames = std::min(film.cameras.size(), film.poses.size());
-  film.cameras.resize(frames), film.poses.resize(frames);
-  options.frames_per_second = clip->frames_per_second;
-  auto written = rendered(write_posed(opened, film, options, progress.stage(0.5, 1, "render"), stop));
-  if (!written || options.out.extension() != ".mp4") return written;
-  auto sound = copy_sound(request.video, options.out);
-  if (!sound) return sound.error();
-  written->sound = std::move(*sound);
-  return written;
-}
-
-Result<Rendered> render_film(const RenderArguments& arguments, const Progress& progress,
-                             std::stop_token stop) {
-  if (const auto fine = check_camera(arguments); !fine) return fine.error();
+Result<int> render_film(const RenderArguments& arguments, const Progress& progress, std::stop_token stop) {
+  if (const auto fine = check_camera(arguments.camera, arguments.out); !fine) return fine.error();
   const auto opened = open_avatar(arguments.project);
   if (!opened) return opened.error();
-  if (!arguments.performance.empty()) return rendered(render_performance(arguments, *opened, progress, stop));
-  if (!arguments.drive.empty()) return render_driven(arguments, *opened, progress, stop);
+  if (!arguments.performance.empty()) return render_performance(arguments, *opened, progress, stop);
   const auto film = make_film(arguments, *opened);
   if (!film) return film.error();
-  return rendered(write_posed(*opened, *film, film_options(arguments), progress, stop));
+  return write_posed(*opened, *film, film_options(arguments), progress, stop);
 }
 
 // What the sliders are, and how much of each the capture showed.
@@ -286,23 +198,16 @@ int run(RenderArguments& arguments) {
   auto place = chosen_place(arguments.common);
   if (!place) return report_failure(place.error());
   arguments.place = std::move(*place);
-  std::optional<Result<Rendered>> done;
+  std::optional<Result<int>> done;
   {
     const ProgressLine line(arguments.common);
     done = render_film(arguments, line.progress().stage(0, 1, "render"), stop_on_signals());
   }
   if (!*done) return report_failure(done->error());
-  const Rendered& film = **done;
-  if (arguments.common.json) {
-    nlohmann::json told = {{"out", arguments.out.string()}, {"frames", film.frames}};
-    if (film.sound) told["sound"] = film.sound->copied, told["sound_left_out"] = film.sound->why_not;
-    print_json(told);
-  } else {
-    const std::string sound = !film.sound          ? ""
-                              : film.sound->copied ? ", with the clip's sound"
-                                                   : ", without sound: " + film.sound->why_not;
-    fmt::print(stderr, "Wrote {} ({} frames{}).\n", arguments.out.string(), film.frames, sound);
-  }
+  if (arguments.common.json)
+    print_json({{"out", arguments.out.string()}, {"frames", **done}});
+  else
+    fmt::print(stderr, "Wrote {} ({} frames).\n", arguments.out.string(), **done);
   return kExitDone;
 }
 
@@ -314,9 +219,7 @@ void add_render_command(CLI::App& program, int& exit_code) {
   verb->add_option("project", a->project, "Project folder")->required();
   verb->add_option("--out", a->out,
                    "FILE.mp4, FILE.png, a folder for a PNG sequence, or the head's mesh: FILE.glb, FILE.ply");
-  verb->add_option("--camera", a->camera, "still, orbit, or a cameras.json to follow");
-  verb->add_option("--orbit", a->orbit_deg, "Half angle of the orbit, degrees")
-      ->check(CLI::Range(1.0, 180.0));
+  add_camera_options(*verb, a->camera);
   verb->add_option("--frames", a->frames, "Number of frames")->check(CLI::Range(1, 100000));
   verb->add_option("--fps", a->frames_per_second, "Frames per second; default: 25, or the performance's")
       ->check(CLI::Range(1.0, 240.0));
@@ -325,11 +228,10 @@ void add_render_command(CLI::App& program, int& exit_code) {
   verb->add_option("--expression", a->expressions,
                    "NAME=VALUE, or NAME=FROM..TO for a sweep, of an action or a painted attribute; may be "
                    "repeated");
-  verb->add_option("--pose", a->pose_deg, "Head turn yaw,pitch,roll in degrees")->delimiter(',')->expected(3);
+  add_pose_option(*verb, a->pose_deg, "Head turn yaw,pitch,roll in degrees");
   verb->add_option("--background", a->background,
                    "plate, room (as a moving camera taught it), a colour such as #e8e8e8, or a picture");
-  verb->add_option("--drive", a->drive,
-                   "A clip whose performance the avatar takes over (see likeness drive)");
+  add_removed_option(*verb, "--drive", "drive PROJECT CLIP --out FILE, with --camera and the rest");
   verb->add_option("--performance", a->performance,
                    "A performance.json: keys of face, head and camera over time");
   add_quality_option(*verb, a->quality);

@@ -1,358 +1,223 @@
-// likeness study: measurements that take a while and end in a table.
+// likeness study PROJECT: what the parts and the papers' models bring, side by side on one capture; and the
+// verbs beneath it.
+#include <algorithm>
 #include <memory>
-#include <numbers>
-#include <optional>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include "app/commands.h"
+#include "app/removed.h"
+#include "app/study_tables.h"
+#include "app/tables.h"
 #include "app/terminal.h"
+#include "core/base/json_text.h"
 #include "core/base/parallel.h"
-#include "core/camera/clip_camera.h"
-#include "core/capture/capture.h"
-#include "core/drive/drive_clip.h"
-#include "core/export/write_film.h"
-#include "core/lab/truth/drive_truth.h"
-#include "core/lab/truth/track_study.h"
-#include "core/project/project_head_model.h"
-#include "core/video/decode.h"
+#include "core/lab/study/model_report.h"
+#include "core/lab/study/model_study.h"
 
 namespace likeness::app {
-
-namespace fs = std::filesystem;
-
 namespace {
 
-struct TrackStudyArguments {
+struct StudyArguments {
   CommonOptions common;
-  fs::path clip, demo, tracks, marks;
-  std::vector<std::string> steps;
-  ProjectOptions models;  // head and landmark model only
+  TableOptions output;
+  std::filesystem::path project, replay, head_model;
+  bool builtin_head = false;
+  std::optional<int> frames;
+  ModelStudyOptions options;
 };
 
-// -- Against the truth of a demo
+constexpr const char* kAvatarTables[] = {"occupancy",
+                                         "landmarks"};  // of a trained avatar, nothing is trained
 
-nlohmann::json to_json(const TruthScore& score) {
-  nlohmann::json correlations = nlohmann::json::object();
-  for (const TruthCorrelation& c : score.correlations) correlations[c.name] = finite_or_null(c.value);
-  const PoseErrors& p = score.pose;
-  return {{"frames", score.frames},
-          {"good", score.good},
-          {"weak", score.weak},
-          {"lost", score.lost},
-          {"turn_median_deg", p.turn_median_deg},
-          {"turn_p95_deg", p.turn_p95_deg},
-          {"along_median_percent", p.along_median_percent},
-          {"along_p95_percent", p.along_p95_percent},
-          {"across_median_mm", p.across_median_mm},
-          {"across_p95_mm", p.across_p95_mm},
-          {"correlation", correlations}};
+std::vector<std::string> all_tables() {
+  std::vector<std::string> names;
+  for (const StudyTable& table : study_tables()) names.push_back(table.name);
+  names.insert(names.end(), std::begin(kAvatarTables), std::end(kAvatarTables));
+  return names;
 }
 
-nlohmann::json to_json(const TruthRow& row) {
-  const TruthAlignment& a = row.comparison.alignment;
-  const Eigen::AngleAxisd turn(a.truth_head_from_head.linear());
-  const Vec3d t = a.truth_head_from_head.translation(), w = turn.angle() * turn.axis();
-  return {{"step", row.step},
-          {"seconds", row.seconds},
-          {"frames_per_second", row.frames_per_second},
-          {"scale", a.scale},
-          {"shape_rms_mm", row.comparison.shape_rms_mm},
-          {"truth_head_from_head",
-           {{"rotation_vector_rad", {w.x(), w.y(), w.z()}}, {"translation_m", {t.x(), t.y(), t.z()}}}},
-          {"training", to_json(row.comparison.training)},
-          {"held_out", to_json(row.comparison.held_out)}};
-}
-
-void print_rows(const std::vector<TruthRow>& rows) {
-  fmt::print("{:<12} {:<8} {:>6} {:>6} {:>7} {:>7} {:>7} {:>7}  {:>5} {:>4} {:>4} {:>7} {:>6}\n", "step",
-             "frames", "turn", "p95", "along", "p95", "across", "p95", "good", "weak", "lost", "seconds",
-             "fps");
-  for (const TruthRow& row : rows)
-    for (const bool training : {true, false}) {
-      const TruthScore& s = training ? row.comparison.training : row.comparison.held_out;
-      const PoseErrors& p = s.pose;
-      fmt::print(
-          "{:<12} {:<8} {:>5.2f}° {:>5.2f}° {:>5.2f} % {:>5.2f} % {:>4.2f} mm {:>4.2f} mm {:>4} {:>4} "
-          "{:>4} {:>7.1f} {:>6.2f}\n",
-          training ? row.step : "", training ? "training" : "held out", p.turn_median_deg, p.turn_p95_deg,
-          p.along_median_percent, p.along_p95_percent, p.across_median_mm, p.across_p95_mm, s.good, s.weak,
-          s.lost, row.seconds, row.frames_per_second);
-    }
-  fmt::print("\ncorrelation with the truth\n{:<22}", "");
-  for (const TruthCorrelation& c : rows.front().comparison.training.correlations)
-    fmt::print(" {:>13}", c.name);
-  fmt::print("\n");
-  for (const TruthRow& row : rows)
-    for (const bool training : {true, false}) {
-      fmt::print("{:<12} {:<8} ", training ? row.step : "", training ? "training" : "held out");
-      for (const TruthCorrelation& c :
-           (training ? row.comparison.training : row.comparison.held_out).correlations)
-        fmt::print(" {:>13}", c.value ? fmt::format("{:.3f}", *c.value) : "-");
-      fmt::print("\n");
-    }
-  fmt::print("\ntaken out before: one scale and one offset of the head's frame, from training frames\n");
-  for (const TruthRow& row : rows) {
-    const TruthAlignment& a = row.comparison.alignment;
-    const Vec3d t = 1000 * a.truth_head_from_head.translation();
-    fmt::print("{:<12} scale {:.4f}, turn {:.2f}°, shift {:.1f} {:.1f} {:.1f} mm\n", row.step, a.scale,
-               Eigen::AngleAxisd(a.truth_head_from_head.linear()).angle() * 180 / std::numbers::pi, t.x(),
-               t.y(), t.z());
+std::string model_names(bool more) {
+  std::vector<std::string> names;
+  for (const ModelSpec& spec : study_models()) {
+    const bool later = std::ranges::any_of(study_tables(), [&](const StudyTable& t) {
+      return std::ranges::find(t.more, spec.name) != t.more.end();
+    });
+    if (later == more) names.push_back(spec.name);
   }
-  fmt::print("\ndistance of the face at rest to the true surface\n");
-  for (const TruthRow& row : rows)
-    fmt::print("{:<12} {:.2f} mm rms\n", row.step, row.comparison.shape_rms_mm);
+  return fmt::format("{}", fmt::join(names, ", "));
 }
 
-// -- On a real clip
-
-nlohmann::json to_json(const CheckRow& row) {
-  nlohmann::json offsets = nlohmann::json::array();
-  for (const Vec2d& offset : row.fresh.usual_offset) offsets.push_back({offset.x(), offset.y()});
-  return {{"step", row.step},
-          {"frames", row.frames},
-          {"good", row.good},
-          {"weak", row.weak},
-          {"lost", row.lost},
-          {"inner_error_px", row.inner_error_px},
-          {"withheld_median_px", row.withheld.median_px},
-          {"withheld_p90_px", row.withheld.p90_px},
-          {"withheld_tracks", row.withheld.tracks},
-          {"withheld_on_head", row.withheld.on_head},
-          {"withheld_observations", row.withheld.observations},
-          {"fresh_landmarks_px", row.fresh.mean_px},
-          {"fresh_moving_px", row.fresh.moving_px},
-          {"fresh_frames", row.fresh.frames},
-          {"landmark_offsets", offsets},
-          {"still_jitter_px", row.stillness.jitter_px},
-          {"still_frames", row.stillness.frames},
-          {"marked_mouths", row.marks.mouths},
-          {"wrong_mouths", row.marks.wrong_mouths},
-          {"marked_eyes", row.marks.eyes},
-          {"wrong_eyes", row.marks.wrong_eyes},
-          {"seconds", row.seconds},
-          {"frames_per_second", row.frames_per_second}};
+void add_ratios(const ModelStudy& study, Table& table) {
+  const auto r = study_ratios(study);
+  if (!r) return;
+  table.notes.push_back(fmt::format(
+      "head {:.2f} dB; the baseline {:.2f} after {:.0f} times the time, {:.2f} less after {:.0f} s",
+      r->ours_db, r->baseline_db, r->times_longer, r->equal_time_db, r->equal_seconds));
+  if (!r->sooner.empty())
+    table.notes.push_back(fmt::format("its long training is reached by {} in 1/{:.1f} of its time", r->sooner,
+                                      r->times_sooner));
+  std::string picture = fmt::format("a picture takes 1/{:.1f} of its time", r->times_faster);
+  if (r->times_faster_full)
+    picture += fmt::format(", at {} px 1/{:.1f}", study.full_size, *r->times_faster_full);
+  table.notes.push_back(picture);
 }
 
-void print_rows(const std::vector<CheckRow>& rows) {
-  fmt::print("{:<12} {:>5} {:>4} {:>4} {:>9} {:>6} {:>9} {:>9} {:>9} {:>9} {:>7} {:>7} {:>6}\n", "step",
-             "good", "weak", "lost", "withheld", "p90", "of points", "landmarks", "moving", "jitter", "still",
-             "seconds", "fps");
-  for (const CheckRow& row : rows)
-    fmt::print(
-        "{:<12} {:>5} {:>4} {:>4} {:>6.3f} px {:>6.3f} {:>4}/{:<4} {:>6.2f} px {:>6.2f} px {:>6.3f} px "
-        "{:>7} {:>7.1f} {:>6.2f}\n",
-        row.step, row.good, row.weak, row.lost, row.withheld.median_px, row.withheld.p90_px,
-        row.withheld.on_head, row.withheld.tracks, row.fresh.mean_px, row.fresh.moving_px,
-        row.stillness.jitter_px, row.stillness.frames, row.seconds, row.frames_per_second);
-  fmt::print("px of the tracker's working picture (longer side 512)\n");
-  for (const CheckRow& row : rows) {
-    const MarkScore& m = row.marks;
-    if (m.mouths + m.eyes == 0) continue;
-    fmt::print(
-        "{:<12} mouths as marked {} of {}, wrong in frames [{}]; eyes {} of {}, wrong in frames [{}]\n",
-        row.step, m.mouths - int(m.wrong_mouths.size()), m.mouths, fmt::join(m.wrong_mouths, " "),
-        m.eyes - int(m.wrong_eyes.size()), m.eyes, fmt::join(m.wrong_eyes, " "));
-  }
-}
-
-// A project's clip with its crop, cameras and split, or a bare clip under an assumed camera.
-Result<StudyClip> study_clip(const TrackStudyArguments& arguments) {
-  StudyClip clip;
-  ProjectOptions models = arguments.models;
-  std::error_code ignored;
-  if (fs::is_directory(arguments.clip, ignored)) {
-    const auto project = open_project(arguments.clip);
-    if (!project) return project.error();
-    const auto capture = read_capture(capture_path(*project));
-    if (!capture) return capture.error();
-    auto cameras = read_cameras(cameras_path(*project));
-    if (!cameras) return cameras.error();
-    clip.video = project->options.shared.video;
-    clip.region = {capture->crop.x, capture->crop.y, capture->crop.side, capture->crop.side};
-    clip.cameras = std::move(*cameras);
-    clip.held_out = held_out_frames(*capture);
-    if (models.shared.head_model.empty()) models.shared.head_model = project->options.shared.head_model;
-  } else {
-    const auto info = probe_video(arguments.clip);
-    if (!info) return info.error();
-    clip.video = arguments.clip;
-    clip.cameras = assumed_camera(*info);
-  }
-  auto model = project_head_model(models);
-  if (!model) return model.error();
-  clip.model = std::move(*model);
-  if (!arguments.marks.empty()) {
-    auto marks = read_face_marks(arguments.marks);
-    if (!marks) return marks.error();
-    clip.marks = std::move(*marks);
-  }
-  return clip;
-}
-
-template <class Row>
-int report(const CommonOptions& common, const Result<std::vector<Row>>& rows) {
-  if (!rows) return report_failure(rows.error());
-  if (!common.json) {
-    print_rows(*rows);
-    return kExitDone;
-  }
-  nlohmann::json list = nlohmann::json::array();
-  for (const Row& row : *rows) list.push_back(to_json(row));
-  print_json({{"rows", list}});
-  return kExitDone;
-}
-
-int run(const TrackStudyArguments& arguments) {
-  const ThreadLimit limit(arguments.common.threads);
-  if (arguments.clip.empty() == arguments.demo.empty()) {
-    return report_failure({ErrorCode::bad_input, "Say what to study: a clip or project, or a demo.",
-                           "likeness study track CLIP, or likeness study track --demo FOLDER", ""});
-  }
-  TrackOptions base;
-  base.predictor = arguments.models.shared.landmark_model;
-  const auto steps = track_steps(arguments.steps, base);
-  if (!steps) return report_failure(steps.error());
-  if (!arguments.demo.empty()) {
-    const auto model = project_head_model(arguments.models);
-    if (!model) return report_failure(model.error());
-    std::optional<Result<std::vector<TruthRow>>> rows;
-    {
-      const ProgressLine line(arguments.common);
-      rows = study_against_truth(arguments.demo, *model, *steps, arguments.tracks, line.progress(),
-                                 stop_on_signals());
-    }
-    return report(arguments.common, *rows);
-  }
-  const auto clip = study_clip(arguments);
-  if (!clip) return report_failure(clip.error());
-  std::optional<Result<std::vector<CheckRow>>> rows;
-  {
-    const ProgressLine line(arguments.common);
-    rows = study_real_clip(*clip, *steps, arguments.tracks, line.progress(), stop_on_signals());
-  }
-  return report(arguments.common, *rows);
-}
-
-void add_track_study(CLI::App& study, int& exit_code) {
-  auto a = std::make_shared<TrackStudyArguments>();
-  CLI::App* verb = study.add_subcommand("track", "What each step of the tracker brings");
-  verb->add_option("clip", a->clip, "A clip or a project: judged by measurements the track has not seen");
-  verb->add_option("--demo", a->demo, "A folder of `likeness demo`: judged by its truth");
-  verb->add_option(
-      "--steps", a->steps,
-      fmt::format("Steps to measure, of: {}; default: all", fmt::join(track_step_names(), ", ")));
-  verb->add_option("--tracks", a->tracks, "A folder to keep each step's track in");
-  verb->add_option("--marks", a->marks,
-                   "A file of what was seen of mouth and eyes in the clip (core/lab/truth/face_marks.h)");
-  verb->add_option("--head-model", a->models.shared.head_model,
-                   "A head model file (.npz); default: the project's, or the built-in head");
-  verb->add_option("--landmark-model", a->models.shared.landmark_model,
-                   "A dlib 68-point shape predictor; default: the system's");
-  add_common_options(*verb, a->common);
-  verb->callback([a, &exit_code] { exit_code = run(*a); });
-}
-
-// -- Driving
-
-struct DriveStudyArguments {
-  CommonOptions common;
-  std::vector<fs::path> demo;  // the avatar's project, the driver's demo
-  fs::path track, head_model, landmark_model;
+// What was asked for of tables that train, beside a trained avatar's.
+struct AskedTables {
+  std::vector<std::string> trained;  // empty: the default ones
+  bool any_trained = true;
+  bool occupancy = false, landmarks = false;
 };
-
-Result<DriveScore> study_drive(const DriveStudyArguments& a, const Progress& progress, std::stop_token stop) {
-  const auto opened = open_avatar(a.demo[0]);
-  if (!opened) return opened.error();
-  const auto truth = read_track_truth(a.demo[1]);
-  if (!truth) return truth.error();
-  DriveRequest request;
-  request.video = a.demo[1] / "demo.mp4";
-  request.track = a.track;
-  request.head_model = a.head_model;
-  request.landmark_model = a.landmark_model;
-  request.options.clamp = false;  // what is held back is the capture's doing, not the transfer's
-  const auto clip = drive_clip(*opened, request, progress, stop);
-  if (!clip) return clip.error();
-  HeadModel other;
-  if (!a.head_model.empty()) {
-    ProjectOptions models;
-    models.shared.head_model = a.head_model;
-    auto model = project_head_model(models);
-    if (!model) return model.error();
-    other = std::move(*model);
-  }
-  return score_drive(opened->avatar, opened->model, clip->track, a.head_model.empty() ? opened->model : other,
-                     *truth, request.options);
+AskedTables asked_tables(const TableOptions& output) {
+  AskedTables asked{output.tables, true, is_asked(output, "occupancy"), is_asked(output, "landmarks")};
+  std::erase_if(asked.trained, [](const std::string& name) {
+    return std::ranges::find(kAvatarTables, name) != std::end(kAvatarTables);
+  });
+  asked.any_trained = output.tables.empty() || !asked.trained.empty();
+  return asked;
 }
 
-int run(const DriveStudyArguments& a) {
+// The models' tables and, in `json`, all that results.json has.
+Result<std::vector<Table>> study_models_tables(const StudyArguments& a, const Project& project,
+                                               const std::vector<std::string>& tables, nlohmann::json& json,
+                                               const Progress& progress) {
+  ModelStudyOptions options = a.options;
+  options.tables = tables;
+  options.first_seed = a.common.seed;
+  options.track_anew = a.builtin_head || !a.head_model.empty();
+  if (a.frames) options.frames = *a.frames;
+  std::erase(options.baked_cells, 0);
+  if (!a.replay.empty()) {
+    auto steps = read_study_steps(a.replay);
+    if (!steps) return steps.error();
+    options.replay = std::move(*steps);
+  }
+  const auto study = study_models_of(project, a.output.out, options, progress, stop_on_signals());
+  if (!study) return study.error();
+  json = parse_json(models_json(*study));
+  std::vector<Table> made = models_tables(*study);
+  for (Table& table : made)
+    if (table.name == "time") add_ratios(*study, table);
+  made.back().notes.push_back(fmt::format(
+      "{} held-out frames of {} px; training in seconds of processor, pictures a processor second; several "
+      "seeds: mean ± half the range\n{}",
+      study->frames.size(), study->size, (a.output.out / "report.html").string()));
+  return made;
+}
+
+Result<std::vector<Table>> all_of_it(const StudyArguments& a, const AskedTables& asked,
+                                     nlohmann::json& json) {
+  auto project = open_project(a.project);
+  if (!project) return project.error();
+  if (a.builtin_head) project->options.shared.head_model.clear();
+  if (!a.head_model.empty()) project->options.shared.head_model = a.head_model;
+  const ProgressLine line(quiet_if_csv(a.common, a.output));
+  const double parts = double(asked.any_trained) + double(asked.occupancy) + double(asked.landmarks);
+  double done = 0;
+  const auto next = [&](const char* name) {
+    done += 1;
+    return line.progress().stage((done - 1) / parts, done / parts, name);
+  };
+  std::vector<Table> tables;
+  const auto take = [&](const Result<std::vector<Table>>& more) {
+    if (more) tables.insert(tables.end(), more->begin(), more->end());
+    return more.ok() ? Result<void>() : Result<void>(more.error());
+  };
+  json = nlohmann::json::object();
+  if (asked.any_trained)
+    if (auto fine = take(study_models_tables(a, *project, asked.trained, json, next("models"))); !fine)
+      return fine.error();
+  const std::size_t trained = tables.size();
+  if (asked.occupancy)
+    if (auto fine = take(occupancy_tables(*project, a.frames, next("occupancy"), stop_on_signals())); !fine)
+      return fine.error();
+  if (asked.landmarks)
+    if (auto fine = take(landmark_tables(*project, a.frames, next("landmarks"), stop_on_signals())); !fine)
+      return fine.error();
+  json.update(parse_json(tables_json(std::span<const Table>(tables).subspan(trained))));
+  return tables;
+}
+
+int run(const StudyArguments& a) {
+  const AskedTables asked = asked_tables(a.output);
+  if (a.project.empty() || (asked.any_trained && a.output.out.empty()))
+    return report_failure({ErrorCode::bad_input, "Say what to study, and where its report goes.",
+                           "likeness study PROJECT --out FOLDER, or one of likeness study --help.", ""});
   const ThreadLimit limit(a.common.threads);
-  std::optional<Result<DriveScore>> score;
-  {
-    const ProgressLine line(a.common);
-    score = study_drive(a, line.progress(), stop_on_signals());
-  }
-  if (!*score) return report_failure(score->error());
-  const DriveScore& s = **score;
-  if (a.common.json) {
-    nlohmann::json actions = nlohmann::json::array();
-    for (const DrivenAction& action : s.actions)
-      actions.push_back({{"name", action.name},
-                         {"correlation", finite_or_null(action.correlation)},
-                         {"gain", action.gain},
-                         {"jitter_ratio", action.jitter_ratio}});
-    print_json({{"frames", s.frames},
-                {"bridged", s.bridged},
-                {"mean_correlation", s.mean_correlation},
-                {"neutral_psnr_db", s.neutral_psnr_db},
-                {"neutral_difference", s.neutral_difference},
-                {"actions", actions}});
-    return kExitDone;
-  }
-  fmt::print("{:<16} {:>11} {:>6} {:>7}\n", "action", "correlation", "gain", "jitter");
-  for (const DrivenAction& action : s.actions)
-    fmt::print("{:<16} {:>11} {:>6.2f} {:>7.2f}\n", action.name,
-               action.correlation ? fmt::format("{:.3f}", *action.correlation) : "-", action.gain,
-               action.jitter_ratio);
-  fmt::print(
-      "mean correlation {:.3f} over {} frames ({} bridged); at rest {:.1f} dB, at most {} levels apart\n",
-      s.mean_correlation, s.frames, s.bridged, s.neutral_psnr_db, s.neutral_difference);
-  return kExitDone;
+  nlohmann::json json;
+  const auto tables = all_of_it(a, asked, json);
+  if (!tables)
+    return report_failure(tables.error(), asked.any_trained ? StoppedWork::kept : StoppedWork::lost);
+  return report_tables(a.common, a.output, *tables, &json);
 }
 
-void add_drive_study(CLI::App& study, int& exit_code) {
-  auto a = std::make_shared<DriveStudyArguments>();
-  CLI::App* verb = study.add_subcommand("drive", "One person's avatar driven by another's known performance");
-  verb->add_option("--demo", a->demo, "The avatar's project, then the driver's folder of `likeness demo`")
-      ->expected(2)
-      ->required();
-  verb->add_option("--track", a->track, "track.json of the driver's demo: read if it exists, else written");
-  verb->add_option("--head-model", a->head_model,
-                   "Head model to track the driver with (.npz); default: the avatar's");
-  verb->add_option("--landmark-model", a->landmark_model,
-                   "A dlib 68-point shape predictor; default: the system's");
-  add_common_options(*verb, a->common);
-  verb->callback([a, &exit_code] { exit_code = run(*a); });
+void add_model_options(CLI::App& study, StudyArguments& a) {
+  ModelStudyOptions& o = a.options;
+  study.add_option("--models", o.models,
+                   fmt::format("Rows of the tables, of: {}; default: all of these. By name alone: {}",
+                               model_names(false), model_names(true)));
+  study
+      .add_option("--seconds", o.seconds,
+                  "Of processor, all threads together, for each training but those that say otherwise")
+      ->check(CLI::Range(0.1, 1e6))
+      ->capture_default_str();
+  study.add_option("--steps", o.steps, "Exact steps of each such model with the grid, instead of seconds");
+  study.add_option("--mlp-steps", o.mlp_steps,
+                   "Exact steps of each such model with perceptrons, instead of seconds");
+  study.add_option("--replay", a.replay,
+                   "results.json of an earlier study: each training takes the steps that it took there");
+  study.add_option("--lpips", o.lpips, "A network (.onnx) that measures perceptual distance, e.g. LPIPS")
+      ->check(CLI::ExistingFile);
+  study.add_option("--rays", o.rays, "Rays of each step of the grid")->check(CLI::Range(1, 1'000'000));
+  study.add_option("--size", o.size, "Side of the pictures, px; 0: the project's")
+      ->check(CLI::Range(0, 1024))
+      ->capture_default_str();
+  study
+      .add_option("--frames", a.frames,
+                  "Held-out frames to measure, evenly chosen; 0: all; default: 8, of occupancy 12, of "
+                  "landmarks 24")
+      ->check(CLI::Range(0, 1'000'000));
+  study
+      .add_option("--baked-cells", o.baked_cells,
+                  "Cells along an axis at which the default model's fields are also stored, multiples of 8; "
+                  "0: not at all")
+      ->check(CLI::Range(0, 512));
+  study.add_option("--seeds", o.seeds, "Trainings of each, with seeds from --seed on")
+      ->check(CLI::Range(1, 20))
+      ->capture_default_str();
+  study.add_flag("--refit", o.refit,
+                 "Also fit pose and expression of every measured frame to the frozen field (an oracle)");
 }
 
 }  // namespace
 
 void add_study_command(CLI::App& program, int& exit_code) {
-  CLI::App* study = program.add_subcommand("study", "Measurements that take a while and end in a table");
+  CLI::App* study = program.add_subcommand(
+      "study", "What the parts and the papers' models bring; and tracks, cameras and truths compared");
   study->require_subcommand(0, 1);
-  add_model_study(*study, exit_code);
+  auto a = std::make_shared<StudyArguments>();
+  study->add_option("project", a->project, "A project that was tracked and matted: its models side by side")
+      ->check(no_removed_study());
+  study->add_option("--out", a->output.out,
+                    "Folder for results and report; a second call of the same version goes on there");
+  add_tables_option(*study, a->output, all_tables(),
+                    "default: models, time, parts. occupancy and landmarks need a trained avatar, and no "
+                    "--out");
+  add_model_options(*study, *a);
+  CLI::Option* head =
+      study->add_option("--head-model", a->head_model, "Another head model than the project's: tracked anew");
+  study->add_flag("--builtin-head", a->builtin_head, "The built-in head instead of the project's")
+      ->excludes(head);
+  add_common_options(*study, a->common);
+  add_table_options(*study, a->output);
+  study->callback([a, &exit_code, study] {
+    if (study->get_subcommands().empty()) exit_code = run(*a);
+  });
+  add_truth_study(*study, exit_code);
   add_track_study(*study, exit_code);
-  add_drive_study(*study, exit_code);
   add_camera_study(*study, exit_code);
-  add_matte_study(*study, exit_code);
-  add_gain_study(*study, exit_code);
-  add_landmark_study(*study, exit_code);
-  add_live_study(*study, exit_code);
-  add_mark_study(*study, exit_code);
-  add_render_study(*study, exit_code);
-  add_cull_study(*study, exit_code);
-  add_true_detail(*study, exit_code);
 }
 
 }  // namespace likeness::app

@@ -60,7 +60,7 @@ nlohmann::json seconds_json(const std::vector<StageSeconds>& seconds, int frames
   return {{"stages", stages}, {"landmark_fit_cpu_per_frame", frames > 0 ? landmark_fit / frames : 0.0}};
 }
 
-// The pictures first and the track last: whoever finds a track.json finds everything that was asked for.
+// The pictures first and the track last: where there is a track.json there is everything that was asked for.
 Result<void> write_results(const TrackArguments& arguments, const VideoInfo& info, const CameraSet& cameras,
                            const HeadModel& model, const Track& track, const Progress& progress) {
   if (!arguments.overlay.empty()) {

@@ -8,7 +8,9 @@
 
 #include "core/direct/direct_avatar.h"
 #include "core/export/head_mesh.h"
+#include "core/head/pose_head.h"
 #include "core/project/care.h"
+#include "core/render/camera_path.h"
 #include "core/render/render.h"
 #include "core/video/decode.h"
 
@@ -53,12 +55,31 @@ class DriverPictures {
 
 bool is_keys_name(const std::filesystem::path& path) { return path.extension() == ".json"; }
 
-Result<void> check_keys(const FilmOptions& options, bool side_by_side) {
+Result<void> check_keys(const FilmOptions& options, bool side_by_side, const DrivenView& view) {
+  if (view.cameras)
+    return Error{ErrorCode::bad_input, "The keys of a driven clip hold no camera.",
+                 "Leave out --camera, or name a film as --out.", options.out.string()};
   if (!side_by_side && !options.alpha && !options.mark && options.background.empty() && options.width == 0)
     return {};
   return Error{ErrorCode::bad_input, "Keys hold no pictures.",
                "Leave out --side-by-side, --alpha, --mark, --size and --background, or name a film as --out.",
                options.out.string()};
+}
+
+// A film's cameras: those of the view, or the typical one throughout.
+Result<std::vector<Camera>> view_cameras(const DrivenView& view, const Avatar& avatar, std::size_t frames) {
+  if (!view.cameras) return std::vector<Camera>(frames, typical_camera(avatar));
+  auto cameras = view.cameras(frames);
+  if (!cameras) return cameras.error();
+  cameras->resize(std::min(cameras->size(), frames));
+  return cameras;
+}
+
+void hold_head(const OpenedAvatar& opened, const std::array<double, 3>& turn, DrivenClip& clip) {
+  const Avatar& avatar = opened.avatar;
+  const Vec3d pivot = shape_head(opened.model, avatar.person).joints[kNeck].cast<double>();
+  const Pose head = turned_head(avatar.world_from_head, pivot, turn[0], turn[1], turn[2]);
+  for (DrivenFrame& frame : clip.frames) frame.pose.world_from_head = head;
 }
 
 Result<int> write_keys(const OpenedAvatar& opened, const DrivenClip& clip, const FilmOptions& options) {
@@ -120,8 +141,7 @@ Result<int> write_performed(const OpenedAvatar& opened, const Performance& perfo
 
 Result<DrivenOutput> write_driven(const OpenedAvatar& opened, const DriveRequest& request,
                                   FilmOptions options, bool side_by_side, const Progress& progress,
-                                  std::stop_token stop) {
-  const Camera camera = typical_camera(opened.avatar);
+                                  std::stop_token stop, const DrivenView& view) {
   const auto info = probe_video(request.video);
   if (!info) return info.error();
   // Errors about the picture are reported before the clip is tracked.
@@ -130,11 +150,20 @@ Result<DrivenOutput> write_driven(const OpenedAvatar& opened, const DriveRequest
   const bool to_keys = is_keys_name(options.out);
   const auto expected = std::size_t(std::max(2, info->frame_count));
   if (side_by_side) options.beside_width = 1;  // not known yet, but not 0
-  const auto fine = to_keys ? check_keys(options, side_by_side)
-                            : check_output(opened.avatar, camera.intrinsics, expected, options);
-  if (!fine) return fine.error();
-  const auto clip = drive_clip(opened, request, progress.stage(0, to_keys ? 1 : 0.5, "driver"), stop);
+  if (to_keys) {
+    if (const auto fine = check_keys(options, side_by_side, view); !fine) return fine.error();
+  } else {
+    const auto ahead = view_cameras(view, opened.avatar, expected);
+    if (!ahead) return ahead.error();
+    if (const auto fine = check_output(opened.avatar, ahead->front().intrinsics, ahead->size(), options);
+        !fine)
+      return fine.error();
+  }
+  DriveRequest asked = request;
+  if (view.turn) asked.options.move_head = false;
+  auto clip = drive_clip(opened, asked, progress.stage(0, to_keys ? 1 : 0.5, "driver"), stop);
   if (!clip) return clip.error();
+  if (view.turn) hold_head(opened, *view.turn, *clip);
   DrivenOutput output;
   output.frames_per_second = clip->frames_per_second;
   output.gains = clip->gains;
@@ -146,10 +175,13 @@ Result<DrivenOutput> write_driven(const OpenedAvatar& opened, const DriveRequest
     output.sound.why_not = "a performance holds no sound";
     return output;
   }
-  const Film film{.cameras = std::vector<Camera>(clip->frames.size(), camera), .poses = film_poses(*clip)};
+  auto cameras = view_cameras(view, opened.avatar, clip->frames.size());
+  if (!cameras) return cameras.error();
+  Film film{.cameras = std::move(*cameras), .poses = film_poses(*clip)};
+  film.poses.resize(film.cameras.size());
   options.frames_per_second = clip->frames_per_second;
   if (side_by_side) {
-    const Intrinsics& k = camera.intrinsics;
+    const Intrinsics& k = film.cameras.front().intrinsics;
     const int height =
         options.width > 0 ? int(std::lround(double(k.height) * options.width / k.width)) : k.height;
     const auto pictures = DriverPictures::open(request, *clip, height, options);

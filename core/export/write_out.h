@@ -2,6 +2,9 @@
 // pictures, a film or a mesh. Shared by the command line and the window.
 #pragma once
 
+#include <array>
+#include <functional>
+#include <optional>
 #include <stop_token>
 #include <utility>
 #include <vector>
@@ -40,10 +43,18 @@ struct DrivenOutput {
   std::vector<std::pair<std::string, float>> gains;  // that are not 1
 };
 
+// Where a driven avatar is seen from, and how it holds its head.
+struct DrivenView {
+  // For so many frames; a film of fewer cameras ends with them. Empty: the typical camera throughout.
+  std::function<Result<std::vector<Camera>>(std::size_t frames)> cameras;
+  // Yaw, pitch and roll of the head as in turned_head, rad: it stays so, and the face alone is driven.
+  std::optional<std::array<double, 3>> turn;
+};
+
 // What the driver does in a clip: an mp4 with the clip's sound, pictures, a mesh, or (.json) the performance
 // as keys. The frame rate is the clip's. side_by_side: the driver on the left of every picture.
 Result<DrivenOutput> write_driven(const OpenedAvatar& opened, const DriveRequest& request,
                                   FilmOptions options, bool side_by_side, const Progress& progress,
-                                  std::stop_token stop);
+                                  std::stop_token stop, const DrivenView& view = {});
 
 }  // namespace likeness

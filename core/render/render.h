@@ -51,8 +51,8 @@ struct RenderOptions {
 };
 
 // The quality ladder, both in bf16 if the processor has it. The default options are the reference for both: a
-// ray a pixel, each with its own strata, in single precision. `likeness study render` reports their speed and
-// accuracy.
+// ray a pixel, each with its own strata, in single precision. `likeness bench PROJECT --tables settings`
+// reports their speed and accuracy.
 enum class RenderQuality {
   final,   // a ray for 2 x 2 pixels where they hardly differ, else a ray a pixel; 20 samples
   preview  // 39200 rays for 512 x 512 pixels, those left over go where pixels differ; 14 samples

@@ -1,7 +1,7 @@
 // Empty cells of the canonical face instead of the posed one: Li 2022 keeps a voxel grid of the canonical
 // face and looks samples up where the head model's deformation maps them, assuming that what the field adds
 // to that deformation - a learnt residual there, the ambient slice here - does not move density across cells.
-// `likeness study occupancy` measures how true that is.
+// `likeness study --tables occupancy` measures how true that is.
 //
 // One grid then stands for all expressions without being the union of their surfaces.
 #pragma once

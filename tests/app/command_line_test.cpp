@@ -143,6 +143,26 @@ TEST_F(CommandLine, BenchReportsCeilingsSpeedsAndErrorsOfOneRun) {
   expect_positive(report, "report");
 }
 
+TEST_F(CommandLine, BenchPrintsAndWritesTheSameTables) {
+  const fs::path out = folder_ / "tables";
+  const ProgramResult result = likeness(
+      {"bench", "--csv", "--out", out.string(), "--threads", "1", "--rounds", "1", "--batch", "512"});
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  std::string together;
+  for (const char* name : {"ceilings", "passes", "errors"}) {
+    std::ifstream file(out / (std::string(name) + ".csv"));
+    const std::string csv{std::istreambuf_iterator<char>(file), {}};
+    EXPECT_FALSE(csv.empty()) << name;
+    together += (together.empty() ? "" : "\n") + csv;
+  }
+  EXPECT_EQ(result.out, together);
+  std::ifstream file(out / "tables.json");
+  const auto json = nlohmann::json::parse(file);
+  EXPECT_EQ(json.at("ceilings").size(), 1u);
+  EXPECT_GE(json.at("passes").size(), 2u);
+  EXPECT_LE(json.at("errors").at(0).at("outputs").get<double>(), 1e-4);
+}
+
 TEST_F(CommandLine, BenchRefusesBatchesItCannotMeasure) {
   EXPECT_EQ(likeness({"bench", "--batch", "0"}).exit_code, 2);
   EXPECT_EQ(likeness({"bench", "--rounds", "0"}).exit_code, 2);
@@ -332,13 +352,61 @@ TEST_F(CommandLine, VerbsOnAFolderThatIsNoProjectSayWhatToDo) {
   EXPECT_EQ(likeness({"render", folder_.string(), "--out", "x.mp4"}).exit_code, 1);
 }
 
-TEST_F(CommandLine, StudiesOfCamerasAndMattesSayWhatTheyNeed) {
+TEST_F(CommandLine, StudiesSayWhatTheyNeed) {
   const ProgramResult cameras = likeness({"study", "cameras", folder_.string()});
   EXPECT_EQ(cameras.exit_code, 1);
   EXPECT_NE(cameras.err.find("transforms.json"), std::string::npos) << cameras.err;
-  const ProgramResult mattes = likeness({"study", "mattes", folder_.string(), folder_.string()});
-  EXPECT_EQ(mattes.exit_code, 1);
-  EXPECT_NE(mattes.err.find("not a Likeness project"), std::string::npos) << mattes.err;
+  const std::string folder = folder_.string();
+  for (const auto& [words, needed] : std::vector<std::pair<std::vector<std::string>, std::string>>{
+           {{"study", "truth", folder, folder, "--tables", "mattes"}, "not a Likeness project"},
+           {{"study", "truth", folder, "--tables", "drive"}, "of a project"},
+           {{"study", "truth", folder, folder}, "need no project"},
+           {{"study", folder}, "where its report goes"},
+           {{"study", folder, "--tables", "occupancy"}, "not a Likeness project"},
+           {{"study", "track", "track.json"}, "--marks"},
+           {{"bench", "--tables", "settings"}, "no project"},
+           {{"bench", folder, "--tables", "live"}, "--clip"},
+           {{"bench", folder, "--tables", "field", "--clip", "x.mp4"}, "--clip"}}) {
+    const ProgramResult result = likeness(words);
+    EXPECT_EQ(result.exit_code, 1) << needed;
+    EXPECT_NE(result.err.find(needed), std::string::npos) << needed << ": " << result.err;
+  }
+  EXPECT_EQ(likeness({"study", folder, "--tables", "magic"}).exit_code, 2);
+  EXPECT_EQ(likeness({"bench", "--json", "--csv"}).exit_code, 2);
+  EXPECT_EQ(likeness({"demo", folder, "--displacement", folder}).exit_code, 2) << "where to?";
+}
+
+TEST_F(CommandLine, RemovedVerbsAndOptionsSayWhatToWriteNow) {
+  for (const auto& [words, now] : std::vector<std::pair<std::vector<std::string>, std::string>>{
+           {{"study", "gains", "p.likeness", "--out", "x", "--variants", "default"}, "--tables parts"},
+           {{"study", "--threads", "2", "gains", "p.likeness"}, "--tables parts"},
+           {{"study", "occupancy", "p.likeness"}, "study PROJECT --tables occupancy"},
+           {{"study", "landmarks", "p.likeness"}, "study PROJECT --tables landmarks"},
+           {{"study", "render", "p.likeness", "--frames", "6"}, "bench PROJECT --tables settings"},
+           {{"study", "live", "p.likeness", "x.mp4"}, "bench PROJECT --tables live --clip CLIP"},
+           {{"study", "marks", "track.json", "marks.json"}, "study track TRACK.json --marks"},
+           {{"study", "mattes", "p.likeness", "demo"}, "study truth DEMO PROJECT --tables mattes"},
+           {{"study", "drive", "--demo", "p.likeness", "demo"}, "study truth DEMO PROJECT --tables drive"},
+           {{"study", "displacement", "p.likeness", "--demo", "demo", "--out", "maps"},
+            "demo DEMO --displacement"},
+           {{"study", "track", "--demo", "demo"}, "study truth DEMO"},
+           {{"render", "p.likeness", "--drive", "x.mp4", "--out", "x.mp4"}, "drive PROJECT CLIP"}}) {
+    const ProgramResult result = likeness(words);
+    EXPECT_EQ(result.exit_code, 2) << now;
+    EXPECT_NE((result.out + result.err).find(now), std::string::npos) << result.err;
+  }
+  for (const char* verb : {"study", "render"}) {
+    const std::string help = likeness({verb, "--help"}).out;
+    for (const char* gone : {"gains", "--drive", "was removed"})
+      EXPECT_EQ(help.find(gone), std::string::npos) << verb << " " << gone;
+  }
+  // A project may have such a name.
+  fs::create_directories(folder_ / "gains");
+  std::ofstream(folder_ / "gains" / "project.json") << "{}";
+  const ProgramResult named = run_program(
+      {"sh", "-c", "cd \"$1\" && exec \"$2\" study gains --out x", "sh", folder_.string(), likeness_path()});
+  EXPECT_EQ(named.exit_code, 1) << named.err;
+  EXPECT_EQ((named.out + named.err).find("was removed"), std::string::npos) << named.err;
 }
 
 TEST_F(CommandLine, RecordNeedsANameAndAWebcam) {

@@ -2,6 +2,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <fstream>
+
 #include <nlohmann/json.hpp>
 
 #include "core/base/files.h"
@@ -108,16 +111,27 @@ TrackTruth acted_truth_on_disk(int frames) {
   return truth;
 }
 
-TEST_F(DirectCommand, ADrivenClipBecomesKeysThatRenderTakes) {
-  const Track track = acted_truth_on_disk(20).track;
-  const fs::path clip = project_.root / "clip.mp4", keys = project_.root / "keys.json";
-  ASSERT_TRUE(write_track(project_.root / "track.json", track).ok());
-  auto writer = VideoWriter::create(clip, 64, 48);
-  for (int i = 0; i < 20; ++i) ASSERT_TRUE(writer->add(Image8(64, 48, 3, 128)).ok());
-  ASSERT_TRUE(writer->finish().ok());
-  const ProgramResult driven =
-      likeness({"drive", project_.folder().string(), clip.string(), "--track",
-                (project_.root / "track.json").string(), "--out", keys.string(), "--json"});
+class DrivenCommand : public DirectCommand {
+ protected:
+  void SetUp() override {
+    clip_ = project_.root / "clip.mp4", track_ = project_.root / "track.json";
+    ASSERT_TRUE(write_track(track_, acted_truth_on_disk(20).track).ok());
+    auto writer = VideoWriter::create(clip_, 64, 48);
+    for (int i = 0; i < 20; ++i) ASSERT_TRUE(writer->add(Image8(64, 48, 3, 128)).ok());
+    ASSERT_TRUE(writer->finish().ok());
+  }
+  ProgramResult drive(std::vector<std::string> arguments, const char* out) {
+    arguments.insert(arguments.begin(), {"drive", project_.folder().string(), clip_.string(), "--track",
+                                         track_.string(), "--json", "--out", (project_.root / out).string()});
+    return likeness(arguments);
+  }
+
+  fs::path clip_, track_;
+};
+
+TEST_F(DrivenCommand, AClipBecomesKeysThatRenderTakes) {
+  const fs::path keys = project_.root / "keys.json";
+  const ProgramResult driven = drive({}, "keys.json");
   ASSERT_EQ(driven.exit_code, 0) << driven.err;
   const auto performance = read_performance(keys);
   ASSERT_TRUE(performance.ok()) << performance.error().what;
@@ -125,6 +139,62 @@ TEST_F(DirectCommand, ADrivenClipBecomesKeysThatRenderTakes) {
   EXPECT_EQ(performance->channels.at("head yaw").size(), 20u);
   const ProgramResult rendered = render({"--performance", keys.string()}, "again.mp4");
   EXPECT_EQ(rendered.exit_code, 0) << rendered.err;
+}
+
+TEST_F(DrivenCommand, AHeadThatIsHeldTurnsAsAskedWhileTheFaceMoves) {
+  const ProgramResult driven = drive({"--pose=20,0,0"}, "held.json");
+  ASSERT_EQ(driven.exit_code, 0) << driven.err;
+  const auto performance = read_performance(project_.root / "held.json");
+  ASSERT_TRUE(performance.ok()) << performance.error().what;
+  for (const auto& key : performance->channels.at("head yaw")) EXPECT_NEAR(key.value, 20, 1e-3);
+  const auto& jaw = performance->channels.at("action jawOpen");
+  const auto [least, most] = std::ranges::minmax(jaw, {}, [](const auto& key) { return key.value; });
+  EXPECT_GT(most.value, least.value + 0.05f);
+  EXPECT_EQ(drive({"--pose=20,0,0", "--keep-head"}, "x.json").exit_code, 2) << "either of them";
+}
+
+TEST_F(DrivenCommand, ACameraGoesRoundOrIsFollowed) {
+  const std::vector<std::string> still{"--keep-head", "--background", "#808080"};
+  ASSERT_EQ(drive(still, "still").exit_code, 0);
+  std::vector<std::string> around = still;
+  around.insert(around.end(), {"--camera", "orbit", "--orbit", "60"});
+  const ProgramResult orbit = drive(around, "orbit");
+  ASSERT_EQ(orbit.exit_code, 0) << orbit.err;
+  EXPECT_EQ(json::parse(orbit.out).at("frames"), 20);
+  const auto seen = [&](const char* folder, const char* frame) {
+    const auto picture = read_image(project_.root / folder / frame);
+    EXPECT_TRUE(picture.ok()) << folder;
+    return picture ? picture->data : std::vector<std::uint8_t>();
+  };
+  EXPECT_NE(seen("orbit", "000005.png"), seen("still", "000005.png"));  // a quarter of the way: 60 degrees
+  CameraSet path{.is_static = false};
+  Camera camera = typical_camera(filmed_avatar());
+  for (camera.frame = 0; camera.frame < 7; ++camera.frame) path.cameras.push_back(camera);
+  ASSERT_TRUE(write_cameras(project_.root / "path.json", path).ok());
+  const ProgramResult followed = drive({"--camera", (project_.root / "path.json").string()}, "path.mp4");
+  ASSERT_EQ(followed.exit_code, 0) << followed.err;
+  EXPECT_EQ(json::parse(followed.out).at("frames"), 7) << "as long as the shorter of the two";
+  for (const char* out : {"a.glb", "a.json"}) {
+    const ProgramResult refused = drive({"--camera", "orbit"}, out);
+    EXPECT_EQ(refused.exit_code, 1) << out;
+    EXPECT_THAT(refused.err, HasSubstr("Leave out --camera"));
+    EXPECT_FALSE(there(out));
+  }
+}
+
+TEST_F(DrivenCommand, ATrackThatIsThereIsJudgedByMarks) {
+  std::ofstream(project_.root / "marks.json")
+      << R"({"version": 1, "frames": [0, 4, 8, 12], "mouth": "oo?c", "eyes": "oooo", "placed": "rrwr"})";
+  const ProgramResult result = likeness(
+      {"study", "track", track_.string(), "--marks", (project_.root / "marks.json").string(), "--json"});
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  const json report = json::parse(result.out);
+  EXPECT_EQ(report.at("frames").at(0).at("good"), 20);
+  const json& marks = report.at("marks").at(0);
+  EXPECT_EQ(marks.at("marked_mouths"), 3);
+  EXPECT_EQ(marks.at("marked_eyes"), 4);
+  EXPECT_EQ(marks.at("marked_good"), 4);
+  EXPECT_EQ(marks.at("misplaced"), (std::vector<int>{8}));
 }
 
 TEST_F(DirectCommand, TheCardTellsPeopleAndProgramsTheSame) {

@@ -307,11 +307,10 @@ TEST_F(EndToEnd, NoPictureIsWrittenOverTheClipOrTheFrames) {
   EXPECT_NE(film.err.find("--video names a clip"), std::string::npos) << film.err;
   EXPECT_EQ(fs::last_write_time(clip), before);
   EXPECT_EQ(likeness({"eval", project.string(), "--pictures", (project / "frames").string()}).exit_code, 1);
-  // What the clip or the cameras say is not asked for twice.
+  // What the cameras say is not asked for twice.
   const std::string out = (folder_ / "x.mp4").string();
   for (const std::vector<std::string>& twice :
-       {std::vector<std::string>{"--drive", clip.string(), "--fps", "50"},
-        {"--camera", (project / "cameras.json").string(), "--frames", "10"}}) {
+       {std::vector<std::string>{"--camera", (project / "cameras.json").string(), "--frames", "10"}}) {
     std::vector<std::string> command{"render", project.string(), "--out", out};
     command.insert(command.end(), twice.begin(), twice.end());
     const ProgramResult refused = likeness(command);
@@ -359,36 +358,79 @@ TEST_F(EndToEnd, TurningTheHeadMovesNoShoulder) {
   EXPECT_LT(mean_difference(*a, *b, a->height * 15 / 16, a->height), 0.5);  // the shoulders stayed
 }
 
-TEST_F(EndToEnd, AStudyOfGainsMeasuresWhatAPartBringsAndGoesOnWhereItStopped) {
-  const fs::path project = folder_ / "p.likeness", out = folder_ / "gains";
+TEST_F(EndToEnd, AStudyOfPartsMeasuresWhatOneBringsAndGoesOnWhereItStopped) {
+  const fs::path project = folder_ / "p.likeness", out = folder_ / "parts";
   const auto track_before = fs::last_write_time(project / "track.json");
-  const std::vector<std::string> study{"study",      "gains",   project.string(), "--out",   out.string(),
-                                       "--variants", "default", "no-torso",       "--steps", "30",
-                                       "--rays",     "2048",    "--json"};
-  const ProgramResult first = likeness(study);
+  const auto study = [&](const std::vector<std::string>& models) {
+    std::vector<std::string> words{"study",    project.string(),
+                                   "--out",    out.string(),
+                                   "--tables", "parts",
+                                   "--size",   "0",
+                                   "--frames", "0",
+                                   "--steps",  "30",
+                                   "--rays",   "2048",
+                                   "--seeds",  "1",
+                                   "--json",   "--models"};
+    words.insert(words.end(), models.begin(), models.end());
+    return likeness(words);
+  };
+  const std::vector<std::string> models{"warp-grid", "no-torso-track"};
+  const ProgramResult first = study(models);
   ASSERT_EQ(first.exit_code, 0) << first.err;
   const json rows = json::parse(first.out).at("rows");
   ASSERT_EQ(rows.size(), 2u);
   const json with = rows[0].at("scores").at(0), without = rows[1].at("scores").at(0);
-  EXPECT_EQ(with.at("frames"), 3);
+  EXPECT_EQ(json::parse(first.out).at("frames").size(), 3u);
   // A dark hole where the shoulders should be costs the whole person, not the head.
   EXPECT_GT(with.at("psnr_person_db").get<double>(), without.at("psnr_person_db").get<double>() + 1);
+  EXPECT_GT(with.at("samples_per_ray").get<double>(), 1);
+  EXPECT_TRUE(with.at("lmk_eyes_px").is_number());
+  EXPECT_TRUE(with.at("psnr_refit_db").is_null());
   EXPECT_EQ(fs::last_write_time(project / "track.json"), track_before);
 
-  fs::path place;  // named by its inputs
-  for (const auto& entry : fs::directory_iterator(out))
-    if (entry.path().filename().string().starts_with("default-0-")) place = entry.path();
-  ASSERT_FALSE(place.empty());
-  const auto trained = fs::last_write_time(place / "avatar.bin");
-  const ProgramResult again = likeness(study);
+  const auto trained = fs::last_write_time(out / "no-torso-track-0.json");
+  const ProgramResult again = study(models);
   ASSERT_EQ(again.exit_code, 0) << again.err;
   EXPECT_EQ(again.out, first.out);
-  EXPECT_EQ(fs::last_write_time(place / "avatar.bin"), trained);
+  EXPECT_EQ(fs::last_write_time(out / "no-torso-track-0.json"), trained);
+  for (const char* name : {"parts.csv", "tables.json", "results.csv", "report.html"})
+    EXPECT_TRUE(fs::exists(out / name)) << name;
 
-  const ProgramResult unknown =
-      likeness({"study", "gains", project.string(), "--out", out.string(), "--variants", "magic"});
+  const ProgramResult unknown = study({"magic"});
   EXPECT_EQ(unknown.exit_code, 1);
-  EXPECT_NE(unknown.err.find("no-torso"), std::string::npos) << unknown.err;
+  EXPECT_NE(unknown.err.find("no-torso-track"), std::string::npos) << unknown.err;
+  const ProgramResult unpainted = study({"attribute"});
+  ASSERT_EQ(unpainted.exit_code, 0) << unpainted.err;
+  EXPECT_NE(json::parse(unpainted.out).at("rows").at(0).at("failed").get<std::string>().find("no painted"),
+            std::string::npos)
+      << unpainted.out;
+}
+
+TEST_F(EndToEnd, TheDemosTruthJudgesMattesAndGivesDetailMaps) {
+  const std::string demo = (folder_ / "demo").string(), project = (folder_ / "p.likeness").string();
+  const ProgramResult mattes = likeness({"study", "truth", demo, project, "--tables", "mattes", "--json"});
+  ASSERT_EQ(mattes.exit_code, 0) << mattes.err;
+  const json rows = json::parse(mattes.out).at("mattes");
+  ASSERT_FALSE(rows.empty());
+  for (const json& row : rows) EXPECT_GT(row.at("iou_mean").get<double>(), 0.9) << row;
+  const fs::path maps = folder_ / "true maps";
+  const ProgramResult written =
+      likeness({"demo", demo, "--displacement", project, "--out", maps.string(), "--json"});
+  ASSERT_EQ(written.exit_code, 0) << written.err;
+  const json report = json::parse(written.out);
+  EXPECT_EQ(report.at("frames"), std::distance(fs::directory_iterator(maps), fs::directory_iterator()));
+  EXPECT_GT(report.at("rms_mm").get<double>(), 0);
+}
+
+TEST_F(EndToEnd, ATableOfOccupancyTrainsNothing) {
+  const fs::path project = folder_ / "p.likeness";
+  const auto before = fs::last_write_time(project / "avatar.bin");
+  const ProgramResult result =
+      likeness({"study", project.string(), "--tables", "occupancy", "--frames", "1", "--csv"});
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_EQ(result.out.find("rays,lookup,samples_per_ray"), 0u) << result.out;
+  EXPECT_EQ(std::count(result.out.begin(), result.out.end(), '\n'), 1 + 2 * 5);
+  EXPECT_EQ(fs::last_write_time(project / "avatar.bin"), before);
 }
 
 TEST_F(EndToEnd, AnUnknownExpressionListsTheKnownOnes) {

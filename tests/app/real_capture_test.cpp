@@ -47,7 +47,7 @@ TEST(RealCapture, MouthAndEyesAreAsMarkedByHand) {
         {"study", "track", clip.string(), "--steps", "photometric", "--head-model", model.string(), "--marks",
          std::string(LIKENESS_SOURCE "/tests/core/lab/truth/marks/") + name + ".json", "--json"});
     ASSERT_EQ(studied.exit_code, 0) << studied.err;
-    const auto row = nlohmann::json::parse(studied.out).at("rows").at(0);
+    const auto row = nlohmann::json::parse(studied.out).at("marks").at(0);
     const int mouths = row.at("marked_mouths"), eyes = row.at("marked_eyes");
     EXPECT_GE(mouths, 80);
     EXPECT_GE(eyes, 90);

@@ -38,7 +38,8 @@ Result<PerceptualFormat> read_format(const fs::path& onnx) {
     return bad_network(path, fmt::format("Not the format of a network: {}.", fault.what()));
   }
   if (format.size_px != 0 && (format.size_px < 16 || format.size_px > 2048))
-    return bad_network(path, fmt::format("Pictures of {} px are none that can be compared.", format.size_px));
+    return bad_network(
+        path, fmt::format("Pictures of {} px are not pictures that can be compared.", format.size_px));
   return format;
 }
 

@@ -1,4 +1,4 @@
-// A perceptual distance between pictures by a network somebody else trained, such as LPIPS (Zhang et al.
+// A perceptual distance between pictures by a network that others trained, such as LPIPS (Zhang et al.
 // 2018): an ONNX file, run by OpenCV's dnn. None is part of this program.
 #pragma once
 

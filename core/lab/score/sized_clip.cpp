@@ -81,7 +81,10 @@ Result<SizedClip> read_sized_clip(const Project& project, int size) {
   for (const int frame : held_out_frames(capture)) {
     const TrackedFrame* tracked = find_tracked(track, frame);
     const auto camera = picture_camera(capture, cameras, track, frame);
-    if (tracked == nullptr || tracked->status == FrameStatus::lost || !camera) continue;
+    if (tracked == nullptr || tracked->status == FrameStatus::lost || !camera) {
+      ++clip.lost;
+      continue;
+    }
     const auto truth = read_image(project.folder / frame_name(frame));
     if (!truth) return truth.error();
     auto regions = read_regions(regions_path(project), capture, frame);

@@ -26,6 +26,7 @@ struct HeldOutFrame {
 struct SizedClip {
   TrainingSet set;
   std::vector<HeldOutFrame> held_out;  // those with a track, ascending
+  int lost = 0;                        // held-out frames without one
   std::string content;                 // hash of all that the above was read from
 };
 

@@ -1,5 +1,5 @@
 // What a long study has finished, kept row by row, so that a second call goes on where the first stopped.
-// Internal to core/study.
+// Internal to core/lab/study.
 #pragma once
 
 #include <filesystem>

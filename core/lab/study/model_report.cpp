@@ -35,6 +35,10 @@ constexpr Column kColumns[] = {
     {"lmk_error_px", "landmarks, px", 2,
      [](const ModelScore& s) { return std::optional(s.landmark_error_px); }},
     {"lmk_mouth_px", "mouth", 2, [](const ModelScore& s) { return std::optional(s.mouth_error_px); }},
+    {"lmk_eyes_px", "eyes", 2, [](const ModelScore& s) { return s.eyes_error_px; }},
+    {"psnr_refit_db", "refitted full, dB", 2, [](const ModelScore& s) { return s.psnr_refit_db; }},
+    {"psnr_refit_head_db", "refitted head", 2, [](const ModelScore& s) { return s.psnr_refit_head_db; }},
+    {"psnr_refit_face_db", "refitted face", 2, [](const ModelScore& s) { return s.psnr_refit_face_db; }},
     {"train_seconds", "training, s", 0, [](const ModelScore& s) { return std::optional(s.train_seconds); }},
     {"steps", "steps", 0, [](const ModelScore& s) { return std::optional(double(s.steps)); }},
     {"frames_per_second", "frames a s", 2,
@@ -43,6 +47,7 @@ constexpr Column kColumns[] = {
      [](const ModelScore& s) {
        return s.frame_joules ? std::optional(1 / std::max(*s.frame_joules, 1e-9)) : std::nullopt;
      }},
+    {"samples_per_ray", "samples a ray", 1, [](const ModelScore& s) { return s.samples_per_ray; }},
     {"parameters", "parameters", 0, [](const ModelScore& s) { return std::optional(double(s.parameters)); }},
 };
 
@@ -52,17 +57,18 @@ bool has_column(const ModelStudy& study, const Column& column) {
   });
 }
 
+std::optional<Spread> over_seeds(const ModelRow& row, const Column& column) {
+  std::vector<std::optional<double>> values;
+  for (const ModelScore& s : row.scores) values.push_back(column.figure(s));
+  return spread_of(values);
+}
+
 // Mean over the seeds and, of several, half their range; a dash where one lacks it.
 std::string cell(const ModelRow& row, const Column& column) {
-  double sum = 0, low = INFINITY, high = -INFINITY;
-  for (const ModelScore& s : row.scores) {
-    const auto value = column.figure(s);
-    if (!value || !std::isfinite(*value)) return "-";
-    sum += *value, low = std::min(low, *value), high = std::max(high, *value);
-  }
-  if (row.scores.empty()) return "-";
-  std::string text = fmt::format("{:.{}f}", sum / double(row.scores.size()), column.digits);
-  if (high > low) text += fmt::format(" &plusmn;{:.{}f}", (high - low) / 2, column.digits);
+  const auto spread = over_seeds(row, column);
+  if (!spread) return "-";
+  std::string text = fmt::format("{:.{}f}", spread->mean, column.digits);
+  if (spread->half_range > 0) text += fmt::format(" &plusmn;{:.{}f}", spread->half_range, column.digits);
   return text;
 }
 
@@ -174,6 +180,10 @@ Result<std::string> gallery(const ModelStudy& study, const fs::path& folder) {
   const auto add = [&](const std::string& name, const std::vector<std::string>& files) -> Result<void> {
     html += fmt::format("<tr><th>{}</th>", escaped(name));
     for (const std::string& file : files) {
+      if (file.empty()) {  // the frame was lost to its track
+        html += "<td></td>";
+        continue;
+      }
       const auto picture = inlined(folder / file, name);
       if (!picture) return picture.error();
       html += "<td>" + *picture + "</td>";
@@ -200,7 +210,8 @@ double mean_of(const ModelRow& row, double ModelScore::*figure) {
   return sum;
 }
 
-// The models of the study's tables, in full: all, or those that learn as long as they are told to.
+// The models of the study's tables, in full, as they learn: those that are trained for the full time, and the
+// long ones.
 Plot over_training(const ModelStudy& study, bool steps) {
   Plot plot{steps ? "Held-out head against steps" : "Held-out head against training time",
             steps ? "steps" : "processor seconds of training",
@@ -293,21 +304,62 @@ nlohmann::json to_json(const ModelRow& row) {
 
 }  // namespace
 
-std::string models_csv(const ModelStudy& study) {
-  std::string csv = "model,kind,mode,seed";
-  for (const Column& column : kColumns) csv += fmt::format(",{}", column.name);
-  csv += "\n";
+std::vector<Table> models_tables(const ModelStudy& study) {
+  std::vector<Table> tables;
+  for (const StudyTable& shown : study.tables) {
+    Table& table = tables.emplace_back(Table{.name = shown.name, .title = shown.title});
+    table.columns = {{"model", "model"}, {"about", ""}, {"seeds", "seeds", 0}};
+    for (const Column& column : kColumns)
+      if (has_column(study, column)) table.columns.push_back({column.name, column.heading, column.digits});
+    for (const std::string& name : shown.models) {
+      const auto row = std::ranges::find(study.rows, name, [](const ModelRow& r) { return r.spec.name; });
+      if (row == study.rows.end()) continue;
+      std::vector<TableCell>& cells = table.rows.emplace_back();
+      cells = {name, row->spec.about, int(row->scores.size())};
+      for (const Column& column : kColumns) {
+        if (!has_column(study, column)) continue;
+        const auto spread = over_seeds(*row, column);
+        cells.push_back(row->scores.size() == 1 && spread ? TableCell(spread->mean) : TableCell(spread));
+      }
+      if (!row->failed.empty()) table.notes.push_back(fmt::format("{} not trained: {}", name, row->failed));
+    }
+  }
+  const ModelRow* ours = find_row(study, kDefaultModel);
+  if (ours != nullptr && !ours->scores.front().qualities.empty()) {
+    Table& table = tables.emplace_back(Table{.name = "qualities", .title = "Pictures of the default model"});
+    table.columns = {{"setting", "setting"},   {"psnr_db", "PSNR full, dB"},        {"psnr_head_db", "head"},
+                     {"psnr_face_db", "face"}, {"frame_seconds", "s a picture", 4}, {"megabytes", "MB", 1}};
+    for (const PictureCost& q : ours->scores.front().qualities)
+      table.rows.push_back(
+          {q.name, q.psnr_db, q.psnr_head_db, q.psnr_face_db, q.frame_seconds, double(q.bytes) / 1e6});
+  }
+  Table sizes{.name = "sizes",
+              .title = "Pictures of other sizes",
+              .columns = {{"model", "model"}, {"size_px", "px", 0}, {"frame_seconds", "s a picture", 3}}};
+  for (const ModelRow& row : study.rows)
+    for (const SizeCost& z : row.scores.empty() ? std::vector<SizeCost>() : row.scores.front().sizes)
+      sizes.rows.push_back({row.spec.name, z.size, z.frame_seconds});
+  if (!sizes.rows.empty()) tables.push_back(std::move(sizes));
+  return tables;
+}
+
+Table trainings_table(const ModelStudy& study) {
+  Table table{.name = "results",
+              .columns = {{"model", "model"}, {"kind", "kind"}, {"mode", "mode"}, {"seed", "seed", 0}},
+              .printed = false};
+  for (const Column& column : kColumns) table.columns.push_back({column.name, column.heading, column.digits});
   for (const ModelRow& row : study.rows)
     for (const ModelScore& s : row.scores) {
-      csv += fmt::format("{},{},{},{}", row.spec.name, kModelKinds[int(row.spec.kind)],
-                         mode_name(row.spec.mode), s.seed);
-      for (const Column& column : kColumns) {
-        const auto value = column.figure(s);
-        csv += value && std::isfinite(*value) ? fmt::format(",{}", *value) : ",";
-      }
-      csv += "\n";
+      std::vector<TableCell>& cells = table.rows.emplace_back();
+      cells = {row.spec.name, kModelKinds[int(row.spec.kind)], std::string(mode_name(row.spec.mode)), s.seed};
+      for (const Column& column : kColumns) cells.push_back(column.figure(s));
     }
-  return csv;
+  return table;
+}
+
+std::string models_csv(const ModelStudy& study) {
+  const Table table = trainings_table(study);
+  return tables_csv({&table, 1});
 }
 
 std::string models_json(const ModelStudy& study) {

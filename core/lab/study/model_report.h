@@ -5,12 +5,17 @@
 #include <string>
 #include <vector>
 
+#include "core/base/table.h"
 #include "core/lab/study/model_study.h"
 #include "core/lab/study/plot.h"
 
 namespace likeness {
 
-std::string models_csv(const ModelStudy& study);   // a line a training
+// A table for each of the study's, a row a model, figures over its seeds; then what the default model's
+// pictures cost at each quality, and how long a picture takes at each size.
+std::vector<Table> models_tables(const ModelStudy& study);
+Table trainings_table(const ModelStudy& study);    // a row a training
+std::string models_csv(const ModelStudy& study);   // the same
 std::string models_json(const ModelStudy& study);  // all of it, marks, qualities and sizes included
 // The steps that a study of models_json took. An Error where it is no such study.
 Result<StudySteps> read_study_steps(const std::filesystem::path& results);

@@ -1,7 +1,22 @@
-// What the default study trains, table by table.
+// What the study trains, table by table.
 #include "core/lab/study/model_study.h"
 
 namespace likeness {
+namespace {
+
+void look_ahead(Track& track, const HeadModel& model) {
+  const Articulation rest = neutral_articulation(model);
+  for (TrackedFrame& frame : track.frames) {
+    frame.pose.articulation.left_eye = rest.left_eye;
+    frame.pose.articulation.right_eye = rest.right_eye;
+  }
+  track.neutral.left_eye = rest.left_eye;
+  track.neutral.right_eye = rest.right_eye;
+}
+
+void drop_torso(Track& track, const HeadModel&) { track.has_torso = false; }
+
+}  // namespace
 
 const std::vector<ModelSpec>& study_models() {
   using enum FieldMode;
@@ -61,6 +76,65 @@ const std::vector<ModelSpec>& study_models() {
       {.name = "grid-coarse",
        .about = "grids whose finest cells are twice as wide",
        .parts = [](ChosenParts& p) { p.sizes.head_finest /= 2, p.sizes.torso_finest /= 2; }},
+      {.name = "landmarks", .about = "tracked by landmarks alone", .track = {.step = "landmarks"}},
+      {.name = "no-pictures",
+       .about = "tracked with dense poses, without the photometric step",
+       .track = {.step = "dense"}},
+      {.name = "own-shape",
+       .about = "tracked with the silhouettes and a shape of the person's own",
+       .track = {.step = "shape"}},
+      {.name = "no-gaze",
+       .about = "eyes that look straight ahead",
+       .track = {.change = look_ahead, .same_mattes = true}},
+      {.name = "no-torso-track",
+       .about = "no torso tracked: the mattes know of none, either",
+       .track = {.change = drop_torso}},
+      {.name = "no-displacement",
+       .about = "without the detail maps that the project was given",
+       .track = {.maps = false}},
+      {.name = "no-gaze-slice",
+       .about = "a slice that does not depend on where the eyes look",
+       .parts = [](ChosenParts& p) { p.gaze = false; }},
+      {.name = "no-plate",
+       .about = "learnt without the plate: mattes alone separate the person",
+       .parts = [](ChosenParts& p) { p.plate = false; }},
+      {.name = "code-2",
+       .about = "codes of 2 numbers instead of 4",
+       .parts = [](ChosenParts& p) { p.sizes.code_length = 2; }},
+      {.name = "code-8",
+       .about = "codes of 8 numbers",
+       .parts = [](ChosenParts& p) { p.sizes.code_length = 8; }},
+      {.name = "still",
+       .about = "hair and skull without the expression, however little the head turns",
+       .change = [](TrainOptions& o) { o.use_still = true; }},
+      {.name = "no-still",
+       .about = "the expression everywhere, hair and skull included",
+       .change = [](TrainOptions& o) { o.use_still = false; }},
+      {.name = "no-occupancy",
+       .about = "every carved cell occupied, samples spread evenly",
+       .change = [](TrainOptions& o) { o.use_occupancy = false; }},
+      {.name = "canonical-occupancy",
+       .about = "empty cells known in the canonical face, looked up through the deformation",
+       .change = [](TrainOptions& o) { o.canonical_occupancy = true; }},
+      {.name = "samples-even",
+       .about = "training's samples spread evenly over occupied cells",
+       .change = [](TrainOptions& o) { o.even_samples = 1; }},
+      {.name = "samples-quarter",
+       .about = "a quarter of training's samples spread evenly",
+       .change = [](TrainOptions& o) { o.even_samples = 0.25f; }},
+      {.name = "refine-track",
+       .about = "training frames corrected through the field",
+       .change = [](TrainOptions& o) { o.refine_track = true; }},
+      {.name = "landmark-10th",
+       .about = "with the landmark loss, weight 0.01",
+       .change = [](TrainOptions& o) { o.landmark_weight = 0.01; }},
+      {.name = "landmark-100th",
+       .about = "with the landmark loss, weight 0.001",
+       .change = [](TrainOptions& o) { o.landmark_weight = 0.001; }},
+      {.name = "landmark-rays",
+       .about = "the landmark loss's patches of rays, the loss itself next to nothing",
+       .change = [](TrainOptions& o) { o.landmark_weight = 1e-9; }},
+      {.name = "attribute", .about = "with the attributes that were painted", .attributes = true},
   };
   return models;
 }
@@ -87,7 +161,18 @@ const std::vector<StudyTable>& study_tables() {
        "without either "
        "concat-grid.",
        {kDefaultModel, "warp-grid", "hyper-grid", "concat-grid", "static-grid", "no-code", "no-torso",
-        "tenth", "landmark-loss", "k-preset", "grid-half", "grid-double", "grid-coarse"}},
+        "tenth", "landmark-loss", "k-preset", "grid-half", "grid-double", "grid-coarse"},
+       {"landmarks",      "no-pictures",
+        "own-shape",      "no-gaze",
+        "no-torso-track", "no-displacement",
+        "no-gaze-slice",  "no-plate",
+        "code-2",         "code-8",
+        "still",          "no-still",
+        "no-occupancy",   "canonical-occupancy",
+        "samples-even",   "samples-quarter",
+        "refine-track",   "landmark-10th",
+        "landmark-100th", "landmark-rays",
+        "attribute"}},
   };
   return tables;
 }

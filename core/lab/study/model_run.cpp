@@ -17,6 +17,7 @@
 #include "core/papers/baked_avatar.h"
 #include "core/papers/train_nerf.h"
 #include "core/render/render.h"
+#include "core/train/field_fit.h"
 
 namespace likeness {
 namespace {
@@ -97,19 +98,20 @@ std::vector<SizeCost> time_sizes(const StudyBench& bench, std::vector<int> sizes
   return costs;
 }
 
-struct Told {
+struct Trained {
   std::uint64_t seed = 0, steps = 0;
   double train_seconds = 0;
 };
 
 // The finished model's figures.
 Result<ModelScore> score_model(const StudyBench& bench, const ModelSpec& spec, const Paint& paint,
-                               const Told& told, std::vector<ModelMark> marks, const std::stop_token& stop) {
+                               const Trained& trained, std::vector<ModelMark> marks,
+                               const std::stop_token& stop) {
   const std::vector<std::size_t> every = evenly_chosen(bench.measured.size(), 0);
   PaintedFrames painted = paint_frames(bench, every, paint, stop);
   if (stop.stop_requested()) return cancelled_error();
   const double n = double(every.size());
-  ModelScore s{.seed = told.seed, .steps = told.steps, .frames = int(every.size())};
+  ModelScore s{.seed = trained.seed, .steps = trained.steps, .frames = int(every.size())};
   double ssims = 0, gmsds = 0, distances = 0;
   for (std::size_t k = 0; k < every.size(); ++k) {
     const HeldOutFrame& frame = bench.clip.held_out[bench.measured[k]];
@@ -135,15 +137,17 @@ Result<ModelScore> score_model(const StudyBench& bench, const ModelSpec& spec, c
   s.face_mse = mean_finite(scores, [](const FrameScore& f) { return f.face_mse; });
   s.landmark_error_px = mean_finite(scores, [](const FrameScore& f) { return f.landmarks_px.inner; });
   s.mouth_error_px = mean_finite(scores, [](const FrameScore& f) { return f.landmarks_px.mouth; });
+  s.eyes_error_px = mean_finite(scores, [](const FrameScore& f) { return f.landmarks_px.eyes; });
+  s.lost = bench.clip.lost;
   s.frame_seconds = painted.seconds / n;
   if (painted.joules) s.frame_joules = *painted.joules / painted.joule_frames;
-  s.train_seconds = told.train_seconds;
-  if (told.seed != bench.options.first_seed) return s;
+  s.train_seconds = trained.train_seconds;
+  if (trained.seed != bench.options.first_seed) return s;
 
   std::vector<FrameScore> marked;
   for (const std::size_t i : bench.marked) marked.push_back(scores[i]);
   s.marks = std::move(marks);
-  s.marks.push_back(mark_of(marked, painted.background_known, told.train_seconds, told.steps));
+  s.marks.push_back(mark_of(marked, painted.background_known, trained.train_seconds, trained.steps));
   for (const std::size_t i : bench.shown)
     if (const auto written =
             write_image(bench.folder / picture_name(spec, scores[i].frame), painted.pictures[i]);
@@ -165,11 +169,15 @@ class MarkPlan {
   std::size_t next_;
 };
 
+AvatarPose pose_of(const Avatar& avatar, const HeldOutFrame& frame) {
+  AvatarPose pose = frame.pose;
+  if (!avatar.attributes.empty()) pose.attributes = frame.amounts;
+  return pose;
+}
+
 Paint paint_with(const Avatar& avatar, const AvatarRig& rig, const RenderOptions& options) {
   return [&avatar, &rig, options](const Camera& camera, const HeldOutFrame& frame) {
-    AvatarPose pose = frame.pose;
-    if (!avatar.attributes.empty()) pose.attributes = frame.amounts;
-    return render_frame(avatar, camera, pose_avatar(rig, pose), options).rgba;
+    return render_frame(avatar, camera, pose_avatar(rig, pose_of(avatar, frame)), options).rgba;
   };
 }
 Paint paint_with(const Avatar& avatar, const AvatarRig& rig) {
@@ -183,11 +191,11 @@ Paint paint_with(const NerfAvatar& avatar, const AvatarRig& rig) {
 
 // Looks at a running training when a mark is due.
 template <class Model>
-void take_mark(const StudyBench& bench, const Model& model, const Avatar& told, std::vector<ModelMark>& marks,
-               const std::stop_token& stop) {
-  const AvatarRig rig = make_rig(told, bench.clip.set.model);
+void take_mark(const StudyBench& bench, const Model& model, const Avatar& scene,
+               std::vector<ModelMark>& marks, const std::stop_token& stop) {
+  const AvatarRig rig = make_rig(scene, bench.clip.set.model);
   const PaintedFrames painted = paint_frames(bench, bench.marked, paint_with(model, rig), stop);
-  marks.push_back(mark_of(painted.scores, painted.background_known, told.train_seconds, told.steps));
+  marks.push_back(mark_of(painted.scores, painted.background_known, scene.train_seconds, scene.steps));
 }
 
 PictureCost cost_of(const StudyBench& bench, std::string name, const Paint& paint, std::uint64_t bytes,
@@ -259,10 +267,29 @@ std::vector<PictureCost> time_qualities(const StudyBench& bench, const Avatar& a
   return costs;
 }
 
+// Every measured frame's pose and expression fitted to the frozen field, and scored again.
+Result<void> score_refit(const StudyBench& bench, const Avatar& avatar, const AvatarRig& rig,
+                         ModelScore& score, const std::stop_token& stop) {
+  const Paint refitted = [&](const Camera& camera, const HeldOutFrame& frame) {
+    const AvatarPose pose = pose_of(avatar, frame);
+    const FieldFit fit =
+        fit_to_field(avatar, rig, camera, {&frame.truth, &frame.plate, &frame.regions.head}, pose, {}, {});
+    return render_frame(avatar, camera, pose_avatar(rig, changed_pose(pose, avatar.condition, fit.change)),
+                        render_options(RenderQuality::final))
+        .rgba;
+  };
+  const PaintedFrames painted = paint_frames(bench, evenly_chosen(bench.measured.size(), 0), refitted, stop);
+  if (stop.stop_requested()) return cancelled_error();
+  if (painted.background_known) score.psnr_refit_db = mean_db(painted.scores, &FrameScore::mse);
+  score.psnr_refit_head_db = mean_db(painted.scores, &FrameScore::head_mse);
+  score.psnr_refit_face_db = mean_db(painted.scores, &FrameScore::face_mse);
+  return {};
+}
+
 TrainingSet thinned(const StudyBench& bench, const ModelSpec& spec) {
   const TrainingSet& set = bench.clip.set;
   TrainingSet some = set;
-  if (spec.painted) take_attributes(bench.attributes, some);
+  if (spec.painted || spec.attributes) take_attributes(bench.attributes, some);
   if (spec.keep_every <= 1) return some;
   std::vector<TrainingView> kept;
   for (std::size_t v = 0; v < set.views.size(); v += std::size_t(spec.keep_every))
@@ -303,13 +330,18 @@ Result<ModelScore> run_grid(const StudyBench& bench, const ModelSpec& spec, std:
                         plan.pass(share);
                         held += worked() - look;
                       }};
-  auto avatar = train_avatar(set, options, {}, progress, {}, stop, tap);
+  double samples_per_ray = 0;
+  const auto observe = [&](const TrainStatus& status) { samples_per_ray = status.samples_per_ray; };
+  auto avatar = train_avatar(set, options, {}, progress, observe, stop, tap);
   if (!avatar) return avatar.error();
   const AvatarRig rig = make_rig(*avatar, bench.clip.set.model);
   auto score = score_model(bench, spec, paint_with(*avatar, rig),
                            {avatar->seed, avatar->steps, avatar->train_seconds}, std::move(marks), stop);
   if (!score) return score.error();
   score->parameters = parameters_of(*avatar);
+  if (samples_per_ray > 0) score->samples_per_ray = samples_per_ray;
+  if (bench.options.refit)
+    if (const auto fitted = score_refit(bench, *avatar, rig, *score, stop); !fitted) return fitted.error();
   if (!spec.costs || !first) return score;
   score->qualities = time_qualities(bench, *avatar, rig, stop);
   if (const auto stored = time_baked(bench, *avatar, rig, set, score->qualities, progress, stop); !stored)
@@ -344,9 +376,9 @@ Result<ModelScore> run_mlp(const StudyBench& bench, const ModelSpec& spec, std::
   const auto avatar = train_nerf(bench.clip.set, options, progress, stop, tap);
   if (!avatar) return avatar.error();
   const AvatarRig rig = make_rig(avatar->scene, bench.clip.set.model);
-  const Avatar& told = avatar->scene;
-  auto score = score_model(bench, spec, paint_with(*avatar, rig), {told.seed, told.steps, told.train_seconds},
-                           std::move(marks), stop);
+  const Avatar& scene = avatar->scene;
+  auto score = score_model(bench, spec, paint_with(*avatar, rig),
+                           {scene.seed, scene.steps, scene.train_seconds}, std::move(marks), stop);
   if (!score) return score.error();
   score->parameters = parameter_count(*avatar);
   if (spec.costs && first)

@@ -1,4 +1,4 @@
-// One model of the study trained and scored. Internal to core/study.
+// One model of the study trained and scored. Internal to core/lab/study.
 #pragma once
 
 #include <filesystem>
@@ -20,7 +20,7 @@ struct StudyBench {
   int full_size = 0;  // px: of the project
   FaceDetector detector;
   std::optional<PerceptualNetwork> perceptual;
-  std::vector<FoundAttribute> attributes;  // of a model that is told of them; otherwise not looked for
+  std::vector<FoundAttribute> attributes;  // of a model that knows them; otherwise not looked for
   std::string painted;                     // hash of what the user painted of them; empty: nothing
   std::vector<std::size_t> measured;       // of clip.held_out
   std::vector<std::size_t> marked, shown;  // of `measured`

@@ -61,6 +61,12 @@ nlohmann::json to_json(const ModelScore& s) {
           {"face_mse", finite_or_null(s.face_mse)},
           {"lmk_error_px", finite_or_null(s.landmark_error_px)},
           {"lmk_mouth_px", finite_or_null(s.mouth_error_px)},
+          {"lmk_eyes_px", finite_or_null(s.eyes_error_px)},
+          {"psnr_refit_db", finite_or_null(s.psnr_refit_db)},
+          {"psnr_refit_head_db", finite_or_null(s.psnr_refit_head_db)},
+          {"psnr_refit_face_db", finite_or_null(s.psnr_refit_face_db)},
+          {"samples_per_ray", finite_or_null(s.samples_per_ray)},
+          {"lost", s.lost},
           {"frame_seconds", s.frame_seconds},
           {"frame_joules", finite_or_null(s.frame_joules)},
           {"train_seconds", s.train_seconds},
@@ -87,6 +93,16 @@ std::optional<ModelScore> read_model_score(const fs::path& path, const std::stri
     s.face_mse = number_or_nan(j->at("face_mse"));
     s.landmark_error_px = number_or_nan(j->at("lmk_error_px"));
     s.mouth_error_px = number_or_nan(j->at("lmk_mouth_px"));
+    // Rows that were kept before there were these have none.
+    const auto later = [&](const char* key) {
+      return j->contains(key) ? optional_number(j->at(key)) : std::nullopt;
+    };
+    s.eyes_error_px = later("lmk_eyes_px");
+    s.psnr_refit_db = later("psnr_refit_db");
+    s.psnr_refit_head_db = later("psnr_refit_head_db");
+    s.psnr_refit_face_db = later("psnr_refit_face_db");
+    s.samples_per_ray = later("samples_per_ray");
+    s.lost = j->value("lost", 0);
     j->at("frame_seconds").get_to(s.frame_seconds), j->at("train_seconds").get_to(s.train_seconds);
     s.frame_joules = optional_number(j->at("frame_joules"));
     for (const nlohmann::json& m : j->at("marks"))
@@ -114,7 +130,7 @@ Result<ModelScore> finished_model(const StudyBench& bench, const ModelSpec& spec
   const ModelStudyOptions& o = bench.options;
   const std::string asked = asked_training(o, spec, seed);
   std::string content = hash_text(fmt::format("{} {} {}", bench.clip.content, bench.measured.size(), asked));
-  if (spec.painted) content = hash_text(content + bench.painted);
+  if (spec.painted || spec.attributes) content = hash_text(content + bench.painted);
   const fs::path path = training_path(bench.folder, spec, seed);
   if (auto done = read_model_score(path, content)) return *done;
   // Its pictures are written before its scores: whatever is there goes first, so that they are of one
@@ -144,30 +160,34 @@ Result<void> check_names(const std::vector<std::string>& asked, const std::vecto
   return {};
 }
 
-// The model that is told of attributes moves no sample to the canonical face: its regions reach as far as
-// what they hold moves, a lip with the jaw.
+// A model without the head model's deformation moves no sample to the canonical face: its regions reach as
+// far as what they hold moves, a lip with the jaw.
 constexpr RegionOptions kWideRegion{.rim = 0.03f, .reach = 0.04f, .far = 0.06f, .cell = 0.005f};
 
-// The attributes of the clip at its full size, whose amounts the held-out frames are given; those that cannot
-// be learnt are left out if nobody painted them.
-Result<void> find_painted(const Project& project, StudyBench& bench, const Progress& progress,
-                          std::stop_token stop) {
+// The attributes of the clip at its full size, whose amounts the held-out frames are given. `painted` of the
+// project `owner`; those that the track would have been painted with stand in where there are none and
+// `invent` says so, and of these the ones that cannot be learnt are left out.
+Result<void> find_painted(const Project& project, const Project& owner, const RegionOptions& region,
+                          bool invent, StudyBench& bench, const Progress& progress, std::stop_token stop) {
   Project one = project;
   one.further_clips.clear();  // as the sized clip
   auto set = load_training_set(one, bench.clip.set.model);
   if (!set) return set.error();
-  const auto painted = read_project_attributes(project);
+  const auto painted = read_project_attributes(owner);
   if (!painted) return painted.error();
-  bench.painted = attributes_hash(project);
+  bench.painted = attributes_hash(owner);
   if (!painted->empty()) {
-    auto found = find_attributes(one, *painted, *set, progress, stop, kWideRegion);
+    auto found = find_attributes(one, *painted, *set, progress, stop, region);
     if (!found) return found.error();
     bench.attributes = std::move(*found);
+  } else if (!invent) {
+    return Error{ErrorCode::bad_input, "The project has no painted attributes.",
+                 "Paint one: likeness attribute add PROJECT NAME ...", "attributes.json"};
   } else {
     const auto capture = read_capture(capture_path(project));
     if (!capture) return capture.error();
     for (const PaintedAttribute& attribute : annotate_from_track(*set, *capture)) {
-      auto found = find_attributes(one, {attribute}, *set, progress, stop, kWideRegion);
+      auto found = find_attributes(one, {attribute}, *set, progress, stop, region);
       if (found)
         bench.attributes.push_back(std::move(found->front()));
       else if (found.error().code != ErrorCode::bad_input)
@@ -218,6 +238,31 @@ Result<StudyBench> prepare(const Project& project, const fs::path& folder, const
   bench.measured = evenly_chosen(bench.clip.held_out.size(), std::size_t(options.frames));
   bench.marked = evenly_chosen(bench.measured.size(), std::min(kMarkFrames, bench.measured.size()));
   bench.shown = evenly_chosen(bench.measured.size(), std::min(kShownFrames, bench.measured.size()));
+  return bench;
+}
+
+// Of a row that is about the track or about what was painted: its own clip, and the same frames.
+Result<StudyBench> own_bench(const Project& project, const Project& studied, const StudyBench& shared,
+                             const ModelSpec& spec, const Progress& progress, std::stop_token stop) {
+  Result<Project> varied = studied;
+  if (!spec.track.is_the_project_s())
+    varied = make_variant_project(project, spec.name, spec.track, shared.folder, progress, stop);
+  if (!varied) return varied.error();
+  auto bench = prepare(*varied, shared.folder, shared.options);
+  if (!bench) return bench.error();
+  bench->full_size = shared.full_size;
+  if (spec.attributes)
+    if (const auto found = find_painted(*varied, project, {}, false, *bench, progress, stop); !found)
+      return found.error();
+  // Its pictures stand beside those of the others.
+  bench->shown.clear();
+  for (std::size_t k = 0; k < bench->measured.size(); ++k) {
+    const int frame = bench->clip.held_out[bench->measured[k]].frame;
+    if (std::ranges::any_of(shared.shown, [&](std::size_t i) {
+          return shared.clip.held_out[shared.measured[i]].frame == frame;
+        }))
+      bench->shown.push_back(k);
+  }
   return bench;
 }
 
@@ -285,7 +330,14 @@ Result<ModelStudy> study_models_of(const Project& project, const fs::path& folde
     if (std::ranges::find(models, name, &ModelSpec::name) == models.end())
       return Error{ErrorCode::bad_input, fmt::format("The model {} stands in none of these tables.", name),
                    "Leave out --tables, or that model.", ""};
-  auto bench = prepare(project, folder, options);
+  const double tracking = options.track_anew ? 0.2 : 0;
+  Result<Project> studied = project;
+  if (options.track_anew)
+    studied = make_variant_project(project, "project", {.step = "photometric"}, folder,
+                                   progress.stage(0, tracking, "track"), stop);
+  if (!studied) return studied.error();
+  const Progress rest = progress.stage(tracking, 1, "study");
+  auto bench = prepare(*studied, folder, options);
   if (!bench) return bench.error();
   study.clip = project.options.shared.video.filename().string();
   study.size = bench->clip.set.size, study.full_size = bench->full_size;
@@ -311,7 +363,9 @@ Result<ModelStudy> study_models_of(const Project& project, const fs::path& folde
   // Before hours are spent: what the user painted may say too little.
   std::optional<Error> unpainted;
   if (std::ranges::any_of(models, &ModelSpec::painted))
-    if (const auto found = find_painted(project, *bench, progress.stage(0, 0, "attributes"), stop); !found) {
+    if (const auto found =
+            find_painted(*studied, project, kWideRegion, true, *bench, rest.stage(0, 0, "attributes"), stop);
+        !found) {
       if (!is_the_model_s(found.error())) return found.error();
       unpainted = found.error();
     }
@@ -321,11 +375,21 @@ Result<ModelStudy> study_models_of(const Project& project, const fs::path& folde
       row.failed = unpainted->what;
       continue;
     }
+    std::optional<StudyBench> own;
+    if (spec.attributes || !spec.track.is_the_project_s()) {
+      auto made =
+          own_bench(project, *studied, *bench, spec, rest.stage(done / all, done / all, spec.name), stop);
+      if (!made && !is_the_model_s(made.error())) return made.error();
+      if (!made) {
+        row.failed = made.error().what;
+        continue;
+      }
+      own.emplace(std::move(*made));
+    }
     for (int k = 0; k < trainings(spec); ++k) {
       const double after = done + training_work(spec, options, k == 0);
-      const auto score =
-          finished_model(*bench, spec, options.first_seed + std::uint64_t(k),
-                         progress.stage(done / all, std::min(1.0, after / all), spec.name), stop);
+      const auto score = finished_model(own ? *own : *bench, spec, options.first_seed + std::uint64_t(k),
+                                        rest.stage(done / all, std::min(1.0, after / all), spec.name), stop);
       if (!score && !is_the_model_s(score.error())) return score.error();
       done = after;
       if (!score) {
@@ -338,7 +402,11 @@ Result<ModelStudy> study_models_of(const Project& project, const fs::path& folde
       row.scores.clear();
       continue;
     }
-    for (const int frame : study.shown) row.pictures.push_back(picture_name(spec, frame));
+    for (const int frame : study.shown) {
+      const std::string name = picture_name(spec, frame);
+      std::error_code ignored;
+      row.pictures.push_back(fs::exists(folder / name, ignored) ? name : std::string());
+    }
   }
   if (const auto written = write_model_report(study, folder); !written) return written.error();
   progress.report(1);

@@ -1,9 +1,11 @@
 // Models of a head side by side on one capture, in tables: the papers' models against each other, ours
 // against a long training of the baseline that the papers compare with, ours with a part more or less, and
-// what its pictures cost at each quality. Every training draws its rays from the same pictures and track and
-// is measured on the same held-out frames, some as it learns and all at the end.
+// what its pictures cost at each quality. Every training draws its rays from the same pictures and, unless
+// its row is about the track, the same track, and is measured on the same held-out frames, some as it learns
+// and all at the end. Trained by steps instead of seconds, rows differ by their parts alone, however fast
+// each is.
 //
-// Seconds are processor seconds, of all threads together, so that whoever else uses the machine changes as
+// Seconds are processor seconds, of all threads together, so that other users of the machine change as
 // little as possible: `likeness study PROJECT`.
 #pragma once
 
@@ -17,6 +19,7 @@
 
 #include "core/base/progress.h"
 #include "core/base/result.h"
+#include "core/lab/study/variant_project.h"
 #include "core/project/project.h"
 #include "core/train/choose_parts.h"
 #include "core/train/mode.h"
@@ -40,18 +43,22 @@ struct ModelSpec {
   double share = 1;    // of the study's seconds
   bool once = false;   // the first seed alone
   int keep_every = 1;  // of the training frames: 10 leaves a tenth
-  // Of a grid: told of painted attributes instead of the track's expression; of those that the track would
-  // have been painted with (track_annotations.h) where nobody painted any.
+  // Of a grid: conditioned on painted attributes instead of the track's expression; of those that the track
+  // would have been painted with (track_annotations.h) where none were painted.
   bool painted = false;
+  // Of a grid: what was painted in the project, beside the track's expression.
+  bool attributes = false;
   bool costs = false;  // its pictures are also timed at other sizes and, of a grid, other qualities
   // Of a grid, what is changed of the parts that the trainer chooses for the capture and of its options.
   void (*parts)(ChosenParts& parts) = nullptr;
   void (*change)(TrainOptions& options) = nullptr;
+  TrackVariant track = {};  // another track than the project's
 };
 
 struct StudyTable {
   std::string name, title, about;
   std::vector<std::string> models;  // by name; a model may stand in several tables
+  std::vector<std::string> more;    // that are trained only when asked for by name
 };
 
 // The default study. The first table's default model is what a build makes, named kDefaultModel; the baseline
@@ -66,7 +73,7 @@ const std::vector<StudyTable>& study_tables();
 using StudySteps = std::map<std::pair<std::string, std::uint64_t>, std::uint64_t>;
 
 struct ModelStudyOptions {
-  std::vector<std::string> tables, models;  // empty = all
+  std::vector<std::string> tables, models;  // empty = all, but those that a table names as more
   double seconds = 90;                      // of processor, of each training of share 1
   std::uint64_t steps = 0;                  // of each grid of share 1, instead of seconds
   std::uint64_t mlp_steps = 0;              // of each perceptron of share 1, instead of seconds
@@ -80,6 +87,8 @@ struct ModelStudyOptions {
   // Cells along an axis at which the default model is also stored (core/papers/baked_avatar.h), multiples
   // of 8; empty: not at all.
   std::vector<int> baked_cells{128, 256};
+  bool refit = false;       // also fit pose and expression of every measured frame to the frozen field
+  bool track_anew = false;  // by the project's options, whose head model may be another than its track's
 };
 
 struct ModelMark {  // on at most four of the held-out frames, the training's clock stopped
@@ -109,8 +118,13 @@ struct ModelScore {
   std::optional<double> psnr_db, mse, ssim, gmsd, lpips;  // absent where the background is not modelled
   double psnr_person_db = 0, psnr_head_db = 0, psnr_face_db = 0, face_mse = 0;
   double landmark_error_px = 0, mouth_error_px = 0;
+  std::optional<double> eyes_error_px;
+  // The oracle of core/train/field_fit.h, under its own name: never a result of the model as tracked.
+  std::optional<double> psnr_refit_db, psnr_refit_head_db, psnr_refit_face_db;
+  std::optional<double> samples_per_ray;        // of the last steps of a grid's training
+  int lost = 0;                                 // held-out frames without a track
   double frame_seconds = 0, train_seconds = 0;  // processor
-  std::optional<double> frame_joules;           // where the machine tells its energy (core/base/energy.h)
+  std::optional<double> frame_joules;           // where the machine reports its energy (core/base/energy.h)
   std::vector<ModelMark> marks;                 // of the first seed; the last is that of the finished model
   std::vector<PictureCost> qualities;           // of a model with `costs`, first seed
   std::vector<SizeCost> sizes;

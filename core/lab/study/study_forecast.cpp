@@ -20,6 +20,7 @@ namespace fs = std::filesystem;
 constexpr double kGridPicture = 0.1, kMlpPicture = 7, kMovedPicture = 0.05, kGridStep = 0.19, kMlpStep = 1.2;
 constexpr double kQualities = 16;  // pictures of a model with `costs`, for each frame that is measured
 constexpr double kBaked = 25;      // seconds for each number of cells
+constexpr double kRefit = 6;       // seconds for each frame that is fitted to the field
 constexpr double kMarkedPictures = 16, kTimedPictures = 3;
 // What a training starts with, and what its pictures are scored with; of the study: the clip is read.
 constexpr double kTrainingStart = 6, kStudyStart = 15;
@@ -50,6 +51,9 @@ std::vector<ModelSpec> chosen_models(const ModelStudyOptions& options, std::vect
   for (const StudyTable& table : study_tables()) {
     if (!is_chosen(options.tables, table.name)) continue;
     StudyTable some = table;
+    if (!options.models.empty())  // by name those that are not trained by themselves, too
+      some.models.insert(some.models.end(), table.more.begin(), table.more.end());
+    some.more.clear();
     std::erase_if(some.models, [&](const std::string& name) { return !is_chosen(options.models, name); });
     if (!some.models.empty()) tables.push_back(std::move(some));
   }
@@ -70,10 +74,10 @@ std::uint64_t asked_steps(const ModelStudyOptions& options, const ModelSpec& spe
 std::string asked_training(const ModelStudyOptions& options, const ModelSpec& spec, std::uint64_t seed) {
   const std::uint64_t steps = asked_steps(options, spec, seed);
   const auto network = options.lpips.empty() ? Result<std::string>(std::string()) : hash_file(options.lpips);
-  return fmt::format("{} steps {} seconds {} size {} frames {} rays {} seed {} first {} lpips {} baked {}",
+  return fmt::format("{} steps {} seconds {} size {} frames {} rays {} seed {} first {} lpips {} baked {}{}",
                      spec.name, steps, steps > 0 ? 0 : options.seconds * spec.share, options.size,
                      options.frames, options.rays, seed, seed == options.first_seed, network ? *network : "",
-                     spec.costs ? fmt::format("{}", options.baked_cells) : "");
+                     spec.costs ? fmt::format("{}", options.baked_cells) : "", options.refit ? " refit" : "");
 }
 
 fs::path training_path(const fs::path& folder, const ModelSpec& spec, std::uint64_t seed) {
@@ -89,6 +93,7 @@ double training_work(const ModelSpec& spec, const ModelStudyOptions& options, bo
                 : steps > 0                   ? double(steps) * step
                                               : options.seconds * spec.share;
   work += kTrainingStart + frames * picture;
+  if (options.refit && spec.kind == ModelKind::grid) work += frames * kRefit;
   if (!first) return work;
   if (spec.kind != ModelKind::moved) work += kMarkedPictures * picture;
   if (!spec.costs) return work;

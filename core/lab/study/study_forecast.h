@@ -1,4 +1,4 @@
-// How long a study of models will take, before it is begun: reckoned from what it trains and how long, by
+// How long a study of models will take, before it is begun: estimated from what it trains and how long, by
 // what the pictures of each kind of model took with two threads.
 #pragma once
 

@@ -1,4 +1,4 @@
-// What somebody would have painted who went by the track: where mouth and eyes are on a few frames, and how
+// What a user would have painted who went by the track: where mouth and eyes are on a few frames, and how
 // far open, as CoNeRF's captures are annotated (Kania et al. 2022: on about a twentieth of the frames). So
 // that a model which knows painted attributes alone can be compared on captures that nobody painted on.
 #pragma once

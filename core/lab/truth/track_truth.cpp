@@ -208,7 +208,7 @@ Result<TruthComparison> compare_with_truth(const Track& estimate, const HeadMode
   if (training.size() < 5) {
     return Error{ErrorCode::failed,
                  fmt::format("Only {} training frames are tracked, too few to compare.", training.size()),
-                 "Use a longer demo, or look at the track's overlay for what went wrong.", "study track"};
+                 "Use a longer demo, or look at the track's overlay for what went wrong.", "study truth"};
   }
   result.alignment = align(training, eyes);
   const ActionBasis truth_basis = action_basis(truth.model), basis = action_basis(model);

@@ -1,6 +1,6 @@
 // The detail maps that a perfect estimator would give for a demo capture: how far the true face, with all
 // that its person plays beyond the head model's expressions, lies off the tracked head, along its normals.
-// What they bring to held-out pictures (likeness study gains) is a bound on what any maps can.
+// What they bring to held-out pictures (likeness study, no-displacement) is a bound on what any maps can.
 #pragma once
 
 #include <filesystem>

@@ -115,6 +115,21 @@ TEST_F(ModelReport, TablesHoldEveryTraining) {
   EXPECT_EQ(json.at("rows").at(0).at("scores").at(0).at("marks").size(), 2u);
 }
 
+TEST_F(ModelReport, ATableHasARowForEachModelWithMeanAndSpread) {
+  study_.rows.back().failed = "too few rays", study_.rows.back().scores.clear();
+  const std::vector<Table> tables = models_tables(study_);
+  ASSERT_GE(tables.size(), 2u);
+  EXPECT_EQ(tables[0].name, "models");
+  EXPECT_EQ(tables[0].rows.size(), 2u);  // the long baseline stands in another
+  const std::string text = tables_text(tables);
+  EXPECT_NE(text.find("20.50 ±0.50"), std::string::npos) << text;
+  EXPECT_NE(text.find("preview"), std::string::npos) << text;  // what its pictures cost
+  study_.tables = {study_tables()[1]};
+  const Table time = models_tables(study_).front();
+  ASSERT_EQ(time.notes.size(), 1u);
+  EXPECT_EQ(time.notes[0], std::string(kLongBaseline) + " not trained: too few rays");
+}
+
 // What a window shows of it is read back from the folder.
 TEST_F(ModelReport, ItsSummaryIsReadBack) {
   const auto none = read_study_summary(folder_);

@@ -4,6 +4,8 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <algorithm>
+
 #include "core/base/files.h"
 #include "core/lab/study/finished_rows.h"
 
@@ -54,7 +56,7 @@ TEST_F(Forecast, GrowsWithWhatIsAskedAndFallsWithTheThreads) {
   EXPECT_GT(forecast_study(folder_, other, 2).seconds, kBaselineShare * options_.seconds / 2);
 }
 
-TEST_F(Forecast, WhatIsFinishedWithTheSameChoicesIsNotReckonedAgain) {
+TEST_F(Forecast, WhatIsFinishedWithTheSameChoicesIsNotCountedAgain) {
   finish("concat-grid", 0, options_);
   finish("concat-grid", 1, options_);
   const StudyForecast some = forecast_study(folder_, options_, 2);
@@ -88,6 +90,43 @@ TEST_F(Forecast, AModelOfTwoTablesIsTrainedOnce) {
   ASSERT_EQ(one.size(), 1u);
   ASSERT_EQ(tables.size(), 1u);
   EXPECT_EQ(tables[0].name, "parts");
+}
+
+TEST_F(Forecast, SomeRowsOfThePartsAreTrainedOnlyByName) {
+  std::vector<StudyTable> tables;
+  options_.tables = {"parts"};
+  for (const ModelSpec& spec : chosen_models(options_, tables)) EXPECT_TRUE(spec.track.is_the_project_s());
+  for (const char* name : {"landmarks", "refine-track", "attribute"}) {
+    options_.models = {name};
+    tables.clear();
+    const auto one = chosen_models(options_, tables);
+    ASSERT_EQ(one.size(), 1u) << name;
+    EXPECT_EQ(one[0].name, name);
+    EXPECT_EQ(tables.at(0).models, std::vector<std::string>{name});
+  }
+  options_.tables = {"models"};
+  tables.clear();
+  EXPECT_TRUE(chosen_models(options_, tables).empty());
+}
+
+TEST_F(Forecast, EveryRowOfATableIsOfAModelAndEveryModelOfATable) {
+  std::vector<std::string> named;
+  for (const StudyTable& table : study_tables()) {
+    named.insert(named.end(), table.models.begin(), table.models.end());
+    named.insert(named.end(), table.more.begin(), table.more.end());
+  }
+  for (const std::string& name : named)
+    EXPECT_EQ(std::ranges::count(study_models(), name, &ModelSpec::name), 1) << name;
+  for (const ModelSpec& spec : study_models())
+    EXPECT_GE(std::ranges::count(named, spec.name), 1) << spec.name;
+}
+
+TEST_F(Forecast, FramesFittedToTheFieldTakeTheirTime) {
+  ModelStudyOptions refit = options_;
+  refit.refit = true;
+  EXPECT_GT(forecast_study(folder_, refit, 2).seconds, forecast_study(folder_, options_, 2).seconds);
+  finish("concat-grid", 0, options_);
+  EXPECT_EQ(forecast_study(folder_, refit, 2).finished, 0);
 }
 
 }  // namespace

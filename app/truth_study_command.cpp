@@ -1,0 +1,237 @@
+// likeness study truth: tracks, mattes and driving beside the truth of a demo.
+#include <memory>
+#include <numbers>
+#include <optional>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include "app/commands.h"
+#include "app/tables.h"
+#include "app/terminal.h"
+#include "core/base/parallel.h"
+#include "core/drive/drive_clip.h"
+#include "core/export/write_film.h"
+#include "core/lab/truth/drive_truth.h"
+#include "core/lab/truth/matte_truth.h"
+#include "core/lab/truth/track_study.h"
+#include "core/project/project_head_model.h"
+
+namespace likeness::app {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct TruthStudyArguments {
+  CommonOptions common;
+  TableOptions output;
+  fs::path demo, project, tracks, track;
+  std::vector<std::string> steps;
+  ProjectOptions models;  // head and landmark model only
+};
+
+// -- Tracks
+
+std::vector<Table> track_tables(const std::vector<TruthRow>& rows) {
+  Table errors{.name = "track", .title = "Each step of the tracker, beside the truth"};
+  errors.columns = {{"step", "step"},
+                    {"part", "frames"},
+                    {"frames", "", 0},
+                    {"turn_median_deg", "turn, °"},
+                    {"turn_p95_deg", "p95"},
+                    {"along_median_percent", "along, %"},
+                    {"along_p95_percent", "p95"},
+                    {"across_median_mm", "across, mm"},
+                    {"across_p95_mm", "p95"},
+                    {"good", "good", 0},
+                    {"weak", "weak", 0},
+                    {"lost", "lost", 0},
+                    {"seconds", "seconds", 1},
+                    {"frames_per_second", "frames/s"}};
+  Table actions{.name = "correlation", .title = "Correlation with the truth"};
+  actions.columns = {{"step", "step"}, {"part", "frames"}};
+  for (const TruthCorrelation& c : rows.front().comparison.training.correlations)
+    actions.columns.push_back({c.name, c.name, 3});
+  Table before{
+      .name = "alignment",
+      .title = "Taken out before: one scale and one offset of the head's frame, from training frames"};
+  before.columns = {{"step", "step"},
+                    {"scale", "scale", 4},
+                    {"turn_deg", "turn, °"},
+                    {"turn_x_rad", ""},
+                    {"turn_y_rad", ""},
+                    {"turn_z_rad", ""},
+                    {"shift_x_mm", "shift x, mm", 1},
+                    {"shift_y_mm", "y", 1},
+                    {"shift_z_mm", "z", 1},
+                    {"shape_rms_mm", "face at rest off by, mm rms"}};
+  for (const TruthRow& row : rows) {
+    for (const bool training : {true, false}) {
+      const TruthScore& s = training ? row.comparison.training : row.comparison.held_out;
+      const PoseErrors& p = s.pose;
+      const char* part = training ? "training" : "held out";
+      errors.rows.push_back({row.step, part, s.frames, p.turn_median_deg, p.turn_p95_deg,
+                             p.along_median_percent, p.along_p95_percent, p.across_median_mm, p.across_p95_mm,
+                             s.good, s.weak, s.lost, row.seconds, row.frames_per_second});
+      std::vector<TableCell>& cells = actions.rows.emplace_back();
+      cells = {row.step, part};
+      for (const TruthCorrelation& c : s.correlations) cells.push_back(c.value);
+    }
+    const TruthAlignment& a = row.comparison.alignment;
+    const Eigen::AngleAxisd turn(a.truth_head_from_head.linear());
+    const Vec3d w = turn.angle() * turn.axis(), t = 1000 * a.truth_head_from_head.translation();
+    before.rows.push_back({row.step, a.scale, turn.angle() * 180 / std::numbers::pi, w.x(), w.y(), w.z(),
+                           t.x(), t.y(), t.z(), row.comparison.shape_rms_mm});
+  }
+  return {std::move(errors), std::move(actions), std::move(before)};
+}
+
+Result<std::vector<Table>> compare_tracks(const TruthStudyArguments& a, const Progress& progress,
+                                          std::stop_token stop) {
+  TrackOptions base;
+  base.predictor = a.models.landmark_model;
+  const auto steps = track_steps(a.steps, base);
+  if (!steps) return steps.error();
+  const auto model = project_head_model(a.models);
+  if (!model) return model.error();
+  const auto rows = study_against_truth(a.demo, *model, *steps, a.tracks, progress, stop);
+  if (!rows) return rows.error();
+  return track_tables(*rows);
+}
+
+// -- Mattes
+
+Result<std::vector<Table>> compare_project_mattes(const TruthStudyArguments& a, const Progress& progress,
+                                                  std::stop_token stop) {
+  const auto project = open_project(a.project);
+  if (!project) return project.error();
+  const auto rows = study_mattes(*project, a.demo, progress, stop);
+  if (!rows) return rows.error();
+  Table table{.name = "mattes", .title = "The project's mattes, beside the true ones"};
+  table.columns = {{"part", "part"},          {"frames", "frames", 0},         {"iou_mean", "IoU", 4},
+                   {"iou_worst", "worst", 4}, {"worst_frame", "its frame", 0}, {"border_error", "border", 3},
+                   {"hair_error", "hair", 3}};
+  for (const MatteRow& row : *rows)
+    table.rows.push_back(
+        {row.part, row.frames, row.iou_mean, row.iou_worst, row.worst_frame, row.border, row.hair});
+  table.notes = {
+      "border: mean difference of alpha along the true border; hair: of the border above the ears"};
+  return std::vector<Table>{std::move(table)};
+}
+
+// -- Driving
+
+Result<DriveScore> driven_score(const TruthStudyArguments& a, const Progress& progress,
+                                std::stop_token stop) {
+  const auto opened = open_avatar(a.project);
+  if (!opened) return opened.error();
+  const auto truth = read_track_truth(a.demo);
+  if (!truth) return truth.error();
+  DriveRequest request;
+  request.video = a.demo / "demo.mp4";
+  request.track = a.track;
+  request.head_model = a.models.head_model;
+  request.landmark_model = a.models.landmark_model;
+  request.options.clamp = false;  // what is held back is the capture's doing, not the transfer's
+  const auto clip = drive_clip(*opened, request, progress, stop);
+  if (!clip) return clip.error();
+  HeadModel other;
+  if (!a.models.head_model.empty()) {
+    auto model = project_head_model(a.models);
+    if (!model) return model.error();
+    other = std::move(*model);
+  }
+  return score_drive(opened->avatar, opened->model, clip->track,
+                     a.models.head_model.empty() ? opened->model : other, *truth, request.options);
+}
+
+Result<std::vector<Table>> compare_driving(const TruthStudyArguments& a, const Progress& progress,
+                                           std::stop_token stop) {
+  const auto score = driven_score(a, progress, stop);
+  if (!score) return score.error();
+  Table actions{.name = "actions", .title = "The avatar's actions, beside those performed"};
+  actions.columns = {
+      {"name", "action"}, {"correlation", "correlation", 3}, {"gain", "gain"}, {"jitter_ratio", "tremble"}};
+  for (const DrivenAction& action : score->actions)
+    actions.rows.push_back({action.name, action.correlation, action.gain, action.jitter_ratio});
+  Table all{.name = "drive", .title = "The whole clip"};
+  all.columns = {{"frames", "frames", 0},
+                 {"bridged", "bridged", 0},
+                 {"mean_correlation", "mean correlation", 3},
+                 {"neutral_psnr_db", "at rest, dB", 1},
+                 {"neutral_difference", "levels apart at most", 0}};
+  all.rows = {{score->frames, score->bridged, score->mean_correlation, score->neutral_psnr_db,
+               score->neutral_difference}};
+  return std::vector<Table>{std::move(actions), std::move(all)};
+}
+
+// -- All of it
+
+struct TruthTable {
+  const char* name;
+  bool of_a_project;
+  Result<std::vector<Table>> (*compare)(const TruthStudyArguments&, const Progress&, std::stop_token);
+};
+constexpr TruthTable kTruthTables[] = {{"track", false, compare_tracks},
+                                       {"mattes", true, compare_project_mattes},
+                                       {"drive", true, compare_driving}};
+
+Result<std::vector<Table>> compare_all(const TruthStudyArguments& a) {
+  std::vector<TruthTable> asked;
+  for (const TruthTable& table : kTruthTables)
+    if (is_asked(a.output, table.name)) asked.push_back(table);
+  if (asked.empty()) asked.push_back(kTruthTables[0]);
+  const bool of_a_project = std::ranges::any_of(asked, &TruthTable::of_a_project);
+  if (of_a_project == a.project.empty())
+    return Error{ErrorCode::bad_input,
+                 of_a_project ? "Mattes and driving are compared of a project."
+                              : "The tracks of a demo need no project.",
+                 "likeness study truth DEMO, or likeness study truth DEMO PROJECT --tables mattes or drive.",
+                 ""};
+  const ProgressLine line(quiet_if_csv(a.common, a.output));
+  std::vector<Table> tables;
+  for (std::size_t i = 0; i < asked.size(); ++i) {
+    const double n = double(asked.size());
+    const auto more = asked[i].compare(
+        a, line.progress().stage(double(i) / n, double(i + 1) / n, asked[i].name), stop_on_signals());
+    if (!more) return more.error();
+    tables.insert(tables.end(), more->begin(), more->end());
+  }
+  return tables;
+}
+
+int run(const TruthStudyArguments& a) {
+  const ThreadLimit limit(a.common.threads);
+  const auto tables = compare_all(a);
+  return tables ? report_tables(a.common, a.output, *tables) : report_failure(tables.error());
+}
+
+}  // namespace
+
+void add_truth_study(CLI::App& study, int& exit_code) {
+  auto a = std::make_shared<TruthStudyArguments>();
+  CLI::App* verb = study.add_subcommand("truth", "Tracks, mattes and driving beside the truth of a demo");
+  verb->add_option("demo", a->demo, "A folder of `likeness demo`")->required();
+  verb->add_option(
+      "project", a->project,
+      "For mattes: the project that imported the demo's clip. For drive: the avatar's, which the "
+      "demo's person drives");
+  std::vector<std::string> names;
+  for (const TruthTable& table : kTruthTables) names.push_back(table.name);
+  add_tables_option(*verb, a->output, names, "default: track");
+  verb->add_option("--steps", a->steps,
+                   fmt::format("Steps of the tracker to measure, of: {}; default: all",
+                               fmt::join(track_step_names(), ", ")));
+  verb->add_option("--tracks", a->tracks, "A folder to keep each step's track in");
+  verb->add_option("--track", a->track, "For drive: track.json of the demo, read if it exists, else written");
+  verb->add_option(
+      "--head-model", a->models.head_model,
+      "A head model file (.npz) to track with; default: the built-in head, for drive the avatar's");
+  verb->add_option("--landmark-model", a->models.landmark_model,
+                   "A dlib 68-point shape predictor; default: the system's");
+  add_common_options(*verb, a->common);
+  add_table_options(*verb, a->output);
+  verb->callback([a, &exit_code] { exit_code = run(*a); });
+}
+
+}  // namespace likeness::app
