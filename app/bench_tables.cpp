@@ -25,9 +25,9 @@ std::vector<TableCell> setting_cells(const RenderRow& row) {
           o.max_samples,
           o.strata,
           o.block,
-          o.most_rays > 0 ? TableCell() : TableCell(o.reduce),
+          o.max_rays > 0 ? TableCell() : TableCell(o.reduce),
           o.edge_contrast,
-          o.most_rays,
+          o.max_rays,
           o.stop_transmittance,
           o.shade_weight,
           int(row.setting.opacities),
@@ -52,7 +52,7 @@ Result<Table> settings_table(const Project& project, int frames, std::shared_ptr
                    {"milliseconds", "ms", 1},
                    {"processor_milliseconds", "work, ms", 1},
                    {"frames_per_second", "pictures/s"}};
-  for (const char* key : {"max_samples", "strata", "block", "reduce", "edge_contrast", "most_rays",
+  for (const char* key : {"max_samples", "strata", "block", "reduce", "edge_contrast", "max_rays",
                           "stop_transmittance", "shade_weight", "opacities", "exact"})
     table.columns.push_back({key, ""});
   for (const RenderRow& row : study->rows) table.rows.push_back(setting_cells(row));

@@ -41,7 +41,7 @@ std::vector<TableCell> cells_of(const LandmarkStudy& study, const FacePart& part
     if (!row.accepted) continue;
     ++accepted;
     learnt += row.learnt_correlation;
-    hold += row.shifted.correlation() >= kLeastCorrelation;
+    hold += row.shifted.correlation() >= kMinCorrelation;
     truth.add(row.truth), truth_map.add(row.truth_map), truth_dlib.add(row.truth_dlib);
     shifted.add(row.shifted), shifted_map.add(row.shifted_map), render.add(row.render);
   }
@@ -111,7 +111,7 @@ Result<std::vector<Table>> landmark_tables(const Project& project, const std::op
                    {"shifted_render_map", "shifted render: map", 3},
                    {"shifted_render", "shifted render: both", 3},
                    {"render", "render: both", 3},
-                   {"reach_the_limit", fmt::format(">= {}", kLeastCorrelation), 0}};
+                   {"reach_the_limit", fmt::format(">= {}", kMinCorrelation), 0}};
   for (const FacePart& part : kFaceParts) table.rows.push_back(cells_of(*study, part));
   table.notes = {fmt::format(
       "On {} held-out frames: by map or dlib with a known shift, and (both) with each other; last, how many\n"

@@ -89,7 +89,7 @@ std::vector<Table> track_tables(const std::vector<TruthRow>& rows) {
 Result<std::vector<Table>> compare_tracks(const TruthStudyArguments& a, const Progress& progress,
                                           std::stop_token stop) {
   TrackOptions base;
-  base.predictor = a.models.landmark_model;
+  base.predictor = a.models.shared.landmark_model;
   const auto steps = track_steps(a.steps, base);
   if (!steps) return steps.error();
   const auto model = project_head_model(a.models);
@@ -130,19 +130,19 @@ Result<DriveScore> driven_score(const TruthStudyArguments& a, const Progress& pr
   DriveRequest request;
   request.video = a.demo / "demo.mp4";
   request.track = a.track;
-  request.head_model = a.models.head_model;
-  request.landmark_model = a.models.landmark_model;
+  request.head_model = a.models.shared.head_model;
+  request.landmark_model = a.models.shared.landmark_model;
   request.options.clamp = false;  // what is held back is the capture's doing, not the transfer's
   const auto clip = drive_clip(*opened, request, progress, stop);
   if (!clip) return clip.error();
   HeadModel other;
-  if (!a.models.head_model.empty()) {
+  if (!a.models.shared.head_model.empty()) {
     auto model = project_head_model(a.models);
     if (!model) return model.error();
     other = std::move(*model);
   }
   return score_drive(opened->avatar, opened->model, clip->track,
-                     a.models.head_model.empty() ? opened->model : other, *truth, request.options);
+                     a.models.shared.head_model.empty() ? opened->model : other, *truth, request.options);
 }
 
 Result<std::vector<Table>> compare_driving(const TruthStudyArguments& a, const Progress& progress,
@@ -225,9 +225,9 @@ void add_truth_study(CLI::App& study, int& exit_code) {
   verb->add_option("--tracks", a->tracks, "A folder to keep each step's track in");
   verb->add_option("--track", a->track, "For drive: track.json of the demo, read if it exists, else written");
   verb->add_option(
-      "--head-model", a->models.head_model,
+      "--head-model", a->models.shared.head_model,
       "A head model file (.npz) to track with; default: the built-in head, for drive the avatar's");
-  verb->add_option("--landmark-model", a->models.landmark_model,
+  verb->add_option("--landmark-model", a->models.shared.landmark_model,
                    "A dlib 68-point shape predictor; default: the system's");
   add_common_options(*verb, a->common);
   add_table_options(*verb, a->output);

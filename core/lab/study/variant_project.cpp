@@ -47,7 +47,8 @@ Result<Inputs> load_inputs(const Project& project) {
   const auto capture_hash = hash_file(capture_path(project)), cameras_hash = hash_file(cameras_path(project));
   if (!capture_hash) return capture_hash.error();
   if (!cameras_hash) return cameras_hash.error();
-  std::string content = *capture_hash + *cameras_hash + model->hash + project.options.shared.landmark_model.string();
+  std::string content =
+      *capture_hash + *cameras_hash + model->hash + project.options.shared.landmark_model.string();
   return Inputs{project, std::move(*capture), std::move(*cameras), std::move(*model), std::move(content)};
 }
 
@@ -93,9 +94,9 @@ Result<void> matte(const Inputs& inputs, const fs::path& folder, const TrackedCa
   work.folder = folder;
   MatteOptions options;
   options.size = read.capture.size;
-  options.network = work.options.matting_network;
+  options.network = work.options.matte.matting_network;
   options.strokes = std::move(*strokes);
-  options.learn_room = room_learner(work, work.options.seed, read);
+  options.learn_room = room_learner(work, work.options.shared.seed, read);
   const auto matted =
       matte_clip(folder, read.capture, read.cameras, read.track, inputs.model, options, progress, stop);
   return matted ? Result<void>() : Result<void>(matted.error());
@@ -132,10 +133,10 @@ Result<Project> make_workplace(const Inputs& inputs, const fs::path& folder, con
     return shared.error();
   if (const auto written = write_track(track_path(work), track); !written) return written.error();
   if (const auto forgotten = forget_project_detail(work); !forgotten) return forgotten.error();
-  if (maps && !work.options.displacement.empty()) {
+  if (maps && !work.options.fit.displacement.empty()) {
     DetailReport report;
     const auto detail =
-        learn_project_detail(work.options.displacement, inputs.capture, track, inputs.model, report);
+        learn_project_detail(work.options.fit.displacement, inputs.capture, track, inputs.model, report);
     if (!detail) return detail.error();
     if (const auto written = write_project_detail(work, *detail); !written) return written.error();
   }
@@ -162,12 +163,12 @@ Result<Project> make_variant_project(const Project& project, const std::string& 
   const auto track_hash = hash_file(*tracked);
   if (!track_hash) return track_hash.error();
   std::string maps;
-  if (variant.maps && !project.options.displacement.empty()) {
-    const auto hash = detail_maps_hash(project.options.displacement);
+  if (variant.maps && !project.options.fit.displacement.empty()) {
+    const auto hash = detail_maps_hash(project.options.fit.displacement);
     if (!hash) return hash.error();
     maps = " maps " + *hash;
   }
-  const std::string corrections = corrections_hash(project) + project.options.matting_network.string();
+  const std::string corrections = corrections_hash(project) + project.options.matte.matting_network.string();
   Result<fs::path> mattes = project.folder;
   if (!variant.step.empty() || (variant.change != nullptr && !variant.same_mattes))
     mattes = make_mattes(*inputs, *track,
