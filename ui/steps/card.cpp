@@ -6,8 +6,8 @@
 #include <numbers>
 
 #include "core/train/choose_parts.h"
-#include "ui/channel_words.h"
 #include "ui/steps.h"
+#include "ui/studio/channel_words.h"
 #include "ui/theme.h"
 #include "ui/widgets.h"
 

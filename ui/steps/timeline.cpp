@@ -8,9 +8,9 @@
 #include <map>
 #include <string_view>
 
-#include "ui/channel_words.h"
 #include "ui/steps.h"
 #include "ui/steps/timeline.h"
+#include "ui/studio/channel_words.h"
 #include "ui/widgets.h"
 
 namespace likeness::ui {
