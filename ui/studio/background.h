@@ -6,9 +6,11 @@
 #include <deque>
 #include <functional>
 #include <future>
+#include <memory>
 #include <mutex>
 #include <stop_token>
 #include <thread>
+#include <utility>
 #include <vector>
 
 namespace likeness::ui {
@@ -27,6 +29,17 @@ class Background {
   // Ready once all that waits now has run, or never will: to be waited for, not to be asked.
   std::shared_future<void> after_waiting();
   void deliver();  // on the window's thread
+  // Ends what has a stop() and waits for its thread: work ends between two pictures or two fits, which is too
+  // long for the window's thread.
+  template <class J>
+  void retire(std::unique_ptr<J> job) {
+    if (!job) return;
+    job->stop();
+    run("", [ending = std::shared_ptr<J>(std::move(job))](std::stop_token) mutable {
+      ending.reset();
+      return Delivery();
+    });
+  }
   bool busy() const;
 
  private:

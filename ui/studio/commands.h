@@ -118,6 +118,23 @@ struct Situation {
   bool recorder = false, camera_ready = false, recording = false, can_stop_recording = false;
 };
 
+// Told to the window after the requests were carried out.
+enum class WindowRequest {
+  none,
+  quit,
+  pick_clip,
+  pick_further_clip,
+  pick_project,
+  pick_performance,
+  pick_driver,
+  name_performance,
+  film_guide,
+  shortcuts,
+  licences,
+  find_clip,
+  delete_person
+};
+
 struct CommandInfo {
   Command command;
   Menu menu;

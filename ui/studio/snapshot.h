@@ -28,37 +28,10 @@
 #include "ui/studio/pipeline_job.h"
 #include "ui/studio/project_contents.h"
 #include "ui/studio/solving_cameras.h"
+#include "ui/studio/step_views.h"
 #include "ui/studio/study_page.h"
 
 namespace likeness::ui {
-
-// The guided path.
-enum class Step { film, check, cameras, face, train, direct, export_out };
-inline constexpr std::array kSteps{Step::film,  Step::check,  Step::cameras,   Step::face,
-                                   Step::train, Step::direct, Step::export_out};
-std::string_view step_words(Step step);
-
-enum class StepState {
-  to_do,
-  loading,
-  running,
-  needs_you,
-  stale,  // done, with other choices than those there are now
-  failed,
-  done
-};
-
-struct StepView {
-  StepState state = StepState::to_do;
-  std::string found;  // what the step found, one sentence
-  std::string next;   // the one next thing to do; empty: nothing here
-  std::string text;   // of work in progress
-  bool paused = false;
-  double fraction = 0;
-  double seconds_left = -1;  // negative: not known
-  std::vector<std::string> warnings;
-  std::optional<Error> error;
-};
 
 // A picture of one frame of the clip, read in the background.
 struct FramePicture {
@@ -160,13 +133,5 @@ struct Requests {
 
   void ask(Command command) { commands.push_back(command); }
 };
-
-// The state of each step, from what there is and what is at work.
-std::array<StepView, kSteps.size()> view_steps(const ProjectContents* contents, bool loading,
-                                               const PipelineStatus& pipeline, const JobStatus& exporting,
-                                               const std::filesystem::path& exported);
-
-// What the capture check says of a clip that is not imported yet, in its step.
-void add_verdict(const JobStatus& checking, const CaptureVerdict* verdict, StepView& step);
 
 }  // namespace likeness::ui

@@ -26,8 +26,8 @@ Studio::Studio(StudioOptions options, std::function<void()> wake)
       background_(
           [this](const std::string& what) {
             loading_ = false;
-            fail({ErrorCode::failed, "Reading broke off: " + what + ".",
-                  "Close other programs and try again.", ""});
+            notices_.fail({ErrorCode::failed, "Reading broke off: " + what + ".",
+                           "Close other programs and try again.", ""});
           },
           wake_) {}
 
@@ -39,21 +39,21 @@ Studio::~Studio() {
 }
 
 void Studio::tick() {
-  if (auto note = renderer_.take_note()) message_ = std::move(*note);
+  if (auto note = renderer_.take_note()) notices_.message = std::move(*note);
   background_.deliver();
   if (directing_.advance(Directing::Clock::now())) request_picture();
   save_performance(false);
   settle_strokes();
   if (drive_.has_ended()) {
     take_drive();
-    if (const auto error = drive_.view().status.error) fail(*error);
-    retire(drive_.stop());
+    if (const auto error = drive_.view().status.error) notices_.fail(*error);
+    background_.retire(drive_.stop());
     request_picture();
   }
   if (demo_ && !ui::is_working(demo_->status())) {
     const JobStatus status = demo_->status();
     demo_.reset();
-    if (status.error && status.error->code != ErrorCode::cancelled) fail(*status.error);
+    if (status.error && status.error->code != ErrorCode::cancelled) notices_.fail(*status.error);
     if (!status.error) {
       ProjectOptions project = options_.project;
       open_clip(status.outcome, Consent::no_real_person, project);
@@ -65,24 +65,26 @@ void Studio::tick() {
   if (check_ && checked_ && check_->status().state == JobState::done)
     verdict_ = std::exchange(checked_, nullptr);
   if (!pipeline_job_) return;
-  pipeline_ = pipeline_job_->status();
+  open_.pipeline = pipeline_job_->status();
   watch_solve();
   for (const Stage stage : kStages) {
-    const StageState now = pipeline_.records[std::size_t(stage)].state;
+    const StageState now = open_.pipeline.records[std::size_t(stage)].state;
     StageState& before = seen_states_[std::size_t(stage)];
     if (now == before) continue;
     before = now;
-    if (now == StageState::done) load(folder_);  // another result can be shown
+    if (now == StageState::done) load(open_.folder);  // another result can be shown
   }
-  if (pipeline_.stage && follow_ && shown_ != Step::direct && shown_ != Step::export_out) {
+  if (open_.pipeline.stage && shown_.follow && shown_.step != Step::direct &&
+      shown_.step != Step::export_out) {
     constexpr std::array<Step, kStages.size()> kShown{Step::check, Step::cameras, Step::face, Step::face,
                                                       Step::train};
-    shown_ = kShown[std::size_t(*pipeline_.stage)];
+    shown_.step = kShown[std::size_t(*open_.pipeline.stage)];
   }
-  if (pipeline_.job.state != seen_pipeline_ && !ui::is_working(pipeline_.job)) {
-    load(folder_);
-    if (pipeline_.job.state == JobState::done && follow_ && shown_ == Step::train) shown_ = Step::direct;
-    if (pipeline_.job.state == JobState::stopped && finish_at_s_ && contents_) {
+  if (open_.pipeline.job.state != seen_pipeline_ && !open_.is_running()) {
+    load(open_.folder);
+    if (open_.pipeline.job.state == JobState::done && shown_.follow && shown_.step == Step::train)
+      shown_.step = Step::direct;
+    if (open_.pipeline.job.state == JobState::stopped && finish_at_s_ && open_.contents) {
       const double budget_s = std::max(1.0, *finish_at_s_ / kOverrunOfTraining);
       finish_at_s_.reset();
       start_pipeline([&](ProjectOptions& o) {
@@ -94,11 +96,11 @@ void Studio::tick() {
     finish_at_s_.reset();
     tell_refit();
     const auto told = [](const StageRecord& record) { return record.state == StageState::failed; };
-    if (pipeline_.job.state == JobState::failed && pipeline_.job.error && !pipeline_.failed &&
-        std::ranges::none_of(pipeline_.records, told))
-      fail(*pipeline_.job.error);  // of no single stage: a busy project, a full disk, no memory
+    if (open_.pipeline.job.state == JobState::failed && open_.pipeline.job.error && !open_.pipeline.failed &&
+        std::ranges::none_of(open_.pipeline.records, told))
+      notices_.fail(*open_.pipeline.job.error);  // of no single stage: a busy project, a full disk, no memory
   }
-  seen_pipeline_ = pipeline_.job.state;
+  seen_pipeline_ = open_.pipeline.job.state;
 }
 
 void Studio::remember_window(int width, int height, bool maximised) {
@@ -107,17 +109,18 @@ void Studio::remember_window(int width, int height, bool maximised) {
 }
 
 void Studio::save_settings() {
-  if (const auto saved = write_settings(options_.settings, settings_); !saved) message_ = saved.error().what;
+  if (const auto saved = write_settings(options_.settings, settings_); !saved)
+    notices_.message = saved.error().what;
 }
 
 bool Studio::is_working() const {
-  return ui::is_working(pipeline_.job) || (demo_ && ui::is_working(demo_->status())) ||
-         exports_.is_working() || studies() || records();
+  return open_.is_running() || (demo_ && ui::is_working(demo_->status())) || exports_.is_working() ||
+         studies() || records();
 }
 
 bool Studio::computes() const {
-  return (ui::is_working(pipeline_.job) && !pipeline_.job.waiting) ||
-         (demo_ && ui::is_working(demo_->status())) || exports_.is_working() || studies();
+  return (open_.is_running() && !open_.pipeline.job.waiting) || (demo_ && ui::is_working(demo_->status())) ||
+         exports_.is_working() || studies();
 }
 
 bool Studio::goes_on() const {

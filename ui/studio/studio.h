@@ -21,39 +21,10 @@
 #include "ui/studio/directing.h"
 #include "ui/studio/face_overlay.h"
 #include "ui/studio/live_drive.h"
+#include "ui/studio/session_context.h"
 #include "ui/studio/snapshot.h"
 
 namespace likeness::ui {
-
-struct StudioOptions {
-  std::filesystem::path settings;       // file
-  std::filesystem::path projects;       // folder of new projects
-  ProjectOptions project;               // of new ones
-  DemoOptions demo{.moving_share = 0};  // the demo's camera rests: its avatar needs no COLMAP
-  WebcamAccess webcams = real_webcams();
-  RecordOptions recording;  // of clips
-  double longer_s = 300;    // what "Train longer" adds
-  bool previews = true;     // of the running training
-  ModelStudyOptions study;  // but what is chosen in its page
-  ComputePlace compute;
-};
-
-// Told to the window after the requests were carried out.
-enum class WindowRequest {
-  none,
-  quit,
-  pick_clip,
-  pick_further_clip,
-  pick_project,
-  pick_performance,
-  pick_driver,
-  name_performance,
-  film_guide,
-  shortcuts,
-  licences,
-  find_clip,
-  delete_person
-};
 
 class Studio {
  public:
@@ -73,7 +44,7 @@ class Studio {
   bool is_working() const;  // the project's stages, the demo, an export or a recording
   bool goes_on() const;     // and was not asked to stop
   bool computes() const;    // work that does not wait for its Continue
-  const std::filesystem::path& folder() const { return folder_; }  // of the open project
+  const std::filesystem::path& folder() const { return open_.folder; }  // of the open project
   double patience_s() const;  // until the window should look again though nobody touched it
   // The picture is on the screen.
   void shown(const std::shared_ptr<const AvatarPicture>& picture) { drive_.shown(picture); }
@@ -106,16 +77,6 @@ class Studio {
   void start_demo();
   void start_check();
   void drop_check();
-  // Work ends between two pictures or two fits: too long to wait for here.
-  template <class J>
-  void retire(std::unique_ptr<J> job) {
-    if (!job) return;
-    job->stop();
-    background_.run("", [ending = std::shared_ptr<J>(std::move(job))](std::stop_token) mutable {
-      ending.reset();
-      return Background::Delivery();
-    });
-  }
   Project latest_project() const;
   void start_export(ExportKind kind);
   void change_clips(const std::function<Result<std::string>(Project&)>& change);
@@ -141,7 +102,7 @@ class Studio {
   void save_performance_as(const std::filesystem::path& file);
   void take_performance(const std::filesystem::path& folder);
   void save_performance(bool at_once);
-  std::filesystem::path performance_path() const { return folder_ / "performance.json"; }
+  std::filesystem::path performance_path() const { return open_.folder / "performance.json"; }
   void edit_performance(std::string what, const std::function<void(Performance&)>& change);
   void start_driving(LiveDriver::Open open);
   std::optional<std::uint64_t> keep_take();  // its number, where something was recorded
@@ -168,7 +129,6 @@ class Studio {
   void leave_recorder();
   void take_recording();
   bool records() const { return recorder_ && is_recording(recorder_->status()); }
-  void fail(Error error) { error_ = std::move(error); }
   void save_diagnostics();
   void relink(const std::filesystem::path& clip, bool or_open);
   void repair();
@@ -178,13 +138,14 @@ class Studio {
   StudioOptions options_;
   std::function<void()> wake_;
   Settings settings_;
-  std::filesystem::path folder_;  // of the open or opening project
+  Notices notices_;
+  OpenProject open_;
+  ShownStep shown_;
+  std::uint64_t pictures_ = 0;
+  const SessionContext context_{options_, wake_, background_, settings_, notices_, open_, shown_, pictures_};
   bool loading_ = false;
-  std::shared_ptr<const ProjectContents> contents_;
   std::optional<DamagedProject> damaged_;  // asked for, and not to be opened
   std::shared_ptr<const FaceOverlay> overlay_;
-  Step shown_ = Step::film;
-  bool follow_ = true;  // show the step at work
   Directing directing_;
   std::shared_ptr<Saves> saves_;  // of the performance
   std::uint64_t save_number_ = 0;
@@ -207,16 +168,13 @@ class Studio {
   std::shared_ptr<const MaskSource> mask_source_;  // of the picture, or of one like it
   std::optional<Directing::Clock::time_point>
       strokes_changed_;  // and it was not yet seen what is stale by it
-  std::uint64_t picture_number_ = 0, load_number_ = 0;
+  std::uint64_t load_number_ = 0;
   ExportChoice export_choice_;
-  std::optional<Error> error_;
-  std::string message_;
   std::array<StageState, kStages.size()> seen_states_{};
   JobState seen_pipeline_ = JobState::none;
   bool changing_clips_ = false;        // the list of clips is being written
   std::optional<RefitSpan> refit_;     // being fitted again, or taken back
   std::optional<double> finish_at_s_;  // the training is being stopped to be finished with this budget
-  PipelineStatus pipeline_;            // of the last tick
   std::shared_ptr<const SolvingCameras> solving_;
   std::chrono::steady_clock::time_point solve_watched_;  // last
   AvatarRenderer renderer_;

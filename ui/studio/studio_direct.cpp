@@ -152,12 +152,12 @@ WindowRequest Studio::direct(Command command) {
     case Command::random_walk:
       edit_performance("random walk", [&](Performance& p) {
         if (p.channels.empty()) p.duration_s = std::max(p.duration_s, kShortest_walk_s);
-        set_walk(p, contents_->avatar->limits, ++walks_);
+        set_walk(p, open_.contents->avatar->limits, ++walks_);
       });
       break;
     case Command::camera_orbit:
       edit_performance("camera orbit",
-                       [&](Performance& p) { set_orbit(p, orbit_range(contents_->avatar->limits)); });
+                       [&](Performance& p) { set_orbit(p, orbit_range(open_.contents->avatar->limits)); });
       break;
     case Command::camera_dolly:
       edit_performance("camera dolly", [](Performance& p) { set_dolly(p, 1, kDollyTo); });
@@ -176,7 +176,7 @@ WindowRequest Studio::direct(Command command) {
       break;
     case Command::stop_driving:
       take_drive();
-      retire(drive_.stop());
+      background_.retire(drive_.stop());
       break;
     default:
       break;
@@ -189,12 +189,12 @@ void Studio::open_performance(const fs::path& file) {
   background_.run("open performance", [this, file](std::stop_token) -> Background::Delivery {
     auto read = read_performance(file);
     return [this, file, read = std::move(read)] {
-      if (!contents_ || !contents_->avatar) return;
+      if (!open_.contents || !open_.contents->avatar) return;
       const auto known =
-          read ? check_performance(*read, *contents_->model, contents_->avatar->avatar.attributes)
+          read ? check_performance(*read, *open_.contents->model, open_.contents->avatar->avatar.attributes)
                : Result<void>(read.error());
       if (!known) {
-        fail(known.error());
+        notices_.fail(known.error());
         return;
       }
       directing_.edit(*read, "open " + file.filename().string());
@@ -206,13 +206,14 @@ void Studio::open_performance(const fs::path& file) {
 void Studio::save_performance_as(const fs::path& file) {
   std::error_code ignored;
   if (fs::exists(file, ignored) && !read_performance(file)) {
-    fail({ErrorCode::bad_input, file.filename().string() + " is there already, and is no performance.",
-          "Choose another name.", file.string()});
+    notices_.fail({ErrorCode::bad_input,
+                   file.filename().string() + " is there already, and is no performance.",
+                   "Choose another name.", file.string()});
     return;
   }
   const auto saved = write_performance(file, *directing_.performance());
-  if (!saved) return fail(saved.error());
-  message_ = "Written: " + file.string();
+  if (!saved) return notices_.fail(saved.error());
+  notices_.message = "Written: " + file.string();
 }
 
 // The project's own, as it was left. One that cannot be read is put aside, not overwritten.
@@ -224,7 +225,7 @@ void Studio::take_performance(const fs::path& folder) {
   background_.run("performance", [this, folder, file](std::stop_token) -> Background::Delivery {
     auto read = read_performance(file);
     return [this, folder, file, read = std::move(read)] {
-      if (folder != folder_) return;
+      if (folder != open_.folder) return;
       if (read) {
         directing_.open(*read);
         request_picture();
@@ -232,16 +233,17 @@ void Studio::take_performance(const fs::path& folder) {
       }
       std::error_code failure;
       fs::rename(file, folder / kUnread, failure);
-      fail({read.error().code, read.error().what,
-            failure ? read.error().fix : std::string("It is kept as ") + kUnread + "; directing starts anew.",
-            file.string()});
+      notices_.fail(
+          {read.error().code, read.error().what,
+           failure ? read.error().fix : std::string("It is kept as ") + kUnread + "; directing starts anew.",
+           file.string()});
     };
   });
 }
 
 void Studio::save_performance(bool at_once) {
   const auto since = directing_.unsaved_since();
-  if (!since || folder_.empty()) return;
+  if (!since || open_.folder.empty()) return;
   if (!at_once && (saving_ == directing_.performance() ||
                    Directing::Clock::now() - *since < std::chrono::duration<double>(kAutosave_s)))
     return;
@@ -250,7 +252,7 @@ void Studio::save_performance(bool at_once) {
   const std::uint64_t number = ++save_number_;
   if (at_once) {
     const auto saved = saves_->write(number, performance_path(), *performance);
-    if (!saved) return fail(saved.error());
+    if (!saved) return notices_.fail(saved.error());
     directing_.was_saved();
     return;
   }
@@ -261,7 +263,7 @@ void Studio::save_performance(bool at_once) {
                     const auto saved = saves->write(number, file, *performance);
                     return [this, performance, error = saved ? std::nullopt : std::optional(saved.error())] {
                       if (saving_ == performance) saving_.reset();
-                      if (error) fail(*error);
+                      if (error) notices_.fail(*error);
                       if (performance != directing_.performance()) return;  // edited meanwhile
                       if (error) {
                         directing_.was_not_saved(Directing::Clock::now() + kSaveAgain);
@@ -273,18 +275,18 @@ void Studio::save_performance(bool at_once) {
 }
 
 void Studio::request_picture() {
-  if (!contents_ || !contents_->avatar) return;
-  const auto& avatar = contents_->avatar;
+  if (!open_.contents || !open_.contents->avatar) return;
+  const auto& avatar = open_.contents->avatar;
   PictureRequest request;
   request.avatar = avatar;
   request.origin.moment = ++moment_number_;
   request.finest = view_px_;
   request.moving = directing_.playing();
   if (const auto frame = comparing_ && compare_picture_.frame >= 0
-                             ? frame_view(*contents_, compare_picture_.frame)
+                             ? frame_view(*open_.contents, compare_picture_.frame)
                              : std::nullopt) {
     request.camera = frame->camera;
-    request.pose = frame_pose(avatar->avatar, contents_->courses, *frame->tracked);
+    request.pose = frame_pose(avatar->avatar, open_.contents->courses, *frame->tracked);
     request.origin.frame = frame->tracked->frame;
     request.moving = false;
   } else {
@@ -305,14 +307,14 @@ void Studio::request_picture() {
 }
 
 void Studio::start_driving(LiveDriver::Open open) {
-  if (!contents_ || !contents_->avatar) return;
+  if (!open_.contents || !open_.contents->avatar) return;
   take_drive();
-  retire(drive_.stop());
+  background_.retire(drive_.stop());
   directing_.stop_playing();
   comparing_ = false;
   LiveOptions options;
-  options.track.predictor = contents_->project.options.landmark_model;
-  drive_.start(contents_->avatar, std::move(open), std::move(options));
+  options.track.predictor = open_.contents->project.options.landmark_model;
+  drive_.start(open_.contents->avatar, std::move(open), std::move(options));
   request_picture();
 }
 
@@ -344,14 +346,15 @@ void Studio::lay_takes() {
 
 void Studio::lay_take(const Performance& keys, double at_s) {
   // Another head model may have come with an avatar that was made meanwhile.
-  const auto known = contents_ && contents_->model
-                         ? check_performance(keys, *contents_->model,
-                                             contents_->avatar ? contents_->avatar->avatar.attributes
-                                                               : std::vector<AttributeRegion>{})
-                         : Result<void>(Error{ErrorCode::not_found, "", "", ""});
+  const auto known =
+      open_.contents && open_.contents->model
+          ? check_performance(keys, *open_.contents->model,
+                              open_.contents->avatar ? open_.contents->avatar->avatar.attributes
+                                                     : std::vector<AttributeRegion>{})
+          : Result<void>(Error{ErrorCode::not_found, "", "", ""});
   if (!known) {
-    fail({ErrorCode::failed, "The recorded drive is dropped: the avatar it was made for is gone.",
-          "Record it again with the avatar there is now.", ""});
+    notices_.fail({ErrorCode::failed, "The recorded drive is dropped: the avatar it was made for is gone.",
+                   "Record it again with the avatar there is now.", ""});
     return;
   }
   edit_performance("record the drive", [&](Performance& p) { lay_over(p, keys, at_s); });

@@ -14,8 +14,8 @@ namespace fs = std::filesystem;
 void Studio::read_clip_picture() {
   clip_picture_ = {};
   background_.run("clip",
-                  [this, video = contents_->project.options.video,
-                   folder = folder_](std::stop_token) -> Background::Delivery {
+                  [this, video = open_.contents->project.options.video,
+                   folder = open_.folder](std::stop_token) -> Background::Delivery {
                     std::shared_ptr<const Image8> image;
                     std::string missing;
                     auto reader = VideoReader::open(video);
@@ -26,19 +26,19 @@ void Studio::read_clip_picture() {
                       missing = reader.error().what;
                     }
                     return [this, folder, image, missing] {
-                      if (folder == folder_) clip_picture_ = {0, ++picture_number_, image, missing};
+                      if (folder == open_.folder) clip_picture_ = {0, ++pictures_, image, missing};
                     };
                   });
 }
 
 void Studio::show_frame(FramePicture Studio::*slot, int frame, bool overlay) {
-  if (!contents_) return;
+  if (!open_.contents) return;
   (this->*slot).frame = frame;
   const std::string key = fmt::format("frame {}", slot == &Studio::check_picture_  ? "check"
                                                   : slot == &Studio::face_picture_ ? "face"
                                                                                    : "compare");
   background_.run(key,
-                  [this, slot, frame, folder = folder_,
+                  [this, slot, frame, folder = open_.folder,
                    draw = overlay ? overlay_ : nullptr](std::stop_token) -> Background::Delivery {
                     auto read = read_image(folder / frame_name(frame));
                     std::shared_ptr<const Image8> image;
@@ -50,8 +50,8 @@ void Studio::show_frame(FramePicture Studio::*slot, int frame, bool overlay) {
                           draw && read->channels == 3 ? draw->draw(*read, frame) : std::move(*read));
                     }
                     return [this, slot, frame, folder, image, missing] {
-                      if (folder == folder_ && (this->*slot).frame == frame)
-                        this->*slot = {frame, ++picture_number_, image, missing};
+                      if (folder == open_.folder && (this->*slot).frame == frame)
+                        this->*slot = {frame, ++pictures_, image, missing};
                     };
                   });
 }

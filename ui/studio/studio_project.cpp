@@ -45,17 +45,17 @@ fs::path folder_for(const fs::path& projects, const fs::path& clip) {
 void Studio::open(const fs::path& path) {
   if (is_enabled(Command::open_clip, snapshot().situation) == false) {
     if (records()) {
-      fail({ErrorCode::failed, "A clip is being recorded just now.",
-            "Stop recording first; what is recorded is kept.", ""});
+      notices_.fail({ErrorCode::failed, "A clip is being recorded just now.",
+                     "Stop recording first; what is recorded is kept.", ""});
     } else if (studies()) {
-      fail({ErrorCode::failed, "Methods are being compared just now.",
-            "Stop the comparison first; what is finished of it is kept.", ""});
+      notices_.fail({ErrorCode::failed, "Methods are being compared just now.",
+                     "Stop the comparison first; what is finished of it is kept.", ""});
     } else if (demo_ && ui::is_working(demo_->status())) {
-      fail({ErrorCode::failed, "The demo is being filmed just now.", "Stop it first, or wait for its end.",
-            ""});
+      notices_.fail({ErrorCode::failed, "The demo is being filmed just now.",
+                     "Stop it first, or wait for its end.", ""});
     } else {
-      fail({ErrorCode::failed, "An avatar is being made or exported just now.",
-            "Stop it first; what is made of the avatar so far is kept.", ""});
+      notices_.fail({ErrorCode::failed, "An avatar is being made or exported just now.",
+                     "Stop it first; what is made of the avatar so far is kept.", ""});
     }
     return;
   }
@@ -64,11 +64,11 @@ void Studio::open(const fs::path& path) {
   const fs::path folder = project_folder_of(path);
   if (fs::is_directory(folder, ignored)) {
     if (!fs::exists(folder / "project.json", ignored)) {
-      if (const auto project = open_project(folder); !project) fail(project.error());
+      if (const auto project = open_project(folder); !project) notices_.fail(project.error());
       return;
     }
     load(folder);
-  } else if (contents_ && !contents_->clip) {
+  } else if (open_.contents && !open_.contents->clip) {
     relink(path, true);  // the clip that is looked for, or another one
   } else {
     open_clip(path, Consent::not_asked, options_.project);
@@ -77,23 +77,24 @@ void Studio::open(const fs::path& path) {
 
 // or_open: another clip is opened as such.
 void Studio::relink(const fs::path& clip, bool or_open) {
-  if (!contents_ || ui::is_working(pipeline_.job)) return;
+  if (!open_.contents || open_.is_running()) return;
   loading_ = true;
-  background_.run("relink", [this, folder = folder_, clip, or_open](std::stop_token) -> Background::Delivery {
-    const auto linked = relink_clip(folder, clip);
-    return [this, folder, clip, or_open, error = linked ? std::nullopt : std::optional(linked.error())] {
-      loading_ = false;
-      if (folder != folder_) return;
-      if (error && or_open && error->code == ErrorCode::bad_input) {
-        open_clip(clip, Consent::not_asked, options_.project);
-      } else if (error) {
-        fail(*error);
-      } else {
-        message_ = "The clip is found again: " + clip.string();
-        load(folder);
-      }
-    };
-  });
+  background_.run(
+      "relink", [this, folder = open_.folder, clip, or_open](std::stop_token) -> Background::Delivery {
+        const auto linked = relink_clip(folder, clip);
+        return [this, folder, clip, or_open, error = linked ? std::nullopt : std::optional(linked.error())] {
+          loading_ = false;
+          if (folder != open_.folder) return;
+          if (error && or_open && error->code == ErrorCode::bad_input) {
+            open_clip(clip, Consent::not_asked, options_.project);
+          } else if (error) {
+            notices_.fail(*error);
+          } else {
+            notices_.message = "The clip is found again: " + clip.string();
+            load(folder);
+          }
+        };
+      });
 }
 
 void Studio::repair() {
@@ -103,9 +104,9 @@ void Studio::repair() {
     const auto repaired = repair_project(folder);
     return [this, folder, error = repaired ? std::nullopt : std::optional(repaired.error())] {
       loading_ = false;
-      if (error) return fail(*error);
-      error_.reset();
-      message_ =
+      if (error) return notices_.fail(*error);
+      notices_.error.reset();
+      notices_.message =
           "The project is repaired. What was chosen for it is the usual again: look through the Film step.";
       load(folder);
     };
@@ -113,9 +114,9 @@ void Studio::repair() {
 }
 
 void Studio::delete_person(bool keep_exports) {
-  if ((!contents_ && !damaged_) || is_working()) return;
-  const fs::path folder = contents_ ? folder_ : damaged_->folder;
-  if (!contents_) error_.reset();  // that it cannot be opened
+  if ((!open_.contents && !damaged_) || is_working()) return;
+  const fs::path folder = open_.contents ? open_.folder : damaged_->folder;
+  if (!open_.contents) notices_.error.reset();  // that it cannot be opened
   damaged_.reset();
   close_project();
   deleting_ = true;
@@ -125,11 +126,11 @@ void Studio::delete_person(bool keep_exports) {
     return [this, folder, deleted] {
       deleting_ = false;
       if (!deleted) {
-        fail(deleted.error());
+        notices_.fail(deleted.error());
         return;
       }
       std::erase_if(settings_.recent, [&](const fs::path& recent) { return same_place(recent, folder); });
-      message_ = deletion_words(*deleted);
+      notices_.message = deletion_words(*deleted);
     };
   });
 }
@@ -140,7 +141,7 @@ void Studio::open_clip(const fs::path& clip, Consent consent, ProjectOptions opt
     const auto failed = [this](Error error) {
       return [this, error] {
         loading_ = false;
-        fail(error);
+        notices_.fail(error);
       };
     };
     const auto info = probe_video(clip);
@@ -160,14 +161,14 @@ void Studio::open_clip(const fs::path& clip, Consent consent, ProjectOptions opt
 
 void Studio::load(const fs::path& folder) {
   damaged_.reset();
-  if (!same_place(folder, folder_)) {
+  if (!same_place(folder, open_.folder)) {
     close_project();
-    folder_ = folder;
+    open_.folder = folder;
   }
   loading_ = true;
   const std::uint64_t number = ++load_number_;
   background_.run("contents",
-                  [this, folder = folder_, number, earlier = contents_,
+                  [this, folder = open_.folder, number, earlier = open_.contents,
                    edit = painted_edit()](std::stop_token) -> Background::Delivery {
                     auto contents = read_contents(folder, earlier.get());
                     auto damaged = contents ? std::nullopt : find_damaged_project(folder);
@@ -176,12 +177,12 @@ void Studio::load(const fs::path& folder) {
                                        : nullptr;
                     return [this, folder, number, edit, contents = std::move(contents),
                             overlay = std::move(overlay), damaged = std::move(damaged)] {
-                      if (folder != folder_ || number != load_number_)
+                      if (folder != open_.folder || number != load_number_)
                         return;  // another was opened or changed meanwhile
                       loading_ = false;
                       if (!contents) {
-                        fail(contents.error());
-                        if (!contents_) close_project();
+                        notices_.fail(contents.error());
+                        if (!open_.contents) close_project();
                         damaged_ = damaged;
                         // A damaged one stays on the list: it can be repaired or deleted from there.
                         if (!damaged) std::erase(settings_.recent, folder);
@@ -194,32 +195,35 @@ void Studio::load(const fs::path& folder) {
 }
 
 void Studio::loaded(std::shared_ptr<const ProjectContents> contents, std::uint64_t masks_edit) {
-  const bool first = contents_ == nullptr;
-  const ProjectContents earlier = contents_ ? *contents_ : ProjectContents{};
-  contents_ = std::move(contents);
+  const bool first = open_.contents == nullptr;
+  const ProjectContents earlier = open_.contents ? *open_.contents : ProjectContents{};
+  open_.contents = std::move(contents);
   std::error_code ignored;
-  const fs::path place = fs::absolute(folder_, ignored).lexically_normal();
-  remember_recent(settings_, ignored ? folder_ : place);
+  const fs::path place = fs::absolute(open_.folder, ignored).lexically_normal();
+  remember_recent(settings_, ignored ? open_.folder : place);
   if (first) {
     save_settings();
-    take_performance(folder_);
-    shown_ = contents_->avatar ? Step::direct : Step::film;
+    take_performance(open_.folder);
+    shown_.step = open_.contents->avatar ? Step::direct : Step::film;
     read_clip_picture();
   }
   take_masks(first, masks_edit);
-  if (!first && contents_->clip && !earlier.clip) read_clip_picture();
-  if (contents_->avatar && contents_->avatar != earlier.avatar) request_picture();
+  if (!first && open_.contents->clip && !earlier.clip) read_clip_picture();
+  if (open_.contents->avatar && open_.contents->avatar != earlier.avatar) request_picture();
   // A new clip is looked at before anything is built from it.
-  if (!contents_->capture && contents_->clip && contents_->project.consent != Consent::not_asked && !check_)
+  if (!open_.contents->capture && open_.contents->clip &&
+      open_.contents->project.consent != Consent::not_asked && !check_)
     start_check();
   // Pictures of the steps, as soon as there are any.
   const auto middle = [](const FramePicture& picture, const auto& frames) {
     return picture.frame >= 0 ? picture.frame : frames[frames.size() / 2].frame;
   };
-  if (contents_->capture && contents_->capture != earlier.capture && !contents_->capture->frames.empty())
-    show_frame(&Studio::check_picture_, middle(check_picture_, contents_->capture->frames), false);
-  if (contents_->track && contents_->track != earlier.track && !contents_->track->frames.empty())
-    show_frame(&Studio::face_picture_, middle(face_picture_, contents_->track->frames), true);
+  if (open_.contents->capture && open_.contents->capture != earlier.capture &&
+      !open_.contents->capture->frames.empty())
+    show_frame(&Studio::check_picture_, middle(check_picture_, open_.contents->capture->frames), false);
+  if (open_.contents->track && open_.contents->track != earlier.track &&
+      !open_.contents->track->frames.empty())
+    show_frame(&Studio::face_picture_, middle(face_picture_, open_.contents->track->frames), true);
 }
 
 void Studio::close_project() {
@@ -233,22 +237,22 @@ void Studio::close_project() {
   lay_takes();
   save_performance(true);
   directing_.open({});
-  retire(drive_.stop());
-  retire(std::move(pipeline_job_));
-  retire(exports_.clear());
+  background_.retire(drive_.stop());
+  background_.retire(std::move(pipeline_job_));
+  background_.retire(exports_.clear());
   forget_study();
   drop_check();
-  pipeline_ = {};
+  open_.pipeline = {};
   solving_.reset();
   seen_states_ = {};
   seen_pipeline_ = JobState::none;
   finish_at_s_.reset();
   refit_.reset();
-  contents_.reset();
+  open_.contents.reset();
   overlay_.reset();
-  folder_.clear();
+  open_.folder.clear();
   loading_ = false;
-  shown_ = Step::film;
+  shown_.step = Step::film;
   comparing_ = false;
   for (FramePicture* picture : {&clip_picture_, &check_picture_, &face_picture_, &compare_picture_})
     *picture = {};
@@ -257,41 +261,41 @@ void Studio::close_project() {
 
 // With the records of the run that may be newer than the last reading of the folder.
 Project Studio::latest_project() const {
-  Project project = contents_->project;
+  Project project = open_.contents->project;
   if (pipeline_job_) project.stages = pipeline_job_->status().records;
   return project;
 }
 
 // The list of clips, changed on the disk and read back. Until then no choice is written over it.
 void Studio::change_clips(const std::function<Result<std::string>(Project&)>& change) {
-  if (!contents_ || changing_clips_ || is_working()) return;
+  if (!open_.contents || changing_clips_ || is_working()) return;
   changing_clips_ = loading_ = true;
   background_.run(
       "clips", [this, change, project = latest_project()](std::stop_token) mutable -> Background::Delivery {
         const auto changed = change(project);
         return [this, folder = project.folder, changed] {
           changing_clips_ = loading_ = false;
-          if (folder != folder_) return;
-          if (!changed) return fail(changed.error());
-          message_ = *changed;
-          pipeline_ = {};
+          if (folder != open_.folder) return;
+          if (!changed) return notices_.fail(changed.error());
+          notices_.message = *changed;
+          open_.pipeline = {};
           load(folder);
         };
       });
 }
 
 bool Studio::edit_options(const std::function<void(ProjectOptions&)>& change) {
-  if (!contents_ || changing_clips_ || ui::is_working(pipeline_.job)) return false;
+  if (!open_.contents || changing_clips_ || open_.is_running()) return false;
   // What a command line did to the project meanwhile stays.
-  auto changed = change_project(folder_, [&](Project& project) { change(project.options); });
+  auto changed = change_project(open_.folder, [&](Project& project) { change(project.options); });
   if (!changed) {
-    fail(changed.error());
+    notices_.fail(changed.error());
     return false;
   }
-  auto contents = std::make_shared<ProjectContents>(*contents_);
+  auto contents = std::make_shared<ProjectContents>(*open_.contents);
   contents->project = std::move(*changed);
-  contents_ = std::move(contents);
-  load(folder_);
+  open_.contents = std::move(contents);
+  load(open_.folder);
   return true;
 }
 

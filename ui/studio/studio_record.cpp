@@ -28,7 +28,7 @@ void Studio::start_recorder() {
 
 void Studio::leave_recorder() {
   if (!recorder_ || records()) return;
-  retire(std::move(recorder_));
+  background_.retire(std::move(recorder_));
 }
 
 // Opens the clip that was recorded, once it is there.
@@ -36,13 +36,14 @@ void Studio::take_recording() {
   if (!recorder_) return;
   const RecorderStatus status = recorder_->status();
   if (status.state != RecorderState::kept) return;
-  retire(std::move(recorder_));
+  background_.retire(std::move(recorder_));
   if (const auto& fault = status.recording->broken_off)
-    fail({fault->code,
-          fmt::format("The recording broke off after {:.0f} s. {}", status.recording->seconds, fault->what),
-          "What was recorded until then is kept. " + fault->fix, fault->where});
+    notices_.fail(
+        {fault->code,
+         fmt::format("The recording broke off after {:.0f} s. {}", status.recording->seconds, fault->what),
+         "What was recorded until then is kept. " + fault->fix, fault->where});
   if (!open_recorded_) {
-    message_ = "Recorded: " + status.clip.string();
+    notices_.message = "Recorded: " + status.clip.string();
     return;
   }
   open_clip(status.clip, Consent::not_asked, options_.project);

@@ -27,26 +27,26 @@ void choose_budget(ProjectOptions& options, double budget_s) {
 }  // namespace
 
 WindowRequest Studio::apply(const Requests& requests) {
-  if (requests.dismiss_error) error_.reset(), damaged_.reset();
-  if (requests.dismiss_message) message_.clear();
+  if (requests.dismiss_error) notices_.error.reset(), damaged_.reset();
+  if (requests.dismiss_message) notices_.message.clear();
   if (requests.open) open(*requests.open);
   if (requests.webcam && recorder_) recorder_->choose(*requests.webcam);
   if (requests.forget_recent) std::erase(settings_.recent, *requests.forget_recent);
   if (requests.show) {
-    shown_ = *requests.show;
+    shown_.step = *requests.show;
     study_open_ = false;
-    follow_ = pipeline_.stage.has_value() && shown_ == Step::train;
+    shown_.follow = open_.pipeline.stage.has_value() && shown_.step == Step::train;
   }
-  if (requests.consent && contents_) {
+  if (requests.consent && open_.contents) {
     // The folder's own file is written at once, and read back.
     const auto answered =
-        change_project(folder_, [&](Project& project) { project.consent = *requests.consent; });
-    if (!answered) fail(answered.error());
-    load(folder_);
+        change_project(open_.folder, [&](Project& project) { project.consent = *requests.consent; });
+    if (!answered) notices_.fail(answered.error());
+    load(open_.folder);
   }
-  if (requests.nobody_agreed && contents_) {
+  if (requests.nobody_agreed && open_.contents) {
     // A project that holds nothing but the question goes; the clip itself stays where it is.
-    const fs::path folder = folder_;
+    const fs::path folder = open_.folder;
     close_project();
     std::error_code ignored;
     bool only_the_question = true;
@@ -57,7 +57,7 @@ WindowRequest Studio::apply(const Requests& requests) {
       for (const char* name : {"project.json", ".lock"}) fs::remove(folder / name, ignored);
       fs::remove(folder, ignored);
     }
-    message_ = "Without the person's agreement no avatar is made.";
+    notices_.message = "Without the person's agreement no avatar is made.";
   }
   if (requests.relink) relink(*requests.relink, false);
   if (requests.add_clip)
@@ -72,9 +72,9 @@ WindowRequest Studio::apply(const Requests& requests) {
       return fmt::format("Clip {} is taken out; the file stays where it is.", number);
     });
   if (requests.delete_person) delete_person(*requests.delete_person);
-  if (requests.left_out && contents_ && contents_->capture) {
-    if (const auto fine = check_left_out(*contents_->capture, *requests.left_out); !fine) {
-      fail(fine.error());
+  if (requests.left_out && open_.contents && open_.contents->capture) {
+    if (const auto fine = check_left_out(*open_.contents->capture, *requests.left_out); !fine) {
+      notices_.fail(fine.error());
     } else {
       edit_options([&](ProjectOptions& o) {
         o.left_out = *requests.left_out;
@@ -108,8 +108,8 @@ WindowRequest Studio::apply(const Requests& requests) {
     if (is_enabled(Command::export_still, snapshot().situation)) {
       exports_.retry(*requests.retry_export);
     } else {
-      fail({ErrorCode::failed, "Nothing is exported while the avatar is being made.",
-            "Pause or stop that first, or wait for its end.", ""});
+      notices_.fail({ErrorCode::failed, "Nothing is exported while the avatar is being made.",
+                     "Pause or stop that first, or wait for its end.", ""});
     }
   }
   if (requests.forget_export) exports_.forget(*requests.forget_export);
@@ -135,8 +135,8 @@ WindowRequest Studio::apply(const Requests& requests) {
 WindowRequest Studio::carry_out(Command command) {
   const auto show = [&](int by) {
     study_open_ = false;
-    shown_ = kSteps[std::size_t(std::clamp(int(shown_) + by, 0, int(kSteps.size()) - 1))];
-    follow_ = false;
+    shown_.step = kSteps[std::size_t(std::clamp(int(shown_.step) + by, 0, int(kSteps.size()) - 1))];
+    shown_.follow = false;
   };
   const auto rescale = [&](int by) {
     settings_.scale_percent = std::clamp(settings_.scale_percent + by, kLeastScale, kMostScale);
@@ -198,7 +198,7 @@ WindowRequest Studio::carry_out(Command command) {
       show_study();
       break;
     case Command::make_avatar:
-      follow_ = true;
+      shown_.follow = true;
       start_pipeline(restore_budget);  // what is not finished starts anew
       break;
     case Command::check_clip:
@@ -218,14 +218,15 @@ WindowRequest Studio::carry_out(Command command) {
       if (pipeline_job_) pipeline_job_->stop();
       break;
     case Command::finish_now:
-      finish_at_s_ = pipeline_.training.back().seconds;
+      finish_at_s_ = open_.pipeline.training.back().seconds;
       pipeline_job_->stop();
       break;
     case Command::train_longer: {
-      follow_ = true;
-      shown_ = Step::train;
+      shown_.follow = true;
+      shown_.step = Step::train;
       start_pipeline([&](ProjectOptions& o) {
-        const double spent = contents_->avatar ? contents_->avatar->avatar.train_seconds : o.budget_s;
+        const double spent =
+            open_.contents->avatar ? open_.contents->avatar->avatar.train_seconds : o.budget_s;
         choose_budget(o, std::max(1.0, std::round(spent)) + options_.longer_s);
       });
       break;
@@ -271,8 +272,8 @@ WindowRequest Studio::carry_out(Command command) {
       return direct(command);
     case Command::compare:
       comparing_ = !comparing_;
-      if (comparing_ && compare_picture_.frame < 0 && contents_)
-        if (const auto frames = shown_frames(*contents_, false); !frames.empty())
+      if (comparing_ && compare_picture_.frame < 0 && open_.contents)
+        if (const auto frames = shown_frames(*open_.contents, false); !frames.empty())
           show_frame(&Studio::compare_picture_, frames[frames.size() / 2], false);
       request_picture();
       break;
@@ -301,7 +302,8 @@ WindowRequest Studio::carry_out(Command command) {
       exports_.stop_all();
       break;
     case Command::show_exports:
-      if (const auto shown = show_folder(contents_->project.folder / "exports"); !shown) fail(shown.error());
+      if (const auto shown = show_folder(open_.contents->project.folder / "exports"); !shown)
+        notices_.fail(shown.error());
       break;
     case Command::toggle_theme:
       settings_.dark = !settings_.dark;
@@ -320,11 +322,12 @@ WindowRequest Studio::carry_out(Command command) {
 }
 
 void Studio::save_diagnostics() {
-  const fs::path out = (folder_.empty() ? options_.projects : folder_) / "diagnostics.txt";
-  if (const auto written = write_text(out, diagnostics_text(error_, contents_.get())); !written) {
-    fail(written.error());
+  const fs::path out = (open_.folder.empty() ? options_.projects : open_.folder) / "diagnostics.txt";
+  if (const auto written = write_text(out, diagnostics_text(notices_.error, open_.contents.get()));
+      !written) {
+    notices_.fail(written.error());
   } else {
-    message_ = "Written: " + out.string() + ". It holds no picture.";
+    notices_.message = "Written: " + out.string() + ". It holds no picture.";
   }
 }
 

@@ -13,10 +13,10 @@ namespace fs = std::filesystem;
 
 Snapshot Studio::snapshot() const {
   Snapshot s;
-  s.loading = loading_ && !contents_;
-  s.contents = contents_;
+  s.loading = loading_ && !open_.contents;
+  s.contents = open_.contents;
   s.damaged = damaged_;
-  s.pipeline = pipeline_;
+  s.pipeline = open_.pipeline;
   if (demo_) s.demo = demo_->status();
   s.exporting = exports_.status();
   s.exports = exports_.items();
@@ -24,21 +24,21 @@ Snapshot Studio::snapshot() const {
   s.solving = solving_;
   s.verdict = verdict_;
   s.exported = exports_.last_written();
-  s.steps = view_steps(contents_.get(), s.loading, s.pipeline, s.exporting, s.exported);
+  s.steps = view_steps(open_.contents.get(), s.loading, s.pipeline, s.exporting, s.exported);
   add_verdict(s.checking, s.verdict.get(), s.steps[std::size_t(Step::check)]);
-  if (!pipeline_.curve.training.empty()) {
-    s.curve = pipeline_.curve;
-  } else if (contents_ && contents_->curve) {
-    s.curve = *contents_->curve;
+  if (!open_.pipeline.curve.training.empty()) {
+    s.curve = open_.pipeline.curve;
+  } else if (open_.contents && open_.contents->curve) {
+    s.curve = *open_.contents->curve;
   }
   s.study = study_view();
   s.deleting = deleting_;
-  s.shown = shown_;
+  s.shown = shown_.step;
   s.export_choice = export_choice_;
   s.settings = settings_;
   s.directing = directing_.view();
-  if (contents_ && contents_->avatar) {
-    const ProjectAvatar& avatar = *contents_->avatar;
+  if (open_.contents && open_.contents->avatar) {
+    const ProjectAvatar& avatar = *open_.contents->avatar;
     const Performance& performance = *s.directing.performance;
     s.directing.view = direct_moment(avatar.directed, performance, s.directing.playhead_s).view;
     s.directing.beyond =
@@ -59,27 +59,26 @@ Snapshot Studio::snapshot() const {
   s.system.memory = memory_in_use();
   s.system.available = available_memory().value_or(0);
   if (renderer_.on_device()) s.system.backend = "GPU";
-  s.error = error_;
-  s.message = message_;
+  s.error = notices_.error;
+  s.message = notices_.message;
 
   Situation& now = s.situation;
-  now.project = contents_ != nullptr;
-  now.clip_there = contents_ && (contents_->clip || contents_->capture);
-  now.clip_missing = contents_ && !contents_->clip;
-  now.damaged = !contents_ && damaged_;
+  now.project = open_.contents != nullptr;
+  now.clip_there = open_.contents && (open_.contents->clip || open_.contents->capture);
+  now.clip_missing = open_.contents && !open_.contents->clip;
+  now.damaged = !open_.contents && damaged_;
   now.repairable = now.damaged && !damaged_->newer;
-  now.running = ui::is_working(pipeline_.job) || ui::is_working(s.demo);
-  now.paused =
-      (ui::is_working(pipeline_.job) && pipeline_.job.paused) || (ui::is_working(s.demo) && s.demo.paused);
+  now.running = open_.is_running() || ui::is_working(s.demo);
+  now.paused = (open_.is_running() && open_.pipeline.job.paused) || (ui::is_working(s.demo) && s.demo.paused);
   now.training =
-      ui::is_working(pipeline_.job) && pipeline_.stage == Stage::train && !pipeline_.training.empty();
-  now.finished = contents_ && std::ranges::all_of(contents_->current, std::identity{}) &&
-                 std::ranges::none_of(contents_->stale, std::identity{});
-  now.avatar = contents_ && contents_->avatar;
+      open_.is_running() && open_.pipeline.stage == Stage::train && !open_.pipeline.training.empty();
+  now.finished = open_.contents && std::ranges::all_of(open_.contents->current, std::identity{}) &&
+                 std::ranges::none_of(open_.contents->stale, std::identity{});
+  now.avatar = open_.contents && open_.contents->avatar;
   now.exporting = exports_.is_working();
   now.checking = ui::is_working(s.checking);
-  now.can_check = contents_ && contents_->clip;
-  now.directing = shown_ == Step::direct;
+  now.can_check = open_.contents && open_.contents->clip;
+  now.directing = shown_.step == Step::direct;
   now.masking = masking();
   now.can_undo = now.masking ? s.masks.can_undo : !s.directing.undo_name.empty();
   now.can_redo = now.masking ? s.masks.can_redo : !s.directing.redo_name.empty();
@@ -88,9 +87,9 @@ Snapshot Studio::snapshot() const {
   now.keys_copied = s.directing.keys_copied;
   now.pose_copied = s.directing.pose_copied;
   now.driven = s.live.on;
-  now.consent = contents_ && contents_->project.consent != Consent::not_asked;
+  now.consent = open_.contents && open_.contents->project.consent != Consent::not_asked;
   now.studying = studies();
-  now.can_study = contents_ && s.study.missing.empty() && !s.study.choice.tables.empty();
+  now.can_study = open_.contents && s.study.missing.empty() && !s.study.choice.tables.empty();
   now.studied = studied_ != nullptr;
   if (recorder_) {
     s.recorder = recorder_->status();

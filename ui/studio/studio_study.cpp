@@ -42,10 +42,10 @@ ModelStudyOptions Studio::study_options() const {
 bool Studio::studies() const { return study_ && ui::is_working(study_->status()); }
 
 void Studio::open_study(bool open) {
-  study_open_ = open && contents_;
+  study_open_ = open && open_.contents;
   if (!study_open_) return;
-  shown_ = Step::train;
-  follow_ = false;
+  shown_.step = Step::train;
+  shown_.follow = false;
   forecast_the_study();
   read_study();
 }
@@ -55,19 +55,19 @@ void Studio::forecast_the_study() {
   if (study_choice_.tables.empty()) return;
   background_.run(
       "study forecast",
-      [this, folder = folder_, options = study_options()](std::stop_token) -> Background::Delivery {
+      [this, folder = open_.folder, options = study_options()](std::stop_token) -> Background::Delivery {
         const StudyForecast forecast =
             forecast_study(comparison_folder({.folder = folder}), options, current_thread_limit());
         return
             [this, folder, forecast, choice = StudyChoice{options.tables, options.seconds, options.seeds}] {
-              if (folder == folder_ && choice == study_choice_) study_forecast_ = forecast;
+              if (folder == open_.folder && choice == study_choice_) study_forecast_ = forecast;
             };
       });
 }
 
 // What was finished, now or on another day.
 void Studio::read_study() {
-  background_.run("study results", [this, folder = folder_](std::stop_token) -> Background::Delivery {
+  background_.run("study results", [this, folder = open_.folder](std::stop_token) -> Background::Delivery {
     auto summary = read_study_summary(comparison_folder({.folder = folder}));
     std::shared_ptr<FinishedStudy> finished;
     std::optional<Error> failed;
@@ -81,13 +81,13 @@ void Studio::read_study() {
       failed = summary.error();
     }
     return [this, folder, finished, failed] {
-      if (folder == folder_) studied_ = finished, study_unreadable_ = failed;
+      if (folder == open_.folder) studied_ = finished, study_unreadable_ = failed;
     };
   });
 }
 
 void Studio::start_study() {
-  retire(std::move(study_));
+  background_.retire(std::move(study_));
   seen_study_ = JobState::running;
   save_strokes();
   study_ = std::make_unique<Job>(
@@ -112,13 +112,14 @@ void Studio::take_study() {
   forecast_the_study();  // of what is left
   if (now == JobState::done) {
     read_study();
-    if (!study_open_) message_ = study_->status().outcome;
+    if (!study_open_) notices_.message = study_->status().outcome;
   }
-  if (now == JobState::failed && !study_open_ && study_->status().error) fail(*study_->status().error);
+  if (now == JobState::failed && !study_open_ && study_->status().error)
+    notices_.fail(*study_->status().error);
 }
 
 void Studio::forget_study() {
-  retire(std::move(study_));
+  background_.retire(std::move(study_));
   study_open_ = false;
   studied_.reset();
   study_forecast_.reset();
@@ -126,7 +127,8 @@ void Studio::forget_study() {
 }
 
 void Studio::show_study() {
-  if (const auto shown = show_folder(comparison_folder(contents_->project)); !shown) fail(shown.error());
+  if (const auto shown = show_folder(comparison_folder(open_.contents->project)); !shown)
+    notices_.fail(shown.error());
 }
 
 StudyView Studio::study_view() const {
@@ -135,7 +137,7 @@ StudyView Studio::study_view() const {
   view.choice = study_choice_;
   view.forecast = study_forecast_;
   if (study_) view.job = study_->status();
-  if (contents_) view.missing = missing_words(*contents_);
+  if (open_.contents) view.missing = missing_words(*open_.contents);
   view.finished = studied_;
   view.unreadable = study_unreadable_;
   return view;

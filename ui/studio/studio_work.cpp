@@ -25,27 +25,27 @@ fs::path export_path(const fs::path& folder, const ExportChoice& choice, const E
 }  // namespace
 
 void Studio::start_pipeline(const std::function<void(ProjectOptions&)>& change, Stage last) {
-  if (!contents_) return;
+  if (!open_.contents) return;
   save_strokes();  // that could not be written when they were painted, and those just painted
   if (!edit_options(change)) return;
-  const Project& project = contents_->project;
-  pipeline_ = {};
+  const Project& project = open_.contents->project;
+  open_.pipeline = {};
   study_open_ = false;
   refit_.reset();
   seen_pipeline_ = JobState::none;
   seen_states_ = {};
   for (const Stage stage : kStages) seen_states_[std::size_t(stage)] = project.record(stage).state;
-  retire(std::move(pipeline_job_));
+  background_.retire(std::move(pipeline_job_));
   pipeline_job_ = std::make_unique<PipelineJob>(project, last, options_.previews, wake_,
                                                 background_.after_waiting(), options_.compute);
-  pipeline_ = pipeline_job_->status();
+  open_.pipeline = pipeline_job_->status();
 }
 
 void Studio::refit(const RefitSpan& span, bool again) {
-  if (!contents_ || ui::is_working(pipeline_.job)) return;
+  if (!open_.contents || open_.is_running()) return;
   if (studies()) {
-    fail({ErrorCode::failed, "Nothing is fitted again while other methods are compared.",
-          "Stop the comparison first, or wait for its end.", ""});
+    notices_.fail({ErrorCode::failed, "Nothing is fitted again while other methods are compared.",
+                   "Stop the comparison first, or wait for its end.", ""});
     return;
   }
   const auto with_span = [&](ProjectOptions& options) {
@@ -58,45 +58,46 @@ void Studio::refit(const RefitSpan& span, bool again) {
       });
     }
   };
-  ProjectOptions known = contents_->project.options;
+  ProjectOptions known = open_.contents->project.options;
   with_span(known);
   if (const auto fine = again ? check_project_refits(latest_project(), known.refits) : Result<void>();
       !fine) {
-    fail(fine.error());
+    notices_.fail(fine.error());
     return;
   }
-  follow_ = false;  // the Face step stays in sight
+  shown_.follow = false;  // the Face step stays in sight
   start_pipeline(with_span, Stage::fit);
   refit_ = span;
 }
 
 // What became of the span that was asked for.
 void Studio::tell_refit() {
-  if (!refit_ || !contents_) return;
+  if (!refit_ || !open_.contents) return;
   const RefitSpan span = *refit_;
   refit_.reset();
-  if (pipeline_.job.state != JobState::done) return;
-  const auto refits = read_refits(contents_->project);
+  if (open_.pipeline.job.state != JobState::done) return;
+  const auto refits = read_refits(open_.contents->project);
   const RefitOutcome* own = refits ? find_refit(refits->outcomes, span.first) : nullptr;
   if (!own) {
-    message_ = "These frames are again as they were first fitted.";
+    notices_.message = "These frames are again as they were first fitted.";
   } else {
-    message_ = refit_words(*own);
-    if (own->better > 0) message_.append(" Make the avatar again to use it.");
+    notices_.message = refit_words(*own);
+    if (own->better > 0) notices_.message.append(" Make the avatar again to use it.");
   }
 }
 
 // Looks again and again how far the cameras' solve has come.
 void Studio::watch_solve() {
   constexpr auto kPause = std::chrono::seconds(1);
-  if (pipeline_.stage != Stage::align) return solving_.reset();
+  if (open_.pipeline.stage != Stage::align) return solving_.reset();
   const auto now = std::chrono::steady_clock::now();
   if (now - solve_watched_ < kPause) return;
   solve_watched_ = now;
-  background_.run("solve", [this, folder = folder_](std::stop_token) -> Background::Delivery {
+  background_.run("solve", [this, folder = open_.folder](std::stop_token) -> Background::Delivery {
     auto solving = read_solving_cameras(folder / "colmap");
     return [this, folder, solving = std::move(solving)]() mutable {
-      if (solving && folder == folder_ && pipeline_.stage == Stage::align) solving_ = std::move(solving);
+      if (solving && folder == open_.folder && open_.pipeline.stage == Stage::align)
+        solving_ = std::move(solving);
     };
   });
 }
@@ -121,15 +122,15 @@ void Studio::start_demo() {
 void Studio::drop_check() {
   checked_.reset();
   verdict_.reset();
-  retire(std::move(check_));
+  background_.retire(std::move(check_));
 }
 
 void Studio::start_check() {
   drop_check();
   checked_ = std::make_shared<CaptureVerdict>();
   check_ = std::make_unique<Job>(
-      [options = contents_->project.options, into = checked_](const Progress& progress,
-                                                              std::stop_token stop) -> Result<std::string> {
+      [options = open_.contents->project.options, into = checked_](
+          const Progress& progress, std::stop_token stop) -> Result<std::string> {
         const auto measures =
             measure_clip(options.video, options.landmark_model, progress.stage(0, 1, "check"), stop);
         if (!measures) return measures.error();
@@ -140,21 +141,21 @@ void Studio::start_check() {
 }
 
 void Studio::start_export(ExportKind kind) {
-  if (!contents_ || !contents_->avatar) return;
+  if (!open_.contents || !open_.contents->avatar) return;
   export_choice_.kind = kind;
-  const ProjectAvatar& avatar = *contents_->avatar;
+  const ProjectAvatar& avatar = *open_.contents->avatar;
   const double time_s = directing_.playhead_s();
   const ViewPoint view = direct_moment(avatar.directed, *directing_.performance(), time_s).view;
   const ExportChoice choice = settled(export_choice_, view, avatar.avatar);
   ExportOrder order{choice,
-                    contents_,
+                    open_.contents,
                     directing_.performance(),
                     time_s,
-                    export_path(folder_, choice, exports_),
+                    export_path(open_.folder, choice, exports_),
                     options_.compute.open,
                     drive_.gains()};
   if (const auto fine = check_order(order); !fine) {
-    fail(fine.error());
+    notices_.fail(fine.error());
     return;
   }
   const fs::path out = order.out;

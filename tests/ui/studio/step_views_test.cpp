@@ -1,5 +1,5 @@
 // Claims about the guided path: what each step says in each situation.
-#include "ui/studio/snapshot.h"
+#include "ui/studio/step_views.h"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
-// From stages to the steps of the guided path: see snapshot.h.
-#include "ui/studio/snapshot.h"
+// From stages to the steps of the guided path: see step_views.h.
+#include "ui/studio/step_views.h"
 
 #include <fmt/format.h>
 #include <algorithm>
@@ -7,11 +7,6 @@
 namespace likeness::ui {
 
 namespace {
-
-struct Words {
-  Stage stage;
-  const char* next;  // while it is to do
-};
 
 std::vector<Stage> stages_of(Step step) {
   switch (step) {
