@@ -12,18 +12,18 @@ namespace likeness::ui {
 namespace {
 
 void draw_consent(const Snapshot& snapshot, Requests& requests) {
-  const Consent answer = snapshot.contents->project.consent;
+  const Consent answer = snapshot.project.contents->project.consent;
   if (answer == Consent::not_asked) {
     heading("Did the filmed person agree?");
     faint_text(
         "An avatar can be made to say and do what the person never did. Make one only of yourself, or of "
-        "somebody who knows what it is for and agreed. The answer is kept in the project.");
+        "someone who knows what it is for and has agreed. The answer is kept in the project.");
     ImGui::Dummy({0, px(2)});
-    if (primary_button("It is me")) requests.consent = Consent::own;
+    if (primary_button("It is me")) requests.project.consent = Consent::own;
     ImGui::SameLine();
-    if (primary_button("They agreed")) requests.consent = Consent::given;
+    if (primary_button("They agreed")) requests.project.consent = Consent::given;
     ImGui::SameLine();
-    if (plain_button("No")) requests.nobody_agreed = true;
+    if (plain_button("No")) requests.project.nobody_agreed = true;
     return;
   }
   constexpr const char* kWords[] = {"", "The person in the clip is the one who makes the avatar.",
@@ -33,11 +33,12 @@ void draw_consent(const Snapshot& snapshot, Requests& requests) {
 }
 
 void draw_choices(const Snapshot& snapshot, Requests& requests) {
-  const ProjectOptions& options = snapshot.contents->project.options;
+  const ProjectOptions& options = snapshot.project.contents->project.options;
   ImGui::BeginDisabled(snapshot.situation.running);
   choice_label("Pictures", px(94));
   for (const int size : {256, 512, 1024}) {
-    if (choice(fmt::format("{} px", size).c_str(), options.size == size)) requests.picture_size = size;
+    if (choice(fmt::format("{} px", size).c_str(), options.size == size))
+      requests.project.picture_size = size;
     ImGui::SameLine();
   }
   ImGui::NewLine();
@@ -46,7 +47,7 @@ void draw_choices(const Snapshot& snapshot, Requests& requests) {
   const double chosen_s = options.full_budget_s > 0 ? options.full_budget_s : options.budget_s;
   for (const int minutes : {2, 5, 15, 60}) {
     if (choice(fmt::format("{} min", minutes).c_str(), options.steps == 0 && chosen_s == 60 * minutes))
-      requests.budget_s = 60 * minutes;
+      requests.project.budget_s = 60 * minutes;
     ImGui::SameLine();
   }
   ImGui::NewLine();
@@ -56,13 +57,13 @@ void draw_choices(const Snapshot& snapshot, Requests& requests) {
 
 // What making the avatar will take, before it starts.
 void draw_plan(const Snapshot& snapshot, Requests& requests) {
-  const Plan& plan = snapshot.contents->plan;
+  const Plan& plan = snapshot.project.contents->plan;
   if (!plan.forecast || plan.seconds == 0) return;
   const BuildForecast& forecast = *plan.forecast;
   std::string words = fmt::format("Takes about {:.0f} min, {:.1f} GB of the disk and {:.1f} GB of memory.",
                                   std::max(1.0, std::ceil(plan.seconds / 60)), double(forecast.disk) / 1e9,
                                   double(forecast.memory) / 1e9);
-  if (!snapshot.contents->is_current(Stage::align))
+  if (!snapshot.project.contents->is_current(Stage::align))
     words += fmt::format(" If the camera moves, {:.0f} min more.",
                          std::max(1.0, std::ceil(forecast.seconds_if_moving / 60)));
   faint_text(words);
@@ -70,11 +71,11 @@ void draw_plan(const Snapshot& snapshot, Requests& requests) {
   note("too much", Tone::warn, plan.too_much->what, plan.too_much->fix);
   if (!plan.smaller_size) return;
   if (primary_button(fmt::format("Make pictures of {} px instead", *plan.smaller_size).c_str()))
-    requests.picture_size = plan.smaller_size;
+    requests.project.picture_size = plan.smaller_size;
 }
 
 void draw_facts(const Snapshot& snapshot) {
-  const ProjectContents& contents = *snapshot.contents;
+  const ProjectContents& contents = *snapshot.project.contents;
   ImGui::PushFont(theme().fonts.strong);
   clipped_text(contents.project.options.video.filename().string(), ImGui::GetContentRegionAvail().x);
   ImGui::PopFont();
@@ -87,7 +88,7 @@ void draw_facts(const Snapshot& snapshot) {
 
 // Further clips of the person, each with what was found in it.
 void draw_further_clips(const Snapshot& snapshot, Requests& requests) {
-  const ProjectContents& contents = *snapshot.contents;
+  const ProjectContents& contents = *snapshot.project.contents;
   if (!contents.capture && contents.further.empty()) return;  // one clip is enough for a start
   heading("More clips of this person");
   for (const FurtherClip& further : contents.further) {
@@ -98,18 +99,19 @@ void draw_further_clips(const Snapshot& snapshot, Requests& requests) {
     ImGui::SameLine();
     ImGui::SetCursorPosX(left + room - button);
     if (plain_button("Take out", is_enabled(Command::close_project, snapshot.situation), button))
-      requests.remove_clip = further.number;
+      requests.project.remove_clip = further.number;
     if (further.state == StageState::failed) {
       note("failed", Tone::bad, further.words);
     } else {
-      faint_text(further.state == StageState::done ? further.words : "Is read by the next run.");
+      faint_text(further.state == StageState::done ? further.words : "Will be read in the next run.");
     }
     ImGui::PopID();
   }
   if (contents.further.empty())
     faint_text(
-        "What this clip never shows - a side, a smile - another one can show, of another day and place, best "
-        "in a like light. What it shows of the head is learnt; clothes, light and background stay this "
+        "What this clip never shows - a side, a smile - another one can, filmed on another day or elsewhere, "
+        "best "
+        "in similar light. What it shows of the head is learnt; clothes, light and background stay this "
         "clip's.");
   if (command_button(Command::add_clip, snapshot.situation)) requests.ask(Command::add_clip);
 }
@@ -118,21 +120,22 @@ void draw_further_clips(const Snapshot& snapshot, Requests& requests) {
 
 void draw_film_step(const Snapshot& snapshot, Views& views, Requests& requests) {
   const StepView& view = snapshot.step(Step::film);
-  if (!snapshot.contents) {
+  if (!snapshot.project.contents) {
     draw_nothing_yet("Reading the project\u2026");
     return;
   }
   if (view.error) note("error", Tone::bad, view.error->what, view.error->fix);
   const ImVec2 area = ImGui::GetContentRegionAvail();
   const float left = std::max(px(220), std::min(area.x * 0.46f, area.y - px(10)));
-  views.clip.follow(snapshot.clip_picture);
+  views.clip.follow(snapshot.project.clip_picture);
   begin_card("clip", {left, area.y});
   const ImVec2 room = ImGui::GetContentRegionAvail();
   if (!views.clip.texture.empty()) {
     draw_picture("clip picture", views.clip.texture, room);
   } else {
-    draw_nothing_yet(snapshot.clip_picture.missing.empty() ? "Reading the clip\u2026"
-                                                           : snapshot.clip_picture.missing.c_str());
+    draw_nothing_yet(snapshot.project.clip_picture.missing.empty()
+                         ? "Reading the clip\u2026"
+                         : snapshot.project.clip_picture.missing.c_str());
   }
   end_card();
   ImGui::SameLine(0, px(16));
@@ -143,7 +146,7 @@ void draw_film_step(const Snapshot& snapshot, Views& views, Requests& requests) 
     requests.ask(Command::find_clip);
   ImGui::Dummy({0, px(6)});
   draw_consent(snapshot, requests);
-  if (snapshot.contents->project.consent != Consent::not_asked) {
+  if (snapshot.project.contents->project.consent != Consent::not_asked) {
     ImGui::Dummy({0, px(8)});
     const Situation& now = snapshot.situation;
     if (now.running) {

@@ -59,7 +59,7 @@ class AvatarRenderer {
   std::shared_ptr<const AvatarPicture> latest() const;
   bool busy() const;
   bool on_device() const;                  // the last picture was a device's
-  std::optional<std::string> take_note();  // told once: why the processor goes on
+  std::optional<std::string> take_note();  // once: why the processor goes on
 
  private:
   void loop(std::stop_token stop);

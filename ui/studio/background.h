@@ -20,8 +20,8 @@ class Background {
   using Delivery = std::function<void()>;
   using Work = std::function<Delivery(std::stop_token)>;
 
-  // wake: called from the thread when something can be delivered. broke: told on the window's thread of work
-  // that ended in an exception, with its words.
+  // wake: called from the thread when something can be delivered. broke: called on the window's thread when
+  // work ended in an exception, with its words.
   Background(std::function<void(const std::string&)> broke, std::function<void()> wake);
 
   // key: earlier work of the same key that has not begun is dropped; empty: keep all.

@@ -1,5 +1,5 @@
-// Every action of the studio, once: its words, its keys and when it can be done. Menus, keys, buttons and the
-// list under F1 are made from this table.
+// Every action of the studio, once: its words, its keys, when it can be done and what does it. Menus, keys,
+// buttons and the list under F1 are made from this table.
 #pragma once
 
 #include <span>
@@ -118,7 +118,7 @@ struct Situation {
   bool recorder = false, camera_ready = false, recording = false, can_stop_recording = false;
 };
 
-// Told to the window after the requests were carried out.
+// What the window is to do once the requests were carried out.
 enum class WindowRequest {
   none,
   quit,
@@ -135,13 +135,16 @@ enum class WindowRequest {
   delete_person
 };
 
+struct Sessions;  // sessions.h
+
 struct CommandInfo {
   Command command;
   Menu menu;
   std::string_view words;     // in menus and on buttons
   std::string_view shortcut;  // "Ctrl+O", "F1", "Space"; empty: none
   bool (*enabled)(const Situation&);
-  bool begins_group = false;  // in its menu: a line stands above it
+  WindowRequest (*carry_out)(const Sessions&);  // only where it is enabled
+  bool begins_group = false;                    // in its menu: a line stands above it
 };
 
 std::span<const CommandInfo> command_table();

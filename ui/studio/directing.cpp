@@ -27,7 +27,7 @@ void Directing::select(std::vector<KeyPlace> keys) {
   selected_ = std::make_shared<const std::vector<KeyPlace>>(std::move(keys));
 }
 
-void Directing::apply(const DirectRequests& requests) {
+void Directing::apply(const DirectingRequests& requests) {
   if (requests.linked) linked_ = *requests.linked;
   if (requests.record_keys) record_keys_ = *requests.record_keys;
   if (requests.looping) looping_ = *requests.looping;
@@ -46,7 +46,7 @@ void Directing::apply(const DirectRequests& requests) {
 
 void Directing::edit(Performance performance, std::string what) {
   ++gesture_;
-  DirectRequests requests;
+  DirectingRequests requests;
   requests.edit(std::move(performance), std::move(what));
   requests.finished = true;
   apply(requests);

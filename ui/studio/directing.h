@@ -32,7 +32,7 @@ struct DirectingView {
 };
 
 // What the panels ask for.
-struct DirectRequests {
+struct DirectingRequests {
   std::optional<Performance> performance;  // as edited
   std::string what;                        // names the step
   bool finished = false;                   // the slider or key was let go: the step ends
@@ -54,13 +54,13 @@ class Directing {
 
   // Another project's, or none; nothing can be undone.
   void open(Performance performance);
-  void apply(const DirectRequests& requests);
+  void apply(const DirectingRequests& requests);
   // One step of its own.
   void edit(Performance performance, std::string what);
   const std::shared_ptr<const Performance>& performance() const { return performance_; }
   double playhead_s() const { return playhead_s_; }
   ValueEdit value_edit() const { return {playhead_s_, record_keys_, linked_}; }
-  // Without what only the studio knows: view and beyond.
+  // Without what only the session knows: view and beyond.
   DirectingView view() const;
 
   void undo();

@@ -195,7 +195,7 @@ Result<void> check_order(const ExportOrder& order) {
   const bool own = choice.performance.empty();
   if (performs(choice) && (own ? order.performance->channels.empty() : !is_file(choice.performance)))
     return Error{ErrorCode::not_found, "There is no performance yet.",
-                 "Direct one in the step Direct, or choose a file of one.", choice.performance.string()};
+                 "Direct one in the Direct step, or choose a performance file.", choice.performance.string()};
   if (makes_pictures(choice) && choice.ground == ExportGround::picture && !is_file(choice.picture))
     return Error{ErrorCode::not_found, "No picture is chosen for the background.",
                  "Choose one, or another background.", choice.picture.string()};
@@ -208,8 +208,8 @@ Result<std::string> write_order(const ExportOrder& order, const Progress& progre
   std::error_code failure;
   // What came there since it was asked for is somebody else's.
   if (folder ? !fs::create_directory(order.out, failure) && !failure : fs::exists(order.out, failure))
-    return Error{ErrorCode::bad_input, fmt::format("{} is there already.", order.out.filename().string()),
-                 "Export it again: that takes another name.", order.out.string()};
+    return Error{ErrorCode::bad_input, fmt::format("{} already exists.", order.out.filename().string()),
+                 "Export it again: it will be given another name.", order.out.string()};
   if (failure) return file_error(order.out, "create", failure.value());
   const ProjectAvatar& avatar = *order.contents->avatar;
   const OpenedAvatar opened{order.contents->project, avatar.avatar, *avatar.model, avatar.hash};
@@ -233,7 +233,7 @@ Result<std::string> write_order(const ExportOrder& order, const Progress& progre
     return *frames == 1 ? std::string("written") : fmt::format("{} frames", *frames);
   }();
   if (!written)
-    fs::remove_all(order.out, failure);  // half a sequence is none
+    fs::remove_all(order.out, failure);  // half a sequence is of no use
   else
     *written += note;
   return written;

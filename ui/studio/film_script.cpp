@@ -19,7 +19,7 @@ constexpr FilmCue kScript[] = {
     {4, "Purse the lips.", FilmDrawing::purse_lips},
     {4, "Raise the brows, then frown.", FilmDrawing::raise_brows},
     {4, "Close the eyes, then blink.", FilmDrawing::close_eyes},
-    {13, "Speak: tell of your day, and move the head as you talk.", FilmDrawing::speak},
+    {13, "Speak: talk about your day, and move the head as you do.", FilmDrawing::speak},
 };
 
 }  // namespace

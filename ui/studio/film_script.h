@@ -1,4 +1,4 @@
-// What a person before the camera does, one thing after the other: told while a clip is recorded, drawn in
+// What a person before the camera does, one thing after the other: said while a clip is recorded, drawn in
 // the film guide. It asks for what the capture check looks for.
 #pragma once
 
@@ -30,7 +30,7 @@ enum class FilmDrawing {
 // Left and right are the filmed person's own.
 struct FilmCue {
   double seconds = 0;      // that it takes
-  std::string_view words;  // told
+  std::string_view words;  // as said
   FilmDrawing drawing{};
 };
 std::span<const FilmCue> film_script();

@@ -6,7 +6,6 @@
 
 #include "core/direct/beyond_seen.h"
 #include "core/drive/drive.h"
-#include "ui/studio/snapshot.h"
 
 namespace likeness::ui {
 

@@ -15,7 +15,14 @@
 
 namespace likeness::ui {
 
-struct LiveView;
+// For the panels: the avatar driven by a video or a webcam as it happens.
+struct LiveView {
+  bool on = false;
+  LiveStatus status;
+  // On the screen, of late: pictures a second, and the last one's time since its capture. 0: none came.
+  double shown_per_second = 0, latency_s = 0;
+  std::map<std::string, float> gains;  // per named action, those that are not 1
+};
 
 class LiveDrive {
  public:

@@ -13,9 +13,17 @@
 #include "core/base/result.h"
 #include "core/matte/strokes.h"
 #include "ui/studio/attribute_paint.h"
+#include "ui/studio/frame_picture.h"
 #include "ui/studio/mask_picture.h"
 
 namespace likeness::ui {
+
+// A frame's mask or the plate, drawn with the strokes after this change; its frame is the one that is drawn.
+struct MaskPicture {
+  FramePicture picture;
+  MaskLook look = MaskLook::picture;
+  std::uint64_t edit = 0;
+};
 
 // For the panels. frames and strokes are never null.
 struct MasksView {
@@ -30,6 +38,7 @@ struct MasksView {
   bool can_undo = false, can_redo = false;
   bool unmade = false;        // the masks were made before the last change
   AttributesView attributes;  // painted on the same pictures; while they are, strokes and undo are theirs
+  MaskPicture drawn;
 };
 
 // What the panels ask for.
@@ -61,7 +70,7 @@ class Masks {
   MaskLook look() const { return look_; }
   std::uint64_t edit() const { return edit_; }
   std::shared_ptr<const Strokes> strokes(int frame) const;  // never null
-  // Without `unmade`, which only the studio knows.
+  // Without what only the session knows: unmade, attributes and drawn.
   MasksView view() const;
 
   // On the frame shown. False: nothing changed, for its file cannot be read or there was nothing to change.

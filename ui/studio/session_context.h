@@ -53,4 +53,10 @@ struct SessionContext {
   std::uint64_t& pictures;  // pictures of frames so far; each takes the next number
 };
 
+// Where that fails, the message says so.
+inline void save_settings(const SessionContext& context) {
+  if (const auto saved = write_settings(context.options.settings, context.settings); !saved)
+    context.notices.message = saved.error().what;
+}
+
 }  // namespace likeness::ui

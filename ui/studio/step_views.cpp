@@ -47,7 +47,7 @@ StepView film_view(const ProjectContents& contents) {
     return view;
   }
   view.state = StepState::done;
-  if (!contents.clip) view.found = "The clip has moved; what was read of it is kept.";
+  if (!contents.clip) view.found = "The clip has moved; what was read from it is kept.";
   return view;
 }
 
@@ -120,9 +120,9 @@ StepView work_view(Step step, const ProjectContents& contents, const PipelineSta
     if (stale) {
       view.state = StepState::stale;
       view.found = stage == Stage::matte && !contents.strokes.empty()
-                       ? "Made with other choices or brush strokes than those there are now."
-                       : "Made with other choices than those there are now.";
-      view.next = "Make the avatar again: only what changed is made anew.";
+                       ? "Made before the last change of choices or brush strokes."
+                       : "Made before the last change of choices.";
+      view.next = "Make the avatar again: only what changed is redone.";
       view.warnings.clear();
       return view;
     }
@@ -152,7 +152,7 @@ void add_verdict(const JobStatus& checking, const CaptureVerdict* verdict, StepV
     step.found = verdict_words(verdict->verdict);
     if (verdict->verdict == Verdict::ready) return;
     step.state = StepState::needs_you;
-    step.next = verdict->verdict == Verdict::refilm ? "Film again, or go on and see what comes of it."
+    step.next = verdict->verdict == Verdict::refilm ? "Film again, or go on and see how it turns out."
                                                     : "Look at the remarks, then make the avatar.";
   }
 }

@@ -1,11 +1,12 @@
-// The studio's beginning, end and every tick of it: see studio.h. What is asked of it is carried out in
-// studio_requests.cpp and studio_direct.cpp, projects are opened in studio_project.cpp, work is started in
-// studio_work.cpp, a webcam is recorded in studio_record.cpp, masks are painted on in studio_masks.cpp,
-// pictures of frames come from studio_pictures.cpp, other methods are compared in studio_study.cpp.
+// The sessions put together: see studio.h. What a command does is in commands.cpp.
 #include "ui/studio/studio.h"
 
 #include <algorithm>
+#include <functional>
 #include <utility>
+
+#include "core/base/memory.h"
+#include "core/base/parallel.h"
 
 namespace likeness::ui {
 
@@ -13,7 +14,54 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr double kOverrunOfTraining = 1.16;  // a budget spent by more than this ends a training at once
+// Seconds until the window looks again.
+constexpr double kPlaying_s = 0.03, kDriving_s = 0.25, kSettling_s = 0.25, kWorking_s = 1.0, kIdle_s = 2.0;
+
+// Which commands make sense with what is shown.
+Situation situation_of(const Snapshot& s) {
+  const ProjectContents* contents = s.project.contents.get();
+  const PipelineStatus& pipeline = s.project.pipeline;
+  const JobStatus& demo = s.project.demo;
+  const DirectingView& directing = s.direct.directing;
+  Situation now;
+  now.project = contents != nullptr;
+  now.clip_there = contents && (contents->clip || contents->capture);
+  now.clip_missing = contents && !contents->clip;
+  now.damaged = !contents && s.project.damaged;
+  now.repairable = now.damaged && !s.project.damaged->newer;
+  now.running = is_working(pipeline.job) || is_working(demo);
+  now.paused = (is_working(pipeline.job) && pipeline.job.paused) || (is_working(demo) && demo.paused);
+  now.training = is_working(pipeline.job) && pipeline.stage == Stage::train && !pipeline.training.empty();
+  now.finished = contents && std::ranges::all_of(contents->current, std::identity{}) &&
+                 std::ranges::none_of(contents->stale, std::identity{});
+  now.avatar = contents && contents->avatar;
+  now.exporting = std::ranges::any_of(s.exports.items, [](const ExportItem& item) {
+    return item.status.state == JobState::none || is_working(item.status);
+  });
+  now.checking = is_working(s.project.checking);
+  now.can_check = contents && contents->clip;
+  now.directing = s.shown == Step::direct;
+  now.masking = s.shown == Step::cameras && s.masks.shown && !s.masks.frames->empty() && contents;
+  now.can_undo = now.masking ? s.masks.can_undo : !directing.undo_name.empty();
+  now.can_redo = now.masking ? s.masks.can_redo : !directing.redo_name.empty();
+  now.keys = !directing.performance->channels.empty();
+  now.keys_chosen = !directing.selected->empty();
+  now.keys_copied = directing.keys_copied;
+  now.pose_copied = directing.pose_copied;
+  now.driven = s.direct.live.on;
+  now.consent = contents && contents->project.consent != Consent::not_asked;
+  now.studying = is_working(s.study.job);
+  now.can_study = contents && s.study.missing.empty() && !s.study.choice.tables.empty();
+  now.studied = s.study.finished != nullptr;
+  if (!s.recorder) return now;
+  // What lies behind the camera's page can neither be seen nor changed meanwhile.
+  return {.exporting = now.exporting,
+          .studying = now.studying,
+          .recorder = true,
+          .camera_ready = s.recorder->state == RecorderState::watching,
+          .recording = is_recording(*s.recorder),
+          .can_stop_recording = s.recorder->state == RecorderState::recording};
+}
 
 }  // namespace
 
@@ -21,86 +69,126 @@ Studio::Studio(StudioOptions options, std::function<void()> wake)
     : options_(std::move(options)),
       wake_(std::move(wake)),
       settings_(read_settings(options_.settings)),
-      renderer_(wake_, options_.compute.open),
-      exports_(wake_),
       background_(
           [this](const std::string& what) {
-            loading_ = false;
+            project_.reading_broke_off();
             notices_.fail({ErrorCode::failed, "Reading broke off: " + what + ".",
                            "Close other programs and try again.", ""});
           },
           wake_) {}
 
 Studio::~Studio() {
-  save_strokes();
-  lay_takes();
-  save_performance(true);
-  save_settings();
+  masks_.save();
+  direct_.save_all();
+  save_settings(context_);
+}
+
+ProjectNeighbours Studio::neighbours() {
+  ProjectNeighbours all;
+  all.reading_begins = [this] { masks_.reading_begins(); };
+  all.was_read = [this](const ProjectReading& reading) {
+    if (reading.first) direct_.open();
+    masks_.was_read(reading.first);
+    if (reading.new_avatar) direct_.request_picture();
+  };
+  all.closing = [this] {
+    masks_.close();
+    direct_.close();
+    exports_.close();
+    study_.forget();
+  };
+  // Strokes that could not be written when they were painted, and those just painted.
+  all.run_begins = [this] { masks_.save(); };
+  all.run_began = [this] { study_.close_page(); };
+  all.are_working = [this] {
+    return exports_.is_working() || study_.is_working() || recorder_.is_recording();
+  };
+  all.is_comparing = [this] { return study_.is_working(); };
+  return all;
 }
 
 void Studio::tick() {
-  if (auto note = renderer_.take_note()) notices_.message = std::move(*note);
   background_.deliver();
-  if (directing_.advance(Directing::Clock::now())) request_picture();
-  save_performance(false);
-  settle_strokes();
-  if (drive_.has_ended()) {
-    take_drive();
-    if (const auto error = drive_.view().status.error) notices_.fail(*error);
-    background_.retire(drive_.stop());
-    request_picture();
-  }
-  if (demo_ && !ui::is_working(demo_->status())) {
-    const JobStatus status = demo_->status();
-    demo_.reset();
-    if (status.error && status.error->code != ErrorCode::cancelled) notices_.fail(*status.error);
-    if (!status.error) {
-      ProjectOptions project = options_.project;
-      open_clip(status.outcome, Consent::no_real_person, project);
-    }
-  }
+  direct_.tick();
+  masks_.tick();
   exports_.tick();
-  take_study();
-  take_recording();
-  if (check_ && checked_ && check_->status().state == JobState::done)
-    verdict_ = std::exchange(checked_, nullptr);
-  if (!pipeline_job_) return;
-  open_.pipeline = pipeline_job_->status();
-  watch_solve();
-  for (const Stage stage : kStages) {
-    const StageState now = open_.pipeline.records[std::size_t(stage)].state;
-    StageState& before = seen_states_[std::size_t(stage)];
-    if (now == before) continue;
-    before = now;
-    if (now == StageState::done) load(open_.folder);  // another result can be shown
+  study_.tick();
+  if (const auto clip = recorder_.tick()) project_.open_clip(*clip, Consent::not_asked);
+  project_.tick();
+}
+
+Snapshot Studio::snapshot() const {
+  Snapshot s;
+  s.project = project_.view();
+  s.direct = direct_.view();
+  s.masks = masks_.view();
+  s.study = study_.view();
+  s.recorder = recorder_.view();
+  s.exports = exports_.view();
+  s.steps = view_steps(s.project.contents.get(), s.project.loading, s.project.pipeline, s.exports.status,
+                       s.exports.written);
+  add_verdict(s.project.checking, s.project.verdict.get(), s.steps[std::size_t(Step::check)]);
+  s.shown = shown_.step;
+  s.situation = situation_of(s);
+  s.settings = settings_;
+  s.system.threads = current_thread_limit();
+  s.system.memory = memory_in_use();
+  s.system.available = available_memory().value_or(0);
+  if (s.direct.on_device) s.system.backend = "GPU";
+  s.error = notices_.error;
+  s.message = notices_.message;
+  return s;
+}
+
+WindowRequest Studio::apply(const Requests& requests) {
+  if (requests.dismiss_error) {
+    notices_.error.reset();
+    project_.dismiss_damage();
   }
-  if (open_.pipeline.stage && shown_.follow && shown_.step != Step::direct &&
-      shown_.step != Step::export_out) {
-    constexpr std::array<Step, kStages.size()> kShown{Step::check, Step::cameras, Step::face, Step::face,
-                                                      Step::train};
-    shown_.step = kShown[std::size_t(*open_.pipeline.stage)];
+  if (requests.dismiss_message) notices_.message.clear();
+  if (requests.open) open(*requests.open);
+  recorder_.apply(requests.recorder);
+  if (requests.forget_recent) std::erase(settings_.recent, *requests.forget_recent);
+  if (requests.show) show(*requests.show);
+  project_.apply(requests.project);
+  masks_.apply(requests.masks);
+  direct_.apply(requests.direct);
+  const bool can_export = requests.exports.retry && is_enabled(Command::export_still, snapshot().situation);
+  exports_.apply(requests.exports, can_export);
+  study_.apply(requests.study);
+  WindowRequest wanted = WindowRequest::none;
+  for (const Command command : requests.commands) {
+    if (!is_enabled(command, snapshot().situation)) continue;
+    const WindowRequest asked = command_info(command).carry_out(sessions_);
+    if (asked != WindowRequest::none) wanted = asked;
   }
-  if (open_.pipeline.job.state != seen_pipeline_ && !open_.is_running()) {
-    load(open_.folder);
-    if (open_.pipeline.job.state == JobState::done && shown_.follow && shown_.step == Step::train)
-      shown_.step = Step::direct;
-    if (open_.pipeline.job.state == JobState::stopped && finish_at_s_ && open_.contents) {
-      const double budget_s = std::max(1.0, *finish_at_s_ / kOverrunOfTraining);
-      finish_at_s_.reset();
-      start_pipeline([&](ProjectOptions& o) {
-        if (o.steps == 0 && o.full_budget_s == 0) o.full_budget_s = o.budget_s;
-        o.steps = 0, o.budget_s = budget_s;
-      });
-      return;
+  return wanted;
+}
+
+void Studio::show(Step step) {
+  shown_ = {step, open_.pipeline.stage.has_value() && step == Step::train};
+  study_.close_page();
+}
+
+void Studio::open(const fs::path& path) {
+  if (!is_enabled(Command::open_clip, snapshot().situation)) {
+    if (recorder_.is_recording()) {
+      notices_.fail({ErrorCode::failed, "A clip is being recorded just now.",
+                     "Stop recording first; what is recorded is kept.", ""});
+    } else if (study_.is_working()) {
+      notices_.fail({ErrorCode::failed, "Methods are being compared just now.",
+                     "Stop the comparison first; what is finished of it is kept.", ""});
+    } else if (project_.is_filming_demo()) {
+      notices_.fail({ErrorCode::failed, "The demo is being filmed just now.",
+                     "Stop it first, or wait until it ends.", ""});
+    } else {
+      notices_.fail({ErrorCode::failed, "An avatar is being made or exported just now.",
+                     "Stop it first; what is made of the avatar so far is kept.", ""});
     }
-    finish_at_s_.reset();
-    tell_refit();
-    const auto told = [](const StageRecord& record) { return record.state == StageState::failed; };
-    if (open_.pipeline.job.state == JobState::failed && open_.pipeline.job.error && !open_.pipeline.failed &&
-        std::ranges::none_of(open_.pipeline.records, told))
-      notices_.fail(*open_.pipeline.job.error);  // of no single stage: a busy project, a full disk, no memory
+    return;
   }
-  seen_pipeline_ = open_.pipeline.job.state;
+  recorder_.leave();
+  project_.open(path);
 }
 
 void Studio::remember_window(int width, int height, bool maximised) {
@@ -108,42 +196,29 @@ void Studio::remember_window(int width, int height, bool maximised) {
   if (!maximised) settings_.width = width, settings_.height = height;
 }
 
-void Studio::save_settings() {
-  if (const auto saved = write_settings(options_.settings, settings_); !saved)
-    notices_.message = saved.error().what;
-}
-
 bool Studio::is_working() const {
-  return open_.is_running() || (demo_ && ui::is_working(demo_->status())) || exports_.is_working() ||
-         studies() || records();
+  return project_.is_working() || exports_.is_working() || study_.is_working() || recorder_.is_recording();
 }
 
-bool Studio::computes() const {
-  return (open_.is_running() && !open_.pipeline.job.waiting) || (demo_ && ui::is_working(demo_->status())) ||
-         exports_.is_working() || studies();
-}
+bool Studio::computes() const { return project_.computes() || exports_.is_working() || study_.is_working(); }
 
 bool Studio::goes_on() const {
-  const auto runs = [](const JobStatus& status) { return status.state == JobState::running; };
-  return (pipeline_job_ && runs(pipeline_job_->status().job)) || (demo_ && runs(demo_->status())) ||
-         (study_ && runs(study_->status())) ||
-         (recorder_ && recorder_->status().state == RecorderState::recording) ||
-         std::ranges::any_of(exports_.items(), [&](const ExportItem& item) {
-           return item.status.state == JobState::none || runs(item.status);
-         });
+  return project_.goes_on() || study_.goes_on() || recorder_.goes_on() || exports_.goes_on();
+}
+
+double Studio::patience_s() const {
+  return direct_.is_playing()                       ? kPlaying_s
+         : direct_.is_driven() || recorder_.is_on() ? kDriving_s
+         : masks_.is_settling()                     ? kSettling_s
+         : is_working()                             ? kWorking_s
+                                                    : kIdle_s;
 }
 
 void Studio::stop_work() {
-  finish_at_s_.reset();
-  if (demo_) demo_->stop();
-  if (pipeline_job_) pipeline_job_->stop();
+  project_.stop_all();
   exports_.stop_all();
-  if (check_) check_->stop();
-  if (study_) study_->stop();
-  if (records()) {
-    open_recorded_ = false;
-    recorder_->finish();
-  }
+  study_.stop();
+  recorder_.stop();
 }
 
 }  // namespace likeness::ui

@@ -17,6 +17,7 @@ TEST(Commands, NothingStandsTwice) {
     EXPECT_TRUE(words.insert(info.words).second) << info.words;
     EXPECT_TRUE(info.shortcut.empty() || keys.insert(info.shortcut).second) << info.shortcut;
     EXPECT_FALSE(info.words.empty());
+    EXPECT_NE(info.carry_out, nullptr) << info.words;
   }
   for (int c = 0; c <= int(Command::save_diagnostics); ++c) EXPECT_TRUE(commands.contains(Command(c))) << c;
 }

@@ -24,13 +24,13 @@ Directing two_channels() {
 // A slider that is dragged over these values and let go.
 void drag(Directing& directing, std::initializer_list<float> values) {
   for (const float value : values) {
-    DirectRequests requests;
+    DirectingRequests requests;
     Performance edited = *directing.performance();
     set_value(edited, "head roll", value, directing.value_edit());
     requests.edit(std::move(edited), "Tilt");
     directing.apply(requests);
   }
-  DirectRequests let_go;
+  DirectingRequests let_go;
   let_go.finished = true;
   directing.apply(let_go);
 }

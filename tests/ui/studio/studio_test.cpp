@@ -63,7 +63,8 @@ class StudioState : public testing::Test {
     Requests requests;
     requests.open = project_.folder();
     ask(requests);
-    ASSERT_TRUE(until([](const Snapshot& s) { return s.contents != nullptr && s.contents->avatar; }));
+    ASSERT_TRUE(
+        until([](const Snapshot& s) { return s.project.contents != nullptr && s.project.contents->avatar; }));
   }
 
   test::TinyProject project_;
@@ -74,7 +75,7 @@ class StudioState : public testing::Test {
 TEST_F(StudioState, ExportsTakeTurnsAndAFailureIsSurvived) {
   open();
   Requests wanted;
-  wanted.export_choice = ExportChoice{.ground = ExportGround::dark};
+  wanted.exports.choice = ExportChoice{.ground = ExportGround::dark};
   wanted.ask(Command::export_still);
   wanted.ask(Command::export_mesh);
   ask(wanted);
@@ -82,12 +83,12 @@ TEST_F(StudioState, ExportsTakeTurnsAndAFailureIsSurvived) {
   const fs::path wall = project_.root / "wall.png";
   ASSERT_TRUE(write_text(wall, "no picture").ok());
   wanted = {};
-  wanted.export_choice = ExportChoice{.ground = ExportGround::picture, .picture = wall};
+  wanted.exports.choice = ExportChoice{.ground = ExportGround::picture, .picture = wall};
   wanted.ask(Command::export_still);
   wanted.ask(Command::export_mesh);
   ask(wanted);
   ASSERT_TRUE(until([](const Snapshot& s) { return !s.situation.exporting; }));
-  const auto exports = studio_->snapshot().exports;
+  const auto exports = studio_->snapshot().exports.items;
   ASSERT_EQ(exports.size(), 4u);
   EXPECT_EQ(exports[0].status.state, JobState::done);
   EXPECT_EQ(exports[1].status.state, JobState::done);
@@ -122,15 +123,15 @@ TEST_F(StudioState, AComparisonSaysWhatIsToBeDoneFirst) {
   EXPECT_FALSE(s.situation.can_study);
   ask(Command::start_study);
   EXPECT_FALSE(studio_->is_working());
-  // Another choice is reckoned anew; without any table there is nothing to reckon.
+  // Another choice is estimated again; without any table there is nothing to estimate.
   ASSERT_TRUE(until([](const Snapshot& now) { return now.study.forecast.has_value(); }));
   const double once = studio_->snapshot().study.forecast->seconds;
   Requests wanted;
-  wanted.study_choice = StudyChoice{.tables = {"models"}, .seconds = 300, .seeds = 3};
+  wanted.study.choice = StudyChoice{.tables = {"models"}, .seconds = 300, .seeds = 3};
   ask(wanted);
   ASSERT_TRUE(until(
       [&](const Snapshot& now) { return now.study.forecast && now.study.forecast->seconds > 2 * once; }));
-  wanted.study_choice = StudyChoice{.tables = {}};
+  wanted.study.choice = StudyChoice{.tables = {}};
   ask(wanted);
   EXPECT_FALSE(studio_->snapshot().study.forecast.has_value());
   // The path leads back.
@@ -143,7 +144,7 @@ TEST_F(StudioState, AComparisonSaysWhatIsToBeDoneFirst) {
 TEST_F(StudioState, WhatAnExportLacksIsSaidAtOnce) {
   open();
   ask(Command::export_driven);
-  EXPECT_TRUE(studio_->snapshot().exports.empty());
+  EXPECT_TRUE(studio_->snapshot().exports.items.empty());
   ASSERT_TRUE(studio_->snapshot().error.has_value());
   EXPECT_FALSE(studio_->snapshot().error->fix.empty());
 }
@@ -155,12 +156,12 @@ TEST_F(StudioState, AMovedClipIsFoundAgainAndAnotherOneRefused) {
   EXPECT_TRUE(studio_->snapshot().situation.clip_missing);
   EXPECT_EQ(studio_->snapshot().step(Step::film).next, "Say where it is now: Find the clip.");
   Requests requests;
-  requests.relink = project_.root / "absent.mp4";
+  requests.project.relink = project_.root / "absent.mp4";
   ask(requests);
   ASSERT_TRUE(until([](const Snapshot& s) { return s.error.has_value(); }));
-  requests.relink = moved;
+  requests.project.relink = moved;
   ask(requests);
-  ASSERT_TRUE(until([](const Snapshot& s) { return s.contents->clip.has_value(); }));
+  ASSERT_TRUE(until([](const Snapshot& s) { return s.project.contents->clip.has_value(); }));
   EXPECT_FALSE(studio_->snapshot().situation.clip_missing);
   EXPECT_EQ(open_project(project_.folder())->options.video, moved);
 }
@@ -173,24 +174,27 @@ TEST_F(StudioState, AFurtherClipIsAddedMakesTheAvatarOldAndIsTakenOut) {
   for (int i = 0; i < 5; ++i) ASSERT_TRUE(writer->add(Image8(64, 48, 3, std::uint8_t(200 - 40 * i))).ok());
   ASSERT_TRUE(writer->finish().ok());
   Requests wanted;
-  wanted.add_clip = second;
-  wanted.budget_s = 900;  // asked for while the list is being written: must not write the old one over it
+  wanted.project.add_clip = second;
+  wanted.project.budget_s =
+      900;  // asked for while the list is being written: must not write the old one over it
   ask(wanted);
-  ASSERT_TRUE(until([](const Snapshot& s) { return s.contents && s.contents->further.size() == 1; }));
-  EXPECT_EQ(studio_->snapshot().contents->further[0].name, "second.mp4");
-  EXPECT_EQ(studio_->snapshot().contents->further[0].state, StageState::to_do);
+  ASSERT_TRUE(
+      until([](const Snapshot& s) { return s.project.contents && s.project.contents->further.size() == 1; }));
+  EXPECT_EQ(studio_->snapshot().project.contents->further[0].name, "second.mp4");
+  EXPECT_EQ(studio_->snapshot().project.contents->further[0].state, StageState::to_do);
   EXPECT_EQ(open_project(project_.folder())->further_clips, std::vector<int>{2});
-  EXPECT_FALSE(studio_->snapshot().contents->is_current(Stage::train));
+  EXPECT_FALSE(studio_->snapshot().project.contents->is_current(Stage::train));
   EXPECT_FALSE(studio_->snapshot().message.empty());
   wanted = {};
-  wanted.add_clip = second;
+  wanted.project.add_clip = second;
   ask(wanted);
   ASSERT_TRUE(until([](const Snapshot& s) { return s.error.has_value(); }));
   wanted = {};
   wanted.dismiss_error = true;
-  wanted.remove_clip = 2;
+  wanted.project.remove_clip = 2;
   ask(wanted);
-  ASSERT_TRUE(until([](const Snapshot& s) { return s.contents && s.contents->further.empty(); }));
+  ASSERT_TRUE(
+      until([](const Snapshot& s) { return s.project.contents && s.project.contents->further.empty(); }));
   EXPECT_TRUE(fs::exists(second));
   EXPECT_TRUE(open_project(project_.folder())->further_clips.empty());
 }
@@ -199,7 +203,7 @@ TEST_F(StudioState, WhatACommandLineChoseMeanwhileStays) {
   open();
   ASSERT_TRUE(change_project(project_.folder(), [](Project& p) { p.options.left_out = {3}; }).ok());
   Requests wanted;
-  wanted.budget_s = 900;
+  wanted.project.budget_s = 900;
   ask(wanted);
   const auto stored = open_project(project_.folder());
   ASSERT_TRUE(stored.ok());
@@ -224,10 +228,10 @@ TEST_F(StudioState, ADeletedPersonIsGoneAndForgotten) {
   open();
   EXPECT_FALSE(studio_->snapshot().settings.recent.empty());
   Requests requests;
-  requests.delete_person = false;
+  requests.project.delete_person = false;
   ask(requests);
-  EXPECT_EQ(studio_->snapshot().contents, nullptr);
-  ASSERT_TRUE(until([](const Snapshot& s) { return !s.deleting; }));
+  EXPECT_EQ(studio_->snapshot().project.contents, nullptr);
+  ASSERT_TRUE(until([](const Snapshot& s) { return !s.project.deleting; }));
   EXPECT_FALSE(fs::exists(project_.folder()));
   EXPECT_TRUE(fs::exists(clip_));
   EXPECT_TRUE(studio_->snapshot().settings.recent.empty());
@@ -239,7 +243,9 @@ TEST_F(StudioState, AProjectIsOpenedByItsFolderOrByWhatIsInIt) {
     Requests requests;
     requests.open = path;
     ask(requests);
-    ASSERT_TRUE(until([](const Snapshot& s) { return s.contents != nullptr && s.contents->avatar; })) << path;
+    ASSERT_TRUE(until([](const Snapshot& s) {
+      return s.project.contents != nullptr && s.project.contents->avatar;
+    })) << path;
     EXPECT_TRUE(fs::equivalent(studio_->folder(), project_.folder()));
     EXPECT_EQ(studio_->snapshot().settings.recent.size(), 1u) << path << " is another project on the list";
     ask(Command::close_project);
@@ -253,18 +259,18 @@ TEST_F(StudioState, ADamagedProjectIsDeletedFromTheWindow) {
   Requests requests;
   requests.open = project_.folder();
   ask(requests);
-  ASSERT_TRUE(until([](const Snapshot& s) { return s.damaged.has_value(); }));
+  ASSERT_TRUE(until([](const Snapshot& s) { return s.project.damaged.has_value(); }));
   EXPECT_TRUE(studio_->snapshot().error.has_value());
   EXPECT_FALSE(studio_->snapshot().settings.recent.empty()) << "it could not be found again";
   EXPECT_TRUE(is_enabled(Command::delete_person, studio_->snapshot().situation));
   requests = {};
-  requests.delete_person = false;
+  requests.project.delete_person = false;
   ask(requests);
   EXPECT_FALSE(studio_->snapshot().error.has_value());
-  ASSERT_TRUE(until([](const Snapshot& s) { return !s.deleting; }));
+  ASSERT_TRUE(until([](const Snapshot& s) { return !s.project.deleting; }));
   EXPECT_FALSE(fs::exists(project_.folder()));
   EXPECT_TRUE(fs::exists(clip_));
-  EXPECT_FALSE(studio_->snapshot().damaged.has_value());
+  EXPECT_FALSE(studio_->snapshot().project.damaged.has_value());
   EXPECT_TRUE(studio_->snapshot().settings.recent.empty());
 }
 
@@ -274,27 +280,27 @@ TEST_F(StudioState, ADamagedProjectIsRepairedFromTheWindow) {
   Requests requests;
   requests.open = project_.folder();
   ask(requests);
-  ASSERT_TRUE(until([](const Snapshot& s) { return s.damaged.has_value(); }));
+  ASSERT_TRUE(until([](const Snapshot& s) { return s.project.damaged.has_value(); }));
   ask(Command::repair_project);
-  ASSERT_TRUE(until([](const Snapshot& s) { return s.contents && s.contents->avatar; }));
+  ASSERT_TRUE(until([](const Snapshot& s) { return s.project.contents && s.project.contents->avatar; }));
   const Snapshot now = studio_->snapshot();
   EXPECT_FALSE(now.error.has_value());
-  EXPECT_FALSE(now.damaged.has_value());
-  EXPECT_EQ(now.contents->project.options.video, clip_);
-  EXPECT_EQ(now.contents->project.consent, Consent::not_asked);
+  EXPECT_FALSE(now.project.damaged.has_value());
+  EXPECT_EQ(now.project.contents->project.options.video, clip_);
+  EXPECT_EQ(now.project.contents->project.consent, Consent::not_asked);
 }
 
 TEST_F(StudioState, ABuildIsForecastBeforeItStarts) {
   open();
-  const Plan& plan = studio_->snapshot().contents->plan;
+  const Plan& plan = studio_->snapshot().project.contents->plan;
   ASSERT_TRUE(plan.forecast.has_value());
   EXPECT_EQ(plan.forecast->frames, 5);
   EXPECT_GT(plan.seconds, 0);
   const double before = plan.seconds;
   Requests longer;
-  longer.budget_s = 3600;
+  longer.project.budget_s = 3600;
   ask(longer);
-  ASSERT_TRUE(until([&](const Snapshot& s) { return s.contents->plan.seconds > before + 3000; }));
+  ASSERT_TRUE(until([&](const Snapshot& s) { return s.project.contents->plan.seconds > before + 3000; }));
 }
 
 TEST_F(StudioState, TheLastEditIsWrittenLast) {
@@ -320,6 +326,42 @@ TEST_F(StudioState, APerformanceThatCouldNotBeWrittenIsWrittenLater) {
   fs::remove(file);
   ASSERT_TRUE(until([&](const Snapshot&) { return fs::is_regular_file(file); }));
   EXPECT_EQ(*read_performance(file), directed(5));
+}
+
+TEST_F(StudioState, StepsEndWhereThePathDoes) {
+  open();
+  for (int i = 0; i < 9; ++i) ask(Command::next_step);
+  EXPECT_EQ(studio_->snapshot().shown, Step::export_out);
+  ask(Command::previous_step);
+  EXPECT_EQ(studio_->snapshot().shown, Step::direct);
+  for (int i = 0; i < 9; ++i) ask(Command::previous_step);
+  EXPECT_EQ(studio_->snapshot().shown, Step::film);
+}
+
+TEST_F(StudioState, UndoIsOfWhatIsShown) {
+  open();
+  edit(directed(5));
+  edit(directed(9));
+  ask(Command::undo);
+  EXPECT_EQ(*studio_->snapshot().direct.directing.performance, directed(5));
+  ask(Command::previous_step);
+  ASSERT_NE(studio_->snapshot().shown, Step::direct);
+  ask(Command::undo);  // nothing that can be undone is in sight
+  EXPECT_EQ(*studio_->snapshot().direct.directing.performance, directed(5));
+}
+
+TEST_F(StudioState, TheWindowIsAskedForWhatOnlyItCanDo) {
+  const auto asked = [this](Command command) {
+    Requests requests;
+    requests.ask(command);
+    return studio_->apply(requests);
+  };
+  EXPECT_EQ(asked(Command::open_clip), WindowRequest::pick_clip);
+  EXPECT_EQ(asked(Command::save_performance), WindowRequest::none) << "there is no performance";
+  open();
+  EXPECT_EQ(asked(Command::save_performance), WindowRequest::name_performance);
+  EXPECT_EQ(asked(Command::toggle_theme), WindowRequest::none);
+  EXPECT_EQ(asked(Command::quit), WindowRequest::quit);
 }
 
 TEST_F(StudioState, TheScaleHasLimits) {
