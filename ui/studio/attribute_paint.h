@@ -1,5 +1,5 @@
 // The attributes painted in the window (core/matte/attributes.h), with their history. Free of windows, files
-// and threads; the studio reads and writes for it.
+// and threads; the session (mask_session.h) reads and writes for it.
 #pragma once
 
 #include <cstdint>
@@ -36,7 +36,7 @@ class AttributePaint {
  public:
   // Another project's, or none; nothing can be undone.
   void open(PaintedAttributes attributes, std::optional<Error> unreadable);
-  // The same project's, read again; what was not yet saved counts more: false where there is such.
+  // The same project's, read again. False: there are unsaved changes, which stay instead.
   bool refresh(const PaintedAttributes& attributes, std::optional<Error> unreadable);
   void turn(bool on) { on_ = on, ++edit_; }
   void choose(std::string name) { name_ = std::move(name), ++edit_; }
@@ -47,7 +47,7 @@ class AttributePaint {
   std::shared_ptr<const PaintedAttributes> all() const { return all_; }
   // What is painted of the chosen one on a frame.
   std::shared_ptr<const Strokes> strokes(int frame) const;
-  // Without `unlearnt`, which only the studio knows.
+  // Without `unlearnt`, which only the session knows.
   AttributesView view() const { return {on_, name_, all_, unreadable_, false}; }
 
   // Of the chosen one, on a frame. False: nothing changed.

@@ -26,7 +26,8 @@ class Background {
 
   // key: earlier work of the same key that has not begun is dropped; empty: keep all.
   void run(std::string key, Work work);
-  // Ready once all that waits now has run, or never will: to be waited for, not to be asked.
+  // Ready once all that waits now has run, or never will. For wait() alone: get() would throw in the second
+  // case.
   std::shared_future<void> after_waiting();
   void deliver();  // on the window's thread
   // Ends what has a stop() and waits for its thread: work ends between two pictures or two fits, which is too

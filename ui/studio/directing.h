@@ -1,5 +1,5 @@
 // What is being directed: the performance with its history, the playhead, the keys that are chosen. Free of
-// windows, files and renderers; the studio asks it to do things and shows its view.
+// windows, files and renderers; the session (direct_session.h) keeps its file and its picture.
 #pragma once
 
 #include <chrono>

@@ -1,5 +1,5 @@
 // The masks looked at and corrected: the frame shown, the strokes of every frame with their history. Free of
-// windows, files and threads; the studio reads, writes and draws for it.
+// windows, files and threads; the session (mask_session.h) reads, writes and draws for it.
 #pragma once
 
 #include <cstdint>
