@@ -2,6 +2,7 @@
 // verbs beneath it.
 #include <algorithm>
 #include <memory>
+#include <optional>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>

@@ -1,4 +1,5 @@
 // likeness study truth: tracks, mattes and driving beside the truth of a demo.
+#include <algorithm>
 #include <memory>
 #include <numbers>
 #include <optional>

@@ -5,8 +5,8 @@
 
 #include <imgui.h>
 
-#include "ui/project_contents.h"
-#include "ui/solving_cameras.h"
+#include "ui/studio/project_contents.h"
+#include "ui/studio/solving_cameras.h"
 
 namespace likeness::ui {
 

@@ -7,7 +7,7 @@
 #include <imgui.h>
 
 #include "core/train/train.h"
-#include "ui/training_preview.h"
+#include "ui/studio/training_preview.h"
 
 namespace likeness::ui {
 

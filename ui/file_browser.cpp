@@ -54,15 +54,15 @@ const char* nothing_of(Wanted wanted) {
     case Wanted::driving_clip:
     case Wanted::moved_clip:
     case Wanted::further_clip:
-      return "No folder and no video here.";
+      return "There are no folders or videos here.";
     case Wanted::background:
-      return "No folder and no picture here.";
+      return "There are no folders or pictures here.";
     case Wanted::performance:
     case Wanted::new_performance:
     case Wanted::export_performance:
-      return "No folder and no performance here.";
+      return "There are no folders or performances here.";
     case Wanted::project:
-      return "No folder here.";
+      return "There are no folders here.";
   }
   return "";
 }

@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "ui/background.h"
-#include "ui/folder_list.h"
+#include "ui/studio/background.h"
+#include "ui/studio/folder_list.h"
 
 namespace likeness::ui {
 

@@ -3,7 +3,7 @@
 
 #include <imgui.h>
 
-#include "ui/film_script.h"
+#include "ui/studio/film_script.h"
 
 namespace likeness::ui {
 

@@ -96,21 +96,21 @@ void draw_next(const Snapshot& snapshot, Requests& requests) {
   const Situation& now = snapshot.situation;
   const float width = ImGui::GetContentRegionAvail().x;
   if (now.running) {
-    const std::string left = time_left(snapshot.pipeline.job.seconds_left);
+    const std::string left = time_left(snapshot.project.pipeline.job.seconds_left);
     ImGui::PushFont(theme().fonts.small);
-    faint_text(snapshot.pipeline.job.state == JobState::stopping ? "Stopping\u2026"
-               : now.paused   ? "Paused: nothing is lost, nothing is reckoned"
+    faint_text(snapshot.project.pipeline.job.state == JobState::stopping ? "Stopping\u2026"
+               : now.paused   ? "Paused: nothing is lost, nothing is computed"
                : left.empty() ? "Making the avatar\u2026"
                               : "The avatar: " + left);
     ImGui::PopFont();
-    progress_bar(float(snapshot.pipeline.job.fraction), 4);
+    progress_bar(float(snapshot.project.pipeline.job.fraction), 4);
     ImGui::PushID("path");
     const Command next = now.paused ? Command::go_on : Command::pause;
     if (command_button(next, now, now.paused, width)) requests.ask(next);
     ImGui::PopID();
   } else if (!now.finished && now.consent) {
-    const bool stopped = snapshot.pipeline.job.state == JobState::stopped;
-    const bool failed = snapshot.pipeline.job.state == JobState::failed;
+    const bool stopped = snapshot.project.pipeline.job.state == JobState::stopped;
+    const bool failed = snapshot.project.pipeline.job.state == JobState::failed;
     if (primary_button(stopped  ? "Continue"
                        : failed ? "Try again"
                                 : "Make the avatar",
@@ -124,7 +124,7 @@ void draw_next(const Snapshot& snapshot, Requests& requests) {
 void draw_path(const Snapshot& snapshot, Requests& requests) {
   ImGui::PushFont(theme().fonts.strong);
   const std::string name =
-      snapshot.contents ? snapshot.contents->project.folder.stem().string() : "Opening\u2026";
+      snapshot.project.contents ? snapshot.project.contents->project.folder.stem().string() : "Opening\u2026";
   ImGui::SetCursorPosX(ImGui::GetCursorPosX() + px(8));
   clipped_text(name, ImGui::GetContentRegionAvail().x - px(8));
   ImGui::PopFont();
@@ -145,22 +145,23 @@ void draw_status_bar(const Snapshot& snapshot, Requests& requests) {
   ImGui::PushFont(theme().fonts.small);
   ImGui::PushStyleColor(ImGuiCol_Text, theme().colours.faint);
   std::string left = "Ready";
-  if (snapshot.live.on && snapshot.shown != Step::direct) {
-    const LiveStatus& live = snapshot.live.status;
+  if (snapshot.direct.live.on && snapshot.shown != Step::direct) {
+    const LiveStatus& live = snapshot.direct.live.status;
     left = fmt::format("{} drives the avatar{}", live.source.empty() ? "A video or webcam" : live.source,
                        live.recording ? fmt::format(", recorded {:.1f} s", live.recorded_s) : "");
   }
-  if (is_working(snapshot.demo)) left = "Filming the demo person";
-  if (snapshot.pipeline.stage)
-    left = fmt::format("{}: {}", stage_name(*snapshot.pipeline.stage), snapshot.pipeline.job.text);
-  if (is_working(snapshot.exporting)) left = "Export: " + snapshot.exporting.text;
+  if (is_working(snapshot.project.demo)) left = "Filming the demo person";
+  if (snapshot.project.pipeline.stage)
+    left = fmt::format("{}: {}", stage_name(*snapshot.project.pipeline.stage),
+                       snapshot.project.pipeline.job.text);
+  if (is_working(snapshot.exports.status)) left = "Export: " + snapshot.exports.status.text;
   if (is_working(snapshot.study.job))
     left = fmt::format("Comparison: {:.0f} % done", 100 * snapshot.study.job.fraction);
   if (snapshot.recorder)
     left = is_recording(*snapshot.recorder) ? "A clip is being recorded"
            : snapshot.recorder->picture     ? "The webcam is on; nothing is recorded"
                                             : "Record a clip";
-  if (snapshot.loading && !snapshot.recorder) left = "Reading the project";
+  if (snapshot.project.loading && !snapshot.recorder) left = "Reading the project";
   const std::string right =
       fmt::format("{}   \u00b7   {} threads   \u00b7   {:.1f} GB used, {:.1f} GB free", system.backend,
                   system.threads, double(system.memory) / 1e9, double(system.available) / 1e9);

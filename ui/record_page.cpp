@@ -31,7 +31,7 @@ void draw_webcams(const RecorderStatus& status, Requests& requests) {
     for (const Webcam& webcam : status.webcams) {
       const std::string words = webcam_words(status.webcams, webcam);
       if (ImGui::Selectable((words + "##" + webcam.device).c_str(), webcam.device == shown.device))
-        requests.webcam = webcam.device;
+        requests.recorder.webcam = webcam.device;
       note_widget("webcam " + webcam.device);
     }
     ImGui::EndCombo();
@@ -66,7 +66,7 @@ void draw_failure(const Snapshot& snapshot, Requests& requests) {
   note("webcam error", Tone::bad, status.error->what, status.error->fix);
   ImGui::Dummy({0, px(4)});
   draw_webcams(status, requests);
-  if (primary_button("Try again")) requests.webcam = status.device;
+  if (primary_button("Try again")) requests.recorder.webcam = status.device;
   (void)same_line_if_fits(command_info(Command::open_clip).words.data());
   if (command_button(Command::open_clip, snapshot.situation)) requests.ask(Command::open_clip);
   (void)same_line_if_fits(command_info(Command::leave_recorder).words.data());
@@ -141,7 +141,7 @@ void draw_during(const RecorderStatus& status) {
   ImGui::Dummy({0, px(4)});
   if (enough) {
     heading("That is enough");
-    body_text(fmt::format("Stop, or go on with what you like; it ends by itself after {:.0f} min.",
+    body_text(fmt::format("Stop, or carry on as you like; it ends by itself after {:.0f} min.",
                           std::ceil(status.longest_s / 60)));
     return;
   }

@@ -81,12 +81,14 @@ bool WindowLoop::frame() {
     touched();
   }
   const std::string title =
-      snapshot.contents ? snapshot.contents->project.folder.stem().string() + " \u2013 Likeness" : "Likeness";
+      snapshot.project.contents
+          ? snapshot.project.contents->project.folder.stem().string() + " \u2013 Likeness"
+          : "Likeness";
   if (title != title_) window_.set_title(title_ = title);
   window_.begin_frame();
   Requests requests = shell_.draw(snapshot);
   window_.end_frame();
-  studio_.shown(snapshot.picture);
+  studio_.shown(snapshot.direct.picture);
 
   const auto drops = window_.take_drops();
   if (!drops.empty()) requests.open = drops.front();

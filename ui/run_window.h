@@ -6,7 +6,7 @@
 #include "core/base/result.h"
 #include "ui/platform/window.h"
 #include "ui/shell.h"
-#include "ui/studio.h"
+#include "ui/studio/studio.h"
 
 namespace likeness::ui {
 

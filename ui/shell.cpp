@@ -103,7 +103,7 @@ void draw_step(const Snapshot& snapshot, Views& views, Requests& requests) {
   // With words or without: what is below does not move when they come.
   ImGui::SetCursorPosY(std::max(below, ImGui::GetCursorPosY()));
   ImGui::Dummy({0, px(2)});
-  if (!snapshot.contents) return draw_nothing_yet("Reading the project...");
+  if (!snapshot.project.contents) return draw_nothing_yet("Reading the project...");
   switch (snapshot.shown) {
     case Step::film:
       return draw_film_step(snapshot, views, requests);
@@ -167,47 +167,48 @@ void draw_shortcuts() {
 bool is_on(Command command, const Snapshot& snapshot) {
   switch (command) {
     case Command::record_keys:
-      return snapshot.directing.record_keys;
+      return snapshot.direct.directing.record_keys;
     case Command::repeat:
-      return snapshot.directing.looping;
+      return snapshot.direct.directing.looping;
     case Command::compare:
-      return snapshot.comparing;
+      return snapshot.direct.comparing;
     case Command::record_drive:
-      return snapshot.live.status.recording;
+      return snapshot.direct.live.status.recording;
     default:
       return false;
   }
 }
 
 bool keeps_work(const Snapshot& snapshot) {
-  return is_working(snapshot.pipeline.job) || is_working(snapshot.study.job) || snapshot.situation.recording;
+  return is_working(snapshot.project.pipeline.job) || is_working(snapshot.study.job) ||
+         snapshot.situation.recording;
 }
 
 // What ends when the program does, and how much of it is kept.
 void draw_closing(const Snapshot& snapshot) {
   const bool exporting = snapshot.situation.exporting, recording = snapshot.situation.recording;
-  heading(recording                        ? "A clip is being recorded"
-          : is_working(snapshot.study.job) ? "Methods are being compared"
-          : keeps_work(snapshot)           ? "An avatar is being made"
-          : exporting                      ? "Something is being exported"
-          : is_working(snapshot.demo)      ? "The demo person is being filmed"
-                                           : "The work is done meanwhile");
+  heading(recording                           ? "A clip is being recorded"
+          : is_working(snapshot.study.job)    ? "Methods are being compared"
+          : keeps_work(snapshot)              ? "An avatar is being made"
+          : exporting                         ? "Something is being exported"
+          : is_working(snapshot.project.demo) ? "The demo person is being filmed"
+                                              : "The work has finished in the meantime");
   ImGui::Dummy({px(460), 0});
-  if (is_working(snapshot.pipeline.job))
+  if (is_working(snapshot.project.pipeline.job))
     body_text(
-        "Closing stops the work. What is done is kept: it goes on from there when you open the project "
+        "Closing stops the work. What is done is kept, and goes on from there when you open the project "
         "again.");
   if (is_working(snapshot.study.job))
-    body_text("Closing stops the comparison. Trainings that are finished are kept; it goes on from there.");
+    body_text("Closing stops the comparison. Finished trainings are kept, and it goes on from there.");
   if (recording)
     body_text("Closing ends the recording. What is recorded until then is kept: " +
               snapshot.recorder->clip.string());
   if (exporting)
     body_text(
-        "Closing stops the exports. What is written is kept; of one that is not finished nothing is, and "
-        "those that wait are forgotten.");
-  if (is_working(snapshot.demo))
-    body_text("Closing stops it, and nothing of it is kept: it begins anew next time.");
+        "Closing stops the exports. What is written is kept; the one at work leaves nothing behind, and "
+        "those still waiting are dropped.");
+  if (is_working(snapshot.project.demo))
+    body_text("Closing stops it, and nothing of it is kept: it starts afresh next time.");
   ImGui::Dummy({0, px(6)});
 }
 
@@ -215,29 +216,29 @@ void draw_closing(const Snapshot& snapshot) {
 bool draw_deletion(const Snapshot& snapshot, Requests& requests) {
   heading("Delete this person?");
   ImGui::Dummy({px(560), 0});
-  if (!snapshot.contents && !snapshot.damaged) return true;
-  const std::filesystem::path& folder =
-      snapshot.contents ? snapshot.contents->project.folder : snapshot.damaged->folder;
+  if (!snapshot.project.contents && !snapshot.project.damaged) return true;
+  const std::filesystem::path& folder = snapshot.project.contents ? snapshot.project.contents->project.folder
+                                                                  : snapshot.project.damaged->folder;
   body_text(
       "Frames, masks and what was painted on them, tracks, checkpoints, performances and the avatar are "
       "removed from "
       "this computer, and cannot be brought back. Stop other programs that show them first.");
   ImGui::Dummy({0, px(4)});
-  if (snapshot.contents) {
-    faint_text("The clip stays where it is: " + snapshot.contents->project.options.shared.video.string());
-  } else if (!snapshot.damaged->clips.empty()) {
-    faint_text("The clip stays where it is: " + snapshot.damaged->clips.front().string());
+  if (snapshot.project.contents) {
+    faint_text("The clip stays where it is: " + snapshot.project.contents->project.options.shared.video.string());
+  } else if (!snapshot.project.damaged->clips.empty()) {
+    faint_text("The clip stays where it is: " + snapshot.project.damaged->clips.front().string());
   } else {
     body_text(
-        "This project is damaged and no longer says which film is the clip: folders with films in them, the "
-        "exports among them, are kept for you to look through.");
+        "This project is damaged and no longer says which film is the clip: folders with films in them, "
+        "exports included, are kept for you to look through.");
   }
   faint_text("The project: " + folder.string());
   ImGui::Dummy({0, px(6)});
   bool answered = false;
-  if (plain_button("Delete all, exports too")) requests.delete_person = false, answered = true;
+  if (plain_button("Delete all, exports too")) requests.project.delete_person = false, answered = true;
   ImGui::SameLine();
-  if (plain_button("Delete, but keep the exports")) requests.delete_person = true, answered = true;
+  if (plain_button("Delete, but keep the exports")) requests.project.delete_person = true, answered = true;
   ImGui::SameLine();
   if (primary_button("Keep the person")) answered = true;
   return answered;
@@ -380,7 +381,7 @@ Requests Shell::draw(const Snapshot& snapshot) {
     begin_part("record", {0, top}, {screen.Size.x, height}, p.ground, {px(22), px(16)});
     draw_record_page(snapshot, *views_, requests);
     ImGui::End();
-  } else if (!snapshot.contents && !snapshot.loading) {
+  } else if (!snapshot.project.contents && !snapshot.project.loading) {
     begin_part("start", {0, top}, {screen.Size.x, height}, p.ground, {px(40), px(28)});
     draw_start_screen(snapshot, requests);
     ImGui::End();
@@ -399,8 +400,8 @@ Requests Shell::draw(const Snapshot& snapshot) {
   draw_notices(snapshot, requests);
   draw_questions(snapshot, requests);
   if (requests.browse) {
-    const bool in_project = *requests.browse == Wanted::export_performance && snapshot.contents;
-    browse(*requests.browse, in_project ? snapshot.contents->project.folder : home_folder());
+    const bool in_project = *requests.browse == Wanted::export_performance && snapshot.project.contents;
+    browse(*requests.browse, in_project ? snapshot.project.contents->project.folder : home_folder());
   }
   if (const auto picked = browser_.draw()) take_picked(*picked, snapshot, requests);
   walk_by_keyboard();
@@ -408,7 +409,7 @@ Requests Shell::draw(const Snapshot& snapshot) {
 }
 
 void Shell::take_picked(const std::filesystem::path& picked, const Snapshot& snapshot, Requests& requests) {
-  ExportChoice choice = requests.export_choice.value_or(snapshot.export_choice);
+  ExportChoice choice = requests.exports.choice.value_or(snapshot.exports.choice);
   switch (browser_.wanted()) {
     case Wanted::clip:
     case Wanted::project:
@@ -422,25 +423,25 @@ void Shell::take_picked(const std::filesystem::path& picked, const Snapshot& sna
       choice.ground = ExportGround::picture;
       break;
     case Wanted::driver:
-      requests.drive_video = picked;
+      requests.direct.drive_video = picked;
       return;
     case Wanted::performance:
-      requests.open_performance = picked;
+      requests.direct.open_performance = picked;
       return;
     case Wanted::new_performance:
-      requests.save_performance = picked;
+      requests.direct.save_performance = picked;
       return;
     case Wanted::export_performance:
       choice.performance = picked;
       break;
     case Wanted::moved_clip:
-      requests.relink = picked;
+      requests.project.relink = picked;
       return;
     case Wanted::further_clip:
-      requests.add_clip = picked;
+      requests.project.add_clip = picked;
       return;
   }
-  requests.export_choice = choice;
+  requests.exports.choice = choice;
 }
 
 }  // namespace likeness::ui

@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "ui/file_browser.h"
-#include "ui/snapshot.h"
+#include "ui/studio/snapshot.h"
 #include "ui/views.h"
 
 namespace likeness::ui {

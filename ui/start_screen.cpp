@@ -63,7 +63,7 @@ void draw_ways(const Snapshot& snapshot, Requests& requests) {
   if (big_choice("Open a clip", "A minute of one person, filmed with a phone. Or drop it here.", true, free,
                  choices))
     requests.ask(Command::open_clip);
-  if (big_choice("Record a clip", "With the webcam. You are told what to do meanwhile.", false,
+  if (big_choice("Record a clip", "With the webcam. It shows you what to do as you go.", false,
                  is_enabled(Command::record_clip, now), choices))
     requests.ask(Command::record_clip);
   if (big_choice("Open a project", "Go on where you left off.", false, free, choices))
@@ -127,15 +127,15 @@ void draw_start_screen(const Snapshot& snapshot, Requests& requests) {
   const ImVec2 area = ImGui::GetContentRegionAvail();
   const float gap = px(28), left = std::min(px(430), 0.5f * (area.x - gap));
   ImGui::BeginChild("ways", {left, area.y}, false);
-  if (is_working(snapshot.demo)) {
+  if (is_working(snapshot.project.demo)) {
     begin_card("demo", {0, px(130)});
     ImGui::PushFont(theme().fonts.strong);
     ImGui::TextUnformatted("Filming the demo person");
     ImGui::PopFont();
-    progress_bar(float(snapshot.demo.fraction));
-    const std::string remaining = time_left(snapshot.demo.seconds_left);
-    faint_text(snapshot.demo.text + (remaining.empty() || snapshot.demo.text.empty() ? "" : "  \u00b7  ") +
-               remaining);
+    progress_bar(float(snapshot.project.demo.fraction));
+    const std::string remaining = time_left(snapshot.project.demo.seconds_left);
+    faint_text(snapshot.project.demo.text +
+               (remaining.empty() || snapshot.project.demo.text.empty() ? "" : "  \u00b7  ") + remaining);
     if (command_button(Command::stop_work, snapshot.situation)) requests.ask(Command::stop_work);
     end_card();
   }

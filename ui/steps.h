@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "ui/snapshot.h"
+#include "ui/studio/snapshot.h"
 #include "ui/views.h"
 
 namespace likeness::ui {

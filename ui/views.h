@@ -12,7 +12,7 @@
 #include "ui/camera_scene.h"
 #include "ui/chart.h"
 #include "ui/picture_view.h"
-#include "ui/snapshot.h"
+#include "ui/studio/snapshot.h"
 
 namespace likeness::ui {
 

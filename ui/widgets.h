@@ -8,7 +8,7 @@
 #include <imgui.h>
 
 #include "core/base/result.h"
-#include "ui/commands.h"
+#include "ui/studio/commands.h"
 
 namespace likeness::ui {
 

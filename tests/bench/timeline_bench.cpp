@@ -65,12 +65,12 @@ std::shared_ptr<const Performance> long_performance() {
 Snapshot long_snapshot(Step step) {
   Snapshot s;
   s.shown = step;
-  s.contents = long_contents();
+  s.project.contents = long_contents();
   s.situation = {.project = true, .clip_there = true, .finished = true, .avatar = true, .consent = true};
   s.situation.directing = step == Step::direct;
-  s.check_picture.frame = s.face_picture.frame = s.compare_picture.frame = kFrames / 2;
-  s.directing.performance = long_performance();
-  s.steps = view_steps(s.contents.get(), false, {}, {}, {});
+  s.project.check_picture.frame = s.project.face_picture.frame = s.direct.compare_picture.frame = kFrames / 2;
+  s.direct.directing.performance = long_performance();
+  s.steps = view_steps(s.project.contents.get(), false, {}, {}, {});
   return s;
 }
 
@@ -93,12 +93,12 @@ void face(benchmark::State& state) { draw(state, long_snapshot(Step::face)); }
 void direct(benchmark::State& state) { draw(state, long_snapshot(Step::direct)); }
 void direct_all_chosen(benchmark::State& state) {
   Snapshot s = long_snapshot(Step::direct);
-  s.directing.selected = std::make_shared<const std::vector<KeyPlace>>(all_keys(*long_performance()));
+  s.direct.directing.selected = std::make_shared<const std::vector<KeyPlace>>(all_keys(*long_performance()));
   draw(state, s);
 }
 void compare(benchmark::State& state) {
   Snapshot s = long_snapshot(Step::direct);
-  s.comparing = true;
+  s.direct.comparing = true;
   draw(state, s);
 }
 

@@ -57,7 +57,7 @@ class GuidePictures : public testing::Test {
   void rest() {
     std::this_thread::sleep_for(std::chrono::milliseconds(300));
     frames(4);
-    until([](const Snapshot& s) { return !s.rendering && !s.loading; });
+    until([](const Snapshot& s) { return !s.direct.rendering && !s.project.loading; });
     frames(4);
   }
   void keep(const std::string& name) {
@@ -84,11 +84,13 @@ TEST_F(GuidePictures, OfEveryStep) {
   } else {
     click("Try the demo");
   }
-  until([](const Snapshot& s) { return s.contents && s.clip_picture.image; });
+  until([](const Snapshot& s) { return s.project.contents && s.project.clip_picture.image; });
   click("step Film");
   keep("film");
   if (!made) click("Make the avatar");
-  until([](const Snapshot& s) { return s.situation.finished && !s.situation.running && s.contents->avatar; });
+  until([](const Snapshot& s) {
+    return s.situation.finished && !s.situation.running && s.project.contents->avatar;
+  });
   for (const auto& [step, name] : std::vector<std::pair<const char*, const char*>>{
            {"Check", "check"}, {"Cameras", "cameras"}, {"Face", "face"}, {"Train", "train"}}) {
     click(std::string("step ") + step);
@@ -97,12 +99,13 @@ TEST_F(GuidePictures, OfEveryStep) {
   click("step Direct");
   click("Smile");
   test::drag("avatar view", 70, 10, 0, [this] { loop_->frame(); });
-  until(
-      [](const Snapshot& s) { return s.picture && s.picture->last && s.picture->origin.moment == s.moment; });
+  until([](const Snapshot& s) {
+    return s.direct.picture && s.direct.picture->last && s.direct.picture->origin.moment == s.direct.moment;
+  });
   keep("direct");
   click("step Export");
   click("Export a still");
-  until([](const Snapshot& s) { return !s.exported.empty(); });
+  until([](const Snapshot& s) { return !s.exports.written.empty(); });
   keep("export");
 }
 

@@ -12,7 +12,7 @@
 #include <utility>
 #include <vector>
 
-#include "ui/clip_recorder.h"
+#include "ui/studio/clip_recorder.h"
 
 namespace likeness::ui::test {
 

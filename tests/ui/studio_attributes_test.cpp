@@ -56,7 +56,7 @@ class StudioAttributes : public test::DrivenStudio {
       click(masks().frame < wanted ? "Next picture" : "Previous picture");
     ASSERT_EQ(masks().frame, wanted);
     ASSERT_TRUE(until(30, [&](const Snapshot& s) {
-      return s.mask_picture.picture.image && s.mask_picture.picture.frame == wanted;
+      return s.masks.drawn.picture.image && s.masks.drawn.picture.frame == wanted;
     }));
   }
   fs::path project_;
@@ -65,10 +65,10 @@ class StudioAttributes : public test::DrivenStudio {
 TEST_F(StudioAttributes, IsPaintedTakenBackTrainedAndDirected) {
   start();
   TestWindow::get().window->drop({project_});
-  ASSERT_TRUE(until(60, [](const Snapshot& s) { return s.contents && s.contents->avatar; }));
+  ASSERT_TRUE(until(60, [](const Snapshot& s) { return s.project.contents && s.project.contents->avatar; }));
   click("step Cameras");
   click("Masks and background");
-  ASSERT_TRUE(until(60, [](const Snapshot& s) { return s.mask_picture.picture.image != nullptr; }));
+  ASSERT_TRUE(until(60, [](const Snapshot& s) { return s.masks.drawn.picture.image != nullptr; }));
   click("Paint an attribute");
   ASSERT_TRUE(masks().attributes.on);
   click("attribute name");
@@ -119,7 +119,7 @@ TEST_F(StudioAttributes, IsPaintedTakenBackTrainedAndDirected) {
   EXPECT_TRUE(until(60, [](const Snapshot& s) { return s.step(Step::train).state == StepState::stale; }));
   EXPECT_TRUE(masks().attributes.unlearnt);
   go_to(9);
-  ASSERT_TRUE(until(30, [](const Snapshot& s) { return s.mask_picture.edit == s.masks.edit; }));
+  ASSERT_TRUE(until(30, [](const Snapshot& s) { return s.masks.drawn.edit == s.masks.edit; }));
   for (const bool dark : {true, false}) {
     Snapshot s = studio_->snapshot();
     s.settings.dark = dark;
@@ -130,10 +130,10 @@ TEST_F(StudioAttributes, IsPaintedTakenBackTrainedAndDirected) {
   // -- The one button makes a slider of it.
   click("Make the avatar");
   ASSERT_TRUE(studio_->is_working());
-  ASSERT_TRUE(until(300, [](const Snapshot& s) { return !is_working(s.pipeline.job); }));
+  ASSERT_TRUE(until(300, [](const Snapshot& s) { return !is_working(s.project.pipeline.job); }));
   ASSERT_TRUE(until(60, [](const Snapshot& s) { return s.situation.finished; }))
-      << studio_->snapshot().pipeline.job.error.value_or(Error{}).what;
-  ASSERT_EQ(studio_->snapshot().contents->avatar->avatar.attributes.size(), 1u);
+      << studio_->snapshot().project.pipeline.job.error.value_or(Error{}).what;
+  ASSERT_EQ(studio_->snapshot().project.contents->avatar->avatar.attributes.size(), 1u);
   click("step Direct");
   frame();
   EXPECT_TRUE(noted_widgets().contains("Painted"));

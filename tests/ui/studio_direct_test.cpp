@@ -57,7 +57,7 @@ class StudioDirect : public testing::Test {
     Requests open;
     open.open = project_.folder();
     studio_->apply(open);
-    ASSERT_TRUE(until(30, [](const Snapshot& s) { return s.picture && s.picture->last; }));
+    ASSERT_TRUE(until(30, [](const Snapshot& s) { return s.direct.picture && s.direct.picture->last; }));
     frame();
   }
   void frame() { loop_->frame(); }
@@ -109,14 +109,14 @@ class StudioDirect : public testing::Test {
     at({1, 1}, false);
   }
   const Performance& performance() {
-    kept_ = studio_->snapshot().directing.performance;
+    kept_ = studio_->snapshot().direct.directing.performance;
     return *kept_;
   }
   std::vector<Key> keys(const std::string& channel) {
     const auto found = performance().channels.find(channel);
     return found == performance().channels.end() ? std::vector<Key>{} : found->second;
   }
-  double playhead() { return studio_->snapshot().directing.playhead_s; }
+  double playhead() { return studio_->snapshot().direct.directing.playhead_s; }
 
   likeness::test::TinyProject project_;
   std::shared_ptr<test::Cameras> cameras_ = std::make_shared<test::Cameras>();
@@ -139,7 +139,7 @@ TEST_F(StudioDirect, KeysAreRecordedMovedAndDeletedByTheMouse) {
   frame();
   drag(place("row head yaw", at, 4), place("row head yaw", 3, 4));
   EXPECT_NEAR(keys("head yaw")[1].time_s, 3, 0.08);
-  EXPECT_EQ(studio_->snapshot().directing.selected->size(), 1u);
+  EXPECT_EQ(studio_->snapshot().direct.directing.selected->size(), 1u);
   press('Z', true);
   EXPECT_NEAR(keys("head yaw")[1].time_s, at, 1e-6);
   press('Y', true);
@@ -155,14 +155,14 @@ TEST_F(StudioDirect, KeysAreRecordedMovedAndDeletedByTheMouse) {
   // A box about everything.
   const Rectangle row = noted_widgets().at("row head yaw");
   drag({row.high.x - 1, row.high.y - 1}, {row.low.x - 10, row.low.y + 1});
-  EXPECT_EQ(studio_->snapshot().directing.selected->size(), 2u);
+  EXPECT_EQ(studio_->snapshot().direct.directing.selected->size(), 2u);
   press(GLFW_KEY_DELETE);
   EXPECT_EQ(performance().channels.size(), 0u);
 }
 
 TEST_F(StudioDirect, TheKeyboardReachesEverything) {
   press('R', true, true);  // record
-  EXPECT_TRUE(studio_->snapshot().directing.record_keys);
+  EXPECT_TRUE(studio_->snapshot().direct.directing.record_keys);
   press(GLFW_KEY_END);
   EXPECT_NEAR(playhead(), 3.96, 1e-6);
   press(GLFW_KEY_LEFT, true);
@@ -179,21 +179,23 @@ TEST_F(StudioDirect, TheKeyboardReachesEverything) {
   press(GLFW_KEY_RIGHT, true, true);  // the next key
   EXPECT_GT(playhead(), 0);
   press('D', true);
-  const auto chosen = *studio_->snapshot().directing.selected;
+  const auto chosen = *studio_->snapshot().direct.directing.selected;
   ASSERT_FALSE(chosen.empty());
   press(GLFW_KEY_RIGHT, false, true);
-  EXPECT_NEAR(studio_->snapshot().directing.selected->front().time_s, chosen.front().time_s + 0.04, 1e-6);
+  EXPECT_NEAR(studio_->snapshot().direct.directing.selected->front().time_s, chosen.front().time_s + 0.04,
+              1e-6);
   press('C', true);
   press(GLFW_KEY_END);
   const std::size_t before = all_keys(performance()).size();
   press('V', true);
   EXPECT_GT(all_keys(performance()).size(), before);
   press('G', true);
-  EXPECT_EQ(find_key(performance(), studio_->snapshot().directing.selected->front())->easing, Easing::hold);
+  EXPECT_EQ(find_key(performance(), studio_->snapshot().direct.directing.selected->front())->easing,
+            Easing::hold);
   press(GLFW_KEY_DELETE);
   EXPECT_EQ(all_keys(performance()).size(), before);
   press('A', true);
-  EXPECT_EQ(studio_->snapshot().directing.selected->size(), before);
+  EXPECT_EQ(studio_->snapshot().direct.directing.selected->size(), before);
   press('C', true, true);  // the pose
   press(GLFW_KEY_HOME);
   press('V', true, true);
@@ -205,26 +207,28 @@ TEST_F(StudioDirect, TheKeyboardReachesEverything) {
 
 TEST_F(StudioDirect, PlayingMovesThePlayheadAndThePicture) {
   press('J', true);
-  const std::uint64_t moment = studio_->snapshot().moment;
+  const std::uint64_t moment = studio_->snapshot().direct.moment;
   press(GLFW_KEY_SPACE);
-  ASSERT_TRUE(studio_->snapshot().directing.playing);
+  ASSERT_TRUE(studio_->snapshot().direct.directing.playing);
   EXPECT_LT(studio_->patience_s(), 0.1);  // the window looks again soon
   ASSERT_TRUE(until(20, [&](const Snapshot& s) {
-    return s.directing.playhead_s > 0.2 && s.picture && s.picture->origin.moment > moment + 2;
+    return s.direct.directing.playhead_s > 0.2 && s.direct.picture &&
+           s.direct.picture->origin.moment > moment + 2;
   }));
   test::keep_shot("timeline_playing");
   click("play");
-  EXPECT_FALSE(studio_->snapshot().directing.playing);
+  EXPECT_FALSE(studio_->snapshot().direct.directing.playing);
   // At rest the picture becomes the best one again.
-  ASSERT_TRUE(
-      until(20, [](const Snapshot& s) { return s.picture->last && s.picture->origin.moment == s.moment; }));
+  ASSERT_TRUE(until(20, [](const Snapshot& s) {
+    return s.direct.picture->last && s.direct.picture->origin.moment == s.direct.moment;
+  }));
 }
 
 TEST_F(StudioDirect, WhatIsDirectedIsKeptAndABrokenFileIsPutAside) {
   press('J', true);
   const Performance directed = performance();
   start();
-  ASSERT_TRUE(until(10, [&](const Snapshot& s) { return *s.directing.performance == directed; }));
+  ASSERT_TRUE(until(10, [&](const Snapshot& s) { return *s.direct.directing.performance == directed; }));
   const fs::path file = project_.folder() / "performance.json";
   loop_.reset();
   studio_.reset();
@@ -258,13 +262,14 @@ TEST_F(StudioDirect, APerformanceIsSavedUnderANameAndOpenedAgain) {
   frame();
   click("entry performance-1.json");
   click("Open");
-  ASSERT_TRUE(until(5, [&](const Snapshot& s) { return *s.directing.performance == walk; }));
+  ASSERT_TRUE(until(5, [&](const Snapshot& s) { return *s.direct.directing.performance == walk; }));
   press('Z', true);  // opening is a step like any other
   EXPECT_NE(performance(), walk);
 }
 
 TEST_F(StudioDirect, ViewsThatWereNeverSeenFadeAndAreTold) {
-  EXPECT_EQ(studio_->snapshot().picture->origin.doubt, 0);  // no frame is known: nothing to compare with
+  EXPECT_EQ(studio_->snapshot().direct.picture->origin.doubt,
+            0);  // no frame is known: nothing to compare with
   // One frame, seen as the avatar rests.
   const Avatar avatar = filmed_avatar();
   Capture capture;
@@ -288,16 +293,18 @@ TEST_F(StudioDirect, ViewsThatWereNeverSeenFadeAndAreTold) {
   ASSERT_TRUE(write_track(track_path(*project), track).ok());
   start();
   const auto told = [] { return noted_widgets().contains("beyond"); };
-  ASSERT_FALSE(studio_->snapshot().contents->avatar->views.views.empty());
-  EXPECT_EQ(studio_->snapshot().picture->origin.doubt, 0);
+  ASSERT_FALSE(studio_->snapshot().project.contents->avatar->views.views.empty());
+  EXPECT_EQ(studio_->snapshot().direct.picture->origin.doubt, 0);
   EXPECT_FALSE(told());
   Requests turn;
   Performance turned;
   turned.channels["head yaw"] = {{0, 25}};
   turn.direct.edit(turned, "turn");
   studio_->apply(turn);
-  ASSERT_TRUE(until(20, [](const Snapshot& s) { return s.picture && s.picture->origin.moment == s.moment; }));
-  EXPECT_GT(studio_->snapshot().picture->origin.doubt, 0.2);
+  ASSERT_TRUE(until(20, [](const Snapshot& s) {
+    return s.direct.picture && s.direct.picture->origin.moment == s.direct.moment;
+  }));
+  EXPECT_GT(studio_->snapshot().direct.picture->origin.doubt, 0.2);
   frame();
   EXPECT_TRUE(told());
   test::keep_shot("direct_never_seen");
@@ -320,36 +327,38 @@ TEST_F(StudioDirect, TheTimelineIsDrawnAtEveryScaleInBothThemes) {
 
 TEST_F(StudioDirect, AVideoDrivesTheAvatarAndTheDriveBecomesKeys) {
   Requests drive;
-  drive.drive_video = likeness::test::long_clip();
+  drive.direct.drive_video = likeness::test::long_clip();
   studio_->apply(drive);
   frame();
-  ASSERT_TRUE(studio_->snapshot().live.on);
+  ASSERT_TRUE(studio_->snapshot().direct.live.on);
   press('E', true, true);
-  EXPECT_TRUE(studio_->snapshot().live.status.recording);
+  EXPECT_TRUE(studio_->snapshot().direct.live.status.recording);
   // A gain, while it runs.
   Requests gain;
-  gain.gains = std::map<std::string, float>{{"jawOpen", 1.5f}};
+  gain.direct.gains = std::map<std::string, float>{{"jawOpen", 1.5f}};
   studio_->apply(gain);
   bool followed = false, pictured = false;
   ASSERT_TRUE(until(90, [&](const Snapshot& s) {
-    if (s.picture && s.picture->origin.captured && s.live.on && s.live.latency_s > 0 && !pictured) {
+    if (s.direct.picture && s.direct.picture->origin.captured && s.direct.live.on &&
+        s.direct.live.latency_s > 0 && !pictured) {
       followed = true;
-      EXPECT_EQ(s.live.status.source, "long.mp4");
+      EXPECT_EQ(s.direct.live.status.source, "long.mp4");
       frame();
       test::keep_shot("drive_live");
       pictured = test::liveliness(TestWindow::get().window->read_pixels(), "driver picture") > 5;
     }
-    return !s.live.on || (pictured && s.live.status.recorded_s > 1);
+    return !s.direct.live.on || (pictured && s.direct.live.status.recorded_s > 1);
   }));
   EXPECT_TRUE(followed);
   EXPECT_TRUE(pictured);
   Requests enough;
   enough.ask(Command::stop_driving);
   studio_->apply(enough);
-  EXPECT_FALSE(studio_->snapshot().live.on);
-  ASSERT_TRUE(until(20, [&](const Snapshot& s) { return !s.directing.performance->channels.empty(); }));
+  EXPECT_FALSE(studio_->snapshot().direct.live.on);
+  ASSERT_TRUE(
+      until(20, [&](const Snapshot& s) { return !s.direct.directing.performance->channels.empty(); }));
   EXPECT_GT(keys("head yaw").size(), 2u);
-  EXPECT_EQ(studio_->snapshot().directing.undo_name, "record the drive");
+  EXPECT_EQ(studio_->snapshot().direct.directing.undo_name, "record the drive");
   for (int i = 0; i < 3; ++i) frame();
   test::keep_shot("drive_keys");
   press('Z', true);
@@ -358,26 +367,26 @@ TEST_F(StudioDirect, AVideoDrivesTheAvatarAndTheDriveBecomesKeys) {
 
 TEST_F(StudioDirect, ARecordedDriveSurvivesTheEndOfTheProgram) {
   Requests drive;
-  drive.drive_video = likeness::test::long_clip();
+  drive.direct.drive_video = likeness::test::long_clip();
   studio_->apply(drive);
   frame();
   press('E', true, true);
-  const auto recorded = [](const Snapshot& s) { return s.live.status.recorded_s > 0.3; };
+  const auto recorded = [](const Snapshot& s) { return s.direct.live.status.recorded_s > 0.3; };
   ASSERT_TRUE(until(60, recorded));
   start();  // in the middle of it
-  ASSERT_TRUE(until(20, [](const Snapshot& s) { return !s.directing.performance->channels.empty(); }));
+  ASSERT_TRUE(until(20, [](const Snapshot& s) { return !s.direct.directing.performance->channels.empty(); }));
   EXPECT_GT(keys("head yaw").size(), 2u);
 }
 
 TEST_F(StudioDirect, ADriveEndsWhereAClipIsRecordedAndTheProjectStays) {
   Requests drive;
-  drive.drive_video = likeness::test::long_clip();
+  drive.direct.drive_video = likeness::test::long_clip();
   studio_->apply(drive);
-  ASSERT_TRUE(until(30, [](const Snapshot& s) { return s.live.on; }));
+  ASSERT_TRUE(until(30, [](const Snapshot& s) { return s.direct.live.on; }));
   press('N', true, true);
   ASSERT_TRUE(until(
       60, [](const Snapshot& s) { return s.recorder && s.recorder->state == RecorderState::watching; }));
-  EXPECT_FALSE(studio_->snapshot().live.on) << "two of them hold one camera";
+  EXPECT_FALSE(studio_->snapshot().direct.live.on) << "two of them hold one camera";
   EXPECT_FALSE(noted_widgets().contains("avatar view"));
   press('J', true);  // what is not seen is not changed
   EXPECT_TRUE(performance().channels.empty());
@@ -393,7 +402,7 @@ TEST_F(StudioDirect, AWebcamThatIsNotThereIsToldWithARemedy) {
   click("Drive from the webcam");
   ASSERT_TRUE(until(20, [](const Snapshot& s) { return s.error.has_value(); }));
   EXPECT_FALSE(studio_->snapshot().error->fix.empty());
-  ASSERT_TRUE(until(5, [](const Snapshot& s) { return !s.live.on; }));
+  ASSERT_TRUE(until(5, [](const Snapshot& s) { return !s.direct.live.on; }));
   click("Dismiss");
 }
 

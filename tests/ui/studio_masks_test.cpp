@@ -50,18 +50,19 @@ class StudioMasks : public test::DrivenStudio {
   void show_masks() {
     start();
     TestWindow::get().window->drop({project_});
-    ASSERT_TRUE(until(60, [](const Snapshot& s) { return s.contents && s.contents->avatar; }));
+    ASSERT_TRUE(
+        until(60, [](const Snapshot& s) { return s.project.contents && s.project.contents->avatar; }));
     click("step Cameras");
     click("Masks and background");
-    ASSERT_TRUE(until(60, [](const Snapshot& s) { return s.mask_picture.picture.image != nullptr; }));
+    ASSERT_TRUE(until(60, [](const Snapshot& s) { return s.masks.drawn.picture.image != nullptr; }));
     frame();
   }
   MasksView masks() const { return studio_->snapshot().masks; }
   // The picture has the strokes as they are.
   bool drawn() {
     return until(30, [](const Snapshot& s) {
-      return s.mask_picture.picture.image && s.mask_picture.edit == s.masks.edit &&
-             s.mask_picture.look == s.masks.look && s.mask_picture.picture.frame == s.masks.frame;
+      return s.masks.drawn.picture.image && s.masks.drawn.edit == s.masks.edit &&
+             s.masks.drawn.look == s.masks.look && s.masks.drawn.picture.frame == s.masks.frame;
     });
   }
   Project opened() const {
@@ -146,7 +147,7 @@ TEST_F(StudioMasks, APaintedStrokeIsKeptTakenBackAndMadeIntoTheMask) {
   const Stroke stroke = masks().strokes->front();
   EXPECT_EQ(stroke.mark, StrokeMark::background);
   EXPECT_GE(stroke.points.size(), 2u);
-  const SquareCrop crop = studio_->snapshot().contents->capture->crop;
+  const SquareCrop crop = studio_->snapshot().project.contents->capture->crop;
   const Vec2d centre(crop.x + 0.5 * crop.side, crop.y + 0.5 * crop.side);
   EXPECT_LT((stroke.points.front() - centre).norm(), 0.01 * crop.side) << "painted where the mouse was";
   EXPECT_GT(stroke.points.back().x(), stroke.points.front().x());
@@ -182,9 +183,9 @@ TEST_F(StudioMasks, APaintedStrokeIsKeptTakenBackAndMadeIntoTheMask) {
   EXPECT_EQ(*masks().strokes, Strokes{stroke});
   click("Make the avatar");
   ASSERT_TRUE(studio_->is_working());
-  ASSERT_TRUE(until(400, [](const Snapshot& s) { return !is_working(s.pipeline.job); }));
+  ASSERT_TRUE(until(400, [](const Snapshot& s) { return !is_working(s.project.pipeline.job); }));
   ASSERT_TRUE(until(60, [](const Snapshot& s) { return s.situation.finished; }))
-      << studio_->snapshot().pipeline.job.error.value_or(Error{}).what;
+      << studio_->snapshot().project.pipeline.job.error.value_or(Error{}).what;
   EXPECT_EQ(middle_of_mask(number), 0);
   EXPECT_FALSE(masks().unmade);
 }

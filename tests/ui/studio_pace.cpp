@@ -85,7 +85,7 @@ class StudioPace : public testing::Test {
   }
 
   static double step_of(const Snapshot& s) {
-    return s.pipeline.training.empty() ? 0 : double(s.pipeline.training.back().step);
+    return s.project.pipeline.training.empty() ? 0 : double(s.project.pipeline.training.back().step);
   }
   // The window left alone for a time, or until its work is done.
   Watched leave_alone(double seconds) {
@@ -133,19 +133,21 @@ class StudioPace : public testing::Test {
     } else {
       click("Try the demo");
     }
-    ASSERT_TRUE(until(10, [](const Snapshot& s) { return s.contents && s.clip_picture.image; }));
-    if (studio_->snapshot().contents->project.consent == Consent::not_asked) click("They agreed");
+    ASSERT_TRUE(
+        until(10, [](const Snapshot& s) { return s.project.contents && s.project.clip_picture.image; }));
+    if (studio_->snapshot().project.contents->project.consent == Consent::not_asked) click("They agreed");
     const auto start = Clock::now();
     click("Make the avatar");
-    ASSERT_TRUE(until(30, [](const Snapshot& s) { return !s.pipeline.training.empty(); }));
+    ASSERT_TRUE(until(30, [](const Snapshot& s) { return !s.project.pipeline.training.empty(); }));
     const double training = since(start);
-    ASSERT_TRUE(until(5, [](const Snapshot& s) { return s.pipeline.preview != nullptr; }));
+    ASSERT_TRUE(until(5, [](const Snapshot& s) { return s.project.pipeline.preview != nullptr; }));
     const double preview = since(start) - training;
-    ASSERT_TRUE(until(30, [](const Snapshot& s) { return s.situation.finished && s.contents->avatar; }));
+    ASSERT_TRUE(
+        until(30, [](const Snapshot& s) { return s.situation.finished && s.project.contents->avatar; }));
     test::drag("avatar view", 60, 10, 0, [this] { loop_->frame(); });
     TestWindow::get().window->inject(std::nullopt);
     ASSERT_TRUE(until(1, [](const Snapshot& s) {
-      return s.picture && s.picture->last && s.picture->origin.moment == s.moment;
+      return s.direct.picture && s.direct.picture->last && s.direct.picture->origin.moment == s.direct.moment;
     }));
     fmt::print(
         "From the click to the first step of training {:.0f} s, from there to the first preview {:.0f} s; "
@@ -189,7 +191,7 @@ class StudioPace : public testing::Test {
     const fs::path folder = untrained(fmt::format("window{}", round));
     TestWindow::get().window->drop({folder});
     EXPECT_TRUE(until(1, [&](const Snapshot& s) {
-      return s.contents && s.contents->project.folder == folder && !s.loading;
+      return s.project.contents && s.project.contents->project.folder == folder && !s.project.loading;
     }));
     click("step Train");
     click("Make the avatar");
@@ -206,7 +208,7 @@ class StudioPace : public testing::Test {
       if (now > step) watched.seconds = since(start), step = now;
     }
     watched.steps = step - first;
-    EXPECT_TRUE(until(5, [](const Snapshot& s) { return !is_working(s.pipeline.job); }));
+    EXPECT_TRUE(until(5, [](const Snapshot& s) { return !is_working(s.project.pipeline.job); }));
     fs::remove_all(folder);
     return watched;
   }
@@ -230,7 +232,8 @@ class StudioPace : public testing::Test {
   void touched_beside_a_training() {
     TestWindow::get().window->drop({project_});
     ASSERT_TRUE(until(1, [&](const Snapshot& s) {
-      return s.contents && s.contents->project.folder == project_ && s.contents->avatar;
+      return s.project.contents && s.project.contents->project.folder == project_ &&
+             s.project.contents->avatar;
     }));
     click("step Train");
     click("Train longer");
@@ -248,7 +251,7 @@ class StudioPace : public testing::Test {
       if (paused) {
         click("step Train");
         click("Pause");
-        ASSERT_TRUE(until(1, [](const Snapshot& s) { return s.pipeline.job.waiting; }));
+        ASSERT_TRUE(until(1, [](const Snapshot& s) { return s.project.pipeline.job.waiting; }));
       }
       for (const View& view : kViews) {
         click(std::string("step ") + view.step);
@@ -263,7 +266,7 @@ class StudioPace : public testing::Test {
     }
     click("step Train");
     click("Stop");
-    EXPECT_TRUE(until(1, [](const Snapshot& s) { return !is_working(s.pipeline.job); }));
+    EXPECT_TRUE(until(1, [](const Snapshot& s) { return !is_working(s.project.pipeline.job); }));
   }
 
   fs::path folder_, project_;

@@ -130,23 +130,25 @@ void add_training(PipelineStatus& pipeline) {
 
 void add_exports(Snapshot& s) {
   const std::filesystem::path folder = "/home/me/Likeness/Ball.likeness/exports";
-  s.exporting = {.state = JobState::running, .fraction = 0.4, .text = "frame 40 of 100", .seconds_left = 24};
-  s.exports = {{1, folder / "still-001.png", {.state = JobState::done, .seconds = 2, .outcome = "written"}},
-               {2,
-                folder / "driven-001.mp4",
-                {.state = JobState::failed,
-                 .error = Error{ErrorCode::no_face, "No face was found in friend.mp4.",
-                                "Use a driving clip in which the face is close and well lit.", ""}}},
-               {3, folder / "head-001.glb", {.state = JobState::stopped}},
-               {4, folder / "orbit-001.mp4", s.exporting},
-               {5, folder / "orbit-002.mp4", {}}};
+  s.exports.status = {
+      .state = JobState::running, .fraction = 0.4, .text = "frame 40 of 100", .seconds_left = 24};
+  s.exports.items = {
+      {1, folder / "still-001.png", {.state = JobState::done, .seconds = 2, .outcome = "written"}},
+      {2,
+       folder / "driven-001.mp4",
+       {.state = JobState::failed,
+        .error = Error{ErrorCode::no_face, "No face was found in friend.mp4.",
+                       "Use a driving clip in which the face is close and well lit.", ""}}},
+      {3, folder / "head-001.glb", {.state = JobState::stopped}},
+      {4, folder / "orbit-001.mp4", s.exports.status},
+      {5, folder / "orbit-002.mp4", {}}};
 }
 
 Snapshot snapshot_of(Step step, Look look) {
   Snapshot s;
   s.shown = step;
   s.system = {.threads = 2, .memory = 1'200'000'000, .available = 9'000'000'000};
-  if (look == Look::loading) s.loading = true;
+  if (look == Look::loading) s.project.loading = true;
   if (look != Look::loading) {
     auto contents = std::make_shared<ProjectContents>(*ball_contents());
     if (look != Look::done) {
@@ -154,22 +156,23 @@ Snapshot snapshot_of(Step step, Look look) {
       contents->capture.reset(), contents->cameras.reset(), contents->track.reset(), contents->avatar.reset();
       if (look == Look::empty) contents->project.consent = Consent::not_asked;
     }
-    s.contents = look == Look::done ? ball_contents() : contents;
-    s.clip_picture = frame_picture(0);
-    if (look == Look::done) s.check_picture = s.face_picture = s.compare_picture = frame_picture(8);
+    s.project.contents = look == Look::done ? ball_contents() : contents;
+    s.project.clip_picture = frame_picture(0);
+    if (look == Look::done)
+      s.project.check_picture = s.project.face_picture = s.direct.compare_picture = frame_picture(8);
     if (look == Look::running) {
-      s.pipeline.job = {.state = JobState::running,
-                        .fraction = 0.6,
-                        .text = "step 600, training PSNR 29.1 dB",
-                        .seconds_left = 130};
+      s.project.pipeline.job = {.state = JobState::running,
+                                .fraction = 0.6,
+                                .text = "step 600, training PSNR 29.1 dB",
+                                .seconds_left = 130};
       constexpr Stage kStage[] = {Stage::import, Stage::import, Stage::align, Stage::fit,
                                   Stage::train,  Stage::train,  Stage::train};
-      s.pipeline.stage = kStage[std::size_t(step)];
-      s.pipeline.stage_fraction = 0.3;
-      s.pipeline.stage_seconds_left = 90;
-      add_training(s.pipeline);
+      s.project.pipeline.stage = kStage[std::size_t(step)];
+      s.project.pipeline.stage_fraction = 0.3;
+      s.project.pipeline.stage_seconds_left = 90;
+      add_training(s.project.pipeline);
       if (step == Step::export_out) {
-        s.contents = ball_contents();
+        s.project.contents = ball_contents();
         add_exports(s);
       }
     }
@@ -177,28 +180,29 @@ Snapshot snapshot_of(Step step, Look look) {
       for (StageRecord& record : contents->project.stages)
         record = {StageState::failed, "", 3, "Face found in 12 of 900 frames.", {"The picture is dark."}};
       contents->clip.reset();
-      s.exporting = {
+      s.exports.status = {
           .state = JobState::failed,
           .error = Error{ErrorCode::no_space, "The disk is full.", "Free 200 MB and export again.", ""}};
       s.error = Error{ErrorCode::no_face, "Face found in 12 of 900 frames.",
                       "Film again, facing the light, head and shoulders in the picture.", ""};
     }
     if (look == Look::done) {
-      add_training(s.pipeline);
-      s.pipeline.job.state = JobState::done;
-      s.pipeline.finished.fill(true);
-      s.exported = "/home/me/Likeness/Ball.likeness/exports/orbit-001.mp4";
+      add_training(s.project.pipeline);
+      s.project.pipeline.job.state = JobState::done;
+      s.project.pipeline.finished.fill(true);
+      s.exports.written = "/home/me/Likeness/Ball.likeness/exports/orbit-001.mp4";
       auto picture = std::make_shared<AvatarPicture>();
-      const ProjectAvatar& a = *s.contents->avatar;
+      const ProjectAvatar& a = *s.project.contents->avatar;
       const DirectedMoment rest = direct_moment(a.directed, {}, 0);
       picture->rgba = render_frame(a.avatar, resized(rest.camera, 64), pose_avatar(a.rig, rest.pose)).rgba;
       picture->last = true;
-      s.picture = picture;
+      s.direct.picture = picture;
     }
   }
-  s.curve = s.pipeline.curve;
-  s.steps = view_steps(s.contents.get(), s.loading, s.pipeline, s.exporting, s.exported);
-  s.situation = {.project = s.contents != nullptr,
+  s.project.curve = s.project.pipeline.curve;
+  s.steps = view_steps(s.project.contents.get(), s.project.loading, s.project.pipeline, s.exports.status,
+                       s.exports.written);
+  s.situation = {.project = s.project.contents != nullptr,
                  .clip_there = true,
                  .running = look == Look::running,
                  .training = look == Look::running && step == Step::train,
@@ -231,7 +235,7 @@ TEST_F(Panels, ASpanOfTheErrorStripIsMarkedAndAskedFor) {
   Requests last;
   const auto frame = [&] {
     const Requests now = draw_frame(snapshot);
-    if (now.refit || now.take_back || now.face_frame) last = now;
+    if (now.project.refit || now.project.take_back || now.project.face_frame) last = now;
   };
   (void)settled(snapshot);
   EXPECT_FALSE(noted_widgets().contains("Fit this span again"));
@@ -242,29 +246,29 @@ TEST_F(Panels, ASpanOfTheErrorStripIsMarkedAndAskedFor) {
   ASSERT_TRUE(noted_widgets().contains("Fit this span again"));
   keep_shot("panel_Face_marked");
   test::click("Fit this span again", frame);
-  ASSERT_TRUE(last.refit.has_value());
-  EXPECT_EQ(last.refit->first, 12);
-  EXPECT_EQ(last.refit->last, 17);
+  ASSERT_TRUE(last.project.refit.has_value());
+  EXPECT_EQ(last.project.refit->first, 12);
+  EXPECT_EQ(last.project.refit->last, 17);
   // A click shows a frame, and nothing is marked any more.
   test::click("face strip", frame);
-  ASSERT_TRUE(last.face_frame.has_value());
-  EXPECT_EQ(*last.face_frame, 12);
+  ASSERT_TRUE(last.project.face_frame.has_value());
+  EXPECT_EQ(*last.project.face_frame, 12);
   (void)settled(snapshot);
   EXPECT_FALSE(noted_widgets().contains("Fit this span again"));
   // Of a span that was fitted again: what came of it, and the way back.
   Snapshot again = snapshot;
-  auto contents = std::make_shared<ProjectContents>(*snapshot.contents);
+  auto contents = std::make_shared<ProjectContents>(*snapshot.project.contents);
   contents->project.options.fit.refits = {{6, 9}};
   contents->refits = {{{6, 9}, 4, 3, 2, 1}};
-  again.contents = contents;
+  again.project.contents = contents;
   (void)settled(again);
   keep_shot("panel_Face_refitted");
   last = {};
   test::click("Take the re-fit back", [&] {
-    if (const Requests now = draw_frame(again); now.take_back) last = now;
+    if (const Requests now = draw_frame(again); now.project.take_back) last = now;
   });
-  ASSERT_TRUE(last.take_back.has_value());
-  EXPECT_EQ(*last.take_back, (RefitSpan{6, 9}));
+  ASSERT_TRUE(last.project.take_back.has_value());
+  EXPECT_EQ(*last.project.take_back, (RefitSpan{6, 9}));
 }
 
 // Why an avatar is made as it is: one line until somebody wants to know.
@@ -282,7 +286,7 @@ TEST_F(Panels, ThePartsOfAnAvatarOpenWithTheirReasons) {
   Snapshot running = snapshot_of(Step::train, Look::running);
   (void)settled(running);
   EXPECT_FALSE(noted_widgets().contains(heading));
-  running.pipeline.parts = done.contents->card->parts;
+  running.project.pipeline.parts = done.project.contents->card->parts;
   const auto heading_at = [&] {
     (void)settled(running);
     EXPECT_TRUE(noted_widgets().contains(heading));
@@ -469,26 +473,26 @@ TEST_F(Panels, TheComparisonIsAskedForByItsWidgets) {
   Requests last;
   const auto frame = [&] {
     Requests now = draw_frame(s);
-    if (now.study_choice || now.close_study || !now.commands.empty()) last = std::move(now);
+    if (now.study.choice || now.study.close || !now.commands.empty()) last = std::move(now);
   };
   (void)settled(s);
   test::click("How soon", frame);
-  ASSERT_TRUE(last.study_choice.has_value());
-  EXPECT_EQ(last.study_choice->tables, (std::vector<std::string>{"models", "time"}));
+  ASSERT_TRUE(last.study.choice.has_value());
+  EXPECT_EQ(last.study.choice->tables, (std::vector<std::string>{"models", "time"}));
   last = {};
   test::click("Other methods", frame);
-  ASSERT_TRUE(last.study_choice.has_value());
-  EXPECT_TRUE(last.study_choice->tables.empty());
+  ASSERT_TRUE(last.study.choice.has_value());
+  EXPECT_TRUE(last.study.choice->tables.empty());
   last = {};
   test::click("5 min", frame);
-  ASSERT_TRUE(last.study_choice.has_value());
-  EXPECT_EQ(last.study_choice->seconds, 300);
+  ASSERT_TRUE(last.study.choice.has_value());
+  EXPECT_EQ(last.study.choice->seconds, 300);
   last = {};
   test::click("Start the comparison", frame);
   EXPECT_EQ(last.commands, std::vector<Command>{Command::start_study});
   last = {};
   test::click("Back to the training", frame);
-  EXPECT_TRUE(last.close_study);
+  EXPECT_TRUE(last.study.close);
   // The avatar's parts lead there.
   s.study.open = false;
   (void)settled(s);
@@ -526,11 +530,11 @@ TEST_F(Panels, ASolveAtWorkIsSeenBeforeAnybodyKnowsWhereTheHeadIs) {
   for (int i = 0; i < 400; ++i)
     model.points[i] = {Vec3d(0.1 * (i % 20) - 1, 0.1 * (i / 20) - 1, 0.8 + 0.02 * (i % 7)), 0.5, 3};
   Snapshot s = snapshot_of(Step::cameras, Look::running);
-  s.solving = solving_cameras(model);
-  ASSERT_NE(s.solving, nullptr);
+  s.project.solving = solving_cameras(model);
+  ASSERT_NE(s.project.solving, nullptr);
   EXPECT_GT(liveliness(settled(s), "camera view"), 1);
   keep_shot("cameras_solving");
-  s.solving.reset();
+  s.project.solving.reset();
   settled(s);
   EXPECT_EQ(noted_widgets().count("camera view"), 0u);
 }
@@ -586,7 +590,7 @@ TEST_F(Panels, TheQuestionOfConsentIsAnsweredByAClick) {
   settled(s);
   std::optional<Consent> answer;
   test::click("They agreed", [&] {
-    if (const Requests requests = draw_frame(s); requests.consent) answer = requests.consent;
+    if (const Requests requests = draw_frame(s); requests.project.consent) answer = requests.project.consent;
   });
   EXPECT_EQ(answer, Consent::given);
 }
@@ -603,9 +607,9 @@ TEST_F(Panels, TheVerdictOnAClipIsShownBeforeItIsImportedAndAfter) {
   for (const Look look : {Look::empty, Look::done}) {
     Snapshot s = snapshot_of(Step::check, look);
     s.situation.consent = s.situation.can_check = true;
-    s.checking.state = JobState::done;
-    s.verdict = std::make_shared<const CaptureVerdict>(bad_clip());
-    add_verdict(s.checking, s.verdict.get(), s.steps[std::size_t(Step::check)]);
+    s.project.checking.state = JobState::done;
+    s.project.verdict = std::make_shared<const CaptureVerdict>(bad_clip());
+    add_verdict(s.project.checking, s.project.verdict.get(), s.steps[std::size_t(Step::check)]);
     settled(s);
     keep_shot(fmt::format("verdict_{}", kLookWords[std::size_t(look)]));
     Requests asked;
@@ -617,11 +621,12 @@ TEST_F(Panels, TheVerdictOnAClipIsShownBeforeItIsImportedAndAfter) {
   }
   // A remark's time leads to its frame.
   Snapshot s = snapshot_of(Step::check, Look::done);
-  s.verdict = std::make_shared<const CaptureVerdict>(bad_clip());
+  s.project.verdict = std::make_shared<const CaptureVerdict>(bad_clip());
   settled(s);
   std::optional<int> frame;
   test::click("0\u20138 s", [&] {
-    if (const Requests requests = draw_frame(s); requests.check_frame) frame = requests.check_frame;
+    if (const Requests requests = draw_frame(s); requests.project.check_frame)
+      frame = requests.project.check_frame;
   });
   EXPECT_EQ(frame, 9);  // the first at 0.3 s
 }
@@ -629,14 +634,14 @@ TEST_F(Panels, TheVerdictOnAClipIsShownBeforeItIsImportedAndAfter) {
 // A snapshot's performance takes what was asked for.
 void take(Snapshot& s, const Requests& requests) {
   if (requests.direct.performance)
-    s.directing.performance = std::make_shared<const Performance>(*requests.direct.performance);
+    s.direct.directing.performance = std::make_shared<const Performance>(*requests.direct.performance);
 }
 
 TEST_F(Panels, TheMouseTurnsPansAndZoomsTheAvatar) {
   Snapshot s = snapshot_of(Step::direct, Look::done);
   settled(s);
   const auto frame = [&] { take(s, draw_frame(s)); };
-  const auto at = [&](const char* channel) { return value_at(*s.directing.performance, channel, 0); };
+  const auto at = [&](const char* channel) { return value_at(*s.direct.directing.performance, channel, 0); };
   test::drag("avatar view", 60, 20, 0, frame);
   EXPECT_LT(at("camera yaw"), -5);
   EXPECT_GT(at("camera pitch"), 1);
@@ -668,7 +673,7 @@ TEST_F(Panels, ASliderMovesTheJawAndLetsGoOnce) {
     take(s, requests);
     finished += requests.direct.finished;
   });
-  EXPECT_GT(value_at(*s.directing.performance, "head yaw", 0), 1);
+  EXPECT_GT(value_at(*s.direct.directing.performance, "head yaw", 0), 1);
   EXPECT_EQ(finished, 1);
 }
 
@@ -739,7 +744,8 @@ TEST_F(Panels, ArrowKeysStepThroughAStripThatTabReached) {
     for (const int now : {key, 0}) {
       keys.key = now;
       TestWindow::get().window->inject(keys);
-      if (const Requests requests = draw_frame(s); requests.check_frame) frame = requests.check_frame;
+      if (const Requests requests = draw_frame(s); requests.project.check_frame)
+        frame = requests.project.check_frame;
     }
   };
   for (int i = 0; i < 20 && !frame; ++i) press(GLFW_KEY_TAB), press(GLFW_KEY_RIGHT);
@@ -790,7 +796,7 @@ TEST_F(Panels, AWarningLeavesTheAvatarWhereItIs) {
   settled(s);
   EXPECT_FALSE(noted_widgets().contains("beyond"));
   const Rectangle before = noted_widgets().at("avatar view");
-  s.directing.beyond = {0.6, {"jawOpen"}};
+  s.direct.directing.beyond = {0.6, {"jawOpen"}};
   settled(s);
   keep_shot("direct_beyond");
   const Rectangle after = noted_widgets().at("avatar view"), warning = noted_widgets().at("beyond");
@@ -805,7 +811,7 @@ TEST_F(Panels, AWarningLeavesASmallAvatarInSight) {
   for (const int scale : {100, 125, 150, 200}) {
     Snapshot s = snapshot_of(Step::direct, Look::done);
     s.settings.scale_percent = scale;
-    s.directing.beyond = {0.6, {"jawOpen", "mouthSmile_L", "browInnerUp"}};
+    s.direct.directing.beyond = {0.6, {"jawOpen", "mouthSmile_L", "browInnerUp"}};
     settled(s);
     keep_shot(fmt::format("direct_beyond_{}", scale));
     const Rectangle view = noted_widgets().at("avatar view"), warning = noted_widgets().at("beyond");
@@ -875,7 +881,7 @@ TEST_F(Panels, QuestionsAreShownAndClosed) {
   draw_frame(s);
   // Of exports alone nothing is promised to be kept.
   Snapshot exporting = s;
-  exporting.pipeline = {};
+  exporting.project.pipeline = {};
   exporting.situation.running = false;
   exporting.situation.exporting = true;
   shell.ask(Question::closing);
@@ -940,11 +946,11 @@ TEST_F(Panels, AWorstMomentOfTheCardLeadsToItsFrame) {
   }
   Requests asked;
   test::click("Look at 0.1\u20130.4 s", [&] {
-    if (const Requests requests = draw_frame(s); requests.face_frame) asked = requests;
+    if (const Requests requests = draw_frame(s); requests.project.face_frame) asked = requests;
   });
   EXPECT_EQ(asked.show, Step::face);
-  ASSERT_TRUE(asked.face_frame.has_value());
-  EXPECT_NEAR(*asked.face_frame / 30.0, 0.25, 0.02);
+  ASSERT_TRUE(asked.project.face_frame.has_value());
+  EXPECT_NEAR(*asked.project.face_frame / 30.0, 0.25, 0.02);
 }
 
 TEST_F(Panels, ATrainingFrameIsLeftOutByAClickAndAHeldOutOneCannotBe) {
@@ -952,18 +958,19 @@ TEST_F(Panels, ATrainingFrameIsLeftOutByAClickAndAHeldOutOneCannotBe) {
   settled(s);
   std::optional<std::vector<int>> left_out;
   const auto watch = [&] {
-    if (const Requests requests = draw_frame(s); requests.left_out) left_out = requests.left_out;
+    if (const Requests requests = draw_frame(s); requests.project.left_out)
+      left_out = requests.project.left_out;
   };
   test::click("Leave it out of the training", watch);
   EXPECT_EQ(left_out, std::vector<int>{8});
-  auto contents = std::make_shared<ProjectContents>(*s.contents);
+  auto contents = std::make_shared<ProjectContents>(*s.project.contents);
   contents->project.options.train.left_out = {8, 12};
-  s.contents = contents;
+  s.project.contents = contents;
   settled(s);
   keep_shot("face_left_out");
   test::click("Take it in again", watch);
   EXPECT_EQ(left_out, std::vector<int>{12});
-  s.face_picture = frame_picture(22);  // held out
+  s.project.face_picture = frame_picture(22);  // held out
   settled(s);
   EXPECT_FALSE(noted_widgets().contains("Leave it out of the training"));
   EXPECT_FALSE(noted_widgets().contains("Take it in again"));
@@ -971,7 +978,7 @@ TEST_F(Panels, ATrainingFrameIsLeftOutByAClickAndAHeldOutOneCannotBe) {
 
 TEST_F(Panels, APlanThatWillNotFitOffersASmallerOne) {
   Snapshot s = snapshot_of(Step::film, Look::done);
-  auto contents = std::make_shared<ProjectContents>(*s.contents);
+  auto contents = std::make_shared<ProjectContents>(*s.project.contents);
   contents->current.fill(false);
   BuildForecast forecast;
   forecast.frames = 1800, forecast.disk = 4'200'000'000, forecast.memory = 9'100'000'000;
@@ -982,27 +989,28 @@ TEST_F(Panels, APlanThatWillNotFitOffersASmallerOne) {
       Error{ErrorCode::no_space, "The project will take about 4.2 GB more of the disk, and 3.0 GB are free.",
             "Free some of the disk, make smaller pictures, or use a shorter clip.", ""},
       512};
-  s.contents = contents;
+  s.project.contents = contents;
   s.situation.finished = false;
-  s.steps = view_steps(s.contents.get(), false, {}, {}, {});
+  s.steps = view_steps(s.project.contents.get(), false, {}, {}, {});
   settled(s);
   keep_shot("plan_too_large");
   std::optional<int> size;
   test::click("Make pictures of 512 px instead", [&] {
-    if (const Requests requests = draw_frame(s); requests.picture_size) size = requests.picture_size;
+    if (const Requests requests = draw_frame(s); requests.project.picture_size)
+      size = requests.project.picture_size;
   });
   EXPECT_EQ(size, 512);
 }
 
 TEST_F(Panels, FurtherClipsAreListedAddedAndTakenOut) {
   Snapshot s = snapshot_of(Step::film, Look::done);
-  auto contents = std::make_shared<ProjectContents>(*s.contents);
+  auto contents = std::make_shared<ProjectContents>(*s.project.contents);
   contents->further = {
       {2, "ada-at-the-window-with-a-very-long-name-from-her-phone.mp4", std::nullopt, StageState::done,
        "Built-in head; 180 frames good, 4 weak, 0 lost; landmarks within 1.26 px."},
       {3, "wall.mp4", std::nullopt, StageState::failed, "A face was found in 0 of 180 frames."},
       {4, "new.mp4", std::nullopt, StageState::to_do, ""}};
-  s.contents = contents;
+  s.project.contents = contents;
   for (const int percent : {100, 200}) {
     s.settings.scale_percent = percent;
     settled(s);
@@ -1017,7 +1025,7 @@ TEST_F(Panels, FurtherClipsAreListedAddedAndTakenOut) {
   const auto watch = [&] {
     const Requests requests = draw_frame(s);
     asked.insert(asked.end(), requests.commands.begin(), requests.commands.end());
-    if (requests.remove_clip) taken = requests.remove_clip;
+    if (requests.project.remove_clip) taken = requests.project.remove_clip;
   };
   test::click("Take out", watch);
   EXPECT_EQ(taken, 4);
@@ -1029,7 +1037,8 @@ TEST_F(Panels, ADeletionIsAskedForAndAnswered) {
   const Snapshot s = snapshot_of(Step::film, Look::done);
   std::optional<bool> answer;
   const auto watch = [&] {
-    if (const Requests requests = draw_frame(s); requests.delete_person) answer = requests.delete_person;
+    if (const Requests requests = draw_frame(s); requests.project.delete_person)
+      answer = requests.project.delete_person;
   };
   Shell& shell = *TestWindow::get().shell;
   for (const auto& [button, expected] :
@@ -1051,7 +1060,7 @@ TEST_F(Panels, ADamagedProjectIsRepairedOrDeletedByAButton) {
   Snapshot s;
   const std::filesystem::path folder = "/home/me/Likeness/Ada.likeness";
   s.settings.recent = {folder};
-  s.damaged = DamagedProject{.folder = folder};
+  s.project.damaged = DamagedProject{.folder = folder};
   s.error = Error{ErrorCode::bad_input, (folder / "project.json").string() + " cannot be read: cut off.",
                   "Put a good copy of this file back, or let it be made again from the rest.", ""};
   s.situation = {.damaged = true, .repairable = true};
@@ -1072,7 +1081,8 @@ TEST_F(Panels, ADamagedProjectIsRepairedOrDeletedByAButton) {
   keep_shot("question_delete_damaged");
   std::optional<bool> answer;
   test::click("Delete all, exports too", [&] {
-    if (const Requests requests = draw_frame(s); requests.delete_person) answer = requests.delete_person;
+    if (const Requests requests = draw_frame(s); requests.project.delete_person)
+      answer = requests.project.delete_person;
   });
   EXPECT_EQ(answer, false);
   // One of a newer Likeness can only be deleted.
@@ -1099,11 +1109,11 @@ TEST_F(Panels, AClipThatMovedIsLookedForByAButton) {
 TEST_F(Panels, TheExportPanelAsksForWhatItsKindNeeds) {
   for (const ExportKind kind : kExportKinds) {
     Snapshot s = snapshot_of(Step::export_out, Look::done);
-    s.export_choice.kind = kind;
-    s.export_choice.moving = kind == ExportKind::mesh;
-    s.export_choice.ground = kind == ExportKind::still    ? ExportGround::colour
-                             : kind == ExportKind::driven ? ExportGround::picture
-                                                          : ExportGround::light;
+    s.exports.choice.kind = kind;
+    s.exports.choice.moving = kind == ExportKind::mesh;
+    s.exports.choice.ground = kind == ExportKind::still    ? ExportGround::colour
+                              : kind == ExportKind::driven ? ExportGround::picture
+                                                           : ExportGround::light;
     settled(s);
     keep_shot(fmt::format("export_{}", int(kind)));
     EXPECT_EQ(noted_widgets().contains("Choose a clip..."), kind == ExportKind::driven);
@@ -1119,7 +1129,7 @@ TEST_F(Panels, TheExportPanelAsksForWhatItsKindNeeds) {
 TEST_F(Panels, WhatIsMissingIsSaidBeforeItIsExported) {
   Snapshot s = snapshot_of(Step::export_out, Look::done);
   const auto asked = [&](ExportKind kind) {
-    s.export_choice.kind = kind;
+    s.exports.choice.kind = kind;
     settled(s);
     bool any = false;
     const Command command = kind == ExportKind::driven ? Command::export_driven : Command::export_performance;
@@ -1129,30 +1139,30 @@ TEST_F(Panels, WhatIsMissingIsSaidBeforeItIsExported) {
   EXPECT_FALSE(asked(ExportKind::driven));
   keep_shot("export_missing");
   EXPECT_FALSE(asked(ExportKind::performance));
-  s.export_choice.clip = "/home/me/Videos/friend.mp4";
-  s.export_choice.performance = "/home/me/Likeness/hello.json";
+  s.exports.choice.clip = "/home/me/Videos/friend.mp4";
+  s.exports.choice.performance = "/home/me/Likeness/hello.json";
   EXPECT_TRUE(asked(ExportKind::driven));
   EXPECT_TRUE(asked(ExportKind::performance));
 }
 
 TEST_F(Panels, ExportsAreStoppedTriedAgainAndTakenOffTheList) {
   Snapshot s = snapshot_of(Step::export_out, Look::running);
-  s.contents = ball_contents();
-  s.exports = {{7, "a.mp4", {}}};
+  s.project.contents = ball_contents();
+  s.exports.items = {{7, "a.mp4", {}}};
   settled(s);
   Requests last;
   const auto watch = [&] {
     const Requests requests = draw_frame(s);
-    if (requests.stop_export || requests.retry_export || requests.forget_export) last = requests;
+    if (requests.exports.stop || requests.exports.retry || requests.exports.forget) last = requests;
   };
   test::click("Stop", watch);
-  EXPECT_EQ(last.stop_export, 7);
-  s.exports[0].status.state = JobState::failed;
+  EXPECT_EQ(last.exports.stop, 7);
+  s.exports.items[0].status.state = JobState::failed;
   settled(s);
   test::click("Try again", watch);
-  EXPECT_EQ(last.retry_export, 7);
+  EXPECT_EQ(last.exports.retry, 7);
   test::click("Take off the list", watch);
-  EXPECT_EQ(last.forget_export, 7);
+  EXPECT_EQ(last.exports.forget, 7);
   std::vector<Command> commands;
   test::click("Show the exports' folder", [&] {
     for (const Command command : draw_frame(s).commands) commands.push_back(command);

@@ -28,10 +28,10 @@ class StudioPath : public test::DrivenStudio {
 TEST_F(StudioPath, FromTheStartScreenToAnExportedPicture) {
   test::keep_shot("path_0_start");
   click("Try the demo");
-  ASSERT_TRUE(until(60, [](const Snapshot& s) { return s.contents != nullptr; }))
+  ASSERT_TRUE(until(60, [](const Snapshot& s) { return s.project.contents != nullptr; }))
       << "the demo was not filmed";
-  EXPECT_EQ(studio_->snapshot().contents->project.consent, Consent::no_real_person);
-  ASSERT_TRUE(until(5, [](const Snapshot& s) { return s.clip_picture.image != nullptr; }));
+  EXPECT_EQ(studio_->snapshot().project.contents->project.consent, Consent::no_real_person);
+  ASSERT_TRUE(until(5, [](const Snapshot& s) { return s.project.clip_picture.image != nullptr; }));
   EXPECT_GT(liveliness("clip picture"), 10);
   test::keep_shot("path_1_film");
 
@@ -41,56 +41,60 @@ TEST_F(StudioPath, FromTheStartScreenToAnExportedPicture) {
   EXPECT_TRUE(studio_->computes());
   // A pause keeps what is done; the same button goes on.
   ASSERT_TRUE(until(60, [](const Snapshot& s) {
-    return s.pipeline.finished[std::size_t(Stage::import)] || !is_working(s.pipeline.job);
+    return s.project.pipeline.finished[std::size_t(Stage::import)] || !is_working(s.project.pipeline.job);
   }));
-  ASSERT_TRUE(studio_->is_working()) << studio_->snapshot().pipeline.job.error.value_or(Error{}).what;
+  ASSERT_TRUE(studio_->is_working()) << studio_->snapshot().project.pipeline.job.error.value_or(Error{}).what;
   click("Pause");
   // It waits where it is; the same place goes on.
-  ASSERT_TRUE(
-      until(20, [](const Snapshot& s) { return s.pipeline.job.waiting || !is_working(s.pipeline.job); }));
-  const PipelineStatus paused = studio_->snapshot().pipeline;
+  ASSERT_TRUE(until(20, [](const Snapshot& s) {
+    return s.project.pipeline.job.waiting || !is_working(s.project.pipeline.job);
+  }));
+  const PipelineStatus paused = studio_->snapshot().project.pipeline;
   ASSERT_TRUE(is_working(paused.job)) << paused.job.error.value_or(Error{}).what;
   // Nothing to leave time to: the window is drawn as often as a hand moves.
   EXPECT_FALSE(studio_->computes());
   EXPECT_EQ(loop_->rest_s(), 0);
   test::keep_shot("path_2_paused");
   click("Continue");
-  EXPECT_FALSE(studio_->snapshot().pipeline.job.paused);
+  EXPECT_FALSE(studio_->snapshot().project.pipeline.job.paused);
   // A stop ends the work and keeps what is done.
   click("step Film");
   click("Stop");
-  ASSERT_TRUE(until(20, [](const Snapshot& s) { return s.pipeline.job.state == JobState::stopped; }));
+  ASSERT_TRUE(until(20, [](const Snapshot& s) { return s.project.pipeline.job.state == JobState::stopped; }));
   ASSERT_TRUE(until(5, [](const Snapshot& s) { return s.step(Step::check).state == StepState::done; }));
   click("Continue");
-  ASSERT_TRUE(until(150, [](const Snapshot& s) { return !is_working(s.pipeline.job); }));
-  ASSERT_TRUE(until(10, [](const Snapshot& s) { return s.situation.finished && s.contents->avatar; }))
-      << studio_->snapshot().pipeline.job.error.value_or(Error{}).what;
+  ASSERT_TRUE(until(150, [](const Snapshot& s) { return !is_working(s.project.pipeline.job); }));
+  ASSERT_TRUE(until(10, [](const Snapshot& s) { return s.situation.finished && s.project.contents->avatar; }))
+      << studio_->snapshot().project.pipeline.job.error.value_or(Error{}).what;
   EXPECT_EQ(studio_->snapshot().shown, Step::direct);
-  EXPECT_FALSE(studio_->snapshot().pipeline.training.empty());
-  EXPECT_NE(studio_->snapshot().pipeline.preview, nullptr);
+  EXPECT_FALSE(studio_->snapshot().project.pipeline.training.empty());
+  EXPECT_NE(studio_->snapshot().project.pipeline.preview, nullptr);
 
-  const auto rested = [](const Snapshot& s) { return s.picture && s.picture->last && !s.rendering; };
+  const auto rested = [](const Snapshot& s) {
+    return s.direct.picture && s.direct.picture->last && !s.direct.rendering;
+  };
   ASSERT_TRUE(until(30, rested));
   EXPECT_GT(liveliness("avatar view"), 10);
   test::keep_shot("path_6_direct");
-  const Image straight = studio_->snapshot().picture->rgba;
+  const Image straight = studio_->snapshot().direct.picture->rgba;
 
   const auto value = [this](const char* channel) {
-    const DirectingView view = studio_->snapshot().directing;
+    const DirectingView view = studio_->snapshot().direct.directing;
     return value_at(*view.performance, channel, view.playhead_s);
   };
   test::drag("##head yaw", 30, 0, 0, [this] { frame(); });
   EXPECT_GT(value("head yaw"), 1);
   click("Undo");
-  EXPECT_EQ(*studio_->snapshot().directing.performance, Performance{});
+  EXPECT_EQ(*studio_->snapshot().direct.directing.performance, Performance{});
   click("Redo");
   EXPECT_GT(value("head yaw"), 1);
   test::drag("avatar view", 60, 0, 0, [this] { frame(); });
   EXPECT_LT(value("camera yaw"), -5);
-  ASSERT_TRUE(
-      until(30, [&](const Snapshot& s) { return rested(s) && s.picture->origin.moment == s.moment; }));
-  EXPECT_NE(studio_->snapshot().picture->rgba.data, straight.data);
-  const Performance directed = *studio_->snapshot().directing.performance;
+  ASSERT_TRUE(until(30, [&](const Snapshot& s) {
+    return rested(s) && s.direct.picture->origin.moment == s.direct.moment;
+  }));
+  EXPECT_NE(studio_->snapshot().direct.picture->rgba.data, straight.data);
+  const Performance directed = *studio_->snapshot().direct.directing.performance;
 
   for (const auto& [step, widget] :
        std::vector<std::pair<const char*, const char*>>{{"Check", "check picture"},
@@ -104,34 +108,35 @@ TEST_F(StudioPath, FromTheStartScreenToAnExportedPicture) {
   }
   // A span marked on the error strip is fitted again by itself, and taken back.
   click("step Face");
-  const auto first = studio_->snapshot().contents->track;
+  const auto first = studio_->snapshot().project.contents->track;
   const Rectangle strip = noted_widgets().at("face strip");
   test::drag("face strip", 0.1f * (strip.high.x - strip.low.x), 0, 0, [this] { frame(); });
   click("Fit this span again");
-  ASSERT_TRUE(until(60, [](const Snapshot& s) { return !is_working(s.pipeline.job) && !s.message.empty(); }))
-      << studio_->snapshot().error.value_or(Error{}).what;
+  ASSERT_TRUE(until(60, [](const Snapshot& s) {
+    return !is_working(s.project.pipeline.job) && !s.message.empty();
+  })) << studio_->snapshot().error.value_or(Error{}).what;
   EXPECT_NE(studio_->snapshot().message.find("fitted again"), std::string::npos)
       << studio_->snapshot().message;
-  ASSERT_TRUE(until(10, [](const Snapshot& s) { return s.contents->refits.size() == 1; }));
+  ASSERT_TRUE(until(10, [](const Snapshot& s) { return s.project.contents->refits.size() == 1; }));
   EXPECT_EQ(studio_->snapshot().shown, Step::face);
   test::keep_shot("path_Face_refitted");
   click("Dismiss");
   click("Take the re-fit back");
   ASSERT_TRUE(until(20, [](const Snapshot& s) {
-    return !is_working(s.pipeline.job) && s.situation.finished && s.contents->refits.empty();
+    return !is_working(s.project.pipeline.job) && s.situation.finished && s.project.contents->refits.empty();
   }));
-  EXPECT_EQ(studio_->snapshot().contents->track->frames.size(), first->frames.size());
+  EXPECT_EQ(studio_->snapshot().project.contents->track->frames.size(), first->frames.size());
   click("Dismiss");
   click("step Train");
   EXPECT_GT(liveliness("training curve"), 5);
   // The card beside it: what it learnt, with the worst moments of the clip.
-  ASSERT_NE(studio_->snapshot().contents->card, nullptr);
-  EXPECT_GT(studio_->snapshot().contents->card->trained, 20);
+  ASSERT_NE(studio_->snapshot().project.contents->card, nullptr);
+  EXPECT_GT(studio_->snapshot().project.contents->card->trained, 20);
 
   click("step Export");
   click("Export a still");
-  ASSERT_TRUE(until(30, [](const Snapshot& s) { return !s.exported.empty(); }));
-  const auto still = read_image(studio_->snapshot().exported);
+  ASSERT_TRUE(until(30, [](const Snapshot& s) { return !s.exports.written.empty(); }));
+  const auto still = read_image(studio_->snapshot().exports.written);
   ASSERT_TRUE(still.ok()) << still.error().what;
   EXPECT_EQ(still->width, 256);
   test::keep_shot("path_7_export");
@@ -180,22 +185,22 @@ TEST_F(StudioPath, FromTheStartScreenToAnExportedPicture) {
   // Started again, the project is among the recent ones and opens where it can be directed.
   start();
   click("recent demo.likeness");
-  ASSERT_TRUE(until(20, [](const Snapshot& s) { return s.contents && s.contents->avatar; }));
+  ASSERT_TRUE(until(20, [](const Snapshot& s) { return s.project.contents && s.project.contents->avatar; }));
   EXPECT_EQ(studio_->snapshot().shown, Step::direct);
   // What was directed is still there, and is the command line's file.
-  ASSERT_TRUE(until(5, [&](const Snapshot& s) { return *s.directing.performance == directed; }));
+  ASSERT_TRUE(until(5, [&](const Snapshot& s) { return *s.direct.directing.performance == directed; }));
   const auto file = read_performance(folder_ / "projects" / "demo.likeness" / "performance.json");
   ASSERT_TRUE(file.ok()) << file.error().what;
   EXPECT_EQ(*file, directed);
   // The curve of its training is there, too.
-  EXPECT_GE(studio_->snapshot().curve.training.size(), 2u);
+  EXPECT_GE(studio_->snapshot().project.curve.training.size(), 2u);
   click("step Train");
   EXPECT_GT(liveliness("training curve"), 5);
   test::keep_shot("path_8_reopened");
 
   // Everything of the person goes when asked for, and only after the question.
-  const fs::path folder = studio_->snapshot().contents->project.folder;
-  const fs::path clip = studio_->snapshot().contents->project.options.shared.video;
+  const fs::path folder = studio_->snapshot().project.contents->project.folder;
+  const fs::path clip = studio_->snapshot().project.contents->project.options.shared.video;
   const auto ask = [&] {
     TestWindow::get().shell->ask(Question::delete_person);
     frame();
@@ -207,7 +212,7 @@ TEST_F(StudioPath, FromTheStartScreenToAnExportedPicture) {
   frame();
   test::keep_shot("path_9_delete");
   click("Delete all, exports too");
-  ASSERT_TRUE(until(10, [](const Snapshot& s) { return !s.contents && !s.deleting; }));
+  ASSERT_TRUE(until(10, [](const Snapshot& s) { return !s.project.contents && !s.project.deleting; }));
   EXPECT_FALSE(fs::exists(folder));
   EXPECT_TRUE(fs::exists(clip));
   EXPECT_TRUE(studio_->snapshot().settings.recent.empty());
@@ -219,7 +224,7 @@ TEST_F(StudioPath, AClipThatIsNoneIsRefusedWithARemedy) {
   TestWindow::get().window->drop({file});
   ASSERT_TRUE(until(10, [](const Snapshot& s) { return s.error.has_value(); }));
   EXPECT_FALSE(studio_->snapshot().error->fix.empty());
-  EXPECT_EQ(studio_->snapshot().contents, nullptr);
+  EXPECT_EQ(studio_->snapshot().project.contents, nullptr);
   click("Dismiss");
   EXPECT_FALSE(studio_->snapshot().error.has_value());
 }

@@ -106,20 +106,20 @@ TEST_F(StudioRecord, FromTheStartScreenToTheProjectOfTheClip) {
   EXPECT_TRUE(studio_->is_working());
   test::keep_shot("record_recording");
   click("Stop recording");
-  ASSERT_TRUE(until([](const Snapshot& s) { return s.contents && s.clip_picture.image; }));
+  ASSERT_TRUE(until([](const Snapshot& s) { return s.project.contents && s.project.clip_picture.image; }));
   const Snapshot now = studio_->snapshot();
   EXPECT_FALSE(now.recorder.has_value());
   EXPECT_FALSE(now.error.has_value());
   EXPECT_EQ(now.shown, Step::film);
-  EXPECT_EQ(now.contents->project.consent, Consent::not_asked);
+  EXPECT_EQ(now.project.contents->project.consent, Consent::not_asked);
   ASSERT_EQ(clips().size(), 1u);
-  EXPECT_EQ(now.contents->project.options.shared.video, clips()[0]);
+  EXPECT_EQ(now.project.contents->project.options.shared.video, clips()[0]);
   EXPECT_EQ(now.settings.recent.size(), 1u);
   EXPECT_EQ(cameras_->in_use, 0);
   frame();
   test::keep_shot("record_opened");
   click("It is me");
-  ASSERT_TRUE(until([](const Snapshot& s) { return s.contents->project.consent == Consent::own; }));
+  ASSERT_TRUE(until([](const Snapshot& s) { return s.project.contents->project.consent == Consent::own; }));
 
   // From an open project the same page, and back to it.
   press('N');  // with Shift it records: this one browses
@@ -133,7 +133,7 @@ TEST_F(StudioRecord, FromTheStartScreenToTheProjectOfTheClip) {
   click("Back without a clip");
   frame();
   EXPECT_TRUE(noted_widgets().contains("step Film"));
-  EXPECT_TRUE(studio_->snapshot().contents != nullptr);
+  EXPECT_TRUE(studio_->snapshot().project.contents != nullptr);
   EXPECT_EQ(clips().size(), 1u);
 }
 
@@ -161,10 +161,10 @@ TEST_F(StudioRecord, ACameraThatBreaksLeavesItsClipAndSaysSo) {
   click("Record a clip");
   film();
   cameras_->broken = true;
-  ASSERT_TRUE(until([](const Snapshot& s) { return s.contents != nullptr; }));
+  ASSERT_TRUE(until([](const Snapshot& s) { return s.project.contents != nullptr; }));
   const Snapshot now = studio_->snapshot();
   ASSERT_EQ(clips().size(), 1u);
-  EXPECT_EQ(now.contents->project.options.shared.video, clips()[0]);
+  EXPECT_EQ(now.project.contents->project.options.shared.video, clips()[0]);
   ASSERT_TRUE(now.error.has_value());
   EXPECT_NE(now.error->what.find("broke off"), std::string::npos) << now.error->what;
   EXPECT_NE(now.error->fix.find("is kept"), std::string::npos) << now.error->fix;
@@ -210,9 +210,9 @@ TEST_F(StudioRecord, WhatIsDroppedWaitsForTheEndOfTheRecording) {
   for (int i = 0; i < 5; ++i) ASSERT_TRUE(writer->add(Image8(64, 48, 3, std::uint8_t(40 * i))).ok());
   ASSERT_TRUE(writer->finish().ok());
   TestWindow::get().window->drop({folder_ / "other.mp4"});
-  ASSERT_TRUE(until([](const Snapshot& s) { return s.contents != nullptr; }));
+  ASSERT_TRUE(until([](const Snapshot& s) { return s.project.contents != nullptr; }));
   EXPECT_FALSE(studio_->snapshot().recorder.has_value());
-  EXPECT_EQ(studio_->snapshot().contents->project.options.shared.video, folder_ / "other.mp4");
+  EXPECT_EQ(studio_->snapshot().project.contents->project.options.shared.video, folder_ / "other.mp4");
 }
 
 TEST_F(StudioRecord, OneOfSeveralWebcamsIsChosen) {

@@ -1,4 +1,4 @@
-// Step 3: where the cameras stood about the head; beside it, who was told from the background in their
+// Step 3: where the cameras stood about the head; beside it, what was separated from the background in their
 // pictures.
 #include <fmt/format.h>
 
@@ -11,14 +11,14 @@ namespace likeness::ui {
 namespace {
 
 void draw_solving(const Snapshot& snapshot, Views& views) {
-  views.cameras.set(snapshot.solving);
+  views.cameras.set(snapshot.project.solving);
   if (plain_button("Look at all")) views.cameras.look_at_all();
   ImGui::SameLine();
   ImGui::AlignTextToFramePadding();
   faint_text(fmt::format(
       "The camera's path so far: {} places, and points of the room. Several starts are tried, so it may "
-      "begin anew. Drag to orbit, wheel to zoom.",
-      snapshot.solving->cameras.size()));
+      "start over. Drag to orbit, wheel to zoom.",
+      snapshot.project.solving->cameras.size()));
   begin_card("cameras card");
   views.cameras.draw("camera view", ImGui::GetContentRegionAvail());
   end_card();
@@ -36,8 +36,8 @@ void draw_pages(const Snapshot& snapshot, Requests& requests) {
 
 void draw_cameras_step(const Snapshot& snapshot, Views& views, Requests& requests) {
   draw_step_state(snapshot.step(Step::cameras));
-  const ProjectContents* contents = snapshot.contents.get();
-  if (snapshot.solving) {
+  const ProjectContents* contents = snapshot.project.contents.get();
+  if (snapshot.project.solving) {
     draw_solving(snapshot, views);
     return;
   }
@@ -52,7 +52,7 @@ void draw_cameras_step(const Snapshot& snapshot, Views& views, Requests& request
         "The cameras are found. They are drawn as soon as the next step knows where the head is.");
     return;
   }
-  views.cameras.set(snapshot.contents);
+  views.cameras.set(snapshot.project.contents);
   if (plain_button("Look at all")) views.cameras.look_at_all();
   ImGui::SameLine();
   ImGui::AlignTextToFramePadding();
@@ -61,8 +61,8 @@ void draw_cameras_step(const Snapshot& snapshot, Views& views, Requests& request
           ? "The camera rested: each frustum is how the turning head saw it. Drag to orbit, wheel to zoom."
       : contents->points && !contents->points->empty()
           ? fmt::format(
-                "Each frustum is one frame's camera, seen from the head; the {} points are what their path "
-                "hangs on. Drag to orbit, wheel to zoom.",
+                "Each frustum is one frame's camera, seen from the head; the {} points are those that fix "
+                "their path. Drag to orbit, wheel to zoom.",
                 contents->points->size())
           : "Each frustum is one frame's camera, seen from the head. Drag to orbit, wheel to zoom.");
   begin_card("cameras card");

@@ -6,8 +6,8 @@
 #include <numbers>
 
 #include "core/train/choose_parts.h"
-#include "ui/channel_words.h"
 #include "ui/steps.h"
+#include "ui/studio/channel_words.h"
 #include "ui/theme.h"
 #include "ui/widgets.h"
 
@@ -106,8 +106,8 @@ void draw_card(const Snapshot& snapshot, const Card& card, Views& views, Request
     ImGui::PushID(number++);
     note("moment", Tone::warn, moment.what, moment.film_again);
     const std::string when = fmt::format("Look at {:.1f}\u2013{:.1f} s", moment.from_s, moment.to_s);
-    if (plain_button(when.c_str()) && snapshot.contents->track) {
-      requests.face_frame = frame_at(*snapshot.contents->track, moment);
+    if (plain_button(when.c_str()) && snapshot.project.contents->track) {
+      requests.project.face_frame = frame_at(*snapshot.project.contents->track, moment);
       requests.show = Step::face;
     }
     ImGui::PopID();

@@ -37,26 +37,27 @@ Tone tone_of(Verdict verdict) {
 // What the capture check found; a remark's time leads to its frame where the clip is imported.
 void draw_verdict(const Snapshot& snapshot, Requests& requests) {
   if (snapshot.situation.checking) {
-    body_text("Looking at the clip: " + snapshot.checking.text);
-    progress_bar(float(snapshot.checking.fraction));
+    body_text("Looking at the clip: " + snapshot.project.checking.text);
+    progress_bar(float(snapshot.project.checking.fraction));
     return;
   }
-  if (snapshot.checking.error && snapshot.checking.error->code != ErrorCode::cancelled)
-    note("check failed", Tone::bad, snapshot.checking.error->what, snapshot.checking.error->fix);
-  if (snapshot.verdict) {
-    note("verdict", tone_of(snapshot.verdict->verdict),
-         std::string(verdict_words(snapshot.verdict->verdict)));
+  if (snapshot.project.checking.error && snapshot.project.checking.error->code != ErrorCode::cancelled)
+    note("check failed", Tone::bad, snapshot.project.checking.error->what,
+         snapshot.project.checking.error->fix);
+  if (snapshot.project.verdict) {
+    note("verdict", tone_of(snapshot.project.verdict->verdict),
+         std::string(verdict_words(snapshot.project.verdict->verdict)));
     int number = 0;
-    for (const Remark& remark : snapshot.verdict->remarks) {
+    for (const Remark& remark : snapshot.project.verdict->remarks) {
       ImGui::PushID(number++);
       note("remark", remark.grave ? Tone::bad : Tone::warn, remark.what, remark.remedy);
       const std::string when = fmt::format("{:.0f}\u2013{:.0f} s", remark.from_s, remark.to_s);
-      if (!snapshot.contents->capture) {
+      if (!snapshot.project.contents->capture) {
         faint_text(when);
       } else if (plain_button(when.c_str())) {
-        const auto& frames = snapshot.contents->capture->frames;
+        const auto& frames = snapshot.project.contents->capture->frames;
         const auto there = std::ranges::lower_bound(frames, remark.from_s, {}, &CaptureFrame::time_s);
-        if (there != frames.end()) requests.check_frame = there->frame;
+        if (there != frames.end()) requests.project.check_frame = there->frame;
       }
       ImGui::PopID();
     }
@@ -69,8 +70,9 @@ void draw_verdict(const Snapshot& snapshot, Requests& requests) {
 
 void draw_check_step(const Snapshot& snapshot, Views& views, Requests& requests) {
   draw_step_state(snapshot.step(Step::check));
-  if (!snapshot.contents || !snapshot.contents->capture) {
-    if (snapshot.contents && (snapshot.verdict || snapshot.checking.state != JobState::none)) {
+  if (!snapshot.project.contents || !snapshot.project.contents->capture) {
+    if (snapshot.project.contents &&
+        (snapshot.project.verdict || snapshot.project.checking.state != JobState::none)) {
       begin_card("verdict card", ImGui::GetContentRegionAvail(), true);
       draw_verdict(snapshot, requests);
       end_card();
@@ -81,7 +83,7 @@ void draw_check_step(const Snapshot& snapshot, Views& views, Requests& requests)
     }
     return;
   }
-  const Capture& capture = *snapshot.contents->capture;
+  const Capture& capture = *snapshot.project.contents->capture;
   const Palette& p = theme().colours;
   double sharpest = 1e-9;
   int used = 0, held_out = 0;
@@ -106,29 +108,31 @@ void draw_check_step(const Snapshot& snapshot, Views& views, Requests& requests)
     legend(p.good, fmt::format("{} held out for measuring", held_out));
     legend(p.bad, fmt::format("{} refused", int(capture.frames.size()) - used - held_out));
     if (const auto clicked =
-            draw_frame_strip("check strip", bars, snapshot.check_picture.frame, px(72), words))
-      requests.check_frame = clicked;
+            draw_frame_strip("check strip", bars, snapshot.project.check_picture.frame, px(72), words))
+      requests.project.check_frame = clicked;
     faint_text("Height: sharpness. Click a frame to see it.");
     ImGui::Dummy({0, px(2)});
   };
   const bool low = is_low();
   if (!low) draw_strip();
   const ImVec2 area = ImGui::GetContentRegionAvail();
-  views.check.follow(snapshot.check_picture);
+  views.check.follow(snapshot.project.check_picture);
   begin_card("frame", {std::min(area.x * (low ? 0.5f : 0.6f), area.y), area.y});
   const ImVec2 room = ImGui::GetContentRegionAvail();
   if (!views.check.texture.empty()) {
     draw_picture("check picture", views.check.texture, room);
   } else {
-    draw_nothing_yet(snapshot.check_picture.missing.empty() ? "Reading\u2026"
-                                                            : snapshot.check_picture.missing.c_str());
+    draw_nothing_yet(snapshot.project.check_picture.missing.empty()
+                         ? "Reading\u2026"
+                         : snapshot.project.check_picture.missing.c_str());
   }
   end_card();
   ImGui::SameLine(0, px(16));
   begin_card("about", {0, area.y}, true);
   if (low) draw_strip();
   draw_verdict(snapshot, requests);
-  const auto chosen = std::ranges::find(capture.frames, snapshot.check_picture.frame, &CaptureFrame::frame);
+  const auto chosen =
+      std::ranges::find(capture.frames, snapshot.project.check_picture.frame, &CaptureFrame::frame);
   if (chosen != capture.frames.end()) {
     ImGui::PushFont(theme().fonts.strong);
     ImGui::Text("Frame %d", chosen->frame);

@@ -6,8 +6,8 @@
 #include <numbers>
 #include <utility>
 
-#include "ui/channel_words.h"
 #include "ui/steps.h"
+#include "ui/studio/channel_words.h"
 #include "ui/theme.h"
 #include "ui/widgets.h"
 
@@ -25,7 +25,7 @@ constexpr double kFadeADistance = 40;  // degrees that a camera twice as far awa
 // What the mouse does to the camera: left orbits, right or middle pans, wheel zooms, with Ctrl it dollies.
 void move_view(const Snapshot& snapshot, const Fitted& place, bool hovered, bool active, Requests& requests) {
   const ImGuiIO& io = ImGui::GetIO();
-  const DirectingView& directing = snapshot.directing;
+  const DirectingView& directing = snapshot.direct.directing;
   Performance edited = requests.direct.start(directing);
   const ValueEdit at{directing.playhead_s, directing.record_keys};
   bool moved = false;
@@ -110,9 +110,9 @@ void draw_beyond(const BeyondSeen& beyond, const Fitted& place) {
 }
 
 void draw_view(const Snapshot& snapshot, Views& views, ImVec2 area, Requests& requests) {
-  const AvatarPicture* picture = snapshot.picture.get();
+  const AvatarPicture* picture = snapshot.direct.picture.get();
   const Fitted place = fit_into(ImGui::GetCursorScreenPos(), area, 1, 1);
-  requests.view_px = int(place.size.x);
+  requests.direct.view_px = int(place.size.x);
   ImGui::SetCursorScreenPos(place.at);
   ImGui::InvisibleButton("avatar view", {std::max(1.f, place.size.x), std::max(1.f, place.size.y)},
                          ImGuiButtonFlags_MouseButtonLeft | ImGuiButtonFlags_MouseButtonRight |
@@ -128,12 +128,12 @@ void draw_view(const Snapshot& snapshot, Views& views, ImVec2 area, Requests& re
         colour(theme().colours.faint), words);
     return;
   }
-  const Avatar& avatar = snapshot.contents->avatar->avatar;
+  const Avatar& avatar = snapshot.project.contents->avatar->avatar;
   if (views.rendered.get() != picture) {
     views.render->set_picture(picture->rgba);
-    views.rendered = snapshot.picture;
+    views.rendered = snapshot.direct.picture;
   }
-  if (!avatar.plate.empty()) views.plate.follow(avatar.plate, snapshot.contents->avatar);
+  if (!avatar.plate.empty()) views.plate.follow(avatar.plate, snapshot.project.contents->avatar);
   const ViewPoint& seen = picture->origin.view;
   Backdrop backdrop;
   const Palette& p = theme().colours;
@@ -158,12 +158,12 @@ void draw_view(const Snapshot& snapshot, Views& views, ImVec2 area, Requests& re
   const ImVec2 end{place.at.x + place.size.x, place.at.y + place.size.y};
   ImGui::GetWindowDrawList()->AddImageRounded(shown, place.at, end, {0, 0}, {1, 1}, IM_COL32_WHITE,
                                               px(kRounding));
-  if (snapshot.comparing) {
-    draw_wipe(snapshot.compare_picture, views, place);
+  if (snapshot.direct.comparing) {
+    draw_wipe(snapshot.direct.compare_picture, views, place);
     if (active && ImGui::IsMouseDown(ImGuiMouseButton_Left))
       views.wipe = std::clamp((ImGui::GetIO().MousePos.x - place.at.x) / place.size.x, 0.f, 1.f);
   } else {
-    draw_beyond(snapshot.directing.beyond, place);
+    draw_beyond(snapshot.direct.directing.beyond, place);
     move_view(snapshot, place, hovered, active, requests);
   }
   if (let_go || (hovered && ImGui::GetIO().MouseWheel != 0)) requests.direct.finished = true;
@@ -172,8 +172,8 @@ void draw_view(const Snapshot& snapshot, Views& views, ImVec2 area, Requests& re
 // A slider of a channel at the playhead, with the range the clip showed.
 void draw_channel(const Snapshot& snapshot, const ChannelGroup& group, const std::string& channel,
                   Requests& requests) {
-  const DirectingView& directing = snapshot.directing;
-  const auto& limits = snapshot.contents->avatar->limits;
+  const DirectingView& directing = snapshot.direct.directing;
+  const auto& limits = snapshot.project.contents->avatar->limits;
   const float start = ImGui::GetCursorPosX(), width = ImGui::GetContentRegionAvail().x, label = 0.42f * width;
   std::string words = channel_words(channel), shown = words_within(group, channel);
   const bool both = directing.linked && channel.ends_with("_L");
@@ -187,7 +187,7 @@ void draw_channel(const Snapshot& snapshot, const ChannelGroup& group, const std
   ImGui::SameLine(start + label);
   ChannelScale scale = channel_scale(channel);
   // Of an attribute there is nothing beyond what was seen.
-  for (const AttributeRegion& region : snapshot.contents->avatar->avatar.attributes)
+  for (const AttributeRegion& region : snapshot.project.contents->avatar->avatar.attributes)
     if (channel == action_channel(region.name)) scale.low = region.low, scale.high = region.high;
   SliderRange range{scale.low, scale.high, 0, 0, rest_value(channel)};
   if (const auto seen = limits.find(channel); seen != limits.end())
@@ -203,7 +203,7 @@ void draw_channel(const Snapshot& snapshot, const ChannelGroup& group, const std
 }
 
 void draw_presets(const Snapshot& snapshot, Requests& requests) {
-  const std::vector<Preset>& presets = snapshot.contents->avatar->presets;
+  const std::vector<Preset>& presets = snapshot.project.contents->avatar->presets;
   const float width = ImGui::GetContentRegionAvail().x, gap = px(6);
   ImGui::PushStyleVar(ImGuiStyleVar_FramePadding, ImVec2(px(4), ImGui::GetStyle().FramePadding.y));
   float widest = 0;
@@ -220,8 +220,8 @@ void draw_presets(const Snapshot& snapshot, Requests& requests) {
     const bool nothing = preset.seen < kNothingSeen;
     if (plain_button(preset_words(preset).c_str(), !nothing,
                      (width - float(columns - 1) * gap) / float(columns))) {
-      Performance edited = requests.direct.start(snapshot.directing);
-      apply_preset(edited, preset, snapshot.directing.edit());
+      Performance edited = requests.direct.start(snapshot.direct.directing);
+      apply_preset(edited, preset, snapshot.direct.directing.edit());
       requests.direct.edit(std::move(edited), preset_words(preset));
       requests.direct.finished = true;
     }
@@ -243,13 +243,13 @@ void step_button(Command command, const Situation& now, const std::string& name,
 
 void draw_controls(const Snapshot& snapshot, Views& views, Requests& requests) {
   const Situation& now = snapshot.situation;
-  const DirectingView& directing = snapshot.directing;
+  const DirectingView& directing = snapshot.direct.directing;
   const float half = 0.5f * (ImGui::GetContentRegionAvail().x - px(6));
   step_button(Command::undo, now, directing.undo_name, half, requests);
   ImGui::SameLine(0, px(6));
   step_button(Command::redo, now, directing.redo_name, half, requests);
   if (group_heading("Drive live", views.open_drive)) draw_drive(snapshot, views, requests);
-  ImGui::BeginDisabled(snapshot.comparing);
+  ImGui::BeginDisabled(snapshot.direct.comparing);
   ImGui::Dummy({0, px(2)});
   ImGui::PushFont(theme().fonts.strong);
   ImGui::TextUnformatted("Expressions");
@@ -258,8 +258,8 @@ void draw_controls(const Snapshot& snapshot, Views& views, Requests& requests) {
   bool linked = directing.linked;
   if (tick_box("Link both sides", &linked)) requests.direct.linked = linked;
   std::size_t number = 0;
-  for (const ChannelGroup& group :
-       group_channels(*snapshot.contents->model, snapshot.contents->avatar->avatar.attributes)) {
+  for (const ChannelGroup& group : group_channels(*snapshot.project.contents->model,
+                                                  snapshot.project.contents->avatar->avatar.attributes)) {
     bool& open = views.open_groups[std::min(number, views.open_groups.size() - 1)];
     ImGui::PushID(int(number++));
     if (group_heading(group.words.c_str(), open))
@@ -270,14 +270,14 @@ void draw_controls(const Snapshot& snapshot, Views& views, Requests& requests) {
   ImGui::EndDisabled();
   ImGui::Dummy({0, px(4)});
   faint_text(
-      "Green under a slider: what the clip showed. Double click: back to none. Coloured words: keys on "
+      "Green under a slider: what the clip showed. Double click: back to rest. Coloured words: keys on "
       "the timeline.");
 }
 
 // One line; what does not fit is in the menu Edit.
 void draw_bar(const Snapshot& snapshot, Requests& requests) {
   const Situation& now = snapshot.situation;
-  if (command_button(Command::compare, now, snapshot.comparing)) requests.ask(Command::compare);
+  if (command_button(Command::compare, now, snapshot.direct.comparing)) requests.ask(Command::compare);
   for (const Command command : {Command::reset_view, Command::reset_head, Command::reset_face}) {
     if (!same_line_if_fits(command_info(command).words.data())) break;
     if (command_button(command, now)) requests.ask(command);
@@ -291,9 +291,9 @@ void draw_foot(const Snapshot& snapshot, Views& views, float width) {
   ImGui::PushFont(theme().fonts.small);
   ImGui::PushStyleColor(ImGuiCol_Text, theme().colours.faint);
   const std::string words =
-      std::string(snapshot.comparing ? "Drag: wipe between avatar and clip"
-                                     : "Drag: orbit  \u00b7  right: pan  \u00b7  wheel: zoom") +
-      (snapshot.rendering ? "  \u00b7  refining\u2026" : "");
+      std::string(snapshot.direct.comparing ? "Drag: wipe between avatar and clip"
+                                            : "Drag: orbit  \u00b7  right: pan  \u00b7  wheel: zoom") +
+      (snapshot.direct.rendering ? "  \u00b7  refining\u2026" : "");
   const bool narrow = width < px(420);
   clipped_text(words, narrow ? width : width - tuner - px(70));
   ImGui::PopStyleColor();
@@ -307,10 +307,10 @@ void draw_foot(const Snapshot& snapshot, Views& views, float width) {
 }
 
 void draw_compare_strip(const Snapshot& snapshot, Requests& requests) {
-  const std::vector<int> frames = shown_frames(*snapshot.contents, false);
+  const std::vector<int> frames = shown_frames(*snapshot.project.contents, false);
   const Palette& p = theme().colours;
   const auto held_out = [&](int frame) {
-    const auto& all = snapshot.contents->capture->frames;
+    const auto& all = snapshot.project.contents->capture->frames;
     return std::ranges::lower_bound(all, frame, {}, &CaptureFrame::frame)->held_out;
   };
   std::vector<StripBar> bars;
@@ -321,14 +321,14 @@ void draw_compare_strip(const Snapshot& snapshot, Requests& requests) {
                        held_out(frames[i]) ? ", held out: the training never saw it" : "");
   };
   if (const auto clicked =
-          draw_frame_strip("compare strip", bars, snapshot.compare_picture.frame, px(26), words))
-    requests.compare_frame = clicked;
+          draw_frame_strip("compare strip", bars, snapshot.direct.compare_picture.frame, px(26), words))
+    requests.direct.compare_frame = clicked;
 }
 
 }  // namespace
 
 void draw_direct_step(const Snapshot& snapshot, Views& views, Requests& requests) {
-  if (!snapshot.contents || !snapshot.contents->avatar || !snapshot.contents->model) {
+  if (!snapshot.project.contents || !snapshot.project.contents->avatar || !snapshot.project.contents->model) {
     draw_nothing_yet(
         "Here the avatar will turn its head, speak and smile. Make it first: the steps above lead there.");
     return;
@@ -339,7 +339,7 @@ void draw_direct_step(const Snapshot& snapshot, Views& views, Requests& requests
   ImGui::BeginChild("stage", {left, area.y}, false,
                     ImGuiWindowFlags_NoScrollbar | ImGuiWindowFlags_NoScrollWithMouse);
   draw_bar(snapshot, requests);
-  if (snapshot.comparing) draw_compare_strip(snapshot, requests);
+  if (snapshot.direct.comparing) draw_compare_strip(snapshot, requests);
   const bool low = is_low();  // the picture needs the foot's height more
   const float foot = low ? 0 : ImGui::GetFrameHeightWithSpacing(),
               timeline = timeline_height(snapshot, area.y);

@@ -3,8 +3,8 @@
 
 #include <algorithm>
 
-#include "ui/channel_words.h"
 #include "ui/steps.h"
+#include "ui/studio/channel_words.h"
 #include "ui/theme.h"
 #include "ui/widgets.h"
 
@@ -63,8 +63,8 @@ void draw_figures(const LiveView& live) {
 }
 
 void draw_gains(const Snapshot& snapshot, Requests& requests) {
-  std::map<std::string, float> gains = requests.gains.value_or(snapshot.live.gains);
-  for (const NamedAction& action : snapshot.contents->model->actions) {
+  std::map<std::string, float> gains = requests.direct.gains.value_or(snapshot.direct.live.gains);
+  for (const NamedAction& action : snapshot.project.contents->model->actions) {
     if (action.name.ends_with("_R")) continue;
     const bool both = action.name.ends_with("_L");
     std::string words = action_words(action.name);
@@ -81,19 +81,19 @@ void draw_gains(const Snapshot& snapshot, Requests& requests) {
     gains[action.name] = gain;
     if (both) gains[action.name.substr(0, action.name.size() - 1) + "R"] = gain;
     std::erase_if(gains, [](const auto& entry) { return entry.second == 1; });
-    requests.gains = gains;
+    requests.direct.gains = gains;
   }
 }
 
 }  // namespace
 
 void draw_drive(const Snapshot& snapshot, Views& views, Requests& requests) {
-  const LiveView& live = snapshot.live;
+  const LiveView& live = snapshot.direct.live;
   const Situation& now = snapshot.situation;
   const float width = ImGui::GetContentRegionAvail().x;
   if (!live.on) {
-    if (!now.consent) faint_text("Say first, in the step Film, whether the filmed person agreed.");
-    if (now.studying) faint_text("Methods are being compared: wait for the end or stop it first.");
+    if (!now.consent) faint_text("Say first, in the Film step, whether the filmed person agreed.");
+    if (now.studying) faint_text("Methods are being compared: wait until that ends, or stop it first.");
     for (const Command command : {Command::drive_video, Command::drive_webcam})
       if (command_button(command, now, false, width)) requests.ask(command);
   } else {

@@ -3,8 +3,8 @@
 
 #include <cmath>
 
-#include "ui/channel_words.h"
 #include "ui/steps.h"
+#include "ui/studio/channel_words.h"
 #include "ui/theme.h"
 #include "ui/widgets.h"
 
@@ -114,7 +114,8 @@ void draw_background(const Snapshot& snapshot, ExportChoice& asked, Requests& re
   ground("A colour", ExportGround::colour);
   ground("A picture", ExportGround::picture);
   ground("Transparent", ExportGround::transparent);
-  const bool room = room_possible(asked, snapshot.directing.view, snapshot.contents->avatar->avatar);
+  const bool room =
+      room_possible(asked, snapshot.direct.directing.view, snapshot.project.contents->avatar->avatar);
   ImGui::BeginDisabled(!room);
   ground("The filmed room", ExportGround::room);
   ImGui::EndDisabled();
@@ -162,7 +163,7 @@ void draw_manner(const Snapshot& snapshot, ExportChoice& asked, Requests& reques
     }
     return;
   }
-  const int size = snapshot.contents->avatar->avatar.size;
+  const int size = snapshot.project.contents->avatar->avatar.size;
   if (asked.kind != ExportKind::still) {
     choice_label("File", px(kLabel));
     ImGui::BeginDisabled(asked.ground == ExportGround::transparent);
@@ -248,11 +249,11 @@ void draw_item(const ExportItem& item, Requests& requests) {
   ImGui::SameLine(ImGui::GetContentRegionMax().x - buttons);
   ImGui::BeginGroup();
   if (again) {
-    if (plain_button("Try again")) requests.retry_export = item.number;
+    if (plain_button("Try again")) requests.exports.retry = item.number;
     ImGui::SameLine();
   }
   if (plain_button(own, state != JobState::stopping))
-    (working || state == JobState::none ? requests.stop_export : requests.forget_export) = item.number;
+    (working || state == JobState::none ? requests.exports.stop : requests.exports.forget) = item.number;
   ImGui::EndGroup();
   if (working) progress_bar(float(item.status.fraction), 4);
   ImGui::Dummy({0, px(2)});
@@ -260,19 +261,19 @@ void draw_item(const ExportItem& item, Requests& requests) {
 }
 
 void draw_queue(const Snapshot& snapshot, Requests& requests) {
-  if (!snapshot.exports.empty()) ImGui::AlignTextToFramePadding();
+  if (!snapshot.exports.items.empty()) ImGui::AlignTextToFramePadding();
   strong_text("Exports");
-  if (snapshot.exports.empty()) {
-    faint_text("Files go to " + (snapshot.contents->project.folder / "exports").string());
+  if (snapshot.exports.items.empty()) {
+    faint_text("Files go to " + (snapshot.project.contents->project.folder / "exports").string());
     return;
   }
   ImGui::SameLine(0, px(16));
   if (command_button(Command::show_exports, snapshot.situation)) requests.ask(Command::show_exports);
   if (snapshot.situation.exporting && same_line_if_fits(command_info(Command::stop_export).words.data()))
     if (command_button(Command::stop_export, snapshot.situation)) requests.ask(Command::stop_export);
-  for (auto item = snapshot.exports.rbegin(); item != snapshot.exports.rend(); ++item)
+  for (auto item = snapshot.exports.items.rbegin(); item != snapshot.exports.items.rend(); ++item)
     draw_item(*item, requests);
-  faint_text("Files are in " + (snapshot.contents->project.folder / "exports").string());
+  faint_text("Files are in " + (snapshot.project.contents->project.folder / "exports").string());
 }
 
 // What is to be chosen before it can be exported; empty: nothing.
@@ -281,7 +282,7 @@ std::string missing_words(const ExportChoice& choice, const Performance& directe
     return "Choose the clip that drives the avatar first.";
   const bool performs = choice.kind == ExportKind::performance || (!makes_pictures(choice) && choice.moving);
   if (performs && choice.performance.empty() && directed.channels.empty())
-    return "There is no performance yet: direct one in the step Direct, or choose a file of one.";
+    return "There is no performance yet: direct one in the Direct step, or choose a performance file.";
   if (makes_pictures(choice) && choice.ground == ExportGround::picture && choice.picture.empty())
     return "Choose the picture of the background first.";
   return {};
@@ -295,18 +296,18 @@ void note_height(float& height) {
 }  // namespace
 
 void draw_export_step(const Snapshot& snapshot, Views& views, Requests& requests) {
-  if (!snapshot.contents || !snapshot.contents->avatar) {
+  if (!snapshot.project.contents || !snapshot.project.contents->avatar) {
     draw_nothing_yet("Pictures and films of the avatar are written here, as soon as there is one.");
     return;
   }
   if (!snapshot.situation.consent)
     note("consent", Tone::warn, "Whether the filmed person agreed was not answered yet.",
-         "Answer it in the step Film.");
+         "Answer it in the Film step.");
   if (snapshot.situation.running && !snapshot.situation.paused)
     note("busy", Tone::plain, "The training is at work: pause or finish it before exporting.");
   if (snapshot.situation.studying)
     note("compared", Tone::plain,
-         "Methods are being compared: wait for the end or stop it before exporting.");
+         "Methods are being compared: wait until that ends, or stop it, before exporting.");
   // In a low window the whole step scrolls, so that the queue is never pressed to nothing.
   const bool narrow = ImGui::GetContentRegionAvail().x < px(520);  // large letters: one card below the other
   const bool low = narrow || ImGui::GetContentRegionAvail().y < px(430);
@@ -315,7 +316,7 @@ void draw_export_step(const Snapshot& snapshot, Views& views, Requests& requests
   // Within what scrolls, nothing scrolls again: the cards are as high as what is in them.
   const float both = std::max(views.export_what, views.export_how), gap = px(16);
   const float tall = low ? both : std::max(px(200), std::min(px(364), 0.6f * area.y));
-  ExportChoice asked = snapshot.export_choice;
+  ExportChoice asked = snapshot.exports.choice;
   begin_card("what", {narrow ? 0 : 0.42f * (area.x - gap), narrow ? views.export_what : tall}, true);
   draw_kinds(snapshot, asked, requests);
   note_height(views.export_what);
@@ -325,10 +326,10 @@ void draw_export_step(const Snapshot& snapshot, Views& views, Requests& requests
   draw_manner(snapshot, asked, requests);
   note_height(views.export_how);
   end_card();
-  asked = settled(asked, snapshot.directing.view, snapshot.contents->avatar->avatar);
-  if (!(asked == snapshot.export_choice)) requests.export_choice = asked;
+  asked = settled(asked, snapshot.direct.directing.view, snapshot.project.contents->avatar->avatar);
+  if (!(asked == snapshot.exports.choice)) requests.exports.choice = asked;
   const Command command = words_of(asked.kind).command;
-  const std::string missing = missing_words(asked, *snapshot.directing.performance);
+  const std::string missing = missing_words(asked, *snapshot.direct.directing.performance);
   const std::string beside = !missing.empty()               ? missing
                              : snapshot.situation.exporting ? "It takes its turn after those below."
                                                             : "";

@@ -25,15 +25,15 @@ ImVec4 verdict_ink(FrameStatus status) {
 }
 
 bool is_left_out(const Snapshot& snapshot, int frame) {
-  return std::ranges::binary_search(snapshot.contents->project.options.train.left_out, frame);
+  return std::ranges::binary_search(snapshot.project.contents->project.options.train.left_out, frame);
 }
 
 // Training frames can be taken out by a click; those that measure cannot, or the measure would lie.
 void draw_training_choice(const Snapshot& snapshot, int frame, Requests& requests) {
-  const auto& frames = snapshot.contents->capture->frames;
+  const auto& frames = snapshot.project.contents->capture->frames;
   const auto own = std::ranges::find(frames, frame, &CaptureFrame::frame);
   if (own == frames.end()) return;
-  std::vector<int> left_out = snapshot.contents->project.options.train.left_out;
+  std::vector<int> left_out = snapshot.project.contents->project.options.train.left_out;
   if (own->held_out) {
     faint_text("Held out: it measures the avatar and never trains. It cannot be left out.");
   } else if (!own->used) {
@@ -42,26 +42,26 @@ void draw_training_choice(const Snapshot& snapshot, int frame, Requests& request
     body_text("Left out of the training.");
     if (plain_button("Take it in again", !snapshot.situation.running)) {
       std::erase(left_out, frame);
-      requests.left_out = left_out;
+      requests.project.left_out = left_out;
     }
   } else {
     if (plain_button("Leave it out of the training", !snapshot.situation.running)) {
       left_out.insert(std::ranges::upper_bound(left_out, frame), frame);
-      requests.left_out = left_out;
+      requests.project.left_out = left_out;
     }
     tooltip("For frames in which the net does not lie on the face. The training then needs a new run.");
   }
-  if (left_out.size() > 1 && !requests.left_out) {
+  if (left_out.size() > 1 && !requests.project.left_out) {
     faint_text(fmt::format("{} frames are left out.", left_out.size()));
     if (plain_button("Take all in again", !snapshot.situation.running))
-      requests.left_out = std::vector<int>{};
+      requests.project.left_out = std::vector<int>{};
   }
 }
 
 // What can be done with a marked span, and with one that was fitted again.
 void draw_refit(const Snapshot& snapshot, const std::optional<RefitSpan>& marked, int frame,
                 Requests& requests) {
-  const ProjectContents& contents = *snapshot.contents;
+  const ProjectContents& contents = *snapshot.project.contents;
   const bool idle = !snapshot.situation.running && snapshot.situation.consent;
   if (marked) {
     std::array<int, 3> count{};
@@ -71,7 +71,8 @@ void draw_refit(const Snapshot& snapshot, const std::optional<RefitSpan>& marked
     ImGui::Text("Frames %d to %d", marked->first, marked->last);
     ImGui::PopFont();
     body_text(fmt::format("{} good, {} weak, {} lost.", count[0], count[1], count[2]));
-    if (plain_button("Fit this span again", idle && contents.clip.has_value())) requests.refit = marked;
+    if (plain_button("Fit this span again", idle && contents.clip.has_value()))
+      requests.project.refit = marked;
     tooltip(
         "For a stretch in which the net does not lie on the face, between frames in which it does. Takes "
         "seconds; all other frames stay as they are.");
@@ -85,7 +86,7 @@ void draw_refit(const Snapshot& snapshot, const std::optional<RefitSpan>& marked
       body_text(refit_words(*outcome));
     else
       faint_text("To be fitted again by the next run.");
-    if (plain_button("Take the re-fit back", idle)) requests.take_back = *done;
+    if (plain_button("Take the re-fit back", idle)) requests.project.take_back = *done;
   }
   if (marked || done != contents.project.options.fit.refits.end()) ImGui::Dummy({0, px(6)});
 }
@@ -101,9 +102,9 @@ void draw_about(const Snapshot& snapshot, const TrackedFrame& frame, const std::
   if (!frame.reason.empty()) body_text(frame.reason);
   if (frame.status != FrameStatus::lost) {
     body_text(fmt::format("The model misses the face's points by {:.1f} px.", frame.inner_error_px));
-    faint_text(fmt::format("The points themselves are sure to {:.1f} px.", mean_inner_spread(frame)));
+    faint_text(fmt::format("The points themselves are certain to {:.1f} px.", mean_inner_spread(frame)));
   }
-  if (snapshot.contents->capture) draw_training_choice(snapshot, frame.frame, requests);
+  if (snapshot.project.contents->capture) draw_training_choice(snapshot, frame.frame, requests);
   ImGui::Dummy({0, px(10)});
   ImGui::PushFont(theme().fonts.strong);
   ImGui::TextUnformatted("How to read it");
@@ -112,18 +113,19 @@ void draw_about(const Snapshot& snapshot, const TrackedFrame& frame, const std::
       "The net lies on the skin of the head model and should move with the face. Points are green where they "
       "are sure, red where not. The two rays are where the eyes look.");
   ImGui::Dummy({0, px(10)});
-  if (snapshot.contents->model) faint_text("Head model: " + snapshot.contents->model->name);
+  if (snapshot.project.contents->model) faint_text("Head model: " + snapshot.project.contents->model->name);
 }
 
 }  // namespace
 
 void draw_face_step(const Snapshot& snapshot, Views& views, Requests& requests) {
   draw_step_state(snapshot.step(Step::face));
-  if (!snapshot.contents || !snapshot.contents->track || snapshot.contents->track->frames.empty()) {
+  if (!snapshot.project.contents || !snapshot.project.contents->track ||
+      snapshot.project.contents->track->frames.empty()) {
     draw_nothing_yet("Here the head model will lie over the clip, with how well it fits in every frame.");
     return;
   }
-  const Track& track = *snapshot.contents->track;
+  const Track& track = *snapshot.project.contents->track;
   std::vector<double> errors;
   for (const TrackedFrame& frame : track.frames) errors.push_back(frame.inner_error_px);
   const auto most = errors.begin() + std::ptrdiff_t((errors.size() - 1) * 98 / 100);
@@ -133,23 +135,23 @@ void draw_face_step(const Snapshot& snapshot, Views& views, Requests& requests) 
   for (const TrackedFrame& frame : track.frames)
     bars.push_back({frame.frame, frame.status == FrameStatus::lost ? 1.f : float(frame.inner_error_px / tall),
                     colour(verdict_ink(frame.status)), is_left_out(snapshot, frame.frame),
-                    find_refit(snapshot.contents->refits, frame.frame) != nullptr});
+                    find_refit(snapshot.project.contents->refits, frame.frame) != nullptr});
   const auto words = [&](std::size_t i) {
     const TrackedFrame& frame = track.frames[i];
     return fmt::format("Frame {}, {:.2f} s: {}{}{}{}", frame.frame, frame.time_s, verdict(frame.status),
                        frame.reason.empty() ? "" : ", " + frame.reason,
                        is_left_out(snapshot, frame.frame) ? ", left out of the training" : "",
-                       find_refit(snapshot.contents->refits, frame.frame) ? ", fitted again" : "");
+                       find_refit(snapshot.project.contents->refits, frame.frame) ? ", fitted again" : "");
   };
   // Marks are of one clip: another project's frames are others.
-  if (views.face_span_of != snapshot.contents->project.folder) {
+  if (views.face_span_of != snapshot.project.contents->project.folder) {
     views.face_span = {};
-    views.face_span_of = snapshot.contents->project.folder;
+    views.face_span_of = snapshot.project.contents->project.folder;
   }
   const auto draw_strip = [&] {
-    if (const auto clicked = draw_frame_strip("face strip", bars, snapshot.face_picture.frame, px(60), words,
-                                              &views.face_span))
-      requests.face_frame = clicked;
+    if (const auto clicked = draw_frame_strip("face strip", bars, snapshot.project.face_picture.frame, px(60),
+                                              words, &views.face_span))
+      requests.project.face_frame = clicked;
     faint_text(
         fmt::format("Height: how far the model misses the face's points, up to {:.1f} px. Click a frame to "
                     "see it, drag to mark a span.",
@@ -159,20 +161,21 @@ void draw_face_step(const Snapshot& snapshot, Views& views, Requests& requests) 
   const bool low = is_low();
   if (!low) draw_strip();
   const ImVec2 area = ImGui::GetContentRegionAvail();
-  views.face.follow(snapshot.face_picture);
+  views.face.follow(snapshot.project.face_picture);
   begin_card("frame", {std::min(area.x * (low ? 0.5f : 0.64f), area.y), area.y});
   const ImVec2 room = ImGui::GetContentRegionAvail();
   if (!views.face.texture.empty()) {
     draw_picture("face picture", views.face.texture, room);
   } else {
-    draw_nothing_yet(snapshot.face_picture.missing.empty() ? "Reading\u2026"
-                                                           : snapshot.face_picture.missing.c_str());
+    draw_nothing_yet(snapshot.project.face_picture.missing.empty()
+                         ? "Reading\u2026"
+                         : snapshot.project.face_picture.missing.c_str());
   }
   end_card();
   ImGui::SameLine(0, px(16));
   begin_card("about", {0, area.y}, true);
   if (low) draw_strip();
-  if (const TrackedFrame* frame = find_tracked(track, snapshot.face_picture.frame))
+  if (const TrackedFrame* frame = find_tracked(track, snapshot.project.face_picture.frame))
     draw_about(snapshot, *frame, views.face_span.span, requests);
   end_card();
 }

@@ -15,18 +15,18 @@ namespace likeness::ui {
 namespace {
 
 void draw_consent(const Snapshot& snapshot, Requests& requests) {
-  const Consent answer = snapshot.contents->project.consent;
+  const Consent answer = snapshot.project.contents->project.consent;
   if (answer == Consent::not_asked) {
     heading("Did the filmed person agree?");
     faint_text(
         "An avatar can be made to say and do what the person never did. Make one only of yourself, or of "
-        "somebody who knows what it is for and agreed. The answer is kept in the project.");
+        "someone who knows what it is for and has agreed. The answer is kept in the project.");
     ImGui::Dummy({0, px(2)});
-    if (primary_button("It is me")) requests.consent = Consent::own;
+    if (primary_button("It is me")) requests.project.consent = Consent::own;
     ImGui::SameLine();
-    if (primary_button("They agreed")) requests.consent = Consent::given;
+    if (primary_button("They agreed")) requests.project.consent = Consent::given;
     ImGui::SameLine();
-    if (plain_button("No")) requests.nobody_agreed = true;
+    if (plain_button("No")) requests.project.nobody_agreed = true;
     return;
   }
   constexpr const char* kWords[] = {"", "The person in the clip is the one who makes the avatar.",
@@ -52,26 +52,26 @@ std::optional<double> draw_option(const OptionRow& row, std::optional<double> ch
 }
 
 void draw_choices(const Snapshot& snapshot, Requests& requests) {
-  const ProjectOptions& options = snapshot.contents->project.options;
+  const ProjectOptions& options = snapshot.project.contents->project.options;
   ImGui::BeginDisabled(snapshot.situation.running);
   if (const auto size = draw_option(option_row("size_px"), options.import.size))
-    requests.picture_size = int(*size);
+    requests.project.picture_size = int(*size);
   const TrainChoices& train = options.train;
   std::optional<double> seconds = train.full_budget_s > 0 ? train.full_budget_s : train.budget_s;
   if (train.steps > 0) seconds.reset();
-  if (const auto budget = draw_option(option_row("budget_s"), seconds)) requests.budget_s = budget;
+  if (const auto budget = draw_option(option_row("budget_s"), seconds)) requests.project.budget_s = budget;
   ImGui::EndDisabled();
 }
 
 // What making the avatar will take, before it starts.
 void draw_plan(const Snapshot& snapshot, Requests& requests) {
-  const Plan& plan = snapshot.contents->plan;
+  const Plan& plan = snapshot.project.contents->plan;
   if (!plan.forecast || plan.seconds == 0) return;
   const BuildForecast& forecast = *plan.forecast;
   std::string words = fmt::format("Takes about {:.0f} min, {:.1f} GB of the disk and {:.1f} GB of memory.",
                                   std::max(1.0, std::ceil(plan.seconds / 60)), double(forecast.disk) / 1e9,
                                   double(forecast.memory) / 1e9);
-  if (!snapshot.contents->is_current(Stage::align))
+  if (!snapshot.project.contents->is_current(Stage::align))
     words += fmt::format(" If the camera moves, {:.0f} min more.",
                          std::max(1.0, std::ceil(forecast.seconds_if_moving / 60)));
   faint_text(words);
@@ -79,11 +79,11 @@ void draw_plan(const Snapshot& snapshot, Requests& requests) {
   note("too much", Tone::warn, plan.too_much->what, plan.too_much->fix);
   if (!plan.smaller_size) return;
   if (primary_button(fmt::format("Make pictures of {} px instead", *plan.smaller_size).c_str()))
-    requests.picture_size = plan.smaller_size;
+    requests.project.picture_size = plan.smaller_size;
 }
 
 void draw_facts(const Snapshot& snapshot) {
-  const ProjectContents& contents = *snapshot.contents;
+  const ProjectContents& contents = *snapshot.project.contents;
   ImGui::PushFont(theme().fonts.strong);
   clipped_text(contents.project.options.shared.video.filename().string(), ImGui::GetContentRegionAvail().x);
   ImGui::PopFont();
@@ -96,7 +96,7 @@ void draw_facts(const Snapshot& snapshot) {
 
 // Further clips of the person, each with what was found in it.
 void draw_further_clips(const Snapshot& snapshot, Requests& requests) {
-  const ProjectContents& contents = *snapshot.contents;
+  const ProjectContents& contents = *snapshot.project.contents;
   if (!contents.capture && contents.further.empty()) return;  // one clip is enough for a start
   heading("More clips of this person");
   for (const FurtherClip& further : contents.further) {
@@ -107,18 +107,19 @@ void draw_further_clips(const Snapshot& snapshot, Requests& requests) {
     ImGui::SameLine();
     ImGui::SetCursorPosX(left + room - button);
     if (plain_button("Take out", is_enabled(Command::close_project, snapshot.situation), button))
-      requests.remove_clip = further.number;
+      requests.project.remove_clip = further.number;
     if (further.state == StageState::failed) {
       note("failed", Tone::bad, further.words);
     } else {
-      faint_text(further.state == StageState::done ? further.words : "Is read by the next run.");
+      faint_text(further.state == StageState::done ? further.words : "Will be read in the next run.");
     }
     ImGui::PopID();
   }
   if (contents.further.empty())
     faint_text(
-        "What this clip never shows - a side, a smile - another one can show, of another day and place, best "
-        "in a like light. What it shows of the head is learnt; clothes, light and background stay this "
+        "What this clip never shows - a side, a smile - another one can, filmed on another day or elsewhere, "
+        "best "
+        "in similar light. What it shows of the head is learnt; clothes, light and background stay this "
         "clip's.");
   if (command_button(Command::add_clip, snapshot.situation)) requests.ask(Command::add_clip);
 }
@@ -127,21 +128,22 @@ void draw_further_clips(const Snapshot& snapshot, Requests& requests) {
 
 void draw_film_step(const Snapshot& snapshot, Views& views, Requests& requests) {
   const StepView& view = snapshot.step(Step::film);
-  if (!snapshot.contents) {
+  if (!snapshot.project.contents) {
     draw_nothing_yet("Reading the project\u2026");
     return;
   }
   if (view.error) note("error", Tone::bad, view.error->what, view.error->fix);
   const ImVec2 area = ImGui::GetContentRegionAvail();
   const float left = std::max(px(220), std::min(area.x * 0.46f, area.y - px(10)));
-  views.clip.follow(snapshot.clip_picture);
+  views.clip.follow(snapshot.project.clip_picture);
   begin_card("clip", {left, area.y});
   const ImVec2 room = ImGui::GetContentRegionAvail();
   if (!views.clip.texture.empty()) {
     draw_picture("clip picture", views.clip.texture, room);
   } else {
-    draw_nothing_yet(snapshot.clip_picture.missing.empty() ? "Reading the clip\u2026"
-                                                           : snapshot.clip_picture.missing.c_str());
+    draw_nothing_yet(snapshot.project.clip_picture.missing.empty()
+                         ? "Reading the clip\u2026"
+                         : snapshot.project.clip_picture.missing.c_str());
   }
   end_card();
   ImGui::SameLine(0, px(16));
@@ -152,7 +154,7 @@ void draw_film_step(const Snapshot& snapshot, Views& views, Requests& requests) 
     requests.ask(Command::find_clip);
   ImGui::Dummy({0, px(6)});
   draw_consent(snapshot, requests);
-  if (snapshot.contents->project.consent != Consent::not_asked) {
+  if (snapshot.project.contents->project.consent != Consent::not_asked) {
     ImGui::Dummy({0, px(8)});
     const Situation& now = snapshot.situation;
     if (now.running) {

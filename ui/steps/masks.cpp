@@ -1,4 +1,4 @@
-// Of step 3: who was told from the background, frame by frame, and the brush that corrects it.
+// Of step 3: what was separated from the background, frame by frame, and the brush that corrects it.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -22,7 +22,7 @@ ImU32 ink_of(StrokeMark mark, float alpha = 1) {
 }
 
 const CaptureFrame* capture_frame(const Snapshot& snapshot, int frame) {
-  const auto& frames = snapshot.contents->capture->frames;
+  const auto& frames = snapshot.project.contents->capture->frames;
   const auto own = std::ranges::lower_bound(frames, frame, {}, &CaptureFrame::frame);
   return own == frames.end() || own->frame != frame ? nullptr : &*own;
 }
@@ -64,7 +64,7 @@ void draw_unreadable(const Snapshot& snapshot, Requests& requests) {
 
 bool can_paint(const Snapshot& snapshot) {
   const MasksView& masks = snapshot.masks;
-  const MaskPicture& picture = snapshot.mask_picture;
+  const MaskPicture& picture = snapshot.masks.drawn;
   if (masks.attributes.on && masks.attributes.unreadable) return false;
   return !snapshot.situation.running && masks.look != MaskLook::plate &&
          (masks.attributes.on || !masks.unreadable.contains(masks.frame)) && picture.picture.image &&
@@ -100,7 +100,7 @@ void add_point(MaskSight& sight, const SquareCrop& crop, ImVec2 at) {
 // Follows the mouse over the item drawn last, the picture at `place`.
 void paint(const Snapshot& snapshot, MaskSight& sight, const Fitted& place, Requests& requests) {
   const MasksView& masks = snapshot.masks;
-  const SquareCrop& crop = snapshot.contents->capture->crop;
+  const SquareCrop& crop = snapshot.project.contents->capture->crop;
   const ImGuiIO& io = ImGui::GetIO();
   const ImVec2 at{(io.MousePos.x - place.at.x) / std::max(1.f, place.size.x),
                   (io.MousePos.y - place.at.y) / std::max(1.f, place.size.y)};
@@ -134,7 +134,7 @@ void draw_brush(const MaskSight& sight, const Fitted& place) {
 }
 
 void draw_mask_picture(const Snapshot& snapshot, MaskSight& sight, Requests& requests) {
-  const FramePicture& picture = snapshot.mask_picture.picture;
+  const FramePicture& picture = snapshot.masks.drawn.picture;
   sight.picture.follow(picture);
   const ImVec2 room = ImGui::GetContentRegionAvail();
   if (sight.picture.texture.empty()) {
@@ -154,7 +154,7 @@ void draw_mask_picture(const Snapshot& snapshot, MaskSight& sight, Requests& req
   // Of the stroke under the mouse, and of the last one until it is in the picture; not of one that was
   // refused.
   const bool waits = requests.masks.stroke || (snapshot.masks.edit >= sight.until_edit &&
-                                               snapshot.mask_picture.edit < sight.until_edit);
+                                               snapshot.masks.drawn.edit < sight.until_edit);
   const bool not_yet_in_picture = sight.frame == snapshot.masks.frame && !sight.ink.empty() &&
                                   (sight.stroke || waits) && snapshot.masks.look != MaskLook::plate;
   if (not_yet_in_picture) list.AddImage(sight.ink.imgui_id(), place.at, end);
@@ -272,7 +272,7 @@ void draw_brushes(const Snapshot& snapshot, MaskSight& sight, Requests& requests
   ImGui::AlignTextToFramePadding();
   ImGui::TextUnformatted("Size");
   ImGui::SameLine(0, px(10));
-  const float size = float(snapshot.contents->capture->size);
+  const float size = float(snapshot.project.contents->capture->size);
   float width_px = 2 * sight.radius_share * size;
   if (slider("##brush size", &width_px, {2 * kLeastShare * size, 2 * kMostShare * size, 0, 0, 0.06f * size},
              "%.0f px", std::min(px(240), ImGui::GetContentRegionAvail().x)))
@@ -301,10 +301,10 @@ void draw_frame_choice(const Snapshot& snapshot, Requests& requests) {
 
 void draw_attribute_advice(const Snapshot& snapshot, const CaptureFrame* own) {
   if (snapshot.situation.running)
-    faint_text("Strokes are painted when the work is done or stopped.");
+    faint_text("You can paint when the work is done or stopped.");
   else if (!own || !own->used ||
-           std::ranges::find(snapshot.contents->project.options.train.left_out, own->frame) !=
-               snapshot.contents->project.options.train.left_out.end())
+           std::ranges::find(snapshot.project.contents->project.options.train.left_out, own->frame) !=
+               snapshot.project.contents->project.options.train.left_out.end())
     faint_text("Nothing is learnt from this frame: paint on one that trains.");
   else
     faint_text(
@@ -322,14 +322,14 @@ void draw_advice(const Snapshot& snapshot) {
   const CaptureFrame* own = capture_frame(snapshot, frame);
   if (snapshot.masks.attributes.on) return draw_attribute_advice(snapshot, own);
   if (snapshot.situation.running) {
-    faint_text("Strokes are painted when the work is done or stopped: it is using the masks.");
+    faint_text("You can paint when the work is done or stopped: it is using the masks.");
   } else if (snapshot.masks.unreadable.contains(frame)) {
-    faint_text("This frame's strokes cannot be read: set them aside before painting anew.");
+    faint_text("This frame's strokes cannot be read: set them aside before painting again.");
   } else if (own && own->held_out) {
-    faint_text("Held out: a stroke mends masks that measure, and nothing learns from it.");
+    faint_text("Held out: a stroke mends a mask that is measured with; nothing is learnt from it.");
   } else if (!snapshot.masks.unmade) {
     faint_text(
-        "Paint over all that is wrong. What is under the brush is certain; its edge is found anew when the "
+        "Paint over all that is wrong. What is under the brush is certain; its edge is found again when the "
         "avatar is made again. The wheel changes the brush's size.");
   }
   if (snapshot.masks.unmade)
@@ -341,9 +341,9 @@ void draw_advice(const Snapshot& snapshot) {
 }  // namespace
 
 void draw_masks(const Snapshot& snapshot, Views& views, Requests& requests) {
-  if (!snapshot.contents->capture || snapshot.masks.frames->empty()) {
+  if (!snapshot.project.contents->capture || snapshot.masks.frames->empty()) {
     draw_nothing_yet(
-        "Here you will see who is taken for the person and what for the background, as soon as the head was "
+        "Here you will see what is taken for the person and what for the background, as soon as the head is "
         "found in the clip.");
     return;
   }

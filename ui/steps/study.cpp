@@ -77,7 +77,7 @@ void draw_study_choices(const StudyChoice& now, Requests& requests) {
     if (i > 0) (void)same_line_if_fits(kTimes[i]);
     if (choice(kTimes[i], asked.seeds == kStudySeeds[i])) asked.seeds = kStudySeeds[i];
   }
-  if (!(asked == now)) requests.study_choice = asked;
+  if (!(asked == now)) requests.study.choice = asked;
 }
 
 // The model at work in words, where the stage is one.
@@ -98,7 +98,7 @@ void draw_work(const Snapshot& snapshot, Requests& requests) {
   faint_text(words + (left.empty() ? "" : "  \u00b7  " + left));
   ImGui::Dummy({0, px(2)});
   if (command_button(Command::stop_study, snapshot.situation)) requests.ask(Command::stop_study);
-  tooltip("A training that is not finished begins anew next time; finished ones are kept.");
+  tooltip("An unfinished training starts afresh next time; finished ones are kept.");
 }
 
 // Above all else, so that it is in sight whatever the size of the letters.
@@ -122,11 +122,11 @@ void draw_start(const Snapshot& snapshot, Requests& requests) {
   note_widget(command_info(Command::start_study).words.data());
   std::string words = study.choice.tables.empty() ? "Choose what to compare first."
                       : study.forecast            ? forecast_words(*study.forecast)
-                                                  : "Reckoning\u2026";
+                                                  : "Estimating\u2026";
   if (snapshot.situation.exporting || snapshot.situation.checking || snapshot.situation.driven)
-    words = "Something else is at work, whose time would count as theirs: wait for its end, or stop it.";
-  if (snapshot.situation.running) words = "The avatar is being made: wait for its end, or stop it.";
-  if (!snapshot.situation.consent) words = "Whether the filmed person agreed was not answered yet: see Film.";
+    words = "Something else is at work, and its time would count as theirs: wait until it ends, or stop it.";
+  if (snapshot.situation.running) words = "The avatar is being made: wait until it is done, or stop it.";
+  if (!snapshot.situation.consent) words = "Say first, in the Film step, whether the filmed person agreed.";
   if (same_line_if_fits((words + "    ").c_str())) ImGui::AlignTextToFramePadding();
   body_text(words);
   if (!complete)
@@ -215,7 +215,7 @@ void draw_results(const Snapshot& snapshot, Views& views, Requests& requests) {
 }  // namespace
 
 void draw_study_page(const Snapshot& snapshot, Views& views, Requests& requests) {
-  if (plain_button("Back to the training")) requests.close_study = true;
+  if (plain_button("Back to the training")) requests.study.close = true;
   ImGui::SameLine(0, px(14));
   ImGui::AlignTextToFramePadding();
   strong_text("Compare with other methods");

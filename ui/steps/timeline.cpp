@@ -8,9 +8,9 @@
 #include <map>
 #include <string_view>
 
-#include "ui/channel_words.h"
 #include "ui/steps.h"
 #include "ui/steps/timeline.h"
+#include "ui/studio/channel_words.h"
 #include "ui/widgets.h"
 
 namespace likeness::ui {
@@ -68,7 +68,7 @@ void draw_length(const Performance& performance, float width, Requests& requests
   ImGui::SetNextItemWidth(width);
   if (ImGui::DragFloat("##length", &length, 0.05f, 0.1f, float(kLongest_s), "of %.1f s",
                        ImGuiSliderFlags_AlwaysClamp)) {
-    Performance edited = requests.direct.start(snapshot.directing);
+    Performance edited = requests.direct.start(snapshot.direct.directing);
     edited.duration_s = std::max(1 / edited.frames_per_second, std::round(double(length) * 100) / 100);
     requests.direct.edit(std::move(edited), "length");
   }
@@ -88,7 +88,7 @@ bool goes_on(float width) {
 float chip_width(const char* words) { return ImGui::CalcTextSize(words).x + 2 * px(8); }
 
 void draw_transport(const Snapshot& snapshot, Requests& requests) {
-  const DirectingView& directing = snapshot.directing;
+  const DirectingView& directing = snapshot.direct.directing;
   const auto shortcut = [](Command c) { return std::string(command_info(c).shortcut); };
   if (chip(directing.playing ? "Stop" : "Play", "play", directing.playing, shortcut(Command::play)))
     requests.ask(Command::play);
@@ -151,7 +151,7 @@ bool has_time(const std::vector<double>& times, double time_s) {
   return found != times.end() && *found <= time_s + kSameTime_s;
 }
 
-// Keys of a row; where they stand closer than can be told, a bar of them.
+// Keys of a row; where they stand too close to tell apart, a bar of them.
 void draw_keys(const TimelinePlace& place, const std::vector<double>& times,
                const std::vector<double>& chosen, float middle) {
   const Palette& p = theme().colours;
@@ -255,19 +255,19 @@ void find_rows(const DirectingView& directing, TimelineSight& sight) {
 }
 
 float timeline_height(const Snapshot& snapshot, float area) {
-  const int rows = 1 + std::min(kMostRows, int(snapshot.directing.performance->channels.size()));
+  const int rows = 1 + std::min(kMostRows, int(snapshot.direct.directing.performance->channels.size()));
   const float head = ImGui::GetTextLineHeight() + px(14), gap = ImGui::GetStyle().ItemSpacing.y;
   const float least = head + px(kRuler) + px(kRow) + 2 * gap;
-  if (snapshot.comparing) return least;  // it rests meanwhile: the picture takes the room
+  if (snapshot.direct.comparing) return least;  // it rests meanwhile: the picture takes the room
   return std::max(least, std::min(head + px(kRuler) + float(rows) * px(kRow) + 2 * gap, 0.36f * area));
 }
 
 void draw_timeline(const Snapshot& snapshot, Views& views, ImVec2 size, Requests& requests) {
-  const DirectingView& directing = snapshot.directing;
+  const DirectingView& directing = snapshot.direct.directing;
   TimelineSight& sight = views.timeline;
   ImGui::BeginChild("timeline part", size, false,
                     ImGuiWindowFlags_NoScrollbar | ImGuiWindowFlags_NoScrollWithMouse);
-  ImGui::BeginDisabled(snapshot.comparing);
+  ImGui::BeginDisabled(snapshot.direct.comparing);
   ImGui::PushStyleVar(ImGuiStyleVar_FramePadding, ImVec2(px(8), px(3)));
   draw_transport(snapshot, requests);
   ImGui::PopStyleVar();

@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-#include "ui/snapshot.h"
+#include "ui/studio/snapshot.h"
 #include "ui/theme.h"
 #include "ui/views.h"
 

@@ -17,22 +17,23 @@ void draw_training_buttons(const Snapshot& snapshot, Requests& requests) {
   if (now.running) {
     const Command next = now.paused ? Command::go_on : Command::pause;
     if (command_button(next, now, true)) requests.ask(next);
-    tooltip(now.paused ? "Goes on where it waits."
-                       : "The work waits where it is, with all it has in memory.");
+    tooltip(now.paused ? "Continues where it paused."
+                       : "The work pauses where it is and keeps everything in memory.");
     ImGui::SameLine();
     if (command_button(Command::stop_work, now)) requests.ask(Command::stop_work);
     tooltip(
-        "Ends the work and frees its memory. What is done is kept, and the avatar can be made on from "
+        "Ends the work and frees its memory. What is done is kept, and making the avatar goes on from "
         "there.");
     ImGui::SameLine();
     if (command_button(Command::finish_now, now)) requests.ask(Command::finish_now);
     tooltip(
-        "Ends the training and makes the avatar of what is learnt so far. Train longer goes on from there.");
+        "Ends the training and makes the avatar from what is learnt so far. Train longer goes on from "
+        "there.");
   } else if (now.finished) {
     if (primary_button("Direct the avatar")) requests.show = Step::direct;
     ImGui::SameLine();
     if (command_button(Command::train_longer, now)) requests.ask(Command::train_longer);
-    tooltip("Goes on where the training ended, for five minutes more.");
+    tooltip("Trains for five more minutes, from where the training ended.");
   } else {
     const bool stopped = snapshot.step(Step::train).state == StepState::needs_you;
     if (primary_button(stopped ? "Continue" : "Make the avatar", is_enabled(Command::make_avatar, now)))
@@ -41,8 +42,8 @@ void draw_training_buttons(const Snapshot& snapshot, Requests& requests) {
 }
 
 void draw_numbers(const Snapshot& snapshot) {
-  if (snapshot.curve.training.empty()) return;
-  const TrainStatus& last = snapshot.curve.training.back();
+  if (snapshot.project.curve.training.empty()) return;
+  const TrainStatus& last = snapshot.project.curve.training.back();
   const std::string words =
       fmt::format("{:.1f} dB   \u00b7   {:.0f} thousand rays a second   \u00b7   step {}   \u00b7   {}",
                   last.train_psnr_db, last.rays_per_s / 1000, last.step, duration(last.seconds));
@@ -107,12 +108,12 @@ void draw_previews(const std::shared_ptr<const PreviewPictures>& shown, Views& v
 
 // The curve over the previews.
 void draw_learning(const Snapshot& snapshot, Views& views, bool running) {
-  const bool curve = snapshot.curve.training.size() >= 2;
-  const PreviewPictures* pictures = snapshot.pipeline.preview.get();
+  const bool curve = snapshot.project.curve.training.size() >= 2;
+  const PreviewPictures* pictures = snapshot.project.pipeline.preview.get();
   if (!running && !pictures) {
     begin_card("curve");
     if (curve) {
-      views.chart.set(snapshot.curve.training, snapshot.curve.held_out);
+      views.chart.set(snapshot.project.curve.training, snapshot.project.curve.held_out);
       views.chart.draw("training curve", ImGui::GetContentRegionAvail());
     } else {
       draw_nothing_yet("The avatar is trained. Its curve was not kept.");
@@ -137,7 +138,7 @@ void draw_learning(const Snapshot& snapshot, Views& views, bool running) {
   begin_card("curve", low ? ImVec2(std::max(px(120), area.x - previews.x - spacing.x), area.y)
                           : ImVec2(0, std::max(px(120), area.y - previews.y - spacing.y)));
   if (curve) {
-    views.chart.set(snapshot.curve.training, snapshot.curve.held_out);
+    views.chart.set(snapshot.project.curve.training, snapshot.project.curve.held_out);
     views.chart.draw("training curve", ImGui::GetContentRegionAvail());
   } else {
     draw_nothing_yet("The curve begins with the second report.");
@@ -146,7 +147,7 @@ void draw_learning(const Snapshot& snapshot, Views& views, bool running) {
   if (low) ImGui::SameLine();
   begin_card("previews", {0, low ? area.y : previews.y});
   if (pictures) {
-    draw_previews(snapshot.pipeline.preview, views, side, columns);
+    draw_previews(snapshot.project.pipeline.preview, views, side, columns);
   } else {
     draw_nothing_yet("The first previews come in a moment.");
   }
@@ -167,22 +168,22 @@ void draw_chosen(const std::vector<AvatarPart>& parts, Views& views) {
 }  // namespace
 
 void draw_train_step(const Snapshot& snapshot, Views& views, Requests& requests) {
-  if (snapshot.study.open && snapshot.contents) {
+  if (snapshot.study.open && snapshot.project.contents) {
     draw_study_page(snapshot, views, requests);
     return;
   }
   const StepView& view = snapshot.step(Step::train);
   draw_step_state(view);
-  if (!snapshot.contents) {
+  if (!snapshot.project.contents) {
     draw_nothing_yet("Here the avatar will be seen while it learns.");
     return;
   }
   draw_training_buttons(snapshot, requests);
   draw_numbers(snapshot);
   ImGui::Dummy({0, px(2)});
-  const bool curve = snapshot.curve.training.size() >= 2;
-  const PreviewPictures* pictures = snapshot.pipeline.preview.get();
-  const Card* card = snapshot.situation.running ? nullptr : snapshot.contents->card.get();
+  const bool curve = snapshot.project.curve.training.size() >= 2;
+  const PreviewPictures* pictures = snapshot.project.pipeline.preview.get();
+  const Card* card = snapshot.situation.running ? nullptr : snapshot.project.contents->card.get();
   if (!curve && !pictures && !card) {
     draw_nothing_yet(
         view.state == StepState::running
@@ -191,7 +192,7 @@ void draw_train_step(const Snapshot& snapshot, Views& views, Requests& requests)
               "new expressions.");
     return;
   }
-  if (!card && !snapshot.pipeline.parts.empty()) draw_chosen(snapshot.pipeline.parts, views);
+  if (!card && !snapshot.project.pipeline.parts.empty()) draw_chosen(snapshot.project.pipeline.parts, views);
   ImVec2 area = ImGui::GetContentRegionAvail();
   // Large letters leave no room for both side by side: the card is then scrolled to, below.
   const bool below = card && area.x < px(760);

@@ -1,0 +1,181 @@
+// Claims about the guided path: what each step says in each situation.
+#include "ui/studio/step_views.h"
+
+#include <gtest/gtest.h>
+
+namespace likeness::ui {
+namespace {
+
+ProjectContents fresh() {
+  ProjectContents contents;
+  contents.project.options.shared.video = "/clips/me.mp4";
+  contents.clip = VideoInfo{.width = 640, .height = 480, .duration_s = 12};
+  return contents;
+}
+
+const StepView& at(const std::array<StepView, kSteps.size()>& steps, Step step) {
+  return steps[std::size_t(step)];
+}
+
+TEST(ViewSteps, AFreshProjectAsksForConsentFirst) {
+  ProjectContents contents = fresh();
+  auto steps = view_steps(&contents, false, {}, {}, {});
+  EXPECT_EQ(at(steps, Step::film).state, StepState::needs_you);
+  EXPECT_FALSE(at(steps, Step::film).next.empty());
+  for (const Step step :
+       {Step::check, Step::cameras, Step::face, Step::train, Step::direct, Step::export_out})
+    EXPECT_EQ(at(steps, step).state, StepState::to_do);
+  contents.project.consent = Consent::own;
+  steps = view_steps(&contents, false, {}, {}, {});
+  EXPECT_EQ(at(steps, Step::film).state, StepState::done);
+}
+
+TEST(ViewSteps, AChoiceThatMakesAResultOldIsShownAtOnce) {
+  ProjectContents contents = fresh();
+  contents.project.consent = Consent::own;
+  contents.current.fill(true);
+  for (StageRecord& record : contents.project.stages) record = {StageState::done, "0", 1, "Made.", {"Dark."}};
+  EXPECT_EQ(at(view_steps(&contents, false, {}, {}, {}), Step::train).state, StepState::done);
+  // Other picture sizes: the cameras stay, what is made of the pictures does not.
+  for (const Stage stage : {Stage::import, Stage::fit, Stage::matte, Stage::train})
+    contents.stale[std::size_t(stage)] = true;
+  contents.current[std::size_t(Stage::import)] = false;
+  auto steps = view_steps(&contents, false, {}, {}, {});
+  for (const Step step : {Step::check, Step::face, Step::train}) {
+    EXPECT_EQ(at(steps, step).state, StepState::stale);
+    EXPECT_FALSE(at(steps, step).next.empty());
+  }
+  EXPECT_EQ(at(steps, Step::cameras).state, StepState::done);
+  // At work again, it is no longer old but to be done.
+  PipelineStatus pipeline;
+  pipeline.job.state = JobState::running;
+  pipeline.stage = Stage::import;
+  steps = view_steps(&contents, false, pipeline, {}, {});
+  EXPECT_EQ(at(steps, Step::check).state, StepState::running);
+}
+
+TEST(ViewSteps, APauseAndAWorkThatWasKilledAreToldApart) {
+  ProjectContents contents = fresh();
+  PipelineStatus pipeline;
+  pipeline.job.state = JobState::running;
+  pipeline.job.paused = pipeline.job.waiting = true;
+  pipeline.stage = Stage::train;
+  auto steps = view_steps(&contents, false, pipeline, {}, {});
+  EXPECT_TRUE(at(steps, Step::train).paused);
+  EXPECT_EQ(at(steps, Step::train).text, "Paused");
+  EXPECT_LT(at(steps, Step::train).seconds_left, 0);
+  contents.project.record(Stage::train).state = StageState::running;  // but no program works on it
+  steps = view_steps(&contents, false, {}, {}, {});
+  EXPECT_EQ(at(steps, Step::train).state, StepState::needs_you);
+  EXPECT_NE(at(steps, Step::train).found.find("Broken off"), std::string::npos);
+}
+
+TEST(ViewSteps, AMovedClipIsAskedForOnlyWhileItIsNeeded) {
+  ProjectContents contents = fresh();
+  contents.project.consent = Consent::own;
+  contents.clip.reset();
+  contents.capture = std::make_shared<const Capture>();
+  contents.current[std::size_t(Stage::import)] = true;
+  auto steps = view_steps(&contents, false, {}, {}, {});
+  EXPECT_EQ(at(steps, Step::film).state, StepState::needs_you);
+  EXPECT_NE(at(steps, Step::film).next.find("Find the clip"), std::string::npos);
+  contents.current.fill(true);
+  steps = view_steps(&contents, false, {}, {}, {});
+  EXPECT_EQ(at(steps, Step::film).state, StepState::done);
+  EXPECT_NE(at(steps, Step::film).found.find("moved"), std::string::npos);
+}
+
+TEST(ViewSteps, AMissingClipIsAFailureWithARemedy) {
+  ProjectContents contents = fresh();
+  contents.project.consent = Consent::own;
+  contents.clip.reset();
+  const auto steps = view_steps(&contents, false, {}, {}, {});
+  EXPECT_EQ(at(steps, Step::film).state, StepState::failed);
+  ASSERT_TRUE(at(steps, Step::film).error.has_value());
+  EXPECT_FALSE(at(steps, Step::film).error->fix.empty());
+}
+
+TEST(ViewSteps, TheStepAtWorkShowsItsOwnProgress) {
+  const ProjectContents contents = fresh();
+  PipelineStatus pipeline;
+  pipeline.job.state = JobState::running;
+  pipeline.stage = Stage::matte;
+  pipeline.stage_fraction = 0.4;
+  pipeline.stage_seconds_left = 20;
+  pipeline.finished[0] = pipeline.finished[1] = pipeline.finished[2] = true;
+  pipeline.records[2].message = "Found.";
+  const auto steps = view_steps(&contents, false, pipeline, {}, {});
+  EXPECT_EQ(at(steps, Step::check).state, StepState::done);
+  EXPECT_EQ(at(steps, Step::face).state, StepState::running);  // fit and matte are one step
+  EXPECT_EQ(at(steps, Step::face).fraction, 0.4);
+  EXPECT_EQ(at(steps, Step::face).found, "Found.");
+  EXPECT_EQ(at(steps, Step::train).state, StepState::to_do);
+}
+
+TEST(AddVerdict, SpeaksOfAClipThatIsNotImportedOnly) {
+  StepView fresh_step;
+  add_verdict({.state = JobState::running, .fraction = 0.5}, nullptr, fresh_step);
+  EXPECT_EQ(fresh_step.state, StepState::running);
+  const CaptureVerdict refilm{Verdict::refilm, {}}, ready{Verdict::ready, {}};
+  StepView warned, calm, done{.state = StepState::done, .found = "300 frames."};
+  add_verdict({}, &refilm, warned);
+  EXPECT_EQ(warned.state, StepState::needs_you);
+  EXPECT_FALSE(warned.next.empty());
+  add_verdict({}, &ready, calm);
+  EXPECT_EQ(calm.state, StepState::to_do);
+  EXPECT_FALSE(calm.found.empty());
+  add_verdict({}, &refilm, done);
+  EXPECT_EQ(done.found, "300 frames.");
+}
+
+TEST(ViewSteps, FailuresAndPausesAreToldApart) {
+  ProjectContents contents = fresh();
+  contents.project.record(Stage::import) = {StageState::failed, "", 1, "No face in 90 frames.", {}};
+  auto steps = view_steps(&contents, false, {}, {}, {});
+  EXPECT_EQ(at(steps, Step::check).state, StepState::failed);
+  EXPECT_EQ(at(steps, Step::check).error->what, "No face in 90 frames.");
+  contents.project.record(Stage::import).state = StageState::stopped;
+  steps = view_steps(&contents, false, {}, {}, {});
+  EXPECT_EQ(at(steps, Step::check).state, StepState::needs_you);
+  // The remedy of a run that has just failed is the stage's own.
+  PipelineStatus pipeline;
+  pipeline.job.state = JobState::failed;
+  pipeline.job.error = Error{ErrorCode::no_face, "No face.", "Film again.", ""};
+  pipeline.records[0].state = StageState::failed;
+  steps = view_steps(&contents, false, pipeline, {}, {});
+  EXPECT_EQ(at(steps, Step::check).next, "Film again.");
+}
+
+TEST(ViewSteps, AFurtherClipThatFailsIsItsStepsFailure) {
+  ProjectContents contents = fresh();
+  contents.project.consent = Consent::own;
+  PipelineStatus pipeline;
+  for (StageRecord& record : pipeline.records) record = {StageState::done, "0", 1, "Made.", {}};
+  pipeline.job.state = JobState::failed;
+  pipeline.job.error = Error{ErrorCode::no_face, "Clip 2 (wall.mp4): No face was found.", "Take it out.", ""};
+  pipeline.failed = Stage::import;
+  const auto steps = view_steps(&contents, false, pipeline, {}, {});
+  EXPECT_EQ(at(steps, Step::check).state, StepState::failed);
+  ASSERT_TRUE(at(steps, Step::check).error.has_value());
+  EXPECT_EQ(at(steps, Step::check).error->what, pipeline.job.error->what);
+  EXPECT_NE(at(steps, Step::face).state, StepState::failed);
+}
+
+TEST(ViewSteps, AnExportSaysWhatItWrote) {
+  const ProjectContents contents = fresh();
+  JobStatus exporting;
+  exporting.state = JobState::running;
+  exporting.fraction = 0.5;
+  EXPECT_EQ(at(view_steps(&contents, false, {}, exporting, {}), Step::export_out).state, StepState::running);
+  exporting.state = JobState::done;
+  EXPECT_EQ(at(view_steps(&contents, false, {}, exporting, "/p/orbit-001.mp4"), Step::export_out).found,
+            "orbit-001.mp4 is written.");
+}
+
+TEST(ViewSteps, WithoutAProjectNothingIsAtWork) {
+  EXPECT_EQ(at(view_steps(nullptr, true, {}, {}, {}), Step::film).state, StepState::loading);
+  EXPECT_EQ(at(view_steps(nullptr, false, {}, {}, {}), Step::film).state, StepState::to_do);
+}
+
+}  // namespace
+}  // namespace likeness::ui

@@ -1,0 +1,242 @@
+// See export_order.h.
+#include "ui/studio/export_order.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <system_error>
+#include <utility>
+
+#include "core/base/files.h"
+#include "core/direct/direct_avatar.h"
+#include "core/export/head_mesh.h"
+#include "core/export/write_out.h"
+#include "core/render/camera_path.h"
+
+namespace likeness::ui {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+bool moves(const ExportChoice& choice) {
+  return choice.kind == ExportKind::orbit || choice.kind == ExportKind::performance ||
+         choice.kind == ExportKind::driven;
+}
+
+bool performs(const ExportChoice& choice) {
+  return choice.kind == ExportKind::performance || (choice.kind == ExportKind::mesh && choice.moving);
+}
+
+// plate_holds: the camera stands where the clip's rested.
+std::string background_of(const ExportChoice& choice, bool plate_holds) {
+  const auto byte = [](float part) { return int(std::lround(255 * std::clamp(part, 0.f, 1.f))); };
+  switch (choice.ground) {
+    case ExportGround::room:
+      return plate_holds ? "plate" : "room";
+    case ExportGround::light:
+      return "#e6e6e6";
+    case ExportGround::dark:
+      return "#1c1f26";
+    case ExportGround::colour:
+      return fmt::format("#{:02x}{:02x}{:02x}", byte(choice.colour[0]), byte(choice.colour[1]),
+                         byte(choice.colour[2]));
+    case ExportGround::picture:
+      return choice.picture.string();
+    case ExportGround::transparent:
+      return {};
+  }
+  return {};
+}
+
+// camera_rests: where the capture has it.
+FilmOptions film_options(const ExportOrder& order, bool camera_rests, const RenderPlace& place) {
+  const ExportChoice& choice = order.choice;
+  FilmOptions options;
+  options.out = order.out, options.place = place;
+  options.frames_per_second = choice.frames_per_second;
+  if (!makes_pictures(choice)) return options;
+  options.alpha = choice.ground == ExportGround::transparent;
+  options.background = background_of(choice, camera_rests && !order.contents->avatar->avatar.plate.empty());
+  options.mark = choice.mark;
+  options.width = order.contents->avatar->avatar.size * choice.times;
+  return options;
+}
+
+Result<Performance> chosen_performance(const ExportOrder& order) {
+  if (order.choice.performance.empty()) return *order.performance;
+  return read_performance(order.choice.performance);
+}
+
+// The camera of a performance that stands still has no keys, or all of them at rest.
+bool camera_rests(const Performance& performance) {
+  return std::ranges::all_of(performance.channels, [](const auto& channel) {
+    return !channel.first.starts_with("camera ") || std::ranges::all_of(channel.second, [&](const Key& key) {
+      return key.value == rest_value(channel.first);
+    });
+  });
+}
+
+bool camera_rests_at(const Performance& performance, double time_s) {
+  return std::ranges::all_of(performance.channels, [&](const auto& channel) {
+    return !channel.first.starts_with("camera ") ||
+           value_at(performance, channel.first, time_s) == rest_value(channel.first);
+  });
+}
+
+// The moment that was shown, from where it was seen, or swinging to both sides of that.
+Film posed_film(const ExportOrder& order) {
+  const ExportChoice& choice = order.choice;
+  const bool orbit = choice.kind == ExportKind::orbit;
+  const int frames = orbit ? std::max(2, int(std::lround(choice.seconds * choice.frames_per_second))) : 1;
+  const float from = value_at(*order.performance, "camera yaw", order.time_s);
+  Film film;
+  for (const double yaw : orbit_yaws(frames, orbit ? choice.half_angle_deg : 0)) {
+    Performance seen = *order.performance;
+    seen.channels["camera yaw"] = {{0, from + float(yaw)}};
+    DirectedMoment moment = direct_moment(order.contents->avatar->directed, seen, order.time_s);
+    film.cameras.push_back(moment.camera);
+    film.poses.push_back(std::move(moment.pose));
+  }
+  return film;
+}
+
+Result<std::string> perform(const ExportOrder& order, const RenderPlace& place, const OpenedAvatar& opened,
+                            const Progress& progress, std::stop_token stop) {
+  auto performance = chosen_performance(order);
+  if (!performance) return performance.error();
+  performance->frames_per_second = order.choice.frames_per_second;
+  const bool rests = camera_rests(*performance);
+  if (makes_pictures(order.choice) && order.choice.ground == ExportGround::room && !rests &&
+      !opened.avatar.room) {
+    return Error{ErrorCode::bad_input,
+                 "The performance moves the camera, and the filmed room is known from one place only.",
+                 "Choose another background, or leave the camera at rest.", ""};
+  }
+  const auto frames =
+      write_performed(opened, *performance, film_options(order, rests, place), progress, stop);
+  if (!frames) return frames.error();
+  return fmt::format("{} frames", *frames);
+}
+
+Result<std::string> follow_clip(const ExportOrder& order, const RenderPlace& place,
+                                const OpenedAvatar& opened, const Progress& progress, std::stop_token stop) {
+  DriveRequest request;
+  request.video = order.choice.clip;
+  request.landmark_model = order.contents->project.options.shared.landmark_model;
+  request.options.move_head = !order.choice.keep_head;
+  request.options.gains = order.gains;
+  // As a live drive: what is painted stays as the sliders have it.
+  const ProjectAvatar& avatar = *order.contents->avatar;
+  const AvatarPose directed = direct_moment(avatar.directed, *order.performance, order.time_s).pose;
+  for (std::size_t a = 0; a < directed.attributes.size(); ++a)
+    request.attributes.emplace_back(avatar.avatar.attributes[a].name, directed.attributes[a]);
+  const auto written = write_driven(opened, request, film_options(order, true, place),
+                                    order.choice.side_by_side, progress, stop);
+  if (!written) return written.error();
+  std::string words = fmt::format("{} frames, {}", written->frames,
+                                  written->sound.copied ? "with the clip's sound" : "without sound");
+  if (written->bridged > 0)
+    words += fmt::format("; in {} the driver's face was lost and the avatar moves on between its neighbours",
+                         written->bridged);
+  return words;
+}
+
+}  // namespace
+
+bool makes_pictures(const ExportChoice& choice) { return choice.kind != ExportKind::mesh; }
+
+bool room_possible(const ExportChoice& choice, const ViewPoint& view, const Avatar& avatar) {
+  if (avatar.room) return true;
+  if (avatar.plate.empty() || choice.kind == ExportKind::orbit) return false;
+  return choice.kind != ExportKind::still || view == ViewPoint{};
+}
+
+ExportChoice settled(ExportChoice choice, const ViewPoint& view, const Avatar& avatar) {
+  if (choice.ground == ExportGround::room && !room_possible(choice, view, avatar))
+    choice.ground = ExportGround::light;
+  if (choice.ground == ExportGround::transparent && moves(choice)) choice.form = ExportForm::pictures;
+  if (choice.ground == ExportGround::transparent) choice.side_by_side = false;
+  if (choice.moving) choice.mesh = MeshForm::glb;  // a PLY holds one moment
+  choice.times = std::clamp(choice.times, 1, kMostTimes);
+  return choice;
+}
+
+std::string export_file_name(const ExportChoice& choice, int number) {
+  const auto named = [&](const char* name, const char* ending) {
+    return fmt::format("{}-{:03}{}", name, number, ending);
+  };
+  const char* moving = choice.form == ExportForm::film ? ".mp4" : "";
+  switch (choice.kind) {
+    case ExportKind::still:
+      return named("still", ".png");
+    case ExportKind::orbit:
+      return named("orbit", moving);
+    case ExportKind::performance:
+      return named("performance", moving);
+    case ExportKind::driven:
+      return named("driven", moving);
+    case ExportKind::mesh:
+      return named("head", choice.mesh == MeshForm::glb ? ".glb" : ".ply");
+  }
+  return named("export", "");
+}
+
+Result<void> check_order(const ExportOrder& order) {
+  const ExportChoice& choice = order.choice;
+  const auto is_file = [](const fs::path& path) {
+    std::error_code ignored;
+    return fs::is_regular_file(path, ignored);
+  };
+  if (choice.kind == ExportKind::driven && !is_file(choice.clip))
+    return Error{ErrorCode::not_found, "No clip is chosen that drives the avatar.", "Choose one first.",
+                 choice.clip.string()};
+  const bool own = choice.performance.empty();
+  if (performs(choice) && (own ? order.performance->channels.empty() : !is_file(choice.performance)))
+    return Error{ErrorCode::not_found, "There is no performance yet.",
+                 "Direct one in the Direct step, or choose a performance file.", choice.performance.string()};
+  if (makes_pictures(choice) && choice.ground == ExportGround::picture && !is_file(choice.picture))
+    return Error{ErrorCode::not_found, "No picture is chosen for the background.",
+                 "Choose one, or another background.", choice.picture.string()};
+  return {};
+}
+
+Result<std::string> write_order(const ExportOrder& order, const Progress& progress, std::stop_token stop) {
+  const bool folder = order.out.extension().empty();
+  if (const auto made = make_writable_folder(order.out.parent_path()); !made) return made.error();
+  std::error_code failure;
+  // What came there since it was asked for is somebody else's.
+  if (folder ? !fs::create_directory(order.out, failure) && !failure : fs::exists(order.out, failure))
+    return Error{ErrorCode::bad_input, fmt::format("{} already exists.", order.out.filename().string()),
+                 "Export it again: it will be given another name.", order.out.string()};
+  if (failure) return file_error(order.out, "create", failure.value());
+  const ProjectAvatar& avatar = *order.contents->avatar;
+  const OpenedAvatar opened{order.contents->project, avatar.avatar, *avatar.model, avatar.hash};
+  std::string note;  // why the processor went on
+  RenderPlace place{nullptr, true, [&](const std::string& text) { note = ". " + text; }};
+  if (order.open && makes_pictures(order.choice)) {
+    auto backend = order.open();
+    if (backend)
+      place.backend = std::move(*backend);
+    else
+      place.say(continuing_on_processor(backend.error()));
+  }
+  auto written = [&]() -> Result<std::string> {
+    if (order.choice.kind == ExportKind::driven) return follow_clip(order, place, opened, progress, stop);
+    if (performs(order.choice)) return perform(order, place, opened, progress, stop);
+    const bool rests =
+        order.choice.kind == ExportKind::still && camera_rests_at(*order.performance, order.time_s);
+    const auto frames =
+        write_posed(opened, posed_film(order), film_options(order, rests, place), progress, stop);
+    if (!frames) return frames.error();
+    return *frames == 1 ? std::string("written") : fmt::format("{} frames", *frames);
+  }();
+  if (!written)
+    fs::remove_all(order.out, failure);  // half a sequence is of no use
+  else
+    *written += note;
+  return written;
+}
+
+}  // namespace likeness::ui

@@ -1,0 +1,229 @@
+// See project_contents.h.
+#include "ui/studio/project_contents.h"
+
+#include <algorithm>
+#include <utility>
+#include <vector>
+
+#include "core/base/hash.h"
+#include "core/base/parallel.h"
+#include "core/project/care.h"
+#include "core/project/corrections.h"
+#include "core/project/further_clips.h"
+#include "core/project/further_views.h"
+#include "core/project/project_attributes.h"
+#include "core/project/project_head_model.h"
+#include "core/project/project_views.h"
+#include "core/project/refits.h"
+#include "core/project/solved_points.h"
+#include "core/project/staleness.h"
+
+namespace likeness::ui {
+
+namespace {
+
+template <class T>
+std::shared_ptr<const T> shared_or_none(Result<T> result) {
+  return result ? std::make_shared<const T>(std::move(*result)) : nullptr;
+}
+
+bool avatar_fits(const Avatar& avatar, const HeadModel& model) {
+  return avatar.head_model_hash == model.hash && avatar.neutral.expression.size() == model.expression_count();
+}
+
+std::shared_ptr<const ProjectAvatar> read_project_avatar(const ProjectContents& contents) {
+  const std::filesystem::path file = avatar_path(contents.project);
+  auto avatar = read_avatar(file);
+  if (!avatar || !contents.model || !avatar_fits(*avatar, *contents.model)) return nullptr;
+  SeenViews views;
+  if (contents.capture && contents.cameras && contents.track)
+    views = joined(seen_views(*contents.capture, *contents.cameras, *contents.track),
+                   learnt_further_views(contents.project));
+  auto made = ProjectAvatar::make(std::move(*avatar), contents.model, std::move(views));
+  if (auto hash = hash_file(file)) made->hash = std::move(*hash);
+  return made;
+}
+
+std::shared_ptr<const Card> read_card(const ProjectContents& contents) {
+  if (!contents.avatar || !contents.capture || !contents.cameras || !contents.track ||
+      !check_track_fits(*contents.track, *contents.avatar->model))
+    return nullptr;
+  const Capture trained = without_left_out(*contents.capture, contents.project.options.train.left_out);
+  return std::make_shared<const Card>(make_card(trained, *contents.cameras, *contents.track,
+                                                learnt_further_views(contents.project),
+                                                contents.avatar->avatar, *contents.avatar->model));
+}
+
+void read_strokes_of(const Project& project, ProjectContents& contents) {
+  for (const int frame : corrected_frames(project)) {
+    auto strokes = read_strokes(strokes_path(project, frame));
+    if (!strokes) {
+      contents.unreadable_strokes[frame] = strokes.error();
+    } else if (!strokes->empty()) {
+      contents.strokes[frame] = std::move(*strokes);
+    }
+  }
+}
+
+void read_attributes_of(const Project& project, ProjectContents& contents) {
+  auto attributes = read_project_attributes(project);
+  if (attributes)
+    contents.attributes = std::move(*attributes);
+  else
+    contents.unreadable_attributes = attributes.error();
+  const auto courses = [](const std::filesystem::path& path) {
+    auto read = read_attribute_values(path);
+    return read ? std::move(*read) : std::vector<AttributeCourse>{};
+  };
+  contents.courses = courses(attribute_values_path(project));
+  contents.next_courses = courses(next_attribute_values_path(project));
+}
+
+FurtherClip read_further(const Project& project, int number) {
+  FurtherClip further{.number = number};
+  const auto clip = open_further_clip(project, number);
+  if (!clip) {
+    further.state = StageState::failed, further.words = clip.error().what;
+    return further;
+  }
+  further.name = clip->options.shared.video.filename().string();
+  if (auto info = probe_video(clip->options.shared.video)) further.clip = std::move(*info);
+  further.state = StageState::done;
+  for (const Stage stage : kStages) {
+    if (stage == Stage::train || is_current_alone(*clip, stage)) continue;
+    const StageRecord& record = clip->record(stage);
+    further.state = record.state == StageState::failed ? StageState::failed : StageState::to_do;
+    if (further.state == StageState::failed) further.words = record.message;
+    break;
+  }
+  if (further.state == StageState::to_do && !further.clip)
+    if (const auto missing = missing_clip(*clip))
+      further.state = StageState::failed, further.words = missing->what + " " + missing->fix;
+  if (further.state == StageState::done) further.words = clip->record(Stage::fit).message;
+  return further;
+}
+
+// What the stages of the further clips add to a plan.
+void plan_further(const ProjectContents& contents, int threads, Plan& plan) {
+  const Project& project = contents.project;
+  for (const FurtherClip& further : contents.further) {
+    if (!further.clip) continue;
+    add_further_clip(*further.clip, project.options, *contents.model, threads, *plan.forecast);
+    const auto clip = open_further_clip(project, further.number);
+    if (!clip) continue;
+    const BuildForecast own = forecast_build(*further.clip, project.options, *contents.model, threads);
+    for (const Stage stage : kStages)
+      if (stage != Stage::train && !is_current_alone(*clip, stage))
+        plan.seconds += own.seconds[std::size_t(stage)];
+  }
+}
+
+Plan make_plan(const ProjectContents& contents) {
+  Plan plan;
+  if (!contents.clip || !contents.model) return plan;
+  const Project& project = contents.project;
+  const int threads = current_thread_limit();
+  plan.forecast = forecast_build(*contents.clip, project.options, *contents.model, threads);
+  for (const Stage stage : kStages)
+    if (stage == Stage::train || contents.further.empty()
+            ? !contents.is_current(stage) || contents.is_stale(stage)
+            : !is_current_alone(project, stage))
+      plan.seconds += plan.forecast->seconds[std::size_t(stage)];
+  plan_further(contents, threads, plan);
+  if (plan.seconds == 0) return plan;
+  const Resources free = free_resources(project.folder);
+  if (const auto fits = check_forecast(*plan.forecast, free, folder_bytes(project.folder)); !fits)
+    plan.too_much = fits.error();
+  if (plan.too_much)
+    plan.smaller_size = smaller_size(*contents.clip, project.options, *contents.model, threads, free);
+  return plan;
+}
+
+}  // namespace
+
+std::shared_ptr<ProjectAvatar> ProjectAvatar::make(Avatar avatar, std::shared_ptr<const HeadModel> model,
+                                                   SeenViews views) {
+  std::shared_ptr<ProjectAvatar> made(new ProjectAvatar);
+  made->model = std::move(model);
+  made->avatar = std::move(avatar);
+  made->rig = make_rig(made->avatar, *made->model);
+  made->directed = direct_avatar(made->avatar, *made->model);
+  made->views = std::move(views);
+  made->limits = seen_limits(made->avatar, *made->model, made->views);
+  if (made->views.views.empty())  // of a project that lost its track: nothing is known of the views
+    std::erase_if(made->limits, [](const auto& limit) { return !limit.first.starts_with(kActionChannel); });
+  made->presets = likeness::presets(*made->model, seen_from_rest(made->avatar, *made->model));
+  return made;
+}
+
+Result<std::shared_ptr<const ProjectContents>> read_contents(const std::filesystem::path& folder,
+                                                             const ProjectContents* earlier) {
+  auto project = open_project(folder);
+  if (!project) return project.error();
+  auto contents = std::make_shared<ProjectContents>();
+  contents->project = std::move(*project);
+  const Project& p = contents->project;
+  const Freshness fresh = read_freshness(p);
+  contents->current = fresh.current;
+  contents->stale = fresh.stale;
+  for (const int number : p.further_clips) contents->further.push_back(read_further(p, number));
+  if (auto info = probe_video(p.options.shared.video)) contents->clip = std::move(*info);
+  const auto same_stage = [&](Stage stage) {
+    return earlier && contents->is_current(stage) && earlier->is_current(stage) &&
+           earlier->project.record(stage).input_hash == p.record(stage).input_hash;
+  };
+  if (earlier && earlier->model &&
+      earlier->project.options.shared.head_model == p.options.shared.head_model) {
+    contents->model = earlier->model;
+  } else {
+    contents->model = shared_or_none(project_head_model(p.options));
+  }
+  contents->capture = shared_or_none(read_capture(capture_path(p)));
+  contents->cameras = shared_or_none(read_cameras(cameras_path(p)));
+  contents->track = same_stage(Stage::fit) ? earlier->track : shared_or_none(read_track(track_path(p)));
+  if (auto refits = read_refits(p); refits && contents->track) contents->refits = std::move(refits->outcomes);
+  contents->avatar =
+      same_stage(Stage::train) && earlier->avatar ? earlier->avatar : read_project_avatar(*contents);
+  if (contents->track && contents->cameras && !contents->cameras->is_static) {
+    contents->points = same_stage(Stage::fit) && earlier->points
+                           ? earlier->points
+                           : shared_or_none(solved_points(p, *contents->track));
+  }
+  contents->card = read_card(*contents);
+  contents->curve = shared_or_none(read_training_curve(training_curve_path(p)));
+  read_strokes_of(p, *contents);
+  read_attributes_of(p, *contents);
+  contents->plan = make_plan(*contents);
+  return std::shared_ptr<const ProjectContents>(std::move(contents));
+}
+
+std::optional<FrameView> frame_view(const ProjectContents& contents, int frame) {
+  if (!contents.capture || !contents.cameras || !contents.track) return std::nullopt;
+  const TrackedFrame* tracked = find_tracked(*contents.track, frame);
+  const auto camera = picture_camera(*contents.capture, *contents.cameras, *contents.track, frame);
+  if (!tracked || tracked->status == FrameStatus::lost || !camera) return std::nullopt;
+  return FrameView{.tracked = tracked, .camera = *camera};
+}
+
+std::vector<int> shown_frames(const ProjectContents& contents, bool held_out) {
+  std::vector<int> frames;
+  if (!contents.capture || !contents.cameras || !contents.track) return frames;
+  for (const CaptureFrame& frame : contents.capture->frames) {
+    if (!frame.held_out && (held_out || !frame.used)) continue;
+    const TrackedFrame* tracked = find_tracked(*contents.track, frame.frame);
+    if (tracked && tracked->status != FrameStatus::lost && find_camera(*contents.cameras, frame.frame))
+      frames.push_back(frame.frame);
+  }
+  return frames;
+}
+
+std::vector<int> matted_frames(const ProjectContents& contents) {
+  std::vector<int> frames;
+  if (!contents.capture || !contents.cameras || !contents.track) return frames;
+  for (const CaptureFrame& frame : contents.capture->frames)
+    if ((frame.used || frame.held_out) && find_camera(*contents.cameras, frame.frame))
+      frames.push_back(frame.frame);
+  return frames;
+}
+
+}  // namespace likeness::ui

@@ -1,0 +1,77 @@
+// See record_session.h.
+#include "ui/studio/record_session.h"
+
+#include <fmt/format.h>
+
+#include <utility>
+
+namespace likeness::ui {
+
+void RecordSession::start(std::unique_ptr<LiveDriver> driver) {
+  if (recorder_) return;
+  // The driver ends on the recorder's thread, which may wait.
+  WebcamAccess webcams = context_.options.webcams;
+  webcams.list = [driver = std::shared_ptr<LiveDriver>(std::move(driver)),
+                  list = std::move(webcams.list)]() mutable {
+    driver.reset();
+    return list();
+  };
+  opens_ = true;
+  recorder_ = std::make_unique<ClipRecorder>(
+      std::move(webcams),
+      RecorderOptions{.folder = context_.options.projects, .record = context_.options.recording},
+      context_.wake);
+}
+
+std::optional<std::filesystem::path> RecordSession::tick() {
+  if (!recorder_) return std::nullopt;
+  const RecorderStatus status = recorder_->status();
+  if (status.state != RecorderState::kept) return std::nullopt;
+  context_.background.retire(std::move(recorder_));
+  if (const auto& fault = status.recording->broken_off)
+    context_.notices.fail(
+        {fault->code,
+         fmt::format("The recording broke off after {:.0f} s. {}", status.recording->seconds, fault->what),
+         "What was recorded until then is kept. " + fault->fix, fault->where});
+  if (opens_) return status.clip;
+  context_.notices.message = "Recorded: " + status.clip.string();
+  return std::nullopt;
+}
+
+std::optional<RecorderStatus> RecordSession::view() const {
+  return recorder_ ? std::optional(recorder_->status()) : std::nullopt;
+}
+
+void RecordSession::apply(const RecordRequests& requests) {
+  if (requests.webcam && recorder_) recorder_->choose(*requests.webcam);
+}
+
+void RecordSession::record() {
+  if (recorder_) recorder_->record();
+}
+
+void RecordSession::finish() {
+  if (recorder_) recorder_->finish();
+}
+
+void RecordSession::discard() {
+  if (recorder_) recorder_->discard();
+}
+
+void RecordSession::leave() {
+  if (recorder_ && !is_recording()) context_.background.retire(std::move(recorder_));
+}
+
+void RecordSession::stop() {
+  if (!is_recording()) return;
+  opens_ = false;
+  recorder_->finish();
+}
+
+bool RecordSession::is_recording() const { return recorder_ && ui::is_recording(recorder_->status()); }
+
+bool RecordSession::goes_on() const {
+  return recorder_ && recorder_->status().state == RecorderState::recording;
+}
+
+}  // namespace likeness::ui
