@@ -285,7 +285,7 @@ void DirectSession::drive(LiveDriver::Open open) {
   directing_.stop_playing();
   comparing_ = false;
   LiveOptions options;
-  options.track.predictor = context_.open.contents->project.options.landmark_model;
+  options.track.predictor = context_.open.contents->project.options.shared.landmark_model;
   drive_.start(context_.open.contents->avatar, std::move(open), std::move(options));
   request_picture();
 }

@@ -75,7 +75,7 @@ Result<void> MaskSession::check_attribute(const std::string& name) const {
                    "Give the attribute another name.");
   const auto& frames = contents.capture->frames;
   const auto own = std::ranges::find(frames, masks_.frame(), &CaptureFrame::frame);
-  const auto& left_out = contents.project.options.left_out;
+  const auto& left_out = contents.project.options.train.left_out;
   if (own == frames.end() || !own->used || std::ranges::find(left_out, own->frame) != left_out.end())
     return refused("This frame does not train, so no attribute can be learnt from it.",
                    "Paint on a frame that trains.");

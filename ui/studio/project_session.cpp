@@ -38,14 +38,14 @@ fs::path folder_for(const fs::path& projects, const fs::path& clip) {
     std::error_code ignored;
     if (!fs::exists(folder, ignored)) return folder;
     const auto project = open_project(folder);
-    if (project && same_place(project->options.video, clip)) return folder;
+    if (project && same_place(project->options.shared.video, clip)) return folder;
   }
 }
 
 }  // namespace
 
 void choose_budget(ProjectOptions& options, double budget_s) {
-  options.budget_s = budget_s, options.full_budget_s = 0, options.steps = 0;
+  options.train.budget_s = budget_s, options.train.full_budget_s = 0, options.train.steps = 0;
 }
 
 ProjectView ProjectSession::view() const {
@@ -94,7 +94,7 @@ void ProjectSession::apply(const ProjectRequests& requests) {
   if (requests.budget_s) edit_options([&](ProjectOptions& o) { choose_budget(o, *requests.budget_s); });
   if (requests.picture_size)
     edit_options([&](ProjectOptions& o) {
-      o.size = *requests.picture_size;
+      o.import.size = *requests.picture_size;
       restore_budget(o);
     });
 }
@@ -127,7 +127,7 @@ void ProjectSession::leave_out(const std::vector<int>& frames) {
   if (const auto fine = check_left_out(*open_.contents->capture, frames); !fine)
     return context_.notices.fail(fine.error());
   edit_options([&](ProjectOptions& o) {
-    o.left_out = frames;
+    o.train.left_out = frames;
     restore_budget(o);
   });
 }
@@ -234,7 +234,7 @@ void ProjectSession::open_clip(const fs::path& clip, Consent consent) {
                             const fs::path folder = folder_for(context_.options.projects, clip);
                             std::error_code ignored;
                             if (!fs::exists(folder / "project.json", ignored)) {
-                              options.video = clip;
+                              options.shared.video = clip;
                               auto made = open_or_create_project(folder, options);
                               if (!made) return failed(made.error());
                               made->consent = consent;

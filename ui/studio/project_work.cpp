@@ -18,8 +18,9 @@ namespace {
 constexpr double kOverrunOfTraining = 1.16;  // a budget spent by more than this ends a training at once
 
 void run_out(ProjectOptions& options, double budget_s) {
-  if (options.steps == 0 && options.full_budget_s == 0) options.full_budget_s = options.budget_s;
-  options.steps = 0, options.budget_s = budget_s;
+  if (options.train.steps == 0 && options.train.full_budget_s == 0)
+    options.train.full_budget_s = options.train.budget_s;
+  options.train.steps = 0, options.train.budget_s = budget_s;
 }
 
 }  // namespace
@@ -118,7 +119,7 @@ void ProjectSession::train_longer() {
   context_.shown = {Step::train, true};
   start_run([&](ProjectOptions& o) {
     const auto& avatar = open_.contents->avatar;
-    const double spent = avatar ? avatar->avatar.train_seconds : o.budget_s;
+    const double spent = avatar ? avatar->avatar.train_seconds : o.train.budget_s;
     choose_budget(o, std::max(1.0, std::round(spent)) + context_.options.longer_s);
   });
 }
@@ -152,17 +153,17 @@ void ProjectSession::refit(const RefitSpan& span, bool again) {
   }
   const auto with_span = [&](ProjectOptions& options) {
     if (again) {
-      options.refits.push_back(span);
-      options.refits = merged_spans(std::move(options.refits));
+      options.fit.refits.push_back(span);
+      options.fit.refits = merged_spans(std::move(options.fit.refits));
     } else {
-      std::erase_if(options.refits, [&](const RefitSpan& other) {
+      std::erase_if(options.fit.refits, [&](const RefitSpan& other) {
         return other.first <= span.last && span.first <= other.last;
       });
     }
   };
   ProjectOptions known = open_.contents->project.options;
   with_span(known);
-  if (const auto fine = again ? check_project_refits(latest(), known.refits) : Result<void>(); !fine) {
+  if (const auto fine = again ? check_project_refits(latest(), known.fit.refits) : Result<void>(); !fine) {
     context_.notices.fail(fine.error());
     return;
   }
@@ -232,8 +233,8 @@ void ProjectSession::check_clip() {
   check_ = std::make_unique<Job>(
       [options = open_.contents->project.options, into = checked_](
           const Progress& progress, std::stop_token stop) -> Result<std::string> {
-        const auto measures =
-            measure_clip(options.video, options.landmark_model, progress.stage(0, 1, "check"), stop);
+        const auto measures = measure_clip(options.shared.video, options.shared.landmark_model,
+                                           progress.stage(0, 1, "check"), stop);
         if (!measures) return measures.error();
         *into = judge_capture(*measures);
         return std::string(verdict_words(into->verdict));

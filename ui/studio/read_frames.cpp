@@ -33,7 +33,7 @@ void read_frame(const SessionContext& context, const std::string& key, int frame
 void read_clip_start(const SessionContext& context, FramePicture& into) {
   into = {};
   context.background.run("clip",
-                         [context, &into, video = context.open.contents->project.options.video,
+                         [context, &into, video = context.open.contents->project.options.shared.video,
                           folder = context.open.folder](std::stop_token) -> Background::Delivery {
                            std::shared_ptr<const Image8> image;
                            std::string missing;

@@ -28,7 +28,7 @@ std::optional<std::filesystem::path> RecordSession::tick() {
   const RecorderStatus status = recorder_->status();
   if (status.state != RecorderState::kept) return std::nullopt;
   context_.background.retire(std::move(recorder_));
-  if (const auto& fault = status.recording->broken_off)
+  if (const auto& fault = status.recording->interruption)
     context_.notices.fail(
         {fault->code,
          fmt::format("The recording broke off after {:.0f} s. {}", status.recording->seconds, fault->what),
