@@ -301,7 +301,7 @@ TEST(FuzzProjectFiles, StudioSettings) {
       "studio.json", "studio.json", [&](const auto& path) { return ui::write_settings(path, settings).ok(); },
       [](const auto& path) {
         const ui::Settings read = ui::read_settings(path);  // defaults where the file is damaged
-        return read.width >= 960 && read.height >= 600 && read.scale_percent >= ui::kMinScale;
+        return read.width >= 960 && read.height >= 600 && read.scale_percent >= ui::kLeastScale;
       });
 }
 
