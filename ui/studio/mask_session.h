@@ -2,10 +2,12 @@
 // both.
 #pragma once
 
+#include <cstdint>
 #include <functional>
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 
 #include "ui/studio/attribute_paint.h"
 #include "ui/studio/directing.h"

@@ -3,6 +3,7 @@
 // hands it the user's requests.
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <functional>
 #include <memory>

@@ -15,11 +15,12 @@ namespace {
 
 std::shared_ptr<const ProjectAvatar> tiny_project_avatar() {
   static const std::shared_ptr<const ProjectAvatar> one = [] {
-    Avatar avatar = test::filmed_avatar();
+    Avatar avatar = likeness::test::filmed_avatar();
     avatar.size = 64;
     avatar.intrinsics = {64, 64, 120, 120, 32, 32, 0, 0, 0, 0};
     avatar.plate = Image8(64, 64, 3, 77);
-    return ProjectAvatar::make(std::move(avatar), std::make_shared<const HeadModel>(test::tiny_head()), {});
+    return ProjectAvatar::make(std::move(avatar),
+                               std::make_shared<const HeadModel>(likeness::test::tiny_head()), {});
   }();
   return one;
 }

@@ -23,15 +23,15 @@ namespace {
 namespace fs = std::filesystem;
 
 std::shared_ptr<const ProjectContents> tiny_contents(const fs::path& folder, bool walked = false) {
-  Avatar avatar = test::filmed_avatar();
+  Avatar avatar = likeness::test::filmed_avatar();
   if (walked) avatar.room = avatar.torso, avatar.room->cube = {Vec3f(-2, -2, -1), 4};
   avatar.size = 64;
   avatar.intrinsics = {64, 64, 120, 120, 32, 32, 0, 0, 0, 0};
   avatar.plate = Image8(64, 64, 3, 77);
   auto contents = std::make_shared<ProjectContents>();
   contents->project.folder = folder;
-  contents->avatar =
-      ProjectAvatar::make(std::move(avatar), std::make_shared<const HeadModel>(test::tiny_head()), {});
+  contents->avatar = ProjectAvatar::make(std::move(avatar),
+                                         std::make_shared<const HeadModel>(likeness::test::tiny_head()), {});
   return contents;
 }
 
@@ -63,7 +63,7 @@ TEST(ExportOrder, AChoiceIsMadePossible) {
 }
 
 TEST(ExportOrder, WhatIsMissingIsSaidBeforeAnythingIsDone) {
-  const test::TinyProject project;
+  const likeness::test::TinyProject project;
   const auto contents = tiny_contents(project.folder());
   for (const ExportChoice& choice :
        {ExportChoice{.kind = ExportKind::driven}, ExportChoice{.kind = ExportKind::performance},
@@ -77,7 +77,7 @@ TEST(ExportOrder, WhatIsMissingIsSaidBeforeAnythingIsDone) {
 }
 
 TEST(ExportOrder, AStillHasItsSizeAndItsTransparency) {
-  const test::TinyProject project;
+  const likeness::test::TinyProject project;
   const auto contents = tiny_contents(project.folder());
   const auto written =
       write({.kind = ExportKind::still, .ground = ExportGround::transparent, .times = 2}, contents);
@@ -89,7 +89,7 @@ TEST(ExportOrder, AStillHasItsSizeAndItsTransparency) {
 }
 
 TEST(ExportOrder, ADeviceRendersItAndOneThatFailsIsSaidAndLeavesItToTheProcessor) {
-  const test::TinyProject project;
+  const likeness::test::TinyProject project;
   const auto contents = tiny_contents(project.folder());
   const ExportChoice choice{.kind = ExportKind::still, .ground = ExportGround::transparent};
   const auto processors = write(choice, contents);
@@ -121,7 +121,7 @@ TEST(ExportOrder, ADeviceRendersItAndOneThatFailsIsSaidAndLeavesItToTheProcessor
 }
 
 TEST(ExportOrder, AnOrbitIsAFilmOrAFolder) {
-  const test::TinyProject project;
+  const likeness::test::TinyProject project;
   const auto contents = tiny_contents(project.folder());
   ExportChoice choice{.kind = ExportKind::orbit, .frames_per_second = 30, .seconds = 0.2};
   const auto film = write(choice, contents);
@@ -137,7 +137,7 @@ TEST(ExportOrder, AnOrbitIsAFilmOrAFolder) {
 }
 
 TEST(ExportOrder, WhatWasDirectedIsFilmedAtTheRateAskedFor) {
-  const test::TinyProject project;
+  const likeness::test::TinyProject project;
   const auto contents = tiny_contents(project.folder());
   Performance performance;
   performance.duration_s = 0.2;
@@ -170,7 +170,7 @@ TEST(ExportOrder, WhatWasDirectedIsFilmedAtTheRateAskedFor) {
 }
 
 TEST(ExportOrder, AStoppedSequenceLeavesNoFolder) {
-  const test::TinyProject project;
+  const likeness::test::TinyProject project;
   const auto contents = tiny_contents(project.folder());
   const ExportChoice choice{.kind = ExportKind::orbit, .form = ExportForm::pictures};
   const fs::path out = project.folder() / "exports" / "orbit-001";
@@ -184,7 +184,7 @@ TEST(ExportOrder, AStoppedSequenceLeavesNoFolder) {
 }
 
 TEST(ExportOrder, WhatWasThereIsNeitherOverwrittenNorRemoved) {
-  const test::TinyProject project;
+  const likeness::test::TinyProject project;
   const auto contents = tiny_contents(project.folder());
   const fs::path exports = project.folder() / "exports";
   const fs::path theirs = exports / "orbit-001" / "notes.txt";

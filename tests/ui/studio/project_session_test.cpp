@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "core/base/files.h"
 #include "tests/ui/studio/session_home.h"
 

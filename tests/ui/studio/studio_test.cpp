@@ -67,7 +67,7 @@ class StudioState : public testing::Test {
         until([](const Snapshot& s) { return s.project.contents != nullptr && s.project.contents->avatar; }));
   }
 
-  test::TinyProject project_;
+  likeness::test::TinyProject project_;
   fs::path clip_;
   std::unique_ptr<Studio> studio_;
 };
