@@ -130,6 +130,9 @@ Result<void> ClipFrameKeeper::finish(const std::stop_token& stop) {
   State& s = *state_;
   const auto clip = s.follower.finish(stop);
   if (!clip) return clip.error();
+  if (clip->frames.size() != s.frames.size())
+    return Error{ErrorCode::failed, "The video changed while it was being read.",
+                 "Run it again once nothing else writes to it.", s.folder.string()};
   if (auto whole = s.pictures->finish(); !whole) return whole;
   json frames = json::array();
   for (const ClipFrame& frame : clip->frames) frames.push_back(frame_json(frame));

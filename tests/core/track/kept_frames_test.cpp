@@ -18,8 +18,7 @@ constexpr int kKeptFrames = 30;
 
 class KeptFrames : public ::testing::Test {
  protected:
-  void SetUp() override {
-    if (auto detector = FaceDetector::load(); !detector) GTEST_SKIP() << detector.error().what;
+  static void SetUpTestSuite() {
     std::string name = (fs::temp_directory_path() / "likeness_kept_frames_XXXXXX").string();
     ASSERT_NE(::mkdtemp(name.data()), nullptr);
     folder_ = name;
@@ -29,11 +28,13 @@ class KeptFrames : public ::testing::Test {
     demo.moving_share = 0;
     demo.samples_per_pixel = 1;
     ASSERT_TRUE(write_demo_capture(folder_, demo, Progress(), {}).ok());
+  }
+  static void TearDownTestSuite() { fs::remove_all(folder_); }
+  void SetUp() override {
+    if (auto detector = FaceDetector::load(); !detector) GTEST_SKIP() << detector.error().what;
     fs::create_directories(folder_ / "kept");
   }
-  void TearDown() override {
-    if (!folder_.empty()) fs::remove_all(folder_);
-  }
+  void TearDown() override { fs::remove_all(folder_ / "kept"); }
 
   fs::path video() const { return folder_ / "demo.mp4"; }
   std::string inputs(const std::set<int>& held_out) const {
@@ -58,8 +59,9 @@ class KeptFrames : public ::testing::Test {
   const TrackRegion region_{10, 0, 300, 310};
   const std::set<int> held_out_{25, 26, 27, 28, 29};
   const TrackOptions options_;
-  fs::path folder_;
+  static fs::path folder_;
 };
+fs::path KeptFrames::folder_;
 
 TEST_F(KeptFrames, AreThoseThatAreReadToTheBit) {
   const auto read = read_clip_frames(video(), region_, held_out_, options_, Progress(), {});
