@@ -11,6 +11,7 @@
 #include "core/base/hash.h"
 #include "core/camera/assumed_lens.h"
 #include "core/camera/colmap.h"
+#include "core/camera/kept_path.h"
 #include "core/camera/motion.h"
 #include "core/camera/resect.h"
 #include "core/camera/workplace.h"
@@ -23,7 +24,6 @@ namespace fs = std::filesystem;
 
 // Background motion, in 1/1000 of the width, below which a failed solve may be taken as a camera at rest.
 constexpr double kHardlyMoving = 20;
-constexpr int kRestSamples = 8;  // frames of a rest that are solved and averaged
 
 AlignResult static_result(const VideoInfo& info, const AlignOptions& options, std::size_t frames,
                           std::string evidence) {
@@ -36,10 +36,10 @@ AlignResult static_result(const VideoInfo& info, const AlignOptions& options, st
   result.cameras.cameras.push_back({-1, lens, Pose::Identity()});
   result.evidence = std::move(evidence);
   if (options.lens_mm > 0)
-    result.evidence += fmt::format(" Its lens was said to be one of {:.3g} mm, as on 35 mm film: {:.0f} px.",
-                                   options.lens_mm, lens.fx);
+    result.evidence +=
+        fmt::format(" Its lens was given as {:.3g} mm (on 35 mm film): {:.0f} px.", options.lens_mm, lens.fx);
   else if (lens.fx != usual.fx)
-    result.evidence += fmt::format(" The film speaks of a lens of {:.3g} mm, as on 35 mm film: {:.0f} px.",
+    result.evidence += fmt::format(" The clip names its lens: {:.3g} mm (on 35 mm film), {:.0f} px.",
                                    info.focal_35mm, lens.fx);
   result.frames = result.registered = int(frames);
   return result;
@@ -55,14 +55,6 @@ Intrinsics enlarge(const Intrinsics& small, int width, int height) {
   k.fy *= sy, k.cy *= sy;
   return k;
 }
-
-// Width at which colmap sees a picture. A small one is enlarged: its features are too fine for most scales of
-// the detector, and half as many again in each direction give three times as many.
-int solve_width(int width, int wanted) {
-  return width * 5 / 4 < wanted ? std::min(wanted, width * 3 / 2) : std::min(wanted, width);
-}
-
-std::string frame_picture_name(int frame) { return fmt::format("{:06}.png", frame); }
 
 // Writes the keyframes' pictures and masks for colmap.
 Result<void> write_keyframes(const fs::path& video, const PersonMask& person, const fs::path& work, int width,
@@ -80,7 +72,7 @@ Result<void> write_keyframes(const fs::path& video, const PersonMask& person, co
     const VideoFrame& frame = **next;
     if (!wanted.count(frame.index)) continue;
     const Image8 mask = person ? person(frame.index, frame.rgb) : Image8();
-    if (auto done = write_picture(work, frame_picture_name(frame.index), frame.rgb, mask, width); !done)
+    if (auto done = write_picture(work, keyframe_name(frame.index), frame.rgb, mask, width); !done)
       return done;
     progress.report(double(++written) / double(wanted.size()), fmt::format("keyframe {}", frame.index));
   }
@@ -94,11 +86,12 @@ Result<ColmapModel> solve_keyframes(const fs::path& video, const PersonMask& per
   const int width = solve_width(motion.width, options.colmap_width);
   const auto video_hash = hash_video(video);
   if (!video_hash) return video_hash.error();
-  std::string inputs = fmt::format("radial {} {} {} {} {}", *video_hash, width, options.colmap_features,
-                                   options.seed, person ? "masked" : "unmasked");
-  for (int frame : keyframes) inputs += fmt::format(" {}", frame);
-  if (auto ready = prepare_work_folder(work, hash_text(inputs)); !ready) return ready.error();
-  if (!pictures_ready(work)) {
+  const std::string inputs =
+      hash_text(keyframe_inputs(*video_hash, motion, keyframes, bool(person), options));
+  if (auto ready = prepare_work_folder(work, inputs); !ready) return ready.error();
+  const bool ready = pictures_ready(work) ||
+                     (!options.kept.empty() && take_pictures(kept_keyframes(options.kept), inputs, work));
+  if (!ready) {
     auto written =
         write_keyframes(video, person, work, width, keyframes, progress.stage(0, 0.15, "keyframes"), stop);
     if (!written) return written.error();
@@ -108,20 +101,6 @@ Result<ColmapModel> solve_keyframes(const fs::path& video, const PersonMask& per
   colmap.features = options.colmap_features;
   colmap.seed = options.seed;
   return solve_colmap(work, colmap, progress.stage(0.15, 1, "structure from motion"), stop);
-}
-
-// The frames to solve by following points: all outside rests, a few of each rest.
-std::set<int> frames_between(const BackgroundMotion& motion, const std::set<int>& solved) {
-  std::set<int> wanted;
-  for (const auto& frame : motion.frames) wanted.insert(frame.frame);
-  for (const auto& rest : motion.rests) {
-    wanted.erase(wanted.lower_bound(rest.first), wanted.upper_bound(rest.last));
-    const int length = rest.last - rest.first;
-    for (int i = 0; i < kRestSamples; ++i)
-      wanted.insert((rest.first + length * (2 * i + 1) / (2 * kRestSamples)) / motion.stride * motion.stride);
-  }
-  for (int frame : solved) wanted.erase(frame);
-  return wanted;
 }
 
 // Every frame of a rest gets the mean of the poses found in it.
@@ -138,8 +117,8 @@ void share_rest_poses(const BackgroundMotion& motion, std::map<int, Pose>& poses
 }
 
 Result<AlignResult> moving_result(const fs::path& video, const ColmapModel& model, std::size_t chosen,
-                                  const BackgroundMotion& motion, const Progress& progress,
-                                  std::stop_token stop) {
+                                  const BackgroundMotion& motion, const fs::path& kept,
+                                  const Progress& progress, std::stop_token stop) {
   const auto keyframes = keyframes_of(model);
   if (keyframes.size() < 3)
     return Error{ErrorCode::failed, fmt::format("Only {} keyframes could be placed.", keyframes.size()),
@@ -152,7 +131,8 @@ Result<AlignResult> moving_result(const fs::path& video, const ColmapModel& mode
     poses[keyframe.frame] = keyframe.cam_from_world;
     solved.insert(keyframe.frame);
   }
-  const auto between = resect_frames(video, keyframes, small, frames_between(motion, solved), progress, stop);
+  const auto between = resect_frames(video, keyframes, small, frames_between(motion, solved),
+                                     kept.empty() ? fs::path() : kept_greys(kept), progress, stop);
   if (!between) return between.error();
   for (const auto& camera : *between) poses[camera.frame] = camera.cam_from_world;
   share_rest_poses(motion, poses);
@@ -177,10 +157,25 @@ Result<AlignResult> moving_result(const fs::path& video, const ColmapModel& mode
   return result;
 }
 
+// As kept, or measured.
+Result<BackgroundMotion> known_motion(const fs::path& video, const PersonMask& person,
+                                      const AlignOptions& options, const Progress& progress,
+                                      std::stop_token stop) {
+  if (!options.kept.empty()) {
+    const auto video_hash = hash_video(video);
+    if (!video_hash) return video_hash.error();
+    if (auto kept = kept_motion(options.kept, motion_inputs(*video_hash, options))) {
+      progress.report(1);
+      return std::move(*kept);
+    }
+  }
+  return measure_background_motion(video, person, rest_limit(options), progress, stop);
+}
+
 std::string moving_evidence(const BackgroundMotion& motion) {
   std::string text = fmt::format(
-      "The camera moves: the background strays by {:.0f} thousandths of the picture's width on a way of "
-      "{:.0f}",
+      "The camera moves: the background shifts by {:.0f} thousandths of the picture's width along a path "
+      "of {:.0f}",
       measure_sway(motion).reach, motion.motion);
   if (motion.rests.empty()) return text + " and never rests for a second.";
   text += "; it rests in frames";
@@ -198,17 +193,16 @@ Result<AlignResult> align_clip(const fs::path& video, const PersonMask& person, 
   if (options.resting) {
     progress.report(1);
     return static_result(*info, options, std::size_t(info->frame_count),
-                         "The camera was said to rest; nothing was measured.");
+                         "The camera is at rest as stated; nothing was measured.");
   }
-  const auto motion = measure_background_motion(video, person, rest_limit(options),
-                                                progress.stage(0, 0.2, "background"), stop);
+  const auto motion = known_motion(video, person, options, progress.stage(0, 0.2, "background"), stop);
   if (!motion) return motion.error();
   if (motion->tracks < kLeastTracks) {
-    auto result = static_result(
-        *info, options, motion->frames.size(),
-        fmt::format("The camera rests: the background has too little texture to tell ({:.1f} feature "
-                    "tracks on average, {} needed), so the camera is taken to be at rest.",
-                    motion->tracks, kLeastTracks));
+    auto result =
+        static_result(*info, options, motion->frames.size(),
+                      fmt::format("The camera rests: the background has too little texture ({:.1f} feature "
+                                  "tracks on average, {} needed) to show whether the camera moves.",
+                                  motion->tracks, kLeastTracks));
     progress.report(1);
     return result;
   }
@@ -231,8 +225,8 @@ Result<AlignResult> align_clip(const fs::path& video, const PersonMask& person, 
     if (model.error().code != ErrorCode::failed || !nowhere) return model.error();
     auto result = static_result(
         *info, options, motion->frames.size(),
-        fmt::format("The camera rests: the background strays by only {:.0f} thousandths of the picture's "
-                    "width and comes back {:.1f} times a second, which is no path to solve for.",
+        fmt::format("The camera rests: the background shifts by only {:.0f} thousandths of the picture's "
+                    "width and returns {:.1f} times a second, so there is no path to solve.",
                     sway.reach, sway.crossings));
     result.warnings.push_back(
         "The camera moved a little and was taken to be at rest, so the background will be soft. " +
@@ -240,8 +234,8 @@ Result<AlignResult> align_clip(const fs::path& video, const PersonMask& person, 
     progress.report(1);
     return result;
   }
-  auto result =
-      moving_result(video, *model, keyframes.size(), *motion, progress.stage(0.7, 1, "frames between"), stop);
+  auto result = moving_result(video, *model, keyframes.size(), *motion, options.kept,
+                              progress.stage(0.7, 1, "frames between"), stop);
   if (result) {
     result->evidence = moving_evidence(*motion);
     progress.report(1);

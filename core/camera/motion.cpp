@@ -8,9 +8,10 @@
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 #include <opencv2/video/tracking.hpp>
+#include <utility>
 
 #include "core/base/quantile.h"
-#include "core/video/decode.h"
+#include "core/video/decode_for.h"
 
 namespace likeness {
 namespace {
@@ -20,7 +21,7 @@ constexpr double kTravelStep = 0.02, kLeap = 0.09;  // of the width
 constexpr double kPersonMargin = 0.14;              // of the side of a square with the mask's area
 constexpr int kMaskEvery = 5;                       // frames between two askings for the person
 constexpr int kPatience =
-    3;  // frames astray after which a rest has ended; fewer are a glitch (an arm, a flash)
+    3;  // frames off its place after which a rest has ended; fewer are a glitch (an arm, a flash)
 
 // Tracks features from an anchor frame and measures how far the background is from where it was there.
 class AnchorTracker {
@@ -38,7 +39,7 @@ class AnchorTracker {
     anchor_ = grey.clone();
     anchor_points_.clear();
     cv::goodFeaturesToTrack(grey, anchor_points_, 200, 0.01, grey.cols / 48.0, background, 5);
-    // A corner of sheer noise is none: its smaller eigenvalue must stand out from a flat wall's.
+    // Noise has corners, too; a real one's smaller eigenvalue stands out from a flat wall's.
     cv::Mat strength;
     cv::cornerMinEigenVal(grey, strength, 5);
     std::erase_if(anchor_points_,
@@ -107,19 +108,19 @@ class PathRecorder {
     if (out.frames.empty()) begin(frame, grey, background);
     const auto moved = tracker_.displacement(grey, background);
     tracks_ += double(tracker_.tracks());
-    const double astray = carried_ + moved.value_or(last_astray_);
-    last_astray_ = moved.value_or(last_astray_);
-    out.frames.push_back({frame, (base_ + astray) * per_px_, 0, sharpness_of(grey, background)});
-    if (astray <= rest_px_) {
+    const double displacement = carried_ + moved.value_or(last_displacement_);
+    last_displacement_ = moved.value_or(last_displacement_);
+    out.frames.push_back({frame, (base_ + displacement) * per_px_, 0, sharpness_of(grey, background)});
+    if (displacement <= rest_px_) {
       last_good_ = frame;
       misses_ = 0;
       // Worn out by occlusion or light: new features, same rest.
       if (tracker_.worn_out()) {
-        carried_ = astray, last_astray_ = 0;
+        carried_ = displacement, last_displacement_ = 0;
         tracker_.set_anchor(grey, background);
       }
     } else if (++misses_ > kPatience || tracker_.worn_out()) {
-      base_ += astray;
+      base_ += displacement;
       close(out);
       begin(frame, grey, background);
     }
@@ -131,13 +132,13 @@ class PathRecorder {
   void begin(int frame, const cv::Mat& grey, const cv::Mat& background) {
     tracker_.set_anchor(grey, background);
     first_ = last_good_ = frame;
-    carried_ = last_astray_ = 0;
+    carried_ = last_displacement_ = 0;
     misses_ = 0;
   }
 
   AnchorTracker tracker_;
   double rest_px_, per_px_;
-  double base_ = 0, carried_ = 0, last_astray_ = 0, tracks_ = 0;
+  double base_ = 0, carried_ = 0, last_displacement_ = 0, tracks_ = 0;
   int first_ = 0, last_good_ = 0, misses_ = 0;
 };
 
@@ -204,55 +205,77 @@ cv::Mat background_of(const std::function<Image8(int, const Image8&)>& person, c
 
 }  // namespace
 
-Result<BackgroundMotion> measure_background_motion(const std::filesystem::path& video,
-                                                   const std::function<Image8(int, const Image8&)>& person,
-                                                   double rest_px_per_1000, const Progress& progress,
-                                                   std::stop_token stop) {
-  auto reader = VideoReader::open(video, VideoPixels::rgb, VideoFrames::sampled);
-  if (!reader) return reader.error();
+struct MotionMeter::State {
+  State(const VideoInfo& info, std::filesystem::path path, std::function<Image8(int, const Image8&)> mask_of,
+        double rest_px_per_1000)
+      : video(std::move(path)),
+        person(std::move(mask_of)),
+        size(working_size(info)),
+        recorder(rest_px_per_1000 * size.width / 1000, 1000.0 / size.width),
+        travel(kTravelStep * size.width, kLeap * size.width) {
+    out.stride = sampling_stride(info);
+    out.width = info.width;
+    out.height = info.height;
+  }
+
+  static cv::Size working_size(const VideoInfo& info) {
+    const double scale = std::min(1.0, double(kWorkingWidth) / info.width);
+    return {std::max(16, int(std::lround(info.width * scale))),
+            std::max(16, int(std::lround(info.height * scale)))};
+  }
+
+  void add(const VideoFrame& frame) {
+    // OpenCV has no type for pixels that are only read.
+    const cv::Mat rgb(frame.rgb.height, frame.rgb.width, CV_8UC3,
+                      const_cast<std::uint8_t*>(frame.rgb.data.data()));
+    cv::Mat grey, small;
+    cv::cvtColor(rgb, grey, cv::COLOR_RGB2GRAY);
+    cv::resize(grey, small, size, 0, 0, cv::INTER_AREA);
+    if (out.frames.size() % kMaskEvery == 0 || background.empty())
+      background = background_of(person, frame, size);
+    recorder.add(frame.index, small, background, out);
+    FrameMotion& entry = out.frames.back();
+    entry.travel = travel.add(small, background) * 1000 / size.width;
+    entry.x = travel.place().x * 1000 / size.width;
+    entry.y = travel.place().y * 1000 / size.width;
+    last_time = frame.time_s;
+  }
+
+  std::filesystem::path video;
+  std::function<Image8(int, const Image8&)> person;
   BackgroundMotion out;
-  out.stride = sampling_stride(reader->info());
-  out.width = reader->info().width;
-  out.height = reader->info().height;
-  const double scale = std::min(1.0, double(kWorkingWidth) / out.width);
-  const cv::Size size(std::max(16, int(std::lround(out.width * scale))),
-                      std::max(16, int(std::lround(out.height * scale))));
-  PathRecorder recorder(rest_px_per_1000 * size.width / 1000, 1000.0 / size.width);
-  TravelRecorder travel(kTravelStep * size.width, kLeap * size.width);
+  cv::Size size;
+  PathRecorder recorder;
+  TravelRecorder travel;
   cv::Mat background;
   double last_time = 0;
+};
+
+MotionMeter::MotionMeter(const VideoInfo& info, const std::filesystem::path& video,
+                         std::function<Image8(int, const Image8&)> person, double rest_px_per_1000)
+    : state_(std::make_unique<State>(info, video, std::move(person), rest_px_per_1000)) {}
+MotionMeter::~MotionMeter() = default;
+
+Result<void> MotionMeter::add(const VideoFrame& frame) {
   try {
-    for (;;) {
-      if (stop.stop_requested()) return cancelled_error();
-      auto next = reader->next();
-      if (!next) return next.error();
-      if (!next->has_value()) break;
-      VideoFrame& frame = **next;
-      const cv::Mat rgb(frame.rgb.height, frame.rgb.width, CV_8UC3, frame.rgb.data.data());
-      cv::Mat grey, small;
-      cv::cvtColor(rgb, grey, cv::COLOR_RGB2GRAY);
-      cv::resize(grey, small, size, 0, 0, cv::INTER_AREA);
-      if (out.frames.size() % kMaskEvery == 0 || background.empty())
-        background = background_of(person, frame, size);
-      recorder.add(frame.index, small, background, out);
-      FrameMotion& entry = out.frames.back();
-      entry.travel = travel.add(small, background) * 1000 / size.width;
-      entry.x = travel.place().x * 1000 / size.width;
-      entry.y = travel.place().y * 1000 / size.width;
-      last_time = frame.time_s;
-      if (out.frames.size() % 10 == 0)
-        progress.report(double(frame.index) / std::max(1, reader->info().frame_count),
-                        fmt::format("frame {}", frame.index));
-    }
+    state_->add(frame);
+    return {};
   } catch (const cv::Exception& fault) {
     return Error{ErrorCode::failed, fmt::format("The background could not be tracked: {}.", fault.what()),
-                 "Convert the video to H.264 (`ffmpeg -i VIDEO out.mp4`) and try again.", video.string()};
+                 "Convert the video to H.264 (`ffmpeg -i VIDEO out.mp4`) and try again.",
+                 state_->video.string()};
   }
+}
+
+Result<BackgroundMotion> MotionMeter::finish() {
+  BackgroundMotion out = std::move(state_->out);
+  const double last_time = state_->last_time;
   if (out.frames.empty())
-    return Error{ErrorCode::bad_input, "The video holds no frame.", "Choose another file.", video.string()};
-  recorder.close(out);
+    return Error{ErrorCode::bad_input, "The video holds no frame.", "Choose another file.",
+                 state_->video.string()};
+  state_->recorder.close(out);
   out.seconds = last_time;
-  out.tracks = recorder.tracks() / double(out.frames.size());
+  out.tracks = state_->recorder.tracks() / double(out.frames.size());
   const double rate = last_time > 0 ? double(out.frames.back().frame) / last_time : 25;
   std::erase_if(out.rests, [&](const RestStretch& s) {
     return s.last - s.first + out.stride < std::max(8.0 * out.stride, rate);
@@ -260,8 +283,29 @@ Result<BackgroundMotion> measure_background_motion(const std::filesystem::path& 
   std::vector<double> path;
   for (const auto& frame : out.frames) path.push_back(frame.path);
   out.motion = quantile(std::move(path), 0.95);
-  progress.report(1);
   return out;
+}
+
+Result<BackgroundMotion> measure_background_motion(const std::filesystem::path& video,
+                                                   const std::function<Image8(int, const Image8&)>& person,
+                                                   double rest_px_per_1000, const Progress& progress,
+                                                   std::stop_token stop) {
+  auto reader = VideoReader::open(video, VideoPixels::rgb, VideoFrames::sampled);
+  if (!reader) return reader.error();
+  const VideoInfo info = reader->info();
+  MotionMeter meter(info, video, person, rest_px_per_1000);
+  int count = 0;
+  const FrameListener listener{VideoPixels::rgb, [&](const VideoFrame& frame) {
+                                 auto added = meter.add(frame);
+                                 if (++count % 10 == 0)
+                                   progress.report(double(frame.index) / std::max(1, info.frame_count),
+                                                   fmt::format("frame {}", frame.index));
+                                 return added;
+                               }};
+  if (const auto decoded = decode_for(*reader, {&listener, 1}, stop); !decoded) return decoded.error();
+  auto motion = meter.finish();
+  if (motion) progress.report(1);
+  return motion;
 }
 
 Sway measure_sway(const BackgroundMotion& motion) {

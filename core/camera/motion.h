@@ -4,6 +4,7 @@
 
 #include <filesystem>
 #include <functional>
+#include <memory>
 #include <optional>
 #include <stop_token>
 #include <vector>
@@ -37,8 +38,8 @@ struct BackgroundMotion {
   std::vector<RestStretch> rests;   // at least a second long each
 };
 
-// What tells a hand that shakes from a camera that is led somewhere: the one strays little, or comes back to
-// its middle again and again; the other goes far, and slowly.
+// What distinguishes a shaking hand from a camera that is moved somewhere: the one stays near its middle, or
+// returns to it again and again; the other goes far, and slowly.
 struct Sway {
   double reach = 0;  // across the places where the background is for nearly all of the time, 1/1000 of the
                      // width
@@ -64,6 +65,24 @@ Result<BackgroundMotion> measure_background_motion(const std::filesystem::path& 
                                                    const std::function<Image8(int, const Image8&)>& person,
                                                    double rest_px_per_1000, const Progress& progress,
                                                    std::stop_token stop);
+
+struct VideoInfo;
+struct VideoFrame;
+
+// The same, fed by another's decoding: of every frame sampled (core/video/decode.h), RGB, in order.
+class MotionMeter {
+ public:
+  MotionMeter(const VideoInfo& info, const std::filesystem::path& video,
+              std::function<Image8(int, const Image8&)> person, double rest_px_per_1000);
+  ~MotionMeter();
+
+  Result<void> add(const VideoFrame& frame);
+  Result<BackgroundMotion> finish();
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
 
 // At most `count` frames: evenly spaced along the background's travel, each the sharpest of its
 // neighbourhood. A long sweep gets one for every 9 % of the width, a short one more, but none nearer than

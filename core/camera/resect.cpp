@@ -9,12 +9,15 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
+#include <functional>
 #include <map>
+#include <memory>
 #include <opencv2/calib3d.hpp>
 #include <opencv2/imgproc.hpp>
 #include <opencv2/video/tracking.hpp>
 
 #include "core/video/decode.h"
+#include "core/video/grey_pictures.h"
 
 namespace likeness {
 namespace {
@@ -123,6 +126,99 @@ void solve_interval(const SolvedKeyframe* before, const cv::Mat& before_grey, co
   buffered.clear();
 }
 
+// The needed frames one after the other, ascending; nullopt after the last.
+struct FollowedFrame {
+  int frame = 0;
+  cv::Mat grey;
+};
+using FollowedFrames = std::function<Result<std::optional<FollowedFrame>>()>;
+
+cv::Mat to_mat(const Image8& grey) {
+  return cv::Mat(grey.height, grey.width, CV_8UC1, const_cast<std::uint8_t*>(grey.data.data())).clone();
+}
+
+FollowedFrames decoding_source(VideoReader& reader, const Intrinsics& small, const std::set<int>& needed,
+                               const std::stop_token& stop) {
+  return [&reader, &small, &needed, &stop]() -> Result<std::optional<FollowedFrame>> {
+    while (true) {
+      if (stop.stop_requested()) return cancelled_error();
+      auto next = reader.next();
+      if (!next) return next.error();
+      if (!next->has_value() || (**next).index > *needed.rbegin()) return std::optional<FollowedFrame>();
+      const VideoFrame& frame = **next;
+      if (!needed.contains(frame.index)) continue;
+      return std::optional(
+          FollowedFrame{frame.index, to_mat(followed_picture(frame.rgb, small.width, small.height))});
+    }
+  };
+}
+
+// From kept pictures, where they are of this video and size and none is missing.
+std::optional<FollowedFrames> kept_source(const std::filesystem::path& video,
+                                          const std::filesystem::path& kept, const Intrinsics& small,
+                                          const std::set<int>& needed) {
+  if (kept.empty()) return std::nullopt;
+  auto opened = GreyPictureReader::open(kept);
+  if (!opened) return std::nullopt;
+  const GreyPictures& about = opened->about();
+  const auto video_hash = hash_video(video);
+  if (!video_hash || about.inputs != *video_hash || about.width != small.width ||
+      about.height != small.height || !std::ranges::includes(about.frames, needed))
+    return std::nullopt;
+  const auto reader = std::make_shared<GreyPictureReader>(std::move(*opened));
+  return [reader, &needed, at = std::size_t(0)]() mutable -> Result<std::optional<FollowedFrame>> {
+    const std::vector<int>& frames = reader->about().frames;
+    for (; at < frames.size() && frames[at] <= *needed.rbegin(); ++at) {
+      auto picture = reader->next();
+      if (!picture) return Error{ErrorCode::io, picture.error().what, picture.error().fix, ""};
+      if (!needed.contains(frames[at])) continue;
+      return std::optional(FollowedFrame{frames[at++], to_mat(*picture)});
+    }
+    return std::optional<FollowedFrame>();
+  };
+}
+
+Result<std::vector<Camera>> resect(const FollowedFrames& frames, const std::filesystem::path& video,
+                                   const std::vector<SolvedKeyframe>& keyframes, const Intrinsics& small,
+                                   int last, const Progress& progress, const std::stop_token& stop) {
+  std::vector<Camera> solved;
+  std::map<int, const SolvedKeyframe*> by_frame;
+  for (const auto& keyframe : keyframes) by_frame[keyframe.frame] = &keyframe;
+  const SolvedKeyframe* before = nullptr;
+  cv::Mat before_grey;
+  std::vector<Buffered> buffered;
+  try {
+    for (;;) {
+      if (stop.stop_requested()) return cancelled_error();
+      auto next = frames();
+      if (!next) return next.error();
+      if (!next->has_value()) break;
+      const auto& [frame, grey] = **next;
+      const auto keyframe = by_frame.find(frame);
+      if (keyframe == by_frame.end()) {
+        buffered.push_back({frame, grey, {}});
+        if (buffered.size() >= kMostBuffered && before)
+          solve_interval(before, before_grey, nullptr, {}, buffered, small, solved, stop);
+        else if (buffered.size() >= kMostBuffered)
+          buffered.erase(buffered.begin());  // too long before the first keyframe to be reached from it
+      } else {
+        solve_interval(before, before_grey, keyframe->second, grey, buffered, small, solved, stop);
+        before = keyframe->second;
+        before_grey = grey;
+      }
+      progress.report(double(frame) / std::max(1, last), fmt::format("frame {}", frame));
+    }
+    solve_interval(before, before_grey, nullptr, {}, buffered, small, solved, stop);
+  } catch (const cv::Exception& fault) {
+    return Error{ErrorCode::failed,
+                 fmt::format("The cameras between keyframes could not be found: {}.", fault.what()),
+                 "Convert the video to H.264 (`ffmpeg -i VIDEO out.mp4`) and try again.", video.string()};
+  }
+  if (stop.stop_requested()) return cancelled_error();
+  progress.report(1);
+  return solved;
+}
+
 }  // namespace
 
 std::vector<SolvedKeyframe> keyframes_of(const ColmapModel& model) {
@@ -143,56 +239,33 @@ std::vector<SolvedKeyframe> keyframes_of(const ColmapModel& model) {
   return keyframes;
 }
 
+Image8 followed_picture(const Image8& rgb, int width, int height) {
+  // OpenCV has no type for pixels that are only read.
+  const cv::Mat source(rgb.height, rgb.width, CV_8UC3, const_cast<std::uint8_t*>(rgb.data.data()));
+  cv::Mat reduced;
+  cv::resize(source, reduced, {width, height}, 0, 0, width > source.cols ? cv::INTER_LINEAR : cv::INTER_AREA);
+  Image8 grey(width, height, 1);
+  cv::Mat view(height, width, CV_8UC1, grey.data.data());
+  cv::cvtColor(reduced, view, cv::COLOR_RGB2GRAY);
+  return grey;
+}
+
 Result<std::vector<Camera>> resect_frames(const std::filesystem::path& video,
                                           const std::vector<SolvedKeyframe>& keyframes,
                                           const Intrinsics& small, const std::set<int>& wanted,
-                                          const Progress& progress, std::stop_token stop) {
-  std::vector<Camera> solved;
-  if (wanted.empty() || keyframes.empty()) return solved;
+                                          const std::filesystem::path& kept, const Progress& progress,
+                                          std::stop_token stop) {
+  if (wanted.empty() || keyframes.empty()) return std::vector<Camera>();
+  std::set<int> needed = wanted;
+  for (const auto& keyframe : keyframes) needed.insert(keyframe.frame);
+  if (auto source = kept_source(video, kept, small, needed)) {
+    auto solved = resect(*source, video, keyframes, small, *needed.rbegin(), progress, stop);
+    if (solved || solved.error().code != ErrorCode::io) return solved;
+  }
   auto reader = VideoReader::open(video, VideoPixels::rgb, VideoFrames::sampled);
   if (!reader) return reader.error();
-  std::map<int, const SolvedKeyframe*> by_frame;
-  for (const auto& keyframe : keyframes) by_frame[keyframe.frame] = &keyframe;
-  const int last = std::max(*wanted.rbegin(), keyframes.back().frame);
-  const SolvedKeyframe* before = nullptr;
-  cv::Mat before_grey;
-  std::vector<Buffered> buffered;
-  try {
-    for (;;) {
-      if (stop.stop_requested()) return cancelled_error();
-      auto next = reader->next();
-      if (!next) return next.error();
-      if (!next->has_value() || (**next).index > last) break;
-      VideoFrame& frame = **next;
-      const auto keyframe = by_frame.find(frame.index);
-      if (keyframe == by_frame.end() && !wanted.count(frame.index)) continue;
-      const cv::Mat rgb(frame.rgb.height, frame.rgb.width, CV_8UC3, frame.rgb.data.data());
-      cv::Mat reduced, grey;
-      cv::resize(rgb, reduced, {small.width, small.height}, 0, 0,
-                 small.width > rgb.cols ? cv::INTER_LINEAR : cv::INTER_AREA);
-      cv::cvtColor(reduced, grey, cv::COLOR_RGB2GRAY);
-      if (keyframe == by_frame.end()) {
-        buffered.push_back({frame.index, grey, {}});
-        if (buffered.size() >= kMostBuffered && before)
-          solve_interval(before, before_grey, nullptr, {}, buffered, small, solved, stop);
-        else if (buffered.size() >= kMostBuffered)
-          buffered.erase(buffered.begin());  // too long before the first keyframe to be reached from it
-      } else {
-        solve_interval(before, before_grey, keyframe->second, grey, buffered, small, solved, stop);
-        before = keyframe->second;
-        before_grey = grey;
-      }
-      progress.report(double(frame.index) / std::max(1, last), fmt::format("frame {}", frame.index));
-    }
-    solve_interval(before, before_grey, nullptr, {}, buffered, small, solved, stop);
-  } catch (const cv::Exception& fault) {
-    return Error{ErrorCode::failed,
-                 fmt::format("The cameras between keyframes could not be found: {}.", fault.what()),
-                 "Convert the video to H.264 (`ffmpeg -i VIDEO out.mp4`) and try again.", video.string()};
-  }
-  if (stop.stop_requested()) return cancelled_error();
-  progress.report(1);
-  return solved;
+  return resect(decoding_source(*reader, small, needed, stop), video, keyframes, small, *needed.rbegin(),
+                progress, stop);
 }
 
 Pose mean_pose(const std::vector<Pose>& poses) {

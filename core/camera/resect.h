@@ -12,6 +12,7 @@
 #include "core/base/result.h"
 #include "core/camera/camera.h"
 #include "core/camera/colmap_model.h"
+#include "core/image/image.h"
 
 namespace likeness {
 
@@ -25,12 +26,17 @@ struct SolvedKeyframe {
 // Ascending frame; names of the model's pictures are frame numbers ("000123.png").
 std::vector<SolvedKeyframe> keyframes_of(const ColmapModel& model);
 
+// A frame as its points are followed: reduced, then grey. (height, width, 1)
+Image8 followed_picture(const Image8& rgb, int width, int height);
+
 // Poses of the `wanted` frames, those that pass the gate, ascending. small: intrinsics of the reduced
-// pictures.
+// pictures. kept: where those pictures may be (core/video/grey_pictures.h, under the video's hash), or empty;
+// the video is decoded where they are not.
 Result<std::vector<Camera>> resect_frames(const std::filesystem::path& video,
                                           const std::vector<SolvedKeyframe>& keyframes,
                                           const Intrinsics& small, const std::set<int>& wanted,
-                                          const Progress& progress, std::stop_token stop);
+                                          const std::filesystem::path& kept, const Progress& progress,
+                                          std::stop_token stop);
 
 // One pose for several noisy ones of a camera at rest: mean centre and mean rotation of the inner majority.
 Pose mean_pose(const std::vector<Pose>& poses);

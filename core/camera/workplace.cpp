@@ -45,6 +45,23 @@ Result<void> mark_pictures_ready(const fs::path& work) {
   return write_text(work / "pictures.done", "finished\n");
 }
 
+bool take_pictures(const fs::path& from, const std::string& inputs_hash, const fs::path& work) {
+  if (!pictures_ready(from)) return false;
+  const auto inputs = read_text(from / "inputs.txt");
+  if (!inputs || *inputs != inputs_hash + "\n") return false;
+  std::error_code fault;
+  for (const char* name : {"images", "masks"})
+    if (!fs::is_directory(from / name, fault)) return false;
+  for (const char* name : {"images", "masks"}) {
+    fs::remove_all(work / name, fault);
+    if (!fault) fs::rename(from / name, work / name, fault);
+    if (fault) break;
+  }
+  if (!fault) return bool(mark_pictures_ready(work));
+  for (const char* name : {"images", "masks"}) fs::create_directories(work / name, fault);
+  return false;
+}
+
 int reduced_height(int width, int height, int reduced_width) {
   return std::max(1, int(std::lround(double(height) * reduced_width / width)));
 }

@@ -16,6 +16,10 @@ Result<void> prepare_work_folder(const std::filesystem::path& work, const std::s
 bool pictures_ready(const std::filesystem::path& work);
 Result<void> mark_pictures_ready(const std::filesystem::path& work);
 
+// Moves pictures that were made ready in another work folder of the same inputs; false: there are none such.
+bool take_pictures(const std::filesystem::path& from, const std::string& inputs_hash,
+                   const std::filesystem::path& work);
+
 // Writes images/NAME reduced to `width` and masks/NAME.png. mask: 255 = ignore, at the source's size, or
 // empty.
 Result<void> write_picture(const std::filesystem::path& work, const std::string& name, const Image8& rgb,

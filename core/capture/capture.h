@@ -1,6 +1,7 @@
 // The capture: what was decoded from a clip, which frames train, which are held out, and the square crop.
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <optional>
 #include <set>
@@ -67,12 +68,21 @@ struct ImportOptions {
   std::optional<FrameSpan> moving;  // the frames that a moving camera filmed; needed for Split::views
   double blur_ratio = 0.5;          // a frame is refused below this share of its neighbours' median sharpness
   std::filesystem::path landmark_model;  // empty = the system's
+  // Bytes that decoded frames may take between the two looks at the clip; where they would take more, it is
+  // decoded a second time. nullopt: a third of what is free.
+  std::optional<std::uint64_t> memory{};
 };
+
+struct ImportListeners;  // core/capture/import_listeners.h
 
 // Decodes the clip, finds the face, chooses frames and crop and writes frames/NNNNNN.png (training and
 // held-out, cropped, area-filtered to `size`) under `folder`. Refuses clips with no face, two people, or too
 // few frames.
 Result<Capture> import_clip(const std::filesystem::path& video, const std::filesystem::path& folder,
                             const ImportOptions& options, const Progress& progress, std::stop_token stop);
+// The same, and others look at the frames that import decodes.
+Result<Capture> import_clip(const std::filesystem::path& video, const std::filesystem::path& folder,
+                            const ImportOptions& options, const ImportListeners& listeners,
+                            const Progress& progress, std::stop_token stop);
 
 }  // namespace likeness

@@ -1,13 +1,19 @@
-// Import of a clip in two passes, so that it is never held in memory: look and choose, then crop and write.
+// Import of a clip in two passes: look and choose, then crop and write. It is decoded once where there is
+// room for its frames as the decoder leaves them, else once a pass.
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <iterator>
+#include <utility>
 
 #include "core/base/files.h"
+#include "core/base/memory.h"
 #include "core/base/parallel.h"
+#include "core/base/whole_folder.h"
 #include "core/capture/capture.h"
 #include "core/capture/choose_crop.h"
 #include "core/capture/choose_frames.h"
+#include "core/capture/import_listeners.h"
 #include "core/capture/scan_clip.h"
 #include "core/capture/split.h"
 #include "core/image/files.h"
@@ -24,38 +30,6 @@ constexpr double kFaceShare = 0.1;  // of the samples: with fewer, the clip show
 constexpr double kFaceShareWarned = 0.8;
 constexpr double kSecondFaceShare = 0.2;
 constexpr std::size_t kBatch = 16;  // pictures written side by side
-
-// Pictures gather in a hidden sibling of frames/, which takes its place only when complete.
-class FramesFolder {
- public:
-  explicit FramesFolder(const fs::path& project)
-      : target_(project / "frames"), temporary_(temporary_name(target_)) {}
-  ~FramesFolder() {
-    std::error_code ignored;
-    fs::remove_all(temporary_, ignored);
-  }
-  FramesFolder(const FramesFolder&) = delete;
-  FramesFolder& operator=(const FramesFolder&) = delete;
-
-  const fs::path& temporary() const { return temporary_; }
-
-  Result<void> commit() {
-    std::error_code failure;
-    const fs::path old = temporary_name(target_);
-    if (fs::exists(target_, failure)) fs::rename(target_, old, failure);
-    if (!failure) fs::rename(temporary_, target_, failure);
-    if (failure) {
-      std::error_code ignored;
-      if (!fs::exists(target_, ignored)) fs::rename(old, target_, ignored);
-      return file_error(target_, "replace", failure.value());
-    }
-    fs::remove_all(old, failure);
-    return {};
-  }
-
- private:
-  fs::path target_, temporary_;
-};
 
 // What a killed import left behind.
 void remove_abandoned_parts(const fs::path& project) {
@@ -81,15 +55,14 @@ Error refused(ErrorCode code, const fs::path& video, std::string what, std::stri
 // The faces of the sampled frames, or why the clip cannot be used.
 Result<std::vector<FaceBox>> judge_clip(const ClipScan& scan, const fs::path& video) {
   if (scan.frames.size() < kFewestFrames) {
-    return is_photos(video)
-               ? refused(ErrorCode::bad_input, video,
-                         fmt::format("The folder has {} photographs; at least {} are needed.",
-                                     scan.frames.size(), kFewestFrames),
-                         "Take more: from different sides, the face making expressions.")
-               : refused(ErrorCode::bad_input, video,
-                         fmt::format("The video has {} frames; at least {} are needed.", scan.frames.size(),
-                                     kFewestFrames),
-                         "Film about a minute: the head turning and the face making expressions.");
+    return is_photos(video) ? refused(ErrorCode::bad_input, video,
+                                      fmt::format("The folder has {} photographs; at least {} are needed.",
+                                                  scan.frames.size(), kFewestFrames),
+                                      "Take more: from different sides, with different expressions.")
+                            : refused(ErrorCode::bad_input, video,
+                                      fmt::format("The video has {} frames; at least {} are needed.",
+                                                  scan.frames.size(), kFewestFrames),
+                                      "Film for about a minute, turning the head and making expressions.");
   }
   std::vector<FaceBox> faces;
   std::size_t crowded = 0;
@@ -101,15 +74,14 @@ Result<std::vector<FaceBox>> judge_clip(const ClipScan& scan, const fs::path& vi
   if (faces.empty() || double(faces.size()) < kFaceShare * double(looks)) {
     return refused(
         ErrorCode::no_face, video,
-        fmt::format("A face was found in {} of {} frames looked at.", faces.size(), looks),
+        fmt::format("A face was found in {} of {} frames examined.", faces.size(), looks),
         "Film one face from the front, upright and evenly lit, filling at least a quarter of the picture's "
         "height; check that the video is not lying on its side.");
   }
   if (double(crowded) > kSecondFaceShare * double(looks)) {
-    return refused(
-        ErrorCode::bad_input, video,
-        fmt::format("Two faces are in view in {} of {} frames looked at.", crowded, looks),
-        "Film one person alone, or cut the other person, the mirror or the poster out of the picture.");
+    return refused(ErrorCode::bad_input, video,
+                   fmt::format("Two faces are in view in {} of {} frames examined.", crowded, looks),
+                   "Film one person alone, or crop out the other person, mirror or poster.");
   }
   return faces;
 }
@@ -126,7 +98,7 @@ std::vector<std::string> warnings_about(const Capture& capture, const ClipScan& 
   const std::size_t looks = scan.samples.size();
   if (double(faces) < kFaceShareWarned * double(looks)) {
     warnings.push_back(
-        fmt::format("A face was found in only {} of {} frames looked at; hands, hair, darkness or strong "
+        fmt::format("A face was found in only {} of {} frames examined; hands, hair, darkness or strong "
                     "turns may hide it.",
                     faces, looks));
   }
@@ -151,44 +123,57 @@ std::vector<std::string> warnings_about(const Capture& capture, const ClipScan& 
   return warnings;
 }
 
-// Second pass: writes the pictures of used and held-out frames into `folder`.
-Result<void> write_frames(const Capture& capture, const fs::path& folder, const Progress& progress,
-                          std::stop_token stop) {
-  auto reader = VideoReader::open(capture.video, VideoPixels::rgb, VideoFrames::sampled);
-  if (!reader) return reader.error();
-  std::vector<VideoFrame> batch;
-  const auto flush = [&]() -> Result<void> {
-    std::vector<Result<void>> results(batch.size());
-    parallel_for(batch.size(), [&](std::size_t i) {
-      const SquareCrop& c = capture.crop;
-      const Image8 picture = resize(crop(batch[i].rgb, c.x, c.y, c.side, c.side), capture.size, capture.size);
-      results[i] = write_image(folder / frame_name(batch[i].index).filename(), picture, {.png_level = 1});
+// Second pass: writes the pictures of used and held-out frames into a folder.
+class FrameWriter {
+ public:
+  FrameWriter(const Capture& capture, fs::path folder, const Progress& progress)
+      : capture_(capture), folder_(std::move(folder)), progress_(progress) {}
+
+  Result<void> add(const VideoFrame& frame) {
+    if (count_ >= capture_.frames.size() || frame.index != capture_.frames[count_].frame) return changed();
+    const CaptureFrame& wanted = capture_.frames[count_];
+    const SquareCrop& c = capture_.crop;
+    if (wanted.used || wanted.held_out)
+      batch_.push_back({frame.index, crop(frame.rgb, c.x, c.y, c.side, c.side)});
+    if (batch_.size() == kBatch) {
+      if (auto flushed = flush(); !flushed) return flushed;
+    }
+    ++count_;
+    progress_.report(double(count_) / double(capture_.frames.size()),
+                     fmt::format("Writing picture {} of {}", count_, capture_.frames.size()));
+    return {};
+  }
+  Result<void> finish() { return count_ == capture_.frames.size() ? flush() : changed(); }
+
+ private:
+  struct Waiting {
+    int frame = 0;
+    Image8 picture;  // the crop, at the source's size
+  };
+
+  Result<void> changed() const {
+    return refused(ErrorCode::failed, capture_.video, "The video changed while it was being imported.",
+                   "Import it again once nothing else writes to it.");
+  }
+  Result<void> flush() {
+    std::vector<Result<void>> results(batch_.size());
+    parallel_for(batch_.size(), [&](std::size_t i) {
+      const Image8 picture = resize(batch_[i].picture, capture_.size, capture_.size);
+      results[i] = write_image(folder_ / frame_name(batch_[i].frame).filename(), picture, {.png_level = 1});
     });
-    batch.clear();
+    batch_.clear();
     for (auto& result : results) {
       if (!result) return result;
     }
     return {};
-  };
-  std::size_t count = 0;
-  for (const CaptureFrame& wanted : capture.frames) {
-    if (stop.stop_requested()) return cancelled_error();
-    auto frame = reader->next();
-    if (!frame) return frame.error();
-    if (!*frame || (*frame)->index != wanted.frame) {
-      return refused(ErrorCode::failed, capture.video, "The video changed while it was being imported.",
-                     "Import it again once nothing else writes to it.");
-    }
-    if (wanted.used || wanted.held_out) batch.push_back(std::move(**frame));
-    if (batch.size() == kBatch) {
-      if (auto flushed = flush(); !flushed) return flushed;
-    }
-    ++count;
-    progress.report(double(count) / double(capture.frames.size()),
-                    fmt::format("Writing picture {} of {}", count, capture.frames.size()));
   }
-  return flush();
-}
+
+  const Capture& capture_;
+  fs::path folder_;
+  Progress progress_;
+  std::vector<Waiting> batch_;
+  std::size_t count_ = 0;
+};
 
 Result<void> hold_out(std::vector<CaptureFrame>& frames, const ImportOptions& options,
                       const fs::path& video) {
@@ -242,32 +227,78 @@ Result<Capture> make_capture(const fs::path& video, const ClipScan& scan, const 
   return capture;
 }
 
+// First pass: where the face is, how sharp and how much moved in every frame.
+Result<ClipScan> look_at_clip(VideoReader& reader, const FaceDetector& detector,
+                              const ImportListeners& listeners, const Progress& progress,
+                              std::stop_token stop) {
+  ClipScanner scanner(reader.info(), detector, {}, progress);
+  std::vector<FrameListener> all{scanner.listener()};
+  if (listeners.looking) {
+    auto others = listeners.looking(reader.info());
+    if (!others) return others.error();
+    std::ranges::move(*others, std::back_inserter(all));
+  }
+  if (const auto ready = reader.rewind(pixels_for(all)); !ready) return ready.error();
+  if (const auto decoded = decode_for(reader, all, stop); !decoded) return decoded.error();
+  return scanner.take();
+}
+
+Result<void> write_pictures(VideoReader& reader, const Capture& capture, const ImportListeners& listeners,
+                            const fs::path& folder, const Progress& progress, std::stop_token stop) {
+  FrameWriter writer(capture, folder, progress);
+  std::vector<FrameListener> all{
+      {VideoPixels::rgb, [&](const VideoFrame& frame) { return writer.add(frame); }}};
+  if (listeners.writing) {
+    auto others = listeners.writing(reader.info(), capture);
+    if (!others) return others.error();
+    std::ranges::move(*others, std::back_inserter(all));
+  }
+  if (const auto ready = reader.rewind(pixels_for(all)); !ready) return ready.error();
+  if (const auto decoded = decode_for(reader, all, stop); !decoded) return decoded.error();
+  return writer.finish();
+}
+
 }  // namespace
 
 Result<Capture> import_clip(const fs::path& video, const fs::path& folder, const ImportOptions& options,
                             const Progress& progress, std::stop_token stop) {
+  return import_clip(video, folder, options, ImportListeners{}, progress, stop);
+}
+
+Result<Capture> import_clip(const fs::path& video, const fs::path& folder, const ImportOptions& asked,
+                            const ImportListeners& listeners, const Progress& progress,
+                            std::stop_token stop) {
+  ImportOptions options = asked;
   if (options.size < 64 || options.size > 2048 || options.max_frames < 1 || !(options.held_out_share >= 0) ||
       options.held_out_share > 0.5) {
     return refused(
         ErrorCode::bad_input, video,
-        fmt::format("Pictures of {} px, {} frames and a held-out share of {:g} do not go together.",
+        fmt::format("Import cannot work with pictures of {} px, {} frames and a held-out share of {:g}.",
                     options.size, options.max_frames, options.held_out_share),
         "Use a size of 256, 512 or 1024 px, at least one frame and a share of 0 to 0.5.");
   }
-  if (const auto probed = probe_video(video); !probed) return probed.error();
+  auto reader = VideoReader::open(video, VideoPixels::both, VideoFrames::sampled);
+  if (!reader) return reader.error();
   if (const auto writable = make_writable_folder(folder); !writable) return writable.error();
   remove_abandoned_parts(folder);
   auto detector = FaceDetector::load(options.landmark_model);
   if (!detector) return detector.error();
 
-  const auto scan = scan_clip(video, *detector, {}, progress.stage(0, 0.6, "look"), stop);
+  reader->keep_frames(options.memory.value_or(available_memory().value_or(0) / 3));
+  auto scan = look_at_clip(*reader, *detector, listeners, progress.stage(0, 0.6, "look"), stop);
   if (!scan) return scan.error();
+  if (listeners.moving) {
+    auto moving = listeners.moving();
+    if (!moving) return moving.error();
+    options.moving = *moving;
+  }
   auto capture = make_capture(video, *scan, options);
   if (!capture) return capture.error();
 
-  FramesFolder frames(folder);
+  WholeFolder frames(folder / "frames");
   if (const auto made = make_writable_folder(frames.temporary()); !made) return made.error();
-  if (const auto written = write_frames(*capture, frames.temporary(), progress.stage(0.6, 1, "write"), stop);
+  if (const auto written = write_pictures(*reader, *capture, listeners, frames.temporary(),
+                                          progress.stage(0.6, 1, "write"), stop);
       !written) {
     return written.error();
   }

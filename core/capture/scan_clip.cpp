@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace likeness {
 namespace {
@@ -132,25 +133,16 @@ double face_sharpness(const Image8& picture, const FaceBox& face) {
   return squares / count - mean * mean;
 }
 
-Result<ClipScan> scan_clip(const std::filesystem::path& video, const FaceDetector& detector,
-                           const std::function<void(const VideoFrame&, const FaceSample&)>& look,
-                           const Progress& progress, std::stop_token stop) {
-  auto reader = VideoReader::open(video, VideoPixels::luma, VideoFrames::sampled);
-  if (!reader) return reader.error();
-  ClipScan scan;
-  scan.info = reader->info();
-  // Looks by the frames read, which are some of a fast or long clip.
-  const double rate = scan.info.frames_per_second / sampling_stride(scan.info);
-  const std::size_t stride = std::size_t(std::max(1.0, std::round(kSamplePeriod * rate)));
-  FaceFinder finder(detector);
-  ChangeMeter meter;
-  std::optional<FaceBox> face;  // the last one found; it moves little within the sampling period
-  while (true) {
-    if (stop.stop_requested()) return cancelled_error();
-    const auto frame = reader->next();
-    if (!frame) return frame.error();
-    if (!*frame) break;
-    const VideoFrame& current = **frame;
+struct ClipScanner::State {
+  State(const VideoInfo& info, const FaceDetector& detector, FaceLookout lookout, const Progress& shown)
+      : look(std::move(lookout)), progress(shown), finder(detector) {
+    scan.info = info;
+    // Looks by the frames read, which are some of a fast or long clip.
+    const double rate = info.frames_per_second / sampling_stride(info);
+    stride = std::size_t(std::max(1.0, std::round(kSamplePeriod * rate)));
+  }
+
+  void add(const VideoFrame& current) {
     if (scan.frames.size() % stride == 0) {
       scan.samples.push_back(finder.look(current));
       if (scan.samples.back().face) face = scan.samples.back().face;
@@ -162,11 +154,42 @@ Result<ClipScan> scan_clip(const std::filesystem::path& video, const FaceDetecto
     entry.sharpness = face ? face_sharpness(current.rgb, *face) : 0;
     scan.frames.push_back(std::move(entry));
     scan.change.push_back(face ? meter.add(current.rgb, *face) : 0);
-    progress.report(double(current.index + 1) / std::max(scan.info.frame_count, current.index + 1),
-                    fmt::format("Looking for the face: frame {} of {}", current.index + 1,
-                                std::max(scan.info.frame_count, current.index + 1)));
+    const int count = std::max(scan.info.frame_count, current.index + 1);
+    progress.report(double(current.index + 1) / count,
+                    fmt::format("Looking for the face: frame {} of {}", current.index + 1, count));
   }
-  return scan;
+
+  ClipScan scan;
+  FaceLookout look;
+  Progress progress;
+  std::size_t stride = 1;
+  FaceFinder finder;
+  ChangeMeter meter;
+  std::optional<FaceBox> face;  // the last one found; it moves little within the sampling period
+};
+
+ClipScanner::ClipScanner(const VideoInfo& info, const FaceDetector& detector, FaceLookout look,
+                         const Progress& progress)
+    : state_(std::make_unique<State>(info, detector, std::move(look), progress)) {}
+ClipScanner::~ClipScanner() = default;
+
+FrameListener ClipScanner::listener() {
+  return {VideoPixels::luma, [state = state_.get()](const VideoFrame& frame) {
+            state->add(frame);
+            return Result<void>();
+          }};
+}
+
+ClipScan ClipScanner::take() { return std::move(state_->scan); }
+
+Result<ClipScan> scan_clip(const std::filesystem::path& video, const FaceDetector& detector,
+                           const FaceLookout& look, const Progress& progress, std::stop_token stop) {
+  auto reader = VideoReader::open(video, VideoPixels::luma, VideoFrames::sampled);
+  if (!reader) return reader.error();
+  ClipScanner scanner(reader->info(), detector, look, progress);
+  const FrameListener listener = scanner.listener();
+  if (const auto decoded = decode_for(*reader, {&listener, 1}, stop); !decoded) return decoded.error();
+  return scanner.take();
 }
 
 }  // namespace likeness

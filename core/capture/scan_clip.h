@@ -3,6 +3,7 @@
 
 #include <filesystem>
 #include <functional>
+#include <memory>
 #include <optional>
 #include <stop_token>
 #include <vector>
@@ -11,7 +12,7 @@
 #include "core/base/result.h"
 #include "core/capture/capture.h"
 #include "core/face/landmarks.h"
-#include "core/video/decode.h"
+#include "core/video/decode_for.h"
 
 namespace likeness {
 
@@ -30,10 +31,26 @@ struct ClipScan {
   std::vector<FaceSample> samples;  // about five a second
 };
 
-// look: told of every sampled picture (luma only) when its face has been sought; may be empty.
+// Called with every sampled picture (luma only) when its face has been sought; may be empty.
+using FaceLookout = std::function<void(const VideoFrame&, const FaceSample&)>;
+
 Result<ClipScan> scan_clip(const std::filesystem::path& video, const FaceDetector& detector,
-                           const std::function<void(const VideoFrame&, const FaceSample&)>& look,
-                           const Progress& progress, std::stop_token stop);
+                           const FaceLookout& look, const Progress& progress, std::stop_token stop);
+
+// The same, fed by another's decoding. The detector must outlive it.
+class ClipScanner {
+ public:
+  ClipScanner(const VideoInfo& info, const FaceDetector& detector, FaceLookout look,
+              const Progress& progress);
+  ~ClipScanner();
+
+  FrameListener listener();  // of every frame, sampled
+  ClipScan take();           // once all have been seen
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
 
 // Variance of the Laplacian of the face's luma, the box reduced or enlarged to a fixed size so that a face
 // further away is not called blurred. 8-bit units squared.

@@ -3,7 +3,9 @@
 #include <system_error>
 
 #include "core/camera/align.h"
+#include "core/camera/kept_path.h"
 #include "core/matte/matte.h"
+#include "core/project/kept_decoding.h"
 #include "core/project/stage_run.h"
 
 namespace likeness {
@@ -16,6 +18,8 @@ Result<void> run_align(const StageContext& context) {
   options.seed = int(inputs.seed);
   options.resting = inputs.choices.resting_camera;
   options.lens_mm = inputs.choices.lens_mm;
+  options.kept = decoded_path(context.project);
+  options.mask_inputs = mask_inputs(inputs.landmark_model);
   std::error_code ignored;
   const bool photographs = fs::is_directory(inputs.video, ignored) && !options.resting;
   const auto person =
@@ -31,7 +35,9 @@ Result<void> run_align(const StageContext& context) {
     context.record.warnings.push_back(
         "The camera moves, so its lens was found together with its path; the one given by --lens is not "
         "used.");
-  return write_cameras(cameras_path(context.project), aligned->cameras);
+  const auto written = write_cameras(cameras_path(context.project), aligned->cameras);
+  if (written) drop_path_pictures(options.kept);
+  return written;
 }
 
 }  // namespace likeness

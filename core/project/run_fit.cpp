@@ -12,12 +12,14 @@
 #include "core/capture/capture.h"
 #include "core/head/read_person.h"
 #include "core/project/further_clips.h"
+#include "core/project/kept_decoding.h"
 #include "core/project/project_detail.h"
 #include "core/project/project_head_model.h"
 #include "core/project/refits.h"
 #include "core/project/stage_run.h"
 #include "core/project/staleness.h"
 #include "core/track/clip/track_clip.h"
+#include "core/track/kept_frames.h"
 
 namespace likeness {
 
@@ -88,6 +90,7 @@ Result<void> run_fit(const StageContext& context) {
   if (!model) return model.error();
   RefitWork work{*capture, *cameras, *model, {}, first_track_hash(context.project)};
   work.options.predictor = inputs.landmark_model;
+  work.options.kept = decoded_path(context.project);
   work.fitted = first_track_is_there(context, *model, work.fit_inputs);
   context.record.track_inputs = work.fitted ? work.fit_inputs : "";
   auto person = known_person(context, *model);
@@ -115,9 +118,10 @@ Result<void> run_fit(const StageContext& context) {
   context.record.track_inputs = inputs.choices.refits.empty() ? work.fit_inputs : "";
   if (!track->metre_known) {
     context.record.warnings.push_back(
-        "The camera moved too little to tell its distances in metres; for a better avatar walk a wider arc "
+        "The camera moved too little to give distances in metres; for a better avatar walk a wider arc "
         "round the head.");
   }
+  drop_clip_frames(decoded_path(context.project));
   context.record.message = track_words(*track, *model);
   if (work.options.person && !is_further(context.project))
     context.record.message +=

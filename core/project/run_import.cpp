@@ -1,19 +1,15 @@
 // The import of a project's clip: see stage_run.h.
 #include <filesystem>
-#include <limits>
-#include <optional>
 #include <string>
 #include <vector>
 
 #include <fmt/format.h>
 
 #include "core/base/files.h"
-#include "core/camera/align.h"
-#include "core/camera/motion.h"
 #include "core/capture/capture.h"
-#include "core/matte/matte.h"
 #include "core/project/corrections.h"
 #include "core/project/further_clips.h"
+#include "core/project/kept_decoding.h"
 #include "core/project/project_attributes.h"
 #include "core/project/stage_run.h"
 
@@ -33,7 +29,7 @@ Result<void> drop_foreign_regions(const Project& project, const Capture& capture
   return {};
 }
 
-// Strokes on another clip's masks and faces say nothing about this one's; somebody's work is not removed,
+// Strokes on another clip's masks and faces say nothing about this one's; the user's work is not removed,
 // though.
 Result<void> part_from_foreign_clip(Project& project, const Capture& capture,
                                     std::vector<std::string>& warnings) {
@@ -43,39 +39,21 @@ Result<void> part_from_foreign_clip(Project& project, const Capture& capture,
   project.consent = Consent::not_asked;
   if (!project.further_clips.empty()) {
     project.further_clips.clear();
-    warnings.push_back("The further clips were of the person before; add those of this one anew.");
+    warnings.push_back(
+        "The further clips showed the previous person and were removed; add clips of this person instead.");
   }
   if (path_exists(attributes_path(project))) {
     const auto aside = set_aside_attributes(project);
     if (!aside) return aside.error();
-    warnings.push_back(fmt::format(
-        "The attributes that were painted were of another clip; they are kept in {}.", aside->string()));
+    warnings.push_back(
+        fmt::format("The painted attributes belong to another clip; they are kept in {}.", aside->string()));
   }
   if (corrected_frames(project).empty()) return {};
   const auto kept = set_aside_corrections(project);
   if (!kept) return kept.error();
-  warnings.push_back(fmt::format(
-      "The strokes painted on the masks were of another clip; they are kept in {}.", kept->string()));
+  warnings.push_back(
+      fmt::format("The strokes on the masks belong to another clip; they are kept in {}.", kept->string()));
   return {};
-}
-
-// The frames that a moving camera filmed; nullopt: it rests, or was said to.
-Result<std::optional<FrameSpan>> moving_frames(const StageContext& context, const Progress& progress) {
-  const ImportInputs& inputs = context.inputs.import;
-  if (inputs.resting_camera) return std::optional<FrameSpan>{};
-  std::error_code ignored;
-  if (fs::is_directory(inputs.video, ignored))  // photographs: each from a place of its own
-    return std::optional<FrameSpan>(FrameSpan{0, std::numeric_limits<int>::max()});
-  const auto person = coarse_person_mask(inputs.landmark_model);
-  if (!person) return person.error();
-  const AlignOptions align;
-  const auto motion =
-      measure_background_motion(inputs.video, *person, rest_limit(align), progress, context.stop);
-  if (!motion) return motion.error();
-  if (motion->motion <= align.static_motion_px_per_1000) return std::optional<FrameSpan>{};
-  const auto stretch = moving_stretch(*motion);
-  if (!stretch) return std::optional<FrameSpan>{};
-  return std::optional<FrameSpan>(FrameSpan{stretch->first, stretch->last});
 }
 
 }  // namespace
@@ -87,15 +65,11 @@ Result<void> run_import(const StageContext& context) {
   options.landmark_model = inputs.landmark_model;
   options.split = inputs.choices.split;
   if (is_further(context.project)) options.held_out_share = 0;  // the first clip alone is measured
-  Progress rest = context.progress;
-  if (options.split == Split::views) {
-    const auto moving = moving_frames(context, context.progress.stage(0, 0.4, "background"));
-    if (!moving) return moving.error();
-    options.moving = *moving;
-    rest = context.progress.stage(0.4, 1, "import");
-  }
-  const auto capture = import_clip(inputs.video, context.project.folder, options, rest, context.stop);
+  KeptDecoding kept(context);
+  const auto capture = import_clip(inputs.video, context.project.folder, options, kept.listeners(),
+                                   context.progress, context.stop);
   if (!capture) return capture.error();
+  kept.commit();
   int used = 0, held_out = 0;
   for (const CaptureFrame& frame : capture->frames) used += frame.used, held_out += frame.held_out;
   context.record.message =

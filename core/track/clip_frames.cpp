@@ -5,11 +5,12 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
+#include <utility>
 
 #include "core/base/parallel.h"
 #include "core/base/quantile.h"
 #include "core/track/photo/face_look.h"
-#include "core/video/decode.h"
+#include "core/video/decode_for.h"
 
 namespace likeness {
 namespace {
@@ -47,7 +48,8 @@ class ClipReader {
   // Seeks faces in the new frames; landmarks of those whose look-ahead is complete, or of all at the end.
   void advance(bool last, std::stop_token stop) {
     const std::size_t end = clip_.frames.size(), from = sought_;
-    // Whole pictures first: they tell whether there are several people, who then are all sought everywhere.
+    // Whole pictures first: they show whether there are several people, all of whom are then looked for
+    // everywhere.
     const auto seek = [&](std::size_t k) {
       if (stop.stop_requested()) return;
       Pending& p = pending_[from + k - done_];
@@ -272,42 +274,83 @@ ClipFrame grey_frame(const VideoFrame& source, const Image8& part, const std::se
 
 }  // namespace
 
+struct ClipFollower::State {
+  State(FaceDetector loaded, std::filesystem::path path, std::set<int> numbers, TrackOptions chosen,
+        ClipFrames empty)
+      : detector(std::move(loaded)),
+        video(std::move(path)),
+        held_out(std::move(numbers)),
+        options(std::move(chosen)),
+        clip(std::move(empty)),
+        faces(detector, clip) {}
+
+  FaceDetector detector;
+  std::filesystem::path video;
+  std::set<int> held_out;
+  TrackOptions options;
+  ClipFrames clip;
+  ClipReader faces;
+};
+
+ClipFollower::ClipFollower(std::unique_ptr<State> state) : state_(std::move(state)) {}
+ClipFollower::~ClipFollower() = default;
+ClipFollower::ClipFollower(ClipFollower&&) noexcept = default;
+ClipFollower& ClipFollower::operator=(ClipFollower&&) noexcept = default;
+
+Result<ClipFollower> ClipFollower::create(const VideoInfo& info, const std::filesystem::path& video,
+                                          const TrackRegion& region, const std::set<int>& held_out,
+                                          const TrackOptions& options) {
+  auto detector = FaceDetector::load(options.predictor);
+  if (!detector) return detector.error();
+  auto empty = empty_clip(video, info, region, options);
+  if (!empty) return empty.error();
+  return ClipFollower(
+      std::make_unique<State>(std::move(*detector), video, held_out, options, std::move(*empty)));
+}
+
+void ClipFollower::add(const VideoFrame& frame, const std::stop_token& stop) {
+  State& s = *state_;
+  const Image8 part = part_of(frame, s.clip.region);
+  s.faces.add(grey_frame(frame, part, s.held_out, s.options),
+              std::max(part.width, part.height) > kFaceSide ? reduced_to(part, kFaceSide) : part);
+  if (s.faces.waiting() >= kBatch) s.faces.advance(false, stop);
+}
+
+Image8 ClipFollower::take_grey() { return std::exchange(state_->clip.frames.back().grey, {}); }
+
+const ClipFrames& ClipFollower::so_far() const { return state_->clip; }
+
+Result<ClipFrames> ClipFollower::finish(const std::stop_token& stop) {
+  State& s = *state_;
+  s.faces.advance(true, stop);
+  if (stop.stop_requested()) return cancelled_error();
+  if (s.clip.frames.empty())
+    return Error{ErrorCode::bad_input, "The video holds no frame.", "Choose another video.",
+                 s.video.string()};
+  return std::move(s.clip);
+}
+
 Result<ClipFrames> read_clip_frames(const std::filesystem::path& video, const TrackRegion& region,
                                     const std::set<int>& held_out, const TrackOptions& options,
                                     const Progress& progress, std::stop_token stop) {
-  auto detector = FaceDetector::load(options.predictor);
-  if (!detector) return detector.error();
   auto reader = VideoReader::open(video, VideoPixels::rgb,
                                   options.every_frame ? VideoFrames::all : VideoFrames::sampled);
   if (!reader) return reader.error();
   const VideoInfo info = reader->info();
-  auto empty = empty_clip(video, info, region, options);
-  if (!empty) return empty.error();
-  ClipFrames clip = std::move(*empty);
-
-  ClipReader faces(*detector, clip);
-  while (true) {
-    auto next = reader->next();
-    if (!next) return next.error();
-    if (stop.stop_requested()) return cancelled_error();
-    const bool end = !next->has_value();
-    if (!end) {
-      const Image8 part = part_of(**next, clip.region);
-      faces.add(grey_frame(**next, part, held_out, options),
-                std::max(part.width, part.height) > kFaceSide ? reduced_to(part, kFaceSide) : part);
-    }
-    if (end || faces.waiting() >= kBatch) {
-      faces.advance(end, stop);
-      const int last = clip.frames.empty() ? 0 : clip.frames.back().frame;
-      progress.report(info.frame_count > 0 ? static_cast<double>(last) / info.frame_count : 0.5,
-                      fmt::format("faces in {} frames", clip.frames.size()));
-    }
-    if (end) break;
-  }
-  if (stop.stop_requested()) return cancelled_error();
-  if (clip.frames.empty())
-    return Error{ErrorCode::bad_input, "The video holds no frame.", "Choose another video.", video.string()};
-  progress.report(1);
+  auto follower = ClipFollower::create(info, video, region, held_out, options);
+  if (!follower) return follower.error();
+  const auto look = [&](const VideoFrame& frame) {
+    follower->add(frame, stop);
+    const std::size_t count = follower->so_far().frames.size();
+    if (count % kBatch == 0)
+      progress.report(info.frame_count > 0 ? static_cast<double>(frame.index) / info.frame_count : 0.5,
+                      fmt::format("faces in {} frames", count));
+    return Result<void>();
+  };
+  const FrameListener listener{VideoPixels::rgb, look};
+  if (const auto decoded = decode_for(*reader, {&listener, 1}, stop); !decoded) return decoded.error();
+  auto clip = follower->finish(stop);
+  if (clip) progress.report(1);
   return clip;
 }
 

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <filesystem>
+#include <memory>
 #include <optional>
 #include <set>
 #include <stop_token>
@@ -39,8 +40,34 @@ Result<ClipFrames> read_clip_frames(const std::filesystem::path& video, const Tr
                                     const std::set<int>& held_out, const TrackOptions& options,
                                     const Progress& progress, std::stop_token stop);
 
-// The grey working pictures of the frames first..last (numbers in the source) alone: nobody is sought in
-// them.
+struct VideoInfo;
+struct VideoFrame;
+
+// The same, fed by another's decoding: of every frame that it reads, RGB, in order.
+class ClipFollower {
+ public:
+  static Result<ClipFollower> create(const VideoInfo& info, const std::filesystem::path& video,
+                                     const TrackRegion& region, const std::set<int>& held_out,
+                                     const TrackOptions& options);
+  ~ClipFollower();
+  ClipFollower(ClipFollower&&) noexcept;
+  ClipFollower& operator=(ClipFollower&&) noexcept;
+
+  void add(const VideoFrame& frame, const std::stop_token& stop);
+  // The working picture of the frame just added, which then is not among finish()'s.
+  Image8 take_grey();
+  // Once all frames have been added.
+  Result<ClipFrames> finish(const std::stop_token& stop);
+  const ClipFrames& so_far() const;  // landmarks follow some frames later
+
+ private:
+  struct State;
+  explicit ClipFollower(std::unique_ptr<State> state);
+  std::unique_ptr<State> state_;
+};
+
+// The grey working pictures of the frames first..last (numbers in the source) alone, without
+// looking for faces.
 Result<ClipFrames> read_grey_frames(const std::filesystem::path& video, const TrackRegion& region,
                                     const std::set<int>& held_out, const TrackOptions& options, int first,
                                     int last, const Progress& progress, std::stop_token stop);

@@ -26,6 +26,9 @@ struct TrackOptions {
   bool gaze = true;                 // measure where the eyes look; off: straight ahead
   bool dense = true;                // point tracks and bundle adjustment after the landmark fit
   std::filesystem::path predictor;  // landmark model; empty = the system's
+  // Where import kept what its decoding showed for this (core/track/kept_frames.h); empty: nowhere. Changes
+  // no result.
+  std::filesystem::path kept{};
   std::shared_ptr<WithheldPoints> withheld;  // for studies: takes point tracks away from the dense step
   std::shared_ptr<std::vector<StageSeconds>> seconds;  // receives the time of each stage, or null
 };

@@ -11,7 +11,9 @@ extern "C" {
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
+#include <deque>
 #include <memory>
 #include <mutex>
 #include <string_view>
@@ -32,6 +34,8 @@ constexpr std::string_view kCopyAgain =
     "Copy it again from the phone and wait until the copy is complete; if the phone cannot play it to its "
     "end either, "
     "film again.";
+
+std::atomic<std::int64_t> frames_decoded = 0;  // by all readers
 
 struct CloseFormat {
   void operator()(AVFormatContext* c) const { avformat_close_input(&c); }
@@ -113,6 +117,14 @@ int find_stream_info(AVFormatContext& format) {
   return error;
 }
 
+// Of a decoded frame, as it lies in memory.
+std::uint64_t frame_bytes(const AVFrame& frame) {
+  std::uint64_t bytes = 0;
+  for (const AVBufferRef* buffer : frame.buf)
+    if (buffer) bytes += buffer->size;
+  return bytes;
+}
+
 // Frame rate from the times of the first packets; 0 if they do not show it.
 double measured_rate(const std::filesystem::path& path, int stream) {
   constexpr std::size_t kPackets = 240;
@@ -145,6 +157,13 @@ double rate_of(const std::filesystem::path& path, AVFormatContext& format, AVStr
 }  // namespace
 
 struct VideoReader::Impl {
+  // A frame that was handed out and stays for rewind().
+  struct Kept {
+    int index = 0;
+    double time_s = 0;
+    std::unique_ptr<AVFrame, FreeFrame> frame;
+  };
+
   std::filesystem::path path;
   std::unique_ptr<AVFormatContext, CloseFormat> format;
   std::unique_ptr<AVCodecContext, FreeCodec> codec;
@@ -152,9 +171,10 @@ struct VideoReader::Impl {
   std::unique_ptr<AVFrame, FreeFrame> frame{av_frame_alloc()};
   AVStream* stream = nullptr;
   VideoPixels pixels = VideoPixels::rgb;
-  int stride = 1;  // of the frames handed out
-  int first = 0;   // of them
-  FrameConverter converter;
+  VideoFrames frames = VideoFrames::all;
+  int stride = 1;                  // of the frames handed out
+  int first = 0;                   // of them
+  FrameConverter to_rgb, to_luma;  // one each: a converter has to be set up again for another format
   Orientation orientation;
   VideoInfo info;
   bool cut_off = false;  // by its outermost boxes
@@ -166,6 +186,11 @@ struct VideoReader::Impl {
   double last_time_s = 0;
   std::optional<Error> failure;  // repeated by every later next()
 
+  bool keeping = false;    // and all frames so far are kept
+  bool replaying = false;  // frames come from `kept`
+  std::uint64_t room = 0;  // bytes that are left for kept frames
+  std::deque<Kept> kept;
+
   std::vector<std::filesystem::path> photos;  // of a folder; then nothing of FFmpeg is used
 
   Result<void> open();
@@ -175,6 +200,10 @@ struct VideoReader::Impl {
   void fill_info();
   Result<void> feed();
   Result<std::optional<VideoFrame>> take();
+  Result<std::optional<VideoFrame>> replay();
+  Result<void> convert(const AVFrame& decoded, VideoFrame& result);
+  void keep(const VideoFrame& taken);
+  void forget_kept();
   double time_of_frame() const;
   Result<std::optional<VideoFrame>> finish();
   Error broken_off() const;
@@ -248,11 +277,13 @@ Result<std::optional<VideoFrame>> VideoReader::Impl::next_photo() {
   const std::filesystem::path& file = photos[std::size_t(next_index)];
   auto photo = read_photo(file);
   if (!photo) return photo.error();
+  ++frames_decoded;
   if (photo->width != info.width || photo->height != info.height)
     return other_size_error(file, *photo, info.width, info.height);
   VideoFrame result;
   result.index = next_index++;
   result.time_s = last_time_s = result.index;
+  if (pixels == VideoPixels::both) result.luma = luma_of(*photo);
   result.rgb = pixels == VideoPixels::luma ? luma_of(*photo) : std::move(*photo);
   return std::optional<VideoFrame>(std::move(result));
 }
@@ -351,13 +382,57 @@ Result<std::optional<VideoFrame>> VideoReader::Impl::take() {
     av_frame_unref(frame.get());
     return std::optional<VideoFrame>();
   }
+  if (const auto converted = convert(*frame, result); !converted) return converted.error();
+  if (keeping) keep(result);
+  av_frame_unref(frame.get());
+  return std::optional<VideoFrame>(std::move(result));
+}
+
+// Upright pixels of a decoded frame.
+Result<void> VideoReader::Impl::convert(const AVFrame& decoded, VideoFrame& result) {
   const bool turned = orientation.transposed;
   const int width = turned ? info.height : info.width, height = turned ? info.width : info.height;
-  const Image8 coded = pixels == VideoPixels::luma ? converter.to_luma(*frame, width, height)
-                                                   : converter.to_rgb(*frame, width, height);
-  if (coded.empty()) return damaged();
-  result.rgb = oriented(coded, orientation);
-  av_frame_unref(frame.get());
+  const auto upright = [&](Image8 coded) {
+    const bool as_coded = !turned && !orientation.flip_x && !orientation.flip_y;
+    return as_coded || coded.empty() ? std::move(coded) : oriented(coded, orientation);
+  };
+  if (pixels == VideoPixels::both) {
+    result.luma = upright(to_luma.to_luma(decoded, width, height));
+    if (result.luma.empty()) return damaged();
+  }
+  result.rgb = upright(pixels == VideoPixels::luma ? to_luma.to_luma(decoded, width, height)
+                                                   : to_rgb.to_rgb(decoded, width, height));
+  if (result.rgb.empty()) return damaged();
+  return {};
+}
+
+// The frame just handed out stays, or none does.
+void VideoReader::Impl::keep(const VideoFrame& taken) {
+  const std::uint64_t bytes = frame_bytes(*frame);
+  Kept stays{taken.index, taken.time_s, std::unique_ptr<AVFrame, FreeFrame>(av_frame_alloc())};
+  if (bytes > room || !stays.frame) return forget_kept();
+  room -= bytes;
+  av_frame_move_ref(stays.frame.get(), frame.get());
+  kept.push_back(std::move(stays));
+}
+
+void VideoReader::Impl::forget_kept() {
+  keeping = false;
+  kept.clear();
+}
+
+Result<std::optional<VideoFrame>> VideoReader::Impl::replay() {
+  while (!kept.empty() && kept.front().index < first) kept.pop_front();
+  if (kept.empty()) {
+    ended = true;
+    return std::optional<VideoFrame>();
+  }
+  const Kept now = std::move(kept.front());
+  kept.pop_front();
+  VideoFrame result;
+  result.index = now.index;
+  result.time_s = now.time_s;
+  if (const auto converted = convert(*now.frame, result); !converted) return converted.error();
   return std::optional<VideoFrame>(std::move(result));
 }
 
@@ -410,6 +485,7 @@ Result<VideoReader> VideoReader::open(const std::filesystem::path& path, VideoPi
   auto impl = std::make_unique<Impl>();
   impl->path = path;
   impl->pixels = pixels;
+  impl->frames = frames;
   if (const auto opened = impl->open(); !opened) return opened.error();
   if (frames == VideoFrames::sampled) impl->stride = sampling_stride(impl->info);
   return VideoReader(std::move(impl));
@@ -428,9 +504,11 @@ Result<std::optional<VideoFrame>> VideoReader::next() {
   if (reader.ended) return std::optional<VideoFrame>();
   const auto step = [&]() -> Result<std::optional<VideoFrame>> {
     if (!reader.photos.empty()) return reader.next_photo();
+    if (reader.replaying) return reader.replay();
     while (true) {
       const int error = avcodec_receive_frame(reader.codec.get(), reader.frame.get());
       if (error == 0) {
+        ++frames_decoded;
         auto taken = reader.take();
         if (!taken || *taken) return taken;
         continue;
@@ -447,6 +525,38 @@ Result<std::optional<VideoFrame>> VideoReader::next() {
 
 void VideoReader::start_at(int index) { impl_->first = index; }
 
+void VideoReader::keep_frames(std::uint64_t bytes) {
+  Impl& reader = *impl_;
+  if (!reader.photos.empty() || reader.next_index > 0) return;
+  // What surely does not fit is not begun: 4:2:0 with eight bits is the least that phones write.
+  constexpr double kBytesPerPixel = 1.5;
+  const double expected =
+      kBytesPerPixel * reader.info.width * reader.info.height * (reader.info.frame_count / reader.stride);
+  reader.keeping = expected <= double(bytes);
+  reader.room = bytes;
+}
+
+Result<void> VideoReader::rewind(VideoPixels pixels) {
+  Impl& reader = *impl_;
+  const bool unread = reader.next_index == 0 && !reader.ended && !reader.failure;
+  if (unread) {
+    reader.pixels = pixels;
+    return {};
+  }
+  if (reader.keeping && reader.ended && !reader.failure && !reader.replaying) {
+    reader.pixels = pixels;
+    reader.first = 0;
+    reader.ended = false;
+    reader.replaying = true;
+    return {};
+  }
+  reader.forget_kept();
+  auto again = open(reader.path, pixels, reader.frames);
+  if (!again) return again.error();
+  *this = std::move(*again);
+  return {};
+}
+
 int sampling_stride(const VideoInfo& info) {
   constexpr double kFast = 60.5, kUsual = 30;  // frames a second
   constexpr int kMost = 9000;
@@ -459,6 +569,8 @@ Result<std::string> hash_video(const std::filesystem::path& path) {
   std::error_code ignored;
   return std::filesystem::is_directory(path, ignored) ? hash_photos(path) : hash_file(path);
 }
+
+std::int64_t decoded_frames() { return frames_decoded; }
 
 Result<VideoInfo> probe_video(const std::filesystem::path& path) {
   auto reader = VideoReader::open(path);

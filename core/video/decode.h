@@ -2,6 +2,7 @@
 // rotation tag applied, true timestamps kept, RGB 8 bit.
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <functional>
 #include <memory>
@@ -24,8 +25,9 @@ struct VideoInfo {
   std::string codec;
 };
 
-// The pixels a reader delivers. Luma costs a fraction of RGB and is enough for detection and tracking.
-enum class VideoPixels { rgb, luma };
+// The pixels a reader delivers. Luma costs a fraction of RGB and is enough for detection and tracking; it is the
+// coded luma, not computed from RGB. `both` is for listeners that need one each (core/video/decode_for.h).
+enum class VideoPixels { rgb, luma, both };
 
 // Which frames a reader delivers: every one, or every sampling_stride-th from the first on, with its own
 // number and time. Skipped frames are decoded, but neither converted nor delivered.
@@ -35,6 +37,7 @@ struct VideoFrame {
   int index = 0;      // in decoding order, from 0: the frame's number everywhere in a project
   double time_s = 0;  // presentation time
   Image8 rgb;         // 3 channels; 1 from a reader of luma
+  Image8 luma{};      // 1 channel, from a reader of both; else empty
 };
 
 // 1 up to 60 frames a second and 9,000 frames. Faster films are reduced to about 30 a second, longer ones to
@@ -45,6 +48,10 @@ int sampling_stride(const VideoInfo& info);
 Result<std::string> hash_video(const std::filesystem::path& path);
 
 Result<VideoInfo> probe_video(const std::filesystem::path& path);
+
+// How many frames all readers of this process have decoded so far, those included that were not handed out:
+// what reading a clip costs, for tests and measurements.
+std::int64_t decoded_frames();
 
 // Sequential reader. next() gives nullopt at the true end; a truncated file is an Error of code bad_input
 // naming the last good frame.
@@ -60,6 +67,14 @@ class VideoReader {
   // Frames before it are decoded, but neither converted nor delivered: a fraction of their cost.
   void start_at(int index);
   Result<std::optional<VideoFrame>> next();
+
+  // Before the first next(): frames that are handed out stay in memory as they were decoded, so that rewind()
+  // need not decode them again; all of them, or none where they would take more than `bytes` together.
+  // Photographs never stay.
+  void keep_frames(std::uint64_t bytes);
+  // Begins (again) at the first frame, with these pixels. Kept frames leave memory as they are handed out, so
+  // a second rewind decodes.
+  Result<void> rewind(VideoPixels pixels);
 
  private:
   struct Impl;

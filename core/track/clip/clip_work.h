@@ -70,7 +70,7 @@ Result<void> watch_lids(const HeadModel& model, ClipWork& work, std::stop_token 
 Result<void> measure_eyes(const HeadModel& model, ClipWork& work, const Progress& progress,
                           std::stop_token stop);
 
-// The fitted frames as a track tells them, each with its verdict; lost ones are bridged.
+// The fitted frames as a track holds them, each with its verdict; lost ones are bridged.
 std::vector<TrackedFrame> describe_frames(const ClipWork& work, const HeadModel& model,
                                           double metres_per_unit);
 

@@ -43,7 +43,7 @@ Result<void> check_refits(const Track& track, const std::vector<RefitSpan>& span
 
 struct RefitOptions {
   TrackOptions track;  // working size, predictor and frames, as the track was made
-  int margin = 12;     // frames beyond the anchors that tell how the face looks; reading them takes time
+  int margin = 12;     // frames beyond the anchors that show how the face looks; reading them takes time
   int reach = 48;      // frames to the nearest anchor; followed points drift beyond
   int runs = 32;       // of the landmark predictor, a millisecond each
 };

@@ -9,14 +9,33 @@
 #include "core/track/fit/neutral.h"
 #include "core/track/fit/personal_shape.h"
 #include "core/track/fit/rest.h"
+#include "core/track/kept_frames.h"
 #include "core/track/photo/photometric.h"
 #include "core/track/points/camera_scale.h"
 #include "core/track/points/rigid_head.h"
 #include "core/track/torso/torso.h"
 #include "core/track/torso/torso_picture.h"
+#include "core/video/decode.h"
 
 namespace likeness {
 namespace {
+
+// As kept, or read.
+Result<ClipFrames> find_clip_frames(const std::filesystem::path& video, const TrackRegion& region,
+                                    const std::set<int>& held_out, const TrackOptions& options,
+                                    const Progress& progress, std::stop_token stop) {
+  if (!options.kept.empty() && !options.every_frame) {
+    const auto video_hash = hash_video(video);
+    if (!video_hash) return video_hash.error();
+    const auto inputs = clip_frames_inputs(*video_hash, region, held_out, options);
+    if (!inputs) return inputs.error();
+    if (auto kept = kept_clip_frames(options.kept, *inputs)) {
+      progress.report(1);
+      return std::move(*kept);
+    }
+  }
+  return read_clip_frames(video, region, held_out, options, progress, stop);
+}
 
 // Dense poses for the frames that have a landmark pose.
 Result<void> refine_poses(const HeadModel& model, const TrackOptions& options, bool resting_camera,
@@ -170,7 +189,7 @@ Result<Track> track_clip(const std::filesystem::path& video, const TrackRegion& 
                  "track"};
   StageClock clock(options.seconds.get());
   ClipWork work;
-  auto clip = read_clip_frames(video, region, held_out, options, progress.stage(0, 0.38, "landmarks"), stop);
+  auto clip = find_clip_frames(video, region, held_out, options, progress.stage(0, 0.38, "landmarks"), stop);
   if (!clip) return clip.error();
   work.clip = std::move(*clip);
   prepare(cameras, model, work);

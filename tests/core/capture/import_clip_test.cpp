@@ -7,10 +7,13 @@
 #include <algorithm>
 #include <cstring>
 #include <fstream>
+#include <map>
 #include <optional>
+#include <utility>
 
 #include "core/base/files.h"
 #include "core/capture/capture.h"
+#include "core/capture/import_listeners.h"
 #include "core/face/landmarks.h"
 #include "core/image/files.h"
 #include "core/video/decode.h"
@@ -164,6 +167,79 @@ TEST_F(ImportFace, WritesTheCropOfUsedAndHeldOutFrames) {
         << f.frame;
   }
   EXPECT_EQ(entries(), pictures + 1);  // and the folder frames/ itself: nothing temporary remains
+}
+
+TEST_F(ImportFace, TheClipIsDecodedOnceWhereThereIsRoomForItsFramesElseTwice) {
+  write_video(folder_ / "a.mp4", frames_);
+  std::map<bool, std::map<std::string, std::string>> files;
+  for (const bool room : {true, false}) {
+    const fs::path project = folder_ / (room ? "roomy" : "narrow");
+    ImportOptions options{.size = 128};
+    if (!room) options.memory = 0;
+    const std::int64_t before = decoded_frames();
+    const auto capture = import_clip(folder_ / "a.mp4", project, options, Progress(), {});
+    ASSERT_TRUE(capture) << capture.error().what;
+    EXPECT_EQ(decoded_frames() - before, room ? 50 : 100);
+    ASSERT_TRUE(write_capture(project / "capture.json", *capture));
+    for (const auto& entry : fs::recursive_directory_iterator(project))
+      if (entry.is_regular_file())
+        files[room][entry.path().lexically_relative(project).string()] = *read_text(entry.path());
+  }
+  EXPECT_GT(files[true].size(), 40u);
+  EXPECT_EQ(files[true], files[false]);
+}
+
+TEST_F(ImportFace, ListenersSeeTheFramesThatImportDecodes) {
+  write_video(folder_ / "a.mp4", frames_);
+  std::vector<std::pair<int, Image8>> looking, writing;
+  const auto into = [](std::vector<std::pair<int, Image8>>& seen) {
+    return FrameListener{VideoPixels::rgb, [&seen](const VideoFrame& frame) {
+                           seen.emplace_back(frame.index, frame.rgb);
+                           return Result<void>();
+                         }};
+  };
+  ImportListeners listeners;
+  listeners.looking = [&](const VideoInfo& info) -> Result<std::vector<FrameListener>> {
+    EXPECT_EQ(info.width, 512);
+    return std::vector<FrameListener>{into(looking)};
+  };
+  listeners.writing = [&](const VideoInfo&, const Capture& capture) -> Result<std::vector<FrameListener>> {
+    EXPECT_EQ(looking.size(), capture.frames.size());
+    EXPECT_GT(capture.crop.side, 0);
+    return std::vector<FrameListener>{into(writing)};
+  };
+  const std::int64_t before = decoded_frames();
+  const auto capture =
+      import_clip(folder_ / "a.mp4", folder_ / "project", {.size = 128}, listeners, Progress(), {});
+  ASSERT_TRUE(capture) << capture.error().what;
+  EXPECT_EQ(decoded_frames() - before, 50);
+  auto reader = VideoReader::open(folder_ / "a.mp4");
+  ASSERT_TRUE(reader);
+  ASSERT_EQ(looking.size(), 50u);
+  ASSERT_EQ(writing.size(), 50u);
+  for (std::size_t i = 0; i < 50; ++i) {
+    const auto source = reader->next();
+    ASSERT_TRUE(source && *source);
+    EXPECT_EQ(looking[i].first, (*source)->index);
+    EXPECT_EQ(looking[i].second.data, (*source)->rgb.data) << i;
+    EXPECT_EQ(writing[i].second.data, (*source)->rgb.data) << i;
+  }
+}
+
+TEST_F(ImportFace, AListenersErrorEndsTheImportAndLeavesNothing) {
+  write_video(folder_ / "a.mp4", frames_);
+  ImportListeners listeners;
+  listeners.writing = [](const VideoInfo&, const Capture&) -> Result<std::vector<FrameListener>> {
+    return std::vector<FrameListener>{{VideoPixels::rgb, [](const VideoFrame& frame) -> Result<void> {
+                                         if (frame.index < 20) return {};
+                                         return Error{ErrorCode::io, "The disk is full.", "", ""};
+                                       }}};
+  };
+  const auto capture =
+      import_clip(folder_ / "a.mp4", folder_ / "project", {.size = 128}, listeners, Progress(), {});
+  ASSERT_FALSE(capture);
+  EXPECT_EQ(capture.error().what, "The disk is full.");
+  EXPECT_EQ(entries(), 0u);
 }
 
 TEST_F(ImportFace, RefusesFramesBlurredByHand) {

@@ -1,0 +1,34 @@
+// Folders renamed into place: see whole_folder.h.
+#include "core/base/whole_folder.h"
+
+#include <system_error>
+#include <utility>
+
+#include "core/base/files.h"
+
+namespace likeness {
+
+namespace fs = std::filesystem;
+
+WholeFolder::WholeFolder(fs::path target) : target_(std::move(target)), temporary_(temporary_name(target_)) {}
+
+WholeFolder::~WholeFolder() {
+  std::error_code ignored;
+  fs::remove_all(temporary_, ignored);
+}
+
+Result<void> WholeFolder::commit() {
+  std::error_code failure;
+  const fs::path old = temporary_name(target_);
+  if (fs::exists(target_, failure)) fs::rename(target_, old, failure);
+  if (!failure) fs::rename(temporary_, target_, failure);
+  if (failure) {
+    std::error_code ignored;
+    if (!fs::exists(target_, ignored)) fs::rename(old, target_, ignored);
+    return file_error(target_, "replace", failure.value());
+  }
+  fs::remove_all(old, failure);
+  return {};
+}
+
+}  // namespace likeness

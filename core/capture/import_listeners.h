@@ -1,0 +1,24 @@
+// Who else looks at a clip while import decodes it, so that it need not be decoded again for them.
+#pragma once
+
+#include <functional>
+#include <optional>
+#include <vector>
+
+#include "core/base/result.h"
+#include "core/capture/capture.h"
+#include "core/video/decode_for.h"
+
+namespace likeness {
+
+// All are optional. An Error from any of them ends the import.
+struct ImportListeners {
+  // Of all frames, while import looks for the face in them.
+  std::function<Result<std::vector<FrameListener>>(const VideoInfo&)> looking;
+  // Asked once, after those: instead of ImportOptions::moving.
+  std::function<Result<std::optional<FrameSpan>>()> moving;
+  // Of all frames once more, while import writes their pictures. The capture is complete but for frames/.
+  std::function<Result<std::vector<FrameListener>>(const VideoInfo&, const Capture&)> writing;
+};
+
+}  // namespace likeness

@@ -1,0 +1,212 @@
+// Listeners to import's decoding: see kept_decoding.h.
+#include "core/project/kept_decoding.h"
+
+#include <algorithm>
+#include <cstdint>
+#include <limits>
+#include <optional>
+#include <string>
+#include <system_error>
+#include <utility>
+#include <vector>
+
+#include "core/base/files.h"
+#include "core/base/hash.h"
+#include "core/base/whole_folder.h"
+#include "core/camera/kept_path.h"
+#include "core/matte/matte.h"
+#include "core/project/staleness.h"
+#include "core/track/kept_frames.h"
+
+namespace likeness {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+constexpr std::uint64_t kMostKept = std::uint64_t(2) << 30;  // bytes, of one clip
+constexpr std::uint64_t kShareOfDisk = 4;                    // a quarter of what is free, at most
+
+std::uint64_t room_for_kept(const fs::path& folder) {
+  std::error_code failure;
+  const fs::space_info space = fs::space(folder, failure);
+  return failure ? 0 : std::min<std::uint64_t>(kMostKept, space.available / kShareOfDisk);
+}
+
+bool is_folder(const fs::path& video) {
+  std::error_code ignored;
+  return fs::is_directory(video, ignored);
+}
+
+// What a later stage would find by itself must not fail the import.
+template <class Add>
+FrameListener forgiving_listener(bool& failed, Add add) {
+  return {VideoPixels::rgb, [&failed, add](const VideoFrame& frame) -> Result<void> {
+            if (failed) return {};
+            try {
+              failed = !add(frame).ok();
+            } catch (const std::exception&) {
+              failed = true;
+            }
+            return {};
+          }};
+}
+
+}  // namespace
+
+fs::path decoded_path(const Project& project) { return project.folder / "decoded"; }
+
+std::string mask_inputs(const fs::path& landmark_model) {
+  if (landmark_model.empty()) return "system";
+  const auto hash = hash_file(landmark_model);
+  return hash ? *hash : "absent";
+}
+
+struct KeptDecoding::State {
+  explicit State(const StageContext& given)
+      : context(given), kept(decoded_path(given.project)), photographs(is_folder(inputs().video)) {
+    align.seed = int(given.inputs.align.seed);
+    align.mask_inputs = mask_inputs(given.inputs.align.landmark_model);
+  }
+
+  const ImportInputs& inputs() const { return context.inputs.import; }
+  bool split_asks() const { return inputs().split == Split::views; }
+
+  Result<std::vector<FrameListener>> looking(const VideoInfo& info) {
+    if (photographs || inputs().resting_camera) return std::vector<FrameListener>();
+    const auto hash = hash_video(inputs().video);
+    if (!hash) return hash.error();
+    motion_key = motion_inputs(*hash, align);
+    motion = kept_motion(decoded_path(context.project), motion_key);
+    aligned = is_current_alone(context.project, Stage::align);
+    auto mask = coarse_person_mask(context.inputs.align.landmark_model);
+    if (!mask) return mask.error();
+    person = std::move(*mask);
+    if (motion || (aligned && !split_asks())) return std::vector<FrameListener>();
+    meter.emplace(info, inputs().video, person, rest_limit(align));
+    if (split_asks())
+      return std::vector<FrameListener>{
+          {VideoPixels::rgb, [this](const VideoFrame& frame) { return meter->add(frame); }}};
+    return std::vector<FrameListener>{
+        forgiving_listener(meter_failed, [this](const VideoFrame& frame) { return meter->add(frame); })};
+  }
+
+  Result<void> measure() {
+    if (motion || !meter || meter_failed) return {};
+    auto measured = meter->finish();
+    meter.reset();
+    if (!measured) return measured.error();
+    motion = std::move(*measured);
+    return {};
+  }
+
+  // The frames that a moving camera filmed; nullopt: it rests, or is stated to.
+  Result<std::optional<FrameSpan>> moving() {
+    if (inputs().resting_camera) return std::optional<FrameSpan>{};
+    if (photographs)  // each from a place of its own
+      return std::optional<FrameSpan>(FrameSpan{0, std::numeric_limits<int>::max()});
+    if (const auto measured = measure(); !measured) return measured.error();
+    if (!motion || motion->motion <= align.static_motion_px_per_1000) return std::optional<FrameSpan>{};
+    const auto stretch = moving_stretch(*motion);
+    if (!stretch) return std::optional<FrameSpan>{};
+    return std::optional<FrameSpan>(FrameSpan{stretch->first, stretch->last});
+  }
+
+  Result<std::vector<FrameListener>> writing(const VideoInfo& info, const Capture& capture) {
+    std::vector<FrameListener> listeners;
+    const auto measured = measure();
+    if (!make_writable_folder(kept.temporary())) return listeners;
+    made = true;
+    std::uint64_t room = room_for_kept(context.project.folder);
+    if (measured && motion) {
+      if (!keep_motion(kept.temporary(), motion_key, *motion)) return listeners;
+      if (!aligned && needs_path(*motion, align)) listen_for_path(capture, room, listeners);
+    }
+    if (!fit_stays(capture)) listen_for_fit(info, capture, room, listeners);
+    return listeners;
+  }
+
+  void listen_for_path(const Capture& capture, std::uint64_t& room, std::vector<FrameListener>& listeners) {
+    const std::uint64_t bytes = PathPictures::expected_bytes(*motion, align);
+    if (bytes > room) return;
+    auto created = PathPictures::create(kept.temporary(), capture.video_hash, *motion, person, align);
+    if (!created) return;
+    room -= bytes;
+    path.emplace(std::move(*created));
+    listeners.push_back(
+        forgiving_listener(path_failed, [this](const VideoFrame& frame) { return path->add(frame); }));
+  }
+
+  void listen_for_fit(const VideoInfo& info, const Capture& capture, std::uint64_t& room,
+                      std::vector<FrameListener>& listeners) {
+    TrackOptions options;
+    options.predictor = context.inputs.fit.landmark_model;
+    const std::uint64_t bytes = kept_clip_bytes(capture.frames.size(), options);
+    if (bytes > room) return;
+    const SquareCrop& crop = capture.crop;
+    const TrackRegion region{crop.x, crop.y, crop.side, crop.side};
+    const std::set<int> held_out = held_out_frames(capture);
+    const auto key = clip_frames_inputs(capture.video_hash, region, held_out, options);
+    auto follower = ClipFollower::create(info, inputs().video, region, held_out, options);
+    if (!key || !follower) return;
+    std::vector<int> numbers;
+    for (const CaptureFrame& frame : capture.frames) numbers.push_back(frame.frame);
+    auto created = ClipFrameKeeper::create(kept.temporary(), *key, std::move(*follower), numbers);
+    if (!created) return;
+    room -= bytes;
+    fit.emplace(std::move(*created));
+    listeners.push_back(forgiving_listener(
+        fit_failed, [this](const VideoFrame& frame) { return fit->add(frame, context.stop); }));
+  }
+
+  // The capture comes out as it was, and its track is there.
+  bool fit_stays(const Capture& capture) {
+    if (!is_current_alone(context.project, Stage::fit)) return false;
+    const fs::path again = kept.temporary() / "capture.json";
+    const auto written = write_capture(again, capture);
+    const auto now = read_text(again), before = read_text(capture_path(context.project));
+    std::error_code ignored;
+    fs::remove(again, ignored);
+    return written && now && before && *now == *before;
+  }
+
+  void commit() {
+    std::error_code ignored;
+    if (path && (path_failed || !path->finish())) drop_path_pictures(kept.temporary());
+    if (fit && (fit_failed || !fit->finish(context.stop))) drop_clip_frames(kept.temporary());
+    path.reset();
+    fit.reset();
+    if (!made || !kept.commit()) fs::remove_all(decoded_path(context.project), ignored);
+  }
+
+  const StageContext& context;
+  WholeFolder kept;
+  bool made = false;  // kept's temporary folder
+  AlignOptions align;
+  const bool photographs;
+  bool aligned = false;  // the cameras are current
+  PersonMask person;
+  std::string motion_key;
+  std::optional<MotionMeter> meter;
+  std::optional<BackgroundMotion> motion;
+  std::optional<PathPictures> path;
+  std::optional<ClipFrameKeeper> fit;
+  bool meter_failed = false, path_failed = false, fit_failed = false;
+};
+
+KeptDecoding::KeptDecoding(const StageContext& context) : state_(std::make_unique<State>(context)) {}
+KeptDecoding::~KeptDecoding() = default;
+
+ImportListeners KeptDecoding::listeners() {
+  ImportListeners listeners;
+  listeners.looking = [this](const VideoInfo& info) { return state_->looking(info); };
+  if (state_->split_asks()) listeners.moving = [this] { return state_->moving(); };
+  listeners.writing = [this](const VideoInfo& info, const Capture& capture) {
+    return state_->writing(info, capture);
+  };
+  return listeners;
+}
+
+void KeptDecoding::commit() { state_->commit(); }
+
+}  // namespace likeness
