@@ -14,6 +14,7 @@
 
 #include <fmt/format.h>
 
+#include "core/base/json_text.h"
 #include "core/project/option_table.h"
 
 namespace likeness::app {
@@ -79,7 +80,7 @@ int report_failure(const Error& error, StoppedWork stopped) {
 
 void print_json(const nlohmann::json& value) {
   // A path need not be valid UTF-8; the odd byte is replaced rather than refused.
-  fmt::print("{}\n", value.dump(2, ' ', false, nlohmann::json::error_handler_t::replace));
+  fmt::print("{}\n", json_text_replacing(value, 2));
 }
 
 nlohmann::json finite_or_null(double value) {

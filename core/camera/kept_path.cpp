@@ -10,6 +10,7 @@
 
 #include "core/base/files.h"
 #include "core/base/hash.h"
+#include "core/base/json_text.h"
 #include "core/camera/resect.h"
 #include "core/camera/workplace.h"
 #include "core/video/decode.h"
@@ -43,7 +44,7 @@ Result<void> keep_motion(const fs::path& folder, const std::string& inputs, cons
       {"inputs", inputs},        {"width_px", motion.width},  {"height_px", motion.height},
       {"motion", motion.motion}, {"seconds", motion.seconds}, {"tracks", motion.tracks},
       {"stride", motion.stride}, {"frames", frames},          {"rests", rests}};
-  return write_text(kept_motion_path(folder), document.dump() + "\n");
+  return write_text(kept_motion_path(folder), json_text(document) + "\n");
 }
 
 std::optional<BackgroundMotion> kept_motion(const fs::path& folder, const std::string& inputs) {
@@ -51,7 +52,7 @@ std::optional<BackgroundMotion> kept_motion(const fs::path& folder, const std::s
   const auto text = read_text(kept_motion_path(folder));
   if (!text) return std::nullopt;
   try {
-    const nlohmann::json document = nlohmann::json::parse(*text);
+    const nlohmann::json document = parse_json(*text);
     if (document.at("inputs") != inputs) return std::nullopt;
     BackgroundMotion motion;
     motion.width = document.at("width_px").get<int>();

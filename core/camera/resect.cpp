@@ -2,8 +2,6 @@
 // after.
 #include "core/camera/resect.h"
 
-#include <Eigen/Eigenvalues>
-
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -16,6 +14,7 @@
 #include <opencv2/imgproc.hpp>
 #include <opencv2/video/tracking.hpp>
 
+#include "core/base/align_points.h"
 #include "core/video/decode.h"
 #include "core/video/grey_pictures.h"
 
@@ -278,10 +277,8 @@ Pose mean_pose(const std::vector<Pose>& poses) {
       sum += q * q.transpose();
       centre += pose.inverse().translation() / double(group.size());
     }
-    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix4d> solver(sum);
     Pose mean = Pose::Identity();
-    mean.linear() =
-        Eigen::Quaterniond(Eigen::Vector4d(solver.eigenvectors().col(3))).normalized().toRotationMatrix();
+    mean.linear() = Eigen::Quaterniond(principal_axis(sum)).normalized().toRotationMatrix();
     mean.translation() = -(mean.linear() * centre);
     return mean;
   };

@@ -8,6 +8,7 @@
 #include <limits>
 #include <optional>
 
+#include "core/base/align_points.h"
 #include "core/base/dense_solves.h"
 #include "core/base/parallel.h"
 #include "core/head/pose_head.h"
@@ -38,7 +39,7 @@ struct Warp {
 // nullopt if the landmarks of the two heads do not correspond.
 std::optional<Warp> fit_warp(const Points& from, const Points& to, double max_misfit) {
   Warp warp;
-  warp.similarity = Eigen::umeyama(from, to, true);
+  warp.similarity = similarity_between(from, to);
   if (!warp.similarity.allFinite()) return std::nullopt;
   const Points moved = (warp.similarity * from.colwise().homogeneous()).topRows<3>();
   const Points centred = to.colwise() - to.rowwise().mean();

@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "core/base/files.h"
+#include "core/base/json_text.h"
 
 namespace likeness {
 
@@ -48,7 +49,7 @@ Result<void> write_attribute_values(const fs::path& path, std::span<const Attrib
                     {"unlike_any", course.unlike_any}});
   const json all = {
       {"format", "likeness-attribute-values"}, {"version", kValuesVersion}, {"attributes", list}};
-  return write_text(path, all.dump(1) + "\n");
+  return write_text(path, json_text(all, 1) + "\n");
 }
 
 Result<std::vector<AttributeCourse>> read_attribute_values(const fs::path& path) {
@@ -61,7 +62,7 @@ Result<std::vector<AttributeCourse>> read_attribute_values(const fs::path& path)
   const auto text = read_text(path);
   if (!text) return text.error();
   try {
-    const json j = json::parse(*text);
+    const json j = parse_json(*text);
     if (j.at("format").get<std::string>() != "likeness-attribute-values")
       return refused("the file holds something else");
     if (j.at("version").get<int>() != kValuesVersion) return refused("they were made by another Likeness");

@@ -98,7 +98,7 @@ void add_expression_gaps(const std::vector<CardExpression>& list, std::vector<Ca
 
 // -- Moments
 
-struct ClipFrame {
+struct CardFrame {
   double time_s = 0, badness = 1;
   bool lost = false, blurred = false, turned = false;
   const TrackedFrame* tracked = nullptr;
@@ -117,11 +117,11 @@ bool is_refused(const CaptureFrame& frame) {
   return is_blurred(frame) || frame.refused.starts_with("No face");
 }
 
-std::vector<ClipFrame> clip_frames(const Capture& capture, const CameraSet& cameras, const Track& track) {
+std::vector<CardFrame> card_frames(const Capture& capture, const CameraSet& cameras, const Track& track) {
   const double usual = usual_error(track);
-  std::vector<ClipFrame> frames;
+  std::vector<CardFrame> frames;
   for (const CaptureFrame& captured : capture.frames) {
-    ClipFrame frame{captured.time_s};
+    CardFrame frame{captured.time_s};
     frame.tracked = find_tracked(track, captured.frame);
     frame.blurred = is_blurred(captured);
     frame.lost = (is_refused(captured) && !frame.blurred) ||
@@ -142,11 +142,11 @@ std::vector<ClipFrame> clip_frames(const Capture& capture, const CameraSet& came
 }
 
 // The request whose action is furthest from rest there, or one for all.
-std::string hold_it(const std::vector<const ClipFrame*>& frames, const Avatar& avatar,
+std::string hold_it(const std::vector<const CardFrame*>& frames, const Avatar& avatar,
                     const ActionBasis& basis) {
   const Eigen::VectorXf rest = action_amounts(basis, avatar.neutral);
   std::map<std::string_view, float> amounts;
-  for (const ClipFrame* frame : frames) {
+  for (const CardFrame* frame : frames) {
     if (!frame->tracked) continue;
     const Eigen::VectorXf shown = action_amounts(basis, frame->tracked->pose.articulation) - rest;
     for (Eigen::Index a = 0; a < shown.size(); ++a) {
@@ -163,20 +163,20 @@ std::string hold_it(const std::vector<const ClipFrame*>& frames, const Avatar& a
                    : "Do the same again more slowly, the face in even light and uncovered.";
 }
 
-CardMoment describe(const std::vector<const ClipFrame*>& frames, double badness, const Avatar& avatar,
+CardMoment describe(const std::vector<const CardFrame*>& frames, double badness, const Avatar& avatar,
                     const ActionBasis& basis) {
   const auto share = [&](auto&& which) {
     return double(std::ranges::count_if(frames, which)) / double(frames.size());
   };
   CardMoment moment{frames.front()->time_s, frames.back()->time_s, badness, "", ""};
   constexpr double kMany = 0.3;
-  if (share([](const ClipFrame* f) { return f->lost; }) > kMany) {
+  if (share([](const CardFrame* f) { return f->lost; }) > kMany) {
     moment.what = "The face was lost.";
     moment.film_again = "Keep the whole face in the picture, uncovered and lit from the front.";
-  } else if (share([](const ClipFrame* f) { return f->blurred; }) > kMany) {
+  } else if (share([](const CardFrame* f) { return f->blurred; }) > kMany) {
     moment.what = "The pictures are blurred.";
     moment.film_again = "Move more slowly there, or film in more light.";
-  } else if (share([](const ClipFrame* f) { return f->turned; }) > kMany) {
+  } else if (share([](const CardFrame* f) { return f->turned; }) > kMany) {
     moment.what = "The head is turned so far that the face is hard to follow.";
     moment.film_again = "Turn that far again, slowly, and rest there for a second.";
   } else {
@@ -186,7 +186,7 @@ CardMoment describe(const std::vector<const ClipFrame*>& frames, double badness,
   return moment;
 }
 
-std::vector<CardMoment> worst_moments(const std::vector<ClipFrame>& frames, const Avatar& avatar,
+std::vector<CardMoment> worst_moments(const std::vector<CardFrame>& frames, const Avatar& avatar,
                                       const ActionBasis& basis) {
   std::vector<double> around(frames.size(), 0);  // mean badness of the window about each frame
   for (std::size_t i = 0, first = 0, end = 0; i < frames.size(); ++i) {
@@ -205,8 +205,8 @@ std::vector<CardMoment> worst_moments(const std::vector<ClipFrame>& frames, cons
         peak = i;
     }
     if (peak == frames.size()) break;
-    std::vector<const ClipFrame*> there;
-    for (const ClipFrame& frame : frames)
+    std::vector<const CardFrame*> there;
+    for (const CardFrame& frame : frames)
       if (std::abs(frame.time_s - frames[peak].time_s) <= kWindow_s / 2) there.push_back(&frame);
     moments.push_back(describe(there, around[peak], avatar, basis));
   }
@@ -231,7 +231,7 @@ Card make_card(const Capture& capture, const CameraSet& cameras, const Track& tr
   card.expressions = expressions(avatar, basis);
   add_view_gaps(seen, card.gaps);
   add_expression_gaps(card.expressions, card.gaps);
-  card.worst = worst_moments(clip_frames(capture, cameras, track), avatar, basis);
+  card.worst = worst_moments(card_frames(capture, cameras, track), avatar, basis);
   return card;
 }
 

@@ -13,6 +13,7 @@
 #include <nlohmann/json.hpp>
 
 #include "core/base/files.h"
+#include "core/base/json_text.h"
 #include "core/project/further_clips.h"
 #include "core/project/option_table.h"
 
@@ -39,7 +40,7 @@ std::string string_named(std::string_view text, std::string_view name) {
   std::size_t end = at + 1;
   while (end < text.size() && text[end] != '"') end += text[end] == '\\' ? 2 : 1;
   if (end >= text.size()) return {};
-  const json value = json::parse(text.substr(at, end + 1 - at), nullptr, false);
+  const json value = try_parse_json(text.substr(at, end + 1 - at));
   return value.is_string() ? value.get<std::string>() : std::string();
 }
 
@@ -58,7 +59,7 @@ bool is_likeness_folder(const fs::path& folder, std::string_view text) {
 }
 
 bool is_newer(const std::string& text) {
-  const json whole = json::parse(text, nullptr, false);
+  const json whole = try_parse_json(text);
   return whole.is_object() && whole.contains("version") && whole["version"].is_number_integer() &&
          whole["version"].get<std::int64_t>() > kProjectVersion;
 }

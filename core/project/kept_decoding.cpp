@@ -70,7 +70,7 @@ struct KeptDecoding::State {
   }
 
   const ImportInputs& inputs() const { return context.inputs.import; }
-  bool split_asks() const { return inputs().split == Split::views; }
+  bool split_asks() const { return inputs().choices.split == Split::views; }
 
   Result<std::vector<FrameListener>> looking(const VideoInfo& info) {
     if (photographs || inputs().resting_camera) return std::vector<FrameListener>();

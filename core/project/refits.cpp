@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "core/base/files.h"
+#include "core/base/json_text.h"
 #include "core/project/stage_inputs.h"
 
 namespace likeness {
@@ -50,7 +51,7 @@ Result<Refits> read_refits(const Project& project) {
   const auto text = read_text(path);
   if (!text) return text.error();
   try {
-    const json j = json::parse(*text);
+    const json j = parse_json(*text);
     if (j.at("version").get<int>() > kRefitsVersion)
       return Error{ErrorCode::bad_input, path.string() + " was made by a newer Likeness.", "Update Likeness.",
                    path.string()};
@@ -80,7 +81,8 @@ Result<void> write_refits(const Project& project, const Refits& refits) {
                      {"good_before", o.good_before}});
   return write_text(
       refits_path(project),
-      json{{"version", kRefitsVersion}, {"fit_inputs", refits.fit_inputs}, {"spans", spans}}.dump(1) + "\n");
+      json_text(json{{"version", kRefitsVersion}, {"fit_inputs", refits.fit_inputs}, {"spans", spans}}, 1) +
+          "\n");
 }
 
 const RefitOutcome* find_refit(const std::vector<RefitOutcome>& outcomes, int frame) {

@@ -40,7 +40,7 @@ Result<void> part_from_foreign_clip(Project& project, const Capture& capture,
   if (!project.further_clips.empty()) {
     project.further_clips.clear();
     warnings.push_back(
-        "The further clips showed the previous person and were removed; add clips of this person instead.");
+        "The further clips showed the previous person and were taken out; add clips of this person instead.");
   }
   if (path_exists(attributes_path(project))) {
     const auto aside = set_aside_attributes(project);

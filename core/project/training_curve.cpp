@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "core/base/files.h"
+#include "core/base/json_text.h"
 
 namespace likeness {
 
@@ -53,13 +54,12 @@ Result<void> write_training_curve(const fs::path& path, const TrainingCurve& cur
                         std::round(p.rays_per_s), p.loss});
   for (const HeldOutScore& s : curve.held_out)
     held_out.push_back({rounded(s.training_s, 0.01), rounded(s.psnr_db, 0.001)});
-  return write_text(path, json{{"version", kCurveVersion},
-                               {"training_columns", {"step", "seconds", "psnr_db", "rays_per_s", "loss"}},
-                               {"training", training},
-                               {"held_out_columns", {"seconds", "psnr_db"}},
-                               {"held_out", held_out}}
-                                  .dump() +
-                              "\n");
+  const json file{{"version", kCurveVersion},
+                  {"training_columns", {"step", "seconds", "psnr_db", "rays_per_s", "loss"}},
+                  {"training", training},
+                  {"held_out_columns", {"seconds", "psnr_db"}},
+                  {"held_out", held_out}};
+  return write_text(path, json_text(file) + "\n");
 }
 
 Result<TrainingCurve> read_training_curve(const fs::path& path) {
@@ -70,7 +70,7 @@ Result<TrainingCurve> read_training_curve(const fs::path& path) {
                  "Delete this file: it only draws the curve of the last training.", path.string()};
   };
   try {
-    const json j = json::parse(*text);
+    const json j = parse_json(*text);
     if (j.at("version").get<int>() > kCurveVersion) return damaged("it was made by a newer Likeness");
     TrainingCurve curve;
     for (const json& p : j.at("training"))

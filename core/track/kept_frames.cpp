@@ -10,6 +10,7 @@
 
 #include "core/base/files.h"
 #include "core/base/hash.h"
+#include "core/base/json_text.h"
 #include "core/face/landmarks.h"
 #include "core/video/decode.h"
 #include "core/video/grey_pictures.h"
@@ -141,7 +142,7 @@ Result<void> ClipFrameKeeper::finish(const std::stop_token& stop) {
                          {"region", {region.x, region.y, region.width, region.height}},
                          {"scale", clip->scale},
                          {"frames", frames}};
-  return write_text(found_path(s.folder), document.dump() + "\n");
+  return write_text(found_path(s.folder), json_text(document) + "\n");
 }
 
 std::uint64_t kept_clip_bytes(std::size_t frames, const TrackOptions& options) {
@@ -154,7 +155,7 @@ std::optional<ClipFrames> kept_clip_frames(const fs::path& folder, const std::st
   auto pictures = GreyPictureReader::open(pictures_path(folder));
   if (!pictures || pictures->about().inputs != inputs) return std::nullopt;
   try {
-    const json document = json::parse(*text);
+    const json document = parse_json(*text);
     if (document.at("inputs") != inputs) return std::nullopt;
     ClipFrames clip;
     const json& region = document.at("region");

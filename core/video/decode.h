@@ -25,8 +25,9 @@ struct VideoInfo {
   std::string codec;
 };
 
-// The pixels a reader delivers. Luma costs a fraction of RGB and is enough for detection and tracking; it is the
-// coded luma, not computed from RGB. `both` is for listeners that need one each (core/video/decode_for.h).
+// The pixels a reader delivers. Luma costs a fraction of RGB and is enough for detection and tracking; it is
+// the coded luma, not computed from RGB. `both` is for listeners that need one each
+// (core/video/decode_for.h).
 enum class VideoPixels { rgb, luma, both };
 
 // Which frames a reader delivers: every one, or every sampling_stride-th from the first on, with its own

@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "core/base/files.h"
+#include "core/base/json_text.h"
 
 namespace likeness {
 
@@ -67,7 +68,7 @@ Result<GreyPictureWriter> GreyPictureWriter::create(const fs::path& path, const 
   const nlohmann::json header = {{"format", kGreyFormat},     {"version", kGreyVersion},
                                  {"inputs", about.inputs},    {"width_px", about.width},
                                  {"height_px", about.height}, {"frames", about.frames}};
-  const std::string line = header.dump() + "\n";
+  const std::string line = json_text(header) + "\n";
   if (std::fwrite(line.data(), 1, line.size(), state->file.get()) != line.size())
     return file_error(path, "write", errno);
   return GreyPictureWriter(std::move(state));
@@ -111,7 +112,7 @@ Result<GreyPictureReader> GreyPictureReader::open(const fs::path& path) {
   if (!state->file) return file_error(path, "open", errno);
   const std::string line = read_line(state->file.get());
   try {
-    const nlohmann::json header = nlohmann::json::parse(line);
+    const nlohmann::json header = parse_json(line);
     if (header.at("format") != kGreyFormat || header.at("version") != kGreyVersion) return not_whole(path);
     state->about = {header.at("inputs").get<std::string>(), header.at("width_px").get<int>(),
                     header.at("height_px").get<int>(), header.at("frames").get<std::vector<int>>()};

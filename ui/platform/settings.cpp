@@ -10,6 +10,7 @@
 #include <nlohmann/json.hpp>
 
 #include "core/base/files.h"
+#include "core/base/json_text.h"
 
 namespace likeness::ui {
 
@@ -45,7 +46,7 @@ Settings read_settings(const fs::path& path) {
   Settings settings;
   const auto text = read_text(path);
   if (!text) return settings;
-  const json j = json::parse(*text, nullptr, false);
+  const json j = try_parse_json(*text);
   if (!j.is_object()) return settings;
   try {
     Settings read;
@@ -73,7 +74,7 @@ Result<void> write_settings(const fs::path& path, const Settings& settings) {
                {"scale_percent", settings.scale_percent},
                {"licences_shown", settings.licences_shown},
                {"recent", recent}};
-  return write_text(path, j.dump(2, ' ', false, json::error_handler_t::replace) + "\n");
+  return write_text(path, json_text_replacing(j, 2) + "\n");
 }
 
 void remember_recent(Settings& settings, const fs::path& project) {

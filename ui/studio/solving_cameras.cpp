@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "core/base/align_points.h"
 #include "core/base/quantile.h"
 #include "core/camera/colmap.h"
 
@@ -14,9 +15,7 @@ constexpr double kRadius = 0.5, kFarthestDrawn = 6;
 constexpr double kMost = 0.7, kFarthestReach = 3;  // of the points
 
 // The rotation that turns `up` to y.
-Eigen::Matrix3d upright(const Vec3d& up) {
-  return Eigen::Quaterniond::FromTwoVectors(up, Vec3d::UnitY()).toRotationMatrix();
-}
+Eigen::Matrix3d upright(const Vec3d& up) { return rotation_between(up, Vec3d::UnitY()); }
 
 }  // namespace
 

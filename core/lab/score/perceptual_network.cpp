@@ -8,6 +8,7 @@
 #include <opencv2/dnn.hpp>
 
 #include "core/base/files.h"
+#include "core/base/json_text.h"
 
 namespace likeness {
 namespace {
@@ -30,7 +31,7 @@ Result<PerceptualFormat> read_format(const fs::path& onnx) {
   const auto text = read_text(path);
   if (!text) return text.error();
   try {
-    const auto json = nlohmann::json::parse(*text);
+    const auto json = parse_json(*text);
     for (const std::size_t i : {0u, 1u})
       if (json.contains("inputs")) json.at("inputs").at(i).get_to(format.inputs[i]);
     format.size_px = json.value("size_px", format.size_px);

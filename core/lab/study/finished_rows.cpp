@@ -4,19 +4,20 @@
 #include <cmath>
 
 #include "core/base/files.h"
+#include "core/base/json_text.h"
 
 namespace likeness {
 
 Result<void> write_finished(const std::filesystem::path& path, const std::string& content,
                             nlohmann::json row) {
   row["inputs"] = content;
-  return write_text(path, row.dump(1) + "\n");
+  return write_text(path, json_text(row, 1) + "\n");
 }
 
 std::optional<nlohmann::json> read_finished(const std::filesystem::path& path, const std::string& content) {
   const auto text = read_text(path);
   if (!text) return std::nullopt;
-  nlohmann::json row = nlohmann::json::parse(*text, nullptr, false);
+  nlohmann::json row = try_parse_json(*text);
   if (!row.is_object() || !row.contains("inputs") || row["inputs"] != content) return std::nullopt;
   return row;
 }

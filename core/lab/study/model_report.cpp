@@ -8,6 +8,7 @@
 
 #include "core/base/base64.h"
 #include "core/base/files.h"
+#include "core/base/json_text.h"
 #include "core/image/files.h"
 #include "core/lab/study/finished_rows.h"
 
@@ -394,14 +395,14 @@ std::string models_json(const ModelStudy& study) {
                      {"times_sooner", r->times_sooner},
                      {"times_faster", r->times_faster},
                      {"times_faster_full", finite_or_null(r->times_faster_full)}};
-  return all.dump(1, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
+  return json_text_replacing(all, 1) + "\n";
 }
 
 Result<StudySteps> read_study_steps(const fs::path& results) {
   const auto text = read_text(results);
   if (!text) return text.error();
   try {
-    const nlohmann::json j = nlohmann::json::parse(*text);
+    const nlohmann::json j = parse_json(*text);
     if (j.at("format") != "likeness-model-study") throw std::runtime_error("another format");
     StudySteps steps;
     for (const nlohmann::json& row : j.at("rows"))

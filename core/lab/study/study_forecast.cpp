@@ -10,6 +10,7 @@
 
 #include "core/base/files.h"
 #include "core/base/hash.h"
+#include "core/base/json_text.h"
 
 namespace likeness {
 namespace {
@@ -40,7 +41,7 @@ bool is_chosen(const std::vector<std::string>& chosen, const std::string& name) 
 bool is_finished(const fs::path& path, const std::string& asked) {
   const auto text = read_text(path);
   if (!text) return false;
-  const nlohmann::json row = nlohmann::json::parse(*text, nullptr, false);
+  const nlohmann::json row = try_parse_json(*text);
   return row.is_object() && row.contains("asked") && row["asked"] == asked;
 }
 

@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 
 #include "core/base/files.h"
+#include "core/base/json_text.h"
 #include "core/lab/study/finished_rows.h"
 
 namespace likeness {
@@ -54,7 +55,7 @@ Result<StudySummary> read_study_summary(const std::filesystem::path& folder) {
   const auto text = read_text(path);
   if (!text) return text.error();
   try {
-    const nlohmann::json j = nlohmann::json::parse(*text);
+    const nlohmann::json j = parse_json(*text);
     StudySummary summary;
     if (j.at("format") != "likeness-model-study") throw std::runtime_error("another format");
     j.at("clip").get_to(summary.clip), j.at("size").get_to(summary.size),

@@ -12,7 +12,9 @@
 #include <nlohmann/json.hpp>
 #include <numbers>
 
+#include "core/base/align_points.h"
 #include "core/base/files.h"
+#include "core/base/json_text.h"
 #include "core/base/quantile.h"
 #include "core/camera/resect.h"
 #include "core/video/photos.h"
@@ -65,7 +67,7 @@ Result<CameraTruth> read_published_truth(const fs::path& folder) {
   truth.cameras.is_static = false;
   truth.cameras.scale = CameraScale::arbitrary;
   try {
-    const auto json = nlohmann::json::parse(*text);
+    const auto json = parse_json(*text);
     const auto& frames = json.at("frames");
     if (frames.empty()) return no_truth(folder);
     truth.input = folder / fs::path(frames.front().at("file_path").get<std::string>()).parent_path();
@@ -137,7 +139,7 @@ std::optional<CameraErrors> compare_cameras(const CameraSet& found, const Camera
   for (std::size_t i = 0; i < truth.cameras.size(); ++i)
     path.col(long(i)) = truth.cameras[i].cam_from_world.inverse().translation();
   const double extent = (path.rowwise().maxCoeff() - path.rowwise().minCoeff()).norm();
-  const Eigen::Matrix4d similarity = Eigen::umeyama(from, to, true);
+  const Eigen::Matrix4d similarity = similarity_between(from, to);
   const double scale = similarity.block<3, 1>(0, 0).norm();
   if (!(extent > 0) || !(scale > 0)) return std::nullopt;
   const Mat3d turn = similarity.topLeftCorner<3, 3>() / scale;

@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "core/base/files.h"
+#include "core/base/json_text.h"
 #include "core/base/parallel.h"
 #include "core/base/quantile.h"
 #include "core/head/pose_head.h"
@@ -69,7 +70,7 @@ Result<std::vector<FaceMark>> read_face_marks(const std::filesystem::path& path)
   const auto text = read_text(path);
   if (!text) return text.error();
   try {
-    const nlohmann::json file = nlohmann::json::parse(*text);
+    const nlohmann::json file = parse_json(*text);
     if (file.at("version").get<int>() != kVersion)
       return Error{ErrorCode::bad_input, "The marks are of another version.", "Use marks of version 1.",
                    path.string()};

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <vector>
 
+#include "core/base/align_points.h"
 #include "core/base/files.h"
 #include "core/base/parallel.h"
 #include "core/head/expression_detail.h"
@@ -75,7 +76,7 @@ Eigen::Matrix4f similarity(const std::vector<Vec3f>& from, const std::vector<Vec
     a.col(Eigen::Index(k)) = from[std::size_t(vertices[k])].cast<double>();
     b.col(Eigen::Index(k)) = to[std::size_t(vertices[k])].cast<double>();
   }
-  return Eigen::umeyama(a, b, true).cast<float>();
+  return similarity_between(a, b).cast<float>();
 }
 
 }  // namespace

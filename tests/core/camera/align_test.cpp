@@ -1,6 +1,7 @@
 // Claims about the whole camera solve, with the real `colmap` program on a small rendered clip: first the
 // camera moves, then it rests.
 #include "core/camera/align.h"
+#include "core/base/align_points.h"
 
 #include <gtest/gtest.h>
 #include <unistd.h>
@@ -129,7 +130,7 @@ TEST_F(AlignMovingClip, RecoversThePathUpToASimilarityAndSharesThePoseOfTheRest)
     found.col(long(i)) = cameras[i].cam_from_world.inverse().translation();
     expected.col(long(i)) = truth(cameras[i].frame).inverse().translation();
   }
-  const Eigen::Matrix4d similarity = Eigen::umeyama(found, expected, true);
+  const Eigen::Matrix4d similarity = similarity_between(found, expected);
   const double scale = similarity.block<3, 1>(0, 0).norm();
   const Mat3d rotation = similarity.topLeftCorner<3, 3>() / scale;
   const double extent = (expected.rowwise().maxCoeff() - expected.rowwise().minCoeff()).norm();
