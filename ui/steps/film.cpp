@@ -37,7 +37,7 @@ void draw_consent(const Snapshot& snapshot, Requests& requests) {
 
 // A row of buttons with what is offered of an option, the one that is chosen pressed in. Returns the one that
 // was clicked.
-std::optional<double> draw_option(const OptionRow& row, std::optional<double> chosen) {
+std::optional<double> draw_option(const OptionRow& row, double chosen) {
   const StudioField& field = row.studio;
   std::optional<double> clicked;
   choice_label(field.label, px(94));
@@ -57,9 +57,9 @@ void draw_choices(const Snapshot& snapshot, Requests& requests) {
   if (const auto size = draw_option(option_row("size_px"), options.import.size))
     requests.project.picture_size = int(*size);
   const TrainChoices& train = options.train;
-  std::optional<double> seconds = train.full_budget_s > 0 ? train.full_budget_s : train.budget_s;
-  if (train.steps > 0) seconds.reset();
-  if (const auto budget = draw_option(option_row("budget_s"), seconds)) requests.project.budget_s = budget;
+  const double seconds = train.full_budget_s > 0 ? train.full_budget_s : train.budget_s;
+  const double chosen = train.steps > 0 ? 0 : seconds;  // by steps: none of those offered
+  if (const auto budget = draw_option(option_row("budget_s"), chosen)) requests.project.budget_s = budget;
   ImGui::EndDisabled();
 }
 
