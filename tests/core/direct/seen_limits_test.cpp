@@ -10,13 +10,13 @@
 namespace likeness::test {
 namespace {
 
-constexpr double kDegree = std::numbers::pi / 180;
+constexpr double kRadPerDegree = std::numbers::pi / 180;
 
 TEST(SeenLimits, CountFromRestAndFromTheTypicalPose) {
   Avatar avatar = filmed_avatar();
   add_action(avatar.neutral, *find_action(tiny_head(), "jawOpen"), 0.1f);
   SeenViews views;
-  views.low = {-10 * kDegree, -5 * kRad, -2 * kRad}, views.high = {30 * kRad, 8 * kRad, 4 * kRad};
+  views.low = {-10 * kRadPerDegree, -5 * kRad, -2 * kRad}, views.high = {30 * kRad, 8 * kRad, 4 * kRad};
   const auto limits = seen_limits(avatar, tiny_head(), views);
   EXPECT_NEAR(limits.at("action jawOpen").high, 0.4f, 0.01f);
   EXPECT_NEAR(limits.at("action browDown_L").high, 0, 1e-6f);

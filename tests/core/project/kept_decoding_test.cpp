@@ -37,7 +37,7 @@ class SharedDecoding : public testing::Test {
 
   static Project open(const char* name, int size = 256) {
     ProjectOptions options;
-    options.video = root_ / "demo.mp4";
+    options.shared.video = root_ / "demo.mp4";
     options.import.size = size;
     auto project = open_or_create_project(root_ / name, options);
     EXPECT_TRUE(project.ok());
