@@ -225,7 +225,8 @@ bool draw_deletion(const Snapshot& snapshot, Requests& requests) {
       "this computer, and cannot be brought back. Stop other programs that show them first.");
   ImGui::Dummy({0, px(4)});
   if (snapshot.project.contents) {
-    faint_text("The clip stays where it is: " + snapshot.project.contents->project.options.shared.video.string());
+    faint_text("The clip stays where it is: " +
+               snapshot.project.contents->project.options.shared.video.string());
   } else if (!snapshot.project.damaged->clips.empty()) {
     faint_text("The clip stays where it is: " + snapshot.project.damaged->clips.front().string());
   } else {
