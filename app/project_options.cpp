@@ -1,8 +1,10 @@
 // Flags of a project's choices: see project_options.h.
 #include "app/project_options.h"
 
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <limits>
 #include <optional>
 
 #include "app/terminal.h"
@@ -26,8 +28,9 @@ struct AddOption {
       option->check(CLI::IsMember(row.choices));
     else if (std::isfinite(high) && or_zero)
       option->check(CLI::Range(low, high) | CLI::Range(0.0, 0.0));
-    else if (std::isfinite(high))
-      option->check(CLI::Range(low, high));
+    else
+      option->check(
+          CLI::Range(low, std::min(high, std::numeric_limits<double>::max())));  // of -1 it makes 2^64 - 1
   }
 
   void operator()(std::filesystem::path& path) const { plain(path); }

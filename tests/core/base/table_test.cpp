@@ -39,7 +39,7 @@ TEST(Table, PrintsWordsToTheLeftAndNumbersToTheRight) {
   const Table table = heads();
   EXPECT_EQ(lines_of(tables_text({&table, 1})),
             (std::vector<std::string>{"Heads", "model        full  steps", "one, \"two\"  31.86    400",
-                                      "three            -   1200", "dB on held-out frames"}));
+                                      "three           -   1200", "dB on held-out frames"}));
 }
 
 TEST(Table, AlignsLettersOfSeveralBytes) {

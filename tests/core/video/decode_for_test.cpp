@@ -106,7 +106,7 @@ TEST_F(DecodeFor, AStopAndATruncatedClipSayWhatAReaderSays) {
   ASSERT_TRUE(cut) << cut.error().what;
   const auto ended = decode_for(*cut, listeners, {});
   ASSERT_FALSE(ended);
-  EXPECT_THAT(ended.error().what, HasSubstr("The video breaks off"));
+  EXPECT_THAT(ended.error().what, HasSubstr("The video is cut short"));
   // Rewound, it says the same, kept frames or not.
   ASSERT_TRUE(cut->rewind(VideoPixels::rgb));
   const auto again = decode_for(*cut, listeners, {});

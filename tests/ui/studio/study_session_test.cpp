@@ -56,7 +56,8 @@ TEST_F(StudySessionTest, AForecastIsOfTheChoiceThereIs) {
   session_.apply({.choice = StudyChoice{.tables = {"models"}, .seconds = 90, .seeds = 3}});
   EXPECT_FALSE(session_.view().forecast.has_value()) << "that of another choice is shown";
   ASSERT_TRUE(until([this] { return session_.view().forecast.has_value(); }));
-  EXPECT_GT(session_.view().forecast->seconds, 2 * once);
+  // Some of the models are trained once, whatever the seeds.
+  EXPECT_GT(session_.view().forecast->seconds, 1.5 * once);
   session_.apply({.choice = StudyChoice{.tables = {}}});
   for (int i = 0; i < 20; ++i) home_.background.deliver();
   EXPECT_FALSE(session_.view().forecast.has_value());
