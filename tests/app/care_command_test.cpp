@@ -102,8 +102,11 @@ TEST_F(CareCommand, AForecastDoesNothingButTell) {
 }
 
 TEST_F(CareCommand, ARefitIsRefusedInPlainWords) {
-  for (const auto& [frames, word] : std::vector<std::pair<const char*, const char*>>{
-           {"3-9", "not fitted yet"}, {"5-2", "no list"}, {"a", "--refit 12,40-60"}, {"1,", "no list"}}) {
+  for (const auto& [frames, word] :
+       std::vector<std::pair<const char*, const char*>>{{"3-9", "not fitted yet"},
+                                                        {"5-2", "not a list"},
+                                                        {"a", "--refit 12,40-60"},
+                                                        {"1,", "not a list"}}) {
     const ProgramResult refused = likeness({"fit", project(), "--refit", frames});
     EXPECT_EQ(refused.exit_code, 1) << frames;
     EXPECT_THAT(refused.err, HasSubstr(word));
@@ -118,9 +121,9 @@ TEST_F(CareCommand, FramesThatMeasureAreNotLeftOut) {
   ASSERT_TRUE(write_capture(project_.folder() / "capture.json", capture).ok());
   for (const auto& [frames, word] : std::vector<std::pair<const char*, const char*>>{{"3,9", "Frame 9"},
                                                                                      {"12", "no frame 12"},
-                                                                                     {"5-2", "no list"},
-                                                                                     {"a", "no list"},
-                                                                                     {"1,", "no list"}}) {
+                                                                                     {"5-2", "not a list"},
+                                                                                     {"a", "not a list"},
+                                                                                     {"1,", "not a list"}}) {
     const ProgramResult refused = likeness({"train", project(), "--leave-out", frames});
     EXPECT_EQ(refused.exit_code, 1) << frames;
     EXPECT_THAT(refused.err, HasSubstr(word));

@@ -56,12 +56,14 @@ ProgramResult judged(const ProjectVerb& verb, const OptionRow& row, const std::s
   return likeness(words);
 }
 
+// Of one verb: all add their flags by the same function.
 void expect_refused(const OptionRow& row, const std::string& value) {
   for (const ProjectVerb& verb : project_verbs()) {
     if (!(row.verbs.*verb.takes)) continue;
     const ProgramResult result = judged(verb, row, value);
     EXPECT_EQ(result.exit_code, 2) << verb.name << " " << row.flag << " " << value;
     EXPECT_NE(result.err.find(row.flag), std::string::npos) << result.err;
+    return;
   }
 }
 
@@ -69,6 +71,7 @@ void expect_taken(const OptionRow& row, const std::string& value) {
   for (const ProjectVerb& verb : project_verbs()) {
     if (!(row.verbs.*verb.takes)) continue;
     EXPECT_EQ(judged(verb, row, value).exit_code, 0) << verb.name << " " << row.flag << " " << value;
+    return;
   }
 }
 
