@@ -3,6 +3,7 @@
 //   NAME.likeness/   project.json  capture.json cameras.json track.json  frames/ masks/ regions/ plate.png
 //   room.bin detail.npz (what the given detail maps say: core/project/project_detail.h)
 //                    track_first.json refits.json (spans fitted again: core/project/refits.h)
+//                    decoded/ (what import found for align and fit: core/project/kept_decoding.h)
 //                    corrections/ (strokes painted on masks: core/project/corrections.h)
 //                    checkpoint.bin avatar.bin training_curve.json
 //                    clips/2 clips/3 ... (further clips of the person: core/project/further_clips.h)
