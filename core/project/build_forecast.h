@@ -1,4 +1,4 @@
-// What building an avatar will take of disk, memory and minutes, told before it starts, and a smaller plan
+// What building an avatar will take of disk, memory and minutes, said before it starts, and a smaller plan
 // where that is too much.
 #pragma once
 

@@ -101,7 +101,7 @@ Result<void> run_one(Project& project, Stage stage, const Progress& progress, co
     record.state = outcome.error().code == ErrorCode::cancelled ? StageState::stopped : StageState::failed;
     record.message = outcome.error().what;
   }
-  const auto saved = save_project(project);  // before anybody who is told may look
+  const auto saved = save_project(project);  // before a listener may look
   if (!outcome) return outcome.error();
   return saved;
 }

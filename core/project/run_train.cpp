@@ -53,7 +53,7 @@ class CurveKeeper {
   double written_at_s_ = -1e9;
 };
 
-// What is told of painted attributes, and kept for pictures of the clip's own frames by the avatar that
+// What is reported of painted attributes, and kept for pictures of the clip's own frames by the avatar that
 // learns them now: beside what the last one knows, which stays until there is a new one.
 Result<void> keep_courses(const StageContext& context, const std::vector<FoundAttribute>& found) {
   if (found.empty()) return {};

@@ -65,7 +65,7 @@ TEST_F(CareCommand, ADamagedProjectIsRepairedAndDeleted) {
   EXPECT_FALSE(fs::exists(project_.folder()));
 }
 
-TEST_F(CareCommand, AMovedClipIsToldAndFoundAgain) {
+TEST_F(CareCommand, AMovedClipIsReportedAndFoundAgain) {
   ASSERT_EQ(likeness({"relink", project(), clip_.string()}).exit_code, 0);
   Capture capture;
   capture.video_hash = *hash_file(clip_);

@@ -291,7 +291,7 @@ TEST_F(CommandLine, AReadOnlyFolderIsNamed) {
   EXPECT_NE(result.err.find("write"), std::string::npos) << result.err;
 }
 
-TEST_F(CommandLine, TrackRefusesWhatIsNoClipOfAFaceAndLeavesNothing) {
+TEST_F(CommandLine, TrackRefusesAClipWithoutAFaceAndLeavesNothing) {
   std::ofstream(folder_ / "notes.mp4") << "This is not a film.\n";
   const fs::path broken = write_clip("broken.mp4", 40);
   fs::resize_file(broken, fs::file_size(broken) / 2);
@@ -343,7 +343,7 @@ TEST_F(CommandLine, TrackStopsOnRequestWithItsOwnExitCode) {
   EXPECT_NE(said.find("starts over"), std::string::npos) << said;
 }
 
-TEST_F(CommandLine, VerbsOnAFolderThatIsNoProjectSayWhatToDo) {
+TEST_F(CommandLine, VerbsOnAFolderThatIsNotAProjectSayWhatToDo) {
   for (const char* verb : {"fit", "train", "eval"}) {
     const ProgramResult result = likeness({verb, folder_.string()});
     EXPECT_EQ(result.exit_code, 1);

@@ -197,7 +197,7 @@ TEST_F(DrivenCommand, ATrackThatIsThereIsJudgedByMarks) {
   EXPECT_EQ(marks.at("misplaced"), (std::vector<int>{8}));
 }
 
-TEST_F(DirectCommand, TheCardTellsPeopleAndProgramsTheSame) {
+TEST_F(DirectCommand, TheCardSaysTheSameInWordsAndInJson) {
   TrackTruth truth = acted_truth_on_disk(120);
   Capture capture;
   capture.width = capture.height = 512, capture.crop = {0, 0, 512};

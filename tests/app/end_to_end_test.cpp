@@ -72,7 +72,7 @@ TEST_F(EndToEnd, EveryStageIsDoneAndSaysWhatItFound) {
   }
 }
 
-TEST_F(EndToEnd, TheAvatarsPartsAreToldWithTheirReasons) {
+TEST_F(EndToEnd, TheAvatarsPartsAreListedWithTheirReasons) {
   std::map<std::string, bool> on;
   for (const json& part : summary_.at("parts")) {
     on[part.at("part")] = part.at("on");

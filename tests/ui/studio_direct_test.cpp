@@ -267,7 +267,7 @@ TEST_F(StudioDirect, APerformanceIsSavedUnderANameAndOpenedAgain) {
   EXPECT_NE(performance(), walk);
 }
 
-TEST_F(StudioDirect, ViewsThatWereNeverSeenFadeAndAreTold) {
+TEST_F(StudioDirect, ViewsThatWereNeverSeenFadeAndTheWindowSaysSo) {
   EXPECT_EQ(studio_->snapshot().direct.picture->origin.doubt,
             0);  // no frame is known: nothing to compare with
   // One frame, seen as the avatar rests.
@@ -397,7 +397,7 @@ TEST_F(StudioDirect, ADriveEndsWhereAClipIsRecordedAndTheProjectStays) {
   EXPECT_FALSE(performance().channels.empty());
 }
 
-TEST_F(StudioDirect, AWebcamThatIsNotThereIsToldWithARemedy) {
+TEST_F(StudioDirect, AMissingWebcamIsReportedWithARemedy) {
   if (open_webcam({}, kToDrive)) GTEST_SKIP() << "there is a webcam";
   click("Drive from the webcam");
   ASSERT_TRUE(until(20, [](const Snapshot& s) { return s.error.has_value(); }));

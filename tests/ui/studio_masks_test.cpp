@@ -190,7 +190,7 @@ TEST_F(StudioMasks, APaintedStrokeIsKeptTakenBackAndMadeIntoTheMask) {
   EXPECT_FALSE(masks().unmade);
 }
 
-TEST_F(StudioMasks, ADamagedFileIsToldOfAndSetAsideByAButton) {
+TEST_F(StudioMasks, ADamagedFileIsReportedAndSetAsideByAButton) {
   ASSERT_TRUE(write_text(project_ / "corrections" / "000003.json", "{\"format\":").ok());
   show_masks();
   ASSERT_TRUE(masks().unreadable.contains(3));

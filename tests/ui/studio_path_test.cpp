@@ -218,7 +218,7 @@ TEST_F(StudioPath, FromTheStartScreenToAnExportedPicture) {
   EXPECT_TRUE(studio_->snapshot().settings.recent.empty());
 }
 
-TEST_F(StudioPath, AClipThatIsNoneIsRefusedWithARemedy) {
+TEST_F(StudioPath, AFileThatIsNotAVideoIsRefusedWithARemedy) {
   const fs::path file = folder_ / "notes.mp4";
   ASSERT_TRUE(write_text(file, "no video").ok());
   TestWindow::get().window->drop({file});

@@ -210,7 +210,7 @@ TEST(BackgroundMotion, AFastPanTravelsItsWholeWay) {
   EXPECT_NEAR(motion->frames.back().travel, shift, 0.1 * shift);
 }
 
-TEST(Sway, WideShakingIsToldFromAWalkThereAndBack) {
+TEST(Sway, WideShakingDiffersFromAWalkThereAndBack) {
   // 10 px of 320 to either side, three times a second: every swing counts as travel, but it leads nowhere.
   const Clip shaken(60, [&](int frame) { return wall_window(30 + 10.0 * std::sin(0.95 * frame)); });
   const auto shaking = measure_background_motion(shaken.video, {}, 0.75, {}, {});

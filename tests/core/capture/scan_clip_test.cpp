@@ -71,7 +71,7 @@ TEST_F(ScanClip, AFaceHalfHiddenStaysItselfAndAFaceGoneIsGone) {
   }
 }
 
-TEST_F(ScanClip, AFaceHalfHiddenFromTheStartIsNone) {
+TEST_F(ScanClip, AFaceHalfHiddenFromTheStartIsNotFound) {
   for (const FaceSample& sample : scan(0, 4)) EXPECT_FALSE(sample.face) << sample.frame;
 }
 

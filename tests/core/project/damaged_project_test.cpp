@@ -93,7 +93,7 @@ TEST_F(DamagedProjects, AreDeletedAndTheClipStays) {
   EXPECT_EQ(deletion_words(*deleted).find("films in them"), std::string::npos);
 }
 
-TEST_F(DamagedProjects, AClipInsideIsKeptEvenWhereNobodyKnowsWhichItIs) {
+TEST_F(DamagedProjects, AClipInsideIsKeptEvenIfItIsNotKnownWhichItIs) {
   ASSERT_TRUE(write_text(folder_ / "frames" / "holiday.MOV", "the clip").ok());
   ASSERT_TRUE(write_text(folder_ / "project.json", std::string(300, '\0')).ok());
   const auto deleted = delete_person(folder_, false);

@@ -122,7 +122,7 @@ TEST_F(ProjectDetailTest, MapsThatTellNothingAreWarnedOf) {
   EXPECT_NE(report_.warnings[0].find("hardly follow the expression"), std::string::npos);
 }
 
-TEST_F(ProjectDetailTest, TooFewMapsOfTrainingFramesAreTold) {
+TEST_F(ProjectDetailTest, TooFewMapsOfTrainingFramesAreReported) {
   put_maps(28, kFrames);
   for (int i = 0; i < 6; ++i) put_map(2 * i + 1, 0);  // of frames that nobody read
   const auto refused = learn();
@@ -132,7 +132,7 @@ TEST_F(ProjectDetailTest, TooFewMapsOfTrainingFramesAreTold) {
       << refused.error().what;
 }
 
-TEST_F(ProjectDetailTest, ADamagedFileIsTold) {
+TEST_F(ProjectDetailTest, ADamagedFileIsReported) {
   put_maps(0, 20);
   const auto learnt = learn();
   ASSERT_TRUE(learnt.ok());

@@ -57,7 +57,7 @@ TEST(TrainingCurve, ATrainingThatGoesOnFromACheckpointReplacesWhatLaterWas) {
   EXPECT_EQ(curve.training[2].step, 25u);
 }
 
-TEST(TrainingCurve, ANewTrainingStartsAnew) {
+TEST(TrainingCurve, ANewTrainingStartsAnEmptyCurve) {
   TrainingCurve curve;
   for (const int step : {10, 20}) add_point(curve, point(std::uint64_t(step)));
   add_score(curve, {1.5, 22});

@@ -30,7 +30,7 @@ TEST(Background, DeliversOnTheCallersThreadInOrder) {
   EXPECT_EQ(delivered, (std::vector{0, 1, 2}));
 }
 
-TEST(Background, ANewerAskOfTheSameKindReplacesTheWaitingOne) {
+TEST(Background, ANewerRequestOfTheSameKindReplacesTheWaitingOne) {
   Background background([](const std::string&) {}, [] {});
   std::atomic<bool> go = false;
   std::vector<int> delivered;
@@ -74,7 +74,7 @@ TEST(Background, ItsEndCanBeWaitedForElsewhere) {
   never.wait();  // nobody waits for work that will not be done
 }
 
-TEST(Background, WorkThatBreaksIsToldOfAndTheNextIsDone) {
+TEST(Background, WorkThatThrowsIsReportedAndTheNextIsDone) {
   std::string broke;
   bool done = false;
   Background background([&](const std::string& what) { broke = what; }, [] {});

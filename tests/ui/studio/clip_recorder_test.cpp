@@ -107,7 +107,7 @@ TEST_F(Recorder, ACameraThatBreaksLeavesWhatItGave) {
   EXPECT_TRUE(probe_video(status.clip).ok());
 }
 
-TEST_F(Recorder, ACameraThatBreaksBeforeIsToldAndTriedAgain) {
+TEST_F(Recorder, ACameraThatFailsBeforeRecordingIsReportedAndTriedAgain) {
   ASSERT_TRUE(until(RecorderState::watching));
   cameras_->broken = true;
   ASSERT_TRUE(until(RecorderState::failed));
@@ -123,7 +123,7 @@ TEST_F(Recorder, ACameraThatBreaksBeforeIsToldAndTriedAgain) {
   EXPECT_FALSE(recorder_->status().error.has_value());
 }
 
-TEST_F(Recorder, ACameraThatEndsIsToldWithARemedy) {
+TEST_F(Recorder, ACameraThatEndsIsReportedWithARemedy) {
   ASSERT_TRUE(until(RecorderState::watching));
   cameras_->ended = true;
   ASSERT_TRUE(until(RecorderState::failed));
@@ -204,7 +204,7 @@ TEST_F(Recorder, TheEndOfTheProgramKeepsWhatIsRecorded) {
   EXPECT_EQ(files(), 1u);
 }
 
-TEST_F(Recorder, AFolderThatCannotBeWrittenIsToldWithARemedy) {
+TEST_F(Recorder, AFolderThatCannotBeWrittenIsReportedWithARemedy) {
   const fs::path wall = folder_ / "file";
   std::ofstream(wall) << "in the way";
   recorder_ = std::make_unique<ClipRecorder>(test::stand_in_webcams(cameras_),

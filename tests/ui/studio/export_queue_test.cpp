@@ -81,7 +81,7 @@ TEST(ExportQueue, AFailedOneIsTriedAgainAndAWrittenOneIsNot) {
   EXPECT_EQ(queue.items().size(), 1u);
 }
 
-TEST(ExportQueue, AFailureIsToldUntilItsItemIsForgotten) {
+TEST(ExportQueue, AFailureIsReportedUntilItsItemIsRemoved) {
   ExportQueue queue([] {});
   queue.add("a.png", writes);
   queue.add("b.mp4", fails);

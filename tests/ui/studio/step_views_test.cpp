@@ -54,7 +54,7 @@ TEST(ViewSteps, AChoiceThatMakesAResultOldIsShownAtOnce) {
   EXPECT_EQ(at(steps, Step::check).state, StepState::running);
 }
 
-TEST(ViewSteps, APauseAndAWorkThatWasKilledAreToldApart) {
+TEST(ViewSteps, APausedStageDiffersFromOneThatWasKilled) {
   ProjectContents contents = fresh();
   PipelineStatus pipeline;
   pipeline.job.state = JobState::running;
@@ -128,7 +128,7 @@ TEST(AddVerdict, SpeaksOfAClipThatIsNotImportedOnly) {
   EXPECT_EQ(done.found, "300 frames.");
 }
 
-TEST(ViewSteps, FailuresAndPausesAreToldApart) {
+TEST(ViewSteps, AFailedStageDiffersFromAPausedOne) {
   ProjectContents contents = fresh();
   contents.project.record(Stage::import) = {StageState::failed, "", 1, "No face in 90 frames.", {}};
   auto steps = view_steps(&contents, false, {}, {}, {});

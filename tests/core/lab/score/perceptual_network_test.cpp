@@ -73,7 +73,7 @@ TEST_F(PerceptualNetworkTest, ItsInputsAndItsSizeAreReadBesideIt) {
   EXPECT_NEAR(*network->distance(Image8(80, 60, 3, 0), Image8(80, 60, 3, 255)), 4, 1e-4);
 }
 
-TEST_F(PerceptualNetworkTest, WhatIsNoDistanceIsRefused) {
+TEST_F(PerceptualNetworkTest, AnOutputThatIsNotADistanceIsRefused) {
   EXPECT_EQ(PerceptualNetwork::load(folder_ / "absent.onnx").error().code, ErrorCode::not_found);
   EXPECT_EQ(PerceptualNetwork::load(put("not a network")).error().code, ErrorCode::bad_input);
   const auto named = PerceptualNetwork::load(put(comparing_network("x", "y", 64)));

@@ -68,7 +68,7 @@ TEST(CompareCameras, ASimilarityIsNoError) {
   EXPECT_NEAR(errors->focal_percent, 0, 1e-9);
 }
 
-TEST(CompareCameras, ATurnAllCamerasShareIsToldApartFromTheirOwn) {
+TEST(CompareCameras, ASharedTurnIsMeasuredApartFromEachCamerasOwn) {
   const CameraSet truth = arc(21);
   CameraSet found = elsewhere(truth);
   const Mat3d shared = Eigen::AngleAxisd(0.5 * kDegree, Vec3d::UnitX()).toRotationMatrix();
