@@ -150,7 +150,9 @@ void lay_over(Performance& performance, const Performance& take, double at_s) {
     if (!out.empty() && out.back().time_s < end_s - frame_s)
       out.push_back({end_s, out.back().value, Easing::linear});
   }
-  for (auto& [channel, out] : laid) {
+  for (auto& entry : laid) {
+    const std::string& channel = entry.first;
+    std::vector<Key>& out = entry.second;
     if (out.empty()) continue;  // a take's channel without keys
     const auto before = performance.channels.find(channel);
     const float rest = rest_value(channel);

@@ -129,7 +129,7 @@ Result<TextureCorners> read_corners(const std::filesystem::path& path, const Hea
     const auto known = texture.faces.find(face);
     if (known == texture.faces.end()) continue;
     own = known->second;
-    std::ranges::rotate(own, own.begin() + (3 - first) % 3);  // back to the model's order
+    std::rotate(own.begin(), own.begin() + (3 - first) % 3, own.end());  // back to the model's order
     ++found;
   }
   // Quads may be split the other way; meshes of another topology share hardly a triangle.

@@ -78,7 +78,7 @@ AttributeRegion make_region(const std::string& name, const HeadModel& model, std
   region.origin = low;
   for (int a = 0; a < 3; ++a)
     region.count[std::size_t(a)] = 2 + int(std::ceil((high[a] - low[a]) / region.cell));
-  const auto [nx, ny, nz] = region.count;
+  const int nx = region.count[0], ny = region.count[1], nz = region.count[2];
   region.weights.assign(std::size_t(nx) * std::size_t(ny) * std::size_t(nz), 0);
   const MeshScene face({rest.begin(), rest.end()}, model.triangles);
   parallel_for(std::size_t(nz), [&](std::size_t z) {

@@ -184,7 +184,7 @@ Result<Evaluation> evaluate(const Project& project, const EvalOptions& options, 
   result.psnr_face_db =
       mean_finite(result.frames, [](const FrameScore& f) { return psnr_from_mse(f.face_mse); });
   if (options.refit) {
-    Evaluation::RefitScores& refit = result.refit.emplace();
+    RefitScores& refit = result.refit.emplace();
     if (background_known)
       refit.psnr_db = mean_finite(refitted, [](const FrameScore& f) { return psnr_from_mse(f.mse); });
     refit.psnr_head_db = mean_finite(refitted, [](const FrameScore& f) { return psnr_from_mse(f.head_mse); });

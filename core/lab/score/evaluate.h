@@ -33,6 +33,14 @@ struct EvalOptions {
   bool refit = false;  // also fit every frame's pose and expression to the frozen field; about 3 s a frame
 };
 
+// Held-out frames with every frame's pose and expression fitted to the frozen field: the oracle of
+// core/train/field_fit.h, never a result of the avatar as tracked.
+struct RefitScores {
+  std::optional<double> psnr_db;  // of full frames; absent as Evaluation's
+  double psnr_head_db = 0, psnr_face_db = 0;
+  int free_numbers_per_frame = 0;  // that were fitted to the field
+};
+
 struct Evaluation {
   // Means of the frames' dB, but for the pooled one. Full-frame figures are absent where the background of a
   // held-out frame is not modelled (a moving camera has no plate).
@@ -43,12 +51,6 @@ struct Evaluation {
   int size = 0;
   int free_numbers_per_frame = 0;  // of the track of one held-out frame
   double render_fps = 0, samples_per_ray = 0;
-  // The oracle of core/train/field_fit.h, under its own name: never a result of the avatar as tracked.
-  struct RefitScores {
-    std::optional<double> psnr_db;  // as psnr_db above
-    double psnr_head_db = 0, psnr_face_db = 0;
-    int free_numbers_per_frame = 0;  // that were fitted to the field
-  };
   std::optional<RefitScores> refit;
   std::string split;
   std::string backend = "cpu";  // that rendered the last frame

@@ -33,8 +33,7 @@ FaceState state_between(const FaceState& a, const FaceState& b, double t) {
 
 SpanFitter::SpanFitter(const HeadModel& model, const Track& track, const RefitOptions& options,
                        FaceDetector detector, double usual_error_px)
-    : model_(model),
-      options_(options),
+    : options_(options),
       detector_(std::move(detector)),
       usual_px_(usual_error_px),
       metres_per_unit_(track.metres_per_unit),

@@ -96,7 +96,6 @@ class SpanFitter {
   std::optional<Gaze> gaze_of(std::size_t k) const;
   void look_where(const Indices& changed);
 
-  const HeadModel& model_;
   const RefitOptions options_;
   const FaceDetector detector_;
   const double usual_px_, metres_per_unit_;

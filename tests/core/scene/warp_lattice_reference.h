@@ -15,7 +15,7 @@ namespace likeness {
 // (z, y, x) canonical minus posed, m. posed: (V), as make_warp_lattice takes it.
 inline std::vector<Vec3f> warp_lattice_reference(const WarpFrame& frame, std::span<const Vec3f> posed) {
   constexpr float kSoftness = 0.003f, kReach = 0.012f, kFadeEnd = 0.035f;  // m, as in warp_lattice.cpp
-  const auto [nx, ny, nz] = frame.nodes;
+  const int nx = frame.nodes[0], ny = frame.nodes[1], nz = frame.nodes[2];
   const std::size_t count = std::size_t(nx) * std::size_t(ny) * std::size_t(nz);
   std::vector<Vec3f> way(count, Vec3f::Zero());
   std::vector<float> weight(count, 0.f);

@@ -58,7 +58,7 @@ class KeptFrames : public ::testing::Test {
 
   const TrackRegion region_{10, 0, 300, 310};
   const std::set<int> held_out_{25, 26, 27, 28, 29};
-  const TrackOptions options_;
+  const TrackOptions options_{};
   static fs::path folder_;
 };
 fs::path KeptFrames::folder_;
