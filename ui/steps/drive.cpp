@@ -58,8 +58,8 @@ void draw_figures(const LiveView& live) {
   ImGui::EndGroup();
   note_widget("live figures");
   tooltip(
-      "Pictures on the screen a second; from the capture of a picture to the avatar on the screen; pictures "
-      "that came while the one before was still being worked on.");
+      "Pictures shown per second; time from the capture of a picture to the avatar on the screen; pictures "
+      "skipped because the one before was still being worked on.");
 }
 
 void draw_gains(const Snapshot& snapshot, Requests& requests) {

@@ -28,7 +28,7 @@ bool is_left_out(const Snapshot& snapshot, int frame) {
   return std::ranges::binary_search(snapshot.project.contents->project.options.train.left_out, frame);
 }
 
-// Training frames can be taken out by a click; those that measure cannot, or the measure would lie.
+// Training frames can be left out by a click; held-out frames cannot, or the figures would flatter.
 void draw_training_choice(const Snapshot& snapshot, int frame, Requests& requests) {
   const auto& frames = snapshot.project.contents->capture->frames;
   const auto own = std::ranges::find(frames, frame, &CaptureFrame::frame);
@@ -102,7 +102,7 @@ void draw_about(const Snapshot& snapshot, const TrackedFrame& frame, const std::
   if (!frame.reason.empty()) body_text(frame.reason);
   if (frame.status != FrameStatus::lost) {
     body_text(fmt::format("The model misses the face's points by {:.1f} px.", frame.inner_error_px));
-    faint_text(fmt::format("The points themselves are certain to {:.1f} px.", mean_inner_spread(frame)));
+    faint_text(fmt::format("The points themselves are uncertain by {:.1f} px.", mean_inner_spread(frame)));
   }
   if (snapshot.project.contents->capture) draw_training_choice(snapshot, frame.frame, requests);
   ImGui::Dummy({0, px(10)});
@@ -110,8 +110,8 @@ void draw_about(const Snapshot& snapshot, const TrackedFrame& frame, const std::
   ImGui::TextUnformatted("How to read it");
   ImGui::PopFont();
   faint_text(
-      "The net lies on the skin of the head model and should move with the face. Points are green where they "
-      "are sure, red where not. The two rays are where the eyes look.");
+      "The net lies on the skin of the head model and should move with the face. Points are green where "
+      "certain, red where not. The two rays show where the eyes look.");
   ImGui::Dummy({0, px(10)});
   if (snapshot.project.contents->model) faint_text("Head model: " + snapshot.project.contents->model->name);
 }
@@ -143,7 +143,7 @@ void draw_face_step(const Snapshot& snapshot, Views& views, Requests& requests) 
                        is_left_out(snapshot, frame.frame) ? ", left out of the training" : "",
                        find_refit(snapshot.project.contents->refits, frame.frame) ? ", fitted again" : "");
   };
-  // Marks are of one clip: another project's frames are others.
+  // A marked span belongs to one project: in another, the same numbers are other frames.
   if (views.face_span_of != snapshot.project.contents->project.folder) {
     views.face_span = {};
     views.face_span_of = snapshot.project.contents->project.folder;
