@@ -221,8 +221,7 @@ bool draw_deletion(const Snapshot& snapshot, Requests& requests) {
                                                                   : snapshot.project.damaged->folder;
   body_text(
       "Frames, masks and what was painted on them, tracks, checkpoints, performances and the avatar are "
-      "removed from "
-      "this computer, and cannot be brought back. Stop other programs that show them first.");
+      "removed from this computer, and cannot be brought back. Stop other programs that show them first.");
   ImGui::Dummy({0, px(4)});
   if (snapshot.project.contents) {
     faint_text("The clip stays where it is: " +

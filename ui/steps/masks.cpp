@@ -330,8 +330,7 @@ void draw_advice(const Snapshot& snapshot) {
   } else if (!snapshot.masks.unmade) {
     faint_text(
         "Paint over everything that is wrong. What is under the brush is then certain; its edge is found "
-        "when "
-        "the avatar is made again. The wheel changes the brush's size.");
+        "when the avatar is made again. The wheel changes the brush's size.");
   }
   if (snapshot.masks.unmade)
     note("unmade masks", Tone::warn, "These masks were made before the last change.",

@@ -185,8 +185,7 @@ void draw_results(const Snapshot& snapshot, Views& views, Requests& requests) {
   if (!study.finished) {
     draw_nothing_yet(
         "Here the methods will stand side by side: how close each comes to frames it never saw, how long "
-        "that "
-        "took, and how fast it renders.");
+        "that took, and how fast it renders.");
     return;
   }
   const StudySummary& summary = study.finished->summary;
