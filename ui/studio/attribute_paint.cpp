@@ -25,7 +25,7 @@ bool AttributePaint::refresh(const PaintedAttributes& attributes, std::optional<
   if (unsaved_) return false;
   if (attributes == *all_) return true;
   all_ = std::make_shared<const PaintedAttributes>(attributes);
-  history_.clear(), present_ = 0;  // of what is no more
+  history_.clear(), present_ = 0;  // it is of attributes that are gone
   ++edit_;
   return true;
 }
@@ -37,7 +37,7 @@ std::shared_ptr<const Strokes> AttributePaint::strokes(int frame) const {
 
 bool AttributePaint::paint(int frame, float value, Stroke stroke) {
   const AttributeAnnotation* own = find_annotation(*all_, name_, frame);
-  // An eraser has nothing to take away.
+  // There is nothing to erase.
   if (stroke.mark == StrokeMark::erase && (!own || own->region.empty())) return false;
   AttributeAnnotation after = own ? *own : AttributeAnnotation{frame, double(value), {}};
   after.region.push_back(std::move(stroke));

@@ -26,7 +26,7 @@ bool ends_in(const fs::path& path, std::span<const std::string_view> endings) {
   return std::ranges::find(endings, lower(path.extension().string())) != endings.end();
 }
 
-// Files that make up a project are no performances.
+// Files that make up a project are not performances.
 bool is_project_file(const fs::path& file) {
   constexpr std::array<std::string_view, 8> kOwn{"project.json",     "capture.json", "cameras.json",
                                                  "track.json",       "plate.json",   "training_curve.json",

@@ -42,7 +42,7 @@ std::shared_ptr<const SolvingCameras> solving_cameras(const ColmapModel& model) 
     camera.world_from_cam.translation() = placed(camera.world_from_cam.translation());
     camera.world_from_cam.linear() = turn * camera.world_from_cam.linear();
   }
-  std::vector<std::int64_t> keys;  // in an order of their own, so that the same points stay
+  std::vector<std::int64_t> keys;  // sorted, so that the same points stay from one look to the next
   for (const auto& [key, point] : model.points) keys.push_back(key);
   std::ranges::sort(keys);
   const std::size_t stride = (keys.size() + kSolvingPoints - 1) / kSolvingPoints;
