@@ -152,7 +152,7 @@ Result<Project> open_project(const fs::path& folder) {
 
 namespace {
 
-// Whether there is anything in a folder but what a run that was killed at once left there.
+// Whether a folder holds anything but what a run killed at its start left there.
 bool holds_other_files(const fs::path& folder) {
   std::error_code failure;
   for (fs::directory_iterator it(folder, failure), end; !failure && it != end; it.increment(failure)) {

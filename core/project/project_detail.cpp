@@ -16,7 +16,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::size_t kFewestFrames = 10;
-constexpr double kHardlyTold = 0.2;  // of the maps' variance: less is worth a word
+constexpr double kHardlyExplained = 0.2;  // of the maps' variance: less is worth a warning
 
 using RowMajor = Eigen::Matrix<float, -1, -1, Eigen::RowMajor>;
 
@@ -31,10 +31,10 @@ NpyArray array_of(const Eigen::VectorXf& v) {
 
 Error damaged(const fs::path& path) {
   return {ErrorCode::bad_input, fmt::format("{} is damaged.", path.string()),
-          "Delete it and run likeness train, so that it is made anew from the detail maps.", path.string()};
+          "Delete it and run likeness train, so that it is made again from the detail maps.", path.string()};
 }
 
-// Throws std::out_of_range where an array is missing.
+// Throws std::out_of_range if the array is missing.
 Eigen::MatrixXf matrix_of(const NpzArchive& archive, const char* key) {
   const NpyArray& array = archive.at(key);
   const std::vector<float> values = array.as_float();
@@ -75,15 +75,15 @@ Result<ProjectDetail> learn_project_detail(const fs::path& maps, const Capture& 
   for (std::size_t i = 0; i < frames.size(); ++i)
     detail.scores.emplace(frames[i].frame, learnt.scores.row(Eigen::Index(i)).transpose());
   report.message = fmt::format(
-      "Detail of {} of {} training frames: {} components hold {:.0f} %, the expression tells {:.0f} % of it.",
+      "Detail of {} of {} training frames: {} components hold {:.0f} %, the expression explains {:.0f} % of "
+      "it.",
       frames.size(), trained, detail.detail.components(), 100 * learnt.kept, 100 * learnt.explained);
   if (detail.detail.empty())
     report.warnings.push_back("The detail maps are flat: they change nothing.");
-  else if (learnt.explained < kHardlyTold)
+  else if (learnt.explained < kHardlyExplained)
     report.warnings.push_back(
         fmt::format("The detail maps hardly follow the expression ({:.0f} %): a new expression gets little "
-                    "more than their "
-                    "mean.",
+                    "more than their mean.",
                     100 * learnt.explained));
   return detail;
 }
