@@ -28,7 +28,7 @@ TrackRegion inside(const TrackRegion& region, int width, int height) {
   return {x, y, std::min(region.width, width - x), std::min(region.height, height - y)};
 }
 
-// The detector's usual box about a face, moved and scaled a little.
+// The detector's usual box about a face, moved and scaled a little at random.
 FaceBox shaken_box(const ProjectedLandmarks& face, std::uint32_t seed) {
   Vec2d low = Vec2d::Constant(1e9), high = -low;
   for (int k = kFirstInner; k < kLandmarkCount; ++k)
@@ -41,7 +41,8 @@ FaceBox shaken_box(const ProjectedLandmarks& face, std::uint32_t seed) {
   return {centre.x() - 0.5 * side, centre.y() - 0.5 * side, side, side, 0};
 }
 
-// Outer eye corners on a level line, one apart: offsets in it do not turn and grow with the face.
+// Coordinates with the outer eye corners on a level line, one apart: offsets in them neither turn nor grow
+// with the face.
 struct UprightFace {
   Eigen::Matrix2d turn;
   double size = 1;  // px
@@ -181,7 +182,7 @@ Result<FreshLandmarks> find_fresh_landmarks(const std::filesystem::path& video, 
     all.insert(all.end(), found.begin(), found.end());
     for (const auto& [i, grey] : batch) fitted.push_back(projected[i]);
     batch.clear();
-    progress.report(wanted.empty() ? 1 : double(all.size()) / double(wanted.size()), "landmarks anew");
+    progress.report(wanted.empty() ? 1 : double(all.size()) / double(wanted.size()), "fresh landmarks");
   }
   return compare_fresh(all, fitted);
 }
