@@ -33,7 +33,7 @@ constexpr double kMatteFrame_s = 0.02, kMatteMegapixel_s = 0.08;
 constexpr double kMovingFrame_s = 0.5;  // more for align, if COLMAP has to find the path of the camera
 constexpr double kTrainOpening_s = 4;   // reading pictures, making lattices, writing the avatar
 constexpr double kStep_s = 0.16;        // of training by steps instead of a budget
-constexpr int kMeasuredThreads = 2, kMostThreads = 8;  // more gain little: one thread reads the clip
+constexpr int kMeasuredThreads = 2, kMaxThreads = 8;  // more gain little: one thread reads the clip
 
 // A PNG of a filmed face takes 0.6 (a calm wall) to 1.6 (leaves, noise) bytes per pixel, a matte a twentieth.
 constexpr double kFrameByte = 1.7, kMaskByte = 0.06;
@@ -75,7 +75,7 @@ BuildForecast forecast_build(const VideoInfo& clip, const ProjectOptions& option
                picture = double(inputs.import.choices.size) * inputs.import.choices.size;
   const double trained = std::min((1 - import.held_out_share) * frames, double(import.max_frames)),
                kept = trained + import.held_out_share * frames;
-  const double slower = double(kMeasuredThreads) / std::clamp(threads, 1, kMostThreads);
+  const double slower = double(kMeasuredThreads) / std::clamp(threads, 1, kMaxThreads);
   const auto seconds = [&](Stage stage) -> double& { return forecast.seconds[std::size_t(stage)]; };
   seconds(Stage::import) = slower * frames * (kImportFrame_s + kImportMegapixel_s * source);
   seconds(Stage::align) = slower * frames * (kAlignFrame_s + kAlignMegapixel_s * source);

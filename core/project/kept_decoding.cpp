@@ -24,13 +24,13 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr std::uint64_t kMostKept = std::uint64_t(2) << 30;  // bytes, of one clip
-constexpr std::uint64_t kShareOfDisk = 4;                    // a quarter of what is free, at most
+constexpr std::uint64_t kMaxKept = std::uint64_t(2) << 30;  // bytes, of one clip
+constexpr std::uint64_t kShareOfDisk = 4;                   // a quarter of what is free, at most
 
 std::uint64_t room_for_kept(const fs::path& folder) {
   std::error_code failure;
   const fs::space_info space = fs::space(folder, failure);
-  return failure ? 0 : std::min<std::uint64_t>(kMostKept, space.available / kShareOfDisk);
+  return failure ? 0 : std::min<std::uint64_t>(kMaxKept, space.available / kShareOfDisk);
 }
 
 bool is_folder(const fs::path& video) {

@@ -13,7 +13,7 @@ namespace likeness {
 namespace {
 
 constexpr std::string_view kNone = "none";
-constexpr int kMostFrames = 1'000'000;
+constexpr int kMaxFrames = 1'000'000;
 
 // "12,40-60" -> 12 to 12 and 40 to 60; empty if the words are not such a list.
 std::vector<RefitSpan> spans_in(std::string_view words) {
@@ -22,7 +22,7 @@ std::vector<RefitSpan> spans_in(std::string_view words) {
   const auto number = [&](int& value) {
     const auto [rest, failure] = std::from_chars(at, end, value);
     at = rest;
-    return failure == std::errc{} && value >= 0 && value < kMostFrames;
+    return failure == std::errc{} && value >= 0 && value < kMaxFrames;
   };
   while (at != end) {
     RefitSpan span;

@@ -126,9 +126,9 @@ Error refusal(std::string what) { return {ErrorCode::bad_input, std::move(what),
 
 // As the file has it, cut to a length that a message can hold.
 std::string shown(const json& value) {
-  constexpr std::size_t kMost = 60;
+  constexpr std::size_t kMaxLength = 60;
   const std::string text = json_text(value);
-  return text.size() <= kMost ? text : text.substr(0, kMost) + "...";
+  return text.size() <= kMaxLength ? text : text.substr(0, kMaxLength) + "...";
 }
 
 }  // namespace

@@ -15,7 +15,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::size_t kFewestFrames = 10;
+constexpr std::size_t kMinFrames = 10;
 constexpr double kHardlyExplained = 0.2;  // of the maps' variance: less is worth a warning
 
 using RowMajor = Eigen::Matrix<float, -1, -1, Eigen::RowMajor>;
@@ -62,12 +62,12 @@ Result<ProjectDetail> learn_project_detail(const fs::path& maps, const Capture& 
     ++trained;
     if (given) frames.push_back({frame.frame, std::move(map->height), tracked->pose.articulation});
   }
-  if (frames.size() < kFewestFrames)
+  if (frames.size() < kMinFrames)
     return Error{
         ErrorCode::bad_input,
         fmt::format("Of the {} maps in {} {} are of frames of this clip and {} of tracked training "
                     "frames; {} of these are needed.",
-                    read->size(), maps.string(), known, frames.size(), kFewestFrames),
+                    read->size(), maps.string(), known, frames.size(), kMinFrames),
         "Name the files by the frames' numbers in the clip, which start at 0, and give more of them.",
         maps.string()};
   LearntDetail learnt = learn_detail(frames);

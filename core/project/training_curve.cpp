@@ -17,7 +17,7 @@ using nlohmann::json;
 namespace {
 
 constexpr int kCurveVersion = 1;
-constexpr std::size_t kMostPoints = 1000;
+constexpr std::size_t kMaxPoints = 1000;
 
 // Drops every second point, but never the newest.
 void thin(std::vector<TrainStatus>& points) {
@@ -37,7 +37,7 @@ void add_point(TrainingCurve& curve, const TrainStatus& point) {
   if (curve.training.empty()) curve.held_out.clear();
   std::erase_if(curve.held_out, [&](const HeldOutScore& s) { return s.training_s > point.seconds + 60; });
   curve.training.push_back(point);
-  if (curve.training.size() > kMostPoints) thin(curve.training);
+  if (curve.training.size() > kMaxPoints) thin(curve.training);
 }
 
 void add_score(TrainingCurve& curve, const HeldOutScore& score) {

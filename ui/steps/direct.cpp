@@ -18,7 +18,7 @@ namespace {
 constexpr float kDegreesAPixel = 0.35f, kPlateFade_deg = 8;
 constexpr float kRounding = 6;         // px, of the view's corners
 constexpr float kNothingSeen = 0.02f;  // of a preset: less counts as not shown by the clip
-constexpr float kMostCovered = 0.2f;   // of the picture's height, by the note on it
+constexpr float kMaxCovered = 0.2f;    // of the picture's height, by the note on it
 constexpr const char* kBeyondInShort = "Beyond what the clip showed.";
 constexpr double kFadeADistance = 40;  // degrees of turn that doubling the distance counts as
 
@@ -91,7 +91,7 @@ void draw_beyond(const BeyondSeen& beyond, const Fitted& place) {
   const float pad = px(10), mark = px(18), left = pad + mark + px(8),
               wrap = std::max(px(40), place.size.x - left - pad);
   ImVec2 size = ImGui::CalcTextSize(words.c_str(), nullptr, false, wrap);
-  if (size.y + 2 * pad > kMostCovered * place.size.y) {
+  if (size.y + 2 * pad > kMaxCovered * place.size.y) {
     const std::string whole = std::exchange(words, shortened(kBeyondInShort, wrap));
     size = ImGui::CalcTextSize(words.c_str());
     const ImVec2 end{place.at.x + place.size.x, place.at.y + place.size.y};

@@ -219,7 +219,7 @@ void draw_item(const ExportItem& item, Requests& requests) {
   const auto width_of = [&](const char* words) {
     return ImGui::CalcTextSize(words).x + 2 * style.FramePadding.x;
   };
-  const char* own = working || state == JobState::none ? "Stop" : "Take off the list";
+  const char* own = working || state == JobState::none ? "Stop" : "Remove from the list";
   const bool again = state == JobState::failed || state == JobState::stopped;
   const float buttons = width_of(own) + (again ? width_of("Try again") + style.ItemSpacing.x : 0),
               line = ImGui::GetTextLineHeight();

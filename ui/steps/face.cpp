@@ -40,7 +40,7 @@ void draw_training_choice(const Snapshot& snapshot, int frame, Requests& request
     faint_text("Refused by the check: it does not train.");
   } else if (is_left_out(snapshot, frame)) {
     body_text("Left out of the training.");
-    if (plain_button("Take it in again", !snapshot.situation.running)) {
+    if (plain_button("Use it again", !snapshot.situation.running)) {
       std::erase(left_out, frame);
       requests.project.left_out = left_out;
     }
@@ -53,7 +53,7 @@ void draw_training_choice(const Snapshot& snapshot, int frame, Requests& request
   }
   if (left_out.size() > 1 && !requests.project.left_out) {
     faint_text(fmt::format("{} frames are left out.", left_out.size()));
-    if (plain_button("Take all in again", !snapshot.situation.running))
+    if (plain_button("Use all again", !snapshot.situation.running))
       requests.project.left_out = std::vector<int>{};
   }
 }
@@ -86,7 +86,7 @@ void draw_refit(const Snapshot& snapshot, const std::optional<RefitSpan>& marked
       body_text(refit_words(*outcome));
     else
       faint_text("To be fitted again by the next run.");
-    if (plain_button("Take the re-fit back", idle)) requests.project.take_back = *done;
+    if (plain_button("Undo the re-fit", idle)) requests.project.take_back = *done;
   }
   if (marked || done != contents.project.options.fit.refits.end()) ImGui::Dummy({0, px(6)});
 }

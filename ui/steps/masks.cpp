@@ -14,8 +14,8 @@ namespace likeness::ui {
 
 namespace {
 
-constexpr int kInkSide = 384;                              // px of the picture of the stroke under the mouse
-constexpr float kLeastShare = 0.004f, kMostShare = 0.15f;  // of the picture's side: the brush's radius
+constexpr int kInkSide = 384;                           // px of the picture of the stroke under the mouse
+constexpr float kMinShare = 0.004f, kMaxShare = 0.15f;  // of the picture's side: the brush's radius
 
 ImU32 ink_of(StrokeMark mark, float alpha = 1) {
   const auto ink = stroke_ink(mark);
@@ -107,7 +107,7 @@ void paint(const Snapshot& snapshot, MaskSight& sight, const Fitted& place, Requ
                   (io.MousePos.y - place.at.y) / std::max(1.f, place.size.y)};
   if (ImGui::IsItemHovered() && io.MouseWheel != 0)
     sight.radius_share =
-        std::clamp(sight.radius_share * std::pow(1.15f, io.MouseWheel), kLeastShare, kMostShare);
+        std::clamp(sight.radius_share * std::pow(1.15f, io.MouseWheel), kMinShare, kMaxShare);
   if (sight.frame != masks.frame || !can_paint(snapshot)) sight.stroke.reset();
   // By the mouse alone: the keyboard points nowhere.
   if (ImGui::IsItemActivated() && ImGui::IsMouseClicked(ImGuiMouseButton_Left) && can_paint(snapshot)) {
@@ -274,9 +274,9 @@ void draw_brushes(const Snapshot& snapshot, MaskSight& sight, Requests& requests
   ImGui::SameLine(0, px(10));
   const float size = float(snapshot.project.contents->capture->size);
   float width_px = 2 * sight.radius_share * size;
-  if (slider("##brush size", &width_px, {2 * kLeastShare * size, 2 * kMostShare * size, 0, 0, 0.06f * size},
+  if (slider("##brush size", &width_px, {2 * kMinShare * size, 2 * kMaxShare * size, 0, 0, 0.06f * size},
              "%.0f px", std::min(px(240), ImGui::GetContentRegionAvail().x)))
-    sight.radius_share = std::clamp(width_px / (2 * size), kLeastShare, kMostShare);
+    sight.radius_share = std::clamp(width_px / (2 * size), kMinShare, kMaxShare);
   if (command_button(Command::undo, snapshot.situation)) requests.ask(Command::undo);
   (void)same_line_if_fits(command_info(Command::redo).words.data());
   if (command_button(Command::redo, snapshot.situation)) requests.ask(Command::redo);

@@ -18,7 +18,7 @@ namespace likeness::ui {
 namespace {
 
 constexpr float kLabels = 142;
-constexpr int kMostRows = 7;  // before they scroll
+constexpr int kMaxRows = 7;  // before they scroll
 
 // Two ascending lists of times as one, each time in it once.
 std::vector<double> merged(const std::vector<double>& a, const std::vector<double>& b) {
@@ -256,7 +256,7 @@ void find_rows(const DirectingView& directing, TimelineSight& sight) {
 }
 
 float timeline_height(const Snapshot& snapshot, float area) {
-  const int rows = 1 + std::min(kMostRows, int(snapshot.direct.directing.performance->channels.size()));
+  const int rows = 1 + std::min(kMaxRows, int(snapshot.direct.directing.performance->channels.size()));
   const float head = ImGui::GetTextLineHeight() + px(14), gap = ImGui::GetStyle().ItemSpacing.y;
   const float least = head + px(kRuler) + px(kRow) + 2 * gap;
   if (snapshot.direct.comparing) return least;  // the timeline is idle meanwhile: the picture takes the room

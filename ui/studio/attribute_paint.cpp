@@ -7,7 +7,7 @@ namespace likeness::ui {
 
 namespace {
 
-constexpr std::size_t kMostPaintChanges = 200;
+constexpr std::size_t kMaxPaintChanges = 200;
 
 }  // namespace
 
@@ -69,7 +69,7 @@ bool AttributePaint::remove(const std::string& name) {
 bool AttributePaint::change(PaintedAttributes after) {
   if (unreadable_) return false;
   history_.resize(present_);
-  if (history_.size() == kMostPaintChanges) history_.erase(history_.begin()), --present_;
+  if (history_.size() == kMaxPaintChanges) history_.erase(history_.begin()), --present_;
   history_.emplace_back(all_, std::make_shared<const PaintedAttributes>(std::move(after)));
   return redo();
 }

@@ -15,7 +15,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr std::size_t kMostEntries = 2000;
+constexpr std::size_t kMaxEntries = 2000;
 
 std::string lower(std::string text) {
   std::ranges::transform(text, text.begin(), [](unsigned char c) { return char(std::tolower(c)); });
@@ -65,7 +65,7 @@ std::vector<FolderEntry> list_folder(const fs::path& folder, Wanted wanted) {
   std::vector<FolderEntry> entries;
   std::error_code failure;
   for (fs::directory_iterator it(folder, fs::directory_options::skip_permission_denied, failure), end;
-       !failure && it != end && entries.size() < kMostEntries; it.increment(failure)) {
+       !failure && it != end && entries.size() < kMaxEntries; it.increment(failure)) {
     std::error_code ignored;
     FolderEntry entry{it->path().filename().string()};
     if (entry.name.starts_with(".")) continue;

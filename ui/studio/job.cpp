@@ -13,8 +13,8 @@ bool is_working(const JobStatus& status) {
 }
 
 double estimate_left(double from, double now, double to, double seconds) {
-  constexpr double kSettled_s = 3, kLeastShare = 0.03;
-  if (seconds < kSettled_s || to <= from || now - from < kLeastShare * (to - from)) return -1;
+  constexpr double kSettled_s = 3, kMinShare = 0.03;
+  if (seconds < kSettled_s || to <= from || now - from < kMinShare * (to - from)) return -1;
   return seconds * (to - now) / (now - from);
 }
 

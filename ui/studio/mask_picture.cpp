@@ -15,7 +15,7 @@ namespace {
 
 using Ink = std::array<std::uint8_t, 3>;
 
-constexpr int kLeastSide = 768;  // px of what is drawn
+constexpr int kMinSide = 768;  // px of what is drawn
 constexpr Ink kTint{38, 66, 190}, kOutline{255, 206, 64};
 constexpr float kTintShare = 0.5f;
 
@@ -72,7 +72,7 @@ Result<MaskSource> read_mask_source(const fs::path& folder, int frame) {
 
 Image8 draw_mask(const MaskSource& source, std::span<const Stroke> strokes, const SquareCrop& crop,
                  MaskLook look, bool attribute) {
-  const int side = std::max(kLeastSide, source.rgb.width);
+  const int side = std::max(kMinSide, source.rgb.width);
   Image8 picture = resize(source.rgb, side, side), alpha = resize(source.alpha, side, side);
   const StrokeCover cover = cover_strokes(strokes, crop, side);
   if (!attribute) apply_strokes(cover, alpha);
@@ -97,7 +97,7 @@ Result<Image8> draw_plate(const fs::path& folder) {
     return Error{ErrorCode::not_found,
                  "There is no background plate: it takes a camera that rests for a second or longer.", "",
                  ""};
-  const int side = std::max(kLeastSide, plate->width);
+  const int side = std::max(kMinSide, plate->width);
   Image8 picture = resize(*plate, side, side);
   const auto known = read_image(folder / "plate_known.png");  // absent: the whole of it was seen
   if (!known || known->channels != 1 || known->width != plate->width) return picture;

@@ -9,7 +9,7 @@ namespace likeness::ui {
 namespace {
 
 // Each change holds its frame's strokes; far more changes than anybody undoes.
-constexpr std::size_t kMostChanges = 200;
+constexpr std::size_t kMaxChanges = 200;
 
 }  // namespace
 
@@ -92,7 +92,7 @@ bool Masks::clear() { return !strokes(frame_)->empty() && change({}); }
 bool Masks::change(Strokes after) {
   if (frame_ < 0 || unreadable_.contains(frame_)) return false;
   history_.resize(present_);
-  if (history_.size() == kMostChanges) history_.erase(history_.begin()), --present_;
+  if (history_.size() == kMaxChanges) history_.erase(history_.begin()), --present_;
   history_.push_back({frame_, strokes(frame_), std::make_shared<const Strokes>(std::move(after))});
   return redo();
 }

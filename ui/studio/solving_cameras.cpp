@@ -12,7 +12,7 @@ namespace likeness::ui {
 namespace {
 
 constexpr double kRadius = 0.5, kFarthestDrawn = 6;
-constexpr double kMost = 0.7, kFarthestReach = 3;  // of the points
+constexpr double kReachQuantile = 0.7, kFarthestReach = 3;  // of the points
 
 // The rotation that turns `up` to y.
 Eigen::Matrix3d upright(const Vec3d& up) { return rotation_between(up, Vec3d::UnitY()); }
@@ -52,7 +52,7 @@ std::shared_ptr<const SolvingCameras> solving_cameras(const ColmapModel& model) 
   }
   distances.clear();
   for (const Vec3d& point : solving->points) distances.push_back(point.norm());
-  solving->reach = std::clamp(quantile(distances, kMost), kRadius, kFarthestReach);
+  solving->reach = std::clamp(quantile(distances, kReachQuantile), kRadius, kFarthestReach);
   return solving;
 }
 

@@ -20,7 +20,7 @@ namespace {
 constexpr int kFirstInner = 17, kNoseTip = 30, kHalfWindow = 4;
 constexpr int kRestWindow = 2;
 constexpr double kStill_px = 0.3, kRestExtent_px = 1.5, kLargestPitch = 20 * std::numbers::pi / 180;
-constexpr std::size_t kMostFresh = 200, kBatch = 16;
+constexpr std::size_t kMaxFresh = 200, kBatch = 16;
 
 TrackRegion inside(const TrackRegion& region, int width, int height) {
   if (region.width <= 0 || region.height <= 0) return {0, 0, width, height};
@@ -150,7 +150,7 @@ Result<FreshLandmarks> find_fresh_landmarks(const std::filesystem::path& video, 
   for (std::size_t i = 0; i < projected.size(); ++i)
     if (projected[i].known && std::abs(projected[i].pitch) < kLargestPitch) chosen.push_back(i);
   std::map<int, std::size_t> wanted;  // by number in the source
-  const std::size_t stride = std::max<std::size_t>(1, (chosen.size() + kMostFresh - 1) / kMostFresh);
+  const std::size_t stride = std::max<std::size_t>(1, (chosen.size() + kMaxFresh - 1) / kMaxFresh);
   for (std::size_t k = 0; k < chosen.size(); k += stride) wanted[track.frames[chosen[k]].frame] = chosen[k];
 
   auto detector = FaceDetector::load(options.predictor);

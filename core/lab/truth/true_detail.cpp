@@ -25,7 +25,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr float kMost = 0.999f * kHighestDetail;  // m; so that rounding does not take a map over the limit
+constexpr float kMaxHeight =
+    0.999f * kHighestDetail;  // m; so that rounding does not take a map over the limit
 
 // NumPy's own format, version 1.0.
 std::string npy_of(const std::vector<float>& values, int side) {
@@ -130,7 +131,7 @@ Result<TrueDetailReport> write_true_detail(const Project& project, const fs::pat
         const auto v = std::size_t(vertices[k]);
         const Vec3f at = turned * posed[v] + shift, out_of = (turned * normals[v]).normalized();
         // The two heads share their topology: there[v] is the true place of the same skin.
-        height[Eigen::Index(v)] = std::clamp(out_of.dot(there[v] - at) / scale, -kMost, kMost);
+        height[Eigen::Index(v)] = std::clamp(out_of.dot(there[v] - at) / scale, -kMaxHeight, kMaxHeight);
       }
     });
     for (std::size_t k = 0; k < vertices.size(); ++k) {
