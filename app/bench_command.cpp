@@ -277,7 +277,7 @@ Result<void> check_arguments(const BenchArguments& a) {
     return Error{ErrorCode::bad_input, "An avatar is driven live on the processor.", "Leave out --backend.",
                  ""};
   if (is_asked_of_the_gpu(a) && (live || is_asked(a.output, "settings")))
-    return Error{ErrorCode::bad_input, "A GPU's field and pictures are measured by themselves.",
+    return Error{ErrorCode::bad_input, "A GPU's field and pictures are measured separately.",
                  "Ask for the other tables in a second call.", ""};
   if (!a.project.empty()) return {};
   for (const std::string& name : a.output.tables)

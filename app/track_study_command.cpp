@@ -176,7 +176,7 @@ int run(const TrackStudyArguments& a) {
   const ThreadLimit limit(a.common.threads);
   const bool is_track = a.clip.extension() == ".json";
   if (is_track && a.marks.empty())
-    return report_failure({ErrorCode::bad_input, "A track by itself has nothing to be compared with.",
+    return report_failure({ErrorCode::bad_input, "A track alone cannot be compared with anything.",
                            "Give what was seen of its clip: --marks MARKS.json", a.clip.string()});
   const auto tables = is_track ? compare_marks(a) : compare_steps(a);
   return tables ? report_tables(a.common, a.output, *tables) : report_failure(tables.error());

@@ -199,7 +199,7 @@ void draw_closing(const Snapshot& snapshot) {
         "Closing stops the work. What is done is kept, and the work continues from there when you open the "
         "project again.");
   if (is_working(snapshot.study.job))
-    body_text("Closing stops the comparison. Finished trainings are kept, and it goes on from there.");
+    body_text("Closing stops the comparison. Finished trainings are kept, and it continues from there.");
   if (recording)
     body_text("Closing ends the recording. What has been recorded is kept: " +
               snapshot.recorder->clip.string());

@@ -101,12 +101,11 @@ std::string fit_text(const Project& project, const FitInputs& inputs) {
     text += " of " + person_content(project.first_clip);
   else if (!identity.empty())
     text += " person " + content_of(identity);
-  // Only where they are given: other projects stay as they are.
+  // Only if maps are given, so that the hashes of other projects stay as they are; the same below.
   if (!displacement.empty() && !is_further(project)) {
     const auto maps = detail_maps_hash(displacement);
     text += fmt::format(" displacement {} {}", kDetailVersion, maps ? *maps : "absent");
   }
-  // Only where there are any: other projects stay as they are.
   if (!refits.empty()) {
     text += fmt::format(" again {}:", kRefitVersion);
     for (const RefitSpan& span : refits) text += fmt::format(" {}-{}", span.first, span.last);
@@ -123,7 +122,7 @@ std::string matte_text(const Project& project, const MatteInputs& inputs) {
       fmt::format("{} {} {} {}", content_of(capture_path(project)), content_of(cameras_path(project)),
                   content_of(track_path(project)), head_model_content(head_model));
   if (!matting_network.empty()) text.append(" ").append(matting_network_hash(matting_network));
-  // Only where somebody painted: projects without strokes stay as they are.
+  // Only if strokes were painted, so that the hashes of other projects stay as they are.
   if (const auto strokes = corrections_hash(project); !strokes.empty())
     text.append(" strokes ").append(strokes);
   return text;
@@ -148,7 +147,7 @@ std::string train_text(const Project& project, const TrainInputs& inputs) {
       "{} {} {} {} {} {} {} {} {} {} {} {}", project.record(Stage::matte).input_hash,
       content_of(track_path(project)), content_of(plate_path(project)), content_of(plate_known_path(project)),
       budget_s, steps, seed, parts.ambient, use_latent, use_occupancy, parts.warp, refine_track);
-  // Only where they are chosen: projects from before these choices stay as they are.
+  // Only if chosen, so that the hashes of projects from before these choices stay as they are.
   if (!parts.expression) text += " static";
   // If no mode was asked for, the choice follows from the inputs above.
   if (mode == kDefaultMode) text += " asked";

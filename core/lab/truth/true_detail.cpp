@@ -25,8 +25,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr float kMaxHeight =
-    0.999f * kHighestDetail;  // m; so that rounding does not take a map over the limit
+constexpr float kMaxHeight = 0.999f * kHighestDetail;  // m; rounding must not take a map over the limit
 
 // NumPy's own format, version 1.0.
 std::string npy_of(const std::vector<float>& values, int side) {
