@@ -1,4 +1,4 @@
-// likeness attribute: what no expression carries, painted on a few frames; listed, taken back, and looked at
+// likeness attribute: what no expression carries, painted on a few frames; also listed, removed, and reported
 // frame by frame.
 #include <filesystem>
 #include <memory>
@@ -36,7 +36,7 @@ int done(const AttributeArguments& a, const std::string& words) {
   return kExitDone;
 }
 
-// What --region or --box says; empty without either.
+// The strokes that --region or --box gives; empty without either.
 Result<Strokes> region_of(const AttributeArguments& a, const Project& project) {
   const auto capture = read_capture(capture_path(project));
   if (!capture) return capture.error();
@@ -115,7 +115,7 @@ int remove(const AttributeArguments& a) {
               fmt::format("See what there is: likeness attribute list {}", a.project.string()), ""});
   if (const auto saved = save_project_attributes(*project, *attributes); !saved)
     return report_failure(saved.error());
-  return done(a, fmt::format("'{}' was taken back.", a.name));
+  return done(a, fmt::format("'{}' was removed.", a.name));
 }
 
 int list(const AttributeArguments& a) {
@@ -211,7 +211,7 @@ void add_attribute_command(CLI::App& program, int& exit_code) {
 
   CLI::App* add_verb = verb->add_subcommand("add", "Say how much of it a frame shows, and where");
   add_project(add_verb);
-  add_verb->add_option("name", a->name, "Its name, as the slider's")->required();
+  add_verb->add_option("name", a->name, "The attribute's name, which the slider gets")->required();
   add_verb->add_option("--frame", a->frame, "Number of the frame in the clip")
       ->required()
       ->check(CLI::NonNegativeNumber);
@@ -227,7 +227,7 @@ void add_attribute_command(CLI::App& program, int& exit_code) {
   add_common_options(*add_verb, a->common);
   add_verb->callback([a, &exit_code] { exit_code = add(*a); });
 
-  CLI::App* remove_verb = verb->add_subcommand("remove", "Take it back, on one frame or altogether");
+  CLI::App* remove_verb = verb->add_subcommand("remove", "Remove it, on one frame or altogether");
   add_project(remove_verb);
   remove_verb->add_option("name", a->name, "Its name")->required();
   remove_verb->add_option("--frame", a->frame, "Only this frame")->check(CLI::NonNegativeNumber);

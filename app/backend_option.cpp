@@ -14,10 +14,9 @@ namespace likeness::app {
 void add_common_options_with_cuda(CLI::App& verb, CommonOptions& options) {
   add_common_options(verb, options);
   verb.remove_option(verb.get_option("--backend"));
-  verb.add_option(
-          "--backend", options.backend,
-          "Where to compute: cpu, cuda (an NVIDIA GPU), or auto: the GPU where it can be used, and the "
-          "processor where it cannot or fails")
+  verb.add_option("--backend", options.backend,
+                  "Where to compute: cpu, cuda (an NVIDIA GPU), or auto: the GPU if it can be used, "
+                  "otherwise or if it fails the processor")
       ->check(CLI::IsMember({"cpu", "cuda", "auto"}));
 }
 
@@ -25,7 +24,7 @@ void add_precision_option(CLI::App& verb, FieldPrecision& precision) {
   const std::map<std::string, FieldPrecision> names{{"single", FieldPrecision::exact},
                                                     {"bf16", FieldPrecision::bf16}};
   verb.add_option("--precision", precision,
-                  "Numbers that training multiplies: bf16 (the default), where the processor or GPU can, or "
+                  "Numbers that training multiplies: bf16 (the default), if the processor or GPU can, or "
                   "single")
       ->transform(CLI::CheckedTransformer(names));
 }

@@ -1,5 +1,5 @@
-// likeness bench: how fast the field's kernels are, beside what the machine can do and how exact they are; of
-// a project, what its pictures and its training cost, setting by setting, and how soon it is driven live.
+// likeness bench: how fast the field's kernels are, compared with what the machine can do, and how exact; for
+// a project, what its pictures and its training cost, setting by setting, and how soon a live drive shows.
 #include <algorithm>
 #include <filesystem>
 #include <memory>
@@ -49,7 +49,7 @@ struct FullReport {
 double gather_mps(const Ceilings& c) { return 1e-6 / gather_seconds(c, kFieldTable); }
 double rmw_mps(const Ceilings& c) { return 1e-6 / read_modify_write_seconds(c, kFieldTable); }
 
-// Why the figures should not be quoted; empty when nothing speaks against it.
+// Why the figures should not be quoted; empty: they can be.
 std::string doubt(const BenchReport& report) {
   if (report.processor_share < kQuiet)
     return fmt::format("Other programs use this machine: a busy thread got {:.0f} % of a processor.",
@@ -99,7 +99,7 @@ nlohmann::json by_threads(const BenchReport& report, FieldPrecision precision, P
   return values;
 }
 
-// What there is of each precision: speeds of the largest batch by threads, and errors.
+// For one precision: speeds of the largest batch by threads, and errors.
 nlohmann::json precision_json(const BenchReport& report, FieldPrecision precision, const FieldError& e) {
   const auto figures = [&](PassSpeed StepSpeed::*pass, double PassSpeed::*figure) {
     return by_threads(report, precision, pass, figure);
@@ -247,7 +247,7 @@ std::vector<Table> bench_tables(const FullReport& full) {
 
 // -- Measuring
 
-// Of a GPU, whose batches are larger.
+// Measures a GPU, whose batches are larger.
 int run_cuda(const BenchArguments& arguments, bool batches_given) {
   DeviceBenchOptions options;
   if (batches_given) options.batches = arguments.options.batches;
@@ -269,14 +269,15 @@ bool is_asked_of_the_gpu(const BenchArguments& a) {
 Result<void> check_arguments(const BenchArguments& a) {
   const bool live = is_asked(a.output, "live");
   if (live == a.clip.empty())
-    return Error{ErrorCode::bad_input,
-                 live ? "Nothing says which clip drives the avatar." : "The clip drives an avatar live.",
-                 "likeness bench PROJECT --tables live --clip CLIP", ""};
+    return Error{
+        ErrorCode::bad_input,
+        live ? "No clip is given to drive the avatar." : "A clip is only for driving an avatar live.",
+        "likeness bench PROJECT --tables live --clip CLIP", ""};
   if (live && a.common.backend == "cuda")
     return Error{ErrorCode::bad_input, "An avatar is driven live on the processor.", "Leave out --backend.",
                  ""};
   if (is_asked_of_the_gpu(a) && (live || is_asked(a.output, "settings")))
-    return Error{ErrorCode::bad_input, "A GPU's field and pictures are measured by themselves.",
+    return Error{ErrorCode::bad_input, "A GPU's field and pictures are measured separately.",
                  "Ask for the other tables in a second call.", ""};
   if (!a.project.empty()) return {};
   for (const std::string& name : a.output.tables)
@@ -288,7 +289,7 @@ Result<void> check_arguments(const BenchArguments& a) {
 
 Result<FullReport> measure(const BenchArguments& a, int all) {
   const std::vector<std::string>& tables = a.output.tables;
-  std::optional<Project> project;  // a wrong folder is said before minutes are spent
+  std::optional<Project> project;  // opened first: a wrong folder is reported before minutes are spent
   if (!a.project.empty()) {
     auto opened = open_project(a.project);
     if (!opened) return opened.error();
@@ -338,7 +339,8 @@ int run(BenchArguments arguments) {
   return report_tables(arguments.common, arguments.output, bench_tables(*report), &json);
 }
 
-// The field; of a project its pictures and its training, too; of a clip alone that it drives.
+// The default tables: the field; with a project its pictures and training, too; with a clip live driving
+// only.
 void choose_tables(BenchArguments& a) {
   if (!a.output.tables.empty()) return;
   if (!a.clip.empty())
@@ -355,7 +357,7 @@ void add_bench_command(CLI::App& program, int& exit_code) {
   auto a = std::make_shared<BenchArguments>();
   CLI::App* verb = program.add_subcommand(
       "bench",
-      "How fast the field's kernels are, beside what the machine can do and how exact they are; and what a "
+      "How fast the field's kernels are, compared with what the machine can do, and how exact; and what a "
       "project's pictures cost");
   verb->add_option("project", a->project,
                    "A project with an avatar: its pictures and its training are measured, too; not changed");

@@ -48,7 +48,7 @@ Result<Table> settings_table(const Project& project, int frames, std::shared_ptr
                    {"psnr_head_db", "head"},
                    {"psnr_face_db", "face"},
                    {"to_final_db", "to final", 1},
-                   {"samples_per_ray", "samples a ray", 1},
+                   {"samples_per_ray", "samples per ray", 1},
                    {"milliseconds", "ms", 1},
                    {"processor_milliseconds", "work, ms", 1},
                    {"frames_per_second", "pictures/s"}};
@@ -57,7 +57,7 @@ Result<Table> settings_table(const Project& project, int frames, std::shared_ptr
     table.columns.push_back({key, ""});
   for (const RenderRow& row : study->rows) table.rows.push_back(setting_cells(row));
   table.notes = {
-      fmt::format("ms of a picture, work ms of all threads; pictures/s with the pose, which takes {:.1f} ms",
+      fmt::format("ms per picture, work: ms of all threads; pictures/s with the pose, which takes {:.1f} ms",
                   study->pose_milliseconds)};
   return table;
 }

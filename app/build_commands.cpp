@@ -50,7 +50,7 @@ Result<void> check_identity(const ProjectOptions& options) {
   return person ? Result<void>() : Result<void>(person.error());
 }
 
-// The same of detail maps.
+// The same for detail maps.
 Result<void> check_displacement(const ProjectOptions& options) {
   if (options.fit.displacement.empty()) return {};
   const auto model = project_head_model(options);
@@ -144,7 +144,7 @@ int run(Project& project, Stage last, const CommonOptions& common, const ChosenB
   return kExitDone;
 }
 
-// Whether this is the project's clip, perhaps moved or copied since: what was decided of it still holds.
+// Whether this is the project's clip, perhaps moved or copied since: then what was chosen for it still holds.
 bool is_clip_of(const Project& project, const fs::path& video) {
   std::error_code other;
   if (fs::equivalent(project.options.shared.video, video, other)) return true;
@@ -179,7 +179,7 @@ int run_new(const BuildArguments& arguments, Stage last, const CLI::App& verb) {
   return code;
 }
 
-// What the new choices name must fit the project before anything is changed.
+// Checks that what the new choices name fits the project, before anything is changed.
 Result<void> check_given(const CLI::App& verb, const Project& before, const ProjectOptions& options) {
   const auto given = [&](const char* key) { return is_given(verb, key); };
   if (given("identity") || given("head_model"))
@@ -204,12 +204,13 @@ int run_existing(const BuildArguments& arguments, Stage last, const CLI::App& ve
     return report_failure(applied.error());
   if (const auto fine = check_given(verb, *opened, options); !fine) return report_failure(fine.error());
   const bool refits = is_given(verb, "refits");
-  if (refits) last = Stage::fit;  // seconds; what follows is for the next train
+  if (refits) last = Stage::fit;  // takes seconds; later stages are left to the next train
   const auto backend = chosen_backend(arguments.common, arguments.precision);
   if (!backend) return report_failure(backend.error());
   auto project = open_or_create_project(arguments.input, options);
   if (!project) return report_failure(project.error());
-  // The window's "finish now" was for the avatar that it made; one of other inputs gets all of the budget.
+  // "Finish with what is learnt" shortened the budget of one avatar; a training with other inputs gets all of
+  // it.
   if (project->options.train.full_budget_s > 0 && !is_current(*project, Stage::train)) {
     restore_budget(options);
     project = open_or_create_project(arguments.input, options);
@@ -220,8 +221,7 @@ int run_existing(const BuildArguments& arguments, Stage last, const CLI::App& ve
   if (code == kExitDone && nothing_new && !arguments.common.json)
     fmt::print(stderr, "Nothing to do: {}\n", project->record(Stage::fit).message);
   else if (code == kExitDone && refits && !arguments.common.json)
-    fmt::print(stderr, "Masks and avatar are made from it by the next: likeness train {}\n",
-               project->folder.string());
+    fmt::print(stderr, "To make masks and avatar from it: likeness train {}\n", project->folder.string());
   return code;
 }
 
@@ -232,7 +232,7 @@ int run_align_photos(const BuildArguments& arguments) {
   const fs::path work = fs::path(arguments.out).concat(".colmap");
   const auto start = std::chrono::steady_clock::now();
   const ProgressLine line(arguments.common);
-  // Photographs may show a person or not: what the face detector finds is masked.
+  // Photographs may or may not show a person: what the face detector finds is masked.
   const auto person = coarse_person_mask(arguments.given.options.shared.landmark_model, Pictures::single);
   if (!person) return report_failure(person.error());
   const auto aligned =
@@ -268,7 +268,7 @@ void add_build_commands(CLI::App& program, int& exit_code) {
   add_project_options(*build, &OptionVerbs::build, a->given);
   add_precision_option(*build, a->precision);
   add_common_options_with_cuda(*build, a->common);
-  build->add_flag("--forecast", a->forecast, "Only say what the build will take of disk, memory and minutes");
+  build->add_flag("--forecast", a->forecast, "Only say how much time, disk and memory the build will take");
   build->callback([a, build, &exit_code] {
     exit_code = a->forecast ? run_forecast(*a) : run_new(*a, Stage::train, *build);
   });

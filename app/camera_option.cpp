@@ -36,7 +36,7 @@ Result<std::vector<Camera>> film_cameras(const CameraOptions& options, const Ope
     return Error{ErrorCode::bad_input, "The cameras to follow differ in picture size.",
                  "Give every camera of the file the same width and height.", options.camera};
   }
-  if (set->scale == CameraScale::arbitrary) {  // the project's own solve: the track knows its metre
+  if (set->scale == CameraScale::arbitrary) {  // the project's own solve, whose scale is in the track
     const auto track = read_track(track_path(opened.project));
     if (!track) return track.error();
     for (Camera& camera : set->cameras) camera.cam_from_world.translation() *= track->metres_per_unit;

@@ -59,13 +59,12 @@ Table cameras_table(const std::vector<CameraRow>& rows) {
     table.notes.push_back(fmt::format("{}: {}", row.masks, row.outcome));
   }
   table.notes.push_back(
-      "median and worst camera after one similarity; position of the path's extent; shared: the turn that "
-      "all\n"
-      "cameras have in common, own: the median without it");
+      "median and worst camera after one similarity; position in % of the path's extent; shared: the turn\n"
+      "that all cameras have in common, own: the median without it");
   return table;
 }
 
-// A folder of its own, removed when the study ends.
+// A temporary folder, removed when the study ends.
 class WorkFolder {
  public:
   WorkFolder() {

@@ -1,4 +1,4 @@
-// likeness relink: a project's clip at its new place. likeness repair: a damaged project.json made anew.
+// likeness relink: a project's clip at its new place. likeness repair: a damaged project.json made again.
 // likeness delete: everything made of a person.
 #include <memory>
 
@@ -42,7 +42,7 @@ int run_repair(const CareArguments& arguments) {
     fmt::print(stderr, "The project is whole: nothing was changed.\n");
   } else {
     fmt::print(stderr,
-               "The project is repaired. Its clip: {}.\nOther choices are the usual ones again: look through "
+               "The project is repaired. Its clip: {}.\nOther choices are the defaults again: look through "
                "them before the next run.\n",
                project->options.shared.video.empty() ? "not known; name it with likeness relink"
                                                      : project->options.shared.video.string());
@@ -83,7 +83,7 @@ void add_care_commands(CLI::App& program, int& exit_code) {
   relink->callback([a, &exit_code] { exit_code = run_relink(*a); });
 
   CLI::App* repair = program.add_subcommand(
-      "repair", "Make a project's damaged project.json anew from what is in its folder");
+      "repair", "Make a project's damaged project.json again from what is in its folder");
   repair->add_option("project", a->project, "Project folder")->required();
   add_common_options(*repair, a->common);
   repair->callback([a, &exit_code] { exit_code = run_repair(*a); });

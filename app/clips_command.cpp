@@ -1,4 +1,4 @@
-// likeness clips: the clips of a project, and further ones of the same person added and taken out.
+// likeness clips: lists the clips of a project; adds and removes further ones of the same person.
 #include <filesystem>
 #include <memory>
 #include <optional>
@@ -21,7 +21,7 @@ struct ClipsArguments {
   std::optional<int> remove;
 };
 
-// What a further clip has come to.
+// What became of a further clip.
 std::string state_words(const Project& clip) {
   if (clip.record(Stage::matte).state == StageState::done) return clip.record(Stage::fit).message;
   for (const Stage stage : kStages)
@@ -62,8 +62,7 @@ int run_clips(const ClipsArguments& arguments) {
     fmt::print("{:>3}  {}  {}\n", clip.at("number").get<int>(), clip.at("video").get<std::string>(),
                clip.at("message").get<std::string>());
   if (arguments.remove || !arguments.add.empty())
-    fmt::print(stderr, "The avatar is made from them by the next: likeness train {}\n",
-               project->folder.string());
+    fmt::print(stderr, "To make the avatar from these clips: likeness train {}\n", project->folder.string());
   return kExitDone;
 }
 
@@ -72,11 +71,11 @@ int run_clips(const ClipsArguments& arguments) {
 void add_clips_command(CLI::App& program, int& exit_code) {
   auto a = std::make_shared<ClipsArguments>();
   CLI::App* clips = program.add_subcommand(
-      "clips", "The clips of a project; further ones of the same person teach what the first did not show");
+      "clips", "The clips of a project; further ones of the same person show what the first did not");
   clips->add_option("project", a->project, "Project folder")->required();
   CLI::Option* add = clips->add_option("--add", a->add, "Another clip of the same person");
   clips->add_flag("--resting-camera", a->resting_camera, "The camera of the added clip rests")->needs(add);
-  clips->add_option("--remove", a->remove, "Take out the clip of this number, and what was made of it")
+  clips->add_option("--remove", a->remove, "Remove the clip with this number, and what was made of it")
       ->check(CLI::Range(kFirstFurtherClip, 1'000'000));
   add_common_options(*clips, a->common);
   clips->callback([a, &exit_code] { exit_code = run_clips(*a); });

@@ -1,5 +1,5 @@
-// likeness demo: write the built-in capture with its ground truth, or the detail maps that are true for it;
-// or list who can play in it.
+// likeness demo: write the built-in capture with its ground truth, or its true detail maps; or list the
+// people and lights it can have.
 #include <memory>
 #include <optional>
 
@@ -40,7 +40,7 @@ int list_cast(bool json) {
   return kExitDone;
 }
 
-// The detail maps that a perfect estimator would give for a demo that is there, for fit --displacement.
+// The detail maps that a perfect estimator would give for an existing demo, for fit --displacement.
 int write_maps(const DemoArguments& a) {
   const auto project = open_project(a.displacement);
   if (!project) return report_failure(project.error());
@@ -55,7 +55,7 @@ int write_maps(const DemoArguments& a) {
   if (a.common.json)
     print_json({{"frames", r.frames}, {"rms_mm", r.rms_mm}, {"varying_mm", r.varying_mm}});
   else
-    fmt::print("{} maps; the true face lies {:.2f} mm rms off the tracked one, {:.2f} of it come and go\n",
+    fmt::print("{} maps; the true face lies {:.2f} mm rms off the tracked one, {:.2f} of it varying\n",
                r.frames, r.rms_mm, r.varying_mm);
   return kExitDone;
 }
@@ -97,7 +97,7 @@ void add_demo_command(CLI::App& program, int& exit_code) {
                  "The head turns already while the camera moves, as nobody should film");
   verb->add_flag("--habit", a->options.habit,
                  "Now and then the person puffs one cheek, which no expression of a head model carries");
-  verb->add_option("--samples", a->options.samples_per_pixel, "Rays a pixel")->check(CLI::Range(1, 64));
+  verb->add_option("--samples", a->options.samples_per_pixel, "Rays per pixel")->check(CLI::Range(1, 64));
   CLI::Option* maps = verb->add_option(
       "--displacement", a->displacement,
       "A project fitted to the demo in the folder: writes its true detail maps, for fit --displacement");

@@ -54,7 +54,7 @@ std::vector<Table> device_tables(const DeviceBenchReport& report) {
                   {"milliseconds", "ms"},
                   {"fraction_of_floor", "of floor", 3},
                   {"rays_by_processor_milliseconds", "with the processor's rays, ms"},
-                  {"look_milliseconds", "a look into all cells, ms"}};
+                  {"look_milliseconds", "an update of all cells, ms"}};
   step.rows = {{double(s.rays), double(s.samples), 1e3 * s.seconds, s.fraction_of_floor,
                 1e3 * s.rays_by_processor_seconds, 1e3 * s.look_seconds}};
   return {std::move(passes), std::move(errors), std::move(frames), std::move(step)};

@@ -22,7 +22,7 @@ namespace {
 struct Finding {
   std::string part;
   bool ok = false;
-  bool needed = true;  // a missing optional part is no failure
+  bool needed = true;  // a missing optional part is not a failure
   std::string found, remedy;
 };
 

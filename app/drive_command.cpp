@@ -110,8 +110,7 @@ int run(DriveArguments& a) {
   fmt::print(stderr, "Wrote {} ({} frames, {}).\n", a.film.out.string(), done.frames,
              done.sound.copied ? "with the clip's sound" : "without sound: " + done.sound.why_not);
   if (done.bridged > 0)
-    fmt::print(stderr,
-               "In {} frames the driver's face was lost; the avatar moves on between its neighbours.\n",
+    fmt::print(stderr, "In {} frames the driver's face was lost; the motion is interpolated there.\n",
                done.bridged);
   return kExitDone;
 }
@@ -131,9 +130,9 @@ void add_drive_command(CLI::App& program, int& exit_code) {
   verb->add_option("--attribute", a->attributes,
                    "NAME=AMOUNT: a painted attribute held at this throughout; may be repeated");
   add_quality_option(*verb, a->film.quality);
-  verb->add_flag("--unclamped", a->unclamped, "Also what the avatar's capture never showed");
+  verb->add_flag("--unclamped", a->unclamped, "Go beyond what the avatar's capture showed");
   CLI::Option* keep =
-      verb->add_flag("--keep-head", a->keep_head, "Only the face moves, the head stays as it typically is");
+      verb->add_flag("--keep-head", a->keep_head, "Only the face moves, the head keeps its typical pose");
   add_pose_option(*verb, a->pose_deg, "The same with the head turned by yaw,pitch,roll degrees");
   verb->get_option("--pose")->excludes(keep);
   add_camera_options(*verb, a->camera);
@@ -147,8 +146,8 @@ void add_drive_command(CLI::App& program, int& exit_code) {
       ->check(CLI::Range(16, 8192));
   verb->add_flag("--side-by-side", a->side_by_side, "The driver on the left, the avatar on the right");
   verb->add_option("--background", a->film.background,
-                   "plate, room (as a moving camera taught it), a colour such as #e8e8e8, or a picture");
-  verb->add_flag("--mark", a->film.mark, "A visible line in each picture that says it is synthetic");
+                   "plate, room (learnt from a moving camera), a colour such as #e8e8e8, or a picture");
+  verb->add_flag("--mark", a->film.mark, "A visible line in each picture saying that it is synthetic");
   verb->add_flag("--alpha", a->film.alpha, "Transparent background (PNG only)");
   add_common_options_with_cuda(*verb, a->common);
   verb->callback([a, &exit_code] { exit_code = run(*a); });

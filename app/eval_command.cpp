@@ -109,14 +109,14 @@ int run(const EvalArguments& arguments) {
              e.psnr_person_db, e.psnr_head_db, e.psnr_face_db);
   if (e.refit)
     fmt::print(
-        "with {} numbers a frame fitted to the frozen field (an oracle): full {}  head {:.2f}  face {:.2f} "
+        "with {} numbers per frame fitted to the frozen field (an oracle): full {}  head {:.2f}  face {:.2f} "
         "dB\n",
         e.refit->free_numbers_per_frame, decibel(e.refit->psnr_db), e.refit->psnr_head_db,
         e.refit->psnr_face_db);
   if (e.ssim) fmt::print("SSIM {:.4f}  GMSD {:.4f}\n", *e.ssim, *e.gmsd);
   if (e.lpips) fmt::print("LPIPS {:.4f}, by {}\n", *e.lpips, options.lpips.filename().string());
   fmt::print(
-      "landmarks off by {:.2f} px (mouth {:.2f}, eyes {:.2f})  {:.1f} frames/s at {:.1f} samples a ray\n",
+      "landmarks off by {:.2f} px (mouth {:.2f}, eyes {:.2f})  {:.1f} frames/s at {:.1f} samples per ray\n",
       e.landmarks_px.inner, e.landmarks_px.mouth, e.landmarks_px.eyes, e.render_fps, e.samples_per_ray);
   return kExitDone;
 }

@@ -36,7 +36,7 @@ likeness::app::ManualText manual_text() {
       .see_also = {"likeness-studio(1)"}};
 }
 
-// --parse-only by itself: command lines from standard input, their words parted by tabs. Prints those that
+// --parse-only by itself: command lines from standard input, their words separated by tabs. Prints those that
 // are not understood, and why.
 int judge_command_lines(CLI::App& program) {
   int exit_code = likeness::app::kExitDone;
@@ -64,8 +64,8 @@ int main(int argc, char** argv) {
   program.set_version_flag("--version", LIKENESS_VERSION);
   add_manual_flag(program, manual_text());
   program.require_subcommand(1);
-  // Not listed: ends once the command line is understood, before anything is done. For the commands in the
-  // pages.
+  // Not listed in the help: ends once the command line is understood, before anything is done. With it tests
+  // check the commands in the pages.
   bool parse_only = false;
   program.add_flag("--parse-only", parse_only)->group("");
   program.parse_complete_callback([&parse_only] {
@@ -98,10 +98,9 @@ int main(int argc, char** argv) {
                "There is not enough memory for this.\nClose other programs, or use a smaller --size.\n");
     return kExitFailed;
   } catch (const std::exception& error) {
-    fmt::print(
-        stderr,
-        "Likeness met an error it did not expect: {}\nPlease report it together with the clip's details.\n",
-        error.what());
+    fmt::print(stderr,
+               "Likeness met an unexpected error: {}\nPlease report it together with the clip's details.\n",
+               error.what());
     return kExitFailed;
   }
   return exit_code;

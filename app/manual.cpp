@@ -9,7 +9,7 @@ namespace likeness::app {
 
 namespace {
 
-// Words of ours as roff shows them unchanged: no escapes, no requests at a line's start, and hyphens that can
+// Escapes words so that roff shows them unchanged: no escapes or requests are read from them, and hyphens can
 // be copied into a shell.
 std::string plain(std::string_view words) {
   std::string roff;

@@ -30,7 +30,7 @@ struct AddOption {
       option->check(CLI::Range(low, high) | CLI::Range(0.0, 0.0));
     else
       option->check(
-          CLI::Range(low, std::min(high, std::numeric_limits<double>::max())));  // of -1 it makes 2^64 - 1
+          CLI::Range(low, std::min(high, std::numeric_limits<double>::max())));  // it reads -1 as 2^64 - 1
   }
 
   void operator()(std::filesystem::path& path) const { plain(path); }
@@ -47,7 +47,7 @@ struct AddOption {
     plain(split)->transform(CLI::CheckedTransformer(std::move(names)));
   }
   void operator()(std::optional<FieldMode>& mode) const { add_mode_option(verb, mode); }
-  // Lists are kept with the clip: words, until the project is known.
+  // Lists are kept with the clip: they are read as words, and parsed once the project is known.
   template <class List>
   void operator()(std::vector<List>&) const {}
 };
@@ -62,7 +62,7 @@ void add_project_options(CLI::App& verb, bool OptionVerbs::*takes, GivenOptions&
       continue;
     }
     CLI::Option* words = verb.add_option(row.flag, given.words[row.key], row.help)->allow_extra_args(false);
-    // Spans add up, whatever else is given is given once.
+    // Spans add up; any other list is given once.
     if (!std::holds_alternative<OptionMember<std::vector<RefitSpan>>>(row.member)) words->expected(1);
   }
 }

@@ -37,7 +37,8 @@ int run(const RecordArguments& arguments) {
   auto source = open_webcam(arguments.webcam, kToRecord);
   if (!source) return report_failure(source.error());
   if (!arguments.common.json)
-    fmt::print(stderr, "Recording; Ctrl-C ends it and keeps the clip. Film only people who agreed to it.\n");
+    fmt::print(stderr,
+               "Recording; Ctrl-C ends it and keeps the clip. Film only people who have agreed to it.\n");
   std::optional<Result<Recording>> recording;
   {
     const ProgressLine line(arguments.common);
@@ -53,7 +54,7 @@ int run(const RecordArguments& arguments) {
   if (!*recording) return report_failure(recording->error());
   const Recording& r = **recording;
   if (r.interruption)
-    fmt::print(stderr, "The recording broke off: {} {}\n", r.interruption->what, r.interruption->fix);
+    fmt::print(stderr, "The recording was cut short: {} {}\n", r.interruption->what, r.interruption->fix);
   if (arguments.common.json) {
     print_json({{"video", arguments.clip.string()},
                 {"frames", r.frames},
@@ -75,7 +76,8 @@ void add_record_command(CLI::App& program, int& exit_code) {
   CLI::App* verb = program.add_subcommand("record", "Record a clip from a webcam");
   CLI::Option* clip = verb->add_option("clip", a->clip, "The .mp4 to write");
   CLI::Option* listing = verb->add_flag("--list", a->list, "Name the webcams, record nothing");
-  verb->add_option("--webcam", a->webcam, "Its device, /dev/video0 for instance; default: the first");
+  verb->add_option("--webcam", a->webcam,
+                   "The webcam's device, for instance /dev/video0; default: the first");
   verb->add_option("--seconds", a->options.longest_s, "Longest recording")->check(CLI::Range(1.0, 3600.0));
   add_common_options(*verb, a->common);
   verb->callback([a, clip, listing, &exit_code] {

@@ -127,7 +127,7 @@ FilmOptions film_options(const RenderArguments& arguments) {
   return options;
 }
 
-// What an artist directed, its camera included.
+// A directed performance, its camera included.
 Result<int> render_performance(const RenderArguments& arguments, const OpenedAvatar& opened,
                                const Progress& progress, std::stop_token stop) {
   if (!arguments.expressions.empty() || !arguments.pose_deg.empty() || !arguments.camera.rests() ||
@@ -152,7 +152,7 @@ Result<int> render_film(const RenderArguments& arguments, const Progress& progre
   return write_posed(*opened, *film, film_options(arguments), progress, stop);
 }
 
-// What the sliders are, and how much of each the capture showed.
+// Lists the sliders, and how much of each the capture showed.
 int list_actions(const RenderArguments& arguments) {
   const auto opened = open_avatar(arguments.project);
   if (!opened) return report_failure(opened.error());
@@ -230,13 +230,13 @@ void add_render_command(CLI::App& program, int& exit_code) {
                    "repeated");
   add_pose_option(*verb, a->pose_deg, "Head turn yaw,pitch,roll in degrees");
   verb->add_option("--background", a->background,
-                   "plate, room (as a moving camera taught it), a colour such as #e8e8e8, or a picture");
+                   "plate, room (learnt from a moving camera), a colour such as #e8e8e8, or a picture");
   add_removed_option(*verb, "--drive", "drive PROJECT CLIP --out FILE, with --camera and the rest");
   verb->add_option("--performance", a->performance,
                    "A performance.json: keys of face, head and camera over time");
   add_quality_option(*verb, a->quality);
   verb->add_flag("--alpha", a->alpha, "Transparent background (PNG only)");
-  verb->add_flag("--mark", a->mark, "A visible line in each picture that says it is synthetic");
+  verb->add_flag("--mark", a->mark, "A visible line in each picture saying that it is synthetic");
   verb->add_flag("--list-actions", a->list_actions, "Only list the named actions and what was seen of them");
   add_common_options_with_cuda(*verb, a->common);
   verb->callback([a, &exit_code] {

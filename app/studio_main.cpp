@@ -1,4 +1,4 @@
-// likeness-studio: the window. Exit codes as the command line's: 0 done, 1 failed, 2 usage.
+// likeness-studio: the window. Exit codes as for the command line: 0 done, 1 failed, 2 usage.
 #include <fmt/format.h>
 #include <CLI/CLI.hpp>
 #include <memory>
@@ -17,7 +17,7 @@ likeness::app::ManualText manual_text() {
           .description =
               {"The studio leads in seven steps from a clip to an avatar that can be directed and exported. "
                "Every setting has a value that works; F1 lists the keys.",
-               "It draws with OpenGL 3.3, on a processor where there is no graphics card, and computes as "
+               "It draws with OpenGL 3.3, on the processor if there is no graphics card, and computes as "
                "likeness(1) does: nothing leaves the computer."},
           .exit_codes = {{"0", "The window was closed."},
                          {"1", "Failed: what happened, and what to do, is on standard error."},
@@ -27,7 +27,7 @@ likeness::app::ManualText manual_text() {
           .see_also = {"likeness(1)"}};
 }
 
-// The first device tells whether there is one; each thread that computes opens its own.
+// The device opened here only shows that there is one; each thread that computes opens its own.
 likeness::Result<likeness::ui::ComputePlace> compute_place(const std::string& backend) {
   using namespace likeness;
   ui::ComputePlace place;
@@ -63,7 +63,7 @@ int main(int argc, char** argv) {
   program
       .add_option("--backend", backend,
                   "Where to train and to render what is directed: cpu, cuda (an NVIDIA GPU), or auto: the "
-                  "GPU where it can be used, and the processor where it cannot or fails")
+                  "GPU if it can be used, otherwise or if it fails the processor")
       ->check(CLI::IsMember({"cpu", "cuda", "auto"}));
   try {
     program.parse(argc, argv);

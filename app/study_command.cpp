@@ -1,5 +1,5 @@
-// likeness study PROJECT: what the parts and the papers' models bring, side by side on one capture; and the
-// verbs beneath it.
+// likeness study PROJECT: what the parts and the papers' models bring, side by side on one capture; and its
+// inner verbs.
 #include <algorithm>
 #include <memory>
 #include <optional>
@@ -29,8 +29,7 @@ struct StudyArguments {
   ModelStudyOptions options;
 };
 
-constexpr const char* kAvatarTables[] = {"occupancy",
-                                         "landmarks"};  // of a trained avatar, nothing is trained
+constexpr const char* kAvatarTables[] = {"occupancy", "landmarks"};  // of a trained avatar, without training
 
 std::vector<std::string> all_tables() {
   std::vector<std::string> names;
@@ -65,7 +64,7 @@ void add_ratios(const ModelStudy& study, Table& table) {
   table.notes.push_back(picture);
 }
 
-// What was asked for of tables that train, beside a trained avatar's.
+// Which tables were asked for: those that train, and those of a trained avatar.
 struct AskedTables {
   std::vector<std::string> trained;  // empty: the default ones
   bool any_trained = true;
@@ -80,7 +79,7 @@ AskedTables asked_tables(const TableOptions& output) {
   return asked;
 }
 
-// The models' tables and, in `json`, all that results.json has.
+// The models' tables and, in `json`, all that is in results.json.
 Result<std::vector<Table>> study_models_tables(const StudyArguments& a, const Project& project,
                                                const std::vector<std::string>& tables, nlohmann::json& json,
                                                const Progress& progress) {
@@ -102,7 +101,7 @@ Result<std::vector<Table>> study_models_tables(const StudyArguments& a, const Pr
   for (Table& table : made)
     if (table.name == "time") add_ratios(*study, table);
   made.back().notes.push_back(fmt::format(
-      "{} held-out frames of {} px; training in seconds of processor, pictures a processor second; several "
+      "{} held-out frames of {} px; training in processor seconds, pictures per processor second; several "
       "seeds: mean ± half the range\n{}",
       study->frames.size(), study->size, (a.output.out / "report.html").string()));
   return made;
@@ -161,7 +160,7 @@ void add_model_options(CLI::App& study, StudyArguments& a) {
                                model_names(false), model_names(true)));
   study
       .add_option("--seconds", o.seconds,
-                  "Of processor, all threads together, for each training but those that say otherwise")
+                  "Processor seconds, all threads together, of each training but those that say otherwise")
       ->check(CLI::Range(0.1, 1e6))
       ->capture_default_str();
   study.add_option("--steps", o.steps, "Exact steps of each such model with the grid, instead of seconds");
@@ -202,13 +201,13 @@ void add_study_command(CLI::App& program, int& exit_code) {
   study->add_option("project", a->project, "A project that was tracked and matted: its models side by side")
       ->check(no_removed_study());
   study->add_option("--out", a->output.out,
-                    "Folder for results and report; a second call of the same version goes on there");
+                    "Folder for results and report; a second call of the same version continues there");
   add_tables_option(*study, a->output, all_tables(),
                     "default: models, time, parts. occupancy and landmarks need a trained avatar, and no "
                     "--out");
   add_model_options(*study, *a);
-  CLI::Option* head =
-      study->add_option("--head-model", a->head_model, "Another head model than the project's: tracked anew");
+  CLI::Option* head = study->add_option("--head-model", a->head_model,
+                                        "Another head model than the project's: tracked again");
   study->add_flag("--builtin-head", a->builtin_head, "The built-in head instead of the project's")
       ->excludes(head);
   add_common_options(*study, a->common);

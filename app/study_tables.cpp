@@ -78,20 +78,20 @@ Result<std::vector<Table>> occupancy_tables(const Project& project, const std::o
                                             const Progress& progress, std::stop_token stop) {
   const auto study = study_culling(project, frames.value_or(kCulledFrames), progress, stop);
   if (!study) return study.error();
-  Table table{.name = "occupancy", .title = "What looking empty cells up saves and loses"};
+  Table table{.name = "occupancy", .title = "What the look-up of empty cells saves and loses"};
   table.columns = {{"rays", "rays of"},
                    {"lookup", "look-up"},
-                   {"samples_per_ray", "samples a ray"},
+                   {"samples_per_ray", "samples per ray"},
                    {"dense_lost_percent", "dense lost, %", 3},
                    {"density_lost_percent", "density lost, %", 3},
                    {"light_lost_percent", "light lost, %", 3}};
   add_rows(table, fmt::format("{} held-out frames", study->frames), study->held_out);
   add_rows(table, fmt::format("{} actions, each at full", study->actions), study->acted);
   table.notes = {fmt::format(
-      "The head's samples every {:.1f} mm; dense: over {:g} a cube's side. none: no look-up; trained: the "
-      "avatar's\ncells of the posed head; posed, canonical: learnt from the same looks, of the posed head "
-      "and "
-      "of the canonical\nface by the head model's deformation alone; resting: of the canonical face at rest.",
+      "The head's samples every {:.1f} mm; dense: over {:g} per cube side. none: no look-up; trained: the "
+      "avatar's\ncells of the posed head; posed, canonical: learnt from the same samples, of the posed head "
+      "and of the canonical\nface by the head model's deformation alone; resting: of the canonical face at "
+      "rest.",
       1000 * study->spacing, study->threshold)};
   return std::vector<Table>{std::move(table)};
 }
@@ -104,7 +104,7 @@ Result<std::vector<Table>> landmark_tables(const Project& project, const std::op
   table.columns = {{"part", "part"},
                    {"accepted", "accepted", 0},
                    {"landmarks", "of", 0},
-                   {"made_up", "made up", 3},
+                   {"made_up", "synthetic", 3},
                    {"shifted_truth_map", "truth: map", 3},
                    {"shifted_truth_dlib", "truth: dlib", 3},
                    {"shifted_truth", "truth: both", 3},
@@ -115,7 +115,7 @@ Result<std::vector<Table>> landmark_tables(const Project& project, const std::op
   for (const FacePart& part : kFaceParts) table.rows.push_back(cells_of(*study, part));
   table.notes = {fmt::format(
       "On {} held-out frames: by map or dlib with a known shift, and (both) with each other; last, how many\n"
-      "accepted landmarks reach the limit on shifted renders. Made up: of the maps on training views kept "
+      "accepted landmarks reach the limit on shifted renders. Synthetic: of the maps on training views kept "
       "out.\n"
       "Patches of {} x {} pixels, {} apart; the eyes' outer corners are {:.0f} px apart.",
       study->frames, kPatchSide, kPatchSide, study->stride, study->interocular_px)};

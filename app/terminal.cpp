@@ -26,7 +26,7 @@ using Clock = std::chrono::steady_clock;
 int signal_pipe[2] = {-1, -1};
 
 extern "C" void on_signal(int number) {
-  // Async-signal-safe: hand over to the waiting thread; a second signal falls to the default action.
+  // Async-signal-safe: wakes the waiting thread; a second signal takes the default action.
   ::signal(number, SIG_DFL);
   const char byte = 1;
   [[maybe_unused]] const auto written = ::write(signal_pipe[1], &byte, 1);
@@ -62,7 +62,7 @@ void add_common_options(CLI::App& verb, CommonOptions& options) {
     return value == "cpu"
                ? std::string()
                : "this verb computes on the processor (cpu); build, train, render, drive, eval and "
-                 "bench know cuda";
+                 "bench can use cuda";
   };
   verb.add_option("--backend", options.backend, "Where to compute")
       ->check(CLI::Validator(processor_only, "{cpu}"));

@@ -28,7 +28,7 @@ struct TrackArguments {
   ProjectOptions models;  // head and landmark model only
 };
 
-// What the clip's track comes to.
+// The clip's track in figures.
 struct Tally {
   int frames = 0, good = 0, weak = 0, lost = 0;
   double inner_error_px = 0;
@@ -49,7 +49,7 @@ Tally tally(const Track& track) {
   return t;
 }
 
-// Every stage's seconds, wall and processor, and what the landmark and fit stages come to a frame.
+// Every stage's seconds, wall and processor, and the landmark and fit stages' seconds per frame.
 nlohmann::json seconds_json(const std::vector<StageSeconds>& seconds, int frames) {
   nlohmann::json stages = nlohmann::json::object();
   double landmark_fit = 0;
@@ -60,7 +60,7 @@ nlohmann::json seconds_json(const std::vector<StageSeconds>& seconds, int frames
   return {{"stages", stages}, {"landmark_fit_cpu_per_frame", frames > 0 ? landmark_fit / frames : 0.0}};
 }
 
-// The pictures first and the track last: where there is a track.json there is everything that was asked for.
+// The pictures first and the track last: if there is a track.json, everything that was asked for exists.
 Result<void> write_results(const TrackArguments& arguments, const VideoInfo& info, const CameraSet& cameras,
                            const HeadModel& model, const Track& track, const Progress& progress) {
   if (!arguments.overlay.empty()) {

@@ -1,4 +1,4 @@
-// likeness study track: what each step of the tracker brings on a real clip; or a track that is there, beside
+// likeness study track: what each step of the tracker brings on a real clip; or an existing track, beside
 // what was seen in the pictures.
 #include <memory>
 #include <optional>
@@ -97,7 +97,7 @@ std::vector<Table> step_tables(const std::vector<CheckRow>& rows) {
                    {"fresh_landmarks_px", "landmarks, px"},
                    {"fresh_moving_px", "moving, px"},
                    {"fresh_frames", "", 0},
-                   {"still_jitter_px", "tremble, px", 3},
+                   {"still_jitter_px", "jitter, px", 3},
                    {"still_frames", "still frames", 0},
                    {"seconds", "seconds", 1},
                    {"frames_per_second", "frames/s"}};
@@ -176,7 +176,7 @@ int run(const TrackStudyArguments& a) {
   const ThreadLimit limit(a.common.threads);
   const bool is_track = a.clip.extension() == ".json";
   if (is_track && a.marks.empty())
-    return report_failure({ErrorCode::bad_input, "A track by itself has nothing to be compared with.",
+    return report_failure({ErrorCode::bad_input, "A track alone cannot be compared with anything.",
                            "Give what was seen of its clip: --marks MARKS.json", a.clip.string()});
   const auto tables = is_track ? compare_marks(a) : compare_steps(a);
   return tables ? report_tables(a.common, a.output, *tables) : report_failure(tables.error());
@@ -188,14 +188,14 @@ void add_track_study(CLI::App& study, int& exit_code) {
   auto a = std::make_shared<TrackStudyArguments>();
   CLI::App* verb = study.add_subcommand(
       "track", "What each step of the tracker brings, by measurements the track has not seen");
-  verb->add_option("clip", a->clip, "A clip or a project; or with --marks a track.json that is there")
+  verb->add_option("clip", a->clip, "A clip or a project; or with --marks an existing track.json")
       ->required();
   verb->add_option(
       "--steps", a->steps,
       fmt::format("Steps to measure, of: {}; default: all", fmt::join(track_step_names(), ", ")));
   verb->add_option("--tracks", a->tracks, "A folder to keep each step's track in");
   verb->add_option("--marks", a->marks,
-                   "A file of what was seen of mouth and eyes in the clip (core/lab/truth/face_marks.h)");
+                   "A file of how mouth and eyes were seen in the clip (core/lab/truth/face_marks.h)");
   verb->add_option("--head-model", a->models.shared.head_model,
                    "A head model file (.npz); default: the project's, the track's, or the built-in head");
   verb->add_option("--landmark-model", a->models.shared.landmark_model,

@@ -133,7 +133,7 @@ Result<DriveScore> driven_score(const TruthStudyArguments& a, const Progress& pr
   request.track = a.track;
   request.head_model = a.models.shared.head_model;
   request.landmark_model = a.models.shared.landmark_model;
-  request.options.clamp = false;  // what is held back is the capture's doing, not the transfer's
+  request.options.clamp = false;  // the clamp is a limit of the capture, not of the transfer
   const auto clip = drive_clip(*opened, request, progress, stop);
   if (!clip) return clip.error();
   HeadModel other;
@@ -152,7 +152,7 @@ Result<std::vector<Table>> compare_driving(const TruthStudyArguments& a, const P
   if (!score) return score.error();
   Table actions{.name = "actions", .title = "The avatar's actions, beside those performed"};
   actions.columns = {
-      {"name", "action"}, {"correlation", "correlation", 3}, {"gain", "gain"}, {"jitter_ratio", "tremble"}};
+      {"name", "action"}, {"correlation", "correlation", 3}, {"gain", "gain"}, {"jitter_ratio", "jitter"}};
   for (const DrivenAction& action : score->actions)
     actions.rows.push_back({action.name, action.correlation, action.gain, action.jitter_ratio});
   Table all{.name = "drive", .title = "The whole clip"};
@@ -185,7 +185,7 @@ Result<std::vector<Table>> compare_all(const TruthStudyArguments& a) {
   const bool of_a_project = std::ranges::any_of(asked, &TruthTable::of_a_project);
   if (of_a_project == a.project.empty())
     return Error{ErrorCode::bad_input,
-                 of_a_project ? "Mattes and driving are compared of a project."
+                 of_a_project ? "Mattes and driving can only be compared for a project."
                               : "The tracks of a demo need no project.",
                  "likeness study truth DEMO, or likeness study truth DEMO PROJECT --tables mattes or drive.",
                  ""};

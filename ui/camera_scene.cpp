@@ -27,12 +27,12 @@ namespace likeness::ui {
 namespace {
 
 constexpr std::size_t kFrusta = 60;       // drawn at most
-constexpr double kFarthestPoint = 6;      // m from the head; beyond, the room says nothing of the path
+constexpr double kFarthestPoint = 6;      // m from the head; points farther off say nothing about the path
 constexpr double kFrustumDepth = 0.06;    // m
-constexpr double kFill = 0.92;            // of the view, by what is looked at
-constexpr double kFieldOfFrustum = 0.35;  // half width of the picture plane that is drawn, at most, per depth
+constexpr double kFill = 0.92;            // of the view, filled by what is looked at
+constexpr double kFieldOfFrustum = 0.35;  // largest half width of a drawn frustum, per unit of depth
 
-// A set of lines or triangles with one ink.
+// Points, lines or triangles of one colour.
 struct Layer {
   vtkNew<vtkPolyData> data;
   vtkNew<vtkPolyDataMapper> mapper;
@@ -71,7 +71,7 @@ void set_points(Layer& layer, const std::vector<Vec3d>& places) {
   layer.data->SetVerts(cells);
 }
 
-// The room as it stands about the head where the camera's walk begins and the head rests.
+// The room's points about the head as it was in the first frame that found it.
 std::vector<Vec3d> room_about_head(const ProjectContents& contents) {
   std::vector<Vec3d> places;
   const auto& frames = contents.track->frames;
@@ -98,7 +98,7 @@ std::vector<const TrackedFrame*> chosen_frames(const Track& track) {
   return chosen;
 }
 
-// Lines of frusta and of the path of their eyes.
+// Lines of frusta, and of the path of their apices.
 struct Frusta {
   std::vector<Vec3d> corners, eyes;
   std::vector<std::vector<int>> outlines, path{1};
@@ -123,14 +123,15 @@ struct CameraScene::Impl {
   VtkView view{VtkView::Hand::orbit};
   Layer frusta, path, head, points;
   std::vector<Vec3d> looked_at;  // corners of head and cameras
-  bool to_fit = false;           // all of it into the view, as soon as the view's shape is known
+  bool to_fit = false;           // show all of it as soon as the view's shape is known
   vtkNew<vtkPolyDataNormals> normals;
-  std::shared_ptr<const ProjectContents> contents;  // shown, or
-  std::shared_ptr<const SolvingCameras> solving;
+  std::shared_ptr<const ProjectContents> contents;  // what is shown: these
+  std::shared_ptr<const SolvingCameras> solving;    // or these
   bool dark = false;
   float scale = 0;
 
-  // From the side and above, where an arc before the face is seen best; as near as all of it lets.
+  // From the side and above, where an arc in front of the face is seen best; as near as still shows all of
+  // it.
   void fit(double aspect) {
     const Vec3d back = Vec3d(1.0, 0.7, 0.75).normalized(), right = Vec3d::UnitY().cross(back).normalized(),
                 up = back.cross(right);
@@ -157,7 +158,7 @@ struct CameraScene::Impl {
     for (Layer* layer : {&frusta, &path, &head, &points}) clear_layer(*layer);
     view.touch();
   }
-  // low, high: of what else is looked at.
+  // low, high: bounding box of what else is looked at.
   void show(const Frusta& lines, Vec3d low, Vec3d high) {
     set_lines(frusta, lines.corners, lines.outlines);
     if (lines.eyes.size() > 1) set_lines(path, lines.eyes, lines.path);
@@ -188,7 +189,7 @@ CameraScene::CameraScene() : impl_(std::make_unique<Impl>()) {
 CameraScene::~CameraScene() = default;
 
 // The head rests in the middle and the cameras move round it: everything is drawn in the head's frame, so
-// that a turning head before a resting camera shows as well how much of it was seen.
+// that a turning head before a resting camera, too, shows how much of it was seen.
 void CameraScene::set(std::shared_ptr<const ProjectContents> contents) {
   Impl& my = *impl_;
   if (contents == my.contents && !my.solving) return;
@@ -249,7 +250,7 @@ void CameraScene::set(std::shared_ptr<const SolvingCameras> solving) {
   }
   my.show(frusta, Vec3d::Constant(-0.8 * my.solving->reach), Vec3d::Constant(0.8 * my.solving->reach));
   set_points(my.points, my.solving->points);
-  if (first) look_at_all();  // afterwards as whoever watches has turned it
+  if (first) look_at_all();  // afterwards as the user has turned it
 }
 
 void CameraScene::look_at_all() { impl_->to_fit = true; }

@@ -33,7 +33,7 @@ struct TrainingChart::Impl {
   double last_s = -1;
   bool dark = false;
   float scale = 0;
-  int width = 0, height = 0;  // px, as drawn last
+  int width = 0, height = 0;  // px, when last drawn
 };
 
 namespace {
@@ -112,7 +112,7 @@ void TrainingChart::set(std::span<const TrainStatus> training, std::span<const H
   fill(
       my.held_out, held_out.size(), [&](std::size_t i) { return held_out[i].training_s; },
       [&](std::size_t i) { return held_out[i].psnr_db; });
-  // A line of one point has no extent, which VTK's axes do not take.
+  // A line of one point has no extent, which VTK's axes cannot handle.
   my.training_plot->SetVisible(training.size() >= 2);
   my.held_out_plot->SetVisible(held_out.size() >= 2);
   my.chart->RecalculateBounds();
@@ -142,7 +142,7 @@ void TrainingChart::draw(const char* name, ImVec2 size) {
     my.view.touch();
   }
   my.view.draw(name, size);
-  // How far the axes reach is rounded to what is legible at their length, which is known once they are drawn.
+  // VTK rounds an axis's range to ticks that are legible at its length, which is known only once it is drawn.
   if (int(size.x) == my.width && int(size.y) == my.height) return;
   my.width = int(size.x), my.height = int(size.y);
   my.chart->RecalculateBounds();

@@ -110,7 +110,7 @@ void FileBrowser::enter(const fs::path& folder) {
   chosen_ = -1;
   entries_.clear();
   reading_ = true;
-  // A folder may be large, or on a disk that sleeps.
+  // In the background: a folder may be large, or on a disk that sleeps.
   reader_.run("list", [this, folder = folder_, wanted = wanted_](std::stop_token) -> Background::Delivery {
     auto entries = list_folder(folder, wanted);
     return [this, folder, wanted, entries = std::move(entries)]() mutable {

@@ -1,4 +1,4 @@
-// Heads from before, from the side and from above; phones, a window, arrows. See film_drawings.h.
+// Heads from the front, from the side and from above; phones, a window, arrows. See film_drawings.h.
 #include "ui/film_drawings.h"
 
 #include <algorithm>
@@ -42,7 +42,7 @@ void line(const Board& b, ImVec2 from, ImVec2 to, ImU32 ink) {
   b.list.AddLine(b.to(from.x, from.y), b.to(to.x, to.y), ink, b.thick);
 }
 
-// An arc of an ellipse, angles in radians, clockwise from the right; filled where it is whole and wanted so.
+// An arc of an ellipse, angles in radians, clockwise from the right. `fill` (0: none) is for a whole ellipse.
 void ellipse(const Board& b, ImVec2 c, float rx, float ry, ImU32 ink, ImU32 fill = 0, float from = 0,
              float to = 2 * kPi) {
   constexpr int kParts = 40;
@@ -55,7 +55,7 @@ void ellipse(const Board& b, ImVec2 c, float rx, float ry, ImU32 ink, ImU32 fill
   b.list.AddPolyline(points.data(), kParts + 1, ink, 0, b.thick);
 }
 
-// What an ellipse's chord cuts off, between two angles.
+// The part of an ellipse that the chord between two angles cuts off.
 void segment(const Board& b, ImVec2 c, float rx, float ry, float from, float to, ImU32 fill) {
   constexpr int kParts = 24;
   std::array<ImVec2, kParts + 1> points;
@@ -139,7 +139,7 @@ void draw_face(const Board& b, ImVec2 c, float r, const Face& face) {
   draw_mouth(b, {x, y + 0.58f * r}, r, face.mouth);
 }
 
-// From before: r is half the head's width.
+// From the front: r is half the head's width.
 void draw_head(const Board& b, ImVec2 c, float r, const Face& face) {
   ellipse(b, c, r, 1.28f * r, b.skin, b.skin);
   // The hairline tips and turns with the head.
@@ -303,7 +303,7 @@ void draw_film_drawing(ImDrawList& list, ImVec2 at, float side, FilmDrawing draw
 }
 
 void draw_framing(ImDrawList& list, ImVec2 at, ImVec2 size) {
-  // Its own shadow makes it readable on any picture.
+  // A dark shadow makes the line visible on any picture.
   const ImVec2 c{at.x + 0.5f * size.x, at.y + 0.46f * size.y};
   const float ry = 0.3f * size.y, rx = ry / 1.28f;
   constexpr int kDashes = 28;

@@ -14,7 +14,7 @@ namespace likeness::ui {
 
 namespace {
 
-constexpr float kStrip = 92, kGap = 20;  // units: height of the drawings, between the rules
+constexpr float kStrip = 92, kGap = 20;  // units: height of the drawings, gap between the rules
 
 struct Rule {
   const char* what;
@@ -43,8 +43,7 @@ const std::vector<Rule>& rules() {
 }
 
 constexpr const char* kRemarks[] = {
-    "A room behind the person in which nothing moves and nobody else is; for the walk, one with shelves or "
-    "plants.",
+    "A room in which nothing else moves and nobody else is seen; for the walk, one with shelves or plants.",
     "Hair and glasses stay as they are. Hands stay away from the face."};
 
 float wrapped_height(const char* words, float width) {
@@ -83,7 +82,7 @@ void draw_film_guide() {
               bar = ImGui::GetStyle().ScrollbarSize;
   const std::size_t columns = width >= px(900) ? 3 : width >= px(480) ? 2 : 1;
   const float column = (width - bar - float(columns - 1) * gap) / float(columns);
-  // As high as it is, or scrolled where the screen is lower.
+  // As high as its content, or scrolled on a lower screen.
   std::vector<float> heights;  // of the rows
   float high = 0;
   for (std::size_t i = 0; i < rules().size(); i += columns) {

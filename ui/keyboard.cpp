@@ -1,4 +1,4 @@
-// By ImGui's own marks of its items: see keyboard.h.
+// By what ImGui records about its last item: see keyboard.h.
 #include "ui/keyboard.h"
 
 #define GLFW_INCLUDE_NONE
@@ -19,7 +19,7 @@ namespace {
 struct Item {
   ImGuiID id = 0, scope = 0;
   ImGuiWindow* window = nullptr;
-  ImRect place;  // of the screen
+  ImRect place;  // on the screen
   bool typed = false;
 };
 
@@ -66,7 +66,7 @@ void note_first_menu() { first_menu = last_item(); }
 void walk_by_keyboard() {
   const ImGuiContext& g = *ImGui::GetCurrentContext();
   const ImGuiIO& io = g.IO;
-  // Over a question or an open menu there is nothing else.
+  // While a question or a menu is open, only what is in it can be reached.
   const ImGuiWindow* top = g.OpenPopupStack.empty() ? nullptr : g.OpenPopupStack.back().Window;
   if (key_pressed(GLFW_KEY_F10, false) && !top && first_menu.id != 0)
     return go_to(first_menu, ImGuiNavLayer_Menu);
@@ -84,7 +84,7 @@ void walk_by_keyboard() {
 
 void scroll_by_keys() {
   const float most = ImGui::GetScrollMaxY();
-  if (most <= 0 || ImGui::IsWindowFocused()) return;  // ImGui scrolls what Tab has reached
+  if (most <= 0 || ImGui::IsWindowFocused()) return;  // ImGui scrolls a focused window itself
   const float line = ImGui::GetTextLineHeightWithSpacing(), page = ImGui::GetWindowHeight() - line;
   float to = ImGui::GetScrollY();
   for (const auto& [key, step] : {std::pair{GLFW_KEY_DOWN, line},

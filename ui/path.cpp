@@ -53,7 +53,7 @@ std::string state_words(const StepView& view) {
   return {};
 }
 
-// height: of the row; low ones have no second line.
+// height: of the row, px; a low row has no second line.
 void draw_step_row(const Snapshot& snapshot, Step step, float height, Requests& requests) {
   const Palette& p = theme().colours;
   const StepView& view = snapshot.step(step);

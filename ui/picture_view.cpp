@@ -29,7 +29,7 @@ unsigned make_texture(bool nearest) {
 }
 
 Result<unsigned> compile(unsigned kind, const char* source) {
-  // The file's comment comes before #version, which GLSL wants first.
+  // The file's comment comes before #version, which GLSL requires first.
   const char* version = std::strstr(source, "#version");
   const unsigned shader = glCreateShader(kind);
   glShaderSource(shader, 1, &version, nullptr);
@@ -40,7 +40,7 @@ Result<unsigned> compile(unsigned kind, const char* source) {
   char words[1024] = {};
   glGetShaderInfoLog(shader, sizeof words, nullptr, words);
   glDeleteShader(shader);
-  return Error{ErrorCode::failed, std::string("The graphics driver does not take a shader: ") + words,
+  return Error{ErrorCode::failed, std::string("The graphics driver cannot compile a shader: ") + words,
                "Update the graphics driver, or start with LIBGL_ALWAYS_SOFTWARE=1.", "shaders"};
 }
 
@@ -141,7 +141,7 @@ ImTextureID RenderView::draw(int width, int height, const Backdrop& backdrop) {
   width_ = width, height_ = height;
   glBindFramebuffer(GL_FRAMEBUFFER, frame_);
   glFramebufferTexture2D(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_TEXTURE_2D, target_, 0);
-  // Nothing is taken over from whoever drew before.
+  // No state is inherited from earlier drawing.
   glViewport(0, 0, width, height);
   for (const unsigned state : {GL_BLEND, GL_DEPTH_TEST, GL_STENCIL_TEST, GL_SCISSOR_TEST, GL_CULL_FACE})
     glDisable(state);

@@ -1,4 +1,4 @@
-// A clip from a webcam: the camera's picture as in a mirror, what to do before it, and the buttons.
+// A clip from a webcam: the camera's picture as in a mirror, what to do in front of it, and the buttons.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -150,7 +150,7 @@ void draw_during(const RecorderStatus& status) {
   body_text(std::string(cue.words));
   note_widget("cue");
   ImGui::PopFont();
-  // With large letters in a small window the drawing takes what the words have left.
+  // With large letters in a small window the drawing gets the height that the words leave.
   draw_drawings({cue.drawing}, std::clamp(ImGui::GetContentRegionAvail().y, px(60), px(160)));
   ImGui::Dummy({0, px(6)});
   draw_cue_list(place.cue + 1);
@@ -160,7 +160,7 @@ void draw_during(const RecorderStatus& status) {
 
 void draw_record_page(const Snapshot& snapshot, Views& views, Requests& requests) {
   heading("Record a clip");
-  faint_text("A phone's camera sees more than a webcam. Film only people who agreed to it.");
+  faint_text("A phone's camera sees more than a webcam. Film only people who have agreed to it.");
   ImGui::Dummy({0, px(2)});
   const ImVec2 area = ImGui::GetContentRegionAvail();
   const float gap = px(16), left = 0.62f * (area.x - gap);

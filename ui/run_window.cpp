@@ -11,7 +11,7 @@ namespace likeness::ui {
 
 namespace {
 
-constexpr double kBusyFrame_s = 1.0 / 30;  // from frame to frame beside work: smooth enough for a hand
+constexpr double kBusyFrame_s = 1.0 / 30;  // between frames while the program computes: smooth enough to drag
 
 }  // namespace
 

@@ -26,7 +26,7 @@ constexpr ImGuiWindowFlags kFixed =
     ImGuiWindowFlags_NoDecoration | ImGuiWindowFlags_NoMove | ImGuiWindowFlags_NoSavedSettings |
     ImGuiWindowFlags_NoBringToFrontOnFocus | ImGuiWindowFlags_NoScrollWithMouse;
 
-// The window reports keys by their place; letters are asked for by what the user's layout writes there.
+// GLFW numbers keys by their place on a US keyboard; here the key that writes a letter in the user's layout.
 int key_that_writes(char letter, int otherwise) {
   for (int k = GLFW_KEY_APOSTROPHE; k <= GLFW_KEY_GRAVE_ACCENT; ++k)
     if (const char* name = glfwGetKeyName(k, 0);
@@ -56,14 +56,14 @@ bool is_pressed(const Shortcut& keys) {
   const ImGuiIO& io = ImGui::GetIO();
   if (io.KeyCtrl != keys.ctrl) return false;
   const auto pressed = [](int key) { return key_pressed(key, false); };
-  // The sign is on the number pad as well, and in many layouts only with Shift.
+  // Plus is on the number pad as well, and many layouts write it only with Shift.
   const bool plus = keys.key == "Plus";
   if (plus && (pressed(GLFW_KEY_KP_ADD) || pressed(glfw_key(keys.key)))) return true;
   if (keys.key == "Minus" && pressed(GLFW_KEY_KP_SUBTRACT)) return true;
   return !plus && io.KeyShift == keys.shift && pressed(glfw_key(keys.key));
 }
 
-// Keys that mean something to a field in which something is being typed.
+// Keys that a text field needs for itself while it is typed into.
 bool belongs_to_typing(const Shortcut& keys) {
   constexpr std::array<std::string_view, 10> kEditing{"A", "C",    "V",     "X",    "Z",
                                                       "Y", "Left", "Right", "Home", "End"};
@@ -100,7 +100,7 @@ void draw_step(const Snapshot& snapshot, Views& views, Requests& requests) {
     }
     faint_text(words);
   }
-  // With words or without: what is below does not move when they come.
+  // What is below keeps its place whether there are words or not.
   ImGui::SetCursorPosY(std::max(below, ImGui::GetCursorPosY()));
   ImGui::Dummy({0, px(2)});
   if (!snapshot.project.contents) return draw_nothing_yet("Reading the project...");
@@ -122,7 +122,7 @@ void draw_step(const Snapshot& snapshot, Views& views, Requests& requests) {
   }
 }
 
-// In as many columns as there is room for, and scrolled where they are still too high.
+// In as many columns as fit; scrolled if they are still too high.
 void draw_shortcuts() {
   heading("Keyboard shortcuts");
   std::vector<std::pair<std::string_view, std::string_view>> rows{
@@ -163,7 +163,7 @@ void draw_shortcuts() {
   note_view("key list");
 }
 
-// Of a command that turns something on and off.
+// Whether the thing that a command turns on and off is on now.
 bool is_on(Command command, const Snapshot& snapshot) {
   switch (command) {
     case Command::record_keys:
@@ -196,23 +196,23 @@ void draw_closing(const Snapshot& snapshot) {
   ImGui::Dummy({px(460), 0});
   if (is_working(snapshot.project.pipeline.job))
     body_text(
-        "Closing stops the work. What is done is kept, and goes on from there when you open the project "
-        "again.");
+        "Closing stops the work. What is done is kept, and the work continues from there when you open the "
+        "project again.");
   if (is_working(snapshot.study.job))
-    body_text("Closing stops the comparison. Finished trainings are kept, and it goes on from there.");
+    body_text("Closing stops the comparison. Finished trainings are kept, and it continues from there.");
   if (recording)
-    body_text("Closing ends the recording. What is recorded until then is kept: " +
+    body_text("Closing ends the recording. What has been recorded is kept: " +
               snapshot.recorder->clip.string());
   if (exporting)
     body_text(
-        "Closing stops the exports. What is written is kept; the one at work leaves nothing behind, and "
+        "Closing stops the exports. Finished ones are kept; the one under way leaves nothing behind, and "
         "those still waiting are dropped.");
   if (is_working(snapshot.project.demo))
     body_text("Closing stops it, and nothing of it is kept: it starts afresh next time.");
   ImGui::Dummy({0, px(6)});
 }
 
-// Asks before everything of a person goes. True once it is answered.
+// Asks before everything made of a person is deleted. True once it is answered.
 bool draw_deletion(const Snapshot& snapshot, Requests& requests) {
   heading("Delete this person?");
   ImGui::Dummy({px(560), 0});
@@ -221,8 +221,7 @@ bool draw_deletion(const Snapshot& snapshot, Requests& requests) {
                                                                   : snapshot.project.damaged->folder;
   body_text(
       "Frames, masks and what was painted on them, tracks, checkpoints, performances and the avatar are "
-      "removed from "
-      "this computer, and cannot be brought back. Stop other programs that show them first.");
+      "removed from this computer, and cannot be brought back. Stop other programs that show them first.");
   ImGui::Dummy({0, px(4)});
   if (snapshot.project.contents) {
     faint_text("The clip stays where it is: " +
@@ -323,7 +322,7 @@ void Shell::press_keys(const Snapshot& snapshot, Requests& requests) {
     if (info.shortcut.empty() || !info.enabled(snapshot.situation)) continue;
     const Shortcut keys = parse_shortcut(info.shortcut);
     if (io.WantTextInput && belongs_to_typing(keys)) continue;
-    if (keys.key == "Space" && io.NavVisible) continue;  // it presses what the keyboard has reached
+    if (keys.key == "Space" && io.NavVisible) continue;  // it presses the focused control
     if (is_pressed(keys)) requests.ask(info.command);
   }
 }

@@ -23,7 +23,7 @@ void draw_logo(ImVec2 at, float side) {
   list.PathStroke(ink, 0, thick);
 }
 
-// Where the window is too low for all of them, what they do is their tooltip.
+// compact: in a window too low for all of them, what each does is only its tooltip.
 struct Choices {
   float width = 0;
   bool compact = false;
@@ -93,7 +93,7 @@ void draw_recent(const Snapshot& snapshot, Requests& requests) {
       requests.open = folder;
     note_widget("recent " + folder.filename().string());
     if (ImGui::BeginPopupContextItem("forget")) {
-      if (ImGui::MenuItem("Take it off this list")) requests.forget_recent = folder;
+      if (ImGui::MenuItem("Remove from this list")) requests.forget_recent = folder;
       ImGui::EndPopup();
     }
     ImGui::SetCursorScreenPos({at.x + px(12), at.y + px(7)});
@@ -154,14 +154,12 @@ void draw_licences() {
   ImGui::Dummy({0, px(4)});
   body_text(
       "Likeness itself is under the Apache-2.0 licence. The built-in head is part of it. The face landmark "
-      "model "
-      "comes with dlib; its training data (iBUG 300-W) is for research use only. Another one of the same "
-      "kind is "
-      "given on the command line with --landmark-model.");
+      "model comes with dlib; its training data (iBUG 300-W) is for research use only. Another model of the "
+      "same kind can be given on the command line with --landmark-model.");
   ImGui::Dummy({0, px(4)});
   body_text(
       "Head models that are not part of Likeness, such as FLAME, keep their own licences, most of them for "
-      "research only. They are given with --head-model and are never needed.");
+      "research only. They can be given with --head-model and are never needed.");
 }
 
 }  // namespace likeness::ui

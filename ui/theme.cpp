@@ -18,7 +18,7 @@ namespace {
 
 Theme current;
 
-// In order of liking; a path without a slash at its start is of the program's own folders.
+// In order of preference; a path without a leading slash is in the program's own folders.
 constexpr std::array kRegular{"share/likeness/fonts/Inter-Regular.otf",
                               "/usr/share/fonts/opentype/inter/Inter-Regular.otf",
                               "/usr/share/fonts/truetype/dejavu/DejaVuSans.ttf"};
@@ -26,7 +26,7 @@ constexpr std::array kStrong{"share/likeness/fonts/Inter-SemiBold.otf",
                              "/usr/share/fonts/opentype/inter/Inter-SemiBold.otf",
                              "/usr/share/fonts/truetype/dejavu/DejaVuSans-Bold.ttf"};
 
-// Those of them that are there.
+// The files that exist.
 std::vector<std::string> present(std::span<const char* const> files) {
   std::vector<std::string> found;
   std::error_code unknown;
@@ -61,7 +61,8 @@ ImFont* load_font(const std::vector<std::string>& files, float size, const ImWch
 }
 
 void make_fonts() {
-  static const ImWchar kNames[] = {0x20, 0x17f, 0x370, 0x52f, 0x2010, 0x2026, 0x2190, 0x2193, 0};  // of files
+  // kNames: with the letters of more alphabets, for file names.
+  static const ImWchar kNames[] = {0x20, 0x17f, 0x370, 0x52f, 0x2010, 0x2026, 0x2190, 0x2193, 0};
   static const ImWchar kWords[] = {0x20, 0xff, 0x2010, 0x2026, 0x2190, 0x2193, 0};
   ImGui::GetIO().Fonts->Clear();
   const float s = current.scale;

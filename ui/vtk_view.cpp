@@ -47,7 +47,7 @@ void observe(vtkObject* object, unsigned long event, void* client, Function func
 
 VtkView::VtkView(Hand hand) : impl_(std::make_unique<Impl>()) {
   vtkGenericOpenGLRenderWindow* window = impl_->window;
-  // The window's context is current whenever this is called; VTK is told so.
+  // The window's context is current whenever VTK asks.
   observe(window, vtkCommand::WindowIsCurrentEvent, nullptr,
           [](vtkObject* o, unsigned long e, void*, void* data) {
             answer(o, e, vtkCommand::WindowIsCurrentEvent, true, data);
@@ -127,7 +127,7 @@ void VtkView::draw(const char* name, ImVec2 size) {
   if (my.dirty) {
     my.dirty = false;
     my.window->Render();
-    my.dirty = false;  // a style's own wish to render was just fulfilled
+    my.dirty = false;  // a style's request to render has just been met
   }
   auto* texture = my.window->GetDisplayFramebuffer()->GetColorAttachmentAsTextureObject(0);
   if (!texture) return;

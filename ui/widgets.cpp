@@ -1,4 +1,4 @@
-// Drawn with ImGui's lists: see widgets.h.
+// Drawn with ImGui's draw lists: see widgets.h.
 #include "ui/widgets.h"
 
 #include <fmt/format.h>
@@ -19,7 +19,7 @@ std::map<std::string, Rectangle> noted;
 
 bool coloured_button(const char* words, bool enabled, float width, bool primary) {
   const Palette& p = theme().colours;
-  // One that cannot be pressed does not ask for it.
+  // A button that cannot be pressed is not emphasised.
   primary =
       primary && enabled && (ImGui::GetCurrentContext()->CurrentItemFlags & ImGuiItemFlags_Disabled) == 0;
   if (primary) {
@@ -29,7 +29,7 @@ bool coloured_button(const char* words, bool enabled, float width, bool primary)
     ImGui::PushStyleColor(ImGuiCol_Text, p.on_accent);
     ImGui::PushFont(theme().fonts.strong);
   }
-  // Words too long for a button of a fixed width come nearer to its edge, and then in smaller letters.
+  // Words too long for a button of a fixed width get less padding, then smaller letters.
   const bool tight = width > 0 && ImGui::CalcTextSize(words).x + 2 * ImGui::GetStyle().FramePadding.x > width;
   if (tight) ImGui::PushStyleVar(ImGuiStyleVar_FramePadding, ImVec2(px(4), ImGui::GetStyle().FramePadding.y));
   const bool small = tight && ImGui::CalcTextSize(words).x + 2 * px(4) > width;
@@ -156,7 +156,7 @@ void choice_label(const char* words, float width) {
 
 namespace {
 
-// Slim, with an edge: on its own the ground of one that is not chosen is hardly told from the card's.
+// Slim, with a border: the fill of an unchosen box alone is hardly distinguishable from the card's.
 void push_choice_style() {
   ImGui::PushStyleVar(ImGuiStyleVar_FramePadding, ImVec2(px(3), px(2)));
   ImGui::PushStyleVar(ImGuiStyleVar_FrameBorderSize, px(1));
@@ -195,12 +195,12 @@ bool slider(const char* id, float* value, const SliderRange& range, const char* 
   ImGui::PushStyleVar(ImGuiStyleVar_FramePadding, ImVec2(slim, slim));
   ImGui::SetCursorPosY(top.y + 0.5f * (full - ImGui::GetFrameHeight()));
   ImGui::SetNextItemWidth(std::max(px(30), width - words));
-  // Nothing is typed into it: its number stands beside it.
+  // Its number stands beside it and cannot be typed.
   bool changed = ImGui::SliderFloat(id, value, range.low, range.high, "",
                                     ImGuiSliderFlags_AlwaysClamp | ImGuiSliderFlags_NoInput);
   ImGui::PopStyleVar();
   note_widget(id);
-  // While the button of a double click is held, the slider itself would go back under the mouse.
+  // While the mouse button of the double click is held, ImGui would set the value under the mouse again.
   static ImGuiID resetting = 0;
   const ImGuiID own = ImGui::GetID(id);
   if (ImGui::IsItemHovered() && ImGui::IsMouseDoubleClicked(ImGuiMouseButton_Left)) resetting = own;
@@ -225,7 +225,7 @@ bool slider(const char* id, float* value, const SliderRange& range, const char* 
   list.AddText({b.x + words - size.x, 0.5f * (a.y + b.y - size.y)}, colour(p.faint), shown);
   ImGui::SetCursorPos(top);
   ImGui::Dummy({b.x - a.x + words, full});
-  ImGui::EndGroup();  // one item, that is let go when the slider is
+  ImGui::EndGroup();  // one item, deactivated when the slider is
   return changed;
 }
 

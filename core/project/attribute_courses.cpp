@@ -56,7 +56,7 @@ Result<std::vector<AttributeCourse>> read_attribute_values(const fs::path& path)
   const auto refused = [&](const std::string& why) {
     return Error{ErrorCode::bad_input,
                  fmt::format("The attributes' values in {} cannot be read: {}.", path.string(), why),
-                 "Delete the file and run likeness train: they are found anew.", path.string()};
+                 "Delete the file and run likeness train: they are found again.", path.string()};
   };
   if (!path_exists(path)) return refused("there is no such file");
   const auto text = read_text(path);

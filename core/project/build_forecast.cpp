@@ -23,29 +23,29 @@ namespace fs = std::filesystem;
 namespace {
 
 // From one clip of 400 frames of 512 px, built at 512 px with two threads of a cloud server's processor
-// (import 7.5 s, align 7.8, fit 79, matte 16); a desktop's are up to twice as fast, so minutes are rather too
-// many than too few. A stage's seconds grow with the frames; import, align and matte also with the pixels of
-// what they read, and how their seconds divide between the two is estimated.
+// (import 7.5 s, align 7.8, fit 79, matte 16); a desktop's are up to twice as fast, so the forecast is too
+// long rather than too short. A stage's seconds grow with the frames; those of import, align and matte also
+// with the pixels they read, and how they divide between the two is estimated.
 constexpr double kImportFrame_s = 0.013, kImportMegapixel_s = 0.022;
 constexpr double kAlignFrame_s = 0.015, kAlignMegapixel_s = 0.018;
 constexpr double kFit_s = 6, kFitFrame_s = 0.2;
 constexpr double kMatteFrame_s = 0.02, kMatteMegapixel_s = 0.08;
-constexpr double kMovingFrame_s = 0.5;  // more of align, where COLMAP seeks the path of the camera
+constexpr double kMovingFrame_s = 0.5;  // more for align, if COLMAP has to find the path of the camera
 constexpr double kTrainOpening_s = 4;   // reading pictures, making lattices, writing the avatar
-constexpr double kStep_s = 0.16;        // of training, where steps are asked for instead of a budget
-constexpr int kMeasuredThreads = 2, kMostThreads = 8;  // more bring less: reading the clip is one thread's
+constexpr double kStep_s = 0.16;        // of training by steps instead of a budget
+constexpr int kMeasuredThreads = 2, kMaxThreads = 8;  // more gain little: one thread reads the clip
 
-// PNG of a filmed face holds 0.6 (a calm wall) to 1.6 (leaves, noise) bytes a pixel, a matte a twentieth.
+// A PNG of a filmed face takes 0.6 (a calm wall) to 1.6 (leaves, noise) bytes per pixel, a matte a twentieth.
 constexpr double kFrameByte = 1.7, kMaskByte = 0.06;
 constexpr double kTrackFrame = 9000;           // bytes of track.json, capture.json and cameras.json
 constexpr double kAvatarAndCheckpoint = 60e6;  // bytes; two fields, the checkpoint with Adam's two moments
 
-// Fitting keeps one grey picture of at most this side a frame, and its patches and tracks.
+// Fitting keeps one grey picture of at most this side per frame, and its patches and tracks.
 constexpr double kGreySide = 512, kFitFrame = 60e3, kProgram = 250e6;
 
 double gigabytes(std::uint64_t bytes) { return double(bytes) / 1e9; }
 
-// That are read: of a fast or long clip every few.
+// How many frames are read: of a fast or long clip only every few.
 int clip_frames(const VideoInfo& clip) {
   const int all = clip.frame_count > 0
                       ? clip.frame_count
@@ -75,7 +75,7 @@ BuildForecast forecast_build(const VideoInfo& clip, const ProjectOptions& option
                picture = double(inputs.import.choices.size) * inputs.import.choices.size;
   const double trained = std::min((1 - import.held_out_share) * frames, double(import.max_frames)),
                kept = trained + import.held_out_share * frames;
-  const double slower = double(kMeasuredThreads) / std::clamp(threads, 1, kMostThreads);
+  const double slower = double(kMeasuredThreads) / std::clamp(threads, 1, kMaxThreads);
   const auto seconds = [&](Stage stage) -> double& { return forecast.seconds[std::size_t(stage)]; };
   seconds(Stage::import) = slower * frames * (kImportFrame_s + kImportMegapixel_s * source);
   seconds(Stage::align) = slower * frames * (kAlignFrame_s + kAlignMegapixel_s * source);

@@ -19,8 +19,9 @@ namespace likeness {
 namespace {
 
 constexpr double kDegrees = 180 / std::numbers::pi;
-constexpr float kWell = 0.5f, kLittle = 0.2f;                         // of an action's full amount
-constexpr double kSide = 30 / kDegrees, kAboveBelow = 12 / kDegrees;  // what an avatar is usually asked for
+constexpr float kWell = 0.5f, kLittle = 0.2f;  // of an action's full amount
+constexpr double kSide = 30 / kDegrees,
+                 kAboveBelow = 12 / kDegrees;  // from where an avatar is usually viewed
 constexpr double kFarTurn = 30 / kDegrees;
 constexpr double kLostBadness = 3, kWeakBadness = 2, kBlurredBadness = 1.5, kWorthMentioning = 1.5;
 constexpr double kWindow_s = 1, kApart_s = 2;
@@ -141,7 +142,7 @@ std::vector<CardFrame> card_frames(const Capture& capture, const CameraSet& came
   return frames;
 }
 
-// The request whose action is furthest from rest there, or one for all.
+// The request for the action that is furthest from rest there, or a general one.
 std::string hold_it(const std::vector<const CardFrame*>& frames, const Avatar& avatar,
                     const ActionBasis& basis) {
   const Eigen::VectorXf rest = action_amounts(basis, avatar.neutral);

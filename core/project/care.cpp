@@ -25,8 +25,8 @@ namespace fs = std::filesystem;
 
 namespace {
 
-// All that is ever written into a project's folder, project.json last: as long as it is there, the deletion
-// can be asked for again.
+// All that is ever written into a project's folder. project.json comes last: as long as it exists, a failed
+// deletion can be repeated.
 constexpr std::string_view kNames[] = {"frames",
                                        "masks",
                                        "regions",
@@ -57,7 +57,7 @@ constexpr std::string_view kNames[] = {"frames",
                                        "refits.json",
                                        "project.json"};
 
-// Performances and what was painted apart.
+// Apart from performances and what was painted.
 bool is_project_name(const std::string& name) { return std::ranges::find(kNames, name) != std::end(kNames); }
 
 // A file that a killed process was writing: .NAME.PID-N.part, perhaps with an ending (core/base/files).
@@ -92,7 +92,7 @@ bool holds_video(const fs::path& entry) {
   return false;
 }
 
-// Which entries of a project's folder may hold the person's clip. A damaged project may not know it any more:
+// Which entries of a project's folder may hold the person's clip. A damaged project may no longer name it;
 // then every folder with a film in it may.
 struct ClipGuard {
   std::vector<fs::path> clips;
@@ -161,7 +161,7 @@ Result<Project> relink_clip(const fs::path& folder, const fs::path& clip) {
   if (const auto capture = read_capture(capture_path(*project)); capture && capture->video_hash != *hash) {
     return Error{ErrorCode::bad_input,
                  fmt::format("{} is another clip than the one this project was made from.", clip.string()),
-                 "Name the same clip at its new place; another clip makes a project of its own.",
+                 "Name the same clip at its new place; another clip needs a project of its own.",
                  clip.string()};
   }
   // The lock first, then the newest project.json: another process may just have written it.
@@ -200,7 +200,7 @@ std::string deletion_words(const DeletedPerson& deleted) {
   if (!deleted.kept.empty() && !deleted.clip_known)
     words +=
         " The project no longer said which film is the clip, so folders with films in them were kept: look "
-        "through them, and delete what is not to stay.";
+        "through them, and delete what should not stay.";
   return words;
 }
 
@@ -222,7 +222,7 @@ Result<DeletedPerson> delete_person(const fs::path& folder, bool keep_exports) {
   going.push_back(folder / "project.json");
   DeletedPerson deleted;
   deleted.clip_known = guard->known;
-  // A film that lies among the further clips stays, and nothing that was made of them with it.
+  // If the folder of further clips may hold the film, only what was made from those clips is deleted.
   const fs::path further = folder / "clips";
   if (std::ranges::find(going, further) == going.end())
     for (fs::directory_iterator it(further, failure), end; !failure && it != end; it.increment(failure))
@@ -255,12 +255,12 @@ Result<void> remove_further_clip(Project& project, int number) {
                  project.folder.string()};
   if (const auto saved = save_project(*newest); !saved) return saved.error();
   project = std::move(*newest);
-  // Forgotten in any case; what is left of a folder that cannot be removed belongs to no clip.
+  // The project has forgotten the clip even if its folder cannot be removed; what is left belongs to no clip.
   const fs::path folder = further_clip_folder(project, number);
   if (std::error_code ignored; fs::exists(folder, ignored))
     if (const auto deleted = delete_person(folder, false); !deleted) return deleted.error();
   std::error_code ignored;
-  fs::remove(project.folder / "clips", ignored);  // where it is empty
+  fs::remove(project.folder / "clips", ignored);  // only if it is empty
   return {};
 }
 

@@ -24,7 +24,7 @@ using nlohmann::json;
 
 namespace {
 
-// The text behind "NAME": in a file that need not be whole; empty where there is none.
+// The string after "NAME": in a file that need not be whole; empty if there is none.
 std::string string_named(std::string_view text, std::string_view name) {
   const auto skip_space = [&](std::size_t at) {
     while (at < text.size() && std::isspace(static_cast<unsigned char>(text[at]))) ++at;
@@ -51,7 +51,7 @@ bool begins_with(const fs::path& file, std::string_view magic) {
 }
 
 bool is_likeness_folder(const fs::path& folder, std::string_view text) {
-  // "me.likeness/" has no name of its own at its end.
+  // A path that ends in a slash, as "me.likeness/", has no file name.
   const fs::path name = folder.has_filename() ? folder.filename() : folder.parent_path().filename();
   return name.extension() == ".likeness" || string_named(text, "program") == "Likeness" ||
          begins_with(folder / "avatar.bin", "LKNSAVTR") ||

@@ -18,14 +18,14 @@ namespace fs = std::filesystem;
 
 namespace {
 
-// The choices of a further clip: the first one's, but for what is of one clip alone.
+// The choices of a further clip: the first clip's, but for those that concern one clip alone.
 ProjectOptions further_options(const Project& project, ProjectOptions own) {
   for (const OptionRow& row : option_table())
     if (row.of_the_person) copy_option(row, project.options, own);
   return own;
 }
 
-// Whose clip has this content: its name for a message, or empty.
+// Which of the project's clips has this content, in words for a message; empty: none.
 std::string holder_of(const Project& project, const std::string& hash) {
   const auto of = [](const Project& any) {
     if (const auto capture = read_capture(capture_path(any))) return capture->video_hash;
@@ -52,7 +52,7 @@ Result<Project> open_further_clip(const Project& project, int number) {
   if (!further) {
     Error error = further.error();
     error.what = fmt::format("Clip {} of this project cannot be read. {}", number, error.what);
-    error.fix = fmt::format("Take it out, and add it again: likeness clips {} --remove {}",
+    error.fix = fmt::format("Remove it and add it again: likeness clips {} --remove {}",
                             project.folder.string(), number);
     return error;
   }
@@ -72,7 +72,7 @@ Result<int> add_further_clip(Project& project, const fs::path& video, bool resti
   auto newest = open_project(project.folder);
   if (!newest) return newest.error();
   if (const std::string holder = holder_of(*newest, *hash); !holder.empty())
-    return Error{ErrorCode::bad_input, fmt::format("{} is {} already.", video.string(), holder),
+    return Error{ErrorCode::bad_input, fmt::format("{} is already {}.", video.string(), holder),
                  "Add another clip of the same person: one that shows what the first one did not.",
                  video.string()};
   int number = kFirstFurtherClip;

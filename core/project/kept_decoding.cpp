@@ -24,13 +24,13 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr std::uint64_t kMostKept = std::uint64_t(2) << 30;  // bytes, of one clip
-constexpr std::uint64_t kShareOfDisk = 4;                    // a quarter of what is free, at most
+constexpr std::uint64_t kMaxKept = std::uint64_t(2) << 30;  // bytes, of one clip
+constexpr std::uint64_t kShareOfDisk = 4;                   // a quarter of what is free, at most
 
 std::uint64_t room_for_kept(const fs::path& folder) {
   std::error_code failure;
   const fs::space_info space = fs::space(folder, failure);
-  return failure ? 0 : std::min<std::uint64_t>(kMostKept, space.available / kShareOfDisk);
+  return failure ? 0 : std::min<std::uint64_t>(kMaxKept, space.available / kShareOfDisk);
 }
 
 bool is_folder(const fs::path& video) {
@@ -38,7 +38,7 @@ bool is_folder(const fs::path& video) {
   return fs::is_directory(video, ignored);
 }
 
-// What a later stage would find by itself must not fail the import.
+// A failure to keep what a later stage can compute itself must not fail the import.
 template <class Add>
 FrameListener forgiving_listener(bool& failed, Add add) {
   return {VideoPixels::rgb, [&failed, add](const VideoFrame& frame) -> Result<void> {
@@ -103,7 +103,7 @@ struct KeptDecoding::State {
   // The frames that a moving camera filmed; nullopt: it rests, or is stated to.
   Result<std::optional<FrameSpan>> moving() {
     if (inputs().resting_camera) return std::optional<FrameSpan>{};
-    if (photographs)  // each from a place of its own
+    if (photographs)  // each was taken from another place
       return std::optional<FrameSpan>(FrameSpan{0, std::numeric_limits<int>::max()});
     if (const auto measured = measure(); !measured) return measured.error();
     if (!motion || motion->motion <= align.static_motion_px_per_1000) return std::optional<FrameSpan>{};
@@ -159,7 +159,7 @@ struct KeptDecoding::State {
         fit_failed, [this](const VideoFrame& frame) { return fit->add(frame, context.stop); }));
   }
 
-  // The capture comes out as it was, and its track is there.
+  // Whether the track stays current: the new capture is the old one, to the letter.
   bool fit_stays(const Capture& capture) {
     if (!is_current_alone(context.project, Stage::fit)) return false;
     const fs::path again = kept.temporary() / "capture.json";

@@ -32,7 +32,7 @@ Result<TrainingView> room_view(const Project& project, const TrackedCapture& rea
   return view;
 }
 
-// What a look behind a frame needs.
+// What rendering the room behind a frame needs.
 struct Look {
   RoomScene scene;
   TrackedCapture read;

@@ -41,22 +41,21 @@ std::vector<OptionRow> make_table() {
        .in_every_project = true,
        .of_the_person = true,
        .studio = {.label = "Pictures",
-                  .hint = "Larger pictures show more and take about four times as long a step.",
+                  .hint = "Larger pictures show more and take about four times as long per step.",
                   .unit = "px",
                   .offered = {256, 512, 1024}}},
       {.key = "split",
        .member = [](O& o) -> Split& { return o.import.split; },
        .stale = {import},
        .flag = "--split",
-       .help =
-           "What is held out to be measured on: the last tenth (tail, the default), a tenth of what a moving "
-           "camera filmed, in a row (views), or three tenths by chance (random30)",
+       .help = "What is held out to measure on: the last tenth (tail, the default), a tenth of what a moving "
+               "camera filmed, in a row (views), or three tenths at random (random30)",
        .verbs = kNewProject},
       {.key = "resting_camera",
        .member = [](O& o) -> bool& { return o.align.resting_camera; },
        .stale = {align},
        .flag = "--resting-camera",
-       .help = "The camera rests, whatever its background does: skip finding out",
+       .help = "The camera rests, whatever its background does: do not check",
        .verbs = kNewProject},
       {.key = "lens_mm",
        .member = [](O& o) -> double& { return o.align.lens_mm; },
@@ -131,15 +130,15 @@ std::vector<OptionRow> make_table() {
        .member = [](O& o) -> double& { return o.train.landmark_loss; },
        .stale = {train},
        .flag = "--landmark-loss",
-       .help = "Weight of a loss on where landmarks lie in the pictures, e.g. 0.1; default: 0, without",
+       .help = "Weight of a loss on where landmarks lie in the pictures, e.g. 0.1; default: 0, off",
        .verbs = kTraining,
        .range = {.low = 0, .high = 1e3}},
       {.key = "refits",
        .member = [](O& o) -> std::vector<RefitSpan>& { return o.fit.refits; },
        .stale = {fit},
        .flag = "--refit",
-       .help = "Fit spans of frames again by themselves, from the good ones around them, and nothing else: "
-               "190-204 or 12,40-60, beside those before; none takes all back",
+       .help = "Fit only these spans of frames again, from the good frames around them: 190-204 or 12,40-60, "
+               "in addition to earlier ones; none undoes them all",
        .verbs = {.fit = true},
        .kept_with_clip = true},
       {.key = "identity",
@@ -154,9 +153,9 @@ std::vector<OptionRow> make_table() {
        .member = [](O& o) -> fs::path& { return o.fit.displacement; },
        .stale = {fit},
        .flag = "--displacement",
-       .help = "A folder of detail maps, one a frame: heights in mm along the normal on the head model's "
-               "texture, 000360.npy, .exr or .tif of floats or .png of 16 bits (32768 is zero, a step a "
-               "micrometre); none: without from now on",
+       .help = "A folder of detail maps, one per frame: heights in mm along the normal on the head model's "
+               "texture, 000360.npy, .exr or .tif of floats or .png of 16 bits (32768 is zero, one step a "
+               "micrometre); none: no maps from now on",
        .verbs = kShape,
        .kept_with_clip = true},
       {.key = "use_latent",
@@ -183,7 +182,7 @@ std::vector<OptionRow> make_table() {
        .member = [](O& o) -> std::vector<int>& { return o.train.left_out; },
        .stale = {train},
        .flag = "--leave-out",
-       .help = "Frames that shall not train, from now on: 12,40-60, or none",
+       .help = "Frames left out of training from now on: 12,40-60, or none",
        .verbs = {.train = true},
        .kept_with_clip = true},
       {.key = "seed",

@@ -13,16 +13,16 @@ namespace likeness {
 namespace {
 
 constexpr std::string_view kNone = "none";
-constexpr int kMostFrames = 1'000'000;
+constexpr int kMaxFrames = 1'000'000;
 
-// "12,40-60" -> 12 to 12 and 40 to 60; nothing where the words are no such list.
+// "12,40-60" -> 12 to 12 and 40 to 60; empty if the words are not such a list.
 std::vector<RefitSpan> spans_in(std::string_view words) {
   std::vector<RefitSpan> spans;
   const char *at = words.data(), *end = at + words.size();
   const auto number = [&](int& value) {
     const auto [rest, failure] = std::from_chars(at, end, value);
     at = rest;
-    return failure == std::errc{} && value >= 0 && value < kMostFrames;
+    return failure == std::errc{} && value >= 0 && value < kMaxFrames;
   };
   while (at != end) {
     RefitSpan span;
@@ -35,7 +35,7 @@ std::vector<RefitSpan> spans_in(std::string_view words) {
   return spans;
 }
 
-// Each takes the words for one kind of choice; false: they are no value of it.
+// Reads the words as a value of one kind; false: they are not one.
 struct ReadWords {
   std::string_view words;
 

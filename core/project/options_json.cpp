@@ -45,14 +45,14 @@ struct WriteOption {
   }
 };
 
-// Of a project of version 1, which always gave the field the expression.
+// The mode of a project of version 1, which always gave the field the expression.
 FieldMode mode_of_switches(const json& object) {
   const ModeParts parts{
       .expression = true, .ambient = object.at("use_ambient"), .warp = object.value("use_warp", true)};
   return *std::ranges::find(kFieldModes, parts, mode_parts);
 }
 
-// Reads one row's value; false where the file has something that it cannot be.
+// Reads one row's value; false if the file has something that it cannot be.
 struct ReadOption {
   const json& object;
   const OptionRow& row;
@@ -93,7 +93,7 @@ struct ReadOption {
     if (named) split = *named;
     return named.has_value();
   }
-  // Of a project from before parts were chosen, the default is nobody's wish.
+  // In a project from before parts were chosen, the default mode was not the user's choice.
   bool operator()(std::optional<FieldMode>& mode) const {
     const auto named = version == 1          ? std::optional(mode_of_switches(object))
                        : value().is_string() ? mode_named(value().get<std::string>())
@@ -126,9 +126,9 @@ Error refusal(std::string what) { return {ErrorCode::bad_input, std::move(what),
 
 // As the file has it, cut to a length that a message can hold.
 std::string shown(const json& value) {
-  constexpr std::size_t kMost = 60;
+  constexpr std::size_t kMaxLength = 60;
   const std::string text = json_text(value);
-  return text.size() <= kMost ? text : text.substr(0, kMost) + "...";
+  return text.size() <= kMaxLength ? text : text.substr(0, kMaxLength) + "...";
 }
 
 }  // namespace

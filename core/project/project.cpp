@@ -152,7 +152,7 @@ Result<Project> open_project(const fs::path& folder) {
 
 namespace {
 
-// Whether there is anything in a folder but what a run that was killed at once left there.
+// Whether a folder holds anything but what a run killed at its start left there.
 bool holds_other_files(const fs::path& folder) {
   std::error_code failure;
   for (fs::directory_iterator it(folder, failure), end; !failure && it != end; it.increment(failure)) {
@@ -175,7 +175,7 @@ Result<Project> open_or_create_project(const fs::path& folder, const ProjectOpti
                  fmt::format("The folder {} holds other files and no project.json.", folder.string()),
                  "Name a new or empty folder for the project.", folder.string()};
   if (const auto writable = make_writable_folder(folder); !writable) return writable.error();
-  // Another process that works on the project writes project.json too: the lock first, then the newest of it.
+  // Another process working on the project writes project.json, too: take the lock, then read the newest one.
   const auto lock = ProjectLock::acquire(project);
   if (!lock) return lock.error();
   if (exists) {

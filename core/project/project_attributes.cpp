@@ -27,7 +27,7 @@ namespace {
 
 constexpr float kShown = 0.2f;  // of the larger end of what was seen
 
-// Whatever of the project a frame's amounts are found from, held-out frames behind the training's views.
+// The frames whose amounts are found: the training's views, then the held-out frames.
 struct Frames {
   std::vector<TrainingView> held_out;  // with their pictures
   std::vector<const TrainingView*> all;
@@ -53,8 +53,8 @@ Result<Frames> gather_frames(const Project& project, const TrainingSet& set, std
   return frames;
 }
 
-// What changes the look of a region besides the attribute: the head's turn before the camera, and what the
-// expressions do.
+// What changes the look of a region besides the attribute: how the head is turned to the camera, and the
+// expression.
 std::vector<Eigen::VectorXf> asides_of(const Frames& frames, const TrainingSet& set, const HeadShape& shape) {
   std::vector<Articulation> learnt;
   for (const TrainingView& view : own_views(set)) learnt.push_back(view.pose.articulation);
@@ -220,18 +220,18 @@ Result<void> check_annotation(const Project& project, std::string_view name,
                               const AttributeAnnotation& annotation) {
   if (const auto named = check_attribute_name(name); !named) return named;
   if (!(std::abs(annotation.value) <= 1))
-    return Error{ErrorCode::bad_input, fmt::format("{} is no amount of an attribute.", annotation.value),
+    return Error{ErrorCode::bad_input, fmt::format("{} is not an amount of an attribute.", annotation.value),
                  "Give a number from -1 to 1; 0 is how the person mostly is.", "attribute"};
   const auto model = project_head_model(project.options);
   if (!model) return model.error();
   if (find_action(*model, name) != nullptr)
-    return Error{ErrorCode::bad_input, fmt::format("The head model has an action '{}' of its own.", name),
+    return Error{ErrorCode::bad_input, fmt::format("The head model already has an action '{}'.", name),
                  "Use that one, or give the attribute another name.", "attribute"};
   if (const auto painted = read_project_attributes(project);
       painted && painted->size() >= std::size_t(kMaxAttributes) &&
       std::ranges::find(*painted, name, &PaintedAttribute::name) == painted->end())
     return Error{ErrorCode::bad_input,
-                 fmt::format("There are {} attributes already, the most.", kMaxAttributes),
+                 fmt::format("There are already {} attributes, which is the limit.", kMaxAttributes),
                  "Remove one first.", "attribute"};
   const auto capture = read_capture(capture_path(project));
   if (!capture) return capture.error();
@@ -242,7 +242,7 @@ Result<void> check_annotation(const Project& project, std::string_view name,
                  "Choose another frame.", "attribute"};
   };
   if (frame == capture->frames.end()) return refused("the project does not hold it");
-  if (frame->held_out) return refused("it is held out, to be measured on");
+  if (frame->held_out) return refused("it is held out to measure on");
   if (!frame->used || std::ranges::find(project.options.train.left_out, annotation.frame) !=
                           project.options.train.left_out.end())
     return refused("nothing is learnt from it");

@@ -15,8 +15,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::size_t kFewestFrames = 10;
-constexpr double kHardlyTold = 0.2;  // of the maps' variance: less is worth a word
+constexpr std::size_t kMinFrames = 10;
+constexpr double kHardlyExplained = 0.2;  // of the maps' variance: less is worth a warning
 
 using RowMajor = Eigen::Matrix<float, -1, -1, Eigen::RowMajor>;
 
@@ -31,10 +31,10 @@ NpyArray array_of(const Eigen::VectorXf& v) {
 
 Error damaged(const fs::path& path) {
   return {ErrorCode::bad_input, fmt::format("{} is damaged.", path.string()),
-          "Delete it and run likeness train, so that it is made anew from the detail maps.", path.string()};
+          "Delete it and run likeness train, so that it is made again from the detail maps.", path.string()};
 }
 
-// Throws std::out_of_range where an array is missing.
+// Throws std::out_of_range if the array is missing.
 Eigen::MatrixXf matrix_of(const NpzArchive& archive, const char* key) {
   const NpyArray& array = archive.at(key);
   const std::vector<float> values = array.as_float();
@@ -62,12 +62,12 @@ Result<ProjectDetail> learn_project_detail(const fs::path& maps, const Capture& 
     ++trained;
     if (given) frames.push_back({frame.frame, std::move(map->height), tracked->pose.articulation});
   }
-  if (frames.size() < kFewestFrames)
+  if (frames.size() < kMinFrames)
     return Error{
         ErrorCode::bad_input,
         fmt::format("Of the {} maps in {} {} are of frames of this clip and {} of tracked training "
                     "frames; {} of these are needed.",
-                    read->size(), maps.string(), known, frames.size(), kFewestFrames),
+                    read->size(), maps.string(), known, frames.size(), kMinFrames),
         "Name the files by the frames' numbers in the clip, which start at 0, and give more of them.",
         maps.string()};
   LearntDetail learnt = learn_detail(frames);
@@ -75,15 +75,15 @@ Result<ProjectDetail> learn_project_detail(const fs::path& maps, const Capture& 
   for (std::size_t i = 0; i < frames.size(); ++i)
     detail.scores.emplace(frames[i].frame, learnt.scores.row(Eigen::Index(i)).transpose());
   report.message = fmt::format(
-      "Detail of {} of {} training frames: {} components hold {:.0f} %, the expression tells {:.0f} % of it.",
+      "Detail of {} of {} training frames: {} components hold {:.0f} %, the expression explains {:.0f} % of "
+      "it.",
       frames.size(), trained, detail.detail.components(), 100 * learnt.kept, 100 * learnt.explained);
   if (detail.detail.empty())
     report.warnings.push_back("The detail maps are flat: they change nothing.");
-  else if (learnt.explained < kHardlyTold)
+  else if (learnt.explained < kHardlyExplained)
     report.warnings.push_back(
         fmt::format("The detail maps hardly follow the expression ({:.0f} %): a new expression gets little "
-                    "more than their "
-                    "mean.",
+                    "more than their mean.",
                     100 * learnt.explained));
   return detail;
 }

@@ -61,7 +61,7 @@ Result<void> check_track_fits(const Track& track, const HeadModel& model) {
   return Error{ErrorCode::bad_input,
                fmt::format("The track was made with the {} head model and does not fit the {} one.",
                            track.head_model_name, model.name),
-               "Run likeness fit, so that the track is made anew.", "track.json"};
+               "Run likeness fit, so that the track is made again.", "track.json"};
 }
 
 Result<Image8> read_own_picture(const std::filesystem::path& folder, const std::string& name, int size,
@@ -70,12 +70,12 @@ Result<Image8> read_own_picture(const std::filesystem::path& folder, const std::
   const bool fits =
       picture && picture->width == size && picture->height == size && picture->channels == channels;
   if (fits) return picture;
-  return Error{
-      ErrorCode::bad_input,
-      picture ? fmt::format("{} is not of the project's {} x {} px.", (folder / name).string(), size, size)
-              : fmt::format("{} is missing or damaged.", (folder / name).string()),
-      fmt::format("Delete {} and run the build again: it is made anew.", folder.string()),
-      (folder / name).string()};
+  return Error{ErrorCode::bad_input,
+               picture ? fmt::format("{} does not have the project's {} x {} px.", (folder / name).string(),
+                                     size, size)
+                       : fmt::format("{} is missing or damaged.", (folder / name).string()),
+               fmt::format("Delete {} and run the build again: it is then made again.", folder.string()),
+               (folder / name).string()};
 }
 
 Result<void> load_view_pictures(const Project& project, TrainingView& view) {

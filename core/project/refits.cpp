@@ -20,7 +20,7 @@ namespace {
 
 constexpr int kRefitsVersion = 1;
 
-// Bit for bit: whoever takes all spans back has the very file of before.
+// Bit for bit: undoing all spans restores the very file of before.
 Result<void> copy_bits(const fs::path& from, const fs::path& to) {
   const auto bytes = read_file(from);
   if (!bytes) return bytes.error();
@@ -34,7 +34,7 @@ Result<void> remove_file(const fs::path& path) {
   return {};
 }
 
-// Of the first track that is kept, where it was made from these inputs.
+// The re-fits of the first track that is kept, if it was made from these inputs.
 std::optional<Refits> kept_refits(const Project& project, const std::string& fit_inputs) {
   auto kept = read_refits(project);
   if (!kept || kept->fit_inputs != fit_inputs || !path_exists(first_track_path(project))) return std::nullopt;
@@ -149,7 +149,7 @@ Result<Track> apply_refits(const Project& project, const RefitWork& work, const 
   }
   auto kept = kept_refits(project, work.fit_inputs);
   if (spans.empty()) {
-    // A track that was just made is in no file yet; one that is taken back is, to the bit.
+    // A track just made is in no file yet; if re-fits are undone, the first track is restored to the bit.
     const auto written = kept          ? copy_bits(first_path, path)
                          : work.fitted ? Result<void>()
                                        : write_track(path, first);
@@ -164,7 +164,8 @@ Result<Track> apply_refits(const Project& project, const RefitWork& work, const 
       return written.error();
     kept = Refits{work.fit_inputs, {}};
   }
-  // What is no longer asked for is forgotten before the track changes: a kill in between costs a span's time.
+  // What is no longer asked for is forgotten before the track changes: a kill in between only costs the time
+  // of a span.
   std::erase_if(kept->outcomes,
                 [&](const RefitOutcome& o) { return std::ranges::find(spans, o.span) == spans.end(); });
   if (const auto written = write_refits(project, *kept); !written) return written.error();

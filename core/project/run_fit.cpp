@@ -37,7 +37,7 @@ bool first_track_is_there(const StageContext& context, const HeadModel& model, c
   return detail && *detail && (*detail)->track_inputs == inputs;
 }
 
-// The project's detail.npz as its options ask for it.
+// Writes the project's detail.npz, or removes it if the options name no maps.
 Result<void> keep_detail(const StageContext& context, const Capture& capture, const Track& track,
                          const HeadModel& model, const std::string& track_inputs) {
   const fs::path& maps = context.inputs.fit.choices.displacement;
@@ -52,7 +52,7 @@ Result<void> keep_detail(const StageContext& context, const Capture& capture, co
   return write_project_detail(context.project, *detail);
 }
 
-// The person's shape where it is not fitted: that of the first clip, or one that is given.
+// The person's shape if it is not fitted: the first clip's, or a given one.
 Result<std::optional<PersonShape>> known_person(const StageContext& context, const HeadModel& model) {
   if (is_further(context.project)) {
     auto track = read_track(track_path({.folder = context.project.first_clip}));

@@ -19,7 +19,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-// The evaluation regions are frozen once per clip: those of another clip say nothing about this one.
+// The evaluation regions are frozen once per clip: those of another clip do not apply to this one.
 Result<void> drop_foreign_regions(const Project& project, const Capture& capture) {
   const auto before = read_capture(capture_path(project));
   if (before && before->video_hash == capture.video_hash) return {};
@@ -29,13 +29,13 @@ Result<void> drop_foreign_regions(const Project& project, const Capture& capture
   return {};
 }
 
-// Strokes on another clip's masks and faces say nothing about this one's; the user's work is not removed,
-// though.
+// Strokes on another clip's masks and faces do not apply to this one's; being the user's work, they are set
+// aside, not removed.
 Result<void> part_from_foreign_clip(Project& project, const Capture& capture,
                                     std::vector<std::string>& warnings) {
   const auto before = read_capture(capture_path(project));
   if (!before || before->video_hash == capture.video_hash) return {};
-  // Nor does what was answered of its person.
+  // Nor does the answer about that clip's person.
   project.consent = Consent::not_asked;
   if (!project.further_clips.empty()) {
     project.further_clips.clear();

@@ -32,7 +32,7 @@ Result<void> run_matte(const StageContext& context) {
   options.network = context.inputs.matte.choices.matting_network;
   options.strokes = std::move(*strokes);
   std::error_code failure;
-  fs::remove(room_path(context.project), failure);  // of other frames
+  fs::remove(room_path(context.project), failure);  // it was learnt from other mattes
   if (!is_further(context.project))
     options.learn_room = room_learner(context.project, context.inputs.matte.seed, *read);
   const auto matte = matte_clip(context.project.folder, capture, cameras, track, *model, options,

@@ -24,7 +24,7 @@ namespace fs = std::filesystem;
 namespace {
 
 Result<void> run_stage(Stage stage, const StageContext& context) {
-  // The stages that read the clip itself. Of one that was never imported, its reader says more.
+  // The stages that read the clip itself. If it was never imported, its reader's error says more.
   const bool reads_clip = stage == Stage::import || stage == Stage::align || stage == Stage::fit;
   if (reads_clip && path_exists(capture_path(context.project)))
     if (auto missing = missing_clip(context.project)) return *missing;
@@ -43,7 +43,7 @@ Result<void> run_stage(Stage stage, const StageContext& context) {
   return {};
 }
 
-// Seconds a stage is expected to take beside the others; only shares the progress bar out.
+// Seconds a stage is expected to take relative to the others; used only to divide the progress bar.
 double expected_seconds(const TrainInputs& training, Stage stage) {
   switch (stage) {
     case Stage::import:
@@ -101,7 +101,7 @@ Result<void> run_one(Project& project, Stage stage, const Progress& progress, co
     record.state = outcome.error().code == ErrorCode::cancelled ? StageState::stopped : StageState::failed;
     record.message = outcome.error().what;
   }
-  const auto saved = save_project(project);  // before a listener may look
+  const auto saved = save_project(project);  // before a listener may read it
   if (!outcome) return outcome.error();
   return saved;
 }
@@ -125,7 +125,7 @@ Result<void> run_further(const Project& project, Stage stage, const Progress& pr
     if (error.code != ErrorCode::cancelled) {
       error.what = fmt::format("{}: {}", further_clip_name(*further, number), error.what);
       error.fix +=
-          fmt::format(" Or take it out: likeness clips {} --remove {}", project.folder.string(), number);
+          fmt::format(" Or remove the clip: likeness clips {} --remove {}", project.folder.string(), number);
     }
     return error;
   }

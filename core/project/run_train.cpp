@@ -24,15 +24,15 @@ namespace fs = std::filesystem;
 
 namespace {
 
-// The training's curve on disk: now and then while it grows, and at the end. Never worth a failed training.
+// Writes the training's curve to disk every few seconds and at the end. A failure to write fails no training.
 class CurveKeeper {
  public:
   explicit CurveKeeper(fs::path path) : path_(std::move(path)) {
     if (auto earlier = read_training_curve(path_)) curve_ = std::move(*earlier);
   }
   void add(const TrainStatus& status) {
-    // A training that goes on reports later steps first; one that begins, or had hardly begun, owns its
-    // curve.
+    // A continued training first reports a later step; a new one, or one that had hardly begun, starts its
+    // own curve.
     constexpr std::uint64_t kBeginning = 100;
     if (!reported_ && status.step < kBeginning) curve_ = {};
     reported_ = true;
@@ -53,8 +53,8 @@ class CurveKeeper {
   double written_at_s_ = -1e9;
 };
 
-// What is reported of painted attributes, and kept for pictures of the clip's own frames by the avatar that
-// learns them now: beside what the last one knows, which stays until there is a new one.
+// Reports the painted attributes, and keeps their amounts for pictures of the clip's own frames by the avatar
+// that is being trained: in a file of their own, as the last avatar's stay until there is a new one.
 Result<void> keep_courses(const StageContext& context, const std::vector<FoundAttribute>& found) {
   if (found.empty()) return {};
   std::vector<AttributeCourse> courses;

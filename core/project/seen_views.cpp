@@ -15,7 +15,7 @@ Vec3d direction(double yaw, double pitch) {
   return {std::sin(yaw) * std::cos(pitch), std::sin(pitch), std::cos(yaw) * std::cos(pitch)};
 }
 
-// Percentiles of the views that are there.
+// The 2nd and 98th percentiles of the views.
 void set_range(SeenViews& seen) {
   std::vector<double> yaws, pitches, rolls;
   for (const ViewAngle& view : seen.views)

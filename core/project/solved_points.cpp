@@ -13,8 +13,8 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr int kLeastViews = 3;
-constexpr double kMostError_px = 2;
+constexpr int kMinViews = 3;
+constexpr double kMaxError_px = 2;
 
 }  // namespace
 
@@ -25,7 +25,7 @@ Result<std::vector<Vec3f>> solved_points(const Project& project, const Track& tr
   if (!model) return model.error();
   std::vector<std::pair<std::int64_t, Vec3f>> good;
   for (const auto& [id, point] : model->points)
-    if (point.views >= kLeastViews && point.error_px <= kMostError_px)
+    if (point.views >= kMinViews && point.error_px <= kMaxError_px)
       good.emplace_back(id, (track.metres_per_unit * point.position).cast<float>());
   std::ranges::sort(good, {}, [](const auto& entry) { return entry.first; });
   const std::size_t count = std::min(good.size(), kMostSolvedPoints);

@@ -1,6 +1,7 @@
 // What makes each stage stale: see staleness.h.
 //
-// The options' hashes bind all of a stage's inputs by name: one more does not compile until it is named here.
+// The functions below bind all of a stage's inputs by name: a new input does not compile until it is named
+// here.
 #include "core/project/staleness.h"
 
 #include <algorithm>
@@ -29,9 +30,9 @@ namespace fs = std::filesystem;
 
 namespace {
 
-// Raised when a stage's method changes so that its old results should be made again.
+// Raised when a stage's method changes in such a way that old results should be made again.
 constexpr std::array<int, kStages.size()> kStageVersion{1, 3, 6, 4, 4};
-constexpr int kDetailVersion = 1;  // of what is learnt from detail maps
+constexpr int kDetailVersion = 1;  // the same for what is learnt from detail maps
 constexpr int kRefitVersion = 1;   // the same for spans fitted again
 
 std::string content_of(const fs::path& path) {
@@ -47,8 +48,8 @@ std::string head_model_content(const fs::path& path) {
   return hash ? *hash : "absent";
 }
 
-// The clip's content. A clip that was moved or deleted after its import is known by what the import wrote
-// down, so that training goes on without it.
+// The clip's content. For a clip that was moved or deleted after its import it is the hash that the import
+// recorded, so that training continues without the clip.
 std::string clip_content(const Project& project, const fs::path& video) {
   std::error_code ignored;
   if (!fs::exists(video, ignored)) {
@@ -58,7 +59,8 @@ std::string clip_content(const Project& project, const fs::path& video) {
   return hash ? *hash : "absent";
 }
 
-// Import and align find the face with it. Only where one is named: other projects stay as they are.
+// Import and align find the face with it. Empty if none is named, so that the hashes of other projects stay
+// as they are.
 std::string landmark_model_text(const fs::path& landmark_model) {
   return landmark_model.empty() ? "" : " landmark model " + content_of(landmark_model);
 }
@@ -82,13 +84,13 @@ std::string align_text(const Project& project, const AlignInputs& inputs) {
   return text + landmark_model_text(landmark_model);
 }
 
-// What the person's shape in a project's track was made from. Spans that were fitted again leave it as it is.
+// What the person's shape in a project's track was made from. Spans fitted again do not change it.
 std::string person_content(const fs::path& folder) {
   const auto project = open_project(folder);
   return project ? first_track_hash(*project) : "absent";
 }
 
-// video: the capture and the cameras, which count by content, are of it.
+// video does not enter: the contents of the capture and the cameras stand for it.
 std::string fit_text(const Project& project, const FitInputs& inputs) {
   const auto& [video, head_model, landmark_model, choices] = inputs;
   const auto& [identity, displacement, refits] = choices;
@@ -99,12 +101,11 @@ std::string fit_text(const Project& project, const FitInputs& inputs) {
     text += " of " + person_content(project.first_clip);
   else if (!identity.empty())
     text += " person " + content_of(identity);
-  // Only where they are given: other projects stay as they are.
+  // Only if maps are given, so that the hashes of other projects stay as they are; the same below.
   if (!displacement.empty() && !is_further(project)) {
     const auto maps = detail_maps_hash(displacement);
     text += fmt::format(" displacement {} {}", kDetailVersion, maps ? *maps : "absent");
   }
-  // Only where there are any: other projects stay as they are.
   if (!refits.empty()) {
     text += fmt::format(" again {}:", kRefitVersion);
     for (const RefitSpan& span : refits) text += fmt::format(" {}-{}", span.first, span.last);
@@ -112,7 +113,8 @@ std::string fit_text(const Project& project, const FitInputs& inputs) {
   return text;
 }
 
-// seed: of the room behind a moving camera, whose path was found with the same seed and counts by content.
+// seed does not enter: it is for the room behind a moving camera, whose path, found with the same seed,
+// counts by content.
 std::string matte_text(const Project& project, const MatteInputs& inputs) {
   const auto& [head_model, seed, choices] = inputs;
   const auto& [matting_network] = choices;
@@ -120,7 +122,7 @@ std::string matte_text(const Project& project, const MatteInputs& inputs) {
       fmt::format("{} {} {} {}", content_of(capture_path(project)), content_of(cameras_path(project)),
                   content_of(track_path(project)), head_model_content(head_model));
   if (!matting_network.empty()) text.append(" ").append(matting_network_hash(matting_network));
-  // Only where somebody painted: projects without strokes stay as they are.
+  // Only if strokes were painted, so that the hashes of other projects stay as they are.
   if (const auto strokes = corrections_hash(project); !strokes.empty())
     text.append(" strokes ").append(strokes);
   return text;
@@ -134,8 +136,8 @@ std::string further_content(const Project& project, int number) {
                      content_of(track_path(*further)));
 }
 
-// head_model: the matte's hash names it. checkpoint_every_s: changes nothing of what is learnt.
-// full_budget_s: of the next training.
+// These do not enter: head_model, which the matte's hash names; checkpoint_every_s, which changes nothing
+// that is learnt; full_budget_s, which is for the next training.
 std::string train_text(const Project& project, const TrainInputs& inputs) {
   const auto& [head_model, seed, choices] = inputs;
   const auto& [budget_s, full_budget_s, steps, checkpoint_every_s, mode, use_latent, use_occupancy,
@@ -145,9 +147,9 @@ std::string train_text(const Project& project, const TrainInputs& inputs) {
       "{} {} {} {} {} {} {} {} {} {} {} {}", project.record(Stage::matte).input_hash,
       content_of(track_path(project)), content_of(plate_path(project)), content_of(plate_known_path(project)),
       budget_s, steps, seed, parts.ambient, use_latent, use_occupancy, parts.warp, refine_track);
-  // Only where they are chosen: projects from before these choices stay as they are.
+  // Only if chosen, so that the hashes of projects from before these choices stay as they are.
   if (!parts.expression) text += " static";
-  // Where nothing was asked for, the choice follows from the inputs above.
+  // If no mode was asked for, the choice follows from the inputs above.
   if (mode == kDefaultMode) text += " asked";
   if (landmark_loss != 0) text += fmt::format(" landmarks {}", landmark_loss);
   if (const auto attributes = attributes_hash(project); !attributes.empty())
@@ -195,7 +197,7 @@ bool results_exist(const Project& project, Stage stage) {
   return false;
 }
 
-// What a stage writes beside its result if it was asked to: deleted, it is made again.
+// What a stage writes beside its result if asked to; if deleted, it is made again.
 bool lesser_results_exist(const Project& project, Stage stage) {
   if (stage == Stage::fit)
     return stage_inputs(project.options).fit.choices.displacement.empty() || is_further(project) ||

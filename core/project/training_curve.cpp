@@ -17,9 +17,9 @@ using nlohmann::json;
 namespace {
 
 constexpr int kCurveVersion = 1;
-constexpr std::size_t kMostPoints = 1000;
+constexpr std::size_t kMaxPoints = 1000;
 
-// Every second point goes, but never the newest.
+// Drops every second point, but never the newest.
 void thin(std::vector<TrainStatus>& points) {
   std::vector<TrainStatus> kept;
   for (std::size_t i = 0; i < points.size(); ++i)
@@ -33,11 +33,11 @@ double rounded(double value, double unit) { return std::round(value / unit) * un
 
 void add_point(TrainingCurve& curve, const TrainStatus& point) {
   std::erase_if(curve.training, [&](const TrainStatus& earlier) { return earlier.step >= point.step; });
-  // A training from the first steps on is another one: its held-out scores are its own.
+  // A training that starts from its first steps is a new one: earlier held-out scores are not its own.
   if (curve.training.empty()) curve.held_out.clear();
   std::erase_if(curve.held_out, [&](const HeldOutScore& s) { return s.training_s > point.seconds + 60; });
   curve.training.push_back(point);
-  if (curve.training.size() > kMostPoints) thin(curve.training);
+  if (curve.training.size() > kMaxPoints) thin(curve.training);
 }
 
 void add_score(TrainingCurve& curve, const HeldOutScore& score) {

@@ -264,7 +264,7 @@ TEST_F(Panels, ASpanOfTheErrorStripIsMarkedAndAskedFor) {
   (void)settled(again);
   keep_shot("panel_Face_refitted");
   last = {};
-  test::click("Take the re-fit back", [&] {
+  test::click("Undo the re-fit", [&] {
     if (const Requests now = draw_frame(again); now.project.take_back) last = now;
   });
   ASSERT_TRUE(last.project.take_back.has_value());
@@ -968,12 +968,12 @@ TEST_F(Panels, ATrainingFrameIsLeftOutByAClickAndAHeldOutOneCannotBe) {
   s.project.contents = contents;
   settled(s);
   keep_shot("face_left_out");
-  test::click("Take it in again", watch);
+  test::click("Use it again", watch);
   EXPECT_EQ(left_out, std::vector<int>{12});
   s.project.face_picture = frame_picture(22);  // held out
   settled(s);
   EXPECT_FALSE(noted_widgets().contains("Leave it out of the training"));
-  EXPECT_FALSE(noted_widgets().contains("Take it in again"));
+  EXPECT_FALSE(noted_widgets().contains("Use it again"));
 }
 
 TEST_F(Panels, APlanThatWillNotFitOffersASmallerOne) {
@@ -1161,7 +1161,7 @@ TEST_F(Panels, ExportsAreStoppedTriedAgainAndTakenOffTheList) {
   settled(s);
   test::click("Try again", watch);
   EXPECT_EQ(last.exports.retry, 7);
-  test::click("Take off the list", watch);
+  test::click("Remove from the list", watch);
   EXPECT_EQ(last.exports.forget, 7);
   std::vector<Command> commands;
   test::click("Show the exports' folder", [&] {

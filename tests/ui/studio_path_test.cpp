@@ -122,7 +122,7 @@ TEST_F(StudioPath, FromTheStartScreenToAnExportedPicture) {
   EXPECT_EQ(studio_->snapshot().shown, Step::face);
   test::keep_shot("path_Face_refitted");
   click("Dismiss");
-  click("Take the re-fit back");
+  click("Undo the re-fit");
   ASSERT_TRUE(until(20, [](const Snapshot& s) {
     return !is_working(s.project.pipeline.job) && s.situation.finished && s.project.contents->refits.empty();
   }));

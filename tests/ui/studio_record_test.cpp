@@ -166,7 +166,7 @@ TEST_F(StudioRecord, ACameraThatBreaksLeavesItsClipAndSaysSo) {
   ASSERT_EQ(clips().size(), 1u);
   EXPECT_EQ(now.project.contents->project.options.shared.video, clips()[0]);
   ASSERT_TRUE(now.error.has_value());
-  EXPECT_NE(now.error->what.find("broke off"), std::string::npos) << now.error->what;
+  EXPECT_NE(now.error->what.find("cut short"), std::string::npos) << now.error->what;
   EXPECT_NE(now.error->fix.find("is kept"), std::string::npos) << now.error->fix;
   frame();
   test::keep_shot("record_broke_off");

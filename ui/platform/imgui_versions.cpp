@@ -1,5 +1,5 @@
-// By version where a thing is done in another way, by what is there where only its name changed: see
-// imgui_versions.h.
+// The version number decides where a thing is done differently, the presence of a member where only its name
+// changed: see imgui_versions.h.
 #include "ui/platform/imgui_versions.h"
 
 #define GLFW_INCLUDE_NONE
@@ -44,7 +44,7 @@ ImGuiID focus_scope() { return ImGui::GetCurrentWindow()->DC.NavFocusScopeIdCurr
 
 namespace {
 
-// ImGui's keys by GLFW's numbers; ImGuiKey_None: it has none.
+// ImGui's key for each of GLFW's; ImGuiKey_None where ImGui has no such key.
 std::array<ImGuiKey, kKeys> matching_keys() {
   std::array<ImGuiKey, kKeys> keys;
   keys.fill(ImGuiKey_None);
@@ -89,7 +89,7 @@ std::array<ImGuiKey, kKeys> matching_keys() {
                                                   {GLFW_KEY_LEFT_ALT, ImGuiKey_LeftAlt},
                                                   {GLFW_KEY_RIGHT_ALT, ImGuiKey_RightAlt}};
   for (const auto& [key, to] : kSingle) keys[std::size_t(key)] = to;
-  // One that ImGui does nothing with: with Tab itself it would go to the next field that is typed in.
+  // A key that ImGui ignores: given Tab itself, it would move to the next text field.
   keys[GLFW_KEY_TAB] = ImGuiKey_ScrollLock;
   return keys;
 }

@@ -1,6 +1,5 @@
-// A child that starts the desktop's program and ends at once, so that the program is nobody's child here and
-// nothing is left to wait for. Only async-signal-safe calls between fork and exec, as this program has
-// threads.
+// A child starts the desktop's program and ends at once, so that the program is no child of this one and need
+// not be waited for. Only async-signal-safe calls between fork and exec, as this program has threads.
 #include "ui/platform/show_folder.h"
 
 #include <fcntl.h>
@@ -16,7 +15,6 @@
 namespace likeness::ui {
 namespace {
 
-// Never returns.
 [[noreturn]] void leave_running(char* const* argv) {
   setsid();
   const pid_t program = fork();
@@ -33,7 +31,7 @@ Result<void> show_folder(const std::filesystem::path& folder) {
   std::error_code ignored;
   if (!std::filesystem::is_directory(folder, ignored))
     return Error{ErrorCode::not_found, fmt::format("There is no folder {}.", folder.string()),
-                 "It is made with the first file that is exported.", ""};
+                 "It is created with the first export.", ""};
   const auto program = find_program("xdg-open");
   if (!program)
     return Error{ErrorCode::missing_dependency, "The program `xdg-open`, which shows folders, was not found.",
@@ -48,7 +46,8 @@ Result<void> show_folder(const std::filesystem::path& folder) {
     }
   if (child < 0 || status != 0)
     return Error{ErrorCode::failed,
-                 fmt::format("Could not start `xdg-open`: {}.", child < 0 ? strerror(errno) : "no process"),
+                 fmt::format("Could not start `xdg-open`: {}.",
+                             child < 0 ? strerror(errno) : "no process could be created"),
                  fmt::format("Close other programs, or open {} in your file manager.", folder.string()), ""};
   return {};
 }

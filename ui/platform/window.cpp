@@ -18,11 +18,10 @@ namespace likeness::ui {
 struct Window::Impl {
   GLFWwindow* window = nullptr;
   bool visible = true;
-  bool touched = false;  // something came since the last wait
+  bool touched = false;  // there was input since the last wait
   std::vector<std::filesystem::path> drops;
   std::optional<InjectedInput> injected;
-  // Keys pressed since the last frame, with their modifiers: one that is let go before the next frame counts
-  // as well.
+  // Keys pressed since the last frame, with their modifiers: one released before the next frame counts, too.
   std::vector<std::array<int, 2>> pressed;
 };
 
@@ -57,7 +56,7 @@ void watch_keys(GLFWwindow* window) {
   });
 }
 
-// What is held down, and what was since the last frame.
+// Keys held down now, or pressed since the last frame.
 Keys keys_of(GLFWwindow* window, const std::vector<std::array<int, 2>>& pressed) {
   Keys keys;
   for (int key = GLFW_KEY_SPACE; key < kKeys; ++key)
@@ -103,7 +102,7 @@ Result<std::unique_ptr<Window>> Window::open(const WindowOptions& options) {
   glfwMakeContextCurrent(impl->window);
   glfwSwapInterval(options.visible ? 1 : 0);
   glfwSetWindowUserPointer(impl->window, impl.get());
-  watch_input(impl->window);  // before ImGui's, which passes events on
+  watch_input(impl->window);  // before ImGui's callbacks, which call these
 
   ImGui::CreateContext();
   ImGuiIO& io = ImGui::GetIO();
@@ -112,7 +111,7 @@ Result<std::unique_ptr<Window>> Window::open(const WindowOptions& options) {
   io.ConfigWindowsMoveFromTitleBarOnly = true;
   ImGui_ImplGlfw_InitForOpenGL(impl->window, true);
   keep_keys_free();
-  watch_keys(impl->window);  // instead of ImGui's: begin_frame() gives them
+  watch_keys(impl->window);  // instead of ImGui's: begin_frame() passes keys on
   ImGui_ImplOpenGL3_Init("#version 330 core");
   return std::unique_ptr<Window>(new Window(std::move(impl)));
 }
@@ -153,7 +152,7 @@ void Window::begin_frame() {
     io.DeltaTime = 1.0f / 60;
   }
   give_keys(keys);
-  // Home, End and, with Ctrl or Shift, arrows are commands, and do not move the keyboard's place as well.
+  // Home, End and, with Ctrl or Shift, arrows are commands; they must not move the keyboard focus as well.
   const auto down = [&](std::initializer_list<int> several) {
     return std::ranges::any_of(several, [&](int key) { return keys.down[std::size_t(key)]; });
   };
@@ -175,7 +174,7 @@ void Window::end_frame() {
   glClearColor(0, 0, 0, 1);
   glClear(GL_COLOR_BUFFER_BIT);
   ImGui_ImplOpenGL3_RenderDrawData(ImGui::GetDrawData());
-  if (impl_->visible) glfwSwapBuffers(impl_->window);  // a hidden one keeps its frame, to be read
+  if (impl_->visible) glfwSwapBuffers(impl_->window);  // a hidden window keeps its frame, to be read
 }
 
 void Window::set_title(const std::string& title) { glfwSetWindowTitle(impl_->window, title.c_str()); }

@@ -1,5 +1,5 @@
-// Step 3: where the cameras stood about the head; beside it, what was separated from the background in their
-// pictures.
+// Step 3: where the cameras stood about the head; on a second page, what was separated from the background in
+// their pictures.
 #include <fmt/format.h>
 
 #include "ui/steps.h"

@@ -1,4 +1,4 @@
-// The honest card of a trained avatar, beside its curve.
+// The card of a trained avatar, beside its curve.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -83,7 +83,7 @@ void draw_card(const Snapshot& snapshot, const Card& card, Views& views, Request
     if (views.open_parts) {
       if (command_button(Command::compare_methods, snapshot.situation))
         requests.ask(Command::compare_methods);
-      tooltip("This clip learnt by other methods, and by ours with a part more or less.");
+      tooltip("Avatars of this clip by other methods, and by ours with a part more or less.");
     }
   }
   int number = 0;
@@ -96,9 +96,8 @@ void draw_card(const Snapshot& snapshot, const Card& card, Views& views, Request
   if (!card.gaps.empty()) {
     if (command_button(Command::add_clip, snapshot.situation)) requests.ask(Command::add_clip);
     faint_text(
-        "A clip that shows it may be of another day and place, best in a like light: what it shows of the "
-        "head "
-        "is learnt.");
+        "A clip that shows it may be of another day and place, best in similar light: what it shows of the "
+        "head is learnt.");
   }
   title("The worst moments");
   if (card.worst.empty()) faint_text("None: the track is even.");

@@ -12,7 +12,7 @@ namespace likeness::ui {
 
 namespace {
 
-// The entries after the first stand beside the one before where there is room.
+// Entries after the first stand beside the one before if there is room.
 void legend(const ImVec4& ink, const std::string& words, bool first = false) {
   const float line = ImGui::GetTextLineHeight(),
               wide = 0.6f * line + px(6) + ImGui::CalcTextSize(words.c_str()).x,
@@ -34,7 +34,7 @@ Tone tone_of(Verdict verdict) {
   return verdict == Verdict::ready ? Tone::good : verdict == Verdict::usable ? Tone::warn : Tone::bad;
 }
 
-// What the capture check found; a remark's time leads to its frame where the clip is imported.
+// What the capture check found; once the clip is imported, a remark's time leads to its frame.
 void draw_verdict(const Snapshot& snapshot, Requests& requests) {
   if (snapshot.situation.checking) {
     body_text("Looking at the clip: " + snapshot.project.checking.text);

@@ -1,4 +1,4 @@
-// Step 6: the avatar in a large view, and everything it can be asked to do.
+// Step 6: the avatar in a large view, and every control of it.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -17,10 +17,10 @@ namespace {
 
 constexpr float kDegreesAPixel = 0.35f, kPlateFade_deg = 8;
 constexpr float kRounding = 6;         // px, of the view's corners
-constexpr float kNothingSeen = 0.02f;  // of a preset
-constexpr float kMostCovered = 0.2f;   // of the picture's height, by what is said of it
+constexpr float kNothingSeen = 0.02f;  // of a preset: less counts as not shown by the clip
+constexpr float kMaxCovered = 0.2f;    // of the picture's height, by the note on it
 constexpr const char* kBeyondInShort = "Beyond what the clip showed.";
-constexpr double kFadeADistance = 40;  // degrees that a camera twice as far away counts as
+constexpr double kFadeADistance = 40;  // degrees of turn that doubling the distance counts as
 
 // What the mouse does to the camera: left orbits, right or middle pans, wheel zooms, with Ctrl it dollies.
 void move_view(const Snapshot& snapshot, const Fitted& place, bool hovered, bool active, Requests& requests) {
@@ -81,8 +81,8 @@ void draw_wipe(const FramePicture& picture, Views& views, const Fitted& place) {
   if (views.wipe < 0.88f) label(fmt::format("Clip, frame {}", picture.frame), end.x - px(10), true);
 }
 
-// At the foot of the picture: beside it, it would push the picture away under the hand that turns it. Where
-// it would cover much of a small picture it is one line, and the pointer brings the rest.
+// At the foot of the picture: beside it, it would move the picture under the mouse that turns it. Where it
+// would cover much of a small picture it is one line, and a tooltip shows the rest.
 void draw_beyond(const BeyondSeen& beyond, const Fitted& place) {
   std::string words;
   for (const std::string& line : beyond_words(beyond)) words += (words.empty() ? "" : "\n") + line;
@@ -91,7 +91,7 @@ void draw_beyond(const BeyondSeen& beyond, const Fitted& place) {
   const float pad = px(10), mark = px(18), left = pad + mark + px(8),
               wrap = std::max(px(40), place.size.x - left - pad);
   ImVec2 size = ImGui::CalcTextSize(words.c_str(), nullptr, false, wrap);
-  if (size.y + 2 * pad > kMostCovered * place.size.y) {
+  if (size.y + 2 * pad > kMaxCovered * place.size.y) {
     const std::string whole = std::exchange(words, shortened(kBeyondInShort, wrap));
     size = ImGui::CalcTextSize(words.c_str());
     const ImVec2 end{place.at.x + place.size.x, place.at.y + place.size.y};
@@ -141,7 +141,7 @@ void draw_view(const Snapshot& snapshot, Views& views, ImVec2 area, Requests& re
   std::copy_n(grey, 4, backdrop.colour);
   if (!avatar.plate.empty()) {
     backdrop.plate = &views.plate.texture;
-    // The plate was seen from one place; it fades as the view leaves that.
+    // The plate was seen from one place; it fades as the view leaves that place.
     const bool captured = picture->origin.frame >= 0;
     const double away = captured ? 0
                                  : std::hypot(seen.yaw, seen.pitch) * 180 / std::numbers::pi +
@@ -180,13 +180,13 @@ void draw_channel(const Snapshot& snapshot, const ChannelGroup& group, const std
   for (std::string* side : {&words, &shown})
     if (both) side->erase(side->find(", left"));
   ImGui::AlignTextToFramePadding();
-  const bool course = is_animated(*directing.performance, channel);
-  if (course) ImGui::PushStyleColor(ImGuiCol_Text, theme().colours.accent);
+  const bool animated = is_animated(*directing.performance, channel);
+  if (animated) ImGui::PushStyleColor(ImGuiCol_Text, theme().colours.accent);
   clipped_text(shown, label - px(6));
-  if (course) ImGui::PopStyleColor();
+  if (animated) ImGui::PopStyleColor();
   ImGui::SameLine(start + label);
   ChannelScale scale = channel_scale(channel);
-  // Of an attribute there is nothing beyond what was seen.
+  // An attribute does not go beyond what was seen.
   for (const AttributeRegion& region : snapshot.project.contents->avatar->avatar.attributes)
     if (channel == action_channel(region.name)) scale.low = region.low, scale.high = region.high;
   SliderRange range{scale.low, scale.high, 0, 0, rest_value(channel)};
@@ -228,7 +228,7 @@ void draw_presets(const Snapshot& snapshot, Requests& requests) {
     if (nothing) {
       tooltip("The clip showed none of it.");
     } else if (preset.seen < 0.95f) {
-      tooltip(fmt::format("As far as the clip showed it: {:.0f} % of the usual.", 100 * preset.seen));
+      tooltip(fmt::format("As far as the clip showed it: {:.0f} % of the full preset.", 100 * preset.seen));
     }
   }
   ImGui::PopStyleVar();
@@ -330,7 +330,7 @@ void draw_compare_strip(const Snapshot& snapshot, Requests& requests) {
 void draw_direct_step(const Snapshot& snapshot, Views& views, Requests& requests) {
   if (!snapshot.project.contents || !snapshot.project.contents->avatar || !snapshot.project.contents->model) {
     draw_nothing_yet(
-        "Here the avatar will turn its head, speak and smile. Make it first: the steps above lead there.");
+        "Here the avatar will turn its head, speak and smile. Make it first: the steps above lead to it.");
     return;
   }
   const ImVec2 area = ImGui::GetContentRegionAvail();

@@ -12,7 +12,7 @@ namespace likeness::ui {
 
 namespace {
 
-constexpr float kMostGain = 2;
+constexpr float kMaxGain = 2;
 
 std::string state_words(const LiveStatus& status) {
   switch (status.state) {
@@ -58,8 +58,8 @@ void draw_figures(const LiveView& live) {
   ImGui::EndGroup();
   note_widget("live figures");
   tooltip(
-      "Pictures on the screen a second; from the capture of a picture to the avatar on the screen; pictures "
-      "that came while the one before was still being worked on.");
+      "Pictures shown per second; time from the capture of a picture to the avatar on the screen; pictures "
+      "skipped because the one before was still being worked on.");
 }
 
 void draw_gains(const Snapshot& snapshot, Requests& requests) {
@@ -76,7 +76,7 @@ void draw_gains(const Snapshot& snapshot, Requests& requests) {
     ImGui::AlignTextToFramePadding();
     clipped_text(words, label - px(6));
     ImGui::SameLine(start + label);
-    if (!slider(("##gain " + action.name).c_str(), &gain, {0, kMostGain, 0, 0, 1}, "%.2f", width - label))
+    if (!slider(("##gain " + action.name).c_str(), &gain, {0, kMaxGain, 0, 0, 1}, "%.2f", width - label))
       continue;
     gains[action.name] = gain;
     if (both) gains[action.name.substr(0, action.name.size() - 1) + "R"] = gain;

@@ -1,4 +1,4 @@
-// Step 7: what leaves the program, how, and the queue of it.
+// Step 7: what is exported, how, and the queue of exports.
 #include <fmt/format.h>
 
 #include <cmath>
@@ -25,7 +25,7 @@ const KindWords& words_of(ExportKind kind) {
       {"A still", "One PNG of the avatar as it stands in Direct.", Command::export_still},
       {"An orbit", "The view swings to both sides of the posed avatar and back.", Command::export_orbit},
       {"The performance", "What was directed on the timeline, with its camera.", Command::export_performance},
-      {"A driven clip", "The avatar does what somebody does in another clip, with that clip's sound.",
+      {"A driven clip", "The avatar does what a person in another clip does, with that clip's sound.",
        Command::export_driven},
       {"The head's mesh", "The posed head for other programs, without hair and colour.",
        Command::export_mesh}};
@@ -39,7 +39,7 @@ void row_label(const char* words) {
   ImGui::SameLine(start + px(kLabel));
 }
 
-// The next choice of a row: in the same line where it fits, otherwise below the first one.
+// The next choice of a row: on the same line if it fits, otherwise below the first one.
 bool next_choice(const char* words, bool chosen) {
   if (!same_line_if_fits(words)) {
     ImGui::Dummy({px(kLabel) - ImGui::GetStyle().ItemSpacing.x, 0});
@@ -121,8 +121,8 @@ void draw_background(const Snapshot& snapshot, ExportChoice& asked, Requests& re
   ImGui::EndDisabled();
   if (!room)
     tooltip(
-        "The room is known from where the camera stood only: not for an orbit, nor a turned or zoomed view. "
-        "A clip that begins with a walk round the head shows it from everywhere.");
+        "The room is known only from where the camera stood: not for an orbit, nor for a turned or zoomed "
+        "view. A clip that begins with a walk round the head shows it from everywhere.");
   if (asked.ground == ExportGround::colour) {
     row_label("");
     ImGui::SetNextItemWidth(px(230));
@@ -185,7 +185,7 @@ void draw_manner(const Snapshot& snapshot, ExportChoice& asked, Requests& reques
   if (choice("None", !asked.mark)) asked.mark = false;
   if (next_choice("\"synthetic - Likeness\"", asked.mark)) asked.mark = true;
   ImGui::Dummy({0, px(2)});
-  faint_text("Every file says of itself that it is synthetic, with or without the visible mark.");
+  faint_text("Every file is labelled synthetic inside, with or without the visible mark.");
 }
 
 std::string item_words(const ExportItem& item) {
@@ -214,12 +214,12 @@ void draw_item(const ExportItem& item, Requests& requests) {
   const bool working = is_working(item.status);
   ImGui::PushID(item.number);
   const Palette& p = theme().colours;
-  // At the right edge, whichever of them there are.
+  // The buttons are at the right edge, however many there are.
   const ImGuiStyle& style = ImGui::GetStyle();
   const auto width_of = [&](const char* words) {
     return ImGui::CalcTextSize(words).x + 2 * style.FramePadding.x;
   };
-  const char* own = working || state == JobState::none ? "Stop" : "Take off the list";
+  const char* own = working || state == JobState::none ? "Stop" : "Remove from the list";
   const bool again = state == JobState::failed || state == JobState::stopped;
   const float buttons = width_of(own) + (again ? width_of("Try again") + style.ItemSpacing.x : 0),
               line = ImGui::GetTextLineHeight();
@@ -276,7 +276,7 @@ void draw_queue(const Snapshot& snapshot, Requests& requests) {
   faint_text("Files are in " + (snapshot.project.contents->project.folder / "exports").string());
 }
 
-// What is to be chosen before it can be exported; empty: nothing.
+// What must be chosen before the export; empty: nothing.
 std::string missing_words(const ExportChoice& choice, const Performance& directed) {
   if (choice.kind == ExportKind::driven && choice.clip.empty())
     return "Choose the clip that drives the avatar first.";
@@ -288,7 +288,7 @@ std::string missing_words(const ExportChoice& choice, const Performance& directe
   return {};
 }
 
-// As high as what was in it, kept for the next frame.
+// The height of what the card held, for the next frame.
 void note_height(float& height) {
   height = ImGui::GetCursorPosY() - ImGui::GetStyle().ItemSpacing.y + ImGui::GetStyle().WindowPadding.y;
 }
@@ -304,16 +304,16 @@ void draw_export_step(const Snapshot& snapshot, Views& views, Requests& requests
     note("consent", Tone::warn, "Whether the filmed person agreed was not answered yet.",
          "Answer it in the Film step.");
   if (snapshot.situation.running && !snapshot.situation.paused)
-    note("busy", Tone::plain, "The training is at work: pause or finish it before exporting.");
+    note("busy", Tone::plain, "The avatar is being made: pause or finish that before exporting.");
   if (snapshot.situation.studying)
     note("compared", Tone::plain,
          "Methods are being compared: wait until that ends, or stop it, before exporting.");
-  // In a low window the whole step scrolls, so that the queue is never pressed to nothing.
+  // In a low window the whole step scrolls, so that the queue is never squeezed to nothing.
   const bool narrow = ImGui::GetContentRegionAvail().x < px(520);  // large letters: one card below the other
   const bool low = narrow || ImGui::GetContentRegionAvail().y < px(430);
   if (low) ImGui::BeginChild("export step", ImGui::GetContentRegionAvail());
   const ImVec2 area = ImGui::GetContentRegionAvail();
-  // Within what scrolls, nothing scrolls again: the cards are as high as what is in them.
+  // Nothing scrolls inside what scrolls: the cards are then as high as what is in them.
   const float both = std::max(views.export_what, views.export_how), gap = px(16);
   const float tall = low ? both : std::max(px(200), std::min(px(364), 0.6f * area.y));
   ExportChoice asked = snapshot.exports.choice;
@@ -331,7 +331,7 @@ void draw_export_step(const Snapshot& snapshot, Views& views, Requests& requests
   const Command command = words_of(asked.kind).command;
   const std::string missing = missing_words(asked, *snapshot.direct.directing.performance);
   const std::string beside = !missing.empty()               ? missing
-                             : snapshot.situation.exporting ? "It takes its turn after those below."
+                             : snapshot.situation.exporting ? "It will follow those below."
                                                             : "";
   ImGui::BeginDisabled(!missing.empty());
   if (command_button(command, snapshot.situation, true)) requests.ask(command);

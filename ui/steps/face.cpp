@@ -28,7 +28,7 @@ bool is_left_out(const Snapshot& snapshot, int frame) {
   return std::ranges::binary_search(snapshot.project.contents->project.options.train.left_out, frame);
 }
 
-// Training frames can be taken out by a click; those that measure cannot, or the measure would lie.
+// Training frames can be left out by a click; held-out frames cannot, or the figures would flatter.
 void draw_training_choice(const Snapshot& snapshot, int frame, Requests& requests) {
   const auto& frames = snapshot.project.contents->capture->frames;
   const auto own = std::ranges::find(frames, frame, &CaptureFrame::frame);
@@ -40,7 +40,7 @@ void draw_training_choice(const Snapshot& snapshot, int frame, Requests& request
     faint_text("Refused by the check: it does not train.");
   } else if (is_left_out(snapshot, frame)) {
     body_text("Left out of the training.");
-    if (plain_button("Take it in again", !snapshot.situation.running)) {
+    if (plain_button("Use it again", !snapshot.situation.running)) {
       std::erase(left_out, frame);
       requests.project.left_out = left_out;
     }
@@ -53,7 +53,7 @@ void draw_training_choice(const Snapshot& snapshot, int frame, Requests& request
   }
   if (left_out.size() > 1 && !requests.project.left_out) {
     faint_text(fmt::format("{} frames are left out.", left_out.size()));
-    if (plain_button("Take all in again", !snapshot.situation.running))
+    if (plain_button("Use all again", !snapshot.situation.running))
       requests.project.left_out = std::vector<int>{};
   }
 }
@@ -86,7 +86,7 @@ void draw_refit(const Snapshot& snapshot, const std::optional<RefitSpan>& marked
       body_text(refit_words(*outcome));
     else
       faint_text("To be fitted again by the next run.");
-    if (plain_button("Take the re-fit back", idle)) requests.project.take_back = *done;
+    if (plain_button("Undo the re-fit", idle)) requests.project.take_back = *done;
   }
   if (marked || done != contents.project.options.fit.refits.end()) ImGui::Dummy({0, px(6)});
 }
@@ -102,7 +102,7 @@ void draw_about(const Snapshot& snapshot, const TrackedFrame& frame, const std::
   if (!frame.reason.empty()) body_text(frame.reason);
   if (frame.status != FrameStatus::lost) {
     body_text(fmt::format("The model misses the face's points by {:.1f} px.", frame.inner_error_px));
-    faint_text(fmt::format("The points themselves are certain to {:.1f} px.", mean_inner_spread(frame)));
+    faint_text(fmt::format("The points themselves are uncertain by {:.1f} px.", mean_inner_spread(frame)));
   }
   if (snapshot.project.contents->capture) draw_training_choice(snapshot, frame.frame, requests);
   ImGui::Dummy({0, px(10)});
@@ -110,8 +110,8 @@ void draw_about(const Snapshot& snapshot, const TrackedFrame& frame, const std::
   ImGui::TextUnformatted("How to read it");
   ImGui::PopFont();
   faint_text(
-      "The net lies on the skin of the head model and should move with the face. Points are green where they "
-      "are sure, red where not. The two rays are where the eyes look.");
+      "The net lies on the skin of the head model and should move with the face. Points are green where "
+      "certain, red where not. The two rays show where the eyes look.");
   ImGui::Dummy({0, px(10)});
   if (snapshot.project.contents->model) faint_text("Head model: " + snapshot.project.contents->model->name);
 }
@@ -143,7 +143,7 @@ void draw_face_step(const Snapshot& snapshot, Views& views, Requests& requests) 
                        is_left_out(snapshot, frame.frame) ? ", left out of the training" : "",
                        find_refit(snapshot.project.contents->refits, frame.frame) ? ", fitted again" : "");
   };
-  // Marks are of one clip: another project's frames are others.
+  // A marked span belongs to one project: in another, the same numbers are other frames.
   if (views.face_span_of != snapshot.project.contents->project.folder) {
     views.face_span = {};
     views.face_span_of = snapshot.project.contents->project.folder;

@@ -35,8 +35,8 @@ void draw_consent(const Snapshot& snapshot, Requests& requests) {
   note("consent", Tone::good, kWords[std::size_t(answer)]);
 }
 
-// A row of buttons with what is offered of an option, the one that is chosen pressed in. Returns the one that
-// was clicked.
+// A row of buttons with the values offered for an option, the chosen one pressed. Returns the value that was
+// clicked.
 std::optional<double> draw_option(const OptionRow& row, double chosen) {
   const StudioField& field = row.studio;
   std::optional<double> clicked;
@@ -58,7 +58,7 @@ void draw_choices(const Snapshot& snapshot, Requests& requests) {
     requests.project.picture_size = int(*size);
   const TrainChoices& train = options.train;
   const double seconds = train.full_budget_s > 0 ? train.full_budget_s : train.budget_s;
-  const double chosen = train.steps > 0 ? 0 : seconds;  // by steps: none of those offered
+  const double chosen = train.steps > 0 ? 0 : seconds;  // 0: by steps, which no button offers
   if (const auto budget = draw_option(option_row("budget_s"), chosen)) requests.project.budget_s = budget;
   ImGui::EndDisabled();
 }
@@ -118,8 +118,7 @@ void draw_further_clips(const Snapshot& snapshot, Requests& requests) {
   if (contents.further.empty())
     faint_text(
         "What this clip never shows - a side, a smile - another one can, filmed on another day or elsewhere, "
-        "best "
-        "in similar light. What it shows of the head is learnt; clothes, light and background stay this "
+        "best in similar light. What it shows of the head is learnt; clothes, light and background stay this "
         "clip's.");
   if (command_button(Command::add_clip, snapshot.situation)) requests.ask(Command::add_clip);
 }

@@ -1,4 +1,5 @@
-// Of step 3: what was separated from the background, frame by frame, and the brush that corrects it.
+// Second page of step 3: what was separated from the background, frame by frame, and the brush that corrects
+// it.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -13,8 +14,8 @@ namespace likeness::ui {
 
 namespace {
 
-constexpr int kInkSide = 384;                              // px of the picture of the stroke under the mouse
-constexpr float kLeastShare = 0.004f, kMostShare = 0.15f;  // of the picture's side: the brush's radius
+constexpr int kInkSide = 384;                           // px of the picture of the stroke under the mouse
+constexpr float kMinShare = 0.004f, kMaxShare = 0.15f;  // of the picture's side: the brush's radius
 
 ImU32 ink_of(StrokeMark mark, float alpha = 1) {
   const auto ink = stroke_ink(mark);
@@ -71,7 +72,7 @@ bool can_paint(const Snapshot& snapshot) {
          picture.picture.frame == masks.frame;
 }
 
-// The covered part of the picture of the stroke, in its colour.
+// Uploads what the stroke covers, in its colour.
 void refresh_ink(MaskSight& sight) {
   const auto ink = stroke_ink(sight.stroke->mark);
   Image8 coloured(sight.cover.width, sight.cover.height, 4);
@@ -106,9 +107,9 @@ void paint(const Snapshot& snapshot, MaskSight& sight, const Fitted& place, Requ
                   (io.MousePos.y - place.at.y) / std::max(1.f, place.size.y)};
   if (ImGui::IsItemHovered() && io.MouseWheel != 0)
     sight.radius_share =
-        std::clamp(sight.radius_share * std::pow(1.15f, io.MouseWheel), kLeastShare, kMostShare);
+        std::clamp(sight.radius_share * std::pow(1.15f, io.MouseWheel), kMinShare, kMaxShare);
   if (sight.frame != masks.frame || !can_paint(snapshot)) sight.stroke.reset();
-  // By the mouse alone: from the keyboard there is no place to paint at.
+  // By the mouse alone: the keyboard points nowhere.
   if (ImGui::IsItemActivated() && ImGui::IsMouseClicked(ImGuiMouseButton_Left) && can_paint(snapshot)) {
     sight.stroke = Stroke{sight.mark, rounded(double(sight.radius_share) * crop.side), {}};
     sight.frame = masks.frame;
@@ -124,7 +125,7 @@ void paint(const Snapshot& snapshot, MaskSight& sight, const Fitted& place, Requ
   }
 }
 
-// The brush's rim about the mouse; dark and light, so that it is seen on every ground.
+// The brush's rim about the mouse; dark and light, so that it is seen on any picture.
 void draw_brush(const MaskSight& sight, const Fitted& place) {
   const ImVec2 at = ImGui::GetIO().MousePos;
   const float radius = std::max(px(1.5f), sight.radius_share * place.size.x);
@@ -151,8 +152,7 @@ void draw_mask_picture(const Snapshot& snapshot, MaskSight& sight, Requests& req
   ImDrawList& list = *ImGui::GetWindowDrawList();
   list.AddImage(texture.imgui_id(), place.at, end);
   paint(snapshot, sight, place, requests);
-  // Of the stroke under the mouse, and of the last one until it is in the picture; not of one that was
-  // refused.
+  // The stroke under the mouse, and the last one until it is in the picture; not one that was refused.
   const bool waits = requests.masks.stroke || (snapshot.masks.edit >= sight.until_edit &&
                                                snapshot.masks.drawn.edit < sight.until_edit);
   const bool not_yet_in_picture = sight.frame == snapshot.masks.frame && !sight.ink.empty() &&
@@ -180,7 +180,7 @@ void draw_looks(const Snapshot& snapshot, Requests& requests) {
   constexpr const char* kWords[] = {
       "The background is tinted; the line is where the mask ends.",
       "White is the person, black the background.", "The person as the training sees them.",
-      "What is behind the person, in all frames together. Hatched: nobody ever saw it."};
+      "What is behind the person, from all frames together. Hatched: no frame shows it."};
   faint_text(kWords[std::size_t(snapshot.masks.look)]);
   ImGui::Dummy({0, px(6)});
 }
@@ -198,7 +198,7 @@ void draw_subject(const Snapshot& snapshot, Requests& requests) {
 void draw_amount(const Snapshot& snapshot, MaskSight& sight, Requests& requests) {
   const AttributesView& view = snapshot.masks.attributes;
   const AttributeAnnotation* own = find_annotation(*view.all, view.name, snapshot.masks.frame);
-  // While the slider is held it shows what it was moved to, not what the frame still has.
+  // While the slider is held it shows where it was moved to, not the frame's old amount.
   float amount = own && !sight.moving_amount ? float(own->value) : sight.amount;
   ImGui::AlignTextToFramePadding();
   ImGui::TextUnformatted("Amount here");
@@ -208,14 +208,14 @@ void draw_amount(const Snapshot& snapshot, MaskSight& sight, Requests& requests)
       ImGui::IsItemActivated())
     sight.amount = std::round(100 * amount) / 100;
   sight.moving_amount = ImGui::IsItemActive();
-  // Once it is let go, so that one move is one step of undo.
+  // Only on release, so that one move is one step of undo.
   if (own && ImGui::IsItemDeactivated() && std::abs(double(sight.amount) - own->value) > 0.005)
     requests.masks.attributes.set = sight.amount;
   if (plain_button("None of it here", !snapshot.situation.running)) requests.masks.attributes.set = 0.f;
   tooltip("This frame shows how the person mostly is: amount 0, nothing needs to be painted on it.");
 }
 
-// The attributes, of which one is painted; a name for a new one.
+// The attributes, one of them chosen to paint; a name for a new one.
 void draw_attributes(const Snapshot& snapshot, MaskSight& sight, Requests& requests) {
   const AttributesView& view = snapshot.masks.attributes;
   if (view.unreadable) note("unreadable attributes", Tone::bad, view.unreadable->what, view.unreadable->fix);
@@ -274,9 +274,9 @@ void draw_brushes(const Snapshot& snapshot, MaskSight& sight, Requests& requests
   ImGui::SameLine(0, px(10));
   const float size = float(snapshot.project.contents->capture->size);
   float width_px = 2 * sight.radius_share * size;
-  if (slider("##brush size", &width_px, {2 * kLeastShare * size, 2 * kMostShare * size, 0, 0, 0.06f * size},
+  if (slider("##brush size", &width_px, {2 * kMinShare * size, 2 * kMaxShare * size, 0, 0, 0.06f * size},
              "%.0f px", std::min(px(240), ImGui::GetContentRegionAvail().x)))
-    sight.radius_share = std::clamp(width_px / (2 * size), kLeastShare, kMostShare);
+    sight.radius_share = std::clamp(width_px / (2 * size), kMinShare, kMaxShare);
   if (command_button(Command::undo, snapshot.situation)) requests.ask(Command::undo);
   (void)same_line_if_fits(command_info(Command::redo).words.data());
   if (command_button(Command::redo, snapshot.situation)) requests.ask(Command::redo);
@@ -308,15 +308,15 @@ void draw_attribute_advice(const Snapshot& snapshot, const CaptureFrame* own) {
     faint_text("Nothing is learnt from this frame: paint on one that trains.");
   else
     faint_text(
-        "For what no expression carries: paint where it is on a few frames that show it, say how much, and "
-        "mark some that show none. The next training makes a slider of it.");
+        "For what no expression carries: paint where it is on a few frames that show it, say how much there "
+        "is, and mark some that show none. The next training makes a slider of it.");
   if (snapshot.masks.attributes.unlearnt)
     note("unlearnt attributes", Tone::warn, "The avatar was trained before the last change.",
          "Make the avatar: it is trained again, and nothing else.");
   ImGui::Dummy({0, px(6)});
 }
 
-// What a stroke does here, or why none can be painted; once something was, what is to be done.
+// What a stroke does here, or why none can be painted; after a change, what to do next.
 void draw_advice(const Snapshot& snapshot) {
   const int frame = snapshot.masks.frame;
   const CaptureFrame* own = capture_frame(snapshot, frame);
@@ -326,11 +326,11 @@ void draw_advice(const Snapshot& snapshot) {
   } else if (snapshot.masks.unreadable.contains(frame)) {
     faint_text("This frame's strokes cannot be read: set them aside before painting again.");
   } else if (own && own->held_out) {
-    faint_text("Held out: a stroke mends a mask that is measured with; nothing is learnt from it.");
+    faint_text("Held out: a stroke mends a mask used for measuring; nothing is learnt from it.");
   } else if (!snapshot.masks.unmade) {
     faint_text(
-        "Paint over all that is wrong. What is under the brush is certain; its edge is found again when the "
-        "avatar is made again. The wheel changes the brush's size.");
+        "Paint over everything that is wrong. What is under the brush is then certain; its edge is found "
+        "when the avatar is made again. The wheel changes the brush's size.");
   }
   if (snapshot.masks.unmade)
     note("unmade masks", Tone::warn, "These masks were made before the last change.",

@@ -1,4 +1,4 @@
-// What several steps draw alike: see steps.h.
+// What several steps draw in the same way: see steps.h.
 #define GLFW_INCLUDE_NONE
 #include <GLFW/glfw3.h>
 #include <fmt/format.h>
@@ -73,7 +73,7 @@ std::optional<int> stepped(const std::vector<StripBar>& bars, int chosen) {
   return bars[std::size_t(to)].frame;
 }
 
-// The mouse held down on one frame and moved to another marks all between.
+// Pressing the mouse on one frame and dragging it to another marks these and all between.
 void mark_span(StripSpan& span, const std::vector<StripBar>& bars, bool held, bool let_go,
                std::size_t under) {
   const int frame = bars[under].frame;

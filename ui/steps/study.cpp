@@ -1,5 +1,4 @@
-// In place of the Train step, for those who ask for it: this capture learnt by other methods, too, and how
-// near each comes.
+// In place of the Train step, on request: avatars of this capture by other methods, and how close each comes.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -21,10 +20,10 @@ struct TableWords {
 constexpr TableWords kTables[] = {
     {"models", "Other methods",
      "Those of six papers and ours, each given the same time. Three of them learn slowly: their pictures are "
-     "still blurred then."},
+     "still blurred by then."},
     {"time", "How soon",
-     "The best known of them given forty times the time, and ours from a quarter of it to five times as "
-     "much."},
+     "The best known of them given forty times that time, and ours given from a quarter of it to five times "
+     "as much."},
     {"parts", "What each part brings", "Ours with one part more or less."}};
 
 std::string seconds_words(double seconds) {
@@ -80,7 +79,7 @@ void draw_study_choices(const StudyChoice& now, Requests& requests) {
   if (!(asked == now)) requests.study.choice = asked;
 }
 
-// The model at work in words, where the stage is one.
+// What the model that is being trained is called; a stage that is no model is shown by its name.
 std::string model_words(const std::string& stage) {
   const auto spec = std::ranges::find(study_models(), stage, &ModelSpec::name);
   return spec == study_models().end() ? stage : spec->about;
@@ -101,7 +100,7 @@ void draw_work(const Snapshot& snapshot, Requests& requests) {
   tooltip("An unfinished training starts afresh next time; finished ones are kept.");
 }
 
-// Above all else, so that it is in sight whatever the size of the letters.
+// Drawn first, so that it is in sight whatever the size of the letters.
 void draw_start(const Snapshot& snapshot, Requests& requests) {
   const StudyView& study = snapshot.study;
   const JobStatus& job = study.job;
@@ -124,7 +123,9 @@ void draw_start(const Snapshot& snapshot, Requests& requests) {
                       : study.forecast            ? forecast_words(*study.forecast)
                                                   : "Estimating\u2026";
   if (snapshot.situation.exporting || snapshot.situation.checking || snapshot.situation.driven)
-    words = "Something else is at work, and its time would count as theirs: wait until it ends, or stop it.";
+    words =
+        "Something else is running, and its time would count as the methods': wait until it ends, or stop "
+        "it.";
   if (snapshot.situation.running) words = "The avatar is being made: wait until it is done, or stop it.";
   if (!snapshot.situation.consent) words = "Say first, in the Film step, whether the filmed person agreed.";
   if (same_line_if_fits((words + "    ").c_str())) ImGui::AlignTextToFramePadding();
@@ -132,9 +133,8 @@ void draw_start(const Snapshot& snapshot, Requests& requests) {
   if (!complete)
     faint_text(
         "The computer is busy for that time, and everything else on it is slower. Leave this window alone "
-        "meanwhile: what it draws of the avatar counts as the methods' time. Stop it whenever you like: it "
-        "goes "
-        "on where it stopped.");
+        "meanwhile: what it renders of the avatar counts as the methods' time. Stop it whenever you like: it "
+        "continues where it stopped.");
 }
 
 std::string number(const std::optional<double>& value, int digits) {
@@ -184,16 +184,16 @@ void draw_results(const Snapshot& snapshot, Views& views, Requests& requests) {
   if (study.unreadable) note("unreadable", Tone::warn, study.unreadable->what, study.unreadable->fix);
   if (!study.finished) {
     draw_nothing_yet(
-        "Here the methods will stand side by side: how near each comes to frames it never saw, how long that "
-        "took, and how fast its pictures are.");
+        "Here the methods will stand side by side: how close each comes to frames it never saw, how long "
+        "that took, and how fast it renders.");
     return;
   }
   const StudySummary& summary = study.finished->summary;
   if (command_button(Command::show_study, snapshot.situation)) requests.ask(Command::show_study);
   tooltip("report.html in it has all of this with pictures of the frames side by side.");
   faint_text(fmt::format(
-      "Likeness in dB (PSNR) on {} frames of {} px that none of them had seen; more is nearer. Times are of "
-      "the processor.",
+      "Likeness in dB (PSNR) on {} frames of {} px that none of them had seen; more is closer. Times are "
+      "processor time.",
       summary.frames, summary.size));
   ImGui::Dummy({0, px(4)});
   for (const SummaryTable& table : summary.tables) draw_table(table);
@@ -228,7 +228,7 @@ void draw_study_page(const Snapshot& snapshot, Views& views, Requests& requests)
   draw_start(snapshot, requests);
   ImGui::Dummy({0, px(2)});
   ImVec2 area = ImGui::GetContentRegionAvail();
-  // Large letters leave no room for both side by side: what was found is then scrolled to.
+  // Large letters leave no room for both side by side: the results are then below, reached by scrolling.
   const bool below = area.x < px(760);
   if (below) {
     ImGui::BeginChild("study page", area);

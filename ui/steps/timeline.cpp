@@ -18,9 +18,9 @@ namespace likeness::ui {
 namespace {
 
 constexpr float kLabels = 142;
-constexpr int kMostRows = 7;  // before they scroll
+constexpr int kMaxRows = 7;  // before they scroll
 
-// Two ascending lists of times as one, in which each time stands once.
+// Two ascending lists of times as one, each time in it once.
 std::vector<double> merged(const std::vector<double>& a, const std::vector<double>& b) {
   std::vector<double> both;
   both.reserve(std::max(a.size(), b.size()));
@@ -77,7 +77,7 @@ void draw_length(const Performance& performance, float width, Requests& requests
   tooltip("How long the performance is. Drag, or double click to type.");
 }
 
-// Goes on in the line where there is room for so many px.
+// Continues the line if there is room for `width`; false otherwise.
 bool goes_on(float width) {
   ImGui::SameLine(0, px(6));
   const bool fits = ImGui::GetContentRegionAvail().x >= width;
@@ -101,17 +101,18 @@ void draw_transport(const Snapshot& snapshot, Requests& requests) {
                                     std::pair{Command::repeat, directing.looping}}) {
     const CommandInfo& info = command_info(command);
     if (!goes_on(chip_width(info.words.data()))) return;
-    const char* tip = command == Command::record_keys
-                          ? "On: what you set becomes a key at the playhead. Off: it holds all the time, "
-                            "unless it has keys already. "
-                          : "Start again at the end. ";
+    const char* tip =
+        command == Command::record_keys
+            ? "On: what you set becomes a key at the playhead. Off: it holds throughout, unless "
+              "it has keys already. "
+            : "Start again at the end. ";
     if (chip(info.words.data(), info.words.data(), on, tip + shortcut(command))) requests.ask(command);
   }
   const Command add = Command::add_keys;
   if (!goes_on(chip_width(command_info(add).words.data()))) return;
   ImGui::BeginDisabled(!is_enabled(add, snapshot.situation));
   if (chip(command_info(add).words.data(), "Add keys here", false,
-           "Keys at the playhead of everything that has keys. " + shortcut(add)))
+           "A key at the playhead for everything that has keys. " + shortcut(add)))
     requests.ask(add);
   ImGui::EndDisabled();
 }
@@ -151,7 +152,7 @@ bool has_time(const std::vector<double>& times, double time_s) {
   return found != times.end() && *found <= time_s + kSameTime_s;
 }
 
-// Keys of a row; where they stand too close to tell apart, a bar of them.
+// Keys of a row; keys too close to tell apart are drawn as bars.
 void draw_keys(const TimelinePlace& place, const std::vector<double>& times,
                const std::vector<double>& chosen, float middle) {
   const Palette& p = theme().colours;
@@ -174,7 +175,7 @@ void draw_keys(const TimelinePlace& place, const std::vector<double>& times,
   }
 }
 
-void draw_course(const TimelinePlace& place, const TimelineRow& row, float top) {
+void draw_curve(const TimelinePlace& place, const TimelineRow& row, float top) {
   const float span = row.high - row.low, height = px(kRow) - px(6);
   if (span <= 0) return;
   std::vector<ImVec2> line;
@@ -201,7 +202,7 @@ void draw_row(const TimelinePlace& place, const TimelineRow& row, int number) {
   list.AddText(font, size, {place.at.x + px(6), top + 0.5f * (px(kRow) - size)}, colour(p.text),
                shown.c_str());
   list.PushClipRect({place.left - px(6), top}, {right, bottom}, true);
-  if (row.keys) draw_course(place, row, top);
+  if (row.keys) draw_curve(place, row, top);
   draw_keys(place, row.times, row.chosen, 0.5f * (top + bottom));
   list.PopClipRect();
   note_place(row.keys ? "row " + row.channel : "row all keys", {place.left, top}, {right, bottom});
@@ -255,10 +256,10 @@ void find_rows(const DirectingView& directing, TimelineSight& sight) {
 }
 
 float timeline_height(const Snapshot& snapshot, float area) {
-  const int rows = 1 + std::min(kMostRows, int(snapshot.direct.directing.performance->channels.size()));
+  const int rows = 1 + std::min(kMaxRows, int(snapshot.direct.directing.performance->channels.size()));
   const float head = ImGui::GetTextLineHeight() + px(14), gap = ImGui::GetStyle().ItemSpacing.y;
   const float least = head + px(kRuler) + px(kRow) + 2 * gap;
-  if (snapshot.direct.comparing) return least;  // it rests meanwhile: the picture takes the room
+  if (snapshot.direct.comparing) return least;  // the timeline is idle meanwhile: the picture takes the room
   return std::max(least, std::min(head + px(kRuler) + float(rows) * px(kRow) + 2 * gap, 0.36f * area));
 }
 

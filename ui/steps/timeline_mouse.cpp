@@ -11,7 +11,7 @@ namespace likeness::ui {
 
 namespace {
 
-constexpr float kReach = 6;  // units within which a key is met
+constexpr float kReach = 6;  // units from a key within which the mouse hits it
 constexpr std::array kEasingWords{"Linear", "Smooth", "Hold", "Ease in", "Ease out"};
 
 double snapped(const Performance& performance, double time_s) {
@@ -69,7 +69,7 @@ std::vector<KeyPlace> keys_in(const TimelinePlace& place, const std::vector<Time
   return keys;
 }
 
-// A double click on a row: a key there of what the channel is at.
+// A double click on a row: a key there with the channel's current value.
 void add_key(const TimelinePlace& place, const std::vector<TimelineRow>& rows, const DirectingView& directing,
              ImVec2 mouse, Requests& requests) {
   Performance edited = requests.direct.start(directing);

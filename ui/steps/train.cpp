@@ -1,4 +1,4 @@
-// Step 5: the avatar while it learns.
+// Step 5: the avatar while it is trained.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -22,12 +22,12 @@ void draw_training_buttons(const Snapshot& snapshot, Requests& requests) {
     ImGui::SameLine();
     if (command_button(Command::stop_work, now)) requests.ask(Command::stop_work);
     tooltip(
-        "Ends the work and frees its memory. What is done is kept, and making the avatar goes on from "
+        "Ends the work and frees its memory. What is done is kept, and making the avatar continues from "
         "there.");
     ImGui::SameLine();
     if (command_button(Command::finish_now, now)) requests.ask(Command::finish_now);
     tooltip(
-        "Ends the training and makes the avatar from what is learnt so far. Train longer goes on from "
+        "Ends the training and makes the avatar from what is learnt so far. Train longer continues from "
         "there.");
   } else if (now.finished) {
     if (primary_button("Direct the avatar")) requests.show = Step::direct;
@@ -82,7 +82,7 @@ std::array<std::string, 4> captions(const PreviewPictures& p) {
           fmt::format("The avatar there: {:.1f} dB", p.psnr_db), p.turned_words, p.expression_words};
 }
 
-// Of the tallest caption under a picture this wide.
+// Height of the tallest caption under a picture this wide.
 float caption_height(const PreviewPictures* p, float side) {
   ImGui::PushFont(theme().fonts.small);
   float height = ImGui::GetTextLineHeight();
@@ -106,7 +106,7 @@ void draw_previews(const std::shared_ptr<const PreviewPictures>& shown, Views& v
   draw_preview("preview expression", views.previews[3], p.expression, shown, words[3], side);
 }
 
-// The curve over the previews.
+// The curve, with the previews below or, in a low window, beside it.
 void draw_learning(const Snapshot& snapshot, Views& views, bool running) {
   const bool curve = snapshot.project.curve.training.size() >= 2;
   const PreviewPictures* pictures = snapshot.project.pipeline.preview.get();
@@ -123,7 +123,7 @@ void draw_learning(const Snapshot& snapshot, Views& views, bool running) {
   }
   const ImVec2 area = ImGui::GetContentRegionAvail();
   const ImVec2 spacing = ImGui::GetStyle().ItemSpacing, padding = ImGui::GetStyle().WindowPadding;
-  // In a low window the previews stand beside the curve, two by two.
+  // In a low window the previews are two by two.
   const bool low = area.y < px(360);
   const int columns = low ? 2 : 4;
   const auto side_beside = [&](float words) {
@@ -154,7 +154,7 @@ void draw_learning(const Snapshot& snapshot, Views& views, bool running) {
   end_card();
 }
 
-// Of the training at work: its card comes when it is done.
+// The parts chosen for the training under way; its card comes when it is done.
 void draw_chosen(const std::vector<AvatarPart>& parts, Views& views) {
   if (!views.open_chosen) {
     draw_parts(parts, views.open_chosen);
@@ -194,7 +194,7 @@ void draw_train_step(const Snapshot& snapshot, Views& views, Requests& requests)
   }
   if (!card && !snapshot.project.pipeline.parts.empty()) draw_chosen(snapshot.project.pipeline.parts, views);
   ImVec2 area = ImGui::GetContentRegionAvail();
-  // Large letters leave no room for both side by side: the card is then scrolled to, below.
+  // Large letters leave no room for both side by side: the card is then below, reached by scrolling.
   const bool below = card && area.x < px(760);
   if (below) {
     ImGui::BeginChild("learning and card", area);

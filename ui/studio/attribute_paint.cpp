@@ -7,7 +7,7 @@ namespace likeness::ui {
 
 namespace {
 
-constexpr std::size_t kMostPaintChanges = 200;
+constexpr std::size_t kMaxPaintChanges = 200;
 
 }  // namespace
 
@@ -25,7 +25,7 @@ bool AttributePaint::refresh(const PaintedAttributes& attributes, std::optional<
   if (unsaved_) return false;
   if (attributes == *all_) return true;
   all_ = std::make_shared<const PaintedAttributes>(attributes);
-  history_.clear(), present_ = 0;  // of what is no more
+  history_.clear(), present_ = 0;  // it is of attributes that are gone
   ++edit_;
   return true;
 }
@@ -37,7 +37,7 @@ std::shared_ptr<const Strokes> AttributePaint::strokes(int frame) const {
 
 bool AttributePaint::paint(int frame, float value, Stroke stroke) {
   const AttributeAnnotation* own = find_annotation(*all_, name_, frame);
-  // An eraser has nothing to take away.
+  // There is nothing to erase.
   if (stroke.mark == StrokeMark::erase && (!own || own->region.empty())) return false;
   AttributeAnnotation after = own ? *own : AttributeAnnotation{frame, double(value), {}};
   after.region.push_back(std::move(stroke));
@@ -69,7 +69,7 @@ bool AttributePaint::remove(const std::string& name) {
 bool AttributePaint::change(PaintedAttributes after) {
   if (unreadable_) return false;
   history_.resize(present_);
-  if (history_.size() == kMostPaintChanges) history_.erase(history_.begin()), --present_;
+  if (history_.size() == kMaxPaintChanges) history_.erase(history_.begin()), --present_;
   history_.emplace_back(all_, std::make_shared<const PaintedAttributes>(std::move(after)));
   return redo();
 }

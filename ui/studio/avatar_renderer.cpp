@@ -16,9 +16,9 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-constexpr int kBandRows = 64;     // rendered between two looks for a newer request
-constexpr double kPace_s = 0.07;  // a moving picture may take
-constexpr double kStep = 6;       // times the cost of a rung is that of the next, at most
+constexpr int kBandRows = 64;     // rendered between two checks for a newer request
+constexpr double kPace_s = 0.07;  // that a moving picture may take
+constexpr double kStep = 6;       // a rung costs at most this many times the one below
 
 // The lower rungs are small pictures: the view enlarges them.
 RenderOptions rung_options(Rung rung) {
@@ -100,7 +100,7 @@ bool AvatarRenderer::publish(std::uint64_t number, AvatarPicture picture) {
   {
     const std::lock_guard lock(mutex_);
     on_device_ = device;
-    // A coarse picture of a moment ago is still the best answer while the newer one is made.
+    // A coarse picture of a moment ago is still the best answer while a newer one is rendered.
     if (number != number_ && !waiting_) return false;
     latest_ = std::make_shared<const AvatarPicture>(std::move(picture));
     newest = number == number_;
@@ -131,7 +131,7 @@ void AvatarRenderer::loop(std::stop_token stop) {
     try {
       answer(request, number, stop);
     } catch (const std::exception&) {
-      // Memory ran out over a picture: the last one stays, and whatever else is at work goes on.
+      // Memory ran out over a picture: the last one stays, and all other work goes on.
     }
   }
 }

@@ -59,7 +59,7 @@ void Background::loop(std::stop_token stop) {
     } catch (const std::exception& e) {
       delivery = [this, what = std::string(e.what())] { broke_(what); };
     }
-    item.work = nullptr;  // what it holds may be large: not freed under the lock
+    item.work = nullptr;  // what it holds may be large, so free it before locking
     lock.lock();
     working_ = false;
     done_.push_back(std::move(delivery));

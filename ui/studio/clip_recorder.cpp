@@ -14,8 +14,8 @@ using Clock = std::chrono::steady_clock;
 
 namespace {
 
-constexpr int kPictureSide = 800;       // px: more is not seen in the window
-constexpr double kBetween_s = 1 / 15.;  // of the shown pictures: encoding needs the processor, too
+constexpr int kPictureSide = 800;       // px: the window shows no more
+constexpr double kBetween_s = 1 / 15.;  // between shown pictures: encoding needs the processor, too
 
 Image8 small(const Image8& rgb) {
   const double scale = std::min(1.0, double(kPictureSide) / std::max(rgb.width, rgb.height));
@@ -114,13 +114,13 @@ void ClipRecorder::run(std::stop_token stop) {
     }
     try {
       use_camera(device, stop);
-    } catch (const std::exception& e) {  // memory ran out, usually
-      fail({ErrorCode::failed, std::string("The recording broke off: ") + e.what() + ".",
+    } catch (const std::exception& e) {  // usually for want of memory
+      fail({ErrorCode::failed, std::string("The recording was cut short: ") + e.what() + ".",
             "Close other programs and try again.", ""});
     }
     const std::lock_guard lock(mutex_);
     if (!status_.recording) continue;
-    if (discarded_) {  // while the camera was being let go: on with it
+    if (discarded_) {  // while the camera was being released: open it again
       std::error_code ignored;
       fs::remove(status_.clip, ignored);
       status_.recording.reset();
@@ -135,7 +135,7 @@ void ClipRecorder::run(std::stop_token stop) {
   }
 }
 
-// Returns once the camera is let go: for another one, after a failure, at the end.
+// Returns once the camera is released: for another one, after a failure, at the end.
 void ClipRecorder::use_camera(const std::string& device, std::stop_token stop) {
   std::vector<Webcam> webcams = webcams_.list();
   {
@@ -148,7 +148,7 @@ void ClipRecorder::use_camera(const std::string& device, std::stop_token stop) {
   }
 }
 
-// True where pictures are to be kept from now on.
+// True if pictures are to be kept from now on.
 bool ClipRecorder::watch(FrameSource& source, std::stop_token stop) {
   while (!stop.stop_requested()) {
     {
@@ -170,12 +170,12 @@ bool ClipRecorder::watch(FrameSource& source, std::stop_token stop) {
     }
   }
   if (!stop.stop_requested())
-    fail({ErrorCode::failed, "The webcam gives no more pictures.",
+    fail({ErrorCode::failed, "The webcam sends no more pictures.",
           "Close other programs that use it, or plug it in again.", source.name()});
   return false;
 }
 
-// True where the camera goes on being watched: nothing was kept.
+// True if nothing was kept, so that the camera stays open.
 bool ClipRecorder::film(FrameSource& source, std::stop_token stop) {
   std::stop_source recorded;
   fs::path clip;
@@ -197,7 +197,7 @@ bool ClipRecorder::film(FrameSource& source, std::stop_token stop) {
   const auto recording = record_clip(source, clip, options_.record, seen, recorded.get_token());
   std::unique_lock lock(mutex_);
   const bool cancelled = !recording && recording.error().code == ErrorCode::cancelled;
-  if (discarded_ || cancelled) {  // cancelled: before there was a picture
+  if (discarded_ || cancelled) {  // cancelled: stopped before the first picture
     if (recording) {
       std::error_code ignored;
       fs::remove(clip, ignored);
@@ -232,7 +232,7 @@ void ClipRecorder::show(const CapturedFrame& picture) {
 void ClipRecorder::fail(Error error) {
   {
     const std::lock_guard lock(mutex_);
-    if (chosen_) return;  // another camera is wanted already
+    if (chosen_) return;  // another camera has been chosen already
     record_wanted_ = false;
     status_.state = RecorderState::failed;
     status_.picture.reset();

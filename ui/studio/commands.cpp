@@ -63,7 +63,7 @@ WindowRequest export_now(To to) {
   return WindowRequest::none;
 }
 
-// Whatever is done to what is directed, its picture follows.
+// After anything done to what is directed, a new picture is requested.
 template <auto act, auto... with>
 WindowRequest on_direct(To to) {
   (to.direct.*act)(with...);
@@ -78,7 +78,7 @@ WindowRequest on_directing(To to) {
   return WindowRequest::none;
 }
 
-// Of the masks where they are shown, otherwise of what is directed.
+// Acts on the masks where they are shown, otherwise on what is directed.
 template <auto act_on_masks, auto act, auto... with>
 WindowRequest where_shown(To to) {
   if (!to.masks.are_shown()) return on_directing<act, with...>(to);

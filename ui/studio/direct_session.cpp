@@ -19,7 +19,7 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr double kAutosave_s = 1;                       // after the last change
-constexpr std::chrono::seconds kSaveAgain{5};           // after a save that failed
+constexpr std::chrono::seconds kSaveAgain{5};           // until the next try after a failed save
 constexpr double kShortest_walk_s = 8;                  // of an empty performance
 constexpr float kDollyTo = 0.7f;                        // times the typical distance
 constexpr const char* kCompareFrame = "frame compare";  // the background's key
@@ -30,8 +30,8 @@ constexpr const char* kUnread = "performance-unread.json";
 
 Performance DirectSession::Take::keys() const { return performance_of(*frames, rate, avatar->directed); }
 
-// Saves of performances, by the window and by the thread behind it: an older one that is still queued when a
-// newer is written writes nothing.
+// Saves of performances, by the window's thread and by the background's: a save still queued when a newer one
+// has been written writes nothing.
 struct DirectSession::Saves {
   std::mutex mutex;  // held while one is written
   std::uint64_t written = 0;
@@ -187,7 +187,7 @@ void DirectSession::save_performance_as(const fs::path& file) {
   context_.notices.message = "Written: " + file.string();
 }
 
-// One that cannot be read is put aside, not overwritten.
+// A performance that cannot be read is set aside, not overwritten.
 void DirectSession::open() {
   directing_.open({});
   std::error_code ignored;
@@ -273,7 +273,7 @@ void DirectSession::request_picture() {
             .view);
   }
   if (drive_.on() && request.origin.frame < 0) {
-    drive_.look(std::move(request));  // from here; what the avatar does is the driver's to say
+    drive_.look(std::move(request));  // the view is this one; the pose comes from the driver
     return;
   }
   renderer_.request(std::move(request));
@@ -290,7 +290,7 @@ void DirectSession::drive(LiveDriver::Open open) {
   request_picture();
 }
 
-// Keeps what was recorded, to be laid over the performance.
+// Keeps what was recorded until it is laid over the performance.
 std::optional<std::uint64_t> DirectSession::keep_take() {
   auto frames = drive_.take_recording();
   if (frames.empty()) return std::nullopt;
@@ -334,7 +334,7 @@ void DirectSession::lay_takes() {
 }
 
 void DirectSession::lay_take(const Performance& keys, double at_s) {
-  // Another head model may have come with an avatar that was made meanwhile.
+  // An avatar made meanwhile may have another head model.
   const auto known = context_.open.contents && context_.open.contents->model
                          ? check_performance(keys, *context_.open.contents->model,
                                              context_.open.contents->avatar
@@ -344,7 +344,7 @@ void DirectSession::lay_take(const Performance& keys, double at_s) {
   if (!known) {
     context_.notices.fail({ErrorCode::failed,
                            "The recorded drive is dropped: the avatar it was made for is gone.",
-                           "Record it again with the avatar there is now.", ""});
+                           "Record it again with the present avatar.", ""});
     return;
   }
   edit("record the drive", [&](Performance& p) { lay_over(p, keys, at_s); });

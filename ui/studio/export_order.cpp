@@ -29,7 +29,7 @@ bool performs(const ExportChoice& choice) {
   return choice.kind == ExportKind::performance || (choice.kind == ExportKind::mesh && choice.moving);
 }
 
-// plate_holds: the camera stands where the clip's rested.
+// plate_holds: the camera stands where the clip's camera rested.
 std::string background_of(const ExportChoice& choice, bool plate_holds) {
   const auto byte = [](float part) { return int(std::lround(255 * std::clamp(part, 0.f, 1.f))); };
   switch (choice.ground) {
@@ -50,7 +50,7 @@ std::string background_of(const ExportChoice& choice, bool plate_holds) {
   return {};
 }
 
-// camera_rests: where the capture has it.
+// camera_rests: it stays where the capture's camera was.
 FilmOptions film_options(const ExportOrder& order, bool camera_rests, const RenderPlace& place) {
   const ExportChoice& choice = order.choice;
   FilmOptions options;
@@ -69,7 +69,7 @@ Result<Performance> chosen_performance(const ExportOrder& order) {
   return read_performance(order.choice.performance);
 }
 
-// The camera of a performance that stands still has no keys, or all of them at rest.
+// Whether the performance leaves the camera at rest: it has no camera keys, or all of them are at rest.
 bool camera_rests(const Performance& performance) {
   return std::ranges::all_of(performance.channels, [](const auto& channel) {
     return !channel.first.starts_with("camera ") || std::ranges::all_of(channel.second, [&](const Key& key) {
@@ -85,7 +85,7 @@ bool camera_rests_at(const Performance& performance, double time_s) {
   });
 }
 
-// The moment that was shown, from where it was seen, or swinging to both sides of that.
+// The moment on screen, from the view on screen, or swinging to both sides of it.
 Film posed_film(const ExportOrder& order) {
   const ExportChoice& choice = order.choice;
   const bool orbit = choice.kind == ExportKind::orbit;
@@ -127,7 +127,7 @@ Result<std::string> follow_clip(const ExportOrder& order, const RenderPlace& pla
   request.landmark_model = order.contents->project.options.shared.landmark_model;
   request.options.move_head = !order.choice.keep_head;
   request.options.gains = order.gains;
-  // As a live drive: what is painted stays as the sliders have it.
+  // As in a live drive, painted attributes stay as the sliders have them.
   const ProjectAvatar& avatar = *order.contents->avatar;
   const AvatarPose directed = direct_moment(avatar.directed, *order.performance, order.time_s).pose;
   for (std::size_t a = 0; a < directed.attributes.size(); ++a)
@@ -138,8 +138,8 @@ Result<std::string> follow_clip(const ExportOrder& order, const RenderPlace& pla
   std::string words = fmt::format("{} frames, {}", written->frames,
                                   written->sound.copied ? "with the clip's sound" : "without sound");
   if (written->bridged > 0)
-    words += fmt::format("; in {} the driver's face was lost and the avatar moves on between its neighbours",
-                         written->bridged);
+    words +=
+        fmt::format("; in {} the driver's face was lost and the motion is interpolated", written->bridged);
   return words;
 }
 
@@ -190,7 +190,7 @@ Result<void> check_order(const ExportOrder& order) {
     return fs::is_regular_file(path, ignored);
   };
   if (choice.kind == ExportKind::driven && !is_file(choice.clip))
-    return Error{ErrorCode::not_found, "No clip is chosen that drives the avatar.", "Choose one first.",
+    return Error{ErrorCode::not_found, "No clip is chosen to drive the avatar.", "Choose one first.",
                  choice.clip.string()};
   const bool own = choice.performance.empty();
   if (performs(choice) && (own ? order.performance->channels.empty() : !is_file(choice.performance)))
@@ -206,14 +206,14 @@ Result<std::string> write_order(const ExportOrder& order, const Progress& progre
   const bool folder = order.out.extension().empty();
   if (const auto made = make_writable_folder(order.out.parent_path()); !made) return made.error();
   std::error_code failure;
-  // What came there since it was asked for is somebody else's.
+  // What has appeared there since the export was ordered is not ours to overwrite.
   if (folder ? !fs::create_directory(order.out, failure) && !failure : fs::exists(order.out, failure))
     return Error{ErrorCode::bad_input, fmt::format("{} already exists.", order.out.filename().string()),
                  "Export it again: it will be given another name.", order.out.string()};
   if (failure) return file_error(order.out, "create", failure.value());
   const ProjectAvatar& avatar = *order.contents->avatar;
   const OpenedAvatar opened{order.contents->project, avatar.avatar, *avatar.model, avatar.hash};
-  std::string note;  // why the processor went on
+  std::string note;  // why the processor took over
   RenderPlace place{nullptr, true, [&](const std::string& text) { note = ". " + text; }};
   if (order.open && makes_pictures(order.choice)) {
     auto backend = order.open();

@@ -12,7 +12,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-// A name in exports/ that no file has and no waiting export takes.
+// A name in exports/ that no file has and no waiting export will take.
 fs::path export_path(const fs::path& folder, const ExportChoice& choice, const ExportQueue& queue) {
   for (int number = 1;; ++number) {
     const fs::path path = folder / "exports" / export_file_name(choice, number);

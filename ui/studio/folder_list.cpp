@@ -15,7 +15,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr std::size_t kMostEntries = 2000;
+constexpr std::size_t kMaxEntries = 2000;
 
 std::string lower(std::string text) {
   std::ranges::transform(text, text.begin(), [](unsigned char c) { return char(std::tolower(c)); });
@@ -26,7 +26,7 @@ bool ends_in(const fs::path& path, std::span<const std::string_view> endings) {
   return std::ranges::find(endings, lower(path.extension().string())) != endings.end();
 }
 
-// Files that make up a project are no performances.
+// Files that make up a project are not performances.
 bool is_project_file(const fs::path& file) {
   constexpr std::array<std::string_view, 8> kOwn{"project.json",     "capture.json", "cameras.json",
                                                  "track.json",       "plate.json",   "training_curve.json",
@@ -65,7 +65,7 @@ std::vector<FolderEntry> list_folder(const fs::path& folder, Wanted wanted) {
   std::vector<FolderEntry> entries;
   std::error_code failure;
   for (fs::directory_iterator it(folder, fs::directory_options::skip_permission_denied, failure), end;
-       !failure && it != end && entries.size() < kMostEntries; it.increment(failure)) {
+       !failure && it != end && entries.size() < kMaxEntries; it.increment(failure)) {
     std::error_code ignored;
     FolderEntry entry{it->path().filename().string()};
     if (entry.name.starts_with(".")) continue;

@@ -13,8 +13,8 @@ bool is_working(const JobStatus& status) {
 }
 
 double estimate_left(double from, double now, double to, double seconds) {
-  constexpr double kSettled_s = 3, kLeastShare = 0.03;
-  if (seconds < kSettled_s || to <= from || now - from < kLeastShare * (to - from)) return -1;
+  constexpr double kSettled_s = 3, kMinShare = 0.03;
+  if (seconds < kSettled_s || to <= from || now - from < kMinShare * (to - from)) return -1;
   return seconds * (to - now) / (now - from);
 }
 
@@ -37,8 +37,8 @@ Job::Job(Work work, std::function<void()> wake) : wake_(std::move(wake)) {
     const Result<std::string> outcome = [&]() -> Result<std::string> {
       try {
         return work(progress, stop);
-      } catch (const std::exception& e) {  // memory ran out, usually
-        return Error{ErrorCode::failed, std::string("The work broke off: ") + e.what() + ".",
+      } catch (const std::exception& e) {  // usually for want of memory
+        return Error{ErrorCode::failed, std::string("The work was interrupted: ") + e.what() + ".",
                      "Close other programs and try again; what was finished is kept.", ""};
       }
     }();

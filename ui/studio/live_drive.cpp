@@ -14,7 +14,7 @@ namespace {
 constexpr double kRate_s = 2;  // over which pictures on the screen are counted
 
 void pose(PictureRequest& request, const DrivenFrame& frame) {
-  std::vector<float> attributes = std::move(request.pose.attributes);  // held as the sliders have them
+  std::vector<float> attributes = std::move(request.pose.attributes);  // stay as the sliders have them
   request.pose = frame.pose;
   request.pose.attributes = std::move(attributes);
   const SeenViews& views = request.avatar->views;
@@ -111,7 +111,7 @@ LiveView LiveDrive::view() const {
   view.gains = gains_;
   if (!driver_) return view;
   view.status = driver_->status();
-  // Of late: where no picture comes any more, there is nothing to tell.
+  // Only recent pictures count: once none come any more, there are no figures.
   const auto oldest = std::ranges::lower_bound(
       shown_,
       Clock::now() - std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(kRate_s)));

@@ -15,7 +15,7 @@ namespace {
 
 using Ink = std::array<std::uint8_t, 3>;
 
-constexpr int kLeastSide = 768;  // px of what is drawn
+constexpr int kMinSide = 768;  // px of what is drawn
 constexpr Ink kTint{38, 66, 190}, kOutline{255, 206, 64};
 constexpr float kTintShare = 0.5f;
 
@@ -24,13 +24,13 @@ void mix(std::uint8_t* pixel, const Ink& ink, float share) {
     pixel[c] = std::uint8_t(std::lround(float(pixel[c]) * (1 - share) + float(ink[c]) * share));
 }
 
-// How much of a pixel the line takes where alpha crosses one half: its distance from there, by the slope.
+// How much of a pixel the outline covers: alpha's distance from one half, divided by its slope.
 float outline_share(const Image8& alpha, int x, int y) {
   const auto at = [&](int u, int v) {
     return float(*alpha.at(std::clamp(u, 0, alpha.width - 1), std::clamp(v, 0, alpha.height - 1)));
   };
   const float slope = 0.5f * std::hypot(at(x + 1, y) - at(x - 1, y), at(x, y + 1) - at(x, y - 1));
-  if (slope < 4) return 0;  // of 255 a pixel: no edge
+  if (slope < 4) return 0;  // of 255 per pixel: no edge
   return std::clamp(2.0f - std::abs(at(x, y) - 127.5f) / slope, 0.0f, 1.0f);
 }
 
@@ -66,13 +66,13 @@ Result<MaskSource> read_mask_source(const fs::path& folder, int frame) {
     return Error{ErrorCode::not_found, "No picture of this frame was kept.", "", ""};
   auto alpha = read_image(folder / "masks" / frame_name(frame).filename());
   if (!alpha || alpha->channels != 1 || alpha->width != alpha->height)
-    return Error{ErrorCode::not_found, "No mask of this frame was made yet.", "", ""};
+    return Error{ErrorCode::not_found, "No mask of this frame has been made yet.", "", ""};
   return MaskSource{frame, std::move(*rgb), std::move(*alpha)};
 }
 
 Image8 draw_mask(const MaskSource& source, std::span<const Stroke> strokes, const SquareCrop& crop,
                  MaskLook look, bool attribute) {
-  const int side = std::max(kLeastSide, source.rgb.width);
+  const int side = std::max(kMinSide, source.rgb.width);
   Image8 picture = resize(source.rgb, side, side), alpha = resize(source.alpha, side, side);
   const StrokeCover cover = cover_strokes(strokes, crop, side);
   if (!attribute) apply_strokes(cover, alpha);
@@ -97,7 +97,7 @@ Result<Image8> draw_plate(const fs::path& folder) {
     return Error{ErrorCode::not_found,
                  "There is no background plate: it takes a camera that rests for a second or longer.", "",
                  ""};
-  const int side = std::max(kLeastSide, plate->width);
+  const int side = std::max(kMinSide, plate->width);
   Image8 picture = resize(*plate, side, side);
   const auto known = read_image(folder / "plate_known.png");  // absent: the whole of it was seen
   if (!known || known->channels != 1 || known->width != plate->width) return picture;

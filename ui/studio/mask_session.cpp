@@ -13,7 +13,7 @@ namespace likeness::ui {
 
 namespace {
 
-// After the last change: what became stale is found by reading the project again, which takes a moment.
+// After the last change the project is read again to find what became stale; as that takes time, not at once.
 constexpr std::chrono::milliseconds kSettled{500};
 
 }  // namespace
@@ -49,7 +49,7 @@ bool MaskSession::paint(const MaskRequests& requests) {
   return attributes_.paint(masks_.frame(), requests.attributes.value, *requests.stroke);
 }
 
-// Whether another picture is wanted.
+// Applies the requests; true if another picture is needed.
 bool MaskSession::change(const AttributeRequests& requests) {
   if (requests.on) attributes_.turn(*requests.on);
   if (requests.on.value_or(false) && masks_.look() == MaskLook::plate) masks_.set_look(MaskLook::picture);
@@ -71,7 +71,7 @@ Result<void> MaskSession::check_attribute(const std::string& name) const {
   };
   const ProjectContents& contents = *context_.open.contents;
   if (contents.model && find_action(*contents.model, name))
-    return refused(fmt::format("The head model has an action '{}' of its own.", name),
+    return refused(fmt::format("The head model already has an action '{}'.", name),
                    "Give the attribute another name.");
   const auto& frames = contents.capture->frames;
   const auto own = std::ranges::find(frames, masks_.frame(), &CaptureFrame::frame);
@@ -189,7 +189,7 @@ void MaskSession::set_aside(int frame) {
       });
 }
 
-// Whatever was drawn is of earlier masks.
+// Draws again: what was drawn shows earlier masks.
 void MaskSession::was_read(bool first) {
   const ProjectContents& contents = *context_.open.contents;
   if (first) {

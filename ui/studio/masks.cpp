@@ -8,15 +8,15 @@ namespace likeness::ui {
 
 namespace {
 
-// Each change holds its frame's strokes: far more than anybody takes back.
-constexpr std::size_t kMostChanges = 200;
+// Each change holds its frame's strokes; far more changes than anybody undoes.
+constexpr std::size_t kMaxChanges = 200;
 
 }  // namespace
 
 void Masks::open(FrameStrokes strokes, std::map<int, Error> unreadable) {
   const std::uint64_t edit = edit_;
   *this = {};
-  edit_ = edit + 1;  // no picture of another project's strokes is taken for one of these
+  edit_ = edit + 1;  // so that no picture of another project's strokes is taken for one of these
   for (auto& [frame, own] : strokes) strokes_[frame] = std::make_shared<const Strokes>(std::move(own));
   unreadable_ = std::move(unreadable);
 }
@@ -35,7 +35,7 @@ void Masks::refresh(const FrameStrokes& strokes, std::map<int, Error> unreadable
   unreadable_ = std::move(unreadable);
   if (now == strokes_) return;
   strokes_ = std::move(now);
-  history_.clear(), present_ = 0;  // of strokes that are no more
+  history_.clear(), present_ = 0;  // it is of strokes that are gone
   ++edit_;
 }
 
@@ -80,7 +80,7 @@ MasksView Masks::view() const {
 }
 
 bool Masks::paint(Stroke stroke) {
-  // An eraser has nothing to take away.
+  // There is nothing to erase.
   if (stroke.mark == StrokeMark::erase && strokes(frame_)->empty()) return false;
   Strokes after = *strokes(frame_);
   after.push_back(std::move(stroke));
@@ -92,7 +92,7 @@ bool Masks::clear() { return !strokes(frame_)->empty() && change({}); }
 bool Masks::change(Strokes after) {
   if (frame_ < 0 || unreadable_.contains(frame_)) return false;
   history_.resize(present_);
-  if (history_.size() == kMostChanges) history_.erase(history_.begin()), --present_;
+  if (history_.size() == kMaxChanges) history_.erase(history_.begin()), --present_;
   history_.push_back({frame_, strokes(frame_), std::make_shared<const Strokes>(std::move(after))});
   return redo();
 }

@@ -10,7 +10,7 @@ namespace {
 
 constexpr std::size_t kCurvePoints = 1000;
 
-// Every second point goes, but never the newest.
+// Drops every second point, but never the newest.
 void thin(std::vector<TrainStatus>& points) {
   std::vector<TrainStatus> kept;
   for (std::size_t i = 0; i < points.size(); ++i)
@@ -78,7 +78,7 @@ void PipelineJob::stage_changed(Stage stage, const StageRecord& record) {
   }
 }
 
-// The stage is at work as long as it is for any clip.
+// A stage counts as running as long as it runs for any clip.
 void PipelineJob::further_changed(Stage stage, StageState state) {
   const std::lock_guard lock(mutex_);
   const bool running = state == StageState::running;
@@ -98,7 +98,7 @@ void PipelineJob::trained(const TrainStatus& status) {
   if (status_.training.size() > kCurvePoints) thin(status_.training);
 }
 
-// What the previews measured on held-out frames, into the curve that the training left.
+// Adds what the previews measured on held-out frames to the curve that the training wrote.
 void PipelineJob::keep_scores() {
   const std::vector<HeldOutScore> scores = preview_ ? preview_->scores() : std::vector<HeldOutScore>{};
   if (scores.empty()) return;
@@ -106,7 +106,7 @@ void PipelineJob::keep_scores() {
   auto curve = read_training_curve(path);
   if (!curve) return;
   for (const HeldOutScore& score : scores) add_score(*curve, score);
-  (void)write_training_curve(path, *curve);  // never worth a failed training
+  (void)write_training_curve(path, *curve);  // a failure here must not fail the training
 }
 
 PipelineStatus PipelineJob::status() const {
@@ -124,7 +124,7 @@ PipelineStatus PipelineJob::status() const {
     const auto [from, to] = stage_span(project_.options, last_, *status.stage);
     const double now = std::clamp(status.job.fraction, from, to);
     status.stage_fraction = (now - from) / (to - from);
-    // A training that continues does not start at nothing: its rate is that of this run.
+    // The rate is that of this run: a continued training does not start at step 0.
     status.stage_seconds_left = estimate_left(from, now, to, stage_seconds);
     if (*status.stage == Stage::train && !status.training.empty()) {
       const double budget = project_.options.train.budget_s, spent = status.training.back().seconds;
@@ -136,7 +136,7 @@ PipelineStatus PipelineJob::status() const {
                                     (spent - status.training.front().seconds) / rate;
     }
     if (status.stage_seconds_left >= 0) {
-      // The stages after it take what their shares say, beside the training's budget where there is one.
+      // Later stages are estimated by their shares, relative to the training's budget if there is one.
       const auto [train_from, train_to] = stage_span(project_.options, Stage::train, Stage::train);
       const double whole = last_ == Stage::train && project_.options.train.steps == 0
                                ? project_.options.train.budget_s / (train_to - train_from)

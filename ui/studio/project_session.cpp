@@ -18,8 +18,8 @@ namespace fs = std::filesystem;
 
 namespace {
 
-// What is meant by a file of a project - its project.json, its avatar - is the project: a file manager shows
-// the folder as any other, and people open what is in it.
+// A project's project.json or avatar.bin stands for the project: a file manager shows the folder like any
+// other, and people open what is in it.
 fs::path project_folder_of(const fs::path& path) {
   std::error_code failure;
   fs::path whole = fs::absolute(path, failure).lexically_normal();
@@ -29,7 +29,7 @@ fs::path project_folder_of(const fs::path& path) {
   return fs::exists(whole.parent_path() / "project.json", failure) ? whole.parent_path() : whole;
 }
 
-// The folder of a clip's project: NAME.likeness, or NAME-2.likeness where that one is another clip's.
+// The folder of a clip's project: NAME.likeness, or NAME-2.likeness if that one belongs to another clip.
 fs::path folder_for(const fs::path& projects, const fs::path& clip) {
   const std::string name = clip.stem().string();
   for (int number = 1;; ++number) {
@@ -99,14 +99,14 @@ void ProjectSession::apply(const ProjectRequests& requests) {
     });
 }
 
-// The folder's own file is written at once, and read back.
+// project.json is written at once, and the project read again.
 void ProjectSession::answer_consent(Consent consent) {
   const auto answered = change_project(open_.folder, [&](Project& project) { project.consent = consent; });
   if (!answered) context_.notices.fail(answered.error());
   read_again();
 }
 
-// A project that holds nothing but the question goes; the clip itself stays where it is.
+// A project that holds nothing but the question is deleted; the clip itself stays where it is.
 void ProjectSession::refuse_consent() {
   const fs::path folder = open_.folder;
   close();
@@ -150,13 +150,13 @@ void ProjectSession::open(const fs::path& path) {
     }
     read(folder);
   } else if (open_.contents && !open_.contents->clip) {
-    relink(path, true);  // the clip that is looked for, or another one
+    relink(path, true);  // the missing clip, or another one
   } else {
     open_clip(path, Consent::not_asked);
   }
 }
 
-// or_open: another clip is opened as such.
+// or_open: if it is another clip, its own project is opened.
 void ProjectSession::relink(const fs::path& clip, bool or_open) {
   if (!open_.contents || open_.is_running()) return;
   loading_ = true;
@@ -198,11 +198,11 @@ void ProjectSession::repair() {
 void ProjectSession::delete_person(bool keep_exports) {
   if ((!open_.contents && !damaged_) || is_working() || neighbours_.are_working()) return;
   const fs::path folder = open_.contents ? open_.folder : damaged_->folder;
-  if (!open_.contents) context_.notices.error.reset();  // that it cannot be opened
+  if (!open_.contents) context_.notices.error.reset();  // which says that it cannot be opened
   damaged_.reset();
   close();
   deleting_ = true;
-  // After whatever was being read of the project: one thread does both, in order.
+  // Runs after anything that is still reading the project: one thread does both, in order.
   context_.background.run("", [this, folder, keep_exports](std::stop_token) -> Background::Delivery {
     const auto deleted = likeness::delete_person(folder, keep_exports);
     return [this, folder, deleted] {
@@ -267,13 +267,13 @@ void ProjectSession::read(const fs::path& folder) {
                             return [this, folder, number, contents = std::move(contents),
                                     overlay = std::move(overlay), damaged = std::move(damaged)] {
                               if (folder != open_.folder || number != readings_)
-                                return;  // another was opened or changed meanwhile
+                                return;  // another project was opened, or this one changed, meanwhile
                               loading_ = false;
                               if (!contents) {
                                 context_.notices.fail(contents.error());
                                 if (!open_.contents) close();
                                 damaged_ = damaged;
-                                // A damaged one stays on the list: it can be repaired or deleted from there.
+                                // A damaged project stays on the list, to be repaired or deleted from there.
                                 if (!damaged) std::erase(context_.settings.recent, folder);
                                 return;
                               }
@@ -331,7 +331,7 @@ Project ProjectSession::latest() const {
   return project;
 }
 
-// The list of clips, changed on the disk and read back. Until then no choice is written over it.
+// Changes the list of clips on the disk and reads it back. Until then no choice is written over it.
 void ProjectSession::change_clips(const std::function<Result<std::string>(Project&)>& change) {
   if (!open_.contents || changing_clips_ || is_working() || neighbours_.are_working()) return;
   changing_clips_ = loading_ = true;
@@ -351,7 +351,7 @@ void ProjectSession::change_clips(const std::function<Result<std::string>(Projec
 
 bool ProjectSession::edit_options(const std::function<void(ProjectOptions&)>& change) {
   if (!open_.contents || changing_clips_ || open_.is_running()) return false;
-  // What a command line did to the project meanwhile stays.
+  // What a command did to the project meanwhile is kept.
   auto changed = change_project(open_.folder, [&](Project& project) { change(project.options); });
   if (!changed) {
     context_.notices.fail(changed.error());

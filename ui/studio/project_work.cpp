@@ -1,5 +1,4 @@
-// What the project session sets to work - stages, demo, check - each in threads of its own: see
-// project_session.h.
+// The project session's work - stages, demo, check - each in its own threads: see project_session.h.
 #include "ui/studio/project_session.h"
 
 #include <algorithm>
@@ -48,12 +47,12 @@ void ProjectSession::tick() {
     const auto failed = [](const StageRecord& record) { return record.state == StageState::failed; };
     if (job.state == JobState::failed && job.error && !open_.pipeline.failed &&
         std::ranges::none_of(open_.pipeline.records, failed))
-      context_.notices.fail(*job.error);  // of no single stage: a busy project, a full disk, no memory
+      context_.notices.fail(*job.error);  // not of one stage: a busy project, a full disk, no memory
   }
   seen_run_ = job.state;
 }
 
-// Reads what a stage has just made, and shows the step at work.
+// Reads what a stage has just made, and shows the step whose stage runs.
 void ProjectSession::follow_stages() {
   for (const Stage stage : kStages) {
     const StageState now = open_.pipeline.records[std::size_t(stage)].state;
@@ -112,7 +111,7 @@ void ProjectSession::stop_all() {
 
 void ProjectSession::make_avatar() {
   context_.shown.follow = true;
-  start_run(restore_budget);  // what is not finished starts anew
+  start_run(restore_budget);  // with the whole budget, should a training start again
 }
 
 void ProjectSession::train_longer() {
@@ -172,7 +171,7 @@ void ProjectSession::refit(const RefitSpan& span, bool again) {
   refit_ = span;
 }
 
-// What became of the span that was asked for.
+// Reports what became of the span that was fitted again.
 void ProjectSession::report_refit() {
   if (!refit_ || !open_.contents) return;
   const RefitSpan span = *refit_;
@@ -181,14 +180,14 @@ void ProjectSession::report_refit() {
   const auto refits = read_refits(open_.contents->project);
   const RefitOutcome* own = refits ? find_refit(refits->outcomes, span.first) : nullptr;
   if (!own) {
-    context_.notices.message = "These frames are back to how they were first fitted.";
+    context_.notices.message = "These frames are as they were first fitted.";
   } else {
     context_.notices.message = refit_words(*own);
     if (own->better > 0) context_.notices.message.append(" Make the avatar again to use it.");
   }
 }
 
-// Looks again and again how far the cameras' solve has come.
+// Reads at intervals how far solving the cameras has come.
 void ProjectSession::watch_solve() {
   constexpr auto kPause = std::chrono::seconds(1);
   if (open_.pipeline.stage != Stage::align) return solving_.reset();

@@ -9,7 +9,7 @@ namespace likeness::ui {
 
 void RecordSession::start(std::unique_ptr<LiveDriver> driver) {
   if (recorder_) return;
-  // The driver ends on the recorder's thread, which may wait.
+  // The driver is destroyed on the recorder's thread, which may wait for it.
   WebcamAccess webcams = context_.options.webcams;
   webcams.list = [driver = std::shared_ptr<LiveDriver>(std::move(driver)),
                   list = std::move(webcams.list)]() mutable {
@@ -29,10 +29,10 @@ std::optional<std::filesystem::path> RecordSession::tick() {
   if (status.state != RecorderState::kept) return std::nullopt;
   context_.background.retire(std::move(recorder_));
   if (const auto& fault = status.recording->interruption)
-    context_.notices.fail(
-        {fault->code,
-         fmt::format("The recording broke off after {:.0f} s. {}", status.recording->seconds, fault->what),
-         "What was recorded until then is kept. " + fault->fix, fault->where});
+    context_.notices.fail({fault->code,
+                           fmt::format("The recording was cut short after {:.0f} s. {}",
+                                       status.recording->seconds, fault->what),
+                           "What was recorded by then is kept. " + fault->fix, fault->where});
   if (opens_) return status.clip;
   context_.notices.message = "Recorded: " + status.clip.string();
   return std::nullopt;

@@ -12,7 +12,7 @@ namespace likeness::ui {
 namespace {
 
 constexpr double kRadius = 0.5, kFarthestDrawn = 6;
-constexpr double kMost = 0.7, kFarthestReach = 3;  // of the points
+constexpr double kReachQuantile = 0.7, kFarthestReach = 3;  // of the points
 
 // The rotation that turns `up` to y.
 Eigen::Matrix3d upright(const Vec3d& up) { return rotation_between(up, Vec3d::UnitY()); }
@@ -42,7 +42,7 @@ std::shared_ptr<const SolvingCameras> solving_cameras(const ColmapModel& model) 
     camera.world_from_cam.translation() = placed(camera.world_from_cam.translation());
     camera.world_from_cam.linear() = turn * camera.world_from_cam.linear();
   }
-  std::vector<std::int64_t> keys;  // in an order of their own, so that the same points stay
+  std::vector<std::int64_t> keys;  // sorted, so that the same points stay from one look to the next
   for (const auto& [key, point] : model.points) keys.push_back(key);
   std::ranges::sort(keys);
   const std::size_t stride = (keys.size() + kSolvingPoints - 1) / kSolvingPoints;
@@ -52,7 +52,7 @@ std::shared_ptr<const SolvingCameras> solving_cameras(const ColmapModel& model) 
   }
   distances.clear();
   for (const Vec3d& point : solving->points) distances.push_back(point.norm());
-  solving->reach = std::clamp(quantile(distances, kMost), kRadius, kFarthestReach);
+  solving->reach = std::clamp(quantile(distances, kReachQuantile), kRadius, kFarthestReach);
   return solving;
 }
 

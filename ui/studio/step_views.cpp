@@ -109,11 +109,11 @@ StepView work_view(Step step, const ProjectContents& contents, const PipelineSta
       }
       return view;
     }
-    const bool broke_off = record.state == StageState::running;  // of a program that was killed
-    if (!finished && !working && (record.state == StageState::stopped || broke_off)) {
+    const bool interrupted = record.state == StageState::running;  // the program was killed
+    if (!finished && !working && (record.state == StageState::stopped || interrupted)) {
       view.state = StepState::needs_you;
       view.found =
-          broke_off ? "Broken off. What was done until then is kept." : "Stopped. What was done is kept.";
+          interrupted ? "Interrupted. What was done by then is kept." : "Stopped. What was done is kept.";
       view.next = "Continue when you like.";
       return view;
     }

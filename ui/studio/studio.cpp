@@ -54,7 +54,7 @@ Situation situation_of(const Snapshot& s) {
   now.can_study = contents && s.study.missing.empty() && !s.study.choice.tables.empty();
   now.studied = s.study.finished != nullptr;
   if (!s.recorder) return now;
-  // What lies behind the camera's page can neither be seen nor changed meanwhile.
+  // While the camera's page is open, what it covers can be neither seen nor changed.
   return {.exporting = now.exporting,
           .studying = now.studying,
           .recorder = true,
@@ -72,7 +72,7 @@ Studio::Studio(StudioOptions options, std::function<void()> wake)
       background_(
           [this](const std::string& what) {
             project_.reading_broke_off();
-            notices_.fail({ErrorCode::failed, "Reading broke off: " + what + ".",
+            notices_.fail({ErrorCode::failed, "Reading was interrupted: " + what + ".",
                            "Close other programs and try again.", ""});
           },
           wake_) {}
@@ -97,7 +97,7 @@ ProjectNeighbours Studio::neighbours() {
     exports_.close();
     study_.forget();
   };
-  // Strokes that could not be written when they were painted, and those just painted.
+  // Writes the strokes just painted, and those that could not be written when they were painted.
   all.run_begins = [this] { masks_.save(); };
   all.run_began = [this] { study_.close_page(); };
   all.are_working = [this] {
@@ -173,17 +173,17 @@ void Studio::show(Step step) {
 void Studio::open(const fs::path& path) {
   if (!is_enabled(Command::open_clip, snapshot().situation)) {
     if (recorder_.is_recording()) {
-      notices_.fail({ErrorCode::failed, "A clip is being recorded just now.",
+      notices_.fail({ErrorCode::failed, "A clip is being recorded.",
                      "Stop recording first; what is recorded is kept.", ""});
     } else if (study_.is_working()) {
-      notices_.fail({ErrorCode::failed, "Methods are being compared just now.",
-                     "Stop the comparison first; what is finished of it is kept.", ""});
+      notices_.fail({ErrorCode::failed, "Methods are being compared.",
+                     "Stop the comparison first; its finished trainings are kept.", ""});
     } else if (project_.is_filming_demo()) {
-      notices_.fail({ErrorCode::failed, "The demo is being filmed just now.",
-                     "Stop it first, or wait until it ends.", ""});
+      notices_.fail(
+          {ErrorCode::failed, "The demo is being filmed.", "Stop it first, or wait until it ends.", ""});
     } else {
-      notices_.fail({ErrorCode::failed, "An avatar is being made or exported just now.",
-                     "Stop it first; what is made of the avatar so far is kept.", ""});
+      notices_.fail({ErrorCode::failed, "An avatar is being made or exported.",
+                     "Stop it first; what has been made of the avatar is kept.", ""});
     }
     return;
   }

@@ -17,10 +17,10 @@ namespace {
 
 constexpr Stage kNeeded[] = {Stage::import, Stage::align, Stage::fit, Stage::matte};
 
-// What keeps a project from being studied, in words with what to do; empty: nothing.
+// Why a project cannot be studied yet and what to do about it; empty: it can.
 std::string missing_words(const ProjectContents& contents) {
   if (std::ranges::any_of(kNeeded, [&](Stage s) { return contents.is_stale(s); }))
-    return "The track or the masks are older than what you chose since. Make the avatar again first.";
+    return "The track or the masks are older than your latest choices. Make the avatar again first.";
   if (!std::ranges::all_of(kNeeded, [&](Stage s) { return contents.is_current(s); }))
     return "There is nothing to compare yet. Make the avatar first: every method learns from the same "
            "pictures, track and masks.";
@@ -67,7 +67,7 @@ void StudySession::forecast() {
                           });
 }
 
-// What was finished, now or on another day.
+// Results of an earlier comparison, too.
 void StudySession::read_results() {
   context_.background.run(
       "study results", [this, folder = context_.open.folder](std::stop_token) -> Background::Delivery {
@@ -115,7 +115,7 @@ void StudySession::tick() {
   if (status.state == seen_) return;
   seen_ = status.state;
   if (ui::is_working(status)) return;
-  forecast();  // of what is left
+  forecast();  // for what is left
   if (status.state == JobState::done) {
     read_results();
     if (!open_) context_.notices.message = status.outcome;

@@ -33,8 +33,8 @@ struct Scene {
   std::vector<Preset> presets;  // within what the clip showed; empty before the first avatar
 };
 
-// Those in which the track is sure of the face, or all where it is in none: a preview shows what is learnt,
-// not how the clip was tracked.
+// The frames with a good track, or all frames if none has: a preview shows what is learnt, not how well the
+// clip was tracked.
 std::vector<int> well_tracked(const ProjectContents& contents, const std::vector<int>& frames) {
   std::vector<int> good;
   for (const int frame : frames)
@@ -42,7 +42,7 @@ std::vector<int> well_tracked(const ProjectContents& contents, const std::vector
   return good.empty() ? frames : good;
 }
 
-// A frame in the middle of those held out, or of all where none is.
+// A frame in the middle of the held-out ones, or of all if none is held out.
 std::optional<Scene> open_scene(const Project& project) {
   auto contents = read_contents(project.folder, nullptr);
   if (!contents || !(*contents)->model) return std::nullopt;
@@ -66,7 +66,7 @@ Image8 over_plate(const Avatar& avatar, const Image& rgba, bool camera_rests) {
   return to_bytes(composite(rgba, plate ? avatar.plate : Image8{}, Vec3f::Constant(0.88f)));
 }
 
-// The avatar seen with one channel or more away from rest.
+// The avatar at rest but for the performance's channels.
 Image render_directed(const Scene& scene, const AvatarRig& rig, const std::shared_ptr<const Avatar>& avatar,
                       const Performance& performance, const RenderOptions& options,
                       PictureRenderer& renderer) {
@@ -148,7 +148,7 @@ std::vector<HeldOutScore> TrainingPreview::scores() const {
 void TrainingPreview::loop(std::stop_token stop) {
   lower_thread_priority();
   std::optional<Scene> scene;
-  PictureRenderer renderer(open_, {});  // where its device fails, the training's own tells
+  PictureRenderer renderer(open_, {});  // if its device fails, the training reports it
   for (std::size_t number = 0;; ++number) {
     std::shared_ptr<const Avatar> avatar;
     {
@@ -164,7 +164,7 @@ void TrainingPreview::loop(std::stop_token stop) {
       const HeadModel& model = *scene->contents->model;
       if (scene->presets.empty()) scene->presets = presets(model, seen_from_rest(*avatar, model));
       pictures = std::make_shared<const PreviewPictures>(render_preview(*scene, avatar, number, renderer));
-      renderer.let_go();  // a training needs the memory more
+      renderer.let_go();  // the training needs the memory more
     } catch (const std::exception&) {
       return;  // memory ran out over a preview: the training needs it more
     }
@@ -178,7 +178,7 @@ void TrainingPreview::loop(std::stop_token stop) {
     }
     wake_();
     std::unique_lock lock(mutex_);
-    // The first pictures come at once; then rest in proportion to what they cost.
+    // Pauses in proportion to what the pictures cost, so that previews take kShare of the time.
     changed_.wait_for(lock, stop, std::chrono::duration<double>(took * (1 / kShare - 1)),
                       [] { return false; });
     if (stop.stop_requested()) return;

@@ -12,7 +12,7 @@ namespace likeness {
 namespace {
 
 constexpr int kChains = 12;
-constexpr double kOperations = 16 * 4;  // an instruction: 16 lanes, two products and two sums each
+constexpr double kOperations = 16 * 4;  // per instruction: 16 lanes, two products and two sums each
 
 __attribute__((target("avx512f,avx512bf16"), noinline)) float dot_block(std::size_t rounds, float start) {
   __m512 sum[kChains];
@@ -35,7 +35,7 @@ __attribute__((target("avx512f,avx512bf16"), noinline)) float dot_block(std::siz
 
 double bf16_block(std::size_t rounds, float& keep) {
   if (!__builtin_cpu_supports("avx512bf16")) return 0;
-  // Each block starts from what the one before gave: one that is the same every time would be computed once.
+  // Each block starts from the result before it: the compiler would compute equal blocks only once.
   keep = dot_block(rounds, 0.01f * keep);
   return kOperations * kChains * double(rounds);
 }

@@ -18,7 +18,7 @@ namespace {
 constexpr std::size_t kTableBytes[] = {std::size_t{1} << 15, std::size_t{1} << 17, std::size_t{1} << 19,
                                        std::size_t{1} << 21};
 constexpr std::size_t kEntryBytes = 8;
-constexpr std::size_t kStreamFloats = std::size_t{1} << 25;  // 128 MB a thread: beyond every cache
+constexpr std::size_t kStreamFloats = std::size_t{1} << 25;  // 128 MB per thread: beyond every cache
 constexpr std::size_t kBlock = 1 << 15;                      // operations between two looks at the clock
 
 // A thread's own data and results.
@@ -28,13 +28,13 @@ struct Worker {
   double rate = 0;
 };
 
-// Operations a second of all workers together. `block` makes some operations and returns how many.
+// Operations per second of all workers together. `block` does some operations and returns how many.
 double together(std::vector<Worker>& workers, double seconds,
                 const std::function<double(Worker&, std::uint32_t)>& block) {
   const int threads = int(workers.size());
   std::barrier start(threads);
   const auto work = [&](Worker& worker) {
-    block(worker, 1);  // its data into the caches
+    block(worker, 1);  // brings its data into the caches
     start.arrive_and_wait();
     const Stopwatch watch(threads);
     double operations = 0, passed = 0;
@@ -96,7 +96,7 @@ Ceilings measure_ceilings(int threads, double seconds) {
   ceilings.bandwidth_gbs = 1e-9 * together(workers, seconds, [](Worker& w, std::uint32_t) {
                              return stream_block(w.data.data(), kStreamFloats, w.keep);
                            });
-  // Read where the compiler cannot see that nobody looks.
+  // Written where the compiler cannot prove that nobody reads, so that the loops are not removed.
   static std::atomic<float> seen;
   for (const Worker& worker : workers) seen = seen + worker.keep;
   return ceilings;

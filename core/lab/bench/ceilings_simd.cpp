@@ -22,7 +22,7 @@ constexpr std::size_t kIndices = 64;  // computed at a time
 
 double FmaBlock(std::size_t rounds, float& keep) {
   const Df d;
-  constexpr int kChains = 12;  // latency times units is at most 10 on the processors of today
+  constexpr int kChains = 12;  // latency times units is at most 10 on today's processors
   hn::Vec<Df> sum[kChains];
 #pragma GCC unroll 12
   for (int k = 0; k < kChains; ++k) sum[k] = hn::Set(d, float(k));
@@ -37,7 +37,7 @@ double FmaBlock(std::size_t rounds, float& keep) {
   return 2.0 * kChains * double(hn::Lanes(d)) * double(rounds);
 }
 
-// Random indices below a power of two: a linear congruence a lane, whose high bits are good enough here.
+// Random indices below a power of two: one linear congruence per lane, whose high bits are good enough here.
 struct Indices {
   alignas(64) std::uint32_t at[kIndices];
   alignas(64) std::uint32_t state[kIndices];

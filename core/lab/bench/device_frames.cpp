@@ -14,7 +14,7 @@ namespace {
 constexpr int kCells = 96;
 constexpr float kSpeck = 0.02f;  // of a channel: pixels off by more are counted
 
-// inside(p): less than 1 within the shape, p from -1 to 1.
+// inside(p): at most 1 within the shape; p has coordinates from -1 to 1.
 template <class Inside>
 void fill_grid(FieldPart& part, const Inside& inside) {
   part.occupancy = make_occupancy(kCells, false);
@@ -45,7 +45,7 @@ Field torso_field_of(std::uint32_t seed) {
   return field;
 }
 
-// Rays that have samples.
+// Number of rays that have samples.
 std::size_t rays_met(const Avatar& avatar, const Camera& camera, const RenderState& state) {
   const MarchVolumes volumes = march_volumes(avatar.head, avatar.torso ? &*avatar.torso : nullptr);
   const UnitFromCamera head =
@@ -80,7 +80,7 @@ Result<DeviceFrameSpeed> measure_quality(std::shared_ptr<Device> device, const A
     if (auto done = device->wait(); !done) return done.error();
     const auto taken = device->between(0, 1);
     if (!taken) return taken.error();
-    if (k > 0) seconds.push_back(*taken);  // the first one makes room
+    if (k > 0) seconds.push_back(*taken);  // the first one allocates
   }
   std::nth_element(seconds.begin(), seconds.begin() + std::ptrdiff_t(seconds.size() / 2), seconds.end());
   RenderState last = typical_state(avatar);
@@ -94,7 +94,7 @@ Result<DeviceFrameSpeed> measure_quality(std::shared_ptr<Device> device, const A
   speed.size = avatar.size;
   speed.seconds = seconds[seconds.size() / 2], speed.frames_s = 1 / speed.seconds;
   speed.samples = frame->samples_per_ray * double(rays_met(avatar, camera, last));
-  // As if all were the torso's, which are the cheaper ones.
+  // As if all samples were the torso's, which are cheaper.
   const DeviceWork work = inference_work(avatar.torso->field.config, std::size_t(speed.samples));
   speed.floor_seconds = floor_seconds(work, ceilings);
   speed.fraction_of_floor = speed.floor_seconds / speed.seconds;

@@ -17,11 +17,11 @@
 namespace likeness {
 namespace {
 
-constexpr double kInputBytes = 7 * 4, kOutputBytes = 4 * 4;  // a sample
-constexpr double kAdamBytes = 8 * 4;  // a parameter: value, gradient and moments, both ways
+constexpr double kInputBytes = 7 * 4, kOutputBytes = 4 * 4;  // per sample
+constexpr double kAdamBytes = 8 * 4;  // per parameter: value, gradient and moments, both read and written
 constexpr double kSingleMargin = 1e-4, kHalfMargin = 4e-3;
 
-// Parameters of the tables that so many samples can touch at most.
+// The number of table parameters that `samples` can touch at most.
 double touched_parameters(const FieldConfig& config, std::size_t samples) {
   double all = 0;
   for (const TableWork& table : field_work(config).tables)
@@ -44,7 +44,7 @@ double network_parameters(const FieldConfig& config) {
   return all;
 }
 
-// Median of the device's time for `work`, after one round that is not counted.
+// Median device time of `work`, after one round that does not count.
 Result<double> timed(Device& device, int rounds, const std::function<Result<void>()>& work) {
   std::vector<double> seconds;
   for (int k = 0; k <= rounds; ++k) {
@@ -82,7 +82,7 @@ Result<DeviceCeilings> measure_ceilings(std::shared_ptr<Device> device, const De
   return ceilings;
 }
 
-// A field with a batch on the device, and what a step of Adam wants.
+// A field with a batch on the device, and the inputs of a step of Adam.
 struct Setup {
   std::unique_ptr<DeviceField> on;
   DeviceArray<StepNumbers> numbers;
@@ -129,7 +129,7 @@ Result<void> training(Setup& setup) {
   return setup.on->step_networks(setup.numbers.data(), setup.sums.data(), 0);
 }
 
-// As the trainer does it: recorded once, replayed.
+// As the trainer does it: recorded once, then replayed.
 Result<double> timed_recording(Device& device, int rounds, const std::function<Result<void>()>& work) {
   if (auto done = device.record(); !done) return done.error();
   const auto queued = work();

@@ -31,7 +31,7 @@ TrainedField trained(const FieldPart& part, int look_every) {
   return field;
 }
 
-// The standard avatar under a training.
+// A training of the standard avatar.
 struct StandardTraining {
   TrainingSet set;
   TrainingState state;
@@ -109,7 +109,7 @@ Result<DeviceStepSpeed> measure_step(std::shared_ptr<Device> device, const Devic
   DeviceStepSpeed speed;
   speed.rays = std::size_t(options.step_rays);
   double samples = 0;
-  // Median of the wall's time, which is what a training waits for, after one step that records.
+  // Median wall time, which is what a training waits for, after one step that records.
   const auto timed = [&](RayCaster* caster) -> Result<double> {
     std::vector<double> seconds;
     samples = 0;
@@ -124,7 +124,7 @@ Result<DeviceStepSpeed> measure_step(std::shared_ptr<Device> device, const Devic
     }
     return median(seconds);
   };
-  training.options.use_occupancy = false;  // looks into the cells are timed by themselves
+  training.options.use_occupancy = false;  // updates of the cells are timed separately
   const auto with_processor = timed(nullptr);
   if (!with_processor) return with_processor.error();
   const auto seconds = timed(chosen.caster.get());

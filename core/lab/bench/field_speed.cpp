@@ -23,7 +23,7 @@ struct BestTimes {
   std::size_t touched = 0;  // table lines a step of Adam moves
 };
 
-// A field in training on one batch, beside a copy that is evaluated.
+// A field trained on one batch, and a copy that is evaluated.
 struct Timed {
   StandardBatch batch;
   Field evaluated, trained;
@@ -51,12 +51,12 @@ void time_inference(Timed& t, FieldPrecision precision, int threads, BestTimes& 
 
 void time_training(Timed& t, FieldPrecision precision, int threads, BestTimes& best) {
   AdamOptions options;
-  options.table_rate = options.network_rate = 1e-6f;  // all of the work, but the field stays where it is
+  options.table_rate = options.network_rate = 1e-6f;  // all of the work, but the field hardly changes
   const Stopwatch watch(threads);
   train_field(t.trained, t.batch.inputs(), t.out, t.batch.gradients(), *t.tape, t.gradients, precision);
   const double passes = watch.seconds();
   best.touched = std::size_t(std::count(t.gradients.touched.begin(), t.gradients.touched.end(), 1));
-  const Stopwatch rest(threads);  // the count above is no part of a step
+  const Stopwatch rest(threads);  // the count above is not part of a step
   adam_step(t.trained, t.gradients, t.adam, options);
   const double adam = rest.seconds();
   if (passes + adam >= best.training) return;
@@ -99,7 +99,7 @@ BatchSpeed batch_speed(const Timed& t, const FieldWork& work, const Ceilings& ce
   return speed;
 }
 
-// Processor time over wall time of a busy thread: 1 on a machine of one's own.
+// Processor time over wall time of a busy thread: 1 on an otherwise idle machine.
 double measure_processor_share() {
   const Stopwatch own(1), wall(2);
   float keep = 0;

@@ -6,7 +6,7 @@
 namespace likeness {
 namespace {
 
-// `inputs` of the first layer count, of which `slopes` need a gradient.
+// Only the first `inputs` inputs of the first layer count; `slopes` of them need a gradient.
 void add_network(const std::vector<DenseLayer>& layers, int inputs, int slopes, bool dots, FieldWork& work) {
   for (std::size_t l = 0; l < layers.size(); ++l) {
     const double outputs = layers[l].outputs;
@@ -25,7 +25,7 @@ void add_tables(const std::vector<GridLevel>& levels, const GridConfig& grid, bo
                            (point_gradient ? 2 : 1) * corners, corners, l >= exact});
 }
 
-// Of a read on the way forward.
+// Seconds of a table read in the forward pass.
 double feature_seconds(const TableWork& table, const Ceilings& ceilings, bool bf16) {
   return gather_seconds(ceilings, bf16 && table.halved ? table.bytes / 2 : table.bytes);
 }

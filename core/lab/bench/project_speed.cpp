@@ -21,7 +21,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// A folder of its own, gone with this object.
+// A temporary folder, removed with this object.
 class ScratchFolder {
  public:
   static Result<ScratchFolder> make() {
@@ -45,7 +45,7 @@ class ScratchFolder {
   fs::path path_;
 };
 
-// From the first report to the last, so that neither reading nor writing counts.
+// The rate from the first report to the last, so that neither reading nor writing counts.
 struct Pace {
   std::uint64_t first_step = 0, last_step = 0;
   double first_s = 0, last_s = 0;

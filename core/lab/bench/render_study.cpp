@@ -32,7 +32,7 @@ struct ChosenFrame {
   Camera camera;
 };
 
-// Those that can be rendered, and of them `most`, evenly.
+// At most `most` of the frames that can be rendered, evenly chosen; most <= 0: all.
 std::vector<ChosenFrame> choose_frames(const HeldOutSet& set, int most) {
   std::vector<ChosenFrame> all;
   for (const int frame : held_out_frames(set.capture)) {
@@ -50,7 +50,7 @@ std::vector<ChosenFrame> choose_frames(const HeldOutSet& set, int most) {
 struct Truth {
   Image picture;
   Regions regions;
-  Image8 plate;  // empty where the background is not known
+  Image8 plate;  // empty if the background is not known
 };
 
 Result<Truth> read_truth(const Project& project, const HeldOutSet& set, int frame) {
@@ -69,7 +69,7 @@ Avatar without_opacities(const Avatar& avatar) {
   return bare;
 }
 
-// One for each row, since a device prepares itself for the options of its pictures.
+// One for each row, since a device renderer is prepared for the options of its pictures.
 using Renderers = std::vector<std::unique_ptr<FrameRenderer>>;
 
 Result<Renderers> make_renderers(Backend& backend, const Avatar& avatar, const Avatar& bare,
@@ -83,8 +83,8 @@ Result<Renderers> make_renderers(Backend& backend, const Avatar& avatar, const A
   return renderers;
 }
 
-// Adds one frame to the sums of every row. The first picture of a pose finds its tables cold, and a device's
-// first of all makes room, so one of each is rendered before any is timed.
+// Adds one frame to the sums of every row. The first picture of a pose finds its tables cold, and a device
+// allocates at its very first, so one of each is rendered before any is timed.
 Result<void> add_frame(const Renderers& renderers, const Camera& camera, const RenderState& state,
                        const Truth& truth, bool first, std::vector<RenderRow>& rows) {
   for (std::size_t r = 0; r < (first ? rows.size() : 1); ++r)
@@ -126,7 +126,7 @@ std::vector<RenderSetting> render_settings() {
   for (const RenderQuality quality : {RenderQuality::final, RenderQuality::preview}) {
     RenderOptions options = render_options(quality);
     options.deferred = true;
-    settings.push_back({fmt::format("{}, a colour a ray", kRenderQualities[int(quality)]), options});
+    settings.push_back({fmt::format("{}, one colour per ray", kRenderQualities[int(quality)]), options});
   }
   const auto without = [&](const char* what, bool opacities, const auto& change) {
     RenderOptions options = render_options(RenderQuality::final);

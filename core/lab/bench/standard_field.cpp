@@ -11,7 +11,7 @@ namespace {
 
 constexpr std::size_t kSamplesPerRay = 16, kViews = 64;
 
-// The standard library's distributions differ between implementations; this one does not.
+// The distributions of standard libraries differ; this one is the same everywhere.
 struct Random {
   std::mt19937 engine;
   float uniform(float low, float high) { return low + (high - low) * (float(engine() >> 8) * 0x1p-24f); }

@@ -13,7 +13,7 @@ constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 }  // namespace
 
 LandmarkErrors landmark_errors(const FaceDetector& detector, const Image8& truth, const Image8& rendered) {
-  const int scale = truth.width < 512 ? 512 / truth.width : 1;  // the detector wants faces of 80 px and more
+  const int scale = truth.width < 512 ? 512 / truth.width : 1;  // the detector needs faces of 80 px or more
   const Image8 a = resize(truth, truth.width * scale, truth.height * scale);
   const Image8 b = resize(rendered, rendered.width * scale, rendered.height * scale);
   const auto faces = detector.detect(a);

@@ -54,7 +54,7 @@ Result<HeldOutSet> read_held_out(const Project& project) {
   }
   auto avatar = read_avatar(avatar_path(project));
   if (!avatar) return avatar.error();
-  // A later import or fit leaves the old avatar in place until it is trained anew.
+  // A later import or fit leaves the old avatar in place until the next training.
   if (avatar->intrinsics.width != capture.size || avatar->head_model_hash != track.head_model_hash) {
     return Error{
         ErrorCode::bad_input,

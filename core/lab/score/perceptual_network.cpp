@@ -65,13 +65,13 @@ struct PerceptualNetwork::Impl {
       }
       const cv::Mat output = net.forward();
       if (output.type() != CV_32F || output.total() == 0)
-        return bad_network(path, "The network's output is no distance.");
+        return bad_network(path, "The network's output is not a distance.");
       const auto* values = output.ptr<float>();
       double sum = 0;
       for (std::size_t i = 0; i < output.total(); ++i) sum += double(values[i]);
       return sum / double(output.total());
     } catch (const cv::Exception& fault) {
-      return bad_network(path, fmt::format("The network cannot compare two pictures by its inputs \"{}\" and "
+      return bad_network(path, fmt::format("The network cannot compare two pictures given as \"{}\" and "
                                            "\"{}\": {}.",
                                            format.inputs[0], format.inputs[1], fault.err));
     }
@@ -95,7 +95,7 @@ Result<PerceptualNetwork> PerceptualNetwork::load(const fs::path& onnx) {
     impl->net.setPreferableTarget(cv::dnn::DNN_TARGET_CPU);
   } catch (const cv::Exception& fault) {
     return bad_network(onnx, fmt::format("The network cannot be read: {}.", fault.err));
-  } catch (const std::exception& fault) {  // sizes that the file claims, as the standard library sees them
+  } catch (const std::exception& fault) {  // the file claims sizes that the standard library refuses
     return bad_network(onnx, fmt::format("The network cannot be read: {}.", fault.what()));
   }
   PerceptualNetwork network(std::move(impl));
@@ -107,10 +107,10 @@ Result<PerceptualNetwork> PerceptualNetwork::load(const fs::path& onnx) {
   if (!same) return same.error();
   if (!apart) return apart.error();
   if (!(std::abs(*same) < 1e-3) || !(*apart > *same))
-    return bad_network(onnx,
-                       fmt::format("The network is no distance: a picture lies {:.4g} from itself and {:.4g} "
-                                   "from another.",
-                                   *same, *apart));
+    return bad_network(
+        onnx, fmt::format("The network gives no distance: a picture is {:.4g} from itself and {:.4g} "
+                          "from another.",
+                          *same, *apart));
   return network;
 }
 

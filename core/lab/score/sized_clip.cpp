@@ -69,11 +69,11 @@ Result<SizedClip> read_sized_clip(const Project& project, int size) {
   const auto plate_info = read_plate_info(plate_info_path(project));
   if (!plate_info) return plate_info.error();
   Project one = project;
-  one.further_clips.clear();  // the models that are compared know one clip
+  one.further_clips.clear();  // the models compared are trained on one clip
   auto set = load_training_set(one, *model);
   if (!set) return set.error();
   if (size == 0) size = capture.size;
-  capture.size = size;  // cameras and regions follow
+  capture.size = size;  // cameras and regions are then of this size
 
   SizedClip clip;
   clip.content = content_of(project, *model);

@@ -38,14 +38,14 @@ bool holds(const OccupancyGrid& grid, float x, float y, float z) {
   return grid.bits[i >> 3] >> (i & 7) & 1;
 }
 
-// By the lattices and bends of their views.
+// Maps samples to canonical space by the lattices and bends of their views.
 void to_canonical(std::span<const WarpLattice> lattices, std::span<const NeckBend> necks,
                   const FieldCube& cube, FieldSamples& samples) {
   warp_samples(lattices, cube, samples);
   straighten_samples(necks, samples);
 }
 
-// A state in which every cell holds the most that was ever found there.
+// Raises every cell to the highest density found in it so far.
 void keep_most(std::vector<float>& most, std::span<const float> sigma, auto&& cell) {
   for (std::size_t i = 0; i < sigma.size(); ++i) {
     float& kept = most[cell(i)];
@@ -80,7 +80,7 @@ LearntCells learn_cells(const CullScene& scene, int looks, std::uint64_t seed) {
       return cell_index(n, moved.x[i], moved.y[i], moved.z[i]);
     };
     keep_most(canonical.density, sigma, canonical_cell);
-    // The face at rest, where these samples lie when it rests.
+    // The face at rest, at the places of these samples in canonical space.
     std::ranges::fill(moved.view, std::int32_t(views));
     scene.density(moved, sigma);
     keep_most(resting.density, sigma, canonical_cell);
@@ -88,7 +88,7 @@ LearntCells learn_cells(const CullScene& scene, int looks, std::uint64_t seed) {
   const FieldInputs none;
   // Spread to the neighbours, as training does.
   for (CanonicalState* state : {&canonical, &resting}) {
-    for (float& density : state->density) density /= kCellDecay;  // a look lets all fade before it adds
+    for (float& density : state->density) density /= kCellDecay;  // an update lets all decay before it adds
     add_cell_samples(*state, none, {});
   }
   return {occupancy_bits(posed, scene.head), std::move(canonical.occupancy), std::move(resting.occupancy)};
@@ -277,7 +277,7 @@ Result<CullStudy> study_culling(const Project& project, int frames, const Progre
                           evaluate_density(avatar.head.field, inputs, sigma);
                         }};
   if (stop.stop_requested()) return cancelled_error();
-  progress.report(0.1, "looking into the cells");
+  progress.report(0.1, "sampling the cells");
   const LearntCells cells = learn_cells(scene, kLooks, avatar.seed);
 
   CullStudy study;

@@ -25,7 +25,7 @@ namespace {
 constexpr int kShifts = 6;
 constexpr double kShortest = 0.02, kLongest = 0.04;  // of the shifts, interocular distances
 
-// The picture's content moved by `shift` px; the border goes on.
+// The picture's content moved by `shift` px; the border is continued.
 Image8 moved_by(const Image8& picture, const Vec2d& shift) {
   Image8 out(picture.width, picture.height, picture.channels);
   for (int y = 0; y < out.height; ++y)
@@ -43,11 +43,11 @@ Image8 moved_by(const Image8& picture, const Vec2d& shift) {
   return out;
 }
 
-// Landmarks in one frame's picture and in what is compared with it, all from the box of the true face.
+// Landmarks in one frame's picture and in pictures compared with it, all from the box of the true face.
 class FrameDetector {
  public:
   FrameDetector(const FaceDetector& detector, const Image8& truth) : detector_(detector) {
-    scale_ = truth.width < 512 ? 512 / truth.width : 1;  // the detector wants faces of 80 px and more
+    scale_ = truth.width < 512 ? 512 / truth.width : 1;  // the detector needs faces of 80 px or more
     const auto faces = detector.detect(enlarged(truth));
     if (!faces.empty()) box_ = faces.front();
   }
@@ -76,7 +76,7 @@ OffsetAgreement agreement(const Vec2d& one, const Vec2d& other) {
   return {one.dot(other), one.squaredNorm(), other.squaredNorm()};
 }
 
-// Adds one frame to the rows; false where no face is found in it. places: of its true picture.
+// Adds one frame to the rows; false if no face is found in it. places: in its true picture.
 bool compare_frame(const LandmarkPatches& patches, std::span<const PatchPlace> places,
                    const FaceDetector& detector, const Image8& truth, const Image8& render,
                    std::vector<LandmarkRow>& rows) {
@@ -178,7 +178,7 @@ Result<LandmarkStudy> study_landmarks(const Project& project, int frames, const 
   if (study.frames == 0)
     return Error{
         ErrorCode::failed,
-        "None of the held-out frames has a track and a face that is found, so nothing can be measured.",
+        "In none of the held-out frames is there a track and a face to be found, so nothing can be measured.",
         "Film a longer clip in which the face stays in view to the end.", project.folder.string()};
   progress.report(1);
   return study;

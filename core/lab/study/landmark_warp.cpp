@@ -14,8 +14,8 @@
 namespace likeness {
 namespace {
 
-// Directions of the head frame in which its outline is followed.
-// Not the back: what is there moves against the face as the head nods, and would fold the picture.
+// Directions of the head frame in which its outline is followed. The back is left out: it moves against the
+// face as the head nods, and would fold the picture.
 constexpr float kOutward[][3] = {{0, 1, 0}, {0.7f, 0.7f, 0}, {-0.7f, 0.7f, 0}, {1, 0.2f, 0}, {-1, 0.2f, 0}};
 
 // Carried by the torso: m to the person's left, below the neck's base, and forward.
@@ -38,7 +38,7 @@ Image cut_out(const TrainingView& view) {
   return out;
 }
 
-// Bilinear; nothing outside. (x, y): px, pixel centres at halves.
+// Bilinear; zero outside. (x, y): px, pixel centres at halves.
 void sample(const Image& picture, double x, double y, float* rgba) {
   x -= 0.5, y -= 0.5;
   std::fill_n(rgba, 4, 0.f);
@@ -47,7 +47,7 @@ void sample(const Image& picture, double x, double y, float* rgba) {
   const double fx = x - x0, fy = y - y0;
   for (const int dy : {0, 1})
     for (const int dx : {0, 1}) {
-      // The picture's border is where the person was cut off, not where he ends.
+      // The person goes on beyond the picture's border, so the border is repeated.
       const int xi = std::clamp(x0 + dx, 0, picture.width - 1),
                 yi = std::clamp(y0 + dy, 0, picture.height - 1);
       const auto w = float((dx ? fx : 1 - fx) * (dy ? fy : 1 - fy));
@@ -109,7 +109,7 @@ LandmarkWarp make_landmark_warp(const TrainingSet& set) {
 
 Vec2d moved_back(const Vec2d& v, std::span<const Vec2d> now, std::span<const Vec2d> then,
                  std::span<const double> importance) {
-  constexpr double kNear = 1e-3;  // px: a point that lies there is met, not divided by
+  constexpr double kNear = 1e-3;  // px: distances are at least this, so that none is divided by zero
   double total = 0;
   Complex q_mean = 0, p_mean = 0;
   std::vector<double> weights(now.size());

@@ -42,13 +42,13 @@ constexpr Column kColumns[] = {
     {"psnr_refit_face_db", "refitted face", 2, [](const ModelScore& s) { return s.psnr_refit_face_db; }},
     {"train_seconds", "training, s", 0, [](const ModelScore& s) { return std::optional(s.train_seconds); }},
     {"steps", "steps", 0, [](const ModelScore& s) { return std::optional(double(s.steps)); }},
-    {"frames_per_second", "frames a s", 2,
+    {"frames_per_second", "frames/s", 2,
      [](const ModelScore& s) { return std::optional(1 / std::max(s.frame_seconds, 1e-9)); }},
-    {"frames_per_joule", "frames a J", 3,
+    {"frames_per_joule", "frames/J", 3,
      [](const ModelScore& s) {
        return s.frame_joules ? std::optional(1 / std::max(*s.frame_joules, 1e-9)) : std::nullopt;
      }},
-    {"samples_per_ray", "samples a ray", 1, [](const ModelScore& s) { return s.samples_per_ray; }},
+    {"samples_per_ray", "samples per ray", 1, [](const ModelScore& s) { return s.samples_per_ray; }},
     {"parameters", "parameters", 0, [](const ModelScore& s) { return std::optional(double(s.parameters)); }},
 };
 
@@ -64,7 +64,7 @@ std::optional<Spread> over_seeds(const ModelRow& row, const Column& column) {
   return spread_of(values);
 }
 
-// Mean over the seeds and, of several, half their range; a dash where one lacks it.
+// Mean over the seeds and, if there are several, half their range; a dash if there is none.
 std::string cell(const ModelRow& row, const Column& column) {
   const auto spread = over_seeds(row, column);
   if (!spread) return "-";
@@ -132,7 +132,7 @@ std::string ratios_of(const ModelStudy& study) {
   if (!r) return "";
   std::string html = fmt::format(
       "<ul>\n<li>Held-out head: {:.2f} dB, the baseline {:.2f} dB after {:.0f} times the time.</li>\n"
-      "<li>{:+.2f} dB before it after its {:.0f} s.</li>\n",
+      "<li>{:+.2f} dB ahead of it when both have had {:.0f} s.</li>\n",
       r->ours_db, r->baseline_db, r->times_longer, r->equal_time_db, r->equal_seconds);
   html += r->sooner.empty() ? std::string("<li>The baseline's long training is not reached.</li>\n")
                             : fmt::format(
@@ -151,7 +151,7 @@ std::string qualities_of(const ModelRow& row) {
   std::string html;
   if (!s.qualities.empty()) {
     html +=
-        "<table>\n<tr><th>setting</th><th>PSNR full, dB</th><th>head</th><th>face</th><th>frames a s</th>"
+        "<table>\n<tr><th>setting</th><th>PSNR full, dB</th><th>head</th><th>face</th><th>frames/s</th>"
         "<th>fields, MB</th></tr>\n";
     for (const PictureCost& q : s.qualities)
       html += fmt::format(
@@ -170,10 +170,11 @@ std::string sizes_of(const ModelStudy& study) {
       html += fmt::format("<tr><th>{}</th><td>{}</td><td>{:.3f}</td></tr>\n", escaped(row.spec.name), z.size,
                           z.frame_seconds);
   if (html.empty()) return html;
-  return "<table>\n<tr><th>model</th><th>px</th><th>processor s a picture</th></tr>\n" + html + "</table>\n";
+  return "<table>\n<tr><th>model</th><th>px</th><th>processor s per picture</th></tr>\n" + html +
+         "</table>\n";
 }
 
-// A column a shown frame, a row a model.
+// A column for each shown frame, a row for each model.
 Result<std::string> gallery(const ModelStudy& study, const fs::path& folder) {
   std::string html = "<table class=\"pictures\">\n<tr><th></th>";
   for (const int frame : study.shown) html += fmt::format("<th>frame {}</th>", frame);
@@ -181,7 +182,7 @@ Result<std::string> gallery(const ModelStudy& study, const fs::path& folder) {
   const auto add = [&](const std::string& name, const std::vector<std::string>& files) -> Result<void> {
     html += fmt::format("<tr><th>{}</th>", escaped(name));
     for (const std::string& file : files) {
-      if (file.empty()) {  // the frame was lost to its track
+      if (file.empty()) {  // the model's own track lost this frame
         html += "<td></td>";
         continue;
       }
@@ -211,8 +212,7 @@ double mean_of(const ModelRow& row, double ModelScore::*figure) {
   return sum;
 }
 
-// The models of the study's tables, in full, as they learn: those that are trained for the full time, and the
-// long ones.
+// Learning curves of the models that are trained for the full time, and of the long trainings.
 Plot over_training(const ModelStudy& study, bool steps) {
   Plot plot{steps ? "Held-out head against steps" : "Held-out head against training time",
             steps ? "steps" : "processor seconds of training",
@@ -230,7 +230,7 @@ Plot over_training(const ModelStudy& study, bool steps) {
 }
 
 Plot over_speed(const ModelStudy& study) {
-  Plot plot{"Held-out head against speed", "frames a processor second", "PSNR of the head, dB", true, {}};
+  Plot plot{"Held-out head against speed", "frames per processor second", "PSNR of the head, dB", true, {}};
   for (const ModelRow& row : study.rows) {
     if (row.scores.empty() || row.spec.share < 1) continue;
     PlotSeries& series = plot.series.emplace_back(PlotSeries{row.spec.name, {}});
@@ -240,10 +240,13 @@ Plot over_speed(const ModelStudy& study) {
   return plot;
 }
 
-// Settings of one model that no other is both faster and better than are joined.
+// The settings of one model; those that no other is both faster and better than are joined by a line.
 Plot pareto(const std::vector<PictureCost>& qualities) {
-  Plot plot{
-      "A picture's quality against its speed", "frames a processor second", "PSNR of the head, dB", true, {}};
+  Plot plot{"A picture's quality against its speed",
+            "frames per processor second",
+            "PSNR of the head, dB",
+            true,
+            {}};
   std::vector<PictureCost> by_speed = qualities;
   std::ranges::sort(by_speed, {}, &PictureCost::frame_seconds);
   PlotSeries front{"front", {}};
@@ -260,7 +263,7 @@ Plot pareto(const std::vector<PictureCost>& qualities) {
 }
 
 Plot over_size(const ModelStudy& study) {
-  Plot plot{"What a picture costs", "px", "frames a processor second", true, {}};
+  Plot plot{"What a picture costs", "px", "frames per processor second", true, {}};
   for (const ModelRow& row : study.rows) {
     if (row.scores.empty() || row.scores.front().sizes.empty()) continue;
     PlotSeries& series = plot.series.emplace_back(PlotSeries{row.spec.name, {}});
@@ -328,15 +331,16 @@ std::vector<Table> models_tables(const ModelStudy& study) {
   const ModelRow* ours = find_row(study, kDefaultModel);
   if (ours != nullptr && !ours->scores.front().qualities.empty()) {
     Table& table = tables.emplace_back(Table{.name = "qualities", .title = "Pictures of the default model"});
-    table.columns = {{"setting", "setting"},   {"psnr_db", "PSNR full, dB"},        {"psnr_head_db", "head"},
-                     {"psnr_face_db", "face"}, {"frame_seconds", "s a picture", 4}, {"megabytes", "MB", 1}};
+    table.columns = {
+        {"setting", "setting"},   {"psnr_db", "PSNR full, dB"},          {"psnr_head_db", "head"},
+        {"psnr_face_db", "face"}, {"frame_seconds", "s per picture", 4}, {"megabytes", "MB", 1}};
     for (const PictureCost& q : ours->scores.front().qualities)
       table.rows.push_back(
           {q.name, q.psnr_db, q.psnr_head_db, q.psnr_face_db, q.frame_seconds, double(q.bytes) / 1e6});
   }
   Table sizes{.name = "sizes",
               .title = "Pictures of other sizes",
-              .columns = {{"model", "model"}, {"size_px", "px", 0}, {"frame_seconds", "s a picture", 3}}};
+              .columns = {{"model", "model"}, {"size_px", "px", 0}, {"frame_seconds", "s per picture", 3}}};
   for (const ModelRow& row : study.rows)
     for (const SizeCost& z : row.scores.empty() ? std::vector<SizeCost>() : row.scores.front().sizes)
       sizes.rows.push_back({row.spec.name, z.size, z.frame_seconds});
@@ -414,7 +418,7 @@ Result<StudySteps> read_study_steps(const fs::path& results) {
     return steps;
   } catch (const std::exception& failure) {
     return Error{ErrorCode::bad_input,
-                 fmt::format("{} holds no study of models: {}.", results.string(), failure.what()),
+                 fmt::format("{} is not a study of models: {}.", results.string(), failure.what()),
                  "Give the results.json of a finished `likeness study PROJECT`.", results.string()};
   }
 }
@@ -426,9 +430,8 @@ std::vector<StudyPlot> study_plots(const ModelStudy& study) {
       plots.push_back({file, caption, std::move(plot)});
   };
   add("psnr_over_seconds.png",
-      "The first seed; the training's clock stood still at its marks, which are means over at most four of "
-      "the "
-      "frames.",
+      "The first seed; the marks are means over at most four of the frames, and the training's clock stood "
+      "still while they were taken.",
       over_training(study, false));
   add("psnr_over_steps.png", "The same by steps.", over_training(study, true));
   add("psnr_over_speed.png", "Means of the seeds, at the end.", over_speed(study));
@@ -444,17 +447,15 @@ std::vector<StudyPlot> study_plots(const ModelStudy& study) {
 
 Result<std::string> models_page(const ModelStudy& study, const fs::path& folder) {
   const std::string time =
-      study.seconds > 0 ? fmt::format("{:g} processor seconds a training{}", study.seconds,
-                                      study.some_by_steps ? ", but for those that were given steps" : "")
+      study.seconds > 0 ? fmt::format("{:g} processor seconds per training{}", study.seconds,
+                                      study.some_by_steps ? ", except those that were given steps" : "")
                         : "trained by steps";
   std::string html = fmt::format(
       "<!DOCTYPE html>\n<html lang=\"en\">\n<head><meta charset=\"utf-8\"><title>Models side by side: {0}"
       "</title><style>{1}</style></head>\n<body>\n<h1>Models side by side: {0}</h1>\n"
       "<p>{2} training pictures of {3} px, {4} threads, {5}. Every model draws its rays from the same "
-      "pictures "
-      "and track and is measured on the same {6} held-out frames, as tracked. Seconds are processor seconds, "
-      "of "
-      "all threads together; several seeds: the mean and half the range.</p>\n",
+      "pictures and track and is measured on the same {6} held-out frames, as tracked. Seconds are processor "
+      "seconds, of all threads together; several seeds: the mean and half the range.</p>\n",
       escaped(study.clip), kStyle, study.training_frames, study.size, study.threads, time,
       study.frames.size());
   html += parts_of(study);

@@ -62,7 +62,7 @@ const std::vector<ModelSpec>& study_models() {
        .about = "256 x 256 rays a step and the landmark loss: Kwak & Ko's settings",
        .change = [](TrainOptions& o) { o.rays.per_step = 256 * 256, o.losses.landmark_weight = 0.1; }},
       {.name = "no-code",
-       .about = "without a code of its own for each frame",
+       .about = "without latent codes for the frames",
        .parts = [](ChosenParts& p) { p.latent = false; }},
       {.name = "no-torso",
        .about = "without a field of the torso",
@@ -81,17 +81,15 @@ const std::vector<ModelSpec>& study_models() {
        .about = "tracked with dense poses, without the photometric step",
        .track = {.step = "dense"}},
       {.name = "own-shape",
-       .about = "tracked with the silhouettes and a shape of the person's own",
+       .about = "tracked with the silhouettes and the person's own shape",
        .track = {.step = "shape"}},
       {.name = "no-gaze",
        .about = "eyes that look straight ahead",
        .track = {.change = look_ahead, .same_mattes = true}},
       {.name = "no-torso-track",
-       .about = "no torso tracked: the mattes know of none, either",
+       .about = "no torso tracked, nor used by the mattes",
        .track = {.change = drop_torso}},
-      {.name = "no-displacement",
-       .about = "without the detail maps that the project was given",
-       .track = {.maps = false}},
+      {.name = "no-displacement", .about = "without the project's detail maps", .track = {.maps = false}},
       {.name = "no-gaze-slice",
        .about = "a slice that does not depend on where the eyes look",
        .parts = [](ChosenParts& p) { p.gaze = false; }},
@@ -144,22 +142,18 @@ const std::vector<StudyTable>& study_tables() {
       {"models",
        "The papers' models",
        "All trained for the same time, if not by steps. grid: hash grids; mlp: positional encoding and "
-       "perceptrons of 8 x 256 "
-       "with "
-       "a coarse and a fine pass of 32 samples.",
+       "perceptrons of 8 x 256 with a coarse and a fine pass of 32 samples.",
        {"moved-picture", "concat-mlp", "hyper-mlp", "warp-mlp", "painted-grid", "static-grid", "concat-grid",
         "hyper-grid", "warp-grid", kDefaultModel}},
       {"time",
        "Time to quality",
-       "The baseline that the papers compare with is given forty times the time; ours a quarter of it to "
-       "five "
-       "times as much.",
+       "The baseline that the papers compare with is given forty times the time; ours from a quarter of that "
+       "time to five times as much.",
        {kLongBaseline, "ours-quarter", "ours-half", kDefaultModel, "ours-long"}},
       {"parts",
        "With a part more or less",
-       "Equal time, if not by steps. Without the slice is warp-grid, without the deformation hyper-grid, "
-       "without either "
-       "concat-grid.",
+       "Equal time, if not by steps. warp-grid is without the slice, hyper-grid without the deformation, "
+       "concat-grid without either.",
        {kDefaultModel, "warp-grid", "hyper-grid", "concat-grid", "static-grid", "no-code", "no-torso",
         "tenth", "landmark-loss", "k-preset", "grid-half", "grid-double", "grid-coarse"},
        {"landmarks",      "no-pictures",

@@ -1,4 +1,4 @@
-// A training, looked at as it learns and scored at its end: see model_run.h.
+// A training, measured at marks on its way and scored at its end: see model_run.h.
 #include "core/lab/study/model_run.h"
 
 #include <fmt/format.h>
@@ -23,7 +23,7 @@ namespace likeness {
 namespace {
 
 constexpr double kMarks[] = {1.0 / 16, 1.0 / 8, 1.0 / 4, 1.0 / 2};  // of the training
-constexpr int kOtherSizes[] = {64, 128, 256, 512};                  // px, of what is quick to render
+constexpr int kOtherSizes[] = {64, 128, 256, 512};                  // px, for models that render quickly
 constexpr std::size_t kTimedFrames = 3;
 
 double worked() { return clock_seconds(WorkClock::processor); }
@@ -36,11 +36,11 @@ struct PaintedFrames {
   std::vector<Image8> pictures;
   double seconds = 0;
   std::optional<double> joules;
-  int joule_frames = 0;  // fewer than all: the machine's counter starts again now and then
+  int joule_frames = 0;  // fewer than all when the processor's energy counter has wrapped round
   bool background_known = true;
 };
 
-// Fewer where it is stopped: then none of it counts.
+// Fewer if stopped; the caller then discards them.
 PaintedFrames paint_frames(const StudyBench& bench, const std::vector<std::size_t>& which, const Paint& paint,
                            const std::stop_token& stop) {
   PaintedFrames out;
@@ -77,7 +77,7 @@ ModelMark mark_of(std::span<const FrameScore> scores, bool background_known, dou
   return mark;
 }
 
-// Processor seconds of a picture at each size.
+// Processor seconds per picture at each size.
 std::vector<SizeCost> time_sizes(const StudyBench& bench, std::vector<int> sizes, const Paint& paint,
                                  const std::stop_token& stop) {
   std::ranges::sort(sizes);
@@ -156,7 +156,7 @@ Result<ModelScore> score_model(const StudyBench& bench, const ModelSpec& spec, c
   return s;
 }
 
-// Which marks of a training are due. Of the first seed alone.
+// Which marks of a training are due; only the first seed has any.
 class MarkPlan {
  public:
   explicit MarkPlan(bool any) : next_(any ? 0 : std::size(kMarks)) {}
@@ -189,7 +189,7 @@ Paint paint_with(const NerfAvatar& avatar, const AvatarRig& rig) {
   };
 }
 
-// Looks at a running training when a mark is due.
+// Measures a running training when a mark is due.
 template <class Model>
 void take_mark(const StudyBench& bench, const Model& model, const Avatar& scene,
                std::vector<ModelMark>& marks, const std::stop_token& stop) {
@@ -223,7 +223,7 @@ Result<void> time_baked(const StudyBench& bench, const Avatar& avatar, const Ava
     options.head_resolution = cells[k];
     options.torso_resolution = std::max(kVoxelBlock, cells[k] * 3 / 4 / kVoxelBlock * kVoxelBlock);
     options.seed = avatar.seed;
-    // What is stored of a training of few steps, a trial's, learns as little.
+    // After a training of few steps, as in a trial, storing it is as short.
     options.steps = std::min<std::uint64_t>(options.steps, 10 * avatar.steps);
     options.rays = int(std::min<std::uint64_t>(std::uint64_t(options.rays), 1000 * avatar.steps));
     const double part = 1.0 / double(cells.size());
@@ -241,13 +241,13 @@ Result<void> time_baked(const StudyBench& bench, const Avatar& avatar, const Ava
   return {};
 }
 
-// Pictures of the ladder and of what lies about it.
+// Pictures at the settings of the ladder and around them.
 std::vector<PictureCost> time_qualities(const StudyBench& bench, const Avatar& avatar, const AvatarRig& rig,
                                         const std::stop_token& stop) {
   std::vector<RenderSetting> settings = quality_ladder();
   settings.push_back({"exact", {}});
   for (const RenderSetting& setting : quality_ladder()) {
-    settings.push_back({setting.name + ", a colour a ray", setting.options});
+    settings.push_back({setting.name + ", one colour per ray", setting.options});
     settings.back().options.deferred = true;
   }
   for (const int samples : {32, 16, 12, 8, 6}) {

@@ -93,7 +93,7 @@ std::optional<ModelScore> read_model_score(const fs::path& path, const std::stri
     s.face_mse = number_or_nan(j->at("face_mse"));
     s.landmark_error_px = number_or_nan(j->at("lmk_error_px"));
     s.mouth_error_px = number_or_nan(j->at("lmk_mouth_px"));
-    // Rows that were kept before there were these have none.
+    // Rows kept by earlier versions lack these.
     const auto later = [&](const char* key) {
       return j->contains(key) ? optional_number(j->at(key)) : std::nullopt;
     };
@@ -133,7 +133,7 @@ Result<ModelScore> finished_model(const StudyBench& bench, const ModelSpec& spec
   if (spec.painted || spec.attributes) content = hash_text(content + bench.painted);
   const fs::path path = training_path(bench.folder, spec, seed);
   if (auto done = read_model_score(path, content)) return *done;
-  // Its pictures are written before its scores: whatever is there goes first, so that they are of one
+  // Its pictures are written before its scores: old scores are removed first, so that both are always of one
   // training.
   std::error_code ignored;
   fs::remove(path, ignored);
@@ -160,13 +160,13 @@ Result<void> check_names(const std::vector<std::string>& asked, const std::vecto
   return {};
 }
 
-// A model without the head model's deformation moves no sample to the canonical face: its regions reach as
-// far as what they hold moves, a lip with the jaw.
+// A model without the head model's deformation maps no sample to canonical space: its regions must reach as
+// far as what they hold moves, for instance a lip with the jaw.
 constexpr RegionOptions kWideRegion{.rim = 0.03f, .reach = 0.04f, .far = 0.06f, .cell = 0.005f};
 
-// The attributes of the clip at its full size, whose amounts the held-out frames are given. `painted` of the
-// project `owner`; those that the track would have been painted with stand in where there are none and
-// `invent` says so, and of these the ones that cannot be learnt are left out.
+// Finds the attributes of the clip at its full size, and gives the held-out frames their amounts. They are
+// those painted in the project `owner`; if there are none and `invent` is set, annotations made from the
+// track stand in, of which those that cannot be learnt are left out.
 Result<void> find_painted(const Project& project, const Project& owner, const RegionOptions& region,
                           bool invent, StudyBench& bench, const Progress& progress, std::stop_token stop) {
   Project one = project;
@@ -208,8 +208,8 @@ Result<void> find_painted(const Project& project, const Project& owner, const Re
   return {};
 }
 
-// What one capture cannot teach one model says nothing of the others.
-bool is_the_model_s(const Error& error) {
+// Whether an error concerns one model only, so that the others can still be trained.
+bool concerns_one_model(const Error& error) {
   return error.code == ErrorCode::bad_input || error.code == ErrorCode::failed ||
          error.code == ErrorCode::not_found;
 }
@@ -241,7 +241,7 @@ Result<StudyBench> prepare(const Project& project, const fs::path& folder, const
   return bench;
 }
 
-// Of a row that is about the track or about what was painted: its own clip, and the same frames.
+// The bench of a row that varies the track or the painted attributes: its own clip, and the same frames.
 Result<StudyBench> own_bench(const Project& project, const Project& studied, const StudyBench& shared,
                              const ModelSpec& spec, const Progress& progress, std::stop_token stop) {
   Result<Project> varied = studied;
@@ -254,7 +254,7 @@ Result<StudyBench> own_bench(const Project& project, const Project& studied, con
   if (spec.attributes)
     if (const auto found = find_painted(*varied, project, {}, false, *bench, progress, stop); !found)
       return found.error();
-  // Its pictures stand beside those of the others.
+  // Its pictures are of the same frames as the others'.
   bench->shown.clear();
   for (std::size_t k = 0; k < bench->measured.size(); ++k) {
     const int frame = bench->clip.held_out[bench->measured[k]].frame;
@@ -328,7 +328,7 @@ Result<ModelStudy> study_models_of(const Project& project, const fs::path& folde
   const std::vector<ModelSpec> models = chosen_models(options, study.tables);
   for (const std::string& name : options.models)
     if (std::ranges::find(models, name, &ModelSpec::name) == models.end())
-      return Error{ErrorCode::bad_input, fmt::format("The model {} stands in none of these tables.", name),
+      return Error{ErrorCode::bad_input, fmt::format("The model {} is in none of these tables.", name),
                    "Leave out --tables, or that model.", ""};
   const double tracking = options.track_anew ? 0.2 : 0;
   Result<Project> studied = project;
@@ -360,13 +360,13 @@ Result<ModelStudy> study_models_of(const Project& project, const fs::path& folde
   double all = 0, done = 0;
   for (const ModelSpec& spec : models)
     for (int k = 0; k < trainings(spec); ++k) all += training_work(spec, options, k == 0);
-  // Before hours are spent: what the user painted may say too little.
+  // First, before hours are spent: what the user painted may not be enough.
   std::optional<Error> unpainted;
   if (std::ranges::any_of(models, &ModelSpec::painted))
     if (const auto found =
             find_painted(*studied, project, kWideRegion, true, *bench, rest.stage(0, 0, "attributes"), stop);
         !found) {
-      if (!is_the_model_s(found.error())) return found.error();
+      if (!concerns_one_model(found.error())) return found.error();
       unpainted = found.error();
     }
   for (const ModelSpec& spec : models) {
@@ -379,7 +379,7 @@ Result<ModelStudy> study_models_of(const Project& project, const fs::path& folde
     if (spec.attributes || !spec.track.is_the_project_s()) {
       auto made =
           own_bench(project, *studied, *bench, spec, rest.stage(done / all, done / all, spec.name), stop);
-      if (!made && !is_the_model_s(made.error())) return made.error();
+      if (!made && !concerns_one_model(made.error())) return made.error();
       if (!made) {
         row.failed = made.error().what;
         continue;
@@ -390,7 +390,7 @@ Result<ModelStudy> study_models_of(const Project& project, const fs::path& folde
       const double after = done + training_work(spec, options, k == 0);
       const auto score = finished_model(own ? *own : *bench, spec, options.first_seed + std::uint64_t(k),
                                         rest.stage(done / all, std::min(1.0, after / all), spec.name), stop);
-      if (!score && !is_the_model_s(score.error())) return score.error();
+      if (!score && !concerns_one_model(score.error())) return score.error();
       done = after;
       if (!score) {
         row.failed = score.error().what;

@@ -70,7 +70,7 @@ void draw_axes(PageCanvas& page, const Plot& plot, const Axes& axes) {
   page.text(8, kField.y - 24, plot.y_label, small);
 }
 
-// other: the colours' second time.
+// other: the colours are used a second time.
 void draw_mark(PageCanvas& page, const Vec2d& at, const PageColour& colour, bool other) {
   page.fill({int(at.x()) - 4, int(at.y()) - 4, 9, 9}, colour);
   if (other) page.fill({int(at.x()) - 2, int(at.y()) - 2, 5, 5}, kWhite);

@@ -17,15 +17,15 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Processor seconds, at 128 px: a picture of each kind, and a step where steps are asked for.
+// Processor seconds, at 128 px: of a picture of each kind, and of a step if trained by steps.
 constexpr double kGridPicture = 0.1, kMlpPicture = 7, kMovedPicture = 0.05, kGridStep = 0.19, kMlpStep = 1.2;
-constexpr double kQualities = 16;  // pictures of a model with `costs`, for each frame that is measured
+constexpr double kQualities = 16;  // pictures of a model with `costs`, per measured frame
 constexpr double kBaked = 25;      // seconds for each number of cells
 constexpr double kRefit = 6;       // seconds for each frame that is fitted to the field
 constexpr double kMarkedPictures = 16, kTimedPictures = 3;
-// What a training starts with, and what its pictures are scored with; of the study: the clip is read.
+// Seconds for starting a training and scoring its pictures, and for reading the clip once per study.
 constexpr double kTrainingStart = 6, kStudyStart = 15;
-// Threads wait for each other, and share what memory can give.
+// Of a thread beside others: they wait for each other and share the memory's bandwidth.
 constexpr double kThreadWorth = 0.85;
 
 double pictures_of(const ModelSpec& spec) {
@@ -52,7 +52,7 @@ std::vector<ModelSpec> chosen_models(const ModelStudyOptions& options, std::vect
   for (const StudyTable& table : study_tables()) {
     if (!is_chosen(options.tables, table.name)) continue;
     StudyTable some = table;
-    if (!options.models.empty())  // by name those that are not trained by themselves, too
+    if (!options.models.empty())  // by name also those that a study does not train by default
       some.models.insert(some.models.end(), table.more.begin(), table.more.end());
     some.more.clear();
     std::erase_if(some.models, [&](const std::string& name) { return !is_chosen(options.models, name); });
@@ -98,7 +98,7 @@ double training_work(const ModelSpec& spec, const ModelStudyOptions& options, bo
   if (!first) return work;
   if (spec.kind != ModelKind::moved) work += kMarkedPictures * picture;
   if (!spec.costs) return work;
-  work += kTimedPictures * picture * 4;  // of the project's own size
+  work += kTimedPictures * picture * 4;  // at the project's own size
   if (spec.kind == ModelKind::grid)
     work += kQualities * frames * picture + kBaked * double(options.baked_cells.size());
   return work;

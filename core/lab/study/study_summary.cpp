@@ -50,8 +50,8 @@ Result<StudySummary> read_study_summary(const std::filesystem::path& folder) {
   const std::filesystem::path path = folder / "results.json";
   std::error_code ignored;
   if (!std::filesystem::exists(path, ignored))
-    return Error{ErrorCode::not_found, fmt::format("No comparison was finished in {}.", folder.string()),
-                 "Start one, or go on with the one that was stopped.", folder.string()};
+    return Error{ErrorCode::not_found, fmt::format("There is no finished comparison in {}.", folder.string()),
+                 "Start one, or continue the one that was stopped.", folder.string()};
   const auto text = read_text(path);
   if (!text) return text.error();
   try {

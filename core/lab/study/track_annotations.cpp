@@ -19,14 +19,14 @@ struct Followed {
 constexpr Followed kFollowed[] = {
     {"mouth", "jawOpen", 48, 67}, {"right eye", "eyeBlink_R", 36, 41}, {"left eye", "eyeBlink_L", 42, 47}};
 constexpr float kSmallestRange = 0.05f;  // of an action, 2nd to 98th percentile; less is the track's noise
-constexpr std::size_t kFewest = 6;       // frames of an attribute
-constexpr double kMargin = 0.3;          // of the landmarks' box on every side: who paints is no surgeon
+constexpr std::size_t kMinFrames = 6;    // frames of an attribute
+constexpr double kMargin = 0.3;          // of the landmarks' box, on every side: a user paints generously
 
 float percentile(const std::vector<float>& sorted, double share) {
   return sorted[std::size_t(std::lround(share * double(sorted.size() - 1)))];
 }
 
-// The landmarks' box in the source's pixels; none of a face behind the camera.
+// The landmarks' box in the source's pixels; nullopt if the face is behind the camera.
 std::optional<Strokes> painted_box(const TrainingSet& set, const HeadShape& shape, const TrainingView& view,
                                    const SquareCrop& crop, const Followed& followed) {
   const auto landmarks = landmark_positions(set.model, pose_head(set.model, shape, view.pose.articulation));
@@ -55,7 +55,7 @@ PaintedAttributes annotate_from_track(const TrainingSet& set, const Capture& cap
   std::vector<Eigen::VectorXf> amounts;
   for (const TrainingView& view : views) amounts.push_back(face_amounts(basis, view.pose.articulation));
   const std::size_t count =
-      std::min(views.size(), std::max(kFewest, std::size_t(std::lround(share * double(views.size())))));
+      std::min(views.size(), std::max(kMinFrames, std::size_t(std::lround(share * double(views.size())))));
   for (const Followed& followed : kFollowed) {
     const int action = action_index(basis, followed.action);
     if (action < 0) continue;

@@ -71,13 +71,13 @@ Result<fs::path> make_track(const Inputs& inputs, const std::string& step, const
   return path;
 }
 
-// Shows what lies in a folder in another one, too. What is there already stays.
+// Links entries of one folder into another one. What is there already stays.
 Result<void> share(const fs::path& from, const fs::path& to, std::initializer_list<const char*> names) {
   std::error_code failure;
   for (const char* name : names) {
     const fs::path source = fs::absolute(from / name);
     if (failure || !fs::exists(source, failure) || fs::exists(to / name, failure)) continue;
-    fs::remove(to / name, failure);  // a link to where the project once was
+    fs::remove(to / name, failure);  // a dangling link, to where the project once was
     fs::is_directory(source) ? fs::create_directory_symlink(source, to / name, failure)
                              : fs::create_symlink(source, to / name, failure);
   }
@@ -85,7 +85,7 @@ Result<void> share(const fs::path& from, const fs::path& to, std::initializer_li
   return {};
 }
 
-// As a build makes them, network and room included. read: the capture with this track.
+// Mattes as a build makes them, network and room included. read: the capture with this track.
 Result<void> matte(const Inputs& inputs, const fs::path& folder, const TrackedCapture& read,
                    const Progress& progress, std::stop_token stop) {
   auto strokes = read_corrections(inputs.project);
@@ -102,7 +102,7 @@ Result<void> matte(const Inputs& inputs, const fs::path& folder, const TrackedCa
   return matted ? Result<void>() : Result<void>(matted.error());
 }
 
-// The mattes by a track, made once for all variants that leave it as it is.
+// The mattes from a track, made once for all variants that do not change it.
 Result<fs::path> make_mattes(const Inputs& inputs, const Track& track, const std::string& content,
                              const fs::path& folder, const Progress& progress, std::stop_token stop) {
   const fs::path path = folder / fmt::format("mattes-{}", hash_text(content).substr(0, 8));
@@ -119,13 +119,13 @@ Result<fs::path> make_mattes(const Inputs& inputs, const Track& track, const std
   return path;
 }
 
-// A project folder that shares the pictures of the studied one and has a track of its own. mattes: a folder
-// that holds them.
+// A project folder that shares the pictures of the studied one and has its own track. mattes: the folder that
+// holds the mattes.
 Result<Project> make_workplace(const Inputs& inputs, const fs::path& folder, const Track& track,
                                const fs::path& mattes, bool maps) {
   Project work = inputs.project;
   work.folder = folder;
-  work.further_clips.clear();  // what is compared knows one clip
+  work.further_clips.clear();  // the models compared are trained on one clip
   if (const auto made = make_writable_folder(folder); !made) return made.error();
   if (const auto shared =
           share(inputs.project.folder, folder, {"frames", "regions", "capture.json", "cameras.json"});
@@ -175,7 +175,7 @@ Result<Project> make_variant_project(const Project& project, const std::string& 
                          *track_hash + corrections + (variant.change != nullptr ? name : std::string()),
                          folder, progress.stage(0.8, 1, "matte"), stop);
   if (!mattes) return mattes.error();
-  // Named by what it is made from, so that nothing of other inputs is left in it.
+  // Named by a hash of its inputs, so that it never holds anything made from others.
   const std::string content =
       hash_text(fmt::format("{} {} {} {}{}", inputs->content, *track_hash, name, corrections, maps));
   return make_workplace(*inputs, folder / fmt::format("{}-{}.likeness", name, content.substr(0, 8)), *track,

@@ -34,7 +34,7 @@ Error no_truth(const fs::path& folder) {
           folder.string()};
 }
 
-// The frames up to the last one that moves: what follows is one camera at rest.
+// Keeps the frames up to the last move: after it the camera rests.
 void keep_moving_part(CameraSet& set) {
   std::vector<Camera>& cameras = set.cameras;
   const auto moved = [](const Camera& a, const Camera& b) {
@@ -101,7 +101,7 @@ Result<CameraTruth> read_published_truth(const fs::path& folder) {
   return truth;
 }
 
-// Of this process, its threads and the programs it waited for.
+// Processor time of this process, its threads and the programs it has waited for.
 double processor_seconds() {
   double sum = 0;
   for (const int who : {RUSAGE_SELF, RUSAGE_CHILDREN}) {

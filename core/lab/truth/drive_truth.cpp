@@ -15,11 +15,11 @@ namespace {
 
 constexpr double kSame_db = 99;
 
-double second_difference(const std::vector<double>& course) {
+double second_difference(const std::vector<double>& curve) {
   double sum = 0;
-  for (std::size_t i = 1; i + 1 < course.size(); ++i)
-    sum += std::pow(course[i - 1] - 2 * course[i] + course[i + 1], 2);
-  return course.size() > 2 ? std::sqrt(sum / double(course.size() - 2)) : 0;
+  for (std::size_t i = 1; i + 1 < curve.size(); ++i)
+    sum += std::pow(curve[i - 1] - 2 * curve[i] + curve[i + 1], 2);
+  return curve.size() > 2 ? std::sqrt(sum / double(curve.size() - 2)) : 0;
 }
 
 // The picture that a driver at rest in the typical pose gives, against the avatar's own neutral.
@@ -80,15 +80,15 @@ Result<DriveScore> score_drive(const Avatar& avatar, const HeadModel& avatar_mod
     const int a = action_index(avatar_basis, name), d = action_index(driver_basis, name),
               t = action_index(truth_basis, name);
     if (a < 0 || d < 0 || t < 0) continue;
-    std::vector<double> avatar_course, driver_course, true_course;
+    std::vector<double> avatar_curve, driver_curve, true_curve;
     for (std::size_t i = 0; i < shown.size(); ++i) {
-      avatar_course.push_back(shown[i][a]);
-      driver_course.push_back(tracked[i][d]);
-      true_course.push_back(performed[i][t]);
+      avatar_curve.push_back(shown[i][a]);
+      driver_curve.push_back(tracked[i][d]);
+      true_curve.push_back(performed[i][t]);
     }
-    DrivenAction action{name, course_correlation(true_course, avatar_course), double(gains[std::size_t(a)])};
-    const double before = second_difference(driver_course);
-    action.jitter_ratio = before > 0 ? second_difference(avatar_course) / before : 1;
+    DrivenAction action{name, course_correlation(true_curve, avatar_curve), double(gains[std::size_t(a)])};
+    const double before = second_difference(driver_curve);
+    action.jitter_ratio = before > 0 ? second_difference(avatar_curve) / before : 1;
     if (action.correlation) sum += *action.correlation, ++counted;
     score.actions.push_back(std::move(action));
   }

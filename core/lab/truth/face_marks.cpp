@@ -18,7 +18,7 @@ namespace {
 
 constexpr int kVersion = 1;
 
-// Landmarks over each other: of the lips, of the lids of the subject's right and left eye.
+// Pairs of landmarks, the upper one first: of the lips, of the lids of the subject's right and left eye.
 constexpr std::array<std::array<int, 2>, 3> kLips{{{61, 67}, {62, 66}, {63, 65}}};
 constexpr std::array<std::array<int, 2>, 4> kLids{{{37, 41}, {38, 40}, {43, 47}, {44, 46}}};
 
@@ -72,7 +72,7 @@ Result<std::vector<FaceMark>> read_face_marks(const std::filesystem::path& path)
   try {
     const nlohmann::json file = parse_json(*text);
     if (file.at("version").get<int>() != kVersion)
-      return Error{ErrorCode::bad_input, "The marks are of another version.", "Use marks of version 1.",
+      return Error{ErrorCode::bad_input, "The marks have another version.", "Use marks of version 1.",
                    path.string()};
     const auto frames = file.at("frames").get<std::vector<int>>();
     const auto mouth = read_letters(file.at("mouth"), frames.size(), 'c', 'o');

@@ -1,4 +1,4 @@
-// True masks brought into the project's crop, and the comparison: see matte_truth.h.
+// True masks cut to the project's crop, and the comparison: see matte_truth.h.
 #include "core/lab/truth/matte_truth.h"
 
 #include <fmt/format.h>
@@ -17,7 +17,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr int kBeside = 2;  // px to either side of the mixed ones that the border is taken to be
+constexpr int kBeside = 2;  // px: the border is this wide to either side of the mixed pixels
 constexpr int kMixedLow = 6, kMixedHigh = 249;  // of 255
 
 // 255 within kBeside px of a pixel that is mixed, or where the matte steps from one side to the other.
@@ -41,7 +41,7 @@ std::vector<std::uint8_t> border_of(const Image8& truth) {
   return border;
 }
 
-// The frames that share their true camera with a neighbour: there it rests.
+// Whether the camera rests at a frame: a neighbouring frame has the same true camera.
 bool rests(const CameraSet& truth, int frame) {
   if (truth.is_static) return true;
   const Camera* own = find_camera(truth, frame);

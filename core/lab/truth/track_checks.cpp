@@ -20,7 +20,7 @@ namespace {
 constexpr int kFirstInner = 17, kNoseTip = 30, kHalfWindow = 4;
 constexpr int kRestWindow = 2;
 constexpr double kStill_px = 0.3, kRestExtent_px = 1.5, kLargestPitch = 20 * std::numbers::pi / 180;
-constexpr std::size_t kMostFresh = 200, kBatch = 16;
+constexpr std::size_t kMaxFresh = 200, kBatch = 16;
 
 TrackRegion inside(const TrackRegion& region, int width, int height) {
   if (region.width <= 0 || region.height <= 0) return {0, 0, width, height};
@@ -28,7 +28,7 @@ TrackRegion inside(const TrackRegion& region, int width, int height) {
   return {x, y, std::min(region.width, width - x), std::min(region.height, height - y)};
 }
 
-// The detector's usual box about a face, moved and scaled a little.
+// The detector's usual box about a face, moved and scaled a little at random.
 FaceBox shaken_box(const ProjectedLandmarks& face, std::uint32_t seed) {
   Vec2d low = Vec2d::Constant(1e9), high = -low;
   for (int k = kFirstInner; k < kLandmarkCount; ++k)
@@ -41,7 +41,8 @@ FaceBox shaken_box(const ProjectedLandmarks& face, std::uint32_t seed) {
   return {centre.x() - 0.5 * side, centre.y() - 0.5 * side, side, side, 0};
 }
 
-// Outer eye corners on a level line, one apart: offsets in it do not turn and grow with the face.
+// Coordinates with the outer eye corners on a level line, one apart: offsets in them neither turn nor grow
+// with the face.
 struct UprightFace {
   Eigen::Matrix2d turn;
   double size = 1;  // px
@@ -149,7 +150,7 @@ Result<FreshLandmarks> find_fresh_landmarks(const std::filesystem::path& video, 
   for (std::size_t i = 0; i < projected.size(); ++i)
     if (projected[i].known && std::abs(projected[i].pitch) < kLargestPitch) chosen.push_back(i);
   std::map<int, std::size_t> wanted;  // by number in the source
-  const std::size_t stride = std::max<std::size_t>(1, (chosen.size() + kMostFresh - 1) / kMostFresh);
+  const std::size_t stride = std::max<std::size_t>(1, (chosen.size() + kMaxFresh - 1) / kMaxFresh);
   for (std::size_t k = 0; k < chosen.size(); k += stride) wanted[track.frames[chosen[k]].frame] = chosen[k];
 
   auto detector = FaceDetector::load(options.predictor);
@@ -181,7 +182,7 @@ Result<FreshLandmarks> find_fresh_landmarks(const std::filesystem::path& video, 
     all.insert(all.end(), found.begin(), found.end());
     for (const auto& [i, grey] : batch) fitted.push_back(projected[i]);
     batch.clear();
-    progress.report(wanted.empty() ? 1 : double(all.size()) / double(wanted.size()), "landmarks anew");
+    progress.report(wanted.empty() ? 1 : double(all.size()) / double(wanted.size()), "fresh landmarks");
   }
   return compare_fresh(all, fitted);
 }

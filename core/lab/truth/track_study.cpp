@@ -14,7 +14,8 @@ namespace {
 
 constexpr double kHeldOutShare = 0.1;  // as import holds out
 
-// Each step switched on in turn; a new step of the tracker is one more line here.
+// The tracker's steps, each with its switch, in the order in which they are added; a new one is one more
+// line.
 struct StepSwitch {
   const char* name;
   void (*set)(TrackOptions&, bool on);

@@ -23,8 +23,8 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr double kDegreesPerRadian = 180 / std::numbers::pi;
-constexpr double kLeastSpread = 0.02;  // of a true course whose correlation means something
-constexpr float kEyesShut = 0.5f;      // of eyeBlink: no tracker sees gaze beyond
+constexpr double kMinSpread = 0.02;  // of a true curve: less gives no meaningful correlation
+constexpr float kEyesShut = 0.5f;    // of eyeBlink: beyond it no tracker sees the gaze
 
 // One frame in both tracks, seen from its camera.
 struct Pair {
@@ -37,7 +37,7 @@ double angle_between(const Mat3d& a, const Mat3d& b) {
   return Eigen::AngleAxisd(Mat3d(a.transpose() * b)).angle();
 }
 
-// Frames weigh by the inverse of their residual, so that a few bad ones do not move the offset.
+// Each frame is weighted by the inverse of its residual, so that a few bad ones do not move the offset.
 TruthAlignment align(const std::vector<Pair>& pairs, const Vec3d& eyes) {
   TruthAlignment alignment;
   Mat3d turn = Mat3d::Identity();
@@ -130,7 +130,7 @@ std::optional<double> course_correlation(const std::vector<double>& truth, const
     const double t = truth[i] - mt, f = found[i] - mf;
     tt += t * t, ff += f * f, tf += t * f;
   }
-  if (std::sqrt(tt / double(n)) < kLeastSpread) return std::nullopt;
+  if (std::sqrt(tt / double(n)) < kMinSpread) return std::nullopt;
   return ff > 0 ? tf / std::sqrt(tt * ff) : 0.0;
 }
 
@@ -159,7 +159,7 @@ Result<TrackTruth> read_track_truth(const fs::path& folder) {
     return Error{
         ErrorCode::bad_input,
         fmt::format("The truth was written with another {} head than this one.", truth.track.head_model_name),
-        "Write the demo anew: likeness demo FOLDER", folder.string()};
+        "Write the demo again: likeness demo FOLDER", folder.string()};
   }
   return truth;
 }

@@ -25,7 +25,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr float kMost = 0.999f * kHighestDetail;  // m; rounding must not carry a map over the limit
+constexpr float kMaxHeight = 0.999f * kHighestDetail;  // m; rounding must not take a map over the limit
 
 // NumPy's own format, version 1.0.
 std::string npy_of(const std::vector<float>& values, int side) {
@@ -67,8 +67,8 @@ std::vector<float> draw_map(const HeadModel& model, const TextureCorners& corner
   return map;
 }
 
-// Similarity that brings these vertices of one head to the other's, least squares (Umeyama, TPAMI 1991). By
-// the faces themselves: cameras of an unknown focal length say nothing of sizes.
+// Similarity that maps these vertices of one head to the other's, least squares (Umeyama, TPAMI 1991). From
+// the faces themselves: cameras of an unknown focal length do not fix the scale.
 Eigen::Matrix4f similarity(const std::vector<Vec3f>& from, const std::vector<Vec3f>& to,
                            const std::vector<int>& vertices) {
   Eigen::Matrix3Xd a(3, Eigen::Index(vertices.size())), b = a;
@@ -129,8 +129,8 @@ Result<TrueDetailReport> write_true_detail(const Project& project, const fs::pat
       for (std::size_t k = begin; k < end; ++k) {
         const auto v = std::size_t(vertices[k]);
         const Vec3f at = turned * posed[v] + shift, out_of = (turned * normals[v]).normalized();
-        // One topology: the true place of the same skin.
-        height[Eigen::Index(v)] = std::clamp(out_of.dot(there[v] - at) / scale, -kMost, kMost);
+        // The two heads share their topology: there[v] is the true place of the same skin.
+        height[Eigen::Index(v)] = std::clamp(out_of.dot(there[v] - at) / scale, -kMaxHeight, kMaxHeight);
       }
     });
     for (std::size_t k = 0; k < vertices.size(); ++k) {

@@ -67,7 +67,7 @@ TEST(ViewSteps, APausedStageDiffersFromOneThatWasKilled) {
   contents.project.record(Stage::train).state = StageState::running;  // but no program works on it
   steps = view_steps(&contents, false, {}, {}, {});
   EXPECT_EQ(at(steps, Step::train).state, StepState::needs_you);
-  EXPECT_NE(at(steps, Step::train).found.find("Broken off"), std::string::npos);
+  EXPECT_NE(at(steps, Step::train).found.find("Interrupted"), std::string::npos);
 }
 
 TEST(ViewSteps, AMovedClipIsAskedForOnlyWhileItIsNeeded) {
