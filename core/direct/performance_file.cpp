@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 #include <set>
+#include <string_view>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -34,9 +35,9 @@ void check_fields(const json& object, const std::set<std::string>& known, const 
     if (!known.contains(name)) throw Wrong{where.empty() ? name : where + "." + name, "is not a known field"};
 }
 
-const json& field(const json& object, const char* name, const std::string& where) {
+const json& field(const json& object, const char* name, std::string_view where) {
   const auto found = object.find(name);
-  if (found == object.end()) throw Wrong{where + name, "is missing"};
+  if (found == object.end()) throw Wrong{std::string(where) + name, "is missing"};
   return *found;
 }
 

@@ -93,9 +93,9 @@ HeadRegions head_regions(const HeadModel& model) {
   const float back = std::min(landmarks[0].z(), landmarks[16].z());  // the ears: there is no face behind them
 
   const std::size_t count = model.triangles.size();
-  HeadRegions regions;
-  for (auto* flags : {&regions.face, &regions.head, &regions.mouth_interior, &regions.eyes, &regions.skin})
-    flags->assign(count, 0);
+  const std::vector<std::uint8_t> nowhere(count);
+  HeadRegions regions{
+      .face = nowhere, .head = nowhere, .mouth_interior = nowhere, .eyes = nowhere, .skin = nowhere};
   for (std::size_t t = 0; t < count; ++t) {
     const Triangle& triangle = model.triangles[t];
     const Vec3f centre =

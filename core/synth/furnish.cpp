@@ -10,6 +10,11 @@
 namespace likeness {
 namespace {
 
+const Vec3f kSpines[] = {Vec3f(0.40f, 0.06f, 0.04f), Vec3f(0.04f, 0.10f, 0.24f), Vec3f(0.62f, 0.42f, 0.12f),
+                         Vec3f(0.05f, 0.18f, 0.11f), Vec3f(0.70f, 0.66f, 0.55f), Vec3f(0.03f, 0.03f, 0.04f),
+                         Vec3f(0.28f, 0.10f, 0.18f), Vec3f(0.12f, 0.28f, 0.36f), Vec3f(0.55f, 0.20f, 0.07f)};
+
+// Of random numbers no two are drawn in one list of arguments: compilers differ in which comes first.
 struct Builder {
   std::vector<RoomPatch> patches;
   RandomStream random;
@@ -35,30 +40,30 @@ struct Builder {
     add(o + y + z, x, -z, paint, colour, front_other);
     add(o, x, z, paint, colour, front_other);
   }
+  Vec3f spine() { return kSpines[random.below(9)]; }
   void plain_box(const Vec3f& low, const Vec3f& size, RoomPaint paint, const Vec3f& colour, float yaw = 0) {
     box(low, size, paint, colour, paint, colour, Vec3f::Zero(), yaw);
   }
 };
-
-const Vec3f kSpines[] = {Vec3f(0.40f, 0.06f, 0.04f), Vec3f(0.04f, 0.10f, 0.24f), Vec3f(0.62f, 0.42f, 0.12f),
-                         Vec3f(0.05f, 0.18f, 0.11f), Vec3f(0.70f, 0.66f, 0.55f), Vec3f(0.03f, 0.03f, 0.04f),
-                         Vec3f(0.28f, 0.10f, 0.18f), Vec3f(0.12f, 0.28f, 0.36f), Vec3f(0.55f, 0.20f, 0.07f)};
 
 void shelf_of_books(Builder& b, float x, float end, float y, float z, float room_above) {
   while (x < end - 0.05f) {
     const float pick = b.random.unit();
     if (pick < 0.10f) {  // a gap with a small object
       const float w = b.random.between(0.07f, 0.11f);
-      b.box({x + 0.01f, y, z - 0.14f}, {w - 0.02f, b.random.between(0.08f, 0.15f), 0.08f}, RoomPaint::cover,
-            kSpines[b.random.below(9)], RoomPaint::poster, Vec3f::Ones(), Vec3f(0.75f, 0.72f, 0.66f),
-            b.random.between(-0.3f, 0.3f));
+      const float turn = b.random.between(-0.3f, 0.3f);
+      const Vec3f colour = b.spine();
+      const float height = b.random.between(0.08f, 0.15f);
+      b.box({x + 0.01f, y, z - 0.14f}, {w - 0.02f, height, 0.08f}, RoomPaint::cover, colour,
+            RoomPaint::poster, Vec3f::Ones(), Vec3f(0.75f, 0.72f, 0.66f), turn);
       x += w;
       continue;
     }
     const float width = b.random.between(0.018f, 0.05f);
     const float height = std::min(room_above - 0.02f, b.random.between(0.17f, 0.28f));
     const float depth = b.random.between(0.13f, 0.19f), inset = b.random.between(0.01f, 0.05f);
-    const Vec3f colour = kSpines[b.random.below(9)] * b.random.between(0.7f, 1.2f);
+    const float brightness = b.random.between(0.7f, 1.2f);
+    const Vec3f colour = b.spine() * brightness;
     const Vec3f letters = colour.maxCoeff() > 0.35f ? Vec3f(0.05f, 0.04f, 0.03f) : Vec3f(0.72f, 0.62f, 0.38f);
     b.box({x, y, z - inset - depth}, {width - 0.0015f, height, depth}, RoomPaint::cover, colour,
           RoomPaint::spine, colour, letters);
@@ -95,8 +100,10 @@ void plant(Builder& b, const Vec3f& pot, float height) {
     const Vec3f out(std::cos(angle), 0, std::sin(angle));
     const Vec3f side = Vec3f(-std::sin(angle), 0, std::cos(angle));
     Vec3f root = pot + Vec3f(0, 0.2f + b.random.between(0, 0.5f) * height, 0) + 0.06f * out;
-    const Vec3f green(b.random.between(0.03f, 0.08f), b.random.between(0.09f, 0.17f),
-                      b.random.between(0.02f, 0.05f));
+    Vec3f green;
+    green.z() = b.random.between(0.02f, 0.05f);
+    green.y() = b.random.between(0.09f, 0.17f);
+    green.x() = b.random.between(0.03f, 0.08f);
     for (int piece = 0; piece < 3; ++piece) {  // bends outwards; both sides are seen
       const float bend = lean + 0.45f * float(piece);
       const Vec3f up = (std::cos(bend) * Vec3f::UnitY() + std::sin(bend) * out) * (length / 3);
@@ -128,9 +135,10 @@ void desk(Builder& b, float floor) {
     b.plain_box({x, floor, -1.4f}, {0.05f, -0.36f - floor, 0.5f}, RoomPaint::wood, wood);
   const float y = -0.325f;
   for (int i = 0; i < 5; ++i) {  // a pile of magazines
-    b.box({0.5f, y + 0.018f * float(i), -1.30f}, {0.27f, 0.017f, 0.2f}, RoomPaint::cover,
-          kSpines[b.random.below(9)], RoomPaint::spine, kSpines[b.random.below(9)], Vec3f(0.7f, 0.65f, 0.5f),
-          b.random.between(-0.25f, 0.25f));
+    const float turn = b.random.between(-0.25f, 0.25f);
+    const Vec3f sides = b.spine(), cover = b.spine();
+    b.box({0.5f, y + 0.018f * float(i), -1.30f}, {0.27f, 0.017f, 0.2f}, RoomPaint::cover, cover,
+          RoomPaint::spine, sides, Vec3f(0.7f, 0.65f, 0.5f), turn);
   }
   b.box({0.88f, y, -1.25f}, {0.10f, 0.11f, 0.10f}, RoomPaint::cloth, Vec3f(0.10f, 0.2f, 0.35f),
         RoomPaint::cloth, Vec3f(0.10f, 0.2f, 0.35f), Vec3f(0.75f, 0.7f, 0.6f), 0.5f);
@@ -151,7 +159,7 @@ void hang_lanterns(Builder& b, float ceiling) {
                 y = 0.02f + 0.55f * hash_unit(std::uint32_t(i) * 7 + 2);
     const float size = b.random.between(0.09f, 0.15f), turn = b.random.between(-0.7f, 0.7f);
     const RoomPaint paint = paints[b.random.below(4)];
-    const Vec3f colour = paint == RoomPaint::cloth ? Vec3f(kSpines[b.random.below(9)]) : Vec3f(Vec3f::Ones());
+    const Vec3f colour = paint == RoomPaint::cloth ? b.spine() : Vec3f(Vec3f::Ones());
     b.box({x - 0.5f * size, y, z - 0.5f * size}, {size, size * b.random.between(1.0f, 1.5f), size}, paint,
           colour, paint, colour, Vec3f(0.75f, 0.70f, 0.60f), turn);
     b.plain_box({x - 0.0015f, y + size, z - 0.0015f}, {0.003f, ceiling - y - size, 0.003f}, RoomPaint::plain,
@@ -163,7 +171,7 @@ void stack_boxes(Builder& b, float x, float z, float floor, float top) {
   for (float y = floor; y < top;) {
     const float height = b.random.between(0.14f, 0.26f), width = b.random.between(0.26f, 0.40f);
     const RoomPaint paint = b.random.unit() < 0.6f ? RoomPaint::poster : RoomPaint::cloth;
-    const Vec3f colour = paint == RoomPaint::poster ? Vec3f(Vec3f::Ones()) : kSpines[b.random.below(9)];
+    const Vec3f colour = paint == RoomPaint::poster ? Vec3f(Vec3f::Ones()) : b.spine();
     b.box({x - 0.5f * width, y, z - 0.5f * width}, {width, height, width}, paint, colour, paint, colour,
           Vec3f(0.7f, 0.62f, 0.5f), b.random.between(-0.4f, 0.4f));
     y += height;

@@ -382,7 +382,8 @@ HairMesh grow_beard(const Scalp& skin, const std::function<float(const Vec3f&)>&
     const float low = smoothstep(mouth.y() + 0.02f, chin.y(), seed.position.y());
     const float length = options.look.beard * (moustache ? 0.55f : 0.45f + 0.6f * low) * (0.5f + 0.5f * here);
     Vec3f along(seed.position.x() * (moustache ? 22.0f : 4.0f), -1.0f, moustache ? 0.1f : 0.15f * low);
-    along += 0.30f * Vec3f(random.unit() - 0.5f, random.unit() - 0.5f, random.unit() - 0.5f);
+    const float z = random.unit() - 0.5f, y = random.unit() - 0.5f, x = random.unit() - 0.5f;
+    along += 0.30f * Vec3f(x, y, z);
     along = (along - along.dot(seed.normal) * seed.normal).normalized();
     Guide guide(kBeardPoints);
     guide.root = seed.position;

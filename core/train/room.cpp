@@ -123,7 +123,8 @@ void choose_room_rays(std::span<const TrainingView> views, const std::vector<Uni
       rays.requests[i].jitter = random.bits() | 1;
       const std::uint8_t* rgb = view.rgb.at(x, y);
       rays.target[i] = Vec3f(float(rgb[0]), float(rgb[1]), float(rgb[2])) / 255.f;
-      rays.behind[i] = Vec3f(random.uniform(), random.uniform(), random.uniform());
+      const float blue = random.uniform(), green = random.uniform(), red = random.uniform();
+      rays.behind[i] = Vec3f(red, green, blue);
     }
   });
 }
