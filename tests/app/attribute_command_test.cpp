@@ -12,19 +12,13 @@
 #include <nlohmann/json.hpp>
 
 #include "core/image/files.h"
-#include "tests/support/run_program.h"
+#include "tests/app/ask.h"
 
 namespace likeness::test {
 namespace {
 
 namespace fs = std::filesystem;
 using nlohmann::json;
-
-json ask(const std::vector<std::string>& command) {
-  const ProgramResult result = likeness(command);
-  EXPECT_EQ(result.exit_code, 0) << result.err;
-  return result.exit_code == 0 ? json::parse(result.out) : json();
-}
 
 double correlation(const std::vector<double>& a, const std::vector<double>& b) {
   double n = double(a.size()), x = 0, y = 0, xx = 0, yy = 0, xy = 0;

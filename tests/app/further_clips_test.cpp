@@ -9,19 +9,13 @@
 
 #include <nlohmann/json.hpp>
 
-#include "tests/support/run_program.h"
+#include "tests/app/ask.h"
 
 namespace likeness::test {
 namespace {
 
 namespace fs = std::filesystem;
 using nlohmann::json;
-
-json ask(const std::vector<std::string>& command) {
-  const ProgramResult result = likeness(command);
-  EXPECT_EQ(result.exit_code, 0) << result.err;
-  return result.exit_code == 0 ? json::parse(result.out) : json();
-}
 
 TEST(FurtherClipsCommand, ASecondClipIsLearntFromAndCanBeTakenOut) {
   std::string name = (fs::temp_directory_path() / "likeness_two_XXXXXX").string();

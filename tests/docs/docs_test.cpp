@@ -31,6 +31,7 @@
 #include <sstream>
 
 #include "core/base/files.h"
+#include "tests/docs/source_folder.h"
 #include "tests/support/run_program.h"
 
 namespace likeness::test {
@@ -39,7 +40,6 @@ namespace {
 namespace fs = std::filesystem;
 using Command = std::vector<std::string>;  // words
 
-const fs::path kSource = LIKENESS_SOURCE;
 const std::map<std::string, std::string> kNumbers{{"N", "2"},        {"SECONDS", "60"}, {"STEPS", "400"},
                                                   {"SEED", "1"},     {"FRAME", "120"},  {"MM", "28"},
                                                   {"WEIGHT", "0.1"}, {"AMOUNT", "0.5"}};

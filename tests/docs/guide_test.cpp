@@ -8,13 +8,13 @@
 
 #include "core/base/files.h"
 #include "core/image/files.h"
+#include "tests/docs/source_folder.h"
 
 namespace likeness::test {
 namespace {
 
 namespace fs = std::filesystem;
 
-const fs::path kSource = LIKENESS_SOURCE;
 constexpr std::string_view kPlaceholder = "\u2026";
 
 std::string text_of(const fs::path& file) {

@@ -16,7 +16,8 @@ TEST(SeenLimits, CountFromRestAndFromTheTypicalPose) {
   Avatar avatar = filmed_avatar();
   add_action(avatar.neutral, *find_action(tiny_head(), "jawOpen"), 0.1f);
   SeenViews views;
-  views.low = {-10 * kRadPerDegree, -5 * kRad, -2 * kRad}, views.high = {30 * kRad, 8 * kRad, 4 * kRad};
+  views.low = {-10 * kRadPerDegree, -5 * kRadPerDegree, -2 * kRadPerDegree},
+  views.high = {30 * kRadPerDegree, 8 * kRadPerDegree, 4 * kRadPerDegree};
   const auto limits = seen_limits(avatar, tiny_head(), views);
   EXPECT_NEAR(limits.at("action jawOpen").high, 0.4f, 0.01f);
   EXPECT_NEAR(limits.at("action browDown_L").high, 0, 1e-6f);

@@ -48,6 +48,13 @@ inline OpenedAvatar tiny_opened() {
   return {Project{"someone.likeness", {}, {}}, filmed_avatar(), tiny_head(), "0123abcd"};
 }
 
+inline Film resting_film(const Avatar& avatar, std::size_t frames = 1) {
+  Film film;
+  film.cameras.assign(frames, typical_camera(avatar));
+  film.poses.assign(frames, typical_state(avatar).pose);
+  return film;
+}
+
 // A folder of its own, removed at the end, with the avatar as a project in it.
 class TinyProject {
  public:

@@ -22,13 +22,6 @@ using testing::AllOf;
 using testing::HasSubstr;
 using testing::Not;
 
-Film resting_film(const Avatar& avatar, std::size_t frames) {
-  Film film;
-  film.cameras.assign(frames, typical_camera(avatar));
-  film.poses.assign(frames, typical_state(avatar).pose);
-  return film;
-}
-
 TEST(Film, AProjectWithoutAnAvatarSaysHowToGetOne) {
   const TinyProject project;
   ASSERT_TRUE(open_avatar(project.folder()).ok());

@@ -16,10 +16,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-Film resting_film(const Avatar& avatar) {
-  return {.cameras = {typical_camera(avatar)}, .poses = {typical_state(avatar).pose}};
-}
-
 TEST(WriteOut, RefusesPictureOptionsForAMesh) {
   const OpenedAvatar opened = tiny_opened();
   const Intrinsics& picture = opened.avatar.intrinsics;

@@ -13,6 +13,12 @@ inline const HeadModel& test_head() {
   return model;
 }
 
+// Without identity.
+inline const HeadShape& test_shape() {
+  static const HeadShape shape = shape_head(test_head(), Eigen::VectorXf());
+  return shape;
+}
+
 inline const Eigen::VectorXf& test_identity() {
   static const Eigen::VectorXf identity = [] {
     Eigen::VectorXf some = Eigen::VectorXf::Zero(test_head().identity_count());

@@ -15,6 +15,7 @@
 #include "core/field/field_reference.h"
 #include "tests/core/field/random_field.h"
 #include "tests/core/field/relative_l2.h"
+#include "tests/core/field/tile_rows.h"
 
 namespace likeness {
 namespace {
@@ -185,14 +186,6 @@ TEST(Bf16, RoundsToTheNearestTiesToEven) {
   for (std::size_t i = 0; i < from.size(); ++i) EXPECT_EQ(to[i], to_bf16(from[i]));
 }
 
-struct Rows {
-  AlignedFloats memory;
-  float* data;
-  explicit Rows(std::size_t count) : data(memory.reserve(count * kTile)) {
-    std::fill(data, data + count * kTile, 0.0f);
-  }
-};
-
 TEST(Bf16, LooksUpLikeThePlainLoops) {
   if (!cpu_has_bf16()) GTEST_SKIP() << "this processor has no AVX-512 BF16";
   for (const NamedConfig& named : small_configs()) {
@@ -205,7 +198,7 @@ TEST(Bf16, LooksUpLikeThePlainLoops) {
     const float* point[3] = {batch.x.data(), batch.y.data(), batch.z.data()};
     const auto expect_same = [&](const GridLevel& level, const GridConfig& grid) {
       const auto width = std::size_t(grid.features);
-      Rows fast(width), plain(width);
+      TileRows fast(width), plain(width);
       encode_tile_bf16(level, grid, tables.data(), point, fast.data);
       encode_tile_bf16_reference(level, grid, tables.data(), point, plain.data);
       EXPECT_LE(relative_l2(std::span(fast.data, width * kTile), std::span(plain.data, width * kTile)), 5e-4)
@@ -237,11 +230,11 @@ TEST(Bf16, NetworksOfAnyWidthMatchThePlainLoops) {
       layers.push_back(layer);
     }
     const PackedNetwork network = pack_network(layers, parameters.data());
-    Rows in(64), scratch(64), hidden0(64), hidden1(64), fast(64), plain(64);
+    TileRows in(64), scratch(64), hidden0(64), hidden1(64), fast(64), plain(64);
     for (std::size_t i = 0; i < std::size_t(widths[0]) * kTile; ++i) in.data[i] = value(random);
-    const auto words = [](const Rows& rows) { return reinterpret_cast<std::uint32_t*>(rows.data); };
     for (std::size_t outputs = 1; outputs <= std::size_t(widths.back()); outputs += 1 + outputs / 2) {
-      network_bf16(network, in.data, {words(scratch), {words(hidden0), words(hidden1)}}, outputs, fast.data);
+      network_bf16(network, in.data, {scratch.words(), {hidden0.words(), hidden1.words()}}, outputs,
+                   fast.data);
       network_bf16_reference(network, in.data, outputs, plain.data);
       EXPECT_LE(relative_l2(std::span(fast.data, outputs * kTile), std::span(plain.data, outputs * kTile)),
                 5e-4)

@@ -15,20 +15,20 @@ namespace {
 
 constexpr double kStep = 1e-6;
 
-struct Problem {
+struct FieldProblem {
   FieldConfig config;
   std::vector<double> parameters;
   ReferenceSamples<double> samples;
   ReferenceOutputs<double> weights;  // the loss is the sum of outputs times these
 };
 
-Problem make_problem(const FieldConfig& config, std::uint32_t seed) {
+FieldProblem make_problem(const FieldConfig& config, std::uint32_t seed) {
   const Field field = trained_like_field(config, seed);
   const Batch batch = random_batch(config, 12, 3, seed + 7);
-  Problem p{config,
-            {field.parameters.begin(), field.parameters.end()},
-            reference_samples<double>(config, batch.inputs(), batch.views),
-            {}};
+  FieldProblem p{config,
+                 {field.parameters.begin(), field.parameters.end()},
+                 reference_samples<double>(config, batch.inputs(), batch.views),
+                 {}};
   p.weights.sigma.assign(batch.sigma.begin(), batch.sigma.end());
   p.weights.red.assign(batch.red.begin(), batch.red.end());
   p.weights.green.assign(batch.green.begin(), batch.green.end());
@@ -36,7 +36,7 @@ Problem make_problem(const FieldConfig& config, std::uint32_t seed) {
   return p;
 }
 
-double loss(const Problem& p) {
+double loss(const FieldProblem& p) {
   const auto out = reference_forward<double>(p.config, p.parameters, p.samples);
   double sum = 0;
   for (std::size_t n = 0; n < out.sigma.size(); ++n) {
@@ -46,7 +46,7 @@ double loss(const Problem& p) {
   return sum;
 }
 
-double difference(Problem& p, double& value) {
+double difference(FieldProblem& p, double& value) {
   const double kept = value;
   value = kept + kStep;
   const double above = loss(p);
@@ -56,7 +56,7 @@ double difference(Problem& p, double& value) {
   return (above - below) / (2 * kStep);
 }
 
-ReferenceGradients<double> gradients_of(const Problem& p) {
+ReferenceGradients<double> gradients_of(const FieldProblem& p) {
   return reference_backward<double>(p.config, p.parameters, p.samples, p.weights);
 }
 
@@ -69,7 +69,7 @@ double largest(std::span<const double> values) {
 class FieldReference : public testing::TestWithParam<NamedConfig> {};
 
 TEST_P(FieldReference, GradientOfEveryParameterBlockMatchesFiniteDifferences) {
-  Problem p = make_problem(GetParam().config, 11);
+  FieldProblem p = make_problem(GetParam().config, 11);
   const auto g = gradients_of(p);
   std::mt19937 random(5);
   for (const ParameterBlock& block : parameter_layout(p.config)) {
@@ -89,7 +89,7 @@ TEST_P(FieldReference, GradientOfEveryParameterBlockMatchesFiniteDifferences) {
 }
 
 TEST_P(FieldReference, GradientOfConditionsLatentsAndPositionsMatchesFiniteDifferences) {
-  Problem p = make_problem(GetParam().config, 23);
+  FieldProblem p = make_problem(GetParam().config, 23);
   const auto g = gradients_of(p);
   const auto check = [&](std::vector<double>& values, const std::vector<double>& analytic, const char* name) {
     ASSERT_EQ(values.size(), analytic.size()) << name;
@@ -114,7 +114,7 @@ INSTANTIATE_TEST_SUITE_P(Configs, FieldReference, testing::ValuesIn(small_config
 TEST(FieldReferenceBorder, SlopeOnACellBorderIsThatOfTheCellAbove) {
   FieldConfig config = small_configs()[0].config;
   config.position = {3, 1, 4, 10, 4, 4};
-  Problem p = make_problem(config, 31);
+  FieldProblem p = make_problem(config, 31);
   p.samples.x.assign(12, 0.5);
   const auto g = gradients_of(p);
   double above = 0, below = 0, analytic = 0;
@@ -138,7 +138,7 @@ TEST(FieldReferenceBorder, SlopeOnACellBorderIsThatOfTheCellAbove) {
 }
 
 TEST(FieldReferenceDensity, IsContinuousWithItsSlopeAtTheKneeAndFiniteFarBeyond) {
-  Problem p = make_problem(small_configs()[0].config, 41);
+  FieldProblem p = make_problem(small_configs()[0].config, 41);
   const auto layout = parameter_layout(p.config);
   const auto bias = std::find_if(layout.begin(), layout.end(), [&](const ParameterBlock& b) {
     return b.name == "density.biases" + std::to_string(p.config.density_layers);
@@ -158,7 +158,7 @@ TEST(FieldReferenceDensity, IsContinuousWithItsSlopeAtTheKneeAndFiniteFarBeyond)
 }
 
 TEST(FieldReferenceSlice, MovesWithTheExpressionAndStaysInsideTheUnitInterval) {
-  Problem p = make_problem(small_configs()[0].config, 51);
+  FieldProblem p = make_problem(small_configs()[0].config, 51);
   const auto before = reference_slice<double>(p.config, p.parameters, p.samples);
   for (double& v : p.samples.conditions) v *= 50;
   const auto after = reference_slice<double>(p.config, p.parameters, p.samples);

@@ -19,18 +19,10 @@
 #include "core/field/train_fields.h"
 #include "tests/core/field/random_field.h"
 #include "tests/core/field/relative_l2.h"
+#include "tests/core/field/tile_rows.h"
 
 namespace likeness {
 namespace {
-
-struct Rows {
-  AlignedFloats memory;
-  float* data;
-  explicit Rows(std::size_t count) : data(memory.reserve(count * kTile)) {
-    std::fill(data, data + count * kTile, 0.0f);
-  }
-  std::uint32_t* words() const { return reinterpret_cast<std::uint32_t*>(data); }
-};
 
 // A network alone: `value` gives its weights, its input and the gradients of its output.
 struct Network {
@@ -39,7 +31,7 @@ struct Network {
   PackedNetwork packed;
   std::vector<PartialLayer> places;
   std::size_t partial_count = 0;
-  Rows in{64}, g{64};
+  TileRows in{64}, g{64};
 
   Network(const std::vector<int>& widths, const std::function<float()>& value) {
     for (std::size_t l = 0; l + 1 < widths.size(); ++l) {
@@ -59,10 +51,11 @@ struct Network {
 
   // `times` tiles, all of them this one.
   PlainGradients by_kernels(int times) const {
-    const Rows words(32), hidden0(32), hidden1(32), out(64), turned(64), pairs0(32), pairs1(32), samples(32);
+    const TileRows words(32), hidden0(32), hidden1(32), out(64), turned(64), pairs0(32), pairs1(32),
+        samples(32);
     const PairRows kept{words.words(), {hidden0.words(), hidden1.words()}};
     const SlopeScratch scratch{turned.words(), {pairs0.words(), pairs1.words()}, samples.words()};
-    const Rows partial(partial_count / kTile + 1), rows(64);
+    const TileRows partial(partial_count / kTile + 1), rows(64);
     for (int k = 0; k < times; ++k) {
       network_bf16(packed, in.data, kept, std::size_t(layers.back().outputs), out.data);
       const std::uint32_t* first = network_backward_bf16(pack_transposed(layers, parameters.data()), kept,

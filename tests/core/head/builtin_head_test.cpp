@@ -11,14 +11,10 @@
 #include <set>
 
 #include "core/head/pose_head.h"
+#include "tests/core/head/builtin.h"
 
 namespace likeness {
 namespace {
-
-const HeadModel& builtin() {
-  static const HeadModel model = make_builtin_head();
-  return model;
-}
 
 std::vector<Vec3f> posed_with(std::initializer_list<std::pair<const char*, float>> actions) {
   const HeadModel& model = builtin();

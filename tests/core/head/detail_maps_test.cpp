@@ -12,19 +12,14 @@
 #include <limits>
 
 #include "core/base/files.h"
-#include "core/head/builtin_head.h"
 #include "core/head/texture_corners.h"
 #include "core/image/files.h"
+#include "tests/core/head/builtin.h"
 
 namespace likeness {
 namespace {
 
 namespace fs = std::filesystem;
-
-const HeadModel& head() {
-  static const HeadModel model = make_builtin_head();
-  return model;
-}
 
 constexpr int kSide = 96;
 
@@ -128,7 +123,7 @@ class DetailMaps : public testing::Test {
   void put(const std::string& name, const std::string& bytes) const {
     ASSERT_TRUE(write_text(folder_ / name, bytes).ok());
   }
-  void expect_refused(const std::vector<std::string>& words, const HeadModel& model = head()) const {
+  void expect_refused(const std::vector<std::string>& words, const HeadModel& model = builtin()) const {
     const auto maps = read_detail_maps(folder_, model);
     ASSERT_FALSE(maps.ok());
     EXPECT_FALSE(maps.error().fix.empty());
@@ -147,7 +142,7 @@ TEST_F(DetailMaps, EveryKindOfFileHoldsTheSameHeights) {
   put("000360.png", png16(map, kSide, kSide));
   put("readme.txt", "no map");
   put("note_7.png", "no map either");
-  const auto maps = read_detail_maps(folder_, head());
+  const auto maps = read_detail_maps(folder_, builtin());
   ASSERT_TRUE(maps.ok()) << maps.error().what;
   ASSERT_EQ(maps->size(), 3u);
   EXPECT_EQ((*maps)[0].frame, 3);
@@ -163,12 +158,12 @@ TEST_F(DetailMaps, VerticesGetTheHeightOfTheirPlace) {
   const HeightAt slope = [](float u, float v) { return 3 * u - 2 * v; };
   put("0.npy", npy(map_of(slope, side), side, side));
   put("1.npy", npy(map_of([](float, float) { return 1.5f; }, side), side, side));
-  const auto maps = read_detail_maps(folder_, head());
+  const auto maps = read_detail_maps(folder_, builtin());
   ASSERT_TRUE(maps.ok()) << maps.error().what;
   double error = 0, spread = 0;
   int count = 0;
-  for (int v = 0; v < head().vertex_count(); ++v) {
-    const HeadPart part = head().parts[std::size_t(v)];
+  for (int v = 0; v < builtin().vertex_count(); ++v) {
+    const HeadPart part = builtin().parts[std::size_t(v)];
     const float flat = (*maps)[1].height[v], sloped = (*maps)[0].height[v];
     if (part == HeadPart::left_eyeball || part == HeadPart::teeth || part == HeadPart::gums_tongue) {
       EXPECT_EQ(flat, 0) << v;  // what is not skin stays
@@ -176,7 +171,7 @@ TEST_F(DetailMaps, VerticesGetTheHeightOfTheirPlace) {
     }
     if (part != HeadPart::face) continue;
     EXPECT_NEAR(flat, 0.0015f, 1e-8f) << v;
-    const Vec2f& uv = head().uvs[std::size_t(v)];
+    const Vec2f& uv = builtin().uvs[std::size_t(v)];
     error += std::pow(1000 * double(sloped) - double(slope(uv.x(), uv.y())), 2);
     spread += std::pow(double(slope(uv.x(), uv.y()) - 0.5f), 2);
     ++count;
@@ -189,17 +184,17 @@ TEST_F(DetailMaps, VerticesGetTheHeightOfTheirPlace) {
 TEST_F(DetailMaps, AModelWithoutATextureTakesThatOfAnObjBesideTheMaps) {
   const std::vector<float> map = map_of(hills);
   put("5.npy", npy(map, kSide, kSide));
-  const auto own = read_detail_maps(folder_, head());
+  const auto own = read_detail_maps(folder_, builtin());
   ASSERT_TRUE(own.ok());
-  HeadModel bare = head();
+  HeadModel bare = builtin();
   bare.uvs.clear();
   expect_refused({"texture coordinates", ".obj"}, bare);
   std::string text;
-  for (const Vec3f& v : head().vertices) text += fmt::format("v {} {} {}\n", v.x(), v.y(), v.z());
-  for (const Vec2f& uv : head().uvs) text += fmt::format("vt {:.9g} {:.9g}\n", uv.x(), uv.y());
+  for (const Vec3f& v : builtin().vertices) text += fmt::format("v {} {} {}\n", v.x(), v.y(), v.z());
+  for (const Vec2f& uv : builtin().uvs) text += fmt::format("vt {:.9g} {:.9g}\n", uv.x(), uv.y());
   const auto corner = [](int v) { return fmt::format("{}/{}", v + 1, v + 1); };
-  for (std::size_t f = 0; f < head().triangles.size(); ++f) {  // from any corner
-    const Triangle& t = head().triangles[f];
+  for (std::size_t f = 0; f < builtin().triangles.size(); ++f) {  // from any corner
+    const Triangle& t = builtin().triangles[f];
     const int a = int(f % 3);
     text += fmt::format("f {} {} {}\n", corner(t[a]), corner(t[(a + 1) % 3]), corner(t[(a + 2) % 3]));
   }
@@ -236,8 +231,8 @@ TEST_F(DetailMaps, NamesAFileThatIsNotAMap) {
   put("001.tif", tiff(map_of(hills), kSide, kSide));
   expect_refused({"1.npy", "001.tif", "frame 1"});
   fs::remove(folder_ / "001.tif");
-  EXPECT_TRUE(read_detail_maps(folder_, head()).ok());
-  EXPECT_EQ(read_detail_maps(folder_ / "none", head()).error().code, ErrorCode::not_found);
+  EXPECT_TRUE(read_detail_maps(folder_, builtin()).ok());
+  EXPECT_EQ(read_detail_maps(folder_ / "none", builtin()).error().code, ErrorCode::not_found);
 }
 
 TEST_F(DetailMaps, HashCoversContentsAndNames) {

@@ -8,26 +8,21 @@
 #include <limits>
 #include <random>
 
-#include "core/head/builtin_head.h"
 #include "core/head/pose_head.h"
+#include "tests/core/head/builtin.h"
 
 namespace likeness {
 namespace {
-
-const HeadModel& head() {
-  static const HeadModel model = make_builtin_head();
-  return model;
-}
 
 // Two creases and a constant: what a person's maps are made of here.
 struct Person {
   Eigen::VectorXf constant, smile, jaw;  // (V) m
 
   Person() {
-    const auto count = Eigen::Index(head().vertex_count());
+    const auto count = Eigen::Index(builtin().vertex_count());
     constant = smile = jaw = Eigen::VectorXf::Zero(count);
     for (Eigen::Index v = 0; v < count; ++v) {
-      if (head().parts[std::size_t(v)] != HeadPart::face) continue;
+      if (builtin().parts[std::size_t(v)] != HeadPart::face) continue;
       constant[v] = 0.0005f * float(std::sin(0.3 * double(v)));
       (v % 3 == 0 ? smile : jaw)[v] = 0.001f * float(std::cos(0.1 * double(v)));
     }
@@ -41,7 +36,7 @@ struct Person {
 Articulation performed(double t, std::uint32_t seed = 1) {
   std::mt19937 random(seed);
   std::uniform_real_distribution<double> any(0, 6.283);
-  Articulation a = neutral_articulation(head());
+  Articulation a = neutral_articulation(builtin());
   for (float& value : a.expression) {
     const double phase = any(random), pace = 0.05 + 0.02 * any(random);
     value = float(0.5 + 0.5 * std::sin(pace * t + phase));
@@ -61,7 +56,7 @@ std::vector<DetailFrame> frames_of(const Person& person, int count) {
 
 // Of the model's vertices, as a detail makes it.
 Eigen::VectorXf made(const ExpressionDetail& detail, const Eigen::VectorXf& scores) {
-  Eigen::VectorXf all = Eigen::VectorXf::Zero(head().vertex_count());
+  Eigen::VectorXf all = Eigen::VectorXf::Zero(builtin().vertex_count());
   const Eigen::VectorXf height = detail.mean + detail.basis * scores;
   for (std::size_t k = 0; k < detail.vertices.size(); ++k) all[detail.vertices[k]] = height[Eigen::Index(k)];
   return all;
@@ -73,7 +68,7 @@ TEST(ExpressionDetail, PredictsTheCreasesOfUnseenFaces) {
   EXPECT_EQ(learnt.detail.components(), 2);
   EXPECT_GT(learnt.kept, 0.999);
   EXPECT_GT(learnt.explained, 0.95);
-  ASSERT_TRUE(is_consistent(learnt.detail, head().vertex_count(), head().expression_count()));
+  ASSERT_TRUE(is_consistent(learnt.detail, builtin().vertex_count(), builtin().expression_count()));
   double error = 0, varied = 0;
   for (int i = 0; i < 40; ++i) {
     const Articulation a = performed(i + 0.5, 1);
@@ -121,25 +116,25 @@ TEST(ExpressionDetail, FlatMapsChangeNothing) {
   for (DetailFrame& f : frames) f.height.setZero();
   const LearntDetail learnt = learn_detail(frames);
   EXPECT_TRUE(learnt.detail.empty());
-  const HeadShape shape = shape_head(head(), PersonShape{});
-  EXPECT_EQ(pose_detailed_head(head(), shape, performed(2), learnt.detail),
-            pose_head(head(), shape, performed(2)));
+  const HeadShape shape = shape_head(builtin(), PersonShape{});
+  EXPECT_EQ(pose_detailed_head(builtin(), shape, performed(2), learnt.detail),
+            pose_head(builtin(), shape, performed(2)));
 }
 
 TEST(ExpressionDetail, HeightsMoveVerticesAlongTheirNormals) {
   const Person person;
   const LearntDetail learnt = learn_detail(frames_of(person, 100));
-  const HeadShape shape = shape_head(head(), PersonShape{});
+  const HeadShape shape = shape_head(builtin(), PersonShape{});
   const Articulation a = performed(11);
-  const std::vector<Vec3f> plain = pose_head(head(), shape, a),
-                           detailed = pose_detailed_head(head(), shape, a, learnt.detail),
-                           normals = vertex_normals(plain, head().triangles);
+  const std::vector<Vec3f> plain = pose_head(builtin(), shape, a),
+                           detailed = pose_detailed_head(builtin(), shape, a, learnt.detail),
+                           normals = vertex_normals(plain, builtin().triangles);
   const Eigen::VectorXf truth = person.height(a);
   double error = 0, height = 0;
   for (std::size_t v = 0; v < plain.size(); ++v) {
     const Vec3f moved = detailed[v] - plain[v];
     EXPECT_LT((moved - moved.dot(normals[v]) * normals[v]).norm(), 1e-6f);
-    if (head().parts[v] != HeadPart::face) {
+    if (builtin().parts[v] != HeadPart::face) {
       EXPECT_EQ(moved.norm(), 0) << v;
     }
     error += std::pow(double(moved.dot(normals[v]) - truth[Eigen::Index(v)]), 2);
@@ -150,7 +145,7 @@ TEST(ExpressionDetail, HeightsMoveVerticesAlongTheirNormals) {
 
 TEST(ExpressionDetail, DetectsInconsistentDetail) {
   const LearntDetail learnt = learn_detail(frames_of(Person(), 30));
-  const int v = head().vertex_count(), e = head().expression_count();
+  const int v = builtin().vertex_count(), e = builtin().expression_count();
   ASSERT_TRUE(is_consistent(learnt.detail, v, e));
   EXPECT_FALSE(is_consistent(learnt.detail, v, e + 1));
   EXPECT_FALSE(is_consistent(learnt.detail, learnt.detail.vertices.back(), e));

@@ -12,6 +12,7 @@
 #include "core/base/files.h"
 #include "core/head/flame_landmarks.h"
 #include "core/head/load_head_model.h"
+#include "tests/core/head/bytes_of.h"
 #include "tests/core/head/pickle_writer.h"
 
 namespace likeness {

@@ -15,6 +15,7 @@
 
 #include "core/head/load_head_model.h"
 #include "core/head/pose_head.h"
+#include "tests/core/head/bytes_of.h"
 #include "tests/core/head/ict_head.h"
 
 namespace likeness {
@@ -23,10 +24,6 @@ namespace {
 using ::testing::HasSubstr;
 
 constexpr int kAll = 26719;
-
-std::span<const std::byte> bytes_of(const std::string& text) {
-  return std::as_bytes(std::span(text.data(), text.size()));
-}
 
 // Points in ICT's order: skin on an ellipsoid that reaches down to the neck, eyeballs on spheres, the rest
 // inside.

@@ -10,6 +10,7 @@
 #include <fstream>
 
 #include "core/base/files.h"
+#include "tests/core/head/bytes_of.h"
 #include "tests/core/head/pickle_writer.h"
 
 namespace likeness {
@@ -19,27 +20,27 @@ using namespace std::string_literals;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 
-Result<NpyArray> read(const std::string& pickle) {
+Result<NpyArray> read_array(const std::string& pickle) {
   const auto document = read_pickle(bytes_of(pickle), "x.pkl");
   if (!document) return document.error();
   return pickle_array(*document, document->root);
 }
-std::string fault(const std::string& pickle) {
-  const auto array = read(pickle);
+std::string array_fault(const std::string& pickle) {
+  const auto array = read_array(pickle);
   return array ? "no fault found" : array.error().what;
 }
 
 const NpyArray kSix = npy_from_doubles({2, 3}, {0, 1, 2, 3, 4, 5});
 
 TEST(PickleArray, ReadsBothOrdersAndBothEndians) {
-  auto array = read(PickleWriter().array(kSix).finish());
+  auto array = read_array(PickleWriter().array(kSix).finish());
   ASSERT_TRUE(array.ok()) << array.error().what;
   EXPECT_THAT(array->shape, ElementsAre(2u, 3u));
   EXPECT_THAT(array->as_float(), ElementsAre(0, 1, 2, 3, 4, 5));
-  array = read(PickleWriter().array(kSix, true).finish());
+  array = read_array(PickleWriter().array(kSix, true).finish());
   ASSERT_TRUE(array.ok());
   EXPECT_THAT(array->as_float(), ElementsAre(0, 2, 4, 1, 3, 5));
-  array = read(PickleWriter().array({2}, "i2", "\x01\x02\xff\xfe"s, false, true).finish());
+  array = read_array(PickleWriter().array({2}, "i2", "\x01\x02\xff\xfe"s, false, true).finish());
   ASSERT_TRUE(array.ok());
   EXPECT_THAT(array->as_int(), ElementsAre(258, -2));
 }
@@ -53,17 +54,17 @@ TEST(PickleArray, ReadsBytesThatPythonThreeStoredAsText) {
       .raw("X\x06\x00\x00\x00\x00\xc3\xbf"s + "A\xc3\x82")
       .raw("U\x06latin1")
       .raw("\x86Rtb");
-  const auto read_back = read(good.finish());
+  const auto read_back = read_array(good.finish());
   ASSERT_TRUE(read_back.ok()) << read_back.error().what;
   EXPECT_THAT(read_back->as_int(), ElementsAre(0, 255, 65, 194));
 }
 
 TEST(PickleArray, UnwrapsChumpyAndSparse) {
-  auto array = read(PickleWriter().chumpy(kSix).finish());
+  auto array = read_array(PickleWriter().chumpy(kSix).finish());
   ASSERT_TRUE(array.ok()) << array.error().what;
   EXPECT_EQ(array->data, kSix.data);
   const NpyArray sparse = npy_from_doubles({2, 3}, {0, 7, 0, 0, 0, -2});
-  array = read(PickleWriter().csc(sparse).finish());
+  array = read_array(PickleWriter().csc(sparse).finish());
   ASSERT_TRUE(array.ok()) << array.error().what;
   EXPECT_THAT(array->shape, ElementsAre(2u, 3u));
   EXPECT_THAT(array->as_float(), ElementsAre(0, 7, 0, 0, 0, -2));
@@ -74,45 +75,46 @@ TEST(PickleArray, SelectionsPickAndReshape) {
   w.global("chumpy.reordering", "Select").raw(")\x81}(").text("a").chumpy(kSix);
   w.text("idxs").array(npy_from_ints({4}, std::vector<std::int32_t>{5, 0, 0, 2}));
   w.text("preferred_shape").tuple({2, 2}).raw("ub");
-  const auto array = read(w.finish());
+  const auto array = read_array(w.finish());
   ASSERT_TRUE(array.ok()) << array.error().what;
   EXPECT_THAT(array->shape, ElementsAre(2u, 2u));
   EXPECT_THAT(array->as_float(), ElementsAre(5, 0, 0, 2));
 }
 
 TEST(PickleArray, NumbersAndListsOfNumbersAreArrays) {
-  auto array = read("(lI1\naI2\naF0.5\na.");
+  auto array = read_array("(lI1\naI2\naF0.5\na.");
   ASSERT_TRUE(array.ok());
   EXPECT_THAT(array->as_float(), ElementsAre(1, 2, 0.5f));
-  array = read("I7\n.");
+  array = read_array("I7\n.");
   ASSERT_TRUE(array.ok());
   EXPECT_TRUE(array->shape.empty());
   EXPECT_THAT(array->as_int(), ElementsAre(7));
 }
 
 TEST(PickleArray, RefusesDataOfTheWrongSize) {
-  EXPECT_THAT(fault(PickleWriter().array({2, 4}, "f8", std::string(48, 'x')).finish()),
+  EXPECT_THAT(array_fault(PickleWriter().array({2, 4}, "f8", std::string(48, 'x')).finish()),
               HasSubstr("48 bytes"));
-  EXPECT_THAT(fault(PickleWriter().array({std::size_t(1) << 40, std::size_t(1) << 40}, "f8", "").finish()),
-              HasSubstr("its shape needs more"));
-  EXPECT_THAT(fault(PickleWriter().array({6}, "O8", std::string(48, 'x')).finish()),
+  EXPECT_THAT(
+      array_fault(PickleWriter().array({std::size_t(1) << 40, std::size_t(1) << 40}, "f8", "").finish()),
+      HasSubstr("its shape needs more"));
+  EXPECT_THAT(array_fault(PickleWriter().array({6}, "O8", std::string(48, 'x')).finish()),
               HasSubstr("plain numbers"));
-  EXPECT_THAT(fault("cos\nsystem\n(S'x'\ntR."), HasSubstr("an object of os system"));
-  EXPECT_THAT(fault("S'x'\n."), HasSubstr("text"));
+  EXPECT_THAT(array_fault("cos\nsystem\n(S'x'\ntR."), HasSubstr("an object of os system"));
+  EXPECT_THAT(array_fault("S'x'\n."), HasSubstr("text"));
 }
 
 TEST(PickleArray, RefusesASparseMatrixThatClaimsAHugeSize) {
   std::string pickle = PickleWriter().csc(npy_from_doubles({2, 3}, {0, 7, 0, 0, 0, -2})).finish();
   const std::string small = "(K\x02K\x03t"s;
   pickle.replace(pickle.find(small), small.size(), "(J\xff\xff\xff\x7fJ\xff\xff\xff\x7ft"s);
-  EXPECT_THAT(fault(pickle), HasSubstr("too large for its file"));
+  EXPECT_THAT(array_fault(pickle), HasSubstr("too large for its file"));
 }
 
 TEST(PickleArray, RefusesAChumpyObjectInsideItself) {
   const std::string pickle =
       "\x80\x02"
       "cchumpy.ch\nCh\n)\x81q\x00}U\x01xh\x00sb."s;
-  EXPECT_THAT(fault(pickle), HasSubstr("wrapped too deeply"));
+  EXPECT_THAT(array_fault(pickle), HasSubstr("wrapped too deeply"));
 }
 
 // If a Python with numpy and scipy is installed, everything it writes in every protocol must be readable.

@@ -132,10 +132,6 @@ inline NpyArray as_unsigned(NpyArray a) {
   return a;
 }
 
-inline std::span<const std::byte> bytes_of(const std::string& text) {
-  return std::as_bytes(std::span(text.data(), text.size()));
-}
-
 // The model as FLAME's pickle: Python 2, chumpy and scipy objects, doubles, the shapes in Fortran order.
 inline std::string flame_pickle(const HeadModel& model) {
   NpzArchive a = archive_of(model);

@@ -11,18 +11,13 @@
 
 #include "core/base/files.h"
 #include "core/base/npz.h"
-#include "core/head/builtin_head.h"
 #include "core/head/pose_head.h"
+#include "tests/core/head/builtin.h"
 
 namespace likeness {
 namespace {
 
 namespace fs = std::filesystem;
-
-const HeadModel& head() {
-  static const HeadModel model = make_builtin_head();
-  return model;
-}
 
 class ReadPerson : public testing::Test {
  protected:
@@ -37,7 +32,7 @@ class ReadPerson : public testing::Test {
   static Eigen::VectorXf someone(float scale = 1) {
     std::mt19937 engine(3);
     std::normal_distribution<float> normal;
-    Eigen::VectorXf identity(head().identity_count());
+    Eigen::VectorXf identity(builtin().identity_count());
     for (float& value : identity) value = scale * normal(engine);
     return identity;
   }
@@ -47,7 +42,7 @@ class ReadPerson : public testing::Test {
     return values;
   }
   static std::vector<Vec3f> mesh_of(const Eigen::VectorXf& identity) {
-    return shape_head(head(), identity).vertices;
+    return shape_head(builtin(), identity).vertices;
   }
   // Each key's array.
   fs::path npz(const std::string& name, const std::map<std::string, NpyArray>& arrays) const {
@@ -79,7 +74,7 @@ class ReadPerson : public testing::Test {
   }
   // The whole error message.
   static std::string refusal(const fs::path& path) {
-    const auto person = read_person(path, head());
+    const auto person = read_person(path, builtin());
     EXPECT_FALSE(person.ok()) << path;
     if (person) return "";
     EXPECT_EQ(person.error().where, path.string());
@@ -106,7 +101,7 @@ TEST_F(ReadPerson, CoefficientsRoundTripBitForBit) {
       npz("d.npz", {{"identity", npy_from_floats({n}, values)}}),
       npz("e.npz", {{"betas", npy_from_floats({n}, values)}})};
   for (const fs::path& file : files) {
-    const auto person = read_person(file, head());
+    const auto person = read_person(file, builtin());
     ASSERT_TRUE(person.ok()) << file << ": " << person.error().what;
     EXPECT_EQ(person->identity, identity) << file;
     EXPECT_TRUE(person->offsets.empty());
@@ -119,10 +114,10 @@ TEST_F(ReadPerson, AMeshIsExplainedByTheIdentityItWasMadeOf) {
   for (const fs::path& file :
        {npy("m.npy", {mesh.size(), 3}, flat(mesh)), npy("one.npy", {1, mesh.size(), 3}, flat(mesh)),
         npz("m.npz", {{"vertices", npy_from_floats({mesh.size(), 3}, flat(mesh))}}), obj("m.obj", mesh, {}),
-        obj("faces.obj", mesh, head().triangles)}) {
-    const auto person = read_person(file, head());
+        obj("faces.obj", mesh, builtin().triangles)}) {
+    const auto person = read_person(file, builtin());
     ASSERT_TRUE(person.ok()) << file << ": " << person.error().what;
-    const std::vector<Vec3f> again = shape_head(head(), *person).vertices;
+    const std::vector<Vec3f> again = shape_head(builtin(), *person).vertices;
     for (std::size_t v = 0; v < mesh.size(); ++v) ASSERT_LT((again[v] - mesh[v]).norm(), 2e-5f) << file;
   }
 }
@@ -130,16 +125,16 @@ TEST_F(ReadPerson, AMeshIsExplainedByTheIdentityItWasMadeOf) {
 TEST_F(ReadPerson, OffsetsHoldWhatNoIdentityExplains) {
   std::vector<Vec3f> mesh = mesh_of(someone(0.5f));
   for (std::size_t v = 0; v < mesh.size(); v += 7) mesh[v] += Vec3f(0.001f, 0, 0.003f);  // a rash
-  const auto person = read_person(npy("m.npy", {mesh.size(), 3}, flat(mesh)), head());
+  const auto person = read_person(npy("m.npy", {mesh.size(), 3}, flat(mesh)), builtin());
   ASSERT_TRUE(person.ok()) << person.error().what;
   ASSERT_EQ(person->offsets.size(), mesh.size());
-  const std::vector<Vec3f> again = shape_head(head(), *person).vertices;
+  const std::vector<Vec3f> again = shape_head(builtin(), *person).vertices;
   for (std::size_t v = 0; v < mesh.size(); ++v) ASSERT_LT((again[v] - mesh[v]).norm(), 2e-5f);
 }
 
 TEST_F(ReadPerson, WrongSizeErrorsNameBothSizes) {
-  const std::string own = std::to_string(head().identity_count()),
-                    vertices = std::to_string(head().vertex_count());
+  const std::string own = std::to_string(builtin().identity_count()),
+                    vertices = std::to_string(builtin().vertex_count());
   expect_refused(npy("mica.npy", {1, 300}, std::vector<float>(300, 0.1f)),
                  {"mica.npy holds 300", own, "MICA"});
   expect_refused(npy("few.npy", {17, 3}, std::vector<float>(51, 0.1f)),
@@ -151,7 +146,7 @@ TEST_F(ReadPerson, WrongSizeErrorsNameBothSizes) {
 }
 
 TEST_F(ReadPerson, RefusesValuesThatAreNotFinite) {
-  std::vector<float> values(std::size_t(head().identity_count()), 0.f);
+  std::vector<float> values(std::size_t(builtin().identity_count()), 0.f);
   values[5] = std::numeric_limits<float>::quiet_NaN();
   expect_refused(npy("nan.npy", {values.size()}, values), {"not finite, at 5"});
   values[5] = 37;
@@ -183,18 +178,18 @@ TEST_F(ReadPerson, RefusesAnotherFrameOrTopology) {
   std::vector<Vec3f> shuffled = mesh;
   std::shuffle(shuffled.begin(), shuffled.end(), std::mt19937(1));
   expect_refused(npy("shuffled.npy", {mesh.size(), 3}, flat(shuffled)), {"another order"});
-  std::vector<Triangle> faces = head().triangles;
-  for (Triangle& t : faces) std::swap(t[0], t[1]), t[2] = (t[2] + 11) % head().vertex_count();
+  std::vector<Triangle> faces = builtin().triangles;
+  for (Triangle& t : faces) std::swap(t[0], t[1]), t[2] = (t[2] + 11) % builtin().vertex_count();
   expect_refused(obj("faces.obj", mesh, faces), {"another topology"});
 }
 
 TEST_F(ReadPerson, RefusesFilesThatHoldNoPerson) {
   expect_refused(folder_ / "mesh.ply", {"neither .npy, .npz nor .obj"});
-  EXPECT_FALSE(read_person(folder_ / "absent.npy", head()).ok());
+  EXPECT_FALSE(read_person(folder_ / "absent.npy", builtin()).ok());
   ASSERT_TRUE(write_text(folder_ / "bad.npy", "no array").ok());
-  EXPECT_FALSE(read_person(folder_ / "bad.npy", head()).ok());
+  EXPECT_FALSE(read_person(folder_ / "bad.npy", builtin()).ok());
   ASSERT_TRUE(write_text(folder_ / "bad.obj", "v 1 2\n").ok());
-  EXPECT_FALSE(read_person(folder_ / "bad.obj", head()).ok());
+  EXPECT_FALSE(read_person(folder_ / "bad.obj", builtin()).ok());
 }
 
 }  // namespace

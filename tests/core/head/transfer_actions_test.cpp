@@ -7,16 +7,11 @@
 
 #include <random>
 
-#include "core/head/builtin_head.h"
 #include "core/head/pose_head.h"
+#include "tests/core/head/builtin.h"
 
 namespace likeness {
 namespace {
-
-const HeadModel& builtin() {
-  static const HeadModel model = make_builtin_head();
-  return model;
-}
 
 // The built-in head as FLAME would be: nameless expressions, mixed by a random rotation, nothing known of
 // parts.

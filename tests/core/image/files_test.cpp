@@ -9,9 +9,9 @@
 
 #include <cmath>
 #include <fstream>
-#include <random>
 
 #include "core/base/files.h"
+#include "tests/core/image/noise.h"
 
 namespace likeness {
 namespace {
@@ -31,13 +31,6 @@ class ImageFiles : public ::testing::Test {
 
   fs::path folder_;
 };
-
-Image8 noise(int width, int height, int channels) {
-  Image8 image(width, height, channels);
-  std::mt19937 random(7);
-  for (auto& v : image.data) v = std::uint8_t(random() & 255);
-  return image;
-}
 
 Image8 gradient(int width, int height) {
   Image8 image(width, height, 3);

@@ -6,17 +6,11 @@
 #include <cmath>
 #include <limits>
 #include <numeric>
-#include <random>
+
+#include "tests/core/image/noise.h"
 
 namespace likeness {
 namespace {
-
-Image8 noise(int width, int height, int channels, unsigned seed = 1) {
-  Image8 image(width, height, channels);
-  std::mt19937 random(seed);
-  for (auto& v : image.data) v = std::uint8_t(random() & 255);
-  return image;
-}
 
 double mean(const Image8& image) {
   return std::accumulate(image.data.begin(), image.data.end(), 0.0) / double(image.data.size());

@@ -30,7 +30,7 @@ TEST(CompositeRay, SplittingASampleChangesNothing) {
 }
 
 // L = weights . (C + T background) + transmittance_weight T.
-struct Problem {
+struct CompositeProblem {
   std::vector<double> sigma, dt, colour;
   double background[3], weights[3], transmittance_weight = 0;
 
@@ -42,10 +42,10 @@ struct Problem {
   }
 };
 
-Problem random_problem(int n, std::uint32_t seed) {
+CompositeProblem random_problem(int n, std::uint32_t seed) {
   std::mt19937 engine(seed);
   std::uniform_real_distribution<double> uniform(0, 1);
-  Problem p;
+  CompositeProblem p;
   for (int i = 0; i < n; ++i) {
     p.sigma.push_back(20 * uniform(engine) * uniform(engine));
     p.dt.push_back(0.01 + 0.2 * uniform(engine));
@@ -58,7 +58,7 @@ Problem random_problem(int n, std::uint32_t seed) {
 
 TEST(CompositeRayBackward, AgreesWithFiniteDifferences) {
   for (const int n : {1, 2, 7, 16}) {
-    Problem p = random_problem(n, std::uint32_t(n));
+    CompositeProblem p = random_problem(n, std::uint32_t(n));
     std::vector<double> d_sigma(n), d_colour(3 * n);
     const auto forward = composite_ray(n, p.sigma.data(), p.dt.data(), p.colour.data());
     composite_ray_backward(n, p.sigma.data(), p.dt.data(), p.colour.data(), p.background, forward, p.weights,

@@ -18,7 +18,7 @@ namespace fs = std::filesystem;
 constexpr int kWidth = 704, kHeight = 352, kFrames = 48;
 
 // A person's picture, rendered once.
-const Image8& person(int seed) {
+const Image8& person_picture(int seed) {
   static const auto render = [](int who) {
     DemoOptions options;
     options.width = options.height = 288;
@@ -73,8 +73,8 @@ class Following : public ::testing::Test {
 TEST_F(Following, TheLargerOfTwoIsFollowedWhenTheySwapPlaces) {
   const auto clip = follow([](Image8& canvas, int f) {
     const bool swapped = f >= 24;
-    paste(canvas, person(0), swapped ? 380 : 20, 30, 288);
-    paste(canvas, person(1), swapped ? 40 : 420, 60, 216);
+    paste(canvas, person_picture(0), swapped ? 380 : 20, 30, 288);
+    paste(canvas, person_picture(1), swapped ? 40 : 420, 60, 216);
   });
   ASSERT_TRUE(clip.ok()) << clip.error().what;
   for (int f = 0; f < kFrames; ++f) {
@@ -85,8 +85,8 @@ TEST_F(Following, TheLargerOfTwoIsFollowedWhenTheySwapPlaces) {
 
 TEST_F(Following, WhoEntersLaterIsNotFollowed) {
   const auto clip = follow([](Image8& canvas, int f) {
-    paste(canvas, person(0), 30, 60, 240);
-    if (f >= 20) paste(canvas, person(1), 360, 10, 330);
+    paste(canvas, person_picture(0), 30, 60, 240);
+    if (f >= 20) paste(canvas, person_picture(1), 360, 10, 330);
   });
   ASSERT_TRUE(clip.ok()) << clip.error().what;
   for (const ClipFrame& frame : clip->frames) EXPECT_LT(centre_x(frame), 352) << frame.frame;
@@ -98,8 +98,8 @@ TEST_F(Following, HeldOutPicturesChangeNoTrainingFrame) {
   const auto clip_with = [&](bool somebody_else) {
     return follow(
         [&](Image8& canvas, int f) {
-          paste(canvas, person(0), 200 + f, 30, 288);
-          if (somebody_else && held_out.contains(f)) paste(canvas, person(1), 10, 10, 330);
+          paste(canvas, person_picture(0), 200 + f, 30, 288);
+          if (somebody_else && held_out.contains(f)) paste(canvas, person_picture(1), 10, 10, 330);
         },
         held_out);
   };
@@ -117,7 +117,7 @@ TEST_F(Following, HeldOutPicturesChangeNoTrainingFrame) {
 
 TEST_F(Following, ABarOverTheEyesDoesNotMoveTheBox) {
   const auto clip = follow([](Image8& canvas, int f) {
-    paste(canvas, person(0), 200, 30, 288);
+    paste(canvas, person_picture(0), 200, 30, 288);
     if (f >= 20 && f < 26)
       for (int y = 120; y < 190; ++y)
         for (int x = 200; x < 488; ++x) std::fill_n(canvas.at(x, y), 3, 20);
@@ -130,7 +130,7 @@ TEST_F(Following, ABarOverTheEyesDoesNotMoveTheBox) {
   }
 }
 
-// A hand over mouth and chin, in a picture whose person(0) lies at (200, 30), 288 px.
+// A hand over mouth and chin, in a picture whose person_picture(0) lies at (200, 30), 288 px.
 void cover_mouth(Image8& canvas) {
   for (int y = 180; y < 270; ++y)
     for (int x = 260; x < 430; ++x) std::fill_n(canvas.at(x, y), 3, 90);
@@ -140,7 +140,7 @@ TEST_F(Following, AFaceInItsPlaceNeedsLessEvidenceThanAnother) {
   const auto detector = FaceDetector::load();
   ASSERT_TRUE(detector.ok());
   Image8 canvas(kWidth, kHeight, 3, 120);
-  paste(canvas, person(0), 200, 30, 288);
+  paste(canvas, person_picture(0), 200, 30, 288);
   const auto whole = detector->detect(canvas);
   ASSERT_EQ(whole.size(), 1U);
   cover_mouth(canvas);
@@ -157,7 +157,7 @@ TEST_F(Following, AFaceInItsPlaceNeedsLessEvidenceThanAnother) {
 TEST_F(Following, AHandOverTheMouthLosesNoFaceButHidesAnUnknownOne) {
   const auto covered_from = [&](int first) {
     return follow([first](Image8& canvas, int f) {
-      paste(canvas, person(0), 200, 30, 288);
+      paste(canvas, person_picture(0), 200, 30, 288);
       if (f >= first) cover_mouth(canvas);
     });
   };

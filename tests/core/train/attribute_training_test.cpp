@@ -65,7 +65,7 @@ TrainOptions options(FieldMode mode) {
   return o;
 }
 
-Result<Avatar> train(const TrainingSet& set, FieldMode mode) {
+Result<Avatar> train_blushing(const TrainingSet& set, FieldMode mode) {
   return train_avatar(set, options(mode), {}, Progress(), nullptr, {});
 }
 
@@ -98,12 +98,12 @@ INSTANTIATE_TEST_SUITE_P(Modes, AttributeTraining, testing::Values(FieldMode::wa
 TEST_P(AttributeTraining, RendersUnseenAmountsBetterAndLeavesTheRestOfTheFaceIdentical) {
   constexpr int kSize = 40;
   TrainingSet set = blushing_set(36, kSize);
-  const auto without = train(set, GetParam());
+  const auto without = train_blushing(set, GetParam());
   ASSERT_TRUE(without.ok()) << without.error().what;
   EXPECT_TRUE(without->attributes.empty());
   EXPECT_EQ(without->head.field.config.local_conditions, 0);
   with_amounts(set);
-  const auto with = train(set, GetParam());
+  const auto with = train_blushing(set, GetParam());
   ASSERT_TRUE(with.ok()) << with.error().what;
   ASSERT_EQ(with->attributes.size(), 1u);
   EXPECT_EQ(with->head.field.config.local_conditions, 1);

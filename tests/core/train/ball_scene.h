@@ -147,4 +147,13 @@ inline TrainingSet ball_set(int views, int size, bool with_plate = true) {
   return set;
 }
 
+// So many steps of few rays, always the same ones.
+inline TrainOptions short_training(std::uint64_t steps) {
+  TrainOptions options;
+  options.schedule.steps = steps;
+  options.rays.per_step = 768;
+  options.seed = 3;
+  return options;
+}
+
 }  // namespace likeness

@@ -10,14 +10,6 @@
 namespace likeness {
 namespace {
 
-TrainOptions short_training(std::uint64_t steps) {
-  TrainOptions options;
-  options.schedule.steps = steps;
-  options.rays.per_step = 768;
-  options.seed = 3;
-  return options;
-}
-
 class FieldFitTest : public ::testing::Test {
  protected:
   static void SetUpTestSuite() {

@@ -22,7 +22,7 @@ namespace {
 
 using testing::HasSubstr;
 
-constexpr int kSize = 96;
+constexpr int kWideBallSize = 96;
 
 // Patterned finely enough for a patch to tell where it is.
 Vec3f freckled(const Vec3f& n, float expression) {
@@ -54,12 +54,13 @@ HeadModel wide_ball_head() {
 
 TrainingSet wide_ball_set(int views, Vec3f (*colour)(const Vec3f&, float) = freckled) {
   TrainingSet set;
-  set.size = kSize;
+  set.size = kWideBallSize;
   set.model = wide_ball_head();
   set.person.identity = Eigen::VectorXf::Zero(1);
   set.has_torso = false;
-  set.plate = gradient_plate(kSize);
-  for (int v = 0; v < views; ++v) set.views.push_back(ball_view(set.plate, kSize, 0.37 * v, 0, colour));
+  set.plate = gradient_plate(kWideBallSize);
+  for (int v = 0; v < views; ++v)
+    set.views.push_back(ball_view(set.plate, kWideBallSize, 0.37 * v, 0, colour));
   return set;
 }
 
@@ -83,10 +84,10 @@ struct Agreement {
 // and to the same moment through a camera whose picture lies elsewhere.
 Agreement agreement(const LandmarkPatches& patches, double gain) {
   Agreement all;
-  const Image8 plate = gradient_plate(kSize);
-  const TrainingView truth = ball_view(plate, kSize, 0.37 * 4 + 0.02, 0, freckled);
+  const Image8 plate = gradient_plate(kWideBallSize);
+  const TrainingView truth = ball_view(plate, kWideBallSize, 0.37 * 4 + 0.02, 0, freckled);
   for (const Vec2d& shift : {Vec2d(0.6, 0.2), Vec2d(-0.5, 0.6), Vec2d(0.1, -0.8), Vec2d(-0.7, -0.3)}) {
-    TrainingView moved = ball_view(plate, kSize, 0.37 * 4 + 0.02, 0, freckled, shift);
+    TrainingView moved = ball_view(plate, kWideBallSize, 0.37 * 4 + 0.02, 0, freckled, shift);
     for (std::uint8_t& value : moved.rgb.data) value = std::uint8_t(std::lround(gain * value));
     for (const PatchPlace& place : patches.places[4])
       if (place.visibility > 0.9f)
@@ -212,7 +213,7 @@ TEST(LandmarkLoss, Falls) {
   EXPECT_LT(last, 0.5 * first);
 }
 
-Result<Avatar> train(const TrainingSet& set, const TrainOptions& options) {
+Result<Avatar> train_patched(const TrainingSet& set, const TrainOptions& options) {
   return train_avatar(set, options, {}, Progress(), {}, {});
 }
 
@@ -220,11 +221,11 @@ TEST(LandmarkLoss, TrainingRepeatsBitForBitAndDiffersFromTrainingWithoutIt) {
   const TrainingSet set = wide_ball_set(12);
   TrainOptions options;
   options.schedule.steps = 20, options.rays.per_step = 600, options.losses.landmark_weight = 0.1;
-  const auto one = train(set, options), other = train(set, options);
+  const auto one = train_patched(set, options), other = train_patched(set, options);
   ASSERT_TRUE(one.ok() && other.ok());
   EXPECT_EQ(one->head.field.parameters, other->head.field.parameters);
   options.losses.landmark_weight = 0;
-  const auto without = train(set, options);
+  const auto without = train_patched(set, options);
   ASSERT_TRUE(without.ok());
   EXPECT_NE(one->head.field.parameters, without->head.field.parameters);
 }
@@ -235,12 +236,12 @@ TEST(LandmarkLoss, RefusesInvalidWeightsAndTooFewRays) {
   options.schedule.steps = 1;
   for (const double weight : {-0.1, std::nan(""), std::numeric_limits<double>::infinity()}) {
     options.losses.landmark_weight = weight;
-    const auto avatar = train(set, options);
+    const auto avatar = train_patched(set, options);
     ASSERT_FALSE(avatar.ok()) << weight;
     EXPECT_THAT(avatar.error().fix, HasSubstr("--landmark-loss 0.1"));
   }
   options.losses.landmark_weight = 0.1, options.rays.per_step = 4 * kPatchRays - 1;
-  const auto avatar = train(set, options);
+  const auto avatar = train_patched(set, options);
   ASSERT_FALSE(avatar.ok());
   EXPECT_THAT(avatar.error().what, HasSubstr("patch"));
 }

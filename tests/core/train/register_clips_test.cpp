@@ -15,15 +15,7 @@
 namespace likeness {
 namespace {
 
-constexpr int kSize = 32;
-
-TrainOptions short_training() {
-  TrainOptions options;
-  options.schedule.steps = 160;
-  options.rays.per_step = 768;
-  options.seed = 3;
-  return options;
-}
+constexpr int kClipSize = 32;
 
 // As clip 2 of the same person, in light weaker by a factor.
 TrainingView of_further_clip(TrainingView view, double light) {
@@ -40,10 +32,10 @@ double head_error(const Avatar& avatar, const HeadModel& model, const TrainingVi
   const RenderedFrame seen = render_frame(avatar, truth.camera, state);
   double error = 0;
   int count = 0;
-  for (int y = 0; y < kSize; ++y)
-    for (int x = 0; x < kSize; ++x) {
+  for (int y = 0; y < kClipSize; ++y)
+    for (int x = 0; x < kClipSize; ++x) {
       if (truth.alpha.at(x, y) < 255) continue;
-      const std::size_t at = std::size_t(y) * kSize + std::size_t(x);
+      const std::size_t at = std::size_t(y) * kClipSize + std::size_t(x);
       for (std::size_t c = 0; c < 3; ++c, ++count)
         error += std::pow(seen.rgba.data[4 * at + c] - light * truth.rgb.data[3 * at + c] / 255, 2);
     }
@@ -51,8 +43,8 @@ double head_error(const Avatar& avatar, const HeadModel& model, const TrainingVi
 }
 
 TEST(RegisterClips, FindsAFurtherClipsHeadWhateverItsLight) {
-  TrainingSet set = ball_set(16, kSize);
-  TrainOptions training = short_training();
+  TrainingSet set = ball_set(16, kClipSize);
+  TrainOptions training = short_training(160);
   training.schedule.steps = 500;  // until it knows the stripes
   const auto avatar = train_avatar(set, training, {}, Progress(), {}, {});
   ASSERT_TRUE(avatar.ok()) << avatar.error().what;
@@ -60,10 +52,10 @@ TEST(RegisterClips, FindsAFurtherClipsHeadWhateverItsLight) {
   // Across the ball's stripes: along them nothing could be seen.
   offset.linear() = Eigen::AngleAxisd(0.06, Vec3d(-4, 6, 0).normalized()).matrix();
   offset.translation() = Vec3d(0.005, -0.004, 0);
-  const Image8 plate = gradient_plate(kSize);
+  const Image8 plate = gradient_plate(kClipSize);
   std::vector<Pose> truth;
   for (int v = 0; v < 8; ++v) {
-    set.views.push_back(of_further_clip(ball_view(plate, kSize, 0.2 + 0.41 * v), 0.6));
+    set.views.push_back(of_further_clip(ball_view(plate, kClipSize, 0.2 + 0.41 * v), 0.6));
     truth.push_back(set.views.back().pose.world_from_head);
     set.views.back().pose.world_from_head = truth.back() * offset.inverse();
   }
@@ -83,8 +75,8 @@ TEST(RegisterClips, FindsAFurtherClipsHeadWhateverItsLight) {
 }
 
 TEST(RegisterClips, ViewsOfSomethingElseMoveNothing) {
-  TrainingSet set = ball_set(12, kSize);
-  const auto avatar = train_avatar(set, short_training(), {}, Progress(), {}, {});
+  TrainingSet set = ball_set(12, kClipSize);
+  const auto avatar = train_avatar(set, short_training(160), {}, Progress(), {}, {});
   ASSERT_TRUE(avatar.ok());
   RegisterOptions options;
   options.largest_turn = options.largest_shift = 0;  // everything found counts as implausible
@@ -95,14 +87,14 @@ TEST(RegisterClips, ViewsOfSomethingElseMoveNothing) {
 }
 
 TEST(FurtherClips, TeachTheSideThatTheFirstClipNeverShowed) {
-  const TrainingSet first = ball_set(12, kSize);
+  const TrainingSet first = ball_set(12, kClipSize);
   TrainingSet both = first;
-  const Image8 plate = gradient_plate(kSize);
+  const Image8 plate = gradient_plate(kClipSize);
   constexpr double kBack = 2.4;  // rad: the first clip turns by half a radian
   for (int v = 0; v < 12; ++v)
-    both.views.push_back(of_further_clip(ball_view(plate, kSize, 0.37 * v, kBack * v / 11.0), 1));
-  const TrainingView behind = ball_view(plate, kSize, 1.1, 2.0);
-  TrainOptions training = short_training();
+    both.views.push_back(of_further_clip(ball_view(plate, kClipSize, 0.37 * v, kBack * v / 11.0), 1));
+  const TrainingView behind = ball_view(plate, kClipSize, 1.1, 2.0);
+  TrainOptions training = short_training(160);
   training.schedule.steps =
       400;  // a quarter of them must be enough to see where the further clip's head lies
   const auto one = train_avatar(first, training, {}, Progress(), {}, {});
@@ -112,7 +104,7 @@ TEST(FurtherClips, TeachTheSideThatTheFirstClipNeverShowed) {
 }
 
 TEST(FurtherClips, DropTheirCodesOnlyOnSidesThatTheFirstClipNeverShows) {
-  TrainingSet set = ball_set(6, kSize);
+  TrainingSet set = ball_set(6, kClipSize);
   const HeadShape shape = shape_head(set.model, set.person);
   const FieldCube cube{Vec3f::Constant(-0.15f), 0.3f};
   const OccupancyGrid seen = sides_seen(set, shape, cube);
@@ -143,13 +135,13 @@ TEST(FurtherClips, DropTheirCodesOnlyOnSidesThatTheFirstClipNeverShows) {
 }
 
 TEST(FurtherClips, KeepTheirOwnLight) {
-  TrainingSet set = ball_set(12, kSize);
-  const Image8 plate = gradient_plate(kSize);
+  TrainingSet set = ball_set(12, kClipSize);
+  const Image8 plate = gradient_plate(kClipSize);
   for (int v = 0; v < 24; ++v)
-    set.views.push_back(of_further_clip(ball_view(plate, kSize, 0.1 + 0.29 * v), 0.5));
-  const auto avatar = train_avatar(set, short_training(), {}, Progress(), {}, {});
+    set.views.push_back(of_further_clip(ball_view(plate, kClipSize, 0.1 + 0.29 * v), 0.5));
+  const auto avatar = train_avatar(set, short_training(160), {}, Progress(), {}, {});
   ASSERT_TRUE(avatar.ok());
-  const TrainingView unseen = ball_view(plate, kSize, 0.9);
+  const TrainingView unseen = ball_view(plate, kClipSize, 0.9);
   EXPECT_LT(head_error(*avatar, set.model, unseen), 0.2 * head_error(*avatar, set.model, unseen, 0.5));
 }
 

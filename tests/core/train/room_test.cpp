@@ -13,12 +13,12 @@
 namespace likeness {
 namespace {
 
-constexpr int kSize = 64;
+constexpr int kRoomSize = 64;
 
 Intrinsics lens() {
   Intrinsics k;
-  k.width = k.height = kSize;
-  k.fx = k.fy = 60, k.cx = k.cy = kSize / 2.0;
+  k.width = k.height = kRoomSize;
+  k.fx = k.fy = 60, k.cx = k.cy = kRoomSize / 2.0;
   return k;
 }
 
@@ -34,8 +34,8 @@ TrainingView view_at(double t) {
   view.camera = camera_at(t);
   view.rgb = render_room(lens(), view.camera.cam_from_world);
   view.has_plate = false;
-  Image8 alpha(kSize, kSize, 1, 0);
-  for (int y = 20; y < kSize; ++y)
+  Image8 alpha(kRoomSize, kRoomSize, 1, 0);
+  for (int y = 20; y < kRoomSize; ++y)
     for (int x = 22; x < 42; ++x) {
       *alpha.at(x, y) = 255;
       view.rgb.at(x, y)[0] = 255, view.rgb.at(x, y)[1] = view.rgb.at(x, y)[2] = 0;
@@ -62,14 +62,14 @@ TEST(Room, IsSeenFromNewPlacesWithoutThePerson) {
   const Camera between = camera_at(0.5);
   const Image truth = to_float(render_room(lens(), between.cam_from_world));
   const Image seen = to_float(room_picture(scene, between));
-  Image grey(kSize, kSize, 3);
+  Image grey(kRoomSize, kRoomSize, 3);
   for (float& v : grey.data) v = 0.5f;
   // Coarse steps of a quick test: far nearer to the truth than without a room, and no trace of the person.
   EXPECT_LT(mse(truth, seen), 0.6 * mse(truth, grey));
-  Image8 person(kSize, kSize, 1, 0);
-  for (int y = 20; y < kSize; ++y)
+  Image8 person(kRoomSize, kRoomSize, 1, 0);
+  for (int y = 20; y < kRoomSize; ++y)
     for (int x = 22; x < 42; ++x) *person.at(x, y) = 255;
-  Image red(kSize, kSize, 3);
+  Image red(kRoomSize, kRoomSize, 3);
   for (std::size_t i = 0; i < red.data.size(); i += 3) red.data[i] = 1;
   EXPECT_LT(mse(truth, seen, person), 0.2 * mse(truth, red, person));
 }

@@ -7,20 +7,20 @@
 namespace likeness::ui {
 namespace {
 
-Stroke dab(double x, StrokeMark mark = StrokeMark::person) { return {mark, 3, {{x, 5}}}; }
+Stroke attribute_dab(double x, StrokeMark mark = StrokeMark::person) { return {mark, 3, {{x, 5}}}; }
 
 TEST(AttributePaint, EveryChangeIsTakenBackAndDoneAgain) {
   AttributePaint paint;
   paint.open({}, std::nullopt);
   paint.choose("dimple");
-  EXPECT_FALSE(paint.paint(3, 1, dab(1, StrokeMark::erase))) << "there is nothing to take away";
+  EXPECT_FALSE(paint.paint(3, 1, attribute_dab(1, StrokeMark::erase))) << "there is nothing to take away";
   std::vector<PaintedAttributes> states{*paint.all()};
   const auto changed = [&](bool done) {
     EXPECT_TRUE(done);
     states.push_back(*paint.all());
   };
-  changed(paint.paint(3, 0.5f, dab(1)));
-  changed(paint.paint(3, 0.9f, dab(2)));
+  changed(paint.paint(3, 0.5f, attribute_dab(1)));
+  changed(paint.paint(3, 0.9f, attribute_dab(2)));
   EXPECT_EQ(find_annotation(*paint.all(), "dimple", 3)->value, 0.5) << "a frame keeps its amount";
   changed(paint.set_value(3, 1));
   EXPECT_FALSE(paint.set_value(3, 1));
@@ -44,7 +44,7 @@ TEST(AttributePaint, EveryChangeIsTakenBackAndDoneAgain) {
 TEST(AttributePaint, WhatWasNotSavedStaysAndADamagedFileIsNotPaintedOver) {
   AttributePaint paint;
   paint.open({}, std::nullopt);
-  ASSERT_TRUE(paint.paint(3, 1, dab(1)));
+  ASSERT_TRUE(paint.paint(3, 1, attribute_dab(1)));
   const PaintedAttributes mine = *paint.all();
   paint.refresh({}, std::nullopt);
   EXPECT_EQ(*paint.all(), mine);
@@ -56,7 +56,7 @@ TEST(AttributePaint, WhatWasNotSavedStaysAndADamagedFileIsNotPaintedOver) {
   EXPECT_FALSE(paint.can_undo()) << "of what is no more";
   EXPECT_GT(paint.edit(), before);
   paint.refresh({}, Error{ErrorCode::bad_input, "damaged", "mend it", ""});
-  EXPECT_FALSE(paint.paint(3, 1, dab(1)));
+  EXPECT_FALSE(paint.paint(3, 1, attribute_dab(1)));
   EXPECT_TRUE(paint.view().unreadable.has_value());
 }
 

@@ -6,11 +6,12 @@
 namespace likeness::ui {
 namespace {
 
-Stroke dab(StrokeMark mark, double x) { return {mark, 4, {{x, 10}}}; }
+Stroke mask_dab(StrokeMark mark, double x) { return {mark, 4, {{x, 10}}}; }
 
 Masks opened() {
   Masks masks;
-  masks.open({{3, {dab(StrokeMark::person, 1)}}}, {{7, Error{ErrorCode::bad_input, "damaged", "mend", ""}}});
+  masks.open({{3, {mask_dab(StrokeMark::person, 1)}}},
+             {{7, Error{ErrorCode::bad_input, "damaged", "mend", ""}}});
   masks.set_frames({1, 3, 5, 7, 9});
   return masks;
 }
@@ -30,15 +31,15 @@ TEST(Masks, ShowTheMiddleFrameAndStepToTheEnds) {
   EXPECT_EQ(masks.frame(), 1);
   masks.set_frames({});
   EXPECT_EQ(masks.frame(), -1);
-  EXPECT_FALSE(masks.paint(dab(StrokeMark::person, 1)));
+  EXPECT_FALSE(masks.paint(mask_dab(StrokeMark::person, 1)));
 }
 
 TEST(Masks, StrokesAreTakenBackAndPutBackOnTheirOwnFrame) {
   Masks masks = opened();
   const auto edit = masks.edit();
-  ASSERT_TRUE(masks.paint(dab(StrokeMark::background, 2)));
+  ASSERT_TRUE(masks.paint(mask_dab(StrokeMark::background, 2)));
   masks.look_at(3);
-  ASSERT_TRUE(masks.paint(dab(StrokeMark::person, 5)));
+  ASSERT_TRUE(masks.paint(mask_dab(StrokeMark::person, 5)));
   EXPECT_GT(masks.edit(), edit);
   EXPECT_EQ(masks.take_unsaved(), (std::set<int>{3, 5}));
   EXPECT_TRUE(masks.take_unsaved().empty());
@@ -52,24 +53,24 @@ TEST(Masks, StrokesAreTakenBackAndPutBackOnTheirOwnFrame) {
   EXPECT_FALSE(masks.undo());
   EXPECT_EQ(masks.view().corrected, std::set<int>{3});
   ASSERT_TRUE(masks.redo());
-  EXPECT_EQ(masks.strokes(5)->front(), dab(StrokeMark::background, 2));
+  EXPECT_EQ(masks.strokes(5)->front(), mask_dab(StrokeMark::background, 2));
   EXPECT_TRUE(masks.can_redo());
-  ASSERT_TRUE(masks.paint(dab(StrokeMark::person, 8)));
+  ASSERT_TRUE(masks.paint(mask_dab(StrokeMark::person, 8)));
   EXPECT_FALSE(masks.can_redo()) << "another change ends what could be put back";
 }
 
 TEST(Masks, WhatChangedOnTheDiskCountsButForWhatIsNotSavedYet) {
   Masks masks = opened();
   masks.look_at(3);
-  ASSERT_TRUE(masks.paint(dab(StrokeMark::person, 5)));
+  ASSERT_TRUE(masks.paint(mask_dab(StrokeMark::person, 5)));
   masks.take_unsaved();
   // As it was saved: nothing happens, and it can still be taken back.
   masks.refresh({{3, *masks.strokes(3)}}, {{7, Error{}}});
   EXPECT_TRUE(masks.can_undo());
   masks.look_at(9);
-  ASSERT_TRUE(masks.paint(dab(StrokeMark::background, 6)));
+  ASSERT_TRUE(masks.paint(mask_dab(StrokeMark::background, 6)));
   // Somebody mended one file and removed another; the newest stroke is still on its way to the disk.
-  masks.refresh({{7, {dab(StrokeMark::person, 2)}}}, {});
+  masks.refresh({{7, {mask_dab(StrokeMark::person, 2)}}}, {});
   EXPECT_TRUE(masks.strokes(3)->empty());
   EXPECT_EQ(masks.strokes(7)->size(), 1u);
   EXPECT_EQ(masks.strokes(9)->size(), 1u);
@@ -81,7 +82,7 @@ TEST(Masks, WhatChangedOnTheDiskCountsButForWhatIsNotSavedYet) {
 TEST(Masks, AFrameIsClearedInOneStep) {
   Masks masks = opened();
   masks.look_at(3);
-  masks.paint(dab(StrokeMark::person, 5));
+  masks.paint(mask_dab(StrokeMark::person, 5));
   ASSERT_TRUE(masks.clear());
   EXPECT_TRUE(masks.strokes(3)->empty());
   EXPECT_FALSE(masks.clear());
@@ -92,21 +93,21 @@ TEST(Masks, AFrameIsClearedInOneStep) {
 TEST(Masks, NothingIsPaintedOverAFileThatCannotBeRead) {
   Masks masks = opened();
   masks.look_at(7);
-  EXPECT_FALSE(masks.paint(dab(StrokeMark::person, 1)));
+  EXPECT_FALSE(masks.paint(mask_dab(StrokeMark::person, 1)));
   EXPECT_TRUE(masks.take_unsaved().empty());
   masks.was_set_aside(7);
-  EXPECT_TRUE(masks.paint(dab(StrokeMark::person, 1)));
+  EXPECT_TRUE(masks.paint(mask_dab(StrokeMark::person, 1)));
 }
 
 TEST(Masks, AnEraserOnAFrameWithoutStrokesIsNoChange) {
   Masks masks = opened();
-  EXPECT_FALSE(masks.paint(dab(StrokeMark::erase, 1)));
+  EXPECT_FALSE(masks.paint(mask_dab(StrokeMark::erase, 1)));
   EXPECT_FALSE(masks.can_undo());
 }
 
 TEST(Masks, AnotherProjectsStrokesCannotBeTakenBack) {
   Masks masks = opened();
-  masks.paint(dab(StrokeMark::person, 1));
+  masks.paint(mask_dab(StrokeMark::person, 1));
   masks.open({}, {});
   EXPECT_FALSE(masks.can_undo());
   EXPECT_TRUE(masks.take_unsaved().empty());
@@ -114,7 +115,7 @@ TEST(Masks, AnotherProjectsStrokesCannotBeTakenBack) {
 
 TEST(Masks, ManyChangesForgetTheOldest) {
   Masks masks = opened();
-  for (int i = 0; i < 250; ++i) ASSERT_TRUE(masks.paint(dab(StrokeMark::person, i)));
+  for (int i = 0; i < 250; ++i) ASSERT_TRUE(masks.paint(mask_dab(StrokeMark::person, i)));
   int undone = 0;
   while (masks.undo()) ++undone;
   EXPECT_EQ(undone, 200);

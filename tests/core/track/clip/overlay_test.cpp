@@ -9,11 +9,11 @@
 namespace likeness {
 namespace {
 
-struct Scene {
+struct OverlayScene {
   HeadModel model = make_builtin_head();
   CameraSet cameras;
   Track track;
-  Scene() {
+  OverlayScene() {
     cameras.cameras = {Camera{-1, {320, 240, 500, 500, 160, 120}}};
     track.person.identity = Eigen::VectorXf::Zero(model.identity_count());
     TrackedFrame f;
@@ -38,7 +38,7 @@ int drawn(const Image8& overlay, std::uint8_t level, int rows) {
 }
 
 TEST(TrackOverlay, DrawsTheHeadWhereItIsAndNothingInTheCorners) {
-  const Scene s;
+  const OverlayScene s;
   OverlayOptions options;
   options.longer_side = 320;
   const TrackOverlay overlay(s.track, s.model, s.cameras, options);
@@ -49,7 +49,7 @@ TEST(TrackOverlay, DrawsTheHeadWhereItIsAndNothingInTheCorners) {
 }
 
 TEST(TrackOverlay, ALostFrameKeepsItsPictureAndSaysWhy) {
-  Scene s;
+  OverlayScene s;
   s.track.frames[0].status = FrameStatus::lost;
   OverlayOptions options;
   options.longer_side = 320;
@@ -61,7 +61,7 @@ TEST(TrackOverlay, ALostFrameKeepsItsPictureAndSaysWhy) {
 }
 
 TEST(TrackOverlay, UncertainLandmarksAreRedder) {
-  Scene s;
+  OverlayScene s;
   OverlayOptions options;
   options.longer_side = 320;
   const TrackOverlay overlay(s.track, s.model, s.cameras, options);

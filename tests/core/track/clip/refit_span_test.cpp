@@ -20,7 +20,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr int kSide = 320, kFrames = 44;
+constexpr int kRefitSide = 320, kRefitFrames = 44;
 constexpr RefitSpan kSpan{18, 25};
 
 double turn_deg(const Pose& a, const Pose& b) {
@@ -46,8 +46,8 @@ class RefitSpans : public testing::Test {
     ASSERT_NE(::mkdtemp(name.data()), nullptr);
     folder_ = name;
     DemoOptions options;
-    options.width = options.height = kSide;
-    options.frames = kFrames;
+    options.width = options.height = kRefitSide;
+    options.frames = kRefitFrames;
     options.moving_share = 0;
     options.samples_per_pixel = 1;
     ASSERT_TRUE(write_demo_capture(folder_, options, Progress(), {}).ok());
@@ -69,13 +69,13 @@ class RefitSpans : public testing::Test {
     const fs::path path = folder_ / (name + ".mp4");
     EncodeOptions lossless;
     lossless.crf = 0;
-    auto writer = VideoWriter::create(path, kSide, kSide, lossless);
+    auto writer = VideoWriter::create(path, kRefitSide, kRefitSide, lossless);
     auto reader = VideoReader::open(clip());
     EXPECT_TRUE(writer.ok() && reader.ok());
-    for (int f = 0; f < kFrames; ++f) {
+    for (int f = 0; f < kRefitFrames; ++f) {
       const auto frame = reader->next();
       EXPECT_TRUE(frame.ok() && frame->has_value());
-      EXPECT_TRUE(writer->add(gone(f) ? Image8(kSide, kSide, 3, 120) : (*frame)->rgb).ok());
+      EXPECT_TRUE(writer->add(gone(f) ? Image8(kRefitSide, kRefitSide, 3, 120) : (*frame)->rgb).ok());
     }
     EXPECT_TRUE(writer->finish().ok());
     return path;
@@ -98,8 +98,8 @@ class RefitSpans : public testing::Test {
   }
   static Result<Refit> refit(const Track& track, const RefitSpan& span, const std::set<int>& held_out = {},
                              const fs::path& path = clip(), std::stop_token stop = {}) {
-    return refit_span(path, {0, 0, kSide, kSide}, cameras_, held_out, model(), track, span, {}, Progress(),
-                      stop);
+    return refit_span(path, {0, 0, kRefitSide, kRefitSide}, cameras_, held_out, model(), track, span, {},
+                      Progress(), stop);
   }
   static const HeadModel& model() {
     static const HeadModel head = make_builtin_head();
@@ -212,7 +212,7 @@ TEST_F(RefitSpans, RefusesWithAReasonAndStopsOnRequest) {
   other.head_model_hash = "another";
   EXPECT_FALSE(refit(other, kSpan).ok());
   // All of the clip: nothing is left to start from.
-  const auto alone = refit(truth_, {0, kFrames - 1});
+  const auto alone = refit(truth_, {0, kRefitFrames - 1});
   ASSERT_TRUE(alone.ok());
   EXPECT_EQ(alone->outcome.better, 0);
 }

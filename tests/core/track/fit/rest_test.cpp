@@ -11,7 +11,7 @@
 namespace likeness {
 namespace {
 
-int shape(const char* name) {
+int expression_index(const char* name) {
   const auto& names = test_head().expression_names;
   return static_cast<int>(std::find(names.begin(), names.end(), name) - names.begin());
 }
@@ -32,9 +32,10 @@ std::vector<FaceFrame> moody_clip(double held_out_shift) {
     FaceState truth = f.state;
     const int mood = i / 6 % 4;  // rest, smile, rest, pout
     if (mood == 1)
-      truth.expression[shape("mouthSmile_L")] = truth.expression[shape("mouthSmile_R")] = 0.6;
+      truth.expression[expression_index("mouthSmile_L")] =
+          truth.expression[expression_index("mouthSmile_R")] = 0.6;
     else if (mood == 3)
-      truth.expression[shape("mouthPucker")] = 0.7;
+      truth.expression[expression_index("mouthPucker")] = 0.7;
     f.observation = observe_state(head, person, truth, 0.2, static_cast<std::uint32_t>(i));
     if (mood == 0 || mood == 2) {
       Vec2d middle = Vec2d::Zero();
@@ -55,7 +56,7 @@ double false_pucker(const std::vector<FaceFrame>& frames) {
   int count = 0;
   for (const FaceFrame& f : frames) {
     if (f.held_out || f.frame / 6 % 4 == 3) continue;
-    const double x = f.state.expression[shape("mouthPucker")];
+    const double x = f.state.expression[expression_index("mouthPucker")];
     sum += x, squares += x * x, ++count;
   }
   return std::sqrt(std::max(0.0, squares / count - sum * sum / (double(count) * count)));
@@ -72,8 +73,8 @@ TEST(Rest, IsWhatAFaceWithoutEvidenceShows) {
   FrameFitOptions fit;
   fit.free_pose = false;
   Eigen::VectorXd rest = Eigen::VectorXd::Zero(head.expression_count());
-  rest[shape("mouthPucker")] = 0.3;
-  rest[shape("browDown_L")] = 0.2;  // of one side only: this face is not even at rest
+  rest[expression_index("mouthPucker")] = 0.3;
+  rest[expression_index("browDown_L")] = 0.2;  // of one side only: this face is not even at rest
   const ExpressionPrior prior = prior_from_rest(expression_prior(test_head()), rest);
   const FaceState found = fit_frame(head, person, observation, prior, {}, fit, state);
   EXPECT_LT((found.expression - rest).cwiseAbs().maxCoeff(), 0.01);
@@ -89,10 +90,11 @@ TEST(Rest, NarrowRestingMouthGivesNoFalsePucker) {
   const auto prior = fit_from_rest(test_head(), head, identity, usual, {}, frames, {}, {});
   ASSERT_TRUE(prior.ok());
   std::printf("false pucker: %.3f before, %.3f from rest; rest %.3f\n", before, false_pucker(frames),
-              prior->rest[shape("mouthPucker")]);
-  EXPECT_GT(prior->rest[shape("mouthPucker")], 0.1);
+              prior->rest[expression_index("mouthPucker")]);
+  EXPECT_GT(prior->rest[expression_index("mouthPucker")], 0.1);
   EXPECT_LT(false_pucker(frames), 0.7 * before);
-  EXPECT_GT(frames[20].state.expression[shape("mouthPucker")], prior->rest[shape("mouthPucker")] + 0.2);
+  EXPECT_GT(frames[20].state.expression[expression_index("mouthPucker")],
+            prior->rest[expression_index("mouthPucker")] + 0.2);
 }
 
 TEST(Rest, LearnsNothingFromHeldOutFrames) {

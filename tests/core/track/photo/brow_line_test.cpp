@@ -11,13 +11,13 @@
 namespace likeness {
 namespace {
 
-constexpr int kSize = 400;
+constexpr int kBrowSize = 400;
 
-Intrinsics camera() {
+Intrinsics brow_camera() {
   Intrinsics k;
-  k.width = k.height = kSize;
+  k.width = k.height = kBrowSize;
   k.fx = k.fy = 1000;
-  k.cx = k.cy = kSize / 2.0;
+  k.cx = k.cy = kBrowSize / 2.0;
   return k;
 }
 
@@ -26,7 +26,7 @@ double distance_to_line(const Vec2d& p, const Vec2d& a, const Vec2d& b) {
   return (p - a - t * (b - a)).norm();
 }
 
-struct Clip {
+struct BrowClip {
   std::vector<Image8> greys;
   std::vector<BrowPicture> pictures;
   std::vector<FaceFrame> faces;
@@ -42,12 +42,12 @@ struct Clip {
 // 40 frames of a slowly turning face; from 20 to 25 the brows are 12 mm up and the landmarks 6 mm down; from
 // 30 to 35 both are 3 mm up; from 36 to 38 the brows rest and the landmarks are 5 mm up. ink: how dark the
 // brows are, levels.
-Clip make_clip(double ink, bool fringe = false) {
-  Clip clip;
+BrowClip make_brow_clip(double ink, bool fringe = false) {
+  BrowClip clip;
   const ReducedHead& head = test_reduced_head();
   clip.person = reduced_person(head, Eigen::VectorXd::Zero(head.identity_count()));
   clip.neutral = Eigen::VectorXd::Zero(head.expression_count());
-  const Intrinsics k = camera();
+  const Intrinsics k = brow_camera();
   for (int i = 0; i < 40; ++i) {
     const bool lost = i >= 20 && i < 25;
     clip.rises.push_back(lost ? 0.012 : i >= 30 && i < 35 ? 0.003 : 0.0);
@@ -58,7 +58,7 @@ Clip make_clip(double ink, bool fringe = false) {
     face.state.cam_from_head = facing_pose(0.01 * (i - 20), 0.02, Vec3d(0, 0.03, 0.6));
     face.state.expression = clip.neutral;
     face.observation = observe_state(head, clip.person, face.state, 0, 1);
-    Image8 grey(kSize, kSize, 1);
+    Image8 grey(kBrowSize, kBrowSize, 1);
     std::array<Vec2d, 10> drawn;
     for (int b = 0; b < 10; ++b) {
       const Vec3d seen = clip.brow_point(17 + b, lost                ? -0.006
@@ -67,8 +67,8 @@ Clip make_clip(double ink, bool fringe = false) {
       face.observation.rays[17 + b] = (face.state.cam_from_head * seen).hnormalized();
       drawn[b] = project<double>(k, face.state.cam_from_head * clip.brow_point(17 + b, clip.rises.back()));
     }
-    for (int y = 0; y < kSize; ++y)
-      for (int x = 0; x < kSize; ++x) {
+    for (int y = 0; y < kBrowSize; ++y)
+      for (int x = 0; x < kBrowSize; ++x) {
         double near = 1e9;
         for (int b = 0; b < 9; ++b)
           if (b != 4) near = std::min(near, distance_to_line({x + 0.5, y + 0.5}, drawn[b], drawn[b + 1]));
@@ -83,12 +83,12 @@ Clip make_clip(double ink, bool fringe = false) {
   return clip;
 }
 
-Result<BrowSummary> correct(Clip& clip) {
+Result<BrowSummary> correct(BrowClip& clip) {
   return correct_brows(test_reduced_head(), clip.person, clip.pictures, clip.faces, {});
 }
 
 // Mean height of the observed brows above their true place, m.
-double mean_offset(const Clip& clip, int frame) {
+double mean_offset(const BrowClip& clip, int frame) {
   const Pose& pose = clip.faces[frame].state.cam_from_head;
   double sum = 0;
   for (int b = 17; b < 27; ++b) {
@@ -99,7 +99,7 @@ double mean_offset(const Clip& clip, int frame) {
 }
 
 TEST(BrowLine, BrowsLostHighUpAreFoundWhereTheyAre) {
-  Clip clip = make_clip(90);
+  BrowClip clip = make_brow_clip(90);
   ASSERT_LT(mean_offset(clip, 22), -0.015);
   const auto summary = correct(clip);
   ASSERT_TRUE(summary);
@@ -109,14 +109,14 @@ TEST(BrowLine, BrowsLostHighUpAreFoundWhereTheyAre) {
 }
 
 TEST(BrowLine, BrowsAtRestComeDownFromWhereThePredictorSeesThem) {
-  Clip clip = make_clip(90);
+  BrowClip clip = make_brow_clip(90);
   ASSERT_GT(mean_offset(clip, 37), 0.004);
   ASSERT_TRUE(correct(clip));
   for (int i = 36; i < 39; ++i) EXPECT_NEAR(mean_offset(clip, i), 0, 0.0012) << i;
 }
 
 TEST(BrowLine, PointsThatAgreeWithThePictureStay) {
-  Clip clip = make_clip(90);
+  BrowClip clip = make_brow_clip(90);
   const std::vector<FaceFrame> before = clip.faces;
   ASSERT_TRUE(correct(clip));
   for (int i : {3, 19, 28, 32, 39})
@@ -125,7 +125,7 @@ TEST(BrowLine, PointsThatAgreeWithThePictureStay) {
 }
 
 TEST(BrowLine, BrowsTooFaintOrUnderAFringeAreLeftToThePredictor) {
-  for (Clip clip : {make_clip(1), make_clip(90, true)}) {
+  for (BrowClip clip : {make_brow_clip(1), make_brow_clip(90, true)}) {
     for (std::size_t i = 0; i < clip.greys.size(); ++i) clip.pictures[i].grey = &clip.greys[i];
     const auto summary = correct(clip);
     ASSERT_TRUE(summary);
@@ -134,9 +134,9 @@ TEST(BrowLine, BrowsTooFaintOrUnderAFringeAreLeftToThePredictor) {
 }
 
 TEST(BrowLine, HeldOutPicturesTeachNothing) {
-  Clip clip = make_clip(90), other = make_clip(90);
+  BrowClip clip = make_brow_clip(90), other = make_brow_clip(90);
   for (std::size_t i = 0; i < other.greys.size(); ++i) {
-    if (other.faces[i].held_out) other.greys[i] = Image8(kSize, kSize, 1, std::uint8_t(77));
+    if (other.faces[i].held_out) other.greys[i] = Image8(kBrowSize, kBrowSize, 1, std::uint8_t(77));
     other.pictures[i].grey = &other.greys[i];
     clip.pictures[i].grey = &clip.greys[i];
   }

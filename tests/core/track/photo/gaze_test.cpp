@@ -11,9 +11,11 @@
 namespace likeness {
 namespace {
 
-constexpr int kSize = 384;
+constexpr int kEyeSize = 384;
 
-Intrinsics lens() { return {kSize, kSize, 1.6 * kSize, 1.6 * kSize, kSize / 2.0, kSize / 2.0}; }
+Intrinsics eye_lens() {
+  return {kEyeSize, kEyeSize, 1.6 * kEyeSize, 1.6 * kEyeSize, kEyeSize / 2.0, kEyeSize / 2.0};
+}
 
 struct EyePicture {
   Image8 grey;
@@ -30,10 +32,10 @@ EyePicture film_eyes(const Gaze& gaze, const Pose& cam_from_head, double noise, 
   if (blink > 0)
     for (const char* name : {"eyeBlink_L", "eyeBlink_R"}) add_action(face, *find_action(model, name), blink);
   const std::vector<Vec3f> posed = pose_head(model, shape, face);
-  const Raster raster = rasterise(posed, model.triangles, lens(), cam_from_head);
+  const Raster raster = rasterise(posed, model.triangles, eye_lens(), cam_from_head);
   std::mt19937 random(seed);
   std::normal_distribution<double> normal(0, noise);
-  EyePicture out{Image8(kSize, kSize, 1), {}};
+  EyePicture out{Image8(kEyeSize, kEyeSize, 1), {}};
   for (std::size_t i = 0; i < raster.triangle.size(); ++i) {
     double level = 90;
     if (raster.triangle[i] >= 0) {
@@ -53,7 +55,7 @@ EyePicture film_eyes(const Gaze& gaze, const Pose& cam_from_head, double noise, 
   }
   const auto points = landmark_positions(model, posed);
   for (int k = 0; k < kLandmarkCount; ++k)
-    out.landmarks[k] = project<double>(lens(), Vec3d(cam_from_head * points[k].cast<double>())) +
+    out.landmarks[k] = project<double>(eye_lens(), Vec3d(cam_from_head * points[k].cast<double>())) +
                        0.15 * noise * Vec2d(normal(random), normal(random)) / std::max(1.0, noise);
   return out;
 }
@@ -69,13 +71,13 @@ double correlation(const std::vector<double>& a, const std::vector<double>& b) {
 }
 
 TEST(Gaze, FollowsTheIrisThroughNoiseAndHeadTurns) {
-  const EyeBalls eyes = eye_balls(test_head(), shape_head(test_head(), Eigen::VectorXf()));
+  const EyeBalls eyes = eye_balls(test_head(), test_shape());
   std::vector<double> yaw, pitch, found_yaw, found_pitch;
   for (int i = 0; i < 40; ++i) {
     const Gaze truth{0.45 * std::sin(i * 0.9), 0.22 * std::sin(i * 1.7 + 1), 0};
     const Pose pose = at_distance(0.5, 0.4 * std::sin(i * 0.37));
     const EyePicture picture = film_eyes(truth, pose, 5, 100 + i);
-    const auto found = measure_gaze(picture.grey, lens(), pose, eyes, picture.landmarks);
+    const auto found = measure_gaze(picture.grey, eye_lens(), pose, eyes, picture.landmarks);
     if (!found) continue;
     yaw.push_back(truth.yaw), pitch.push_back(truth.pitch);
     found_yaw.push_back(found->yaw), found_pitch.push_back(found->pitch);
@@ -88,31 +90,31 @@ TEST(Gaze, FollowsTheIrisThroughNoiseAndHeadTurns) {
 }
 
 TEST(Gaze, IsFinerThanAPixelAtCloseRange) {
-  const EyeBalls eyes = eye_balls(test_head(), shape_head(test_head(), Eigen::VectorXf()));
+  const EyeBalls eyes = eye_balls(test_head(), test_shape());
   const Pose pose = at_distance(0.45, 0);
   for (double yaw : {-0.2, 0.0, 0.15}) {
     const EyePicture picture = film_eyes({yaw, 0, 0}, pose, 0, 1);
-    const auto found = measure_gaze(picture.grey, lens(), pose, eyes, picture.landmarks);
+    const auto found = measure_gaze(picture.grey, eye_lens(), pose, eyes, picture.landmarks);
     ASSERT_TRUE(found);
     EXPECT_NEAR(found->yaw, yaw, 0.06) << "a pixel is about 0.06 rad here";
   }
 }
 
 TEST(Gaze, GivesNoReadingForClosedEyes) {
-  const EyeBalls eyes = eye_balls(test_head(), shape_head(test_head(), Eigen::VectorXf()));
+  const EyeBalls eyes = eye_balls(test_head(), test_shape());
   const Pose pose = at_distance(0.5, 0);
   const EyePicture picture = film_eyes({0.2, 0, 0}, pose, 3, 2, 1);
-  EXPECT_FALSE(measure_gaze(picture.grey, lens(), pose, eyes, picture.landmarks));
+  EXPECT_FALSE(measure_gaze(picture.grey, eye_lens(), pose, eyes, picture.landmarks));
 }
 
 TEST(Gaze, UsesTheOtherEyeWhenOneIsCovered) {
-  const EyeBalls eyes = eye_balls(test_head(), shape_head(test_head(), Eigen::VectorXf()));
+  const EyeBalls eyes = eye_balls(test_head(), test_shape());
   const Pose pose = at_distance(0.5, 0);
   EyePicture picture = film_eyes({0.2, 0, 0}, pose, 2, 3);
-  for (int y = 0; y < kSize; ++y)  // a hand over the subject's left eye
-    for (int x = static_cast<int>(picture.landmarks[42].x()) - 3; x < kSize; ++x)
+  for (int y = 0; y < kEyeSize; ++y)  // a hand over the subject's left eye
+    for (int x = static_cast<int>(picture.landmarks[42].x()) - 3; x < kEyeSize; ++x)
       *picture.grey.at(x, y) = 140;
-  const auto found = measure_gaze(picture.grey, lens(), pose, eyes, picture.landmarks);
+  const auto found = measure_gaze(picture.grey, eye_lens(), pose, eyes, picture.landmarks);
   ASSERT_TRUE(found);
   EXPECT_EQ(found->eye[1].confidence, 0);
   EXPECT_GT(found->eye[0].confidence, 0);

@@ -13,9 +13,11 @@
 namespace likeness {
 namespace {
 
-constexpr int kSize = 224, kViews = 64, kHeldOut = 8;
+constexpr int kLidSize = 224, kViews = 64, kHeldOut = 8;
 
-Intrinsics lens() { return {kSize, kSize, 2.2 * kSize, 2.2 * kSize, kSize / 2.0, kSize / 2.0}; }
+Intrinsics lid_lens() {
+  return {kLidSize, kLidSize, 2.2 * kLidSize, 2.2 * kLidSize, kLidSize / 2.0, kLidSize / 2.0};
+}
 
 struct Look {
   double skin = 165, white = 205, iris = 70, noise = 4;
@@ -25,17 +27,13 @@ struct Look {
   double shut_left = 0;  // level of the left lid where it is shut, without lashes; 0: as the skin
 };
 
-const HeadShape& shape() {
-  static const HeadShape s = shape_head(test_head(), Eigen::VectorXf());
-  return s;
-}
-EyeBalls eyes() { return eye_balls(test_head(), shape()); }
+EyeBalls eyes() { return eye_balls(test_head(), test_shape()); }
 
 std::array<Vec2d, kLandmarkCount> landmarks_of(const Articulation& face, const Pose& pose) {
-  const auto points = landmark_positions(test_head(), pose_head(test_head(), shape(), face));
+  const auto points = landmark_positions(test_head(), pose_head(test_head(), test_shape(), face));
   std::array<Vec2d, kLandmarkCount> px;
   for (int k = 0; k < kLandmarkCount; ++k)
-    px[k] = project<double>(lens(), Vec3d(pose * points[k].cast<double>()));
+    px[k] = project<double>(lid_lens(), Vec3d(pose * points[k].cast<double>()));
   return px;
 }
 
@@ -52,8 +50,8 @@ void draw_over(const Look& look, const std::array<Vec2d, kLandmarkCount>& lids, 
     const Vec2d middle = 0.5 * (lids[first] + lids[first + 3]);
     const double width = (lids[first] - lids[first + 3]).norm();
     const Vec2d glint = middle + 0.3 * width * Vec2d(std::sin(number), 0.5 * std::cos(2.0 * number));
-    for (int y = 0; y < kSize; ++y)
-      for (int x = 0; x < kSize; ++x) {
+    for (int y = 0; y < kLidSize; ++y)
+      for (int x = 0; x < kLidSize; ++x) {
         const Vec2d p(x + 0.5, y + 0.5), off = (p - middle) / width;
         for (int k = 0; k < 3; ++k)
           if (line_distance(p, lids[first + k], lids[first + k + 1]) < 0.035 * width) *grey.at(x, y) = 30;
@@ -66,9 +64,9 @@ void draw_over(const Look& look, const std::array<Vec2d, kLandmarkCount>& lids, 
 }
 
 Image8 draw(const Look& look, const Articulation& face, const Pose& pose, int number) {
-  const std::vector<Vec3f> posed = pose_head(test_head(), shape(), face);
-  const Raster raster = rasterise(posed, test_head().triangles, lens(), pose);
-  Image8 grey(kSize, kSize, 1, 90);
+  const std::vector<Vec3f> posed = pose_head(test_head(), test_shape(), face);
+  const Raster raster = rasterise(posed, test_head().triangles, lid_lens(), pose);
+  Image8 grey(kLidSize, kLidSize, 1, 90);
   for (std::size_t i = 0; i < raster.triangle.size(); ++i) {
     if (raster.triangle[i] < 0) continue;
     const Triangle& t = test_head().triangles[raster.triangle[i]];
@@ -76,10 +74,10 @@ Image8 draw(const Look& look, const Articulation& face, const Pose& pose, int nu
     double level = look.skin;
     if (part == HeadPart::left_eyeball || part == HeadPart::right_eyeball) {
       Vec3f rest = Vec3f::Zero();
-      for (int k = 0; k < 3; ++k) rest += raster.barycentric[i][k] * shape().vertices[t[k]];
+      for (int k = 0; k < 3; ++k) rest += raster.barycentric[i][k] * test_shape().vertices[t[k]];
       const int joint = part == HeadPart::left_eyeball ? kLeftEye : kRightEye;
       const float share =
-          std::acos(std::min(1.0f, (rest - shape().joints[joint]).normalized().z())) / std::asin(0.49f);
+          std::acos(std::min(1.0f, (rest - test_shape().joints[joint]).normalized().z())) / std::asin(0.49f);
       level = share < 0.4f ? 20 : share < 1 ? look.iris : look.white;
     }
     grey.data[i] = static_cast<std::uint8_t>(std::clamp(level, 0.0, 255.0));
@@ -98,8 +96,8 @@ void whiten_left(const Look& look, const std::array<Vec2d, kLandmarkCount>& lids
   const Vec2d x_axis = along / width, y_axis(-x_axis.y(), x_axis.x());
   std::mt19937 random(1000 + number);
   std::normal_distribution<double> normal(0, look.noise);
-  for (int y = 0; y < kSize; ++y)
-    for (int x = 0; x < kSize; ++x) {
+  for (int y = 0; y < kLidSize; ++y)
+    for (int x = 0; x < kLidSize; ++x) {
       const Vec2d off = (Vec2d(x + 0.5, y + 0.5) - middle) / width;
       if (std::hypot(off.dot(x_axis) / 0.5, (off.dot(y_axis) + 0.06) / 0.3) < 1)
         *grey.at(x, y) = static_cast<std::uint8_t>(std::clamp(look.shut_left + normal(random), 0.0, 255.0));
@@ -107,16 +105,16 @@ void whiten_left(const Look& look, const std::array<Vec2d, kLandmarkCount>& lids
 }
 
 // Blinks of five frames, every thirteenth; the gaze wanders, and is lowered with its lids from 40 to 46.
-struct Clip {
+struct LidClip {
   std::vector<double> blink;
   std::vector<bool> lowered;
   std::vector<Image8> greys;
   std::vector<LidView> views;
 };
 
-Clip make_clip(const Look& look) {
+LidClip make_lid_clip(const Look& look) {
   constexpr std::array<double, 5> kBlink{0.4, 0.95, 1, 0.7, 0.3};
-  Clip clip;
+  LidClip clip;
   for (int i = 0; i < kViews; ++i) {
     const bool lowered = i >= 40 && i < 46;
     const double blink = look.seldom                             ? (i == 30 || i == 31)
@@ -136,7 +134,7 @@ Clip make_clip(const Look& look) {
     if (look.shut_left > 0 && blink > 0.9)
       whiten_left(look, landmarks_of(neutral_articulation(test_head()), pose), i, clip.greys.back());
     LidView view;
-    view.intrinsics = lens();
+    view.intrinsics = lid_lens();
     view.cam_from_head = pose;
     view.landmarks = landmarks_of(neutral_articulation(test_head()), pose);
     view.held_out = i + kHeldOut >= kViews;
@@ -147,7 +145,7 @@ Clip make_clip(const Look& look) {
 }
 
 void expect_followed(const Look& look) {
-  const Clip clip = make_clip(look);
+  const LidClip clip = make_lid_clip(look);
   const auto read = read_lids(eyes(), clip.views, {});
   ASSERT_TRUE(read);
   for (int side = 0; side < 2; ++side)
@@ -174,7 +172,7 @@ TEST(Lids, AreFollowedBehindGlassesWithGlints) { expect_followed({.glasses = tru
 TEST(Lids, ShutEyeAsBrightAsItsWhiteIsReadFromTheOther) {
   for (const Look& look : {Look{.white = 175, .gaze = 0.6, .seldom = true, .shut_left = 185},
                            Look{.white = 190, .gaze = 0.6, .seldom = true, .shut_left = 185}}) {
-    const Clip clip = make_clip(look);
+    const LidClip clip = make_lid_clip(look);
     const auto read = read_lids(eyes(), clip.views, {});
     ASSERT_TRUE(read);
     for (const int i : {30, 31})
@@ -185,7 +183,7 @@ TEST(Lids, ShutEyeAsBrightAsItsWhiteIsReadFromTheOther) {
 }
 
 TEST(Lids, HeldOutPicturesTeachTrainingFramesNothing) {
-  Clip clip = make_clip({});
+  LidClip clip = make_lid_clip({});
   const auto before = read_lids(eyes(), clip.views, {});
   for (int i = kViews - kHeldOut; i < kViews; ++i)
     for (std::uint8_t& v : clip.greys[i].data) v = static_cast<std::uint8_t>(255 - v);
@@ -200,7 +198,7 @@ TEST(Lids, HeldOutPicturesTeachTrainingFramesNothing) {
 }
 
 TEST(Lids, HandlesFewViewsAndAStop) {
-  Clip clip = make_clip({});
+  LidClip clip = make_lid_clip({});
   clip.views.resize(3);
   const auto few = read_lids(eyes(), clip.views, {});
   ASSERT_TRUE(few);

@@ -13,15 +13,11 @@
 namespace likeness {
 namespace {
 
-constexpr int kSize = 256;
-const Intrinsics kLens{kSize, kSize, 400, 400, 128, 128, 0.02, -0.01, 0.001, -0.002};
+constexpr int kPhotoSize = 256;
+const Intrinsics kPhotoLens{kPhotoSize, kPhotoSize, 400, 400, 128, 128, 0.02, -0.01, 0.001, -0.002};
 
-const HeadShape& shape() {
-  static const HeadShape s = shape_head(test_head(), Eigen::VectorXf());
-  return s;
-}
 const FaceSurface& surface() {
-  static const FaceSurface s = face_surface(test_head(), shape());
+  static const FaceSurface s = face_surface(test_head(), test_shape());
   return s;
 }
 const ReducedPerson& person() {
@@ -60,15 +56,15 @@ Image8 film(const FaceState& state, double inside_level = 12) {
   Articulation face = neutral_articulation(test_head());
   face.expression = state.expression.cast<float>();
   face.jaw.x() = static_cast<float>(state.jaw);
-  const std::vector<Vec3f> inside = pose_head(test_head(), shape(), face);
+  const std::vector<Vec3f> inside = pose_head(test_head(), test_shape(), face);
   vertices.insert(vertices.end(), inside.begin(), inside.end());
   std::vector<Triangle> triangles = surface().triangles;
   const HeadRegions regions = head_regions(test_head());
   for (std::size_t t = 0; t < test_head().triangles.size(); ++t)
     if (regions.mouth_interior[t])
       triangles.push_back(test_head().triangles[t] + Triangle::Constant(surface().points.points));
-  Image8 fine(2 * kSize, 2 * kSize, 1, 40);
-  Intrinsics lens = kLens;
+  Image8 fine(2 * kPhotoSize, 2 * kPhotoSize, 1, 40);
+  Intrinsics lens = kPhotoLens;
   lens.width *= 2, lens.height *= 2, lens.fx *= 2, lens.fy *= 2, lens.cx *= 2, lens.cy *= 2;
   const Raster raster = rasterise(vertices, triangles, lens, state.cam_from_head);
   for (std::size_t i = 0; i < fine.data.size(); ++i) {
@@ -88,7 +84,7 @@ Image8 film(const FaceState& state, double inside_level = 12) {
     }
     fine.data[i] = static_cast<std::uint8_t>(std::clamp(level, 0.0, 255.0));
   }
-  return resize(fine, kSize, kSize);
+  return resize(fine, kPhotoSize, kPhotoSize);
 }
 
 TEST(Lighting, FindsAlbedoAndLightUpToTheirCommonScale) {
@@ -124,7 +120,7 @@ TEST(FaceSurface, TheMouthByItselfMovesWithTheFaceAndTheModel) {
   Articulation face = neutral_articulation(test_head());
   face.expression = state.expression.cast<float>();
   face.jaw.x() = static_cast<float>(state.jaw);
-  const std::vector<Vec3f> model = pose_head(test_head(), shape(), face);
+  const std::vector<Vec3f> model = pose_head(test_head(), test_shape(), face);
   const HeadRegions regions = head_regions(test_head());
   std::size_t t = mouth.skin_triangles;
   for (std::size_t m = 0; m < test_head().triangles.size(); ++m) {
@@ -138,7 +134,7 @@ TEST(FaceSurface, TheMouthByItselfMovesWithTheFaceAndTheModel) {
 }
 
 TEST(Photometric, DerivativesMatchFiniteDifferences) {
-  FacePicture picture = face_picture(Image8(kSize, kSize, 1), kLens);
+  FacePicture picture = face_picture(Image8(kPhotoSize, kPhotoSize, 1), kPhotoLens);
   for (int l = 0; l < kPictureLevels; ++l)
     for (int y = 0; y < picture.picture[l].height; ++y)
       for (int x = 0; x < picture.picture[l].width; ++x)
@@ -175,14 +171,14 @@ TEST(Photometric, DerivativesMatchFiniteDifferences) {
 }
 
 // A short clip whose landmarks say that the jaw is more open than it is, in some frames.
-struct Clip {
+struct JawClip {
   std::vector<FaceState> truth;
   std::vector<Image8> greys;
   std::vector<FaceFrame> faces;
   std::vector<PhotometricFrame> pictures;
 };
-Clip make_clip(int count) {
-  Clip clip;
+JawClip make_jaw_clip(int count) {
+  JawClip clip;
   for (int i = 0; i < count; ++i) {
     const double jaw = 0.12 + 0.12 * std::sin(0.8 * i);
     clip.truth.push_back(
@@ -195,24 +191,24 @@ Clip make_clip(int count) {
     FaceState wrong = clip.truth.back();
     wrong.jaw += i % 2 ? 0.03 : -0.02;
     f.observation = observe_state(test_reduced_head(), person(), wrong, 1.0, 7 + i);
-    f.observation.focal_px = kLens.fx;
+    f.observation.focal_px = kPhotoLens.fx;
     f.state = wrong;
     f.state.cam_from_head.translation() += Vec3d(0.0004, -0.0003, 0.001);
     clip.faces.push_back(f);
   }
-  for (const Image8& g : clip.greys) clip.pictures.push_back({&g, kLens, Mat3d::Identity()});
+  for (const Image8& g : clip.greys) clip.pictures.push_back({&g, kPhotoLens, Mat3d::Identity()});
   return clip;
 }
 
-Result<PhotometricSummary> refine(Clip& clip, std::stop_token stop = {}) {
+Result<PhotometricSummary> refine(JawClip& clip, std::stop_token stop = {}) {
   const ExpressionPrior prior = expression_prior(test_head());
   PhotometricOptions options;
   options.expression_change = 0.5;  // this clip jumps from frame to frame
-  return refine_photometric(test_head(), shape(), test_reduced_head(), person(), prior, clip.pictures,
+  return refine_photometric(test_head(), test_shape(), test_reduced_head(), person(), prior, clip.pictures,
                             options, clip.faces, Progress(), stop);
 }
 
-double jaw_error(const Clip& clip) {
+double jaw_error(const JawClip& clip) {
   double sum = 0;
   for (std::size_t i = 0; i < clip.truth.size(); ++i)
     sum += std::abs(clip.faces[i].state.jaw - clip.truth[i].jaw) / static_cast<double>(clip.truth.size());
@@ -220,7 +216,7 @@ double jaw_error(const Clip& clip) {
 }
 
 TEST(Photometric, PicturesCorrectWhatLandmarksSayOfTheJaw) {
-  Clip clip = make_clip(14);
+  JawClip clip = make_jaw_clip(14);
   const double before = jaw_error(clip);
   const auto summary = refine(clip);
   ASSERT_TRUE(summary);
@@ -230,7 +226,7 @@ TEST(Photometric, PicturesCorrectWhatLandmarksSayOfTheJaw) {
 }
 
 TEST(Photometric, HeldOutPicturesInfluenceNoTrainingFrame) {
-  Clip a = make_clip(9), b = a;
+  JawClip a = make_jaw_clip(9), b = a;
   for (std::size_t i = 0; i < b.greys.size(); ++i) b.pictures[i].grey = &b.greys[i];
   for (std::size_t i = 0; i < a.greys.size(); ++i) a.pictures[i].grey = &a.greys[i];
   for (std::size_t i = 0; i < b.greys.size(); ++i)
@@ -246,7 +242,7 @@ TEST(Photometric, HeldOutPicturesInfluenceNoTrainingFrame) {
 }
 
 TEST(Photometric, StopsOnRequest) {
-  Clip clip = make_clip(6);
+  JawClip clip = make_jaw_clip(6);
   std::stop_source source;
   source.request_stop();
   const auto result = refine(clip, source.get_token());
@@ -266,7 +262,7 @@ Appearance known_appearance(double inside_level) {
   appearance.level.fill(lit);
   std::array<double, Appearance::kTones> counts{};
   const FaceState open = state_of(0, 0.25, 0);
-  count_cavity(surface(), face_picture(film(open, inside_level), kLens), open, &counts);
+  count_cavity(surface(), face_picture(film(open, inside_level), kPhotoLens), open, &counts);
   for (double& c : counts) c *= 20;  // as if from many frames
   appearance.cavity_known = cavity_from_counts(counts, &appearance.cavity);
   return appearance;
@@ -278,7 +274,8 @@ TEST(PhotometricMouth, DarkPixelsBetweenTheLipsIndicateAnOpenMouth) {
   const FaceState open = state_of(0, 0.25, 0), closed = state_of(0, 0, 0);
   const Appearance appearance = known_appearance(12);
   ASSERT_TRUE(appearance.cavity_known);
-  const FacePicture of_open = face_picture(film(open), kLens), of_closed = face_picture(film(closed), kLens);
+  const FacePicture of_open = face_picture(film(open), kPhotoLens),
+                    of_closed = face_picture(film(closed), kPhotoLens);
   const auto gain = [&](const FacePicture& picture, const FaceState& from, const FaceState& to) {
     return mouth_gain(surface(), appearance, picture, Mat3d::Identity(), from, to);
   };
@@ -296,8 +293,9 @@ TEST(PhotometricMouth, OpeningIsReadWhateverTheFitAndWhateverLiesInside) {
         const FaceState truth = state_of(yaw, jaw, 0);
         Image8 grey = film(truth, inside);
         for (std::uint8_t& v : grey.data) v = static_cast<std::uint8_t>(exposure * v);
-        const auto mouth = read_mouth(test_head(), test_reduced_head(), person(), surface(), appearance,
-                                      face_picture(grey, kLens), Mat3d::Identity(), state_of(yaw, 0.14, 0));
+        const auto mouth =
+            read_mouth(test_head(), test_reduced_head(), person(), surface(), appearance,
+                       face_picture(grey, kPhotoLens), Mat3d::Identity(), state_of(yaw, 0.14, 0));
         ASSERT_TRUE(mouth);
         EXPECT_NEAR(mouth->lips.gap_m, gap_of(truth), std::max(0.002, 2 * mouth->lips.sigma_m))
             << inside << " " << yaw << " " << jaw;
@@ -309,7 +307,7 @@ TEST(PhotometricMouth, OpeningIsReadWhateverTheFitAndWhateverLiesInside) {
 TEST(PhotometricMouth, UnknownTonesInsideGiveNoReading) {
   const FaceState state = state_of(0, 0.1, 0);
   EXPECT_FALSE(read_mouth(test_head(), test_reduced_head(), person(), surface(), Appearance(),
-                          face_picture(film(state), kLens), Mat3d::Identity(), state));
+                          face_picture(film(state), kPhotoLens), Mat3d::Identity(), state));
 }
 
 TEST(PhotometricMouth, JawAloneOpensAndFullyShutsTheMouth) {

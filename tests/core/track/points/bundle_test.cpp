@@ -12,7 +12,7 @@
 namespace likeness {
 namespace {
 
-struct Scene {
+struct BundleScene {
   std::vector<Pose> truth;
   std::vector<BundleFrame> frames;
   std::vector<BundleTrack> tracks;
@@ -22,10 +22,10 @@ struct Scene {
 // Points on a head-sized ellipsoid seen over turning frames; start poses off by degrees and millimetres, some
 // tracks stuck to the background, pixel noise on all. turn: share of half a radian to either side. drift_px:
 // how far a track slides off its point from its first sighting to its last.
-Scene make_scene(int frame_count, double noise_px, double turn = 1, double drift_px = 0) {
+BundleScene make_scene(int frame_count, double noise_px, double turn = 1, double drift_px = 0) {
   std::mt19937 random(11);
   std::normal_distribution<double> normal;
-  Scene scene;
+  BundleScene scene;
   constexpr double kFocal = 1000;
   const Mat3d facing = Vec3d(1, -1, -1).asDiagonal();
   for (int i = 0; i < frame_count; ++i) {
@@ -81,7 +81,7 @@ double worst_turn(const std::vector<Pose>& truth, const std::vector<BundleFrame>
 }
 
 TEST(Bundle, RecoversAKnownRigidMotion) {
-  Scene scene = make_scene(90, 0.3);
+  BundleScene scene = make_scene(90, 0.3);
   const double before = worst_turn(scene.truth, scene.frames);
   const auto summary = bundle_adjust(scene.frames, scene.tracks, {}, {}, {});
   ASSERT_TRUE(summary.ok());
@@ -92,7 +92,7 @@ TEST(Bundle, RecoversAKnownRigidMotion) {
 }
 
 TEST(Bundle, DropsTracksThatDoNotMoveWithTheHead) {
-  Scene scene = make_scene(90, 0.3);
+  BundleScene scene = make_scene(90, 0.3);
   ASSERT_TRUE(bundle_adjust(scene.frames, scene.tracks, {}, {}, {}).ok());
   int stuck_kept = 0, good_kept = 0;
   for (std::size_t t = 0; t < scene.tracks.size(); ++t)
@@ -102,7 +102,7 @@ TEST(Bundle, DropsTracksThatDoNotMoveWithTheHead) {
 }
 
 TEST(Bundle, FramesBetweenKeyFramesAreAsGood) {
-  Scene scene = make_scene(90, 0.3);
+  BundleScene scene = make_scene(90, 0.3);
   BundleOptions sparse;
   sparse.key_frames = 30;
   ASSERT_TRUE(bundle_adjust(scene.frames, scene.tracks, sparse, {}, {}).ok());
@@ -111,12 +111,12 @@ TEST(Bundle, FramesBetweenKeyFramesAreAsGood) {
 
 // A face that looks up for a while, as frames 60 to 110, shows points of its own, whose places are not known
 // any better than the head's depth meanwhile.
-Scene make_look_up(double start_error, double retreat = 0) {
+BundleScene make_look_up(double start_error, double retreat = 0) {
   constexpr double kFocal = 1000;
   const Vec3d neck(0, -0.06, -0.02);
   std::mt19937 random(3);
   std::normal_distribution<double> normal;
-  Scene scene;
+  BundleScene scene;
   const Mat3d facing = Vec3d(1, -1, -1).asDiagonal();
   const auto apart = [](int i) { return i >= 60 && i < 110; };
   for (int i = 0; i < 150; ++i) {
@@ -146,7 +146,7 @@ Scene make_look_up(double start_error, double retreat = 0) {
 }
 
 // Mean depth of the look-up's poses beside that of the others, m off.
-double depth_error(const Scene& scene) {
+double depth_error(const BundleScene& scene) {
   double sum[2] = {0, 0};
   int count[2] = {0, 0};
   for (std::size_t i = 0; i < scene.truth.size(); ++i) {
@@ -160,7 +160,7 @@ double depth_error(const Scene& scene) {
 TEST(Bundle, ARestingNeckHoldsTheDepthOfViewsThatShareNoPoints) {
   double error[2];
   for (const int rests : {0, 1}) {
-    Scene scene = make_look_up(0.012);
+    BundleScene scene = make_look_up(0.012);
     BundleOptions options;
     options.shift_prior = 10;  // landmarks alone do not know the depth either
     options.neck_rest = rests ? 60 : 0;
@@ -175,7 +175,7 @@ TEST(Bundle, ARestingNeckHoldsTheDepthOfViewsThatShareNoPoints) {
 TEST(Bundle, ANeckThatDoesNotRestIsNotHeld) {
   std::vector<BundleFrame> found[2];
   for (const int rests : {0, 1}) {
-    Scene scene = make_look_up(0, 0.002);
+    BundleScene scene = make_look_up(0, 0.002);
     BundleOptions options;
     options.neck_rest = rests ? 60 : 0;
     ASSERT_TRUE(bundle_adjust(scene.frames, scene.tracks, options, {}, {}).ok());
@@ -186,7 +186,7 @@ TEST(Bundle, ANeckThatDoesNotRestIsNotHeld) {
 }
 
 // Root mean square distance of the kept points from where they are, m.
-double points_off(const Scene& scene) {
+double points_off(const BundleScene& scene) {
   double sum = 0;
   int count = 0;
   for (std::size_t t = 0; t < scene.tracks.size(); ++t)
@@ -197,19 +197,19 @@ double points_off(const Scene& scene) {
 TEST(Bundle, InitialPointsWeighMoreOnAHeadThatHardlyTurns) {
   BundleOptions same;
   same.max_point_prior = same.point_prior;
-  Scene with = make_scene(90, 0.2, 0.08, 1), without = with;
+  BundleScene with = make_scene(90, 0.2, 0.08, 1), without = with;
   ASSERT_TRUE(bundle_adjust(with.frames, with.tracks, {}, {}, {}).ok());
   ASSERT_TRUE(bundle_adjust(without.frames, without.tracks, same, {}, {}).ok());
   EXPECT_LT(points_off(with), 0.8 * points_off(without));
   EXPECT_LT(worst_turn(with.truth, with.frames), worst_turn(without.truth, without.frames));
-  Scene turning = make_scene(90, 0.2), turning_same = turning;
+  BundleScene turning = make_scene(90, 0.2), turning_same = turning;
   ASSERT_TRUE(bundle_adjust(turning.frames, turning.tracks, {}, {}, {}).ok());
   ASSERT_TRUE(bundle_adjust(turning_same.frames, turning_same.tracks, same, {}, {}).ok());
   EXPECT_EQ(points_off(turning), points_off(turning_same)) << "a head that turns tells its depth itself";
 }
 
 TEST(Bundle, StopsWhenAsked) {
-  Scene scene = make_scene(40, 0.3);
+  BundleScene scene = make_scene(40, 0.3);
   std::stop_source source;
   source.request_stop();
   const auto summary = bundle_adjust(scene.frames, scene.tracks, {}, {}, source.get_token());
@@ -218,7 +218,7 @@ TEST(Bundle, StopsWhenAsked) {
 }
 
 TEST(SolvePose, FindsThePoseAmongOutliers) {
-  const Scene scene = make_scene(40, 0.2);
+  const BundleScene scene = make_scene(40, 0.2);
   std::mt19937 random(5);
   std::uniform_real_distribution<double> uniform(-0.2, 0.2);
   for (int frame : {0, 20, 39}) {
@@ -238,7 +238,7 @@ TEST(SolvePose, FindsThePoseAmongOutliers) {
 }
 
 TEST(Bundle, AFullMatrixAndASparseOneGiveTheSamePoses) {
-  Scene full = make_scene(100, 0.5), sparse = make_scene(100, 0.5);
+  BundleScene full = make_scene(100, 0.5), sparse = make_scene(100, 0.5);
   BundleOptions options;
   ASSERT_TRUE(bundle_adjust(full.frames, full.tracks, options, Progress(), {}).ok());
   options.max_dense = 0;

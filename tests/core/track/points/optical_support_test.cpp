@@ -9,12 +9,12 @@
 namespace likeness {
 namespace {
 
-constexpr int kSide = 220, kFrames = 20;
+constexpr int kTextureSide = 220, kTextureFrames = 20;
 
 Vec2d motion(int frame) { return {1.6 * frame, 6 * std::sin(0.4 * frame)}; }
 
 // Smooth noise, the same at every run, sampled at a moving place.
-std::uint8_t texture(double x, double y) {
+std::uint8_t texture_level(double x, double y) {
   double v = 128;
   for (int k = 1; k <= 6; ++k)
     v += 22.0 * std::sin(0.05 * k * x + 0.083 * k * k * y + k) *
@@ -30,15 +30,15 @@ ClipFrames moving_clip(double jitter_px) {
   std::mt19937 random(7);
   std::normal_distribution<double> noise(0, jitter_px);
   ClipFrames clip;
-  clip.region = {0, 0, kSide, kSide};
-  for (int f = 0; f < kFrames; ++f) {
+  clip.region = {0, 0, kTextureSide, kTextureSide};
+  for (int f = 0; f < kTextureFrames; ++f) {
     ClipFrame frame;
     frame.frame = f;
     frame.detected = true;
-    frame.grey = Image8(kSide, kSide, 1);
-    for (int y = 0; y < kSide; ++y)
-      for (int x = 0; x < kSide; ++x)
-        *frame.grey.at(x, y) = texture(x + 0.5 - motion(f).x(), y + 0.5 - motion(f).y());
+    frame.grey = Image8(kTextureSide, kTextureSide, 1);
+    for (int y = 0; y < kTextureSide; ++y)
+      for (int x = 0; x < kTextureSide; ++x)
+        *frame.grey.at(x, y) = texture_level(x + 0.5 - motion(f).x(), y + 0.5 - motion(f).y());
     Landmarks found;
     found.cluster_share = 1;
     for (int k = 0; k < kLandmarkCount; ++k) {
@@ -64,7 +64,7 @@ TEST(OpticalSupport, NeighboursSteadyTheLandmarks) {
   const auto verdicts = support_landmarks(clip, {}, Progress(), {});
   ASSERT_TRUE(verdicts.ok()) << verdicts.error().what;
   double was = 0, is = 0;
-  for (int f = 1; f + 1 < kFrames; ++f) {
+  for (int f = 1; f + 1 < kTextureFrames; ++f) {
     was += inner_error(before, f), is += inner_error(clip, f);
     EXPECT_GT((*verdicts)[f].votes, 40) << f;
     for (int k = 0; k < 17; ++k)
@@ -100,16 +100,16 @@ TEST(OpticalSupport, JumpAgainstTheMotionRaisesTheUncertainty) {
 
 TEST(OpticalSupport, HeldOutFramesNeitherVoteNorChange) {
   ClipFrames clip = moving_clip(1.0);
-  for (int f = 14; f < kFrames; ++f) clip.frames[f].held_out = true;
+  for (int f = 14; f < kTextureFrames; ++f) clip.frames[f].held_out = true;
   ClipFrames other = clip;
-  for (int f = 14; f < kFrames; ++f) {
-    other.frames[f].grey = Image8(kSide, kSide, 1, 77);
+  for (int f = 14; f < kTextureFrames; ++f) {
+    other.frames[f].grey = Image8(kTextureSide, kTextureSide, 1, 77);
     for (Vec2d& p : other.frames[f].landmarks->points) p += Vec2d(40, 40);
   }
   const ClipFrames before = other;
   ASSERT_TRUE(support_landmarks(clip, {}, Progress(), {}).ok());
   ASSERT_TRUE(support_landmarks(other, {}, Progress(), {}).ok());
-  for (int f = 0; f < kFrames; ++f)
+  for (int f = 0; f < kTextureFrames; ++f)
     for (int k = 0; k < kLandmarkCount; ++k) {
       // Below 14: no held-out frame was used; from 14 on: nothing was changed.
       EXPECT_EQ(other.frames[f].landmarks->points[k],

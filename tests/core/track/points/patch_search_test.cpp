@@ -11,13 +11,13 @@
 namespace likeness {
 namespace {
 
-constexpr int kSize = 160;
+constexpr int kPlaneSize = 160;
 
-Intrinsics camera() {
+Intrinsics plane_camera() {
   Intrinsics k;
-  k.width = k.height = kSize;
+  k.width = k.height = kPlaneSize;
   k.fx = k.fy = 300;
-  k.cx = k.cy = kSize / 2.0;
+  k.cx = k.cy = kPlaneSize / 2.0;
   return k;
 }
 
@@ -33,11 +33,11 @@ double grain(double x, double y) {
 
 // gain, offset: the light changes as the head turns.
 Image8 picture_of_plane(const Pose& cam_from_head, double gain, double offset, double grain_shift = 0) {
-  const Intrinsics k = camera();
+  const Intrinsics k = plane_camera();
   const Pose head_from_cam = cam_from_head.inverse();
-  Image8 picture(kSize, kSize, 1);
-  for (int y = 0; y < kSize; ++y)
-    for (int x = 0; x < kSize; ++x) {
+  Image8 picture(kPlaneSize, kPlaneSize, 1);
+  for (int y = 0; y < kPlaneSize; ++y)
+    for (int x = 0; x < kPlaneSize; ++x) {
       double value = 0;
       for (int s = 0; s < 4; ++s) {
         const Vec2d px(x + 0.25 + 0.5 * (s % 2), y + 0.25 + 0.5 * (s / 2));
@@ -61,13 +61,13 @@ Pose pose(double yaw_deg, double pitch_deg, double shift_m) {
   return p;
 }
 
-struct Scene {
+struct PlaneScene {
   Image8 from_picture, to_picture;
   PatchPicture from, to;
   Pose from_pose, to_pose;
   HeadPatch patch;
 
-  Scene(double yaw_deg, double gain, double offset, double grain_shift = 0)
+  PlaneScene(double yaw_deg, double gain, double offset, double grain_shift = 0)
       : from_pose(pose(0, 0, 0)), to_pose(pose(yaw_deg, 8, 0.01)) {
     from_picture = picture_of_plane(from_pose, 1, 0);
     to_picture = picture_of_plane(to_pose, gain, offset, grain_shift);
@@ -76,17 +76,17 @@ struct Scene {
     patch.point = Vec3d(0.012, -0.008, 0);
     patch.normal = Vec3d(0, 0, 1);
     patch.reference = 0;
-    patch.pixel = project<double>(camera(), from_pose * patch.point);
+    patch.pixel = project<double>(plane_camera(), from_pose * patch.point);
   }
   std::optional<PatchMatch> find(const Pose& predicted, double reach) const {
-    return find_patch(patch, {&from, camera(), from_pose}, {&to, camera(), predicted}, reach);
+    return find_patch(patch, {&from, plane_camera(), from_pose}, {&to, plane_camera(), predicted}, reach);
   }
-  Vec2d truth() const { return project<double>(camera(), to_pose * patch.point); }
+  Vec2d truth() const { return project<double>(plane_camera(), to_pose * patch.point); }
 };
 
 TEST(PatchSearch, FindsARotatedAndRelitPatchToATenthOfAPixel) {
   for (double yaw : {-35.0, 0.0, 20.0, 40.0}) {
-    const Scene scene(yaw, 0.6, 20);
+    const PlaneScene scene(yaw, 0.6, 20);
     Pose predicted = scene.to_pose;
     predicted.translation() += Vec3d(0.006, -0.004, 0);  // 4 px off
     predicted.linear() = turn_from_vector({0.01, 0.03, 0}) * predicted.linear();
@@ -98,27 +98,27 @@ TEST(PatchSearch, FindsARotatedAndRelitPatchToATenthOfAPixel) {
 }
 
 TEST(PatchSearch, RefusesAnotherTexture) {
-  const Scene scene(15, 1, 0, 0.3);
+  const PlaneScene scene(15, 1, 0, 0.3);
   EXPECT_FALSE(scene.find(scene.to_pose, 8));
 }
 
 TEST(PatchSearch, RefusesWhatLiesFurtherThanTheReach) {
-  const Scene scene(10, 1, 0);
+  const PlaneScene scene(10, 1, 0);
   Pose predicted = scene.to_pose;
   predicted.translation() += Vec3d(0.012, 0, 0);  // 7 px off
   EXPECT_FALSE(scene.find(predicted, 4));
 }
 
 TEST(PatchSearch, RefusesAPatchSeenFromTheSideOrFromBehind) {
-  const Scene scene(10, 1, 0);
+  const PlaneScene scene(10, 1, 0);
   EXPECT_FALSE(scene.find(pose(75, 0, 0), 8));
   EXPECT_LT(patch_facing(scene.patch, pose(180, 0, 0)), 0);
   EXPECT_NEAR(patch_facing(scene.patch, pose(0, 0, 0)), 1, 0.01);
 }
 
 TEST(PatchSearch, RefusesAFlatPicture) {
-  Scene scene(0, 1, 0);
-  scene.from_picture = Image8(kSize, kSize, 1, std::uint8_t(90));
+  PlaneScene scene(0, 1, 0);
+  scene.from_picture = Image8(kPlaneSize, kPlaneSize, 1, std::uint8_t(90));
   scene.from = patch_picture(scene.from_picture);
   EXPECT_FALSE(scene.find(scene.to_pose, 8));
 }

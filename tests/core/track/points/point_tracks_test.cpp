@@ -10,7 +10,7 @@ namespace likeness {
 namespace {
 
 // Smooth random texture moved by (dx, dy) pixels, analytically, so that the truth is exact.
-Image8 texture(double dx, double dy) {
+Image8 moved_texture(double dx, double dy) {
   static const std::vector<std::array<double, 4>> waves = [] {
     std::mt19937 random(2);
     std::uniform_real_distribution<double> u(-0.5, 0.5);
@@ -30,7 +30,7 @@ Image8 texture(double dx, double dy) {
 
 TEST(PointTracks, FollowAMovingTextureToATenthOfAPixel) {
   std::vector<Image8> images;
-  for (int i = 0; i < 16; ++i) images.push_back(texture(1.3 * i, -0.7 * i));
+  for (int i = 0; i < 16; ++i) images.push_back(moved_texture(1.3 * i, -0.7 * i));
   std::vector<const Image8*> grey;
   std::vector<int> order;
   for (int i = 0; i < 16; ++i) grey.push_back(&images[i]), order.push_back(i);
@@ -54,7 +54,7 @@ TEST(PointTracks, FollowAMovingTextureToATenthOfAPixel) {
 }
 
 TEST(PointTracks, LeaveNoPointOutsideTheMask) {
-  const Image8 image = texture(0, 0);
+  const Image8 image = moved_texture(0, 0);
   const TrackPicture picture(image);
   Image8 mask(160, 140, 1);
   for (int y = 40; y < 80; ++y)
