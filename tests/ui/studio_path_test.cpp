@@ -96,11 +96,10 @@ TEST_F(StudioPath, FromTheStartScreenToAnExportedPicture) {
   EXPECT_NE(studio_->snapshot().direct.picture->rgba.data, straight.data);
   const Performance directed = *studio_->snapshot().direct.directing.performance;
 
-  for (const auto& view :
-       std::vector<std::pair<const char*, const char*>>{{"Check", "check picture"},
-                                                        {"Cameras", "camera view"},
-                                                        {"Face", "face picture"},
-                                                        {"Train", "preview same"}}) {
+  for (const auto& view : std::vector<std::pair<const char*, const char*>>{{"Check", "check picture"},
+                                                                           {"Cameras", "camera view"},
+                                                                           {"Face", "face picture"},
+                                                                           {"Train", "preview same"}}) {
     const char *const step = view.first, *const widget = view.second;
     click(std::string("step ") + step);
     ASSERT_TRUE(until(10, [&](const Snapshot&) { return noted_widgets().contains(widget); })) << step;

@@ -172,7 +172,8 @@ TEST(Glb, AStillHeadReadsBackExactly) {
   }
   for (const std::uint32_t corner : corners) ASSERT_LT(corner, mesh.positions.size());
   EXPECT_FALSE(glb.document.contains("animations"));
-  EXPECT_EQ(glb.document.at("scenes").at(glb.document.at("scene").get<std::size_t>()).at("nodes"), json::array({0}));
+  EXPECT_EQ(glb.document.at("scenes").at(glb.document.at("scene").get<std::size_t>()).at("nodes"),
+            json::array({0}));
   EXPECT_EQ(glb.document.at("nodes").at(0).at("mesh"), 0);
   const json& extras = glb.document.at("asset").at("extras");
   EXPECT_EQ(extras.at("synthetic"), true);
