@@ -6,7 +6,7 @@
 #include <numbers>
 
 #include "core/base/parallel.h"
-#include "core/camera/align.h"
+#include "core/camera/align_options.h"
 #include "core/camera/assumed_lens.h"
 #include "core/camera/motion.h"
 #include "core/capture/scan_clip.h"
