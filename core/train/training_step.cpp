@@ -5,7 +5,7 @@
 #include <cmath>
 #include <functional>
 
-#include "core/render/pose_avatar.h"
+#include "core/render/canonical_samples.h"
 #include "core/train/cast_rays.h"
 #include "core/train/random_stream.h"
 #include "core/train/refine_track.h"
