@@ -13,7 +13,7 @@
 #include "core/face/fit_clip.h"
 #include "core/head/action_amounts.h"
 #include "core/head/builtin_head.h"
-#include "core/matte/matte.h"
+#include "core/matte/coarse_mask.h"
 
 namespace likeness {
 namespace {

@@ -15,7 +15,7 @@
 #include "core/base/whole_folder.h"
 #include "core/camera/align_options.h"
 #include "core/camera/kept_path.h"
-#include "core/matte/matte.h"
+#include "core/matte/coarse_mask.h"
 #include "core/project/staleness.h"
 #include "core/track/kept_frames.h"
 
