@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "core/camera/camera.h"
-#include "core/field/conditioned_field.h"
+#include "core/field/precision.h"
 #include "core/image/image.h"
 #include "core/render/avatar.h"
 #include "core/scene/avatar_pose.h"
