@@ -17,7 +17,7 @@
 #include "core/capture/capture.h"
 #include "core/head/detail_maps.h"
 #include "core/head/read_person.h"
-#include "core/matte/matte.h"
+#include "core/matte/coarse_mask.h"
 #include "core/project/build_forecast.h"
 #include "core/project/care.h"
 #include "core/project/further_clips.h"

@@ -12,7 +12,7 @@
 #include "core/base/files.h"
 #include "core/base/parallel.h"
 #include "core/lab/truth/camera_truth.h"
-#include "core/matte/matte.h"
+#include "core/matte/coarse_mask.h"
 
 namespace likeness::app {
 namespace {

@@ -15,7 +15,7 @@
 #include <vector>
 
 #include "core/base/result.h"
-#include "core/camera/align.h"
+#include "core/camera/align_options.h"
 #include "core/camera/motion.h"
 
 namespace likeness {

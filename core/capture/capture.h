@@ -11,6 +11,7 @@
 
 #include "core/base/progress.h"
 #include "core/base/result.h"
+#include "core/capture/split.h"
 
 namespace likeness {
 
@@ -21,13 +22,6 @@ struct CaptureFrame {
   bool held_out = false;  // never filtered
   bool used = false;      // trains; false for held-out and refused frames
   std::string refused;    // why it does not train; empty when it does or is held out
-};
-
-// Which frames are held out for measuring (core/capture/split.h).
-enum class Split {
-  tail,     // the last tenth of the frames
-  views,    // a run of a tenth of those filmed by a moving camera
-  random30  // three tenths, at random
 };
 
 // Frames first..last (numbers in the source).

@@ -13,6 +13,7 @@
 #include "core/capture/capture.h"
 #include "core/capture/choose_crop.h"
 #include "core/capture/choose_frames.h"
+#include "core/capture/hold_out.h"
 #include "core/capture/import_listeners.h"
 #include "core/capture/scan_clip.h"
 #include "core/capture/split.h"

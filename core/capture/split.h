@@ -1,27 +1,21 @@
-// Which frames are held out of training for measuring: fixed by the source's time before any frame is
-// refused, so that the split stays the same whatever is refused later.
+// The split: which frames of a capture are held out of training, to measure on.
 #pragma once
 
 #include <array>
 #include <optional>
 #include <string_view>
-#include <vector>
-
-#include "core/capture/capture.h"
 
 namespace likeness {
 
+// What each takes of a clip: core/capture/hold_out.h.
+enum class Split {
+  tail,     // the last tenth of the frames
+  views,    // a run of a tenth of those filmed by a moving camera
+  random30  // three tenths, at random
+};
 inline constexpr std::array kSplits{Split::tail, Split::views, Split::random30};
+
 std::string_view split_name(Split split);  // tail, views, random30
 std::optional<Split> split_named(std::string_view name);
-
-// Each marks frames as held out, at least one unless `share` is 0, and all others as not.
-
-// The last `share` of the frames.
-void hold_out_tail(std::vector<CaptureFrame>& frames, double share);
-// A run of `share` of the frames within `moving`, in its middle: views between those that train.
-void hold_out_views(std::vector<CaptureFrame>& frames, const FrameSpan& moving, double share);
-// `share` of the frames, spread at random: the same ones for any two clips of equal length.
-void hold_out_random(std::vector<CaptureFrame>& frames, double share);
 
 }  // namespace likeness

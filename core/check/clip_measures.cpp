@@ -6,14 +6,14 @@
 #include <numbers>
 
 #include "core/base/parallel.h"
-#include "core/camera/align.h"
+#include "core/camera/align_options.h"
 #include "core/camera/assumed_lens.h"
 #include "core/camera/motion.h"
 #include "core/capture/scan_clip.h"
 #include "core/face/fit_clip.h"
 #include "core/head/action_amounts.h"
 #include "core/head/builtin_head.h"
-#include "core/matte/matte.h"
+#include "core/matte/coarse_mask.h"
 
 namespace likeness {
 namespace {

@@ -89,11 +89,6 @@ Vec3d within_reach(const Vec3d& shift, double reach) {
 
 }  // namespace
 
-const SeenAction* find_seen(const std::vector<SeenAction>& seen, const std::string& name) {
-  const auto found = std::ranges::find_if(seen, [&](const SeenAction& s) { return s.name == name; });
-  return found == seen.end() ? nullptr : &*found;
-}
-
 float soft_clamp(float x, float low, float high, float margin) {
   if (x > high) return high + margin * std::tanh((x - high) / margin);
   if (x < low) return low - margin * std::tanh((low - x) / margin);

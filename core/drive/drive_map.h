@@ -7,8 +7,12 @@
 #include <utility>
 #include <vector>
 
-#include "core/drive/drive.h"
+#include "core/base/result.h"
+#include "core/drive/drive_options.h"
+#include "core/drive/drive_subject.h"
+#include "core/drive/driven_frame.h"
 #include "core/head/action_amounts.h"
+#include "core/scene/track.h"
 
 namespace likeness {
 
@@ -62,6 +66,9 @@ struct ActionLimits {
   float low = -std::numeric_limits<float>::infinity(), high = std::numeric_limits<float>::infinity();
   float margin = 1;
 };
+
+// x within [low, high]; beyond, it bends smoothly towards a limit `margin` further out.
+float soft_clamp(float x, float low, float high, float margin);
 
 // From the driver's actions to the avatar's. Refers to the avatar, which must outlive it.
 class FaceMap {
@@ -125,7 +132,6 @@ class HeadMap {
 };
 
 Vec3d neck_of(const DriveSubject& subject);
-const SeenAction* find_seen(const std::vector<SeenAction>& seen, const std::string& name);
 // Checks that a driver's frames match the avatar's model, and that every gain names an action.
 Result<void> check_drive(const DriveSubject& driver, const DriveSubject& avatar, const DriveOptions& options);
 

@@ -5,6 +5,7 @@
 
 #include "core/base/check.h"
 #include "core/field/conditioned_parts.h"
+#include "core/field/rounded_tables.h"
 
 namespace likeness {
 namespace {

@@ -1,15 +1,13 @@
-// A field under one condition, ready for pictures: many small batches that share psi and have no latent code.
+// A field under one condition, ready for pictures: many small batches that share psi and have no latent code
+// (evaluate.h).
 //
 // Psi's contribution to the first layer it meets is the same for every sample, so it is folded into that
 // layer's biases. Entries that act only in a region remain per sample, unless all of them are 0.
 #pragma once
 
-#include <cstdint>
 #include <memory>
 #include <span>
-#include <vector>
 
-#include "core/field/evaluate.h"
 #include "core/field/field.h"
 #include "core/field/precision.h"
 
@@ -32,14 +30,5 @@ class ConditionedField {
  private:
   std::unique_ptr<ConditionedParts> parts_;
 };
-
-// As the functions of evaluate.h; the inputs' views, conditions and latents are not read, and their weights
-// of local conditions only where needs_local() says so.
-void evaluate_density(const ConditionedField& field, const FieldInputs& inputs, std::vector<float>& sigma);
-void evaluate_density(const ConditionedField& field, const FieldInputs& inputs, std::vector<float>& sigma,
-                      GeometryFeatures& geometry);
-void evaluate_colour(const ConditionedField& field, const FieldInputs& inputs,
-                     const GeometryFeatures& geometry, std::span<const std::uint32_t> chosen,
-                     FieldOutputs& out);
 
 }  // namespace likeness

@@ -5,13 +5,17 @@
 #include "core/field/evaluate.h"
 
 #include <algorithm>
+#include <memory>
 
 #include "core/base/check.h"
 #include "core/base/parallel.h"
+#include "core/field/aligned_floats.h"
 #include "core/field/conditioned_field.h"
 #include "core/field/conditioned_parts.h"
+#include "core/field/field_bf16.h"
 #include "core/field/field_kernels.h"
 #include "core/field/field_layout.h"
+#include "core/field/rounded_tables.h"
 
 namespace likeness {
 

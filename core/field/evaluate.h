@@ -32,4 +32,15 @@ void evaluate_density(const Field& field, const FieldInputs& inputs, std::vector
 void evaluate_colour(const Field& field, const FieldInputs& inputs, const GeometryFeatures& geometry,
                      std::span<const std::uint32_t> chosen, FieldOutputs& out);
 
+class ConditionedField;  // core/field/conditioned_field.h
+
+// The same of a field under one condition; the inputs' views, conditions and latents are not read, and their
+// weights of local conditions only where needs_local() says so.
+void evaluate_density(const ConditionedField& field, const FieldInputs& inputs, std::vector<float>& sigma);
+void evaluate_density(const ConditionedField& field, const FieldInputs& inputs, std::vector<float>& sigma,
+                      GeometryFeatures& geometry);
+void evaluate_colour(const ConditionedField& field, const FieldInputs& inputs,
+                     const GeometryFeatures& geometry, std::span<const std::uint32_t> chosen,
+                     FieldOutputs& out);
+
 }  // namespace likeness

@@ -6,48 +6,20 @@
 // is padded with copies of the last sample, whose gradients are zero.
 #pragma once
 
-#include <algorithm>
 #include <cstddef>
 #include <cstdint>
-#include <memory>
-#include <new>
 #include <span>
 #include <vector>
 
-#include "core/field/adam.h"
-#include "core/field/evaluate.h"
+#include "core/field/field.h"
+#include "core/field/field_config.h"
 #include "core/field/field_layout.h"
-#include "core/field/huge_pages.h"
 
 namespace likeness {
 
 inline constexpr std::size_t kTile = 64;
 inline constexpr std::size_t pair_count(std::size_t count) { return (count + 1) / 2; }
 inline constexpr std::size_t tiles_of(std::size_t count) { return (count + kTile - 1) / kTile; }
-
-// Floats on a 64-byte boundary, uninitialised; keeps its memory when less is requested, and grows by at least
-// an eighth, since batches of training differ a little and fresh memory is slow to touch.
-class AlignedFloats {
- public:
-  float* reserve(std::size_t count) {
-    if (count > capacity_) {
-      count = std::max(count, capacity_ + capacity_ / 8);
-      data_.reset();
-      data_.reset(static_cast<float*>(::operator new (count * sizeof(float), std::align_val_t{64})));
-      advise_huge_pages(data_.get(), count * sizeof(float));
-      capacity_ = count;
-    }
-    return data_.get();
-  }
-  float* data() const { return data_.get(); }
-
- private:
-  struct Free {
-    void operator()(float* p) const { ::operator delete (p, std::align_val_t{64}); }
-  };
-  std::unique_ptr<float, Free> data_;
-  std::size_t capacity_ = 0;
-};
 
 // Gradients of the networks of one chunk of samples. Rows of weights are padded to whole vectors, and a bias
 // is spread over the lanes, so that a tile is added without horizontal sums.

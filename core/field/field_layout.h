@@ -4,7 +4,7 @@
 #include <cstddef>
 #include <vector>
 
-#include "core/field/field.h"
+#include "core/field/field_config.h"
 #include "core/field/field_levels.h"
 
 namespace likeness {

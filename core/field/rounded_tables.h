@@ -5,8 +5,8 @@
 #include <cstdint>
 #include <memory>
 
+#include "core/field/aligned_floats.h"
 #include "core/field/field.h"
-#include "core/field/field_kernels.h"
 
 namespace likeness {
 

@@ -12,6 +12,7 @@
 
 #include "core/base/check.h"
 #include "core/base/parallel.h"
+#include "core/field/aligned_floats.h"
 #include "core/field/field_bf16.h"
 #include "core/field/field_kernels.h"
 #include "core/field/field_layout.h"

@@ -3,13 +3,14 @@
 // vertices.
 #pragma once
 
-#include <array>
+#include <cstdint>
 #include <filesystem>
 #include <string>
 #include <vector>
 
 #include "core/base/result.h"
 #include "core/head/head_model.h"
+#include "core/head/texture_corners.h"
 
 namespace likeness {
 
@@ -35,9 +36,6 @@ Result<std::vector<DetailMap>> read_detail_maps(const std::filesystem::path& fol
 
 // Hash of the names and contents of the files that read_detail_maps reads.
 Result<std::string> detail_maps_hash(const std::filesystem::path& folder);
-
-// Texture coordinates of the triangles' corners, origin bottom left. (F, 3)
-using TextureCorners = std::vector<std::array<Vec2f, 3>>;
 
 // Transfers maps of one size to the vertices.
 class MapToVertices {

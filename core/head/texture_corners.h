@@ -1,12 +1,17 @@
 // Where a head model's triangles lie in its texture.
 #pragma once
 
+#include <array>
 #include <filesystem>
+#include <vector>
 
 #include "core/base/result.h"
-#include "core/head/detail_maps.h"
+#include "core/head/head_model.h"
 
 namespace likeness {
+
+// Texture coordinates of the triangles' corners, origin bottom left. (F, 3)
+using TextureCorners = std::vector<std::array<Vec2f, 3>>;
 
 // The model's own texture coordinates, which it must have.
 TextureCorners own_corners(const HeadModel& model);

@@ -1,12 +1,13 @@
 // The coarse person mask: from a face box alone, since it only has to keep the person out of camera solves;
 // no larger than needed, or it hides the background from them.
+#include "core/matte/coarse_mask.h"
+
 #include <algorithm>
 #include <memory>
 #include <mutex>
 #include <opencv2/imgproc.hpp>
 
 #include "core/face/landmarks.h"
-#include "core/matte/matte.h"
 
 namespace likeness {
 namespace {

@@ -7,6 +7,8 @@
 #include "core/base/progress.h"
 #include "core/base/result.h"
 #include "core/matte/learn_background.h"
+#include "core/matte/matte_frames.h"
+#include "core/matte/room_behind.h"
 
 namespace likeness::matting {
 

@@ -8,14 +8,17 @@
 #include <stop_token>
 #include <vector>
 
+#include "core/base/result.h"
 #include "core/camera/camera.h"
 #include "core/capture/capture.h"
-#include "core/matte/matte.h"
+#include "core/image/image.h"
 #include "core/matte/matting_network.h"
 #include "core/matte/person_hull.h"
 #include "core/matte/person_prior.h"
 #include "core/matte/plate.h"
+#include "core/matte/room_behind.h"
 #include "core/matte/stroke_constraints.h"
+#include "core/matte/strokes.h"
 #include "core/scene/track.h"
 
 namespace likeness::matting {

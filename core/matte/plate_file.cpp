@@ -1,11 +1,12 @@
-// plate.json: which frames the plate is the background of, and how much of it was seen.
+// See plate_file.h.
+#include "core/matte/plate_file.h"
+
 #include <fmt/format.h>
 
 #include <nlohmann/json.hpp>
 
 #include "core/base/files.h"
 #include "core/base/json_text.h"
-#include "core/matte/matte.h"
 
 namespace likeness {
 

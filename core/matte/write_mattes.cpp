@@ -12,6 +12,7 @@
 #include "core/base/files.h"
 #include "core/base/parallel.h"
 #include "core/image/files.h"
+#include "core/matte/plate_file.h"
 #include "core/matte/regions.h"
 #include "core/matte/replace_folder.h"
 #include "core/matte/segment.h"

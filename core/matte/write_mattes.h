@@ -8,6 +8,8 @@
 #include "core/base/progress.h"
 #include "core/base/result.h"
 #include "core/matte/learn_background.h"
+#include "core/matte/matte_frames.h"
+#include "core/matte/matte_result.h"
 
 namespace likeness::matting {
 

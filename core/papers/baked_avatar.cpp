@@ -12,6 +12,8 @@
 #include "core/base/work_clock.h"
 #include "core/field/adam.h"
 #include "core/field/conditioned_field.h"
+#include "core/field/evaluate.h"
+#include "core/render/canonical_samples.h"
 #include "core/train/check_set.h"
 #include "core/train/random_stream.h"
 #include "core/train/ray_batch.h"

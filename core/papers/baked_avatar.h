@@ -25,6 +25,7 @@
 #include "core/papers/dense_network.h"
 #include "core/papers/sparse_voxels.h"
 #include "core/render/pose_avatar.h"
+#include "core/render/render.h"
 #include "core/render/stand_in.h"
 #include "core/train/train.h"
 

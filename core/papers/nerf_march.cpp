@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "core/base/parallel.h"
+#include "core/render/canonical_samples.h"
 #include "core/train/random_stream.h"
 
 namespace likeness {

@@ -8,6 +8,7 @@
 #include "core/base/parallel.h"
 #include "core/field/adam.h"
 #include "core/image/metrics.h"
+#include "core/render/canonical_samples.h"
 #include "core/train/capture_summary.h"
 #include "core/train/check_set.h"
 #include "core/train/condition_map.h"

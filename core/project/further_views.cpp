@@ -10,7 +10,7 @@
 
 #include "core/base/parallel.h"
 #include "core/matte/head_pixels.h"
-#include "core/matte/matte.h"
+#include "core/matte/plate_file.h"
 #include "core/project/further_clips.h"
 #include "core/project/project_views.h"
 #include "core/project/staleness.h"

@@ -13,8 +13,9 @@
 #include "core/base/files.h"
 #include "core/base/hash.h"
 #include "core/base/whole_folder.h"
+#include "core/camera/align_options.h"
 #include "core/camera/kept_path.h"
-#include "core/matte/matte.h"
+#include "core/matte/coarse_mask.h"
 #include "core/project/staleness.h"
 #include "core/track/kept_frames.h"
 

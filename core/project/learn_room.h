@@ -4,7 +4,7 @@
 
 #include <cstdint>
 
-#include "core/matte/matte.h"
+#include "core/matte/room_behind.h"
 #include "core/project/project.h"
 #include "core/project/project_views.h"
 

@@ -15,7 +15,11 @@
 #include <variant>
 #include <vector>
 
-#include "core/project/project.h"
+#include "core/capture/split.h"
+#include "core/project/project_options.h"
+#include "core/project/stage.h"
+#include "core/track/clip/refit_options.h"
+#include "core/train/mode.h"
 
 namespace likeness {
 

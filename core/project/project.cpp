@@ -25,7 +25,6 @@ using nlohmann::json;
 
 namespace {
 
-constexpr std::array<const char*, kStages.size()> kStageNames{"import", "align", "fit", "matte", "train"};
 constexpr std::array<const char*, 5> kStateNames{"to_do", "running", "done", "failed", "stopped"};
 
 constexpr std::array<const char*, 4> kConsentNames{"not_asked", "own", "given", "no_real_person"};
@@ -98,8 +97,6 @@ Error unreadable(const fs::path& folder, std::string_view why) {
 }
 
 }  // namespace
-
-std::string_view stage_name(Stage stage) { return kStageNames[std::size_t(stage)]; }
 
 fs::path capture_path(const Project& project) { return project.folder / "capture.json"; }
 fs::path cameras_path(const Project& project) { return project.folder / "cameras.json"; }

@@ -22,14 +22,11 @@
 
 #include "core/base/result.h"
 #include "core/project/project_options.h"
+#include "core/project/stage.h"
 
 namespace likeness {
 
 inline constexpr int kProjectVersion = 2;  // of project.json; 1 had two switches instead of the mode
-
-enum class Stage { import, align, fit, matte, train };
-inline constexpr std::array kStages{Stage::import, Stage::align, Stage::fit, Stage::matte, Stage::train};
-std::string_view stage_name(Stage stage);
 
 enum class StageState { to_do, running, done, failed, stopped };
 

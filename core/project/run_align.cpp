@@ -4,7 +4,7 @@
 
 #include "core/camera/align.h"
 #include "core/camera/kept_path.h"
-#include "core/matte/matte.h"
+#include "core/matte/coarse_mask.h"
 #include "core/project/kept_decoding.h"
 #include "core/project/stage_run.h"
 

@@ -8,7 +8,7 @@
 #include <fmt/format.h>
 
 #include "core/base/parallel.h"
-#include "core/matte/matte.h"
+#include "core/matte/plate_file.h"
 #include "core/project/further_views.h"
 #include "core/project/project_detail.h"
 #include "core/project/project_views.h"

@@ -7,7 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "core/base/json_text.h"
-#include "core/field/conditioned_field.h"
+#include "core/field/precision.h"
 #include "core/render/avatar.h"
 #include "core/render/room_picture.h"
 #include "core/render/section_file.h"

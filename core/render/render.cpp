@@ -11,8 +11,9 @@
 #include "core/base/lending_pool.h"
 #include "core/base/parallel.h"
 #include "core/field/conditioned_field.h"
+#include "core/field/evaluate.h"
+#include "core/render/canonical_samples.h"
 #include "core/render/pixel_bands.h"
-#include "core/render/pose_avatar.h"
 #include "core/render/rays.h"
 #include "core/render/stand_in.h"
 

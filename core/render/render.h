@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "core/camera/camera.h"
-#include "core/field/conditioned_field.h"
+#include "core/field/precision.h"
 #include "core/image/image.h"
 #include "core/render/avatar.h"
 #include "core/scene/avatar_pose.h"
@@ -60,6 +60,8 @@ enum class RenderQuality {
 inline constexpr const char* kRenderQualities[] = {"final", "preview"};
 RenderOptions render_options(RenderQuality quality);
 
+class StandInFields;  // core/render/stand_in.h
+
 struct RenderedFrame {
   Image rgba;                  // (h, w, 4) sRGB-encoded, premultiplied alpha
   double samples_per_ray = 0;  // evaluated, mean over rays that met an occupied cell
@@ -67,6 +69,10 @@ struct RenderedFrame {
 
 RenderedFrame render_frame(const Avatar& avatar, const Camera& camera, const RenderState& state,
                            const RenderOptions& options = {});
+// The same with a stand-in for the avatar's fields, which are not read; options.deferred and precision are
+// the fields' own.
+RenderedFrame render_frame(const Avatar& avatar, const StandInFields& fields, const Camera& camera,
+                           const RenderState& state, const RenderOptions& options = {});
 
 // Only some pixels: premultiplied colour and alpha, (N, 4). pixels: row-major indices.
 std::vector<float> render_pixels(const Avatar& avatar, const Camera& camera, const RenderState& state,

@@ -7,8 +7,8 @@
 #include <span>
 #include <vector>
 
+#include "core/base/linalg.h"
 #include "core/render/rays.h"
-#include "core/render/render.h"
 
 namespace likeness {
 
@@ -29,10 +29,5 @@ class StandInFields {
   // (R) Sets the rays' colours, without what lies behind: zero where a ray has no sample.
   virtual void colours(const std::array<WeightedSamples, 2>& parts, std::span<Vec3f> rays) const = 0;
 };
-
-// As render_frame, for an avatar whose fields are not read. options.deferred and precision are the fields'
-// own.
-RenderedFrame render_frame(const Avatar& avatar, const StandInFields& fields, const Camera& camera,
-                           const RenderState& state, const RenderOptions& options = {});
 
 }  // namespace likeness

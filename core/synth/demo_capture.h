@@ -8,22 +8,9 @@
 
 #include "core/base/progress.h"
 #include "core/base/result.h"
+#include "core/synth/demo_options.h"
 
 namespace likeness {
-
-struct DemoOptions {
-  int width = 512, height = 512;
-  int frames = 240;
-  double frames_per_second = 25;
-  double moving_share = 0.35;  // of the frames, with the camera moving; 0 = static camera throughout
-  bool restless_head = false;  // the head already turns while the camera moves, as people are asked not to do
-  int samples_per_pixel = 4;
-  int person = 0;  // 0..5, see core/synth/cast.h
-  int light = 0;   // 0..2: soft window, ceiling light, lamp in the evening
-  int seed = 0;
-  bool habit =
-      false;  // now and then one cheek is puffed, independent of the expression (PersonalPlay::habit)
-};
 
 // Writes folder/demo.mp4, cameras_truth.json, track_truth.json and masks_truth/NNNNNN.png. track_truth.json
 // is in the built-in head's terms: poses, the coefficients of the named actions performed, and the person,

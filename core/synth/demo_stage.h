@@ -6,7 +6,7 @@
 
 #include "core/head/head_model.h"
 #include "core/image/image.h"
-#include "core/synth/demo_capture.h"
+#include "core/synth/demo_options.h"
 #include "core/synth/performance.h"
 #include "core/synth/personal_shape.h"
 

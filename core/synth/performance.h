@@ -8,7 +8,7 @@
 #include "core/camera/camera.h"
 #include "core/head/head_model.h"
 #include "core/head/pose_head.h"
-#include "core/synth/demo_capture.h"
+#include "core/synth/demo_options.h"
 
 namespace likeness {
 

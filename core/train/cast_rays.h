@@ -9,7 +9,8 @@
 #include "core/base/result.h"
 #include "core/render/backend.h"
 #include "core/train/ray_batch.h"
-#include "core/train/training_step.h"
+#include "core/train/step_options.h"
+#include "core/train/training_state.h"
 
 namespace likeness {
 

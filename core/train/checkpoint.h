@@ -5,7 +5,8 @@
 #include <string>
 
 #include "core/base/result.h"
-#include "core/train/training_step.h"
+#include "core/train/train.h"
+#include "core/train/training_state.h"
 
 namespace likeness {
 

@@ -4,7 +4,9 @@
 
 #include <algorithm>
 
+#include "core/field/aligned_floats.h"
 #include "core/field/field_kernels.h"
+#include "core/field/train_fields.h"
 #include "core/lab/bench/standard_field.h"
 #include "tests/bench/field_variants.h"
 

@@ -9,6 +9,7 @@
 
 #include "core/base/parallel.h"
 #include "core/field/adam.h"
+#include "core/field/evaluate.h"
 #include "core/lab/bench/standard_field.h"
 #include "core/lab/bench/stopwatch.h"
 

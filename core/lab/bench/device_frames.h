@@ -5,13 +5,26 @@
 #include <cstdint>
 #include <memory>
 #include <stop_token>
+#include <string>
 #include <vector>
 
-#include "core/lab/bench/device_speed.h"
+#include "core/base/result.h"
+#include "core/device/device.h"
+#include "core/lab/bench/device_bench_options.h"
+#include "core/lab/bench/device_work.h"
 #include "core/render/avatar.h"
 #include "core/render/backend.h"
 
 namespace likeness {
+
+// A picture with a ray a pixel, as asked for by a render quality.
+struct DeviceFrameSpeed {
+  std::string quality;
+  int size = 0;        // px a side
+  double samples = 0;  // a frame
+  double seconds = 0, frames_s = 0, floor_seconds = 0, fraction_of_floor = 0;
+  double mean_error = 0, share_over = 0;  // of a pixel's worst channel; of pixels over two hundredths
+};
 
 // The standard field (standard_field.h) as a head in a grid of 96^3 cells, of which an egg's are occupied,
 // over a torso whose field takes no condition, in a picture of size x size pixels of which they fill about

@@ -8,41 +8,13 @@
 
 #include "core/device/device_ceilings.h"
 #include "core/field/field_reference.h"
-#include "core/lab/bench/device_frames.h"
-#include "core/lab/bench/device_step.h"
-#include "core/lab/bench/field_work.h"
 #include "core/lab/bench/relative_l2.h"
 #include "core/lab/bench/standard_field.h"
 
 namespace likeness {
 namespace {
 
-constexpr double kInputBytes = 7 * 4, kOutputBytes = 4 * 4;  // per sample
-constexpr double kAdamBytes = 8 * 4;  // per parameter: value, gradient and moments, both read and written
 constexpr double kSingleMargin = 1e-4, kHalfMargin = 4e-3;
-
-// The number of table parameters that `samples` can touch at most.
-double touched_parameters(const FieldConfig& config, std::size_t samples) {
-  double all = 0;
-  for (const TableWork& table : field_work(config).tables)
-    all += std::min(double(table.bytes) / 4, double(samples) * table.updates * double(kTableLine));
-  return all;
-}
-
-double needed_entries(const FieldConfig& config, std::size_t samples) {
-  double all = 0;
-  for (const TableWork& table : field_work(config).tables)
-    all += std::min(double(table.bytes),
-                    double(samples) * table.forward_reads * 4 * double(config.position.features));
-  return all;
-}
-
-double network_parameters(const FieldConfig& config) {
-  double all = 0;
-  for (const ParameterBlock& block : parameter_layout(config))
-    if (!block.table) all += double(block.count);
-  return all;
-}
 
 // Median device time of `work`, after one round that does not count.
 Result<double> timed(Device& device, int rounds, const std::function<Result<void>()>& work) {
@@ -204,23 +176,6 @@ Result<DeviceFieldError> measure_error(std::shared_ptr<Device> device, NetworkPr
 }
 
 }  // namespace
-
-DeviceWork inference_work(const FieldConfig& config, std::size_t samples) {
-  return {double(samples) * field_work(config).forward_flops, double(samples) * (kInputBytes + kOutputBytes) +
-                                                                  needed_entries(config, samples) +
-                                                                  4 * network_parameters(config)};
-}
-
-DeviceWork training_work(const FieldConfig& config, std::size_t samples) {
-  return {double(samples) * field_work(config).training_flops,
-          double(samples) * (kInputBytes + kOutputBytes) + needed_entries(config, samples) +
-              kAdamBytes * (touched_parameters(config, samples) + network_parameters(config))};
-}
-
-double floor_seconds(const DeviceWork& work, const DeviceCeilings& ceilings) {
-  const double moving = work.bytes / (1e9 * ceilings.bandwidth_gbs);
-  return ceilings.matrix_tflops > 0 ? std::max(moving, work.flops / (1e12 * ceilings.matrix_tflops)) : moving;
-}
 
 Result<DeviceBenchReport> measure_device(std::shared_ptr<Device> device, const DeviceBenchOptions& options,
                                          const Progress& progress, std::stop_token stop) {

@@ -7,6 +7,7 @@
 
 #include "core/base/parallel.h"
 #include "core/field/adam.h"
+#include "core/field/evaluate.h"
 #include "core/field/train_fields.h"
 #include "core/lab/bench/ceiling_kernels.h"
 #include "core/lab/bench/standard_field.h"

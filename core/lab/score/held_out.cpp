@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 
 #include "core/image/files.h"
+#include "core/matte/plate_file.h"
 #include "core/project/project_views.h"
 
 namespace likeness {

@@ -7,7 +7,7 @@
 #include "core/camera/camera.h"
 #include "core/capture/capture.h"
 #include "core/image/image.h"
-#include "core/matte/matte.h"
+#include "core/matte/plate_file.h"
 #include "core/project/project.h"
 #include "core/render/avatar.h"
 #include "core/scene/track.h"

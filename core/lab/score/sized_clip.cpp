@@ -9,6 +9,7 @@
 #include "core/base/hash.h"
 #include "core/base/parallel.h"
 #include "core/image/files.h"
+#include "core/matte/plate_file.h"
 #include "core/project/project_head_model.h"
 #include "core/project/project_views.h"
 #include "core/project/training_set.h"

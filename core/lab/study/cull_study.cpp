@@ -13,6 +13,7 @@
 #include "core/project/project_head_model.h"
 #include "core/project/project_views.h"
 #include "core/project/training_set.h"
+#include "core/render/canonical_samples.h"
 #include "core/render/pose_avatar.h"
 #include "core/train/canonical_cells.h"
 #include "core/train/capture_summary.h"

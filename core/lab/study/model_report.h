@@ -5,8 +5,10 @@
 #include <string>
 #include <vector>
 
+#include "core/base/result.h"
 #include "core/base/table.h"
-#include "core/lab/study/model_study.h"
+#include "core/lab/study/model_scores.h"
+#include "core/lab/study/model_study_options.h"
 #include "core/lab/study/plot.h"
 
 namespace likeness {

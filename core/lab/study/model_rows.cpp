@@ -1,5 +1,5 @@
-// What the study trains, table by table.
-#include "core/lab/study/model_study.h"
+// See model_rows.h.
+#include "core/lab/study/model_rows.h"
 
 namespace likeness {
 namespace {

@@ -1,14 +1,25 @@
 // One model of the study trained and scored. Internal to core/lab/study.
 #pragma once
 
+#include <cstddef>
+#include <cstdint>
 #include <filesystem>
 #include <optional>
+#include <stop_token>
+#include <string>
+#include <vector>
 
+#include "core/base/progress.h"
+#include "core/base/result.h"
 #include "core/face/landmarks.h"
 #include "core/lab/score/perceptual_network.h"
 #include "core/lab/score/sized_clip.h"
-#include "core/lab/study/model_study.h"
+#include "core/lab/study/model_rows.h"
+#include "core/lab/study/model_scores.h"
+#include "core/lab/study/model_study_options.h"
 #include "core/project/project_attributes.h"
+#include "core/train/choose_parts.h"
+#include "core/train/mode.h"
 
 namespace likeness {
 

@@ -2,9 +2,13 @@
 // what the pictures of each kind of model took with two threads.
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
+#include <string>
+#include <vector>
 
-#include "core/lab/study/model_study.h"
+#include "core/lab/study/model_rows.h"
+#include "core/lab/study/model_study_options.h"
 
 namespace likeness {
 

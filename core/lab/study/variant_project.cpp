@@ -15,6 +15,7 @@
 #include "core/project/project_detail.h"
 #include "core/project/project_head_model.h"
 #include "core/project/project_views.h"
+#include "core/track/clip/track_clip.h"
 
 namespace likeness {
 namespace {

@@ -12,12 +12,12 @@
 #include "core/face/fit_clip.h"
 #include "core/head/pose_head.h"
 #include "core/scene/track.h"
-#include "core/track/clip/track_clip.h"
 #include "core/track/clip_frames.h"
 #include "core/track/photo/gaze.h"
 #include "core/track/photo/lids.h"
 #include "core/track/points/dense_head.h"
 #include "core/track/points/optical_support.h"
+#include "core/track/track_options.h"
 
 namespace likeness {
 

@@ -23,15 +23,10 @@
 #include "core/camera/camera.h"
 #include "core/head/head_model.h"
 #include "core/scene/track.h"
-#include "core/track/clip/track_clip.h"
+#include "core/track/clip/refit_options.h"
+#include "core/track/track_options.h"
 
 namespace likeness {
-
-// Frames first..last (numbers in the source).
-struct RefitSpan {
-  int first = 0, last = 0;
-  bool operator==(const RefitSpan&) const = default;
-};
 
 // Ascending; those that overlap or touch are one.
 std::vector<RefitSpan> merged_spans(std::vector<RefitSpan> spans);
@@ -40,13 +35,6 @@ inline constexpr int kLongestRefit = 600;  // frames; more is a fit of the clip
 
 // Whether these spans of the track can be fitted again: inside the clip, and not too long.
 Result<void> check_refits(const Track& track, const std::vector<RefitSpan>& spans);
-
-struct RefitOptions {
-  TrackOptions track;  // working size, predictor and frames, as the track was made
-  int margin = 12;     // frames beyond the anchors that show how the face looks; reading them takes time
-  int reach = 48;      // frames to the nearest anchor; followed points drift beyond
-  int runs = 32;       // of the landmark predictor, a millisecond each
-};
 
 // What became of a span.
 struct RefitOutcome {

@@ -5,11 +5,15 @@
 #include <optional>
 #include <set>
 #include <stop_token>
+#include <string>
 #include <vector>
 
 #include "core/base/progress.h"
 #include "core/base/result.h"
-#include "core/track/clip/refit_span.h"
+#include "core/camera/camera.h"
+#include "core/head/head_model.h"
+#include "core/scene/track.h"
+#include "core/track/clip/refit_options.h"
 #include "core/track/clip_frames.h"
 #include "core/track/photo/face_look.h"
 #include "core/track/photo/gaze.h"

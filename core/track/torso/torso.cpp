@@ -20,6 +20,7 @@
 #include "core/track/torso/torso_picture.h"
 #include "core/track/torso/torso_refine.h"
 #include "core/track/torso/torso_rest.h"
+#include "core/track/torso/torso_state.h"
 
 namespace likeness {
 namespace {

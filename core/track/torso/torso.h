@@ -9,21 +9,10 @@
 #include "core/base/progress.h"
 #include "core/base/result.h"
 #include "core/camera/camera.h"
-#include "core/image/image.h"
 #include "core/scene/torso_warp.h"
-#include "core/track/torso/convex_outline.h"
+#include "core/track/torso/torso_frame.h"
 
 namespace likeness {
-
-struct TorsoFrame {
-  const Image8* grey = nullptr;  // working picture, one channel
-  bool usable = false;           // head pose and camera known
-  bool held_out = false;
-  Intrinsics intrinsics;                   // of the working picture
-  Pose cam_from_world = Pose::Identity();  // metric
-  Pose world_from_head = Pose::Identity();
-  ConvexOutline head_outline;  // px of the working picture: hides the torso; empty = unknown
-};
 
 struct TorsoOptions {
   int learning_frames =

@@ -6,7 +6,8 @@
 
 #include "core/camera/camera.h"
 #include "core/image/image.h"
-#include "core/track/torso/torso.h"
+#include "core/track/torso/convex_outline.h"
+#include "core/track/torso/torso_frame.h"
 
 namespace likeness {
 

@@ -8,7 +8,9 @@
 #include <stop_token>
 #include <vector>
 
-#include "core/track/torso/torso_align.h"
+#include "core/scene/torso_warp.h"
+#include "core/track/torso/torso_picture.h"
+#include "core/track/torso/torso_state.h"
 
 namespace likeness {
 

@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include "core/track/torso/torso.h"
+#include "core/track/torso/torso_frame.h"
 
 namespace likeness {
 

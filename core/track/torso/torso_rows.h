@@ -5,7 +5,9 @@
 #include <Eigen/Core>
 #include <vector>
 
-#include "core/track/torso/torso_align.h"
+#include "core/scene/torso_warp.h"
+#include "core/track/torso/torso_picture.h"
+#include "core/track/torso/torso_state.h"
 
 namespace likeness {
 

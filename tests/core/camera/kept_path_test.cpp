@@ -9,6 +9,7 @@
 #include <map>
 
 #include "core/base/files.h"
+#include "core/camera/align.h"
 #include "core/camera/process.h"
 #include "core/camera/workplace.h"
 #include "core/video/decode_for.h"

@@ -8,7 +8,7 @@
 #include <cmath>
 #include <random>
 
-#include "core/capture/split.h"
+#include "core/capture/hold_out.h"
 
 namespace likeness {
 namespace {

@@ -149,18 +149,6 @@ TEST(Drive, ExpressionsNeverSeenAreLimitedUnlessRequested) {
   EXPECT_NEAR(max_smile, 0.7, 1e-2) << "what was seen is not touched";
 }
 
-TEST(Drive, TheSoftClampIsTheIdentityInsideAndBoundedOutside) {
-  EXPECT_EQ(soft_clamp(0.3f, 0, 1, 0.1f), 0.3f);
-  float last = -10;
-  for (float x = -3; x < 4; x += 0.01f) {
-    const float y = soft_clamp(x, 0, 1, 0.1f);
-    EXPECT_GE(y, last);
-    EXPECT_GE(y, -0.1001f);
-    EXPECT_LE(y, 1.1001f);
-    last = y;
-  }
-}
-
 TEST(Drive, AnotherHeadModelShowsTheSameActions) {
   if (!std::filesystem::exists(ict_path())) GTEST_SKIP() << "needs " << ict_path().string();
   const HeadModel& built_in = test_head();

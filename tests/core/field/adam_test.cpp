@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include "core/base/parallel.h"
+#include "core/field/evaluate.h"
 #include "tests/core/field/random_field.h"
 
 namespace likeness {

@@ -10,6 +10,8 @@
 #include <gtest/gtest.h>
 
 #include "core/base/parallel.h"
+#include "core/field/aligned_floats.h"
+#include "core/field/evaluate.h"
 #include "core/field/field_bf16.h"
 #include "core/field/field_kernels.h"
 #include "core/field/field_reference.h"

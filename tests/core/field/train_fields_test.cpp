@@ -10,6 +10,7 @@
 #include <gtest/gtest.h>
 
 #include "core/base/parallel.h"
+#include "core/field/evaluate.h"
 #include "tests/core/field/random_field.h"
 #include "tests/core/field/relative_l2.h"
 

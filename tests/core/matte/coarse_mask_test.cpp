@@ -1,10 +1,11 @@
 // Claims about the coarse person mask.
+#include "core/matte/coarse_mask.h"
+
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <filesystem>
 
-#include "core/matte/matte.h"
 #include "core/video/decode.h"
 
 namespace likeness {

@@ -14,6 +14,7 @@
 
 #include "core/base/files.h"
 #include "core/image/files.h"
+#include "core/matte/plate_file.h"
 #include "tests/core/matte/made_scene.h"
 #include "tests/support/onnx_bytes.h"
 

@@ -8,7 +8,7 @@
 #include <fstream>
 #include <random>
 
-#include "core/matte/matte.h"
+#include "core/matte/plate_file.h"
 
 namespace likeness {
 namespace {

@@ -8,6 +8,7 @@
 
 #include "core/field/device_field.h"
 #include "core/render/backend.h"
+#include "core/render/canonical_samples.h"
 #include "core/render/device_frame.h"
 #include "core/render/device_picture.h"
 #include "core/render/pose_avatar.h"

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "core/base/parallel.h"
+#include "core/field/conditioned_field.h"
 #include "core/field/evaluate.h"
 #include "core/render/composite.h"
 #include "core/render/rays.h"

@@ -4,6 +4,8 @@
 #include <gtest/gtest.h>
 
 #include "core/field/conditioned_field.h"
+#include "core/field/evaluate.h"
+#include "core/render/render.h"
 #include "tests/core/render/tiny_avatar.h"
 
 namespace likeness {

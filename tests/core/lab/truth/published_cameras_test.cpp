@@ -7,7 +7,7 @@
 
 #include "core/camera/process.h"
 #include "core/lab/truth/camera_truth.h"
-#include "core/matte/matte.h"
+#include "core/matte/coarse_mask.h"
 
 namespace likeness {
 namespace {

@@ -1,4 +1,4 @@
-// The device's peak rates: see device_ceilings.h.
+// Kernels that reach the peak rates of a device: see device_ceilings.h.
 #include "core/device/device_ceilings.h"
 
 #include <cuda_bf16.h>

@@ -1,0 +1,18 @@
+// Where the person is, coarsely, before the cameras are known.
+#pragma once
+
+#include <filesystem>
+
+#include "core/base/result.h"
+#include "core/camera/align_options.h"
+
+namespace likeness {
+
+// Landmark-free person mask for the cameras: head ellipse and the shoulders below it, dilated. Detects per
+// frame. in_sequence: called for the pictures of a clip in order; an uncertain detection counts if a face was
+// there a moment ago, and a missed face is taken to be still there.
+enum class Pictures { in_sequence, single };
+Result<PersonMask> coarse_person_mask(const std::filesystem::path& predictor = {},
+                                      Pictures pictures = Pictures::in_sequence);
+
+}  // namespace likeness
