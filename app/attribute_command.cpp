@@ -1,5 +1,7 @@
 // likeness attribute: what no expression carries, painted on a few frames; also listed, removed, and reported
 // frame by frame.
+#include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <memory>
 #include <optional>

@@ -87,8 +87,10 @@ void add_demo_command(CLI::App& program, int& exit_code) {
   CLI::App* verb = program.add_subcommand("demo", "Write the built-in demo capture with its ground truth");
   CLI::Option* folder = verb->add_option("folder", a->folder, "Where to write it");
   CLI::Option* list = verb->add_flag("--list", a->list, "Name the people and lights, write nothing");
-  verb->add_option("--person", a->options.person, "Who plays; see --list")->check(CLI::Range(0, 5));
-  verb->add_option("--light", a->options.light, "In which light; see --list")->check(CLI::Range(0, 2));
+  verb->add_option("--person", a->options.person, "Who plays; see --list")
+      ->check(CLI::Range(0, int(demo_people().size()) - 1));
+  verb->add_option("--light", a->options.light, "In which light; see --list")
+      ->check(CLI::Range(0, int(demo_lights().size()) - 1));
   verb->add_option("--size", a->options.width, "Side of the square picture, px")->check(CLI::Range(96, 2048));
   verb->add_option("--frames", a->options.frames, "Number of frames")->check(CLI::Range(8, 10000));
   verb->add_option("--moving-share", a->options.moving_share, "Share of the frames in which the camera moves")

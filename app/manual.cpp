@@ -1,6 +1,7 @@
 // roff of a CLI11 parser: see manual.h.
 #include "app/manual.h"
 
+#include <cctype>
 #include <string_view>
 
 #include <fmt/format.h>

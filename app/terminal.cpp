@@ -4,12 +4,13 @@
 #include <fcntl.h>
 #include <signal.h>
 #include <unistd.h>
-#include <map>
 
 #include <algorithm>
 #include <cerrno>
 #include <chrono>
+#include <cmath>
 #include <cstdio>
+#include <map>
 #include <thread>
 
 #include <fmt/format.h>

@@ -119,8 +119,8 @@ int run(const TrackArguments& arguments) {
                 {"frames_per_second", t.frames / seconds},
                 {"seconds", seconds_json(*options.seconds, t.frames)}});
   } else {
-    fmt::print(stderr, "{} frames: {} good, {} weak, {} lost; landmarks within {:.2f} px.\n", t.frames,
-               t.good, t.weak, t.lost, t.inner_error_px);
+    fmt::print(stderr, "{} frames: {} good, {} weak, {} lost; landmarks {:.2f} px off on average.\n",
+               t.frames, t.good, t.weak, t.lost, t.inner_error_px);
   }
   return kExitDone;
 }

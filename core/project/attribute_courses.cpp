@@ -65,7 +65,9 @@ Result<std::vector<AttributeCourse>> read_attribute_values(const fs::path& path)
     const json j = parse_json(*text);
     if (j.at("format").get<std::string>() != "likeness-attribute-values")
       return refused("the file holds something else");
-    if (j.at("version").get<int>() != kValuesVersion) return refused("they were made by another Likeness");
+    const int version = j.at("version").get<int>();
+    if (version > kValuesVersion) return refused("they were made by a newer Likeness");
+    if (version < 1) return refused("they are damaged");
     std::vector<AttributeCourse> courses;
     for (const json& entry : j.at("attributes")) {
       AttributeCourse& course = courses.emplace_back();
@@ -80,9 +82,10 @@ Result<std::vector<AttributeCourse>> read_attribute_values(const fs::path& path)
       course.unlike_any = entry.at("unlike_any").get<int>();
       const std::size_t count = course.frames.size();
       const auto fine = [](float v) { return std::isfinite(v) && std::abs(v) <= 1; };
+      const auto finite = [](float v) { return std::isfinite(v); };  // a number can be too large for a float
       if (course.values.size() != count || course.doubts.size() != count ||
           course.annotated.size() != count || !std::ranges::all_of(course.values, fine) ||
-          !std::ranges::is_sorted(course.frames))
+          !std::ranges::all_of(course.doubts, finite) || !std::ranges::is_sorted(course.frames))
         return refused("they are damaged");
     }
     return courses;

@@ -74,8 +74,8 @@ std::string track_words(const Track& track, const HeadModel& model) {
     if (frame.status != FrameStatus::lost) error_px += frame.inner_error_px;
   }
   const int followed = count[0] + count[1];
-  return fmt::format("{} head; {} frames good, {} weak, {} lost; landmarks within {:.2f} px.", model.name,
-                     count[0], count[1], count[2], followed > 0 ? error_px / followed : 0.0);
+  return fmt::format("{} head; {} frames good, {} weak, {} lost; landmarks {:.2f} px off on average.",
+                     model.name, count[0], count[1], count[2], followed > 0 ? error_px / followed : 0.0);
 }
 
 }  // namespace

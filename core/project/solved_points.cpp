@@ -2,9 +2,10 @@
 #include "core/project/solved_points.h"
 
 #include <algorithm>
-#include <system_error>
-#include "core/base/files.h"
+#include <cstdint>
+#include <utility>
 
+#include "core/base/files.h"
 #include "core/camera/colmap.h"
 
 namespace likeness {

@@ -2,6 +2,7 @@
 #include "core/project/training_curve.h"
 
 #include <cmath>
+#include <utility>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -19,17 +20,17 @@ namespace {
 constexpr int kCurveVersion = 1;
 constexpr std::size_t kMaxPoints = 1000;
 
-// Drops every second point, but never the newest.
-void thin(std::vector<TrainStatus>& points) {
+double rounded(double value, double unit) { return std::round(value / unit) * unit; }
+
+}  // namespace
+
+void thin_if_long(std::vector<TrainStatus>& points) {
+  if (points.size() <= kMaxPoints) return;
   std::vector<TrainStatus> kept;
   for (std::size_t i = 0; i < points.size(); ++i)
     if (i % 2 == 0 || i + 1 == points.size()) kept.push_back(points[i]);
   points = std::move(kept);
 }
-
-double rounded(double value, double unit) { return std::round(value / unit) * unit; }
-
-}  // namespace
 
 void add_point(TrainingCurve& curve, const TrainStatus& point) {
   std::erase_if(curve.training, [&](const TrainStatus& earlier) { return earlier.step >= point.step; });
@@ -37,7 +38,7 @@ void add_point(TrainingCurve& curve, const TrainStatus& point) {
   if (curve.training.empty()) curve.held_out.clear();
   std::erase_if(curve.held_out, [&](const HeldOutScore& s) { return s.training_s > point.seconds + 60; });
   curve.training.push_back(point);
-  if (curve.training.size() > kMaxPoints) thin(curve.training);
+  thin_if_long(curve.training);
 }
 
 void add_score(TrainingCurve& curve, const HeldOutScore& score) {

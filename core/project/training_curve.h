@@ -21,9 +21,11 @@ struct TrainingCurve {
 };
 
 // A point more. Training that starts anew, or goes on from a checkpoint, replaces what lies beyond it; long
-// curves are thinned to about a thousand points, of which the newest is always one.
+// curves are thinned: see thin_if_long.
 void add_point(TrainingCurve& curve, const TrainStatus& point);
 void add_score(TrainingCurve& curve, const HeldOutScore& score);
+// Where there are more than a thousand points: drops every second one, but never the newest.
+void thin_if_long(std::vector<TrainStatus>& points);
 
 std::filesystem::path training_curve_path(const Project& project);
 Result<void> write_training_curve(const std::filesystem::path& path, const TrainingCurve& curve);

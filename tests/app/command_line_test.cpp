@@ -8,12 +8,14 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-
 #include <fstream>
-#include <nlohmann/json.hpp>
 #include <thread>
+#include <utility>
+
+#include <nlohmann/json.hpp>
 
 #include "core/image/image.h"
+#include "core/synth/cast.h"
 #include "core/video/encode.h"
 #include "tests/support/run_program.h"
 
@@ -66,6 +68,18 @@ TEST_F(CommandLine, WrongUsageExitsWithTwo) {
   EXPECT_EQ(likeness({"bulid"}).exit_code, 2);
   EXPECT_EQ(likeness({"build", "clip.mp4"}).exit_code, 2);
   EXPECT_EQ(likeness({"build", "clip.mp4", "--project", "p", "--size", "300"}).exit_code, 2);
+}
+
+TEST_F(CommandLine, EveryDemoPersonAndLightCanBeChosenAndNoOther) {
+  for (const auto& [option, count] :
+       {std::pair("--person", demo_people().size()), std::pair("--light", demo_lights().size())}) {
+    const auto exit_code = [&, name = option](std::size_t number) {
+      return likeness({"--parse-only", "demo", (folder_ / "demo").string(), name, std::to_string(number)})
+          .exit_code;
+    };
+    EXPECT_EQ(exit_code(count - 1), 0) << option;
+    EXPECT_EQ(exit_code(count), 2) << option;
+  }
 }
 
 TEST_F(CommandLine, ParseOnlyJudgesACommandAndDoesNothing) {

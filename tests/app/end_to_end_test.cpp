@@ -10,6 +10,7 @@
 #include <chrono>
 #include <cmath>
 #include <fstream>
+#include <iterator>
 #include <map>
 #include <set>
 #include <thread>
@@ -39,6 +40,7 @@ class EndToEnd : public testing::Test {
     const ProgramResult built = build(folder_ / "p.likeness");
     ASSERT_EQ(built.exit_code, 0) << built.err;
     summary_ = json::parse(built.out);
+    track_ = text_of(folder_ / "p.likeness" / "track.json");
   }
   static void TearDownTestSuite() { fs::remove_all(folder_); }
 
@@ -49,6 +51,10 @@ class EndToEnd : public testing::Test {
   }
   static ProgramResult build(const fs::path& project) { return likeness(build_command(project)); }
 
+  static std::string text_of(const fs::path& path) {
+    std::ifstream file(path);
+    return {std::istreambuf_iterator<char>(file), {}};
+  }
   static json evaluate(const fs::path& project) {
     const ProgramResult result = likeness({"eval", project.string(), "--json"});
     EXPECT_EQ(result.exit_code, 0) << result.err;
@@ -63,6 +69,7 @@ class EndToEnd : public testing::Test {
   static constexpr const char* kSteps = "60";
   static inline fs::path folder_;
   static inline json summary_;
+  static inline std::string track_;  // of the finished project, as the build left it
 };
 
 TEST_F(EndToEnd, EveryStageIsDoneAndSaysWhatItFound) {
@@ -543,12 +550,16 @@ TEST_F(EndToEnd, AKilledBuildContinuesToTheSameQuality) {
   std::vector<std::string> command = build_command(project);
   command.insert(command.begin(), likeness_path());
   for (const char* option : {"--checkpoint-every", "1"}) command.push_back(option);
-  // After the import, after the track, and in the middle of training.
-  for (const char* landmark : {"capture.json", "track.json", "checkpoint.bin"}) {
+  // After the import, after the cameras, after the track, and in the middle of training.
+  for (const std::string landmark : {"capture.json", "cameras.json", "track.json", "checkpoint.bin"}) {
     const pid_t child = start_program(command, folder_);
     kill_when(project / landmark, child);
     EXPECT_NE(wait_program(child), 0) << "it ended before it could be killed";
+    // The fit then decodes the clip itself, and finds what the uncut build's found in what import had kept.
+    if (landmark == "cameras.json") fs::remove_all(project / "decoded");
   }
+  EXPECT_FALSE(track_.empty());
+  EXPECT_TRUE(text_of(project / "track.json") == track_) << "another track";
   const ProgramResult resumed = build(project);
   ASSERT_EQ(resumed.exit_code, 0) << resumed.err;
   const json &uncut = report(), cut = evaluate(project);

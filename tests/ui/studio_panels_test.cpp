@@ -1007,7 +1007,7 @@ TEST_F(Panels, FurtherClipsAreListedAddedAndTakenOut) {
   auto contents = std::make_shared<ProjectContents>(*s.project.contents);
   contents->further = {
       {2, "ada-at-the-window-with-a-very-long-name-from-her-phone.mp4", std::nullopt, StageState::done,
-       "Built-in head; 180 frames good, 4 weak, 0 lost; landmarks within 1.26 px."},
+       "Built-in head; 180 frames good, 4 weak, 0 lost; landmarks 1.26 px off on average."},
       {3, "wall.mp4", std::nullopt, StageState::failed, "A face was found in 0 of 180 frames."},
       {4, "new.mp4", std::nullopt, StageState::to_do, ""}};
   s.project.contents = contents;

@@ -6,20 +6,6 @@
 
 namespace likeness::ui {
 
-namespace {
-
-constexpr std::size_t kCurvePoints = 1000;
-
-// Drops every second point, but never the newest.
-void thin(std::vector<TrainStatus>& points) {
-  std::vector<TrainStatus> kept;
-  for (std::size_t i = 0; i < points.size(); ++i)
-    if (i % 2 == 0 || i + 1 == points.size()) kept.push_back(points[i]);
-  points = std::move(kept);
-}
-
-}  // namespace
-
 PipelineJob::PipelineJob(Project project, Stage last, bool previews, std::function<void()> wake,
                          std::shared_future<void> written, ComputePlace place)
     : project_(std::move(project)), last_(last), place_(std::move(place)) {
@@ -95,7 +81,7 @@ void PipelineJob::trained(const TrainStatus& status) {
   const std::lock_guard lock(mutex_);
   add_point(status_.curve, status);
   status_.training.push_back(status);
-  if (status_.training.size() > kCurvePoints) thin(status_.training);
+  thin_if_long(status_.training);
 }
 
 // Adds what the previews measured on held-out frames to the curve that the training wrote.

@@ -1,11 +1,27 @@
 // See read_frames.h.
 #include "ui/studio/read_frames.h"
 
+#include <filesystem>
 #include <utility>
 
 #include "core/image/files.h"
+#include "core/video/decode.h"
 
 namespace likeness::ui {
+
+namespace {
+
+Result<VideoFrame> first_frame(const std::filesystem::path& video) {
+  auto reader = VideoReader::open(video);
+  if (!reader) return reader.error();
+  auto frame = reader->next();
+  if (!frame) return frame.error();
+  if (*frame) return std::move(**frame);
+  return Error{ErrorCode::bad_input, "The clip holds no picture.", "Copy it again from the phone.",
+               video.string()};
+}
+
+}  // namespace
 
 void read_frame(const SessionContext& context, const std::string& key, int frame,
                 std::shared_ptr<const FaceOverlay> overlay, FramePicture& into) {
@@ -37,14 +53,11 @@ void read_clip_start(const SessionContext& context, FramePicture& into) {
                           folder = context.open.folder](std::stop_token) -> Background::Delivery {
                            std::shared_ptr<const Image8> image;
                            std::string missing;
-                           auto reader = VideoReader::open(video);
-                           if (reader) {
-                             auto frame = reader->next();
-                             if (frame && *frame)
-                               image = std::make_shared<const Image8>(std::move((*frame)->rgb));
-                           } else {
-                             missing = reader.error().what;
-                           }
+                           auto frame = first_frame(video);
+                           if (frame)
+                             image = std::make_shared<const Image8>(std::move(frame->rgb));
+                           else
+                             missing = frame.error().what + " " + frame.error().fix;
                            return [context, &into, folder, image, missing] {
                              if (folder == context.open.folder)
                                into = {0, ++context.pictures, image, missing};

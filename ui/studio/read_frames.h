@@ -15,7 +15,8 @@ namespace likeness::ui {
 // null: the frame as it is.
 void read_frame(const SessionContext& context, const std::string& key, int frame,
                 std::shared_ptr<const FaceOverlay> overlay, FramePicture& into);
-// The first picture of the clip itself.
+// The first picture of the clip itself; where it cannot be read, FramePicture::missing says why and what to
+// do.
 void read_clip_start(const SessionContext& context, FramePicture& into);
 
 }  // namespace likeness::ui

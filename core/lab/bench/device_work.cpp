@@ -8,10 +8,10 @@
 namespace likeness {
 namespace {
 
-constexpr double kInputBytes = 7 * 4, kOutputBytes = 4 * 4;  // a sample
-constexpr double kAdamBytes = 8 * 4;  // a parameter: value, gradient and moments, both ways
+constexpr double kInputBytes = 7 * 4, kOutputBytes = 4 * 4;  // per sample
+constexpr double kAdamBytes = 8 * 4;  // per parameter: value, gradient and moments, both read and written
 
-// Parameters of the tables that so many samples can touch at most.
+// The number of table parameters that `samples` can touch at most.
 double touched_parameters(const FieldConfig& config, std::size_t samples) {
   double all = 0;
   for (const TableWork& table : field_work(config).tables)

@@ -14,6 +14,7 @@
 #include "core/image/files.h"
 #include "core/image/metrics.h"
 #include "core/lab/score/held_out.h"
+#include "core/lab/score/sized_clip.h"
 #include "core/project/project_attributes.h"
 #include "core/project/project_head_model.h"
 #include "core/project/project_views.h"
@@ -40,10 +41,9 @@ std::vector<ChosenFrame> choose_frames(const HeldOutSet& set, int most) {
     const auto camera = picture_camera(set.capture, set.cameras, set.track, frame);
     if (tracked && tracked->status != FrameStatus::lost && camera) all.push_back({tracked, *camera});
   }
-  if (most <= 0 || std::size_t(most) >= all.size()) return all;
   std::vector<ChosenFrame> chosen;
-  for (std::size_t k = 0; k < std::size_t(most); ++k)
-    chosen.push_back(all[k * all.size() / std::size_t(most)]);
+  for (const std::size_t k : evenly_chosen(all.size(), std::size_t(std::max(0, most))))
+    chosen.push_back(all[k]);
   return chosen;
 }
 

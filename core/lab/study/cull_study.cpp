@@ -10,6 +10,7 @@
 #include "core/field/evaluate.h"
 #include "core/head/named_actions.h"
 #include "core/lab/score/held_out.h"
+#include "core/lab/score/sized_clip.h"
 #include "core/project/project_head_model.h"
 #include "core/project/project_views.h"
 #include "core/project/training_set.h"
@@ -225,9 +226,8 @@ std::vector<PosedView> held_out_views(const HeldOutSet& set, int most) {
     if (t == nullptr || t->status == FrameStatus::lost || !camera) continue;
     all.push_back({.camera = *camera, .pose = t->pose});
   }
-  if (most <= 0 || std::size_t(most) >= all.size()) return all;
-  for (std::size_t k = 0; k < std::size_t(most); ++k)
-    chosen.push_back(all[k * all.size() / std::size_t(most)]);
+  for (const std::size_t k : evenly_chosen(all.size(), std::size_t(std::max(0, most))))
+    chosen.push_back(all[k]);
   return chosen;
 }
 

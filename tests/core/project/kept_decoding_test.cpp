@@ -1,47 +1,129 @@
 // Claims about import, align and fit sharing one decoding: how often a clip is decoded, and that the results
-// are the same bits however the stages were run.
+// are the same bits however the stages were run. That a fit without what was kept ends in the same track is
+// among the claims of tests/app/end_to_end_test.cpp.
 #include "core/project/kept_decoding.h"
 
 #include <gtest/gtest.h>
 #include <stdlib.h>
+#include <sys/resource.h>
+
+#include <algorithm>
+#include <csignal>
+#include <functional>
+#include <map>
+#include <string>
 
 #include "core/base/files.h"
+#include "core/camera/kept_path.h"
+#include "core/capture/split.h"
 #include "core/face/landmarks.h"
+#include "core/matte/matte.h"
 #include "core/project/run_stages.h"
 #include "core/synth/demo_capture.h"
 #include "core/video/decode.h"
+#include "core/video/encode.h"
 
 namespace likeness {
 namespace {
 
-constexpr int kDemoFrames = 36;
+namespace fs = std::filesystem;
 
-// The stages are run as seldom as the claims allow: a fit takes its time.
+constexpr int kClipFrames = 30;  // as few as an import takes
+constexpr int kClipSide = 160, kStillSide = 192;
+constexpr int kMovingFrames = 18;  // of the clip in which the camera moves first
+constexpr const char* kKeptFiles[] = {"motion.json", "landmarks.json", "track.greys"};
+
+// While it lives, no file grows beyond two megabytes: as if the disk were full after the first of the
+// pictures for the fit, which together take eight.
+class FullDisk {
+ public:
+  FullDisk() : handler_(std::signal(SIGXFSZ, SIG_IGN)) {
+    ::getrlimit(RLIMIT_FSIZE, &before_);
+    const rlimit small{2'000'000, before_.rlim_max};
+    ::setrlimit(RLIMIT_FSIZE, &small);
+  }
+  ~FullDisk() {
+    ::setrlimit(RLIMIT_FSIZE, &before_);
+    std::signal(SIGXFSZ, handler_);
+  }
+  FullDisk(const FullDisk&) = delete;
+  FullDisk& operator=(const FullDisk&) = delete;
+
+ private:
+  void (*handler_)(int);
+  rlimit before_{};
+};
+
+// Two clips show one picture of the demo, which is rendered and tracked in a fraction of the time that a
+// performance takes; the stages run as seldom as the claims allow. `whole` is fitted once, and only read.
 class SharedDecoding : public testing::Test {
  protected:
   static void SetUpTestSuite() {
-    std::string name = (std::filesystem::temp_directory_path() / "likeness_shared_XXXXXX").string();
+    std::string name = (fs::temp_directory_path() / "likeness_shared_XXXXXX").string();
     ASSERT_NE(::mkdtemp(name.data()), nullptr);
     root_ = name;
+    if (!FaceDetector::load()) return;  // the tests are skipped
     DemoOptions demo;
-    demo.width = demo.height = 320;
-    demo.frames = kDemoFrames;
+    demo.width = demo.height = kStillSide;
+    demo.frames = 8;
     demo.moving_share = 0;
     demo.samples_per_pixel = 1;
     ASSERT_TRUE(write_demo_capture(root_, demo, Progress(), {}).ok());
+    auto reader = VideoReader::open(root_ / "demo.mp4");
+    ASSERT_TRUE(reader.ok());
+    const auto still = reader->next();
+    ASSERT_TRUE(still.ok() && still->has_value());
+    constexpr int kMargin = kStillSide - kClipSide;
+    write_clip("rests.mp4", (*still)->rgb, [](int) { return kMargin / 2; });
+    write_clip("moves.mp4", (*still)->rgb,
+               [](int frame) { return std::min(frame, kMovingFrames) * kMargin / kMovingFrames; });
+    make_whole();
   }
-  static void TearDownTestSuite() { std::filesystem::remove_all(root_); }
+  static void TearDownTestSuite() { fs::remove_all(root_); }
   void SetUp() override {
     if (auto detector = FaceDetector::load(); !detector) GTEST_SKIP() << detector.error().what;
   }
 
-  static Project open(const char* name, int size = 256) {
+  // left: where in the still picture a frame begins. A square in the corner tells the frames apart.
+  static void write_clip(const char* name, const Image8& still, const std::function<int(int)>& left) {
+    constexpr int kSquare = 8;
+    auto writer =
+        VideoWriter::create(root_ / name, kClipSide, kClipSide, {.frames_per_second = 10, .crf = 12});
+    ASSERT_TRUE(writer.ok());
+    for (int f = 0; f < kClipFrames; ++f) {
+      Image8 frame = crop(still, left(f), (kStillSide - kClipSide) / 2, kClipSide, kClipSide);
+      for (int y = 0; y < kSquare; ++y) std::fill_n(frame.at(0, y), 3 * kSquare, std::uint8_t(40 + 6 * f));
+      ASSERT_TRUE(writer->add(frame).ok());
+    }
+    ASSERT_TRUE(writer->finish().ok());
+  }
+  static void make_whole() {
+    Project project = open("whole");
+    const std::int64_t before = decoded_frames();
+    RunObserver observer;
+    observer.stage_changed = [&](Stage stage, const StageRecord& record) {
+      if (record.state != StageState::done) return;
+      decoded_until_[stage] = decoded_frames() - before;
+      if (stage != Stage::import) return;
+      for (const char* file : kKeptFiles) kept_[file] = text(decoded_path(project) / file);
+    };
+    const auto done = run_stages(project, Stage::fit, Progress(), observer, {});
+    ASSERT_TRUE(done.ok()) << done.error().what;
+  }
+
+  static Project open(const char* name, int size = 256, const char* clip = "rests.mp4",
+                      Split split = Split::tail) {
     ProjectOptions options;
-    options.shared.video = root_ / "demo.mp4";
+    options.shared.video = root_ / clip;
     options.import.size = size;
+    options.import.split = split;
     auto project = open_or_create_project(root_ / name, options);
     EXPECT_TRUE(project.ok());
     return *project;
+  }
+  static Project copy_of_whole(const char* name, int size = 256) {
+    fs::copy(root_ / "whole", root_ / name, fs::copy_options::recursive);
+    return open(name, size);
   }
   // Frames decoded meanwhile.
   static std::int64_t run(Project& project, Stage last) {
@@ -50,58 +132,57 @@ class SharedDecoding : public testing::Test {
     EXPECT_TRUE(done.ok()) << done.error().what;
     return decoded_frames() - before;
   }
-  static std::string text(const std::filesystem::path& path) { return read_text(path).value(); }
+  static std::string text(const fs::path& path) {
+    const auto read = read_text(path);
+    return read ? *read : "missing: " + path.string();
+  }
   static bool holds(const Project& project, const char* name) {
     return path_exists(decoded_path(project) / name);
   }
-  static std::filesystem::path root_;
+  static void expect_nothing_half_written(const Project& project) {
+    for (const auto& entry : fs::recursive_directory_iterator(project.folder))
+      EXPECT_EQ(entry.path().filename().string().find(".part"), std::string::npos) << entry.path();
+  }
+
+  static inline fs::path root_;
+  static inline std::map<Stage, std::int64_t> decoded_until_;  // the end of a stage of the one run
+  static inline std::map<std::string, std::string> kept_;      // of kKeptFiles, by its import
 };
-std::filesystem::path SharedDecoding::root_;
 
-TEST_F(SharedDecoding, AClipIsDecodedOnceAndARunWithoutWhatWasKeptFindsTheSame) {
-  Project project = open("once");
-  EXPECT_EQ(run(project, Stage::fit), kDemoFrames);
+TEST_F(SharedDecoding, AClipIsDecodedOnceForImportAlignAndFit) {
+  const Project whole = open("whole");
+  for (const Stage stage : {Stage::import, Stage::align, Stage::fit})
+    EXPECT_EQ(decoded_until_[stage], kClipFrames) << stage_name(stage);
   // The large files are gone with the stages that needed them.
-  EXPECT_TRUE(holds(project, "motion.json"));
-  EXPECT_FALSE(holds(project, "track.greys"));
-  EXPECT_FALSE(holds(project, "landmarks.json"));
-
-  const std::string capture = text(capture_path(project)), cameras = text(cameras_path(project)),
-                    track = text(track_path(project));
-  // An import that changes nothing keeps nothing for a fit that is current.
-  std::filesystem::remove_all(project.folder / "frames");
-  EXPECT_EQ(run(project, Stage::fit), kDemoFrames);
-  EXPECT_EQ(text(capture_path(project)), capture);
-  EXPECT_FALSE(holds(project, "track.greys"));
-  // Align and fit by themselves.
-  std::filesystem::remove_all(decoded_path(project));
-  std::filesystem::remove(cameras_path(project));
-  EXPECT_EQ(run(project, Stage::align), kDemoFrames);
-  EXPECT_EQ(text(cameras_path(project)), cameras);
-  std::filesystem::remove(track_path(project));
-  EXPECT_EQ(run(project, Stage::fit), kDemoFrames);
-  EXPECT_EQ(text(track_path(project)), track);
+  EXPECT_EQ(text(decoded_path(whole) / "motion.json"), kept_["motion.json"]);
+  EXPECT_FALSE(holds(whole, "track.greys"));
+  EXPECT_FALSE(holds(whole, "landmarks.json"));
 }
 
-TEST_F(SharedDecoding, StagesRunOneByOneDecodeOnlyInTheFirst) {
-  Project project = open("apart");
-  EXPECT_EQ(run(project, Stage::import), kDemoFrames);
-  EXPECT_TRUE(holds(project, "motion.json"));
-  EXPECT_TRUE(holds(project, "track.greys"));
-  EXPECT_EQ(run(project, Stage::align), 0);
-  // In another size: the cameras stand, and their motion is not measured again.
-  const std::string motion = text(decoded_path(project) / "motion.json");
-  project = open("apart", 512);
-  EXPECT_EQ(run(project, Stage::import), kDemoFrames);
-  EXPECT_EQ(text(decoded_path(project) / "motion.json"), motion);
+TEST_F(SharedDecoding, WhatNobodyNeedsIsNotKeptAndAlignAloneFindsTheSame) {
+  Project project = copy_of_whole("again");
+  const std::string capture = text(capture_path(project)), cameras = text(cameras_path(project));
+  // An import that changes nothing keeps nothing for a fit that is current.
+  fs::remove_all(project.folder / "frames");
+  EXPECT_EQ(run(project, Stage::fit), kClipFrames);
+  EXPECT_EQ(text(capture_path(project)), capture);
+  EXPECT_FALSE(holds(project, "track.greys"));
+  fs::remove_all(decoded_path(project));
+  fs::remove(cameras_path(project));
+  EXPECT_EQ(run(project, Stage::align), kClipFrames);
+  EXPECT_EQ(text(cameras_path(project)), cameras);
+}
+
+TEST_F(SharedDecoding, InAnotherSizeTheCamerasStandAndTheirMotionIsNotMeasuredAgain) {
+  Project project = copy_of_whole("another_size", 512);
+  EXPECT_EQ(run(project, Stage::import), kClipFrames);
+  EXPECT_EQ(text(decoded_path(project) / "motion.json"), kept_["motion.json"]);
   EXPECT_TRUE(holds(project, "track.greys"));
 }
 
 TEST_F(SharedDecoding, AStopInTheMiddleOfAnImportLosesNothing) {
-  Project whole = open("whole");
-  run(whole, Stage::import);
+  Project project = open("cut");
   for (const double moment : {0.3, 0.9}) {
-    Project project = open(moment < 0.5 ? "cut_early" : "cut_late");
     std::stop_source stop;
     const Progress progress([&](const ProgressReport& r) {
       if (r.fraction > moment) stop.request_stop();
@@ -110,13 +191,81 @@ TEST_F(SharedDecoding, AStopInTheMiddleOfAnImportLosesNothing) {
     ASSERT_FALSE(cut.ok());
     EXPECT_EQ(cut.error().code, ErrorCode::cancelled);
     EXPECT_FALSE(path_exists(decoded_path(project)));
-    for (const auto& entry : std::filesystem::directory_iterator(project.folder))
-      EXPECT_EQ(entry.path().filename().string().find(".part"), std::string::npos) << entry.path();
-    EXPECT_EQ(run(project, Stage::import), kDemoFrames);
-    EXPECT_EQ(text(capture_path(project)), text(capture_path(whole)));
-    for (const char* name : {"motion.json", "landmarks.json", "track.greys"})
-      EXPECT_EQ(text(decoded_path(project) / name), text(decoded_path(whole) / name)) << name;
+    expect_nothing_half_written(project);
   }
+  EXPECT_EQ(run(project, Stage::import), kClipFrames);
+  EXPECT_EQ(text(capture_path(project)), text(capture_path(open("whole"))));
+  for (const char* name : kKeptFiles) EXPECT_EQ(text(decoded_path(project) / name), kept_[name]) << name;
+  // The stages run one by one: only the first decodes.
+  EXPECT_EQ(run(project, Stage::align), 0);
+}
+
+TEST_F(SharedDecoding, AFullDiskEndsNoImportAndTheFitDecodesByItself) {
+  Project project = open("full");
+  {
+    const FullDisk full;
+    EXPECT_EQ(run(project, Stage::import), kClipFrames);
+  }
+  EXPECT_EQ(text(capture_path(project)), text(capture_path(open("whole"))));
+  expect_nothing_half_written(project);
+  EXPECT_FALSE(holds(project, "track.greys"));
+  EXPECT_FALSE(holds(project, "landmarks.json"));
+  // What there was room for is used all the same.
+  EXPECT_EQ(text(decoded_path(project) / "motion.json"), kept_["motion.json"]);
+  EXPECT_EQ(run(project, Stage::align), 0);
+  // Only until the clip is read: what follows takes long, and is another's claim.
+  std::stop_source stop;
+  const std::int64_t before = decoded_frames();
+  const Progress progress([&](const ProgressReport&) {
+    if (decoded_frames() - before >= kClipFrames) stop.request_stop();
+  });
+  const auto fitted = run_stages(project, Stage::fit, progress, {}, stop.get_token());
+  ASSERT_FALSE(fitted.ok());
+  EXPECT_EQ(fitted.error().code, ErrorCode::cancelled) << fitted.error().what;
+  EXPECT_EQ(decoded_frames() - before, kClipFrames);
+}
+
+TEST_F(SharedDecoding, HeldOutViewsAreThoseOfTheMotionThatTheSameDecodingShows) {
+  Project project = open("views", 256, "moves.mp4", Split::views);
+  EXPECT_EQ(run(project, Stage::import), kClipFrames);
+  // Measured alone, by a decoding of its own.
+  const fs::path clip = root_ / "moves.mp4";
+  AlignOptions align;
+  align.mask_inputs = mask_inputs({});
+  const auto person = coarse_person_mask();
+  ASSERT_TRUE(person.ok());
+  const auto motion = measure_background_motion(clip, *person, rest_limit(align), Progress(), {});
+  ASSERT_TRUE(motion.ok()) << motion.error().what;
+  const auto stretch = moving_stretch(*motion);
+  ASSERT_TRUE(stretch.has_value());
+  EXPECT_LT(stretch->last, kClipFrames - 1) << "the camera rests in the end";
+  const auto capture = read_capture(capture_path(project));
+  ASSERT_TRUE(capture.ok());
+  std::vector<CaptureFrame> expected = capture->frames;
+  hold_out_views(expected, {stretch->first, stretch->last}, ImportOptions{}.held_out_share);
+  for (std::size_t i = 0; i < expected.size(); ++i)
+    EXPECT_EQ(capture->frames[i].held_out, expected[i].held_out) << expected[i].frame;
+  // Align finds that motion, to the bit, ...
+  ASSERT_TRUE(make_writable_folder(root_ / "measured").ok());
+  ASSERT_TRUE(keep_motion(root_ / "measured", motion_inputs(*hash_video(clip), align), *motion).ok());
+  const std::string kept = text(decoded_path(project) / "motion.json");
+  EXPECT_EQ(kept, text(root_ / "measured" / "motion.json"));
+  // ... and so does a later import, which holds out the same.
+  const std::string before = text(capture_path(project));
+  fs::remove_all(project.folder / "frames");
+  EXPECT_EQ(run(project, Stage::import), kClipFrames);
+  EXPECT_EQ(text(capture_path(project)), before);
+  EXPECT_EQ(text(decoded_path(project) / "motion.json"), kept);
+}
+
+TEST_F(SharedDecoding, ACameraAtRestHasNoViewsToHoldOutAndNothingIsKept) {
+  Project project = open("no_views", 256, "rests.mp4", Split::views);
+  const auto refused = run_stages(project, Stage::import, Progress(), {}, {});
+  ASSERT_FALSE(refused.ok());
+  EXPECT_NE(refused.error().what.find("camera rests"), std::string::npos) << refused.error().what;
+  EXPECT_FALSE(refused.error().fix.empty());
+  EXPECT_FALSE(path_exists(decoded_path(project)));
+  expect_nothing_half_written(project);
 }
 
 }  // namespace

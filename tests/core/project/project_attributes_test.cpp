@@ -109,6 +109,19 @@ TEST_F(ProjectAttributes, ValuesComeBackAndADamagedFileIsRefused) {
     ASSERT_TRUE(write_text(path, whole.substr(0, length)).ok());
     EXPECT_FALSE(read_attribute_values(path).ok()) << length;
   }
+  const auto refused = [&](const std::string& part, const std::string& by) {
+    std::string text = whole;
+    const std::size_t at = text.find(part);
+    EXPECT_NE(at, std::string::npos) << part;
+    EXPECT_TRUE(write_text(path, text.replace(at, part.size(), by)).ok());
+    const auto again = read_attribute_values(path);
+    return again ? std::string("nothing") : again.error().what;
+  };
+  EXPECT_NE(refused("\"version\": 1", "\"version\": 2").find("newer"), std::string::npos);
+  EXPECT_NE(refused("\"version\": 1", "\"version\": 0").find("damaged"), std::string::npos);
+  for (const char* number : {"0.5", "0.30000001192092896"})  // a value, and a doubt
+    EXPECT_NE(refused(number, "1e39").find("damaged"), std::string::npos)
+        << "infinite as a float: " << number;
   course.values.pop_back();
   ASSERT_TRUE(write_attribute_values(path, {&course, 1}).ok());
   EXPECT_FALSE(read_attribute_values(path).ok());

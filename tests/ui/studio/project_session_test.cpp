@@ -4,8 +4,11 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
+#include <cstddef>
 
 #include "core/base/files.h"
+#include "tests/core/video/video_test_clip.h"
 #include "tests/ui/studio/session_home.h"
 
 namespace likeness::ui {
@@ -60,6 +63,31 @@ TEST_F(ProjectSessionTest, ReadingIsAnnouncedBeforeAndAfter) {
   ASSERT_TRUE(until([this] { return hears("read"); }));
   EXPECT_EQ(heard_.size(), 5u);
   EXPECT_EQ(new_avatars_, 2) << "an avatar whose training is not recorded may be another";
+}
+
+// Its header is whole, so that the clip opens.
+TEST_F(ProjectSessionTest, AClipWhosePicturesAreDamagedSaysSoAndWhatToDo) {
+  const fs::path clip = home_.project.root / "clip.mp4";
+  write_clip(clip, 64, 48, 10);
+  auto bytes = read_file(clip);
+  ASSERT_TRUE(bytes.ok());
+  constexpr std::array kPictures{std::byte('m'), std::byte('d'), std::byte('a'), std::byte('t')};
+  const auto pictures = std::ranges::search(*bytes, kPictures);
+  ASSERT_FALSE(pictures.empty());
+  std::fill(pictures.end(), bytes->end(), std::byte(0x5A));
+  ASSERT_TRUE(write_file(clip, *bytes).ok());
+  auto project = open_project(home_.project.folder());
+  ASSERT_TRUE(project.ok());
+  project->options.shared.video = clip;
+  ASSERT_TRUE(save_project(*project).ok());
+
+  open();
+  ASSERT_TRUE(until([this] { return session_.view().clip_picture.number > 0; }));
+  const FramePicture picture = session_.view().clip_picture;
+  EXPECT_TRUE(home_.open.contents->clip.has_value()) << "it opens";
+  EXPECT_EQ(picture.image, nullptr);
+  EXPECT_NE(picture.missing.find("damaged after frame 0 of about 10"), std::string::npos) << picture.missing;
+  EXPECT_NE(picture.missing.find("Copy it again"), std::string::npos) << picture.missing;
 }
 
 TEST_F(ProjectSessionTest, ClosingIsAnnouncedWhileTheProjectIsOpen) {
