@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "core/base/dense_solves.h"
+#include "core/base/rigid.h"
 #include "core/track/torso/torso_rows.h"
 
 namespace likeness {
@@ -87,7 +88,7 @@ bool torso_row(const TorsoPixel& pixel, const TorsoView& view, const Pose& pose,
 
 Pose motion_pose(const TorsoMotion& m, const Vec2d& pivot) {
   Pose pose = Pose::Identity();
-  pose.linear() = Eigen::AngleAxisd(m.angle, Vec3d::UnitZ()).toRotationMatrix();
+  pose.linear() = rotation_about(Vec3d::UnitZ(), m.angle);
   const Vec3d about(pivot.x(), pivot.y(), 0);
   pose.translation() = about + Vec3d(m.shift.x(), m.shift.y(), 0) - pose.linear() * about;
   return pose;
