@@ -11,6 +11,7 @@
 #include "app/tables.h"
 #include "app/terminal.h"
 #include "core/base/parallel.h"
+#include "core/base/rigid.h"
 #include "core/drive/drive_clip.h"
 #include "core/export/write_film.h"
 #include "core/lab/truth/drive_truth.h"
@@ -79,7 +80,7 @@ std::vector<Table> track_tables(const std::vector<TruthRow>& rows) {
       for (const TruthCorrelation& c : s.correlations) cells.push_back(c.value);
     }
     const TruthAlignment& a = row.comparison.alignment;
-    const Eigen::AngleAxisd turn(a.truth_head_from_head.linear());
+    const Eigen::AngleAxisd turn = axis_and_angle(a.truth_head_from_head.linear());
     const Vec3d w = turn.angle() * turn.axis(), t = 1000 * a.truth_head_from_head.translation();
     before.rows.push_back({row.step, a.scale, turn.angle() * 180 / std::numbers::pi, w.x(), w.y(), w.z(),
                            t.x(), t.y(), t.z(), row.comparison.shape_rms_mm});

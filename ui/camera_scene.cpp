@@ -18,6 +18,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/base/rigid.h"
 #include "core/head/pose_head.h"
 #include "ui/theme.h"
 #include "ui/vtk_view.h"
@@ -78,7 +79,7 @@ std::vector<Vec3d> room_about_head(const ProjectContents& contents) {
   const auto first =
       std::ranges::find_if(frames, [](const TrackedFrame& f) { return f.status != FrameStatus::lost; });
   if (first == frames.end()) return places;
-  const Pose head_from_world = first->pose.world_from_head.inverse();
+  const Pose head_from_world = inverse(first->pose.world_from_head);
   for (const Vec3f& point : *contents.points) {
     const Vec3d place = head_from_world * point.cast<double>();
     if (place.norm() < kFarthestPoint) places.push_back(place);
@@ -226,7 +227,7 @@ void CameraScene::set(std::shared_ptr<const ProjectContents> contents) {
     if (!camera) continue;
     Pose cam_from_world = camera->cam_from_world;
     cam_from_world.translation() *= track.metres_per_unit;
-    frusta.add((cam_from_world * frame->pose.world_from_head).inverse(), camera->intrinsics);
+    frusta.add(inverse(cam_from_world * frame->pose.world_from_head), camera->intrinsics);
   }
   my.show(frusta, low, high);
   if (my.contents->points) set_points(my.points, room_about_head(*my.contents));

@@ -1,8 +1,9 @@
 #include "core/base/mean_rotation.h"
 
-#include <Eigen/Geometry>
 #include <Eigen/SVD>
 #include <cmath>
+
+#include "core/base/rigid.h"
 
 namespace likeness {
 
@@ -23,7 +24,7 @@ double turn_about_mean(std::span<const Mat3d> rotations) {
   const Mat3d mean = mean_rotation(rotations);
   double squared = 0;
   for (const Mat3d& rotation : rotations) {
-    const double angle = Eigen::AngleAxisd(Mat3d(rotation * mean.transpose())).angle();
+    const double angle = rotation_angle(rotation * mean.transpose());
     squared += angle * angle;
   }
   return rotations.empty() ? 0 : std::sqrt(squared / double(rotations.size()));

@@ -10,6 +10,7 @@
 
 #include "core/base/files.h"
 #include "core/base/quantile.h"
+#include "core/base/rigid.h"
 
 namespace likeness {
 namespace {
@@ -177,7 +178,7 @@ double median_parallax(const ColmapModel& model) {
   };
   std::unordered_map<std::int64_t, Seen> seen;
   for (const ColmapImage& image : model.images) {
-    const Vec3d eye = image.cam_from_world.inverse().translation();
+    const Vec3d eye = inverse(image.cam_from_world).translation();
     for (const ColmapObservation& observation : image.observations) {
       const auto point = model.points.find(observation.point);
       if (point == model.points.end()) continue;

@@ -15,6 +15,7 @@
 #include <opencv2/video/tracking.hpp>
 
 #include "core/base/align_points.h"
+#include "core/base/rigid.h"
 #include "core/video/decode.h"
 #include "core/video/grey_pictures.h"
 
@@ -76,8 +77,7 @@ std::optional<Pose> solve_pose(const Correspondences& seen, const Intrinsics& k,
   if (seen.points.size() < kLeastInliers) return std::nullopt;
   const cv::Matx33d matrix(k.fx, 0, k.cx, 0, k.fy, k.cy, 0, 0, 1);
   const cv::Vec4d distortion(k.k1, k.k2, k.p1, k.p2);
-  const Eigen::AngleAxisd turn(guess.linear());
-  const Vec3d turn_vector = turn.angle() * turn.axis(), shift = guess.translation();
+  const Vec3d turn_vector = vector_from_turn(guess.linear()), shift = guess.translation();
   cv::Mat rotation = (cv::Mat_<double>(3, 1) << turn_vector.x(), turn_vector.y(), turn_vector.z());
   cv::Mat translation = (cv::Mat_<double>(3, 1) << shift.x(), shift.y(), shift.z());
   std::vector<int> inliers;
@@ -97,8 +97,7 @@ std::optional<Pose> solve_pose(const Correspondences& seen, const Intrinsics& k,
   if (!(std::sqrt(sum / double(points.size())) <= kMostRmsPx)) return std::nullopt;
   const Vec3d vector(rotation.at<double>(0), rotation.at<double>(1), rotation.at<double>(2));
   Pose pose = Pose::Identity();
-  if (vector.norm() > 0)
-    pose.linear() = Eigen::AngleAxisd(vector.norm(), vector.normalized()).toRotationMatrix();
+  if (vector.norm() > 0) pose.linear() = rotation_about(vector.normalized(), vector.norm());
   pose.translation() = Vec3d(translation.at<double>(0), translation.at<double>(1), translation.at<double>(2));
   return pose;
 }
@@ -275,7 +274,7 @@ Pose mean_pose(const std::vector<Pose>& poses) {
     for (const auto& pose : group) {
       const Eigen::Vector4d q = Eigen::Quaterniond(pose.linear()).coeffs();
       sum += q * q.transpose();
-      centre += pose.inverse().translation() / double(group.size());
+      centre += inverse(pose).translation() / double(group.size());
     }
     Pose mean = Pose::Identity();
     mean.linear() = Eigen::Quaterniond(principal_axis(sum)).normalized().toRotationMatrix();
@@ -287,7 +286,7 @@ Pose mean_pose(const std::vector<Pose>& poses) {
   for (std::size_t i = 0; i < poses.size(); ++i) {
     double far = 0;
     for (const auto& other : poses)
-      far += (poses[i].inverse().translation() - other.inverse().translation()).norm();
+      far += (inverse(poses[i]).translation() - inverse(other).translation()).norm();
     order.emplace_back(far, i);
   }
   std::sort(order.begin(), order.end());

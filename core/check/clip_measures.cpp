@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "core/base/parallel.h"
+#include "core/base/rigid.h"
 #include "core/camera/align_options.h"
 #include "core/camera/assumed_lens.h"
 #include "core/camera/motion.h"
@@ -128,7 +129,7 @@ class FaceFit {
   void describe(const ActionBasis& basis, const FaceState& state, Look& look) const {
     constexpr double kDegree = 180 / std::numbers::pi;
     // Where the camera is, seen from the head: a face at the picture's edge is seen partly from the side.
-    const Vec3d camera = (state.cam_from_head.inverse().translation()).normalized();
+    const Vec3d camera = (inverse(state.cam_from_head).translation()).normalized();
     look.posed = camera.allFinite();
     if (!look.posed) return;
     look.yaw_deg = -kDegree * std::atan2(camera.x(), camera.z());

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "core/base/rigid.h"
 #include "core/head/action_amounts.h"
 #include "core/head/pose_head.h"
 #include "core/render/camera_path.h"
@@ -70,7 +71,7 @@ std::array<float, 3> turn_degrees(const Mat3d& r) {
 std::vector<float> channel_values(const DrivenFrame& frame, const DirectedAvatar& directed,
                                   const ActionBasis& basis) {
   const Avatar& avatar = *directed.avatar;
-  const Pose motion = avatar.world_from_head.inverse() * frame.pose.world_from_head;
+  const Pose motion = inverse(avatar.world_from_head) * frame.pose.world_from_head;
   const Vec3d shift = motion.translation() - (directed.neck - motion.linear() * directed.neck);
   const auto turn = turn_degrees(motion.linear());
   const Articulation &face = frame.pose.articulation, &rest = avatar.neutral;

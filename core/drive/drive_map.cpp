@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <string_view>
 
-#include "core/face/fit_frame.h"
+#include "core/base/rigid.h"
 #include "core/head/pose_head.h"
 
 namespace likeness {
@@ -96,7 +96,7 @@ float soft_clamp(float x, float low, float high, float margin) {
 }
 
 DriverMotion motion_of(const TrackedFrame& frame, const DriveSubject& driver, const Vec3d& neck) {
-  const Pose motion = driver.world_from_head.inverse() * frame.pose.world_from_head;
+  const Pose motion = inverse(driver.world_from_head) * frame.pose.world_from_head;
   return {face_of(frame.pose.articulation) - face_of(driver.neutral),
           frame.pose.articulation.left_eye - driver.neutral.left_eye,
           frame.pose.articulation.right_eye - driver.neutral.right_eye,

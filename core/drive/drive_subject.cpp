@@ -5,7 +5,7 @@
 #include <limits>
 
 #include "core/base/quantile.h"
-#include "core/face/fit_frame.h"
+#include "core/base/rigid.h"
 #include "core/render/avatar.h"
 #include "core/track/fit/neutral.h"
 
@@ -46,7 +46,7 @@ Result<DriveSubject> subject_from_track(const Track& track, const HeadModel& mod
   for (std::size_t i = 0; i < frames.size(); i += stride) {
     double sum = 0;
     for (std::size_t j = 0; j < frames.size(); j += stride) {
-      const Pose difference = frames[i]->pose.world_from_head.inverse() * frames[j]->pose.world_from_head;
+      const Pose difference = inverse(frames[i]->pose.world_from_head) * frames[j]->pose.world_from_head;
       sum +=
           difference.translation().norm() + kMetresPerRadian * vector_from_turn(difference.linear()).norm();
     }

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "core/base/quantile.h"
+#include "core/base/rigid.h"
 #include "core/camera/clip_camera.h"
 #include "core/face/fit_clip.h"
 #include "core/face/observe_face.h"

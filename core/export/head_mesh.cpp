@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include "core/base/rigid.h"
 #include "core/head/pose_head.h"
 
 namespace likeness {
@@ -12,12 +13,12 @@ HeadMesh head_mesh(const Avatar& avatar, const HeadModel& model, const AvatarPos
   mesh.triangles = model.triangles;
   mesh.positions =
       pose_detailed_head(model, shape_head(model, avatar.person), pose.articulation, avatar.detail);
-  const Pose typical_from_world = avatar.world_from_head.inverse();
+  const Pose typical_from_world = inverse(avatar.world_from_head);
   const Eigen::Isometry3f head = (typical_from_world * pose.world_from_head).cast<float>();
   // How the torso left its typical place, and the model's shoulders with it.
-  const Eigen::Isometry3f torso = (typical_from_world * pose.world_from_torso *
-                                   avatar.world_from_torso.inverse() * avatar.world_from_head)
-                                      .cast<float>();
+  const Eigen::Isometry3f torso =
+      (typical_from_world * pose.world_from_torso * inverse(avatar.world_from_torso) * avatar.world_from_head)
+          .cast<float>();
   for (std::size_t v = 0; v < mesh.positions.size(); ++v) {
     const float still = model.skinning_weights(Eigen::Index(v), kRoot);
     Vec3f& position = mesh.positions[v];

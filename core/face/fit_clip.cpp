@@ -6,6 +6,7 @@
 #include "core/base/dense_solves.h"
 #include "core/base/parallel.h"
 #include "core/base/parallel_batches.h"
+#include "core/base/rigid.h"
 
 namespace likeness {
 namespace {

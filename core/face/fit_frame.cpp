@@ -7,6 +7,7 @@
 
 #include "core/base/check.h"
 #include "core/base/dense_solves.h"
+#include "core/base/rigid.h"
 
 namespace likeness {
 namespace {
@@ -21,12 +22,6 @@ constexpr double kBlinkChange = 0.15;     // lids close within two frames; nothi
 bool starts_with_any(std::string_view name, std::initializer_list<std::string_view> prefixes) {
   return std::any_of(prefixes.begin(), prefixes.end(),
                      [&](std::string_view p) { return name.starts_with(p); });
-}
-
-Mat3d cross_matrix(const Vec3d& v) {
-  Mat3d m;
-  m << 0, -v.z(), v.y(), v.z(), 0, -v.x(), -v.y(), v.x(), 0;
-  return m;
 }
 
 // Residual of one landmark in sigmas, and the 2x2 matrix that maps working pixels to it.
@@ -153,17 +148,6 @@ void add_lips(const ReducedHead& head, const ReducedPerson& person, const FaceOb
 }
 
 }  // namespace
-
-Mat3d turn_from_vector(const Vec3d& v) {
-  const double angle = v.norm();
-  return angle < 1e-12 ? Mat3d(Mat3d::Identity() + cross_matrix(v))
-                       : Eigen::AngleAxisd(angle, v / angle).toRotationMatrix();
-}
-
-Vec3d vector_from_turn(const Mat3d& turn) {
-  const Eigen::AngleAxisd a(turn);
-  return a.angle() * a.axis();
-}
 
 ExpressionPrior expression_prior(const HeadModel& model) {
   const int count = model.expression_count();
@@ -386,7 +370,7 @@ FaceState start_frame(const ReducedHead& head, const ReducedPerson& person,
   rigid.max_iterations = 25;
   for (double yaw : {0.0, 0.7, -0.7}) {
     Mat3d facing = Vec3d(1, -1, -1).asDiagonal();
-    state.cam_from_head.linear() = facing * Eigen::AngleAxisd(yaw, Vec3d::UnitY()).toRotationMatrix();
+    state.cam_from_head.linear() = facing * rotation_about(Vec3d::UnitY(), yaw);
     state.cam_from_head.translation() = depth * mean.homogeneous() - state.cam_from_head.linear() * centre;
     const FaceState fitted = fit_frame(head, person, observation, prior, {}, rigid, state);
     const JawLine line = pick_jaw_line(head, person, observation, fitted);

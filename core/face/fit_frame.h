@@ -114,7 +114,4 @@ double lip_gap(const ReducedHead& head, const ReducedPerson& person, const FaceS
 double inner_error(const ReducedHead& head, const ReducedPerson& person, const FaceObservation& observation,
                    const FaceState& state);
 
-Mat3d turn_from_vector(const Vec3d& rotation_vector);
-Vec3d vector_from_turn(const Mat3d& turn);
-
 }  // namespace likeness

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "core/base/rigid.h"
 #include "core/head/builtin_fields.h"
 #include "core/head/builtin_sculpt.h"
 
@@ -56,7 +57,7 @@ constexpr double kClosableOpening = 12.5 * std::numbers::pi / 180;
 // Closes the lips over a jaw open by this much: both are moved to where the opening's first third would have
 // put them.
 Field mouth_close_field(const WholeHead& head) {
-  const Mat3d open = Eigen::AngleAxisd(kClosableOpening, Vec3d::UnitX()).toRotationMatrix();
+  const Mat3d open = rotation_about(Vec3d::UnitX(), kClosableOpening);
   Field left(head.left_count, Vec3d::Zero());
   for (int i = 0; i < head.left_count; ++i) {
     const HalfVertex& v = head.vertices[i];

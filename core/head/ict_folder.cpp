@@ -11,6 +11,7 @@
 #include "core/base/dense_solves.h"
 #include "core/base/files.h"
 #include "core/base/parallel.h"
+#include "core/base/rigid.h"
 #include "core/head/drawn_landmarks.h"
 #include "core/head/named_actions.h"
 
@@ -206,7 +207,7 @@ double smoothstep(double from, double to, double x) {
 
 // Weights, and the corrective that makes the jaw's turn equal to the jawOpen shape everywhere.
 void lay_skin(HeadModel& model, const Eigen::VectorXf& jaw_open) {
-  const Mat3d turn = Eigen::AngleAxisd(kJawAngle, Vec3d::UnitX()).toRotationMatrix();
+  const Mat3d turn = rotation_about(Vec3d::UnitX(), kJawAngle);
   constexpr double kSteady = 0.001;  // m: near the axis the turn moves too little to determine a weight
   constexpr Eigen::Index kSineFeature = 9 + 7;  // R(2, 1) of the jaw, the second of four joints
   model.skinning_weights = Eigen::MatrixXf::Zero(model.vertex_count(), kJointCount);

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "core/base/parallel.h"
+#include "core/base/rigid.h"
 
 namespace likeness {
 namespace {
@@ -36,7 +37,7 @@ std::vector<std::vector<std::size_t>> group_views(const std::vector<HullView>& v
   std::vector<std::vector<std::size_t>> groups;
   std::vector<Vec3d> leaders;
   for (std::size_t i = 0; i < views.size(); ++i) {
-    const Vec3d direction = views[i].cam_from_part.inverse().translation().normalized();
+    const Vec3d direction = inverse(views[i].cam_from_part).translation().normalized();
     std::size_t group = 0;
     while (group < groups.size() && leaders[group].dot(direction) < std::cos(kGroupAngle)) ++group;
     if (group == groups.size()) groups.emplace_back(), leaders.push_back(direction);

@@ -9,6 +9,7 @@
 
 #include "core/base/check.h"
 #include "core/base/parallel.h"
+#include "core/base/rigid.h"
 #include "core/base/work_clock.h"
 #include "core/field/adam.h"
 #include "core/field/conditioned_field.h"
@@ -34,7 +35,7 @@ std::vector<Vec3f> seen_directions(const TrainingSet& set, int count) {
   const std::size_t n = std::min<std::size_t>(views.size(), std::size_t(std::max(1, count)));
   for (std::size_t k = 0; k < n; ++k) {
     const TrainingView& view = views[k * views.size() / n];
-    const Vec3d eye = (view.camera.cam_from_world * view.pose.world_from_head).inverse().translation();
+    const Vec3d eye = inverse(view.camera.cam_from_world * view.pose.world_from_head).translation();
     directions.push_back((-eye).normalized().cast<float>());
   }
   return directions;

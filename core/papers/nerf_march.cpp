@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "core/base/parallel.h"
+#include "core/base/rigid.h"
 #include "core/render/canonical_samples.h"
 #include "core/train/random_stream.h"
 
@@ -122,7 +123,7 @@ Image render_nerf(const NerfAvatar& avatar, const Camera& camera, const RenderSt
   const Avatar& a = avatar.scene;
   std::vector<NeckBend> neck;
   if (!a.neck.empty())
-    neck.push_back(make_neck_bend(a.neck, state.pose.world_from_head.inverse() * state.pose.world_from_torso,
+    neck.push_back(make_neck_bend(a.neck, inverse(state.pose.world_from_head) * state.pose.world_from_torso,
                                   a.head.cube.origin, a.head.cube.side));
   const std::span<const WarpLattice> warp(&state.warp, state.warp.empty() ? 0 : 1);
   const std::span<const TorsoField> torso(&state.torso, state.torso.empty() ? 0 : 1);

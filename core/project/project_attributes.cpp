@@ -12,6 +12,7 @@
 #include "core/base/files.h"
 #include "core/base/hash.h"
 #include "core/base/parallel.h"
+#include "core/base/rigid.h"
 #include "core/image/files.h"
 #include "core/project/project_head_model.h"
 #include "core/project/project_views.h"
@@ -61,8 +62,9 @@ std::vector<Eigen::VectorXf> asides_of(const Frames& frames, const TrainingSet& 
   const ConditionMap map = learn_condition_map(set.model, shape, learnt);
   std::vector<Eigen::VectorXf> asides;
   for (const TrainingView* view : frames.all) {
-    const Eigen::AngleAxisd turn((view->camera.cam_from_world * view->pose.world_from_head).linear());
-    const Mat3d r = turn.toRotationMatrix();
+    const Eigen::AngleAxisd turn =
+        axis_and_angle((view->camera.cam_from_world * view->pose.world_from_head).linear());
+    const Mat3d r = rotation_about(turn.axis(), turn.angle());
     const Eigen::VectorXf psi = condition(map, view->pose.articulation);
     Eigen::VectorXf aside(6 + psi.size());
     const float x = float(r(0, 2)), y = float(r(1, 2));  // where the face looks

@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "core/base/quantile.h"
+#include "core/base/rigid.h"
 #include "core/project/project_views.h"
 
 namespace likeness {
@@ -28,7 +29,7 @@ void set_range(SeenViews& seen) {
 }  // namespace
 
 ViewAngle view_angle(const Pose& cam_from_head) {
-  const Vec3d to_camera = cam_from_head.inverse().translation().normalized();
+  const Vec3d to_camera = inverse(cam_from_head).translation().normalized();
   ViewAngle view;
   view.yaw = std::atan2(to_camera.x(), to_camera.z());
   view.pitch = std::asin(std::clamp(to_camera.y(), -1.0, 1.0));

@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include "core/base/check.h"
+#include "core/base/rigid.h"
 
 namespace likeness {
 
@@ -34,7 +35,7 @@ Camera orbit_camera(const Avatar& avatar, const Pose& world_from_head, double ya
   Pose turn = Pose::Identity();
   turn.linear() = (Eigen::AngleAxisd(yaw, up) * Eigen::AngleAxisd(-pitch, side)).toRotationMatrix();
   turn.translation() = centre - turn.linear() * centre;
-  return {-1, avatar.intrinsics, avatar.cam_from_world * turn.inverse()};
+  return {-1, avatar.intrinsics, avatar.cam_from_world * inverse(turn)};
 }
 
 Pose turned_head(const Pose& world_from_head, const Vec3d& pivot_in_head, double yaw, double pitch,

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cstring>
 
+#include "core/base/rigid.h"
 #include "core/render/pixel_bands.h"
 
 namespace likeness {
@@ -145,7 +146,7 @@ void pack_frame(const Avatar& avatar, const Camera& camera, const RenderState& s
   }
   NeckBend neck;
   if (!avatar.neck.empty()) {
-    neck = make_neck_bend(avatar.neck, state.pose.world_from_head.inverse() * state.pose.world_from_torso,
+    neck = make_neck_bend(avatar.neck, inverse(state.pose.world_from_head) * state.pose.world_from_torso,
                           avatar.head.cube.origin, avatar.head.cube.side);
     parts.neck = &neck;
   }

@@ -6,6 +6,7 @@
 
 #include "core/base/check.h"
 #include "core/base/parallel.h"
+#include "core/base/rigid.h"
 #include "core/render/march_math.h"
 #include "core/scene/warp_lattice.h"
 
@@ -172,7 +173,7 @@ const std::array<float, 256>& depth_of_opacity() {
 
 UnitFromCamera unit_from_camera(const FieldCube& cube, const Pose& cam_from_world,
                                 const Pose& world_from_field) {
-  const Pose field_from_cam = (cam_from_world * world_from_field).inverse();
+  const Pose field_from_cam = inverse(cam_from_world * world_from_field);
   UnitFromCamera map;
   map.linear = (field_from_cam.linear() / double(cube.side)).cast<float>();
   map.offset =

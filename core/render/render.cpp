@@ -10,6 +10,7 @@
 #include "core/base/check.h"
 #include "core/base/lending_pool.h"
 #include "core/base/parallel.h"
+#include "core/base/rigid.h"
 #include "core/field/conditioned_field.h"
 #include "core/field/evaluate.h"
 #include "core/render/canonical_samples.h"
@@ -331,7 +332,7 @@ Scene make_scene(const Avatar& avatar, const Camera& camera, const RenderState& 
   if (!state.torso.empty()) scene.torso = {&state.torso, 1};
   if (!avatar.neck.empty()) {
     scene.neck.push_back(make_neck_bend(avatar.neck,
-                                        state.pose.world_from_head.inverse() * state.pose.world_from_torso,
+                                        inverse(state.pose.world_from_head) * state.pose.world_from_torso,
                                         avatar.head.cube.origin, avatar.head.cube.side));
   }
   for (const NeckBend& neck : scene.neck)

@@ -5,6 +5,8 @@
 
 #include <algorithm>
 
+#include "core/base/rigid.h"
+
 namespace likeness {
 namespace {
 
@@ -23,7 +25,7 @@ NeckBend make_neck_bend(const NeckZone& zone, const Pose& head_from_torso, const
   NeckBend bend;
   if (zone.empty()) return bend;
   const Vec3d middle = zone.middle.cast<double>();
-  const Eigen::AngleAxisd whole(head_from_torso.linear());
+  const Eigen::AngleAxisd whole = axis_and_angle(head_from_torso.linear());
   const Vec3d moved = head_from_torso * middle - middle;
   bend.straight = std::abs(whole.angle()) < kNoTurn && moved.norm() < kNoShift;
   bend.base = (zone.base - origin.y()) / side;
@@ -31,7 +33,7 @@ NeckBend make_neck_bend(const NeckZone& zone, const Pose& head_from_torso, const
   const Vec3d from = origin.cast<double>();
   for (int k = 0; k <= kNeckSteps; ++k) {
     const double s = double(k) / kNeckSteps;
-    const Eigen::Matrix3d back = Eigen::AngleAxisd(-s * whole.angle(), whole.axis()).toRotationMatrix();
+    const Eigen::Matrix3d back = rotation_about(whole.axis(), -s * whole.angle());
     // straight = back (posed - middle - s moved) + middle, with posed = from + side * x.
     const Vec3d shift = (back * (from - middle - s * moved) + middle - from) / double(side);
     bend.turn[std::size_t(k)] = back.cast<float>();

@@ -8,6 +8,7 @@
 #include <optional>
 
 #include "core/base/parallel.h"
+#include "core/base/rigid.h"
 #include "core/synth/noise.h"
 #include "core/synth/person.h"
 #include "core/synth/room.h"
@@ -30,7 +31,7 @@ struct View {
   Intrinsics intrinsics;
 
   explicit View(const Camera& camera)
-      : origin(camera.cam_from_world.inverse().translation().cast<float>()),
+      : origin(inverse(camera.cam_from_world).translation().cast<float>()),
         world_from_cam(camera.cam_from_world.linear().transpose()),
         intrinsics(camera.intrinsics) {}
   Vec3f ray(const Vec2d& pixel) const {

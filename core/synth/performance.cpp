@@ -8,6 +8,7 @@
 #include <numbers>
 #include <vector>
 
+#include "core/base/rigid.h"
 #include "core/synth/noise.h"
 
 namespace likeness {
@@ -67,7 +68,7 @@ Pose look_at(const Vec3d& eye, const Vec3d& target, double roll) {
   cam_from_world.row(0) = right;
   cam_from_world.row(1) = forward.cross(right);
   cam_from_world.row(2) = forward;
-  cam_from_world = Eigen::AngleAxisd(roll, Vec3d::UnitZ()).toRotationMatrix() * cam_from_world;
+  cam_from_world = rotation_about(Vec3d::UnitZ(), roll) * cam_from_world;
   Pose pose = Pose::Identity();
   pose.linear() = cam_from_world;
   pose.translation() = -cam_from_world * eye;
@@ -219,8 +220,7 @@ void gaze(const Cast& cast, const HeadShape& shape, const Vec3d& target, double 
     const double yaw = std::clamp(std::atan2(d.x(), d.z()) + glance_yaw, -30 * kDegree, 30 * kDegree);
     const double pitch =
         std::clamp(std::atan2(d.y(), std::hypot(d.x(), d.z())) + glance_pitch, -20 * kDegree, 18 * kDegree);
-    const Eigen::AngleAxisd rotation(turn(yaw, -pitch, 0));
-    const Vec3f vector = (rotation.angle() * rotation.axis()).cast<float>();
+    const Vec3f vector = vector_from_turn(turn(yaw, -pitch, 0)).cast<float>();
     (joint == kLeftEye ? cast.articulation.left_eye : cast.articulation.right_eye) = vector;
     cast.act(std::string((yaw > 0) == (joint == kLeftEye) ? "eyeLookOut" : "eyeLookIn") +
                  (joint == kLeftEye ? "_L" : "_R"),
@@ -299,9 +299,9 @@ Shot perform(const HeadModel& model, const HeadShape& shape, const DemoOptions& 
   if (m.finale < 0) blink(cast, m.time_s, seed);
 
   // -- Gaze: at the camera, with glances aside in the second part
-  const Vec3d lens = shot.camera.cam_from_world.inverse().translation();
+  const Vec3d lens = inverse(shot.camera.cam_from_world).translation();
   const double aside = m.walking ? 0 : swell(m.phase, 0.58, 0.68) - swell(m.phase, 0.26, 0.33);
-  gaze(cast, shape, shot.world_from_head.inverse() * lens, 16 * kDegree * aside, 5 * kDegree * aside);
+  gaze(cast, shape, inverse(shot.world_from_head) * lens, 16 * kDegree * aside, 5 * kDegree * aside);
 
   if (model.expression_min.size() == shot.articulation.expression.size()) {
     shot.articulation.expression =

@@ -8,6 +8,7 @@
 
 #include "core/base/check.h"
 #include "core/base/parallel.h"
+#include "core/base/rigid.h"
 #include "core/scene/mesh_scene.h"
 #include "core/synth/garment.h"
 #include "core/synth/glasses.h"
@@ -224,7 +225,7 @@ struct Person::Impl {
 };
 
 void Person::Impl::place(const Shot& shot) {
-  head_from_world = shot.world_from_head.inverse();
+  head_from_world = inverse(shot.world_from_head);
   up = (head_from_world.linear() * Vec3d::UnitY()).cast<float>();
   rig = transform_rig(world_rig, head_from_world);
   posed = play.pose(shot.articulation, shot.habit);
@@ -467,7 +468,7 @@ Person& Person::operator=(Person&&) noexcept = default;
 void Person::pose(const Shot& shot, std::stop_token stop) {
   impl_->place(shot);
   const Vec3f lens =
-      (impl_->head_from_world * shot.camera.cam_from_world.inverse().translation()).cast<float>();
+      (impl_->head_from_world * inverse(shot.camera.cam_from_world).translation()).cast<float>();
   impl_->gather(lens, stop);
   impl_->scatter();
 }

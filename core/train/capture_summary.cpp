@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "core/base/quantile.h"
+#include "core/base/rigid.h"
 #include "core/head/action_amounts.h"
 
 namespace likeness {
@@ -62,9 +63,8 @@ std::size_t typical_view(const TrainingSet& set) {
   for (std::size_t v = 0; v < count; v += stride) {
     double sum = 0;
     for (std::size_t w = 0; w < count; w += stride) {
-      const Pose difference = poses[v].inverse() * poses[w];
-      sum +=
-          difference.translation().norm() + kMetresPerRadian * Eigen::AngleAxisd(difference.linear()).angle();
+      const Pose difference = inverse(poses[v]) * poses[w];
+      sum += difference.translation().norm() + kMetresPerRadian * rotation_angle(difference.linear());
     }
     if (sum < best) best = sum, chosen = v;
   }

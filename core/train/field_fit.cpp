@@ -8,6 +8,7 @@
 
 #include "core/base/check.h"
 #include "core/base/dense_solves.h"
+#include "core/base/rigid.h"
 
 namespace likeness {
 namespace {
@@ -97,7 +98,7 @@ AvatarPose changed_pose(const AvatarPose& tracked, const ConditionMap& map, cons
   const Vec3d turn = change.head<3>();
   const double angle = turn.norm();
   if (angle > 1e-12)
-    pose.world_from_head.linear() = Eigen::AngleAxisd(angle, turn / angle) * tracked.world_from_head.linear();
+    pose.world_from_head.linear() = rotation_about(turn / angle, angle) * tracked.world_from_head.linear();
   pose.world_from_head.translation() += change.segment<3>(3);
   const Eigen::Index components = change.size() - kPoseChange;
   if (components == 0) return pose;

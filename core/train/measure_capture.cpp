@@ -4,6 +4,7 @@
 
 #include "core/base/mean_rotation.h"
 #include "core/base/quantile.h"
+#include "core/base/rigid.h"
 #include "core/train/choose_parts.h"
 #include "core/train/condition_map.h"
 #include "core/train/volumes.h"
@@ -73,7 +74,7 @@ CaptureMeasures measure_capture(const TrainingSet& set, const HeadShape& shape) 
   std::vector<double> yaw, pitch;
   for (const TrainingView& view : own) {
     const Pose cam_from_head = view.camera.cam_from_world * view.pose.world_from_head;
-    const Vec3d to_camera = cam_from_head.inverse().translation().normalized();
+    const Vec3d to_camera = inverse(cam_from_head).translation().normalized();
     yaw.push_back(std::atan2(to_camera.x(), to_camera.z()));
     pitch.push_back(std::asin(std::clamp(to_camera.y(), -1.0, 1.0)));
     m.plate_share += view.has_plate && m.has_plate ? 1.0 / double(own.size()) : 0;

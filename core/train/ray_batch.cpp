@@ -6,6 +6,7 @@
 #include <map>
 
 #include "core/base/parallel.h"
+#include "core/base/rigid.h"
 #include "core/train/random_stream.h"
 #include "core/train/ray_choice.h"
 #include "core/train/sides_seen.h"
@@ -163,8 +164,8 @@ RaySource make_ray_source(const TrainingSet& set, std::span<const AvatarPose> po
     out.maps[0] = unit_from_camera(head, view.camera.cam_from_world, pose.world_from_head);
     if (torso) out.maps[1] = unit_from_camera(*torso, view.camera.cam_from_world, pose.world_from_torso);
     if (!source.necks.empty())
-      source.necks[v] = make_neck_bend(neck, pose.world_from_head.inverse() * pose.world_from_torso,
-                                       head.origin, head.side);
+      source.necks[v] =
+          make_neck_bend(neck, inverse(pose.world_from_head) * pose.world_from_torso, head.origin, head.side);
     // -- Box of the landmarks, a sixth larger on each side.
     const std::vector<Vec3f> posed = pose_head(set.model, shape, pose.articulation);
     if (!source.torsos.empty()) source.torsos[v] = torso_field(set.torso_modes, pose.torso_shape);

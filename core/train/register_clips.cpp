@@ -9,6 +9,7 @@
 
 #include "core/base/parallel.h"
 #include "core/base/quantile.h"
+#include "core/base/rigid.h"
 #include "core/render/render.h"
 #include "core/train/field_fit.h"
 #include "core/train/refine_track.h"
@@ -82,10 +83,9 @@ Motion view_motion(const TrainingView& view, const Avatar& avatar, const AvatarR
   const Eigen::VectorXd change =
       fit_to_field(avatar, rig, view.camera, {&matched, &none, &region}, tracked, {}, fit).change;
   const Pose moved = changed_pose(tracked, avatar.condition, change).world_from_head;
-  const Pose motion = tracked.world_from_head.inverse() * moved;
-  const Eigen::AngleAxisd turn(motion.linear());
-  const Vec3d axis = turn.angle() * turn.axis(), shift = motion.translation();
-  return {axis.x(), axis.y(), axis.z(), shift.x(), shift.y(), shift.z()};
+  const Pose motion = inverse(tracked.world_from_head) * moved;
+  const Vec3d turn = vector_from_turn(motion.linear()), shift = motion.translation();
+  return {turn.x(), turn.y(), turn.z(), shift.x(), shift.y(), shift.z()};
 }
 
 // The views' median, or the identity if it is implausible.
@@ -99,7 +99,7 @@ Pose common_motion(const std::vector<Motion>& motions, const RegisterOptions& op
   const Vec3d turn(median[0], median[1], median[2]), shift(median[3], median[4], median[5]);
   Pose motion = Pose::Identity();
   if (!(turn.norm() <= options.largest_turn) || !(shift.norm() <= options.largest_shift)) return motion;
-  if (turn.norm() > 1e-12) motion.linear() = Eigen::AngleAxisd(turn.norm(), turn.normalized()).matrix();
+  if (turn.norm() > 1e-12) motion.linear() = rotation_about(turn.normalized(), turn.norm());
   motion.translation() = shift;
   return motion;
 }
@@ -107,9 +107,9 @@ Pose common_motion(const std::vector<Motion>& motions, const RegisterOptions& op
 // The change (core/train/field_fit.h) that moves a view's head frame accordingly.
 Eigen::VectorXd change_of(const TrainingView& view, const Pose& motion) {
   const Pose moved = view.pose.world_from_head * motion;
-  const Eigen::AngleAxisd turn(moved.linear() * view.pose.world_from_head.linear().transpose());
+  const Vec3d turn = vector_from_turn(moved.linear() * view.pose.world_from_head.linear().transpose());
   Eigen::VectorXd change(kPoseChange);
-  change << turn.angle() * turn.axis(), moved.translation() - view.pose.world_from_head.translation();
+  change << turn, moved.translation() - view.pose.world_from_head.translation();
   return change;
 }
 

@@ -11,6 +11,7 @@
 #include "core/base/check.h"
 #include "core/base/parallel.h"
 #include "core/base/quantile.h"
+#include "core/base/rigid.h"
 #include "core/field/adam.h"
 #include "core/field/evaluate.h"
 #include "core/field/train_fields.h"
@@ -52,7 +53,7 @@ FieldConfig room_config() {
 OccupancyGrid free_cells(std::span<const TrainingView> views, const FieldCube& cube) {
   std::vector<Vec3f> eyes, heads, downs;
   for (std::size_t i = 0; i < views.size(); i += std::max<std::size_t>(1, views.size() / 32)) {
-    eyes.push_back(views[i].camera.cam_from_world.inverse().translation().cast<float>());
+    eyes.push_back(inverse(views[i].camera.cam_from_world).translation().cast<float>());
     heads.push_back(views[i].pose.world_from_head.translation().cast<float>());
     downs.push_back(-views[i].pose.world_from_torso.linear().col(1).cast<float>());
   }

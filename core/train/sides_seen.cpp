@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "core/base/parallel.h"
+#include "core/base/rigid.h"
 #include "core/train/ray_choice.h"
 
 namespace likeness {
@@ -23,7 +24,7 @@ OccupancyGrid sides_seen(const TrainingSet& set, const HeadShape& shape, const F
   const Vec3f middle = 0.5f * (low + high) - Vec3f(0, 0, 0.5f * (high.x() - low.x()));
   std::vector<Vec3f> eyes;
   for (const TrainingView& view : own_views(set)) {
-    const Pose head_from_cam = (view.camera.cam_from_world * view.pose.world_from_head).inverse();
+    const Pose head_from_cam = inverse(view.camera.cam_from_world * view.pose.world_from_head);
     eyes.push_back((head_from_cam.translation().cast<float>() - middle).normalized());
   }
   OccupancyGrid seen = make_occupancy(kCells, false);

@@ -6,6 +6,7 @@
 
 #include "core/base/check.h"
 #include "core/base/parallel.h"
+#include "core/base/rigid.h"
 #include "core/train/carve.h"
 #include "core/train/still_cells.h"
 
@@ -329,8 +330,7 @@ std::optional<Volume> torso_volume(const TrainingSet& set, const HeadShape& shap
     if (depth < 0.05) continue;
     const Intrinsics& k = view.camera.intrinsics;
     for (const double u : {0.0, 1.0}) {
-      const Vec3d corner =
-          cam_from_torso.inverse() * (ray_direction(k, Vec2d(u * k.width, k.height)) * depth);
+      const Vec3d corner = inverse(cam_from_torso) * (ray_direction(k, Vec2d(u * k.width, k.height)) * depth);
       low = low.cwiseMin(corner.cast<float>()), high.x() = std::max(high.x(), float(corner.x()));
     }
   }

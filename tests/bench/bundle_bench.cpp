@@ -4,6 +4,7 @@
 
 #include <random>
 
+#include "core/base/rigid.h"
 #include "core/track/points/bundle.h"
 
 namespace likeness {
@@ -25,7 +26,7 @@ const Turning& turning() {
     for (int i = 0; i < 400; ++i) {
       BundleFrame frame{true, 1000, Pose::Identity()};
       const double yaw = 0.6 * std::sin(i * 0.063);
-      frame.cam_from_head.linear() = facing * Eigen::AngleAxisd(yaw, Vec3d::UnitY()).toRotationMatrix();
+      frame.cam_from_head.linear() = facing * rotation_about(Vec3d::UnitY(), yaw);
       frame.cam_from_head.translation() = Vec3d(0.02 * std::sin(i * 0.1), 0, 0.7);
       made.frames.push_back(frame);
     }

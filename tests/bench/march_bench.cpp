@@ -6,6 +6,7 @@
 #include <random>
 #include <vector>
 
+#include "core/base/rigid.h"
 #include "core/render/composite.h"
 #include "core/render/rays.h"
 
@@ -104,7 +105,7 @@ void BM_WalkWithABentNeck(benchmark::State& state) {
   const OccupancyGrid grid = ball_on_neck();
   const MarchVolume v = march_volume(grid, ball().core, 1, ball().opacity);
   Pose turned = Pose::Identity();
-  turned.rotate(Eigen::AngleAxisd(0.2, Vec3d::UnitY()));
+  turned.rotate(rotation_about(Vec3d::UnitY(), 0.2));
   const NeckBend bend = make_neck_bend({0.15f, 0.33f, {0.5f, 0.24f, 0.5f}}, turned);
   MarchNeck neck = march_neck(bend, v);
   if (state.range(0) == 0) neck.box = {Vec3f::Zero(), Vec3f::Ones()};

@@ -4,6 +4,7 @@
 #include <random>
 #include <vector>
 
+#include "core/base/rigid.h"
 #include "core/head/builtin_head.h"
 #include "core/scene/neck_bend.h"
 #include "core/scene/warp_lattice.h"
@@ -28,7 +29,7 @@ void run(benchmark::State& state, const std::vector<Vec3f>& places, const F& loo
 
 void BM_Straightened(benchmark::State& state) {
   Pose turned = Pose::Identity();
-  turned.rotate(Eigen::AngleAxisd(0.01 * double(state.range(0)), Vec3d(0.2, 1, 0.1).normalized()));
+  turned.rotate(rotation_about(Vec3d(0.2, 1, 0.1).normalized(), 0.01 * double(state.range(0))));
   const NeckBend bend = make_neck_bend({-0.16f, -0.12f, {0, -0.14f, -0.02f}}, turned);
   const bool lanes = state.range(1) != 0;
   run(state, places_in(-0.19f, -0.12f),

@@ -6,6 +6,7 @@
 
 #include <set>
 
+#include "core/base/rigid.h"
 #include "tests/core/train/ball_scene.h"
 #include "tests/golden/expect_golden.h"
 #include "tests/ui/studio_window.h"
@@ -524,7 +525,7 @@ TEST_F(Panels, ASolveAtWorkIsSeenBeforeAnybodyKnowsWhereTheHeadIs) {
     ColmapImage image;
     image.camera = 1;
     const double angle = 0.15 * (i - 6);
-    image.cam_from_world.translate(Vec3d(0, 0, 1)).rotate(Eigen::AngleAxisd(angle, Vec3d::UnitY()));
+    image.cam_from_world.translate(Vec3d(0, 0, 1)).rotate(rotation_about(Vec3d::UnitY(), angle));
     model.images.push_back(image);
   }
   for (int i = 0; i < 400; ++i)

@@ -5,6 +5,7 @@
 
 #include "core/base/align_points.h"
 #include "core/base/quantile.h"
+#include "core/base/rigid.h"
 #include "core/camera/colmap.h"
 
 namespace likeness::ui {
@@ -26,7 +27,7 @@ std::shared_ptr<const SolvingCameras> solving_cameras(const ColmapModel& model) 
   for (const ColmapImage& image : model.images) {
     const auto intrinsics = model.cameras.find(image.camera);
     if (intrinsics == model.cameras.end()) return nullptr;
-    solving->cameras.push_back({image.cam_from_world.inverse(), intrinsics->second});
+    solving->cameras.push_back({inverse(image.cam_from_world), intrinsics->second});
     middle += solving->cameras.back().world_from_cam.translation();
     up -= solving->cameras.back().world_from_cam.linear().col(1);  // pictures have y down
   }

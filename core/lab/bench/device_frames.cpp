@@ -5,6 +5,7 @@
 #include <cmath>
 #include <random>
 
+#include "core/base/rigid.h"
 #include "core/lab/bench/standard_field.h"
 #include "core/render/rays.h"
 
@@ -72,7 +73,7 @@ Result<DeviceFrameSpeed> measure_quality(std::shared_ptr<Device> device, const A
   Result<RenderedFrame> frame = Error{};
   for (int k = 0; k <= options.rounds; ++k) {
     RenderState state = typical_state(avatar);
-    state.pose.world_from_head.rotate(Eigen::AngleAxisd(0.01 * k, Vec3d::UnitY()));
+    state.pose.world_from_head.rotate(rotation_about(Vec3d::UnitY(), 0.01 * k));
     if (auto done = device->mark(0); !done) return done.error();
     frame = (*made)->render(camera, state, asked);
     if (!frame) return frame.error();
@@ -84,7 +85,7 @@ Result<DeviceFrameSpeed> measure_quality(std::shared_ptr<Device> device, const A
   }
   std::nth_element(seconds.begin(), seconds.begin() + std::ptrdiff_t(seconds.size() / 2), seconds.end());
   RenderState last = typical_state(avatar);
-  last.pose.world_from_head.rotate(Eigen::AngleAxisd(0.01 * options.rounds, Vec3d::UnitY()));
+  last.pose.world_from_head.rotate(rotation_about(Vec3d::UnitY(), 0.01 * options.rounds));
   RenderOptions exact = device_options(asked);
   exact.precision = FieldPrecision::exact;
   const Image truth = render_frame(avatar, camera, last, exact).rgba;
@@ -126,7 +127,7 @@ Avatar standard_avatar(std::uint32_t seed, int size) {
   avatar.condition.rows = Eigen::MatrixXf::Identity(conditions, 9);
   avatar.condition.low = Eigen::VectorXf::Constant(conditions, -1);
   avatar.condition.high = Eigen::VectorXf::Constant(conditions, 1);
-  avatar.world_from_head.translate(Vec3d(0, 0, 0.9)).rotate(Eigen::AngleAxisd(3.1, Vec3d::UnitX()));
+  avatar.world_from_head.translate(Vec3d(0, 0, 0.9)).rotate(rotation_about(Vec3d::UnitX(), 3.1));
   avatar.world_from_torso = avatar.world_from_head;
   avatar.intrinsics = {size, size, 1.3 * size, 1.3 * size, 0.5 * size, 0.4 * size, 0, 0, 0, 0};
   avatar.size = size;

@@ -7,6 +7,7 @@
 #include <random>
 #include <vector>
 
+#include "core/base/rigid.h"
 #include "core/lab/bench/device_frames.h"
 #include "core/train/cast_rays.h"
 #include "core/train/training_step.h"
@@ -78,7 +79,7 @@ struct StandardTraining {
     view.has_plate = false;
     set.views.push_back(std::move(view));
     Pose head = avatar.world_from_head;
-    head.rotate(Eigen::AngleAxisd(0.02 * double(v % 40) - 0.4, Vec3d::UnitY()));
+    head.rotate(rotation_about(Vec3d::UnitY(), 0.02 * double(v % 40) - 0.4));
     source.views.emplace_back();
     RaySource::View& own = source.views.back();
     const Pose& cam = typical_camera(avatar).cam_from_world;

@@ -7,6 +7,7 @@
 
 #include "core/base/check.h"
 #include "core/base/parallel.h"
+#include "core/base/rigid.h"
 #include "core/field/evaluate.h"
 #include "core/head/named_actions.h"
 #include "core/lab/score/held_out.h"
@@ -265,7 +266,7 @@ Result<CullStudy> study_culling(const Project& project, int frames, const Progre
     const TrainingView& view = own[v];
     lattices[v] = pose_avatar(rig, view.pose).warp;
     if (!necks.empty())
-      necks[v] = make_neck_bend(avatar.neck, view.pose.world_from_head.inverse() * view.pose.world_from_torso,
+      necks[v] = make_neck_bend(avatar.neck, inverse(view.pose.world_from_head) * view.pose.world_from_torso,
                                 cube.origin, cube.side);
   });
   for (const TrainingView& view : own) conditions.add(view.pose.articulation);
@@ -293,7 +294,7 @@ Result<CullStudy> study_culling(const Project& project, int frames, const Progre
       const RenderState state = pose_avatar(rig, view.pose);
       std::optional<NeckBend> neck;
       if (!avatar.neck.empty())
-        neck = make_neck_bend(avatar.neck, view.pose.world_from_head.inverse() * view.pose.world_from_torso,
+        neck = make_neck_bend(avatar.neck, inverse(view.pose.world_from_head) * view.pose.world_from_torso,
                               cube.origin, cube.side);
       add_culled(scene, avatar.head.occupancy, cells,
                  {rays_of(cube, view.camera, view.pose.world_from_head), &state.warp, neck ? &*neck : nullptr,

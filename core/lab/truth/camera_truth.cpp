@@ -4,7 +4,6 @@
 #include <fmt/format.h>
 #include <sys/resource.h>
 
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -16,6 +15,7 @@
 #include "core/base/files.h"
 #include "core/base/json_text.h"
 #include "core/base/quantile.h"
+#include "core/base/rigid.h"
 #include "core/camera/resect.h"
 #include "core/video/photos.h"
 
@@ -26,7 +26,7 @@ namespace fs = std::filesystem;
 
 constexpr double kDegrees = 180 / std::numbers::pi;
 
-double angle_deg(const Mat3d& rotation) { return Eigen::AngleAxisd(rotation).angle() * kDegrees; }
+double angle_deg(const Mat3d& rotation) { return rotation_angle(rotation) * kDegrees; }
 
 Error no_truth(const fs::path& folder) {
   return {ErrorCode::not_found, fmt::format("There are no known cameras in \"{}\".", folder.string()),
@@ -88,7 +88,7 @@ Result<CameraTruth> read_published_truth(const fs::path& folder) {
             frame.at("transform_matrix").at(i / 4).at(i % 4).get<double>();
       world_from_cam.linear().col(1) *= -1;  // to OpenCV's axes
       world_from_cam.linear().col(2) *= -1;
-      camera.cam_from_world = world_from_cam.inverse();
+      camera.cam_from_world = inverse(world_from_cam);
       truth.cameras.cameras.push_back(camera);
     }
   } catch (const nlohmann::json::exception& fault) {
@@ -133,11 +133,11 @@ std::optional<CameraErrors> compare_cameras(const CameraSet& found, const Camera
   if (pairs.size() < 3) return std::nullopt;
   Eigen::Matrix3Xd from(3, pairs.size()), to(3, pairs.size()), path(3, truth.cameras.size());
   for (std::size_t i = 0; i < pairs.size(); ++i) {
-    from.col(long(i)) = pairs[i].first->cam_from_world.inverse().translation();
-    to.col(long(i)) = pairs[i].second->cam_from_world.inverse().translation();
+    from.col(long(i)) = inverse(pairs[i].first->cam_from_world).translation();
+    to.col(long(i)) = inverse(pairs[i].second->cam_from_world).translation();
   }
   for (std::size_t i = 0; i < truth.cameras.size(); ++i)
-    path.col(long(i)) = truth.cameras[i].cam_from_world.inverse().translation();
+    path.col(long(i)) = inverse(truth.cameras[i].cam_from_world).translation();
   const double extent = (path.rowwise().maxCoeff() - path.rowwise().minCoeff()).norm();
   const Eigen::Matrix4d similarity = similarity_between(from, to);
   const double scale = similarity.block<3, 1>(0, 0).norm();

@@ -10,6 +10,7 @@
 
 #include "core/base/mean_rotation.h"
 #include "core/base/quantile.h"
+#include "core/base/rigid.h"
 #include "core/head/action_amounts.h"
 #include "core/head/builtin_head.h"
 #include "core/head/load_head_model.h"
@@ -33,9 +34,7 @@ struct Pair {
   Pose cam_from_truth = Pose::Identity(), cam_from_estimate = Pose::Identity();
 };
 
-double angle_between(const Mat3d& a, const Mat3d& b) {
-  return Eigen::AngleAxisd(Mat3d(a.transpose() * b)).angle();
-}
+double angle_between(const Mat3d& a, const Mat3d& b) { return rotation_angle(a.transpose() * b); }
 
 // Each frame is weighted by the inverse of its residual, so that a few bad ones do not move the offset.
 TruthAlignment align(const std::vector<Pair>& pairs, const Vec3d& eyes) {

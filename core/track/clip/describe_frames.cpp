@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "core/base/quantile.h"
+#include "core/base/rigid.h"
 #include "core/track/clip/clip_work.h"
 #include "core/track/clip/frame_verdict.h"
 #include "core/track/points/camera_scale.h"
@@ -58,7 +59,7 @@ std::vector<TrackedFrame> describe_frames(const ClipWork& work, const HeadModel&
     out.pose.articulation.jaw.x() = static_cast<float>(face.state.jaw);
     if (work.gaze[i])
       out.pose.articulation.left_eye = out.pose.articulation.right_eye = eye_rotation(*work.gaze[i]);
-    const Pose world_from_cam = metric_camera(work.cameras[i]->cam_from_world, metres_per_unit).inverse();
+    const Pose world_from_cam = inverse(metric_camera(work.cameras[i]->cam_from_world, metres_per_unit));
     out.pose.world_from_head = world_from_cam * face.state.cam_from_head;
   }
   const double usual = median(errors);

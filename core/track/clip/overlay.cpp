@@ -9,6 +9,7 @@
 #include <optional>
 
 #include "core/base/parallel.h"
+#include "core/base/rigid.h"
 #include "core/head/pose_head.h"
 #include "core/scene/mesh_scene.h"
 #include "core/track/clip/error_strip.h"
@@ -163,7 +164,7 @@ struct TrackOverlay::Impl {
       const double angle = turn.norm();
       const Vec3d look = angle < 1e-6
                              ? Vec3d(Vec3d::UnitZ())
-                             : Eigen::AngleAxisd(angle, turn.cast<double>() / angle) * Vec3d::UnitZ();
+                             : Vec3d(rotation_about(turn.cast<double>() / angle, angle) * Vec3d::UnitZ());
       const Vec3d from = cam_from_head * (eyes.centre[side] + eyes.radius * look),
                   to = cam_from_head * (eyes.centre[side] + (eyes.radius + kGazeLength) * look);
       if (from.z() < 0.05 || to.z() < 0.05) continue;

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "core/base/parallel.h"
+#include "core/base/rigid.h"
 #include "core/track/clip/clip_work.h"
 #include "core/track/clip/frame_verdict.h"
 #include "core/track/fit/rest.h"

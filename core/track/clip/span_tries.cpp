@@ -5,6 +5,7 @@
 #include <functional>
 
 #include "core/base/quantile.h"
+#include "core/base/rigid.h"
 #include "core/face/observe_face.h"
 #include "core/track/clip/frame_verdict.h"
 #include "core/track/clip/span_fitter.h"
@@ -259,7 +260,7 @@ void SpanFitter::decide(std::size_t k, SpanTry found) {
   f.state = found.state;
   TrackedFrame& out = f.tracked;
   out.status = found.status, out.reason = found.reason;
-  out.pose.world_from_head = f.cam_from_world.inverse() * found.state.cam_from_head;
+  out.pose.world_from_head = inverse(f.cam_from_world) * found.state.cam_from_head;
   out.pose.articulation.expression = found.state.expression.cast<float>();
   out.pose.articulation.jaw = Vec3f(float(found.state.jaw), 0, 0);
   out.landmarks = found.landmarks.points;

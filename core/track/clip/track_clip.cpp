@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <optional>
 
+#include "core/base/rigid.h"
 #include "core/track/clip/clip_work.h"
 #include "core/track/fit/neutral.h"
 #include "core/track/fit/personal_shape.h"
@@ -91,7 +92,7 @@ Result<void> fit_faces(const ExpressionPrior& prior, bool person_known, ClipWork
   work.identity = fit->identity;
   for (DenseFrame& dense : work.dense)
     if (dense.solved) dense.cam_from_head = dense.cam_from_head * fit->registration;
-  const Pose new_from_old = fit->registration.inverse();
+  const Pose new_from_old = inverse(fit->registration);
   for (HeadPoint& point : work.points) point.track.point = new_from_old * point.track.point;
   return fit_states(work.head, work.identity, prior, {.spacing = work.spacing}, work.faces,
                     progress.stage(0.5, 1, "frames"), stop);

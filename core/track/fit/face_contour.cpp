@@ -5,6 +5,7 @@
 #include <set>
 #include <utility>
 
+#include "core/base/rigid.h"
 #include "core/head/pose_head.h"
 #include "core/image/bilinear.h"
 #include "core/scene/head_regions.h"
@@ -68,7 +69,7 @@ std::vector<ContourPoint> face_contour(const HeadModel& model, const std::vector
                                        const std::vector<Vec3f>& posed, const Intrinsics& intrinsics,
                                        const Pose& cam_from_head) {
   const std::vector<Vec3f> normals = vertex_normals(posed, model.triangles);
-  const Vec3d eye = cam_from_head.inverse().translation();
+  const Vec3d eye = inverse(cam_from_head).translation();
   const MeshScene scene(posed, model.triangles);
   std::set<std::pair<int, int>> taken;
   std::vector<ContourPoint> contour;

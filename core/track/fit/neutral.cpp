@@ -7,6 +7,7 @@
 
 #include "core/base/mean_rotation.h"
 #include "core/base/quantile.h"
+#include "core/base/rigid.h"
 #include "core/head/action_amounts.h"
 #include "core/track/frame_spacing.h"
 
@@ -129,8 +130,7 @@ std::vector<double> turns_from_usual(const std::vector<const TrackedFrame*>& fra
   const Mat3d usual = mean_rotation(rotations);
   std::vector<double> turns;
   for (const TrackedFrame* frame : frames)
-    turns.push_back(
-        Eigen::AngleAxisd(Mat3d(usual.transpose() * frame->pose.world_from_head.linear())).angle());
+    turns.push_back(rotation_angle(usual.transpose() * frame->pose.world_from_head.linear()));
   return turns;
 }
 

@@ -12,6 +12,7 @@
 #include "core/base/dense_solves.h"
 #include "core/base/parallel.h"
 #include "core/base/quantile.h"
+#include "core/base/rigid.h"
 #include "core/head/pose_head.h"
 #include "core/scene/head_regions.h"
 #include "core/scene/mesh_scene.h"
@@ -136,7 +137,7 @@ class ShapeSolver {
   // Maps a displacement of the rest head to the posed one: the jaw's rotation, by its weight.
   Mat3d turned_by(int vertex, double jaw) const {
     const double w = model_.skinning_weights(vertex, kJaw);
-    return (1 - w) * Mat3d::Identity() + w * Eigen::AngleAxisd(jaw, Vec3d::UnitX()).toRotationMatrix();
+    return (1 - w) * Mat3d::Identity() + w * rotation_about(Vec3d::UnitX(), jaw);
   }
 
   // direction . displacement of a surface point = missing, on top of the current offsets.

@@ -7,6 +7,7 @@
 
 #include "core/base/parallel.h"
 #include "core/base/quantile.h"
+#include "core/base/rigid.h"
 #include "core/image/bilinear.h"
 
 namespace likeness {
@@ -73,7 +74,7 @@ struct EyeSite {
 
 // Where the ray of a pixel meets the chart; nullopt beside it.
 std::optional<Vec2d> on_chart(const EyeSite& site, const LidView& view, const Vec2d& px) {
-  const Pose head_from_cam = view.cam_from_head.inverse();
+  const Pose head_from_cam = inverse(view.cam_from_head);
   const Vec3d from = head_from_cam.translation() - site.centre,
               way = head_from_cam.linear() * ray_direction(view.intrinsics, px);
   if (std::abs(way.z()) < 1e-9) return std::nullopt;

@@ -5,6 +5,7 @@
 
 #include "core/base/dense_solves.h"
 #include "core/base/quantile.h"
+#include "core/base/rigid.h"
 #include "core/image/bilinear.h"
 #include "core/scene/mesh_scene.h"
 
@@ -18,12 +19,6 @@ constexpr double kFeatureWeight = 1.3;  // lids and lips: few points decide
 constexpr double kMinResidual = 5;      // encoded levels
 
 double robust_cost(double r) { return r <= kKink ? 0.5 * r * r : kKink * (r - 0.5 * kKink); }
-
-Mat3d cross_matrix(const Vec3d& v) {
-  Mat3d m;
-  m << 0, -v.z(), v.y(), v.z(), 0, -v.x(), -v.y(), v.x(), 0;
-  return m;
-}
 
 // Bilinear value and its exact derivative; false outside.
 bool sample(const Image& picture, const Vec2d& px, double* value, Vec2d* gradient) {

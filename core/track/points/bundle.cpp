@@ -11,7 +11,7 @@
 #include "core/base/mean_rotation.h"
 #include "core/base/parallel.h"
 #include "core/base/quantile.h"
-#include "core/face/fit_frame.h"
+#include "core/base/rigid.h"
 
 namespace likeness {
 namespace {

@@ -6,7 +6,7 @@
 
 #include "core/base/parallel.h"
 #include "core/base/quantile.h"
-#include "core/face/fit_frame.h"
+#include "core/base/rigid.h"
 #include "core/track/points/dense_patches.h"
 #include "core/track/points/point_tracks.h"
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <opencv2/imgproc.hpp>
 
+#include "core/base/rigid.h"
 #include "core/head/pose_head.h"
 
 namespace likeness {
@@ -54,7 +55,7 @@ RigidHead rigid_head(const HeadModel& model, const HeadShape& person) {
 
 std::optional<HeadSurfacePoint> point_on_head(const RigidHead& head, const Pose& cam_from_head,
                                               const Vec2d& ray) {
-  const Pose head_from_cam = cam_from_head.inverse();
+  const Pose head_from_cam = inverse(cam_from_head);
   const Vec3f origin = head_from_cam.translation().cast<float>();
   const Vec3f direction = (head_from_cam.linear() * ray.homogeneous()).cast<float>();
   for (const auto& scene : {head.surface, head.hair_surface}) {

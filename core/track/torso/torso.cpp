@@ -14,7 +14,7 @@
 
 #include "core/base/parallel.h"
 #include "core/base/quantile.h"
-#include "core/face/fit_frame.h"
+#include "core/base/rigid.h"
 #include "core/track/torso/torso_align.h"
 #include "core/track/torso/torso_modes.h"
 #include "core/track/torso/torso_picture.h"
@@ -271,7 +271,7 @@ std::optional<TorsoState> state_at_rest(const Work& work, const std::vector<std:
   constexpr std::size_t kNearest = 5;
   const auto& frames = *work.frames;
   const auto direction = [&](std::size_t i) {
-    return Vec3d((work.reference.inverse() * frames[i].cam_from_world.inverse()).translation().normalized());
+    return Vec3d((inverse(work.reference) * inverse(frames[i].cam_from_world)).translation().normalized());
   };
   std::vector<std::pair<double, std::size_t>> near;
   for (const std::size_t i : stretch)

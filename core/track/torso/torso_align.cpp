@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "core/base/dense_solves.h"
+#include "core/base/rigid.h"
 #include "core/track/torso/torso_rows.h"
 
 namespace likeness {

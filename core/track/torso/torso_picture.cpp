@@ -6,6 +6,8 @@
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 
+#include "core/base/rigid.h"
+
 namespace likeness {
 namespace {
 
@@ -82,7 +84,7 @@ std::vector<GreyLevel> relief_pyramid(const Image8& grey) {
 
 TorsoTemplate make_torso_template(const TorsoFrame& f, const Vec3d& chin) {
   TorsoTemplate made;
-  const Pose cam_from_head = f.cam_from_world * f.world_from_head, head_from_cam = cam_from_head.inverse();
+  const Pose cam_from_head = f.cam_from_world * f.world_from_head, head_from_cam = inverse(cam_from_head);
   const Vec3d chin_cam = cam_from_head * chin;
   const double z0 = cam_from_head.translation().z() - kChestForward;
   const double x0 = cam_from_head.translation().x() / cam_from_head.translation().z() * z0;

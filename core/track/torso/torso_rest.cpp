@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "core/base/quantile.h"
+#include "core/base/rigid.h"
 
 namespace likeness {
 namespace {
@@ -15,14 +16,14 @@ constexpr double kSway = 0.015, kTurn = 0.07;  // m, rad: of a head that is held
 constexpr double kMost = 0.9;                  // of the frames; the others may be poorly tracked
 constexpr double kPlainly = 2;                 // times as far: the person moves in that frame
 
-Vec3d centre_of(const Pose& cam_from_world) { return cam_from_world.inverse().translation(); }
+Vec3d centre_of(const Pose& cam_from_world) { return inverse(cam_from_world).translation(); }
 
 bool same_camera(const TorsoFrame& a, const TorsoFrame& b) {
   return a.cam_from_world.matrix() == b.cam_from_world.matrix();
 }
 
 double turn_between(const Pose& a, const Pose& b) {
-  return Eigen::AngleAxisd(a.linear().transpose() * b.linear()).angle();
+  return rotation_angle(a.linear().transpose() * b.linear());
 }
 
 // The frames of a run in which the head holds still; none if it moves most of the time. indices: of

@@ -1,13 +1,13 @@
 // See torso_state.h.
 #include "core/track/torso/torso_state.h"
 
-#include <Eigen/Geometry>
+#include "core/base/rigid.h"
 
 namespace likeness {
 
 Pose motion_pose(const TorsoMotion& m, const Vec2d& pivot) {
   Pose pose = Pose::Identity();
-  pose.linear() = Eigen::AngleAxisd(m.angle, Vec3d::UnitZ()).toRotationMatrix();
+  pose.linear() = rotation_about(Vec3d::UnitZ(), m.angle);
   const Vec3d about(pivot.x(), pivot.y(), 0);
   pose.translation() = about + Vec3d(m.shift.x(), m.shift.y(), 0) - pose.linear() * about;
   return pose;

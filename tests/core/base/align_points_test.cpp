@@ -2,11 +2,13 @@
 
 #include <gtest/gtest.h>
 
+#include "core/base/rigid.h"
+
 namespace likeness {
 namespace {
 
 TEST(AlignPoints, SimilarityIsFoundAgain) {
-  const Mat3d turn = Eigen::AngleAxisd(0.7, Vec3d(1, -2, 0.5).normalized()).toRotationMatrix();
+  const Mat3d turn = rotation_about(Vec3d(1, -2, 0.5).normalized(), 0.7);
   const Vec3d shift(0.3, -4, 2);
   Eigen::Matrix3Xd from(3, 5), to(3, 5);
   from << 0, 1, 0, 2, -1, 0, 0, 1, 3, 0.5, 1, 0, 0, -1, 2;

@@ -3,16 +3,15 @@
 
 #include <gtest/gtest.h>
 
-#include <Eigen/Geometry>
 #include <cmath>
 #include <vector>
+
+#include "core/base/rigid.h"
 
 namespace likeness {
 namespace {
 
-Mat3d turned(double angle, const Vec3d& axis) {
-  return Eigen::AngleAxisd(angle, axis.normalized()).toRotationMatrix();
-}
+Mat3d turned(double angle, const Vec3d& axis) { return rotation_about(axis.normalized(), angle); }
 
 TEST(NearestRotation, RecoversAScaledRotationAndNeverReflects) {
   const Mat3d r = turned(0.7, {1, -2, 0.5});

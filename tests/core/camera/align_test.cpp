@@ -5,11 +5,11 @@
 
 #include <gtest/gtest.h>
 #include <unistd.h>
-#include <Eigen/Geometry>
 
 #include <algorithm>
 #include <mutex>
 
+#include "core/base/rigid.h"
 #include "core/camera/process.h"
 #include "core/camera/resect.h"
 #include "core/video/encode.h"
@@ -127,8 +127,8 @@ TEST_F(AlignMovingClip, RecoversThePathUpToASimilarityAndSharesThePoseOfTheRest)
   const auto& cameras = result->cameras.cameras;
   Eigen::Matrix3Xd found(3, cameras.size()), expected(3, cameras.size());
   for (std::size_t i = 0; i < cameras.size(); ++i) {
-    found.col(long(i)) = cameras[i].cam_from_world.inverse().translation();
-    expected.col(long(i)) = truth(cameras[i].frame).inverse().translation();
+    found.col(long(i)) = inverse(cameras[i].cam_from_world).translation();
+    expected.col(long(i)) = inverse(truth(cameras[i].frame)).translation();
   }
   const Eigen::Matrix4d similarity = similarity_between(found, expected);
   const double scale = similarity.block<3, 1>(0, 0).norm();
@@ -148,11 +148,10 @@ TEST_F(AlignMovingClip, RecoversThePathUpToASimilarityAndSharesThePoseOfTheRest)
   }
   const Mat3d constant = mean_pose(differences).linear();
   for (const auto& difference : differences)
-    turn_deg.push_back(Eigen::AngleAxisd(Mat3d(constant.transpose() * difference.linear())).angle() * 180 /
-                       M_PI);
+    turn_deg.push_back(rotation_angle(constant.transpose() * difference.linear()) * 180 / M_PI);
   std::sort(position.begin(), position.end());
   std::sort(turn_deg.begin(), turn_deg.end());
-  EXPECT_LT(Eigen::AngleAxisd(constant).angle() * 180 / M_PI, 2.0);
+  EXPECT_LT(rotation_angle(constant) * 180 / M_PI, 2.0);
   EXPECT_LT(position[position.size() / 2], 0.01);
   EXPECT_LT(position.back(), 0.05);
   EXPECT_LT(turn_deg[turn_deg.size() / 2], 0.25);
@@ -161,7 +160,7 @@ TEST_F(AlignMovingClip, RecoversThePathUpToASimilarityAndSharesThePoseOfTheRest)
       "position median %.4f max %.4f; rotation median %.3f max %.3f degrees, constant %.3f; %d placed; fx "
       "%.1f\n",
       position[position.size() / 2], position.back(), turn_deg[turn_deg.size() / 2], turn_deg.back(),
-      Eigen::AngleAxisd(constant).angle() * 180 / M_PI, result->registered, cameras[0].intrinsics.fx);
+      rotation_angle(constant) * 180 / M_PI, result->registered, cameras[0].intrinsics.fx);
   EXPECT_NEAR(cameras[0].intrinsics.fx, 330, 330 * 0.03);
   EXPECT_EQ(cameras[0].intrinsics.width, 320);
 

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstdint>
 
+#include "core/base/rigid.h"
 #include "core/camera/camera.h"
 #include "core/image/image.h"
 
@@ -36,7 +37,7 @@ inline float wall_texture(double u, double v, int wall) {
 // The room is [-2, 2] x [-1.5, 1.5] x [-2, 2]; a pillar [-0.3, 0.3] wide stands off the far wall for depth.
 inline Image8 render_room(const Intrinsics& k, const Pose& cam_from_world) {
   Image8 picture(k.width, k.height, 3);
-  const Pose world_from_cam = cam_from_world.inverse();
+  const Pose world_from_cam = inverse(cam_from_world);
   const Vec3d eye = world_from_cam.translation(), half(2, 1.5, 2);
   for (int y = 0; y < k.height; ++y)
     for (int x = 0; x < k.width; ++x) {

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include "core/base/rigid.h"
 #include "core/camera/clip_camera.h"
 #include "core/video/encode.h"
 #include "tests/core/export/tiny_project.h"
@@ -46,9 +47,8 @@ TEST(Driving, CarriesAFinishedTrackOverFrameByFrame) {
   // The driver turns by half a radian to either side of the typical pose, and so does the avatar.
   double turned = 0;
   for (const AvatarPose& pose : poses)
-    turned = std::max(turned, Eigen::AngleAxisd(opened.avatar.world_from_head.linear().transpose() *
-                                                pose.world_from_head.linear())
-                                  .angle());
+    turned = std::max(turned, rotation_angle(opened.avatar.world_from_head.linear().transpose() *
+                                             pose.world_from_head.linear()));
   EXPECT_GT(turned, 0.3);
 }
 

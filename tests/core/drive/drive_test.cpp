@@ -8,6 +8,7 @@
 #include <numbers>
 #include <random>
 
+#include "core/base/rigid.h"
 #include "core/drive/drive_stream.h"
 #include "core/head/action_amounts.h"
 #include "core/head/load_head_model.h"
@@ -226,7 +227,7 @@ TEST(Drive, HeadTurnsLeaveTheShouldersStillAndLeaningIsDamped) {
   const DriveSubject self = self_of(track, model);
   for (std::size_t i = 0; i < track.frames.size(); ++i) {  // about the neck alone
     Pose turn = Pose::Identity();
-    turn.linear() = Eigen::AngleAxisd(0.5 * std::sin(i / 6.0), Vec3d::UnitY()).toRotationMatrix();
+    turn.linear() = rotation_about(Vec3d::UnitY(), 0.5 * std::sin(i / 6.0));
     turn.translation() = neck - turn.linear() * neck;
     track.frames[i].pose.world_from_head = self.world_from_head * turn;
   }

@@ -7,6 +7,7 @@
 #include <atomic>
 #include <limits>
 
+#include "core/base/rigid.h"
 #include "tests/core/drive/demo_clip.h"
 
 namespace likeness::test {
@@ -99,7 +100,7 @@ TEST(LiveDriver, DrivesFromAFileAtItsOwnPace) {
       [] { return open_clip_source(demo_folder() / "demo.mp4"); }, driven_subject(), {.rest_s = 0.5},
       [&](const DrivenFrame& frame, Clock::time_point captured) {
         EXPECT_LE(captured, Clock::now());
-        turned += (rest.inverse() * frame.pose.world_from_head).linear().isIdentity(0.02) ? 0 : 1;
+        turned += (inverse(rest) * frame.pose.world_from_head).linear().isIdentity(0.02) ? 0 : 1;
       });
   const auto start = Clock::now();
   ASSERT_TRUE(until(driver, is_over));

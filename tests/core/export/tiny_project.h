@@ -8,6 +8,7 @@
 #include <numbers>
 #include <string>
 
+#include "core/base/rigid.h"
 #include "core/export/write_film.h"
 #include "core/head/builtin_head.h"
 #include "tests/core/render/tiny_avatar.h"
@@ -37,7 +38,7 @@ inline Avatar filmed_avatar() {
     if (range.name == "mouthSmile_L") range.high = 0.25f;
   }
   a.world_from_head = Pose::Identity();
-  a.world_from_head.translate(Vec3d(0, 0, 0.8)).rotate(Eigen::AngleAxisd(std::numbers::pi, Vec3d::UnitX()));
+  a.world_from_head.translate(Vec3d(0, 0, 0.8)).rotate(rotation_about(Vec3d::UnitX(), std::numbers::pi));
   a.world_from_torso = a.world_from_head;
   a.intrinsics = {96, 64, 120, 120, 48, 32, 0, 0, 0, 0};
   a.plate = Image8(96, 64, 3, 77);

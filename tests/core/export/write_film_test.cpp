@@ -8,6 +8,7 @@
 #include <cmath>
 #include <fstream>
 
+#include "core/base/rigid.h"
 #include "core/image/files.h"
 #include "core/render/camera_path.h"
 #include "core/render/room_picture.h"
@@ -115,7 +116,7 @@ TEST(Film, ARoomIsSeenFromEveryFramesCamera) {
   OpenedAvatar opened = tiny_opened();
   opened.avatar.room = random_room();
   Film film = resting_film(opened.avatar, 2);
-  film.cameras[1].cam_from_world.rotate(Eigen::AngleAxisd(0.3, Vec3d::UnitY()));
+  film.cameras[1].cam_from_world.rotate(rotation_about(Vec3d::UnitY(), 0.3));
   const fs::path out = project.root / "room";
   ASSERT_TRUE(write_film(opened, film, {.out = out, .background = "room"}, Progress(), {}).ok());
   const RoomScene room = make_room_scene(*opened.avatar.room);

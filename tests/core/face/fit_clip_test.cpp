@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include "core/base/rigid.h"
 #include "core/track/frame_spacing.h"
 #include "tests/core/face/synthetic_face.h"
 
@@ -135,18 +136,18 @@ TEST(FitClip, RegistersTheFaceInTheGivenFrame) {
   offset.translation() = Vec3d(0.004, -0.008, 0.02);
   for (FaceFrame& f : frames) {
     f.pose_given = true;
-    f.state.cam_from_head = true_pose(f.frame) * offset.inverse();
+    f.state.cam_from_head = true_pose(f.frame) * inverse(offset);
   }
   const ExpressionPrior prior = expression_prior(test_head());
   const Eigen::VectorXd identity = Eigen::VectorXd::Zero(head.identity_count());
   const auto found = fit_identity(head, prior, {}, identity, frames, {}, {});
   ASSERT_TRUE(found.ok());
-  const Pose left = found->registration.inverse() * offset;
+  const Pose left = inverse(found->registration) * offset;
   EXPECT_LT(vector_from_turn(left.linear()).norm(), 0.02);
   EXPECT_LT(left.translation().norm(), 0.005);
   // Held-out frames undergo the same motion.
   for (const int i : {3, 22}) {
-    const Pose off = frames[std::size_t(i)].state.cam_from_head.inverse() * true_pose(i);
+    const Pose off = inverse(frames[std::size_t(i)].state.cam_from_head) * true_pose(i);
     EXPECT_LT((off.matrix() - left.matrix()).norm(), 1e-6) << i;
   }
 }
@@ -160,7 +161,7 @@ TEST(FitClip, KeepsAGivenIdentityAndStillRegistersTheFrame) {
   const Pose offset(Eigen::Translation3d(0.004, -0.008, 0.02));
   for (FaceFrame& f : frames) {
     f.pose_given = true;
-    f.state.cam_from_head = true_pose(f.frame) * offset.inverse();
+    f.state.cam_from_head = true_pose(f.frame) * inverse(offset);
   }
   ClipFitOptions options;
   options.hold_identity = true;

@@ -5,6 +5,7 @@
 
 #include <cmath>
 
+#include "core/base/rigid.h"
 #include "core/head/pose_head.h"
 #include "core/track/photo/photometric_mouth.h"
 #include "tests/core/face/synthetic_face.h"

@@ -3,6 +3,7 @@
 
 #include <random>
 
+#include "core/base/rigid.h"
 #include "core/face/fit_frame.h"
 #include "core/head/builtin_head.h"
 
@@ -36,8 +37,7 @@ inline const ReducedHead& test_reduced_head() {
 inline Pose facing_pose(double yaw, double pitch, const Vec3d& translation) {
   Pose pose = Pose::Identity();
   const Mat3d facing = Vec3d(1, -1, -1).asDiagonal();
-  pose.linear() = facing * Eigen::AngleAxisd(yaw, Vec3d::UnitY()).toRotationMatrix() *
-                  Eigen::AngleAxisd(pitch, Vec3d::UnitX()).toRotationMatrix();
+  pose.linear() = facing * rotation_about(Vec3d::UnitY(), yaw) * rotation_about(Vec3d::UnitX(), pitch);
   pose.translation() = translation;
   return pose;
 }

@@ -5,6 +5,7 @@
 
 #include <numbers>
 
+#include "core/base/rigid.h"
 #include "tests/core/head/ict_head.h"
 #include "tests/core/head/synthetic_head.h"
 
@@ -36,8 +37,7 @@ std::vector<Vec3f> reference_pose(const HeadModel& model, const Eigen::VectorXf&
   std::array<Mat3d, kJointCount> rotation;
   for (int j = 0; j < kJointCount; ++j) {
     const double angle = vectors[j].norm();
-    rotation[j] =
-        angle > 0 ? Eigen::AngleAxisd(angle, vectors[j] / angle).toRotationMatrix() : Mat3d::Identity();
+    rotation[j] = angle > 0 ? rotation_about(vectors[j] / angle, angle) : Mat3d::Identity();
   }
   Eigen::VectorXd features(kPoseFeatureCount);
   for (int j = 1; j < kJointCount; ++j)

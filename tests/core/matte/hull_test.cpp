@@ -6,13 +6,15 @@
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 
+#include "core/base/rigid.h"
+
 namespace likeness {
 namespace {
 
 // A ball of 0.1 m at 1 m, seen while it turns in front of a camera at rest; furniture to its right.
 HullView ball(double yaw, bool with_furniture) {
   HullView view;
-  view.cam_from_part.linear() = Eigen::AngleAxisd(yaw, Vec3d::UnitY()).toRotationMatrix();
+  view.cam_from_part.linear() = rotation_about(Vec3d::UnitY(), yaw);
   view.cam_from_part.translation() = Vec3d(0, 0, 1);
   view.picture.width = view.picture.height = 100;
   view.picture.fx = view.picture.fy = 250, view.picture.cx = view.picture.cy = 50;

@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "core/base/rigid.h"
 #include "core/head/builtin_head.h"
 #include "core/head/pose_head.h"
 #include "core/image/files.h"
@@ -82,11 +83,11 @@ struct Scene {
     cam_from_head.linear() =
         (Eigen::AngleAxisd(M_PI, Vec3d::UnitX()) * Eigen::AngleAxisd(yaw, Vec3d::UnitY())).toRotationMatrix();
     cam_from_head.translation() = Vec3d(sway, -0.05, 0.95);
-    tracked.pose.world_from_head = camera.cam_from_world.inverse() * cam_from_head;
+    tracked.pose.world_from_head = inverse(camera.cam_from_world) * cam_from_head;
     Pose rest = cam_from_head;
-    rest.linear() = Eigen::AngleAxisd(M_PI, Vec3d::UnitX()).toRotationMatrix();
+    rest.linear() = rotation_about(Vec3d::UnitX(), M_PI);
     rest.translation().x() = 0.3 * sway;
-    tracked.pose.world_from_torso = camera.cam_from_world.inverse() * rest;
+    tracked.pose.world_from_torso = inverse(camera.cam_from_world) * rest;
     track.frames.push_back(tracked);
 
     const PersonModel person = make_person_model(head_model(), track);

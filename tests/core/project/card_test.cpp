@@ -7,6 +7,7 @@
 
 #include <numbers>
 
+#include "core/base/rigid.h"
 #include "tests/core/export/tiny_project.h"
 #include "tests/core/lab/truth/acted_track.h"
 
@@ -35,8 +36,7 @@ struct Clip {
     for (int i = from; i < to; ++i) {
       Pose& pose = track.frames[std::size_t(i)].pose.world_from_head;
       pose.translation() = Vec3d(0, 0, 0.6);
-      pose.linear() =
-          Mat3d(Vec3d(1, -1, -1).asDiagonal()) * Eigen::AngleAxisd(yaw, Vec3d::UnitY()).toRotationMatrix();
+      pose.linear() = Mat3d(Vec3d(1, -1, -1).asDiagonal()) * rotation_about(Vec3d::UnitY(), yaw);
     }
   }
   Card card() const { return make_card(capture, cameras, track, {}, filmed_avatar(), acting_head()); }

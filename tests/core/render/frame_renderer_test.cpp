@@ -6,6 +6,7 @@
 
 #include <cmath>
 
+#include "core/base/rigid.h"
 #include "core/field/device_field.h"
 #include "core/render/backend.h"
 #include "core/render/canonical_samples.h"
@@ -168,7 +169,7 @@ TEST_F(FrameRendererTest, PosesAndSizesMayChangeBetweenFrames) {
 std::array<std::vector<Vec3f>, 4> processors_samples(const Avatar& avatar, const RenderState& state,
                                                      const PictureTiles& tiles, int most) {
   const NeckBend bend =
-      make_neck_bend(avatar.neck, state.pose.world_from_head.inverse() * state.pose.world_from_torso,
+      make_neck_bend(avatar.neck, inverse(state.pose.world_from_head) * state.pose.world_from_torso,
                      avatar.head.cube.origin, avatar.head.cube.side);
   MarchVolumes volumes = march_volumes(avatar.head, &*avatar.torso, {&bend, 1});
   volumes.max_samples = most;

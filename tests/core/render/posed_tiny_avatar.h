@@ -5,6 +5,7 @@
 #include <cmath>
 #include <random>
 
+#include "core/base/rigid.h"
 #include "core/field/field_layout.h"
 #include "core/render/render.h"
 #include "tests/core/render/tiny_avatar.h"
@@ -78,7 +79,7 @@ inline WarpLattice made_up_lattice(float phase) {
 inline RenderState posed_state(const Avatar& avatar, int number) {
   RenderState state = typical_state(avatar);
   const double turn = 0.25 + 0.1 * number;
-  state.pose.world_from_head.rotate(Eigen::AngleAxisd(turn, Vec3d(0.3, 1, 0.2).normalized()));
+  state.pose.world_from_head.rotate(rotation_about(Vec3d(0.3, 1, 0.2).normalized(), turn));
   state.warp = made_up_lattice(float(number));
   state.pose.articulation.expression *= float(number + 1);
   TorsoField& torso = state.torso;

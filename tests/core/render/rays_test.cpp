@@ -7,6 +7,8 @@
 #include <cmath>
 #include <random>
 
+#include "core/base/rigid.h"
+
 namespace likeness {
 namespace {
 
@@ -140,8 +142,8 @@ TEST(OccupiedIntervals, MissNothingOfABentNeckOutsideItsBox) {
       for (int i = 0; i < 6; ++i)
         set_occupied(grid, 16 + int(6 * uniform(engine)), y, 16 + int(6 * uniform(engine)), true);
     Pose pose = Pose::Identity();
-    pose.rotate(
-        Eigen::AngleAxisd(0.6 * uniform(engine), Vec3d(uniform(engine), uniform(engine), 1).normalized()));
+    const Vec3d axis = Vec3d(uniform(engine), uniform(engine), 1).normalized();
+    pose.rotate(rotation_about(axis, 0.6 * uniform(engine)));
     const Vec3d middle(0.5, 0.3, 0.5);
     pose.translation() = middle - pose.linear() * middle + 0.05 * Vec3d(uniform(engine), 0, uniform(engine));
     const NeckBend bend = make_neck_bend({0.15f, 0.45f, middle.cast<float>()}, pose);
@@ -171,7 +173,7 @@ TEST(OccupiedIntervals, AreTheSameThroughAPrecomputedNeck) {
   std::vector<std::uint8_t> opacity(32 * 32 * 32);
   for (std::uint8_t& o : opacity) o = std::uint8_t(engine() % 200);
   Pose pose = Pose::Identity();
-  pose.rotate(Eigen::AngleAxisd(0.3, Vec3d(0.2, 0.3, 1).normalized()));
+  pose.rotate(rotation_about(Vec3d(0.2, 0.3, 1).normalized(), 0.3));
   const NeckBend bend = make_neck_bend({0.2f, 0.6f, {0.5f, 0.4f, 0.5f}}, pose);
   const MarchVolume volume = march_volume(grid, core, 1, opacity);
   const MarchNeck each = march_neck(bend, volume);
@@ -205,10 +207,10 @@ TEST(OccupiedIntervals, AreEmptyForARayBesideTheCube) {
 TEST(FieldRay, ReachesTheProjectedPointAtItsDistance) {
   Intrinsics k{64, 64, 90, 95, 31, 33, 0.12, -0.05, 0.002, -0.001};
   Pose cam_from_world = Pose::Identity();
-  cam_from_world.rotate(Eigen::AngleAxisd(0.3, Vec3d(1, 2, 0.5).normalized()));
+  cam_from_world.rotate(rotation_about(Vec3d(1, 2, 0.5).normalized(), 0.3));
   cam_from_world.pretranslate(Vec3d(0.02, -0.03, 0.7));
   Pose world_from_head = Pose::Identity();
-  world_from_head.rotate(Eigen::AngleAxisd(-0.5, Vec3d::UnitY()));
+  world_from_head.rotate(rotation_about(Vec3d::UnitY(), -0.5));
   const FieldCube cube{Vec3f(-0.15f, -0.1f, -0.2f), 0.3f};
   const Vec3d point(0.04, 0.06, 0.03);  // in the head frame
   const Vec3d in_cam = cam_from_world * world_from_head * point;

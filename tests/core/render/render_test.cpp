@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "core/base/parallel.h"
+#include "core/base/rigid.h"
 #include "core/field/conditioned_field.h"
 #include "core/field/evaluate.h"
 #include "core/render/composite.h"
@@ -302,7 +303,7 @@ TEST(RenderFrame, TurningTheHeadMovesNoPixelOfTheTorsoAlone) {
   Avatar a = tiny_avatar();
   a.head.occupancy = make_occupancy(8, false);
   RenderState turned = typical_state(a);
-  turned.pose.world_from_head.rotate(Eigen::AngleAxisd(0.5, Vec3d::UnitY()));
+  turned.pose.world_from_head.rotate(rotation_about(Vec3d::UnitY(), 0.5));
   const RenderedFrame before = render_frame(a, typical_camera(a), typical_state(a));
   const RenderedFrame after = render_frame(a, typical_camera(a), turned);
   EXPECT_EQ(before.rgba.data, after.rgba.data);

@@ -1,6 +1,7 @@
 // A small avatar for tests: random fields in a few cells, every member filled.
 #pragma once
 
+#include "core/base/rigid.h"
 #include "core/render/avatar.h"
 
 namespace likeness {
@@ -37,7 +38,7 @@ inline Avatar tiny_avatar() {
   a.head_model_hash = "0123";
   a.neutral.expression = Eigen::VectorXf::LinSpaced(2, 0, 0.1f);
   a.seen = {{"jawOpen", -0.01f, 0.8f}};
-  a.world_from_head.translate(Vec3d(0.01, 0.02, 0.8)).rotate(Eigen::AngleAxisd(3.1, Vec3d::UnitX()));
+  a.world_from_head.translate(Vec3d(0.01, 0.02, 0.8)).rotate(rotation_about(Vec3d::UnitX(), 3.1));
   a.world_from_torso = a.world_from_head;
   a.intrinsics = {24, 24, 40, 40, 12, 12, 0.01, 0, 0, 0};
   a.plate = Image8(24, 24, 3, 77);

@@ -5,6 +5,8 @@
 
 #include <random>
 
+#include "core/base/rigid.h"
+
 namespace likeness {
 namespace {
 
@@ -27,8 +29,8 @@ Vec3d bent_by_definition(const Pose& head_from_torso, const Vec3d& p) {
   const double u = std::clamp((double(z.top) - p.y()) / double(z.top - z.base), 0.0, 1.0);
   const double s = u * u * (3 - 2 * u);
   const Vec3d middle = z.middle.cast<double>(), moved = head_from_torso * middle - middle;
-  const Eigen::AngleAxisd whole(head_from_torso.linear());
-  return Eigen::AngleAxisd(s * whole.angle(), whole.axis()) * (p - middle) + middle + s * moved;
+  const Eigen::AngleAxisd whole = axis_and_angle(head_from_torso.linear());
+  return rotation_about(whole.axis(), s * whole.angle()) * (p - middle) + middle + s * moved;
 }
 
 std::vector<Pose> poses() {

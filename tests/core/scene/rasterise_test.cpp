@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "core/base/parallel.h"
+#include "core/base/rigid.h"
 #include "core/scene/mesh_scene.h"
 #include "tests/core/scene/sphere_mesh.h"
 
@@ -58,7 +59,7 @@ void expect_as_rays(const Intrinsics& k, const Pose& cam_from_mesh, double toler
     mesh.triangles.push_back((triangle.array() + second).matrix());
   const Raster raster = rasterise(mesh.vertices, mesh.triangles, k, cam_from_mesh);
   const MeshScene scene(mesh.vertices, mesh.triangles);
-  const Pose mesh_from_cam = cam_from_mesh.inverse();
+  const Pose mesh_from_cam = inverse(cam_from_mesh);
   const Vec3f origin = mesh_from_cam.translation().cast<float>();
   int different = 0, seen = 0;
   for (int y = 0; y < k.height; ++y)
@@ -88,15 +89,13 @@ void expect_as_rays(const Intrinsics& k, const Pose& cam_from_mesh, double toler
 
 TEST(Rasterise, SeesTheTriangleTheRayHits) {
   Pose cam_from_mesh = Pose::Identity();
-  cam_from_mesh.translate(Vec3d(0.01, -0.02, 0.6))
-      .rotate(Eigen::AngleAxisd(2.5, Vec3d(1, 2, -1).normalized()));
+  cam_from_mesh.translate(Vec3d(0.01, -0.02, 0.6)).rotate(rotation_about(Vec3d(1, 2, -1).normalized(), 2.5));
   expect_as_rays(camera(200, 150, 300), cam_from_mesh, 1e-3);
 }
 
 TEST(Rasterise, SeesItUnderDistortionToo) {
   Pose cam_from_mesh = Pose::Identity();
-  cam_from_mesh.translate(Vec3d(0.02, 0.03, 0.45))
-      .rotate(Eigen::AngleAxisd(0.4, Vec3d(0, 1, 0.3).normalized()));
+  cam_from_mesh.translate(Vec3d(0.02, 0.03, 0.45)).rotate(rotation_about(Vec3d(0, 1, 0.3).normalized(), 0.4));
   Intrinsics k = camera(200, 160, 220);
   k.k1 = -0.15, k.k2 = 0.03, k.p1 = 0.002, k.p2 = -0.003;
   expect_as_rays(k, cam_from_mesh, 0.02);  // edges stay straight between distorted vertices

@@ -8,6 +8,8 @@
 #include <fstream>
 #include <random>
 
+#include "core/base/rigid.h"
+
 namespace likeness {
 namespace {
 
@@ -31,9 +33,9 @@ Track random_track() {
     f.status = static_cast<FrameStatus>(i);
     f.reason = i ? "too dark" : "";
     const Vec3d axis = Vec3d(normal(random), normal(random), normal(random)).normalized();
-    f.pose.world_from_head.linear() = Eigen::AngleAxisd(normal(random), axis).toRotationMatrix();
+    f.pose.world_from_head.linear() = rotation_about(axis, normal(random));
     f.pose.world_from_head.translation() = Vec3d(normal(random), 1e-17, -0.0);
-    f.pose.world_from_torso = f.pose.world_from_head.inverse();
+    f.pose.world_from_torso = inverse(f.pose.world_from_head);
     f.pose.articulation.expression =
         Eigen::VectorXf::NullaryExpr(5, [&] { return static_cast<float>(normal(random)); });
     f.pose.articulation.jaw = Vec3f(0.1f, 1e-30f, -0.3f);

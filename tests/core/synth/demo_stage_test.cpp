@@ -8,6 +8,7 @@
 #include <cstdlib>
 #include <filesystem>
 
+#include "core/base/rigid.h"
 #include "core/face/landmarks.h"
 #include "core/head/builtin_head.h"
 #include "core/image/files.h"
@@ -61,7 +62,7 @@ Vec2d pixel_of(const Shot& shot, const Vec3d& in_head) {
 
 Eigen::Matrix3d rotation(const Vec3f& v) {
   return v.norm() < 1e-6f ? Eigen::Matrix3d(Eigen::Matrix3d::Identity())
-                          : Eigen::AngleAxisd(v.norm(), v.cast<double>().normalized()).toRotationMatrix();
+                          : rotation_about(v.cast<double>().normalized(), v.norm());
 }
 
 TEST(DemoStage, SameSeedGivesTheSamePictureAndAnotherSeedAnotherPerson) {

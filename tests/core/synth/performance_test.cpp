@@ -7,6 +7,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "core/base/rigid.h"
 #include "core/head/builtin_head.h"
 
 namespace likeness {
@@ -32,7 +33,7 @@ const Rehearsal& rehearsal() {
 }
 
 double angle_between(const Pose& a, const Pose& b) {
-  return Eigen::AngleAxisd(a.linear().transpose() * b.linear()).angle();
+  return rotation_angle(a.linear().transpose() * b.linear());
 }
 
 double yaw_of(const Mat3d& r) { return std::atan2(r(0, 2), r(2, 2)); }
@@ -54,7 +55,7 @@ TEST(Perform, HeadRestsWhileTheCameraMovesAndTheCameraRestsWhileTheHeadMoves) {
 TEST(Perform, CameraAndHeadEachCoverThirtyDegreesToBothSides) {
   double camera_low = 0, camera_high = 0, head_low = 0, head_high = 0, pitch_low = 0, pitch_high = 0;
   for (const Shot& s : rehearsal().shots) {
-    const Vec3d lens = s.camera.cam_from_world.inverse().translation();
+    const Vec3d lens = inverse(s.camera.cam_from_world).translation();
     camera_low = std::min(camera_low, std::atan2(lens.x(), lens.z()));
     camera_high = std::max(camera_high, std::atan2(lens.x(), lens.z()));
     const double yaw = yaw_of(s.world_from_head.linear());
@@ -78,8 +79,8 @@ TEST(Perform, NothingJumpsFromFrameToFrame) {
     EXPECT_LT(angle_between(shots[i - 1].world_from_head, shots[i].world_from_head), 4 * kDegree) << i;
     EXPECT_LT(angle_between(shots[i - 1].camera.cam_from_world, shots[i].camera.cam_from_world), 4 * kDegree)
         << i;
-    const Vec3d step = shots[i].camera.cam_from_world.inverse().translation() -
-                       shots[i - 1].camera.cam_from_world.inverse().translation();
+    const Vec3d step = inverse(shots[i].camera.cam_from_world).translation() -
+                       inverse(shots[i - 1].camera.cam_from_world).translation();
     EXPECT_LT(step.norm(), 0.04) << i;
   }
 }
@@ -155,8 +156,8 @@ TEST(Perform, EyesMeetTheLensWhileTheHeadRests) {
   for (int i = 0; i < moving_frames(r.options); ++i) {
     const Shot& s = r.shots[std::size_t(i)];
     const Vec3f v = s.articulation.left_eye;
-    const Vec3d gaze = Eigen::AngleAxisd(v.norm(), v.cast<double>().normalized()) * Vec3d::UnitZ();
-    const Vec3d lens = s.world_from_head.inverse() * s.camera.cam_from_world.inverse().translation();
+    const Vec3d gaze = rotation_about(v.cast<double>().normalized(), v.norm()) * Vec3d::UnitZ();
+    const Vec3d lens = inverse(s.world_from_head) * inverse(s.camera.cam_from_world).translation();
     // Further aside than 30 degrees the eyes do not follow.
     EXPECT_LT(std::acos(std::min(1.0, gaze.dot((lens - centre).normalized()))), 8 * kDegree) << i;
   }

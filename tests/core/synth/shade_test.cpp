@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include "core/base/rigid.h"
+
 namespace likeness {
 namespace {
 
@@ -50,7 +52,7 @@ TEST(GatherLight, FarSmallLightObeysTheInverseSquareAndTheCosine) {
 TEST(TransformRig, LightOnAMovedSurfaceIsTheSame) {
   const LightRig rig = make_light_rig();
   Pose m = Pose::Identity();
-  m.linear() = Eigen::AngleAxisd(0.7, Vec3d(1, 2, -1).normalized()).toRotationMatrix();
+  m.linear() = rotation_about(Vec3d(1, 2, -1).normalized(), 0.7);
   m.translation() = Vec3d(0.3, -0.2, 0.5);
   const Vec3f p(0.02f, 0.05f, 0.1f), n = Vec3f(0.2f, 0.1f, 1).normalized();
   const Eigen::Isometry3f f = m.cast<float>();

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <limits>
 
+#include "core/base/rigid.h"
 #include "core/head/builtin_head.h"
 #include "core/scene/mesh_scene.h"
 
@@ -36,7 +37,7 @@ Seen seen() {
   s.camera.intrinsics = {200, 200, 300, 300, 100, 100};
   s.world_from_head.linear() = Vec3d(1, -1, -1).asDiagonal();
   s.world_from_head.translation() = Vec3d(0, 0, 0.6);
-  s.world_from_head.rotate(Eigen::AngleAxisd(0.3, Vec3d::UnitY()));
+  s.world_from_head.rotate(rotation_about(Vec3d::UnitY(), 0.3));
   return s;
 }
 

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "core/base/rigid.h"
 #include "core/head/pose_head.h"
 #include "core/train/train.h"
 
@@ -86,14 +87,14 @@ inline TrainingView ball_view(const Image8& plate, int size, double time, double
       size, size, 2.0 * size, 2.0 * size, 0.5 * size + shift.x(), 0.5 * size + shift.y()};
   view.pose.world_from_head.linear() = Vec3d(1, -1, -1).asDiagonal();
   view.pose.world_from_head.translation() = Vec3d(0.02 * std::sin(3 * time), 0.02 * std::cos(2 * time), 0.8);
-  view.pose.world_from_head.rotate(Eigen::AngleAxisd(0.5 * std::sin(time) + turn, Vec3d::UnitY()));
+  view.pose.world_from_head.rotate(rotation_about(Vec3d::UnitY(), 0.5 * std::sin(time) + turn));
   view.pose.world_from_torso = view.pose.world_from_head;
   view.pose.articulation.expression = Eigen::VectorXf::Zero(2);
   const float expression = float(0.5 + 0.5 * std::sin(5 * time));
   view.pose.articulation.expression[0] = expression;
   view.rgb = Image8(size, size, 3);
   Image8 alpha(size, size, 1);
-  const Pose head_from_cam = view.pose.world_from_head.inverse();
+  const Pose head_from_cam = inverse(view.pose.world_from_head);
   constexpr int kGrid = 4;  // samples a pixel, along an axis
   for (int y = 0; y < size; ++y)
     for (int x = 0; x < size; ++x) {

@@ -5,6 +5,7 @@
 
 #include <random>
 
+#include "core/base/rigid.h"
 #include "core/render/pose_avatar.h"
 #include "core/train/training_step.h"
 #include "tests/core/render/posed_tiny_avatar.h"
@@ -116,7 +117,7 @@ struct CastScene {
     source.views[v].maps[0] = unit_from_camera(avatar.head.cube, cam, posed.pose.world_from_head);
     source.views[v].maps[1] = unit_from_camera(avatar.torso->cube, cam, torso);
     source.warps[v] = posed.warp, source.torsos[v] = posed.torso;
-    source.necks[v] = make_neck_bend(avatar.neck, posed.pose.world_from_head.inverse() * torso,
+    source.necks[v] = make_neck_bend(avatar.neck, inverse(posed.pose.world_from_head) * torso,
                                      avatar.head.cube.origin, avatar.head.cube.side);
   }
 };

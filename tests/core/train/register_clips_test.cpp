@@ -6,6 +6,7 @@
 
 #include <cmath>
 
+#include "core/base/rigid.h"
 #include "core/render/render.h"
 #include "core/train/field_fit.h"
 #include "core/train/refine_track.h"
@@ -50,14 +51,14 @@ TEST(RegisterClips, FindsAFurtherClipsHeadWhateverItsLight) {
   ASSERT_TRUE(avatar.ok()) << avatar.error().what;
   Pose offset = Pose::Identity();
   // Across the ball's stripes: along them nothing could be seen.
-  offset.linear() = Eigen::AngleAxisd(0.06, Vec3d(-4, 6, 0).normalized()).matrix();
+  offset.linear() = rotation_about(Vec3d(-4, 6, 0).normalized(), 0.06);
   offset.translation() = Vec3d(0.005, -0.004, 0);
   const Image8 plate = gradient_plate(kClipSize);
   std::vector<Pose> truth;
   for (int v = 0; v < 8; ++v) {
     set.views.push_back(of_further_clip(ball_view(plate, kClipSize, 0.2 + 0.41 * v), 0.6));
     truth.push_back(set.views.back().pose.world_from_head);
-    set.views.back().pose.world_from_head = truth.back() * offset.inverse();
+    set.views.back().pose.world_from_head = truth.back() * inverse(offset);
   }
   const AvatarRig rig = make_rig(*avatar, set.model);
   const auto corrections = register_clips(set, *avatar, rig, {}, {});
@@ -65,9 +66,9 @@ TEST(RegisterClips, FindsAFurtherClipsHeadWhateverItsLight) {
   for (std::size_t v = 0; v < 16; ++v) EXPECT_EQ(corrections[v].norm(), 0) << v;
   for (std::size_t v = 16; v < set.views.size(); ++v) {
     const Pose found = changed_pose(set.views[v].pose, avatar->condition, corrections[v]).world_from_head;
-    const Pose left = found.inverse() * truth[v - 16];
-    EXPECT_LT(Eigen::AngleAxisd(left.linear()).angle(), 0.03) << v;  // of 0.06
-    EXPECT_LT(left.translation().head<2>().norm(), 0.0025) << v;     // of 0.0064
+    const Pose left = inverse(found) * truth[v - 16];
+    EXPECT_LT(rotation_angle(left.linear()), 0.03) << v;          // of 0.06
+    EXPECT_LT(left.translation().head<2>().norm(), 0.0025) << v;  // of 0.0064
   }
   std::stop_source stopped;
   stopped.request_stop();

@@ -6,6 +6,7 @@
 
 #include <cmath>
 
+#include "core/base/rigid.h"
 #include "core/image/metrics.h"
 #include "core/render/room_picture.h"
 #include "tests/core/camera/textured_room.h"
@@ -92,7 +93,7 @@ TEST(Room, HoldsNothingBetweenCameraAndPerson) {
   options.steps = 1, options.rays_per_step = 64;
   const auto room = train_room(views, kCube, options, {}, {});
   ASSERT_TRUE(room.ok());
-  const Vec3f eye = views[3].camera.cam_from_world.inverse().translation().cast<float>();
+  const Vec3f eye = inverse(views[3].camera.cam_from_world).translation().cast<float>();
   const int n = room->occupancy.resolution;
   for (const float way : {0.05f, 0.3f, 0.5f, 1.0f}) {  // of the way to the head, which is at the origin
     const Vec3f cell = ((1 - way) * eye - kCube.origin) * (float(n) / kCube.side);
@@ -131,7 +132,7 @@ TEST(RoomCube, OfALandscapeHoldsThePartAboutThePerson) {
   const FieldCube cube = room_cube(views, points);
   for (const TrainingView& view : views)
     for (const Vec3f& at : {Vec3f(view.pose.world_from_head.translation().cast<float>()),
-                            Vec3f(view.camera.cam_from_world.inverse().translation().cast<float>())}) {
+                            Vec3f(inverse(view.camera.cam_from_world).translation().cast<float>())}) {
       const Vec3f inside = (at - cube.origin) / cube.side;
       EXPECT_GT(inside.minCoeff(), 0) << at.transpose();
       EXPECT_LT(inside.maxCoeff(), 1) << at.transpose();

@@ -6,6 +6,8 @@
 
 #include <cmath>
 
+#include "core/base/rigid.h"
+
 namespace likeness::ui {
 namespace {
 
@@ -17,14 +19,14 @@ ColmapModel arc(int count, const Pose& turned, double scale) {
   for (int i = 0; i < count; ++i) {
     const double angle = 0.3 * (i - 0.5 * (count - 1));
     Pose world_from_cam = Pose::Identity();
-    world_from_cam.rotate(Eigen::AngleAxisd(angle, Vec3d::UnitY()));
-    world_from_cam.rotate(Eigen::AngleAxisd(M_PI, Vec3d::UnitX()));  // y down, looks along -z
+    world_from_cam.rotate(rotation_about(Vec3d::UnitY(), angle));
+    world_from_cam.rotate(rotation_about(Vec3d::UnitX(), M_PI));  // y down, looks along -z
     world_from_cam.translation() = Vec3d(std::sin(angle), 0, std::cos(angle));
     ColmapImage image;
     image.camera = 1;
     Pose placed = turned * world_from_cam;
     placed.translation() *= scale;
-    image.cam_from_world = placed.inverse();
+    image.cam_from_world = inverse(placed);
     model.images.push_back(image);
   }
   for (int i = 0; i < 9000; ++i)
@@ -35,7 +37,7 @@ ColmapModel arc(int count, const Pose& turned, double scale) {
 
 TEST(SolvingCameras, StandUprightAboutTheirMiddleWhateverTheSolve) {
   Pose turned = Pose::Identity();
-  turned.rotate(Eigen::AngleAxisd(2.1, Vec3d(0.3, -1, 0.5).normalized())).translate(Vec3d(4, -7, 2));
+  turned.rotate(rotation_about(Vec3d(0.3, -1, 0.5).normalized(), 2.1)).translate(Vec3d(4, -7, 2));
   for (const auto& model : {arc(9, Pose::Identity(), 1), arc(9, turned, 37)}) {
     const auto solving = solving_cameras(model);
     ASSERT_NE(solving, nullptr);

@@ -6,6 +6,7 @@
 
 #include <complex>
 
+#include "core/base/rigid.h"
 #include "tests/core/train/ball_scene.h"
 
 namespace likeness {
@@ -50,7 +51,7 @@ TEST(LandmarkWarp, APersonWhoStepsAsideIsSeenThere) {
   const Pose cam_from_head = view.camera.cam_from_world * view.pose.world_from_head;
   const Pose aside(
       Eigen::Translation3d(4 * cam_from_head.translation().z() / view.camera.intrinsics.fx, 0, 0));
-  const Pose world = view.camera.cam_from_world.inverse() * aside * view.camera.cam_from_world;  // 4 px
+  const Pose world = inverse(view.camera.cam_from_world) * aside * view.camera.cam_from_world;  // 4 px
   AvatarPose stepped = view.pose;
   stepped.world_from_head = world * stepped.world_from_head;
   stepped.world_from_torso = world * stepped.world_from_torso;

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "core/base/rigid.h"
 #include "core/head/builtin_head.h"
 #include "core/lab/truth/track_truth.h"
 
@@ -26,10 +27,9 @@ inline TrackTruth acted_truth(int frames) {
     TrackedFrame frame;
     frame.frame = i;
     frame.time_s = i / 25.0;
-    frame.pose.world_from_head.linear() =
-        Mat3d(Vec3d(1, -1, -1).asDiagonal()) *
-        Eigen::AngleAxisd(0.5 * std::sin(t), Vec3d::UnitY()).toRotationMatrix() *
-        Eigen::AngleAxisd(0.2 * std::cos(2 * t), Vec3d::UnitX()).toRotationMatrix();
+    frame.pose.world_from_head.linear() = Mat3d(Vec3d(1, -1, -1).asDiagonal()) *
+                                          rotation_about(Vec3d::UnitY(), 0.5 * std::sin(t)) *
+                                          rotation_about(Vec3d::UnitX(), 0.2 * std::cos(2 * t));
     frame.pose.world_from_head.translation() =
         Vec3d(0.02 * std::sin(t), 0.01 * std::cos(t), 0.6 + 0.03 * std::sin(3 * t));
     frame.pose.articulation = neutral_articulation(truth.model);

@@ -4,11 +4,11 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
-#include <Eigen/Geometry>
 #include <cmath>
 #include <fstream>
 #include <numbers>
 
+#include "core/base/rigid.h"
 #include "core/image/files.h"
 
 namespace likeness {
@@ -39,7 +39,7 @@ CameraSet arc(int count) {
 // The same cameras in a world that is turned, shifted and 3.5 times as large.
 CameraSet elsewhere(CameraSet set) {
   Pose world_from_other = Pose::Identity();
-  world_from_other.linear() = Eigen::AngleAxisd(0.7, Vec3d(1, 2, 3).normalized()).toRotationMatrix();
+  world_from_other.linear() = rotation_about(Vec3d(1, 2, 3).normalized(), 0.7);
   world_from_other.translation() = Vec3d(0.4, -2, 1);
   for (Camera& camera : set.cameras) {
     camera.cam_from_world = camera.cam_from_world * world_from_other;
@@ -71,12 +71,12 @@ TEST(CompareCameras, ASimilarityIsNoError) {
 TEST(CompareCameras, ASharedTurnIsMeasuredApartFromEachCamerasOwn) {
   const CameraSet truth = arc(21);
   CameraSet found = elsewhere(truth);
-  const Mat3d shared = Eigen::AngleAxisd(0.5 * kDegree, Vec3d::UnitX()).toRotationMatrix();
+  const Mat3d shared = rotation_about(Vec3d::UnitX(), 0.5 * kDegree);
   for (Camera& camera : found.cameras) {
-    const Vec3d eye = camera.cam_from_world.inverse().translation();
+    const Vec3d eye = inverse(camera.cam_from_world).translation();
     const double own = 0.2 * kDegree * (camera.frame % 2 ? 1 : -1);
     camera.cam_from_world.linear() =
-        Eigen::AngleAxisd(own, Vec3d::UnitY()).toRotationMatrix() * shared * camera.cam_from_world.linear();
+        rotation_about(Vec3d::UnitY(), own) * shared * camera.cam_from_world.linear();
     camera.cam_from_world.translation() = -(camera.cam_from_world.linear() * eye);
     camera.intrinsics.fx *= 1.02;
   }
@@ -138,7 +138,7 @@ TEST_F(InFolder, APublishedSolutionIsMatchedByFileNames) {
   out << "{\"fl_x\": 700, \"frames\": [";
   const char* names[] = {"g.png", "b.png", "e.png", "c.png", "f.png"};
   for (int i = 0; i < 5; ++i) {
-    Pose world_from_cam = cameras.cameras[std::size_t(i)].cam_from_world.inverse();
+    Pose world_from_cam = inverse(cameras.cameras[std::size_t(i)].cam_from_world);
     world_from_cam.linear().col(1) *= -1;
     world_from_cam.linear().col(2) *= -1;
     out << (i ? "," : "") << "{\"file_path\": \"images/" << names[i] << "\", \"transform_matrix\": [";

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include "core/base/rigid.h"
 #include "core/head/pose_head.h"
 #include "tests/core/lab/truth/acted_track.h"
 
@@ -11,7 +12,7 @@ namespace {
 
 Pose small_turn(double angle, const Vec3d& axis, const Vec3d& shift) {
   Pose pose = Pose::Identity();
-  pose.linear() = Eigen::AngleAxisd(angle, axis.normalized()).toRotationMatrix();
+  pose.linear() = rotation_about(axis.normalized(), angle);
   pose.translation() = shift;
   return pose;
 }
@@ -47,7 +48,7 @@ TEST(TrackTruth, AnotherScaleAndAnotherOriginAreNoError) {
   EXPECT_LT(result->training.pose.turn_p95_deg, 1e-3);
   EXPECT_LT(result->training.pose.along_p95_percent, 1e-2);
   EXPECT_LT(result->training.pose.across_p95_mm, 1e-2);
-  EXPECT_NEAR(Eigen::AngleAxisd(result->alignment.truth_head_from_head.linear()).angle(), 0.15, 1e-4);
+  EXPECT_NEAR(rotation_angle(result->alignment.truth_head_from_head.linear()), 0.15, 1e-4);
 }
 
 TEST(TrackTruth, TheShapesErrorIsItsDistanceFromTheSurface) {
@@ -73,7 +74,7 @@ TEST(TrackTruth, ErrorsPutInAreFound) {
     // One degree about the middle of the eyes, and 2 mm sideways.
     const HeadShape shape = shape_head(truth.model, other.person);
     const Vec3d eyes = 0.5 * (shape.joints[kLeftEye] + shape.joints[kRightEye]).cast<double>();
-    const Mat3d turn = Eigen::AngleAxisd(sign * std::numbers::pi / 180, Vec3d::UnitZ()).toRotationMatrix();
+    const Mat3d turn = rotation_about(Vec3d::UnitZ(), sign * std::numbers::pi / 180);
     pose = pose * (Eigen::Translation3d(eyes) * Pose(turn) * Eigen::Translation3d(-eyes));
     pose.translation().x() += sign * 0.002;
   }

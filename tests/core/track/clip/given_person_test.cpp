@@ -7,7 +7,7 @@
 #include <numbers>
 #include <random>
 
-#include "core/face/fit_frame.h"
+#include "core/base/rigid.h"
 #include "core/face/landmarks.h"
 #include "core/face/reduced_head.h"
 #include "core/head/builtin_head.h"

@@ -8,7 +8,7 @@
 #include <numbers>
 
 #include "core/base/parallel.h"
-#include "core/face/fit_frame.h"
+#include "core/base/rigid.h"
 #include "core/face/landmarks.h"
 #include "core/head/builtin_head.h"
 #include "core/synth/demo_capture.h"
@@ -91,7 +91,7 @@ class RefitSpans : public testing::Test {
         frame.landmarks.fill(Vec2d::Zero());
       }
       frame.pose.world_from_head.linear() =
-          frame.pose.world_from_head.linear() * Eigen::AngleAxisd(0.45, Vec3d::UnitY()).toRotationMatrix();
+          frame.pose.world_from_head.linear() * rotation_about(Vec3d::UnitY(), 0.45);
       frame.pose.world_from_head.translation() += Vec3d(0.02, 0, 0.03);
     }
     return track;

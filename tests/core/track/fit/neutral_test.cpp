@@ -6,6 +6,7 @@
 #include <cmath>
 #include <random>
 
+#include "core/base/rigid.h"
 #include "tests/core/face/synthetic_face.h"
 
 namespace likeness {
@@ -44,8 +45,7 @@ std::vector<TrackedFrame> perform(const Articulation& rest, const Take& take) {
     if (i % 50 < 6) act("eyeBlink_L", 0.9f), act("eyeBlink_R", 0.9f);
     for (float& v : f.pose.articulation.expression) v += float(take.noise) * normal(random);
     f.pose.articulation.jaw.x() += 0.2f * float(take.noise) * normal(random);
-    f.pose.world_from_head.linear() =
-        Eigen::AngleAxisd(0.3 * std::sin(i / 20.0), Vec3d::UnitY()).toRotationMatrix();
+    f.pose.world_from_head.linear() = rotation_about(Vec3d::UnitY(), 0.3 * std::sin(i / 20.0));
     frames.push_back(f);
   }
   return frames;

@@ -7,7 +7,7 @@
 #include <cmath>
 #include <random>
 
-#include "core/face/fit_frame.h"
+#include "core/base/rigid.h"
 
 namespace likeness {
 namespace {
@@ -30,9 +30,8 @@ BundleScene make_scene(int frame_count, double noise_px, double turn = 1, double
   const Mat3d facing = Vec3d(1, -1, -1).asDiagonal();
   for (int i = 0; i < frame_count; ++i) {
     Pose pose = Pose::Identity();
-    pose.linear() = facing *
-                    Eigen::AngleAxisd(turn * 0.5 * std::sin(i * 0.08), Vec3d::UnitY()).toRotationMatrix() *
-                    Eigen::AngleAxisd(turn * 0.2 * std::sin(i * 0.05), Vec3d::UnitX()).toRotationMatrix();
+    pose.linear() = facing * rotation_about(Vec3d::UnitY(), turn * 0.5 * std::sin(i * 0.08)) *
+                    rotation_about(Vec3d::UnitX(), turn * 0.2 * std::sin(i * 0.05));
     pose.translation() = Vec3d(0.02 * std::sin(i * 0.1), 0.01 * std::cos(i * 0.06), 0.7);
     scene.truth.push_back(pose);
     // The landmark fit's error changes slowly: what temporal smoothing cannot remove.
@@ -121,8 +120,8 @@ BundleScene make_look_up(double start_error, double retreat = 0) {
   const auto apart = [](int i) { return i >= 60 && i < 110; };
   for (int i = 0; i < 150; ++i) {
     Pose pose = Pose::Identity();
-    pose.linear() = facing * Eigen::AngleAxisd(0.5 * std::sin(i * 0.06), Vec3d::UnitY()).toRotationMatrix() *
-                    Eigen::AngleAxisd(0.3 * std::sin(i * 0.042), Vec3d::UnitX()).toRotationMatrix();
+    pose.linear() = facing * rotation_about(Vec3d::UnitY(), 0.5 * std::sin(i * 0.06)) *
+                    rotation_about(Vec3d::UnitX(), 0.3 * std::sin(i * 0.042));
     pose.translation() = Vec3d(0, 0.05, 0.8 + retreat * i) - pose.linear() * neck;  // the neck rests at 0
     scene.truth.push_back(pose);
     scene.frames.push_back({true, kFocal, pose});

@@ -6,6 +6,8 @@
 #include <cmath>
 #include <random>
 
+#include "core/base/rigid.h"
+
 namespace likeness {
 namespace {
 
@@ -19,15 +21,15 @@ std::vector<HeadSighting> arc(double radius, double sweep, double metres_per_uni
   for (int i = 0; i < 240; ++i) {
     const double angle = sweep * std::min(1.0, i / static_cast<double>(moving));
     Pose world_from_cam = Pose::Identity();
-    world_from_cam.linear() = Eigen::AngleAxisd(angle, Vec3d::UnitY()).toRotationMatrix();
+    world_from_cam.linear() = rotation_about(Vec3d::UnitY(), angle);
     world_from_cam.translation() = Vec3d(0.2, 0.1, radius) - radius * world_from_cam.linear().col(2);
     Pose world_from_head = Pose::Identity();
     world_from_head.translation() = Vec3d(0.2, 0.1, radius);
     if (i > moving) world_from_head.translation() += 0.04 * Vec3d(std::sin(i * 0.1), std::cos(i * 0.07), 0);
     HeadSighting s;
-    s.cam_from_head = world_from_cam.inverse() * world_from_head;
+    s.cam_from_head = inverse(world_from_cam) * world_from_head;
     s.cam_from_head.translation() += Vec3d(normal(random), normal(random), 3 * normal(random));
-    s.cam_from_world = world_from_cam.inverse();
+    s.cam_from_world = inverse(world_from_cam);
     s.cam_from_world.translation() /= metres_per_unit;
     sightings.push_back(s);
   }

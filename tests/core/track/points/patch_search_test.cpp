@@ -6,7 +6,7 @@
 
 #include <cmath>
 
-#include "core/face/fit_frame.h"
+#include "core/base/rigid.h"
 
 namespace likeness {
 namespace {
@@ -34,7 +34,7 @@ double grain(double x, double y) {
 // gain, offset: the light changes as the head turns.
 Image8 picture_of_plane(const Pose& cam_from_head, double gain, double offset, double grain_shift = 0) {
   const Intrinsics k = plane_camera();
-  const Pose head_from_cam = cam_from_head.inverse();
+  const Pose head_from_cam = inverse(cam_from_head);
   Image8 picture(kPlaneSize, kPlaneSize, 1);
   for (int y = 0; y < kPlaneSize; ++y)
     for (int x = 0; x < kPlaneSize; ++x) {

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "core/base/parallel.h"
+#include "core/base/rigid.h"
 #include "core/track/torso/torso_rows.h"
 #include "tests/core/track/torso/torso_board.h"
 
@@ -53,7 +54,7 @@ struct Fixture {
   }
   // Of a canonical point that the first frame shows at x on the board, world.
   Vec3d place(std::size_t frame, double x) const {
-    const Vec3d canonical = clip.frames[0].world_from_head.inverse() * Vec3d(x, 0.1, kDepth);
+    const Vec3d canonical = inverse(clip.frames[0].world_from_head) * Vec3d(x, 0.1, kDepth);
     const TorsoState& state = states[frame];
     return views[frame].reference *
            (motion_pose(state.motion, body.pivot) * displaced(modes.grid, state.displacement, canonical));

@@ -3,7 +3,7 @@
 
 #include <gtest/gtest.h>
 
-#include "core/face/fit_frame.h"
+#include "core/base/rigid.h"
 #include "tests/core/track/torso/torso_board.h"
 
 namespace likeness {
@@ -64,7 +64,7 @@ TEST(Torso, FollowsADeformationThatTrainingFramesShow) {
   ASSERT_FALSE(track->modes.empty());
   EXPECT_LT(track->residual_after, 0.5 * track->residual_rigid);
   for (const double x : {-0.12, 0.12}) {
-    const Vec3d canonical = clip.frames[0].world_from_head.inverse() * Vec3d(x, 0.1, kDepth);
+    const Vec3d canonical = inverse(clip.frames[0].world_from_head) * Vec3d(x, 0.1, kDepth);
     for (const int i : {7, 16, 31, 34}) {
       const Vec3d moved = posed_place(*track, std::size_t(i), canonical) - posed_place(*track, 2, canonical);
       EXPECT_NEAR(moved.x(), shift_of(i) - shift_of(2), 0.0012) << "frame " << i << " at " << x;
@@ -93,7 +93,7 @@ TEST(Torso, ShadowDoesNotMoveIt) {
   const auto track = track_torso(clip.frames, kChin, {}, {});
   ASSERT_TRUE(track.ok());
   for (const double x : {-0.12, 0.12}) {
-    const Vec3d canonical = clip.frames[0].world_from_head.inverse() * Vec3d(x, 0.1, kDepth);
+    const Vec3d canonical = inverse(clip.frames[0].world_from_head) * Vec3d(x, 0.1, kDepth);
     for (const int i : {31, 34}) {
       const Vec3d moved = posed_place(*track, std::size_t(i), canonical) - posed_place(*track, 2, canonical);
       EXPECT_NEAR(moved.x(), shift_of(i) - shift_of(2), 0.0012) << "frame " << i << " at " << x;
