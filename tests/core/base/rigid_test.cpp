@@ -11,7 +11,7 @@
 namespace likeness {
 namespace {
 
-constexpr double kPi = std::numbers::pi;
+constexpr double kHalfTurn = std::numbers::pi;
 
 class Rigid : public testing::Test {
  protected:
@@ -23,7 +23,7 @@ class Rigid : public testing::Test {
   Vec3d axis() { return vector().normalized(); }
   Pose pose() {
     Pose pose = Pose::Identity();
-    pose.linear() = rotation_about(axis(), kPi * number());
+    pose.linear() = rotation_about(axis(), kHalfTurn * number());
     pose.translation() = 3 * vector();
     return pose;
   }
@@ -62,13 +62,13 @@ TEST_F(Rigid, RotationAboutIsEigensToTheBitAndKeepsItsAxis) {
 }
 
 TEST_F(Rigid, RotationAboutTurnsCounterClockwise) {
-  EXPECT_LT((rotation_about(Vec3d::UnitZ(), kPi / 2) * Vec3d::UnitX() - Vec3d::UnitY()).norm(), 1e-15);
-  EXPECT_LT((rotation_about(Vec3d::UnitX(), kPi / 2) * Vec3d::UnitY() - Vec3d::UnitZ()).norm(), 1e-15);
-  EXPECT_LT((rotation_about(Vec3d::UnitY(), kPi / 2) * Vec3d::UnitZ() - Vec3d::UnitX()).norm(), 1e-15);
+  EXPECT_LT((rotation_about(Vec3d::UnitZ(), kHalfTurn / 2) * Vec3d::UnitX() - Vec3d::UnitY()).norm(), 1e-15);
+  EXPECT_LT((rotation_about(Vec3d::UnitX(), kHalfTurn / 2) * Vec3d::UnitY() - Vec3d::UnitZ()).norm(), 1e-15);
+  EXPECT_LT((rotation_about(Vec3d::UnitY(), kHalfTurn / 2) * Vec3d::UnitZ() - Vec3d::UnitX()).norm(), 1e-15);
 }
 
 TEST_F(Rigid, AxisAndAngleRoundTripFromNearZeroToNearHalfATurn) {
-  for (const double angle : {1e-9, 1e-4, 0.5, kPi / 2, 3.0, kPi - 1e-4, kPi - 1e-7})
+  for (const double angle : {1e-9, 1e-4, 0.5, kHalfTurn / 2, 3.0, kHalfTurn - 1e-4, kHalfTurn - 1e-7})
     for (int i = 0; i < 20; ++i) {
       const Vec3d about = axis();
       const Eigen::AngleAxisd found = axis_and_angle(rotation_about(about, angle));
@@ -81,9 +81,9 @@ TEST_F(Rigid, AxisAndAngleRoundTripFromNearZeroToNearHalfATurn) {
 TEST_F(Rigid, HalfATurnHasItsAxisUpToTheSign) {
   for (int i = 0; i < 20; ++i) {
     const Vec3d about = axis();
-    const Mat3d r = rotation_about(about, kPi);
+    const Mat3d r = rotation_about(about, kHalfTurn);
     const Eigen::AngleAxisd found = axis_and_angle(r);
-    EXPECT_NEAR(found.angle(), kPi, 1e-14);
+    EXPECT_NEAR(found.angle(), kHalfTurn, 1e-14);
     EXPECT_NEAR(std::abs(found.axis().dot(about)), 1, 1e-14);
     EXPECT_LT((turn_from_vector(vector_from_turn(r)) - r).norm(), 1e-14);
   }
@@ -101,21 +101,21 @@ TEST_F(Rigid, NoTurnHasTheAngleZeroAndTheAxisX) {
 TEST_F(Rigid, AngleIsTheLesserOfTheTwoWaysRound) {
   for (int i = 0; i < 50; ++i) {
     const Vec3d about = axis();
-    const double angle = kPi * std::abs(number());
-    EXPECT_NEAR(rotation_angle(rotation_about(about, 2 * kPi - angle)), angle, 1e-13);
+    const double angle = kHalfTurn * std::abs(number());
+    EXPECT_NEAR(rotation_angle(rotation_about(about, 2 * kHalfTurn - angle)), angle, 1e-13);
     EXPECT_NEAR(rotation_angle(rotation_about(about, -angle)), angle, 1e-13);
   }
 }
 
 TEST_F(Rigid, RotationVectorsRoundTrip) {
   // Below 1e-12 rad the rotation is linear in its vector.
-  for (const double angle : {1e-14, 0.9e-12, 1.1e-12, 1e-8, 0.01, 1.0, 3.0, kPi - 1e-6})
+  for (const double angle : {1e-14, 0.9e-12, 1.1e-12, 1e-8, 0.01, 1.0, 3.0, kHalfTurn - 1e-6})
     for (int i = 0; i < 20; ++i) {
       const Vec3d v = angle * axis();
       EXPECT_LT((vector_from_turn(turn_from_vector(v)) - v).norm(), 1e-3 * std::min(angle, 1e-8)) << angle;
     }
   const Vec3d about = axis();
-  EXPECT_LT((vector_from_turn(turn_from_vector((2 * kPi - 0.4) * about)) + 0.4 * about).norm(), 1e-13);
+  EXPECT_LT((vector_from_turn(turn_from_vector((2 * kHalfTurn - 0.4) * about)) + 0.4 * about).norm(), 1e-13);
 }
 
 TEST_F(Rigid, CrossMatrixIsTheSlopeOfTheRotation) {
