@@ -15,9 +15,9 @@
 
 #include "core/base/files.h"
 #include "core/camera/kept_path.h"
-#include "core/capture/split.h"
+#include "core/capture/hold_out.h"
 #include "core/face/landmarks.h"
-#include "core/matte/matte.h"
+#include "core/matte/coarse_mask.h"
 #include "core/project/run_stages.h"
 #include "core/synth/demo_capture.h"
 #include "core/video/decode.h"
