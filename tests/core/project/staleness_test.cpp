@@ -99,7 +99,8 @@ TEST_F(Staleness, AModeThatIsAskedForMakesTheTrainingStale) {
 TEST_F(Staleness, NoOptionOfAProjectIsForgottenHere) {
   const auto text = read_text(project_.folder / "project.json");
   ASSERT_TRUE(text.ok()) << text.error().what;
-  for (const auto& option : nlohmann::json::parse(*text).at("options").items())
+  const nlohmann::json file = nlohmann::json::parse(*text);
+  for (const auto& option : file.at("options").items())
     EXPECT_EQ(std::ranges::count(option_table(), option.key(), &OptionRow::key),
               option.key() == "mode_asked" ? 0 : 1)
         << option.key();
