@@ -8,6 +8,7 @@
 #include <cmath>
 #include <cstdio>
 #include <iterator>
+#include <string_view>
 #include <vector>
 
 #include "core/base/files.h"
@@ -107,11 +108,22 @@ struct Step {
   std::string what;
 };
 
+// COLMAP 3.9 and later put time, thread and source before a line: "I20260101 12:00:00.000000  26 timer.cc:91]
+// ".
+std::string_view without_log_prefix(std::string_view line) {
+  constexpr std::size_t kDate = 9;  // a letter for the severity and eight digits
+  if (line.size() < kDate || std::string_view("IWEF").find(line[0]) == std::string_view::npos ||
+      line.substr(1, kDate - 1).find_first_not_of("0123456789") != std::string_view::npos)
+    return line;
+  const std::size_t end = line.find("] ");
+  return end == std::string_view::npos ? line : line.substr(end + 2);
+}
+
 Result<ProcessEnd> run_step(const Step& step, int pictures, const Progress& progress, std::stop_token stop) {
   int registered = 0;
   progress.report(0, step.what);
   const auto on_line = [&](std::string_view text) {
-    const std::string line(text);
+    const std::string line(without_log_prefix(text));
     int done = 0, total = 0;
     if (step.pattern && std::sscanf(line.c_str(), step.pattern, &done, &total) == 2 && total > 0)
       progress.report(std::min(1.0, double(done) / total),

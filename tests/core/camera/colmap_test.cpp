@@ -207,6 +207,18 @@ TEST_F(Colmap, RunningSolveReportsThePicturesPlacedSoFar) {
   EXPECT_FALSE(solve_so_far(work_)) << "it is over";
 }
 
+TEST_F(Colmap, ProgressIsReadBehindTheTimesThatLaterVersionsPutBeforeEachLine) {
+  options_.program = stand_in(R"(prefix="I20260101 12:00:00.000000    26 pairing.cc:436] "
+    case $1 in
+      feature_extractor) echo "${prefix}Processed file [2/3]" ;;
+      *) echo "${prefix}Matching image [1/3]"; echo "${prefix}something nobody foresaw"; exit 3 ;;
+    esac)");
+  add_walk(3);
+  std::vector<std::string> said;
+  failure(Progress([&](const ProgressReport& report) { said.push_back(report.text); }));
+  EXPECT_THAT(said, testing::Contains(HasSubstr("Looking for features: 2 of 3")));
+}
+
 // -- A killed step, with the real program
 
 TEST_F(Colmap, KilledStepContinuesFromItsDatabase) {
@@ -214,7 +226,7 @@ TEST_F(Colmap, KilledStepContinuesFromItsDatabase) {
   add_walk(6);
   // Dies after the third picture's features are stored, with a message.
   const std::string real = find_program("colmap")->string();
-  options_.program = stand_in("( exec " + real + R"( "$@" ) | while read -r line; do echo "$line"
+  options_.program = stand_in("( exec " + real + R"( "$@" 2>&1 ) | while read -r line; do echo "$line"
         case "$line" in *"Processed file [4/"*) pkill -KILL -P $$ colmap; kill -KILL $$;; esac
       done)");
   options_.threads = 1;
@@ -252,7 +264,7 @@ TEST_F(Colmap, AKilledMatcherKeepsTheFeaturesAndThePairsItHad) {
   const std::string real = find_program("colmap")->string();
   // A picture's pairs are stored before the next picture's are begun.
   options_.program = stand_in("[ $1 = sequential_matcher ] || exec " + real + " \"$@\"\n( exec " + real +
-                              R"( "$@" ) | while read -r line; do echo "$line"
+                              R"( "$@" 2>&1 ) | while read -r line; do echo "$line"
         case "$line" in *"Matching image [2/"*) pkill -KILL -P $$ colmap; kill -KILL $$;; esac
       done)");
   options_.threads = 1;

@@ -9,6 +9,7 @@
 #include <fstream>
 
 #include "core/base/files.h"
+#include "tests/core/video/tag_rotation.h"
 #include "tests/core/video/video_test_clip.h"
 
 namespace likeness {
@@ -83,9 +84,7 @@ TEST_F(Decode, AppliesTheRotationTag) {
   // What the ffmpeg program shows is the reference for the sense of the turn.
   for (const int degrees : {90, 180, 270}) {
     const std::string name = std::string("r").append(std::to_string(degrees));
-    ASSERT_EQ(
-        ffmpeg("-i a.mp4 -c copy -metadata:s:v:0 rotate=" + std::to_string(degrees) + " " + name + ".mp4"),
-        0);
+    ASSERT_TRUE(test::tag_rotation(folder_, "a.mp4", name + ".mp4", degrees));
     ASSERT_EQ(ffmpeg("-i " + name + ".mp4 -frames:v 1 -pix_fmt rgb24 -f rawvideo " + name + ".rgb"), 0);
     auto reader = VideoReader::open(folder_ / (name + ".mp4"));
     ASSERT_TRUE(reader) << reader.error().what;

@@ -6,6 +6,7 @@
 
 #include "core/base/files.h"
 #include "core/video/decode.h"
+#include "tests/core/video/tag_rotation.h"
 #include "tests/core/video/video_test_clip.h"
 
 namespace likeness {
@@ -90,7 +91,7 @@ TEST_F(PhoneFile, APortraitFilmIsUprightInEveryContainerThatTagsIt) {
   ASSERT_TRUE(ffmpeg("-i lying.mp4 -c:v libx265 -crf 8 -x265-params log-level=none -tag:v hvc1 lying.mov"));
   for (const char* name : {"lying.mp4", "lying.mov"}) {
     const std::string out = std::string("tagged_") + name;
-    ASSERT_TRUE(ffmpeg(std::string("-i ") + name + " -c copy -metadata:s:v:0 rotate=90 " + out));
+    ASSERT_TRUE(test::tag_rotation(folder_, name, out, 90));
     EXPECT_EQ(read_all(folder_ / out, 30, out), 6);
     const auto info = probe_video(folder_ / out);
     ASSERT_TRUE(info.ok());
