@@ -28,7 +28,7 @@ class StudioPath : public test::DrivenStudio {
 TEST_F(StudioPath, FromTheStartScreenToAnExportedPicture) {
   test::keep_shot("path_0_start");
   click("Try the demo");
-  ASSERT_TRUE(until(60, [](const Snapshot& s) { return s.project.contents != nullptr; }))
+  ASSERT_TRUE(until(300, [](const Snapshot& s) { return s.project.contents != nullptr; }))
       << "the demo was not filmed";
   EXPECT_EQ(studio_->snapshot().project.contents->project.consent, Consent::no_real_person);
   ASSERT_TRUE(until(5, [](const Snapshot& s) { return s.project.clip_picture.image != nullptr; }));
@@ -40,7 +40,7 @@ TEST_F(StudioPath, FromTheStartScreenToAnExportedPicture) {
   ASSERT_TRUE(studio_->is_working());
   EXPECT_TRUE(studio_->computes());
   // A pause keeps what is done; the same button goes on.
-  ASSERT_TRUE(until(60, [](const Snapshot& s) {
+  ASSERT_TRUE(until(300, [](const Snapshot& s) {
     return s.project.pipeline.finished[std::size_t(Stage::import)] || !is_working(s.project.pipeline.job);
   }));
   ASSERT_TRUE(studio_->is_working()) << studio_->snapshot().project.pipeline.job.error.value_or(Error{}).what;
@@ -73,7 +73,7 @@ TEST_F(StudioPath, FromTheStartScreenToAnExportedPicture) {
   const auto rested = [](const Snapshot& s) {
     return s.direct.picture && s.direct.picture->last && !s.direct.rendering;
   };
-  ASSERT_TRUE(until(30, rested));
+  ASSERT_TRUE(until(120, rested));
   EXPECT_GT(liveliness("avatar view"), 10);
   test::keep_shot("path_6_direct");
   const Image straight = studio_->snapshot().direct.picture->rgba;
@@ -90,7 +90,7 @@ TEST_F(StudioPath, FromTheStartScreenToAnExportedPicture) {
   EXPECT_GT(value("head yaw"), 1);
   test::drag("avatar view", 60, 0, 0, [this] { frame(); });
   EXPECT_LT(value("camera yaw"), -5);
-  ASSERT_TRUE(until(30, [&](const Snapshot& s) {
+  ASSERT_TRUE(until(120, [&](const Snapshot& s) {
     return rested(s) && s.direct.picture->origin.moment == s.direct.moment;
   }));
   EXPECT_NE(studio_->snapshot().direct.picture->rgba.data, straight.data);
@@ -112,7 +112,7 @@ TEST_F(StudioPath, FromTheStartScreenToAnExportedPicture) {
   const Rectangle strip = noted_widgets().at("face strip");
   test::drag("face strip", 0.1f * (strip.high.x - strip.low.x), 0, 0, [this] { frame(); });
   click("Fit this span again");
-  ASSERT_TRUE(until(60, [](const Snapshot& s) {
+  ASSERT_TRUE(until(300, [](const Snapshot& s) {
     return !is_working(s.project.pipeline.job) && !s.message.empty();
   })) << studio_->snapshot().error.value_or(Error{}).what;
   EXPECT_NE(studio_->snapshot().message.find("fitted again"), std::string::npos)
@@ -135,7 +135,7 @@ TEST_F(StudioPath, FromTheStartScreenToAnExportedPicture) {
 
   click("step Export");
   click("Export a still");
-  ASSERT_TRUE(until(30, [](const Snapshot& s) { return !s.exports.written.empty(); }));
+  ASSERT_TRUE(until(120, [](const Snapshot& s) { return !s.exports.written.empty(); }));
   const auto still = read_image(studio_->snapshot().exports.written);
   ASSERT_TRUE(still.ok()) << still.error().what;
   EXPECT_EQ(still->width, 256);
@@ -154,20 +154,20 @@ TEST_F(StudioPath, FromTheStartScreenToAnExportedPicture) {
   EXPECT_TRUE(studio_->is_working());
   EXPECT_FALSE(studio_->snapshot().situation.running);
   const fs::path comparison = folder_ / "projects" / "demo.likeness" / "comparison";
-  ASSERT_TRUE(until(120, [&](const Snapshot& s) {
+  ASSERT_TRUE(until(300, [&](const Snapshot& s) {
     return fs::exists(comparison / "static-grid-0.json") || !is_working(s.study.job);
   }));
   ASSERT_TRUE(is_working(studio_->snapshot().study.job))
       << studio_->snapshot().study.job.error.value_or(Error{}).what;
   test::keep_shot("path_study_running");
   click("Stop the comparison");
-  ASSERT_TRUE(until(60, [](const Snapshot& s) { return !is_working(s.study.job); }));
+  ASSERT_TRUE(until(300, [](const Snapshot& s) { return !is_working(s.study.job); }));
   EXPECT_EQ(studio_->snapshot().study.job.state, JobState::stopped);
   ASSERT_TRUE(
       until(10, [](const Snapshot& s) { return s.study.forecast && s.study.forecast->finished == 1; }));
   const auto kept = fs::last_write_time(comparison / "static-grid-0.json");
   click("Start the comparison");  // it says: go on
-  ASSERT_TRUE(until(120, [](const Snapshot& s) { return s.study.finished != nullptr; }))
+  ASSERT_TRUE(until(300, [](const Snapshot& s) { return s.study.finished != nullptr; }))
       << studio_->snapshot().study.job.error.value_or(Error{}).what;
   EXPECT_EQ(fs::last_write_time(comparison / "static-grid-0.json"), kept);
   EXPECT_TRUE(fs::exists(comparison / "report.html"));
