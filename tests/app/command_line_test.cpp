@@ -373,7 +373,7 @@ TEST_F(CommandLine, StudiesSayWhatTheyNeed) {
   const std::string folder = folder_.string();
   for (const auto& [words, needed] : std::vector<std::pair<std::vector<std::string>, std::string>>{
            {{"study", "truth", folder, folder, "--tables", "mattes"}, "not a Likeness project"},
-           {{"study", "truth", folder, "--tables", "drive"}, "of a project"},
+           {{"study", "truth", folder, "--tables", "drive"}, "for a project"},
            {{"study", "truth", folder, folder}, "need no project"},
            {{"study", folder}, "where its report goes"},
            {{"study", folder, "--tables", "occupancy"}, "not a Likeness project"},
