@@ -122,7 +122,9 @@ TEST_F(Decode, RefusesPicturesLargerThanAnyCameras) {
 
 TEST_F(Decode, KeepsVariableFrameTimes) {
   if (!have_ffmpeg()) GTEST_SKIP() << "needs the ffmpeg program to retime a clip";
-  write_clip(folder_ / "a.mp4", 64, 64, 20);
+  // How long the last one is shown is not said, and versions of ffmpeg differ on whether it is then played at
+  // all.
+  write_clip(folder_ / "a.mp4", 64, 64, 21);
   ASSERT_EQ(ffmpeg("-i a.mp4 -vf \"setpts='if(lt(N,10),N/25,0.4+(N-10)*0.12)/TB'\" -vsync vfr v.mp4"), 0);
   auto reader = VideoReader::open(folder_ / "v.mp4");
   ASSERT_TRUE(reader) << reader.error().what;
@@ -185,12 +187,11 @@ TEST_F(Decode, MapsHighDynamicRangeToNaturalGreys) {
   // signal is a middle grey. Neutral stays neutral.
   const std::pair<std::string, int> cases[] = {{"0x000000", 0}, {"0x808080", 137}, {"0xBFBFBF", 243}};
   for (const auto& [colour, expected] : cases) {
-    ASSERT_EQ(
-        ffmpeg(
-            "-f lavfi -i color=c=" + colour +
-            ":s=64x64:r=25:d=0.2 -vf scale=out_color_matrix=bt2020:out_range=tv,format=yuv420p10le -crf 5 "
-            "-color_range tv -color_trc arib-std-b67 -color_primaries bt2020 -colorspace bt2020nc hlg.mp4"),
-        0);
+    ASSERT_EQ(ffmpeg("-f lavfi -i color=c=" + colour +
+                     ":s=64x64:r=25:d=0.2 -vf scale=out_color_matrix=bt2020:out_range=tv,format=yuv420p10le,"
+                     "setparams=range=tv:color_primaries=bt2020:color_trc=arib-std-b67:colorspace=bt2020nc "
+                     "-crf 5 hlg.mp4"),
+              0);
     auto reader = VideoReader::open(folder_ / "hlg.mp4");
     ASSERT_TRUE(reader) << reader.error().what;
     const auto frame = reader->next();

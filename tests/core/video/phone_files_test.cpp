@@ -147,7 +147,7 @@ TEST(SamplingStride, LeavesUsualClipsWholeAndBoundsLongOnes) {
 
 TEST_F(PhoneFile, ARateThatVariesKeepsItsTimesInMatroskaToo) {
   if (!runs("ffmpeg -version")) GTEST_SKIP() << "needs the ffmpeg program";
-  write_clip(folder_ / "a.mp4", 64, 64, 20);
+  write_clip(folder_ / "a.mp4", 64, 64, 21);  // the last one may be cut off: see decode_test.cpp
   for (const char* name : {"v.mkv", "v.mov", "v.webm"}) {
     const std::string codec = std::string(name) == "v.webm" ? "-c:v libvpx-vp9 -deadline realtime " : "";
     if (!codec.empty() && !encodes("libvpx-vp9")) continue;
@@ -183,10 +183,11 @@ TEST_F(PhoneFile, TenBitHighDynamicRangeBecomesNaturalGreysInColourAndInLuma) {
         raw.push_back(std::byte(value >> 8));
       }
     ASSERT_TRUE(write_file(folder_ / "grey.yuv", raw));
-    ASSERT_TRUE(ffmpeg(std::string("-f rawvideo -pix_fmt yuv420p10le -s 64x64 -r 30 -i grey.yuv -c:v libx265 "
-                                   "-x265-params lossless=1:log-level=none -tag:v hvc1 -color_range tv "
-                                   "-color_primaries bt2020 -colorspace bt2020nc -color_trc ") +
-                       c.transfer + " hdr.mov"))
+    ASSERT_TRUE(
+        ffmpeg(std::string("-f rawvideo -pix_fmt yuv420p10le -s 64x64 -r 30 -i grey.yuv -c:v libx265 "
+                           "-x265-params lossless=1:log-level=none -tag:v hvc1 -vf setparams=range=tv:"
+                           "color_primaries=bt2020:colorspace=bt2020nc:color_trc=") +
+               c.transfer + " hdr.mov"))
         << what;
     for (const VideoPixels pixels : {VideoPixels::rgb, VideoPixels::luma}) {
       auto reader = VideoReader::open(folder_ / "hdr.mov", pixels);
