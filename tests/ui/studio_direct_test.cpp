@@ -259,7 +259,8 @@ TEST_F(StudioDirect, APerformanceIsSavedUnderANameAndOpenedAgain) {
   press('J', true);
   EXPECT_NE(performance(), walk);
   press('O', true, true);
-  frame();
+  ASSERT_TRUE(
+      until(10, [](const Snapshot&) { return noted_widgets().contains("entry performance-1.json"); }));
   click("entry performance-1.json");
   click("Open");
   ASSERT_TRUE(until(5, [&](const Snapshot& s) { return *s.direct.directing.performance == walk; }));
@@ -315,8 +316,11 @@ TEST_F(StudioDirect, TheTimelineIsDrawnAtEveryScaleInBothThemes) {
   press('J', true);
   for (const int scale : {100, 150, 200})
     for (const bool dark : {true, false}) {
-      while (studio_->snapshot().settings.scale_percent < scale) press('=', true);
-      while (studio_->snapshot().settings.scale_percent > scale) press('-', true);
+      for (int steps = 0; steps < 20 && studio_->snapshot().settings.scale_percent < scale; ++steps)
+        press('=', true);
+      for (int steps = 0; steps < 20 && studio_->snapshot().settings.scale_percent > scale; ++steps)
+        press('-', true);
+      ASSERT_EQ(studio_->snapshot().settings.scale_percent, scale) << "no key arrives";
       if (studio_->snapshot().settings.dark != dark) press('L', true);
       for (int i = 0; i < 3; ++i) frame();
       test::keep_shot(std::string("timeline_") + std::to_string(scale) + (dark ? "_dark" : "_light"));
