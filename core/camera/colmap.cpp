@@ -108,8 +108,8 @@ struct Step {
   std::string what;
 };
 
-// COLMAP 3.9 and later put time, thread and source before a line: "I20260101 12:00:00.000000  26 timer.cc:91]
-// ".
+// COLMAP 3.10, as 3.8 does not, puts severity, date, time, thread and source before a line:
+// "I20260101 12:00:00.000000    26 timer.cc:91] ".
 std::string_view without_log_prefix(std::string_view line) {
   constexpr std::size_t kDate = 9;  // a letter for the severity and eight digits
   if (line.size() < kDate || std::string_view("IWEF").find(line[0]) == std::string_view::npos ||
