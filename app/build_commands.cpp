@@ -244,7 +244,8 @@ int run_align_photos(const BuildArguments& arguments) {
   if (arguments.common.json) {
     print_json({{"frames", aligned->frames},
                 {"registered", aligned->registered},
-                {"static", aligned->cameras.is_static},
+                {"static", aligned->cameras.rests()},
+                {"camera", camera_kind_name(aligned->cameras.kind)},
                 {"seconds", seconds},
                 {"reprojection_px", aligned->cameras.reprojection_px}});
   } else {

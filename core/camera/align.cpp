@@ -31,7 +31,7 @@ AlignResult static_result(const VideoInfo& info, const AlignOptions& options, st
                    lens = options.lens_mm > 0 ? film_intrinsics(info.width, info.height, options.lens_mm)
                                               : assumed_intrinsics(info.width, info.height, info.focal_35mm);
   AlignResult result;
-  result.cameras.is_static = true;
+  result.cameras.kind = CameraKind::resting;
   result.cameras.scale = CameraScale::metric;
   result.cameras.cameras.push_back({-1, lens, Pose::Identity()});
   result.evidence = std::move(evidence);
@@ -138,7 +138,7 @@ Result<AlignResult> moving_result(const fs::path& video, const ColmapModel& mode
   share_rest_poses(motion, poses);
 
   AlignResult result;
-  result.cameras.is_static = false;
+  result.cameras.kind = CameraKind::walking;
   result.cameras.scale = CameraScale::arbitrary;
   result.cameras.reprojection_px = mean_reprojection_px(model) * motion.width / small.width;
   const Intrinsics full = enlarge(small, motion.width, motion.height);

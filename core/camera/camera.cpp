@@ -9,8 +9,26 @@
 
 namespace likeness {
 
+const char* camera_kind_name(CameraKind kind) {
+  switch (kind) {
+    case CameraKind::resting:
+      return "resting";
+    case CameraKind::handheld:
+      return "handheld";
+    case CameraKind::walking:
+      return "walking";
+  }
+  return "";
+}
+
+std::optional<CameraKind> camera_kind_named(std::string_view name) {
+  for (const CameraKind kind : {CameraKind::resting, CameraKind::handheld, CameraKind::walking})
+    if (name == camera_kind_name(kind)) return kind;
+  return std::nullopt;
+}
+
 const Camera* find_camera(const CameraSet& set, int frame) {
-  if (set.is_static) return set.cameras.empty() ? nullptr : &set.cameras.front();
+  if (set.rests()) return set.cameras.empty() ? nullptr : &set.cameras.front();
   const auto it = std::lower_bound(set.cameras.begin(), set.cameras.end(), frame,
                                    [](const Camera& camera, int number) { return camera.frame < number; });
   return it != set.cameras.end() && it->frame == frame ? &*it : nullptr;

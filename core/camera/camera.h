@@ -5,6 +5,7 @@
 
 #include <filesystem>
 #include <optional>
+#include <string_view>
 #include <vector>
 
 #include "core/base/linalg.h"
@@ -26,13 +27,31 @@ struct Camera {
 
 enum class CameraScale { arbitrary, metric };
 
+// What the camera does. A hand-held one turns and zooms about one place: what it sees behind the person is a
+// wall without parallax. A walking one shows the room from several places.
+enum class CameraKind { resting, handheld, walking };
+
+// "resting", "handheld", "walking"
+const char* camera_kind_name(CameraKind kind);
+std::optional<CameraKind> camera_kind_named(std::string_view name);
+
+// A stretch of a clip between two cuts.
+struct CameraShot {
+  double from_s = 0, to_s = 0;
+  CameraKind camera = CameraKind::resting;
+};
+
 // Cameras of a clip, on whole uncropped frames (rotation tag already applied).
 struct CameraSet {
-  bool is_static = true;  // one camera for every frame; world = camera
+  CameraKind kind = CameraKind::resting;
   CameraScale scale = CameraScale::metric;
   double reprojection_px = 0;  // mean, of a structure-from-motion solve
-  std::vector<Camera>
-      cameras;  // static: exactly one, frame = -1; moving: ascending frame, frames may be missing
+  // Resting: exactly one, frame = -1, and the world is its frame. Otherwise ascending frame, frames may be
+  // missing; hand-held ones are all at the world's origin, each with its own zoom.
+  std::vector<Camera> cameras;
+  std::vector<CameraShot> shots{};  // in order; empty: the whole clip is one
+
+  bool rests() const { return kind == CameraKind::resting; }
 };
 
 // Camera of a source frame; nullptr where the solve has none.

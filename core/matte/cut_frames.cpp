@@ -36,7 +36,7 @@ Result<std::vector<cv::Mat>> cut_all(const Stage& stage, const std::vector<Job>&
     }
     const PersonPrior prior = prior_of(stage, jobs[i], stage.cut_size, statistics.hull);
     const Plate room = room_of(stage, jobs[i], small, prior.possible);
-    cuts[i] = cut(jobs[i], small, prior, room, *network, statistics);
+    cuts[i] = cut(stage, jobs[i], small, prior, room, *network, statistics);
     progress.report(double(++done) / double(jobs.size()), fmt::format("frame {}", jobs[i].frame));
   });
   if (stage.stop.stop_requested()) return cancelled_error();

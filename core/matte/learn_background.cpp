@@ -118,12 +118,18 @@ Statistics learn(const Stage& stage, const std::vector<Sample>& samples, const S
     cv::Mat enlarged, enlarged_near;
     cv::resize(taken, enlarged, {stage.size, stage.size}, 0, 0, cv::INTER_NEAREST);
     cv::resize(sample.prior.possible, enlarged_near, {stage.size, stage.size}, 0, 0, cv::INTER_NEAREST);
-    pictures.push_back(sample.picture);
-    occupied.push_back(enlarged);
-    doubt.near.push_back(enlarged_near);
-    small.push_back(sample.small);
-    small_occupied.push_back(taken);
-    small_doubt.near.push_back(sample.prior.possible);
+    const auto mask = [&](const cv::Mat& m) {  // a frame says nothing about what it does not see
+      return onto_plate(stage, *sample.job, m, cv::INTER_NEAREST, cv::Scalar(255));
+    };
+    const auto picture = [&](const cv::Mat& m) {
+      return onto_plate(stage, *sample.job, m, cv::INTER_LINEAR, cv::Scalar::all(0));
+    };
+    pictures.push_back(picture(sample.picture));
+    occupied.push_back(mask(enlarged));
+    doubt.near.push_back(mask(enlarged_near));
+    small.push_back(picture(sample.small));
+    small_occupied.push_back(mask(taken));
+    small_doubt.near.push_back(mask(sample.prior.possible));
   }
   statistics.upper.finish();
   statistics.lower.finish();
@@ -131,7 +137,7 @@ Statistics learn(const Stage& stage, const std::vector<Sample>& samples, const S
   statistics.has_plate = !pictures.empty();
   if (statistics.has_plate) {
     statistics.plate = estimate_plate(pictures, occupied, first ? &doubt : nullptr);
-    statistics.still = still_texture(small);
+    if (!stage.mosaic) statistics.still = still_texture(small);
     statistics.small_plate = stage.size == stage.cut_size
                                  ? statistics.plate
                                  : estimate_plate(small, small_occupied, first ? &small_doubt : nullptr);
@@ -148,12 +154,14 @@ Statistics learn(const Stage& stage, const std::vector<Sample>& samples, const S
 
 }  // namespace
 
-cv::Mat cut(const Job& job, const cv::Mat& small, const PersonPrior& prior, const Plate& room,
-            const cv::Mat& network, const Statistics& statistics) {
+cv::Mat cut(const Stage& stage, const Job& job, const cv::Mat& small, const PersonPrior& prior,
+            const Plate& room, const cv::Mat& network, const Statistics& statistics) {
   const bool plate = job.on_plate && statistics.has_plate, in_room = !plate && !room.colour.empty();
-  const Plate* behind = plate ? &statistics.small_plate : in_room ? &room : nullptr;
+  const Plate own = plate ? plate_of_frame(stage, job, statistics.small_plate, stage.cut_size) : Plate{};
+  const Plate* behind = plate ? &own : in_room ? &room : nullptr;
   return cut_person({&small, &prior, behind, &statistics.upper, &statistics.lower,
-                     plate ? &statistics.still : nullptr, network.empty() ? nullptr : &network, in_room});
+                     plate && !statistics.still.empty() ? &statistics.still : nullptr,
+                     network.empty() ? nullptr : &network, in_room});
 }
 
 Result<Statistics> learn_in_rounds(const Stage& stage, const std::vector<Job>& jobs,
@@ -167,7 +175,8 @@ Result<Statistics> learn_in_rounds(const Stage& stage, const std::vector<Job>& j
       Sample& sample = (*samples)[i];
       if (stage.stop.stop_requested()) return;
       if (round > 1) sample.prior = prior_of(stage, *sample.job, stage.cut_size, statistics.hull);
-      sample.person = cut(*sample.job, sample.small, sample.prior, sample.room, sample.network, statistics);
+      sample.person =
+          cut(stage, *sample.job, sample.small, sample.prior, sample.room, sample.network, statistics);
     });
     if (stage.stop.stop_requested()) return cancelled_error();
     statistics = learn(stage, *samples, &first);

@@ -27,6 +27,7 @@ Result<MatteResult> run(Stage& stage, const LearnRoom& learn_room, const Progres
     return Error{ErrorCode::failed, "No training frame has both a camera and a tracked head.",
                  "See the warnings of the camera and track stages, and film again if they say so.", "matte"};
   mark_rest(stage, jobs);
+  choose_mosaic(stage, jobs);
   auto statistics = learn_in_rounds(stage, jobs, progress.stage(0, 0.15, "background"));
   if (!statistics) return statistics.error();
   if (learn_room) {
@@ -91,6 +92,8 @@ Result<MatteResult> matte_clip(const fs::path& folder, const Capture& capture, c
                          network ? &*network : nullptr,
                          options.strokes,
                          stop,
+                         {},
+                         {},
                          {}};
     auto result = matting::run(stage, options.learn_room, progress);
     std::error_code ignored;

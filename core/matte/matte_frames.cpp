@@ -7,6 +7,7 @@
 #include <cstring>
 #include <opencv2/imgproc.hpp>
 
+#include "core/camera/mosaic.h"
 #include "core/image/files.h"
 
 namespace likeness::matting {
@@ -73,8 +74,8 @@ std::vector<Job> list_jobs(const Stage& stage) {
   std::vector<Job> jobs;
   for (const auto& frame : stage.capture.frames) {
     if (!frame.used && !frame.held_out) continue;
-    Job job{frame.frame, frame.used && !frame.held_out, frame.held_out, stage.cameras.is_static, nullptr,
-            nullptr};
+    const bool on_plate = stage.cameras.kind != CameraKind::walking;
+    Job job{frame.frame, frame.used && !frame.held_out, frame.held_out, on_plate, nullptr, nullptr};
     job.camera = find_camera(stage.cameras, frame.frame);
     job.tracked = find_tracked(stage.track, frame.frame);
     if (!job.tracked || job.tracked->status == FrameStatus::lost) job.tracked = nearest_tracked(stage, frame);
@@ -84,7 +85,7 @@ std::vector<Job> list_jobs(const Stage& stage) {
 }
 
 void mark_rest(const Stage& stage, std::vector<Job>& jobs) {
-  if (stage.cameras.is_static) return;
+  if (stage.cameras.kind != CameraKind::walking) return;
   const auto same = [](const Job& a, const Job& b) {
     return a.camera->cam_from_world.matrix() == b.camera->cam_from_world.matrix();
   };
@@ -145,6 +146,68 @@ std::vector<const Job*> choose(const std::vector<Job>& jobs, bool on_plate, std:
   const std::size_t kept = std::min(count, all.size());
   for (std::size_t i = 0; i < kept; ++i) chosen.push_back(all[i * all.size() / kept]);
   return chosen;
+}
+
+namespace {
+
+constexpr double kMosaicReach = 0.96;  // rad, 55 degrees: farther out a pinhole's picture grows without bound
+constexpr std::size_t kMosaicFrames = 12;  // of a frame's pixels, at most
+
+// OpenCV's pixels have their centre at 0.
+cv::Matx33d cv_map(const Camera& from, const Camera& to) {
+  const Mat3d map = pixels_between(from, to);
+  cv::Matx33d m;
+  for (int i = 0; i < 9; ++i) m(i / 3, i % 3) = map(i / 3, i % 3);
+  const cv::Matx33d to_corner(1, 0, 0.5, 0, 1, 0.5, 0, 0, 1), to_centre(1, 0, -0.5, 0, 1, -0.5, 0, 0, 1);
+  return to_centre * m * to_corner;
+}
+
+Camera crop_camera(const Stage& stage, const Job& job, int size) {
+  Camera camera = *job.camera;
+  camera.intrinsics = crop_of(stage, camera, size);
+  return camera;
+}
+
+}  // namespace
+
+void choose_mosaic(Stage& stage, const std::vector<Job>& jobs) {
+  if (stage.cameras.kind != CameraKind::handheld) return;
+  std::vector<Camera> cameras;
+  for (const Job& job : jobs)
+    if (job.on_plate) cameras.push_back(crop_camera(stage, job, stage.size));
+  if (cameras.empty()) return;
+  stage.mosaic =
+      mosaic_camera(cameras, kMosaicReach, kMosaicFrames * std::size_t(stage.size) * std::size_t(stage.size));
+  stage.small_mosaic = stage.mosaic;
+  if (stage.cut_size != stage.size)
+    stage.small_mosaic =
+        resized(*stage.mosaic, std::max(1, stage.mosaic->intrinsics.width * stage.cut_size / stage.size));
+}
+
+cv::Mat onto_plate(const Stage& stage, const Job& job, const cv::Mat& picture, int interpolation,
+                   const cv::Scalar& outside) {
+  if (!stage.mosaic) return picture;
+  const Camera& to = picture.cols == stage.size ? *stage.mosaic : *stage.small_mosaic;
+  cv::Mat seen;
+  cv::warpPerspective(picture, seen, cv_map(crop_camera(stage, job, picture.cols), to),
+                      {to.intrinsics.width, to.intrinsics.height}, interpolation, cv::BORDER_CONSTANT,
+                      outside);
+  return seen;
+}
+
+Plate plate_of_frame(const Stage& stage, const Job& job, const Plate& plate, int size) {
+  if (!stage.mosaic) return plate;
+  const Camera& whole =
+      plate.colour.cols == stage.mosaic->intrinsics.width ? *stage.mosaic : *stage.small_mosaic;
+  const cv::Matx33d map = cv_map(whole, crop_camera(stage, job, size));
+  Plate part;
+  cv::Mat known;
+  cv::warpPerspective(plate.colour, part.colour, map, {size, size}, cv::INTER_LINEAR, cv::BORDER_REPLICATE);
+  cv::warpPerspective(plate.noise, part.noise, map, {size, size}, cv::INTER_LINEAR, cv::BORDER_REPLICATE);
+  // Known where everything that a pixel is made of is.
+  cv::warpPerspective(plate.known, known, map, {size, size}, cv::INTER_LINEAR, cv::BORDER_CONSTANT, 0);
+  part.known = (known == kSeen) & kSeen;
+  return part;
 }
 
 Plate room_of(const Stage& stage, const Job& job, const cv::Mat& picture, const cv::Mat& possible) {

@@ -34,6 +34,9 @@ struct Stage {
   const FrameStrokes& strokes;
   std::stop_token stop;
   RoomBehind room;  // empty: not known
+  // Behind a hand-held camera: those that would take the plate, a mosaic, at `size` and at `cut_size`.
+  // nullopt: the plate is the frames' own picture.
+  std::optional<Camera> mosaic, small_mosaic;
 };
 
 // One frame that gets a matte.
@@ -65,6 +68,14 @@ std::optional<PersonPlace> place_of(const Stage& stage, const Job& job, const In
 StrokeCover strokes_on(const Stage& stage, const Job& job, int size);
 // What the track and the user's strokes say about a frame. `hull` may be empty.
 PersonPrior prior_of(const Stage& stage, const Job& job, int size, const PersonHull& hull);
+// Before a hand-held camera: says which cameras take the mosaic.
+void choose_mosaic(Stage& stage, const std::vector<Job>& jobs);
+// A picture of a frame's crop as the plate's camera would have taken it: the frame's own before a resting
+// camera. outside: the value where the frame does not look.
+cv::Mat onto_plate(const Stage& stage, const Job& job, const cv::Mat& picture, int interpolation,
+                   const cv::Scalar& outside);
+// A frame's part of the plate, of which `plate` is the whole, at its crop's `size`.
+Plate plate_of_frame(const Stage& stage, const Job& job, const Plate& plate, int size);
 // The room behind a frame off the plate, as a plate; empty where it is not known.
 Plate room_of(const Stage& stage, const Job& job, const cv::Mat& picture, const cv::Mat& possible);
 

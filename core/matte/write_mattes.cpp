@@ -56,9 +56,9 @@ Result<void> write_masks(const Stage& stage, const std::vector<Job>& jobs, const
         person = person > 127;
       }
       const Plate room = room_of(stage, jobs[i], *picture, cv::Mat(person.size(), CV_8U, cv::Scalar(255)));
-      const Plate* plate = jobs[i].on_plate && statistics.has_plate ? &statistics.plate
-                           : room.colour.empty()                    ? nullptr
-                                                                    : &room;
+      const bool on_plate = jobs[i].on_plate && statistics.has_plate;
+      const Plate own = on_plate ? plate_of_frame(stage, jobs[i], statistics.plate, stage.size) : Plate{};
+      const Plate* plate = on_plate ? &own : room.colour.empty() ? nullptr : &room;
       const int radius = std::max(2, stage.size / 80);
       const cv::Mat alpha = network->empty() ? soften(*picture, person, plate, radius)
                                              : soften_by_network(*network, person, 2 * radius);
@@ -129,13 +129,14 @@ Result<void> write_plate(const Stage& stage, const std::vector<Job>& jobs, const
   result.plate_coverage = statistics.plate.coverage();
   for (const auto& job : jobs)
     if (job.on_plate) result.plate_frames.push_back(job.frame);
-  Image8 out(stage.size, stage.size, 3);
+  const int width = statistics.plate.colour.cols, height = statistics.plate.colour.rows;
+  Image8 out(width, height, 3);
   std::memcpy(out.data.data(), statistics.plate.colour.data, out.data.size());
   if (auto written = write_image(picture, out); !written) return written;
-  Image8 known(stage.size, stage.size, 1);
+  Image8 known(width, height, 1);
   std::memcpy(known.data.data(), statistics.plate.known.data, known.data.size());
   if (auto written = write_image(seen, known); !written) return written;
-  return write_plate_info(info, {result.plate_coverage, result.plate_frames});
+  return write_plate_info(info, {result.plate_coverage, result.plate_frames, stage.mosaic});
 }
 
 }  // namespace likeness::matting

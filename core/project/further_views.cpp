@@ -51,6 +51,7 @@ Result<void> add_further_views(const Project& project, const HeadModel& model, T
     for (TrainingView& view : views)
       view.has_plate =
           !plate.rgb.empty() && std::ranges::binary_search(plate_info->frames, view.camera.frame);
+    plate.camera = plate_info->camera;
     if (!plate.rgb.empty()) set.further_plates[number] = std::move(plate);
     std::ranges::move(views, std::back_inserter(set.views));
   }

@@ -31,7 +31,7 @@ Result<void> run_align(const StageContext& context) {
   if (!aligned) return aligned.error();
   context.record.message = aligned->evidence;
   context.record.warnings = aligned->warnings;
-  if (options.lens_mm > 0 && !aligned->cameras.is_static)
+  if (options.lens_mm > 0 && aligned->cameras.kind == CameraKind::walking)
     context.record.warnings.push_back(
         "The camera moves, so its lens was found together with its path; the one given by --lens is not "
         "used.");

@@ -97,7 +97,7 @@ struct Truth {
 
 Truth truth_of(const DemoStage& stage, const DemoOptions& options) {
   Truth truth;
-  truth.cameras.is_static = moving_frames(options) == 0;
+  truth.cameras.kind = moving_frames(options) == 0 ? CameraKind::resting : CameraKind::walking;
   truth.cameras.scale = CameraScale::metric;
   truth.track.head_model_name = stage.model().name;
   truth.track.head_model_hash = stage.model().hash;
@@ -105,8 +105,8 @@ Truth truth_of(const DemoStage& stage, const DemoOptions& options) {
   truth.track.person = stage.person_shape();
   for (int frame = 0; frame < options.frames; ++frame) {
     const Shot shot = stage.shot(frame);
-    const Pose world = truth.cameras.is_static ? shot.camera.cam_from_world : Pose::Identity();
-    if (!truth.cameras.is_static) {
+    const Pose world = truth.cameras.rests() ? shot.camera.cam_from_world : Pose::Identity();
+    if (!truth.cameras.rests()) {
       truth.cameras.cameras.push_back(shot.camera);
     } else if (frame == 0) {
       Camera camera{-1, shot.camera.intrinsics, Pose::Identity()};

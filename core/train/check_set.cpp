@@ -44,7 +44,8 @@ Result<void> check_training_set(const TrainingSet& set) {
                              view.rgb.height, view.rgb.channels, view.camera.intrinsics.width,
                              view.camera.intrinsics.height),
                  "Run the import again.");
-    const Image8 &behind = *plate_of(set, view).rgb, &known = *plate_of(set, view).known;
+    const PlateOfView own_plate = plate_of(set, view);
+    const Image8 &behind = *own_plate.rgb, &known = *own_plate.known;
     const bool plate = !behind.empty();
     if (!view.alpha.empty() && (view.alpha.width != view.rgb.width || view.alpha.height != view.rgb.height))
       return bad(fmt::format("The matte of picture {} is {}x{}, the picture {}x{}.", v, view.alpha.width,
@@ -61,9 +62,12 @@ Result<void> check_training_set(const TrainingSet& set) {
     if (!plate && view.alpha.empty())
       return bad(fmt::format("Picture {} has neither a background plate nor a matte.", v),
                  "Run the matting again.");
-    if (plate && (behind.width != view.rgb.width || behind.height != view.rgb.height || behind.channels != 3))
-      return bad(fmt::format("The plate is {}x{}, picture {} {}x{}.", behind.width, behind.height, v,
-                             view.rgb.width, view.rgb.height),
+    const bool whole = own_plate.camera == nullptr;  // as the view sees it; otherwise it sees a part
+    const int width = whole ? view.rgb.width : own_plate.camera->intrinsics.width,
+              height = whole ? view.rgb.height : own_plate.camera->intrinsics.height;
+    if (plate && (behind.width != width || behind.height != height || behind.channels != 3))
+      return bad(fmt::format("The plate of picture {} is {}x{}, its camera {}x{}.", v, behind.width,
+                             behind.height, width, height),
                  "Run the matting again.");
     if (plate && !known.empty() &&
         (known.width != behind.width || known.height != behind.height || known.channels != 1))

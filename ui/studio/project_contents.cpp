@@ -184,7 +184,7 @@ Result<std::shared_ptr<const ProjectContents>> read_contents(const std::filesyst
   if (auto refits = read_refits(p); refits && contents->track) contents->refits = std::move(refits->outcomes);
   contents->avatar =
       same_stage(Stage::train) && earlier->avatar ? earlier->avatar : read_project_avatar(*contents);
-  if (contents->track && contents->cameras && !contents->cameras->is_static) {
+  if (contents->track && contents->cameras && contents->cameras->kind == CameraKind::walking) {
     contents->points = same_stage(Stage::fit) && earlier->points
                            ? earlier->points
                            : shared_or_none(solved_points(p, *contents->track));

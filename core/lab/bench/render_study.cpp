@@ -58,8 +58,8 @@ Result<Truth> read_truth(const Project& project, const HeldOutSet& set, int fram
   if (!picture) return picture.error();
   auto regions = read_regions(regions_path(project), set.capture, frame);
   if (!regions) return regions.error();
-  const bool known = !set.avatar.plate.empty() && std::ranges::binary_search(set.plate_info.frames, frame);
-  return Truth{to_float(*picture), std::move(*regions), known ? set.avatar.plate : Image8{}};
+  const auto camera = picture_camera(set.capture, set.cameras, set.track, frame);
+  return Truth{to_float(*picture), std::move(*regions), camera ? plate_behind(set, frame, *camera) : Image8{}};
 }
 
 Avatar without_opacities(const Avatar& avatar) {

@@ -41,6 +41,12 @@ Result<Regions> read_regions(const fs::path& folder, const Capture& capture, int
   return Regions{channel_mask(cut, 0), channel_mask(cut, 1), channel_mask(cut, 2)};
 }
 
+Image8 plate_behind(const HeldOutSet& set, int frame, const Camera& camera) {
+  const Avatar& avatar = set.avatar;
+  if (avatar.plate.empty() || !std::ranges::binary_search(set.plate_info.frames, frame)) return {};
+  return avatar.mosaic ? mosaic_seen_by(*avatar.mosaic, camera) : avatar.plate;
+}
+
 Result<HeldOutSet> read_held_out(const Project& project) {
   if (std::error_code ignored; !fs::exists(avatar_path(project), ignored)) {
     return Error{ErrorCode::not_found, fmt::format("{} holds no trained avatar.", project.folder.string()),

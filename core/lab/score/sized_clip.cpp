@@ -44,8 +44,10 @@ TrainingSet resized(TrainingSet set, int size) {
     view.rgb = fitted(view.rgb, size);
     view.alpha = TiledMask(fitted(to_image(view.alpha), size));
   });
-  set.plate = fitted(set.plate, size);
-  set.plate_known = fitted(set.plate_known, size);
+  if (!set.plate_camera) {  // a view of any size sees a mosaic as it is
+    set.plate = fitted(set.plate, size);
+    set.plate_known = fitted(set.plate_known, size);
+  }
   set.size = size;
   return set;
 }
@@ -90,12 +92,13 @@ Result<SizedClip> read_sized_clip(const Project& project, int size) {
     if (!truth) return truth.error();
     auto regions = read_regions(regions_path(project), capture, frame);
     if (!regions) return regions.error();
-    const bool known = std::ranges::binary_search(plate_info->frames, frame);
+    TrainingView view{.camera = *camera};
+    view.has_plate = std::ranges::binary_search(plate_info->frames, frame);
     clip.held_out.push_back({.frame = frame,
                              .pose = tracked->pose,
                              .camera = *camera,
                              .truth = fitted(*truth, size),
-                             .plate = known ? clip.set.plate : Image8{},
+                             .plate = plate_picture(clip.set, view).rgb,
                              .regions = std::move(*regions)});
   }
   if (clip.held_out.empty())

@@ -64,7 +64,7 @@ Result<CameraTruth> read_published_truth(const fs::path& folder) {
   if (!text) return text.error();
   CameraTruth truth;
   truth.photographs = true;
-  truth.cameras.is_static = false;
+  truth.cameras.kind = CameraKind::walking;
   truth.cameras.scale = CameraScale::arbitrary;
   try {
     const auto json = parse_json(*text);
@@ -126,7 +126,7 @@ std::optional<CameraErrors> compare_cameras(const CameraSet& found, const Camera
   CameraErrors errors;
   errors.wanted = int(truth.cameras.size());
   std::vector<std::pair<const Camera*, const Camera*>> pairs;  // found, true
-  if (!found.is_static)
+  if (!found.rests())
     for (const Camera& camera : truth.cameras)
       if (const Camera* ours = find_camera(found, camera.frame)) pairs.emplace_back(ours, &camera);
   errors.found = int(pairs.size());

@@ -43,7 +43,7 @@ std::vector<std::uint8_t> border_of(const Image8& truth) {
 
 // Whether the camera rests at a frame: a neighbouring frame has the same true camera.
 bool rests(const CameraSet& truth, int frame) {
-  if (truth.is_static) return true;
+  if (truth.rests()) return true;
   const Camera* own = find_camera(truth, frame);
   for (const int other : {frame - 1, frame + 1}) {
     const Camera* beside = find_camera(truth, other);

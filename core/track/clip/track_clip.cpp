@@ -144,7 +144,7 @@ Result<void> check_alone(const ClipFrames& clip, const std::filesystem::path& vi
 }
 
 std::optional<double> find_scale(const CameraSet& cameras, const ClipWork& work) {
-  if (cameras.is_static || cameras.scale == CameraScale::metric) return 1;
+  if (cameras.rests() || cameras.scale == CameraScale::metric) return 1;
   std::vector<HeadSighting> sightings;
   for (std::size_t i = 0; i < work.faces.size(); ++i)
     if (work.faces[i].seen && !work.faces[i].held_out)
@@ -225,7 +225,7 @@ Result<Track> track_clip(const std::filesystem::path& video, const TrackRegion& 
     return fitted.error();
   clock.lap("fit");
   if (options.dense) {
-    if (auto dense = refine_poses(model, options, cameras.is_static, work,
+    if (auto dense = refine_poses(model, options, cameras.rests(), work,
                                   progress.stage(0.45, 0.75, "dense head"), stop);
         !dense)
       return dense.error();

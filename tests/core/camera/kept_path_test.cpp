@@ -160,7 +160,7 @@ TEST_F(KeptPath, ARestingCamerasClipIsNotDecodedAgain) {
   AlignOptions options = path_options();
   const auto alone = align_clip(video, middle_mask, folder_ / "work", options, {}, {});
   ASSERT_TRUE(alone.ok()) << alone.error().what;
-  ASSERT_TRUE(alone->cameras.is_static);
+  ASSERT_TRUE(alone->cameras.rests());
   keep(video, options);
   options.kept = folder_ / "kept";
   const std::int64_t before = decoded_frames();
@@ -177,7 +177,7 @@ TEST_F(KeptPath, AMovingCamerasPathNeedsNoDecodingAndIsTheSameToTheBit) {
   AlignOptions options = path_options();
   const auto alone = align_clip(video, middle_mask, folder_ / "alone", options, {}, {});
   ASSERT_TRUE(alone.ok()) << alone.error().what;
-  ASSERT_FALSE(alone->cameras.is_static);
+  ASSERT_FALSE(alone->cameras.rests());
   keep(video, options);
   options.kept = folder_ / "kept";
   std::int64_t before = decoded_frames();

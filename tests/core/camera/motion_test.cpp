@@ -77,7 +77,7 @@ TEST(BackgroundMotion, AStaticCameraWithAMovingPersonIsStatic) {
   EXPECT_EQ(motion->rests[0].last, 59);
 
   const AlignResult result = align_or_throw(clip);
-  EXPECT_TRUE(result.cameras.is_static);
+  EXPECT_TRUE(result.cameras.rests());
   ASSERT_EQ(result.cameras.cameras.size(), 1u);
   const Camera& camera = result.cameras.cameras[0];
   EXPECT_EQ(camera.frame, -1);
@@ -142,7 +142,7 @@ TEST(BackgroundMotion, ATexturelessBackgroundCountsAsStaticAndSaysSo) {
     return picture;
   });
   const AlignResult result = align_or_throw(clip);
-  EXPECT_TRUE(result.cameras.is_static);
+  EXPECT_TRUE(result.cameras.rests());
   EXPECT_NE(result.evidence.find("too little texture"), std::string::npos) << result.evidence;
 }
 

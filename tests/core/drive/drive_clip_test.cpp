@@ -95,7 +95,7 @@ TEST(Driving, ClipWithoutSolvedCamerasGetsARestingCamera) {
   info.width = 1080, info.height = 1920;
   const CameraSet set = assumed_camera(info);
   ASSERT_EQ(set.cameras.size(), 1u);
-  EXPECT_TRUE(set.is_static);
+  EXPECT_TRUE(set.rests());
   EXPECT_DOUBLE_EQ(set.cameras[0].intrinsics.cx, 540);
   EXPECT_DOUBLE_EQ(set.cameras[0].intrinsics.fx, 1512);
   info.focal_35mm = 27;

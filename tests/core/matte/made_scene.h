@@ -54,11 +54,11 @@ struct Scene {
     capture.size = kSize;
     capture.frames_per_second = 10;
     track.person.identity = Eigen::VectorXf::Zero(head_model().identity_count());
-    cameras.is_static = moves == Moves::never;
+    cameras.kind = moves == Moves::never ? CameraKind::resting : CameraKind::walking;
     Intrinsics k;
     k.width = k.height = kSize;
     k.fx = k.fy = 2.0 * kSize, k.cx = k.cy = kSize / 2.0;
-    if (cameras.is_static) cameras.cameras.push_back({-1, k, Pose::Identity()});
+    if (cameras.rests()) cameras.cameras.push_back({-1, k, Pose::Identity()});
     for (int frame = 0; frame < kFrames; ++frame) {
       CaptureFrame entry;
       entry.frame = frame, entry.time_s = frame / 10.0;
@@ -67,7 +67,7 @@ struct Scene {
       const int steps = moves == Moves::always ? frame : moves == Moves::at_first ? std::min(frame, 14) : 0;
       Camera camera{frame, k, Pose::Identity()};
       camera.cam_from_world.translation().x() = -0.01 * steps;
-      if (!cameras.is_static) cameras.cameras.push_back(camera);
+      if (!cameras.rests()) cameras.cameras.push_back(camera);
       add_frame(frame, camera, 3.0 * steps);
     }
   }
