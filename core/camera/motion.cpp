@@ -17,9 +17,10 @@ namespace likeness {
 namespace {
 
 constexpr int kWorkingWidth = 480;
-constexpr double kTravelStep = 0.02, kLeap = 0.09;  // of the width
-constexpr double kPersonMargin = 0.14;              // of the side of a square with the mask's area
-constexpr int kMaskEvery = 5;                       // frames between two askings for the person
+constexpr int kKeptSide = 480, kKeptSideOfMany = 320;  // px, the longer one of the pictures that are kept
+constexpr int kMany = 2400;                            // frames, which would take more than some 300 MB
+constexpr double kTravelStep = 0.02, kLeap = 0.09;     // of the width
+constexpr double kPersonMargin = 0.14;                 // of the side of a square with the mask's area
 constexpr int kPatience =
     3;  // frames off its place after which a rest has ended; fewer are a glitch (an arm, a flash)
 
@@ -203,6 +204,12 @@ cv::Mat background_of(const std::function<Image8(int, const Image8&)>& person, c
   return background == 0;
 }
 
+Image8 copied(const cv::Mat& grey) {
+  Image8 picture(grey.cols, grey.rows, 1);
+  for (int y = 0; y < grey.rows; ++y) std::copy_n(grey.ptr(y), grey.cols, picture.at(0, y));
+  return picture;
+}
+
 }  // namespace
 
 struct MotionMeter::State {
@@ -211,6 +218,7 @@ struct MotionMeter::State {
       : video(std::move(path)),
         person(std::move(mask_of)),
         size(working_size(info)),
+        kept_size(size_of_kept(info)),
         recorder(rest_px_per_1000 * size.width / 1000, 1000.0 / size.width),
         travel(kTravelStep * size.width, kLeap * size.width) {
     out.stride = sampling_stride(info);
@@ -224,6 +232,13 @@ struct MotionMeter::State {
             std::max(16, int(std::lround(info.height * scale)))};
   }
 
+  static cv::Size size_of_kept(const VideoInfo& info) {
+    const int side = info.frame_count / sampling_stride(info) > kMany ? kKeptSideOfMany : kKeptSide;
+    const double scale = std::min(1.0, double(side) / std::max(info.width, info.height));
+    return {std::max(16, int(std::lround(info.width * scale))),
+            std::max(16, int(std::lround(info.height * scale)))};
+  }
+
   void add(const VideoFrame& frame) {
     // OpenCV has no type for pixels that are only read.
     const cv::Mat rgb(frame.rgb.height, frame.rgb.width, CV_8UC3,
@@ -231,8 +246,18 @@ struct MotionMeter::State {
     cv::Mat grey, small;
     cv::cvtColor(rgb, grey, cv::COLOR_RGB2GRAY);
     cv::resize(grey, small, size, 0, 0, cv::INTER_AREA);
-    if (out.frames.size() % kMaskEvery == 0 || background.empty())
+    cv::Mat kept;
+    cv::resize(grey, kept, kept_size, 0, 0, cv::INTER_AREA);
+    if (out.frames.size() % BackgroundPictures::kMaskEvery == 0 || background.empty()) {
       background = background_of(person, frame, size);
+      if (person) {
+        cv::Mat masked;
+        cv::resize(255 - background, masked, kept_size, 0, 0, cv::INTER_NEAREST);
+        pictures.person.push_back(copied(masked));
+      }
+    }
+    pictures.frames.push_back(frame.index);
+    pictures.grey.push_back(copied(kept));
     recorder.add(frame.index, small, background, out);
     FrameMotion& entry = out.frames.back();
     entry.travel = travel.add(small, background) * 1000 / size.width;
@@ -244,7 +269,8 @@ struct MotionMeter::State {
   std::filesystem::path video;
   std::function<Image8(int, const Image8&)> person;
   BackgroundMotion out;
-  cv::Size size;
+  cv::Size size, kept_size;
+  BackgroundPictures pictures;
   PathRecorder recorder;
   TravelRecorder travel;
   cv::Mat background;
@@ -286,10 +312,12 @@ Result<BackgroundMotion> MotionMeter::finish() {
   return out;
 }
 
+BackgroundPictures MotionMeter::take_pictures() { return std::move(state_->pictures); }
+
 Result<BackgroundMotion> measure_background_motion(const std::filesystem::path& video,
                                                    const std::function<Image8(int, const Image8&)>& person,
                                                    double rest_px_per_1000, const Progress& progress,
-                                                   std::stop_token stop) {
+                                                   std::stop_token stop, BackgroundPictures* pictures) {
   auto reader = VideoReader::open(video, VideoPixels::rgb, VideoFrames::sampled);
   if (!reader) return reader.error();
   const VideoInfo info = reader->info();
@@ -304,6 +332,7 @@ Result<BackgroundMotion> measure_background_motion(const std::filesystem::path& 
                                }};
   if (const auto decoded = decode_for(*reader, {&listener, 1}, stop); !decoded) return decoded.error();
   auto motion = meter.finish();
+  if (pictures) *pictures = meter.take_pictures();
   if (motion) progress.report(1);
   return motion;
 }

@@ -74,7 +74,7 @@ struct KeptDecoding::State {
   bool split_asks() const { return inputs().choices.split == Split::views; }
 
   Result<std::vector<FrameListener>> looking(const VideoInfo& info) {
-    if (photographs || inputs().resting_camera) return std::vector<FrameListener>();
+    if (photographs || inputs().camera == CameraKind::resting) return std::vector<FrameListener>();
     const auto hash = hash_video(inputs().video);
     if (!hash) return hash.error();
     motion_key = motion_inputs(*hash, align);
@@ -95,6 +95,7 @@ struct KeptDecoding::State {
   Result<void> measure() {
     if (motion || !meter || meter_failed) return {};
     auto measured = meter->finish();
+    background = meter->take_pictures();
     meter.reset();
     if (!measured) return measured.error();
     motion = std::move(*measured);
@@ -103,7 +104,7 @@ struct KeptDecoding::State {
 
   // The frames that a moving camera filmed; nullopt: it rests, or is stated to.
   Result<std::optional<FrameSpan>> moving() {
-    if (inputs().resting_camera) return std::optional<FrameSpan>{};
+    if (inputs().camera == CameraKind::resting) return std::optional<FrameSpan>{};
     if (photographs)  // each was taken from another place
       return std::optional<FrameSpan>(FrameSpan{0, std::numeric_limits<int>::max()});
     if (const auto measured = measure(); !measured) return measured.error();
@@ -121,10 +122,20 @@ struct KeptDecoding::State {
     std::uint64_t room = room_for_kept(context.project.folder);
     if (measured && motion) {
       if (!keep_motion(kept.temporary(), motion_key, *motion)) return listeners;
+      keep_pictures(room);
       if (!aligned && needs_path(*motion, align)) listen_for_path(capture, room, listeners);
     }
     if (!fit_stays(capture)) listen_for_fit(info, capture, room, listeners);
     return listeners;
+  }
+
+  void keep_pictures(std::uint64_t& room) {
+    if (aligned || background.grey.empty()) return;
+    const std::uint64_t bytes = background.grey.size() * background.grey[0].data.size() +
+                                background.person.size() * background.grey[0].data.size();
+    if (bytes > room) return;
+    if (keep_background(kept.temporary(), motion_key, background)) room -= bytes;
+    background = {};
   }
 
   void listen_for_path(const Capture& capture, std::uint64_t& room, std::vector<FrameListener>& listeners) {
@@ -190,6 +201,7 @@ struct KeptDecoding::State {
   std::string motion_key;
   std::optional<MotionMeter> meter;
   std::optional<BackgroundMotion> motion;
+  BackgroundPictures background;
   std::optional<PathPictures> path;
   std::optional<ClipFrameKeeper> fit;
   bool meter_failed = false, path_failed = false, fit_failed = false;

@@ -51,19 +51,21 @@ std::vector<OptionRow> make_table() {
        .help = "What is held out to measure on: the last tenth (tail, the default), a tenth of what a moving "
                "camera filmed, in a row (views), or three tenths at random (random30)",
        .verbs = kNewProject},
-      {.key = "resting_camera",
-       .member = [](O& o) -> bool& { return o.align.resting_camera; },
+      {.key = "camera_kind",
+       .member = [](O& o) -> std::optional<CameraKind>& { return o.align.camera; },
        .stale = {align},
-       .flag = "--resting-camera",
-       .help = "The camera rests, whatever its background does: do not check",
-       .verbs = kNewProject},
+       .flag = "--camera-kind",
+       .help =
+           "What the camera does: it rests (resting), is held in a hand and turns or zooms about one place "
+           "(handheld), or walks round the head (walking); default: found out from the clip (auto)",
+       .verbs = {.build = true, .import = true, .align = true}},
       {.key = "lens_mm",
        .member = [](O& o) -> double& { return o.align.lens_mm; },
        .stale = {align},
        .flag = "--lens",
-       .help =
-           "Focal length of a resting camera, in mm as on 35 mm film (36 mm the longer side); default: as "
-           "the clip says, or a usual one. 0: the default again",
+       .help = "Focal length of a resting or hand-held camera, in mm as on 35 mm film (36 mm the longer "
+               "side); default: as "
+               "the clip says, or a usual one. 0: the default again",
        .verbs = {.build = true, .import = true, .align = true, .fit = true},
        .range = {.low = 8, .high = 2000, .or_zero = true}},
       {.key = "head_model",
@@ -249,6 +251,9 @@ std::string option_domain(const OptionRow& row) {
       std::vector<std::string> names;
       for (const Split split : kSplits) names.emplace_back(split_name(split));
       return one_of(names);
+    }
+    std::string operator()(OptionMember<std::optional<CameraKind>>) const {
+      return "auto, resting, handheld or walking";
     }
     std::string operator()(OptionMember<std::optional<FieldMode>>) const {
       std::vector<std::string> names;

@@ -26,10 +26,11 @@ namespace likeness {
 // Where a choice lies in the options.
 template <class T>
 using OptionMember = T& (*)(ProjectOptions& options);
-using AnyOptionMember = std::variant<OptionMember<std::filesystem::path>, OptionMember<bool>,
-                                     OptionMember<int>, OptionMember<double>, OptionMember<std::uint64_t>,
-                                     OptionMember<Split>, OptionMember<std::optional<FieldMode>>,
-                                     OptionMember<std::vector<int>>, OptionMember<std::vector<RefitSpan>>>;
+using AnyOptionMember =
+    std::variant<OptionMember<std::filesystem::path>, OptionMember<bool>, OptionMember<int>,
+                 OptionMember<double>, OptionMember<std::uint64_t>, OptionMember<Split>,
+                 OptionMember<std::optional<CameraKind>>, OptionMember<std::optional<FieldMode>>,
+                 OptionMember<std::vector<int>>, OptionMember<std::vector<RefitSpan>>>;
 
 // From low to high, both of them included.
 struct OptionRange {

@@ -7,6 +7,7 @@
 #include <optional>
 #include <vector>
 
+#include "core/camera/camera.h"
 #include "core/capture/capture.h"
 #include "core/track/clip/refit_span.h"
 #include "core/train/mode.h"
@@ -30,8 +31,9 @@ struct ImportChoices {
 };
 
 struct AlignChoices {
-  bool resting_camera = false;  // the user's word; otherwise the align stage finds out
-  double lens_mm = 0;           // of a resting camera, as on 35 mm film; 0: as the clip says, or a usual one
+  std::optional<CameraKind> camera;  // what it does, by the user's word; empty: the align stage finds out
+  double lens_mm =
+      0;  // of a resting or hand-held camera, as on 35 mm film; 0: as the clip says, or a usual one
 
   bool operator==(const AlignChoices&) const = default;
 };

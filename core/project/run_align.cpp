@@ -4,6 +4,7 @@
 
 #include "core/camera/align.h"
 #include "core/camera/kept_path.h"
+#include "core/capture/capture.h"
 #include "core/matte/coarse_mask.h"
 #include "core/project/kept_decoding.h"
 #include "core/project/stage_run.h"
@@ -16,12 +17,14 @@ Result<void> run_align(const StageContext& context) {
   const AlignInputs& inputs = context.inputs.align;
   AlignOptions options;
   options.seed = int(inputs.seed);
-  options.resting = inputs.choices.resting_camera;
+  options.kind = inputs.choices.camera;
   options.lens_mm = inputs.choices.lens_mm;
   options.kept = decoded_path(context.project);
   options.mask_inputs = mask_inputs(inputs.landmark_model);
   std::error_code ignored;
-  const bool photographs = fs::is_directory(inputs.video, ignored) && !options.resting;
+  const bool photographs = fs::is_directory(inputs.video, ignored) && options.kind != CameraKind::resting;
+  if (const auto capture = read_capture(capture_path(context.project)))
+    options.held_out = held_out_frames(*capture);
   const auto person =
       coarse_person_mask(inputs.landmark_model, photographs ? Pictures::single : Pictures::in_sequence);
   if (!person) return person.error();
@@ -33,7 +36,7 @@ Result<void> run_align(const StageContext& context) {
   context.record.warnings = aligned->warnings;
   if (options.lens_mm > 0 && aligned->cameras.kind == CameraKind::walking)
     context.record.warnings.push_back(
-        "The camera moves, so its lens was found together with its path; the one given by --lens is not "
+        "The camera walks, so its lens was found together with its path; the one given by --lens is not "
         "used.");
   const auto written = write_cameras(cameras_path(context.project), aligned->cameras);
   if (written) drop_path_pictures(options.kept);

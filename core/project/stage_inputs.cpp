@@ -10,11 +10,12 @@ StageInputs stage_inputs(const ProjectOptions& options) {
   StageInputs inputs{
       .import = {.video = shared.video,
                  .landmark_model = shared.landmark_model,
-                 .resting_camera = options.align.resting_camera,
+                 .camera = options.align.camera,
                  .choices = options.import},
       .align = {.video = shared.video,
                 .landmark_model = shared.landmark_model,
                 .seed = shared.seed,
+                .split = options.import.split,
                 .choices = options.align},
       .fit = {.video = shared.video,
               .head_model = shared.head_model,

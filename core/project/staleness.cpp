@@ -66,20 +66,22 @@ std::string landmark_model_text(const fs::path& landmark_model) {
 }
 
 std::string import_text(const Project& project, const ImportInputs& inputs) {
-  const auto& [video, landmark_model, resting_camera, choices] = inputs;
+  const auto& [video, landmark_model, camera, choices] = inputs;
   const auto& [size, split] = choices;
   std::string text = fmt::format("{} {}", clip_content(project, video), size);
   if (is_further(project)) text += " further";
   if (split != Split::tail) text.append(" ").append(split_name(split));
-  if (split == Split::views && resting_camera) text += " rests";  // what such a split refuses
+  if (split == Split::views && camera == CameraKind::resting) text += " rests";  // what such a split refuses
   return text + landmark_model_text(landmark_model);
 }
 
 std::string align_text(const Project& project, const AlignInputs& inputs) {
-  const auto& [video, landmark_model, seed, choices] = inputs;
-  const auto& [resting_camera, lens_mm] = choices;
-  std::string text =
-      fmt::format("{} {}{}", clip_content(project, video), seed, resting_camera ? " rests" : "");
+  const auto& [video, landmark_model, seed, split, choices] = inputs;
+  const auto& [camera, lens_mm] = choices;
+  std::string text = fmt::format("{} {}", clip_content(project, video), seed);
+  if (camera)
+    text += *camera == CameraKind::resting ? " rests" : fmt::format(" {}", camera_kind_name(*camera));
+  if (split != Split::tail) text.append(" ").append(split_name(split));
   if (lens_mm > 0) text += fmt::format(" {} mm", lens_mm);
   return text + landmark_model_text(landmark_model);
 }

@@ -118,7 +118,7 @@ TEST_F(KeptProjects, OfVersionOneIsCurrentAndItsSwitchesAreTheMode) {
   ProjectOptions expected;
   expected.shared = {root_ / "clip.mp4", root_ / "head.npz", {}, 7};
   expected.import.size = 512;
-  expected.align.resting_camera = true;
+  expected.align.camera = CameraKind::resting;
   expected.matte.matting_network = root_ / "matting.onnx";
   expected.train.budget_s = 120;
   expected.train.mode = FieldMode::warp;
