@@ -182,15 +182,12 @@ Result<AlignResult> found_out(Search& search, const Progress& progress) {
   const auto solve = solve_background(search, progress.stage(0.6, 0.8, "hand-held camera"));
   if (!solve) return solve.error();
   const CameraVerdict verdict = judge_camera_kind(*solve);
-  if (verdict.kind == CameraExplanation::resting)
-    return resting_result(search.info, search.options, frames, "The camera rests: " + verdict.reason);
-  if (verdict.kind == CameraExplanation::no_texture)
-    return resting_result(
-        search.info, search.options, frames,
-        "Nothing behind the person can show whether the camera moves, and it makes no difference "
-        "there: " +
-            verdict.reason);
-  if (verdict.kind == CameraExplanation::handheld)
+  if (verdict.explanation == CameraExplanation::resting)
+    return resting_result(search.info, search.options, frames, verdict.reason);
+  if (verdict.explanation == CameraExplanation::no_texture)
+    return resting_result(search.info, search.options, frames,
+                          verdict.reason + " It is taken to rest, which makes no difference before such a wall.");
+  if (verdict.explanation == CameraExplanation::handheld)
     return handheld_result(search, *solve, verdict.reason + search.doubts);
   if (!walks_first) {
     auto walked = try_walking(search, false, progress.stage(0.8, 1, "camera path"));
