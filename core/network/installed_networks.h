@@ -40,7 +40,8 @@ enum class InstalledNetwork { person, face468, iris, face_detector };
 struct InstalledNetworkFile {
   InstalledNetwork network;
   const char* file;  // its name in the networks' folder
-  const char* what;  // what it does, in words of the doctor
+  int side;          // of the square picture it is given, pixels
+  const char* what;  // what it finds
   const char*
       sha256;  // of the one file that is accepted, 64 hexadecimal digits; packaging/networks has the same
 };
