@@ -68,7 +68,7 @@ Result<fs::path> find_installed_network(InstalledNetwork network) {
                remedy(), wanted.file};
 }
 
-Result<OnnxNetwork> load_installed_network(InstalledNetwork network, int most_at_once) {
+Result<OnnxNetwork> load_installed_network(InstalledNetwork network, int max_concurrent) {
   const auto file = find_installed_network(network);
   if (!file) return file.error();
   auto bytes = read_file(*file);
@@ -82,7 +82,7 @@ Result<OnnxNetwork> load_installed_network(InstalledNetwork network, int most_at
                     file->string(), bytes->size(), hash.substr(0, 12),
                     std::string(installed_network_file(network).sha256).substr(0, 12)),
         remedy(), file->string()};
-  return OnnxNetwork::load(std::move(*bytes), *file, most_at_once);
+  return OnnxNetwork::load(std::move(*bytes), *file, max_concurrent);
 }
 
 std::string installed_network_hash(InstalledNetwork network) {

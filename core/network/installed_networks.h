@@ -53,8 +53,8 @@ Result<std::filesystem::path> find_installed_network(InstalledNetwork network);
 
 // The file, read, held against its hash, and loaded; a few milliseconds. missing_dependency as above;
 // bad_input: it is another file than the pinned one, or damaged. Each call loads afresh: keep what it
-// returns. most_at_once: as of OnnxNetwork::load.
-Result<OnnxNetwork> load_installed_network(InstalledNetwork network, int most_at_once = 1);
+// returns. max_concurrent: as of OnnxNetwork::load.
+Result<OnnxNetwork> load_installed_network(InstalledNetwork network, int max_concurrent = 1);
 
 // One hash of the file (core/base/hash.h) for results that depend on it, "absent" where there is none: a
 // stage's result becomes stale when the network comes or goes.

@@ -26,7 +26,7 @@ Error bad_network(const fs::path& origin, std::string what) {
 // Lets at most so many run at once, in no order.
 class Turns {
  public:
-  explicit Turns(int most) : free_(most) {}
+  explicit Turns(int max_concurrent) : free_(max_concurrent) {}
   void take() {
     std::unique_lock lock(mutex_);
     freed_.wait(lock, [this] { return free_ > 0; });
@@ -102,7 +102,7 @@ struct OnnxNetwork::Impl {
   Turns turns;
   LendingPool<cv::dnn::Net> copies;
 
-  Impl(fs::path from, int most_at_once) : origin(std::move(from)), turns(most_at_once) {}
+  Impl(fs::path from, int max_concurrent) : origin(std::move(from)), turns(max_concurrent) {}
 
   // These two throw what OpenCV throws.
   static void read_into(cv::dnn::Net& net, const std::vector<std::byte>& bytes) {
@@ -127,26 +127,26 @@ struct OnnxNetwork::Impl {
   }
 };
 
-Result<OnnxNetwork> OnnxNetwork::load(const fs::path& onnx, int most_at_once) {
+Result<OnnxNetwork> OnnxNetwork::load(const fs::path& onnx, int max_concurrent) {
   std::error_code ignored;
   if (!fs::is_regular_file(onnx, ignored))
     return Error{ErrorCode::not_found, fmt::format("There is no network \"{}\".", onnx.string()),
                  "Check the name and the folder.", onnx.string()};
   auto bytes = read_file(onnx);
   if (!bytes) return bytes.error();
-  return load(std::move(*bytes), onnx, most_at_once);
+  return load(std::move(*bytes), onnx, max_concurrent);
 }
 
 Result<OnnxNetwork> OnnxNetwork::load(std::vector<std::byte> bytes, const fs::path& origin,
-                                      int most_at_once) {
-  LIKENESS_CHECK(most_at_once > 0, "%d at once", most_at_once);
-  auto impl = std::make_unique<Impl>(origin, most_at_once);
+                                      int max_concurrent) {
+  LIKENESS_CHECK(max_concurrent > 0, "%d at once", max_concurrent);
+  auto impl = std::make_unique<Impl>(origin, max_concurrent);
   try {
     auto first = std::make_unique<cv::dnn::Net>();
     Impl::read_into(*first, bytes);
     if (first->empty()) return bad_network(origin, "The file holds no network.");
     impl->copies.give(std::move(first));
-    if (most_at_once > 1) impl->bytes = std::move(bytes);
+    if (max_concurrent > 1) impl->bytes = std::move(bytes);
   } catch (const cv::Exception& fault) {
     return bad_network(origin, fmt::format("The network cannot be read: {}.", fault.err));
   } catch (const std::exception& fault) {  // thrown by the standard library for sizes that the file claims

@@ -70,17 +70,17 @@ TEST_F(NetworksScript, WithoutPythonItSaysSo) {
   EXPECT_FALSE(made());
 }
 
-TEST_F(NetworksScript, WithoutANetworkItSaysSoAndAllElseGoesOn) {
+TEST_F(NetworksScript, WithoutAConnectionItSaysSoAndAllElseGoesOn) {
   stand_in_python("echo no way out >&2; exit 1");
   const ProgramResult result = run("packaging/networks");
   EXPECT_EQ(result.exit_code, 77) << result.out << result.err;
-  EXPECT_THAT(result.err, testing::AllOf(HasSubstr("no way out"), HasSubstr("is there a network?")));
+  EXPECT_THAT(result.err, testing::AllOf(HasSubstr("no way out"), HasSubstr("is there a connection?")));
   EXPECT_FALSE(made());
   const ProgramResult all =
       run("root=$PWD; set -euo pipefail; source packaging/prepare.sh; make_networks; echo went on");
   EXPECT_EQ(all.exit_code, 0) << all.err;
   EXPECT_THAT(all.out, HasSubstr("went on"));
-  EXPECT_THAT(all.err, HasSubstr("is there a network?"));
+  EXPECT_THAT(all.err, HasSubstr("is there a connection?"));
 }
 
 TEST_F(NetworksScript, AnythingButThePinnedFileIsThrownAway) {
@@ -124,7 +124,7 @@ class NetworksFetched : public NetworksScript {};
 
 TEST_F(NetworksFetched, ThePinnedPackageBecomesThePinnedNetworks) {
   const ProgramResult result = run("packaging/networks");
-  if (result.exit_code == 77 && result.err.find("is there a network?") != std::string::npos)
+  if (result.exit_code == 77 && result.err.find("is there a connection?") != std::string::npos)
     GTEST_SKIP() << result.err;
   ASSERT_EQ(result.exit_code, 0) << result.out << result.err;
   for (const InstalledNetworkFile& file : installed_network_files()) {

@@ -85,8 +85,9 @@ TEST(OnnxNetworkTest, InputsAndOutputsHaveNames) {
 }
 
 TEST(OnnxNetworkTest, ThreadsGetTheirOwnResults) {
-  for (const int most_at_once : {1, 3}) {
-    const auto network = OnnxNetwork::load(bytes_of(tiny_network(16, {1, 2, 3}, {0})), "tiny", most_at_once);
+  for (const int max_concurrent : {1, 3}) {
+    const auto network =
+        OnnxNetwork::load(bytes_of(tiny_network(16, {1, 2, 3}, {0})), "tiny", max_concurrent);
     ASSERT_TRUE(network.ok()) << network.error().what;
     std::atomic<int> right = 0;
     {
@@ -101,7 +102,7 @@ TEST(OnnxNetworkTest, ThreadsGetTheirOwnResults) {
           }
         });
     }
-    EXPECT_EQ(right, 300) << most_at_once << " at once";
+    EXPECT_EQ(right, 300) << max_concurrent << " at once";
   }
 }
 
