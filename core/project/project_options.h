@@ -17,6 +17,7 @@ struct SharedChoices {
   std::filesystem::path video;
   std::filesystem::path head_model;      // empty = the built-in head
   std::filesystem::path landmark_model;  // empty = the system's
+  std::filesystem::path person_network;  // ONNX; empty = the installed one if there is one, "none" = none
   std::uint64_t seed = 0;
 
   bool operator==(const SharedChoices&) const = default;

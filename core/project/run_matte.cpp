@@ -7,6 +7,7 @@
 
 #include "core/base/files.h"
 #include "core/matte/matte.h"
+#include "core/matte/person_network.h"
 #include "core/project/corrections.h"
 #include "core/project/further_clips.h"
 #include "core/project/learn_room.h"
@@ -30,6 +31,9 @@ Result<void> run_matte(const StageContext& context) {
   MatteOptions options;
   options.size = capture.size;
   options.network = context.inputs.matte.choices.matting_network;
+  auto person_network = chosen_person_network(context.inputs.matte.person_network);
+  if (!person_network) return person_network.error();
+  options.person_network = std::move(*person_network);
   options.strokes = std::move(*strokes);
   std::error_code failure;
   fs::remove(room_path(context.project), failure);  // it was learnt from other mattes

@@ -13,13 +13,13 @@ namespace likeness {
 
 // Units and what empty means: project_options.h. What a stage reads of other stages' results is not here.
 struct ImportInputs {
-  std::filesystem::path video, landmark_model;
+  std::filesystem::path video, landmark_model, person_network;
   bool resting_camera = false;
   ImportChoices choices{};
 };
 
 struct AlignInputs {
-  std::filesystem::path video, landmark_model;
+  std::filesystem::path video, landmark_model, person_network;
   std::uint64_t seed = 0;
   AlignChoices choices{};
 };
@@ -30,7 +30,7 @@ struct FitInputs {
 };
 
 struct MatteInputs {
-  std::filesystem::path head_model;
+  std::filesystem::path head_model, person_network;
   std::uint64_t seed = 0;
   MatteChoices choices{};
 };

@@ -10,6 +10,7 @@
 #include "core/head/detail_maps.h"
 #include "core/lab/truth/track_study.h"
 #include "core/matte/matte.h"
+#include "core/matte/person_network.h"
 #include "core/project/corrections.h"
 #include "core/project/learn_room.h"
 #include "core/project/project_detail.h"
@@ -96,6 +97,9 @@ Result<void> matte(const Inputs& inputs, const fs::path& folder, const TrackedCa
   MatteOptions options;
   options.size = read.capture.size;
   options.network = work.options.matte.matting_network;
+  auto person_network = chosen_person_network(work.options.shared.person_network);
+  if (!person_network) return person_network.error();
+  options.person_network = std::move(*person_network);
   options.strokes = std::move(*strokes);
   options.learn_room = room_learner(work, work.options.shared.seed, read);
   const auto matted =
@@ -169,7 +173,8 @@ Result<Project> make_variant_project(const Project& project, const std::string& 
     if (!hash) return hash.error();
     maps = " maps " + *hash;
   }
-  const std::string corrections = corrections_hash(project) + project.options.matte.matting_network.string();
+  const std::string corrections = corrections_hash(project) + project.options.matte.matting_network.string() +
+                                  person_network_hash(project.options.shared.person_network);
   Result<fs::path> mattes = project.folder;
   if (!variant.step.empty() || (variant.change != nullptr && !variant.same_mattes))
     mattes = make_mattes(*inputs, *track,
