@@ -19,6 +19,7 @@ namespace fs = std::filesystem;
 
 constexpr int kNetworkSide = 256;           // px of the network's input and output
 constexpr const char* kNoNetwork = "none";  // the choice of no network
+constexpr int kNetworkCopies = 8;           // threads that it is run by at once; some megabytes each
 
 // In sizes of the detector's box, which runs from the brows to the chin.
 constexpr double kPersonSides = 7, kPersonAbove = 1.6;
@@ -70,7 +71,7 @@ PersonNetwork::PersonNetwork(PersonNetwork&&) noexcept = default;
 PersonNetwork& PersonNetwork::operator=(PersonNetwork&&) noexcept = default;
 
 Result<PersonNetwork> PersonNetwork::load(const fs::path& onnx) {
-  auto network = OnnxNetwork::load(onnx);
+  auto network = OnnxNetwork::load(onnx, kNetworkCopies);
   if (!network) return network.error();
   PersonNetwork person(std::make_unique<Impl>(Impl{std::move(*network)}));
   // What is no map of 256 x 256 is refused here, not in the middle of a clip.
@@ -80,7 +81,7 @@ Result<PersonNetwork> PersonNetwork::load(const fs::path& onnx) {
 }
 
 Result<PersonNetwork> PersonNetwork::installed() {
-  auto network = load_installed_network(InstalledNetwork::person);
+  auto network = load_installed_network(InstalledNetwork::person, kNetworkCopies);
   if (!network) return network.error();
   return PersonNetwork(std::make_unique<Impl>(Impl{std::move(*network)}));
 }
