@@ -77,7 +77,7 @@ void draw_person(cv::Mat& mask, const FaceBox& box) {
 // Adds what the network sees of the person with this face: strands and fingers leave its outline by a few
 // hundredths of a head.
 void add_seen_person(cv::Mat& mask, const PersonNetwork& network, const Image8& rgb, const FaceBox& box) {
-  const auto seen = network.share_about(rgb, box);
+  const auto seen = network.share_about(rgb, box, Looks::once);
   if (!seen) return;
   const cv::Mat share(seen->height, seen->width, CV_8U, const_cast<std::uint8_t*>(seen->data.data()));
   cv::Mat face(share.size(), CV_8U, cv::Scalar(0));

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <utility>
+#include <vector>
 
 #include "core/base/check.h"
 #include "core/base/hash.h"
@@ -37,6 +38,14 @@ int placed_inside(double start, int length, int limit) {
   return int(std::lround(std::clamp(start, 0.0, double(limit - length))));
 }
 
+Image8 mirrored(const Image8& rgb) {
+  Image8 result(rgb.width, rgb.height, rgb.channels);
+  for (int y = 0; y < rgb.height; ++y)
+    for (int x = 0; x < rgb.width; ++x)
+      std::copy_n(rgb.at(x, y), rgb.channels, result.at(rgb.width - 1 - x, y));
+  return result;
+}
+
 // Whether somebody reaches beyond the left, right or upper side of `part`, where the picture goes on.
 bool reaches_on(const Image8& share, const PictureRect& part, int width) {
   for (int y = 0; y < share.height; ++y)
@@ -63,6 +72,20 @@ PictureRect person_rect(const FaceBox& face, int width, int height, double widen
 
 struct PersonNetwork::Impl {
   OnnxNetwork network;
+
+  // Of a picture of the network's own size: 0..1, row by row.
+  Result<std::vector<float>> run(const Image8& rgb) const {
+    auto output = network.run(picture_tensor(rgb, 1 / 255.0));
+    if (!output) return output.error();
+    if (output->values.size() != rgb.pixels())
+      return Error{ErrorCode::bad_input,
+                   fmt::format("The network's output has {} values; a map of {} x {} is expected.",
+                               output->values.size(), kNetworkSide, kNetworkSide),
+                   "Give the person network that comes with Likeness, or one like it: RGB of 256 x 256 px, 0 "
+                   "to 1, to the share of person.",
+                   network.origin().string()};
+    return std::move(output->values);
+  }
 };
 
 PersonNetwork::PersonNetwork(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
@@ -86,41 +109,40 @@ Result<PersonNetwork> PersonNetwork::installed() {
   return PersonNetwork(std::make_unique<Impl>(Impl{std::move(*network)}));
 }
 
-Result<Image8> PersonNetwork::share(const Image8& rgb) const {
+Result<Image8> PersonNetwork::share(const Image8& rgb, Looks looks) const {
   LIKENESS_CHECK(rgb.channels == 3 && !rgb.empty(), "a picture of %d channels", rgb.channels);
-  const Image8 seen =
-      rgb.width == kNetworkSide && rgb.height == kNetworkSide ? rgb : resize(rgb, kNetworkSide, kNetworkSide);
-  const auto output = impl_->network.run(picture_tensor(seen, 1 / 255.0));
-  if (!output) return output.error();
-  if (output->values.size() != std::size_t(kNetworkSide) * kNetworkSide)
-    return Error{
-        ErrorCode::bad_input,
-        fmt::format("The network's output has {} values; a map of {} x {} is expected.",
-                    output->values.size(), kNetworkSide, kNetworkSide),
-        "Give the person network that comes with Likeness, or one like it: RGB of 256 x 256 px, 0 to "
-        "1, to the share of person.",
-        impl_->network.origin().string()};
+  const bool as_it_is = rgb.width == kNetworkSide && rgb.height == kNetworkSide;
+  const Image8 seen = as_it_is ? rgb : resize(rgb, kNetworkSide, kNetworkSide);
+  auto values = impl_->run(seen);
+  if (!values) return values.error();
+  if (looks == Looks::both_ways) {
+    const auto other = impl_->run(mirrored(seen));
+    if (!other) return other.error();
+    for (std::size_t i = 0; i < values->size(); ++i) {
+      const std::size_t x = i % kNetworkSide;
+      (*values)[i] = 0.5f * ((*values)[i] + (*other)[i - x + kNetworkSide - 1 - x]);
+    }
+  }
   Image8 map(kNetworkSide, kNetworkSide, 1);
-  for (std::size_t i = 0; i < map.data.size(); ++i) map.data[i] = share_byte(output->values[i]);
-  return rgb.width == kNetworkSide && rgb.height == kNetworkSide ? std::move(map)
-                                                                 : resize(map, rgb.width, rgb.height);
+  std::ranges::transform(*values, map.data.begin(), share_byte);
+  return as_it_is ? std::move(map) : resize(map, rgb.width, rgb.height);
 }
 
-Result<Image8> PersonNetwork::share_in(const Image8& rgb, const PictureRect& part) const {
-  if (part == PictureRect{0, 0, rgb.width, rgb.height}) return share(rgb);
+Result<Image8> PersonNetwork::share_in(const Image8& rgb, const PictureRect& part, Looks looks) const {
+  if (part == PictureRect{0, 0, rgb.width, rgb.height}) return share(rgb, looks);
   LIKENESS_CHECK(part.x >= 0 && part.y >= 0 && part.width > 0 && part.height > 0 &&
                      part.x + part.width <= rgb.width && part.y + part.height <= rgb.height,
                  "a part that is not inside the picture: %d px from %d", part.width, part.x);
-  const auto seen = share(crop(rgb, part.x, part.y, part.width, part.height));
+  const auto seen = share(crop(rgb, part.x, part.y, part.width, part.height), looks);
   if (!seen) return seen.error();
   return crop(*seen, -part.x, -part.y, rgb.width, rgb.height);
 }
 
-Result<Image8> PersonNetwork::share_about(const Image8& rgb, const FaceBox& face) const {
+Result<Image8> PersonNetwork::share_about(const Image8& rgb, const FaceBox& face, Looks looks) const {
   double widen = 1;
   for (int tries = 1;; ++tries, widen *= kWidening) {
     const PictureRect part = person_rect(face, rgb.width, rgb.height, widen);
-    const auto seen = share(crop(rgb, part.x, part.y, part.width, part.height));
+    const auto seen = share(crop(rgb, part.x, part.y, part.width, part.height), looks);
     if (!seen) return seen.error();
     if (tries < kWidenTries && reaches_on(*seen, part, rgb.width)) continue;
     Image8 whole(rgb.width, rgb.height, 1);

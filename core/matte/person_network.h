@@ -24,6 +24,11 @@ struct PictureRect {
 // shoulders and gesturing hands need. widen: times the usual size.
 PictureRect person_rect(const FaceBox& face, int width, int height, double widen = 1);
 
+// once: 15 ms. both_ways: the mean of the picture's share and its mirror image's, twice as long. Furniture
+// that is taken for a person one way round seldom is the other way, so that its share says how doubtful it
+// is.
+enum class Looks { once, both_ways };
+
 class PersonNetwork {
  public:
   // As a user's file; installed() as the one that came with the program.
@@ -34,13 +39,13 @@ class PersonNetwork {
   PersonNetwork& operator=(PersonNetwork&&) noexcept;
 
   // The share of person, 0..255, at the size of an RGB picture in which people are large. Seen on a grid of
-  // 256 x 256, whatever the picture's format: 15 ms. May be called by several threads.
-  Result<Image8> share(const Image8& rgb) const;
+  // 256 x 256, whatever the picture's format. May be called by several threads.
+  Result<Image8> share(const Image8& rgb, Looks looks = Looks::both_ways) const;
   // The same of a part of the picture, which must lie inside it; outside the part, the nearest pixel's.
-  Result<Image8> share_in(const Image8& rgb, const PictureRect& part) const;
+  Result<Image8> share_in(const Image8& rgb, const PictureRect& part, Looks looks = Looks::both_ways) const;
   // The same of the person whose face is at `face`, however small in the picture: of a part round them, which
   // is widened while they reach beyond its sides; 0 outside the part.
-  Result<Image8> share_about(const Image8& rgb, const FaceBox& face) const;
+  Result<Image8> share_about(const Image8& rgb, const FaceBox& face, Looks looks = Looks::both_ways) const;
 
  private:
   struct Impl;

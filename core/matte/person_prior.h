@@ -51,7 +51,7 @@ struct PersonPrior {
   cv::Mat location;  // 32F, log-likelihood ratio of person over background from the place, -1.5..2
   cv::Mat excluded;  // 8U, 255 = certainly background, as painted or as a network sees it; empty if neither
   cv::Mat hair;      // 8U, 255 = within the reach of long hair about the head
-  bool by_network = false;  // a person network was heard: what is likely is never background
+  cv::Mat held;      // 8U, 255 = never background, as a network sees it; empty without one
 };
 PersonPrior person_prior(const PersonModel& person, const PersonPlace& place, const Intrinsics& picture);
 

@@ -134,7 +134,7 @@ void take_up_share(PersonPrior& prior, const cv::Mat& share, const ShareBand& ba
       prior.excluded.at<unsigned char>(y, x) = far ? 255 : 0;
       prior.location.at<float>(y, x) = another ? kAnotherPerson : kShareTrust * odds_of_share(value);
     }
-  prior.by_network = true;
+  prior.held = inside | prior.certain;
 }
 
 }  // namespace likeness

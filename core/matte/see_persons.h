@@ -10,7 +10,7 @@
 namespace likeness::matting {
 
 // Sets every job's share, steadied by its neighbours in time; those of training frames by no held-out
-// picture. Nothing without a person network. 15 ms a frame on one core.
+// picture. Nothing without a person network. 30 ms a frame on one core.
 Result<void> see_persons(const Stage& stage, std::vector<Job>& jobs, const Progress& progress);
 
 }  // namespace likeness::matting

@@ -92,6 +92,15 @@ TEST_F(PersonNetworkTest, TheShareHasThePicturesFormat) {
   EXPECT_EQ(*share->at(200, 60), 0);
 }
 
+// Of a network that sees a pixel's own colour, both ways are the same; the mirror image must be turned back.
+TEST_F(PersonNetworkTest, BothWaysAgreeOnWhatDoesNotDependOnTheWay) {
+  const PersonNetwork network = red();
+  const Image8 rgb = scene(256, 256, {30, 40, 90, 120});
+  const auto once = network.share(rgb, Looks::once), both = network.share(rgb, Looks::both_ways);
+  ASSERT_TRUE(once.ok() && both.ok());
+  EXPECT_EQ(once->data, both->data);
+}
+
 // Beyond the part is black, as filling may be, or the person's repeated border: neither is seen.
 TEST_F(PersonNetworkTest, WhatLiesBeyondThePartIsNotSeen) {
   Image8 rgb = scene(100, 100, {0, 0, 100, 100});

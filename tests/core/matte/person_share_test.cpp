@@ -81,7 +81,7 @@ TEST(PersonsOwnShare, ANetworkThatLooksElsewhereHasFailed) {
   bust.share = elsewhere;
   const cv::Mat certain = bust.prior.certain.clone(), location = bust.prior.location.clone();
   bust.take_up();
-  EXPECT_FALSE(bust.prior.by_network);
+  EXPECT_TRUE(bust.prior.held.empty());
   EXPECT_TRUE(bust.prior.excluded.empty());
   EXPECT_EQ(cv::countNonZero(bust.prior.certain != certain), 0);
   EXPECT_EQ(cv::countNonZero(bust.prior.location != location), 0);
@@ -92,9 +92,9 @@ TEST(TakeUpShare, ATorsoAtRestIsCertainToItsOutline) {
   Bust bust;
   ASSERT_EQ(at(bust.prior.possible, 30, 110), 0);
   bust.take_up();
-  EXPECT_TRUE(bust.prior.by_network);
   for (const int x : {26, 40, 80, 94}) {
     EXPECT_EQ(at(bust.prior.certain, x, 110), 255) << x;
+    EXPECT_EQ(at(bust.prior.held, x, 110), 255) << x;
     EXPECT_EQ(at(bust.prior.likely, x, 110), 255) << x;
     EXPECT_EQ(at(bust.prior.possible, x, 110), 255) << x;
   }
