@@ -17,8 +17,8 @@ struct SharedChoices {
   std::filesystem::path video;
   std::filesystem::path head_model;      // empty = the built-in head
   std::filesystem::path landmark_model;  // empty = the system's
-  std::filesystem::path person_network;  // ONNX; empty = the installed one if there is one, "none" = none
   std::uint64_t seed = 0;
+  std::filesystem::path person_network{};  // ONNX; empty = the installed one if there is one, "none" = none
 
   bool operator==(const SharedChoices&) const = default;
 };
