@@ -233,7 +233,8 @@ int run_align_photos(const BuildArguments& arguments) {
   const auto start = std::chrono::steady_clock::now();
   const ProgressLine line(arguments.common);
   // Photographs may or may not show a person: what the face detector finds is masked.
-  const auto person = coarse_person_mask(arguments.given.options.shared.landmark_model, Pictures::single);
+  const auto person = coarse_person_mask(arguments.given.options.shared.landmark_model, Pictures::single,
+                                         arguments.given.options.shared.person_network);
   if (!person) return report_failure(person.error());
   const auto aligned =
       align_photos(arguments.input, *person, work, options, line.progress(), stop_on_signals());

@@ -1,5 +1,6 @@
 // likeness study truth: tracks, mattes and driving beside the truth of a demo.
 #include <algorithm>
+#include <cerrno>
 #include <memory>
 #include <numbers>
 #include <optional>
@@ -10,6 +11,8 @@
 #include "app/commands.h"
 #include "app/tables.h"
 #include "app/terminal.h"
+#include "app/work_folder.h"
+#include "core/base/files.h"
 #include "core/base/parallel.h"
 #include "core/base/rigid.h"
 #include "core/drive/drive_clip.h"
@@ -28,7 +31,7 @@ struct TruthStudyArguments {
   CommonOptions common;
   TableOptions output;
   fs::path demo, project, tracks, track;
-  std::vector<std::string> steps;
+  std::vector<std::string> steps, networks;
   ProjectOptions models;  // head and landmark model only
 };
 
@@ -107,15 +110,26 @@ Result<std::vector<Table>> compare_project_mattes(const TruthStudyArguments& a, 
                                                   std::stop_token stop) {
   const auto project = open_project(a.project);
   if (!project) return project.error();
-  const auto rows = study_mattes(*project, a.demo, progress, stop);
+  const double n = 1 + double(a.networks.size());
+  auto rows = study_mattes(*project, a.demo, progress.stage(0, 1 / n, "as it is"), stop);
   if (!rows) return rows.error();
+  const WorkFolder work("mattes");
+  if (!a.networks.empty() && work.path().empty())
+    return file_error(fs::temp_directory_path(), "create a folder in", errno);
+  for (std::size_t i = 0; i < a.networks.size(); ++i) {
+    const auto more =
+        study_mattes_again(*project, a.demo, a.networks[i], work.path() / a.networks[i],
+                           progress.stage(double(1 + i) / n, double(2 + i) / n, a.networks[i]), stop);
+    if (!more) return more.error();
+    rows->insert(rows->end(), more->begin(), more->end());
+  }
   Table table{.name = "mattes", .title = "The project's mattes, beside the true ones"};
-  table.columns = {{"part", "part"},          {"frames", "frames", 0},         {"iou_mean", "IoU", 4},
-                   {"iou_worst", "worst", 4}, {"worst_frame", "its frame", 0}, {"border_error", "border", 3},
-                   {"hair_error", "hair", 3}};
+  table.columns = {{"network", "network"},        {"part", "part"},          {"frames", "frames", 0},
+                   {"iou_mean", "IoU", 4},        {"iou_worst", "worst", 4}, {"worst_frame", "its frame", 0},
+                   {"border_error", "border", 3}, {"hair_error", "hair", 3}};
   for (const MatteRow& row : *rows)
-    table.rows.push_back(
-        {row.part, row.frames, row.iou_mean, row.iou_worst, row.worst_frame, row.border, row.hair});
+    table.rows.push_back({row.network, row.part, row.frames, row.iou_mean, row.iou_worst, row.worst_frame,
+                          row.border, row.hair});
   table.notes = {
       "border: mean difference of alpha along the true border; hair: of the border above the ears"};
   return std::vector<Table>{std::move(table)};
@@ -224,6 +238,9 @@ void add_truth_study(CLI::App& study, int& exit_code) {
   verb->add_option("--steps", a->steps,
                    fmt::format("Steps of the tracker to measure, of: {}; default: all",
                                fmt::join(track_step_names(), ", ")));
+  verb->add_option("--networks", a->networks,
+                   "For mattes: also make them again, a row for each: person (with the person network), none")
+      ->check(CLI::IsMember({"person", "none"}));
   verb->add_option("--tracks", a->tracks, "A folder to keep each step's track in");
   verb->add_option("--track", a->track, "For drive: track.json of the demo, read if it exists, else written");
   verb->add_option(

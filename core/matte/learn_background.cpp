@@ -56,6 +56,7 @@ cv::Mat occupied_of(const Sample& sample) {
   const int radius = std::max(2, sample.person.cols / 100);
   cv::dilate(sample.person | sample.prior.certain, grown,
              cv::getStructuringElement(cv::MORPH_ELLIPSE, {2 * radius + 1, 2 * radius + 1}));
+  if (!sample.prior.held.empty()) grown |= sample.prior.held;  // a torso at rest is no wall
   if (!sample.prior.excluded.empty()) grown.setTo(0, sample.prior.excluded);
   return grown;
 }

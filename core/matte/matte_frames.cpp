@@ -4,11 +4,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cstdlib>
 #include <cstring>
 #include <opencv2/imgproc.hpp>
 
 #include "core/camera/mosaic.h"
 #include "core/image/files.h"
+#include "core/matte/person_share.h"
 
 namespace likeness::matting {
 
@@ -116,16 +118,21 @@ StrokeCover strokes_on(const Stage& stage, const Job& job, int size) {
 
 namespace {
 
-// What the track says about a frame. `hull` may be empty.
+// m: a hole in the network's person of up to this size is not seen through.
+constexpr double kSmallHole = 0.04;
+
+// What the track and the person network say about a frame. `hull` may be empty.
 PersonPrior tracked_prior(const Stage& stage, const Job& job, int size, const PersonHull& hull) {
   const Intrinsics picture = crop_of(stage, *job.camera, size);
   if (const auto place = place_of(stage, job, picture)) {
     PersonPrior prior = person_prior(stage.person, *place, picture);
     sharpen_prior(prior, hull, *place, picture);
+    if (size == job.share.cols)
+      take_up_share(prior, job.share, share_band(place->px_per_metre), kSmallHole * place->px_per_metre);
     return prior;
   }
   PersonPrior nothing;
-  nothing.certain = nothing.likely = nothing.below = cv::Mat(size, size, CV_8U, cv::Scalar(0));
+  nothing.certain = nothing.likely = nothing.below = nothing.hair = cv::Mat(size, size, CV_8U, cv::Scalar(0));
   nothing.possible = cv::Mat(size, size, CV_8U, cv::Scalar(255));
   nothing.location = cv::Mat(size, size, CV_32F, cv::Scalar(0));
   return nothing;
@@ -137,6 +144,13 @@ PersonPrior prior_of(const Stage& stage, const Job& job, int size, const PersonH
   PersonPrior prior = tracked_prior(stage, job, size, hull);
   constrain_prior(prior, strokes_on(stage, job, size));
   return prior;
+}
+
+bool has_neighbours(const std::vector<Job>& jobs, std::size_t i) {
+  const auto usable = [&](std::size_t other) {
+    return std::abs(jobs[other].frame - jobs[i].frame) <= 2 && (jobs[i].held_out || !jobs[other].held_out);
+  };
+  return i > 0 && i + 1 < jobs.size() && usable(i - 1) && usable(i + 1);
 }
 
 std::vector<const Job*> choose(const std::vector<Job>& jobs, bool on_plate, std::size_t count) {

@@ -14,6 +14,7 @@
 #include "core/image/image.h"
 #include "core/matte/matting_network.h"
 #include "core/matte/person_hull.h"
+#include "core/matte/person_network.h"
 #include "core/matte/person_prior.h"
 #include "core/matte/plate.h"
 #include "core/matte/room_behind.h"
@@ -30,7 +31,8 @@ struct Stage {
   const Track& track;
   PersonModel person;
   int size = 256, cut_size = 256;
-  const MattingNetwork* network = nullptr;  // or none
+  const MattingNetwork* network = nullptr;        // or none
+  const PersonNetwork* person_network = nullptr;  // or none
   const FrameStrokes& strokes;
   std::stop_token stop;
   RoomBehind room;  // empty: not known
@@ -45,6 +47,7 @@ struct Job {
   bool trains = false, held_out = false, on_plate = false;
   const TrackedFrame* tracked = nullptr;
   const Camera* camera = nullptr;
+  cv::Mat share;  // 8U, cut_size: of person, as the person network sees it; empty without one
 };
 
 // A picture's pixels, which it keeps.
@@ -60,6 +63,9 @@ std::vector<Job> list_jobs(const Stage& stage);
 // For a moving camera: marks the frames of the longest run that shares one pose bit for bit, if it lasts a
 // second.
 void mark_rest(const Stage& stage, std::vector<Job>& jobs);
+// Whether the jobs before and after job i are of the next pictures of the video and may be used for it: a
+// training frame uses no held-out neighbour, as nothing of a held-out picture may reach training.
+bool has_neighbours(const std::vector<Job>& jobs, std::size_t i);
 // Evenly spread training frames, on the plate or off it.
 std::vector<const Job*> choose(const std::vector<Job>& jobs, bool on_plate, std::size_t count);
 

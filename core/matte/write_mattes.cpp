@@ -23,13 +23,9 @@ namespace fs = std::filesystem;
 
 namespace {
 
-// Majority of a frame and its two neighbours, where these are the next frames of the video. A training frame
-// uses no held-out neighbour: nothing of a held-out picture may reach training.
+// Majority of a frame and its two neighbours, where these are the next frames of the video.
 cv::Mat steady(const std::vector<Job>& jobs, const std::vector<cv::Mat>& cuts, std::size_t i) {
-  const auto usable = [&](std::size_t other) {
-    return std::abs(jobs[other].frame - jobs[i].frame) <= 2 && (jobs[i].held_out || !jobs[other].held_out);
-  };
-  if (i == 0 || i + 1 >= jobs.size() || !usable(i - 1) || !usable(i + 1)) return cuts[i];
+  if (!has_neighbours(jobs, i)) return cuts[i];
   // Only flicker is removed: a pixel changes only where both neighbours disagree with it over a small area.
   const cv::Mat agreed = (cuts[i - 1] & cuts[i + 1]) | (cuts[i] & (cuts[i - 1] | cuts[i + 1]));
   return agreed;

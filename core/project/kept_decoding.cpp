@@ -16,6 +16,7 @@
 #include "core/camera/align_options.h"
 #include "core/camera/kept_path.h"
 #include "core/matte/coarse_mask.h"
+#include "core/matte/person_network.h"
 #include "core/project/staleness.h"
 #include "core/track/kept_frames.h"
 
@@ -57,17 +58,21 @@ FrameListener forgiving_listener(bool& failed, Add add) {
 
 fs::path decoded_path(const Project& project) { return project.folder / "decoded"; }
 
-std::string mask_inputs(const fs::path& landmark_model) {
-  if (landmark_model.empty()) return "system";
-  const auto hash = hash_file(landmark_model);
-  return hash ? *hash : "absent";
+std::string mask_inputs(const AlignInputs& inputs) {
+  std::string text = "system";
+  if (!inputs.landmark_model.empty()) {
+    const auto hash = hash_file(inputs.landmark_model);
+    text = hash ? *hash : "absent";
+  }
+  const std::string network = person_network_hash(inputs.person_network);
+  return network.empty() ? text : text + " person network " + network;
 }
 
 struct KeptDecoding::State {
   explicit State(const StageContext& given)
       : context(given), kept(decoded_path(given.project)), photographs(is_folder(inputs().video)) {
     align.seed = int(given.inputs.align.seed);
-    align.mask_inputs = mask_inputs(given.inputs.align.landmark_model);
+    align.mask_inputs = mask_inputs(given.inputs.align);
   }
 
   const ImportInputs& inputs() const { return context.inputs.import; }
@@ -80,7 +85,8 @@ struct KeptDecoding::State {
     motion_key = motion_inputs(*hash, align);
     motion = kept_motion(decoded_path(context.project), motion_key);
     aligned = is_current_alone(context.project, Stage::align);
-    auto mask = coarse_person_mask(context.inputs.align.landmark_model);
+    auto mask = coarse_person_mask(context.inputs.align.landmark_model, Pictures::in_sequence,
+                                   context.inputs.align.person_network);
     if (!mask) return mask.error();
     person = std::move(*mask);
     if (motion || (aligned && !split_asks())) return std::vector<FrameListener>();

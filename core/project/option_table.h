@@ -67,6 +67,7 @@ struct OptionRow {
   bool of_the_person = false;     // further clips of the person follow the project's first clip
   // A build of the same clip keeps it unless the flag is given, and the word "none" takes it back.
   bool kept_with_clip = false;
+  bool none_is_a_choice = false;  // of a path: "none" is no file's name, but a value other than empty
   StudioField studio{};
 };
 

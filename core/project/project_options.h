@@ -19,6 +19,7 @@ struct SharedChoices {
   std::filesystem::path head_model;      // empty = the built-in head
   std::filesystem::path landmark_model;  // empty = the system's
   std::uint64_t seed = 0;
+  std::filesystem::path person_network{};  // ONNX; empty = the installed one if there is one, "none" = none
 
   bool operator==(const SharedChoices&) const = default;
 };

@@ -20,13 +20,13 @@ Result<void> run_align(const StageContext& context) {
   options.kind = inputs.choices.camera;
   options.lens_mm = inputs.choices.lens_mm;
   options.kept = decoded_path(context.project);
-  options.mask_inputs = mask_inputs(inputs.landmark_model);
+  options.mask_inputs = mask_inputs(inputs);
   std::error_code ignored;
   const bool photographs = fs::is_directory(inputs.video, ignored) && options.kind != CameraKind::resting;
   if (const auto capture = read_capture(capture_path(context.project)))
     options.held_out = held_out_frames(*capture);
-  const auto person =
-      coarse_person_mask(inputs.landmark_model, photographs ? Pictures::single : Pictures::in_sequence);
+  const auto person = coarse_person_mask(
+      inputs.landmark_model, photographs ? Pictures::single : Pictures::in_sequence, inputs.person_network);
   if (!person) return person.error();
   const auto align = photographs ? align_photos : align_clip;
   const auto aligned = align(inputs.video, *person, context.project.folder / "colmap", options,

@@ -18,6 +18,7 @@
 #include "core/head/detail_maps.h"
 #include "core/head/load_head_model.h"
 #include "core/matte/matting_network.h"
+#include "core/matte/person_network.h"
 #include "core/project/corrections.h"
 #include "core/project/further_clips.h"
 #include "core/project/project_attributes.h"
@@ -32,8 +33,9 @@ namespace {
 
 // Raised when a stage's method changes in such a way that old results should be made again.
 constexpr std::array<int, kStages.size()> kStageVersion{1, 3, 6, 4, 4};
-constexpr int kDetailVersion = 1;  // the same for what is learnt from detail maps
-constexpr int kRefitVersion = 1;   // the same for spans fitted again
+constexpr int kDetailVersion = 1;         // the same for what is learnt from detail maps
+constexpr int kRefitVersion = 1;          // the same for spans fitted again
+constexpr int kPersonNetworkVersion = 1;  // the same for how the person network is heard
 
 std::string content_of(const fs::path& path) {
   if (path.empty()) return "none";
@@ -65,24 +67,33 @@ std::string landmark_model_text(const fs::path& landmark_model) {
   return landmark_model.empty() ? "" : " landmark model " + content_of(landmark_model);
 }
 
+// Empty without a network, so that the hashes of other projects stay as they are.
+std::string person_network_text(const fs::path& choice) {
+  const std::string hash = person_network_hash(choice);
+  return hash.empty() ? "" : fmt::format(" person network {} {}", kPersonNetworkVersion, hash);
+}
+
 std::string import_text(const Project& project, const ImportInputs& inputs) {
-  const auto& [video, landmark_model, camera, choices] = inputs;
+  const auto& [video, landmark_model, person_network, camera, choices] = inputs;
   const auto& [size, split] = choices;
   std::string text = fmt::format("{} {}", clip_content(project, video), size);
   if (is_further(project)) text += " further";
   if (split != Split::tail) text.append(" ").append(split_name(split));
   if (split == Split::views && camera == CameraKind::resting) text += " rests";  // what such a split refuses
+  // Such a split asks where the camera moves, which is measured beside the person.
+  if (split == Split::views && camera != CameraKind::resting) text += person_network_text(person_network);
   return text + landmark_model_text(landmark_model);
 }
 
 std::string align_text(const Project& project, const AlignInputs& inputs) {
-  const auto& [video, landmark_model, seed, split, choices] = inputs;
+  const auto& [video, landmark_model, person_network, seed, split, choices] = inputs;
   const auto& [camera, lens_mm] = choices;
   std::string text = fmt::format("{} {}", clip_content(project, video), seed);
   if (camera)
     text += *camera == CameraKind::resting ? " rests" : fmt::format(" {}", camera_kind_name(*camera));
   if (split != Split::tail) text.append(" ").append(split_name(split));
   if (lens_mm > 0) text += fmt::format(" {} mm", lens_mm);
+  if (camera != CameraKind::resting) text += person_network_text(person_network);  // else nobody is looked for
   return text + landmark_model_text(landmark_model);
 }
 
@@ -118,12 +129,14 @@ std::string fit_text(const Project& project, const FitInputs& inputs) {
 // seed does not enter: it is for the room behind a moving camera, whose path, found with the same seed,
 // counts by content.
 std::string matte_text(const Project& project, const MatteInputs& inputs) {
-  const auto& [head_model, seed, choices] = inputs;
+  const auto& [head_model, person_network, seed, choices] = inputs;
   const auto& [matting_network] = choices;
   std::string text =
       fmt::format("{} {} {} {}", content_of(capture_path(project)), content_of(cameras_path(project)),
                   content_of(track_path(project)), head_model_content(head_model));
-  if (!matting_network.empty()) text.append(" ").append(matting_network_hash(matting_network));
+  // A matting network is heard instead of the person network.
+  text += matting_network.empty() ? person_network_text(person_network)
+                                  : " " + matting_network_hash(matting_network);
   // Only if strokes were painted, so that the hashes of other projects stay as they are.
   if (const auto strokes = corrections_hash(project); !strokes.empty())
     text.append(" strokes ").append(strokes);

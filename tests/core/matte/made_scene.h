@@ -8,7 +8,9 @@
 #include <cmath>
 #include <fstream>
 #include <iterator>
+#include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "core/base/rigid.h"
@@ -16,6 +18,7 @@
 #include "core/head/pose_head.h"
 #include "core/image/files.h"
 #include "core/matte/matte.h"
+#include "core/matte/person_network.h"
 #include "core/matte/person_prior.h"
 #include "tests/core/camera/textured_room.h"
 
@@ -131,8 +134,10 @@ struct Scene {
 
   Result<MatteResult> matte(const Progress& progress = {}, std::stop_token stop = {},
                             const fs::path& network = {}, const LearnRoom& learn_room = {},
-                            const FrameStrokes& strokes = {}) const {
+                            const FrameStrokes& strokes = {},
+                            std::shared_ptr<const PersonNetwork> person_network = {}) const {
     MatteOptions options;
+    options.person_network = std::move(person_network);
     options.size = kSize;
     options.network = network;
     options.learn_room = learn_room;

@@ -32,6 +32,9 @@ class Staleness : public testing::Test {
     std::string name = (fs::temp_directory_path() / "likeness_staleness_XXXXXX").string();
     ASSERT_NE(::mkdtemp(name.data()), nullptr);
     root_ = name;
+    if (const char* set = ::getenv("LIKENESS_NETWORKS")) networks_before_ = set;
+    ASSERT_TRUE(write_text(root_ / "networks" / "README", "none installed").ok());
+    ::setenv("LIKENESS_NETWORKS", (root_ / "networks").c_str(), 1);
     ASSERT_TRUE(write_text(root_ / "clip.mp4", "the clip").ok());
     ASSERT_TRUE(write_text(root_ / "other", "another file").ok());
     const auto made =
@@ -43,7 +46,11 @@ class Staleness : public testing::Test {
       ASSERT_TRUE(write_text(project_.folder / file, file).ok());
     finish();
   }
-  void TearDown() override { fs::remove_all(root_); }
+  void TearDown() override {
+    networks_before_.empty() ? ::unsetenv("LIKENESS_NETWORKS")
+                             : ::setenv("LIKENESS_NETWORKS", networks_before_.c_str(), 1);
+    fs::remove_all(root_);
+  }
 
   void finish() {
     for (const Stage stage : kStages) {
@@ -53,6 +60,7 @@ class Staleness : public testing::Test {
   }
 
   fs::path root_;
+  std::string networks_before_;
   Project project_;
 };
 
@@ -131,6 +139,49 @@ TEST_F(Staleness, AnotherLandmarkModelMakesImportAndAlignStale) {
   ASSERT_TRUE(write_text(root_ / "moved.dat", "one").ok());  // the same one under another
   project_.options.shared.landmark_model = root_ / "moved.dat";
   EXPECT_EQ(names(to_do(project_)), "");
+}
+
+TEST_F(Staleness, APersonNetworkThatComesOrGoesMakesAlignAndMatteStale) {
+  const auto install = [&](const char* content) {
+    EXPECT_TRUE(write_text(root_ / "networks" / "person.onnx", content).ok());
+  };
+  install("one");
+  EXPECT_EQ(names(to_do(project_)), "align matte ");
+  project_.options.shared.person_network = "none";
+  EXPECT_EQ(names(to_do(project_)), "");  // as before there was one
+  project_.options.shared.person_network.clear();
+  finish();
+  install("another");
+  EXPECT_EQ(names(to_do(project_)), "align matte ");
+  fs::remove(root_ / "networks" / "person.onnx");
+  EXPECT_EQ(names(to_do(project_)), "align matte ");
+  ASSERT_TRUE(write_text(root_ / "one.onnx", "one").ok());
+  project_.options.shared.person_network = root_ / "one.onnx";  // the same one by its name
+  EXPECT_EQ(names(to_do(project_)), "");
+}
+
+// Where nobody is looked for, or a matting network is heard instead, it decides nothing.
+TEST_F(Staleness, APersonNetworkIsReadOnlyByStagesThatHearIt) {
+  project_.options.import.split = Split::views;
+  finish();
+  ASSERT_TRUE(write_text(root_ / "networks" / "person.onnx", "one").ok());
+  EXPECT_EQ(names(to_do(project_)), "import align matte ");
+  fs::remove(root_ / "networks" / "person.onnx");
+  project_.options.align.resting_camera = true;
+  project_.options.matte.matting_network = root_ / "other";
+  finish();
+  ASSERT_TRUE(write_text(root_ / "networks" / "person.onnx", "one").ok());
+  EXPECT_EQ(names(to_do(project_)), "");
+}
+
+TEST_F(Staleness, NoPersonNetworkIsRememberedAsAWord) {
+  ProjectOptions options = project_.options;
+  options.shared.person_network = "none";
+  const auto project = open_or_create_project(project_.folder, options);
+  ASSERT_TRUE(project.ok()) << project.error().what;
+  const auto opened = open_project(project_.folder);
+  ASSERT_TRUE(opened.ok()) << opened.error().what;
+  EXPECT_EQ(opened->options.shared.person_network, "none");
 }
 
 TEST_F(Staleness, ARestingCameraIsReadByTheImportThatHoldsOutViews) {
