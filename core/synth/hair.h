@@ -26,6 +26,8 @@ struct HairMesh {
   // rays.
   std::vector<Eigen::Vector4f> open;
   std::vector<int> anchor;  // beard only: the skin's triangle it grows on, with which it moves
+  // Loose hair only: 1 moves with the head, 0 lies on the torso and moves with it.
+  std::vector<float> follow;
 };
 
 struct HairOptions {
@@ -45,7 +47,14 @@ struct Scalp {
   const std::vector<Triangle>& triangles;
   const std::array<Vec3f, kLandmarkCount>& landmarks;
 };
-HairMesh grow_hair(const Scalp& skin, const HairOptions& options);
+// What loose hair falls on, in the rest head frame.
+struct Cloth {
+  const std::vector<Vec3f>& vertices;
+  const std::vector<Triangle>& triangles;
+};
+HairMesh grow_hair(const Scalp& skin, const Cloth& cloth, const HairOptions& options);
+// Whether hair of this cut hangs below the ears and moves against the head.
+bool hangs(HairCut cut);
 // share: how thickly the beard grows at a point, 0..1. look.beard: its length over the chin.
 HairMesh grow_beard(const Scalp& skin, const std::function<float(const Vec3f&)>& share,
                     const HairOptions& options);
