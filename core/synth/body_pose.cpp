@@ -12,7 +12,7 @@
 namespace likeness {
 namespace {
 
-constexpr double kDegree = std::numbers::pi / 180, kTurn = 2 * std::numbers::pi;
+constexpr double kOneDegree = std::numbers::pi / 180, kCycle = 2 * std::numbers::pi;
 constexpr double kFirstCycleSeconds = 3.6, kSecondCycleSeconds = 6.4, kFinaleSeconds = 3.2;
 constexpr double kFinaleShare = 0.10;  // of the clip
 
@@ -71,22 +71,22 @@ BodyPose body_pose(const DemoOptions& options, const HeadShape& shape, double fr
   // In the first part it returns to rest before the second begins; where there is no second, it need not.
   const bool returns = m.walking && options.camera == DemoCamera::guided;
   const double end = returns ? ease((1 - m.share) / 0.08) : 1;
-  const double start = ease((m.cycle + m.phase) / 0.08) * end, p = kTurn * m.phase;
+  const double start = ease((m.cycle + m.phase) / 0.08) * end, p = kCycle * m.phase;
   // From cycle to cycle the turns come together differently. The guided film keeps its steps there.
   const double c = options.camera == DemoCamera::guided ? m.cycle : m.cycle + m.phase;
   const Vec3d neck = shape.joints[kNeck].cast<double>();
-  const double yaw = 30 * kDegree * std::sin(p) * start;
-  const double pitch = 12 * kDegree * std::sin(2 * p + 0.9 + 0.8 * c) * start;
-  const double roll = 7 * kDegree * std::sin(3 * p + 0.4 + c) * start;
+  const double yaw = 30 * kOneDegree * std::sin(p) * start;
+  const double pitch = 12 * kOneDegree * std::sin(2 * p + 0.9 + 0.8 * c) * start;
+  const double roll = 7 * kOneDegree * std::sin(3 * p + 0.4 + c) * start;
   const Vec3d shift =
       Vec3d(0.006 * std::sin(p + 0.3), 0.002 * std::sin(2 * p), 0.006 * std::sin(2 * p + 1)) * start;
   if (!options.still_torso) {
     const Vec3d waist = neck - Vec3d(0, 0.35, 0.02);
-    body.world_from_torso =
-        about(waist,
-              head_turn(1.2 * kDegree * std::sin(p + 0.2) * start, 0.5 * kDegree * std::sin(2 * p) * start,
-                        0.8 * kDegree * std::sin(p + 1.1) * start),
-              Vec3d::Zero());
+    body.world_from_torso = about(
+        waist,
+        head_turn(1.2 * kOneDegree * std::sin(p + 0.2) * start, 0.5 * kOneDegree * std::sin(2 * p) * start,
+                  0.8 * kOneDegree * std::sin(p + 1.1) * start),
+        Vec3d::Zero());
   }
   body.world_from_head = body.world_from_torso * about(neck, head_turn(yaw, pitch, roll), shift);
   return body;

@@ -15,7 +15,7 @@
 namespace likeness {
 namespace {
 
-constexpr double kDegree = std::numbers::pi / 180, kTurn = 2 * std::numbers::pi;
+constexpr double kRadians = std::numbers::pi / 180, kRound = 2 * std::numbers::pi;
 constexpr double kFocal = 1.35;  // over the picture's shorter side
 constexpr double kDistance_m = 0.62;
 constexpr double kCloser = 1.35;         // a punch-in crops 1 / this of the picture
@@ -31,8 +31,8 @@ struct Place {
   double yaw, pitch, distance_m, person_yaw;
 };
 constexpr Place kPlaces[] = {{0, 0, 0, 0},
-                             {38 * kDegree, 4 * kDegree, 0.08, 33 * kDegree},
-                             {-30 * kDegree, -3 * kDegree, 0.04, -26 * kDegree}};
+                             {38 * kRadians, 4 * kRadians, 0.08, 33 * kRadians},
+                             {-30 * kRadians, -3 * kRadians, 0.04, -26 * kRadians}};
 
 const Place& place_of(int place) { return kPlaces[std::size_t(place) % std::size(kPlaces)]; }
 
@@ -72,22 +72,22 @@ Detour guided_path(double u) {
   const double sweep =
       u < 0.62 ? -std::cos(std::numbers::pi * u / 0.62) : std::cos(std::numbers::pi * (u - 0.62) / 0.76);
   Detour path;
-  path.yaw = 31 * kDegree * sweep * settle;
-  path.pitch = 11 * kDegree * std::sin(kTurn * (1.6 * u + 0.08)) * settle;
-  path.nearer_m = (0.06 * std::sin(kTurn * 1.15 * u + 0.5)) * settle;
-  path.roll = 2.0 * kDegree * std::sin(kTurn * 1.3 * u) * settle;
-  path.aim = Vec3d(0.012 * std::sin(kTurn * 1.7 * u), 0.01 * std::sin(kTurn * 2.1 * u + 1), 0) * settle;
+  path.yaw = 31 * kRadians * sweep * settle;
+  path.pitch = 11 * kRadians * std::sin(kRound * (1.6 * u + 0.08)) * settle;
+  path.nearer_m = (0.06 * std::sin(kRound * 1.15 * u + 0.5)) * settle;
+  path.roll = 2.0 * kRadians * std::sin(kRound * 1.3 * u) * settle;
+  path.aim = Vec3d(0.012 * std::sin(kRound * 1.7 * u), 0.01 * std::sin(kRound * 2.1 * u + 1), 0) * settle;
   return path;
 }
 
 // The same, without end: every round a little different, none of them resting.
 Detour walking_path(double rounds) {
-  const double a = kTurn * rounds;
+  const double a = kRound * rounds;
   Detour path;
-  path.yaw = -31 * kDegree * std::cos(a);
-  path.pitch = 11 * kDegree * std::sin(1.62 * a + 0.5);
+  path.yaw = -31 * kRadians * std::cos(a);
+  path.pitch = 11 * kRadians * std::sin(1.62 * a + 0.5);
   path.nearer_m = 0.06 * std::sin(1.17 * a + 0.5);
-  path.roll = 2.0 * kDegree * std::sin(1.3 * a);
+  path.roll = 2.0 * kRadians * std::sin(1.3 * a);
   path.aim = Vec3d(0.012 * std::sin(1.7 * a), 0.01 * std::sin(2.1 * a + 1), 0);
   return path;
 }
@@ -132,7 +132,7 @@ double waves(const std::array<Wave, N>& list, double time_s, std::uint32_t seed)
   for (std::size_t i = 0; i < N; ++i) {
     const double off = 0.85 + 0.3 * double(hash_unit(seed * 64 + 2 * std::uint32_t(i)));
     const double phase = double(hash_unit(seed * 64 + 2 * std::uint32_t(i) + 1));
-    sum += list[i].amplitude * std::sin(kTurn * (list[i].hertz * off * time_s + phase));
+    sum += list[i].amplitude * std::sin(kRound * (list[i].hertz * off * time_s + phase));
     most += list[i].amplitude;
   }
   return sum / most;
@@ -142,7 +142,7 @@ double waves(const std::array<Wave, N>& list, double time_s, std::uint32_t seed)
 void hold_by_hand(const DemoOptions& options, double time_s, Camera& camera) {
   const std::uint32_t seed = hash_u32(std::uint32_t(options.seed) + 4400);
   const auto hand = [&](std::uint32_t axis) { return waves(kHand, time_s, seed + axis); };
-  const double most = options.hand_turn_deg * kDegree;
+  const double most = options.hand_turn_deg * kRadians;
   const Mat3d turned = rotation_about(Vec3d::UnitZ(), 0.5 * most * hand(2)) *
                        rotation_about(Vec3d::UnitX(), 0.8 * most * hand(1)) *
                        rotation_about(Vec3d::UnitY(), most * hand(0));

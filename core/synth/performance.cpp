@@ -16,7 +16,7 @@
 namespace likeness {
 namespace {
 
-constexpr double kDegree = std::numbers::pi / 180, kTurn = 2 * std::numbers::pi;
+constexpr double kDegree = std::numbers::pi / 180;
 
 struct Cast {
   const HeadModel& model;
