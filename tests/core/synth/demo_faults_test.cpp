@@ -176,7 +176,9 @@ TEST(DemoFaults, LooseHairFollowsTheHeadAboveAndLiesOnTheTorsoBelow) {
     const Vec3f& p = hair.vertices[v];
     lowest = std::min(lowest, p.y());
     ASSERT_TRUE(hair.follow[v] >= 0 && hair.follow[v] <= 1);
-    if (p.y() > chin + 0.13f) EXPECT_GT(hair.follow[v], 0.85f) << p.transpose();
+    if (p.y() > chin + 0.13f) {
+      EXPECT_GT(hair.follow[v], 0.85f) << p.transpose();
+    }
     below += p.y() < chin - 0.05f;
     const auto near = cloth.closest(p, 0.03f);
     if (hair.follow[v] > 0) continue;
@@ -268,9 +270,15 @@ TEST(DemoFaults, DriftWandersWithinItsBoundsAndIsInThePicture) {
     if (drift.room_blur_px < drift_of(options, sharp).room_blur_px) sharp = frame;
     face = std::max(face, drift.face_blur_px);
   }
-  EXPECT_GT(low, 0.79f), EXPECT_LT(low, 0.90f), EXPECT_LT(high, 1.21f), EXPECT_GT(high, 1.10f);
-  EXPECT_GT(red, 0.03f), EXPECT_LT(red, 0.061f);
-  EXPECT_GT(face, 0.7f), EXPECT_GT(room, 0.7f), EXPECT_LE(std::max(face, room), kFocusDrift_px);
+  EXPECT_GT(low, 0.79f);
+  EXPECT_LT(low, 0.90f);
+  EXPECT_LT(high, 1.21f);
+  EXPECT_GT(high, 1.10f);
+  EXPECT_GT(red, 0.03f);
+  EXPECT_LT(red, 0.061f);
+  EXPECT_GT(face, 0.7f);
+  EXPECT_GT(room, 0.7f);
+  EXPECT_LE(std::max(face, room), kFocusDrift_px);
   DemoStage stage(demo_head(), options);
   EXPECT_GT(mean_grey(*stage.film_room(brightest, {})), 1.05 * mean_grey(*stage.film_room(darkest, {})));
   EXPECT_GT(sharpness(*stage.film_room(sharp, {})), 1.3 * sharpness(*stage.film_room(soft, {})));

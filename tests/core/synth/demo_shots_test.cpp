@@ -106,7 +106,9 @@ TEST(DemoShots, ThePoseJumpsAtCutsAndNowhereElse) {
                         (a.articulation.expression - b.articulation.expression).cast<double>().norm();
     (cuts.contains(frame) ? least_cut : most_step) =
         cuts.contains(frame) ? std::min(least_cut, step) : std::max(most_step, step);
-    if (cuts.contains(frame)) EXPECT_GT(rotation_angle(Mat3d(head_a.transpose() * head_b)), 0.05) << frame;
+    if (cuts.contains(frame)) {
+      EXPECT_GT(rotation_angle(Mat3d(head_a.transpose() * head_b)), 0.05) << frame;
+    }
   }
   EXPECT_LT(most_step, 1.2);
 }
