@@ -9,6 +9,7 @@
 #include "core/base/linalg.h"
 #include "core/head/head_model.h"
 #include "core/synth/cast.h"
+#include "core/synth/hair_guide.h"
 #include "core/synth/shade.h"
 
 namespace likeness {
@@ -41,17 +42,7 @@ struct HairOptions {
 // How far the point lies inside the hairline: < 0 outside, > 0 inside, in metres along the skin, roughly.
 float inside_hairline(const std::array<Vec3f, kLandmarkCount>& landmarks, HairCut cut, const Vec3f& point);
 
-// skin: of the rest head (vertices, triangles of the parts face and scalp_neck only).
-struct Scalp {
-  const std::vector<Vec3f>& vertices;
-  const std::vector<Triangle>& triangles;
-  const std::array<Vec3f, kLandmarkCount>& landmarks;
-};
-// What loose hair falls on, in the rest head frame.
-struct Cloth {
-  const std::vector<Vec3f>& vertices;
-  const std::vector<Triangle>& triangles;
-};
+// cloth: what loose hair falls on.
 HairMesh grow_hair(const Scalp& skin, const Cloth& cloth, const HairOptions& options);
 // Whether hair of this cut hangs below the ears and moves against the head.
 bool hangs(HairCut cut);

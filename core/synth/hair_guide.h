@@ -1,12 +1,25 @@
-// The line in the middle of a lock of hair, and the skull on which such lines grow.
+// The line in the middle of a lock of hair, and the surfaces on which such lines grow and lie.
 #pragma once
 
+#include <array>
 #include <vector>
 
 #include "core/base/linalg.h"
+#include "core/head/head_model.h"
 #include "core/scene/mesh_scene.h"
 
 namespace likeness {
+
+// Of the rest head: vertices, and the triangles of the parts face and scalp_neck only.
+struct Scalp {
+  const std::vector<Vec3f>& vertices;
+  const std::vector<Triangle>& triangles;
+  const std::array<Vec3f, kLandmarkCount>& landmarks;
+};
+struct Cloth {  // in the rest head frame
+  const std::vector<Vec3f>& vertices;
+  const std::vector<Triangle>& triangles;
+};
 
 struct HairGuide {
   explicit HairGuide(int count)

@@ -4,7 +4,6 @@
 
 #include <cstdint>
 
-#include "core/synth/hair.h"
 #include "core/synth/hair_guide.h"
 
 namespace likeness {
