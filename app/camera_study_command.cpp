@@ -9,6 +9,7 @@
 #include "app/commands.h"
 #include "app/tables.h"
 #include "app/terminal.h"
+#include "app/view_tables.h"
 #include "app/work_folder.h"
 #include "core/base/files.h"
 #include "core/base/parallel.h"
@@ -91,8 +92,9 @@ int run(const CameraStudyArguments& arguments) {
     rows = study_cameras(*truth, masks, work.path(), options, line.progress(), stop_on_signals());
   }
   if (!*rows) return report_failure(rows->error());
-  const Table table = cameras_table(**rows);
-  return report_tables(arguments.common, arguments.output, {&table, 1});
+  std::vector<Table> tables = {cameras_table(**rows), views_table("masks")};
+  for (const CameraRow& row : **rows) add_views(tables.back(), row.masks, row.kind, truth->kind, row.views);
+  return report_tables(arguments.common, arguments.output, tables);
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-// likeness study truth: tracks, mattes and driving beside the truth of a demo.
+// likeness study truth: tracks, cameras, mattes, walls and driving beside the truth of a demo.
 #include <algorithm>
 #include <cerrno>
 #include <memory>
@@ -11,15 +11,18 @@
 #include "app/commands.h"
 #include "app/tables.h"
 #include "app/terminal.h"
+#include "app/view_tables.h"
 #include "app/work_folder.h"
 #include "core/base/files.h"
 #include "core/base/parallel.h"
 #include "core/base/rigid.h"
 #include "core/drive/drive_clip.h"
 #include "core/export/write_film.h"
+#include "core/lab/truth/camera_truth.h"
 #include "core/lab/truth/drive_truth.h"
 #include "core/lab/truth/matte_truth.h"
 #include "core/lab/truth/track_study.h"
+#include "core/lab/truth/wall_truth.h"
 #include "core/project/project_head_model.h"
 
 namespace likeness::app {
@@ -135,6 +138,42 @@ Result<std::vector<Table>> compare_project_mattes(const TruthStudyArguments& a, 
   return std::vector<Table>{std::move(table)};
 }
 
+// -- Cameras and what is behind the person
+
+Result<std::vector<Table>> compare_project_views(const TruthStudyArguments& a, const Progress&,
+                                                 std::stop_token) {
+  const auto project = open_project(a.project);
+  if (!project) return project.error();
+  const auto found = read_cameras(cameras_path(*project));
+  if (!found) return found.error();
+  const auto truth = read_camera_truth(a.demo);
+  if (!truth) return truth.error();
+  Table table = views_table("cameras");
+  add_views(table, "the project's", found->kind, truth->kind,
+            compare_views(*found, truth->cameras, truth->shots));
+  return std::vector<Table>{std::move(table)};
+}
+
+Result<std::vector<Table>> compare_project_walls(const TruthStudyArguments& a, const Progress& progress,
+                                                 std::stop_token stop) {
+  const auto project = open_project(a.project);
+  if (!project) return project.error();
+  const auto rows = study_walls(*project, a.demo, progress, stop);
+  if (!rows) return rows.error();
+  Table table{.name = "walls", .title = "The project's background, beside the true one"};
+  table.columns = {{"part", "part"},
+                   {"pictures", "pictures", 0},
+                   {"known_share", "known", 3},
+                   {"psnr_db", "dB"},
+                   {"psnr_own_light_db", "in its own light, dB"}};
+  for (const WallRow& row : *rows)
+    table.rows.push_back({row.part, row.pictures, row.known_share, row.psnr_db, row.psnr_own_light_db});
+  table.notes = {
+      "where the project knows it; known: share of the picture; in its own light: after one factor a "
+      "channel"};
+  return std::vector<Table>{std::move(table)};
+}
+
 // -- Driving
 
 Result<DriveScore> driven_score(const TruthStudyArguments& a, const Progress& progress,
@@ -190,6 +229,8 @@ struct TruthTable {
 };
 constexpr TruthTable kTruthTables[] = {{"track", false, compare_tracks},
                                        {"mattes", true, compare_project_mattes},
+                                       {"views", true, compare_project_views},
+                                       {"walls", true, compare_project_walls},
                                        {"drive", true, compare_driving}};
 
 Result<std::vector<Table>> compare_all(const TruthStudyArguments& a) {
@@ -200,9 +241,10 @@ Result<std::vector<Table>> compare_all(const TruthStudyArguments& a) {
   const bool of_a_project = std::ranges::any_of(asked, &TruthTable::of_a_project);
   if (of_a_project == a.project.empty())
     return Error{ErrorCode::bad_input,
-                 of_a_project ? "Mattes and driving can only be compared for a project."
+                 of_a_project ? "Mattes, views, walls and driving can only be compared for a project."
                               : "The tracks of a demo need no project.",
-                 "likeness study truth DEMO, or likeness study truth DEMO PROJECT --tables mattes or drive.",
+                 "likeness study truth DEMO, or likeness study truth DEMO PROJECT --tables mattes, views, "
+                 "walls or drive.",
                  ""};
   const ProgressLine line(quiet_if_csv(a.common, a.output));
   std::vector<Table> tables;
@@ -226,12 +268,13 @@ int run(const TruthStudyArguments& a) {
 
 void add_truth_study(CLI::App& study, int& exit_code) {
   auto a = std::make_shared<TruthStudyArguments>();
-  CLI::App* verb = study.add_subcommand("truth", "Tracks, mattes and driving beside the truth of a demo");
+  CLI::App* verb =
+      study.add_subcommand("truth", "Tracks, cameras, mattes, walls and driving beside the truth of a demo");
   verb->add_option("demo", a->demo, "A folder of `likeness demo`")->required();
-  verb->add_option(
-      "project", a->project,
-      "For mattes: the project that imported the demo's clip. For drive: the avatar's, which the "
-      "demo's person drives");
+  verb->add_option("project", a->project,
+                   "For mattes, views and walls: the project that imported the demo's clip. For drive: the "
+                   "avatar's, which the "
+                   "demo's person drives");
   std::vector<std::string> names;
   for (const TruthTable& table : kTruthTables) names.push_back(table.name);
   add_tables_option(*verb, a->output, names, "default: track");

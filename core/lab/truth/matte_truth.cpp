@@ -47,13 +47,18 @@ std::vector<std::uint8_t> border_of(const Image8& truth) {
   return border;
 }
 
+bool same_view(const Camera& a, const Camera& b) {
+  const Intrinsics &k = a.intrinsics, &l = b.intrinsics;
+  return a.cam_from_world.isApprox(b.cam_from_world, 1e-9) && k.fx == l.fx && k.cx == l.cx && k.cy == l.cy;
+}
+
 // Whether the camera rests at a frame: a neighbouring frame has the same true camera.
 bool rests(const CameraSet& truth, int frame) {
   if (truth.rests()) return true;
   const Camera* own = find_camera(truth, frame);
   for (const int other : {frame - 1, frame + 1}) {
     const Camera* beside = find_camera(truth, other);
-    if (own && beside && own->cam_from_world.isApprox(beside->cam_from_world, 1e-9)) return true;
+    if (own && beside && same_view(*own, *beside)) return true;
   }
   return false;
 }
