@@ -4,11 +4,12 @@
 // Each frame weighs the less, the more the mouth moves around it, the further its lips are apart, the less
 // ordinary the lids, the higher the brows, and the more the head is turned away. The rest is then the frame i
 // of the largest
-//   log p(width_i, lift_i) + 1/2 log sum_j w_j K(i, j)
-// with the frames like it. p is what closed mouths at rest look like among people (usual_mouth): it decides
-// between a smile held for long, which is wide with high corners, and a short rest, or between a rest and a
-// pucker. K is a Gaussian in width, corners and brows; the half is because neighbouring frames say much the
-// same.
+//   log p(width, lift) + log(n / (n + n0)),   n = sum_j w_j K(i, j)
+// with the mean width and corners of the frames like it; n0 of them make a rest certain. p is what closed
+// mouths at rest look like: among people (usual_mouth), and in someone whose narrowest and widest mouth this
+// clip shows, since a smile or a pucker changes a mouth's width by a quarter or so. It decides between a
+// smile held for long, which is wide with high corners, and a short rest, or between a rest and a pucker. K
+// is a Gaussian in width, corners and brows.
 #pragma once
 
 #include <span>

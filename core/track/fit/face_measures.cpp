@@ -17,7 +17,7 @@ constexpr int kInnerLips[3][2] = {{61, 67}, {62, 66}, {63, 65}};  // upper, lowe
 constexpr int kEyeCorners[4] = {36, 39, 42, 45};
 constexpr int kFirstBrow = 17, kBrowPoints = 10;
 // Beside what a model's identities vary: a predictor's own error of a mouth's corner, in eye gaps.
-constexpr double kPredictor = 0.05;
+constexpr double kPredictor = 0.03;
 
 FaceMeasures measures_of(const Points& p, double gap) {
   FaceMeasures m;
@@ -28,6 +28,10 @@ FaceMeasures measures_of(const Points& p, double gap) {
     middle += (p[upper].y() + p[lower].y()) / 6;
   }
   m.corner_lift = (0.5 * (p[kMouthCorner[0]].y() + p[kMouthCorner[1]].y()) - middle) / gap;
+  m.mouth_aside =
+      0.5 * (p[kMouthCorner[0]].x() + p[kMouthCorner[1]].x() - p[kInnerEye[0]].x() - p[kInnerEye[1]].x()) /
+      gap;
+  m.mouth_tilt = (p[kMouthCorner[1]].y() - p[kMouthCorner[0]].y()) / gap;
   double brows = 0, eyes = 0;
   for (int k = 0; k < kBrowPoints; ++k) brows += p[kFirstBrow + k].y() / kBrowPoints;
   for (const int k : kEyeCorners) eyes += p[k].y() / 4;

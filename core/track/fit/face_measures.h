@@ -16,6 +16,8 @@ struct FaceMeasures {
   double mouth_width = 0;  // between the corners of the mouth
   double mouth_open = 0;   // between the inner edges of the lips, mean of three places
   double corner_lift = 0;  // height of the mouth's corners over the middle of where the lips meet
+  double mouth_aside = 0;  // of the mouth's middle from that of the eyes, to the subject's left
+  double mouth_tilt = 0;   // height of its left corner over its right one
   double brow_height = 0;  // of the brows over the corners of the eyes
   double turn = 0;         // rad, of the head away from the camera
   double sigma = 0;        // of the mouth's width, by the landmarks' uncertainty
