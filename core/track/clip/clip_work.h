@@ -70,6 +70,8 @@ Result<void> watch_lids(const HeadModel& model, ClipWork& work, std::stop_token 
 // Which training frames show the person at rest (choose_rest.h), by landmarks and lids as they are now; the
 // fits' frames are marked accordingly.
 void find_rest(const TrackOptions& options, ClipWork& work);
+// Leaves out those found in which the lips are further apart than in the others, by the pixels.
+void leave_out_parted(ClipWork& work);
 // Where the eyes look.
 Result<void> measure_eyes(const HeadModel& model, ClipWork& work, const Progress& progress,
                           std::stop_token stop);

@@ -275,7 +275,7 @@ Result<Track> track_clip(const std::filesystem::path& video, const TrackRegion& 
   track.metre_known = scale.has_value();
   track.metres_per_unit = scale.value_or(1.0);
   track.frames = describe_frames(work, model, track.metres_per_unit);
-  if (!work.rest.frames.empty()) find_rest(options, work);  // with the mouths as the pictures have them
+  leave_out_parted(work);
   track.rest = work.rest;
   track.neutral = calibrate_neutral(model, track.frames, held_out, track.rest);
   if (auto torso = add_torso(work, model, track, progress.stage(0.96, 1, "torso"), stop); !torso)
