@@ -10,7 +10,6 @@
 #include <numbers>
 #include <random>
 
-#include "core/head/pose_head.h"
 #include "tests/core/face/synthetic_face.h"
 
 namespace likeness {
