@@ -12,6 +12,7 @@
 #include "app/parts.h"
 #include "app/project_options.h"
 #include "app/terminal.h"
+#include "core/base/files.h"
 #include "core/base/parallel.h"
 #include "core/camera/align.h"
 #include "core/capture/capture.h"
@@ -26,6 +27,7 @@
 #include "core/project/run_stages.h"
 #include "core/project/staleness.h"
 #include "core/render/avatar.h"
+#include "core/scene/track.h"
 
 namespace likeness::app {
 
@@ -102,6 +104,13 @@ nlohmann::json summary(const Project& project) {
                                               {"warnings", record.warnings}};
   }
   nlohmann::json summary{{"project", project.folder.string()}, {"stages", stages}};
+  if (is_current(project, Stage::fit))
+    if (const auto track = read_track(track_path(project)); track && !track->rest.frames.empty())
+      summary["rest"] = {{"frames", track->rest.frames},
+                         {"asked", track->rest.asked},
+                         {"trust", track->rest.trust},
+                         {"why", track->rest.why},
+                         {"warning", track->rest.warning}};
   if (is_current(project, Stage::train))
     if (const auto avatar = read_avatar(avatar_path(project))) summary["parts"] = parts_json(avatar->parts);
   return summary;
@@ -190,6 +199,11 @@ Result<void> check_given(const CLI::App& verb, const Project& before, const Proj
     const auto capture = read_capture(capture_path(before));
     if (!capture) return capture.error();
     if (const auto fine = check_left_out(*capture, options.train.left_out); !fine) return fine;
+  }
+  if (given("rest_frames") && path_exists(capture_path(before))) {
+    const auto capture = read_capture(capture_path(before));
+    if (!capture) return capture.error();
+    if (const auto fine = check_rest_frames(*capture, options.fit.rest_frames); !fine) return fine;
   }
   return given("refits") ? check_project_refits(before, options.fit.refits) : Result<void>();
 }

@@ -72,7 +72,9 @@ std::vector<Table> track_tables(const std::vector<TruthRow>& rows) {
                     {"shift_x_mm", "shift x, mm", 1},
                     {"shift_y_mm", "y", 1},
                     {"shift_z_mm", "z", 1},
-                    {"shape_rms_mm", "face at rest off by, mm rms"}};
+                    {"shape_rms_mm", "face at rest off by, mm rms"},
+                    {"rest_mouth_mm", "resting mouth, mm rms"},
+                    {"rest_width_mm", "its width, mm"}};
   for (const TruthRow& row : rows) {
     for (const bool training : {true, false}) {
       const TruthScore& s = training ? row.comparison.training : row.comparison.held_out;
@@ -89,7 +91,8 @@ std::vector<Table> track_tables(const std::vector<TruthRow>& rows) {
     const Eigen::AngleAxisd turn = axis_and_angle(a.truth_head_from_head.linear());
     const Vec3d w = turn.angle() * turn.axis(), t = 1000 * a.truth_head_from_head.translation();
     before.rows.push_back({row.step, a.scale, turn.angle() * 180 / std::numbers::pi, w.x(), w.y(), w.z(),
-                           t.x(), t.y(), t.z(), row.comparison.shape_rms_mm});
+                           t.x(), t.y(), t.z(), row.comparison.shape_rms_mm, row.comparison.rest.mouth_rms_mm,
+                           row.comparison.rest.mouth_width_mm});
   }
   return {std::move(errors), std::move(actions), std::move(before)};
 }

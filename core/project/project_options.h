@@ -43,6 +43,7 @@ struct FitChoices {
   std::filesystem::path identity;      // the person's shape, known from elsewhere; empty = fitted
   std::filesystem::path displacement;  // a folder of detail maps (core/head/detail_maps.h); empty: none
   std::vector<RefitSpan> refits;       // of the track, fitted again; ascending, apart from each other
+  std::vector<int> rest_frames;        // that show the resting face, ascending; empty: found
 
   bool operator==(const FitChoices&) const = default;
 };

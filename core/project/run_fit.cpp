@@ -93,6 +93,7 @@ Result<void> run_fit(const StageContext& context) {
   work.options.kept = decoded_path(context.project);
   work.fitted = first_track_is_there(context, *model, work.fit_inputs);
   context.record.track_inputs = work.fitted ? work.fit_inputs : "";
+  work.options.rest_frames = inputs.choices.rest_frames;
   auto person = known_person(context, *model);
   if (!person) return person.error();
   work.options.person = std::move(*person);
@@ -121,6 +122,8 @@ Result<void> run_fit(const StageContext& context) {
         "The camera moved too little to give distances in metres; for a better avatar walk a wider arc "
         "round the head.");
   }
+  if (!track->rest.warning.empty() && !is_further(context.project))
+    context.record.warnings.push_back(track->rest.warning);
   drop_clip_frames(decoded_path(context.project));
   context.record.message = track_words(*track, *model);
   if (work.options.person && !is_further(context.project))

@@ -32,7 +32,7 @@ namespace fs = std::filesystem;
 namespace {
 
 // Raised when a stage's method changes in such a way that old results should be made again.
-constexpr std::array<int, kStages.size()> kStageVersion{1, 3, 6, 4, 4};
+constexpr std::array<int, kStages.size()> kStageVersion{1, 4, 7, 5, 4};
 constexpr int kDetailVersion = 1;         // the same for what is learnt from detail maps
 constexpr int kRefitVersion = 1;          // the same for spans fitted again
 constexpr int kPersonNetworkVersion = 1;  // the same for how the person network is heard
@@ -106,7 +106,7 @@ std::string person_content(const fs::path& folder) {
 // video does not enter: the contents of the capture and the cameras stand for it.
 std::string fit_text(const Project& project, const FitInputs& inputs) {
   const auto& [video, head_model, landmark_model, choices] = inputs;
-  const auto& [identity, displacement, refits] = choices;
+  const auto& [identity, displacement, refits, rest_frames] = choices;
   std::string text =
       fmt::format("{} {} {} {}", content_of(capture_path(project)), content_of(cameras_path(project)),
                   head_model_content(head_model), content_of(landmark_model));
@@ -119,6 +119,7 @@ std::string fit_text(const Project& project, const FitInputs& inputs) {
     const auto maps = detail_maps_hash(displacement);
     text += fmt::format(" displacement {} {}", kDetailVersion, maps ? *maps : "absent");
   }
+  if (!rest_frames.empty()) text += fmt::format(" rest {}", fmt::join(rest_frames, ","));
   if (!refits.empty()) {
     text += fmt::format(" again {}:", kRefitVersion);
     for (const RefitSpan& span : refits) text += fmt::format(" {}-{}", span.first, span.last);

@@ -49,9 +49,11 @@ std::shared_ptr<const Card> read_card(const ProjectContents& contents) {
       !check_track_fits(*contents.track, *contents.avatar->model))
     return nullptr;
   const Capture trained = without_left_out(*contents.capture, contents.project.options.train.left_out);
-  return std::make_shared<const Card>(make_card(trained, *contents.cameras, *contents.track,
-                                                learnt_further_views(contents.project),
-                                                contents.avatar->avatar, *contents.avatar->model));
+  const HeadModel& model = *contents.avatar->model;
+  return std::make_shared<const Card>(
+      make_card(trained, *contents.cameras, *contents.track, learnt_further_views(contents.project),
+                contents.avatar->avatar, model,
+                seen_mouth(contents.project.folder, trained, *contents.cameras, *contents.track, model)));
 }
 
 void read_strokes_of(const Project& project, ProjectContents& contents) {

@@ -241,6 +241,7 @@ Result<Track> track_clip(const std::filesystem::path& video, const TrackRegion& 
     clock.lap("brows");
     if (auto watched = watch_lids(model, work, stop); !watched) return watched.error();
     clock.lap("lids");
+    find_rest(options, work);
     if (auto fitted =
             fit_faces(work.prior, person_known, work, progress.stage(0.87, 0.89, "second fit"), stop);
         !fitted)
@@ -252,7 +253,7 @@ Result<Track> track_clip(const std::filesystem::path& video, const TrackRegion& 
       clock.lap("own shape");
     }
     auto settled = fit_from_rest(model, work.head, work.identity, work.prior, {.spacing = work.spacing},
-                                 work.faces, progress.stage(0.9, 0.91, "rest"), stop);
+                                 work.faces, progress.stage(0.9, 0.91, "rest"), stop, work.rest.trust);
     if (!settled) return settled.error();
     work.prior = std::move(*settled);
     clock.lap("rest");
@@ -274,7 +275,9 @@ Result<Track> track_clip(const std::filesystem::path& video, const TrackRegion& 
   track.metre_known = scale.has_value();
   track.metres_per_unit = scale.value_or(1.0);
   track.frames = describe_frames(work, model, track.metres_per_unit);
-  track.neutral = calibrate_neutral(model, track.frames, held_out);
+  leave_out_parted(work);
+  track.rest = work.rest;
+  track.neutral = calibrate_neutral(model, track.frames, held_out, track.rest);
   if (auto torso = add_torso(work, model, track, progress.stage(0.96, 1, "torso"), stop); !torso)
     return torso.error();
   clock.lap("torso");

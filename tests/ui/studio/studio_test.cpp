@@ -211,6 +211,17 @@ TEST_F(StudioState, WhatACommandLineChoseMeanwhileStays) {
   EXPECT_EQ(stored->options.train.left_out, std::vector<int>{3});
 }
 
+TEST_F(StudioState, TheRestingFaceIsKeptInTheProjectAndTakenBack) {
+  open();
+  Requests wanted;
+  wanted.project.rest_frames = std::vector{3};
+  ask(wanted);
+  EXPECT_EQ(open_project(project_.folder())->options.fit.rest_frames, std::vector<int>{3});
+  wanted.project.rest_frames = std::vector<int>{};
+  ask(wanted);
+  EXPECT_TRUE(open_project(project_.folder())->options.fit.rest_frames.empty());
+}
+
 TEST_F(StudioState, ATrainingThatWasFinishedEarlyIsNotTheMeasureOfTheNext) {
   ASSERT_TRUE(change_project(project_.folder(), [](Project& p) {
                 p.options.train.budget_s = 52, p.options.train.full_budget_s = 600, p.options.train.steps = 0;
