@@ -35,6 +35,14 @@ Intrinsics crop_intrinsics(const Intrinsics& k, double x, double y, double side,
   return result;
 }
 
+Camera view_of_part(Camera camera, const PixelRect& part) {
+  if (part.empty()) return camera;
+  Intrinsics& k = camera.intrinsics;
+  k.cx -= part.x, k.cy -= part.y;
+  k.width = part.width, k.height = part.height;
+  return camera;
+}
+
 Camera resized(Camera camera, int width) {
   Intrinsics& k = camera.intrinsics;
   const double scale = double(width) / std::max(1, k.width);

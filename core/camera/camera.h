@@ -9,6 +9,7 @@
 
 #include "core/base/linalg.h"
 #include "core/base/result.h"
+#include "core/image/pixel_rect.h"
 
 namespace likeness {
 
@@ -53,6 +54,9 @@ Vec3d ray_direction(const Intrinsics& k, const Vec2d& pixel);
 
 // Intrinsics of the square [x, x+side) x [y, y+side) of the picture, resampled to size x size pixels.
 Intrinsics crop_intrinsics(const Intrinsics& k, double x, double y, double side, int size);
+
+// The same view of a part of its picture; an empty one: of all of it.
+Camera view_of_part(Camera camera, const PixelRect& part);
 
 // The same view at another picture width.
 Camera resized(Camera camera, int width);

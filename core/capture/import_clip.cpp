@@ -159,7 +159,8 @@ class FrameWriter {
   Result<void> flush() {
     std::vector<Result<void>> results(batch_.size());
     parallel_for(batch_.size(), [&](std::size_t i) {
-      const Image8 picture = resize(batch_[i].picture, capture_.size, capture_.size);
+      Image8 picture = resize(batch_[i].picture, capture_.size, capture_.size);
+      fill_outside(picture, capture_.inside, kUnfilmed);
       results[i] = write_image(folder_ / frame_name(batch_[i].frame).filename(), picture, {.png_level = 1});
     });
     batch_.clear();
@@ -222,8 +223,10 @@ Result<Capture> make_capture(const fs::path& video, const ClipScan& scan, const 
                    is_photos(video) ? "Take them again in brighter light, holding still."
                                     : "Film again in brighter light and move more slowly.");
   }
-  const CropChoice crop = choose_crop(*faces, capture.width, capture.height);
+  const PixelRect film{0, 0, capture.width, capture.height};
+  const CropChoice crop = choose_crop(*faces, film);
   capture.crop = crop.crop;
+  capture.inside = filmed_part(capture.crop, film, capture.size);
   capture.warnings = warnings_about(capture, scan, crop, faces->size());
   return capture;
 }

@@ -40,7 +40,7 @@ Result<TrackRegion> face_region(const fs::path& video, const VideoInfo& info, co
     return Error{ErrorCode::no_face, fmt::format("No face was found in {}.", video.filename().string()),
                  "Use a driving clip in which the face is close and well lit.", video.string()};
   }
-  const SquareCrop crop = choose_crop(faces, info.width, info.height).crop;
+  const SquareCrop crop = choose_crop(faces, {0, 0, info.width, info.height}).crop;
   return TrackRegion{crop.x, crop.y, crop.side, crop.side};
 }
 

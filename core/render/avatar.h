@@ -97,9 +97,10 @@ struct Avatar {
   std::vector<AttributeRegion> attributes;  // painted by the user; each has an entry in the field's psi
   Pose world_from_head = Pose::Identity();  // typical, for orbit and sliders
   Pose world_from_torso = Pose::Identity();
-  TorsoModes torso_modes;                  // empty: a rigid torso
-  NeckZone neck;                           // empty: the head's field is rigid down to its end
-  Intrinsics intrinsics;                   // of the training pictures (crop, size x size)
+  TorsoModes torso_modes;  // empty: a rigid torso
+  NeckZone neck;           // empty: the head's field is rigid down to its end
+  Intrinsics
+      intrinsics;  // of the part that was filmed of the training pictures (crop, size x size): mostly all
   Pose cam_from_world = Pose::Identity();  // typical
   Image8 plate;                            // empty without a static camera
   std::optional<FieldPart> room;           // in the world's frame: behind a person filmed by a moving camera

@@ -110,9 +110,9 @@ Avatar capture_avatar(const TrainingSet& set, const ConditionMap& map, float war
   const TrainingView& view = set.views[typical_view(set)];
   avatar.world_from_head = view.pose.world_from_head;
   avatar.world_from_torso = view.pose.world_from_torso;
-  avatar.intrinsics = view.camera.intrinsics;
+  avatar.intrinsics = view_of_part(view.camera, view.inside).intrinsics;
   avatar.cam_from_world = view.camera.cam_from_world;
-  avatar.plate = set.plate;
+  avatar.plate = set.plate.empty() ? set.plate : crop(set.plate, view.inside);
   avatar.size = set.size;
   return avatar;
 }

@@ -18,6 +18,7 @@
 #include "core/image/files.h"
 #include "core/video/decode.h"
 #include "core/video/encode.h"
+#include "tests/core/capture/demo_film.h"
 
 namespace likeness {
 namespace {
@@ -167,6 +168,38 @@ TEST_F(ImportFace, WritesTheCropOfUsedAndHeldOutFrames) {
         << f.frame;
   }
   EXPECT_EQ(entries(), pictures + 1);  // and the folder frames/ itself: nothing temporary remains
+}
+
+// A film so low that the heads, which go from left to right, do not fit into a square within it.
+TEST_F(ImportClip, WhatTheCropShowsBeyondTheFilmIsPlainAndSaidToBeUnknown) {
+  constexpr int kWidth = 640, kHeight = 180, kTop = 30;
+  std::vector<Image8> frames;
+  for (std::size_t i = 0; i < test::demo_person().size(); ++i) {
+    const Image8& person = test::demo_person()[i];
+    Image8 frame(kWidth, kHeight, 3);
+    const int x0 = int(i) * (kWidth - test::kDemoSide) / (test::kDemoFrames - 1);
+    for (int y = 0; y < kHeight; ++y)
+      for (int x = 0; x < kWidth; ++x)
+        std::copy_n(person.at(std::clamp(x - x0, 0, test::kDemoSide - 1), y + kTop), 3, frame.at(x, y));
+    frames.push_back(std::move(frame));
+  }
+  write_video(folder_ / "a.mp4", frames);
+  const auto capture = import(folder_ / "a.mp4", {.size = 128});
+  ASSERT_TRUE(capture) << capture.error().what;
+  const SquareCrop& c = capture->crop;
+  ASSERT_GT(c.side, kHeight);
+  EXPECT_LT(c.y, 0);
+  EXPECT_EQ(capture->inside, filmed_part(c, {0, 0, kWidth, kHeight}, 128));
+  EXPECT_EQ(capture->inside.width, 128);
+  EXPECT_LT(capture->inside.height, 128);
+  for (const CaptureFrame& frame : capture->frames) {
+    if (!frame.used && !frame.held_out) continue;
+    const auto picture = read_image(folder_ / "project" / frame_name(frame.frame));
+    ASSERT_TRUE(picture);
+    Image8 plain = *picture;
+    fill_outside(plain, capture->inside, kUnfilmed);
+    ASSERT_EQ(picture->data, plain.data) << frame.frame;
+  }
 }
 
 TEST_F(ImportFace, TheClipIsDecodedOnceWhereThereIsRoomForItsFramesElseTwice) {
