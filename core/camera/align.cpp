@@ -25,15 +25,26 @@ namespace fs = std::filesystem;
 // Background motion, in 1/1000 of the width, below which a failed solve may be taken as a camera at rest.
 constexpr double kHardlyMoving = 20;
 
-AlignResult static_result(const VideoInfo& info, const AlignOptions& options, std::size_t frames,
+// Intrinsics of the film's pictures, for the whole ones within which it lies.
+Intrinsics in_whole_picture(Intrinsics k, const PixelRect& film, const VideoInfo& whole) {
+  if (film.empty()) return k;
+  k.cx += film.x, k.cy += film.y;
+  k.width = whole.width, k.height = whole.height;
+  return k;
+}
+
+// whole: of the clip.
+AlignResult static_result(const VideoInfo& whole, const AlignOptions& options, std::size_t frames,
                           std::string evidence) {
+  VideoInfo info = whole;
+  if (!options.film.empty()) info.width = options.film.width, info.height = options.film.height;
   const Intrinsics usual = assumed_intrinsics(info.width, info.height, 0),
                    lens = options.lens_mm > 0 ? film_intrinsics(info.width, info.height, options.lens_mm)
                                               : assumed_intrinsics(info.width, info.height, info.focal_35mm);
   AlignResult result;
   result.cameras.is_static = true;
   result.cameras.scale = CameraScale::metric;
-  result.cameras.cameras.push_back({-1, lens, Pose::Identity()});
+  result.cameras.cameras.push_back({-1, in_whole_picture(lens, options.film, whole), Pose::Identity()});
   result.evidence = std::move(evidence);
   if (options.lens_mm > 0)
     result.evidence +=
@@ -57,11 +68,12 @@ Intrinsics enlarge(const Intrinsics& small, int width, int height) {
 }
 
 // Writes the keyframes' pictures and masks for colmap.
-Result<void> write_keyframes(const fs::path& video, const PersonMask& person, const fs::path& work, int width,
-                             const std::vector<int>& keyframes, const Progress& progress,
-                             std::stop_token stop) {
+Result<void> write_keyframes(const fs::path& video, const PixelRect& film, const PersonMask& person,
+                             const fs::path& work, int width, const std::vector<int>& keyframes,
+                             const Progress& progress, std::stop_token stop) {
   auto reader = VideoReader::open(video, VideoPixels::rgb, VideoFrames::sampled);
   if (!reader) return reader.error();
+  reader->show_part(film);
   const std::set<int> wanted(keyframes.begin(), keyframes.end());
   std::size_t written = 0;
   while (written < wanted.size()) {
@@ -92,8 +104,8 @@ Result<ColmapModel> solve_keyframes(const fs::path& video, const PersonMask& per
   const bool ready = pictures_ready(work) ||
                      (!options.kept.empty() && take_pictures(kept_keyframes(options.kept), inputs, work));
   if (!ready) {
-    auto written =
-        write_keyframes(video, person, work, width, keyframes, progress.stage(0, 0.15, "keyframes"), stop);
+    auto written = write_keyframes(video, options.film, person, work, width, keyframes,
+                                   progress.stage(0, 0.15, "keyframes"), stop);
     if (!written) return written.error();
   }
   ColmapOptions colmap;
@@ -116,9 +128,10 @@ void share_rest_poses(const BackgroundMotion& motion, std::map<int, Pose>& poses
   }
 }
 
-Result<AlignResult> moving_result(const fs::path& video, const ColmapModel& model, std::size_t chosen,
-                                  const BackgroundMotion& motion, const fs::path& kept,
-                                  const Progress& progress, std::stop_token stop) {
+Result<AlignResult> moving_result(const fs::path& video, const VideoInfo& info, const ColmapModel& model,
+                                  std::size_t chosen, const BackgroundMotion& motion,
+                                  const AlignOptions& options, const Progress& progress,
+                                  std::stop_token stop) {
   const auto keyframes = keyframes_of(model);
   if (keyframes.size() < 3)
     return Error{ErrorCode::failed, fmt::format("Only {} keyframes could be placed.", keyframes.size()),
@@ -131,8 +144,9 @@ Result<AlignResult> moving_result(const fs::path& video, const ColmapModel& mode
     poses[keyframe.frame] = keyframe.cam_from_world;
     solved.insert(keyframe.frame);
   }
-  const auto between = resect_frames(video, keyframes, small, frames_between(motion, solved),
-                                     kept.empty() ? fs::path() : kept_greys(kept), progress, stop);
+  const auto between =
+      resect_frames(video, options.film, keyframes, small, frames_between(motion, solved),
+                    options.kept.empty() ? fs::path() : kept_greys(options.kept), progress, stop);
   if (!between) return between.error();
   for (const auto& camera : *between) poses[camera.frame] = camera.cam_from_world;
   share_rest_poses(motion, poses);
@@ -141,7 +155,7 @@ Result<AlignResult> moving_result(const fs::path& video, const ColmapModel& mode
   result.cameras.is_static = false;
   result.cameras.scale = CameraScale::arbitrary;
   result.cameras.reprojection_px = mean_reprojection_px(model) * motion.width / small.width;
-  const Intrinsics full = enlarge(small, motion.width, motion.height);
+  const Intrinsics full = in_whole_picture(enlarge(small, motion.width, motion.height), options.film, info);
   for (const auto& [frame, pose] : poses) result.cameras.cameras.push_back({frame, full, pose});
   result.frames = int(motion.frames.size());
   result.registered = int(poses.size());
@@ -169,7 +183,7 @@ Result<BackgroundMotion> known_motion(const fs::path& video, const PersonMask& p
       return std::move(*kept);
     }
   }
-  return measure_background_motion(video, person, rest_limit(options), progress, stop);
+  return measure_background_motion(video, person, rest_limit(options), progress, stop, options.film);
 }
 
 std::string moving_evidence(const BackgroundMotion& motion) {
@@ -234,7 +248,7 @@ Result<AlignResult> align_clip(const fs::path& video, const PersonMask& person, 
     progress.report(1);
     return result;
   }
-  auto result = moving_result(video, *model, keyframes.size(), *motion, options.kept,
+  auto result = moving_result(video, *info, *model, keyframes.size(), *motion, options,
                               progress.stage(0.7, 1, "frames between"), stop);
   if (result) {
     result->evidence = moving_evidence(*motion);

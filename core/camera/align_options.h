@@ -6,6 +6,7 @@
 #include <string>
 
 #include "core/image/image.h"
+#include "core/image/pixel_rect.h"
 
 namespace likeness {
 
@@ -17,6 +18,7 @@ struct AlignOptions {
   double static_motion_px_per_1000 = 1.5;  // median background motion, in px per 1000 px of picture width
   bool resting = false;                    // the user's word that the camera rests: nothing is measured
   double lens_mm = 0;             // and on its lens, as film_intrinsics takes it; 0: as the clip says
+  PixelRect film{};               // what was filmed of the clip's pictures, px; empty: all of them
   int keyframes = 80;             // at most this many go through colmap
   int colmap_width = 540;         // px the keyframes are reduced to; raising it costs quadratically
   int colmap_features = 2000;     // per keyframe

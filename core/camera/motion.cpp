@@ -289,9 +289,10 @@ Result<BackgroundMotion> MotionMeter::finish() {
 Result<BackgroundMotion> measure_background_motion(const std::filesystem::path& video,
                                                    const std::function<Image8(int, const Image8&)>& person,
                                                    double rest_px_per_1000, const Progress& progress,
-                                                   std::stop_token stop) {
+                                                   std::stop_token stop, const PixelRect& film) {
   auto reader = VideoReader::open(video, VideoPixels::rgb, VideoFrames::sampled);
   if (!reader) return reader.error();
+  reader->show_part(film);
   const VideoInfo info = reader->info();
   MotionMeter meter(info, video, person, rest_px_per_1000);
   int count = 0;

@@ -60,6 +60,7 @@ Capture capture_from_json(const json& j) {
   const json& crop = j.at("crop");
   c.crop = {crop.at("x_px").get<int>(), crop.at("y_px").get<int>(), crop.at("side_px").get<int>()};
   c.size = j.at("size_px").get<int>();
+  c.film = rect_from_json(j, "film");
   c.inside = rect_from_json(j, "inside");
   const auto split = split_named(j.at("split").get<std::string>());
   if (!split) throw json::other_error::create(501, "there is no such split", &j.at("split"));
@@ -69,13 +70,17 @@ Capture capture_from_json(const json& j) {
   return c;
 }
 
+// Or is absent.
+bool lies_within(const PixelRect& part, int width, int height) {
+  return part == PixelRect{} || (!part.empty() && part.x >= 0 && part.y >= 0 &&
+                                 part.width <= width - part.x && part.height <= height - part.y);
+}
+
 // What later stages rely on without checking again; empty when all is well.
 std::string contradiction(const Capture& c) {
   if (c.width <= 0 || c.height <= 0 || c.crop.side <= 0 || c.size <= 0) return "a size in it is not positive";
-  if (c.inside != PixelRect{} &&
-      (c.inside.empty() || c.inside.x < 0 || c.inside.y < 0 || c.inside.width > c.size - c.inside.x ||
-       c.inside.height > c.size - c.inside.y))
-    return "the filmed part of its pictures does not lie in them";
+  if (!lies_within(c.film, c.width, c.height)) return "the film does not lie in its picture";
+  if (!lies_within(c.inside, c.size, c.size)) return "the filmed part of its pictures does not lie in them";
   for (std::size_t i = 0; i < c.frames.size(); ++i) {
     if (c.frames[i].frame < 0 || (i > 0 && c.frames[i].frame <= c.frames[i - 1].frame)) {
       return "its frames are not in ascending order";
@@ -93,6 +98,11 @@ std::set<int> held_out_frames(const Capture& capture) {
     if (frame.held_out) numbers.insert(frame.frame);
   }
   return numbers;
+}
+
+PixelRect tracked_part(const Capture& capture) {
+  const PixelRect square{capture.crop.x, capture.crop.y, capture.crop.side, capture.crop.side};
+  return capture.film.empty() ? square : common_part(square, capture.film);
 }
 
 PixelRect filmed_part(const SquareCrop& crop, const PixelRect& film, int size) {
@@ -121,6 +131,7 @@ Result<void> write_capture(const std::filesystem::path& path, const Capture& cap
       {"split", split_name(capture.split)},
       {"warnings", capture.warnings},
       {"frames", frames}};
+  if (!capture.film.empty()) document["film"] = to_json(capture.film);
   if (!capture.inside.empty()) document["inside"] = to_json(capture.inside);
   // A file name need not be valid UTF-8; the odd byte is replaced rather than refused.
   return write_text(path, json_text_replacing(document, 1) + "\n");

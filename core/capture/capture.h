@@ -44,6 +44,9 @@ struct Capture {
   std::string video_hash;
   int width = 0, height = 0;  // px of the source, rotation applied
   double frames_per_second = 0;
+  // What was filmed, px of the source: without the bars that an editor added (core/capture/find_film.h);
+  // empty: all of it.
+  PixelRect film;
   SquareCrop crop;
   int size = 256;  // px of the pictures in frames/
   // The part of those pictures that was filmed, in their pixels; empty: all of them. Nothing is known of the
@@ -55,6 +58,9 @@ struct Capture {
 };
 
 std::set<int> held_out_frames(const Capture& capture);
+
+// The part of the source within which the person is tracked.
+PixelRect tracked_part(const Capture& capture);
 
 // The whole pixels of the crop, at size x size px, that show the film (source px); empty: all of them do.
 PixelRect filmed_part(const SquareCrop& crop, const PixelRect& film, int size);

@@ -180,16 +180,22 @@ FrameListener ClipScanner::listener() {
           }};
 }
 
-ClipScan ClipScanner::take() { return std::move(state_->scan); }
+ClipScan ClipScanner::take(const PixelRect& corner) {
+  for (FaceSample& sample : state_->scan.samples)
+    if (sample.face) sample.face->x += corner.x, sample.face->y += corner.y;
+  return std::move(state_->scan);
+}
 
 Result<ClipScan> scan_clip(const std::filesystem::path& video, const FaceDetector& detector,
-                           const FaceLookout& look, const Progress& progress, std::stop_token stop) {
+                           const FaceLookout& look, const PixelRect& film, const Progress& progress,
+                           std::stop_token stop) {
   auto reader = VideoReader::open(video, VideoPixels::luma, VideoFrames::sampled);
   if (!reader) return reader.error();
   ClipScanner scanner(reader->info(), detector, look, progress);
   const FrameListener listener = scanner.listener();
   if (const auto decoded = decode_for(*reader, {&listener, 1}, stop); !decoded) return decoded.error();
-  return scanner.take();
+  return scanner.take(film);
+  reader->show_part(film);
 }
 
 }  // namespace likeness

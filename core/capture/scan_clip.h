@@ -12,6 +12,7 @@
 #include "core/base/result.h"
 #include "core/capture/capture.h"
 #include "core/face/landmarks.h"
+#include "core/image/pixel_rect.h"
 #include "core/video/decode_for.h"
 
 namespace likeness {
@@ -35,7 +36,10 @@ struct ClipScan {
 using FaceLookout = std::function<void(const VideoFrame&, const FaceSample&)>;
 
 Result<ClipScan> scan_clip(const std::filesystem::path& video, const FaceDetector& detector,
-                           const FaceLookout& look, const Progress& progress, std::stop_token stop);
+// film: what is looked at, source px; empty: the whole picture. The lookout sees that part, and faces in its
+// pixels.
+                           const FaceLookout& look, const PixelRect& film, const Progress& progress,
+                           std::stop_token stop);
 
 // The same, fed by another's decoding. The detector must outlive it.
 class ClipScanner {
@@ -45,7 +49,8 @@ class ClipScanner {
   ~ClipScanner();
 
   FrameListener listener();  // of every frame, sampled
-  ClipScan take();           // once all have been seen
+  // Once all have been seen. corner: of the frames' pictures in the source's.
+  ClipScan take(const PixelRect& corner = {});
 
  private:
   struct State;

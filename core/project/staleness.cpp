@@ -81,6 +81,10 @@ std::string align_text(const Project& project, const AlignInputs& inputs) {
   std::string text =
       fmt::format("{} {}{}", clip_content(project, video), seed, resting_camera ? " rests" : "");
   if (lens_mm > 0) text += fmt::format(" {} mm", lens_mm);
+  if (const auto capture = read_capture(capture_path(project)); capture && !capture->film.empty()) {
+    const PixelRect& film = capture->film;
+    text += fmt::format(" film {} {} {} {}", film.x, film.y, film.width, film.height);
+  }
   return text + landmark_model_text(landmark_model);
 }
 

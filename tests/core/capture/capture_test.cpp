@@ -80,6 +80,11 @@ TEST_F(CaptureFile, SaysWhatWasFilmedOfThePicturesOnlyWhereNotAllWas) {
   c.inside = {7, 0, 505, 500};
   ASSERT_TRUE(write_capture(path_, c));
   EXPECT_EQ(read_capture(path_)->inside, c.inside);
+  EXPECT_TRUE(read_capture(path_)->film.empty());
+  c.film = {0, 140, 1080, 1640};
+  ASSERT_TRUE(write_capture(path_, c));
+  EXPECT_EQ(read_capture(path_)->film, c.film);
+  EXPECT_EQ(tracked_part(c), (PixelRect{0, 140, 988, 900}));
   for (const PixelRect wrong : {PixelRect{-1, 0, 20, 20}, {0, 500, 20, 20}, {3, 3, 2147483647, 5}}) {
     c.inside = wrong;
     ASSERT_TRUE(write_capture(path_, c));

@@ -15,9 +15,9 @@
 
 namespace likeness::test {
 
-inline constexpr int kDemoSide = 256, kDemoFrames = 60;
+inline constexpr int kDemoSide = 192, kDemoFrames = 48;
 
-// 25 a second, the camera at rest. The face is some 90 px wide.
+// 25 a second, the camera at rest. The face is some 70 px wide.
 inline const std::vector<Image8>& demo_person() {
   static const std::vector<Image8> frames = [] {
     DemoOptions options;
