@@ -16,6 +16,7 @@
 #include "core/capture/find_film.h"
 #include "core/capture/hold_out.h"
 #include "core/capture/import_listeners.h"
+#include "core/capture/repeated_frames.h"
 #include "core/capture/scan_clip.h"
 #include "core/capture/split.h"
 #include "core/image/files.h"
@@ -227,7 +228,8 @@ Result<Capture> make_capture(const fs::path& video, const ClipScan& scan, const 
   capture.frames = scan.frames;
   capture.split = options.split;
   if (const auto held = hold_out(capture.frames, options, video); !held) return held.error();
-  choose_training_frames(capture.frames, scan.samples, scan.change, options);
+  choose_training_frames(capture.frames, scan.samples, scan.change, repeated_frames(scan.difference),
+                         options);
   const auto training = std::count_if(capture.frames.begin(), capture.frames.end(),
                                       [](const CaptureFrame& f) { return f.used; });
   if (training < std::min(kFewestTraining, options.max_frames)) {

@@ -29,15 +29,16 @@ struct ClipScan {
   std::vector<CaptureFrame> frames;
   std::vector<float>
       change;  // of the face since the frame before, mean of a small picture of it, 8-bit units
+  std::vector<float> difference;    // of the whole picture (repeated_frames.h)
   std::vector<FaceSample> samples;  // about five a second
 };
 
 // Called with every sampled picture (luma only) when its face has been sought; may be empty.
 using FaceLookout = std::function<void(const VideoFrame&, const FaceSample&)>;
 
-Result<ClipScan> scan_clip(const std::filesystem::path& video, const FaceDetector& detector,
 // film: what is looked at, source px; empty: the whole picture. The lookout sees that part, and faces in its
 // pixels.
+Result<ClipScan> scan_clip(const std::filesystem::path& video, const FaceDetector& detector,
                            const FaceLookout& look, const PixelRect& film, const Progress& progress,
                            std::stop_token stop);
 
