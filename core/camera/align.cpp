@@ -27,7 +27,14 @@ struct Lens {
   std::string evidence;  // a sentence after a space, or nothing
 };
 
-Lens lens_of(const VideoInfo& info, const AlignOptions& options) {
+// What was filmed of the clip's pictures: the lens and everything that is measured are about it alone.
+VideoInfo film_of(VideoInfo whole, const AlignOptions& options) {
+  if (!options.film.empty()) whole.width = options.film.width, whole.height = options.film.height;
+  return whole;
+}
+
+Lens lens_of(const VideoInfo& whole, const AlignOptions& options) {
+  const VideoInfo info = film_of(whole, options);
   const Intrinsics usual = assumed_intrinsics(info.width, info.height, 0);
   if (options.lens_mm > 0) {
     const Intrinsics given = film_intrinsics(info.width, info.height, options.lens_mm);
@@ -46,7 +53,8 @@ AlignResult resting_result(const VideoInfo& info, const AlignOptions& options, s
   AlignResult result;
   result.cameras.kind = CameraKind::resting;
   result.cameras.scale = CameraScale::metric;
-  result.cameras.cameras.push_back({-1, lens.intrinsics, Pose::Identity()});
+  result.cameras.cameras.push_back(
+      {-1, in_whole_picture(lens.intrinsics, options.film, info.width, info.height), Pose::Identity()});
   result.evidence = evidence + lens.evidence;
   result.frames = result.registered = int(frames);
   return result;
@@ -81,7 +89,7 @@ Result<void> look_at_background(Search& search, const Progress& progress) {
     }
   }
   auto motion = measure_background_motion(search.video, search.person, rest_limit(options), progress,
-                                          search.stop, &search.pictures);
+                                          search.stop, &search.pictures, options.film);
   if (!motion) return motion.error();
   search.motion = std::move(*motion);
   return {};
@@ -108,9 +116,13 @@ AlignResult handheld_result(const Search& search, const HandheldSolve& solve, co
   AlignResult result;
   result.cameras.kind = CameraKind::handheld;
   result.cameras.scale = CameraScale::metric;
-  for (const HandheldCamera& camera : solve.cameras)
-    result.cameras.cameras.push_back(
-        handheld_camera(solve, camera.frame, search.info.width, search.info.height));
+  const VideoInfo film = film_of(search.info, search.options);
+  for (const HandheldCamera& solved : solve.cameras) {
+    Camera& camera =
+        result.cameras.cameras.emplace_back(handheld_camera(solve, solved.frame, film.width, film.height));
+    camera.intrinsics =
+        in_whole_picture(camera.intrinsics, search.options.film, search.info.width, search.info.height);
+  }
   result.evidence = evidence + lens_of(search.info, search.options).evidence;
   result.frames = int(solve.cameras.size());
   result.registered = int(std::ranges::count(solve.cameras, true, &HandheldCamera::found));
@@ -144,7 +156,7 @@ bool goes_somewhere(const Search& search) {
 // nullopt: no path is believed, and `doubts` says why.
 Result<std::optional<AlignResult>> try_walking(Search& search, bool believe, const Progress& progress) {
   auto walked = solve_path(search.video, search.person, search.work, search.options, search.motion,
-                           search.info.focal_35mm, believe, progress, search.stop);
+                           search.info, believe, progress, search.stop);
   if (walked) return std::optional<AlignResult>(std::move(*walked));
   if (believe || walked.error().code == ErrorCode::cancelled) return walked.error();
   search.doubts += " " + walked.error().what;
@@ -185,8 +197,9 @@ Result<AlignResult> found_out(Search& search, const Progress& progress) {
   if (verdict.explanation == CameraExplanation::resting)
     return resting_result(search.info, search.options, frames, verdict.reason);
   if (verdict.explanation == CameraExplanation::no_texture)
-    return resting_result(search.info, search.options, frames,
-                          verdict.reason + " It is taken to rest, which makes no difference before such a wall.");
+    return resting_result(
+        search.info, search.options, frames,
+        verdict.reason + " It is taken to rest, which makes no difference before such a wall.");
   if (verdict.explanation == CameraExplanation::handheld)
     return handheld_result(search, *solve, verdict.reason + search.doubts);
   if (!walks_first) {

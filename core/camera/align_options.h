@@ -9,6 +9,7 @@
 
 #include "core/camera/camera.h"
 #include "core/image/image.h"
+#include "core/image/pixel_rect.h"
 
 namespace likeness {
 
@@ -21,6 +22,7 @@ struct AlignOptions {
   std::optional<CameraKind> kind{};        // the user's word; resting: nothing is measured
   std::set<int> held_out{};                // frames that say nothing about a hand-held camera's other ones
   double lens_mm = 0;             // and on its lens, as film_intrinsics takes it; 0: as the clip says
+  PixelRect film{};               // what was filmed of the clip's pictures, px; empty: all of them
   int keyframes = 80;             // at most this many go through colmap
   int colmap_width = 540;         // px the keyframes are reduced to; raising it costs quadratically
   int colmap_features = 2000;     // per keyframe

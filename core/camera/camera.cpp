@@ -53,6 +53,21 @@ Intrinsics crop_intrinsics(const Intrinsics& k, double x, double y, double side,
   return result;
 }
 
+Camera view_of_part(Camera camera, const PixelRect& part) {
+  if (part.empty()) return camera;
+  Intrinsics& k = camera.intrinsics;
+  k.cx -= part.x, k.cy -= part.y;
+  k.width = part.width, k.height = part.height;
+  return camera;
+}
+
+Intrinsics in_whole_picture(Intrinsics k, const PixelRect& part, int width, int height) {
+  if (part.empty()) return k;
+  k.cx += part.x, k.cy += part.y;
+  k.width = width, k.height = height;
+  return k;
+}
+
 Camera resized(Camera camera, int width) {
   Intrinsics& k = camera.intrinsics;
   const double scale = double(width) / std::max(1, k.width);

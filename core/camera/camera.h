@@ -10,6 +10,7 @@
 
 #include "core/base/linalg.h"
 #include "core/base/result.h"
+#include "core/image/pixel_rect.h"
 
 namespace likeness {
 
@@ -72,6 +73,12 @@ Vec3d ray_direction(const Intrinsics& k, const Vec2d& pixel);
 
 // Intrinsics of the square [x, x+side) x [y, y+side) of the picture, resampled to size x size pixels.
 Intrinsics crop_intrinsics(const Intrinsics& k, double x, double y, double side, int size);
+
+// The same view of a part of its picture; an empty one: of all of it.
+Camera view_of_part(Camera camera, const PixelRect& part);
+
+// Intrinsics of a part of a picture, for the whole one, which is `width` by `height`. part empty: the whole.
+Intrinsics in_whole_picture(Intrinsics k, const PixelRect& part, int width, int height);
 
 // The same view at another picture width.
 Camera resized(Camera camera, int width);

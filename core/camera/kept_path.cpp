@@ -28,11 +28,17 @@ constexpr int kRestSamples = 8;  // frames of a rest that are solved and average
 
 fs::path kept_motion_path(const fs::path& folder) { return folder / "motion.json"; }
 
+// Only of a clip with bars, so that what was kept of others stays.
+std::string film_text(const PixelRect& film) {
+  return film.empty() ? "" : fmt::format(" film {} {} {} {}", film.x, film.y, film.width, film.height);
+}
+
 }  // namespace
 
 std::string motion_inputs(const std::string& video_hash, const AlignOptions& options) {
   return fmt::format("motion {} {} {} {}", kMotionVersion, video_hash, rest_limit(options),
-                     options.mask_inputs);
+                     options.mask_inputs) +
+         film_text(options.film);
 }
 
 Result<void> keep_motion(const fs::path& folder, const std::string& inputs, const BackgroundMotion& motion) {
@@ -141,7 +147,7 @@ std::string keyframe_inputs(const std::string& video_hash, const BackgroundMotio
       fmt::format("radial {} {} {} {} {}", video_hash, solve_width(motion.width, options.colmap_width),
                   options.colmap_features, options.seed, masked ? "masked" : "unmasked");
   for (const int frame : keyframes) inputs += fmt::format(" {}", frame);
-  return inputs;
+  return inputs + film_text(options.film);
 }
 
 int solve_width(int width, int wanted) {

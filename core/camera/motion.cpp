@@ -317,9 +317,11 @@ BackgroundPictures MotionMeter::take_pictures() { return std::move(state_->pictu
 Result<BackgroundMotion> measure_background_motion(const std::filesystem::path& video,
                                                    const std::function<Image8(int, const Image8&)>& person,
                                                    double rest_px_per_1000, const Progress& progress,
-                                                   std::stop_token stop, BackgroundPictures* pictures) {
+                                                   std::stop_token stop, BackgroundPictures* pictures,
+                                                   const PixelRect& film) {
   auto reader = VideoReader::open(video, VideoPixels::rgb, VideoFrames::sampled);
   if (!reader) return reader.error();
+  reader->show_part(film);
   const VideoInfo info = reader->info();
   MotionMeter meter(info, video, person, rest_px_per_1000);
   int count = 0;

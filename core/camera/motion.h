@@ -13,6 +13,7 @@
 #include "core/base/progress.h"
 #include "core/base/result.h"
 #include "core/image/image.h"
+#include "core/image/pixel_rect.h"
 
 namespace likeness {
 
@@ -75,11 +76,13 @@ inline constexpr double kLeastTracks = 8;
 // person(frame, rgb): 255 = ignore; asked for every fifth frame, at the source's size. May be empty.
 // rest_px_per_1000: how far the background may stray, in 1/1000 of the width, for the camera to be at rest.
 // pictures: receives what was looked at; null: not kept.
+// film: the part of the pictures that is looked at, and that `person` and the result are about; empty: all.
 Result<BackgroundMotion> measure_background_motion(const std::filesystem::path& video,
                                                    const std::function<Image8(int, const Image8&)>& person,
                                                    double rest_px_per_1000, const Progress& progress,
                                                    std::stop_token stop,
-                                                   BackgroundPictures* pictures = nullptr);
+                                                   BackgroundPictures* pictures = nullptr,
+                                                   const PixelRect& film = {});
 
 struct VideoInfo;
 struct VideoFrame;

@@ -33,11 +33,12 @@ Intrinsics enlarge(const Intrinsics& small, int width, int height) {
 }
 
 // Writes the keyframes' pictures and masks for colmap.
-Result<void> write_keyframes(const fs::path& video, const PersonMask& person, const fs::path& work, int width,
-                             const std::vector<int>& keyframes, const Progress& progress,
-                             std::stop_token stop) {
+Result<void> write_keyframes(const fs::path& video, const PixelRect& film, const PersonMask& person,
+                             const fs::path& work, int width, const std::vector<int>& keyframes,
+                             const Progress& progress, std::stop_token stop) {
   auto reader = VideoReader::open(video, VideoPixels::rgb, VideoFrames::sampled);
   if (!reader) return reader.error();
+  reader->show_part(film);
   const std::set<int> wanted(keyframes.begin(), keyframes.end());
   std::size_t written = 0;
   while (written < wanted.size()) {
@@ -68,8 +69,8 @@ Result<ColmapModel> solve_keyframes(const fs::path& video, const PersonMask& per
   const bool ready = pictures_ready(work) ||
                      (!options.kept.empty() && take_pictures(kept_keyframes(options.kept), inputs, work));
   if (!ready) {
-    auto written =
-        write_keyframes(video, person, work, width, keyframes, progress.stage(0, 0.15, "keyframes"), stop);
+    auto written = write_keyframes(video, options.film, person, work, width, keyframes,
+                                   progress.stage(0, 0.15, "keyframes"), stop);
     if (!written) return written.error();
   }
   ColmapOptions colmap;
@@ -92,9 +93,10 @@ void share_rest_poses(const BackgroundMotion& motion, std::map<int, Pose>& poses
   }
 }
 
-Result<AlignResult> moving_result(const fs::path& video, const ColmapModel& model, std::size_t chosen,
-                                  const BackgroundMotion& motion, const fs::path& kept,
-                                  const Progress& progress, std::stop_token stop) {
+Result<AlignResult> moving_result(const fs::path& video, const VideoInfo& info, const ColmapModel& model,
+                                  std::size_t chosen, const BackgroundMotion& motion,
+                                  const AlignOptions& options, const Progress& progress,
+                                  std::stop_token stop) {
   const auto keyframes = keyframes_of(model);
   if (keyframes.size() < 3)
     return Error{ErrorCode::failed, fmt::format("Only {} keyframes could be placed.", keyframes.size()),
@@ -107,8 +109,9 @@ Result<AlignResult> moving_result(const fs::path& video, const ColmapModel& mode
     poses[keyframe.frame] = keyframe.cam_from_world;
     solved.insert(keyframe.frame);
   }
-  const auto between = resect_frames(video, keyframes, small, frames_between(motion, solved),
-                                     kept.empty() ? fs::path() : kept_greys(kept), progress, stop);
+  const auto between =
+      resect_frames(video, options.film, keyframes, small, frames_between(motion, solved),
+                    options.kept.empty() ? fs::path() : kept_greys(options.kept), progress, stop);
   if (!between) return between.error();
   for (const auto& camera : *between) poses[camera.frame] = camera.cam_from_world;
   share_rest_poses(motion, poses);
@@ -117,7 +120,8 @@ Result<AlignResult> moving_result(const fs::path& video, const ColmapModel& mode
   result.cameras.kind = CameraKind::walking;
   result.cameras.scale = CameraScale::arbitrary;
   result.cameras.reprojection_px = mean_reprojection_px(model) * motion.width / small.width;
-  const Intrinsics full = enlarge(small, motion.width, motion.height);
+  const Intrinsics full =
+      in_whole_picture(enlarge(small, motion.width, motion.height), options.film, info.width, info.height);
   for (const auto& [frame, pose] : poses) result.cameras.cameras.push_back({frame, full, pose});
   result.frames = int(motion.frames.size());
   result.registered = int(poses.size());
@@ -148,19 +152,20 @@ std::string moving_evidence(const BackgroundMotion& motion) {
 }  // namespace
 
 Result<AlignResult> solve_path(const fs::path& video, const PersonMask& person, const fs::path& work,
-                               const AlignOptions& options, const BackgroundMotion& motion, double focal_35mm,
-                               bool believe, const Progress& progress, std::stop_token stop) {
+                               const AlignOptions& options, const BackgroundMotion& motion,
+                               const VideoInfo& info, bool believe, const Progress& progress,
+                               std::stop_token stop) {
   const auto keyframes = choose_keyframes(motion, options.keyframes);
   const auto model = solve_keyframes(video, person, work, options, motion, keyframes,
                                      progress.stage(0, 0.65, "camera path"), stop);
   if (!model) return model.error();
-  const SolveJudgement judgement = judge_solve(*model, int(keyframes.size()), focal_35mm);
+  const SolveJudgement judgement = judge_solve(*model, int(keyframes.size()), info.focal_35mm);
   if (!believe && !judgement.usable())
     return Error{ErrorCode::failed,
                  fmt::format("The path that was found for the camera is not believed: {}",
                              fmt::join(judgement.reasons, " ")),
                  "If the camera did walk round the head, say so: --camera-kind walking", "camera"};
-  auto result = moving_result(video, *model, keyframes.size(), motion, options.kept,
+  auto result = moving_result(video, info, *model, keyframes.size(), motion, options,
                               progress.stage(0.65, 1, "frames between"), stop);
   if (result) result->evidence = moving_evidence(motion);
   return result;

@@ -8,15 +8,16 @@
 #include "core/base/result.h"
 #include "core/camera/align.h"
 #include "core/camera/motion.h"
+#include "core/video/decode.h"
 
 namespace likeness {
 
 // An Error where colmap finds no path, or one that must not be believed (core/camera/judge_solve.h); with
-// `believe`, any path is taken. focal_35mm: of the lens, as the clip's file says; 0: it says nothing. work:
+// `believe`, any path is taken. info: of the clip's whole pictures. work:
 // as align_clip takes it.
 Result<AlignResult> solve_path(const std::filesystem::path& video, const PersonMask& person,
                                const std::filesystem::path& work, const AlignOptions& options,
-                               const BackgroundMotion& motion, double focal_35mm, bool believe,
+                               const BackgroundMotion& motion, const VideoInfo& info, bool believe,
                                const Progress& progress, std::stop_token stop);
 
 }  // namespace likeness

@@ -52,33 +52,67 @@ std::vector<FaceBox> plausible(const std::vector<FaceBox>& faces) {
   return kept.empty() ? faces : kept;
 }
 
+// The detector's boxes jump by a step of its scales from look to look while the head is at rest: each is
+// replaced by the medians of the looks of half a second to either side.
+std::vector<FaceBox> steadied(const std::vector<FaceBox>& faces) {
+  constexpr std::size_t kReach = 2;  // looks to either side, a fifth of a second apart
+  std::vector<FaceBox> steady;
+  for (std::size_t i = 0; i < faces.size(); ++i) {
+    std::vector<double> x, y, width, height;
+    for (std::size_t j = i - std::min(i, kReach); j <= std::min(faces.size() - 1, i + kReach); ++j) {
+      x.push_back(faces[j].x + faces[j].width / 2), y.push_back(faces[j].y + faces[j].height / 2);
+      width.push_back(faces[j].width), height.push_back(faces[j].height);
+    }
+    const double w = median(width), h = median(height);
+    steady.push_back({median(x) - w / 2, median(y) - h / 2, w, h, faces[i].score});
+  }
+  return steady;
+}
+
+// What the camera did not see needs no room.
+Extent filmed(Extent e, double width, double height) {
+  return {std::max(e.left, 0.0), std::max(e.top, 0.0), std::min(e.right, width), std::min(e.bottom, height)};
+}
+
 // Start of an interval of length `side` that covers [begin, end], moved into [0, limit] as far as it can be.
 int place(double start, double side, int limit) {
   const double last = limit - side;
   return int(std::lround(last >= 0 ? std::clamp(start, 0.0, last) : last / 2));
 }
 
-}  // namespace
-
-CropChoice choose_crop(const std::vector<FaceBox>& all_faces, int width, int height) {
-  LIKENESS_CHECK(!all_faces.empty() && width > 0 && height > 0, "crop of %zu faces in %d x %d",
-                 all_faces.size(), width, height);
-  const std::vector<FaceBox> faces = plausible(all_faces);
+// faces: px of a picture of width x height, all of which was filmed.
+SquareCrop crop_within(const std::vector<FaceBox>& faces, int width, int height) {
   const Extent bust = extent_of(faces, kBeside, kAbove, kBelow);
-  Extent head = extent_of(faces, kHeadBeside, kHeadAbove, kHeadBelow);
-  // What the camera did not see needs no room.
-  head = {std::max(head.left, 0.0), std::max(head.top, 0.0), std::min(head.right, double(width)),
-          std::min(head.bottom, double(height))};
+  Extent head = filmed(extent_of(faces, kHeadBeside, kHeadAbove, kHeadBelow), width, height);
   const double shorter = std::min(width, height);
   double side = std::max(bust.width(), bust.height());
-  if (side >= kNearlyWhole * shorter) side = std::max({shorter, head.width(), head.height()});
+  if (side >= kNearlyWhole * shorter) {
+    side = std::max({shorter, head.width(), head.height()});
+    if (side > shorter) {
+      head = filmed(extent_of(steadied(faces), kHeadBeside, kHeadAbove, kHeadBelow), width, height);
+      side = std::max({shorter, head.width(), head.height()});
+    }
+  }
   side = std::ceil(side);
 
-  // Sideways the heads are centred. Downwards the top of the head counts, and what is lost is chest.
+  // Sideways the heads are centred. Downwards the top of the head counts, and what is lost is chest; but no
+  // chin, if the room above the hair can do without.
   const double x = (bust.left + bust.right) / 2 - side / 2;
-  const double y = bust.height() <= side ? (bust.top + bust.bottom) / 2 - side / 2 : bust.top;
+  double y = bust.height() <= side ? (bust.top + bust.bottom) / 2 - side / 2 : bust.top;
+  if (y + side < head.bottom) y = std::min(head.top, head.bottom - side);
+  return {place(x, side, width), place(y, side, height), int(side)};
+}
+
+}  // namespace
+
+CropChoice choose_crop(const std::vector<FaceBox>& all_faces, const PixelRect& film) {
+  LIKENESS_CHECK(!all_faces.empty() && !film.empty(), "crop of %zu faces in %d x %d", all_faces.size(),
+                 film.width, film.height);
+  std::vector<FaceBox> faces = plausible(all_faces);
+  for (FaceBox& face : faces) face.x -= film.x, face.y -= film.y;
   CropChoice choice;
-  choice.crop = {place(x, side, width), place(y, side, height), int(side)};
+  choice.crop = crop_within(faces, film.width, film.height);
+  choice.crop.x += film.x, choice.crop.y += film.y;
   const auto cut =
       std::count_if(faces.begin(), faces.end(), [](const FaceBox& f) { return f.y - 0.35 * f.height < 0; });
   choice.head_cut_share = double(cut) / double(faces.size());

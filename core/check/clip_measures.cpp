@@ -220,7 +220,7 @@ Result<ClipMeasures> measure_clip(const std::filesystem::path& video,
     measures.looks.push_back(std::move(look));
     if (patches.size() == kBatch) find_landmarks();
   };
-  const auto scan = scan_clip(video, *detector, look_at, progress.stage(0, 0.5, "face"), stop);
+  const auto scan = scan_clip(video, *detector, look_at, {}, progress.stage(0, 0.5, "face"), stop);
   if (!scan) return scan.error();
   find_landmarks();
   measures.frames = static_cast<int>(scan->frames.size());

@@ -10,6 +10,7 @@
 #include "core/base/files.h"
 #include "core/camera/clip_camera.h"
 #include "core/capture/choose_crop.h"
+#include "core/capture/find_film.h"
 #include "core/capture/scan_clip.h"
 #include "core/project/project_head_model.h"
 #include "core/project/project_views.h"
@@ -25,13 +26,13 @@ namespace {
 
 constexpr int kWholePicture = 640;  // px; larger pictures are cropped to head and shoulders, as on import
 
-Result<TrackRegion> face_region(const fs::path& video, const VideoInfo& info, const fs::path& landmark_model,
+Result<TrackRegion> face_region(const fs::path& video, const PixelRect& film, const fs::path& landmark_model,
                                 const Progress& progress, std::stop_token stop) {
-  const TrackRegion whole{0, 0, info.width, info.height};
-  if (std::max(info.width, info.height) <= kWholePicture) return whole;
+  const TrackRegion whole{film.x, film.y, film.width, film.height};
+  if (std::max(film.width, film.height) <= kWholePicture) return whole;
   const auto detector = FaceDetector::load(landmark_model);
   if (!detector) return detector.error();
-  const auto scan = scan_clip(video, *detector, {}, progress, stop);
+  const auto scan = scan_clip(video, *detector, {}, film, progress, stop);
   if (!scan) return scan.error();
   std::vector<FaceBox> faces;
   for (const FaceSample& sample : scan->samples)
@@ -40,8 +41,9 @@ Result<TrackRegion> face_region(const fs::path& video, const VideoInfo& info, co
     return Error{ErrorCode::no_face, fmt::format("No face was found in {}.", video.filename().string()),
                  "Use a driving clip in which the face is close and well lit.", video.string()};
   }
-  const SquareCrop crop = choose_crop(faces, info.width, info.height).crop;
-  return TrackRegion{crop.x, crop.y, crop.side, crop.side};
+  const SquareCrop crop = choose_crop(faces, film).crop;
+  const PixelRect part = common_part({crop.x, crop.y, crop.side, crop.side}, film);
+  return TrackRegion{part.x, part.y, part.width, part.height};
 }
 
 Result<Track> driver_track(const DriveRequest& request, const VideoInfo& info, const HeadModel& model,
@@ -63,13 +65,16 @@ Result<Track> driver_track(const DriveRequest& request, const VideoInfo& info, c
                    "Give the track of this clip, or leave out --track.", request.track.string()};
     return track;
   }
-  const auto region = face_region(request.video, info, request.landmark_model,
-                                  progress.stage(0, 0.15, "looking for the face"), stop);
+  const auto film = find_film(request.video, progress.stage(0, 0.03, "looking for bars"), stop);
+  if (!film) return film.error();
+  const PixelRect filmed = film->empty() ? PixelRect{0, 0, info.width, info.height} : *film;
+  const auto region = face_region(request.video, filmed, request.landmark_model,
+                                  progress.stage(0.03, 0.15, "looking for the face"), stop);
   if (!region) return region.error();
   TrackOptions options;
   options.predictor = request.landmark_model;
   options.every_frame = true;  // the result has the clip's own rate
-  auto track = track_clip(request.video, *region, assumed_camera(info), {}, model, options,
+  auto track = track_clip(request.video, *region, assumed_camera(info, *film), {}, model, options,
                           progress.stage(0.15, 1, "tracking the driver"), stop);
   if (!track) return track.error();
   track->head_model_file = request.head_model.string();

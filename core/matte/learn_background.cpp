@@ -103,13 +103,14 @@ Statistics learn(const Stage& stage, const std::vector<Sample>& samples, const S
     doubt.persons_own = small_doubt.persons_own = [first](const cv::Vec3b& colour) {
       return std::max(first->upper.ratio(colour), first->lower.ratio(colour)) > kRatherPersons;
     };
+  const cv::Mat outside = unfilmed(stage, stage.cut_size), beyond_plate = unfilmed(stage, stage.size);
   for (const auto& sample : samples) {
-    const cv::Mat taken = occupied_of(sample);
+    const cv::Mat taken = outside.empty() ? occupied_of(sample) : cv::Mat(occupied_of(sample) | outside);
     const cv::Mat background = first ? without_persons_own(sample, taken == 0, doubt) : cv::Mat(taken == 0);
     // What only the cut calls person may be furniture that is never uncovered: its colours are not learnt.
-    const cv::Mat person = sample.person.empty()
-                               ? sample.prior.certain
-                               : sample.person & (sample.prior.likely | sample.prior.certain);
+    cv::Mat person = sample.person.empty() ? sample.prior.certain
+                                           : sample.person & (sample.prior.likely | sample.prior.certain);
+    if (!outside.empty()) person = person & (outside == 0);
     const cv::Mat above = sample.prior.below == 0;
     statistics.upper.add(sample.small, person & above, true);
     statistics.lower.add(sample.small, person & sample.prior.below, true);
@@ -118,6 +119,7 @@ Statistics learn(const Stage& stage, const std::vector<Sample>& samples, const S
     if (!sample.job->on_plate) continue;
     cv::Mat enlarged, enlarged_near;
     cv::resize(taken, enlarged, {stage.size, stage.size}, 0, 0, cv::INTER_NEAREST);
+    if (!beyond_plate.empty()) enlarged |= beyond_plate;
     cv::resize(sample.prior.possible, enlarged_near, {stage.size, stage.size}, 0, 0, cv::INTER_NEAREST);
     const auto mask = [&](const cv::Mat& m) {  // a frame says nothing about what it does not see
       return onto_plate(stage, *sample.job, m, cv::INTER_NEAREST, cv::Scalar(255));
@@ -144,6 +146,7 @@ Statistics learn(const Stage& stage, const std::vector<Sample>& samples, const S
                                  : estimate_plate(small, small_occupied, first ? &small_doubt : nullptr);
     if (const cv::Mat room = room_at_rest(stage, samples); !room.empty()) {
       complete_plate(statistics.plate, room);
+      if (!beyond_plate.empty()) statistics.plate.known.setTo(0, beyond_plate);
       if (stage.size == stage.cut_size)
         statistics.small_plate = statistics.plate;
       else

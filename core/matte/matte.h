@@ -35,6 +35,8 @@ struct MatteOptions {
   FrameStrokes strokes;
 };
 
+// What was not filmed of the pictures (Capture::inside) is unknown: 0 in the mattes and in plate_known.
+//
 // Reads frames/NNNNNN.png of `folder`, writes masks/NNNNNN.png (alpha, 8 bit) and, where the camera rests for
 // a second or longer, plate.png with plate.json and plate_known.png (core/matte/plate.h: known), all size x
 // size in the crop; regions/NNNNNN.png for the held-out frames in source pixels (red person, green head

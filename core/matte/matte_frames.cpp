@@ -30,6 +30,14 @@ Intrinsics crop_of(const Stage& stage, const Camera& camera, int size) {
   return crop_intrinsics(camera.intrinsics, crop.x, crop.y, crop.side, size);
 }
 
+cv::Mat unfilmed(const Stage& stage, int size) {
+  const PixelRect inside = resampled(stage.capture.inside, stage.capture.size, size);
+  if (inside.empty()) return {};
+  cv::Mat outside(size, size, CV_8U, cv::Scalar(255));
+  outside(cv::Rect(inside.x, inside.y, inside.width, inside.height)).setTo(0);
+  return outside;
+}
+
 Result<cv::Mat> read_frame(const Stage& stage, int frame) {
   const auto image = read_image(stage.folder / frame_name(frame));
   if (!image) return image.error();
@@ -38,7 +46,10 @@ Result<cv::Mat> read_frame(const Stage& stage, int frame) {
                  fmt::format("A frame has {} x {} px and {} channels; a square RGB picture is expected.",
                              image->width, image->height, image->channels),
                  "Run `likeness import` again.", (stage.folder / frame_name(frame)).string()};
-  cv::Mat picture = view(*image).clone();
+  const PixelRect inside = resampled(stage.capture.inside, stage.capture.size, image->width);
+  const Image8 extended =
+      inside.empty() ? *image : crop(crop(*image, inside), -inside.x, -inside.y, image->width, image->height);
+  cv::Mat picture = view(extended).clone();
   return picture.cols == stage.size ? picture : reduced(picture, stage.size);
 }
 

@@ -54,6 +54,9 @@ struct Job {
 cv::Mat view(const Image8& image);
 cv::Mat reduced(const cv::Mat& picture, int size);
 Intrinsics crop_of(const Stage& stage, const Camera& camera, int size);
+// What was not filmed of the pictures, at size x size px: 8U, 255 there; empty where all of them was.
+cv::Mat unfilmed(const Stage& stage, int size);
+// Beyond what was filmed, its border is repeated, so that no edge appears there.
 Result<cv::Mat> read_frame(const Stage& stage, int frame);
 // The network's alpha for a picture, at its size; empty without a network.
 Result<cv::Mat> network_alpha(const Stage& stage, const cv::Mat& picture);

@@ -61,6 +61,7 @@ Result<void> write_masks(const Stage& stage, const std::vector<Job>& jobs, const
       Image8 out(stage.size, stage.size, 1);
       std::memcpy(out.data.data(), alpha.data, out.data.size());
       apply_strokes(strokes_on(stage, jobs[i], stage.size), out);
+      fill_outside(out, resampled(stage.capture.inside, stage.capture.size, stage.size), 0);
       written = write_image(folder / frame_name(jobs[i].frame).filename(), out);
     }
     const std::lock_guard lock(mutex);

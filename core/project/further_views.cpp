@@ -75,8 +75,10 @@ Result<void> load_further_pictures(const Project& project, TrainingSet& set) {
       loaded[i] = load_view_pictures(*further, view);
       if (!loaded[i]) return;
       const int frame = view.camera.frame;
-      view.teaches = TiledMask(head.taught(*find_tracked(track, frame), *find_camera(cameras, frame),
-                                           view.camera.intrinsics, to_image(view.alpha)));
+      Image8 taught = head.taught(*find_tracked(track, frame), *find_camera(cameras, frame),
+                                  view.camera.intrinsics, to_image(view.alpha));
+      fill_outside(taught, view.inside, 0);
+      view.teaches = TiledMask(taught);
     });
     for (const auto& outcome : loaded)
       if (!outcome) return outcome.error();

@@ -78,10 +78,13 @@ struct KeptDecoding::State {
   const ImportInputs& inputs() const { return context.inputs.import; }
   bool split_asks() const { return inputs().choices.split == Split::views; }
 
-  Result<std::vector<FrameListener>> looking(const VideoInfo& info) {
+  Result<std::vector<FrameListener>> looking(const VideoInfo& info, const PixelRect& film) {
     if (photographs || inputs().camera == CameraKind::resting) return std::vector<FrameListener>();
     const auto hash = hash_video(inputs().video);
     if (!hash) return hash.error();
+    meter.reset();  // of the whole picture, where bars were found in it
+    meter_failed = false;
+    align.film = film;
     motion_key = motion_inputs(*hash, align);
     motion = kept_motion(decoded_path(context.project), motion_key);
     aligned = is_current_alone(context.project, Stage::align);
@@ -151,8 +154,10 @@ struct KeptDecoding::State {
     if (!created) return;
     room -= bytes;
     path.emplace(std::move(*created));
-    listeners.push_back(
-        forgiving_listener(path_failed, [this](const VideoFrame& frame) { return path->add(frame); }));
+    listeners.push_back(forgiving_listener(path_failed, [this](const VideoFrame& frame) {
+      if (align.film.empty()) return path->add(frame);
+      return path->add({frame.index, frame.time_s, crop(frame.rgb, align.film)});
+    }));
   }
 
   void listen_for_fit(const VideoInfo& info, const Capture& capture, std::uint64_t& room,
@@ -161,8 +166,8 @@ struct KeptDecoding::State {
     options.predictor = context.inputs.fit.landmark_model;
     const std::uint64_t bytes = kept_clip_bytes(capture.frames.size(), options);
     if (bytes > room) return;
-    const SquareCrop& crop = capture.crop;
-    const TrackRegion region{crop.x, crop.y, crop.side, crop.side};
+    const PixelRect part = tracked_part(capture);
+    const TrackRegion region{part.x, part.y, part.width, part.height};
     const std::set<int> held_out = held_out_frames(capture);
     const auto key = clip_frames_inputs(capture.video_hash, region, held_out, options);
     auto follower = ClipFollower::create(info, inputs().video, region, held_out, options);
@@ -218,7 +223,9 @@ KeptDecoding::~KeptDecoding() = default;
 
 ImportListeners KeptDecoding::listeners() {
   ImportListeners listeners;
-  listeners.looking = [this](const VideoInfo& info) { return state_->looking(info); };
+  listeners.looking = [this](const VideoInfo& info, const PixelRect& film) {
+    return state_->looking(info, film);
+  };
   if (state_->split_asks()) listeners.moving = [this] { return state_->moving(); };
   listeners.writing = [this](const VideoInfo& info, const Capture& capture) {
     return state_->writing(info, capture);

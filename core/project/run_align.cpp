@@ -24,7 +24,7 @@ Result<void> run_align(const StageContext& context) {
   std::error_code ignored;
   const bool photographs = fs::is_directory(inputs.video, ignored) && options.kind != CameraKind::resting;
   if (const auto capture = read_capture(capture_path(context.project)))
-    options.held_out = held_out_frames(*capture);
+    options.held_out = held_out_frames(*capture), options.film = capture->film;
   const auto person = coarse_person_mask(
       inputs.landmark_model, photographs ? Pictures::single : Pictures::in_sequence, inputs.person_network);
   if (!person) return person.error();

@@ -102,7 +102,8 @@ Result<void> run_fit(const StageContext& context) {
   Progress rest = context.progress;
   if (!*first) {
     work.fitted = false;
-    const TrackRegion region{capture->crop.x, capture->crop.y, capture->crop.side, capture->crop.side};
+    const PixelRect part = tracked_part(*capture);
+    const TrackRegion region{part.x, part.y, part.width, part.height};
     const bool again = !inputs.choices.refits.empty();
     auto whole = track_clip(inputs.video, region, *cameras, held_out_frames(*capture), *model, work.options,
                             rest.stage(0, again ? 0.9 : 1, "fit"), context.stop);

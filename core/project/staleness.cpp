@@ -94,6 +94,10 @@ std::string align_text(const Project& project, const AlignInputs& inputs) {
   if (split != Split::tail) text.append(" ").append(split_name(split));
   if (lens_mm > 0) text += fmt::format(" {} mm", lens_mm);
   if (camera != CameraKind::resting) text += person_network_text(person_network);  // else nobody is looked for
+  if (const auto capture = read_capture(capture_path(project)); capture && !capture->film.empty()) {
+    const PixelRect& film = capture->film;
+    text += fmt::format(" film {} {} {} {}", film.x, film.y, film.width, film.height);
+  }
   return text + landmark_model_text(landmark_model);
 }
 

@@ -120,9 +120,10 @@ Avatar capture_avatar(const TrainingSet& set, const ConditionMap& map, float war
   const TrainingView& view = set.views[typical_view(set)];
   avatar.world_from_head = view.pose.world_from_head;
   avatar.world_from_torso = view.pose.world_from_torso;
-  avatar.intrinsics = view.camera.intrinsics;
+  avatar.intrinsics = view_of_part(view.camera, view.inside).intrinsics;
   avatar.cam_from_world = view.camera.cam_from_world;
-  avatar.plate = plate_picture(set, view).rgb;
+  const Image8 plate = plate_picture(set, view).rgb;
+  avatar.plate = plate.empty() ? plate : crop(plate, view.inside);
   if (set.plate_camera) avatar.mosaic = Mosaic{set.plate, set.plate_known, *set.plate_camera};
   avatar.size = set.size;
   return avatar;

@@ -56,6 +56,12 @@ Result<void> check_training_set(const TrainingSet& set) {
       return bad(fmt::format("The training mask of picture {} is {}x{}, the picture {}x{}.", v,
                              view.teaches.width, view.teaches.height, view.rgb.width, view.rgb.height),
                  "Run the matting again.");
+    if (const PixelRect whole{0, 0, view.rgb.width, view.rgb.height};
+        !view.inside.empty() && (common_part(view.inside, whole) != view.inside || view.teaches.empty()))
+      return bad(fmt::format("The filmed part of picture {} does not lie in it, or what lies beyond is not "
+                             "left out.",
+                             v),
+                 "Run the import again.");
     if (view.further_clip != 0 && v < own_views(set).size())
       return bad(fmt::format("Picture {} of a further clip comes before the first clip's.", v),
                  "Run the matting again.");

@@ -41,6 +41,9 @@ struct TrainingView {
   // is met by no ray.
   int further_clip = 0;
   TiledMask teaches;  // (size, size) 0: nothing is learnt from this pixel; empty: from all
+  // What was filmed of the picture; empty: all of it. Nothing is known of the rest, which `teaches` leaves
+  // out.
+  PixelRect inside{};
 };
 
 // The background of a further clip: as plate, plate_known and plate_camera below.

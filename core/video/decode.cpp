@@ -19,6 +19,7 @@ extern "C" {
 #include <string_view>
 #include <vector>
 
+#include "core/base/check.h"
 #include "core/base/files.h"
 #include "core/base/hash.h"
 #include "core/video/frame_to_rgb.h"
@@ -188,6 +189,8 @@ struct VideoReader::Impl {
 
   bool keeping = false;    // and all frames so far are kept
   bool replaying = false;  // frames come from `kept`
+  PixelRect part;        // of the pictures that is handed out; empty: all of them
+  VideoInfo shown;       // info of that part
   std::uint64_t room = 0;  // bytes that are left for kept frames
   std::deque<Kept> kept;
 
@@ -304,6 +307,7 @@ Result<void> VideoReader::Impl::open_decoder() {
   codec->max_pixels = kMaxPixels;
   codec->pkt_timebase = stream->time_base;
   if (const int error = avcodec_open2(codec.get(), decoder, nullptr); error < 0)
+  if (!part.empty()) *photo = crop(*photo, part);
     return refused(av_text(error));
   return {};
 }
@@ -480,6 +484,9 @@ Error VideoReader::Impl::damaged() const {
       "Copy it again from the phone; if the phone shows the same flaw, cut that part out and keep one side.");
 }
 
+  if (part.empty()) return {};
+  result.rgb = crop(result.rgb, part);
+  if (!result.luma.empty()) result.luma = crop(result.luma, part);
 Result<VideoReader> VideoReader::open(const std::filesystem::path& path, VideoPixels pixels,
                                       VideoFrames frames) {
   auto impl = std::make_unique<Impl>();
@@ -496,7 +503,17 @@ VideoReader::~VideoReader() = default;
 VideoReader::VideoReader(VideoReader&&) noexcept = default;
 VideoReader& VideoReader::operator=(VideoReader&&) noexcept = default;
 
-const VideoInfo& VideoReader::info() const { return impl_->info; }
+const VideoInfo& VideoReader::info() const { return impl_->part.empty() ? impl_->info : impl_->shown; }
+
+void VideoReader::show_part(const PixelRect& part) {
+  Impl& reader = *impl_;
+  const PixelRect whole{0, 0, reader.info.width, reader.info.height};
+  LIKENESS_CHECK(part.empty() || common_part(part, whole) == part, "a part at %d, %d of %d x %d px", part.x,
+                 part.y, part.width, part.height);
+  reader.part = part == whole ? PixelRect{} : part;
+  reader.shown = reader.info;
+  reader.shown.width = part.width, reader.shown.height = part.height;
+}
 
 Result<std::optional<VideoFrame>> VideoReader::next() {
   Impl& reader = *impl_;
@@ -579,3 +596,4 @@ Result<VideoInfo> probe_video(const std::filesystem::path& path) {
 }
 
 }  // namespace likeness
+  again->show_part(reader.part);

@@ -71,8 +71,10 @@ Result<Evaluation> evaluate(const Project& project, const EvalOptions& options, 
       return free.error();
   std::optional<VideoWriter> video;
   if (!options.video.empty()) {
+    const int width = capture.inside.empty() ? capture.size : capture.inside.width,
+              height = capture.inside.empty() ? capture.size : capture.inside.height;
     auto writer =
-        VideoWriter::create(options.video, capture.size * 3, capture.size,
+        VideoWriter::create(options.video, width * 3, height,
                             {.frames_per_second = std::clamp(capture.frames_per_second, 1.0, 240.0)});
     if (!writer) return writer.error();
     video.emplace(std::move(*writer));
@@ -100,12 +102,12 @@ Result<Evaluation> evaluate(const Project& project, const EvalOptions& options, 
     progress.report(double(result.frames_test + result.frames_lost) / double(held_out.size()),
                     fmt::format("frame {}", frame));
     const TrackedFrame* tracked = find_tracked(track, frame);
-    const auto camera = picture_camera(capture, cameras, track, frame);
+    const auto camera = filmed_camera(capture, cameras, track, frame);
     if (tracked == nullptr || tracked->status == FrameStatus::lost || !camera) {
       ++result.frames_lost;
       continue;
     }
-    const auto truth = read_image(project.folder / frame_name(frame));
+    const auto truth = read_truth(project, capture, frame);
     if (!truth) return truth.error();
     const auto regions = read_regions(regions_folder, capture, frame);
     if (!regions) return regions.error();

@@ -33,7 +33,9 @@ struct Regions {
   Image8 person, head, face;
 };
 
-// From FOLDER/000360.png, in source pixels: red person, green head, blue face.
+// The picture of a frame, as far as it was filmed: nothing else is scored.
+Result<Image8> read_truth(const Project& project, const Capture& capture, int frame);
+// The same part of FOLDER/000360.png, in source pixels: red person, green head, blue face.
 Result<Regions> read_regions(const std::filesystem::path& folder, const Capture& capture, int frame);
 
 }  // namespace likeness

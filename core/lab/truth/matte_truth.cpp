@@ -120,8 +120,9 @@ Result<std::vector<MatteRow>> compare_masks(const Project& project, const fs::pa
     if (!found) return found.error();
     const auto whole = read_image(demo / "masks_truth" / fmt::format("{:06d}.png", frame.frame));
     if (!whole) return whole.error();
-    const Image8 truth =
+    Image8 truth =
         resize(crop(*whole, square.x, square.y, square.side, square.side), found->width, found->height);
+    fill_outside(truth, capture->inside, 0);  // as in the matte: not known
     const TrackedFrame* tracked = find_tracked(*track, frame.frame);
     if (!tracked) continue;
     const double ears = 0.5 * (tracked->landmarks[0].y() + tracked->landmarks[16].y());

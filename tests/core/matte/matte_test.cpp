@@ -68,6 +68,27 @@ TEST(MatteClip, StaticCameraGivesAlphaAndPlateCloseToTheTruth) {
   EXPECT_NEAR(result->plate_coverage, double(free_pixels) / (kSize * kSize), 0.08);
 }
 
+TEST(MatteClip, NothingIsKnownOfWhatWasNotFilmed) {
+  Scene scene("outside");
+  scene.capture.inside = {24, 0, 84, kSize};
+  for (const CaptureFrame& frame : scene.capture.frames) {
+    auto picture = read_image(scene.folder / frame_name(frame.frame));
+    ASSERT_TRUE(picture);
+    fill_outside(*picture, scene.capture.inside, kUnfilmed);
+    ASSERT_TRUE(write_image(scene.folder / frame_name(frame.frame), *picture).ok());
+    fill_outside(scene.alpha[std::size_t(frame.frame)], scene.capture.inside, 0);
+  }
+  const auto result = scene.matte();
+  ASSERT_TRUE(result.ok()) << result.error().what;
+  for (int frame = 0; frame < kFrames; ++frame) EXPECT_GT(scene.overlap(frame), 0.94) << frame;
+  const auto known = read_image(scene.folder / "plate_known.png");
+  ASSERT_TRUE(known.ok());
+  for (int y = 0; y < kSize; ++y)
+    for (int x = 0; x < kSize; ++x)
+      if (!scene.capture.inside.contains(x, y)) ASSERT_EQ(*known->at(x, y), 0) << x << " " << y;
+  EXPECT_GT(std::count(known->data.begin(), known->data.end(), 255), kSize * kSize / 6);
+}
+
 TEST(MatteClip, WhatThePersonAlwaysCoversIsSolid) {
   const Scene scene("solid");
   ASSERT_TRUE(scene.matte().ok());
