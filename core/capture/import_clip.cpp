@@ -340,6 +340,10 @@ Result<Capture> import_clip(const fs::path& video, const fs::path& folder, const
   }
   auto capture = make_capture(video, *scan, film, reader->info(), options);
   if (!capture) return capture.error();
+  if (reader->was_interlaced())
+    capture->warnings.push_back(
+        "The video is interlaced: half of the lines of what moves had to be made from the others. Set the "
+        "camera to 25p or 30p instead of 50i or 60i.");
 
   WholeFolder frames(folder / "frames");
   if (const auto made = make_writable_folder(frames.temporary()); !made) return made.error();

@@ -22,6 +22,7 @@ extern "C" {
 #include "core/base/check.h"
 #include "core/base/files.h"
 #include "core/base/hash.h"
+#include "core/video/deinterlace.h"
 #include "core/video/frame_to_rgb.h"
 #include "core/video/lens_tag.h"
 #include "core/video/libav.h"
@@ -118,6 +119,15 @@ int find_stream_info(AVFormatContext& format) {
   return error;
 }
 
+// As the decoder says.
+bool is_flagged(const AVFrame& frame) {
+#if LIBAVUTIL_VERSION_INT >= AV_VERSION_INT(58, 7, 100)
+  return frame.flags & AV_FRAME_FLAG_INTERLACED;
+#else
+  return frame.interlaced_frame != 0;
+#endif
+}
+
 // Of a decoded frame, as it lies in memory.
 std::uint64_t frame_bytes(const AVFrame& frame) {
   std::uint64_t bytes = 0;
@@ -158,6 +168,7 @@ double rate_of(const std::filesystem::path& path, AVFormatContext& format, AVStr
 }  // namespace
 
 struct VideoReader::Impl {
+  enum class Received { frame, end, damaged };
   // A frame that was handed out and stays for rewind().
   struct Kept {
     int index = 0;
@@ -178,6 +189,8 @@ struct VideoReader::Impl {
   FrameConverter to_rgb, to_luma;  // one each: a converter has to be set up again for another format
   Orientation orientation;
   VideoInfo info;
+  PixelRect part;        // of the pictures that is handed out; empty: all of them
+  VideoInfo shown;       // info of that part
   bool cut_off = false;  // by its outermost boxes
   bool draining = false, ended = false;
   int read_error = 0;        // of the demuxer, if it stopped before the end
@@ -189,10 +202,14 @@ struct VideoReader::Impl {
 
   bool keeping = false;    // and all frames so far are kept
   bool replaying = false;  // frames come from `kept`
-  PixelRect part;        // of the pictures that is handed out; empty: all of them
-  VideoInfo shown;       // info of that part
   std::uint64_t room = 0;  // bytes that are left for kept frames
   std::deque<Kept> kept;
+
+  // The first frames, as decoded, until it is known whether they are interlaced; then what followed them.
+  std::deque<std::unique_ptr<AVFrame, FreeFrame>> ahead;
+  std::optional<Received> after_ahead;
+  bool looked_ahead = false, interlaced = false;
+  std::unique_ptr<AVFrame, FreeFrame> before;  // of interlaced ones, the last as it was decoded
 
   std::vector<std::filesystem::path> photos;  // of a folder; then nothing of FFmpeg is used
 
@@ -202,7 +219,11 @@ struct VideoReader::Impl {
   Result<void> open_decoder();
   void fill_info();
   Result<void> feed();
+  Received receive();
+  void look_ahead();
+  Received next_decoded();
   Result<std::optional<VideoFrame>> take();
+  void make_progressive(bool handed_out);
   Result<std::optional<VideoFrame>> replay();
   Result<void> convert(const AVFrame& decoded, VideoFrame& result);
   void keep(const VideoFrame& taken);
@@ -286,6 +307,7 @@ Result<std::optional<VideoFrame>> VideoReader::Impl::next_photo() {
   VideoFrame result;
   result.index = next_index++;
   result.time_s = last_time_s = result.index;
+  if (!part.empty()) *photo = crop(*photo, part);
   if (pixels == VideoPixels::both) result.luma = luma_of(*photo);
   result.rgb = pixels == VideoPixels::luma ? luma_of(*photo) : std::move(*photo);
   return std::optional<VideoFrame>(std::move(result));
@@ -307,7 +329,6 @@ Result<void> VideoReader::Impl::open_decoder() {
   codec->max_pixels = kMaxPixels;
   codec->pkt_timebase = stream->time_base;
   if (const int error = avcodec_open2(codec.get(), decoder, nullptr); error < 0)
-  if (!part.empty()) *photo = crop(*photo, part);
     return refused(av_text(error));
   return {};
 }
@@ -373,6 +394,60 @@ double VideoReader::Impl::time_of_frame() const {
   return next_index == 0 ? 0 : last_time_s + step;
 }
 
+// The decoder's next frame, into `frame`.
+VideoReader::Impl::Received VideoReader::Impl::receive() {
+  while (true) {
+    const int error = avcodec_receive_frame(codec.get(), frame.get());
+    if (error == 0) {
+      ++frames_decoded;
+      return Received::frame;
+    }
+    if (error == AVERROR_EOF) return Received::end;
+    if (error != AVERROR(EAGAIN) || !feed()) return Received::damaged;
+  }
+}
+
+// Nothing is decoded twice for it: what is looked at waits to be handed out.
+void VideoReader::Impl::look_ahead() {
+  constexpr std::size_t kMost = 25;  // frames
+  constexpr std::uint64_t kMostBytes = std::uint64_t(128) << 20;
+  looked_ahead = true;
+  const AVFieldOrder order = stream->codecpar->field_order;
+  bool flagged = order != AV_FIELD_UNKNOWN && order != AV_FIELD_PROGRESSIVE;
+  double largest = 0;
+  std::uint64_t bytes = 0;
+  while (ahead.size() < kMost && bytes < kMostBytes && !is_interlaced(largest, false)) {
+    const Received received = receive();
+    if (received != Received::frame) {
+      after_ahead = received;
+      break;
+    }
+    std::unique_ptr<AVFrame, FreeFrame> next(av_frame_alloc());
+    av_frame_move_ref(next.get(), frame.get());
+    flagged |= is_flagged(*next);
+    if (!ahead.empty()) largest = std::max(largest, combing(*ahead.back(), *next));
+    bytes += frame_bytes(*next);
+    ahead.push_back(std::move(next));
+  }
+  interlaced = is_interlaced(largest, flagged);
+}
+
+VideoReader::Impl::Received VideoReader::Impl::next_decoded() {
+  if (!looked_ahead) look_ahead();
+  if (!ahead.empty()) {
+    av_frame_move_ref(frame.get(), ahead.front().get());
+    ahead.pop_front();
+    return Received::frame;
+  }
+  return after_ahead ? *after_ahead : receive();
+}
+
+void VideoReader::Impl::make_progressive(bool handed_out) {
+  std::unique_ptr<AVFrame, FreeFrame> decoded(av_frame_clone(frame.get()));
+  if (handed_out) interlaced = deinterlace(before.get(), *frame);
+  before = std::move(decoded);
+}
+
 // nullopt for a skipped frame.
 Result<std::optional<VideoFrame>> VideoReader::Impl::take() {
   if (frame->flags & AV_FRAME_FLAG_CORRUPT || frame->decode_error_flags != 0) {
@@ -382,7 +457,9 @@ Result<std::optional<VideoFrame>> VideoReader::Impl::take() {
   VideoFrame result;
   result.time_s = last_time_s = time_of_frame();
   result.index = next_index++;
-  if (result.index % stride != 0 || result.index < first) {
+  const bool skipped = result.index % stride != 0 || result.index < first;
+  if (interlaced) make_progressive(!skipped);
+  if (skipped) {
     av_frame_unref(frame.get());
     return std::optional<VideoFrame>();
   }
@@ -407,6 +484,9 @@ Result<void> VideoReader::Impl::convert(const AVFrame& decoded, VideoFrame& resu
   result.rgb = upright(pixels == VideoPixels::luma ? to_luma.to_luma(decoded, width, height)
                                                    : to_rgb.to_rgb(decoded, width, height));
   if (result.rgb.empty()) return damaged();
+  if (part.empty()) return {};
+  result.rgb = crop(result.rgb, part);
+  if (!result.luma.empty()) result.luma = crop(result.luma, part);
   return {};
 }
 
@@ -484,9 +564,6 @@ Error VideoReader::Impl::damaged() const {
       "Copy it again from the phone; if the phone shows the same flaw, cut that part out and keep one side.");
 }
 
-  if (part.empty()) return {};
-  result.rgb = crop(result.rgb, part);
-  if (!result.luma.empty()) result.luma = crop(result.luma, part);
 Result<VideoReader> VideoReader::open(const std::filesystem::path& path, VideoPixels pixels,
                                       VideoFrames frames) {
   auto impl = std::make_unique<Impl>();
@@ -523,22 +600,19 @@ Result<std::optional<VideoFrame>> VideoReader::next() {
     if (!reader.photos.empty()) return reader.next_photo();
     if (reader.replaying) return reader.replay();
     while (true) {
-      const int error = avcodec_receive_frame(reader.codec.get(), reader.frame.get());
-      if (error == 0) {
-        ++frames_decoded;
-        auto taken = reader.take();
-        if (!taken || *taken) return taken;
-        continue;
-      }
-      if (error == AVERROR_EOF) return reader.finish();
-      if (error != AVERROR(EAGAIN)) return reader.damaged();
-      if (const auto fed = reader.feed(); !fed) return fed.error();
+      const Impl::Received received = reader.next_decoded();
+      if (received == Impl::Received::end) return reader.finish();
+      if (received == Impl::Received::damaged) return reader.damaged();
+      auto taken = reader.take();
+      if (!taken || *taken) return taken;
     }
   };
   auto result = step();
   if (!result) reader.failure = result.error();
   return result;
 }
+
+bool VideoReader::was_interlaced() const { return impl_->interlaced; }
 
 void VideoReader::start_at(int index) { impl_->first = index; }
 
@@ -570,6 +644,7 @@ Result<void> VideoReader::rewind(VideoPixels pixels) {
   reader.forget_kept();
   auto again = open(reader.path, pixels, reader.frames);
   if (!again) return again.error();
+  again->show_part(reader.part);
   *this = std::move(*again);
   return {};
 }
@@ -596,4 +671,3 @@ Result<VideoInfo> probe_video(const std::filesystem::path& path) {
 }
 
 }  // namespace likeness
-  again->show_part(reader.part);
