@@ -27,7 +27,7 @@ constexpr double kStretch = 0.25, kStretchSigma = 0.06;
 
 constexpr double kAround_s = 0.1;   // before and after a frame: a syllable's half
 constexpr double kLids = 0.3;       // of the usual opening, more or less: half weight
-constexpr double kFacing = 0.2;     // rad beyond the tenth that faces the camera most: half weight
+constexpr double kFacingAtRest = 0.2;     // rad beyond the tenth that faces the camera most: half weight
 constexpr double kTakesPart = 0.2;  // least weight of a frame of the rest
 constexpr double kAlike = 2;        // standard deviations of K within which frames show the same rest
 constexpr double kNeverMet = 0.12;  // lips apart at rest by this: they were never closed
@@ -96,7 +96,7 @@ std::vector<double> calm_weights(const Usable& frames, const std::vector<double>
                       falling(f.face.mouth_open - closed - kRelaxed, kParted) *
                       falling(f.lids_known ? std::abs(1 - f.lids) : 0, kLids) *
                       falling(std::hypot(f.face.mouth_aside - aside, f.face.mouth_tilt - tilt), kAskew) *
-                      falling(f.face.sigma - sigma, kUnsure) * falling(f.face.turn - facing, kFacing));
+                      falling(f.face.sigma - sigma, kUnsure) * falling(f.face.turn - facing, kFacingAtRest));
   }
   const double brows =
       weighted_median(all(frames, [](const RestFrame& f) { return f.face.brow_height; }), weights);
