@@ -34,7 +34,7 @@ struct Sight {
   FaceState state;
 };
 
-struct RestFrame {
+struct SettlingFrame {
   FaceFrame face;
   std::optional<Gaze> gaze;
 };
@@ -63,7 +63,7 @@ struct LiveTracker::Impl {
   Intrinsics intrinsics;         // of the working picture
   std::deque<Sight> before;      // the newest last, at most two
   std::deque<double> errors_px;  // of good frames
-  std::vector<RestFrame> rest;
+  std::vector<SettlingFrame> rest;
   bool resting = false;
   int number = 0, since_look = 0, weak_run = 0;
 
@@ -233,7 +233,7 @@ struct LiveTracker::Impl {
                    "Move closer to the camera, look into it in even light, and try again.", "live"};
     }
     std::vector<FaceFrame> faces;
-    std::vector<const RestFrame*> used;
+    std::vector<const SettlingFrame*> used;
     const std::size_t step = std::max<std::size_t>(1, rest.size() / kMaxRest);
     for (std::size_t i = 0; i < rest.size(); i += step)
       faces.push_back(rest[i].face), used.push_back(&rest[i]);

@@ -10,7 +10,7 @@
 namespace likeness {
 namespace {
 
-constexpr int kPlaces = 3;
+constexpr int kAngles = 3;  // places of the camera
 constexpr double kLeastDropped_s = 0.7, kMostDropped_s = 1.6;
 
 // What the next cut does; each kind in turn. Where the picture is close already, it goes back instead.
@@ -60,7 +60,7 @@ std::vector<DemoShot> demo_shots(const DemoOptions& options) {
     shot.kind = next_cut(i - 1 + std::abs(turn), shots.back());
     if (shot.kind == CutKind::punch_in) shot.close = true;
     if (shot.kind == CutKind::punch_out) shot.close = false;
-    if (shot.kind == CutKind::angle) shot.place = (shot.place + 1) % kPlaces, shot.close = false;
+    if (shot.kind == CutKind::angle) shot.place = (shot.place + 1) % kAngles, shot.close = false;
     shot.camera = 2 * shot.place + int(shot.close);
     shots.back().last = shot.first - 1;
     shots.push_back(shot);

@@ -245,8 +245,10 @@ Result<TruthComparison> compare_with_truth(const Track& estimate, const HeadMode
   const ActionBasis truth_basis = action_basis(truth.model), basis = action_basis(model);
   result.shape_rms_mm =
       1000 * shape_error(model, estimate.person, truth.model, truth.track.person, result.alignment);
+  const bool calibrated = estimate.neutral.expression.size() == model.expression_count();
   result.rest =
-      rest_error(model, estimate.person, estimate.neutral, truth.model, truth.track.person, result.alignment);
+      rest_error(model, estimate.person, calibrated ? estimate.neutral : neutral_articulation(model),
+                 truth.model, truth.track.person, result.alignment);
   result.training.pose = pose_errors(training, result.alignment, eyes);
   result.training.correlations = correlations(training, truth_basis, basis);
   result.held_out.pose = pose_errors(tested, result.alignment, eyes);

@@ -27,7 +27,7 @@ constexpr double kStretch = 0.25, kStretchSigma = 0.06;
 
 constexpr double kAround_s = 0.1;   // before and after a frame: a syllable's half
 constexpr double kLids = 0.3;       // of the usual opening, more or less: half weight
-constexpr double kFacingAtRest = 0.2;     // rad beyond the tenth that faces the camera most: half weight
+constexpr double kFaces = 0.2;      // rad beyond the tenth that faces the camera most: half weight
 constexpr double kTakesPart = 0.2;  // least weight of a frame of the rest
 constexpr double kAlike = 2;        // standard deviations of K within which frames show the same rest
 constexpr double kNeverMet = 0.12;  // lips apart at rest by this: they were never closed
@@ -35,7 +35,7 @@ constexpr double kUnlikely = 2.5;   // standard deviations from people's mouths 
 constexpr double kLeastTrust = 0.2;
 
 // 1 at zero, one half at `half`.
-double falling(double value, double half) {
+double fading(double value, double half) {
   const double t = std::max(0.0, value) / half;
   return 1 / (1 + t * t);
 }
@@ -92,16 +92,16 @@ std::vector<double> calm_weights(const Usable& frames, const std::vector<double>
   std::vector<double> weights;
   for (std::size_t i = 0; i < frames.size(); ++i) {
     const RestFrame& f = *frames[i];
-    weights.push_back(falling(motion[i] - still, kCalm) *
-                      falling(f.face.mouth_open - closed - kRelaxed, kParted) *
-                      falling(f.lids_known ? std::abs(1 - f.lids) : 0, kLids) *
-                      falling(std::hypot(f.face.mouth_aside - aside, f.face.mouth_tilt - tilt), kAskew) *
-                      falling(f.face.sigma - sigma, kUnsure) * falling(f.face.turn - facing, kFacingAtRest));
+    weights.push_back(fading(motion[i] - still, kCalm) *
+                      fading(f.face.mouth_open - closed - kRelaxed, kParted) *
+                      fading(f.lids_known ? std::abs(1 - f.lids) : 0, kLids) *
+                      fading(std::hypot(f.face.mouth_aside - aside, f.face.mouth_tilt - tilt), kAskew) *
+                      fading(f.face.sigma - sigma, kUnsure) * fading(f.face.turn - facing, kFaces));
   }
   const double brows =
       weighted_median(all(frames, [](const RestFrame& f) { return f.face.brow_height; }), weights);
   for (std::size_t i = 0; i < frames.size(); ++i)
-    weights[i] *= falling(frames[i]->face.brow_height - brows, kRaised);
+    weights[i] *= fading(frames[i]->face.brow_height - brows, kRaised);
   return weights;
 }
 
