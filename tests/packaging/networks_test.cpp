@@ -52,8 +52,9 @@ class NetworksScript : public testing::Test {
                  "chmod +x \"$3/bin/python\"");
   }
   ProgramResult run(const std::string& what) const {
-    return run_program({"/usr/bin/env", "PATH=" + (root_ / "programs").string() + ":/usr/bin:/bin",
-                        "/bin/bash", "-c", "cd " + root_.string() + " && " + what});
+    return run_program({"/usr/bin/env", "-u", "LIKENESS_NETWORKS",
+                        "PATH=" + (root_ / "programs").string() + ":/usr/bin:/bin", "/bin/bash", "-c",
+                        "cd " + root_.string() + " && " + what});
   }
   bool made() const { return fs::exists(root_ / "build/networks"); }
 
