@@ -46,7 +46,7 @@ inline bool read_target(const GreyPicture& m, float u, float v, float& value, fl
   value = top + fy * (low - top);
   du = (b - a) + fy * ((d - c) - (b - a));
   dv = low - top;
-  return value == value && du == du && dv == dv;
+  return value == value;
 }
 
 // One tile's pixels, column after column of what the products need.
@@ -68,7 +68,6 @@ struct LevelTerms {
   double light;           // variance of the tiles' light, grey values squared
   double share;           // how many independent observations a pixel of this level stands for
   float unit[kUnknowns];  // of each unknown, in its slopes' unit
-  float shift_scale;      // from slopes along `shift` to slopes a px of this level
 };
 
 // Known pixels of the tile at (x0, y0), with their mosaic values.
@@ -104,8 +103,8 @@ void weigh_tile(const LevelTerms& t, Tile& tile) {
     tile.slopes[6][i] = tile.value[i] * t.unit[6];
     tile.slopes[7][i] = t.unit[7];
     const float r = t.gain * tile.value[i] + t.bias - tile.grey[i];
-    const float sx = slopes[4] * t.shift_scale, sy = slopes[5] * t.shift_scale;
-    const float variance = t.noise * t.noise + t.edge * t.edge * (sx * sx + sy * sy);
+    const float steep = slopes[4] * slopes[4] + slopes[5] * slopes[5];
+    const float variance = t.noise * t.noise + t.edge * t.edge * steep;
     const float u = r * r / (kTukey * kTukey * variance), inside = u < 1 ? 1 - u : 0;
     tile.residual[i] = r;
     tile.weight[i] = inside * inside / variance;
@@ -242,7 +241,6 @@ LevelTerms level_terms(const std::vector<GreyPicture>& picture, const Intrinsics
   const Vector8 unit = unknown_units(reference);
   for (int i = 0; i < kUnknowns; ++i) t.unit[i] = float(unit[i]);
   t.unit[4] *= float(scale), t.unit[5] *= float(scale);  // slopes are along px of the level
-  t.shift_scale = 1;
   return t;
 }
 
@@ -350,7 +348,8 @@ double place_deviation(const LevelSums& sums, const ViewPrior& prior, const Intr
 
 // How far each part would move along the direction in which its texture shows it best, px of level 0.
 std::vector<double> part_moves(const std::vector<TileSums>& parts, const LevelTerms& terms) {
-  constexpr double kSure = 0.15;  // px of level 0
+  // An edge's pixel, known to a pixel of level 1, has a strength of 1/16: so much is a fifth of a part.
+  constexpr double kLeastStrength = 3;
   std::vector<double> moves;
   for (const TileSums& part : parts) {
     const double row = part.weight * terms.share + (terms.light > 0 ? 1 / terms.light : 0);
@@ -366,7 +365,7 @@ std::vector<double> part_moves(const std::vector<TileSums>& parts, const LevelTe
     const double xx = product(4, 4), xy = product(5, 4), yy = product(5, 5);
     const double angle = 0.5 * std::atan2(2 * xy, xx - yy), cx = std::cos(angle), cy = std::sin(angle);
     const double strength = cx * cx * xx + 2 * cx * cy * xy + cy * cy * yy;
-    if (strength * kSure * kSure < 1) continue;
+    if (strength < kLeastStrength) continue;
     moves.push_back(std::abs(cx * along(4) + cy * along(5)) / strength);
   }
   return moves;

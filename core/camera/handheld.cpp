@@ -197,7 +197,10 @@ void centre_views(Solver& solver) {
   const double zoom = median(std::move(zooms)), gain = median(std::move(gains)),
                bias = median(std::move(biases));
   for (Solving& frame : solver.frames) {
-    frame.aligned.view.turn = frame.aligned.view.turn * straight;
+    // A longer lens needs a smaller turn to move the picture as far.
+    Vec3d turn = vector_from_turn(frame.aligned.view.turn * straight);
+    turn.head<2>() *= std::exp(zoom);
+    frame.aligned.view.turn = turn_from_vector(turn);
     frame.aligned.view.log_zoom -= zoom;
     // A mosaic of gain * values + bias.
     frame.aligned.bias -= bias * frame.aligned.gain / gain;

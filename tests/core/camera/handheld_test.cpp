@@ -34,7 +34,7 @@ TEST(HandheldView, SlopesAreFiniteDifferences) {
   const auto value = [](double u, double v) {
     return std::sin(0.07 * u) * std::cos(0.05 * v) + 0.002 * u * v;
   };
-  for (const Vec2d at : {Vec2d(12.5, 20.5), Vec2d(120, 68), Vec2d(231, 9), Vec2d(200.5, 130)}) {
+  for (const Vec2d& at : {Vec2d(12.5, 20.5), Vec2d(120, 68), Vec2d(231, 9), Vec2d(200.5, 130)}) {
     const auto read = [&](const HandheldView& from) {
       const auto place = view_place(view_map<double>(mosaic, lens, from), at.x(), at.y());
       return value(place.u, place.v);

@@ -8,6 +8,7 @@
 
 #include "core/base/rigid.h"
 #include "core/camera/assumed_lens.h"
+#include "tests/core/camera/textured_room.h"
 
 namespace likeness {
 namespace {
