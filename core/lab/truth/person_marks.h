@@ -21,6 +21,8 @@ struct PersonOutline {
   std::vector<Polygon> person,
       holes;  // all that is seen of the person, with what they wear; what shows through
   std::vector<Polygon> head, head_holes;  // the head with its hair, without neck and torso
+  std::vector<Polygon>
+      unsure;  // where nobody can tell by eye: veils of hair, cloth that melts into the ground
 };
 
 struct PersonMarks {
@@ -31,15 +33,16 @@ struct PersonMarks {
 };
 
 // {"version": 1, "clip": "a.mp4", "video_hash": "...", "size": [512, 512], "frames": [{"frame": 8,
-// "person": [[[x, y], ...], ...], "holes": [...], "head": [...], "head_holes": [...]}]}. Holes may be absent;
-// "how" is for people. Refused by name: points outside the picture, polygons of fewer than three points, a
-// frame twice or without a person or head.
+// "person": [[[x, y], ...], ...], "holes": [...], "head": [...], "head_holes": [...], "unsure": [...]}]}.
+// Holes and "unsure" may be absent; "how" is for people. Refused by name: points outside the picture,
+// polygons of fewer than three points, a frame twice or without a person or head.
 Result<PersonMarks> read_person_marks(const std::filesystem::path& path);
 
 // Pictures of the source's size, one channel, 0 or 255; a pixel is in where its centre is.
 struct DrawnPerson {
   Image8 person, head;
-  Image8 unsure;       // within kUnsureOfHead * head_width_px of the person's drawn edge: nobody draws better
+  Image8 unsure;       // drawn as such, and within kUnsureOfHead * head_width_px of the person's drawn edge:
+                       // nobody draws better
   Image8 head_nearer;  // pixels nearer to the head than to the rest of the person, within it and beside it
   double head_width_px = 0;
 };
