@@ -51,7 +51,7 @@ TEST(FuzzStudyFiles, PersonMarks) {
   target.seeds = {
       R"({"version": 1, "clip": "a.mp4", "video_hash": "0f", "size": [64, 48], "frames": [{"frame": 3,)"
       R"( "person": [[[4,48],[9.5,2],[40,48]]], "holes": [[[8,9],[9,9],[9,10]]],)"
-      R"( "head": [[[6,20],[9.5,2],[20,20]]]}]})"};
+      R"( "head": [[[6,20],[9.5,2],[20,20]]], "unsure": [[[1,1],[2,1],[1,2]]]}]})"};
   target.read = [&](std::span<const std::byte> bytes) {
     return read_person_marks(scratch.put("marks.json", bytes)).ok();
   };

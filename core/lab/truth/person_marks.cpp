@@ -55,7 +55,8 @@ std::string fault_of(const PersonMarks& marks) {
       return fmt::format("frame {} is there twice, or is none", outline.frame);
     if (outline.person.empty() || outline.head.empty())
       return fmt::format("frame {} has no person or no head", outline.frame);
-    for (const auto* all : {&outline.person, &outline.holes, &outline.head, &outline.head_holes})
+    for (const auto* all :
+         {&outline.person, &outline.holes, &outline.head, &outline.head_holes, &outline.unsure})
       if (const std::string fault = fault_of(*all, marks.width, marks.height); !fault.empty())
         return fmt::format("in frame {} {}", outline.frame, fault);
   }
@@ -156,7 +157,7 @@ Result<PersonMarks> read_person_marks(const std::filesystem::path& path) {
     for (const nlohmann::json& frame : file.at("frames"))
       marks.frames.push_back({frame.at("frame").get<int>(), polygons(frame, "person"),
                               polygons(frame, "holes"), polygons(frame, "head"),
-                              polygons(frame, "head_holes")});
+                              polygons(frame, "head_holes"), polygons(frame, "unsure")});
     if (const std::string fault = fault_of(marks); !fault.empty()) return unreadable(path, fault);
     return marks;
   } catch (const nlohmann::json::exception& e) {
@@ -172,7 +173,7 @@ DrawnPerson draw_marks(const PersonOutline& outline, int width, int height) {
   for (const Polygon& polygon : outline.head)
     for (const Vec2d& p : polygon) left = std::min(left, p.x()), right = std::max(right, p.x());
   drawn.head_width_px = std::max(0.0, right - left);
-  drawn.unsure = Image8(width, height, 1);
+  drawn.unsure = filled(outline.unsure, {}, width, height);
   for (const auto* all : {&outline.person, &outline.holes})
     for (const Polygon& polygon : *all) widen(drawn.unsure, polygon, kUnsureOfHead * drawn.head_width_px);
   Image8 rest = drawn.person;

@@ -21,8 +21,7 @@ struct PersonOutline {
   std::vector<Polygon> person,
       holes;  // all that is seen of the person, with what they wear; what shows through
   std::vector<Polygon> head, head_holes;  // the head with its hair, without neck and torso
-  std::vector<Polygon>
-      unsure;  // where nobody can tell by eye: veils of hair, cloth that melts into the ground
+  std::vector<Polygon> unsure;            // where nobody can tell by eye: veils of hair, blur
 };
 
 struct PersonMarks {

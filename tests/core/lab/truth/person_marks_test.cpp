@@ -70,6 +70,15 @@ TEST(PersonMarks, AreUnsureWithinAHundredthOfTheHeadsWidthAlongEdgesButNotAtTheP
   EXPECT_EQ(*drawn.unsure.at(200, 399), 0);
 }
 
+TEST(PersonMarks, AreUnsureWhereTheyAreDrawnSo) {
+  PersonOutline outline = figure();
+  outline.unsure = {circle(20, 20, 5)};
+  const DrawnPerson drawn = draw_marks(outline, 200, 200);
+  EXPECT_EQ(*drawn.unsure.at(20, 20), 255);
+  EXPECT_EQ(*drawn.unsure.at(28, 20), 0);
+  EXPECT_EQ(*drawn.person.at(20, 20), 0);
+}
+
 TEST(PersonMarks, WhatIsBesideTheHeadIsTheHeadsAndWhatIsBesideTheTorsoIsTheTorsos) {
   const DrawnPerson drawn = draw_marks(figure(), 200, 200);
   EXPECT_EQ(*drawn.head_nearer.at(100, 60), 255);
