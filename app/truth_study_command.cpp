@@ -1,4 +1,5 @@
-// likeness study truth: tracks, cameras, mattes, walls and driving beside the truth of a demo.
+// likeness study truth: tracks, cameras, mattes, walls and driving beside the truth of a demo, mattes beside what
+// was drawn by hand.
 #include <algorithm>
 #include <cerrno>
 #include <memory>
@@ -20,6 +21,7 @@
 #include "core/export/write_film.h"
 #include "core/lab/truth/camera_truth.h"
 #include "core/lab/truth/drive_truth.h"
+#include "core/lab/truth/marked_mattes.h"
 #include "core/lab/truth/matte_truth.h"
 #include "core/lab/truth/track_study.h"
 #include "core/lab/truth/wall_truth.h"
@@ -33,7 +35,7 @@ namespace fs = std::filesystem;
 struct TruthStudyArguments {
   CommonOptions common;
   TableOptions output;
-  fs::path demo, project, tracks, track;
+  fs::path demo, project, tracks, track, marks;
   std::vector<std::string> steps, networks;
   ProjectOptions models;  // head and landmark model only
 };
@@ -177,6 +179,38 @@ Result<std::vector<Table>> compare_project_walls(const TruthStudyArguments& a, c
   return std::vector<Table>{std::move(table)};
 }
 
+// -- Mattes beside what was drawn by hand
+
+Result<std::vector<Table>> compare_with_drawn(const TruthStudyArguments& a) {
+  if (!a.project.empty() || !a.output.tables.empty())
+    return Error{ErrorCode::bad_input, "Marks are of a project's own clip and need no demo.",
+                 "likeness study truth PROJECT --marks MARKS.json", ""};
+  const auto project = open_project(a.demo);
+  if (!project) return project.error();
+  const auto marks = read_person_marks(a.marks);
+  if (!marks) return marks.error();
+  const ProgressLine line(quiet_if_csv(a.common, a.output));
+  const auto found = study_marked_mattes(*project, *marks, line.progress(), stop_on_signals());
+  if (!found) return found.error();
+  Table table{.name = "marks", .title = "The project's mattes, beside the person drawn by hand"};
+  table.columns = {{"frame", "frame"},
+                   {"person_iou", "IoU, person", 4},
+                   {"head_iou", "head and hair", 4},
+                   {"torso_iou", "torso", 4}};
+  MarkedMatte sum;
+  for (const MarkedMatte& m : found->frames) {
+    table.rows.push_back({fmt::format("{}", m.frame), m.person_iou, m.head_iou, m.torso_iou});
+    sum.person_iou += m.person_iou, sum.head_iou += m.head_iou, sum.torso_iou += m.torso_iou;
+  }
+  const double n = double(found->frames.size());
+  table.rows.push_back({"mean", sum.person_iou / n, sum.head_iou / n, sum.torso_iou / n});
+  table.notes = {fmt::format("Pixels within {:.0f} % of the head's width of the drawn edge do not count.",
+                             100 * kUnsureOfHead)};
+  if (!found->without_matte.empty())
+    table.notes.push_back(fmt::format("Without a matte: {}.", fmt::join(found->without_matte, ", ")));
+  return std::vector<Table>{std::move(table)};
+}
+
 // -- Driving
 
 Result<DriveScore> driven_score(const TruthStudyArguments& a, const Progress& progress,
@@ -263,7 +297,7 @@ Result<std::vector<Table>> compare_all(const TruthStudyArguments& a) {
 
 int run(const TruthStudyArguments& a) {
   const ThreadLimit limit(a.common.threads);
-  const auto tables = compare_all(a);
+  const auto tables = a.marks.empty() ? compare_all(a) : compare_with_drawn(a);
   return tables ? report_tables(a.common, a.output, *tables) : report_failure(tables.error());
 }
 
@@ -273,7 +307,7 @@ void add_truth_study(CLI::App& study, int& exit_code) {
   auto a = std::make_shared<TruthStudyArguments>();
   CLI::App* verb =
       study.add_subcommand("truth", "Tracks, cameras, mattes, walls and driving beside the truth of a demo");
-  verb->add_option("demo", a->demo, "A folder of `likeness demo`")->required();
+  verb->add_option("demo", a->demo, "A folder of `likeness demo`; with --marks a project")->required();
   verb->add_option("project", a->project,
                    "For mattes, views and walls: the project that imported the demo's clip. For drive: the "
                    "avatar's, which the "
@@ -288,6 +322,9 @@ void add_truth_study(CLI::App& study, int& exit_code) {
                    "For mattes: also make them again, a row for each: person (with the person network), none")
       ->check(CLI::IsMember({"person", "none"}));
   verb->add_option("--tracks", a->tracks, "A folder to keep each step's track in");
+  verb->add_option("--marks", a->marks,
+                   "The person drawn by hand in frames of the project's clip "
+                   "(core/lab/truth/person_marks.h): its mattes beside that");
   verb->add_option("--track", a->track, "For drive: track.json of the demo, read if it exists, else written");
   verb->add_option(
       "--head-model", a->models.shared.head_model,

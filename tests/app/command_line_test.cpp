@@ -407,6 +407,8 @@ TEST_F(CommandLine, StudiesSayWhatTheyNeed) {
            {{"study", "truth", folder, folder, "--tables", "mattes"}, "not a Likeness project"},
            {{"study", "truth", folder, "--tables", "drive"}, "for a project"},
            {{"study", "truth", folder, folder}, "need no project"},
+           {{"study", "truth", folder, "--marks", "m.json"}, "not a Likeness project"},
+           {{"study", "truth", folder, folder, "--marks", "m.json"}, "need no demo"},
            {{"study", folder}, "where its report goes"},
            {{"study", folder, "--tables", "occupancy"}, "not a Likeness project"},
            {{"study", "track", "track.json"}, "--marks"},
