@@ -8,12 +8,14 @@ namespace likeness {
 CameraVerdict judge_camera_kind(const HandheldSolve& solve, const CameraKindLimits& limits) {
   const double width = solve.reference.width;
   const double sigma = 1000 * solve.sigma_px / width, misfit = 1000 * solve.misfit_px / width;
-  if (solve.explained > 0 && limits.certain * sigma > limits.resting)
-    return {
-        CameraExplanation::no_texture,
-        fmt::format("The background has too little texture to show whether the camera moves: it places the "
-                    "picture only to {:.2f} thousandths of its width ({:.2f} needed).",
-                    sigma, limits.resting / limits.certain)};
+  // Shading without edges follows the person's shadow as readily as the camera: only parts with texture can
+  // tell.
+  if (solve.explained > 0 && solve.judged < limits.judged)
+    return {CameraExplanation::no_texture,
+            fmt::format(
+                "The background has too little texture to show whether the camera moves: in {:.0f} % of the "
+                "frames parts of it would tell ({:.0f} % needed).",
+                100 * solve.judged, 100 * limits.judged)};
   if (solve.explained < limits.explained)
     return {
         CameraExplanation::unexplained,

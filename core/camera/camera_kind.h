@@ -23,9 +23,8 @@ struct CameraKindLimits {
   // 1/1000 of the width that the background may stray, in all but 5 % of the frames, for a camera at rest:
   // under a pixel at 512 px, which a plate's median forgives; a tripod on a floor with people stays below.
   double resting = 1.5;
-  // Standard deviations of the background's place that must fit into `resting` for its texture to decide
-  // anything: three, by which noise alone is hardly ever taken for motion.
-  double certain = 3;
+  // Share of the frames in which parts of the background have texture enough to be found by themselves.
+  double judged = 0.5;
   // Share of the frames that the mosaic must explain: one in ten may be blurred, or mostly hidden.
   double explained = 0.9;
   // Share of the frames that may have parts beyond kMisfitLimit: motion blur and a passer-by make some.

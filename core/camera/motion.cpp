@@ -17,6 +17,7 @@ namespace likeness {
 namespace {
 
 constexpr int kWorkingWidth = 480;
+constexpr double kKeptMargin = 0.015;  // of the longer side: what a person moves until the next mask
 constexpr int kKeptSide = 480, kKeptSideOfMany = 320;  // px, the longer one of the pictures that are kept
 constexpr int kMany = 2400;                            // frames, which would take more than some 300 MB
 constexpr double kTravelStep = 0.02, kLeap = 0.09;     // of the width
@@ -188,20 +189,15 @@ class TravelRecorder {
   bool started_ = false;
 };
 
-cv::Mat background_of(const std::function<Image8(int, const Image8&)>& person, const VideoFrame& frame,
-                      cv::Size size) {
-  cv::Mat background(size, CV_8U, cv::Scalar(255));
-  if (!person) return background;
-  Image8 mask = person(frame.index, frame.rgb);
-  if (mask.empty()) return background;
-  const cv::Mat full(mask.height, mask.width, CV_8U, mask.data.data());
-  cv::resize(full, background, size, 0, 0, cv::INTER_AREA);
-  // A head that turns or nods leaves a coarse mask for a while, and a few features on hair are enough to make
-  // a plain wall move: here, unlike in the solve, a margin costs nothing.
-  const int margin = int(kPersonMargin * std::sqrt(double(cv::countNonZero(background))));
-  cv::dilate(background, background,
-             cv::getStructuringElement(cv::MORPH_RECT, {2 * margin + 1, 2 * margin + 1}));
-  return background == 0;
+// 255 = person, grown by `margin` px.
+cv::Mat person_at(const Image8& mask, cv::Size size, int margin) {
+  cv::Mat person(size, CV_8U, cv::Scalar(0));
+  if (mask.empty()) return person;
+  const cv::Mat full(mask.height, mask.width, CV_8U, const_cast<std::uint8_t*>(mask.data.data()));
+  cv::resize(full, person, size, 0, 0, cv::INTER_AREA);
+  if (margin < 0) margin = int(kPersonMargin * std::sqrt(double(cv::countNonZero(person))));
+  cv::dilate(person, person, cv::getStructuringElement(cv::MORPH_RECT, {2 * margin + 1, 2 * margin + 1}));
+  return person != 0;
 }
 
 Image8 copied(const cv::Mat& grey) {
@@ -249,12 +245,14 @@ struct MotionMeter::State {
     cv::Mat kept;
     cv::resize(grey, kept, kept_size, 0, 0, cv::INTER_AREA);
     if (out.frames.size() % BackgroundPictures::kMaskEvery == 0 || background.empty()) {
-      background = background_of(person, frame, size);
-      if (person) {
-        cv::Mat masked;
-        cv::resize(255 - background, masked, kept_size, 0, 0, cv::INTER_NEAREST);
-        pictures.person.push_back(copied(masked));
-      }
+      const Image8 mask = person ? person(frame.index, frame.rgb) : Image8();
+      // A head that turns or nods leaves a coarse mask for a while, and a few features on hair are enough to
+      // make a plain wall move: for them a margin costs nothing. A dense solve needs what background there
+      // is.
+      background = person_at(mask, size, -1) == 0;
+      if (person)
+        pictures.person.push_back(copied(
+            person_at(mask, kept_size, int(kKeptMargin * std::max(kept_size.width, kept_size.height)))));
     }
     pictures.frames.push_back(frame.index);
     pictures.grey.push_back(copied(kept));
