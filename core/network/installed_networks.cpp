@@ -19,13 +19,13 @@ namespace fs = std::filesystem;
 
 // tests/structure/check_networks.py holds these hashes against those of packaging/networks.
 constexpr std::array<InstalledNetworkFile, 4> kFiles{{
-    {InstalledNetwork::person, "person.onnx", "which pixels are the person",
+    {InstalledNetwork::person, "person.onnx", 256, "which pixels are the person",
      "71f4af1f6f2a6db3954ab2c98fa730907000d9c81cd88f00bdcfcd2b138881c0"},
-    {InstalledNetwork::face468, "face468.onnx", "468 points of a face",
+    {InstalledNetwork::face468, "face468.onnx", 192, "468 points of a face",
      "eb0231bb517e962443bced54eba7a179b46eb30453cb6c0d5dad98ce749f0320"},
-    {InstalledNetwork::iris, "iris.onnx", "the irises",
+    {InstalledNetwork::iris, "iris.onnx", 64, "the irises",
      "364e631347b48480739757a21d852c1c48c8a8e2d16c309305dee7b31c57b924"},
-    {InstalledNetwork::face_detector, "face_detector.onnx", "where faces are",
+    {InstalledNetwork::face_detector, "face_detector.onnx", 128, "where faces are",
      "459860e57cff29e7dce281644a6a5e1afb16338fbf24fe92ba3474a1c4d5bff7"},
 }};
 
@@ -68,7 +68,7 @@ Result<fs::path> find_installed_network(InstalledNetwork network) {
                remedy(), wanted.file};
 }
 
-Result<OnnxNetwork> load_installed_network(InstalledNetwork network, int most_at_once) {
+Result<OnnxNetwork> load_installed_network(InstalledNetwork network, int max_concurrent) {
   const auto file = find_installed_network(network);
   if (!file) return file.error();
   auto bytes = read_file(*file);
@@ -82,7 +82,7 @@ Result<OnnxNetwork> load_installed_network(InstalledNetwork network, int most_at
                     file->string(), bytes->size(), hash.substr(0, 12),
                     std::string(installed_network_file(network).sha256).substr(0, 12)),
         remedy(), file->string()};
-  return OnnxNetwork::load(std::move(*bytes), *file, most_at_once);
+  return OnnxNetwork::load(std::move(*bytes), *file, max_concurrent);
 }
 
 std::string installed_network_hash(InstalledNetwork network) {

@@ -26,7 +26,7 @@ Error bad_network(const fs::path& origin, std::string what) {
 // Lets at most so many run at once, in no order.
 class Turns {
  public:
-  explicit Turns(int most) : free_(most) {}
+  explicit Turns(int max_concurrent) : free_(max_concurrent) {}
   void take() {
     std::unique_lock lock(mutex_);
     freed_.wait(lock, [this] { return free_ > 0; });
@@ -46,15 +46,25 @@ class Turns {
   int free_;
 };
 
-class Turn {
+// A turn, and the copy that it is taken with; an empty one where all others are at work.
+class Lent {
  public:
-  explicit Turn(Turns& turns) : turns_(turns) { turns_.take(); }
-  ~Turn() { turns_.give(); }
-  Turn(const Turn&) = delete;
-  Turn& operator=(const Turn&) = delete;
+  Lent(Turns& turns, LendingPool<cv::dnn::Net>& copies) : turns_(turns), copies_(copies) {
+    turns_.take();
+    net_ = copies_.take();
+  }
+  ~Lent() {
+    copies_.give(std::move(net_));
+    turns_.give();
+  }
+  Lent(const Lent&) = delete;
+  Lent& operator=(const Lent&) = delete;
+  cv::dnn::Net& net() { return *net_; }
 
  private:
   Turns& turns_;
+  LendingPool<cv::dnn::Net>& copies_;
+  std::unique_ptr<cv::dnn::Net> net_;
 };
 
 Tensor tensor_of(const cv::Mat& output) {
@@ -88,57 +98,55 @@ Tensor picture_tensor(const Image8& picture, double scale, const std::array<doub
 
 struct OnnxNetwork::Impl {
   fs::path origin;
-  std::vector<std::byte> bytes;  // for further copies
+  std::vector<std::byte> bytes;  // for further copies, if there may be any
   Turns turns;
   LendingPool<cv::dnn::Net> copies;
 
-  Impl(fs::path from, std::vector<std::byte> read, int most_at_once)
-      : origin(std::move(from)), bytes(std::move(read)), turns(most_at_once) {}
+  Impl(fs::path from, int max_concurrent) : origin(std::move(from)), turns(max_concurrent) {}
 
-  void read_into(cv::dnn::Net& net) const {
+  // These two throw what OpenCV throws.
+  static void read_into(cv::dnn::Net& net, const std::vector<std::byte>& bytes) {
     net = cv::dnn::readNetFromONNX(reinterpret_cast<const char*>(bytes.data()), bytes.size());
     net.setPreferableBackend(cv::dnn::DNN_BACKEND_OPENCV);
     net.setPreferableTarget(cv::dnn::DNN_TARGET_CPU);
   }
-
-  // Throws what OpenCV throws; a copy that threw is not used again.
   std::vector<Tensor> run(std::span<const NetworkInput> inputs, std::span<const std::string> outputs) {
-    const Turn turn(turns);
-    auto net = copies.take();
-    if (net->empty()) read_into(*net);
-    for (const NetworkInput& input : inputs) net->setInput(view_of(input.tensor), input.name);
+    Lent lent(turns, copies);
+    cv::dnn::Net& net = lent.net();
+    if (net.empty()) read_into(net, bytes);
+    for (const NetworkInput& input : inputs) net.setInput(view_of(input.tensor), input.name);
     std::vector<Tensor> tensors;
     if (outputs.size() == 1 && outputs[0].empty()) {
-      tensors.push_back(tensor_of(net->forward()));
+      tensors.push_back(tensor_of(net.forward()));
     } else {
       std::vector<cv::Mat> computed;
-      net->forward(computed, std::vector<cv::String>(outputs.begin(), outputs.end()));
+      net.forward(computed, std::vector<cv::String>(outputs.begin(), outputs.end()));
       for (const cv::Mat& output : computed) tensors.push_back(tensor_of(output));
     }
-    copies.give(std::move(net));
     return tensors;
   }
 };
 
-Result<OnnxNetwork> OnnxNetwork::load(const fs::path& onnx, int most_at_once) {
+Result<OnnxNetwork> OnnxNetwork::load(const fs::path& onnx, int max_concurrent) {
   std::error_code ignored;
   if (!fs::is_regular_file(onnx, ignored))
     return Error{ErrorCode::not_found, fmt::format("There is no network \"{}\".", onnx.string()),
                  "Check the name and the folder.", onnx.string()};
   auto bytes = read_file(onnx);
   if (!bytes) return bytes.error();
-  return load(std::move(*bytes), onnx, most_at_once);
+  return load(std::move(*bytes), onnx, max_concurrent);
 }
 
 Result<OnnxNetwork> OnnxNetwork::load(std::vector<std::byte> bytes, const fs::path& origin,
-                                      int most_at_once) {
-  LIKENESS_CHECK(most_at_once > 0, "%d at once", most_at_once);
-  auto impl = std::make_unique<Impl>(origin, std::move(bytes), most_at_once);
+                                      int max_concurrent) {
+  LIKENESS_CHECK(max_concurrent > 0, "%d at once", max_concurrent);
+  auto impl = std::make_unique<Impl>(origin, max_concurrent);
   try {
     auto first = std::make_unique<cv::dnn::Net>();
-    impl->read_into(*first);
+    Impl::read_into(*first, bytes);
     if (first->empty()) return bad_network(origin, "The file holds no network.");
     impl->copies.give(std::move(first));
+    if (max_concurrent > 1) impl->bytes = std::move(bytes);
   } catch (const cv::Exception& fault) {
     return bad_network(origin, fmt::format("The network cannot be read: {}.", fault.err));
   } catch (const std::exception& fault) {  // thrown by the standard library for sizes that the file claims

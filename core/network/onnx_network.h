@@ -35,13 +35,13 @@ class OnnxNetwork {
  public:
   // not_found: there is no such file. bad_input: it is damaged, no ONNX file, or uses operators that OpenCV
   // lacks; no size that the file claims is trusted. Errors' `fix` is general: who knows what the network is
-  // for may say more. most_at_once: how many threads may run it at the same time, each in a copy of its own,
-  // which is made when first needed and kept; others wait their turn. A copy holds all weights and every
+  // for may say more. max_concurrent: how many threads may run it at the same time, each in a copy of its
+  // own, which is made when first needed and kept; others wait their turn. A copy holds all weights and every
   // layer's output.
-  static Result<OnnxNetwork> load(const std::filesystem::path& onnx, int most_at_once = 1);
+  static Result<OnnxNetwork> load(const std::filesystem::path& onnx, int max_concurrent = 1);
   // The same of a file's bytes; `origin` is only named in errors.
   static Result<OnnxNetwork> load(std::vector<std::byte> bytes, const std::filesystem::path& origin,
-                                  int most_at_once = 1);
+                                  int max_concurrent = 1);
   ~OnnxNetwork();
   OnnxNetwork(OnnxNetwork&&) noexcept;
   OnnxNetwork& operator=(OnnxNetwork&&) noexcept;
