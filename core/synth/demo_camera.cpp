@@ -183,12 +183,13 @@ Vec2d slide_of(const DemoOptions& options, const HeadShape& shape, const Camera&
   return (sum / weights).cwiseMax(-most).cwiseMin(most);
 }
 
-// Crops the middle, a little above it, as editors do to a face.
-void crop_closer(Intrinsics& k) {
+// Crops the middle, a little above it, as editors do to a face; less where the camera itself comes close.
+void crop_closer(const DemoOptions& options, Intrinsics& k) {
+  const double closer = options.camera == DemoCamera::zoom ? std::sqrt(kCloser) : kCloser;
   const double above = 0.03 * k.height;
-  k.fx *= kCloser, k.fy *= kCloser;
-  k.cx = 0.5 * k.width + kCloser * (k.cx - 0.5 * k.width);
-  k.cy = 0.5 * k.height + kCloser * (k.cy - 0.5 * k.height + above);
+  k.fx *= closer, k.fy *= closer;
+  k.cx = 0.5 * k.width + closer * (k.cx - 0.5 * k.width);
+  k.cy = 0.5 * k.height + closer * (k.cy - 0.5 * k.height + above);
 }
 
 }  // namespace
@@ -222,7 +223,7 @@ Camera demo_camera(const DemoOptions& options, const HeadShape& shape, const Dem
     const Vec2d slid = slide_of(options, shape, camera, placed, frame);
     camera.intrinsics.cx -= slid.x(), camera.intrinsics.cy -= slid.y();
   }
-  if (shot.close) crop_closer(camera.intrinsics);
+  if (shot.close) crop_closer(options, camera.intrinsics);
   return camera;
 }
 
