@@ -17,10 +17,10 @@ struct FaceFrame {
   int frame = 0;      // number in the source
   bool seen = false;  // has landmarks
   bool held_out = false;
-  bool rest = false;        // shows the person's resting face: what it shows is identity
   bool pose_given = false;  // the pose is held: dense tracks are more accurate than landmarks
   FaceObservation observation;
-  FaceState state;  // guess in, fit out
+  FaceState state;    // guess in, fit out
+  bool rest = false;  // shows the person's resting face: what it shows is identity
 };
 
 struct ClipFitOptions {
