@@ -53,13 +53,15 @@ std::vector<FaceBox> plausible(const std::vector<FaceBox>& faces) {
 }
 
 // The detector's boxes jump by a step of its scales from look to look while the head is at rest: each is
-// replaced by the medians of the looks of half a second to either side.
+// replaced by the medians of five looks, a second, about it.
 std::vector<FaceBox> steadied(const std::vector<FaceBox>& faces) {
-  constexpr std::size_t kReach = 2;  // looks to either side, a fifth of a second apart
+  constexpr std::size_t kReach = 2;  // looks to either side
   std::vector<FaceBox> steady;
   for (std::size_t i = 0; i < faces.size(); ++i) {
     std::vector<double> x, y, width, height;
-    for (std::size_t j = i - std::min(i, kReach); j <= std::min(faces.size() - 1, i + kReach); ++j) {
+    const std::size_t window = std::min(faces.size(), 2 * kReach + 1),
+                      first = std::min(i - std::min(i, kReach), faces.size() - window);
+    for (std::size_t j = first; j < first + window; ++j) {
       x.push_back(faces[j].x + faces[j].width / 2), y.push_back(faces[j].y + faces[j].height / 2);
       width.push_back(faces[j].width), height.push_back(faces[j].height);
     }
