@@ -13,6 +13,7 @@ namespace {
 
 constexpr double kAbove = 0.6, kBelow = 1.1, kBeside = 1.0;               // head and shoulders
 constexpr double kHeadAbove = 0.5, kHeadBelow = 0.2, kHeadBeside = 0.25;  // the head alone
+constexpr double kBelowChin = 0.08;   // what a head must have below it before a crop leaves the film
 constexpr double kNearlyWhole = 0.9;  // of the picture's shorter side: from there on the crop takes all of it
 
 struct Extent {
@@ -91,7 +92,7 @@ SquareCrop crop_within(const std::vector<FaceBox>& faces, int width, int height)
   if (side >= kNearlyWhole * shorter) {
     side = std::max({shorter, head.width(), head.height()});
     if (side > shorter) {
-      head = filmed(extent_of(steadied(faces), kHeadBeside, kHeadAbove, kHeadBelow), width, height);
+      head = filmed(extent_of(steadied(faces), kHeadBeside, kHeadAbove, kBelowChin), width, height);
       side = std::max({shorter, head.width(), head.height()});
     }
   }
