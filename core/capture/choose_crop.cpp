@@ -92,8 +92,10 @@ SquareCrop crop_within(const std::vector<FaceBox>& faces, int width, int height)
   if (side >= kNearlyWhole * shorter) {
     side = std::max({shorter, head.width(), head.height()});
     if (side > shorter) {
-      head = filmed(extent_of(steadied(faces), kHeadBeside, kHeadAbove, kBelowChin), width, height);
-      side = std::max({shorter, head.width(), head.height()});
+      const std::vector<FaceBox> steady = steadied(faces);
+      head = filmed(extent_of(steady, kHeadBeside, kHeadAbove, kHeadBelow), width, height);
+      const Extent least = filmed(extent_of(steady, kHeadBeside, kHeadAbove, kBelowChin), width, height);
+      side = std::max({shorter, least.width(), least.height()});
     }
   }
   side = std::ceil(side);
