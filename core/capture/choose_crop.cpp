@@ -13,6 +13,7 @@ namespace {
 
 constexpr double kAbove = 0.6, kBelow = 1.1, kBeside = 1.0;               // head and shoulders
 constexpr double kHeadAbove = 0.5, kHeadBelow = 0.2, kHeadBeside = 0.25;  // the head alone
+constexpr double kBelowChin = 0.08;   // what a head must have below it before a crop leaves the film
 constexpr double kNearlyWhole = 0.9;  // of the picture's shorter side: from there on the crop takes all of it
 
 struct Extent {
@@ -53,13 +54,15 @@ std::vector<FaceBox> plausible(const std::vector<FaceBox>& faces) {
 }
 
 // The detector's boxes jump by a step of its scales from look to look while the head is at rest: each is
-// replaced by the medians of the looks of half a second to either side.
+// replaced by the medians of five looks, a second, about it.
 std::vector<FaceBox> steadied(const std::vector<FaceBox>& faces) {
-  constexpr std::size_t kReach = 2;  // looks to either side, a fifth of a second apart
+  constexpr std::size_t kReach = 2;  // looks to either side
   std::vector<FaceBox> steady;
   for (std::size_t i = 0; i < faces.size(); ++i) {
     std::vector<double> x, y, width, height;
-    for (std::size_t j = i - std::min(i, kReach); j <= std::min(faces.size() - 1, i + kReach); ++j) {
+    const std::size_t window = std::min(faces.size(), 2 * kReach + 1),
+                      first = std::min(i - std::min(i, kReach), faces.size() - window);
+    for (std::size_t j = first; j < first + window; ++j) {
       x.push_back(faces[j].x + faces[j].width / 2), y.push_back(faces[j].y + faces[j].height / 2);
       width.push_back(faces[j].width), height.push_back(faces[j].height);
     }
@@ -89,8 +92,10 @@ SquareCrop crop_within(const std::vector<FaceBox>& faces, int width, int height)
   if (side >= kNearlyWhole * shorter) {
     side = std::max({shorter, head.width(), head.height()});
     if (side > shorter) {
-      head = filmed(extent_of(steadied(faces), kHeadBeside, kHeadAbove, kHeadBelow), width, height);
-      side = std::max({shorter, head.width(), head.height()});
+      const std::vector<FaceBox> steady = steadied(faces);
+      head = filmed(extent_of(steady, kHeadBeside, kHeadAbove, kHeadBelow), width, height);
+      const Extent least = filmed(extent_of(steady, kHeadBeside, kHeadAbove, kBelowChin), width, height);
+      side = std::max({shorter, least.width(), least.height()});
     }
   }
   side = std::ceil(side);

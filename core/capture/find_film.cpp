@@ -27,7 +27,7 @@ constexpr double kLargestBar = 0.45;  // of the picture
 struct LineLook {
   std::uint8_t tone = 0;   // median
   std::uint8_t plain = 0;  // share of the line that has this tone
-  std::uint8_t rough = 0;  // share where the next pixel along the line differs
+  std::uint8_t rough = 0;  // share where three pixels along the line are not in a row of levels
   std::uint8_t edge = 0;   // share where the line kSpan further in differs
 };
 
@@ -43,15 +43,15 @@ std::uint8_t share(int count, int of) { return std::uint8_t(255 * count / std::m
 // pixel(line, place along it): a level.
 template <class Pixel>
 void look_at_lines(int lines, int length, const Pixel& pixel, LineLooks& out) {
-  const int places = std::min(kPlaces, length - 1);
+  const int places = std::min(kPlaces, length - 2);
   std::vector<std::uint8_t> line(static_cast<std::size_t>(places));
   for (int i = 0; i < lines; ++i) {
     int rough = 0, edge = 0, plain = 0;
     const int further = i + kSpan < lines ? i + kSpan : i - kSpan;
     for (int k = 0; k < places; ++k) {
-      const int at = int(std::int64_t(k) * (length - 1) / places), level = pixel(i, at);
+      const int at = int(std::int64_t(k) * (length - 2) / places), level = pixel(i, at);
       line[std::size_t(k)] = std::uint8_t(level);
-      rough += std::abs(level - pixel(i, at + 1)) > kRough;
+      rough += std::abs(level - 2 * pixel(i, at + 1) + pixel(i, at + 2)) > kRough;
       edge += std::abs(level - pixel(further, at)) > kStep;
     }
     std::vector<std::uint8_t> sorted = line;
@@ -113,7 +113,7 @@ int plain_bar(const Side& side) {
 
 // Lines of a bar that is a blurred picture: without any texture up to an edge seen at nearly all times.
 int blurred_bar(const Side& side) {
-  constexpr double kSmooth = 0.06, kStraight = 0.5, kNearlyAll = 0.1;
+  constexpr double kSmooth = 0.1, kStraight = 0.5, kNearlyAll = 0.1;
   int bar = 0;
   for (int line = 0; line < int(kLargestBar * side.lines()); ++line) {
     const double rough = side.over_time(0.5, [&](std::size_t t) { return side.at(t, line).rough / 255.0; });

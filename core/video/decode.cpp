@@ -4,7 +4,6 @@
 extern "C" {
 #include <libavcodec/avcodec.h>
 #include <libavformat/avformat.h>
-#include <libavutil/display.h>
 #include <libavutil/log.h>
 }
 
@@ -28,6 +27,7 @@ extern "C" {
 #include "core/video/libav.h"
 #include "core/video/mp4_boxes.h"
 #include "core/video/photos.h"
+#include "core/video/stream_info.h"
 
 namespace likeness {
 namespace {
@@ -38,10 +38,6 @@ constexpr std::string_view kCopyAgain =
     "film again.";
 
 std::atomic<std::int64_t> frames_decoded = 0;  // by all readers
-
-struct CloseFormat {
-  void operator()(AVFormatContext* c) const { avformat_close_input(&c); }
-};
 
 void silence_ffmpeg() {
   static std::once_flag once;
@@ -82,22 +78,6 @@ Error cannot_open(const std::filesystem::path& path, int error) {
                    "Choose a video as a phone records it (.mp4 or .mov).");
 }
 
-Orientation orientation_of(const AVStream& stream) {
-#if LIBAVCODEC_VERSION_INT >= AV_VERSION_INT(60, 30, 100)
-  const AVPacketSideData* side = av_packet_side_data_get(
-      stream.codecpar->coded_side_data, stream.codecpar->nb_coded_side_data, AV_PKT_DATA_DISPLAYMATRIX);
-  const std::uint8_t* data = side ? side->data : nullptr;
-  const std::size_t size = side ? side->size : 0;
-#else
-  std::size_t size = 0;
-  const std::uint8_t* data = av_stream_get_side_data(&stream, AV_PKT_DATA_DISPLAYMATRIX, &size);
-#endif
-  if (!data || size < 9 * sizeof(int)) return {};
-  std::array<int, 9> matrix;
-  std::copy_n(reinterpret_cast<const std::int32_t*>(data), 9, matrix.begin());
-  return orientation_from_matrix(matrix);
-}
-
 Image8 luma_of(const Image8& rgb) {
   Image8 luma(rgb.width, rgb.height, 1);
   for (std::size_t i = 0; i < luma.data.size(); ++i) {
@@ -105,64 +85,6 @@ Image8 luma_of(const Image8& rgb) {
     luma.data[i] = std::uint8_t((77 * p[0] + 150 * p[1] + 29 * p[2] + 128) >> 8);
   }
   return luma;
-}
-
-// A damaged header may claim any size; FFmpeg itself would take gigabytes for it before the first frame
-// fails.
-constexpr std::int64_t kMaxPixels = std::int64_t(8192) * 8192;
-
-int find_stream_info(AVFormatContext& format) {
-  std::vector<AVDictionary*> options(format.nb_streams);
-  for (AVDictionary*& each : options) av_dict_set_int(&each, "max_pixels", kMaxPixels, 0);
-  const int error = avformat_find_stream_info(&format, options.data());
-  for (AVDictionary*& each : options) av_dict_free(&each);
-  return error;
-}
-
-// As the decoder says.
-bool is_flagged(const AVFrame& frame) {
-#if LIBAVUTIL_VERSION_INT >= AV_VERSION_INT(58, 7, 100)
-  return frame.flags & AV_FRAME_FLAG_INTERLACED;
-#else
-  return frame.interlaced_frame != 0;
-#endif
-}
-
-// Of a decoded frame, as it lies in memory.
-std::uint64_t frame_bytes(const AVFrame& frame) {
-  std::uint64_t bytes = 0;
-  for (const AVBufferRef* buffer : frame.buf)
-    if (buffer) bytes += buffer->size;
-  return bytes;
-}
-
-// Frame rate from the times of the first packets; 0 if they do not show it.
-double measured_rate(const std::filesystem::path& path, int stream) {
-  constexpr std::size_t kPackets = 240;
-  constexpr int kMaxRead = 10 * int(kPackets);
-  AVFormatContext* raw = nullptr;
-  if (avformat_open_input(&raw, ("file:" + path.string()).c_str(), nullptr, nullptr) < 0) return 0;
-  const std::unique_ptr<AVFormatContext, CloseFormat> format(raw);
-  const std::unique_ptr<AVPacket, FreePacket> packet(av_packet_alloc());
-  std::vector<std::int64_t> times;
-  for (int read = 0; read < kMaxRead && times.size() < kPackets; ++read) {
-    if (av_read_frame(raw, packet.get()) < 0) break;
-    const std::int64_t time = packet->pts != AV_NOPTS_VALUE ? packet->pts : packet->dts;
-    if (packet->stream_index == stream && time != AV_NOPTS_VALUE) times.push_back(time);
-    av_packet_unref(packet.get());
-  }
-  if (times.size() < 2 || stream >= int(raw->nb_streams)) return 0;
-  const auto [first, last] = std::ranges::minmax(times);  // they come in the decoder's order
-  const double seconds = double(last - first) * av_q2d(raw->streams[stream]->time_base);
-  return seconds > 0 ? double(times.size() - 1) / seconds : 0;
-}
-
-double rate_of(const std::filesystem::path& path, AVFormatContext& format, AVStream& stream) {
-  if (stream.avg_frame_rate.num > 0 && stream.avg_frame_rate.den > 0) return av_q2d(stream.avg_frame_rate);
-  // FFmpeg's guess may be the clock's ticks: WebM written by browsers holds nothing else.
-  if (const double measured = measured_rate(path, stream.index); measured > 0) return measured;
-  const AVRational rate = av_guess_frame_rate(&format, &stream, nullptr);
-  return rate.num > 0 && rate.den > 0 ? av_q2d(rate) : 0;
 }
 
 }  // namespace

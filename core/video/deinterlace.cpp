@@ -116,6 +116,14 @@ bool same_shape(const AVFrame& a, const AVFrame& b) {
 
 }  // namespace
 
+bool is_flagged(const AVFrame& frame) {
+#if LIBAVUTIL_VERSION_INT >= AV_VERSION_INT(58, 7, 100)
+  return frame.flags & AV_FRAME_FLAG_INTERLACED;
+#else
+  return frame.interlaced_frame != 0;
+#endif
+}
+
 double combing(const AVFrame& before, const AVFrame& now) {
   if (!same_shape(before, now)) return 0;
   const std::vector<Plane> then = planes_of(before), planes = planes_of(now);

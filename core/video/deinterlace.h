@@ -8,6 +8,8 @@ struct AVFrame;
 
 namespace likeness {
 
+bool is_flagged(const AVFrame& frame);  // as interlaced, by the decoder
+
 // How much what moves since `before` differs from the next line, over how much it differs from the line after
 // that. A progressive picture's lines are more like their neighbours (0.5 to 0.85 in films, near 1 in noise);
 // where two moments are interlaced, lines are like those of their own moment, and it rises above 1 as soon as

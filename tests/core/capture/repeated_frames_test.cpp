@@ -87,8 +87,7 @@ TEST(RepeatedFrames, DoNotTrainTwice) {
   ASSERT_TRUE(capture) << capture.error().what;
   const auto repeated = std::ranges::count_if(
       capture->frames, [](const CaptureFrame& f) { return f.refused == "Repeats the frame before it."; });
-  EXPECT_GE(repeated, 9);
-  EXPECT_LE(repeated, 12);
+  EXPECT_NEAR(double(repeated), 11, 3);    // of those that are not held out
   EXPECT_EQ(capture->frames.size(), 60u);  // the track follows all
 }
 

@@ -102,5 +102,16 @@ TEST(Driving, ClipWithoutSolvedCamerasGetsARestingCamera) {
   EXPECT_DOUBLE_EQ(assumed_camera(info).cameras[0].intrinsics.fx, 1440);
 }
 
+TEST(AssumedCamera, LooksAtTheFilmWithinItsBars) {
+  const VideoInfo upright{.width = 608, .height = 1080, .focal_35mm = 26},
+      barred{.width = 1920, .height = 1080, .focal_35mm = 26};
+  const Intrinsics alone = assumed_camera(upright).cameras[0].intrinsics,
+                   within = assumed_camera(barred, {656, 0, 608, 1080}).cameras[0].intrinsics;
+  EXPECT_DOUBLE_EQ(within.fx, alone.fx);
+  EXPECT_DOUBLE_EQ(within.cx, alone.cx + 656);
+  EXPECT_DOUBLE_EQ(within.cy, alone.cy);
+  EXPECT_EQ(within.width, 1920);
+}
+
 }  // namespace
 }  // namespace likeness::test
