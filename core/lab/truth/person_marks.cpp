@@ -15,7 +15,7 @@
 namespace likeness {
 namespace {
 
-constexpr int kDrawingsVersion = 1;
+constexpr int kMarksVersion = 1;
 constexpr int kMaxSide = 16384;  // px; larger is a damaged file, not a film
 
 // -- Reading
@@ -149,7 +149,7 @@ Result<PersonMarks> read_person_marks(const std::filesystem::path& path) {
   if (!text) return text.error();
   try {
     const nlohmann::json file = parse_json(*text);
-    if (file.at("version").get<int>() != kDrawingsVersion) return unreadable(path, "they have another version");
+    if (file.at("version").get<int>() != kMarksVersion) return unreadable(path, "they have another version");
     PersonMarks marks;
     marks.clip = file.at("clip").get<std::string>();
     marks.video_hash = file.at("video_hash").get<std::string>();

@@ -96,7 +96,7 @@ TEST(Align, ARestingCameraHasTheLensThatTheFilmSpeaksOf) {
   if (std::system(command.c_str()) != 0) GTEST_SKIP() << "needs the ffmpeg program";
   for (const bool told : {true, false}) {
     AlignOptions options;
-    options.resting = told;
+    if (told) options.kind = CameraKind::resting;
     const auto result = align_clip(tagged, {}, clip.folder / "work", options, {}, {});
     ASSERT_TRUE(result.ok()) << result.error().what;
     EXPECT_DOUBLE_EQ(result->cameras.cameras[0].intrinsics.fx, 27.0 / 36 * kWidth);

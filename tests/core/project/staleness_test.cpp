@@ -167,7 +167,7 @@ TEST_F(Staleness, APersonNetworkIsReadOnlyByStagesThatHearIt) {
   ASSERT_TRUE(write_text(root_ / "networks" / "person.onnx", "one").ok());
   EXPECT_EQ(names(to_do(project_)), "import align matte ");
   fs::remove(root_ / "networks" / "person.onnx");
-  project_.options.align.resting_camera = true;
+  project_.options.align.camera = CameraKind::resting;
   project_.options.matte.matting_network = root_ / "other";
   finish();
   ASSERT_TRUE(write_text(root_ / "networks" / "person.onnx", "one").ok());

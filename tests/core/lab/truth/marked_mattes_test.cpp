@@ -15,7 +15,7 @@ namespace {
 namespace fs = std::filesystem;
 
 // A square head, 100 px wide, on a torso that is wider: the drawing is unsure of 1 px to either side.
-PersonOutline figure(int frame = 0) {
+PersonOutline drawn_figure(int frame = 0) {
   PersonOutline outline;
   outline.frame = frame;
   outline.person = {
@@ -35,7 +35,7 @@ Image8 boxes(int width, int height, std::initializer_list<std::array<int, 4>> al
 const SquareCrop kAll{0, 0, 300};  // reaches beyond the picture of 300 x 200
 
 TEST(MarkedMattes, WhatWasDrawnHasNoErrorNorWhatIsAPixelLargerOrSmaller) {
-  const DrawnPerson drawn = draw_marks(figure(), 300, 200);
+  const DrawnPerson drawn = draw_marks(drawn_figure(), 300, 200);
   for (const int more : {0, 1, -1}) {
     const Image8 found =
         boxes(300, 300, {{50 - more, 150 - more, 250 + more, 300}, {100 - more, 40 - more, 200 + more, 150}});
@@ -47,7 +47,7 @@ TEST(MarkedMattes, WhatWasDrawnHasNoErrorNorWhatIsAPixelLargerOrSmaller) {
 }
 
 TEST(MarkedMattes, WhatIsMissingFromTheHeadIsTheHeadsErrorAlone) {
-  const DrawnPerson drawn = draw_marks(figure(), 300, 200);
+  const DrawnPerson drawn = draw_marks(drawn_figure(), 300, 200);
   const Image8 found = boxes(300, 300, {{50, 150, 250, 300}, {100, 60, 200, 150}});  // 20 px of hair
   const MarkedMatte m = compare_with_marks(found, kAll, drawn);
   EXPECT_NEAR(m.head_iou, 1 - 19.0 * 98 / (104 * 98), 0.003);  // without the edges
@@ -57,7 +57,7 @@ TEST(MarkedMattes, WhatIsMissingFromTheHeadIsTheHeadsErrorAlone) {
 }
 
 TEST(MarkedMattes, WallBesideTheHeadIsTheHeadsErrorAlone) {
-  const DrawnPerson drawn = draw_marks(figure(), 300, 200);
+  const DrawnPerson drawn = draw_marks(drawn_figure(), 300, 200);
   const Image8 found = boxes(300, 300, {{50, 150, 250, 300}, {100, 20, 200, 150}});
   const MarkedMatte m = compare_with_marks(found, kAll, drawn);
   EXPECT_NEAR(m.head_iou, 104.0 * 98 / (104 * 98 + 19 * 100), 0.003);
@@ -65,7 +65,7 @@ TEST(MarkedMattes, WallBesideTheHeadIsTheHeadsErrorAlone) {
 }
 
 TEST(MarkedMattes, OnlyTheCropCountsAtAnySizeOfTheMatte) {
-  const DrawnPerson drawn = draw_marks(figure(), 300, 200);
+  const DrawnPerson drawn = draw_marks(drawn_figure(), 300, 200);
   const SquareCrop square{90, 30, 120};
   const Image8 source = crop(boxes(300, 300, {{50, 150, 250, 300}, {100, 40, 200, 150}}), square.x, square.y,
                              square.side, square.side);
@@ -79,7 +79,7 @@ class StudyMarkedMattes : public testing::Test {
  protected:
   fs::path folder_ = fs::temp_directory_path() / ("likeness_marked_" + std::to_string(::getpid()));
   Project project_;
-  PersonMarks marks_{"a.mp4", "0f", 300, 200, {figure(3), figure(9)}};
+  PersonMarks marks_{"a.mp4", "0f", 300, 200, {drawn_figure(3), drawn_figure(9)}};
 
   void SetUp() override {
     fs::create_directories(folder_ / "masks");

@@ -122,7 +122,7 @@ TEST(PersonMarks, OfEveryClipAreFiveFramesWithTheHeadWithinThePerson) {
        fs::directory_iterator(fs::path(LIKENESS_SOURCE) / "tests/core/lab/truth/person_marks")) {
     ++clips;
     const auto marks = read_person_marks(entry.path());
-    ASSERT_TRUE(marks) << entry.path() << ": " << marks.error().what << " " << marks.error().place;
+    ASSERT_TRUE(marks) << entry.path() << ": " << marks.error().what;
     EXPECT_EQ(marks->frames.size(), 5u) << entry.path();
     EXPECT_EQ(entry.path().stem(), fs::path(marks->clip).stem());
     for (const PersonOutline& outline : marks->frames) {
