@@ -18,7 +18,7 @@ namespace likeness::test {
 inline constexpr int kDemoSide = 192, kDemoFrames = 48;
 
 // 25 a second, the camera at rest. The face is some 70 px wide.
-inline const std::vector<Image8>& demo_person() {
+inline const std::vector<Image8>& demo_pictures() {
   static const std::vector<Image8> frames = [] {
     DemoOptions options;
     options.width = options.height = kDemoSide;

@@ -174,8 +174,8 @@ TEST_F(ImportFace, WritesTheCropOfUsedAndHeldOutFrames) {
 TEST_F(ImportClip, WhatTheCropShowsBeyondTheFilmIsPlainAndSaidToBeUnknown) {
   constexpr int kWidth = 480, kHeight = 136, kTop = 22;
   std::vector<Image8> frames;
-  for (std::size_t i = 0; i < test::demo_person().size(); ++i) {
-    const Image8& person = test::demo_person()[i];
+  for (std::size_t i = 0; i < test::demo_pictures().size(); ++i) {
+    const Image8& person = test::demo_pictures()[i];
     Image8 frame(kWidth, kHeight, 3);
     const int x0 = int(i) * (kWidth - test::kDemoSide) / (test::kDemoFrames - 1);
     for (int y = 0; y < kHeight; ++y)
@@ -206,7 +206,7 @@ TEST_F(ImportClip, WhatTheCropShowsBeyondTheFilmIsPlainAndSaidToBeUnknown) {
 TEST_F(ImportClip, OnlyTheFilmWithinItsBarsIsLookedAt) {
   constexpr int kSide = test::kDemoSide, kX = 100, kY = 30, kWidth = kSide + 2 * kX, kHeight = kSide + 2 * kY;
   std::vector<Image8> frames;
-  for (const Image8& person : test::demo_person()) {
+  for (const Image8& person : test::demo_pictures()) {
     const Image8 blurred = resize(resize(person, 14, 14), kWidth, kWidth);
     Image8 frame(kWidth, kHeight, 3);
     for (int y = 0; y < kSide; ++y) {

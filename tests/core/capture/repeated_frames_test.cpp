@@ -15,7 +15,7 @@
 namespace likeness {
 namespace {
 
-using test::demo_person;
+using test::demo_pictures;
 
 // Noise as a sensor's, another in every frame.
 Image8 noisy(Image8 picture, int number) {
@@ -31,7 +31,7 @@ std::vector<char> repeats_of(int frames, bool noise, const std::function<int(int
   const test::FilmFolder folder;
   std::vector<Image8> pictures;
   for (int i = 0; i < frames; ++i) {
-    const Image8& person = demo_person()[std::size_t(shown(i))];
+    const Image8& person = demo_pictures()[std::size_t(shown(i))];
     pictures.push_back(noise ? noisy(person, shown(i)) : person);
   }
   test::write_film(folder.path / "film.mp4", pictures);
@@ -80,7 +80,7 @@ TEST(RepeatedFrames, DoNotTrainTwice) {
   if (const auto detector = FaceDetector::load(); !detector) GTEST_SKIP() << detector.error().what;
   const test::FilmFolder folder;
   std::vector<Image8> pictures;
-  for (int i = 0; i < 60; ++i) pictures.push_back(demo_person()[std::size_t(i * 4 / 5)]);
+  for (int i = 0; i < 60; ++i) pictures.push_back(demo_pictures()[std::size_t(i * 4 / 5)]);
   test::write_film(folder.path / "film.mp4", pictures);
   const auto capture =
       import_clip(folder.path / "film.mp4", folder.path / "project", {.size = 64}, Progress(), {});

@@ -85,7 +85,9 @@ TEST(MatteClip, NothingIsKnownOfWhatWasNotFilmed) {
   ASSERT_TRUE(known.ok());
   for (int y = 0; y < kSize; ++y)
     for (int x = 0; x < kSize; ++x)
-      if (!scene.capture.inside.contains(x, y)) ASSERT_EQ(*known->at(x, y), 0) << x << " " << y;
+      if (!scene.capture.inside.contains(x, y)) {
+        ASSERT_EQ(*known->at(x, y), 0) << x << " " << y;
+      }
   EXPECT_GT(std::count(known->data.begin(), known->data.end(), 255), kSize * kSize / 6);
 }
 

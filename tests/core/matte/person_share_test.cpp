@@ -9,11 +9,11 @@
 namespace likeness {
 namespace {
 
-constexpr int kSide = 120;
+constexpr int kShareSide = 120;
 constexpr double kHole = 9;
 const ShareBand kBand{3, 9, 5};
 
-cv::Mat nothing() { return cv::Mat(kSide, kSide, CV_8U, cv::Scalar(0)); }
+cv::Mat nothing() { return cv::Mat(kShareSide, kShareSide, CV_8U, cv::Scalar(0)); }
 int at(const cv::Mat& mask, int x, int y) { return mask.at<unsigned char>(y, x); }
 
 // A head on shoulders that reach the lower border; what the track knows is the middle of the head, and it
@@ -23,18 +23,18 @@ struct Bust {
   PersonPrior prior;
   Bust() {
     cv::ellipse(share, {60, 45}, {18, 24}, 0, 0, 360, 255, cv::FILLED);
-    cv::rectangle(share, {20, 80}, {100, kSide}, 255, cv::FILLED);
+    cv::rectangle(share, {20, 80}, {100, kShareSide}, 255, cv::FILLED);
     cv::rectangle(share, {52, 60}, {68, 85}, 255, cv::FILLED);
     cv::GaussianBlur(share, share, {0, 0}, 1);
     prior.certain = nothing(), prior.likely = nothing(), prior.possible = nothing(), prior.below = nothing(),
     prior.hair = nothing();
     cv::ellipse(prior.certain, {60, 45}, {12, 18}, 0, 0, 360, 255, cv::FILLED);
-    cv::rectangle(prior.certain, {54, 90}, {66, kSide}, 255, cv::FILLED);
-    cv::rectangle(prior.below, {0, 78}, {kSide, kSide}, 255, cv::FILLED);
+    cv::rectangle(prior.certain, {54, 90}, {66, kShareSide}, 255, cv::FILLED);
+    cv::rectangle(prior.below, {0, 78}, {kShareSide, kShareSide}, 255, cv::FILLED);
     cv::circle(prior.hair, {60, 45}, 40, 255, cv::FILLED);
     cv::circle(prior.likely, {60, 45}, 24, 255, cv::FILLED);
     cv::circle(prior.possible, {60, 45}, 34, 255, cv::FILLED);
-    prior.location = cv::Mat(kSide, kSide, CV_32F, cv::Scalar(-1));
+    prior.location = cv::Mat(kShareSide, kShareSide, CV_32F, cv::Scalar(-1));
   }
   void take_up() { take_up_share(prior, share, kBand, kHole); }
 };
@@ -43,7 +43,7 @@ TEST(SteadyShare, FlickerOfOnePictureIsGoneAndAMovingOutlineStays) {
   // An edge that moves by 7 px a picture, and a hole and a patch in the middle picture alone.
   const auto half = [](int to) {
     cv::Mat share = nothing();
-    share(cv::Rect(0, 0, to, kSide)).setTo(255);
+    share(cv::Rect(0, 0, to, kShareSide)).setTo(255);
     return share;
   };
   const cv::Mat before = half(40), own = half(47), after = half(54);
@@ -98,13 +98,13 @@ TEST(TakeUpShare, ATorsoAtRestIsCertainToItsOutline) {
     EXPECT_EQ(at(bust.prior.likely, x, 110), 255) << x;
     EXPECT_EQ(at(bust.prior.possible, x, 110), 255) << x;
   }
-  EXPECT_EQ(at(bust.prior.certain, 60, kSide - 1), 255);  // the picture's border is not an outline
+  EXPECT_EQ(at(bust.prior.certain, 60, kShareSide - 1), 255);  // the picture's border is not an outline
 }
 
 TEST(TakeUpShare, AboutTheOutlineItLeavesTheCutFree) {
   Bust bust;
   bust.take_up();
-  for (int x = 0; x < kSide; ++x) {
+  for (int x = 0; x < kShareSide; ++x) {
     const int from_edge = x - 100;  // of the shoulder's right side, away from hair
     if (x < 60) continue;
     EXPECT_EQ(at(bust.prior.excluded, x, 112) > 0, from_edge > 5) << x;
@@ -141,7 +141,7 @@ TEST(TakeUpShare, ARaisedHandIsThePersonsFarFromTheTrack) {
 
 TEST(TakeUpShare, ATorsoThatIsNotWhereTheTrackGuessesIsNotCertain) {
   Bust bust;
-  bust.share(cv::Rect(0, 95, kSide, kSide - 95)).setTo(0);  // the person stands behind a desk
+  bust.share(cv::Rect(0, 95, kShareSide, kShareSide - 95)).setTo(0);  // the person stands behind a desk
   ASSERT_EQ(at(bust.prior.certain, 60, 112), 255);
   bust.take_up();
   EXPECT_EQ(at(bust.prior.certain, 60, 112), 0);
