@@ -1,5 +1,5 @@
-// likeness study truth: tracks, cameras, mattes, walls and driving beside the truth of a demo, mattes beside what
-// was drawn by hand.
+// likeness study truth: tracks, cameras, mattes, walls and driving beside the truth of a demo, mattes beside
+// what was drawn by hand.
 #include <algorithm>
 #include <cerrno>
 #include <memory>

@@ -70,7 +70,8 @@ struct Search {
   std::stop_token stop;
   BackgroundMotion motion{};
   BackgroundPictures pictures{};
-  std::string doubts{};  // why explanations were given up, in sentences, each after a space
+  std::string doubts{};            // why explanations were given up, in sentences, each after a space
+  std::optional<Error> missing{};  // colmap, without which no path can be found
 };
 
 // As kept, or measured.
@@ -159,6 +160,7 @@ Result<std::optional<AlignResult>> try_walking(Search& search, bool believe, con
                            search.info, believe, progress, search.stop);
   if (walked) return std::optional<AlignResult>(std::move(*walked));
   if (believe || walked.error().code == ErrorCode::cancelled) return walked.error();
+  if (walked.error().code == ErrorCode::missing_dependency) search.missing = walked.error();
   search.doubts += " " + walked.error().what;
   return std::optional<AlignResult>{};
 }
@@ -207,6 +209,7 @@ Result<AlignResult> found_out(Search& search, const Progress& progress) {
     if (!walked) return walked.error();
     if (*walked) return std::move(**walked);
   }
+  if (search.missing) return *search.missing;  // it walks, and could be followed
   auto result = handheld_result(search, *solve, "The camera is taken to be hand-held. " + verdict.reason);
   result.warnings.push_back(
       "The camera travels, and no path was found for it, so parts of the background will be soft." +

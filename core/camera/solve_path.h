@@ -6,7 +6,8 @@
 
 #include "core/base/progress.h"
 #include "core/base/result.h"
-#include "core/camera/align.h"
+#include "core/camera/align_options.h"
+#include "core/camera/align_result.h"
 #include "core/camera/motion.h"
 #include "core/video/decode.h"
 

@@ -219,11 +219,9 @@ struct LiveTracker::Impl {
       if (errors_px.size() > kErrorsKept) errors_px.pop_front();
     }
     if (resting)
-      rest.push_back({{.frame = lost.frame,
-                       .seen = true,
-                       .observation = found->observation,
-                       .state = found->state},
-                      last_gaze});
+      rest.push_back(
+          {{.frame = lost.frame, .seen = true, .observation = found->observation, .state = found->state},
+           last_gaze});
     TrackedFrame frame = describe(*found, last_gaze, scale);
     frame.frame = lost.frame, frame.time_s = time_s;
     return frame;

@@ -22,6 +22,9 @@ constexpr double kMinBand = 2;  // px
 
 // Evidence of the place from a share: its log-odds, less than a plate that clearly differs.
 constexpr float kShareTrust = 0.8f;
+// The tracked place stays a part of it: a pot beside a shoulder, which the network half believes in, lies
+// where few people are.
+constexpr float kPlaceTrust = 0.5f;
 constexpr float kAnotherPerson = -1.5f;  // the same where the network sees somebody else
 
 float odds_of_share(unsigned char share) {
@@ -132,7 +135,8 @@ void take_up_share(PersonPrior& prior, const cv::Mat& share, const ShareBand& ba
       prior.likely.at<unsigned char>(y, x) = person || tracked ? 255 : 0;
       prior.possible.at<unsigned char>(y, x) = far ? 0 : 255;
       prior.excluded.at<unsigned char>(y, x) = far ? 255 : 0;
-      prior.location.at<float>(y, x) = another ? kAnotherPerson : kShareTrust * odds_of_share(value);
+      float& location = prior.location.at<float>(y, x);
+      location = another ? kAnotherPerson : kShareTrust * odds_of_share(value) + kPlaceTrust * location;
     }
   prior.held = inside | prior.certain;
 }

@@ -46,7 +46,7 @@ std::vector<OptionRow> make_table() {
                   .offered = {256, 512, 1024}}},
       {.key = "split",
        .member = [](O& o) -> Split& { return o.import.split; },
-       .stale = {import},
+       .stale = {import, align},
        .flag = "--split",
        .help = "What is held out to measure on: the last tenth (tail, the default), a tenth of what a moving "
                "camera filmed, in a row (views), or three tenths at random (random30)",

@@ -32,7 +32,7 @@ namespace fs = std::filesystem;
 namespace {
 
 // Raised when a stage's method changes in such a way that old results should be made again.
-constexpr std::array<int, kStages.size()> kStageVersion{1, 4, 7, 5, 4};
+constexpr std::array<int, kStages.size()> kStageVersion{1, 4, 7, 4, 4};
 constexpr int kDetailVersion = 1;         // the same for what is learnt from detail maps
 constexpr int kRefitVersion = 1;          // the same for spans fitted again
 constexpr int kPersonNetworkVersion = 1;  // the same for how the person network is heard
@@ -91,9 +91,10 @@ std::string align_text(const Project& project, const AlignInputs& inputs) {
   std::string text = fmt::format("{} {}", clip_content(project, video), seed);
   if (camera)
     text += *camera == CameraKind::resting ? " rests" : fmt::format(" {}", camera_kind_name(*camera));
-  if (split != Split::tail) text.append(" ").append(split_name(split));
+  if (split != Split::tail && camera != CameraKind::resting) text.append(" ").append(split_name(split));
   if (lens_mm > 0) text += fmt::format(" {} mm", lens_mm);
-  if (camera != CameraKind::resting) text += person_network_text(person_network);  // else nobody is looked for
+  if (camera != CameraKind::resting)
+    text += person_network_text(person_network);  // else nobody is looked for
   if (const auto capture = read_capture(capture_path(project)); capture && !capture->film.empty()) {
     const PixelRect& film = capture->film;
     text += fmt::format(" film {} {} {} {}", film.x, film.y, film.width, film.height);

@@ -84,6 +84,7 @@ class KeptPath : public ::testing::Test {
     auto motion = meter.finish();
     EXPECT_TRUE(motion.ok());
     EXPECT_TRUE(keep_motion(kept, motion_inputs(hash, options), *motion).ok());
+    EXPECT_TRUE(keep_background(kept, motion_inputs(hash, options), meter.take_pictures()).ok());
     if (!needs_path(*motion, options)) return *motion;
     auto pictures = PathPictures::create(kept, hash, *motion, middle_mask, options);
     EXPECT_TRUE(pictures.ok()) << pictures.error().what;
