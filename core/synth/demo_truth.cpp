@@ -33,9 +33,9 @@ Result<void> add_demo_truth(const std::filesystem::path& cameras_truth, const De
   if (!text) return text.error();
   std::string more;
   if (options.camera != DemoCamera::guided)
-    more += fmt::format("\n\"camera\":\"{}\",", demo_camera_names()[std::size_t(options.camera)]);
+    more += fmt::format("\n\"demo_camera\":\"{}\",", demo_camera_names()[std::size_t(options.camera)]);
   if (shots.size() > 1) {
-    more += "\n\"shots\":[";
+    more += "\n\"demo_shots\":[";
     for (const DemoShot& shot : shots) more += (shot.first == 0 ? "\n" : ",\n") + shot_line(shot);
     more += "],";
   }
@@ -50,13 +50,13 @@ Result<DemoTruth> read_demo_truth(const std::filesystem::path& cameras_truth) {
   DemoTruth truth;
   try {
     const auto json = parse_json(*text);
-    const std::string camera = json.value("camera", "guided");
+    const std::string camera = json.value("demo_camera", "guided");
     const auto& names = demo_camera_names();
     const auto kind = std::ranges::find(names, camera);
     if (kind == names.end()) return bad_truth(cameras_truth, fmt::format("it has a camera \"{}\"", camera));
     truth.camera = DemoCamera(kind - names.begin());
-    if (!json.contains("shots")) return truth;
-    for (const auto& entry : json.at("shots")) {
+    if (!json.contains("demo_shots")) return truth;
+    for (const auto& entry : json.at("demo_shots")) {
       const TrueShot shot{entry.at("first").get<int>(), entry.at("last").get<int>(),
                           entry.at("cut").get<std::string>(), entry.at("place").get<int>(),
                           entry.at("camera").get<int>()};

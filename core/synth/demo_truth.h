@@ -1,7 +1,7 @@
 // What cameras_truth.json says of a demo beside its cameras: which kind of camera filmed it, and its shots.
 //
-//   "camera": "handheld",
-//   "shots": [{"first": 0, "last": 61, "cut": "opening", "place": 0, "camera": 0}, ...]
+//   "demo_camera": "handheld",
+//   "demo_shots": [{"first": 0, "last": 61, "cut": "opening", "place": 0, "camera": 0}, ...]
 //
 // Shots of one place show the same background; those of one camera also from the same place through the same
 // lens, apart from what a hand, a zoom or a sliding crop makes of it. Absent of a guided film, and of one

@@ -377,7 +377,7 @@ TEST(DemoFaults, AGuidedFilmHasNoneOfTheirFilesAndARestingOneOneCamera) {
   ASSERT_TRUE(write_demo_capture(folder.path, options, Progress(), {}).ok());  // over the other one
   EXPECT_FALSE(fs::exists(folder.path / "wall_truth"));
   EXPECT_FALSE(fs::exists(folder.path / "drift_truth.json"));
-  EXPECT_EQ(bytes_of(folder.path / "cameras_truth.json").find("\"camera\""), std::string::npos);
+  EXPECT_EQ(bytes_of(folder.path / "cameras_truth.json").find("\"demo_camera\""), std::string::npos);
   EXPECT_EQ(read_focal_35mm(folder.path / "demo.mp4"), 0);
   EXPECT_EQ(read_demo_truth(folder.path / "cameras_truth.json")->camera, DemoCamera::guided);
   options.camera = DemoCamera::resting;
