@@ -23,8 +23,11 @@ constexpr float kLeastNoise = 1;
 // Neighbouring residuals go together (codec blocks, blur): so many level-0 pixels count as one.
 constexpr double kAlike = 16;
 constexpr double kGainScale = 100;  // grey values: a gain is solved for as its effect on these
-constexpr double kGainPrior = 15, kBiasPrior = 20;  // grey values
-constexpr float kResidualCap = 30;                  // grey values
+// Exposure multiplies; what light it adds to black (a flare) is little. Grey values.
+constexpr double kGainPrior = 15, kBiasPrior = 5;
+constexpr int kGainLevel = 2;  // the finest at which a gain is looked for: noise, which the mosaic lacks,
+                               // makes every gain look less than it is
+constexpr float kResidualCap = 30;  // grey values
 constexpr float kNoPlace = std::numeric_limits<float>::quiet_NaN();
 
 using Matrix8 = Eigen::Matrix<double, kUnknowns, kUnknowns>;
@@ -274,12 +277,13 @@ void add_priors(const AlignedView& at, const ViewPrior& prior, const Vector8& un
 
 // One Gauss-Newton step; the largest part of it in px of the level, or nothing where it has none.
 std::optional<double> take_step(const LevelSums& sums, const ViewPrior& prior, const Intrinsics& reference,
-                                int level, AlignedView& at) {
+                                int level, int coarsest, AlignedView& at) {
   const Vector8 unit = unknown_units(reference);
   Matrix8 a = sums.a;
   Vector8 b = sums.b;
   add_priors(at, prior, unit, a, b);
-  a.diagonal().array() += 1e-6 * a.diagonal().maxCoeff() + 1e-9;
+  if (level < std::min(kGainLevel, coarsest)) a(6, 6) += 1e9, b[6] = 0;
+  a.diagonal().array() += 1e-9;
   Eigen::VectorXd step = solve_symmetric(Eigen::MatrixXd(a), Eigen::VectorXd(-b));
   if (!step.allFinite()) return std::nullopt;
   // Farther than a few pixels of the level nothing is known about the slopes.
@@ -319,7 +323,7 @@ AlignedView align_view(const std::vector<GreyPicture>& picture, const Intrinsics
       }
       noise = sums.noise;
       light = sums.light;
-      const auto moved = take_step(sums, prior, reference, level, at);
+      const auto moved = take_step(sums, prior, reference, level, coarsest, at);
       if (!moved || (*moved < 0.02 && i > 0)) break;
     }
   }
@@ -387,12 +391,13 @@ void measure_view(const std::vector<GreyPicture>& picture, const Intrinsics& ref
   // One level down noise is little, and a part of 16 px is 32 of the picture.
   const int level = std::min(1, int(picture.size()) - 1);
   terms = level_terms(picture, reference, target, aligned, level);
-  terms.edge = 1;  // so that a part that is a few pixels off is none of the outliers
   LevelSums sums = sum_level(terms, kMostTile, nullptr);
   terms.noise = sums.noise, terms.light = sums.light;
-  std::vector<TileSums> parts;
-  sums = sum_level(terms, kMostTile, &parts);
+  sums = sum_level(terms, kMostTile, nullptr);
   aligned.sigma_px = place_deviation(sums, prior, reference, aligned);
+  terms.edge = 1;  // so that a part that is a few pixels off is none of the outliers
+  std::vector<TileSums> parts;
+  sum_level(terms, kMostTile, &parts);
   std::vector<double> moves = part_moves(parts, terms);
   aligned.parts = int(moves.size());
   aligned.misfit_px = quantile(std::move(moves), 0.75);
