@@ -74,7 +74,7 @@ class KeptProjects : public testing::Test {
     o.shared = {root_ / "clip.mp4", root_ / "head.npz", root_ / "landmarks.dat", 7};
     o.import = {512, Split::views};
     o.align = {CameraKind::resting, 51.5};
-    o.fit = {root_ / "identity.npy", root_ / "maps", {{4, 9}, {20, 22}}};
+    o.fit = {root_ / "identity.npy", root_ / "maps", {{4, 9}, {20, 22}}, {2, 9}};
     o.matte = {root_ / "matting.onnx"};
     o.train = {.budget_s = 52.5,
                .full_budget_s = 600,
