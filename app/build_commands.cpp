@@ -104,6 +104,14 @@ nlohmann::json summary(const Project& project) {
                                               {"warnings", record.warnings}};
   }
   nlohmann::json summary{{"project", project.folder.string()}, {"stages", stages}};
+  if (is_current(project, Stage::align))
+    if (const auto cameras = read_cameras(cameras_path(project))) {
+      summary["camera"] = camera_kind_name(cameras->kind);
+      summary["shots"] = nlohmann::json::array();
+      for (const CameraShot& shot : cameras->shots)
+        summary["shots"].push_back(
+            {{"from_s", shot.from_s}, {"to_s", shot.to_s}, {"camera", camera_kind_name(shot.camera)}});
+    }
   if (is_current(project, Stage::fit))
     if (const auto track = read_track(track_path(project)); track && !track->rest.frames.empty())
       summary["rest"] = {{"frames", track->rest.frames},

@@ -23,7 +23,7 @@ Result<Statistics> learn_in_rounds(const Stage& stage, const std::vector<Job>& j
                                    const Progress& progress);
 
 // A frame's person at the cut's size. room: of the frame, empty where it is not known.
-cv::Mat cut(const Stage& stage, const Job& job, const cv::Mat& small, const PersonPrior& prior, const Plate& room,
-            const cv::Mat& network, const Statistics& statistics);
+cv::Mat cut(const Stage& stage, const Job& job, const cv::Mat& small, const PersonPrior& prior,
+            const Plate& room, const cv::Mat& network, const Statistics& statistics);
 
 }  // namespace likeness::matting

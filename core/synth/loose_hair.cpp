@@ -10,7 +10,7 @@ namespace likeness {
 namespace {
 
 constexpr int kLoosePoints = 30;
-constexpr float kStand = 0.136f;  // m, how far out of the head's axis loose hair stands at the jaw
+constexpr float kStand = 0.140f;  // m, how far out of the head's axis loose hair stands at the jaw
 constexpr float kReach = 0.04f;   // m, depth below a surface from which points are brought back
 
 MeshScene surface_of(const Scalp& skin, const Cloth& cloth) {

@@ -131,8 +131,8 @@ void add_background(const CaptureMeasures& m, ChosenParts& chosen) {
                     100 * m.plate_share, m.frames, light));
   else if (chosen.plate && m.has_mosaic)
     add(true, "one picture of the background, wider than a frame",
-        fmt::format("The camera is hand-held: it turns and zooms before a wall in all of {} frames.{}", m.frames,
-                    light));
+        fmt::format("The camera is hand-held: it turns and zooms before a wall in all of {} frames.{}",
+                    m.frames, light));
   else if (chosen.plate)
     add(true, "one picture of the background",
         fmt::format("The camera rests in {:.0f} % of {} frames.{}", 100 * m.plate_share, m.frames, light));

@@ -63,8 +63,8 @@ std::vector<Eigen::VectorXd> refine_track(const TrainingSet& set, const Avatar& 
     const Image8 region = within_matte(head_box(view, rig), view);
     const Image8 plate = plate_picture(set, view).rgb;
     const FieldFitOptions fit{options.pixels, 1, options.components, options.seed + v};
-    refined[v] = fit_to_field(avatar, rig, view.camera, {&view.rgb, &plate, &region},
-                              view.pose, corrections.empty() ? Eigen::VectorXd() : corrections[v], fit)
+    refined[v] = fit_to_field(avatar, rig, view.camera, {&view.rgb, &plate, &region}, view.pose,
+                              corrections.empty() ? Eigen::VectorXd() : corrections[v], fit)
                      .change;
   });
   if (stop.stop_requested() || refined.empty()) return corrections;

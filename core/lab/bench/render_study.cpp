@@ -59,7 +59,8 @@ Result<Truth> truth_of(const Project& project, const HeldOutSet& set, int frame)
   auto regions = read_regions(regions_path(project), set.capture, frame);
   if (!regions) return regions.error();
   const auto camera = picture_camera(set.capture, set.cameras, set.track, frame);
-  return Truth{to_float(*picture), std::move(*regions), camera ? plate_behind(set, frame, *camera) : Image8{}};
+  return Truth{to_float(*picture), std::move(*regions),
+               camera ? plate_behind(set, frame, *camera) : Image8{}};
 }
 
 Avatar without_opacities(const Avatar& avatar) {

@@ -138,7 +138,8 @@ TEST(Handheld, RecoversTurnsAndZooms) {
   EXPECT_EQ(solve.explained, 1);
   EXPECT_NEAR(solve.zoom_high / solve.zoom_low, std::exp(0.08), 0.02);
   EXPECT_NEAR(solve.noise, 2, 1);
-  EXPECT_EQ(judge_camera_kind(solve).explanation, CameraExplanation::handheld) << judge_camera_kind(solve).reason;
+  EXPECT_EQ(judge_camera_kind(solve).explanation, CameraExplanation::handheld)
+      << judge_camera_kind(solve).reason;
   EXPECT_GT(solve.extent.width, clip.lens.width + 10);
 }
 
@@ -160,7 +161,8 @@ TEST(Handheld, NeedsNoCorners) {
   const SwayErrors errors = sway_errors(clip, solve, all_of(clip));
   EXPECT_LT(errors.turn_deg, 0.1);
   EXPECT_LT(errors.zoom, 0.01);
-  EXPECT_EQ(judge_camera_kind(solve).explanation, CameraExplanation::handheld) << judge_camera_kind(solve).reason;
+  EXPECT_EQ(judge_camera_kind(solve).explanation, CameraExplanation::handheld)
+      << judge_camera_kind(solve).reason;
 }
 
 TEST(Handheld, ABlankWallIsSaidToShowNothing) {
@@ -178,7 +180,8 @@ TEST(Handheld, ARestingCameraRests) {
   const SwayingClip clip = swaying_clip(sway_lens(), 40, [](int) { return HandheldView(); });
   const HandheldSolve solve = solved(clip);
   EXPECT_LT(solve.motion, 0.5);
-  EXPECT_EQ(judge_camera_kind(solve).explanation, CameraExplanation::resting) << judge_camera_kind(solve).reason;
+  EXPECT_EQ(judge_camera_kind(solve).explanation, CameraExplanation::resting)
+      << judge_camera_kind(solve).reason;
 }
 
 TEST(Handheld, ACropThatSlidesIsAShift) {
@@ -193,7 +196,8 @@ TEST(Handheld, ACropThatSlidesIsAShift) {
   EXPECT_LT(sway_errors(clip, solve, all_of(clip)).place_px, 0.3);
   const auto shift = [&](std::size_t i) { return solve.cameras[i].shift_px.x(); };
   EXPECT_NEAR(shift(12) - shift(36), clip.truth[12].shift.x() - clip.truth[36].shift.x(), 6);
-  EXPECT_EQ(judge_camera_kind(solve).explanation, CameraExplanation::handheld) << judge_camera_kind(solve).reason;
+  EXPECT_EQ(judge_camera_kind(solve).explanation, CameraExplanation::handheld)
+      << judge_camera_kind(solve).reason;
 }
 
 TEST(Handheld, AQuickShakeIsCaught) {

@@ -22,7 +22,8 @@ using Change = std::function<Image8(const Image8& frame, int number)>;
 PixelRect film_of(const Change& change) {
   const test::FilmFolder folder;
   std::vector<Image8> frames;
-  for (std::size_t i = 0; i < demo_pictures().size(); ++i) frames.push_back(change(demo_pictures()[i], int(i)));
+  for (std::size_t i = 0; i < demo_pictures().size(); ++i)
+    frames.push_back(change(demo_pictures()[i], int(i)));
   test::write_film(folder.path / "film.mp4", frames);
   const auto film = find_film(folder.path / "film.mp4", Progress(), {});
   EXPECT_TRUE(film) << film.error().what;

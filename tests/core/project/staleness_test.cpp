@@ -207,8 +207,8 @@ TEST_F(Staleness, AProjectThatNamesNoLandmarkModelIsNotStaleByAnUpdate) {
             hash_text(fmt::format("train 4\n{} {} {} absent {} 0 0 true true true true false",
                                   project_.record(Stage::matte).input_hash, track, plate, 300.0)));
   ProjectOptions& o = project_.options;
-  o.import.split = Split::views, o.align.camera = CameraKind::resting, o.align.lens_mm = 51, o.shared.seed = 3,
-  o.train.use_latent = false;
+  o.import.split = Split::views, o.align.camera = CameraKind::resting, o.align.lens_mm = 51,
+  o.shared.seed = 3, o.train.use_latent = false;
   o.fit.refits = {{20, 22}, {4, 6}, {7, 9}}, o.train.left_out = {3, 5}, o.train.landmark_loss = 0.1;
   EXPECT_EQ(input_hash(project_, Stage::import),
             hash_text(fmt::format("import 1\n{} 256 views rests", clip)));
