@@ -61,7 +61,9 @@ TEST(CompareViews, EachFramesOwnTurnAndZoomAreItsErrors) {
   ASSERT_TRUE(errors.has_value());
   EXPECT_NEAR(errors->turn_median_deg, 0.2, 1e-2);
   EXPECT_NEAR(errors->zoom_max_percent, 2, 0.1);  // against the median, which is one of the two
-  EXPECT_GT(errors->mapping_median_px, 700 * 0.2 * kDegreeInRad * 0.5);
+  // Half of the frames err like their place's first one, and fit together with it; the others by twice their
+  // turn.
+  EXPECT_GT(errors->mapping_p95_px, 700 * 0.4 * kDegreeInRad * 0.5);
 }
 
 TEST(CompareViews, EveryPlaceHasItsOwnWorld) {
