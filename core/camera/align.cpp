@@ -159,8 +159,10 @@ Result<std::optional<AlignResult>> try_walking(Search& search, bool believe, con
   auto walked = solve_path(search.video, search.person, search.work, search.options, search.motion,
                            search.info, believe, progress, search.stop);
   if (walked) return std::optional<AlignResult>(std::move(*walked));
-  if (believe || walked.error().code == ErrorCode::cancelled) return walked.error();
-  if (walked.error().code == ErrorCode::missing_dependency) search.missing = walked.error();
+  const ErrorCode code = walked.error().code;
+  // A full disk or a damaged clip is no statement about the camera.
+  if (believe || (code != ErrorCode::failed && code != ErrorCode::missing_dependency)) return walked.error();
+  if (code == ErrorCode::missing_dependency) search.missing = walked.error();
   search.doubts += " " + walked.error().what;
   return std::optional<AlignResult>{};
 }

@@ -61,6 +61,18 @@ Camera view_of_part(Camera camera, const PixelRect& part) {
   return camera;
 }
 
+Mat3d pinhole_matrix(const Intrinsics& k) {
+  Mat3d m;
+  m << k.fx, 0, k.cx, 0, k.fy, k.cy, 0, 0, 1;
+  return m;
+}
+
+Mat3d inverse_pinhole_matrix(const Intrinsics& k) {
+  Mat3d m;
+  m << 1 / k.fx, 0, -k.cx / k.fx, 0, 1 / k.fy, -k.cy / k.fy, 0, 0, 1;
+  return m;
+}
+
 Intrinsics in_whole_picture(Intrinsics k, const PixelRect& part, int width, int height) {
   if (part.empty()) return k;
   k.cx += part.x, k.cy += part.y;

@@ -68,6 +68,11 @@ Eigen::Matrix<T, 2, 1> project(const Intrinsics& k, const Eigen::Matrix<T, 3, 1>
   return {T(k.fx) * xd + T(k.cx), T(k.fy) * yd + T(k.cy)};
 }
 
+// Of a pinhole without distortion, (3, 3): takes directions in the camera frame to homogeneous pixels, and
+// back.
+Mat3d pinhole_matrix(const Intrinsics& k);
+Mat3d inverse_pinhole_matrix(const Intrinsics& k);
+
 // Direction (not normalised, z = 1) in the camera frame of the ray through a pixel; inverts the distortion.
 Vec3d ray_direction(const Intrinsics& k, const Vec2d& pixel);
 

@@ -146,6 +146,7 @@ std::string keyframe_inputs(const std::string& video_hash, const BackgroundMotio
   std::string inputs =
       fmt::format("radial {} {} {} {} {}", video_hash, solve_width(motion.width, options.colmap_width),
                   options.colmap_features, options.seed, masked ? "masked" : "unmasked");
+  if (masked) inputs += " " + options.mask_inputs;  // another mask leaves other features
   for (const int frame : keyframes) inputs += fmt::format(" {}", frame);
   return inputs + film_text(options.film);
 }

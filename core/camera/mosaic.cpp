@@ -9,25 +9,9 @@
 #include "core/base/parallel.h"
 
 namespace likeness {
-namespace {
-
-Mat3d matrix_of(const Intrinsics& k) {
-  Mat3d m;
-  m << k.fx, 0, k.cx, 0, k.fy, k.cy, 0, 0, 1;
-  return m;
-}
-
-Mat3d inverse_of(const Intrinsics& k) {
-  Mat3d m;
-  m << 1 / k.fx, 0, -k.cx / k.fx, 0, 1 / k.fy, -k.cy / k.fy, 0, 0, 1;
-  return m;
-}
-
-}  // namespace
-
 Mat3d pixels_between(const Camera& from, const Camera& to) {
-  return matrix_of(to.intrinsics) * to.cam_from_world.linear() * from.cam_from_world.linear().transpose() *
-         inverse_of(from.intrinsics);
+  return pinhole_matrix(to.intrinsics) * to.cam_from_world.linear() *
+         from.cam_from_world.linear().transpose() * inverse_pinhole_matrix(from.intrinsics);
 }
 
 Image8 mosaic_seen_by(const Mosaic& mosaic, const Camera& to, Image8* known) {

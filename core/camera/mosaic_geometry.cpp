@@ -7,21 +7,9 @@
 #include <set>
 
 namespace likeness {
-namespace {
-
-Mat3d lens_matrix(const Intrinsics& k) {
-  Mat3d m;
-  m << k.fx, 0, k.cx, 0, k.fy, k.cy, 0, 0, 1;
-  return m;
-}
-
-}  // namespace
-
 MosaicInView::MosaicInView(const Intrinsics& mosaic, const Intrinsics& view, const Mat3d& view_from_mosaic)
     : width_(view.width), height_(view.height), mosaic_width_(mosaic.width) {
-  Mat3d back;  // rays of the mosaic's pixels
-  back << 1 / mosaic.fx, 0, -mosaic.cx / mosaic.fx, 0, 1 / mosaic.fy, -mosaic.cy / mosaic.fy, 0, 0, 1;
-  const Mat3d h = lens_matrix(view) * view_from_mosaic * back;
+  const Mat3d h = pinhole_matrix(view) * view_from_mosaic * inverse_pinhole_matrix(mosaic);
   for (int i = 0; i < 9; ++i) h_[i] = float(h(i / 3, i % 3));
 }
 
