@@ -43,10 +43,10 @@ ColmapModel arc_model(Intrinsics lens, double arc_deg, double noise_px = 0) {
   return model;
 }
 
-Intrinsics phone_lens() { return assumed_intrinsics(540, 960, 0); }
+Intrinsics upright_lens() { return assumed_intrinsics(540, 960, 0); }
 
 TEST(JudgeSolve, AGoodSolveIsUsed) {
-  const SolveJudgement judged = judge_solve(arc_model(phone_lens(), 40, 0.5), 11, 0);
+  const SolveJudgement judged = judge_solve(arc_model(upright_lens(), 40, 0.5), 11, 0);
   EXPECT_TRUE(judged.usable()) << testing::PrintToString(judged.reasons);
   EXPECT_NEAR(judged.placed, 10 / 11.0, 1e-9);
   EXPECT_GT(judged.parallax_deg, 15);
@@ -74,23 +74,23 @@ TEST(JudgeSolve, TheFilesOwnLensCounts) {
 }
 
 TEST(JudgeSolve, ACameraThatHardlyTravelledIsNot) {
-  const SolveJudgement judged = judge_solve(arc_model(phone_lens(), 1.5), 10, 0);
+  const SolveJudgement judged = judge_solve(arc_model(upright_lens(), 1.5), 10, 0);
   ASSERT_EQ(judged.reasons.size(), 1u);
   EXPECT_THAT(judged.reasons[0], testing::HasSubstr("hardly travelled"));
 }
 
 TEST(JudgeSolve, NorOneThatMissesItsPicturesOrLeavesThemOut) {
-  const SolveJudgement noisy = judge_solve(arc_model(phone_lens(), 40, 3), 10, 0);
+  const SolveJudgement noisy = judge_solve(arc_model(upright_lens(), 40, 3), 10, 0);
   ASSERT_EQ(noisy.reasons.size(), 1u);
   EXPECT_THAT(noisy.reasons[0], testing::HasSubstr("miss the pictures"));
-  const SolveJudgement sparse = judge_solve(arc_model(phone_lens(), 40), 30, 0);
+  const SolveJudgement sparse = judge_solve(arc_model(upright_lens(), 40), 30, 0);
   ASSERT_EQ(sparse.reasons.size(), 1u);
   EXPECT_THAT(sparse.reasons[0], testing::HasSubstr("10 of 30"));
   EXPECT_FALSE(judge_solve({}, 30, 0).usable());
 }
 
 TEST(JudgeSolve, DistortionMayNotFold) {
-  Intrinsics lens = phone_lens();
+  Intrinsics lens = upright_lens();
   EXPECT_EQ(least_squeeze(lens), 1);
   lens.k1 = -0.1;
   const double mild = least_squeeze(lens);
