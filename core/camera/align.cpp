@@ -25,6 +25,7 @@ namespace fs = std::filesystem;
 struct Lens {
   Intrinsics intrinsics;
   std::string evidence;  // a sentence after a space, or nothing
+  double log_sigma = 0;  // of the focal length's logarithm: how far it may be off
 };
 
 // What was filmed of the clip's pictures: the lens and everything that is measured are about it alone.
@@ -38,13 +39,20 @@ Lens lens_of(const VideoInfo& whole, const AlignOptions& options) {
   const Intrinsics usual = assumed_intrinsics(info.width, info.height, 0);
   if (options.lens_mm > 0) {
     const Intrinsics given = film_intrinsics(info.width, info.height, options.lens_mm);
-    return {given, fmt::format(" Its lens was given as {:.3g} mm (on 35 mm film): {:.0f} px.",
-                               options.lens_mm, given.fx)};
+    return {given,
+            fmt::format(" Its lens was given as {:.3g} mm (on 35 mm film): {:.0f} px.", options.lens_mm,
+                        given.fx),
+            0};
   }
   const Intrinsics named = assumed_intrinsics(info.width, info.height, info.focal_35mm);
-  if (named.fx == usual.fx) return {usual, ""};
-  return {named, fmt::format(" The clip names its lens: {:.3g} mm (on 35 mm film), {:.0f} px.",
-                             info.focal_35mm, named.fx)};
+  // Phones film with 24 to 35 mm, and crop. What a clip names is rounded to a millimetre, and a stabiliser's
+  // crop is left out.
+  constexpr double kUsualSpread = 0.25, kNamedSpread = 0.05;
+  if (named.fx == usual.fx) return {usual, "", kUsualSpread};
+  return {named,
+          fmt::format(" The clip names its lens: {:.3g} mm (on 35 mm film), {:.0f} px.", info.focal_35mm,
+                      named.fx),
+          kNamedSpread};
 }
 
 AlignResult resting_result(const VideoInfo& info, const AlignOptions& options, std::size_t frames,
@@ -96,7 +104,7 @@ Result<void> look_at_background(Search& search, const Progress& progress) {
   return {};
 }
 
-Result<HandheldSolve> solve_background(const Search& search, const Progress& progress) {
+std::vector<HandheldFrame> background_frames(const Search& search) {
   const BackgroundPictures& pictures = search.pictures;
   std::vector<HandheldFrame> frames;
   for (std::size_t i = 0; i < pictures.frames.size(); ++i) {
@@ -107,10 +115,18 @@ Result<HandheldSolve> solve_background(const Search& search, const Progress& pro
     frame.time_s =
         search.motion.seconds * double(i) / double(std::max<std::size_t>(1, pictures.frames.size() - 1));
   }
+  return frames;
+}
+
+Result<HandheldSolve> solve_background(const Search& search, const Progress& progress) {
+  const auto frames = background_frames(search);
+  const Lens lens = lens_of(search.info, search.options);
   Camera reference;
-  reference.intrinsics = lens_of(search.info, search.options).intrinsics;
-  reference = resized(reference, pictures.grey.front().width);
-  return solve_handheld(frames, reference.intrinsics, {}, progress, search.stop);
+  reference.intrinsics = lens.intrinsics;
+  reference = resized(reference, search.pictures.grey.front().width);
+  HandheldOptions options;
+  options.lens_sigma = lens.log_sigma;
+  return solve_handheld(frames, reference.intrinsics, options, progress, search.stop);
 }
 
 AlignResult handheld_result(const Search& search, const HandheldSolve& solve, const std::string& evidence) {
@@ -148,12 +164,6 @@ std::optional<std::string> rests_by_tracks(const Search& search) {
       motion.motion, motion.frames.size(), motion.tracks, limit);
 }
 
-// Tracks that go far in one direction ask for a path first: a solve that is believed needs no other
-// explanation.
-bool goes_somewhere(const Search& search) {
-  return could_tell(search.motion) && !is_shaking(measure_sway(search.motion));
-}
-
 // nullopt: no path is believed, and `doubts` says why.
 Result<std::optional<AlignResult>> try_walking(Search& search, bool believe, const Progress& progress) {
   auto walked = solve_path(search.video, search.person, search.work, search.options, search.motion,
@@ -189,28 +199,27 @@ Result<AlignResult> found_out(Search& search, const Progress& progress) {
         "of it.",
         100 * fit.unexplained, fit.frames);
   }
-  const bool walks_first = goes_somewhere(search);
-  if (walks_first) {
-    auto walked = try_walking(search, false, progress.stage(0, 0.6, "camera path"));
-    if (!walked) return walked.error();
-    if (*walked) return std::move(**walked);
-  }
-  const auto solve = solve_background(search, progress.stage(0.6, 0.8, "hand-held camera"));
+  const auto untextured = [&](const CameraVerdict& verdict) {
+    return resting_result(
+        search.info, search.options, frames,
+        verdict.reason + " It is taken to rest, which makes no difference before such a wall.");
+  };
+  // A clip of which nothing can tell need not be solved to find that out.
+  const double textured = share_with_texture(background_frames(search));
+  if (textured < CameraKindLimits{}.judged) return untextured(without_texture(textured));
+  // Before any path: it takes seconds, and where a camera that stays in its place explains the background,
+  // what a path is found by, near and far moving apart, is noise.
+  const auto solve = solve_background(search, progress.stage(0, 0.3, "hand-held camera"));
   if (!solve) return solve.error();
   const CameraVerdict verdict = judge_camera_kind(*solve);
   if (verdict.explanation == CameraExplanation::resting)
     return resting_result(search.info, search.options, frames, verdict.reason);
-  if (verdict.explanation == CameraExplanation::no_texture)
-    return resting_result(
-        search.info, search.options, frames,
-        verdict.reason + " It is taken to rest, which makes no difference before such a wall.");
+  if (verdict.explanation == CameraExplanation::no_texture) return untextured(verdict);
   if (verdict.explanation == CameraExplanation::handheld)
     return handheld_result(search, *solve, verdict.reason + search.doubts);
-  if (!walks_first) {
-    auto walked = try_walking(search, false, progress.stage(0.8, 1, "camera path"));
-    if (!walked) return walked.error();
-    if (*walked) return std::move(**walked);
-  }
+  auto walked = try_walking(search, false, progress.stage(0.3, 1, "camera path"));
+  if (!walked) return walked.error();
+  if (*walked) return std::move(**walked);
   if (search.missing) return *search.missing;  // it walks, and could be followed
   auto result = handheld_result(search, *solve, "The camera is taken to be hand-held. " + verdict.reason);
   result.warnings.push_back(

@@ -24,7 +24,7 @@ constexpr float kLeastNoise = 1;
 constexpr double kAlike = 16;
 constexpr double kGainScale = 100;  // grey values: a gain is solved for as its effect on these
 // Exposure multiplies; what light it adds to black (a flare) is little. Grey values.
-constexpr double kGainPrior = 15, kBiasPrior = 5;
+constexpr double kGainPrior = 15, kBiasPrior = 0.5;
 constexpr int kGainLevel = 2;  // the finest at which a gain is looked for: noise, which the mosaic lacks,
                                // makes every gain look less than it is
 constexpr float kResidualCap = 30;  // grey values
@@ -127,6 +127,8 @@ struct TileSums {
   float products[kPairs];  // rows of the lower triangle
   float along[kUnknowns], slopes[kUnknowns];
   float weight, residual;
+  float spread;  // variance of the residuals, each counted the same
+  float steep;   // mean square of the slopes in both directions, grey values a px of level 0
 };
 
 void sum_tile(Tile& tile, TileSums& sums) {
@@ -141,6 +143,11 @@ void sum_tile(Tile& tile, TileSums& sums) {
   }
   sums.weight = dot(tile.weight, ones, tile.count);
   sums.residual = dot(tile.weight, tile.residual, tile.count);
+  const float count = float(std::max(1, tile.known)), mean = dot(tile.residual, ones, tile.count) / count;
+  sums.spread = dot(tile.residual, tile.residual, tile.count) / count - mean * mean;
+  sums.steep =
+      (dot(tile.slopes[4], tile.slopes[4], tile.count) + dot(tile.slopes[5], tile.slopes[5], tile.count)) /
+      count;
 }
 
 // Sums over a level, and what they say about the next iteration's scales.
@@ -282,14 +289,16 @@ std::optional<double> take_step(const LevelSums& sums, const ViewPrior& prior, c
   Matrix8 a = sums.a;
   Vector8 b = sums.b;
   add_priors(at, prior, unit, a, b);
-  if (level < std::min(kGainLevel, coarsest)) a(6, 6) += 1e9, b[6] = 0;
+  const auto hold = [&](int i) { a(i, i) += 1e9, b[i] = 0; };
+  if (level < std::min(kGainLevel, coarsest)) hold(6);
+  if (!prior.shifts) hold(4), hold(5);
   a.diagonal().array() += 1e-9;
   Eigen::VectorXd step = solve_symmetric(Eigen::MatrixXd(a), Eigen::VectorXd(-b));
   if (!step.allFinite()) return std::nullopt;
   // Farther than a few pixels of the level nothing is known about the slopes.
   const double most = std::ldexp(4.0, level);
   const double size = std::max(std::hypot(step[0], step[1]), std::max(std::abs(step[2]), std::abs(step[3])));
-  if (size > most) step *= most / size;
+  if (size > most) step.head<kViewParameters>() *= most / size;
   ViewStep view = (step.array() * unit.array()).head<kViewParameters>();
   at.view = stepped(at.view, view);
   at.view.log_zoom = std::clamp(at.view.log_zoom, -1.5, 1.5);
@@ -341,6 +350,7 @@ double place_deviation(const LevelSums& sums, const ViewPrior& prior, const Intr
   Matrix8 a = sums.a;
   Vector8 b = sums.b;
   add_priors(at, own, unknown_units(reference), a, b);
+  if (!prior.shifts) a(4, 4) += 1e9, a(5, 5) += 1e9;
   a.diagonal().array() += 1e-9;  // nothing known: so many px that it is plain
   Eigen::MatrixXd moves = Eigen::MatrixXd::Zero(kUnknowns, 2);
   moves(1, 0) = moves(4, 0) = 1;
@@ -350,11 +360,11 @@ double place_deviation(const LevelSums& sums, const ViewPrior& prior, const Intr
   return std::sqrt(std::max(0.0, mean + apart));
 }
 
-// How far each part would move along the direction in which its texture shows it best, px of level 0.
-std::vector<double> part_moves(const std::vector<TileSums>& parts, const LevelTerms& terms) {
+// Parts with texture enough to be found by themselves: of the shift, in its best direction.
+int parts_with_texture(const std::vector<TileSums>& parts, const LevelTerms& terms) {
   // An edge's pixel, known to a pixel of level 1, has a strength of 1/16: so much is a fifth of a part.
   constexpr double kLeastStrength = 3;
-  std::vector<double> moves;
+  int count = 0;
   for (const TileSums& part : parts) {
     const double row = part.weight * terms.share + (terms.light > 0 ? 1 / terms.light : 0);
     if (row <= 0) continue;
@@ -362,17 +372,26 @@ std::vector<double> part_moves(const std::vector<TileSums>& parts, const LevelTe
     const auto product = [&](int i, int j) {
       return terms.share * part.products[i * (i + 1) / 2 + j] - shade * part.slopes[i] * part.slopes[j];
     };
-    const auto along = [&](int i) {
-      return terms.share * part.along[i] - shade * part.slopes[i] * part.residual;
-    };
-    // The larger eigenvalue of the two by two block of the shift, and its direction.
     const double xx = product(4, 4), xy = product(5, 4), yy = product(5, 5);
-    const double angle = 0.5 * std::atan2(2 * xy, xx - yy), cx = std::cos(angle), cy = std::sin(angle);
-    const double strength = cx * cx * xx + 2 * cx * cy * xy + cy * cy * yy;
-    if (strength < kLeastStrength) continue;
-    moves.push_back(std::abs(cx * along(4) + cy * along(5)) / strength);
+    count += (xx + yy) / 2 + std::hypot((xx - yy) / 2, xy) >= kLeastStrength;
   }
-  return moves;
+  return count;
+}
+
+// How far off its place a part must be to differ so much, in a direction of which nothing is known: where its
+// pictures disagree entirely, too, which no search for the right place survives.
+double misplaced_px(const std::vector<TileSums>& parts, const Intrinsics& reference) {
+  constexpr float kNoise = 2;  // variance, grey values: of two coded pictures, one level down
+  const float limit = float(0.004 * std::max(reference.width, reference.height));
+  std::vector<double> off;
+  for (const TileSums& part : parts) {
+    const float slope = part.steep / 2;
+    // So far off, a part would differ by twice the noise: less texture tells nothing.
+    if (slope * limit * limit < 4 * kNoise) continue;
+    off.push_back(std::sqrt(std::max(0.0f, part.spread - kNoise) / slope));
+  }
+  constexpr std::size_t kFew = 4;
+  return off.size() < kFew ? -1 : median(std::move(off));
 }
 
 }  // namespace
@@ -398,38 +417,46 @@ void measure_view(const std::vector<GreyPicture>& picture, const Intrinsics& ref
   terms.edge = 1;  // so that a part that is a few pixels off is none of the outliers
   std::vector<TileSums> parts;
   sum_level(terms, kMostTile, &parts);
-  std::vector<double> moves = part_moves(parts, terms);
-  aligned.parts = int(moves.size());
-  aligned.misfit_px = quantile(std::move(moves), 0.75);
+  aligned.parts = parts_with_texture(parts, terms);
+  aligned.misfit_px = misplaced_px(parts, reference);
 }
 
-double view_badness(const std::vector<GreyPicture>& picture, const Intrinsics& reference,
-                    const ViewTarget& target, const AlignedView& aligned, int level) {
-  const LevelTerms terms = level_terms(picture, reference, target, aligned, level);
-  const GreyPicture& grey = *terms.picture;
+double grey_contrast(const GreyPicture& grey) {
   double sum = 0, squares = 0;
   int count = 0;
   for (const float value : grey.data)
     if (value == value) sum += value, squares += double(value) * value, ++count;
-  if (count == 0) return 1;
-  const double contrast = std::sqrt(std::max(0.0, squares / count - sum / count * sum / count));
-  const double cap = std::max(4.0, 0.5 * contrast);
-  constexpr double kNoPlaceBadness = 0.7;
-  double bad = 0;
+  return count ? std::sqrt(std::max(0.0, squares / count - sum / count * sum / count)) : 0;
+}
+
+ViewDifferences view_differences(const std::vector<GreyPicture>& picture, const Intrinsics& reference,
+                                 const ViewTarget& target, const AlignedView& aligned, int level,
+                                 double cap) {
+  const LevelTerms terms = level_terms(picture, reference, target, aligned, level);
+  const GreyPicture& grey = *terms.picture;
+  ViewDifferences differences;
   for (int y = 0; y < grey.height; ++y)
     for (int x = 0; x < grey.width; ++x) {
       const float own = *grey.at(x, y);
       if (own != own) continue;
+      ++differences.background;
       const auto place = view_place(terms.map, float(x) + 0.5f, float(y) + 0.5f);
       float value, du, dv;
-      if (place.depth < 0.1f || !read_target(*terms.target, place.u, place.v, value, du, dv)) {
-        bad += kNoPlaceBadness;
-        continue;
-      }
-      const double off = (terms.gain * value + terms.bias - own) / cap;
-      bad += std::min(1.0, off * off);
+      if (place.depth < 0.1f || !read_target(*terms.target, place.u, place.v, value, du, dv)) continue;
+      ++differences.placed;
+      const double off = std::min(cap, std::abs(double(terms.gain * value + terms.bias - own)));
+      differences.squares += off * off;
     }
-  return bad / count;
+  return differences;
+}
+
+double view_badness(const std::vector<GreyPicture>& picture, const Intrinsics& reference,
+                    const ViewTarget& target, const AlignedView& aligned, int level) {
+  const double cap = std::max(4.0, 0.5 * grey_contrast(picture[std::size_t(level)]));
+  const ViewDifferences d = view_differences(picture, reference, target, aligned, level, cap);
+  if (d.background == 0) return 1;
+  constexpr double kNoPlaceBadness = 0.7;
+  return (d.squares / (cap * cap) + kNoPlaceBadness * (d.background - d.placed)) / d.background;
 }
 
 GreyPicture seen_from(const ViewTarget& target, const Intrinsics& reference, const HandheldView& view,

@@ -24,6 +24,7 @@ struct ViewTarget {
 
 // What is known before a picture is looked at.
 struct ViewPrior {
+  bool shifts = true;     // false: the shift stays as it is
   double shift_px = 0;    // scale of the shift: beyond it, it is allowed ever more readily (Cauchy)
   double log_zoom = 0;    // scale of the zoom
   double smooth_px = 0;   // scale of the distance to `expected`, px in the picture; 0: none
@@ -37,9 +38,9 @@ struct AlignedView {
   double inliers = 0;         // share of these that agree with it
   double residual = 0;        // rms of gain * mosaic + bias - picture, each counted as 30 at most; 0..255
   double sigma_px = 0;        // standard deviation of where the background is, by what its texture tells
-  double misfit_px = 0;       // by how much single parts of the picture would move to fit better still: the
-                              // upper quartile over the parts with texture
-  int parts = 0;              // with texture enough to tell that
+  double misfit_px = -1;  // by how much parts of the picture lie elsewhere, judged by how much they differ:
+                          // median of the parts whose texture can tell; -1 where there are too few
+  int parts = 0;          // with texture enough to be found by themselves
 };
 
 // reference: intrinsics of the picture's level 0 at zoom 1. Levels from `coarsest` down to `finest` (0).
@@ -50,6 +51,18 @@ AlignedView align_view(const std::vector<GreyPicture>& picture, const Intrinsics
 // Measures `overlap` and what follows it at the view given.
 void measure_view(const std::vector<GreyPicture>& picture, const Intrinsics& reference,
                   const ViewTarget& target, const ViewPrior& prior, AlignedView& aligned);
+
+// Standard deviation of what is known of a picture.
+double grey_contrast(const GreyPicture& grey);
+
+// How far the target as a view sees it differs from the picture, at a level.
+struct ViewDifferences {
+  int background = 0;  // px of the picture
+  int placed = 0;      // of these with a place in the target
+  double squares = 0;  // sum over the placed of the squared difference in grey values, each `cap` at most
+};
+ViewDifferences view_differences(const std::vector<GreyPicture>& picture, const Intrinsics& reference,
+                                 const ViewTarget& target, const AlignedView& aligned, int level, double cap);
 
 // How badly a view explains the picture at a level, 0 (not at all badly) .. 1: differences, truncated at half
 // the picture's contrast, and what has no place in the mosaic counted as nearly the worst.

@@ -25,12 +25,18 @@ struct CameraKindLimits {
   double resting = 1.5;
   // Share of the frames in which parts of the background have texture enough to be found by themselves.
   double judged = 0.5;
+  // 1/1000 of the longer side that the background may stray before a camera in a hand: it has then turned so
+  // far from the person that they would be out of the picture, had it not travelled.
+  double swaying = 250;
   // Share of the frames that the mosaic must explain: one in ten may be blurred, or mostly hidden.
   double explained = 0.9;
-  // Share of the frames that may have parts beyond kMisfitLimit: motion blur and a passer-by make some.
-  // Parallax is there in nearly all frames that are away from the middle of the path.
+  // Share of the pairs of frames that may have parts beyond kMisfitLimit: motion blur and a passer-by make
+  // some. Parallax is there in nearly all pairs that are far apart.
   double misfitting = 0.3;
 };
+
+// Of a clip in whose frames, but for this share, nothing behind the person has texture.
+CameraVerdict without_texture(double judged, const CameraKindLimits& limits = {});
 
 CameraVerdict judge_camera_kind(const HandheldSolve& solve, const CameraKindLimits& limits = {});
 

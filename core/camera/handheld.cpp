@@ -13,8 +13,10 @@
 #include "core/base/quantile.h"
 #include "core/base/rigid.h"
 #include "core/camera/align_view.h"
+#include "core/camera/assumed_lens.h"
 #include "core/camera/grey_mosaic.h"
 #include "core/camera/mosaic_geometry.h"
+#include "core/camera/view_pairs.h"
 
 namespace likeness {
 namespace {
@@ -23,6 +25,7 @@ constexpr int kRim = 2;                    // px at the border, spoilt by resamp
 constexpr double kLeastBackground = 0.02;  // share of the picture that must be background to align by
 // A frame is found where so much of its background has a place in the mosaic, and so much of this agrees.
 constexpr double kFoundOverlap = 0.3, kFoundInliers = 0.6;
+constexpr int kPartsToTell = 4;  // with texture: a frame of which fewer have any tells nothing
 
 // A frame on its way to a camera.
 struct Solving {
@@ -36,6 +39,8 @@ struct Solver {
   Intrinsics reference;
   HandheldOptions options;
   int levels = 1;
+  bool shifts = false;  // the principal point moves, too
+  double focal_sigma = 0;
   std::vector<Solving> frames;
   std::vector<std::size_t> training;  // ascending; into frames
 
@@ -44,6 +49,7 @@ struct Solver {
   }
   ViewPrior prior() const {
     ViewPrior prior;
+    prior.shifts = shifts;
     prior.shift_px = options.shift_scale * reference.width;
     prior.log_zoom = options.zoom_scale;
     return prior;
@@ -332,6 +338,66 @@ void place_held_out(Solver& solver, const ViewTarget& target) {
   });
 }
 
+// The frames placed, as pairs see them.
+struct PlacedPairs {
+  std::vector<HandheldView> views;
+  std::vector<ViewPair> pairs;
+  PairPictures pictures;  // of `views`
+};
+PlacedPairs placed_pairs(const Solver& solver) {
+  PlacedPairs placed;
+  std::vector<std::size_t> frames;
+  for (const std::size_t i : solver.training)
+    if (solver.frames[i].placed) frames.push_back(i), placed.views.push_back(solver.frames[i].aligned.view);
+  placed.pairs = distant_pairs(solver.reference, placed.views);
+  placed.pictures.reference = solver.reference;
+  placed.pictures.views = placed.views;
+  placed.pictures.pyramids.resize(frames.size());
+  for (const ViewPair& pair : placed.pairs)
+    for (const std::size_t i : {pair.first, pair.second})
+      if (placed.pictures.pyramids[i].empty())
+        placed.pictures.pyramids[i] = solver.pyramid(solver.frames[frames[i]]);
+  return placed;
+}
+
+// By how much the second model explains a pair better than the first: median of the differences, nats.
+double median_gain(const PairFits& first, const PairFits& second) {
+  std::vector<double> gains;
+  for (std::size_t i = 0; i < first.nats.size(); ++i) gains.push_back(first.nats[i] - second.nats[i]);
+  return median(std::move(gains));
+}
+
+// What a lens and a turn explain needs no shift.
+struct ChosenModel {
+  bool shifts = false;
+  double focal = 1;        // of the reference's
+  double focal_sigma = 0;  // 0: not found
+};
+ChosenModel choose_model(const Solver& solver) {
+  // Far more than two unknowns fit of noise, or a distorting lens feigns.
+  constexpr double kShiftGain = 20;  // nats a pair
+  constexpr double kLensSigma = 0.02;
+  ChosenModel chosen;
+  const PlacedPairs placed = placed_pairs(solver);
+  if (placed.pairs.empty()) return chosen;
+  const auto fits = [&](double focal, bool shifts) {
+    return fit_pairs(placed.pictures, placed.pairs, {focal, shifts});
+  };
+  const PairFits as_is = fits(1, false);
+  PairLens lens;
+  if (solver.options.lens_sigma > 0)
+    lens = lens_of_pairs(placed.pictures, placed.pairs, solver.options.lens_sigma);
+  PairFits turning = as_is;
+  if (lens.sigma < kLensSigma) {
+    chosen.focal = lens.focal, chosen.focal_sigma = lens.sigma;
+    turning = fits(lens.focal, false);
+  }
+  chosen.shifts = median_gain(turning, fits(1, true)) > kShiftGain;
+  // A turn is told from a shift by the lens; a clip does not tell the lens as well.
+  if (chosen.shifts) chosen.focal = 1, chosen.focal_sigma = 0;
+  return chosen;
+}
+
 HandheldCamera camera_of(const Solving& frame) {
   const AlignedView& at = frame.aligned;
   HandheldCamera camera;
@@ -353,12 +419,12 @@ HandheldCamera camera_of(const Solving& frame) {
 }
 
 // 95th percentile of how far the background is from its usual place, in 1/1000 of the width: the mean over
-// nine places of the picture.
+// nine places of the picture. Of the frames that can tell: on a blank wall a view wanders with the noise.
 double strayed(const HandheldSolve& solve) {
   constexpr int kSide = 3;
   std::array<std::vector<double>, kSide * kSide> us, vs;
   for (const HandheldCamera& camera : solve.cameras) {
-    if (!camera.found) continue;
+    if (!camera.found || camera.parts < kPartsToTell) continue;
     const auto map = view_map<double>(solve.reference, solve.reference, handheld_view(camera));
     for (int i = 0; i < kSide * kSide; ++i) {
       const auto place = view_place(map, solve.reference.width * (0.5 + i % kSide) / kSide,
@@ -366,6 +432,7 @@ double strayed(const HandheldSolve& solve) {
       us[std::size_t(i)].push_back(place.u), vs[std::size_t(i)].push_back(place.v);
     }
   }
+  if (us[0].empty()) return 0;
   std::vector<double> strays(us[0].size(), 0);
   for (std::size_t p = 0; p < us.size(); ++p) {
     const double u = median(us[p]), v = median(vs[p]);
@@ -376,20 +443,28 @@ double strayed(const HandheldSolve& solve) {
 }
 
 std::string evidence_of(const HandheldSolve& solve) {
-  return fmt::format(
-      "The background strays by {:.1f} thousandths of the picture's width, zoom {:.3f} to {:.3f}. One "
-      "mosaic explains {:.0f} % of {} frames to {:.1f} grey values (noise {:.1f}); parts of it lie {:.2f} px "
-      "off the model (limit {:.2f}), and its texture places it to {:.3f} px.",
-      solve.motion, solve.zoom_low, solve.zoom_high, 100 * solve.explained, solve.cameras.size(),
-      solve.residual, solve.noise, solve.misfit_px, kMisfitLimit * solve.reference.width, solve.sigma_px);
+  std::string text = fmt::format(
+      "The background strays by {:.1f} thousandths of the picture's width, zoom {:.3f} to {:.3f}{}. One "
+      "mosaic explains {:.0f} % of {} frames to {:.1f} grey values (noise {:.1f}); in pairs of frames far "
+      "apart "
+      "parts of it lie {:.2f} px off the model (limit {:.2f}), and its texture places it to {:.3f} px.",
+      solve.motion, solve.zoom_low, solve.zoom_high, solve.shifts ? ", and the picture's middle shifts" : "",
+      100 * solve.explained, solve.cameras.size(), solve.residual, solve.noise, solve.misfit_px,
+      misfit_limit_px(solve.reference), solve.sigma_px);
+  if (solve.focal_sigma > 0)
+    text += fmt::format(" Its turns tell a focal length of {:.3f} of the picture's width (to {:.1f} %).",
+                        solve.reference.fx / solve.reference.width, 100 * solve.focal_sigma);
+  return text;
 }
 
 HandheldSolve summarised(const Solver& solver) {
   HandheldSolve solve;
   solve.reference = solver.reference;
+  solve.shifts = solver.shifts;
+  solve.focal_sigma = solver.focal_sigma;
   std::vector<HandheldView> views;
   std::vector<double> residuals, zooms, sigmas, misfits, noises;
-  std::size_t found = 0, misfitting = 0;
+  std::size_t found = 0, told = 0, misfitting = 0;
   for (const Solving& frame : solver.frames) {
     solve.cameras.push_back(camera_of(frame));
     const HandheldCamera& camera = solve.cameras.back();
@@ -399,10 +474,14 @@ HandheldSolve summarised(const Solver& solver) {
     residuals.push_back(camera.residual);
     zooms.push_back(camera.zoom);
     sigmas.push_back(camera.sigma_px);
-    constexpr int kPartsToTell = 4;
-    if (camera.parts < kPartsToTell) continue;
-    misfits.push_back(camera.misfit_px);
-    misfitting += camera.misfit_px > kMisfitLimit * solver.reference.width;
+    told += camera.parts >= kPartsToTell;
+  }
+  const PlacedPairs placed = placed_pairs(solver);
+  const PairFits fits = fit_pairs(placed.pictures, placed.pairs, {1, solver.shifts});
+  for (const double misfit : fits.misfit_px) {
+    if (misfit < 0) continue;
+    misfits.push_back(misfit);
+    misfitting += misfit > misfit_limit_px(solver.reference);
   }
   constexpr std::size_t kNoiseFrames = 12;
   for (std::size_t i = 0; i < solver.frames.size(); i += solver.frames.size() / kNoiseFrames + 1)
@@ -415,7 +494,7 @@ HandheldSolve summarised(const Solver& solver) {
   solve.zoom_low = found ? quantile(zooms, 0.02) : 1;
   solve.zoom_high = found ? quantile(zooms, 0.98) : 1;
   solve.sigma_px = quantile(std::move(sigmas), 0.75);
-  solve.judged = found ? double(misfits.size()) / double(found) : 0;
+  solve.judged = found ? double(told) / double(found) : 0;
   solve.misfitting = misfits.empty() ? 0 : double(misfitting) / double(misfits.size());
   solve.misfit_px = median(std::move(misfits));
   solve.motion = strayed(solve);
@@ -459,22 +538,47 @@ Result<Solver> prepared(std::span<const HandheldFrame> given, const Intrinsics& 
 
 }  // namespace
 
+// Rebuilds the mosaic and aligns to it, until nothing moves more.
+Result<void> close_rounds(Solver& solver, const Progress& progress, std::stop_token stop) {
+  for (int round = 0; round < solver.options.rounds; ++round) {
+    if (stop.stop_requested()) return cancelled_error();
+    centre_views(solver);
+    const ViewTarget target = rebuild_mosaic(solver);
+    const double moved = realign(solver, target);
+    progress.report(double(round + 1) / solver.options.rounds, fmt::format("round {}", round + 1));
+    constexpr double kStill = 0.03;  // px
+    if (moved < kStill) break;
+  }
+  return {};
+}
+
+// Every training frame's view, from nothing.
+Result<void> settle(Solver& solver, const Progress& progress, std::stop_token stop) {
+  if (auto placed = place_along(solver, progress.stage(0, 0.6, "background"), stop); !placed)
+    return placed.error();
+  return close_rounds(solver, progress.stage(0.6, 1, "background"), stop);
+}
+
 Result<HandheldSolve> solve_handheld(std::span<const HandheldFrame> frames, const Intrinsics& reference,
                                      const HandheldOptions& options, const Progress& progress,
                                      std::stop_token stop) {
   auto prepared_solver = prepared(frames, reference, options);
   if (!prepared_solver) return prepared_solver.error();
   Solver& solver = *prepared_solver;
-  if (auto placed = place_along(solver, progress.stage(0, 0.5, "background"), stop); !placed)
+  if (auto placed = settle(solver, progress.stage(0, 0.45, "background"), stop); !placed)
     return placed.error();
-  for (int round = 0; round < options.rounds; ++round) {
-    if (stop.stop_requested()) return cancelled_error();
-    centre_views(solver);
-    const ViewTarget target = rebuild_mosaic(solver);
-    const double moved = realign(solver, target);
-    progress.report(0.5 + 0.4 * (round + 1) / options.rounds, fmt::format("round {}", round + 1));
-    constexpr double kStill = 0.03;  // px
-    if (moved < kStill) break;
+  const ChosenModel model = choose_model(solver);
+  const Progress again = progress.stage(0.5, 0.9, "camera's turns");
+  if (model.shifts) {
+    solver.shifts = true;
+    for (Solving& frame : solver.frames) frame.aligned = {}, frame.placed = false;
+    if (auto placed = settle(solver, again, stop); !placed) return placed.error();
+  } else if (model.focal != 1) {
+    solver.reference.fx *= model.focal, solver.reference.fy *= model.focal;
+    solver.focal_sigma = model.focal_sigma;
+    for (Solving& frame : solver.frames)
+      frame.aligned.view = with_longer_lens(frame.aligned.view, model.focal);
+    if (auto closed = close_rounds(solver, again, stop); !closed) return closed.error();
   }
   if (stop.stop_requested()) return cancelled_error();
   fill_gaps(solver);
@@ -482,6 +586,26 @@ Result<HandheldSolve> solve_handheld(std::span<const HandheldFrame> frames, cons
   HandheldSolve solve = summarised(solver);
   progress.report(1);
   return solve;
+}
+
+double share_with_texture(std::span<const HandheldFrame> frames) {
+  constexpr std::size_t kLooks = 12;
+  const std::size_t looks = std::min(kLooks, frames.size());
+  std::vector<char> told(looks, 0);
+  parallel_for(looks, [&](std::size_t i) {
+    const HandheldFrame& frame = frames[(2 * i + 1) * frames.size() / (2 * looks)];
+    const auto pyramid = grey_pyramid(grey_picture(*frame.grey, frame.person, kRim),
+                                      pyramid_levels(frame.grey->width, frame.grey->height));
+    const Intrinsics lens = assumed_intrinsics(frame.grey->width, frame.grey->height, 0);
+    AlignedView at;
+    measure_view(pyramid, lens, {lens, pyramid}, {}, at);  // over itself
+    told[i] = at.parts >= kPartsToTell;
+  });
+  return looks ? double(std::ranges::count(told, char(1))) / double(looks) : 0;
+}
+
+double misfit_limit_px(const Intrinsics& reference) {
+  return kMisfitLimit * std::max(reference.width, reference.height);
 }
 
 HandheldView handheld_view(const HandheldCamera& camera) {

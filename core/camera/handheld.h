@@ -5,8 +5,11 @@
 //
 // First every frame is aligned to a mosaic that grows with the frames, from the middle of the clip outwards;
 // then, in rounds, the mosaic is rebuilt from all training frames and each frame aligned to it anew, which
-// closes what drifted. Frames held out are aligned last, to the finished mosaic alone: they contribute
-// nothing to it, nor to another frame's view. About 7 ms a frame and round on a core at 480 x 270.
+// closes what drifted. The camera may only turn and zoom at first. A shift of the principal point (a crop
+// that slides, a hand that moves sideways before a wall) does nearly the same as a turn, so it is allowed
+// only where pairs of pictures far apart ask for it; if they do not, they tell the focal length. Frames held
+// out are aligned last, to the finished mosaic alone: they contribute nothing to it, nor to another frame's
+// view. About 7 ms a frame and round on a core at 480 x 270.
 #pragma once
 
 #include <span>
@@ -31,11 +34,12 @@ struct HandheldFrame {
 };
 
 struct HandheldOptions {
-  int rounds = 3;               // of rebuilding the mosaic and aligning to it; fewer where nothing moves more
-  double shift_scale = 0.005;   // of the width: a larger shift of the principal point must be plain to see
-  double zoom_scale = 0.03;     // of the focal length, likewise
-  double smooth_px = 0.15;      // how far frames may leave the line between their neighbours before it counts
-                                // as the hand's doing and not as noise
+  double lens_sigma = 0.25;    // of the logarithm of the true focal length over the one given; 0: it is exact
+  int rounds = 3;              // of rebuilding the mosaic and aligning to it; fewer where nothing moves more
+  double shift_scale = 0.005;  // of the width: a larger shift of the principal point must be plain to see
+  double zoom_scale = 0.03;    // of the focal length, likewise
+  double smooth_px = 0.15;     // how far frames may leave the line between their neighbours before it counts
+                               // as the hand's doing and not as noise
   std::size_t median_of = 160;  // frames, about, that the mosaic is the median of
 };
 
@@ -49,15 +53,15 @@ struct HandheldCamera {
   double overlap = 0;              // share of the background that the mosaic knows
   double certainty = 0;            // share of this that agrees with the mosaic, 0..1
   double sigma_px = 0;             // standard deviation of where the background is, by its texture
-  double misfit_px = 0;            // by how much parts of the background lie elsewhere than the model says:
-                                   // upper quartile of the parts that can tell
+  double misfit_px = -1;           // by how much parts of the background lie elsewhere than the mosaic says;
+                                   // -1: too few can tell
   int parts = 0;                   // that can tell
   bool held_out = false;
   bool found = false;  // else it is a guess from the neighbours
 };
 
 struct HandheldSolve {
-  Intrinsics reference;                 // at the size of the pictures given
+  Intrinsics reference;  // at the size of the pictures given; its focal length is the one found
   std::vector<HandheldCamera> cameras;  // one for each frame given, ascending
   Intrinsics extent;                    // of the mosaic, at the reference's focal lengths
   double residual = 0;                  // median over the frames found
@@ -66,21 +70,31 @@ struct HandheldSolve {
   double motion = 0;  // how far the background strays from its usual place: 1/1000 of the width, p95
   double zoom_low = 1, zoom_high = 1;  // of the frames found, p2 and p98
   double sigma_px = 0;                 // as of the cameras, upper quartile; large where nothing has texture
-  double misfit_px = 0;                // as of the cameras, median of the frames that can tell
-  double misfitting = 0;               // share of the frames found whose misfit is beyond kMisfitLimit
-  double judged = 0;                   // share of the frames found that have parts which can tell
-  std::string evidence;                // in words with numbers
+  bool shifts = false;                 // the principal point moves, too: turns and zooms did not explain it
+  double focal_sigma = 0;  // standard deviation of the logarithm of the focal length that the turns
+                           // told; 0: they told none, and it is the one given
+  // Of pairs of frames far apart, laid over each other (core/camera/view_pairs.h), that have parts which can
+  // tell: by how much these lie elsewhere than the model says, median; the share beyond the limit.
+  double misfit_px = 0, misfitting = 0;
+  double judged = 0;     // share of the frames found that have parts which can tell
+  std::string evidence;  // in words with numbers
 };
 
-// Parts of the background that lie this far off the model, as a share of the width, moved by themselves: by
-// parallax, a wind, a rolling shutter. About half a pixel at 480; a lens's distortion and a codec stay below.
-inline constexpr double kMisfitLimit = 0.0012;
+// How far parts of the background may lie off where the model of the camera puts them, as a share of the
+// picture's longer side: 2 px at 480. A swaying hand, a distorting lens, a rolling shutter and a codec stay
+// below a third of it; a camera that travels is twice beyond.
+inline constexpr double kMisfitLimit = 0.004;
+double misfit_limit_px(const Intrinsics& reference);
 
 // Cameras of the frames, ascending in `frame`. An error of bad_input where there is no training frame, or
 // where pictures differ in size or have no background at all.
 Result<HandheldSolve> solve_handheld(std::span<const HandheldFrame> frames, const Intrinsics& reference,
                                      const HandheldOptions& options, const Progress& progress,
                                      std::stop_token stop);
+
+// Share of a dozen of the frames in which parts of the background have texture enough to be found by
+// themselves, before anything is solved. Noise passes for texture here, so it is rather too large.
+double share_with_texture(std::span<const HandheldFrame> frames);
 
 // The view of a solved camera, at the reference's size.
 HandheldView handheld_view(const HandheldCamera& camera);

@@ -10,6 +10,7 @@
 #include "core/camera/align_view.h"
 #include "core/camera/camera_kind.h"
 #include "core/camera/grey_pyramid.h"
+#include "core/camera/view_pairs.h"
 #include "core/video/decode.h"
 #include "core/video/encode.h"
 #include "tests/core/camera/swaying_wall.h"
@@ -105,7 +106,7 @@ TEST(GreyPyramid, NoiseIsMeasuredBesideEdges) {
   EXPECT_NEAR(pixel_noise(grey_picture(grey, nullptr, 0)), 3, 0.4);
 }
 
-TEST(AlignView, DISABLED_FindsAViewFromAMosaicAndSaysHowSurely) {
+TEST(AlignView, FindsAViewFromAMosaicAndSaysHowSurely) {
   const Intrinsics lens = sway_lens();
   std::mt19937 random(3);
   const int levels = pyramid_levels(lens.width, lens.height);
@@ -124,26 +125,27 @@ TEST(AlignView, DISABLED_FindsAViewFromAMosaicAndSaysHowSurely) {
   EXPECT_NEAR(view.gain, 0.9, 0.02);
   EXPECT_GT(view.inliers, 0.95);
   EXPECT_LT(view.sigma_px, 0.1);
-  EXPECT_LT(view.misfit_px, 0.2);
+  EXPECT_LT(view.misfit_px, 0.35);  // of a limit of 0.96
   EXPECT_LT(view_badness(picture, lens, target, view, 0), view_badness(picture, lens, target, {}, 0));
 }
 
-TEST(Handheld, DISABLED_RecoversTurnsAndZooms) {
+TEST(Handheld, RecoversTurnsAndZooms) {
   const SwayingClip clip = swaying_clip(sway_lens(), 60, gentle);
   const HandheldSolve solve = solved(clip);
   const SwayErrors errors = sway_errors(clip, solve, all_of(clip));
   EXPECT_LT(errors.turn_deg, 0.1);
   EXPECT_LT(errors.zoom, 0.01);
   EXPECT_LT(errors.place_px, 0.25);
+  EXPECT_FALSE(solve.shifts);
   EXPECT_EQ(solve.explained, 1);
-  EXPECT_NEAR(solve.zoom_high / solve.zoom_low, std::exp(0.08), 0.02);
+  EXPECT_NEAR(solve.zoom_high / solve.zoom_low, std::exp(0.04), 0.005);
   EXPECT_NEAR(solve.noise, 2, 1);
   EXPECT_EQ(judge_camera_kind(solve).explanation, CameraExplanation::handheld)
       << judge_camera_kind(solve).reason;
   EXPECT_GT(solve.extent.width, clip.lens.width + 10);
 }
 
-TEST(Handheld, DISABLED_APersonWhomTheMaskMissesInPartMovesNothing) {
+TEST(Handheld, APersonWhomTheMaskMissesInPartMovesNothing) {
   SwayOptions options;
   options.masked = 0.8;
   const SwayingClip clip = swaying_clip(sway_lens(), 50, gentle, options);
@@ -152,7 +154,7 @@ TEST(Handheld, DISABLED_APersonWhomTheMaskMissesInPartMovesNothing) {
   EXPECT_LT(errors.zoom, 0.01);
 }
 
-TEST(Handheld, DISABLED_NeedsNoCorners) {
+TEST(Handheld, NeedsNoCorners) {
   SwayOptions options;
   options.wall = shaded_wall;
   options.exposure = 0.03;
@@ -165,7 +167,7 @@ TEST(Handheld, DISABLED_NeedsNoCorners) {
       << judge_camera_kind(solve).reason;
 }
 
-TEST(Handheld, DISABLED_ABlankWallIsSaidToShowNothing) {
+TEST(Handheld, ABlankWallIsSaidToShowNothing) {
   SwayOptions options;
   options.wall = blank_wall;
   const SwayingClip clip = swaying_clip(sway_lens(), 30, gentle, options);
@@ -174,6 +176,50 @@ TEST(Handheld, DISABLED_ABlankWallIsSaidToShowNothing) {
   EXPECT_EQ(verdict.explanation, CameraExplanation::no_texture) << verdict.reason << solve.evidence;
   EXPECT_THAT(verdict.reason, testing::HasSubstr("texture"));
   EXPECT_LT(solve.motion, 5);  // noise is no motion
+}
+
+TEST(Handheld, TextureIsSeenWithoutASolve) {
+  EXPECT_EQ(share_with_texture(swaying_clip(sway_lens(), 6, gentle).frames()), 1);
+  SwayOptions options;
+  options.wall = blank_wall, options.noise = 0;
+  EXPECT_EQ(share_with_texture(swaying_clip(sway_lens(), 6, gentle, options).frames()), 0);
+  EXPECT_EQ(share_with_texture({}), 0);
+}
+
+TEST(Handheld, TurnsTellTheLens) {
+  SwayingClip clip = swaying_clip(sway_lens(), 60, [](int frame) { return hand_sway(frame / 10.0, 4); });
+  const double truth = clip.lens.fx;
+  for (const double assumed : {0.8, 1.25}) {
+    Intrinsics lens = clip.lens;
+    lens.fx = lens.fy = assumed * truth;
+    const auto solve = solve_handheld(clip.frames(), lens, {}, {}, {});
+    ASSERT_TRUE(solve.ok());
+    EXPECT_NEAR(solve->reference.fx / truth, 1, 0.01);
+    EXPECT_GT(solve->focal_sigma, 0);
+    EXPECT_FALSE(solve->shifts);
+    EXPECT_LT(sway_errors(clip, *solve, all_of(clip)).turn_deg, 0.1);
+    // A lens that is known stays.
+    HandheldOptions known;
+    known.lens_sigma = 0;
+    EXPECT_EQ(solve_handheld(clip.frames(), lens, known, {}, {})->reference.fx, lens.fx);
+  }
+}
+
+TEST(ViewPairs, AreFarApartAndShowTheSame) {
+  std::vector<HandheldView> views;
+  for (int i = 0; i < 50; ++i) views.push_back({turn_from_vector({0, 0.02 * i, 0}), 0, {0, 0}});
+  views[30].log_zoom = 0.5;
+  const Intrinsics lens = sway_lens();  // shows 64 degrees
+  const auto pairs = distant_pairs(lens, views, 10);
+  ASSERT_GE(pairs.size(), 10u);
+  for (const ViewPair& pair : pairs) {
+    const double turn = rotation_angle(views[pair.first].turn * views[pair.second].turn.transpose());
+    EXPECT_GT(turn, 0.25);
+    EXPECT_LT(turn, 0.6);
+    EXPECT_NE(pair.second, 30u);
+  }
+  EXPECT_TRUE(distant_pairs(lens, std::vector<HandheldView>(1)).empty());
+  EXPECT_TRUE(distant_pairs(lens, {}).empty());
 }
 
 TEST(Handheld, ARestingCameraRests) {
@@ -193,6 +239,7 @@ TEST(Handheld, ACropThatSlidesIsAShift) {
     return view;
   });
   const HandheldSolve solve = solved(clip);
+  EXPECT_TRUE(solve.shifts);
   EXPECT_LT(sway_errors(clip, solve, all_of(clip)).place_px, 0.3);
   const auto shift = [&](std::size_t i) { return solve.cameras[i].shift_px.x(); };
   EXPECT_NEAR(shift(12) - shift(36), clip.truth[12].shift.x() - clip.truth[36].shift.x(), 6);
@@ -211,7 +258,7 @@ TEST(Handheld, AQuickShakeIsCaught) {
   EXPECT_EQ(solve.explained, 1);
 }
 
-TEST(Handheld, DISABLED_HeldOutFramesAreFoundAndLeaveNoTrace) {
+TEST(Handheld, HeldOutFramesAreFoundAndLeaveNoTrace) {
   const SwayingClip clip = swaying_clip(sway_lens(), 60, gentle);
   auto frames = clip.frames();
   std::vector<int> held;
@@ -236,7 +283,7 @@ TEST(Handheld, DISABLED_HeldOutFramesAreFoundAndLeaveNoTrace) {
   }
 }
 
-TEST(Handheld, DISABLED_ALongSwayDoesNotDrift) {
+TEST(Handheld, ALongSwayDoesNotDrift) {
   const SwayingClip clip =
       swaying_clip(sway_lens(), 300, [](int frame) { return hand_sway(frame / 12.0, 7, 0.03); });
   const HandheldSolve solve = solved(clip);
@@ -245,7 +292,7 @@ TEST(Handheld, DISABLED_ALongSwayDoesNotDrift) {
   EXPECT_LT(errors.zoom, 0.01);
 }
 
-TEST(Handheld, DISABLED_ParallaxIsNotExplained) {
+TEST(Handheld, ParallaxIsNotExplained) {
   SwayingClip clip;
   clip.lens = sway_lens();
   for (int i = 0; i < 40; ++i) {
@@ -260,7 +307,7 @@ TEST(Handheld, DISABLED_ParallaxIsNotExplained) {
       << judge_camera_kind(solve).reason << solve.evidence;
 }
 
-TEST(Handheld, DISABLED_SurvivesACodec) {
+TEST(Handheld, SurvivesACodec) {
   // Encoded and decoded again, with blocks and all.
   const SwayingClip clip = swaying_clip(sway_lens(), 40, gentle);
   const auto file =
@@ -295,7 +342,7 @@ TEST(Handheld, CamerasComeAtTheSourcesSize) {
   EXPECT_EQ(camera.frame, 5);
   EXPECT_EQ(camera.intrinsics.width, 960);
   EXPECT_EQ(camera.intrinsics.height, 544);
-  EXPECT_NEAR(camera.intrinsics.fx, 4 * clip.lens.fx * solve.cameras[5].zoom, 1e-9);
+  EXPECT_NEAR(camera.intrinsics.fx, 4 * solve.reference.fx * solve.cameras[5].zoom, 1e-9);
   EXPECT_NEAR(camera.intrinsics.cx, 4 * (clip.lens.cx + solve.cameras[5].shift_px.x()), 1e-9);
   EXPECT_EQ(camera.cam_from_world.translation(), Vec3d::Zero());
   EXPECT_LT((camera.cam_from_world.linear() - turn_from_vector(solve.cameras[5].rotation)).norm(), 1e-12);
@@ -335,12 +382,15 @@ TEST(Handheld, RefusesWhatHasNoBackground) {
   EXPECT_FALSE(solve_handheld(clip.frames(), clip.lens, {}, {}, {}).ok());
 }
 
-TEST(CameraKind, DISABLED_EachReasonNamesItsFiguresAndLimits) {
+TEST(CameraKind, EachReasonNamesItsFiguresAndLimits) {
   HandheldSolve solve;
   solve.reference = sway_lens();
-  solve.explained = 1, solve.motion = 40, solve.sigma_px = 0.01;
+  solve.explained = 1, solve.motion = 40, solve.judged = 0.9;
   EXPECT_EQ(judge_camera_kind(solve).explanation, CameraExplanation::handheld);
-  solve.misfitting = 0.8, solve.misfit_px = 1;
+  solve.motion = 300;  // the person stays in the picture
+  EXPECT_EQ(judge_camera_kind(solve).explanation, CameraExplanation::unexplained);
+  EXPECT_THAT(judge_camera_kind(solve).reason, testing::HasSubstr("300"));
+  solve.motion = 40, solve.misfitting = 0.8, solve.misfit_px = 1;
   EXPECT_EQ(judge_camera_kind(solve).explanation, CameraExplanation::unexplained);
   EXPECT_THAT(judge_camera_kind(solve).reason, testing::HasSubstr("80 %"));
   solve.motion = 1;  // people who walk by do not move a tripod
@@ -348,8 +398,9 @@ TEST(CameraKind, DISABLED_EachReasonNamesItsFiguresAndLimits) {
   solve.explained = 0.7;
   EXPECT_EQ(judge_camera_kind(solve).explanation, CameraExplanation::unexplained);
   EXPECT_THAT(judge_camera_kind(solve).reason, testing::HasSubstr("70 %"));
-  solve.sigma_px = 1;
+  solve.judged = 0.4;
   EXPECT_EQ(judge_camera_kind(solve).explanation, CameraExplanation::no_texture);
+  EXPECT_THAT(judge_camera_kind(solve).reason, testing::HasSubstr("40 %"));
 }
 
 }  // namespace

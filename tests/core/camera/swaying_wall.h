@@ -136,13 +136,15 @@ inline SwayErrors sway_errors(const SwayingClip& clip, const HandheldSolve& solv
       for (const double sy : {0.2, 0.8}) {
         // A place of the middle frame, followed into this one by both.
         const Vec3d at(sx * clip.lens.width, sy * clip.lens.height, 1);
-        const auto follow = [&](const HandheldView& a, const HandheldView& b, const Mat3d& b_from_a) {
-          const Intrinsics ka = view_intrinsics(clip.lens, a), kb = view_intrinsics(clip.lens, b);
+        const auto follow = [&](const Intrinsics& lens, const HandheldView& a, const HandheldView& b,
+                                const Mat3d& b_from_a) {
+          const Intrinsics ka = view_intrinsics(lens, a), kb = view_intrinsics(lens, b);
           const Vec3d ray((at.x() - ka.cx) / ka.fx, (at.y() - ka.cy) / ka.fy, 1);
           return project<double>(kb, Vec3d(b_from_a * ray));
         };
-        errors.place_px = std::max(errors.place_px,
-                                   (follow(from, view, turn) - follow(true_from, truth, true_turn)).norm());
+        errors.place_px = std::max(errors.place_px, (follow(solve.reference, from, view, turn) -
+                                                     follow(clip.lens, true_from, truth, true_turn))
+                                                        .norm());
       }
   }
   return errors;
