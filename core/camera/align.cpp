@@ -165,22 +165,35 @@ std::optional<std::string> rests_by_tracks(const Search& search) {
 }
 
 // nullopt: no path is believed, and `doubts` says why.
-Result<std::optional<AlignResult>> try_walking(Search& search, bool believe, const Progress& progress) {
+Result<std::optional<AlignResult>> try_walking(Search& search, const std::optional<SolveLimits>& limits,
+                                               const Progress& progress) {
   auto walked = solve_path(search.video, search.person, search.work, search.options, search.motion,
-                           search.info, believe, progress, search.stop);
+                           search.info, limits, progress, search.stop);
   if (walked) return std::optional<AlignResult>(std::move(*walked));
   const ErrorCode code = walked.error().code;
   // A full disk or a damaged clip is no statement about the camera.
-  if (believe || (code != ErrorCode::failed && code != ErrorCode::missing_dependency)) return walked.error();
+  if (!limits || (code != ErrorCode::failed && code != ErrorCode::missing_dependency)) return walked.error();
   if (code == ErrorCode::missing_dependency) search.missing = walked.error();
   search.doubts += " " + walked.error().what;
   return std::optional<AlignResult>{};
 }
 
+// What a path must be to be preferred to a mosaic. Where one that is a little soft shows nearly all there is
+// to see, only a path from which depth is plain shows more: a room that is learnt from a short one goes to
+// pieces beside it.
+SolveLimits limits_beside(const HandheldSolve& solve) {
+  constexpr double kShows = 9;          // grey values, rms: 29 dB
+  constexpr double kPlainParallax = 8;  // degrees
+  SolveLimits limits;
+  if (solve.explained >= CameraKindLimits{}.explained && solve.residual <= kShows)
+    limits.parallax = kPlainParallax;
+  return limits;
+}
+
 // The kind as the user states it.
 Result<AlignResult> as_stated(Search& search, CameraKind kind, const Progress& progress) {
   if (kind == CameraKind::walking) {
-    auto walked = try_walking(search, true, progress);
+    auto walked = try_walking(search, std::nullopt, progress);
     if (!walked) return walked.error();
     return std::move(**walked);
   }
@@ -217,7 +230,7 @@ Result<AlignResult> found_out(Search& search, const Progress& progress) {
   if (verdict.explanation == CameraExplanation::no_texture) return untextured(verdict);
   if (verdict.explanation == CameraExplanation::handheld)
     return handheld_result(search, *solve, verdict.reason + search.doubts);
-  auto walked = try_walking(search, false, progress.stage(0.3, 1, "camera path"));
+  auto walked = try_walking(search, limits_beside(*solve), progress.stage(0.3, 1, "camera path"));
   if (!walked) return walked.error();
   if (*walked) return std::move(**walked);
   if (search.missing) return *search.missing;  // it walks, and could be followed

@@ -375,7 +375,7 @@ struct ChosenModel {
 };
 ChosenModel choose_model(const Solver& solver) {
   // Far more than two unknowns fit of noise, or a distorting lens feigns.
-  constexpr double kShiftGain = 20;  // nats a pair
+  constexpr double kShiftGain = 50;  // nats a pair; one that is needed brings hundreds
   constexpr double kLensSigma = 0.02;
   ChosenModel chosen;
   const PlacedPairs placed = placed_pairs(solver);
@@ -389,8 +389,12 @@ ChosenModel choose_model(const Solver& solver) {
     lens = lens_of_pairs(placed.pictures, placed.pairs, solver.options.lens_sigma);
   PairFits turning = as_is;
   if (lens.sigma < kLensSigma) {
-    chosen.focal = lens.focal, chosen.focal_sigma = lens.sigma;
     turning = fits(lens.focal, false);
+    // Of a camera that travels, near and far bend the pictures.
+    if (median(turning.misfit_px) < misfit_limit_px(solver.reference))
+      chosen.focal = lens.focal, chosen.focal_sigma = lens.sigma;
+    else
+      turning = as_is;
   }
   chosen.shifts = median_gain(turning, fits(1, true)) > kShiftGain;
   // A turn is told from a shift by the lens; a clip does not tell the lens as well.

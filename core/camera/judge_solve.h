@@ -16,9 +16,9 @@ struct SolveLimits {
   double lens_apart = 0.3;  // share of the focal length by which the file's lens tag may differ:
                             // stabilisation crops by 10 to 20 %
   // Median over the points of the angle between the rays that place them, degrees. colmap itself drops points
-  // below 1.5. Half a walk round a head gives 15 and more; where 8 are not reached the camera hardly travelled,
+  // below 1.5. Half a walk round a head gives 5 to 20; where 4 are not reached the camera hardly travelled,
   // and its path and lens make up for each other.
-  double parallax = 8;
+  double parallax = 4;
   double reprojection = 0.003;  // mean, as a share of the width; good solves have a third of it
   double placed = 0.6;          // share of the keyframes
   // Least scale of the picture's border, along the radius, as a share of the middle's. At 0 the lens folds:

@@ -153,18 +153,20 @@ std::string moving_evidence(const BackgroundMotion& motion) {
 
 Result<AlignResult> solve_path(const fs::path& video, const PersonMask& person, const fs::path& work,
                                const AlignOptions& options, const BackgroundMotion& motion,
-                               const VideoInfo& info, bool believe, const Progress& progress,
-                               std::stop_token stop) {
+                               const VideoInfo& info, const std::optional<SolveLimits>& limits,
+                               const Progress& progress, std::stop_token stop) {
   const auto keyframes = choose_keyframes(motion, options.keyframes);
   const auto model = solve_keyframes(video, person, work, options, motion, keyframes,
                                      progress.stage(0, 0.65, "camera path"), stop);
   if (!model) return model.error();
-  const SolveJudgement judgement = judge_solve(*model, int(keyframes.size()), info.focal_35mm);
-  if (!believe && !judgement.usable())
-    return Error{ErrorCode::failed,
-                 fmt::format("The path that was found for the camera is not believed: {}",
-                             fmt::join(judgement.reasons, " ")),
-                 "If the camera did walk round the head, say so: --camera-kind walking", "camera"};
+  if (limits) {
+    const SolveJudgement judgement = judge_solve(*model, int(keyframes.size()), info.focal_35mm, *limits);
+    if (!judgement.usable())
+      return Error{ErrorCode::failed,
+                   fmt::format("The path that was found for the camera is not believed: {}",
+                               fmt::join(judgement.reasons, " ")),
+                   "If the camera did walk round the head, say so: --camera-kind walking", "camera"};
+  }
   auto result = moving_result(video, info, *model, keyframes.size(), motion, options,
                               progress.stage(0.65, 1, "frames between"), stop);
   if (result) result->evidence = moving_evidence(motion);
