@@ -396,7 +396,9 @@ ChosenModel choose_model(const Solver& solver) {
     else
       turning = as_is;
   }
-  chosen.shifts = median_gain(turning, fits(1, true)) > kShiftGain;
+  const PairFits shifting = fits(1, true);
+  chosen.shifts = median_gain(turning, shifting) > kShiftGain &&
+                  median(shifting.misfit_px) < misfit_limit_px(solver.reference);
   // A turn is told from a shift by the lens; a clip does not tell the lens as well.
   if (chosen.shifts) chosen.focal = 1, chosen.focal_sigma = 0;
   return chosen;
