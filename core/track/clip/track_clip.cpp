@@ -152,8 +152,8 @@ std::optional<double> find_scale(const CameraSet& cameras, const ClipWork& work)
   return steady_metres_per_unit(sightings);
 }
 
-Result<void> add_torso(const ClipWork& work, const HeadModel& model, Track& track, const Progress& progress,
-                       std::stop_token stop) {
+Result<void> add_torso(const ClipWork& work, const CameraSet& cameras, const HeadModel& model, Track& track,
+                       const Progress& progress, std::stop_token stop) {
   const HeadShape person = shape_head(model, track.person);
   const Vec3d chin = landmark_positions(model, person.vertices)[8].cast<double>();
   std::vector<TorsoFrame> frames(track.frames.size());
@@ -169,7 +169,9 @@ Result<void> add_torso(const ClipWork& work, const HeadModel& model, Track& trac
       frames[i].head_outline = head_outline(
           person.vertices, chin, frames[i].cam_from_world * frames[i].world_from_head, frames[i].intrinsics);
   }
-  auto torso = track_torso(frames, chin, progress, stop);
+  TorsoOptions options;
+  options.approaches = cameras.kind == CameraKind::handheld;
+  auto torso = track_torso(frames, chin, progress, stop, options);
   if (!torso) return torso.error();
   track.has_torso = torso->has_torso;
   track.torso_modes = std::move(torso->modes);
@@ -278,7 +280,7 @@ Result<Track> track_clip(const std::filesystem::path& video, const TrackRegion& 
   leave_out_parted(work);
   track.rest = work.rest;
   track.neutral = calibrate_neutral(model, track.frames, held_out, track.rest);
-  if (auto torso = add_torso(work, model, track, progress.stage(0.96, 1, "torso"), stop); !torso)
+  if (auto torso = add_torso(work, cameras, model, track, progress.stage(0.96, 1, "torso"), stop); !torso)
     return torso.error();
   clock.lap("torso");
   progress.report(1, "tracked");

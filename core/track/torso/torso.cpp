@@ -66,6 +66,7 @@ struct Work {
   const std::vector<TorsoFrame>* frames;
   std::size_t reference_frame;
   Pose reference;  // world_from_torso
+  bool approaches;
   TorsoTemplate body;
   TorsoGrid grid;
   std::vector<std::vector<GreyLevel>> pictures;   // (frames); empty but for those in use
@@ -73,7 +74,7 @@ struct Work {
   std::vector<std::size_t> learning;              // indices of frames
 
   TorsoView view(std::size_t frame, std::size_t level) const {
-    return {&pictures[frame][level], &(*frames)[frame], reference};
+    return {&pictures[frame][level], &(*frames)[frame], reference, approaches};
   }
   double align(std::size_t frame, std::size_t level, TorsoFreedom freedom, const TorsoModes* modes,
                int iterations, TorsoState* state) const {
@@ -95,7 +96,7 @@ TorsoGrid grid_over(const std::vector<TorsoPixel>& pixels) {
 }
 
 bool believable(const TorsoMotion& m, double difference) {
-  return difference < 1e8 && m.shift.norm() < 0.5 && std::abs(m.angle) < 0.7;
+  return difference < 1e8 && m.shift.norm() < 0.5 && std::abs(m.depth) < 0.8 && std::abs(m.angle) < 0.7;
 }
 
 // A frame starts where the last one was: a training frame at the last training frame.
@@ -289,6 +290,7 @@ std::optional<TorsoState> state_at_rest(const Work& work, const std::vector<std:
   state.motion.angle = usual([](const TorsoState& s) { return s.motion.angle; });
   for (int k = 0; k < 2; ++k)
     state.motion.shift[k] = usual([k](const TorsoState& s) { return s.motion.shift[k]; });
+  state.motion.depth = usual([](const TorsoState& s) { return s.motion.depth; });
   for (std::size_t m = 0; m < state.shape.size(); ++m)
     state.shape[m] = float(usual([m](const TorsoState& s) { return double(s.shape[m]); }));
   return state;
@@ -336,6 +338,7 @@ Result<TorsoTrack> track_torso(const std::vector<TorsoFrame>& frames, const Vec3
   Work work{&frames,
             std::size_t(track.reference),
             reference.world_from_head,
+            options.approaches,
             make_torso_template(reference, chin),
             {},
             {},

@@ -1,4 +1,4 @@
-// Rows of the Jacobian are sparse: three numbers of motion, then at most eight of the nodes around the pixel,
+// Rows of the Jacobian are sparse: four numbers of motion, then at most eight of the nodes around the pixel,
 // or one per mode.
 #include "core/track/torso/torso_align.h"
 
@@ -81,7 +81,8 @@ double align_torso(const std::vector<TorsoPixel>& pixels, const TorsoView& view,
     if (!step.allFinite()) return 1e9;
     motion.angle += step[0];
     motion.shift += step.segment<2>(1);
-    double largest = 0.2 * std::abs(step[0]) + step.segment<2>(1).norm();
+    motion.depth += step[3];
+    double largest = 0.2 * std::abs(step[0]) + step.segment<2>(1).norm() + 0.2 * std::abs(step[3]);
     if (freedom == TorsoFreedom::nodes) {
       for (int i = 0; i < extra; ++i) state->displacement[std::size_t(i)] += float(step[kTorsoRigid + i]);
       largest += step.tail(extra).cwiseAbs().maxCoeff();

@@ -182,6 +182,7 @@ TorsoState stepped(const TorsoSystem& s, const TorsoState& state, const Eigen::V
   if (!own.allFinite()) return moved;
   moved.motion.angle += own[0];
   moved.motion.shift += own.segment<2>(1);
+  moved.motion.depth += own[3];
   for (int m = 0; m < kTorsoModes; ++m) moved.shape[std::size_t(m)] += float(own[kTorsoRigid + m]);
   return moved;
 }

@@ -53,14 +53,15 @@ bool torso_row(const TorsoPixel& pixel, const TorsoView& view, const Pose& pose,
   const Vec3d by_cam(slope.x() * fx, slope.y() * fy,
                      -(slope.x() * fx * p.x() + slope.y() * fy * p.y()) / p.z());
   const Mat3d to_cam = view.frame->cam_from_world.linear() * view.reference.linear();
-  const Vec2d by = (to_cam.transpose() * by_cam).head<2>();  // of the reference torso's x and y
+  const Vec3d along = to_cam.transpose() * by_cam;  // of the reference torso's axes
+  const Vec2d by = along.head<2>();
   const Vec2d arm = moved.head<2>() - pivot - state.motion.shift;
   row->residual = value - pixel.value;
   const double size = std::abs(row->residual);
   row->weight = pixel.weight * (size <= kTorsoHuber ? 1.0 : kTorsoHuber / size);
   row->cost =
       pixel.weight * (size <= kTorsoHuber ? 0.5 * size * size : kTorsoHuber * (size - 0.5 * kTorsoHuber));
-  row->by << arm.x() * by.y() - arm.y() * by.x(), by.x(), by.y();
+  row->by << arm.x() * by.y() - arm.y() * by.x(), by.x(), by.y(), view.approaches ? along.z() : 0;
   row->by_place = pose.linear().topLeftCorner<2, 2>().transpose() * by;
   row->at = place_in(grid, float(pixel.place.x()), float(pixel.place.y()));
   return true;

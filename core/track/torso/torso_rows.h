@@ -15,7 +15,7 @@ inline constexpr double kTorsoHuber = 20;        // grey levels
 inline constexpr double kTorsoShapeNoise = 4.5;  // grey levels: strength of the pull towards the usual shape
 inline constexpr double kTorsoPixelsMeant = 4000;  // priors are stated for this many pixels
 inline constexpr double kTorsoMotionPrior = 1;     // tiny: keeps the system regular
-inline constexpr int kTorsoRigid = 3;              // angle, shift
+inline constexpr int kTorsoRigid = 4;              // angle, shift, depth
 
 // The frame's relief (core/track/torso/torso_picture.h) at a canonical point minus the template's, and its
 // derivatives.
@@ -23,7 +23,7 @@ struct TorsoRow {
   double residual = 0;                       // grey levels
   double weight = 0;                         // the template's, less where the residual is large (Huber)
   double cost = 0;                           // Huber's, grey levels^2
-  Eigen::Matrix<double, kTorsoRigid, 1> by;  // grey levels per rad, m, m
+  Eigen::Matrix<double, kTorsoRigid, 1> by;  // grey levels per rad, m, m, m
   Vec2d by_place = Vec2d::Zero();            // grey levels per m that the point is displaced
   GridPlace at;                              // of the canonical point
 

@@ -9,7 +9,7 @@ Pose motion_pose(const TorsoMotion& m, const Vec2d& pivot) {
   Pose pose = Pose::Identity();
   pose.linear() = rotation_about(Vec3d::UnitZ(), m.angle);
   const Vec3d about(pivot.x(), pivot.y(), 0);
-  pose.translation() = about + Vec3d(m.shift.x(), m.shift.y(), 0) - pose.linear() * about;
+  pose.translation() = about + Vec3d(m.shift.x(), m.shift.y(), m.depth) - pose.linear() * about;
   return pose;
 }
 

@@ -12,11 +12,12 @@ namespace likeness {
 
 inline constexpr double kTorsoHeadMargin = 6;  // px about the head's outline that hide the torso, too
 
-// A canonical point q of the torso frame goes to turn(angle) (q + displacement - pivot) + pivot + shift,
-// everything in the x-y plane of the reference torso.
+// A canonical point q of the torso frame goes to turn(angle) (q + displacement - pivot) + pivot + shift in
+// the x-y plane of the reference torso, and by `depth` along its z.
 struct TorsoMotion {
   double angle = 0;             // rad, about z
   Vec2d shift = Vec2d::Zero();  // m
+  double depth = 0;             // m; stays 0 unless TorsoView::approaches
 };
 
 // Of one frame; `displacement` at the grid's nodes, `shape` where modes are followed.
@@ -30,6 +31,7 @@ struct TorsoView {
   const GreyLevel* level = nullptr;
   const TorsoFrame* frame = nullptr;
   Pose reference = Pose::Identity();  // world_from_torso of the reference frame
+  bool approaches = false;            // the torso's distance is an unknown, too
 };
 
 Pose motion_pose(const TorsoMotion& motion, const Vec2d& pivot);

@@ -19,15 +19,17 @@ inline Intrinsics view() { return {256, 256, 400, 400, 128, 128}; }
 // How one side of the board sinks when it deforms, m per unit of `sag`.
 inline double sunk(double x) { return 0.006 / (1 + std::exp(-40 * (x - 0.03))); }
 
-// The board turned by `roll` in the picture about (0, 0.1), moved by (dx, dy) metres and deformed.
-inline Image8 board(double dx, double dy, double roll, double sag = 0) {
+// The board turned by `roll` in the picture about (0, 0.1), moved by (dx, dy) and, from the camera, `away`
+// metres and deformed.
+inline Image8 board(double dx, double dy, double roll, double sag = 0, double away = 0) {
   const Intrinsics k = view();
+  const double depth = kDepth + away;
   Image8 image(k.width, k.height, 1);
   for (int y = 0; y < k.height; ++y)
     for (int x = 0; x < k.width; ++x) {
-      const double bx = (x + 0.5 - k.cx) / k.fx * kDepth - dx,
-                   by = (y + 0.5 - k.cy) / k.fy * kDepth - dy - 0.1 -
-                        sag * sunk((x + 0.5 - k.cx) / k.fx * kDepth);
+      const double bx = (x + 0.5 - k.cx) / k.fx * depth - dx,
+                   by = (y + 0.5 - k.cy) / k.fy * depth - dy - 0.1 -
+                        sag * sunk((x + 0.5 - k.cx) / k.fx * depth);
       const double u = std::cos(roll) * bx + std::sin(roll) * by,
                    v = -std::sin(roll) * bx + std::cos(roll) * by;
       const double value = 128 + 50 * std::sin(70 * u + 1) * std::cos(60 * v) + 40 * std::sin(35 * (u + v));

@@ -36,6 +36,29 @@ TEST(Torso, FollowsARollInThePicture) {
   EXPECT_NEAR(vector_from_turn(off).z(), 0.042, 0.012);
 }
 
+TEST(Torso, ComesNearerOnlyWhereTheCameraMayHave) {
+  std::vector<Image8> images;
+  for (int i = 0; i < 12; ++i) images.push_back(board(0.001 * i, 0, 0, 0, 0.012 * i));
+  const BoardClip clip = show(std::move(images));
+  TorsoOptions options;
+  options.approaches = true, options.deform = false;
+  const auto track = track_torso(clip.frames, kChin, {}, {}, options);
+  ASSERT_TRUE(track.ok());
+  const auto moved = [](const TorsoTrack& t, int from, int to) {
+    const Vec3d chest(0, -0.2, 0.04);
+    return Vec3d(t.world_from_torso[std::size_t(to)] * chest - t.world_from_torso[std::size_t(from)] * chest);
+  };
+  for (const int i : {0, 4, 11}) {
+    EXPECT_NEAR(moved(*track, 6, i).z(), 0.012 * (i - 6), 0.003) << i;
+    EXPECT_NEAR(moved(*track, 6, i).x(), 0.001 * (i - 6), 0.001) << i;
+  }
+  options.approaches = false;
+  const auto still = track_torso(clip.frames, kChin, {}, {}, options);
+  ASSERT_TRUE(still.ok());
+  for (const int i : {0, 11}) EXPECT_EQ(moved(*still, 6, i).z(), 0);
+  EXPECT_LT(track->residual_after, 0.5 * still->residual_after);
+}
+
 TEST(Torso, StaysAtRestWhereThePictureShowsNoMotion) {
   BoardClip clip = make_clip({{0, 0, 0}, {0, 0, 0}});
   for (TorsoFrame& f : clip.frames)
