@@ -74,7 +74,21 @@ struct Work {
   std::vector<std::size_t> learning;              // indices of frames
 
   TorsoView view(std::size_t frame, std::size_t level) const {
-    return {&pictures[frame][level], &(*frames)[frame], reference, approaches};
+    return {&pictures[frame][level], &(*frames)[frame], reference, approaches, head_moved(frame).z()};
+  }
+  // Of the head against the reference, in the reference torso's axes, m.
+  Vec3d head_moved(std::size_t frame) const {
+    return (inverse(reference) * (*frames)[frame].world_from_head).translation();
+  }
+  // Where a frame's torso is looked for first: where another frame has it, or, with a camera that may have
+  // come nearer, as far from there as the head went.
+  TorsoState start(std::size_t frame, std::optional<std::size_t> from) const {
+    TorsoState state = from ? *states[*from] : TorsoState{};
+    if (!approaches) return state;
+    const Vec3d way = head_moved(frame) - (from ? head_moved(*from) : Vec3d::Zero());
+    state.motion.shift += way.head<2>();
+    state.motion.depth += way.z();
+    return state;
   }
   double align(std::size_t frame, std::size_t level, TorsoFreedom freedom, const TorsoModes* modes,
                int iterations, TorsoState* state) const {
@@ -99,17 +113,17 @@ bool believable(const TorsoMotion& m, double difference) {
   return difference < 1e8 && m.shift.norm() < 0.5 && std::abs(m.depth) < 0.8 && std::abs(m.angle) < 0.7;
 }
 
-// A frame starts where the last one was: a training frame at the last training frame.
+// A frame starts from the last one: a training frame from the last training frame.
 template <typename Align>
 Result<void> follow(Work& work, const Progress& progress, std::stop_token stop, const Align& align) {
-  std::optional<TorsoState> last, last_training;
+  std::optional<std::size_t> last, last_training;
   const auto& frames = *work.frames;
   for (std::size_t i = 0; i < frames.size(); ++i) {
     if (stop.stop_requested()) return cancelled_error();
     if (i % 8 == 0) progress.report(double(i) / double(frames.size()), "following the torso");
     if (!frames[i].usable) continue;
     TorsoState state =
-        work.states[i] ? *work.states[i] : (frames[i].held_out ? last : last_training).value_or(TorsoState{});
+        work.states[i] ? *work.states[i] : work.start(i, frames[i].held_out ? last : last_training);
     work.states[i].reset();
     const bool keep = !work.pictures[i].empty();
     if (!keep) work.pictures[i] = relief_pyramid(*frames[i].grey);
@@ -117,8 +131,9 @@ Result<void> follow(Work& work, const Progress& progress, std::stop_token stop, 
     if (!keep) work.pictures[i].clear();
     // A motion impossible for a body while the head is still in the picture: keep the last good one.
     if (!believable(state.motion, difference)) continue;
-    work.states[i] = last = state;
-    if (!frames[i].held_out) last_training = state;
+    work.states[i] = state;
+    last = i;
+    if (!frames[i].held_out) last_training = i;
   }
   return {};
 }

@@ -66,6 +66,10 @@ double align_torso(const std::vector<TorsoPixel>& pixels, const TorsoView& view,
     mean_difference = sum / weights;
     const double share = weights / kTorsoPixelsMeant;
     for (int i = 0; i < kTorsoRigid; ++i) hessian(i, i) += kTorsoMotionPrior;
+    if (view.approaches) {
+      hessian(3, 3) += kTorsoDepthPrior * share;
+      gradient[3] += kTorsoDepthPrior * share * (motion.depth - view.head_depth);
+    }
     if (freedom == TorsoFreedom::nodes) {
       const Eigen::VectorXd at =
           Eigen::Map<const Eigen::VectorXf>(state->displacement.data(), extra).cast<double>();

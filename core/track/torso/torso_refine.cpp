@@ -70,6 +70,10 @@ TorsoSystem frame_system(const Problem& problem, std::size_t view, const TorsoMo
   s.used = count >= kMinPixels;
   s.share = weights / kTorsoPixelsMeant;
   for (int i = 0; i < kTorsoRigid; ++i) s.own(i, i) += kTorsoMotionPrior;
+  if (problem.views[view].approaches) {
+    s.own(3, 3) += kTorsoDepthPrior * s.share;
+    s.by_own[3] += kTorsoDepthPrior * s.share * (state.motion.depth - problem.views[view].head_depth);
+  }
   for (int m = 0; m < kTorsoModes; ++m) {
     s.own(kTorsoRigid + m, kTorsoRigid + m) += shape_prior(s.share);
     s.by_own[kTorsoRigid + m] += shape_prior(s.share) * state.shape[std::size_t(m)];
@@ -89,6 +93,10 @@ double frame_cost(const Problem& problem, std::size_t view, const TorsoModes& mo
                : double(before.costs[p]);
   }
   for (const float c : state.shape) sum += 0.5 * shape_prior(before.share) * double(c) * double(c);
+  if (problem.views[view].approaches) {
+    const double off = state.motion.depth - problem.views[view].head_depth;
+    sum += 0.5 * kTorsoDepthPrior * before.share * off * off;
+  }
   return sum;
 }
 

@@ -32,6 +32,7 @@ struct TorsoView {
   const TorsoFrame* frame = nullptr;
   Pose reference = Pose::Identity();  // world_from_torso of the reference frame
   bool approaches = false;            // the torso's distance is an unknown, too
+  double head_depth = 0;              // by which the head has moved along the reference torso's z, m
 };
 
 Pose motion_pose(const TorsoMotion& motion, const Vec2d& pivot);
