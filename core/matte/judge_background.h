@@ -5,7 +5,6 @@
 
 #include <opencv2/core.hpp>
 #include <optional>
-#include <string>
 #include <vector>
 
 #include "core/base/result.h"
@@ -43,8 +42,5 @@ std::optional<bool> differs_from_plate(const cv::Mat& picture, const cv::Mat& pl
 // That of at most a hundred frames before the plate.
 Result<PlateLookBack> look_back_at_plate(const Stage& stage, const std::vector<Job>& jobs,
                                          const std::vector<cv::Mat>& cuts, const Statistics& statistics);
-
-// What the user can do about a plate that does not hold; empty where it does.
-std::string look_back_warning(const PlateLookBack& look, CameraKind kind);
 
 }  // namespace likeness::matting

@@ -37,7 +37,7 @@ Result<void> look_back(Stage& stage, const std::vector<Job>& jobs, const Cuts& c
   if (!plate) return plate.error();
   report.plate_look_back = *plate;
   for (std::string warning :
-       {look_back_warning(*plate, stage.cameras.kind), plate_fault(report), room_fault(report)})
+       {look_back_warning(report, stage.cameras.kind), plate_fault(report), room_fault(report)})
     if (!warning.empty()) result.warnings.push_back(std::move(warning));
   return {};
 }

@@ -96,6 +96,27 @@ std::string background_fault(const MatteReport& report) {
   return report.plate ? plate_fault(report) : room_fault(report);
 }
 
+std::string look_back_warning(const MatteReport& report, CameraKind kind) {
+  const PlateLookBack& look = report.plate_look_back;
+  if (holds(look)) return {};
+  const std::string what =
+      fmt::format("In {:.0f} % of {} frames the background differs from the picture that was learnt of it: ",
+                  100 * look.differing, look.frames);
+  if (kind == CameraKind::resting)
+    return what +
+           "the camera did not rest, or something behind the person moves. If a hand held it, choose "
+           "\"held in the hand\" as what the camera does (--camera-kind handheld); if it went round "
+           "the person, \"walking\".";
+  if (kind == CameraKind::handheld)
+    return what +
+           "the camera did more than turn and zoom, or something behind the person moves. If it went "
+           "round the person, choose \"walking\" as what the camera does (--camera-kind walking); "
+           "otherwise rest the phone on something and film again.";
+  return what +
+         "the camera moved while it was taken to rest, or something behind the person moves. Film "
+         "again before a wall where nothing moves.";
+}
+
 Result<void> write_matte_report(const std::filesystem::path& path, const MatteReport& report) {
   json j{{"format", "likeness-matte-report"},
          {"version", 1},

@@ -7,6 +7,7 @@
 #include <string>
 
 #include "core/base/result.h"
+#include "core/camera/camera.h"
 
 namespace likeness {
 
@@ -47,6 +48,10 @@ struct MatteReport {
   std::optional<BackgroundFit> plate{}, room{};  // nullopt: there is none
   bool has_mosaic = false;                       // the plate is one
 };
+
+// What a plate that does not hold means before a camera of this kind, and what the user can do; empty where
+// it holds.
+std::string look_back_warning(const MatteReport& report, CameraKind kind);
 
 // Why plate or room do not show the background, in a sentence or two; empty where they do, or there is none.
 // A room that fails is not used, a plate that fails still is.

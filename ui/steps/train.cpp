@@ -77,9 +77,17 @@ void draw_preview(const char* name, FollowedTexture& texture, const Image8& imag
   ImGui::EndGroup();
 }
 
+std::string score_words(const PreviewPictures& p) {
+  if (!p.of_person) return fmt::format("The avatar there: {:.1f} dB", p.psnr_db);
+  std::string words = fmt::format("The avatar there: person {:.1f} dB", p.psnr_db);
+  if (p.head_db) words += fmt::format(", head {:.1f}", *p.head_db);
+  if (p.face_db) words += fmt::format(", face {:.1f}", *p.face_db);
+  return words;
+}
+
 std::array<std::string, 4> captions(const PreviewPictures& p) {
-  return {fmt::format("The clip, frame {}{}", p.frame, p.held_out ? " (held out)" : ""),
-          fmt::format("The avatar there: {:.1f} dB", p.psnr_db), p.turned_words, p.expression_words};
+  return {fmt::format("The clip, frame {}{}", p.frame, p.held_out ? " (held out)" : ""), score_words(p),
+          p.turned_words, p.expression_words};
 }
 
 // Height of the tallest caption under a picture this wide.
@@ -180,6 +188,8 @@ void draw_train_step(const Snapshot& snapshot, Views& views, Requests& requests)
   }
   draw_training_buttons(snapshot, requests);
   draw_numbers(snapshot);
+  if (const std::string& fault = snapshot.project.contents->background_fault; !fault.empty())
+    note("background", Tone::warn, fault, "The figures are those of the person, without the background.");
   ImGui::Dummy({0, px(2)});
   const bool curve = snapshot.project.curve.training.size() >= 2;
   const PreviewPictures* pictures = snapshot.project.pipeline.preview.get();
