@@ -102,13 +102,4 @@ Result<void> learn_room_again(Stage& stage, const std::vector<Job>& jobs, const 
   return {};
 }
 
-void forget_room(Stage& stage, Statistics& statistics) {
-  stage.room = {};
-  for (Plate* plate : {&statistics.plate, &statistics.small_plate}) {
-    if (plate->colour.empty()) continue;
-    plate->known.setTo(0, plate->known == kOfRoom);
-    plate->colour = fill_holes(plate->colour, plate->known);
-  }
-}
-
 }  // namespace likeness::matting

@@ -26,7 +26,5 @@ Result<RoomBehind> room_behind(const Stage& stage, const std::vector<Job>& jobs,
 // Learns the room again, from the cuts made with the first one, and with it the plate's unseen part.
 Result<void> learn_room_again(Stage& stage, const std::vector<Job>& jobs, const std::vector<cv::Mat>& cuts,
                               const LearnRoom& learn_room, Statistics& statistics, const Progress& progress);
-// Without the room, and without what the plate took from it: it does not show what is there.
-void forget_room(Stage& stage, Statistics& statistics);
 
 }  // namespace likeness::matting

@@ -23,16 +23,16 @@ namespace {
 constexpr int kCutSide =
     256;  // px at which person and background are separated; the edge is done at full size
 
-// What was learnt of the background, beside the frames. A room that does not show it is not used.
-Result<void> look_back(Stage& stage, const std::vector<Job>& jobs, const Cuts& cuts, Statistics& statistics,
-                       MatteResult& result) {
+// What was learnt of the background, beside the frames. It changes no mask and no plate: held-out frames have
+// their say here.
+Result<void> look_back(Stage& stage, const std::vector<Job>& jobs, const Cuts& cuts,
+                       const Statistics& statistics, MatteResult& result) {
   MatteReport& report = result.report;
   report.prior = stage.network          ? MaskPrior::matting_network
                  : stage.person_network ? MaskPrior::person_network
                                         : MaskPrior::none;
   report.frames = int(jobs.size()), report.prior_frames = cuts.by_prior;
   if (auto judged = judge_background(stage, jobs, cuts.persons, statistics, report); !judged) return judged;
-  if (report.room && !is_learnt(*report.room)) forget_room(stage, statistics);
   const auto plate = look_back_at_plate(stage, jobs, cuts.persons, statistics);
   if (!plate) return plate.error();
   report.plate_look_back = *plate;

@@ -89,7 +89,7 @@ std::string plate_fault(const MatteReport& report) {
 std::string room_fault(const MatteReport& report) {
   if (!report.room || is_learnt(*report.room)) return {};
   return fault_of(*report.room, "the room behind the moving camera") +
-         (report.plate ? " It is not used." : " It is not used: a plain colour stands behind the person.");
+         (report.plate ? " It is not shown." : " It is not shown: a plain colour stands behind the person.");
 }
 
 std::string background_fault(const MatteReport& report) {

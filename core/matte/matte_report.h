@@ -54,7 +54,7 @@ struct MatteReport {
 std::string look_back_warning(const MatteReport& report, CameraKind kind);
 
 // Why plate or room do not show the background, in a sentence or two; empty where they do, or there is none.
-// A room that fails is not used, a plate that fails still is.
+// A room that fails is not shown, a plate that fails still is.
 std::string plate_fault(const MatteReport& report);
 std::string room_fault(const MatteReport& report);
 // Why the avatar's background counts as not learnt: of the plate where there is one, otherwise of the room.
