@@ -11,8 +11,8 @@
 
 #include "core/base/progress.h"
 #include "core/base/result.h"
-#include "core/camera/motion.h"
 #include "core/check/clip_words.h"
+#include "core/check/measure_camera.h"
 #include "core/face/landmarks.h"
 #include "core/image/pixel_rect.h"
 #include "core/video/decode.h"
@@ -39,19 +39,6 @@ struct Look {
   bool posed = false;                       // the landmarks agreed; what follows holds
   double yaw_deg = 0, pitch_deg = 0;  // of the head against the line of sight: to the subject's left, up
   std::array<double, kKeyExpressions.size()> expressions{};  // amounts, 0 none .. 1 full
-};
-
-struct CameraMeasures {
-  bool rests = false;  // kind is resting
-  double motion = 0;   // length of the background's path, in 1/1000 of the width (core/camera/motion.h)
-  double travel = 0;   // the same without small shaking
-  Sway sway;           // what distinguishes shaking from deliberate movement
-  double tracks = 0;   // background features this is based on
-  // As the align stage decides it, but that no path is solved: walking is what is left where no other kind
-  // explains the background, and not sure.
-  CameraKind kind = CameraKind::resting;
-  bool sure = true;
-  std::string evidence{};  // in a sentence or two, with figures
 };
 
 struct ClipMeasures {
