@@ -90,21 +90,25 @@ ClipFacts joined_facts(ClipFacts first, const ClipFacts& other) {
 
 std::string camera_sentence(const CameraFacts& facts) {
   if (!facts.kind) return "What the camera does is not known yet: it is found out when the avatar is made.";
-  const std::string who = facts.stated ? "As you said, the camera" : "The camera";
+  if (facts.stated)
+    return fmt::format("As you said, the camera {}.", *facts.kind == CameraKind::resting ? "rests"
+                                                      : *facts.kind == CameraKind::handheld
+                                                          ? "is held in the hand"
+                                                          : "walks");
   switch (*facts.kind) {
     case CameraKind::resting:
-      return facts.sure ? who + " rests: nothing behind the person moves."
-                        : who +
-                              " seems to rest: what is behind the person is too plain, or too hidden, to "
-                              "show whether it moves.";
+      return facts.sure
+                 ? "The camera rests: nothing behind the person moves."
+                 : "The camera seems to rest: what is behind the person is too plain, or too hidden, to "
+                   "show whether it moves.";
     case CameraKind::handheld:
-      return facts.sure ? who + " is held in the hand: it sways and turns about one place."
-                        : who + " seems to be held in the hand.";
+      return facts.sure ? "The camera is held in the hand: it sways and turns about one place."
+                        : "The camera seems to be held in the hand.";
     case CameraKind::walking:
-      return facts.sure ? who + " walks: what is near and what is far behind the person move apart."
-                        : who +
-                              " seems to walk: neither a camera at rest nor one that only turns would show "
-                              "such a background.";
+      return facts.sure
+                 ? "The camera walks: what is near and what is far behind the person move apart."
+                 : "The camera seems to walk: neither a camera at rest nor one that only turns would show "
+                   "such a background.";
   }
   return {};
 }
