@@ -674,6 +674,18 @@ TEST_F(Panels, WhatTheCameraDoesIsSaidAndChosenByAClick) {
           EXPECT_TRUE(lie_apart(own->second, other->second)) << kChoices[i] << " at " << scale;
         }
     }
+    InjectedInput input;  // the rest of the card
+    input.mouse_x = 0.75f * float(screen.width), input.mouse_y = 0.7f * float(screen.height);
+    for (int turn = 0; turn < 2; ++turn) {
+      input.wheel = -9;
+      TestWindow::get().window->inject(input);
+      for (int i = 0; i < 3; ++i) draw_frame(s), input.wheel = 0, TestWindow::get().window->inject(input);
+      EXPECT_NE(TestWindow::get().window->read_pixels().data, screen.data) << "at " << scale;
+      keep_shot(fmt::format("check_facts_{}_{}", scale, turn));
+    }
+    input.wheel = 90;
+    TestWindow::get().window->inject(input);
+    for (int i = 0; i < 3; ++i) draw_frame(s), input.wheel = 0, TestWindow::get().window->inject(input);
   }
   Snapshot s = snapshot_of(Step::check, Look::done);
   (void)settled(s);

@@ -58,6 +58,19 @@ void draw_numbers(const Snapshot& snapshot) {
   ImGui::PopStyleColor();
 }
 
+// Why the figures are the person's; where there is little room, in a line.
+void draw_background_fault(const std::string& fault) {
+  if (fault.empty()) return;
+  if (!is_low()) {
+    note("background", Tone::warn, fault, "The figures are those of the person, without the background.");
+    return;
+  }
+  ImGui::PushStyleColor(ImGuiCol_Text, theme().colours.warn);
+  clipped_text("Background not learnt: figures of the person.", ImGui::GetContentRegionAvail().x);
+  ImGui::PopStyleColor();
+  tooltip(fault);
+}
+
 void draw_preview(const char* name, FollowedTexture& texture, const Image8& image,
                   const std::shared_ptr<const void>& owner, const std::string& words, float side) {
   texture.follow(image, owner);
@@ -188,8 +201,7 @@ void draw_train_step(const Snapshot& snapshot, Views& views, Requests& requests)
   }
   draw_training_buttons(snapshot, requests);
   draw_numbers(snapshot);
-  if (const std::string& fault = snapshot.project.contents->background_fault; !fault.empty())
-    note("background", Tone::warn, fault, "The figures are those of the person, without the background.");
+  draw_background_fault(snapshot.project.contents->background_fault);
   ImGui::Dummy({0, px(2)});
   const bool curve = snapshot.project.curve.training.size() >= 2;
   const PreviewPictures* pictures = snapshot.project.pipeline.preview.get();
