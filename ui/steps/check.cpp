@@ -53,10 +53,15 @@ void draw_camera_choice(const Snapshot& snapshot, Requests& requests) {
     if (choice(words, chosen == kind)) requests.project.camera_kind = kind;
   }
   ImGui::EndDisabled();
+  if (snapshot.project.can_undo_camera || snapshot.project.can_redo_camera) {
+    if (command_button(Command::undo, snapshot.situation)) requests.ask(Command::undo);
+    (void)same_line_if_fits(command_info(Command::redo).words.data());
+    if (command_button(Command::redo, snapshot.situation)) requests.ask(Command::redo);
+  }
   if (contents.cameras && contents.is_stale(Stage::align))
     faint_text("Make the avatar again: cameras and what follows are made by this choice.");
   else
-    faint_text("Say it yourself where what was found is wrong; Undo takes it back.");
+    faint_text("Say it yourself where what was found is wrong.");
 }
 
 // What the clip is, in a sentence each; before the stages know it, by the capture check.
