@@ -59,13 +59,10 @@ bool is_sound(const MatteReport& r) {
 
 // what: stands behind the person.
 std::string fault_of(const BackgroundFit& fit, std::string_view what) {
-  const std::string compared =
-      fit.psnr_db < kNeverLearnt_dB
-          ? fmt::format("{:.0f} are needed", needed_db(fit))
-          : fmt::format("one colour for the whole background reaches {:.1f}", fit.constant_db);
   return fmt::format(
-      "The background was not learnt: {} hardly resembles what {} {}frame{} there ({:.1f} dB; {}).", what,
-      fit.frames, fit.held_out ? "held-out " : "", fit.frames == 1 ? " shows" : "s show", fit.psnr_db,
+      "The background was not learnt: {} hardly resembles what {} {}frame{} there ({:.1f} dB; {:.1f} are "
+      "needed, one colour alone reaches {:.1f}).",
+      what, fit.frames, fit.held_out ? "held-out " : "", fit.frames == 1 ? " shows" : "s show", fit.psnr_db,
       compared);
 }
 
@@ -74,7 +71,7 @@ std::string fault_of(const BackgroundFit& fit, std::string_view what) {
 const char* mask_prior_name(MaskPrior prior) { return kPriors[std::size_t(prior)]; }
 
 double needed_db(const BackgroundFit& fit) {
-  return std::clamp(fit.constant_db, kNeverLearnt_dB, kSurelyLearnt_dB);
+  return std::clamp(fit.constant_db + kBeyondOneColour_dB, kNeverLearnt_dB, kSurelyLearnt_dB);
 }
 
 bool is_learnt(const BackgroundFit& fit) { return fit.frames == 0 || fit.psnr_db >= needed_db(fit); }

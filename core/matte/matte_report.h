@@ -23,11 +23,11 @@ struct BackgroundFit {
   double psnr_db = 0;      // mean over the frames
   double constant_db = 0;  // the same for one colour a frame, the mean of its own background
 };
-// What psnr_db must reach. One colour a frame knows nothing of what is there, so a background that explains
-// no more than it was not learnt. At 20 dB the error is a tenth of the range, another picture to anybody; at
-// 26, a twentieth, which an exposure that drifts before a plain wall makes of a true picture, and one colour
-// a frame would follow it.
-inline constexpr double kNeverLearnt_dB = 20, kSurelyLearnt_dB = 26;
+// What psnr_db must reach. One colour a frame knows nothing of what is there: a background that was learnt
+// leaves at most half of the squared error that it leaves, 3 dB. At 16 dB the error is a sixth of the range,
+// another picture to anybody, however much contrast there is; at 26, a twentieth, which an exposure that
+// drifts before a plain wall makes of a true picture, and one colour a frame would follow it.
+inline constexpr double kBeyondOneColour_dB = 3, kNeverLearnt_dB = 16, kSurelyLearnt_dB = 26;
 double needed_db(const BackgroundFit& fit);
 bool is_learnt(const BackgroundFit& fit);  // true where there was nothing to compare
 

@@ -62,9 +62,10 @@ TEST_F(MatteReportFile, AMissingFileIsNoReportAndADamagedOneIsRefused) {
 TEST(BackgroundFit, IsJudgedBesideOneColourAFrame) {
   const auto learnt = [](double psnr, double constant) { return is_learnt({10, true, psnr, constant}); };
   EXPECT_FALSE(learnt(5.4, 12));            // another picture
-  EXPECT_FALSE(learnt(19, 12));             // an error of over a tenth of the range
-  EXPECT_TRUE(learnt(21, 12));              // a cluttered room, a little soft
-  EXPECT_FALSE(learnt(21, 24));             // a single colour would show it as well
+  EXPECT_FALSE(learnt(15, 9));              // of much contrast, and still another picture
+  EXPECT_TRUE(learnt(21, 16.8));            // a cluttered room, a little soft
+  EXPECT_FALSE(learnt(18.3, 16.8));         // hardly more than a single colour
+  EXPECT_FALSE(learnt(21, 24));             // less than a single colour
   EXPECT_TRUE(learnt(27, 40));              // a plain wall in light that drifts
   EXPECT_TRUE(is_learnt({0, true, 0, 0}));  // the person fills every frame
 }
