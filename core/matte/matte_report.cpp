@@ -63,7 +63,7 @@ std::string fault_of(const BackgroundFit& fit, std::string_view what) {
       "The background was not learnt: {} hardly resembles what {} {}frame{} there ({:.1f} dB; {:.1f} are "
       "needed, one colour alone reaches {:.1f}).",
       what, fit.frames, fit.held_out ? "held-out " : "", fit.frames == 1 ? " shows" : "s show", fit.psnr_db,
-      compared);
+      needed_db(fit), fit.constant_db);
 }
 
 }  // namespace
