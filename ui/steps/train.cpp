@@ -101,8 +101,9 @@ std::string score_words(const PreviewPictures& p, bool low) {
 }
 
 std::array<std::string, 4> captions(const PreviewPictures& p, bool low) {
-  return {fmt::format("The clip, frame {}{}", p.frame, p.held_out ? " (held out)" : ""), score_words(p, low),
-          p.turned_words, p.expression_words};
+  return {low ? fmt::format("Frame {}", p.frame)
+              : fmt::format("The clip, frame {}{}", p.frame, p.held_out ? " (held out)" : ""),
+          score_words(p, low), p.turned_words, p.expression_words};
 }
 
 // Height of the tallest caption under a picture this wide.
