@@ -16,9 +16,12 @@
 #include "core/base/parallel.h"
 #include "core/camera/align.h"
 #include "core/capture/capture.h"
+#include "core/check/clip_words.h"
 #include "core/head/detail_maps.h"
 #include "core/head/read_person.h"
 #include "core/matte/coarse_mask.h"
+#include "core/matte/matte_report.h"
+#include "core/matte/person_network.h"
 #include "core/project/build_forecast.h"
 #include "core/project/care.h"
 #include "core/project/further_clips.h"
@@ -94,6 +97,32 @@ int run_forecast(const BuildArguments& arguments) {
   return kExitDone;
 }
 
+// Of the stages that are up to date.
+ClipFacts facts_of(const Project& project) {
+  ClipResults results;
+  results.stated = project.options.align.camera;
+  results.person_network = !person_network_hash(project.options.shared.person_network).empty();
+  const auto capture = read_capture(capture_path(project));
+  if (capture && is_current(project, Stage::import)) results.capture = &*capture;
+  const auto cameras = read_cameras(cameras_path(project));
+  if (cameras && is_current(project, Stage::align)) results.cameras = &*cameras;
+  results.camera_evidence = project.record(Stage::align).message;
+  const auto mattes = read_matte_report(matte_report_path(project));
+  if (mattes && *mattes && is_current(project, Stage::matte)) results.mattes = &**mattes;
+  return clip_facts(results);
+}
+
+// What the clip is and what was not learnt of it, at the end of a build.
+void print_closing_words(const Project& project) {
+  const ClipFacts facts = facts_of(project);
+  fmt::print(stderr, "{}\n{}\n{}\n", camera_sentence(facts.camera), mask_sentence(facts.mask),
+             parts_sentence(facts.parts));
+  const auto avatar = read_avatar(avatar_path(project));
+  if (avatar && !avatar->background_fault.empty())
+    fmt::print(stderr, "{} Judge the avatar by the person: likeness eval gives person, head and face.\n",
+               avatar->background_fault);
+}
+
 nlohmann::json summary(const Project& project) {
   nlohmann::json stages = nlohmann::json::object();
   for (const Stage stage : kStages) {
@@ -120,7 +149,14 @@ nlohmann::json summary(const Project& project) {
                          {"why", track->rest.why},
                          {"warning", track->rest.warning}};
   if (is_current(project, Stage::train))
-    if (const auto avatar = read_avatar(avatar_path(project))) summary["parts"] = parts_json(avatar->parts);
+    if (const auto avatar = read_avatar(avatar_path(project))) {
+      summary["parts"] = parts_json(avatar->parts);
+      summary["background_fault"] = avatar->background_fault;
+    }
+  const ClipFacts facts = facts_of(project);
+  summary["words"] = {{"camera", camera_sentence(facts.camera)},
+                      {"mask", mask_sentence(facts.mask)},
+                      {"parts", parts_sentence(facts.parts)}};
   return summary;
 }
 
@@ -155,6 +191,7 @@ int run(Project& project, Stage last, const CommonOptions& common, const ChosenB
   if (common.json) {
     print_json(summary(project));
   } else if (last == Stage::train) {
+    print_closing_words(project);
     fmt::print(stderr, "Done. Next: likeness render {} --out avatar.mp4 --camera orbit\n",
                project.folder.string());
   }

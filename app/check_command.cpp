@@ -18,7 +18,7 @@ namespace fs = std::filesystem;
 
 struct CheckArguments {
   CommonOptions common;
-  fs::path video, landmark_model, picture;
+  fs::path video, landmark_model, person_network, picture;
 };
 
 nlohmann::json to_json(const Look& look) {
@@ -55,12 +55,28 @@ void print_as_json(const ClipMeasures& measures, const CaptureVerdict& verdict) 
                        {"remedy", r.remedy}});
   for (const Look& look : measures.looks) looks.push_back(to_json(look));
   const CameraMeasures& camera = measures.camera;
+  const ClipFacts facts = clip_facts(measures);
+  const PixelRect& f = measures.film;
+  const nlohmann::json film = f.empty() ? nlohmann::json() : nlohmann::json{f.x, f.y, f.width, f.height};
   print_json({{"verdict", verdict_name(verdict.verdict)},
               {"remarks", remarks},
               {"frames", measures.frames},
               {"seconds", measures.duration_s},
+              {"film", film},
+              {"repeated_frames", measures.repeated},
+              {"person_network",
+               {{"used", measures.has_person_network},
+                {"faces", measures.faces},
+                {"persons_seen", measures.persons_seen}}},
+              {"words",
+               {{"camera", camera_sentence(facts.camera)},
+                {"mask", mask_sentence(facts.mask)},
+                {"parts", parts_sentence(facts.parts)}}},
               {"camera",
                {{"rests", camera.rests},
+                {"kind", camera_kind_name(camera.kind)},
+                {"sure", camera.sure},
+                {"evidence", camera.evidence},
                 {"motion_per_1000", camera.motion},
                 {"travel_per_1000", camera.travel},
                 {"reach_per_1000", camera.sway.reach},
@@ -83,7 +99,8 @@ int run(const CheckArguments& arguments) {
   std::optional<Result<ClipMeasures>> measures;
   {
     const ProgressLine line(arguments.common);
-    measures = measure_clip(arguments.video, arguments.landmark_model, line.progress(), stop_on_signals());
+    measures = measure_clip(arguments.video, arguments.landmark_model, arguments.person_network,
+                            line.progress(), stop_on_signals());
   }
   if (!*measures) return report_failure(measures->error());
   const CaptureVerdict verdict = judge_capture(**measures);
@@ -95,6 +112,10 @@ int run(const CheckArguments& arguments) {
     return kExitDone;
   }
   fmt::print("{}\n", verdict_words(verdict.verdict));
+  const ClipFacts facts = clip_facts(**measures);
+  for (const std::string& words :
+       {camera_sentence(facts.camera), mask_sentence(facts.mask), parts_sentence(facts.parts)})
+    fmt::print("  {}\n", words);
   for (const Remark& r : verdict.remarks)
     fmt::print("\n{} {:.0f}-{:.0f} s: {}\n  {}\n", r.grave ? "!" : "-", r.from_s, r.to_s, r.what, r.remedy);
   return kExitDone;
@@ -110,6 +131,9 @@ void add_check_command(CLI::App& program, int& exit_code) {
   verb->add_option("--picture", a->picture, "Also draw the verdict on one page: a PNG or JPEG to write");
   verb->add_option("--landmark-model", a->landmark_model,
                    "A dlib 68-point shape predictor; default: the system's");
+  verb->add_option("--person-network", a->person_network,
+                   "A network (.onnx) that tells people from everything else, or none; default: the "
+                   "installed one");
   add_common_options(*verb, a->common);
   verb->callback([a, &exit_code] { exit_code = run(*a); });
 }

@@ -34,7 +34,10 @@ nlohmann::json to_json(const Evaluation& e, const Avatar& avatar, RenderQuality 
                       {"lmk_mouth_px", finite_or_null(f.landmarks_px.mouth)},
                       {"lmk_eyes_px", finite_or_null(f.landmarks_px.eyes)}});
   }
-  return {{"psnr_db", finite_or_null(e.psnr_db)},
+  const Headline first = headline(e);
+  return {{"headline", {{"of", first.of}, {"psnr_db", finite_or_null(first.psnr_db)}, {"why", first.why}}},
+          {"background_learnt", e.background_fault.empty() && e.psnr_db.has_value()},
+          {"psnr_db", finite_or_null(e.psnr_db)},
           {"psnr_person_db", finite_or_null(e.psnr_person_db)},
           {"psnr_head_db", finite_or_null(e.psnr_head_db)},
           {"psnr_face_db", finite_or_null(e.psnr_face_db)},
@@ -105,8 +108,12 @@ int run(const EvalArguments& arguments) {
   fmt::print("{} held-out frames ({} split), {} px\n", e.frames_test, e.split, e.size);
   if (e.frames_lost > 0)
     fmt::print("{} more held-out frames have no track and are not measured\n", e.frames_lost);
-  fmt::print("PSNR full {}  person {:.2f}  head {:.2f}  face {:.2f} dB\n", decibel(e.psnr_db),
-             e.psnr_person_db, e.psnr_head_db, e.psnr_face_db);
+  if (const Headline first = headline(e); first.why.empty())
+    fmt::print("PSNR full {}  person {:.2f}  head {:.2f}  face {:.2f} dB\n", decibel(e.psnr_db),
+               e.psnr_person_db, e.psnr_head_db, e.psnr_face_db);
+  else
+    fmt::print("PSNR person {:.2f}  head {:.2f}  face {:.2f} dB; full {}\n{}\n", e.psnr_person_db,
+               e.psnr_head_db, e.psnr_face_db, decibel(e.psnr_db), first.why);
   if (e.refit)
     fmt::print(
         "with {} numbers per frame fitted to the frozen field (an oracle): full {}  head {:.2f}  face {:.2f} "

@@ -9,6 +9,7 @@
 #include "app/terminal.h"
 #include "core/base/parallel.h"
 #include "core/camera/clip_camera.h"
+#include "core/capture/find_film.h"
 #include "core/image/files.h"
 #include "core/project/project_head_model.h"
 #include "core/track/clip/error_strip.h"
@@ -92,7 +93,6 @@ int run(const TrackArguments& arguments) {
   options.predictor = arguments.models.shared.landmark_model;
   options.every_frame = true;
   options.seconds = std::make_shared<std::vector<StageSeconds>>();
-  const CameraSet cameras = assumed_camera(*info);
   const auto start = std::chrono::steady_clock::now();
   double seconds = 0;
   std::optional<Result<Track>> track;
@@ -100,8 +100,13 @@ int run(const TrackArguments& arguments) {
   {
     const ProgressLine line(arguments.common);
     const double share = arguments.overlay.empty() ? 1.0 : 0.85;
-    track = track_clip(arguments.video, {0, 0, info->width, info->height}, cameras, {}, *model, options,
-                       line.progress().stage(0, share, "track"), stop_on_signals());
+    const auto film =
+        find_film(arguments.video, line.progress().stage(0, 0.05, "looking for bars"), stop_on_signals());
+    if (!film) return report_failure(film.error());
+    const CameraSet cameras = assumed_camera(*info, *film);
+    const PixelRect part = film->empty() ? PixelRect{0, 0, info->width, info->height} : *film;
+    track = track_clip(arguments.video, {part.x, part.y, part.width, part.height}, cameras, {}, *model,
+                       options, line.progress().stage(0.05, share, "track"), stop_on_signals());
     seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
     if (*track)
       written = write_results(arguments, *info, cameras, *model, **track,

@@ -192,17 +192,28 @@ Result<PixelRect> find_film(const std::filesystem::path& video, const Progress& 
   if (std::filesystem::is_directory(video, ignored)) return PixelRect{};
   auto reader = VideoReader::open(video, VideoPixels::luma, VideoFrames::sampled);
   if (!reader) return reader.error();
-  const VideoInfo info = reader->info();
-  FilmFinder finder(info);
-  const FrameListener listener{
-      VideoPixels::luma, [&](const VideoFrame& frame) {
-        finder.add(frame);
-        progress.report(double(frame.index) / std::max(frame.index + 1, info.frame_count));
-        return Result<void>();
-      }};
-  if (const auto decoded = decode_for(*reader, {&listener, 1}, stop); !decoded) return decoded.error();
+  constexpr int kDirections = 2;  // bars above and below, bars on both sides
+  PixelRect film;
+  for (int direction = 0; direction < kDirections; ++direction) {
+    const Progress pass = progress.stage(0.5 * direction, 0.5 * (direction + 1), "looking for bars");
+    reader->show_part(film);
+    if (direction > 0)
+      if (const auto ready = reader->rewind(VideoPixels::luma); !ready) return ready.error();
+    const VideoInfo info = reader->info();
+    FilmFinder finder(info);
+    const FrameListener listener{
+        VideoPixels::luma, [&](const VideoFrame& frame) {
+          finder.add(frame);
+          pass.report(double(frame.index) / std::max(frame.index + 1, info.frame_count));
+          return Result<void>();
+        }};
+    if (const auto decoded = decode_for(*reader, {&listener, 1}, stop); !decoded) return decoded.error();
+    const PixelRect found = finder.film();
+    if (found.empty()) break;
+    film = {film.x + found.x, film.y + found.y, found.width, found.height};
+  }
   progress.report(1);
-  return finder.film();
+  return film;
 }
 
 }  // namespace likeness

@@ -33,7 +33,8 @@ class FilmFinder {
   std::unique_ptr<State> state_;
 };
 
-// By a decoding of its own. The whole picture of a folder of photographs.
+// By a decoding of its own, and where there are bars a second one within them, which finds those in the other
+// direction. The whole picture of a folder of photographs.
 Result<PixelRect> find_film(const std::filesystem::path& video, const Progress& progress,
                             std::stop_token stop);
 

@@ -43,11 +43,6 @@ PageColour colour_of(Verdict verdict) {
   return verdict == Verdict::ready ? kGood : verdict == Verdict::usable ? kFair : kBad;
 }
 
-std::string camera_words(const CameraMeasures& camera) {
-  if (camera.rests) return "the camera rests";
-  return is_shaking(camera.sway) ? "the camera shakes" : "the camera is moved";
-}
-
 // -- Head
 
 void draw_head(Page& page, const std::string& name) {
@@ -61,11 +56,27 @@ void draw_head(Page& page, const std::string& name) {
       kMargin, page.y, width,
       fmt::format(
           "{}: {:.1f} s, {} x {} px, {:.0f} frames a second; a face in {:.0f} % of {} pictures looked "
-          "at; {}.",
+          "at.",
           name, page.clip.duration_s, page.clip.info.width, page.clip.info.height,
-          page.clip.info.frames_per_second, 100.0 * double(faces) / double(looks), page.clip.looks.size(),
-          camera_words(page.clip.camera)));
+          page.clip.info.frames_per_second, 100.0 * double(faces) / double(looks), page.clip.looks.size()));
   page.y += 22;
+}
+
+// What the camera does, how far the mask is trusted, which parts serve: a sentence each, and the evidence.
+void draw_facts(Page& page) {
+  const int width = kWidth - 2 * kMargin - kLabels;
+  const auto line = [&](std::string_view label, const std::string& words, const std::string& evidence) {
+    page.canvas.text(kMargin, page.y, label, {15, kInk, true});
+    page.y = page.canvas.paragraph(kMargin + kLabels, page.y, width, words);
+    if (!evidence.empty())
+      page.y = page.canvas.paragraph(kMargin + kLabels, page.y, width, evidence, {14, kPale});
+    page.y += 8;
+  };
+  const ClipFacts facts = clip_facts(page.clip);
+  line("The camera", camera_sentence(facts.camera), facts.camera.evidence);
+  line("The mask", mask_sentence(facts.mask), "");
+  line("What serves", parts_sentence(facts.parts), "");
+  page.y += 14;
 }
 
 // -- What happens when
@@ -286,6 +297,7 @@ Result<std::map<int, Image8>> read_pictures(const fs::path& video, const ClipMea
   std::map<int, Image8> pictures;
   auto reader = VideoReader::open(video, VideoPixels::rgb, VideoFrames::sampled);
   if (!reader) return reader.error();
+  reader->show_part(clip.film);
   while (pictures.size() < wanted.size()) {
     if (stop.stop_requested()) return cancelled_error();
     const auto frame = reader->next();
@@ -325,6 +337,7 @@ Result<Image8> draw_check_page(const fs::path& video, const ClipMeasures& measur
   if (!pictures) return pictures.error();
   Page page{.clip = measures, .verdict = verdict, .pictures = std::move(*pictures)};
   draw_head(page, video.filename().string());
+  draw_facts(page);
   draw_timeline(page);
   draw_coverage(page);
   draw_remarks(page);

@@ -3,14 +3,17 @@
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
 #include <numbers>
+#include <utility>
 
 #include "core/base/parallel.h"
 #include "core/base/rigid.h"
-#include "core/camera/align_options.h"
 #include "core/camera/assumed_lens.h"
-#include "core/camera/motion.h"
+#include "core/capture/find_film.h"
+#include "core/capture/repeated_frames.h"
 #include "core/capture/scan_clip.h"
+#include "core/check/measure_camera.h"
 #include "core/face/fit_clip.h"
 #include "core/head/action_amounts.h"
 #include "core/head/builtin_head.h"
@@ -158,37 +161,44 @@ class FaceFit {
   std::vector<std::size_t> looks_;
 };
 
-Result<CameraMeasures> measure_camera(const std::filesystem::path& video,
-                                      const std::filesystem::path& landmark_model, const Progress& progress,
-                                      std::stop_token stop) {
-  const auto person = coarse_person_mask(landmark_model);
-  if (!person) return person.error();
-  const double rest = AlignOptions{}.static_motion_px_per_1000;
-  // As core/camera/align.cpp measures it.
-  const auto motion = measure_background_motion(video, *person, rest / 2, progress, stop);
-  if (!motion) return motion.error();
-  CameraMeasures camera;
-  camera.motion = motion->motion;
-  camera.tracks = motion->tracks;
-  // Where there is nothing to follow, as in core/camera/align.h, the camera is taken to rest.
-  camera.rests = motion->motion <= rest || motion->tracks < kLeastTracks;
-  camera.sway = measure_sway(*motion);
-  for (const FrameMotion& frame : motion->frames) camera.travel = std::max(camera.travel, frame.travel);
-  return camera;
-}
-
 }  // namespace
 
+ClipFacts clip_facts(const ClipMeasures& measures) {
+  const CameraMeasures& camera = measures.camera;
+  ClipFacts facts;
+  facts.camera = {camera.kind, camera.sure, false, camera.evidence};
+  if (measures.has_person_network)
+    facts.mask = {MaskPrior::person_network, measures.faces, measures.persons_seen};
+  PartsFacts& parts = facts.parts;
+  parts.seconds = measures.duration_s;
+  const auto faceless = std::ranges::count_if(measures.looks, [](const Look& l) { return !l.face; });
+  parts.faceless_s =
+      measures.duration_s * double(faceless) / double(std::max<std::size_t>(1, measures.looks.size()));
+  parts.frames = measures.frames, parts.repeated = measures.repeated;
+  parts.film = measures.film;
+  parts.width = measures.whole_width, parts.height = measures.whole_height;
+  return facts;
+}
+
 Result<ClipMeasures> measure_clip(const std::filesystem::path& video,
-                                  const std::filesystem::path& landmark_model, const Progress& progress,
+                                  const std::filesystem::path& landmark_model,
+                                  const std::filesystem::path& person_network, const Progress& progress,
                                   std::stop_token stop) {
   auto detector = FaceDetector::load(landmark_model);
   if (!detector) return detector.error();
-  const auto info = probe_video(video);
-  if (!info) return info.error();
+  const auto whole = probe_video(video);
+  if (!whole) return whole.error();
+  const auto sightings = std::make_shared<PersonSightings>();
+  const auto person = coarse_person_mask(landmark_model, Pictures::in_sequence, person_network, sightings);
+  if (!person) return person.error();
+  const auto film = find_film(video, progress.stage(0, 0.1, "looking for bars"), stop);
+  if (!film) return film.error();
   ClipMeasures measures;
-  measures.info = *info;
-  FaceFit fit(*info);
+  measures.film = *film;
+  measures.info = *whole;
+  measures.whole_width = whole->width, measures.whole_height = whole->height;
+  if (!film->empty()) measures.info.width = film->width, measures.info.height = film->height;
+  FaceFit fit(measures.info);
 
   std::vector<Patch> patches;
   const auto find_landmarks = [&] {
@@ -220,18 +230,21 @@ Result<ClipMeasures> measure_clip(const std::filesystem::path& video,
     measures.looks.push_back(std::move(look));
     if (patches.size() == kBatch) find_landmarks();
   };
-  const auto scan = scan_clip(video, *detector, look_at, {}, progress.stage(0, 0.5, "face"), stop);
+  const auto scan = scan_clip(video, *detector, look_at, *film, progress.stage(0.1, 0.5, "face"), stop);
   if (!scan) return scan.error();
   find_landmarks();
   measures.frames = static_cast<int>(scan->frames.size());
+  measures.repeated = int(std::ranges::count(repeated_frames(scan->difference), char(1)));
   if (!scan->frames.empty())
     measures.duration_s = scan->frames.back().time_s - scan->frames.front().time_s +
-                          (info->frames_per_second > 0 ? 1 / info->frames_per_second : 0);
+                          (whole->frames_per_second > 0 ? 1 / whole->frames_per_second : 0);
   if (auto fitted = fit.run(measures.looks, progress.stage(0.5, 0.6, "expressions"), stop); !fitted)
     return fitted.error();
-  auto camera = measure_camera(video, landmark_model, progress.stage(0.6, 1, "camera"), stop);
+  auto camera = measure_camera(video, *person, *film, measures.info, progress.stage(0.6, 1, "camera"), stop);
   if (!camera) return camera.error();
-  measures.camera = *camera;
+  measures.camera = std::move(*camera);
+  measures.has_person_network = sightings->network;
+  measures.faces = sightings->faces, measures.persons_seen = sightings->seen;
   return measures;
 }
 

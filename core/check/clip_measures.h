@@ -6,12 +6,15 @@
 #include <filesystem>
 #include <optional>
 #include <stop_token>
+#include <string>
 #include <vector>
 
 #include "core/base/progress.h"
 #include "core/base/result.h"
-#include "core/camera/motion.h"
+#include "core/check/clip_words.h"
+#include "core/check/measure_camera.h"
 #include "core/face/landmarks.h"
+#include "core/image/pixel_rect.h"
 #include "core/video/decode.h"
 
 namespace likeness {
@@ -38,26 +41,30 @@ struct Look {
   std::array<double, kKeyExpressions.size()> expressions{};  // amounts, 0 none .. 1 full
 };
 
-struct CameraMeasures {
-  bool rests = false;
-  double motion = 0;  // length of the background's path, in 1/1000 of the width (core/camera/motion.h)
-  double travel = 0;  // the same without small shaking
-  Sway sway;          // what distinguishes shaking from deliberate movement
-  double tracks = 0;  // background features this is based on
-};
-
 struct ClipMeasures {
   VideoInfo info;
   int frames = 0;         // decoded
   double duration_s = 0;  // of them
   std::vector<Look> looks;
   CameraMeasures camera;
+  // What was filmed of the pictures: without the bars that an editor added (core/capture/find_film.h), px of
+  // the clip; empty: all of them. All else is about it, and in its pixels: `info`, too.
+  PixelRect film{};
+  int whole_width = 0, whole_height = 0;  // px of the clip's pictures
+  int repeated = 0;                       // frames that show the one before them once more
+  bool has_person_network = false;
+  int faces = 0, persons_seen = 0;  // looks at a face with it; those in which it saw the person
 };
 
-// landmark_model: empty = the system's. Refuses what cannot be decoded; a clip without a face is still
+// For sentences about the clip (clip_words.h).
+ClipFacts clip_facts(const ClipMeasures& measures);
+
+// landmark_model: empty = the system's. person_network: as chosen_person_network takes it
+// (core/matte/person_network.h). Refuses what cannot be decoded; a clip without a face is still
 // measured.
 Result<ClipMeasures> measure_clip(const std::filesystem::path& video,
-                                  const std::filesystem::path& landmark_model, const Progress& progress,
+                                  const std::filesystem::path& landmark_model,
+                                  const std::filesystem::path& person_network, const Progress& progress,
                                   std::stop_token stop);
 
 }  // namespace likeness

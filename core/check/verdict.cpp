@@ -230,7 +230,7 @@ class Judge {
                              "and fro {:.1f} times a second.",
                              camera.sway.reach / 10, camera.sway.crossings),
                  "Rest the camera on something; or first walk round the resting head, then rest the camera.");
-    else if (camera.tracks < kFewTracks)
+    else if (camera.kind == CameraKind::walking && camera.tracks < kFewTracks)
       remark_all(
           Fault::plain_background, true,
           fmt::format("The camera moves in front of a background with hardly any features ({:.0f} followed).",

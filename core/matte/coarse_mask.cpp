@@ -75,10 +75,10 @@ void draw_person(cv::Mat& mask, const FaceBox& box) {
 }
 
 // Adds what the network sees of the person with this face: strands and fingers leave its outline by a few
-// hundredths of a head.
-void add_seen_person(cv::Mat& mask, const PersonNetwork& network, const Image8& rgb, const FaceBox& box) {
+// hundredths of a head. Whether it sees them.
+bool add_seen_person(cv::Mat& mask, const PersonNetwork& network, const Image8& rgb, const FaceBox& box) {
   const auto seen = network.share_about(rgb, box, Looks::once);
-  if (!seen) return;
+  if (!seen) return false;
   const cv::Mat share(seen->height, seen->width, CV_8U, const_cast<std::uint8_t*>(seen->data.data()));
   cv::Mat face(share.size(), CV_8U, cv::Scalar(0));
   cv::ellipse(face,
@@ -86,24 +86,28 @@ void add_seen_person(cv::Mat& mask, const PersonNetwork& network, const Image8& 
                cv::Size2d(0.8 * box.width, 0.8 * box.height), 0},
               255, cv::FILLED);
   const cv::Mat own = persons_own_share(share, face, kClosedHole * box.width);
-  if (own.empty()) return;
+  if (own.empty()) return false;
   const int radius = std::max(2, int(std::lround(kSoftRim * box.width)));
   cv::Mat grown;
   cv::dilate(own > kMaybePerson, grown,
              cv::getStructuringElement(cv::MORPH_ELLIPSE, {2 * radius + 1, 2 * radius + 1}));
   mask |= grown;
+  return true;
 }
 
 }  // namespace
 
 Result<PersonMask> coarse_person_mask(const std::filesystem::path& predictor, Pictures pictures,
-                                      const std::filesystem::path& person_network) {
+                                      const std::filesystem::path& person_network,
+                                      std::shared_ptr<PersonSightings> sightings) {
   auto detector = FaceDetector::load(predictor);
   if (!detector) return detector.error();
   auto network = chosen_person_network(person_network);
   if (!network) return network.error();
+  if (sightings) sightings->network = *network != nullptr;
   auto state = std::make_shared<CoarseState>(std::move(*detector));
-  return PersonMask([state, pictures, network = std::move(*network)](int frame, const Image8& rgb) {
+  return PersonMask([state, pictures, network = std::move(*network), sightings](int frame,
+                                                                                const Image8& rgb) {
     Image8 mask(rgb.width, rgb.height, 1, 0);
     const double scale = std::min(1.0, double(kDetectionSide) / std::max(rgb.width, rgb.height));
     std::vector<FaceBox> boxes;
@@ -121,7 +125,8 @@ Result<PersonMask> coarse_person_mask(const std::filesystem::path& predictor, Pi
     cv::Mat view(mask.height, mask.width, CV_8U, mask.data.data());
     for (const auto& box : boxes) {
       draw_person(view, box);
-      if (network) add_seen_person(view, *network, rgb, box);
+      const bool seen = network && add_seen_person(view, *network, rgb, box);
+      if (sightings) ++sightings->faces, sightings->seen += seen;
     }
     return mask;
   });

@@ -1,7 +1,9 @@
 // Where the person is, coarsely, before the cameras are known.
 #pragma once
 
+#include <atomic>
 #include <filesystem>
+#include <memory>
 
 #include "core/base/result.h"
 #include "core/camera/align_options.h"
@@ -15,8 +17,15 @@ namespace likeness {
 // chosen_person_network takes it (core/matte/person_network.h). A picture in which the network fails is
 // masked without it.
 enum class Pictures { in_sequence, single };
+// How often a person network saw the person whose face was found.
+struct PersonSightings {
+  bool network = false;  // there is one
+  std::atomic<int> faces = 0, seen = 0;
+};
+// sightings: counts; may be null.
 Result<PersonMask> coarse_person_mask(const std::filesystem::path& predictor = {},
                                       Pictures pictures = Pictures::in_sequence,
-                                      const std::filesystem::path& person_network = {});
+                                      const std::filesystem::path& person_network = {},
+                                      std::shared_ptr<PersonSightings> sightings = nullptr);
 
 }  // namespace likeness

@@ -8,14 +8,16 @@
 #include <cstring>
 #include <mutex>
 #include <opencv2/imgproc.hpp>
+#include <utility>
 
 #include "core/base/parallel.h"
 
 namespace likeness::matting {
 
-Result<std::vector<cv::Mat>> cut_all(const Stage& stage, const std::vector<Job>& jobs,
-                                     const Statistics& statistics, const Progress& progress) {
+Result<Cuts> cut_all(const Stage& stage, const std::vector<Job>& jobs, const Statistics& statistics,
+                     const Progress& progress) {
   std::vector<cv::Mat> cuts(jobs.size());
+  std::atomic<int> by_prior = 0;
   std::mutex mutex;
   std::optional<Error> fault;
   std::atomic<std::size_t> done = 0;
@@ -35,13 +37,14 @@ Result<std::vector<cv::Mat>> cut_all(const Stage& stage, const std::vector<Job>&
       return;
     }
     const PersonPrior prior = prior_of(stage, jobs[i], stage.cut_size, statistics.hull);
+    by_prior += !prior.held.empty() || !network->empty();
     const Plate room = room_of(stage, jobs[i], small, prior.possible);
     cuts[i] = cut(stage, jobs[i], small, prior, room, *network, statistics);
     progress.report(double(++done) / double(jobs.size()), fmt::format("frame {}", jobs[i].frame));
   });
   if (stage.stop.stop_requested()) return cancelled_error();
   if (fault) return *fault;
-  return cuts;
+  return Cuts{std::move(cuts), by_prior};
 }
 
 namespace {
@@ -74,7 +77,7 @@ Result<RoomBehind> room_behind(const Stage& stage, const std::vector<Job>& jobs,
   for (std::size_t i = 0; i < chosen.size(); ++i) {
     // Generously: what is excluded here is seen from elsewhere, but hair must not become part of the room.
     const PersonPrior prior = prior_of(stage, chosen[i], stage.cut_size, {});
-    mattes.push_back(matte_of(stage, chosen[i], (*cuts)[i], std::max(3, stage.cut_size / 50),
+    mattes.push_back(matte_of(stage, chosen[i], cuts->persons[i], std::max(3, stage.cut_size / 50),
                               prior.possible & (prior.below == 0)));
   }
   return learn_room(mattes, RoomPass::first, progress.stage(0.2, 1, "room"), stage.stop);

@@ -1,6 +1,6 @@
 // The matte stage: the person network's shares -> samples -> plate and colour statistics in three rounds ->
-// for a moving camera the room, and the rounds again -> cuts of every frame -> the room again -> alpha ->
-// frozen regions.
+// for a moving camera the room, and the rounds again -> cuts of every frame -> the room again -> a look
+// back at plate and room -> alpha -> frozen regions.
 #include "core/matte/matte.h"
 
 #include <fmt/format.h>
@@ -8,6 +8,7 @@
 #include <algorithm>
 
 #include "core/matte/cut_frames.h"
+#include "core/matte/judge_background.h"
 #include "core/matte/replace_folder.h"
 #include "core/matte/see_persons.h"
 #include "core/matte/write_mattes.h"
@@ -21,6 +22,25 @@ namespace {
 
 constexpr int kCutSide =
     256;  // px at which person and background are separated; the edge is done at full size
+
+// What was learnt of the background, beside the frames. It changes no mask and no plate: held-out frames have
+// their say here.
+Result<void> look_back(Stage& stage, const std::vector<Job>& jobs, const Cuts& cuts,
+                       const Statistics& statistics, MatteResult& result) {
+  MatteReport& report = result.report;
+  report.prior = stage.network          ? MaskPrior::matting_network
+                 : stage.person_network ? MaskPrior::person_network
+                                        : MaskPrior::none;
+  report.frames = int(jobs.size()), report.prior_frames = cuts.by_prior;
+  if (auto judged = judge_background(stage, jobs, cuts.persons, statistics, report); !judged) return judged;
+  const auto plate = look_back_at_plate(stage, jobs, cuts.persons, statistics);
+  if (!plate) return plate.error();
+  report.plate_look_back = *plate;
+  for (std::string warning :
+       {look_back_warning(report, stage.cameras.kind), plate_fault(report), room_fault(report)})
+    if (!warning.empty()) result.warnings.push_back(std::move(warning));
+  return {};
+}
 
 Result<MatteResult> run(Stage& stage, const LearnRoom& learn_room, const Progress& progress) {
   std::vector<Job> jobs = list_jobs(stage);
@@ -43,22 +63,25 @@ Result<MatteResult> run(Stage& stage, const LearnRoom& learn_room, const Progres
   const auto cuts = cut_all(stage, jobs, *statistics, progress.stage(0.25, 0.5, "mattes"));
   if (!cuts) return cuts.error();
   if (stage.room)
-    if (auto again = learn_room_again(stage, jobs, *cuts, learn_room, *statistics,
+    if (auto again = learn_room_again(stage, jobs, cuts->persons, learn_room, *statistics,
                                       progress.stage(0.5, 0.75, "room again"));
         !again)
       return again.error();
+  MatteResult result;
+  if (auto looked = look_back(stage, jobs, *cuts, *statistics, result); !looked) return looked.error();
   const auto masks = fresh_folder(stage.folder / "masks.part");
   if (!masks) return masks.error();
   if (auto written =
-          write_masks(stage, jobs, *cuts, *statistics, *masks, progress.stage(0.75, 0.95, "edges"));
+          write_masks(stage, jobs, cuts->persons, *statistics, *masks, progress.stage(0.75, 0.95, "edges"));
       !written)
     return written.error();
   restore_folder(stage.folder / "regions");
   if (!regions_complete(stage))
     if (auto written = write_regions(stage, jobs, *masks, progress.stage(0.95, 1, "regions")); !written)
       return written.error();
-  MatteResult result;
   if (auto written = write_plate(stage, jobs, *statistics, result); !written) return written.error();
+  if (auto written = write_matte_report(stage.folder / "matte_report.json", result.report); !written)
+    return written.error();
   if (auto replaced = replace_folder(*masks, stage.folder / "masks"); !replaced) return replaced.error();
   if (result.has_plate && result.plate_coverage < 0.3)
     result.warnings.push_back(

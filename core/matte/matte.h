@@ -40,7 +40,10 @@ struct MatteOptions {
 // Reads frames/NNNNNN.png of `folder`, writes masks/NNNNNN.png (alpha, 8 bit) and, where the camera rests for
 // a second or longer, plate.png with plate.json and plate_known.png (core/matte/plate.h: known), all size x
 // size in the crop; regions/NNNNNN.png for the held-out frames in source pixels (red person, green head
-// without neck, blue face), unless regions already exist. The plate uses training frames only.
+// without neck, blue face), unless regions already exist; matte_report.json. The
+// plate uses training frames only. A room that does not show the background (core/matte/matte_report.h) has
+// still helped to cut the person out, as far as it agrees with the pictures; it is for learn_room's caller
+// not to show it.
 Result<MatteResult> matte_clip(const std::filesystem::path& folder, const Capture& capture,
                                const CameraSet& cameras, const Track& track, const HeadModel& model,
                                const MatteOptions& options, const Progress& progress, std::stop_token stop);

@@ -4,6 +4,8 @@
 #include <string>
 #include <vector>
 
+#include "core/matte/matte_report.h"
+
 namespace likeness {
 
 struct MatteResult {
@@ -11,6 +13,7 @@ struct MatteResult {
   double plate_coverage = 0;      // share of the plate's pixels seen unoccluded in some training frame
   std::vector<int> plate_frames;  // frames whose background the plate shows: all of a static camera, the
                                   // longest rest of a camera that moves and then rests; ascending
+  MatteReport report;             // also written as matte_report.json
   std::vector<std::string> warnings;
 };
 

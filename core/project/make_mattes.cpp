@@ -31,7 +31,10 @@ Result<MatteResult> make_mattes(const Project& project, const MatteInputs& input
   std::error_code ignored;
   std::filesystem::remove(room_path(work), ignored);  // it was learnt from other mattes
   if (!is_further(project)) options.learn_room = room_learner(work, inputs.seed, read);
-  return matte_clip(folder, read.capture, read.cameras, read.track, model, options, progress, stop);
+  auto result = matte_clip(folder, read.capture, read.cameras, read.track, model, options, progress, stop);
+  if (result && result->report.room && !is_learnt(*result->report.room))
+    std::filesystem::remove(room_path(work), ignored);
+  return result;
 }
 
 }  // namespace likeness

@@ -16,7 +16,8 @@
 namespace likeness {
 
 // folder: holds frames/ of `read`'s capture, and gets what matte_clip writes (core/matte/matte.h). The
-// strokes are the project's; the room is written to room.bin in the folder.
+// strokes are the project's; the room is written to room.bin in the folder,
+// unless it does not show the background (core/matte/matte_report.h).
 Result<MatteResult> make_mattes(const Project& project, const MatteInputs& inputs,
                                 const std::filesystem::path& folder, const TrackedCapture& read,
                                 const HeadModel& model, const Progress& progress, std::stop_token stop);

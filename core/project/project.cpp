@@ -107,6 +107,7 @@ fs::path plate_path(const Project& project) { return project.folder / "plate.png
 fs::path plate_known_path(const Project& project) { return project.folder / "plate_known.png"; }
 fs::path plate_info_path(const Project& project) { return project.folder / "plate.json"; }
 fs::path room_path(const Project& project) { return project.folder / "room.bin"; }
+fs::path matte_report_path(const Project& project) { return project.folder / "matte_report.json"; }
 fs::path detail_path(const Project& project) { return project.folder / "detail.npz"; }
 fs::path regions_path(const Project& project) { return project.folder / "regions"; }
 fs::path corrections_path(const Project& project) { return project.folder / "corrections"; }

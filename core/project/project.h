@@ -1,7 +1,8 @@
 // A project folder: every stage's result, and what is stale.
 //
 //   NAME.likeness/   project.json  capture.json cameras.json track.json  frames/ masks/ regions/ plate.png
-//   room.bin detail.npz (what the given detail maps say: core/project/project_detail.h)
+//   room.bin matte_report.json (how far masks and background can be trusted: core/matte/matte_report.h)
+//                    detail.npz (what the given detail maps say: core/project/project_detail.h)
 //                    track_first.json refits.json (spans fitted again: core/project/refits.h)
 //                    decoded/ (what import found for align and fit: core/project/kept_decoding.h)
 //                    corrections/ (strokes painted on masks: core/project/corrections.h)
@@ -72,7 +73,9 @@ std::filesystem::path checkpoint_path(const Project& project);
 std::filesystem::path plate_path(const Project& project);
 std::filesystem::path plate_known_path(const Project& project);  // absent: the whole plate was seen
 std::filesystem::path plate_info_path(const Project& project);
-std::filesystem::path room_path(const Project& project);    // absent: no moving camera filmed
+// Absent: no moving camera filmed, or what was learnt does not show the room.
+std::filesystem::path room_path(const Project& project);
+std::filesystem::path matte_report_path(const Project& project);
 std::filesystem::path detail_path(const Project& project);  // absent: no detail maps were given
 std::filesystem::path regions_path(const Project& project);
 std::filesystem::path corrections_path(const Project& project);  // absent: nobody painted on the masks

@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 
 #include "core/image/files.h"
+#include "core/matte/matte_report.h"
 
 namespace likeness {
 
@@ -118,6 +119,11 @@ std::vector<TrainingView> tracked_views(const TrackedCapture& tracked) {
     view.inside = capture.inside;
   }
   return views;
+}
+
+std::string project_background_fault(const Project& project) {
+  const auto report = read_matte_report(matte_report_path(project));
+  return report && *report ? background_fault(**report) : std::string();
 }
 
 Result<void> read_project_plate(const Project& project, Image8& plate, Image8& known) {

@@ -49,6 +49,10 @@ Result<Image8> read_own_picture(const std::filesystem::path& folder, const std::
 // Frame and matte of a view of the project, by read_own_picture.
 Result<void> load_view_pictures(const Project& project, TrainingView& view);
 
+// Why what stands behind the person is not the background that was filmed (core/matte/matte_report.h); empty:
+// it is, or nothing is known about it.
+std::string project_background_fault(const Project& project);
+
 // The background plate and where it was seen; both stay empty where there is none.
 Result<void> read_project_plate(const Project& project, Image8& plate, Image8& known);
 

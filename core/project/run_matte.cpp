@@ -1,6 +1,8 @@
 // The mattes of a project's clip: see stage_run.h.
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "core/base/files.h"
 #include "core/project/corrections.h"
 #include "core/project/make_mattes.h"
@@ -24,6 +26,10 @@ Result<void> run_matte(const StageContext& context) {
                        : "No background plate: the camera moves throughout.";
   if (path_exists(room_path(context.project)))
     context.record.message += " The room behind the moving camera was learnt.";
+  const MatteReport& report = matte->report;
+  if (report.prior == MaskPrior::person_network)
+    context.record.message += fmt::format(" The person network was used in {:.0f} % of the frames.",
+                                          100.0 * report.prior_frames / std::max(1, report.frames));
   if (const std::size_t painted = corrected_frames(context.project).size(); painted > 0)
     context.record.message +=
         fmt::format(" Corrected by hand in {} frame{}.", painted, painted == 1 ? "" : "s");

@@ -11,6 +11,7 @@
 #include "core/base/memory.h"
 #include "core/project/project_attributes.h"
 #include "core/project/project_head_model.h"
+#include "core/project/project_views.h"
 #include "core/project/stage_run.h"
 #include "core/project/training_curve.h"
 #include "core/project/training_options.h"
@@ -106,6 +107,7 @@ Result<void> run_train(const StageContext& context) {
     if (!room) return room.error();
     avatar->room = std::move(*room);
   }
+  avatar->background_fault = project_background_fault(context.project);
   avatar->head_model_file = inputs.head_model.string();
   avatar->parts = chosen.parts;
   context.record.message = fmt::format("{} steps in {:.0f} s.", avatar->steps, avatar->train_seconds);

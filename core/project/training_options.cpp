@@ -3,6 +3,7 @@
 
 #include "core/base/files.h"
 #include "core/head/pose_head.h"
+#include "core/project/project_views.h"
 
 namespace likeness {
 
@@ -29,6 +30,7 @@ ChosenParts take_parts(const Project& project, TrainingSet& set, TrainOptions& o
                          .landmark_weight = o.landmark_loss};
   CaptureMeasures measures = measure_capture(set, shape_head(set.model, set.person));
   measures.has_room = path_exists(room_path(project));
+  measures.background_fault = project_background_fault(project);
   ChosenParts chosen = choose_parts(measures, asked);
   apply_parts(chosen, set, options);
   return chosen;

@@ -106,6 +106,10 @@ struct Avatar {
   Image8 plate;                            // the background that the typical camera sees; empty: not known
   std::optional<Mosaic> mosaic;            // of which the plate is a part, behind a hand-held camera
   std::optional<FieldPart> room;           // in the world's frame: behind a person filmed by a walking camera
+  // Why what stands behind the person is not the background that was filmed (core/matte/matte_report.h), in a
+  // sentence; empty: it is, as far as it was seen. Where it is not, figures of full frames say nothing about
+  // the person.
+  std::string background_fault;
   int size = 256;
   std::uint64_t steps = 0, seed = 0;
   double train_seconds = 0;

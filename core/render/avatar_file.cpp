@@ -416,6 +416,7 @@ Avatar avatar_from(const Sections& sections) {
   a.train_seconds = finite(j.at("train_seconds"), "training time");
   if (j.contains("parts"))
     for (const json& part : j.at("parts")) a.parts.push_back(avatar_part_from_json(part));
+  if (j.contains("background_fault")) a.background_fault = j.at("background_fault").get<std::string>();
   const int width = whole(j.at("plate_width"), "plate width", 0, 1 << 14);
   const int height = whole(j.at("plate_height"), "plate height", 0, 1 << 14);
   if (width > 0 && height > 0) {
@@ -474,6 +475,7 @@ Result<void> write_avatar(const std::filesystem::path& path, const Avatar& avata
   for (const AttributeRegion& region : avatar.attributes) j["attributes"].push_back(to_json(region));
   if (!avatar.parts.empty()) j["parts"] = json::array();
   for (const AvatarPart& part : avatar.parts) j["parts"].push_back(to_json(part));
+  if (!avatar.background_fault.empty()) j["background_fault"] = avatar.background_fault;
   Sections sections;
   // A non-UTF-8 file name must not make the avatar unwritable.
   const std::string text = json_text_replacing(j);

@@ -122,22 +122,26 @@ void add_background(const CaptureMeasures& m, ChosenParts& chosen) {
   const std::string light =
       m.light_drift ? fmt::format(" Its light differs by {:.1f} % between frames.", 100 * *m.light_drift)
                     : "";
+  const std::string fault = m.background_fault.empty() ? "" : " " + m.background_fault;
   const auto add = [&](bool on, const char* value, std::string reason) {
     chosen.parts.push_back({"background", on, false, value, std::move(reason)});
   };
   if (chosen.plate && m.has_room)
     add(true, "a picture of the background, and a room for the moving camera",
-        fmt::format("The camera rests in {:.0f} % of {} frames and moves in the others.{}",
-                    100 * m.plate_share, m.frames, light));
+        fmt::format("The camera rests in {:.0f} % of {} frames and moves in the others.{}{}",
+                    100 * m.plate_share, m.frames, light, fault));
   else if (chosen.plate && m.has_mosaic)
     add(true, "one picture of the background, wider than a frame",
-        fmt::format("The camera is hand-held: it turns and zooms before a wall in all of {} frames.{}",
-                    m.frames, light));
+        fmt::format("The camera is hand-held: it turns and zooms before a wall in all of {} frames.{}{}",
+                    m.frames, light, fault));
   else if (chosen.plate)
     add(true, "one picture of the background",
-        fmt::format("The camera rests in {:.0f} % of {} frames.{}", 100 * m.plate_share, m.frames, light));
+        fmt::format("The camera rests in {:.0f} % of {} frames.{}{}", 100 * m.plate_share, m.frames, light,
+                    fault));
   else if (m.has_room)
     add(true, "a room of its own, seen from where the camera is", "The camera moves throughout.");
+  else if (!fault.empty())
+    add(false, "none: a plain colour stands behind the person", m.background_fault);
   else
     add(false, "none: the mattes separate the person",
         "The camera moves, or no frame showed the background behind the person.");

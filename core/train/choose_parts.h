@@ -6,6 +6,7 @@
 #pragma once
 
 #include <optional>
+#include <string>
 #include <string_view>
 #include <vector>
 
@@ -20,19 +21,20 @@ struct CaptureMeasures {
   int size = 256;                      // px, side of the training pictures
   int frames = 0, further_frames = 0;  // training frames: of the clip itself, of further clips
   bool torso_followed = true;          // the track has a torso
-  double torso_share = 0;     // of the picture: the person below the base of the neck; mean of the frames
-  bool has_plate = false;     // there is a picture of the background before a resting camera
-  bool has_mosaic = false;    // a hand-held one's, wider than a frame
-  double plate_share = 0;     // share of the frames before it
-  bool has_room = false;      // a room behind the moving camera was learnt
-  double yaw = 0, pitch = 0;  // of the camera as seen from the head: span, 2nd to 98th percentile
-  double turn = 0;            // of the head before the camera: rms about its mean rotation, over all clips
-  double face_motion = 0;     // rms over frames and the face's vertices, by expression and jaw
+  double torso_share = 0;   // of the picture: the person below the base of the neck; mean of the frames
+  bool has_plate = false;   // there is a picture of the background before a resting camera
+  bool has_mosaic = false;  // a hand-held one's, wider than a frame
+  double plate_share = 0;   // share of the frames before it
+  bool has_room = false;    // a room behind the moving camera was learnt
+  std::string background_fault{};  // why what was learnt does not show the background; empty: it does
+  double yaw = 0, pitch = 0;       // of the camera as seen from the head: span, 2nd to 98th percentile
+  double turn = 0;         // of the head before the camera: rms about its mean rotation, over all clips
+  double face_motion = 0;  // rms over frames and the face's vertices, by expression and jaw
   double gaze_pitch = 0, gaze_yaw = 0;  // rms about the mean
   std::optional<double> light_drift;    // rms between frames of the light on the background, of 1
 };
 
-// For a set with its pictures. has_room is set by the caller.
+// For a set with its pictures. has_room and background_fault are set by the caller.
 CaptureMeasures measure_capture(const TrainingSet& set, const HeadShape& shape);
 
 // The user's choices; the measures decide the rest.

@@ -17,6 +17,7 @@
 #include "core/capture/capture.h"
 #include "core/direct/performance.h"
 #include "core/matte/attributes.h"
+#include "core/matte/matte_report.h"
 #include "core/matte/matting_network.h"
 #include "core/matte/plate_file.h"
 #include "core/project/project.h"
@@ -153,6 +154,20 @@ TEST(FuzzProjectFiles, Plate) {
   fuzz_file(
       "plate.json", "plate.json", [&](const auto& path) { return write_plate_info(path, info).ok(); },
       [](const auto& path) { return read_plate_info(path).ok(); });
+}
+
+TEST(FuzzProjectFiles, MatteReport) {
+  MatteReport report;
+  report.prior = MaskPrior::person_network, report.frames = 40, report.prior_frames = 38;
+  report.plate_look_back = {40, 0.1};
+  report.plate = BackgroundFit{4, true, 31, 14}, report.room = BackgroundFit{4, false, 11, 14};
+  fuzz_file(
+      "matte_report.json", "matte_report.json",
+      [&](const auto& path) { return write_matte_report(path, report).ok(); },
+      [](const auto& path) {
+        const auto read = read_matte_report(path);
+        return read && *read;
+      });
 }
 
 // Read and painted: what a file says must also end in a picture.

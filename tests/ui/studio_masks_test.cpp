@@ -101,6 +101,36 @@ void keep_looks(const Snapshot& snapshot, const std::string& name) {
     }
 }
 
+// In the Check step: what masks and everything else are made from.
+TEST_F(StudioMasks, AnotherKindOfCameraMakesThemStaleAndCanBeTakenBack) {
+  start();
+  TestWindow::get().window->drop({project_});
+  ASSERT_TRUE(until(60, [](const Snapshot& s) { return s.situation.finished; }));
+  const Snapshot before = studio_->snapshot();
+  EXPECT_EQ(before.project.contents->facts.camera.kind, CameraKind::resting);
+  EXPECT_NE(before.project.contents->facts.camera.evidence, "");
+  EXPECT_GT(before.project.contents->facts.mask.frames + before.project.contents->facts.parts.frames, 34);
+  EXPECT_EQ(before.project.contents->background_fault, "");
+  click("step Check");
+  EXPECT_FALSE(noted_widgets().contains("Undo"));
+  click("Held in the hand");
+  ASSERT_TRUE(until(30, [](const Snapshot& s) {
+    return s.project.contents->is_stale(Stage::align) && s.project.contents->is_stale(Stage::train);
+  }));
+  EXPECT_EQ(opened().options.align.camera, CameraKind::handheld);
+  for (const Step step : {Step::cameras, Step::face, Step::train})
+    EXPECT_EQ(studio_->snapshot().step(step).state, StepState::stale) << step_words(step);
+  EXPECT_TRUE(studio_->snapshot().project.contents->facts.camera.stated);
+  frame();
+  test::keep_shot("check_kind_chosen");
+  click("Undo");
+  ASSERT_TRUE(until(30, [](const Snapshot& s) { return s.situation.finished; }));
+  EXPECT_EQ(opened().options.align.camera, std::nullopt);
+  click("Redo");
+  ASSERT_TRUE(until(30, [](const Snapshot& s) { return !s.situation.finished; }));
+  EXPECT_EQ(opened().options.align.camera, CameraKind::handheld);
+}
+
 TEST_F(StudioMasks, AreShownInEveryLook) {
   show_masks();
   ASSERT_FALSE(masks().frames->empty());

@@ -81,6 +81,11 @@ std::shared_ptr<const ProjectContents> ball_contents() {
     made->capture = std::make_shared<const Capture>(capture);
     made->cameras = std::make_shared<const CameraSet>(cameras);
     made->track = std::make_shared<const Track>(track);
+    made->facts = {{CameraKind::resting, true, false,
+                    "The camera rests: the background moves by 0.31 thousandths of the picture's width over "
+                    "24 frames (180 feature tracks on average; limit 1.50)."},
+                   {MaskPrior::person_network, 24, 23},
+                   {.seconds = 0.8, .frames = 24, .repeated = 3, .width = 32, .height = 32}};
     auto directed = ProjectAvatar::make(avatar.ok() ? std::move(*avatar) : Avatar{}, made->model,
                                         seen_views(capture, cameras, track));
     const std::vector<SeenAction> seen{{"jawOpen", 0, 0.6f}, {"mouthSmile_L", 0, 0.3f}};
@@ -630,6 +635,103 @@ TEST_F(Panels, TheVerdictOnAClipIsShownBeforeItIsImportedAndAfter) {
       frame = requests.project.check_frame;
   });
   EXPECT_EQ(frame, 9);  // the first at 0.3 s
+}
+
+// Two of them that stand side by side, or one below the other, with room between.
+bool lie_apart(const Rectangle& a, const Rectangle& b) {
+  return a.high.x <= b.low.x || b.high.x <= a.low.x || a.high.y <= b.low.y || b.high.y <= a.low.y;
+}
+
+// Everything that can be wrong with a clip and its background at once.
+Snapshot doubtful_clip() {
+  Snapshot s = snapshot_of(Step::check, Look::done);
+  auto contents = std::make_shared<ProjectContents>(*s.project.contents);
+  contents->facts.mask = {MaskPrior::person_network, 1800, 610};
+  contents->facts.parts.film = {4, 0, 24, 32}, contents->facts.parts.faceless_s = 0.6;
+  MatteReport report;
+  report.plate_look_back = {100, 0.62};
+  report.plate = BackgroundFit{20, true, 12.3, 14};
+  contents->look_back = look_back_warning(report, CameraKind::resting);
+  contents->background_fault = background_fault(report);
+  s.project.contents = contents;
+  return s;
+}
+
+TEST_F(Panels, WhatTheCameraDoesIsSaidAndChosenByAClick) {
+  constexpr std::array kChoices{"Find out", "Resting", "Held in the hand", "Walking"};
+  for (const int scale : {80, 100, 150, 200}) {
+    Snapshot s = doubtful_clip();
+    s.settings.scale_percent = scale;
+    const Image8 screen = settled(s);
+    keep_shot(fmt::format("check_facts_{}", scale));
+    const Rectangle panel = test::panel_of(screen);
+    for (std::size_t i = 0; i < kChoices.size(); ++i) {
+      const auto own = noted_widgets().find(kChoices[i]);
+      if (own == noted_widgets().end()) continue;  // scrolled out of sight by large letters
+      EXPECT_LE(own->second.high.x, panel.high.x) << kChoices[i] << " at " << scale;
+      for (std::size_t j = 0; j < i; ++j)
+        if (const auto other = noted_widgets().find(kChoices[j]); other != noted_widgets().end()) {
+          EXPECT_TRUE(lie_apart(own->second, other->second)) << kChoices[i] << " at " << scale;
+        }
+    }
+    InjectedInput input;  // the rest of the card
+    input.mouse_x = 0.75f * float(screen.width), input.mouse_y = 0.7f * float(screen.height);
+    for (int turn = 0; turn < 2; ++turn) {
+      input.wheel = -9;
+      TestWindow::get().window->inject(input);
+      for (int i = 0; i < 3; ++i) draw_frame(s), input.wheel = 0, TestWindow::get().window->inject(input);
+      if (scale >= 100) {
+        EXPECT_NE(TestWindow::get().window->read_pixels().data, screen.data) << "at " << scale;
+      }
+      keep_shot(fmt::format("check_facts_{}_{}", scale, turn));
+    }
+    input.wheel = 90;
+    TestWindow::get().window->inject(input);
+    for (int i = 0; i < 3; ++i) draw_frame(s), input.wheel = 0, TestWindow::get().window->inject(input);
+  }
+  Snapshot s = snapshot_of(Step::check, Look::done);
+  (void)settled(s);
+  std::optional<std::optional<CameraKind>> asked;
+  const auto frame = [&] {
+    if (const Requests requests = draw_frame(s); requests.project.camera_kind)
+      asked = requests.project.camera_kind;
+  };
+  test::click("Held in the hand", frame);
+  ASSERT_TRUE(asked.has_value());
+  EXPECT_EQ(*asked, CameraKind::handheld);
+  asked.reset();
+  test::click("Find out", frame);
+  ASSERT_TRUE(asked.has_value());
+  EXPECT_FALSE(asked->has_value());
+  // Nothing is chosen while the stages read it.
+  asked.reset();
+  s.situation.running = true;
+  test::click("Walking", frame);
+  EXPECT_FALSE(asked.has_value());
+}
+
+TEST_F(Panels, WithoutABackgroundTheTrainingShowsThePersonsFigures) {
+  const Snapshot whole = snapshot_of(Step::train, Look::running);
+  const Image8 before = settled(whole);
+  for (const int scale : {100, 200}) {
+    Snapshot s = snapshot_of(Step::train, Look::running);
+    s.settings.scale_percent = scale;
+    auto contents = std::make_shared<ProjectContents>(*s.project.contents);
+    MatteReport report;
+    report.room = BackgroundFit{20, true, 5.4, 12.8};
+    contents->background_fault = background_fault(report);
+    s.project.contents = contents;
+    auto pictures = std::make_shared<PreviewPictures>(*s.project.pipeline.preview);
+    pictures->psnr_db = 24.3, pictures->of_person = true, pictures->head_db = 26.1, pictures->face_db = 27.4;
+    s.project.pipeline.preview = pictures;
+    const Image8 screen = settled(s);
+    keep_shot(fmt::format("train_person_{}", scale));
+    if (scale == 100) {
+      EXPECT_GT(test::ink_share(screen, test::panel_of(screen), theme().colours.warn), 1e-4);
+    }
+    EXPECT_GT(liveliness(screen, "preview same"), 5);
+    EXPECT_NE(screen.data, before.data);
+  }
 }
 
 // A snapshot's performance takes what was asked for.

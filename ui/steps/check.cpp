@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <map>
+#include <optional>
+#include <utility>
 
 #include "ui/steps.h"
 #include "ui/theme.h"
@@ -32,6 +34,56 @@ const char* fate(const CaptureFrame& frame) {
 
 Tone tone_of(Verdict verdict) {
   return verdict == Verdict::ready ? Tone::good : verdict == Verdict::usable ? Tone::warn : Tone::bad;
+}
+
+// What the camera does, by the user's word: what --camera-kind says on the command line.
+void draw_camera_choice(const Snapshot& snapshot, Requests& requests) {
+  constexpr std::pair<const char*, std::optional<CameraKind>> kKinds[] = {
+      {"Find out", std::nullopt},
+      {"Resting", CameraKind::resting},
+      {"Held in the hand", CameraKind::handheld},
+      {"Walking", CameraKind::walking}};
+  const ProjectContents& contents = *snapshot.project.contents;
+  const auto chosen = contents.project.options.align.camera;
+  ImGui::BeginDisabled(snapshot.situation.running);
+  bool first = true;
+  for (const auto& [words, kind] : kKinds) {
+    if (!first) (void)same_line_if_fits(fmt::format("      {}", words).c_str());
+    first = false;
+    if (choice(words, chosen == kind)) requests.project.camera_kind = kind;
+  }
+  ImGui::EndDisabled();
+  if (snapshot.project.can_undo_camera || snapshot.project.can_redo_camera) {
+    if (command_button(Command::undo, snapshot.situation)) requests.ask(Command::undo);
+    (void)same_line_if_fits(command_info(Command::redo).words.data());
+    if (command_button(Command::redo, snapshot.situation)) requests.ask(Command::redo);
+  }
+  if (contents.cameras && contents.is_stale(Stage::align))
+    faint_text("Make the avatar again: cameras and what follows are made by this choice.");
+  else
+    faint_text("Say it yourself where what was found is wrong.");
+}
+
+// What the clip is, in a sentence each; before the stages know it, by the capture check.
+void draw_facts(const Snapshot& snapshot, Requests& requests) {
+  const ProjectContents& contents = *snapshot.project.contents;
+  const ClipFacts facts =
+      snapshot.project.checked ? joined_facts(contents.facts, *snapshot.project.checked) : contents.facts;
+  strong_text("What the camera does");
+  body_text(camera_sentence(facts.camera));
+  if (!facts.camera.evidence.empty()) faint_text(facts.camera.evidence);
+  if (!contents.look_back.empty()) note("look back", Tone::warn, contents.look_back);
+  draw_camera_choice(snapshot, requests);
+  ImGui::Dummy({0, px(6)});
+  strong_text("How far the mask is trusted");
+  body_text(mask_sentence(facts.mask));
+  ImGui::Dummy({0, px(6)});
+  if (facts.parts.frames > 0) {
+    strong_text("What serves");
+    body_text(parts_sentence(facts.parts));
+    ImGui::Dummy({0, px(6)});
+  }
+  if (!contents.background_fault.empty()) note("background", Tone::warn, contents.background_fault);
 }
 
 // What the capture check found; once the clip is imported, a remark's time leads to its frame.
@@ -75,6 +127,7 @@ void draw_check_step(const Snapshot& snapshot, Views& views, Requests& requests)
         (snapshot.project.verdict || snapshot.project.checking.state != JobState::none)) {
       begin_card("verdict card", ImGui::GetContentRegionAvail(), true);
       draw_verdict(snapshot, requests);
+      draw_facts(snapshot, requests);
       end_card();
     } else {
       draw_nothing_yet(
@@ -131,6 +184,7 @@ void draw_check_step(const Snapshot& snapshot, Views& views, Requests& requests)
   begin_card("about", {0, area.y}, true);
   if (low) draw_strip();
   draw_verdict(snapshot, requests);
+  draw_facts(snapshot, requests);
   const auto chosen =
       std::ranges::find(capture.frames, snapshot.project.check_picture.frame, &CaptureFrame::frame);
   if (chosen != capture.frames.end()) {

@@ -58,6 +58,20 @@ void draw_numbers(const Snapshot& snapshot) {
   ImGui::PopStyleColor();
 }
 
+// Why the figures are the person's; where there is little room, in a line, and none beside a running
+// training: there the picture's own words say whose figure it is, and why when the mouse rests on them.
+void draw_background_fault(const std::string& fault, bool running) {
+  if (fault.empty() || (running && is_low())) return;
+  if (!is_low()) {
+    note("background", Tone::warn, fault, "The figures are those of the person, without the background.");
+    return;
+  }
+  ImGui::PushStyleColor(ImGuiCol_Text, theme().colours.warn);
+  clipped_text("Background not learnt: figures of the person.", ImGui::GetContentRegionAvail().x);
+  ImGui::PopStyleColor();
+  tooltip(fault);
+}
+
 void draw_preview(const char* name, FollowedTexture& texture, const Image8& image,
                   const std::shared_ptr<const void>& owner, const std::string& words, float side) {
   texture.follow(image, owner);
@@ -77,29 +91,40 @@ void draw_preview(const char* name, FollowedTexture& texture, const Image8& imag
   ImGui::EndGroup();
 }
 
-std::array<std::string, 4> captions(const PreviewPictures& p) {
-  return {fmt::format("The clip, frame {}{}", p.frame, p.held_out ? " (held out)" : ""),
-          fmt::format("The avatar there: {:.1f} dB", p.psnr_db), p.turned_words, p.expression_words};
+std::string score_words(const PreviewPictures& p, bool low) {
+  if (!p.of_person) return fmt::format("The avatar there: {:.1f} dB", p.psnr_db);
+  if (low) return fmt::format("Person: {:.1f} dB", p.psnr_db);
+  std::string words = fmt::format("The avatar there: person {:.1f} dB", p.psnr_db);
+  if (p.head_db) words += fmt::format(", head {:.1f}", *p.head_db);
+  if (p.face_db) words += fmt::format(", face {:.1f}", *p.face_db);
+  return words;
+}
+
+std::array<std::string, 4> captions(const PreviewPictures& p, bool low) {
+  return {low ? fmt::format("Frame {}", p.frame)
+              : fmt::format("The clip, frame {}{}", p.frame, p.held_out ? " (held out)" : ""),
+          score_words(p, low), p.turned_words, p.expression_words};
 }
 
 // Height of the tallest caption under a picture this wide.
-float caption_height(const PreviewPictures* p, float side) {
+float caption_height(const PreviewPictures* p, float side, bool low) {
   ImGui::PushFont(theme().fonts.small);
   float height = ImGui::GetTextLineHeight();
   if (p)
-    for (const std::string& words : captions(*p))
+    for (const std::string& words : captions(*p, low))
       height = std::max(height, ImGui::CalcTextSize(words.c_str(), nullptr, false, side).y);
   ImGui::PopFont();
   return height + ImGui::GetStyle().ItemSpacing.y;
 }
 
-void draw_previews(const std::shared_ptr<const PreviewPictures>& shown, Views& views, float side,
-                   int columns) {
+void draw_previews(const std::shared_ptr<const PreviewPictures>& shown, Views& views, float side, int columns,
+                   const std::string& fault) {
   const PreviewPictures& p = *shown;
-  const std::array<std::string, 4> words = captions(p);
+  const std::array<std::string, 4> words = captions(p, columns == 2);
   draw_preview("preview truth", views.previews[0], p.truth, shown, words[0], side);
   ImGui::SameLine();
   draw_preview("preview same", views.previews[1], p.same, shown, words[1], side);
+  if (p.of_person && !fault.empty()) tooltip(fault);
   if (columns > 2) ImGui::SameLine();
   draw_preview("preview turned", views.previews[2], p.turned, shown, words[2], side);
   ImGui::SameLine();
@@ -131,8 +156,8 @@ void draw_learning(const Snapshot& snapshot, Views& views, bool running) {
                : std::min((area.x - 2 * padding.x - 3 * spacing.x - px(2)) / 4, area.y * 0.46f);
   };
   // Large letters need more lines, which leave less for the pictures.
-  float words = caption_height(pictures, side_beside(0)), side = side_beside(words);
-  words = caption_height(pictures, side), side = side_beside(words);
+  float words = caption_height(pictures, side_beside(0), low), side = side_beside(words);
+  words = caption_height(pictures, side, low), side = side_beside(words);
   const ImVec2 previews{float(columns) * side + float(columns - 1) * spacing.x + 2 * padding.x + px(2),
                         side + words + 2 * padding.y + px(6)};
   begin_card("curve", low ? ImVec2(std::max(px(120), area.x - previews.x - spacing.x), area.y)
@@ -147,7 +172,8 @@ void draw_learning(const Snapshot& snapshot, Views& views, bool running) {
   if (low) ImGui::SameLine();
   begin_card("previews", {0, low ? area.y : previews.y});
   if (pictures) {
-    draw_previews(snapshot.project.pipeline.preview, views, side, columns);
+    draw_previews(snapshot.project.pipeline.preview, views, side, columns,
+                  snapshot.project.contents->background_fault);
   } else {
     draw_nothing_yet("The first previews come in a moment.");
   }
@@ -180,6 +206,7 @@ void draw_train_step(const Snapshot& snapshot, Views& views, Requests& requests)
   }
   draw_training_buttons(snapshot, requests);
   draw_numbers(snapshot);
+  draw_background_fault(snapshot.project.contents->background_fault, snapshot.situation.running);
   ImGui::Dummy({0, px(2)});
   const bool curve = snapshot.project.curve.training.size() >= 2;
   const PreviewPictures* pictures = snapshot.project.pipeline.preview.get();

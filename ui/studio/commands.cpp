@@ -21,6 +21,7 @@ bool with_project(S s) { return s.project; }
 bool idle(S s) { return !s.running && !s.exporting && !s.recording && !s.studying; }
 bool directing(S s) { return s.directing && s.avatar; }
 bool stepping(S s) { return directing(s) || s.masking; }
+bool undoes(S s) { return stepping(s) || s.choosing; }
 bool chosen(S s) { return directing(s) && s.keys_chosen; }
 bool can_drive(S s) { return directing(s) && s.consent && !s.driven && !s.studying; }
 bool can_export(S s) { return s.avatar && s.consent && (!s.running || s.paused) && !s.studying; }
@@ -84,6 +85,13 @@ WindowRequest where_shown(To to) {
   if (!to.masks.are_shown()) return on_directing<act, with...>(to);
   (to.masks.*act_on_masks)(with...);
   return WindowRequest::none;
+}
+
+// Of masks, of the camera's kind, or of what is directed: whatever is shown.
+template <auto of_masks, auto of_camera, auto of_directing>
+WindowRequest undo_where_shown(To to) {
+  if (to.context.shown.step == Step::check) return on_project<of_camera>(to);
+  return where_shown<of_masks, of_directing>(to);
 }
 
 template <int by>
@@ -172,10 +180,10 @@ constexpr CommandInfo kTable[] = {
     {Command::delete_person, Menu::file, "Delete this person...", "",
      [](S s) { return (s.project || s.damaged) && idle(s); }, ask_window<WindowRequest::delete_person>},
     {Command::quit, Menu::file, "Quit", "Ctrl+Q", always, ask_window<WindowRequest::quit>, true},
-    {Command::undo, Menu::edit, "Undo", "Ctrl+Z", [](S s) { return stepping(s) && s.can_undo; },
-     where_shown<&MaskSession::undo, &Directing::undo>},
-    {Command::redo, Menu::edit, "Redo", "Ctrl+Y", [](S s) { return stepping(s) && s.can_redo; },
-     where_shown<&MaskSession::redo, &Directing::redo>},
+    {Command::undo, Menu::edit, "Undo", "Ctrl+Z", [](S s) { return undoes(s) && s.can_undo; },
+     undo_where_shown<&MaskSession::undo, &ProjectSession::undo_camera, &Directing::undo>},
+    {Command::redo, Menu::edit, "Redo", "Ctrl+Y", [](S s) { return undoes(s) && s.can_redo; },
+     undo_where_shown<&MaskSession::redo, &ProjectSession::redo_camera, &Directing::redo>},
     {Command::copy_keys, Menu::edit, "Copy keys", "Ctrl+C", chosen, on_directing<&Directing::copy_selected>,
      true},
     {Command::paste_keys, Menu::edit, "Paste keys", "Ctrl+V",

@@ -106,6 +106,7 @@ struct Situation {
   bool checking = false, can_check = false;  // the clip is being looked at; it could be
   bool directing = false;                    // the Direct step is shown
   bool masking = false;                      // the masks are shown; undo and redo are of their strokes
+  bool choosing = false;  // the Check step is shown; undo and redo are of what the camera does
   bool can_undo = false, can_redo = false;
   bool keys = false, keys_chosen = false;  // the performance has keys; some are chosen
   bool keys_copied = false, pose_copied = false;

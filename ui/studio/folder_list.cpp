@@ -28,9 +28,9 @@ bool ends_in(const fs::path& path, std::span<const std::string_view> endings) {
 
 // Files that make up a project are not performances.
 bool is_project_file(const fs::path& file) {
-  constexpr std::array<std::string_view, 8> kOwn{"project.json",     "capture.json", "cameras.json",
-                                                 "track.json",       "plate.json",   "training_curve.json",
-                                                 "track_first.json", "refits.json"};
+  constexpr std::array<std::string_view, 9> kOwn{
+      "project.json",      "capture.json",        "cameras.json",     "track.json", "plate.json",
+      "matte_report.json", "training_curve.json", "track_first.json", "refits.json"};
   return std::ranges::find(kOwn, file.filename().string()) != kOwn.end();
 }
 

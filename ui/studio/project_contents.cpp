@@ -7,6 +7,8 @@
 
 #include "core/base/hash.h"
 #include "core/base/parallel.h"
+#include "core/matte/matte_report.h"
+#include "core/matte/person_network.h"
 #include "core/project/care.h"
 #include "core/project/corrections.h"
 #include "core/project/further_clips.h"
@@ -79,6 +81,26 @@ void read_attributes_of(const Project& project, ProjectContents& contents) {
   };
   contents.courses = courses(attribute_values_path(project));
   contents.next_courses = courses(next_attribute_values_path(project));
+}
+
+// Of results that are up to date; a stale one was found of other choices.
+void read_facts(ProjectContents& contents) {
+  const Project& project = contents.project;
+  ClipResults results;
+  results.stated = project.options.align.camera;
+  results.camera_evidence = project.record(Stage::align).message;
+  results.person_network = !person_network_hash(project.options.shared.person_network).empty();
+  if (contents.is_current(Stage::import)) results.capture = contents.capture.get();
+  if (contents.is_current(Stage::align)) results.cameras = contents.cameras.get();
+  const auto mattes = read_matte_report(matte_report_path(project));
+  if (mattes && *mattes && contents.is_current(Stage::matte)) {
+    results.mattes = &**mattes;
+    if (contents.cameras) contents.look_back = look_back_warning(**mattes, contents.cameras->kind);
+    contents.background_fault = background_fault(**mattes);
+  } else if (contents.avatar) {
+    contents.background_fault = contents.avatar->avatar.background_fault;
+  }
+  contents.facts = clip_facts(results);
 }
 
 FurtherClip read_further(const Project& project, int number) {
@@ -195,6 +217,7 @@ Result<std::shared_ptr<const ProjectContents>> read_contents(const std::filesyst
   contents->curve = shared_or_none(read_training_curve(training_curve_path(p)));
   read_strokes_of(p, *contents);
   read_attributes_of(p, *contents);
+  read_facts(*contents);
   contents->plan = make_plan(*contents);
   return std::shared_ptr<const ProjectContents>(std::move(contents));
 }

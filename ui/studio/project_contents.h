@@ -11,6 +11,7 @@
 #include "core/base/result.h"
 #include "core/camera/camera.h"
 #include "core/capture/capture.h"
+#include "core/check/clip_words.h"
 #include "core/direct/direct_avatar.h"
 #include "core/direct/presets.h"
 #include "core/direct/seen_limits.h"
@@ -88,6 +89,9 @@ struct ProjectContents {
   std::optional<Error> unreadable_attributes;  // their file is damaged
   std::vector<AttributeCourse> courses;        // amounts of the avatar's attributes over the clip
   std::vector<AttributeCourse> next_courses;   // of the training at work, or of one that was stopped
+  ClipFacts facts;                             // what the stages found of camera, mask and parts of the clip
+  std::string look_back;         // what the mattes say of a camera that did not do what it was taken for
+  std::string background_fault;  // why the background is not the one that was filmed; empty: it is
   Plan plan;
 
   bool is_current(Stage stage) const { return current[std::size_t(stage)]; }

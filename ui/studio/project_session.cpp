@@ -57,7 +57,12 @@ ProjectView ProjectSession::view() const {
   if (demo_) view.demo = demo_->status();
   if (check_) view.checking = check_->status();
   view.solving = solving_;
-  view.verdict = verdict_;
+  if (checked_) {
+    view.verdict = {checked_, &checked_->verdict};
+    view.checked = {checked_, &checked_->facts};
+  }
+  view.can_undo_camera = !earlier_cameras_.empty();
+  view.can_redo_camera = !later_cameras_.empty();
   if (!open_.pipeline.curve.training.empty()) {
     view.curve = open_.pipeline.curve;
   } else if (open_.contents && open_.contents->curve) {
@@ -92,6 +97,7 @@ void ProjectSession::apply(const ProjectRequests& requests) {
   if (requests.take_back) refit(*requests.take_back, false);
   if (requests.check_frame) show_check_frame(*requests.check_frame);
   if (requests.face_frame) show_face_frame(*requests.face_frame);
+  if (requests.camera_kind && open_.contents) choose_camera(*requests.camera_kind);
   if (requests.budget_s) edit_options([&](ProjectOptions& o) { choose_budget(o, *requests.budget_s); });
   if (requests.picture_size)
     edit_options([&](ProjectOptions& o) {
@@ -169,6 +175,37 @@ void ProjectSession::open(const fs::path& path) {
 }
 
 // or_open: if it is another clip, its own project is opened.
+// Saves the choice, with which the cameras and what is made from them are stale.
+bool ProjectSession::set_camera(std::optional<CameraKind> kind) {
+  return edit_options([&](ProjectOptions& o) {
+    o.align.camera = kind;
+    restore_budget(o);
+  });
+}
+
+void ProjectSession::choose_camera(std::optional<CameraKind> kind) {
+  const auto before = open_.contents->project.options.align.camera;
+  if (kind == before || !set_camera(kind)) return;
+  earlier_cameras_.push_back(before);
+  later_cameras_.clear();
+}
+
+void ProjectSession::undo_camera() {
+  if (!open_.contents || earlier_cameras_.empty()) return;
+  const auto now = open_.contents->project.options.align.camera;
+  if (!set_camera(earlier_cameras_.back())) return;
+  earlier_cameras_.pop_back();
+  later_cameras_.push_back(now);
+}
+
+void ProjectSession::redo_camera() {
+  if (!open_.contents || later_cameras_.empty()) return;
+  const auto now = open_.contents->project.options.align.camera;
+  if (!set_camera(later_cameras_.back())) return;
+  later_cameras_.pop_back();
+  earlier_cameras_.push_back(now);
+}
+
 void ProjectSession::relink(const fs::path& clip, bool or_open) {
   if (!open_.contents || open_.is_running()) return;
   loading_ = true;
@@ -335,6 +372,7 @@ void ProjectSession::close() {
   loading_ = false;
   context_.shown.step = Step::film;
   clip_picture_ = check_picture_ = face_picture_ = {};
+  earlier_cameras_.clear(), later_cameras_.clear();
 }
 
 Project ProjectSession::latest() const {

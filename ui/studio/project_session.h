@@ -12,6 +12,8 @@
 #include <utility>
 #include <vector>
 
+#include "core/camera/camera.h"
+#include "core/check/clip_words.h"
 #include "core/check/verdict.h"
 #include "core/project/damaged_project.h"
 #include "ui/studio/face_overlay.h"
@@ -32,8 +34,10 @@ struct ProjectView {
   // Null: no camera's path is being solved, or none placed yet.
   std::shared_ptr<const SolvingCameras> solving;
   std::shared_ptr<const CaptureVerdict> verdict;  // null: the clip was not looked at since it was opened
-  TrainingCurve curve;                            // of the training at work, or of the last one
-  bool deleting = false;                          // a person is being deleted
+  std::shared_ptr<const ClipFacts> checked;       // what that look found of camera, mask and parts; or null
+  bool can_undo_camera = false, can_redo_camera = false;  // the choice of what the camera does
+  TrainingCurve curve;                                    // of the training at work, or of the last one
+  bool deleting = false;                                  // a person is being deleted
   FramePicture clip_picture, check_picture, face_picture;
 };
 
@@ -51,6 +55,14 @@ struct ProjectRequests {
   std::optional<int> check_frame, face_frame;
   std::optional<double> budget_s;
   std::optional<int> picture_size;
+  // What the camera does, by the user's word; nullopt inside: found out.
+  std::optional<std::optional<CameraKind>> camera_kind;
+};
+
+// What the capture check found.
+struct CheckedClip {
+  CaptureVerdict verdict;
+  ClipFacts facts;
 };
 
 struct ProjectReading {
@@ -99,6 +111,8 @@ class ProjectSession {
   void finish_training();  // with what is learnt
   void check_clip();
   void film_demo();
+  void undo_camera();  // the last choice of what the camera does
+  void redo_camera();
   // The stages and the demo.
   void pause();
   void go_on();
@@ -121,6 +135,8 @@ class ProjectSession {
   bool edit_options(const std::function<void(ProjectOptions&)>& change);  // false: could not be saved now
   void leave_out(const std::vector<int>& frames);
   void name_rest(const std::vector<int>& frames);
+  void choose_camera(std::optional<CameraKind> kind);
+  bool set_camera(std::optional<CameraKind> kind);
   void show_check_frame(int frame);
   void show_face_frame(int frame);
 
@@ -144,6 +160,8 @@ class ProjectSession {
   bool deleting_ = false;
   std::shared_ptr<const FaceOverlay> overlay_;
   FramePicture clip_picture_, check_picture_, face_picture_;
+  // What the camera did by the choices before the present one, and after it, the nearest last.
+  std::vector<std::optional<CameraKind>> earlier_cameras_, later_cameras_;
 
   std::array<StageState, kStages.size()> seen_states_{};
   JobState seen_run_ = JobState::none;
@@ -151,8 +169,8 @@ class ProjectSession {
   std::optional<double> finish_at_s_;  // the training is being stopped to be finished with this budget
   std::shared_ptr<const SolvingCameras> solving_;
   std::chrono::steady_clock::time_point solve_watched_;  // last
-  std::shared_ptr<CaptureVerdict> checked_;              // being filled by the check
-  std::shared_ptr<const CaptureVerdict> verdict_;
+  std::shared_ptr<CheckedClip> checking_;                // being filled by the check
+  std::shared_ptr<const CheckedClip> checked_;
   std::unique_ptr<Job> demo_, check_;
   std::unique_ptr<PipelineJob> run_;
 };

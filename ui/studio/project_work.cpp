@@ -26,8 +26,8 @@ void run_out(ProjectOptions& options, double budget_s) {
 
 void ProjectSession::tick() {
   take_demo();
-  if (check_ && checked_ && check_->status().state == JobState::done)
-    verdict_ = std::exchange(checked_, nullptr);
+  if (check_ && checking_ && check_->status().state == JobState::done)
+    checked_ = std::exchange(checking_, nullptr);
   if (!run_) return;
   open_.pipeline = run_->status();
   watch_solve();
@@ -221,22 +221,23 @@ void ProjectSession::film_demo() {
 }
 
 void ProjectSession::drop_check() {
+  checking_.reset();
   checked_.reset();
-  verdict_.reset();
   context_.background.retire(std::move(check_));
 }
 
 void ProjectSession::check_clip() {
   drop_check();
-  checked_ = std::make_shared<CaptureVerdict>();
+  checking_ = std::make_shared<CheckedClip>();
   check_ = std::make_unique<Job>(
-      [options = open_.contents->project.options, into = checked_](
+      [options = open_.contents->project.options, into = checking_](
           const Progress& progress, std::stop_token stop) -> Result<std::string> {
-        const auto measures = measure_clip(options.shared.video, options.shared.landmark_model,
-                                           progress.stage(0, 1, "check"), stop);
+        const auto measures =
+            measure_clip(options.shared.video, options.shared.landmark_model, options.shared.person_network,
+                         progress.stage(0, 1, "check"), stop);
         if (!measures) return measures.error();
-        *into = judge_capture(*measures);
-        return std::string(verdict_words(into->verdict));
+        *into = {judge_capture(*measures), clip_facts(*measures)};
+        return std::string(verdict_words(into->verdict.verdict));
       },
       context_.wake);
 }

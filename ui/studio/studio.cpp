@@ -42,8 +42,14 @@ Situation situation_of(const Snapshot& s) {
   now.can_check = contents && contents->clip;
   now.directing = s.shown == Step::direct;
   now.masking = s.shown == Step::cameras && s.masks.shown && !s.masks.frames->empty() && contents;
-  now.can_undo = now.masking ? s.masks.can_undo : !directing.undo_name.empty();
-  now.can_redo = now.masking ? s.masks.can_redo : !directing.redo_name.empty();
+  now.choosing = s.shown == Step::check && contents;
+  const bool may_choose = now.choosing && !now.running;
+  now.can_undo = now.masking    ? s.masks.can_undo
+                 : now.choosing ? may_choose && s.project.can_undo_camera
+                                : !directing.undo_name.empty();
+  now.can_redo = now.masking    ? s.masks.can_redo
+                 : now.choosing ? may_choose && s.project.can_redo_camera
+                                : !directing.redo_name.empty();
   now.keys = !directing.performance->channels.empty();
   now.keys_chosen = !directing.selected->empty();
   now.keys_copied = directing.keys_copied;

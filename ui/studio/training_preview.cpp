@@ -4,17 +4,22 @@
 #include <fmt/format.h>
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <exception>
 #include <numbers>
 #include <utility>
 
+#include "core/base/files.h"
 #include "core/base/priority.h"
 #include "core/direct/direct_avatar.h"
 #include "core/direct/presets.h"
 #include "core/direct/seen_limits.h"
 #include "core/image/files.h"
 #include "core/image/metrics.h"
+#include "core/matte/plate_file.h"
+#include "core/matte/read_regions.h"
 #include "core/render/camera_path.h"
+#include "core/render/room_picture.h"
 #include "ui/studio/channel_words.h"
 #include "ui/studio/project_contents.h"
 
@@ -31,7 +36,52 @@ struct Scene {
   Image8 truth;
   bool held_out = false;
   std::vector<Preset> presets;  // within what the clip showed; empty before the first avatar
+  Image8 room;                  // what a walking camera sees behind the person there; empty: not known
+  bool before_plate = false;    // the plate is what stands behind the person there
+  Regions regions;              // of a frame that is not held out: the person alone
 };
+
+// What stands behind the person in the scene's frame, and where the person is.
+void read_background(Scene& scene) {
+  const Project& project = scene.contents->project;
+  const Capture& capture = *scene.contents->capture;
+  const int frame = scene.view.tracked->frame;
+  if (const auto info = read_plate_info(plate_info_path(project)))
+    scene.before_plate = std::ranges::binary_search(info->frames, frame);
+  if (!scene.before_plate && path_exists(room_path(project)))
+    if (const auto room = read_room(room_path(project)))
+      scene.room = room_picture(make_room_scene(*room), scene.view.camera, RenderQuality::preview);
+  if (auto regions = read_regions(regions_path(project), capture, frame)) {
+    scene.regions = std::move(*regions);
+  } else if (const auto mask = read_image(project.folder / "masks" / frame_name(frame).filename())) {
+    scene.regions.person = crop(*mask, capture.inside);
+    for (std::uint8_t& alpha : scene.regions.person.data) alpha = alpha > 127 ? 255 : 0;
+  }
+}
+
+// Empty: not known, a plain colour stands there.
+Image8 background_of(const Scene& scene, const Avatar& avatar) {
+  if (!scene.before_plate) return scene.room;
+  return avatar.mosaic ? mosaic_seen_by(*avatar.mosaic, scene.view.camera) : avatar.plate;
+}
+
+bool same_size(const Image8& a, const Image8& b) { return a.width == b.width && a.height == b.height; }
+
+// The figure of the whole picture counts only where the background does.
+void score(const Scene& scene, bool background_counts, PreviewPictures& pictures) {
+  if (!same_size(pictures.same, scene.truth)) return;
+  const Image same = to_float(pictures.same), truth = to_float(scene.truth);
+  const auto within = [&](const Image8& region) -> std::optional<double> {
+    if (!same_size(region, scene.truth)) return std::nullopt;
+    const double error = mse(same, truth, region);
+    return std::isfinite(error) ? std::optional(psnr_from_mse(error)) : std::nullopt;
+  };
+  const auto person = within(scene.regions.person);
+  pictures.of_person = !background_counts && person;
+  pictures.psnr_db = pictures.of_person ? *person : psnr_from_mse(mse(same, truth));
+  if (!pictures.of_person) return;
+  pictures.head_db = within(scene.regions.head), pictures.face_db = within(scene.regions.face);
+}
 
 // The frames with a good track, or all frames if none has: a preview shows what is learnt, not how well the
 // clip was tracked.
@@ -46,7 +96,7 @@ std::vector<int> well_tracked(const ProjectContents& contents, const std::vector
 std::optional<Scene> open_scene(const Project& project) {
   auto contents = read_contents(project.folder, nullptr);
   if (!contents || !(*contents)->model) return std::nullopt;
-  Scene scene{*contents, {}, {}, true};
+  Scene scene{*contents, {}, {}, true, {}, {}, false, {}};
   std::vector<int> frames = shown_frames(**contents, true);
   if (frames.empty()) {
     frames = shown_frames(**contents, false);
@@ -60,12 +110,13 @@ std::optional<Scene> open_scene(const Project& project) {
   const PixelRect& inside = (*contents)->capture->inside;
   scene.truth = crop(*truth, inside);
   scene.view.camera = view_of_part(scene.view.camera, inside);
+  read_background(scene);
   return scene;
 }
 
-Image8 over_plate(const Avatar& avatar, const Image& rgba, bool camera_rests) {
-  const bool plate = camera_rests && avatar.plate.width == rgba.width && avatar.plate.height == rgba.height;
-  return to_bytes(composite(rgba, plate ? avatar.plate : Image8{}, Vec3f::Constant(0.88f)));
+Image8 over_background(const Image& rgba, const Image8& behind) {
+  const bool fits = behind.width == rgba.width && behind.height == rgba.height;
+  return to_bytes(composite(rgba, fits ? behind : Image8{}, Vec3f::Constant(0.88f)));
 }
 
 // The avatar at rest but for the performance's channels.
@@ -91,14 +142,14 @@ PreviewPictures render_preview(const Scene& scene, const std::shared_ptr<const A
   pictures.step = avatar.steps;
   pictures.training_s = avatar.train_seconds;
   const AvatarPose pose = frame_pose(avatar, scene.contents->next_courses, *scene.view.tracked);
-  pictures.same = over_plate(
-      avatar, renderer.render(shared, scene.view.camera, pose_avatar(rig, pose), options).rgba, true);
-  if (pictures.same.width == scene.truth.width && pictures.same.height == scene.truth.height)
-    pictures.psnr_db = psnr_from_mse(mse(to_float(pictures.same), to_float(scene.truth)));
+  const Image8 behind = background_of(scene, avatar);
+  pictures.same = over_background(
+      renderer.render(shared, scene.view.camera, pose_avatar(rig, pose), options).rgba, behind);
+  score(scene, !behind.empty() && scene.contents->background_fault.empty(), pictures);
   const double turn = kTurns_deg[number % std::size(kTurns_deg)];
   Performance aside;
   set_value(aside, "camera yaw", float(turn), {});
-  pictures.turned = over_plate(avatar, render_directed(scene, rig, shared, aside, options, renderer), false);
+  pictures.turned = over_background(render_directed(scene, rig, shared, aside, options, renderer), {});
   pictures.turned_words = fmt::format("From {:.0f}\u00b0 {}", std::abs(turn), turn < 0 ? "right" : "left");
   const std::string_view wanted = kFaces[number % std::size(kFaces)];
   const auto preset = std::ranges::find(scene.presets, wanted, &Preset::name);
@@ -106,7 +157,7 @@ PreviewPictures render_preview(const Scene& scene, const std::shared_ptr<const A
   Performance face;
   apply_preset(face, *preset, {});
   pictures.expression =
-      over_plate(avatar, render_directed(scene, rig, shared, face, options, renderer), true);
+      over_background(render_directed(scene, rig, shared, face, options, renderer), avatar.plate);
   pictures.expression_words =
       wanted.size() == 1 ? fmt::format("Saying \"{}\"", wanted) : preset_words(*preset);
   return pictures;

@@ -28,8 +28,12 @@ struct PreviewPictures {
   bool held_out = false;                       // training never saw it
   Image8 truth, same, turned, expression;      // (size, size, 3)
   std::string turned_words, expression_words;  // "Seen from 20 degrees left", "Jaw open"
-  double psnr_db = 0;                          // of `same` against `truth`
-  double training_s = 0;                       // when it was, in seconds of training
+  double psnr_db = 0;                          // of `same` against `truth`: of the whole picture, or
+  // where what stands behind the person was not learnt or is not known, of the person alone; then head and
+  // face, too, where the frame has such regions.
+  bool of_person = false;
+  std::optional<double> head_db, face_db;
+  double training_s = 0;  // when it was, in seconds of training
   std::uint64_t step = 0;
 };
 

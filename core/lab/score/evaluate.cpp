@@ -47,6 +47,14 @@ Image8 beside(const Image8& truth, const Image8& rendered) {
 
 }  // namespace
 
+Headline headline(const Evaluation& evaluation) {
+  if (evaluation.psnr_db && evaluation.background_fault.empty()) return {"full", *evaluation.psnr_db, ""};
+  return {"person", evaluation.psnr_person_db,
+          !evaluation.background_fault.empty()
+              ? evaluation.background_fault
+              : "What stands behind the person is not known: the camera moves, and no room was learnt."};
+}
+
 Result<Evaluation> evaluate(const Project& project, const EvalOptions& options, const Progress& progress,
                             std::stop_token stop) {
   const auto inputs = read_held_out(project);
@@ -87,6 +95,7 @@ Result<Evaluation> evaluate(const Project& project, const EvalOptions& options, 
   if (!renderer) return renderer.error();
   const auto room = avatar.room ? std::optional(make_room_scene(*avatar.room)) : std::nullopt;
   Evaluation result;
+  result.background_fault = avatar.background_fault;
   result.split = split_name(capture.split);
   result.size = capture.size;
   result.free_numbers_per_frame =

@@ -52,10 +52,20 @@ struct Evaluation {
   int free_numbers_per_frame = 0;  // of the track of one held-out frame
   double render_fps = 0, samples_per_ray = 0;
   std::optional<RefitScores> refit;
+  std::string background_fault{};  // of the avatar: why its background is not the one that was filmed
   std::string split;
   std::string backend = "cpu";  // that rendered the last frame
   std::vector<FrameScore> frames;
 };
+
+// The figure that says first how good an avatar is: of full frames, or of the person where what stands behind
+// them was not learnt or is not known.
+struct Headline {
+  const char* of = "full";  // or "person"
+  double psnr_db = 0;
+  std::string why;  // it is not of full frames; a sentence, or empty
+};
+Headline headline(const Evaluation& evaluation);
 
 Result<Evaluation> evaluate(const Project& project, const EvalOptions& options, const Progress& progress,
                             std::stop_token stop);

@@ -8,6 +8,7 @@
 #include "core/capture/capture.h"
 #include "core/image/image.h"
 #include "core/matte/plate_file.h"
+#include "core/matte/read_regions.h"
 #include "core/project/project.h"
 #include "core/render/avatar.h"
 #include "core/scene/track.h"
@@ -28,14 +29,7 @@ Result<HeldOutSet> read_held_out(const Project& project);
 // The avatar's plate behind a frame as its camera sees it; empty where it is not known.
 Image8 plate_behind(const HeldOutSet& set, int frame, const Camera& camera);
 
-// Where a frame is scored. One channel at the picture's size, 255 inside.
-struct Regions {
-  Image8 person, head, face;
-};
-
 // The picture of a frame, as far as it was filmed: nothing else is scored.
 Result<Image8> read_truth(const Project& project, const Capture& capture, int frame);
-// The same part of FOLDER/000360.png, in source pixels: red person, green head, blue face.
-Result<Regions> read_regions(const std::filesystem::path& folder, const Capture& capture, int frame);
 
 }  // namespace likeness

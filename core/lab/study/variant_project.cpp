@@ -24,7 +24,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::initializer_list<const char*> kMatteFiles{"masks", "plate.png", "plate_known.png",
-                                                         "plate.json"};
+                                                         "plate.json", "matte_report.json"};
 
 struct Inputs {
   const Project& project;

@@ -61,6 +61,13 @@ TEST(FindFilm, BlackBarsAboveAndBelow) {
   EXPECT_EQ(film.width, kDemoSide);
 }
 
+TEST(FindFilm, BarsOnAllFourSides) {
+  expect_film(film_of([](const Image8& f, int) {
+                return padded(f, kDemoSide + 120, kDemoSide + 96, {0, 0, 0});
+              }),
+              {60, 48, kDemoSide, kDemoSide});
+}
+
 TEST(FindFilm, ColouredBarsBesideADarkFilm) {
   expect_film(film_of([](const Image8& f, int) {
                 return padded(darker(f, 0.2), kDemoSide + 200, kDemoSide, {30, 60, 120});

@@ -108,6 +108,18 @@ TEST_F(CheckPage, ClipWithoutAFaceOrALookStillGivesAPage) {
   EXPECT_FALSE(draw(clip, judge_capture(clip)).empty());
 }
 
+TEST_F(CheckPage, ABarredClipsPicturesShowTheFilmAlone) {
+  ClipMeasures clip = measures();
+  for (Look& look : clip.looks) look.face.reset(), look.posed = false;
+  const Image8 whole = draw(clip, judge_capture(clip));
+  clip.film = {40, 30, 240, 180};
+  clip.whole_width = 320, clip.whole_height = 240;
+  clip.repeated = 12;
+  const Image8 cut = draw(clip, judge_capture(clip));
+  EXPECT_NE(whole.data, cut.data);  // the sentence on what serves names bars and repeats
+  EXPECT_FALSE(cut.empty());
+}
+
 TEST_F(CheckPage, StopsWhenAsked) {
   std::stop_source stop;
   stop.request_stop();

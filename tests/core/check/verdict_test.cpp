@@ -95,9 +95,14 @@ TEST(Verdict, EachSingleFaultIsTheOnlyOneNamed) {
               })),
               ElementsAre(Fault::camera_shakes));
   EXPECT_THAT(faults(spoilt([](ClipMeasures& clip) {
-                clip.camera = {false, 900, 800, {700, 0.1}, 5};
+                clip.camera = {false, 900, 800, {700, 0.1}, 5, CameraKind::walking, false};
               })),
               ElementsAre(Fault::plain_background));
+  // Whose background one turning camera explains needs no features to be followed.
+  EXPECT_THAT(faults(spoilt([](ClipMeasures& clip) {
+                clip.camera = {false, 900, 800, {700, 0.1}, 5, CameraKind::handheld};
+              })),
+              ElementsAre());
 }
 
 TEST(Verdict, WidelyShakingHandIsNotTakenForAGuidedCamera) {

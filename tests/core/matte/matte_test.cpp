@@ -304,6 +304,8 @@ TEST(MatteClip, AMovingCameraIsMattedByThePersonNetworkToo) {
   const Scene scene("moving_person", Moves::always);
   const auto result = scene.matte({}, {}, {}, {}, {}, red_network(scene));
   ASSERT_TRUE(result.ok()) << result.error().what;
+  EXPECT_EQ(result->report.prior, MaskPrior::person_network);
+  EXPECT_GT(result->report.prior_frames, kFrames * 9 / 10);
   for (int frame = 0; frame < kFrames; ++frame) EXPECT_GT(scene.overlap(frame), 0.97) << frame;
 }
 

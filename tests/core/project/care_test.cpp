@@ -42,6 +42,7 @@ class Care : public testing::Test {
                              "plate.png",
                              "plate_known.png",
                              "plate.json",
+                             "matte_report.json",
                              "training_curve.json",
                              "track_first.json",
                              "detail.npz",

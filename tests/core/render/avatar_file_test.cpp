@@ -64,6 +64,7 @@ TEST_F(AvatarFile, RoundTripKeepsEverything) {
   a.room->cube.side = 5;
   const int n = a.head.occupancy.resolution;
   for (int i = 0; i < n * n * n; ++i) a.head.opacity.push_back(std::uint8_t(i % 251));
+  a.background_fault = "The background was not learnt.";
   a.parts = {{"torso", false, true, "none", "It was asked for."},
              {"grid", true, false, "small", "It suffices."}};
   ASSERT_TRUE(write_avatar(path_, a).ok());
@@ -82,6 +83,7 @@ TEST_F(AvatarFile, RoundTripKeepsEverything) {
   ASSERT_TRUE(b.torso.has_value());
   EXPECT_EQ(a.torso->field.parameters, b.torso->field.parameters);
   EXPECT_EQ(a.torso->occupancy.bits, b.torso->occupancy.bits);
+  EXPECT_EQ(b.background_fault, a.background_fault);
   ASSERT_EQ(b.parts.size(), 2u);
   EXPECT_EQ(b.parts[0].name, "torso");
   EXPECT_FALSE(b.parts[0].on);

@@ -85,6 +85,16 @@ TEST(ChooseParts, MovingCameraGetsARoomAndNoPlate) {
   EXPECT_NE(part(choose_parts(m, {}), "background").reason.find("40 %"), std::string::npos);
 }
 
+TEST(ChooseParts, ABackgroundThatWasNotLearntSaysSo) {
+  CaptureMeasures m = usual();
+  m.background_fault = "The background was not learnt.";
+  EXPECT_TRUE(choose_parts(m, {}).plate);  // it is still the best there is
+  EXPECT_NE(part(choose_parts(m, {}), "background").reason.find(m.background_fault), std::string::npos);
+  m.has_plate = false, m.plate_share = 0, m.light_drift.reset();  // of a room, which is not kept
+  EXPECT_FALSE(part(choose_parts(m, {}), "background").on);
+  EXPECT_EQ(part(choose_parts(m, {}), "background").reason, m.background_fault);
+}
+
 TEST(ChooseParts, EyesThatDoNotTurnAreNotAnInput) {
   CaptureMeasures m = usual();
   m.gaze_yaw = std::nextafter(kSmallestGaze, 0.0), m.gaze_pitch = kSmallestGaze;

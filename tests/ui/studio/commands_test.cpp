@@ -88,6 +88,16 @@ TEST(Commands, StrokesAreTakenBackBeforeThereIsAnAvatar) {
   }
 }
 
+TEST(Commands, TheChoiceOfACameraIsTakenBackWhereItIsMade) {
+  Situation now{.project = true};
+  now.choosing = true;
+  EXPECT_FALSE(is_enabled(Command::undo, now));
+  now.can_undo = now.can_redo = true;
+  EXPECT_TRUE(is_enabled(Command::undo, now));
+  EXPECT_TRUE(is_enabled(Command::redo, now));
+  EXPECT_FALSE(is_enabled(Command::next_picture, now));
+}
+
 TEST(Commands, NothingIsExportedWithoutConsentOrWhileItLearns) {
   Situation now{.project = true, .avatar = true};
   for (const Command c : {Command::export_still, Command::export_orbit, Command::export_mesh}) {

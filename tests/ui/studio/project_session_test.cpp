@@ -8,6 +8,7 @@
 #include <cstddef>
 
 #include "core/base/files.h"
+#include "core/project/staleness.h"
 #include "tests/core/video/video_test_clip.h"
 #include "tests/ui/studio/session_home.h"
 
@@ -137,6 +138,43 @@ TEST_F(ProjectSessionTest, ARunBeginsOnlyWithItsChoicesSaved) {
   session_.stop();
   EXPECT_FALSE(session_.goes_on());
   ASSERT_TRUE(until([this] { return !session_.is_working(); }));
+}
+
+TEST_F(ProjectSessionTest, WhatTheCameraDoesIsChosenSavedAndTakenBack) {
+  open();
+  const auto saved = [this] {
+    const auto project = open_project(home_.project.folder());
+    EXPECT_TRUE(project.ok());
+    return project ? project->options.align.camera : std::nullopt;
+  };
+  const auto choose = [this](std::optional<CameraKind> kind) {
+    ProjectRequests requests;
+    requests.camera_kind = kind;
+    session_.apply(requests);
+  };
+  const std::string before = input_hash(home_.open.contents->project, Stage::align);
+  choose(CameraKind::handheld);
+  EXPECT_EQ(saved(), CameraKind::handheld);
+  EXPECT_NE(input_hash(home_.open.contents->project, Stage::align), before) << "the cameras are stale";
+  choose(CameraKind::handheld);  // the same once more is no step
+  choose(CameraKind::walking);
+  EXPECT_EQ(saved(), CameraKind::walking);
+  ASSERT_TRUE(session_.view().can_undo_camera);
+  EXPECT_FALSE(session_.view().can_redo_camera);
+  session_.undo_camera();
+  EXPECT_EQ(saved(), CameraKind::handheld);
+  session_.redo_camera();
+  EXPECT_EQ(saved(), CameraKind::walking);
+  session_.undo_camera();
+  session_.undo_camera();
+  EXPECT_EQ(saved(), std::nullopt);
+  EXPECT_EQ(input_hash(home_.open.contents->project, Stage::align), before);
+  EXPECT_FALSE(session_.view().can_undo_camera);
+  choose(CameraKind::resting);
+  EXPECT_FALSE(session_.view().can_redo_camera) << "another way was taken";
+  // Another project knows nothing of it.
+  session_.close();
+  EXPECT_FALSE(session_.view().can_undo_camera);
 }
 
 TEST_F(ProjectSessionTest, NoSpanIsFittedAgainWhileMethodsAreCompared) {
