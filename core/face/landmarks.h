@@ -1,12 +1,13 @@
-// Faces and their 68 landmarks in one picture: dlib's HOG detector, and its shape predictor run from many
-// perturbed boxes, of which the densest cluster is averaged (docs/METHOD.md). Pixels of the
-// picture given.
+// Faces and their 68 landmarks in one picture, by one of two sources (docs/METHOD.md): the face network
+// (network_landmarks.h), or dlib's HOG detector and its shape predictor, which is run from many perturbed
+// boxes, of which the densest cluster is averaged. Pixels of the picture given.
 #pragma once
 
 #include <array>
 #include <filesystem>
 #include <memory>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "core/base/linalg.h"
@@ -21,6 +22,15 @@ struct FaceBox {
   double score = 0;  // of the detector, higher is more certain; below 0 only where a face was a moment ago
 };
 
+// Which source: "network", "dlib" (the system's or the bundled model), or a file, a dlib 68-point predictor
+// of the user's own. Empty: the network where it is installed, else dlib.
+inline constexpr const char* kNetworkLandmarks = "network";
+inline constexpr const char* kDlibLandmarks = "dlib";
+enum class LandmarkSource { network, dlib };
+LandmarkSource landmark_source(const std::filesystem::path& choice);
+// For results that depend on the choice; empty for the system's dlib model.
+std::string landmark_source_hash(const std::filesystem::path& choice);
+
 // Shared area over joint area, 0..1.
 double overlap(const FaceBox& a, const FaceBox& b);
 
@@ -31,8 +41,9 @@ struct Landmarks {
   int runs = 0;                                 // of the predictor
 };
 
-// How many perturbed boxes the predictor runs from; each costs about a millisecond. The first runs suffice if
-// they agree with each other and with the hint; otherwise the rest are made too.
+// How many perturbed boxes dlib's predictor runs from; each costs about a millisecond. The first runs suffice
+// if they agree with each other and with the hint; otherwise the rest are made too. The network looks once
+// for every eight of `most`, four times at most; each look costs 4 ms.
 struct LandmarkEffort {
   int first = 32, most = 32;  // rounded up to whole rings of 4 scales
 };
@@ -46,15 +57,16 @@ struct LandmarkHint {
   double sigma = 4;                          // px, of its rigid points (nose, eye corners)
 };
 
-// Holds dlib's models, which detectors of one file share. The const members may run on many threads at once.
+// Holds the models, which detectors of one choice share. The const members may run on many threads at once.
 class FaceDetector {
  public:
-  // predictor: empty = shape_predictor_68_face_landmarks.dat bundled with the program, or the system's.
-  static Result<FaceDetector> load(const std::filesystem::path& predictor = {});
+  // choice: as landmark_source takes it.
+  static Result<FaceDetector> load(const std::filesystem::path& choice = {});
   ~FaceDetector();
   FaceDetector(FaceDetector&&) noexcept;
   FaceDetector& operator=(FaceDetector&&) noexcept;
 
+  LandmarkSource source() const;
   // Best first; faces of at least about 60 px. before: where a face was a moment ago. A face in its expected
   // place needs less evidence than another: heads turn, lamps go dim and hands cover mouths, but faces do not
   // vanish (the two thresholds of Canny's edges, IEEE PAMI 8 (1986)).
