@@ -54,7 +54,7 @@ struct ClipMeasures {
   CameraMeasures camera;
 };
 
-// landmark_model: empty = the system's. Refuses what cannot be decoded; a clip without a face is still
+// landmark_model: as landmark_source takes it. Refuses what cannot be decoded; a clip without a face is still
 // measured.
 Result<ClipMeasures> measure_clip(const std::filesystem::path& video,
                                   const std::filesystem::path& landmark_model, const Progress& progress,

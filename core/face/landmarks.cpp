@@ -40,7 +40,6 @@ constexpr double kMinScore = -0.5, kSamePlace = 0.35;
 constexpr int kScales = 4, kShifts = 8;
 constexpr double kCalmShare = 0.7, kCalmSpread = 0.012;  // of the runs, of the box's width: enough agreement
 
-constexpr int kFirstInner = 17;  // landmarks before it are the jaw line
 
 using Grey = dlib::array2d<unsigned char>;
 using Shape = std::array<Vec2d, kLandmarkCount>;
@@ -158,19 +157,6 @@ const dlib::frontal_face_detector& frontal_detector() {
 }
 
 }  // namespace
-
-double overlap(const FaceBox& a, const FaceBox& b) {
-  const double w = std::min(a.x + a.width, b.x + b.width) - std::max(a.x, b.x);
-  const double h = std::min(a.y + a.height, b.y + b.height) - std::max(a.y, b.y);
-  if (w <= 0 || h <= 0) return 0;
-  return w * h / (a.width * a.height + b.width * b.height - w * h);
-}
-
-double inner_spread(const Landmarks& landmarks) {
-  double sum = 0;
-  for (int i = kFirstInner; i < kLandmarkCount; ++i) sum += landmarks.spread[i];
-  return sum / (kLandmarkCount - kFirstInner);
-}
 
 LandmarkSource landmark_source(const std::filesystem::path& choice) {
   if (choice == kNetworkLandmarks) return LandmarkSource::network;

@@ -5,8 +5,8 @@
 #include <array>
 #include <vector>
 
+#include "core/face/face_landmarks.h"
 #include "core/face/face_network.h"
-#include "core/face/landmarks.h"
 
 namespace likeness {
 
