@@ -27,7 +27,7 @@ constexpr double kPercent = 100;
 
 Table found_table() {
   return {.name = "found",
-          .title = "Frames and time",
+          .title = "Frames, and the time of one processor",
           .columns = {{"clip", "clip"},
                       {"source", "landmarks"},
                       {"frames", "frames", 0},

@@ -52,8 +52,8 @@ struct SourceRow {
   std::array<std::optional<double>, kFaceParts> tremble;
   std::optional<PointErrors> errors;       // where the truth is known
   std::optional<MarkScore> marks;          // where there are marks
-  double detect_ms = 0, landmarks_ms = 0;  // medians of a frame
-  double live_fps = 0;                     // of the live tracker
+  double detect_ms = 0, landmarks_ms = 0;  // medians of a frame, of processor time
+  double live_fps = 0;                     // of the live tracker, a second of processor time
   int live_lost = 0;
 };
 
