@@ -12,6 +12,8 @@
 namespace likeness {
 namespace {
 
+constexpr int kEyeSide = 64;                         // px of the iris network's input
+constexpr double kEyeRound = 2.3;                    // region's side in widths of an eye
 constexpr int kMeshSide = 192, kDetectorSide = 128;  // px of the networks' inputs
 constexpr int kCopies = 8;                           // threads that each is run by at once
 constexpr double kRound = 1.5;                       // region's side in sides of the points' box
@@ -69,6 +71,21 @@ Image8 cut(const Image8& picture, const MeshRegion& region, int side, int border
   return rgb;
 }
 
+// Whether some of the region, which has a size, is in the picture.
+bool is_in(const MeshRegion& region, const Image8& picture) {
+  const double reach = 0.5 * region.side;
+  return !picture.empty() && region.side >= 4 && region.centre.allFinite() && region.centre.x() > -reach &&
+         region.centre.y() > -reach && region.centre.x() < picture.width + reach &&
+         region.centre.y() < picture.height + reach;
+}
+
+// Of a place in the region's square of side x side px: where it is in the picture.
+Vec2d place_in(const MeshRegion& region, double x, double y, int side) {
+  const double c = std::cos(region.roll), s = std::sin(region.roll), scale = region.side / side;
+  const double u = (x - 0.5 * side) * scale, v = (y - 0.5 * side) * scale;
+  return region.centre + Vec2d(c * u - s * v, s * u + c * v);
+}
+
 // Of the detector's 896 anchors: 16 x 16 cells with two each, then 8 x 8 with six.
 Vec2d anchor(int i) {
   const bool fine = i < 512;
@@ -122,7 +139,7 @@ bool is_same_region(const MeshRegion& a, const MeshRegion& b) {
 }
 
 struct FaceNetwork::Impl {
-  OnnxNetwork mesh, detector;
+  OnnxNetwork mesh, detector, iris;
 };
 
 FaceNetwork::FaceNetwork(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
@@ -135,15 +152,13 @@ Result<FaceNetwork> FaceNetwork::installed() {
   if (!mesh) return mesh.error();
   auto detector = load_installed_network(InstalledNetwork::face_detector, kCopies);
   if (!detector) return detector.error();
-  return FaceNetwork(std::make_unique<Impl>(Impl{std::move(*mesh), std::move(*detector)}));
+  auto iris = load_installed_network(InstalledNetwork::iris, kCopies);
+  if (!iris) return iris.error();
+  return FaceNetwork(std::make_unique<Impl>(Impl{std::move(*mesh), std::move(*detector), std::move(*iris)}));
 }
 
 std::optional<FaceMesh> FaceNetwork::look(const Image8& picture, const MeshRegion& region) const {
-  if (picture.empty() || !(region.side >= 4) || !region.centre.allFinite() ||
-      region.centre.x() < -0.5 * region.side || region.centre.y() < -0.5 * region.side ||
-      region.centre.x() > picture.width + 0.5 * region.side ||
-      region.centre.y() > picture.height + 0.5 * region.side)
-    return std::nullopt;
+  if (!is_in(region, picture)) return std::nullopt;
   const NetworkInput input{"",
                            picture_tensor(cut(picture, region, kMeshSide, cv::BORDER_REPLICATE), 1 / 255.0)};
   static const std::string kOutputs[] = {"conv2d_21", "conv2d_31"};
@@ -153,12 +168,8 @@ std::optional<FaceMesh> FaceNetwork::look(const Image8& picture, const MeshRegio
   FaceMesh mesh;
   mesh.region = region;
   mesh.presence = sigmoid((*output)[1].values[0]);
-  const double c = std::cos(region.roll), s = std::sin(region.roll), scale = region.side / kMeshSide;
-  for (std::size_t i = 0; i < kMeshCount; ++i) {
-    const double x = ((*output)[0].values[3 * i] - 0.5 * kMeshSide) * scale,
-                 y = ((*output)[0].values[3 * i + 1] - 0.5 * kMeshSide) * scale;
-    mesh.points[i] = region.centre + Vec2d(c * x - s * y, s * x + c * y);
-  }
+  for (std::size_t i = 0; i < kMeshCount; ++i)
+    mesh.points[i] = place_in(region, (*output)[0].values[3 * i], (*output)[0].values[3 * i + 1], kMeshSide);
   return mesh;
 }
 
@@ -171,6 +182,30 @@ std::optional<FaceMesh> FaceNetwork::settle(const Image8& picture, const MeshReg
   }
   if (!mesh || mesh->presence < kPresent) return std::nullopt;
   return mesh;
+}
+
+std::optional<LidMargins> FaceNetwork::lids(const Image8& picture,
+                                            const std::array<Vec2d, kMeshCount>& points) const {
+  // Corners as the picture shows them, left to right. The network knows left eyes: a right one is mirrored.
+  constexpr int kCorners[2][2] = {{33, 133}, {362, 263}};
+  LidMargins margins;
+  for (std::size_t side = 0; side < 2; ++side) {
+    const Vec2d from = points[std::size_t(kCorners[side][0])], to = points[std::size_t(kCorners[side][1])];
+    const Vec2d along = to - from, middle = 0.5 * (from + to);
+    const MeshRegion region{middle, kEyeRound * along.norm(), std::atan2(along.y(), along.x())};
+    if (!is_in(region, picture)) return std::nullopt;
+    Image8 eye = cut(picture, region, kEyeSide, cv::BORDER_REPLICATE);
+    const bool right = side == 0;
+    cv::Mat pixels = view_of(eye);
+    if (right) cv::flip(pixels, pixels, 1);
+    const auto output = impl_->iris.run(picture_tensor(eye, 1 / 255.0), "output_eyes_contours_and_brows");
+    if (!output || output->values.size() < 3 * kLidCount) return std::nullopt;
+    for (std::size_t i = 0; i < kLidCount; ++i) {
+      const double x = output->values[3 * i], y = output->values[3 * i + 1];
+      margins[side][i] = place_in(region, right ? kEyeSide - x : x, y, kEyeSide);
+    }
+  }
+  return margins;
 }
 
 std::vector<FaceCandidate> FaceNetwork::candidates(const Image8& picture, double x, double y,

@@ -40,6 +40,8 @@ constexpr double kMinScore = -0.5, kSamePlace = 0.35;
 constexpr int kScales = 4, kShifts = 8;
 constexpr double kCalmShare = 0.7, kCalmSpread = 0.012;  // of the runs, of the box's width: enough agreement
 
+constexpr InstalledNetwork kFaceNetworks[] = {InstalledNetwork::face_detector, InstalledNetwork::face468,
+                                              InstalledNetwork::iris};
 
 using Grey = dlib::array2d<unsigned char>;
 using Shape = std::array<Vec2d, kLandmarkCount>;
@@ -161,16 +163,17 @@ const dlib::frontal_face_detector& frontal_detector() {
 LandmarkSource landmark_source(const std::filesystem::path& choice) {
   if (choice == kNetworkLandmarks) return LandmarkSource::network;
   if (!choice.empty()) return LandmarkSource::dlib;
-  const bool installed = find_installed_network(InstalledNetwork::face468).ok() &&
-                         find_installed_network(InstalledNetwork::face_detector).ok();
+  const bool installed = std::ranges::all_of(
+      kFaceNetworks, [](InstalledNetwork network) { return find_installed_network(network).ok(); });
   return installed ? LandmarkSource::network : LandmarkSource::dlib;
 }
 
 std::string landmark_source_hash(const std::filesystem::path& choice) {
-  if (landmark_source(choice) == LandmarkSource::network)
-    return "network " + std::to_string(kNetworkLandmarksVersion) + " " +
-           installed_network_hash(InstalledNetwork::face468) + " " +
-           installed_network_hash(InstalledNetwork::face_detector);
+  if (landmark_source(choice) == LandmarkSource::network) {
+    std::string text = "network " + std::to_string(kNetworkLandmarksVersion);
+    for (const InstalledNetwork network : kFaceNetworks) text += " " + installed_network_hash(network);
+    return text;
+  }
   if (choice.empty() || choice == kDlibLandmarks) return "";
   const auto hash = hash_file(choice);
   return hash ? *hash : "absent";

@@ -96,10 +96,19 @@ constexpr std::array<MeshMix, kLandmarkCount> kMixes{{
     {{178, 87, 0}, {0.15f, 0.85f, 0}},
 }};
 
+// The lids' landmarks between two points of their margins, measured in the same way.
+struct LidMix {
+  int right, left;  // landmarks
+  int from, to;     // points of the margins
+  double share;     // of `to`
+};
+constexpr LidMix kLidMixes[] = {
+    {37, 44, 13, 12, 0.22}, {38, 43, 11, 10, 0.05}, {40, 47, 2, 1, 0.12}, {41, 46, 5, 4, 0.85}};
+
 constexpr int kJawLine = 17;  // landmarks before it
 // Usual errors, in distances between the outer corners of the eyes. The network draws the edge of the face
 // where it is on the head, dlib where it is seen.
-constexpr double kInnerError = 0.006, kJawError = 0.03;
+constexpr double kInnerError = 0.006, kLidError = 0.01, kJawError = 0.03;
 constexpr double kAgree = 0.03;  // the same unit: looks nearer to their mean than this agree
 constexpr double kRegionSide = 1.52, kRegionRaise = 0.02;  // in sides of the face's box
 constexpr int kRunsPerLook = 8, kMostLooks = 4;
@@ -184,6 +193,17 @@ Landmarks mean_of(const std::vector<Points>& looks, double presence) {
   return found;
 }
 
+void take_lids(const LidMargins& margins, Landmarks& found) {
+  const double eyes = (found.points[45] - found.points[36]).norm();
+  for (const LidMix& mix : kLidMixes)
+    for (const int side : {0, 1}) {
+      const auto& margin = margins[side];
+      const int landmark = side == 0 ? mix.right : mix.left;
+      found.points[landmark] = (1 - mix.share) * margin[mix.from] + mix.share * margin[mix.to];
+      found.spread[landmark] = kLidError * eyes;
+    }
+}
+
 }  // namespace
 
 std::array<Vec2d, kLandmarkCount> ibug_points(const std::array<Vec2d, kMeshCount>& mesh) {
@@ -259,7 +279,9 @@ Landmarks network_landmarks(const FaceNetwork& network, const Image8& picture, c
         looks.push_back(*points);
       }
   }
-  return mean_of(looks, first->presence);
+  Landmarks found = mean_of(looks, first->presence);
+  if (const auto margins = network.lids(picture, first->points)) take_lids(*margins, found);
+  return found;
 }
 
 }  // namespace likeness

@@ -166,6 +166,21 @@ TEST_F(InstalledFaceNetwork, IsDrawnTheSameFromWhereverALookBegins) {
   }
 }
 
+TEST_F(InstalledFaceNetwork, DrawsTheMarginsOfTheLids) {
+  const auto faces = network_->find(portrait().rgb);
+  ASSERT_EQ(faces.size(), 1u);
+  const auto lids = network_->lids(portrait().rgb, faces[0].points);
+  ASSERT_TRUE(lids.has_value());
+  for (const int side : {0, 1}) {
+    const auto& margin = (*lids)[std::size_t(side)];
+    EXPECT_LT(margin[12].y(), margin[4].y()) << side;  // the upper one over the lower
+    const Vec2d inner = portrait().truth[side == 0 ? 39 : 42], outer = portrait().truth[side == 0 ? 36 : 45];
+    EXPECT_LT((margin[0] - inner).norm(), 0.1 * portrait().eyes) << side;
+    EXPECT_LT((margin[8] - outer).norm(), 0.1 * portrait().eyes) << side;
+  }
+  EXPECT_FALSE(network_->lids(Image8(), faces[0].points).has_value());
+}
+
 TEST_F(InstalledFaceNetwork, SeesNobodyInAnEmptyRoom) {
   EXPECT_TRUE(network_->find(portrait().room).empty());
   EXPECT_TRUE(network_->find(Image8(320, 240, 3, 90)).empty());
