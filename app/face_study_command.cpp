@@ -1,4 +1,4 @@
-// likeness study landmarks: the sources of landmarks beside each other.
+// likeness study faces: the sources of landmarks beside each other.
 #include <memory>
 
 #include <fmt/format.h>
@@ -14,7 +14,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-struct LandmarkStudyArguments {
+struct FaceStudyArguments {
   CommonOptions common;
   TableOptions output;
   std::vector<fs::path> clips;
@@ -86,7 +86,7 @@ std::vector<Table> tables_of(const std::vector<SourceRow>& rows) {
   return tables;
 }
 
-Result<std::vector<Table>> compare(const LandmarkStudyArguments& a) {
+Result<std::vector<Table>> compare(const FaceStudyArguments& a) {
   const ProgressLine line(quiet_if_csv(a.common, a.output));
   std::vector<SourceRow> rows;
   const double n = double(a.clips.size());
@@ -109,7 +109,7 @@ Result<std::vector<Table>> compare(const LandmarkStudyArguments& a) {
   return tables_of(rows);
 }
 
-int run(const LandmarkStudyArguments& a) {
+int run(const FaceStudyArguments& a) {
   const ThreadLimit limit(a.common.threads);
   const auto tables = compare(a);
   return tables ? report_tables(a.common, a.output, *tables) : report_failure(tables.error());
@@ -117,10 +117,10 @@ int run(const LandmarkStudyArguments& a) {
 
 }  // namespace
 
-void add_landmark_study(CLI::App& study, int& exit_code) {
-  auto a = std::make_shared<LandmarkStudyArguments>();
+void add_face_study(CLI::App& study, int& exit_code) {
+  auto a = std::make_shared<FaceStudyArguments>();
   CLI::App* verb = study.add_subcommand(
-      "landmarks", "The sources of landmarks beside each other: tremble, truth, marks, time, faces lost");
+      "faces", "The sources of landmarks beside each other: tremble, truth, marks, time, faces lost");
   verb->add_option("clips", a->clips, "Clips, and folders of `likeness demo`, whose truth is known")
       ->required();
   verb->add_option("--sources", a->sources,
