@@ -109,7 +109,8 @@ constexpr int kJawLine = 17;  // landmarks before it
 // Usual errors, in distances between the outer corners of the eyes. The network draws the edge of the face
 // where it is on the head, dlib where it is seen.
 constexpr double kInnerError = 0.006, kLidError = 0.01, kJawError = 0.03;
-constexpr double kAgree = 0.03;  // the same unit: looks nearer to their mean than this agree
+constexpr double kShutGap = 0.03;  // the same unit
+constexpr double kAgree = 0.03;    // the same unit: looks nearer to their mean than this agree
 constexpr double kRegionSide = 1.52, kRegionRaise = 0.02;  // in sides of the face's box
 constexpr int kRunsPerLook = 8, kMostLooks = 4;
 
@@ -180,15 +181,16 @@ Landmarks mean_of(const std::vector<Points>& looks, double presence) {
     found.points[k] = Vec2d::Zero();
     for (const Points& look : looks) found.points[k] += look[k] / double(looks.size());
   }
-  const double eyes = (found.points[45] - found.points[36]).norm();
+  const Points drawn = found.points;
+  close_shut_lips(found.points);
+  const double eyes = (drawn[45] - drawn[36]).norm();
   for (int k = 0; k < kLandmarkCount; ++k) {
     double apart = 0;
-    for (const Points& look : looks)
-      apart += (look[k] - found.points[k]).squaredNorm() / double(looks.size());
+    for (const Points& look : looks) apart += (look[k] - drawn[k]).squaredNorm() / double(looks.size());
     found.spread[k] = std::hypot((k < kJawLine ? kJawError : kInnerError) * eyes, std::sqrt(apart));
   }
   const auto agree = std::ranges::count_if(
-      looks, [&](const Points& look) { return inner_distance(look, found.points) < kAgree * eyes; });
+      looks, [&](const Points& look) { return inner_distance(look, drawn) < kAgree * eyes; });
   found.cluster_share = presence * double(agree) / double(looks.size());
   return found;
 }
@@ -213,6 +215,16 @@ std::array<Vec2d, kLandmarkCount> ibug_points(const std::array<Vec2d, kMeshCount
     for (int j = 0; j < 3; ++j) points[k] += double(kMixes[k].weight[j]) * mesh[kMixes[k].point[j]];
   }
   return points;
+}
+
+void close_shut_lips(std::array<Vec2d, kLandmarkCount>& points) {
+  const double eyes = (points[45] - points[36]).norm();
+  for (const auto& [upper, lower] : {std::array{61, 67}, std::array{62, 66}, std::array{63, 65}}) {
+    const Vec2d apart = points[lower] - points[upper];
+    const double gap = apart.norm() / std::max(1e-9, kShutGap * eyes);
+    const Vec2d taken = 0.5 * std::exp(-gap * gap) * apart;  // grows less than the gap: what opens, opens
+    points[upper] += taken, points[lower] -= taken;
+  }
 }
 
 FaceBox box_round(const std::array<Vec2d, kLandmarkCount>& points) {

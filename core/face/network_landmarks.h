@@ -14,6 +14,10 @@ inline constexpr int kNetworkLandmarksVersion = 1;  // raised when the same netw
 
 std::array<Vec2d, kLandmarkCount> ibug_points(const std::array<Vec2d, kMeshCount>& mesh);
 
+// The network draws shut lips 0.01 to 0.03 distances of the eyes' outer corners apart, open ones from 0.04 on
+// (marked frames of seven clips): inner lips that near are drawn together, each pair about its middle.
+void close_shut_lips(std::array<Vec2d, kLandmarkCount>& points);
+
 // The box that dlib's detector draws about a face with these landmarks: from above the brows to the chin.
 FaceBox box_round(const std::array<Vec2d, kLandmarkCount>& points);
 // The network's region for a face in such a box.

@@ -83,6 +83,29 @@ TEST(NetworkLandmarks, MoveWithTheFace) {
     EXPECT_NEAR((after[std::size_t(k)] - moved(before[std::size_t(k)])).norm(), 0, 1e-4) << k;
 }
 
+TEST(NetworkLandmarks, ShutLipsAreDrawnTogetherAndOpenOnesStay) {
+  double before = 0;
+  for (double gap = 0; gap < 20; gap += 0.25) {  // px, of eyes 100 px apart
+    Points points;
+    points.fill(Vec2d(50, 60));
+    points[36] = Vec2d(0, 0), points[45] = Vec2d(100, 0);
+    for (const int lower : {65, 66, 67}) points[std::size_t(lower)] = Vec2d(50, 60 + gap);
+    close_shut_lips(points);
+    const double left = points[66].y() - points[62].y();
+    EXPECT_GE(left, before) << gap;  // more open never reads as more shut
+    EXPECT_LE(left, gap);
+    if (gap <= 2) {
+      EXPECT_LT(left, 0.4 * gap + 1e-9);
+    }
+    if (gap >= 6) {
+      EXPECT_GT(left, 0.98 * gap);
+    }
+    EXPECT_NEAR(points[62].y() + points[66].y(), 120 + gap, 1e-9);  // about the middle
+    EXPECT_EQ(points[36], Vec2d(0, 0));
+    before = left;
+  }
+}
+
 TEST(LandmarkSource, IsDlibWhereNoNetworkIsInstalled) {
   const NetworksIn nowhere("/nowhere/at/all");
   EXPECT_EQ(landmark_source(""), LandmarkSource::dlib);
