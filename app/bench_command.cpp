@@ -370,7 +370,7 @@ void add_bench_command(CLI::App& program, int& exit_code) {
   verb->add_option("--clip", a->clip, "The clip that drives the avatar live");
   add_quality_option(*verb, a->live.quality);
   verb->add_option("--landmark-model", a->live.track.predictor,
-                   "A dlib 68-point shape predictor for driving live; default: the system's");
+                   "For driving live: network, dlib, or a dlib 68-point shape predictor");
   verb->add_option("--batch", a->options.batches, "Samples of a batch; several are measured each")
       ->check(CLI::Range(64, 1 << 22));
   verb->add_option("--rounds", a->options.rounds,

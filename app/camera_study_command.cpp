@@ -13,6 +13,7 @@
 #include "app/work_folder.h"
 #include "core/base/files.h"
 #include "core/base/parallel.h"
+#include "core/face/landmarks.h"
 #include "core/lab/truth/camera_truth.h"
 #include "core/matte/coarse_mask.h"
 
@@ -109,8 +110,7 @@ void add_camera_study(CLI::App& study, int& exit_code) {
   verb->add_option("--masks", a->masks,
                    "What is kept out of the solve, a row for each: person, none; default: person")
       ->check(CLI::IsMember({"person", "none"}));
-  verb->add_option("--landmark-model", a->landmark_model,
-                   "A dlib 68-point shape predictor; default: the system's");
+  verb->add_option("--landmark-model", a->landmark_model, kLandmarkModelHelp);
   add_common_options(*verb, a->common);
   add_table_options(*verb, a->output);
   verb->callback([a, &exit_code] { exit_code = run(*a); });

@@ -9,6 +9,7 @@
 #include "core/base/parallel.h"
 #include "core/check/check_page.h"
 #include "core/check/verdict.h"
+#include "core/face/landmarks.h"
 #include "core/image/files.h"
 
 namespace likeness::app {
@@ -129,8 +130,7 @@ void add_check_command(CLI::App& program, int& exit_code) {
       program.add_subcommand("check", "Will this clip make an avatar? A verdict before anything is built");
   verb->add_option("video", a->video, "The clip, or a folder of photographs")->required();
   verb->add_option("--picture", a->picture, "Also draw the verdict on one page: a PNG or JPEG to write");
-  verb->add_option("--landmark-model", a->landmark_model,
-                   "A dlib 68-point shape predictor; default: the system's");
+  verb->add_option("--landmark-model", a->landmark_model, kLandmarkModelHelp);
   verb->add_option("--person-network", a->person_network,
                    "A network (.onnx) that tells people from everything else, or none; default: the "
                    "installed one");

@@ -31,7 +31,10 @@ struct Finding {
 Finding check_landmarks() {
   const auto detector = FaceDetector::load();
   if (detector)
-    return {"face landmarks", true, true, "dlib's 68-point model (for research use: trained on iBUG 300-W)",
+    return {"face landmarks", true, true,
+            detector->source() == LandmarkSource::network
+                ? "the face network"
+                : "dlib's 68-point model (for research use: trained on iBUG 300-W)",
             ""};
   return {"face landmarks", false, true, detector.error().what, detector.error().fix};
 }

@@ -13,6 +13,7 @@
 #include "app/terminal.h"
 #include "core/base/parallel.h"
 #include "core/export/write_out.h"
+#include "core/face/landmarks.h"
 
 namespace likeness::app {
 
@@ -140,8 +141,7 @@ void add_drive_command(CLI::App& program, int& exit_code) {
   verb->add_option("--track", a->request.track, "track.json of the clip: read if it exists, else written");
   verb->add_option("--head-model", a->request.head_model,
                    "Head model to track the driver with (.npz); default: the avatar's");
-  verb->add_option("--landmark-model", a->request.landmark_model,
-                   "A dlib 68-point shape predictor; default: the system's");
+  verb->add_option("--landmark-model", a->request.landmark_model, kLandmarkModelHelp);
   verb->add_option("--size", a->film.width, "Width of the pictures, px; default: as the avatar was made")
       ->check(CLI::Range(16, 8192));
   verb->add_flag("--side-by-side", a->side_by_side, "The driver on the left, the avatar on the right");

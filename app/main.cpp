@@ -28,7 +28,7 @@ likeness::app::ManualText manual_text() {
                      {"2", "The command line was not understood."},
                      {"130", "Stopped on request; what is done of a project is kept."}},
       .files = {{"/usr/share/dlib/shape_predictor_68_face_landmarks.dat",
-                 "The landmark model that is used unless --landmark-model names another."}},
+                 "The landmark model that is used where the face network is missing."}},
       .examples = {{"likeness check clip.mp4", "Will this clip make an avatar?"},
                    {"likeness build clip.mp4 --project me.likeness", "Make the avatar."},
                    {"likeness render me.likeness --camera orbit --out orbit.mp4", "Film it from all sides."},

@@ -10,6 +10,7 @@
 #include "core/base/parallel.h"
 #include "core/camera/clip_camera.h"
 #include "core/capture/find_film.h"
+#include "core/face/landmarks.h"
 #include "core/image/files.h"
 #include "core/project/project_head_model.h"
 #include "core/track/clip/error_strip.h"
@@ -152,8 +153,7 @@ void add_track_command(CLI::App& program, int& exit_code) {
       ->check(ending_check(".png"));
   verb->add_option("--head-model", a->models.shared.head_model,
                    "A head model: FLAME's .pkl, ICT-FaceKit's folder, or a .npz; default: the built-in head");
-  verb->add_option("--landmark-model", a->models.shared.landmark_model,
-                   "A dlib 68-point shape predictor; default: the system's");
+  verb->add_option("--landmark-model", a->models.shared.landmark_model, kLandmarkModelHelp);
   add_common_options(*verb, a->common);
   verb->callback([a, &exit_code] { exit_code = run(*a); });
 }

@@ -13,6 +13,7 @@
 #include "core/base/parallel.h"
 #include "core/camera/clip_camera.h"
 #include "core/capture/capture.h"
+#include "core/face/landmarks.h"
 #include "core/lab/truth/track_study.h"
 #include "core/project/project_head_model.h"
 #include "core/project/project_views.h"
@@ -199,8 +200,7 @@ void add_track_study(CLI::App& study, int& exit_code) {
                    "A file of how mouth and eyes were seen in the clip (core/lab/truth/face_marks.h)");
   verb->add_option("--head-model", a->models.shared.head_model,
                    "A head model file (.npz); default: the project's, the track's, or the built-in head");
-  verb->add_option("--landmark-model", a->models.shared.landmark_model,
-                   "A dlib 68-point shape predictor; default: the system's");
+  verb->add_option("--landmark-model", a->models.shared.landmark_model, kLandmarkModelHelp);
   add_removed_option(*verb, "--demo", "study truth DEMO");
   add_common_options(*verb, a->common);
   add_table_options(*verb, a->output);

@@ -19,6 +19,7 @@
 #include "core/base/rigid.h"
 #include "core/drive/drive_clip.h"
 #include "core/export/write_film.h"
+#include "core/face/landmarks.h"
 #include "core/lab/truth/camera_truth.h"
 #include "core/lab/truth/drive_truth.h"
 #include "core/lab/truth/marked_mattes.h"
@@ -329,8 +330,7 @@ void add_truth_study(CLI::App& study, int& exit_code) {
   verb->add_option(
       "--head-model", a->models.shared.head_model,
       "A head model file (.npz) to track with; default: the built-in head, for drive the avatar's");
-  verb->add_option("--landmark-model", a->models.shared.landmark_model,
-                   "A dlib 68-point shape predictor; default: the system's");
+  verb->add_option("--landmark-model", a->models.shared.landmark_model, kLandmarkModelHelp);
   add_common_options(*verb, a->common);
   add_table_options(*verb, a->output);
   verb->callback([a, &exit_code] { exit_code = run(*a); });

@@ -26,7 +26,6 @@ packages=(
   "libceres-dev:fitting the head"
   "libembree-dev:rays against meshes"
   "libdlib-dev:finding faces"
-  "libdlib-data:the landmark model"
   "libhwy-dev:SIMD kernels"
   "colmap:cameras of moving clips"
   "libvtk9-dev:3-D views and charts of the studio"
@@ -40,6 +39,7 @@ packages=(
 test_packages=(
   "libgtest-dev:the tests"
   "libgmock-dev:the tests"
+  "libdlib-data:the landmark model, with which the face network is compared"
   "ffmpeg:making odd video files for the tests, and reading exported ones"
   "python3-vtk9:reading exported meshes"
   "python3:checking the structure"
@@ -90,6 +90,15 @@ install_missing() {
 make_networks() {
   [ -n "${LIKENESS_NETWORKS:-}" ] || "$root/packaging/networks" ||
     say "Going on without them; packaging/networks makes them later." >&2
+}
+
+# dlib's landmark model, which the face network makes needless: its training data are for research. It is installed
+# where the network could not be had, or where LIKENESS_DLIB=yes asks for it.
+wants_landmark_model() {
+  [ "${LIKENESS_DLIB:-}" = yes ] || [ ! -f "${LIKENESS_NETWORKS:-$root/build/networks}/face468.onnx" ]
+}
+install_landmark_model() {
+  ! wants_landmark_model || install_missing "libdlib-data:the landmark model, instead of the face network"
 }
 
 # configure_and_build PRESET [cmake options]: a compiler cache is used where there is one. build_target: one target

@@ -1,6 +1,7 @@
 // Before a project is open: recent ones, and the ways to begin.
 #include <fmt/format.h>
 
+#include "core/face/landmarks.h"
 #include "ui/keyboard.h"
 #include "ui/shell.h"
 #include "ui/theme.h"
@@ -154,9 +155,12 @@ void draw_licences() {
   ImGui::Dummy({0, px(4)});
   body_text(
       "Likeness itself is under the Apache-2.0 licence, as are the networks for person and face, which are "
-      "MediaPipe's. The built-in head is part of Likeness. The face landmark model comes with dlib; its "
-      "training data (iBUG 300-W) is for research use only. Another model of the same kind can be given on "
-      "the command line with --landmark-model.");
+      "MediaPipe's. The built-in head is part of Likeness.");
+  static const bool dlib_model = landmark_source({}) == LandmarkSource::dlib;
+  if (dlib_model)
+    body_text(
+        "The networks are not installed here, and dlib's face landmark model takes their place; its training "
+        "data (iBUG 300-W) is for research use only.");
   ImGui::Dummy({0, px(4)});
   body_text(
       "Head models that are not part of Likeness, such as FLAME, keep their own licences, most of them for "

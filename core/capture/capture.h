@@ -78,7 +78,7 @@ struct ImportOptions {
   double held_out_share = 0.1;      // of the frames, or of the moving ones; not of random30
   std::optional<FrameSpan> moving;  // the frames that a moving camera filmed; needed for Split::views
   double blur_ratio = 0.5;          // a frame is refused below this share of its neighbours' median sharpness
-  std::filesystem::path landmark_model;  // empty = the system's
+  std::filesystem::path landmark_model;  // as landmark_source takes it
   // Bytes that decoded frames may take between the two looks at the clip; where they would take more, it is
   // decoded a second time. nullopt: a third of what is free.
   std::optional<std::uint64_t> memory{};

@@ -59,7 +59,7 @@ struct ClipMeasures {
 // For sentences about the clip (clip_words.h).
 ClipFacts clip_facts(const ClipMeasures& measures);
 
-// landmark_model: empty = the system's. person_network: as chosen_person_network takes it
+// landmark_model: as landmark_source takes it. person_network: as chosen_person_network takes it
 // (core/matte/person_network.h). Refuses what cannot be decoded; a clip without a face is still
 // measured.
 Result<ClipMeasures> measure_clip(const std::filesystem::path& video,

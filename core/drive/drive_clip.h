@@ -18,7 +18,7 @@ struct DriveRequest {
   std::filesystem::path video;
   std::filesystem::path track;           // of the clip: read if it exists, otherwise written; empty = neither
   std::filesystem::path head_model;      // the driver's; empty = the one the avatar was made with
-  std::filesystem::path landmark_model;  // empty = the system's
+  std::filesystem::path landmark_model;  // as landmark_source takes it
   DriveOptions options;
   std::vector<std::pair<std::string, float>> attributes;  // of the avatar's, held at these amounts
 };

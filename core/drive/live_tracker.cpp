@@ -131,8 +131,8 @@ struct LiveTracker::Impl {
     evidence.camera_known = evidence.seen = evidence.detected = true;
     evidence.inner_error_px = found.error_px = inner_error(head, person, found.observation, found.state);
     evidence.cluster_share = found.landmarks.cluster_share;
-    evidence.spread = inner_spread(found.landmarks) /
-                      std::max(1.0, (found.landmarks.points[36] - found.landmarks.points[45]).norm());
+    evidence.eyes_px = (found.landmarks.points[36] - found.landmarks.points[45]).norm();
+    evidence.spread = inner_spread(found.landmarks) / std::max(1.0, evidence.eyes_px);
     const double usual_px =
         errors_px.empty() ? 3 : median(std::vector<double>(errors_px.begin(), errors_px.end()));
     found.verdict = judge_frame(evidence, usual_px);

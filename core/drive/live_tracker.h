@@ -16,7 +16,7 @@ struct LiveTrackOptions {
   int working_size = 480;           // px, longer side of the picture examined
   int runs = 8;                     // of the landmark predictor; each costs about a millisecond
   int look_again = 12;              // frames between two runs of the detector
-  std::filesystem::path predictor;  // landmark model; empty = the system's
+  std::filesystem::path predictor;  // landmark model: as landmark_source takes it
 };
 
 class LiveTracker {

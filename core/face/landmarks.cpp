@@ -19,9 +19,12 @@
 #include <numbers>
 
 #include "core/base/check.h"
+#include "core/base/hash.h"
 #include "core/base/program_files.h"
 #include "core/base/quantile.h"
+#include "core/face/network_landmarks.h"
 #include "core/face/predictor_file.h"
+#include "core/network/installed_networks.h"
 
 namespace likeness {
 namespace {
@@ -37,7 +40,8 @@ constexpr double kMinScore = -0.5, kSamePlace = 0.35;
 constexpr int kScales = 4, kShifts = 8;
 constexpr double kCalmShare = 0.7, kCalmSpread = 0.012;  // of the runs, of the box's width: enough agreement
 
-constexpr int kFirstInner = 17;  // landmarks before it are the jaw line
+constexpr InstalledNetwork kFaceNetworks[] = {InstalledNetwork::face_detector, InstalledNetwork::face468,
+                                              InstalledNetwork::iris};
 
 using Grey = dlib::array2d<unsigned char>;
 using Shape = std::array<Vec2d, kLandmarkCount>;
@@ -156,29 +160,48 @@ const dlib::frontal_face_detector& frontal_detector() {
 
 }  // namespace
 
-double overlap(const FaceBox& a, const FaceBox& b) {
-  const double w = std::min(a.x + a.width, b.x + b.width) - std::max(a.x, b.x);
-  const double h = std::min(a.y + a.height, b.y + b.height) - std::max(a.y, b.y);
-  if (w <= 0 || h <= 0) return 0;
-  return w * h / (a.width * a.height + b.width * b.height - w * h);
+LandmarkSource landmark_source(const std::filesystem::path& choice) {
+  if (choice == kNetworkLandmarks) return LandmarkSource::network;
+  if (!choice.empty()) return LandmarkSource::dlib;
+  const bool installed = std::ranges::all_of(
+      kFaceNetworks, [](InstalledNetwork network) { return find_installed_network(network).ok(); });
+  return installed ? LandmarkSource::network : LandmarkSource::dlib;
 }
 
-double inner_spread(const Landmarks& landmarks) {
-  double sum = 0;
-  for (int i = kFirstInner; i < kLandmarkCount; ++i) sum += landmarks.spread[i];
-  return sum / (kLandmarkCount - kFirstInner);
+std::string landmark_source_hash(const std::filesystem::path& choice) {
+  if (landmark_source(choice) == LandmarkSource::network) {
+    std::string text = "network " + std::to_string(kNetworkLandmarksVersion);
+    for (const InstalledNetwork network : kFaceNetworks) text += " " + installed_network_hash(network);
+    return text;
+  }
+  if (choice.empty() || choice == kDlibLandmarks) return "";
+  const auto hash = hash_file(choice);
+  return hash ? *hash : "absent";
 }
 
 struct FaceDetector::Impl {
+  std::optional<FaceNetwork> network;  // or
   dlib::shape_predictor predictor;
 };
+
+LandmarkSource FaceDetector::source() const {
+  return impl_->network ? LandmarkSource::network : LandmarkSource::dlib;
+}
 
 FaceDetector::FaceDetector(std::shared_ptr<const Impl> impl) : impl_(std::move(impl)) {}
 FaceDetector::~FaceDetector() = default;
 FaceDetector::FaceDetector(FaceDetector&&) noexcept = default;
 FaceDetector& FaceDetector::operator=(FaceDetector&&) noexcept = default;
 
-Result<FaceDetector> FaceDetector::load(const std::filesystem::path& predictor) {
+Result<FaceDetector> FaceDetector::load(const std::filesystem::path& choice) {
+  if (landmark_source(choice) == LandmarkSource::network) {
+    auto network = FaceNetwork::installed();
+    if (!network) return network.error();
+    auto impl = std::make_shared<Impl>();
+    impl->network = std::move(*network);
+    return FaceDetector(std::move(impl));
+  }
+  const std::filesystem::path predictor = choice == kDlibLandmarks ? std::filesystem::path() : choice;
   const std::filesystem::path path =
       predictor.empty() ? bundled_file(kBundledPredictor).value_or(kSystemPredictor) : predictor;
   std::error_code ignored;
@@ -186,8 +209,8 @@ Result<FaceDetector> FaceDetector::load(const std::filesystem::path& predictor) 
     if (predictor.empty())
       return Error{
           ErrorCode::missing_dependency, "The face landmark model " + path.string() + " is not installed.",
-          "Install the package libdlib-data (sudo apt install libdlib-data), or name another 68-point dlib "
-          "model.",
+          "Run packaging/networks for the face network, install the package libdlib-data (sudo apt install "
+          "libdlib-data), or name another 68-point dlib model.",
           path.string()};
     return Error{ErrorCode::not_found, "The face landmark model " + path.string() + " does not exist.",
                  "Check the path, or leave it out to use the system's model (package libdlib-data).",
@@ -228,6 +251,7 @@ Result<FaceDetector> FaceDetector::load(const std::filesystem::path& predictor) 
 
 std::vector<FaceBox> FaceDetector::detect(const Image8& rgb, const FaceBox* before) const {
   if (rgb.empty()) return {};
+  if (impl_->network) return network_faces(*impl_->network, rgb, before);
   // dlib's detector finds faces of 80 px and more. Small pictures are enlarged so that 60 px suffice.
   const double longer = std::max(rgb.width, rgb.height);
   const double scale = longer > kDetectionSide ? kDetectionSide / longer : longer < 300 ? 1.5 : 1.0;
@@ -269,6 +293,7 @@ Landmarks FaceDetector::landmarks(const Image8& rgb, const FaceBox& box, std::ui
                                   const LandmarkHint* hint, const LandmarkEffort& effort) const {
   LIKENESS_CHECK(!rgb.empty() && box.width > 0 && box.height > 0, "picture %dx%d, box %gx%g", rgb.width,
                  rgb.height, box.width, box.height);
+  if (impl_->network) return network_landmarks(*impl_->network, rgb, box, hint, effort);
   // Only the surroundings of the face are converted; faces over 300 px are reduced, as the predictor gains
   // nothing from them.
   const int x0 = static_cast<int>(std::floor(box.x - 0.75 * box.width)),

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/face/network_landmarks.h"
+
 namespace likeness {
 
 FaceObservation observe_face(const Landmarks& landmarks, const Intrinsics& source, double scale,
@@ -24,19 +26,12 @@ ExpectedFace expect_face(const ReducedHead& head, const ReducedPerson& person, c
                          const Pose& cam_from_head) {
   const Eigen::VectorXd neutral = Eigen::VectorXd::Zero(head.expression_count());
   ExpectedFace expected;
-  Vec2d low = Vec2d::Constant(1e9), high = Vec2d::Constant(-1e9);
   for (int p = 0; p < kLandmarkCount; ++p) {
     const Vec3d in_cam = cam_from_head * reduced_point(head, person, p, neutral, 0);
     expected.hint.points[p] = project<double>(intrinsics, in_cam);
-    if (p < kJawLineCount) continue;
-    low = low.cwiseMin(expected.hint.points[p]);
-    high = high.cwiseMax(expected.hint.points[p]);
   }
-  // dlib's boxes reach from above the brows to the chin, about 1.5 times as wide as brows and mouth.
-  const double side = 1.45 * std::max(high.x() - low.x(), 0.95 * (high.y() - low.y()));
-  const Vec2d centre = 0.5 * (low + high) + Vec2d(0, 0.02 * side);
-  expected.hint.sigma = 0.02 * side;
-  expected.box = {centre.x() - 0.5 * side, centre.y() - 0.5 * side, side, side, 0};
+  expected.box = box_round(expected.hint.points);
+  expected.hint.sigma = 0.02 * expected.box.width;
   return expected;
 }
 

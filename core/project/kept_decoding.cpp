@@ -15,6 +15,7 @@
 #include "core/base/whole_folder.h"
 #include "core/camera/align_options.h"
 #include "core/camera/kept_path.h"
+#include "core/face/landmarks.h"
 #include "core/matte/coarse_mask.h"
 #include "core/matte/person_network.h"
 #include "core/project/staleness.h"
@@ -59,11 +60,8 @@ FrameListener forgiving_listener(bool& failed, Add add) {
 fs::path decoded_path(const Project& project) { return project.folder / "decoded"; }
 
 std::string mask_inputs(const AlignInputs& inputs) {
-  std::string text = "system";
-  if (!inputs.landmark_model.empty()) {
-    const auto hash = hash_file(inputs.landmark_model);
-    text = hash ? *hash : "absent";
-  }
+  std::string text = landmark_source_hash(inputs.landmark_model);
+  if (text.empty()) text = "system";
   const std::string network = person_network_hash(inputs.person_network);
   return network.empty() ? text : text + " person network " + network;
 }

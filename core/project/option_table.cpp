@@ -9,6 +9,7 @@
 
 #include "core/base/check.h"
 #include "core/capture/split.h"
+#include "core/face/landmarks.h"
 
 namespace likeness {
 
@@ -91,15 +92,16 @@ std::vector<OptionRow> make_table() {
            "A network (.onnx) to find the person with, or none; default: the installed one, if there is one",
        .verbs = {.build = true, .import = true, .align = true, .fit = true},
        .of_the_person = true,
-       .none_is_a_choice = true},
+       .words = {"none"}},
       {.key = "landmark_model",
        .member = [](O& o) -> fs::path& { return o.shared.landmark_model; },
        .stale = {import, align, fit},
        .flag = "--landmark-model",
-       .help = "A dlib 68-point shape predictor; default: the system's",
+       .help = kLandmarkModelHelp,
        .verbs = kNewProject,
        .in_every_project = true,
-       .of_the_person = true},
+       .of_the_person = true,
+       .words = {kNetworkLandmarks, kDlibLandmarks}},
       {.key = "budget_s",
        .member = [](O& o) -> double& { return o.train.budget_s; },
        .stale = {train},

@@ -66,8 +66,8 @@ struct OptionRow {
   bool in_every_project = false;  // project.json had it from the first version on: without it, it is damaged
   bool of_the_person = false;     // further clips of the person follow the project's first clip
   bool kept_with_clip = false;    // a build of the same clip keeps it unless the flag is given
-  const char* taken_back = "none";  // the word that takes back what is kept with the clip
-  bool none_is_a_choice = false;    // of a path: "none" is no file's name, but a value other than empty
+  const char* taken_back = "none";        // the word that takes back what is kept with the clip
+  std::vector<std::string_view> words{};  // of a path: values that are no file's name
   StudioField studio{};
 };
 

@@ -17,7 +17,7 @@ namespace likeness {
 struct SharedChoices {
   std::filesystem::path video;
   std::filesystem::path head_model;      // empty = the built-in head
-  std::filesystem::path landmark_model;  // empty = the system's
+  std::filesystem::path landmark_model;  // as landmark_source takes it (core/face/landmarks.h)
   std::uint64_t seed = 0;
   std::filesystem::path person_network{};  // ONNX; empty = the installed one if there is one, "none" = none
 

@@ -15,6 +15,7 @@
 #include "core/base/hash.h"
 #include "core/capture/capture.h"
 #include "core/capture/split.h"
+#include "core/face/landmarks.h"
 #include "core/head/detail_maps.h"
 #include "core/head/load_head_model.h"
 #include "core/matte/matting_network.h"
@@ -61,10 +62,11 @@ std::string clip_content(const Project& project, const fs::path& video) {
   return hash ? *hash : "absent";
 }
 
-// Import and align find the face with it. Empty if none is named, so that the hashes of other projects stay
-// as they are.
+// Import and align find the face with it. Empty for the system's dlib model, so that the hashes of projects
+// made with it stay as they are.
 std::string landmark_model_text(const fs::path& landmark_model) {
-  return landmark_model.empty() ? "" : " landmark model " + content_of(landmark_model);
+  const std::string hash = landmark_source_hash(landmark_model);
+  return hash.empty() ? "" : " landmark model " + hash;
 }
 
 // Empty without a network, so that the hashes of other projects stay as they are.
@@ -112,9 +114,10 @@ std::string person_content(const fs::path& folder) {
 std::string fit_text(const Project& project, const FitInputs& inputs) {
   const auto& [video, head_model, landmark_model, choices] = inputs;
   const auto& [identity, displacement, refits, rest_frames] = choices;
+  const std::string landmarks = landmark_source_hash(landmark_model);
   std::string text =
       fmt::format("{} {} {} {}", content_of(capture_path(project)), content_of(cameras_path(project)),
-                  head_model_content(head_model), content_of(landmark_model));
+                  head_model_content(head_model), landmarks.empty() ? "none" : landmarks);
   if (is_further(project))
     text += " of " + person_content(project.first_clip);
   else if (!identity.empty())

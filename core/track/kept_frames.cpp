@@ -84,12 +84,9 @@ ClipFrame frame_from(const json& j) {
 
 Result<std::string> clip_frames_inputs(const std::string& video_hash, const TrackRegion& region,
                                        const std::set<int>& held_out, const TrackOptions& options) {
-  std::string predictor = "the system's";
-  if (!options.predictor.empty()) {
-    auto hash = hash_file(options.predictor);
-    if (!hash) return hash.error();
-    predictor = std::move(*hash);
-  }
+  std::string predictor = landmark_source_hash(options.predictor);
+  if (predictor == "absent") return hash_file(options.predictor).error();
+  if (predictor.empty()) predictor = "the system's";
   return fmt::format("landmarks {} {} {},{} {}x{} {} {} held out {}", kFoundVersion, video_hash, region.x,
                      region.y, region.width, region.height, options.working_size, predictor,
                      fmt::join(held_out, ","));

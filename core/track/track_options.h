@@ -26,7 +26,7 @@ struct TrackOptions {
   bool photometric = true;          // pose, jaw and expression refined on the pictures, after the dense fit
   bool gaze = true;                 // measure where the eyes look; off: straight ahead
   bool dense = true;                // point tracks and bundle adjustment after the landmark fit
-  std::filesystem::path predictor;  // landmark model; empty = the system's
+  std::filesystem::path predictor;  // landmark model: as landmark_source takes it
   // Where import kept what its decoding showed for this (core/track/kept_frames.h); empty: nowhere. Changes
   // no result.
   std::filesystem::path kept{};

@@ -165,7 +165,7 @@ TEST_F(Bundle, EveryLibraryBringsItsLicence) {
       EXPECT_TRUE(licensed.contains(name)) << name;
     }
   }
-  for (const char* package : {"colmap", "libdlib-data", "fonts-inter", "libimgui-dev", "likeness"})
+  for (const char* package : {"colmap", "fonts-inter", "libimgui-dev", "likeness"})
     EXPECT_GT(text(fs::path("share/licences") / package / "copyright").size(), 100u) << package;
   EXPECT_THAT(text("share/licences/SOURCES"), HasSubstr("colmap "));
   EXPECT_TRUE(fs::exists(root_ / "share/licences/common-licenses/GPL-3"));
@@ -183,7 +183,7 @@ TEST_F(Bundle, ItStartsFromAnywhereAndFindsItsOwn) {
   if (fs::exists(LIKENESS_SOURCE "/build/networks")) {
     EXPECT_THAT(doctor.out, HasSubstr((root_ / "share/likeness/networks/face468.onnx").string()));
   }
-  for (const char* file : {"shape_predictor_68_face_landmarks.dat", "fonts/Inter-Regular.otf"})
+  for (const char* file : {"fonts/Inter-Regular.otf"})
     EXPECT_TRUE(fs::exists(root_ / "share/likeness" / file)) << file;
 }
 

@@ -7,6 +7,7 @@
 #include "core/base/hash.h"
 #include "core/camera/camera.h"
 #include "core/capture/capture.h"
+#include "core/face/landmarks.h"
 #include "core/head/detail_maps.h"
 #include "core/lab/truth/track_study.h"
 #include "core/matte/person_network.h"
@@ -49,8 +50,8 @@ Result<Inputs> load_inputs(const Project& project) {
   const auto capture_hash = hash_file(capture_path(project)), cameras_hash = hash_file(cameras_path(project));
   if (!capture_hash) return capture_hash.error();
   if (!cameras_hash) return cameras_hash.error();
-  std::string content =
-      *capture_hash + *cameras_hash + model->hash + project.options.shared.landmark_model.string();
+  std::string content = *capture_hash + *cameras_hash + model->hash +
+                        landmark_source_hash(project.options.shared.landmark_model);
   return Inputs{project, std::move(*capture), std::move(*cameras), std::move(*model), std::move(content)};
 }
 

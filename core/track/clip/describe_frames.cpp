@@ -22,9 +22,10 @@ FrameEvidence evidence_of(const ClipWork& work, std::size_t i, const TrackedFram
   e.source_px = 1 / work.clip.scale;
   e.inner_error_px = tracked.inner_error_px * work.clip.scale;
   if (source.landmarks) {
+    const double eyes = (source.landmarks->points[36] - source.landmarks->points[45]).norm();
+    e.eyes_px = eyes * work.clip.scale;
     e.cluster_share = source.landmarks->cluster_share;
-    e.spread = inner_spread(*source.landmarks) /
-               std::max(1.0, (source.landmarks->points[36] - source.landmarks->points[45]).norm());
+    e.spread = inner_spread(*source.landmarks) / std::max(1.0, eyes);
   }
   if (!work.optical.empty()) {
     e.votes = work.optical[i].votes;

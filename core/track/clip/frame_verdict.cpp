@@ -7,7 +7,10 @@
 namespace likeness {
 namespace {
 
-constexpr double kWideSpread = 0.06;   // of the eyes' distance: an eye's opening is about a tenth
+constexpr double kWideSpread = 0.06;  // of the eyes' distance: an eye's opening is about a tenth
+// Of the eyes' distance: a mean over the face's features of a quarter of an eye's opening is seen beside
+// them.
+constexpr double kBeside = 0.025;
 constexpr double kStrangeLook = 0.40;  // below, something covers the face or the points lie beside it
 
 }  // namespace
@@ -26,8 +29,12 @@ FrameVerdict judge_frame(const FrameEvidence& e, double usual_error_px) {
   const auto misses = [&] {
     return fmt::format("the face model misses the landmarks by {:.1f} px", e.inner_error_px * e.source_px);
   };
-  if (e.inner_error_px > std::max(8.0, 5 * usual_error_px)) return {FrameStatus::lost, misses()};
-  if (e.inner_error_px > std::max(4.0, 2.5 * usual_error_px)) return {FrameStatus::weak, misses()};
+  // What is usual of a clip excuses a frame only as far as the head still lies on the face.
+  const double most_px = e.eyes_px > 0 ? kBeside * e.eyes_px : 1e9;
+  if (e.inner_error_px > std::max(8.0, std::min(5 * usual_error_px, 2 * most_px)))
+    return {FrameStatus::lost, misses()};
+  if (e.inner_error_px > std::max(4.0, std::min(2.5 * usual_error_px, most_px)))
+    return {FrameStatus::weak, misses()};
   if (e.cluster_share < 0.4)
     return {FrameStatus::weak,
             fmt::format("only {:.0f} % of the landmark runs agree", 100 * e.cluster_share)};

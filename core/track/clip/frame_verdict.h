@@ -15,6 +15,7 @@ struct FrameEvidence {
   bool dense_solved = false;   // the dense tracks agree on a pose
   double source_px = 1;        // source px per working px: reasons speak of the source picture
   double inner_error_px = 0;   // of the fitted head model to the landmarks 17..67
+  double eyes_px = 0;          // between the landmarks of the eyes' outer corners; 0: unknown
   double cluster_share = 1;    // share of the landmark runs that agree, 0..1
   double spread = 0;           // mean of the inner landmarks, in distances of the outer eye corners
   int votes = 0;               // landmarks that neighbouring frames could be followed to

@@ -69,7 +69,7 @@ class RealFace : public ::testing::Test {
   void SetUp() override {
     const std::filesystem::path video = std::filesystem::path(LIKENESS_SHARED) / "captures" / "wojtek.mp4";
     if (!std::filesystem::exists(video)) GTEST_SKIP() << "no real capture at " << video;
-    auto loaded = FaceDetector::load();
+    auto loaded = FaceDetector::load(kDlibLandmarks);
     if (!loaded) GTEST_SKIP() << loaded.error().what;
     detector = std::make_unique<FaceDetector>(std::move(*loaded));
     auto reader = VideoReader::open(video);

@@ -141,6 +141,35 @@ TEST_F(Staleness, AnotherLandmarkModelMakesImportAndAlignStale) {
   EXPECT_EQ(names(to_do(project_)), "");
 }
 
+// The face network is asked first where nothing is chosen; only the files' being there and their content
+// count.
+TEST_F(Staleness, AFaceNetworkThatComesOrGoesMakesWhatFindsFacesStale) {
+  for (const char* name : {"face_detector.onnx", "face468.onnx"})
+    ASSERT_TRUE(write_text(root_ / "networks" / name, "one").ok());
+  EXPECT_EQ(names(to_do(project_)), "");  // one is missing: dlib, as before
+  ASSERT_TRUE(write_text(root_ / "networks" / "iris.onnx", "one").ok());
+  EXPECT_EQ(names(to_do(project_)), "import align fit ");
+  project_.options.shared.landmark_model = "dlib";
+  EXPECT_EQ(names(to_do(project_)), "");
+  project_.options.shared.landmark_model = "network";
+  finish();
+  project_.options.shared.landmark_model.clear();
+  EXPECT_EQ(names(to_do(project_)), "");  // the same by its name
+  ASSERT_TRUE(write_text(root_ / "networks" / "iris.onnx", "another").ok());
+  EXPECT_EQ(names(to_do(project_)), "import align fit ");
+}
+
+TEST_F(Staleness, TheWordsForALandmarkModelAreRemembered) {
+  for (const char* word : {"network", "dlib"}) {
+    ProjectOptions options = project_.options;
+    options.shared.landmark_model = word;
+    ASSERT_TRUE(open_or_create_project(project_.folder, options).ok());
+    const auto opened = open_project(project_.folder);
+    ASSERT_TRUE(opened.ok()) << opened.error().what;
+    EXPECT_EQ(opened->options.shared.landmark_model, word);
+  }
+}
+
 TEST_F(Staleness, APersonNetworkThatComesOrGoesMakesAlignAndMatteStale) {
   const auto install = [&](const char* content) {
     EXPECT_TRUE(write_text(root_ / "networks" / "person.onnx", content).ok());
@@ -200,7 +229,7 @@ TEST_F(Staleness, AProjectThatNamesNoLandmarkModelIsNotStaleByAnUpdate) {
   EXPECT_EQ(input_hash(project_, Stage::import), hash_text(fmt::format("import 1\n{} 256", clip)));
   EXPECT_EQ(input_hash(project_, Stage::align), hash_text(fmt::format("align 4\n{} 0", clip)));
   EXPECT_EQ(input_hash(project_, Stage::fit),
-            hash_text(fmt::format("fit 7\n{} {} none none", capture, cameras)));
+            hash_text(fmt::format("fit 8\n{} {} none none", capture, cameras)));
   EXPECT_EQ(input_hash(project_, Stage::matte),
             hash_text(fmt::format("matte 4\n{} {} {} none", capture, cameras, track)));
   EXPECT_EQ(input_hash(project_, Stage::train),
@@ -215,7 +244,7 @@ TEST_F(Staleness, AProjectThatNamesNoLandmarkModelIsNotStaleByAnUpdate) {
   EXPECT_EQ(input_hash(project_, Stage::align),
             hash_text(fmt::format("align 4\n{} 3 rests {} mm", clip, 51.0)));
   EXPECT_EQ(input_hash(project_, Stage::fit),
-            hash_text(fmt::format("fit 7\n{} {} none none again 1: 4-9 20-22", capture, cameras)));
+            hash_text(fmt::format("fit 8\n{} {} none none again 1: 4-9 20-22", capture, cameras)));
   EXPECT_EQ(input_hash(project_, Stage::train),
             hash_text(fmt::format("train 4\n{} {} {} absent {} 0 3 true false true true false landmarks {} "
                                   "left out 3,5",

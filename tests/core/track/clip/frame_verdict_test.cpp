@@ -43,6 +43,20 @@ TEST(FrameVerdict, GrowingErrorNeverImprovesTheVerdict) {
   EXPECT_EQ(last, FrameStatus::lost);
 }
 
+// A clip whose head lies beside the face throughout has no good frames, however usual that is.
+TEST(FrameVerdict, WhatIsUsualExcusesNoHeadBesideTheFace) {
+  FrameEvidence e = clear_frame();
+  e.eyes_px = 160;
+  e.inner_error_px = 5;
+  EXPECT_EQ(judge_frame(e, 5).status, FrameStatus::weak);
+  EXPECT_NE(judge_frame(e, 5).reason.find("misses"), std::string::npos);
+  e.eyes_px = 400;  // of a face as large as this, 5 px are little
+  EXPECT_EQ(judge_frame(e, 5).status, FrameStatus::good);
+  e.eyes_px = 40;  // what a small face's few pixels cannot show is not held against it
+  e.inner_error_px = 3;
+  EXPECT_EQ(judge_frame(e, 3).status, FrameStatus::good);
+}
+
 TEST(FrameVerdict, EachSingleDoubtMakesItWeakWithItsOwnReason) {
   std::vector<FrameEvidence> doubts(5, clear_frame());
   doubts[0].cluster_share = 0.2;
