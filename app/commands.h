@@ -19,6 +19,7 @@ void add_study_command(CLI::App& program, int& exit_code);  // study PROJECT, an
 void add_truth_study(CLI::App& study, int& exit_code);
 void add_track_study(CLI::App& study, int& exit_code);
 void add_camera_study(CLI::App& study, int& exit_code);
+void add_kind_study(CLI::App& study, int& exit_code);
 void add_bench_command(CLI::App& program, int& exit_code);
 void add_record_command(CLI::App& program, int& exit_code);
 void add_demo_command(CLI::App& program, int& exit_code);
