@@ -11,6 +11,7 @@
 #include "app/work_folder.h"
 #include "core/base/files.h"
 #include "core/base/parallel.h"
+#include "core/face/landmarks.h"
 #include "core/lab/truth/kind_study.h"
 
 namespace likeness::app {
@@ -119,12 +120,10 @@ void add_kind_study(CLI::App& study, int& exit_code) {
   for (const KindClip& clip : kind_clips()) names.push_back(clip.name);
   verb->add_option("--clips", a->clips,
                    fmt::format("Some of them only, of: {}; default: all", fmt::join(names, ", ")))
-      ->delimiter(',')
-      ->check(CLI::IsMember(names));
+      ->delimiter(',');
   verb->add_option("--out", a->output.out,
                    "Folder for clips, cameras and tables; a second call films nothing again");
-  verb->add_option("--landmark-model", a->landmark_model,
-                   "A dlib 68-point shape predictor; default: the system's");
+  verb->add_option("--landmark-model", a->landmark_model, kLandmarkModelHelp);
   add_common_options(*verb, a->common);
   add_table_options(*verb, a->output);
   verb->callback([a, &exit_code] { exit_code = run(*a); });

@@ -43,6 +43,9 @@ struct AlignedView {
   int parts = 0;          // with texture enough to be found by themselves
 };
 
+// A picture of which fewer parts have texture tells nothing.
+inline constexpr int kPartsToTell = 4;
+
 // reference: intrinsics of the picture's level 0 at zoom 1. Levels from `coarsest` down to `finest` (0).
 AlignedView align_view(const std::vector<GreyPicture>& picture, const Intrinsics& reference,
                        const ViewTarget& target, const AlignedView& start, const ViewPrior& prior,
