@@ -416,7 +416,6 @@ HandheldCamera camera_of(const Solving& frame) {
   camera.overlap = at.overlap;
   camera.certainty = at.inliers;
   camera.sigma_px = at.sigma_px;
-  camera.misfit_px = at.misfit_px;
   camera.parts = at.parts;
   return camera;
 }

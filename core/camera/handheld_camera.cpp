@@ -26,10 +26,6 @@ double share_with_texture(std::span<const HandheldFrame> frames) {
   return looks ? double(std::ranges::count(told, char(1))) / double(looks) : 0;
 }
 
-double misfit_limit_px(const Intrinsics& reference) {
-  return kMisfitLimit * std::max(reference.width, reference.height);
-}
-
 HandheldView handheld_view(const HandheldCamera& camera) {
   return {turn_from_vector(camera.rotation), std::log(camera.zoom), camera.shift_px};
 }
