@@ -120,7 +120,8 @@ void add_kind_study(CLI::App& study, int& exit_code) {
   for (const KindClip& clip : kind_clips()) names.push_back(clip.name);
   verb->add_option("--clips", a->clips,
                    fmt::format("Some of them only, of: {}; default: all", fmt::join(names, ", ")))
-      ->delimiter(',');
+      ->delimiter(',')
+      ->check(CLI::IsMember(names));
   verb->add_option("--out", a->output.out,
                    "Folder for clips, cameras and tables; a second call films nothing again");
   verb->add_option("--landmark-model", a->landmark_model, kLandmarkModelHelp);
