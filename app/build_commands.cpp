@@ -102,6 +102,16 @@ nlohmann::json summary(const Project& project) {
                                               {"warnings", record.warnings}};
   }
   nlohmann::json summary{{"project", project.folder.string()}, {"stages", stages}};
+  if (const auto capture = read_capture(capture_path(project))) {
+    summary["shots"] = nlohmann::json::array();
+    for (const ClipShot& shot : capture->shots)
+      summary["shots"].push_back({{"first", shot.first},
+                                  {"last", shot.last},
+                                  {"from_s", shot.from_s},
+                                  {"to_s", shot.to_s},
+                                  {"used", shot.used},
+                                  {"reason", shot.reason}});
+  }
   if (is_current(project, Stage::train))
     if (const auto avatar = read_avatar(avatar_path(project))) summary["parts"] = parts_json(avatar->parts);
   return summary;

@@ -54,11 +54,17 @@ void print_as_json(const ClipMeasures& measures, const CaptureVerdict& verdict) 
                        {"what", r.what},
                        {"remedy", r.remedy}});
   for (const Look& look : measures.looks) looks.push_back(to_json(look));
+  nlohmann::json shots = nlohmann::json::array();
+  for (const ClipShot& shot : measures.shots)
+    shots.push_back(
+        {{"from_s", shot.from_s}, {"to_s", shot.to_s}, {"used", shot.used}, {"reason", shot.reason}});
   const CameraMeasures& camera = measures.camera;
   print_json({{"verdict", verdict_name(verdict.verdict)},
               {"remarks", remarks},
               {"frames", measures.frames},
               {"seconds", measures.duration_s},
+              {"counted", verdict.counted},
+              {"shots", shots},
               {"camera",
                {{"rests", camera.rests},
                 {"motion_per_1000", camera.motion},
@@ -95,6 +101,7 @@ int run(const CheckArguments& arguments) {
     return kExitDone;
   }
   fmt::print("{}\n", verdict_words(verdict.verdict));
+  if (!verdict.counted.empty()) fmt::print("{}\n", verdict.counted);
   for (const Remark& r : verdict.remarks)
     fmt::print("\n{} {:.0f}-{:.0f} s: {}\n  {}\n", r.grave ? "!" : "-", r.from_s, r.to_s, r.what, r.remedy);
   return kExitDone;

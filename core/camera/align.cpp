@@ -169,7 +169,7 @@ Result<BackgroundMotion> known_motion(const fs::path& video, const PersonMask& p
       return std::move(*kept);
     }
   }
-  return measure_background_motion(video, person, rest_limit(options), progress, stop);
+  return measure_background_motion(video, person, rest_limit(options), progress, stop, options.stretches);
 }
 
 std::string moving_evidence(const BackgroundMotion& motion) {

@@ -289,13 +289,15 @@ Result<BackgroundMotion> MotionMeter::finish() {
 Result<BackgroundMotion> measure_background_motion(const std::filesystem::path& video,
                                                    const std::function<Image8(int, const Image8&)>& person,
                                                    double rest_px_per_1000, const Progress& progress,
-                                                   std::stop_token stop) {
+                                                   std::stop_token stop,
+                                                   const std::vector<FrameSpan>& stretches) {
   auto reader = VideoReader::open(video, VideoPixels::rgb, VideoFrames::sampled);
   if (!reader) return reader.error();
   const VideoInfo info = reader->info();
   MotionMeter meter(info, video, person, rest_px_per_1000);
   int count = 0;
   const FrameListener listener{VideoPixels::rgb, [&](const VideoFrame& frame) {
+                                 if (span_of(stretches, frame.index) < 0) return Result<void>();
                                  auto added = meter.add(frame);
                                  if (++count % 10 == 0)
                                    progress.report(double(frame.index) / std::max(1, info.frame_count),

@@ -12,6 +12,7 @@
 #include "core/base/progress.h"
 #include "core/base/result.h"
 #include "core/image/image.h"
+#include "core/video/frame_span.h"
 
 namespace likeness {
 
@@ -61,10 +62,13 @@ inline constexpr double kLeastTracks = 8;
 
 // person(frame, rgb): 255 = ignore; asked for every fifth frame, at the source's size. May be empty.
 // rest_px_per_1000: how far the background may stray, in 1/1000 of the width, for the camera to be at rest.
+// stretches: as AlignOptions has them; of one place, so that points are looked for beyond a cut where they
+// were before it.
 Result<BackgroundMotion> measure_background_motion(const std::filesystem::path& video,
                                                    const std::function<Image8(int, const Image8&)>& person,
                                                    double rest_px_per_1000, const Progress& progress,
-                                                   std::stop_token stop);
+                                                   std::stop_token stop,
+                                                   const std::vector<FrameSpan>& stretches = {});
 
 struct VideoInfo;
 struct VideoFrame;

@@ -12,6 +12,7 @@
 #include "core/base/progress.h"
 #include "core/base/result.h"
 #include "core/capture/split.h"
+#include "core/video/frame_span.h"
 
 namespace likeness {
 
@@ -24,9 +25,12 @@ struct CaptureFrame {
   std::string refused;    // why it does not train; empty when it does or is held out
 };
 
-// Frames first..last (numbers in the source).
-struct FrameSpan {
+// A stretch of the clip between two cuts, frames first..last.
+struct ClipShot {
   int first = 0, last = 0;
+  double from_s = 0, to_s = 0;  // to_s: when its last frame ends
+  bool used = true;             // it shows the person from the same place as the longest such shot
+  std::string reason{};         // why it is not used
 };
 
 // Square in source pixels, may reach beyond the picture (the border is repeated there).
@@ -44,9 +48,15 @@ struct Capture {
   Split split = Split::tail;
   std::vector<std::string> warnings;
   std::vector<CaptureFrame> frames;  // every frame read (core/video/decode.h: sampled), ascending
+  // In order, at least one where there are frames. Frames between two belong to a dissolve or fade.
+  std::vector<ClipShot> shots{};
 };
 
 std::set<int> held_out_frames(const Capture& capture);
+// The spans of the used shots; empty where the clip is one shot from its first frame to its last.
+std::vector<FrameSpan> spans_where_cut(const Capture& capture);
+// The same for who does not mind a cut in place: shots that follow each other are one.
+std::vector<FrameSpan> stretches_that_serve(const Capture& capture);
 
 Result<void> write_capture(const std::filesystem::path& path, const Capture& capture);
 Result<Capture> read_capture(const std::filesystem::path& path);

@@ -15,8 +15,8 @@ namespace likeness {
 struct ImportListeners {
   // Of all frames, while import looks for the face in them.
   std::function<Result<std::vector<FrameListener>>(const VideoInfo&)> looking;
-  // Asked once, after those: instead of ImportOptions::moving.
-  std::function<Result<std::optional<FrameSpan>>()> moving;
+  // Asked once, after those, with stretches_that_serve of the clip: instead of ImportOptions::moving.
+  std::function<Result<std::optional<FrameSpan>>(const std::vector<FrameSpan>&)> moving;
   // Of all frames once more, while import writes their pictures. The capture is complete but for frames/.
   std::function<Result<std::vector<FrameListener>>(const VideoInfo&, const Capture&)> writing;
 };

@@ -135,7 +135,7 @@ double face_sharpness(const Image8& picture, const FaceBox& face) {
 
 struct ClipScanner::State {
   State(const VideoInfo& info, const FaceDetector& detector, FaceLookout lookout, const Progress& shown)
-      : look(std::move(lookout)), progress(shown), finder(detector) {
+      : look(std::move(lookout)), progress(shown), finder(detector), sketcher(info) {
     scan.info = info;
     // Looks by the frames read, which are some of a fast or long clip.
     const double rate = info.frames_per_second / sampling_stride(info);
@@ -153,6 +153,7 @@ struct ClipScanner::State {
     entry.time_s = current.time_s;
     entry.sharpness = face ? face_sharpness(current.rgb, *face) : 0;
     scan.frames.push_back(std::move(entry));
+    sketcher.add(current, face);
     scan.change.push_back(face ? meter.add(current.rgb, *face) : 0);
     const int count = std::max(scan.info.frame_count, current.index + 1);
     progress.report(double(current.index + 1) / count,
@@ -165,6 +166,7 @@ struct ClipScanner::State {
   std::size_t stride = 1;
   FaceFinder finder;
   ChangeMeter meter;
+  FilmSketcher sketcher;
   std::optional<FaceBox> face;  // the last one found; it moves little within the sampling period
 };
 
@@ -180,7 +182,10 @@ FrameListener ClipScanner::listener() {
           }};
 }
 
-ClipScan ClipScanner::take() { return std::move(state_->scan); }
+ClipScan ClipScanner::take() {
+  state_->scan.film = state_->sketcher.take();
+  return std::move(state_->scan);
+}
 
 Result<ClipScan> scan_clip(const std::filesystem::path& video, const FaceDetector& detector,
                            const FaceLookout& look, const Progress& progress, std::stop_token stop) {

@@ -64,7 +64,8 @@ void draw_head(Page& page, const std::string& name) {
           "at; {}.",
           name, page.clip.duration_s, page.clip.info.width, page.clip.info.height,
           page.clip.info.frames_per_second, 100.0 * double(faces) / double(looks), page.clip.looks.size(),
-          camera_words(page.clip.camera)));
+          camera_words(page.clip.camera)) +
+          (page.verdict.counted.empty() ? "" : " " + page.verdict.counted));
   page.y += 22;
 }
 

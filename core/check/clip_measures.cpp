@@ -10,6 +10,7 @@
 #include "core/camera/align_options.h"
 #include "core/camera/assumed_lens.h"
 #include "core/camera/motion.h"
+#include "core/capture/choose_shots.h"
 #include "core/capture/scan_clip.h"
 #include "core/face/fit_clip.h"
 #include "core/head/action_amounts.h"
@@ -159,13 +160,14 @@ class FaceFit {
 };
 
 Result<CameraMeasures> measure_camera(const std::filesystem::path& video,
-                                      const std::filesystem::path& landmark_model, const Progress& progress,
+                                      const std::filesystem::path& landmark_model,
+                                      const std::vector<FrameSpan>& stretches, const Progress& progress,
                                       std::stop_token stop) {
   const auto person = coarse_person_mask(landmark_model);
   if (!person) return person.error();
   const double rest = AlignOptions{}.static_motion_px_per_1000;
   // As core/camera/align.cpp measures it.
-  const auto motion = measure_background_motion(video, *person, rest / 2, progress, stop);
+  const auto motion = measure_background_motion(video, *person, rest / 2, progress, stop, stretches);
   if (!motion) return motion.error();
   CameraMeasures camera;
   camera.motion = motion->motion;
@@ -227,9 +229,15 @@ Result<ClipMeasures> measure_clip(const std::filesystem::path& video,
   if (!scan->frames.empty())
     measures.duration_s = scan->frames.back().time_s - scan->frames.front().time_s +
                           (info->frames_per_second > 0 ? 1 / info->frames_per_second : 0);
+  Capture cut;
+  cut.frames = scan->frames;
+  std::error_code ignored;
+  measures.shots = cut.shots = shots_of(*scan, std::filesystem::is_directory(video, ignored));
+  for (Look& look : measures.looks) look.serves = span_of(spans_where_cut(cut), look.frame) >= 0;
   if (auto fitted = fit.run(measures.looks, progress.stage(0.5, 0.6, "expressions"), stop); !fitted)
     return fitted.error();
-  auto camera = measure_camera(video, landmark_model, progress.stage(0.6, 1, "camera"), stop);
+  auto camera = measure_camera(video, landmark_model, stretches_that_serve(cut),
+                               progress.stage(0.6, 1, "camera"), stop);
   if (!camera) return camera.error();
   measures.camera = *camera;
   return measures;

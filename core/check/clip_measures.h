@@ -11,6 +11,7 @@
 #include "core/base/progress.h"
 #include "core/base/result.h"
 #include "core/camera/motion.h"
+#include "core/capture/capture.h"
 #include "core/face/landmarks.h"
 #include "core/video/decode.h"
 
@@ -26,6 +27,7 @@ inline constexpr std::array kKeyExpressions{KeyExpression::open_mouth, KeyExpres
 struct Look {
   int frame = 0;
   double time_s = 0;
+  bool serves = true;           // in a shot that would serve
   std::optional<FaceBox> face;  // of the main person, source px
   bool second_face = false;     // another of comparable size is in view
   // Of pictures with a face:
@@ -51,6 +53,7 @@ struct ClipMeasures {
   int frames = 0;         // decoded
   double duration_s = 0;  // of them
   std::vector<Look> looks;
+  std::vector<ClipShot> shots;  // of a film that was cut, those that would serve and the others
   CameraMeasures camera;
 };
 

@@ -4,6 +4,7 @@
 
 #include "core/camera/align.h"
 #include "core/camera/kept_path.h"
+#include "core/capture/capture.h"
 #include "core/matte/coarse_mask.h"
 #include "core/project/kept_decoding.h"
 #include "core/project/stage_run.h"
@@ -20,6 +21,9 @@ Result<void> run_align(const StageContext& context) {
   options.lens_mm = inputs.choices.lens_mm;
   options.kept = decoded_path(context.project);
   options.mask_inputs = mask_inputs(inputs.landmark_model);
+  // A project from before cuts were found is one shot.
+  if (const auto capture = read_capture(capture_path(context.project)))
+    options.stretches = stretches_that_serve(*capture);
   std::error_code ignored;
   const bool photographs = fs::is_directory(inputs.video, ignored) && !options.resting;
   const auto person =

@@ -8,6 +8,7 @@
 
 #include "core/head/head_model.h"
 #include "core/track/stage_clock.h"
+#include "core/video/frame_span.h"
 
 namespace likeness {
 
@@ -25,6 +26,10 @@ struct TrackOptions {
   bool photometric = true;          // pose, jaw and expression refined on the pictures, after the dense fit
   bool gaze = true;                 // measure where the eyes look; off: straight ahead
   bool dense = true;                // point tracks and bundle adjustment after the landmark fit
+  // Of a film that was cut: the shots that are tracked, with one identity, neutral and cloud of points, but
+  // nothing passed from a frame of one to a frame of another. What lies outside is lost, and costs no time.
+  // Empty: the whole clip is one.
+  std::vector<FrameSpan> shots{};
   std::filesystem::path predictor;  // landmark model; empty = the system's
   // Where import kept what its decoding showed for this (core/track/kept_frames.h); empty: nowhere. Changes
   // no result.

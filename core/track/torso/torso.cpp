@@ -98,26 +98,35 @@ bool believable(const TorsoMotion& m, double difference) {
   return difference < 1e8 && m.shift.norm() < 0.5 && std::abs(m.angle) < 0.7;
 }
 
-// A frame starts where the last one was: a training frame at the last training frame.
+// A frame starts where the last one was: a training frame at the last training frame. After a cut it starts
+// there and in the middle, and the better end counts.
 template <typename Align>
 Result<void> follow(Work& work, const Progress& progress, std::stop_token stop, const Align& align) {
   std::optional<TorsoState> last, last_training;
   const auto& frames = *work.frames;
+  int shot = 0, training_shot = 0;  // of the last ones
   for (std::size_t i = 0; i < frames.size(); ++i) {
     if (stop.stop_requested()) return cancelled_error();
     if (i % 8 == 0) progress.report(double(i) / double(frames.size()), "following the torso");
     if (!frames[i].usable) continue;
+    const bool known = work.states[i].has_value();
+    const bool cut = !known && frames[i].shot != (frames[i].held_out ? shot : training_shot);
     TorsoState state =
-        work.states[i] ? *work.states[i] : (frames[i].held_out ? last : last_training).value_or(TorsoState{});
+        known ? *work.states[i] : (frames[i].held_out ? last : last_training).value_or(TorsoState{});
     work.states[i].reset();
     const bool keep = !work.pictures[i].empty();
     if (!keep) work.pictures[i] = relief_pyramid(*frames[i].grey);
-    const double difference = align(i, &state);
+    double difference = align(i, &state);
+    if (cut) {
+      TorsoState middle;
+      if (const double other = align(i, &middle); other < difference) difference = other, state = middle;
+    }
     if (!keep) work.pictures[i].clear();
     // A motion impossible for a body while the head is still in the picture: keep the last good one.
     if (!believable(state.motion, difference)) continue;
     work.states[i] = last = state;
-    if (!frames[i].held_out) last_training = state;
+    shot = frames[i].shot;
+    if (!frames[i].held_out) last_training = state, training_shot = shot;
   }
   return {};
 }
