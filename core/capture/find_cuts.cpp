@@ -169,6 +169,8 @@ std::vector<FrameSpan> find_shots(Film film) {
       begins = true;
       continue;
     }
+    // Frames that were not looked at go with the shot before them.
+    if (!begins && cuts[i]) shots.back().last = film[i].frame - 1;
     if (begins || cuts[i]) shots.push_back({film[i].frame, film[i].frame});
     shots.back().last = film[i].frame;
     begins = false;

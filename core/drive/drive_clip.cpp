@@ -10,6 +10,7 @@
 #include "core/base/files.h"
 #include "core/camera/clip_camera.h"
 #include "core/capture/choose_crop.h"
+#include "core/capture/find_cuts.h"
 #include "core/capture/scan_clip.h"
 #include "core/project/project_head_model.h"
 #include "core/project/project_views.h"
@@ -25,14 +26,25 @@ namespace {
 
 constexpr int kWholePicture = 640;  // px; larger pictures are cropped to head and shoulders, as on import
 
-Result<TrackRegion> face_region(const fs::path& video, const VideoInfo& info, const fs::path& landmark_model,
+// Where the driver is, and the shots of the film: no pose is carried over a cut, but all of them are tracked.
+struct DriverPlace {
+  TrackRegion region;
+  std::vector<FrameSpan> shots;  // empty: one
+};
+
+Result<DriverPlace> find_driver(const fs::path& video, const VideoInfo& info, const fs::path& landmark_model,
                                 const Progress& progress, std::stop_token stop) {
-  const TrackRegion whole{0, 0, info.width, info.height};
-  if (std::max(info.width, info.height) <= kWholePicture) return whole;
+  DriverPlace place{{0, 0, info.width, info.height}, {}};
   const auto detector = FaceDetector::load(landmark_model);
   if (!detector) return detector.error();
   const auto scan = scan_clip(video, *detector, {}, progress, stop);
   if (!scan) return scan.error();
+  place.shots = find_shots(scan->film);
+  // Frames that the scan passed over, before the first cut and after the last look, are tracked, too.
+  if (!place.shots.empty()) place.shots.back().last += sampling_stride(info);
+  std::error_code ignored;
+  if (place.shots.size() < 2 || fs::is_directory(video, ignored)) place.shots.clear();
+  if (std::max(info.width, info.height) <= kWholePicture) return place;
   std::vector<FaceBox> faces;
   for (const FaceSample& sample : scan->samples)
     if (sample.face) faces.push_back(*sample.face);
@@ -41,7 +53,8 @@ Result<TrackRegion> face_region(const fs::path& video, const VideoInfo& info, co
                  "Use a driving clip in which the face is close and well lit.", video.string()};
   }
   const SquareCrop crop = choose_crop(faces, info.width, info.height).crop;
-  return TrackRegion{crop.x, crop.y, crop.side, crop.side};
+  place.region = {crop.x, crop.y, crop.side, crop.side};
+  return place;
 }
 
 Result<Track> driver_track(const DriveRequest& request, const VideoInfo& info, const HeadModel& model,
@@ -63,13 +76,14 @@ Result<Track> driver_track(const DriveRequest& request, const VideoInfo& info, c
                    "Give the track of this clip, or leave out --track.", request.track.string()};
     return track;
   }
-  const auto region = face_region(request.video, info, request.landmark_model,
-                                  progress.stage(0, 0.15, "looking for the face"), stop);
-  if (!region) return region.error();
+  const auto place = find_driver(request.video, info, request.landmark_model,
+                                 progress.stage(0, 0.15, "looking for the face"), stop);
+  if (!place) return place.error();
   TrackOptions options;
+  options.shots = place->shots;
   options.predictor = request.landmark_model;
   options.every_frame = true;  // the result has the clip's own rate
-  auto track = track_clip(request.video, *region, assumed_camera(info), {}, model, options,
+  auto track = track_clip(request.video, place->region, assumed_camera(info), {}, model, options,
                           progress.stage(0.15, 1, "tracking the driver"), stop);
   if (!track) return track.error();
   track->head_model_file = request.head_model.string();
