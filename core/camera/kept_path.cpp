@@ -31,8 +31,8 @@ fs::path kept_motion_path(const fs::path& folder) { return folder / "motion.json
 }  // namespace
 
 std::string motion_inputs(const std::string& video_hash, const AlignOptions& options) {
-  std::string inputs = fmt::format("motion {} {} {} {}", kMotionVersion, video_hash, rest_limit(options),
-                                   options.mask_inputs);
+  std::string inputs =
+      fmt::format("motion {} {} {} {}", kMotionVersion, video_hash, rest_limit(options), options.mask_inputs);
   for (const FrameSpan& part : options.stretches) inputs += fmt::format(" {}-{}", part.first, part.last);
   return inputs;
 }

@@ -46,7 +46,7 @@ json to_json(const ClipShot& s) {
 }
 
 ClipShot shot_from_json(const json& j) {
-  return {j.at("first").get<int>(),  j.at("last").get<int>(),  j.at("from_s").get<double>(),
+  return {j.at("first").get<int>(),   j.at("last").get<int>(),  j.at("from_s").get<double>(),
           j.at("to_s").get<double>(), j.at("used").get<bool>(), j.at("reason").get<std::string>()};
 }
 

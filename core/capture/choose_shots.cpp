@@ -15,17 +15,18 @@
 namespace likeness {
 namespace {
 
-constexpr double kFaceShare = 0.3;  // of a shot's looks
+constexpr double kFaceShare = 0.3;   // of a shot's looks
 constexpr double kShortest_s = 0.3;  // a shorter shot tells a track nothing that a longer one does not
 constexpr int kShortest = 5;         // frames, and
 constexpr std::size_t kViews = 15;   // frames that a median is taken of
 constexpr std::size_t kEnds = 3;     // frames before and after a cut
 // -- Whether two backgrounds are one. px of the sketch, 96 across.
-constexpr double kSamePlace = 0.5, kWander = 8;  // that it may be displaced: at rest; most that a hand wanders
-constexpr double kSameScale = 0.03;              // a punch-in begins at a twentieth
-constexpr double kAlike = 0.6, kMostCells = 0.7;  // correlation; share of what is to be seen
-constexpr double kTexture = 120;  // levels x cells: with less there is nothing to compare
-constexpr double kFree = 0.03;    // of the picture: the least that says anything
+constexpr double kSamePlace = 0.5,
+                 kWander = 8;        // that it may be displaced: at rest; most that a hand wanders
+constexpr double kSameScale = 0.03;  // a punch-in begins at a twentieth
+constexpr double kAlike = 0.6, kMostCells = 0.7;     // correlation; share of what is to be seen
+constexpr double kTexture = 120;                     // levels x cells: with less there is nothing to compare
+constexpr double kFree = 0.03;                       // of the picture: the least that says anything
 constexpr double kSameLevel = 12, kSameFace = 1.15;  // levels, and ratio of the faces, before a plain wall
 
 struct Background {
@@ -54,7 +55,8 @@ Background background_of(const Film& film, std::span<const FrameSketch> stretch,
   background.luma = Image8(stretch[0].luma.width, stretch[0].luma.height, 1);
   std::vector<float> values(n);
   for (std::size_t p = 0; p < background.luma.data.size(); ++p) {
-    for (std::size_t k = 0; k < n; ++k) values[k] = stretch[(2 * k + 1) * stretch.size() / (2 * n)].luma.data[p];
+    for (std::size_t k = 0; k < n; ++k)
+      values[k] = stretch[(2 * k + 1) * stretch.size() / (2 * n)].luma.data[p];
     background.luma.data[p] = std::uint8_t(std::lround(median(values)));
   }
   background.free.assign(background.luma.data.size(), 1);
@@ -72,7 +74,8 @@ Background background_of(const Film& film, std::span<const FrameSketch> stretch,
   return background;
 }
 
-// Where a background lies in another: a place u of the first is at centre + (1 + scale) (u - centre) + (x, y).
+// Where a background lies in another: a place u of the first is at centre + (1 + scale) (u - centre) + (x,
+// y).
 struct Placed {
   double x = 0, y = 0, scale = 0;
   // The farthest that a point of the picture is moved, px.
@@ -88,7 +91,8 @@ Image8 placed_picture(const Image8& from, const Placed& at) {
     for (int x = 0; x < from.width; ++x) {
       const double u = std::clamp(cx + (x - cx - at.x) / (1 + at.scale), 0.0, double(from.width - 1)),
                    v = std::clamp(cy + (y - cy - at.y) / (1 + at.scale), 0.0, double(from.height - 1));
-      const int u0 = int(u), v0 = int(v), u1 = std::min(u0 + 1, from.width - 1), v1 = std::min(v0 + 1, from.height - 1);
+      const int u0 = int(u), v0 = int(v), u1 = std::min(u0 + 1, from.width - 1),
+                v1 = std::min(v0 + 1, from.height - 1);
       const double s = u - u0, t = v - v0;
       *out.at(x, y) = std::uint8_t(std::lround((1 - t) * ((1 - s) * *from.at(u0, v0) + s * *from.at(u1, v0)) +
                                                t * ((1 - s) * *from.at(u0, v1) + s * *from.at(u1, v1))));
@@ -109,7 +113,8 @@ Placed place_in(const Background& a, const Background& b, const std::vector<std:
       sa += now.data[p], sb += b.luma.data[p], saa += double(now.data[p]) * now.data[p],
           sbb += double(b.luma.data[p]) * b.luma.data[p], ++n;
     }
-    const double gain = std::clamp(std::sqrt((sbb / n - sb / n * (sb / n) + 4) / (saa / n - sa / n * (sa / n) + 4)), 0.5, 2.0);
+    const double gain = std::clamp(
+        std::sqrt((sbb / n - sb / n * (sb / n) + 4) / (saa / n - sa / n * (sa / n) + 4)), 0.5, 2.0);
     double m[3][3] = {}, r[3] = {};
     for (int y = 1; y + 1 < h; ++y)
       for (int x = 1; x + 1 < w; ++x) {
@@ -126,8 +131,9 @@ Placed place_in(const Background& a, const Background& b, const std::vector<std:
       }
     for (int i = 0; i < 3; ++i) m[i][i] += 1e-3 + 1e-6 * m[i][i];
     // Cramer's rule.
-    const auto det = [](const double (&k)[3][3]) {
-      return k[0][0] * (k[1][1] * k[2][2] - k[1][2] * k[2][1]) - k[0][1] * (k[1][0] * k[2][2] - k[1][2] * k[2][0]) +
+    const auto det = [](const double(&k)[3][3]) {
+      return k[0][0] * (k[1][1] * k[2][2] - k[1][2] * k[2][1]) -
+             k[0][1] * (k[1][0] * k[2][2] - k[1][2] * k[2][0]) +
              k[0][2] * (k[1][0] * k[2][1] - k[1][1] * k[2][0]);
     };
     const double whole = det(m);
@@ -224,7 +230,8 @@ void spread_from(const Film& film, const std::vector<FrameSpan>& shots, std::siz
   const auto meet = [&](std::size_t i, std::size_t j) {
     const auto before = film.of(shots[i]), after = film.of(shots[j]);
     return same_place(background_of(film, before.last(std::min(kEnds, before.size())), shots[i], kEnds),
-                      background_of(film, after.first(std::min(kEnds, after.size())), shots[j], kEnds), displaced);
+                      background_of(film, after.first(std::min(kEnds, after.size())), shots[j], kEnds),
+                      displaced);
   };
   std::vector<std::size_t> open{main};
   out[main].used = true;
@@ -235,7 +242,8 @@ void spread_from(const Film& film, const std::vector<FrameSpan>& shots, std::siz
       if (out[j].used || !fit[j]) continue;
       // Only a camera that wanders is where it was at a cut and nowhere else.
       const bool neighbours = wander > kSamePlace && (j == i + 1 || i == j + 1);
-      if (!same_place(whole[i], whole[j], displaced) && !(neighbours && meet(std::min(i, j), std::max(i, j)))) continue;
+      if (!same_place(whole[i], whole[j], displaced) && !(neighbours && meet(std::min(i, j), std::max(i, j))))
+        continue;
       out[j].used = true;
       open.push_back(j);
     }
@@ -244,7 +252,8 @@ void spread_from(const Film& film, const std::vector<FrameSpan>& shots, std::siz
 
 }  // namespace
 
-std::vector<ClipShot> choose_shots(std::span<const FrameSketch> frames, const std::vector<FaceSample>& samples,
+std::vector<ClipShot> choose_shots(std::span<const FrameSketch> frames,
+                                   const std::vector<FaceSample>& samples,
                                    const std::vector<FrameSpan>& shots, int width, int height) {
   const Film film{frames, samples, width, height};
   std::vector<ClipShot> out;
@@ -260,10 +269,11 @@ std::vector<ClipShot> choose_shots(std::span<const FrameSketch> frames, const st
     shot.first = shots[i].first, shot.last = shots[i].last;
     shot.from_s = own.front().time_s, shot.to_s = own.back().time_s + 1 / rate;
     const Seen seen = seen_in(samples, shots[i]);
-    if (const double seconds = seen.share() * (shot.to_s - shot.from_s); seconds > most) most = seconds, main = i;
+    if (const double seconds = seen.share() * (shot.to_s - shot.from_s); seconds > most)
+      most = seconds, main = i;
     const bool brief = own.size() < kShortest || shot.to_s - shot.from_s < kShortest_s;
     fit[i] = !brief && seen.share() >= kFaceShare;
-    shot.reason = brief ? fmt::format("it has only {} frames", own.size())
+    shot.reason = brief                       ? fmt::format("it has only {} frames", own.size())
                   : seen.share() < kFaceShare ? "no face"
                                               : "another place, angle or crop";
   }
@@ -282,7 +292,8 @@ std::vector<ClipShot> choose_shots(std::span<const FrameSketch> frames, const st
 std::vector<ClipShot> shots_of(const ClipScan& scan, bool photographs) {
   std::vector<FrameSpan> found;
   if (!photographs) found = find_shots(scan.film);
-  if (found.size() > 1) return choose_shots(scan.film, scan.samples, found, scan.info.width, scan.info.height);
+  if (found.size() > 1)
+    return choose_shots(scan.film, scan.samples, found, scan.info.width, scan.info.height);
   std::vector<ClipShot> one;
   if (scan.frames.empty()) return one;
   const double rate = std::max(1.0, scan.info.frames_per_second);
@@ -327,8 +338,9 @@ std::string counted_words(const std::vector<ClipShot>& shots) {
   for (const ClipShot& shot : shots)
     if (!shot.used) left_out += shot.to_s - shot.from_s;
   if (left_out <= 0) return "";
-  return fmt::format("The clip is cut: of it {} serves; the other {:.1f} s show another place, angle or crop, or no face.",
-                     serving_words(shots), left_out);
+  return fmt::format(
+      "The clip is cut: of it {} serves; the other {:.1f} s show another place, angle or crop, or no face.",
+      serving_words(shots), left_out);
 }
 
 }  // namespace likeness

@@ -1,6 +1,6 @@
 // Which shots of a film serve: the one that shows the person longest, and all that were filmed from the same
-// place by the same camera - between jump cuts in place the background is the same picture. They share camera,
-// plate and everything; the others would have to be clips of their own.
+// place by the same camera - between jump cuts in place the background is the same picture. They share
+// camera, plate and everything; the others would have to be clips of their own.
 #pragma once
 
 #include <span>

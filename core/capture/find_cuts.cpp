@@ -13,24 +13,33 @@ namespace {
 
 constexpr std::ptrdiff_t kAround = 5;  // frames to either side that a cut is compared with
 constexpr double kStill = 0.33;        // px that a cell may move unheeded: noise, breath, a coder's key frame
-constexpr double kLeast = 0.05;        // of a share: a cell that rests says no more than one that hardly moves
-constexpr double kMost = 2;            // px: beyond, a cell shows something else
-constexpr int kFlash = 4;              // frames within which a picture returns after a flash
-constexpr double kReturned = 0.5;      // of its way
+constexpr double kLeast = 0.05;    // of a share: a cell that rests says no more than one that hardly moves
+constexpr double kMost = 2;        // px: beyond, a cell shows something else
+constexpr int kFlash = 4;          // frames within which a picture returns after a flash
+constexpr double kReturned = 0.5;  // of its way
 // -- Gradual transitions.
-constexpr std::array<int, 9> kLengths{4, 6, 8, 12, 16, 24, 32, 48, 64};  // frames from a picture to the one after
+constexpr std::array<int, 9> kLengths{4,  6,  8,  12, 16,
+                                      24, 32, 48, 64};  // frames from a picture to the one after
 constexpr double kUnlike = 0.5, kShown = 3;  // correlation below which a cell shows something else; levels
 constexpr double kChanged = 0.2;             // of the picture must
-constexpr double kUnmixed = 0.25;            // of the difference between both pictures that a mixture may leave
-constexpr double kBack = 0.06;               // of the way a mixture may go back
-constexpr double kBare = 0.04;               // of the other picture: none of it is seen
-constexpr std::size_t kLooks = 12;           // frames between the two that are looked at
+constexpr double kUnmixed = 0.25;   // of the difference between both pictures that a mixture may leave
+constexpr double kBack = 0.06;      // of the way a mixture may go back
+constexpr double kBare = 0.04;      // of the other picture: none of it is seen
+constexpr std::size_t kLooks = 12;  // frames between the two that are looked at
 
 using Film = std::span<const FrameSketch>;
 
+constexpr double kClearly = 1.3;  // times as far as in the frames around: a cell that stands out by itself
+constexpr double kOfHead = 0.3;  // of what is to be seen in the picture of the head; the wall beside it rests
+
 // The usual share by which the cells move further than in the frames around; 0 where nothing is known. The
 // frame around in which a cell moves most does not count: it may begin or end a shot, too.
-double share_of(Film film, std::size_t i, CellChange FrameSketch::* part) {
+struct StandingOut {
+  double usual = 0;    // geometric mean over the cells
+  double clearly = 0;  // share of the cells that stand out by themselves
+};
+
+StandingOut share_of(Film film, std::size_t i, CellChange FrameSketch::*part) {
   const CellChange& own = film[i].*part;
   std::vector<const CellChange*> around;
   for (std::ptrdiff_t step = -kAround; step <= kAround; ++step) {
@@ -39,19 +48,24 @@ double share_of(Film film, std::size_t i, CellChange FrameSketch::* part) {
     const CellChange& other = film[std::size_t(j)].*part;
     if (other.moved.size() == own.moved.size()) around.push_back(&other);
   }
-  if (own.moved.empty() || around.size() < 2) return 0;
-  double sum = 0, weight = 0;
+  if (own.moved.empty() || around.size() < 2) return {};
+  double sum = 0, weight = 0, clear = 0;
   for (std::size_t c = 0; c < own.moved.size(); ++c) {
     float most = 0, second = 0;
     for (const CellChange* other : around) {
       const float moved = other->moved[c];
-      if (moved > most) second = most, most = moved;
-      else second = std::max(second, moved);
+      if (moved > most)
+        second = most, most = moved;
+      else
+        second = std::max(second, moved);
     }
-    sum += own.gradient[c] * std::log(std::max(kLeast, own.moved[c] / (second + kStill)));
+    const double share = own.moved[c] / (second + kStill);
+    sum += own.gradient[c] * std::log(std::max(kLeast, share));
     weight += own.gradient[c];
+    if (share > kClearly) clear += own.gradient[c];
   }
-  return weight > 0.1 * double(own.moved.size()) ? std::exp(sum / weight) : 0;
+  if (weight <= 0.1 * double(own.moved.size())) return {};  // nothing is to be seen
+  return {std::exp(sum / weight), clear / weight};
 }
 
 double way_between(const FrameSketch& a, const FrameSketch& b) {
@@ -157,7 +171,9 @@ std::vector<std::uint8_t> mixed_frames(Film film) {
 
 double stands_out(Film film, std::size_t i) {
   if (i == 0) return 0;
-  return std::max(share_of(film, i, &FrameSketch::whole), share_of(film, i, &FrameSketch::head));
+  const StandingOut whole = share_of(film, i, &FrameSketch::whole),
+                    head = share_of(film, i, &FrameSketch::head);
+  return std::max({whole.usual, head.usual, head.clearly / kOfHead});
 }
 
 std::vector<FrameSpan> find_shots(Film film) {

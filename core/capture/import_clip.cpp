@@ -57,7 +57,8 @@ Error refused(ErrorCode code, const fs::path& video, std::string what, std::stri
 // The faces of the frames sampled in the shots that serve, or why the clip cannot be used.
 Result<std::vector<FaceBox>> judge_clip(const ClipScan& scan, const std::vector<ClipShot>& shots,
                                         const fs::path& video) {
-  if (const std::string counted = counted_words(shots); scan.frames.size() < kFewestFrames && !counted.empty())
+  if (const std::string counted = counted_words(shots);
+      scan.frames.size() < kFewestFrames && !counted.empty())
     return refused(ErrorCode::bad_input, video,
                    fmt::format("{} These are {} frames; at least {} are needed.", counted, scan.frames.size(),
                                kFewestFrames),
@@ -98,8 +99,9 @@ std::vector<std::string> warnings_about(const Capture& capture, const ClipScan& 
                                         std::size_t faces) {
   std::vector<std::string> warnings;
   if (const std::string counted = counted_words(capture.shots); !counted.empty())
-    warnings.push_back(counted + " To use more of it, cut the film where it is cut and add its parts as further clips: "
-                                 "likeness clips PROJECT --add PART.");
+    warnings.push_back(counted +
+                       " To use more of it, cut the film where it is cut and add its parts as further clips: "
+                       "likeness clips PROJECT --add PART.");
   if (const int stride = sampling_stride(scan.info); stride > 1) {
     warnings.push_back(fmt::format(
         "The clip has about {} frames at {:.0f} a second; one in {} is used. A minute at 30 frames "

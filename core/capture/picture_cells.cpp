@@ -10,8 +10,8 @@
 namespace likeness {
 namespace {
 
-constexpr double kNoise = 4;           // levels^2: of a small picture's pixel, as coded films leave it
-constexpr double kGradientFloor = 2;   // levels per px: noise has gradients, too
+constexpr double kNoise = 4;          // levels^2: of a small picture's pixel, as coded films leave it
+constexpr double kGradientFloor = 2;  // levels per px: noise has gradients, too
 constexpr float kMostGradient = 12, kMostContrast = 24;
 
 // Sums over one cell of both pictures.
@@ -21,7 +21,8 @@ struct CellSums {
 
 double slope_squared(const Image8& picture, int x, int y) {
   const auto at = [&](int column, int row) {
-    return double(*picture.at(std::clamp(column, 0, picture.width - 1), std::clamp(row, 0, picture.height - 1)));
+    return double(
+        *picture.at(std::clamp(column, 0, picture.width - 1), std::clamp(row, 0, picture.height - 1)));
   };
   const double dx = 0.5 * (at(x + 1, y) - at(x - 1, y)), dy = 0.5 * (at(x, y + 1) - at(x, y - 1));
   return dx * dx + dy * dy;
@@ -43,15 +44,16 @@ CellSums sums_of(const Image8& before, const Image8& after, int left, int top, i
 CellChange compare_cells(const Image8& before, const Image8& after, int cell) {
   LIKENESS_CHECK(before.width == after.width && before.height == after.height && before.channels == 1 &&
                      after.channels == 1 && before.width % cell == 0 && before.height % cell == 0,
-                 "%d x %d px and %d x %d px in cells of %d", before.width, before.height, after.width, after.height,
-                 cell);
+                 "%d x %d px and %d x %d px in cells of %d", before.width, before.height, after.width,
+                 after.height, cell);
   CellChange change;
   const double n = double(cell) * cell;
   for (int top = 0; top < before.height; top += cell)
     for (int left = 0; left < before.width; left += cell) {
       const CellSums s = sums_of(before, after, left, top, cell);
       const double va = std::max(0.0, s.aa / n - s.a / n * (s.a / n)),
-                   vb = std::max(0.0, s.bb / n - s.b / n * (s.b / n)), together = s.ab / n - s.a / n * (s.b / n);
+                   vb = std::max(0.0, s.bb / n - s.b / n * (s.b / n)),
+                   together = s.ab / n - s.a / n * (s.b / n);
       const double scale = std::sqrt((va + kNoise) * (vb + kNoise));
       // What is left of the difference once brightness and contrast agree. Two cells that show nothing agree.
       const double left_over = std::sqrt(std::max(0.0, (va + vb) * (1 - (together + kNoise) / scale)));
@@ -82,8 +84,9 @@ Image8 moved_picture(const Image8& picture, double dx, double dy) {
       const int u0 = int(u), v0 = int(v), u1 = std::min(u0 + 1, picture.width - 1),
                 v1 = std::min(v0 + 1, picture.height - 1);
       const double s = u - u0, t = v - v0;
-      *moved.at(x, y) = std::uint8_t(std::lround((1 - t) * ((1 - s) * *picture.at(u0, v0) + s * *picture.at(u1, v0)) +
-                                                 t * ((1 - s) * *picture.at(u0, v1) + s * *picture.at(u1, v1))));
+      *moved.at(x, y) =
+          std::uint8_t(std::lround((1 - t) * ((1 - s) * *picture.at(u0, v0) + s * *picture.at(u1, v0)) +
+                                   t * ((1 - s) * *picture.at(u0, v1) + s * *picture.at(u1, v1))));
     }
   return moved;
 }

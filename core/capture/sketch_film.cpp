@@ -11,12 +11,12 @@
 namespace likeness {
 namespace {
 
-constexpr double kLongerSide = 96;           // px
-constexpr int kHeadSide = 48, kHeadCell = 6;  // px
+constexpr double kLongerSide = 96;                             // px
+constexpr int kHeadSide = 48, kHeadCell = 6;                   // px
 constexpr double kBeside = 0.35, kAbove = 0.5, kBelow = 0.35;  // of the face's width: head and hair
 constexpr double kMostWhole = 2;  // px: a cell that moved further has no place in a shake of the camera
 // A shake of the camera moves everything: it explains the picture, or there was none.
-constexpr int kReach = 6;                             // px of the sketch in 1/25 s
+constexpr int kReach = 6;                              // px of the sketch in 1/25 s
 constexpr double kExplains = 0.95, kWorthALook = 0.5;  // of the motion; levels
 
 int whole_cells(double px) { return std::max(2, int(std::lround(px / kSketchCell))) * kSketchCell; }
@@ -76,7 +76,7 @@ Shift shake(const Image8& before, const Image8& after, const std::optional<Perso
     for (int dx = -kReach; dx <= kReach; ++dx)
       if (const double d = difference.at(dx, dy); d < least) least = d, x = dx, y = dy;
   return {x + lowest_between(difference.at(x - 1, y), least, difference.at(x + 1, y)),
-                    y + lowest_between(difference.at(x, y - 1), least, difference.at(x, y + 1))};
+          y + lowest_between(difference.at(x, y - 1), least, difference.at(x, y + 1))};
 }
 
 Image8 head_picture(const Image8& picture, const FaceBox& face, double dx, double dy) {
@@ -102,7 +102,8 @@ FilmSketcher::FilmSketcher(const VideoInfo& info) {
 
 void FilmSketcher::add(const VideoFrame& frame, const std::optional<FaceBox>& face) {
   FrameSketch sketch{frame.index, frame.time_s, resize(frame.rgb, width_, height_)};
-  const bool follows = !before_.empty() && before_.width == frame.rgb.width && before_.height == frame.rgb.height;
+  const bool follows =
+      !before_.empty() && before_.width == frame.rgb.width && before_.height == frame.rgb.height;
   if (follows) {
     const Image8& before = sketches_.back().luma;
     std::optional<PersonPlace> person;
@@ -110,8 +111,7 @@ void FilmSketcher::add(const VideoFrame& frame, const std::optional<FaceBox>& fa
     Shift shift = shake(before, sketch.luma, person);
     sketch.whole = compare_cells(before, sketch.luma, kSketchCell);
     if (shift.x != 0 || shift.y != 0) {
-      CellChange steadied =
-          compare_cells(moved_picture(before, shift.x, shift.y), sketch.luma, kSketchCell);
+      CellChange steadied = compare_cells(moved_picture(before, shift.x, shift.y), sketch.luma, kSketchCell);
       if (mean_motion(steadied, kMostWhole) < kExplains * mean_motion(sketch.whole, kMostWhole))
         sketch.whole = std::move(steadied);
       else

@@ -282,8 +282,9 @@ std::array<KeyExpressionShown, kKeyExpressions.size()> key_expressions_shown(con
   std::array<KeyExpressionShown, kKeyExpressions.size()> shown;
   for (std::size_t d = 0; d < kKeyExpressions.size(); ++d) {
     shown[d] = {kKeyExpressionInfo[d].words, 0, kKeyExpressionInfo[d].range};
-    const std::vector<double> amounts =
-        values_of(measures.looks, [](const Look& look) { return look.posed && look.serves; }, [&](const Look& look) { return look.expressions[d]; });
+    const std::vector<double> amounts = values_of(
+        measures.looks, [](const Look& look) { return look.posed && look.serves; },
+        [&](const Look& look) { return look.expressions[d]; });
     if (amounts.size() < 2) continue;
     // In at least two looks: one may be an error of the fit, and a blink is hardly ever in more.
     const double most = quantile(amounts, 1 - 1.0 / static_cast<double>(amounts.size() - 1));

@@ -221,9 +221,8 @@ KeptDecoding::~KeptDecoding() = default;
 ImportListeners KeptDecoding::listeners() {
   ImportListeners listeners;
   listeners.looking = [this](const VideoInfo& info) { return state_->looking(info); };
-  if (state_->split_asks()) listeners.moving = [this](const std::vector<FrameSpan>& stretches) {
-      return state_->moving(stretches);
-    };
+  if (state_->split_asks())
+    listeners.moving = [this](const std::vector<FrameSpan>& stretches) { return state_->moving(stretches); };
   listeners.writing = [this](const VideoInfo& info, const Capture& capture) {
     return state_->writing(info, capture);
   };

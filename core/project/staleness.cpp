@@ -83,7 +83,8 @@ std::string align_text(const Project& project, const AlignInputs& inputs) {
   if (lens_mm > 0) text += fmt::format(" {} mm", lens_mm);
   // Only of a film of which parts are left out, so that the hashes of other projects stay as they are.
   if (const auto capture = read_capture(capture_path(project)))
-    for (const FrameSpan& part : stretches_that_serve(*capture)) text += fmt::format(" {}-{}", part.first, part.last);
+    for (const FrameSpan& part : stretches_that_serve(*capture))
+      text += fmt::format(" {}-{}", part.first, part.last);
   return text + landmark_model_text(landmark_model);
 }
 

@@ -178,7 +178,9 @@ class ClipReader {
     const bool held_out = clip_.frames[i].held_out;
     std::vector<double> x, y, w;
     const auto use = [&](std::size_t j) {
-      if (!raw_[j] || clip_.frames[j].shot != clip_.frames[i].shot || (held_out ? j > i : clip_.frames[j].held_out)) return;
+      if (!raw_[j] || clip_.frames[j].shot != clip_.frames[i].shot ||
+          (held_out ? j > i : clip_.frames[j].held_out))
+        return;
       x.push_back(raw_[j]->x + 0.5 * raw_[j]->width);
       y.push_back(raw_[j]->y + 0.5 * raw_[j]->height);
       w.push_back(std::log(raw_[j]->width));

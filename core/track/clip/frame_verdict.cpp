@@ -68,7 +68,9 @@ void bridge_lost(std::vector<TrackedFrame>& frames, const std::vector<bool>& hel
     TrackedFrame& f = frames[i];
     if (f.status != FrameStatus::lost) continue;
     const auto may_know = [&](std::size_t j) { return is_held_out(i) ? j < i : !is_held_out(j); };
-    const auto of_shot = [&](std::size_t j) { return may_know(j) && (shots.empty() || shots[j] == shots[i]); };
+    const auto of_shot = [&](std::size_t j) {
+      return may_know(j) && (shots.empty() || shots[j] == shots[i]);
+    };
     const TrackedFrame *before = nearest(frames, i, -1, of_shot), *after = nearest(frames, i, 1, of_shot);
     if (!before && !after) before = nearest(frames, i, -1, may_know), after = nearest(frames, i, 1, may_know);
     if (!before && !after) continue;
